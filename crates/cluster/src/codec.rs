@@ -1,0 +1,231 @@
+//! The one place that knows bincode, and the one that reads lengths off a socket.
+//!
+//! A frame is a 32-bit little-endian length and that many bytes of one bincode message (varint integers).
+//! Lengths are checked against the reader's cap before anything is allocated, and bincode is bounded again: a
+//! message may claim to hold far more than its bytes, and room is made for what it claims.
+
+use std::io::{self, Read, Write};
+
+use bincode::error::DecodeError;
+use bincode::{Decode, Encode};
+use thiserror::Error;
+
+/// No frame may be longer, whatever its reader expects.
+pub const MAX_FRAME: usize = 1 << 30;
+
+/// What a frame begins with: the length of its message, little-endian.
+const LENGTH_BYTES: usize = 4;
+
+/// The longest frame of anybody who has not proved to know the key, and of all messages but jobs and results.
+pub const SHORT_FRAME: usize = 4096;
+
+/// What a short frame may claim to hold: a 128-bit number takes one byte at least.
+const SHORT_CLAIM: usize = 16 * SHORT_FRAME;
+
+fn config() -> impl bincode::config::Config {
+    bincode::config::standard().with_limit::<MAX_FRAME>()
+}
+
+/// Why a message could not be read or written.
+#[derive(Debug, Error)]
+pub enum CodecError {
+    /// The other end closed the connection, or its process died.
+    #[error("the connection was closed")]
+    Closed,
+    /// The other end has neither sent nor taken anything for too long.
+    #[error("the other end does not answer")]
+    Silent,
+    /// The connection failed.
+    #[error("the connection failed: {0}")]
+    Io(io::Error),
+    /// The peer announced more than it may send.
+    #[error("a frame of {length} bytes exceeds the limit of {cap} (a foreign or faulty peer)")]
+    TooLong {
+        /// Announced length.
+        length: usize,
+        /// What the reader allows.
+        cap: usize,
+    },
+    /// The bytes are no message.
+    #[error("a frame does not decode ({0})")]
+    Malformed(String),
+}
+
+impl From<io::Error> for CodecError {
+    fn from(error: io::Error) -> Self {
+        match error.kind() {
+            io::ErrorKind::UnexpectedEof => CodecError::Closed,
+            io::ErrorKind::WouldBlock | io::ErrorKind::TimedOut => CodecError::Silent,
+            _ => CodecError::Io(error),
+        }
+    }
+}
+
+/// The bytes of a value, for [`decode`].
+///
+/// # Errors
+/// Where the value exceeds [`MAX_FRAME`].
+pub fn encode<T: Encode>(value: &T) -> Result<Vec<u8>, CodecError> {
+    let bytes =
+        bincode::encode_to_vec(value, config()).map_err(|error| CodecError::Malformed(error.to_string()))?;
+    if bytes.len() > MAX_FRAME {
+        return Err(CodecError::TooLong { length: bytes.len(), cap: MAX_FRAME });
+    }
+    Ok(bytes)
+}
+
+/// The value of a whole buffer.
+///
+/// # Errors
+/// Where the bytes are not exactly one value.
+pub fn decode<T: Decode<()>>(bytes: &[u8]) -> Result<T, CodecError> {
+    let decoded = if bytes.len() <= SHORT_FRAME {
+        bincode::decode_from_slice(bytes, bincode::config::standard().with_limit::<SHORT_CLAIM>())
+    } else {
+        bincode::decode_from_slice(bytes, config())
+    };
+    whole(decoded, bytes)
+}
+
+/// The value, if decoding it took every byte.
+fn whole<T>(decoded: Result<(T, usize), DecodeError>, bytes: &[u8]) -> Result<T, CodecError> {
+    match decoded {
+        Ok((value, used)) if used == bytes.len() => Ok(value),
+        Ok((_, used)) => Err(CodecError::Malformed(format!("{} bytes left over", bytes.len() - used))),
+        Err(error) => Err(CodecError::Malformed(error.to_string())),
+    }
+}
+
+/// The bytes of a value that serde describes: what a job is sent as.
+///
+/// # Errors
+/// Where the value exceeds [`MAX_FRAME`].
+pub fn encode_serde<T: serde::Serialize>(value: &T) -> Result<Vec<u8>, CodecError> {
+    bincode::serde::encode_to_vec(value, config()).map_err(|error| CodecError::Malformed(error.to_string()))
+}
+
+/// The inverse of [`encode_serde`].
+///
+/// # Errors
+/// Where the bytes are not exactly one such value.
+pub fn decode_serde<T: serde::de::DeserializeOwned>(bytes: &[u8]) -> Result<T, CodecError> {
+    whole(bincode::serde::decode_from_slice(bytes, config()), bytes)
+}
+
+/// The frame of one message, ready to be sent.
+///
+/// # Errors
+/// Where it is too long.
+pub fn frame<T: Encode>(message: &T) -> Result<Vec<u8>, CodecError> {
+    let mut frame = vec![0; LENGTH_BYTES];
+    bincode::encode_into_std_write(message, &mut frame, config())
+        .map_err(|error| CodecError::Malformed(error.to_string()))?;
+    let length = frame.len() - LENGTH_BYTES;
+    if length > MAX_FRAME {
+        return Err(CodecError::TooLong { length, cap: MAX_FRAME });
+    }
+    frame[..LENGTH_BYTES].copy_from_slice(&(length as u32).to_le_bytes());
+    Ok(frame)
+}
+
+/// Sends one message.
+///
+/// # Errors
+/// Where it is too long or the connection fails.
+pub fn write_frame<T: Encode>(stream: &mut impl Write, message: &T) -> Result<(), CodecError> {
+    // In one piece: a length on its own would make a packet of its own.
+    stream.write_all(&frame(message)?)?;
+    stream.flush()?;
+    Ok(())
+}
+
+/// Receives one message of at most `cap` bytes.
+///
+/// # Errors
+/// Where the connection fails, or the peer sends too much or no message.
+pub fn read_frame<T: Decode<()>>(stream: &mut impl Read, cap: usize) -> Result<T, CodecError> {
+    let mut length = [0; LENGTH_BYTES];
+    stream.read_exact(&mut length)?;
+    let length = u32::from_le_bytes(length) as usize;
+    let cap = cap.min(MAX_FRAME);
+    if length > cap {
+        return Err(CodecError::TooLong { length, cap });
+    }
+    let mut bytes = Vec::new();
+    stream.take(length as u64).read_to_end(&mut bytes)?;
+    if bytes.len() < length {
+        return Err(CodecError::Closed);
+    }
+    decode(&bytes)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::message::{ToCoordinator, ToWorker};
+
+    #[test]
+    fn a_frame_survives_the_wire() {
+        let message = ToWorker::Lease { id: 7, first_walk: 1 << 40, walks: 65_536 };
+        let mut wire = Vec::new();
+        write_frame(&mut wire, &message).unwrap();
+        assert_eq!(read_frame::<ToWorker>(&mut wire.as_slice(), 100).unwrap(), message);
+    }
+
+    #[test]
+    fn an_announced_length_beyond_the_cap_is_refused_before_it_is_read() {
+        let wire = u32::MAX.to_le_bytes();
+        let error = read_frame::<ToWorker>(&mut wire.as_slice(), 4096).unwrap_err();
+        assert!(matches!(error, CodecError::TooLong { cap: 4096, .. }), "{error}");
+    }
+
+    #[test]
+    fn truncated_and_random_frames_are_errors() {
+        let mut wire = Vec::new();
+        write_frame(&mut wire, &ToCoordinator::Failed { reason: "no".repeat(50) }).unwrap();
+        for length in 0..wire.len() {
+            assert!(read_frame::<ToCoordinator>(&mut &wire[..length], 4096).is_err());
+        }
+        let mut state = 1_u64;
+        for _ in 0..10_000 {
+            let body: Vec<u8> = (0..40)
+                .map(|_| {
+                    state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+                    (state >> 56) as u8
+                })
+                .collect();
+            // Whatever it decodes to, it must not panic nor allocate what the bytes claim.
+            let _ = decode::<ToCoordinator>(&body);
+        }
+    }
+
+    #[test]
+    fn a_claimed_length_inside_a_message_does_not_allocate() {
+        // A reason of 2⁶⁰ bytes is beyond any limit, one of 2²⁴ beyond what a short frame may claim.
+        for claim in [1_u64 << 60, 1 << 24] {
+            let mut bytes = encode(&ToCoordinator::Failed { reason: String::new() }).unwrap();
+            bytes.truncate(1);
+            bytes.push(253);
+            bytes.extend(claim.to_le_bytes());
+            let error = decode::<ToCoordinator>(&bytes).unwrap_err().to_string();
+            assert!(error.contains("LimitExceeded"), "{error}");
+        }
+    }
+
+    #[test]
+    fn the_densest_short_frame_may_claim_what_it_holds() {
+        // 128-bit numbers of one byte each.
+        let dense = vec![1_u128; SHORT_FRAME - 3];
+        let bytes = encode(&dense).unwrap();
+        assert_eq!(bytes.len(), SHORT_FRAME);
+        assert_eq!(decode::<Vec<u128>>(&bytes).unwrap(), dense);
+    }
+
+    #[test]
+    fn a_job_with_bytes_left_over_is_refused() {
+        let mut bytes = encode_serde(&(7_u32, "seven")).unwrap();
+        assert_eq!(decode_serde::<(u32, String)>(&bytes).unwrap(), (7, "seven".into()));
+        bytes.push(0);
+        assert!(decode_serde::<(u32, String)>(&bytes).is_err());
+    }
+}

@@ -1,0 +1,622 @@
+//! The coordinator as a pure state machine: events in, actions out, time as a number. Sockets are a thin
+//! shell around it ([`crate::server`]), so that every fault can be tested without one.
+
+use std::collections::{HashMap, HashSet};
+use std::fmt;
+use std::ops::Range;
+use std::time::Duration;
+
+use radiosity::{Counts, MergeError, Tally};
+
+use crate::access::{Access, Speaker};
+use crate::codec::SHORT_FRAME;
+use crate::ledger::{LeaseId, Ledger, Rejected};
+use crate::message::{Hello, LeaseResult, PROTOCOL, Proof, ToCoordinator, ToWorker};
+
+/// A connection, named by the shell; never used twice.
+pub type PeerId = u64;
+
+/// Time since the coordinator began.
+pub type Now = Duration;
+
+/// A worker that says nothing for so long is lost. Workers speak every second.
+pub const SILENCE: Duration = Duration::from_secs(10);
+
+/// A worker that holds leases and makes no progress for so long is lost.
+pub const STALL: Duration = Duration::from_secs(60);
+
+/// Leases per worker thread that are out at once: one under way, one waiting, so that no worker waits.
+const LEASES_PER_THREAD: usize = 2;
+
+/// How long a lease should take: long enough that messages cost nothing, short enough that a stop is prompt.
+const LEASE_SECONDS: f64 = 0.25;
+
+/// Added per sum of the tally, so that sending and merging large ones stays a small part of a lease.
+const LEASE_SECONDS_PER_SUM: f64 = 1e-6;
+
+/// A new lease is at most so many times as long as the last: rates are learnt from short leases.
+const LEASE_GROWTH: f64 = 4.0;
+
+/// After a stop, results that are under way are waited for, as long as they fill a gap; no longer than this
+/// and the time that the messages of two leases take.
+const STOP_GRACE: Duration = Duration::from_secs(3);
+
+/// At most so much time between two ticks is held against peers. The coordinator itself may be held up (it
+/// was stopped, it merged, the machine was busy), and what peers said meanwhile is still unread then.
+const BLINK: Duration = Duration::from_secs(1);
+
+/// So many peers may be on the doorstep at once: whoever has not proved to know the key is a stranger, and
+/// each costs threads and a file descriptor.
+const STRANGERS: usize = 256;
+
+/// A worker is leased work for at most so many threads, whatever it claims to have.
+const MAX_THREADS: usize = 4096;
+
+/// Names and builds are shown to this length, reasons to the next.
+const NAME_CHARS: usize = 80;
+const REASON_CHARS: usize = 400;
+
+/// Judges the tally of a prefix.
+pub type Target = Box<dyn FnMut(&Tally) -> bool>;
+
+/// What the coordinator has to see done.
+pub struct Plan {
+    /// The job as workers read it.
+    pub job: Vec<u8>,
+    /// What a worker's replica must hash to.
+    pub scene_hash: [u8; 32],
+    /// Likewise.
+    pub job_hash: [u8; 32],
+    /// The only build that may join.
+    pub build: String,
+    /// Total walks.
+    pub paths: u64,
+    /// Walks per stream.
+    pub stream_paths: u64,
+    /// An empty tally of the job's shape.
+    pub empty: Tally,
+    /// When to stop, whatever has been reached.
+    pub wall: Option<Duration>,
+    /// Walk numbers at which `target` is asked, ascending.
+    pub looks: Vec<u64>,
+    /// Whether the tally of a prefix meets the target. Asked at looks only.
+    pub target: Option<Target>,
+}
+
+/// What the shell has to do.
+#[derive(Debug, PartialEq)]
+pub enum Action {
+    /// Send a message.
+    Send(PeerId, ToWorker),
+    /// Close a connection, after what was sent has gone out.
+    Close(PeerId),
+    /// Tell the owner of the run.
+    Tell(Notice),
+}
+
+/// What the owner of a run should know about its workers.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Notice {
+    /// A worker is gone, or was given up.
+    Lost {
+        /// As it called itself.
+        name: String,
+        /// Why.
+        reason: String,
+    },
+    /// Somebody was not let in.
+    Refused {
+        /// As it called itself.
+        name: String,
+        /// Why.
+        reason: String,
+    },
+    /// A connection ended before anybody was introduced.
+    Failed(String),
+}
+
+impl fmt::Display for Notice {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        match self {
+            Notice::Lost { name, reason } => {
+                write!(f, "lost worker {name}: {reason}; its walks go to others")
+            }
+            Notice::Refused { name, reason } => write!(f, "refused worker {name}: {reason}"),
+            Notice::Failed(reason) => write!(f, "a connection came to nothing: {reason}"),
+        }
+    }
+}
+
+/// Why a job ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Ending {
+    /// Every walk is in.
+    BudgetSpent,
+    /// The target was met at a look.
+    TargetReached,
+    /// The wall-clock limit came first.
+    WallClock,
+    /// Somebody asked for a stop.
+    Interrupted,
+    /// No worker is left and none will come.
+    NoWorkers,
+    /// A sum overflowed; the prefix is of no use.
+    Overflow,
+}
+
+/// A snapshot for progress displays.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Progress {
+    /// Walks that are in.
+    pub walks: u64,
+    /// Workers at work now.
+    pub workers: usize,
+}
+
+/// What a run took.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Effort {
+    /// From the first lease to the last result that was merged.
+    pub seconds: f64,
+    /// CPU time of all workers.
+    pub cpu_seconds: f64,
+    /// Workers that ever shot.
+    pub workers_seen: u64,
+    /// Workers that were lost while the job ran.
+    pub workers_lost: u64,
+    /// Streams of the job.
+    pub streams: u64,
+    /// Streams of lost leases.
+    pub streams_reissued: u64,
+}
+
+/// Where a connection stands.
+#[derive(Debug)]
+enum Stage {
+    /// Was sent this nonce.
+    Challenged(Proof),
+    /// Is building its replica.
+    Welcomed,
+    /// Shoots.
+    Working,
+}
+
+#[derive(Debug)]
+struct Peer {
+    stage: Stage,
+    name: String,
+    threads: usize,
+    leases: HashSet<LeaseId>,
+    /// When it last spoke, by the waking clock.
+    heard: Duration,
+    progress: u64,
+    /// When it last made progress, by the waking clock.
+    progressed: Duration,
+    /// Walks per second of one thread; 0 before the first result.
+    rate: f64,
+    longest_lease: u64,
+    cpu_seconds: f64,
+}
+
+/// The state of one job.
+pub struct Coordinator {
+    plan: Plan,
+    access: Access,
+    ledger: Ledger,
+    peers: HashMap<PeerId, Peer>,
+    stopping: Option<(Ending, Now)>,
+    ending: Option<Ending>,
+    /// The last tick.
+    ticked: Now,
+    /// The waking clock: time without what went by unnoticed between ticks. Silence and stalls go by it.
+    awake: Duration,
+    first_lease: Option<Now>,
+    last_result: Now,
+    /// CPU time of workers that have gone.
+    cpu_seconds_gone: f64,
+    workers_seen: u64,
+    workers_lost: u64,
+}
+
+impl Coordinator {
+    /// A coordinator for a plan; workers prove that they know the key of `access`.
+    pub fn new(plan: Plan, access: Access) -> Self {
+        let ledger = Ledger::new(plan.paths, plan.stream_paths, plan.looks.clone(), plan.empty.clone());
+        let ending = ledger.is_complete().then_some(Ending::BudgetSpent);
+        Coordinator {
+            plan,
+            access,
+            ledger,
+            peers: HashMap::new(),
+            stopping: None,
+            ending,
+            ticked: Duration::ZERO,
+            awake: Duration::ZERO,
+            first_lease: None,
+            last_result: Duration::ZERO,
+            cpu_seconds_gone: 0.0,
+            workers_seen: 0,
+            workers_lost: 0,
+        }
+    }
+
+    /// Why the job ended, once it has.
+    pub fn ending(&self) -> Option<Ending> {
+        self.ending
+    }
+
+    /// The tally of the prefix 0 … N − 1.
+    pub fn prefix(&self) -> &Tally {
+        self.ledger.prefix()
+    }
+
+    /// For progress displays.
+    pub fn progress(&self) -> Progress {
+        let workers = self.peers.values().filter(|peer| matches!(peer.stage, Stage::Working)).count();
+        Progress { walks: self.ledger.walks_in(), workers }
+    }
+
+    /// What the run has taken so far.
+    pub fn effort(&self) -> Effort {
+        let began = self.first_lease.unwrap_or(self.last_result);
+        Effort {
+            seconds: self.last_result.saturating_sub(began).as_secs_f64(),
+            cpu_seconds: self.cpu_seconds_gone
+                + self.peers.values().map(|peer| peer.cpu_seconds).sum::<f64>(),
+            workers_seen: self.workers_seen,
+            workers_lost: self.workers_lost,
+            streams: self.ledger.streams(),
+            streams_reissued: self.ledger.streams_reissued,
+        }
+    }
+
+    /// The largest frame that a peer may send now: little before it has proved itself, then what a result of
+    /// this job can hold (19 bytes for the longest varint of 128 bits).
+    pub fn frame_cap(&self, known: bool) -> usize {
+        if known { SHORT_FRAME + 19 * self.plan.empty.sums().len() } else { SHORT_FRAME }
+    }
+
+    /// Somebody connected; `nonce` is fresh.
+    pub fn on_connect(&mut self, id: PeerId, nonce: Proof) -> Vec<Action> {
+        if self.ending.is_some() {
+            return vec![Action::Send(id, ToWorker::Done), Action::Close(id)];
+        }
+        let name = format!("peer {id}");
+        if self.peers.values().filter(|peer| matches!(peer.stage, Stage::Challenged(_))).count() >= STRANGERS
+        {
+            let reason = "too many connections have not introduced themselves yet; try again in a while";
+            return refuse(id, name, reason.into());
+        }
+        let peer = Peer {
+            stage: Stage::Challenged(nonce),
+            name,
+            threads: 0,
+            leases: HashSet::new(),
+            heard: self.awake,
+            progress: 0,
+            progressed: self.awake,
+            rate: 0.0,
+            longest_lease: self.plan.stream_paths,
+            cpu_seconds: 0.0,
+        };
+        self.peers.insert(id, peer);
+        vec![Action::Send(id, ToWorker::Challenge { nonce })]
+    }
+
+    /// A peer said something.
+    pub fn on_message(&mut self, id: PeerId, message: ToCoordinator, now: Now) -> Vec<Action> {
+        // The prefix stays what it was when the job ended.
+        if self.ending.is_some() {
+            return vec![];
+        }
+        let Some(peer) = self.peers.get_mut(&id) else { return vec![] };
+        peer.heard = self.awake;
+        match (&peer.stage, message) {
+            (Stage::Challenged(nonce), ToCoordinator::Hello(hello)) => {
+                let nonce = *nonce;
+                self.on_hello(id, nonce, hello)
+            }
+            (Stage::Welcomed, ToCoordinator::Ready { scene_hash, job_hash }) => {
+                self.on_ready(id, scene_hash, job_hash, now)
+            }
+            (Stage::Working, ToCoordinator::Result(result)) => self.on_result(id, result, now),
+            (Stage::Welcomed | Stage::Working, ToCoordinator::Alive { progress }) => {
+                if progress > peer.progress {
+                    (peer.progress, peer.progressed) = (progress, self.awake);
+                }
+                vec![]
+            }
+            (_, ToCoordinator::Failed { reason }) => self.drop_peer(id, &format!("gave up: {reason}"), now),
+            _ => self.drop_peer(id, "spoke out of turn (a foreign or faulty program)", now),
+        }
+    }
+
+    /// A long message to or from a peer is on its way, or one of its messages waits to be handled. It can say
+    /// nothing else until then, so this is a sign of life and of progress.
+    pub fn on_stir(&mut self, id: PeerId) {
+        if let Some(peer) = self.peers.get_mut(&id) {
+            (peer.heard, peer.progressed) = (self.awake, self.awake);
+        }
+    }
+
+    /// A peer answered the challenge: is it one of ours?
+    fn on_hello(&mut self, id: PeerId, nonce: Proof, hello: Hello) -> Vec<Action> {
+        let refusal = if hello.protocol != PROTOCOL {
+            Some(format!(
+                "it speaks protocol {}, this coordinator {PROTOCOL}; use the same radwalk",
+                hello.protocol
+            ))
+        } else if hello.build != self.plan.build {
+            Some(format!(
+                "it is radwalk {}, this coordinator {} (other builds may walk otherwise); use the same build",
+                printable(&hello.build, NAME_CHARS),
+                self.plan.build
+            ))
+        } else if !self.access.holds(Speaker::Worker, &nonce, &hello.proof) {
+            Some("it does not know the key of this run; use this run's access file".into())
+        } else if hello.threads == 0 {
+            Some("it has no threads".into())
+        } else {
+            None
+        };
+        if let Some(reason) = refusal {
+            self.peers.remove(&id);
+            return refuse(id, printable(&hello.name, NAME_CHARS), reason);
+        }
+        let peer = self.peers.get_mut(&id).expect("the caller found it");
+        peer.stage = Stage::Welcomed;
+        peer.name = printable(&hello.name, NAME_CHARS);
+        peer.threads = (hello.threads as usize).min(MAX_THREADS);
+        let proof = self.access.prove(Speaker::Coordinator, &hello.nonce);
+        vec![Action::Send(id, ToWorker::Welcome { proof, job: self.plan.job.clone() })]
+    }
+
+    /// A peer has built its replica: is it the same scene and job?
+    fn on_ready(&mut self, id: PeerId, scene_hash: [u8; 32], job_hash: [u8; 32], now: Now) -> Vec<Action> {
+        if (scene_hash, job_hash) != (self.plan.scene_hash, self.plan.job_hash) {
+            self.workers_lost += 1;
+            let peer = self.peers.remove(&id).expect("the caller found it");
+            let reason = "its replica of the scene differs (its build or memory is faulty)";
+            return refuse(id, peer.name, reason.into());
+        }
+        self.workers_seen += 1;
+        let peer = self.peers.get_mut(&id).expect("the caller found it");
+        peer.stage = Stage::Working;
+        peer.progressed = self.awake;
+        self.hand_out(now)
+    }
+
+    /// The result of a lease: taken whole or not at all.
+    fn on_result(&mut self, id: PeerId, result: LeaseResult, now: Now) -> Vec<Action> {
+        let peer = self.peers.get_mut(&id).expect("the caller found it");
+        let lease = result.lease;
+        if !peer.leases.remove(&lease) {
+            return self.drop_peer(id, "sent a result that it was not asked for", now);
+        }
+        let counts = Counts::from_array(result.counts);
+        // Not a number is no less than any, and so becomes the least time, too.
+        let rate = counts.walks as f64 / result.seconds.max(1e-6);
+        peer.rate = if peer.rate == 0.0 { rate } else { 0.5 * (peer.rate + rate) };
+        if result.cpu_seconds.is_finite() {
+            peer.cpu_seconds = peer.cpu_seconds.max(result.cpu_seconds);
+        }
+        peer.progressed = self.awake;
+        let patches = self.plan.empty.sums().len() / self.plan.empty.moments();
+        let accepted = Tally::from_parts(counts, patches, result.moments as usize, result.sums)
+            .map_err(Rejected::Tally)
+            .and_then(|tally| self.ledger.accept(lease, tally));
+        match accepted {
+            Ok(()) => {
+                self.last_result = now;
+                self.advance(now)
+            }
+            Err(Rejected::Tally(MergeError::Overflow(_))) => self.finish(Ending::Overflow),
+            Err(rejected) => {
+                self.ledger.lose(lease);
+                self.drop_peer(id, &format!("sent a result that does not fit ({rejected})"), now)
+            }
+        }
+    }
+
+    /// Moves the prefix on, looks at the target where the job says so, and gives out more work.
+    fn advance(&mut self, now: Now) -> Vec<Action> {
+        loop {
+            match self.ledger.advance() {
+                Ok(true) => {}
+                Ok(false) => break,
+                Err(_) => return self.finish(Ending::Overflow),
+            }
+            if self.ledger.at_look() && self.plan.target.as_mut().is_some_and(|met| met(self.ledger.prefix()))
+            {
+                return self.finish(Ending::TargetReached);
+            }
+        }
+        if self.ledger.is_complete() {
+            return self.finish(Ending::BudgetSpent);
+        }
+        self.go_on(now)
+    }
+
+    /// Gives out what there is to do, and ends a job that is stopping once nothing more can be saved.
+    fn go_on(&mut self, now: Now) -> Vec<Action> {
+        let mut actions = self.hand_out(now);
+        let gap_may_close =
+            self.ledger.gap_is_out() || (self.ledger.gap_is_lost() && self.working().next().is_some());
+        if let Some((ending, _)) = self.stopping
+            && !gap_may_close
+        {
+            actions.extend(self.finish(ending));
+        }
+        actions
+    }
+
+    /// Fills every working peer up with leases, the idlest first. While stopping, with those alone that fill
+    /// gaps below results that are in.
+    fn hand_out(&mut self, now: Now) -> Vec<Action> {
+        let mut actions = Vec::new();
+        let threads: usize = self.working().map(|(_, peer)| peer.threads).sum();
+        for depth in 0..LEASES_PER_THREAD {
+            let mut hungry: Vec<PeerId> = self
+                .working()
+                .filter(|(_, peer)| peer.leases.len() < (depth + 1) * peer.threads)
+                .map(|(id, _)| id)
+                .collect();
+            hungry.sort_unstable();
+            for id in hungry {
+                while self.peers[&id].leases.len() < (depth + 1) * self.peers[&id].threads {
+                    let walks = self.lease_walks(id, threads);
+                    let leased = match self.stopping {
+                        None => self.ledger.lease(walks),
+                        Some(_) => self.ledger.lease_gap(walks),
+                    };
+                    let Some((lease, range)) = leased else { return actions };
+                    actions.push(self.send_lease(id, lease, range, now));
+                }
+            }
+        }
+        actions
+    }
+
+    fn working(&self) -> impl Iterator<Item = (PeerId, &Peer)> {
+        self.peers
+            .iter()
+            .filter(|(_, peer)| matches!(peer.stage, Stage::Working))
+            .map(|(&id, peer)| (id, peer))
+    }
+
+    /// How many walks to lease to a peer: by its rate, but ever fewer towards the end so that all finish
+    /// together. Only the pace depends on it, never the answer.
+    fn lease_walks(&self, id: PeerId, threads: usize) -> u64 {
+        let peer = &self.peers[&id];
+        let seconds = LEASE_SECONDS + LEASE_SECONDS_PER_SUM * self.plan.empty.sums().len() as f64;
+        let by_rate = peer.rate * seconds;
+        let by_growth = peer.longest_lease as f64 * LEASE_GROWTH;
+        let share = self.ledger.unleased() / (LEASES_PER_THREAD * threads) as u64;
+        (by_rate.min(by_growth) as u64).min(share)
+    }
+
+    fn send_lease(&mut self, id: PeerId, lease: LeaseId, range: Range<u64>, now: Now) -> Action {
+        self.first_lease.get_or_insert(now);
+        let walks = range.end - range.start;
+        let peer = self.peers.get_mut(&id).expect("a working peer");
+        if peer.leases.is_empty() {
+            peer.progressed = self.awake;
+        }
+        peer.leases.insert(lease);
+        peer.longest_lease = peer.longest_lease.max(walks);
+        Action::Send(id, ToWorker::Lease { id: lease, first_walk: range.start, walks })
+    }
+
+    /// A connection is gone.
+    pub fn on_lost(&mut self, id: PeerId, reason: &str, now: Now) -> Vec<Action> {
+        if self.peers.contains_key(&id) { self.drop_peer(id, reason, now) } else { vec![] }
+    }
+
+    /// Closes a connection and gives its leases to others.
+    fn drop_peer(&mut self, id: PeerId, reason: &str, now: Now) -> Vec<Action> {
+        let mut actions = self.forget(id, reason);
+        if self.ending.is_none() {
+            actions.extend(self.advance(now));
+        }
+        actions
+    }
+
+    /// Closes a connection and takes its leases back.
+    fn forget(&mut self, id: PeerId, reason: &str) -> Vec<Action> {
+        let Some(peer) = self.peers.remove(&id) else { return vec![] };
+        self.cpu_seconds_gone += peer.cpu_seconds;
+        if self.ending.is_some() {
+            return vec![Action::Close(id)];
+        }
+        for lease in peer.leases {
+            self.ledger.lose(lease);
+        }
+        let reason = printable(reason, REASON_CHARS);
+        let notice = if matches!(peer.stage, Stage::Challenged(_)) {
+            Notice::Failed(reason)
+        } else {
+            self.workers_lost += 1;
+            Notice::Lost { name: peer.name, reason }
+        };
+        vec![Action::Close(id), Action::Tell(notice)]
+    }
+
+    /// Time goes by: notices silence, stalls, the wall clock and the end of a stop's grace.
+    pub fn on_tick(&mut self, now: Now) -> Vec<Action> {
+        if self.ending.is_some() {
+            return vec![];
+        }
+        self.awake += now.saturating_sub(self.ticked).min(BLINK);
+        self.ticked = now;
+        let mut given_up: Vec<(PeerId, &str)> = self
+            .peers
+            .iter()
+            .filter_map(|(&id, peer)| {
+                let stalled = !peer.leases.is_empty() && self.awake - peer.progressed > STALL;
+                match () {
+                    () if self.awake - peer.heard > SILENCE => Some((id, "it went silent")),
+                    () if stalled => Some((id, "it makes no progress")),
+                    () => None,
+                }
+            })
+            .collect();
+        given_up.sort_unstable();
+        // All are gone before any lease is given to others, lest one of them gets it.
+        let mut actions: Vec<Action> =
+            given_up.iter().flat_map(|&(id, reason)| self.forget(id, reason)).collect();
+        if !given_up.is_empty() {
+            actions.extend(self.advance(now));
+        }
+        if self.plan.wall.is_some_and(|wall| now >= wall) {
+            actions.extend(self.stop(Ending::WallClock, now));
+        }
+        if let Some((ending, since)) = self.stopping
+            && now.saturating_sub(since) > self.stop_grace()
+        {
+            actions.extend(self.finish(ending));
+        }
+        actions
+    }
+
+    fn stop_grace(&self) -> Duration {
+        STOP_GRACE
+            + Duration::from_secs_f64(2.0 * LEASE_SECONDS_PER_SUM * self.plan.empty.sums().len() as f64)
+    }
+
+    /// Ends the job early, in good order: no new leases but of lost gaps; results under way are waited for
+    /// where they fill a gap below others.
+    pub fn stop(&mut self, ending: Ending, now: Now) -> Vec<Action> {
+        if self.stopping.is_some() || self.ending.is_some() {
+            return vec![];
+        }
+        self.stopping = Some((ending, now));
+        self.go_on(now)
+    }
+
+    /// No worker will come any more. Ends the job once none is left: what the last ones sent may still be
+    /// unread, and others may have joined that the owner does not know.
+    pub fn on_no_workers(&mut self) -> Vec<Action> {
+        let left = self.peers.values().any(|peer| !matches!(peer.stage, Stage::Challenged(_)));
+        if left { vec![] } else { self.finish(Ending::NoWorkers) }
+    }
+
+    fn finish(&mut self, ending: Ending) -> Vec<Action> {
+        if self.ending.is_some() {
+            return vec![];
+        }
+        self.ending = Some(ending);
+        let mut ids: Vec<PeerId> = self.peers.keys().copied().collect();
+        ids.sort_unstable();
+        ids.into_iter().flat_map(|id| [Action::Send(id, ToWorker::Done), Action::Close(id)]).collect()
+    }
+}
+
+fn refuse(id: PeerId, name: String, reason: String) -> Vec<Action> {
+    let message = ToWorker::Refused { reason: reason.clone() };
+    vec![Action::Send(id, message), Action::Close(id), Action::Tell(Notice::Refused { name, reason })]
+}
+
+/// What a peer says as it may be shown on a terminal.
+fn printable(words: &str, chars: usize) -> String {
+    words.chars().filter(|c| !c.is_control()).take(chars).collect()
+}

@@ -1,0 +1,324 @@
+//! The ledger of walks: which are leased, which are in, which are lost; and the tally of a prefix.
+//!
+//! Walks are leased in ranges of whole streams. A lease comes in whole or not at all. What is reported is
+//! always the tally of walks 0 … N − 1 for some N: results that arrive ahead of a gap wait beside the prefix
+//! (neighbours merged into one) until the gap is filled.
+
+use std::collections::{BTreeMap, HashMap};
+use std::ops::Range;
+
+use radiosity::{MergeError, Tally};
+
+/// A number that names one lease; never used twice.
+pub type LeaseId = u64;
+
+/// Why a result was not taken.
+#[derive(Debug, PartialEq, Eq, thiserror::Error)]
+pub enum Rejected {
+    /// No such lease is out: it was lost and given to others, or never was.
+    #[error("lease {0} is not out")]
+    NotLeased(LeaseId),
+    /// The result is for another number of walks than was leased.
+    #[error("the result holds {got} walks instead of {expected}")]
+    Walks {
+        /// Walks of the lease.
+        expected: u64,
+        /// Walks of the result.
+        got: u64,
+    },
+    /// The tally does not fit.
+    #[error(transparent)]
+    Tally(#[from] MergeError),
+}
+
+/// The books of one job.
+#[derive(Debug)]
+pub struct Ledger {
+    total: u64,
+    stream_walks: u64,
+    /// Walk numbers at which the prefix is looked at, ascending; no lease and no waiting range crosses one.
+    looks: Vec<u64>,
+    next: u64,
+    next_lease: LeaseId,
+    out: HashMap<LeaseId, Range<u64>>,
+    /// Lost ranges by their first walk, to be leased again before new ones.
+    lost: BTreeMap<u64, u64>,
+    waiting: BTreeMap<u64, (u64, Tally)>,
+    prefix: Tally,
+    /// Streams of leases that were lost.
+    pub streams_reissued: u64,
+}
+
+impl Ledger {
+    /// Books for walks 0 … `total` − 1, beginning with an empty `prefix` tally of the right shape.
+    pub fn new(total: u64, stream_walks: u64, looks: Vec<u64>, prefix: Tally) -> Self {
+        Ledger {
+            total,
+            stream_walks,
+            looks,
+            next: 0,
+            next_lease: 0,
+            out: HashMap::new(),
+            lost: BTreeMap::new(),
+            waiting: BTreeMap::new(),
+            prefix,
+            streams_reissued: 0,
+        }
+    }
+
+    /// Walks 0 … N − 1 that are in without a gap, merged.
+    pub fn prefix(&self) -> &Tally {
+        &self.prefix
+    }
+
+    /// N of the prefix.
+    pub fn prefix_walks(&self) -> u64 {
+        self.prefix.counts.walks
+    }
+
+    /// Walks that are in, those beyond a gap included.
+    pub fn walks_in(&self) -> u64 {
+        self.prefix_walks() + self.waiting.iter().map(|(start, (end, _))| end - start).sum::<u64>()
+    }
+
+    /// Whether every walk is in.
+    pub fn is_complete(&self) -> bool {
+        self.prefix_walks() == self.total
+    }
+
+    /// Walks that nobody has yet.
+    pub fn unleased(&self) -> u64 {
+        self.total - self.next + self.lost.iter().map(|(start, end)| end - start).sum::<u64>()
+    }
+
+    /// Streams of the job.
+    pub fn streams(&self) -> u64 {
+        self.total.div_ceil(self.stream_walks)
+    }
+
+    /// Leases about `walks` walks, rounded up to whole streams: lost ones first, lowest first. `None` when
+    /// all are out or in.
+    pub fn lease(&mut self, walks: u64) -> Option<(LeaseId, Range<u64>)> {
+        let (start, available) = match self.lost.pop_first() {
+            Some((start, end)) => (start, end),
+            None if self.next < self.total => (self.next, self.total),
+            None => return None,
+        };
+        let end = self.lease_end(start, walks, available);
+        if start == self.next {
+            self.next = end;
+        } else if end < available {
+            self.lost.insert(end, available);
+        }
+        let id = self.next_lease;
+        self.next_lease += 1;
+        self.out.insert(id, start..end);
+        Some((id, start..end))
+    }
+
+    /// The end of a lease from `start`: on a stream boundary, before the next look, within what is available.
+    fn lease_end(&self, start: u64, walks: u64, available: u64) -> u64 {
+        let streams = start.saturating_add(walks.max(1)).div_ceil(self.stream_walks);
+        let end = streams.saturating_mul(self.stream_walks);
+        let look = self.looks.iter().copied().find(|&look| look > start).unwrap_or(u64::MAX);
+        end.min(look).min(available)
+    }
+
+    /// Takes the result of a lease.
+    ///
+    /// # Errors
+    /// Where the lease is not out or the tally does not fit; nothing is changed then, except that an overflow
+    /// of the prefix ends the job.
+    pub fn accept(&mut self, id: LeaseId, tally: Tally) -> Result<(), Rejected> {
+        let range = self.out.get(&id).ok_or(Rejected::NotLeased(id))?.clone();
+        let (expected, got) = (range.end - range.start, tally.counts.walks);
+        if expected != got {
+            return Err(Rejected::Walks { expected, got });
+        }
+        if (tally.moments(), tally.sums().len()) != (self.prefix.moments(), self.prefix.sums().len()) {
+            return Err(MergeError::Shape(self.prefix.sums().len(), tally.sums().len()).into());
+        }
+        self.out.remove(&id);
+        self.wait(range, tally)?;
+        Ok(())
+    }
+
+    /// Puts a range beside the prefix, merged with its neighbours.
+    fn wait(&mut self, range: Range<u64>, mut tally: Tally) -> Result<(), MergeError> {
+        let (mut start, mut end) = (range.start, range.end);
+        if let Some((&before, &(before_end, _))) = self.waiting.range(..start).next_back()
+            && before_end == start
+            && !self.looks.contains(&start)
+        {
+            let (_, earlier) = self.waiting.remove(&before).expect("just found");
+            tally.merge(&earlier)?;
+            start = before;
+        }
+        if self.waiting.contains_key(&end) && !self.looks.contains(&end) {
+            let (later_end, later) = self.waiting.remove(&end).expect("just found");
+            tally.merge(&later)?;
+            end = later_end;
+        }
+        self.waiting.insert(start, (end, tally));
+        Ok(())
+    }
+
+    /// Moves the prefix on, at most to the next look. Returns whether it moved; call it until it does not,
+    /// looking at the prefix in between.
+    ///
+    /// # Errors
+    /// Where a sum overflows; the job cannot go on.
+    pub fn advance(&mut self) -> Result<bool, MergeError> {
+        let Some((_, tally)) = self.waiting.remove(&self.prefix_walks()) else { return Ok(false) };
+        self.prefix.merge(&tally)?;
+        Ok(true)
+    }
+
+    /// Whether the prefix ends at a look.
+    pub fn at_look(&self) -> bool {
+        self.looks.binary_search(&self.prefix_walks()).is_ok()
+    }
+
+    /// Where the last range begins that waits beyond a gap.
+    fn last_waiting(&self) -> Option<u64> {
+        self.waiting.keys().next_back().copied()
+    }
+
+    /// Whether a gap below results that are in could still be filled by a lease that is out.
+    pub fn gap_is_out(&self) -> bool {
+        self.last_waiting().is_some_and(|last| self.out.values().any(|range| range.start < last))
+    }
+
+    /// Whether a lost range is a gap below results that are in.
+    pub fn gap_is_lost(&self) -> bool {
+        self.last_waiting().is_some_and(|last| self.lost.keys().next().is_some_and(|&start| start < last))
+    }
+
+    /// As [`Ledger::lease`], but only of what was lost below results that are in: no walk is shot any more
+    /// that does not save others.
+    pub fn lease_gap(&mut self, walks: u64) -> Option<(LeaseId, Range<u64>)> {
+        if self.gap_is_lost() { self.lease(walks) } else { None }
+    }
+
+    /// Gives up a lease: its walks are leased again.
+    pub fn lose(&mut self, id: LeaseId) {
+        let Some(range) = self.out.remove(&id) else { return };
+        self.streams_reissued += (range.end - range.start).div_ceil(self.stream_walks);
+        self.lost.insert(range.start, range.end);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use radiosity::Counts;
+
+    /// A stand-in tally: patch sums are functions of the walk numbers, so that any mix-up shows.
+    fn tally(range: &Range<u64>) -> Tally {
+        let counts =
+            Counts { walks: range.end - range.start, rays: range.clone().sum(), ..Counts::default() };
+        let sums = vec![range.clone().map(u128::from).sum(), range.clone().map(|n| u128::from(n * n)).sum()];
+        Tally::from_parts(counts, 1, 2, sums).unwrap()
+    }
+
+    fn ledger(total: u64, stream: u64, looks: &[u64]) -> Ledger {
+        Ledger::new(total, stream, looks.to_vec(), Tally::new(1, 2))
+    }
+
+    #[test]
+    fn any_order_of_arrival_and_loss_gives_the_same_tally() {
+        let mut state = 1_u64;
+        let mut random = |n: u64| {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 33) % n
+        };
+        for stream in [1, 7, 64, 1000] {
+            for _ in 0..100 {
+                let mut books = ledger(500, stream, &[100, 333, 500]);
+                let mut out: Vec<(LeaseId, Range<u64>)> = Vec::new();
+                let mut looked = Vec::new();
+                while !books.is_complete() {
+                    match random(4) {
+                        0 | 1 => out.extend(books.lease(random(90))),
+                        2 if !out.is_empty() => {
+                            let (id, range) = out.swap_remove(random(out.len() as u64) as usize);
+                            books.accept(id, tally(&range)).unwrap();
+                            assert_eq!(
+                                books.accept(id, tally(&range)),
+                                Err(Rejected::NotLeased(id)),
+                                "twice"
+                            );
+                            while books.advance().unwrap() {
+                                assert_eq!(books.prefix(), &tally(&(0..books.prefix_walks())));
+                                if books.at_look() {
+                                    looked.push(books.prefix_walks());
+                                }
+                            }
+                        }
+                        3 if !out.is_empty() => {
+                            let (id, range) = out.swap_remove(random(out.len() as u64) as usize);
+                            books.lose(id);
+                            assert_eq!(books.accept(id, tally(&range)), Err(Rejected::NotLeased(id)), "late");
+                        }
+                        _ => {}
+                    }
+                }
+                assert_eq!(books.prefix(), &tally(&(0..500)));
+                assert_eq!(looked, [100, 333, 500], "every look once, in order");
+            }
+        }
+    }
+
+    #[test]
+    fn a_result_of_other_walks_or_shape_is_refused_and_the_lease_stays_out() {
+        let mut books = ledger(100, 10, &[]);
+        let (id, range) = books.lease(10).unwrap();
+        assert_eq!(range, 0..10);
+        assert_eq!(books.accept(id, tally(&(0..9))), Err(Rejected::Walks { expected: 10, got: 9 }));
+        let mut foreign = Tally::new(2, 2);
+        foreign.counts.walks = 10;
+        assert!(matches!(books.accept(id, foreign), Err(Rejected::Tally(MergeError::Shape(2, 4)))));
+        books.accept(id, tally(&range)).unwrap();
+    }
+
+    #[test]
+    fn leases_are_whole_streams_and_stop_at_looks() {
+        let mut books = ledger(1000, 100, &[250]);
+        assert_eq!(books.lease(1).unwrap().1, 0..100);
+        assert_eq!(books.lease(1000).unwrap().1, 100..250);
+        assert_eq!(books.lease(10).unwrap().1, 250..300);
+        assert_eq!(books.lease(u64::MAX).unwrap().1, 300..1000);
+        assert!(books.lease(1).is_none());
+        assert_eq!(books.streams(), 10);
+    }
+
+    #[test]
+    fn a_gap_is_what_is_missing_below_results_that_are_in() {
+        let mut books = ledger(400, 100, &[]);
+        let leases: Vec<_> = std::iter::from_fn(|| books.lease(100)).collect();
+        books.accept(leases[2].0, tally(&leases[2].1)).unwrap();
+        assert!(books.gap_is_out() && !books.gap_is_lost());
+        assert!(books.lease_gap(1).is_none(), "nothing was lost");
+        books.lose(leases[3].0);
+        assert!(!books.gap_is_lost(), "nothing is in beyond it");
+        books.lose(leases[0].0);
+        books.lose(leases[1].0);
+        assert!(!books.gap_is_out() && books.gap_is_lost());
+        assert_eq!(books.lease_gap(1).unwrap().1, 0..100);
+        assert_eq!(books.lease_gap(1).unwrap().1, 100..200);
+        assert!(books.lease_gap(1).is_none(), "what lies beyond saves nothing");
+        assert_eq!(books.walks_in(), 100);
+        assert_eq!(books.unleased(), 100);
+    }
+
+    #[test]
+    fn a_lost_lease_is_split_when_less_is_asked_for() {
+        let mut books = ledger(1000, 100, &[]);
+        let (id, _) = books.lease(600).unwrap();
+        books.lose(id);
+        assert_eq!(books.lease(100).unwrap().1, 0..100);
+        assert_eq!(books.lease(900).unwrap().1, 100..600);
+        assert_eq!(books.lease(900).unwrap().1, 600..1000);
+        assert_eq!(books.streams_reissued, 6);
+    }
+}

@@ -1,0 +1,1033 @@
+//! The coordinator's state machine against a fake transport: every message that it sends is one that the
+//! test expects, and time is a number.
+
+mod toy;
+
+use std::collections::{BTreeMap, VecDeque};
+use std::ops::Range;
+use std::time::Duration;
+
+use cluster::access::{Access, Speaker};
+use cluster::coordinator::{Action, Coordinator, Ending, Notice, PeerId, Plan, SILENCE, STALL};
+use cluster::message::{Hello, LeaseResult, PROTOCOL, ToCoordinator, ToWorker};
+use radiosity::Tally;
+use toy::{BUILD, JOB, JOB_HASH, PATCHES, READY, SCENE_HASH, hash, plan, result, straight};
+
+const SECOND: Duration = Duration::from_secs(1);
+
+/// A lease as its worker knows it.
+#[derive(Clone, Debug, PartialEq)]
+struct Lease {
+    id: u64,
+    walks: Range<u64>,
+}
+
+/// The fake transport. It holds the coordinator to what no sequence of events may break: nothing is sent to
+/// who is gone, no walk is out twice or again once it is in, and nothing but farewells follows the end.
+struct Stage {
+    coordinator: Coordinator,
+    access: Access,
+    now: Duration,
+    next_peer: PeerId,
+    stream: u64,
+    /// What every open connection was sent and has not read.
+    wires: BTreeMap<PeerId, VecDeque<ToWorker>>,
+    /// What those that are closed had been sent.
+    closed: BTreeMap<PeerId, VecDeque<ToWorker>>,
+    /// What is out, by peer.
+    out: Vec<(PeerId, Lease)>,
+    /// What is in.
+    taken: Vec<Range<u64>>,
+    notices: Vec<Notice>,
+}
+
+impl Stage {
+    fn new(plan: Plan) -> Self {
+        let access = Access::new("nowhere:1".into()).unwrap();
+        let stream = plan.stream_paths;
+        Stage {
+            coordinator: Coordinator::new(plan, access.clone()),
+            access,
+            now: Duration::ZERO,
+            next_peer: 0,
+            stream,
+            wires: BTreeMap::new(),
+            closed: BTreeMap::new(),
+            out: Vec::new(),
+            taken: Vec::new(),
+            notices: Vec::new(),
+        }
+    }
+
+    /// Does what the coordinator asks for.
+    fn act(&mut self, actions: Vec<Action>) {
+        for action in actions {
+            match action {
+                Action::Send(id, message) => {
+                    if let ToWorker::Lease { id: lease, first_walk, walks } = message {
+                        self.check_lease(id, Lease { id: lease, walks: first_walk..first_walk + walks });
+                    } else if self.coordinator.ending().is_some() {
+                        assert_eq!(message, ToWorker::Done);
+                    }
+                    self.wires.get_mut(&id).expect("messages go to open connections").push_back(message);
+                }
+                Action::Close(id) => {
+                    let wire = self.wires.remove(&id).expect("open connections are closed");
+                    self.closed.insert(id, wire);
+                    self.out.retain(|(peer, _)| *peer != id);
+                }
+                Action::Tell(notice) => self.notices.push(notice),
+            }
+        }
+    }
+
+    fn check_lease(&mut self, peer: PeerId, lease: Lease) {
+        let Range { start, end } = lease.walks;
+        assert!(self.coordinator.ending().is_none(), "no work is given out after the end");
+        assert!(start < end, "a lease of nothing");
+        let apart = |other: &Range<u64>| end <= other.start || other.end <= start;
+        assert!(self.out.iter().all(|(_, out)| out.id != lease.id && apart(&out.walks)), "{lease:?} is out");
+        assert!(self.taken.iter().all(apart), "{lease:?} is in");
+        self.out.push((peer, lease));
+    }
+
+    /// Somebody connects and is challenged.
+    fn connect(&mut self) -> PeerId {
+        let id = self.next_peer;
+        self.next_peer += 1;
+        self.wires.insert(id, VecDeque::new());
+        let actions = self.coordinator.on_connect(id, challenge(id));
+        self.act(actions);
+        id
+    }
+
+    fn say(&mut self, id: PeerId, message: ToCoordinator) {
+        let actions = self.coordinator.on_message(id, message, self.now);
+        self.act(actions);
+    }
+
+    /// The next message to a peer, open or closed.
+    fn hear(&mut self, id: PeerId) -> ToWorker {
+        let wire = self.wires.get_mut(&id).or(self.closed.get_mut(&id)).expect("a peer");
+        wire.pop_front().unwrap_or_else(|| panic!("peer {id} was to hear something"))
+    }
+
+    fn hello(&self, id: PeerId) -> Hello {
+        toy::hello(&self.access, &challenge(id), &format!("worker {id}"), 1)
+    }
+
+    fn introduce(&mut self, hello: impl FnOnce(Hello) -> Hello) -> PeerId {
+        let id = self.connect();
+        assert_eq!(self.hear(id), ToWorker::Challenge { nonce: challenge(id) });
+        let hello = hello(self.hello(id));
+        self.say(id, ToCoordinator::Hello(hello));
+        id
+    }
+
+    /// A worker joins, up to the point where it builds its replica.
+    fn welcome(&mut self, threads: u32) -> PeerId {
+        let id = self.introduce(|hello| Hello { threads, ..hello });
+        let proof = self.access.prove(Speaker::Coordinator, &[9; 32]);
+        assert_eq!(self.hear(id), ToWorker::Welcome { proof, job: JOB.into() });
+        id
+    }
+
+    /// A worker joins.
+    fn join(&mut self, threads: u32) -> PeerId {
+        let id = self.welcome(threads);
+        self.say(id, READY);
+        id
+    }
+
+    /// Everything that a worker was sent, which must be leases.
+    fn leases(&mut self, id: PeerId) -> Vec<Lease> {
+        let wire = std::mem::take(self.wires.get_mut(&id).expect("an open connection"));
+        wire.into_iter()
+            .map(|message| match message {
+                ToWorker::Lease { id, first_walk, walks } => {
+                    let walks = first_walk..first_walk + walks;
+                    assert!(walks.start.is_multiple_of(self.stream));
+                    Lease { id, walks }
+                }
+                other => panic!("peer {id} was to hear of leases, not {other:?}"),
+            })
+            .collect()
+    }
+
+    fn send(&mut self, id: PeerId, result: LeaseResult) {
+        let honest = self.out.iter().position(|(peer, lease)| {
+            *peer == id && lease.id == result.lease && result == toy::result(lease.id, lease.walks.clone())
+        });
+        if let Some(honest) = honest {
+            let (_, lease) = self.out.swap_remove(honest);
+            self.taken.push(lease.walks);
+        }
+        self.say(id, ToCoordinator::Result(result));
+    }
+
+    fn finish(&mut self, id: PeerId, lease: &Lease) {
+        self.send(id, result(lease.id, lease.walks.clone()));
+    }
+
+    fn cut(&mut self, id: PeerId) {
+        let actions = self.coordinator.on_lost(id, "the connection was closed", self.now);
+        self.act(actions);
+    }
+
+    fn stop(&mut self) {
+        let actions = self.coordinator.stop(Ending::Interrupted, self.now);
+        self.act(actions);
+    }
+
+    /// Time goes by in ticks of at most a second; `alive` speak, and make progress.
+    fn pass(&mut self, time: Duration, alive: &[PeerId]) {
+        let until = self.now + time;
+        while self.now < until && self.coordinator.ending().is_none() {
+            self.now = until.min(self.now + SECOND);
+            for &id in alive {
+                self.say(id, ToCoordinator::Alive { progress: self.now.as_millis() as u64 });
+            }
+            let actions = self.coordinator.on_tick(self.now);
+            self.act(actions);
+        }
+    }
+
+    /// Lets workers do all they are given until the job ends.
+    fn work_off(&mut self, workers: &[PeerId]) {
+        let mut mine: BTreeMap<PeerId, VecDeque<Lease>> = BTreeMap::new();
+        while self.coordinator.ending().is_none() {
+            let before = self.taken.len();
+            for &id in workers {
+                if self.coordinator.ending().is_none() {
+                    let leases = self.leases(id);
+                    let queue = mine.entry(id).or_default();
+                    queue.extend(leases);
+                    if let Some(lease) = queue.pop_front() {
+                        self.finish(id, &lease);
+                    }
+                }
+            }
+            assert!(self.taken.len() > before, "nobody has anything to do");
+        }
+    }
+
+    fn notice(&mut self) -> String {
+        assert_eq!(self.notices.len(), 1, "{:?}", self.notices);
+        self.notices.remove(0).to_string()
+    }
+
+    /// The job has ended for a reason, with a tally of so many walks, and everybody was sent home.
+    #[track_caller]
+    fn ends(&mut self, ending: Ending, walks: u64) {
+        assert_eq!(self.coordinator.ending(), Some(ending));
+        assert_eq!(self.coordinator.prefix(), &straight(0..walks));
+        assert!(self.wires.is_empty(), "somebody was left behind");
+        let late = self.connect();
+        assert_eq!(self.hear(late), ToWorker::Done);
+        assert!(self.closed.contains_key(&late));
+    }
+
+    #[track_caller]
+    fn goes_on(&self) {
+        assert_eq!(self.coordinator.ending(), None);
+    }
+}
+
+fn challenge(id: PeerId) -> [u8; 32] {
+    let mut nonce = [7; 32];
+    nonce[..8].copy_from_slice(&id.to_le_bytes());
+    nonce
+}
+
+#[test]
+fn one_worker_shoots_everything() {
+    let mut stage = Stage::new(plan(1000, 64));
+    let worker = stage.join(1);
+    stage.work_off(&[worker]);
+    stage.ends(Ending::BudgetSpent, 1000);
+    let effort = stage.coordinator.effort();
+    assert_eq!((effort.workers_seen, effort.workers_lost), (1, 0));
+    assert_eq!((effort.streams, effort.streams_reissued), (16, 0));
+    assert_eq!(stage.notices, []);
+}
+
+#[test]
+fn three_workers_of_several_threads_share_the_work() {
+    let mut stage = Stage::new(plan(5000, 10));
+    let workers = [stage.join(1), stage.join(3), stage.join(2)];
+    assert_eq!(stage.coordinator.progress().workers, 3);
+    assert_eq!(workers.map(|id| stage.wires[&id].len()), [2, 6, 4], "one under way and one waiting a thread");
+    stage.work_off(&workers);
+    stage.ends(Ending::BudgetSpent, 5000);
+    assert_eq!(stage.coordinator.effort().workers_seen, 3);
+}
+
+#[test]
+fn everybody_gets_something_when_there_is_little() {
+    let mut stage = Stage::new(plan(3, 1));
+    let first = stage.welcome(1);
+    let second = stage.join(1);
+    assert_eq!(stage.leases(second).len(), 2);
+    stage.say(first, READY);
+    assert_eq!(stage.leases(first).len(), 1);
+}
+
+#[test]
+fn a_job_without_walks_is_done() {
+    let mut stage = Stage::new(plan(0, 10));
+    stage.ends(Ending::BudgetSpent, 0);
+}
+
+#[test]
+fn foreigners_are_refused_with_the_reason() {
+    let other = Access::new("nowhere:1".into()).unwrap();
+    let cases: [(&dyn Fn(Hello) -> Hello, &str); 6] = [
+        (&|hello| Hello { protocol: PROTOCOL + 1, ..hello }, "protocol"),
+        (
+            &|hello| Hello { build: "0.0.9 \u{1b}[31m".into(), ..hello },
+            "it is radwalk 0.0.9 [31m, this coordinator",
+        ),
+        (&|hello| Hello { proof: other.prove(Speaker::Worker, &challenge(2)), ..hello }, "key of this run"),
+        // The proof of the other end, or over another nonce, is none.
+        (
+            &|hello| Hello { proof: other.prove(Speaker::Coordinator, &challenge(3)), ..hello },
+            "key of this run",
+        ),
+        (&|hello| Hello { proof: [0; 32], ..hello }, "key of this run"),
+        (&|hello| Hello { threads: 0, ..hello }, "no threads"),
+    ];
+    let mut stage = Stage::new(plan(100, 10));
+    for (change, words) in cases {
+        let id = stage.introduce(change);
+        let ToWorker::Refused { reason } = stage.hear(id) else { panic!("peer {id} was let in") };
+        assert!(reason.contains(words), "{reason}");
+        assert!(stage.closed[&id].is_empty(), "nothing follows");
+        assert_eq!(stage.notice(), format!("refused worker worker {id}: {reason}"));
+        // It does not take no for an answer.
+        stage.say(id, READY);
+    }
+    assert_eq!(stage.coordinator.effort().workers_seen, 0);
+}
+
+#[test]
+fn a_proof_over_another_nonce_or_of_the_other_end_is_none() {
+    let mut stage = Stage::new(plan(100, 10));
+    for (speaker, nonce) in [(Speaker::Worker, [0; 32]), (Speaker::Coordinator, challenge(1))] {
+        let proof = stage.access.prove(speaker, &nonce);
+        let id = stage.introduce(|hello| Hello { proof, ..hello });
+        assert!(matches!(stage.hear(id), ToWorker::Refused { reason } if reason.contains("key")));
+    }
+}
+
+#[test]
+fn a_replica_that_differs_is_refused() {
+    let mut stage = Stage::new(plan(100, 10));
+    for (scene_hash, job_hash) in [([0; 32], JOB_HASH), (SCENE_HASH, [0; 32])] {
+        let id = stage.welcome(1);
+        stage.say(id, ToCoordinator::Ready { scene_hash, job_hash });
+        assert!(matches!(stage.hear(id), ToWorker::Refused { reason } if reason.contains("replica")));
+        assert!(stage.closed.contains_key(&id));
+        assert!(stage.notice().contains("replica"));
+    }
+}
+
+#[test]
+fn who_speaks_out_of_turn_is_dropped() {
+    let alive = ToCoordinator::Alive { progress: 1 };
+    let unasked = ToCoordinator::Result(result(0, 0..10));
+    let mut stage = Stage::new(plan(100, 10));
+    for message in [alive, unasked.clone(), READY] {
+        let stranger = stage.connect();
+        stage.say(stranger, message);
+        assert!(stage.closed.contains_key(&stranger));
+        assert!(stage.notice().contains("spoke out of turn"));
+    }
+    for message in [unasked, ToCoordinator::Hello(stage.hello(0))] {
+        let builder = stage.welcome(1);
+        stage.say(builder, message);
+        assert!(stage.closed.contains_key(&builder));
+        assert!(stage.notice().contains("spoke out of turn"));
+    }
+    let worker = stage.join(1);
+    stage.say(worker, READY);
+    assert!(stage.closed.contains_key(&worker));
+    assert_eq!(stage.coordinator.effort().workers_lost, 3, "strangers are no workers");
+}
+
+#[test]
+fn a_stranger_that_fails_says_nothing_to_terminals() {
+    let mut stage = Stage::new(plan(100, 10));
+    let stranger = stage.connect();
+    stage.say(stranger, ToCoordinator::Failed { reason: "\u{1b}]0;owned\u{7}".repeat(300) });
+    let notice = stage.notice();
+    assert!(notice.starts_with("a connection came to nothing: gave up: ]0;owned]0;"), "{notice}");
+    assert!(notice.len() < 500);
+}
+
+#[test]
+fn too_many_strangers_are_turned_away_until_some_have_left() {
+    let mut stage = Stage::new(plan(100, 10));
+    let strangers: Vec<PeerId> = (0..300).map(|_| stage.connect()).collect();
+    let (let_in, turned_away) = strangers.split_at(256);
+    for &id in turned_away {
+        assert!(matches!(stage.hear(id), ToWorker::Refused { reason } if reason.contains("too many")));
+    }
+    assert!(let_in.iter().all(|id| stage.wires.contains_key(id)));
+    stage.pass(SILENCE + SECOND, &[]);
+    assert!(stage.wires.is_empty(), "silence is no introduction");
+    let worker = stage.join(1);
+    stage.work_off(&[worker]);
+    stage.ends(Ending::BudgetSpent, 100);
+}
+
+#[test]
+fn a_result_counts_once() {
+    let mut stage = Stage::new(plan(100, 10));
+    let worker = stage.join(1);
+    let lease = stage.leases(worker).remove(0);
+    stage.finish(worker, &lease);
+    assert_eq!(stage.coordinator.prefix(), &straight(0..10));
+    stage.finish(worker, &lease);
+    assert!(stage.closed.contains_key(&worker));
+    assert!(stage.notice().contains("not asked for"));
+    let other = stage.join(1);
+    stage.work_off(&[other]);
+    stage.ends(Ending::BudgetSpent, 100);
+}
+
+#[test]
+fn a_result_of_anothers_lease_is_not_taken() {
+    let mut stage = Stage::new(plan(100, 10));
+    let (thief, worker) = (stage.join(1), stage.join(1));
+    let lease = stage.leases(worker).remove(0);
+    stage.say(thief, ToCoordinator::Result(result(lease.id, lease.walks.clone())));
+    assert!(stage.closed.contains_key(&thief));
+    stage.finish(worker, &lease);
+    stage.goes_on();
+    assert_eq!(stage.coordinator.progress().walks, 10);
+}
+
+#[test]
+fn a_result_that_comes_after_its_sender_was_given_up_is_not_taken() {
+    let mut stage = Stage::new(plan(100, 10));
+    let lost = stage.join(1);
+    let leases = stage.leases(lost);
+    stage.cut(lost);
+    stage.notice();
+    stage.finish(lost, &leases[0]);
+    assert_eq!(stage.coordinator.progress().walks, 0);
+    let worker = stage.join(1);
+    let again = stage.leases(worker);
+    assert_eq!(again[0].walks, leases[0].walks);
+    assert_ne!(again[0].id, leases[0].id, "a lease has its own number");
+    // The old number is no lease of the new worker either.
+    stage.send(worker, result(leases[1].id, leases[1].walks.clone()));
+    assert!(stage.closed.contains_key(&worker));
+    assert_eq!(stage.coordinator.effort().streams_reissued, 4);
+}
+
+#[test]
+fn a_result_that_does_not_fit_is_not_taken_and_its_walks_go_to_others() {
+    let cases: [fn(&mut LeaseResult); 5] = [
+        |result| result.counts[0] -= 1,
+        |result| result.counts[0] = u64::MAX,
+        |result| result.sums.push(0),
+        |result| result.sums.clear(),
+        // As many sums, but fewer powers of more patches.
+        |result| result.moments = 1,
+    ];
+    let mut stage = Stage::new(plan(100, 10));
+    let heir = stage.join(1);
+    stage.leases(heir);
+    for spoil in cases {
+        let worker = stage.join(1);
+        let lease = stage.leases(worker).remove(0);
+        let mut result = result(lease.id, lease.walks);
+        spoil(&mut result);
+        stage.send(worker, result);
+        assert!(stage.closed.contains_key(&worker));
+        assert!(stage.notice().contains("does not fit"));
+        assert_eq!(stage.coordinator.progress().walks, 0);
+    }
+    let out: Vec<_> = stage.out.iter().map(|(_, lease)| Lease { ..lease.clone() }).collect();
+    out.iter().for_each(|lease| stage.finish(heir, lease));
+    stage.work_off(&[heir]);
+    stage.ends(Ending::BudgetSpent, 100);
+}
+
+#[test]
+fn numbers_that_a_worker_invents_do_no_harm() {
+    for invented in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, -1.0, 0.0, f64::MIN_POSITIVE, f64::MAX] {
+        let mut stage = Stage::new(plan(1000, 10));
+        let worker = stage.join(1);
+        let mut leases = VecDeque::new();
+        while stage.coordinator.ending().is_none() {
+            leases.extend(stage.leases(worker));
+            let lease = leases.pop_front().unwrap();
+            let at = stage.out.iter().position(|(_, out)| *out == lease).unwrap();
+            stage.taken.push(stage.out.swap_remove(at).1.walks);
+            let result = result(lease.id, lease.walks);
+            let result = LeaseResult { seconds: invented, cpu_seconds: invented, ..result };
+            stage.say(worker, ToCoordinator::Result(result));
+        }
+        stage.ends(Ending::BudgetSpent, 1000);
+        let cpu_seconds = stage.coordinator.effort().cpu_seconds;
+        assert!(cpu_seconds >= 0.0 && cpu_seconds.is_finite(), "{cpu_seconds}");
+    }
+}
+
+#[test]
+fn a_worker_of_four_billion_threads_is_not_given_everything() {
+    let mut stage = Stage::new(plan(1 << 40, 1));
+    let boaster = stage.join(u32::MAX);
+    assert!(stage.leases(boaster).len() <= 1 << 14);
+}
+
+#[test]
+fn the_longest_possible_job_can_be_leased() {
+    let mut stage = Stage::new(plan(u64::MAX, u64::MAX / 2));
+    let worker = stage.join(2);
+    let leases = stage.leases(worker);
+    assert_eq!(leases.last().unwrap().walks.end, u64::MAX);
+    assert!(leases.len() <= 3);
+}
+
+#[test]
+fn silence_is_loss_and_the_leases_go_to_others() {
+    let mut stage = Stage::new(plan(60, 10));
+    let (silent, mute, worker) = (stage.join(1), stage.join(1), stage.join(1));
+    let lost: Vec<Range<u64>> =
+        [silent, mute].into_iter().flat_map(|id| stage.leases(id)).map(|lease| lease.walks).collect();
+    stage.pass(SILENCE, &[worker]);
+    assert_eq!(stage.notices, []);
+    stage.pass(SECOND, &[worker]);
+    let told: Vec<String> = stage.notices.drain(..).map(|notice| notice.to_string()).collect();
+    assert_eq!(told.len(), 2);
+    assert!(told.iter().all(|told| told.contains("it went silent; its walks go to others")), "{told:?}");
+    stage.work_off(&[worker]);
+    stage.ends(Ending::BudgetSpent, 60);
+    let effort = stage.coordinator.effort();
+    assert_eq!((effort.workers_seen, effort.workers_lost), (3, 2));
+    // Neither of the two was handed the other's leases on the way.
+    assert_eq!(effort.streams_reissued, lost.len() as u64);
+}
+
+#[test]
+fn a_worker_that_builds_for_long_is_waited_for_while_it_lives() {
+    let mut stage = Stage::new(plan(60, 10));
+    let worker = stage.welcome(1);
+    stage.pass(10 * STALL, &[worker]);
+    stage.say(worker, READY);
+    stage.work_off(&[worker]);
+    stage.ends(Ending::BudgetSpent, 60);
+    let mut stage = Stage::new(plan(60, 10));
+    stage.welcome(1);
+    stage.pass(SILENCE + SECOND, &[]);
+    assert!(stage.notice().contains("silent"));
+}
+
+#[test]
+fn a_worker_without_progress_is_given_up() {
+    let mut stage = Stage::new(plan(60, 10));
+    let (stuck, idle) = (stage.join(2), stage.join(1));
+    let leases = [stage.leases(stuck), stage.leases(idle)];
+    leases[1].iter().for_each(|lease| stage.finish(idle, lease));
+    for _ in 0..STALL.as_secs() {
+        stage.say(stuck, ToCoordinator::Alive { progress: 3 });
+        stage.say(idle, ToCoordinator::Alive { progress: 3 });
+        stage.pass(SECOND, &[]);
+        assert_eq!(stage.notices, []);
+    }
+    stage.say(stuck, ToCoordinator::Alive { progress: 3 });
+    stage.say(idle, ToCoordinator::Alive { progress: 3 });
+    stage.pass(SECOND, &[]);
+    assert!(stage.notice().contains("no progress"));
+    // Who had nothing to do has not stalled.
+    stage.work_off(&[idle]);
+    stage.ends(Ending::BudgetSpent, 60);
+}
+
+#[test]
+fn a_coordinator_that_was_held_up_blames_nobody() {
+    let mut stage = Stage::new(plan(60, 10));
+    let worker = stage.join(1);
+    for _ in 0..5 {
+        stage.now += 10 * STALL;
+        let actions = stage.coordinator.on_tick(stage.now);
+        stage.act(actions);
+    }
+    assert_eq!(stage.notices, []);
+    stage.work_off(&[worker]);
+    stage.ends(Ending::BudgetSpent, 60);
+}
+
+#[test]
+fn a_long_message_on_its_way_is_neither_silence_nor_a_stall() {
+    let mut stage = Stage::new(plan(60, 10));
+    let (builder, worker) = (stage.welcome(1), stage.join(1));
+    for _ in 0..5 * STALL.as_secs() {
+        [builder, worker].into_iter().for_each(|id| stage.coordinator.on_stir(id));
+        stage.pass(SECOND, &[]);
+    }
+    assert_eq!(stage.notices, []);
+    stage.coordinator.on_stir(99);
+    stage.pass(SILENCE + SECOND, &[worker]);
+    assert!(stage.notice().contains("silent"));
+}
+
+#[test]
+fn a_worker_that_fails_is_replaced_by_others() {
+    let mut stage = Stage::new(plan(60, 10));
+    let failing = stage.join(1);
+    stage.say(failing, ToCoordinator::Failed { reason: "out of \u{1b}[1mmemory\n".into() });
+    assert_eq!(stage.notice(), "lost worker worker 0: gave up: out of [1mmemory; its walks go to others");
+    assert_eq!(stage.out, []);
+    let worker = stage.join(1);
+    stage.work_off(&[worker]);
+    stage.ends(Ending::BudgetSpent, 60);
+}
+
+#[test]
+fn the_cpu_time_of_lost_workers_is_remembered() {
+    let mut stage = Stage::new(plan(30, 10));
+    let first = stage.join(1);
+    let lease = stage.leases(first).remove(0);
+    stage.finish(first, &lease);
+    stage.cut(first);
+    let second = stage.join(1);
+    stage.work_off(&[second]);
+    // The first of the end's disconnections.
+    stage.cut(second);
+    assert!((stage.coordinator.effort().cpu_seconds - 0.5).abs() < 1e-12);
+}
+
+#[test]
+fn a_stop_without_gaps_ends_at_once() {
+    let mut stage = Stage::new(plan(100, 10));
+    let worker = stage.join(1);
+    let lease = stage.leases(worker).remove(0);
+    stage.finish(worker, &lease);
+    stage.stop();
+    stage.ends(Ending::Interrupted, 10);
+    let mut stage = Stage::new(plan(100, 10));
+    stage.stop();
+    stage.ends(Ending::Interrupted, 0);
+}
+
+#[test]
+fn a_stop_waits_for_the_leases_that_fill_gaps_and_for_no_other() {
+    let mut stage = Stage::new(plan(100, 10));
+    let workers = [stage.join(1), stage.join(1)];
+    let [mine, theirs] = workers.map(|id| stage.leases(id));
+    stage.finish(workers[1], &theirs[0]);
+    stage.leases(workers[1]);
+    stage.stop();
+    stage.goes_on();
+    assert!(mine[0].walks.start < theirs[0].walks.start);
+    stage.pass(SECOND, &workers);
+    stage.finish(workers[0], &mine[0]);
+    if stage.coordinator.ending().is_none() {
+        stage.finish(workers[0], &mine[1]);
+    }
+    let walks = stage.coordinator.prefix().counts.walks;
+    assert!(walks >= theirs[0].walks.end);
+    stage.ends(Ending::Interrupted, walks);
+}
+
+/// A stage with a stop asked for, walks 0..10 out at a first worker, 10..20 too, 20..30 in.
+fn stage_with_gap() -> (Stage, PeerId, PeerId, Vec<Lease>) {
+    let mut stage = Stage::new(plan(100, 10));
+    let (first, second) = (stage.join(1), stage.join(1));
+    let (mine, theirs) = (stage.leases(first), stage.leases(second));
+    assert_eq!((mine[1].walks.end, theirs[0].walks.start), (20, 20));
+    stage.finish(second, &theirs[0]);
+    let queued: Vec<Lease> = theirs.into_iter().skip(1).chain(stage.leases(second)).collect();
+    stage.stop();
+    stage.goes_on();
+    (stage, first, second, queued)
+}
+
+#[test]
+fn a_gap_that_is_lost_while_stopping_is_shot_by_others() {
+    let (mut stage, first, second, queued) = stage_with_gap();
+    stage.cut(first);
+    stage.goes_on();
+    assert_eq!(stage.leases(second), [], "it has its hands full");
+    stage.finish(second, &queued[0]);
+    let gap = stage.leases(second);
+    assert_eq!(gap[0].walks, 0..10);
+    stage.finish(second, &gap[0]);
+    let rest = stage.leases(second);
+    let done = rest.into_iter().chain(queued.into_iter().skip(1)).filter(|lease| lease.walks.start < 30);
+    done.collect::<Vec<_>>().iter().for_each(|lease| stage.finish(second, lease));
+    let walks = stage.coordinator.prefix().counts.walks;
+    assert!(walks >= 30, "{walks}");
+    stage.ends(Ending::Interrupted, walks);
+}
+
+#[test]
+fn a_gap_that_nobody_can_fill_is_not_waited_for() {
+    let (mut stage, first, second, _) = stage_with_gap();
+    stage.cut(second);
+    stage.goes_on();
+    stage.cut(first);
+    stage.ends(Ending::Interrupted, 0);
+}
+
+#[test]
+fn a_worker_that_joins_a_stop_is_given_the_gaps_alone() {
+    let (mut stage, first, _, _) = stage_with_gap();
+    let third = stage.welcome(4);
+    stage.cut(first);
+    stage.say(third, READY);
+    let walks: Vec<Range<u64>> = stage.leases(third).into_iter().map(|lease| lease.walks).collect();
+    assert_eq!(walks, [0..10, 10..20]);
+}
+
+#[test]
+fn the_grace_of_a_stop_ends() {
+    let (mut stage, first, second, _) = stage_with_gap();
+    stage.pass(2 * SECOND, &[first, second]);
+    stage.stop();
+    stage.goes_on();
+    stage.pass(2 * SECOND, &[first, second]);
+    stage.ends(Ending::Interrupted, 0);
+}
+
+#[test]
+fn the_wall_clock_ends_a_job() {
+    let mut stage = Stage::new(Plan { wall: Some(5 * SECOND), ..plan(100, 10) });
+    let worker = stage.join(1);
+    let lease = stage.leases(worker).remove(0);
+    stage.pass(4 * SECOND, &[worker]);
+    stage.finish(worker, &lease);
+    stage.goes_on();
+    stage.pass(SECOND, &[worker]);
+    stage.ends(Ending::WallClock, 10);
+    let mut stage = Stage::new(Plan { wall: Some(Duration::ZERO), ..plan(100, 10) });
+    stage.pass(SECOND, &[]);
+    stage.ends(Ending::WallClock, 0);
+}
+
+#[test]
+fn without_workers_the_job_ends_only_when_none_is_left() {
+    let mut stage = Stage::new(plan(30, 10));
+    let give_up = |stage: &mut Stage| {
+        let actions = stage.coordinator.on_no_workers();
+        stage.act(actions);
+    };
+    let (worker, builder) = (stage.join(1), stage.welcome(1));
+    stage.connect();
+    let lease = stage.leases(worker).remove(0);
+    give_up(&mut stage);
+    stage.goes_on();
+    // What it had sent before it died arrives.
+    stage.finish(worker, &lease);
+    stage.cut(worker);
+    give_up(&mut stage);
+    stage.goes_on();
+    stage.cut(builder);
+    give_up(&mut stage);
+    // A stranger on the doorstep is no worker.
+    stage.ends(Ending::NoWorkers, 10);
+}
+
+#[test]
+fn an_overflow_ends_the_job() {
+    let mut stage = Stage::new(plan(100, 10));
+    let worker = stage.join(1);
+    let leases = stage.leases(worker);
+    for lease in leases {
+        let mut result = result(lease.id, lease.walks);
+        result.sums[0] = u128::MAX;
+        stage.say(worker, ToCoordinator::Result(result));
+    }
+    assert_eq!(stage.coordinator.ending(), Some(Ending::Overflow));
+    assert!(stage.wires.is_empty());
+}
+
+/// Shoots streams 0..10 of 100 walks by ten workers, whose results arrive in the given order, and asks for
+/// the target at 300, 600, 900 walks. Returns the looks and where the job ended.
+fn looks_in_order(order: &[usize], target: u64) -> (Vec<u64>, Ending, Tally) {
+    let (told, looked) = std::sync::mpsc::channel();
+    let met = move |tally: &Tally| {
+        told.send(tally.counts.walks).unwrap();
+        tally.counts.walks >= target
+    };
+    let looks = vec![300, 600, 900];
+    let mut stage = Stage::new(Plan { looks, target: Some(Box::new(met)), ..plan(1000, 100) });
+    // Workers hold two leases each; five have all ten streams.
+    let workers: Vec<PeerId> = (0..5).map(|_| stage.join(1)).collect();
+    let mut leases: Vec<(PeerId, Lease)> =
+        workers.iter().flat_map(|&id| stage.leases(id).into_iter().map(move |lease| (id, lease))).collect();
+    leases.sort_by_key(|(_, lease)| lease.walks.start);
+    assert_eq!(leases.len(), 10);
+    for &stream in order {
+        let (id, lease) = &leases[stream];
+        stage.finish(*id, lease);
+    }
+    let ending = stage.coordinator.ending().unwrap();
+    let prefix = stage.coordinator.prefix().clone();
+    stage.ends(ending, prefix.counts.walks);
+    (looked.try_iter().collect(), ending, prefix)
+}
+
+#[test]
+fn the_target_is_reached_at_the_same_walk_whatever_the_order_of_arrival() {
+    for (target, looks, ending, walks) in [
+        (1, vec![300], Ending::TargetReached, 300),
+        (301, vec![300, 600], Ending::TargetReached, 600),
+        (900, vec![300, 600, 900], Ending::TargetReached, 900),
+        (901, vec![300, 600, 900], Ending::BudgetSpent, 1000),
+    ] {
+        let forward: Vec<usize> = (0..10).collect();
+        for shuffle in 0..200 {
+            let mut order = forward.clone();
+            match shuffle {
+                0 => {}
+                1 => order.reverse(),
+                _ => order.sort_by_key(|&stream| hash(100 * shuffle + stream as u64)),
+            }
+            let (looked, ended, prefix) = looks_in_order(&order, target);
+            assert_eq!((looked, ended), (looks.clone(), ending), "{order:?}");
+            assert_eq!(prefix, straight(0..walks));
+        }
+    }
+}
+
+/// Random numbers of one simulation.
+struct Dice(u64);
+
+impl Dice {
+    fn below(&mut self, n: u64) -> u64 {
+        self.0 += 1;
+        hash(self.0.wrapping_mul(0x2545_f491_4f6c_dd1d)) % n
+    }
+
+    fn one_in(&mut self, n: u64) -> bool {
+        self.below(n) == 0
+    }
+
+    fn pick<'a, T>(&mut self, of: &'a [T]) -> Option<&'a T> {
+        if of.is_empty() { None } else { Some(&of[self.below(of.len() as u64) as usize]) }
+    }
+}
+
+/// How a simulated worker behaves.
+#[derive(Clone, Copy, PartialEq, Debug)]
+enum Mood {
+    Honest,
+    /// Says nothing any more.
+    Silent,
+    /// Says that it lives, but does nothing.
+    Stuck,
+}
+
+struct Actor {
+    id: PeerId,
+    mood: Mood,
+    building: bool,
+    todo: Vec<Lease>,
+    done: Vec<Lease>,
+    progress: u64,
+}
+
+struct Simulation {
+    stage: Stage,
+    dice: Dice,
+    actors: Vec<Actor>,
+    /// What workers that are gone may still send.
+    ghosts: Vec<(PeerId, Lease)>,
+    faults: u64,
+}
+
+/// Faults of a simulation, after which all that is new goes well.
+const FAULTS: u64 = 300;
+
+impl Simulation {
+    /// Reads what the coordinator has sent, and notices who was dropped.
+    fn deliver(&mut self) {
+        let Simulation { stage, actors, ghosts, .. } = self;
+        actors.retain_mut(|actor| {
+            if stage.wires.contains_key(&actor.id) {
+                actor.todo.extend(stage.leases(actor.id));
+                return true;
+            }
+            ghosts.extend(actor.todo.drain(..).map(|lease| (actor.id, lease)));
+            false
+        });
+    }
+
+    fn join(&mut self) {
+        let threads = 1 + self.dice.below(3) as u32;
+        let id = self.stage.welcome(threads);
+        self.actors.push(Actor {
+            id,
+            mood: Mood::Honest,
+            building: true,
+            todo: vec![],
+            done: vec![],
+            progress: 0,
+        });
+    }
+
+    /// Something goes well: a heartbeat, a replica, a result, a newcomer.
+    fn work(&mut self) {
+        if self.actors.iter().filter(|actor| actor.mood == Mood::Honest).count() < 4 {
+            return self.join();
+        }
+        let at = self.dice.below(self.actors.len() as u64) as usize;
+        let actor = &mut self.actors[at];
+        if actor.mood != Mood::Honest {
+            return;
+        }
+        if std::mem::take(&mut actor.building) {
+            self.stage.say(actor.id, READY);
+        } else if !actor.todo.is_empty() {
+            // Threads of a worker finish in any order.
+            let lease = actor.todo.swap_remove(self.dice.below(actor.todo.len() as u64) as usize);
+            let seconds = [0.0, 0.01, 1.0, f64::NAN][self.dice.below(4) as usize];
+            let honest = result(lease.id, lease.walks.clone());
+            let out = self.stage.out.iter().position(|(_, out)| *out == lease).expect("a lease that is out");
+            self.stage.taken.push(self.stage.out.swap_remove(out).1.walks);
+            self.stage.say(actor.id, ToCoordinator::Result(LeaseResult { seconds, ..honest }));
+            actor.done.push(lease);
+        }
+    }
+
+    /// Something goes wrong.
+    fn fail(&mut self) {
+        self.faults += 1;
+        let kind = self.dice.below(10);
+        if kind == 0 {
+            // A stranger comes, says something or nothing, and stays until it is thrown out.
+            let stranger = self.stage.connect();
+            match self.dice.below(4) {
+                0 => self.stage.say(stranger, READY),
+                1 => self.stage.say(stranger, ToCoordinator::Result(result(0, 0..10))),
+                2 => self.stage.cut(stranger),
+                _ => {}
+            }
+            return;
+        }
+        if kind == 1 {
+            // Somebody who is gone sends what it was working on.
+            if let Some((id, lease)) = self.dice.pick(&self.ghosts).cloned() {
+                self.stage.say(id, ToCoordinator::Result(result(lease.id, lease.walks)));
+            }
+            return;
+        }
+        if self.actors.is_empty() {
+            return;
+        }
+        let at = self.dice.below(self.actors.len() as u64) as usize;
+        let actor = &mut self.actors[at];
+        let id = actor.id;
+        match kind {
+            2 | 3 => self.stage.cut(id),
+            4 => actor.mood = Mood::Silent,
+            5 => actor.mood = Mood::Stuck,
+            6 => self.stage.say(id, ToCoordinator::Failed { reason: "bad luck".into() }),
+            // Twice the same.
+            7 => {
+                if let Some(lease) = self.dice.pick(&actor.done).cloned() {
+                    self.stage.say(id, ToCoordinator::Result(result(lease.id, lease.walks)));
+                }
+            }
+            // What another was asked for.
+            8 => {
+                if let Some((_, lease)) = self.dice.pick(&self.stage.out).cloned().filter(|(of, _)| *of != id)
+                {
+                    self.stage.say(id, ToCoordinator::Result(result(lease.id, lease.walks)));
+                }
+            }
+            // Not what was asked for.
+            _ => {
+                if let Some(lease) = actor.todo.pop() {
+                    let mut result = result(lease.id, lease.walks);
+                    match self.dice.below(3) {
+                        0 => result.counts[0] += 1,
+                        1 => result.sums.truncate(PATCHES),
+                        _ => result.moments += 1,
+                    }
+                    self.stage.say(id, ToCoordinator::Result(result));
+                }
+            }
+        }
+    }
+
+    /// Time goes by, and workers say that they live.
+    fn pass(&mut self) {
+        for actor in &mut self.actors {
+            actor.progress += u64::from(actor.mood == Mood::Honest);
+            if actor.mood != Mood::Silent {
+                self.stage.say(actor.id, ToCoordinator::Alive { progress: actor.progress });
+            }
+        }
+        // Now and then the coordinator itself is held up.
+        let millis = if self.dice.one_in(50) { 100_000 } else { self.dice.below(1000) };
+        self.stage.now += Duration::from_millis(millis);
+        let actions = self.stage.coordinator.on_tick(self.stage.now);
+        self.stage.act(actions);
+    }
+
+    /// Plays until the job ends; asks for a stop after so many steps.
+    fn play(mut self, stop_after: Option<u64>) -> Self {
+        for step in 0.. {
+            assert!(step < 200_000, "the job does not end");
+            // What the last event brought about, before anything else can happen.
+            if self.stage.coordinator.ending().is_some() {
+                return self;
+            }
+            self.deliver();
+            match self.dice.below(8) {
+                0 | 1 if self.faults < FAULTS => self.fail(),
+                0..=2 => self.pass(),
+                _ => self.work(),
+            }
+            if stop_after == Some(step) {
+                self.stage.stop();
+            }
+        }
+        unreachable!("the assertion above")
+    }
+}
+
+#[test]
+fn no_sequence_of_faults_changes_the_tally_or_hangs_the_job() {
+    let (mut faults, mut reissued, mut lost) = (0, 0, 0);
+    for seed in 0..300 {
+        let mut dice = Dice(seed << 32);
+        let stream = 1 + dice.below(40);
+        let paths = stream * 200 + dice.below(stream);
+        let mut plan = plan(paths, stream);
+        let (mut ending, mut walks) = (Ending::BudgetSpent, paths);
+        if dice.one_in(3) {
+            // Looks lie on boundaries of streams or between them.
+            let target = 1 + dice.below(paths);
+            plan.looks = (1..10).map(|k| k * paths / 10).filter(|&look| look > 0).collect();
+            plan.looks.dedup();
+            if let Some(&look) = plan.looks.iter().find(|&&look| look >= target) {
+                (ending, walks) = (Ending::TargetReached, look);
+            }
+            plan.target = Some(Box::new(move |tally| tally.counts.walks >= target));
+        }
+        let stop_after = dice.one_in(3).then(|| dice.below(2000));
+        let mut stage = Stage::new(plan);
+        // Leases begin at looks, too.
+        stage.stream = 1;
+        let simulation = Simulation { stage, dice, actors: vec![], ghosts: vec![], faults: 0 };
+        let Simulation { mut stage, faults: more, .. } = simulation.play(stop_after);
+        if stage.coordinator.ending() == Some(Ending::Interrupted) {
+            assert!(stop_after.is_some());
+            walks = stage.coordinator.prefix().counts.walks;
+            ending = Ending::Interrupted;
+        }
+        let effort = stage.coordinator.effort();
+        (faults, reissued, lost) =
+            (faults + more, reissued + effort.streams_reissued, lost + effort.workers_lost);
+        stage.ends(ending, walks);
+    }
+    // The simulation is worth its name.
+    assert!(faults > 300 * 100 && lost > 300 * 50 && reissued > 300 * 50, "{faults} {lost} {reissued}");
+}

@@ -1,0 +1,86 @@
+//! A job without physics: what a walk scores is a hash of its number, so that any mix-up of walks shows.
+
+use std::ops::Range;
+
+use cluster::access::{Access, Speaker};
+use cluster::coordinator::Plan;
+use cluster::message::{Hello, LeaseResult, PROTOCOL, Proof, ToCoordinator};
+use radiosity::{Counts, Tally};
+
+pub const PATCHES: usize = 3;
+pub const MOMENTS: usize = 2;
+pub const BUILD: &str = "0.1.0 (toy)";
+pub const JOB: &[u8] = b"a toy job";
+pub const SCENE_HASH: [u8; 32] = [1; 32];
+pub const JOB_HASH: [u8; 32] = [2; 32];
+
+/// splitmix64
+pub fn hash(n: u64) -> u64 {
+    let z = n.wrapping_add(0x9e37_79b9_7f4a_7c15);
+    let z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    z ^ (z >> 31)
+}
+
+/// Lets walk `n` score.
+pub fn score(n: u64, tally: &mut Tally) {
+    let mut counts = tally.counts;
+    counts.add(Counts { walks: 1, rays: 1 + hash(n) % 7, absorbed: hash(n) % 2, ..Counts::default() });
+    let patch = hash(n) as usize % PATCHES;
+    let mut sums = tally.sums().to_vec();
+    for (power, sum) in (1..).zip(&mut sums[patch * MOMENTS..][..MOMENTS]) {
+        *sum += u128::from(hash(n) >> 40).pow(power);
+    }
+    *tally = Tally::from_parts(counts, PATCHES, MOMENTS, sums).unwrap();
+}
+
+/// The tally of some walks, shot straight.
+pub fn straight(walks: Range<u64>) -> Tally {
+    let mut tally = Tally::new(PATCHES, MOMENTS);
+    walks.for_each(|n| score(n, &mut tally));
+    tally
+}
+
+/// A plan without target or clock.
+pub fn plan(paths: u64, stream_paths: u64) -> Plan {
+    Plan {
+        job: JOB.into(),
+        scene_hash: SCENE_HASH,
+        job_hash: JOB_HASH,
+        build: BUILD.into(),
+        paths,
+        stream_paths,
+        empty: Tally::new(PATCHES, MOMENTS),
+        wall: None,
+        looks: Vec::new(),
+        target: None,
+    }
+}
+
+/// The introduction of a worker that belongs here.
+pub fn hello(access: &Access, challenge: &Proof, name: &str, threads: u32) -> Hello {
+    Hello {
+        protocol: PROTOCOL,
+        build: BUILD.into(),
+        name: name.into(),
+        threads,
+        nonce: [9; 32],
+        proof: access.prove(Speaker::Worker, challenge),
+    }
+}
+
+/// What a worker says when it has built the right replica.
+pub const READY: ToCoordinator = ToCoordinator::Ready { scene_hash: SCENE_HASH, job_hash: JOB_HASH };
+
+/// The result of a lease as an honest worker sends it.
+pub fn result(lease: u64, walks: Range<u64>) -> LeaseResult {
+    let tally = straight(walks);
+    LeaseResult {
+        lease,
+        seconds: 0.25,
+        cpu_seconds: 0.25,
+        counts: tally.counts.to_array(),
+        moments: MOMENTS as u32,
+        sums: tally.into_sums(),
+    }
+}

@@ -1,0 +1,149 @@
+//! The radiosity system B_i = E_i + R_i Σ_j F_ij B_j, solved densely.
+//!
+//! With S_ij = A_iF_ij symmetric and s_i = √(R_i/A_i), the unknowns y_i = √(R_iA_i) H_i obey
+//! (I − K) y = s ∘ S E with K_ij = s_i S_ij s_j: symmetric and, for R < 1, positive definite. So Cholesky's
+//! factor L does, at half the work and memory of a general one, and patches with R = 0 need no special care.
+
+use std::sync::Arc;
+
+use faer::dyn_stack::{MemBuffer, MemStack};
+use faer::linalg::cholesky::llt::factor::{cholesky_in_place, cholesky_in_place_scratch};
+use faer::linalg::triangular_solve::{solve_lower_triangular_in_place, solve_upper_triangular_in_place};
+use faer::{Mat, MatMut, Par};
+use thiserror::Error;
+
+use crate::exchange::ExchangeMatrix;
+
+/// Right-hand sides solved for at a time: enough to be fast, few against the matrix.
+const BLOCK: usize = 256;
+
+/// The system has no unique solution to working precision.
+#[derive(Clone, Debug, Error, PartialEq)]
+#[error(
+    "the radiosity system is singular (a reflectance is 1 to working precision, so light would never die); \
+     lower the highest reflectance"
+)]
+pub struct Singular;
+
+/// A scene's form factors with one set of reflectances, factored: solves for any emittances.
+#[derive(Clone, Debug)]
+pub struct RadiositySystem {
+    exchange: Arc<ExchangeMatrix>,
+    reflectance: Vec<f64>,
+    /// s_i = √(R_i/A_i).
+    scale: Vec<f64>,
+    /// L with L Lᵀ = I − K, in the lower triangle; what is above it has no meaning.
+    factor: Mat<f64>,
+}
+
+/// The solution of the radiosity system for one set of emittances, patch by patch.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Solution {
+    /// B_i: radiosity [W/m²].
+    pub radiosity: Vec<f64>,
+    /// b_i = B_i − E_i: reflected radiosity [W/m²].
+    pub reflected: Vec<f64>,
+    /// H_i = φ_i/A_i: irradiance [W/m²].
+    pub irradiance: Vec<f64>,
+    /// φ_i = Σ_j F_ji (Φ_j + R_jφ_j): incoming power [W].
+    pub incoming: Vec<f64>,
+    /// max_i |B_i − E_i − R_i Σ_j F_ij B_j| / max_i B_i.
+    pub residual: f64,
+}
+
+impl RadiositySystem {
+    /// Factors the system for one reflectance R in [0, 1) per patch.
+    ///
+    /// # Errors
+    /// [`Singular`] if the matrix is not positive definite to working precision.
+    ///
+    /// # Panics
+    /// Unless there is one reflectance per patch.
+    pub fn new(exchange: Arc<ExchangeMatrix>, reflectance: Vec<f64>) -> Result<Self, Singular> {
+        let n = exchange.patch_count();
+        assert_eq!(reflectance.len(), n, "one reflectance per patch");
+        let scale: Vec<f64> = reflectance.iter().zip(exchange.areas()).map(|(r, a)| (r / a).sqrt()).collect();
+        let mut factor = Mat::from_fn(n, n, |i, j| {
+            let identity = if i == j { 1.0 } else { 0.0 };
+            identity - scale[i] * exchange.exchange_area(i, j) * scale[j]
+        });
+        cholesky(factor.as_mut())?;
+        Ok(RadiositySystem { exchange, reflectance, scale, factor })
+    }
+
+    /// The form factors it was made from.
+    pub fn exchange(&self) -> &ExchangeMatrix {
+        &self.exchange
+    }
+
+    /// R_i of every patch.
+    pub fn reflectance(&self) -> &[f64] {
+        &self.reflectance
+    }
+
+    /// Solves for one emittance E [W/m²] per patch.
+    ///
+    /// # Panics
+    /// Unless there is one emittance per patch.
+    pub fn solve(&self, emittance: &[f64]) -> Solution {
+        let direct = self.exchange.incoming(emittance);
+        let mut y = Mat::from_fn(direct.len(), 1, |i, _| self.scale[i] * direct[i]);
+        solve_lower_triangular_in_place(self.factor.as_ref(), y.as_mut(), Par::Seq);
+        solve_upper_triangular_in_place(self.factor.transpose(), y.as_mut(), Par::Seq);
+        let shot: Vec<f64> = (0..emittance.len()).map(|i| emittance[i] + self.scale[i] * y[(i, 0)]).collect();
+        self.gather(emittance, &shot)
+    }
+
+    /// One more bounce of a radiosity that already solves the system: gives φ where R = 0, too.
+    fn gather(&self, emittance: &[f64], shot: &[f64]) -> Solution {
+        let incoming = self.exchange.incoming(shot);
+        let irradiance: Vec<f64> =
+            incoming.iter().zip(self.exchange.areas()).map(|(phi, a)| phi / a).collect();
+        let reflected: Vec<f64> = irradiance.iter().zip(&self.reflectance).map(|(h, r)| r * h).collect();
+        let radiosity: Vec<f64> = emittance.iter().zip(&reflected).map(|(e, b)| e + b).collect();
+        let residual = self.residual(emittance, &radiosity);
+        Solution { radiosity, reflected, irradiance, incoming, residual }
+    }
+
+    fn residual(&self, emittance: &[f64], radiosity: &[f64]) -> f64 {
+        let incoming = self.exchange.incoming(radiosity);
+        let (mut largest, mut off) = (0.0_f64, 0.0_f64);
+        for (i, phi) in incoming.iter().enumerate() {
+            let reflected = self.reflectance[i] * phi / self.exchange.areas()[i];
+            off = off.max((radiosity[i] - emittance[i] - reflected).abs());
+            largest = largest.max(radiosity[i]);
+        }
+        if largest > 0.0 { off / largest } else { 0.0 }
+    }
+
+    /// ξ_i: the incoming power on every patch when it alone emits unit power (S97; BS's ζ_i is R_iξ_i).
+    ///
+    /// ξ_i = F_ii + k_iᵀ(I − K)⁻¹k_i = F_ii + |L⁻¹k_i|² with (k_i)_j = s_jS_ji/√A_i.
+    pub fn xi(&self) -> Vec<f64> {
+        let n = self.exchange.patch_count();
+        let mut xi: Vec<f64> = (0..n).map(|i| self.exchange.form_factor(i, i)).collect();
+        for first in (0..n).step_by(BLOCK) {
+            let block = BLOCK.min(n - first);
+            let mut k = Mat::from_fn(n, block, |j, c| {
+                let i = first + c;
+                self.scale[j] * self.exchange.exchange_area(j, i) / self.exchange.areas()[i].sqrt()
+            });
+            solve_lower_triangular_in_place(self.factor.as_ref(), k.as_mut(), Par::Seq);
+            for c in 0..block {
+                xi[first + c] += k.col(c).squared_norm_l2();
+            }
+        }
+        xi
+    }
+}
+
+/// Replaces the lower triangle of a symmetric matrix by its Cholesky factor.
+fn cholesky(matrix: MatMut<'_, f64>) -> Result<(), Singular> {
+    let scratch = cholesky_in_place_scratch::<f64>(matrix.nrows(), Par::Seq, Default::default());
+    let mut memory = MemBuffer::new(scratch);
+    let stack = MemStack::new(&mut memory);
+    match cholesky_in_place(matrix, Default::default(), Par::Seq, stack, Default::default()) {
+        Ok(_) => Ok(()),
+        Err(_) => Err(Singular),
+    }
+}

@@ -1,0 +1,258 @@
+//! Tables and values of a document that know their key and place, read one typed key at a time.
+//!
+//! Reading by hand rather than by derived deserialisation gives every refusal its line, its dotted key and its
+//! own words, also where a key takes values of several types.
+
+use std::ops::{Range, RangeInclusive};
+
+use toml::Spanned;
+use toml::de::{DeFloat, DeInteger, DeTable, DeValue};
+
+use crate::error::{Error, Place, Spot};
+use crate::method::Word;
+use crate::source::Source;
+
+/// A table whose keys have been found to be known.
+pub(crate) struct Table<'a> {
+    source: &'a Source,
+    /// What precedes a key in messages, its separator included.
+    prefix: String,
+    /// `None` for the document as a whole.
+    span: Option<Range<usize>>,
+    entries: DeTable<'a>,
+}
+
+/// A value with the key that it was found under.
+pub(crate) struct Value<'a> {
+    source: &'a Source,
+    key: String,
+    span: Range<usize>,
+    inner: DeValue<'a>,
+}
+
+impl<'a> Table<'a> {
+    /// The document itself; refuses keys other than `known`.
+    pub(crate) fn root(source: &'a Source, known: &'static [&'static str]) -> Result<Self, Error> {
+        let table = Table { source, prefix: String::new(), span: None, entries: source.parse()? };
+        table.refuse_unknown(known)?;
+        Ok(table)
+    }
+
+    /// Removes and returns a key's value.
+    pub(crate) fn take(&mut self, key: &str) -> Option<Value<'a>> {
+        let (_, value) = self.entries.remove_entry(key)?;
+        Some(Value::new(self.source, format!("{}{key}", self.prefix), value))
+    }
+
+    /// [`Table::take`] of a key without default.
+    pub(crate) fn require(
+        &mut self,
+        key: &str,
+        why: &'static str,
+        remedy: impl Into<String>,
+    ) -> Result<Value<'a>, Error> {
+        self.take(key).ok_or_else(|| Error::MissingKey { place: self.place(key), why, remedy: remedy.into() })
+    }
+
+    /// A table within this one; an absent one reads as empty.
+    pub(crate) fn table(&mut self, key: &str, known: &'static [&'static str]) -> Result<Table<'a>, Error> {
+        match self.take(key) {
+            Some(value) => value.table(known),
+            None => Ok(Table {
+                source: self.source,
+                prefix: format!("{}{key}.", self.prefix),
+                span: self.span.clone(),
+                entries: DeTable::new(),
+            }),
+        }
+    }
+
+    /// All entries, by key.
+    pub(crate) fn into_values(self) -> impl Iterator<Item = (String, Value<'a>)> {
+        let (source, prefix) = (self.source, self.prefix);
+        self.entries.into_iter().map(move |(name, value)| {
+            let name = name.into_inner().into_owned();
+            let value = Value::new(source, format!("{prefix}{name}"), value);
+            (name, value)
+        })
+    }
+
+    /// The place of the table, for a key that it lacks.
+    pub(crate) fn place(&self, key: &str) -> Box<Place> {
+        let key = format!("{}{key}", self.prefix);
+        match &self.span {
+            Some(span) => self.source.place(span.start, key),
+            None => Box::new(Place { file: self.source.file().into(), spot: Spot::File, key }),
+        }
+    }
+
+    /// The line of a key, from 1; `None` where it is absent.
+    pub(crate) fn line(&self, key: &str) -> Option<usize> {
+        self.entries.get(key).map(|value| self.source.line(value.span().start))
+    }
+
+    /// Changes what precedes keys in messages.
+    pub(crate) fn rename(&mut self, prefix: String) {
+        self.prefix = prefix;
+    }
+
+    fn refuse_unknown(&self, known: &'static [&'static str]) -> Result<(), Error> {
+        let unknown = self.entries.keys().filter(|key| !known.contains(&key.as_ref().as_ref()));
+        // Entries are sorted by name; the user reads from the top.
+        match unknown.min_by_key(|key| key.span().start) {
+            Some(key) => Err(Error::UnknownKey {
+                place: self.source.place(key.span().start, format!("{}{}", self.prefix, key.as_ref())),
+                known,
+            }),
+            None => Ok(()),
+        }
+    }
+}
+
+impl<'a> Value<'a> {
+    fn new(source: &'a Source, key: String, value: Spanned<DeValue<'a>>) -> Self {
+        Value { source, key, span: value.span(), inner: value.into_inner() }
+    }
+
+    pub(crate) fn place(&self) -> Box<Place> {
+        self.source.place(self.span.start, self.key.as_str())
+    }
+
+    /// The line it is written on, from 1.
+    pub(crate) fn line(&self) -> usize {
+        self.source.line(self.span.start)
+    }
+
+    pub(crate) fn refuse(&self, problem: String, why: &'static str, remedy: impl Into<String>) -> Error {
+        Error::Refused { place: self.place(), problem, why, remedy: remedy.into() }
+    }
+
+    pub(crate) fn wrong_type(&self, expected: &'static str) -> Error {
+        let found = match &self.inner {
+            DeValue::String(string) => format!("the string {string:?}"),
+            DeValue::Integer(integer) => format!("the integer {integer}"),
+            DeValue::Float(float) => format!("the number {float}"),
+            DeValue::Boolean(boolean) => format!("the boolean {boolean}"),
+            DeValue::Datetime(datetime) => format!("the date or time {datetime}"),
+            DeValue::Array(array) => format!("an array of {}", array.len()),
+            DeValue::Table(_) => "a table".into(),
+        };
+        Error::WrongType { place: self.place(), found, expected }
+    }
+
+    pub(crate) fn is_array(&self) -> bool {
+        matches!(self.inner, DeValue::Array(_))
+    }
+
+    pub(crate) fn is_string(&self) -> bool {
+        matches!(self.inner, DeValue::String(_))
+    }
+
+    pub(crate) fn string(&self) -> Result<&str, Error> {
+        match &self.inner {
+            DeValue::String(string) => Ok(string),
+            _ => Err(self.wrong_type("a string in quotes")),
+        }
+    }
+
+    /// One of the words for a choice.
+    pub(crate) fn word<W: Word>(&self) -> Result<W, Error> {
+        let found = self.string()?;
+        W::ALL.iter().copied().find(|choice| choice.word() == found).ok_or_else(|| Error::UnknownWord {
+            place: self.place(),
+            found: found.into(),
+            choices: W::ALL
+                .iter()
+                .map(|choice| format!("{:?}", choice.word()))
+                .collect::<Vec<_>>()
+                .join(" or "),
+        })
+    }
+
+    /// An integer in a range; `why` explains the range.
+    pub(crate) fn integer(&self, range: RangeInclusive<u64>, why: &'static str) -> Result<u64, Error> {
+        let DeValue::Integer(integer) = &self.inner else {
+            return Err(self.wrong_type("an integer, such as 1 or 1_000_000"));
+        };
+        let parsed = u64::from_str_radix(integer.as_str(), integer.radix()).ok();
+        parsed.filter(|parsed| range.contains(parsed)).ok_or_else(|| {
+            let remedy = format!("choose an integer from {} to {}", range.start(), range.end());
+            self.refuse(format!("{integer} is out of range"), why, remedy)
+        })
+    }
+
+    /// A finite number, written as float or integer.
+    pub(crate) fn number(&self) -> Result<f64, Error> {
+        let parsed = match &self.inner {
+            DeValue::Float(float) => parse_float(float),
+            DeValue::Integer(integer) => parse_whole(integer),
+            _ => return Err(self.wrong_type("a number, such as 0.5")),
+        };
+        parsed.filter(|number| number.is_finite()).ok_or_else(|| {
+            self.refuse(
+                "this is not a finite number".into(),
+                "nothing can be computed from it",
+                "write a number of ordinary size",
+            )
+        })
+    }
+
+    pub(crate) fn array(self) -> Result<Vec<Value<'a>>, Error> {
+        let Value { source, key, span, inner } = self;
+        match inner {
+            DeValue::Array(array) => {
+                let numbered = array.into_iter().enumerate();
+                Ok(numbered.map(|(i, value)| Value::new(source, format!("{key}[{i}]"), value)).collect())
+            }
+            inner => Err(Value { source, key, span, inner }.wrong_type("an array in brackets")),
+        }
+    }
+
+    /// An array of exactly N elements; `expected` describes it.
+    pub(crate) fn exactly<const N: usize>(self, expected: &'static str) -> Result<[Value<'a>; N], Error> {
+        match &self.inner {
+            DeValue::Array(array) if array.len() == N => {
+                let mut elements = self.array()?.into_iter();
+                Ok(std::array::from_fn(|_| elements.next().expect("N elements, as just found")))
+            }
+            _ => Err(self.wrong_type(expected)),
+        }
+    }
+
+    /// A table with no other keys than `known`.
+    pub(crate) fn table(self, known: &'static [&'static str]) -> Result<Table<'a>, Error> {
+        let prefix = format!("{}.", self.key);
+        self.table_called(prefix, known)
+    }
+
+    /// [`Value::table`] whose keys get another prefix in messages.
+    pub(crate) fn table_called(
+        self,
+        prefix: String,
+        known: &'static [&'static str],
+    ) -> Result<Table<'a>, Error> {
+        let mut table = self.any_table()?;
+        table.rename(prefix);
+        table.refuse_unknown(known)?;
+        Ok(table)
+    }
+
+    /// A table whose keys are names.
+    pub(crate) fn any_table(self) -> Result<Table<'a>, Error> {
+        let Value { source, key, span, inner } = self;
+        match inner {
+            DeValue::Table(entries) => {
+                Ok(Table { source, prefix: format!("{key}."), span: Some(span), entries })
+            }
+            inner => Err(Value { source, key, span, inner }.wrong_type("a table of keys")),
+        }
+    }
+}
+
+fn parse_float(float: &DeFloat<'_>) -> Option<f64> {
+    float.as_str().parse().ok()
+}
+
+fn parse_whole(integer: &DeInteger<'_>) -> Option<f64> {
+    i128::from_str_radix(integer.as_str(), integer.radix()).ok().map(|whole| whole as f64)
+}

@@ -1,0 +1,198 @@
+//! What can be wrong with a file, as one message: problem, why it is one, what to do.
+
+use std::fmt;
+use std::io;
+use std::path::PathBuf;
+
+use thiserror::Error;
+
+/// A job or scene file that cannot be used.
+#[derive(Debug, Error)]
+pub enum Error {
+    /// There is nothing at this path.
+    #[error("{}: there is no such file; check the path", file.display())]
+    Missing {
+        /// The path as asked for.
+        file: PathBuf,
+    },
+    /// The path is a folder.
+    #[error("{}: this is a folder, not a file; name the .toml file in it", file.display())]
+    Folder {
+        /// The path as asked for.
+        file: PathBuf,
+    },
+    /// The operating system refuses to hand the file over.
+    #[error("{}: the file cannot be read ({source}); check its permissions", file.display())]
+    Unreadable {
+        /// The path as asked for.
+        file: PathBuf,
+        /// What the system said.
+        source: io::Error,
+    },
+    /// The bytes are not UTF-8.
+    #[error("{}:{line}: the text is not UTF-8 (TOML is); save the file as UTF-8", file.display())]
+    NotText {
+        /// The path as asked for.
+        file: PathBuf,
+        /// The line of the first stray byte, from 1.
+        line: usize,
+    },
+    /// The file holds no key.
+    #[error("{}: the file is empty (it says neither what to solve nor how); write {expected}", file.display())]
+    Empty {
+        /// The path as asked for.
+        file: PathBuf,
+        /// What such a file must hold.
+        expected: &'static str,
+    },
+    /// A scene in a format that no reader exists for.
+    #[error("{}: {format} scenes are {}; {remedy}", file.display(), if *planned { "not built yet" } else { "unknown" })]
+    SceneFormat {
+        /// The path as asked for.
+        file: PathBuf,
+        /// The format, as the file's name tells it.
+        format: String,
+        /// Whether a reader is planned.
+        planned: bool,
+        /// What to do instead.
+        remedy: &'static str,
+    },
+    /// The text is not TOML.
+    #[error("{place}: not valid TOML: {problem}; correct the line")]
+    Syntax {
+        /// Where the parser stopped.
+        place: Box<Place>,
+        /// What it met.
+        problem: String,
+    },
+    /// An override that is not of the form `key=value`, or whose key leads nowhere.
+    #[error("--set {text}: {problem}; write --set key=value, for example --set budget.paths=1000000")]
+    Override {
+        /// The override as typed.
+        text: String,
+        /// What is wrong with it.
+        problem: String,
+    },
+    /// A key that does not exist.
+    #[error("{place}: unknown key (a misspelt key would be ignored silently); known here: {}", known.join(", "))]
+    UnknownKey {
+        /// The key at fault.
+        place: Box<Place>,
+        /// The keys that may stand there.
+        known: &'static [&'static str],
+    },
+    /// A key that must be given.
+    #[error("{place}: this key is missing ({why}); write {remedy}")]
+    MissingKey {
+        /// The missing key.
+        place: Box<Place>,
+        /// Why there is no default.
+        why: &'static str,
+        /// What to write.
+        remedy: String,
+    },
+    /// A value of the wrong type.
+    #[error("{place}: {found} has the wrong type; write {expected}")]
+    WrongType {
+        /// The key at fault.
+        place: Box<Place>,
+        /// The type that was found.
+        found: String,
+        /// The type to write.
+        expected: &'static str,
+    },
+    /// A word that is not among the choices.
+    #[error("{place}: {found:?} is not one of the choices; write {choices}")]
+    UnknownWord {
+        /// The key at fault.
+        place: Box<Place>,
+        /// The word that was found.
+        found: String,
+        /// The words to choose from.
+        choices: String,
+    },
+    /// Something that the format allows and the program cannot do yet.
+    #[error("{place}: {what} is not built yet; {remedy}")]
+    NotBuilt {
+        /// The key at fault.
+        place: Box<Place>,
+        /// What was asked for.
+        what: String,
+        /// What to write instead.
+        remedy: String,
+    },
+    /// A value that is not allowed.
+    #[error("{place}: {problem} ({why}); {remedy}")]
+    Refused {
+        /// The key at fault.
+        place: Box<Place>,
+        /// What was found.
+        problem: String,
+        /// Why it cannot be used.
+        why: &'static str,
+        /// What to do.
+        remedy: String,
+    },
+    /// A surface of a material that the file does not define.
+    #[error(
+        "{place}: there is no material {material:?} (a surface takes its reflectance from it); {}",
+        materials_remedy(known)
+    )]
+    UnknownMaterial {
+        /// The key at fault.
+        place: Box<Place>,
+        /// The name that was found.
+        material: String,
+        /// The names that the file defines.
+        known: Vec<String>,
+    },
+    /// A scene that [`radiosity::Scene::build`] refuses.
+    #[error("{place}: {problem}")]
+    Scene {
+        /// The surface or material key at fault, or the file.
+        place: Box<Place>,
+        /// Problem, reason, remedy.
+        problem: String,
+    },
+}
+
+/// Where something is written.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Place {
+    /// The file.
+    pub file: PathBuf,
+    /// The spot in it, or the override that took its place.
+    pub spot: Spot,
+    /// The key, dotted; empty where no key is meant.
+    pub key: String,
+}
+
+/// A spot of a [`Place`].
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Spot {
+    /// The file as a whole.
+    File,
+    /// A line, from 1.
+    Line(usize),
+    /// An override, as typed after `--set`.
+    Override(String),
+}
+
+impl fmt::Display for Place {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let file = self.file.display();
+        match &self.spot {
+            Spot::File => write!(f, "{file}")?,
+            Spot::Line(line) => write!(f, "{file}:{line}")?,
+            Spot::Override(text) => write!(f, "{file} with --set {text}")?,
+        }
+        if self.key.is_empty() { Ok(()) } else { write!(f, ": {}", self.key) }
+    }
+}
+
+fn materials_remedy(known: &[String]) -> String {
+    if known.is_empty() {
+        return "the file defines none: add a [material.NAME] table".into();
+    }
+    format!("the file defines {}", known.join(", "))
+}

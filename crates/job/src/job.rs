@@ -1,0 +1,231 @@
+//! The job file.
+
+use std::path::{Path, PathBuf};
+
+use radiosity::{IndexChoice, Scene};
+
+use crate::document::{Table, Value};
+use crate::error::Error;
+use crate::method::{METHOD_KEYS, Method, read_method};
+use crate::scene::{SceneFile, load_scene};
+use crate::source::Source;
+
+/// The seed of a job that names none: runs repeat unless asked not to.
+pub const DEFAULT_SEED: u64 = 0;
+
+/// The level of every interval of a job that names none.
+pub const DEFAULT_CONFIDENCE: f64 = 0.95;
+
+/// Walks per lease of a job that names no number.
+pub const DEFAULT_STREAM_PATHS: u64 = 65_536;
+
+/// The part of the patch area that must meet a target that names none.
+const DEFAULT_FRACTION: f64 = 0.99;
+
+/// The largest lease: lost with its worker, it would be traced again whole.
+const MAX_STREAM_PATHS: u64 = 1 << 24;
+
+/// The longest wall time [s], some 30 years: what clocks can add to the present.
+const MAX_WALL_SECONDS: f64 = 1e9;
+
+/// All that a job file and its scene say, checked.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Job {
+    /// The job file.
+    pub path: PathBuf,
+    /// Names the output folder; default: the file's name without extension.
+    pub name: String,
+    /// What is solved.
+    pub scene: SceneFile,
+    /// In [0, 2⁶³); default [`DEFAULT_SEED`].
+    pub seed: u64,
+    /// The level of every interval, in [0.5, 1); default [`DEFAULT_CONFIDENCE`].
+    pub confidence: f64,
+    /// How it is solved.
+    pub method: Method,
+    /// What it may cost.
+    pub budget: Budget,
+    /// When it is accurate enough; `None`: the budget is spent whole.
+    pub target: Option<Target>,
+    /// How rays look for surfaces; the answer is the same with each.
+    pub index: IndexChoice,
+}
+
+/// The table `[budget]`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Budget {
+    /// Walks of the whole job, at least 1.
+    pub paths: u64,
+    /// Walks per lease, in [1, 2²⁴]; default [`DEFAULT_STREAM_PATHS`].
+    pub stream_paths: u64,
+    /// Wall time in seconds, above 0 and at most 10⁹.
+    pub wall_seconds: Option<f64>,
+}
+
+/// The table `[target]`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Target {
+    /// Half-width of the interval over the estimate, above 0.
+    pub relative_error: f64,
+    /// The part of the patch area that must meet it, in (0, 1]; default 0.99.
+    pub fraction: f64,
+}
+
+impl Job {
+    /// Builds the scene with the job's index.
+    ///
+    /// # Errors
+    /// As [`SceneFile::build`].
+    pub fn build_scene(&self) -> Result<Scene, Error> {
+        self.scene.build(self.index)
+    }
+}
+
+pub(crate) const JOB_KEYS: &[&str] =
+    &["name", "scene", "seed", "confidence", "method", "budget", "target", "tracing"];
+
+/// Reads a job file and its scene. Each override is a `key=value`, its key dotted, its value TOML or, failing
+/// that, a string without quotes; they replace keys of the job file before anything is checked.
+///
+/// # Errors
+/// A file that cannot be read, is not TOML, or says what is unknown, missing, not allowed or not built yet.
+pub fn load(path: &Path, overrides: &[String]) -> Result<Job, Error> {
+    let source = Source::read(path, "scene = \"…\" and a [budget]")?.with_overrides(overrides)?;
+    let mut table = Table::root(&source, JOB_KEYS)?;
+    // Every table is opened, and its keys known, before the scene is read: that may take long.
+    let method = table.table("method", METHOD_KEYS)?;
+    let budget = table.table("budget", &["paths", "stream_paths", "wall_seconds"])?;
+    let target =
+        table.take("target").map(|value| value.table(&["relative_error", "fraction"])).transpose()?;
+    let index = table.table("tracing", &["index"])?.take("index");
+    let budget = read_budget(budget)?;
+    let target = target.map(read_target).transpose()?;
+    let index = index.map(|value| value.word()).transpose()?.unwrap_or_default();
+    let name = read_name(&mut table, path)?;
+    let seed = table.take("seed").map(|value| read_seed(&value)).transpose()?.unwrap_or(DEFAULT_SEED);
+    let confidence = table.take("confidence").map(|value| read_confidence(&value)).transpose()?;
+    let scene = read_scene(&mut table, path)?;
+    let method = read_method(method, scene.patch_count())?;
+    let confidence = confidence.unwrap_or(DEFAULT_CONFIDENCE);
+    Ok(Job { path: path.into(), name, scene, seed, confidence, method, budget, target, index })
+}
+
+fn read_name(table: &mut Table<'_>, path: &Path) -> Result<String, Error> {
+    let place = table.place("name");
+    let (name, place) = match table.take("name") {
+        Some(value) => (value.string()?.to_owned(), value.place()),
+        None => (path.file_stem().unwrap_or_default().to_string_lossy().into_owned(), place),
+    };
+    let unsafe_character = |c: char| c.is_control() || matches!(c, '/' | '\\' | char::REPLACEMENT_CHARACTER);
+    if name.trim().is_empty() || matches!(name.as_str(), "." | "..") || name.contains(unsafe_character) {
+        return Err(Error::Refused {
+            place,
+            problem: format!("{name:?} cannot name a job"),
+            why: "the output folder takes its name",
+            remedy: "write a name without slashes and control characters".into(),
+        });
+    }
+    Ok(name)
+}
+
+fn read_seed(value: &Value<'_>) -> Result<u64, Error> {
+    value.integer(0..=i64::MAX as u64, "seeds are TOML integers without sign")
+}
+
+fn read_confidence(value: &Value<'_>) -> Result<f64, Error> {
+    let confidence = value.number()?;
+    if (0.5..1.0).contains(&confidence) {
+        return Ok(confidence);
+    }
+    let remedy = if confidence > 0.0 && confidence < 0.5 {
+        format!("choose 0.5 ≤ confidence < 1, such as {}", 1.0 - confidence)
+    } else {
+        "choose 0.5 ≤ confidence < 1, such as 0.95".into()
+    };
+    Err(value.refuse(
+        format!("{confidence} is outside [0.5, 1)"),
+        "it is the probability that an interval covers the truth: less is no assurance, 1 no finite interval",
+        remedy,
+    ))
+}
+
+fn read_scene(table: &mut Table<'_>, job: &Path) -> Result<SceneFile, Error> {
+    let why = "a job solves one scene";
+    let value = table.require("scene", why, "scene = \"….toml\", relative to the job file")?;
+    let path = job.parent().unwrap_or(Path::new("")).join(value.string()?);
+    load_scene(&path).map_err(|error| match error {
+        Error::Missing { file } => value.refuse(
+            format!("there is no file {}", file.display()),
+            "scenes are looked for relative to the job file",
+            "correct the path",
+        ),
+        error => error,
+    })
+}
+
+fn read_budget(mut table: Table<'_>) -> Result<Budget, Error> {
+    let paths = table.require(
+        "paths",
+        "it bounds the work, also where a target may end the job earlier",
+        "[budget] paths = 10_000_000, the number of walks",
+    )?;
+    let stream_paths = table.take("stream_paths").map(|value| read_stream_paths(&value)).transpose()?;
+    Ok(Budget {
+        paths: paths.integer(1..=i64::MAX as u64, "without a walk there is no estimate")?,
+        stream_paths: stream_paths.unwrap_or(DEFAULT_STREAM_PATHS),
+        wall_seconds: table.take("wall_seconds").map(|value| read_wall_seconds(&value)).transpose()?,
+    })
+}
+
+fn read_stream_paths(value: &Value<'_>) -> Result<u64, Error> {
+    value.integer(
+        1..=MAX_STREAM_PATHS,
+        "a lease holds at least one walk, and a lost one is traced again whole",
+    )
+}
+
+fn read_wall_seconds(value: &Value<'_>) -> Result<f64, Error> {
+    let seconds = value.number()?;
+    if seconds > 0.0 && seconds <= MAX_WALL_SECONDS {
+        return Ok(seconds);
+    }
+    Err(value.refuse(
+        format!("{seconds} s is outside (0, {MAX_WALL_SECONDS}]"),
+        "a run takes time, and clocks end",
+        "choose a positive number of seconds, or remove the key",
+    ))
+}
+
+fn read_target(mut table: Table<'_>) -> Result<Target, Error> {
+    let why = "a target is an accuracy";
+    let relative_error = table.require("relative_error", why, "relative_error = 0.01, or remove [target]")?;
+    let fraction = table.take("fraction").map(|value| read_fraction(&value)).transpose()?;
+    Ok(Target {
+        relative_error: read_relative_error(&relative_error)?,
+        fraction: fraction.unwrap_or(DEFAULT_FRACTION),
+    })
+}
+
+fn read_relative_error(value: &Value<'_>) -> Result<f64, Error> {
+    let relative_error = value.number()?;
+    if relative_error > 0.0 {
+        return Ok(relative_error);
+    }
+    Err(value.refuse(
+        format!("{relative_error} is not above 0"),
+        "no finite number of walks is exact",
+        "choose relative_error > 0, such as 0.01",
+    ))
+}
+
+fn read_fraction(value: &Value<'_>) -> Result<f64, Error> {
+    let fraction = value.number()?;
+    if fraction > 0.0 && fraction <= 1.0 {
+        return Ok(fraction);
+    }
+    Err(value.refuse(
+        format!("{fraction} is outside (0, 1]"),
+        "it is the part of the patch area that must meet the target",
+        "choose 0 < fraction ≤ 1",
+    ))
+}

@@ -1,0 +1,19 @@
+//! Files → a validated [`Job`]: what to solve, how, and how long.
+//!
+//! [`load`] reads a job file and the scene it names; [`load_scene`] a scene alone. Whatever a file says wrongly
+//! is one [`Error`], whose message names file, line and key, the problem, its reason and the remedy. Only the
+//! numbers that [`radiosity::Scene::build`] judges are left to [`SceneFile::build`], which finds their line.
+
+mod document;
+mod error;
+mod job;
+mod kind;
+mod method;
+mod scene;
+mod source;
+
+pub use error::{Error, Place, Spot};
+pub use job::{Budget, DEFAULT_CONFIDENCE, DEFAULT_SEED, DEFAULT_STREAM_PATHS, Job, Target, load};
+pub use kind::{FileKind, file_kind};
+pub use method::{Birth, EstimatorKind, InfiniteEnd, Method, Sampler, WalkKind, Word, job_hash};
+pub use scene::{SceneFile, load_scene};

@@ -1,0 +1,371 @@
+//! How a job is solved: the choices of `[method]`, and the digest that names an answer.
+
+use radiosity::{IndexChoice, Space};
+use serde::{Deserialize, Serialize};
+
+use crate::document::{Table, Value};
+use crate::error::Error;
+
+/// A choice that files and outputs write as one word.
+pub trait Word: Copy + 'static {
+    /// Every choice.
+    const ALL: &'static [Self];
+
+    /// The word of a choice, lower case.
+    fn word(self) -> &'static str;
+}
+
+/// Which way walks run, and from where.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum WalkKind {
+    /// From the emitters.
+    #[default]
+    Shooting,
+    /// From the patches.
+    Gathering,
+    /// Stochastic Jacobi iteration.
+    Jacobi,
+    /// Whichever of them takes the least counted work.
+    Auto,
+}
+
+/// Which events of a walk score.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum EstimatorKind {
+    /// The absorption at its end.
+    Absorption,
+    /// Every hit that it survives.
+    Survival,
+    /// Every hit.
+    #[default]
+    Collision,
+    /// Every hit of a walk that is never absorbed, by weight.
+    Infinite,
+}
+
+/// Where the random numbers come from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Sampler {
+    /// A permuted congruential generator.
+    #[default]
+    Random,
+    /// Randomised quasi-Monte Carlo: a Sobol sequence.
+    Sobol,
+}
+
+/// How walks of the infinite estimator end.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum InfiniteEnd {
+    /// Russian roulette below a weight; unbiased.
+    Roulette {
+        /// The weight, in (0, 1).
+        threshold: f64,
+    },
+    /// At once below a weight; biased.
+    Cutoff {
+        /// The weight, in (0, 1).
+        threshold: f64,
+    },
+    /// After a number of reflections; biased.
+    Length {
+        /// The number, at least 1.
+        length: u32,
+    },
+}
+
+/// Where gathering walks are born.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Birth {
+    /// On each patch in proportion to its area.
+    #[default]
+    Area,
+    /// On each patch alike.
+    Uniform,
+    /// On each of these patches alike (by number), nowhere else.
+    Patches(Vec<u32>),
+}
+
+/// The table `[method]`.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Method {
+    /// Default: shooting.
+    pub walk: WalkKind,
+    /// Default: collision.
+    pub estimator: EstimatorKind,
+    /// Default: discrete.
+    #[serde(with = "SpaceWord")]
+    pub space: Space,
+    /// Default: random.
+    pub sampler: Sampler,
+    /// Of the infinite estimator only. Default: roulette below a weight of 0.001.
+    pub infinite: InfiniteEnd,
+    /// Of gathering walks only. Default: by area.
+    pub birth: Birth,
+    /// Walks or rays that share one randomisation or chain step; of the Sobol sampler and Jacobi only.
+    pub batch_paths: Option<u64>,
+}
+
+/// How [`Space`] is written.
+#[derive(Serialize, Deserialize)]
+#[serde(remote = "Space", rename_all = "lowercase")]
+enum SpaceWord {
+    Discrete,
+    Continuous,
+}
+
+impl Default for InfiniteEnd {
+    fn default() -> Self {
+        InfiniteEnd::Roulette { threshold: DEFAULT_THRESHOLD }
+    }
+}
+
+impl Word for WalkKind {
+    const ALL: &'static [Self] = &[Self::Shooting, Self::Gathering, Self::Jacobi, Self::Auto];
+
+    fn word(self) -> &'static str {
+        match self {
+            WalkKind::Shooting => "shooting",
+            WalkKind::Gathering => "gathering",
+            WalkKind::Jacobi => "jacobi",
+            WalkKind::Auto => "auto",
+        }
+    }
+}
+
+impl Word for EstimatorKind {
+    const ALL: &'static [Self] = &[Self::Absorption, Self::Survival, Self::Collision, Self::Infinite];
+
+    fn word(self) -> &'static str {
+        match self {
+            EstimatorKind::Absorption => "absorption",
+            EstimatorKind::Survival => "survival",
+            EstimatorKind::Collision => "collision",
+            EstimatorKind::Infinite => "infinite",
+        }
+    }
+}
+
+impl Word for Space {
+    const ALL: &'static [Self] = &[Self::Discrete, Self::Continuous];
+
+    fn word(self) -> &'static str {
+        match self {
+            Space::Discrete => "discrete",
+            Space::Continuous => "continuous",
+        }
+    }
+}
+
+impl Word for Sampler {
+    const ALL: &'static [Self] = &[Self::Random, Self::Sobol];
+
+    fn word(self) -> &'static str {
+        match self {
+            Sampler::Random => "random",
+            Sampler::Sobol => "sobol",
+        }
+    }
+}
+
+impl Word for IndexChoice {
+    const ALL: &'static [Self] = &[Self::Auto, Self::Flat, Self::Tree];
+
+    fn word(self) -> &'static str {
+        match self {
+            IndexChoice::Auto => "auto",
+            IndexChoice::Flat => "flat",
+            IndexChoice::Tree => "tree",
+        }
+    }
+}
+
+/// Names an answer but for the number of walks: equal for equal scene, method and seed.
+///
+/// `scene_hash` is [`radiosity::Scene::hash`]. What the method does not use (where gathering walks are born,
+/// while they are shot) does not enter, nor do budget, target, confidence, index and names.
+pub fn job_hash(scene_hash: [u8; 32], method: &Method, seed: u64) -> [u8; 32] {
+    let mut hasher = blake3::Hasher::new();
+    let mut field = |bytes: &[u8]| {
+        hasher.update(&(bytes.len() as u64).to_le_bytes());
+        hasher.update(bytes);
+    };
+    field(b"radwalk job");
+    field(&scene_hash);
+    field(&seed.to_le_bytes());
+    field(method.walk.word().as_bytes());
+    field(method.estimator.word().as_bytes());
+    field(method.space.word().as_bytes());
+    field(method.sampler.word().as_bytes());
+    if method.estimator == EstimatorKind::Infinite {
+        let (end, number) = match method.infinite {
+            InfiniteEnd::Roulette { threshold } => ("roulette", threshold),
+            InfiniteEnd::Cutoff { threshold } => ("cutoff", threshold),
+            InfiniteEnd::Length { length } => ("length", f64::from(length)),
+        };
+        field(end.as_bytes());
+        field(&number.to_bits().to_le_bytes());
+    }
+    if method.walk == WalkKind::Gathering {
+        match &method.birth {
+            Birth::Area => field(b"area"),
+            Birth::Uniform => field(b"uniform"),
+            Birth::Patches(patches) => {
+                field(b"patches");
+                field(&patches.iter().flat_map(|patch| patch.to_le_bytes()).collect::<Vec<_>>());
+            }
+        }
+    }
+    if method.walk == WalkKind::Jacobi || method.sampler == Sampler::Sobol {
+        // No number of walks is 0.
+        field(&method.batch_paths.unwrap_or(0).to_le_bytes());
+    }
+    *hasher.finalize().as_bytes()
+}
+
+const DEFAULT_THRESHOLD: f64 = 0.001;
+const DEFAULT_LENGTH: u32 = 20;
+
+pub(crate) const METHOD_KEYS: &[&str] =
+    &["walk", "estimator", "space", "sampler", "infinite", "birth", "batch_paths"];
+
+/// Reads `[method]`, for a scene of `patch_count` patches.
+pub(crate) fn read_method(mut table: Table<'_>, patch_count: u64) -> Result<Method, Error> {
+    Ok(Method {
+        walk: available(table.take("walk"), &[WalkKind::Shooting])?,
+        estimator: available(table.take("estimator"), &[EstimatorKind::Collision])?,
+        space: available(table.take("space"), Space::ALL)?,
+        sampler: available(table.take("sampler"), &[Sampler::Random])?,
+        infinite: table.take("infinite").map(read_infinite).transpose()?.unwrap_or_default(),
+        birth: table
+            .take("birth")
+            .map(|value| read_birth(value, patch_count))
+            .transpose()?
+            .unwrap_or_default(),
+        batch_paths: table.take("batch_paths").map(|value| read_batch(&value)).transpose()?,
+    })
+}
+
+/// A choice that the program can carry out, the default where the key is absent.
+fn available<W: Word + Default + PartialEq>(value: Option<Value<'_>>, built: &[W]) -> Result<W, Error> {
+    let Some(value) = value else { return Ok(W::default()) };
+    let choice: W = value.word()?;
+    if built.contains(&choice) {
+        return Ok(choice);
+    }
+    let words = built.iter().map(|choice| format!("{:?}", choice.word())).collect::<Vec<_>>().join(" or ");
+    Err(Error::NotBuilt {
+        place: value.place(),
+        what: format!("{:?}", choice.word()),
+        remedy: format!("write {words}"),
+    })
+}
+
+/// The word of an [`InfiniteEnd`], before its number is known.
+#[derive(Clone, Copy)]
+enum EndWord {
+    Roulette,
+    Cutoff,
+    Length,
+}
+
+impl Word for EndWord {
+    const ALL: &'static [Self] = &[Self::Roulette, Self::Cutoff, Self::Length];
+
+    fn word(self) -> &'static str {
+        match self {
+            EndWord::Roulette => "roulette",
+            EndWord::Cutoff => "cutoff",
+            EndWord::Length => "length",
+        }
+    }
+}
+
+fn read_infinite(value: Value<'_>) -> Result<InfiniteEnd, Error> {
+    let mut table = value.table(&["end", "threshold", "length"])?;
+    let end: EndWord = table
+        .require("end", "a number alone does not say how walks end", "end = \"roulette\" beside it")?
+        .word()?;
+    let (threshold, length) = (table.take("threshold"), table.take("length"));
+    let stray = if matches!(end, EndWord::Length) { &threshold } else { &length };
+    if let Some(stray) = stray {
+        let problem = format!("end = {:?} does not use this key", end.word());
+        return Err(stray.refuse(problem, "it would be ignored silently", "remove one of the two"));
+    }
+    let threshold = threshold.map(|value| read_threshold(&value)).transpose()?.unwrap_or(DEFAULT_THRESHOLD);
+    let length = length.map(|value| read_length(&value)).transpose()?.unwrap_or(DEFAULT_LENGTH);
+    Ok(match end {
+        EndWord::Roulette => InfiniteEnd::Roulette { threshold },
+        EndWord::Cutoff => InfiniteEnd::Cutoff { threshold },
+        EndWord::Length => InfiniteEnd::Length { length },
+    })
+}
+
+fn read_threshold(value: &Value<'_>) -> Result<f64, Error> {
+    let threshold = value.number()?;
+    if threshold > 0.0 && threshold < 1.0 {
+        return Ok(threshold);
+    }
+    Err(value.refuse(
+        format!("{threshold} is outside (0, 1)"),
+        "weights fall from 1 towards 0: no walk or every walk would end",
+        "choose 0 < threshold < 1",
+    ))
+}
+
+fn read_length(value: &Value<'_>) -> Result<u32, Error> {
+    let length =
+        value.integer(1..=u64::from(u32::MAX), "a walk reflects at least once, counted in 32 bits")?;
+    Ok(length as u32)
+}
+
+fn read_birth(value: Value<'_>, patch_count: u64) -> Result<Birth, Error> {
+    if value.is_string() {
+        return match value.string()? {
+            "area" => Ok(Birth::Area),
+            "uniform" => Ok(Birth::Uniform),
+            other => Err(Error::UnknownWord {
+                place: value.place(),
+                found: other.into(),
+                choices: "\"area\" or \"uniform\" or { patches = [7, 12] }".into(),
+            }),
+        };
+    }
+    let mut table = value.table(&["patches"])?;
+    let listed = table.require("patches", "walks must be born somewhere", "patches = [7, 12], by number")?;
+    read_patches(listed, patch_count).map(Birth::Patches)
+}
+
+fn read_patches(listed: Value<'_>, patch_count: u64) -> Result<Vec<u32>, Error> {
+    let place = listed.place();
+    let mut patches = Vec::new();
+    for value in listed.array()? {
+        let last = patch_count.saturating_sub(1).min(u64::from(u32::MAX));
+        let patch = value.integer(0..=last, "the scene's patches are numbered from 0")? as u32;
+        if patches.contains(&patch) {
+            return Err(value.refuse(
+                format!("patch {patch} is listed twice"),
+                "each is born on with the same probability",
+                "list it once",
+            ));
+        }
+        patches.push(patch);
+    }
+    if patches.is_empty() {
+        return Err(Error::Refused {
+            place,
+            problem: "the list is empty".into(),
+            why: "walks must be born somewhere",
+            remedy: "list a patch, or write birth = \"area\"".into(),
+        });
+    }
+    Ok(patches)
+}
+
+fn read_batch(value: &Value<'_>) -> Result<u64, Error> {
+    value.integer(1..=i64::MAX as u64, "a batch holds at least one walk")
+}

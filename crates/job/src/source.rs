@@ -1,0 +1,170 @@
+//! A file's text, and what was typed over it.
+
+use std::fs;
+use std::io;
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+use crate::error::{Error, Place, Spot};
+
+/// The text of a TOML file, followed by the overrides: one numbering of bytes for all of them, so that a span
+/// tells where a value was written.
+#[derive(Debug)]
+pub(crate) struct Source {
+    file: PathBuf,
+    text: String,
+    line_starts: Vec<usize>,
+    overrides: Vec<Override>,
+}
+
+/// One `--set key=value`.
+#[derive(Debug)]
+struct Override {
+    typed: String,
+    key: String,
+    value: String,
+    /// A document of the key `v` alone, shifted to its place behind all that comes before.
+    shifted: String,
+    span: Range<usize>,
+}
+
+impl Source {
+    /// Reads a file. `expected` tells the user of an empty one what it should hold.
+    pub(crate) fn read(file: &Path, expected: &'static str) -> Result<Self, Error> {
+        let text = read_text(file)?;
+        if text.trim().is_empty() {
+            return Err(Error::Empty { file: file.into(), expected });
+        }
+        let line_starts =
+            std::iter::once(0).chain(text.match_indices('\n').map(|(newline, _)| newline + 1)).collect();
+        Ok(Source { file: file.into(), text, line_starts, overrides: Vec::new() })
+    }
+
+    /// Adds overrides of the form `key=value`, dotted keys, to be applied in order.
+    pub(crate) fn with_overrides(mut self, overrides: &[String]) -> Result<Self, Error> {
+        let mut start = self.text.len() + 1;
+        for typed in overrides {
+            let entry = Override::new(typed, start)?;
+            start = entry.span.end + 1;
+            self.overrides.push(entry);
+        }
+        Ok(self)
+    }
+
+    /// The document, with the overrides in place.
+    pub(crate) fn parse(&self) -> Result<DeTable<'_>, Error> {
+        let mut table = DeTable::parse(&self.text).map_err(|error| self.syntax(&error))?.into_inner();
+        for entry in &self.overrides {
+            entry.apply(&mut table)?;
+        }
+        Ok(table)
+    }
+
+    pub(crate) fn file(&self) -> &Path {
+        &self.file
+    }
+
+    /// Where the bytes from `offset` were written; `key` is what they belong to.
+    pub(crate) fn place(&self, offset: usize, key: impl Into<String>) -> Box<Place> {
+        let spot = match self.overrides.iter().find(|entry| entry.span.contains(&offset)) {
+            Some(entry) => Spot::Override(entry.typed.clone()),
+            None => Spot::Line(self.line(offset)),
+        };
+        Box::new(Place { file: self.file.clone(), spot, key: key.into() })
+    }
+
+    /// The line of a byte of the file, from 1.
+    pub(crate) fn line(&self, offset: usize) -> usize {
+        self.line_starts.partition_point(|&start| start <= offset)
+    }
+
+    fn syntax(&self, error: &toml::de::Error) -> Error {
+        let place = match error.span() {
+            Some(span) => self.place(span.start, ""),
+            None => Box::new(Place { file: self.file.clone(), spot: Spot::File, key: String::new() }),
+        };
+        Error::Syntax { place, problem: error.message().trim().replace('\n', ", ") }
+    }
+}
+
+fn read_text(file: &Path) -> Result<String, Error> {
+    if file.is_dir() {
+        return Err(Error::Folder { file: file.into() });
+    }
+    let bytes = fs::read(file).map_err(|source| match source.kind() {
+        io::ErrorKind::NotFound => Error::Missing { file: file.into() },
+        _ => Error::Unreadable { file: file.into(), source },
+    })?;
+    String::from_utf8(bytes).map_err(|error| {
+        let valid = &error.as_bytes()[..error.utf8_error().valid_up_to()];
+        let line = 1 + valid.iter().filter(|&&byte| byte == b'\n').count();
+        Error::NotText { file: file.into(), line }
+    })
+}
+
+impl Override {
+    fn new(typed: &str, start: usize) -> Result<Self, Error> {
+        let fault =
+            |problem: &str| Error::Override { text: typed.replace('\n', "\\n"), problem: problem.into() };
+        if typed.contains('\n') {
+            return Err(fault("there is more than one line"));
+        }
+        let (key, value) = typed.split_once('=').ok_or_else(|| fault("there is no `=`"))?;
+        let (key, value) = (key.trim(), value.trim());
+        if key.split('.').any(str::is_empty) {
+            return Err(fault("a part of the key is empty"));
+        }
+        if value.is_empty() {
+            return Err(fault("there is no value"));
+        }
+        let shifted = format!("{:start$}v = {value}", "");
+        Ok(Override {
+            typed: typed.into(),
+            key: key.into(),
+            value: value.into(),
+            span: start..shifted.len(),
+            shifted,
+        })
+    }
+
+    /// Puts the value where its key says, in tables that need not exist yet.
+    fn apply<'a>(&'a self, mut table: &mut DeTable<'a>) -> Result<(), Error> {
+        let mut parts = self.key.split('.').peekable();
+        while let Some(part) = parts.next() {
+            let key = Spanned::new(self.span.clone(), part.into());
+            if parts.peek().is_none() {
+                // Removed first: inserting alone would keep the old key, and with it the old line.
+                table.remove(part);
+                table.insert(key, self.parse_value()?);
+                break;
+            }
+            let inner = table
+                .entry(key)
+                .or_insert_with(|| Spanned::new(self.span.clone(), DeValue::Table(DeTable::new())));
+            let DeValue::Table(inner) = inner.get_mut() else {
+                let problem = format!("`{part}` has no keys of its own in this job");
+                return Err(Error::Override { text: self.typed.clone(), problem });
+            };
+            table = inner;
+        }
+        Ok(())
+    }
+
+    /// The value as TOML; what looks like none of its types is a string without quotes.
+    fn parse_value(&self) -> Result<Spanned<DeValue<'_>>, Error> {
+        match DeTable::parse(&self.shifted) {
+            Ok(document) => Ok(document.into_inner().remove("v").expect("the key just written")),
+            Err(error) if self.value.starts_with(['"', '\'', '[', '{']) => Err(Error::Override {
+                text: self.typed.clone(),
+                problem: format!(
+                    "the value is not valid TOML: {}",
+                    error.message().trim().replace('\n', ", ")
+                ),
+            }),
+            Err(_) => Ok(Spanned::new(self.span.clone(), DeValue::String(self.value.as_str().into()))),
+        }
+    }
+}

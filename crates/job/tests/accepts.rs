@@ -1,0 +1,230 @@
+//! What is accepted, and what it means.
+
+mod common;
+
+use std::path::PathBuf;
+
+use common::Folder;
+use glam::dvec3;
+use job::{
+    Birth, Budget, EstimatorKind, FileKind, InfiniteEnd, Job, Method, Sampler, Target, WalkKind, file_kind,
+    job_hash, load, load_scene,
+};
+use radiosity::{IndexChoice, Shape, Sides, Space};
+
+const SCENE: &str = r#"
+[material.white]
+reflectance = 0.75         # in [0, 1); a number, or [r, g, b]
+emittance   = 0.0          # W/m² (exitance), number or [r, g, b]
+
+[[surface]]                # a parallelogram …
+name     = "floor"
+material = "white"
+quad     = [[0,0,0], [1,0,0], [0,1,0]]   # corner c, c+u, c+v; the front faces u × v
+patches  = [3, 3]          # cells along u, v; default [1, 1]; patch = first + iu * nv + iv
+sides    = 1
+emit     = [{ cell = [1, 1], emittance = 1.0 }]   # overrides per cell
+
+[[surface]]                # … or a triangle, cut in k² congruent ones
+material = "white"
+triangle = [[0,0,0], [1,0,0], [0,1,0]]   # a, b, c; front by the right-hand rule
+patches  = 4
+"#;
+
+const JOB: &str = r#"
+name  = "cornell"          # optional, default: file stem
+scene = "scenes/cornell.toml"   # relative to this file; .toml, .obj, .gltf/.glb, .mgf
+seed  = 42
+confidence = 0.95          # level of every interval; default 0.95
+
+[method]
+walk      = "shooting"     # shooting | gathering | jacobi | auto (more may come)
+estimator = "collision"    # absorption | survival | collision | infinite
+space     = "discrete"     # discrete | continuous
+sampler   = "random"       # random (PCG) | sobol (randomised quasi-Monte Carlo)
+infinite  = { end = "roulette", threshold = 0.001 }  # roulette | cutoff, with threshold; length, with length = 20
+birth     = "area"         # gathering: area | uniform | { patches = [7, 12] } (then p = 1/how many)
+
+[budget]
+paths = 10_000_000         # total walks (jacobi: total rays)
+stream_paths = 65_536      # walks per lease
+wall_seconds = 3600        # optional
+
+[target]                   # optional
+relative_error = 0.01      # half-width of the interval over the estimate
+fraction       = 0.99      # of patch area that must meet it
+"#;
+
+fn written(name: &str, job: &str) -> PathBuf {
+    let folder = Folder::new(name);
+    folder.write("scenes/cornell.toml", SCENE);
+    folder.write("a job.toml", job)
+}
+
+fn load_with(path: &std::path::Path, overrides: &[&str]) -> Job {
+    load(path, &overrides.iter().map(|typed| (*typed).to_owned()).collect::<Vec<_>>()).unwrap()
+}
+
+#[test]
+fn the_documented_job() {
+    let job = load_with(&written("documented", JOB), &[]);
+    assert_eq!(job.name, "cornell");
+    assert_eq!((job.seed, job.confidence, job.index), (42, 0.95, IndexChoice::Auto));
+    assert_eq!(job.method, Method::default());
+    let budget = Budget { paths: 10_000_000, stream_paths: 65_536, wall_seconds: Some(3600.0) };
+    assert_eq!(job.budget, budget);
+    assert_eq!(job.target, Some(Target { relative_error: 0.01, fraction: 0.99 }));
+    assert_eq!(job.build_scene().unwrap().patches().len(), 25);
+}
+
+#[test]
+fn the_documented_scene() {
+    let folder = Folder::new("documented-scene");
+    let scene = load_scene(&folder.write("s.toml", SCENE)).unwrap();
+    assert_eq!(scene.patch_count(), 25);
+    let [floor, lid] = &scene.spec().surfaces[..] else { panic!("two surfaces") };
+    assert_eq!(floor.name.as_deref(), Some("floor"));
+    let shape = Shape::Parallelogram {
+        corner: dvec3(0.0, 0.0, 0.0),
+        corner_u: dvec3(1.0, 0.0, 0.0),
+        corner_v: dvec3(0.0, 1.0, 0.0),
+        cells: [3, 3],
+    };
+    assert_eq!(floor.shape, shape);
+    assert_eq!((floor.sides, floor.reflectance, floor.emittance), (Sides::Front, 0.75, 0.0));
+    assert_eq!(floor.cell_emittance, [(4, 1.0)]);
+    assert_eq!((lid.name.as_deref(), lid.sides), (None, Sides::Front));
+    assert!(matches!(lid.shape, Shape::Triangle { rows: 4, .. }));
+}
+
+#[test]
+fn defaults() {
+    let job = load_with(&written("defaults", "scene = \"scenes/cornell.toml\"\nbudget.paths = 1\n"), &[]);
+    assert_eq!((job.name.as_str(), job.seed, job.confidence), ("a job", 0, 0.95));
+    assert_eq!(job.method.walk, WalkKind::Shooting);
+    assert_eq!(job.method.estimator, EstimatorKind::Collision);
+    assert_eq!(job.method.space, Space::Discrete);
+    assert_eq!(job.method.sampler, Sampler::Random);
+    assert_eq!(job.method.infinite, InfiniteEnd::Roulette { threshold: 0.001 });
+    assert_eq!((job.method.birth, job.method.batch_paths), (Birth::Area, None));
+    assert_eq!(job.budget, Budget { paths: 1, stream_paths: 65_536, wall_seconds: None });
+    assert_eq!((job.target, job.index), (None, IndexChoice::Auto));
+}
+
+#[test]
+fn overrides_replace_and_add() {
+    let path = written("overrides", JOB);
+    let typed = [
+        "name=box 7",
+        "seed = 7",
+        "seed=0x10",
+        "confidence=0.5",
+        "method.space=continuous",
+        "method.infinite={ end = \"length\", length = 20 }",
+        "method.birth.patches=[7, 12]",
+        "method.batch_paths=4096",
+        "budget.paths=123",
+        "budget.wall_seconds=0.5",
+        "target.relative_error=1",
+        "tracing.index=\"tree\"",
+    ];
+    // A word has no keys of its own: what replaces it replaces it whole.
+    assert!(load(&path, &["method.birth.patches=[7, 12]".into()]).is_err());
+    let typed = typed.map(|typed| typed.replace("birth.patches=[7, 12]", "birth={ patches = [7, 12] }"));
+    let job = load(&path, &typed).unwrap();
+    assert_eq!((job.name.as_str(), job.seed, job.confidence), ("box 7", 16, 0.5));
+    assert_eq!(job.method.space, Space::Continuous);
+    assert_eq!(job.method.infinite, InfiniteEnd::Length { length: 20 });
+    assert_eq!(job.method.birth, Birth::Patches(vec![7, 12]));
+    assert_eq!(job.method.batch_paths, Some(4096));
+    assert_eq!(job.budget, Budget { paths: 123, stream_paths: 65_536, wall_seconds: Some(0.5) });
+    assert_eq!(job.target, Some(Target { relative_error: 1.0, fraction: 0.99 }));
+    assert_eq!(job.index, IndexChoice::Tree);
+}
+
+#[test]
+fn overrides_heal_the_file_before_it_is_checked() {
+    let path = written("healed", "scene = 3\n[budget]\npaths = 0\n");
+    let job = load_with(&path, &["scene=scenes/cornell.toml", "budget.paths=5"]);
+    assert_eq!(job.budget.paths, 5);
+}
+
+#[test]
+fn grey_triples_and_integers_are_numbers() {
+    let folder = Folder::new("grey");
+    let text =
+        SCENE.replace("0.75 ", "[0.5, 0.5, 0.5]").replace("emittance   = 0.0", "emittance = [2, 2, 2.0]");
+    let scene = load_scene(&folder.write("s.toml", text)).unwrap();
+    assert_eq!((scene.spec().surfaces[0].reflectance, scene.spec().surfaces[0].emittance), (0.5, 2.0));
+}
+
+#[test]
+fn windows_line_ends_and_a_byte_order_mark() {
+    let folder = Folder::new("crlf");
+    let scene =
+        load_scene(&folder.write("s.toml", format!("\u{feff}{}", SCENE.replace('\n', "\r\n")))).unwrap();
+    assert_eq!(scene.patch_count(), 25);
+}
+
+#[test]
+fn jobs_and_scenes_are_told_apart() {
+    let folder = Folder::new("kinds");
+    assert_eq!(file_kind(&folder.write("j.toml", JOB)).unwrap(), FileKind::Job);
+    assert_eq!(file_kind(&folder.write("half.toml", "[budget]\n")).unwrap(), FileKind::Job);
+    assert_eq!(file_kind(&folder.write("s.toml", SCENE)).unwrap(), FileKind::Scene);
+    assert_eq!(file_kind(&folder.path().join("chair.obj")).unwrap(), FileKind::Scene);
+    assert!(file_kind(&folder.path().join("missing.toml")).is_err());
+}
+
+#[test]
+fn the_hash_covers_scene_method_and_seed() {
+    let scene = [7; 32];
+    let shooting = Method::default();
+    let base = job_hash(scene, &shooting, 1);
+    assert_eq!(base, job_hash(scene, &shooting.clone(), 1));
+    assert_ne!(base, job_hash([8; 32], &shooting, 1));
+    assert_ne!(base, job_hash(scene, &shooting, 2));
+    let others = [
+        Method { walk: WalkKind::Gathering, ..shooting.clone() },
+        Method { estimator: EstimatorKind::Survival, ..shooting.clone() },
+        Method { space: Space::Continuous, ..shooting.clone() },
+        Method { sampler: Sampler::Sobol, ..shooting.clone() },
+    ];
+    for other in &others {
+        assert_ne!(base, job_hash(scene, other, 1), "{other:?}");
+    }
+}
+
+#[test]
+fn the_hash_covers_only_what_the_method_uses() {
+    let hash = |method: Method| job_hash([0; 32], &method, 0);
+    let ends = [InfiniteEnd::Cutoff { threshold: 0.1 }, InfiniteEnd::Length { length: 3 }];
+    let births = [Birth::Uniform, Birth::Patches(vec![1]), Birth::Patches(vec![2])];
+    for infinite in ends {
+        let unused = Method { infinite, ..Method::default() };
+        assert_eq!(hash(unused.clone()), hash(Method::default()));
+        let plain = Method { estimator: EstimatorKind::Infinite, ..Method::default() };
+        assert_ne!(hash(Method { estimator: EstimatorKind::Infinite, ..unused }), hash(plain));
+    }
+    for birth in births {
+        let unused = Method { birth, ..Method::default() };
+        assert_eq!(hash(unused.clone()), hash(Method::default()));
+        let plain = Method { walk: WalkKind::Gathering, ..Method::default() };
+        assert_ne!(hash(Method { walk: WalkKind::Gathering, ..unused }), hash(plain));
+    }
+    let unused = Method { batch_paths: Some(8), ..Method::default() };
+    assert_eq!(hash(unused.clone()), hash(Method::default()));
+    let plain = Method { sampler: Sampler::Sobol, ..Method::default() };
+    assert_ne!(hash(Method { sampler: Sampler::Sobol, ..unused }), hash(plain));
+}
+
+#[test]
+fn methods_are_written_in_the_words_of_the_file() {
+    let written = serde_json::to_value(Method::default()).unwrap();
+    for (key, word) in
+        [("walk", "shooting"), ("estimator", "collision"), ("space", "discrete"), ("sampler", "random")]
+    {
+        assert_eq!(written[key], word);
+    }
+    assert_eq!(serde_json::from_value::<Method>(written).unwrap(), Method::default());
+}

@@ -1,0 +1,188 @@
+//! The jobs that come with the project: each loads, builds, and is the scene it says it is.
+
+use std::path::{Path, PathBuf};
+
+use glam::{DVec3, dvec3};
+use job::{Job, load};
+use radiosity::{Counts, Estimator, Scene, Sequence, Shape, SurfaceSpec, shoot};
+
+fn folder() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../configs")
+}
+
+fn loaded(name: &str) -> (Job, Scene) {
+    let job = load(&folder().join(name).with_extension("toml"), &[]).unwrap();
+    let scene = job.build_scene().unwrap();
+    (job, scene)
+}
+
+/// Hits per patch.
+struct Hits(Vec<u64>);
+
+impl Estimator for Hits {
+    fn begin(&mut self, _: u64) {}
+
+    fn arrival(&mut self, patch: u32) {
+        self.0[patch as usize] += 1;
+    }
+}
+
+/// How walks ended, and the radiosity of each patch that they give [W/m²].
+fn shot(job: &Job, scene: &Scene, walks: u64) -> (Counts, Vec<f64>) {
+    let mut hits = Hits(vec![0; scene.patches().len()]);
+    let counts = shoot(scene, job.method.space, &Sequence::new(job.seed), 0..walks, &mut hits);
+    let unit = scene.total_power() / walks as f64;
+    let radiosity = |(patch, &hits): (&radiosity::Patch, &u64)| {
+        patch.emittance + patch.reflectance * hits as f64 * unit / patch.active_area()
+    };
+    (counts, scene.patches().iter().zip(&hits.0).map(radiosity).collect())
+}
+
+/// A·n of a whole surface [m²].
+fn area_vector(surface: &SurfaceSpec) -> DVec3 {
+    let (_, e_u, e_v) = surface.shape.edges();
+    e_u.cross(e_v).normalize() * surface.shape.area()
+}
+
+fn centroid(surface: &SurfaceSpec) -> DVec3 {
+    let corners = surface.shape.corners();
+    corners.iter().sum::<DVec3>() / corners.len() as f64
+}
+
+/// The total area of the surfaces whose name starts so [m²].
+fn area_of(job: &Job, prefix: &str) -> f64 {
+    let named = |surface: &&SurfaceSpec| surface.name.as_deref().is_some_and(|name| name.starts_with(prefix));
+    job.scene.spec().surfaces.iter().filter(named).map(|surface| surface.shape.area()).sum()
+}
+
+fn assert_near(found: f64, expected: f64) {
+    assert!((found - expected).abs() < 1e-12, "{found} instead of {expected}");
+}
+
+/// Convex and closed: normals inwards, area vectors and the volume add up, and no walk leaves.
+fn assert_closed(job: &Job, scene: &Scene, area: f64, volume: f64) {
+    let surfaces = &job.scene.spec().surfaces;
+    let middle = surfaces.iter().map(centroid).sum::<DVec3>() / surfaces.len() as f64;
+    for surface in surfaces {
+        assert!(
+            (middle - centroid(surface)).dot(area_vector(surface)) > 0.0,
+            "{:?} faces outwards",
+            surface.name
+        );
+    }
+    assert!(surfaces.iter().map(area_vector).sum::<DVec3>().length() < 1e-12);
+    assert_near(surfaces.iter().map(|surface| surface.shape.area()).sum(), area);
+    let cones = surfaces.iter().map(|surface| (middle - centroid(surface)).dot(area_vector(surface)) / 3.0);
+    assert_near(cones.sum(), volume);
+    let (counts, _) = shot(job, scene, 200_000);
+    assert_eq!((counts.escaped, counts.absorbed_back), (0, 0));
+}
+
+#[test]
+fn every_file_is_tested_here() {
+    let mut names: Vec<String> = std::fs::read_dir(folder())
+        .unwrap()
+        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+        .filter(|name| name.ends_with(".toml"))
+        .collect();
+    names.sort();
+    assert_eq!(names, ["cornell.toml", "cube54.toml", "cube6-r90.toml", "furnace.toml"]);
+}
+
+#[test]
+fn cube6_r90() {
+    let (job, scene) = loaded("cube6-r90");
+    assert_eq!(scene.patches().len(), 6);
+    assert!(scene.patches().iter().all(|patch| patch.reflectance == 0.9 && patch.emittance == 0.1));
+    assert_closed(&job, &scene, 6.0, 1.0);
+}
+
+#[test]
+fn cube54() {
+    let (job, scene) = loaded("cube54");
+    assert_eq!(scene.patches().len(), 54);
+    for (number, patch) in scene.patches().iter().enumerate() {
+        assert_near(patch.reflectance, 0.3 + 0.1 * (number / 9) as f64);
+        assert_near(patch.area, 1.0 / 9.0);
+        assert_eq!(patch.emittance, if number == 4 { 1.0 } else { 0.0 });
+    }
+    assert_closed(&job, &scene, 6.0, 1.0);
+}
+
+#[test]
+fn furnace() {
+    let (job, scene) = loaded("furnace");
+    let slope = 1.5_f64.hypot(1.0);
+    assert_closed(&job, &scene, 12.0 + 2.0 * (8.0 + 6.0 + 1.5) + 2.0 * 4.0 * slope, 4.0 * (6.0 + 1.5));
+    let (_, radiosities) = shot(&job, &scene, 1_000_000);
+    for radiosity in radiosities {
+        assert!((radiosity - 8.0).abs() < 0.5, "{radiosity} W/m² in a furnace of 8");
+    }
+}
+
+/// The area of a polygon, its corners in order [m²].
+fn shoelace(corners: [[f64; 2]; 4]) -> f64 {
+    let next = corners.iter().cycle().skip(1);
+    0.5 * corners.iter().zip(next).map(|([x, z], [x2, z2])| x * z2 - x2 * z).sum::<f64>().abs()
+}
+
+#[test]
+fn cornell_areas() {
+    let (job, scene) = loaded("cornell");
+    let (height, depth) = (0.5488, 0.5592);
+    assert_near(area_of(&job, "lamp"), 0.130 * 0.105);
+    assert_near(area_of(&job, "ceiling"), 0.556 * depth - 0.130 * 0.105);
+    assert_near(area_of(&job, "back"), 0.5 * (0.5496 + 0.556) * height);
+    assert_near(area_of(&job, "green"), height * depth);
+    let short = shoelace([[0.130, 0.065], [0.082, 0.225], [0.240, 0.272], [0.290, 0.114]]);
+    let tall = shoelace([[0.423, 0.247], [0.265, 0.296], [0.314, 0.456], [0.472, 0.406]]);
+    assert_near(area_of(&job, "short-top"), short);
+    assert_near(area_of(&job, "tall-top"), tall);
+    assert_near(area_of(&job, "floor"), 0.5 * (0.5496 + 0.5528) * depth - short - tall);
+    assert_eq!(scene.patches().len(), 2692);
+    assert_near(scene.total_power(), 100.0 * 0.130 * 0.105);
+}
+
+#[test]
+fn cornell_faces_the_room() {
+    let (job, _) = loaded("cornell");
+    let blocks = [("short", dvec3(0.1855, 0.0, 0.169)), ("tall", dvec3(0.3685, 0.0, 0.35125))];
+    for surface in &job.scene.spec().surfaces {
+        let name = surface.name.as_deref().unwrap();
+        let centre = centroid(surface);
+        // Blocks are seen from outside, the room from inside.
+        let outwards = match blocks.iter().find(|(block, _)| name.starts_with(block)) {
+            Some((_, block)) => centre - *block,
+            None => dvec3(0.278, 0.2744, 0.2796) - centre,
+        };
+        assert!(outwards.dot(area_vector(surface)) > 0.0, "{name} faces the wrong way");
+    }
+}
+
+/// Area vectors of a closed surface add up to none: what is missing is the front.
+#[test]
+fn cornell_is_open_in_front_only() {
+    let (job, scene) = loaded("cornell");
+    let surfaces = &job.scene.spec().surfaces;
+    let open = surfaces.iter().map(area_vector).sum::<DVec3>();
+    let front = 0.5 * (0.5528 + 0.556) * 0.5488;
+    assert!((open - dvec3(0.0, 0.0, -front)).length() < 1e-12, "{open}");
+    let (counts, radiosities) = shot(&job, &scene, 500_000);
+    assert!(counts.escaped > 0);
+    assert_eq!(counts.absorbed_back, 0);
+    assert!(radiosities.iter().all(|&radiosity| radiosity > 0.0), "a patch that no walk reaches");
+}
+
+#[test]
+fn cornell_patches_are_of_a_size() {
+    let (job, scene) = loaded("cornell");
+    for patch in scene.patches() {
+        let surface = &job.scene.spec().surfaces[patch.surface as usize];
+        assert!(patch.area > 3e-4 && patch.area < 1.3e-3, "{:?}: {} m²", surface.name, patch.area);
+        if let Shape::Parallelogram { cells, .. } = surface.shape {
+            let (_, e_u, e_v) = surface.shape.edges();
+            let aspect = e_u.length() / f64::from(cells[0]) / (e_v.length() / f64::from(cells[1]));
+            assert!((0.8..1.25).contains(&aspect), "{:?}: {aspect}", surface.name);
+        }
+    }
+}

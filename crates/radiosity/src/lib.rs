@@ -1,0 +1,30 @@
+//! Monte Carlo radiosity: scenes, rays, walks, estimators and exact tallies.
+//!
+//! No I/O, clock, threads or sockets live here: everything is a function of its arguments, and the tally of
+//! walks 0 … N − 1 a function of scene, method, seed and N alone.
+//!
+//! Papers are cited by key: S97 = Sbert, *Error and Complexity of Random Walk Monte Carlo Radiosity* (1997);
+//! BS = Bekaert & Seidel, *A Theoretical Comparison of Monte Carlo Radiosity Algorithms*.
+
+mod estimator;
+mod rng;
+mod sampling;
+mod scene;
+mod solution;
+mod spec;
+mod surface;
+mod tally;
+mod trace;
+mod tree;
+mod view;
+mod walk;
+
+pub use estimator::{Collision, Estimator};
+pub use rng::{Sequence, WalkRng};
+pub use scene::{IndexChoice, Patch, Scene, SceneError};
+pub use solution::{Estimate, Precision, Solution};
+pub use spec::{SceneSpec, Shape, Sides, SurfaceSpec};
+pub use surface::{Side, Surface};
+pub use tally::{Counts, MergeError, Overflow, Scoreboard, Tally};
+pub use trace::{Hit, Ray};
+pub use walk::{Space, WalkEnd, shoot, shoot_collision};

@@ -1,0 +1,146 @@
+//! Random numbers: the walk is the random unit.
+//!
+//! One PCG64-DXSM sequence per job, its (state, increment) hashed from the seed. Walk n starts n·G draws
+//! into it, G = 0x9E3779B97F4A7C15F39CC0605CEDC835 (2¹²⁸ over the golden ratio, odd): N walks are disjoint
+//! while each draws fewer than 2¹²⁸/(√5·N) numbers, and from walk n to n + 1 is one constant affine map.
+
+use rand_pcg::Pcg64Dxsm;
+use rand_pcg::rand_core::{Rng, SeedableRng};
+
+/// The "cheap" multiplier of PCG64-DXSM.
+const MULTIPLIER: u64 = 0xDA94_2042_E4DD_58B5;
+
+/// The distance between the starts of consecutive walks, in draws.
+const WALK_STRIDE: u128 = 0x9E37_79B9_7F4A_7C15_F39C_C060_5CED_C835;
+
+/// s ↦ mul·s + add on the 128-bit state: any number of steps of the generator at once.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Jump {
+    mul: u128,
+    add: u128,
+}
+
+impl Jump {
+    /// `steps` steps of a generator with this increment, by repeated squaring (Brown 1994).
+    fn new(increment: u128, mut steps: u128) -> Self {
+        let mut jump = Jump { mul: 1, add: 0 };
+        let mut doubled = Jump { mul: u128::from(MULTIPLIER), add: increment };
+        while steps > 0 {
+            if steps & 1 == 1 {
+                jump = Jump { mul: jump.mul.wrapping_mul(doubled.mul), add: doubled.apply(jump.add) };
+            }
+            doubled = Jump { mul: doubled.mul.wrapping_mul(doubled.mul), add: doubled.apply(doubled.add) };
+            steps >>= 1;
+        }
+        jump
+    }
+
+    #[inline]
+    fn apply(self, state: u128) -> u128 {
+        self.mul.wrapping_mul(state).wrapping_add(self.add)
+    }
+}
+
+/// The sequence of one job: hands out the generator of any walk.
+#[derive(Clone, Debug)]
+pub struct Sequence {
+    state: u128,
+    increment: u128,
+    next_walk: Jump,
+}
+
+impl Sequence {
+    /// The sequence of a seed.
+    pub fn new(seed: u64) -> Self {
+        let mut hash = Pcg64Dxsm::seed_from_u64(seed);
+        let mut word = || u128::from(hash.next_u64()) << 64 | u128::from(hash.next_u64());
+        let (state, increment) = (word(), word() | 1);
+        Sequence { state, increment, next_walk: Jump::new(increment, WALK_STRIDE) }
+    }
+
+    /// The generator at the start of walk `n`.
+    pub fn walk(&self, n: u64) -> WalkRng {
+        let jump = Jump::new(self.increment, WALK_STRIDE.wrapping_mul(u128::from(n)));
+        WalkRng { state: jump.apply(self.state), increment: self.increment }
+    }
+
+    /// The generators of walks `first`, `first` + 1, …, one affine step apart.
+    pub fn walks_from(&self, first: u64) -> impl Iterator<Item = WalkRng> + '_ {
+        std::iter::successors(Some(self.walk(first)), |walk| {
+            Some(WalkRng { state: self.next_walk.apply(walk.state), increment: walk.increment })
+        })
+    }
+}
+
+/// The random numbers of one walk.
+#[derive(Clone, Debug)]
+pub struct WalkRng {
+    state: u128,
+    increment: u128,
+}
+
+impl WalkRng {
+    /// The next 64 random bits (the same as `rand_pcg::Pcg64Dxsm` gives from this state).
+    #[inline(always)]
+    pub fn bits(&mut self) -> u64 {
+        let (mut hi, lo) = ((self.state >> 64) as u64, self.state as u64 | 1);
+        hi ^= hi >> 32;
+        hi = hi.wrapping_mul(MULTIPLIER);
+        hi ^= hi >> 48;
+        self.state = self.state.wrapping_mul(u128::from(MULTIPLIER)).wrapping_add(self.increment);
+        hi.wrapping_mul(lo)
+    }
+
+    /// Two independent uniforms in (0, 1) from one draw, each at the middle of one of 2³² equal cells: the
+    /// discretisation is unbiased for linear functions and never touches an edge.
+    #[inline(always)]
+    pub fn pair(&mut self) -> [f64; 2] {
+        let bits = self.bits();
+        [unit_32((bits >> 32) as u32), unit_32(bits as u32)]
+    }
+}
+
+/// The middle of cell `k` of the 2³² that divide [0, 1).
+#[inline(always)]
+pub(crate) fn unit_32(k: u32) -> f64 {
+    const CELL: f64 = 1.0 / 4_294_967_296.0;
+    (f64::from(k) + 0.5) * CELL
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn draws_are_those_of_rand_pcg() {
+        let ours = Sequence::new(42);
+        // `Pcg64Dxsm::new` steps once from state + increment; undo that by starting one step earlier.
+        let back = Jump::new(ours.increment, u128::MAX);
+        let before = back.apply(ours.state).wrapping_sub(ours.increment);
+        let mut judge = Pcg64Dxsm::new(before, ours.increment >> 1);
+        for n in [0_u64, 1, 2, 1_000_003] {
+            let mut expected = judge.clone();
+            expected.advance(WALK_STRIDE.wrapping_mul(u128::from(n)));
+            let mut walk = ours.walk(n);
+            for _ in 0..100 {
+                assert_eq!(walk.bits(), expected.next_u64());
+            }
+        }
+        judge.advance(1);
+    }
+
+    #[test]
+    fn consecutive_walks_are_one_affine_step_apart() {
+        let sequence = Sequence::new(7);
+        for (n, mut walk) in (123..).zip(sequence.walks_from(123)).take(50) {
+            assert_eq!(walk.bits(), sequence.walk(n).bits());
+        }
+    }
+
+    #[test]
+    fn seeds_give_unlike_sequences() {
+        let firsts: Vec<u64> = (0..1000).map(|seed| Sequence::new(seed).walk(0).bits()).collect();
+        let distinct: std::collections::HashSet<_> = firsts.iter().collect();
+        assert_eq!(distinct.len(), firsts.len());
+    }
+}

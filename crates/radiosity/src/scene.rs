@@ -1,0 +1,374 @@
+//! The scene that walks run in: valid and immutable once built.
+
+use glam::DVec3;
+use thiserror::Error;
+
+use crate::sampling::AliasTable;
+use crate::spec::{SceneSpec, Shape, Sides};
+use crate::surface::{Side, Surface, cell_centroid};
+use crate::trace::{AnyIndex, Facets, Flat};
+use crate::tree::Tree;
+
+/// The most patches a scene may have: patch numbers are 32 bits wide.
+const MAX_PATCHES: u64 = 1 << 31;
+
+/// Up to this many surfaces, meeting every facet is faster than a tree.
+const FLAT_SURFACES: usize = 24;
+
+/// What is wrong with a scene. `surface` counts from 0.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum SceneError {
+    /// A value of one surface is not allowed.
+    #[error("{problem}")]
+    Surface {
+        /// The surface number.
+        surface: usize,
+        /// The key at fault, as scene files write it.
+        key: &'static str,
+        /// Problem, reason, remedy.
+        problem: String,
+    },
+    /// The scene as a whole is not allowed.
+    #[error("{0}")]
+    Whole(String),
+}
+
+/// How to look for the nearest surface. The answer is the same with each.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum IndexChoice {
+    /// A tree where there are more than a handful of surfaces.
+    #[default]
+    Auto,
+    /// Meet every surface.
+    Flat,
+    /// A tree, however few there are.
+    Tree,
+}
+
+/// A patch as outputs show it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Patch {
+    /// The surface it is a cell of.
+    pub surface: u32,
+    /// The cell's label on that surface (parallelogram: i_u, i_v; triangle: row, position).
+    pub cell: [u32; 2],
+    /// Its centroid, in the coordinates of the file [m].
+    pub centroid: DVec3,
+    /// A: area of one side [m²].
+    pub area: f64,
+    /// 1 or 2 active sides.
+    pub sides: Sides,
+    /// R.
+    pub reflectance: f64,
+    /// E [W/m²] of each active side.
+    pub emittance: f64,
+}
+
+impl Patch {
+    /// The area that exchanges power: A times the active sides [m²].
+    pub fn active_area(&self) -> f64 {
+        self.area * self.sides.count()
+    }
+
+    /// Φ: self-emitted power of all active sides [W].
+    pub fn power(&self) -> f64 {
+        self.active_area() * self.emittance
+    }
+}
+
+/// One side of a cell that emits.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Emitter {
+    pub surface: u32,
+    pub cell: u32,
+    pub side: Side,
+}
+
+/// Surfaces, patches, emitters, and the index that rays are traced with.
+#[derive(Clone, Debug)]
+pub struct Scene {
+    names: Vec<String>,
+    surfaces: Vec<Surface>,
+    patches: Vec<Patch>,
+    emitters: Vec<Emitter>,
+    emitter_choice: AliasTable,
+    total_power: f64,
+    origin: DVec3,
+    pub(crate) facets: Facets,
+    pub(crate) index: AnyIndex,
+    hash: [u8; 32],
+}
+
+impl Scene {
+    /// Checks a scene and prepares it for walks.
+    ///
+    /// # Errors
+    /// Names the surface and key at fault: a number that is not finite, a reflectance outside [0, 1), a
+    /// negative emittance, no area, no cells; or a scene without surfaces, without emitters, with too many
+    /// patches.
+    pub fn build(spec: &SceneSpec, index: IndexChoice) -> Result<Self, SceneError> {
+        if spec.surfaces.is_empty() {
+            return Err(SceneError::Whole(
+                "the scene has no surface (nothing could be hit); add a [[surface]] or a [[mesh]]".into(),
+            ));
+        }
+        for (number, surface) in spec.surfaces.iter().enumerate() {
+            check_surface(surface).map_err(|(key, problem)| SceneError::Surface {
+                surface: number,
+                key,
+                problem,
+            })?;
+        }
+        let patch_count: u64 = spec.surfaces.iter().map(|surface| surface.shape.cell_count()).sum();
+        if patch_count > MAX_PATCHES {
+            return Err(SceneError::Whole(format!(
+                "the scene has {patch_count} patches, more than {MAX_PATCHES} (patch numbers are 32 bits wide); use coarser `patches`"
+            )));
+        }
+
+        let corners = || spec.surfaces.iter().flat_map(|surface| surface.shape.corners());
+        let min = corners().fold(DVec3::INFINITY, DVec3::min);
+        let max = corners().fold(DVec3::NEG_INFINITY, DVec3::max);
+        let origin = 0.5 * (min + max);
+        let slack = slack(min, max);
+
+        let mut first_patch = 0;
+        let surfaces: Vec<Surface> = spec
+            .surfaces
+            .iter()
+            .map(|surface| {
+                let built = Surface::new(surface, first_patch, origin);
+                first_patch += surface.shape.cell_count() as u32;
+                built
+            })
+            .collect();
+        let patches = patches(spec);
+        let (emitters, powers) = emitters(spec, &surfaces, &patches);
+        let total_power: f64 = powers.iter().sum();
+        if emitters.is_empty() {
+            return Err(SceneError::Whole(
+                "the scene has no emitter (no walk could start); give a material an `emittance` above 0, or a surface an `emit`".into(),
+            ));
+        }
+        if !total_power.is_finite() {
+            return Err(SceneError::Whole(
+                "the emitted power of the scene is not finite (it overflows); give smaller `emittance`s or areas".into(),
+            ));
+        }
+        let tree = match index {
+            IndexChoice::Auto => surfaces.len() > FLAT_SURFACES,
+            IndexChoice::Flat => false,
+            IndexChoice::Tree => true,
+        };
+        let facets = Facets::new(&surfaces, slack);
+        let index =
+            if tree { AnyIndex::Tree(Tree::new(spec, origin, 8.0 * slack)) } else { AnyIndex::Flat(Flat) };
+        Ok(Scene {
+            names: names(spec),
+            emitter_choice: AliasTable::new(&powers),
+            surfaces,
+            patches,
+            emitters,
+            total_power,
+            origin,
+            facets,
+            index,
+            hash: hash(spec),
+        })
+    }
+
+    /// The surfaces, by number.
+    pub fn surfaces(&self) -> &[Surface] {
+        &self.surfaces
+    }
+
+    /// The name that outputs show for a surface.
+    pub fn surface_name(&self, surface: u32) -> &str {
+        &self.names[surface as usize]
+    }
+
+    /// The patches, by number.
+    pub fn patches(&self) -> &[Patch] {
+        &self.patches
+    }
+
+    /// Φ_T: total self-emitted power [W].
+    pub fn total_power(&self) -> f64 {
+        self.total_power
+    }
+
+    /// The highest reflectance in the scene.
+    pub fn max_reflectance(&self) -> f64 {
+        self.patches.iter().fold(0.0, |max, patch| patch.reflectance.max(max))
+    }
+
+    /// What scene coordinates are relative to, in the coordinates of the file [m].
+    pub fn origin(&self) -> DVec3 {
+        self.origin
+    }
+
+    /// Whether rays are traced through a tree of boxes.
+    pub fn has_tree(&self) -> bool {
+        matches!(self.index, AnyIndex::Tree(_))
+    }
+
+    /// A digest of all that walks can see: geometry, cells, sides, reflectances, emittances.
+    pub fn hash(&self) -> [u8; 32] {
+        self.hash
+    }
+
+    /// The emitter that 64 random bits choose, with probability Φ_s/Φ_T.
+    #[inline(always)]
+    pub(crate) fn emitter(&self, bits: u64) -> Emitter {
+        self.emitters[self.emitter_choice.choose(bits)]
+    }
+}
+
+/// By how much a facet is larger than its surface, on every edge [m]: 2⁻⁴⁶ of the largest coordinate or
+/// extent, 128 times the rounding of such a coordinate. Vertices that were meant to coincide differ by a few
+/// such roundings; nothing may fall through between them.
+fn slack(min: DVec3, max: DVec3) -> f64 {
+    let largest = min.abs().max(max.abs()).max(max - min).max_element();
+    largest / (1_u64 << 46) as f64
+}
+
+type Fault = (&'static str, String);
+
+fn check_surface(surface: &crate::SurfaceSpec) -> Result<(), Fault> {
+    let outline = match surface.shape {
+        Shape::Parallelogram { .. } => "quad",
+        Shape::Triangle { .. } => "triangle",
+    };
+    let corners = surface.shape.corners();
+    if !corners.iter().all(|corner| corner.is_finite()) {
+        return Err((outline, "a corner is not a finite number; write finite coordinates in metres".into()));
+    }
+    let (_, e_u, e_v) = surface.shape.edges();
+    let (area, extent) = (e_u.cross(e_v).length(), e_u.length() * e_v.length());
+    let largest = corners.iter().fold(0.0_f64, |max, corner| max.max(corner.abs().max_element()));
+    // Below this the direction of the normal is rounding noise.
+    let noise = 8.0 * f64::EPSILON * largest * e_u.length().max(e_v.length());
+    if !(area.is_finite() && extent.is_finite() && area > noise && area > 1e-12 * extent) {
+        return Err((
+            outline,
+            format!(
+                "the surface has no area ({area:e} m²; its corners coincide or lie on a line); remove it or move a corner"
+            ),
+        ));
+    }
+    if surface.shape.cell_count() == 0 {
+        return Err((
+            "patches",
+            "a surface must have at least one patch; write 1 or more along each side".into(),
+        ));
+    }
+    if surface.shape.cell_count() > MAX_PATCHES {
+        return Err(("patches", format!("more than {MAX_PATCHES} patches on one surface; use fewer")));
+    }
+    let reflectance = surface.reflectance;
+    if !(0.0..1.0).contains(&reflectance) {
+        return Err((
+            "reflectance",
+            format!(
+                "{reflectance} is outside [0, 1) (walks would never end, or power be negative); choose 0 ≤ reflectance < 1"
+            ),
+        ));
+    }
+    check_emittance(surface.emittance).map_err(|problem| ("emittance", problem))?;
+    for &(cell, emittance) in &surface.cell_emittance {
+        if u64::from(cell) >= surface.shape.cell_count() {
+            return Err(("emit", format!("cell {cell} does not exist on this surface")));
+        }
+        check_emittance(emittance).map_err(|problem| ("emit", problem))?;
+    }
+    Ok(())
+}
+
+fn check_emittance(emittance: f64) -> Result<(), String> {
+    if emittance.is_finite() && emittance >= 0.0 {
+        return Ok(());
+    }
+    Err(format!(
+        "{emittance} is not a finite number ≥ 0 (surfaces cannot emit negative power); give W/m² ≥ 0"
+    ))
+}
+
+fn patches(spec: &SceneSpec) -> Vec<Patch> {
+    let mut patches = Vec::with_capacity(spec.surfaces.iter().map(|s| s.shape.cell_count() as usize).sum());
+    for (number, surface) in spec.surfaces.iter().enumerate() {
+        let first = patches.len();
+        let cells = surface.shape.cell_count();
+        let (corner, e_u, e_v) = surface.shape.edges();
+        let area = surface.shape.area() / cells as f64;
+        patches.extend((0..cells as u32).map(|cell| {
+            let [u, v] = cell_centroid(&surface.shape, cell);
+            Patch {
+                surface: number as u32,
+                cell: surface.shape.cell_label(cell),
+                centroid: corner + e_u * u + e_v * v,
+                area,
+                sides: surface.sides,
+                reflectance: surface.reflectance,
+                emittance: surface.emittance,
+            }
+        }));
+        for &(cell, emittance) in &surface.cell_emittance {
+            patches[first + cell as usize].emittance = emittance;
+        }
+    }
+    patches
+}
+
+/// The emitting sides of all cells and the power of each [W].
+fn emitters(spec: &SceneSpec, surfaces: &[Surface], patches: &[Patch]) -> (Vec<Emitter>, Vec<f64>) {
+    let mut emitters = Vec::new();
+    let mut powers = Vec::new();
+    for (number, surface) in surfaces.iter().enumerate() {
+        let sides: &[Side] = match surface.sides() {
+            Sides::Front => &[Side::Front],
+            Sides::Both => &[Side::Front, Side::Back],
+        };
+        for cell in 0..spec.surfaces[number].shape.cell_count() as u32 {
+            let patch = &patches[(surface.first_patch() + cell) as usize];
+            if patch.emittance > 0.0 {
+                for &side in sides {
+                    emitters.push(Emitter { surface: number as u32, cell, side });
+                    powers.push(patch.area * patch.emittance);
+                }
+            }
+        }
+    }
+    (emitters, powers)
+}
+
+fn names(spec: &SceneSpec) -> Vec<String> {
+    let name = |(number, surface): (usize, &crate::SurfaceSpec)| {
+        surface.name.clone().unwrap_or_else(|| number.to_string())
+    };
+    spec.surfaces.iter().enumerate().map(name).collect()
+}
+
+fn hash(spec: &SceneSpec) -> [u8; 32] {
+    let mut hasher = blake3::Hasher::new();
+    let mut numbers = |values: &[f64]| {
+        for value in values {
+            hasher.update(&value.to_bits().to_le_bytes());
+        }
+    };
+    for surface in &spec.surfaces {
+        let (kind, cells) = match surface.shape {
+            Shape::Parallelogram { cells, .. } => (0.0, cells),
+            Shape::Triangle { rows, .. } => (1.0, [rows, 0]),
+        };
+        numbers(&[kind, f64::from(cells[0]), f64::from(cells[1])]);
+        for corner in surface.shape.corners() {
+            numbers(&corner.to_array());
+        }
+        numbers(&[surface.sides.count(), surface.reflectance, surface.emittance]);
+        numbers(&[surface.cell_emittance.len() as f64]);
+        for &(cell, emittance) in &surface.cell_emittance {
+            numbers(&[f64::from(cell), emittance]);
+        }
+    }
+    *hasher.finalize().as_bytes()
+}

@@ -1,0 +1,137 @@
+//! What a scene is written as: surfaces, materials, cells. A [`SceneSpec`] travels to the workers and is
+//! hashed; [`crate::Scene::build`] checks it and makes the immutable scene that walks run in.
+
+use glam::DVec3;
+use serde::{Deserialize, Serialize};
+
+/// The outline of a planar surface and how it is cut into patches.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Shape {
+    /// A parallelogram given by a corner and its two neighbours [m]; the front faces (u − c) × (v − c).
+    /// `cells` = (n_u, n_v); patch = first + i_u·n_v + i_v.
+    Parallelogram {
+        /// The corner c.
+        corner: DVec3,
+        /// c + u, the next corner along u.
+        corner_u: DVec3,
+        /// c + v, the next corner along v.
+        corner_v: DVec3,
+        /// Cells along u and v.
+        cells: [u32; 2],
+    },
+    /// A triangle a, b, c [m], front by the right-hand rule, cut into `rows`² congruent triangles. Row r
+    /// from a holds 2r + 1 of them, alternating, from the ab side; patch = first + r² + position.
+    Triangle {
+        /// Vertex a.
+        a: DVec3,
+        /// Vertex b.
+        b: DVec3,
+        /// Vertex c.
+        c: DVec3,
+        /// The number of rows k.
+        rows: u32,
+    },
+}
+
+/// Which sides of a surface reflect and emit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Sides {
+    /// Only the front; a ray that meets the back is absorbed there and counted.
+    Front,
+    /// Both, sharing one patch; emittance is per side, area is that of one side.
+    Both,
+}
+
+impl Sides {
+    /// 1 or 2: how often the patch area counts in powers.
+    pub fn count(self) -> f64 {
+        match self {
+            Sides::Front => 1.0,
+            Sides::Both => 2.0,
+        }
+    }
+}
+
+/// One planar surface with its material.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SurfaceSpec {
+    /// The name that outputs show; `None` shows the surface's number.
+    pub name: Option<String>,
+    /// Outline and cells.
+    pub shape: Shape,
+    /// Active sides.
+    pub sides: Sides,
+    /// Reflectance R in [0, 1).
+    pub reflectance: f64,
+    /// Emittance E [W/m²] of every cell that `cell_emittance` does not name.
+    pub emittance: f64,
+    /// (cell index within the surface, E [W/m²]).
+    pub cell_emittance: Vec<(u32, f64)>,
+}
+
+/// A whole scene: surfaces in the order that numbers them. Right-handed coordinates, metres.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SceneSpec {
+    /// Surface number = index here.
+    pub surfaces: Vec<SurfaceSpec>,
+}
+
+impl Shape {
+    /// The number of patches the surface is cut into.
+    pub fn cell_count(&self) -> u64 {
+        match *self {
+            Shape::Parallelogram { cells: [nu, nv], .. } => u64::from(nu) * u64::from(nv),
+            Shape::Triangle { rows, .. } => u64::from(rows) * u64::from(rows),
+        }
+    }
+
+    /// The index of the cell that is written as `[i, j]` (parallelogram: i_u, i_v; triangle: row, position).
+    /// `None` outside the surface.
+    pub fn cell_index(&self, [i, j]: [u32; 2]) -> Option<u32> {
+        match *self {
+            Shape::Parallelogram { cells: [nu, nv], .. } => (i < nu && j < nv).then(|| i * nv + j),
+            Shape::Triangle { rows, .. } => (i < rows && j <= 2 * i).then(|| i * i + j),
+        }
+    }
+
+    /// The inverse of [`Shape::cell_index`].
+    pub fn cell_label(&self, cell: u32) -> [u32; 2] {
+        match *self {
+            Shape::Parallelogram { cells: [_, nv], .. } => [cell / nv, cell % nv],
+            Shape::Triangle { .. } => {
+                let row = cell.isqrt();
+                [row, cell - row * row]
+            }
+        }
+    }
+
+    /// The corner that local coordinates start from, and the two edges from it [m].
+    pub fn edges(&self) -> (DVec3, DVec3, DVec3) {
+        match *self {
+            Shape::Parallelogram { corner, corner_u, corner_v, .. } => {
+                (corner, corner_u - corner, corner_v - corner)
+            }
+            Shape::Triangle { a, b, c, .. } => (a, b - a, c - a),
+        }
+    }
+
+    /// Every corner of the outline [m].
+    pub fn corners(&self) -> Vec<DVec3> {
+        match *self {
+            Shape::Parallelogram { corner, corner_u, corner_v, .. } => {
+                vec![corner, corner_u, corner_u + (corner_v - corner), corner_v]
+            }
+            Shape::Triangle { a, b, c, .. } => vec![a, b, c],
+        }
+    }
+
+    /// Area of the whole surface, one side [m²].
+    pub fn area(&self) -> f64 {
+        let (_, e_u, e_v) = self.edges();
+        let cross = e_u.cross(e_v).length();
+        match self {
+            Shape::Parallelogram { .. } => cross,
+            Shape::Triangle { .. } => 0.5 * cross,
+        }
+    }
+}

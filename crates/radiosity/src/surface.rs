@@ -1,0 +1,278 @@
+//! A surface ready for walks: a frame to shoot from, cells to find a hit's patch in at bounded cost (S97
+//! case 1: tracing runs against the surfaces, never against the patches).
+
+use glam::DVec3;
+
+use crate::sampling::{cosine_direction, fixed_64};
+use crate::spec::{Shape, Sides, SurfaceSpec};
+
+/// The side of a surface that a ray leaves or meets.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Side {
+    /// The side its normal points to.
+    Front,
+    /// The other one.
+    Back,
+}
+
+/// How a surface is cut into cells.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Cells {
+    Grid { nu: u32, nv: u32 },
+    Rows { k: u32 },
+}
+
+/// The nearest that a point may come to the edge of a surface, in local coordinates: half the spacing of the
+/// sampled points. Points on an edge could lie behind a neighbour.
+const EDGE: f64 = 0.5 / 4_294_967_296.0;
+
+/// A planar surface in the scene's local coordinates (origin in the middle of the scene).
+#[derive(Clone, Debug)]
+pub struct Surface {
+    corner: DVec3,
+    edge_u: DVec3,
+    edge_v: DVec3,
+    /// Orthonormal frame; `normal` points to the front.
+    tangent: DVec3,
+    bitangent: DVec3,
+    normal: DVec3,
+    /// R as a threshold for 64 random bits.
+    survival: u64,
+    first_patch: u32,
+    cells: Cells,
+    sides: Sides,
+}
+
+impl Surface {
+    /// Prepares a surface that [`crate::Scene::build`] has found valid; `origin` becomes (0, 0, 0).
+    pub(crate) fn new(spec: &SurfaceSpec, first_patch: u32, origin: DVec3) -> Self {
+        let (corner, edge_u, edge_v) = spec.shape.edges();
+        let normal = edge_u.cross(edge_v).normalize();
+        let tangent = edge_u.normalize();
+        let cells = match spec.shape {
+            Shape::Parallelogram { cells: [nu, nv], .. } => Cells::Grid { nu, nv },
+            Shape::Triangle { rows, .. } => Cells::Rows { k: rows },
+        };
+        Surface {
+            corner: corner - origin,
+            edge_u,
+            edge_v,
+            tangent,
+            bitangent: normal.cross(tangent),
+            normal,
+            survival: fixed_64(spec.reflectance),
+            first_patch,
+            cells,
+            sides: spec.sides,
+        }
+    }
+
+    pub(crate) fn corner(&self) -> DVec3 {
+        self.corner
+    }
+
+    pub(crate) fn edges(&self) -> [DVec3; 2] {
+        [self.edge_u, self.edge_v]
+    }
+
+    pub(crate) fn is_triangle(&self) -> bool {
+        matches!(self.cells, Cells::Rows { .. })
+    }
+
+    /// Unit normal of the front.
+    pub fn normal(&self) -> DVec3 {
+        self.normal
+    }
+
+    /// Which sides are active.
+    pub fn sides(&self) -> Sides {
+        self.sides
+    }
+
+    /// The number of its first patch; the others follow in cell order.
+    pub fn first_patch(&self) -> u32 {
+        self.first_patch
+    }
+
+    /// Whether a side reflects and emits.
+    #[inline(always)]
+    pub fn is_active(&self, side: Side) -> bool {
+        side == Side::Front || self.sides == Sides::Both
+    }
+
+    /// Whether a walk survives here, given 64 random bits: probability R.
+    #[inline(always)]
+    pub fn survives(&self, bits: u64) -> bool {
+        bits < self.survival
+    }
+
+    /// The cell that holds the point with local coordinates (u, v).
+    #[inline(always)]
+    pub fn cell_at(&self, [u, v]: [f64; 2]) -> u32 {
+        match self.cells {
+            Cells::Grid { nu, nv } => grid_step(u, nu) * nv + grid_step(v, nv),
+            Cells::Rows { k } => triangle_cell([u, v], k),
+        }
+    }
+
+    /// Local coordinates of a uniform point of a cell, from two uniforms in (0, 1).
+    #[inline(always)]
+    pub fn point_in_cell(&self, cell: u32, [r1, r2]: [f64; 2]) -> [f64; 2] {
+        match self.cells {
+            Cells::Grid { nu, nv } => {
+                let (iu, iv) = (cell / nv, cell % nv);
+                [(f64::from(iu) + r1) / f64::from(nu), (f64::from(iv) + r2) / f64::from(nv)]
+            }
+            Cells::Rows { k } => point_in_triangle_cell(cell, k, [r1, r2]),
+        }
+    }
+
+    /// The nearest local coordinates strictly inside the surface: where a continuous walk leaves from.
+    #[inline(always)]
+    pub fn inside(&self, [u, v]: [f64; 2]) -> [f64; 2] {
+        let (u, v) = (u.clamp(EDGE, 1.0 - EDGE), v.clamp(EDGE, 1.0 - EDGE));
+        let excess = u + v - (1.0 - EDGE);
+        if self.is_triangle() && excess > 0.0 {
+            // The larger coordinate has room for the step: it is at least (1 − EDGE)/2.
+            return if u > v { [u - excess, v] } else { [u, v - excess] };
+        }
+        [u, v]
+    }
+
+    /// The point with local coordinates (u, v) [m].
+    #[inline(always)]
+    pub fn point(&self, [u, v]: [f64; 2]) -> DVec3 {
+        self.corner + self.edge_u * u + self.edge_v * v
+    }
+
+    /// A cosine-distributed direction into the half-space of a side, from 64 random bits. Its length is 1
+    /// within 10⁻¹¹.
+    #[inline(always)]
+    pub fn direction(&self, side: Side, bits: u64) -> DVec3 {
+        let [x, y, z] = cosine_direction(bits);
+        let z = match side {
+            Side::Front => z,
+            Side::Back => -z,
+        };
+        self.tangent * x + self.bitangent * y + self.normal * z
+    }
+}
+
+/// The step of an n-step division of [0, 1] that holds x; x may exceed the interval by a rounding error.
+#[inline(always)]
+fn grid_step(x: f64, n: u32) -> u32 {
+    // A float-to-integer cast saturates: x < 0 gives 0.
+    ((x * f64::from(n)) as u32).min(n - 1)
+}
+
+/// The cell of a triangle in k rows that holds a + u·(b − a) + v·(c − a). The lines of constant u, v and
+/// u + v (in steps of 1/k) cut it: with i = ⌊ku⌋, j = ⌊kv⌋, an upright cell of row i + j is followed by the
+/// inverted one of row i + j + 1.
+#[inline(always)]
+fn triangle_cell([u, v]: [f64; 2], k: u32) -> u32 {
+    let (u, v) = (u * f64::from(k), v * f64::from(k));
+    let (mut i, mut j) = (u as u32, v as u32);
+    let inverted = (u - f64::from(i)) + (v - f64::from(j)) >= 1.0;
+    if i + j + u32::from(inverted) < k {
+        let row = i + j + u32::from(inverted);
+        return row * row + 2 * j + u32::from(inverted);
+    }
+    // On or a rounding error beyond the edge bc: the upright cell of the last row.
+    while i + j > k - 1 {
+        if i > j { i -= 1 } else { j -= 1 }
+    }
+    (k - 1) * (k - 1) + 2 * j
+}
+
+/// The inverse: a uniform point of a cell, by folding the unit square on its diagonal.
+#[inline(always)]
+fn point_in_triangle_cell(cell: u32, k: u32, [r1, r2]: [f64; 2]) -> [f64; 2] {
+    let (s, t) = if r1 + r2 < 1.0 { (r1, r2) } else { (1.0 - r1, 1.0 - r2) };
+    let row = cell.isqrt();
+    let position = cell - row * row;
+    let (j, scale) = (position / 2, 1.0 / f64::from(k));
+    let i = row - j;
+    if position.is_multiple_of(2) {
+        [(f64::from(i) + s) * scale, (f64::from(j) + t) * scale]
+    } else {
+        [(f64::from(i) - s) * scale, (f64::from(j + 1) - t) * scale]
+    }
+}
+
+/// The centroid of a cell in local coordinates.
+pub(crate) fn cell_centroid(shape: &Shape, cell: u32) -> [f64; 2] {
+    match *shape {
+        Shape::Parallelogram { cells: [nu, nv], .. } => {
+            [(f64::from(cell / nv) + 0.5) / f64::from(nu), (f64::from(cell % nv) + 0.5) / f64::from(nv)]
+        }
+        Shape::Triangle { rows, .. } => point_in_triangle_cell(cell, rows, [1.0 / 3.0, 1.0 / 3.0]),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::rng::unit_32;
+
+    fn triangle(rows: u32) -> Surface {
+        let shape = Shape::Triangle { a: DVec3::ZERO, b: DVec3::X, c: DVec3::Y, rows };
+        Surface::new(
+            &SurfaceSpec {
+                name: None,
+                shape,
+                sides: Sides::Front,
+                reflectance: 0.5,
+                emittance: 0.0,
+                cell_emittance: vec![],
+            },
+            0,
+            DVec3::ZERO,
+        )
+    }
+
+    #[test]
+    fn points_drawn_in_a_triangle_cell_lie_in_it() {
+        for k in 1..=9 {
+            let surface = triangle(k);
+            for cell in 0..k * k {
+                for step in 0..400 {
+                    let r = [(f64::from(step % 20) + 0.4) / 20.0, (f64::from(step / 20) + 0.7) / 20.0];
+                    let uv = surface.point_in_cell(cell, r);
+                    assert_eq!(surface.cell_at(uv), cell, "k {k} uv {uv:?}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn triangle_cells_are_numbered_as_the_format_says() {
+        // k = 2: row 0 is the cell at a; row 1 begins at the ab side: upright, inverted, upright.
+        let surface = triangle(2);
+        assert_eq!(surface.cell_at([0.1, 0.1]), 0);
+        assert_eq!(surface.cell_at([0.6, 0.1]), 1);
+        assert_eq!(surface.cell_at([0.4, 0.4]), 2);
+        assert_eq!(surface.cell_at([0.1, 0.6]), 3);
+    }
+
+    #[test]
+    fn hits_on_or_just_beyond_the_outline_get_a_cell_of_the_surface() {
+        for k in [1, 2, 3, 7] {
+            let surface = triangle(k);
+            for [u, v] in
+                [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [0.5, 0.5], [1.0 + 1e-15, -1e-15], [0.7, 0.3 + 1e-15]]
+            {
+                assert!(surface.cell_at([u, v]) < k * k);
+                let [u, v] = surface.inside([u, v]);
+                assert!(u > 0.0 && v > 0.0 && u + v < 1.0);
+            }
+        }
+        assert_eq!(grid_step(1.0, 3), 2);
+        assert_eq!(grid_step(-1e-16, 3), 0);
+    }
+
+    #[test]
+    fn sampled_points_keep_the_distance_that_inside_keeps() {
+        assert_eq!(unit_32(0), EDGE);
+        assert_eq!(unit_32(u32::MAX), 1.0 - EDGE);
+    }
+}

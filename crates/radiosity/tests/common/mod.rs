@@ -1,0 +1,126 @@
+//! Scenes for tests.
+#![allow(dead_code, reason = "each test file uses its own part")]
+
+use glam::{DMat3, DVec3};
+use radiosity::{SceneSpec, Shape, Sides, SurfaceSpec};
+
+pub fn surface(shape: Shape, reflectance: f64) -> SurfaceSpec {
+    SurfaceSpec { name: None, shape, sides: Sides::Front, reflectance, emittance: 0.0, cell_emittance: vec![] }
+}
+
+/// A parallelogram c, c + u, c + v.
+pub fn quad(c: DVec3, u: DVec3, v: DVec3, cells: [u32; 2]) -> Shape {
+    Shape::Parallelogram { corner: c, corner_u: c + u, corner_v: c + v, cells }
+}
+
+/// The six walls of a box from 0 to `size`, facing inwards: z low, z high, y low, y high, x low, x high.
+pub fn box_walls(size: DVec3, cells: [u32; 2]) -> Vec<Shape> {
+    let DVec3 { x, y, z } = size;
+    let (ex, ey, ez) = (DVec3::X * x, DVec3::Y * y, DVec3::Z * z);
+    vec![
+        quad(DVec3::ZERO, ex, ey, cells),
+        quad(ez, ey, ex, cells),
+        quad(DVec3::ZERO, ez, ex, cells),
+        quad(ey, ex, ez, cells),
+        quad(DVec3::ZERO, ey, ez, cells),
+        quad(ex, ez, ey, cells),
+    ]
+}
+
+/// A closed box with the reflectances of S97 fig. 2 (0.3 … 0.8 by wall), cell 0 of the first wall emitting.
+pub fn box_scene(size: DVec3, cells: [u32; 2]) -> SceneSpec {
+    let mut surfaces: Vec<SurfaceSpec> = box_walls(size, cells)
+        .into_iter()
+        .zip([0.3, 0.4, 0.5, 0.6, 0.7, 0.8])
+        .map(|(shape, reflectance)| surface(shape, reflectance))
+        .collect();
+    surfaces[0].cell_emittance = vec![(0, 1.0)];
+    SceneSpec { surfaces }
+}
+
+/// The 54-patch cube of S97 fig. 2: its emitter is the patch in the middle of the first face.
+pub fn cube54() -> SceneSpec {
+    let mut scene = box_scene(DVec3::ONE, [3, 3]);
+    scene.surfaces[0].cell_emittance = vec![(4, 1.0)];
+    scene
+}
+
+/// Moves every corner of a scene.
+pub fn map_corners(scene: &SceneSpec, map: impl Fn(DVec3) -> DVec3) -> SceneSpec {
+    let shape = |shape: &Shape| match *shape {
+        Shape::Parallelogram { corner, corner_u, corner_v, cells } => Shape::Parallelogram {
+            corner: map(corner),
+            corner_u: map(corner_u),
+            corner_v: map(corner_v),
+            cells,
+        },
+        Shape::Triangle { a, b, c, rows } => Shape::Triangle { a: map(a), b: map(b), c: map(c), rows },
+    };
+    let surfaces = scene.surfaces.iter().map(|s| SurfaceSpec { shape: shape(&s.shape), ..s.clone() });
+    SceneSpec { surfaces: surfaces.collect() }
+}
+
+/// An irregular rotation.
+pub fn rotation() -> DMat3 {
+    DMat3::from_rotation_z(0.7) * DMat3::from_rotation_x(1.1) * DMat3::from_rotation_y(-0.4)
+}
+
+/// A closed mesh: an icosahedron divided `levels` times, pushed onto a bumpy sphere, facing inwards.
+pub fn bumpy_sphere(levels: u32, rows: u32) -> SceneSpec {
+    let phi = 0.5 * (1.0 + 5f64.sqrt());
+    let vertex = |x: f64, y: f64, z: f64| DVec3::new(x, y, z).normalize();
+    let v = [
+        vertex(-1.0, phi, 0.0),
+        vertex(1.0, phi, 0.0),
+        vertex(-1.0, -phi, 0.0),
+        vertex(1.0, -phi, 0.0),
+        vertex(0.0, -1.0, phi),
+        vertex(0.0, 1.0, phi),
+        vertex(0.0, -1.0, -phi),
+        vertex(0.0, 1.0, -phi),
+        vertex(phi, 0.0, -1.0),
+        vertex(phi, 0.0, 1.0),
+        vertex(-phi, 0.0, -1.0),
+        vertex(-phi, 0.0, 1.0),
+    ];
+    let faces = [
+        [0, 11, 5],
+        [0, 5, 1],
+        [0, 1, 7],
+        [0, 7, 10],
+        [0, 10, 11],
+        [1, 5, 9],
+        [5, 11, 4],
+        [11, 10, 2],
+        [10, 7, 6],
+        [7, 1, 8],
+        [3, 9, 4],
+        [3, 4, 2],
+        [3, 2, 6],
+        [3, 6, 8],
+        [3, 8, 9],
+        [4, 9, 5],
+        [2, 4, 11],
+        [6, 2, 10],
+        [8, 6, 7],
+        [9, 8, 1],
+    ];
+    let mut triangles: Vec<[DVec3; 3]> = faces.iter().map(|f| f.map(|i| v[i])).collect();
+    for _ in 0..levels {
+        triangles = triangles
+            .iter()
+            .flat_map(|&[a, b, c]| {
+                let (ab, bc, ca) = ((a + b).normalize(), (b + c).normalize(), (c + a).normalize());
+                [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]
+            })
+            .collect();
+    }
+    // A function of the vertex alone, so that neighbours agree to the last bit.
+    let bump = |p: DVec3| p * (1.0 + 0.1 * (7.0 * p.x).sin() * (5.0 * p.y).cos());
+    let mut surfaces: Vec<SurfaceSpec> = triangles
+        .iter()
+        .map(|&[a, b, c]| surface(Shape::Triangle { a: bump(a), b: bump(c), c: bump(b), rows }, 0.8))
+        .collect();
+    surfaces[0].emittance = 1.0;
+    SceneSpec { surfaces }
+}

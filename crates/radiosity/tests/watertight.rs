@@ -1,0 +1,74 @@
+//! In a closed scene not one walk is lost: nothing escapes, nothing meets a back, in any pose and shape.
+//!
+//! 10⁷ rays for each scene in the everyday suite; `RADWALK_RAYS=1000000000` asks for more.
+
+mod common;
+
+use common::{box_scene, bumpy_sphere, cube54, map_corners, rotation};
+use glam::DVec3;
+use radiosity::{IndexChoice, Scene, SceneSpec, Scoreboard, Sequence, Space, shoot_collision};
+
+/// Rays to trace in each scene.
+fn rays_wanted() -> u64 {
+    std::env::var("RADWALK_RAYS").map_or(10_000_000, |rays| rays.parse().expect("RADWALK_RAYS is a number"))
+}
+
+/// Shoots until enough rays are traced, half discrete, half continuous.
+fn assert_watertight(name: &str, spec: &SceneSpec) {
+    let scene = Scene::build(spec, IndexChoice::Auto).unwrap();
+    for space in [Space::Discrete, Space::Continuous] {
+        let mut board = Scoreboard::<2>::new(scene.patches().len());
+        let sequence = Sequence::new(2026);
+        let (mut next, mut rays) = (0, 0);
+        while rays < rays_wanted() / 2 {
+            shoot_collision(&scene, space, &sequence, next..next + 100_000, &mut board);
+            next += 100_000;
+            let counts = board.take().unwrap().counts;
+            rays += counts.rays;
+            assert_eq!((counts.escaped, counts.absorbed_back), (0, 0), "{name}, {space:?}, walks to {next}");
+            assert_eq!(counts.absorbed, counts.walks, "{name}: emitted = absorbed");
+        }
+    }
+}
+
+#[test]
+fn a_plain_cube_is_watertight() {
+    assert_watertight("cube54", &cube54());
+}
+
+#[test]
+fn a_rotated_box_is_watertight() {
+    let spec = box_scene(DVec3::new(1.0, 2.0, 3.0), [3, 4]);
+    assert_watertight("rotated box", &map_corners(&spec, |p| rotation() * p));
+}
+
+#[test]
+fn a_rotated_box_offset_by_1e3_edges_is_watertight() {
+    let offset = DVec3::new(1e3, -0.7e3, 0.3e3);
+    assert_watertight("offset 1e3", &map_corners(&cube54(), |p| rotation() * p + offset));
+}
+
+#[test]
+fn a_rotated_box_offset_by_1e5_edges_is_watertight() {
+    let offset = DVec3::new(-1e5, 0.9e5, 1e5);
+    assert_watertight("offset 1e5", &map_corners(&cube54(), |p| rotation() * p + offset));
+}
+
+#[test]
+fn slivered_boxes_are_watertight() {
+    for size in [DVec3::new(1.0, 1.0, 1e-4), DVec3::new(1e4, 1.0, 1.0), DVec3::new(1.0, 1e-4, 1e-2)] {
+        let spec = box_scene(size, [2, 3]);
+        assert_watertight("sliver", &map_corners(&spec, |p| rotation() * p));
+    }
+}
+
+#[test]
+fn a_closed_mesh_is_watertight() {
+    assert_watertight("bumpy sphere", &bumpy_sphere(2, 1));
+}
+
+#[test]
+fn an_offset_mesh_of_slivers_is_watertight() {
+    let squash = |p: DVec3| rotation() * (p * DVec3::new(1.0, 1e-3, 1.0)) + DVec3::splat(100.0);
+    assert_watertight("squashed sphere", &map_corners(&bumpy_sphere(2, 2), squash));
+}

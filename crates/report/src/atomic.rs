@@ -1,0 +1,245 @@
+//! Files that are there whole or not at all, whenever the power goes.
+
+use std::fs;
+use std::io::{self, BufWriter, Write};
+use std::path::{Path, PathBuf};
+
+use tempfile::{Builder, NamedTempFile};
+
+use crate::error::Error;
+
+/// What marks a file that is still being written; one that a crash leaves behind is recognised by it.
+const TEMPORARY: (&str, &str) = (".radwalk-", ".tmp");
+
+/// Every file that radwalk writes into an output folder; these may stand beside each other.
+const OWN_FILES: [&str; 10] = [
+    "patches.csv",
+    "exact.csv",
+    "summary.json",
+    "tally.bin",
+    "radiosity.png",
+    "report.html",
+    "patches.vtu",
+    "patches.parquet",
+    "scene.glb",
+    "access.json",
+];
+
+/// Writes a file through a temporary one in the same folder: a reader sees the old content or the whole new
+/// one, and what was written survives a loss of power once this returns.
+///
+/// # Errors
+/// What the writer returns, or the operating system; an earlier file is then untouched.
+pub fn write_atomically(
+    path: &Path,
+    write: impl FnOnce(&mut BufWriter<&fs::File>) -> io::Result<()>,
+) -> Result<(), Error> {
+    let folder = folder_of(path);
+    let save = || {
+        let file = temporary_in(folder)?;
+        let mut writer = BufWriter::with_capacity(1 << 18, file.as_file());
+        write(&mut writer)?;
+        writer.flush()?;
+        drop(writer);
+        file.as_file().sync_all()?;
+        file.persist(path)?;
+        sync_folder(folder)
+    };
+    save().map_err(Error::io("write", path))
+}
+
+fn folder_of(path: &Path) -> &Path {
+    match path.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => folder,
+        _ => Path::new("."),
+    }
+}
+
+/// A temporary file with the permissions of any other new file (the default would be private).
+fn temporary_in(folder: &Path) -> io::Result<NamedTempFile> {
+    let mut builder = Builder::new();
+    builder.prefix(TEMPORARY.0).suffix(TEMPORARY.1);
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::PermissionsExt;
+        builder.permissions(fs::Permissions::from_mode(0o666));
+    }
+    builder.tempfile_in(folder)
+}
+
+/// Makes a rename durable. Only Unix opens folders as files; elsewhere the file system sees to it.
+fn sync_folder(folder: &Path) -> io::Result<()> {
+    if cfg!(unix) { fs::File::open(folder)?.sync_all() } else { Ok(()) }
+}
+
+/// The folder that the results of one run go to.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct OutputFolder {
+    path: PathBuf,
+}
+
+impl OutputFolder {
+    /// Claims a folder for the `files` that one command will write, and makes it, its parents too. Results of
+    /// other commands may stand beside them (`exact.csv` next to those of a run). With `force`, earlier results
+    /// are replaced, each when its successor is written and not before; nothing else is touched.
+    ///
+    /// # Errors
+    /// Where one of `files`, or anything that radwalk did not write, is there and `force` is not given; where
+    /// the path is a file; and where the operating system refuses.
+    pub fn claim(path: &Path, files: &[&str], force: bool) -> Result<Self, Error> {
+        if path.exists() && !path.is_dir() {
+            return Err(Error::NotAFolder { path: path.to_path_buf() });
+        }
+        fs::create_dir_all(path).map_err(Error::io("create", path))?;
+        let entries = entries(path).map_err(Error::io("read", path))?;
+        let in_the_way = |entry: &PathBuf| !is_own(entry) || files.iter().any(|file| entry.ends_with(file));
+        if !force && entries.iter().any(in_the_way) {
+            return Err(Error::OutputExists { path: path.to_path_buf() });
+        }
+        for entry in entries.iter().filter(|entry| is_temporary(entry)) {
+            fs::remove_file(entry).map_err(Error::io("remove", entry))?;
+        }
+        Ok(OutputFolder { path: path.to_path_buf() })
+    }
+
+    /// Where the folder is.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// The path of a file in the folder.
+    pub fn file(&self, name: &str) -> PathBuf {
+        self.path.join(name)
+    }
+
+    /// Writes one file of the folder, atomically.
+    ///
+    /// # Errors
+    /// As [`write_atomically`].
+    pub fn write(
+        &self,
+        name: &str,
+        write: impl FnOnce(&mut BufWriter<&fs::File>) -> io::Result<()>,
+    ) -> Result<(), Error> {
+        write_atomically(&self.file(name), write)
+    }
+}
+
+fn entries(folder: &Path) -> io::Result<Vec<PathBuf>> {
+    fs::read_dir(folder)?.map(|entry| Ok(entry?.path())).collect()
+}
+
+/// Whether radwalk wrote this: a regular file of a name of its own.
+fn is_own(path: &Path) -> bool {
+    let is_result = OWN_FILES.iter().any(|name| path.ends_with(name));
+    (is_result || is_temporary(path)) && !path.is_dir()
+}
+
+/// Whether this is what a crash left of a file that was being written.
+fn is_temporary(path: &Path) -> bool {
+    let name = path.file_name().and_then(|name| name.to_str()).unwrap_or_default();
+    name.starts_with(TEMPORARY.0) && name.ends_with(TEMPORARY.1) && path.is_file()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn write_text(path: &Path, text: &str) -> Result<(), Error> {
+        write_atomically(path, |writer| writer.write_all(text.as_bytes()))
+    }
+
+    #[test]
+    fn a_file_is_replaced_whole_and_leaves_no_temporary_behind() {
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join("summary.json");
+        write_text(&path, "old, and longer than the new").unwrap();
+        write_text(&path, "new").unwrap();
+        assert_eq!(fs::read_to_string(&path).unwrap(), "new");
+        assert_eq!(entries(dir.path()).unwrap(), [path]);
+    }
+
+    #[test]
+    fn a_writer_that_fails_leaves_the_old_file_untouched() {
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join("summary.json");
+        write_text(&path, "old").unwrap();
+        let error = write_atomically(&path, |writer| {
+            writer.write_all(b"half of the ne")?;
+            Err(io::Error::other("disk full"))
+        })
+        .unwrap_err();
+        assert!(error.to_string().contains("summary.json: disk full"), "{error}");
+        assert_eq!(fs::read_to_string(&path).unwrap(), "old");
+        assert_eq!(entries(dir.path()).unwrap(), [path]);
+    }
+
+    #[test]
+    fn an_error_names_the_file_that_could_not_be_written() {
+        let error = write_text(Path::new("/nonexistent-folder/patches.csv"), "").unwrap_err();
+        assert!(error.to_string().starts_with("cannot write /nonexistent-folder/patches.csv: "), "{error}");
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn files_get_the_permissions_that_other_new_files_get() {
+        use std::os::unix::fs::PermissionsExt;
+        let dir = tempfile::tempdir().unwrap();
+        let [ours, plain] = ["patches.csv", "plain"].map(|name| dir.path().join(name));
+        write_text(&ours, "x").unwrap();
+        fs::write(&plain, "x").unwrap();
+        let mode = |path| fs::metadata(path).unwrap().permissions().mode();
+        assert_eq!(mode(&ours), mode(&plain));
+    }
+
+    #[test]
+    fn a_new_output_folder_gets_its_parents() {
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join("out/cornell");
+        let folder = OutputFolder::claim(&path, &["patches.csv"], false).unwrap();
+        folder.write("patches.csv", |writer| writer.write_all(b"patch\n")).unwrap();
+        assert_eq!(fs::read(path.join("patches.csv")).unwrap(), b"patch\n");
+        assert_eq!(folder.file("patches.csv"), folder.path().join("patches.csv"));
+    }
+
+    #[test]
+    fn a_folder_that_holds_the_results_of_such_a_command_is_refused_and_kept() {
+        let dir = tempfile::tempdir().unwrap();
+        fs::write(dir.path().join("tally.bin"), "precious").unwrap();
+        let error = OutputFolder::claim(dir.path(), &["tally.bin", "patches.csv"], false).unwrap_err();
+        assert!(matches!(error, Error::OutputExists { .. }));
+        assert!(error.to_string().contains("--force"), "{error}");
+        OutputFolder::claim(dir.path(), &["exact.csv"], false).unwrap();
+        OutputFolder::claim(dir.path(), &["tally.bin"], true).unwrap();
+        assert_eq!(fs::read_to_string(dir.path().join("tally.bin")).unwrap(), "precious");
+    }
+
+    #[test]
+    fn a_folder_of_other_things_is_refused() {
+        let dir = tempfile::tempdir().unwrap();
+        fs::write(dir.path().join("notes.txt"), "mine").unwrap();
+        let error = OutputFolder::claim(dir.path(), &["patches.csv"], false).unwrap_err();
+        assert!(matches!(error, Error::OutputExists { .. }));
+    }
+
+    #[test]
+    fn what_a_crash_left_half_written_is_cleared_away_and_nothing_else() {
+        let dir = tempfile::tempdir().unwrap();
+        for name in ["exact.csv", ".radwalk-a1b2c3.tmp", "notes.txt"] {
+            fs::write(dir.path().join(name), "x").unwrap();
+        }
+        OutputFolder::claim(dir.path(), &["exact.csv"], true).unwrap();
+        let mut left = entries(dir.path()).unwrap();
+        left.sort();
+        assert_eq!(left, ["exact.csv", "notes.txt"].map(|name| dir.path().join(name)));
+    }
+
+    #[test]
+    fn a_file_in_place_of_the_folder_is_refused_even_with_force() {
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join("out");
+        fs::write(&path, "x").unwrap();
+        assert!(matches!(OutputFolder::claim(&path, &["patches.csv"], true), Err(Error::NotAFolder { .. })));
+        assert_eq!(fs::read_to_string(&path).unwrap(), "x");
+    }
+}

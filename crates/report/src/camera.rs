@@ -1,0 +1,433 @@
+//! Where to look at a scene from.
+//!
+//! A camera stands outside of the scene's bounding box and looks at its middle in perspective, upright. Backs
+//! of one-sided surfaces are see-through, so that one looks into a closed room as into a doll's house. Where
+//! walls are two-sided that does not help: a *cut* leaves out what lies within a thin shell of the box on the
+//! near side. Of a fixed set of directions, cut and uncut, the camera takes the one that sees most lit area.
+//!
+//! Coordinates are relative to [`Scene::origin`].
+
+use glam::DVec3;
+use radiosity::{Ray, Scene};
+
+/// Half the field of view: tan 20°, about that of a 50 mm lens.
+const TAN_HALF_VIEW: f64 = 0.363_970_234_266_202_36;
+
+/// The share of the picture that stays free around the scene's box.
+const MARGIN: f64 = 0.03;
+
+/// The shorter side of a picture is at least this part of the longer one.
+const MIN_ASPECT: f64 = 0.4;
+
+/// How thick a shell a cut leaves out, as a part of the box.
+const CUT: f64 = 0.02;
+
+/// Azimuths tried, from the front: first along an axis, as rooms are, then oblique [degrees].
+const AZIMUTHS: [f64; 12] = [0.0, 180.0, 90.0, 270.0, 30.0, 330.0, 60.0, 300.0, 120.0, 240.0, 150.0, 210.0];
+
+/// Heights above the horizon tried [degrees]; from below last, for what can be seen from nowhere else.
+const ELEVATIONS: [f64; 5] = [0.0, 20.0, 35.0, 55.0, -35.0];
+
+/// A later direction must see this much more than an earlier one: rounding must not decide between the
+/// views of a symmetric scene.
+const CLEARLY_MORE: f64 = 1.03;
+
+/// Rays along the longer side of a trial picture.
+const TRIAL_SIZE: u32 = 40;
+
+/// The box that holds a scene [m].
+#[derive(Clone, Copy, Debug)]
+struct Bounds {
+    min: DVec3,
+    max: DVec3,
+}
+
+impl Bounds {
+    fn of(scene: &Scene) -> Self {
+        let corners = || scene.surfaces().iter().flat_map(|surface| surface.outline());
+        Bounds {
+            min: corners().fold(DVec3::INFINITY, DVec3::min),
+            max: corners().fold(DVec3::NEG_INFINITY, DVec3::max),
+        }
+    }
+
+    fn middle(&self) -> DVec3 {
+        0.5 * (self.min + self.max)
+    }
+
+    fn size(&self) -> DVec3 {
+        self.max - self.min
+    }
+
+    fn corners(&self) -> [DVec3; 8] {
+        std::array::from_fn(|i| {
+            let pick = |axis: usize| if i >> axis & 1 == 0 { self.min[axis] } else { self.max[axis] };
+            DVec3::new(pick(0), pick(1), pick(2))
+        })
+    }
+
+    /// Where a ray enters the box [ray parameter]; `None` where it misses it.
+    fn entry(&self, origin: DVec3, direction: DVec3) -> Option<f64> {
+        let (t0, t1) = ((self.min - origin) / direction, (self.max - origin) / direction);
+        let (enter, leave) = (t0.min(t1).max_element(), t0.max(t1).min_element());
+        (enter <= leave && leave >= 0.0).then_some(enter.max(0.0))
+    }
+}
+
+/// What a camera sees along a ray.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sight {
+    /// The nearest patch whose active side faces the camera.
+    pub patch: u32,
+    /// Ray parameter from the eye.
+    t: f64,
+    /// Cosine between the ray and the surface's normal.
+    cosine: f64,
+}
+
+/// A perspective camera.
+#[derive(Clone, Debug)]
+pub struct Camera {
+    eye: DVec3,
+    right: DVec3,
+    up: DVec3,
+    /// From the eye to the middle of the scene, length 1.
+    forward: DVec3,
+    /// The left and upper edge of the picture, on the plane at distance 1 from the eye.
+    left: f64,
+    top: f64,
+    /// The size of a pixel on that plane.
+    pixel: f64,
+    /// Width and height in pixels.
+    pub size: [u32; 2],
+    /// Nothing is seen before a ray enters this box.
+    cut: Option<Bounds>,
+}
+
+impl Camera {
+    /// The camera that sees most of a scene. `lit` tells whether a surface has anything to show; the longer
+    /// side of the picture is `size` pixels.
+    pub fn best(scene: &Scene, lit: impl Fn(u32) -> bool, size: u32) -> Self {
+        let bounds = Bounds::of(scene);
+        let frame = Frame::of(scene, &bounds);
+        let mut best = (0.0, frame.camera(&bounds, 0.0, 0.0, false, size));
+        for cut in [false, true] {
+            for elevation in ELEVATIONS {
+                for azimuth in AZIMUTHS {
+                    let trial = frame.camera(&bounds, azimuth, elevation, cut, TRIAL_SIZE);
+                    let area = trial.visible_area(scene, &lit);
+                    if area > best.0 * CLEARLY_MORE {
+                        best = (area, frame.camera(&bounds, azimuth, elevation, cut, size));
+                    }
+                }
+            }
+        }
+        best.1
+    }
+
+    /// What is seen at a point of the picture: x, y in pixels, from the upper left corner.
+    pub fn look(&self, scene: &Scene, x: f64, y: f64) -> Option<Sight> {
+        let direction = self.direction(x, y);
+        let mut t = match &self.cut {
+            Some(bounds) => bounds.entry(self.eye, direction)?,
+            None => 0.0,
+        };
+        let mut from = Ray::FREE;
+        loop {
+            let ray = Ray { origin: self.eye + direction * t, direction, from };
+            let hit = scene.closest_hit(&ray)?;
+            let surface = &scene.surfaces()[hit.surface as usize];
+            t += hit.t;
+            from = hit.surface;
+            if surface.is_active(hit.side) {
+                let cosine = surface.normal().dot(direction).abs() / direction.length();
+                return Some(Sight { patch: surface.first_patch() + surface.cell_at(hit.uv), t, cosine });
+            }
+        }
+    }
+
+    /// Where a point is seen in the picture [pixels].
+    #[cfg(test)]
+    pub fn project(&self, point: DVec3) -> [f64; 2] {
+        let sight = point - self.eye;
+        let depth = sight.dot(self.forward);
+        [
+            (sight.dot(self.right) / depth - self.left) / self.pixel,
+            (self.top - sight.dot(self.up) / depth) / self.pixel,
+        ]
+    }
+
+    fn direction(&self, x: f64, y: f64) -> DVec3 {
+        self.forward + self.right * (self.left + x * self.pixel) + self.up * (self.top - y * self.pixel)
+    }
+
+    /// The lit surface area in view [m²]; what is seen at a slant counts by the fourth root of its cosine,
+    /// since a floor seen edge-on shows little.
+    fn visible_area(&self, scene: &Scene, lit: &impl Fn(u32) -> bool) -> f64 {
+        let [width, height] = self.size;
+        let mut area = 0.0;
+        for (x, y) in (0..height).flat_map(|y| (0..width).map(move |x| (x, y))) {
+            let [x, y] = [x, y].map(|k| f64::from(k) + 0.5);
+            if let Some(sight) =
+                self.look(scene, x, y).filter(|sight| lit(scene.patches()[sight.patch as usize].surface))
+            {
+                let footprint = self.footprint(&sight, self.direction(x, y).length());
+                area += footprint * sight.cosine.sqrt().sqrt();
+            }
+        }
+        area
+    }
+
+    /// The area that one pixel covers [m²]: with d the length of the ray's direction, a pixel of side p on the
+    /// plane at distance 1 spans the solid angle p²/d³, seen from a distance t·d.
+    fn footprint(&self, sight: &Sight, d: f64) -> f64 {
+        (sight.t * self.pixel).powi(2) / (d * sight.cosine)
+    }
+}
+
+/// The directions that a scene calls up, right and front.
+#[derive(Clone, Copy, Debug)]
+struct Frame {
+    up: DVec3,
+    /// To the right for a camera in front.
+    right: DVec3,
+    /// From the scene to a camera in front of it.
+    front: DVec3,
+}
+
+impl Frame {
+    fn of(scene: &Scene, bounds: &Bounds) -> Self {
+        if y_is_up(scene, bounds.size()) {
+            Frame { up: DVec3::Y, right: DVec3::X, front: DVec3::Z }
+        } else {
+            Frame { up: DVec3::Z, right: DVec3::X, front: DVec3::NEG_Y }
+        }
+    }
+
+    /// A camera in a direction [degrees], as near as shows the whole box.
+    fn camera(&self, bounds: &Bounds, azimuth: f64, elevation: f64, cut: bool, size: u32) -> Camera {
+        let (sin_a, cos_a) = azimuth.to_radians().sin_cos();
+        let (sin_e, cos_e) = elevation.to_radians().sin_cos();
+        let level = self.front * cos_a + self.right * sin_a;
+        let back = level * cos_e + self.up * sin_e;
+        let right = self.up.cross(level);
+        let up = back.cross(right);
+        let points = bounds.corners().map(|corner| {
+            let offset = corner - bounds.middle();
+            [offset.dot(right), offset.dot(up), offset.dot(back)]
+        });
+        let reach = points.map(|[x, y, z]| z + x.abs().max(y.abs()) / TAN_HALF_VIEW);
+        let distance = reach.into_iter().fold(0.0, f64::max);
+        let window = Window::around(points.map(|[x, y, z]| [x / (distance - z), y / (distance - z)]));
+        let pixel = window.longest() / f64::from(size);
+        Camera {
+            eye: bounds.middle() + back * distance,
+            right,
+            up,
+            forward: -back,
+            left: window.min[0],
+            top: window.max[1],
+            pixel,
+            size: window.size().map(|length| (length / pixel).round() as u32),
+            cut: cut.then(|| Bounds {
+                min: bounds.min + CUT * bounds.size(),
+                max: bounds.max - CUT * bounds.size(),
+            }),
+        }
+    }
+}
+
+/// A rectangle on the picture plane.
+struct Window {
+    min: [f64; 2],
+    max: [f64; 2],
+}
+
+impl Window {
+    /// The rectangle around points, with a margin, and not too slim.
+    fn around(points: [[f64; 2]; 8]) -> Self {
+        let extreme = |axis: usize, pick: fn(f64, f64) -> f64| {
+            points.iter().map(|point| point[axis]).reduce(pick).unwrap_or(0.0)
+        };
+        let tight = Window {
+            min: [extreme(0, f64::min), extreme(1, f64::min)],
+            max: [extreme(0, f64::max), extreme(1, f64::max)],
+        };
+        let margin = MARGIN * tight.longest();
+        let least = MIN_ASPECT * (tight.longest() + 2.0 * margin);
+        let grow = tight.size().map(|length| margin.max(0.5 * (least - length)));
+        Window {
+            min: [tight.min[0] - grow[0], tight.min[1] - grow[1]],
+            max: [tight.max[0] + grow[0], tight.max[1] + grow[1]],
+        }
+    }
+
+    fn size(&self) -> [f64; 2] {
+        [self.max[0] - self.min[0], self.max[1] - self.min[1]]
+    }
+
+    fn longest(&self) -> f64 {
+        let [width, height] = self.size();
+        width.max(height)
+    }
+}
+
+/// Whether y rather than z is up. A scene is wider than high: where one extent is less than half the other,
+/// that axis is up. Else lamps decide, which are mostly level: the axis that more power is emitted along.
+/// Where they cannot tell, z.
+fn y_is_up(scene: &Scene, size: DVec3) -> bool {
+    if size.y < 0.5 * size.z || size.z < 0.5 * size.y {
+        return size.y < size.z;
+    }
+    let along = scene.patches().iter().fold(DVec3::ZERO, |sum, patch| {
+        sum + patch.power() * scene.surfaces()[patch.surface as usize].normal().abs()
+    });
+    along.y > along.z * CLEARLY_MORE
+}
+
+#[cfg(test)]
+mod tests {
+    use radiosity::{IndexChoice, SceneSpec, Shape, Sides};
+
+    use super::*;
+    use crate::scenes::{cornell, cube, cube_spec, quad};
+
+    fn build(spec: &SceneSpec) -> Scene {
+        Scene::build(spec, IndexChoice::Auto).unwrap()
+    }
+
+    fn best(scene: &Scene) -> Camera {
+        Camera::best(scene, |_| true, 200)
+    }
+
+    fn patch_at(scene: &Scene, camera: &Camera, point: DVec3) -> Option<u32> {
+        let [x, y] = camera.project(point - scene.origin());
+        camera.look(scene, x, y).map(|sight| sight.patch)
+    }
+
+    fn named(scene: &Scene, name: &str) -> usize {
+        scene.patches().iter().position(|patch| scene.surface_name(patch.surface) == name).unwrap()
+    }
+
+    #[test]
+    fn an_open_box_is_seen_through_its_front_and_upright() {
+        let scene = build(&cornell());
+        let camera = best(&scene);
+        assert!(camera.forward.z > 0.999 && camera.up.y > 0.999, "{camera:?}");
+        for name in ["floor", "ceiling", "back", "dark", "light", "lamp", "short"] {
+            let first = named(&scene, name);
+            let patches = &scene.patches()[first..];
+            let surface = scene.patches()[first].surface;
+            let own = patches.iter().take_while(|patch| patch.surface == surface);
+            let seen = (first as u32..)
+                .zip(own)
+                .filter(|(number, patch)| patch_at(&scene, &camera, patch.centroid) == Some(*number));
+            assert!(seen.count() > 0, "{name}");
+        }
+    }
+
+    #[test]
+    fn one_looks_through_the_backs_of_a_closed_room() {
+        let scene = cube();
+        let camera = best(&scene);
+        assert!(camera.up.z > 0.999 && camera.cut.is_none());
+        let seen = |(number, patch): &(u32, &radiosity::Patch)| {
+            patch_at(&scene, &camera, patch.centroid) == Some(*number)
+        };
+        assert_eq!((0..).zip(scene.patches()).filter(seen).count(), 45);
+    }
+
+    #[test]
+    fn two_sided_walls_are_cut_away() {
+        let mut spec = cube_spec();
+        for surface in &mut spec.surfaces {
+            surface.sides = Sides::Both;
+        }
+        let scene = build(&spec);
+        let camera = best(&scene);
+        assert!(camera.cut.is_some());
+        let lamp = scene.patches().iter().position(|patch| patch.emittance > 0.0).unwrap();
+        assert_eq!(patch_at(&scene, &camera, scene.patches()[lamp].centroid), Some(lamp as u32));
+    }
+
+    #[test]
+    fn unlit_sides_do_not_draw_the_camera() {
+        let scene = cube();
+        let camera = Camera::best(&scene, |surface| surface == 0, 200);
+        assert!(camera.forward.z < -0.5, "{camera:?}");
+    }
+
+    #[test]
+    fn a_plate_is_seen_from_its_front() {
+        for (corners, forward) in [
+            ([[0., 0., 0.], [2., 0., 0.], [0., 3., 0.]], -1.0),
+            ([[0., 0., 0.], [0., 3., 0.], [2., 0., 0.]], 1.0),
+        ] {
+            let mut plate = quad("plate", corners, [2, 2], 0.5);
+            plate.emittance = 1.0;
+            let scene = build(&SceneSpec { surfaces: vec![plate] });
+            let camera = best(&scene);
+            assert!(camera.up.z > 0.5 && camera.forward.z * forward > 0.5, "{camera:?}");
+            assert_eq!(patch_at(&scene, &camera, scene.patches()[3].centroid), Some(3));
+        }
+    }
+
+    #[test]
+    fn the_shortest_extent_is_up_and_lamps_decide_among_equals() {
+        let mut spec = cube_spec();
+        let up = |spec: &SceneSpec| best(&build(spec)).up.round();
+        assert_eq!(up(&spec), DVec3::Z);
+        spec.surfaces[1].cell_emittance.clear();
+        spec.surfaces[3].cell_emittance = vec![(4, 1.0)];
+        assert_eq!(up(&spec), DVec3::Y);
+        for surface in &mut spec.surfaces {
+            if let Shape::Parallelogram { corner, corner_u, corner_v, .. } = &mut surface.shape {
+                for point in [corner, corner_u, corner_v] {
+                    point.y *= 5.0;
+                }
+            }
+        }
+        assert_eq!(up(&spec), DVec3::Z);
+    }
+
+    #[test]
+    fn the_whole_scene_is_in_the_picture() {
+        let scene = build(&cornell());
+        let bounds = Bounds::of(&scene);
+        let frame = Frame::of(&scene, &bounds);
+        for (azimuth, elevation) in [(0.0, 0.0), (30.0, 20.0), (240.0, 55.0)] {
+            let camera = frame.camera(&bounds, azimuth, elevation, false, 300);
+            let [width, height] = camera.size.map(f64::from);
+            assert!(width.max(height) == 300.0);
+            for [x, y] in bounds.corners().map(|corner| camera.project(corner)) {
+                assert!(x > 0.0 && x < width && y > 0.0 && y < height, "{x} {y}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_cut_leaves_out_the_near_shell_only() {
+        let bounds = Bounds { min: DVec3::ZERO, max: DVec3::ONE };
+        assert_eq!(bounds.entry(DVec3::new(0.5, 0.5, -2.0), DVec3::Z), Some(2.0));
+        assert_eq!(bounds.entry(DVec3::new(0.5, 0.5, -2.0), DVec3::NEG_Z), None);
+        assert_eq!(bounds.entry(DVec3::new(1.5, 0.5, -2.0), DVec3::Z), None);
+        assert_eq!(bounds.entry(DVec3::splat(0.5), DVec3::X), Some(0.0));
+    }
+
+    #[test]
+    fn the_pixels_of_a_plate_cover_its_area() {
+        let mut plate = quad("plate", [[0., 0., 0.], [3., 0., 0.], [0., 2., 0.]], [1, 1], 0.5);
+        plate.emittance = 1.0;
+        let scene = build(&SceneSpec { surfaces: vec![plate] });
+        let bounds = Bounds::of(&scene);
+        let camera = Frame::of(&scene, &bounds).camera(&bounds, 30.0, 35.0, false, 400);
+        let mut area = 0.0;
+        for (x, y) in (0..camera.size[1]).flat_map(|y| (0..camera.size[0]).map(move |x| (x, y))) {
+            let [x, y] = [x, y].map(f64::from);
+            if let Some(sight) = camera.look(&scene, x, y) {
+                area += camera.footprint(&sight, camera.direction(x, y).length());
+            }
+        }
+        assert!((area - 6.0).abs() < 0.1, "{area}");
+    }
+}

@@ -1,0 +1,423 @@
+//! `summary.json`: what was run, what it cost, how well the answer is known.
+
+use std::io::{self, Write};
+
+use radiosity::{Precision, Scene, Sides, Solution, Tally};
+use serde::{Serialize, Serializer};
+
+/// All of `summary.json`, in its order. Numbers that are not finite become null.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Summary {
+    /// Version of the program.
+    pub version: String,
+    /// The commit it was built from, if that is known.
+    pub git: Option<String>,
+    /// Digest of scene, method and seed.
+    #[serde(serialize_with = "hex")]
+    pub job_hash: [u8; 32],
+    /// Digest of the scene.
+    #[serde(serialize_with = "hex")]
+    pub scene_hash: [u8; 32],
+    /// Digest of the tally: equal where all results are.
+    #[serde(serialize_with = "hex")]
+    pub tally_hash: [u8; 32],
+    /// Seed of the random sequence.
+    pub seed: u64,
+    /// How walks and scores are made.
+    #[serde(flatten)]
+    pub method: Method,
+    /// Walks 0 … N − 1 are in the result; this is N.
+    pub paths: u64,
+    /// Rays traced.
+    pub rays: u64,
+    /// Walks that left the scene.
+    pub escaped: u64,
+    /// Walks absorbed by the back of a one-sided surface.
+    pub absorbed_back: u64,
+    /// Walks that were cut off; analog walks never are.
+    pub truncated: u64,
+    /// Wall time of tracing [s].
+    pub seconds: f64,
+    /// Processor time of all workers [s].
+    pub cpu_seconds: f64,
+    /// Walks per second of wall time.
+    pub paths_per_second: f64,
+    /// Rays per second of wall time.
+    pub rays_per_second: f64,
+    /// Workers that joined.
+    pub workers_seen: u64,
+    /// Workers that were lost.
+    pub workers_lost: u64,
+    /// Streams in the result.
+    pub streams: u64,
+    /// Streams that were leased more than once.
+    pub streams_reissued: u64,
+    /// Level of every interval.
+    pub confidence: f64,
+    /// How well the non-emitting patches are known.
+    #[serde(flatten)]
+    pub precision: PrecisionSummary,
+    /// Where the power went.
+    pub energy: Energy,
+    /// The target, if the job has one.
+    pub target: Option<Target>,
+    /// What was modelled.
+    pub model: Model,
+    /// What was verified.
+    pub checks: Vec<Check>,
+}
+
+/// How walks and scores are made, in the words of job files.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Method {
+    /// `shooting`, `gathering`, …
+    pub walk: String,
+    /// `collision`, `absorption`, …
+    pub estimator: String,
+    /// `discrete` or `continuous`.
+    pub space: String,
+    /// `random`, …
+    pub sampler: String,
+}
+
+/// [`Precision`] as the summary shows it.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct PrecisionSummary {
+    /// Area-weighted root mean square of half-width over estimate.
+    pub rms_relative_error: f64,
+    /// The largest of them; infinite while a reflecting patch was never hit.
+    pub max_relative_error: f64,
+    /// The patch that has it.
+    pub worst_patch: Option<u32>,
+}
+
+/// Where the walks went: emitted = absorbed + escaped.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Energy {
+    /// Walks that began.
+    pub emitted: u64,
+    /// Walks that a surface absorbed, on either side.
+    pub absorbed: u64,
+    /// Walks that left the scene.
+    pub escaped: u64,
+}
+
+/// What the job asked for, and whether it was reached.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Target {
+    /// Whether `achieved` is at least `fraction`.
+    pub reached: bool,
+    /// The relative error that was asked for.
+    pub relative_error: f64,
+    /// The fraction of patch area that must meet it.
+    pub fraction: f64,
+    /// The fraction that does.
+    pub achieved: f64,
+}
+
+/// What was modelled, and why so.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Model {
+    /// 1: grey.
+    pub channels: u32,
+    /// `one`, `two`, or `mixed`: the active sides of the surfaces.
+    pub sides: &'static str,
+    /// `flat` (every surface is met) or `tree`.
+    pub index: &'static str,
+    /// `discrete` or `continuous`.
+    pub space: String,
+    /// `shooting`, …
+    pub walk: String,
+    /// Power sums kept per patch.
+    pub moments: usize,
+    /// Patches.
+    pub patches: usize,
+    /// Surfaces.
+    pub surfaces: usize,
+    /// Emitting patches.
+    pub emitters: usize,
+    /// The reasons, a short sentence each.
+    pub why: Vec<String>,
+}
+
+/// The outcome of a check.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Check {
+    /// A word that names it.
+    pub name: String,
+    /// Whether it passed.
+    pub ok: bool,
+    /// What was found.
+    pub message: String,
+}
+
+/// What the program knows of a run beyond its result.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RunFacts {
+    /// Version of the program.
+    pub version: String,
+    /// The commit it was built from, if that is known.
+    pub git: Option<String>,
+    /// Digest of scene, method and seed.
+    pub job_hash: [u8; 32],
+    /// Seed of the random sequence.
+    pub seed: u64,
+    /// How walks and scores were made.
+    pub method: Method,
+    /// Wall time of tracing [s].
+    pub seconds: f64,
+    /// Processor time of all workers [s].
+    pub cpu_seconds: f64,
+    /// Workers that joined.
+    pub workers_seen: u64,
+    /// Workers that were lost.
+    pub workers_lost: u64,
+    /// Streams in the result.
+    pub streams: u64,
+    /// Streams that were leased more than once.
+    pub streams_reissued: u64,
+    /// The target, if the job has one.
+    pub target: Option<Target>,
+    /// What was verified.
+    pub checks: Vec<Check>,
+}
+
+impl Summary {
+    /// The summary of a run of analog walks.
+    pub fn new(scene: &Scene, tally: &Tally, solution: &Solution, facts: RunFacts) -> Self {
+        let counts = tally.counts;
+        Summary {
+            version: facts.version,
+            git: facts.git,
+            job_hash: facts.job_hash,
+            scene_hash: scene.hash(),
+            tally_hash: tally.hash(),
+            seed: facts.seed,
+            model: Model::new(scene, &facts.method, tally.moments()),
+            method: facts.method,
+            paths: counts.walks,
+            rays: counts.rays,
+            escaped: counts.escaped,
+            absorbed_back: counts.absorbed_back,
+            truncated: 0,
+            seconds: facts.seconds,
+            cpu_seconds: facts.cpu_seconds,
+            paths_per_second: counts.walks as f64 / facts.seconds,
+            rays_per_second: counts.rays as f64 / facts.seconds,
+            workers_seen: facts.workers_seen,
+            workers_lost: facts.workers_lost,
+            streams: facts.streams,
+            streams_reissued: facts.streams_reissued,
+            confidence: solution.confidence,
+            precision: solution.precision(scene).into(),
+            energy: Energy {
+                emitted: counts.walks,
+                absorbed: counts.absorbed + counts.absorbed_back,
+                escaped: counts.escaped,
+            },
+            target: facts.target,
+            checks: facts.checks,
+        }
+    }
+
+    /// Writes the summary as indented JSON.
+    ///
+    /// # Errors
+    /// Those of `writer`.
+    pub fn write(&self, mut writer: impl Write) -> io::Result<()> {
+        serde_json::to_writer_pretty(&mut writer, self)?;
+        writeln!(writer)
+    }
+}
+
+impl From<Precision> for PrecisionSummary {
+    fn from(precision: Precision) -> Self {
+        PrecisionSummary {
+            rms_relative_error: precision.rms_relative_error,
+            max_relative_error: precision.max_relative_error,
+            worst_patch: precision.worst_patch,
+        }
+    }
+}
+
+impl Target {
+    /// How a solution does on a target: `fraction` of the area of the non-emitting patches is to have at most
+    /// this `relative_error` (half-width over estimate).
+    pub fn judge(scene: &Scene, solution: &Solution, relative_error: f64, fraction: f64) -> Self {
+        let achieved = solution.fraction_within(scene, relative_error);
+        Target { reached: achieved >= fraction, relative_error, fraction, achieved }
+    }
+}
+
+impl Model {
+    /// What a method models in a scene, with `moments` power sums per patch.
+    pub fn new(scene: &Scene, method: &Method, moments: usize) -> Self {
+        let emitters = scene.patches().iter().filter(|patch| patch.emittance > 0.0).count();
+        let mut model = Model {
+            channels: 1,
+            sides: sides(scene),
+            index: if scene.has_tree() { "tree" } else { "flat" },
+            space: method.space.clone(),
+            walk: method.walk.clone(),
+            moments,
+            patches: scene.patches().len(),
+            surfaces: scene.surfaces().len(),
+            emitters,
+            why: Vec::new(),
+        };
+        model.why = model.reasons();
+        model
+    }
+
+    fn reasons(&self) -> Vec<String> {
+        let sides = match self.sides {
+            "one" => "Every surface is one-sided: a ray that meets a back is absorbed there and counted.",
+            "two" => "Every surface is two-sided: both sides reflect, emit and share their patches.",
+            _ => "Some surfaces are one-sided, some two-sided: only backs of the former absorb all.",
+        };
+        let index = match self.index {
+            "flat" => format!("{} surfaces are few: each ray meets every one of them.", self.surfaces),
+            _ => {
+                format!("{} surfaces are many: rays find the nearest through a tree of boxes.", self.surfaces)
+            }
+        };
+        let space = match self.space.as_str() {
+            "continuous" => {
+                "Walks go on from the point they hit: the answer is that of the integral equation."
+            }
+            _ => {
+                "Walks go on from a fresh point of the patch they hit: the answer is that of the patches' radiosity system."
+            }
+        };
+        let grey = "Every reflectance and emittance is one number: the scene is grey.";
+        vec![grey.into(), sides.into(), index, space.into()]
+    }
+}
+
+fn sides(scene: &Scene) -> &'static str {
+    let two_sided = scene.surfaces().iter().filter(|surface| surface.sides() == Sides::Both).count();
+    match two_sided {
+        0 => "one",
+        n if n == scene.surfaces().len() => "two",
+        _ => "mixed",
+    }
+}
+
+fn hex<S: Serializer>(hash: &[u8; 32], serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.collect_str(&blake3::Hash::from_bytes(*hash).to_hex())
+}
+
+#[cfg(test)]
+mod tests {
+    use radiosity::{Counts, IndexChoice};
+    use serde_json::{Value, json};
+
+    use super::*;
+    use crate::scenes::{cornell, cube, solution};
+
+    fn facts() -> RunFacts {
+        RunFacts {
+            version: "0.1.0".into(),
+            git: None,
+            job_hash: [0xAB; 32],
+            seed: u64::MAX,
+            method: Method {
+                walk: "shooting".into(),
+                estimator: "collision".into(),
+                space: "discrete".into(),
+                sampler: "random".into(),
+            },
+            seconds: 4.0,
+            cpu_seconds: 7.5,
+            workers_seen: 2,
+            workers_lost: 1,
+            streams: 16,
+            streams_reissued: 3,
+            target: None,
+            checks: vec![Check { name: "energy".into(), ok: true, message: "balanced".into() }],
+        }
+    }
+
+    fn tally(scene: &Scene) -> Tally {
+        let counts = Counts { walks: 100, rays: 250, absorbed: 80, absorbed_back: 5, escaped: 15 };
+        Tally::from_parts(counts, scene.patches().len(), 2, vec![0; 2 * scene.patches().len()]).unwrap()
+    }
+
+    fn text(summary: &Summary) -> String {
+        let mut bytes = Vec::new();
+        summary.write(&mut bytes).unwrap();
+        String::from_utf8(bytes).unwrap()
+    }
+
+    fn parsed(facts: RunFacts) -> Value {
+        let scene = cube();
+        let summary = Summary::new(&scene, &tally(&scene), &solution(&scene), facts);
+        serde_json::from_str(&text(&summary)).unwrap()
+    }
+
+    #[test]
+    fn the_fields_are_in_the_order_of_the_format() {
+        const FIELDS: &str = "version git job_hash scene_hash tally_hash seed walk estimator space sampler \
+            paths rays escaped absorbed_back truncated seconds cpu_seconds paths_per_second rays_per_second \
+            workers_seen workers_lost streams streams_reissued confidence rms_relative_error \
+            max_relative_error worst_patch energy target model checks";
+        let scene = cube();
+        let text = text(&Summary::new(&scene, &tally(&scene), &solution(&scene), facts()));
+        let top_level = text.lines().filter_map(|line| line.strip_prefix("  \"")?.split_once('"'));
+        let names: Vec<&str> = top_level.map(|(name, _)| name).collect();
+        assert_eq!(names, FIELDS.split_whitespace().collect::<Vec<_>>());
+    }
+
+    #[test]
+    fn the_numbers_are_those_of_tally_solution_and_run() {
+        let json = parsed(facts());
+        assert_eq!(json["job_hash"], "ab".repeat(32));
+        assert_eq!(json["seed"], u64::MAX);
+        assert_eq!(json["paths"], 100);
+        assert_eq!(json["rays_per_second"], 62.5);
+        assert_eq!(json["energy"], json!({"emitted": 100, "absorbed": 85, "escaped": 15}));
+        assert_eq!(json["git"], Value::Null);
+        assert_eq!(json["target"], Value::Null);
+        assert_eq!(json["checks"][0]["ok"], true);
+        assert_eq!(json["model"]["index"], "flat");
+        assert_eq!(json["model"]["emitters"], 1);
+        assert_eq!(json["model"]["patches"], 54);
+    }
+
+    #[test]
+    fn numbers_that_are_not_finite_become_null() {
+        let scene = cube();
+        let mut solution = solution(&scene);
+        solution.estimates[3] = radiosity::Estimate { hits: 0, radiosity: 0.0, ..solution.estimates[3] };
+        let facts = RunFacts { seconds: 0.0, ..facts() };
+        let summary = Summary::new(&scene, &tally(&scene), &solution, facts);
+        let json: Value = serde_json::from_str(&text(&summary)).unwrap();
+        assert_eq!(json["rays_per_second"], Value::Null);
+        assert_eq!(json["max_relative_error"], Value::Null);
+        assert_eq!(json["worst_patch"], 3);
+    }
+
+    #[test]
+    fn a_target_is_judged_by_area() {
+        let scene = cube();
+        let mut solution = solution(&scene);
+        solution.estimates[0].ci_high *= 1e3;
+        let target = |fraction| Target::judge(&scene, &solution, 0.1, fraction);
+        assert!(!target(1.0).reached && target(0.98).reached);
+        assert!((target(1.0).achieved - 52.0 / 53.0).abs() < 1e-12);
+        let json = parsed(RunFacts { target: Some(target(0.98)), ..facts() });
+        assert_eq!(json["target"]["reached"], true);
+        assert_eq!(json["target"]["fraction"], 0.98);
+    }
+
+    #[test]
+    fn the_model_tells_trees_and_sides() {
+        let model = |scene: &Scene| Model::new(scene, &facts().method, 2);
+        assert_eq!(model(&cube()).sides, "one");
+        let mut spec = cornell();
+        spec.surfaces[0].sides = Sides::Both;
+        let mixed = model(&Scene::build(&spec, IndexChoice::Tree).unwrap());
+        assert_eq!((mixed.sides, mixed.index), ("mixed", "tree"));
+        assert!(mixed.why.iter().any(|reason| reason.contains("tree of boxes")));
+    }
+}

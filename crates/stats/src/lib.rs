@@ -1,0 +1,15 @@
+//! Statistics of walks: exact moments of integer scores, confidence intervals that are true from no hit to
+//! many, and the tests by which simulations are judged.
+//!
+//! A score `x` is a walk's whole score on one patch, counted in hits. Its power sums are integers, so they
+//! merge in any order without a trace; floating point begins where an answer is read off.
+
+mod interval;
+mod judge;
+mod moments;
+mod normal;
+
+pub use interval::{Interval, mean_interval};
+pub use judge::{ChiSquare, Coverage, Measured, chi_square_uniform, mean_squared_z};
+pub use moments::{Moments, PowerSums};
+pub use normal::normal_quantile;

@@ -1,0 +1,127 @@
+//! What can be typed.
+
+use std::path::PathBuf;
+
+use clap::{Args, Parser, Subcommand};
+
+/// Distributed Monte Carlo radiosity with confidence intervals that are true.
+#[derive(Parser)]
+#[command(version = crate::BUILD, arg_required_else_help = true)]
+pub struct Cli {
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+#[derive(Subcommand)]
+pub enum Command {
+    /// Shoot a job on worker processes of this machine and write its results
+    Run(RunArgs),
+    /// Coordinate a job for workers that are started elsewhere (`radwalk work`)
+    Coordinate(CoordinateArgs),
+    /// Work for the coordinator of an access file until its job is done
+    Work(WorkArgs),
+    /// Solve the radiosity system of a small scene without any randomness
+    Exact(ExactArgs),
+    /// Check a job or a scene and say what would be modelled, and why
+    Check(CheckArgs),
+}
+
+/// A job and what to change in it.
+#[derive(Args)]
+pub struct JobArgs {
+    /// The job file
+    pub job: PathBuf,
+    /// Total walks (budget.paths)
+    #[arg(long, value_name = "N")]
+    pub paths: Option<u64>,
+    /// The seed
+    #[arg(long, value_name = "S")]
+    pub seed: Option<u64>,
+    /// Set any key of the job, e.g. --set method.space=continuous
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    pub set: Vec<String>,
+}
+
+impl JobArgs {
+    /// Every change as KEY=VALUE.
+    pub fn overrides(&self) -> Vec<String> {
+        let paths = self.paths.map(|paths| format!("budget.paths={paths}"));
+        let seed = self.seed.map(|seed| format!("seed={seed}"));
+        self.set.iter().cloned().chain(paths).chain(seed).collect()
+    }
+}
+
+/// Where results go and what is said on the way.
+#[derive(Args)]
+pub struct OutArgs {
+    /// The output folder [default: out/<job name>]
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Replace results that are in the output folder
+    #[arg(long)]
+    pub force: bool,
+    /// Say nothing but errors
+    #[arg(long)]
+    pub quiet: bool,
+    /// Report progress as JSON lines on stderr
+    #[arg(long)]
+    pub json: bool,
+}
+
+#[derive(Args)]
+pub struct RunArgs {
+    #[command(flatten)]
+    pub job: JobArgs,
+    #[command(flatten)]
+    pub out: OutArgs,
+    /// Worker processes [default: one per core]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
+    pub workers: Option<u32>,
+    /// Threads of each worker
+    #[arg(long, value_name = "T", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1024))]
+    pub threads: u32,
+}
+
+#[derive(Args)]
+pub struct CoordinateArgs {
+    #[command(flatten)]
+    pub job: JobArgs,
+    #[command(flatten)]
+    pub out: OutArgs,
+    /// Where to listen for workers, e.g. 127.0.0.1:7600 (port 0: any free one)
+    #[arg(long, value_name = "HOST:PORT")]
+    pub listen: String,
+    /// The access file to write for workers [default: <output folder>/access.json]
+    #[arg(long, value_name = "FILE")]
+    pub access: Option<PathBuf>,
+}
+
+#[derive(Args)]
+pub struct WorkArgs {
+    /// The access file that the coordinator wrote
+    #[arg(long, value_name = "FILE")]
+    pub access: PathBuf,
+    /// Threads
+    #[arg(long, value_name = "T", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1024))]
+    pub threads: u32,
+    /// Say nothing but panics; the coordinator reports what goes wrong
+    #[arg(long)]
+    pub quiet: bool,
+}
+
+#[derive(Args)]
+pub struct ExactArgs {
+    #[command(flatten)]
+    pub job: JobArgs,
+    #[command(flatten)]
+    pub out: OutArgs,
+}
+
+#[derive(Args)]
+pub struct CheckArgs {
+    /// A job file or a scene file
+    pub file: PathBuf,
+    /// Set any key of the job
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    pub set: Vec<String>,
+}

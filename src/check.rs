@@ -1,0 +1,58 @@
+//! `radwalk check`: validates a job or a scene and says what would be modelled, and why.
+
+use job::{FileKind, Job};
+use radiosity::{IndexChoice, Scene};
+use report::{Method, Model};
+
+use crate::args::CheckArgs;
+use crate::fault::{Fault, Outcome};
+use crate::outputs;
+use crate::replica::MOMENTS;
+
+/// Checks a file and describes it.
+pub fn check(args: &CheckArgs) -> Result<Outcome, Fault> {
+    match job::file_kind(&args.file)? {
+        FileKind::Job => {
+            let job = job::load(&args.file, &args.set)?;
+            let scene = job.build_scene()?;
+            describe_scene(&scene);
+            describe_job(&job, &scene);
+        }
+        FileKind::Scene => {
+            let scene = job::load_scene(&args.file)?.build(IndexChoice::Auto)?;
+            describe_scene(&scene);
+        }
+    }
+    println!("no fault found");
+    Ok(Outcome::Done)
+}
+
+fn describe_scene(scene: &Scene) {
+    let area: f64 = scene.patches().iter().map(|patch| patch.area).sum();
+    let emitters = scene.patches().iter().filter(|patch| patch.emittance > 0.0).count();
+    println!(
+        "scene: {} surfaces, {} patches, {area:.6} m², {emitters} emitting patches of {:.6} W in all",
+        scene.surfaces().len(),
+        scene.patches().len(),
+        scene.total_power()
+    );
+}
+
+fn describe_job(job: &Job, scene: &Scene) {
+    let Method { walk, estimator, space, sampler } = outputs::method(job);
+    println!(
+        "job: {} paths of {space} {estimator} {walk}, {sampler} numbers from seed {}, {} % intervals",
+        job.budget.paths,
+        job.seed,
+        100.0 * job.confidence
+    );
+    if let Some(target) = &job.target {
+        println!(
+            "target: relative half-width {} on {} of the patch area",
+            target.relative_error, target.fraction
+        );
+    }
+    for reason in Model::new(scene, &outputs::method(job), MOMENTS).why {
+        println!("model: {reason}");
+    }
+}

@@ -1,0 +1,44 @@
+//! `radwalk exact`: the radiosity system itself, without any randomness.
+
+use exact::{Exact, WalkEstimator};
+use report::{ExactColumns, OutputFolder};
+
+use crate::args::ExactArgs;
+use crate::coordinate::default_folder;
+use crate::fault::{Fault, Outcome};
+
+/// Solves a job's scene and writes `exact.csv`.
+pub fn exact(args: &ExactArgs) -> Result<Outcome, Fault> {
+    let job = job::load(&args.job.job, &args.job.overrides())?;
+    // The job's own error messages know the line of the file that is at fault.
+    job.build_scene()?;
+    let path = args.out.out.clone().unwrap_or_else(|| default_folder(&job));
+    let folder = OutputFolder::claim(&path, &["exact.csv"], args.out.force)?;
+    let exact = Exact::of_scene(job.scene.spec())?;
+    let columns = columns(&exact);
+    folder.write("exact.csv", |file| report::write_exact(file, &columns))?;
+    if !args.out.quiet {
+        println!("{} patches solved to a residual of {:.1e}", columns.radiosity.len(), exact.solution().residual);
+        println!("form factor rows sum to 1 within {:.1e}", exact.exchange().closure_defect());
+        println!("written to {}", folder.file("exact.csv").display());
+    }
+    Ok(Outcome::Done)
+}
+
+fn columns(exact: &Exact) -> ExactColumns {
+    let solution = exact.solution();
+    let variances = |estimator: WalkEstimator| Some(estimator.variances(exact));
+    ExactColumns {
+        radiosity: solution.radiosity.clone(),
+        reflected: solution.reflected.clone(),
+        irradiance: solution.irradiance.clone(),
+        xi: exact.xi().to_vec(),
+        var_shoot: [
+            variances(WalkEstimator::ShootAbsorption),
+            variances(WalkEstimator::ShootSurvival),
+            variances(WalkEstimator::ShootCollision),
+            None,
+        ],
+        var_gather: [const { None }; 4],
+    }
+}

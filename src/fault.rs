@@ -1,0 +1,94 @@
+//! Every way a command can end, and its exit code.
+
+use std::path::PathBuf;
+
+use thiserror::Error;
+
+/// How a command ended that did what it was asked to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Outcome {
+    /// Done, and the target, if any, is reached.
+    Done,
+    /// The budget or the wall clock ended the job before its target was reached.
+    TargetMissed,
+    /// A signal ended it; what was merged is written.
+    Interrupted,
+}
+
+/// Why a command could not do what it was asked to.
+#[derive(Debug, Error)]
+pub enum Fault {
+    /// The job or its scene is not usable.
+    #[error(transparent)]
+    Job(#[from] job::Error),
+    /// Results cannot be written.
+    #[error(transparent)]
+    Report(#[from] report::Error),
+    /// The scene has no deterministic solution here.
+    #[error(transparent)]
+    Exact(#[from] exact::ExactError),
+    /// An access file cannot be read.
+    #[error("cannot use the access file {path} ({source}); give the file that `radwalk coordinate` wrote")]
+    AccessFile {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        source: std::io::Error,
+    },
+    /// An access file cannot be written.
+    #[error("cannot write the access file {path} ({source}); choose a place that can be written with --access")]
+    AccessFileWrite {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        source: std::io::Error,
+    },
+    /// The address cannot be listened at.
+    #[error("cannot listen at {address} ({source}); choose another address or port with --listen")]
+    Listen {
+        /// host:port.
+        address: String,
+        /// What the system says.
+        source: std::io::Error,
+    },
+    /// This worker could not work.
+    #[error(transparent)]
+    Worker(#[from] cluster::worker::WorkerError),
+    /// The workers are gone.
+    #[error("no worker is left ({0}); see the messages above, then run the job again")]
+    NoWorkers(String),
+    /// A sum of the tally overflowed.
+    #[error("a sum of the tally overflowed (scores are too many or too large to be kept exactly); use fewer paths")]
+    Overflow,
+    /// The system refused something that it should not.
+    #[error("{doing} failed ({source}); this is a fault of the system, not of the job")]
+    System {
+        /// What was done.
+        doing: &'static str,
+        /// What the system says.
+        source: std::io::Error,
+    },
+}
+
+impl Outcome {
+    /// 0, 1 or 130.
+    pub fn exit_code(self) -> u8 {
+        match self {
+            Outcome::Done => 0,
+            Outcome::TargetMissed => 1,
+            Outcome::Interrupted => 130,
+        }
+    }
+}
+
+impl Fault {
+    /// 2 for bad input, 3 for a failed cluster.
+    pub fn exit_code(&self) -> u8 {
+        match self {
+            Fault::Job(_) | Fault::Report(_) | Fault::Exact(_) => 2,
+            Fault::AccessFile { .. } | Fault::AccessFileWrite { .. } => 2,
+            Fault::Listen { .. } | Fault::Worker(_) | Fault::NoWorkers(_) => 3,
+            Fault::Overflow | Fault::System { .. } => 3,
+        }
+    }
+}

@@ -1,0 +1,105 @@
+//! The worker processes of `radwalk run`: started, replaced when they die, taken down at the end.
+
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+
+use cluster::coordinator::Notice;
+
+use crate::work::name;
+
+/// So many deaths in a row, times the number of workers, without any progress of the job, and no more are
+/// started: whatever kills them will kill the next.
+const FUTILE_DEATHS: usize = 3;
+
+/// The children of this process.
+pub struct LocalWorkers {
+    access: PathBuf,
+    threads: u32,
+    children: Vec<Child>,
+    wanted: usize,
+    deaths: usize,
+    walks_at_last_death: u64,
+    /// What was last seen to go wrong.
+    pub trouble: String,
+}
+
+impl LocalWorkers {
+    /// None yet; `access` is the file that lets them in.
+    pub fn new(access: &Path, wanted: usize, threads: u32) -> Self {
+        LocalWorkers {
+            access: access.into(),
+            threads,
+            children: Vec::new(),
+            wanted,
+            deaths: 0,
+            walks_at_last_death: 0,
+            trouble: String::new(),
+        }
+    }
+
+    /// Starts what is missing; `walks` is how far the job is. Returns false when it is futile.
+    pub fn tend(&mut self, walks: u64) -> bool {
+        self.bury(walks);
+        while self.children.len() < self.wanted {
+            if self.deaths >= FUTILE_DEATHS * self.wanted {
+                return !self.children.is_empty();
+            }
+            match self.start() {
+                Ok(child) => self.children.push(child),
+                Err(error) => {
+                    self.trouble = format!("a worker process cannot be started: {error}");
+                    self.deaths += 1;
+                }
+            }
+        }
+        true
+    }
+
+    /// Forgets the children that have died.
+    fn bury(&mut self, walks: u64) {
+        let mut living = Vec::with_capacity(self.children.len());
+        for mut child in self.children.drain(..) {
+            match child.try_wait() {
+                Ok(None) => living.push(child),
+                Ok(Some(status)) => {
+                    self.trouble = format!("worker process {} ended with {status}", child.id());
+                    self.deaths = if walks > self.walks_at_last_death { 1 } else { self.deaths + 1 };
+                    self.walks_at_last_death = walks;
+                }
+                Err(error) => self.trouble = format!("worker process {} cannot be watched: {error}", child.id()),
+            }
+        }
+        self.children = living;
+    }
+
+    fn start(&self) -> std::io::Result<Child> {
+        let mut command = Command::new(std::env::current_exe()?);
+        command.arg("work").arg("--access").arg(&self.access).arg("--quiet");
+        command.arg("--threads").arg(self.threads.to_string());
+        command.stdin(Stdio::null()).stdout(Stdio::null());
+        // A Ctrl-C on the terminal is for the coordinator, which takes its workers down in good order.
+        #[cfg(unix)]
+        std::os::unix::process::CommandExt::process_group(&mut command, 0);
+        command.spawn()
+    }
+
+    /// A worker that the coordinator has given up is of no use any more, though its process may live on.
+    pub fn heed(&mut self, notice: &Notice) {
+        if let Notice::Lost { name: lost, .. } = notice
+            && let Some(child) = self.children.iter_mut().find(|child| name(child.id()) == *lost)
+        {
+            // It may have died by itself meanwhile.
+            let _ = child.kill();
+        }
+    }
+}
+
+impl Drop for LocalWorkers {
+    fn drop(&mut self) {
+        for child in &mut self.children {
+            // Workers leave by themselves when the job is done; whoever has not, has nothing left to do.
+            let _ = child.kill();
+            let _ = child.wait();
+        }
+    }
+}

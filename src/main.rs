@@ -1,0 +1,44 @@
+//! `radwalk`: arguments, progress, exit codes; the only place that prints.
+
+mod args;
+mod check;
+mod coordinate;
+mod exact_command;
+mod fault;
+mod local;
+mod outputs;
+mod progress;
+mod replica;
+mod signals;
+mod work;
+
+use std::process::ExitCode;
+
+use clap::Parser;
+
+use crate::args::{Cli, Command};
+
+/// Version and commit: workers join only coordinators of the same build.
+pub const BUILD: &str = concat!(env!("CARGO_PKG_VERSION"), "+", env!("RADWALK_GIT"));
+
+fn main() -> ExitCode {
+    let command = Cli::parse().command;
+    // The coordinator that started a quiet worker says what becomes of it.
+    let silent = matches!(&command, Command::Work(args) if args.quiet);
+    let done = match command {
+        Command::Run(args) => coordinate::run(&args),
+        Command::Coordinate(args) => coordinate::coordinate(&args),
+        Command::Work(args) => work::work(&args),
+        Command::Exact(args) => exact_command::exact(&args),
+        Command::Check(args) => check::check(&args),
+    };
+    match done {
+        Ok(outcome) => ExitCode::from(outcome.exit_code()),
+        Err(fault) => {
+            if !silent {
+                eprintln!("radwalk: {fault}");
+            }
+            ExitCode::from(fault.exit_code())
+        }
+    }
+}

@@ -1,0 +1,162 @@
+//! What a run leaves behind: its output folder, and a few lines on screen.
+
+use std::path::Path;
+
+use cluster::coordinator::Coordinator;
+use job::{Job, Target, Word};
+use radiosity::{Scene, Solution, Tally};
+use report::{Check, Method, OutputFolder, RunFacts, Summary};
+
+use crate::args::OutArgs;
+use crate::fault::Fault;
+use crate::progress::{duration, percent, quantity};
+
+/// The files of a run, in the order they are written: the tally first, since all else follows from it.
+const RUN_FILES: &[&str] = &["tally.bin", "patches.csv", "summary.json", "radiosity.png"];
+
+/// The output folder of a run.
+pub struct RunOutput {
+    folder: OutputFolder,
+}
+
+impl RunOutput {
+    /// Claims the folder.
+    ///
+    /// # Errors
+    /// Where it holds results and `force` is not given.
+    pub fn new(path: &Path, force: bool) -> Result<Self, Fault> {
+        Ok(RunOutput { folder: OutputFolder::claim(path, RUN_FILES, force)? })
+    }
+
+    /// Where it is.
+    pub fn path(&self) -> &Path {
+        self.folder.path()
+    }
+
+    /// Writes the results of the walks that are in, and says what they are. Nothing is written where none is.
+    ///
+    /// # Errors
+    /// Where a file cannot be written.
+    pub fn write(&self, job: &Job, scene: &Scene, coordinator: &Coordinator, out: &OutArgs) -> Result<(), Fault> {
+        let tally = coordinator.prefix();
+        if tally.counts.walks == 0 {
+            eprintln!("radwalk: no walk was finished, so nothing is written to {}", self.path().display());
+            return Ok(());
+        }
+        let solution = Solution::of_shooting(scene, tally, job.confidence);
+        let facts = facts(job, scene, &solution, coordinator);
+        let summary = Summary::new(scene, tally, &solution, facts);
+        let radiosities: Vec<f64> = solution.estimates.iter().map(|estimate| estimate.radiosity).collect();
+        let picture = report::Picture::render(scene, &radiosities);
+        self.folder.write("tally.bin", |file| {
+            report::write_tally(file, &summary.job_hash, &summary.scene_hash, tally)
+        })?;
+        self.folder.write("patches.csv", |file| report::write_patches(file, scene, &solution))?;
+        self.folder.write("summary.json", |file| summary.write(file))?;
+        self.folder.write("radiosity.png", |file| picture.write_png(file))?;
+        if out.json {
+            eprintln!("{}", serde_json::json!({"event": "done", "out": self.path(), "paths": summary.paths}));
+        } else if !out.quiet {
+            self.say(&summary, scene, job);
+        }
+        Ok(())
+    }
+
+    /// A few lines for people.
+    fn say(&self, summary: &Summary, scene: &Scene, job: &Job) {
+        let whole = if summary.paths < job.budget.paths { format!(" of {}", job.budget.paths) } else { String::new() };
+        println!(
+            "{}{whole} paths, {} rays in {} by {} workers: {} paths/s, {} rays/s",
+            summary.paths,
+            summary.rays,
+            duration(summary.seconds),
+            summary.workers_seen,
+            quantity(summary.paths_per_second),
+            quantity(summary.rays_per_second)
+        );
+        let precision = &summary.precision;
+        let worst = precision.worst_patch.map_or(String::new(), |patch| {
+            let surface = scene.surface_name(scene.patches()[patch as usize].surface);
+            format!(", worst {} (patch {patch} on {surface})", percent(precision.max_relative_error))
+        });
+        println!(
+            "half-widths of the {} % intervals: rms {}{worst}",
+            100.0 * summary.confidence,
+            percent(precision.rms_relative_error)
+        );
+        for check in summary.checks.iter().filter(|check| !check.ok) {
+            println!("note: {}", check.message);
+        }
+        if let Some(target) = &summary.target {
+            let verdict = if target.reached { "reached" } else { "not reached" };
+            println!(
+                "target {verdict}: {:.2} % of the patch area is within {}",
+                100.0 * target.achieved,
+                percent(target.relative_error)
+            );
+        }
+        println!("written to {}", self.path().display());
+    }
+}
+
+/// Whether the tally of a prefix meets a target.
+pub fn target_met(target: &Target, scene: &Scene, tally: &Tally, confidence: f64) -> bool {
+    tally.counts.walks > 0 && judge(target, scene, &Solution::of_shooting(scene, tally, confidence)).reached
+}
+
+fn judge(target: &Target, scene: &Scene, solution: &Solution) -> report::Target {
+    report::Target::judge(scene, solution, target.relative_error, target.fraction)
+}
+
+fn facts(job: &Job, scene: &Scene, solution: &Solution, coordinator: &Coordinator) -> RunFacts {
+    let effort = coordinator.effort();
+    let git = env!("RADWALK_GIT");
+    RunFacts {
+        version: env!("CARGO_PKG_VERSION").into(),
+        git: (git != "unknown").then(|| git.into()),
+        job_hash: job::job_hash(scene.hash(), &job.method, job.seed),
+        seed: job.seed,
+        method: method(job),
+        seconds: effort.seconds,
+        cpu_seconds: effort.cpu_seconds,
+        workers_seen: effort.workers_seen,
+        workers_lost: effort.workers_lost,
+        streams: effort.streams,
+        streams_reissued: effort.streams_reissued,
+        target: job.target.as_ref().map(|target| judge(target, scene, solution)),
+        checks: checks(scene, solution, coordinator.prefix()),
+    }
+}
+
+/// The method in the words of job files.
+pub fn method(job: &Job) -> Method {
+    Method {
+        walk: job.method.walk.word().into(),
+        estimator: job.method.estimator.word().into(),
+        space: job.method.space.word().into(),
+        sampler: job.method.sampler.word().into(),
+    }
+}
+
+/// What is verified of every run, and said in words where it fails.
+fn checks(scene: &Scene, solution: &Solution, tally: &Tally) -> Vec<Check> {
+    let check = |name: &str, ok, message| Check { name: name.into(), ok, message };
+    let counts = tally.counts;
+    let ended = counts.absorbed + counts.absorbed_back + counts.escaped;
+    let unhit = solution.precision(scene).unhit_patches;
+    let rare = solution.estimates.iter().filter(|estimate| estimate.is_rare()).count() as u64;
+    vec![
+        check(
+            "energy",
+            ended == counts.walks,
+            format!("{} walks were emitted, {ended} absorbed or escaped", counts.walks),
+        ),
+        check(
+            "backs",
+            counts.absorbed_back == 0,
+            format!("{} walks ended on the back of a one-sided surface", counts.absorbed_back),
+        ),
+        check("unhit", unhit == 0, format!("{unhit} reflecting patches were hit by no walk: only bounds are known")),
+        check("rare", rare == 0, format!("{rare} patches were hit fewer than 10 times: trust their intervals, not their values")),
+    ]
+}

@@ -1,0 +1,217 @@
+//! What is shown while a job runs: a bar on a terminal, a line now and then elsewhere, JSON lines on request.
+
+use std::io::IsTerminal;
+use std::time::{Duration, Instant};
+
+use cluster::coordinator::{Coordinator, Notice};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use radiosity::{Precision, Scene, Solution};
+use serde_json::json;
+
+use crate::args::OutArgs;
+
+/// Between two updates of a bar or of JSON lines.
+const INTERVAL: Duration = Duration::from_millis(500);
+
+/// Between two lines where stderr is no terminal.
+const PLAIN_INTERVAL: Duration = Duration::from_secs(30);
+
+/// Estimating the errors may take at most this part of the time.
+const ERROR_SHARE: u32 = 20;
+
+enum Style {
+    Quiet,
+    Json,
+    Bar(ProgressBar),
+    Plain,
+}
+
+/// The display of one run.
+pub struct Display<'a> {
+    style: Style,
+    scene: &'a Scene,
+    confidence: f64,
+    paths: u64,
+    began: Instant,
+    shown: Instant,
+    /// When walks first came in: rates count from there.
+    shooting_since: Option<Instant>,
+    precision: Option<Precision>,
+    next_precision: Instant,
+}
+
+impl<'a> Display<'a> {
+    /// A display in the style that was asked for and that stderr can show.
+    pub fn new(args: &OutArgs, scene: &'a Scene, paths: u64, confidence: f64) -> Self {
+        let style = match () {
+            () if args.json => Style::Json,
+            () if args.quiet => Style::Quiet,
+            () if std::io::stderr().is_terminal() => Style::Bar(bar(paths)),
+            () => Style::Plain,
+        };
+        let now = Instant::now();
+        Display {
+            style,
+            scene,
+            confidence,
+            paths,
+            began: now,
+            shown: now,
+            shooting_since: None,
+            precision: None,
+            next_precision: now + INTERVAL,
+        }
+    }
+
+    /// Says something that stays.
+    pub fn note(&self, text: &str) {
+        match &self.style {
+            Style::Quiet => {}
+            Style::Json => eprintln!("{}", json!({"event": "note", "text": text})),
+            Style::Bar(bar) => bar.suspend(|| eprintln!("{text}")),
+            Style::Plain => eprintln!("{text}"),
+        }
+    }
+
+    /// Says what happened to a worker.
+    pub fn notice(&self, notice: &Notice) {
+        self.note(&notice.to_string());
+    }
+
+    /// Shows where the job stands, if it is time to.
+    pub fn update(&mut self, coordinator: &Coordinator) {
+        let now = Instant::now();
+        let interval = match self.style {
+            Style::Quiet => return,
+            Style::Plain => PLAIN_INTERVAL,
+            Style::Json | Style::Bar(_) => INTERVAL,
+        };
+        if coordinator.progress().walks > 0 {
+            self.shooting_since.get_or_insert(now);
+        }
+        if now - self.shown < interval {
+            return;
+        }
+        self.shown = now;
+        self.estimate_precision(coordinator, now);
+        self.show(coordinator);
+    }
+
+    /// Estimates the errors of the prefix, as often as is cheap.
+    fn estimate_precision(&mut self, coordinator: &Coordinator, now: Instant) {
+        if now < self.next_precision || coordinator.prefix().counts.walks == 0 {
+            return;
+        }
+        let solution = Solution::of_shooting(self.scene, coordinator.prefix(), self.confidence);
+        self.precision = Some(solution.precision(self.scene));
+        self.next_precision = now + now.elapsed() * ERROR_SHARE;
+    }
+
+    fn show(&self, coordinator: &Coordinator) {
+        let progress = coordinator.progress();
+        let seconds = self.shooting_since.map_or(0.0, |since| since.elapsed().as_secs_f64());
+        let counts = coordinator.prefix().counts;
+        let paths_per_second = if seconds > 0.0 { progress.walks as f64 / seconds } else { 0.0 };
+        let rays_per_path = counts.rays as f64 / counts.walks.max(1) as f64;
+        let rays_per_second = paths_per_second * rays_per_path;
+        let seconds_left = (self.paths - progress.walks) as f64 / paths_per_second;
+        match &self.style {
+            Style::Quiet => {}
+            // JSON has no infinity; serde_json writes null.
+            Style::Json => eprintln!(
+                "{}",
+                json!({
+                    "event": "progress",
+                    "seconds": self.began.elapsed().as_secs_f64(),
+                    "paths": progress.walks,
+                    "paths_total": self.paths,
+                    "paths_per_second": paths_per_second,
+                    "rays_per_second": rays_per_second,
+                    "workers": progress.workers,
+                    "rms_relative_error": self.precision.map(|p| p.rms_relative_error),
+                    "max_relative_error": self.precision.map(|p| p.max_relative_error),
+                    "seconds_left": seconds_left,
+                })
+            ),
+            Style::Bar(bar) => {
+                bar.set_position(progress.walks);
+                bar.set_message(self.line(progress.workers, paths_per_second, rays_per_second, seconds_left));
+            }
+            Style::Plain => eprintln!(
+                "{} of {} paths, {}",
+                progress.walks,
+                self.paths,
+                self.line(progress.workers, paths_per_second, rays_per_second, seconds_left)
+            ),
+        }
+    }
+
+    fn line(&self, workers: usize, paths_per_second: f64, rays_per_second: f64, seconds_left: f64) -> String {
+        let errors = self.precision.map_or(String::new(), |p| {
+            format!(" · error rms {} worst {}", percent(p.rms_relative_error), percent(p.max_relative_error))
+        });
+        let left = if seconds_left.is_finite() { format!(" · {} left", duration(seconds_left)) } else { String::new() };
+        let plural = if workers == 1 { "" } else { "s" };
+        format!(
+            "{workers} worker{plural} · {} paths/s · {} rays/s{errors}{left}",
+            quantity(paths_per_second),
+            quantity(rays_per_second)
+        )
+    }
+
+    /// Clears the display at the end.
+    pub fn finish(&self) {
+        if let Style::Bar(bar) = &self.style {
+            bar.finish_and_clear();
+        }
+    }
+}
+
+fn bar(paths: u64) -> ProgressBar {
+    let bar = ProgressBar::with_draw_target(Some(paths), ProgressDrawTarget::stderr());
+    let style = ProgressStyle::with_template("{bar:24} {percent:>3} % · {wide_msg}");
+    bar.set_style(style.expect("the template is fixed and valid"));
+    bar
+}
+
+/// A number with three digits and a prefix: 1.23 M.
+pub fn quantity(x: f64) -> String {
+    let (scaled, prefix) = match x {
+        x if x >= 1e9 => (x / 1e9, " G"),
+        x if x >= 1e6 => (x / 1e6, " M"),
+        x if x >= 1e3 => (x / 1e3, " k"),
+        x => (x, ""),
+    };
+    let decimals = if scaled >= 100.0 { 0 } else if scaled >= 10.0 { 1 } else { 2 };
+    format!("{scaled:.decimals$}{prefix}")
+}
+
+/// A relative error in percent.
+pub fn percent(x: f64) -> String {
+    if x.is_finite() { format!("{:.3} %", 100.0 * x) } else { "unknown".into() }
+}
+
+/// Seconds as people read them.
+pub fn duration(seconds: f64) -> String {
+    match seconds {
+        s if s < 60.0 => format!("{s:.1} s"),
+        s if s < 3600.0 => format!("{:.0} min {:.0} s", (s / 60.0).floor(), s % 60.0),
+        s if s < 172_800.0 => format!("{:.0} h {:.0} min", (s / 3600.0).floor(), (s % 3600.0) / 60.0),
+        s => format!("{:.1} days", s / 86_400.0),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_short() {
+        assert_eq!(quantity(1_234_567.0), "1.23 M");
+        assert_eq!(quantity(0.0), "0.00");
+        assert_eq!(percent(0.01234), "1.234 %");
+        assert_eq!(percent(f64::INFINITY), "unknown");
+        assert_eq!(duration(75.0), "1 min 15 s");
+        assert_eq!(duration(7300.0), "2 h 2 min");
+    }
+}
