@@ -26,7 +26,8 @@ pub fn run(args: &RunArgs) -> Result<Outcome, Fault> {
         Some(workers) => workers as usize,
         None => std::thread::available_parallelism().map_or(1, usize::from),
     };
-    let folder = tempfile::tempdir().map_err(|source| Fault::System { doing: "making a temporary folder", source })?;
+    let folder =
+        tempfile::tempdir().map_err(|source| Fault::System { doing: "making a temporary folder", source })?;
     let access_file = folder.path().join("access.json");
     let (listener, access) = listen("127.0.0.1:0", &access_file)?;
     let mut workers = LocalWorkers::new(&access_file, wanted, args.threads);
@@ -86,8 +87,10 @@ impl Prepared {
 
     fn plan(&self) -> Result<Plan, Fault> {
         let Job { budget, target, confidence, .. } = &self.job;
-        let message = replica::encode(&self.job, &self.scene)
-            .map_err(|error| Fault::System { doing: "packing the job", source: std::io::Error::other(error) })?;
+        let message = replica::encode(&self.job, &self.scene).map_err(|error| Fault::System {
+            doing: "packing the job",
+            source: std::io::Error::other(error),
+        })?;
         let met = target.map(|target| {
             let (scene, confidence) = (self.scene.clone(), *confidence);
             Box::new(move |tally: &Tally| outputs::target_met(&target, &scene, tally, confidence))
@@ -116,7 +119,12 @@ impl Prepared {
         mut workers: Option<&mut LocalWorkers>,
     ) -> Result<Outcome, Fault> {
         let mut coordinator = Coordinator::new(self.plan()?, access);
-        let display = std::cell::RefCell::new(Display::new(out, &self.scene, self.job.budget.paths, self.job.confidence));
+        let display = std::cell::RefCell::new(Display::new(
+            out,
+            &self.scene,
+            self.job.budget.paths,
+            self.job.confidence,
+        ));
         let notices = std::cell::RefCell::new(Vec::new());
         let owner = |coordinator: &Coordinator| {
             let mut display = display.borrow_mut();
@@ -140,7 +148,10 @@ impl Prepared {
             .map_err(|source| Fault::System { doing: "serving the workers", source })?;
         display.borrow().finish();
         drop(display);
-        self.output.write(&self.job, &self.scene, &coordinator, out)?;
+        // After an overflow the sums are no longer those of any walks.
+        if ending != Ending::Overflow {
+            self.output.write(&self.job, &self.scene, &coordinator, out)?;
+        }
         self.outcome(ending, coordinator.prefix(), workers)
     }
 

@@ -18,7 +18,11 @@ pub fn exact(args: &ExactArgs) -> Result<Outcome, Fault> {
     let columns = columns(&exact);
     folder.write("exact.csv", |file| report::write_exact(file, &columns))?;
     if !args.out.quiet {
-        println!("{} patches solved to a residual of {:.1e}", columns.radiosity.len(), exact.solution().residual);
+        println!(
+            "{} patches solved to a residual of {:.1e}",
+            columns.radiosity.len(),
+            exact.solution().residual
+        );
         println!("form factor rows sum to 1 within {:.1e}", exact.exchange().closure_defect());
         println!("written to {}", folder.file("exact.csv").display());
     }

@@ -36,7 +36,9 @@ pub enum Fault {
         source: std::io::Error,
     },
     /// An access file cannot be written.
-    #[error("cannot write the access file {path} ({source}); choose a place that can be written with --access")]
+    #[error(
+        "cannot write the access file {path} ({source}); choose a place that can be written with --access"
+    )]
     AccessFileWrite {
         /// The file.
         path: PathBuf,
@@ -58,7 +60,9 @@ pub enum Fault {
     #[error("no worker is left ({0}); see the messages above, then run the job again")]
     NoWorkers(String),
     /// A sum of the tally overflowed.
-    #[error("a sum of the tally overflowed (scores are too many or too large to be kept exactly); use fewer paths")]
+    #[error(
+        "a sum of the tally overflowed (scores are too many or too large to be kept exactly); use fewer paths"
+    )]
     Overflow,
     /// The system refused something that it should not.
     #[error("{doing} failed ({source}); this is a fault of the system, not of the job")]

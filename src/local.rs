@@ -66,7 +66,9 @@ impl LocalWorkers {
                     self.deaths = if walks > self.walks_at_last_death { 1 } else { self.deaths + 1 };
                     self.walks_at_last_death = walks;
                 }
-                Err(error) => self.trouble = format!("worker process {} cannot be watched: {error}", child.id()),
+                Err(error) => {
+                    self.trouble = format!("worker process {} cannot be watched: {error}", child.id())
+                }
             }
         }
         self.children = living;

@@ -37,7 +37,13 @@ impl RunOutput {
     ///
     /// # Errors
     /// Where a file cannot be written.
-    pub fn write(&self, job: &Job, scene: &Scene, coordinator: &Coordinator, out: &OutArgs) -> Result<(), Fault> {
+    pub fn write(
+        &self,
+        job: &Job,
+        scene: &Scene,
+        coordinator: &Coordinator,
+        out: &OutArgs,
+    ) -> Result<(), Fault> {
         let tally = coordinator.prefix();
         if tally.counts.walks == 0 {
             eprintln!("radwalk: no walk was finished, so nothing is written to {}", self.path().display());
@@ -64,7 +70,11 @@ impl RunOutput {
 
     /// A few lines for people.
     fn say(&self, summary: &Summary, scene: &Scene, job: &Job) {
-        let whole = if summary.paths < job.budget.paths { format!(" of {}", job.budget.paths) } else { String::new() };
+        let whole = if summary.paths < job.budget.paths {
+            format!(" of {}", job.budget.paths)
+        } else {
+            String::new()
+        };
         println!(
             "{}{whole} paths, {} rays in {} by {} workers: {} paths/s, {} rays/s",
             summary.paths,
@@ -156,7 +166,15 @@ fn checks(scene: &Scene, solution: &Solution, tally: &Tally) -> Vec<Check> {
             counts.absorbed_back == 0,
             format!("{} walks ended on the back of a one-sided surface", counts.absorbed_back),
         ),
-        check("unhit", unhit == 0, format!("{unhit} reflecting patches were hit by no walk: only bounds are known")),
-        check("rare", rare == 0, format!("{rare} patches were hit fewer than 10 times: trust their intervals, not their values")),
+        check(
+            "unhit",
+            unhit == 0,
+            format!("{unhit} reflecting patches were hit by no walk: only bounds are known"),
+        ),
+        check(
+            "rare",
+            rare == 0,
+            format!("{rare} patches were hit fewer than 10 times: trust their intervals, not their values"),
+        ),
     ]
 }

@@ -150,7 +150,11 @@ impl<'a> Display<'a> {
         let errors = self.precision.map_or(String::new(), |p| {
             format!(" · error rms {} worst {}", percent(p.rms_relative_error), percent(p.max_relative_error))
         });
-        let left = if seconds_left.is_finite() { format!(" · {} left", duration(seconds_left)) } else { String::new() };
+        let left = if seconds_left.is_finite() {
+            format!(" · {} left", duration(seconds_left))
+        } else {
+            String::new()
+        };
         let plural = if workers == 1 { "" } else { "s" };
         format!(
             "{workers} worker{plural} · {} paths/s · {} rays/s{errors}{left}",
@@ -182,7 +186,13 @@ pub fn quantity(x: f64) -> String {
         x if x >= 1e3 => (x / 1e3, " k"),
         x => (x, ""),
     };
-    let decimals = if scaled >= 100.0 { 0 } else if scaled >= 10.0 { 1 } else { 2 };
+    let decimals = if scaled >= 100.0 {
+        0
+    } else if scaled >= 10.0 {
+        1
+    } else {
+        2
+    };
     format!("{scaled:.decimals$}{prefix}")
 }
 

@@ -5,7 +5,9 @@ use std::ops::Range;
 use cluster::codec::{CodecError, decode_serde, encode_serde};
 use cluster::worker::Work;
 use job::Method;
-use radiosity::{IndexChoice, Overflow, Scene, SceneSpec, Scoreboard, Sequence, Space, Tally, shoot_collision};
+use radiosity::{
+    IndexChoice, Overflow, Scene, SceneSpec, Scoreboard, Sequence, Space, Tally, shoot_collision,
+};
 use serde::{Deserialize, Serialize};
 
 /// Σx and Σx²: what intervals need.
@@ -25,7 +27,12 @@ pub struct Wire {
 /// # Errors
 /// Where the scene is too large for one message.
 pub fn encode(job: &job::Job, scene: &Scene) -> Result<Vec<u8>, CodecError> {
-    let wire = Wire { scene: job.scene.spec().clone(), method: job.method.clone(), seed: job.seed, tree: scene.has_tree() };
+    let wire = Wire {
+        scene: job.scene.spec().clone(),
+        method: job.method.clone(),
+        seed: job.seed,
+        tree: scene.has_tree(),
+    };
     encode_serde(&wire)
 }
 

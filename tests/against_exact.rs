@@ -70,10 +70,9 @@ fn cases() -> [Case; 3] {
 /// Six patches, R + E = 1 (BS table 1).
 fn cube6(reflectance: f64) -> SceneSpec {
     let shapes = common::box_walls(DVec3::ONE, [1, 1]);
-    let surfaces = shapes.into_iter().map(|shape| radiosity::SurfaceSpec {
-        emittance: 1.0 - reflectance,
-        ..surface(shape, reflectance)
-    });
+    let surfaces = shapes
+        .into_iter()
+        .map(|shape| radiosity::SurfaceSpec { emittance: 1.0 - reflectance, ..surface(shape, reflectance) });
     SceneSpec { surfaces: surfaces.collect() }
 }
 
@@ -114,17 +113,25 @@ fn radiosities_are_unbiased_and_their_errors_true() {
 /// false-alarm rate 10⁻⁹.
 #[test]
 fn intervals_of_rare_patches_cover() {
-    let mut classes = [(10.0, 100.0, Coverage::default()), (1.0, 10.0, Coverage::default()), (0.1, 1.0, Coverage::default())];
+    let mut classes = [
+        (10.0, 100.0, Coverage::default()),
+        (1.0, 10.0, Coverage::default()),
+        (0.1, 1.0, Coverage::default()),
+    ];
     for case in cases() {
         for walks in [30, 300, 3_000] {
             for seed in 1001..=1600 {
-                let solution = Solution::of_shooting(&case.scene, &shoot::<2>(&case.scene, seed, walks), 0.95);
+                let solution =
+                    Solution::of_shooting(&case.scene, &shoot::<2>(&case.scene, seed, walks), 0.95);
                 for patch in case.receivers() {
                     let expected = case.expected_hits(patch, walks);
                     let estimate = solution.estimates[patch];
                     for (low, high, coverage) in &mut classes {
                         if (*low..*high).contains(&expected) {
-                            coverage.record(&Interval { low: estimate.ci_low, high: estimate.ci_high }, case.truth(patch));
+                            coverage.record(
+                                &Interval { low: estimate.ci_low, high: estimate.ci_high },
+                                case.truth(patch),
+                            );
                         }
                     }
                 }

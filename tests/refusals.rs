@@ -33,7 +33,10 @@ fn bad_jobs_and_scenes_are_refused_in_words() {
         ("0.5", "1", "[[0,0,0],[1,0,0]]", "quad"),
     ];
     for (r, e, quad, word) in cases {
-        let text = scene.replace("= R\n", &format!("= {r}\n")).replace("= E\n", &format!("= {e}\n")).replace("QUAD", quad);
+        let text = scene
+            .replace("= R\n", &format!("= {r}\n"))
+            .replace("= E\n", &format!("= {e}\n"))
+            .replace("QUAD", quad);
         let (scene, job) = (path(&folder, "scene.toml"), path(&folder, "job.toml"));
         fs::write(&scene, text).unwrap();
         fs::write(&job, "scene = \"scene.toml\"\n[budget]\npaths = 1000\n").unwrap();
@@ -81,7 +84,10 @@ fn an_output_folder_in_use_is_refused_and_kept() {
 fn a_cluster_that_cannot_be_is_exit_code_3() {
     let folder = tempdir().unwrap();
     let out = path(&folder, "out");
-    let message = refused(3, &["coordinate", "configs/cube54.toml", "--listen", "256.1.1.1:0", "--out", out.to_str().unwrap()]);
+    let message = refused(
+        3,
+        &["coordinate", "configs/cube54.toml", "--listen", "256.1.1.1:0", "--out", out.to_str().unwrap()],
+    );
     assert!(message.contains("256.1.1.1"), "{message}");
     let access = path(&folder, "access.json");
     refused(2, &["work", "--access", access.to_str().unwrap()]);

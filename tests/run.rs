@@ -4,7 +4,9 @@ mod support;
 
 use std::process::Stdio;
 
-use support::{answer, children, columns, finish, numbers, path, radwalk, run, run_job, signal, summary, wait_for};
+use support::{
+    answer, children, columns, finish, numbers, path, radwalk, run, run_job, signal, summary, wait_for,
+};
 use tempfile::tempdir;
 
 #[test]
@@ -66,14 +68,18 @@ fn workers_killed_at_random_leave_no_trace_in_the_answer() {
 fn a_worker_that_hangs_is_replaced() {
     let folder = tempdir().unwrap();
     let out = path(&folder, "out");
-    let job = ["run", "configs/cube54.toml", "--paths", "2000000", "--workers", "2", "--quiet", "--out"];
+    let job = ["run", "configs/cube54.toml", "--paths", "30000000", "--workers", "2", "--quiet", "--out"];
     let child = radwalk().args(job).arg(&out).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
     let workers = wait_for("two workers", || Some(children(child.id())).filter(|list| list.len() == 2));
+    std::thread::sleep(std::time::Duration::from_millis(700));
     signal("STOP", workers[0]);
     let (code, ..) = finish(child);
     assert_eq!(code, 0);
+    let lost = summary(&out);
+    assert_eq!(lost["workers_lost"], 1, "{lost}");
+    assert!(lost["streams_reissued"].as_u64().unwrap() > 0, "it held leases: {lost}");
     let straight = path(&folder, "straight");
-    run_job("configs/cube54.toml", &straight, &["--paths", "2000000"]);
+    run_job("configs/cube54.toml", &straight, &["--paths", "30000000"]);
     assert!(answer(&out) == answer(&straight));
     wait_for("the end of the hanging worker", || (!alive(workers[0])).then_some(()));
 }
@@ -88,8 +94,10 @@ fn a_signal_ends_a_run_in_good_order_with_a_prefix() {
     for name in ["INT", "TERM"] {
         let folder = tempdir().unwrap();
         let out = path(&folder, "out");
-        let job = ["run", "configs/cube54.toml", "--paths", "100000000000", "--workers", "2", "--json", "--out"];
-        let child = radwalk().args(job).arg(&out).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
+        let job =
+            ["run", "configs/cube54.toml", "--paths", "100000000000", "--workers", "2", "--json", "--out"];
+        let child =
+            radwalk().args(job).arg(&out).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
         let workers = wait_for("two workers", || Some(children(child.id())).filter(|list| list.len() == 2));
         std::thread::sleep(std::time::Duration::from_millis(700));
         signal(name, child.id());
@@ -109,7 +117,8 @@ fn workers_outlive_no_coordinator() {
     let folder = tempdir().unwrap();
     let out = path(&folder, "out");
     let job = ["run", "configs/cube54.toml", "--paths", "100000000000", "--workers", "2", "--quiet", "--out"];
-    let mut child = radwalk().args(job).arg(&out).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
+    let mut child =
+        radwalk().args(job).arg(&out).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
     let workers = wait_for("two workers", || Some(children(child.id())).filter(|list| list.len() == 2));
     child.kill().unwrap();
     child.wait().unwrap();
@@ -121,7 +130,15 @@ fn separate_coordinator_and_workers_give_the_same_answer() {
     let folder = tempdir().unwrap();
     let (out, access) = (path(&folder, "out"), path(&folder, "access.json"));
     let coordinator = radwalk()
-        .args(["coordinate", "configs/cube54.toml", "--paths", "500000", "--quiet", "--listen", "127.0.0.1:0"])
+        .args([
+            "coordinate",
+            "configs/cube54.toml",
+            "--paths",
+            "500000",
+            "--quiet",
+            "--listen",
+            "127.0.0.1:0",
+        ])
         .arg("--out")
         .arg(&out)
         .arg("--access")
@@ -180,7 +197,8 @@ fn a_run_leaves_the_files_of_the_format() {
     let patches = table["patch"].len();
     assert_eq!(summary["model"]["patches"], patches);
     // B = E/(1 − R): all patches alike, whatever their shape. The sum over all is good to 0.1 %.
-    let (b, e, r) = (numbers(&table["radiosity"]), numbers(&table["emittance"]), numbers(&table["reflectance"]));
+    let (b, e, r) =
+        (numbers(&table["radiosity"]), numbers(&table["emittance"]), numbers(&table["reflectance"]));
     let areas = numbers(&table["area"]);
     let mean = b.iter().zip(&areas).map(|(b, a)| a * b).sum::<f64>() / areas.iter().sum::<f64>();
     let truth = e[0] / (1.0 - r[0]);
@@ -202,11 +220,24 @@ fn a_target_ends_a_run_at_a_look_and_sets_the_exit_code() {
     let power = 1 << paths.ilog2();
     assert!(paths == power || paths == power + power / 2, "{paths} is a look of the ladder");
     let again = path(&folder, "again");
-    run_job("configs/cube54.toml", &again, &[&target[..], &["--workers", "1", "--set", "budget.stream_paths=999"]].concat());
+    run_job(
+        "configs/cube54.toml",
+        &again,
+        &[&target[..], &["--workers", "1", "--set", "budget.stream_paths=999"]].concat(),
+    );
     assert!(answer(&again) == answer(&out), "the look does not depend on the cluster");
 
     let missed = path(&folder, "missed");
-    let args = ["run", "configs/cube54.toml", "--quiet", "--paths", "2000", "--set", "target.relative_error=0.0001", "--out"];
+    let args = [
+        "run",
+        "configs/cube54.toml",
+        "--quiet",
+        "--paths",
+        "2000",
+        "--set",
+        "target.relative_error=0.0001",
+        "--out",
+    ];
     let (code, ..) = run(&[&args[..], &[missed.to_str().unwrap()]].concat());
     assert_eq!(code, 1);
     assert_eq!(summary(&missed)["target"]["reached"], false);
@@ -229,7 +260,8 @@ fn exact_agrees_with_a_run() {
     let (code, _, stderr) = run(&["exact", "configs/cube54.toml", "--out", out.to_str().unwrap()]);
     assert_eq!(code, 0, "{stderr}");
     let (table, exact) = (columns(&out.join("patches.csv")), columns(&out.join("exact.csv")));
-    let (b, error, h) = (numbers(&table["radiosity"]), numbers(&table["std_error"]), numbers(&table["irradiance"]));
+    let (b, error, h) =
+        (numbers(&table["radiosity"]), numbers(&table["std_error"]), numbers(&table["irradiance"]));
     let (truth, true_h) = (numbers(&exact["radiosity"]), numbers(&exact["irradiance"]));
     let variance = numbers(&exact["var_shoot_collision"]);
     for i in 0..54 {

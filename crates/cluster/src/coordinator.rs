@@ -509,15 +509,17 @@ impl Coordinator {
 
     /// A connection is gone.
     pub fn on_lost(&mut self, id: PeerId, reason: &str, now: Now) -> Vec<Action> {
-        if self.peers.contains_key(&id) { self.drop_peer(id, reason, now) } else { vec![] }
+        // After the end everybody leaves.
+        if self.ending.is_some() || !self.peers.contains_key(&id) {
+            return vec![];
+        }
+        self.drop_peer(id, reason, now)
     }
 
     /// Closes a connection and gives its leases to others.
     fn drop_peer(&mut self, id: PeerId, reason: &str, now: Now) -> Vec<Action> {
         let mut actions = self.forget(id, reason);
-        if self.ending.is_none() {
-            actions.extend(self.advance(now));
-        }
+        actions.extend(self.go_on(now));
         actions
     }
 
@@ -525,9 +527,6 @@ impl Coordinator {
     fn forget(&mut self, id: PeerId, reason: &str) -> Vec<Action> {
         let Some(peer) = self.peers.remove(&id) else { return vec![] };
         self.cpu_seconds_gone += peer.cpu_seconds;
-        if self.ending.is_some() {
-            return vec![Action::Close(id)];
-        }
         for lease in peer.leases {
             self.ledger.lose(lease);
         }
@@ -564,17 +563,13 @@ impl Coordinator {
         // All are gone before any lease is given to others, lest one of them gets it.
         let mut actions: Vec<Action> =
             given_up.iter().flat_map(|&(id, reason)| self.forget(id, reason)).collect();
-        if !given_up.is_empty() {
-            actions.extend(self.advance(now));
-        }
-        if self.plan.wall.is_some_and(|wall| now >= wall) {
-            actions.extend(self.stop(Ending::WallClock, now));
-        }
-        if let Some((ending, since)) = self.stopping
-            && now.saturating_sub(since) > self.stop_grace()
-        {
-            actions.extend(self.finish(ending));
-        }
+        let wall_is_over = self.plan.wall.is_some_and(|wall| now >= wall);
+        actions.extend(match self.stopping {
+            Some((ending, since)) if now.saturating_sub(since) > self.stop_grace() => self.finish(ending),
+            None if wall_is_over => self.stop(Ending::WallClock, now),
+            _ if !given_up.is_empty() => self.go_on(now),
+            _ => vec![],
+        });
         actions
     }
 

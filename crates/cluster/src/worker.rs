@@ -134,7 +134,8 @@ pub fn work<W: Work>(
         })?;
         drop(job);
         let (scene_hash, job_hash) = work.hashes();
-        link.send(&ToCoordinator::Ready { scene_hash, job_hash })?;
+        // Where this fails, whoever receives learns why: the job may have been done meanwhile.
+        let _ = link.send(&ToCoordinator::Ready { scene_hash, job_hash });
         shoot_leases(&work, identity.threads, link, &cpu_seconds)
     })
 }

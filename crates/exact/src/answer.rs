@@ -1,12 +1,14 @@
 //! Everything that is known exactly about a scene.
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use radiosity::{IndexChoice, Scene, SceneError, SceneSpec};
 use thiserror::Error;
 
 use crate::box_scene::{BoxScene, NotABox};
 use crate::exchange::ExchangeMatrix;
+use crate::faces::Faces;
+use crate::general;
 use crate::system::{RadiositySystem, Singular, Solution};
 
 /// The most patches that are solved for: two dense matrices of them take 1.6 GB.
@@ -37,14 +39,30 @@ pub enum ExactError {
     Singular(#[from] Singular),
 }
 
-/// The exact solution of a scene's radiosity system, and what predictions about walks need.
+/// The exact solution of a scene's radiosity system, and what predictions about walks need. Vectors are in
+/// patch order; a two-sided patch reports the mean of its sides (B, b, H) or their sum (A, φ).
 #[derive(Clone, Debug)]
 pub struct Exact {
+    faces: Faces,
     system: RadiositySystem,
+    /// E [W/m²] of every face.
     emittance: Vec<f64>,
-    total_power: f64,
+    /// The solution face by face.
+    by_face: Solution,
     solution: Solution,
+    areas: Vec<f64>,
+    total_power: f64,
+    /// ξ of every face: incoming power on all sides of its patch when it alone emits unit power.
+    xi_by_face: Vec<f64>,
     xi: Vec<f64>,
+    squared: OnceLock<Squared>,
+}
+
+/// The same scene with every reflectance replaced by its square, face by face: ψ, β (SInf §3).
+#[derive(Clone, Debug)]
+pub(crate) struct Squared {
+    pub system: RadiositySystem,
+    pub solution: Solution,
 }
 
 impl Exact {
@@ -55,10 +73,13 @@ impl Exact {
     pub fn of_scene(spec: &SceneSpec) -> Result<Self, ExactError> {
         check_size(spec)?;
         let scene = Scene::build(spec, IndexChoice::Flat)?;
-        let exchange = ExchangeMatrix::of_box(&BoxScene::recognise(spec)?);
-        let reflectance = scene.patches().iter().map(|patch| patch.reflectance).collect();
-        let emittance = scene.patches().iter().map(|patch| patch.emittance).collect();
-        Ok(Self::new(Arc::new(exchange), reflectance, emittance)?)
+        let (faces, exchange) = match BoxScene::recognise(spec) {
+            Ok(closed) => (Faces::one_sided(scene.patches().len()), ExchangeMatrix::of_box(&closed)),
+            Err(_) => general::exchange(spec),
+        };
+        let reflectance: Vec<f64> = scene.patches().iter().map(|patch| patch.reflectance).collect();
+        let emittance: Vec<f64> = scene.patches().iter().map(|patch| patch.emittance).collect();
+        Ok(Self::of_faces(faces, Arc::new(exchange), &reflectance, &emittance)?)
     }
 
     /// Solves the system of given form factors, reflectances in [0, 1) and emittances [W/m²], one per patch.
@@ -73,26 +94,70 @@ impl Exact {
         reflectance: Vec<f64>,
         emittance: Vec<f64>,
     ) -> Result<Self, Singular> {
-        let system = RadiositySystem::new(exchange, reflectance)?;
-        let solution = system.solve(&emittance);
-        let total_power = emittance.iter().zip(system.exchange().areas()).map(|(e, a)| e * a).sum();
-        let xi = system.xi();
-        Ok(Exact { system, emittance, total_power, solution, xi })
+        let faces = Faces::one_sided(exchange.face_count());
+        Self::of_faces(faces, exchange, &reflectance, &emittance)
     }
 
-    /// The form factors.
+    /// Solves for faces whose form factors are given, and patches of given reflectance and emittance.
+    fn of_faces(
+        faces: Faces,
+        exchange: Arc<ExchangeMatrix>,
+        reflectance: &[f64],
+        emittance: &[f64],
+    ) -> Result<Self, Singular> {
+        let emittance = faces.spread(emittance);
+        let system = RadiositySystem::new(exchange, faces.spread(reflectance))?;
+        let by_face = system.solve(&emittance);
+        let areas = faces.sum(system.exchange().areas());
+        let total_power = emittance.iter().zip(system.exchange().areas()).map(|(e, a)| e * a).sum();
+        let xi_by_face = xi_by_face(&faces, &system);
+        Ok(Exact {
+            solution: by_face.by_patch(&faces),
+            xi: faces.weighted_mean(&xi_by_face, &by_face.incoming),
+            squared: OnceLock::new(),
+            faces,
+            system,
+            emittance,
+            by_face,
+            areas,
+            total_power,
+            xi_by_face,
+        })
+    }
+
+    /// The form factors, face by face.
     pub fn exchange(&self) -> &ExchangeMatrix {
         self.system.exchange()
     }
 
-    /// The factored system, which solves for other emittances at little cost.
+    /// The factored system of the faces, which solves for other emittances at little cost.
     pub fn system(&self) -> &RadiositySystem {
         &self.system
     }
 
+    /// Which faces the patches have.
+    pub fn faces(&self) -> &Faces {
+        &self.faces
+    }
+
+    /// The number of patches n.
+    pub fn patch_count(&self) -> usize {
+        self.faces.patch_count()
+    }
+
+    /// A_i [m²] of every patch: the area that exchanges light, that of both sides of a two-sided patch.
+    pub fn areas(&self) -> &[f64] {
+        &self.areas
+    }
+
+    /// R_i of every patch.
+    pub fn reflectance(&self) -> &[f64] {
+        &self.system.reflectance()[..self.patch_count()]
+    }
+
     /// E_i [W/m²] of every patch.
     pub fn emittance(&self) -> &[f64] {
-        &self.emittance
+        &self.emittance[..self.patch_count()]
     }
 
     /// Φ_T: total self-emitted power [W].
@@ -105,10 +170,47 @@ impl Exact {
         &self.solution
     }
 
-    /// ξ_i: incoming power on patch i when it alone emits unit power.
+    /// B, b, H, φ face by face.
+    pub fn solution_by_face(&self) -> &Solution {
+        &self.by_face
+    }
+
+    /// ξ_i: incoming power on patch i when it alone emits unit power; from its sides, if it has two, in the
+    /// proportion of what arrives on them, which is the ξ_i that the variances of shooting depend on.
     pub fn xi(&self) -> &[f64] {
         &self.xi
     }
+
+    /// Φ_T and E_i are those of the faces together: what a walk may start from.
+    pub(crate) fn emittance_by_face(&self) -> &[f64] {
+        &self.emittance
+    }
+
+    pub(crate) fn xi_by_face(&self) -> &[f64] {
+        &self.xi_by_face
+    }
+
+    /// The scene of squared reflectances, solved when first asked for.
+    pub(crate) fn squared(&self) -> &Squared {
+        self.squared.get_or_init(|| {
+            let squares = self.system.reflectance().iter().map(|r| r * r).collect();
+            let system = self.system.with_reflectance(squares);
+            let system = system.expect("R² < R where R > 0, and with R the system is regular");
+            let solution = system.solve(&self.emittance);
+            Squared { system, solution }
+        })
+    }
+}
+
+/// ξ of every face, towards all sides of its patch.
+fn xi_by_face(faces: &Faces, system: &RadiositySystem) -> Vec<f64> {
+    let mut xi = system.xi();
+    let pairs = faces.pairs();
+    for ([front, back], across) in pairs.iter().zip(system.xi_across(&pairs)) {
+        xi[*front] += across;
+        xi[*back] += across;
+    }
+    xi
 }
 
 fn check_size(spec: &SceneSpec) -> Result<(), ExactError> {

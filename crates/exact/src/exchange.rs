@@ -6,16 +6,29 @@ use crate::box_scene::BoxScene;
 use crate::form_factor::exchange_area;
 
 /// Patch areas and the dense, symmetric matrix of exchange areas A_iF_ij. Geometry only: every set of
-/// reflectances and emittances shares it.
+/// reflectances and emittances shares it. Where patches have two sides, each side is a patch of its own here
+/// ([`crate::Faces`]).
 #[derive(Clone, Debug)]
 pub struct ExchangeMatrix {
     areas: Vec<f64>,
     exchange: Mat<f64>,
+    /// The error of every exchange area relative to itself.
+    relative_error: f64,
+    /// Pairs that err by more.
+    uncertain: Vec<Uncertain>,
+}
+
+/// A pair i ≠ j whose exchange area has an estimated error [m²].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Uncertain {
+    pub i: usize,
+    pub j: usize,
+    pub error: f64,
 }
 
 impl ExchangeMatrix {
     /// n × n exchange areas [m²] of patches with the n `areas` [m²], each pair asked for once, `(i, j)` with
-    /// i ≥ j.
+    /// i ≥ j; taken as exact.
     pub fn new(areas: Vec<f64>, exchange_area: impl Fn(usize, usize) -> f64) -> Self {
         let n = areas.len();
         let mut exchange = Mat::zeros(n, n);
@@ -25,18 +38,26 @@ impl ExchangeMatrix {
                 (exchange[(i, j)], exchange[(j, i)]) = (area, area);
             }
         }
-        ExchangeMatrix { areas, exchange }
+        ExchangeMatrix { areas, exchange, relative_error: 0.0, uncertain: vec![] }
     }
 
-    /// The exchange areas between the patches of a box, in closed form.
+    /// The exchange areas between the patches of a box, in closed form. A box is closed: how far the rows are
+    /// from 1 tells the error.
     pub fn of_box(scene: &BoxScene) -> Self {
         let patches = scene.patches();
         let areas = patches.iter().map(|patch| patch.area()).collect();
-        Self::new(areas, |i, j| exchange_area(&patches[i], &patches[j]))
+        let matrix = Self::new(areas, |i, j| exchange_area(&patches[i], &patches[j]));
+        let defect = matrix.closure_defect();
+        matrix.with_errors(defect, vec![])
     }
 
-    /// The number of patches n.
-    pub fn patch_count(&self) -> usize {
+    /// The same with these errors.
+    pub(crate) fn with_errors(self, relative_error: f64, uncertain: Vec<Uncertain>) -> Self {
+        ExchangeMatrix { relative_error, uncertain, ..self }
+    }
+
+    /// The number n of patches; in a scene with two-sided ones, of their faces.
+    pub fn face_count(&self) -> usize {
         self.areas.len()
     }
 
@@ -60,16 +81,42 @@ impl ExchangeMatrix {
     /// # Panics
     /// Unless there is one radiosity per patch.
     pub fn incoming(&self, radiosity: &[f64]) -> Vec<f64> {
-        assert_eq!(radiosity.len(), self.patch_count(), "one radiosity per patch");
+        assert_eq!(radiosity.len(), self.face_count(), "one radiosity per patch");
         // Row sums over columns, which are what lies together; the matrix is symmetric.
         let product = |i: usize| self.exchange.col(i).iter().zip(radiosity).map(|(s, b)| s * b).sum();
-        (0..self.patch_count()).map(product).collect()
+        (0..self.face_count()).map(product).collect()
+    }
+
+    /// The most that φ_i [W] may be off where radiosities are these [W/m²]: Σ_j |δ(A_iF_ij)| B_j.
+    ///
+    /// # Panics
+    /// Unless there is one radiosity per patch.
+    pub fn incoming_error(&self, radiosity: &[f64]) -> Vec<f64> {
+        let mut error: Vec<f64> =
+            self.incoming(radiosity).iter().map(|phi| self.relative_error * phi).collect();
+        for pair in &self.uncertain {
+            error[pair.i] += pair.error * radiosity[pair.j];
+            error[pair.j] += pair.error * radiosity[pair.i];
+        }
+        error
+    }
+
+    /// Σ_j F_ij of every row: 1 where no light leaves the scene.
+    pub fn row_sums(&self) -> Vec<f64> {
+        self.per_area(self.incoming(&vec![1.0; self.face_count()]))
+    }
+
+    /// The estimated error Σ_j |δF_ij| of every row.
+    pub fn row_errors(&self) -> Vec<f64> {
+        self.per_area(self.incoming_error(&vec![1.0; self.face_count()]))
     }
 
     /// max_i |Σ_j F_ij − 1|: 0 in a closed scene if the form factors are exact.
     pub fn closure_defect(&self) -> f64 {
-        let row_sums = self.incoming(&vec![1.0; self.patch_count()]);
-        let defects = row_sums.iter().zip(&self.areas).map(|(sum, area)| (sum / area - 1.0).abs());
-        defects.fold(0.0, f64::max)
+        self.row_sums().iter().map(|sum| (sum - 1.0).abs()).fold(0.0, f64::max)
+    }
+
+    fn per_area(&self, of_rows: Vec<f64>) -> Vec<f64> {
+        of_rows.iter().zip(&self.areas).map(|(x, area)| x / area).collect()
     }
 }

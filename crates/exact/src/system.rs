@@ -13,6 +13,7 @@ use faer::{Mat, MatMut, Par};
 use thiserror::Error;
 
 use crate::exchange::ExchangeMatrix;
+use crate::faces::Faces;
 
 /// Right-hand sides solved for at a time: enough to be fast, few against the matrix.
 const BLOCK: usize = 256;
@@ -36,7 +37,7 @@ pub struct RadiositySystem {
     factor: Mat<f64>,
 }
 
-/// The solution of the radiosity system for one set of emittances, patch by patch.
+/// The solution of the radiosity system for one set of emittances, patch by patch (or face by face).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Solution {
     /// B_i: radiosity [W/m²].
@@ -51,6 +52,19 @@ pub struct Solution {
     pub residual: f64,
 }
 
+impl Solution {
+    /// The patches' solution from that of their faces; the residual stays.
+    pub(crate) fn by_patch(&self, faces: &Faces) -> Solution {
+        Solution {
+            radiosity: faces.mean(&self.radiosity),
+            reflected: faces.mean(&self.reflected),
+            irradiance: faces.mean(&self.irradiance),
+            incoming: faces.sum(&self.incoming),
+            residual: self.residual,
+        }
+    }
+}
+
 impl RadiositySystem {
     /// Factors the system for one reflectance R in [0, 1) per patch.
     ///
@@ -60,7 +74,7 @@ impl RadiositySystem {
     /// # Panics
     /// Unless there is one reflectance per patch.
     pub fn new(exchange: Arc<ExchangeMatrix>, reflectance: Vec<f64>) -> Result<Self, Singular> {
-        let n = exchange.patch_count();
+        let n = exchange.face_count();
         assert_eq!(reflectance.len(), n, "one reflectance per patch");
         let scale: Vec<f64> = reflectance.iter().zip(exchange.areas()).map(|(r, a)| (r / a).sqrt()).collect();
         let mut factor = Mat::from_fn(n, n, |i, j| {
@@ -69,6 +83,17 @@ impl RadiositySystem {
         });
         cholesky(factor.as_mut())?;
         Ok(RadiositySystem { exchange, reflectance, scale, factor })
+    }
+
+    /// The same form factors with another reflectance in [0, 1) per patch.
+    ///
+    /// # Errors
+    /// [`Singular`] if the matrix is not positive definite to working precision.
+    ///
+    /// # Panics
+    /// Unless there is one reflectance per patch.
+    pub fn with_reflectance(&self, reflectance: Vec<f64>) -> Result<Self, Singular> {
+        Self::new(Arc::clone(&self.exchange), reflectance)
     }
 
     /// The form factors it was made from.
@@ -120,20 +145,39 @@ impl RadiositySystem {
     ///
     /// ξ_i = F_ii + k_iᵀ(I − K)⁻¹k_i = F_ii + |L⁻¹k_i|² with (k_i)_j = s_jS_ji/√A_i.
     pub fn xi(&self) -> Vec<f64> {
-        let n = self.exchange.patch_count();
-        let mut xi: Vec<f64> = (0..n).map(|i| self.exchange.form_factor(i, i)).collect();
-        for first in (0..n).step_by(BLOCK) {
-            let block = BLOCK.min(n - first);
-            let mut k = Mat::from_fn(n, block, |j, c| {
-                let i = first + c;
-                self.scale[j] * self.exchange.exchange_area(j, i) / self.exchange.areas()[i].sqrt()
-            });
-            solve_lower_triangular_in_place(self.factor.as_ref(), k.as_mut(), Par::Seq);
-            for c in 0..block {
-                xi[first + c] += k.col(c).squared_norm_l2();
+        let patches: Vec<usize> = (0..self.exchange.face_count()).collect();
+        let mut xi: Vec<f64> = patches.iter().map(|&i| self.exchange.form_factor(i, i)).collect();
+        for block in patches.chunks(BLOCK) {
+            let whitened = self.whitened(block);
+            for (c, &i) in block.iter().enumerate() {
+                xi[i] += whitened.col(c).squared_norm_l2();
             }
         }
         xi
+    }
+
+    /// The incoming power on the second of two equally large patches when the first alone emits unit power,
+    /// and vice versa: F_ij + (L⁻¹k_i)·(L⁻¹k_j).
+    pub(crate) fn xi_across(&self, pairs: &[[usize; 2]]) -> Vec<f64> {
+        let mut xi = Vec::with_capacity(pairs.len());
+        for block in pairs.chunks(BLOCK / 2) {
+            let whitened = self.whitened(block.as_flattened());
+            for (n, &[i, j]) in block.iter().enumerate() {
+                let indirect = whitened.col(2 * n).transpose() * whitened.col(2 * n + 1);
+                xi.push(self.exchange.form_factor(i, j) + indirect);
+            }
+        }
+        xi
+    }
+
+    /// L⁻¹k_i of some patches i, column by column.
+    fn whitened(&self, patches: &[usize]) -> Mat<f64> {
+        let mut k = Mat::from_fn(self.scale.len(), patches.len(), |j, c| {
+            let i = patches[c];
+            self.scale[j] * self.exchange.exchange_area(j, i) / self.exchange.areas()[i].sqrt()
+        });
+        solve_lower_triangular_in_place(self.factor.as_ref(), k.as_mut(), Par::Seq);
+        k
     }
 }
 

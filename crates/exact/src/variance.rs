@@ -1,10 +1,12 @@
-//! The exact variance of B_i for one walk (S97 table 3; BS eq. 19), estimator by estimator.
+//! The exact variance of B_i for one walk, estimator by estimator: S97 table 3, BS eq. (19), SInf eqs. (2), (3).
 //!
-//! Discrete walks, source-term suppression: the estimate is of b_i. Divide by the number of walks.
+//! Discrete walks, source-term suppression: the estimate is of b_i. Divide by the number of walks. A walk
+//! contributes the square of its whole score on a patch, whichever sides of the patch it scored on.
 
 use crate::answer::Exact;
+use crate::system::{RadiositySystem, Solution};
 
-/// An unbiased way to score a walk.
+/// An unbiased way to score a shooting walk.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum WalkEstimator {
     /// Shooting, φ_i += Φ_T/(1 − R_i) where the walk dies.
@@ -13,11 +15,26 @@ pub enum WalkEstimator {
     ShootSurvival,
     /// Shooting, φ_i += Φ_T at every hit.
     ShootCollision,
+    /// Shooting, φ_i += Φ_T·ΠR over the earlier hits, at every hit of a walk that never ends.
+    ShootInfinite,
 }
 
-/// What the variance on one patch is made of.
+/// An unbiased way to score a gathering walk, born on patch i with probability p_i.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum GatherEstimator {
+    /// b_i += R_iE_s/(p_i(1 − R_s)) where the walk dies.
+    Absorption,
+    /// b_i += R_iE_s/(p_iR_s) at every hit but the last.
+    Survival,
+    /// b_i += R_iE_s/p_i at every hit.
+    Collision,
+    /// b_i += R_iE_s/p_i·ΠR over the earlier hits, at every hit of a walk that never ends.
+    Infinite,
+}
+
+/// What the variance of shooting on one patch is made of.
 struct Terms {
-    /// b_i [W/m²].
+    /// b_i [W/m²], or β_i for the infinite walk.
     b: f64,
     /// R_i.
     r: f64,
@@ -28,9 +45,13 @@ struct Terms {
 }
 
 impl WalkEstimator {
-    /// Every estimator, in the order of tables.
-    pub const ALL: [WalkEstimator; 3] =
-        [WalkEstimator::ShootAbsorption, WalkEstimator::ShootSurvival, WalkEstimator::ShootCollision];
+    /// Every estimator of shooting, in the order of tables.
+    pub const ALL: [WalkEstimator; 4] = [
+        WalkEstimator::ShootAbsorption,
+        WalkEstimator::ShootSurvival,
+        WalkEstimator::ShootCollision,
+        WalkEstimator::ShootInfinite,
+    ];
 
     /// Its name in tables.
     pub fn name(self) -> &'static str {
@@ -38,35 +59,184 @@ impl WalkEstimator {
             WalkEstimator::ShootAbsorption => "shoot_absorption",
             WalkEstimator::ShootSurvival => "shoot_survival",
             WalkEstimator::ShootCollision => "shoot_collision",
+            WalkEstimator::ShootInfinite => "shoot_infinite",
         }
     }
 
     /// The variance of B_i [W²/m⁴] for one walk, patch by patch; 0 where R_i = 0.
     pub fn variances(self, exact: &Exact) -> Vec<f64> {
-        (0..exact.exchange().patch_count()).map(|i| self.variance(&Terms::of(exact, i))).collect()
+        let terms = match self {
+            WalkEstimator::ShootInfinite => Terms::of(exact, &exact.squared().solution),
+            _ => Terms::of(exact, exact.solution_by_face()),
+        };
+        let variance = |(terms, b): (Terms, &f64)| self.second_moment(&terms) - b * b;
+        terms.into_iter().zip(&exact.solution().reflected).map(variance).collect()
     }
 
-    /// Every row of S97 table 3 has the form b (E\[score²\]/b − b), b being the expected score.
-    fn variance(self, &Terms { b, r, xi, power_density }: &Terms) -> f64 {
-        let second_over_first = match self {
+    /// The expected square of a walk's whole score on a patch [W²/m⁴]; the expected score is b_i.
+    fn second_moment(self, &Terms { b, r, xi, power_density }: &Terms) -> f64 {
+        match self {
             // S97 corollary 2.3
-            WalkEstimator::ShootAbsorption => r * power_density / (1.0 - r),
+            WalkEstimator::ShootAbsorption => b * r * power_density / (1.0 - r),
             // S97 corollary 2.11; R_i (1/R_i + 2ξ_i) written so as to be finite at R_i = 0
-            WalkEstimator::ShootSurvival => power_density * (1.0 + 2.0 * r * xi),
+            WalkEstimator::ShootSurvival => b * power_density * (1.0 + 2.0 * r * xi),
             // BS eq. (19)
-            WalkEstimator::ShootCollision => r * power_density * (1.0 + 2.0 * r * xi),
-        };
-        b * (second_over_first - b)
+            WalkEstimator::ShootCollision => b * r * power_density * (1.0 + 2.0 * r * xi),
+            // SInf eq. (2), b being β
+            WalkEstimator::ShootInfinite => b * power_density * (1.0 + 2.0 * r * xi),
+        }
     }
 }
 
 impl Terms {
-    fn of(exact: &Exact, i: usize) -> Self {
-        Terms {
-            b: exact.solution().reflected[i],
-            r: exact.system().reflectance()[i],
-            xi: exact.xi()[i],
-            power_density: exact.total_power() / exact.exchange().areas()[i],
+    /// The terms of every patch where the light on its faces is that of `solution`.
+    fn of(exact: &Exact, solution: &Solution) -> Vec<Self> {
+        let b = exact.faces().mean(&solution.reflected);
+        let xi = exact.faces().weighted_mean(exact.xi_by_face(), &solution.incoming);
+        let patch = |i: usize| Terms {
+            b: b[i],
+            r: exact.reflectance()[i],
+            xi: xi[i],
+            power_density: exact.total_power() / exact.areas()[i],
+        };
+        (0..exact.patch_count()).map(patch).collect()
+    }
+}
+
+impl GatherEstimator {
+    /// Every estimator of gathering, in the order of tables.
+    pub const ALL: [GatherEstimator; 4] = [
+        GatherEstimator::Absorption,
+        GatherEstimator::Survival,
+        GatherEstimator::Collision,
+        GatherEstimator::Infinite,
+    ];
+
+    /// Its name in tables.
+    pub fn name(self) -> &'static str {
+        match self {
+            GatherEstimator::Absorption => "gather_absorption",
+            GatherEstimator::Survival => "gather_survival",
+            GatherEstimator::Collision => "gather_collision",
+            GatherEstimator::Infinite => "gather_infinite",
         }
     }
+
+    /// The variance of B_i [W²/m⁴] for one walk that is born on patch i with probability `birth[i]` (on
+    /// either side alike, if it has two). `None` where no walk is born; and everywhere, for survival, if a
+    /// source does not reflect: its light would be lost.
+    ///
+    /// # Panics
+    /// Unless there is one probability per patch.
+    pub fn variances(self, exact: &Exact, birth: &[f64]) -> Vec<Option<f64>> {
+        if self == GatherEstimator::Survival && has_black_source(exact) {
+            return vec![None; birth.len()];
+        }
+        per_birth(exact, birth, self.second_moments(exact))
+    }
+
+    /// p_i times the expected square of a walk's whole score for each patch [W²/m⁴]. The sum over sources
+    /// Σ_s c_s b_is is the radiosity b_i that emittances c_sE_s would cause, as b_is is linear in E_s.
+    fn second_moments(self, exact: &Exact) -> Vec<f64> {
+        match self {
+            // S97 eq. (10)
+            GatherEstimator::Absorption => reflected(exact, exact.system(), |s| s.e / (1.0 - s.r)),
+            // S97 table 3
+            GatherEstimator::Survival => reflected(exact, exact.system(), |s| (s.e + 2.0 * s.b) / s.r),
+            GatherEstimator::Collision => reflected(exact, exact.system(), |s| s.e + 2.0 * s.b),
+            // SInf eq. (3): β_is instead of R_ib_is
+            GatherEstimator::Infinite => {
+                let squared = &exact.squared().system;
+                let patches = exact.faces();
+                patches.mean(&squared.solve(&weighted_emittance(exact, |s| s.e + 2.0 * s.b)).reflected)
+            }
+        }
+    }
+}
+
+/// A source face s: R_s, E_s > 0, b_s [W/m²].
+struct Source {
+    r: f64,
+    e: f64,
+    b: f64,
+}
+
+/// c_sE_s of every face.
+fn weighted_emittance(exact: &Exact, c: impl Fn(Source) -> f64) -> Vec<f64> {
+    let weighted = |(face, &e): (usize, &f64)| {
+        let (r, b) = (exact.system().reflectance()[face], exact.solution_by_face().reflected[face]);
+        if e > 0.0 { c(Source { r, e, b }) * e } else { 0.0 }
+    };
+    exact.emittance_by_face().iter().enumerate().map(weighted).collect()
+}
+
+/// R_i Σ_s c_s b_is of every patch.
+fn reflected(exact: &Exact, system: &RadiositySystem, c: impl Fn(Source) -> f64) -> Vec<f64> {
+    let sums = exact.faces().mean(&system.solve(&weighted_emittance(exact, c)).reflected);
+    sums.iter().zip(exact.reflectance()).map(|(sum, r)| r * sum).collect()
+}
+
+/// A second moment over p_i, less b_i²; `None` where p_i = 0.
+fn per_birth(exact: &Exact, birth: &[f64], moments: Vec<f64>) -> Vec<Option<f64>> {
+    assert_eq!(birth.len(), exact.patch_count(), "one probability per patch");
+    let central = |((moment, &b), &p): ((f64, &f64), &f64)| (p > 0.0).then(|| moment / p - b * b);
+    moments.into_iter().zip(&exact.solution().reflected).zip(birth).map(central).collect()
+}
+
+fn has_black_source(exact: &Exact) -> bool {
+    exact.emittance().iter().zip(exact.reflectance()).any(|(&e, &r)| e > 0.0 && r == 0.0)
+}
+
+/// The covariance of B_i [W²/m⁴] by absorption and by survival of one shooting walk (S97 proposition 2.19):
+/// (R_i/A_i)² (Φ_Tξ_iφ_i − φ_i²).
+pub fn shooting_covariance(exact: &Exact) -> Vec<f64> {
+    let covariance = |Terms { b, r, xi, power_density }| r * power_density * xi * b - b * b;
+    Terms::of(exact, exact.solution_by_face()).into_iter().map(covariance).collect()
+}
+
+/// The weight α of survival at which α·survival + (1 − α)·absorption has the least variance for shooting
+/// walks (S97 §2.6): R_i (1 − ξ_i(1 − R_i)). At α = R_i the sum is the collision estimator.
+pub fn best_shooting_weights(exact: &Exact) -> Vec<f64> {
+    exact.reflectance().iter().zip(exact.xi()).map(|(r, xi)| r * (1.0 - xi * (1.0 - r))).collect()
+}
+
+/// The covariance of B_i [W²/m⁴] by absorption and by survival of one gathering walk (S97 §3.7):
+/// (R_i/p_i) Σ_s b_sb_is/R_s − b_i². `None` as in [`GatherEstimator::variances`] for survival.
+///
+/// # Panics
+/// Unless there is one probability per patch.
+pub fn gathering_covariance(exact: &Exact, birth: &[f64]) -> Vec<Option<f64>> {
+    if has_black_source(exact) {
+        return vec![None; birth.len()];
+    }
+    per_birth(exact, birth, reflected(exact, exact.system(), |s| s.b / s.r))
+}
+
+/// The weight α of survival at which α·survival + (1 − α)·absorption has the least variance for gathering
+/// walks (S97 §3.7), patch by patch: R − (1 − R) Σ_s b_sb_is/Σ_s E_sb_is, and R where no light arrives.
+/// `None` unless all sources share one reflectance R > 0.
+pub fn best_gathering_weights(exact: &Exact) -> Option<Vec<f64>> {
+    let r = shared_source_reflectance(exact)?;
+    let later = reflected(exact, exact.system(), |s| s.b);
+    let first = reflected(exact, exact.system(), |s| s.e);
+    let weight = |(later, &first): (f64, &f64)| if first > 0.0 { r - (1.0 - r) * later / first } else { r };
+    Some(later.into_iter().zip(&first).map(weight).collect())
+}
+
+fn shared_source_reflectance(exact: &Exact) -> Option<f64> {
+    let emitters = exact.emittance().iter().zip(exact.reflectance()).filter(|&(&e, _)| e > 0.0);
+    let mut reflectances = emitters.map(|(_, &r)| r);
+    let first = reflectances.next().filter(|&r| r > 0.0)?;
+    reflectances.all(|r| r == first).then_some(first)
+}
+
+/// The variance of B_i [W²/m⁴] for one ray of a stochastic Jacobi iteration whose input is the solution (BS
+/// eq. (22)): (R_iP_T/A_i) b_i − b_i² with P_T = Σ_jA_jB_j. Only for one iteration: those of a chain correlate.
+pub fn jacobi_variances(exact: &Exact) -> Vec<f64> {
+    let total: f64 = exact.areas().iter().zip(&exact.solution().radiosity).map(|(a, b)| a * b).sum();
+    let variance = |i: usize| {
+        let b = exact.solution().reflected[i];
+        exact.reflectance()[i] * total / exact.areas()[i] * b - b * b
+    };
+    (0..exact.patch_count()).map(variance).collect()
 }

@@ -55,7 +55,8 @@ fn first_draws_of_neighbouring_walks_are_independent() {
 #[test]
 fn low_bits_of_neighbouring_walks_are_independent() {
     let mut cells = vec![0_u64; 4096];
-    let lows: Vec<u64> = Sequence::new(5).walks_from(9).take(1 << 20).map(|mut walk| walk.bits() & 63).collect();
+    let lows: Vec<u64> =
+        Sequence::new(5).walks_from(9).take(1 << 20).map(|mut walk| walk.bits() & 63).collect();
     for pair in lows.chunks_exact(2) {
         cells[(pair[0] * 64 + pair[1]) as usize] += 1;
     }

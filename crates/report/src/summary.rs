@@ -36,9 +36,9 @@ pub struct Summary {
     pub absorbed_back: u64,
     /// Walks that were cut off; analog walks never are.
     pub truncated: u64,
-    /// Wall time of tracing [s].
+    /// Wall time of tracing, in seconds.
     pub seconds: f64,
-    /// Processor time of all workers [s].
+    /// Processor time of all workers, in seconds.
     pub cpu_seconds: f64,
     /// Walks per second of wall time.
     pub paths_per_second: f64,
@@ -164,9 +164,9 @@ pub struct RunFacts {
     pub seed: u64,
     /// How walks and scores were made.
     pub method: Method,
-    /// Wall time of tracing [s].
+    /// Wall time of tracing, in seconds.
     pub seconds: f64,
-    /// Processor time of all workers [s].
+    /// Processor time of all workers, in seconds.
     pub cpu_seconds: f64,
     /// Workers that joined.
     pub workers_seen: u64,

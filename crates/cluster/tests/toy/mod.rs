@@ -22,23 +22,36 @@ pub fn hash(n: u64) -> u64 {
     z ^ (z >> 31)
 }
 
-/// Lets walk `n` score.
-pub fn score(n: u64, tally: &mut Tally) {
-    let mut counts = tally.counts;
-    counts.add(Counts { walks: 1, rays: 1 + hash(n) % 7, absorbed: hash(n) % 2, ..Counts::default() });
-    let patch = hash(n) as usize % PATCHES;
-    let mut sums = tally.sums().to_vec();
-    for (power, sum) in (1..).zip(&mut sums[patch * MOMENTS..][..MOMENTS]) {
-        *sum += u128::from(hash(n) >> 40).pow(power);
+/// Where walks score.
+#[derive(Clone, Default)]
+pub struct Board {
+    counts: Counts,
+    sums: [u128; PATCHES * MOMENTS],
+}
+
+impl Board {
+    pub fn shoot(&mut self, walks: Range<u64>) {
+        for n in walks {
+            let luck = hash(n);
+            self.counts.add(Counts { walks: 1, rays: 1 + luck % 7, absorbed: luck % 2, ..Counts::default() });
+            let patch = luck as usize % PATCHES;
+            for (power, sum) in (1..).zip(&mut self.sums[patch * MOMENTS..][..MOMENTS]) {
+                *sum += u128::from(luck >> 40).pow(power);
+            }
+        }
     }
-    *tally = Tally::from_parts(counts, PATCHES, MOMENTS, sums).unwrap();
+
+    pub fn take(&mut self) -> Tally {
+        let Board { counts, sums } = std::mem::take(self);
+        Tally::from_parts(counts, PATCHES, MOMENTS, sums.to_vec()).unwrap()
+    }
 }
 
 /// The tally of some walks, shot straight.
 pub fn straight(walks: Range<u64>) -> Tally {
-    let mut tally = Tally::new(PATCHES, MOMENTS);
-    walks.for_each(|n| score(n, &mut tally));
-    tally
+    let mut board = Board::default();
+    board.shoot(walks);
+    board.take()
 }
 
 /// A plan without target or clock.

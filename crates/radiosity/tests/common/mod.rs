@@ -5,7 +5,14 @@ use glam::{DMat3, DVec3};
 use radiosity::{SceneSpec, Shape, Sides, SurfaceSpec};
 
 pub fn surface(shape: Shape, reflectance: f64) -> SurfaceSpec {
-    SurfaceSpec { name: None, shape, sides: Sides::Front, reflectance, emittance: 0.0, cell_emittance: vec![] }
+    SurfaceSpec {
+        name: None,
+        shape,
+        sides: Sides::Front,
+        reflectance,
+        emittance: 0.0,
+        cell_emittance: vec![],
+    }
 }
 
 /// A parallelogram c, c + u, c + v.

@@ -1,0 +1,552 @@
+//! Coordinator and workers over real sockets of this machine, in one process, with all that may go wrong
+//! between them. No deadline here decides anything but that a test hangs.
+
+mod toy;
+
+use std::io::{self, Read, Write};
+use std::net::{TcpListener, TcpStream};
+use std::ops::Range;
+use std::sync::Barrier;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use cluster::access::{Access, Speaker};
+use cluster::codec::{frame, read_frame, write_frame};
+use cluster::coordinator::{Coordinator, Ending, Plan};
+use cluster::message::{Hello, LeaseResult, Proof, ToCoordinator, ToWorker};
+use cluster::server::{Wish, serve};
+use cluster::worker::{Identity, Work, WorkerError, work};
+use radiosity::{Counts, Overflow, Tally};
+use toy::{BUILD, Board, JOB, JOB_HASH, MOMENTS, PATCHES, READY, SCENE_HASH, hash, plan, result, straight};
+
+/// A test that takes so long hangs.
+const HANG: Duration = Duration::from_secs(120);
+
+/// What came of a run.
+struct Run {
+    ending: Ending,
+    coordinator: Coordinator,
+    notices: Vec<String>,
+}
+
+/// Serves a job to workers and others, who know how to get in, until it is done or `stop` says so.
+fn run(plan: Plan, stop: impl Fn(&Coordinator) -> bool, others: impl FnOnce(&Access) + Send) -> Run {
+    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+    let access = Access::new(listener.local_addr().unwrap().to_string()).unwrap();
+    let mut coordinator = Coordinator::new(plan, access.clone());
+    let mut notices = Vec::new();
+    let began = Instant::now();
+    let ending = thread::scope(|scope| {
+        let others = scope.spawn(|| others(&access));
+        let owner = |coordinator: &Coordinator| {
+            assert!(began.elapsed() < HANG, "the job hangs");
+            match () {
+                () if stop(coordinator) => Wish::Stop,
+                // The workers of a test that failed will not come any more.
+                () if others.is_finished() => Wish::GiveUp,
+                () => Wish::Continue,
+            }
+        };
+        serve(listener, &mut coordinator, owner, |notice| notices.push(notice.to_string())).unwrap()
+    });
+    Run { ending, coordinator, notices }
+}
+
+/// Stops when the prefix has come so far.
+fn far(walks: u64) -> impl Fn(&Coordinator) -> bool {
+    move |coordinator| coordinator.prefix().counts.walks >= walks
+}
+
+fn never(_: &Coordinator) -> bool {
+    false
+}
+
+/// The job without physics.
+struct Toy;
+
+impl Work for Toy {
+    type Board = Board;
+
+    fn hashes(&self) -> ([u8; 32], [u8; 32]) {
+        (SCENE_HASH, JOB_HASH)
+    }
+    fn empty(&self) -> Tally {
+        Tally::new(PATCHES, MOMENTS)
+    }
+    fn board(&self) -> Board {
+        Board::default()
+    }
+    fn shoot(&self, walks: Range<u64>, board: &mut Board) {
+        board.shoot(walks);
+    }
+    fn take(&self, board: &mut Board) -> Result<Tally, Overflow> {
+        Ok(board.take())
+    }
+}
+
+fn toy_of(job: &[u8]) -> Result<Toy, String> {
+    assert_eq!(job, JOB);
+    Ok(Toy)
+}
+
+fn identity(threads: usize) -> Identity {
+    Identity { build: BUILD.into(), name: "a worker".into(), threads }
+}
+
+fn honest(access: &Access, threads: usize) {
+    work(access, &identity(threads), toy_of, || 1.0).unwrap();
+}
+
+/// Several workers, of so many threads each. None begins before all have been let in: the first alone might
+/// end the job before the last has found the door.
+fn together<W: Work>(access: &Access, threads: &[usize], make: impl Fn() -> W + Sync) {
+    let all_in = Barrier::new(threads.len());
+    thread::scope(|scope| {
+        for &threads in threads {
+            let build = |_: &[u8]| {
+                all_in.wait();
+                Ok(make())
+            };
+            scope.spawn(move || work(access, &identity(threads), build, || 1.0).unwrap());
+        }
+    });
+}
+
+/// A connection that a test speaks on itself.
+struct Raw {
+    stream: TcpStream,
+    challenge: Proof,
+}
+
+impl Raw {
+    fn connect(access: &Access) -> Self {
+        let mut stream = TcpStream::connect(&access.address).unwrap();
+        stream.set_read_timeout(Some(HANG)).unwrap();
+        let ToWorker::Challenge { nonce } = read_frame(&mut stream, 4096).unwrap() else {
+            panic!("a coordinator challenges first")
+        };
+        Raw { stream, challenge: nonce }
+    }
+
+    /// A worker that has been given its first lease.
+    fn join(access: &Access) -> (Self, u64, Range<u64>) {
+        let mut raw = Raw::connect(access);
+        raw.say(&ToCoordinator::Hello(raw.hello(access)));
+        let ToWorker::Welcome { proof, job } = raw.hear() else { panic!("refused") };
+        assert!(access.holds(Speaker::Coordinator, &[9; 32], &proof));
+        assert_eq!(job, JOB);
+        raw.say(&READY);
+        let ToWorker::Lease { id, first_walk, walks } = raw.hear() else { panic!("no lease") };
+        (raw, id, first_walk..first_walk + walks)
+    }
+
+    fn hello(&self, access: &Access) -> Hello {
+        toy::hello(access, &self.challenge, "raw", 1)
+    }
+
+    fn say(&mut self, message: &ToCoordinator) {
+        write_frame(&mut self.stream, message).unwrap();
+    }
+
+    fn hear(&mut self) -> ToWorker {
+        read_frame(&mut self.stream, 1 << 20).unwrap()
+    }
+
+    /// Waits until the coordinator has hung up, whatever it still sends.
+    fn until_dropped(mut self) {
+        match io::copy(&mut self.stream, &mut io::sink()) {
+            Ok(_) => {}
+            Err(error) => assert_eq!(error.kind(), io::ErrorKind::ConnectionReset),
+        }
+    }
+}
+
+#[track_caller]
+fn assert_done(run: &Run, paths: u64) {
+    assert_eq!(run.ending, Ending::BudgetSpent, "{:?}", run.notices);
+    assert_eq!(run.coordinator.prefix(), &straight(0..paths));
+}
+
+#[test]
+fn workers_of_any_number_of_threads_come_to_the_same_tally() {
+    for threads in [vec![1], vec![3], vec![1, 2, 4]] {
+        let run = run(plan(200_000, 1000), never, |access| together(access, &threads, || Toy));
+        assert_done(&run, 200_000);
+        assert_eq!(run.notices, [""; 0]);
+        assert_eq!(run.coordinator.effort().workers_lost, 0);
+    }
+}
+
+#[test]
+fn strangers_are_dropped_and_the_run_goes_on() {
+    let run = run(plan(50_000, 1000), never, |access| {
+        // Says nothing and stays to the end.
+        let silent = Raw::connect(access);
+        // Says nothing and leaves.
+        drop(TcpStream::connect(&access.address).unwrap());
+
+        let mut garbage = Raw::connect(access);
+        let noise: Vec<u8> = (0..100_000).map(|n| hash(n) as u8).collect();
+        // The coordinator may hang up in the middle of it.
+        let _ = garbage.stream.write_all(&noise);
+        garbage.until_dropped();
+
+        let mut huge = Raw::connect(access);
+        huge.stream.write_all(&u32::MAX.to_le_bytes()).unwrap();
+        huge.until_dropped();
+
+        // A short frame that claims to hold 2³⁰ bytes of a reason.
+        let mut swollen = Raw::connect(access);
+        swollen.stream.write_all(&[6, 0, 0, 0, 4, 252, 0, 0, 0, 64]).unwrap();
+        swollen.until_dropped();
+
+        let mut presumptuous = Raw::connect(access);
+        presumptuous.say(&READY);
+        presumptuous.until_dropped();
+
+        honest(access, 2);
+        drop(silent);
+    });
+    assert_done(&run, 50_000);
+    assert_eq!(run.coordinator.effort().workers_seen, 1);
+    assert_eq!(run.coordinator.effort().workers_lost, 0);
+    let told = |words: &str| run.notices.iter().any(|notice| notice.contains(words));
+    assert!(told("exceeds the limit of 4096"), "{:?}", run.notices);
+    assert!(told("LimitExceeded") && told("out of turn"), "{:?}", run.notices);
+}
+
+#[test]
+fn a_worker_with_another_key_or_build_is_told_why_it_is_refused() {
+    let run = run(plan(50_000, 1000), never, |access| {
+        let keyless = Access::new(access.address.clone()).unwrap();
+        let error = work(&keyless, &identity(1), toy_of, || 0.0).unwrap_err();
+        assert!(matches!(&error, WorkerError::Refused(reason) if reason.contains("key")), "{error}");
+        let old = Identity { build: "0.0.1".into(), ..identity(1) };
+        let error = work(access, &old, toy_of, || 0.0).unwrap_err();
+        assert!(matches!(&error, WorkerError::Refused(reason) if reason.contains("0.0.1")), "{error}");
+        let error = work(access, &identity(0), toy_of, || 0.0).unwrap_err();
+        assert!(matches!(&error, WorkerError::Refused(reason) if reason.contains("threads")), "{error}");
+        let error = work(access, &identity(1), |_| Ok(Stranger), || 0.0).unwrap_err();
+        assert!(matches!(&error, WorkerError::Refused(reason) if reason.contains("replica")), "{error}");
+        honest(access, 1);
+    });
+    assert_done(&run, 50_000);
+    assert_eq!(run.notices.len(), 4, "{:?}", run.notices);
+}
+
+/// Has built something else.
+struct Stranger;
+
+impl Work for Stranger {
+    type Board = ();
+
+    fn hashes(&self) -> ([u8; 32], [u8; 32]) {
+        ([0; 32], JOB_HASH)
+    }
+    fn empty(&self) -> Tally {
+        unreachable!()
+    }
+    fn board(&self) {}
+    fn shoot(&self, _: Range<u64>, (): &mut ()) {
+        unreachable!()
+    }
+    fn take(&self, (): &mut ()) -> Result<Tally, Overflow> {
+        unreachable!()
+    }
+}
+
+#[test]
+fn a_result_that_is_cut_short_is_not_taken() {
+    let run = run(plan(50_000, 1000), never, |access| {
+        for kept in [1, 2, 4, 5, 40] {
+            let (mut raw, lease, walks) = Raw::join(access);
+            let whole = frame(&ToCoordinator::Result(result(lease, walks))).unwrap();
+            raw.stream.write_all(&whole[..kept.min(whole.len() - 1)]).unwrap();
+            drop(raw);
+        }
+        // The last is whole, but its sender is gone when it arrives.
+        let (mut raw, lease, walks) = Raw::join(access);
+        raw.say(&ToCoordinator::Result(result(lease, walks)));
+        drop(raw);
+        honest(access, 2);
+    });
+    assert_done(&run, 50_000);
+    let effort = run.coordinator.effort();
+    assert_eq!((effort.workers_seen, effort.workers_lost), (7, 6));
+    assert_eq!(run.notices.len(), 6);
+}
+
+#[test]
+fn a_worker_that_is_cut_off_while_it_shoots_leaves_nothing_behind() {
+    // A fake coordinator that hands out an endless lease and vanishes.
+    for farewell in [None, Some(ToWorker::Done), Some(ToWorker::Challenge { nonce: [0; 32] })] {
+        let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+        let access = Access::new(listener.local_addr().unwrap().to_string()).unwrap();
+        let shooting = AtomicU64::new(0);
+        thread::scope(|scope| {
+            let worker =
+                scope.spawn(|| work(&access, &identity(3), |_| Ok(Endless { shooting: &shooting }), || 0.0));
+            let (mut stream, _) = listener.accept().unwrap();
+            write_frame(&mut stream, &ToWorker::Challenge { nonce: [5; 32] }).unwrap();
+            let ToCoordinator::Hello(hello) = read_frame(&mut stream, 4096).unwrap() else { panic!() };
+            assert!(access.holds(Speaker::Worker, &[5; 32], &hello.proof));
+            let proof = access.prove(Speaker::Coordinator, &hello.nonce);
+            write_frame(&mut stream, &ToWorker::Welcome { proof, job: vec![] }).unwrap();
+            for id in 0..6 {
+                // Beyond all numbers.
+                let lease = ToWorker::Lease { id, first_walk: 1 << 60, walks: u64::MAX };
+                write_frame(&mut stream, &lease).unwrap();
+            }
+            await_that(|| shooting.load(Ordering::Relaxed) > 100);
+            let expect_ok = farewell == Some(ToWorker::Done);
+            if let Some(farewell) = &farewell {
+                write_frame(&mut stream, farewell).unwrap();
+                // It does not wait for the connection to close.
+                assert_eq!(worker.join().unwrap().is_ok(), expect_ok);
+            } else {
+                drop(stream);
+                assert!(matches!(worker.join().unwrap(), Err(WorkerError::Lost(_))));
+            }
+        });
+    }
+}
+
+fn await_that(condition: impl Fn() -> bool) {
+    let began = Instant::now();
+    while !condition() {
+        assert!(began.elapsed() < HANG, "waited in vain");
+        thread::sleep(Duration::from_millis(1));
+    }
+}
+
+/// Shoots for ever.
+struct Endless<'a> {
+    shooting: &'a AtomicU64,
+}
+
+impl Work for Endless<'_> {
+    type Board = ();
+
+    fn hashes(&self) -> ([u8; 32], [u8; 32]) {
+        (SCENE_HASH, JOB_HASH)
+    }
+    fn empty(&self) -> Tally {
+        Tally::new(PATCHES, MOMENTS)
+    }
+    fn board(&self) {}
+    fn shoot(&self, walks: Range<u64>, (): &mut ()) {
+        assert!(walks.start >= 1 << 60 && walks.start < walks.end);
+        self.shooting.fetch_add(1, Ordering::Relaxed);
+    }
+    fn take(&self, (): &mut ()) -> Result<Tally, Overflow> {
+        Ok(self.empty())
+    }
+}
+
+#[test]
+fn an_impostor_is_found_out() {
+    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+    let access = Access::new(listener.local_addr().unwrap().to_string()).unwrap();
+    thread::scope(|scope| {
+        let worker = scope.spawn(|| work(&access, &identity(1), toy_of, || 0.0));
+        let (mut stream, _) = listener.accept().unwrap();
+        write_frame(&mut stream, &ToWorker::Challenge { nonce: [5; 32] }).unwrap();
+        let ToCoordinator::Hello(hello) = read_frame(&mut stream, 4096).unwrap() else { panic!() };
+        // All it knows is what it was told.
+        write_frame(&mut stream, &ToWorker::Welcome { proof: hello.proof, job: JOB.into() }).unwrap();
+        assert!(matches!(worker.join().unwrap(), Err(WorkerError::Impostor)));
+    });
+}
+
+/// The ways in which the work itself can fail.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Trouble {
+    BuildFails,
+    BuildPanics,
+    ShootPanics,
+    TakeOverflows,
+}
+
+struct Troubled(Trouble);
+
+impl Work for Troubled {
+    type Board = Board;
+
+    fn hashes(&self) -> ([u8; 32], [u8; 32]) {
+        (SCENE_HASH, JOB_HASH)
+    }
+    fn empty(&self) -> Tally {
+        Tally::new(PATCHES, MOMENTS)
+    }
+    fn board(&self) -> Board {
+        Board::default()
+    }
+    fn shoot(&self, walks: Range<u64>, board: &mut Board) {
+        assert!(self.0 != Trouble::ShootPanics, "trouble that the test asked for");
+        board.shoot(walks);
+    }
+    fn take(&self, _: &mut Board) -> Result<Tally, Overflow> {
+        Err(Overflow)
+    }
+}
+
+#[test]
+fn work_that_fails_or_panics_takes_its_worker_down_and_no_other() {
+    use Trouble::{BuildFails, BuildPanics, ShootPanics, TakeOverflows};
+    for trouble in [BuildFails, BuildPanics, ShootPanics, TakeOverflows] {
+        let lost = AtomicU64::new(0);
+        let watch = |coordinator: &Coordinator| {
+            lost.store(coordinator.effort().workers_lost, Ordering::Relaxed);
+            false
+        };
+        let run = run(plan(50_000, 1000), watch, |access| {
+            let build = |_: &[u8]| match trouble {
+                BuildFails => Err("no such scene".into()),
+                BuildPanics => panic!("trouble that the test asked for"),
+                _ => Ok(Troubled(trouble)),
+            };
+            // It returns before the job is done, which needs another worker.
+            let ended =
+                thread::scope(|scope| scope.spawn(|| work(access, &identity(3), build, || 0.0)).join());
+            match (trouble, ended) {
+                (BuildFails, Ok(Err(WorkerError::Job(reason)))) => assert_eq!(reason, "no such scene"),
+                (BuildPanics, Err(_)) => {}
+                (ShootPanics, Ok(Err(WorkerError::Failed(reason)))) => assert!(reason.contains("panicked")),
+                (TakeOverflows, Ok(Err(WorkerError::Failed(reason)))) => assert!(reason.contains("overflow")),
+                (_, ended) => panic!("{trouble:?} came to {ended:?}"),
+            }
+            await_that(|| lost.load(Ordering::Relaxed) == 1);
+            honest(access, 1);
+        });
+        assert_done(&run, 50_000);
+        assert_eq!(run.notices.len(), 1, "{:?}", run.notices);
+        let word = match trouble {
+            BuildFails => "gave up: no such scene",
+            BuildPanics => "closed",
+            ShootPanics => "gave up: a thread panicked",
+            TakeOverflows => "gave up: a sum of the tally overflowed",
+        };
+        assert!(run.notices[0].contains(word), "{trouble:?}: {}", run.notices[0]);
+    }
+}
+
+#[test]
+fn after_a_stop_every_worker_goes_home_in_peace() {
+    // The job would take years.
+    let run = run(plan(1 << 60, 1000), far(20_000), |access| together(access, &[1, 2, 2], || Toy));
+    assert_eq!(run.ending, Ending::Interrupted);
+    let walks = run.coordinator.prefix().counts.walks;
+    assert!(walks >= 20_000);
+    assert_eq!(run.coordinator.prefix(), &straight(0..walks));
+    assert_eq!(run.notices, [""; 0]);
+}
+
+/// A job whose results are far larger than what sockets hold: every walk scores a large number everywhere.
+struct Bulky;
+
+const BULK: usize = 200_000;
+
+fn bulky(walks: u64) -> Tally {
+    let counts = Counts { walks, ..Counts::default() };
+    let sums = (0..BULK as u128).map(|patch| u128::from(walks) * (u128::from(u64::MAX) + patch)).collect();
+    Tally::from_parts(counts, BULK, 1, sums).unwrap()
+}
+
+impl Work for Bulky {
+    type Board = u64;
+
+    fn hashes(&self) -> ([u8; 32], [u8; 32]) {
+        (SCENE_HASH, JOB_HASH)
+    }
+    fn empty(&self) -> Tally {
+        Tally::new(BULK, 1)
+    }
+    fn board(&self) -> u64 {
+        0
+    }
+    fn shoot(&self, walks: Range<u64>, board: &mut u64) {
+        *board += walks.end - walks.start;
+    }
+    fn take(&self, board: &mut u64) -> Result<Tally, Overflow> {
+        Ok(bulky(std::mem::take(board)))
+    }
+}
+
+#[test]
+fn large_results_come_in_whole_and_a_stop_in_their_midst_harms_nobody() {
+    let bulky_plan = |paths| Plan { empty: Tally::new(BULK, 1), ..plan(paths, 10) };
+    let workers = |access: &Access| together(access, &[2, 2, 2], || Bulky);
+    let done = run(bulky_plan(400), never, workers);
+    assert_eq!(done.ending, Ending::BudgetSpent);
+    assert!(done.coordinator.prefix() == &bulky(400));
+    let stopped = run(bulky_plan(1 << 50), far(300), workers);
+    assert_eq!(stopped.ending, Ending::Interrupted);
+    let walks = stopped.coordinator.prefix().counts.walks;
+    assert!(walks >= 300 && stopped.coordinator.prefix() == &bulky(walks));
+    assert!(done.notices.is_empty() && stopped.notices.is_empty());
+}
+
+#[test]
+fn a_target_that_is_reached_sends_everybody_home() {
+    let mut plan = plan(1 << 60, 1000);
+    plan.looks = (1..20).map(|k| k * 4321).collect();
+    plan.target = Some(Box::new(|tally| tally.counts.walks > 10_000));
+    let run = run(plan, never, |access| together(access, &[1, 2], || Toy));
+    assert_eq!(run.ending, Ending::TargetReached);
+    assert_eq!(run.coordinator.prefix(), &straight(0..3 * 4321));
+}
+
+#[test]
+fn a_worker_that_sits_still_does_not_hold_up_the_end() {
+    let (sender, sitting) = std::sync::mpsc::channel();
+    let run = run(plan(1 << 60, 1000), far(1000), |access| {
+        // It is let in, says nothing more, and hangs up only when the run is over.
+        let mut still = Raw::connect(access);
+        still.say(&ToCoordinator::Hello(still.hello(access)));
+        assert!(matches!(still.hear(), ToWorker::Welcome { .. }));
+        sender.send(still).unwrap();
+        honest(access, 1);
+    });
+    assert_eq!(run.ending, Ending::Interrupted);
+    drop(sitting);
+}
+
+#[test]
+fn who_knocks_as_the_job_ends_is_told_so() {
+    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+    let access = Access::new(listener.local_addr().unwrap().to_string()).unwrap();
+    let knocking: Vec<TcpStream> = (0..20).map(|_| TcpStream::connect(&access.address).unwrap()).collect();
+    let mut coordinator = Coordinator::new(plan(0, 10), access);
+    thread::scope(|scope| {
+        scope.spawn(|| {
+            for mut stream in knocking {
+                stream.set_read_timeout(Some(HANG)).unwrap();
+                assert_eq!(read_frame::<ToWorker>(&mut stream, 4096).unwrap(), ToWorker::Done);
+                assert_eq!(stream.read(&mut [0; 1]).unwrap(), 0, "and nothing else");
+            }
+        });
+        let ending = serve(listener, &mut coordinator, |_| Wish::Continue, |_| {}).unwrap();
+        assert_eq!(ending, Ending::BudgetSpent);
+    });
+}
+
+#[test]
+fn a_run_without_workers_ends() {
+    let run = run(plan(100, 10), never, |access| drop(Raw::connect(access)));
+    assert_eq!(run.ending, Ending::NoWorkers);
+    assert_eq!(run.coordinator.prefix(), &straight(0..0));
+}
+
+#[test]
+fn the_last_results_of_a_worker_that_died_are_counted() {
+    // The owner gives up as soon as the only worker is gone, with its results on their way.
+    let run = run(plan(20, 10), never, |access| {
+        let (mut raw, lease, walks) = Raw::join(access);
+        let ToWorker::Lease { id, first_walk, walks: second } = raw.hear() else { panic!("no lease") };
+        raw.say(&ToCoordinator::Result(result(id, first_walk..first_walk + second)));
+        let last = LeaseResult { seconds: f64::NAN, ..result(lease, walks) };
+        raw.say(&ToCoordinator::Result(last));
+    });
+    assert_done(&run, 20);
+}

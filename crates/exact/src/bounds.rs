@@ -1,0 +1,95 @@
+//! What can be said of the error before anything is solved (S97 §§2.2–2.5, 3.3–3.8, table 4).
+
+use crate::answer::Exact;
+use crate::variance::{GatherEstimator, WalkEstimator};
+
+/// The few numbers of a scene that S97's bounds depend on.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Bounds {
+    /// R_max.
+    pub max_reflectance: f64,
+    /// A_min [m²].
+    pub min_area: f64,
+    /// A_T [m²].
+    pub total_area: f64,
+    /// Φ_T [W].
+    pub total_power: f64,
+    /// B̄ = max_s E_s/(1 − R_s) [W/m²]: no radiosity is higher, and b_i ≤ R_iB̄.
+    pub max_radiosity: f64,
+    /// Φ_s [W], R_s, E_s [W/m²] of every source.
+    sources: Vec<[f64; 3]>,
+}
+
+impl Bounds {
+    /// The bounds of a scene; only areas, reflectances and emittances are looked at.
+    pub fn of(exact: &Exact) -> Self {
+        let (areas, reflectance) = (exact.areas(), exact.reflectance());
+        let sources = exact.emittance().iter().enumerate().filter(|&(_, &e)| e > 0.0);
+        let sources: Vec<[f64; 3]> = sources.map(|(s, &e)| [areas[s] * e, reflectance[s], e]).collect();
+        Bounds {
+            max_reflectance: reflectance.iter().copied().fold(0.0, f64::max),
+            min_area: areas.iter().copied().fold(f64::INFINITY, f64::min),
+            total_area: areas.iter().sum(),
+            total_power: exact.total_power(),
+            max_radiosity: sources.iter().map(|[_, r, e]| e / (1.0 - r)).fold(0.0, f64::max),
+            sources,
+        }
+    }
+
+    /// No patch has a higher variance of B_i [W²/m⁴] for one shooting walk scored by absorption (S97
+    /// proposition 2.4): Φ_TB̄R_max²/(A_min(1 − R_max)).
+    pub fn shooting_variance(&self) -> f64 {
+        let r = self.max_reflectance;
+        self.total_power * self.max_radiosity * r * r / (self.min_area * (1.0 - r))
+    }
+
+    /// No patch has a higher variance of B_i [W²/m⁴] for one gathering walk, born with p_i = A_i/A_T and
+    /// scored by absorption (S97 §3.3): A_TR_max²B̄²/A_min.
+    pub fn gathering_variance(&self) -> f64 {
+        self.total_area * (self.max_reflectance * self.max_radiosity).powi(2) / self.min_area
+    }
+
+    /// As many shooting walks by absorption bring every variance down to `variance` [W²/m⁴] (S97 §2.3).
+    pub fn shooting_walks(&self, variance: f64) -> f64 {
+        self.shooting_variance() / variance
+    }
+
+    /// As many gathering walks by absorption, p_i = A_i/A_T, bring every variance down to `variance` [W²/m⁴].
+    pub fn gathering_walks(&self, variance: f64) -> f64 {
+        self.gathering_variance() / variance
+    }
+
+    /// The area-weighted mean square error of one shooting walk [W²/m⁴] is expected to be below this (S97
+    /// table 4).
+    pub fn shooting_error(&self, estimator: WalkEstimator) -> f64 {
+        let r = self.max_reflectance;
+        let scale = self.total_power * self.total_power / (self.total_area * self.min_area);
+        let factor = match estimator {
+            WalkEstimator::ShootAbsorption => r * r / (1.0 - r).powi(2),
+            WalkEstimator::ShootSurvival => r * (1.0 + r) / (1.0 - r).powi(2),
+            WalkEstimator::ShootCollision => r * r * (1.0 + r) / (1.0 - r).powi(2),
+            WalkEstimator::ShootInfinite => r * r * (1.0 + r) / ((1.0 - r) * (1.0 - r * r)),
+        };
+        scale * factor
+    }
+
+    /// The same for one gathering walk with p_i = A_i/A_T; infinite for survival if a source does not reflect.
+    pub fn gathering_error(&self, estimator: GatherEstimator) -> f64 {
+        let (r, b) = (self.max_reflectance, self.max_radiosity);
+        let over_sources = |c: fn(f64) -> f64| -> f64 {
+            self.sources.iter().map(|&[phi, r_s, e]| phi * (e + 2.0 * r_s * b) * c(r_s)).sum()
+        };
+        let factor = match estimator {
+            GatherEstimator::Absorption => b * self.total_power / (1.0 - r),
+            GatherEstimator::Survival => over_sources(f64::recip) / (1.0 - r),
+            GatherEstimator::Collision => over_sources(|_| 1.0) / (1.0 - r),
+            GatherEstimator::Infinite => over_sources(|_| 1.0) / (1.0 - r * r),
+        };
+        r * r * factor / self.min_area
+    }
+
+    /// As many rays at most `walks` shooting walks trace in expectation: N/(1 − R_max).
+    pub fn shooting_rays(&self, walks: f64) -> f64 {
+        walks / (1.0 - self.max_reflectance)
+    }
+}

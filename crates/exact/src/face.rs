@@ -1,0 +1,129 @@
+//! The faces of any scene as polygons.
+
+use glam::DVec3;
+use radiosity::{SceneSpec, Shape, Sides};
+
+use crate::cubature::{GAUSS_3, GAUSS_4, GAUSS_5, Rule};
+use crate::faces::Faces;
+use crate::polygon::{Plane, Polygon, area, bounding_sphere, doubled_area_vector};
+use crate::rectangle::{Facing, Rectangle};
+
+/// One side of a patch that exchanges light.
+#[derive(Clone, Debug)]
+pub(crate) struct Face {
+    pub polygon: Polygon,
+    pub plane: Plane,
+    pub center: DVec3,
+    pub radius: f64,
+    /// [m²]
+    pub area: f64,
+    /// The same as an axis-aligned rectangle, if it is one.
+    pub rectangle: Option<Rectangle>,
+    /// Nodes and weights [m²] to integrate over it, for the rules of [`FAR`].
+    pub nodes: [Vec<(DVec3, f64)>; 3],
+}
+
+/// Beyond so many diameters, so many nodes along either side: relative errors near 10⁻¹⁰.
+pub(crate) const FAR: [(f64, Rule); 3] = [(8.0, GAUSS_3), (4.0, GAUSS_4), (2.0, GAUSS_5)];
+
+/// The faces of a scene around the origin, and the outlines of its surfaces.
+pub(crate) struct FaceScene {
+    pub faces: Faces,
+    pub geometry: Vec<Face>,
+    pub outlines: Vec<Polygon>,
+    /// Lengths below this are rounding [m].
+    pub tolerance: f64,
+}
+
+impl FaceScene {
+    /// The faces of a scene that [`radiosity::Scene::build`] accepts.
+    pub fn new(spec: &SceneSpec) -> Self {
+        let corners: Vec<DVec3> = spec.surfaces.iter().flat_map(|surface| surface.shape.corners()).collect();
+        let low = corners.iter().copied().fold(DVec3::INFINITY, DVec3::min);
+        let high = corners.iter().copied().fold(DVec3::NEG_INFINITY, DVec3::max);
+        let (center, extent) = (0.5 * (low + high), (high - low).max_element());
+        let farthest = low.abs().max(high.abs()).max_element();
+        // Corners that were meant to coincide differ by some roundings of their coordinates.
+        let tolerance = 1e-10 * extent.max(1e-3 * farthest);
+        let fronts = spec.surfaces.iter().flat_map(|surface| {
+            let cells = 0..surface.shape.cell_count() as u32;
+            cells.map(|cell| (surface.sides == Sides::Both, cell_outline(&surface.shape, cell, center)))
+        });
+        let (two_sided, fronts): (Vec<bool>, Vec<Polygon>) = fronts.unzip();
+        let backs = fronts.iter().zip(&two_sided).filter(|&(_, &both)| both);
+        let backs: Vec<Polygon> = backs.map(|(front, _)| front.iter().rev().copied().collect()).collect();
+        let geometry = fronts.into_iter().chain(backs).map(|polygon| Face::new(polygon, tolerance)).collect();
+        let outline = |surface: &radiosity::SurfaceSpec| {
+            surface.shape.corners().into_iter().map(|corner| corner - center).collect()
+        };
+        let outlines = spec.surfaces.iter().map(outline).collect();
+        FaceScene { faces: Faces::new(&two_sided), geometry, outlines, tolerance }
+    }
+}
+
+impl Face {
+    fn new(polygon: Polygon, tolerance: f64) -> Self {
+        let (center, radius) = bounding_sphere(&polygon);
+        Face {
+            plane: Plane::through(polygon[0], doubled_area_vector(&polygon)),
+            center,
+            radius,
+            area: area(&polygon),
+            rectangle: rectangle(&polygon, tolerance),
+            nodes: FAR.map(|(_, rule)| nodes(&polygon, rule)),
+            polygon,
+        }
+    }
+}
+
+/// The corners of a cell relative to `origin`, counterclockwise seen from the front.
+fn cell_outline(shape: &Shape, cell: u32, origin: DVec3) -> Polygon {
+    let (corner, e_u, e_v) = shape.edges();
+    let [first, second] = shape.cell_label(cell);
+    let at = |[u, v]: [f64; 2]| (corner - origin) + e_u * u + e_v * v;
+    match *shape {
+        Shape::Parallelogram { cells: [n_u, n_v], .. } => [[0, 0], [1, 0], [1, 1], [0, 1]]
+            .map(|[i, j]| at([f64::from(first + i) / f64::from(n_u), f64::from(second + j) / f64::from(n_v)]))
+            .to_vec(),
+        Shape::Triangle { rows, .. } => {
+            let j = second / 2;
+            let i = first - j;
+            let corners = if second.is_multiple_of(2) {
+                [[i, j], [i + 1, j], [i, j + 1]]
+            } else {
+                [[i, j + 1], [i - 1, j + 1], [i, j]]
+            };
+            corners.map(|corner| at(corner.map(|k| f64::from(k) / f64::from(rows)))).to_vec()
+        }
+    }
+}
+
+/// The axis-aligned rectangle that a polygon is, if it is one.
+fn rectangle(polygon: &[DVec3], tolerance: f64) -> Option<Rectangle> {
+    let &[a, b, c, d] = polygon else { return None };
+    let along = |edge: DVec3| {
+        let mut axes = (0..3).filter(|&axis| edge[axis].abs() > tolerance);
+        axes.next().filter(|_| axes.next().is_none())
+    };
+    let (along_u, along_v) = (along(b - a)?, along(d - a)?);
+    if along_u == along_v {
+        return None;
+    }
+    let axis = 3 - along_u - along_v;
+    let facing = if (b - a).cross(d - a)[axis] > 0.0 { Facing::Up } else { Facing::Down };
+    let (mut lo, mut hi) = (a.min(c), a.max(c));
+    (lo[axis], hi[axis]) = (a[axis], a[axis]);
+    Some(Rectangle { axis, facing, lo, hi })
+}
+
+/// Gauss's rule along both sides of a parallelogram; of a triangle, a square folded up at one corner.
+fn nodes(polygon: &[DVec3], rule: Rule) -> Vec<(DVec3, f64)> {
+    let (corner, e_u, e_v) = (polygon[0], polygon[1] - polygon[0], polygon[polygon.len() - 1] - polygon[0]);
+    let cross = e_u.cross(e_v).length();
+    let product = rule.iter().flat_map(|&(s, w_s)| rule.iter().map(move |&(t, w_t)| (s, t, w_s * w_t)));
+    let node = |(s, t, weight): (f64, f64, f64)| match polygon.len() {
+        3 => (corner + e_u * (s * (1.0 - t)) + e_v * (s * t), weight * s * cross),
+        _ => (corner + e_u * s + e_v * t, weight * cross),
+    };
+    product.map(node).collect()
+}

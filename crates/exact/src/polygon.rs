@@ -1,0 +1,128 @@
+//! Convex polygons in space: cutting them by planes, and what a point sees of one.
+
+use std::f64::consts::TAU;
+
+use glam::DVec3;
+
+/// The corners of a planar convex polygon [m], counterclockwise seen from its front; empty if nothing is left.
+pub(crate) type Polygon = Vec<DVec3>;
+
+/// A plane: the points x with normal·x = offset.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Plane {
+    /// Unit normal; points to the front.
+    pub normal: DVec3,
+    offset: f64,
+}
+
+impl Plane {
+    /// The plane through a point with a normal of any length above 0.
+    pub fn through(point: DVec3, normal: DVec3) -> Self {
+        let normal = normal.normalize();
+        Plane { normal, offset: normal.dot(point) }
+    }
+
+    /// How far a point is in front [m].
+    pub fn height(&self, point: DVec3) -> f64 {
+        self.normal.dot(point) - self.offset
+    }
+
+    /// The same plane seen from behind.
+    pub fn flipped(&self) -> Self {
+        Plane { normal: -self.normal, offset: -self.offset }
+    }
+
+    /// The lowest and the highest of some points.
+    pub fn range(&self, points: &[DVec3]) -> [f64; 2] {
+        points.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], &point| {
+            let height = self.height(point);
+            [low.min(height), high.max(height)]
+        })
+    }
+}
+
+/// The part of a polygon in front of a plane. What is within `tolerance` [m] of the plane follows the rest.
+pub(crate) fn in_front(polygon: &[DVec3], plane: &Plane, tolerance: f64) -> Polygon {
+    let [low, high] = plane.range(polygon);
+    if high <= tolerance {
+        return vec![];
+    }
+    if low >= -tolerance {
+        return polygon.to_vec();
+    }
+    // Sutherland & Hodgman 1974
+    let mut kept = Polygon::with_capacity(polygon.len() + 1);
+    for (k, &from) in polygon.iter().enumerate() {
+        let to = polygon[(k + 1) % polygon.len()];
+        let (start, end) = (plane.height(from), plane.height(to));
+        if start >= 0.0 {
+            kept.push(from);
+        }
+        if (start >= 0.0) != (end >= 0.0) {
+            kept.push(from + (to - from) * (start / (start - end)));
+        }
+    }
+    kept
+}
+
+/// Area [m²].
+pub(crate) fn area(polygon: &[DVec3]) -> f64 {
+    0.5 * doubled_area_vector(polygon).length()
+}
+
+/// Twice the area [m²] times the unit normal of the front.
+pub(crate) fn doubled_area_vector(polygon: &[DVec3]) -> DVec3 {
+    polygon.windows(2).skip(1).map(|edge| (edge[0] - polygon[0]).cross(edge[1] - polygon[0])).sum()
+}
+
+/// The mean of the corners, and the distance of the farthest from it [m].
+pub(crate) fn bounding_sphere(polygon: &[DVec3]) -> (DVec3, f64) {
+    let center = polygon.iter().sum::<DVec3>() / polygon.len() as f64;
+    let radius = polygon.iter().map(|corner| corner.distance(center)).fold(0.0, f64::max);
+    (center, radius)
+}
+
+/// The form factor from a point with this unit normal to the front of a polygon above its horizon (Lambert
+/// 1760): 1/2π Σ over the edges of the angle they subtend × the cosine to the normal of their plane.
+pub(crate) fn point_form_factor(point: DVec3, normal: DVec3, polygon: &[DVec3]) -> f64 {
+    let mut from = polygon[polygon.len() - 1] - point;
+    let mut sum = 0.0;
+    for corner in polygon {
+        let to = corner - point;
+        let cross = from.cross(to);
+        let sine = cross.length();
+        if sine > 0.0 {
+            // Counterclockwise from the polygon's front is clockwise from the point.
+            sum -= sine.atan2(from.dot(to)) * normal.dot(cross) / sine;
+        }
+        from = to;
+    }
+    sum / TAU
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The unit square at height 1, facing down.
+    fn ceiling() -> Polygon {
+        vec![DVec3::Z, DVec3::new(0.0, 1.0, 1.0), DVec3::ONE, DVec3::new(1.0, 0.0, 1.0)]
+    }
+
+    /// Howell C-11: 1/2π (x/√(1+x²) atan(y/√(1+x²)) + y/√(1+y²) atan(x/√(1+y²))) at x = y = 1.
+    #[test]
+    fn a_point_below_the_corner_of_a_square() {
+        let expected = 2.0 / TAU * 0.5_f64.sqrt() * 0.5_f64.sqrt().atan();
+        assert!((point_form_factor(DVec3::ZERO, DVec3::Z, &ceiling()) - expected).abs() < 1e-15);
+    }
+
+    #[test]
+    fn both_parts_of_a_cut_polygon_make_the_whole() {
+        let plane = Plane::through(DVec3::new(0.3, 0.4, 0.0), DVec3::new(1.0, 2.0, 0.5));
+        let parts = [plane, plane.flipped()].map(|plane| in_front(&ceiling(), &plane, 1e-12));
+        let whole = point_form_factor(DVec3::ZERO, DVec3::Z, &ceiling());
+        let sum: f64 = parts.iter().map(|part| point_form_factor(DVec3::ZERO, DVec3::Z, part)).sum();
+        assert!((sum - whole).abs() < 1e-15 && parts.iter().all(|part| area(part) > 0.1));
+        assert!((parts.iter().map(|part| area(part)).sum::<f64>() - 1.0).abs() < 1e-15);
+    }
+}
