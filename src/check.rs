@@ -5,6 +5,7 @@ use radiosity::{IndexChoice, Scene};
 use report::{Method, Model};
 
 use crate::args::CheckArgs;
+use crate::console::say;
 use crate::fault::{Fault, Outcome};
 use crate::outputs;
 use crate::replica::MOMENTS;
@@ -23,36 +24,36 @@ pub fn check(args: &CheckArgs) -> Result<Outcome, Fault> {
             describe_scene(&scene);
         }
     }
-    println!("no fault found");
+    say("no fault found");
     Ok(Outcome::Done)
 }
 
 fn describe_scene(scene: &Scene) {
     let area: f64 = scene.patches().iter().map(|patch| patch.area).sum();
     let emitters = scene.patches().iter().filter(|patch| patch.emittance > 0.0).count();
-    println!(
+    say(&format!(
         "scene: {} surfaces, {} patches, {area:.6} m², {emitters} emitting patches of {:.6} W in all",
         scene.surfaces().len(),
         scene.patches().len(),
         scene.total_power()
-    );
+    ));
 }
 
 fn describe_job(job: &Job, scene: &Scene) {
     let Method { walk, estimator, space, sampler } = outputs::method(job);
-    println!(
+    say(&format!(
         "job: {} paths of {space} {estimator} {walk}, {sampler} numbers from seed {}, {} % intervals",
         job.budget.paths,
         job.seed,
         100.0 * job.confidence
-    );
+    ));
     if let Some(target) = &job.target {
-        println!(
+        say(&format!(
             "target: relative half-width {} on {} of the patch area",
             target.relative_error, target.fraction
-        );
+        ));
     }
     for reason in Model::new(scene, &outputs::method(job), MOMENTS).why {
-        println!("model: {reason}");
+        say(&format!("model: {reason}"));
     }
 }

@@ -10,6 +10,7 @@ use job::Job;
 use radiosity::{Scene, Tally};
 
 use crate::args::{CoordinateArgs, JobArgs, OutArgs, RunArgs};
+use crate::console::tell;
 use crate::fault::{Fault, Outcome};
 use crate::local::LocalWorkers;
 use crate::outputs::{self, RunOutput};
@@ -41,11 +42,11 @@ pub fn coordinate(args: &CoordinateArgs) -> Result<Outcome, Fault> {
     let access_file = args.access.clone().unwrap_or_else(|| prepared.output.path().join("access.json"));
     let (listener, access) = listen(&args.listen, &access_file)?;
     if !args.out.quiet {
-        eprintln!(
+        tell(&format!(
             "listening at {}; start workers with: radwalk work --access {}",
             access.address,
             access_file.display()
-        );
+        ));
     }
     signals::catch();
     let done = prepared.serve(listener, access, &args.out, None);

@@ -4,6 +4,7 @@ use exact::{Exact, WalkEstimator};
 use report::{ExactColumns, OutputFolder};
 
 use crate::args::ExactArgs;
+use crate::console::say;
 use crate::coordinate::default_folder;
 use crate::fault::{Fault, Outcome};
 
@@ -18,13 +19,13 @@ pub fn exact(args: &ExactArgs) -> Result<Outcome, Fault> {
     let columns = columns(&exact);
     folder.write("exact.csv", |file| report::write_exact(file, &columns))?;
     if !args.out.quiet {
-        println!(
+        say(&format!(
             "{} patches solved to a residual of {:.1e}",
             columns.radiosity.len(),
             exact.solution().residual
-        );
-        println!("form factor rows sum to 1 within {:.1e}", exact.exchange().closure_defect());
-        println!("written to {}", folder.file("exact.csv").display());
+        ));
+        say(&format!("form factor rows sum to 1 within {:.1e}", exact.exchange().closure_defect()));
+        say(&format!("written to {}", folder.file("exact.csv").display()));
     }
     Ok(Outcome::Done)
 }

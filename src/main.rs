@@ -2,6 +2,7 @@
 
 mod args;
 mod check;
+mod console;
 mod coordinate;
 mod exact_command;
 mod fault;
@@ -17,6 +18,7 @@ use std::process::ExitCode;
 use clap::Parser;
 
 use crate::args::{Cli, Command};
+use crate::console::tell;
 
 /// Version and commit: workers join only coordinators of the same build.
 pub const BUILD: &str = concat!(env!("CARGO_PKG_VERSION"), "+", env!("RADWALK_GIT"));
@@ -36,7 +38,7 @@ fn main() -> ExitCode {
         Ok(outcome) => ExitCode::from(outcome.exit_code()),
         Err(fault) => {
             if !silent {
-                eprintln!("radwalk: {fault}");
+                tell(&format!("radwalk: {fault}"));
             }
             ExitCode::from(fault.exit_code())
         }

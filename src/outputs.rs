@@ -8,6 +8,7 @@ use radiosity::{Scene, Solution, Tally};
 use report::{Check, Method, OutputFolder, RunFacts, Summary};
 
 use crate::args::OutArgs;
+use crate::console::{say, tell};
 use crate::fault::Fault;
 use crate::progress::{duration, percent, quantity};
 
@@ -46,7 +47,10 @@ impl RunOutput {
     ) -> Result<(), Fault> {
         let tally = coordinator.prefix();
         if tally.counts.walks == 0 {
-            eprintln!("radwalk: no walk was finished, so nothing is written to {}", self.path().display());
+            tell(&format!(
+                "radwalk: no walk was finished, so nothing is written to {}",
+                self.path().display()
+            ));
             return Ok(());
         }
         let solution = Solution::of_shooting(scene, tally, job.confidence);
@@ -61,21 +65,24 @@ impl RunOutput {
         self.folder.write("summary.json", |file| summary.write(file))?;
         self.folder.write("radiosity.png", |file| picture.write_png(file))?;
         if out.json {
-            eprintln!("{}", serde_json::json!({"event": "done", "out": self.path(), "paths": summary.paths}));
+            tell(&format!(
+                "{}",
+                serde_json::json!({"event": "done", "out": self.path(), "paths": summary.paths})
+            ));
         } else if !out.quiet {
-            self.say(&summary, scene, job);
+            self.describe(&summary, scene, job);
         }
         Ok(())
     }
 
     /// A few lines for people.
-    fn say(&self, summary: &Summary, scene: &Scene, job: &Job) {
+    fn describe(&self, summary: &Summary, scene: &Scene, job: &Job) {
         let whole = if summary.paths < job.budget.paths {
             format!(" of {}", job.budget.paths)
         } else {
             String::new()
         };
-        println!(
+        say(&format!(
             "{}{whole} paths, {} rays in {} by {} workers: {} paths/s, {} rays/s",
             summary.paths,
             summary.rays,
@@ -83,29 +90,29 @@ impl RunOutput {
             summary.workers_seen,
             quantity(summary.paths_per_second),
             quantity(summary.rays_per_second)
-        );
+        ));
         let precision = &summary.precision;
         let worst = precision.worst_patch.map_or(String::new(), |patch| {
             let surface = scene.surface_name(scene.patches()[patch as usize].surface);
             format!(", worst {} (patch {patch} on {surface})", percent(precision.max_relative_error))
         });
-        println!(
+        say(&format!(
             "half-widths of the {} % intervals: rms {}{worst}",
             100.0 * summary.confidence,
             percent(precision.rms_relative_error)
-        );
+        ));
         for check in summary.checks.iter().filter(|check| !check.ok) {
-            println!("note: {}", check.message);
+            say(&format!("note: {}", check.message));
         }
         if let Some(target) = &summary.target {
             let verdict = if target.reached { "reached" } else { "not reached" };
-            println!(
+            say(&format!(
                 "target {verdict}: {:.2} % of the patch area is within {}",
                 100.0 * target.achieved,
                 percent(target.relative_error)
-            );
+            ));
         }
-        println!("written to {}", self.path().display());
+        say(&format!("written to {}", self.path().display()));
     }
 }
 

@@ -9,6 +9,7 @@ use radiosity::{Precision, Scene, Solution};
 use serde_json::json;
 
 use crate::args::OutArgs;
+use crate::console::tell;
 
 /// Between two updates of a bar or of JSON lines.
 const INTERVAL: Duration = Duration::from_millis(500);
@@ -67,9 +68,9 @@ impl<'a> Display<'a> {
     pub fn note(&self, text: &str) {
         match &self.style {
             Style::Quiet => {}
-            Style::Json => eprintln!("{}", json!({"event": "note", "text": text})),
-            Style::Bar(bar) => bar.suspend(|| eprintln!("{text}")),
-            Style::Plain => eprintln!("{text}"),
+            Style::Json => tell(&format!("{}", json!({"event": "note", "text": text}))),
+            Style::Bar(bar) => bar.suspend(|| tell(text)),
+            Style::Plain => tell(text),
         }
     }
 
@@ -118,7 +119,7 @@ impl<'a> Display<'a> {
         match &self.style {
             Style::Quiet => {}
             // JSON has no infinity; serde_json writes null.
-            Style::Json => eprintln!(
+            Style::Json => tell(&format!(
                 "{}",
                 json!({
                     "event": "progress",
@@ -132,17 +133,17 @@ impl<'a> Display<'a> {
                     "max_relative_error": self.precision.map(|p| p.max_relative_error),
                     "seconds_left": seconds_left,
                 })
-            ),
+            )),
             Style::Bar(bar) => {
                 bar.set_position(progress.walks);
                 bar.set_message(self.line(progress.workers, paths_per_second, rays_per_second, seconds_left));
             }
-            Style::Plain => eprintln!(
+            Style::Plain => tell(&format!(
                 "{} of {} paths, {}",
                 progress.walks,
                 self.paths,
                 self.line(progress.workers, paths_per_second, rays_per_second, seconds_left)
-            ),
+            )),
         }
     }
 

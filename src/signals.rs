@@ -2,6 +2,8 @@
 
 use std::sync::atomic::{AtomicU32, Ordering};
 
+use crate::console::tell;
+
 static SIGNALS: AtomicU32 = AtomicU32::new(0);
 
 /// The exit code of an interrupted program.
@@ -15,7 +17,7 @@ pub fn catch() {
         }
     });
     if let Err(error) = caught {
-        eprintln!("radwalk: signals cannot be caught ({error}); Ctrl-C will end the run without saving");
+        tell(&format!("radwalk: signals cannot be caught ({error}); Ctrl-C will end the run without saving"));
     }
 }
 

@@ -1,0 +1,15 @@
+//! Lines for people. A reader that has gone away is no reason to end a run.
+
+use std::io::Write;
+
+/// A line on stdout: results.
+pub fn say(line: &str) {
+    // Nobody reads: nobody misses it.
+    let _ = writeln!(std::io::stdout(), "{line}");
+}
+
+/// A line on stderr: progress and trouble.
+pub fn tell(line: &str) {
+    // Likewise.
+    let _ = writeln!(std::io::stderr(), "{line}");
+}
