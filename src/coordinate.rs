@@ -7,7 +7,7 @@ use cluster::access::Access;
 use cluster::coordinator::{Coordinator, Ending, Plan};
 use cluster::server::{Wish, serve};
 use job::Job;
-use radiosity::{Scene, Tally};
+use radiosity::{Experiment, Tally};
 
 use crate::args::{CoordinateArgs, JobArgs, OutArgs, RunArgs};
 use crate::console::tell;
@@ -73,38 +73,39 @@ fn listen(address: &str, access_file: &Path) -> Result<(TcpListener, Access), Fa
 /// A job that is ready to be shot.
 struct Prepared {
     job: Job,
-    scene: Scene,
+    experiment: Experiment,
     output: RunOutput,
 }
 
 impl Prepared {
     fn new(args: &JobArgs, out: &OutArgs) -> Result<Self, Fault> {
         let job = job::load(&args.job, &args.overrides())?;
-        let scene = job.build_scene()?;
+        let experiment = Experiment::new(job.build_scene()?, job.method.walks())?;
         let folder = out.out.clone().unwrap_or_else(|| default_folder(&job));
         let output = RunOutput::new(&folder, out.force)?;
-        Ok(Prepared { job, scene, output })
+        Ok(Prepared { job, experiment, output })
     }
 
     fn plan(&self) -> Result<Plan, Fault> {
         let Job { budget, target, confidence, .. } = &self.job;
-        let message = replica::encode(&self.job, &self.scene).map_err(|error| Fault::System {
+        let scene = self.experiment.scene();
+        let message = replica::encode(&self.job, scene).map_err(|error| Fault::System {
             doing: "packing the job",
             source: std::io::Error::other(error),
         })?;
         let met = target.map(|target| {
-            let (scene, confidence) = (self.scene.clone(), *confidence);
-            Box::new(move |tally: &Tally| outputs::target_met(&target, &scene, tally, confidence))
+            let (experiment, confidence) = (self.experiment.clone(), *confidence);
+            Box::new(move |tally: &Tally| outputs::target_met(&target, &experiment, tally, confidence))
                 as Box<dyn FnMut(&Tally) -> bool>
         });
         Ok(Plan {
             job: message,
-            scene_hash: self.scene.hash(),
-            job_hash: job::job_hash(self.scene.hash(), &self.job.method, self.job.seed),
+            scene_hash: scene.hash(),
+            job_hash: job::job_hash(scene.hash(), &self.job.method, self.job.seed),
             build: crate::BUILD.into(),
             paths: budget.paths,
             stream_paths: budget.stream_paths,
-            empty: replica::empty_tally(&self.scene),
+            empty: self.experiment.tally(replica::MOMENTS),
             wall: budget.wall_seconds.map(std::time::Duration::from_secs_f64),
             looks: if target.is_some() { ladder(budget.paths) } else { Vec::new() },
             target: met,
@@ -122,7 +123,7 @@ impl Prepared {
         let mut coordinator = Coordinator::new(self.plan()?, access);
         let display = std::cell::RefCell::new(Display::new(
             out,
-            &self.scene,
+            &self.experiment,
             self.job.budget.paths,
             self.job.confidence,
         ));
@@ -151,7 +152,7 @@ impl Prepared {
         drop(display);
         // After an overflow the sums are no longer those of any walks.
         if ending != Ending::Overflow {
-            self.output.write(&self.job, &self.scene, &coordinator, out)?;
+            self.output.write(&self.job, &self.experiment, &coordinator, out)?;
         }
         self.outcome(ending, coordinator.prefix(), workers)
     }
@@ -171,7 +172,7 @@ impl Prepared {
             Ending::TargetReached => Ok(Outcome::Done),
             Ending::BudgetSpent | Ending::WallClock => {
                 let missed = self.job.target.as_ref().is_some_and(|target| {
-                    !outputs::target_met(target, &self.scene, tally, self.job.confidence)
+                    !outputs::target_met(target, &self.experiment, tally, self.job.confidence)
                 });
                 Ok(if missed { Outcome::TargetMissed } else { Outcome::Done })
             }

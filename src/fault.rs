@@ -21,6 +21,9 @@ pub enum Fault {
     /// The job or its scene is not usable.
     #[error(transparent)]
     Job(#[from] job::Error),
+    /// The method would be wrong in this scene.
+    #[error("{0}")]
+    Unfit(#[from] radiosity::Unfit),
     /// Results cannot be written.
     #[error(transparent)]
     Report(#[from] report::Error),
@@ -89,7 +92,7 @@ impl Fault {
     /// 2 for bad input, 3 for a failed cluster.
     pub fn exit_code(&self) -> u8 {
         match self {
-            Fault::Job(_) | Fault::Report(_) | Fault::Exact(_) => 2,
+            Fault::Job(_) | Fault::Unfit(_) | Fault::Report(_) | Fault::Exact(_) => 2,
             Fault::AccessFile { .. } | Fault::AccessFileWrite { .. } => 2,
             Fault::Listen { .. } | Fault::Worker(_) | Fault::NoWorkers(_) => 3,
             Fault::Overflow | Fault::System { .. } => 3,

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use cluster::coordinator::Coordinator;
 use job::{Job, Target, Word};
-use radiosity::{Scene, Solution, Tally};
+use radiosity::{Experiment, Scene, Solution, Tally};
 use report::{Check, Method, OutputFolder, RunFacts, Summary};
 
 use crate::args::OutArgs;
@@ -41,11 +41,11 @@ impl RunOutput {
     pub fn write(
         &self,
         job: &Job,
-        scene: &Scene,
+        experiment: &Experiment,
         coordinator: &Coordinator,
         out: &OutArgs,
     ) -> Result<(), Fault> {
-        let tally = coordinator.prefix();
+        let (scene, tally) = (experiment.scene(), coordinator.prefix());
         if tally.counts.walks == 0 {
             tell(&format!(
                 "radwalk: no walk was finished, so nothing is written to {}",
@@ -53,10 +53,10 @@ impl RunOutput {
             ));
             return Ok(());
         }
-        let solution = Solution::of_shooting(scene, tally, job.confidence);
+        let solution = Solution::new(experiment, tally, job.confidence);
         let facts = facts(job, scene, &solution, coordinator);
         let summary = Summary::new(scene, tally, &solution, facts);
-        let radiosities: Vec<f64> = solution.estimates.iter().map(|estimate| estimate.radiosity).collect();
+        let radiosities = shown(scene, &solution);
         let picture = report::Picture::render(scene, &radiosities);
         self.folder.write("tally.bin", |file| {
             report::write_tally(file, &summary.job_hash, &summary.scene_hash, tally)
@@ -116,9 +116,16 @@ impl RunOutput {
     }
 }
 
+/// B of every patch as the picture shows it; a patch that no walk could tell of shows what it emits.
+fn shown(scene: &Scene, solution: &Solution) -> Vec<f64> {
+    let patches = scene.patches().iter().zip(&solution.estimates);
+    patches.map(|(patch, estimate)| estimate.map_or(patch.emittance, |e| e.radiosity)).collect()
+}
+
 /// Whether the tally of a prefix meets a target.
-pub fn target_met(target: &Target, scene: &Scene, tally: &Tally, confidence: f64) -> bool {
-    tally.counts.walks > 0 && judge(target, scene, &Solution::of_shooting(scene, tally, confidence)).reached
+pub fn target_met(target: &Target, experiment: &Experiment, tally: &Tally, confidence: f64) -> bool {
+    tally.counts.walks > 0
+        && judge(target, experiment.scene(), &Solution::new(experiment, tally, confidence)).reached
 }
 
 fn judge(target: &Target, scene: &Scene, solution: &Solution) -> report::Target {
@@ -159,9 +166,9 @@ pub fn method(job: &Job) -> Method {
 fn checks(scene: &Scene, solution: &Solution, tally: &Tally) -> Vec<Check> {
     let check = |name: &str, ok, message| Check { name: name.into(), ok, message };
     let counts = tally.counts;
-    let ended = counts.absorbed + counts.absorbed_back + counts.escaped;
+    let ended = counts.absorbed + counts.absorbed_back + counts.escaped + counts.truncated;
     let unhit = solution.precision(scene).unhit_patches;
-    let rare = solution.estimates.iter().filter(|estimate| estimate.is_rare()).count() as u64;
+    let rare = solution.estimates.iter().flatten().filter(|estimate| estimate.is_rare()).count() as u64;
     vec![
         check(
             "energy",
@@ -176,12 +183,12 @@ fn checks(scene: &Scene, solution: &Solution, tally: &Tally) -> Vec<Check> {
         check(
             "unhit",
             unhit == 0,
-            format!("{unhit} reflecting patches were hit by no walk: only bounds are known"),
+            format!("{unhit} reflecting patches have no score: only bounds are known"),
         ),
         check(
             "rare",
             rare == 0,
-            format!("{rare} patches were hit fewer than 10 times: trust their intervals, not their values"),
+            format!("{rare} patches have fewer than 10 scores: trust their intervals, not their values"),
         ),
     ]
 }

@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use cluster::coordinator::{Coordinator, Notice};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use radiosity::{Precision, Scene, Solution};
+use radiosity::{Experiment, Precision, Solution};
 use serde_json::json;
 
 use crate::args::OutArgs;
@@ -30,7 +30,7 @@ enum Style {
 /// The display of one run.
 pub struct Display<'a> {
     style: Style,
-    scene: &'a Scene,
+    experiment: &'a Experiment,
     confidence: f64,
     paths: u64,
     began: Instant,
@@ -43,7 +43,7 @@ pub struct Display<'a> {
 
 impl<'a> Display<'a> {
     /// A display in the style that was asked for and that stderr can show.
-    pub fn new(args: &OutArgs, scene: &'a Scene, paths: u64, confidence: f64) -> Self {
+    pub fn new(args: &OutArgs, experiment: &'a Experiment, paths: u64, confidence: f64) -> Self {
         let style = match () {
             () if args.json => Style::Json,
             () if args.quiet => Style::Quiet,
@@ -53,7 +53,7 @@ impl<'a> Display<'a> {
         let now = Instant::now();
         Display {
             style,
-            scene,
+            experiment,
             confidence,
             paths,
             began: now,
@@ -103,8 +103,8 @@ impl<'a> Display<'a> {
         if now < self.next_precision || coordinator.prefix().counts.walks == 0 {
             return;
         }
-        let solution = Solution::of_shooting(self.scene, coordinator.prefix(), self.confidence);
-        self.precision = Some(solution.precision(self.scene));
+        let solution = Solution::new(self.experiment, coordinator.prefix(), self.confidence);
+        self.precision = Some(solution.precision(self.experiment.scene()));
         self.next_precision = now + now.elapsed() * ERROR_SHARE;
     }
 

@@ -5,9 +5,7 @@ use std::ops::Range;
 use cluster::codec::{CodecError, decode_serde, encode_serde};
 use cluster::worker::Work;
 use job::Method;
-use radiosity::{
-    IndexChoice, Overflow, Scene, SceneSpec, Scoreboard, Sequence, Space, Tally, shoot_collision,
-};
+use radiosity::{Board, Experiment, IndexChoice, Overflow, Scene, SceneSpec, Sequence, Tally};
 use serde::{Deserialize, Serialize};
 
 /// Σx and Σx²: what intervals need.
@@ -38,8 +36,7 @@ pub fn encode(job: &job::Job, scene: &Scene) -> Result<Vec<u8>, CodecError> {
 
 /// A worker's replica of a job.
 pub struct Replica {
-    scene: Scene,
-    space: Space,
+    experiment: Experiment,
     sequence: Sequence,
     job_hash: [u8; 32],
 }
@@ -54,32 +51,28 @@ impl Replica {
         let index = if wire.tree { IndexChoice::Tree } else { IndexChoice::Flat };
         let scene = Scene::build(&wire.scene, index).map_err(|error| error.to_string())?;
         let job_hash = job::job_hash(scene.hash(), &wire.method, wire.seed);
-        Ok(Replica { scene, space: wire.method.space, sequence: Sequence::new(wire.seed), job_hash })
+        let experiment = Experiment::new(scene, wire.method.walks()).map_err(|error| error.to_string())?;
+        Ok(Replica { experiment, sequence: Sequence::new(wire.seed), job_hash })
     }
-}
-
-/// An empty tally of a scene.
-pub fn empty_tally(scene: &Scene) -> Tally {
-    Tally::new(scene.patches().len(), MOMENTS)
 }
 
 impl Work for Replica {
-    type Board = Scoreboard<MOMENTS>;
+    type Board = Board<MOMENTS>;
 
     fn hashes(&self) -> ([u8; 32], [u8; 32]) {
-        (self.scene.hash(), self.job_hash)
+        (self.experiment.scene().hash(), self.job_hash)
     }
 
     fn empty(&self) -> Tally {
-        empty_tally(&self.scene)
+        self.experiment.tally(MOMENTS)
     }
 
     fn board(&self) -> Self::Board {
-        Scoreboard::new(self.scene.patches().len())
+        self.experiment.board()
     }
 
     fn shoot(&self, walks: Range<u64>, board: &mut Self::Board) {
-        shoot_collision(&self.scene, self.space, &self.sequence, walks, board);
+        self.experiment.walk(&self.sequence, walks, board);
     }
 
     fn take(&self, board: &mut Self::Board) -> Result<Tally, Overflow> {

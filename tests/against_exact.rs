@@ -4,45 +4,28 @@
 #[path = "../crates/radiosity/tests/common/mod.rs"]
 mod common;
 
-use common::{box_scene, cube54, surface};
+use common::{box_scene, collision, cube54, experiment, surface, walk};
 use exact::{Exact, WalkEstimator};
 use glam::DVec3;
-use radiosity::{
-    IndexChoice, Scene, SceneSpec, Scoreboard, Sequence, Solution, Space, Tally, shoot_collision,
-};
+use radiosity::{Experiment, IndexChoice, SceneSpec, Solution, Space};
 use stats::{Coverage, Interval, PowerSums, mean_squared_z};
-
-/// Shoots one job.
-fn shoot<const M: usize>(scene: &Scene, seed: u64, walks: u64) -> Tally {
-    let mut board = Scoreboard::<M>::new(scene.patches().len());
-    let mut tally = Tally::new(scene.patches().len(), M);
-    let sequence = Sequence::new(seed);
-    let mut next = 0;
-    while next < walks {
-        let end = walks.min(next + (1 << 20));
-        shoot_collision(scene, Space::Discrete, &sequence, next..end, &mut board);
-        tally.merge(&board.take().unwrap()).unwrap();
-        next = end;
-    }
-    tally
-}
 
 /// A scene and its exact radiosities.
 struct Case {
     name: &'static str,
-    scene: Scene,
+    experiment: Experiment,
     exact: Exact,
 }
 
 impl Case {
     fn new(name: &'static str, spec: &SceneSpec) -> Self {
-        let scene = Scene::build(spec, IndexChoice::Auto).unwrap();
-        Case { name, scene, exact: Exact::of_scene(spec).unwrap() }
+        let experiment = experiment(spec, IndexChoice::Auto, collision(Space::Discrete));
+        Case { name, experiment, exact: Exact::of_scene(spec).unwrap() }
     }
 
     /// Patches that reflect and do not emit.
     fn receivers(&self) -> impl Iterator<Item = usize> + '_ {
-        let patches = self.scene.patches().iter().enumerate();
+        let patches = self.experiment.scene().patches().iter().enumerate();
         patches.filter(|(_, p)| p.emittance == 0.0 && p.reflectance > 0.0).map(|(i, _)| i)
     }
 
@@ -87,9 +70,10 @@ fn radiosities_are_unbiased_and_their_errors_true() {
     for case in cases() {
         let mut z = Vec::new();
         for seed in 1..=200 {
-            let solution = Solution::of_shooting(&case.scene, &shoot::<2>(&case.scene, seed, WALKS), 0.95);
+            let solution =
+                Solution::new(&case.experiment, &walk::<2>(&case.experiment, seed, 0..WALKS), 0.95);
             for patch in case.receivers() {
-                let estimate = solution.estimates[patch];
+                let estimate = solution.estimates[patch].unwrap();
                 let truth = case.truth(patch);
                 z.push((estimate.radiosity - truth) / estimate.std_error.unwrap());
                 if case.expected_hits(patch, WALKS) >= 100.0 {
@@ -122,10 +106,10 @@ fn intervals_of_rare_patches_cover() {
         for walks in [30, 300, 3_000] {
             for seed in 1001..=1600 {
                 let solution =
-                    Solution::of_shooting(&case.scene, &shoot::<2>(&case.scene, seed, walks), 0.95);
+                    Solution::new(&case.experiment, &walk::<2>(&case.experiment, seed, 0..walks), 0.95);
                 for patch in case.receivers() {
                     let expected = case.expected_hits(patch, walks);
-                    let estimate = solution.estimates[patch];
+                    let estimate = solution.estimates[patch].unwrap();
                     for (low, high, coverage) in &mut classes {
                         if (*low..*high).contains(&expected) {
                             coverage.record(
@@ -155,13 +139,13 @@ fn variances_of_walks_are_those_of_the_closed_form() {
     let cases = [Case::new("cube54", &cube54()), Case::new("cube6-r90", &cube6(0.9))];
     for case in &cases {
         let predicted = WalkEstimator::ShootCollision.variances(&case.exact);
-        let tally = shoot::<4>(&case.scene, 7, WALKS);
+        let tally = walk::<4>(&case.experiment, 7, 0..WALKS);
         let mut worst = 0.0_f64;
-        for (i, patch) in case.scene.patches().iter().enumerate() {
+        for (i, patch) in case.experiment.scene().patches().iter().enumerate() {
             let sums = tally.patch(i).try_into().unwrap();
             let measured = PowerSums { n: tally.counts.walks, sums }.variance().unwrap();
             // From the variance of B [(W/m²)²] to that of the number of hits.
-            let unit = patch.reflectance * case.scene.total_power() / patch.area;
+            let unit = patch.reflectance * case.experiment.scene().total_power() / patch.area;
             let z = measured.z(predicted[i] / (unit * unit));
             worst = worst.max(z.abs());
             assert!(z.abs() < 4.5, "{} patch {i}: {measured:?} is {z:.2} σ off", case.name);
@@ -178,14 +162,12 @@ fn a_furnace_glows_evenly() {
     for surface in &mut spec.surfaces {
         (surface.reflectance, surface.emittance) = (0.6, 2.0);
     }
-    let scene = Scene::build(&spec, IndexChoice::Auto).unwrap();
     for space in [Space::Discrete, Space::Continuous] {
-        let mut board = Scoreboard::<2>::new(scene.patches().len());
-        shoot_collision(&scene, space, &Sequence::new(3), 0..2_000_000, &mut board);
-        let tally = board.take().unwrap();
+        let experiment = experiment(&spec, IndexChoice::Auto, collision(space));
+        let tally = walk::<2>(&experiment, 3, 0..2_000_000);
         assert_eq!(tally.counts.absorbed, tally.counts.walks, "emitted = absorbed, exactly");
-        let solution = Solution::of_shooting(&scene, &tally, 0.95);
-        let z = solution.estimates.iter().map(|e| (e.radiosity - 5.0) / e.std_error.unwrap());
+        let solution = Solution::new(&experiment, &tally, 0.95);
+        let z = solution.estimates.iter().flatten().map(|e| (e.radiosity - 5.0) / e.std_error.unwrap());
         let measured = mean_squared_z(z).unwrap();
         assert!(measured.z(1.0).abs() < 4.0, "{space:?}: {measured:?}");
     }

@@ -393,7 +393,10 @@ impl Coordinator {
         if !peer.leases.remove(&lease) {
             return self.drop_peer(id, "sent a result that it was not asked for", now);
         }
-        let counts = Counts::from_array(result.counts);
+        let Some(counts) = Counts::from_array(result.counts) else {
+            self.ledger.lose(lease);
+            return self.drop_peer(id, "sent a result that does not fit (its counts exceed 64 bits)", now);
+        };
         // Not a number is no less than any, and so becomes the least time, too.
         let rate = counts.walks as f64 / result.seconds.max(1e-6);
         peer.rate = if peer.rate == 0.0 { rate } else { 0.5 * (peer.rate + rate) };
@@ -401,8 +404,8 @@ impl Coordinator {
             peer.cpu_seconds = peer.cpu_seconds.max(result.cpu_seconds);
         }
         peer.progressed = self.awake;
-        let patches = self.plan.empty.sums().len() / self.plan.empty.moments();
-        let accepted = Tally::from_parts(counts, patches, result.moments as usize, result.sums)
+        let empty = &self.plan.empty;
+        let accepted = Tally::from_parts(counts, empty.patches(), empty.layout(), result.sums)
             .map_err(Rejected::Tally)
             .and_then(|tally| self.ledger.accept(lease, tally));
         match accepted {

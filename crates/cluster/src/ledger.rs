@@ -135,7 +135,7 @@ impl Ledger {
         if expected != got {
             return Err(Rejected::Walks { expected, got });
         }
-        if (tally.moments(), tally.sums().len()) != (self.prefix.moments(), self.prefix.sums().len()) {
+        if (tally.layout(), tally.sums().len()) != (self.prefix.layout(), self.prefix.sums().len()) {
             return Err(MergeError::Shape(self.prefix.sums().len(), tally.sums().len()).into());
         }
         self.out.remove(&id);
@@ -211,18 +211,20 @@ impl Ledger {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use radiosity::Counts;
+    use radiosity::{Counts, Layout};
+
+    const PAIR: Layout = Layout { moments: 2, events: false };
 
     /// A stand-in tally: patch sums are functions of the walk numbers, so that any mix-up shows.
     fn tally(range: &Range<u64>) -> Tally {
         let counts =
             Counts { walks: range.end - range.start, rays: range.clone().sum(), ..Counts::default() };
         let sums = vec![range.clone().map(u128::from).sum(), range.clone().map(|n| u128::from(n * n)).sum()];
-        Tally::from_parts(counts, 1, 2, sums).unwrap()
+        Tally::from_parts(counts, 1, PAIR, sums).unwrap()
     }
 
     fn ledger(total: u64, stream: u64, looks: &[u64]) -> Ledger {
-        Ledger::new(total, stream, looks.to_vec(), Tally::new(1, 2))
+        Ledger::new(total, stream, looks.to_vec(), Tally::new(1, PAIR))
     }
 
     #[test]
@@ -275,7 +277,7 @@ mod tests {
         let (id, range) = books.lease(10).unwrap();
         assert_eq!(range, 0..10);
         assert_eq!(books.accept(id, tally(&(0..9))), Err(Rejected::Walks { expected: 10, got: 9 }));
-        let mut foreign = Tally::new(2, 2);
+        let mut foreign = Tally::new(2, PAIR);
         foreign.counts.walks = 10;
         assert!(matches!(books.accept(id, foreign), Err(Rejected::Tally(MergeError::Shape(2, 4)))));
         books.accept(id, tally(&range)).unwrap();

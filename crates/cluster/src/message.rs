@@ -70,9 +70,7 @@ pub struct LeaseResult {
     /// CPU time of the worker process so far [s].
     pub cpu_seconds: f64,
     /// How its walks ended ([`radiosity::Counts::to_array`]).
-    pub counts: [u64; 5],
-    /// Power sums per patch.
-    pub moments: u32,
+    pub counts: [u128; 9],
     /// All sums, patch-major.
     pub sums: Vec<u128>,
 }

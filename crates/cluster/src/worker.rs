@@ -351,7 +351,6 @@ fn shoot_queue<W: Work>(work: &W, leases: &Receiver<Lease>, link: &Link, cpu_sec
                 seconds: began.elapsed().as_secs_f64(),
                 cpu_seconds: cpu_seconds(),
                 counts: tally.counts.to_array(),
-                moments: tally.moments() as u32,
                 sums: tally.into_sums(),
             })),
             Ok(None) => return,

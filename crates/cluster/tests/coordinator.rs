@@ -430,11 +430,11 @@ fn a_result_that_comes_after_its_sender_was_given_up_is_not_taken() {
 fn a_result_that_does_not_fit_is_not_taken_and_its_walks_go_to_others() {
     let cases: [fn(&mut LeaseResult); 5] = [
         |result| result.counts[0] -= 1,
-        |result| result.counts[0] = u64::MAX,
+        |result| result.counts[0] = u64::MAX.into(),
         |result| result.sums.push(0),
         |result| result.sums.clear(),
         // As many sums, but fewer powers of more patches.
-        |result| result.moments = 1,
+        |result| result.counts[1] = u128::MAX,
     ];
     let mut stage = Stage::new(plan(100, 10));
     let heir = stage.join(1);
@@ -948,7 +948,7 @@ impl Simulation {
                     match self.dice.below(3) {
                         0 => result.counts[0] += 1,
                         1 => result.sums.truncate(PATCHES),
-                        _ => result.moments += 1,
+                        _ => result.counts[1] = 1 << 64,
                     }
                     self.stage.say(id, ToCoordinator::Result(result));
                 }

@@ -17,8 +17,8 @@ use cluster::coordinator::{Coordinator, Ending, Plan};
 use cluster::message::{Hello, LeaseResult, Proof, ToCoordinator, ToWorker};
 use cluster::server::{Wish, serve};
 use cluster::worker::{Identity, Work, WorkerError, work};
-use radiosity::{Counts, Overflow, Tally};
-use toy::{BUILD, Board, JOB, JOB_HASH, MOMENTS, PATCHES, READY, SCENE_HASH, hash, plan, result, straight};
+use radiosity::{Counts, Layout, Overflow, Tally};
+use toy::{BUILD, Board, JOB, JOB_HASH, LAYOUT, PATCHES, READY, SCENE_HASH, hash, plan, result, straight};
 
 /// A test that takes so long hangs.
 const HANG: Duration = Duration::from_secs(120);
@@ -72,7 +72,7 @@ impl Work for Toy {
         (SCENE_HASH, JOB_HASH)
     }
     fn empty(&self) -> Tally {
-        Tally::new(PATCHES, MOMENTS)
+        Tally::new(PATCHES, LAYOUT)
     }
     fn board(&self) -> Board {
         Board::default()
@@ -332,7 +332,7 @@ impl Work for Endless<'_> {
         (SCENE_HASH, JOB_HASH)
     }
     fn empty(&self) -> Tally {
-        Tally::new(PATCHES, MOMENTS)
+        Tally::new(PATCHES, LAYOUT)
     }
     fn board(&self) {}
     fn shoot(&self, walks: Range<u64>, (): &mut ()) {
@@ -377,7 +377,7 @@ impl Work for Troubled {
         (SCENE_HASH, JOB_HASH)
     }
     fn empty(&self) -> Tally {
-        Tally::new(PATCHES, MOMENTS)
+        Tally::new(PATCHES, LAYOUT)
     }
     fn board(&self) -> Board {
         Board::default()
@@ -446,11 +446,12 @@ fn after_a_stop_every_worker_goes_home_in_peace() {
 struct Bulky;
 
 const BULK: usize = 200_000;
+const SINGLE: Layout = Layout { moments: 1, events: false };
 
 fn bulky(walks: u64) -> Tally {
     let counts = Counts { walks, ..Counts::default() };
     let sums = (0..BULK as u128).map(|patch| u128::from(walks) * (u128::from(u64::MAX) + patch)).collect();
-    Tally::from_parts(counts, BULK, 1, sums).unwrap()
+    Tally::from_parts(counts, BULK, SINGLE, sums).unwrap()
 }
 
 impl Work for Bulky {
@@ -460,7 +461,7 @@ impl Work for Bulky {
         (SCENE_HASH, JOB_HASH)
     }
     fn empty(&self) -> Tally {
-        Tally::new(BULK, 1)
+        Tally::new(BULK, SINGLE)
     }
     fn board(&self) -> u64 {
         0
@@ -475,7 +476,7 @@ impl Work for Bulky {
 
 #[test]
 fn large_results_come_in_whole_and_a_stop_in_their_midst_harms_nobody() {
-    let bulky_plan = |paths| Plan { empty: Tally::new(BULK, 1), ..plan(paths, 10) };
+    let bulky_plan = |paths| Plan { empty: Tally::new(BULK, SINGLE), ..plan(paths, 10) };
     let workers = |access: &Access| together(access, &[2, 2, 2], || Bulky);
     let done = run(bulky_plan(400), never, workers);
     assert_eq!(done.ending, Ending::BudgetSpent);

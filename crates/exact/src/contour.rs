@@ -34,7 +34,7 @@ const KRONROD: [[f64; 3]; 8] = [
 pub(crate) fn exchange_area(i: &[DVec3], j: &[DVec3]) -> f64 {
     let tolerance = TOLERANCE * (area(i) * area(j)).sqrt();
     // Any unit of length does, as outlines are closed; this one keeps the logarithms small.
-    let unit = i[0].distance(j[j.len() / 2]);
+    let unit = j.iter().map(|corner| corner.distance(i[0])).fold(0.0, f64::max);
     let edges: Vec<Edge> = edges(j).map(|[from, to]| Edge::new(from, to, unit)).collect();
     let along = |[from, to]: [DVec3; 2]| {
         let span = to - from;
@@ -89,21 +89,29 @@ impl Edge {
 /// ∫ f ds, halving the interval until the error is estimated to be below the tolerance.
 fn integral(f: &impl Fn(f64) -> f64, [a, b]: [f64; 2], tolerance: f64, depth: u32) -> f64 {
     let (middle, half) = (0.5 * (a + b), 0.5 * (b - a));
-    let (mut kronrod, mut gauss) = (0.0, 0.0);
+    let (mut kronrod, mut gauss, mut size) = (0.0, 0.0, 0.0);
     for [node, weight, gauss_weight] in KRONROD {
-        let value = if node == 0.0 { f(middle) } else { f(middle - half * node) + f(middle + half * node) };
-        kronrod += weight * value;
-        gauss += gauss_weight * value;
+        let (left, right) = (f(middle - half * node), f(middle + half * node));
+        // Both are the middle at the last node.
+        let share = if node == 0.0 { 0.5 } else { 1.0 };
+        kronrod += share * weight * (left + right);
+        gauss += share * gauss_weight * (left + right);
+        size += share * weight * (left.abs() + right.abs());
     }
-    if depth == 0 || error(half * (kronrod - gauss).abs(), half * kronrod.abs()) <= tolerance {
+    if depth == 0 || error(half * (kronrod - gauss).abs(), half * size) <= tolerance {
         return half * kronrod;
     }
     integral(f, [a, middle], tolerance, depth - 1) + integral(f, [middle, b], tolerance, depth - 1)
 }
 
-/// QUADPACK's estimate of the error of Kronrod's sum from its difference to Gauss's.
+/// QUADPACK's estimate of the error of Kronrod's sum from its difference to Gauss's; `size` is ∫|f|, of which
+/// differences below rounding tell nothing.
 fn error(difference: f64, size: f64) -> f64 {
-    if difference == 0.0 { 0.0 } else { size * (200.0 * difference / size).powf(1.5).min(1.0) }
+    if difference <= 64.0 * f64::EPSILON * size {
+        0.0
+    } else {
+        size * (200.0 * difference / size).powf(1.5).min(1.0)
+    }
 }
 
 #[cfg(test)]

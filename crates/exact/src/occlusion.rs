@@ -4,6 +4,21 @@ use glam::{DVec2, DVec3};
 
 use crate::polygon::{Plane, Polygon, bounding_sphere, in_front};
 
+/// Corners of a surface at most.
+const MOST_CORNERS: usize = 4;
+
+/// Behind all of these planes there is no light.
+struct Shadow {
+    planes: [Plane; MOST_CORNERS + 1],
+    count: usize,
+}
+
+impl Shadow {
+    fn planes(&self) -> &[Plane] {
+        &self.planes[..self.count]
+    }
+}
+
 /// A surface that blocks light from either side.
 #[derive(Clone, Debug)]
 struct Occluder {
@@ -47,11 +62,6 @@ impl Occluders {
         Occluders { occluders: occluders.filter(inside).collect(), tolerance }
     }
 
-    /// How many there are.
-    pub fn len(&self) -> usize {
-        self.occluders.len()
-    }
-
     /// What is between two convex polygons `p` and `q`. An occluder in none of whose points a line from one to
     /// the other may meet it is left out.
     pub fn between(&self, p: &[DVec3], q: &[DVec3]) -> Between {
@@ -60,7 +70,8 @@ impl Occluders {
         let mut candidates = vec![];
         for (number, occluder) in self.occluders.iter().enumerate() {
             let reach = occluder.radius + r_p.max(r_q);
-            if distance_squared_to_segment(occluder.center, from, to) > reach * reach {
+            let aside = distance_squared_to_segment(occluder.center, from, to);
+            if aside > reach * reach {
                 continue;
             }
             let Some(section) = occluder.section(&hull, self.tolerance) else { continue };
@@ -68,10 +79,15 @@ impl Occluders {
                 return Between::Everything;
             }
             if occluder.meets(section, self.tolerance) {
-                candidates.push(number);
+                candidates.push((aside / (occluder.radius * occluder.radius), number));
             }
         }
-        if candidates.is_empty() { Between::Nothing } else { Between::Some(candidates) }
+        if candidates.is_empty() {
+            return Between::Nothing;
+        }
+        // Those that hide most come first, so that what is dark is soon seen to be.
+        candidates.sort_by(|a, b| a.0.total_cmp(&b.0));
+        Between::Some(candidates.into_iter().map(|(_, number)| number).collect())
     }
 
     /// The parts of a polygon that a point sees past some occluders.
@@ -79,7 +95,8 @@ impl Occluders {
         let mut visible = vec![polygon.to_vec()];
         for &number in occluders {
             let Some(shadow) = self.occluders[number].shadow(point, self.tolerance) else { continue };
-            let lit = |part: &Polygon| shadow.iter().any(|plane| plane.range(part)[0] >= -self.tolerance);
+            let lit =
+                |part: &Polygon| shadow.planes().iter().any(|plane| plane.range(part)[0] >= -self.tolerance);
             let (mut kept, cut): (Vec<Polygon>, Vec<Polygon>) = visible.into_iter().partition(lit);
             for part in cut {
                 self.subtract(part, &shadow, &mut kept);
@@ -93,8 +110,8 @@ impl Occluders {
     }
 
     /// Adds what of a part is in front of any of the planes of a shadow.
-    fn subtract(&self, mut part: Polygon, shadow: &[Plane], lit: &mut Vec<Polygon>) {
-        for plane in shadow {
+    fn subtract(&self, mut part: Polygon, shadow: &Shadow, lit: &mut Vec<Polygon>) {
+        for plane in shadow.planes() {
             let outside = in_front(&part, plane, self.tolerance);
             if !outside.is_empty() {
                 lit.push(outside);
@@ -149,22 +166,21 @@ impl Occluder {
         !separates(&self.flat, &section, tolerance) && !separates(&section, &self.flat, tolerance)
     }
 
-    /// Planes behind all of which the shadow of a light at `point` lies; `None` in the plane itself.
-    fn shadow(&self, point: DVec3, tolerance: f64) -> Option<Vec<Plane>> {
+    /// The shadow of a light at `point`; `None` in the plane itself.
+    fn shadow(&self, point: DVec3, tolerance: f64) -> Option<Shadow> {
         let height = self.plane.height(point);
         if height.abs() <= tolerance {
             return None;
         }
         // Counterclockwise seen from the light, the shadow is on the left of every edge.
         let towards = if height > 0.0 { self.plane } else { self.plane.flipped() };
-        let mut planes = Vec::with_capacity(self.outline.len() + 1);
-        planes.push(towards);
+        let mut planes = [towards; MOST_CORNERS + 1];
         for (k, &from) in self.outline.iter().enumerate() {
             let to = self.outline[(k + 1) % self.outline.len()];
             let inwards = (to - from).cross(from - point) * height.signum();
-            planes.push(Plane::through(point, -inwards));
+            planes[k + 1] = Plane::through(point, -inwards);
         }
-        Some(planes)
+        Some(Shadow { planes, count: self.outline.len() + 1 })
     }
 }
 

@@ -12,6 +12,9 @@ use crate::polygon::{Plane, area, point_form_factor};
 /// Cuts of a triangle at most; the least then is 4⁻⁸ of the largest.
 const DEPTH: u32 = 8;
 
+/// How often both ways are made to agree, each time eight times more finely.
+const ROUNDS: u32 = 3;
+
 /// Two polygons in front of each other, with what stands between them.
 pub(crate) struct Penumbra<'a> {
     pub occluders: &'a Occluders,
@@ -27,6 +30,12 @@ pub(crate) struct Estimated {
 }
 
 impl Estimated {
+    /// The mean of two estimates of the same; it errs by no more than they differ, if they err independently.
+    fn between(self, other: Estimated, least: f64) -> Self {
+        let error = (self.value - other.value).abs().max(self.error.min(other.error)).max(least);
+        Estimated { value: 0.5 * (self.value + other.value), error }
+    }
+
     fn plus(self, other: Estimated) -> Self {
         Estimated { value: self.value + other.value, error: self.error + other.error }
     }
@@ -39,26 +48,34 @@ struct View<'a> {
 }
 
 impl Penumbra<'_> {
-    /// A_iF_ij [m²] of polygons `p` and `q` with the planes they lie in, to about `tolerance` [m²]. The points
-    /// are taken on whichever of the two promises the smaller error.
+    /// A_iF_ij [m²] of polygons `p` and `q` with the planes they lie in, to about `tolerance` [m²].
+    ///
+    /// Integrated over `p` and, independently, over `q`, more finely until both agree: where all points of one
+    /// miss a sliver of light, those of the other need not. No error below the tolerance is claimed.
     pub fn exchange_area(&self, p: (&[DVec3], &Plane), q: (&[DVec3], &Plane), tolerance: f64) -> Estimated {
         let towards_q = View { normal: p.1.normal, target: q.0 };
         let towards_p = View { normal: q.1.normal, target: p.0 };
-        let rough = |view: &View, polygon: &[DVec3]| {
-            let parts = fan(polygon).map(|triangle| self.over(view, triangle));
-            parts.fold(Estimated::default(), Estimated::plus)
+        let both = |goal: f64| {
+            Estimated::between(
+                self.integral(&towards_q, p.0, goal),
+                self.integral(&towards_p, q.0, goal),
+                tolerance,
+            )
         };
-        let from_p = rough(&towards_q, p.0);
-        if from_p.error <= tolerance {
-            return from_p;
+        let mut estimated = both(tolerance);
+        for round in 1..ROUNDS {
+            if estimated.error <= tolerance {
+                break;
+            }
+            estimated = both(tolerance * 8.0_f64.powi(-(round as i32)));
         }
-        let from_q = rough(&towards_p, q.0);
-        if from_q.error <= tolerance {
-            return from_q;
-        }
-        let (view, polygon) = if from_p.error <= from_q.error { (towards_q, p.0) } else { (towards_p, q.0) };
-        let density = tolerance / area(polygon);
-        let parts = fan(polygon).map(|triangle| self.refined(&view, triangle, density, DEPTH));
+        estimated
+    }
+
+    /// The integral over a polygon, to about `goal` [m²].
+    fn integral(&self, view: &View, polygon: &[DVec3], goal: f64) -> Estimated {
+        let density = goal / area(polygon);
+        let parts = fan(polygon).map(|triangle| self.refined(view, triangle, density, DEPTH));
         parts.fold(Estimated::default(), Estimated::plus)
     }
 

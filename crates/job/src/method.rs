@@ -1,6 +1,6 @@
 //! How a job is solved: the choices of `[method]`, and the digest that names an answer.
 
-use radiosity::{IndexChoice, Space};
+use radiosity::{Birth, Direction, EstimatorKind, IndexChoice, InfiniteEnd, Space};
 use serde::{Deserialize, Serialize};
 
 use crate::document::{Table, Value};
@@ -30,21 +30,6 @@ pub enum WalkKind {
     Auto,
 }
 
-/// Which events of a walk score.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum EstimatorKind {
-    /// The absorption at its end.
-    Absorption,
-    /// Every hit that it survives.
-    Survival,
-    /// Every hit.
-    #[default]
-    Collision,
-    /// Every hit of a walk that is never absorbed, by weight.
-    Infinite,
-}
-
 /// Where the random numbers come from.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
@@ -56,40 +41,6 @@ pub enum Sampler {
     Sobol,
 }
 
-/// How walks of the infinite estimator end.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum InfiniteEnd {
-    /// Russian roulette below a weight; unbiased.
-    Roulette {
-        /// The weight, in (0, 1).
-        threshold: f64,
-    },
-    /// At once below a weight; biased.
-    Cutoff {
-        /// The weight, in (0, 1).
-        threshold: f64,
-    },
-    /// After a number of reflections; biased.
-    Length {
-        /// The number, at least 1.
-        length: u32,
-    },
-}
-
-/// Where gathering walks are born.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Birth {
-    /// On each patch in proportion to its area.
-    #[default]
-    Area,
-    /// On each patch alike.
-    Uniform,
-    /// On each of these patches alike (by number), nowhere else.
-    Patches(Vec<u32>),
-}
-
 /// The table `[method]`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Method {
@@ -98,7 +49,6 @@ pub struct Method {
     /// Default: collision.
     pub estimator: EstimatorKind,
     /// Default: discrete.
-    #[serde(with = "SpaceWord")]
     pub space: Space,
     /// Default: random.
     pub sampler: Sampler,
@@ -110,17 +60,14 @@ pub struct Method {
     pub batch_paths: Option<u64>,
 }
 
-/// How [`Space`] is written.
-#[derive(Serialize, Deserialize)]
-#[serde(remote = "Space", rename_all = "lowercase")]
-enum SpaceWord {
-    Discrete,
-    Continuous,
-}
-
-impl Default for InfiniteEnd {
-    fn default() -> Self {
-        InfiniteEnd::Roulette { threshold: DEFAULT_THRESHOLD }
+impl Method {
+    /// The walks that it takes, for the walk and sampler that are built.
+    pub fn walks(&self) -> radiosity::Method {
+        let direction = match self.walk {
+            WalkKind::Gathering => Direction::Gathering(self.birth.clone()),
+            _ => Direction::Shooting,
+        };
+        radiosity::Method { direction, estimator: self.estimator, infinite: self.infinite, space: self.space }
     }
 }
 
@@ -227,7 +174,6 @@ pub fn job_hash(scene_hash: [u8; 32], method: &Method, seed: u64) -> [u8; 32] {
     *hasher.finalize().as_bytes()
 }
 
-const DEFAULT_THRESHOLD: f64 = 0.001;
 const DEFAULT_LENGTH: u32 = 20;
 
 pub(crate) const METHOD_KEYS: &[&str] =
@@ -236,8 +182,8 @@ pub(crate) const METHOD_KEYS: &[&str] =
 /// Reads `[method]`, for a scene of `patch_count` patches.
 pub(crate) fn read_method(mut table: Table<'_>, patch_count: u64) -> Result<Method, Error> {
     Ok(Method {
-        walk: available(table.take("walk"), &[WalkKind::Shooting])?,
-        estimator: available(table.take("estimator"), &[EstimatorKind::Collision])?,
+        walk: available(table.take("walk"), &[WalkKind::Shooting, WalkKind::Gathering])?,
+        estimator: available(table.take("estimator"), EstimatorKind::ALL)?,
         space: available(table.take("space"), Space::ALL)?,
         sampler: available(table.take("sampler"), &[Sampler::Random])?,
         infinite: table.take("infinite").map(read_infinite).transpose()?.unwrap_or_default(),
@@ -296,7 +242,8 @@ fn read_infinite(value: Value<'_>) -> Result<InfiniteEnd, Error> {
         let problem = format!("end = {:?} does not use this key", end.word());
         return Err(stray.refuse(problem, "it would be ignored silently", "remove one of the two"));
     }
-    let threshold = threshold.map(|value| read_threshold(&value)).transpose()?.unwrap_or(DEFAULT_THRESHOLD);
+    let threshold =
+        threshold.map(|value| read_threshold(&value)).transpose()?.unwrap_or(InfiniteEnd::DEFAULT_THRESHOLD);
     let length = length.map(|value| read_length(&value)).transpose()?.unwrap_or(DEFAULT_LENGTH);
     Ok(match end {
         EndWord::Roulette => InfiniteEnd::Roulette { threshold },

@@ -6,11 +6,8 @@ use std::path::PathBuf;
 
 use common::Folder;
 use glam::dvec3;
-use job::{
-    Birth, Budget, EstimatorKind, FileKind, InfiniteEnd, Job, Method, Sampler, Target, WalkKind, file_kind,
-    job_hash, load, load_scene,
-};
-use radiosity::{IndexChoice, Shape, Sides, Space};
+use job::{Budget, FileKind, Job, Method, Sampler, Target, WalkKind, file_kind, job_hash, load, load_scene};
+use radiosity::{Birth, EstimatorKind, IndexChoice, InfiniteEnd, Shape, Sides, Space};
 
 const SCENE: &str = r#"
 [material.white]

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use glam::{DVec3, dvec3};
 use job::{Job, load};
-use radiosity::{Counts, Estimator, Scene, Sequence, Shape, SurfaceSpec, shoot};
+use radiosity::{Counts, Experiment, Scene, Sequence, Shape, Solution, SurfaceSpec};
 
 fn folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../configs")
@@ -16,26 +16,14 @@ fn loaded(name: &str) -> (Job, Scene) {
     (job, scene)
 }
 
-/// Hits per patch.
-struct Hits(Vec<u64>);
-
-impl Estimator for Hits {
-    fn begin(&mut self, _: u64) {}
-
-    fn arrival(&mut self, patch: u32) {
-        self.0[patch as usize] += 1;
-    }
-}
-
 /// How walks ended, and the radiosity of each patch that they give [W/m²].
 fn shot(job: &Job, scene: &Scene, walks: u64) -> (Counts, Vec<f64>) {
-    let mut hits = Hits(vec![0; scene.patches().len()]);
-    let counts = shoot(scene, job.method.space, &Sequence::new(job.seed), 0..walks, &mut hits);
-    let unit = scene.total_power() / walks as f64;
-    let radiosity = |(patch, &hits): (&radiosity::Patch, &u64)| {
-        patch.emittance + patch.reflectance * hits as f64 * unit / patch.active_area()
-    };
-    (counts, scene.patches().iter().zip(&hits.0).map(radiosity).collect())
+    let experiment = Experiment::new(scene.clone(), job.method.walks()).unwrap();
+    let mut board = experiment.board::<2>();
+    experiment.walk(&Sequence::new(job.seed), 0..walks, &mut board);
+    let tally = board.take().unwrap();
+    let solution = Solution::new(&experiment, &tally, job.confidence);
+    (tally.counts, solution.estimates.iter().flatten().map(|estimate| estimate.radiosity).collect())
 }
 
 /// A·n of a whole surface [m²].

@@ -6,7 +6,11 @@
 //! Papers are cited by key: S97 = Sbert, *Error and Complexity of Random Walk Monte Carlo Radiosity* (1997);
 //! BS = Bekaert & Seidel, *A Theoretical Comparison of Monte Carlo Radiosity Algorithms*.
 
+mod birth;
 mod estimator;
+mod experiment;
+mod fate;
+mod method;
 mod rng;
 mod sampling;
 mod scene;
@@ -19,12 +23,14 @@ mod tree;
 mod view;
 mod walk;
 
-pub use estimator::{Collision, Estimator};
+pub use birth::birth_probabilities;
+pub use experiment::{Board, Experiment, Meaning, Unfit};
+pub use method::{Birth, Direction, EstimatorKind, InfiniteEnd, Method, Space};
 pub use rng::{Sequence, WalkRng};
 pub use scene::{IndexChoice, Patch, Scene, SceneError};
 pub use solution::{Estimate, Precision, Solution};
 pub use spec::{SceneSpec, Shape, Sides, SurfaceSpec};
 pub use surface::{Side, Surface};
-pub use tally::{Counts, MergeError, Overflow, Scoreboard, Tally};
+pub use tally::{Counts, Layout, MergeError, Overflow, Scoreboard, Tally};
 pub use trace::{Hit, Ray};
-pub use walk::{Space, WalkEnd, shoot, shoot_collision};
+pub use walk::WalkEnd;

@@ -3,9 +3,9 @@
 use glam::DVec3;
 use thiserror::Error;
 
-use crate::sampling::AliasTable;
+use crate::birth::Births;
 use crate::spec::{SceneSpec, Shape, Sides};
-use crate::surface::{Side, Surface, cell_centroid};
+use crate::surface::{Surface, cell_centroid};
 use crate::trace::{AnyIndex, Facets, Flat};
 use crate::tree::Tree;
 
@@ -76,23 +76,13 @@ impl Patch {
     }
 }
 
-/// One side of a cell that emits.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Emitter {
-    pub surface: u32,
-    pub cell: u32,
-    pub side: Side,
-}
-
 /// Surfaces, patches, emitters, and the index that rays are traced with.
 #[derive(Clone, Debug)]
 pub struct Scene {
     names: Vec<String>,
     surfaces: Vec<Surface>,
     patches: Vec<Patch>,
-    emitters: Vec<Emitter>,
-    emitter_choice: AliasTable,
-    total_power: f64,
+    emitters: Births,
     origin: DVec3,
     pub(crate) facets: Facets,
     pub(crate) index: AnyIndex,
@@ -143,14 +133,12 @@ impl Scene {
             })
             .collect();
         let patches = patches(spec);
-        let (emitters, powers) = emitters(spec, &surfaces, &patches);
-        let total_power: f64 = powers.iter().sum();
-        if emitters.is_empty() {
+        let Some(emitters) = Births::new(&surfaces, patches.len(), |i| patches[i].power()) else {
             return Err(SceneError::Whole(
                 "the scene has no emitter (no walk could start); give a material an `emittance` above 0, or a surface an `emit`".into(),
             ));
-        }
-        if !total_power.is_finite() {
+        };
+        if !emitters.total().is_finite() {
             return Err(SceneError::Whole(
                 "the emitted power of the scene is not finite (it overflows); give smaller `emittance`s or areas".into(),
             ));
@@ -163,18 +151,7 @@ impl Scene {
         let facets = Facets::new(&surfaces, slack);
         let index =
             if tree { AnyIndex::Tree(Tree::new(spec, origin, 8.0 * slack)) } else { AnyIndex::Flat(Flat) };
-        Ok(Scene {
-            names: names(spec),
-            emitter_choice: AliasTable::new(&powers),
-            surfaces,
-            patches,
-            emitters,
-            total_power,
-            origin,
-            facets,
-            index,
-            hash: hash(spec),
-        })
+        Ok(Scene { names: names(spec), surfaces, patches, emitters, origin, facets, index, hash: hash(spec) })
     }
 
     /// The surfaces, by number.
@@ -194,7 +171,7 @@ impl Scene {
 
     /// Φ_T: total self-emitted power [W].
     pub fn total_power(&self) -> f64 {
-        self.total_power
+        self.emitters.total()
     }
 
     /// The highest reflectance in the scene.
@@ -217,10 +194,9 @@ impl Scene {
         self.hash
     }
 
-    /// The emitter that 64 random bits choose, with probability Φ_s/Φ_T.
-    #[inline(always)]
-    pub(crate) fn emitter(&self, bits: u64) -> Emitter {
-        self.emitters[self.emitter_choice.choose(bits)]
+    /// Where shooting walks are born: emitters, with probability Φ_s/Φ_T.
+    pub(crate) fn emitters(&self) -> &Births {
+        &self.emitters
     }
 }
 
@@ -317,28 +293,6 @@ fn patches(spec: &SceneSpec) -> Vec<Patch> {
         }
     }
     patches
-}
-
-/// The emitting sides of all cells and the power of each [W].
-fn emitters(spec: &SceneSpec, surfaces: &[Surface], patches: &[Patch]) -> (Vec<Emitter>, Vec<f64>) {
-    let mut emitters = Vec::new();
-    let mut powers = Vec::new();
-    for (number, surface) in surfaces.iter().enumerate() {
-        let sides: &[Side] = match surface.sides() {
-            Sides::Front => &[Side::Front],
-            Sides::Both => &[Side::Front, Side::Back],
-        };
-        for cell in 0..spec.surfaces[number].shape.cell_count() as u32 {
-            let patch = &patches[(surface.first_patch() + cell) as usize];
-            if patch.emittance > 0.0 {
-                for &side in sides {
-                    emitters.push(Emitter { surface: number as u32, cell, side });
-                    powers.push(patch.area * patch.emittance);
-                }
-            }
-        }
-    }
-    (emitters, powers)
 }
 
 fn names(spec: &SceneSpec) -> Vec<String> {

@@ -2,11 +2,12 @@
 
 use stats::Moments;
 
+use crate::experiment::{Experiment, Meaning};
 use crate::scene::{Patch, Scene};
 use crate::tally::Tally;
 
 /// Fewer scores than this, and an estimate says little beyond its interval: flag `rare`.
-const RARE_HITS: u128 = 10;
+const RARE_SCORES: f64 = 10.0;
 
 /// What is known of one patch.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -19,12 +20,16 @@ pub struct Estimate {
     pub ci_low: f64,
     /// Its upper end [W/m²].
     pub ci_high: f64,
-    /// H = φ/A [W/m²].
-    pub irradiance: f64,
+    /// H = φ/A [W/m²]; `None` where the estimator cannot tell it.
+    pub irradiance: Option<f64>,
     /// Standard error of H [W/m²].
     pub irradiance_error: Option<f64>,
-    /// Scored events.
+    /// Scored events; walks born here for gathering.
     pub hits: u128,
+    /// (Σx)²/Σx² of the walks' scores x: how many equal scores would tell as much.
+    pub effective_scores: f64,
+    /// How much too small b may be because walks were cut off [W/m²]; 0 for unbiased methods.
+    pub bias_bound: f64,
 }
 
 impl Estimate {
@@ -36,7 +41,7 @@ impl Estimate {
 
     /// Whether too few scores were seen for the standard error to mean much.
     pub fn is_rare(&self) -> bool {
-        self.hits < RARE_HITS
+        self.effective_scores < RARE_SCORES
     }
 }
 
@@ -56,44 +61,31 @@ pub struct Precision {
 /// The estimates of all patches.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Solution {
-    /// In patch order.
-    pub estimates: Vec<Estimate>,
+    /// In patch order; `None` where no walk could tell.
+    pub estimates: Vec<Option<Estimate>>,
     /// The level of every interval.
     pub confidence: f64,
+    /// Whether walks were cut off, so that `bias_bound` has to be looked at.
+    pub biased: bool,
 }
 
 impl Solution {
-    /// The solution of collision shooting: b_i = (R_i/A_i)·φ_i, φ_i = Φ_T·(mean score) (S97 §2.4). The tally
-    /// must hold at least one walk.
-    pub fn of_shooting(scene: &Scene, tally: &Tally, confidence: f64) -> Self {
-        let r_max = scene.max_reflectance();
+    /// What a tally of at least one walk says.
+    pub fn new(experiment: &Experiment, tally: &Tally, confidence: f64) -> Self {
+        let patches = experiment.scene().patches().iter().enumerate();
         let estimate = |(i, patch): (usize, &Patch)| {
-            let moments = moments(tally, i);
-            let irradiance_per_hit = scene.total_power() / patch.active_area();
-            let interval =
-                stats::mean_interval(&moments, confidence, score_ratio_bound(patch.reflectance, r_max));
-            let radiosity =
-                |mean_score: f64| patch.emittance + patch.reflectance * irradiance_per_hit * mean_score;
-            let irradiance_error = moments.standard_error().map(|error| irradiance_per_hit * error);
-            Estimate {
-                radiosity: radiosity(moments.mean().unwrap_or(0.0)),
-                std_error: irradiance_error.map(|error| patch.reflectance * error),
-                ci_low: radiosity(interval.low),
-                ci_high: radiosity(interval.high),
-                irradiance: irradiance_per_hit * moments.mean().unwrap_or(0.0),
-                irradiance_error,
-                hits: moments.sum,
-            }
+            let meaning = experiment.meaning(i, tally)?;
+            Some(estimate(patch, &moments(tally, i), tally.events(i), &meaning, confidence))
         };
-        let estimates = scene.patches().iter().enumerate().map(estimate).collect();
-        Solution { estimates, confidence }
+        Solution { estimates: patches.map(estimate).collect(), confidence, biased: experiment.is_biased() }
     }
 
-    /// The fraction of the area of the non-emitting patches whose relative error is at most `relative_error`.
-    /// A patch that was never hit has an infinite one; a patch of reflectance 0 is known exactly.
+    /// The fraction of the area of the sampled non-emitting patches whose relative error is at most
+    /// `relative_error`. A patch that was never hit has an infinite one; a patch of reflectance 0 is known exactly.
     pub fn fraction_within(&self, scene: &Scene, relative_error: f64) -> f64 {
         let (mut within, mut area) = (0.0, 0.0);
         for (patch, estimate) in scene.patches().iter().zip(&self.estimates) {
+            let Some(estimate) = estimate else { continue };
             if patch.emittance == 0.0 {
                 area += patch.area;
                 if estimate.relative_error() <= relative_error {
@@ -109,11 +101,12 @@ impl Solution {
         let mut precision = Precision::default();
         let (mut weighted, mut area) = (0.0, 0.0);
         for (i, (patch, estimate)) in scene.patches().iter().zip(&self.estimates).enumerate() {
+            let Some(estimate) = estimate else { continue };
             if patch.emittance > 0.0 || patch.reflectance == 0.0 {
                 continue;
             }
             let error = estimate.relative_error();
-            if estimate.hits == 0 {
+            if estimate.effective_scores == 0.0 {
                 precision.unhit_patches += 1;
             } else {
                 weighted += patch.area * error * error;
@@ -131,18 +124,30 @@ impl Solution {
     }
 }
 
+/// b = R·H: the interval of the mean score, through the meaning of a unit.
+fn estimate(patch: &Patch, moments: &Moments, hits: u128, meaning: &Meaning, confidence: f64) -> Estimate {
+    let Meaning { unit, irradiance_per_event, ratio_bound, bias_bound } = *meaning;
+    // A patch that the estimator cannot tell the irradiance of has R = 0, so that b = 0 all the same.
+    let reflected_per_event = patch.reflectance * irradiance_per_event.unwrap_or(0.0);
+    let interval = stats::mean_interval(moments, unit, confidence, ratio_bound);
+    let mean = unit * moments.mean().unwrap_or(0.0);
+    let error = moments.standard_error().map(|error| unit * error);
+    let radiosity = |mean_score: f64| patch.emittance + reflected_per_event * mean_score;
+    Estimate {
+        radiosity: radiosity(mean),
+        std_error: error.map(|error| reflected_per_event * error),
+        ci_low: radiosity(interval.low),
+        ci_high: radiosity(interval.high),
+        irradiance: irradiance_per_event.map(|per_event| per_event * mean),
+        irradiance_error: irradiance_per_event.zip(error).map(|(per_event, error)| per_event * error),
+        hits,
+        effective_scores: moments.sum as f64 / moments.sum_sq.max(1) as f64 * moments.sum as f64,
+        bias_bound,
+    }
+}
+
 /// The exact power sums of one patch.
 fn moments(tally: &Tally, patch: usize) -> Moments {
     let sums = tally.patch(patch);
     Moments { n: tally.counts.walks, sum: sums[0], sum_sq: sums[1] }
-}
-
-/// A bound on E[x²]/E[x] for the collision score x of a walk on a patch of reflectance R.
-///
-/// A planar patch cannot hit itself, so from one visit to the next a walk survives there and on another
-/// patch: it returns with probability at most R·R_max. Visits after the first are then at most geometric:
-/// E[x | x > 0] ≤ m = 1/(1 − R·R_max), and E[x²]/E[x] ≤ 2m − 1 (exactly 1 + 2Rξ, theory of the collision
-/// estimator).
-fn score_ratio_bound(reflectance: f64, r_max: f64) -> f64 {
-    2.0 / (1.0 - reflectance * r_max) - 1.0
 }

@@ -36,6 +36,7 @@ pub struct Surface {
     tangent: DVec3,
     bitangent: DVec3,
     normal: DVec3,
+    reflectance: f64,
     /// R as a threshold for 64 random bits.
     survival: u64,
     first_patch: u32,
@@ -60,6 +61,7 @@ impl Surface {
             tangent,
             bitangent: normal.cross(tangent),
             normal,
+            reflectance: spec.reflectance,
             survival: fixed_64(spec.reflectance),
             first_patch,
             cells,
@@ -92,6 +94,12 @@ impl Surface {
     /// The number of its first patch; the others follow in cell order.
     pub fn first_patch(&self) -> u32 {
         self.first_patch
+    }
+
+    /// R.
+    #[inline(always)]
+    pub fn reflectance(&self) -> f64 {
+        self.reflectance
     }
 
     /// Whether a side reflects and emits.

@@ -38,32 +38,79 @@ pub struct Counts {
     pub absorbed_back: u64,
     /// Walks that left the scene.
     pub escaped: u64,
+    /// Walks that were cut off.
+    pub truncated: u64,
+    /// Weight that ended on backs, in 2⁻⁴⁰ of a walk's.
+    pub absorbed_back_weight: u128,
+    /// Weight that left the scene, likewise.
+    pub escaped_weight: u128,
+    /// Weight that was cut off, likewise.
+    pub truncated_weight: u128,
 }
 
 impl Counts {
-    fn fields(&mut self) -> [&mut u64; 5] {
-        [&mut self.walks, &mut self.rays, &mut self.absorbed, &mut self.absorbed_back, &mut self.escaped]
-    }
-
-    /// Adds the counts of further walks of one board; 64 bits outlast any process.
-    pub fn add(&mut self, mut further: Counts) {
-        for (mine, their) in self.fields().into_iter().zip(further.fields()) {
-            *mine += *their;
+    /// Adds the counts of further walks.
+    ///
+    /// # Errors
+    /// Where a count leaves its range.
+    pub fn add(&mut self, further: &Counts) -> Result<(), Overflow> {
+        let mut sums = self.to_array();
+        for (mine, their) in sums.iter_mut().zip(further.to_array()) {
+            *mine = mine.checked_add(their).ok_or(Overflow)?;
         }
+        *self = Counts::from_array(sums).ok_or(Overflow)?;
+        Ok(())
     }
 
     /// The counts in a fixed order, as messages, files and digests hold them.
-    pub fn to_array(mut self) -> [u64; 5] {
-        self.fields().map(|field| *field)
+    pub fn to_array(self) -> [u128; 9] {
+        let counts = [self.walks, self.rays, self.absorbed, self.absorbed_back, self.escaped, self.truncated];
+        let [walks, rays, absorbed, absorbed_back, escaped, truncated] = counts.map(u128::from);
+        let weights = [self.absorbed_back_weight, self.escaped_weight, self.truncated_weight];
+        let [back_weight, escaped_weight, truncated_weight] = weights;
+        [
+            walks,
+            rays,
+            absorbed,
+            absorbed_back,
+            escaped,
+            truncated,
+            back_weight,
+            escaped_weight,
+            truncated_weight,
+        ]
     }
 
-    /// The inverse of [`Counts::to_array`].
-    pub fn from_array(array: [u64; 5]) -> Self {
-        let mut counts = Counts::default();
-        for (field, value) in counts.fields().into_iter().zip(array) {
-            *field = value;
-        }
-        counts
+    /// The inverse of [`Counts::to_array`]; `None` where a count leaves its 64 bits.
+    pub fn from_array(array: [u128; 9]) -> Option<Self> {
+        let count = |i: usize| u64::try_from(array[i]).ok();
+        Some(Counts {
+            walks: count(0)?,
+            rays: count(1)?,
+            absorbed: count(2)?,
+            absorbed_back: count(3)?,
+            escaped: count(4)?,
+            truncated: count(5)?,
+            absorbed_back_weight: array[6],
+            escaped_weight: array[7],
+            truncated_weight: array[8],
+        })
+    }
+}
+
+/// What a tally keeps of each patch, in this order.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Layout {
+    /// Σx … Σx^k, k = `moments`.
+    pub moments: usize,
+    /// Whether events are counted beside the sums: where scores are not counts themselves.
+    pub events: bool,
+}
+
+impl Layout {
+    /// Numbers per patch.
+    pub fn columns(self) -> usize {
+        self.moments + usize::from(self.events)
     }
 }
 
@@ -72,15 +119,15 @@ impl Counts {
 pub struct Tally {
     /// How the walks ended.
     pub counts: Counts,
-    moments: usize,
-    /// Patch-major: Σx, Σx², … of patch 0, then of patch 1.
+    layout: Layout,
+    /// Patch-major: the columns of patch 0, then of patch 1.
     sums: Vec<u128>,
 }
 
 impl Tally {
-    /// An empty tally of `patches` patches and Σx … Σx^`moments`.
-    pub fn new(patches: usize, moments: usize) -> Self {
-        Tally { counts: Counts::default(), moments, sums: vec![0; patches * moments] }
+    /// An empty tally of `patches` patches.
+    pub fn new(patches: usize, layout: Layout) -> Self {
+        Tally { counts: Counts::default(), layout, sums: vec![0; patches * layout.columns()] }
     }
 
     /// A tally from its parts, as messages and files hold them.
@@ -90,18 +137,23 @@ impl Tally {
     pub fn from_parts(
         counts: Counts,
         patches: usize,
-        moments: usize,
+        layout: Layout,
         sums: Vec<u128>,
     ) -> Result<Self, MergeError> {
-        if sums.len() != patches * moments {
-            return Err(MergeError::Shape(sums.len(), patches * moments));
+        if sums.len() != patches * layout.columns() {
+            return Err(MergeError::Shape(sums.len(), patches * layout.columns()));
         }
-        Ok(Tally { counts, moments, sums })
+        Ok(Tally { counts, layout, sums })
     }
 
-    /// How many power sums each patch keeps.
-    pub fn moments(&self) -> usize {
-        self.moments
+    /// What it keeps of each patch.
+    pub fn layout(&self) -> Layout {
+        self.layout
+    }
+
+    /// The number of patches.
+    pub fn patches(&self) -> usize {
+        self.sums.len() / self.layout.columns()
     }
 
     /// All sums, patch-major.
@@ -116,7 +168,13 @@ impl Tally {
 
     /// Σx, Σx², … of one patch, in units.
     pub fn patch(&self, patch: usize) -> &[u128] {
-        &self.sums[patch * self.moments..][..self.moments]
+        &self.sums[patch * self.layout.columns()..][..self.layout.moments]
+    }
+
+    /// Scored events of a patch (shooting), or walks born there (gathering).
+    pub fn events(&self, patch: usize) -> u128 {
+        let columns = &self.sums[patch * self.layout.columns()..][..self.layout.columns()];
+        if self.layout.events { columns[self.layout.moments] } else { columns[0] }
     }
 
     /// Adds the walks of another tally.
@@ -124,13 +182,10 @@ impl Tally {
     /// # Errors
     /// Where shapes differ or a sum overflows; then `self` is unusable.
     pub fn merge(&mut self, other: &Tally) -> Result<(), MergeError> {
-        if (self.moments, self.sums.len()) != (other.moments, other.sums.len()) {
+        if (self.layout, self.sums.len()) != (other.layout, other.sums.len()) {
             return Err(MergeError::Shape(self.sums.len(), other.sums.len()));
         }
-        let mut theirs = other.counts;
-        for (mine, their) in self.counts.fields().into_iter().zip(theirs.fields()) {
-            *mine = mine.checked_add(*their).ok_or(Overflow)?;
-        }
+        self.counts.add(&other.counts)?;
         for (mine, &their) in self.sums.iter_mut().zip(&other.sums) {
             *mine = mine.checked_add(their).ok_or(Overflow)?;
         }
@@ -140,7 +195,7 @@ impl Tally {
     /// A digest of everything the tally holds.
     pub fn hash(&self) -> [u8; 32] {
         let mut hasher = blake3::Hasher::new();
-        hasher.update(&(self.moments as u64).to_le_bytes());
+        hasher.update(&[self.layout.moments as u8, u8::from(self.layout.events)]);
         for count in self.counts.to_array() {
             hasher.update(&count.to_le_bytes());
         }
@@ -151,66 +206,172 @@ impl Tally {
     }
 }
 
+/// A whole number of units, 64 or 128 bits wide.
+pub trait Word: Copy + Default + Into<u128> {
+    /// Of a small number.
+    fn from_units(units: f64) -> Self;
+    /// Modular arithmetic.
+    fn plus(self, other: Self) -> Self;
+    /// Likewise.
+    fn minus(self, other: Self) -> Self;
+    /// Likewise.
+    fn times(self, other: Self) -> Self;
+    /// Whether its square fits.
+    fn is_small(self) -> bool;
+}
+
+macro_rules! word {
+    ($word:ty) => {
+        impl Word for $word {
+            #[inline(always)]
+            fn from_units(units: f64) -> Self {
+                units as $word
+            }
+            #[inline(always)]
+            fn plus(self, other: Self) -> Self {
+                self.wrapping_add(other)
+            }
+            #[inline(always)]
+            fn minus(self, other: Self) -> Self {
+                self.wrapping_sub(other)
+            }
+            #[inline(always)]
+            fn times(self, other: Self) -> Self {
+                self.wrapping_mul(other)
+            }
+            #[inline(always)]
+            fn is_small(self) -> bool {
+                self >> (<$word>::BITS / 2) == 0
+            }
+        }
+    };
+}
+
+word!(u64);
+word!(u128);
+
+/// A count of events beside the scores, or none where scores are counts themselves.
+pub trait Events: Copy + Default {
+    /// Whether there is one.
+    const COUNTED: bool;
+    /// One more.
+    fn increment(&mut self);
+    /// How many.
+    fn total(self) -> u128;
+}
+
+impl Events for () {
+    const COUNTED: bool = false;
+    fn increment(&mut self) {}
+    fn total(self) -> u128 {
+        0
+    }
+}
+
+impl Events for u64 {
+    const COUNTED: bool = true;
+    #[inline(always)]
+    fn increment(&mut self) {
+        *self += 1;
+    }
+    fn total(self) -> u128 {
+        self.into()
+    }
+}
+
 /// What one patch has collected, and the running score of the walk that scored there last.
 #[derive(Clone, Copy, Debug)]
-struct Cell<const M: usize> {
+struct Cell<W, E, const M: usize> {
     /// 1 + the number of that walk; 0 for none.
     walk: u64,
-    score: u64,
-    sums: [u64; M],
+    events: E,
+    score: W,
+    sums: [W; M],
+}
+
+impl<W: Word, E: Events, const M: usize> Cell<W, E, M> {
+    fn empty() -> Self {
+        Cell { walk: 0, events: E::default(), score: W::default(), sums: [W::default(); M] }
+    }
+
+    /// Whether no sum can have wrapped. Σx cannot. Counts: Σx² ≤ (Σx)² and Σx³, Σx⁴ ≤ (Σx²)². Other scores:
+    /// Σx^k ≤ Σx·(largest score)^(k−1).
+    fn fits(&self, largest: u128) -> bool {
+        if !E::COUNTED {
+            return self.sums.iter().take(M.div_ceil(2)).all(|sum| sum.is_small());
+        }
+        let sum: u128 = self.sums[0].into();
+        (1..M).try_fold(sum, |bound, _| bound.checked_mul(largest)).is_some()
+    }
 }
 
 /// Where a thread's walks score: per patch the power sums of whole-walk scores, kept right after every
 /// score, so that the end of a walk costs nothing however many patches it met.
 #[derive(Clone, Debug)]
-pub struct Scoreboard<const M: usize> {
+pub struct Scoreboard<W, E, const M: usize> {
     /// How the walks ended.
     pub counts: Counts,
-    cells: Vec<Cell<M>>,
+    cells: Vec<Cell<W, E, M>>,
+    /// The largest score of a walk; watched where scores are not counts.
+    largest: u128,
 }
 
-impl<const M: usize> Scoreboard<M> {
+impl<W: Word, E: Events, const M: usize> Scoreboard<W, E, M> {
+    /// What [`Scoreboard::take`] hands over.
+    pub const LAYOUT: Layout = Layout { moments: M, events: E::COUNTED };
+
     /// An empty board.
     pub fn new(patches: usize) -> Self {
-        Scoreboard {
-            counts: Counts::default(),
-            cells: vec![Cell { walk: 0, score: 0, sums: [0; M] }; patches],
-        }
+        Scoreboard { counts: Counts::default(), cells: vec![Cell::empty(); patches], largest: 0 }
     }
 
     /// Adds `units` to what walk number `walk` scores on a patch: Σx^k grows by (x + units)^k − x^k.
     #[inline(always)]
-    pub fn add(&mut self, walk: u64, patch: u32, units: u64) {
+    pub fn add(&mut self, walk: u64, patch: u32, units: W) {
         let cell = &mut self.cells[patch as usize];
-        let before = if cell.walk == walk + 1 { cell.score } else { 0 };
-        let after = before + units;
+        let before = if cell.walk == walk + 1 { cell.score } else { W::default() };
+        let after = before.plus(units);
         cell.walk = walk + 1;
         cell.score = after;
-        let (mut power_before, mut power_after) = (1_u64, 1_u64);
-        for sum in &mut cell.sums {
-            power_before = power_before.wrapping_mul(before);
-            power_after = power_after.wrapping_mul(after);
-            *sum = sum.wrapping_add(power_after.wrapping_sub(power_before));
+        if E::COUNTED {
+            self.largest = self.largest.max(after.into());
         }
+        let (mut power_before, mut power_after) = (before, after);
+        for (k, sum) in cell.sums.iter_mut().enumerate() {
+            if k > 0 {
+                power_before = power_before.times(before);
+                power_after = power_after.times(after);
+            }
+            *sum = sum.plus(power_after.minus(power_before));
+        }
+    }
+
+    /// Counts an event on a patch.
+    #[inline(always)]
+    pub fn count(&mut self, patch: u32) {
+        self.cells[patch as usize].events.increment();
     }
 
     /// Hands over all that was scored and empties the board.
     ///
     /// # Errors
-    /// Where a 64-bit sum may have wrapped. Σx ≤ rays cannot; Σx² ≤ (Σx)² and Σx³, Σx⁴ ≤ (Σx²)² tell of the
-    /// others beforehand.
+    /// Where a sum may have wrapped.
     pub fn take(&mut self) -> Result<Tally, Overflow> {
-        let safe = |sum: Option<&u64>| sum.is_none_or(|&sum| sum < 1 << 32);
-        let mut tally = Tally::new(self.cells.len(), M);
-        for (sums, cell) in tally.sums.chunks_exact_mut(M).zip(&mut self.cells) {
-            if !safe(cell.sums.first()) || (M > 2 && !safe(cell.sums.get(1))) {
+        let mut tally = Tally::new(self.cells.len(), Self::LAYOUT);
+        let columns = Self::LAYOUT.columns();
+        for (sums, cell) in tally.sums.chunks_exact_mut(columns).zip(&mut self.cells) {
+            if !cell.fits(self.largest) {
                 return Err(Overflow);
             }
             for (sum, part) in sums.iter_mut().zip(cell.sums) {
-                *sum = u128::from(part);
+                *sum = part.into();
             }
-            *cell = Cell { walk: 0, score: 0, sums: [0; M] };
+            if E::COUNTED {
+                sums[M] = cell.events.total();
+            }
+            *cell = Cell::empty();
         }
+        self.largest = 0;
         tally.counts = std::mem::take(&mut self.counts);
         Ok(tally)
     }
@@ -220,9 +381,11 @@ impl<const M: usize> Scoreboard<M> {
 mod tests {
     use super::*;
 
+    const PAIR: Layout = Layout { moments: 2, events: false };
+
     #[test]
     fn the_whole_score_of_a_walk_is_raised_to_the_power() {
-        let mut board = Scoreboard::<4>::new(2);
+        let mut board = Scoreboard::<u64, (), 4>::new(2);
         for (walk, patch) in [(0, 0), (0, 1), (0, 0), (0, 0), (1, 0), (2, 1), (2, 1)] {
             board.add(walk, patch, 1);
         }
@@ -233,8 +396,20 @@ mod tests {
     }
 
     #[test]
+    fn fixed_point_scores_and_their_events_are_kept_apart() {
+        let mut board = Scoreboard::<u128, u64, 2>::new(1);
+        for units in [1_u128 << 40, 3 << 38] {
+            board.add(5, 0, units);
+            board.count(0);
+        }
+        let tally = board.take().unwrap();
+        assert_eq!(tally.patch(0), [7 << 38, 49 << 76]);
+        assert_eq!(tally.events(0), 2);
+    }
+
+    #[test]
     fn a_board_forgets_what_it_handed_over() {
-        let mut board = Scoreboard::<2>::new(1);
+        let mut board = Scoreboard::<u64, (), 2>::new(1);
         board.add(7, 0, 1);
         board.take().unwrap();
         board.add(7, 0, 1);
@@ -244,23 +419,23 @@ mod tests {
     #[test]
     fn merging_is_commutative_and_refuses_other_shapes() {
         let counts = |walks| Counts { walks, rays: 2 * walks, ..Counts::default() };
-        let a = Tally::from_parts(counts(3), 2, 2, vec![1, 2, 3, 4]).unwrap();
-        let b = Tally::from_parts(counts(5), 2, 2, vec![10, 20, 30, 40]).unwrap();
+        let a = Tally::from_parts(counts(3), 2, PAIR, vec![1, 2, 3, 4]).unwrap();
+        let b = Tally::from_parts(counts(5), 2, PAIR, vec![10, 20, 30, 40]).unwrap();
         let (mut ab, mut ba) = (a.clone(), b.clone());
         ab.merge(&b).unwrap();
         ba.merge(&a).unwrap();
         assert_eq!(ab, ba);
         assert_eq!(ab.hash(), ba.hash());
         assert_ne!(ab.hash(), a.hash());
-        assert!(matches!(ab.merge(&Tally::new(3, 2)), Err(MergeError::Shape(4, 6))));
+        assert!(matches!(ab.merge(&Tally::new(3, PAIR)), Err(MergeError::Shape(4, 6))));
     }
 
     #[test]
     fn overflow_is_an_error_and_never_a_wrap() {
-        let full = Tally::from_parts(Counts::default(), 1, 2, vec![u128::MAX, 0]).unwrap();
-        let one = Tally::from_parts(Counts::default(), 1, 2, vec![1, 0]).unwrap();
+        let full = Tally::from_parts(Counts::default(), 1, PAIR, vec![u128::MAX, 0]).unwrap();
+        let one = Tally::from_parts(Counts::default(), 1, PAIR, vec![1, 0]).unwrap();
         assert_eq!(full.clone().merge(&one), Err(MergeError::Overflow(Overflow)));
-        let mut board = Scoreboard::<2>::new(1);
+        let mut board = Scoreboard::<u64, (), 2>::new(1);
         board.add(0, 0, 1 << 32);
         assert_eq!(board.take(), Err(Overflow));
     }

@@ -2,34 +2,27 @@
 
 use std::ops::Range;
 
-use serde::{Deserialize, Serialize};
-
-use crate::estimator::{Collision, Estimator};
+use crate::birth::Births;
+use crate::estimator::{Estimator, FIXED_UNITS};
+use crate::fate::{Fate, Next};
+use crate::method::Space;
 use crate::rng::{Sequence, WalkRng};
 use crate::scene::Scene;
 use crate::surface::Side;
-use crate::tally::{Counts, Scoreboard};
+use crate::tally::Counts;
 use crate::trace::{AnyIndex, Hit, Index, Ray};
 
-/// Where a surviving walk goes on from (BS §2).
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Space {
-    /// A fresh uniform point of the patch that was hit: the expectation solves the radiosity system.
-    #[default]
-    Discrete,
-    /// The hit point: the expectation is the average of the integral equation's solution.
-    Continuous,
-}
-
-/// Every way a walk can end.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// Every way a walk can end, with the weight that it had left.
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum WalkEnd {
     /// An active side took it.
     Absorbed,
     /// It met the back of a one-sided surface.
-    AbsorbedBack,
+    AbsorbedBack(f64),
     /// It left the scene.
-    Escaped,
+    Escaped(f64),
+    /// It was cut off (infinite walks only).
+    Truncated(f64),
 }
 
 /// [`Space`] as a type, so that the loop pays only for the one it uses.
@@ -55,15 +48,6 @@ impl Depart for FromHit {
     }
 }
 
-/// The ray that starts a walk: an emitter with probability Φ_s/Φ_T, a uniform point of it, a
-/// cosine-distributed direction. Draws: emitter, point, direction.
-#[inline(always)]
-fn emit(scene: &Scene, rng: &mut WalkRng) -> Ray {
-    let emitter = scene.emitter(rng.bits());
-    let uv = scene.surfaces()[emitter.surface as usize].point_in_cell(emitter.cell, rng.pair());
-    leave(scene, emitter.surface, uv, emitter.side, rng)
-}
-
 /// A cosine-distributed ray from a point of a surface. Draws: direction.
 #[inline(always)]
 fn leave(scene: &Scene, number: u32, uv: [f64; 2], side: Side, rng: &mut WalkRng) -> Ray {
@@ -74,31 +58,49 @@ fn leave(scene: &Scene, number: u32, uv: [f64; 2], side: Side, rng: &mut WalkRng
 /// What stays the same from walk to walk.
 struct Walker<'a, I> {
     scene: &'a Scene,
+    births: &'a Births,
     index: &'a I,
     stack: Vec<(f64, u32)>,
     rays: u64,
 }
 
 impl<I: Index> Walker<'_, I> {
-    /// One shooting walk. No score and no survival test at its origin: the estimate is of b, and E is added
-    /// (source-term suppression). Draws per hit: survival, then point (discrete only), then direction.
+    /// One walk. Draws: place of birth, point, direction; then per hit survival, point (discrete only),
+    /// direction. No score and no survival test at its origin: the estimate is of b, and E is added
+    /// (source-term suppression).
     #[inline(always)]
-    fn walk<D: Depart>(&mut self, rng: &mut WalkRng, score: &mut impl Estimator) -> WalkEnd {
+    fn walk<D: Depart>(
+        &mut self,
+        number: u64,
+        rng: &mut WalkRng,
+        mut fate: impl Fate,
+        score: &mut impl Estimator,
+    ) -> WalkEnd {
         let scene = self.scene;
-        let mut ray = emit(scene, rng);
+        let birth = self.births.choose(rng.bits());
+        let surface = &scene.surfaces()[birth.surface as usize];
+        score.begin(number, surface.first_patch() + birth.cell);
+        let uv = surface.point_in_cell(birth.cell, rng.pair());
+        let mut ray = leave(scene, birth.surface, uv, birth.side, rng);
         loop {
             self.rays += 1;
             let Some(hit) = self.index.closest_hit(&scene.facets, &ray, &mut self.stack) else {
-                return WalkEnd::Escaped;
+                return WalkEnd::Escaped(fate.weight());
             };
             let surface = &scene.surfaces()[hit.surface as usize];
             if !surface.is_active(hit.side) {
-                return WalkEnd::AbsorbedBack;
+                return WalkEnd::AbsorbedBack(fate.weight());
             }
             let cell = surface.cell_at(hit.uv);
-            score.arrival(surface.first_patch() + cell);
-            if !surface.survives(rng.bits()) {
-                return WalkEnd::Absorbed;
+            let patch = surface.first_patch() + cell;
+            score.arrival(patch, fate.weight());
+            match fate.decide(surface, rng) {
+                Next::Survives => score.survival(patch),
+                Next::Dies => {
+                    score.death(patch);
+                    return WalkEnd::Absorbed;
+                }
+                Next::Truncated(weight) => return WalkEnd::Truncated(weight),
             }
             let uv = D::depart(scene, &hit, cell, rng);
             ray = leave(scene, hit.surface, uv, hit.side, rng);
@@ -106,59 +108,71 @@ impl<I: Index> Walker<'_, I> {
     }
 }
 
-/// Shoots walks number `walks.start` … `walks.end` − 1 of a sequence; returns how they ended.
-pub fn shoot(
+/// Walks number `walks.start` … `walks.end` − 1 of a sequence; returns how they ended.
+pub(crate) fn walk_all(
     scene: &Scene,
+    births: &Births,
     space: Space,
     sequence: &Sequence,
     walks: Range<u64>,
+    fate: impl Fate,
     score: &mut impl Estimator,
 ) -> Counts {
     match (&scene.index, space) {
         (AnyIndex::Flat(index), Space::Discrete) => {
-            shoot_with::<_, FromPatch>(scene, index, sequence, walks, score)
+            walk_with::<_, FromPatch>(scene, births, index, sequence, walks, fate, score)
         }
         (AnyIndex::Flat(index), Space::Continuous) => {
-            shoot_with::<_, FromHit>(scene, index, sequence, walks, score)
+            walk_with::<_, FromHit>(scene, births, index, sequence, walks, fate, score)
         }
         (AnyIndex::Tree(index), Space::Discrete) => {
-            shoot_with::<_, FromPatch>(scene, index, sequence, walks, score)
+            walk_with::<_, FromPatch>(scene, births, index, sequence, walks, fate, score)
         }
         (AnyIndex::Tree(index), Space::Continuous) => {
-            shoot_with::<_, FromHit>(scene, index, sequence, walks, score)
+            walk_with::<_, FromHit>(scene, births, index, sequence, walks, fate, score)
         }
     }
 }
 
-fn shoot_with<I: Index, D: Depart>(
+fn walk_with<I: Index, D: Depart>(
     scene: &Scene,
+    births: &Births,
     index: &I,
     sequence: &Sequence,
     walks: Range<u64>,
+    fate: impl Fate,
     score: &mut impl Estimator,
 ) -> Counts {
     let mut counts = Counts { walks: walks.end - walks.start, ..Counts::default() };
-    let mut walker = Walker { scene, index, stack: Vec::new(), rays: 0 };
+    let mut walker = Walker { scene, births, index, stack: Vec::new(), rays: 0 };
     for (n, mut rng) in walks.clone().zip(sequence.walks_from(walks.start)) {
-        score.begin(n);
-        match walker.walk::<D>(&mut rng, score) {
-            WalkEnd::Absorbed => counts.absorbed += 1,
-            WalkEnd::AbsorbedBack => counts.absorbed_back += 1,
-            WalkEnd::Escaped => counts.escaped += 1,
-        }
+        let end = walker.walk::<D>(n, &mut rng, fate, score);
+        score.end(&mut rng);
+        counts.end(end);
     }
     counts.rays = walker.rays;
     counts
 }
 
-/// Shoots walks by the collision estimator onto a board.
-pub fn shoot_collision<const M: usize>(
-    scene: &Scene,
-    space: Space,
-    sequence: &Sequence,
-    walks: Range<u64>,
-    board: &mut Scoreboard<M>,
-) {
-    let counts = shoot(scene, space, sequence, walks, &mut Collision::new(board));
-    board.counts.add(counts);
+impl Counts {
+    /// Counts the end of a walk, and the weight it took along in fixed point.
+    #[inline(always)]
+    fn end(&mut self, end: WalkEnd) {
+        let fixed = |weight: f64| (weight * FIXED_UNITS + 0.5) as u64;
+        match end {
+            WalkEnd::Absorbed => self.absorbed += 1,
+            WalkEnd::AbsorbedBack(weight) => {
+                self.absorbed_back += 1;
+                self.absorbed_back_weight += u128::from(fixed(weight));
+            }
+            WalkEnd::Escaped(weight) => {
+                self.escaped += 1;
+                self.escaped_weight += u128::from(fixed(weight));
+            }
+            WalkEnd::Truncated(weight) => {
+                self.truncated += 1;
+                self.truncated_weight += u128::from(fixed(weight));
+            }
+        }
+    }
 }

@@ -4,9 +4,9 @@
 
 mod common;
 
-use common::{box_scene, bumpy_sphere, cube54, map_corners, rotation};
+use common::{box_scene, bumpy_sphere, collision, cube54, experiment, map_corners, rotation, walk};
 use glam::DVec3;
-use radiosity::{IndexChoice, Scene, SceneSpec, Scoreboard, Sequence, Space, shoot_collision};
+use radiosity::{IndexChoice, SceneSpec, Space};
 
 /// Rays to trace in each scene.
 fn rays_wanted() -> u64 {
@@ -15,15 +15,12 @@ fn rays_wanted() -> u64 {
 
 /// Shoots until enough rays are traced, half discrete, half continuous.
 fn assert_watertight(name: &str, spec: &SceneSpec) {
-    let scene = Scene::build(spec, IndexChoice::Auto).unwrap();
     for space in [Space::Discrete, Space::Continuous] {
-        let mut board = Scoreboard::<2>::new(scene.patches().len());
-        let sequence = Sequence::new(2026);
+        let experiment = experiment(spec, IndexChoice::Auto, collision(space));
         let (mut next, mut rays) = (0, 0);
         while rays < rays_wanted() / 2 {
-            shoot_collision(&scene, space, &sequence, next..next + 100_000, &mut board);
+            let counts = walk::<2>(&experiment, 2026, next..next + 100_000).counts;
             next += 100_000;
-            let counts = board.take().unwrap().counts;
             rays += counts.rays;
             assert_eq!((counts.escaped, counts.absorbed_back), (0, 0), "{name}, {space:?}, walks to {next}");
             assert_eq!(counts.absorbed, counts.walks, "{name}: emitted = absorbed");

@@ -21,14 +21,17 @@ struct Row<'a> {
     area: f64,
     reflectance: f64,
     emittance: f64,
-    radiosity: f64,
+    radiosity: Option<f64>,
     std_error: Option<f64>,
-    ci_low: f64,
-    ci_high: f64,
-    irradiance: f64,
+    ci_low: Option<f64>,
+    ci_high: Option<f64>,
+    irradiance: Option<f64>,
     irradiance_error: Option<f64>,
-    hits: u128,
+    hits: Option<u128>,
     flags: &'a str,
+    /// A column that only biased methods have.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    bias_bound: Option<Option<f64>>,
 }
 
 /// Writes the patches of a grey scene and what was estimated of them. `solution` is of this scene.
@@ -39,13 +42,22 @@ pub fn write_patches(writer: impl Write, scene: &Scene, solution: &Solution) -> 
     let mut table = csv::Writer::from_writer(writer);
     let mut flags = String::new();
     for (number, (patch, estimate)) in scene.patches().iter().zip(&solution.estimates).enumerate() {
+        let estimate = estimate.as_ref();
         set_flags(&mut flags, patch, estimate);
-        table.serialize(row(scene, number, patch, estimate, &flags))?;
+        let mut row = row(scene, number, patch, estimate, &flags);
+        row.bias_bound = solution.biased.then(|| estimate.map(|estimate| estimate.bias_bound));
+        table.serialize(row)?;
     }
     table.flush()
 }
 
-fn row<'a>(scene: &'a Scene, number: usize, patch: &Patch, estimate: &Estimate, flags: &'a str) -> Row<'a> {
+fn row<'a>(
+    scene: &'a Scene,
+    number: usize,
+    patch: &Patch,
+    estimate: Option<&Estimate>,
+    flags: &'a str,
+) -> Row<'a> {
     let [u, v] = patch.cell;
     let [x, y, z] = patch.centroid.to_array();
     Row {
@@ -59,21 +71,28 @@ fn row<'a>(scene: &'a Scene, number: usize, patch: &Patch, estimate: &Estimate, 
         area: patch.area,
         reflectance: patch.reflectance,
         emittance: patch.emittance,
-        radiosity: estimate.radiosity,
-        std_error: estimate.std_error,
-        ci_low: estimate.ci_low,
-        ci_high: estimate.ci_high,
-        irradiance: estimate.irradiance,
-        irradiance_error: estimate.irradiance_error,
-        hits: estimate.hits,
+        radiosity: estimate.map(|e| e.radiosity),
+        std_error: estimate.and_then(|e| e.std_error),
+        ci_low: estimate.map(|e| e.ci_low),
+        ci_high: estimate.map(|e| e.ci_high),
+        irradiance: estimate.and_then(|e| e.irradiance),
+        irradiance_error: estimate.and_then(|e| e.irradiance_error),
+        hits: estimate.map(|e| e.hits),
         flags,
+        bias_bound: None,
     }
 }
 
-/// `emitter`: E > 0. `rare`: too few scores for the standard error to mean much.
-fn set_flags(flags: &mut String, patch: &Patch, estimate: &Estimate) {
+/// `emitter`: E > 0. `unsampled`: no walk could tell. `rare`: too few scores for the standard error to mean much.
+/// `bias`: walks were cut off; `bias_bound` says how much too small b may be.
+fn set_flags(flags: &mut String, patch: &Patch, estimate: Option<&Estimate>) {
     flags.clear();
-    for (word, holds) in [("emitter", patch.emittance > 0.0), ("rare", estimate.is_rare())] {
+    for (word, holds) in [
+        ("emitter", patch.emittance > 0.0),
+        ("unsampled", estimate.is_none()),
+        ("rare", estimate.is_some_and(Estimate::is_rare)),
+        ("bias", estimate.is_some_and(|estimate| estimate.bias_bound > 0.0)),
+    ] {
         if holds {
             let separator = if flags.is_empty() { "" } else { "|" };
             flags.push_str(separator);
@@ -100,15 +119,17 @@ mod tests {
     fn rows_are_as_the_format_says() {
         let scene = cube();
         let mut solution = solution(&scene);
-        solution.estimates[1] = Estimate {
+        solution.estimates[1] = Some(Estimate {
             radiosity: 0.1,
             std_error: Some(1e-20),
             ci_low: 0.0,
             ci_high: 1e300,
-            irradiance: 1.0 / 3.0,
+            irradiance: Some(1.0 / 3.0),
             irradiance_error: None,
             hits: u128::MAX,
-        };
+            effective_scores: 1e30,
+            bias_bound: 0.0,
+        });
         let text = table(&scene, &solution);
         let lines: Vec<&str> = text.lines().collect();
         assert_eq!(lines.len(), 1 + scene.patches().len());
@@ -125,7 +146,7 @@ mod tests {
         let scene = cube();
         let mut solution = solution(&scene);
         let values = [1e-20, 1e300, f64::MIN_POSITIVE, 5e-324, f64::MAX, 0.1 + 0.2, 1.0 / 3.0, 123456789.123];
-        for (estimate, value) in solution.estimates.iter_mut().zip(values) {
+        for (estimate, value) in solution.estimates.iter_mut().flatten().zip(values) {
             estimate.radiosity = value;
         }
         let text = table(&scene, &solution);
@@ -142,10 +163,10 @@ mod tests {
         let scene = cube();
         let mut solution = solution(&scene);
         let emitter = scene.patches().iter().position(|patch| patch.emittance > 0.0).unwrap();
-        for estimate in &mut solution.estimates {
-            estimate.hits = 1000;
+        for estimate in solution.estimates.iter_mut().flatten() {
+            estimate.effective_scores = 1000.0;
         }
-        solution.estimates[0].hits = 0;
+        solution.estimates[0].as_mut().unwrap().effective_scores = 0.0;
         let flag = |solution: &Solution, patch: usize| {
             let text = table(&scene, solution);
             text.lines().nth(1 + patch).unwrap().rsplit(',').next().unwrap().to_owned()
@@ -153,7 +174,7 @@ mod tests {
         assert_eq!(flag(&solution, 0), "rare");
         assert_eq!(flag(&solution, 1), "");
         assert_eq!(flag(&solution, emitter), "emitter");
-        solution.estimates[emitter].hits = 3;
+        solution.estimates[emitter].as_mut().unwrap().effective_scores = 3.0;
         assert_eq!(flag(&solution, emitter), "emitter|rare");
     }
 }

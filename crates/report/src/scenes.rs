@@ -2,9 +2,9 @@
 
 use glam::DVec3;
 use radiosity::{
-    Estimate, IndexChoice, Scene, SceneSpec, Sequence, Shape, Sides, Solution, Space, SurfaceSpec,
+    Direction, EstimatorKind, Experiment, IndexChoice, InfiniteEnd, Method, Scene, SceneSpec, Sequence,
+    Shape, Sides, Solution, Space, SurfaceSpec,
 };
-use radiosity::{Scoreboard, shoot_collision};
 
 /// A one-sided grey parallelogram: corner c, c + u, c + v.
 pub fn quad(name: &str, corners: [[f64; 3]; 3], cells: [u32; 2], reflectance: f64) -> SurfaceSpec {
@@ -73,14 +73,26 @@ fn block(name: &str, [x, z]: [f64; 2], width: f64, height: f64, turn: f64) -> Ve
     faces
 }
 
+/// Collision shooting.
+pub fn experiment(scene: &Scene) -> Experiment {
+    let method = Method {
+        direction: Direction::Shooting,
+        estimator: EstimatorKind::Collision,
+        infinite: InfiniteEnd::default(),
+        space: Space::Discrete,
+    };
+    Experiment::new(scene.clone(), method).unwrap()
+}
+
 /// A solution by 100,000 walks.
 pub fn solution(scene: &Scene) -> Solution {
-    let mut board = Scoreboard::<2>::new(scene.patches().len());
-    shoot_collision(scene, Space::Discrete, &Sequence::new(1), 0..100_000, &mut board);
-    Solution::of_shooting(scene, &board.take().unwrap(), 0.95)
+    let experiment = experiment(scene);
+    let mut board = experiment.board::<2>();
+    experiment.walk(&Sequence::new(1), 0..100_000, &mut board);
+    Solution::new(&experiment, &board.take().unwrap(), 0.95)
 }
 
 /// B of every patch [W/m²].
 pub fn radiosities(solution: &Solution) -> Vec<f64> {
-    solution.estimates.iter().map(|estimate: &Estimate| estimate.radiosity).collect()
+    solution.estimates.iter().flatten().map(|estimate| estimate.radiosity).collect()
 }

@@ -2,7 +2,7 @@
 
 use std::io::{self, Write};
 
-use radiosity::{Precision, Scene, Sides, Solution, Tally};
+use radiosity::{Counts, Precision, Scene, Sides, Solution, Tally};
 use serde::{Serialize, Serializer};
 
 /// All of `summary.json`, in its order. Numbers that are not finite become null.
@@ -91,15 +91,28 @@ pub struct PrecisionSummary {
     pub worst_patch: Option<u32>,
 }
 
-/// Where the walks went: emitted = absorbed + escaped.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
-pub struct Energy {
-    /// Walks that began.
-    pub emitted: u64,
-    /// Walks that a surface absorbed, on either side.
-    pub absorbed: u64,
-    /// Walks that left the scene.
-    pub escaped: u64,
+/// Where the walks or their power went: emitted = absorbed + escaped.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(untagged)]
+pub enum Energy {
+    /// Analog walks.
+    Walks {
+        /// Walks that began.
+        emitted: u64,
+        /// Walks that a surface absorbed, on either side.
+        absorbed: u64,
+        /// Walks that left the scene.
+        escaped: u64,
+    },
+    /// Weighted walks.
+    Power {
+        /// Power that set out [W]; importance 1 for gathering walks.
+        emitted: f64,
+        /// What surfaces took, and what was cut off.
+        absorbed: f64,
+        /// What left the scene.
+        escaped: f64,
+    },
 }
 
 /// What the job asked for, and whether it was reached.
@@ -186,6 +199,7 @@ impl Summary {
     /// The summary of a run of analog walks.
     pub fn new(scene: &Scene, tally: &Tally, solution: &Solution, facts: RunFacts) -> Self {
         let counts = tally.counts;
+        let energy = Energy::new(scene, &counts, &facts.method);
         Summary {
             version: facts.version,
             git: facts.git,
@@ -193,13 +207,13 @@ impl Summary {
             scene_hash: scene.hash(),
             tally_hash: tally.hash(),
             seed: facts.seed,
-            model: Model::new(scene, &facts.method, tally.moments()),
+            model: Model::new(scene, &facts.method, tally.layout().moments),
             method: facts.method,
             paths: counts.walks,
             rays: counts.rays,
             escaped: counts.escaped,
             absorbed_back: counts.absorbed_back,
-            truncated: 0,
+            truncated: counts.truncated,
             seconds: facts.seconds,
             cpu_seconds: facts.cpu_seconds,
             paths_per_second: counts.walks as f64 / facts.seconds,
@@ -210,11 +224,7 @@ impl Summary {
             streams_reissued: facts.streams_reissued,
             confidence: solution.confidence,
             precision: solution.precision(scene).into(),
-            energy: Energy {
-                emitted: counts.walks,
-                absorbed: counts.absorbed + counts.absorbed_back,
-                escaped: counts.escaped,
-            },
+            energy,
             target: facts.target,
             checks: facts.checks,
         }
@@ -227,6 +237,20 @@ impl Summary {
     pub fn write(&self, mut writer: impl Write) -> io::Result<()> {
         serde_json::to_writer_pretty(&mut writer, self)?;
         writeln!(writer)
+    }
+}
+
+impl Energy {
+    /// The balance of some walks. Gathering walks carry importance: each sets out with 1.
+    fn new(scene: &Scene, counts: &Counts, method: &Method) -> Self {
+        if method.estimator != "infinite" {
+            let absorbed = counts.absorbed + counts.absorbed_back;
+            return Energy::Walks { emitted: counts.walks, absorbed, escaped: counts.escaped };
+        }
+        let walks = counts.walks as f64;
+        let emitted = if method.walk == "gathering" { walks } else { scene.total_power() };
+        let escaped = emitted * (counts.escaped_weight as f64 / (walks * 2f64.powi(40)));
+        Energy::Power { emitted, absorbed: emitted - escaped, escaped }
     }
 }
 
@@ -309,7 +333,7 @@ fn hex<S: Serializer>(hash: &[u8; 32], serializer: S) -> Result<S::Ok, S::Error>
 
 #[cfg(test)]
 mod tests {
-    use radiosity::{Counts, IndexChoice};
+    use radiosity::{Counts, IndexChoice, Layout};
     use serde_json::{Value, json};
 
     use super::*;
@@ -339,8 +363,16 @@ mod tests {
     }
 
     fn tally(scene: &Scene) -> Tally {
-        let counts = Counts { walks: 100, rays: 250, absorbed: 80, absorbed_back: 5, escaped: 15 };
-        Tally::from_parts(counts, scene.patches().len(), 2, vec![0; 2 * scene.patches().len()]).unwrap()
+        let counts = Counts {
+            walks: 100,
+            rays: 250,
+            absorbed: 80,
+            absorbed_back: 5,
+            escaped: 15,
+            ..Counts::default()
+        };
+        let pair = Layout { moments: 2, events: false };
+        Tally::from_parts(counts, scene.patches().len(), pair, vec![0; 2 * scene.patches().len()]).unwrap()
     }
 
     fn text(summary: &Summary) -> String {
@@ -388,7 +420,8 @@ mod tests {
     fn numbers_that_are_not_finite_become_null() {
         let scene = cube();
         let mut solution = solution(&scene);
-        solution.estimates[3] = radiosity::Estimate { hits: 0, radiosity: 0.0, ..solution.estimates[3] };
+        let unhit = solution.estimates[3].as_mut().unwrap();
+        (unhit.effective_scores, unhit.radiosity) = (0.0, 0.0);
         let facts = RunFacts { seconds: 0.0, ..facts() };
         let summary = Summary::new(&scene, &tally(&scene), &solution, facts);
         let json: Value = serde_json::from_str(&text(&summary)).unwrap();
@@ -401,7 +434,7 @@ mod tests {
     fn a_target_is_judged_by_area() {
         let scene = cube();
         let mut solution = solution(&scene);
-        solution.estimates[0].ci_high *= 1e3;
+        solution.estimates[0].as_mut().unwrap().ci_high *= 1e3;
         let target = |fraction| Target::judge(&scene, &solution, 0.1, fraction);
         assert!(!target(1.0).reached && target(0.98).reached);
         assert!((target(1.0).achieved - 52.0 / 53.0).abs() < 1e-12);

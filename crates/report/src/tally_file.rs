@@ -6,11 +6,12 @@
 //! |---|---|
 //! | 8 | magic `RWTALLY` and a zero byte |
 //! | 4 | u32 format version, 1 |
-//! | 4 | u32 moments M: each patch keeps Σx … Σx^M |
+//! | 2 | u16 moments: each patch keeps Σx … Σx^M |
+//! | 2 | u16 1 where a count of events stands beside them, else 0; M is moments plus this |
 //! | 8 | u64 patches P |
 //! | 32 | job hash |
 //! | 32 | scene hash |
-//! | 40 | u64 × 5: walks N, rays, absorbed, absorbed_back, escaped |
+//! | 144 | u128 × 9: walks N, rays, absorbed, absorbed_back, escaped, truncated; weights of the last three, in 2⁻⁴⁰ |
 //! | 16·P·M | u128 sums, patch-major |
 //! | 32 | BLAKE3 of all the bytes before |
 
@@ -18,12 +19,12 @@ use std::fs;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-use radiosity::{Counts, Tally};
+use radiosity::{Counts, Layout, Tally};
 use thiserror::Error;
 
 const MAGIC: [u8; 8] = *b"RWTALLY\0";
 const VERSION: u32 = 1;
-const HEADER_BYTES: usize = 128;
+const HEADER_BYTES: usize = 232;
 const HASH_BYTES: usize = 32;
 
 /// What a tally file holds.
@@ -121,8 +122,9 @@ fn header(job_hash: &[u8; 32], scene_hash: &[u8; 32], tally: &Tally) -> Vec<u8> 
     let mut header = Vec::with_capacity(HEADER_BYTES);
     header.extend(MAGIC);
     header.extend(VERSION.to_le_bytes());
-    header.extend((tally.moments() as u32).to_le_bytes());
-    header.extend((tally.sums().len() as u64 / tally.moments() as u64).to_le_bytes());
+    header.extend((tally.layout().moments as u16).to_le_bytes());
+    header.extend(u16::from(tally.layout().events).to_le_bytes());
+    header.extend((tally.patches() as u64).to_le_bytes());
     header.extend(job_hash);
     header.extend(scene_hash);
     for count in tally.counts.to_array() {
@@ -170,18 +172,22 @@ fn parse(bytes: &[u8]) -> Result<TallyFile, TallyFault> {
     if version != VERSION {
         return Err(TallyFault::Version(version));
     }
-    let moments = u32::from_le_bytes(fields.take()?);
+    let moments = u16::from_le_bytes(fields.take()?);
+    let events = u16::from_le_bytes(fields.take()?);
+    let layout = Layout { moments: moments.into(), events: events == 1 };
+    let columns = layout.columns() as u32;
     let patches = u64::from_le_bytes(fields.take()?);
-    check_length(bytes, patches, moments)?;
+    check_length(bytes, patches, columns)?;
     check_sum(bytes)?;
     let (job_hash, scene_hash) = (fields.take()?, fields.take()?);
-    let mut counts = [0; 5];
+    let mut counts = [0; 9];
     for count in &mut counts {
-        *count = u64::from_le_bytes(fields.take()?);
+        *count = u128::from_le_bytes(fields.take()?);
     }
-    let sums = (0..patches * u64::from(moments)).map(|_| Ok(u128::from_le_bytes(fields.take()?)));
+    let sums = (0..patches * u64::from(columns)).map(|_| Ok(u128::from_le_bytes(fields.take()?)));
     let sums = sums.collect::<Result<_, TallyFault>>()?;
-    let tally = Tally::from_parts(Counts::from_array(counts), patches as usize, moments as usize, sums)
+    let counts = Counts::from_array(counts).ok_or(TallyFault::Checksum)?;
+    let tally = Tally::from_parts(counts, patches as usize, layout, sums)
         .expect("there are as many sums as the header says");
     Ok(TallyFile { job_hash, scene_hash, tally })
 }
@@ -220,12 +226,22 @@ fn check_sum(bytes: &[u8]) -> Result<(), TallyFault> {
 mod tests {
     use super::*;
 
+    const PAIR: Layout = Layout { moments: 2, events: false };
+
     const JOB: [u8; 32] = [1; 32];
     const SCENE: [u8; 32] = [2; 32];
 
     fn tally() -> Tally {
-        let counts = Counts { walks: 100, rays: 250, absorbed: 90, absorbed_back: 1, escaped: 9 };
-        Tally::from_parts(counts, 3, 2, vec![1, 2, 3, 4, u128::MAX, 1 << 100]).unwrap()
+        let counts = Counts {
+            walks: 100,
+            rays: 250,
+            absorbed: 90,
+            absorbed_back: 1,
+            escaped: 9,
+            escaped_weight: 9 << 40,
+            ..Counts::default()
+        };
+        Tally::from_parts(counts, 3, PAIR, vec![1, 2, 3, 4, u128::MAX, 1 << 100]).unwrap()
     }
 
     fn bytes() -> Vec<u8> {
@@ -251,7 +267,7 @@ mod tests {
     #[test]
     fn more_sums_than_one_chunk_are_read_in_order() {
         let sums: Vec<u128> = (0..3 * CHUNK_SUMS as u128 + 2).map(|i| i << 40).collect();
-        let tally = Tally::from_parts(Counts::default(), sums.len() / 2, 2, sums).unwrap();
+        let tally = Tally::from_parts(Counts::default(), sums.len() / 2, PAIR, sums).unwrap();
         let mut bytes = Vec::new();
         write_tally(&mut bytes, &JOB, &SCENE, &tally).unwrap();
         assert_eq!(parse(&bytes).unwrap().tally, tally);
@@ -263,9 +279,9 @@ mod tests {
         assert_eq!(bytes.len(), HEADER_BYTES + 6 * 16 + HASH_BYTES);
         assert_eq!(&bytes[..24], b"RWTALLY\0\x01\0\0\0\x02\0\0\0\x03\0\0\0\0\0\0\0");
         assert_eq!(bytes[24..88], [JOB, SCENE].concat());
-        assert_eq!(bytes[88..96], 100_u64.to_le_bytes());
-        assert_eq!(bytes[120..128], 9_u64.to_le_bytes());
-        assert_eq!(bytes[128..144], 1_u128.to_le_bytes());
+        assert_eq!(bytes[88..104], 100_u128.to_le_bytes());
+        assert_eq!(bytes[152..168], 9_u128.to_le_bytes());
+        assert_eq!(bytes[232..248], 1_u128.to_le_bytes());
     }
 
     #[test]

@@ -23,7 +23,8 @@ impl Interval {
 const CAUTIOUS_WALKS: f64 = 20.0;
 
 /// The two-sided interval that holds the expected score per walk with probability `confidence` (0.95, say),
-/// from the moments of a patch and a bound on E\[x²\]/E\[x\] known beforehand, in hits.
+/// from the moments of a patch in units of `unit` hits and a bound on E\[x²\]/E\[x\] known beforehand, in hits.
+/// The unit is 1 for scores that count hits; for others a hit is taken to be of the size Σx²/Σx.
 ///
 /// Collision scores are zero, or geometric once the patch is reached. If a walk returns to it with
 /// probability at most r, then E\[x²\]/E\[x\] ≤ `ratio_bound` = 2m − 1 with m = 1/(1 − r). A bound that is
@@ -55,22 +56,28 @@ const CAUTIOUS_WALKS: f64 = 20.0;
 ///
 /// # Panics
 /// If `confidence` is not between 0 and 1 or `ratio_bound` not finite and at least 1.
-pub fn mean_interval(moments: &Moments, confidence: f64, ratio_bound: f64) -> Interval {
+pub fn mean_interval(moments: &Moments, unit: f64, confidence: f64, ratio_bound: f64) -> Interval {
     assert!(confidence > 0.0 && confidence < 1.0, "confidence {confidence} is not between 0 and 1");
     assert!((1.0..f64::INFINITY).contains(&ratio_bound), "no scores have E[x²]/E[x] ≤ {ratio_bound}");
     let tail = 0.5 * (1.0 - confidence);
-    let (n, hits, squares) = (moments.n as f64, moments.sum as f64, moments.sum_sq as f64);
+    let n = moments.n as f64;
     if moments.sum == 0 {
         return Interval { low: 0.0, high: -ratio_bound * (tail.ln() / n).exp_m1() };
     }
+    // What counts as one hit: for scores that are no counts, the size that those seen have where it matters.
+    let hit = if unit == 1.0 { 1.0 } else { unit * moments.sum_sq as f64 / moments.sum as f64 };
+    let per_hit = unit / hit;
+    let ratio_bound = (ratio_bound / hit).max(1.0);
+    let hits = per_hit * moments.sum as f64;
+    let squares = per_hit * per_hit * moments.sum_sq as f64;
     let mean = hits / n;
     let most = ratio_bound.max(mean);
     let Some(variance) = moments.variance() else {
-        return Interval { low: 2.0 * tail * mean, high: most };
+        return Interval { low: hit * 2.0 * tail * mean, high: hit * most };
     };
 
     // The dispersion c: variance per hit.
-    let spread = n * variance;
+    let spread = n * per_hit * per_hit * variance;
     let size = squares / hits;
     let caution = 1.0 / (1.0 + (hits / size).min(4.0 * spread) / CAUTIOUS_WALKS);
     let weight = size * caution * caution;
@@ -87,7 +94,7 @@ pub fn mean_interval(moments: &Moments, confidence: f64, ratio_bound: f64) -> In
     let low =
         c * byar(count, -z) - half_step + shift_per_skewness * skewness.min(skewness_of_misses).min(0.0);
     let high = c * byar(count, z) + half_step + shift_per_skewness * skewness.max(0.0);
-    Interval { low: (low / n).clamp(0.0, mean), high: (high / n).clamp(mean, most) }
+    Interval { low: hit * (low / n).clamp(0.0, mean), high: hit * (high / n).clamp(mean, most) }
 }
 
 /// Byar's approximation of the mean at which a Poisson count is z standard deviations away.
@@ -115,7 +122,7 @@ mod tests {
     fn many_hits_give_the_normal_interval() {
         // a tenth of 10¹² walks hit once, a tenth thrice
         let moments = Moments { n: 1_000_000_000_000, sum: 400_000_000_000, sum_sq: 1_000_000_000_000 };
-        let interval = mean_interval(&moments, 0.95, 9.5);
+        let interval = mean_interval(&moments, 1.0, 0.95, 9.5);
         let half_width = 1.959964 * moments.standard_error().unwrap();
         assert!(close(0.4 - interval.low, half_width, 1e-4), "{interval:?}");
         assert!(close(interval.high - 0.4, half_width, 1e-4), "{interval:?}");
@@ -123,7 +130,7 @@ mod tests {
 
     #[test]
     fn no_hits_leave_the_upper_bound_of_cauchy_and_schwarz() {
-        let none = |n| mean_interval(&Moments { n, sum: 0, sum_sq: 0 }, 0.95, 3.0);
+        let none = |n| mean_interval(&Moments { n, sum: 0, sum_sq: 0 }, 1.0, 0.95, 3.0);
         assert_eq!(none(0), Interval { low: 0.0, high: 3.0 });
         assert!(close(none(1).high, 3.0 * 0.975, 1e-12));
         assert!(close(none(2).high, 3.0 * (1.0 - 0.025f64.sqrt()), 1e-12));
@@ -137,7 +144,7 @@ mod tests {
         for (hits, low, high) in [(1, 0.025318, 5.571643), (3, 0.618672, 8.767273), (10, 4.795389, 18.390356)]
         {
             let moments = Moments { n: 1_000_000, sum: hits, sum_sq: hits };
-            let interval = mean_interval(&moments, 0.95, 1.0);
+            let interval = mean_interval(&moments, 1.0, 0.95, 1.0);
             let width = 1e6 * (interval.high - interval.low);
             assert!((0.9..1.1).contains(&(width / (high - low))), "{hits} hits: {interval:?}");
             assert!(close(1e6 * interval.high, high, 0.1), "{hits} hits: {interval:?}");
@@ -146,7 +153,7 @@ mod tests {
 
     #[test]
     fn one_walk_is_bounded_by_markov_and_the_ratio() {
-        let one = |x| mean_interval(&Moments { n: 1, sum: x, sum_sq: x * x }, 0.9, 7.0);
+        let one = |x| mean_interval(&Moments { n: 1, sum: x, sum_sq: x * x }, 1.0, 0.9, 7.0);
         let interval = one(4);
         assert!(close(interval.low, 0.4, 1e-12) && interval.high == 7.0);
         assert!(one(8).contains(8.0));
@@ -161,7 +168,7 @@ mod tests {
                     let moments = Moments { n, sum: hits, sum_sq: squares };
                     let mean = moments.mean().unwrap();
                     for (confidence, ratio_bound) in [(1e-6, 1.0), (0.5, 3.8), (0.95, 1.0), (0.9999, 199.0)] {
-                        let interval = mean_interval(&moments, confidence, ratio_bound);
+                        let interval = mean_interval(&moments, 1.0, confidence, ratio_bound);
                         assert!(interval.contains(mean) && interval.low >= 0.0, "{moments:?}: {interval:?}");
                         assert!(interval.low < interval.high, "{moments:?}, {confidence}: {interval:?}");
                         assert!(interval.high <= ratio_bound.max(mean), "{moments:?}: {interval:?}");
@@ -174,12 +181,12 @@ mod tests {
     #[test]
     #[should_panic(expected = "confidence 95 is not between 0 and 1")]
     fn confidence_in_percent_is_refused() {
-        mean_interval(&Moments::default(), 95.0, 1.0);
+        mean_interval(&Moments::default(), 1.0, 95.0, 1.0);
     }
 
     #[test]
     #[should_panic(expected = "no scores have")]
     fn ratio_below_one_hit_is_refused() {
-        mean_interval(&Moments::default(), 0.95, 0.5);
+        mean_interval(&Moments::default(), 1.0, 0.95, 0.5);
     }
 }

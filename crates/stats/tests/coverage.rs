@@ -44,7 +44,7 @@ impl Patch {
         let mut coverage = Coverage::default();
         for _ in 0..trials {
             let moments = self.simulate(n, rng);
-            coverage.record(&mean_interval(&moments, CONFIDENCE, ratio_bound), self.mean());
+            coverage.record(&mean_interval(&moments, 1.0, CONFIDENCE, ratio_bound), self.mean());
         }
         coverage
     }
@@ -154,7 +154,7 @@ fn intervals_hold_the_mean_of_few_walks_with_many_hits() {
 fn exact_coverage(n: u64, q: f64, confidence: f64, ratio_bound: f64) -> f64 {
     let covers = |hits: u64| {
         let moments = Moments { n, sum: hits.into(), sum_sq: hits.into() };
-        mean_interval(&moments, confidence, ratio_bound).contains(q)
+        mean_interval(&moments, 1.0, confidence, ratio_bound).contains(q)
     };
 
     // the probabilities relative to the most likely number, up and down to where they vanish

@@ -5,10 +5,11 @@ use std::ops::Range;
 use cluster::access::{Access, Speaker};
 use cluster::coordinator::Plan;
 use cluster::message::{Hello, LeaseResult, PROTOCOL, Proof, ToCoordinator};
-use radiosity::{Counts, Tally};
+use radiosity::{Counts, Layout, Tally};
 
 pub const PATCHES: usize = 3;
 pub const MOMENTS: usize = 2;
+pub const LAYOUT: Layout = Layout { moments: MOMENTS, events: false };
 pub const BUILD: &str = "0.1.0 (toy)";
 pub const JOB: &[u8] = b"a toy job";
 pub const SCENE_HASH: [u8; 32] = [1; 32];
@@ -33,7 +34,8 @@ impl Board {
     pub fn shoot(&mut self, walks: Range<u64>) {
         for n in walks {
             let luck = hash(n);
-            self.counts.add(Counts { walks: 1, rays: 1 + luck % 7, absorbed: luck % 2, ..Counts::default() });
+            let counts = Counts { walks: 1, rays: 1 + luck % 7, absorbed: luck % 2, ..Counts::default() };
+            self.counts.add(&counts).unwrap();
             let patch = luck as usize % PATCHES;
             for (power, sum) in (1..).zip(&mut self.sums[patch * MOMENTS..][..MOMENTS]) {
                 *sum += u128::from(luck >> 40).pow(power);
@@ -43,7 +45,7 @@ impl Board {
 
     pub fn take(&mut self) -> Tally {
         let Board { counts, sums } = std::mem::take(self);
-        Tally::from_parts(counts, PATCHES, MOMENTS, sums.to_vec()).unwrap()
+        Tally::from_parts(counts, PATCHES, LAYOUT, sums.to_vec()).unwrap()
     }
 }
 
@@ -63,7 +65,7 @@ pub fn plan(paths: u64, stream_paths: u64) -> Plan {
         build: BUILD.into(),
         paths,
         stream_paths,
-        empty: Tally::new(PATCHES, MOMENTS),
+        empty: Tally::new(PATCHES, LAYOUT),
         wall: None,
         looks: Vec::new(),
         target: None,
@@ -93,7 +95,6 @@ pub fn result(lease: u64, walks: Range<u64>) -> LeaseResult {
         seconds: 0.25,
         cpu_seconds: 0.25,
         counts: tally.counts.to_array(),
-        moments: MOMENTS as u32,
         sums: tally.into_sums(),
     }
 }

@@ -1,8 +1,13 @@
 //! Scenes for tests.
 #![allow(dead_code, reason = "each test file uses its own part")]
 
+use std::ops::Range;
+
 use glam::{DMat3, DVec3};
-use radiosity::{SceneSpec, Shape, Sides, SurfaceSpec};
+use radiosity::{
+    Direction, EstimatorKind, Experiment, IndexChoice, InfiniteEnd, Method, Scene, SceneSpec, Sequence,
+    Shape, Sides, Space, SurfaceSpec, Tally,
+};
 
 pub fn surface(shape: Shape, reflectance: f64) -> SurfaceSpec {
     SurfaceSpec {
@@ -130,4 +135,34 @@ pub fn bumpy_sphere(levels: u32, rows: u32) -> SceneSpec {
         .collect();
     surfaces[0].emittance = 1.0;
     SceneSpec { surfaces }
+}
+
+/// Collision shooting.
+pub fn collision(space: Space) -> Method {
+    Method {
+        direction: Direction::Shooting,
+        estimator: EstimatorKind::Collision,
+        infinite: InfiniteEnd::default(),
+        space,
+    }
+}
+
+/// A scene with a method.
+pub fn experiment(spec: &SceneSpec, index: IndexChoice, method: Method) -> Experiment {
+    Experiment::new(Scene::build(spec, index).unwrap(), method).unwrap()
+}
+
+/// The tally of some walks, with M power sums.
+pub fn walk<const M: usize>(experiment: &Experiment, seed: u64, walks: Range<u64>) -> Tally {
+    let sequence = Sequence::new(seed);
+    let mut board = experiment.board::<M>();
+    let mut tally = experiment.tally(M);
+    let mut next = walks.start;
+    while next < walks.end {
+        let end = walks.end.min(next + (1 << 20));
+        experiment.walk(&sequence, next..end, &mut board);
+        tally.merge(&board.take().unwrap()).unwrap();
+        next = end;
+    }
+    tally
 }

@@ -1,0 +1,96 @@
+//! What kind of walk, and what it scores: the choices of a job.
+
+use serde::{Deserialize, Serialize};
+
+/// Where a surviving walk goes on from (BS §2).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Space {
+    /// A fresh uniform point of the patch that was hit: the expectation solves the radiosity system.
+    #[default]
+    Discrete,
+    /// The hit point: the expectation is the average of the integral equation's solution.
+    Continuous,
+}
+
+/// Which events of a walk score (S97 §2, §3).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum EstimatorKind {
+    /// The absorption at its end.
+    Absorption,
+    /// Every hit that it survives.
+    Survival,
+    /// Every hit.
+    #[default]
+    Collision,
+    /// Every hit of a walk that is never absorbed, by weight (SInf).
+    Infinite,
+}
+
+/// How walks of the infinite estimator end.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum InfiniteEnd {
+    /// Below a weight they go on as collision walks of that weight; unbiased.
+    Roulette {
+        /// The weight, in (0, 1).
+        threshold: f64,
+    },
+    /// At once below a weight; biased.
+    Cutoff {
+        /// The weight, in (0, 1).
+        threshold: f64,
+    },
+    /// After a number of hits; biased.
+    Length {
+        /// The number, at least 1.
+        length: u32,
+    },
+}
+
+impl InfiniteEnd {
+    /// The weight of a job that names none.
+    pub const DEFAULT_THRESHOLD: f64 = 0.001;
+}
+
+impl Default for InfiniteEnd {
+    fn default() -> Self {
+        InfiniteEnd::Roulette { threshold: Self::DEFAULT_THRESHOLD }
+    }
+}
+
+/// Where gathering walks are born.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Birth {
+    /// On each patch in proportion to its active area.
+    #[default]
+    Area,
+    /// On each patch alike.
+    Uniform,
+    /// On each of these patches alike (by number), nowhere else.
+    Patches(Vec<u32>),
+}
+
+/// Which way walks run.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Direction {
+    /// From the emitters, carrying power.
+    Shooting,
+    /// From patches, looking for emitters.
+    Gathering(Birth),
+}
+
+/// A kind of walk and what it scores.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Method {
+    /// Shooting or gathering.
+    pub direction: Direction,
+    /// What scores.
+    pub estimator: EstimatorKind,
+    /// How walks of the infinite estimator end; no other looks at it.
+    pub infinite: InfiniteEnd,
+    /// Where surviving walks go on from.
+    pub space: Space,
+}
