@@ -2,9 +2,10 @@
 
 use std::sync::{Arc, OnceLock};
 
-use radiosity::{IndexChoice, Scene, SceneError, SceneSpec};
+use radiosity::{IndexChoice, Scene, SceneError, SceneSpec, SurfaceSpec};
 use thiserror::Error;
 
+use crate::accuracy::FormFactors;
 use crate::box_scene::{BoxScene, NotABox};
 use crate::exchange::ExchangeMatrix;
 use crate::faces::Faces;
@@ -14,15 +15,15 @@ use crate::system::{RadiositySystem, Singular, Solution};
 /// The most patches that are solved for: two dense matrices of them take 1.6 GB.
 pub const MAX_PATCHES: u64 = 10_000;
 
+/// The most faces (patches, those with two sides twice) of a scene that is not a closed axis-aligned box.
+pub const MAX_GENERAL_FACES: u64 = 4_000;
+
 /// Why a scene cannot be solved exactly.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum ExactError {
     /// The scene itself is not valid.
     #[error(transparent)]
     Scene(#[from] SceneError),
-    /// The geometry is not one whose form factors are known in closed form.
-    #[error(transparent)]
-    Geometry(#[from] NotABox),
     /// More than [`MAX_PATCHES`] patches.
     #[error(
         "the scene has {patches} patches, more than {MAX_PATCHES} (the two dense matrices would take \
@@ -34,6 +35,22 @@ pub enum ExactError {
         /// The memory that it would take [10⁹ bytes].
         gigabytes: f64,
     },
+    /// More than [`MAX_GENERAL_FACES`] faces in a scene that is not a box.
+    #[error(
+        "the scene has {faces} patch sides, more than {MAX_GENERAL_FACES} (form factors with shadows would \
+         take up to {minutes:.0} minutes of one core, and {gigabytes:.1} GB); use coarser patches. Closed boxes of \
+         axis-aligned rectangles may have {MAX_PATCHES}, but {because}"
+    )]
+    TooManyFaces {
+        /// The faces of the scene.
+        faces: u64,
+        /// The time that it would take, roughly [min of one core].
+        minutes: f64,
+        /// The memory that it would take [10⁹ bytes].
+        gigabytes: f64,
+        /// Why it is not a box.
+        because: NotABox,
+    },
     /// The system cannot be solved.
     #[error(transparent)]
     Singular(#[from] Singular),
@@ -43,6 +60,7 @@ pub enum ExactError {
 /// patch order; a two-sided patch reports the mean of its sides (B, b, H) or their sum (A, φ).
 #[derive(Clone, Debug)]
 pub struct Exact {
+    form_factors: FormFactors,
     faces: Faces,
     system: RadiositySystem,
     /// E [W/m²] of every face.
@@ -66,20 +84,30 @@ pub(crate) struct Squared {
 }
 
 impl Exact {
-    /// Solves a scene that is a closed box of axis-aligned rectangles; vectors are in patch order.
+    /// Solves a scene: closed boxes of axis-aligned rectangles in closed form, to about 10⁻¹²; any other, open
+    /// or closed, with shadows, to what [`crate::Accuracy::of`] then says. Every machine finds the same, however many
+    /// threads it has, but for the last digits of its mathematical functions.
     ///
     /// # Errors
-    /// [`ExactError`], if the scene is not valid, not such a box, or too large.
+    /// [`ExactError`], if the scene is not valid or too large.
     pub fn of_scene(spec: &SceneSpec) -> Result<Self, ExactError> {
         check_size(spec)?;
         let scene = Scene::build(spec, IndexChoice::Flat)?;
-        let (faces, exchange) = match BoxScene::recognise(spec) {
-            Ok(closed) => (Faces::one_sided(scene.patches().len()), ExchangeMatrix::of_box(&closed)),
-            Err(_) => general::exchange(spec),
+        let (form_factors, faces, exchange) = match BoxScene::recognise(spec) {
+            Ok(closed) => {
+                let faces = Faces::one_sided(scene.patches().len());
+                (FormFactors::ClosedForm, faces, ExchangeMatrix::of_box(&closed))
+            }
+            Err(because) => {
+                check_general_size(spec, &because)?;
+                let (faces, exchange) = general::exchange(spec);
+                (FormFactors::General { because }, faces, exchange)
+            }
         };
         let reflectance: Vec<f64> = scene.patches().iter().map(|patch| patch.reflectance).collect();
         let emittance: Vec<f64> = scene.patches().iter().map(|patch| patch.emittance).collect();
-        Ok(Self::of_faces(faces, Arc::new(exchange), &reflectance, &emittance)?)
+        let exact = Self::of_faces(faces, Arc::new(exchange), &reflectance, &emittance)?;
+        Ok(Exact { form_factors, ..exact })
     }
 
     /// Solves the system of given form factors, reflectances in [0, 1) and emittances [W/m²], one per patch.
@@ -112,6 +140,7 @@ impl Exact {
         let total_power = emittance.iter().zip(system.exchange().areas()).map(|(e, a)| e * a).sum();
         let xi_by_face = xi_by_face(&faces, &system);
         Ok(Exact {
+            form_factors: FormFactors::Given,
             solution: by_face.by_patch(&faces),
             xi: faces.weighted_mean(&xi_by_face, &by_face.incoming),
             squared: OnceLock::new(),
@@ -123,6 +152,11 @@ impl Exact {
             total_power,
             xi_by_face,
         })
+    }
+
+    /// How the form factors were found.
+    pub fn form_factors(&self) -> &FormFactors {
+        &self.form_factors
     }
 
     /// The form factors, face by face.
@@ -181,11 +215,12 @@ impl Exact {
         &self.xi
     }
 
-    /// Φ_T and E_i are those of the faces together: what a walk may start from.
+    /// E [W/m²] of every face.
     pub(crate) fn emittance_by_face(&self) -> &[f64] {
         &self.emittance
     }
 
+    /// ξ of every face, towards all sides of its patch.
     pub(crate) fn xi_by_face(&self) -> &[f64] {
         &self.xi_by_face
     }
@@ -220,4 +255,16 @@ fn check_size(spec: &SceneSpec) -> Result<(), ExactError> {
     }
     let gigabytes = 16e-9 * (patches as f64).powi(2);
     Err(ExactError::TooManyPatches { patches, gigabytes })
+}
+
+/// Work and memory grow with the square of the faces; meeting occluders costs about 60 ns a pair.
+fn check_general_size(spec: &SceneSpec, because: &NotABox) -> Result<(), ExactError> {
+    let of_surface = |s: &SurfaceSpec| s.shape.cell_count() * s.sides.count() as u64;
+    let faces = spec.surfaces.iter().map(of_surface).sum();
+    if faces <= MAX_GENERAL_FACES {
+        return Ok(());
+    }
+    let square = (faces as f64).powi(2);
+    let minutes = 0.5 * square * (5e-6 + 6e-8 * spec.surfaces.len() as f64) / 60.0;
+    Err(ExactError::TooManyFaces { faces, minutes, gigabytes: 32e-9 * square, because: because.clone() })
 }

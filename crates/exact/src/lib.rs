@@ -1,13 +1,19 @@
-//! The deterministic judge of the Monte Carlo code: closed-form form factors, a dense solve of the radiosity
-//! system, and the exact variance of the walks.
+//! The deterministic judge of the Monte Carlo code: form factors, a dense solve of the radiosity system, and the
+//! exact variance of the walks.
 //!
-//! Data flows one way: [`BoxScene`] (geometry) → [`ExchangeMatrix`] (form factors) → [`RadiositySystem`]
-//! (one set of reflectances) → [`Solution`] (one set of emittances); [`Exact`] holds one of each for a scene.
-//! All is sequential, so threads never enter the answer; its last digits may differ between machines (vector
-//! width, the platform's atan and ln).
+//! Data flows one way: geometry → [`ExchangeMatrix`] (form factors) → [`RadiositySystem`] (one set of
+//! reflectances) → [`Solution`] (one set of emittances); [`Exact`] holds one of each for a scene, and [`Accuracy`]
+//! says how far it may be off. Predictions about walks ([`WalkEstimator`], [`GatherEstimator`], [`Bounds`]) read
+//! an [`Exact`].
 //!
-//! Scenes are closed boxes of axis-aligned rectangles so far. Another geometry needs another way to fill the
-//! [`ExchangeMatrix`]; colour needs one [`RadiositySystem`] per channel over one matrix.
+//! Geometry comes in two kinds. A closed box of axis-aligned rectangles ([`BoxScene`]) has closed forms for all
+//! pairs of patches. In any other scene each pair is judged alone: closed forms, contour integrals or cubature
+//! where nothing can stand between; where something may, adaptive cubature of Lambert's formula for what a
+//! point sees past the occluders, with an estimated error.
+//!
+//! Threads fill the rows of general scenes and never enter the answer; its last digits may differ between
+//! machines (vector width, the platform's atan and ln). Colour needs one [`RadiositySystem`] per channel over one
+//! matrix.
 //!
 //! Papers are cited by key: S97 = Sbert, *Error and Complexity of Random Walk Monte Carlo Radiosity* (1997);
 //! SInf = Sbert, *Variance of two infinite path length random walk radiosity estimators*; BS = Bekaert & Seidel,
@@ -15,6 +21,7 @@
 
 #![allow(rustdoc::broken_intra_doc_links, reason = "units are written in square brackets")]
 
+mod accuracy;
 mod answer;
 mod bounds;
 mod box_scene;
@@ -32,7 +39,8 @@ mod rectangle;
 mod system;
 mod variance;
 
-pub use answer::{Exact, ExactError, MAX_PATCHES};
+pub use accuracy::{Accuracy, FormFactors};
+pub use answer::{Exact, ExactError, MAX_GENERAL_FACES, MAX_PATCHES};
 pub use bounds::Bounds;
 pub use box_scene::{BoxScene, NotABox};
 pub use exchange::ExchangeMatrix;

@@ -1,14 +1,17 @@
 //! Estimators: what a walk scores, and where.
 //!
 //! A shooting walk scores on the patches it meets; a gathering walk on the patch it was born on, by the
-//! emittances it meets. Scores are whole numbers of units: hits for analog shooting, 2⁻⁴⁰ of the largest single
-//! score otherwise.
+//! emittances it meets. Scores are whole numbers of units: hits for analog shooting, else 2⁻⁴⁰ of the largest
+//! single score (2⁻²⁴ where fourth powers are summed, which would not fit otherwise).
 
 use crate::rng::WalkRng;
 use crate::tally::{Scoreboard, Word};
 
-/// Units of fixed-point scores in the largest single score.
-pub(crate) const FIXED_UNITS: f64 = (1_u64 << 40) as f64;
+/// Units of fixed-point scores in the largest single score, for boards of so many power sums.
+pub(crate) const fn fixed_units(moments: usize) -> f64 {
+    let bits = if moments <= 2 { 40 } else { 24 };
+    (1_u64 << bits) as f64
+}
 
 /// Scores the events of one walk after another.
 pub trait Estimator {
@@ -110,7 +113,7 @@ impl<const M: usize> Estimator for ShootInfinite<'_, M> {
 
     #[inline(always)]
     fn arrival(&mut self, patch: u32, weight: f64) {
-        self.board.add(self.walk, patch, u128::from_units(weight * FIXED_UNITS + 0.5));
+        self.board.add(self.walk, patch, u128::from_units(weight * fixed_units(M) + 0.5));
         self.board.count(patch);
     }
 }
@@ -166,7 +169,7 @@ impl<V: Event, const M: usize> Estimator for Gather<'_, V, M> {
     fn end(&mut self, rng: &mut WalkRng) {
         if self.score > 0.0 {
             let [dither, _] = rng.pair();
-            self.board.add(self.walk, self.birth, u128::from_units(self.score * FIXED_UNITS + dither));
+            self.board.add(self.walk, self.birth, u128::from_units(self.score * fixed_units(M) + dither));
         }
     }
 }

@@ -6,7 +6,7 @@ use thiserror::Error;
 
 use crate::birth::{Births, birth_probabilities};
 use crate::estimator::{
-    Absorption, Collision, Estimator, FIXED_UNITS, Gather, ShootAnalog, ShootInfinite, Survival,
+    Absorption, Collision, Estimator, Gather, ShootAnalog, ShootInfinite, Survival, fixed_units,
 };
 use crate::fate::{Analog, Infinite};
 use crate::method::{Direction, EstimatorKind, InfiniteEnd, Method};
@@ -272,7 +272,7 @@ impl Experiment {
     pub fn meaning(&self, patch: usize, tally: &Tally) -> Option<Meaning> {
         match &self.gathering {
             None => Some(self.meaning_of_shooting(&self.scene.patches()[patch], tally)),
-            Some(gathering) => self.meaning_of_gathering(gathering, patch),
+            Some(gathering) => self.meaning_of_gathering(gathering, patch, tally.layout().moments),
         }
     }
 
@@ -292,10 +292,11 @@ impl Experiment {
                 (1.0, (reflectance > 0.0).then(|| 1.0 / reflectance), 2.0 * visits - 1.0)
             }
             EstimatorKind::Collision => (1.0, Some(1.0), 2.0 * visits - 1.0),
-            EstimatorKind::Infinite => (1.0 / FIXED_UNITS, Some(1.0), visits),
+            EstimatorKind::Infinite => (1.0 / fixed_units(tally.layout().moments), Some(1.0), visits),
         };
         // Power that was cut off would have come in here at most `visits` times.
-        let cut_off = tally.counts.truncated_weight as f64 / FIXED_UNITS / tally.counts.walks.max(1) as f64;
+        let counts = &tally.counts;
+        let cut_off = counts.truncated_weight as f64 / Counts::WEIGHT_UNITS / counts.walks.max(1) as f64;
         Meaning {
             unit,
             irradiance_per_event: scale.map(|scale| scale * per_hit),
@@ -307,7 +308,7 @@ impl Experiment {
     /// b_i = R_i × the mean score / p_i. With B̄ = max_s E_s/(1 − R_s) (S97 §3), b_s ≤ R_s·B̄, the variances of
     /// theory give E[x²]/E[x] ≤ max_s (E_s + 2R_sB̄), over R_s for survival, and max_s E_s/(1 − R_s) for
     /// absorption.
-    fn meaning_of_gathering(&self, gathering: &Gathering, patch: usize) -> Option<Meaning> {
+    fn meaning_of_gathering(&self, gathering: &Gathering, patch: usize, moments: usize) -> Option<Meaning> {
         let probability = gathering.probability[patch];
         if probability == 0.0 {
             return None;
@@ -329,7 +330,7 @@ impl Experiment {
             _ => 0.0,
         };
         Some(Meaning {
-            unit: 1.0 / FIXED_UNITS,
+            unit: 1.0 / fixed_units(moments),
             irradiance_per_event: Some(gathering.largest_value / probability),
             // Rounding at random adds less than a unit to a score.
             ratio_bound: largest / gathering.largest_value * (1.0 + 1e-9),

@@ -49,6 +49,9 @@ pub struct Counts {
 }
 
 impl Counts {
+    /// Units of weight in a walk's.
+    pub const WEIGHT_UNITS: f64 = (1_u64 << 40) as f64;
+
     /// Adds the counts of further walks.
     ///
     /// # Errors

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use crate::birth::Births;
-use crate::estimator::{Estimator, FIXED_UNITS};
+use crate::estimator::Estimator;
 use crate::fate::{Fate, Next};
 use crate::method::Space;
 use crate::rng::{Sequence, WalkRng};
@@ -158,7 +158,7 @@ impl Counts {
     /// Counts the end of a walk, and the weight it took along in fixed point.
     #[inline(always)]
     fn end(&mut self, end: WalkEnd) {
-        let fixed = |weight: f64| (weight * FIXED_UNITS + 0.5) as u64;
+        let fixed = |weight: f64| (weight * Counts::WEIGHT_UNITS + 0.5) as u64;
         match end {
             WalkEnd::Absorbed => self.absorbed += 1,
             WalkEnd::AbsorbedBack(weight) => {

@@ -49,7 +49,11 @@ fn written_scenes() -> [(&'static str, SceneSpec); 3] {
 /// These digests may change only where the walk itself is meant to change: then all results do.
 #[test]
 fn tallies_are_the_same_bits_on_every_machine() {
-    let golden = [["a277da86fc5c4410", "b9cd49a7118a81f7"], ["9045623028b81dd2", "837a706e6076e535"], ["80e5caf12e94bab3", "0b949383ebcdc7d8"]];
+    let golden = [
+        ["a277da86fc5c4410", "b9cd49a7118a81f7"],
+        ["9045623028b81dd2", "837a706e6076e535"],
+        ["80e5caf12e94bab3", "0b949383ebcdc7d8"],
+    ];
     for ((name, spec), golden) in written_scenes().iter().zip(golden) {
         for (space, golden) in [Space::Discrete, Space::Continuous].into_iter().zip(golden) {
             let got = hex(tally(spec, IndexChoice::Flat, space, &[0, 20_000]).hash());

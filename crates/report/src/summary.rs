@@ -249,7 +249,7 @@ impl Energy {
         }
         let walks = counts.walks as f64;
         let emitted = if method.walk == "gathering" { walks } else { scene.total_power() };
-        let escaped = emitted * (counts.escaped_weight as f64 / (walks * 2f64.powi(40)));
+        let escaped = emitted * (counts.escaped_weight as f64 / (walks * Counts::WEIGHT_UNITS));
         Energy::Power { emitted, absorbed: emitted - escaped, escaped }
     }
 }

@@ -1,0 +1,61 @@
+//! What a solution says about its own errors.
+
+use crate::answer::Exact;
+use crate::box_scene::NotABox;
+
+/// How the form factors of a scene were found.
+#[derive(Clone, Debug, PartialEq)]
+pub enum FormFactors {
+    /// They were given.
+    Given,
+    /// In closed form: the scene is a closed box of axis-aligned rectangles.
+    ClosedForm,
+    /// In closed form, by contour integrals or by cubature, pair by pair.
+    General {
+        /// Why the closed form of boxes does not apply.
+        because: NotABox,
+    },
+}
+
+/// The errors of a solution of the radiosity system. They do not include the discretisation: the system takes
+/// the radiosity of a patch to be uniform.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Accuracy {
+    /// How the form factors were found.
+    pub form_factors: FormFactors,
+    /// The least and the greatest Σ_j F_ij: 1 in a closed scene; what is missing is light that leaves the
+    /// scene or dies on backs.
+    pub row_sums: [f64; 2],
+    /// The greatest estimated error Σ_j |δF_ij| of a row.
+    pub row_error: f64,
+    /// max_i |B_i − E_i − R_i Σ_j F_ij B_j| / max_i B_i of the solution.
+    pub residual: f64,
+    /// How far B_i may be off [W/m²] through both, patch by patch: the solution of the system with the sources
+    /// R_i Σ_j |δF_ij| B_j + residual · max B, to first order in the errors.
+    pub radiosity_error: Vec<f64>,
+}
+
+impl Accuracy {
+    /// The accuracy of a solution, at the price of one more.
+    pub fn of(exact: &Exact) -> Self {
+        let (exchange, system) = (exact.exchange(), exact.system());
+        let solution = exact.solution_by_face();
+        let brightest = solution.radiosity.iter().copied().fold(0.0, f64::max);
+        let source = |(i, error): (usize, f64)| {
+            system.reflectance()[i] * error / exchange.areas()[i] + solution.residual * brightest
+        };
+        let errors = exchange.incoming_error(&solution.radiosity);
+        let sources: Vec<f64> = errors.into_iter().enumerate().map(source).collect();
+        let row_sums = exchange.row_sums();
+        Accuracy {
+            form_factors: exact.form_factors().clone(),
+            row_sums: [
+                row_sums.iter().copied().fold(f64::INFINITY, f64::min),
+                row_sums.iter().copied().fold(f64::NEG_INFINITY, f64::max),
+            ],
+            row_error: exchange.row_errors().into_iter().fold(0.0, f64::max),
+            residual: solution.residual,
+            radiosity_error: exact.faces().mean(&system.solve(&sources).radiosity),
+        }
+    }
+}
