@@ -18,8 +18,11 @@ use crate::polygon::in_front;
 /// The relative error of exchanges without occlusion: closed forms, contour integrals, cubature from afar.
 const CLEAR_ERROR: f64 = 1e-9;
 
-/// The error that partly occluded exchanges aim at, relative to what they would be without, point to point.
-const PENUMBRA_ERROR: f64 = 1e-3;
+/// The error that partly occluded exchanges between n faces aim at, relative to what they would be without,
+/// point to point: 10⁻³ from a thousand faces on, less where fewer pairs leave more time for each.
+fn penumbra_error(n: usize) -> f64 {
+    (1e-9 * (n as f64).powi(2)).clamp(1e-5, 1e-3)
+}
 
 /// One row of the lower triangle: its exchange areas up to the diagonal, and the pairs that were hard.
 struct Row {
@@ -32,6 +35,8 @@ struct Row {
 struct Geometry {
     scene: FaceScene,
     occluders: Occluders,
+    /// See [`penumbra_error`].
+    penumbra_error: f64,
 }
 
 /// The faces of a scene that [`radiosity::Scene::build`] accepts, and the exchange areas between them.
@@ -42,7 +47,8 @@ struct Geometry {
 pub(crate) fn exchange(spec: &SceneSpec) -> (Faces, ExchangeMatrix) {
     let scene = FaceScene::new(spec);
     let occluders = Occluders::new(&scene.outlines, scene.tolerance);
-    let geometry = Geometry { scene, occluders };
+    let penumbra_error = penumbra_error(scene.geometry.len());
+    let geometry = Geometry { scene, occluders, penumbra_error };
     let mut rows = geometry.rows();
     rows.sort_by_key(|row| row.i);
     let areas = geometry.scene.geometry.iter().map(|face| face.area).collect();
@@ -92,7 +98,7 @@ impl Geometry {
             }
             Between::Some(between) => {
                 let penumbra = Penumbra { occluders: &self.occluders, between: &between };
-                penumbra.exchange_area((&p, &i.plane), (&q, &j.plane), PENUMBRA_ERROR * at_most(i, j))
+                penumbra.exchange_area((&p, &i.plane), (&q, &j.plane), self.penumbra_error * at_most(i, j))
             }
         }
     }
