@@ -90,6 +90,25 @@ impl Occluders {
         Between::Some(candidates.into_iter().map(|(_, number)| number).collect())
     }
 
+    /// A polygon cut along the planes of those occluders that touch it: what its points see jumps there.
+    pub fn cut(&self, polygon: &[DVec3], plane: &Plane, occluders: &[usize]) -> Vec<Polygon> {
+        let (center, radius) = bounding_sphere(polygon);
+        let touches = |occluder: &&Occluder| {
+            let [low, high] = plane.range(&occluder.outline);
+            low <= self.tolerance
+                && high >= -self.tolerance
+                && occluder.center.distance(center) <= occluder.radius + radius
+        };
+        let mut parts = vec![polygon.to_vec()];
+        for occluder in occluders.iter().map(|&number| &self.occluders[number]).filter(touches) {
+            let halves = |part: Polygon| {
+                [occluder.plane, occluder.plane.flipped()].map(|side| in_front(&part, &side, self.tolerance))
+            };
+            parts = parts.into_iter().flat_map(halves).filter(|half| !half.is_empty()).collect();
+        }
+        parts
+    }
+
     /// The parts of a polygon that a point sees past some occluders.
     pub fn visible(&self, point: DVec3, polygon: &[DVec3], occluders: &[usize]) -> Vec<Polygon> {
         let mut visible = vec![polygon.to_vec()];

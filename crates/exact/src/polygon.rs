@@ -118,7 +118,7 @@ mod tests {
 
     #[test]
     fn both_parts_of_a_cut_polygon_make_the_whole() {
-        let plane = Plane::through(DVec3::new(0.3, 0.4, 0.0), DVec3::new(1.0, 2.0, 0.5));
+        let plane = Plane::through(DVec3::new(0.5, 0.6, 0.0), DVec3::new(1.0, 2.0, 0.5));
         let parts = [plane, plane.flipped()].map(|plane| in_front(&ceiling(), &plane, 1e-12));
         let whole = point_form_factor(DVec3::ZERO, DVec3::Z, &ceiling());
         let sum: f64 = parts.iter().map(|part| point_form_factor(DVec3::ZERO, DVec3::Z, part)).sum();

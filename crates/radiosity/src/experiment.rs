@@ -55,6 +55,10 @@ struct Gathering {
     values: Vec<f64>,
     /// The largest value of an event [W/m²].
     largest_value: f64,
+    /// B̄ = max_s E_s/(1 − R_s) [W/m²].
+    b_bar: f64,
+    /// A bound on E[x²]/E[x], x in events of the largest value.
+    ratio_bound: f64,
 }
 
 /// A scene and a method that fits it.
@@ -249,8 +253,29 @@ impl Gathering {
         let births = Births::new(scene.surfaces(), scene.patches().len(), |i| probability[i])
             .expect("probabilities sum to 1");
         let values = values.iter().map(|value| value / largest_value).collect();
-        Ok(Gathering { births, probability, values, largest_value })
+        let b_bar = most(scene, |s| s.emittance / (1.0 - s.reflectance));
+        let ratio_bound = largest_ratio(scene, estimator, b_bar) / largest_value;
+        Ok(Gathering { births, probability, values, largest_value, b_bar, ratio_bound })
     }
+}
+
+/// The largest of a value over the sources.
+fn most(scene: &Scene, value: impl Fn(&Patch) -> f64) -> f64 {
+    let sources = scene.patches().iter().filter(|patch| patch.emittance > 0.0);
+    sources.fold(0.0, |max, source| value(source).max(max))
+}
+
+/// A bound on E[x²]/E[x] of gathered scores x [W/m²]. With b_s ≤ R_s·B̄ (S97 §3) the variances of theory give
+/// max_s (E_s + 2R_sB̄), over R_s for survival, and max_s E_s/(1 − R_s) = B̄ for absorption. Rounding at random adds
+/// less than a unit to a score.
+fn largest_ratio(scene: &Scene, estimator: EstimatorKind, b_bar: f64) -> f64 {
+    let collisions = |s: &Patch| s.emittance + 2.0 * s.reflectance * b_bar;
+    let largest = match estimator {
+        EstimatorKind::Absorption => b_bar,
+        EstimatorKind::Survival => most(scene, |s| collisions(s) / s.reflectance),
+        EstimatorKind::Collision | EstimatorKind::Infinite => most(scene, collisions),
+    };
+    largest * (1.0 + 1e-9)
 }
 
 /// What the sums of one patch mean.
@@ -305,36 +330,25 @@ impl Experiment {
         }
     }
 
-    /// b_i = R_i × the mean score / p_i. With B̄ = max_s E_s/(1 − R_s) (S97 §3), b_s ≤ R_s·B̄, the variances of
-    /// theory give E[x²]/E[x] ≤ max_s (E_s + 2R_sB̄), over R_s for survival, and max_s E_s/(1 − R_s) for
-    /// absorption.
+    /// b_i = R_i × the mean score / p_i.
     fn meaning_of_gathering(&self, gathering: &Gathering, patch: usize, moments: usize) -> Option<Meaning> {
         let probability = gathering.probability[patch];
         if probability == 0.0 {
             return None;
         }
-        let sources = || self.scene.patches().iter().filter(|patch| patch.emittance > 0.0);
-        let b_bar = sources().fold(0.0, |max: f64, s| max.max(s.emittance / (1.0 - s.reflectance)));
-        let most = |value: &dyn Fn(&Patch) -> f64| sources().fold(0.0, |max: f64, s| max.max(value(s)));
-        let collisions = |s: &Patch| s.emittance + 2.0 * s.reflectance * b_bar;
-        let largest = match self.method.estimator {
-            EstimatorKind::Absorption => gathering.largest_value,
-            EstimatorKind::Survival => most(&|s| collisions(s) / s.reflectance),
-            EstimatorKind::Collision | EstimatorKind::Infinite => most(&collisions),
-        };
-        let r_max = self.scene.max_reflectance();
         // What is left of a walk that is cut off is worth at most its weight times B̄.
         let cut_off = match (self.method.estimator, self.method.infinite) {
             (EstimatorKind::Infinite, InfiniteEnd::Cutoff { threshold }) => threshold,
-            (EstimatorKind::Infinite, InfiniteEnd::Length { length }) => r_max.powi(length as i32),
+            (EstimatorKind::Infinite, InfiniteEnd::Length { length }) => {
+                self.scene.max_reflectance().powi(length as i32)
+            }
             _ => 0.0,
         };
         Some(Meaning {
             unit: 1.0 / fixed_units(moments),
             irradiance_per_event: Some(gathering.largest_value / probability),
-            // Rounding at random adds less than a unit to a score.
-            ratio_bound: largest / gathering.largest_value * (1.0 + 1e-9),
-            bias_bound: self.scene.patches()[patch].reflectance * cut_off * b_bar,
+            ratio_bound: gathering.ratio_bound,
+            bias_bound: self.scene.patches()[patch].reflectance * cut_off * gathering.b_bar,
         })
     }
 }

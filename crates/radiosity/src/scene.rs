@@ -83,6 +83,7 @@ pub struct Scene {
     surfaces: Vec<Surface>,
     patches: Vec<Patch>,
     emitters: Births,
+    max_reflectance: f64,
     origin: DVec3,
     pub(crate) facets: Facets,
     pub(crate) index: AnyIndex,
@@ -151,7 +152,19 @@ impl Scene {
         let facets = Facets::new(&surfaces, slack);
         let index =
             if tree { AnyIndex::Tree(Tree::new(spec, origin, 8.0 * slack)) } else { AnyIndex::Flat(Flat) };
-        Ok(Scene { names: names(spec), surfaces, patches, emitters, origin, facets, index, hash: hash(spec) })
+        let max_reflectance =
+            spec.surfaces.iter().fold(0.0, |max: f64, surface| max.max(surface.reflectance));
+        Ok(Scene {
+            names: names(spec),
+            surfaces,
+            patches,
+            emitters,
+            max_reflectance,
+            origin,
+            facets,
+            index,
+            hash: hash(spec),
+        })
     }
 
     /// The surfaces, by number.
@@ -176,7 +189,7 @@ impl Scene {
 
     /// The highest reflectance in the scene.
     pub fn max_reflectance(&self) -> f64 {
-        self.patches.iter().fold(0.0, |max, patch| patch.reflectance.max(max))
+        self.max_reflectance
     }
 
     /// What scene coordinates are relative to, in the coordinates of the file [m].
