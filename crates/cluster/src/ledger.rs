@@ -239,7 +239,10 @@ mod tests {
                 let mut books = ledger(500, stream, &[100, 333, 500]);
                 let mut out: Vec<(LeaseId, Range<u64>)> = Vec::new();
                 let mut looked = Vec::new();
+                let mut steps = 0;
                 while !books.is_complete() {
+                    steps += 1;
+                    assert!(steps < 100_000, "a walk was lost for ever: {books:?}");
                     match random(4) {
                         0 | 1 => out.extend(books.lease(random(90))),
                         2 if !out.is_empty() => {
@@ -311,6 +314,25 @@ mod tests {
         assert!(books.lease_gap(1).is_none(), "what lies beyond saves nothing");
         assert_eq!(books.walks_in(), 100);
         assert_eq!(books.unleased(), 100);
+    }
+
+    #[test]
+    fn a_lease_beyond_all_that_is_in_fills_no_gap() {
+        let mut books = ledger(400, 100, &[]);
+        let leases: Vec<_> = std::iter::from_fn(|| books.lease(100)).collect();
+        books.accept(leases[1].0, tally(&leases[1].1)).unwrap();
+        books.lose(leases[0].0);
+        assert!(books.gap_is_lost() && !books.gap_is_out(), "200 … 399 are out, but save nothing");
+    }
+
+    #[test]
+    fn a_lost_lease_is_leased_again_to_its_last_part_of_a_stream() {
+        let mut books = ledger(250, 100, &[]);
+        let (id, range) = books.lease(250).unwrap();
+        assert_eq!((range, books.unleased()), (0..250, 0));
+        books.lose(id);
+        assert_eq!((books.unleased(), books.streams_reissued), (250, 3));
+        assert_eq!(books.lease(250).unwrap().1, 0..250);
     }
 
     #[test]

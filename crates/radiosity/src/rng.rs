@@ -137,9 +137,20 @@ mod tests {
         }
     }
 
+    /// The low k bits of the state run through all 2^k values from walk to walk, as only an odd distance makes
+    /// them do; at a distance of 2⁶⁴ draws all walks would have the low half in common for ever.
+    #[test]
+    fn neighbouring_walks_have_no_low_bits_in_common() {
+        let sequence = Sequence::new(3);
+        let low: std::collections::HashSet<u8> =
+            sequence.walks_from(0).take(256).map(|walk| walk.state as u8).collect();
+        assert_eq!(low.len(), 256);
+    }
+
     #[test]
     fn seeds_give_unlike_sequences() {
-        let firsts: Vec<u64> = (0..1000).map(|seed| Sequence::new(seed).walk(0).bits()).collect();
+        let seeds = (0..1000).chain((10..64).map(|bit| 1 << bit));
+        let firsts: Vec<u64> = seeds.map(|seed| Sequence::new(seed).walk(0).bits()).collect();
         let distinct: std::collections::HashSet<_> = firsts.iter().collect();
         assert_eq!(distinct.len(), firsts.len());
     }

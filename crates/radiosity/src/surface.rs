@@ -252,6 +252,31 @@ mod tests {
         }
     }
 
+    /// Over a grid of the two uniforms, the points of a cell have the moments of a triangle: in the coordinates
+    /// of its first corner and edges, E[s] = E[t] = 1/3, E[s²] = E[t²] = 1/6, E[st] = 1/12. The grid is exact but
+    /// for its cells on the fold, a part 1/n of them.
+    #[test]
+    fn points_drawn_in_a_triangle_cell_are_uniform() {
+        const N: u32 = 1000;
+        // Row 2 of 3, the inverted cell beside ab: its corners are (2, 1)/3, (1, 1)/3 and (2, 0)/3.
+        for (cell, [u, v], sign) in [(0, [0.0, 0.0], 1.0), (5, [2.0, 1.0], -1.0)] {
+            let mut sums = [0.0; 5];
+            for step in 0..N * N {
+                let r = [step % N, step / N].map(|i| (f64::from(i) + 0.5) / f64::from(N));
+                let [x, y] = triangle(3).point_in_cell(cell, r);
+                let (s, t) = (sign * (3.0 * x - u), sign * (3.0 * y - v));
+                for (sum, value) in sums.iter_mut().zip([s, t, s * s, t * t, s * t]) {
+                    *sum += value / f64::from(N * N);
+                }
+            }
+            for (mean, expected) in
+                sums.into_iter().zip([1.0 / 3.0, 1.0 / 3.0, 1.0 / 6.0, 1.0 / 6.0, 1.0 / 12.0])
+            {
+                assert!((mean - expected).abs() < 1e-3, "cell {cell}: {sums:?}");
+            }
+        }
+    }
+
     #[test]
     fn triangle_cells_are_numbered_as_the_format_says() {
         // k = 2: row 0 is the cell at a; row 1 begins at the ab side: upright, inverted, upright.

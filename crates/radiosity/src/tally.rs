@@ -442,4 +442,36 @@ mod tests {
         board.add(0, 0, 1 << 32);
         assert_eq!(board.take(), Err(Overflow));
     }
+    /// Of four powers the second is looked at, too; of fixed-point scores the largest is.
+    #[test]
+    fn a_board_does_not_hand_over_powers_that_may_have_wrapped() {
+        let mut hits = Scoreboard::<u64, (), 4>::new(1);
+        hits.add(0, 0, 1 << 17);
+        assert_eq!(hits.take(), Err(Overflow));
+        let mut fixed = Scoreboard::<u128, u64, 2>::new(1);
+        fixed.add(0, 0, 1 << 40);
+        assert_eq!(fixed.take().unwrap().patch(0), [1 << 40, 1 << 80]);
+        fixed.add(1, 0, 1 << 65);
+        assert_eq!(fixed.take(), Err(Overflow));
+    }
+
+    #[test]
+    fn every_count_is_merged_hashed_and_kept_from_wrapping() {
+        let empty = Tally::new(1, PAIR);
+        let array: [u128; 9] = std::array::from_fn(|i| i as u128 + 1);
+        let mut full = empty.clone();
+        full.counts = Counts::from_array(array).unwrap();
+        assert_eq!(full.counts.to_array(), array);
+        full.merge(&full.clone()).unwrap();
+        assert_eq!(full.counts.to_array(), array.map(|count| 2 * count));
+        for i in 0..9 {
+            let mut one = [0; 9];
+            one[i] = 1;
+            let most = if i < 6 { u64::MAX.into() } else { u128::MAX };
+            let [one, mut most] = [one, one.map(|one| one * most)]
+                .map(|array| Tally { counts: Counts::from_array(array).unwrap(), ..empty.clone() });
+            assert_ne!(one.hash(), empty.hash());
+            assert_eq!(most.merge(&one), Err(MergeError::Overflow(Overflow)), "count {i}");
+        }
+    }
 }
