@@ -104,8 +104,8 @@ impl Exact {
                 (FormFactors::General { because }, faces, exchange)
             }
         };
-        let reflectance: Vec<f64> = scene.patches().iter().map(|patch| patch.reflectance).collect();
-        let emittance: Vec<f64> = scene.patches().iter().map(|patch| patch.emittance).collect();
+        let reflectance: Vec<f64> = scene.patches().iter().map(|patch| patch.reflectance[0]).collect();
+        let emittance: Vec<f64> = scene.patches().iter().map(|patch| patch.emittance[0]).collect();
         let exact = Self::of_faces(faces, Arc::new(exchange), &reflectance, &emittance)?;
         Ok(Exact { form_factors, ..exact })
     }

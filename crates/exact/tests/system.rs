@@ -14,10 +14,10 @@ use glam::DVec3;
 fn coloured_box(numbers: &mut Numbers) -> Exact {
     let mut spec = random_box(numbers, 0.0, 0.0);
     for surface in &mut spec.surfaces {
-        surface.reflectance = numbers.between(0.0, 0.95);
-        surface.emittance = numbers.between(0.0, 3.0);
+        surface.reflectance = numbers.between(0.0, 0.95).into();
+        surface.emittance = numbers.between(0.0, 3.0).into();
     }
-    spec.surfaces[0].reflectance = 0.0;
+    spec.surfaces[0].reflectance = 0.0.into();
     Exact::of_scene(&spec).unwrap()
 }
 
@@ -85,7 +85,7 @@ fn radiosity_has_no_scale() {
     let at = |size: f64| {
         let hi = size * DVec3::new(1.0, 2.0, 3.0);
         let mut spec = plain_box(DVec3::ZERO, hi, [3, 2], 0.6, 0.0);
-        spec.surfaces[1].cell_emittance = vec![(2, 5.0)];
+        spec.surfaces[1].cell_emittance = vec![(2, 5.0.into())];
         Exact::of_scene(&spec).unwrap()
     };
     let (small, large) = (at(1.0), at(1e5));

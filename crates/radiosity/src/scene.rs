@@ -4,7 +4,7 @@ use glam::DVec3;
 use thiserror::Error;
 
 use crate::birth::Births;
-use crate::spec::{SceneSpec, Shape, Sides};
+use crate::spec::{SceneSpec, Shape, Sides, Spectrum};
 use crate::surface::{Surface, cell_centroid};
 use crate::trace::{AnyIndex, Facets, Flat};
 use crate::tree::Tree;
@@ -59,9 +59,9 @@ pub struct Patch {
     /// 1 or 2 active sides.
     pub sides: Sides,
     /// R.
-    pub reflectance: f64,
+    pub reflectance: Spectrum,
     /// E [W/m²] of each active side.
-    pub emittance: f64,
+    pub emittance: Spectrum,
 }
 
 impl Patch {
@@ -70,9 +70,9 @@ impl Patch {
         self.area * self.sides.count()
     }
 
-    /// Φ: self-emitted power of all active sides [W].
-    pub fn power(&self) -> f64 {
-        self.active_area() * self.emittance
+    /// Φ: self-emitted power of all active sides in one channel [W].
+    pub fn power(&self, channel: usize) -> f64 {
+        self.active_area() * self.emittance[channel]
     }
 }
 
@@ -82,8 +82,10 @@ pub struct Scene {
     names: Vec<String>,
     surfaces: Vec<Surface>,
     patches: Vec<Patch>,
+    channels: usize,
+    power: [f64; 3],
     emitters: Births,
-    max_reflectance: f64,
+    max_reflectance: Spectrum,
     origin: DVec3,
     pub(crate) facets: Facets,
     pub(crate) index: AnyIndex,
@@ -134,12 +136,14 @@ impl Scene {
             })
             .collect();
         let patches = patches(spec);
-        let Some(emitters) = Births::new(&surfaces, patches.len(), |i| patches[i].power()) else {
+        let channels = spec.channels();
+        let power = std::array::from_fn(|c| patches.iter().map(|patch| patch.power(c)).sum());
+        let Some(emitters) = Births::of_emitters(&surfaces, &patches, channels, power) else {
             return Err(SceneError::Whole(
                 "the scene has no emitter (no walk could start); give a material an `emittance` above 0, or a surface an `emit`".into(),
             ));
         };
-        if !emitters.total().is_finite() {
+        if !power.iter().all(|power| power.is_finite()) {
             return Err(SceneError::Whole(
                 "the emitted power of the scene is not finite (it overflows); give smaller `emittance`s or areas".into(),
             ));
@@ -152,14 +156,15 @@ impl Scene {
         let facets = Facets::new(&surfaces, slack);
         let index =
             if tree { AnyIndex::Tree(Tree::new(spec, origin, 8.0 * slack)) } else { AnyIndex::Flat(Flat) };
-        let max_reflectance =
-            spec.surfaces.iter().fold(0.0, |max: f64, surface| max.max(surface.reflectance));
+        let most = |c: usize| spec.surfaces.iter().fold(0.0, |max: f64, s| max.max(s.reflectance[c]));
         Ok(Scene {
             names: names(spec),
             surfaces,
             patches,
+            channels,
+            power,
             emitters,
-            max_reflectance,
+            max_reflectance: Spectrum::rgb(std::array::from_fn(most)),
             origin,
             facets,
             index,
@@ -182,13 +187,18 @@ impl Scene {
         &self.patches
     }
 
-    /// Φ_T: total self-emitted power [W].
-    pub fn total_power(&self) -> f64 {
-        self.emitters.total()
+    /// 1 where every reflectance and emittance is grey, else 3.
+    pub fn channels(&self) -> usize {
+        self.channels
     }
 
-    /// The highest reflectance in the scene.
-    pub fn max_reflectance(&self) -> f64 {
+    /// Φ_T: total self-emitted power in one channel [W].
+    pub fn total_power(&self, channel: usize) -> f64 {
+        self.power[channel]
+    }
+
+    /// The highest reflectance in the scene, channel by channel.
+    pub fn max_reflectance(&self) -> Spectrum {
         self.max_reflectance
     }
 
@@ -254,15 +264,7 @@ fn check_surface(surface: &crate::SurfaceSpec) -> Result<(), Fault> {
     if surface.shape.cell_count() > MAX_PATCHES {
         return Err(("patches", format!("more than {MAX_PATCHES} patches on one surface; use fewer")));
     }
-    let reflectance = surface.reflectance;
-    if !(0.0..1.0).contains(&reflectance) {
-        return Err((
-            "reflectance",
-            format!(
-                "{reflectance} is outside [0, 1) (walks would never end, or power be negative); choose 0 ≤ reflectance < 1"
-            ),
-        ));
-    }
+    check_reflectance(surface.reflectance).map_err(|problem| ("reflectance", problem))?;
     check_emittance(surface.emittance).map_err(|problem| ("emittance", problem))?;
     for &(cell, emittance) in &surface.cell_emittance {
         if u64::from(cell) >= surface.shape.cell_count() {
@@ -273,13 +275,22 @@ fn check_surface(surface: &crate::SurfaceSpec) -> Result<(), Fault> {
     Ok(())
 }
 
-fn check_emittance(emittance: f64) -> Result<(), String> {
-    if emittance.is_finite() && emittance >= 0.0 {
-        return Ok(());
-    }
-    Err(format!(
-        "{emittance} is not a finite number ≥ 0 (surfaces cannot emit negative power); give W/m² ≥ 0"
-    ))
+fn check_reflectance(reflectance: Spectrum) -> Result<(), String> {
+    let outside = reflectance.channels().into_iter().find(|channel| !(0.0..1.0).contains(channel));
+    outside.map_or(Ok(()), |outside| {
+        Err(format!(
+            "{outside} is outside [0, 1) (walks would never end, or power be negative); choose 0 ≤ reflectance < 1"
+        ))
+    })
+}
+
+fn check_emittance(emittance: Spectrum) -> Result<(), String> {
+    let outside = emittance.channels().into_iter().find(|channel| !(channel.is_finite() && *channel >= 0.0));
+    outside.map_or(Ok(()), |outside| {
+        Err(format!(
+            "{outside} is not a finite number ≥ 0 (surfaces cannot emit negative power); give W/m² ≥ 0"
+        ))
+    })
 }
 
 fn patches(spec: &SceneSpec) -> Vec<Patch> {
@@ -331,10 +342,13 @@ fn hash(spec: &SceneSpec) -> [u8; 32] {
         for corner in surface.shape.corners() {
             numbers(&corner.to_array());
         }
-        numbers(&[surface.sides.count(), surface.reflectance, surface.emittance]);
+        numbers(&[surface.sides.count()]);
+        numbers(&surface.reflectance.channels());
+        numbers(&surface.emittance.channels());
         numbers(&[surface.cell_emittance.len() as f64]);
         for &(cell, emittance) in &surface.cell_emittance {
-            numbers(&[f64::from(cell), emittance]);
+            numbers(&[f64::from(cell)]);
+            numbers(&emittance.channels());
         }
     }
     *hasher.finalize().as_bytes()

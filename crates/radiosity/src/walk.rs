@@ -12,17 +12,17 @@ use crate::surface::Side;
 use crate::tally::Counts;
 use crate::trace::{AnyIndex, Hit, Index, Ray};
 
-/// Every way a walk can end, with the weight that it had left.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// Every way a walk can end.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum WalkEnd {
     /// An active side took it.
     Absorbed,
     /// It met the back of a one-sided surface.
-    AbsorbedBack(f64),
+    AbsorbedBack,
     /// It left the scene.
-    Escaped(f64),
+    Escaped,
     /// It was cut off (infinite walks only).
-    Truncated(f64),
+    Truncated,
 }
 
 /// [`Space`] as a type, so that the loop pays only for the one it uses.
@@ -69,15 +69,16 @@ impl<I: Index> Walker<'_, I> {
     /// direction. No score and no survival test at its origin: the estimate is of b, and E is added
     /// (source-term suppression).
     #[inline(always)]
-    fn walk<D: Depart>(
+    fn walk<D: Depart, F: Fate<C>, const C: usize>(
         &mut self,
         number: u64,
         rng: &mut WalkRng,
-        mut fate: impl Fate,
-        score: &mut impl Estimator,
+        fate: &mut F,
+        score: &mut impl Estimator<C>,
     ) -> WalkEnd {
         let scene = self.scene;
-        let birth = self.births.choose(rng.bits());
+        let (birth, weights) = self.births.choose(rng.bits());
+        fate.set_out(weights);
         let surface = &scene.surfaces()[birth.surface as usize];
         score.begin(number, surface.first_patch() + birth.cell);
         let uv = surface.point_in_cell(birth.cell, rng.pair());
@@ -85,22 +86,23 @@ impl<I: Index> Walker<'_, I> {
         loop {
             self.rays += 1;
             let Some(hit) = self.index.closest_hit(&scene.facets, &ray, &mut self.stack) else {
-                return WalkEnd::Escaped(fate.weight());
+                return WalkEnd::Escaped;
             };
             let surface = &scene.surfaces()[hit.surface as usize];
             if !surface.is_active(hit.side) {
-                return WalkEnd::AbsorbedBack(fate.weight());
+                return WalkEnd::AbsorbedBack;
             }
             let cell = surface.cell_at(hit.uv);
             let patch = surface.first_patch() + cell;
-            score.arrival(patch, fate.weight());
+            let weights = fate.weights();
+            score.arrival(patch, weights);
             match fate.decide(surface, rng) {
-                Next::Survives => score.survival(patch),
+                Next::Survives => score.survival(patch, weights),
                 Next::Dies => {
-                    score.death(patch);
+                    score.death(patch, weights);
                     return WalkEnd::Absorbed;
                 }
-                Next::Truncated(weight) => return WalkEnd::Truncated(weight),
+                Next::Truncated => return WalkEnd::Truncated,
             }
             let uv = D::depart(scene, &hit, cell, rng);
             ray = leave(scene, hit.surface, uv, hit.side, rng);
@@ -109,70 +111,68 @@ impl<I: Index> Walker<'_, I> {
 }
 
 /// Walks number `walks.start` … `walks.end` − 1 of a sequence; returns how they ended.
-pub(crate) fn walk_all(
+pub(crate) fn walk_all<const C: usize>(
     scene: &Scene,
     births: &Births,
     space: Space,
     sequence: &Sequence,
     walks: Range<u64>,
-    fate: impl Fate,
-    score: &mut impl Estimator,
+    fate: impl Fate<C>,
+    score: &mut impl Estimator<C>,
 ) -> Counts {
     match (&scene.index, space) {
         (AnyIndex::Flat(index), Space::Discrete) => {
-            walk_with::<_, FromPatch>(scene, births, index, sequence, walks, fate, score)
+            walk_with::<_, FromPatch, C>(scene, births, index, sequence, walks, fate, score)
         }
         (AnyIndex::Flat(index), Space::Continuous) => {
-            walk_with::<_, FromHit>(scene, births, index, sequence, walks, fate, score)
+            walk_with::<_, FromHit, C>(scene, births, index, sequence, walks, fate, score)
         }
         (AnyIndex::Tree(index), Space::Discrete) => {
-            walk_with::<_, FromPatch>(scene, births, index, sequence, walks, fate, score)
+            walk_with::<_, FromPatch, C>(scene, births, index, sequence, walks, fate, score)
         }
         (AnyIndex::Tree(index), Space::Continuous) => {
-            walk_with::<_, FromHit>(scene, births, index, sequence, walks, fate, score)
+            walk_with::<_, FromHit, C>(scene, births, index, sequence, walks, fate, score)
         }
     }
 }
 
-fn walk_with<I: Index, D: Depart>(
+fn walk_with<I: Index, D: Depart, const C: usize>(
     scene: &Scene,
     births: &Births,
     index: &I,
     sequence: &Sequence,
     walks: Range<u64>,
-    fate: impl Fate,
-    score: &mut impl Estimator,
+    fate: impl Fate<C>,
+    score: &mut impl Estimator<C>,
 ) -> Counts {
     let mut counts = Counts { walks: walks.end - walks.start, ..Counts::default() };
     let mut walker = Walker { scene, births, index, stack: Vec::new(), rays: 0 };
     for (n, mut rng) in walks.clone().zip(sequence.walks_from(walks.start)) {
-        let end = walker.walk::<D>(n, &mut rng, fate, score);
+        let mut fate = fate;
+        let end = walker.walk::<D, _, C>(n, &mut rng, &mut fate, score);
         score.end(&mut rng);
-        counts.end(end);
+        counts.end(end, fate.weights());
     }
     counts.rays = walker.rays;
     counts
 }
 
 impl Counts {
-    /// Counts the end of a walk, and the weight it took along in fixed point.
+    /// Counts the end of a walk, and the weights it took along in fixed point.
     #[inline(always)]
-    fn end(&mut self, end: WalkEnd) {
-        let fixed = |weight: f64| (weight * Counts::WEIGHT_UNITS + 0.5) as u64;
-        match end {
-            WalkEnd::Absorbed => self.absorbed += 1,
-            WalkEnd::AbsorbedBack(weight) => {
-                self.absorbed_back += 1;
-                self.absorbed_back_weight += u128::from(fixed(weight));
+    fn end<const C: usize>(&mut self, end: WalkEnd, weights: [f64; C]) {
+        let (walks, taken) = match end {
+            WalkEnd::Absorbed => {
+                self.absorbed += 1;
+                return;
             }
-            WalkEnd::Escaped(weight) => {
-                self.escaped += 1;
-                self.escaped_weight += u128::from(fixed(weight));
-            }
-            WalkEnd::Truncated(weight) => {
-                self.truncated += 1;
-                self.truncated_weight += u128::from(fixed(weight));
-            }
+            WalkEnd::AbsorbedBack => (&mut self.absorbed_back, &mut self.absorbed_back_weight),
+            WalkEnd::Escaped => (&mut self.escaped, &mut self.escaped_weight),
+            WalkEnd::Truncated => (&mut self.truncated, &mut self.truncated_weight),
+        };
+        *walks += 1;
+        for (taken, weight) in taken.iter_mut().zip(weights) {
+            *taken += (weight * Counts::WEIGHT_UNITS + 0.5) as u128;
         }
     }
 }

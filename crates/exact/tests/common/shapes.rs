@@ -10,8 +10,8 @@ pub fn grey(shape: Shape, r: f64, e: f64) -> SurfaceSpec {
         name: None,
         shape,
         sides: Sides::Front,
-        reflectance: r,
-        emittance: e,
+        reflectance: r.into(),
+        emittance: e.into(),
         cell_emittance: vec![],
     }
 }
