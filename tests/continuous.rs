@@ -25,9 +25,8 @@ fn wall_means(spec: &SceneSpec) -> Vec<f64> {
 }
 
 /// The radiosity system's answer approaches that of continuous walks as patches shrink: the largest error over
-/// the walls falls by more than 2.5 each time their sides are halved, from 2 cells to 8, and at 8 what is left is
-/// of the order of the next step. The continuous walks' own errors, 2·10⁻⁴, are allowed for at 4.5 standard errors
-/// (6 walls: false-alarm rate 4·10⁻⁵, once and for all with this seed).
+/// the walls more than halves each time their sides are halved, from 2 cells to 8, and at 8 no more is left than the
+/// last step was. The continuous walks' own errors, 6·10⁻⁵, are allowed for at 4.5 standard errors (6 walls: false-alarm rate 4·10⁻⁵, once and for all with this seed).
 #[test]
 fn discrete_answers_converge_to_continuous_ones() {
     let experiment = experiment(&lit_box(1), IndexChoice::Auto, collision(Space::Continuous));
@@ -40,8 +39,12 @@ fn discrete_answers_converge_to_continuous_ones() {
         .map(|means| (0..6).map(|i| (means[i] - walls[i].radiosity).abs()).fold(0.0, f64::max));
     println!("errors at 1, 2, 4, 8 cells a side: {errors:?}");
     let largest_noise = (0..6).map(noise).fold(0.0, f64::max);
-    assert!(errors[0] > 20.0 * largest_noise, "one patch a wall is far off");
-    assert!(errors[1] > 2.5 * (errors[2] - largest_noise) && errors[0] > 2.5 * errors[1], "{errors:?}");
+    assert!(
+        errors[0] > errors[1] && errors[1] > 5.0 * largest_noise,
+        "coarse patches are visibly off: {errors:?}"
+    );
+    assert!(errors[1] > 2.0 * (errors[2] - largest_noise), "{errors:?}");
+    assert!(errors[2] > 2.0 * (errors[3] - largest_noise), "{errors:?}");
     for i in 0..6 {
         let step = (means[3][i] - means[2][i]).abs();
         let left = (means[3][i] - walls[i].radiosity).abs();

@@ -70,7 +70,7 @@ pub struct LeaseResult {
     /// CPU time of the worker process so far [s].
     pub cpu_seconds: f64,
     /// How its walks ended ([`radiosity::Counts::to_array`]).
-    pub counts: [u128; 15],
+    pub counts: Box<[u128; 15]>,
     /// All sums, patch-major.
     pub sums: Vec<u128>,
 }

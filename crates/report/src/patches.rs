@@ -130,8 +130,10 @@ fn set_flags(flags: &mut String, patch: &Patch, estimates: &[Option<Estimate>]) 
 
 #[cfg(test)]
 mod tests {
+    use radiosity::{Experiment, IndexChoice, Sequence, Spectrum};
+
     use super::*;
-    use crate::scenes::{cube, solution};
+    use crate::scenes::{cube, cube_spec, experiment, solution};
 
     const HEADER: &str = "patch,surface,u,v,x,y,z,area,reflectance,emittance,radiosity,std_error,\
                           ci_low,ci_high,irradiance,irradiance_error,hits,flags";
@@ -183,6 +185,57 @@ mod tests {
             assert_eq!(record[10].parse::<f64>().unwrap().to_bits(), value.to_bits());
             assert!(record[10].len() <= 24, "{}", &record[10]);
         }
+    }
+
+    #[test]
+    fn each_channel_has_its_columns() {
+        let mut spec = cube_spec();
+        spec.surfaces[0].reflectance = Spectrum::rgb([0.25, 0.5, 0.0]);
+        let scene = Scene::build(&spec, IndexChoice::Auto).unwrap();
+        let text = table(&scene, &solution(&scene));
+        let mut lines = text.lines();
+        let header: Vec<&str> = lines.next().unwrap().split(',').collect();
+        assert_eq!(
+            header[8..14].join(","),
+            "reflectance_r,reflectance_g,reflectance_b,emittance_r,emittance_g,emittance_b"
+        );
+        assert_eq!(
+            header[29..].join(","),
+            "irradiance_error_r,irradiance_error_g,irradiance_error_b,hits,flags"
+        );
+        let mut reader = csv::Reader::from_reader(text.as_bytes());
+        for (number, record) in reader.records().enumerate() {
+            let (record, patch) = (record.unwrap(), &scene.patches()[number]);
+            assert_eq!(record.len(), header.len());
+            for (c, channel) in CHANNELS.iter().enumerate() {
+                let column = |name: &str| {
+                    let name = format!("{name}_{channel}");
+                    record[header.iter().position(|head| *head == name).unwrap()].parse::<f64>().unwrap()
+                };
+                assert_eq!(column("reflectance"), patch.reflectance[c]);
+                let expected = patch.emittance[c] + patch.reflectance[c] * column("irradiance");
+                assert!((column("radiosity") - expected).abs() < 1e-12);
+                assert!(column("ci_low") <= expected && expected <= column("ci_high"));
+            }
+        }
+    }
+
+    #[test]
+    fn the_best_mix_has_columns_where_it_was_asked_for() {
+        let method = radiosity::Method { mix: true, ..experiment(&cube()).method().clone() };
+        let experiment = Experiment::new(cube(), method).unwrap();
+        let mut board = experiment.board::<2>();
+        experiment.walk(&Sequence::new(1), 0..10_000, &mut board);
+        let solution = Solution::new(&experiment, &board.take().unwrap(), 0.95);
+        let text = table(experiment.scene(), &solution);
+        assert!(
+            text.lines()
+                .next()
+                .unwrap()
+                .ends_with("flags,mix_alpha,mix_radiosity,mix_std_error,collision_excess")
+        );
+        let last = text.lines().last().unwrap().rsplit(',').next().unwrap().parse::<f64>().unwrap();
+        assert!((1.0..2.0).contains(&last), "{last}");
     }
 
     #[test]

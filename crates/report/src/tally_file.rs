@@ -279,11 +279,12 @@ mod tests {
     fn the_bytes_are_laid_out_as_documented() {
         let bytes = bytes();
         assert_eq!(bytes.len(), HEADER_BYTES + 6 * 16 + HASH_BYTES);
-        assert_eq!(&bytes[..24], b"RWTALLY\0\x01\0\0\0\x02\0\0\0\x03\0\0\0\0\0\0\0");
+        assert_eq!(&bytes[..24], b"RWTALLY\0\x02\0\0\0\x01\x02\0\0\x03\0\0\0\0\0\0\0");
         assert_eq!(bytes[24..88], [JOB, SCENE].concat());
         assert_eq!(bytes[88..104], 100_u128.to_le_bytes());
         assert_eq!(bytes[152..168], 9_u128.to_le_bytes());
-        assert_eq!(bytes[232..248], 1_u128.to_le_bytes());
+        assert_eq!(bytes[232..264], [(9_u128 << 40).to_le_bytes(), 1_u128.to_le_bytes()].concat());
+        assert_eq!(bytes[328..344], 1_u128.to_le_bytes());
     }
 
     #[test]
@@ -291,8 +292,8 @@ mod tests {
         assert!(matches!(fault_of(b""), TallyFault::Magic));
         assert!(matches!(fault_of(b"patch,surface,u,v"), TallyFault::Magic));
         let mut newer = bytes();
-        newer[8] = 2;
-        assert!(matches!(fault_of(&newer), TallyFault::Version(2)));
+        newer[8] = 3;
+        assert!(matches!(fault_of(&newer), TallyFault::Version(3)));
     }
 
     #[test]

@@ -94,7 +94,7 @@ pub fn result(lease: u64, walks: Range<u64>) -> LeaseResult {
         lease,
         seconds: 0.25,
         cpu_seconds: 0.25,
-        counts: tally.counts.to_array(),
+        counts: Box::new(tally.counts.to_array()),
         sums: tally.into_sums(),
     }
 }
