@@ -11,6 +11,7 @@ use crate::scene::Scene;
 use crate::surface::Side;
 use crate::tally::Counts;
 use crate::trace::{AnyIndex, Hit, Index, Ray};
+use crate::tree::Scratch;
 
 /// Every way a walk can end, with the weight that it had left.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -60,7 +61,7 @@ struct Walker<'a, I> {
     scene: &'a Scene,
     births: &'a Births,
     index: &'a I,
-    stack: Vec<(f64, u32)>,
+    scratch: Box<Scratch>,
     rays: u64,
 }
 
@@ -84,7 +85,7 @@ impl<I: Index> Walker<'_, I> {
         let mut ray = leave(scene, birth.surface, uv, birth.side, rng);
         loop {
             self.rays += 1;
-            let Some(hit) = self.index.closest_hit(&scene.facets, &ray, &mut self.stack) else {
+            let Some(hit) = self.index.closest_hit(&scene.facets, &ray, &mut self.scratch) else {
                 return WalkEnd::Escaped(fate.weight());
             };
             let surface = &scene.surfaces()[hit.surface as usize];
@@ -144,7 +145,7 @@ fn walk_with<I: Index, D: Depart>(
     score: &mut impl Estimator,
 ) -> Counts {
     let mut counts = Counts { walks: walks.end - walks.start, ..Counts::default() };
-    let mut walker = Walker { scene, births, index, stack: Vec::new(), rays: 0 };
+    let mut walker = Walker { scene, births, index, scratch: Box::default(), rays: 0 };
     for (n, mut rng) in walks.clone().zip(sequence.walks_from(walks.start)) {
         let end = walker.walk::<D>(n, &mut rng, fate, score);
         score.end(&mut rng);
