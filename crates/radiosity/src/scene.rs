@@ -154,8 +154,7 @@ impl Scene {
             IndexChoice::Tree => true,
         };
         let facets = Facets::new(&surfaces, slack);
-        let index =
-            if tree { AnyIndex::Tree(Tree::new(spec, origin, 8.0 * slack)) } else { AnyIndex::Flat(Flat) };
+        let index = if tree { AnyIndex::Tree(Tree::new(&surfaces, &facets)) } else { AnyIndex::Flat(Flat) };
         let most = |c: usize| spec.surfaces.iter().fold(0.0, |max: f64, s| max.max(s.reflectance[c]));
         Ok(Scene {
             names: names(spec),

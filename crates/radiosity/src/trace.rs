@@ -8,7 +8,7 @@ use glam::DVec3;
 
 use crate::spec::Sides;
 use crate::surface::{Side, Surface};
-use crate::tree::Tree;
+use crate::tree::{Scratch, Tree};
 
 /// A ray from a point on a surface.
 #[derive(Clone, Copy, Debug)]
@@ -39,28 +39,125 @@ pub struct Hit {
     pub side: Side,
 }
 
+/// Rays of a batch.
+pub(crate) const WIDTH: usize = 128;
+
+/// A batch of rays, each component side by side.
+#[derive(Clone, Debug)]
+pub(crate) struct Rays {
+    pub(crate) origin: [[f64; WIDTH]; 3],
+    pub(crate) direction: [[f64; WIDTH]; 3],
+    pub(crate) from: [u32; WIDTH],
+    pub(crate) len: usize,
+}
+
+impl Default for Rays {
+    fn default() -> Self {
+        Rays { origin: [[0.0; WIDTH]; 3], direction: [[0.0; WIDTH]; 3], from: [Ray::FREE; WIDTH], len: 0 }
+    }
+}
+
+impl Rays {
+    /// Adds a ray; there must be room.
+    #[inline(always)]
+    pub(crate) fn push(&mut self, ray: &Ray) {
+        for axis in 0..3 {
+            self.origin[axis][self.len] = ray.origin[axis];
+            self.direction[axis][self.len] = ray.direction[axis];
+        }
+        self.from[self.len] = ray.from;
+        self.len += 1;
+    }
+
+    #[inline(always)]
+    pub(crate) fn get(&self, i: usize) -> Ray {
+        Ray {
+            origin: DVec3::from_array(self.origin.map(|row| row[i])),
+            direction: DVec3::from_array(self.direction.map(|row| row[i])),
+            from: self.from[i],
+        }
+    }
+}
+
+/// Where the rays of a batch meet surfaces.
+#[derive(Clone, Debug)]
+pub(crate) struct Hits {
+    pub(crate) t: [f64; WIDTH],
+    /// `Hits::NONE` where nothing is met.
+    pub(crate) surface: [u32; WIDTH],
+    pub(crate) uv: [[f64; WIDTH]; 2],
+    pub(crate) side: [Side; WIDTH],
+}
+
+impl Default for Hits {
+    fn default() -> Self {
+        Hits {
+            t: [f64::INFINITY; WIDTH],
+            surface: [Self::NONE; WIDTH],
+            uv: [[0.0; WIDTH]; 2],
+            side: [Side::Front; WIDTH],
+        }
+    }
+}
+
+impl Hits {
+    /// The surface of no hit.
+    pub(crate) const NONE: u32 = u32::MAX;
+
+    /// Forgets the first `len` hits.
+    #[inline(always)]
+    pub(crate) fn clear(&mut self, len: usize) {
+        self.t[..len].fill(f64::INFINITY);
+        self.surface[..len].fill(Self::NONE);
+    }
+
+    #[inline(always)]
+    pub(crate) fn get(&self, i: usize) -> Option<Hit> {
+        (self.surface[i] != Self::NONE).then(|| Hit {
+            t: self.t[i],
+            surface: self.surface[i],
+            uv: self.uv.map(|row| row[i]),
+            side: self.side[i],
+        })
+    }
+
+    #[inline(always)]
+    pub(crate) fn set(&mut self, i: usize, hit: Hit) {
+        self.t[i] = hit.t;
+        self.surface[i] = hit.surface;
+        self.uv[0][i] = hit.uv[0];
+        self.uv[1][i] = hit.uv[1];
+        self.side[i] = hit.side;
+    }
+}
+
 /// What tracing needs of a surface: its plane and the affine map to its local coordinates. A facet is the
 /// surface grown by the scene's slack on every edge, so that nothing falls through where two meet.
 #[derive(Clone, Debug)]
 pub(crate) struct Facet {
-    normal: DVec3,
+    pub(crate) normal: DVec3,
     /// n·x of the points x of the plane.
-    offset: f64,
-    u_axis: DVec3,
-    u_offset: f64,
-    v_axis: DVec3,
-    v_offset: f64,
-    triangle: bool,
+    pub(crate) offset: f64,
+    pub(crate) u_axis: DVec3,
+    pub(crate) u_offset: f64,
+    pub(crate) v_axis: DVec3,
+    pub(crate) v_offset: f64,
+    pub(crate) triangle: bool,
     two_sided: bool,
+}
+
+/// The dual of a surface's edges: u_axis·e_u = 1, u_axis·e_v = 0. Its length is 1 over the height above the other
+/// edge.
+pub(crate) fn dual_basis(surface: &Surface) -> [DVec3; 2] {
+    let [e_u, e_v] = surface.edges();
+    let normal = surface.normal();
+    [e_v.cross(normal) / e_v.cross(normal).dot(e_u), normal.cross(e_u) / normal.cross(e_u).dot(e_v)]
 }
 
 impl Facet {
     fn new(surface: &Surface, slack: f64) -> Self {
-        let [e_u, e_v] = surface.edges();
         let normal = surface.normal();
-        // The dual basis: u_axis·e_u = 1, u_axis·e_v = 0. Its length is 1 over the height above the other edge.
-        let u_axis = e_v.cross(normal) / e_v.cross(normal).dot(e_u);
-        let v_axis = normal.cross(e_u) / normal.cross(e_u).dot(e_v);
+        let [u_axis, v_axis] = dual_basis(surface);
         let (grow_u, grow_v) = (slack * u_axis.length(), slack * v_axis.length());
         let corner = surface.corner();
         let (scale_u, scale_v) = if surface.is_triangle() {
@@ -121,6 +218,15 @@ impl Facets {
         self.facets.len()
     }
 
+    pub(crate) fn get(&self, surface: u32) -> &Facet {
+        &self.facets[surface as usize]
+    }
+
+    /// By how much facets are larger than their surfaces [m].
+    pub(crate) fn slack(&self) -> f64 {
+        self.slack
+    }
+
     /// Keeps the nearer of `best` and the hit of one facet; of two at the same t, the lower surface number.
     #[inline(always)]
     pub(crate) fn meet(&self, surface: u32, ray: &Ray, best: &mut Option<Hit>) {
@@ -138,9 +244,9 @@ impl Facets {
 
 /// Finds the nearest hit: the one thing that walks ask of geometry.
 pub(crate) trait Index {
-    /// The least (t, surface number) among the facets that the ray meets. `stack` is scratch space that keeps
+    /// The least (t, surface number) among the facets that the ray meets. `scratch` is space that keeps
     /// its allocation from ray to ray.
-    fn closest_hit(&self, facets: &Facets, ray: &Ray, stack: &mut Vec<(f64, u32)>) -> Option<Hit>;
+    fn closest_hit(&self, facets: &Facets, ray: &Ray, scratch: &mut Scratch) -> Option<Hit>;
 }
 
 /// No index: every facet is met in turn. The fastest for a handful.
@@ -149,7 +255,7 @@ pub(crate) struct Flat;
 
 impl Index for Flat {
     #[inline(always)]
-    fn closest_hit(&self, facets: &Facets, ray: &Ray, _: &mut Vec<(f64, u32)>) -> Option<Hit> {
+    fn closest_hit(&self, facets: &Facets, ray: &Ray, _: &mut Scratch) -> Option<Hit> {
         let mut best = None;
         for surface in 0..facets.len() as u32 {
             facets.meet(surface, ray, &mut best);

@@ -11,6 +11,7 @@ use crate::scene::Scene;
 use crate::surface::Side;
 use crate::tally::Counts;
 use crate::trace::{AnyIndex, Hit, Index, Ray};
+use crate::tree::Scratch;
 
 /// Every way a walk can end.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -60,7 +61,7 @@ struct Walker<'a, I> {
     scene: &'a Scene,
     births: &'a Births,
     index: &'a I,
-    stack: Vec<(f64, u32)>,
+    scratch: Box<Scratch>,
     rays: u64,
 }
 
@@ -85,7 +86,7 @@ impl<I: Index> Walker<'_, I> {
         let mut ray = leave(scene, birth.surface, uv, birth.side, rng);
         loop {
             self.rays += 1;
-            let Some(hit) = self.index.closest_hit(&scene.facets, &ray, &mut self.stack) else {
+            let Some(hit) = self.index.closest_hit(&scene.facets, &ray, &mut self.scratch) else {
                 return WalkEnd::Escaped;
             };
             let surface = &scene.surfaces()[hit.surface as usize];
@@ -146,7 +147,7 @@ fn walk_with<I: Index, D: Depart, const C: usize>(
     score: &mut impl Estimator<C>,
 ) -> Counts {
     let mut counts = Counts { walks: walks.end - walks.start, ..Counts::default() };
-    let mut walker = Walker { scene, births, index, stack: Vec::new(), rays: 0 };
+    let mut walker = Walker { scene, births, index, scratch: Box::default(), rays: 0 };
     for (n, mut rng) in walks.clone().zip(sequence.walks_from(walks.start)) {
         let mut fate = fate;
         let end = walker.walk::<D, _, C>(n, &mut rng, &mut fate, score);

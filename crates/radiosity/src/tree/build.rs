@@ -1,0 +1,277 @@
+//! From surfaces to a wide tree: obvhs builds a binary one, which is folded into nodes of eight children and
+//! leaves of up to eight facets so that the expected work of a ray is least.
+
+use std::time::Duration;
+
+use glam::{DVec3, Vec3, Vec3A};
+use obvhs::BvhBuildParams;
+use obvhs::aabb::Aabb;
+use obvhs::bvh2::Bvh2;
+use obvhs::bvh2::builder::build_bvh2;
+
+use super::lanes::LANES;
+use super::{Isa, Item, Leaf, Node, Tree};
+use crate::surface::Surface;
+use crate::trace::{Facets, Ray, dual_basis};
+
+/// The work of a leaf relative to that of a node.
+const LEAF_COST: f32 = 1.5;
+
+impl Tree {
+    /// A tree over the facets of surfaces.
+    pub(crate) fn new(surfaces: &[Surface], facets: &Facets) -> Self {
+        let boxes: Vec<[DVec3; 2]> = surfaces.iter().map(|surface| bounds(surface, facets.slack())).collect();
+        let largest =
+            boxes.iter().flatten().fold(0.0, |max: f64, corner| max.max(corner.abs().max_element()));
+        let scale = power_of_two_below(1.0 / largest);
+        let boxes: Vec<Aabb> = boxes
+            .iter()
+            .map(|[min, max]| Aabb::new(round_down(*min * scale), round_up(*max * scale)))
+            .collect();
+        let params = BvhBuildParams {
+            max_prims_per_leaf: 1,
+            post_collapse_reinsertion_batch_ratio_multiplier: 0.0,
+            ..BvhBuildParams::medium_build()
+        };
+        let binary = build_bvh2(&boxes, params, &mut Duration::default());
+        let mut tree = Tree {
+            nodes: vec![],
+            leaves: vec![],
+            levels: 0,
+            scale,
+            slack: (facets.slack() * scale) as f32,
+            isa: Isa::available().pop().expect("the portable one"),
+        };
+        Fold::new(&binary).emit(&mut tree, facets);
+        tree
+    }
+}
+
+/// A box that holds every point of a facet, as [`crate::trace::Facet::meet`] computes them. In exact arithmetic the
+/// facet is its surface grown by `slack`; rounding moves its edges by some 2⁻⁵² of the coordinates, 2⁻⁶ of the
+/// slack, perpendicular to themselves, which at the tip of a sliver is a long way along it: hence the outline
+/// of twice the slack. A point is within `slack` of the plane, and the margin covers it.
+fn bounds(surface: &Surface, slack: f64) -> [DVec3; 2] {
+    let outline = outline(surface, 2.0 * slack);
+    let min = outline.iter().fold(DVec3::INFINITY, |min, &corner| min.min(corner));
+    let max = outline.iter().fold(DVec3::NEG_INFINITY, |max, &corner| max.max(corner));
+    [min - 8.0 * slack, max + 8.0 * slack]
+}
+
+/// The corners of a surface grown by `by` on every edge.
+fn outline(surface: &Surface, by: f64) -> Vec<DVec3> {
+    let [u_axis, v_axis] = dual_basis(surface);
+    let (u, v, w) = (by * u_axis.length(), by * v_axis.length(), by * (u_axis + v_axis).length());
+    let corners = if surface.is_triangle() {
+        vec![[-u, -v], [1.0 + v + w, -v], [-u, 1.0 + u + w]]
+    } else {
+        vec![[-u, -v], [1.0 + u, -v], [1.0 + u, 1.0 + v], [-u, 1.0 + v]]
+    };
+    corners.into_iter().map(|uv| surface.point(uv)).collect()
+}
+
+/// The greatest power of two that is not above x > 0.
+fn power_of_two_below(x: f64) -> f64 {
+    f64::from_bits(x.to_bits() & f64::INFINITY.to_bits())
+}
+
+fn round_down(v: DVec3) -> Vec3A {
+    Vec3A::from_array(v.to_array().map(|x| (x as f32).next_down()))
+}
+
+fn round_up(v: DVec3) -> Vec3A {
+    Vec3A::from_array(v.to_array().map(|x| (x as f32).next_up()))
+}
+
+/// The least expected work of a subtree of the binary tree, by how many slots of a wide node it may fill: the
+/// dynamic program of Ylitie, Karras & Laine, *Efficient Incoherent Ray Traversal on GPUs Through Compressed
+/// Wide BVHs* (HPG 2017), section 4.1. A ray's chance to open a box is taken as its surface area.
+struct Fold<'a> {
+    binary: &'a Bvh2,
+    /// `work[n][i − 1]`: of subtree n in up to i slots.
+    work: Vec<[f32; LANES]>,
+    /// Facets under each node.
+    facets: Vec<u32>,
+}
+
+impl<'a> Fold<'a> {
+    fn new(binary: &'a Bvh2) -> Self {
+        let count = binary.nodes.len();
+        let mut fold = Fold { binary, work: vec![[0.0; LANES]; count], facets: vec![0; count] };
+        let mut order = vec![0];
+        let mut next = 0;
+        while next < order.len() {
+            order.extend(fold.children(order[next]).into_iter().flatten());
+            next += 1;
+        }
+        for &node in order.iter().rev() {
+            fold.weigh(node);
+        }
+        fold
+    }
+
+    fn children(&self, node: usize) -> Option<[usize; 2]> {
+        let node = &self.binary.nodes[node];
+        (!node.is_leaf()).then_some([node.first_index as usize, node.first_index as usize + 1])
+    }
+
+    fn weigh(&mut self, node: usize) {
+        let area = self.binary.nodes[node].aabb.half_area();
+        let Some(children) = self.children(node) else {
+            self.facets[node] = self.binary.nodes[node].prim_count;
+            self.work[node] = [area * LEAF_COST; LANES];
+            return;
+        };
+        self.facets[node] = children.iter().map(|&child| self.facets[child]).sum();
+        let as_node = area + self.split(children, LANES).0;
+        let as_one = if self.fits_leaf(node) { as_node.min(area * LEAF_COST) } else { as_node };
+        let mut work = [as_one; LANES];
+        for slots in 2..=LANES {
+            work[slots - 1] = work[slots - 2].min(self.split(children, slots).0);
+        }
+        self.work[node] = work;
+    }
+
+    /// The best way to share `slots` ≥ 2 between two children: (work, slots of the first).
+    fn split(&self, [a, b]: [usize; 2], slots: usize) -> (f32, usize) {
+        (1..slots)
+            .map(|first| (self.work[a][first - 1] + self.work[b][slots - first - 1], first))
+            .fold((f32::INFINITY, 1), |best, way| if way.0 < best.0 { way } else { best })
+    }
+
+    fn fits_leaf(&self, node: usize) -> bool {
+        self.facets[node] as usize <= LANES
+    }
+
+    fn is_leaf(&self, node: usize) -> bool {
+        let area = self.binary.nodes[node].aabb.half_area();
+        self.fits_leaf(node) && area * LEAF_COST <= self.work[node][0]
+    }
+
+    /// The subtrees that fill the slots of a wide node made of `node`.
+    fn slots(&self, node: usize) -> Vec<usize> {
+        let mut filled = vec![];
+        let mut open = vec![];
+        match self.children(node) {
+            Some(children) => {
+                let first = self.split(children, LANES).1;
+                open.extend([(children[1], LANES - first), (children[0], first)]);
+            }
+            None => filled.push(node),
+        }
+        while let Some((node, slots)) = open.pop() {
+            match self.children(node) {
+                Some(children) if slots > 1 && self.split(children, slots).0 < self.work[node][0] => {
+                    let first = self.split(children, slots).1;
+                    open.extend([(children[1], slots - first), (children[0], first)]);
+                }
+                _ => filled.push(node),
+            }
+        }
+        filled
+    }
+
+    /// Writes nodes and leaves, a parent before its children, a subtree in one piece.
+    fn emit(&self, tree: &mut Tree, facets: &Facets) {
+        tree.nodes.push(Node::empty());
+        let mut open = vec![(0, 0, 1)];
+        while let Some((source, index, level)) = open.pop() {
+            tree.levels = tree.levels.max(level);
+            let slots = self.slots(source);
+            for (slot, child) in self.assign(source, &slots) {
+                let item = if self.is_leaf(child) {
+                    tree.leaves.push(self.leaf(child, facets, tree.scale));
+                    Item::leaf(tree.leaves.len() - 1)
+                } else {
+                    tree.nodes.push(Node::empty());
+                    open.push((child, tree.nodes.len() - 1, level + 1));
+                    Item::node(tree.nodes.len() - 1)
+                };
+                let bounds = self.binary.nodes[child].aabb;
+                tree.nodes[index].set(slot, Vec3::from(bounds.min), Vec3::from(bounds.max), item);
+            }
+        }
+    }
+
+    /// Gives each child a slot so that slot XOR octant is the order in which a ray of that octant should visit
+    /// them (bit a of an octant: the direction is negative along axis a): the best remaining pair first.
+    fn assign(&self, parent: usize, children: &[usize]) -> Vec<(usize, usize)> {
+        let middle = |node: usize| self.binary.nodes[node].aabb.center();
+        let sign = |slot: usize, axis: usize| if slot >> axis & 1 == 1 { 1.0 } else { -1.0 };
+        let mut pairs = vec![];
+        for &child in children {
+            let away = middle(child) - middle(parent);
+            pairs.extend((0..LANES).map(|slot| {
+                (away.dot(Vec3A::new(sign(slot, 0), sign(slot, 1), sign(slot, 2))), slot, child)
+            }));
+        }
+        pairs.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let mut assigned: Vec<(usize, usize)> = vec![];
+        for (_, slot, child) in pairs {
+            if assigned.iter().all(|&(s, c)| s != slot && c != child) {
+                assigned.push((slot, child));
+            }
+        }
+        assigned
+    }
+
+    fn leaf(&self, node: usize, facets: &Facets, scale: f64) -> Leaf {
+        let mut leaf = Leaf::empty();
+        let mut lane = 0;
+        let mut open = vec![node];
+        while let Some(node) = open.pop() {
+            match self.children(node) {
+                Some([a, b]) => open.extend([b, a]),
+                None => {
+                    let node = &self.binary.nodes[node];
+                    for i in node.first_index..node.first_index + node.prim_count {
+                        let surface = self.binary.primitive_indices[i as usize];
+                        leaf.set(lane, surface, facets.get(surface), scale);
+                        lane += 1;
+                    }
+                }
+            }
+        }
+        leaf
+    }
+}
+
+impl Node {
+    /// A node without children: boxes that nothing can meet.
+    fn empty() -> Self {
+        let [min, max] = [[Self::FAR; LANES], [-Self::FAR; LANES]];
+        Node { rows: [min, max, min, max, min, max, [0.0; LANES], [0.0; LANES]] }
+    }
+
+    fn set(&mut self, slot: usize, min: Vec3, max: Vec3, item: Item) {
+        for axis in 0..3 {
+            self.rows[2 * axis][slot] = min[axis];
+            self.rows[2 * axis + 1][slot] = max[axis];
+        }
+        self.rows[Self::CHILDREN][slot] = f32::from_bits(item.0);
+    }
+}
+
+impl Leaf {
+    /// A leaf without facets: NaN, which no comparison lets through.
+    fn empty() -> Self {
+        let mut rows = [[f32::NAN; LANES]; 14];
+        rows[Self::SURFACE] = [f32::from_bits(Ray::FREE); LANES];
+        Leaf { rows }
+    }
+
+    fn set(&mut self, lane: usize, surface: u32, facet: &crate::trace::Facet, scale: f64) {
+        let mut write = |row: usize, value: f64| self.rows[row][lane] = value as f32;
+        for axis in 0..3 {
+            write(axis, facet.normal[axis]);
+            write(4 + axis, facet.u_axis[axis] / scale);
+            write(8 + axis, facet.v_axis[axis] / scale);
+        }
+        write(3, facet.offset * scale);
+        write(7, facet.u_offset);
+        write(11, facet.v_offset);
+        let steepness = (facet.u_axis.length() + facet.v_axis.length()) / scale * (1.0 + 1e-6);
+        write(Self::STEEPNESS, if facet.triangle { -steepness } else { steepness });
+        self.rows[Self::SURFACE][lane] = f32::from_bits(surface);
+    }
+}

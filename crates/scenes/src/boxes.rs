@@ -1,0 +1,85 @@
+//! Small scenes of parallelograms.
+
+use glam::DVec3;
+use radiosity::{SceneSpec, Shape, SurfaceSpec};
+
+use crate::material::Material;
+
+/// The unit cube with faces of n × n cells, reflectances from 0.3 (first face) to 0.8 (last); the cell in the
+/// middle of the first face emits 1 W/m². n = 3 is the 54-patch cube of S97 figs 2 and 3 (Sbert 1997).
+///
+/// Faces lie in z = 0, z = 1, x = 0, x = 1, y = 0, y = 1, in this order, and face inwards.
+///
+/// # Panics
+/// Where n is 0.
+pub fn cube(n: u32) -> SceneSpec {
+    assert!(n > 0, "a face has at least one cell");
+    let [o, x, y, z] = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z];
+    let faces = [(o, x, y), (z, y, x), (o, y, z), (x, z, y), (o, z, x), (y, x, z)];
+    let reflectances = [0.3, 0.4, 0.5, 0.6, 0.7, 0.8];
+    let mut surfaces: Vec<SurfaceSpec> = faces
+        .into_iter()
+        .zip(reflectances)
+        .map(|((corner, u, v), reflectance)| Material::new(reflectance).surface(quad(corner, u, v, [n, n])))
+        .collect();
+    surfaces[0].cell_emittance = vec![(n / 2 * n + n / 2, 1.0.into())];
+    SceneSpec { surfaces }
+}
+
+/// A Cornell box of parallelograms alone: right angles where the measured box is a few millimetres off, and
+/// blocks that stand on a millimetre of air, so that no patch lies half under one. 21 surfaces of about
+/// 28 mm patches; the front is open, as published.
+pub fn cornell() -> SceneSpec {
+    const WHITE: Material = Material::new(0.737);
+    const GREEN: Material = Material::new(0.283);
+    const RED: Material = Material::new(0.184);
+    const LAMP: Material = Material::new(0.78).emitting(100.0);
+    let [w, h, d] = [DVec3::X * 0.556, DVec3::Y * 0.5488, DVec3::Z * 0.5592];
+    let (lamp_low, lamp_high) = (DVec3::new(0.213, 0.0, 0.227), DVec3::new(0.343, 0.0, 0.332));
+    // A rectangle of the ceiling, facing down.
+    let ceiling = |x: [f64; 2], z: [f64; 2]| {
+        let corner = h + DVec3::new(x[0], 0.0, z[0]);
+        panel(corner, DVec3::X * (x[1] - x[0]), DVec3::Z * (z[1] - z[0]))
+    };
+    let mut surfaces = vec![
+        LAMP.surface(ceiling([lamp_low.x, lamp_high.x], [lamp_low.z, lamp_high.z])),
+        WHITE.surface(ceiling([0.0, w.x], [0.0, lamp_low.z])),
+        WHITE.surface(ceiling([0.0, w.x], [lamp_high.z, d.z])),
+        WHITE.surface(ceiling([0.0, lamp_low.x], [lamp_low.z, lamp_high.z])),
+        WHITE.surface(ceiling([lamp_high.x, w.x], [lamp_low.z, lamp_high.z])),
+        WHITE.surface(panel(DVec3::ZERO, d, w)),
+        WHITE.surface(panel(d, h, w)),
+        GREEN.surface(panel(DVec3::ZERO, h, d)),
+        RED.surface(panel(w, d, h)),
+    ];
+    let air = DVec3::Y * 0.001;
+    let short =
+        [DVec3::new(0.130, 0.0, 0.065), DVec3::new(0.160, 0.0, 0.049), DVec3::new(-0.048, 0.0, 0.160)];
+    let tall = [DVec3::new(0.423, 0.0, 0.247), DVec3::new(0.049, 0.0, 0.159), DVec3::new(-0.158, 0.0, 0.049)];
+    surfaces.extend(block(short[0] + air, short[1], DVec3::Y * 0.165, short[2]).map(|f| WHITE.surface(f)));
+    surfaces.extend(block(tall[0] + air, tall[1], DVec3::Y * 0.330, tall[2]).map(|f| WHITE.surface(f)));
+    SceneSpec { surfaces }
+}
+
+fn quad(corner: DVec3, u: DVec3, v: DVec3, cells: [u32; 2]) -> Shape {
+    Shape::Parallelogram { corner, corner_u: corner + u, corner_v: corner + v, cells }
+}
+
+/// A parallelogram in cells of about 28 mm.
+fn panel(corner: DVec3, u: DVec3, v: DVec3) -> Shape {
+    let cells = |edge: DVec3| (edge.length() / 0.028).ceil() as u32;
+    quad(corner, u, v, [cells(u), cells(v)])
+}
+
+/// The six outward faces of a parallelepiped; the edges u, v, w from its corner turn left-handed or right.
+fn block(corner: DVec3, u: DVec3, v: DVec3, w: DVec3) -> [Shape; 6] {
+    let (v, w) = if u.cross(v).dot(w) > 0.0 { (v, w) } else { (w, v) };
+    [
+        panel(corner, v, u),
+        panel(corner + w, u, v),
+        panel(corner, w, v),
+        panel(corner + u, v, w),
+        panel(corner, u, w),
+        panel(corner + v, w, u),
+    ]
+}

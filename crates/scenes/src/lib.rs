@@ -1,0 +1,15 @@
+//! Scenes made by rule, for tests, benchmarks and studies: functions of their arguments alone, without files.
+//!
+//! Coordinates are whole multiples of 2⁻¹⁸ m wherever a curve was rounded to triangles, so that a scene is the
+//! same on every machine and exact in 32-bit floating point, which other tracers take.
+
+mod boxes;
+mod furniture;
+mod interior;
+mod material;
+mod mesh;
+mod toml;
+
+pub use boxes::{cornell, cube};
+pub use interior::interior;
+pub use toml::to_toml;

@@ -1,0 +1,33 @@
+//! The small scenes are valid and as described; scene files say the same as the scenes they are written from.
+
+use radiosity::{IndexChoice, Scene};
+use scenes::{cornell, cube, interior, to_toml};
+
+#[test]
+fn the_cube_is_that_of_the_shipped_scene_file() {
+    let file = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../configs/scenes/cube54.toml");
+    let shipped = job::load_scene(&file).unwrap().build(IndexChoice::Auto).unwrap();
+    let made = Scene::build(&cube(3), IndexChoice::Auto).unwrap();
+    assert_eq!(made.hash(), shipped.hash());
+}
+
+#[test]
+fn the_cornell_box_is_small_enough_for_no_tree() {
+    let scene = Scene::build(&cornell(), IndexChoice::Auto).unwrap();
+    assert_eq!(scene.surfaces().len(), 21);
+    assert!(!scene.has_tree());
+    let lamp = scene.surfaces()[0].normal();
+    assert!(lamp.y < 0.0, "the lamp shines down");
+}
+
+#[test]
+fn a_scene_file_reads_back_the_same() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("scene.toml");
+    for spec in [cube(3), cornell(), interior(50_000)] {
+        std::fs::write(&file, to_toml(&spec)).unwrap();
+        assert_eq!(job::load_scene(&file).unwrap().spec().surfaces.len(), spec.surfaces.len());
+        let read = job::load_scene(&file).unwrap().build(IndexChoice::Auto).unwrap();
+        assert_eq!(read.hash(), Scene::build(&spec, IndexChoice::Auto).unwrap().hash());
+    }
+}
