@@ -7,10 +7,15 @@
 //! BS = Bekaert & Seidel, *A Theoretical Comparison of Monte Carlo Radiosity Algorithms*.
 
 mod birth;
+mod depart;
 mod estimator;
 mod experiment;
 mod fate;
+mod flat;
+mod isa;
 mod method;
+mod prefetch;
+mod real;
 mod rng;
 mod sampling;
 mod scene;

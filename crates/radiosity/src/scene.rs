@@ -4,9 +4,11 @@ use glam::DVec3;
 use thiserror::Error;
 
 use crate::birth::Births;
+use crate::flat::Flat;
+use crate::isa::Isa;
 use crate::spec::{SceneSpec, Shape, Sides, Spectrum};
 use crate::surface::{Surface, cell_centroid};
-use crate::trace::{AnyIndex, Facets, Flat};
+use crate::trace::{Facets, Index};
 use crate::tree::Tree;
 
 /// The most patches a scene may have: patch numbers are 32 bits wide.
@@ -88,7 +90,7 @@ pub struct Scene {
     max_reflectance: Spectrum,
     origin: DVec3,
     pub(crate) facets: Facets,
-    pub(crate) index: AnyIndex,
+    pub(crate) index: Index,
     hash: [u8; 32],
 }
 
@@ -154,7 +156,11 @@ impl Scene {
             IndexChoice::Tree => true,
         };
         let facets = Facets::new(&surfaces, slack);
-        let index = if tree { AnyIndex::Tree(Tree::new(&surfaces, &facets)) } else { AnyIndex::Flat(Flat) };
+        let index = if tree {
+            Index::Tree(Tree::new(&surfaces, &facets))
+        } else {
+            Index::Flat(Flat { isa: Isa::best() })
+        };
         let most = |c: usize| spec.surfaces.iter().fold(0.0, |max: f64, s| max.max(s.reflectance[c]));
         Ok(Scene {
             names: names(spec),
@@ -208,7 +214,7 @@ impl Scene {
 
     /// Whether rays are traced through a tree of boxes.
     pub fn has_tree(&self) -> bool {
-        matches!(self.index, AnyIndex::Tree(_))
+        matches!(self.index, Index::Tree(_))
     }
 
     /// A digest of all that walks can see: geometry, cells, sides, reflectances, emittances.

@@ -165,7 +165,12 @@ impl Surface {
     /// within 10⁻¹¹.
     #[inline(always)]
     pub fn direction(&self, side: Side, bits: u64) -> DVec3 {
-        let [x, y, z] = cosine_direction(bits);
+        self.to_scene(side, cosine_direction(bits))
+    }
+
+    /// A direction in the frame of a side, in that of the scene.
+    #[inline(always)]
+    pub(crate) fn to_scene(&self, side: Side, [x, y, z]: [f64; 3]) -> DVec3 {
         let z = match side {
             Side::Front => z,
             Side::Back => -z,

@@ -282,19 +282,16 @@ impl Events for u64 {
     }
 }
 
-/// What one patch has collected, and the running scores of the walk that scored there last.
+/// What one patch has collected.
 #[derive(Clone, Copy, Debug)]
 struct Cell<W, E, const S: usize, const M: usize> {
-    /// 1 + the number of that walk; 0 for none.
-    walk: u64,
     events: E,
-    scores: [W; S],
     sums: [[W; M]; S],
 }
 
 impl<W: Word, E: Events, const S: usize, const M: usize> Cell<W, E, S, M> {
     fn empty() -> Self {
-        Cell { walk: 0, events: E::default(), scores: [W::default(); S], sums: [[W::default(); M]; S] }
+        Cell { events: E::default(), sums: [[W::default(); M]; S] }
     }
 
     /// Whether no sum can have wrapped. Σx cannot. Counts: Σx² ≤ (Σx)² and Σx³, Σx⁴ ≤ (Σx²)². Other scores:
@@ -310,8 +307,12 @@ impl<W: Word, E: Events, const S: usize, const M: usize> Cell<W, E, S, M> {
     }
 }
 
-/// Where a thread's walks score: per patch the power sums of S whole-walk scores, kept right after every
-/// score, so that the end of a walk costs nothing however many patches it met.
+#[inline(always)]
+fn plus<W: Word, const S: usize>(a: [W; S], b: [W; S]) -> [W; S] {
+    std::array::from_fn(|s| a[s].plus(b[s]))
+}
+
+/// Where a thread's walks score: per patch the power sums of S whole-walk scores.
 #[derive(Clone, Debug)]
 pub struct Scoreboard<W, E, const S: usize, const M: usize> {
     /// How the walks ended.
@@ -320,6 +321,9 @@ pub struct Scoreboard<W, E, const S: usize, const M: usize> {
     /// The largest score of a walk; watched where scores are not counts.
     largest: u128,
 }
+
+/// Paths up to this long are searched for earlier visits one by one, longer ones are sorted.
+const SHORT_PATH: usize = 64;
 
 impl<W: Word, E: Events, const S: usize, const M: usize> Scoreboard<W, E, S, M> {
     const LAYOUT: Layout = Layout { scores: S, moments: M, events: E::COUNTED };
@@ -334,18 +338,42 @@ impl<W: Word, E: Events, const S: usize, const M: usize> Scoreboard<W, E, S, M> 
         Self::LAYOUT
     }
 
-    /// Adds to what walk number `walk` scores on a patch: Σx^k grows by (x + units)^k − x^k.
+    /// Adds what a whole walk scores on a patch.
     #[inline(always)]
-    pub fn add(&mut self, walk: u64, patch: u32, units: [W; S]) {
-        let cell = &mut self.cells[patch as usize];
-        if cell.walk != walk + 1 {
-            cell.scores = [W::default(); S];
+    pub fn add(&mut self, patch: u32, scores: [W; S]) {
+        self.raise(patch, [W::default(); S], scores);
+    }
+
+    /// Adds what a whole walk scores on its path: `units(i)` on the i-th of `patches`, which may repeat.
+    #[inline(always)]
+    pub fn add_path(&mut self, patches: &[u32], units: impl Fn(usize) -> [W; S]) {
+        if patches.len() > SHORT_PATH {
+            return self.add_long_path(patches, units);
         }
-        cell.walk = walk + 1;
-        for ((score, sums), units) in cell.scores.iter_mut().zip(&mut cell.sums).zip(units) {
-            let before = *score;
+        for (i, &patch) in patches.iter().enumerate() {
+            let mut before = [W::default(); S];
+            for (j, _) in patches[..i].iter().enumerate().filter(|&(_, &earlier)| earlier == patch) {
+                before = plus(before, units(j));
+            }
+            self.raise(patch, before, units(i));
+        }
+    }
+
+    fn add_long_path(&mut self, patches: &[u32], units: impl Fn(usize) -> [W; S]) {
+        let mut order: Vec<usize> = (0..patches.len()).collect();
+        order.sort_unstable_by_key(|&i| patches[i]);
+        for visits in order.chunk_by(|&i, &j| patches[i] == patches[j]) {
+            let scores = visits.iter().fold([W::default(); S], |sum, &i| plus(sum, units(i)));
+            self.add(patches[visits[0]], scores);
+        }
+    }
+
+    /// Raises what a walk scores on a patch: Σx^k grows by (x + units)^k − x^k.
+    #[inline(always)]
+    fn raise(&mut self, patch: u32, before: [W; S], units: [W; S]) {
+        let cell = &mut self.cells[patch as usize];
+        for ((before, sums), units) in before.into_iter().zip(&mut cell.sums).zip(units) {
             let after = before.plus(units);
-            *score = after;
             if E::COUNTED {
                 self.largest = self.largest.max(after.into());
             }
@@ -358,6 +386,12 @@ impl<W: Word, E: Events, const S: usize, const M: usize> Scoreboard<W, E, S, M> 
                 *sum = sum.plus(power_after.minus(power_before));
             }
         }
+    }
+
+    /// Asks for the cell of a patch ahead of time.
+    #[inline(always)]
+    pub fn prefetch(&self, patch: u32) {
+        crate::prefetch::prefetch(&raw const self.cells[patch as usize], 1);
     }
 
     /// Counts an event on a patch.
@@ -400,8 +434,8 @@ mod tests {
     #[test]
     fn the_whole_score_of_a_walk_is_raised_to_the_power() {
         let mut board = Scoreboard::<u64, (), 1, 4>::new(2);
-        for (walk, patch) in [(0, 0), (0, 1), (0, 0), (0, 0), (1, 0), (2, 1), (2, 1)] {
-            board.add(walk, patch, [1]);
+        for path in [&[0, 1, 0, 0][..], &[0], &[1, 1]] {
+            board.add_path(path, |_| [1]);
         }
         let tally = board.take().unwrap();
         // Patch 0: scores 3 and 1; patch 1: scores 1 and 2.
@@ -412,21 +446,33 @@ mod tests {
     #[test]
     fn fixed_point_scores_and_their_events_are_kept_apart() {
         let mut board = Scoreboard::<u128, u64, 1, 2>::new(1);
-        for units in [1_u128 << 40, 3 << 38] {
-            board.add(5, 0, [units]);
-            board.count(0);
-        }
+        board.add_path(&[0, 0], |i| [[1_u128 << 40, 3 << 38][i]]);
+        board.count(0);
+        board.count(0);
         let tally = board.take().unwrap();
         assert_eq!(tally.patch(0, 0), [7 << 38, 49 << 76]);
         assert_eq!(tally.events(0), 2);
     }
 
     #[test]
+    fn long_paths_score_as_short_ones_do() {
+        let path: Vec<u32> = (0..1000).map(|i| i * i % 7).collect();
+        let mut board = Scoreboard::<u64, (), 1, 4>::new(7);
+        board.add_path(&path, |i| [i as u64 % 3]);
+        let tally = board.take().unwrap();
+        for patch in 0..7 {
+            let visits = path.iter().enumerate().filter(|&(_, &visited)| visited == patch);
+            let score: u128 = visits.map(|(i, _)| i as u128 % 3).sum();
+            assert_eq!(tally.patch(patch as usize, 0), [1, 2, 3, 4].map(|power| score.pow(power)));
+        }
+    }
+
+    #[test]
     fn a_board_forgets_what_it_handed_over() {
         let mut board = Scoreboard::<u64, (), 1, 2>::new(1);
-        board.add(7, 0, [1]);
+        board.add(0, [1]);
         board.take().unwrap();
-        board.add(7, 0, [1]);
+        board.add(0, [1]);
         assert_eq!(board.take().unwrap().patch(0, 0), [1, 1]);
     }
 
@@ -450,19 +496,19 @@ mod tests {
         let one = Tally::from_parts(Counts::default(), 1, PAIR, vec![1, 0]).unwrap();
         assert_eq!(full.clone().merge(&one), Err(MergeError::Overflow(Overflow)));
         let mut board = Scoreboard::<u64, (), 1, 2>::new(1);
-        board.add(0, 0, [1 << 32]);
+        board.add(0, [1 << 32]);
         assert_eq!(board.take(), Err(Overflow));
     }
     /// Of four powers the second is looked at, too; of fixed-point scores the largest is.
     #[test]
     fn a_board_does_not_hand_over_powers_that_may_have_wrapped() {
         let mut hits = Scoreboard::<u64, (), 1, 4>::new(1);
-        hits.add(0, 0, [1 << 17]);
+        hits.add(0, [1 << 17]);
         assert_eq!(hits.take(), Err(Overflow));
         let mut fixed = Scoreboard::<u128, u64, 1, 2>::new(1);
-        fixed.add(0, 0, [1 << 40]);
+        fixed.add(0, [1 << 40]);
         assert_eq!(fixed.take().unwrap().patch(0, 0), [1 << 40, 1 << 80]);
-        fixed.add(1, 0, [1 << 65]);
+        fixed.add(0, [1 << 65]);
         assert_eq!(fixed.take(), Err(Overflow));
     }
 

@@ -7,9 +7,10 @@ mod build;
 mod lanes;
 mod wavefront;
 
-use crate::trace::{Facets, Hit, Hits, Index, Ray, Rays};
+use crate::isa::Isa;
+use crate::trace::{Facets, Hit, Hits, Ray, Rays};
 use lanes::Row;
-pub(crate) use wavefront::{Isa, Scratch};
+pub(crate) use wavefront::Scratch;
 
 /// A tree of nodes with eight children and leaves of up to eight facets.
 #[derive(Clone, Debug)]
@@ -81,8 +82,9 @@ impl Leaf {
     const SURFACE: usize = 13;
 }
 
-impl Index for Tree {
-    fn closest_hit(&self, facets: &Facets, ray: &Ray, scratch: &mut Scratch) -> Option<Hit> {
+impl Tree {
+    /// The nearest hit of one ray of any length.
+    pub(crate) fn closest_hit(&self, facets: &Facets, ray: &Ray) -> Option<Hit> {
         // The kernel wants directions of about unit length. A power of two changes no bit of the hit but
         // the exponent of t.
         let largest = ray.direction.abs().max_element();
@@ -90,7 +92,7 @@ impl Index for Tree {
         let mut rays = Rays::default();
         rays.push(&Ray { direction: ray.direction * scale, ..*ray });
         let mut hits = Hits::default();
-        self.closest_hits(facets, &rays, scratch, &mut hits);
+        self.closest_hits(facets, &rays, &mut Scratch::default(), &mut hits);
         hits.get(0).map(|hit| Hit { t: hit.t * scale, ..hit })
     }
 }

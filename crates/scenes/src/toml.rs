@@ -24,7 +24,11 @@ pub fn to_toml(spec: &SceneSpec) -> String {
 
 /// The keys of a surface's material.
 fn properties(surface: &SurfaceSpec) -> String {
-    format!("reflectance = {:?}\nemittance = {:?}\n", surface.reflectance.channels(), surface.emittance.channels())
+    format!(
+        "reflectance = {:?}\nemittance = {:?}\n",
+        surface.reflectance.channels(),
+        surface.emittance.channels()
+    )
 }
 
 fn write_surface(text: &mut String, surface: &SurfaceSpec, material: usize) -> std::fmt::Result {

@@ -45,19 +45,6 @@ pub(super) trait Lanes: Copy {
     fn compress(self, bits: u32, to: &mut Row);
 }
 
-/// Asks for `lines` cache lines from `address` on.
-#[inline(always)]
-pub(super) fn prefetch(address: *const u8, lines: usize) {
-    #[cfg(target_arch = "x86_64")]
-    for line in 0..lines {
-        use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
-        // SAFETY: a prefetch reads nothing; any address will do.
-        unsafe { _mm_prefetch::<_MM_HINT_T0>(address.wrapping_add(64 * line).cast()) };
-    }
-    #[cfg(not(target_arch = "x86_64"))]
-    let _ = (address, lines);
-}
-
 /// FLIPS[f][i] = i ^ f.
 static FLIPS: [[u32; LANES]; LANES] = {
     let mut table = [[0; LANES]; LANES];

@@ -10,8 +10,10 @@
 
 #[cfg(target_arch = "x86_64")]
 use super::lanes::{Avx2, Avx512};
-use super::lanes::{LANES, Lanes, Portable, Row, prefetch};
+use super::lanes::{LANES, Lanes, Portable, Row};
 use super::{Item, Leaf, Node, Tree};
+use crate::isa::Isa;
+use crate::prefetch::prefetch;
 use crate::trace::{Facets, Hits, Rays};
 
 /// Rays under way at once. More hide more latency, until they do not fit the first-level cache.
@@ -181,37 +183,6 @@ fn row_mut(values: &mut [f32], start: usize) -> &mut Row {
     (&mut values[start..start + LANES]).try_into().expect("a row")
 }
 
-/// The instruction sets that the kernel is compiled for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Isa {
-    Portable,
-    #[cfg(target_arch = "x86_64")]
-    Avx2,
-    #[cfg(target_arch = "x86_64")]
-    Avx512,
-}
-
-impl Isa {
-    /// Those that this machine has, the best last.
-    pub(crate) fn available() -> Vec<Isa> {
-        #[allow(unused_mut, reason = "one architecture has more")]
-        let mut list = vec![Isa::Portable];
-        #[cfg(target_arch = "x86_64")]
-        {
-            if is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma") {
-                list.push(Isa::Avx2);
-                if is_x86_feature_detected!("avx512f")
-                    && is_x86_feature_detected!("avx512vl")
-                    && is_x86_feature_detected!("avx512dq")
-                {
-                    list.push(Isa::Avx512);
-                }
-            }
-        }
-        list
-    }
-}
-
 impl Tree {
     /// The least (t, surface number) among the facets that each ray meets. Directions must have a length of 1
     /// within a factor of 2 below.
@@ -282,7 +253,7 @@ impl Call<'_> {
         }
         for i in 0..scratch.finalists.list.len() {
             if let Some(&(_, ahead)) = scratch.finalists.list.get(i + 6) {
-                prefetch(std::ptr::from_ref(self.facets.get(ahead)).cast(), 2);
+                prefetch(std::ptr::from_ref(self.facets.get(ahead)), 2);
             }
             let (ray, surface) = scratch.finalists.list[i];
             self.meet(ray, surface, hits);
@@ -338,7 +309,7 @@ impl Call<'_> {
         let (next, top) = std::hint::select_unpredictable(
             bits == 0,
             (below, top),
-            (child, start + (bits.count_ones() as usize).wrapping_sub(1)),
+            (child, start.wrapping_add(bits.count_ones() as usize).wrapping_sub(1)),
         );
         stacks.top[slot] = top;
         next
