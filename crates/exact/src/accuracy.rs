@@ -1,7 +1,12 @@
 //! What a solution says about its own errors.
 
+use std::fmt;
+
 use crate::answer::Exact;
 use crate::box_scene::NotABox;
+
+/// What sums of form factors that are taken as exact may be off.
+const ROUNDING: f64 = 1e-12;
 
 /// How the form factors of a scene were found.
 #[derive(Clone, Debug, PartialEq)]
@@ -17,6 +22,20 @@ pub enum FormFactors {
     },
 }
 
+impl fmt::Display for FormFactors {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            FormFactors::Given => f.write_str("as given"),
+            FormFactors::ClosedForm => f.write_str("in closed form"),
+            FormFactors::General { because } => write!(
+                f,
+                "pair by pair, in closed form, by contour integrals or, where hidden in part, by cubature (no closed box \
+                 of axis-aligned rectangles: {because})"
+            ),
+        }
+    }
+}
+
 /// The errors of a solution of the radiosity system. They do not include the discretisation: the system takes
 /// the radiosity of a patch to be uniform.
 #[derive(Clone, Debug, PartialEq)]
@@ -28,6 +47,9 @@ pub struct Accuracy {
     pub row_sums: [f64; 2],
     /// The greatest estimated error Σ_j |δF_ij| of a row.
     pub row_error: f64,
+    /// Whether no row sums to more than 1 by more than its estimated error: more light than there is would be a
+    /// fault of the form factors.
+    pub rows_possible: bool,
     /// max_i |B_i − E_i − R_i Σ_j F_ij B_j| / max_i B_i of the solution.
     pub residual: f64,
     /// How far B_i may be off [W/m²] through both, patch by patch: the solution of the system with the sources
@@ -36,6 +58,14 @@ pub struct Accuracy {
 }
 
 impl Accuracy {
+    /// The patch where δB_i/B_i is greatest, and that error; `None` where all is dark.
+    pub fn worst(&self, exact: &Exact) -> Option<(usize, f64)> {
+        let radiosity = &exact.solution().radiosity;
+        let relative = self.radiosity_error.iter().zip(radiosity).map(|(error, b)| error / b).enumerate();
+        // 0/0 on a patch that no light reaches is no error.
+        relative.filter(|(_, error)| !error.is_nan()).max_by(|a, b| a.1.total_cmp(&b.1))
+    }
+
     /// The accuracy of a solution, at the price of one more.
     pub fn of(exact: &Exact) -> Self {
         let (exchange, system) = (exact.exchange(), exact.system());
@@ -46,14 +76,16 @@ impl Accuracy {
         };
         let errors = exchange.incoming_error(&solution.radiosity);
         let sources: Vec<f64> = errors.into_iter().enumerate().map(source).collect();
-        let row_sums = exchange.row_sums();
+        let (row_sums, row_errors) = (exchange.row_sums(), exchange.row_errors());
+        let possible = |(sum, error): (&f64, &f64)| *sum <= 1.0 + error.max(ROUNDING);
         Accuracy {
             form_factors: exact.form_factors().clone(),
             row_sums: [
                 row_sums.iter().copied().fold(f64::INFINITY, f64::min),
                 row_sums.iter().copied().fold(f64::NEG_INFINITY, f64::max),
             ],
-            row_error: exchange.row_errors().into_iter().fold(0.0, f64::max),
+            row_error: row_errors.iter().copied().fold(0.0, f64::max),
+            rows_possible: row_sums.iter().zip(&row_errors).all(possible),
             residual: solution.residual,
             radiosity_error: exact.faces().mean(&system.solve(&sources).radiosity),
         }

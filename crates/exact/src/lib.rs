@@ -3,8 +3,8 @@
 //!
 //! Data flows one way: geometry → [`ExchangeMatrix`] (form factors) → [`RadiositySystem`] (one set of
 //! reflectances) → [`Solution`] (one set of emittances); [`Exact`] holds one of each for a scene, and [`Accuracy`]
-//! says how far it may be off. Predictions about walks ([`WalkEstimator`], [`GatherEstimator`], [`Bounds`]) read
-//! an [`Exact`].
+//! says how far it may be off. Predictions about walks ([`WalkEstimator`], [`GatherEstimator`], [`WeightedWalk`],
+//! [`Bounds`]) read an [`Exact`].
 //!
 //! Geometry comes in two kinds. A closed box of axis-aligned rectangles ([`BoxScene`]) has closed forms for all
 //! pairs of patches. In any other scene each pair is judged alone: closed forms, contour integrals or cubature
@@ -12,7 +12,7 @@
 //! point sees past the occluders, with an estimated error.
 //!
 //! Threads fill the rows of general scenes and never enter the answer; its last digits may differ between
-//! machines (vector width, the platform's atan and ln). Colour needs one [`RadiositySystem`] per channel over one
+//! machines (vector width, the platform's atan and ln). Colour needs one [`Exact`] per channel over one
 //! matrix.
 //!
 //! Papers are cited by key: S97 = Sbert, *Error and Complexity of Random Walk Monte Carlo Radiosity* (1997);
@@ -36,6 +36,9 @@ mod occlusion;
 mod penumbra;
 mod polygon;
 mod rectangle;
+#[cfg(test)]
+#[path = "../tests/common/shapes.rs"]
+mod shapes;
 mod system;
 mod variance;
 
