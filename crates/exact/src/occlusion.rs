@@ -113,6 +113,9 @@ impl Occluders {
             let Some(shadow) = self.occluders[number].shadow(point, self.tolerance) else { continue };
             let lit =
                 |part: &Polygon| shadow.planes().iter().any(|plane| plane.range(part)[0] >= -self.tolerance);
+            if visible.iter().all(lit) {
+                continue;
+            }
             let (mut kept, cut): (Vec<Polygon>, Vec<Polygon>) = visible.into_iter().partition(lit);
             for part in cut {
                 self.subtract(part, &shadow, &mut kept);
