@@ -32,13 +32,16 @@ pub fn exact(args: &ExactArgs) -> Result<Outcome, Fault> {
 /// A few lines for people.
 fn describe(summary: &ExactSummary) {
     say(&format!("{} patches solved to a residual of {:.1e}", summary.patches, summary.residual));
-    say(&format!("form factors {}", summary.form_factors));
+    say(&format!("form factors found {}", summary.form_factors));
     say(&format!(
         "their rows sum to {:.6} … {:.6} (1: no light is lost), with an error of at most {:.1e}",
         summary.row_sum_min, summary.row_sum_max, summary.row_error
     ));
     if let (Some(error), Some(patch)) = (summary.max_relative_error, summary.worst_patch) {
         say(&format!("so radiosities err by at most {error:.1e} of themselves (patch {patch})"));
+    }
+    if summary.undetermined > 0 {
+        say(&format!("{} patches are too dark to tell: their errors exceed them", summary.undetermined));
     }
     for check in summary.checks.iter().filter(|check| !check.ok) {
         tell(&format!("radwalk: {}", check.message));
@@ -63,6 +66,7 @@ fn summary(exact: &Exact, accuracy: &Accuracy, scene: &Scene) -> ExactSummary {
         residual: accuracy.residual,
         max_relative_error: worst.map(|(_, error)| error),
         worst_patch: worst.map(|(patch, _)| patch),
+        undetermined: accuracy.undetermined(exact),
         bounds: ExactBounds {
             shooting_variance: bounds.shooting_variance(),
             gathering_variance: bounds.gathering_variance(),

@@ -27,10 +27,8 @@ impl fmt::Display for FormFactors {
         match self {
             FormFactors::Given => f.write_str("as given"),
             FormFactors::ClosedForm => f.write_str("in closed form"),
-            FormFactors::General { because } => write!(
-                f,
-                "pair by pair, in closed form, by contour integrals or, where hidden in part, by cubature (no closed box \
-                 of axis-aligned rectangles: {because})"
+            FormFactors::General { .. } => f.write_str(
+                "pair by pair: in closed form, by contour integrals or, where hidden in part, by cubature",
             ),
         }
     }
@@ -58,12 +56,17 @@ pub struct Accuracy {
 }
 
 impl Accuracy {
-    /// The patch where δB_i/B_i is greatest, and that error; `None` where all is dark.
+    /// The patch where δB_i/B_i is greatest, and that error, among those that are not [`Self::undetermined`].
     pub fn worst(&self, exact: &Exact) -> Option<(usize, f64)> {
-        let radiosity = &exact.solution().radiosity;
-        let relative = self.radiosity_error.iter().zip(radiosity).map(|(error, b)| error / b).enumerate();
-        // 0/0 on a patch that no light reaches is no error.
-        relative.filter(|(_, error)| !error.is_nan()).max_by(|a, b| a.1.total_cmp(&b.1))
+        let relative = |(error, b): (&f64, &f64)| error / b;
+        let errors = self.radiosity_error.iter().zip(&exact.solution().radiosity).map(relative).enumerate();
+        errors.filter(|(_, error)| *error < 1.0).max_by(|a, b| a.1.total_cmp(&b.1))
+    }
+
+    /// How many patches have a δB_i of B_i or more: too dark, or too nearly shut off, for the form factors to tell.
+    pub fn undetermined(&self, exact: &Exact) -> usize {
+        let pairs = self.radiosity_error.iter().zip(&exact.solution().radiosity);
+        pairs.filter(|(error, b)| error >= b && **error > 0.0).count()
     }
 
     /// The accuracy of a solution, at the price of one more.

@@ -124,6 +124,8 @@ pub struct ExactSummary {
     pub max_relative_error: Option<f64>,
     /// The patch that has it.
     pub worst_patch: Option<usize>,
+    /// Patches left out there, since B is not above its error.
+    pub undetermined: usize,
     /// What the error may at most be, whatever the geometry (S97).
     pub bounds: ExactBounds,
     /// What was verified.
