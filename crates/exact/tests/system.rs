@@ -79,6 +79,24 @@ fn paths_are_reversible() {
     }
 }
 
+/// b_i = Σ_s b_is, β_i = Σ_s β_is.
+#[test]
+fn light_is_the_sum_of_what_the_sources_give() {
+    let mut spec = cube_54();
+    spec.surfaces[3].cell_emittance = vec![(0, 2.0), (8, 0.5)];
+    let exact = Exact::of_scene(&spec).unwrap();
+    let sources = [4, 27, 35];
+    let sum = |of_source: &dyn Fn(usize) -> exact::Solution, i: usize| -> f64 {
+        sources.iter().map(|&s| of_source(s).reflected[i]).sum()
+    };
+    for i in [0, 4, 27, 30, 53] {
+        assert_near(sum(&|s| exact.solution_of_source(s), i), exact.solution().reflected[i], 1e-14);
+        let beta = exact.squared_solution().reflected[i];
+        assert_near(sum(&|s| exact.squared_solution_of_source(s), i), beta, 1e-14);
+        assert!(beta < exact.solution().reflected[i]);
+    }
+}
+
 /// Doubling every length changes powers, not radiosities.
 #[test]
 fn radiosity_has_no_scale() {

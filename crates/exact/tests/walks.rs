@@ -163,7 +163,7 @@ fn z_of_mean(sums: &[f64; 4], walks: f64, expected: f64) -> f64 {
 /// false-alarm rate 10⁻³, once and for all with this seed.
 #[track_caller]
 fn assert_walks_spread_as_predicted(exact: &Exact) {
-    const WALKS: u32 = 1_000_000;
+    const WALKS: u32 = 350_000;
     let total: f64 = exact.areas().iter().sum();
     let birth: Vec<f64> = exact.areas().iter().map(|a| a / total).collect();
     let shooting = WalkEstimator::ALL.map(|e| (e.name(), e.variances(exact)));

@@ -335,7 +335,7 @@ fn sides(scene: &Scene) -> &'static str {
     }
 }
 
-fn hex<S: Serializer>(hash: &[u8; 32], serializer: S) -> Result<S::Ok, S::Error> {
+pub(crate) fn hex<S: Serializer>(hash: &[u8; 32], serializer: S) -> Result<S::Ok, S::Error> {
     serializer.collect_str(&blake3::Hash::from_bytes(*hash).to_hex())
 }
 
