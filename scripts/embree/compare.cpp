@@ -2,7 +2,7 @@
 // file named by the only argument (little-endian: triangles u32, rays u32, nearest t f32; nine f32 a triangle;
 // origin, direction, our t as seven f32 a ray, our t < 0 where we hit nothing).
 //
-// Each line on standard input, "fast 1" or "robust 8" …, is answered by one line: rays per second, rays that hit
+// Each line on standard input, "medium fast 1" or "high robust 8" …, is answered by one line: rays per second, rays that hit
 // farther from our t than the tolerance, rays of ours that hit and that Embree loses.
 #include <embree3/rtcore.h>
 #include <pmmintrin.h>
@@ -17,7 +17,9 @@
 #include <fstream>
 #include <iostream>
 #include <limits>
+#include <map>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace {
@@ -52,10 +54,10 @@ Dump read(const char* path) {
     return dump;
 }
 
-RTCScene build(RTCDevice device, const Dump& dump, RTCSceneFlags flags) {
+RTCScene build(RTCDevice device, const Dump& dump, RTCBuildQuality quality, RTCSceneFlags flags) {
     RTCScene scene = rtcNewScene(device);
     rtcSetSceneFlags(scene, flags);
-    rtcSetSceneBuildQuality(scene, RTC_BUILD_QUALITY_HIGH);
+    rtcSetSceneBuildQuality(scene, quality);
     RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
     const std::size_t corners = dump.vertices.size() / 3;
     void* vertices = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
@@ -64,7 +66,7 @@ RTCScene build(RTCDevice device, const Dump& dump, RTCSceneFlags flags) {
     auto* indices = static_cast<std::uint32_t*>(rtcSetNewGeometryBuffer(
         geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 3 * sizeof(std::uint32_t), corners / 3));
     for (std::size_t i = 0; i < corners; i++) indices[i] = std::uint32_t(i);
-    rtcSetGeometryBuildQuality(geometry, RTC_BUILD_QUALITY_HIGH);
+    rtcSetGeometryBuildQuality(geometry, quality);
     rtcCommitGeometry(geometry);
     rtcAttachGeometry(scene, geometry);
     rtcReleaseGeometry(geometry);
@@ -189,20 +191,23 @@ int main(int count, char** arguments) {
     const Dump dump = read(arguments[1]);
     RTCDevice device = rtcNewDevice(nullptr);
     if (!device) fail("Embree cannot start");
-    RTCScene fast = build(device, dump, RTC_SCENE_FLAG_NONE);
-    RTCScene robust = build(device, dump, RTC_SCENE_FLAG_ROBUST);
+    std::map<std::string, RTCScene> scenes;
+    for (const auto& [name, quality] : {std::pair{"medium", RTC_BUILD_QUALITY_MEDIUM},
+                                       std::pair{"high", RTC_BUILD_QUALITY_HIGH}}) {
+        scenes[name + std::string(" fast")] = build(device, dump, quality, RTC_SCENE_FLAG_NONE);
+        scenes[name + std::string(" robust")] = build(device, dump, quality, RTC_SCENE_FLAG_ROBUST);
+    }
     std::printf("%ld %ld %ld\n", long(rtcGetDeviceProperty(device, RTC_DEVICE_PROPERTY_VERSION)),
                 long(rtcGetDeviceProperty(device, RTC_DEVICE_PROPERTY_NATIVE_RAY8_SUPPORTED)),
                 long(rtcGetDeviceProperty(device, RTC_DEVICE_PROPERTY_NATIVE_RAY16_SUPPORTED)));
     std::fflush(stdout);
-    std::string mode, width;
-    while (std::cin >> mode >> width) {
-        const Answer answer = trace(width, mode == "robust" ? robust : fast, dump);
+    std::string quality, mode, width;
+    while (std::cin >> quality >> mode >> width) {
+        const Answer answer = trace(width, scenes.at(quality + " " + mode), dump);
         std::printf("%.1f %llu %llu\n", answer.rate, static_cast<unsigned long long>(answer.differ),
                     static_cast<unsigned long long>(answer.lost));
         std::fflush(stdout);
     }
-    rtcReleaseScene(fast);
-    rtcReleaseScene(robust);
+    for (const auto& named : scenes) rtcReleaseScene(named.second);
     rtcReleaseDevice(device);
 }

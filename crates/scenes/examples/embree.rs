@@ -20,6 +20,9 @@ type Failure = Box<dyn Error>;
 /// Rays to trace in each scene.
 const RAYS: usize = 2_000_000;
 
+/// How well Embree builds its trees.
+const QUALITIES: [&str; 2] = ["medium", "high"];
+
 /// The modes of Embree that are timed, in the order of the table.
 const MODES: [&str; 6] = ["robust 1", "robust 8", "robust 16", "fast 1", "fast 8", "fast 16"];
 
@@ -33,16 +36,18 @@ fn main() -> Result<(), Failure> {
         "M rays per second of processor time, medians of {rounds} interleaved rounds (ratios: of the rounds' own)"
     );
     println!(
-        "{:<14} {:>9} | {:>6} | {:>17} | {:>17} | {:>15} | {:>17} | {:>17}",
+        "{:<14} {:>9} {:<6} | {:>6} | {:>17} | {:>17} | {:>13} | {:>11} | {:>11}",
         "scene",
         "triangles",
+        "trees",
         "walks",
         "robust 1 8 16",
         "fast 1 8 16",
-        "÷ robust, fast",
-        "robust: off, lost",
-        "fast: off, lost"
+        "÷ robust fast",
+        "robust",
+        "fast"
     );
+    println!("{:>98} | {:>11} | {:>11}", "", "off, lost", "off, lost");
     let compare = Path::new(compare);
     compare_scene("cube54", &cube(3), compare, rounds)?;
     compare_scene("cornell", &cornell(), compare, rounds)?;
@@ -50,13 +55,17 @@ fn main() -> Result<(), Failure> {
     compare_scene("interior 1 M", &interior(1_000_000), compare, rounds)?;
     println!("walks: whole walks of radwalk (sampling, tracing, survival, tally); Embree traces only.");
     println!(
-        "÷: walks over the better of rtcIntersect1 and rtcIntersect8. off: hits farther from ours than 10⁻³ t"
+        "trees: the quality that Embree builds its trees with (medium: its default; high: with spatial splits)."
     );
-    println!("+ 6·10⁻⁵ scene diagonals; lost: rays that hit with us and miss there (of {RAYS}).");
+    println!("÷: walks over the better of rtcIntersect1 and rtcIntersect8, robust and fast.");
+    println!(
+        "off: hits farther from ours than 10⁻³ t + 6·10⁻⁵ scene diagonals; lost: rays that hit with us and"
+    );
+    println!("miss there (of {RAYS}).");
     Ok(())
 }
 
-/// One row of the table.
+/// The rows of one scene: one for each quality of Embree's trees.
 fn compare_scene(name: &str, spec: &SceneSpec, compare: &Path, rounds: usize) -> Result<(), Failure> {
     let scene = Scene::build(spec, IndexChoice::Auto)?;
     let folder = tempfile::tempdir()?;
@@ -70,37 +79,62 @@ fn compare_scene(name: &str, spec: &SceneSpec, compare: &Path, rounds: usize) ->
         space: Space::Discrete,
     };
     let experiment = Experiment::new(scene, method)?;
-
     let mut ours = Walks::new(&experiment);
-    let (mut walk_rates, mut mode_rates) = (Vec::new(), vec![Vec::new(); MODES.len()]);
-    let (mut over_robust, mut over_fast) = (Vec::new(), Vec::new());
-    let mut faults = vec![String::new(); MODES.len()];
+    let mut rows = QUALITIES.map(|_| Row::default());
     for _ in 0..rounds {
         let walks = ours.rate()?;
-        walk_rates.push(walks);
-        for (mode, &words) in MODES.iter().enumerate() {
-            let (rate, fault) = embree.trace(words)?;
-            mode_rates[mode].push(rate);
-            faults[mode] = fault;
+        for (row, quality) in rows.iter_mut().zip(QUALITIES) {
+            row.round(walks, quality, &mut embree)?;
         }
-        let last = |mode: usize| mode_rates[mode][mode_rates[mode].len() - 1];
-        over_robust.push(walks / last(0).max(last(1)));
-        over_fast.push(walks / last(3).max(last(4)));
     }
-    let mega = |rates: &[f64]| format!("{:.2}", median(rates) / 1e6);
-    let three =
-        |first: usize| mode_rates[first..first + 3].iter().map(|r| mega(r)).collect::<Vec<_>>().join(" ");
-    println!(
-        "{name:<14} {triangles:>9} | {:>6} | {:>17} | {:>17} | {:>7.2} {:>7.2} | {:>17} | {:>17}",
-        mega(&walk_rates),
-        three(0),
-        three(3),
-        median(&over_robust),
-        median(&over_fast),
-        faults[0],
-        faults[3],
-    );
+    for (row, quality) in rows.iter().zip(QUALITIES) {
+        println!("{name:<14} {triangles:>9} {quality:<6} | {row}");
+    }
     Ok(())
+}
+
+/// What was measured against Embree's trees of one quality.
+#[derive(Default)]
+struct Row {
+    walks: Vec<f64>,
+    modes: [Vec<f64>; MODES.len()],
+    over_robust: Vec<f64>,
+    over_fast: Vec<f64>,
+    /// "off lost" of each mode, the same in every round.
+    faults: [String; MODES.len()],
+}
+
+impl Row {
+    /// Traces the rays in every mode.
+    fn round(&mut self, walks: f64, quality: &str, embree: &mut Embree) -> Result<(), Failure> {
+        let mut rates = [0.0; MODES.len()];
+        for (mode, words) in MODES.iter().enumerate() {
+            (rates[mode], self.faults[mode]) = embree.trace(&format!("{quality} {words}"))?;
+            self.modes[mode].push(rates[mode]);
+        }
+        self.walks.push(walks);
+        self.over_robust.push(walks / rates[0].max(rates[1]));
+        self.over_fast.push(walks / rates[3].max(rates[4]));
+        Ok(())
+    }
+}
+
+impl std::fmt::Display for Row {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let mega = |rates: &[f64]| format!("{:.2}", median(rates) / 1e6);
+        let modes: Vec<String> = self.modes.iter().map(|rates| mega(rates)).collect();
+        write!(
+            f,
+            "{:>6} | {:>17} | {:>17} | {:>6.2} {:>6.2} | {:>11} | {:>11}",
+            mega(&self.walks),
+            modes[..3].join(" "),
+            modes[3..].join(" "),
+            median(&self.over_robust),
+            median(&self.over_fast),
+            self.faults[0],
+            self.faults[3],
+        )
+    }
 }
 
 fn median(values: &[f64]) -> f64 {
