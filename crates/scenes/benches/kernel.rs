@@ -162,7 +162,7 @@ fn scattered(bits: u64, patches: u32) -> u32 {
 }
 
 /// A board emptied and merged, as a worker does at the end of a lease.
-#[divan::bench(args = [54, 1_572_864])]
+#[divan::bench(args = [54, 1_572_864], sample_count = 20)]
 fn merge(bencher: Bencher, patches: usize) {
     let mut board = Scoreboard::<u64, (), 2>::new(patches);
     let mut sum = board.take().expect("an empty board");

@@ -1,21 +1,17 @@
 //! Whole walks against a tracer that only traces: dumps the rays of diffuse walks, has `scripts/embree/compare.cpp`
 //! trace them, and measures whole walks in between. Started by `scripts/embree.sh`.
 
-use std::error::Error;
+mod common;
+
 use std::fs::File;
 use std::io::{BufRead, BufReader, BufWriter, Write};
 use std::path::Path;
 use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
 
+use common::{Failure, Walks, collision_shooting, median};
 use glam::DVec3;
-use radiosity::{
-    Direction, EstimatorKind, Experiment, IndexChoice, InfiniteEnd, Method, Ray, Scene, SceneSpec, Sequence,
-    Shape, Side, Sides, Space, WalkRng,
-};
-use rustix::time::{ClockId, clock_gettime};
+use radiosity::{IndexChoice, Ray, Scene, SceneSpec, Sequence, Shape, Side, Sides, WalkRng};
 use scenes::{cornell, cube, interior};
-
-type Failure = Box<dyn Error>;
 
 /// Rays to trace in each scene.
 const RAYS: usize = 2_000_000;
@@ -72,17 +68,10 @@ fn compare_scene(name: &str, spec: &SceneSpec, compare: &Path, rounds: usize) ->
     let dump = folder.path().join("rays");
     let triangles = write_dump(&dump, spec, &scene)?;
     let mut embree = Embree::start(compare, &dump)?;
-    let method = Method {
-        direction: Direction::Shooting,
-        estimator: EstimatorKind::Collision,
-        infinite: InfiniteEnd::default(),
-        space: Space::Discrete,
-    };
-    let experiment = Experiment::new(scene, method)?;
-    let mut ours = Walks::new(&experiment);
+    let mut ours = Walks::new(collision_shooting(scene)?);
     let mut rows = QUALITIES.map(|_| Row::default());
     for _ in 0..rounds {
-        let walks = ours.rate()?;
+        let walks = ours.rate(RAYS as u64)?;
         for (row, quality) in rows.iter_mut().zip(QUALITIES) {
             row.round(walks, quality, &mut embree)?;
         }
@@ -134,46 +123,6 @@ impl std::fmt::Display for Row {
             self.faults[0],
             self.faults[3],
         )
-    }
-}
-
-fn median(values: &[f64]) -> f64 {
-    let mut sorted = values.to_vec();
-    sorted.sort_by(f64::total_cmp);
-    sorted[sorted.len() / 2]
-}
-
-/// Processor time of this thread [s]: what else runs on the machine does not count.
-fn processor_seconds() -> f64 {
-    let now = clock_gettime(ClockId::ThreadCPUTime);
-    now.tv_sec as f64 + 1e-9 * now.tv_nsec as f64
-}
-
-/// Whole walks of one experiment, timed a part at a time.
-struct Walks<'a> {
-    experiment: &'a Experiment,
-    sequence: Sequence,
-    board: radiosity::Board<2>,
-    next: u64,
-}
-
-impl<'a> Walks<'a> {
-    fn new(experiment: &'a Experiment) -> Self {
-        Walks { experiment, sequence: Sequence::new(1), board: experiment.board(), next: 0 }
-    }
-
-    /// Rays per second over about as many rays as the dump has.
-    fn rate(&mut self) -> Result<f64, Failure> {
-        const PART: u64 = 65_536;
-        let (mut rays, mut seconds) = (0, 0.0);
-        while rays < RAYS as u64 {
-            let start = processor_seconds();
-            self.experiment.walk(&self.sequence, self.next..self.next + PART, &mut self.board);
-            seconds += processor_seconds() - start;
-            self.next += PART;
-            rays += self.board.take()?.counts.rays;
-        }
-        Ok(rays as f64 / seconds)
     }
 }
 
