@@ -1,6 +1,6 @@
 //! `radwalk exact`: the radiosity system itself, without any randomness.
 
-use exact::{Accuracy, Bounds, Exact, GatherEstimator, WalkEstimator};
+use exact::{Accuracy, Bounds, Exact, ExactError, GatherEstimator, SharedPath, WalkEstimator, WeightedWalk};
 use radiosity::{Scene, birth_probabilities};
 use report::{Check, ExactBounds, ExactColumns, ExactSummary, OutputFolder};
 
@@ -9,25 +9,42 @@ use crate::console::{say, tell};
 use crate::coordinate::default_folder;
 use crate::fault::{Fault, Outcome};
 
-/// Solves a job's scene and writes `exact.csv` and `exact.json`.
+/// Solves a job's scene and writes `exact.csv` and `exact.json`; in colour, a pair for each channel.
 pub fn exact(args: &ExactArgs) -> Result<Outcome, Fault> {
     let job = job::load(&args.job.job, &args.job.overrides())?;
     // The job's own error messages know the line of the file that is at fault.
     let scene = job.build_scene()?;
     let path = args.out.out.clone().unwrap_or_else(|| default_folder(&job));
-    let folder = OutputFolder::claim(&path, &["exact.csv", "exact.json"], args.out.force)?;
-    let exact = Exact::of_scene(job.scene.spec())?;
-    let accuracy = Accuracy::of(&exact);
-    let columns = columns(&exact, &accuracy, &birth_probabilities(&scene, &job.method.birth));
-    let summary = summary(&exact, &accuracy, &scene);
-    folder.write("exact.csv", |file| report::write_exact(file, &columns))?;
-    folder.write("exact.json", |file| summary.write(file))?;
+    let files: &[[&str; 2]] = if scene.channels() == 1 { &GREY_FILES } else { &CHANNEL_FILES };
+    let folder = OutputFolder::claim(&path, files.as_flattened(), args.out.force)?;
+    let of_channel = |c| Exact::of_scene(&job.scene.spec().channel(c));
+    let channels = (0..scene.channels()).map(of_channel).collect::<Result<Vec<_>, ExactError>>()?;
+    let shared = SharedPath::of(&channels.iter().collect::<Vec<_>>());
+    let birth = birth_probabilities(&scene, &job.method.birth);
+    for (exact, [table, page]) in channels.iter().zip(files) {
+        let walk = WeightedWalk::new(exact, &shared).map_err(ExactError::from)?;
+        let accuracy = Accuracy::of(exact);
+        let columns = columns(exact, &walk, &accuracy, &birth);
+        let summary = summary(exact, &accuracy, &scene);
+        folder.write(table, |file| report::write_exact(file, &columns))?;
+        folder.write(page, |file| summary.write(file))?;
+        if !args.out.quiet {
+            describe(&summary);
+        }
+    }
     if !args.out.quiet {
-        describe(&summary);
         say(&format!("written to {}", folder.path().display()));
     }
     Ok(Outcome::Done)
 }
+
+const GREY_FILES: [[&str; 2]; 1] = [["exact.csv", "exact.json"]];
+
+const CHANNEL_FILES: [[&str; 2]; 3] = [
+    ["exact_r.csv", "exact_r.json"],
+    ["exact_g.csv", "exact_g.json"],
+    ["exact_b.csv", "exact_b.json"],
+];
 
 /// A few lines for people.
 fn describe(summary: &ExactSummary) {
@@ -89,7 +106,7 @@ fn rows_check(accuracy: &Accuracy) -> Check {
 }
 
 /// The columns of `exact.csv`; `birth` is p_i of every patch.
-fn columns(exact: &Exact, accuracy: &Accuracy, birth: &[f64]) -> ExactColumns {
+fn columns(exact: &Exact, walk: &WeightedWalk<'_>, accuracy: &Accuracy, birth: &[f64]) -> ExactColumns {
     let solution = exact.solution();
     let squared = exact.squared_solution();
     // What is not defined is no number, and becomes an empty cell.
@@ -100,8 +117,8 @@ fn columns(exact: &Exact, accuracy: &Accuracy, birth: &[f64]) -> ExactColumns {
         reflected: solution.reflected.clone(),
         irradiance: solution.irradiance.clone(),
         xi: exact.xi().to_vec(),
-        var_shoot: WalkEstimator::ALL.map(|estimator| Some(estimator.variances(exact))),
-        var_gather: GatherEstimator::ALL.map(|estimator| Some(or_none(estimator.variances(exact, birth)))),
+        var_shoot: WalkEstimator::ALL.map(|estimator| Some(walk.shooting_variances(estimator))),
+        var_gather: GatherEstimator::ALL.map(|estimator| Some(or_none(walk.gathering_variances(estimator, birth)))),
         psi: squared.incoming,
         beta: squared.reflected,
         radiosity_error: accuracy.radiosity_error.clone(),
