@@ -19,12 +19,13 @@ pub fn exact(args: &ExactArgs) -> Result<Outcome, Fault> {
     let folder = OutputFolder::claim(&path, files.as_flattened(), args.out.force)?;
     let of_channel = |c| Exact::of_scene(&job.scene.spec().channel(c));
     let channels = (0..scene.channels()).map(of_channel).collect::<Result<Vec<_>, ExactError>>()?;
-    let shared = SharedPath::of(&channels.iter().collect::<Vec<_>>());
+    let shared = (channels.len() > 1).then(|| SharedPath::of(&channels.iter().collect::<Vec<_>>()));
     let birth = birth_probabilities(&scene, &job.method.birth);
     for (exact, [table, page]) in channels.iter().zip(files) {
-        let walk = WeightedWalk::new(exact, &shared).map_err(ExactError::from)?;
+        let walk = shared.as_ref().map(|shared| WeightedWalk::new(exact, shared)).transpose();
+        let walk = walk.map_err(ExactError::from)?;
         let accuracy = Accuracy::of(exact);
-        let columns = columns(exact, &walk, &accuracy, &birth);
+        let columns = columns(exact, walk.as_ref(), &accuracy, &birth);
         let summary = summary(exact, &accuracy, &scene);
         folder.write(table, |file| report::write_exact(file, &columns))?;
         folder.write(page, |file| summary.write(file))?;
@@ -40,11 +41,8 @@ pub fn exact(args: &ExactArgs) -> Result<Outcome, Fault> {
 
 const GREY_FILES: [[&str; 2]; 1] = [["exact.csv", "exact.json"]];
 
-const CHANNEL_FILES: [[&str; 2]; 3] = [
-    ["exact_r.csv", "exact_r.json"],
-    ["exact_g.csv", "exact_g.json"],
-    ["exact_b.csv", "exact_b.json"],
-];
+const CHANNEL_FILES: [[&str; 2]; 3] =
+    [["exact_r.csv", "exact_r.json"], ["exact_g.csv", "exact_g.json"], ["exact_b.csv", "exact_b.json"]];
 
 /// A few lines for people.
 fn describe(summary: &ExactSummary) {
@@ -105,8 +103,14 @@ fn rows_check(accuracy: &Accuracy) -> Check {
     Check { name: "rows".into(), ok: accuracy.rows_possible, message: message.into() }
 }
 
-/// The columns of `exact.csv`; `birth` is p_i of every patch.
-fn columns(exact: &Exact, walk: &WeightedWalk<'_>, accuracy: &Accuracy, birth: &[f64]) -> ExactColumns {
+/// The columns of `exact.csv`; `birth` is p_i of every patch. In colour the variances are those of `walk`, which
+/// serves all channels.
+fn columns(
+    exact: &Exact,
+    walk: Option<&WeightedWalk<'_>>,
+    accuracy: &Accuracy,
+    birth: &[f64],
+) -> ExactColumns {
     let solution = exact.solution();
     let squared = exact.squared_solution();
     // What is not defined is no number, and becomes an empty cell.
@@ -117,8 +121,13 @@ fn columns(exact: &Exact, walk: &WeightedWalk<'_>, accuracy: &Accuracy, birth: &
         reflected: solution.reflected.clone(),
         irradiance: solution.irradiance.clone(),
         xi: exact.xi().to_vec(),
-        var_shoot: WalkEstimator::ALL.map(|estimator| Some(walk.shooting_variances(estimator))),
-        var_gather: GatherEstimator::ALL.map(|estimator| Some(or_none(walk.gathering_variances(estimator, birth)))),
+        var_shoot: WalkEstimator::ALL.map(|estimator| {
+            Some(walk.map_or_else(|| estimator.variances(exact), |walk| walk.shooting_variances(estimator)))
+        }),
+        var_gather: GatherEstimator::ALL.map(|estimator| {
+            let alone = || estimator.variances(exact, birth);
+            Some(or_none(walk.map_or_else(alone, |walk| walk.gathering_variances(estimator, birth))))
+        }),
         psi: squared.incoming,
         beta: squared.reflected,
         radiosity_error: accuracy.radiosity_error.clone(),

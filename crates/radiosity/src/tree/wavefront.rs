@@ -387,7 +387,7 @@ impl Call<'_> {
         let Form { ray, best, .. } = scratch.forms[slot];
         let candidates = &scratch.candidates[slot];
         for i in 0..candidates.len {
-            if !(candidates.t[i] > best) {
+            if candidates.t[i].partial_cmp(&best) != Some(std::cmp::Ordering::Greater) {
                 scratch.finalists.list.push((ray, candidates.surface[i].to_bits()));
             }
         }
