@@ -21,8 +21,8 @@ fn grey_is_the_case_of_one_channel() {
     let mut plate = grey(quad([0.9, 0.1, 0.2], [0.0, 0.5, 0.3], [0.4, 0.0, 0.2], [1, 1]), 0.8, 0.5);
     plate.sides = Sides::Both;
     parted.surfaces.push(plate);
-    parted.surfaces[0].emittance = 1.0;
-    parted.surfaces[3].reflectance = 0.0;
+    parted.surfaces[0].emittance = 1.0.into();
+    parted.surfaces[3].reflectance = 0.0.into();
     for spec in [cube_54(), parted] {
         let exact = Exact::of_scene(&spec).unwrap();
         let path = SharedPath::of(&[&exact]);

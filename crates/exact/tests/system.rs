@@ -83,7 +83,7 @@ fn paths_are_reversible() {
 #[test]
 fn light_is_the_sum_of_what_the_sources_give() {
     let mut spec = cube_54();
-    spec.surfaces[3].cell_emittance = vec![(0, 2.0), (8, 0.5)];
+    spec.surfaces[3].cell_emittance = vec![(0, 2.0.into()), (8, 0.5.into())];
     let exact = Exact::of_scene(&spec).unwrap();
     let sources = [4, 27, 35];
     let sum = |of_source: &dyn Fn(usize) -> exact::Solution, i: usize| -> f64 {

@@ -180,6 +180,6 @@ pub fn furnished_room(cell: f64) -> SceneSpec {
     *cells = [1.2, 1.6].map(|length: f64| (length / cell).ceil() as u32);
     screen.sides = Sides::Both;
     spec.surfaces.push(screen);
-    spec.surfaces[5].cell_emittance = vec![(0, 100.0)];
+    spec.surfaces[5].cell_emittance = vec![(0, 100.0.into())];
     spec
 }
