@@ -206,7 +206,7 @@ impl Experiment {
         let births = self.scene.emitters();
         match board {
             Board::Hits(board) => {
-                walk_by_estimator!(self, Analog, births, sequence, walks, V => &mut ShootHits::<V, M>::new(board))
+                walk_by_estimator!(self, Analog, births, sequence, walks, V => &mut ShootHits::<V, M>::new(self.scene.isa, board))
             }
             Board::RelatedHits(board) => {
                 self.walk_all(births, sequence, walks, Analog, &mut ShootRelated::new(board))

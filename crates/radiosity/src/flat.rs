@@ -1,9 +1,9 @@
 //! No index: every facet is met in turn by many rays side by side. The fastest for a handful of surfaces.
 
+use crate::batch::WIDTH;
 use crate::isa::{Isa, on_isa};
 use crate::real::Real;
-use crate::surface::Side;
-use crate::trace::{Facet, Facets, Hits, Rays, WIDTH};
+use crate::trace::{Facet, Facets, Hits, Rays};
 
 /// Meets every facet.
 #[derive(Clone, Copy, Debug)]
@@ -32,8 +32,11 @@ struct Best<R> {
 #[inline(always)]
 fn closest_hits<R: Real>(facets: &Facets, rays: &Rays, hits: &mut Hits) {
     for first in (0..rays.len.min(WIDTH)).step_by(R::N) {
-        let lanes = |row: &[f64; WIDTH]| R::load(&row[first..]);
-        let (origin, direction) = (rays.origin.each_ref().map(lanes), rays.direction.each_ref().map(lanes));
+        let (mut origin, mut direction) = ([R::splat(0.0); 3], [R::splat(0.0); 3]);
+        for axis in 0..3 {
+            origin[axis] = R::load(&rays.origin[axis][first..]);
+            direction[axis] = R::load(&rays.direction[axis][first..]);
+        }
         let from = R::load_u32(&rays.from[first..]);
         let none = R::splat(-1.0);
         let zero = R::splat(0.0);
@@ -45,14 +48,10 @@ fn closest_hits<R: Real>(facets: &Facets, rays: &Rays, hits: &mut Hits) {
         best.t.store(&mut hits.t[first..]);
         best.u.store(&mut hits.uv[0][first..]);
         best.v.store(&mut hits.uv[1][first..]);
-        let (mut surface, mut approach) = ([0.0; 8], [0.0; 8]);
-        best.surface.store(&mut surface);
-        best.approach.store(&mut approach);
-        for lane in 0..R::N {
-            // −1 as a signed integer is `Hits::NONE` as an unsigned one.
-            hits.surface[first + lane] = surface[lane] as i64 as u32;
-            hits.side[first + lane] = if approach[lane] < 0.0 { Side::Front } else { Side::Back };
-        }
+        // −1 as a signed integer is `Hits::NONE` as an unsigned one.
+        best.surface.store_u32(&mut hits.surface[first..]);
+        let (front, back) = (R::splat(1.0), R::splat(-1.0));
+        R::select(best.approach.lt(zero), front, back).store(&mut hits.facing[first..]);
     }
 }
 
@@ -76,7 +75,10 @@ fn meet<R: Real>(
     let back_nearest = if facet.two_sided { -slack } else { slack };
     let nearest = R::select(front, R::splat(-slack), R::splat(back_nearest));
     let t = (distance / approach.abs()).max(zero);
-    let point = [0, 1, 2].map(|axis| origin[axis] + direction[axis] * t);
+    let mut point = origin;
+    for axis in 0..3 {
+        point[axis] = point[axis] + direction[axis] * t;
+    }
     let u = dot(facet.u_axis.to_array(), point) - R::splat(facet.u_offset);
     let v = dot(facet.v_axis.to_array(), point) - R::splat(facet.v_offset);
     let inside = if facet.triangle { (u + v).le(one) } else { u.le(one) & v.le(one) };

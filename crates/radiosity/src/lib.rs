@@ -6,6 +6,8 @@
 //! Papers are cited by key: S97 = Sbert, *Error and Complexity of Random Walk Monte Carlo Radiosity* (1997);
 //! BS = Bekaert & Seidel, *A Theoretical Comparison of Monte Carlo Radiosity Algorithms*.
 
+mod arrive;
+mod batch;
 mod birth;
 mod depart;
 mod estimator;
@@ -22,6 +24,7 @@ mod scene;
 mod solution;
 mod spec;
 mod surface;
+mod table;
 mod tally;
 mod trace;
 mod tree;

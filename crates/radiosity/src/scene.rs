@@ -3,7 +3,9 @@
 use glam::DVec3;
 use thiserror::Error;
 
+use crate::arrive::Landings;
 use crate::birth::Births;
+use crate::depart::{Frames, frames};
 use crate::flat::Flat;
 use crate::isa::Isa;
 use crate::spec::{SceneSpec, Shape, Sides, Spectrum};
@@ -89,6 +91,9 @@ pub struct Scene {
     emitters: Births,
     max_reflectance: Spectrum,
     origin: DVec3,
+    pub(crate) isa: Isa,
+    pub(crate) frames: Frames,
+    pub(crate) landings: Landings,
     pub(crate) facets: Facets,
     pub(crate) index: Index,
     hash: [u8; 32],
@@ -102,6 +107,11 @@ impl Scene {
     /// negative emittance, no area, no cells; or a scene without surfaces, without emitters, with too many
     /// patches.
     pub fn build(spec: &SceneSpec, index: IndexChoice) -> Result<Self, SceneError> {
+        Scene::build_for(spec, index, Isa::best())
+    }
+
+    /// The same for walks on an instruction set that this machine has.
+    pub(crate) fn build_for(spec: &SceneSpec, index: IndexChoice, isa: Isa) -> Result<Self, SceneError> {
         if spec.surfaces.is_empty() {
             return Err(SceneError::Whole(
                 "the scene has no surface (nothing could be hit); add a [[surface]] or a [[mesh]]".into(),
@@ -156,14 +166,13 @@ impl Scene {
             IndexChoice::Tree => true,
         };
         let facets = Facets::new(&surfaces, slack);
-        let index = if tree {
-            Index::Tree(Tree::new(&surfaces, &facets))
-        } else {
-            Index::Flat(Flat { isa: Isa::best() })
-        };
+        let index = if tree { Index::Tree(Tree::new(&surfaces, &facets)) } else { Index::Flat(Flat { isa }) };
         let most = |c: usize| spec.surfaces.iter().fold(0.0, |max: f64, s| max.max(s.reflectance[c]));
         Ok(Scene {
             names: names(spec),
+            isa,
+            frames: frames(&surfaces),
+            landings: Landings::new(&surfaces),
             surfaces,
             patches,
             channels,

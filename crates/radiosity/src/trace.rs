@@ -6,6 +6,7 @@
 
 use glam::DVec3;
 
+use crate::batch::WIDTH;
 use crate::flat::Flat;
 use crate::spec::Sides;
 use crate::surface::{Side, Surface};
@@ -39,9 +40,6 @@ pub struct Hit {
     /// The side that is met.
     pub side: Side,
 }
-
-/// Rays of a batch.
-pub(crate) const WIDTH: usize = 128;
 
 /// A batch of rays, each component side by side.
 #[derive(Clone, Debug)]
@@ -87,7 +85,8 @@ pub(crate) struct Hits {
     /// `Hits::NONE` where nothing is met.
     pub(crate) surface: [u32; WIDTH],
     pub(crate) uv: [[f64; WIDTH]; 2],
-    pub(crate) side: [Side; WIDTH],
+    /// 1 where the front is met, −1 where the back is.
+    pub(crate) facing: [f64; WIDTH],
 }
 
 impl Default for Hits {
@@ -96,7 +95,7 @@ impl Default for Hits {
             t: [f64::INFINITY; WIDTH],
             surface: [Self::NONE; WIDTH],
             uv: [[0.0; WIDTH]; 2],
-            side: [Side::Front; WIDTH],
+            facing: [1.0; WIDTH],
         }
     }
 }
@@ -118,17 +117,8 @@ impl Hits {
             t: self.t[i],
             surface: self.surface[i],
             uv: self.uv.map(|row| row[i]),
-            side: self.side[i],
+            side: if self.facing[i] > 0.0 { Side::Front } else { Side::Back },
         })
-    }
-
-    /// Puts hit `from` in place of hit `to`.
-    #[inline(always)]
-    pub(crate) fn copy(&mut self, from: usize, to: usize) {
-        self.t[to] = self.t[from];
-        self.surface[to] = self.surface[from];
-        self.uv.iter_mut().for_each(|row| row[to] = row[from]);
-        self.side[to] = self.side[from];
     }
 
     #[inline(always)]
@@ -137,7 +127,7 @@ impl Hits {
         self.surface[i] = hit.surface;
         self.uv[0][i] = hit.uv[0];
         self.uv[1][i] = hit.uv[1];
-        self.side[i] = hit.side;
+        self.facing[i] = if hit.side == Side::Front { 1.0 } else { -1.0 };
     }
 }
 
