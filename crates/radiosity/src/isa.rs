@@ -43,7 +43,7 @@ macro_rules! on_isa {
             $crate::isa::Isa::Portable => $function::<$crate::real::Pair>($($argument),*),
             #[cfg(target_arch = "x86_64")]
             $crate::isa::Isa::Avx2 => {
-                #[target_feature(enable = "avx2,bmi2")]
+                #[target_feature(enable = "avx2,fma,bmi2")]
                 fn on_avx2($($argument: $type),*) {
                     $function::<$crate::real::Avx2>($($argument),*)
                 }
@@ -52,7 +52,7 @@ macro_rules! on_isa {
             }
             #[cfg(target_arch = "x86_64")]
             $crate::isa::Isa::Avx512 => {
-                #[target_feature(enable = "avx512f,avx512vl,avx512dq,bmi2")]
+                #[target_feature(enable = "avx512f,avx512vl,avx512dq,fma,bmi2")]
                 fn on_avx512($($argument: $type),*) {
                     $function::<$crate::real::Avx512>($($argument),*)
                 }

@@ -18,6 +18,12 @@ pub(crate) trait Real:
     /// How many.
     const N: usize;
 
+    /// a·b + c, fused or not.
+    #[inline(always)]
+    fn mul_add_f32(a: f32, b: f32, c: f32) -> f32 {
+        a * b + c
+    }
+
     fn splat(x: f64) -> Self;
     /// The first N of a slice that has them.
     fn load(from: &[f64]) -> Self;
@@ -270,6 +276,10 @@ mod x86 {
         const N: usize = 4;
 
         #[inline(always)]
+        fn mul_add_f32(a: f32, b: f32, c: f32) -> f32 {
+            a.mul_add(b, c)
+        }
+        #[inline(always)]
         fn splat(x: f64) -> Self {
             // SAFETY: here and below: the processor has it (see `Real`), and slices are long enough.
             Avx2(unsafe { _mm256_set1_pd(x) })
@@ -408,6 +418,10 @@ mod x86 {
 
         const N: usize = 8;
 
+        #[inline(always)]
+        fn mul_add_f32(a: f32, b: f32, c: f32) -> f32 {
+            a.mul_add(b, c)
+        }
         #[inline(always)]
         fn splat(x: f64) -> Self {
             // SAFETY: here and below: the processor has it (see `Real`), and slices are long enough.

@@ -166,7 +166,11 @@ impl Scene {
             IndexChoice::Tree => true,
         };
         let facets = Facets::new(&surfaces, slack);
-        let index = if tree { Index::Tree(Tree::new(&surfaces, &facets)) } else { Index::Flat(Flat { isa }) };
+        let index = if tree {
+            Index::Tree(Tree::new(&surfaces, &facets))
+        } else {
+            Index::Flat(Flat::new(isa, &surfaces, &facets))
+        };
         let most = |c: usize| spec.surfaces.iter().fold(0.0, |max: f64, s| max.max(s.reflectance[c]));
         Ok(Scene {
             names: names(spec),
