@@ -1,8 +1,9 @@
 //! Where walks are born.
 
 use crate::method::Birth;
+use crate::patch::{Patch, Patches};
 use crate::sampling::AliasTable;
-use crate::scene::{Patch, Scene};
+use crate::scene::Scene;
 use crate::spec::Sides;
 use crate::surface::{Side, Surface};
 
@@ -82,22 +83,23 @@ impl Births {
     /// would have, and no weight exceeds the number of channels (the balance heuristic).
     pub(crate) fn of_emitters(
         surfaces: &[Surface],
-        patches: &[Patch],
+        patches: &Patches,
         channels: usize,
         total: [f64; 3],
     ) -> Option<Self> {
         if channels == 1 {
-            return Births::new(surfaces, patches.len(), |i| patches[i].power(0));
+            return Births::new(surfaces, patches.len(), |i| patches.get(i).power(0));
         }
         let share = |patch: &Patch, c: usize| if total[c] > 0.0 { patch.power(c) / total[c] } else { 0.0 };
         let emitting = total.iter().filter(|&&power| power > 0.0).count() as f64;
         let probability = |patch: &Patch| (0..3).map(|c| share(patch, c)).sum::<f64>() / emitting;
-        let alike = |a: usize, b: usize| patches[a].emittance == patches[b].emittance;
-        let mut births = Births::in_cradles(surfaces, patches.len(), |i| probability(&patches[i]), alike)?;
+        let alike = |a: usize, b: usize| patches.get(a).emittance == patches.get(b).emittance;
+        let mut births =
+            Births::in_cradles(surfaces, patches.len(), |i| probability(&patches.get(i)), alike)?;
         let weights = births.cradles.iter().map(|cradle| {
-            let patch =
-                &patches[(surfaces[cradle.surface as usize].first_patch() + cradle.first_cell) as usize];
-            std::array::from_fn(|c| share(patch, c) / probability(patch))
+            let first_patch = surfaces[cradle.surface as usize].first_patch();
+            let patch = patches.get((first_patch + cradle.first_cell) as usize);
+            std::array::from_fn(|c| share(&patch, c) / probability(&patch))
         });
         births.weights = weights.collect();
         Some(births)

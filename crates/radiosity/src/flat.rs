@@ -254,8 +254,8 @@ fn decide<R: Real>(
     // The bounds were rounded to f32 twice.
     const ROUNDED: f64 = 1.0 - 2.0 * f32::EPSILON as f64;
     let mut bound = [0.0; 8];
-    for lane in 0..R::N {
-        bound[lane] = f64::from(guess.other[part + lane]) * ROUNDED;
+    for (bound, &other) in bound.iter_mut().zip(&guess.other[part..][..R::N]) {
+        *bound = f64::from(other) * ROUNDED;
     }
     let bound = R::load(&bound);
     let nothing = R::bits(R::splat(f64::MAX).lt(bound)) & !R::bits(number.ne(none));

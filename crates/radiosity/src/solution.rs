@@ -4,7 +4,8 @@ use stats::Moments;
 
 use crate::experiment::{Experiment, Meaning};
 use crate::method::Direction;
-use crate::scene::{Patch, Scene};
+use crate::patch::Patch;
+use crate::scene::Scene;
 use crate::tally::Tally;
 
 /// Fewer scores than this, and an estimate says little beyond its interval: flag `rare`.
@@ -80,10 +81,10 @@ impl Solution {
         let scene = experiment.scene();
         let channels = scene.channels();
         let all = scene.patches().iter().enumerate().flat_map(|(i, p)| (0..channels).map(move |c| (i, p, c)));
-        let estimate = |(i, patch, channel): (usize, &Patch, usize)| {
+        let estimate = |(i, patch, channel): (usize, Patch, usize)| {
             let meaning = experiment.meaning(i, channel, tally)?;
             let moments = moments(tally, i, channel);
-            Some(estimate(patch, channel, &moments, tally.events(i), &meaning, confidence))
+            Some(estimate(&patch, channel, &moments, tally.events(i), &meaning, confidence))
         };
         let mixes = experiment.method().mix.then(|| {
             let patches = 0..scene.patches().len();
@@ -104,10 +105,7 @@ impl Solution {
     }
 
     /// The patches with what is known of them.
-    fn known<'a>(
-        &'a self,
-        scene: &'a Scene,
-    ) -> impl Iterator<Item = (usize, &'a Patch, &'a [Option<Estimate>])> {
+    fn known<'a>(&'a self, scene: &'a Scene) -> impl Iterator<Item = (usize, Patch, &'a [Option<Estimate>])> {
         let patches = scene.patches().iter().zip(self.estimates.chunks_exact(self.channels)).enumerate();
         patches
             .map(|(i, (patch, channels))| (i, patch, channels))
@@ -174,7 +172,7 @@ pub struct Mix {
 impl Mix {
     /// What a tally of related scores says of a patch; `None` where no walk could tell.
     fn new(experiment: &Experiment, tally: &Tally, i: usize) -> Option<Self> {
-        let patch = &experiment.scene().patches()[i];
+        let patch = experiment.scene().patches().get(i);
         let meaning = experiment.meaning(i, 0, tally)?;
         let reflectance = patch.reflectance[0];
         // A shooting walk scores hits, which are worth more the rarer the event is.
