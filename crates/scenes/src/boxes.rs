@@ -26,6 +26,38 @@ pub fn cube(n: u32) -> SceneSpec {
     SceneSpec { surfaces }
 }
 
+/// The same cube with a surface for every cell: 6 n² surfaces of one patch each, where walks see no difference.
+///
+/// # Panics
+/// Where n is 0.
+pub fn cube_of_surfaces(n: u32) -> SceneSpec {
+    let surfaces = cube(n).surfaces.iter().flat_map(cells_as_surfaces).collect();
+    SceneSpec { surfaces }
+}
+
+/// Every cell of a parallelogram as a surface of its own, its corners rounded alike on both sides of an edge.
+fn cells_as_surfaces(face: &SurfaceSpec) -> Vec<SurfaceSpec> {
+    let Shape::Parallelogram { cells: [nu, nv], .. } = face.shape else {
+        unreachable!("cubes are made of parallelograms");
+    };
+    let (corner, u, v) = face.shape.edges();
+    let at =
+        |i: u32, j: u32| corner + u * (f64::from(i) / f64::from(nu)) + v * (f64::from(j) / f64::from(nv));
+    let cell = |cell: u32| {
+        let (i, j) = (cell / nv, cell % nv);
+        let shape = Shape::Parallelogram {
+            corner: at(i, j),
+            corner_u: at(i + 1, j),
+            corner_v: at(i, j + 1),
+            cells: [1, 1],
+        };
+        let own = face.cell_emittance.iter().filter(|(emitter, _)| *emitter == cell);
+        let cell_emittance = own.map(|&(_, emittance)| (0, emittance)).collect();
+        SurfaceSpec { shape, cell_emittance, ..face.clone() }
+    };
+    (0..nu * nv).map(cell).collect()
+}
+
 /// A Cornell box of parallelograms alone: right angles where the measured box is a few millimetres off, and
 /// blocks that stand on a millimetre of air, so that no patch lies half under one. 21 surfaces of about
 /// 28 mm patches; the front is open, as published.

@@ -182,6 +182,45 @@ pub(crate) fn bookcase(rng: &mut WalkRng) -> Mesh {
     mesh
 }
 
+/// A rack of 2.6 × 0.36 × 1.9 m, seen through: boards of wires on posts, set with bottles, jars and bowls.
+pub(crate) fn wire_rack(detail: Detail, rng: &mut WalkRng) -> Mesh {
+    let mut mesh = Mesh::default();
+    for (x, y) in [(-0.02, 0.0), (2.62, 0.0), (-0.02, 0.36), (2.62, 0.36)] {
+        mesh.tube(&[DVec3::new(x, y, GAP), DVec3::new(x, y, 1.9)], |_| 0.012, detail.segments(8), METAL);
+    }
+    for board in 0..5 {
+        let z = 0.15 + 0.38 * f64::from(board);
+        for wire in 0..14 {
+            let y = 0.02 + 0.32 / 13.0 * f64::from(wire);
+            mesh.tube(&[DVec3::new(0.0, y, z), DVec3::new(2.6, y, z)], |_| 0.003, 4, METAL);
+        }
+        for place in 0..18_u32 {
+            let at = DVec3::new(
+                0.14 * f64::from(place) + 0.11,
+                0.1 + 0.15 * f64::from(place % 2),
+                z + 0.003 + GAP,
+            );
+            mesh.add(bottle(detail, rng), at, between(rng, 0.0, TAU));
+        }
+    }
+    mesh
+}
+
+/// A solid bottle, jar or beaker by chance, at most 0.13 m wide and 0.33 m high.
+fn bottle(detail: Detail, rng: &mut WalkRng) -> Mesh {
+    let (radius, height) = (between(rng, 0.02, 0.065), between(rng, 0.06, 0.33));
+    let neck = between(rng, 0.25, 1.0);
+    let mut profile = vec![[0.0, 0.0]];
+    profile.extend(curve(detail.segments(6), |s| {
+        let taper = if s < 0.6 { 1.0 } else { 1.0 - (1.0 - neck) * (2.5 * (s - 0.6)).min(1.0) };
+        [radius * taper, height * s]
+    }));
+    profile.push([0.0, height]);
+    let mut mesh = Mesh::default();
+    mesh.lathe(&profile, detail.segments(12), GLAZE);
+    mesh
+}
+
 /// A row of books of random sizes, some of it left empty.
 fn books(mesh: &mut Mesh, [left, right]: [f64; 2], z: f64, rng: &mut WalkRng) {
     let end = right - between(rng, 0.0, 0.3);
@@ -333,6 +372,21 @@ pub(crate) fn pendant(detail: Detail) -> Mesh {
     let mut globe = Mesh::default();
     globe.cushion(DVec3::splat(0.15), 1.0, detail.segments(28), LAMP);
     mesh.add(globe, DVec3::Z * -1.06, 0.0);
+    mesh
+}
+
+/// A mobile: beads on threads round a pendant lamp, hanging from z = 0 to −1.1 m.
+pub(crate) fn mobile(detail: Detail, rng: &mut WalkRng) -> Mesh {
+    let mut mesh = Mesh::default();
+    for thread in 0..48 {
+        let (sin, cos) = (TAU * f64::from(thread) / 16.0).sin_cos();
+        let foot = DVec3::new(cos, sin, 0.0) * (0.25 + 0.15 * f64::from(thread / 16));
+        let length = between(rng, 0.3, 1.0);
+        mesh.tube(&[foot - DVec3::Z * length, foot - DVec3::Z * GAP], |_| 0.0008, 4, CLOTH);
+        let mut bead = Mesh::default();
+        bead.cushion(DVec3::splat(0.03), between(rng, 0.6, 1.0), detail.segments(10), GLAZE);
+        mesh.add(bead, foot - DVec3::Z * (length + 0.03 + GAP), between(rng, 0.0, TAU));
+    }
     mesh
 }
 

@@ -29,21 +29,22 @@ const DOOR_Y: [f64; 2] = [2.0, 3.0];
 /// No ray can escape or meet the back of a one-sided surface: walls are cut so that they meet in shared
 /// corners, every body is closed, and no two bodies touch.
 pub fn interior(triangles: usize) -> SceneSpec {
-    let side = ((triangles as f64).sqrt() / 240.0).round().max(2.0) as u32;
-    let detail = detail_for(triangles, side);
-    let mut surfaces = shell(side).into_surfaces();
-    surfaces.extend(furnish(side, detail).into_surfaces());
+    let side = ((triangles as f64).sqrt() / 240.0).round().max(1.0) as u32;
+    let rooms = [side + 1, side];
+    let detail = detail_for(triangles, rooms);
+    let mut surfaces = shell(rooms).into_surfaces();
+    surfaces.extend(furnish(rooms, detail).into_surfaces());
     SceneSpec { surfaces }
 }
 
 /// The detail that comes nearest to a number of triangles, by bisection.
-fn detail_for(triangles: usize, side: u32) -> Detail {
-    let walls = shell(side).len();
+fn detail_for(triangles: usize, rooms: [u32; 2]) -> Detail {
+    let walls = shell(rooms).len();
     // Rooms are alike but for what chance puts on the shelves.
     let (mut low, mut high) = (0.25, 16.0);
-    for _ in 0..12 {
+    for _ in 0..14 {
         let middle = 0.5 * (low + high);
-        let one = furnish(1, Detail(middle)).len() * (side * side) as usize;
+        let one = furnish([1, 1], Detail(middle)).len() * (rooms[0] * rooms[1]) as usize;
         *(if walls + one < triangles { &mut low } else { &mut high }) = middle;
     }
     Detail(0.5 * (low + high))
@@ -52,9 +53,9 @@ fn detail_for(triangles: usize, side: u32) -> Detail {
 /// Whether a cell of the grid that walls and doorways lie on is hollow, by the numbers of its intervals: along x
 /// a room has intervals 0 … 2 (the middle one beside a doorway) and its far wall is interval 3; y alike; along
 /// z lie the height of the doors and the rest.
-fn hollow([x, y, z]: [i64; 3], side: i64) -> bool {
-    let inside = |i: i64| (0..4 * side - 1).contains(&i);
-    if !(inside(x) && inside(y) && (0..2).contains(&z)) {
+fn hollow([x, y, z]: [i64; 3], rooms: [u32; 2]) -> bool {
+    let inside = |i: i64, rooms: u32| (0..4 * i64::from(rooms) - 1).contains(&i);
+    if !(inside(x, rooms[0]) && inside(y, rooms[1]) && (0..2).contains(&z)) {
         return false;
     }
     match (x % 4 == 3, y % 4 == 3) {
@@ -66,8 +67,8 @@ fn hollow([x, y, z]: [i64; 3], side: i64) -> bool {
 }
 
 /// The lines of the grid along an axis.
-fn lines(side: u32, length: f64, door: [f64; 2]) -> Vec<f64> {
-    (0..side)
+fn lines(rooms: u32, length: f64, door: [f64; 2]) -> Vec<f64> {
+    (0..rooms)
         .flat_map(|room| {
             let start = f64::from(room) * (length + WALL);
             [start, start + door[0], start + door[1], start + length]
@@ -76,23 +77,23 @@ fn lines(side: u32, length: f64, door: [f64; 2]) -> Vec<f64> {
 }
 
 /// Walls, floors and ceilings: every face between a hollow cell of the grid and a solid one, towards the hollow.
-fn shell(side: u32) -> Mesh {
+fn shell(rooms: [u32; 2]) -> Mesh {
     const PLASTER: Material = Material::new(0.75);
     const FLOOR: Material = Material::new(0.4);
-    let grid = [lines(side, ROOM.x, DOOR_X), lines(side, ROOM.y, DOOR_Y), vec![0.0, DOOR, ROOM.z]];
+    let grid = [lines(rooms[0], ROOM.x, DOOR_X), lines(rooms[1], ROOM.y, DOOR_Y), vec![0.0, DOOR, ROOM.z]];
     let mut mesh = Mesh::default();
     let cells = [grid[0].len(), grid[1].len(), grid[2].len()].map(|lines| lines as i64 - 1);
     for (x, y, z) in
         (0..cells[0]).flat_map(|x| (0..cells[1]).flat_map(move |y| (0..2).map(move |z| (x, y, z))))
     {
         let cell = [x, y, z];
-        if !hollow(cell, i64::from(side)) {
+        if !hollow(cell, rooms) {
             continue;
         }
         for (axis, step) in [0, 1, 2].into_iter().flat_map(|axis| [(axis, 0), (axis, 1)]) {
             let mut neighbour = cell;
             neighbour[axis] += 2 * step - 1;
-            if !hollow(neighbour, i64::from(side)) {
+            if !hollow(neighbour, rooms) {
                 let material = if axis == 2 && step == 0 { FLOOR } else { PLASTER };
                 mesh.quadrangle(face(&grid, cell, axis, step), material);
             }
@@ -115,14 +116,14 @@ fn face(grid: &[Vec<f64>; 3], cell: [i64; 3], axis: usize, step: i64) -> [DVec3;
     if step == 0 { [a, b, c, d] } else { [a, d, c, b] }
 }
 
-/// What stands in side × side rooms.
-fn furnish(side: u32, detail: Detail) -> Mesh {
+/// What stands in the rooms, so many along x and y.
+fn furnish(rooms: [u32; 2], detail: Detail) -> Mesh {
     let sequence = Sequence::new(2026);
     let mut mesh = Mesh::default();
-    for room in 0..side * side {
+    for room in 0..rooms[0] * rooms[1] {
         let corner = DVec3::new(
-            f64::from(room % side) * (ROOM.x + WALL),
-            f64::from(room / side) * (ROOM.y + WALL),
+            f64::from(room % rooms[0]) * (ROOM.x + WALL),
+            f64::from(room / rooms[0]) * (ROOM.y + WALL),
             0.0,
         );
         mesh.add(furnish_room(detail, &mut sequence.walk(u64::from(room))), corner, 0.0);
@@ -135,6 +136,7 @@ fn furnish_room(detail: Detail, rng: &mut WalkRng) -> Mesh {
     let mut mesh = Mesh::default();
     dining_place(&mut mesh, detail, rng);
     mesh.add(furniture::bookcase(rng), DVec3::new(0.3, ROOM.y, 0.0), 0.0);
+    mesh.add(furniture::wire_rack(detail, rng), DVec3::new(1.2, 3.75, 0.0), 0.0);
     mesh.add(furniture::curtain(detail), DVec3::new(0.3, 0.16, 0.0), 0.0);
     mesh.add(furniture::blind(), DVec3::new(2.4, 0.06, 0.9), 0.0);
     // Turned by −90°, what lay along x lies along −y and looks towards +x.
@@ -143,7 +145,7 @@ fn furnish_room(detail: Detail, rng: &mut WalkRng) -> Mesh {
     let jitter = |rng: &mut WalkRng| DVec3::new(between(rng, -0.05, 0.05), between(rng, -0.05, 0.05), 0.0);
     mesh.add(furniture::plant(detail, rng), DVec3::new(5.4, 1.3, GAP) + jitter(rng), 0.0);
     mesh.add(furniture::standing_lamp(detail), DVec3::new(5.6, 3.5, 0.0) + jitter(rng), 0.0);
-    mesh.add(furniture::toys(detail, rng), DVec3::new(4.3, 3.4, 0.0) + jitter(rng), 0.0);
+    mesh.add(furniture::toys(detail, rng), DVec3::new(4.2, 3.3, 0.0) + jitter(rng), 0.0);
     mesh.add(furniture::cable(detail), DVec3::new(5.9, 0.2, 0.0), 0.0);
     mesh.add(furniture::picture(), DVec3::new(ROOM.x, 4.2, 1.4), -0.5 * PI);
     for x in [0.8, 3.9] {
@@ -166,4 +168,5 @@ fn dining_place(mesh: &mut Mesh, detail: Detail, rng: &mut WalkRng) {
     mesh.add(furniture::fruit_bowl(detail), top + DVec3::X * 0.7, 0.0);
     mesh.add(furniture::vase(detail, rng), top - DVec3::X * 0.7, 0.0);
     mesh.add(furniture::pendant(detail), centre + DVec3::Z * ROOM.z, 0.0);
+    mesh.add(furniture::mobile(detail, rng), centre + DVec3::Z * ROOM.z, 0.0);
 }

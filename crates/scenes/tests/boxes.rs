@@ -1,7 +1,7 @@
 //! The small scenes are valid and as described; scene files say the same as the scenes they are written from.
 
 use radiosity::{IndexChoice, Scene};
-use scenes::{cornell, cube, interior, to_toml};
+use scenes::{cornell, cube, cube_of_surfaces, interior, to_toml};
 
 #[test]
 fn the_cube_is_that_of_the_shipped_scene_file() {
@@ -29,5 +29,16 @@ fn a_scene_file_reads_back_the_same() {
         assert_eq!(job::load_scene(&file).unwrap().spec().surfaces.len(), spec.surfaces.len());
         let read = job::load_scene(&file).unwrap().build(IndexChoice::Auto).unwrap();
         assert_eq!(read.hash(), Scene::build(&spec, IndexChoice::Auto).unwrap().hash());
+    }
+}
+
+#[test]
+fn a_cube_of_surfaces_has_the_patches_of_the_cube() {
+    let whole = Scene::build(&cube(3), IndexChoice::Auto).unwrap();
+    let parts = Scene::build(&cube_of_surfaces(3), IndexChoice::Auto).unwrap();
+    assert_eq!(parts.surfaces().len(), 54);
+    for (a, b) in whole.patches().iter().zip(parts.patches()) {
+        assert!((a.centroid - b.centroid).length() < 1e-15 && (a.area - b.area).abs() < 1e-15);
+        assert_eq!((a.reflectance, a.emittance), (b.reflectance, b.emittance));
     }
 }

@@ -1,0 +1,61 @@
+//! Timing whole walks.
+
+use std::error::Error;
+
+use radiosity::{Board, Direction, EstimatorKind, Experiment, InfiniteEnd, Method, Scene, Sequence, Space};
+use rustix::time::{ClockId, clock_gettime};
+
+pub type Failure = Box<dyn Error>;
+
+/// Discrete collision shooting in a scene.
+pub fn collision_shooting(scene: Scene) -> Result<Experiment, Failure> {
+    let method = Method {
+        direction: Direction::Shooting,
+        estimator: EstimatorKind::Collision,
+        infinite: InfiniteEnd::default(),
+        space: Space::Discrete,
+    };
+    Ok(Experiment::new(scene, method)?)
+}
+
+/// Whole walks of one experiment, timed a part at a time.
+pub struct Walks {
+    experiment: Experiment,
+    sequence: Sequence,
+    board: Board<2>,
+    next: u64,
+}
+
+impl Walks {
+    pub fn new(experiment: Experiment) -> Self {
+        let board = experiment.board();
+        Walks { experiment, sequence: Sequence::new(1), board, next: 0 }
+    }
+
+    /// Rays per second of processor time, over at least so many rays.
+    pub fn rate(&mut self, at_least: u64) -> Result<f64, Failure> {
+        const PART: u64 = 65_536;
+        let (mut rays, mut seconds) = (0, 0.0);
+        while rays < at_least {
+            let start = processor_seconds();
+            self.experiment.walk(&self.sequence, self.next..self.next + PART, &mut self.board);
+            seconds += processor_seconds() - start;
+            self.next += PART;
+            rays += self.board.take()?.counts.rays;
+        }
+        Ok(rays as f64 / seconds)
+    }
+}
+
+/// Processor time of this thread [s]: what else runs on the machine does not count.
+fn processor_seconds() -> f64 {
+    let now = clock_gettime(ClockId::ThreadCPUTime);
+    now.tv_sec as f64 + 1e-9 * now.tv_nsec as f64
+}
+
+/// The middle one of some values, the upper of two.
+pub fn median(values: &[f64]) -> f64 {
+    let mut sorted = values.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    sorted[sorted.len() / 2]
+}

@@ -1,0 +1,281 @@
+//! Whole walks against a tracer that only traces: dumps the rays of diffuse walks, has `scripts/embree/compare.cpp`
+//! trace them, and measures whole walks in between. Started by `scripts/embree.sh`.
+
+mod common;
+
+use std::fs::File;
+use std::io::{BufRead, BufReader, BufWriter, Write};
+use std::path::Path;
+use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
+
+use common::{Failure, Walks, collision_shooting, median};
+use glam::DVec3;
+use radiosity::{IndexChoice, Ray, Scene, SceneSpec, Sequence, Shape, Side, Sides, WalkRng};
+use scenes::{cornell, cube, interior};
+
+/// Rays to trace in each scene.
+const RAYS: usize = 2_000_000;
+
+/// How well Embree builds its trees.
+const QUALITIES: [&str; 2] = ["medium", "high"];
+
+/// The modes of Embree that are timed, in the order of the table.
+const MODES: [&str; 6] = ["robust 1", "robust 8", "robust 16", "fast 1", "fast 8", "fast 16"];
+
+fn main() -> Result<(), Failure> {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let [compare, rounds] = &arguments[..] else {
+        return Err("usage: embree COMPARE ROUNDS".into());
+    };
+    let rounds = rounds.parse()?;
+    println!(
+        "M rays per second of processor time, medians of {rounds} interleaved rounds (ratios: of the rounds' own)"
+    );
+    println!(
+        "{:<14} {:>9} {:<6} | {:>6} | {:>17} | {:>17} | {:>13} | {:>11} | {:>11}",
+        "scene",
+        "triangles",
+        "trees",
+        "walks",
+        "robust 1 8 16",
+        "fast 1 8 16",
+        "÷ robust fast",
+        "robust",
+        "fast"
+    );
+    println!("{:>98} | {:>11} | {:>11}", "", "off, lost", "off, lost");
+    let compare = Path::new(compare);
+    compare_scene("cube54", &cube(3), compare, rounds)?;
+    compare_scene("cornell", &cornell(), compare, rounds)?;
+    compare_scene("interior 57 k", &interior(57_000), compare, rounds)?;
+    compare_scene("interior 1 M", &interior(1_000_000), compare, rounds)?;
+    println!("walks: whole walks of radwalk (sampling, tracing, survival, tally); Embree traces only.");
+    println!(
+        "trees: the quality that Embree builds its trees with (medium: its default; high: with spatial splits)."
+    );
+    println!("÷: walks over the better of rtcIntersect1 and rtcIntersect8, robust and fast.");
+    println!(
+        "off: hits farther from ours than 10⁻³ t + 6·10⁻⁵ scene diagonals; lost: rays that hit with us and"
+    );
+    println!("miss there (of {RAYS}).");
+    Ok(())
+}
+
+/// The rows of one scene: one for each quality of Embree's trees.
+fn compare_scene(name: &str, spec: &SceneSpec, compare: &Path, rounds: usize) -> Result<(), Failure> {
+    let scene = Scene::build(spec, IndexChoice::Auto)?;
+    let folder = tempfile::tempdir()?;
+    let dump = folder.path().join("rays");
+    let triangles = write_dump(&dump, spec, &scene)?;
+    let mut embree = Embree::start(compare, &dump)?;
+    let mut ours = Walks::new(collision_shooting(scene)?);
+    let mut rows = QUALITIES.map(|_| Row::default());
+    for _ in 0..rounds {
+        let walks = ours.rate(RAYS as u64)?;
+        for (row, quality) in rows.iter_mut().zip(QUALITIES) {
+            row.round(walks, quality, &mut embree)?;
+        }
+    }
+    for (row, quality) in rows.iter().zip(QUALITIES) {
+        println!("{name:<14} {triangles:>9} {quality:<6} | {row}");
+    }
+    Ok(())
+}
+
+/// What was measured against Embree's trees of one quality.
+#[derive(Default)]
+struct Row {
+    walks: Vec<f64>,
+    modes: [Vec<f64>; MODES.len()],
+    over_robust: Vec<f64>,
+    over_fast: Vec<f64>,
+    /// "off lost" of each mode, the same in every round.
+    faults: [String; MODES.len()],
+}
+
+impl Row {
+    /// Traces the rays in every mode.
+    fn round(&mut self, walks: f64, quality: &str, embree: &mut Embree) -> Result<(), Failure> {
+        let mut rates = [0.0; MODES.len()];
+        for (mode, words) in MODES.iter().enumerate() {
+            (rates[mode], self.faults[mode]) = embree.trace(&format!("{quality} {words}"))?;
+            self.modes[mode].push(rates[mode]);
+        }
+        self.walks.push(walks);
+        self.over_robust.push(walks / rates[0].max(rates[1]));
+        self.over_fast.push(walks / rates[3].max(rates[4]));
+        Ok(())
+    }
+}
+
+impl std::fmt::Display for Row {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let mega = |rates: &[f64]| format!("{:.2}", median(rates) / 1e6);
+        let modes: Vec<String> = self.modes.iter().map(|rates| mega(rates)).collect();
+        write!(
+            f,
+            "{:>6} | {:>17} | {:>17} | {:>6.2} {:>6.2} | {:>11} | {:>11}",
+            mega(&self.walks),
+            modes[..3].join(" "),
+            modes[3..].join(" "),
+            median(&self.over_robust),
+            median(&self.over_fast),
+            self.faults[0],
+            self.faults[3],
+        )
+    }
+}
+
+/// The other tracer, at work on one dump.
+struct Embree {
+    process: Child,
+    orders: ChildStdin,
+    answers: BufReader<ChildStdout>,
+}
+
+impl Embree {
+    fn start(compare: &Path, dump: &Path) -> Result<Self, Failure> {
+        let mut process =
+            Command::new(compare).arg(dump).stdin(Stdio::piped()).stdout(Stdio::piped()).spawn()?;
+        let orders = process.stdin.take().expect("it is piped");
+        let answers = BufReader::new(process.stdout.take().expect("it is piped"));
+        let mut embree = Embree { process, orders, answers };
+        // Version and native widths: by then its trees are built.
+        embree.answer()?;
+        Ok(embree)
+    }
+
+    fn answer(&mut self) -> Result<String, Failure> {
+        let mut line = String::new();
+        if self.answers.read_line(&mut line)? == 0 {
+            return Err("the other tracer went away".into());
+        }
+        Ok(line.trim().to_owned())
+    }
+
+    /// Rays per second in a mode, and what it found wrongly: "off lost".
+    fn trace(&mut self, mode: &str) -> Result<(f64, String), Failure> {
+        writeln!(self.orders, "{mode}")?;
+        let answer = self.answer()?;
+        let (rate, faults) = answer.split_once(' ').ok_or("the other tracer answers nonsense")?;
+        Ok((rate.parse()?, faults.to_owned()))
+    }
+}
+
+impl Drop for Embree {
+    fn drop(&mut self) {
+        // It is only listening; whether it could still be told to stop is all the same now.
+        let _ = self.process.kill();
+        let _ = self.process.wait();
+    }
+}
+
+/// Writes triangles and rays for `compare.cpp`; returns the number of triangles.
+fn write_dump(path: &Path, spec: &SceneSpec, scene: &Scene) -> Result<usize, Failure> {
+    let triangles = triangles(spec, scene.origin());
+    let corners = triangles.iter().flatten();
+    let diagonal = (corners.clone().fold(DVec3::NEG_INFINITY, |m, c| m.max(*c))
+        - corners.fold(DVec3::INFINITY, |m, c| m.min(*c)))
+    .length();
+    let mut file = BufWriter::new(File::create(path)?);
+    file.write_all(&(triangles.len() as u32).to_le_bytes())?;
+    file.write_all(&(RAYS as u32).to_le_bytes())?;
+    // Far enough to keep rays that 32 bits have moved from meeting what they leave.
+    write_floats(&mut file, [diagonal / 131_072.0])?;
+    for corner in triangles.iter().flatten() {
+        write_floats(&mut file, corner.to_array())?;
+    }
+    let sequence = Sequence::new(1);
+    let emitters = Emitters::new(scene);
+    let mut left = RAYS;
+    for mut rng in sequence.walks_from(0) {
+        walk(scene, &emitters, &mut rng, |ray, t| {
+            if left > 0 {
+                left -= 1;
+                write_floats(&mut file, ray.origin.to_array())?;
+                write_floats(&mut file, ray.direction.to_array())?;
+                write_floats(&mut file, [t.unwrap_or(-1.0)])?;
+            }
+            Ok(())
+        })?;
+        if left == 0 {
+            break;
+        }
+    }
+    file.flush()?;
+    Ok(triangles.len())
+}
+
+fn write_floats<const N: usize>(file: &mut impl Write, values: [f64; N]) -> std::io::Result<()> {
+    values.iter().try_for_each(|&value| file.write_all(&(value as f32).to_le_bytes()))
+}
+
+/// The surfaces of a scene as triangles, relative to its origin as rays are.
+fn triangles(spec: &SceneSpec, origin: DVec3) -> Vec<[DVec3; 3]> {
+    let cut = |shape: &Shape| match *shape {
+        Shape::Triangle { a, b, c, .. } => vec![[a, b, c]],
+        Shape::Parallelogram { corner, corner_u, corner_v, .. } => {
+            let opposite = corner_u + corner_v - corner;
+            vec![[corner, corner_u, opposite], [corner, opposite, corner_v]]
+        }
+    };
+    let all = spec.surfaces.iter().flat_map(|surface| cut(&surface.shape));
+    all.map(|corners| corners.map(|corner| corner - origin)).collect()
+}
+
+/// Emitting patches and the power of each with all before it.
+struct Emitters {
+    patches: Vec<usize>,
+    cumulative: Vec<f64>,
+}
+
+impl Emitters {
+    fn new(scene: &Scene) -> Self {
+        let patches = scene.patches();
+        let emitting: Vec<usize> = (0..patches.len()).filter(|&i| patches[i].power() > 0.0).collect();
+        let mut total = 0.0;
+        let cumulative = emitting
+            .iter()
+            .map(|&i| {
+                total += patches[i].power();
+                total
+            })
+            .collect();
+        Emitters { patches: emitting, cumulative }
+    }
+
+    /// An emitter, with probability Φ_s/Φ_T.
+    fn choose(&self, rng: &mut WalkRng) -> usize {
+        let power = rng.pair()[0] * self.cumulative[self.cumulative.len() - 1];
+        self.patches[self.cumulative.partition_point(|&sum| sum <= power).min(self.patches.len() - 1)]
+    }
+}
+
+/// A discrete collision walk by the public parts of the kernel; tells each ray and the t of its hit.
+fn walk(
+    scene: &Scene,
+    emitters: &Emitters,
+    rng: &mut WalkRng,
+    mut tell: impl FnMut(&Ray, Option<f64>) -> Result<(), Failure>,
+) -> Result<(), Failure> {
+    let birth = emitters.choose(rng);
+    let mut number = scene.patches()[birth].surface;
+    let mut cell = birth as u32 - scene.surfaces()[number as usize].first_patch();
+    let mut side = match scene.surfaces()[number as usize].sides() {
+        Sides::Both if rng.pair()[0] < 0.5 => Side::Back,
+        _ => Side::Front,
+    };
+    loop {
+        let surface = &scene.surfaces()[number as usize];
+        let origin = surface.point(surface.point_in_cell(cell, rng.pair()));
+        let ray = Ray { origin, direction: surface.direction(side, rng.bits()), from: number };
+        let hit = scene.closest_hit(&ray);
+        tell(&ray, hit.map(|hit| hit.t))?;
+        let Some(hit) = hit else { return Ok(()) };
+        let surface = &scene.surfaces()[hit.surface as usize];
+        if !surface.is_active(hit.side) || !surface.survives(rng.bits()) {
+            return Ok(());
+        }
+        (number, cell, side) = (hit.surface, surface.cell_at(hit.uv), hit.side);
+    }
+}

@@ -1,0 +1,17 @@
+#!/usr/bin/env bash
+# Whole walks of radwalk on one core against Embree 3 that traces the same rays, on one core and without walking:
+# a table of rates and ratios for four scenes. Needs Debian or Ubuntu; root or sudo for the first call, which installs
+# Embree's headers and a C++ compiler. Usage: scripts/embree.sh [ROUNDS], five if not said.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+
+as_root() { if [ "$(id -u)" = 0 ]; then "$@"; else sudo "$@"; fi; }
+if [ ! -f /usr/include/embree3/rtcore.h ] || ! command -v g++ >/dev/null; then
+    as_root apt-get update -qq
+    as_root apt-get install -y -qq g++ libembree-dev
+fi
+
+build="$(mktemp -d)"
+trap 'rm -rf "$build"' EXIT
+g++ -std=c++17 -O3 -march=native -Wall -Wextra -o "$build/compare" scripts/embree/compare.cpp -lembree3
+cargo run --quiet --release --locked -p scenes --example embree -- "$build/compare" "${1:-5}"
