@@ -4,6 +4,8 @@
 //! [`Facet::meet`] and nothing else, so neither the index, nor its builder, nor the order of traversal can
 //! enter the answer. All of it is f64: a scene may lie 10⁵ edge lengths from its origin.
 
+use std::hint::select_unpredictable;
+
 use glam::DVec3;
 
 use crate::spec::Sides;
@@ -134,6 +136,7 @@ impl Hits {
 /// What tracing needs of a surface: its plane and the affine map to its local coordinates. A facet is the
 /// surface grown by the scene's slack on every edge, so that nothing falls through where two meet.
 #[derive(Clone, Debug)]
+#[repr(align(64))]
 pub(crate) struct Facet {
     pub(crate) normal: DVec3,
     /// n·x of the points x of the plane.
@@ -188,8 +191,11 @@ impl Facet {
     fn meet(&self, ray: &Ray, slack: f64) -> Option<(f64, [f64; 2], Side)> {
         let approach = self.normal.dot(ray.direction);
         let height = self.normal.dot(ray.origin) - self.offset;
-        let (side, distance) = if approach < 0.0 { (Side::Front, height) } else { (Side::Back, -height) };
-        let nearest = if side == Side::Front || self.two_sided { -slack } else { slack };
+        let against = approach < 0.0;
+        // Selected, not branched on: a ray meets one side as often as the other.
+        let side = select_unpredictable(against, Side::Front, Side::Back);
+        let distance = select_unpredictable(against, height, -height);
+        let nearest = if against | self.two_sided { -slack } else { slack };
         if distance < nearest || approach == 0.0 {
             return None;
         }
@@ -197,7 +203,8 @@ impl Facet {
         let point = ray.origin + ray.direction * t;
         let u = self.u_axis.dot(point) - self.u_offset;
         let v = self.v_axis.dot(point) - self.v_offset;
-        let inside = u >= 0.0 && v >= 0.0 && if self.triangle { u + v <= 1.0 } else { u <= 1.0 && v <= 1.0 };
+        let farthest = if self.triangle { u + v } else { u.max(v) };
+        let inside = (u >= 0.0) & (v >= 0.0) & (farthest <= 1.0);
         inside.then_some((t, [u, v], side))
     }
 }

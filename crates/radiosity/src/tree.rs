@@ -1,5 +1,5 @@
 //! A tree of boxes over the facets, for scenes of more than a handful: obvhs builds it, [`build`] folds it into
-//! nodes of eight children, [`wavefront`] walks it with many rays at a time.
+//! nodes of sixteen children, [`wavefront`] walks it with many rays at a time.
 //!
 //! Everything in the tree is f32 and only culls, in coordinates scaled by a power of two into [−1, 1].
 
@@ -7,11 +7,11 @@ mod build;
 mod lanes;
 mod wavefront;
 
-use crate::trace::{Facets, Hit, Hits, Index, Ray, Rays};
+use crate::trace::{Facets, Hit, Index, Ray};
 use lanes::Row;
 pub(crate) use wavefront::{Isa, Scratch};
 
-/// A tree of nodes with eight children and leaves of up to eight facets.
+/// A tree of nodes with sixteen children and leaves of up to sixteen facets.
 #[derive(Clone, Debug)]
 pub(crate) struct Tree {
     nodes: Vec<Node>,
@@ -52,12 +52,12 @@ impl Item {
     }
 }
 
-/// Eight boxes, and what is in each.
+/// Sixteen boxes, and what is in each.
 #[derive(Clone, Debug)]
 #[repr(C, align(64))]
 struct Node {
-    /// Lower x, upper x, lower y, …, upper z, the bits of the children's `Item`s, nothing.
-    rows: [Row; 8],
+    /// Lower x, upper x, lower y, …, upper z, the bits of the children's `Item`s.
+    rows: [Row; 7],
 }
 
 impl Node {
@@ -66,7 +66,7 @@ impl Node {
     const FAR: f32 = f32::MAX;
 }
 
-/// Up to eight facets.
+/// Up to sixteen facets.
 #[derive(Clone, Debug)]
 #[repr(C, align(64))]
 struct Leaf {
@@ -83,14 +83,20 @@ impl Leaf {
 
 impl Index for Tree {
     fn closest_hit(&self, facets: &Facets, ray: &Ray, scratch: &mut Scratch) -> Option<Hit> {
-        // The kernel wants directions of about unit length. A power of two changes no bit of the hit but
-        // the exponent of t.
+        // The kernel wants directions of about unit length. A power of two changes no bit of the hit but the
+        // exponent of t.
         let largest = ray.direction.abs().max_element();
         let scale = f64::from_bits((1.0 / largest).to_bits() & f64::INFINITY.to_bits()) * 0.5;
-        let mut rays = Rays::default();
+        let mut single = scratch.single.take().unwrap_or_default();
+        let (rays, hits) = &mut *single;
+        rays.len = 0;
         rays.push(&Ray { direction: ray.direction * scale, ..*ray });
-        let mut hits = Hits::default();
-        self.closest_hits(facets, &rays, scratch, &mut hits);
-        hits.get(0).map(|hit| Hit { t: hit.t * scale, ..hit })
+        self.closest_hits(facets, rays, scratch, hits);
+        let hit = hits.get(0).map(|hit| Hit { t: hit.t * scale, ..hit });
+        scratch.single = Some(single);
+        hit
     }
 }
+
+#[cfg(test)]
+mod tests;

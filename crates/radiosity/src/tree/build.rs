@@ -1,5 +1,5 @@
-//! From surfaces to a wide tree: obvhs builds a binary one, which is folded into nodes of eight children and
-//! leaves of up to eight facets so that the expected work of a ray is least.
+//! From surfaces to a wide tree: obvhs builds a binary one, which is folded into nodes of sixteen children
+//! and leaves of up to sixteen facets so that the expected work of a ray is least.
 
 use std::time::Duration;
 
@@ -177,8 +177,7 @@ impl<'a> Fold<'a> {
         let mut open = vec![(0, 0, 1)];
         while let Some((source, index, level)) = open.pop() {
             tree.levels = tree.levels.max(level);
-            let slots = self.slots(source);
-            for (slot, child) in self.assign(source, &slots) {
+            for (slot, child) in self.slots(source).into_iter().enumerate() {
                 let item = if self.is_leaf(child) {
                     tree.leaves.push(self.leaf(child, facets, tree.scale));
                     Item::leaf(tree.leaves.len() - 1)
@@ -191,28 +190,6 @@ impl<'a> Fold<'a> {
                 tree.nodes[index].set(slot, Vec3::from(bounds.min), Vec3::from(bounds.max), item);
             }
         }
-    }
-
-    /// Gives each child a slot so that slot XOR octant is the order in which a ray of that octant should visit
-    /// them (bit a of an octant: the direction is negative along axis a): the best remaining pair first.
-    fn assign(&self, parent: usize, children: &[usize]) -> Vec<(usize, usize)> {
-        let middle = |node: usize| self.binary.nodes[node].aabb.center();
-        let sign = |slot: usize, axis: usize| if slot >> axis & 1 == 1 { 1.0 } else { -1.0 };
-        let mut pairs = vec![];
-        for &child in children {
-            let away = middle(child) - middle(parent);
-            pairs.extend((0..LANES).map(|slot| {
-                (away.dot(Vec3A::new(sign(slot, 0), sign(slot, 1), sign(slot, 2))), slot, child)
-            }));
-        }
-        pairs.sort_by(|a, b| b.0.total_cmp(&a.0));
-        let mut assigned: Vec<(usize, usize)> = vec![];
-        for (_, slot, child) in pairs {
-            if assigned.iter().all(|&(s, c)| s != slot && c != child) {
-                assigned.push((slot, child));
-            }
-        }
-        assigned
     }
 
     fn leaf(&self, node: usize, facets: &Facets, scale: f64) -> Leaf {
@@ -240,7 +217,7 @@ impl Node {
     /// A node without children: boxes that nothing can meet.
     fn empty() -> Self {
         let [min, max] = [[Self::FAR; LANES], [-Self::FAR; LANES]];
-        Node { rows: [min, max, min, max, min, max, [0.0; LANES], [0.0; LANES]] }
+        Node { rows: [min, max, min, max, min, max, [0.0; LANES]] }
     }
 
     fn set(&mut self, slot: usize, min: Vec3, max: Vec3, item: Item) {

@@ -10,90 +10,111 @@
 
 #[cfg(target_arch = "x86_64")]
 use super::lanes::{Avx2, Avx512};
-use super::lanes::{LANES, Lanes, Portable, Row, prefetch};
+use std::hint::select_unpredictable;
+
+use super::lanes::{LANES, Lanes, Portable, Row, lane_of, prefetch, value_of};
 use super::{Item, Leaf, Node, Tree};
-use crate::trace::{Facets, Hits, Rays};
+use crate::trace::{Facets, Hits, Rays, WIDTH};
 
 /// Rays under way at once. More hide more latency, until they do not fit the first-level cache.
 const ACTIVE: usize = 32;
 
 /// Candidates that a ray can hold.
-const CANDIDATES: usize = 3 * LANES;
+const CANDIDATES: usize = 2 * LANES;
 
 /// Half the distance from 1 to the next f32: the largest relative error of one operation.
 const ROUNDING: f32 = 0.5 * f32::EPSILON;
 
-/// A ray as the tree sees it, in tree coordinates.
-#[derive(Clone, Copy, Debug, Default)]
-#[repr(C, align(64))]
-struct Form {
-    origin: [f32; 3],
-    direction: [f32; 3],
-    inverse: [f32; 3],
+/// A batch of rays as the tree sees them, in tree coordinates.
+#[derive(Clone, Debug)]
+struct Forms {
+    origin: [[f32; WIDTH]; 3],
+    direction: [[f32; WIDTH]; 3],
+    inverse: [[f32; WIDTH]; 3],
     /// Of the planes by which the ray enters a box and leaves it: t = plane · inverse − this, as early or as
     /// late as rounding could make it.
-    enter: [f32; 3],
-    leave: [f32; 3],
-    /// Bit a: the direction is negative along axis a.
-    octant: u32,
+    enter: [[f32; WIDTH]; 3],
+    leave: [[f32; WIDTH]; 3],
     /// The part of the uncertainty of t, times |n·d|, that does not grow with t.
-    uncertainty: f32,
+    uncertainty: [f32; WIDTH],
     /// A parameter that the nearest hit cannot exceed.
-    best: f32,
-    /// The surface that the ray leaves.
-    from: u32,
-    /// Its number in the batch.
-    ray: u32,
+    best: [f32; WIDTH],
 }
 
-impl Form {
+impl Forms {
+    /// Prepares a batch.
+    ///
+    /// With e = [`ROUNDING`], O the origin, d the direction (|d| ≤ 1) and m a plane of a box, |m| ≤ 1: `inverse` is 1/d
+    /// within 2.01 e, so m · `inverse` is m/d within 3.1 e |m/d|, and `middle`, of an origin that was itself
+    /// rounded, O/d within 5.2 e |O/d|; adding `error` and the last subtraction err by e (|m| + 2 |O|)/|d| more,
+    /// fused or not. In all that is less than 8 e (|O| + 1)/|d|, and `error` is at least that. A component below
+    /// 2⁻⁴⁰ is replaced: on the way to a hit, of length |O| + √3 at most, that moves the ray by less than
+    /// 2⁻³⁷ (|O| + 2), which the unused part of `error`, 8 e for each length of 1, covers too.
     #[inline(always)]
-    fn new(rays: &Rays, ray: usize, tree: &Tree) -> Self {
-        let origin = rays.origin.map(|row| (row[ray] * tree.scale) as f32);
-        let direction = rays.direction.map(|row| row[ray] as f32);
-        let reach = origin[0].abs() + origin[1].abs() + origin[2].abs() + 2.0;
-        let mut form = Form {
-            origin,
-            direction,
-            uncertainty: 30.0 * ROUNDING * reach + 2.0 * tree.slack,
-            best: f32::INFINITY,
-            from: rays.from[ray],
-            ray: ray as u32,
-            ..Form::default()
-        };
+    #[expect(
+        clippy::needless_range_loop,
+        reason = "lane by lane over many arrays: this is what gets vectorised"
+    )]
+    fn set(&mut self, rays: &Rays, tree: &Tree) {
+        let len = rays.len;
+        let mut reach = [2.0; WIDTH];
         for axis in 0..3 {
-            const LEAST: f32 = 1.0 / (1_u64 << 40) as f32;
-            let d = direction[axis].abs().max(LEAST).copysign(direction[axis]);
-            let inverse = 1.0 / d;
-            let middle = origin[axis] * inverse;
-            let error = 8.0 * ROUNDING * reach * inverse.abs();
-            form.inverse[axis] = inverse;
-            form.enter[axis] = middle + error;
-            form.leave[axis] = middle - error;
-            form.octant |= (d.to_bits() >> 31) << axis;
+            for i in 0..len {
+                let origin = (rays.origin[axis][i] * tree.scale) as f32;
+                self.origin[axis][i] = origin;
+                self.direction[axis][i] = rays.direction[axis][i] as f32;
+                reach[i] += origin.abs();
+            }
         }
-        form
+        for i in 0..len {
+            self.uncertainty[i] = 30.0 * ROUNDING * reach[i] + 2.0 * tree.slack;
+            self.best[i] = f32::INFINITY;
+        }
+        for axis in 0..3 {
+            for i in 0..len {
+                const LEAST: f32 = 1.0 / (1_u64 << 40) as f32;
+                let direction = self.direction[axis][i];
+                let inverse = 1.0 / direction.abs().max(LEAST).copysign(direction);
+                let middle = self.origin[axis][i] * inverse;
+                let error = 8.0 * ROUNDING * reach[i] * inverse.abs();
+                self.inverse[axis][i] = inverse;
+                self.enter[axis][i] = middle + error;
+                self.leave[axis][i] = middle - error;
+            }
+        }
     }
 }
 
 /// What rays have left to visit and might meet. Slot s of a wavefront has the s-th part of each array.
 #[derive(Clone, Debug)]
 pub(crate) struct Scratch {
-    forms: [Form; ACTIVE],
+    forms: Box<Forms>,
     stacks: Stacks,
     queues: Queues,
     candidates: [Candidates; ACTIVE],
-    finalists: Finalists,
+    /// The candidates that are left at the end: ray and surface.
+    finalists: Vec<(u32, u32)>,
+    /// The batch of a ray that is traced alone.
+    pub(super) single: Option<Box<(Rays, Hits)>>,
 }
 
 impl Default for Scratch {
     fn default() -> Self {
         Scratch {
-            forms: [Form::default(); ACTIVE],
+            forms: Box::new(Forms {
+                origin: [[0.0; WIDTH]; 3],
+                direction: [[0.0; WIDTH]; 3],
+                inverse: [[0.0; WIDTH]; 3],
+                enter: [[0.0; WIDTH]; 3],
+                leave: [[0.0; WIDTH]; 3],
+                uncertainty: [0.0; WIDTH],
+                best: [0.0; WIDTH],
+            }),
             stacks: Stacks::default(),
-            queues: [[Step { slot: 0, item: Item::DONE }; ACTIVE + 1]; 3],
+            queues: [[Step { slot: 0, ray: 0, item: Item::DONE }; ACTIVE + 1]; 3],
             candidates: [Candidates::default(); ACTIVE],
-            finalists: Finalists::default(),
+            finalists: vec![],
+            single: None,
         }
     }
 }
@@ -110,21 +131,18 @@ struct Stacks {
 }
 
 impl Stacks {
-    /// Where a stack begins: below it, so that [`Stacks::pop`] may look at eight entries at once, are seven that
-    /// no ray enters, and `Item::DONE`, which every ray does.
+    /// Where a stack begins: a whole window above entries that no ray enters.
     const BOTTOM: usize = LANES;
+    /// From here on the last item is the next, whatever its distance.
+    const HIGH: usize = Self::BOTTOM + 4 * LANES;
 
     /// Makes room for a tree of some levels: a node's children replace it, and a row is written whole.
     fn fit(&mut self, levels: usize) {
-        let stride = Self::BOTTOM + (LANES - 1) * levels + 2 * LANES;
+        let stride = Self::HIGH + (LANES - 1) * levels + 2 * LANES;
         if stride != self.stride {
             self.stride = stride;
             self.enter = vec![f32::NAN; ACTIVE * stride];
             self.items = vec![0.0; ACTIVE * stride];
-            for slot in 0..ACTIVE {
-                self.enter[slot * stride + Self::BOTTOM - 1] = f32::NEG_INFINITY;
-                self.items[slot * stride + Self::BOTTOM - 1] = f32::from_bits(Item::DONE.0);
-            }
         }
     }
 
@@ -132,19 +150,33 @@ impl Stacks {
         self.top[slot] = slot * self.stride + Self::BOTTOM;
     }
 
-    /// The next item that the ray enters before `best`.
+    /// The entry among the last sixteen that should be next: its key and where it is.
     #[inline(always)]
-    fn peek<L: Lanes>(&self, slot: usize, best: f32) -> (Item, usize) {
-        let mut top = self.top[slot];
-        loop {
-            let window = L::load(row(&self.enter, top - LANES));
-            let bits = L::bits(window.le(L::splat(best)));
-            if bits != 0 {
-                top -= 1 + (bits << (32 - LANES)).leading_zeros() as usize;
-                return (Item(self.items[top].to_bits()), top);
-            }
-            top -= LANES;
-        }
+    fn peek<L: Lanes>(&self, slot: usize) -> (u32, usize) {
+        let top = self.top[slot];
+        let key = L::load(row(&self.enter, top - LANES)).least_key_of_all();
+        let high = top > slot * self.stride + Self::HIGH;
+        select_unpredictable(high, (0, top - 1), (key, top - LANES + lane_of(key)))
+    }
+
+    /// Takes out the entry at `at`: the last one fills its place.
+    #[inline(always)]
+    fn take(&mut self, slot: usize, at: usize) -> Item {
+        let last = self.top[slot] - 1;
+        let item = Item(self.items[at].to_bits());
+        self.enter[at] = self.enter[last];
+        self.items[at] = self.items[last];
+        self.top[slot] = last;
+        item
+    }
+
+    /// Adds the lanes of a node's children whose bits are set.
+    #[inline(always)]
+    fn push<L: Lanes>(&mut self, slot: usize, bits: u32, enter: L, children: L) {
+        let top = self.top[slot];
+        enter.compress(bits, row_mut(&mut self.enter, top));
+        children.compress(bits, row_mut(&mut self.items, top));
+        self.top[slot] = top + bits.count_ones() as usize;
     }
 }
 
@@ -153,7 +185,8 @@ type Queues = [[Step; ACTIVE + 1]; 3];
 
 #[derive(Clone, Copy, Debug)]
 struct Step {
-    slot: u32,
+    slot: u16,
+    ray: u16,
     item: Item,
 }
 
@@ -163,12 +196,6 @@ struct Candidates {
     t: [f32; CANDIDATES],
     surface: [f32; CANDIDATES],
     len: usize,
-}
-
-/// The candidates that are left at the end: ray and surface.
-#[derive(Clone, Debug, Default)]
-struct Finalists {
-    list: Vec<(u32, u32)>,
 }
 
 #[inline(always)]
@@ -198,14 +225,21 @@ impl Isa {
         let mut list = vec![Isa::Portable];
         #[cfg(target_arch = "x86_64")]
         {
-            if is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma") {
+            let avx2 = is_x86_feature_detected!("avx2")
+                && is_x86_feature_detected!("fma")
+                && is_x86_feature_detected!("bmi1")
+                && is_x86_feature_detected!("bmi2")
+                && is_x86_feature_detected!("lzcnt")
+                && is_x86_feature_detected!("popcnt");
+            if avx2 {
                 list.push(Isa::Avx2);
-                if is_x86_feature_detected!("avx512f")
-                    && is_x86_feature_detected!("avx512vl")
-                    && is_x86_feature_detected!("avx512dq")
-                {
-                    list.push(Isa::Avx512);
-                }
+            }
+            if avx2
+                && is_x86_feature_detected!("avx512f")
+                && is_x86_feature_detected!("avx512vl")
+                && is_x86_feature_detected!("avx512dq")
+            {
+                list.push(Isa::Avx512);
             }
         }
         list
@@ -213,8 +247,8 @@ impl Isa {
 }
 
 impl Tree {
-    /// The least (t, surface number) among the facets that each ray meets. Directions must have a length of 1
-    /// within a factor of 2 below.
+    /// The least (t, surface number) among the facets that each ray meets. Directions must be between 1/4 and
+    /// 1 + 10⁻⁹ long.
     pub(crate) fn closest_hits(&self, facets: &Facets, rays: &Rays, scratch: &mut Scratch, hits: &mut Hits) {
         let call = Call { tree: self, facets, rays };
         match self.isa {
@@ -248,59 +282,77 @@ impl Call<'_> {
         self.run::<Avx512>(scratch, hits);
     }
 
+    /// The whole batch: `ACTIVE` rays at once, the next one as soon as one is done.
     #[inline(always)]
     fn run<L: Lanes>(&self, scratch: &mut Scratch, hits: &mut Hits) {
         scratch.stacks.fit(self.tree.levels);
-        scratch.finalists.list.clear();
+        scratch.finalists.clear();
         hits.clear(self.rays.len);
+        scratch.forms.set(self.rays, self.tree);
         let mut next = self.rays.len.min(ACTIVE);
         let mut lens = [0; 3];
         for slot in 0..next {
-            self.start(slot, slot, scratch);
-            self.queue(slot, Item::node(0), &mut scratch.queues, &mut lens);
+            self.start(slot, scratch);
+            self.queue(
+                Step { slot: slot as u16, ray: slot as u16, item: Item::node(0) },
+                &mut scratch.queues,
+                &mut lens,
+            );
         }
-        while lens[0] + lens[1] > 0 {
+        while lens.iter().any(|&len| len > 0) {
             for i in 0..std::mem::take(&mut lens[0]) {
-                let Step { slot, item } = scratch.queues[0][i];
-                let item = self.visit_node::<L>(slot as usize, item.index(), scratch);
-                self.queue(slot as usize, item, &mut scratch.queues, &mut lens);
+                let step = scratch.queues[0][i];
+                let item = self.visit_node::<L>(step, scratch);
+                self.queue(Step { item, ..step }, &mut scratch.queues, &mut lens);
             }
             for i in 0..std::mem::take(&mut lens[1]) {
-                let Step { slot, item } = scratch.queues[1][i];
-                let item = self.visit_leaf::<L>(slot as usize, item.index(), scratch, hits);
-                self.queue(slot as usize, item, &mut scratch.queues, &mut lens);
+                let step = scratch.queues[1][i];
+                let item = self.visit_leaf::<L>(step, scratch, hits);
+                self.queue(Step { item, ..step }, &mut scratch.queues, &mut lens);
             }
             for i in 0..std::mem::take(&mut lens[2]) {
-                let slot = scratch.queues[2][i].slot as usize;
-                self.finish(slot, scratch);
+                let step = scratch.queues[2][i];
+                // Sixteen entries that are too far: there may be others below.
+                let slot = step.slot as usize;
+                if scratch.stacks.top[slot] > slot * scratch.stacks.stride + Stacks::BOTTOM + LANES {
+                    scratch.stacks.top[slot] -= LANES;
+                    let item = self.next::<L>(step, scratch);
+                    self.queue(Step { item, ..step }, &mut scratch.queues, &mut lens);
+                    continue;
+                }
+                self.finish(step, scratch);
                 if next < self.rays.len {
-                    self.start(slot, next, scratch);
+                    self.start(slot, scratch);
+                    self.queue(
+                        Step { ray: next as u16, item: Item::node(0), ..step },
+                        &mut scratch.queues,
+                        &mut lens,
+                    );
                     next += 1;
-                    self.queue(slot, Item::node(0), &mut scratch.queues, &mut lens);
                 }
             }
         }
-        for i in 0..scratch.finalists.list.len() {
-            if let Some(&(_, ahead)) = scratch.finalists.list.get(i + 6) {
-                prefetch(std::ptr::from_ref(self.facets.get(ahead)).cast(), 2);
-            }
-            let (ray, surface) = scratch.finalists.list[i];
+        for i in 0..scratch.finalists.len() {
+            let (ray, surface) = scratch.finalists[i];
             self.meet(ray, surface, hits);
         }
     }
 
+    /// Empties a slot for another ray.
     #[inline(always)]
-    fn start(&self, slot: usize, ray: usize, scratch: &mut Scratch) {
-        scratch.forms[slot] = Form::new(self.rays, ray, self.tree);
+    fn start(&self, slot: usize, scratch: &mut Scratch) {
         scratch.stacks.clear(slot);
         scratch.candidates[slot].len = 0;
     }
 
+    /// Appends a step to the queue of its kind, without a branch: written to all, counted in one. The item is
+    /// fetched meanwhile.
     #[inline(always)]
-    fn queue(&self, slot: usize, item: Item, queues: &mut Queues, lens: &mut [usize; 3]) {
+    fn queue(&self, step: Step, queues: &mut Queues, lens: &mut [usize; 3]) {
+        let item = step.item;
         let kind = item.kind();
         for k in 0..3 {
-            queues[k][lens[k]] = Step { slot: slot as u32, item };
+            queues[k][lens[k]] = step;
             lens[k] += usize::from(k == kind);
         }
         let (base, size) = if item.kind() == 1 {
@@ -311,60 +363,87 @@ impl Call<'_> {
         prefetch(base.wrapping_add(item.index() * size), 4);
     }
 
+    /// Enters the boxes of a node: to the nearest that the ray meets, else to one from the stack, which gets the
+    /// others. The stack is read before it is written, so that no load waits for a store.
     #[inline(always)]
-    fn visit_node<L: Lanes>(&self, slot: usize, index: usize, scratch: &mut Scratch) -> Item {
-        let form = &scratch.forms[slot];
-        let rows = &self.tree.nodes[index].rows;
-        let (mut enter, mut leave) = (L::splat(0.0), L::splat(form.best));
-        for axis in 0..3 {
-            let negative = (form.octant >> axis & 1) as usize;
-            let inverse = L::splat(form.inverse[axis]);
-            let near = L::load(&rows[2 * axis + negative]).mul_sub(inverse, L::splat(form.enter[axis]));
-            let far = L::load(&rows[2 * axis + (1 - negative)]).mul_sub(inverse, L::splat(form.leave[axis]));
-            enter = enter.max(near);
-            leave = leave.min(far);
-        }
-        // The nearest last: it would go on top of the stack.
-        let flip = (form.octant ^ 7) as usize;
-        let enter = enter.flip_lanes(flip);
-        let bits = L::bits(enter.le(leave.flip_lanes(flip)));
-        let stacks = &mut scratch.stacks;
-        let (below, top) = stacks.peek::<L>(slot, form.best);
-        let nearest = (31 - (bits | 1).leading_zeros()) as usize;
-        let child = Item(rows[Node::CHILDREN][(nearest ^ flip) & 7].to_bits());
-        let start = stacks.top[slot];
-        enter.compress(bits, row_mut(&mut stacks.enter, start));
-        L::load(&rows[Node::CHILDREN]).flip_lanes(flip).compress(bits, row_mut(&mut stacks.items, start));
-        let (next, top) = std::hint::select_unpredictable(
-            bits == 0,
-            (below, top),
-            (child, start + (bits.count_ones() as usize).wrapping_sub(1)),
-        );
-        stacks.top[slot] = top;
-        next
+    fn visit_node<L: Lanes>(&self, step: Step, scratch: &mut Scratch) -> Item {
+        let (slot, ray) = (step.slot as usize, step.ray as usize);
+        let (forms, stacks) = (&scratch.forms, &mut scratch.stacks);
+        let rows = &self.tree.nodes[step.item.index()].rows;
+        let best = forms.best[ray];
+        let (stacked, at) = stacks.peek::<L>(slot);
+        let [near, far] = [0, 1].map(|side| {
+            [0, 1, 2].map(|axis| {
+                let inverse = forms.inverse[axis][ray];
+                let negative = (inverse.to_bits() >> 31) as usize;
+                let bias = if side == 0 { &forms.enter } else { &forms.leave };
+                L::load(&rows[2 * axis + (negative ^ side)])
+                    .mul_sub(L::splat(inverse), L::splat(bias[axis][ray]))
+            })
+        });
+        let enter = near[0].max(near[1]).max(near[2]).max(L::splat(0.0));
+        let leave = far[0].min(far[1]).min(far[2].min(L::splat(best)));
+        let mask = enter.le(leave);
+        let bits = L::bits(mask);
+        let nearest = enter.least_key(mask);
+        let child = Item(rows[Node::CHILDREN][lane_of(nearest)].to_bits());
+        let from_stack = bits == 0;
+        let live = bits != 0 || value_of(stacked) <= best.to_bits();
+        // With no child to go to, an entry leaves the stack; with one, the last entry takes its own place.
+        let last = stacks.top[slot] - 1;
+        let stacked = stacks.take(slot, select_unpredictable(from_stack & live, at, last));
+        stacks.top[slot] += usize::from(!(from_stack & live));
+        let others = bits & !(1 << lane_of(nearest));
+        stacks.push(slot, others, enter, L::load(&rows[Node::CHILDREN]));
+        select_unpredictable(live, select_unpredictable(from_stack, stacked, child), Item::DONE)
     }
 
+    /// The nearest of the last sixteen entries on the stack, if it is near enough; else `Item::DONE`.
     #[inline(always)]
-    fn visit_leaf<L: Lanes>(
-        &self,
-        slot: usize,
-        index: usize,
-        scratch: &mut Scratch,
-        hits: &mut Hits,
-    ) -> Item {
-        let form = &mut scratch.forms[slot];
-        let rows = &self.tree.leaves[index].rows;
+    fn next<L: Lanes>(&self, step: Step, scratch: &mut Scratch) -> Item {
+        let (slot, ray) = (step.slot as usize, step.ray as usize);
+        let stacks = &mut scratch.stacks;
+        let (key, at) = stacks.peek::<L>(slot);
+        let live = value_of(key) <= scratch.forms.best[ray].to_bits();
+        let item = stacks.take(slot, at);
+        stacks.top[slot] += usize::from(!live);
+        select_unpredictable(live, item, Item::DONE)
+    }
+
+    /// Notes which facets of a leaf the ray might meet, and no later than when it surely meets one.
+    ///
+    /// Let e = [`ROUNDING`], O the origin, d the direction (|d| ≤ 1 + 10⁻⁹), all lengths in tree coordinates, where
+    /// points of facets lie within √3 of the middle, and s the slack.
+    /// - Rounding n and d and three products and sums: a = n·d errs by 5.1 e. Rounding O and the offset too,
+    ///   h = n·O − offset errs by 6.1 e (|O| + √3), and s may lie between h and the distance that
+    ///   [`crate::trace::Facet::meet`] takes as 0: together H = 7 e r + s, r = `reach` = |O|₁ + 2.
+    /// - Where |a| > 16 e, the true |a| is at least |a|/2, and t = −h/a errs by less than
+    ///   2 (H + 9 e |t|)/|a| (three roundings of t itself are 3 e |t|).
+    /// - The point O + t d errs by that and e (2 |O| + 3 |t|); u of it, by `steepness` times that, and by
+    ///   5 e `steepness` (|O| + |t|) + 9 e `steepness` in its own products and sums; v and u + v alike, `steepness` being
+    ///   the sum of their slopes.
+    ///
+    /// As |a| ≤ 1 + 6 e, everything is below E = (30 e (r + |t|) + 2 s)/|a| in t, and `steepness` · E in u, v and
+    /// u + v. The errors of the f64 arithmetic are 2⁻²⁹ of these. A facet that is met with |a| ≤ 16 e is
+    /// taken without looking. None of those is *surely* met: there E > 1.8 |t| + 3.
+    #[inline(always)]
+    fn visit_leaf<L: Lanes>(&self, step: Step, scratch: &mut Scratch, hits: &mut Hits) -> Item {
+        let (slot, ray) = (step.slot as usize, step.ray as usize);
+        let forms = &mut scratch.forms;
+        let rows = &self.tree.leaves[step.item.index()].rows;
         let dot = |first: usize, v: &[L; 3]| {
             let sum = L::load(&rows[first]).mul(v[0]);
             let sum = L::load(&rows[first + 1]).mul_add(v[1], sum);
             L::load(&rows[first + 2]).mul_add(v[2], sum)
         };
-        let [origin, direction] = [form.origin, form.direction].map(|v| v.map(L::splat));
+        let [origin, direction] =
+            [&forms.origin, &forms.direction].map(|v| v.each_ref().map(|row| L::splat(row[ray])));
         let approach = dot(0, &direction);
         let height = dot(0, &origin).sub(L::load(&rows[3]));
         let inverse = approach.recip();
         let t = L::splat(0.0).sub(height).mul(inverse);
-        let error = t.abs().mul_add(L::splat(30.0 * ROUNDING), L::splat(form.uncertainty)).mul(inverse.abs());
+        let error =
+            t.abs().mul_add(L::splat(30.0 * ROUNDING), L::splat(forms.uncertainty[ray])).mul(inverse.abs());
         let point = [0, 1, 2].map(|axis| t.mul_add(direction[axis], origin[axis]));
         let u = dot(4, &point).sub(L::load(&rows[7]));
         let v = dot(8, &point).sub(L::load(&rows[11]));
@@ -376,15 +455,14 @@ impl Call<'_> {
         let [zero, one] = [0.0, 1.0].map(L::splat);
 
         let grazing = approach.abs().le(L::splat(16.0 * ROUNDING));
-        let other = L::load(&rows[Leaf::SURFACE]).differs(form.from);
+        let other = L::load(&rows[Leaf::SURFACE]).differs(self.rays.from[ray]);
         let inside = L::and(zero.sub(margin).le(least), greatest.le(one.add(margin)));
-        let ahead = L::and(earliest.le(L::splat(form.best)), zero.le(latest));
+        let ahead = L::and(earliest.le(L::splat(forms.best[ray])), zero.le(latest));
         let maybe = L::and(L::or(grazing, L::and(inside, ahead)), other);
         let surely_inside = L::and(margin.le(least), greatest.le(one.sub(margin)));
-        // Not grazing: there the error is larger than 1, and t could not be.
         let surely = L::and(L::and(surely_inside, zero.le(earliest)), other);
 
-        form.best = form.best.min(latest.least(surely));
+        forms.best[ray] = forms.best[ray].min(latest.least(surely));
         let bits = L::bits(maybe);
         let candidates = &mut scratch.candidates[slot];
         let len = candidates.len;
@@ -392,36 +470,39 @@ impl Call<'_> {
         L::load(&rows[Leaf::SURFACE]).compress(bits, row_mut(&mut candidates.surface, len));
         candidates.len = len + bits.count_ones() as usize;
         if candidates.len > CANDIDATES - LANES {
-            self.settle(slot, scratch, hits);
+            self.settle(step, scratch, hits);
         }
-        let best = scratch.forms[slot].best;
-        let (item, top) = scratch.stacks.peek::<L>(slot, best);
-        scratch.stacks.top[slot] = top;
-        item
+        self.next::<L>(step, scratch)
     }
 
     /// Meets all candidates of a ray now.
     #[cold]
-    fn settle(&self, slot: usize, scratch: &mut Scratch, hits: &mut Hits) {
-        let candidates = &mut scratch.candidates[slot];
-        let form = &mut scratch.forms[slot];
+    fn settle(&self, step: Step, scratch: &mut Scratch, hits: &mut Hits) {
+        let ray = step.ray as usize;
+        let candidates = &mut scratch.candidates[step.slot as usize];
+        let best = &mut scratch.forms.best[ray];
         for surface in &candidates.surface[..std::mem::take(&mut candidates.len)] {
-            self.meet(form.ray, surface.to_bits(), hits);
+            self.meet(ray as u32, surface.to_bits(), hits);
         }
-        form.best = form.best.min(((hits.t[form.ray as usize] * self.tree.scale) as f32).next_up());
+        *best = best.min(((hits.t[ray] * self.tree.scale) as f32).next_up());
     }
 
+    /// Keeps the candidates that are near enough, and fetches their facets.
     #[inline(always)]
-    fn finish(&self, slot: usize, scratch: &mut Scratch) {
-        let Form { ray, best, .. } = scratch.forms[slot];
-        let candidates = &scratch.candidates[slot];
-        for i in 0..candidates.len {
-            if !(candidates.t[i] > best) {
-                scratch.finalists.list.push((ray, candidates.surface[i].to_bits()));
+    fn finish(&self, step: Step, scratch: &mut Scratch) {
+        let best = scratch.forms.best[step.ray as usize];
+        let candidates = &scratch.candidates[step.slot as usize];
+        for (&t, surface) in candidates.t.iter().zip(&candidates.surface).take(candidates.len) {
+            // A grazing one has no number for t.
+            if t <= best || t.is_nan() {
+                let surface = surface.to_bits();
+                prefetch(std::ptr::from_ref(self.facets.get(surface)).cast(), 2);
+                scratch.finalists.push((u32::from(step.ray), surface));
             }
         }
     }
 
+    /// The one arithmetic of hits.
     #[inline(always)]
     fn meet(&self, ray: u32, surface: u32, hits: &mut Hits) {
         let ray = ray as usize;
