@@ -19,7 +19,7 @@ fn crowd(count: usize, seed: u64) -> Vec<SurfaceSpec> {
     while surfaces.len() < count {
         let size = 10f64.powf(-3.0 * rng.pair()[0]);
         let (a, u) = (point(&mut rng), size * point(&mut rng));
-        let thin = if rng.bits() % 4 == 0 { 1e-5 } else { 1.0 };
+        let thin = if rng.bits().is_multiple_of(4) { 1e-5 } else { 1.0 };
         let v = 0.7 * u + size * thin * point(&mut rng);
         let shape = match rng.bits() % 3 {
             0 => Shape::Parallelogram { corner: a, corner_u: a + u, corner_v: a + v, cells: [1, 1] },
@@ -33,12 +33,12 @@ fn crowd(count: usize, seed: u64) -> Vec<SurfaceSpec> {
         let surface = SurfaceSpec {
             name: None,
             shape,
-            sides: if rng.bits() % 2 == 0 { Sides::Both } else { Sides::Front },
+            sides: if rng.bits().is_multiple_of(2) { Sides::Both } else { Sides::Front },
             reflectance: 0.5,
             emittance: 1.0,
             cell_emittance: vec![],
         };
-        let copies = 1 + usize::from(rng.bits() % 8 == 0);
+        let copies = 1 + usize::from(rng.bits().is_multiple_of(8));
         surfaces.extend(std::iter::repeat_n(surface, copies));
     }
     surfaces

@@ -334,7 +334,7 @@ impl Call<'_> {
         }
         for i in 0..scratch.finalists.len() {
             let (ray, surface) = scratch.finalists[i];
-            self.meet(ray, surface, hits);
+            self.facets.meet_in(surface, self.rays, ray as usize, hits);
         }
     }
 
@@ -482,7 +482,7 @@ impl Call<'_> {
         let candidates = &mut scratch.candidates[step.slot as usize];
         let best = &mut scratch.forms.best[ray];
         for surface in &candidates.surface[..std::mem::take(&mut candidates.len)] {
-            self.meet(ray as u32, surface.to_bits(), hits);
+            self.facets.meet_in(surface.to_bits(), self.rays, ray, hits);
         }
         *best = best.min(((hits.t[ray] * self.tree.scale) as f32).next_up());
     }
@@ -499,17 +499,6 @@ impl Call<'_> {
                 prefetch(std::ptr::from_ref(self.facets.get(surface)).cast(), 2);
                 scratch.finalists.push((u32::from(step.ray), surface));
             }
-        }
-    }
-
-    /// The one arithmetic of hits.
-    #[inline(always)]
-    fn meet(&self, ray: u32, surface: u32, hits: &mut Hits) {
-        let ray = ray as usize;
-        let mut best = hits.get(ray);
-        self.facets.meet(surface, &self.rays.get(ray), &mut best);
-        if let Some(hit) = best {
-            hits.set(ray, hit);
         }
     }
 }
