@@ -30,13 +30,19 @@ pub fn check(args: &CheckArgs) -> Result<Outcome, Fault> {
 
 fn describe_scene(scene: &Scene) {
     let area: f64 = scene.patches().iter().map(|patch| patch.area).sum();
-    let emitters = scene.patches().iter().filter(|patch| patch.emittance > 0.0).count();
+    let emitters = scene.patches().iter().filter(|patch| patch.emittance.is_lit()).count();
     say(&format!(
-        "scene: {} surfaces, {} patches, {area:.6} m², {emitters} emitting patches of {:.6} W in all",
+        "scene: {} surfaces, {} patches, {area:.6} m², {emitters} emitting patches of {} W in all",
         scene.surfaces().len(),
         scene.patches().len(),
-        scene.total_power()
+        power(scene)
     ));
+}
+
+/// Φ_T [W], channel by channel.
+fn power(scene: &Scene) -> String {
+    let channels = (0..scene.channels()).map(|channel| format!("{:.6}", scene.total_power(channel)));
+    channels.collect::<Vec<_>>().join(", ")
 }
 
 fn describe_job(job: &Job, scene: &Scene) {

@@ -105,7 +105,7 @@ impl Prepared {
             build: crate::BUILD.into(),
             paths: budget.paths,
             stream_paths: budget.stream_paths,
-            empty: self.experiment.tally(replica::MOMENTS),
+            empty: self.experiment.tally::<{ replica::MOMENTS }>(),
             wall: budget.wall_seconds.map(std::time::Duration::from_secs_f64),
             looks: if target.is_some() { ladder(budget.paths) } else { Vec::new() },
             target: met,

@@ -1,39 +1,118 @@
 //! `radwalk exact`: the radiosity system itself, without any randomness.
 
-use exact::{Exact, GatherEstimator, WalkEstimator};
-use radiosity::birth_probabilities;
-use report::{ExactColumns, OutputFolder};
+use exact::{Accuracy, Bounds, Exact, ExactError, GatherEstimator, SharedPath, WalkEstimator, WeightedWalk};
+use radiosity::{Scene, birth_probabilities};
+use report::{Check, ExactBounds, ExactColumns, ExactSummary, OutputFolder};
 
 use crate::args::ExactArgs;
-use crate::console::say;
+use crate::console::{say, tell};
 use crate::coordinate::default_folder;
 use crate::fault::{Fault, Outcome};
 
-/// Solves a job's scene and writes `exact.csv`.
+/// Solves a job's scene and writes `exact.csv` and `exact.json`; in colour, a pair for each channel.
 pub fn exact(args: &ExactArgs) -> Result<Outcome, Fault> {
     let job = job::load(&args.job.job, &args.job.overrides())?;
     // The job's own error messages know the line of the file that is at fault.
     let scene = job.build_scene()?;
     let path = args.out.out.clone().unwrap_or_else(|| default_folder(&job));
-    let folder = OutputFolder::claim(&path, &["exact.csv"], args.out.force)?;
-    let exact = Exact::of_scene(job.scene.spec())?;
-    let columns = columns(&exact, &birth_probabilities(&scene, &job.method.birth));
-    folder.write("exact.csv", |file| report::write_exact(file, &columns))?;
+    let files: &[[&str; 2]] = if scene.channels() == 1 { &GREY_FILES } else { &CHANNEL_FILES };
+    let folder = OutputFolder::claim(&path, files.as_flattened(), args.out.force)?;
+    let of_channel = |c| Exact::of_scene(&job.scene.spec().channel(c));
+    let channels = (0..scene.channels()).map(of_channel).collect::<Result<Vec<_>, ExactError>>()?;
+    let shared = (channels.len() > 1).then(|| SharedPath::of(&channels.iter().collect::<Vec<_>>()));
+    let birth = birth_probabilities(&scene, &job.method.birth);
+    for (exact, [table, page]) in channels.iter().zip(files) {
+        let walk = shared.as_ref().map(|shared| WeightedWalk::new(exact, shared)).transpose();
+        let walk = walk.map_err(ExactError::from)?;
+        let accuracy = Accuracy::of(exact);
+        let columns = columns(exact, walk.as_ref(), &accuracy, &birth);
+        let summary = summary(exact, &accuracy, &scene);
+        folder.write(table, |file| report::write_exact(file, &columns))?;
+        folder.write(page, |file| summary.write(file))?;
+        if !args.out.quiet {
+            describe(&summary);
+        }
+    }
     if !args.out.quiet {
-        say(&format!(
-            "{} patches solved to a residual of {:.1e}",
-            columns.radiosity.len(),
-            exact.solution().residual
-        ));
-        say(&format!("form factor rows sum to 1 within {:.1e}", exact.exchange().closure_defect()));
-        say(&format!("written to {}", folder.file("exact.csv").display()));
+        say(&format!("written to {}", folder.path().display()));
     }
     Ok(Outcome::Done)
 }
 
-/// The columns of `exact.csv`; `birth` is p_i of every patch.
-fn columns(exact: &Exact, birth: &[f64]) -> ExactColumns {
+const GREY_FILES: [[&str; 2]; 1] = [["exact.csv", "exact.json"]];
+
+const CHANNEL_FILES: [[&str; 2]; 3] =
+    [["exact_r.csv", "exact_r.json"], ["exact_g.csv", "exact_g.json"], ["exact_b.csv", "exact_b.json"]];
+
+/// A few lines for people.
+fn describe(summary: &ExactSummary) {
+    say(&format!("{} patches solved to a residual of {:.1e}", summary.patches, summary.residual));
+    say(&format!("form factors found {}", summary.form_factors));
+    say(&format!(
+        "their rows sum to {:.6} … {:.6} (1: no light is lost), with an error of at most {:.1e}",
+        summary.row_sum_min, summary.row_sum_max, summary.row_error
+    ));
+    if let (Some(error), Some(patch)) = (summary.max_relative_error, summary.worst_patch) {
+        say(&format!("so radiosities err by at most {error:.1e} of themselves (patch {patch})"));
+    }
+    if summary.undetermined > 0 {
+        say(&format!("{} patches are too dark to tell: their errors exceed them", summary.undetermined));
+    }
+    for check in summary.checks.iter().filter(|check| !check.ok) {
+        tell(&format!("radwalk: {}", check.message));
+    }
+}
+
+/// What holds of the whole scene.
+fn summary(exact: &Exact, accuracy: &Accuracy, scene: &Scene) -> ExactSummary {
+    let [row_sum_min, row_sum_max] = accuracy.row_sums;
+    let worst = accuracy.worst(exact);
+    let bounds = Bounds::of(exact);
+    ExactSummary {
+        version: env!("CARGO_PKG_VERSION").into(),
+        scene_hash: scene.hash(),
+        patches: exact.patch_count(),
+        faces: exact.faces().face_count(),
+        total_power: exact.total_power(),
+        form_factors: accuracy.form_factors.to_string(),
+        row_sum_min,
+        row_sum_max,
+        row_error: accuracy.row_error,
+        residual: accuracy.residual,
+        max_relative_error: worst.map(|(_, error)| error),
+        worst_patch: worst.map(|(patch, _)| patch),
+        undetermined: accuracy.undetermined(exact),
+        bounds: ExactBounds {
+            shooting_variance: bounds.shooting_variance(),
+            gathering_variance: bounds.gathering_variance(),
+            shooting_mse: WalkEstimator::ALL.map(|estimator| bounds.shooting_error(estimator)),
+            gathering_mse: GatherEstimator::ALL.map(|estimator| bounds.gathering_error(estimator)),
+        },
+        checks: vec![rows_check(accuracy)],
+    }
+}
+
+/// Whether the rows of form factors can be.
+fn rows_check(accuracy: &Accuracy) -> Check {
+    let message = if accuracy.rows_possible {
+        "no row of form factors sums to more than 1 by more than its error"
+    } else {
+        "a row of form factors sums to more than 1 by more than its error (surfaces that cross or coincide \
+         may be the reason); do not trust this solution"
+    };
+    Check { name: "rows".into(), ok: accuracy.rows_possible, message: message.into() }
+}
+
+/// The columns of `exact.csv`; `birth` is p_i of every patch. In colour the variances are those of `walk`, which
+/// serves all channels.
+fn columns(
+    exact: &Exact,
+    walk: Option<&WeightedWalk<'_>>,
+    accuracy: &Accuracy,
+    birth: &[f64],
+) -> ExactColumns {
     let solution = exact.solution();
+    let squared = exact.squared_solution();
     // What is not defined is no number, and becomes an empty cell.
     let or_none =
         |variances: Vec<Option<f64>>| variances.into_iter().map(|v| v.unwrap_or(f64::NAN)).collect();
@@ -42,7 +121,15 @@ fn columns(exact: &Exact, birth: &[f64]) -> ExactColumns {
         reflected: solution.reflected.clone(),
         irradiance: solution.irradiance.clone(),
         xi: exact.xi().to_vec(),
-        var_shoot: WalkEstimator::ALL.map(|estimator| Some(estimator.variances(exact))),
-        var_gather: GatherEstimator::ALL.map(|estimator| Some(or_none(estimator.variances(exact, birth)))),
+        var_shoot: WalkEstimator::ALL.map(|estimator| {
+            Some(walk.map_or_else(|| estimator.variances(exact), |walk| walk.shooting_variances(estimator)))
+        }),
+        var_gather: GatherEstimator::ALL.map(|estimator| {
+            let alone = || estimator.variances(exact, birth);
+            Some(or_none(walk.map_or_else(alone, |walk| walk.gathering_variances(estimator, birth))))
+        }),
+        psi: squared.incoming,
+        beta: squared.reflected,
+        radiosity_error: accuracy.radiosity_error.clone(),
     }
 }

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use cluster::coordinator::Coordinator;
 use job::{Job, Target, Word};
-use radiosity::{Experiment, Scene, Solution, Tally};
+use radiosity::{Estimate, Experiment, Scene, Solution, Tally};
 use report::{Check, Method, OutputFolder, RunFacts, Summary};
 
 use crate::args::OutArgs;
@@ -116,10 +116,14 @@ impl RunOutput {
     }
 }
 
-/// B of every patch as the picture shows it; a patch that no walk could tell of shows what it emits.
+/// B of every patch and channel as the picture shows it; a patch that no walk could tell of shows what it emits.
 fn shown(scene: &Scene, solution: &Solution) -> Vec<f64> {
-    let patches = scene.patches().iter().zip(&solution.estimates);
-    patches.map(|(patch, estimate)| estimate.map_or(patch.emittance, |e| e.radiosity)).collect()
+    let patches = scene.patches().iter().zip(solution.estimates.chunks_exact(solution.channels));
+    let shown = patches.flat_map(|(patch, channels)| {
+        let emitted = patch.emittance.channels();
+        channels.iter().zip(emitted).map(|(estimate, e)| estimate.map_or(e, |estimate| estimate.radiosity))
+    });
+    shown.collect()
 }
 
 /// Whether the tally of a prefix meets a target.
@@ -168,7 +172,8 @@ fn checks(scene: &Scene, solution: &Solution, tally: &Tally) -> Vec<Check> {
     let counts = tally.counts;
     let ended = counts.absorbed + counts.absorbed_back + counts.escaped + counts.truncated;
     let unhit = solution.precision(scene).unhit_patches;
-    let rare = solution.estimates.iter().flatten().filter(|estimate| estimate.is_rare()).count() as u64;
+    let is_rare = |channels: &&[Option<Estimate>]| channels.iter().flatten().any(Estimate::is_rare);
+    let rare = solution.estimates.chunks_exact(solution.channels).filter(is_rare).count();
     vec![
         check(
             "energy",

@@ -64,7 +64,7 @@ impl Work for Replica {
     }
 
     fn empty(&self) -> Tally {
-        self.experiment.tally(MOMENTS)
+        self.experiment.tally::<MOMENTS>()
     }
 
     fn board(&self) -> Self::Board {

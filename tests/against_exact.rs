@@ -26,7 +26,7 @@ impl Case {
     /// Patches that reflect and do not emit.
     fn receivers(&self) -> impl Iterator<Item = usize> + '_ {
         let patches = self.experiment.scene().patches().iter().enumerate();
-        patches.filter(|(_, p)| p.emittance == 0.0 && p.reflectance > 0.0).map(|(i, _)| i)
+        patches.filter(|(_, p)| p.emittance[0] == 0.0 && p.reflectance[0] > 0.0).map(|(i, _)| i)
     }
 
     fn truth(&self, patch: usize) -> f64 {
@@ -42,20 +42,21 @@ impl Case {
 /// The cube of S97 fig. 2 and two boxes of other proportions with several emitters of unlike reflectance.
 fn cases() -> [Case; 3] {
     let mut flat = box_scene(DVec3::new(2.0, 1.0, 0.5), [3, 3]);
-    flat.surfaces[1].cell_emittance = vec![(2, 3.0), (7, 0.5)];
-    flat.surfaces[5].cell_emittance = vec![(4, 2.0)];
+    flat.surfaces[1].cell_emittance = vec![(2, 3.0.into()), (7, 0.5.into())];
+    flat.surfaces[5].cell_emittance = vec![(4, 2.0.into())];
     let mut long = box_scene(DVec3::new(1.0, 1.0, 4.0), [4, 2]);
-    long.surfaces[2].cell_emittance = vec![(5, 0.2)];
-    long.surfaces[4].reflectance = 0.0;
+    long.surfaces[2].cell_emittance = vec![(5, 0.2.into())];
+    long.surfaces[4].reflectance = 0.0.into();
     [Case::new("cube54", &cube54()), Case::new("flat box", &flat), Case::new("long box", &long)]
 }
 
 /// Six patches, R + E = 1 (BS table 1).
 fn cube6(reflectance: f64) -> SceneSpec {
     let shapes = common::box_walls(DVec3::ONE, [1, 1]);
-    let surfaces = shapes
-        .into_iter()
-        .map(|shape| radiosity::SurfaceSpec { emittance: 1.0 - reflectance, ..surface(shape, reflectance) });
+    let surfaces = shapes.into_iter().map(|shape| radiosity::SurfaceSpec {
+        emittance: (1.0 - reflectance).into(),
+        ..surface(shape, reflectance)
+    });
     SceneSpec { surfaces: surfaces.collect() }
 }
 
@@ -142,10 +143,10 @@ fn variances_of_walks_are_those_of_the_closed_form() {
         let tally = walk::<4>(&case.experiment, 7, 0..WALKS);
         let mut worst = 0.0_f64;
         for (i, patch) in case.experiment.scene().patches().iter().enumerate() {
-            let sums = tally.patch(i).try_into().unwrap();
+            let sums = tally.patch(i, 0).try_into().unwrap();
             let measured = PowerSums { n: tally.counts.walks, sums }.variance().unwrap();
             // From the variance of B [(W/m²)²] to that of the number of hits.
-            let unit = patch.reflectance * case.experiment.scene().total_power() / patch.area;
+            let unit = patch.reflectance[0] * case.experiment.scene().total_power(0) / patch.area;
             let z = measured.z(predicted[i] / (unit * unit));
             worst = worst.max(z.abs());
             assert!(z.abs() < 4.5, "{} patch {i}: {measured:?} is {z:.2} σ off", case.name);
@@ -160,7 +161,7 @@ fn variances_of_walks_are_those_of_the_closed_form() {
 fn a_furnace_glows_evenly() {
     let mut spec = common::bumpy_sphere(2, 2);
     for surface in &mut spec.surfaces {
-        (surface.reflectance, surface.emittance) = (0.6, 2.0);
+        (surface.reflectance, surface.emittance) = (0.6.into(), 2.0.into());
     }
     for space in [Space::Discrete, Space::Continuous] {
         let experiment = experiment(&spec, IndexChoice::Auto, collision(space));

@@ -22,8 +22,8 @@ fn method(direction: Direction, estimator: EstimatorKind) -> Method {
 /// The 54-patch cube, and a flat box with emitters of unlike power and reflectance.
 fn scenes() -> [(&'static str, SceneSpec); 2] {
     let mut flat = box_scene(DVec3::new(2.0, 1.0, 0.5), [2, 3]);
-    flat.surfaces[1].cell_emittance = vec![(2, 3.0), (5, 0.5)];
-    flat.surfaces[5].cell_emittance = vec![(4, 2.0)];
+    flat.surfaces[1].cell_emittance = vec![(2, 3.0.into()), (5, 0.5.into())];
+    flat.surfaces[5].cell_emittance = vec![(4, 2.0.into())];
     [("cube54", cube54()), ("flat box", flat)]
 }
 
@@ -37,6 +37,7 @@ fn predicted(exact: &Exact, scene: &Scene, method: &Method) -> Vec<Option<f64>> 
                 EstimatorKind::Survival => WalkEstimator::ShootSurvival,
                 EstimatorKind::Collision => WalkEstimator::ShootCollision,
                 EstimatorKind::Infinite => WalkEstimator::ShootInfinite,
+                EstimatorKind::Direct => unreachable!("not among KINDS"),
             };
             estimator.variances(exact).into_iter().map(Some).collect()
         }
@@ -46,6 +47,7 @@ fn predicted(exact: &Exact, scene: &Scene, method: &Method) -> Vec<Option<f64>> 
                 EstimatorKind::Survival => GatherEstimator::Survival,
                 EstimatorKind::Collision => GatherEstimator::Collision,
                 EstimatorKind::Infinite => GatherEstimator::Infinite,
+                EstimatorKind::Direct => unreachable!("not among KINDS"),
             };
             estimator.variances(exact, &birth_probabilities(scene, birth))
         }
@@ -81,7 +83,8 @@ fn every_method_is_unbiased_and_its_intervals_cover() {
                 for seed in 1..=200 {
                     let solution = Solution::new(&experiment, &walk::<2>(&experiment, seed, 0..walks), 0.95);
                     for (i, patch) in experiment.scene().patches().iter().enumerate() {
-                        let Some(estimate) = solution.estimates[i].filter(|_| patch.emittance == 0.0) else {
+                        let Some(estimate) = solution.estimates[i].filter(|_| patch.emittance[0] == 0.0)
+                        else {
                             continue;
                         };
                         let truth = exact.solution().radiosity[i];
@@ -117,14 +120,14 @@ fn every_variance_is_that_of_the_closed_form() {
                 let tally = walk::<4>(&experiment, 11, 0..1_000_000);
                 let mut worst = 0.0_f64;
                 for (i, variance) in predicted(&exact, experiment.scene(), &method).into_iter().enumerate() {
-                    let Some(meaning) = experiment.meaning(i, &tally) else {
+                    let Some(meaning) = experiment.meaning(i, 0, &tally) else {
                         assert_eq!(variance, None);
                         continue;
                     };
-                    let unit = experiment.scene().patches()[i].reflectance
+                    let unit = experiment.scene().patches()[i].reflectance[0]
                         * meaning.irradiance_per_event.unwrap()
                         * meaning.unit;
-                    let sums = tally.patch(i).try_into().unwrap();
+                    let sums = tally.patch(i, 0).try_into().unwrap();
                     let measured = PowerSums { n: tally.counts.walks, sums }.variance().unwrap();
                     let z = measured.z(variance.unwrap() / (unit * unit));
                     worst = worst.max(z.abs());
@@ -175,7 +178,8 @@ fn cut_off_walks_are_biased_within_their_bound() {
 fn the_furnace_at_r_09999_is_right_by_every_estimator() {
     let mut spec = box_scene(DVec3::ONE, [1, 1]);
     for surface in &mut spec.surfaces {
-        (surface.reflectance, surface.emittance, surface.cell_emittance) = (0.9999, 1e-4, vec![]);
+        (surface.reflectance, surface.emittance, surface.cell_emittance) =
+            (0.9999.into(), 1e-4.into(), vec![]);
     }
     for direction in [Direction::Shooting, Direction::Gathering(Birth::Area)] {
         for kind in KINDS {
@@ -195,7 +199,7 @@ fn the_furnace_at_r_09999_is_right_by_every_estimator() {
 #[test]
 fn black_emitters_and_black_patches() {
     let mut spec = cube54();
-    spec.surfaces[0].reflectance = 0.0;
+    spec.surfaces[0].reflectance = 0.0.into();
     let scene = || Scene::build(&spec, IndexChoice::Auto).unwrap();
     for direction in [Direction::Shooting, Direction::Gathering(Birth::Area)] {
         for kind in KINDS {

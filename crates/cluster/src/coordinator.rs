@@ -393,7 +393,7 @@ impl Coordinator {
         if !peer.leases.remove(&lease) {
             return self.drop_peer(id, "sent a result that it was not asked for", now);
         }
-        let Some(counts) = Counts::from_array(result.counts) else {
+        let Some(counts) = Counts::from_array(*result.counts) else {
             self.ledger.lose(lease);
             return self.drop_peer(id, "sent a result that does not fit (its counts exceed 64 bits)", now);
         };

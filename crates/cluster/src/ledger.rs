@@ -213,7 +213,7 @@ mod tests {
     use super::*;
     use radiosity::{Counts, Layout};
 
-    const PAIR: Layout = Layout { moments: 2, events: false };
+    const PAIR: Layout = Layout { scores: 1, moments: 2, events: false };
 
     /// A stand-in tally: patch sums are functions of the walk numbers, so that any mix-up shows.
     fn tally(range: &Range<u64>) -> Tally {

@@ -12,7 +12,7 @@
 use bincode::{Decode, Encode};
 
 /// Changes whenever a message or what it means does.
-pub const PROTOCOL: u32 = 1;
+pub const PROTOCOL: u32 = 2;
 
 /// A nonce or a proof of knowing the run's key.
 pub type Proof = [u8; 32];
@@ -70,7 +70,7 @@ pub struct LeaseResult {
     /// CPU time of the worker process so far [s].
     pub cpu_seconds: f64,
     /// How its walks ended ([`radiosity::Counts::to_array`]).
-    pub counts: [u128; 9],
+    pub counts: Box<[u128; 15]>,
     /// All sums, patch-major.
     pub sums: Vec<u128>,
 }

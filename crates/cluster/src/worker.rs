@@ -350,7 +350,7 @@ fn shoot_queue<W: Work>(work: &W, leases: &Receiver<Lease>, link: &Link, cpu_sec
                 lease: lease.id,
                 seconds: began.elapsed().as_secs_f64(),
                 cpu_seconds: cpu_seconds(),
-                counts: tally.counts.to_array(),
+                counts: Box::new(tally.counts.to_array()),
                 sums: tally.into_sums(),
             })),
             Ok(None) => return,

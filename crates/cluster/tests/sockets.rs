@@ -446,7 +446,7 @@ fn after_a_stop_every_worker_goes_home_in_peace() {
 struct Bulky;
 
 const BULK: usize = 200_000;
-const SINGLE: Layout = Layout { moments: 1, events: false };
+const SINGLE: Layout = Layout { scores: 1, moments: 1, events: false };
 
 fn bulky(walks: u64) -> Tally {
     let counts = Counts { walks, ..Counts::default() };

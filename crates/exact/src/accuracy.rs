@@ -1,7 +1,12 @@
 //! What a solution says about its own errors.
 
+use std::fmt;
+
 use crate::answer::Exact;
 use crate::box_scene::NotABox;
+
+/// What sums of form factors that are taken as exact may be off.
+const ROUNDING: f64 = 1e-12;
 
 /// How the form factors of a scene were found.
 #[derive(Clone, Debug, PartialEq)]
@@ -17,6 +22,18 @@ pub enum FormFactors {
     },
 }
 
+impl fmt::Display for FormFactors {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            FormFactors::Given => f.write_str("as given"),
+            FormFactors::ClosedForm => f.write_str("in closed form"),
+            FormFactors::General { .. } => f.write_str(
+                "pair by pair: in closed form, by contour integrals or, where hidden in part, by cubature",
+            ),
+        }
+    }
+}
+
 /// The errors of a solution of the radiosity system. They do not include the discretisation: the system takes
 /// the radiosity of a patch to be uniform.
 #[derive(Clone, Debug, PartialEq)]
@@ -28,6 +45,9 @@ pub struct Accuracy {
     pub row_sums: [f64; 2],
     /// The greatest estimated error Σ_j |δF_ij| of a row.
     pub row_error: f64,
+    /// Whether no row sums to more than 1 by more than its estimated error: more light than there is would be a
+    /// fault of the form factors.
+    pub rows_possible: bool,
     /// max_i |B_i − E_i − R_i Σ_j F_ij B_j| / max_i B_i of the solution.
     pub residual: f64,
     /// How far B_i may be off [W/m²] through both, patch by patch: the solution of the system with the sources
@@ -36,6 +56,19 @@ pub struct Accuracy {
 }
 
 impl Accuracy {
+    /// The patch where δB_i/B_i is greatest, and that error, among those that are not [`Self::undetermined`].
+    pub fn worst(&self, exact: &Exact) -> Option<(usize, f64)> {
+        let relative = |(error, b): (&f64, &f64)| error / b;
+        let errors = self.radiosity_error.iter().zip(&exact.solution().radiosity).map(relative).enumerate();
+        errors.filter(|(_, error)| *error < 1.0).max_by(|a, b| a.1.total_cmp(&b.1))
+    }
+
+    /// How many patches have a δB_i of B_i or more: too dark, or too nearly shut off, for the form factors to tell.
+    pub fn undetermined(&self, exact: &Exact) -> usize {
+        let pairs = self.radiosity_error.iter().zip(&exact.solution().radiosity);
+        pairs.filter(|(error, b)| error >= b && **error > 0.0).count()
+    }
+
     /// The accuracy of a solution, at the price of one more.
     pub fn of(exact: &Exact) -> Self {
         let (exchange, system) = (exact.exchange(), exact.system());
@@ -46,14 +79,16 @@ impl Accuracy {
         };
         let errors = exchange.incoming_error(&solution.radiosity);
         let sources: Vec<f64> = errors.into_iter().enumerate().map(source).collect();
-        let row_sums = exchange.row_sums();
+        let (row_sums, row_errors) = (exchange.row_sums(), exchange.row_errors());
+        let possible = |(sum, error): (&f64, &f64)| *sum <= 1.0 + error.max(ROUNDING);
         Accuracy {
             form_factors: exact.form_factors().clone(),
             row_sums: [
                 row_sums.iter().copied().fold(f64::INFINITY, f64::min),
                 row_sums.iter().copied().fold(f64::NEG_INFINITY, f64::max),
             ],
-            row_error: exchange.row_errors().into_iter().fold(0.0, f64::max),
+            row_error: row_errors.iter().copied().fold(0.0, f64::max),
+            rows_possible: row_sums.iter().zip(&row_errors).all(possible),
             residual: solution.residual,
             radiosity_error: exact.faces().mean(&system.solve(&sources).radiosity),
         }

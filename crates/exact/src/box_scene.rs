@@ -43,7 +43,7 @@ pub enum NotABox {
     /// A surface lies inside the box that bounds the scene.
     #[error(
         "surface {surface} lies inside the box that bounds the scene (it could hide patches from one \
-         another, and form factors here know no shadows); remove it, or compare independent runs instead"
+         another, and the closed form of boxes knows no shadows); remove it"
     )]
     Inside {
         /// The surface.

@@ -56,6 +56,12 @@ impl ExchangeMatrix {
         ExchangeMatrix { relative_error, uncertain, ..self }
     }
 
+    /// Pairs that err by more than rounding.
+    #[cfg(test)]
+    pub(crate) fn uncertain(&self) -> &[Uncertain] {
+        &self.uncertain
+    }
+
     /// The number n of patches; in a scene with two-sided ones, of their faces.
     pub fn face_count(&self) -> usize {
         self.areas.len()

@@ -3,8 +3,8 @@
 //!
 //! Data flows one way: geometry → [`ExchangeMatrix`] (form factors) → [`RadiositySystem`] (one set of
 //! reflectances) → [`Solution`] (one set of emittances); [`Exact`] holds one of each for a scene, and [`Accuracy`]
-//! says how far it may be off. Predictions about walks ([`WalkEstimator`], [`GatherEstimator`], [`Bounds`]) read
-//! an [`Exact`].
+//! says how far it may be off. Predictions about walks ([`WalkEstimator`], [`GatherEstimator`], [`WeightedWalk`],
+//! [`Bounds`]) read an [`Exact`].
 //!
 //! Geometry comes in two kinds. A closed box of axis-aligned rectangles ([`BoxScene`]) has closed forms for all
 //! pairs of patches. In any other scene each pair is judged alone: closed forms, contour integrals or cubature
@@ -12,7 +12,7 @@
 //! point sees past the occluders, with an estimated error.
 //!
 //! Threads fill the rows of general scenes and never enter the answer; its last digits may differ between
-//! machines (vector width, the platform's atan and ln). Colour needs one [`RadiositySystem`] per channel over one
+//! machines (vector width, the platform's atan and ln). Colour needs one [`Exact`] per channel over one
 //! matrix.
 //!
 //! Papers are cited by key: S97 = Sbert, *Error and Complexity of Random Walk Monte Carlo Radiosity* (1997);
@@ -25,6 +25,7 @@ mod accuracy;
 mod answer;
 mod bounds;
 mod box_scene;
+mod colour;
 mod contour;
 mod cubature;
 mod exchange;
@@ -36,6 +37,9 @@ mod occlusion;
 mod penumbra;
 mod polygon;
 mod rectangle;
+#[cfg(test)]
+#[path = "../tests/common/shapes.rs"]
+mod shapes;
 mod system;
 mod variance;
 
@@ -43,6 +47,7 @@ pub use accuracy::{Accuracy, FormFactors};
 pub use answer::{Exact, ExactError, MAX_GENERAL_FACES, MAX_PATCHES};
 pub use bounds::Bounds;
 pub use box_scene::{BoxScene, NotABox};
+pub use colour::{SharedPath, WeightedWalk};
 pub use exchange::ExchangeMatrix;
 pub use faces::Faces;
 pub use form_factor::{exchange_area, form_factor};

@@ -91,13 +91,10 @@ impl Occluders {
     }
 
     /// A polygon cut along the planes of those occluders that touch it: what its points see jumps there.
-    pub fn cut(&self, polygon: &[DVec3], plane: &Plane, occluders: &[usize]) -> Vec<Polygon> {
-        let (center, radius) = bounding_sphere(polygon);
+    pub fn cut(&self, polygon: &[DVec3], occluders: &[usize]) -> Vec<Polygon> {
         let touches = |occluder: &&Occluder| {
-            let [low, high] = plane.range(&occluder.outline);
-            low <= self.tolerance
-                && high >= -self.tolerance
-                && occluder.center.distance(center) <= occluder.radius + radius
+            let section = occluder.section(polygon, self.tolerance);
+            section.is_some_and(|section| occluder.meets(section, -self.tolerance))
         };
         let mut parts = vec![polygon.to_vec()];
         for occluder in occluders.iter().map(|&number| &self.occluders[number]).filter(touches) {
@@ -116,6 +113,9 @@ impl Occluders {
             let Some(shadow) = self.occluders[number].shadow(point, self.tolerance) else { continue };
             let lit =
                 |part: &Polygon| shadow.planes().iter().any(|plane| plane.range(part)[0] >= -self.tolerance);
+            if visible.iter().all(lit) {
+                continue;
+            }
             let (mut kept, cut): (Vec<Polygon>, Vec<Polygon>) = visible.into_iter().partition(lit);
             for part in cut {
                 self.subtract(part, &shadow, &mut kept);
@@ -179,7 +179,8 @@ impl Occluder {
         apart && edges(&self.flat).all(|[a, b]| section.iter().all(|&s| beside(a, b, s) >= -tolerance))
     }
 
-    /// Whether the hull of a section and the outline share area.
+    /// Whether the hull of a section and the outline share more than `tolerance` [m]; if that is negative,
+    /// touching will do.
     fn meets(&self, section: Vec<DVec2>, tolerance: f64) -> bool {
         let section = convex_hull(section);
         !separates(&self.flat, &section, tolerance) && !separates(&section, &self.flat, tolerance)

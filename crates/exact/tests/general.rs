@@ -140,7 +140,8 @@ fn spherical_cavity() {
         let mut spec = painted(ball(levels, |_| 1.0), 0.0, 0.0);
         for surface in &mut spec.surfaces {
             let above = surface.shape.corners().iter().sum::<DVec3>().z > 0.0;
-            (surface.reflectance, surface.emittance) = if above { (0.9, 0.1) } else { (0.4, 1.0) };
+            (surface.reflectance, surface.emittance) =
+                if above { (0.9.into(), 0.1.into()) } else { (0.4.into(), 1.0.into()) };
         }
         let exact = solve(&spec);
         let total: f64 = exact.areas().iter().sum();
@@ -163,7 +164,7 @@ fn parallel_plates() {
     let plates = |gap: f64| {
         let ceiling = quad([0.0, 0.0, gap], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [1, 1]);
         let mut spec = painted([floor(1), ceiling], r1, e1);
-        (spec.surfaces[1].reflectance, spec.surfaces[1].emittance) = (r2, e2);
+        (spec.surfaces[1].reflectance, spec.surfaces[1].emittance) = (r2.into(), e2.into());
         solve(&turned(&spec))
     };
     let between = |f: f64| (e1 + r1 * f * e2) / (1.0 - r1 * r2 * f * f);

@@ -184,9 +184,9 @@ fn the_sides_of_a_plate_are_lit_apart() {
     let across = quad([1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1, 1]);
     let mut spec = room_with(across, Sides::Both);
     for surface in &mut spec.surfaces {
-        surface.emittance = 0.0;
+        surface.emittance = 0.0.into();
     }
-    spec.surfaces[0].emittance = 1.0;
+    spec.surfaces[0].emittance = 1.0.into();
     let exact = Exact::of_scene(&spec).unwrap();
     let by_face = &exact.solution_by_face().radiosity;
     assert!(by_face[24].min(by_face[25]) < 1e-12 && by_face[24].max(by_face[25]) > 0.1);
@@ -200,10 +200,10 @@ fn the_sides_of_a_plate_are_lit_apart() {
 fn walks_around_a_two_sided_plate_spread_as_predicted() {
     let mut spec = room_with(plate(), Sides::Both);
     for (surface, r) in spec.surfaces.iter_mut().zip([0.8, 0.3, 0.5, 0.6, 0.4, 0.7, 0.9]) {
-        (surface.reflectance, surface.emittance) = (r, 0.0);
+        (surface.reflectance, surface.emittance) = (r.into(), 0.0.into());
     }
-    spec.surfaces[5].cell_emittance = vec![(1, 2.0)];
-    spec.surfaces[6].cell_emittance = vec![(0, 1.0)];
+    spec.surfaces[5].cell_emittance = vec![(1, 2.0.into())];
+    spec.surfaces[6].cell_emittance = vec![(0, 1.0.into())];
     assert_walks_spread_as_predicted(&spec);
 }
 
@@ -215,8 +215,8 @@ fn walks_that_return_to_both_sides_of_a_plate_spread_as_predicted() {
     let mut plate = grey(quad([0.4, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 0.95], [1, 1]), 0.95, 0.0);
     plate.sides = Sides::Both;
     spec.surfaces.push(plate);
-    spec.surfaces[0].emittance = 1.0;
-    spec.surfaces[6].emittance = 0.1;
+    spec.surfaces[0].emittance = 1.0.into();
+    spec.surfaces[6].emittance = 0.1.into();
     assert_walks_spread_as_predicted(&spec);
 }
 

@@ -14,10 +14,10 @@ use glam::DVec3;
 fn coloured_box(numbers: &mut Numbers) -> Exact {
     let mut spec = random_box(numbers, 0.0, 0.0);
     for surface in &mut spec.surfaces {
-        surface.reflectance = numbers.between(0.0, 0.95);
-        surface.emittance = numbers.between(0.0, 3.0);
+        surface.reflectance = numbers.between(0.0, 0.95).into();
+        surface.emittance = numbers.between(0.0, 3.0).into();
     }
-    spec.surfaces[0].reflectance = 0.0;
+    spec.surfaces[0].reflectance = 0.0.into();
     Exact::of_scene(&spec).unwrap()
 }
 
@@ -79,13 +79,31 @@ fn paths_are_reversible() {
     }
 }
 
+/// b_i = Σ_s b_is, β_i = Σ_s β_is.
+#[test]
+fn light_is_the_sum_of_what_the_sources_give() {
+    let mut spec = cube_54();
+    spec.surfaces[3].cell_emittance = vec![(0, 2.0.into()), (8, 0.5.into())];
+    let exact = Exact::of_scene(&spec).unwrap();
+    let sources = [4, 27, 35];
+    let sum = |of_source: &dyn Fn(usize) -> exact::Solution, i: usize| -> f64 {
+        sources.iter().map(|&s| of_source(s).reflected[i]).sum()
+    };
+    for i in [0, 4, 27, 30, 53] {
+        assert_near(sum(&|s| exact.solution_of_source(s), i), exact.solution().reflected[i], 1e-14);
+        let beta = exact.squared_solution().reflected[i];
+        assert_near(sum(&|s| exact.squared_solution_of_source(s), i), beta, 1e-14);
+        assert!(beta < exact.solution().reflected[i]);
+    }
+}
+
 /// Doubling every length changes powers, not radiosities.
 #[test]
 fn radiosity_has_no_scale() {
     let at = |size: f64| {
         let hi = size * DVec3::new(1.0, 2.0, 3.0);
         let mut spec = plain_box(DVec3::ZERO, hi, [3, 2], 0.6, 0.0);
-        spec.surfaces[1].cell_emittance = vec![(2, 5.0)];
+        spec.surfaces[1].cell_emittance = vec![(2, 5.0.into())];
         Exact::of_scene(&spec).unwrap()
     };
     let (small, large) = (at(1.0), at(1e5));

@@ -38,8 +38,8 @@ fn collision_error_per_ray(exact: &Exact) -> f64 {
 fn coloured_box(numbers: &mut Numbers) -> Exact {
     let mut spec = random_box(numbers, 0.0, 0.0);
     for surface in &mut spec.surfaces {
-        surface.reflectance = numbers.between(0.1, 0.9);
-        surface.cell_emittance = vec![(0, numbers.between(0.0, 3.0))];
+        surface.reflectance = numbers.between(0.1, 0.9).into();
+        surface.cell_emittance = vec![(0, numbers.between(0.0, 3.0).into())];
     }
     Exact::of_scene(&spec).unwrap()
 }
@@ -83,7 +83,7 @@ fn bs_table_1_with_the_form_factors_of_a_cube() {
 #[test]
 fn black_patches_have_no_variance() {
     let mut spec = cube_54();
-    spec.surfaces[2].reflectance = 0.0;
+    spec.surfaces[2].reflectance = 0.0.into();
     let exact = Exact::of_scene(&spec).unwrap();
     for estimator in WalkEstimator::ALL {
         assert_eq!(estimator.variances(&exact)[18..27], [0.0; 9], "{}", estimator.name());
@@ -178,7 +178,7 @@ fn after_one_bounce_infinite_walks_are_collision_walks() {
 #[test]
 fn a_source_that_does_not_reflect_is_lost_to_gathering_by_survival() {
     let mut spec = cube_54();
-    spec.surfaces[0].reflectance = 0.0;
+    spec.surfaces[0].reflectance = 0.0.into();
     let exact = Exact::of_scene(&spec).unwrap();
     let birth = by_area(&exact);
     assert_eq!(GatherEstimator::Survival.variances(&exact, &birth), vec![None; 54]);

@@ -148,6 +148,13 @@ impl<'a> Value<'a> {
         matches!(self.inner, DeValue::String(_))
     }
 
+    pub(crate) fn boolean(&self) -> Result<bool, Error> {
+        match self.inner {
+            DeValue::Boolean(boolean) => Ok(boolean),
+            _ => Err(self.wrong_type("true or false")),
+        }
+    }
+
     pub(crate) fn string(&self) -> Result<&str, Error> {
         match &self.inner {
             DeValue::String(string) => Ok(string),

@@ -56,6 +56,8 @@ pub struct Method {
     pub infinite: InfiniteEnd,
     /// Of gathering walks only. Default: by area.
     pub birth: Birth,
+    /// Whether collision walks are scored by absorption and survival too, to find the best mix of both.
+    pub mix: bool,
     /// Walks or rays that share one randomisation or chain step; of the Sobol sampler and Jacobi only.
     pub batch_paths: Option<u64>,
 }
@@ -67,7 +69,13 @@ impl Method {
             WalkKind::Gathering => Direction::Gathering(self.birth.clone()),
             _ => Direction::Shooting,
         };
-        radiosity::Method { direction, estimator: self.estimator, infinite: self.infinite, space: self.space }
+        radiosity::Method {
+            direction,
+            estimator: self.estimator,
+            infinite: self.infinite,
+            space: self.space,
+            mix: self.mix,
+        }
     }
 }
 
@@ -85,7 +93,8 @@ impl Word for WalkKind {
 }
 
 impl Word for EstimatorKind {
-    const ALL: &'static [Self] = &[Self::Absorption, Self::Survival, Self::Collision, Self::Infinite];
+    const ALL: &'static [Self] =
+        &[Self::Absorption, Self::Survival, Self::Collision, Self::Infinite, Self::Direct];
 
     fn word(self) -> &'static str {
         match self {
@@ -93,6 +102,7 @@ impl Word for EstimatorKind {
             EstimatorKind::Survival => "survival",
             EstimatorKind::Collision => "collision",
             EstimatorKind::Infinite => "infinite",
+            EstimatorKind::Direct => "direct",
         }
     }
 }
@@ -167,6 +177,9 @@ pub fn job_hash(scene_hash: [u8; 32], method: &Method, seed: u64) -> [u8; 32] {
             }
         }
     }
+    if method.mix {
+        field(b"mix");
+    }
     if method.walk == WalkKind::Jacobi || method.sampler == Sampler::Sobol {
         // No number of walks is 0.
         field(&method.batch_paths.unwrap_or(0).to_le_bytes());
@@ -177,7 +190,7 @@ pub fn job_hash(scene_hash: [u8; 32], method: &Method, seed: u64) -> [u8; 32] {
 const DEFAULT_LENGTH: u32 = 20;
 
 pub(crate) const METHOD_KEYS: &[&str] =
-    &["walk", "estimator", "space", "sampler", "infinite", "birth", "batch_paths"];
+    &["walk", "estimator", "space", "sampler", "infinite", "birth", "mix", "batch_paths"];
 
 /// Reads `[method]`, for a scene of `patch_count` patches.
 pub(crate) fn read_method(mut table: Table<'_>, patch_count: u64) -> Result<Method, Error> {
@@ -192,6 +205,7 @@ pub(crate) fn read_method(mut table: Table<'_>, patch_count: u64) -> Result<Meth
             .map(|value| read_birth(value, patch_count))
             .transpose()?
             .unwrap_or_default(),
+        mix: table.take("mix").map(|value| value.boolean()).transpose()?.unwrap_or_default(),
         batch_paths: table.take("batch_paths").map(|value| read_batch(&value)).transpose()?,
     })
 }

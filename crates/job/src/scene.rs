@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 use glam::DVec3;
-use radiosity::{IndexChoice, Scene, SceneError, SceneSpec, Shape, Sides, SurfaceSpec};
+use radiosity::{IndexChoice, Scene, SceneError, SceneSpec, Shape, Sides, Spectrum, SurfaceSpec};
 
 use crate::document::{Table, Value};
 use crate::error::{Error, Place, Spot};
@@ -141,8 +141,8 @@ fn refuse_other_formats(path: &Path) -> Result<(), Error> {
 
 /// What `[material.NAME]` says.
 struct Material {
-    reflectance: f64,
-    emittance: f64,
+    reflectance: Spectrum,
+    emittance: Spectrum,
     lines: Lines,
 }
 
@@ -154,30 +154,21 @@ fn read_materials(table: &mut Table<'_>) -> Result<BTreeMap<String, Material>, E
 fn read_material(value: Value<'_>) -> Result<Material, Error> {
     let mut lines = Lines { header: value.line(), keys: Vec::new() };
     let mut table = value.table(&["reflectance", "emittance"])?;
-    let mut number = |key| {
-        let Some(value) = table.take(key) else { return Ok(0.0) };
+    let mut spectrum = |key| {
+        let Some(value) = table.take(key) else { return Ok(Spectrum::BLACK) };
         lines.keys.push((key, value.line()));
-        read_grey(value)
+        read_spectrum(value)
     };
-    Ok(Material { reflectance: number("reflectance")?, emittance: number("emittance")?, lines })
+    Ok(Material { reflectance: spectrum("reflectance")?, emittance: spectrum("emittance")?, lines })
 }
 
-/// A number, or a colour that is grey.
-fn read_grey(value: Value<'_>) -> Result<f64, Error> {
+/// A number, or one for each of red, green and blue.
+fn read_spectrum(value: Value<'_>) -> Result<Spectrum, Error> {
     if !value.is_array() {
-        return value.number();
+        return value.number().map(Spectrum::from);
     }
-    let place = value.place();
     let [r, g, b] = value.exactly("a number, or three: [r, g, b]")?;
-    let (r, g, b) = (r.number()?, g.number()?, b.number()?);
-    if r == g && g == b {
-        return Ok(r);
-    }
-    Err(Error::NotBuilt {
-        place,
-        what: format!("colour ([{r}, {g}, {b}])"),
-        remedy: "write one number, or three equal ones".into(),
-    })
+    Ok(Spectrum::rgb([r.number()?, g.number()?, b.number()?]))
 }
 
 const SURFACE_KEYS: &[&str] = &["name", "material", "quad", "triangle", "patches", "sides", "emit"];
@@ -322,7 +313,7 @@ fn read_sides(value: &Value<'_>) -> Result<Sides, Error> {
 }
 
 /// (cell index, emittance [W/m²]) per entry.
-fn read_emit(value: Value<'_>, shape: &Shape) -> Result<Vec<(u32, f64)>, Error> {
+fn read_emit(value: Value<'_>, shape: &Shape) -> Result<Vec<(u32, Spectrum)>, Error> {
     let mut listed = BTreeSet::new();
     let mut emit = Vec::new();
     for value in value.array()? {
@@ -340,7 +331,7 @@ fn read_emit(value: Value<'_>, shape: &Shape) -> Result<Vec<(u32, f64)>, Error> 
                 remedy: "list it once".into(),
             });
         }
-        emit.push((cell, read_grey(emittance)?));
+        emit.push((cell, read_spectrum(emittance)?));
     }
     Ok(emit)
 }

@@ -7,7 +7,7 @@ use std::path::PathBuf;
 use common::Folder;
 use glam::dvec3;
 use job::{Budget, FileKind, Job, Method, Sampler, Target, WalkKind, file_kind, job_hash, load, load_scene};
-use radiosity::{Birth, EstimatorKind, IndexChoice, InfiniteEnd, Shape, Sides, Space};
+use radiosity::{Birth, EstimatorKind, IndexChoice, InfiniteEnd, Shape, Sides, Space, Spectrum};
 
 const SCENE: &str = r#"
 [material.white]
@@ -88,8 +88,11 @@ fn the_documented_scene() {
         cells: [3, 3],
     };
     assert_eq!(floor.shape, shape);
-    assert_eq!((floor.sides, floor.reflectance, floor.emittance), (Sides::Front, 0.75, 0.0));
-    assert_eq!(floor.cell_emittance, [(4, 1.0)]);
+    assert_eq!(
+        (floor.sides, floor.reflectance, floor.emittance),
+        (Sides::Front, 0.75.into(), Spectrum::BLACK)
+    );
+    assert_eq!(floor.cell_emittance, [(4, 1.0.into())]);
     assert_eq!((lid.name.as_deref(), lid.sides), (None, Sides::Front));
     assert!(matches!(lid.shape, Shape::Triangle { rows: 4, .. }));
 }
@@ -152,7 +155,20 @@ fn grey_triples_and_integers_are_numbers() {
     let text =
         SCENE.replace("0.75 ", "[0.5, 0.5, 0.5]").replace("emittance   = 0.0", "emittance = [2, 2, 2.0]");
     let scene = load_scene(&folder.write("s.toml", text)).unwrap();
-    assert_eq!((scene.spec().surfaces[0].reflectance, scene.spec().surfaces[0].emittance), (0.5, 2.0));
+    let floor = &scene.spec().surfaces[0];
+    assert_eq!((floor.reflectance, floor.emittance), (0.5.into(), 2.0.into()));
+    assert_eq!(scene.spec().channels(), 1);
+}
+
+#[test]
+fn triples_are_red_green_blue() {
+    let folder = Folder::new("colour");
+    let text = SCENE.replace("0.75 ", "[0.5, 0, 0.25]").replace("emittance = 1.0", "emittance = [1, 2.5, 0]");
+    let scene = load_scene(&folder.write("s.toml", text)).unwrap();
+    let floor = &scene.spec().surfaces[0];
+    assert_eq!(floor.reflectance, Spectrum::rgb([0.5, 0.0, 0.25]));
+    assert_eq!(floor.cell_emittance, [(4, Spectrum::rgb([1.0, 2.5, 0.0]))]);
+    assert_eq!(scene.spec().channels(), 3);
 }
 
 #[test]

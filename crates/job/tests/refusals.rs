@@ -156,11 +156,8 @@ const SCENES: &[(&str, &str, &[&str])] = &[
     ("reflectance = 0.5", "reflectance = nan", &["s.toml:2: material.white.reflectance", "not a finite"]),
     ("reflectance = 0.5", "reflectance = \"0.5\"", &["s.toml:2: material.white.reflectance", "a number"]),
     ("reflectance = 0.5", "reflectance = [0.5, 0.5]", &["s.toml:2: material.white.reflectance", "[r, g, b]"]),
-    (
-        "reflectance = 0.5",
-        "reflectance = [0.5, 0.5, 0.4]",
-        &["s.toml:2: ", "colour", "not built yet", "equal"],
-    ),
+    ("reflectance = 0.5", "reflectance = [0.5, 1.5, 0.4]", &["s.toml:2: ", "1.5", "[0, 1)"]),
+    ("emittance = 1", "emittance = [1, 1, -2]", &["s.toml:3: material.white.emittance", "-2", "≥ 0"]),
     ("emittance = 1", "emittance = -1", &["s.toml:3: material.white.emittance", "negative", "≥ 0"]),
     ("emittance = 1", "emittance = inf", &["s.toml:3: material.white.emittance", "not a finite"]),
     ("emittance = 1", "emittance = 1e999", &["s.toml:3: material.white.emittance", "not a finite"]),

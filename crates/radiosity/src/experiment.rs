@@ -6,10 +6,11 @@ use thiserror::Error;
 
 use crate::birth::{Births, birth_probabilities};
 use crate::estimator::{
-    Absorption, Collision, Estimator, Gather, ShootAnalog, ShootInfinite, Survival, fixed_units,
+    Absorption, Collision, Estimator, Gather, GatherRelated, RELATED, ShootHits, ShootRelated, ShootWeights,
+    Survival, fixed_units,
 };
-use crate::fate::{Analog, Infinite};
-use crate::method::{Direction, EstimatorKind, InfiniteEnd, Method};
+use crate::fate::{Analog, Coloured, Fate, FirstArrival, Infinite};
+use crate::method::{Birth, Direction, EstimatorKind, InfiniteEnd, Method};
 use crate::rng::Sequence;
 use crate::scene::{Patch, Scene};
 use crate::tally::{Counts, Layout, Overflow, Scoreboard, Tally};
@@ -26,6 +27,9 @@ pub enum Unfit {
         /// The emitter.
         patch: usize,
     },
+    /// The best mix of absorption and survival is a matter of one channel and of analog walks.
+    #[error("`mix` compares collision, absorption and survival on the same walks, which needs {0}")]
+    Mix(&'static str),
     /// Nobody can be born where there is no patch.
     #[error("walks are to be born on patch {patch}, but the scene has {patches} patches; choose from 0 to {last}", last = patches - 1)]
     NoSuchPatch {
@@ -36,13 +40,32 @@ pub enum Unfit {
     },
 }
 
-/// The board that an experiment scores on; M power sums per patch.
+/// The board that an experiment scores on; M power sums per score.
 #[derive(Clone, Debug)]
 pub enum Board<const M: usize> {
-    /// Analog shooting: whole hits.
-    Hits(Scoreboard<u64, (), M>),
-    /// All else: fixed point.
-    Fixed(Scoreboard<u128, u64, M>),
+    /// Grey analog shooting: whole hits.
+    Hits(Scoreboard<u64, (), 1, M>),
+    /// The same with three estimators at once.
+    RelatedHits(Scoreboard<u64, (), RELATED, M>),
+    /// Other grey walks: fixed point.
+    Fixed(Scoreboard<u128, u64, 1, M>),
+    /// Gathering with three estimators at once.
+    RelatedFixed(Scoreboard<u128, u64, RELATED, M>),
+    /// Three channels.
+    Coloured(Scoreboard<u128, u64, 3, M>),
+}
+
+/// Does the same with whichever board it is.
+macro_rules! with_board {
+    ($self:expr, $board:ident => $body:expr) => {
+        match $self {
+            Board::Hits($board) => $body,
+            Board::RelatedHits($board) => $body,
+            Board::Fixed($board) => $body,
+            Board::RelatedFixed($board) => $body,
+            Board::Coloured($board) => $body,
+        }
+    };
 }
 
 /// What gathering needs beyond the scene.
@@ -51,14 +74,22 @@ struct Gathering {
     births: Births,
     /// p_i.
     probability: Vec<f64>,
-    /// What an event on patch j is worth, over `largest_value`.
-    values: Vec<f64>,
-    /// The largest value of an event [W/m²].
-    largest_value: f64,
-    /// B̄ = max_s E_s/(1 − R_s) [W/m²].
-    b_bar: f64,
-    /// A bound on E[x²]/E[x], x in events of the largest value.
-    ratio_bound: f64,
+    values: Values,
+    /// The largest value of an event [W/m²], per channel.
+    largest_value: [f64; 3],
+    /// B̄ = max_s E_s/(1 − R_s) [W/m²], per channel.
+    b_bar: [f64; 3],
+    /// A bound on E[x²]/E[x], x in events of the largest value, per channel.
+    ratio_bound: [f64; 3],
+}
+
+/// What an event on patch j is worth, over the largest value.
+#[derive(Clone, Debug)]
+enum Values {
+    Grey(Vec<[f64; 1]>),
+    Coloured(Vec<[f64; 3]>),
+    /// Of an arrival, a death and a survival.
+    Related(Vec<[f64; 3]>),
 }
 
 /// A scene and a method that fits it.
@@ -69,22 +100,51 @@ pub struct Experiment {
     gathering: Option<Gathering>,
 }
 
+/// Runs walks with the event that an estimator scores and the fate its walks meet, in C channels.
+macro_rules! walk_by_estimator {
+    ($self:ident, $analog:expr, $births:expr, $sequence:expr, $walks:expr, $V:ident => $score:expr) => {
+        match $self.method.estimator {
+            EstimatorKind::Absorption => {
+                type $V = Absorption;
+                $self.walk_all($births, $sequence, $walks, $analog, $score)
+            }
+            EstimatorKind::Survival => {
+                type $V = Survival;
+                $self.walk_all($births, $sequence, $walks, $analog, $score)
+            }
+            EstimatorKind::Collision => {
+                type $V = Collision;
+                $self.walk_all($births, $sequence, $walks, $analog, $score)
+            }
+            EstimatorKind::Infinite => {
+                type $V = Collision;
+                $self.walk_all($births, $sequence, $walks, Infinite::new($self.method.infinite), $score)
+            }
+            EstimatorKind::Direct => {
+                type $V = Collision;
+                $self.walk_all($births, $sequence, $walks, FirstArrival::new(), $score)
+            }
+        }
+    };
+}
+
 impl Experiment {
     /// Prepares a method for a scene.
     ///
     /// # Errors
     /// Where its answer would be wrong.
     pub fn new(scene: Scene, method: Method) -> Result<Self, Unfit> {
+        if method.mix && scene.channels() > 1 {
+            return Err(Unfit::Mix("a grey scene; run one channel at a time, or remove `mix`"));
+        }
+        if method.mix && method.estimator != EstimatorKind::Collision {
+            return Err(Unfit::Mix("collision walks; choose estimator = \"collision\", or remove `mix`"));
+        }
         let gathering = match &method.direction {
             Direction::Shooting => None,
             Direction::Gathering(birth) => {
-                if let crate::method::Birth::Patches(chosen) = birth
-                    && let Some(&patch) =
-                        chosen.iter().find(|&&patch| patch as usize >= scene.patches().len())
-                {
-                    return Err(Unfit::NoSuchPatch { patch, patches: scene.patches().len() });
-                }
-                Some(Gathering::new(&scene, method.estimator, birth_probabilities(&scene, birth))?)
+                check_births(birth, scene.patches().len())?;
+                Some(Gathering::new(&scene, &method, birth_probabilities(&scene, birth))?)
             }
         };
         Ok(Experiment { scene, method, gathering })
@@ -106,69 +166,60 @@ impl Experiment {
             && !matches!(self.method.infinite, InfiniteEnd::Roulette { .. })
     }
 
-    fn scores_hits(&self) -> bool {
-        self.method.direction == Direction::Shooting && self.method.estimator != EstimatorKind::Infinite
-    }
-
     /// What a tally of M power sums keeps of each patch.
-    pub fn layout(&self, moments: usize) -> Layout {
-        Layout { moments, events: !self.scores_hits() }
+    pub fn layout<const M: usize>(&self) -> Layout {
+        with_board!(&self.board_of::<M>(0), board => board.layout())
     }
 
     /// An empty tally of M power sums.
-    pub fn tally(&self, moments: usize) -> Tally {
-        Tally::new(self.scene.patches().len(), self.layout(moments))
+    pub fn tally<const M: usize>(&self) -> Tally {
+        Tally::new(self.scene.patches().len(), self.layout::<M>())
     }
 
     /// An empty board.
     pub fn board<const M: usize>(&self) -> Board<M> {
-        let patches = self.scene.patches().len();
-        if self.scores_hits() {
-            Board::Hits(Scoreboard::new(patches))
-        } else {
-            Board::Fixed(Scoreboard::new(patches))
+        self.board_of(self.scene.patches().len())
+    }
+
+    fn board_of<const M: usize>(&self, patches: usize) -> Board<M> {
+        let hits =
+            self.method.direction == Direction::Shooting && self.method.estimator != EstimatorKind::Infinite;
+        match (self.scene.channels(), hits, self.method.mix) {
+            (1, true, false) => Board::Hits(Scoreboard::new(patches)),
+            (1, true, true) => Board::RelatedHits(Scoreboard::new(patches)),
+            (1, false, false) => Board::Fixed(Scoreboard::new(patches)),
+            (1, false, true) => Board::RelatedFixed(Scoreboard::new(patches)),
+            _ => Board::Coloured(Scoreboard::new(patches)),
         }
     }
 
     /// Walks number `walks.start` … `walks.end` − 1 of a sequence, onto a board that [`Experiment::board`] made.
     pub fn walk<const M: usize>(&self, sequence: &Sequence, walks: Range<u64>, board: &mut Board<M>) {
-        let counts = match board {
-            Board::Hits(board) => self.shoot_analog(sequence, walks, board),
-            Board::Fixed(board) => match &self.gathering {
-                None => self.shoot_infinite(sequence, walks, board),
-                Some(gathering) => self.gather(gathering, sequence, walks, board),
-            },
+        let counts = match &self.gathering {
+            None => self.shoot(sequence, walks, board),
+            Some(gathering) => self.gather(gathering, sequence, walks, board),
         };
-        board.counts().add(&counts).expect("64 bits outlast any process");
+        with_board!(board, board => board.counts.add(&counts)).expect("64 bits outlast any process");
     }
 
-    fn shoot_analog<const M: usize>(
-        &self,
-        sequence: &Sequence,
-        walks: Range<u64>,
-        board: &mut Scoreboard<u64, (), M>,
-    ) -> Counts {
+    fn shoot<const M: usize>(&self, sequence: &Sequence, walks: Range<u64>, board: &mut Board<M>) -> Counts {
         let births = self.scene.emitters();
-        match self.method.estimator {
-            EstimatorKind::Absorption => {
-                self.analog(births, sequence, walks, &mut ShootAnalog::<Absorption, M>::new(board))
+        match board {
+            Board::Hits(board) => {
+                walk_by_estimator!(self, Analog, births, sequence, walks, V => &mut ShootHits::<V, M>::new(board))
             }
-            EstimatorKind::Survival => {
-                self.analog(births, sequence, walks, &mut ShootAnalog::<Survival, M>::new(board))
+            Board::RelatedHits(board) => {
+                self.walk_all(births, sequence, walks, Analog, &mut ShootRelated::new(board))
             }
-            EstimatorKind::Collision | EstimatorKind::Infinite => {
-                self.analog(births, sequence, walks, &mut ShootAnalog::<Collision, M>::new(board))
+            Board::Fixed(board) => {
+                let fate = Infinite::new(self.method.infinite);
+                self.walk_all(births, sequence, walks, fate, &mut ShootWeights::<Collision, 1, M>::new(board))
             }
+            Board::Coloured(board) => {
+                walk_by_estimator!(self, Coloured::new(), births, sequence, walks, V => &mut ShootWeights::<V, 3, M>::new(board))
+            }
+            Board::RelatedFixed(_) => unreachable!("shooting walks that are never cut off score hits"),
         }
-    }
-
-    fn shoot_infinite<const M: usize>(
-        &self,
-        sequence: &Sequence,
-        walks: Range<u64>,
-        board: &mut Scoreboard<u128, u64, M>,
-    ) -> Counts {
-        self.infinite(self.scene.emitters(), sequence, walks, &mut ShootInfinite::new(board))
     }
 
     fn gather<const M: usize>(
@@ -176,109 +227,130 @@ impl Experiment {
         gathering: &Gathering,
         sequence: &Sequence,
         walks: Range<u64>,
-        board: &mut Scoreboard<u128, u64, M>,
+        board: &mut Board<M>,
     ) -> Counts {
-        let (births, values) = (&gathering.births, &gathering.values[..]);
-        match self.method.estimator {
-            EstimatorKind::Absorption => {
-                self.analog(births, sequence, walks, &mut Gather::<Absorption, M>::new(board, values))
+        let births = &gathering.births;
+        match (board, &gathering.values) {
+            (Board::Fixed(board), Values::Grey(values)) => {
+                walk_by_estimator!(self, Analog, births, sequence, walks, V => &mut Gather::<V, 1, M>::new(board, values))
             }
-            EstimatorKind::Survival => {
-                self.analog(births, sequence, walks, &mut Gather::<Survival, M>::new(board, values))
+            (Board::Coloured(board), Values::Coloured(values)) => {
+                walk_by_estimator!(self, Coloured::new(), births, sequence, walks, V => &mut Gather::<V, 3, M>::new(board, values))
             }
-            EstimatorKind::Collision => {
-                self.analog(births, sequence, walks, &mut Gather::<Collision, M>::new(board, values))
+            (Board::RelatedFixed(board), Values::Related(values)) => {
+                self.walk_all(births, sequence, walks, Analog, &mut GatherRelated::new(board, values))
             }
-            EstimatorKind::Infinite => {
-                self.infinite(births, sequence, walks, &mut Gather::<Collision, M>::new(board, values))
-            }
+            _ => unreachable!("boards and values are both made for the channels of the scene"),
         }
     }
 
-    fn analog(
+    fn walk_all<const C: usize>(
         &self,
         births: &Births,
         sequence: &Sequence,
         walks: Range<u64>,
-        score: &mut impl Estimator,
+        fate: impl Fate<C>,
+        score: &mut impl Estimator<C>,
     ) -> Counts {
-        walk_all(&self.scene, births, self.method.space, sequence, walks, Analog, score)
-    }
-
-    fn infinite(
-        &self,
-        births: &Births,
-        sequence: &Sequence,
-        walks: Range<u64>,
-        score: &mut impl Estimator,
-    ) -> Counts {
-        let fate = Infinite::new(self.method.infinite);
         walk_all(&self.scene, births, self.method.space, sequence, walks, fate, score)
     }
 }
 
-impl<const M: usize> Board<M> {
-    fn counts(&mut self) -> &mut Counts {
-        match self {
-            Board::Hits(board) => &mut board.counts,
-            Board::Fixed(board) => &mut board.counts,
-        }
-    }
+fn check_births(birth: &Birth, patches: usize) -> Result<(), Unfit> {
+    let Birth::Patches(chosen) = birth else { return Ok(()) };
+    let unknown = chosen.iter().find(|&&patch| patch as usize >= patches);
+    unknown.map_or(Ok(()), |&patch| Err(Unfit::NoSuchPatch { patch, patches }))
+}
 
+impl<const M: usize> Board<M> {
     /// Hands over all that was scored and empties the board.
     ///
     /// # Errors
     /// Where a sum may have wrapped.
     pub fn take(&mut self) -> Result<Tally, Overflow> {
-        match self {
-            Board::Hits(board) => board.take(),
-            Board::Fixed(board) => board.take(),
-        }
+        with_board!(self, board => board.take())
     }
 }
 
 impl Gathering {
-    fn new(scene: &Scene, estimator: EstimatorKind, probability: Vec<f64>) -> Result<Self, Unfit> {
-        let value = |patch: &Patch| match estimator {
-            _ if patch.emittance == 0.0 => 0.0,
-            EstimatorKind::Absorption => patch.emittance / (1.0 - patch.reflectance),
-            EstimatorKind::Survival => patch.emittance / patch.reflectance,
-            EstimatorKind::Collision | EstimatorKind::Infinite => patch.emittance,
-        };
-        let values: Vec<f64> = scene.patches().iter().map(value).collect();
-        if let Some(patch) = values.iter().position(|value| !value.is_finite()) {
-            return Err(Unfit::BlackEmitter { patch });
-        }
-        let largest_value = values.iter().fold(0.0, |max: f64, value| max.max(*value));
+    fn new(scene: &Scene, method: &Method, probability: Vec<f64>) -> Result<Self, Unfit> {
         let births = Births::new(scene.surfaces(), scene.patches().len(), |i| probability[i])
             .expect("probabilities sum to 1");
-        let values = values.iter().map(|value| value / largest_value).collect();
-        let b_bar = most(scene, |s| s.emittance / (1.0 - s.reflectance));
-        let ratio_bound = largest_ratio(scene, estimator, b_bar) / largest_value;
+        let b_bar = PER_CHANNEL.map(|c| most(scene, c, |s| s.emittance[c] / (1.0 - s.reflectance[c])));
+        let kinds = if method.mix { &RELATED_KINDS[..] } else { std::slice::from_ref(&method.estimator) };
+        let largest_value = PER_CHANNEL.map(|c| {
+            let of_kind = |&kind: &EstimatorKind| most(scene, c, |patch| value(patch, kind, c));
+            kinds.iter().map(of_kind).fold(0.0, f64::max)
+        });
+        if !largest_value.iter().all(|value| value.is_finite()) {
+            let black = |patch: &Patch| patch.emittance.is_lit() && !patch.reflectance.is_lit();
+            let patch = scene.patches().iter().position(black).expect("dividing by no other σ is infinite");
+            return Err(Unfit::BlackEmitter { patch });
+        }
+        // A channel without light has no value anywhere.
+        let scaled = |patch: &Patch, kind, c: usize| match value(patch, kind, c) {
+            0.0 => 0.0,
+            value => value / largest_value[c],
+        };
+        let patches = scene.patches().iter();
+        let values = match (method.mix, scene.channels()) {
+            (true, _) => Values::Related(patches.map(|p| RELATED_KINDS.map(|k| scaled(p, k, 0))).collect()),
+            (_, 1) => Values::Grey(patches.map(|p| [scaled(p, method.estimator, 0)]).collect()),
+            _ => Values::Coloured(
+                patches.map(|p| PER_CHANNEL.map(|c| scaled(p, method.estimator, c))).collect(),
+            ),
+        };
+        let ratio_bound = PER_CHANNEL.map(|c| {
+            if largest_value[c] == 0.0 {
+                return 1.0;
+            }
+            // Below 1 only where related estimators share a unit.
+            (largest_ratio(scene, method.estimator, b_bar[c], c) / largest_value[c]).max(1.0)
+        });
         Ok(Gathering { births, probability, values, largest_value, b_bar, ratio_bound })
     }
 }
 
-/// The largest of a value over the sources.
-fn most(scene: &Scene, value: impl Fn(&Patch) -> f64) -> f64 {
-    let sources = scene.patches().iter().filter(|patch| patch.emittance > 0.0);
+const PER_CHANNEL: [usize; 3] = [0, 1, 2];
+
+/// In the order of `estimator::RELATED`.
+const RELATED_KINDS: [EstimatorKind; 3] =
+    [EstimatorKind::Collision, EstimatorKind::Absorption, EstimatorKind::Survival];
+
+/// What an event on a patch is worth to a gathering walk of weight 1 [W/m²]: E, over the probability of the event
+/// after an arrival.
+fn value(patch: &Patch, kind: EstimatorKind, channel: usize) -> f64 {
+    let (emittance, survival) = (patch.emittance[channel], patch.reflectance.max());
+    match kind {
+        _ if emittance == 0.0 => 0.0,
+        EstimatorKind::Absorption => emittance / (1.0 - survival),
+        EstimatorKind::Survival => emittance / survival,
+        EstimatorKind::Collision | EstimatorKind::Infinite | EstimatorKind::Direct => emittance,
+    }
+}
+
+/// The largest of a value over the sources of a channel.
+fn most(scene: &Scene, channel: usize, value: impl Fn(&Patch) -> f64) -> f64 {
+    let sources = scene.patches().iter().filter(|patch| patch.emittance[channel] > 0.0);
     sources.fold(0.0, |max, source| value(source).max(max))
 }
 
-/// A bound on E[x²]/E[x] of gathered scores x [W/m²]. With b_s ≤ R_s·B̄ (S97 §3) the variances of theory give
-/// max_s (E_s + 2R_sB̄), over R_s for survival, and max_s E_s/(1 − R_s) = B̄ for absorption. Rounding at random adds
-/// less than a unit to a score.
-fn largest_ratio(scene: &Scene, estimator: EstimatorKind, b_bar: f64) -> f64 {
-    let collisions = |s: &Patch| s.emittance + 2.0 * s.reflectance * b_bar;
+/// A bound on E[x²]/E[x] of gathered scores x [W/m²] in one channel, whose weights never exceed 1. With b_s ≤
+/// R_s·B̄ (S97 §3) the variances of theory give max_s (E_s + 2R_sB̄), over σ_s for survival; an absorption scores
+/// once, at most max_s E_s/(1 − σ_s). Rounding at random adds less than a unit to a score.
+fn largest_ratio(scene: &Scene, estimator: EstimatorKind, b_bar: f64, channel: usize) -> f64 {
+    let collisions = |s: &Patch| s.emittance[channel] + 2.0 * s.reflectance[channel] * b_bar;
     let largest = match estimator {
-        EstimatorKind::Absorption => b_bar,
-        EstimatorKind::Survival => most(scene, |s| collisions(s) / s.reflectance),
-        EstimatorKind::Collision | EstimatorKind::Infinite => most(scene, collisions),
+        EstimatorKind::Absorption | EstimatorKind::Direct => {
+            most(scene, channel, |s| value(s, estimator, channel))
+        }
+        EstimatorKind::Survival => most(scene, channel, |s| collisions(s) / s.reflectance.max()),
+        EstimatorKind::Collision | EstimatorKind::Infinite => most(scene, channel, collisions),
     };
     largest * (1.0 + 1e-9)
 }
 
-/// What the sums of one patch mean.
+/// What the sums of one score on one patch mean.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Meaning {
     /// One unit of score, in events (hits; for gathering, events of the largest value).
@@ -293,45 +365,53 @@ pub struct Meaning {
 }
 
 impl Experiment {
-    /// What the sums of a patch mean; `None` where no walk can tell of it (gathering, p_i = 0).
-    pub fn meaning(&self, patch: usize, tally: &Tally) -> Option<Meaning> {
+    /// What the sums of a patch mean in one channel; `None` where no walk can tell of it (gathering, p_i = 0).
+    pub fn meaning(&self, patch: usize, channel: usize, tally: &Tally) -> Option<Meaning> {
         match &self.gathering {
-            None => Some(self.meaning_of_shooting(&self.scene.patches()[patch], tally)),
-            Some(gathering) => self.meaning_of_gathering(gathering, patch, tally.layout().moments),
+            None => Some(self.meaning_of_shooting(&self.scene.patches()[patch], channel, tally)),
+            Some(gathering) => self.meaning_of_gathering(gathering, patch, channel, tally.layout().moments),
         }
     }
 
-    /// b_i = (R_i/A_i)φ_i, φ_i = Φ_T × the mean score, × 1/(1 − R_i) for absorption, 1/R_i for survival.
+    /// b_i = (R_i/A_i)φ_i, φ_i = Φ_T × the mean score, × 1/(1 − σ_i) for absorption, 1/σ_i for survival.
     ///
     /// A planar patch cannot hit itself, so between two visits a walk survives on it and on another patch: it
-    /// returns with probability at most R_i·R_max. Visits after the first are then at most geometric, m =
-    /// 1/(1 − R_i·R_max) of them in the mean, and E[x²]/E[x] ≤ 2m − 1. A weight that is multiplied by R_i·R_max
-    /// between visits scores at most m in all.
-    fn meaning_of_shooting(&self, patch: &Patch, tally: &Tally) -> Meaning {
-        let per_hit = self.scene.total_power() / patch.active_area();
-        let reflectance = patch.reflectance;
-        let visits = 1.0 / (1.0 - reflectance * self.scene.max_reflectance());
-        let (unit, scale, ratio_bound) = match self.method.estimator {
-            EstimatorKind::Absorption => (1.0, Some(1.0 / (1.0 - reflectance)), 1.0),
-            EstimatorKind::Survival => {
-                (1.0, (reflectance > 0.0).then(|| 1.0 / reflectance), 2.0 * visits - 1.0)
-            }
-            EstimatorKind::Collision => (1.0, Some(1.0), 2.0 * visits - 1.0),
-            EstimatorKind::Infinite => (1.0 / fixed_units(tally.layout().moments), Some(1.0), visits),
+    /// returns with probability at most σ_i·σ_max. Visits after the first are then at most geometric, m =
+    /// 1/(1 − σ_i·σ_max) of them in the mean, and E[x²]/E[x] ≤ 2m − 1 of the largest weight w there can be. A
+    /// weight that is multiplied by R_i·R_max between visits scores at most m·w in all.
+    fn meaning_of_shooting(&self, patch: &Patch, channel: usize, tally: &Tally) -> Meaning {
+        let per_hit = self.scene.total_power(channel) / patch.active_area();
+        let (survival, most) = (patch.reflectance.max(), self.scene.max_reflectance());
+        let visits = 1.0 / (1.0 - survival * most.max());
+        let weakened = 1.0 / (1.0 - patch.reflectance[channel] * most[channel]);
+        let weight = self.scene.emitters().largest_weights()[channel];
+        let (scale, ratio_bound) = match self.method.estimator {
+            EstimatorKind::Absorption => (Some(1.0 / (1.0 - survival)), 1.0),
+            EstimatorKind::Survival => ((survival > 0.0).then(|| 1.0 / survival), 2.0 * visits - 1.0),
+            EstimatorKind::Collision => (Some(1.0), 2.0 * visits - 1.0),
+            EstimatorKind::Infinite => (Some(1.0), weakened),
+            EstimatorKind::Direct => (Some(1.0), 1.0),
         };
-        // Power that was cut off would have come in here at most `visits` times.
+        // Power that was cut off would have come in here at most so many times.
         let counts = &tally.counts;
-        let cut_off = counts.truncated_weight as f64 / Counts::WEIGHT_UNITS / counts.walks.max(1) as f64;
+        let cut_off =
+            counts.truncated_weight[channel] as f64 / Counts::WEIGHT_UNITS / counts.walks.max(1) as f64;
         Meaning {
-            unit,
+            unit: if tally.layout().events { 1.0 / fixed_units(tally.layout().moments) } else { 1.0 },
             irradiance_per_event: scale.map(|scale| scale * per_hit),
-            ratio_bound,
-            bias_bound: reflectance * per_hit * cut_off * visits,
+            ratio_bound: weight * ratio_bound,
+            bias_bound: patch.reflectance[channel] * per_hit * cut_off * weakened,
         }
     }
 
     /// b_i = R_i × the mean score / p_i.
-    fn meaning_of_gathering(&self, gathering: &Gathering, patch: usize, moments: usize) -> Option<Meaning> {
+    fn meaning_of_gathering(
+        &self,
+        gathering: &Gathering,
+        patch: usize,
+        channel: usize,
+        moments: usize,
+    ) -> Option<Meaning> {
         let probability = gathering.probability[patch];
         if probability == 0.0 {
             return None;
@@ -340,15 +420,16 @@ impl Experiment {
         let cut_off = match (self.method.estimator, self.method.infinite) {
             (EstimatorKind::Infinite, InfiniteEnd::Cutoff { threshold }) => threshold,
             (EstimatorKind::Infinite, InfiniteEnd::Length { length }) => {
-                self.scene.max_reflectance().powi(length as i32)
+                self.scene.max_reflectance()[channel].powi(length as i32)
             }
             _ => 0.0,
         };
+        let reflectance = self.scene.patches()[patch].reflectance[channel];
         Some(Meaning {
             unit: 1.0 / fixed_units(moments),
-            irradiance_per_event: Some(gathering.largest_value / probability),
-            ratio_bound: gathering.ratio_bound,
-            bias_bound: self.scene.patches()[patch].reflectance * cut_off * gathering.b_bar,
+            irradiance_per_event: Some(gathering.largest_value[channel] / probability),
+            ratio_bound: gathering.ratio_bound[channel],
+            bias_bound: reflectance * cut_off * gathering.b_bar[channel],
         })
     }
 }

@@ -7,10 +7,15 @@
 //! BS = Bekaert & Seidel, *A Theoretical Comparison of Monte Carlo Radiosity Algorithms*.
 
 mod birth;
+mod depart;
 mod estimator;
 mod experiment;
 mod fate;
+mod flat;
+mod isa;
 mod method;
+mod prefetch;
+mod real;
 mod rng;
 mod sampling;
 mod scene;
@@ -28,8 +33,8 @@ pub use experiment::{Board, Experiment, Meaning, Unfit};
 pub use method::{Birth, Direction, EstimatorKind, InfiniteEnd, Method, Space};
 pub use rng::{Sequence, WalkRng};
 pub use scene::{IndexChoice, Patch, Scene, SceneError};
-pub use solution::{Estimate, Precision, Solution};
-pub use spec::{SceneSpec, Shape, Sides, SurfaceSpec};
+pub use solution::{Estimate, Mix, Precision, Solution};
+pub use spec::{SceneSpec, Shape, Sides, Spectrum, SurfaceSpec};
 pub use surface::{Side, Surface};
 pub use tally::{Counts, Layout, MergeError, Overflow, Scoreboard, Tally};
 pub use trace::{Hit, Ray};

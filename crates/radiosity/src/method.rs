@@ -26,6 +26,8 @@ pub enum EstimatorKind {
     Collision,
     /// Every hit of a walk that is never absorbed, by weight (SInf).
     Infinite,
+    /// The first hit alone: direct light (Sh91's first stage).
+    Direct,
 }
 
 /// How walks of the infinite estimator end.
@@ -93,4 +95,6 @@ pub struct Method {
     pub infinite: InfiniteEnd,
     /// Where surviving walks go on from.
     pub space: Space,
+    /// Whether collision walks are scored by absorption and survival too, to find the best mix of both.
+    pub mix: bool,
 }

@@ -103,9 +103,11 @@ impl WalkRng {
 /// The middle of cell `k` of the 2³² that divide [0, 1).
 #[inline(always)]
 pub(crate) fn unit_32(k: u32) -> f64 {
-    const CELL: f64 = 1.0 / 4_294_967_296.0;
-    (f64::from(k) + 0.5) * CELL
+    (f64::from(k) + 0.5) * UNIT_32
 }
+
+/// 2⁻³².
+pub(crate) const UNIT_32: f64 = 1.0 / 4_294_967_296.0;
 
 #[cfg(test)]
 mod tests {

@@ -4,9 +4,11 @@ use glam::DVec3;
 use thiserror::Error;
 
 use crate::birth::Births;
-use crate::spec::{SceneSpec, Shape, Sides};
+use crate::flat::Flat;
+use crate::isa::Isa;
+use crate::spec::{SceneSpec, Shape, Sides, Spectrum};
 use crate::surface::{Surface, cell_centroid};
-use crate::trace::{AnyIndex, Facets, Flat};
+use crate::trace::{Facets, Index};
 use crate::tree::Tree;
 
 /// The most patches a scene may have: patch numbers are 32 bits wide.
@@ -59,9 +61,9 @@ pub struct Patch {
     /// 1 or 2 active sides.
     pub sides: Sides,
     /// R.
-    pub reflectance: f64,
+    pub reflectance: Spectrum,
     /// E [W/m²] of each active side.
-    pub emittance: f64,
+    pub emittance: Spectrum,
 }
 
 impl Patch {
@@ -70,9 +72,9 @@ impl Patch {
         self.area * self.sides.count()
     }
 
-    /// Φ: self-emitted power of all active sides [W].
-    pub fn power(&self) -> f64 {
-        self.active_area() * self.emittance
+    /// Φ: self-emitted power of all active sides in one channel [W].
+    pub fn power(&self, channel: usize) -> f64 {
+        self.active_area() * self.emittance[channel]
     }
 }
 
@@ -82,11 +84,13 @@ pub struct Scene {
     names: Vec<String>,
     surfaces: Vec<Surface>,
     patches: Vec<Patch>,
+    channels: usize,
+    power: [f64; 3],
     emitters: Births,
-    max_reflectance: f64,
+    max_reflectance: Spectrum,
     origin: DVec3,
     pub(crate) facets: Facets,
-    pub(crate) index: AnyIndex,
+    pub(crate) index: Index,
     hash: [u8; 32],
 }
 
@@ -134,12 +138,14 @@ impl Scene {
             })
             .collect();
         let patches = patches(spec);
-        let Some(emitters) = Births::new(&surfaces, patches.len(), |i| patches[i].power()) else {
+        let channels = spec.channels();
+        let power = std::array::from_fn(|c| patches.iter().map(|patch| patch.power(c)).sum());
+        let Some(emitters) = Births::of_emitters(&surfaces, &patches, channels, power) else {
             return Err(SceneError::Whole(
                 "the scene has no emitter (no walk could start); give a material an `emittance` above 0, or a surface an `emit`".into(),
             ));
         };
-        if !emitters.total().is_finite() {
+        if !power.iter().all(|power| power.is_finite()) {
             return Err(SceneError::Whole(
                 "the emitted power of the scene is not finite (it overflows); give smaller `emittance`s or areas".into(),
             ));
@@ -150,15 +156,20 @@ impl Scene {
             IndexChoice::Tree => true,
         };
         let facets = Facets::new(&surfaces, slack);
-        let index = if tree { AnyIndex::Tree(Tree::new(&surfaces, &facets)) } else { AnyIndex::Flat(Flat) };
-        let max_reflectance =
-            spec.surfaces.iter().fold(0.0, |max: f64, surface| max.max(surface.reflectance));
+        let index = if tree {
+            Index::Tree(Tree::new(&surfaces, &facets))
+        } else {
+            Index::Flat(Flat { isa: Isa::best() })
+        };
+        let most = |c: usize| spec.surfaces.iter().fold(0.0, |max: f64, s| max.max(s.reflectance[c]));
         Ok(Scene {
             names: names(spec),
             surfaces,
             patches,
+            channels,
+            power,
             emitters,
-            max_reflectance,
+            max_reflectance: Spectrum::rgb(std::array::from_fn(most)),
             origin,
             facets,
             index,
@@ -181,13 +192,18 @@ impl Scene {
         &self.patches
     }
 
-    /// Φ_T: total self-emitted power [W].
-    pub fn total_power(&self) -> f64 {
-        self.emitters.total()
+    /// 1 where every reflectance and emittance is grey, else 3.
+    pub fn channels(&self) -> usize {
+        self.channels
     }
 
-    /// The highest reflectance in the scene.
-    pub fn max_reflectance(&self) -> f64 {
+    /// Φ_T: total self-emitted power in one channel [W].
+    pub fn total_power(&self, channel: usize) -> f64 {
+        self.power[channel]
+    }
+
+    /// The highest reflectance in the scene, channel by channel.
+    pub fn max_reflectance(&self) -> Spectrum {
         self.max_reflectance
     }
 
@@ -198,7 +214,7 @@ impl Scene {
 
     /// Whether rays are traced through a tree of boxes.
     pub fn has_tree(&self) -> bool {
-        matches!(self.index, AnyIndex::Tree(_))
+        matches!(self.index, Index::Tree(_))
     }
 
     /// A digest of all that walks can see: geometry, cells, sides, reflectances, emittances.
@@ -253,15 +269,7 @@ fn check_surface(surface: &crate::SurfaceSpec) -> Result<(), Fault> {
     if surface.shape.cell_count() > MAX_PATCHES {
         return Err(("patches", format!("more than {MAX_PATCHES} patches on one surface; use fewer")));
     }
-    let reflectance = surface.reflectance;
-    if !(0.0..1.0).contains(&reflectance) {
-        return Err((
-            "reflectance",
-            format!(
-                "{reflectance} is outside [0, 1) (walks would never end, or power be negative); choose 0 ≤ reflectance < 1"
-            ),
-        ));
-    }
+    check_reflectance(surface.reflectance).map_err(|problem| ("reflectance", problem))?;
     check_emittance(surface.emittance).map_err(|problem| ("emittance", problem))?;
     for &(cell, emittance) in &surface.cell_emittance {
         if u64::from(cell) >= surface.shape.cell_count() {
@@ -272,13 +280,22 @@ fn check_surface(surface: &crate::SurfaceSpec) -> Result<(), Fault> {
     Ok(())
 }
 
-fn check_emittance(emittance: f64) -> Result<(), String> {
-    if emittance.is_finite() && emittance >= 0.0 {
-        return Ok(());
-    }
-    Err(format!(
-        "{emittance} is not a finite number ≥ 0 (surfaces cannot emit negative power); give W/m² ≥ 0"
-    ))
+fn check_reflectance(reflectance: Spectrum) -> Result<(), String> {
+    let outside = reflectance.channels().into_iter().find(|channel| !(0.0..1.0).contains(channel));
+    outside.map_or(Ok(()), |outside| {
+        Err(format!(
+            "{outside} is outside [0, 1) (walks would never end, or power be negative); choose 0 ≤ reflectance < 1"
+        ))
+    })
+}
+
+fn check_emittance(emittance: Spectrum) -> Result<(), String> {
+    let outside = emittance.channels().into_iter().find(|channel| !(channel.is_finite() && *channel >= 0.0));
+    outside.map_or(Ok(()), |outside| {
+        Err(format!(
+            "{outside} is not a finite number ≥ 0 (surfaces cannot emit negative power); give W/m² ≥ 0"
+        ))
+    })
 }
 
 fn patches(spec: &SceneSpec) -> Vec<Patch> {
@@ -330,10 +347,13 @@ fn hash(spec: &SceneSpec) -> [u8; 32] {
         for corner in surface.shape.corners() {
             numbers(&corner.to_array());
         }
-        numbers(&[surface.sides.count(), surface.reflectance, surface.emittance]);
+        numbers(&[surface.sides.count()]);
+        numbers(&surface.reflectance.channels());
+        numbers(&surface.emittance.channels());
         numbers(&[surface.cell_emittance.len() as f64]);
         for &(cell, emittance) in &surface.cell_emittance {
-            numbers(&[f64::from(cell), emittance]);
+            numbers(&[f64::from(cell)]);
+            numbers(&emittance.channels());
         }
     }
     *hasher.finalize().as_bytes()

@@ -3,6 +3,7 @@
 use stats::Moments;
 
 use crate::experiment::{Experiment, Meaning};
+use crate::method::Direction;
 use crate::scene::{Patch, Scene};
 use crate::tally::Tally;
 
@@ -61,60 +62,92 @@ pub struct Precision {
 /// The estimates of all patches.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Solution {
-    /// In patch order; `None` where no walk could tell.
+    /// In patch order, the channels of a patch side by side; `None` where no walk could tell.
     pub estimates: Vec<Option<Estimate>>,
+    /// 1 or 3.
+    pub channels: usize,
     /// The level of every interval.
     pub confidence: f64,
     /// Whether walks were cut off, so that `bias_bound` has to be looked at.
     pub biased: bool,
+    /// In patch order, where the job asked for it.
+    pub mixes: Option<Vec<Option<Mix>>>,
 }
 
 impl Solution {
     /// What a tally of at least one walk says.
     pub fn new(experiment: &Experiment, tally: &Tally, confidence: f64) -> Self {
-        let patches = experiment.scene().patches().iter().enumerate();
-        let estimate = |(i, patch): (usize, &Patch)| {
-            let meaning = experiment.meaning(i, tally)?;
-            Some(estimate(patch, &moments(tally, i), tally.events(i), &meaning, confidence))
+        let scene = experiment.scene();
+        let channels = scene.channels();
+        let all = scene.patches().iter().enumerate().flat_map(|(i, p)| (0..channels).map(move |c| (i, p, c)));
+        let estimate = |(i, patch, channel): (usize, &Patch, usize)| {
+            let meaning = experiment.meaning(i, channel, tally)?;
+            let moments = moments(tally, i, channel);
+            Some(estimate(patch, channel, &moments, tally.events(i), &meaning, confidence))
         };
-        Solution { estimates: patches.map(estimate).collect(), confidence, biased: experiment.is_biased() }
+        let mixes = experiment.method().mix.then(|| {
+            let patches = 0..scene.patches().len();
+            patches.map(|i| Mix::new(experiment, tally, i)).collect()
+        });
+        Solution {
+            estimates: all.map(estimate).collect(),
+            channels,
+            confidence,
+            biased: experiment.is_biased(),
+            mixes,
+        }
+    }
+
+    /// The estimates of one patch, channel by channel; `None` where no walk could tell.
+    pub fn patch(&self, patch: usize) -> Option<Vec<Estimate>> {
+        self.estimates[patch * self.channels..][..self.channels].iter().copied().collect()
+    }
+
+    /// The patches with what is known of them.
+    fn known<'a>(
+        &'a self,
+        scene: &'a Scene,
+    ) -> impl Iterator<Item = (usize, &'a Patch, &'a [Option<Estimate>])> {
+        let patches = scene.patches().iter().zip(self.estimates.chunks_exact(self.channels)).enumerate();
+        patches
+            .map(|(i, (patch, channels))| (i, patch, channels))
+            .filter(|(_, _, channels)| channels[0].is_some())
     }
 
     /// The fraction of the area of the sampled non-emitting patches whose relative error is at most
-    /// `relative_error`. A patch that was never hit has an infinite one; a patch of reflectance 0 is known exactly.
+    /// `relative_error` in every channel. A patch that was never hit has an infinite one; a patch of reflectance 0
+    /// is known exactly.
     pub fn fraction_within(&self, scene: &Scene, relative_error: f64) -> f64 {
         let (mut within, mut area) = (0.0, 0.0);
-        for (patch, estimate) in scene.patches().iter().zip(&self.estimates) {
-            let Some(estimate) = estimate else { continue };
-            if patch.emittance == 0.0 {
-                area += patch.area;
-                if estimate.relative_error() <= relative_error {
-                    within += patch.area;
-                }
+        for (_, patch, channels) in self.known(scene).filter(|(_, patch, _)| !patch.emittance.is_lit()) {
+            area += patch.area;
+            if channels.iter().flatten().all(|estimate| estimate.relative_error() <= relative_error) {
+                within += patch.area;
             }
         }
         if area > 0.0 { within / area } else { 1.0 }
     }
 
-    /// How well the non-emitting patches are known. Patches of reflectance 0 are known exactly.
+    /// How well the non-emitting patches are known, all channels alike. Where the reflectance is 0, or nothing
+    /// emits, the radiosity is known exactly.
     pub fn precision(&self, scene: &Scene) -> Precision {
         let mut precision = Precision::default();
         let (mut weighted, mut area) = (0.0, 0.0);
-        for (i, (patch, estimate)) in scene.patches().iter().zip(&self.estimates).enumerate() {
-            let Some(estimate) = estimate else { continue };
-            if patch.emittance > 0.0 || patch.reflectance == 0.0 {
-                continue;
-            }
-            let error = estimate.relative_error();
-            if estimate.effective_scores == 0.0 {
-                precision.unhit_patches += 1;
-            } else {
-                weighted += patch.area * error * error;
-                area += patch.area;
-            }
-            if precision.worst_patch.is_none() || error > precision.max_relative_error {
-                precision.max_relative_error = error;
-                precision.worst_patch = Some(i as u32);
+        let lit = |channel: usize| scene.total_power(channel) > 0.0;
+        for (i, patch, channels) in self.known(scene).filter(|(_, patch, _)| !patch.emittance.is_lit()) {
+            let estimated = channels.iter().flatten().enumerate();
+            for (_, estimate) in estimated.filter(|&(c, _)| patch.reflectance[c] > 0.0 && lit(c)) {
+                let error = estimate.relative_error();
+                if estimate.effective_scores == 0.0 {
+                    precision.unhit_patches += 1;
+                } else {
+                    weighted += patch.area * error * error;
+                    area += patch.area;
+                }
+                if precision.worst_patch.is_none() || error > precision.max_relative_error {
+                    precision.max_relative_error = error;
+                    precision.worst_patch = Some(i as u32);
+                }
             }
         }
         if area > 0.0 {
@@ -124,15 +157,70 @@ impl Solution {
     }
 }
 
+/// Absorption and survival of the same walks, mixed as the sample likes best (S97 §2.6, §3.7).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Mix {
+    /// α: the weight of survival that gives the least variance; 1 − α is that of absorption. `None` where nothing
+    /// scored or the estimators agree walk by walk.
+    pub alpha: Option<f64>,
+    /// B by that mix [W/m²]. The weight was chosen by the same walks, which costs a bias of the order of 1/N.
+    pub radiosity: f64,
+    /// Its standard error for the whole run [W/m²].
+    pub std_error: Option<f64>,
+    /// Variance of collision over that of the mix: 1 where collision is the best.
+    pub collision_excess: Option<f64>,
+}
+
+impl Mix {
+    /// What a tally of related scores says of a patch; `None` where no walk could tell.
+    fn new(experiment: &Experiment, tally: &Tally, i: usize) -> Option<Self> {
+        let patch = &experiment.scene().patches()[i];
+        let meaning = experiment.meaning(i, 0, tally)?;
+        let reflectance = patch.reflectance[0];
+        // A shooting walk scores hits, which are worth more the rarer the event is.
+        let (absorbed, survived) = match experiment.method().direction {
+            Direction::Shooting if reflectance == 0.0 => (1.0, 0.0),
+            Direction::Shooting => (1.0 / (1.0 - reflectance), 1.0 / reflectance),
+            Direction::Gathering(_) => (1.0, 1.0),
+        };
+        let [collision, absorption, survival, sum] = [0, 1, 2, 3].map(|score| moments(tally, i, score));
+        let variance = |moments: &Moments| moments.standard_error().map_or(0.0, |error| error * error);
+        let (var_a, var_s) = (variance(&absorption), variance(&survival));
+        let covariance = 0.5 * (variance(&sum) - var_a - var_s) * absorbed * survived;
+        let (var_a, var_s) = (var_a * absorbed * absorbed, var_s * survived * survived);
+        let denominator = var_a + var_s - 2.0 * covariance;
+        let alpha = (denominator > 0.0 && survived > 0.0).then(|| (var_a - covariance) / denominator);
+        let weight = alpha.unwrap_or(0.0);
+        let mixed = |a: f64, s: f64| weight * survived * s + (1.0 - weight) * absorbed * a;
+        let mean = |moments: &Moments| moments.mean().unwrap_or(0.0);
+        let rest = 1.0 - weight;
+        let mix_variance = weight * weight * var_s + rest * rest * var_a + 2.0 * weight * rest * covariance;
+        let per_unit = meaning.unit * meaning.irradiance_per_event.unwrap_or(0.0) * reflectance;
+        Some(Mix {
+            alpha,
+            radiosity: patch.emittance[0] + per_unit * mixed(mean(&absorption), mean(&survival)),
+            std_error: collision.standard_error().map(|_| per_unit * mix_variance.max(0.0).sqrt()),
+            collision_excess: (mix_variance > 0.0).then(|| variance(&collision) / mix_variance),
+        })
+    }
+}
+
 /// b = R·H: the interval of the mean score, through the meaning of a unit.
-fn estimate(patch: &Patch, moments: &Moments, hits: u128, meaning: &Meaning, confidence: f64) -> Estimate {
+fn estimate(
+    patch: &Patch,
+    channel: usize,
+    moments: &Moments,
+    hits: u128,
+    meaning: &Meaning,
+    confidence: f64,
+) -> Estimate {
     let Meaning { unit, irradiance_per_event, ratio_bound, bias_bound } = *meaning;
     // A patch that the estimator cannot tell the irradiance of has R = 0, so that b = 0 all the same.
-    let reflected_per_event = patch.reflectance * irradiance_per_event.unwrap_or(0.0);
+    let reflected_per_event = patch.reflectance[channel] * irradiance_per_event.unwrap_or(0.0);
     let interval = stats::mean_interval(moments, unit, confidence, ratio_bound);
     let mean = unit * moments.mean().unwrap_or(0.0);
     let error = moments.standard_error().map(|error| unit * error);
-    let radiosity = |mean_score: f64| patch.emittance + reflected_per_event * mean_score;
+    let radiosity = |mean_score: f64| patch.emittance[channel] + reflected_per_event * mean_score;
     Estimate {
         radiosity: radiosity(mean),
         std_error: error.map(|error| reflected_per_event * error),
@@ -146,8 +234,8 @@ fn estimate(patch: &Patch, moments: &Moments, hits: u128, meaning: &Meaning, con
     }
 }
 
-/// The exact power sums of one patch.
-fn moments(tally: &Tally, patch: usize) -> Moments {
-    let sums = tally.patch(patch);
+/// The exact power sums of one score on one patch.
+fn moments(tally: &Tally, patch: usize, score: usize) -> Moments {
+    let sums = tally.patch(patch, score);
     Moments { n: tally.counts.walks, sum: sums[0], sum_sq: sums[1] }
 }

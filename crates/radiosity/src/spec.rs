@@ -1,6 +1,8 @@
 //! What a scene is written as: surfaces, materials, cells. A [`SceneSpec`] travels to the workers and is
 //! hashed; [`crate::Scene::build`] checks it and makes the immutable scene that walks run in.
 
+use std::ops::Index;
+
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
@@ -52,6 +54,54 @@ impl Sides {
     }
 }
 
+/// A reflectance or an emittance: one number per channel (red, green, blue). Grey where they are equal.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Spectrum([f64; 3]);
+
+impl Spectrum {
+    /// Nothing in any channel.
+    pub const BLACK: Spectrum = Spectrum([0.0; 3]);
+
+    /// One number per channel.
+    pub const fn rgb(channels: [f64; 3]) -> Self {
+        Spectrum(channels)
+    }
+
+    /// Red, green, blue.
+    pub fn channels(self) -> [f64; 3] {
+        self.0
+    }
+
+    /// Whether all channels are equal.
+    pub fn is_grey(self) -> bool {
+        self.0[0] == self.0[1] && self.0[1] == self.0[2]
+    }
+
+    /// Whether any channel is above 0.
+    pub fn is_lit(self) -> bool {
+        self.max() > 0.0
+    }
+
+    /// The largest channel.
+    pub fn max(self) -> f64 {
+        self.0.into_iter().fold(0.0, f64::max)
+    }
+}
+
+impl From<f64> for Spectrum {
+    fn from(grey: f64) -> Self {
+        Spectrum([grey; 3])
+    }
+}
+
+impl Index<usize> for Spectrum {
+    type Output = f64;
+
+    fn index(&self, channel: usize) -> &f64 {
+        &self.0[channel]
+    }
+}
+
 /// One planar surface with its material.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SurfaceSpec {
@@ -61,12 +111,12 @@ pub struct SurfaceSpec {
     pub shape: Shape,
     /// Active sides.
     pub sides: Sides,
-    /// Reflectance R in [0, 1).
-    pub reflectance: f64,
+    /// Reflectance R, every channel in [0, 1).
+    pub reflectance: Spectrum,
     /// Emittance E [W/m²] of every cell that `cell_emittance` does not name.
-    pub emittance: f64,
+    pub emittance: Spectrum,
     /// (cell index within the surface, E [W/m²]).
-    pub cell_emittance: Vec<(u32, f64)>,
+    pub cell_emittance: Vec<(u32, Spectrum)>,
 }
 
 /// A whole scene: surfaces in the order that numbers them. Right-handed coordinates, metres.
@@ -74,6 +124,31 @@ pub struct SurfaceSpec {
 pub struct SceneSpec {
     /// Surface number = index here.
     pub surfaces: Vec<SurfaceSpec>,
+}
+
+impl SceneSpec {
+    /// 1 where every reflectance and emittance is grey, else 3.
+    pub fn channels(&self) -> usize {
+        let grey = |surface: &SurfaceSpec| {
+            let mut cells = surface.cell_emittance.iter();
+            surface.reflectance.is_grey()
+                && surface.emittance.is_grey()
+                && cells.all(|(_, emittance)| emittance.is_grey())
+        };
+        if self.surfaces.iter().all(grey) { 1 } else { 3 }
+    }
+
+    /// The grey scene that one channel sees.
+    pub fn channel(&self, channel: usize) -> SceneSpec {
+        let mut grey = self.clone();
+        for surface in &mut grey.surfaces {
+            let cells = surface.cell_emittance.iter_mut().map(|(_, emittance)| emittance);
+            for spectrum in [&mut surface.reflectance, &mut surface.emittance].into_iter().chain(cells) {
+                *spectrum = spectrum[channel].into();
+            }
+        }
+        grey
+    }
 }
 
 impl Shape {

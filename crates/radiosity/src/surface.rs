@@ -4,7 +4,7 @@
 use glam::DVec3;
 
 use crate::sampling::{cosine_direction, fixed_64};
-use crate::spec::{Shape, Sides, SurfaceSpec};
+use crate::spec::{Shape, Sides, Spectrum, SurfaceSpec};
 
 /// The side of a surface that a ray leaves or meets.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -36,9 +36,10 @@ pub struct Surface {
     tangent: DVec3,
     bitangent: DVec3,
     normal: DVec3,
-    reflectance: f64,
-    /// R as a threshold for 64 random bits.
+    reflectance: Spectrum,
+    /// σ as a threshold for 64 random bits.
     survival: u64,
+    tint: [f64; 3],
     first_patch: u32,
     cells: Cells,
     sides: Sides,
@@ -62,7 +63,8 @@ impl Surface {
             bitangent: normal.cross(tangent),
             normal,
             reflectance: spec.reflectance,
-            survival: fixed_64(spec.reflectance),
+            survival: fixed_64(spec.reflectance.max()),
+            tint: tint(spec.reflectance),
             first_patch,
             cells,
             sides: spec.sides,
@@ -98,8 +100,14 @@ impl Surface {
 
     /// R.
     #[inline(always)]
-    pub fn reflectance(&self) -> f64 {
+    pub fn reflectance(&self) -> Spectrum {
         self.reflectance
+    }
+
+    /// R_c/σ of each channel: what is left of the weights of a walk that survives.
+    #[inline(always)]
+    pub(crate) fn tint(&self) -> [f64; 3] {
+        self.tint
     }
 
     /// Whether a side reflects and emits.
@@ -108,7 +116,7 @@ impl Surface {
         side == Side::Front || self.sides == Sides::Both
     }
 
-    /// Whether a walk survives here, given 64 random bits: probability R.
+    /// Whether a walk survives here, given 64 random bits: probability σ, the largest channel of R.
     #[inline(always)]
     pub fn survives(&self, bits: u64) -> bool {
         bits < self.survival
@@ -157,13 +165,24 @@ impl Surface {
     /// within 10⁻¹¹.
     #[inline(always)]
     pub fn direction(&self, side: Side, bits: u64) -> DVec3 {
-        let [x, y, z] = cosine_direction(bits);
+        self.to_scene(side, cosine_direction(bits))
+    }
+
+    /// A direction in the frame of a side, in that of the scene.
+    #[inline(always)]
+    pub(crate) fn to_scene(&self, side: Side, [x, y, z]: [f64; 3]) -> DVec3 {
         let z = match side {
             Side::Front => z,
             Side::Back => -z,
         };
         self.tangent * x + self.bitangent * y + self.normal * z
     }
+}
+
+fn tint(reflectance: Spectrum) -> [f64; 3] {
+    // Nothing survives where σ = 0.
+    let survival = reflectance.max();
+    reflectance.channels().map(|channel| if survival > 0.0 { channel / survival } else { 0.0 })
 }
 
 /// The step of an n-step division of [0, 1] that holds x; x may exceed the interval by a rounding error.
@@ -229,8 +248,8 @@ mod tests {
                 name: None,
                 shape,
                 sides: Sides::Front,
-                reflectance: 0.5,
-                emittance: 0.0,
+                reflectance: 0.5.into(),
+                emittance: Spectrum::BLACK,
                 cell_emittance: vec![],
             },
             0,

@@ -40,12 +40,12 @@ pub struct Counts {
     pub escaped: u64,
     /// Walks that were cut off.
     pub truncated: u64,
-    /// Weight that ended on backs, in 2⁻⁴⁰ of a walk's.
-    pub absorbed_back_weight: u128,
+    /// Weight of each channel that ended on backs, in 2⁻⁴⁰ of a walk's.
+    pub absorbed_back_weight: [u128; 3],
     /// Weight that left the scene, likewise.
-    pub escaped_weight: u128,
+    pub escaped_weight: [u128; 3],
     /// Weight that was cut off, likewise.
-    pub truncated_weight: u128,
+    pub truncated_weight: [u128; 3],
 }
 
 impl Counts {
@@ -66,27 +66,19 @@ impl Counts {
     }
 
     /// The counts in a fixed order, as messages, files and digests hold them.
-    pub fn to_array(self) -> [u128; 9] {
+    pub fn to_array(self) -> [u128; 15] {
         let counts = [self.walks, self.rays, self.absorbed, self.absorbed_back, self.escaped, self.truncated];
-        let [walks, rays, absorbed, absorbed_back, escaped, truncated] = counts.map(u128::from);
         let weights = [self.absorbed_back_weight, self.escaped_weight, self.truncated_weight];
-        let [back_weight, escaped_weight, truncated_weight] = weights;
-        [
-            walks,
-            rays,
-            absorbed,
-            absorbed_back,
-            escaped,
-            truncated,
-            back_weight,
-            escaped_weight,
-            truncated_weight,
-        ]
+        let mut array = [0; 15];
+        array[..6].copy_from_slice(&counts.map(u128::from));
+        array[6..].copy_from_slice(weights.as_flattened());
+        array
     }
 
     /// The inverse of [`Counts::to_array`]; `None` where a count leaves its 64 bits.
-    pub fn from_array(array: [u128; 9]) -> Option<Self> {
+    pub fn from_array(array: [u128; 15]) -> Option<Self> {
         let count = |i: usize| u64::try_from(array[i]).ok();
+        let weight = |i: usize| [array[i], array[i + 1], array[i + 2]];
         Some(Counts {
             walks: count(0)?,
             rays: count(1)?,
@@ -94,9 +86,9 @@ impl Counts {
             absorbed_back: count(3)?,
             escaped: count(4)?,
             truncated: count(5)?,
-            absorbed_back_weight: array[6],
-            escaped_weight: array[7],
-            truncated_weight: array[8],
+            absorbed_back_weight: weight(6),
+            escaped_weight: weight(9),
+            truncated_weight: weight(12),
         })
     }
 }
@@ -104,7 +96,9 @@ impl Counts {
 /// What a tally keeps of each patch, in this order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Layout {
-    /// Σx … Σx^k, k = `moments`.
+    /// Scores per walk and patch: one for each channel, or for each estimator that is compared.
+    pub scores: usize,
+    /// Σx … Σx^k of each score x, k = `moments`.
     pub moments: usize,
     /// Whether events are counted beside the sums: where scores are not counts themselves.
     pub events: bool,
@@ -113,7 +107,7 @@ pub struct Layout {
 impl Layout {
     /// Numbers per patch.
     pub fn columns(self) -> usize {
-        self.moments + usize::from(self.events)
+        self.scores * self.moments + usize::from(self.events)
     }
 }
 
@@ -169,15 +163,20 @@ impl Tally {
         self.sums
     }
 
-    /// Σx, Σx², … of one patch, in units.
-    pub fn patch(&self, patch: usize) -> &[u128] {
-        &self.sums[patch * self.layout.columns()..][..self.layout.moments]
+    /// Σx, Σx², … of one score on one patch, in units.
+    pub fn patch(&self, patch: usize, score: usize) -> &[u128] {
+        let Layout { moments, .. } = self.layout;
+        &self.columns(patch)[score * moments..][..moments]
+    }
+
+    fn columns(&self, patch: usize) -> &[u128] {
+        &self.sums[patch * self.layout.columns()..][..self.layout.columns()]
     }
 
     /// Scored events of a patch (shooting), or walks born there (gathering).
     pub fn events(&self, patch: usize) -> u128 {
-        let columns = &self.sums[patch * self.layout.columns()..][..self.layout.columns()];
-        if self.layout.events { columns[self.layout.moments] } else { columns[0] }
+        let columns = self.columns(patch);
+        if self.layout.events { columns[columns.len() - 1] } else { columns[0] }
     }
 
     /// Adds the walks of another tally.
@@ -198,7 +197,8 @@ impl Tally {
     /// A digest of everything the tally holds.
     pub fn hash(&self) -> [u8; 32] {
         let mut hasher = blake3::Hasher::new();
-        hasher.update(&[self.layout.moments as u8, u8::from(self.layout.events)]);
+        let Layout { scores, moments, events } = self.layout;
+        hasher.update(&[scores as u8, moments as u8, u8::from(events)]);
         for count in self.counts.to_array() {
             hasher.update(&count.to_le_bytes());
         }
@@ -282,71 +282,116 @@ impl Events for u64 {
     }
 }
 
-/// What one patch has collected, and the running score of the walk that scored there last.
+/// What one patch has collected.
 #[derive(Clone, Copy, Debug)]
-struct Cell<W, E, const M: usize> {
-    /// 1 + the number of that walk; 0 for none.
-    walk: u64,
+struct Cell<W, E, const S: usize, const M: usize> {
     events: E,
-    score: W,
-    sums: [W; M],
+    sums: [[W; M]; S],
 }
 
-impl<W: Word, E: Events, const M: usize> Cell<W, E, M> {
+impl<W: Word, E: Events, const S: usize, const M: usize> Cell<W, E, S, M> {
     fn empty() -> Self {
-        Cell { walk: 0, events: E::default(), score: W::default(), sums: [W::default(); M] }
+        Cell { events: E::default(), sums: [[W::default(); M]; S] }
     }
 
     /// Whether no sum can have wrapped. Σx cannot. Counts: Σx² ≤ (Σx)² and Σx³, Σx⁴ ≤ (Σx²)². Other scores:
     /// Σx^k ≤ Σx·(largest score)^(k−1).
     fn fits(&self, largest: u128) -> bool {
-        if !E::COUNTED {
-            return self.sums.iter().take(M.div_ceil(2)).all(|sum| sum.is_small());
-        }
-        let sum: u128 = self.sums[0].into();
-        (1..M).try_fold(sum, |bound, _| bound.checked_mul(largest)).is_some()
+        self.sums.iter().all(|sums| {
+            if !E::COUNTED {
+                return sums.iter().take(M.div_ceil(2)).all(|sum| sum.is_small());
+            }
+            let sum: u128 = sums[0].into();
+            (1..M).try_fold(sum, |bound, _| bound.checked_mul(largest)).is_some()
+        })
     }
 }
 
-/// Where a thread's walks score: per patch the power sums of whole-walk scores, kept right after every
-/// score, so that the end of a walk costs nothing however many patches it met.
+#[inline(always)]
+fn plus<W: Word, const S: usize>(a: [W; S], b: [W; S]) -> [W; S] {
+    std::array::from_fn(|s| a[s].plus(b[s]))
+}
+
+/// Where a thread's walks score: per patch the power sums of S whole-walk scores.
 #[derive(Clone, Debug)]
-pub struct Scoreboard<W, E, const M: usize> {
+pub struct Scoreboard<W, E, const S: usize, const M: usize> {
     /// How the walks ended.
     pub counts: Counts,
-    cells: Vec<Cell<W, E, M>>,
+    cells: Vec<Cell<W, E, S, M>>,
     /// The largest score of a walk; watched where scores are not counts.
     largest: u128,
 }
 
-impl<W: Word, E: Events, const M: usize> Scoreboard<W, E, M> {
-    /// What [`Scoreboard::take`] hands over.
-    pub const LAYOUT: Layout = Layout { moments: M, events: E::COUNTED };
+/// Paths up to this long are searched for earlier visits one by one, longer ones are sorted.
+const SHORT_PATH: usize = 64;
+
+impl<W: Word, E: Events, const S: usize, const M: usize> Scoreboard<W, E, S, M> {
+    const LAYOUT: Layout = Layout { scores: S, moments: M, events: E::COUNTED };
 
     /// An empty board.
     pub fn new(patches: usize) -> Self {
         Scoreboard { counts: Counts::default(), cells: vec![Cell::empty(); patches], largest: 0 }
     }
 
-    /// Adds `units` to what walk number `walk` scores on a patch: Σx^k grows by (x + units)^k − x^k.
+    /// What [`Scoreboard::take`] hands over.
+    pub fn layout(&self) -> Layout {
+        Self::LAYOUT
+    }
+
+    /// Adds what a whole walk scores on a patch.
     #[inline(always)]
-    pub fn add(&mut self, walk: u64, patch: u32, units: W) {
-        let cell = &mut self.cells[patch as usize];
-        let before = if cell.walk == walk + 1 { cell.score } else { W::default() };
-        let after = before.plus(units);
-        cell.walk = walk + 1;
-        cell.score = after;
-        if E::COUNTED {
-            self.largest = self.largest.max(after.into());
+    pub fn add(&mut self, patch: u32, scores: [W; S]) {
+        self.raise(patch, [W::default(); S], scores);
+    }
+
+    /// Adds what a whole walk scores on its path: `units(i)` on the i-th of `patches`, which may repeat.
+    #[inline(always)]
+    pub fn add_path(&mut self, patches: &[u32], units: impl Fn(usize) -> [W; S]) {
+        if patches.len() > SHORT_PATH {
+            return self.add_long_path(patches, units);
         }
-        let (mut power_before, mut power_after) = (before, after);
-        for (k, sum) in cell.sums.iter_mut().enumerate() {
-            if k > 0 {
-                power_before = power_before.times(before);
-                power_after = power_after.times(after);
+        for (i, &patch) in patches.iter().enumerate() {
+            let mut before = [W::default(); S];
+            for (j, _) in patches[..i].iter().enumerate().filter(|&(_, &earlier)| earlier == patch) {
+                before = plus(before, units(j));
             }
-            *sum = sum.plus(power_after.minus(power_before));
+            self.raise(patch, before, units(i));
         }
+    }
+
+    fn add_long_path(&mut self, patches: &[u32], units: impl Fn(usize) -> [W; S]) {
+        let mut order: Vec<usize> = (0..patches.len()).collect();
+        order.sort_unstable_by_key(|&i| patches[i]);
+        for visits in order.chunk_by(|&i, &j| patches[i] == patches[j]) {
+            let scores = visits.iter().fold([W::default(); S], |sum, &i| plus(sum, units(i)));
+            self.add(patches[visits[0]], scores);
+        }
+    }
+
+    /// Raises what a walk scores on a patch: Σx^k grows by (x + units)^k − x^k.
+    #[inline(always)]
+    fn raise(&mut self, patch: u32, before: [W; S], units: [W; S]) {
+        let cell = &mut self.cells[patch as usize];
+        for ((before, sums), units) in before.into_iter().zip(&mut cell.sums).zip(units) {
+            let after = before.plus(units);
+            if E::COUNTED {
+                self.largest = self.largest.max(after.into());
+            }
+            let (mut power_before, mut power_after) = (before, after);
+            for (k, sum) in sums.iter_mut().enumerate() {
+                if k > 0 {
+                    power_before = power_before.times(before);
+                    power_after = power_after.times(after);
+                }
+                *sum = sum.plus(power_after.minus(power_before));
+            }
+        }
+    }
+
+    /// Asks for the cell of a patch ahead of time.
+    #[inline(always)]
+    pub fn prefetch(&self, patch: u32) {
+        crate::prefetch::prefetch(&raw const self.cells[patch as usize], 1);
     }
 
     /// Counts an event on a patch.
@@ -366,11 +411,11 @@ impl<W: Word, E: Events, const M: usize> Scoreboard<W, E, M> {
             if !cell.fits(self.largest) {
                 return Err(Overflow);
             }
-            for (sum, part) in sums.iter_mut().zip(cell.sums) {
-                *sum = part.into();
+            for (sum, part) in sums.iter_mut().zip(cell.sums.as_flattened()) {
+                *sum = (*part).into();
             }
             if E::COUNTED {
-                sums[M] = cell.events.total();
+                sums[columns - 1] = cell.events.total();
             }
             *cell = Cell::empty();
         }
@@ -384,39 +429,51 @@ impl<W: Word, E: Events, const M: usize> Scoreboard<W, E, M> {
 mod tests {
     use super::*;
 
-    const PAIR: Layout = Layout { moments: 2, events: false };
+    const PAIR: Layout = Layout { scores: 1, moments: 2, events: false };
 
     #[test]
     fn the_whole_score_of_a_walk_is_raised_to_the_power() {
-        let mut board = Scoreboard::<u64, (), 4>::new(2);
-        for (walk, patch) in [(0, 0), (0, 1), (0, 0), (0, 0), (1, 0), (2, 1), (2, 1)] {
-            board.add(walk, patch, 1);
+        let mut board = Scoreboard::<u64, (), 1, 4>::new(2);
+        for path in [&[0, 1, 0, 0][..], &[0], &[1, 1]] {
+            board.add_path(path, |_| [1]);
         }
         let tally = board.take().unwrap();
         // Patch 0: scores 3 and 1; patch 1: scores 1 and 2.
-        assert_eq!(tally.patch(0), [4, 10, 28, 82]);
-        assert_eq!(tally.patch(1), [3, 5, 9, 17]);
+        assert_eq!(tally.patch(0, 0), [4, 10, 28, 82]);
+        assert_eq!(tally.patch(1, 0), [3, 5, 9, 17]);
     }
 
     #[test]
     fn fixed_point_scores_and_their_events_are_kept_apart() {
-        let mut board = Scoreboard::<u128, u64, 2>::new(1);
-        for units in [1_u128 << 40, 3 << 38] {
-            board.add(5, 0, units);
-            board.count(0);
-        }
+        let mut board = Scoreboard::<u128, u64, 1, 2>::new(1);
+        board.add_path(&[0, 0], |i| [[1_u128 << 40, 3 << 38][i]]);
+        board.count(0);
+        board.count(0);
         let tally = board.take().unwrap();
-        assert_eq!(tally.patch(0), [7 << 38, 49 << 76]);
+        assert_eq!(tally.patch(0, 0), [7 << 38, 49 << 76]);
         assert_eq!(tally.events(0), 2);
     }
 
     #[test]
+    fn long_paths_score_as_short_ones_do() {
+        let path: Vec<u32> = (0..1000).map(|i| i * i % 7).collect();
+        let mut board = Scoreboard::<u64, (), 1, 4>::new(7);
+        board.add_path(&path, |i| [i as u64 % 3]);
+        let tally = board.take().unwrap();
+        for patch in 0..7 {
+            let visits = path.iter().enumerate().filter(|&(_, &visited)| visited == patch);
+            let score: u128 = visits.map(|(i, _)| i as u128 % 3).sum();
+            assert_eq!(tally.patch(patch as usize, 0), [1, 2, 3, 4].map(|power| score.pow(power)));
+        }
+    }
+
+    #[test]
     fn a_board_forgets_what_it_handed_over() {
-        let mut board = Scoreboard::<u64, (), 2>::new(1);
-        board.add(7, 0, 1);
+        let mut board = Scoreboard::<u64, (), 1, 2>::new(1);
+        board.add(0, [1]);
         board.take().unwrap();
-        board.add(7, 0, 1);
-        assert_eq!(board.take().unwrap().patch(0), [1, 1]);
+        board.add(0, [1]);
+        assert_eq!(board.take().unwrap().patch(0, 0), [1, 1]);
     }
 
     #[test]
@@ -438,34 +495,34 @@ mod tests {
         let full = Tally::from_parts(Counts::default(), 1, PAIR, vec![u128::MAX, 0]).unwrap();
         let one = Tally::from_parts(Counts::default(), 1, PAIR, vec![1, 0]).unwrap();
         assert_eq!(full.clone().merge(&one), Err(MergeError::Overflow(Overflow)));
-        let mut board = Scoreboard::<u64, (), 2>::new(1);
-        board.add(0, 0, 1 << 32);
+        let mut board = Scoreboard::<u64, (), 1, 2>::new(1);
+        board.add(0, [1 << 32]);
         assert_eq!(board.take(), Err(Overflow));
     }
     /// Of four powers the second is looked at, too; of fixed-point scores the largest is.
     #[test]
     fn a_board_does_not_hand_over_powers_that_may_have_wrapped() {
-        let mut hits = Scoreboard::<u64, (), 4>::new(1);
-        hits.add(0, 0, 1 << 17);
+        let mut hits = Scoreboard::<u64, (), 1, 4>::new(1);
+        hits.add(0, [1 << 17]);
         assert_eq!(hits.take(), Err(Overflow));
-        let mut fixed = Scoreboard::<u128, u64, 2>::new(1);
-        fixed.add(0, 0, 1 << 40);
-        assert_eq!(fixed.take().unwrap().patch(0), [1 << 40, 1 << 80]);
-        fixed.add(1, 0, 1 << 65);
+        let mut fixed = Scoreboard::<u128, u64, 1, 2>::new(1);
+        fixed.add(0, [1 << 40]);
+        assert_eq!(fixed.take().unwrap().patch(0, 0), [1 << 40, 1 << 80]);
+        fixed.add(0, [1 << 65]);
         assert_eq!(fixed.take(), Err(Overflow));
     }
 
     #[test]
     fn every_count_is_merged_hashed_and_kept_from_wrapping() {
         let empty = Tally::new(1, PAIR);
-        let array: [u128; 9] = std::array::from_fn(|i| i as u128 + 1);
+        let array: [u128; 15] = std::array::from_fn(|i| i as u128 + 1);
         let mut full = empty.clone();
         full.counts = Counts::from_array(array).unwrap();
         assert_eq!(full.counts.to_array(), array);
         full.merge(&full.clone()).unwrap();
         assert_eq!(full.counts.to_array(), array.map(|count| 2 * count));
-        for i in 0..9 {
-            let mut one = [0; 9];
+        for i in 0..15 {
+            let mut one = [0; 15];
             one[i] = 1;
             let most = if i < 6 { u64::MAX.into() } else { u128::MAX };
             let [one, mut most] = [one, one.map(|one| one * most)]

@@ -8,6 +8,7 @@ use std::hint::select_unpredictable;
 
 use glam::DVec3;
 
+use crate::flat::Flat;
 use crate::spec::Sides;
 use crate::surface::{Side, Surface};
 use crate::tree::{Scratch, Tree};
@@ -122,6 +123,15 @@ impl Hits {
             side: self.side[i],
         })
     }
+
+    /// Puts hit `from` in place of hit `to`.
+    #[inline(always)]
+    pub(crate) fn copy(&mut self, from: usize, to: usize) {
+        self.t[to] = self.t[from];
+        self.surface[to] = self.surface[from];
+        self.uv.iter_mut().for_each(|row| row[to] = row[from]);
+        self.side[to] = self.side[from];
+    }
 }
 
 /// What tracing needs of a surface: its plane and the affine map to its local coordinates. A facet is the
@@ -137,7 +147,7 @@ pub(crate) struct Facet {
     pub(crate) v_axis: DVec3,
     pub(crate) v_offset: f64,
     pub(crate) triangle: bool,
-    two_sided: bool,
+    pub(crate) two_sided: bool,
 }
 
 /// The dual of a surface's edges: u_axis·e_u = 1, u_axis·e_v = 0. Its length is 1 over the height above the other
@@ -214,6 +224,10 @@ impl Facets {
         self.facets.len()
     }
 
+    pub(crate) fn iter(&self) -> std::slice::Iter<'_, Facet> {
+        self.facets.iter()
+    }
+
     pub(crate) fn get(&self, surface: u32) -> &Facet {
         &self.facets[surface as usize]
     }
@@ -252,31 +266,37 @@ impl Facets {
     }
 }
 
-/// Finds the nearest hit: the one thing that walks ask of geometry.
-pub(crate) trait Index {
-    /// The least (t, surface number) among the facets that the ray meets. `scratch` is space that keeps
-    /// its allocation from ray to ray.
-    fn closest_hit(&self, facets: &Facets, ray: &Ray, scratch: &mut Scratch) -> Option<Hit>;
-}
-
-/// No index: every facet is met in turn. The fastest for a handful.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Flat;
-
-impl Index for Flat {
-    #[inline(always)]
-    fn closest_hit(&self, facets: &Facets, ray: &Ray, _: &mut Scratch) -> Option<Hit> {
-        let mut best = None;
-        for surface in 0..facets.len() as u32 {
-            facets.meet(surface, ray, &mut best);
-        }
-        best
-    }
-}
-
-/// The index that a scene was given.
+/// What a scene finds the nearest surface by.
 #[derive(Clone, Debug)]
-pub(crate) enum AnyIndex {
+pub(crate) enum Index {
+    /// Every facet is met in turn.
     Flat(Flat),
+    /// Through a tree of boxes.
     Tree(Tree),
+}
+
+impl Index {
+    /// The least (t, surface number) among the facets that each ray meets. Directions have a length of about 1;
+    /// `scratch` is space that keeps its allocation from batch to batch.
+    #[inline]
+    pub(crate) fn closest_hits(&self, facets: &Facets, rays: &Rays, scratch: &mut Scratch, hits: &mut Hits) {
+        match self {
+            Index::Flat(flat) => flat.closest_hits(facets, rays, hits),
+            Index::Tree(tree) => tree.closest_hits(facets, rays, scratch, hits),
+        }
+    }
+
+    /// The same for one ray of any length.
+    pub(crate) fn closest_hit(&self, facets: &Facets, ray: &Ray) -> Option<Hit> {
+        match self {
+            Index::Flat(_) => {
+                let mut best = None;
+                for surface in 0..facets.len() as u32 {
+                    facets.meet(surface, ray, &mut best);
+                }
+                best
+            }
+            Index::Tree(tree) => tree.closest_hit(facets, ray),
+        }
+    }
 }

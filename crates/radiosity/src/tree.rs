@@ -7,9 +7,10 @@ mod build;
 mod lanes;
 mod wavefront;
 
-use crate::trace::{Facets, Hit, Index, Ray};
+use crate::isa::Isa;
+use crate::trace::{Facets, Hit, Hits, Ray, Rays};
 use lanes::Row;
-pub(crate) use wavefront::{Isa, Scratch};
+pub(crate) use wavefront::Scratch;
 
 /// A tree of nodes with sixteen children and leaves of up to sixteen facets.
 #[derive(Clone, Debug)]
@@ -81,20 +82,18 @@ impl Leaf {
     const SURFACE: usize = 13;
 }
 
-impl Index for Tree {
-    fn closest_hit(&self, facets: &Facets, ray: &Ray, scratch: &mut Scratch) -> Option<Hit> {
+impl Tree {
+    /// The nearest hit of one ray of any length.
+    pub(crate) fn closest_hit(&self, facets: &Facets, ray: &Ray) -> Option<Hit> {
         // The kernel wants directions of about unit length. A power of two changes no bit of the hit but the
         // exponent of t.
         let largest = ray.direction.abs().max_element();
         let scale = f64::from_bits((1.0 / largest).to_bits() & f64::INFINITY.to_bits()) * 0.5;
-        let mut single = scratch.single.take().unwrap_or_default();
-        let (rays, hits) = &mut *single;
-        rays.len = 0;
+        let mut rays = Rays::default();
         rays.push(&Ray { direction: ray.direction * scale, ..*ray });
-        self.closest_hits(facets, rays, scratch, hits);
-        let hit = hits.get(0).map(|hit| Hit { t: hit.t * scale, ..hit });
-        scratch.single = Some(single);
-        hit
+        let mut hits = Hits::default();
+        self.closest_hits(facets, &rays, &mut Scratch::default(), &mut hits);
+        hits.get(0).map(|hit| Hit { t: hit.t * scale, ..hit })
     }
 }
 

@@ -5,17 +5,12 @@ use glam::DVec3;
 
 use crate::scene::Scene;
 use crate::surface::Surface;
-use crate::trace::{AnyIndex, Hit, Index, Ray};
-use crate::tree::Scratch;
+use crate::trace::{Hit, Ray};
 
 impl Scene {
     /// The nearest surface along a ray, whichever of its sides is met; `None` where the ray leaves the scene.
     pub fn closest_hit(&self, ray: &Ray) -> Option<Hit> {
-        let mut scratch = Scratch::default();
-        match &self.index {
-            AnyIndex::Flat(index) => index.closest_hit(&self.facets, ray, &mut scratch),
-            AnyIndex::Tree(index) => index.closest_hit(&self.facets, ray, &mut scratch),
-        }
+        self.index.closest_hit(&self.facets, ray)
     }
 }
 

@@ -1,179 +1,200 @@
-//! The walk, as the papers write it.
+//! The walk, as the papers write it, many side by side.
+//!
+//! A batch of walks goes through the same verbs, one verb at a time for all of them: trace, score, survive or die,
+//! scatter. A walk that ends makes room for the next one. Each draws from its own place in the sequence, so that
+//! how many go side by side, and where each of them is, cannot enter the answer.
 
 use std::ops::Range;
 
 use crate::birth::Births;
+use crate::depart::Departures;
 use crate::estimator::Estimator;
 use crate::fate::{Fate, Next};
+use crate::isa::Isa;
 use crate::method::Space;
 use crate::rng::{Sequence, WalkRng};
 use crate::scene::Scene;
 use crate::surface::Side;
 use crate::tally::Counts;
-use crate::trace::{AnyIndex, Hit, Index, Ray};
+use crate::trace::{Hits, Rays, WIDTH};
 use crate::tree::Scratch;
 
-/// Every way a walk can end, with the weight that it had left.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// Every way a walk can end.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum WalkEnd {
     /// An active side took it.
     Absorbed,
     /// It met the back of a one-sided surface.
-    AbsorbedBack(f64),
+    AbsorbedBack,
     /// It left the scene.
-    Escaped(f64),
+    Escaped,
     /// It was cut off (infinite walks only).
-    Truncated(f64),
+    Truncated,
 }
 
-/// [`Space`] as a type, so that the loop pays only for the one it uses.
-trait Depart {
-    /// Local coordinates that the walk leaves from after a hit in `cell`.
-    fn depart(scene: &Scene, hit: &Hit, cell: u32, rng: &mut WalkRng) -> [f64; 2];
+/// A walk between two rays.
+struct Walk<F, S> {
+    rng: WalkRng,
+    fate: F,
+    /// What it has scored so far.
+    score: S,
 }
 
-struct FromPatch;
-struct FromHit;
-
-impl Depart for FromPatch {
-    #[inline(always)]
-    fn depart(scene: &Scene, hit: &Hit, cell: u32, rng: &mut WalkRng) -> [f64; 2] {
-        scene.surfaces()[hit.surface as usize].point_in_cell(cell, rng.pair())
-    }
-}
-
-impl Depart for FromHit {
-    #[inline(always)]
-    fn depart(scene: &Scene, hit: &Hit, _: u32, _: &mut WalkRng) -> [f64; 2] {
-        scene.surfaces()[hit.surface as usize].inside(hit.uv)
-    }
-}
-
-/// A cosine-distributed ray from a point of a surface. Draws: direction.
-#[inline(always)]
-fn leave(scene: &Scene, number: u32, uv: [f64; 2], side: Side, rng: &mut WalkRng) -> Ray {
-    let surface = &scene.surfaces()[number as usize];
-    Ray { origin: surface.point(uv), direction: surface.direction(side, rng.bits()), from: number }
+/// Where a walk goes on from.
+struct Departure {
+    surface: u32,
+    side: Side,
+    uv: [f64; 2],
 }
 
 /// What stays the same from walk to walk.
-struct Walker<'a, I> {
+struct Walker<'a, E, F, const C: usize> {
     scene: &'a Scene,
     births: &'a Births,
-    index: &'a I,
-    scratch: Box<Scratch>,
-    rays: u64,
-}
-
-impl<I: Index> Walker<'_, I> {
-    /// One walk. Draws: place of birth, point, direction; then per hit survival, point (discrete only),
-    /// direction. No score and no survival test at its origin: the estimate is of b, and E is added
-    /// (source-term suppression).
-    #[inline(always)]
-    fn walk<D: Depart>(
-        &mut self,
-        number: u64,
-        rng: &mut WalkRng,
-        mut fate: impl Fate,
-        score: &mut impl Estimator,
-    ) -> WalkEnd {
-        let scene = self.scene;
-        let birth = self.births.choose(rng.bits());
-        let surface = &scene.surfaces()[birth.surface as usize];
-        score.begin(number, surface.first_patch() + birth.cell);
-        let uv = surface.point_in_cell(birth.cell, rng.pair());
-        let mut ray = leave(scene, birth.surface, uv, birth.side, rng);
-        loop {
-            self.rays += 1;
-            let Some(hit) = self.index.closest_hit(&scene.facets, &ray, &mut self.scratch) else {
-                return WalkEnd::Escaped(fate.weight());
-            };
-            let surface = &scene.surfaces()[hit.surface as usize];
-            if !surface.is_active(hit.side) {
-                return WalkEnd::AbsorbedBack(fate.weight());
-            }
-            let cell = surface.cell_at(hit.uv);
-            let patch = surface.first_patch() + cell;
-            score.arrival(patch, fate.weight());
-            match fate.decide(surface, rng) {
-                Next::Survives => score.survival(patch),
-                Next::Dies => {
-                    score.death(patch);
-                    return WalkEnd::Absorbed;
-                }
-                Next::Truncated(weight) => return WalkEnd::Truncated(weight),
-            }
-            let uv = D::depart(scene, &hit, cell, rng);
-            ray = leave(scene, hit.surface, uv, hit.side, rng);
-        }
-    }
+    space: Space,
+    /// Of a walk that sets out.
+    fate: F,
+    estimator: &'a mut E,
+    counts: Counts,
 }
 
 /// Walks number `walks.start` … `walks.end` − 1 of a sequence; returns how they ended.
-pub(crate) fn walk_all(
+pub(crate) fn walk_all<const C: usize>(
     scene: &Scene,
     births: &Births,
     space: Space,
     sequence: &Sequence,
     walks: Range<u64>,
-    fate: impl Fate,
-    score: &mut impl Estimator,
+    fate: impl Fate<C>,
+    estimator: &mut impl Estimator<C>,
 ) -> Counts {
-    match (&scene.index, space) {
-        (AnyIndex::Flat(index), Space::Discrete) => {
-            walk_with::<_, FromPatch>(scene, births, index, sequence, walks, fate, score)
+    let counts = Counts { walks: walks.end - walks.start, ..Counts::default() };
+    let mut walker = Walker { scene, births, space, fate, estimator, counts };
+    let starts = sequence.walks_from(walks.start).take((walks.end - walks.start) as usize);
+    walker.run(starts);
+    walker.counts
+}
+
+impl<E: Estimator<C>, F: Fate<C>, const C: usize> Walker<'_, E, F, C> {
+    /// One walk for each generator.
+    fn run(&mut self, mut starts: impl Iterator<Item = WalkRng>) {
+        let isa = Isa::best();
+        let (mut rays, mut hits) = (Box::<Rays>::default(), Box::<Hits>::default());
+        let mut scratch = Box::<Scratch>::default();
+        let mut departures = Box::<Departures>::default();
+        let mut walks: Vec<Walk<F, E::Score>> = Vec::with_capacity(WIDTH);
+        for rng in starts.by_ref().take(WIDTH) {
+            let mut walk = Walk { rng, fate: self.fate, score: E::Score::default() };
+            let departure = self.begin(&mut walk);
+            departures.set(walks.len(), departure, walk.rng.bits());
+            walks.push(walk);
         }
-        (AnyIndex::Flat(index), Space::Continuous) => {
-            walk_with::<_, FromHit>(scene, births, index, sequence, walks, fate, score)
+        while !walks.is_empty() {
+            departures.leave(isa, self.scene.surfaces(), walks.len(), &mut rays);
+            self.counts.rays += walks.len() as u64;
+            self.scene.index.closest_hits(&self.scene.facets, &rays, &mut scratch, &mut hits);
+            let mut i = 0;
+            while i < walks.len() {
+                let departure = match self.settle(&hits, i, &mut walks[i]) {
+                    Ok(departure) => departure,
+                    Err(end) => {
+                        self.end(end, &mut walks[i]);
+                        let Some(rng) = starts.next() else {
+                            // The last walk of the batch takes the place, its hit included.
+                            hits.copy(walks.len() - 1, i);
+                            walks.swap_remove(i);
+                            continue;
+                        };
+                        walks[i].rng = rng;
+                        self.begin(&mut walks[i])
+                    }
+                };
+                departures.set(i, departure, walks[i].rng.bits());
+                i += 1;
+            }
         }
-        (AnyIndex::Tree(index), Space::Discrete) => {
-            walk_with::<_, FromPatch>(scene, births, index, sequence, walks, fate, score)
+    }
+
+    /// A walk sets out. Draws: place of birth, point; the direction is next. No score and no survival test at its
+    /// origin: the estimate is of b, and E is added (source-term suppression).
+    #[inline(always)]
+    fn begin(&mut self, walk: &mut Walk<F, E::Score>) -> Departure {
+        let (birth, weights) = self.births.choose(walk.rng.bits());
+        walk.fate = self.fate;
+        walk.fate.set_out(weights);
+        let surface = &self.scene.surfaces()[birth.surface as usize];
+        self.estimator.begin(&mut walk.score, surface.first_patch() + birth.cell);
+        let uv = surface.point_in_cell(birth.cell, walk.rng.pair());
+        Departure { surface: birth.surface, side: birth.side, uv }
+    }
+
+    /// What becomes of a walk where its ray has led it. Draws: survival, point (discrete only); the direction is
+    /// next.
+    #[inline(always)]
+    fn settle(&mut self, hits: &Hits, i: usize, walk: &mut Walk<F, E::Score>) -> Result<Departure, WalkEnd> {
+        let (number, side) = (hits.surface[i], hits.side[i]);
+        if number == Hits::NONE {
+            return Err(WalkEnd::Escaped);
         }
-        (AnyIndex::Tree(index), Space::Continuous) => {
-            walk_with::<_, FromHit>(scene, births, index, sequence, walks, fate, score)
+        let surface = &self.scene.surfaces()[number as usize];
+        if !surface.is_active(side) {
+            return Err(WalkEnd::AbsorbedBack);
         }
+        let uv = hits.uv.each_ref().map(|row| row[i]);
+        let cell = surface.cell_at(uv);
+        let patch = surface.first_patch() + cell;
+        let weights = walk.fate.weights();
+        self.estimator.arrival(&mut walk.score, patch, weights);
+        match walk.fate.decide(surface, &mut walk.rng) {
+            Next::Survives => self.estimator.survival(&mut walk.score, patch, weights),
+            Next::Dies => {
+                self.estimator.death(&mut walk.score, patch, weights);
+                return Err(WalkEnd::Absorbed);
+            }
+            Next::Truncated => return Err(WalkEnd::Truncated),
+        }
+        let uv = match self.space {
+            Space::Discrete => surface.point_in_cell(cell, walk.rng.pair()),
+            Space::Continuous => surface.inside(uv),
+        };
+        Ok(Departure { surface: number, side, uv })
+    }
+
+    #[inline(always)]
+    fn end(&mut self, end: WalkEnd, walk: &mut Walk<F, E::Score>) {
+        self.estimator.end(&mut walk.score, &mut walk.rng);
+        self.counts.end(end, walk.fate.weights());
     }
 }
 
-fn walk_with<I: Index, D: Depart>(
-    scene: &Scene,
-    births: &Births,
-    index: &I,
-    sequence: &Sequence,
-    walks: Range<u64>,
-    fate: impl Fate,
-    score: &mut impl Estimator,
-) -> Counts {
-    let mut counts = Counts { walks: walks.end - walks.start, ..Counts::default() };
-    let mut walker = Walker { scene, births, index, scratch: Box::default(), rays: 0 };
-    for (n, mut rng) in walks.clone().zip(sequence.walks_from(walks.start)) {
-        let end = walker.walk::<D>(n, &mut rng, fate, score);
-        score.end(&mut rng);
-        counts.end(end);
+impl Departures {
+    #[inline(always)]
+    fn set(&mut self, i: usize, departure: Departure, bits: u64) {
+        self.surface[i] = departure.surface;
+        self.side[i] = departure.side;
+        self.uv[0][i] = departure.uv[0];
+        self.uv[1][i] = departure.uv[1];
+        self.polar[i] = (bits >> 32) as u32;
+        self.turn[i] = bits as u32;
     }
-    counts.rays = walker.rays;
-    counts
 }
 
 impl Counts {
-    /// Counts the end of a walk, and the weight it took along in fixed point.
+    /// Counts the end of a walk, and the weights it took along in fixed point.
     #[inline(always)]
-    fn end(&mut self, end: WalkEnd) {
-        let fixed = |weight: f64| (weight * Counts::WEIGHT_UNITS + 0.5) as u64;
-        match end {
-            WalkEnd::Absorbed => self.absorbed += 1,
-            WalkEnd::AbsorbedBack(weight) => {
-                self.absorbed_back += 1;
-                self.absorbed_back_weight += u128::from(fixed(weight));
+    fn end<const C: usize>(&mut self, end: WalkEnd, weights: [f64; C]) {
+        let (walks, taken) = match end {
+            WalkEnd::Absorbed => {
+                self.absorbed += 1;
+                return;
             }
-            WalkEnd::Escaped(weight) => {
-                self.escaped += 1;
-                self.escaped_weight += u128::from(fixed(weight));
-            }
-            WalkEnd::Truncated(weight) => {
-                self.truncated += 1;
-                self.truncated_weight += u128::from(fixed(weight));
-            }
+            WalkEnd::AbsorbedBack => (&mut self.absorbed_back, &mut self.absorbed_back_weight),
+            WalkEnd::Escaped => (&mut self.escaped, &mut self.escaped_weight),
+            WalkEnd::Truncated => (&mut self.truncated, &mut self.truncated_weight),
+        };
+        *walks += 1;
+        for (taken, weight) in taken.iter_mut().zip(weights) {
+            *taken += (weight * Counts::WEIGHT_UNITS + 0.5) as u128;
         }
     }
 }

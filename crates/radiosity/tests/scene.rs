@@ -18,11 +18,11 @@ fn the_digest_of_a_scene_tells_all_that_walks_see() {
     let changes: [fn(&mut SurfaceSpec); 9] = [
         |_| {},
         |surface| surface.sides = Sides::Both,
-        |surface| surface.reflectance = 0.31,
-        |surface| surface.emittance = 0.1,
+        |surface| surface.reflectance = 0.31.into(),
+        |surface| surface.emittance = 0.1.into(),
         |surface| surface.cell_emittance[0].0 = 1,
-        |surface| surface.cell_emittance[0].1 = 1.1,
-        |surface| surface.cell_emittance.push((2, 0.0)),
+        |surface| surface.cell_emittance[0].1 = 1.1.into(),
+        |surface| surface.cell_emittance.push((2, 0.0.into())),
         |surface| surface.shape = quad(DVec3::ZERO, DVec3::X, DVec3::Y, [3, 2]),
         |surface| surface.shape = quad(DVec3::ZERO, DVec3::X, DVec3::Y.with_z(1e-9), [2, 3]),
     ];
@@ -43,13 +43,17 @@ fn patches_have_their_share_of_area_and_power() {
     let triangle = Shape::Triangle { a: DVec3::ZERO, b: DVec3::X * 4.0, c: DVec3::Y * 2.0, rows: 2 };
     let square = quad(DVec3::Z, DVec3::X * 2.0, DVec3::Y * 3.0, [1, 3]);
     let scene = build(vec![
-        SurfaceSpec { emittance: 5.0, cell_emittance: vec![(1, 2.0), (3, 0.0)], ..surface(triangle, 0.5) },
-        SurfaceSpec { sides: Sides::Both, emittance: 1.5, ..surface(square, 0.5) },
+        SurfaceSpec {
+            emittance: 5.0.into(),
+            cell_emittance: vec![(1, 2.0.into()), (3, 0.0.into())],
+            ..surface(triangle, 0.5)
+        },
+        SurfaceSpec { sides: Sides::Both, emittance: 1.5.into(), ..surface(square, 0.5) },
     ]);
-    let patches = scene.patches().iter().map(|patch| (patch.area, patch.emittance, patch.power()));
+    let patches = scene.patches().iter().map(|patch| (patch.area, patch.emittance[0], patch.power(0)));
     let [dark, dim, bright] = [0.0, 2.0, 5.0].map(|e| (1.0, e, e));
     let plate = (2.0, 1.5, 6.0);
     assert_eq!(patches.collect::<Vec<_>>(), [bright, dim, bright, dark, plate, plate, plate]);
-    assert_eq!(scene.total_power(), 30.0);
+    assert_eq!(scene.total_power(0), 30.0);
     assert_eq!(scene.patches()[6].centroid, DVec3::new(1.0, 2.5, 1.0));
 }

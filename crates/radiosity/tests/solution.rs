@@ -23,11 +23,11 @@ const SUMS: [[u128; 2]; 6] = [[200, 300], [100, 100], [400, 600], [0, 0], [10, 1
 fn six_walls() -> (Experiment, Solution) {
     let walls = box_walls(DVec3::new(1.0, 2.0, 3.0), [1, 1]).into_iter().zip([0.5, 0.0, 0.25, 0.5, 0.5, 0.5]);
     let mut spec = SceneSpec { surfaces: walls.map(|(shape, r)| surface(shape, r)).collect() };
-    spec.surfaces[0].emittance = 3.0;
+    spec.surfaces[0].emittance = 3.0.into();
     spec.surfaces[3].sides = Sides::Both;
     let experiment = experiment(&spec, IndexChoice::Auto, collision(Space::Discrete));
     let counts = Counts { walks: WALKS, ..Counts::default() };
-    let tally = Tally::from_parts(counts, 6, experiment.layout(2), SUMS.concat()).unwrap();
+    let tally = Tally::from_parts(counts, 6, experiment.layout::<2>(), SUMS.concat()).unwrap();
     let solution = Solution::new(&experiment, &tally, 0.9);
     (experiment, solution)
 }
@@ -106,7 +106,7 @@ fn intervals_become_standard_errors_in_any_unit() {
 fn two_plates() -> SceneSpec {
     let mut spec = box_scene(DVec3::new(1.0, 1.0, 1e-3), [1, 1]);
     for (surface, (r, e)) in spec.surfaces.iter_mut().zip([(0.5, 0.0), (0.9, 1.0)]) {
-        (surface.reflectance, surface.emittance) = (r, e);
+        (surface.reflectance, surface.emittance) = (r.into(), e.into());
         surface.cell_emittance.clear();
     }
     spec
@@ -121,8 +121,8 @@ fn the_bound_on_squared_scores_is_reached_and_not_passed() {
         let method = Method { estimator, ..collision(Space::Discrete) };
         let experiment = experiment(&two_plates(), IndexChoice::Auto, method);
         let tally = walk::<2>(&experiment, 6, 0..100_000);
-        let meaning = experiment.meaning(0, &tally).unwrap();
-        let [sum, sum_sq] = tally.patch(0) else { unreachable!() };
+        let meaning = experiment.meaning(0, 0, &tally).unwrap();
+        let [sum, sum_sq] = tally.patch(0, 0) else { unreachable!() };
         let ratio = meaning.unit * *sum_sq as f64 / *sum as f64;
         let of_bound = ratio / meaning.ratio_bound;
         assert!((0.95..1.03).contains(&of_bound), "{estimator:?}: {ratio}, bound {}", meaning.ratio_bound);

@@ -6,7 +6,8 @@ mod common;
 use common::{box_scene, box_walls, collision, cube54, experiment, map_corners, quad, surface, walk};
 use glam::DVec3;
 use radiosity::{
-    Experiment, IndexChoice, Ray, Scene, SceneSpec, Shape, Side, Sides, Solution, Space, SurfaceSpec, Tally,
+    Experiment, IndexChoice, Ray, Scene, SceneSpec, Shape, Side, Sides, Solution, Space, Spectrum,
+    SurfaceSpec, Tally,
 };
 
 const BOTH_SPACES: [Space; 2] = [Space::Discrete, Space::Continuous];
@@ -23,7 +24,7 @@ fn shoot(spec: &SceneSpec, index: IndexChoice, space: Space, walks: u64) -> (Exp
 fn hits_by_surface((experiment, tally): &(Experiment, Tally)) -> Vec<u128> {
     let mut hits = vec![0; experiment.scene().surfaces().len()];
     for (i, patch) in experiment.scene().patches().iter().enumerate() {
-        hits[patch.surface as usize] += tally.patch(i)[0];
+        hits[patch.surface as usize] += tally.patch(i, 0)[0];
     }
     hits
 }
@@ -45,7 +46,7 @@ fn parted_cube(reflectance: f64) -> SceneSpec {
 fn continuous_walks_do_not_see_the_cells_and_discrete_ones_do() {
     let hits = |space, cells| {
         let mut spec = box_scene(DVec3::new(1.0, 2.0, 0.5), cells);
-        spec.surfaces[0] = SurfaceSpec { emittance: 1.0, ..square(DVec3::ZERO, 0.3) };
+        spec.surfaces[0] = SurfaceSpec { emittance: 1.0.into(), ..square(DVec3::ZERO, 0.3) };
         hits_by_surface(&shoot(&spec, IndexChoice::Flat, space, 10_000))
     };
     assert_eq!(hits(Space::Continuous, [1, 1]), hits(Space::Continuous, [5, 3]));
@@ -57,7 +58,7 @@ fn continuous_walks_do_not_see_the_cells_and_discrete_ones_do() {
 #[test]
 fn every_ray_scores_where_it_ends() {
     let mut black = cube54();
-    black.surfaces.iter_mut().for_each(|surface| surface.reflectance = 0.0);
+    black.surfaces.iter_mut().for_each(|surface| surface.reflectance = Spectrum::BLACK);
     for space in BOTH_SPACES {
         let bright = shoot(&cube54(), IndexChoice::Auto, space, 10_000);
         let black = shoot(&black, IndexChoice::Auto, space, 10_000);
@@ -73,7 +74,7 @@ fn every_ray_scores_where_it_ends() {
 fn beyond_a_plate_it_is_dark() {
     for (lit, dark) in [(0, 1), (1, 0)] {
         let mut spec = parted_cube(0.9);
-        spec.surfaces[lit].emittance = 1.0;
+        spec.surfaces[lit].emittance = 1.0.into();
         for (index, space) in
             BOTH_INDEXES.into_iter().flat_map(|index| BOTH_SPACES.map(|space| (index, space)))
         {
@@ -92,9 +93,9 @@ fn beyond_a_plate_it_is_dark() {
 #[test]
 fn a_plate_glows_on_both_sides_like_the_walls_of_its_furnace() {
     let mut spec = parted_cube(0.5);
-    spec.surfaces.iter_mut().for_each(|surface| surface.emittance = 2.0);
+    spec.surfaces.iter_mut().for_each(|surface| surface.emittance = 2.0.into());
     let (experiment, tally) = shoot(&spec, IndexChoice::Auto, Space::Discrete, 3_000_000);
-    assert_eq!(experiment.scene().total_power(), 2.0 * (6.0 + 2.0));
+    assert_eq!(experiment.scene().total_power(0), 2.0 * (6.0 + 2.0));
     let solution = Solution::new(&experiment, &tally, 0.95);
     for (patch, estimate) in solution.estimates.iter().flatten().enumerate() {
         assert!((estimate.radiosity / 4.0 - 1.0).abs() < 0.01, "patch {patch}: {estimate:?}");
@@ -109,7 +110,7 @@ fn a_plate_glows_on_both_sides_like_the_walls_of_its_furnace() {
 fn the_back_of_a_plate_absorbs_without_a_score() {
     const WALKS: u64 = 100_000;
     const PART: f64 = 0.199825;
-    let emitter = SurfaceSpec { emittance: 1.0, ..square(DVec3::ZERO, 0.9) };
+    let emitter = SurfaceSpec { emittance: 1.0.into(), ..square(DVec3::ZERO, 0.9) };
     let spec = SceneSpec { surfaces: vec![emitter, square(DVec3::Z, 0.9)] };
     for index in BOTH_INDEXES {
         let (_, tally) = shoot(&spec, index, Space::Discrete, WALKS);
@@ -132,11 +133,11 @@ fn walks_begin_in_proportion_to_power() {
     for (x, size, emittance) in [(0.0, 1.0, 3.0), (50.0, 2.0, 0.25)] {
         let walls = box_walls(DVec3::splat(size), [1, 1]).into_iter().map(|wall| surface(wall, 0.0));
         let mut closed = map_corners(&SceneSpec { surfaces: walls.collect() }, |p| p + DVec3::X * x);
-        closed.surfaces[0].emittance = emittance;
+        closed.surfaces[0].emittance = emittance.into();
         spec.surfaces.append(&mut closed.surfaces);
     }
     let run = shoot(&spec, IndexChoice::Auto, Space::Discrete, WALKS);
-    assert_eq!(run.0.scene().total_power(), 4.0);
+    assert_eq!(run.0.scene().total_power(0), 4.0);
     let first = hits_by_surface(&run)[..6].iter().sum::<u128>() as f64;
     let z = (first - 0.75 * WALKS as f64) / (0.75 * 0.25 * WALKS as f64).sqrt();
     assert!(z.abs() < 4.0, "{first} walks began in the first box, {z:.1} σ off");
@@ -145,7 +146,8 @@ fn walks_begin_in_proportion_to_power() {
 /// Of surfaces that lie upon each other the first is met, in whatever order a tree has them.
 #[test]
 fn of_coincident_surfaces_the_lowest_number_is_met() {
-    let mut spec = SceneSpec { surfaces: vec![SurfaceSpec { emittance: 1.0, ..square(DVec3::ZERO, 0.5) }] };
+    let mut spec =
+        SceneSpec { surfaces: vec![SurfaceSpec { emittance: 1.0.into(), ..square(DVec3::ZERO, 0.5) }] };
     let facing = surface(quad(DVec3::Z, DVec3::Y, DVec3::X, [1, 1]), 0.5);
     spec.surfaces.extend(vec![facing; 30]);
     for index in BOTH_INDEXES {
@@ -164,7 +166,7 @@ fn edges_in_the_middle(index: IndexChoice) -> Scene {
     let right = quad(DVec3::new(0.0, -1.0, 1.0), DVec3::X, DVec3::Y * 2.0, [1, 1]);
     let floor = quad(DVec3::new(-1.0, -1.0, -1.0), DVec3::X * 2.0, DVec3::Y * 2.0, [1, 1]);
     let mut spec = SceneSpec { surfaces: [left, right, floor].map(|shape| surface(shape, 0.5)).to_vec() };
-    spec.surfaces[2].emittance = 1.0;
+    spec.surfaces[2].emittance = 1.0.into();
     let scene = Scene::build(&spec, index).unwrap();
     assert_eq!(scene.origin(), DVec3::ZERO);
     scene
@@ -226,7 +228,7 @@ fn a_ray_never_meets_the_surface_it_leaves() {
 #[test]
 fn a_triangle_is_met_a_slack_beyond_its_third_edge_and_no_farther() {
     let shape = Shape::Triangle { a: DVec3::ZERO, b: DVec3::X, c: DVec3::Y, rows: 1 };
-    let spec = SceneSpec { surfaces: vec![SurfaceSpec { emittance: 1.0, ..surface(shape, 0.5) }] };
+    let spec = SceneSpec { surfaces: vec![SurfaceSpec { emittance: 1.0.into(), ..surface(shape, 0.5) }] };
     for scene in BOTH_INDEXES.map(|index| Scene::build(&spec, index).unwrap()) {
         let edge = DVec3::new(0.6, 0.4, 1.0) - scene.origin();
         for (slacks, met) in [(-1e12, true), (-1.5, true), (0.5, true), (1.5, false), (1e12, false)] {

@@ -280,7 +280,7 @@ fn y_is_up(scene: &Scene, size: DVec3) -> bool {
         return size.y < size.z;
     }
     let along = scene.patches().iter().fold(DVec3::ZERO, |sum, patch| {
-        sum + patch.power() * scene.surfaces()[patch.surface as usize].normal().abs()
+        sum + patch.power(0) * scene.surfaces()[patch.surface as usize].normal().abs()
     });
     along.y > along.z * CLEARLY_MORE
 }
@@ -346,7 +346,7 @@ mod tests {
         let scene = build(&spec);
         let camera = best(&scene);
         assert!(camera.cut.is_some());
-        let lamp = scene.patches().iter().position(|patch| patch.emittance > 0.0).unwrap();
+        let lamp = scene.patches().iter().position(|patch| patch.emittance.is_lit()).unwrap();
         assert_eq!(patch_at(&scene, &camera, scene.patches()[lamp].centroid), Some(lamp as u32));
     }
 
@@ -364,7 +364,7 @@ mod tests {
             ([[0., 0., 0.], [0., 3., 0.], [2., 0., 0.]], 1.0),
         ] {
             let mut plate = quad("plate", corners, [2, 2], 0.5);
-            plate.emittance = 1.0;
+            plate.emittance = 1.0.into();
             let scene = build(&SceneSpec { surfaces: vec![plate] });
             let camera = best(&scene);
             assert!(camera.up.z > 0.5 && camera.forward.z * forward > 0.5, "{camera:?}");
@@ -378,7 +378,7 @@ mod tests {
         let up = |spec: &SceneSpec| best(&build(spec)).up.round();
         assert_eq!(up(&spec), DVec3::Z);
         spec.surfaces[1].cell_emittance.clear();
-        spec.surfaces[3].cell_emittance = vec![(4, 1.0)];
+        spec.surfaces[3].cell_emittance = vec![(4, 1.0.into())];
         assert_eq!(up(&spec), DVec3::Y);
         for surface in &mut spec.surfaces {
             if let Shape::Parallelogram { corner, corner_u, corner_v, .. } = &mut surface.shape {
@@ -417,7 +417,7 @@ mod tests {
     #[test]
     fn the_pixels_of_a_plate_cover_its_area() {
         let mut plate = quad("plate", [[0., 0., 0.], [3., 0., 0.], [0., 2., 0.]], [1, 1], 0.5);
-        plate.emittance = 1.0;
+        plate.emittance = 1.0.into();
         let scene = build(&SceneSpec { surfaces: vec![plate] });
         let bounds = Bounds::of(&scene);
         let camera = Frame::of(&scene, &bounds).camera(&bounds, 30.0, 35.0, false, 400);

@@ -1,6 +1,11 @@
-//! `exact.csv`: the deterministic solution, and the variance that one walk of each estimator would have.
+//! `exact.csv`: the deterministic solution, the variance that one walk of each estimator would have, and how far the
+//! solution itself may be off. `exact.json`: what holds of the whole scene.
 
 use std::io::{self, Write};
+
+use serde::Serialize;
+
+use crate::summary::{Check, hex};
 
 /// The columns, in patch order; all of one length. The variances are of B for one walk, in the order
 /// absorption, survival, collision, infinite; `None` leaves a column empty, and so does a variance that is
@@ -19,9 +24,15 @@ pub struct ExactColumns {
     pub var_shoot: [Option<Vec<f64>>; 4],
     /// Variances of gathering [W²/m⁴].
     pub var_gather: [Option<Vec<f64>>; 4],
+    /// ψ: φ in the scene of squared reflectances [W] (SInf §3).
+    pub psi: Vec<f64>,
+    /// β: b in the scene of squared reflectances [W/m²].
+    pub beta: Vec<f64>,
+    /// How far B may be off [W/m²].
+    pub radiosity_error: Vec<f64>,
 }
 
-const HEADER: [&str; 13] = [
+const HEADER: [&str; 16] = [
     "patch",
     "radiosity",
     "reflected",
@@ -35,6 +46,9 @@ const HEADER: [&str; 13] = [
     "var_gather_survival",
     "var_gather_collision",
     "var_gather_infinite",
+    "psi",
+    "beta",
+    "radiosity_error",
 ];
 
 /// Writes the columns.
@@ -56,6 +70,7 @@ pub fn write_exact(writer: impl Write, columns: &ExactColumns) -> io::Result<()>
             values,
             columns.var_shoot.each_ref().map(variance),
             columns.var_gather.each_ref().map(variance),
+            [&columns.psi, &columns.beta, &columns.radiosity_error].map(|column| column[patch]),
         ))?;
     }
     table.flush()
@@ -63,7 +78,14 @@ pub fn write_exact(writer: impl Write, columns: &ExactColumns) -> io::Result<()>
 
 fn check_lengths(columns: &ExactColumns) -> io::Result<()> {
     let patches = columns.radiosity.len();
-    let always = [&columns.reflected, &columns.irradiance, &columns.xi];
+    let always = [
+        &columns.reflected,
+        &columns.irradiance,
+        &columns.xi,
+        &columns.psi,
+        &columns.beta,
+        &columns.radiosity_error,
+    ];
     let variances = columns.var_shoot.iter().chain(&columns.var_gather).flatten();
     for column in always.into_iter().chain(variances) {
         if column.len() != patches {
@@ -72,6 +94,67 @@ fn check_lengths(columns: &ExactColumns) -> io::Result<()> {
         }
     }
     Ok(())
+}
+
+/// All of `exact.json`, in its order. Numbers that are not finite become null.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ExactSummary {
+    /// Version of the program.
+    pub version: String,
+    /// Digest of the scene.
+    #[serde(serialize_with = "hex")]
+    pub scene_hash: [u8; 32],
+    /// Patches.
+    pub patches: usize,
+    /// Unknowns: patches, those with two sides twice.
+    pub faces: usize,
+    /// Φ_T: total self-emitted power [W].
+    pub total_power: f64,
+    /// How the form factors were found.
+    pub form_factors: String,
+    /// The least Σ_j F_ij: 1 in a closed scene.
+    pub row_sum_min: f64,
+    /// The greatest Σ_j F_ij.
+    pub row_sum_max: f64,
+    /// The greatest estimated error Σ_j |δF_ij| of a row.
+    pub row_error: f64,
+    /// The greatest |B − E − R Σ F B| over the greatest B.
+    pub residual: f64,
+    /// The greatest relative error of B, as estimated.
+    pub max_relative_error: Option<f64>,
+    /// The patch that has it.
+    pub worst_patch: Option<usize>,
+    /// Patches left out there, since B is not above its error.
+    pub undetermined: usize,
+    /// What the error may at most be, whatever the geometry (S97).
+    pub bounds: ExactBounds,
+    /// What was verified.
+    pub checks: Vec<Check>,
+}
+
+/// Bounds of S97 for one walk: §§2.2–2.5, 3.3–3.8 and table 4. Estimators in the order absorption, survival,
+/// collision, infinite.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ExactBounds {
+    /// The greatest variance of B that shooting by absorption may have [W²/m⁴].
+    pub shooting_variance: f64,
+    /// The same for gathering with births by area.
+    pub gathering_variance: f64,
+    /// The greatest expected area-weighted mean square error of shooting [W²/m⁴].
+    pub shooting_mse: [f64; 4],
+    /// The same for gathering with births by area.
+    pub gathering_mse: [f64; 4],
+}
+
+impl ExactSummary {
+    /// Writes it as JSON.
+    ///
+    /// # Errors
+    /// Those of `writer`.
+    pub fn write(&self, mut writer: impl Write) -> io::Result<()> {
+        serde_json::to_writer_pretty(&mut writer, self)?;
+        writeln!(writer)
+    }
 }
 
 #[cfg(test)]
@@ -92,6 +175,9 @@ mod tests {
             xi: vec![0.1, 1.0 / 3.0],
             var_shoot: [None, None, Some(vec![4.0, 5e-9]), None],
             var_gather: [Some(vec![f64::INFINITY, 6.0]), None, None, Some(vec![f64::NAN, 7.0])],
+            psi: vec![0.25, 0.75],
+            beta: vec![0.1, 0.2],
+            radiosity_error: vec![1e-9, 0.0],
         }
     }
 
@@ -101,9 +187,10 @@ mod tests {
             text(&columns()).unwrap(),
             "patch,radiosity,reflected,irradiance,xi,\
              var_shoot_absorption,var_shoot_survival,var_shoot_collision,var_shoot_infinite,\
-             var_gather_absorption,var_gather_survival,var_gather_collision,var_gather_infinite\n\
-             0,1.5,0.5,1.0,0.1,,,4.0,,,,,\n\
-             1,1e-20,1e300,2.0,0.3333333333333333,,,5e-9,,6.0,,,7.0\n"
+             var_gather_absorption,var_gather_survival,var_gather_collision,var_gather_infinite,\
+             psi,beta,radiosity_error\n\
+             0,1.5,0.5,1.0,0.1,,,4.0,,,,,,0.25,0.1,1e-9\n\
+             1,1e-20,1e300,2.0,0.3333333333333333,,,5e-9,,6.0,,,7.0,0.75,0.2,0.0\n"
         );
     }
 

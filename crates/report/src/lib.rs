@@ -15,7 +15,7 @@ mod tally_file;
 
 pub use atomic::{OutputFolder, write_atomically};
 pub use error::Error;
-pub use exact_csv::{ExactColumns, write_exact};
+pub use exact_csv::{ExactBounds, ExactColumns, ExactSummary, write_exact};
 pub use patches::write_patches;
 pub use picture::Picture;
 pub use summary::{Check, Energy, Method, Model, PrecisionSummary, RunFacts, Summary, Target};

@@ -6,92 +6,119 @@
 use std::io::{self, Write};
 
 use radiosity::{Estimate, Patch, Scene, Solution};
-use serde::Serialize;
 
-/// One row; the names are the header.
-#[derive(Serialize)]
-struct Row<'a> {
-    patch: usize,
-    surface: &'a str,
-    u: u32,
-    v: u32,
-    x: f64,
-    y: f64,
-    z: f64,
-    area: f64,
-    reflectance: f64,
-    emittance: f64,
-    radiosity: Option<f64>,
-    std_error: Option<f64>,
-    ci_low: Option<f64>,
-    ci_high: Option<f64>,
-    irradiance: Option<f64>,
-    irradiance_error: Option<f64>,
-    hits: Option<u128>,
-    flags: &'a str,
-    /// A column that only biased methods have.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    bias_bound: Option<Option<f64>>,
-}
+/// Columns before those of the channels.
+const PLACE: &[&str] = &["patch", "surface", "u", "v", "x", "y", "z", "area"];
 
-/// Writes the patches of a grey scene and what was estimated of them. `solution` is of this scene.
+/// Columns that each channel has.
+const LIGHT: &[&str] = &[
+    "reflectance",
+    "emittance",
+    "radiosity",
+    "std_error",
+    "ci_low",
+    "ci_high",
+    "irradiance",
+    "irradiance_error",
+];
+
+/// Columns of a run that looked for the best mix of absorption and survival.
+const MIX: &[&str] = &["mix_alpha", "mix_radiosity", "mix_std_error", "collision_excess"];
+
+/// A column of one channel: its name.
+const CHANNELS: [&str; 3] = ["r", "g", "b"];
+
+/// Writes the patches of a scene and what was estimated of them. `solution` is of this scene.
 ///
 /// # Errors
 /// Those of `writer`.
 pub fn write_patches(writer: impl Write, scene: &Scene, solution: &Solution) -> io::Result<()> {
     let mut table = csv::Writer::from_writer(writer);
+    table.write_record(header(solution))?;
     let mut flags = String::new();
-    for (number, (patch, estimate)) in scene.patches().iter().zip(&solution.estimates).enumerate() {
-        let estimate = estimate.as_ref();
-        set_flags(&mut flags, patch, estimate);
-        let mut row = row(scene, number, patch, estimate, &flags);
-        row.bias_bound = solution.biased.then(|| estimate.map(|estimate| estimate.bias_bound));
-        table.serialize(row)?;
+    let estimates = solution.estimates.chunks_exact(solution.channels);
+    for (number, (patch, estimates)) in scene.patches().iter().zip(estimates).enumerate() {
+        set_flags(&mut flags, patch, estimates);
+        table.serialize((
+            place(scene, number, patch),
+            light(patch, estimates),
+            estimates[0].map(|estimate| estimate.hits),
+            &flags,
+            bias(solution, estimates),
+            mix(solution, number),
+        ))?;
     }
     table.flush()
 }
 
-fn row<'a>(
-    scene: &'a Scene,
-    number: usize,
-    patch: &Patch,
-    estimate: Option<&Estimate>,
-    flags: &'a str,
-) -> Row<'a> {
-    let [u, v] = patch.cell;
-    let [x, y, z] = patch.centroid.to_array();
-    Row {
-        patch: number,
-        surface: scene.surface_name(patch.surface),
-        u,
-        v,
-        x,
-        y,
-        z,
-        area: patch.area,
-        reflectance: patch.reflectance,
-        emittance: patch.emittance,
-        radiosity: estimate.map(|e| e.radiosity),
-        std_error: estimate.and_then(|e| e.std_error),
-        ci_low: estimate.map(|e| e.ci_low),
-        ci_high: estimate.map(|e| e.ci_high),
-        irradiance: estimate.and_then(|e| e.irradiance),
-        irradiance_error: estimate.and_then(|e| e.irradiance_error),
-        hits: estimate.map(|e| e.hits),
-        flags,
-        bias_bound: None,
+fn header(solution: &Solution) -> Vec<String> {
+    let mut names: Vec<String> = PLACE.iter().copied().map(String::from).collect();
+    names.extend(LIGHT.iter().flat_map(|name| per_channel(name, solution.channels)));
+    names.extend(["hits", "flags"].map(String::from));
+    if solution.biased {
+        names.extend(per_channel("bias_bound", solution.channels));
+    }
+    if solution.mixes.is_some() {
+        names.extend(MIX.iter().copied().map(String::from));
+    }
+    names
+}
+
+fn per_channel(name: &str, channels: usize) -> Vec<String> {
+    match channels {
+        1 => vec![name.into()],
+        _ => CHANNELS.iter().map(|channel| format!("{name}_{channel}")).collect(),
+    }
+}
+
+type Place<'a> = (usize, &'a str, [u32; 2], [f64; 3], f64);
+
+fn place<'a>(scene: &'a Scene, number: usize, patch: &Patch) -> Place<'a> {
+    (number, scene.surface_name(patch.surface), patch.cell, patch.centroid.to_array(), patch.area)
+}
+
+/// The columns [`LIGHT`], the channels of each side by side; empty where nothing is known.
+fn light(patch: &Patch, estimates: &[Option<Estimate>]) -> Vec<Option<f64>> {
+    let channels = 0..estimates.len();
+    let given = [patch.reflectance, patch.emittance];
+    let given = given.into_iter().flat_map(|spectrum| channels.clone().map(move |c| Some(spectrum[c])));
+    let known: [fn(&Estimate) -> Option<f64>; 6] = [
+        |e| Some(e.radiosity),
+        |e| e.std_error,
+        |e| Some(e.ci_low),
+        |e| Some(e.ci_high),
+        |e| e.irradiance,
+        |e| e.irradiance_error,
+    ];
+    let known = known.into_iter().flat_map(|of| estimates.iter().map(move |e| e.as_ref().and_then(of)));
+    given.chain(known).collect()
+}
+
+/// The columns that only biased methods have.
+fn bias(solution: &Solution, estimates: &[Option<Estimate>]) -> Vec<Option<f64>> {
+    let bounds = estimates.iter().map(|estimate| estimate.map(|estimate| estimate.bias_bound));
+    if solution.biased { bounds.collect() } else { Vec::new() }
+}
+
+/// The columns [`MIX`] where they were asked for.
+fn mix(solution: &Solution, patch: usize) -> Vec<Option<f64>> {
+    let Some(mixes) = &solution.mixes else { return Vec::new() };
+    match mixes[patch] {
+        Some(mix) => vec![mix.alpha, Some(mix.radiosity), mix.std_error, mix.collision_excess],
+        None => vec![None; MIX.len()],
     }
 }
 
 /// `emitter`: E > 0. `unsampled`: no walk could tell. `rare`: too few scores for the standard error to mean much.
 /// `bias`: walks were cut off; `bias_bound` says how much too small b may be.
-fn set_flags(flags: &mut String, patch: &Patch, estimate: Option<&Estimate>) {
+fn set_flags(flags: &mut String, patch: &Patch, estimates: &[Option<Estimate>]) {
     flags.clear();
+    let any = |holds: fn(&Estimate) -> bool| estimates.iter().flatten().any(holds);
     for (word, holds) in [
-        ("emitter", patch.emittance > 0.0),
-        ("unsampled", estimate.is_none()),
-        ("rare", estimate.is_some_and(Estimate::is_rare)),
-        ("bias", estimate.is_some_and(|estimate| estimate.bias_bound > 0.0)),
+        ("emitter", patch.emittance.is_lit()),
+        ("unsampled", estimates[0].is_none()),
+        ("rare", any(Estimate::is_rare)),
+        ("bias", any(|estimate| estimate.bias_bound > 0.0)),
     ] {
         if holds {
             let separator = if flags.is_empty() { "" } else { "|" };
@@ -103,8 +130,10 @@ fn set_flags(flags: &mut String, patch: &Patch, estimate: Option<&Estimate>) {
 
 #[cfg(test)]
 mod tests {
+    use radiosity::{Experiment, IndexChoice, Sequence, Spectrum};
+
     use super::*;
-    use crate::scenes::{cube, solution};
+    use crate::scenes::{cube, cube_spec, experiment, solution};
 
     const HEADER: &str = "patch,surface,u,v,x,y,z,area,reflectance,emittance,radiosity,std_error,\
                           ci_low,ci_high,irradiance,irradiance_error,hits,flags";
@@ -159,10 +188,61 @@ mod tests {
     }
 
     #[test]
+    fn each_channel_has_its_columns() {
+        let mut spec = cube_spec();
+        spec.surfaces[0].reflectance = Spectrum::rgb([0.25, 0.5, 0.0]);
+        let scene = Scene::build(&spec, IndexChoice::Auto).unwrap();
+        let text = table(&scene, &solution(&scene));
+        let mut lines = text.lines();
+        let header: Vec<&str> = lines.next().unwrap().split(',').collect();
+        assert_eq!(
+            header[8..14].join(","),
+            "reflectance_r,reflectance_g,reflectance_b,emittance_r,emittance_g,emittance_b"
+        );
+        assert_eq!(
+            header[29..].join(","),
+            "irradiance_error_r,irradiance_error_g,irradiance_error_b,hits,flags"
+        );
+        let mut reader = csv::Reader::from_reader(text.as_bytes());
+        for (number, record) in reader.records().enumerate() {
+            let (record, patch) = (record.unwrap(), &scene.patches()[number]);
+            assert_eq!(record.len(), header.len());
+            for (c, channel) in CHANNELS.iter().enumerate() {
+                let column = |name: &str| {
+                    let name = format!("{name}_{channel}");
+                    record[header.iter().position(|head| *head == name).unwrap()].parse::<f64>().unwrap()
+                };
+                assert_eq!(column("reflectance"), patch.reflectance[c]);
+                let expected = patch.emittance[c] + patch.reflectance[c] * column("irradiance");
+                assert!((column("radiosity") - expected).abs() < 1e-12);
+                assert!(column("ci_low") <= expected && expected <= column("ci_high"));
+            }
+        }
+    }
+
+    #[test]
+    fn the_best_mix_has_columns_where_it_was_asked_for() {
+        let method = radiosity::Method { mix: true, ..experiment(&cube()).method().clone() };
+        let experiment = Experiment::new(cube(), method).unwrap();
+        let mut board = experiment.board::<2>();
+        experiment.walk(&Sequence::new(1), 0..10_000, &mut board);
+        let solution = Solution::new(&experiment, &board.take().unwrap(), 0.95);
+        let text = table(experiment.scene(), &solution);
+        assert!(
+            text.lines()
+                .next()
+                .unwrap()
+                .ends_with("flags,mix_alpha,mix_radiosity,mix_std_error,collision_excess")
+        );
+        let last = text.lines().last().unwrap().rsplit(',').next().unwrap().parse::<f64>().unwrap();
+        assert!((1.0..2.0).contains(&last), "{last}");
+    }
+
+    #[test]
     fn flags_are_joined_by_bars() {
         let scene = cube();
         let mut solution = solution(&scene);
-        let emitter = scene.patches().iter().position(|patch| patch.emittance > 0.0).unwrap();
+        let emitter = scene.patches().iter().position(|patch| patch.emittance.is_lit()).unwrap();
         for estimate in solution.estimates.iter_mut().flatten() {
             estimate.effective_scores = 1000.0;
         }

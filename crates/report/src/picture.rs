@@ -24,27 +24,30 @@ const EXPOSED_SHARE: f64 = 0.95;
 /// … is at most as bright as this, as light; 1 is white.
 const EXPOSED_LIGHT: f64 = 0.7;
 
-/// A grey picture of a scene.
+/// A picture of a scene: grey, or in colour where the scene is.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Picture {
     /// Pixels per row.
     pub width: u32,
     /// Rows.
     pub height: u32,
-    /// sRGB-encoded grey, row by row from the top.
+    /// 1: grey; 3: red, green, blue.
+    pub channels: usize,
+    /// sRGB-encoded, row by row from the top, the channels of a pixel side by side.
     pub pixels: Vec<u8>,
 }
 
 impl Picture {
-    /// Renders a scene from the side that shows most of it. `radiosity` is B of every patch [W/m²].
+    /// Renders a scene from the side that shows most of it. `radiosity` is B of every patch [W/m²], the channels of
+    /// a patch side by side.
     ///
     /// The exposure is such that nearly all that is seen of non-emitting patches stays below white; lamps clip
     /// to white. The same arguments give the same picture.
     pub fn render(scene: &Scene, radiosity: &[f64]) -> Self {
         // By surface: while few walks were shot, which patches are lit is noise.
         let mut lit = vec![false; scene.surfaces().len()];
-        for (patch, &radiosity) in scene.patches().iter().zip(radiosity) {
-            lit[patch.surface as usize] |= radiosity > 0.0;
+        for (patch, radiosity) in scene.patches().iter().zip(radiosity.chunks_exact(scene.channels())) {
+            lit[patch.surface as usize] |= radiosity.iter().any(|&radiosity| radiosity > 0.0);
         }
         let camera = Camera::best(scene, |surface| lit[surface as usize], SIZE);
         Studio::new(scene, radiosity, camera).picture()
@@ -56,7 +59,8 @@ impl Picture {
     /// Those of `writer`.
     pub fn write_png(&self, writer: impl Write) -> io::Result<()> {
         let mut encoder = png::Encoder::new(writer, self.width, self.height);
-        encoder.set_color(png::ColorType::Grayscale);
+        let grey = self.channels == 1;
+        encoder.set_color(if grey { png::ColorType::Grayscale } else { png::ColorType::Rgb });
         encoder.set_depth(png::BitDepth::Eight);
         encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
         let mut png = encoder.write_header()?;
@@ -72,8 +76,8 @@ struct Studio<'a> {
     camera: Camera,
     /// What is seen at the corners of the pixels, row by row: (width + 1) × (height + 1).
     corners: Vec<Option<u32>>,
-    /// Light over radiosity.
-    exposure: f64,
+    /// Light over radiosity, channel by channel.
+    exposure: [f64; 3],
 }
 
 impl<'a> Studio<'a> {
@@ -88,46 +92,78 @@ impl<'a> Studio<'a> {
     fn picture(&self) -> Picture {
         let [width, height] = self.camera.size;
         let grid = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
-        let pixels = grid.map(|(x, y)| (encode(self.pixel(x, y)) * 255.0).round() as u8).collect();
-        Picture { width, height, pixels }
+        let channels = self.scene.channels();
+        let pixels = grid.flat_map(|(x, y)| {
+            self.pixel(x, y).into_iter().take(channels).map(|light| (encode(light) * 255.0).round() as u8)
+        });
+        Picture { width, height, channels, pixels: pixels.collect() }
     }
 
     /// The light of one pixel. Patches are flat, so a pixel whose corners look alike needs no further look.
-    fn pixel(&self, x: u32, y: u32) -> f64 {
+    fn pixel(&self, x: u32, y: u32) -> Light {
         let stride = self.camera.size[0] as usize + 1;
         let first = y as usize * stride + x as usize;
         let lights =
             [first, first + 1, first + stride, first + stride + 1].map(|i| self.light(self.corners[i]));
-        let (darkest, brightest) =
-            (lights.into_iter().fold(1.0, f64::min), lights.into_iter().fold(0.0, f64::max));
-        if darkest == brightest || encode(brightest) - encode(darkest) < SAME_SHADE {
-            return lights.iter().sum::<f64>() / 4.0;
-        }
-        self.fine_pixel(f64::from(x), f64::from(y))
+        let alike = |c: usize| {
+            let darkest = lights.iter().fold(1.0, |min: f64, light| min.min(light[c]));
+            let brightest = lights.iter().fold(0.0, |max: f64, light| max.max(light[c]));
+            darkest == brightest || encode(brightest) - encode(darkest) < SAME_SHADE
+        };
+        if (0..3).all(alike) { mean(&lights) } else { self.fine_pixel(f64::from(x), f64::from(y)) }
     }
 
-    fn fine_pixel(&self, x: f64, y: f64) -> f64 {
+    fn fine_pixel(&self, x: f64, y: f64) -> Light {
         let offset = |k: u32| (f64::from(k) + 0.5) / f64::from(FINE);
         let samples = (0..FINE * FINE).map(|k| {
             let sight = self.camera.look(self.scene, x + offset(k % FINE), y + offset(k / FINE));
             self.light(sight.map(|sight| sight.patch))
         });
-        samples.sum::<f64>() / f64::from(FINE * FINE)
+        mean(&samples.collect::<Vec<_>>())
     }
 
-    /// Light from a patch, 0 … 1.
-    fn light(&self, patch: Option<u32>) -> f64 {
-        patch.map_or(BACKGROUND, |patch| (self.radiosity[patch as usize] * self.exposure).min(1.0))
+    /// Light from a patch.
+    fn light(&self, patch: Option<u32>) -> Light {
+        patch.map_or([BACKGROUND; 3], |patch| {
+            let radiosity = of_patch(self.scene, self.radiosity, patch as usize);
+            std::array::from_fn(|c| (radiosity[c] * self.exposure[c]).min(1.0))
+        })
     }
 }
 
-/// The exposure for what is seen. Where nothing but lamps shows any light, it is theirs.
-fn exposure(scene: &Scene, radiosity: &[f64], seen: &[Option<u32>]) -> f64 {
+/// Red, green, blue; 0 … 1. Equal where the scene is grey.
+type Light = [f64; 3];
+
+fn mean(lights: &[Light]) -> Light {
+    std::array::from_fn(|c| lights.iter().map(|light| light[c]).sum::<f64>() / lights.len() as f64)
+}
+
+/// B of a patch in three channels [W/m²].
+fn of_patch(scene: &Scene, radiosity: &[f64], patch: usize) -> [f64; 3] {
+    let channels = scene.channels();
+    std::array::from_fn(|c| radiosity[patch * channels + c.min(channels - 1)])
+}
+
+/// The exposure for what is seen, by its brightest channel, white being the colour of all emitted light together.
+/// Where nothing but lamps shows any light, it is theirs.
+fn exposure(scene: &Scene, radiosity: &[f64], seen: &[Option<u32>]) -> [f64; 3] {
+    let balance = white_balance(scene);
     let patches = || seen.iter().flatten().map(|&patch| patch as usize);
-    let reflecting = patches().filter(|&patch| scene.patches()[patch].emittance == 0.0);
-    let reference = bright(reflecting.map(|patch| radiosity[patch]).collect())
-        .or_else(|| bright(patches().map(|patch| radiosity[patch]).collect()));
-    reference.map_or(1.0, |reference| EXPOSED_LIGHT / reference)
+    let reflecting = patches().filter(|&patch| !scene.patches()[patch].emittance.is_lit());
+    let brightest = |patch| {
+        let balanced = of_patch(scene, radiosity, patch).into_iter().zip(balance).map(|(b, gain)| b * gain);
+        balanced.fold(0.0, f64::max)
+    };
+    let reference =
+        bright(reflecting.map(brightest).collect()).or_else(|| bright(patches().map(brightest).collect()));
+    balance.map(|gain| reference.map_or(1.0, |reference| gain * EXPOSED_LIGHT / reference))
+}
+
+/// The gains that make the emitted light white; 1 for a channel without any.
+fn white_balance(scene: &Scene) -> [f64; 3] {
+    let power = std::array::from_fn(|c| scene.total_power(c.min(scene.channels() - 1)));
+    let most = power.into_iter().fold(0.0, f64::max);
+    power.map(|power| if power > 0.0 { most / power } else { 1.0 })
 }
 
 /// The value that [`EXPOSED_SHARE`] of the values stay below; `None` where none is positive.
@@ -209,7 +245,7 @@ mod tests {
     fn a_scene_of_lamps_alone_is_exposed_for_them() {
         let mut dim = quad("dim", [[0., 0., 0.], [1., 0., 0.], [0., 1., 0.]], [1, 1], 0.0);
         let mut bright = quad("bright", [[1., 0., 0.], [2., 0., 0.], [1., 1., 0.]], [1, 1], 0.0);
-        (dim.emittance, bright.emittance) = (1e-9, 2e-9);
+        (dim.emittance, bright.emittance) = (1e-9.into(), 2e-9.into());
         let spec = SceneSpec { surfaces: vec![dim, bright] };
         let scene = Scene::build(&spec, IndexChoice::Auto).unwrap();
         let picture = Picture::render(&scene, &[1e-9, 2e-9]);
@@ -231,7 +267,7 @@ mod tests {
     #[test]
     fn the_png_holds_the_pixels() {
         let pixels = (0..6).map(|shade| shade * 50).collect();
-        let picture = Picture { width: 3, height: 2, pixels };
+        let picture = Picture { width: 3, height: 2, channels: 1, pixels };
         let mut bytes = Vec::new();
         picture.write_png(&mut bytes).unwrap();
         let mut reader = png::Decoder::new(io::Cursor::new(bytes)).read_info().unwrap();

@@ -3,7 +3,7 @@
 use glam::DVec3;
 use radiosity::{
     Direction, EstimatorKind, Experiment, IndexChoice, InfiniteEnd, Method, Scene, SceneSpec, Sequence,
-    Shape, Sides, Solution, Space, SurfaceSpec,
+    Shape, Sides, Solution, Space, Spectrum, SurfaceSpec,
 };
 
 /// A one-sided grey parallelogram: corner c, c + u, c + v.
@@ -13,8 +13,8 @@ pub fn quad(name: &str, corners: [[f64; 3]; 3], cells: [u32; 2], reflectance: f6
         name: Some(name.into()),
         shape: Shape::Parallelogram { corner, corner_u, corner_v, cells },
         sides: Sides::Front,
-        reflectance,
-        emittance: 0.0,
+        reflectance: reflectance.into(),
+        emittance: Spectrum::BLACK,
         cell_emittance: vec![],
     }
 }
@@ -35,7 +35,7 @@ pub fn cube_spec() -> SceneSpec {
     ];
     let mut surfaces: Vec<_> =
         corners.into_iter().map(|(name, corners)| quad(name, corners, [3, 3], 0.5)).collect();
-    surfaces[1].cell_emittance = vec![(4, 1.0)];
+    surfaces[1].cell_emittance = vec![(4, 1.0.into())];
     SceneSpec { surfaces }
 }
 
@@ -44,7 +44,7 @@ pub fn cube_spec() -> SceneSpec {
 pub fn cornell() -> SceneSpec {
     let n = [8, 8];
     let mut lamp = quad("lamp", [[0.35, 0.999, 0.35], [0.65, 0.999, 0.35], [0.35, 0.999, 0.65]], [2, 2], 0.0);
-    lamp.emittance = 20.0;
+    lamp.emittance = 20.0.into();
     let mut surfaces = vec![
         quad("floor", [[0., 0., 0.], [0., 0., 1.], [1., 0., 0.]], n, 0.75),
         quad("ceiling", [[0., 1., 0.], [1., 1., 0.], [0., 1., 1.]], n, 0.75),
@@ -80,6 +80,7 @@ pub fn experiment(scene: &Scene) -> Experiment {
         estimator: EstimatorKind::Collision,
         infinite: InfiniteEnd::default(),
         space: Space::Discrete,
+        mix: false,
     };
     Experiment::new(scene.clone(), method).unwrap()
 }

@@ -106,7 +106,7 @@ pub enum Energy {
     },
     /// Weighted walks.
     Power {
-        /// Power that set out [W]; importance 1 for gathering walks.
+        /// Power that set out [W], all channels together; importance 1 for gathering walks.
         emitted: f64,
         /// What surfaces took, and what was cut off.
         absorbed: f64,
@@ -131,8 +131,8 @@ pub struct Target {
 /// What was modelled, and why so.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Model {
-    /// 1: grey.
-    pub channels: u32,
+    /// 1: grey; 3: red, green, blue.
+    pub channels: usize,
     /// `one`, `two`, or `mixed`: the active sides of the surfaces.
     pub sides: &'static str,
     /// `flat` (every surface is met) or `tree`.
@@ -248,8 +248,11 @@ impl Energy {
             return Energy::Walks { emitted: counts.walks, absorbed, escaped: counts.escaped };
         }
         let walks = counts.walks as f64;
-        let emitted = if method.walk == "gathering" { walks } else { scene.total_power() };
-        let escaped = emitted * (counts.escaped_weight as f64 / (walks * Counts::WEIGHT_UNITS));
+        let emitted = |c: usize| if method.walk == "gathering" { walks } else { scene.total_power(c) };
+        let escaped =
+            |c: usize| emitted(c) * (counts.escaped_weight[c] as f64 / (walks * Counts::WEIGHT_UNITS));
+        let all = |of: &dyn Fn(usize) -> f64| (0..scene.channels()).map(of).sum::<f64>();
+        let (emitted, escaped) = (all(&emitted), all(&escaped));
         Energy::Power { emitted, absorbed: emitted - escaped, escaped }
     }
 }
@@ -276,9 +279,9 @@ impl Target {
 impl Model {
     /// What a method models in a scene, with `moments` power sums per patch.
     pub fn new(scene: &Scene, method: &Method, moments: usize) -> Self {
-        let emitters = scene.patches().iter().filter(|patch| patch.emittance > 0.0).count();
+        let emitters = scene.patches().iter().filter(|patch| patch.emittance.is_lit()).count();
         let mut model = Model {
-            channels: 1,
+            channels: scene.channels(),
             sides: sides(scene),
             index: if scene.has_tree() { "tree" } else { "flat" },
             space: method.space.clone(),
@@ -313,8 +316,13 @@ impl Model {
                 "Walks go on from a fresh point of the patch they hit: the answer is that of the patches' radiosity system."
             }
         };
-        let grey = "Every reflectance and emittance is one number: the scene is grey.";
-        vec![grey.into(), sides.into(), index, space.into()]
+        let channels = match self.channels {
+            1 => "Every reflectance and emittance is grey: one channel is modelled.",
+            _ => {
+                "Some reflectance or emittance is coloured: each walk serves red, green and blue by three weights."
+            }
+        };
+        vec![channels.into(), sides.into(), index, space.into()]
     }
 }
 
@@ -327,7 +335,7 @@ fn sides(scene: &Scene) -> &'static str {
     }
 }
 
-fn hex<S: Serializer>(hash: &[u8; 32], serializer: S) -> Result<S::Ok, S::Error> {
+pub(crate) fn hex<S: Serializer>(hash: &[u8; 32], serializer: S) -> Result<S::Ok, S::Error> {
     serializer.collect_str(&blake3::Hash::from_bytes(*hash).to_hex())
 }
 
@@ -371,7 +379,7 @@ mod tests {
             escaped: 15,
             ..Counts::default()
         };
-        let pair = Layout { moments: 2, events: false };
+        let pair = Layout { scores: 1, moments: 2, events: false };
         Tally::from_parts(counts, scene.patches().len(), pair, vec![0; 2 * scene.patches().len()]).unwrap()
     }
 

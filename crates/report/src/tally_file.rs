@@ -5,13 +5,14 @@
 //! | bytes | content |
 //! |---|---|
 //! | 8 | magic `RWTALLY` and a zero byte |
-//! | 4 | u32 format version, 1 |
-//! | 2 | u16 moments: each patch keeps Σx … Σx^M |
-//! | 2 | u16 1 where a count of events stands beside them, else 0; M is moments plus this |
+//! | 4 | u32 format version, 2 |
+//! | 1 | u8 scores S: one per channel, or per estimator that is compared |
+//! | 1 | u8 moments K: each patch keeps Σx … Σx^K of each score |
+//! | 2 | u16 1 where a count of events stands beside them, else 0; M is S·K plus this |
 //! | 8 | u64 patches P |
 //! | 32 | job hash |
 //! | 32 | scene hash |
-//! | 144 | u128 × 9: walks N, rays, absorbed, absorbed_back, escaped, truncated; weights of the last three, in 2⁻⁴⁰ |
+//! | 240 | u128 × 15: walks N, rays, absorbed, absorbed_back, escaped, truncated; weights of the last three, three channels each, in 2⁻⁴⁰ |
 //! | 16·P·M | u128 sums, patch-major |
 //! | 32 | BLAKE3 of all the bytes before |
 
@@ -23,8 +24,8 @@ use radiosity::{Counts, Layout, Tally};
 use thiserror::Error;
 
 const MAGIC: [u8; 8] = *b"RWTALLY\0";
-const VERSION: u32 = 1;
-const HEADER_BYTES: usize = 232;
+const VERSION: u32 = 2;
+const HEADER_BYTES: usize = 328;
 const HASH_BYTES: usize = 32;
 
 /// What a tally file holds.
@@ -122,8 +123,9 @@ fn header(job_hash: &[u8; 32], scene_hash: &[u8; 32], tally: &Tally) -> Vec<u8> 
     let mut header = Vec::with_capacity(HEADER_BYTES);
     header.extend(MAGIC);
     header.extend(VERSION.to_le_bytes());
-    header.extend((tally.layout().moments as u16).to_le_bytes());
-    header.extend(u16::from(tally.layout().events).to_le_bytes());
+    let Layout { scores, moments, events } = tally.layout();
+    header.extend([scores as u8, moments as u8]);
+    header.extend(u16::from(events).to_le_bytes());
     header.extend((tally.patches() as u64).to_le_bytes());
     header.extend(job_hash);
     header.extend(scene_hash);
@@ -172,15 +174,15 @@ fn parse(bytes: &[u8]) -> Result<TallyFile, TallyFault> {
     if version != VERSION {
         return Err(TallyFault::Version(version));
     }
-    let moments = u16::from_le_bytes(fields.take()?);
+    let [scores, moments] = fields.take()?;
     let events = u16::from_le_bytes(fields.take()?);
-    let layout = Layout { moments: moments.into(), events: events == 1 };
+    let layout = Layout { scores: scores.into(), moments: moments.into(), events: events == 1 };
     let columns = layout.columns() as u32;
     let patches = u64::from_le_bytes(fields.take()?);
     check_length(bytes, patches, columns)?;
     check_sum(bytes)?;
     let (job_hash, scene_hash) = (fields.take()?, fields.take()?);
-    let mut counts = [0; 9];
+    let mut counts = [0; 15];
     for count in &mut counts {
         *count = u128::from_le_bytes(fields.take()?);
     }
@@ -210,8 +212,8 @@ impl Fields<'_> {
 }
 
 /// Before anything of that size is allocated: a damaged header may ask for more than there is memory.
-fn check_length(bytes: &[u8], patches: u64, moments: u32) -> Result<(), TallyFault> {
-    let sums = patches.saturating_mul(u64::from(moments)).saturating_mul(16);
+fn check_length(bytes: &[u8], patches: u64, columns: u32) -> Result<(), TallyFault> {
+    let sums = patches.saturating_mul(u64::from(columns)).saturating_mul(16);
     let expected = sums.saturating_add((HEADER_BYTES + HASH_BYTES) as u64);
     let found = bytes.len() as u64;
     if found == expected { Ok(()) } else { Err(TallyFault::Length { expected, found }) }
@@ -226,7 +228,7 @@ fn check_sum(bytes: &[u8]) -> Result<(), TallyFault> {
 mod tests {
     use super::*;
 
-    const PAIR: Layout = Layout { moments: 2, events: false };
+    const PAIR: Layout = Layout { scores: 1, moments: 2, events: false };
 
     const JOB: [u8; 32] = [1; 32];
     const SCENE: [u8; 32] = [2; 32];
@@ -238,7 +240,7 @@ mod tests {
             absorbed: 90,
             absorbed_back: 1,
             escaped: 9,
-            escaped_weight: 9 << 40,
+            escaped_weight: [9 << 40, 1, 0],
             ..Counts::default()
         };
         Tally::from_parts(counts, 3, PAIR, vec![1, 2, 3, 4, u128::MAX, 1 << 100]).unwrap()
@@ -277,11 +279,12 @@ mod tests {
     fn the_bytes_are_laid_out_as_documented() {
         let bytes = bytes();
         assert_eq!(bytes.len(), HEADER_BYTES + 6 * 16 + HASH_BYTES);
-        assert_eq!(&bytes[..24], b"RWTALLY\0\x01\0\0\0\x02\0\0\0\x03\0\0\0\0\0\0\0");
+        assert_eq!(&bytes[..24], b"RWTALLY\0\x02\0\0\0\x01\x02\0\0\x03\0\0\0\0\0\0\0");
         assert_eq!(bytes[24..88], [JOB, SCENE].concat());
         assert_eq!(bytes[88..104], 100_u128.to_le_bytes());
         assert_eq!(bytes[152..168], 9_u128.to_le_bytes());
-        assert_eq!(bytes[232..248], 1_u128.to_le_bytes());
+        assert_eq!(bytes[232..264], [(9_u128 << 40).to_le_bytes(), 1_u128.to_le_bytes()].concat());
+        assert_eq!(bytes[328..344], 1_u128.to_le_bytes());
     }
 
     #[test]
@@ -289,8 +292,8 @@ mod tests {
         assert!(matches!(fault_of(b""), TallyFault::Magic));
         assert!(matches!(fault_of(b"patch,surface,u,v"), TallyFault::Magic));
         let mut newer = bytes();
-        newer[8] = 2;
-        assert!(matches!(fault_of(&newer), TallyFault::Version(2)));
+        newer[8] = 3;
+        assert!(matches!(fault_of(&newer), TallyFault::Version(3)));
     }
 
     #[test]

@@ -123,7 +123,7 @@ fn walk_patches(bencher: Bencher, cells: u32) {
 }
 
 fn method(direction: Direction, estimator: EstimatorKind, space: Space) -> Method {
-    Method { direction, estimator, infinite: InfiniteEnd::default(), space }
+    Method { direction, estimator, infinite: InfiniteEnd::default(), space, mix: false }
 }
 
 /// Ever further walks onto one board, so that no cache learns them by heart. Rays are counted by the mean of the
@@ -146,11 +146,12 @@ fn bench_walks(bencher: Bencher, scene: Scene, method: Method) {
 #[divan::bench(args = [54, 1_572_864])]
 fn tally(bencher: Bencher, patches: u32) {
     const HITS: u64 = 49_152;
-    let mut board = Scoreboard::<u64, (), 2>::new(patches as usize);
+    let mut board = Scoreboard::<u64, (), 1, 2>::new(patches as usize);
     let mut next = 0_u64;
     bencher.counter(ItemsCount::new(HITS)).bench_local(|| {
-        for hit in next..next + HITS {
-            board.add(hit / 3, scattered(hit.wrapping_mul(0x9E37_79B9_7F4A_7C15), patches), 1);
+        for first in (next..next + HITS).step_by(3) {
+            let patch = |hit: u64| scattered(hit.wrapping_mul(0x9E37_79B9_7F4A_7C15), patches);
+            board.add_path(&[patch(first), patch(first + 1), patch(first + 2)], |_| [1]);
         }
         next += HITS;
     });
@@ -164,7 +165,7 @@ fn scattered(bits: u64, patches: u32) -> u32 {
 /// A board emptied and merged, as a worker does at the end of a lease.
 #[divan::bench(args = [54, 1_572_864], sample_count = 20)]
 fn merge(bencher: Bencher, patches: usize) {
-    let mut board = Scoreboard::<u64, (), 2>::new(patches);
+    let mut board = Scoreboard::<u64, (), 1, 2>::new(patches);
     let mut sum = board.take().expect("an empty board");
     bencher.counter(ItemsCount::new(patches)).bench_local(|| {
         sum.merge(&board.take().expect("an empty board")).expect("the same layout");

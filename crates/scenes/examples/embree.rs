@@ -232,12 +232,12 @@ struct Emitters {
 impl Emitters {
     fn new(scene: &Scene) -> Self {
         let patches = scene.patches();
-        let emitting: Vec<usize> = (0..patches.len()).filter(|&i| patches[i].power() > 0.0).collect();
+        let emitting: Vec<usize> = (0..patches.len()).filter(|&i| patches[i].power(0) > 0.0).collect();
         let mut total = 0.0;
         let cumulative = emitting
             .iter()
             .map(|&i| {
-                total += patches[i].power();
+                total += patches[i].power(0);
                 total
             })
             .collect();

@@ -22,7 +22,7 @@ pub fn cube(n: u32) -> SceneSpec {
         .zip(reflectances)
         .map(|((corner, u, v), reflectance)| Material::new(reflectance).surface(quad(corner, u, v, [n, n])))
         .collect();
-    surfaces[0].cell_emittance = vec![(n / 2 * n + n / 2, 1.0)];
+    surfaces[0].cell_emittance = vec![(n / 2 * n + n / 2, 1.0.into())];
     SceneSpec { surfaces }
 }
 

@@ -32,8 +32,8 @@ impl Material {
             name: None,
             shape,
             sides: self.sides,
-            reflectance: self.reflectance,
-            emittance: self.emittance,
+            reflectance: self.reflectance.into(),
+            emittance: self.emittance.into(),
             cell_emittance: vec![],
         }
     }

@@ -24,7 +24,11 @@ pub fn to_toml(spec: &SceneSpec) -> String {
 
 /// The keys of a surface's material.
 fn properties(surface: &SurfaceSpec) -> String {
-    format!("reflectance = {:?}\nemittance = {:?}\n", surface.reflectance, surface.emittance)
+    format!(
+        "reflectance = {:?}\nemittance = {:?}\n",
+        surface.reflectance.channels(),
+        surface.emittance.channels()
+    )
 }
 
 fn write_surface(text: &mut String, surface: &SurfaceSpec, material: usize) -> std::fmt::Result {
@@ -45,7 +49,7 @@ fn write_surface(text: &mut String, surface: &SurfaceSpec, material: usize) -> s
     }
     for &(cell, emittance) in &surface.cell_emittance {
         let label = surface.shape.cell_label(cell);
-        writeln!(text, "[[surface.emit]]\ncell = {label:?}\nemittance = {emittance:?}")?;
+        writeln!(text, "[[surface.emit]]\ncell = {label:?}\nemittance = {:?}", emittance.channels())?;
     }
     writeln!(text)
 }

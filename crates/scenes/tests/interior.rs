@@ -22,6 +22,7 @@ fn not_one_walk_escapes_or_meets_a_back() {
             estimator: EstimatorKind::Collision,
             infinite: InfiniteEnd::default(),
             space,
+            mix: false,
         };
         let experiment = Experiment::new(scene.clone(), method).unwrap();
         let mut board = experiment.board::<2>();

@@ -9,7 +9,7 @@ use radiosity::{Counts, Layout, Tally};
 
 pub const PATCHES: usize = 3;
 pub const MOMENTS: usize = 2;
-pub const LAYOUT: Layout = Layout { moments: MOMENTS, events: false };
+pub const LAYOUT: Layout = Layout { scores: 1, moments: MOMENTS, events: false };
 pub const BUILD: &str = "0.1.0 (toy)";
 pub const JOB: &[u8] = b"a toy job";
 pub const SCENE_HASH: [u8; 32] = [1; 32];
@@ -94,7 +94,7 @@ pub fn result(lease: u64, walks: Range<u64>) -> LeaseResult {
         lease,
         seconds: 0.25,
         cpu_seconds: 0.25,
-        counts: tally.counts.to_array(),
+        counts: Box::new(tally.counts.to_array()),
         sums: tally.into_sums(),
     }
 }

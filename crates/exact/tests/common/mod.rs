@@ -73,8 +73,8 @@ pub fn surface(rectangle: &Rectangle, turn: u32, cells: [u32; 2], r: f64, e: f64
         name: None,
         shape: Shape::Parallelogram { corner, corner_u, corner_v, cells },
         sides: Sides::Front,
-        reflectance: r,
-        emittance: e,
+        reflectance: r.into(),
+        emittance: e.into(),
         cell_emittance: vec![],
     }
 }
@@ -113,9 +113,9 @@ pub fn random_box(numbers: &mut Numbers, r: f64, e: f64) -> SceneSpec {
 pub fn cube_54() -> SceneSpec {
     let mut spec = plain_box(DVec3::ZERO, DVec3::ONE, [3, 3], 0.0, 0.0);
     for (face, surface) in spec.surfaces.iter_mut().enumerate() {
-        surface.reflectance = [0.3, 0.4, 0.5, 0.6, 0.7, 0.8][face];
+        surface.reflectance = [0.3, 0.4, 0.5, 0.6, 0.7, 0.8][face].into();
     }
-    spec.surfaces[0].cell_emittance = vec![(4, 1.0)];
+    spec.surfaces[0].cell_emittance = vec![(4, 1.0.into())];
     spec
 }
 

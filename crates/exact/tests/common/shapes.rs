@@ -10,8 +10,8 @@ pub fn grey(shape: Shape, r: f64, e: f64) -> SurfaceSpec {
         name: None,
         shape,
         sides: Sides::Front,
-        reflectance: r,
-        emittance: e,
+        reflectance: r.into(),
+        emittance: e.into(),
         cell_emittance: vec![],
     }
 }
@@ -125,5 +125,61 @@ pub fn turned(spec: &SceneSpec) -> SceneSpec {
             }
         };
     }
+    spec
+}
+
+/// The sides of a box and its top, seen from outside, in cells of about `cell` [m]; its foot, too, unless it
+/// stands on the floor. Turned about its first corner.
+pub fn furniture([x, y, z]: [f64; 3], size: [f64; 3], angle: f64, cell: f64) -> Vec<Shape> {
+    let corner = DVec3::new(x, y, z);
+    let turn = DQuat::from_rotation_z(angle);
+    let [ex, ey, ez] = [0, 1, 2].map(|k| turn * (DVec3::AXES[k] * size[k]));
+    let cells = |edge: DVec3| (edge.length() / cell).ceil() as u32;
+    let face = |corner: DVec3, u: DVec3, v: DVec3| Shape::Parallelogram {
+        corner,
+        corner_u: corner + u,
+        corner_v: corner + v,
+        cells: [cells(u), cells(v)],
+    };
+    let mut faces = vec![
+        face(corner, ez, ey),
+        face(corner + ex, ey, ez),
+        face(corner, ex, ez),
+        face(corner + ey, ez, ex),
+        face(corner + ez, ex, ey),
+    ];
+    if z > 0.0 {
+        faces.push(face(corner, ey, ex));
+    }
+    faces
+}
+
+/// A room of 4 m × 5 m × 2.5 m, one ceiling light, a table on four legs with a box on it, a cupboard, a
+/// wardrobe askew, a screen that is lit from both sides; patches of about `cell` [m].
+pub fn furnished_room(cell: f64) -> SceneSpec {
+    let mut walls = room([4.0, 5.0, 2.5], 1);
+    for wall in &mut walls {
+        let (_, e_u, e_v) = wall.edges();
+        let Shape::Parallelogram { cells, .. } = wall else { unreachable!("walls are parallelograms") };
+        *cells = [e_u, e_v].map(|edge| (edge.length() / cell).ceil() as u32);
+    }
+    let pieces = [
+        ([1.0, 1.5, 0.7], [1.6, 0.9, 0.05], 0.0),
+        ([1.05, 1.55, 0.0], [0.06, 0.06, 0.7], 0.0),
+        ([2.49, 1.55, 0.0], [0.06, 0.06, 0.7], 0.0),
+        ([1.05, 2.29, 0.0], [0.06, 0.06, 0.7], 0.0),
+        ([2.49, 2.29, 0.0], [0.06, 0.06, 0.7], 0.0),
+        ([1.5, 1.8, 0.75], [0.4, 0.3, 0.25], 0.3),
+        ([3.3, 0.4, 0.0], [0.5, 1.3, 0.9], 0.0),
+        ([0.9, 3.6, 0.0], [0.6, 0.9, 1.9], 0.5),
+    ];
+    let pieces = pieces.into_iter().flat_map(|(at, size, angle)| furniture(at, size, angle, cell));
+    let mut spec = painted(walls.into_iter().chain(pieces), 0.5, 0.0);
+    let mut screen = grey(quad([2.2, 3.4, 0.05], [1.1, 0.5, 0.0], [0.0, 0.0, 1.6], [1, 1]), 0.7, 0.0);
+    let Shape::Parallelogram { cells, .. } = &mut screen.shape else { unreachable!("it is a parallelogram") };
+    *cells = [1.2, 1.6].map(|length: f64| (length / cell).ceil() as u32);
+    screen.sides = Sides::Both;
+    spec.surfaces.push(screen);
+    spec.surfaces[5].cell_emittance = vec![(0, 100.0.into())];
     spec
 }

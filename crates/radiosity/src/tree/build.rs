@@ -10,7 +10,8 @@ use obvhs::bvh2::Bvh2;
 use obvhs::bvh2::builder::build_bvh2;
 
 use super::lanes::LANES;
-use super::{Isa, Item, Leaf, Node, Tree};
+use super::{Item, Leaf, Node, Tree};
+use crate::isa::Isa;
 use crate::surface::Surface;
 use crate::trace::{Facets, Ray, dual_basis};
 
@@ -40,7 +41,7 @@ impl Tree {
             levels: 0,
             scale,
             slack: (facets.slack() * scale) as f32,
-            isa: Isa::available().pop().expect("the portable one"),
+            isa: Isa::best(),
         };
         Fold::new(&binary).emit(&mut tree, facets);
         tree

@@ -64,19 +64,6 @@ pub(super) fn value_of(key: u32) -> u32 {
     key & !LANE_BITS
 }
 
-/// Asks for `lines` cache lines from `address` on.
-#[inline(always)]
-pub(super) fn prefetch(address: *const u8, lines: usize) {
-    #[cfg(target_arch = "x86_64")]
-    for line in 0..lines {
-        use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
-        // SAFETY: a prefetch reads nothing; any address will do.
-        unsafe { _mm_prefetch::<_MM_HINT_T0>(address.wrapping_add(64 * line).cast()) };
-    }
-    #[cfg(not(target_arch = "x86_64"))]
-    let _ = (address, lines);
-}
-
 /// Plain Rust, which compilers turn into whatever vectors the target has.
 #[derive(Clone, Copy)]
 pub(super) struct Portable(Row);

@@ -2,9 +2,10 @@
 
 use glam::{DMat3, DVec3};
 
-use super::Isa;
+use crate::flat::Flat;
+use crate::isa::Isa;
 use crate::rng::{Sequence, WalkRng};
-use crate::trace::{AnyIndex, Flat, Hits, Index, Ray, Rays, WIDTH};
+use crate::trace::{Hits, Index, Ray, Rays, WIDTH};
 use crate::{IndexChoice, Scene, SceneSpec, Shape, Sides, SurfaceSpec};
 
 fn point(rng: &mut WalkRng) -> DVec3 {
@@ -34,8 +35,8 @@ fn crowd(count: usize, seed: u64) -> Vec<SurfaceSpec> {
             name: None,
             shape,
             sides: if rng.bits().is_multiple_of(2) { Sides::Both } else { Sides::Front },
-            reflectance: 0.5,
-            emittance: 1.0,
+            reflectance: 0.5.into(),
+            emittance: 1.0.into(),
             cell_emittance: vec![],
         };
         let copies = 1 + usize::from(rng.bits().is_multiple_of(8));
@@ -88,9 +89,10 @@ fn assert_agrees(name: &str, spec: &SceneSpec) {
     let mut scene = Scene::build(spec, IndexChoice::Tree).unwrap();
     let rays = rays(&scene, 3_000);
     let facets = scene.facets.clone();
-    let AnyIndex::Tree(tree) = &mut scene.index else { panic!("a tree was asked for") };
+    let Index::Tree(tree) = &mut scene.index else { panic!("a tree was asked for") };
     let (mut scratch, mut hits) = (Box::default(), Hits::default());
-    let brute = |ray: &Ray| Flat.closest_hit(&facets, ray, &mut Box::default());
+    let flat = Index::Flat(Flat { isa: Isa::best() });
+    let brute = |ray: &Ray| flat.closest_hit(&facets, ray);
     for isa in Isa::available() {
         tree.isa = isa;
         // Batches that are full, and others.
@@ -103,7 +105,7 @@ fn assert_agrees(name: &str, spec: &SceneSpec) {
             }
         }
         for ray in &rays[..300] {
-            assert_eq!(tree.closest_hit(&facets, ray, &mut scratch), brute(ray), "{name}, {isa:?}: {ray:?}");
+            assert_eq!(tree.closest_hit(&facets, ray), brute(ray), "{name}, {isa:?}: {ray:?}");
         }
     }
 }

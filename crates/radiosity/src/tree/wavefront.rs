@@ -8,12 +8,14 @@
 //! All of it is f32 and only culls. A facet that a ray might meet, as far as f32 can tell, becomes a candidate;
 //! the candidates that are left are met in f64 by [`Facets::meet`], so the answer is the same as without a tree.
 
-#[cfg(target_arch = "x86_64")]
-use super::lanes::{Avx2, Avx512};
 use std::hint::select_unpredictable;
 
-use super::lanes::{LANES, Lanes, Portable, Row, lane_of, prefetch, value_of};
+#[cfg(target_arch = "x86_64")]
+use super::lanes::{Avx2, Avx512};
+use super::lanes::{LANES, Lanes, Portable, Row, lane_of, value_of};
 use super::{Item, Leaf, Node, Tree};
+use crate::isa::Isa;
+use crate::prefetch::prefetch;
 use crate::trace::{Facets, Hits, Rays, WIDTH};
 
 /// Rays under way at once. More hide more latency, until they do not fit the first-level cache.
@@ -94,8 +96,6 @@ pub(crate) struct Scratch {
     candidates: [Candidates; ACTIVE],
     /// The candidates that are left at the end: ray and surface.
     finalists: Vec<(u32, u32)>,
-    /// The batch of a ray that is traced alone.
-    pub(super) single: Option<Box<(Rays, Hits)>>,
 }
 
 impl Default for Scratch {
@@ -114,7 +114,6 @@ impl Default for Scratch {
             queues: [[Step { slot: 0, ray: 0, item: Item::DONE }; ACTIVE + 1]; 3],
             candidates: [Candidates::default(); ACTIVE],
             finalists: vec![],
-            single: None,
         }
     }
 }
@@ -206,44 +205,6 @@ fn row(values: &[f32], start: usize) -> &Row {
 #[inline(always)]
 fn row_mut(values: &mut [f32], start: usize) -> &mut Row {
     (&mut values[start..start + LANES]).try_into().expect("a row")
-}
-
-/// The instruction sets that the kernel is compiled for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Isa {
-    Portable,
-    #[cfg(target_arch = "x86_64")]
-    Avx2,
-    #[cfg(target_arch = "x86_64")]
-    Avx512,
-}
-
-impl Isa {
-    /// Those that this machine has, the best last.
-    pub(crate) fn available() -> Vec<Isa> {
-        #[allow(unused_mut, reason = "one architecture has more")]
-        let mut list = vec![Isa::Portable];
-        #[cfg(target_arch = "x86_64")]
-        {
-            let avx2 = is_x86_feature_detected!("avx2")
-                && is_x86_feature_detected!("fma")
-                && is_x86_feature_detected!("bmi1")
-                && is_x86_feature_detected!("bmi2")
-                && is_x86_feature_detected!("lzcnt")
-                && is_x86_feature_detected!("popcnt");
-            if avx2 {
-                list.push(Isa::Avx2);
-            }
-            if avx2
-                && is_x86_feature_detected!("avx512f")
-                && is_x86_feature_detected!("avx512vl")
-                && is_x86_feature_detected!("avx512dq")
-            {
-                list.push(Isa::Avx512);
-            }
-        }
-        list
-    }
 }
 
 impl Tree {
@@ -496,7 +457,7 @@ impl Call<'_> {
             // A grazing one has no number for t.
             if t <= best || t.is_nan() {
                 let surface = surface.to_bits();
-                prefetch(std::ptr::from_ref(self.facets.get(surface)).cast(), 2);
+                prefetch(std::ptr::from_ref(self.facets.get(surface)), 2);
                 scratch.finalists.push((u32::from(step.ray), surface));
             }
         }

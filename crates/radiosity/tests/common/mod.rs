@@ -6,7 +6,7 @@ use std::ops::Range;
 use glam::{DMat3, DVec3};
 use radiosity::{
     Direction, EstimatorKind, Experiment, IndexChoice, InfiniteEnd, Method, Scene, SceneSpec, Sequence,
-    Shape, Sides, Space, SurfaceSpec, Tally,
+    Shape, Sides, Space, Spectrum, SurfaceSpec, Tally,
 };
 
 pub fn surface(shape: Shape, reflectance: f64) -> SurfaceSpec {
@@ -14,8 +14,8 @@ pub fn surface(shape: Shape, reflectance: f64) -> SurfaceSpec {
         name: None,
         shape,
         sides: Sides::Front,
-        reflectance,
-        emittance: 0.0,
+        reflectance: reflectance.into(),
+        emittance: Spectrum::BLACK,
         cell_emittance: vec![],
     }
 }
@@ -46,14 +46,14 @@ pub fn box_scene(size: DVec3, cells: [u32; 2]) -> SceneSpec {
         .zip([0.3, 0.4, 0.5, 0.6, 0.7, 0.8])
         .map(|(shape, reflectance)| surface(shape, reflectance))
         .collect();
-    surfaces[0].cell_emittance = vec![(0, 1.0)];
+    surfaces[0].cell_emittance = vec![(0, 1.0.into())];
     SceneSpec { surfaces }
 }
 
 /// The 54-patch cube of S97 fig. 2: its emitter is the patch in the middle of the first face.
 pub fn cube54() -> SceneSpec {
     let mut scene = box_scene(DVec3::ONE, [3, 3]);
-    scene.surfaces[0].cell_emittance = vec![(4, 1.0)];
+    scene.surfaces[0].cell_emittance = vec![(4, 1.0.into())];
     scene
 }
 
@@ -133,7 +133,7 @@ pub fn bumpy_sphere(levels: u32, rows: u32) -> SceneSpec {
         .iter()
         .map(|&[a, b, c]| surface(Shape::Triangle { a: bump(a), b: bump(c), c: bump(b), rows }, 0.8))
         .collect();
-    surfaces[0].emittance = 1.0;
+    surfaces[0].emittance = 1.0.into();
     SceneSpec { surfaces }
 }
 
@@ -144,6 +144,7 @@ pub fn collision(space: Space) -> Method {
         estimator: EstimatorKind::Collision,
         infinite: InfiniteEnd::default(),
         space,
+        mix: false,
     }
 }
 
@@ -156,7 +157,7 @@ pub fn experiment(spec: &SceneSpec, index: IndexChoice, method: Method) -> Exper
 pub fn walk<const M: usize>(experiment: &Experiment, seed: u64, walks: Range<u64>) -> Tally {
     let sequence = Sequence::new(seed);
     let mut board = experiment.board::<M>();
-    let mut tally = experiment.tally(M);
+    let mut tally = experiment.tally::<M>();
     let mut next = walks.start;
     while next < walks.end {
         let end = walks.end.min(next + (1 << 20));

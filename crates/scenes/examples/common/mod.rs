@@ -14,6 +14,7 @@ pub fn collision_shooting(scene: Scene) -> Result<Experiment, Failure> {
         estimator: EstimatorKind::Collision,
         infinite: InfiniteEnd::default(),
         space: Space::Discrete,
+        mix: false,
     };
     Ok(Experiment::new(scene, method)?)
 }
