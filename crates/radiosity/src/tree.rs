@@ -9,14 +9,15 @@ mod wavefront;
 
 use crate::isa::Isa;
 use crate::trace::{Facets, Hit, Hits, Ray, Rays};
-use lanes::Row;
+use lanes::{LANES, Row};
 pub(crate) use wavefront::Scratch;
 
 /// A tree of nodes with sixteen children and leaves of up to sixteen facets.
 #[derive(Clone, Debug)]
 pub(crate) struct Tree {
     nodes: Vec<Node>,
-    leaves: Vec<Leaf>,
+    /// The leaves one after another, each at the beginning of a line.
+    leaves: Vec<Line>,
     /// Nodes on the longest way down.
     levels: usize,
     /// Tree coordinates are scene coordinates times this, a power of two.
@@ -67,19 +68,56 @@ impl Node {
     const FAR: f32 = f32::MAX;
 }
 
-/// Up to sixteen facets.
-#[derive(Clone, Debug)]
+/// A cache line of a leaf.
+#[derive(Clone, Copy, Debug)]
 #[repr(C, align(64))]
-struct Leaf {
-    /// Normal and offset, u axis and offset, v axis and offset, steepness, surface numbers.
-    rows: [Row; 14],
+struct Line(Row);
+
+/// Up to sixteen facets: how many, then so many numbers for each of [`Leaf::ROWS`] rows, without gaps. Tracing waits
+/// for the memory that leaves take more than for anything else.
+#[derive(Clone, Copy)]
+struct Leaf<'a> {
+    lines: &'a [Line],
+    count: usize,
 }
 
-impl Leaf {
+impl<'a> Leaf<'a> {
+    /// The bits of surface numbers, then in f32 normal and offset, u axis and offset, v axis and offset, steepness.
+    /// Small integers first: as numbers they are subnormal, and would slow down what reads beyond a row.
+    const ROWS: usize = 14;
+    const SURFACE: usize = 0;
+    const NORMAL: usize = 1;
+    const U: usize = 5;
+    const V: usize = 9;
     /// By how much u, v and u + v change at most along a unit of length; negative for a triangle.
-    const STEEPNESS: usize = 12;
-    /// The bits of surface numbers; `Ray::FREE` where there is no facet.
-    const SURFACE: usize = 13;
+    const STEEPNESS: usize = 13;
+
+    /// Where a row begins in a leaf of `count` facets.
+    const fn start(count: usize, row: usize) -> usize {
+        1 + row * count
+    }
+
+    /// The lines that hold all rows of a leaf, each read as a whole vector.
+    const fn lines(count: usize) -> usize {
+        (Self::start(count, Self::ROWS - 1) + LANES).div_ceil(LANES)
+    }
+
+    /// The leaf that begins with a line.
+    #[inline(always)]
+    fn at(lines: &'a [Line], first: usize) -> Self {
+        let count = lines[first].0[0].to_bits() as usize;
+        Leaf { lines: &lines[first..first + Self::lines(count)], count }
+    }
+
+    /// A row, and after its `count` numbers whatever follows.
+    #[inline(always)]
+    fn row(&self, row: usize) -> &'a Row {
+        let start = Self::start(self.count, row);
+        debug_assert!(row < Self::ROWS && self.lines.len() == Self::lines(self.count));
+        // SAFETY: a line is a vector of numbers, and lines lie side by side, as many as `lines` says: `start` is far
+        // enough from the end of the last.
+        unsafe { &*self.lines.as_ptr().cast::<f32>().add(start).cast::<Row>() }
+    }
 }
 
 impl Tree {

@@ -37,6 +37,8 @@ pub(super) trait Lanes: Copy {
     fn le(self, other: Self) -> Self::Mask;
     /// Whether the bits of a lane differ from `bits`.
     fn differs(self, bits: u32) -> Self::Mask;
+    /// The first `count` lanes.
+    fn first(count: usize) -> Self::Mask;
     fn and(a: Self::Mask, b: Self::Mask) -> Self::Mask;
     fn or(a: Self::Mask, b: Self::Mask) -> Self::Mask;
     /// Bit i: lane i.
@@ -134,6 +136,10 @@ impl Lanes for Portable {
     #[inline(always)]
     fn differs(self, bits: u32) -> [u32; LANES] {
         self.0.map(|x| if x.to_bits() == bits { 0 } else { u32::MAX })
+    }
+    #[inline(always)]
+    fn first(count: usize) -> [u32; LANES] {
+        std::array::from_fn(|i| if i < count { u32::MAX } else { 0 })
     }
     #[inline(always)]
     fn and(a: [u32; LANES], b: [u32; LANES]) -> [u32; LANES] {
@@ -319,6 +325,13 @@ mod x86 {
             .0
         }
         #[inline(always)]
+        fn first(count: usize) -> [__m256; 2] {
+            [0, 1].map(|half| unsafe {
+                let numbers = _mm256_loadu_si256(NUMBERS.as_ptr().add(8 * half).cast());
+                _mm256_castsi256_ps(_mm256_cmpgt_epi32(_mm256_set1_epi32(count as i32), numbers))
+            })
+        }
+        #[inline(always)]
         fn and(a: [__m256; 2], b: [__m256; 2]) -> [__m256; 2] {
             Avx2(a).zip(Avx2(b), |a, b| unsafe { _mm256_and_ps(a, b) }).0
         }
@@ -433,6 +446,10 @@ mod x86 {
         #[inline(always)]
         fn differs(self, bits: u32) -> __mmask16 {
             unsafe { _mm512_cmpneq_epi32_mask(_mm512_castps_si512(self.0), _mm512_set1_epi32(bits as i32)) }
+        }
+        #[inline(always)]
+        fn first(count: usize) -> __mmask16 {
+            ((1_u32 << count) - 1) as __mmask16
         }
         #[inline(always)]
         fn and(a: __mmask16, b: __mmask16) -> __mmask16 {

@@ -13,7 +13,7 @@ use std::hint::select_unpredictable;
 #[cfg(target_arch = "x86_64")]
 use super::lanes::{Avx2, Avx512};
 use super::lanes::{LANES, Lanes, Portable, Row, lane_of, value_of};
-use super::{Item, Leaf, Node, Tree};
+use super::{Item, Leaf, Line, Node, Tree};
 use crate::isa::Isa;
 use crate::prefetch::prefetch;
 use crate::trace::{Facets, Hits, Rays, WIDTH};
@@ -207,6 +207,21 @@ fn row_mut(values: &mut [f32], start: usize) -> &mut Row {
     (&mut values[start..start + LANES]).try_into().expect("a row")
 }
 
+impl Leaf<'_> {
+    #[inline(always)]
+    fn load<L: Lanes>(&self, row: usize) -> L {
+        L::load(self.row(row))
+    }
+
+    /// The dot product of three rows and a vector.
+    #[inline(always)]
+    fn dot<L: Lanes>(&self, first: usize, v: &[L; 3]) -> L {
+        let sum = self.load::<L>(first).mul(v[0]);
+        let sum = self.load::<L>(first + 1).mul_add(v[1], sum);
+        self.load::<L>(first + 2).mul_add(v[2], sum)
+    }
+}
+
 impl Tree {
     /// The least (t, surface number) among the facets that each ray meets. Directions must be between 1/4 and
     /// 1 + 10⁻⁹ long.
@@ -317,11 +332,11 @@ impl Call<'_> {
             lens[k] += usize::from(k == kind);
         }
         let (base, size) = if item.kind() == 1 {
-            (self.tree.leaves.as_ptr().cast::<u8>(), size_of::<Leaf>())
+            (self.tree.leaves.as_ptr().cast::<u8>(), size_of::<Line>())
         } else {
             (self.tree.nodes.as_ptr().cast::<u8>(), size_of::<Node>())
         };
-        prefetch(base.wrapping_add(item.index() * size), 4);
+        prefetch(base.wrapping_add(item.index() * size), 7);
     }
 
     /// Enters the boxes of a node: to the nearest that the ray meets, else to one from the stack, which gets the
@@ -391,24 +406,19 @@ impl Call<'_> {
     fn visit_leaf<L: Lanes>(&self, step: Step, scratch: &mut Scratch, hits: &mut Hits) -> Item {
         let (slot, ray) = (step.slot as usize, step.ray as usize);
         let forms = &mut scratch.forms;
-        let rows = &self.tree.leaves[step.item.index()].rows;
-        let dot = |first: usize, v: &[L; 3]| {
-            let sum = L::load(&rows[first]).mul(v[0]);
-            let sum = L::load(&rows[first + 1]).mul_add(v[1], sum);
-            L::load(&rows[first + 2]).mul_add(v[2], sum)
-        };
+        let leaf = Leaf::at(&self.tree.leaves, step.item.index());
         let [origin, direction] =
             [&forms.origin, &forms.direction].map(|v| v.each_ref().map(|row| L::splat(row[ray])));
-        let approach = dot(0, &direction);
-        let height = dot(0, &origin).sub(L::load(&rows[3]));
+        let approach = leaf.dot(Leaf::NORMAL, &direction);
+        let height = leaf.dot(Leaf::NORMAL, &origin).sub(leaf.load(Leaf::NORMAL + 3));
         let inverse = approach.recip();
         let t = L::splat(0.0).sub(height).mul(inverse);
         let error =
             t.abs().mul_add(L::splat(30.0 * ROUNDING), L::splat(forms.uncertainty[ray])).mul(inverse.abs());
         let point = [0, 1, 2].map(|axis| t.mul_add(direction[axis], origin[axis]));
-        let u = dot(4, &point).sub(L::load(&rows[7]));
-        let v = dot(8, &point).sub(L::load(&rows[11]));
-        let steepness = L::load(&rows[Leaf::STEEPNESS]);
+        let u = leaf.dot(Leaf::U, &point).sub(leaf.load(Leaf::U + 3));
+        let v = leaf.dot(Leaf::V, &point).sub(leaf.load(Leaf::V + 3));
+        let steepness: L = leaf.load(Leaf::STEEPNESS);
         let margin = steepness.abs().mul(error);
         let least = u.min(v);
         let greatest = u.max(v).add(least.where_negative(steepness));
@@ -416,7 +426,8 @@ impl Call<'_> {
         let [zero, one] = [0.0, 1.0].map(L::splat);
 
         let grazing = approach.abs().le(L::splat(16.0 * ROUNDING));
-        let other = L::load(&rows[Leaf::SURFACE]).differs(self.rays.from[ray]);
+        let surfaces: L = leaf.load(Leaf::SURFACE);
+        let other = L::and(surfaces.differs(self.rays.from[ray]), L::first(leaf.count));
         let inside = L::and(zero.sub(margin).le(least), greatest.le(one.add(margin)));
         let ahead = L::and(earliest.le(L::splat(forms.best[ray])), zero.le(latest));
         let maybe = L::and(L::or(grazing, L::and(inside, ahead)), other);
@@ -428,7 +439,7 @@ impl Call<'_> {
         let candidates = &mut scratch.candidates[slot];
         let len = candidates.len;
         earliest.compress(bits, row_mut(&mut candidates.t, len));
-        L::load(&rows[Leaf::SURFACE]).compress(bits, row_mut(&mut candidates.surface, len));
+        surfaces.compress(bits, row_mut(&mut candidates.surface, len));
         candidates.len = len + bits.count_ones() as usize;
         if candidates.len > CANDIDATES - LANES {
             self.settle(step, scratch, hits);
