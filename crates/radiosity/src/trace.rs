@@ -232,6 +232,12 @@ impl Facets {
         &self.facets[surface as usize]
     }
 
+    /// Where a facet lies, for prefetching it: `surface` may be any number.
+    #[inline(always)]
+    pub(crate) fn address(&self, surface: u32) -> *const Facet {
+        self.facets.as_ptr().wrapping_add(surface as usize)
+    }
+
     /// By how much facets are larger than their surfaces [m].
     pub(crate) fn slack(&self) -> f64 {
         self.slack

@@ -15,9 +15,8 @@ pub(crate) use wavefront::Scratch;
 /// A tree of nodes with sixteen children and leaves of up to sixteen facets.
 #[derive(Clone, Debug)]
 pub(crate) struct Tree {
-    nodes: Vec<Node>,
-    /// The leaves one after another, each at the beginning of a line.
-    leaves: Vec<Line>,
+    /// Nodes and leaves one after another, the root first.
+    lines: Vec<Line>,
     /// Nodes on the longest way down.
     levels: usize,
     /// Tree coordinates are scene coordinates times this, a power of two.
@@ -28,19 +27,27 @@ pub(crate) struct Tree {
     isa: Isa,
 }
 
-/// Something to visit: a node, a leaf, or nothing more. The upper two bits say which: 0, 1, 2.
+/// A cache line of the tree.
+#[derive(Clone, Copy, Debug)]
+#[repr(C, align(64))]
+struct Line(Row);
+
+/// Something to do next, in the upper two bits: visit the node or the leaf that begins with the line in the lower
+/// bits, take something from the stack, or nothing more.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Item(u32);
 
 impl Item {
-    const DONE: Item = Item(2 << 30);
+    const NODE: usize = 0;
+    const LEAF: usize = 1;
+    const POP: usize = 2;
+    const DONE: usize = 3;
+    /// How many kinds there are.
+    const KINDS: usize = 4;
 
-    fn node(index: usize) -> Self {
-        Item(u32::try_from(index).expect("fewer nodes than surfaces"))
-    }
-
-    fn leaf(index: usize) -> Self {
-        Item(1 << 30 | u32::try_from(index).expect("fewer leaves than surfaces"))
+    const fn new(kind: usize, line: usize) -> Self {
+        assert!(line < 1 << 30, "a tree of less than 64 GiB");
+        Item((kind as u32) << 30 | line as u32)
     }
 
     #[inline(always)]
@@ -49,29 +56,24 @@ impl Item {
     }
 
     #[inline(always)]
-    fn index(self) -> usize {
+    fn line(self) -> usize {
         (self.0 & ((1 << 30) - 1)) as usize
     }
 }
 
-/// Sixteen boxes, and what is in each.
-#[derive(Clone, Debug)]
-#[repr(C, align(64))]
-struct Node {
-    /// Lower x, upper x, lower y, …, upper z, the bits of the children's `Item`s.
-    rows: [Row; 7],
-}
+/// Sixteen boxes, and what is in each: lower x, upper x, lower y, …, upper z, the bits of the children's `Item`s.
+type Node = [Line; NODE_LINES];
 
-impl Node {
-    const CHILDREN: usize = 6;
-    /// Beyond any scene and any origin of a ray.
-    const FAR: f32 = f32::MAX;
-}
+const NODE_LINES: usize = 7;
 
-/// A cache line of a leaf.
-#[derive(Clone, Copy, Debug)]
-#[repr(C, align(64))]
-struct Line(Row);
+/// The line of a node that holds its children.
+const CHILDREN: usize = 6;
+
+/// The node that begins with a line.
+#[inline(always)]
+fn node_at(lines: &[Line], first: usize) -> &Node {
+    lines[first..first + NODE_LINES].try_into().expect("as long as a node")
+}
 
 /// Up to sixteen facets: how many, then so many numbers for each of [`Leaf::ROWS`] rows, without gaps. Tracing waits
 /// for the memory that leaves take more than for anything else.

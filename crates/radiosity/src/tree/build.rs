@@ -3,14 +3,14 @@
 
 use std::time::Duration;
 
-use glam::{DVec3, Vec3, Vec3A};
+use glam::{DVec3, Vec3A};
 use obvhs::BvhBuildParams;
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
 use obvhs::bvh2::builder::build_bvh2;
 
 use super::lanes::LANES;
-use super::{Item, Leaf, Line, Node, Tree};
+use super::{CHILDREN, Item, Leaf, Line, Node, Tree};
 use crate::isa::Isa;
 use crate::surface::Surface;
 use crate::trace::{Facet, Facets, dual_basis};
@@ -39,8 +39,7 @@ impl Tree {
         };
         let binary = build_bvh2(&boxes, params, &mut Duration::default());
         let mut tree = Tree {
-            nodes: vec![],
-            leaves: vec![],
+            lines: vec![],
             levels: 0,
             scale,
             slack: (facets.slack() * scale) as f32,
@@ -178,22 +177,27 @@ impl<'a> Fold<'a> {
 
     /// Writes nodes and leaves, a parent before its children, a subtree in one piece.
     fn emit(&self, tree: &mut Tree, facets: &Facets) {
-        tree.nodes.push(Node::empty());
+        let lines = &mut tree.lines;
+        lines.extend(empty_node());
         let mut open = vec![(0, 0, 1)];
-        while let Some((source, index, level)) = open.pop() {
+        while let Some((source, first, level)) = open.pop() {
             tree.levels = tree.levels.max(level);
             for (slot, child) in self.slots(source).into_iter().enumerate() {
+                let next = lines.len();
                 let item = if self.is_leaf(child) {
-                    let first = tree.leaves.len();
-                    tree.leaves.extend(leaf(&self.surfaces(child), facets, tree.scale));
-                    Item::leaf(first)
+                    lines.extend(leaf(&self.surfaces(child), facets, tree.scale));
+                    Item::new(Item::LEAF, next)
                 } else {
-                    tree.nodes.push(Node::empty());
-                    open.push((child, tree.nodes.len() - 1, level + 1));
-                    Item::node(tree.nodes.len() - 1)
+                    lines.extend(empty_node());
+                    open.push((child, next, level + 1));
+                    Item::new(Item::NODE, next)
                 };
                 let bounds = self.binary.nodes[child].aabb;
-                tree.nodes[index].set(slot, Vec3::from(bounds.min), Vec3::from(bounds.max), item);
+                for axis in 0..3 {
+                    lines[first + 2 * axis].0[slot] = bounds.min[axis];
+                    lines[first + 2 * axis + 1].0[slot] = bounds.max[axis];
+                }
+                lines[first + CHILDREN].0[slot] = f32::from_bits(item.0);
             }
         }
     }
@@ -216,20 +220,10 @@ impl<'a> Fold<'a> {
     }
 }
 
-impl Node {
-    /// A node without children: boxes that nothing can meet.
-    fn empty() -> Self {
-        let [min, max] = [[Self::FAR; LANES], [-Self::FAR; LANES]];
-        Node { rows: [min, max, min, max, min, max, [0.0; LANES]] }
-    }
-
-    fn set(&mut self, slot: usize, min: Vec3, max: Vec3, item: Item) {
-        for axis in 0..3 {
-            self.rows[2 * axis][slot] = min[axis];
-            self.rows[2 * axis + 1][slot] = max[axis];
-        }
-        self.rows[Self::CHILDREN][slot] = f32::from_bits(item.0);
-    }
+/// A node without children: boxes that nothing can meet.
+fn empty_node() -> Node {
+    let [min, max] = [Line([f32::MAX; LANES]), Line([-f32::MAX; LANES])];
+    [min, max, min, max, min, max, Line([0.0; LANES])]
 }
 
 /// The lines of a leaf.

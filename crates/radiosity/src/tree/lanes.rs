@@ -34,6 +34,8 @@ pub(super) trait Lanes: Copy {
     fn abs(self) -> Self;
     /// `self` in the lanes where `sign` is negative, else 0.
     fn where_negative(self, sign: Self) -> Self;
+    /// 0 in the lanes of a mask.
+    fn zero_where(self, mask: Self::Mask) -> Self;
     fn le(self, other: Self) -> Self::Mask;
     /// Whether the bits of a lane differ from `bits`.
     fn differs(self, bits: u32) -> Self::Mask;
@@ -47,9 +49,9 @@ pub(super) trait Lanes: Copy {
     fn least(self, mask: Self::Mask) -> f32;
     /// The least of the keys of the lanes of a mask, `u32::MAX` where there is none. The key of a lane that is
     /// not negative is its bits, the last four of them replaced by the lane's number.
-    fn least_key(self, mask: Self::Mask) -> u32;
+    fn least_key_in(self, mask: Self::Mask) -> u32;
     /// The same of all lanes.
-    fn least_key_of_all(self) -> u32;
+    fn least_key(self) -> u32;
     /// Writes the lanes whose bits are set to the front of `to`, in order; what follows them is arbitrary.
     fn compress(self, bits: u32, to: &mut Row);
 }
@@ -130,6 +132,10 @@ impl Lanes for Portable {
         self.zip(sign, |a, s| f32::from_bits(a.to_bits() & ((s.to_bits() as i32) >> 31) as u32))
     }
     #[inline(always)]
+    fn zero_where(self, mask: [u32; LANES]) -> Self {
+        Portable(std::array::from_fn(|i| f32::from_bits(self.0[i].to_bits() & !mask[i])))
+    }
+    #[inline(always)]
     fn le(self, other: Self) -> [u32; LANES] {
         std::array::from_fn(|i| if self.0[i] <= other.0[i] { u32::MAX } else { 0 })
     }
@@ -159,12 +165,12 @@ impl Lanes for Portable {
         (0..LANES).fold(f32::INFINITY, |least, i| if value(i) < least { value(i) } else { least })
     }
     #[inline(always)]
-    fn least_key(self, mask: [u32; LANES]) -> u32 {
+    fn least_key_in(self, mask: [u32; LANES]) -> u32 {
         (0..LANES).fold(u32::MAX, |least, i| least.min(value_of(self.0[i].to_bits()) | i as u32 | !mask[i]))
     }
     #[inline(always)]
-    fn least_key_of_all(self) -> u32 {
-        self.least_key([u32::MAX; LANES])
+    fn least_key(self) -> u32 {
+        self.least_key_in([u32::MAX; LANES])
     }
     #[inline(always)]
     fn compress(self, bits: u32, to: &mut Row) {
@@ -313,6 +319,10 @@ mod x86 {
             })
         }
         #[inline(always)]
+        fn zero_where(self, mask: [__m256; 2]) -> Self {
+            self.zip(Avx2(mask), |x, mask| unsafe { _mm256_andnot_ps(mask, x) })
+        }
+        #[inline(always)]
         fn le(self, other: Self) -> [__m256; 2] {
             self.zip(other, |a, b| unsafe { _mm256_cmp_ps::<_CMP_LE_OQ>(a, b) }).0
         }
@@ -349,14 +359,14 @@ mod x86 {
             least_f32(self.zip(Avx2(mask), |x, mask| unsafe { _mm256_blendv_ps(infinite, x, mask) }).0)
         }
         #[inline(always)]
-        fn least_key(self, mask: [__m256; 2]) -> u32 {
+        fn least_key_in(self, mask: [__m256; 2]) -> u32 {
             let [a, b] = self.keys();
             least_u32([(a, mask[0]), (b, mask[1])].map(|(key, mask)| unsafe {
                 _mm256_or_si256(key, _mm256_xor_si256(_mm256_castps_si256(mask), _mm256_set1_epi32(-1)))
             }))
         }
         #[inline(always)]
-        fn least_key_of_all(self) -> u32 {
+        fn least_key(self) -> u32 {
             least_u32(self.keys())
         }
         #[inline(always)]
@@ -440,6 +450,10 @@ mod x86 {
             Self(unsafe { _mm512_maskz_mov_ps(_mm512_movepi32_mask(_mm512_castps_si512(sign.0)), self.0) })
         }
         #[inline(always)]
+        fn zero_where(self, mask: __mmask16) -> Self {
+            Self(unsafe { _mm512_maskz_mov_ps(!mask, self.0) })
+        }
+        #[inline(always)]
         fn le(self, other: Self) -> __mmask16 {
             unsafe { _mm512_cmp_ps_mask::<_CMP_LE_OQ>(self.0, other.0) }
         }
@@ -471,14 +485,14 @@ mod x86 {
             }
         }
         #[inline(always)]
-        fn least_key(self, mask: __mmask16) -> u32 {
+        fn least_key_in(self, mask: __mmask16) -> u32 {
             unsafe {
                 let x = _mm512_mask_blend_epi32(mask, _mm512_set1_epi32(-1), self.keys());
                 least_u32([_mm512_castsi512_si256(x), _mm512_extracti32x8_epi32::<1>(x)])
             }
         }
         #[inline(always)]
-        fn least_key_of_all(self) -> u32 {
+        fn least_key(self) -> u32 {
             unsafe {
                 let x = self.keys();
                 least_u32([_mm512_castsi512_si256(x), _mm512_extracti32x8_epi32::<1>(x)])

@@ -13,7 +13,7 @@ use std::hint::select_unpredictable;
 #[cfg(target_arch = "x86_64")]
 use super::lanes::{Avx2, Avx512};
 use super::lanes::{LANES, Lanes, Portable, Row, lane_of, value_of};
-use super::{Item, Leaf, Line, Node, Tree};
+use super::{CHILDREN, Item, Leaf, NODE_LINES, Tree, node_at};
 use crate::isa::Isa;
 use crate::prefetch::prefetch;
 use crate::trace::{Facets, Hits, Rays, WIDTH};
@@ -37,6 +37,8 @@ struct Forms {
     /// late as rounding could make it.
     enter: [[f32; WIDTH]; 3],
     leave: [[f32; WIDTH]; 3],
+    /// Whether it enters by the upper plane.
+    downwards: [[bool; WIDTH]; 3],
     /// The part of the uncertainty of t, times |n·d|, that does not grow with t.
     uncertainty: [f32; WIDTH],
     /// A parameter that the nearest hit cannot exceed.
@@ -80,6 +82,7 @@ impl Forms {
                 let middle = self.origin[axis][i] * inverse;
                 let error = 8.0 * ROUNDING * reach[i] * inverse.abs();
                 self.inverse[axis][i] = inverse;
+                self.downwards[axis][i] = inverse < 0.0;
                 self.enter[axis][i] = middle + error;
                 self.leave[axis][i] = middle - error;
             }
@@ -90,35 +93,36 @@ impl Forms {
 /// What rays have left to visit and might meet. Slot s of a wavefront has the s-th part of each array.
 #[derive(Clone, Debug)]
 pub(crate) struct Scratch {
-    forms: Box<Forms>,
+    forms: Forms,
     stacks: Stacks,
     queues: Queues,
     candidates: [Candidates; ACTIVE],
-    /// The candidates that are left at the end: ray and surface.
-    finalists: Vec<(u32, u32)>,
+    /// The candidates that are left at the end.
+    finalists: Finalists,
 }
 
 impl Default for Scratch {
     fn default() -> Self {
         Scratch {
-            forms: Box::new(Forms {
+            forms: Forms {
                 origin: [[0.0; WIDTH]; 3],
                 direction: [[0.0; WIDTH]; 3],
                 inverse: [[0.0; WIDTH]; 3],
                 enter: [[0.0; WIDTH]; 3],
                 leave: [[0.0; WIDTH]; 3],
+                downwards: [[false; WIDTH]; 3],
                 uncertainty: [0.0; WIDTH],
                 best: [0.0; WIDTH],
-            }),
+            },
             stacks: Stacks::default(),
-            queues: [[Step { slot: 0, ray: 0, item: Item::DONE }; ACTIVE + 1]; 3],
+            queues: Queues::default(),
             candidates: [Candidates::default(); ACTIVE],
-            finalists: vec![],
+            finalists: Finalists::default(),
         }
     }
 }
 
-/// The items that each ray has yet to visit, the next one on top, with the parameter at which it enters them.
+/// The items that each ray has yet to visit, with the parameter at which it enters them.
 #[derive(Clone, Debug, Default)]
 struct Stacks {
     enter: Vec<f32>,
@@ -149,26 +153,6 @@ impl Stacks {
         self.top[slot] = slot * self.stride + Self::BOTTOM;
     }
 
-    /// The entry among the last sixteen that should be next: its key and where it is.
-    #[inline(always)]
-    fn peek<L: Lanes>(&self, slot: usize) -> (u32, usize) {
-        let top = self.top[slot];
-        let key = L::load(row(&self.enter, top - LANES)).least_key_of_all();
-        let high = top > slot * self.stride + Self::HIGH;
-        select_unpredictable(high, (0, top - 1), (key, top - LANES + lane_of(key)))
-    }
-
-    /// Takes out the entry at `at`: the last one fills its place.
-    #[inline(always)]
-    fn take(&mut self, slot: usize, at: usize) -> Item {
-        let last = self.top[slot] - 1;
-        let item = Item(self.items[at].to_bits());
-        self.enter[at] = self.enter[last];
-        self.items[at] = self.items[last];
-        self.top[slot] = last;
-        item
-    }
-
     /// Adds the lanes of a node's children whose bits are set.
     #[inline(always)]
     fn push<L: Lanes>(&mut self, slot: usize, bits: u32, enter: L, children: L) {
@@ -177,12 +161,60 @@ impl Stacks {
         children.compress(bits, row_mut(&mut self.items, top));
         self.top[slot] = top + bits.count_ones() as usize;
     }
+
+    /// The nearest of the last sixteen entries, if the ray enters it by `best`; else `Item::DONE`, which those above
+    /// then are.
+    #[inline(always)]
+    fn pop<L: Lanes>(&mut self, slot: usize, best: f32) -> Item {
+        let last = self.top[slot] - 1;
+        let window = last + 1 - LANES;
+        let key = L::load(row(&self.enter, window)).least_key();
+        let high = last >= slot * self.stride + Self::HIGH;
+        let at = select_unpredictable(high, last, window + lane_of(key));
+        let live = high | (value_of(key) <= best.to_bits());
+        // The last one fills the gap.
+        let item = Item(self.items[at].to_bits());
+        self.enter[at] = self.enter[last];
+        self.items[at] = self.items[last];
+        self.top[slot] = last + usize::from(!live);
+        select_unpredictable(live, item, Item::new(Item::DONE, 0))
+    }
+
+    /// Forgets the last sixteen entries, which are too far; whether there are others.
+    #[inline(always)]
+    fn skip(&mut self, slot: usize) -> bool {
+        self.top[slot] -= LANES;
+        self.top[slot] > slot * self.stride + Self::BOTTOM
+    }
 }
 
-/// Rays by the kind of their next item: node, leaf, none.
-type Queues = [[Step; ACTIVE + 1]; 3];
+/// Rays by the kind of their next item.
+#[derive(Clone, Debug)]
+struct Queues {
+    steps: [[Step; ACTIVE]; Item::KINDS],
+    lens: [usize; Item::KINDS],
+}
+
+impl Default for Queues {
+    fn default() -> Self {
+        let none = Step { slot: 0, ray: 0, item: Item::new(Item::DONE, 0) };
+        Queues { steps: [[none; ACTIVE]; Item::KINDS], lens: [0; Item::KINDS] }
+    }
+}
+
+impl Queues {
+    #[inline(always)]
+    fn push(&mut self, step: Step) {
+        let kind = step.item.kind();
+        let len = self.lens[kind];
+        // A ray is in one queue at a time, so there is room.
+        self.steps[kind][len % ACTIVE] = step;
+        self.lens[kind] = len + 1;
+    }
+}
 
 #[derive(Clone, Copy, Debug)]
+#[repr(C, align(8))]
 struct Step {
     slot: u16,
     ray: u16,
@@ -195,6 +227,22 @@ struct Candidates {
     t: [f32; CANDIDATES],
     surface: [f32; CANDIDATES],
     len: usize,
+}
+
+/// Rays, and a surface that each might meet: bits side by side.
+#[derive(Clone, Debug, Default)]
+struct Finalists {
+    rays: Vec<f32>,
+    surfaces: Vec<f32>,
+    len: usize,
+}
+
+impl Finalists {
+    fn clear(&mut self) {
+        self.len = 0;
+        self.rays.resize(LANES * (WIDTH + 1), 0.0);
+        self.surfaces.resize(LANES * (WIDTH + 1), 0.0);
+    }
 }
 
 #[inline(always)]
@@ -266,124 +314,90 @@ impl Call<'_> {
         hits.clear(self.rays.len);
         scratch.forms.set(self.rays, self.tree);
         let mut next = self.rays.len.min(ACTIVE);
-        let mut lens = [0; 3];
         for slot in 0..next {
-            self.start(slot, scratch);
-            self.queue(
-                Step { slot: slot as u16, ray: slot as u16, item: Item::node(0) },
-                &mut scratch.queues,
-                &mut lens,
-            );
+            self.start(slot, slot, scratch);
         }
-        while lens.iter().any(|&len| len > 0) {
-            for i in 0..std::mem::take(&mut lens[0]) {
-                let step = scratch.queues[0][i];
+        while scratch.queues.lens != [0; Item::KINDS] {
+            for i in 0..std::mem::take(&mut scratch.queues.lens[Item::NODE]) {
+                let step = scratch.queues.steps[Item::NODE][i % ACTIVE];
                 let item = self.visit_node::<L>(step, scratch);
-                self.queue(Step { item, ..step }, &mut scratch.queues, &mut lens);
+                self.queue(Step { item, ..step }, &mut scratch.queues);
             }
-            for i in 0..std::mem::take(&mut lens[1]) {
-                let step = scratch.queues[1][i];
-                let item = self.visit_leaf::<L>(step, scratch, hits);
-                self.queue(Step { item, ..step }, &mut scratch.queues, &mut lens);
+            for i in 0..std::mem::take(&mut scratch.queues.lens[Item::LEAF]) {
+                let step = scratch.queues.steps[Item::LEAF][i % ACTIVE];
+                self.visit_leaf::<L>(step, scratch, hits);
+                self.pop::<L>(step, scratch);
             }
-            for i in 0..std::mem::take(&mut lens[2]) {
-                let step = scratch.queues[2][i];
-                // Sixteen entries that are too far: there may be others below.
-                let slot = step.slot as usize;
-                if scratch.stacks.top[slot] > slot * scratch.stacks.stride + Stacks::BOTTOM + LANES {
-                    scratch.stacks.top[slot] -= LANES;
-                    let item = self.next::<L>(step, scratch);
-                    self.queue(Step { item, ..step }, &mut scratch.queues, &mut lens);
+            for i in 0..std::mem::take(&mut scratch.queues.lens[Item::POP]) {
+                let step = scratch.queues.steps[Item::POP][i % ACTIVE];
+                self.pop::<L>(step, scratch);
+            }
+            for i in 0..std::mem::take(&mut scratch.queues.lens[Item::DONE]) {
+                let step = scratch.queues.steps[Item::DONE][i % ACTIVE];
+                if scratch.stacks.skip(step.slot as usize) {
+                    self.pop::<L>(step, scratch);
                     continue;
                 }
-                self.finish(step, scratch);
+                self.finish::<L>(step, scratch);
                 if next < self.rays.len {
-                    self.start(slot, scratch);
-                    self.queue(
-                        Step { ray: next as u16, item: Item::node(0), ..step },
-                        &mut scratch.queues,
-                        &mut lens,
-                    );
+                    self.start(step.slot as usize, next, scratch);
                     next += 1;
                 }
             }
         }
-        for i in 0..scratch.finalists.len() {
-            let (ray, surface) = scratch.finalists[i];
-            self.facets.meet_in(surface, self.rays, ray as usize, hits);
+        for i in 0..scratch.finalists.len {
+            let surface = scratch.finalists.surfaces[i].to_bits();
+            self.facets.meet_in(surface, self.rays, scratch.finalists.rays[i].to_bits() as usize, hits);
         }
     }
 
-    /// Empties a slot for another ray.
+    /// Sends a ray on its way.
     #[inline(always)]
-    fn start(&self, slot: usize, scratch: &mut Scratch) {
+    fn start(&self, slot: usize, ray: usize, scratch: &mut Scratch) {
         scratch.stacks.clear(slot);
         scratch.candidates[slot].len = 0;
+        let step = Step { slot: slot as u16, ray: ray as u16, item: Item::new(Item::NODE, 0) };
+        scratch.queues.push(step);
     }
 
-    /// Appends a step to the queue of its kind, without a branch: written to all, counted in one. The item is
-    /// fetched meanwhile.
+    /// Queues a step, and has its item fetched meanwhile.
     #[inline(always)]
-    fn queue(&self, step: Step, queues: &mut Queues, lens: &mut [usize; 3]) {
-        let item = step.item;
-        let kind = item.kind();
-        for k in 0..3 {
-            queues[k][lens[k]] = step;
-            lens[k] += usize::from(k == kind);
-        }
-        let (base, size) = if item.kind() == 1 {
-            (self.tree.leaves.as_ptr().cast::<u8>(), size_of::<Line>())
-        } else {
-            (self.tree.nodes.as_ptr().cast::<u8>(), size_of::<Node>())
-        };
-        prefetch(base.wrapping_add(item.index() * size), 7);
+    fn queue(&self, step: Step, queues: &mut Queues) {
+        queues.push(step);
+        prefetch(self.tree.lines.as_ptr().wrapping_add(step.item.line()), NODE_LINES);
     }
 
-    /// Enters the boxes of a node: to the nearest that the ray meets, else to one from the stack, which gets the
-    /// others. The stack is read before it is written, so that no load waits for a store.
+    /// Takes a ray's next item from its stack.
+    #[inline(always)]
+    fn pop<L: Lanes>(&self, step: Step, scratch: &mut Scratch) {
+        let best = scratch.forms.best[step.ray as usize % WIDTH];
+        let item = scratch.stacks.pop::<L>(step.slot as usize % ACTIVE, best);
+        self.queue(Step { item, ..step }, &mut scratch.queues);
+    }
+
+    /// Enters the boxes of a node: the nearest that the ray meets is next, the others go on the stack.
     #[inline(always)]
     fn visit_node<L: Lanes>(&self, step: Step, scratch: &mut Scratch) -> Item {
-        let (slot, ray) = (step.slot as usize, step.ray as usize);
-        let (forms, stacks) = (&scratch.forms, &mut scratch.stacks);
-        let rows = &self.tree.nodes[step.item.index()].rows;
-        let best = forms.best[ray];
-        let (stacked, at) = stacks.peek::<L>(slot);
+        let (slot, ray) = (step.slot as usize % ACTIVE, step.ray as usize % WIDTH);
+        let forms = &scratch.forms;
+        let node = node_at(&self.tree.lines, step.item.line());
+        let inverse = forms.inverse.each_ref().map(|row| L::splat(row[ray]));
         let [near, far] = [0, 1].map(|side| {
             [0, 1, 2].map(|axis| {
-                let inverse = forms.inverse[axis][ray];
-                let negative = (inverse.to_bits() >> 31) as usize;
+                let plane = &node[2 * axis + (usize::from(forms.downwards[axis][ray]) ^ side)].0;
                 let bias = if side == 0 { &forms.enter } else { &forms.leave };
-                L::load(&rows[2 * axis + (negative ^ side)])
-                    .mul_sub(L::splat(inverse), L::splat(bias[axis][ray]))
+                L::load(plane).mul_sub(inverse[axis], L::splat(bias[axis][ray]))
             })
         });
         let enter = near[0].max(near[1]).max(near[2]).max(L::splat(0.0));
-        let leave = far[0].min(far[1]).min(far[2].min(L::splat(best)));
+        let leave = far[0].min(far[1]).min(far[2].min(L::splat(forms.best[ray])));
         let mask = enter.le(leave);
         let bits = L::bits(mask);
-        let nearest = enter.least_key(mask);
-        let child = Item(rows[Node::CHILDREN][lane_of(nearest)].to_bits());
-        let from_stack = bits == 0;
-        let live = bits != 0 || value_of(stacked) <= best.to_bits();
-        // With no child to go to, an entry leaves the stack; with one, the last entry takes its own place.
-        let last = stacks.top[slot] - 1;
-        let stacked = stacks.take(slot, select_unpredictable(from_stack & live, at, last));
-        stacks.top[slot] += usize::from(!(from_stack & live));
-        let others = bits & !(1 << lane_of(nearest));
-        stacks.push(slot, others, enter, L::load(&rows[Node::CHILDREN]));
-        select_unpredictable(live, select_unpredictable(from_stack, stacked, child), Item::DONE)
-    }
-
-    /// The nearest of the last sixteen entries on the stack, if it is near enough; else `Item::DONE`.
-    #[inline(always)]
-    fn next<L: Lanes>(&self, step: Step, scratch: &mut Scratch) -> Item {
-        let (slot, ray) = (step.slot as usize, step.ray as usize);
-        let stacks = &mut scratch.stacks;
-        let (key, at) = stacks.peek::<L>(slot);
-        let live = value_of(key) <= scratch.forms.best[ray].to_bits();
-        let item = stacks.take(slot, at);
-        stacks.top[slot] += usize::from(!live);
-        select_unpredictable(live, item, Item::DONE)
+        let nearest = lane_of(enter.least_key_in(mask));
+        let children = &node[CHILDREN].0;
+        let child = Item(children[nearest].to_bits());
+        scratch.stacks.push(slot, bits & !(1 << nearest), enter, L::load(children));
+        select_unpredictable(bits == 0, Item::new(Item::POP, 0), child)
     }
 
     /// Notes which facets of a leaf the ray might meet, and no later than when it surely meets one.
@@ -403,10 +417,10 @@ impl Call<'_> {
     /// u + v. The errors of the f64 arithmetic are 2⁻²⁹ of these. A facet that is met with |a| ≤ 16 e is
     /// taken without looking. None of those is *surely* met: there E > 1.8 |t| + 3.
     #[inline(always)]
-    fn visit_leaf<L: Lanes>(&self, step: Step, scratch: &mut Scratch, hits: &mut Hits) -> Item {
-        let (slot, ray) = (step.slot as usize, step.ray as usize);
+    fn visit_leaf<L: Lanes>(&self, step: Step, scratch: &mut Scratch, hits: &mut Hits) {
+        let (slot, ray) = (step.slot as usize % ACTIVE, step.ray as usize % WIDTH);
         let forms = &mut scratch.forms;
-        let leaf = Leaf::at(&self.tree.leaves, step.item.index());
+        let leaf = Leaf::at(&self.tree.lines, step.item.line());
         let [origin, direction] =
             [&forms.origin, &forms.direction].map(|v| v.each_ref().map(|row| L::splat(row[ray])));
         let approach = leaf.dot(Leaf::NORMAL, &direction);
@@ -434,17 +448,18 @@ impl Call<'_> {
         let surely_inside = L::and(margin.le(least), greatest.le(one.sub(margin)));
         let surely = L::and(L::and(surely_inside, zero.le(earliest)), other);
 
-        forms.best[ray] = forms.best[ray].min(latest.least(surely));
+        let latest = latest.least(surely);
+        forms.best[ray] = if latest < forms.best[ray] { latest } else { forms.best[ray] };
         let bits = L::bits(maybe);
         let candidates = &mut scratch.candidates[slot];
         let len = candidates.len;
-        earliest.compress(bits, row_mut(&mut candidates.t, len));
+        // A grazing one has no number for t.
+        earliest.zero_where(grazing).compress(bits, row_mut(&mut candidates.t, len));
         surfaces.compress(bits, row_mut(&mut candidates.surface, len));
         candidates.len = len + bits.count_ones() as usize;
         if candidates.len > CANDIDATES - LANES {
             self.settle(step, scratch, hits);
         }
-        self.next::<L>(step, scratch)
     }
 
     /// Meets all candidates of a ray now.
@@ -459,18 +474,17 @@ impl Call<'_> {
         *best = best.min(((hits.t[ray] * self.tree.scale) as f32).next_up());
     }
 
-    /// Keeps the candidates that are near enough, and fetches their facets.
+    /// Keeps the candidates that are near enough, of which there is hardly ever more than one.
     #[inline(always)]
-    fn finish(&self, step: Step, scratch: &mut Scratch) {
-        let best = scratch.forms.best[step.ray as usize];
-        let candidates = &scratch.candidates[step.slot as usize];
-        for (&t, surface) in candidates.t.iter().zip(&candidates.surface).take(candidates.len) {
-            // A grazing one has no number for t.
-            if t <= best || t.is_nan() {
-                let surface = surface.to_bits();
-                prefetch(std::ptr::from_ref(self.facets.get(surface)), 2);
-                scratch.finalists.push((u32::from(step.ray), surface));
-            }
-        }
+    fn finish<L: Lanes>(&self, step: Step, scratch: &mut Scratch) {
+        let (slot, ray) = (step.slot as usize % ACTIVE, step.ray as usize % WIDTH);
+        let (candidates, finalists) = (&scratch.candidates[slot], &mut scratch.finalists);
+        let near = L::load(row(&candidates.t, 0)).le(L::splat(scratch.forms.best[ray]));
+        let bits = L::bits(L::and(near, L::first(candidates.len)));
+        let len = finalists.len;
+        L::load(row(&candidates.surface, 0)).compress(bits, row_mut(&mut finalists.surfaces, len));
+        L::splat(f32::from_bits(ray as u32)).compress(bits, row_mut(&mut finalists.rays, len));
+        finalists.len = len + bits.count_ones() as usize;
+        prefetch(self.facets.address(finalists.surfaces[len].to_bits()), 2);
     }
 }
