@@ -75,8 +75,8 @@ impl Rays {
     #[inline(always)]
     pub(crate) fn get(&self, i: usize) -> Ray {
         Ray {
-            origin: DVec3::from_array(self.origin.map(|row| row[i])),
-            direction: DVec3::from_array(self.direction.map(|row| row[i])),
+            origin: DVec3::from_array(self.origin.each_ref().map(|row| row[i])),
+            direction: DVec3::from_array(self.direction.each_ref().map(|row| row[i])),
             from: self.from[i],
         }
     }
@@ -119,7 +119,7 @@ impl Hits {
         (self.surface[i] != Self::NONE).then(|| Hit {
             t: self.t[i],
             surface: self.surface[i],
-            uv: self.uv.map(|row| row[i]),
+            uv: self.uv.each_ref().map(|row| row[i]),
             side: self.side[i],
         })
     }
