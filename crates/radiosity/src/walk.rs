@@ -12,12 +12,16 @@ use crate::estimator::Estimator;
 use crate::fate::{Fate, Next};
 use crate::isa::Isa;
 use crate::method::Space;
+use crate::prefetch::prefetch;
 use crate::rng::{Sequence, WalkRng};
 use crate::scene::Scene;
 use crate::surface::Side;
 use crate::tally::Counts;
 use crate::trace::{Hits, Rays, WIDTH};
 use crate::tree::Scratch;
+
+/// How many walks ahead surfaces are asked for.
+const AHEAD: usize = 12;
 
 /// Every way a walk can end.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -95,6 +99,7 @@ impl<E: Estimator<C>, F: Fate<C>, const C: usize> Walker<'_, E, F, C> {
             self.scene.index.closest_hits(&self.scene.facets, &rays, &mut scratch, &mut hits);
             let mut i = 0;
             while i < walks.len() {
+                self.fetch(&hits, i + AHEAD);
                 let departure = match self.settle(&hits, i, &mut walks[i]) {
                     Ok(departure) => departure,
                     Err(end) => {
@@ -126,6 +131,13 @@ impl<E: Estimator<C>, F: Fate<C>, const C: usize> Walker<'_, E, F, C> {
         self.estimator.begin(&mut walk.score, surface.first_patch() + birth.cell);
         let uv = surface.point_in_cell(birth.cell, walk.rng.pair());
         Departure { surface: birth.surface, side: birth.side, uv }
+    }
+
+    /// Asks for the surface of a hit that is settled later.
+    #[inline(always)]
+    fn fetch(&self, hits: &Hits, i: usize) {
+        let surfaces = self.scene.surfaces().as_ptr();
+        prefetch(surfaces.wrapping_add(hits.surface[i % WIDTH] as usize), 3);
     }
 
     /// What becomes of a walk where its ray has led it. Draws: survival, point (discrete only); the direction is
