@@ -36,6 +36,12 @@ impl Landings {
         let rows = landings.iter().any(|landing| landing[7] == TRIANGLE_IN_ROWS);
         Landings { table: Table::new(landings), rows }
     }
+
+    /// Hits on these surfaces will soon be located.
+    #[inline(always)]
+    pub(crate) fn expect(&self, surfaces: &[u32]) {
+        self.table.expect(surfaces);
+    }
 }
 
 fn landing(surface: &Surface) -> Landing {

@@ -1,5 +1,7 @@
 //! What walks look up of surfaces, many at a time.
 
+use crate::prefetch::prefetch;
+
 /// Tables with up to this many rows are kept by columns, too.
 const FEW: usize = 16;
 
@@ -22,6 +24,16 @@ impl<const K: usize> Table<K> {
     #[inline(always)]
     pub(crate) fn row(&self, number: u32) -> &[f64; K] {
         &self.rows[(number as usize).min(self.rows.len() - 1)]
+    }
+
+    /// Asks for rows ahead of time.
+    #[inline(always)]
+    pub(crate) fn expect(&self, numbers: &[u32]) {
+        if self.columns.is_none() {
+            for &number in numbers {
+                prefetch(self.rows.as_ptr().wrapping_add(number as usize), (8 * K).div_ceil(64));
+            }
+        }
     }
 
     /// The columns of a table with few rows.

@@ -151,6 +151,9 @@ impl<E: Estimator<C>, F: Fate<C>, const C: usize> Walker<'_, E, F, C> {
             self.departures.leave(self.isa, &self.scene.frames, self.len, &mut rays);
             self.counts.rays += self.len as u64;
             self.scene.index.closest_hits(&self.scene.facets, &rays, &mut scratch, &mut hits);
+            let met = &hits.surface[..self.len];
+            self.scene.landings.expect(met);
+            self.scene.frames.expect(met);
             // Draws of each arrival: survival, point (discrete walks), direction.
             self.generators.draw(self.isa, &mut draws);
             arrivals.locate(self.isa, self.scene, self.space, self.len, &hits, &draws);
