@@ -23,8 +23,10 @@ pub fn checks(experiment: &Experiment, solution: &Solution, tally: &Tally, looks
     let scene = experiment.scene();
     let mut checks = books(scene, solution, tally);
     checks.extend([error(scene, solution), vov(experiment, solution, tally), tail(experiment, tally)]);
-    let half: Vec<&Look> =
-        looks.iter().filter(|look| 2 * look.walks >= tally.counts.walks && look.rms_relative_error > 0.0).collect();
+    let half: Vec<&Look> = looks
+        .iter()
+        .filter(|look| 2 * look.walks >= tally.counts.walks && look.rms_relative_error > 0.0)
+        .collect();
     checks.extend([decay(&half), efficiency(&half), drift(scene, &half)]);
     checks
 }
@@ -65,7 +67,10 @@ fn books(scene: &Scene, solution: &Solution, tally: &Tally) -> Vec<Check> {
 }
 
 /// The estimates that walks had to find: of reflecting patches.
-fn unknown<'a>(scene: &'a Scene, solution: &'a Solution) -> impl Iterator<Item = (usize, usize, &'a Estimate)> {
+fn unknown<'a>(
+    scene: &'a Scene,
+    solution: &'a Solution,
+) -> impl Iterator<Item = (usize, usize, &'a Estimate)> {
     let channels = solution.channels;
     let each = solution.estimates.iter().enumerate().map(move |(i, e)| (i / channels, i % channels, e));
     each.filter_map(|(patch, c, estimate)| Some((patch, c, estimate.as_ref()?)))
@@ -79,7 +84,11 @@ fn error(scene: &Scene, solution: &Solution) -> Check {
         all += 1;
         large += usize::from(estimate.std_error.is_none_or(|error| error > QUESTIONABLE * reflected));
     }
-    check("error", large == 0, format!("{large} of {all} estimates have a standard error above 10 % of themselves"))
+    check(
+        "error",
+        large == 0,
+        format!("{large} of {all} estimates have a standard error above 10 % of themselves"),
+    )
 }
 
 /// VOV = Σ(x − x̄)⁴/(Σ(x − x̄)²)² − 1/N. The walks that reach a patch visit it a geometric number of times, of mean m:
@@ -158,6 +167,9 @@ fn drift(scene: &Scene, half: &[&Look]) -> Check {
     check(
         "drift",
         last.drift < 1.0 + 5.0 * (2.0 / independent).sqrt(),
-        format!("mean squared difference between halves of the run, over its variance: {:.3} (1 is perfect)", last.drift),
+        format!(
+            "mean squared difference between halves of the run, over its variance: {:.3} (1 is perfect)",
+            last.drift
+        ),
     )
 }

@@ -242,10 +242,8 @@ impl Prepared {
 /// What the checkpoints of a job have in common.
 fn identity(job: &Job, settings: &Settings, experiment: &Experiment) -> Result<Identity, Fault> {
     let scene = experiment.scene();
-    let packed = replica::pack(scene, job.scene.spec(), settings).map_err(|error| Fault::System {
-        doing: "packing the job",
-        source: std::io::Error::other(error),
-    })?;
+    let packed = replica::pack(scene, job.scene.spec(), settings)
+        .map_err(|error| Fault::System { doing: "packing the job", source: std::io::Error::other(error) })?;
     Ok(Identity {
         scene_hash: scene.hash(),
         job_hash: job::job_hash(scene.hash(), &job.method, job.seed),

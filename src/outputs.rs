@@ -83,11 +83,8 @@ impl RunOutput {
 
     /// A few lines for people.
     fn describe(&self, summary: &Summary, scene: &Scene, settings: &Settings) {
-        let whole = if summary.paths < settings.paths {
-            format!(" of {}", settings.paths)
-        } else {
-            String::new()
-        };
+        let whole =
+            if summary.paths < settings.paths { format!(" of {}", settings.paths) } else { String::new() };
         say(&format!(
             "{}{whole} paths, {} rays in {} by {} workers: {} paths/s, {} rays/s",
             summary.paths,
@@ -120,7 +117,11 @@ impl RunOutput {
             ));
             if let Some(paths) = target.paths_needed {
                 let seconds = (paths - summary.paths as f64) / summary.paths_per_second;
-                say(&format!("it takes about {} paths: {} more", quantity(paths), duration(seconds.max(0.0))));
+                say(&format!(
+                    "it takes about {} paths: {} more",
+                    quantity(paths),
+                    duration(seconds.max(0.0))
+                ));
             }
             target.worst.iter().filter(|_| !target.reached).for_each(describe_worst);
         }
@@ -146,7 +147,10 @@ fn describe_worst(worst: &WorstPatch) {
     } else {
         "nobody knows how many paths".into()
     };
-    say(&format!("  patch {patch} on {surface}: {} after {hits} hits, takes {needed}", percent(*relative_error)));
+    say(&format!(
+        "  patch {patch} on {surface}: {} after {hits} hits, takes {needed}",
+        percent(*relative_error)
+    ));
 }
 
 fn facts(

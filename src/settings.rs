@@ -48,7 +48,8 @@ impl Settings {
             return self.confidence;
         }
         let channels = 0..scene.channels();
-        let unknown = |c: usize| scene.patches().iter().filter(move |patch| patch.reflectance[c] > 0.0).count();
+        let unknown =
+            |c: usize| scene.patches().iter().filter(move |patch| patch.reflectance[c] > 0.0).count();
         let unknown: usize = channels.map(unknown).sum();
         1.0 - (1.0 - self.confidence) / unknown.max(1) as f64
     }

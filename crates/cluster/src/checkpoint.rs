@@ -328,8 +328,8 @@ fn parse(bytes: &[u8]) -> Result<Checkpoint, CheckpointFault> {
     let sums = sums.collect::<Result<_, CheckpointFault>>()?;
     let book = decode(&fields.rest[..book_bytes as usize])
         .map_err(|_| CheckpointFault::Contradiction("its book cannot be read"))?;
-    let counts = Counts::from_array(counts)
-        .ok_or(CheckpointFault::Contradiction("its counts exceed 64 bits"))?;
+    let counts =
+        Counts::from_array(counts).ok_or(CheckpointFault::Contradiction("its counts exceed 64 bits"))?;
     let tally = Tally::from_parts(counts, patches as usize, layout, sums)
         .expect("there are as many sums as the header says");
     let checkpoint = Checkpoint { scene_hash, tally, book };

@@ -528,9 +528,8 @@ impl Coordinator {
     fn lease_walks(&self, id: PeerId, threads: usize, now: Now) -> u64 {
         let peer = &self.peers[&id];
         let age = self.spent.seconds + now.as_secs_f64();
-        let seconds = LEASE_SECONDS
-            + LEASE_SECONDS_PER_SUM * self.plan.empty.sums().len() as f64
-            + LEASE_SHARE * age;
+        let seconds =
+            LEASE_SECONDS + LEASE_SECONDS_PER_SUM * self.plan.empty.sums().len() as f64 + LEASE_SHARE * age;
         let by_rate = peer.rate * seconds;
         let by_growth = peer.longest_lease as f64 * LEASE_GROWTH;
         let share = self.ledger.unleased() / (LEASES_PER_THREAD * threads) as u64;

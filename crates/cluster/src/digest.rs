@@ -33,9 +33,9 @@ impl Digester {
     pub fn digest(&self, tally: &Tally) -> Digest {
         let counts = tally.counts.to_array();
         let terms = counts.iter().chain(tally.sums()).enumerate();
-        terms.filter(|&(_, &sum)| sum != 0).fold(0, |digest, (i, &sum)| {
-            add(digest, times(self.coefficient(i as u64), remainder(sum)))
-        })
+        terms
+            .filter(|&(_, &sum)| sum != 0)
+            .fold(0, |digest, (i, &sum)| add(digest, times(self.coefficient(i as u64), remainder(sum))))
     }
 
     /// c_i: the finaliser of splitmix64 (Steele, Lea & Flood, OOPSLA 2014), keyed before and in between.
@@ -79,7 +79,8 @@ mod tests {
 
     #[test]
     fn remainders_are_those_of_division() {
-        for x in [0, 1, u128::from(MODULUS), u128::from(MODULUS) + 1, 1 << 61, 1 << 122, u128::MAX, 12 << 70] {
+        for x in [0, 1, u128::from(MODULUS), u128::from(MODULUS) + 1, 1 << 61, 1 << 122, u128::MAX, 12 << 70]
+        {
             assert_eq!(u128::from(remainder(x)), x % u128::from(MODULUS), "{x}");
         }
     }

@@ -165,13 +165,7 @@ impl Ledger {
     /// # Errors
     /// Where the lease is not out or the tally does not fit; nothing is changed then, except that an overflow
     /// of the prefix ends the job.
-    pub fn accept(
-        &mut self,
-        id: LeaseId,
-        tally: Tally,
-        worker: u32,
-        digest: Digest,
-    ) -> Result<(), Rejected> {
+    pub fn accept(&mut self, id: LeaseId, tally: Tally, worker: u32, digest: Digest) -> Result<(), Rejected> {
         let range = self.out.get(&id).ok_or(Rejected::NotLeased(id))?.clone();
         let (expected, got) = (range.end - range.start, tally.counts.walks);
         if expected != got {
@@ -319,11 +313,7 @@ mod tests {
                         2 if !out.is_empty() => {
                             let (id, range) = out.swap_remove(random(out.len() as u64) as usize);
                             accept(&mut books, id, &range).unwrap();
-                            assert_eq!(
-                                accept(&mut books, id, &range),
-                                Err(Rejected::NotLeased(id)),
-                                "twice"
-                            );
+                            assert_eq!(accept(&mut books, id, &range), Err(Rejected::NotLeased(id)), "twice");
                             while books.advance().unwrap() {
                                 assert_eq!(books.prefix(), &tally(&(0..books.prefix_walks())));
                                 assert_accounted(&books);

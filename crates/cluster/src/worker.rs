@@ -14,8 +14,8 @@ use radiosity::{Overflow, Tally};
 use thiserror::Error;
 
 use crate::access::{Access, Speaker, random_bytes};
-use crate::digest::Digester;
 use crate::codec::{CodecError, MAX_FRAME, SHORT_FRAME, frame, read_frame, write_frame};
+use crate::digest::Digester;
 use crate::message::{Hello, LeaseResult, PROTOCOL, ToCoordinator, ToWorker};
 
 /// How often a worker says that it is alive.

@@ -18,7 +18,10 @@ use cluster::message::{Hello, LeaseResult, Proof, ToCoordinator, ToWorker};
 use cluster::server::{Wish, serve};
 use cluster::worker::{Identity, Work, WorkerError, work};
 use radiosity::{Counts, Layout, Overflow, Tally};
-use toy::{BUILD, Board, JOB, JOB_HASH, LAYOUT, PATCHES, READY, SCENE_HASH, coordinator, hash, judge, plan, result, straight};
+use toy::{
+    BUILD, Board, JOB, JOB_HASH, LAYOUT, PATCHES, READY, SCENE_HASH, coordinator, hash, judge, plan, result,
+    straight,
+};
 
 /// A test that takes so long hangs.
 const HANG: Duration = Duration::from_secs(120);

@@ -220,7 +220,8 @@ fn read_budget(mut table: Table<'_>) -> Result<Budget, Error> {
     let paths = paths.integer(1..=i64::MAX as u64, "without a walk there is no estimate")?;
     let first_path = table.take("first_path").map(|value| read_first_path(&value, paths)).transpose()?;
     let stream_paths = table.take("stream_paths").map(|value| read_stream_paths(&value)).transpose()?;
-    let checkpoint_seconds = table.take("checkpoint_seconds").map(|value| read_seconds(&value)).transpose()?;
+    let checkpoint_seconds =
+        table.take("checkpoint_seconds").map(|value| read_seconds(&value)).transpose()?;
     Ok(Budget {
         first_path: first_path.unwrap_or(0),
         paths,
