@@ -1,17 +1,13 @@
 //! When a job is accurate enough, and what it still takes.
 //!
-//! A run that stops as soon as its intervals are narrow enough stops at a lucky moment: it is the patch whose count
-//! happens to be high that looks good early, and its interval misses more often than it says. So the moment is fixed in
-//! advance, by double sampling (C. Stein, Ann. Math. Statist. 16 (1945) 243–258; for given relative error D. R. Cox,
-//! Biometrika 39 (1952) 217–227): the first look at which **twice the walks** will do, with a margin, decides that the
-//! run ends at twice its walks, and only there it is asked whether the target is met. What the deciding look saw is then
-//! but half of what is reported. Looks happen at numbers of walks that the job fixes. The coverage under this rule is
-//! measured in `tests/coverage.rs`.
+//! The moment to stop is that of `stats::DoubleSampling`, which keeps intervals true. Looks happen at numbers of walks
+//! that the job fixes.
 
 use cluster::checkpoint::Look;
 use job::{Target, Unhit};
 use radiosity::{Estimate, Experiment, Scene, Solution, Tally};
 use report::WorstPatch;
+use stats::{DoubleSampling, foresight};
 
 use crate::drift::drift;
 
@@ -133,20 +129,19 @@ impl Observer {
     }
 }
 
-/// Whether twice these walks will do, and whether these walks, if that was decided at a look before, do.
-///
-/// Half-widths shrink as 1/√N, but for luck: at a deciding look that saw two standard deviations more hits than it
-/// should, and half the walks still to come, the margin of 1 + ε keeps the answer at twice the walks from being no.
+/// Whether twice these walks will do, and whether the run ends here.
 fn decide(target: &Target, scene: &Scene, solution: &Solution, walks: u64, looks: &[Look]) -> (bool, bool) {
     let standings = standings(scene, solution, target.unhit);
     let Target { relative_error, fraction, .. } = *target;
     let scores = target.min_hits as f64;
-    let expected = std::f64::consts::SQRT_2 * relative_error / (1.0 + relative_error);
-    let promising = part_within(&standings, expected, 0.5 * scores) >= fraction;
-    let decided = looks.iter().find(|look| look.promising).map(|look| 2 * look.walks);
-    let reached = decided.is_some_and(|end| walks >= end)
-        && part_within(&standings, relative_error, scores) >= fraction;
-    (promising, reached)
+    let promising = part_within(&standings, foresight(relative_error), 0.5 * scores) >= fraction;
+    let met = part_within(&standings, relative_error, scores) >= fraction;
+    let mut rule = DoubleSampling::default();
+    // What was met at earlier looks did not end the run.
+    for look in looks {
+        rule.look(look.walks, look.promising, false);
+    }
+    (promising, rule.look(walks, promising, met))
 }
 
 /// The numbers of walks at which a run is looked at: 2^k and 3·2^(k−1), fixed by the job alone.
