@@ -99,7 +99,7 @@ fn sample(mut leases: Vec<Lease>, share: f64, seed: u64) -> Vec<Lease> {
     while drawn < leases.len() && (walks as f64) < share * total as f64 {
         let rest = (leases.len() - drawn) as u128;
         // Fisher & Yates; the bias of a product of 64 bits is below 2⁻⁴⁰ for fewer than 2²⁴ leases.
-        leases.swap(drawn, drawn + (u128::from(dice.bits()) * rest >> 64) as usize);
+        leases.swap(drawn, drawn + ((u128::from(dice.bits()) * rest) >> 64) as usize);
         walks += leases[drawn].walks.end - leases[drawn].walks.start;
         drawn += 1;
     }
