@@ -177,6 +177,7 @@ impl Prepared {
             self.settings.level(self.experiment.scene()),
         ));
         let notices = std::cell::RefCell::new(Vec::new());
+        let mut broken = false;
         let owner = |coordinator: &Coordinator| {
             let mut display = display.borrow_mut();
             display.update(coordinator);
@@ -185,9 +186,12 @@ impl Prepared {
                 display.notice(notice);
             }
             if let Err(fault) = keeper.tend(coordinator) {
-                display.note(&format!("no checkpoint: {fault}; the run goes on, the one before is kept"));
+                // Memory that has failed once is not to be trusted with the rest.
+                broken |= matches!(fault, Fault::Checkpoint(_));
+                let rest = if broken { "the run ends" } else { "the run goes on, the one before is kept" };
+                display.note(&format!("no checkpoint: {fault}; {rest}"));
             }
-            if signals::stop_asked() {
+            if broken || signals::stop_asked() {
                 return Wish::Stop;
             }
             match &mut workers {

@@ -27,7 +27,7 @@ const DEFAULT_FRACTION: f64 = 0.99;
 const MAX_STREAM_PATHS: u64 = 1 << 24;
 
 /// Seconds between checkpoints of a job that names none.
-pub const DEFAULT_CHECKPOINT_SECONDS: f64 = 30.0;
+pub const DEFAULT_CHECKPOINT_SECONDS: f64 = 60.0;
 
 /// Fewer walks than this say little about how little they say: the first look at a target.
 const DEFAULT_MIN_PATHS: u64 = 1 << 10;
