@@ -8,10 +8,11 @@ use std::ops::Range;
 use std::time::Duration;
 
 use cluster::access::{Access, Speaker};
+use cluster::checkpoint::Past;
 use cluster::coordinator::{Action, Coordinator, Ending, Notice, PeerId, Plan, SILENCE, STALL};
 use cluster::message::{Hello, LeaseResult, PROTOCOL, ToCoordinator, ToWorker};
 use radiosity::Tally;
-use toy::{JOB, JOB_HASH, PATCHES, READY, SCENE_HASH, coordinator, hash, judge, plan, result, straight};
+use toy::{JOB, JOB_HASH, PATCHES, READY, SCENE_HASH, hash, judge, plan, result, straight};
 
 const SECOND: Duration = Duration::from_secs(1);
 
@@ -43,10 +44,17 @@ struct Stage {
 
 impl Stage {
     fn new(plan: Plan) -> Self {
+        let past = Past::none(plan.empty.clone());
+        Stage::resuming(plan, past)
+    }
+
+    /// A stage whose coordinator goes on from the books of another.
+    fn resuming(plan: Plan, past: Past) -> Self {
         let access = Access::new("nowhere:1".into()).unwrap();
         let stream = plan.stream_paths;
+        let walks = past.tally.counts.walks;
         Stage {
-            coordinator: coordinator(plan, access.clone()),
+            coordinator: Coordinator::new(plan, access.clone(), past),
             access,
             now: Duration::ZERO,
             next_peer: 0,
@@ -54,7 +62,7 @@ impl Stage {
             wires: BTreeMap::new(),
             closed: BTreeMap::new(),
             out: Vec::new(),
-            taken: Vec::new(),
+            taken: if walks > 0 { vec![0..walks] } else { Vec::new() },
             notices: Vec::new(),
         }
     }
@@ -733,6 +741,34 @@ fn without_workers_the_job_ends_only_when_none_is_left() {
     give_up(&mut stage);
     // A stranger on the doorstep is no worker.
     stage.ends(Ending::NoWorkers, 10);
+}
+
+/// After every result the coordinator dies, and another goes on from its books: none of their walks is leased again
+/// (the stage sees to that), every look is taken once, and the end is the same.
+#[test]
+fn coordinators_that_go_on_from_the_books_of_others_come_to_the_same_end() {
+    let job =
+        || Plan { looks: vec![300, 600], judge: judge(|tally| tally.counts.walks >= 600), ..plan(1000, 100) };
+    let mut past = Past::none(job().empty);
+    for session in 0..100 {
+        let mut stage = Stage::resuming(job(), past);
+        if stage.coordinator.ending().is_some() {
+            assert_eq!(stage.coordinator.ending(), Some(Ending::TargetReached));
+            assert_eq!(stage.coordinator.prefix(), &straight(0..600));
+            let looks: Vec<u64> = stage.coordinator.past().looks.iter().map(|look| look.walks).collect();
+            assert_eq!(looks, [300, 600]);
+            let past = stage.coordinator.past();
+            assert_eq!(past.deliveries.iter().map(|delivery| delivery.walks).sum::<u64>(), 600);
+            assert!(past.deliveries.iter().all(|delivery| past.workers.len() as u32 > delivery.worker));
+            assert!(session > 3, "600 walks in leases of about 100");
+            return;
+        }
+        let worker = stage.join(1);
+        let lease = stage.leases(worker).remove(0);
+        stage.finish(worker, &lease);
+        past = stage.coordinator.past();
+    }
+    panic!("the job gets nowhere");
 }
 
 #[test]

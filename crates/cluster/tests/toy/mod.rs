@@ -81,6 +81,7 @@ pub fn judge(mut met: impl FnMut(&Tally) -> bool + 'static) -> cluster::coordina
 }
 
 /// A coordinator of a job that begins.
+#[allow(dead_code, reason = "each test file uses its own part")]
 pub fn coordinator(plan: Plan, access: Access) -> Coordinator {
     let past = Past::none(plan.empty.clone());
     Coordinator::new(plan, access, past)
