@@ -161,6 +161,11 @@ impl Experiment {
         &self.method
     }
 
+    /// Where walks are born.
+    pub(crate) fn births(&self) -> &Births {
+        self.gathering.as_ref().map_or(self.scene.emitters(), |gathering| &gathering.births)
+    }
+
     /// Whether walks are cut off while they still carry weight.
     pub fn is_biased(&self) -> bool {
         self.method.estimator == EstimatorKind::Infinite
