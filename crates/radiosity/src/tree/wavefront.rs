@@ -405,10 +405,10 @@ impl Call<'_> {
     /// Let e = [`ROUNDING`], O the origin, d the direction (|d| ≤ 1 + 10⁻⁹), all lengths in tree coordinates, where
     /// points of facets lie within √3 of the middle, and s the slack.
     /// - Rounding n and d and three products and sums: a = n·d errs by 5.1 e. Rounding O and the offset too,
-    ///   h = n·O − offset errs by 6.1 e (|O| + √3), and s may lie between h and the distance that
+    ///   h = offset − n·O errs by 6.1 e (|O| + √3), and s may lie between h and the distance that
     ///   [`crate::trace::Facet::meet`] takes as 0: together H = 7 e r + s, r = `reach` = |O|₁ + 2.
-    /// - Where |a| > 16 e, the true |a| is at least |a|/2, and t = −h/a errs by less than
-    ///   2 (H + 9 e |t|)/|a| (three roundings of t itself are 3 e |t|).
+    /// - Where |a| > 16 e, the true |a| is at least |a|/2, and t = h/a errs by less than
+    ///   2 (H + 9 e |t|)/|a| (the roundings of t itself are 3.1 e |t|).
     /// - The point O + t d errs by that and e (2 |O| + 3 |t|); u of it, by `steepness` times that, and by
     ///   5 e `steepness` (|O| + |t|) + 9 e `steepness` in its own products and sums; v and u + v alike, `steepness` being
     ///   the sum of their slopes.
@@ -424,9 +424,9 @@ impl Call<'_> {
         let [origin, direction] =
             [&forms.origin, &forms.direction].map(|v| v.each_ref().map(|row| L::splat(row[ray])));
         let approach = leaf.dot(Leaf::NORMAL, &direction);
-        let height = leaf.dot(Leaf::NORMAL, &origin).sub(leaf.load(Leaf::NORMAL + 3));
+        let depth = leaf.load::<L>(Leaf::NORMAL + 3).sub(leaf.dot(Leaf::NORMAL, &origin));
         let inverse = approach.recip();
-        let t = L::splat(0.0).sub(height).mul(inverse);
+        let t = depth.mul(inverse);
         let error =
             t.abs().mul_add(L::splat(30.0 * ROUNDING), L::splat(forms.uncertainty[ray])).mul(inverse.abs());
         let point = [0, 1, 2].map(|axis| t.mul_add(direction[axis], origin[axis]));
