@@ -1,9 +1,9 @@
 //! Many rays on their way through the tree at once.
 //!
 //! One ray at a time, a traversal waits: for the branch that was mispredicted and for the node that is not in
-//! the cache. Here a few dozen rays are under way together. Each round takes one step with each of them, first
-//! those whose next item is a node, then those at a leaf, without a branch that depends on the ray; the item that
-//! a ray comes to next is fetched into the cache while the others take their step.
+//! the cache. Here a few dozen rays are under way together. Each round takes a step with each of them, first those
+//! at a node, then those at a leaf, then those that look for something on their stack, without a branch that
+//! depends on the ray; the item that a ray comes to next is fetched into the cache while the others take their step.
 //!
 //! All of it is f32 and only culls. A facet that a ray might meet, as far as f32 can tell, becomes a candidate;
 //! the candidates that are left are met in f64 by [`Facets::meet`], so the answer is the same as without a tree.
@@ -474,7 +474,8 @@ impl Call<'_> {
         *best = best.min(((hits.t[ray] * self.tree.scale) as f32).next_up());
     }
 
-    /// Keeps the candidates that are near enough, of which there is hardly ever more than one.
+    /// Keeps the candidates that are near enough, hardly ever more than one. There are no more than a row of them:
+    /// else [`Call::visit_leaf`] has met them.
     #[inline(always)]
     fn finish<L: Lanes>(&self, step: Step, scratch: &mut Scratch) {
         let (slot, ray) = (step.slot as usize % ACTIVE, step.ray as usize % WIDTH);
