@@ -62,7 +62,7 @@ impl Stage {
             wires: BTreeMap::new(),
             closed: BTreeMap::new(),
             out: Vec::new(),
-            taken: if walks > 0 { vec![0..walks] } else { Vec::new() },
+            taken: Vec::from_iter((walks > 0).then_some(0..walks)),
             notices: Vec::new(),
         }
     }
