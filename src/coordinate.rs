@@ -152,7 +152,7 @@ impl Prepared {
             stream_paths: budget.stream_paths,
             empty: self.experiment.tally::<{ replica::MOMENTS }>(),
             wall: budget.wall_seconds.map(Duration::from_secs_f64),
-            looks: ladder(budget.paths),
+            looks: ladder(budget.paths, self.experiment.scene().patches().len()),
             judge: Box::new(move |tally, looks| observer.look(tally, looks)),
         }
     }

@@ -144,11 +144,13 @@ fn decide(target: &Target, scene: &Scene, solution: &Solution, walks: u64, looks
     (promising, rule.look(walks, promising, met))
 }
 
-/// The numbers of walks at which a run is looked at: 2^k and 3·2^(k−1), fixed by the job alone.
-pub fn ladder(paths: u64) -> Vec<u64> {
+/// The numbers of walks at which a run is looked at: 2^k and 3·2^(k−1), fixed by the job alone. Fewer walks than patches
+/// tell nothing of most of them, and a look at many patches takes its time.
+pub fn ladder(paths: u64, patches: usize) -> Vec<u64> {
     let powers = std::iter::successors(Some(FIRST_LOOK), |n| n.checked_mul(2));
     let steps = powers.flat_map(|n| [n, n.saturating_add(n / 2)]);
-    steps.take_while(|&n| n < paths).chain([paths]).collect()
+    let telling = steps.skip_while(|&n| n < patches as u64);
+    telling.take_while(|&n| n < paths).chain([paths]).collect()
 }
 
 #[cfg(test)]
@@ -157,15 +159,16 @@ mod tests {
 
     #[test]
     fn looks_ascend_to_the_budget() {
-        assert_eq!(ladder(5000), [1024, 1536, 2048, 3072, 4096, 5000]);
-        assert_eq!(ladder(1024), [1024]);
-        assert_eq!(ladder(1), [1]);
-        assert!(ladder(u64::MAX).is_sorted());
+        assert_eq!(ladder(5000, 54), [1024, 1536, 2048, 3072, 4096, 5000]);
+        assert_eq!(ladder(5000, 3000), [3072, 4096, 5000]);
+        assert_eq!(ladder(1024, 3000), [1024]);
+        assert_eq!(ladder(1, 54), [1]);
+        assert!(ladder(u64::MAX, 54).is_sorted());
     }
 
     #[test]
     fn twice_a_look_is_a_look() {
-        let looks = ladder(1 << 30);
+        let looks = ladder(1 << 30, 2000);
         assert!(looks.iter().all(|n| 2 * n > 1 << 30 || looks.contains(&(2 * n))));
     }
 

@@ -35,13 +35,13 @@ fn wait_for_checkpoint(out: &Path) {
 fn a_coordinator_that_is_killed_again_and_again_loses_nothing() {
     let folder = tempdir().unwrap();
     let (out, straight) = (path(&folder, "out"), path(&folder, "straight"));
-    let job = ["--paths", "12000000"];
+    let job = ["--paths", "8000000"];
     run_job(JOB, &straight, &job);
     let mut killed = 0;
     loop {
         let mut child = spawn_run(&out, &[&job[..], &["--resume", "--quiet"]].concat());
         // Later each time, so that all phases are met: before the first checkpoint, between two, while one is written.
-        std::thread::sleep(Duration::from_millis(150 + 37 * killed));
+        std::thread::sleep(Duration::from_millis(100 + 37 * killed));
         if let Some(status) = child.try_wait().unwrap() {
             assert!(status.success());
             break;
@@ -59,15 +59,15 @@ fn a_coordinator_that_is_killed_again_and_again_loses_nothing() {
 fn a_run_that_is_interrupted_goes_on_to_the_same_end() {
     let folder = tempdir().unwrap();
     let straight = path(&folder, "straight");
-    run_job(JOB, &straight, &["--paths", "12000000"]);
+    run_job(JOB, &straight, &["--paths", "8000000"]);
     for name in ["INT", "TERM"] {
         let out = path(&folder, name);
-        let child = spawn_run(&out, &["--paths", "12000000", "--quiet"]);
+        let child = spawn_run(&out, &["--paths", "8000000", "--quiet"]);
         wait_for_checkpoint(&out);
         signal(name, child.id());
         let (code, ..) = finish(child);
         assert!(code == 130 || code == 0, "{code}");
-        resume(&out, &["--paths", "12000000", "--quiet"]);
+        resume(&out, &["--paths", "8000000", "--quiet"]);
         assert!(answer(&out) == answer(&straight), "SIG{name}");
     }
 }
@@ -98,7 +98,7 @@ fn a_finished_run_is_extended_without_tracing_again() {
 fn a_target_is_reached_at_the_same_walk_through_any_number_of_deaths() {
     let folder = tempdir().unwrap();
     let (out, straight) = (path(&folder, "out"), path(&folder, "straight"));
-    let job = ["--set", "target.relative_error=0.006", "--paths", "100000000"];
+    let job = ["--set", "target.relative_error=0.01", "--paths", "100000000"];
     let expected = run_job(JOB, &straight, &job);
     assert_eq!(expected["target"]["reached"], true);
     for killed in 0.. {
@@ -225,7 +225,7 @@ fn workers_find_a_restarted_coordinator() {
         (path(&folder, "out"), path(&folder, "access.json"), path(&folder, "straight"));
     let coordinate = |more: &[&str]| {
         let mut command = radwalk();
-        command.args(["coordinate", JOB, "--paths", "20000000", "--quiet", "--listen", "127.0.0.1:0"]);
+        command.args(["coordinate", JOB, "--paths", "10000000", "--quiet", "--listen", "127.0.0.1:0"]);
         command.args(OFTEN).args(more).arg("--out").arg(&out).arg("--access").arg(&access);
         command.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap()
     };
@@ -242,6 +242,6 @@ fn workers_find_a_restarted_coordinator() {
     assert_eq!(code, 0, "{stderr}");
     assert_eq!(finish(worker).0, 0);
     assert_eq!(summary(&out)["provenance"]["workers"].as_array().unwrap().len(), 1, "it was the same worker");
-    run_job(JOB, &straight, &["--paths", "20000000"]);
+    run_job(JOB, &straight, &["--paths", "10000000"]);
     assert!(answer(&out) == answer(&straight));
 }

@@ -62,7 +62,7 @@ impl Stage {
             wires: BTreeMap::new(),
             closed: BTreeMap::new(),
             out: Vec::new(),
-            taken: (walks > 0).then_some(0..walks).into_iter().collect(),
+            taken: Vec::from_iter((walks > 0).then_some(0..walks)),
             notices: Vec::new(),
         }
     }
