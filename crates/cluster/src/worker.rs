@@ -52,11 +52,11 @@ pub trait Work: Sync {
     fn board(&self) -> Self::Board;
     /// Shoots walks by number.
     fn shoot(&self, walks: Range<u64>, board: &mut Self::Board);
-    /// Empties the board.
+    /// Empties the board onto a tally.
     ///
     /// # Errors
     /// Where a sum overflowed.
-    fn take(&self, board: &mut Self::Board) -> Result<Tally, Overflow>;
+    fn hand_over(&self, board: &mut Self::Board, tally: &mut Tally) -> Result<(), Overflow>;
 }
 
 /// Why a worker left before the job was done.
@@ -400,11 +400,8 @@ fn shoot_lease<W: Work>(
             *chunk_walks = paced(*chunk_walks, start.elapsed());
             link.progress.fetch_add(1, Ordering::Relaxed);
         }
-        let part = work.take(board).map_err(|overflow| overflow.to_string())?;
-        match &mut total {
-            Some(total) => total.merge(&part).map_err(|error| error.to_string())?,
-            None => total = Some(part),
-        }
+        let total = total.get_or_insert_with(|| work.empty());
+        work.hand_over(board, total).map_err(|overflow| overflow.to_string())?;
     }
     Ok(Some(total.unwrap_or_else(|| work.empty())))
 }
