@@ -389,7 +389,7 @@ impl Work for Troubled {
         assert!(self.0 != Trouble::ShootPanics, "trouble that the test asked for");
         board.shoot(walks);
     }
-    fn take(&self, _: &mut Board) -> Result<Tally, Overflow> {
+    fn hand_over(&self, _: &mut Board, _: &mut Tally) -> Result<(), Overflow> {
         Err(Overflow)
     }
 }
@@ -472,8 +472,8 @@ impl Work for Bulky {
     fn shoot(&self, walks: Range<u64>, board: &mut u64) {
         *board += walks.end - walks.start;
     }
-    fn take(&self, board: &mut u64) -> Result<Tally, Overflow> {
-        Ok(bulky(std::mem::take(board)))
+    fn hand_over(&self, board: &mut u64, tally: &mut Tally) -> Result<(), Overflow> {
+        tally.merge(&bulky(std::mem::take(board))).map_err(|_| Overflow)
     }
 }
 
