@@ -19,7 +19,7 @@ const MOST_SKETCHES: usize = 4096;
 pub(crate) struct Flat {
     /// What rays are traced with.
     isa: Isa,
-    /// Empty where f32 cannot hold the scene, or where it is not to.
+    /// Empty where they do not pay, or f32 cannot hold the scene.
     sketches: Vec<Sketch>,
     /// The facets' numbers, to be looked up by many rays side by side: normal and offset, u and v likewise, 1 for
     /// a triangle, 1 for two sides.
