@@ -8,8 +8,10 @@ mod interval;
 mod judge;
 mod moments;
 mod normal;
+mod student;
 
 pub use interval::{Interval, mean_interval};
 pub use judge::{ChiSquare, Coverage, Measured, chi_square_uniform, mean_squared_z};
 pub use moments::{Moments, PowerSums};
 pub use normal::normal_quantile;
+pub use student::student_quantile;
