@@ -20,6 +20,9 @@ use crate::{replica, signals};
 /// The first look at a target. Few walks say little, also about how little they say.
 const FIRST_LOOK: u64 = 1 << 10;
 
+/// The same for chains.
+const FIRST_LOOK_AT_CHAINS: u64 = 8;
+
 /// Runs a job on worker processes of this machine.
 pub fn run(args: &RunArgs) -> Result<Outcome, Fault> {
     let prepared = Prepared::new(&args.job, &args.out)?;
@@ -98,16 +101,24 @@ impl Prepared {
             Box::new(move |tally: &Tally| outputs::target_met(&target, &experiment, tally, confidence))
                 as Box<dyn FnMut(&Tally) -> bool>
         });
+        // A chain is leased as a walk is, whole and alone.
+        let (paths, stream_paths, leases_per_thread) = match self.experiment.chain_rays() {
+            Some(rays) => (budget.paths / rays, 1, 1),
+            None => (budget.paths, budget.stream_paths, 2),
+        };
+        let first_look =
+            if self.experiment.chain_rays().is_some() { FIRST_LOOK_AT_CHAINS } else { FIRST_LOOK };
         Ok(Plan {
             job: message,
             scene_hash: scene.hash(),
             job_hash: job::job_hash(scene.hash(), &self.job.method, self.job.seed),
             build: crate::BUILD.into(),
-            paths: budget.paths,
-            stream_paths: budget.stream_paths,
+            paths,
+            stream_paths,
+            leases_per_thread,
             empty: self.experiment.tally::<{ replica::MOMENTS }>(),
             wall: budget.wall_seconds.map(std::time::Duration::from_secs_f64),
-            looks: if target.is_some() { ladder(budget.paths) } else { Vec::new() },
+            looks: if target.is_some() { ladder(first_look, paths) } else { Vec::new() },
             target: met,
         })
     }
@@ -185,9 +196,9 @@ pub fn default_folder(job: &Job) -> PathBuf {
     Path::new("out").join(&job.name)
 }
 
-/// The walk numbers at which a target is looked at: 2^k and 3·2^(k−1), fixed by the job alone.
-fn ladder(paths: u64) -> Vec<u64> {
-    let powers = std::iter::successors(Some(FIRST_LOOK), |n| n.checked_mul(2));
+/// The walk (or chain) numbers at which a target is looked at: 2^k and 3·2^(k−1), fixed by the job alone.
+fn ladder(first: u64, paths: u64) -> Vec<u64> {
+    let powers = std::iter::successors(Some(first), |n| n.checked_mul(2));
     let steps = powers.flat_map(|n| [n, n.saturating_add(n / 2)]);
     steps.take_while(|&n| n < paths).chain([paths]).collect()
 }
@@ -198,9 +209,9 @@ mod tests {
 
     #[test]
     fn looks_ascend_to_the_budget() {
-        assert_eq!(ladder(5000), [1024, 1536, 2048, 3072, 4096, 5000]);
-        assert_eq!(ladder(1024), [1024]);
-        assert_eq!(ladder(1), [1]);
-        assert!(ladder(u64::MAX).is_sorted());
+        assert_eq!(ladder(FIRST_LOOK, 5000), [1024, 1536, 2048, 3072, 4096, 5000]);
+        assert_eq!(ladder(FIRST_LOOK, 1024), [1024]);
+        assert_eq!(ladder(FIRST_LOOK, 1), [1]);
+        assert!(ladder(FIRST_LOOK_AT_CHAINS, u64::MAX).is_sorted());
     }
 }

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use cluster::coordinator::Coordinator;
-use job::{Job, Target, Word};
+use job::{Job, Target, WalkKind, Word};
 use radiosity::{Estimate, Experiment, Scene, Solution, Tally};
 use report::{Check, Method, OutputFolder, RunFacts, Summary};
 
@@ -152,7 +152,7 @@ fn facts(job: &Job, scene: &Scene, solution: &Solution, coordinator: &Coordinato
         streams: effort.streams,
         streams_reissued: effort.streams_reissued,
         target: job.target.as_ref().map(|target| judge(target, scene, solution)),
-        checks: checks(scene, solution, coordinator.prefix()),
+        checks: checks(job, scene, solution, coordinator.prefix()),
     }
 }
 
@@ -167,23 +167,30 @@ pub fn method(job: &Job) -> Method {
 }
 
 /// What is verified of every run, and said in words where it fails.
-fn checks(scene: &Scene, solution: &Solution, tally: &Tally) -> Vec<Check> {
+fn checks(job: &Job, scene: &Scene, solution: &Solution, tally: &Tally) -> Vec<Check> {
     let check = |name: &str, ok, message| Check { name: name.into(), ok, message };
     let counts = tally.counts;
     let ended = counts.absorbed + counts.absorbed_back + counts.escaped + counts.truncated;
+    // The rays of a chain are ended one by one.
+    let (emitted, what) = match job.method.walk {
+        WalkKind::Jacobi => (counts.rays, "rays"),
+        _ => (counts.walks, "walks"),
+    };
     let unhit = solution.precision(scene).unhit_patches;
     let is_rare = |channels: &&[Option<Estimate>]| channels.iter().flatten().any(Estimate::is_rare);
     let rare = solution.estimates.chunks_exact(solution.channels).filter(is_rare).count();
+    let note = job.note.clone();
     vec![
+        check("method", note.is_none(), note.unwrap_or_else(|| "the method is the one asked for".into())),
         check(
             "energy",
-            ended == counts.walks,
-            format!("{} walks were emitted, {ended} absorbed or escaped", counts.walks),
+            ended == emitted,
+            format!("{emitted} {what} were emitted, {ended} absorbed or escaped"),
         ),
         check(
             "backs",
             counts.absorbed_back == 0,
-            format!("{} walks ended on the back of a one-sided surface", counts.absorbed_back),
+            format!("{} {what} ended on the back of a one-sided surface", counts.absorbed_back),
         ),
         check(
             "unhit",

@@ -75,6 +75,10 @@ impl Work for Replica {
         self.experiment.walk(&self.sequence, walks, board);
     }
 
+    fn shoot_while(&self, walks: Range<u64>, board: &mut Self::Board, go_on: &dyn Fn() -> bool) {
+        self.experiment.walk_while(&self.sequence, walks, board, go_on);
+    }
+
     fn take(&self, board: &mut Self::Board) -> Result<Tally, Overflow> {
         board.take()
     }

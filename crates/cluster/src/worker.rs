@@ -45,6 +45,12 @@ pub trait Work: Sync {
     fn board(&self) -> Self::Board;
     /// Shoots walks by number.
     fn shoot(&self, walks: Range<u64>, board: &mut Self::Board);
+    /// The same for walks that take long: asks `go_on` many times a second, which marks progress, and may leave the
+    /// board as it is once that says no, since nobody will ask for it.
+    fn shoot_while(&self, walks: Range<u64>, board: &mut Self::Board, go_on: &dyn Fn() -> bool) {
+        let _ = go_on;
+        self.shoot(walks, board);
+    }
     /// Empties the board.
     ///
     /// # Errors
@@ -375,18 +381,21 @@ fn shoot_lease<W: Work>(
     board: &mut W::Board,
     link: &Link,
 ) -> Result<Option<Tally>, String> {
+    let go_on = || {
+        link.progress.fetch_add(1, Ordering::Relaxed);
+        !link.over.load(Ordering::Relaxed)
+    };
     let mut total: Option<Tally> = None;
     let mut next = walks.start;
     while next < walks.end {
         let end = walks.end.min(next.saturating_add(BOARD_WALKS));
         while next < end {
-            if link.over.load(Ordering::Relaxed) {
-                return Ok(None);
-            }
             let chunk = next..end.min(next + CHUNK);
             next = chunk.end;
-            work.shoot(chunk, board);
-            link.progress.fetch_add(1, Ordering::Relaxed);
+            work.shoot_while(chunk, board, &go_on);
+            if !go_on() {
+                return Ok(None);
+            }
         }
         let part = work.take(board).map_err(|overflow| overflow.to_string())?;
         match &mut total {

@@ -43,6 +43,8 @@ pub struct Job {
     pub confidence: f64,
     /// How it is solved.
     pub method: Method,
+    /// What of the method is not done as asked, and why.
+    pub note: Option<String>,
     /// What it may cost.
     pub budget: Budget,
     /// When it is accurate enough; `None`: the budget is spent whole.
@@ -54,7 +56,7 @@ pub struct Job {
 /// The table `[budget]`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Budget {
-    /// Walks of the whole job, at least 1.
+    /// Walks of the whole job (Jacobi: rays), at least 1.
     pub paths: u64,
     /// Walks per lease, in [1, 2²⁴]; default [`DEFAULT_STREAM_PATHS`].
     pub stream_paths: u64,
@@ -105,9 +107,9 @@ pub fn load(path: &Path, overrides: &[String]) -> Result<Job, Error> {
     let seed = table.take("seed").map(|value| read_seed(&value)).transpose()?.unwrap_or(DEFAULT_SEED);
     let confidence = table.take("confidence").map(|value| read_confidence(&value)).transpose()?;
     let scene = read_scene(&mut table, path)?;
-    let method = read_method(method, scene.patch_count())?;
+    let (method, note) = read_method(method, scene.patch_count(), budget.paths)?;
     let confidence = confidence.unwrap_or(DEFAULT_CONFIDENCE);
-    Ok(Job { path: path.into(), name, scene, seed, confidence, method, budget, target, index })
+    Ok(Job { path: path.into(), name, scene, seed, confidence, method, note, budget, target, index })
 }
 
 fn read_name(table: &mut Table<'_>, path: &Path) -> Result<String, Error> {
