@@ -1,25 +1,24 @@
-//! Rays that patches shoot: each patch goes on along its own scrambled Sobol sequence.
+//! Rays that faces shoot: each goes on along its own scrambled Sobol sequence.
 
+use super::faces::{Face, Faces};
 use crate::depart::Departures;
 use crate::isa::{Isa, on_isa};
 use crate::rng::unit_32;
 use crate::scene::Scene;
 use crate::sobol::{DIMENSIONS, Points, Sobol, scramble};
-use crate::spec::Sides;
-use crate::surface::Side;
 use crate::trace::{Hits, Rays, WIDTH};
 use crate::tree::Scratch;
 
-/// Shoots rays from patches. The j-th ray of a patch is the j-th point of the patch's sequence, whenever it is shot.
+/// Shoots rays from faces. The n-th ray of a face is the n-th point of the face's sequence, whenever it is shot.
 pub(crate) struct Caster<'a> {
-    scene: &'a Scene,
+    faces: &'a Faces<'a>,
     /// Tells this chain's scramblings from those of others.
     key: u64,
-    /// Rays that each patch has shot.
+    /// Rays that each face has shot.
     pub(crate) shot: Vec<u32>,
-    /// Rays that landed on each patch.
+    /// Rays that landed on each face.
     pub(crate) landed: Vec<u64>,
-    /// Rays of each patch that left the scene, that ended on backs.
+    /// Rays of each face that left the scene, that ended on backs.
     pub(crate) lost: Vec<[u32; 2]>,
     batch: Box<Batch>,
 }
@@ -27,8 +26,10 @@ pub(crate) struct Caster<'a> {
 /// Rays that are traced together.
 struct Batch {
     len: usize,
-    /// The patches they leave.
+    /// The faces they leave.
     from: [u32; WIDTH],
+    /// Their patches.
+    patch: [u32; WIDTH],
     points: Points,
     seeds: Points,
     departures: Departures,
@@ -42,6 +43,7 @@ impl Default for Batch {
         Batch {
             len: 0,
             from: [0; WIDTH],
+            patch: [0; WIDTH],
             points: [[0; WIDTH]; DIMENSIONS],
             seeds: [[0; WIDTH]; DIMENSIONS],
             departures: Departures::default(),
@@ -52,11 +54,10 @@ impl Default for Batch {
     }
 }
 
-/// Rays that leave one side of a patch, one after the other.
+/// Rays that leave one face, one after the other.
 struct Origin {
-    patch: u32,
-    surface: u32,
-    side: Side,
+    number: u32,
+    face: Face,
     sequence: Sobol,
     seeds: [u32; DIMENSIONS],
 }
@@ -69,30 +70,23 @@ fn mix(mut z: u64) -> u64 {
     z ^ (z >> 31)
 }
 
-/// Random bits for a number, in one chain.
-#[inline(always)]
-fn hash(key: u64, number: u64) -> u64 {
-    mix(key ^ mix(number.wrapping_mul(0x9E37_79B9_7F4A_7C15)))
-}
-
-/// A seed per dimension for the rays of one side of a patch.
-#[inline(always)]
-fn seeds(key: u64, patch: u32, side: Side) -> [u32; DIMENSIONS] {
-    let a = hash(key, u64::from(patch) << 1 | u64::from(side == Side::Back));
+/// A seed per dimension for the rays of one face.
+fn seeds(key: u64, face: u32) -> [u32; DIMENSIONS] {
+    let a = mix(key ^ mix(u64::from(face).wrapping_mul(0x9E37_79B9_7F4A_7C15)));
     let b = mix(a ^ 0xD1B5_4A32_D192_ED03);
     [a as u32, (a >> 32) as u32, b as u32, (b >> 32) as u32]
 }
 
 impl<'a> Caster<'a> {
     /// Nothing shot yet.
-    pub(crate) fn new(scene: &'a Scene, key: u64) -> Self {
-        let patches = scene.patches().len();
+    pub(crate) fn new(faces: &'a Faces, key: u64) -> Self {
+        let count = faces.list.len();
         Caster {
-            scene,
+            faces,
             key,
-            shot: vec![0; patches],
-            landed: vec![0; patches],
-            lost: vec![[0; 2]; patches],
+            shot: vec![0; count],
+            landed: vec![0; count],
+            lost: vec![[0; 2]; count],
             batch: Box::default(),
         }
     }
@@ -102,37 +96,30 @@ impl<'a> Caster<'a> {
         self.shot.iter().map(|&shot| u64::from(shot)).sum()
     }
 
-    /// Shoots `rays[i]` more rays from each patch i, patch by patch; `land(i, j)` for each that lands on a patch j. The
-    /// rays of a two-sided patch take its sides in turn, either of them first. `None` once `go_on` says no, which is asked for every batch.
+    /// Shoots `rays[i]` more rays from each face i, face by face; `land(i, j)` for each that lands on a face j. `None`
+    /// once `go_on` says no, which is asked for every batch.
     pub(crate) fn cast(
         &mut self,
         rays: &[u32],
         go_on: &dyn Fn() -> bool,
         mut land: impl FnMut(u32, u32),
     ) -> Option<()> {
-        let scene = self.scene;
-        for (patch, &more) in (0_u32..).zip(rays).filter(|(_, more)| **more > 0) {
-            let surface = scene.patches()[patch as usize].surface;
-            let sides: &[Side] = match scene.surfaces()[surface as usize].sides() {
-                Sides::Front => &[Side::Front],
-                Sides::Both if hash(!self.key, patch.into()) & 1 == 0 => &[Side::Front, Side::Back],
-                Sides::Both => &[Side::Back, Side::Front],
+        for (i, &more) in rays.iter().enumerate().filter(|(_, more)| **more > 0) {
+            let shot = &mut self.shot[i];
+            let number = i as u32;
+            let mut origin = Origin {
+                number,
+                face: self.faces.list[i],
+                sequence: Sobol::at(*shot),
+                seeds: seeds(self.key, number),
             };
-            let shot = self.shot[patch as usize];
-            self.shot[patch as usize] += more;
-            for (turn, &side) in (0_u32..).zip(sides) {
-                let count = sides.len() as u32;
-                let of_side = |shot: u32| (shot + count - 1 - turn) / count;
-                let (first, end) = (of_side(shot), of_side(shot + more));
-                let seeds = seeds(self.key, patch, side);
-                let mut origin = Origin { patch, surface, side, sequence: Sobol::at(first), seeds };
-                for _ in first..end {
-                    self.batch.push(&mut origin);
-                    if self.batch.len == WIDTH {
-                        self.trace(&mut land);
-                        if !go_on() {
-                            return None;
-                        }
+            *shot += more;
+            for _ in 0..more {
+                self.batch.push(&mut origin);
+                if self.batch.len == WIDTH {
+                    self.trace(&mut land);
+                    if !go_on() {
+                        return None;
                     }
                 }
             }
@@ -143,25 +130,25 @@ impl<'a> Caster<'a> {
 
     /// Traces the batch and tells where its rays land.
     fn trace(&mut self, land: &mut impl FnMut(u32, u32)) {
-        let (scene, batch) = (self.scene, &mut *self.batch);
+        let (scene, batch) = (self.faces.scene, &mut *self.batch);
         let len = std::mem::take(&mut batch.len);
         batch.leave(scene, len);
         scene.index.closest_hits(&scene.facets, &batch.rays, &mut batch.scratch, &mut batch.hits);
         for (i, &from) in batch.from.iter().enumerate().take(len) {
-            let number = batch.hits.surface[i];
+            let (number, side) = (batch.hits.surface[i], batch.hits.side[i]);
             if number == Hits::NONE {
                 self.lost[from as usize][0] += 1;
                 continue;
             }
             let surface = &scene.surfaces()[number as usize];
-            if !surface.is_active(batch.hits.side[i]) {
+            if !surface.is_active(side) {
                 self.lost[from as usize][1] += 1;
                 continue;
             }
             let cell = surface.cell_at(batch.hits.uv.each_ref().map(|row| row[i]));
-            let patch = surface.first_patch() + cell;
-            self.landed[patch as usize] += 1;
-            land(from, patch);
+            let to = self.faces.at(number, cell, side);
+            self.landed[to as usize] += 1;
+            land(from, to);
         }
     }
 }
@@ -176,9 +163,10 @@ impl Batch {
             self.points[d][i] = point[d];
             self.seeds[d][i] = origin.seeds[d];
         }
-        self.from[i] = origin.patch;
-        self.departures.surface[i] = origin.surface;
-        self.departures.side[i] = origin.side;
+        self.from[i] = origin.number;
+        self.patch[i] = origin.face.patch;
+        self.departures.surface[i] = origin.face.surface;
+        self.departures.side[i] = origin.face.side;
         self.len += 1;
     }
 
@@ -189,7 +177,7 @@ impl Batch {
         on_isa!(isa, scramble(points: &mut Points, seeds: &Points));
         for i in 0..len {
             let surface = &scene.surfaces()[self.departures.surface[i] as usize];
-            let cell = self.from[i] - surface.first_patch();
+            let cell = self.patch[i] - surface.first_patch();
             let uv = surface.point_in_cell(cell, [unit_32(points[0][i]), unit_32(points[1][i])]);
             [self.departures.uv[0][i], self.departures.uv[1][i]] = uv;
         }

@@ -1,13 +1,13 @@
-//! Links: which patches rays have joined, and how strongly.
+//! Links: which faces rays have joined, and how strongly.
 //!
 //! A ray from i meets j with probability F_ij. Of n_i rays from i and n_j from j, c_ij + c_ji join the two, and both
 //! counts expect A_i·F_ij = A_j·F_ji times their density n/A of rays: K_ij = (c_ij + c_ji)/(n_i/A_i + n_j/A_j) is an
 //! unbiased estimate of the exchange area A_i·F_ij, symmetric as that is.
 
 use super::cast::Caster;
-use crate::scene::Scene;
+use super::faces::Faces;
 
-/// Rays from one patch that met another.
+/// Rays from one face that met another.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Link {
     pub(crate) from: u32,
@@ -15,7 +15,7 @@ pub(crate) struct Link {
     pub(crate) rays: u32,
 }
 
-/// Counts links. The rays of a patch come one after the other, so that one row of counts is open at a time.
+/// Counts links. The rays of a face come one after the other, so that one row of counts is open at a time.
 pub(crate) struct LinkTable {
     row: u32,
     counts: Vec<u32>,
@@ -24,9 +24,9 @@ pub(crate) struct LinkTable {
 }
 
 impl LinkTable {
-    /// No link yet, between `patches` patches.
-    pub(crate) fn new(patches: usize) -> Self {
-        LinkTable { row: 0, counts: vec![0; patches], touched: Vec::new(), links: Vec::new() }
+    /// No link yet, between `faces` faces.
+    pub(crate) fn new(faces: usize) -> Self {
+        LinkTable { row: 0, counts: vec![0; faces], touched: Vec::new(), links: Vec::new() }
     }
 
     /// Counts a ray.
@@ -57,18 +57,18 @@ pub(crate) struct Links<'a> {
     links: &'a [Link],
     /// K of each link [m²].
     exchange: Vec<f64>,
-    /// Σ_j K_ij + A_i·(lost part): the area that patch i exchanges through [m²]. It expects A_i.
+    /// Σ_j K_ij + A_i·(lost part): the area that face i exchanges through [m²]. It expects A_i.
     total: Vec<f64>,
-    /// A_i × the part of the patch's rays that escaped, that ended on backs [m²].
+    /// A_i × the part of the face's rays that escaped, that ended on backs [m²].
     lost: Vec<[f64; 2]>,
-    areas: &'a [f64],
+    pub(crate) faces: &'a Faces<'a>,
 }
 
 impl<'a> Links<'a> {
-    /// Weighs the links by what the patches have shot.
-    pub(crate) fn new(table: &'a LinkTable, caster: &Caster, areas: &'a [f64]) -> Self {
+    /// Weighs the links by what the faces have shot.
+    pub(crate) fn new(table: &'a LinkTable, caster: &Caster, faces: &'a Faces<'a>) -> Self {
         let density: Vec<f64> =
-            caster.shot.iter().zip(areas).map(|(&shot, area)| f64::from(shot) / area).collect();
+            caster.shot.iter().zip(&faces.areas).map(|(&shot, area)| f64::from(shot) / area).collect();
         let lost: Vec<[f64; 2]> = caster
             .lost
             .iter()
@@ -86,12 +86,7 @@ impl<'a> Links<'a> {
             total[link.from as usize] += k;
             total[link.to as usize] += k;
         }
-        Links { links, exchange, total, lost, areas }
-    }
-
-    /// A_i [m²].
-    pub(crate) fn areas(&self) -> &[f64] {
-        self.areas
+        Links { links, exchange, total, lost, faces }
     }
 
     /// Σ_j K_ij + A_i·(lost part) [m²].
@@ -108,14 +103,14 @@ impl<'a> Links<'a> {
         }
     }
 
-    /// H of every patch [W/m²] in one channel, given B there. Where a patch reflects and does not emit, H = b/R, which
-    /// conserves energy. An emitter's E would drown what comes in, and b of a black patch says nothing: there H is what
+    /// H of every face [W/m²] in one channel, given B there. Where a face reflects and does not emit, H = b/R, which
+    /// conserves energy. An emitter's E would drown what comes in, and b of a black face says nothing: there H is what
     /// comes along its links, over all of them.
-    pub(crate) fn irradiance(&self, scene: &Scene, channel: usize, radiosity: &[f64]) -> Vec<f64> {
+    pub(crate) fn irradiance(&self, channel: usize, radiosity: &[f64]) -> Vec<f64> {
         let mut incoming = vec![0.0; radiosity.len()];
         self.add_incoming(1.0, radiosity, &mut incoming);
-        let patches = scene.patches().iter().zip(radiosity).zip(incoming.iter().zip(&self.total));
-        patches
+        let faces = self.faces.patches().zip(radiosity).zip(incoming.iter().zip(&self.total));
+        faces
             .map(|((patch, b), (incoming, total))| {
                 let reflectance = patch.reflectance[channel];
                 if reflectance > 0.0 && patch.emittance[channel] == 0.0 {

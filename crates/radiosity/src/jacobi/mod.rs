@@ -1,17 +1,18 @@
 //! Stochastic Jacobi radiosity that forgets no ray.
 //!
 //! A Jacobi iteration B ← E + R·F·B sends every patch's power one bounce on. Stochastic Jacobi (BS §4) samples it with
-//! fresh rays each time and averages the iterations. Here each ray is remembered as a *link* between the patch that
-//! shot it and the patch it met, good for light in both directions, and iterations run on all links of the chain
+//! fresh rays each time and averages the iterations. Here each ray is remembered as a *link* between the face (side of a patch)
+//! that shot it and the one it met, good for light in both directions, and iterations run on all links of the chain
 //! until nothing changes: the same rays serve every bounce, energy is conserved to the last link, and what varies is
 //! not B but its differences along links.
 //!
 //! A *chain* is one independent solution: its rays go out in three stages, each aimed by what the stages before have
-//! found. Every patch shoots along its own scrambled Sobol sequence, drawn anew for each chain. Solutions of one chain
+//! found. Every face shoots along its own scrambled Sobol sequence, drawn anew for each chain. Solutions of one chain
 //! say nothing of their own error; that is told by several chains.
 
 mod board;
 mod cast;
+mod faces;
 mod links;
 mod solve;
 
@@ -21,13 +22,15 @@ use crate::tally::Counts;
 pub use board::ChainBoard;
 pub(crate) use board::{UNITS, largest_radiosity};
 use cast::{Caster, systematic};
+use faces::Faces;
 use links::{LinkTable, Links};
+use solve::solve;
 
 /// Parts of a chain's rays that are out when each stage ends, in eighths. The first stage knows nothing; the second
 /// knows where B differs, roughly; the last brings the whole to the density that is best.
 const STAGES: [u64; 3] = [1, 3, 8];
 
-/// Of the rays of a stage, this part is spread over all patches alike, so that also the smallest is known.
+/// Of all rays, this part is spread over all faces alike, so that also the smallest is known.
 const ALIKE: f64 = 0.125;
 
 /// Density of rays where B is at the median, over the mean density that differences of B ask for.
@@ -48,48 +51,66 @@ pub(crate) struct Outcome {
 
 /// One chain of `rays` rays. `go_on` is asked now and then; `None` once it says no.
 pub(crate) fn chain(scene: &Scene, mut rng: WalkRng, rays: u64, go_on: &dyn Fn() -> bool) -> Option<Outcome> {
-    let areas: Vec<f64> = scene.patches().iter().map(|patch| patch.active_area()).collect();
-    let channels = scene.channels();
-    let mut caster = Caster::new(scene, rng.bits());
-    let mut table = LinkTable::new(areas.len());
+    let faces = Faces::new(scene);
+    let mut caster = Caster::new(&faces, rng.bits());
+    let mut table = LinkTable::new(faces.areas.len());
     let mut radiosity: Vec<Vec<f64>> = Vec::new();
-    let mut irradiance = vec![0.0; areas.len() * channels];
-    let mut counts = Counts { walks: 1, rays, ..Counts::default() };
-    for (stage, eighths) in STAGES.into_iter().enumerate() {
+    for eighths in STAGES {
         let out = part(rays, eighths);
-        let wanted = density(&areas, &radiosity);
-        let missing: Vec<f64> = wanted
-            .iter()
-            .zip(&caster.shot)
-            .map(|(share, &shot)| (share * out as f64 - f64::from(shot)).max(0.0))
-            .collect();
-        let offset = rng.pair()[0];
-        let stage_rays = systematic(&missing, out - caster.rays(), offset);
-        caster.cast(&stage_rays, go_on, |from, to| table.count(from, to))?;
+        let more = aimed(&faces.areas, &radiosity, &caster, out, rng.pair()[0]);
+        caster.cast(&more, go_on, |from, to| table.count(from, to))?;
         table.end_row();
-        let links = Links::new(&table, &caster, &areas);
-        let last = stage + 1 == STAGES.len();
-        let residual = if last { ROUGH / (rays as f64).sqrt() } else { ROUGH };
-        let before = radiosity;
-        radiosity = Vec::with_capacity(channels);
-        for channel in 0..channels {
-            radiosity.push(solve::solve(scene, channel, &links, before.get(channel), residual, go_on)?);
-        }
-        if last {
-            for (channel, radiosity) in radiosity.iter().enumerate() {
-                let incoming = links.irradiance(scene, channel, radiosity);
-                irradiance.iter_mut().skip(channel).step_by(channels).zip(incoming).for_each(|(h, i)| *h = i);
-                let power = scene.total_power(channel);
-                let [escaped, absorbed_back] = links.lost_power(radiosity);
-                counts.escaped_weight[channel] = weight(escaped, power);
-                counts.absorbed_back_weight[channel] = weight(absorbed_back, power);
-            }
-        }
+        let links = Links::new(&table, &caster, &faces);
+        let residual = if out == rays { ROUGH / (rays as f64).sqrt() } else { ROUGH };
+        let solve = |channel| solve(channel, &links, radiosity.get(channel), residual, go_on);
+        radiosity = (0..scene.channels()).map(solve).collect::<Option<_>>()?;
     }
-    [counts.escaped, counts.absorbed_back] =
-        [0, 1].map(|way| caster.lost.iter().map(|lost| u64::from(lost[way])).sum());
-    counts.absorbed = caster.landed.iter().sum();
-    Some(Outcome { irradiance, landed: caster.landed, counts })
+    let links = Links::new(&table, &caster, &faces);
+    Some(Outcome::new(&links, &caster, &radiosity))
+}
+
+/// How many more rays each face shoots so that `out` are out in all, near the best density.
+fn aimed(areas: &[f64], radiosity: &[Vec<f64>], caster: &Caster, out: u64, offset: f64) -> Vec<u32> {
+    let wanted = density(areas, radiosity);
+    let missing = wanted.iter().zip(&caster.shot).map(|(part, &shot)| part * out as f64 - f64::from(shot));
+    let missing: Vec<f64> = missing.map(|rays| rays.max(0.0)).collect();
+    systematic(&missing, out - caster.rays(), offset)
+}
+
+impl Outcome {
+    /// What a chain has found, given B of every face in every channel.
+    fn new(links: &Links, caster: &Caster, radiosity: &[Vec<f64>]) -> Self {
+        let (faces, channels) = (links.faces, radiosity.len());
+        let patches = faces.scene.patches();
+        let lost = |way: usize| caster.lost.iter().map(|lost| u64::from(lost[way])).sum();
+        let mut outcome = Outcome {
+            irradiance: vec![0.0; patches.len() * channels],
+            landed: vec![0; patches.len()],
+            counts: Counts {
+                walks: 1,
+                rays: caster.rays(),
+                absorbed: caster.landed.iter().sum(),
+                escaped: lost(0),
+                absorbed_back: lost(1),
+                ..Counts::default()
+            },
+        };
+        for (face, landed) in faces.list.iter().zip(&caster.landed) {
+            outcome.landed[face.patch as usize] += landed;
+        }
+        for (channel, radiosity) in radiosity.iter().enumerate() {
+            for (face, h) in faces.list.iter().zip(links.irradiance(channel, radiosity)) {
+                // The mean of the sides.
+                let sides = patches[face.patch as usize].sides.count();
+                outcome.irradiance[face.patch as usize * channels + channel] += h / sides;
+            }
+            let power = faces.scene.total_power(channel);
+            let [escaped, absorbed_back] = links.lost_power(radiosity);
+            outcome.counts.escaped_weight[channel] = weight(escaped, power);
+            outcome.counts.absorbed_back_weight[channel] = weight(absorbed_back, power);
+        }
+        outcome
+    }
 }
 
 /// `eighths` of `rays`, rounded down.
@@ -102,11 +123,11 @@ fn weight(part: f64, power: f64) -> u128 {
     if power > 0.0 { (part / power * Counts::WEIGHT_UNITS + 0.5) as u128 } else { 0 }
 }
 
-/// Which part of the rays each patch should shoot, given the radiosity of each channel as far as it is known; the
+/// Which part of the rays each face should shoot, given the radiosity of each channel as far as it is known; the
 /// parts sum to 1.
 ///
 /// A link (i, j) errs in proportion to |B_i − B_j|/(d_i + d_j), d being rays per area. What makes that large is mostly
-/// one bright end, so that rays per area follow |B − β|, β the median: a patch like most others needs few.
+/// one bright end, so that rays per area follow |B − β|, β the median: a face like most others needs few.
 fn density(areas: &[f64], radiosity: &[Vec<f64>]) -> Vec<f64> {
     let mut contrast = vec![0.0; areas.len()];
     for radiosity in radiosity {

@@ -7,22 +7,20 @@
 //! (M. R. Hestenes & E. Stiefel, J. Res. Nat. Bur. Standards 49 (1952)), and 0 ≤ B ≤ max E/(1 − R).
 
 use super::links::Links;
-use crate::scene::Scene;
 
 /// More steps than any system has taken; what is left of the residual then is below the noise of the links.
 const MOST_STEPS: usize = 1000;
 
-/// B of every patch [W/m²] in one channel, until the residual has fallen to this part of the emission's, both in the
+/// B of every face [W/m²] in one channel, until the residual has fallen to this part of the emission's, both in the
 /// norm of the inverse diagonal. `start` is a guess. `None` once `go_on` says no.
 pub(crate) fn solve(
-    scene: &Scene,
     channel: usize,
     links: &Links,
     start: Option<&Vec<f64>>,
     residual: f64,
     go_on: &dyn Fn() -> bool,
 ) -> Option<Vec<f64>> {
-    let system = System::new(scene, channel, links);
+    let system = System::new(channel, links);
     let mut b: Vec<f64> = system.emittance.clone();
     if let Some(start) = start {
         let reflecting = b.iter_mut().zip(start).zip(&system.reflects).filter(|(_, reflects)| **reflects);
@@ -59,7 +57,7 @@ pub(crate) fn solve(
 /// The matrix and the right-hand side of one channel.
 struct System<'a> {
     links: &'a Links<'a>,
-    /// [m²]; 1 where the patch is black, whose B = E is known.
+    /// [m²]; 1 where the face is black, whose B = E is known.
     diagonal: Vec<f64>,
     /// A_i E_i/R_i [W]; 0 where black.
     emission: Vec<f64>,
@@ -68,12 +66,12 @@ struct System<'a> {
 }
 
 impl<'a> System<'a> {
-    fn new(scene: &Scene, channel: usize, links: &'a Links<'a>) -> Self {
-        let patches = scene.patches();
-        let reflects: Vec<bool> = patches.iter().map(|patch| patch.reflectance[channel] > 0.0).collect();
-        let emittance: Vec<f64> = patches.iter().map(|patch| patch.emittance[channel]).collect();
-        let per_patch = links.areas().iter().zip(links.total()).zip(patches);
-        let (diagonal, emission) = per_patch
+    fn new(channel: usize, links: &'a Links<'a>) -> Self {
+        let faces = links.faces;
+        let reflects: Vec<bool> = faces.patches().map(|patch| patch.reflectance[channel] > 0.0).collect();
+        let emittance: Vec<f64> = faces.patches().map(|patch| patch.emittance[channel]).collect();
+        let rows = faces.areas.iter().zip(links.total()).zip(faces.patches());
+        let (diagonal, emission) = rows
             .map(|((area, total), patch)| match patch.reflectance[channel] {
                 0.0 => (1.0, 0.0),
                 r => (area * (1.0 - r) / r + total, area * patch.emittance[channel] / r),
@@ -90,7 +88,7 @@ impl<'a> System<'a> {
         self.links.add_incoming(-1.0, x, y);
     }
 
-    /// Black patches take no part: nothing is left to find there.
+    /// Black faces take no part: nothing is left to find there.
     fn fix_black(&self, x: &mut [f64]) {
         x.iter_mut().zip(&self.reflects).filter(|(_, reflects)| !**reflects).for_each(|(x, _)| *x = 0.0);
     }
