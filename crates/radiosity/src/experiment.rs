@@ -102,6 +102,8 @@ pub struct Experiment {
     scene: Scene,
     method: Method,
     gathering: Option<Gathering>,
+    /// What chains score H over [W/m²], per channel.
+    largest_radiosity: [f64; 3],
 }
 
 /// Runs walks with the event that an estimator scores and the fate its walks meet, in C channels.
@@ -151,7 +153,8 @@ impl Experiment {
                 Some(Gathering::new(&scene, &method, birth_probabilities(&scene, birth))?)
             }
         };
-        Ok(Experiment { scene, method, gathering })
+        let largest_radiosity = jacobi::largest_radiosity(&scene);
+        Ok(Experiment { scene, method, gathering, largest_radiosity })
     }
 
     /// The scene.
@@ -242,7 +245,7 @@ impl Experiment {
         let rays = self.chain_rays().expect("only chains have boards of chains");
         for rng in sequence.walks_from(chains.start).take((chains.end - chains.start) as usize) {
             let Some(outcome) = jacobi::chain(&self.scene, rng, rays, go_on) else { break };
-            board.add(&self.scene, &outcome);
+            board.add(&self.largest_radiosity, &outcome);
             counts.add(&outcome.counts).expect("64 bits outlast any process");
         }
         counts
@@ -428,7 +431,7 @@ impl Experiment {
     fn meaning_of_chains(&self, channel: usize) -> Meaning {
         Meaning {
             unit: 1.0 / jacobi::UNITS,
-            irradiance_per_event: Some(jacobi::largest_radiosity(&self.scene, channel)),
+            irradiance_per_event: Some(self.largest_radiosity[channel]),
             ratio_bound: 1.0,
             bias_bound: 0.0,
         }

@@ -103,7 +103,8 @@ pub(crate) fn owen_scrambled(reversed: u32, seed: u32) -> u32 {
 /// Points of a batch, a row for each dimension.
 pub(crate) type Points = [[u32; WIDTH]; DIMENSIONS];
 
-/// Scrambles the points of a batch, each number by its own seed. Compiled for an instruction set.
+/// Scrambles the points of a batch, each number by its own seed.
+#[expect(clippy::extra_unused_type_parameters, reason = "R names the instruction set to compile for")]
 #[inline(always)]
 pub(crate) fn scramble<R>(points: &mut Points, seeds: &Points) {
     for (row, seeds) in points.iter_mut().zip(seeds) {

@@ -35,14 +35,12 @@ impl<const M: usize> ChainBoard<M> {
         self.layout
     }
 
-    /// Scores one chain: H of each patch over the largest radiosity of the channel, and the rays that landed.
-    pub(crate) fn add(&mut self, scene: &Scene, outcome: &Outcome) {
-        let channels = self.layout.scores;
-        let largest: Vec<f64> = (0..channels).map(|channel| largest_radiosity(scene, channel)).collect();
-        let patches = outcome.irradiance.chunks_exact(channels).zip(&outcome.landed);
+    /// Scores one chain: H of each patch over `largest`, that of [`largest_radiosity`], and the rays that landed.
+    pub(crate) fn add(&mut self, largest: &[f64; 3], outcome: &Outcome) {
+        let patches = outcome.irradiance.chunks_exact(self.layout.scores).zip(&outcome.landed);
         let columns = patches.flat_map(|(irradiance, &landed)| {
             let scores =
-                irradiance.iter().zip(&largest).flat_map(|(h, largest)| powers::<M>(units(*h, *largest)));
+                irradiance.iter().zip(largest).flat_map(|(h, largest)| powers::<M>(units(*h, *largest)));
             scores.chain([Some(u128::from(landed))])
         });
         self.sums = self.sums.take().and_then(|sums| {
@@ -62,10 +60,12 @@ impl<const M: usize> ChainBoard<M> {
     }
 }
 
-/// max E/(1 − max R) [W/m²]: no radiosity, and so no irradiance, exceeds it. 1 in a channel without light.
-pub(crate) fn largest_radiosity(scene: &Scene, channel: usize) -> f64 {
-    let emittance = scene.patches().iter().map(|patch| patch.emittance[channel]).fold(0.0, f64::max);
-    if emittance > 0.0 { emittance / (1.0 - scene.max_reflectance()[channel]) } else { 1.0 }
+/// max E/(1 − max R) [W/m²] of each channel: no radiosity, and so no irradiance, exceeds it. 1 where there is no light.
+pub(crate) fn largest_radiosity(scene: &Scene) -> [f64; 3] {
+    std::array::from_fn(|channel| {
+        let emittance = scene.patches().iter().map(|patch| patch.emittance[channel]).fold(0.0, f64::max);
+        if emittance > 0.0 { emittance / (1.0 - scene.max_reflectance()[channel]) } else { 1.0 }
+    })
 }
 
 /// The nearest whole number of units. Rounding is below 10⁻¹² of the largest radiosity; below 0 is rounding, too.

@@ -158,10 +158,9 @@ impl Batch {
     #[inline(always)]
     fn push(&mut self, origin: &mut Origin) {
         let i = self.len;
-        let point = origin.sequence.next();
-        for d in 0..DIMENSIONS {
-            self.points[d][i] = point[d];
-            self.seeds[d][i] = origin.seeds[d];
+        let numbers = origin.sequence.next().into_iter().zip(origin.seeds);
+        for ((points, seeds), (number, seed)) in self.points.iter_mut().zip(&mut self.seeds).zip(numbers) {
+            (points[i], seeds[i]) = (number, seed);
         }
         self.from[i] = origin.number;
         self.patch[i] = origin.face.patch;
@@ -175,14 +174,16 @@ impl Batch {
         let isa = Isa::best();
         let (points, seeds) = (&mut self.points, &self.seeds);
         on_isa!(isa, scramble(points: &mut Points, seeds: &Points));
-        for i in 0..len {
+        let [across, along, polar, turn] = points;
+        for (i, place) in
+            across.iter().zip(along.iter()).map(|(&u, &v)| [u, v].map(unit_32)).enumerate().take(len)
+        {
             let surface = &scene.surfaces()[self.departures.surface[i] as usize];
             let cell = self.patch[i] - surface.first_patch();
-            let uv = surface.point_in_cell(cell, [unit_32(points[0][i]), unit_32(points[1][i])]);
-            [self.departures.uv[0][i], self.departures.uv[1][i]] = uv;
+            [self.departures.uv[0][i], self.departures.uv[1][i]] = surface.point_in_cell(cell, place);
         }
-        self.departures.polar[..len].copy_from_slice(&points[2][..len]);
-        self.departures.turn[..len].copy_from_slice(&points[3][..len]);
+        self.departures.polar[..len].copy_from_slice(&polar[..len]);
+        self.departures.turn[..len].copy_from_slice(&turn[..len]);
         self.departures.leave(isa, scene.surfaces(), len, &mut self.rays);
     }
 }
