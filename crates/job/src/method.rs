@@ -252,7 +252,7 @@ struct Places {
     batch: Box<Place>,
 }
 
-/// Chains of a job that does not say how many rays each has; fewer make no interval.
+/// Chains of a job that does not say how many rays each has, if they are not too long then; fewer make no interval.
 const CHAINS: u64 = 8;
 
 /// With fewer rays per patch and chain, walks are the better choice.
@@ -260,6 +260,13 @@ const RAYS_PER_PATCH: u64 = 16;
 
 /// Rays of a patch are counted in 32 bits.
 const MOST_CHAIN_RAYS: u64 = u32::MAX as u64;
+
+/// Up to so many patches are joined by so few links that chains may be as long as they like.
+const FEW_PATCHES: u64 = 1 << 12;
+
+/// Among more patches every ray may be a link, which takes memory: more rays make more chains, not longer ones, unless
+/// the job says otherwise.
+const LONG_CHAIN: u64 = 1 << 24;
 
 /// Decides between chains and walks: `auto` takes chains where they have rays enough, and `jacobi` without enough
 /// falls back to walks and says so.
@@ -283,8 +290,9 @@ fn settle_jacobi(
         }
         WalkKind::Jacobi | WalkKind::Auto => {}
     }
-    let chain_rays = method.batch_paths.unwrap_or(paths / CHAINS).min(MOST_CHAIN_RAYS);
     let needed = RAYS_PER_PATCH.saturating_mul(patch_count);
+    let longest = if patch_count <= FEW_PATCHES { MOST_CHAIN_RAYS } else { LONG_CHAIN.max(needed) };
+    let chain_rays = method.batch_paths.unwrap_or((paths / CHAINS).min(longest));
     if !fits || chain_rays < needed {
         method.walk = WalkKind::Shooting;
         return Ok((asked == WalkKind::Jacobi).then(|| {
@@ -411,5 +419,5 @@ fn read_patches(listed: Value<'_>, patch_count: u64) -> Result<Vec<u32>, Error> 
 }
 
 fn read_batch(value: &Value<'_>) -> Result<u64, Error> {
-    value.integer(1..=i64::MAX as u64, "a batch holds at least one walk")
+    value.integer(1..=MOST_CHAIN_RAYS, "a chain has at least one ray, and rays are counted in 32 bits")
 }

@@ -1,5 +1,7 @@
 //! Chains or walks: what a job with `walk = "jacobi"` or `"auto"` becomes.
 
+mod common;
+
 use std::path::Path;
 
 use job::{Error, Job, Sampler, WalkKind, job_hash, load};
@@ -21,6 +23,21 @@ fn eight_chains_share_the_rays_unless_the_job_says_otherwise() {
     assert_eq!((job.method.batch_paths, job.note), (Some(12_500), None));
     let job = cube54(&["method.walk=jacobi", "budget.paths=100003", "method.batch_paths=1000"]);
     assert_eq!(job.method.batch_paths, Some(1000));
+}
+
+#[test]
+fn chains_of_many_patches_are_kept_short() {
+    let budget = "budget.paths=100000000000";
+    assert_eq!(cube54(&["method.walk=jacobi", budget]).method.batch_paths, Some(u32::MAX.into()));
+    let folder = common::Folder::new("many-patches");
+    let scene = "[material.w]\nreflectance = 0.5\nemittance = 1\n[[surface]]\nmaterial = \"w\"\n\
+                 quad = [[0,0,0],[1,0,0],[0,1,0]]\npatches = [100, 100]\n";
+    folder.write("s.toml", scene);
+    let job = "scene = \"s.toml\"\nmethod.walk = \"jacobi\"\nbudget.paths = 100000000000\n";
+    let path = folder.write("j.toml", job);
+    let chain_rays = |set: &[String]| load(&path, set).unwrap().method.batch_paths;
+    assert_eq!(chain_rays(&[]), Some(1 << 24));
+    assert_eq!(chain_rays(&["method.batch_paths=50000000".into()]), Some(50_000_000));
 }
 
 #[test]
