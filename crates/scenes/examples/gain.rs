@@ -72,7 +72,7 @@ fn main() -> Result<(), Failure> {
         .into_iter()
         .filter(|study| wanted.is_empty() || wanted.iter().any(|name| name == study.name));
     let mut csv = String::from(
-        "scene,method,rays,seconds,rms_relative_error,gain_relative,error,gain_absolute,error\n",
+        "scene,method,rays,seconds,rms_relative_error,gain_relative,gain_relative_error,gain_absolute,gain_absolute_error\n",
     );
     for study in studies {
         let points = measure(&study)?;

@@ -1,10 +1,10 @@
 //! Stochastic Jacobi radiosity that forgets no ray.
 //!
 //! A Jacobi iteration B ← E + R·F·B sends every patch's power one bounce on. Stochastic Jacobi (BS §4) samples it with
-//! fresh rays each time and averages the iterations. Here each ray is remembered as a *link* between the face (side of a patch)
-//! that shot it and the one it met, good for light in both directions, and iterations run on all links of the chain
-//! until nothing changes: the same rays serve every bounce, energy is conserved to the last link, and what varies is
-//! not B but its differences along links.
+//! fresh rays each time and averages the iterations. Here each ray is remembered as a *link* between the face (side of
+//! a patch) that shot it and the one it met, good for light in both directions, and iterations run on all links of the
+//! chain until nothing changes: the same rays serve every bounce, energy is conserved to the last link, and what varies
+//! is not B but its differences along links.
 //!
 //! A *chain* is one independent solution: its rays go out in three stages, each aimed by what the stages before have
 //! found. Every face shoots along its own scrambled Sobol sequence, drawn anew for each chain. Solutions of one chain
@@ -55,6 +55,7 @@ pub(crate) fn chain(scene: &Scene, mut rng: WalkRng, rays: u64, go_on: &dyn Fn()
     let mut caster = Caster::new(&faces, rng.bits());
     let mut table = LinkTable::new(faces.areas.len());
     let mut radiosity: Vec<Vec<f64>> = Vec::new();
+    let mut outcome = None;
     for eighths in STAGES {
         let out = part(rays, eighths);
         let more = aimed(&faces.areas, &radiosity, &caster, out, rng.pair()[0]);
@@ -64,9 +65,9 @@ pub(crate) fn chain(scene: &Scene, mut rng: WalkRng, rays: u64, go_on: &dyn Fn()
         let residual = if out == rays { ROUGH / (rays as f64).sqrt() } else { ROUGH };
         let solve = |channel| solve(channel, &links, radiosity.get(channel), residual, go_on);
         radiosity = (0..scene.channels()).map(solve).collect::<Option<_>>()?;
+        outcome = (out == rays).then(|| Outcome::new(&links, &caster, &radiosity));
     }
-    let links = Links::new(&table, &caster, &faces);
-    Some(Outcome::new(&links, &caster, &radiosity))
+    outcome
 }
 
 /// How many more rays each face shoots so that `out` are out in all, near the best density.
