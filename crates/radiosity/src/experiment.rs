@@ -146,6 +146,9 @@ impl Experiment {
         if method.mix && method.estimator != EstimatorKind::Collision {
             return Err(Unfit::Mix("collision walks; choose estimator = \"collision\", or remove `mix`"));
         }
+        if method.mix && matches!(method.direction, Direction::Jacobi { .. }) {
+            return Err(Unfit::Mix("walks, not chains; remove `mix`"));
+        }
         let gathering = match &method.direction {
             Direction::Shooting | Direction::Jacobi { .. } => None,
             Direction::Gathering(birth) => {
