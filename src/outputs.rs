@@ -93,7 +93,7 @@ impl RunOutput {
         ));
         let precision = &summary.precision;
         let worst = precision.worst_patch.map_or(String::new(), |patch| {
-            let surface = scene.surface_name(scene.patches()[patch as usize].surface);
+            let surface = scene.surface_name(scene.patches().get(patch as usize).surface);
             format!(", worst {} (patch {patch} on {surface})", percent(precision.max_relative_error))
         });
         say(&format!(

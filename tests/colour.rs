@@ -165,7 +165,7 @@ fn direct_light_is_the_first_bounce() {
         let patches = experiment.scene().patches();
         for (i, patch) in patches.iter().enumerate() {
             for (c, estimate) in solution.patch(i).unwrap().into_iter().enumerate() {
-                let incoming = |(j, from): (usize, &radiosity::Patch)| {
+                let incoming = |(j, from): (usize, radiosity::Patch)| {
                     exact.exchange().form_factor(i, j) * from.emittance[c]
                 };
                 let irradiance: f64 = patches.iter().enumerate().map(incoming).sum();

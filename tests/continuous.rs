@@ -62,7 +62,7 @@ fn gathered(spec: &SceneSpec, seed: u64) -> (Tally, f64) {
     let experiment = experiment(spec, IndexChoice::Auto, method);
     let tally = walk::<4>(&experiment, seed, 0..8_000_000);
     let meaning = experiment.meaning(TARGET, 0, &tally).unwrap();
-    let reflectance = experiment.scene().patches()[TARGET].reflectance[0];
+    let reflectance = experiment.scene().patches().get(TARGET).reflectance[0];
     (tally, reflectance * meaning.irradiance_per_event.unwrap() * meaning.unit)
 }
 

@@ -125,7 +125,7 @@ fn every_variance_is_that_of_the_closed_form() {
                         assert_eq!(variance, None);
                         continue;
                     };
-                    let unit = experiment.scene().patches()[i].reflectance[0]
+                    let unit = experiment.scene().patches().get(i).reflectance[0]
                         * meaning.irradiance_per_event.unwrap()
                         * meaning.unit;
                     let sums = tally.patch(i, 0).try_into().unwrap();

@@ -78,7 +78,7 @@ fn walks_in_open_and_occluded_scenes_agree_with_the_exact_solution() {
             let variances = predicted(&exact, &method, &birth);
             let patches = experiment.scene().patches();
             let receivers: Vec<usize> =
-                (0..patches.len()).filter(|&i| patches[i].emittance[0] == 0.0).collect();
+                (0..patches.len()).filter(|&i| patches.get(i).emittance[0] == 0.0).collect();
             let (mut z, mut sums) = (Vec::new(), vec![0.0; patches.len()]);
             for seed in 1..=SEEDS {
                 let tally = walk::<2>(&experiment, seed, 0..WALKS);

@@ -85,7 +85,7 @@ struct Verdict {
 fn judge(experiment: &Experiment, truth: &Truth, seeds: u64) -> Verdict {
     let scene = experiment.scene();
     let judged = |i: usize| {
-        let patch = &scene.patches()[i / scene.channels()];
+        let patch = scene.patches().get(i / scene.channels());
         !patch.emittance.is_lit() && patch.reflectance[i % scene.channels()] > 0.0
     };
     let judged: Vec<usize> = (0..truth.len()).filter(|&i| judged(i)).collect();

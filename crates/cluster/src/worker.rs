@@ -20,8 +20,14 @@ use crate::message::{Hello, LeaseResult, PROTOCOL, ToCoordinator, ToWorker};
 /// How often a worker says that it is alive.
 const HEARTBEAT: Duration = Duration::from_secs(1);
 
-/// Walks between two marks of progress.
-const CHUNK: u64 = 512;
+/// Walks between two marks of progress, at first.
+const FIRST_CHUNK: u64 = 512;
+
+/// At most so many: a batch of walks that is nearly done has idle places, but hardly any after so many walks.
+const LARGEST_CHUNK: u64 = 1 << 16;
+
+/// Chunks that take less than this grow, those that take ten times as long shrink.
+const CHUNK_TIME: Duration = Duration::from_millis(5);
 
 /// The most walks between two emptyings of a board: its 64-bit sums must not wrap.
 const BOARD_WALKS: u64 = 1 << 22;
@@ -348,10 +354,10 @@ impl Drop for Alarm<'_> {
 
 /// One thread's work: lease after lease, until there are no more or the link is over.
 fn shoot_queue<W: Work>(work: &W, leases: &Receiver<Lease>, link: &Link, cpu_seconds: &impl Fn() -> f64) {
-    let mut board = work.board();
+    let (mut board, mut chunk) = (work.board(), FIRST_CHUNK);
     for lease in leases {
         let began = Instant::now();
-        let sent = match shoot_lease(work, lease.walks, &mut board, link) {
+        let sent = match shoot_lease(work, lease.walks, &mut board, &mut chunk, link) {
             Ok(Some(tally)) => link.send(&ToCoordinator::Result(LeaseResult {
                 lease: lease.id,
                 seconds: began.elapsed().as_secs_f64(),
@@ -374,11 +380,12 @@ fn shoot_queue<W: Work>(work: &W, leases: &Receiver<Lease>, link: &Link, cpu_sec
     }
 }
 
-/// Shoots a lease; `None` where the job was over before it was done.
+/// Shoots a lease, so many walks at a time; `None` where the job was over before it was done.
 fn shoot_lease<W: Work>(
     work: &W,
     walks: Range<u64>,
     board: &mut W::Board,
+    chunk_walks: &mut u64,
     link: &Link,
 ) -> Result<Option<Tally>, String> {
     let go_on = || {
@@ -390,9 +397,11 @@ fn shoot_lease<W: Work>(
     while next < walks.end {
         let end = walks.end.min(next.saturating_add(BOARD_WALKS));
         while next < end {
-            let chunk = next..end.min(next + CHUNK);
+            let chunk = next..end.min(next + *chunk_walks);
             next = chunk.end;
+            let start = Instant::now();
             work.shoot_while(chunk, board, &go_on);
+            *chunk_walks = paced(*chunk_walks, start.elapsed());
             if !go_on() {
                 return Ok(None);
             }
@@ -404,4 +413,13 @@ fn shoot_lease<W: Work>(
         }
     }
     Ok(Some(total.unwrap_or_else(|| work.empty())))
+}
+
+/// How many walks to shoot next, where so many took so long.
+fn paced(walks: u64, time: Duration) -> u64 {
+    match time {
+        time if time < CHUNK_TIME => (2 * walks).min(LARGEST_CHUNK),
+        time if time > 10 * CHUNK_TIME => (walks / 2).max(1),
+        _ => walks,
+    }
 }

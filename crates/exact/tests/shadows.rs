@@ -74,7 +74,7 @@ fn halves_of_a_screen_hide_alike() {
     let ceiling = quad([0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [1, 1]);
     let half = |x: f64| quad([x, -1.0, 0.5], [1.5, 0.0, 0.0], [0.0, 3.0, 0.0], [1, 1]);
     let exchange = |screens: &[radiosity::Shape]| {
-        let shapes = [floor.clone(), ceiling.clone()].into_iter().chain(screens.iter().cloned());
+        let shapes = [floor, ceiling].into_iter().chain(screens.iter().cloned());
         let exact = Exact::of_scene(&turned(&painted(shapes, 0.5, 1.0))).unwrap();
         (exact.exchange().exchange_area(0, 1), exact.exchange().row_errors()[0])
     };
@@ -101,7 +101,7 @@ struct Rays<'a> {
 impl Rays<'_> {
     /// The patch and side that a diffuse ray from a side of a patch meets; `None` if that is no active side.
     fn next(&mut self, patch: usize, side: Side) -> Option<(usize, Side)> {
-        let number = self.scene.patches()[patch].surface;
+        let number = self.scene.patches().get(patch).surface;
         let surface = &self.scene.surfaces()[number as usize];
         let cell = patch as u32 - surface.first_patch();
         // Uniforms strictly inside (0, 1).
@@ -274,7 +274,7 @@ fn emitter(exact: &Exact, scene: &Scene, numbers: &mut Numbers) -> (usize, Side)
 }
 
 fn either_side(scene: &Scene, patch: usize, numbers: &mut Numbers) -> Side {
-    let both = scene.patches()[patch].sides == Sides::Both;
+    let both = scene.patches().get(patch).sides == Sides::Both;
     if numbers.below(2) == 1 && both { Side::Back } else { Side::Front }
 }
 

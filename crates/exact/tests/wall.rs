@@ -142,7 +142,7 @@ fn scene() -> SceneSpec {
 /// The number here of every face there, found by where it is and which way it looks.
 fn numbers_of(exact: &Exact, scene: &Scene) -> Vec<usize> {
     let number = |face: usize| {
-        let patch = &scene.patches()[exact.faces().patch_of(face)];
+        let patch = scene.patches().get(exact.faces().patch_of(face));
         let front = if face < exact.patch_count() { 1.0 } else { -1.0 };
         let normal = front * scene.surfaces()[patch.surface as usize].normal();
         let matches = |number: &usize| {

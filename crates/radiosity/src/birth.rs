@@ -1,12 +1,22 @@
 //! Where walks are born.
 
 use crate::method::Birth;
+use crate::patch::{Patch, Patches};
 use crate::sampling::AliasTable;
-use crate::scene::{Patch, Scene};
+use crate::scene::Scene;
 use crate::spec::Sides;
 use crate::surface::{Side, Surface};
 
-/// One side of a cell, where a walk may begin.
+/// One side of consecutive cells of a surface, where walks begin with the same probability.
+#[derive(Clone, Copy, Debug)]
+struct Cradle {
+    surface: u32,
+    side: Side,
+    first_cell: u32,
+    cells: u32,
+}
+
+/// One side of a cell, where a walk begins.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Origin {
     pub surface: u32,
@@ -17,9 +27,9 @@ pub(crate) struct Origin {
 /// Sides of cells, the probability of each, and the weights that walks set out with.
 #[derive(Clone, Debug)]
 pub(crate) struct Births {
-    origins: Vec<Origin>,
+    cradles: Vec<Cradle>,
     choice: AliasTable,
-    /// Per origin; empty where every weight is 1.
+    /// Per cradle; empty where every weight is 1.
     weights: Vec<[f64; 3]>,
 }
 
@@ -31,7 +41,17 @@ impl Births {
         patch_count: usize,
         share: impl Fn(usize) -> f64,
     ) -> Option<Self> {
-        let (mut origins, mut shares) = (Vec::new(), Vec::new());
+        Births::in_cradles(surfaces, patch_count, &share, |a, b| share(a) == share(b))
+    }
+
+    /// The same, given which neighbours are alike in all that matters at a birth.
+    fn in_cradles(
+        surfaces: &[Surface],
+        patch_count: usize,
+        share: impl Fn(usize) -> f64,
+        alike: impl Fn(usize, usize) -> bool,
+    ) -> Option<Self> {
+        let (mut cradles, mut shares) = (Vec::new(), Vec::new());
         for (number, surface) in surfaces.iter().enumerate() {
             let first = surface.first_patch() as usize;
             let end = surfaces.get(number + 1).map_or(patch_count, |next| next.first_patch() as usize);
@@ -39,16 +59,21 @@ impl Births {
                 Sides::Front => &[Side::Front],
                 Sides::Both => &[Side::Front, Side::Back],
             };
-            for patch in (first..end).filter(|&patch| share(patch) > 0.0) {
-                for &side in sides {
-                    origins.push(Origin { surface: number as u32, cell: (patch - first) as u32, side });
-                    shares.push(share(patch) / sides.len() as f64);
+            let mut next = first;
+            while next < end {
+                let patch = next;
+                next += (patch..end).take_while(|&other| alike(patch, other)).count();
+                let cells = (next - patch) as u32;
+                for &side in sides.iter().filter(|_| share(patch) > 0.0) {
+                    let first_cell = (patch - first) as u32;
+                    cradles.push(Cradle { surface: number as u32, side, first_cell, cells });
+                    shares.push(share(patch) * f64::from(cells) / sides.len() as f64);
                 }
             }
         }
-        (!origins.is_empty()).then(|| Births {
+        (!cradles.is_empty()).then(|| Births {
             choice: AliasTable::new(&shares),
-            origins,
+            cradles,
             weights: Vec::new(),
         })
     }
@@ -58,34 +83,39 @@ impl Births {
     /// would have, and no weight exceeds the number of channels (the balance heuristic).
     pub(crate) fn of_emitters(
         surfaces: &[Surface],
-        patches: &[Patch],
+        patches: &Patches,
         channels: usize,
         total: [f64; 3],
     ) -> Option<Self> {
         if channels == 1 {
-            return Births::new(surfaces, patches.len(), |i| patches[i].power(0));
+            return Births::new(surfaces, patches.len(), |i| patches.get(i).power(0));
         }
         let share = |patch: &Patch, c: usize| if total[c] > 0.0 { patch.power(c) / total[c] } else { 0.0 };
         let emitting = total.iter().filter(|&&power| power > 0.0).count() as f64;
         let probability = |patch: &Patch| (0..3).map(|c| share(patch, c)).sum::<f64>() / emitting;
-        let mut births = Births::new(surfaces, patches.len(), |i| probability(&patches[i]))?;
-        let weights = births.origins.iter().map(|origin| {
-            let patch = &patches[(surfaces[origin.surface as usize].first_patch() + origin.cell) as usize];
-            std::array::from_fn(|c| share(patch, c) / probability(patch))
+        let alike = |a: usize, b: usize| patches.get(a).emittance == patches.get(b).emittance;
+        let mut births =
+            Births::in_cradles(surfaces, patches.len(), |i| probability(&patches.get(i)), alike)?;
+        let weights = births.cradles.iter().map(|cradle| {
+            let first_patch = surfaces[cradle.surface as usize].first_patch();
+            let patch = patches.get((first_patch + cradle.first_cell) as usize);
+            std::array::from_fn(|c| share(&patch, c) / probability(&patch))
         });
         births.weights = weights.collect();
         Some(births)
     }
 
-    /// The origin that 64 random bits choose, and the weights of the channels there.
+    /// The origin that twice 64 random bits choose, and the weights of the channels there.
     #[inline(always)]
-    pub(crate) fn choose<const C: usize>(&self, bits: u64) -> (Origin, [f64; C]) {
-        let choice = self.choice.choose(bits);
+    pub(crate) fn choose<const C: usize>(&self, bits: [u64; 2]) -> (Origin, [f64; C]) {
+        let choice = self.choice.choose(bits[0]);
         let weights = match self.weights.get(choice) {
             Some(weights) if C > 1 => std::array::from_fn(|c| weights[c]),
             _ => [1.0; C],
         };
-        (self.origins[choice], weights)
+        let Cradle { surface, side, first_cell, cells } = self.cradles[choice];
+        let cell = first_cell + ((u128::from(bits[1]) * u128::from(cells)) >> 64) as u32;
+        (Origin { surface, cell, side }, weights)
     }
 
     /// The largest weight that a walk sets out with, channel by channel; 1 where a channel has no light at all.

@@ -6,6 +6,9 @@
 
 use std::marker::PhantomData;
 
+use crate::batch::{Lanes, Outcome, WIDTH};
+use crate::isa::{Isa, on_isa};
+use crate::real::Real;
 use crate::rng::WalkRng;
 use crate::tally::{Scoreboard, Word};
 
@@ -15,20 +18,18 @@ pub(crate) const fn fixed_units(moments: usize) -> f64 {
     (1_u64 << bits) as f64
 }
 
-/// Scores the events of walks, C channels at a time.
+/// Scores the events of a batch of walks, C channels at a time.
 pub trait Estimator<const C: usize> {
-    /// What one walk has scored so far.
-    type Score: Default;
-    /// A walk was born on patch `birth`; what follows belongs to it.
-    fn begin(&mut self, score: &mut Self::Score, birth: u32);
-    /// It arrived at an active side of `patch` with these weights.
-    fn arrival(&mut self, _score: &mut Self::Score, _patch: u32, _weights: [f64; C]) {}
-    /// It survived that hit.
-    fn survival(&mut self, _score: &mut Self::Score, _patch: u32, _weights: [f64; C]) {}
-    /// It was absorbed there.
-    fn death(&mut self, _score: &mut Self::Score, _patch: u32, _weights: [f64; C]) {}
-    /// It has ended.
-    fn end(&mut self, score: &mut Self::Score, rng: &mut WalkRng);
+    /// Walk `lane` was born on patch `birth`.
+    fn begin(&mut self, lane: usize, birth: u32);
+    /// The walks have arrived on these patches with these weights, and this became of them.
+    fn score(&mut self, patches: &[u32; WIDTH], outcome: &Outcome, weights: &[[f64; C]; WIDTH]);
+    /// Walk `lane` has ended.
+    fn end(&mut self, lane: usize, rng: WalkRng);
+    /// Walk `from` goes on as walk `to`.
+    fn relocate(&mut self, from: usize, to: usize);
+    /// The walks will soon score on these patches.
+    fn expect(&self, _patches: &[u32]) {}
 }
 
 /// The patches that a walk scored on, and what: units U each.
@@ -57,11 +58,14 @@ impl<U> Path<U> {
     }
 }
 
+fn empty_paths<U: Clone>() -> Vec<Path<U>> {
+    vec![Path::default(); WIDTH]
+}
+
 /// Which event of a walk scores.
 pub(crate) trait Event {
-    const ARRIVAL: bool = false;
-    const SURVIVAL: bool = false;
-    const DEATH: bool = false;
+    /// The walks that score.
+    fn scoring(outcome: &Outcome) -> Lanes;
 }
 
 /// Every hit scores (S97 §2.4, §3.4).
@@ -72,65 +76,137 @@ pub(crate) struct Survival;
 pub(crate) struct Absorption;
 
 impl Event for Collision {
-    const ARRIVAL: bool = true;
+    #[inline(always)]
+    fn scoring(outcome: &Outcome) -> Lanes {
+        outcome.arrived
+    }
 }
 impl Event for Survival {
-    const SURVIVAL: bool = true;
+    #[inline(always)]
+    fn scoring(outcome: &Outcome) -> Lanes {
+        outcome.survived
+    }
 }
 impl Event for Absorption {
-    const DEATH: bool = true;
+    #[inline(always)]
+    fn scoring(outcome: &Outcome) -> Lanes {
+        outcome.died
+    }
+}
+
+/// The first patches that each walk of a batch scored on; the later ones of a long walk are kept apart.
+struct Visits {
+    /// `patches[k][lane]`: patch number k of a walk.
+    patches: Vec<[u32; WIDTH]>,
+    len: [u32; WIDTH],
+    later: Vec<Vec<u32>>,
+}
+
+/// Visits are searched for earlier ones up to so many.
+const SEARCHED: usize = 64;
+
+impl Visits {
+    fn new() -> Self {
+        Visits { patches: Vec::new(), len: [0; WIDTH], later: vec![Vec::new(); WIDTH] }
+    }
+
+    /// How often each walk has been on its patch.
+    #[inline(always)]
+    fn earlier(&self, isa: Isa, patches: &[u32; WIDTH]) -> [u32; WIDTH] {
+        let mut earlier = [0; WIDTH];
+        let (visits, found) = (self, &mut earlier);
+        on_isa!(isa, count_earlier(visits: &Visits, patches: &[u32; WIDTH], found: &mut [u32; WIDTH]));
+        earlier
+    }
+
+    /// Remembers a visit; false where too many are remembered already.
+    #[inline(always)]
+    fn push(&mut self, lane: usize, patch: u32) -> bool {
+        let len = self.len[lane] as usize;
+        if len == self.patches.len() {
+            if len == SEARCHED {
+                self.later[lane].push(patch);
+                return false;
+            }
+            self.patches.push([0; WIDTH]);
+        }
+        self.patches[len][lane] = patch;
+        self.len[lane] += 1;
+        true
+    }
+
+    fn relocate(&mut self, from: usize, to: usize) {
+        self.len[to] = self.len[from];
+        self.patches.iter_mut().for_each(|row| row[to] = row[from]);
+        self.later.swap(from, to);
+    }
+}
+
+#[inline(always)]
+fn count_earlier<R: Real>(visits: &Visits, patches: &[u32; WIDTH], earlier: &mut [u32; WIDTH]) {
+    let longest = visits.len.iter().fold(0, |longest, &len| longest.max(len));
+    for (k, row) in (0..longest).zip(&visits.patches) {
+        for lane in 0..WIDTH {
+            earlier[lane] += u32::from((row[lane] == patches[lane]) & (k < visits.len[lane]));
+        }
+    }
 }
 
 /// Grey analog shooting: one unit for each event, on the patch where it happens.
 pub(crate) struct ShootHits<'a, V, const M: usize> {
     board: &'a mut Scoreboard<u64, (), 1, M>,
+    visits: Visits,
+    isa: Isa,
     event: PhantomData<V>,
 }
 
 impl<'a, V, const M: usize> ShootHits<'a, V, M> {
-    pub(crate) fn new(board: &'a mut Scoreboard<u64, (), 1, M>) -> Self {
-        ShootHits { board, event: PhantomData }
+    pub(crate) fn new(isa: Isa, board: &'a mut Scoreboard<u64, (), 1, M>) -> Self {
+        ShootHits { board, visits: Visits::new(), isa, event: PhantomData }
     }
 
-    #[inline(always)]
-    fn score(&mut self, path: &mut Path<()>, patch: u32) {
-        self.board.prefetch(patch);
-        path.push(patch, ());
+    /// Scores the visits that were kept apart.
+    #[cold]
+    fn score_later(&mut self, lane: usize) {
+        let mut later = std::mem::take(&mut self.visits.later[lane]);
+        later.sort_unstable();
+        for visits in later.chunk_by(|a, b| a == b) {
+            let first = self.visits.patches.iter().filter(|row| row[lane] == visits[0]).count() as u64;
+            (0..visits.len() as u64).for_each(|i| self.board.add_one(visits[0], first + i));
+        }
     }
 }
 
 impl<V: Event, const M: usize> Estimator<1> for ShootHits<'_, V, M> {
-    type Score = Path<()>;
-
     #[inline(always)]
-    fn begin(&mut self, path: &mut Path<()>, _: u32) {
-        path.clear();
+    fn begin(&mut self, lane: usize, _: u32) {
+        self.visits.len[lane] = 0;
     }
 
     #[inline(always)]
-    fn arrival(&mut self, path: &mut Path<()>, patch: u32, _: [f64; 1]) {
-        if V::ARRIVAL {
-            self.score(path, patch);
+    fn score(&mut self, patches: &[u32; WIDTH], outcome: &Outcome, _: &[[f64; 1]; WIDTH]) {
+        let earlier = self.visits.earlier(self.isa, patches);
+        V::scoring(outcome).each(|lane| {
+            if self.visits.push(lane, patches[lane]) {
+                self.board.add_one(patches[lane], earlier[lane].into());
+            }
+        });
+    }
+
+    #[inline(always)]
+    fn end(&mut self, lane: usize, _: WalkRng) {
+        if self.visits.len[lane] == SEARCHED as u32 {
+            self.score_later(lane);
         }
     }
 
-    #[inline(always)]
-    fn survival(&mut self, path: &mut Path<()>, patch: u32, _: [f64; 1]) {
-        if V::SURVIVAL {
-            self.score(path, patch);
-        }
+    fn relocate(&mut self, from: usize, to: usize) {
+        self.visits.relocate(from, to);
     }
 
     #[inline(always)]
-    fn death(&mut self, path: &mut Path<()>, patch: u32, _: [f64; 1]) {
-        if V::DEATH {
-            self.score(path, patch);
-        }
-    }
-
-    #[inline(always)]
-    fn end(&mut self, path: &mut Path<()>, _: &mut WalkRng) {
-        self.board.add_path(&path.patches, |_| [1]);
+    fn expect(&self, patches: &[u32]) {
+        self.board.expect(patches);
     }
 }
 
@@ -138,56 +214,46 @@ impl<V: Event, const M: usize> Estimator<1> for ShootHits<'_, V, M> {
 /// to 2⁻⁴⁰ is below 10⁻⁹ of the smallest weight that a threshold of 0.001 leaves.
 pub(crate) struct ShootWeights<'a, V, const C: usize, const M: usize> {
     board: &'a mut Scoreboard<u128, u64, C, M>,
+    paths: Vec<Path<[u64; C]>>,
     event: PhantomData<V>,
 }
 
 impl<'a, V, const C: usize, const M: usize> ShootWeights<'a, V, C, M> {
     pub(crate) fn new(board: &'a mut Scoreboard<u128, u64, C, M>) -> Self {
-        ShootWeights { board, event: PhantomData }
-    }
-
-    #[inline(always)]
-    fn score(&mut self, path: &mut Path<[u64; C]>, patch: u32, weights: [f64; C]) {
-        self.board.prefetch(patch);
-        path.push(patch, weights.map(|weight| (weight * fixed_units(M) + 0.5) as u64));
+        ShootWeights { board, paths: empty_paths(), event: PhantomData }
     }
 }
 
 impl<V: Event, const C: usize, const M: usize> Estimator<C> for ShootWeights<'_, V, C, M> {
-    type Score = Path<[u64; C]>;
-
     #[inline(always)]
-    fn begin(&mut self, path: &mut Path<[u64; C]>, _: u32) {
-        path.clear();
+    fn begin(&mut self, lane: usize, _: u32) {
+        self.paths[lane].clear();
     }
 
     #[inline(always)]
-    fn arrival(&mut self, path: &mut Path<[u64; C]>, patch: u32, weights: [f64; C]) {
-        if V::ARRIVAL {
-            self.score(path, patch, weights);
-        }
+    fn score(&mut self, patches: &[u32; WIDTH], outcome: &Outcome, weights: &[[f64; C]; WIDTH]) {
+        V::scoring(outcome).each(|lane| {
+            let units = weights[lane].map(|weight| (weight * fixed_units(M) + 0.5) as u64);
+            self.paths[lane].push(patches[lane], units);
+        });
     }
 
     #[inline(always)]
-    fn survival(&mut self, path: &mut Path<[u64; C]>, patch: u32, weights: [f64; C]) {
-        if V::SURVIVAL {
-            self.score(path, patch, weights);
-        }
-    }
-
-    #[inline(always)]
-    fn death(&mut self, path: &mut Path<[u64; C]>, patch: u32, weights: [f64; C]) {
-        if V::DEATH {
-            self.score(path, patch, weights);
-        }
-    }
-
-    #[inline(always)]
-    fn end(&mut self, path: &mut Path<[u64; C]>, _: &mut WalkRng) {
+    fn end(&mut self, lane: usize, _: WalkRng) {
+        let path = &self.paths[lane];
         for &patch in &path.patches {
             self.board.count(patch);
         }
         self.board.add_path(&path.patches, |i| path.units[i].map(u128::from));
+    }
+
+    fn relocate(&mut self, from: usize, to: usize) {
+        self.paths.swap(from, to);
+    }
+
+    #[inline(always)]
+    fn expect(&self, patches: &[u32]) {
+        self.board.expect(patches);
     }
 }
 
@@ -200,8 +266,8 @@ fn dithered<const M: usize>(score: f64, rng: &mut WalkRng) -> u128 {
 }
 
 /// The patch that a gathering walk was born on, and what the walk has gathered.
-#[derive(Clone, Debug)]
-pub struct Gathered<const S: usize> {
+#[derive(Clone, Copy, Debug)]
+struct Gathered<const S: usize> {
     birth: u32,
     scores: [f64; S],
 }
@@ -217,59 +283,44 @@ pub(crate) struct Gather<'a, V, const C: usize, const M: usize> {
     board: &'a mut Scoreboard<u128, u64, C, M>,
     /// What an event on each patch is worth, over the largest of these values in its channel.
     values: &'a [[f64; C]],
+    gathered: [Gathered<C>; WIDTH],
     event: PhantomData<V>,
 }
 
 impl<'a, V, const C: usize, const M: usize> Gather<'a, V, C, M> {
     pub(crate) fn new(board: &'a mut Scoreboard<u128, u64, C, M>, values: &'a [[f64; C]]) -> Self {
-        Gather { board, values, event: PhantomData }
-    }
-
-    #[inline(always)]
-    fn score(&mut self, gathered: &mut Gathered<C>, patch: u32, weights: [f64; C]) {
-        let values = self.values[patch as usize];
-        for ((score, weight), value) in gathered.scores.iter_mut().zip(weights).zip(values) {
-            *score += weight * value;
-        }
+        Gather { board, values, gathered: [Gathered::default(); WIDTH], event: PhantomData }
     }
 }
 
 impl<V: Event, const C: usize, const M: usize> Estimator<C> for Gather<'_, V, C, M> {
-    type Score = Gathered<C>;
-
     #[inline(always)]
-    fn begin(&mut self, gathered: &mut Gathered<C>, birth: u32) {
-        *gathered = Gathered { birth, scores: [0.0; C] };
+    fn begin(&mut self, lane: usize, birth: u32) {
+        self.gathered[lane] = Gathered { birth, scores: [0.0; C] };
         self.board.count(birth);
     }
 
     #[inline(always)]
-    fn arrival(&mut self, gathered: &mut Gathered<C>, patch: u32, weights: [f64; C]) {
-        if V::ARRIVAL {
-            self.score(gathered, patch, weights);
-        }
+    fn score(&mut self, patches: &[u32; WIDTH], outcome: &Outcome, weights: &[[f64; C]; WIDTH]) {
+        V::scoring(outcome).each(|lane| {
+            let values = self.values[patches[lane] as usize];
+            let scores = self.gathered[lane].scores.iter_mut();
+            for ((score, weight), value) in scores.zip(weights[lane]).zip(values) {
+                *score += weight * value;
+            }
+        });
     }
 
     #[inline(always)]
-    fn survival(&mut self, gathered: &mut Gathered<C>, patch: u32, weights: [f64; C]) {
-        if V::SURVIVAL {
-            self.score(gathered, patch, weights);
+    fn end(&mut self, lane: usize, mut rng: WalkRng) {
+        let Gathered { birth, scores } = self.gathered[lane];
+        if scores.iter().any(|&score| score > 0.0) {
+            self.board.add(birth, scores.map(|score| dithered::<M>(score, &mut rng)));
         }
     }
 
-    #[inline(always)]
-    fn death(&mut self, gathered: &mut Gathered<C>, patch: u32, weights: [f64; C]) {
-        if V::DEATH {
-            self.score(gathered, patch, weights);
-        }
-    }
-
-    #[inline(always)]
-    fn end(&mut self, gathered: &mut Gathered<C>, rng: &mut WalkRng) {
-        if gathered.scores.iter().any(|&score| score > 0.0) {
-            let units = gathered.scores.map(|score| dithered::<M>(score, rng));
-            self.board.add(gathered.birth, units);
-        }
+    fn relocate(&mut self, from: usize, to: usize) {
+        self.gathered[to] = self.gathered[from];
     }
 }
 
@@ -280,31 +331,32 @@ pub(crate) const RELATED: usize = 4;
 /// Collision, absorption and survival shooting of the same grey walks, in hits.
 pub(crate) struct ShootRelated<'a, const M: usize> {
     board: &'a mut Scoreboard<u64, (), RELATED, M>,
+    paths: Vec<Path<[u64; RELATED]>>,
 }
 
 impl<'a, const M: usize> ShootRelated<'a, M> {
     pub(crate) fn new(board: &'a mut Scoreboard<u64, (), RELATED, M>) -> Self {
-        ShootRelated { board }
+        ShootRelated { board, paths: empty_paths() }
     }
 }
 
 impl<const M: usize> Estimator<1> for ShootRelated<'_, M> {
-    type Score = Path<[u64; RELATED]>;
-
-    fn begin(&mut self, path: &mut Path<[u64; RELATED]>, _: u32) {
-        path.clear();
+    fn begin(&mut self, lane: usize, _: u32) {
+        self.paths[lane].clear();
     }
 
-    fn survival(&mut self, path: &mut Path<[u64; RELATED]>, patch: u32, _: [f64; 1]) {
-        path.push(patch, [1, 0, 1, 1]);
+    fn score(&mut self, patches: &[u32; WIDTH], outcome: &Outcome, _: &[[f64; 1]; WIDTH]) {
+        outcome.survived.each(|lane| self.paths[lane].push(patches[lane], [1, 0, 1, 1]));
+        outcome.died.each(|lane| self.paths[lane].push(patches[lane], [1, 1, 0, 1]));
     }
 
-    fn death(&mut self, path: &mut Path<[u64; RELATED]>, patch: u32, _: [f64; 1]) {
-        path.push(patch, [1, 1, 0, 1]);
-    }
-
-    fn end(&mut self, path: &mut Path<[u64; RELATED]>, _: &mut WalkRng) {
+    fn end(&mut self, lane: usize, _: WalkRng) {
+        let path = &self.paths[lane];
         self.board.add_path(&path.patches, |i| path.units[i]);
+    }
+
+    fn relocate(&mut self, from: usize, to: usize) {
+        self.paths.swap(from, to);
     }
 }
 
@@ -313,38 +365,38 @@ pub(crate) struct GatherRelated<'a, const M: usize> {
     board: &'a mut Scoreboard<u128, u64, RELATED, M>,
     /// What an arrival, a death, a survival on each patch is worth, over the largest of all these values.
     values: &'a [[f64; 3]],
+    gathered: [Gathered<3>; WIDTH],
 }
 
 impl<'a, const M: usize> GatherRelated<'a, M> {
     pub(crate) fn new(board: &'a mut Scoreboard<u128, u64, RELATED, M>, values: &'a [[f64; 3]]) -> Self {
-        GatherRelated { board, values }
+        GatherRelated { board, values, gathered: [Gathered::default(); WIDTH] }
     }
 }
 
 impl<const M: usize> Estimator<1> for GatherRelated<'_, M> {
-    type Score = Gathered<3>;
-
-    fn begin(&mut self, gathered: &mut Gathered<3>, birth: u32) {
-        *gathered = Gathered { birth, scores: [0.0; 3] };
+    fn begin(&mut self, lane: usize, birth: u32) {
+        self.gathered[lane] = Gathered { birth, scores: [0.0; 3] };
         self.board.count(birth);
     }
 
-    fn arrival(&mut self, gathered: &mut Gathered<3>, patch: u32, _: [f64; 1]) {
-        gathered.scores[0] += self.values[patch as usize][0];
-    }
-
-    fn death(&mut self, gathered: &mut Gathered<3>, patch: u32, _: [f64; 1]) {
-        gathered.scores[1] += self.values[patch as usize][1];
-    }
-
-    fn survival(&mut self, gathered: &mut Gathered<3>, patch: u32, _: [f64; 1]) {
-        gathered.scores[2] += self.values[patch as usize][2];
-    }
-
-    fn end(&mut self, gathered: &mut Gathered<3>, rng: &mut WalkRng) {
-        if gathered.scores[0] > 0.0 {
-            let [collision, absorption, survival] = gathered.scores.map(|score| dithered::<M>(score, rng));
-            self.board.add(gathered.birth, [collision, absorption, survival, absorption + survival]);
+    fn score(&mut self, patches: &[u32; WIDTH], outcome: &Outcome, _: &[[f64; 1]; WIDTH]) {
+        for (kind, scoring) in [outcome.arrived, outcome.died, outcome.survived].into_iter().enumerate() {
+            scoring.each(|lane| {
+                self.gathered[lane].scores[kind] += self.values[patches[lane] as usize][kind];
+            });
         }
+    }
+
+    fn end(&mut self, lane: usize, mut rng: WalkRng) {
+        let Gathered { birth, scores } = self.gathered[lane];
+        if scores[0] > 0.0 {
+            let [collision, absorption, survival] = scores.map(|score| dithered::<M>(score, &mut rng));
+            self.board.add(birth, [collision, absorption, survival, absorption + survival]);
+        }
+    }
+
+    fn relocate(&mut self, from: usize, to: usize) {
+        self.gathered[to] = self.gathered[from];
     }
 }

@@ -12,8 +12,9 @@ use crate::estimator::{
 use crate::fate::{Analog, Coloured, Fate, FirstArrival, Infinite};
 use crate::jacobi::{self, ChainBoard};
 use crate::method::{Birth, Direction, EstimatorKind, InfiniteEnd, Method};
+use crate::patch::Patch;
 use crate::rng::Sequence;
-use crate::scene::{Patch, Scene};
+use crate::scene::Scene;
 use crate::tally::{Counts, Layout, Overflow, Scoreboard, Tally};
 use crate::walk::walk_all;
 
@@ -258,7 +259,7 @@ impl Experiment {
         let births = self.scene.emitters();
         match board {
             Board::Hits(board) => {
-                walk_by_estimator!(self, Analog, births, sequence, walks, V => &mut ShootHits::<V, M>::new(board))
+                walk_by_estimator!(self, Analog, births, sequence, walks, V => &mut ShootHits::<V, M>::new(self.scene.isa, board))
             }
             Board::RelatedHits(board) => {
                 self.walk_all(births, sequence, walks, Analog, &mut ShootRelated::new(board))
@@ -337,7 +338,7 @@ impl Gathering {
             kinds.iter().map(of_kind).fold(0.0, f64::max)
         });
         if !largest_value.iter().all(|value| value.is_finite()) {
-            let black = |patch: &Patch| patch.emittance.is_lit() && !patch.reflectance.is_lit();
+            let black = |patch: Patch| patch.emittance.is_lit() && !patch.reflectance.is_lit();
             let patch = scene.patches().iter().position(black).expect("dividing by no other σ is infinite");
             return Err(Unfit::BlackEmitter { patch });
         }
@@ -348,10 +349,10 @@ impl Gathering {
         };
         let patches = scene.patches().iter();
         let values = match (method.mix, scene.channels()) {
-            (true, _) => Values::Related(patches.map(|p| RELATED_KINDS.map(|k| scaled(p, k, 0))).collect()),
-            (_, 1) => Values::Grey(patches.map(|p| [scaled(p, method.estimator, 0)]).collect()),
+            (true, _) => Values::Related(patches.map(|p| RELATED_KINDS.map(|k| scaled(&p, k, 0))).collect()),
+            (_, 1) => Values::Grey(patches.map(|p| [scaled(&p, method.estimator, 0)]).collect()),
             _ => Values::Coloured(
-                patches.map(|p| PER_CHANNEL.map(|c| scaled(p, method.estimator, c))).collect(),
+                patches.map(|p| PER_CHANNEL.map(|c| scaled(&p, method.estimator, c))).collect(),
             ),
         };
         let ratio_bound = PER_CHANNEL.map(|c| {
@@ -386,7 +387,7 @@ fn value(patch: &Patch, kind: EstimatorKind, channel: usize) -> f64 {
 /// The largest of a value over the sources of a channel.
 fn most(scene: &Scene, channel: usize, value: impl Fn(&Patch) -> f64) -> f64 {
     let sources = scene.patches().iter().filter(|patch| patch.emittance[channel] > 0.0);
-    sources.fold(0.0, |max, source| value(source).max(max))
+    sources.fold(0.0, |max, source| value(&source).max(max))
 }
 
 /// A bound on E[x²]/E[x] of gathered scores x [W/m²] in one channel, whose weights never exceed 1. With b_s ≤
@@ -425,7 +426,7 @@ impl Experiment {
             return Some(self.meaning_of_chains(channel));
         }
         match &self.gathering {
-            None => Some(self.meaning_of_shooting(&self.scene.patches()[patch], channel, tally)),
+            None => Some(self.meaning_of_shooting(&self.scene.patches().get(patch), channel, tally)),
             Some(gathering) => self.meaning_of_gathering(gathering, patch, channel, tally.layout().moments),
         }
     }
@@ -491,7 +492,7 @@ impl Experiment {
             }
             _ => 0.0,
         };
-        let reflectance = self.scene.patches()[patch].reflectance[channel];
+        let reflectance = self.scene.patches().get(patch).reflectance[channel];
         Some(Meaning {
             unit: 1.0 / fixed_units(moments),
             irradiance_per_event: Some(gathering.largest_value[channel] / probability),

@@ -6,7 +6,6 @@
 //! has σ = R and carries no weight at all.
 
 use crate::method::InfiniteEnd;
-use crate::rng::WalkRng;
 use crate::surface::Surface;
 
 /// What a walk does after a hit.
@@ -22,17 +21,19 @@ pub(crate) enum Next {
 
 /// How walks end, C channels at a time. A walk's own state is a copy.
 pub(crate) trait Fate<const C: usize>: Copy {
+    /// Whether chance alone decides and nothing is remembered.
+    const CHANCE: bool = false;
     /// It sets out with these weights.
     fn set_out(&mut self, weights: [f64; C]);
     /// The weights that it arrives with.
     fn weights(&self) -> [f64; C];
-    /// Decides at a hit.
-    fn decide(&mut self, surface: &Surface, rng: &mut WalkRng) -> Next;
+    /// Decides at a hit; `survives` as chance has it, with probability σ.
+    fn decide(&mut self, surface: &Surface, survives: bool) -> Next;
 }
 
 #[inline(always)]
-fn analog(surface: &Surface, rng: &mut WalkRng) -> Next {
-    if surface.survives(rng.bits()) { Next::Survives } else { Next::Dies }
+fn analog(survives: bool) -> Next {
+    if survives { Next::Survives } else { Next::Dies }
 }
 
 /// Grey: absorbed with probability 1 − R at each hit; the weight stays 1.
@@ -40,6 +41,8 @@ fn analog(surface: &Surface, rng: &mut WalkRng) -> Next {
 pub(crate) struct Analog;
 
 impl Fate<1> for Analog {
+    const CHANCE: bool = true;
+
     #[inline(always)]
     fn set_out(&mut self, _: [f64; 1]) {}
 
@@ -49,8 +52,8 @@ impl Fate<1> for Analog {
     }
 
     #[inline(always)]
-    fn decide(&mut self, surface: &Surface, rng: &mut WalkRng) -> Next {
-        analog(surface, rng)
+    fn decide(&mut self, _: &Surface, survives: bool) -> Next {
+        analog(survives)
     }
 }
 
@@ -78,8 +81,8 @@ impl Fate<3> for Coloured {
     }
 
     #[inline(always)]
-    fn decide(&mut self, surface: &Surface, rng: &mut WalkRng) -> Next {
-        let next = analog(surface, rng);
+    fn decide(&mut self, surface: &Surface, survives: bool) -> Next {
+        let next = analog(survives);
         if next == Next::Survives {
             weaken(&mut self.weights, surface.tint());
         }
@@ -118,7 +121,7 @@ impl<const C: usize> Fate<C> for FirstArrival<C> {
     }
 
     #[inline(always)]
-    fn decide(&mut self, _: &Surface, _: &mut WalkRng) -> Next {
+    fn decide(&mut self, _: &Surface, _: bool) -> Next {
         Next::Dies
     }
 }
@@ -156,9 +159,9 @@ impl<const C: usize> Fate<C> for Infinite<C> {
     }
 
     #[inline(always)]
-    fn decide(&mut self, surface: &Surface, rng: &mut WalkRng) -> Next {
+    fn decide(&mut self, surface: &Surface, survives: bool) -> Next {
         if self.roulette {
-            let next = analog(surface, rng);
+            let next = analog(survives);
             if C > 1 && next == Next::Survives {
                 weaken(&mut self.weights, surface.tint());
             }

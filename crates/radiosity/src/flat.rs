@@ -1,22 +1,323 @@
 //! No index: every facet is met in turn by many rays side by side. The fastest for a handful of surfaces.
+//!
+//! A sketch of the facets in f32 says which one a ray meets first and how near any other may be, with bounds on all
+//! that f32 rounds away. Then the one facet is met in full, and that is the answer if its t is below the bound of
+//! the others. In the few cases that the sketch cannot tell apart, every facet is met in full.
 
+use crate::batch::WIDTH;
 use crate::isa::{Isa, on_isa};
 use crate::real::Real;
-use crate::surface::Side;
-use crate::trace::{Facet, Facets, Hits, Rays, WIDTH};
+use crate::surface::Surface;
+use crate::table::Table;
+use crate::trace::{Facet, Facets, Hits, Rays};
 
 /// Meets every facet.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct Flat {
     /// What rays are traced with.
-    pub(crate) isa: Isa,
+    isa: Isa,
+    /// Empty where f32 cannot hold the scene.
+    sketches: Vec<Sketch>,
+    /// The facets' numbers, to be looked up by many rays side by side: normal and offset, u and v likewise, 1 for
+    /// a triangle, 1 for two sides.
+    facets: Table<16>,
 }
 
 impl Flat {
+    pub(crate) fn new(isa: Isa, surfaces: &[Surface], facets: &Facets) -> Self {
+        let corners = surfaces.iter().flat_map(|surface| surface.outline());
+        let reach = corners.fold(0.0_f64, |reach, corner| reach.max(corner.abs().max_element()));
+        let sketches: Vec<Sketch> = facets.iter().map(|facet| Sketch::new(facet, reach)).collect();
+        let holds = (1e-9..1e9).contains(&reach) && sketches.iter().all(|sketch| sketch.uv_margin < 1e9);
+        Flat {
+            isa,
+            sketches: if holds { sketches } else { Vec::new() },
+            facets: Table::new(facets.iter().map(numbers).collect()),
+        }
+    }
+
     /// The least (t, surface number) among the facets that each ray meets.
     pub(crate) fn closest_hits(&self, facets: &Facets, rays: &Rays, hits: &mut Hits) {
-        on_isa!(self.isa, closest_hits(facets: &Facets, rays: &Rays, hits: &mut Hits));
+        let flat = self;
+        on_isa!(self.isa, closest_hits(flat: &Flat, facets: &Facets, rays: &Rays, hits: &mut Hits));
     }
+}
+
+fn numbers(facet: &Facet) -> [f64; 16] {
+    let mut numbers = [0.0; 16];
+    for (part, (axis, offset)) in
+        [(facet.normal, facet.offset), (facet.u_axis, facet.u_offset), (facet.v_axis, facet.v_offset)]
+            .into_iter()
+            .enumerate()
+    {
+        numbers[4 * part..][..3].copy_from_slice(&axis.to_array());
+        numbers[4 * part + 3] = offset;
+    }
+    numbers[12] = f64::from(u8::from(facet.triangle));
+    numbers[13] = f64::from(u8::from(facet.two_sided));
+    numbers
+}
+
+/// Rays that are sketched side by side.
+const SKETCHED: usize = 16;
+
+/// A facet in f32, and bounds on the errors of what is computed with it.
+///
+/// With unit roundoff ε = 2⁻²⁴, |o| ≤ S on every axis and |d| = 1, the plane or coordinate n·o − c costs an error
+/// of at most (5NS + 4|c|)ε, N = Σ|n_k|: one ε for rounding n, one for o, three for the sums; and n·d one of 5Nε.
+/// The bounds below add these up and double the sum.
+#[derive(Clone, Debug)]
+struct Sketch {
+    normal: [f32; 3],
+    offset: f32,
+    u_axis: [f32; 3],
+    u_offset: f32,
+    v_axis: [f32; 3],
+    v_offset: f32,
+    triangle: bool,
+    /// Of the height over the plane, and the slack of facets.
+    height_margin: f32,
+    /// Of u·|n·d| and v·|n·d|, and their sum.
+    uv_margin: f32,
+}
+
+/// The bound on the error of n·d.
+const APPROACH_MARGIN: f32 = 2.0 * 5.0 * 1.7320509 * EPSILON;
+/// Unit roundoff.
+const EPSILON: f32 = f32::EPSILON / 2.0;
+
+impl Sketch {
+    /// The sketch of a facet in a scene whose points have coordinates up to `reach`.
+    fn new(facet: &Facet, reach: f64) -> Self {
+        let epsilon = f64::from(EPSILON);
+        let one_norm = |axis: glam::DVec3| axis.abs().element_sum();
+        let (n, s) = (one_norm(facet.normal), reach);
+        let height = n * s + facet.offset.abs();
+        let height_error = (5.0 * n * s + 4.0 * facet.offset.abs()) * epsilon;
+        // The error of (x·o − c)|n·d| + h(x·d).
+        let uv_error = |axis: glam::DVec3, offset: f64| {
+            let a = one_norm(axis);
+            let coordinate = a * s + offset.abs();
+            (5.0 * a * s + 4.0 * offset.abs()) * epsilon
+                + coordinate * 5.0 * n * epsilon
+                + height_error * a
+                + height * 5.0 * a * epsilon
+                + 2.0 * (coordinate + height * a) * epsilon
+        };
+        let uv = uv_error(facet.u_axis, facet.u_offset) + uv_error(facet.v_axis, facet.v_offset);
+        let narrow = |axis: glam::DVec3| axis.as_vec3().to_array();
+        Sketch {
+            normal: narrow(facet.normal),
+            offset: facet.offset as f32,
+            u_axis: narrow(facet.u_axis),
+            u_offset: facet.u_offset as f32,
+            v_axis: narrow(facet.v_axis),
+            v_offset: facet.v_offset as f32,
+            triangle: facet.triangle,
+            height_margin: (2.0 * height_error) as f32,
+            uv_margin: (2.0 * uv) as f32,
+        }
+    }
+}
+
+/// What the sketches say of some rays.
+struct Guess {
+    /// A lower bound of the least t, and whose it is; `Hits::NONE` where nothing can be met.
+    t: [f32; SKETCHED],
+    surface: [u32; SKETCHED],
+    /// A lower bound of every other t.
+    other: [f32; SKETCHED],
+}
+
+#[inline(always)]
+fn closest_hits<R: Real>(flat: &Flat, facets: &Facets, rays: &Rays, hits: &mut Hits) {
+    for first in (0..rays.len.min(WIDTH)).step_by(SKETCHED) {
+        let guess =
+            if flat.sketches.is_empty() { None } else { Some(guess::<R>(&flat.sketches, rays, first)) };
+        for part in (0..SKETCHED).step_by(R::N).filter(|part| first + part < rays.len) {
+            let taken = u64::MAX >> (64 - (rays.len - first - part).min(R::N));
+            let certain = match &guess {
+                Some(guess) => decide::<R>(&flat.facets, facets.slack(), rays, first, part, guess, hits),
+                None => 0,
+            };
+            if certain & taken != taken {
+                meet_all::<R>(facets, rays, first + part, hits);
+            }
+        }
+    }
+}
+
+/// The first facet that each ray may meet.
+#[inline(always)]
+fn guess<R: Real>(sketches: &[Sketch], rays: &Rays, first: usize) -> Guess {
+    let (mut origin, mut direction) = ([[0.0; SKETCHED]; 3], [[0.0; SKETCHED]; 3]);
+    for axis in 0..3 {
+        for lane in 0..SKETCHED {
+            origin[axis][lane] = rays.origin[axis][first + lane] as f32;
+            direction[axis][lane] = rays.direction[axis][first + lane] as f32;
+        }
+    }
+    let mut from = [0; SKETCHED];
+    from.copy_from_slice(&rays.from[first..][..SKETCHED]);
+    let mut guess = Guess {
+        t: [f32::INFINITY; SKETCHED],
+        surface: [Hits::NONE; SKETCHED],
+        other: [f32::INFINITY; SKETCHED],
+    };
+    for (number, sketch) in sketches.iter().enumerate() {
+        if sketch.triangle {
+            look::<R, true>(sketch, number as u32, &origin, &direction, &from, &mut guess);
+        } else {
+            look::<R, false>(sketch, number as u32, &origin, &direction, &from, &mut guess);
+        }
+    }
+    guess
+}
+
+/// [`Facet::meet`] with all coordinates multiplied by |n·d|, which needs no division to tell what is outside.
+#[inline(always)]
+fn look<R: Real, const TRIANGLE: bool>(
+    sketch: &Sketch,
+    number: u32,
+    origin: &[[f32; SKETCHED]; 3],
+    direction: &[[f32; SKETCHED]; 3],
+    from: &[u32; SKETCHED],
+    guess: &mut Guess,
+) {
+    for lane in 0..SKETCHED {
+        let (o, d) = (origin.each_ref().map(|row| row[lane]), direction.each_ref().map(|row| row[lane]));
+        let along = |axis: [f32; 3], x: [f32; 3], sum: f32| {
+            let sum = R::mul_add_f32(axis[0], x[0], sum);
+            R::mul_add_f32(axis[2], x[2], R::mul_add_f32(axis[1], x[1], sum))
+        };
+        let approach = along(sketch.normal, d, 0.0);
+        let height = along(sketch.normal, o, -sketch.offset);
+        let distance = if approach < 0.0 { height } else { -height };
+        let approach = approach.abs();
+        let u_along = along(sketch.u_axis, d, 0.0);
+        let u = R::mul_add_f32(distance, u_along, along(sketch.u_axis, o, -sketch.u_offset) * approach);
+        let v_along = along(sketch.v_axis, d, 0.0);
+        let v = R::mul_add_f32(distance, v_along, along(sketch.v_axis, o, -sketch.v_offset) * approach);
+        let least = if u < v { u } else { v };
+        let most = if TRIANGLE {
+            u + v
+        } else if u > v {
+            u
+        } else {
+            v
+        };
+        let may_meet = (distance >= -sketch.height_margin)
+            & (least >= -sketch.uv_margin)
+            & (most <= approach + sketch.uv_margin)
+            & (from[lane] != number);
+        let t = (distance - sketch.height_margin) / (approach + APPROACH_MARGIN);
+        let t = if may_meet { t } else { f32::INFINITY };
+        let worse = if t > guess.t[lane] { t } else { guess.t[lane] };
+        let other = if worse < guess.other[lane] { worse } else { guess.other[lane] };
+        // Which side is met of a facet that is seen edge-on, the sketch cannot say.
+        let edge_on = (approach <= APPROACH_MARGIN) & (from[lane] != number);
+        guess.other[lane] = if edge_on { f32::NEG_INFINITY } else { other };
+        guess.surface[lane] = if t < guess.t[lane] { number } else { guess.surface[lane] };
+        guess.t[lane] = if t < guess.t[lane] { t } else { guess.t[lane] };
+    }
+}
+
+/// Meets the facet that each of N rays is said to meet; bit i of the result: the answer for ray i is certain.
+#[inline(always)]
+fn decide<R: Real>(
+    facets: &Table<16>,
+    slack: f64,
+    rays: &Rays,
+    first: usize,
+    part: usize,
+    guess: &Guess,
+    hits: &mut Hits,
+) -> u64 {
+    let number = R::load_u32(&guess.surface[part..]);
+    let none = R::splat(f64::from(Hits::NONE));
+    let [n0, n1, n2, offset, u0, u1, u2, u_offset, v0, v1, v2, v_offset, triangle, two_sided, _, _] =
+        R::rows(facets, &guess.surface[part..]);
+    let facet = FacetLanes {
+        normal: [n0, n1, n2],
+        offset,
+        u_axis: [u0, u1, u2],
+        u_offset,
+        v_axis: [v0, v1, v2],
+        v_offset,
+        triangle,
+        two_sided,
+    };
+    let mut best = Best::none();
+    let (origin, direction) = rays_at::<R>(rays, first + part);
+    meet(&facet, slack, origin, direction, number, none, &mut best);
+    best.store(hits, first + part);
+    // The bounds were rounded to f32 twice.
+    const ROUNDED: f64 = 1.0 - 2.0 * f32::EPSILON as f64;
+    let mut bound = [0.0; 8];
+    for (bound, &other) in bound.iter_mut().zip(&guess.other[part..][..R::N]) {
+        *bound = f64::from(other) * ROUNDED;
+    }
+    let bound = R::load(&bound);
+    let nothing = R::bits(R::splat(f64::MAX).lt(bound)) & !R::bits(number.ne(none));
+    nothing | R::bits(best.t.lt(bound) & number.ne(none))
+}
+
+/// N rays meet every facet.
+#[inline(always)]
+fn meet_all<R: Real>(facets: &Facets, rays: &Rays, first: usize, hits: &mut Hits) {
+    let (origin, direction) = rays_at::<R>(rays, first);
+    let from = R::load_u32(&rays.from[first..]);
+    let mut best = Best::none();
+    for (number, facet) in facets.iter().enumerate() {
+        let number = R::splat(number as f64);
+        meet(&FacetLanes::of(facet), facets.slack(), origin, direction, number, from, &mut best);
+    }
+    best.store(hits, first);
+}
+
+#[inline(always)]
+fn rays_at<R: Real>(rays: &Rays, first: usize) -> ([R; 3], [R; 3]) {
+    let (mut origin, mut direction) = ([R::splat(0.0); 3], [R::splat(0.0); 3]);
+    for axis in 0..3 {
+        origin[axis] = R::load(&rays.origin[axis][first..]);
+        direction[axis] = R::load(&rays.direction[axis][first..]);
+    }
+    (origin, direction)
+}
+
+/// A facet for each of N rays.
+struct FacetLanes<R> {
+    normal: [R; 3],
+    offset: R,
+    u_axis: [R; 3],
+    u_offset: R,
+    v_axis: [R; 3],
+    v_offset: R,
+    /// 1 or 0.
+    triangle: R,
+    two_sided: R,
+}
+
+impl<R: Real> FacetLanes<R> {
+    /// The same for all.
+    #[inline(always)]
+    fn of(facet: &Facet) -> Self {
+        FacetLanes {
+            normal: splat(facet.normal),
+            offset: R::splat(facet.offset),
+            u_axis: splat(facet.u_axis),
+            u_offset: R::splat(facet.u_offset),
+            v_axis: splat(facet.v_axis),
+            v_offset: R::splat(facet.v_offset),
+            triangle: R::splat(f64::from(u8::from(facet.triangle))),
+            two_sided: R::splat(f64::from(u8::from(facet.two_sided))),
+        }
+    }
+}
+
+#[inline(always)]
+fn splat<R: Real>(vector: glam::DVec3) -> [R; 3] {
+    [R::splat(vector.x), R::splat(vector.y), R::splat(vector.z)]
 }
 
 /// The best hits so far of N rays; `surface` as a number, −1 for none, and `approach` < 0 for the front.
@@ -29,38 +330,30 @@ struct Best<R> {
     approach: R,
 }
 
-#[inline(always)]
-fn closest_hits<R: Real>(facets: &Facets, rays: &Rays, hits: &mut Hits) {
-    for first in (0..rays.len.min(WIDTH)).step_by(R::N) {
-        let lanes = |row: &[f64; WIDTH]| R::load(&row[first..]);
-        let (origin, direction) = (rays.origin.each_ref().map(lanes), rays.direction.each_ref().map(lanes));
-        let from = R::load_u32(&rays.from[first..]);
-        let none = R::splat(-1.0);
+impl<R: Real> Best<R> {
+    #[inline(always)]
+    fn none() -> Self {
         let zero = R::splat(0.0);
-        let mut best = Best { t: R::splat(f64::INFINITY), surface: none, u: zero, v: zero, approach: zero };
-        for (number, facet) in facets.iter().enumerate() {
-            let number = R::splat(number as f64);
-            meet(facet, facets.slack(), origin, direction, number, from, &mut best);
-        }
-        best.t.store(&mut hits.t[first..]);
-        best.u.store(&mut hits.uv[0][first..]);
-        best.v.store(&mut hits.uv[1][first..]);
-        let (mut surface, mut approach) = ([0.0; 8], [0.0; 8]);
-        best.surface.store(&mut surface);
-        best.approach.store(&mut approach);
-        for lane in 0..R::N {
-            // −1 as a signed integer is `Hits::NONE` as an unsigned one.
-            hits.surface[first + lane] = surface[lane] as i64 as u32;
-            hits.side[first + lane] = if approach[lane] < 0.0 { Side::Front } else { Side::Back };
-        }
+        Best { t: R::splat(f64::INFINITY), surface: R::splat(-1.0), u: zero, v: zero, approach: zero }
+    }
+
+    #[inline(always)]
+    fn store(self, hits: &mut Hits, first: usize) {
+        self.t.store(&mut hits.t[first..]);
+        self.u.store(&mut hits.uv[0][first..]);
+        self.v.store(&mut hits.uv[1][first..]);
+        // −1 as a signed integer is `Hits::NONE` as an unsigned one.
+        self.surface.store_u32(&mut hits.surface[first..]);
+        let (front, back) = (R::splat(1.0), R::splat(-1.0));
+        R::select(self.approach.lt(R::splat(0.0)), front, back).store(&mut hits.facing[first..]);
     }
 }
 
 /// [`Facet::meet`], operation by operation. Surfaces come in ascending order, so that of two at the same t the
-/// first stays.
+/// first stays; the surface `from` is not met.
 #[inline(always)]
 fn meet<R: Real>(
-    facet: &Facet,
+    facet: &FacetLanes<R>,
     slack: f64,
     origin: [R; 3],
     direction: [R; 3],
@@ -68,23 +361,26 @@ fn meet<R: Real>(
     from: R,
     best: &mut Best<R>,
 ) {
-    let (zero, one) = (R::splat(0.0), R::splat(1.0));
-    let approach = dot(facet.normal.to_array(), direction);
-    let height = dot(facet.normal.to_array(), origin) - R::splat(facet.offset);
+    let (zero, one, slack) = (R::splat(0.0), R::splat(1.0), R::splat(slack));
+    let approach = dot(facet.normal, direction);
+    let height = dot(facet.normal, origin) - facet.offset;
     let front = approach.lt(zero);
     let distance = R::select(front, height, zero - height);
-    let back_nearest = if facet.two_sided { -slack } else { slack };
-    let nearest = R::select(front, R::splat(-slack), R::splat(back_nearest));
+    let back_nearest = R::select(zero.lt(facet.two_sided), zero - slack, slack);
+    let nearest = R::select(front, zero - slack, back_nearest);
     let t = (distance / approach.abs()).max(zero);
-    let point = [0, 1, 2].map(|axis| origin[axis] + direction[axis] * t);
-    let u = dot(facet.u_axis.to_array(), point) - R::splat(facet.u_offset);
-    let v = dot(facet.v_axis.to_array(), point) - R::splat(facet.v_offset);
-    let inside = if facet.triangle { (u + v).le(one) } else { u.le(one) & v.le(one) };
+    let mut point = origin;
+    for axis in 0..3 {
+        point[axis] = point[axis] + direction[axis] * t;
+    }
+    let u = dot(facet.u_axis, point) - facet.u_offset;
+    let v = dot(facet.v_axis, point) - facet.v_offset;
+    let farthest = R::select(zero.lt(facet.triangle), u + v, u.max(v));
     let met = nearest.le(distance)
         & approach.ne(zero)
         & zero.le(u)
         & zero.le(v)
-        & inside
+        & farthest.le(one)
         & from.ne(number)
         & t.lt(best.t);
     best.t = R::select(met, t, best.t);
@@ -95,6 +391,6 @@ fn meet<R: Real>(
 }
 
 #[inline(always)]
-fn dot<R: Real>(a: [f64; 3], b: [R; 3]) -> R {
-    R::splat(a[0]) * b[0] + R::splat(a[1]) * b[1] + R::splat(a[2]) * b[2]
+fn dot<R: Real>(a: [R; 3], b: [R; 3]) -> R {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }

@@ -17,14 +17,21 @@ impl Isa {
         let mut list = vec![Isa::Portable];
         #[cfg(target_arch = "x86_64")]
         {
-            if is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma") {
+            let avx2 = is_x86_feature_detected!("avx2")
+                && is_x86_feature_detected!("fma")
+                && is_x86_feature_detected!("bmi1")
+                && is_x86_feature_detected!("bmi2")
+                && is_x86_feature_detected!("lzcnt")
+                && is_x86_feature_detected!("popcnt");
+            if avx2 {
                 list.push(Isa::Avx2);
-                if is_x86_feature_detected!("avx512f")
-                    && is_x86_feature_detected!("avx512vl")
-                    && is_x86_feature_detected!("avx512dq")
-                {
-                    list.push(Isa::Avx512);
-                }
+            }
+            if avx2
+                && is_x86_feature_detected!("avx512f")
+                && is_x86_feature_detected!("avx512vl")
+                && is_x86_feature_detected!("avx512dq")
+            {
+                list.push(Isa::Avx512);
             }
         }
         list
@@ -43,7 +50,7 @@ macro_rules! on_isa {
             $crate::isa::Isa::Portable => $function::<$crate::real::Pair>($($argument),*),
             #[cfg(target_arch = "x86_64")]
             $crate::isa::Isa::Avx2 => {
-                #[target_feature(enable = "avx2,bmi2")]
+                #[target_feature(enable = "avx2,fma,bmi2")]
                 fn on_avx2($($argument: $type),*) {
                     $function::<$crate::real::Avx2>($($argument),*)
                 }
@@ -52,7 +59,7 @@ macro_rules! on_isa {
             }
             #[cfg(target_arch = "x86_64")]
             $crate::isa::Isa::Avx512 => {
-                #[target_feature(enable = "avx512f,avx512vl,avx512dq,bmi2")]
+                #[target_feature(enable = "avx512f,avx512vl,avx512dq,fma,bmi2")]
                 fn on_avx512($($argument: $type),*) {
                     $function::<$crate::real::Avx512>($($argument),*)
                 }

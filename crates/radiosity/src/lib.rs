@@ -6,6 +6,8 @@
 //! Papers are cited by key: S97 = Sbert, *Error and Complexity of Random Walk Monte Carlo Radiosity* (1997);
 //! BS = Bekaert & Seidel, *A Theoretical Comparison of Monte Carlo Radiosity Algorithms*.
 
+mod arrive;
+mod batch;
 mod birth;
 mod depart;
 mod estimator;
@@ -15,6 +17,7 @@ mod flat;
 mod isa;
 mod jacobi;
 mod method;
+mod patch;
 mod prefetch;
 mod real;
 mod rng;
@@ -24,6 +27,7 @@ mod sobol;
 mod solution;
 mod spec;
 mod surface;
+mod table;
 mod tally;
 mod trace;
 mod tree;
@@ -34,8 +38,9 @@ pub use birth::birth_probabilities;
 pub use experiment::{Board, Experiment, Meaning, Unfit};
 pub use jacobi::ChainBoard;
 pub use method::{Birth, Direction, EstimatorKind, InfiniteEnd, Method, Space};
+pub use patch::{Patch, Patches};
 pub use rng::{Sequence, WalkRng};
-pub use scene::{IndexChoice, Patch, Scene, SceneError};
+pub use scene::{IndexChoice, Scene, SceneError};
 pub use solution::{Estimate, Mix, Precision, Solution};
 pub use spec::{SceneSpec, Shape, Sides, Spectrum, SurfaceSpec};
 pub use surface::{Side, Surface};

@@ -5,6 +5,8 @@
 
 use std::ops::{Add, BitAnd, Div, Mul, Sub};
 
+use crate::table::Table;
+
 /// N numbers. A method may be called only where the processor has the implementation's instruction set; the
 /// kernel's entry points see to that.
 pub(crate) trait Real:
@@ -16,19 +18,42 @@ pub(crate) trait Real:
     /// How many.
     const N: usize;
 
+    /// a·b + c, fused or not.
+    #[inline(always)]
+    fn mul_add_f32(a: f32, b: f32, c: f32) -> f32 {
+        a * b + c
+    }
+
     fn splat(x: f64) -> Self;
     /// The first N of a slice that has them.
     fn load(from: &[f64]) -> Self;
     /// Likewise, converted.
     fn load_u32(from: &[u32]) -> Self;
+    /// The upper and the lower 32 bits of the first N of a slice, converted.
+    fn load_halves(from: &[u64]) -> [Self; 2];
     fn store(self, to: &mut [f64]);
+    /// Of whole numbers below 2³¹; −1 becomes `u32::MAX`.
+    fn store_u32(self, to: &mut [u32]);
+    /// Rows of a table side by side: column k of row `index[i]` for each i. A number beyond the table is that of
+    /// some row.
+    #[inline(always)]
+    fn rows<const K: usize>(table: &Table<K>, index: &[u32]) -> [Self; K] {
+        let rows: [&[f64; K]; 8] = std::array::from_fn(|i| table.row(index[if i < Self::N { i } else { 0 }]));
+        std::array::from_fn(|k| Self::load(&rows.map(|row| row[k])))
+    }
     fn abs(self) -> Self;
     fn sqrt(self) -> Self;
     /// The larger of two numbers; +0 for zeros of either sign against +0.
     fn max(self, other: Self) -> Self;
+    /// The largest whole number that is not larger; of a number in (−1, 2³¹), where those below 0 may become 0.
+    fn floor(self) -> Self;
     fn lt(self, other: Self) -> Self::Mask;
     fn le(self, other: Self) -> Self::Mask;
     fn ne(self, other: Self) -> Self::Mask;
+    /// Which of the first N of a slice are below the numbers whose bits `thresholds` has.
+    fn below(bits: &[u64], thresholds: Self) -> Self::Mask;
+    /// Bit i for number i.
+    fn bits(mask: Self::Mask) -> u64;
     /// `yes` where the mask holds, else `no`.
     fn select(mask: Self::Mask, yes: Self, no: Self) -> Self;
 }
@@ -51,8 +76,16 @@ impl Real for f64 {
         f64::from(from[0])
     }
     #[inline(always)]
+    fn load_halves(from: &[u64]) -> [Self; 2] {
+        [f64::from((from[0] >> 32) as u32), f64::from(from[0] as u32)]
+    }
+    #[inline(always)]
     fn store(self, to: &mut [f64]) {
         to[0] = self;
+    }
+    #[inline(always)]
+    fn store_u32(self, to: &mut [u32]) {
+        to[0] = self as i64 as u32;
     }
     #[inline(always)]
     fn abs(self) -> Self {
@@ -67,6 +100,10 @@ impl Real for f64 {
         if self > other { self } else { other }
     }
     #[inline(always)]
+    fn floor(self) -> Self {
+        f64::from(self as i32)
+    }
+    #[inline(always)]
     fn lt(self, other: Self) -> bool {
         self < other
     }
@@ -77,6 +114,14 @@ impl Real for f64 {
     #[inline(always)]
     fn ne(self, other: Self) -> bool {
         self != other
+    }
+    #[inline(always)]
+    fn below(bits: &[u64], threshold: Self) -> bool {
+        bits[0] < threshold.to_bits()
+    }
+    #[inline(always)]
+    fn bits(mask: bool) -> u64 {
+        mask.into()
     }
     #[inline(always)]
     fn select(mask: bool, yes: Self, no: Self) -> Self {
@@ -141,8 +186,16 @@ impl Real for Pair {
         Pair([f64::from(from[0]), f64::from(from[1])])
     }
     #[inline(always)]
+    fn load_halves(from: &[u64]) -> [Self; 2] {
+        [32, 0].map(|shift| Pair(std::array::from_fn(|i| f64::from((from[i] >> shift) as u32))))
+    }
+    #[inline(always)]
     fn store(self, to: &mut [f64]) {
         to[..2].copy_from_slice(&self.0);
+    }
+    #[inline(always)]
+    fn store_u32(self, to: &mut [u32]) {
+        to[..2].copy_from_slice(&self.0.map(|number| number as i64 as u32));
     }
     #[inline(always)]
     fn abs(self) -> Self {
@@ -157,6 +210,10 @@ impl Real for Pair {
         Self::select(PairMask::of(self, other, PartialOrd::gt), self, other)
     }
     #[inline(always)]
+    fn floor(self) -> Self {
+        Pair(self.0.map(|number| f64::from(number as i32)))
+    }
+    #[inline(always)]
     fn lt(self, other: Self) -> PairMask {
         PairMask::of(self, other, PartialOrd::lt)
     }
@@ -167,6 +224,14 @@ impl Real for Pair {
     #[inline(always)]
     fn ne(self, other: Self) -> PairMask {
         PairMask::of(self, other, PartialEq::ne)
+    }
+    #[inline(always)]
+    fn below(bits: &[u64], thresholds: Self) -> PairMask {
+        PairMask(std::array::from_fn(|i| u64::from(bits[i] < thresholds.0[i].to_bits()).wrapping_neg()))
+    }
+    #[inline(always)]
+    fn bits(mask: PairMask) -> u64 {
+        (mask.0[0] & 1) | (mask.0[1] & 2)
     }
     #[inline(always)]
     fn select(mask: PairMask, yes: Self, no: Self) -> Self {
@@ -211,6 +276,10 @@ mod x86 {
         const N: usize = 4;
 
         #[inline(always)]
+        fn mul_add_f32(a: f32, b: f32, c: f32) -> f32 {
+            a.mul_add(b, c)
+        }
+        #[inline(always)]
         fn splat(x: f64) -> Self {
             // SAFETY: here and below: the processor has it (see `Real`), and slices are long enough.
             Avx2(unsafe { _mm256_set1_pd(x) })
@@ -230,10 +299,51 @@ mod x86 {
                 Avx2(_mm256_add_pd(_mm256_cvtepi32_pd(shifted), _mm256_set1_pd(2_147_483_648.0)))
             }
         }
+        /// The bits of 2⁵² + k end in those of k.
+        #[inline(always)]
+        fn load_halves(from: &[u64]) -> [Self; 2] {
+            assert!(from.len() >= 4);
+            unsafe {
+                let bits = _mm256_loadu_si256(from.as_ptr().cast());
+                let two_52 = _mm256_set1_pd(4_503_599_627_370_496.0);
+                let high = _mm256_castsi256_pd(_mm256_srli_epi64::<32>(bits));
+                let low = _mm256_castsi256_pd(_mm256_and_si256(bits, _mm256_set1_epi64x(0xFFFF_FFFF)));
+                [
+                    Avx2(_mm256_sub_pd(_mm256_or_pd(high, two_52), two_52)),
+                    Avx2(_mm256_sub_pd(_mm256_or_pd(low, two_52), two_52)),
+                ]
+            }
+        }
         #[inline(always)]
         fn store(self, to: &mut [f64]) {
             assert!(to.len() >= 4);
             unsafe { _mm256_storeu_pd(to.as_mut_ptr(), self.0) }
+        }
+        #[inline(always)]
+        fn store_u32(self, to: &mut [u32]) {
+            assert!(to.len() >= 4);
+            unsafe { _mm_storeu_si128(to.as_mut_ptr().cast(), _mm256_cvttpd_epi32(self.0)) }
+        }
+        /// Four rows at a time are turned into columns in registers.
+        #[inline(always)]
+        fn rows<const K: usize>(table: &Table<K>, index: &[u32]) -> [Self; K] {
+            const { assert!(K.is_multiple_of(4)) };
+            let rows: [&[f64; K]; 4] = std::array::from_fn(|i| table.row(index[i]));
+            let mut columns = [Self::splat(0.0); K];
+            for first in (0..K).step_by(4) {
+                unsafe {
+                    let [a, b, c, d] = rows.map(|row| row[first..].as_ptr());
+                    let (a, b) = (_mm256_loadu_pd(a), _mm256_loadu_pd(b));
+                    let (c, d) = (_mm256_loadu_pd(c), _mm256_loadu_pd(d));
+                    let (ab, cd) = (_mm256_unpacklo_pd(a, b), _mm256_unpacklo_pd(c, d));
+                    columns[first] = Avx2(_mm256_permute2f128_pd::<0x20>(ab, cd));
+                    columns[first + 2] = Avx2(_mm256_permute2f128_pd::<0x31>(ab, cd));
+                    let (ab, cd) = (_mm256_unpackhi_pd(a, b), _mm256_unpackhi_pd(c, d));
+                    columns[first + 1] = Avx2(_mm256_permute2f128_pd::<0x20>(ab, cd));
+                    columns[first + 3] = Avx2(_mm256_permute2f128_pd::<0x31>(ab, cd));
+                }
+            }
+            columns
         }
         #[inline(always)]
         fn abs(self) -> Self {
@@ -248,6 +358,10 @@ mod x86 {
             Avx2(unsafe { _mm256_max_pd(self.0, other.0) })
         }
         #[inline(always)]
+        fn floor(self) -> Self {
+            Avx2(unsafe { _mm256_floor_pd(self.0) })
+        }
+        #[inline(always)]
         fn lt(self, other: Self) -> Self {
             Avx2(unsafe { _mm256_cmp_pd::<_CMP_LT_OQ>(self.0, other.0) })
         }
@@ -258,6 +372,21 @@ mod x86 {
         #[inline(always)]
         fn ne(self, other: Self) -> Self {
             Avx2(unsafe { _mm256_cmp_pd::<_CMP_NEQ_UQ>(self.0, other.0) })
+        }
+        /// There are no unsigned comparisons: 2⁶³ less on both sides.
+        #[inline(always)]
+        fn below(bits: &[u64], thresholds: Self) -> Self {
+            assert!(bits.len() >= 4);
+            unsafe {
+                let half = _mm256_set1_epi64x(i64::MIN);
+                let bits = _mm256_xor_si256(_mm256_loadu_si256(bits.as_ptr().cast()), half);
+                let thresholds = _mm256_xor_si256(_mm256_castpd_si256(thresholds.0), half);
+                Avx2(_mm256_castsi256_pd(_mm256_cmpgt_epi64(thresholds, bits)))
+            }
+        }
+        #[inline(always)]
+        fn bits(mask: Self) -> u64 {
+            unsafe { _mm256_movemask_pd(mask.0) as u64 }
         }
         #[inline(always)]
         fn select(mask: Self, yes: Self, no: Self) -> Self {
@@ -290,6 +419,10 @@ mod x86 {
         const N: usize = 8;
 
         #[inline(always)]
+        fn mul_add_f32(a: f32, b: f32, c: f32) -> f32 {
+            a.mul_add(b, c)
+        }
+        #[inline(always)]
         fn splat(x: f64) -> Self {
             // SAFETY: here and below: the processor has it (see `Real`), and slices are long enough.
             Avx512(unsafe { _mm512_set1_pd(x) })
@@ -305,9 +438,48 @@ mod x86 {
             Avx512(unsafe { _mm512_cvtepu32_pd(_mm256_loadu_si256(from.as_ptr().cast())) })
         }
         #[inline(always)]
+        fn load_halves(from: &[u64]) -> [Self; 2] {
+            assert!(from.len() >= 8);
+            unsafe {
+                let bits = _mm512_loadu_si512(from.as_ptr().cast());
+                let high = _mm512_srli_epi64::<32>(bits);
+                let low = _mm512_and_si512(bits, _mm512_set1_epi64(0xFFFF_FFFF));
+                [Avx512(_mm512_cvtepu64_pd(high)), Avx512(_mm512_cvtepu64_pd(low))]
+            }
+        }
+        #[inline(always)]
         fn store(self, to: &mut [f64]) {
             assert!(to.len() >= 8);
             unsafe { _mm512_storeu_pd(to.as_mut_ptr(), self.0) }
+        }
+        #[inline(always)]
+        fn store_u32(self, to: &mut [u32]) {
+            assert!(to.len() >= 8);
+            unsafe { _mm256_storeu_si256(to.as_mut_ptr().cast(), _mm512_cvttpd_epi32(self.0)) }
+        }
+        /// A column of a small table fits two registers, which one instruction picks from; of larger tables eight
+        /// rows at a time are turned into columns in registers.
+        #[inline(always)]
+        fn rows<const K: usize>(table: &Table<K>, index: &[u32]) -> [Self; K] {
+            const { assert!(K.is_multiple_of(8)) };
+            assert!(index.len() >= 8);
+            let mut found = [Self::splat(0.0); K];
+            if let Some(columns) = table.columns() {
+                for (found, column) in found.iter_mut().zip(columns) {
+                    unsafe {
+                        let index = _mm512_cvtepu32_epi64(_mm256_loadu_si256(index.as_ptr().cast()));
+                        let low = _mm512_loadu_pd(column.as_ptr());
+                        let high = _mm512_loadu_pd(column[8..].as_ptr());
+                        *found = Avx512(_mm512_permutex2var_pd(low, index, high));
+                    }
+                }
+                return found;
+            }
+            let rows: [&[f64; K]; 8] = std::array::from_fn(|i| table.row(index[i]));
+            for first in (0..K).step_by(8) {
+                unsafe { transpose(rows.map(|row| row[first..].as_ptr()), &mut found[first..]) };
+            }
+            found
         }
         #[inline(always)]
         fn abs(self) -> Self {
@@ -322,6 +494,10 @@ mod x86 {
             Avx512(unsafe { _mm512_max_pd(self.0, other.0) })
         }
         #[inline(always)]
+        fn floor(self) -> Self {
+            Avx512(unsafe { _mm512_roundscale_pd::<_MM_FROUND_TO_NEG_INF>(self.0) })
+        }
+        #[inline(always)]
         fn lt(self, other: Self) -> Mask512 {
             Mask512(unsafe { _mm512_cmp_pd_mask::<_CMP_LT_OQ>(self.0, other.0) })
         }
@@ -334,8 +510,58 @@ mod x86 {
             Mask512(unsafe { _mm512_cmp_pd_mask::<_CMP_NEQ_UQ>(self.0, other.0) })
         }
         #[inline(always)]
+        fn below(bits: &[u64], thresholds: Self) -> Mask512 {
+            assert!(bits.len() >= 8);
+            Mask512(unsafe {
+                let bits = _mm512_loadu_si512(bits.as_ptr().cast());
+                _mm512_cmplt_epu64_mask(bits, _mm512_castpd_si512(thresholds.0))
+            })
+        }
+        #[inline(always)]
+        fn bits(mask: Mask512) -> u64 {
+            mask.0.into()
+        }
+        #[inline(always)]
         fn select(mask: Mask512, yes: Self, no: Self) -> Self {
             Avx512(unsafe { _mm512_mask_blend_pd(mask.0, no.0, yes.0) })
+        }
+    }
+
+    /// The first eight numbers of eight rows as eight columns. No closures here: they do not inherit the
+    /// instruction set.
+    #[inline(always)]
+    unsafe fn transpose(rows: [*const f64; 8], columns: &mut [Avx512]) {
+        // SAFETY: as for `Avx512`.
+        unsafe {
+            let mut numbers = [_mm512_setzero_pd(); 8];
+            for (numbers, row) in numbers.iter_mut().zip(rows) {
+                *numbers = _mm512_loadu_pd(row);
+            }
+            let [a, b, c, d, e, f, g, h] = numbers;
+            // Columns 0, 2, 4, 6 of two rows each, and 1, 3, 5, 7.
+            let even = [
+                _mm512_unpacklo_pd(a, b),
+                _mm512_unpacklo_pd(c, d),
+                _mm512_unpacklo_pd(e, f),
+                _mm512_unpacklo_pd(g, h),
+            ];
+            let odd = [
+                _mm512_unpackhi_pd(a, b),
+                _mm512_unpackhi_pd(c, d),
+                _mm512_unpackhi_pd(e, f),
+                _mm512_unpackhi_pd(g, h),
+            ];
+            for (first, [ab, cd, ef, gh]) in [even, odd].into_iter().enumerate() {
+                // Columns 0 and 4 of four rows each, 2 and 6.
+                let (low, high) =
+                    (_mm512_shuffle_f64x2::<0x88>(ab, cd), _mm512_shuffle_f64x2::<0x88>(ef, gh));
+                columns[first] = Avx512(_mm512_shuffle_f64x2::<0x88>(low, high));
+                columns[first + 4] = Avx512(_mm512_shuffle_f64x2::<0xDD>(low, high));
+                let (low, high) =
+                    (_mm512_shuffle_f64x2::<0xDD>(ab, cd), _mm512_shuffle_f64x2::<0xDD>(ef, gh));
+                columns[first + 2] = Avx512(_mm512_shuffle_f64x2::<0x88>(low, high));
+                columns[first + 6] = Avx512(_mm512_shuffle_f64x2::<0xDD>(low, high));
+            }
         }
     }
 }

@@ -7,6 +7,10 @@
 use rand_pcg::Pcg64Dxsm;
 use rand_pcg::rand_core::{Rng, SeedableRng};
 
+use crate::batch::WIDTH;
+use crate::isa::{Isa, on_isa};
+use crate::real::Real;
+
 /// The "cheap" multiplier of PCG64-DXSM.
 const MULTIPLIER: u64 = 0xDA94_2042_E4DD_58B5;
 
@@ -100,6 +104,74 @@ impl WalkRng {
     }
 }
 
+/// The generators of a batch of walks, each half of their states side by side.
+#[derive(Clone, Debug)]
+pub(crate) struct Generators {
+    increment: u128,
+    high: [u64; WIDTH],
+    low: [u64; WIDTH],
+}
+
+impl Generators {
+    /// For walks of one sequence.
+    pub(crate) fn new(sequence: &Sequence) -> Self {
+        Generators { increment: sequence.increment, high: [0; WIDTH], low: [0; WIDTH] }
+    }
+
+    #[inline(always)]
+    pub(crate) fn set(&mut self, lane: usize, walk: &WalkRng) {
+        self.high[lane] = (walk.state >> 64) as u64;
+        self.low[lane] = walk.state as u64;
+    }
+
+    /// The generator of one walk.
+    #[inline(always)]
+    pub(crate) fn get(&self, lane: usize) -> WalkRng {
+        let state = u128::from(self.high[lane]) << 64 | u128::from(self.low[lane]);
+        WalkRng { state, increment: self.increment }
+    }
+
+    /// Puts walk `from` in place of walk `to`.
+    #[inline(always)]
+    pub(crate) fn copy(&mut self, from: usize, to: usize) {
+        self.high[to] = self.high[from];
+        self.low[to] = self.low[from];
+    }
+
+    /// The next 64 random bits of every walk, D times.
+    pub(crate) fn draw<const D: usize>(&mut self, isa: Isa, draws: &mut [[u64; WIDTH]; D]) {
+        for row in draws {
+            let generators = &mut *self;
+            on_isa!(isa, draw(generators: &mut Generators, row: &mut [u64; WIDTH]));
+        }
+    }
+}
+
+/// [`WalkRng::bits`] for each walk, in halves of words, which instruction sets can multiply side by side.
+#[inline(always)]
+fn draw<R: Real>(generators: &mut Generators, row: &mut [u64; WIDTH]) {
+    const HALF: u64 = 0xFFFF_FFFF;
+    let [add_high, add_low] = [(generators.increment >> 64) as u64, generators.increment as u64];
+    let states = generators.high.iter_mut().zip(&mut generators.low);
+    for ((high, low), bits) in states.zip(row) {
+        let mut mixed = *high ^ (*high >> 32);
+        mixed = mixed.wrapping_mul(MULTIPLIER);
+        mixed ^= mixed >> 48;
+        *bits = mixed.wrapping_mul(*low | 1);
+
+        let (m1, m0) = (MULTIPLIER >> 32, MULTIPLIER & HALF);
+        let (l1, l0) = (*low >> 32, *low & HALF);
+        let (l0m0, l1m0, l0m1) = (l0 * m0, l1 * m0, l0 * m1);
+        let middle = (l0m0 >> 32) + (l1m0 & HALF) + (l0m1 & HALF);
+        let carried = l1 * m1 + (l1m0 >> 32) + (l0m1 >> 32) + (middle >> 32);
+        let product_low = middle << 32 | l0m0 & HALF;
+        *low = product_low.wrapping_add(add_low);
+        let carry = u64::from(*low < add_low);
+        *high =
+            high.wrapping_mul(MULTIPLIER).wrapping_add(carried).wrapping_add(add_high).wrapping_add(carry);
+    }
+}
+
 /// The middle of cell `k` of the 2³² that divide [0, 1).
 #[inline(always)]
 pub(crate) fn unit_32(k: u32) -> f64 {
@@ -129,6 +201,23 @@ mod tests {
             }
         }
         judge.advance(1);
+    }
+
+    #[test]
+    fn a_batch_draws_what_its_walks_would() {
+        for isa in Isa::available() {
+            let sequence = Sequence::new(42);
+            let mut generators = Generators::new(&sequence);
+            let mut walks: Vec<WalkRng> = sequence.walks_from(99).take(WIDTH).collect();
+            walks.iter().enumerate().for_each(|(lane, walk)| generators.set(lane, walk));
+            for _ in 0..100 {
+                let mut draws = [[0; WIDTH]; 3];
+                generators.draw(isa, &mut draws);
+                for (lane, walk) in walks.iter_mut().enumerate() {
+                    assert_eq!(draws.map(|row| row[lane]), [walk.bits(), walk.bits(), walk.bits()]);
+                }
+            }
+        }
     }
 
     #[test]

@@ -48,45 +48,52 @@ pub(crate) fn fixed_64(probability: f64) -> u64 {
 /// A cosine-distributed direction about +z from 64 random bits: sin²θ from the upper half, φ from the lower.
 #[inline(always)]
 pub fn cosine_direction(bits: u64) -> [f64; 3] {
-    cosine_directions::<f64>(&[(bits >> 32) as u32], &[bits as u32])
+    cosine_directions::<f64>(&[bits])
 }
 
-/// The same N times, from slices of at least N.
+/// The same N times.
 #[inline(always)]
-pub(crate) fn cosine_directions<R: Real>(polar: &[u32], turn: &[u32]) -> [R; 3] {
-    let sin_squared = (R::load_u32(polar) + R::splat(0.5)) * R::splat(UNIT_32);
+pub(crate) fn cosine_directions<R: Real>(bits: &[u64]) -> [R; 3] {
+    let [polar, turn] = R::load_halves(bits);
+    let sin_squared = (polar + R::splat(0.5)) * R::splat(UNIT_32);
     let sin_theta = sin_squared.sqrt();
     let cos_theta = (R::splat(1.0) - sin_squared).sqrt();
-    let (sin_phi, cos_phi) = sin_cos_turn::<R>(turn);
+    let (sin_phi, cos_phi) = sin_cos_turn(turn);
     [sin_theta * cos_phi, sin_theta * sin_phi, cos_theta]
 }
 
-/// sin φ and cos φ for φ = −π/4 + 2π(k + ½)/2³², k = `turn`: the top two bits choose a quarter turn, the
-/// others an angle within ±π/4, where Taylor polynomials are good to 7·10⁻¹², far below the step of φ.
+/// sin φ and cos φ for φ = −π/4 + 2π(k + ½)/2³², k = `turn`: k = 2³⁰q + r, q quarter turns and an angle within
+/// ±π/4, where Taylor polynomials are good to 7·10⁻¹², far below the step of φ.
 #[inline(always)]
-fn sin_cos_turn<R: Real>(turn: &[u32]) -> (R, R) {
-    const STEP: f64 = std::f64::consts::FRAC_PI_2 / 1_073_741_824.0;
+fn sin_cos_turn<R: Real>(turn: R) -> (R, R) {
+    const QUARTER: f64 = 1_073_741_824.0;
+    const STEP: f64 = std::f64::consts::FRAC_PI_2 / QUARTER;
     const SIN: [f64; 5] = [-1.0 / 39_916_800.0, 1.0 / 362_880.0, -1.0 / 5_040.0, 1.0 / 120.0, -1.0 / 6.0];
     const COS: [f64; 6] =
         [1.0 / 479_001_600.0, -1.0 / 3_628_800.0, 1.0 / 40_320.0, -1.0 / 720.0, 1.0 / 24.0, -0.5];
-    let bits = |of: fn(u32) -> u32| {
-        let bits: [u32; 8] = std::array::from_fn(|i| if i < R::N { of(turn[i]) } else { 0 });
-        R::load_u32(&bits)
-    };
-    let a = (bits(|turn| turn & 0x3FFF_FFFF) - R::splat(536_870_911.5)) * R::splat(STEP);
+    let quarters = (turn * R::splat(1.0 / QUARTER)).floor();
+    let a = (turn - quarters * R::splat(QUARTER) - R::splat(QUARTER / 2.0 - 0.5)) * R::splat(STEP);
     let a2 = a * a;
     let one = R::splat(1.0);
-    let polynomial = |coefficients: &[f64]| {
-        coefficients.iter().fold(R::splat(0.0), |sum, &coefficient| R::splat(coefficient) + a2 * sum)
-    };
-    let sin = a * (one + a2 * polynomial(&SIN));
-    let cos = one + a2 * polynomial(&COS);
+    let sin = a * (one + a2 * polynomial(&SIN, a2));
+    let cos = one + a2 * polynomial(&COS, a2);
     // Quarter turns: (s, c), (c, −s), (−s, −c), (−c, s).
-    let odd = bits(|turn| turn >> 30 & 1).ne(R::splat(0.0));
-    let sign = |negative: R| one - (negative + negative);
-    let sin_sign = sign(bits(|turn| turn >> 31));
-    let cos_sign = sign(bits(|turn| (turn >> 31 ^ turn >> 30) & 1));
-    (R::select(odd, cos, sin) * sin_sign, R::select(odd, sin, cos) * cos_sign)
+    let halves = (quarters * R::splat(0.5)).floor();
+    let odd = quarters - (halves + halves);
+    let sin_sign = one - (halves + halves);
+    let cos_sign = sin_sign * (one - (odd + odd));
+    let is_odd = R::splat(0.0).lt(odd);
+    (R::select(is_odd, cos, sin) * sin_sign, R::select(is_odd, sin, cos) * cos_sign)
+}
+
+/// By Horner's rule, the highest power first.
+#[inline(always)]
+fn polynomial<R: Real>(coefficients: &[f64], x: R) -> R {
+    let mut sum = R::splat(0.0);
+    for &coefficient in coefficients {
+        sum = R::splat(coefficient) + x * sum;
+    }
+    sum
 }
 
 #[cfg(test)]
@@ -124,7 +131,7 @@ mod tests {
     fn sine_and_cosine_are_good_to_1e_11() {
         for i in 0..200_000_u32 {
             let turn = i.wrapping_mul(21_475).wrapping_add(i);
-            let (sin, cos) = sin_cos_turn::<f64>(&[turn]);
+            let (sin, cos) = sin_cos_turn(f64::from(turn));
             let phi =
                 (f64::from(turn) + 0.5) * std::f64::consts::TAU / 2f64.powi(32) - std::f64::consts::FRAC_PI_4;
             assert!((sin - phi.sin()).abs() < 1e-11 && (cos - phi.cos()).abs() < 1e-11, "{turn}");

@@ -3,11 +3,14 @@
 use glam::DVec3;
 use thiserror::Error;
 
+use crate::arrive::Landings;
 use crate::birth::Births;
+use crate::depart::{Frames, frames};
 use crate::flat::Flat;
 use crate::isa::Isa;
-use crate::spec::{SceneSpec, Shape, Sides, Spectrum};
-use crate::surface::{Surface, cell_centroid};
+use crate::patch::Patches;
+use crate::spec::{SceneSpec, Shape, Spectrum};
+use crate::surface::Surface;
 use crate::trace::{Facets, Index};
 use crate::tree::Tree;
 
@@ -47,48 +50,20 @@ pub enum IndexChoice {
     Tree,
 }
 
-/// A patch as outputs show it.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Patch {
-    /// The surface it is a cell of.
-    pub surface: u32,
-    /// The cell's label on that surface (parallelogram: i_u, i_v; triangle: row, position).
-    pub cell: [u32; 2],
-    /// Its centroid, in the coordinates of the file [m].
-    pub centroid: DVec3,
-    /// A: area of one side [m²].
-    pub area: f64,
-    /// 1 or 2 active sides.
-    pub sides: Sides,
-    /// R.
-    pub reflectance: Spectrum,
-    /// E [W/m²] of each active side.
-    pub emittance: Spectrum,
-}
-
-impl Patch {
-    /// The area that exchanges power: A times the active sides [m²].
-    pub fn active_area(&self) -> f64 {
-        self.area * self.sides.count()
-    }
-
-    /// Φ: self-emitted power of all active sides in one channel [W].
-    pub fn power(&self, channel: usize) -> f64 {
-        self.active_area() * self.emittance[channel]
-    }
-}
-
 /// Surfaces, patches, emitters, and the index that rays are traced with.
 #[derive(Clone, Debug)]
 pub struct Scene {
     names: Vec<String>,
     surfaces: Vec<Surface>,
-    patches: Vec<Patch>,
+    patches: Patches,
     channels: usize,
     power: [f64; 3],
     emitters: Births,
     max_reflectance: Spectrum,
     origin: DVec3,
+    pub(crate) isa: Isa,
+    pub(crate) frames: Frames,
+    pub(crate) landings: Landings,
     pub(crate) facets: Facets,
     pub(crate) index: Index,
     hash: [u8; 32],
@@ -102,6 +77,11 @@ impl Scene {
     /// negative emittance, no area, no cells; or a scene without surfaces, without emitters, with too many
     /// patches.
     pub fn build(spec: &SceneSpec, index: IndexChoice) -> Result<Self, SceneError> {
+        Scene::build_for(spec, index, Isa::best())
+    }
+
+    /// The same for walks on an instruction set that this machine has.
+    pub(crate) fn build_for(spec: &SceneSpec, index: IndexChoice, isa: Isa) -> Result<Self, SceneError> {
         if spec.surfaces.is_empty() {
             return Err(SceneError::Whole(
                 "the scene has no surface (nothing could be hit); add a [[surface]] or a [[mesh]]".into(),
@@ -137,7 +117,7 @@ impl Scene {
                 built
             })
             .collect();
-        let patches = patches(spec);
+        let patches = Patches::new(spec);
         let channels = spec.channels();
         let power = std::array::from_fn(|c| patches.iter().map(|patch| patch.power(c)).sum());
         let Some(emitters) = Births::of_emitters(&surfaces, &patches, channels, power) else {
@@ -159,11 +139,14 @@ impl Scene {
         let index = if tree {
             Index::Tree(Tree::new(&surfaces, &facets))
         } else {
-            Index::Flat(Flat { isa: Isa::best() })
+            Index::Flat(Flat::new(isa, &surfaces, &facets))
         };
         let most = |c: usize| spec.surfaces.iter().fold(0.0, |max: f64, s| max.max(s.reflectance[c]));
         Ok(Scene {
             names: names(spec),
+            isa,
+            frames: frames(&surfaces),
+            landings: Landings::new(&surfaces),
             surfaces,
             patches,
             channels,
@@ -188,7 +171,7 @@ impl Scene {
     }
 
     /// The patches, by number.
-    pub fn patches(&self) -> &[Patch] {
+    pub fn patches(&self) -> &Patches {
         &self.patches
     }
 
@@ -296,32 +279,6 @@ fn check_emittance(emittance: Spectrum) -> Result<(), String> {
             "{outside} is not a finite number ≥ 0 (surfaces cannot emit negative power); give W/m² ≥ 0"
         ))
     })
-}
-
-fn patches(spec: &SceneSpec) -> Vec<Patch> {
-    let mut patches = Vec::with_capacity(spec.surfaces.iter().map(|s| s.shape.cell_count() as usize).sum());
-    for (number, surface) in spec.surfaces.iter().enumerate() {
-        let first = patches.len();
-        let cells = surface.shape.cell_count();
-        let (corner, e_u, e_v) = surface.shape.edges();
-        let area = surface.shape.area() / cells as f64;
-        patches.extend((0..cells as u32).map(|cell| {
-            let [u, v] = cell_centroid(&surface.shape, cell);
-            Patch {
-                surface: number as u32,
-                cell: surface.shape.cell_label(cell),
-                centroid: corner + e_u * u + e_v * v,
-                area,
-                sides: surface.sides,
-                reflectance: surface.reflectance,
-                emittance: surface.emittance,
-            }
-        }));
-        for &(cell, emittance) in &surface.cell_emittance {
-            patches[first + cell as usize].emittance = emittance;
-        }
-    }
-    patches
 }
 
 fn names(spec: &SceneSpec) -> Vec<String> {

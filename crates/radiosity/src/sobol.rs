@@ -5,7 +5,7 @@
 //! alone is uniform: estimates stay unbiased, and their variance falls faster than 1/n where the integrand is tame
 //! (A. B. Owen, *Scrambled net variance for integrals of smooth functions*, Ann. Statist. 25 (1997)).
 
-use crate::trace::WIDTH;
+use crate::batch::WIDTH;
 
 /// Numbers of a point.
 pub(crate) const DIMENSIONS: usize = 4;

@@ -4,7 +4,8 @@ use stats::Moments;
 
 use crate::experiment::{Experiment, Meaning};
 use crate::method::Direction;
-use crate::scene::{Patch, Scene};
+use crate::patch::Patch;
+use crate::scene::Scene;
 use crate::tally::Tally;
 
 /// Fewer scores than this, and an estimate says little beyond its interval: flag `rare`.
@@ -81,20 +82,13 @@ impl Solution {
         let channels = scene.channels();
         let all = scene.patches().iter().enumerate().flat_map(|(i, p)| (0..channels).map(move |c| (i, p, c)));
         let student = experiment.chain_rays().map(|_| Student::new(tally.counts.walks, confidence));
-        let estimate = |(i, patch, channel): (usize, &Patch, usize)| {
+        let estimate = |(i, patch, channel): (usize, Patch, usize)| {
             let meaning = experiment.meaning(i, channel, tally)?;
-            let moments = moments(tally, i, channel);
-            if let Some(student) = &student {
-                return Some(estimate_of_chains(
-                    patch,
-                    channel,
-                    &moments,
-                    tally.events(i),
-                    &meaning,
-                    student,
-                ));
-            }
-            Some(estimate(patch, channel, &moments, tally.events(i), &meaning, confidence))
+            let (moments, events) = (moments(tally, i, channel), tally.events(i));
+            Some(match &student {
+                Some(student) => estimate_of_chains(&patch, channel, &moments, events, &meaning, student),
+                None => estimate(&patch, channel, &moments, events, &meaning, confidence),
+            })
         };
         let mixes = experiment.method().mix.then(|| {
             let patches = 0..scene.patches().len();
@@ -115,10 +109,7 @@ impl Solution {
     }
 
     /// The patches with what is known of them.
-    fn known<'a>(
-        &'a self,
-        scene: &'a Scene,
-    ) -> impl Iterator<Item = (usize, &'a Patch, &'a [Option<Estimate>])> {
+    fn known<'a>(&'a self, scene: &'a Scene) -> impl Iterator<Item = (usize, Patch, &'a [Option<Estimate>])> {
         let patches = scene.patches().iter().zip(self.estimates.chunks_exact(self.channels)).enumerate();
         patches
             .map(|(i, (patch, channels))| (i, patch, channels))
@@ -185,7 +176,7 @@ pub struct Mix {
 impl Mix {
     /// What a tally of related scores says of a patch; `None` where no walk could tell.
     fn new(experiment: &Experiment, tally: &Tally, i: usize) -> Option<Self> {
-        let patch = &experiment.scene().patches()[i];
+        let patch = experiment.scene().patches().get(i);
         let meaning = experiment.meaning(i, 0, tally)?;
         let reflectance = patch.reflectance[0];
         // A shooting walk scores hits, which are worth more the rarer the event is.

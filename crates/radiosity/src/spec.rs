@@ -7,7 +7,7 @@ use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
 /// The outline of a planar surface and how it is cut into patches.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Shape {
     /// A parallelogram given by a corner and its two neighbours [m]; the front faces (u − c) × (v − c).
     /// `cells` = (n_u, n_v); patch = first + i_u·n_v + i_v.

@@ -16,19 +16,34 @@ pub enum Side {
 }
 
 /// How a surface is cut into cells.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 enum Cells {
-    Grid { nu: u32, nv: u32 },
-    Rows { k: u32 },
+    /// With 1/n_u and 1/n_v.
+    Grid {
+        nu: u32,
+        nv: u32,
+        inverse: [f64; 2],
+    },
+    Rows {
+        k: u32,
+    },
 }
 
 /// The nearest that a point may come to the edge of a surface, in local coordinates: half the spacing of the
 /// sampled points. Points on an edge could lie behind a neighbour.
-const EDGE: f64 = 0.5 / 4_294_967_296.0;
+pub(crate) const EDGE: f64 = 0.5 / 4_294_967_296.0;
 
 /// A planar surface in the scene's local coordinates (origin in the middle of the scene).
+///
+/// What every walk asks for fills three cache lines; colour, which not every walk asks for, is in a fourth.
 #[derive(Clone, Debug)]
+#[repr(C, align(64))]
 pub struct Surface {
+    /// σ as a threshold for 64 random bits.
+    survival: u64,
+    first_patch: u32,
+    cells: Cells,
+    sides: Sides,
     corner: DVec3,
     edge_u: DVec3,
     edge_v: DVec3,
@@ -37,12 +52,7 @@ pub struct Surface {
     bitangent: DVec3,
     normal: DVec3,
     reflectance: Spectrum,
-    /// σ as a threshold for 64 random bits.
-    survival: u64,
     tint: [f64; 3],
-    first_patch: u32,
-    cells: Cells,
-    sides: Sides,
 }
 
 impl Surface {
@@ -52,7 +62,9 @@ impl Surface {
         let normal = edge_u.cross(edge_v).normalize();
         let tangent = edge_u.normalize();
         let cells = match spec.shape {
-            Shape::Parallelogram { cells: [nu, nv], .. } => Cells::Grid { nu, nv },
+            Shape::Parallelogram { cells: [nu, nv], .. } => {
+                Cells::Grid { nu, nv, inverse: [nu, nv].map(|n| 1.0 / f64::from(n)) }
+            }
             Shape::Triangle { rows, .. } => Cells::Rows { k: rows },
         };
         Surface {
@@ -77,6 +89,19 @@ impl Surface {
 
     pub(crate) fn edges(&self) -> [DVec3; 2] {
         [self.edge_u, self.edge_v]
+    }
+
+    /// Unit vector along the first edge.
+    pub(crate) fn tangent(&self) -> DVec3 {
+        self.tangent
+    }
+
+    /// Cells along u and v; of a triangle, rows.
+    pub(crate) fn cells_along(&self) -> [u32; 2] {
+        match self.cells {
+            Cells::Grid { nu, nv, .. } => [nu, nv],
+            Cells::Rows { k } => [k, k],
+        }
     }
 
     pub(crate) fn is_triangle(&self) -> bool {
@@ -122,11 +147,16 @@ impl Surface {
         bits < self.survival
     }
 
+    /// What the bits of survivors are below.
+    pub(crate) fn survival_threshold(&self) -> u64 {
+        self.survival
+    }
+
     /// The cell that holds the point with local coordinates (u, v).
     #[inline(always)]
     pub fn cell_at(&self, [u, v]: [f64; 2]) -> u32 {
         match self.cells {
-            Cells::Grid { nu, nv } => grid_step(u, nu) * nv + grid_step(v, nv),
+            Cells::Grid { nu, nv, .. } => grid_step(u, nu) * nv + grid_step(v, nv),
             Cells::Rows { k } => triangle_cell([u, v], k),
         }
     }
@@ -135,9 +165,11 @@ impl Surface {
     #[inline(always)]
     pub fn point_in_cell(&self, cell: u32, [r1, r2]: [f64; 2]) -> [f64; 2] {
         match self.cells {
-            Cells::Grid { nu, nv } => {
-                let (iu, iv) = (cell / nv, cell % nv);
-                [(f64::from(iu) + r1) / f64::from(nu), (f64::from(iv) + r2) / f64::from(nv)]
+            Cells::Grid { nv, inverse, .. } => {
+                // ⌊cell/n_v⌋ without a division: the half keeps the quotient away from whole numbers.
+                let iu = ((f64::from(cell) + 0.5) * inverse[1]) as u32;
+                let iv = cell - iu * nv;
+                [(f64::from(iu) + r1) * inverse[0], (f64::from(iv) + r2) * inverse[1]]
             }
             Cells::Rows { k } => point_in_triangle_cell(cell, k, [r1, r2]),
         }

@@ -322,6 +322,9 @@ pub struct Scoreboard<W, E, const S: usize, const M: usize> {
     largest: u128,
 }
 
+/// Bytes that a core keeps at hand.
+const NEAR_CACHE: usize = 32 * 1024;
+
 /// Paths up to this long are searched for earlier visits one by one, longer ones are sorted.
 const SHORT_PATH: usize = 64;
 
@@ -359,6 +362,12 @@ impl<W: Word, E: Events, const S: usize, const M: usize> Scoreboard<W, E, S, M> 
         }
     }
 
+    /// Adds one unit to each score of a walk that has `earlier` units on the patch already.
+    #[inline(always)]
+    pub(crate) fn add_one(&mut self, patch: u32, earlier: W) {
+        self.raise(patch, [earlier; S], [W::from_units(1.0); S]);
+    }
+
     fn add_long_path(&mut self, patches: &[u32], units: impl Fn(usize) -> [W; S]) {
         let mut order: Vec<usize> = (0..patches.len()).collect();
         order.sort_unstable_by_key(|&i| patches[i]);
@@ -388,10 +397,14 @@ impl<W: Word, E: Events, const S: usize, const M: usize> Scoreboard<W, E, S, M> 
         }
     }
 
-    /// Asks for the cell of a patch ahead of time.
+    /// Asks for the cells of patches ahead of time, where there are more than a cache holds.
     #[inline(always)]
-    pub fn prefetch(&self, patch: u32) {
-        crate::prefetch::prefetch(&raw const self.cells[patch as usize], 1);
+    pub(crate) fn expect(&self, patches: &[u32]) {
+        if size_of_val(&self.cells[..]) > NEAR_CACHE {
+            for &patch in patches {
+                crate::prefetch::prefetch(self.cells.as_ptr().wrapping_add(patch as usize), 1);
+            }
+        }
     }
 
     /// Counts an event on a patch.

@@ -4,8 +4,11 @@
 //! [`Facet::meet`] and nothing else, so neither the index, nor its builder, nor the order of traversal can
 //! enter the answer. All of it is f64: a scene may lie 10⁵ edge lengths from its origin.
 
+use std::hint::select_unpredictable;
+
 use glam::DVec3;
 
+use crate::batch::WIDTH;
 use crate::flat::Flat;
 use crate::spec::Sides;
 use crate::surface::{Side, Surface};
@@ -40,9 +43,6 @@ pub struct Hit {
     pub side: Side,
 }
 
-/// Rays of a batch.
-pub(crate) const WIDTH: usize = 128;
-
 /// A batch of rays, each component side by side.
 #[derive(Clone, Debug)]
 pub(crate) struct Rays {
@@ -73,8 +73,8 @@ impl Rays {
     #[inline(always)]
     pub(crate) fn get(&self, i: usize) -> Ray {
         Ray {
-            origin: DVec3::from_array(self.origin.map(|row| row[i])),
-            direction: DVec3::from_array(self.direction.map(|row| row[i])),
+            origin: DVec3::from_array(self.origin.each_ref().map(|row| row[i])),
+            direction: DVec3::from_array(self.direction.each_ref().map(|row| row[i])),
             from: self.from[i],
         }
     }
@@ -87,7 +87,8 @@ pub(crate) struct Hits {
     /// `Hits::NONE` where nothing is met.
     pub(crate) surface: [u32; WIDTH],
     pub(crate) uv: [[f64; WIDTH]; 2],
-    pub(crate) side: [Side; WIDTH],
+    /// 1 where the front is met, −1 where the back is.
+    pub(crate) facing: [f64; WIDTH],
 }
 
 impl Default for Hits {
@@ -96,7 +97,7 @@ impl Default for Hits {
             t: [f64::INFINITY; WIDTH],
             surface: [Self::NONE; WIDTH],
             uv: [[0.0; WIDTH]; 2],
-            side: [Side::Front; WIDTH],
+            facing: [1.0; WIDTH],
         }
     }
 }
@@ -117,33 +118,16 @@ impl Hits {
         (self.surface[i] != Self::NONE).then(|| Hit {
             t: self.t[i],
             surface: self.surface[i],
-            uv: self.uv.map(|row| row[i]),
-            side: self.side[i],
+            uv: self.uv.each_ref().map(|row| row[i]),
+            side: if self.facing[i] > 0.0 { Side::Front } else { Side::Back },
         })
-    }
-
-    /// Puts hit `from` in place of hit `to`.
-    #[inline(always)]
-    pub(crate) fn copy(&mut self, from: usize, to: usize) {
-        self.t[to] = self.t[from];
-        self.surface[to] = self.surface[from];
-        self.uv.iter_mut().for_each(|row| row[to] = row[from]);
-        self.side[to] = self.side[from];
-    }
-
-    #[inline(always)]
-    pub(crate) fn set(&mut self, i: usize, hit: Hit) {
-        self.t[i] = hit.t;
-        self.surface[i] = hit.surface;
-        self.uv[0][i] = hit.uv[0];
-        self.uv[1][i] = hit.uv[1];
-        self.side[i] = hit.side;
     }
 }
 
 /// What tracing needs of a surface: its plane and the affine map to its local coordinates. A facet is the
 /// surface grown by the scene's slack on every edge, so that nothing falls through where two meet.
 #[derive(Clone, Debug)]
+#[repr(align(64))]
 pub(crate) struct Facet {
     pub(crate) normal: DVec3,
     /// n·x of the points x of the plane.
@@ -189,26 +173,28 @@ impl Facet {
         }
     }
 
-    /// Where a ray meets the facet, if it does.
+    /// Where a ray meets the facet, and whether it does: (t, uv, side, met).
     ///
     /// A start within `slack` of the plane counts as on it: from there the active side is met at t = 0 by a
     /// ray that goes against its normal, and the back of a one-sided surface is not met at all. So a point
     /// that rounding put behind its neighbour's plane loses no walk.
     #[inline(always)]
-    fn meet(&self, ray: &Ray, slack: f64) -> Option<(f64, [f64; 2], Side)> {
+    fn meet(&self, ray: &Ray, slack: f64) -> (f64, [f64; 2], Side, bool) {
+        // Everything is selected, nothing branched on: a ray meets one side as often as the other.
         let approach = self.normal.dot(ray.direction);
         let height = self.normal.dot(ray.origin) - self.offset;
-        let (side, distance) = if approach < 0.0 { (Side::Front, height) } else { (Side::Back, -height) };
-        let nearest = if side == Side::Front || self.two_sided { -slack } else { slack };
-        if distance < nearest || approach == 0.0 {
-            return None;
-        }
+        let against = approach < 0.0;
+        let distance = select_unpredictable(against, height, -height);
+        let nearest = select_unpredictable(against | self.two_sided, -slack, slack);
         let t = (distance / approach.abs()).max(0.0);
         let point = ray.origin + ray.direction * t;
         let u = self.u_axis.dot(point) - self.u_offset;
         let v = self.v_axis.dot(point) - self.v_offset;
-        let inside = u >= 0.0 && v >= 0.0 && if self.triangle { u + v <= 1.0 } else { u <= 1.0 && v <= 1.0 };
-        inside.then_some((t, [u, v], side))
+        let greatest = select_unpredictable(u > v, u, v);
+        let farthest = select_unpredictable(self.triangle, u + v, greatest);
+        let inside = (u >= 0.0) & (v >= 0.0) & (farthest <= 1.0);
+        let met = inside & (distance >= nearest) & (approach != 0.0);
+        (t, [u, v], select_unpredictable(against, Side::Front, Side::Back), met)
     }
 }
 
@@ -236,6 +222,12 @@ impl Facets {
         &self.facets[surface as usize]
     }
 
+    /// Where a facet lies, for prefetching it: `surface` may be any number.
+    #[inline(always)]
+    pub(crate) fn address(&self, surface: u32) -> *const Facet {
+        self.facets.as_ptr().wrapping_add(surface as usize)
+    }
+
     /// By how much facets are larger than their surfaces [m].
     pub(crate) fn slack(&self) -> f64 {
         self.slack
@@ -247,11 +239,25 @@ impl Facets {
         if surface == ray.from {
             return;
         }
-        if let Some((t, uv, side)) = self.facets[surface as usize].meet(ray, self.slack) {
-            let nearer = best.is_none_or(|hit| t < hit.t || (t == hit.t && surface < hit.surface));
-            if nearer {
-                *best = Some(Hit { t, surface, uv, side });
-            }
+        let (t, uv, side, met) = self.facets[surface as usize].meet(ray, self.slack);
+        let nearer = best.is_none_or(|hit| t < hit.t || (t == hit.t && surface < hit.surface));
+        if met && nearer {
+            *best = Some(Hit { t, surface, uv, side });
+        }
+    }
+
+    /// The same for ray number `i` of a batch, which does not leave the surface.
+    #[inline(always)]
+    pub(crate) fn meet_in(&self, surface: u32, rays: &Rays, i: usize, hits: &mut Hits) {
+        let (t, uv, side, met) = self.facets[surface as usize].meet(&rays.get(i), self.slack);
+        // Where there is no hit yet, its t is infinite and its number the highest.
+        let nearer = (t < hits.t[i]) | ((t == hits.t[i]) & (surface < hits.surface[i]));
+        if met & nearer {
+            hits.t[i] = t;
+            hits.surface[i] = surface;
+            hits.uv[0][i] = uv[0];
+            hits.uv[1][i] = uv[1];
+            hits.facing[i] = if side == Side::Front { 1.0 } else { -1.0 };
         }
     }
 }

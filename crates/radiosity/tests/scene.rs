@@ -55,5 +55,5 @@ fn patches_have_their_share_of_area_and_power() {
     let plate = (2.0, 1.5, 6.0);
     assert_eq!(patches.collect::<Vec<_>>(), [bright, dim, bright, dark, plate, plate, plate]);
     assert_eq!(scene.total_power(0), 30.0);
-    assert_eq!(scene.patches()[6].centroid, DVec3::new(1.0, 2.5, 1.0));
+    assert_eq!(scene.patches().get(6).centroid, DVec3::new(1.0, 2.5, 1.0));
 }

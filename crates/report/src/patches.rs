@@ -38,10 +38,10 @@ pub fn write_patches(writer: impl Write, scene: &Scene, solution: &Solution) -> 
     let mut flags = String::new();
     let estimates = solution.estimates.chunks_exact(solution.channels);
     for (number, (patch, estimates)) in scene.patches().iter().zip(estimates).enumerate() {
-        set_flags(&mut flags, patch, estimates);
+        set_flags(&mut flags, &patch, estimates);
         table.serialize((
-            place(scene, number, patch),
-            light(patch, estimates),
+            place(scene, number, &patch),
+            light(&patch, estimates),
             estimates[0].map(|estimate| estimate.hits),
             &flags,
             bias(solution, estimates),
@@ -205,7 +205,7 @@ mod tests {
         );
         let mut reader = csv::Reader::from_reader(text.as_bytes());
         for (number, record) in reader.records().enumerate() {
-            let (record, patch) = (record.unwrap(), &scene.patches()[number]);
+            let (record, patch) = (record.unwrap(), scene.patches().get(number));
             assert_eq!(record.len(), header.len());
             for (c, channel) in CHANNELS.iter().enumerate() {
                 let column = |name: &str| {

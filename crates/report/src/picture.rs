@@ -149,7 +149,7 @@ fn of_patch(scene: &Scene, radiosity: &[f64], patch: usize) -> [f64; 3] {
 fn exposure(scene: &Scene, radiosity: &[f64], seen: &[Option<u32>]) -> [f64; 3] {
     let balance = white_balance(scene);
     let patches = || seen.iter().flatten().map(|&patch| patch as usize);
-    let reflecting = patches().filter(|&patch| !scene.patches()[patch].emittance.is_lit());
+    let reflecting = patches().filter(|&patch| !scene.patches().get(patch).emittance.is_lit());
     let brightest = |patch| {
         let balanced = of_patch(scene, radiosity, patch).into_iter().zip(balance).map(|(b, gain)| b * gain);
         balanced.fold(0.0, f64::max)

@@ -73,7 +73,7 @@ fn rays(scene: &Scene, count: usize) -> Vec<Ray> {
     let mut rng = Sequence::new(2).walk(0);
     let mut ray = || {
         let patch = scattered(rng.bits(), scene.patches().len() as u32);
-        let number = scene.patches()[patch as usize].surface;
+        let number = scene.patches().get(patch as usize).surface;
         let surface = &scene.surfaces()[number as usize];
         let uv = surface.point_in_cell(patch - surface.first_patch(), rng.pair());
         Ray { origin: surface.point(uv), direction: surface.direction(Side::Front, rng.bits()), from: number }

@@ -232,12 +232,12 @@ struct Emitters {
 impl Emitters {
     fn new(scene: &Scene) -> Self {
         let patches = scene.patches();
-        let emitting: Vec<usize> = (0..patches.len()).filter(|&i| patches[i].power(0) > 0.0).collect();
+        let emitting: Vec<usize> = (0..patches.len()).filter(|&i| patches.get(i).power(0) > 0.0).collect();
         let mut total = 0.0;
         let cumulative = emitting
             .iter()
             .map(|&i| {
-                total += patches[i].power(0);
+                total += patches.get(i).power(0);
                 total
             })
             .collect();
@@ -259,7 +259,7 @@ fn walk(
     mut tell: impl FnMut(&Ray, Option<f64>) -> Result<(), Failure>,
 ) -> Result<(), Failure> {
     let birth = emitters.choose(rng);
-    let mut number = scene.patches()[birth].surface;
+    let mut number = scene.patches().get(birth).surface;
     let mut cell = birth as u32 - scene.surfaces()[number as usize].first_patch();
     let mut side = match scene.surfaces()[number as usize].sides() {
         Sides::Both if rng.pair()[0] < 0.5 => Side::Back,

@@ -12,7 +12,7 @@ use exact::Exact;
 use glam::DVec3;
 use plotters::prelude::*;
 use radiosity::{
-    Board, Direction, Experiment, IndexChoice, Method, Scene, SceneSpec, Sequence, Shape, Solution,
+    Board, Direction, Experiment, IndexChoice, Method, Patch, Scene, SceneSpec, Sequence, Shape, Solution,
 };
 use scenes::{cornell, cube, interior};
 
@@ -197,14 +197,15 @@ fn radiosities(experiment: &Experiment, seed: u64, units: std::ops::Range<u64>) 
 /// Relative and absolute mean squared errors of runs, each with the standard error that the runs tell. A patch that the
 /// truth has in the dark (below 10⁻³ of the mean) says nothing of relative errors.
 fn squared_errors(scene: &Scene, truth: &[f64], runs: &[Vec<f64>]) -> [[f64; 2]; 2] {
+    let patches: Vec<Patch> = scene.patches().iter().collect();
     let judged: Vec<usize> = (0..truth.len())
-        .filter(|&i| !scene.patches()[i].emittance.is_lit() && scene.patches()[i].reflectance.is_lit())
+        .filter(|&i| !patches[i].emittance.is_lit() && patches[i].reflectance.is_lit())
         .collect();
-    let area: f64 = judged.iter().map(|&i| scene.patches()[i].area).sum();
-    let mean = judged.iter().map(|&i| scene.patches()[i].area * truth[i]).sum::<f64>() / area;
+    let area: f64 = judged.iter().map(|&i| patches[i].area).sum();
+    let mean = judged.iter().map(|&i| patches[i].area * truth[i]).sum::<f64>() / area;
     let of = |scale: &dyn Fn(usize) -> f64| {
         let squares = runs.iter().map(|run| {
-            let square = |&i: &usize| scene.patches()[i].area * (scale(i) * (run[i] - truth[i])).powi(2);
+            let square = |&i: &usize| patches[i].area * (scale(i) * (run[i] - truth[i])).powi(2);
             judged.iter().map(square).sum::<f64>() / area
         });
         mean_and_error(&squares.collect::<Vec<_>>())

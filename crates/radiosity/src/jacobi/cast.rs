@@ -1,12 +1,15 @@
 //! Rays that faces shoot: each goes on along its own scrambled Sobol sequence.
 
 use super::faces::{Face, Faces};
+use crate::arrive::Arrivals;
+use crate::batch::WIDTH;
 use crate::depart::Departures;
-use crate::isa::{Isa, on_isa};
+use crate::isa::on_isa;
+use crate::method::Space;
 use crate::rng::unit_32;
 use crate::scene::Scene;
 use crate::sobol::{DIMENSIONS, Points, Sobol, scramble};
-use crate::trace::{Hits, Rays, WIDTH};
+use crate::trace::{Hits, Rays};
 use crate::tree::Scratch;
 
 /// Shoots rays from faces. The n-th ray of a face is the n-th point of the face's sequence, whenever it is shot.
@@ -35,8 +38,12 @@ struct Batch {
     departures: Departures,
     rays: Rays,
     hits: Hits,
+    arrivals: Arrivals,
     scratch: Scratch,
 }
+
+/// A ray of a chain ends where it lands: nobody asks who survives, or where from.
+static NO_DRAWS: [[u64; WIDTH]; 3] = [[0; WIDTH]; 3];
 
 impl Default for Batch {
     fn default() -> Self {
@@ -49,6 +56,7 @@ impl Default for Batch {
             departures: Departures::default(),
             rays: Rays::default(),
             hits: Hits::default(),
+            arrivals: Arrivals::default(),
             scratch: Scratch::default(),
         }
     }
@@ -134,21 +142,17 @@ impl<'a> Caster<'a> {
         let len = std::mem::take(&mut batch.len);
         batch.leave(scene, len);
         scene.index.closest_hits(&scene.facets, &batch.rays, &mut batch.scratch, &mut batch.hits);
+        batch.arrivals.locate(scene.isa, scene, Space::Discrete, len, &batch.hits, &NO_DRAWS);
         for (i, &from) in batch.from.iter().enumerate().take(len) {
-            let (number, side) = (batch.hits.surface[i], batch.hits.side[i]);
-            if number == Hits::NONE {
-                self.lost[from as usize][0] += 1;
-                continue;
+            if batch.arrivals.active.has(i) {
+                let (surface, facing) = (batch.hits.surface[i], batch.hits.facing[i]);
+                let to = self.faces.met(batch.arrivals.patch[i], surface, facing);
+                self.landed[to as usize] += 1;
+                land(from, to);
+            } else {
+                let back = batch.arrivals.met.has(i);
+                self.lost[from as usize][usize::from(back)] += 1;
             }
-            let surface = &scene.surfaces()[number as usize];
-            if !surface.is_active(side) {
-                self.lost[from as usize][1] += 1;
-                continue;
-            }
-            let cell = surface.cell_at(batch.hits.uv.each_ref().map(|row| row[i]));
-            let to = self.faces.at(number, cell, side);
-            self.landed[to as usize] += 1;
-            land(from, to);
         }
     }
 }
@@ -165,26 +169,23 @@ impl Batch {
         self.from[i] = origin.number;
         self.patch[i] = origin.face.patch;
         self.departures.surface[i] = origin.face.surface;
-        self.departures.side[i] = origin.face.side;
+        self.departures.facing[i] = origin.face.facing;
         self.len += 1;
     }
 
     /// Turns the points of the first `len` rays into rays: two numbers for the place, two for the direction.
     fn leave(&mut self, scene: &Scene, len: usize) {
-        let isa = Isa::best();
         let (points, seeds) = (&mut self.points, &self.seeds);
-        on_isa!(isa, scramble(points: &mut Points, seeds: &Points));
+        on_isa!(scene.isa, scramble(points: &mut Points, seeds: &Points));
         let [across, along, polar, turn] = points;
-        for (i, place) in
-            across.iter().zip(along.iter()).map(|(&u, &v)| [u, v].map(unit_32)).enumerate().take(len)
-        {
+        for i in 0..len {
             let surface = &scene.surfaces()[self.departures.surface[i] as usize];
             let cell = self.patch[i] - surface.first_patch();
-            [self.departures.uv[0][i], self.departures.uv[1][i]] = surface.point_in_cell(cell, place);
+            let place = surface.point_in_cell(cell, [across[i], along[i]].map(unit_32));
+            [self.departures.uv[0][i], self.departures.uv[1][i]] = place;
+            self.departures.direction[i] = u64::from(polar[i]) << 32 | u64::from(turn[i]);
         }
-        self.departures.polar[..len].copy_from_slice(&polar[..len]);
-        self.departures.turn[..len].copy_from_slice(&turn[..len]);
-        self.departures.leave(isa, scene.surfaces(), len, &mut self.rays);
+        self.departures.leave(scene.isa, &scene.frames, len, &mut self.rays);
     }
 }
 

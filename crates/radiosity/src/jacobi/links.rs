@@ -109,11 +109,11 @@ impl<'a> Links<'a> {
     pub(crate) fn irradiance(&self, channel: usize, radiosity: &[f64]) -> Vec<f64> {
         let mut incoming = vec![0.0; radiosity.len()];
         self.add_incoming(1.0, radiosity, &mut incoming);
-        let faces = self.faces.patches().zip(radiosity).zip(incoming.iter().zip(&self.total));
+        let faces = self.faces.list.iter().zip(radiosity).zip(incoming.iter().zip(&self.total));
         faces
-            .map(|((patch, b), (incoming, total))| {
-                let reflectance = patch.reflectance[channel];
-                if reflectance > 0.0 && patch.emittance[channel] == 0.0 {
+            .map(|((face, b), (incoming, total))| {
+                let reflectance = face.reflectance[channel];
+                if reflectance > 0.0 && face.emittance[channel] == 0.0 {
                     b / reflectance
                 } else if *total > 0.0 {
                     incoming / total

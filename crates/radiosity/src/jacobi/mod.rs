@@ -82,11 +82,11 @@ impl Outcome {
     /// What a chain has found, given B of every face in every channel.
     fn new(links: &Links, caster: &Caster, radiosity: &[Vec<f64>]) -> Self {
         let (faces, channels) = (links.faces, radiosity.len());
-        let patches = faces.scene.patches();
+        let patches = faces.scene.patches().len();
         let lost = |way: usize| caster.lost.iter().map(|lost| u64::from(lost[way])).sum();
         let mut outcome = Outcome {
-            irradiance: vec![0.0; patches.len() * channels],
-            landed: vec![0; patches.len()],
+            irradiance: vec![0.0; patches * channels],
+            landed: vec![0; patches],
             counts: Counts {
                 walks: 1,
                 rays: caster.rays(),
@@ -102,8 +102,7 @@ impl Outcome {
         for (channel, radiosity) in radiosity.iter().enumerate() {
             for (face, h) in faces.list.iter().zip(links.irradiance(channel, radiosity)) {
                 // The mean of the sides.
-                let sides = patches[face.patch as usize].sides.count();
-                outcome.irradiance[face.patch as usize * channels + channel] += h / sides;
+                outcome.irradiance[face.patch as usize * channels + channel] += h / face.sides;
             }
             let power = faces.scene.total_power(channel);
             let [escaped, absorbed_back] = links.lost_power(radiosity);

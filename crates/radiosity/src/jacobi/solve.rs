@@ -68,13 +68,13 @@ struct System<'a> {
 impl<'a> System<'a> {
     fn new(channel: usize, links: &'a Links<'a>) -> Self {
         let faces = links.faces;
-        let reflects: Vec<bool> = faces.patches().map(|patch| patch.reflectance[channel] > 0.0).collect();
-        let emittance: Vec<f64> = faces.patches().map(|patch| patch.emittance[channel]).collect();
-        let rows = faces.areas.iter().zip(links.total()).zip(faces.patches());
+        let reflects: Vec<bool> = faces.list.iter().map(|face| face.reflectance[channel] > 0.0).collect();
+        let emittance: Vec<f64> = faces.list.iter().map(|face| face.emittance[channel]).collect();
+        let rows = faces.areas.iter().zip(links.total()).zip(&faces.list);
         let (diagonal, emission) = rows
-            .map(|((area, total), patch)| match patch.reflectance[channel] {
+            .map(|((area, total), face)| match face.reflectance[channel] {
                 0.0 => (1.0, 0.0),
-                r => (area * (1.0 - r) / r + total, area * patch.emittance[channel] / r),
+                r => (area * (1.0 - r) / r + total, area * face.emittance[channel] / r),
             })
             .unzip();
         System { links, diagonal, emission, emittance, reflects }

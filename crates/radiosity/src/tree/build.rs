@@ -1,21 +1,25 @@
-//! From surfaces to a wide tree: obvhs builds a binary one, which is folded into nodes of eight children and
-//! leaves of up to eight facets so that the expected work of a ray is least.
+//! From surfaces to a wide tree: obvhs builds a binary one, which is folded into nodes of sixteen children
+//! and leaves of up to sixteen facets so that the expected work of a ray is least.
 
 use std::time::Duration;
 
-use glam::{DVec3, Vec3, Vec3A};
+use glam::{DVec3, Vec3A};
 use obvhs::BvhBuildParams;
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
 use obvhs::bvh2::builder::build_bvh2;
 
 use super::lanes::LANES;
-use super::{Isa, Item, Leaf, Node, Tree};
+use super::{CHILDREN, Item, Leaf, Line, Node, Tree};
+use crate::isa::Isa;
 use crate::surface::Surface;
-use crate::trace::{Facets, Ray, dual_basis};
+use crate::trace::{Facet, Facets, dual_basis};
 
-/// The work of a leaf relative to that of a node.
-const LEAF_COST: f32 = 1.5;
+/// The work of a leaf of some facets, relative to that of a node.
+fn leaf_work(facets: u32) -> f32 {
+    let e = |k: &str, d: f32| std::env::var(k).ok().and_then(|x| x.parse().ok()).unwrap_or(d);
+    e("LA", 1.0) + e("LB", 0.1) * facets as f32
+}
 
 impl Tree {
     /// A tree over the facets of surfaces.
@@ -35,12 +39,11 @@ impl Tree {
         };
         let binary = build_bvh2(&boxes, params, &mut Duration::default());
         let mut tree = Tree {
-            nodes: vec![],
-            leaves: vec![],
+            lines: vec![],
             levels: 0,
             scale,
             slack: (facets.slack() * scale) as f32,
-            isa: Isa::available().pop().expect("the portable one"),
+            isa: Isa::best(),
         };
         Fold::new(&binary).emit(&mut tree, facets);
         tree
@@ -119,12 +122,13 @@ impl<'a> Fold<'a> {
         let area = self.binary.nodes[node].aabb.half_area();
         let Some(children) = self.children(node) else {
             self.facets[node] = self.binary.nodes[node].prim_count;
-            self.work[node] = [area * LEAF_COST; LANES];
+            self.work[node] = [area * leaf_work(self.facets[node]); LANES];
             return;
         };
         self.facets[node] = children.iter().map(|&child| self.facets[child]).sum();
         let as_node = area + self.split(children, LANES).0;
-        let as_one = if self.fits_leaf(node) { as_node.min(area * LEAF_COST) } else { as_node };
+        let as_one =
+            if self.fits_leaf(node) { as_node.min(area * leaf_work(self.facets[node])) } else { as_node };
         let mut work = [as_one; LANES];
         for slots in 2..=LANES {
             work[slots - 1] = work[slots - 2].min(self.split(children, slots).0);
@@ -145,7 +149,7 @@ impl<'a> Fold<'a> {
 
     fn is_leaf(&self, node: usize) -> bool {
         let area = self.binary.nodes[node].aabb.half_area();
-        self.fits_leaf(node) && area * LEAF_COST <= self.work[node][0]
+        self.fits_leaf(node) && area * leaf_work(self.facets[node]) <= self.work[node][0]
     }
 
     /// The subtrees that fill the slots of a wide node made of `node`.
@@ -173,105 +177,76 @@ impl<'a> Fold<'a> {
 
     /// Writes nodes and leaves, a parent before its children, a subtree in one piece.
     fn emit(&self, tree: &mut Tree, facets: &Facets) {
-        tree.nodes.push(Node::empty());
+        let lines = &mut tree.lines;
+        lines.extend(empty_node());
         let mut open = vec![(0, 0, 1)];
-        while let Some((source, index, level)) = open.pop() {
+        while let Some((source, first, level)) = open.pop() {
             tree.levels = tree.levels.max(level);
-            let slots = self.slots(source);
-            for (slot, child) in self.assign(source, &slots) {
+            for (slot, child) in self.slots(source).into_iter().enumerate() {
+                let next = lines.len();
                 let item = if self.is_leaf(child) {
-                    tree.leaves.push(self.leaf(child, facets, tree.scale));
-                    Item::leaf(tree.leaves.len() - 1)
+                    lines.extend(leaf(&self.surfaces(child), facets, tree.scale));
+                    Item::new(Item::LEAF, next)
                 } else {
-                    tree.nodes.push(Node::empty());
-                    open.push((child, tree.nodes.len() - 1, level + 1));
-                    Item::node(tree.nodes.len() - 1)
+                    lines.extend(empty_node());
+                    open.push((child, next, level + 1));
+                    Item::new(Item::NODE, next)
                 };
                 let bounds = self.binary.nodes[child].aabb;
-                tree.nodes[index].set(slot, Vec3::from(bounds.min), Vec3::from(bounds.max), item);
+                for axis in 0..3 {
+                    lines[first + 2 * axis].0[slot] = bounds.min[axis];
+                    lines[first + 2 * axis + 1].0[slot] = bounds.max[axis];
+                }
+                lines[first + CHILDREN].0[slot] = f32::from_bits(item.0);
             }
         }
     }
 
-    /// Gives each child a slot so that slot XOR octant is the order in which a ray of that octant should visit
-    /// them (bit a of an octant: the direction is negative along axis a): the best remaining pair first.
-    fn assign(&self, parent: usize, children: &[usize]) -> Vec<(usize, usize)> {
-        let middle = |node: usize| self.binary.nodes[node].aabb.center();
-        let sign = |slot: usize, axis: usize| if slot >> axis & 1 == 1 { 1.0 } else { -1.0 };
-        let mut pairs = vec![];
-        for &child in children {
-            let away = middle(child) - middle(parent);
-            pairs.extend((0..LANES).map(|slot| {
-                (away.dot(Vec3A::new(sign(slot, 0), sign(slot, 1), sign(slot, 2))), slot, child)
-            }));
-        }
-        pairs.sort_by(|a, b| b.0.total_cmp(&a.0));
-        let mut assigned: Vec<(usize, usize)> = vec![];
-        for (_, slot, child) in pairs {
-            if assigned.iter().all(|&(s, c)| s != slot && c != child) {
-                assigned.push((slot, child));
-            }
-        }
-        assigned
-    }
-
-    fn leaf(&self, node: usize, facets: &Facets, scale: f64) -> Leaf {
-        let mut leaf = Leaf::empty();
-        let mut lane = 0;
+    /// The surfaces under a node.
+    fn surfaces(&self, node: usize) -> Vec<u32> {
+        let mut surfaces = vec![];
         let mut open = vec![node];
         while let Some(node) = open.pop() {
             match self.children(node) {
                 Some([a, b]) => open.extend([b, a]),
                 None => {
                     let node = &self.binary.nodes[node];
-                    for i in node.first_index..node.first_index + node.prim_count {
-                        let surface = self.binary.primitive_indices[i as usize];
-                        leaf.set(lane, surface, facets.get(surface), scale);
-                        lane += 1;
-                    }
+                    let range = node.first_index as usize..(node.first_index + node.prim_count) as usize;
+                    surfaces.extend(&self.binary.primitive_indices[range]);
                 }
             }
         }
-        leaf
+        surfaces
     }
 }
 
-impl Node {
-    /// A node without children: boxes that nothing can meet.
-    fn empty() -> Self {
-        let [min, max] = [[Self::FAR; LANES], [-Self::FAR; LANES]];
-        Node { rows: [min, max, min, max, min, max, [0.0; LANES], [0.0; LANES]] }
-    }
-
-    fn set(&mut self, slot: usize, min: Vec3, max: Vec3, item: Item) {
-        for axis in 0..3 {
-            self.rows[2 * axis][slot] = min[axis];
-            self.rows[2 * axis + 1][slot] = max[axis];
-        }
-        self.rows[Self::CHILDREN][slot] = f32::from_bits(item.0);
-    }
+/// A node without children: boxes that nothing can meet.
+fn empty_node() -> Node {
+    let [min, max] = [Line([f32::MAX; LANES]), Line([-f32::MAX; LANES])];
+    [min, max, min, max, min, max, Line([0.0; LANES])]
 }
 
-impl Leaf {
-    /// A leaf without facets: NaN, which no comparison lets through.
-    fn empty() -> Self {
-        let mut rows = [[f32::NAN; LANES]; 14];
-        rows[Self::SURFACE] = [f32::from_bits(Ray::FREE); LANES];
-        Leaf { rows }
-    }
-
-    fn set(&mut self, lane: usize, surface: u32, facet: &crate::trace::Facet, scale: f64) {
-        let mut write = |row: usize, value: f64| self.rows[row][lane] = value as f32;
-        for axis in 0..3 {
-            write(axis, facet.normal[axis]);
-            write(4 + axis, facet.u_axis[axis] / scale);
-            write(8 + axis, facet.v_axis[axis] / scale);
+/// The lines of a leaf.
+fn leaf(surfaces: &[u32], facets: &Facets, scale: f64) -> Vec<Line> {
+    let count = surfaces.len();
+    let mut lines = vec![Line([0.0; LANES]); Leaf::lines(count)];
+    let mut write = |at: usize, number: f32| lines[at / LANES].0[at % LANES] = number;
+    write(0, f32::from_bits(count as u32));
+    for (lane, &surface) in surfaces.iter().enumerate() {
+        for (row, number) in column(facets.get(surface), scale).into_iter().enumerate() {
+            write(Leaf::start(count, Leaf::NORMAL + row) + lane, number);
         }
-        write(3, facet.offset * scale);
-        write(7, facet.u_offset);
-        write(11, facet.v_offset);
-        let steepness = (facet.u_axis.length() + facet.v_axis.length()) / scale * (1.0 + 1e-6);
-        write(Self::STEEPNESS, if facet.triangle { -steepness } else { steepness });
-        self.rows[Self::SURFACE][lane] = f32::from_bits(surface);
+        write(Leaf::start(count, Leaf::SURFACE) + lane, f32::from_bits(surface));
     }
+    lines
+}
+
+/// A facet in a leaf, from the row of its normal on.
+fn column(facet: &Facet, scale: f64) -> [f32; Leaf::ROWS - 1] {
+    let (n, u, v) = (facet.normal, facet.u_axis / scale, facet.v_axis / scale);
+    let steepness = (u.length() + v.length()) * (1.0 + 1e-6);
+    let signed = if facet.triangle { -steepness } else { steepness };
+    let offset = facet.offset * scale;
+    [n.x, n.y, n.z, offset, u.x, u.y, u.z, facet.u_offset, v.x, v.y, v.z, facet.v_offset, signed]
+        .map(|number| number as f32)
 }

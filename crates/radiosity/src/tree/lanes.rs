@@ -1,15 +1,18 @@
-//! Eight f32 lanes side by side, on each instruction set: the only place with intrinsics.
+//! Sixteen f32 lanes side by side, on each instruction set: the only place with intrinsics.
 //!
 //! All of this is culling: a lane may be rounded differently from one instruction set to the next (fused or
 //! not) without a trace in the answer, since `wavefront.rs` allows for either.
 
 /// Lanes of a vector: children of a node, facets of a leaf.
-pub(super) const LANES: usize = 8;
+pub(super) const LANES: usize = 16;
 
-/// A register of lanes, in plain memory.
+/// A vector in memory.
 pub(super) type Row = [f32; LANES];
 
-/// Eight f32 lanes. Comparisons with a NaN are false. A method may be called only where the processor has the
+/// The bits of a key that number a lane.
+const LANE_BITS: u32 = LANES as u32 - 1;
+
+/// Sixteen f32 lanes. Comparisons with a NaN are false. A method may be called only where the processor has the
 /// implementation's instruction set; the kernel's entry points see to that.
 pub(super) trait Lanes: Copy {
     /// A truth value for each lane.
@@ -26,39 +29,44 @@ pub(super) trait Lanes: Copy {
     fn mul_sub(self, factor: Self, subtrahend: Self) -> Self;
     fn recip(self) -> Self;
     fn min(self, other: Self) -> Self;
+    /// The greater; `other` where both are zero.
     fn max(self, other: Self) -> Self;
     fn abs(self) -> Self;
     /// `self` in the lanes where `sign` is negative, else 0.
     fn where_negative(self, sign: Self) -> Self;
+    /// 0 in the lanes of a mask.
+    fn zero_where(self, mask: Self::Mask) -> Self;
     fn le(self, other: Self) -> Self::Mask;
     /// Whether the bits of a lane differ from `bits`.
     fn differs(self, bits: u32) -> Self::Mask;
+    /// The first `count` lanes.
+    fn first(count: usize) -> Self::Mask;
     fn and(a: Self::Mask, b: Self::Mask) -> Self::Mask;
     fn or(a: Self::Mask, b: Self::Mask) -> Self::Mask;
     /// Bit i: lane i.
     fn bits(mask: Self::Mask) -> u32;
     /// The least lane of a mask; infinite where there is none.
     fn least(self, mask: Self::Mask) -> f32;
-    /// Lane i ^ `flip` in place of lane i.
-    fn flip_lanes(self, flip: usize) -> Self;
+    /// The least of the keys of the lanes of a mask, `u32::MAX` where there is none. The key of a lane that is
+    /// not negative is its bits, the last four of them replaced by the lane's number.
+    fn least_key_in(self, mask: Self::Mask) -> u32;
+    /// The same of all lanes.
+    fn least_key(self) -> u32;
     /// Writes the lanes whose bits are set to the front of `to`, in order; what follows them is arbitrary.
     fn compress(self, bits: u32, to: &mut Row);
 }
 
-/// FLIPS[f][i] = i ^ f.
-static FLIPS: [[u32; LANES]; LANES] = {
-    let mut table = [[0; LANES]; LANES];
-    let mut flip = 0;
-    while flip < LANES {
-        let mut lane = 0;
-        while lane < LANES {
-            table[flip][lane] = (lane ^ flip) as u32;
-            lane += 1;
-        }
-        flip += 1;
-    }
-    table
-};
+/// The lane that a key names.
+#[inline(always)]
+pub(super) fn lane_of(key: u32) -> usize {
+    (key & LANE_BITS) as usize
+}
+
+/// At most the value whose key this is, as bits.
+#[inline(always)]
+pub(super) fn value_of(key: u32) -> u32 {
+    key & !LANE_BITS
+}
 
 /// Plain Rust, which compilers turn into whatever vectors the target has.
 #[derive(Clone, Copy)]
@@ -72,7 +80,8 @@ impl Portable {
 }
 
 impl Lanes for Portable {
-    type Mask = [bool; LANES];
+    /// All ones or none.
+    type Mask = [u32; LANES];
 
     #[inline(always)]
     fn splat(x: f32) -> Self {
@@ -123,33 +132,45 @@ impl Lanes for Portable {
         self.zip(sign, |a, s| f32::from_bits(a.to_bits() & ((s.to_bits() as i32) >> 31) as u32))
     }
     #[inline(always)]
-    fn le(self, other: Self) -> [bool; LANES] {
-        std::array::from_fn(|i| self.0[i] <= other.0[i])
+    fn zero_where(self, mask: [u32; LANES]) -> Self {
+        Portable(std::array::from_fn(|i| f32::from_bits(self.0[i].to_bits() & !mask[i])))
     }
     #[inline(always)]
-    fn differs(self, bits: u32) -> [bool; LANES] {
-        self.0.map(|x| x.to_bits() != bits)
+    fn le(self, other: Self) -> [u32; LANES] {
+        std::array::from_fn(|i| if self.0[i] <= other.0[i] { u32::MAX } else { 0 })
     }
     #[inline(always)]
-    fn and(a: [bool; LANES], b: [bool; LANES]) -> [bool; LANES] {
+    fn differs(self, bits: u32) -> [u32; LANES] {
+        self.0.map(|x| if x.to_bits() == bits { 0 } else { u32::MAX })
+    }
+    #[inline(always)]
+    fn first(count: usize) -> [u32; LANES] {
+        std::array::from_fn(|i| if i < count { u32::MAX } else { 0 })
+    }
+    #[inline(always)]
+    fn and(a: [u32; LANES], b: [u32; LANES]) -> [u32; LANES] {
         std::array::from_fn(|i| a[i] & b[i])
     }
     #[inline(always)]
-    fn or(a: [bool; LANES], b: [bool; LANES]) -> [bool; LANES] {
+    fn or(a: [u32; LANES], b: [u32; LANES]) -> [u32; LANES] {
         std::array::from_fn(|i| a[i] | b[i])
     }
     #[inline(always)]
-    fn bits(mask: [bool; LANES]) -> u32 {
-        (0..LANES).fold(0, |bits, i| bits | u32::from(mask[i]) << i)
+    fn bits(mask: [u32; LANES]) -> u32 {
+        (0..LANES).fold(0, |bits, i| bits | mask[i] & 1 << i)
     }
     #[inline(always)]
-    fn least(self, mask: [bool; LANES]) -> f32 {
-        (0..LANES)
-            .fold(f32::INFINITY, |least, i| if mask[i] && self.0[i] < least { self.0[i] } else { least })
+    fn least(self, mask: [u32; LANES]) -> f32 {
+        let value = |i: usize| if mask[i] == 0 { f32::INFINITY } else { self.0[i] };
+        (0..LANES).fold(f32::INFINITY, |least, i| if value(i) < least { value(i) } else { least })
     }
     #[inline(always)]
-    fn flip_lanes(self, flip: usize) -> Self {
-        Portable(FLIPS[flip & (LANES - 1)].map(|lane| self.0[lane as usize & (LANES - 1)]))
+    fn least_key_in(self, mask: [u32; LANES]) -> u32 {
+        (0..LANES).fold(u32::MAX, |least, i| least.min(value_of(self.0[i].to_bits()) | i as u32 | !mask[i]))
+    }
+    #[inline(always)]
+    fn least_key(self) -> u32 {
+        self.least_key_in([u32::MAX; LANES])
     }
     #[inline(always)]
     fn compress(self, bits: u32, to: &mut Row) {
@@ -168,15 +189,22 @@ pub(super) use x86::{Avx2, Avx512};
 mod x86 {
     use std::arch::x86_64::*;
 
-    use super::{FLIPS, LANES, Lanes, Row};
+    use super::{LANE_BITS, LANES, Lanes, Row};
 
-    /// COMPRESS[bits]: the set lanes in order, a byte each.
-    static COMPRESS: [u64; 1 << LANES] = {
-        let mut table = [0; 1 << LANES];
+    /// The lanes' numbers.
+    static NUMBERS: [i32; LANES] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15];
+
+    /// AVX2 and fused multiply-add, two registers for a vector.
+    #[derive(Clone, Copy)]
+    pub struct Avx2([__m256; 2]);
+
+    /// COMPRESS[bits]: the set lanes of eight in order, a byte each.
+    static COMPRESS: [u64; 256] = {
+        let mut table = [0; 256];
         let mut bits = 0;
         while bits < table.len() {
             let (mut lane, mut shift) = (0, 0);
-            while lane < LANES {
+            while lane < 8 {
                 if bits >> lane & 1 == 1 {
                     table[bits] |= (lane as u64) << shift;
                     shift += 8;
@@ -188,162 +216,292 @@ mod x86 {
         table
     };
 
-    /// AVX2 and fused multiply-add.
-    #[derive(Clone, Copy)]
-    pub struct Avx2(__m256);
+    impl Avx2 {
+        #[inline(always)]
+        fn zip(self, other: Self, f: impl Fn(__m256, __m256) -> __m256) -> Self {
+            Avx2([f(self.0[0], other.0[0]), f(self.0[1], other.0[1])])
+        }
 
-    /// AVX-512 F, VL and DQ on the same 256 bits: masks and compression in one instruction.
-    #[derive(Clone, Copy)]
-    pub struct Avx512(__m256);
+        #[inline(always)]
+        fn map(self, f: impl Fn(__m256) -> __m256) -> Self {
+            Avx2([f(self.0[0]), f(self.0[1])])
+        }
 
-    /// What the two have in common. SAFETY of every block: the entry points of the kernel have made sure of the
-    /// instruction set; loads and stores are of a whole `Row`.
-    macro_rules! common {
-        () => {
-            #[inline(always)]
-            fn splat(x: f32) -> Self {
-                Self(unsafe { _mm256_set1_ps(x) })
-            }
-            #[inline(always)]
-            fn load(row: &Row) -> Self {
-                Self(unsafe { _mm256_loadu_ps(row.as_ptr()) })
-            }
-            #[inline(always)]
-            fn add(self, other: Self) -> Self {
-                Self(unsafe { _mm256_add_ps(self.0, other.0) })
-            }
-            #[inline(always)]
-            fn sub(self, other: Self) -> Self {
-                Self(unsafe { _mm256_sub_ps(self.0, other.0) })
-            }
-            #[inline(always)]
-            fn mul(self, other: Self) -> Self {
-                Self(unsafe { _mm256_mul_ps(self.0, other.0) })
-            }
-            #[inline(always)]
-            fn mul_add(self, factor: Self, addend: Self) -> Self {
-                Self(unsafe { _mm256_fmadd_ps(self.0, factor.0, addend.0) })
-            }
-            #[inline(always)]
-            fn mul_sub(self, factor: Self, subtrahend: Self) -> Self {
-                Self(unsafe { _mm256_fmsub_ps(self.0, factor.0, subtrahend.0) })
-            }
-            #[inline(always)]
-            fn recip(self) -> Self {
-                Self(unsafe { _mm256_div_ps(_mm256_set1_ps(1.0), self.0) })
-            }
-            #[inline(always)]
-            fn min(self, other: Self) -> Self {
-                Self(unsafe { _mm256_min_ps(self.0, other.0) })
-            }
-            #[inline(always)]
-            fn max(self, other: Self) -> Self {
-                Self(unsafe { _mm256_max_ps(self.0, other.0) })
-            }
-            #[inline(always)]
-            fn abs(self) -> Self {
-                Self(unsafe { _mm256_andnot_ps(_mm256_set1_ps(-0.0), self.0) })
-            }
-            #[inline(always)]
-            fn where_negative(self, sign: Self) -> Self {
-                let mask = unsafe { _mm256_srai_epi32::<31>(_mm256_castps_si256(sign.0)) };
-                Self(unsafe { _mm256_and_ps(self.0, _mm256_castsi256_ps(mask)) })
-            }
-            #[inline(always)]
-            fn flip_lanes(self, flip: usize) -> Self {
-                let order = &FLIPS[flip & (LANES - 1)];
-                Self(unsafe { _mm256_permutevar8x32_ps(self.0, _mm256_loadu_si256(order.as_ptr().cast())) })
-            }
-        };
+        #[inline(always)]
+        fn keys(self) -> [__m256i; 2] {
+            // SAFETY: as for the implementation of `Lanes`.
+            [0, 1].map(|half| unsafe {
+                let number = _mm256_loadu_si256(NUMBERS.as_ptr().add(8 * half).cast());
+                let value = _mm256_castps_si256(self.0[half]);
+                _mm256_or_si256(_mm256_andnot_si256(_mm256_set1_epi32(LANE_BITS as i32), value), number)
+            })
+        }
     }
 
-    /// The least of eight lanes.
+    /// The least of eight u32 twice.
     #[inline(always)]
-    fn horizontal_min(x: __m256) -> f32 {
-        // SAFETY: as for `common`.
+    fn least_u32([a, b]: [__m256i; 2]) -> u32 {
+        // SAFETY: as for the implementations of `Lanes`.
         unsafe {
+            let x = _mm256_min_epu32(a, b);
+            let x = _mm_min_epu32(_mm256_castsi256_si128(x), _mm256_extracti128_si256::<1>(x));
+            let x = _mm_min_epu32(x, _mm_shuffle_epi32::<0b01_00_11_10>(x));
+            let x = _mm_min_epu32(x, _mm_shuffle_epi32::<0b10_11_00_01>(x));
+            _mm_cvtsi128_si32(x) as u32
+        }
+    }
+
+    /// The least of eight f32 twice.
+    #[inline(always)]
+    fn least_f32([a, b]: [__m256; 2]) -> f32 {
+        // SAFETY: as for the implementations of `Lanes`.
+        unsafe {
+            let x = _mm256_min_ps(a, b);
             let x = _mm_min_ps(_mm256_castps256_ps128(x), _mm256_extractf128_ps::<1>(x));
             let x = _mm_min_ps(x, _mm_movehl_ps(x, x));
             _mm_cvtss_f32(_mm_min_ss(x, _mm_movehdup_ps(x)))
         }
     }
 
-    // SAFETY of the blocks in both implementations: as for `common`.
+    // SAFETY of every block here and below: the entry points of the kernel have made sure of the instruction
+    // set; loads and stores are of parts of a `Row`.
     impl Lanes for Avx2 {
-        type Mask = __m256;
-
-        common!();
+        type Mask = [__m256; 2];
 
         #[inline(always)]
-        fn le(self, other: Self) -> __m256 {
-            unsafe { _mm256_cmp_ps::<_CMP_LE_OQ>(self.0, other.0) }
+        fn splat(x: f32) -> Self {
+            Avx2([unsafe { _mm256_set1_ps(x) }; 2])
         }
         #[inline(always)]
-        fn differs(self, bits: u32) -> __m256 {
-            unsafe {
-                let same = _mm256_cmpeq_epi32(_mm256_castps_si256(self.0), _mm256_set1_epi32(bits as i32));
+        fn load(row: &Row) -> Self {
+            Avx2(unsafe { [_mm256_loadu_ps(row.as_ptr()), _mm256_loadu_ps(row.as_ptr().add(8))] })
+        }
+        #[inline(always)]
+        fn add(self, other: Self) -> Self {
+            self.zip(other, |a, b| unsafe { _mm256_add_ps(a, b) })
+        }
+        #[inline(always)]
+        fn sub(self, other: Self) -> Self {
+            self.zip(other, |a, b| unsafe { _mm256_sub_ps(a, b) })
+        }
+        #[inline(always)]
+        fn mul(self, other: Self) -> Self {
+            self.zip(other, |a, b| unsafe { _mm256_mul_ps(a, b) })
+        }
+        #[inline(always)]
+        fn mul_add(self, factor: Self, addend: Self) -> Self {
+            Avx2([0, 1].map(|i| unsafe { _mm256_fmadd_ps(self.0[i], factor.0[i], addend.0[i]) }))
+        }
+        #[inline(always)]
+        fn mul_sub(self, factor: Self, subtrahend: Self) -> Self {
+            Avx2([0, 1].map(|i| unsafe { _mm256_fmsub_ps(self.0[i], factor.0[i], subtrahend.0[i]) }))
+        }
+        #[inline(always)]
+        fn recip(self) -> Self {
+            self.map(|x| unsafe { _mm256_div_ps(_mm256_set1_ps(1.0), x) })
+        }
+        #[inline(always)]
+        fn min(self, other: Self) -> Self {
+            self.zip(other, |a, b| unsafe { _mm256_min_ps(a, b) })
+        }
+        #[inline(always)]
+        fn max(self, other: Self) -> Self {
+            self.zip(other, |a, b| unsafe { _mm256_max_ps(a, b) })
+        }
+        #[inline(always)]
+        fn abs(self) -> Self {
+            self.map(|x| unsafe { _mm256_andnot_ps(_mm256_set1_ps(-0.0), x) })
+        }
+        #[inline(always)]
+        fn where_negative(self, sign: Self) -> Self {
+            self.zip(sign, |x, sign| unsafe {
+                _mm256_and_ps(x, _mm256_castsi256_ps(_mm256_srai_epi32::<31>(_mm256_castps_si256(sign))))
+            })
+        }
+        #[inline(always)]
+        fn zero_where(self, mask: [__m256; 2]) -> Self {
+            self.zip(Avx2(mask), |x, mask| unsafe { _mm256_andnot_ps(mask, x) })
+        }
+        #[inline(always)]
+        fn le(self, other: Self) -> [__m256; 2] {
+            self.zip(other, |a, b| unsafe { _mm256_cmp_ps::<_CMP_LE_OQ>(a, b) }).0
+        }
+        #[inline(always)]
+        fn differs(self, bits: u32) -> [__m256; 2] {
+            self.map(|x| unsafe {
+                let same = _mm256_cmpeq_epi32(_mm256_castps_si256(x), _mm256_set1_epi32(bits as i32));
                 _mm256_castsi256_ps(_mm256_xor_si256(same, _mm256_set1_epi32(-1)))
-            }
+            })
+            .0
         }
         #[inline(always)]
-        fn and(a: __m256, b: __m256) -> __m256 {
-            unsafe { _mm256_and_ps(a, b) }
+        fn first(count: usize) -> [__m256; 2] {
+            [0, 1].map(|half| unsafe {
+                let numbers = _mm256_loadu_si256(NUMBERS.as_ptr().add(8 * half).cast());
+                _mm256_castsi256_ps(_mm256_cmpgt_epi32(_mm256_set1_epi32(count as i32), numbers))
+            })
         }
         #[inline(always)]
-        fn or(a: __m256, b: __m256) -> __m256 {
-            unsafe { _mm256_or_ps(a, b) }
+        fn and(a: [__m256; 2], b: [__m256; 2]) -> [__m256; 2] {
+            Avx2(a).zip(Avx2(b), |a, b| unsafe { _mm256_and_ps(a, b) }).0
         }
         #[inline(always)]
-        fn bits(mask: __m256) -> u32 {
-            unsafe { _mm256_movemask_ps(mask) as u32 }
+        fn or(a: [__m256; 2], b: [__m256; 2]) -> [__m256; 2] {
+            Avx2(a).zip(Avx2(b), |a, b| unsafe { _mm256_or_ps(a, b) }).0
         }
         #[inline(always)]
-        fn least(self, mask: __m256) -> f32 {
-            horizontal_min(unsafe { _mm256_blendv_ps(_mm256_set1_ps(f32::INFINITY), self.0, mask) })
+        fn bits(mask: [__m256; 2]) -> u32 {
+            unsafe { (_mm256_movemask_ps(mask[0]) | _mm256_movemask_ps(mask[1]) << 8) as u32 }
+        }
+        #[inline(always)]
+        fn least(self, mask: [__m256; 2]) -> f32 {
+            let infinite = unsafe { _mm256_set1_ps(f32::INFINITY) };
+            least_f32(self.zip(Avx2(mask), |x, mask| unsafe { _mm256_blendv_ps(infinite, x, mask) }).0)
+        }
+        #[inline(always)]
+        fn least_key_in(self, mask: [__m256; 2]) -> u32 {
+            let [a, b] = self.keys();
+            least_u32([(a, mask[0]), (b, mask[1])].map(|(key, mask)| unsafe {
+                _mm256_or_si256(key, _mm256_xor_si256(_mm256_castps_si256(mask), _mm256_set1_epi32(-1)))
+            }))
+        }
+        #[inline(always)]
+        fn least_key(self) -> u32 {
+            least_u32(self.keys())
         }
         #[inline(always)]
         fn compress(self, bits: u32, to: &mut Row) {
-            let order = COMPRESS[bits as usize & (COMPRESS.len() - 1)];
+            let front = |x: __m256, bits: u32| unsafe {
+                let order = COMPRESS[(bits & 255) as usize];
+                _mm256_permutevar8x32_ps(x, _mm256_cvtepu8_epi32(_mm_cvtsi64_si128(order as i64)))
+            };
             unsafe {
-                let order = _mm256_cvtepu8_epi32(_mm_cvtsi64_si128(order as i64));
-                _mm256_storeu_ps(to.as_mut_ptr(), _mm256_permutevar8x32_ps(self.0, order));
+                _mm256_storeu_ps(to.as_mut_ptr(), front(self.0[0], bits));
+                let next = to.as_mut_ptr().add((bits & 255).count_ones() as usize);
+                _mm256_storeu_ps(next, front(self.0[1], bits >> 8));
+            }
+        }
+    }
+
+    /// AVX-512: foundation, VL and DQ.
+    #[derive(Clone, Copy)]
+    pub struct Avx512(__m512);
+
+    impl Avx512 {
+        #[inline(always)]
+        fn keys(self) -> __m512i {
+            unsafe {
+                let numbers = _mm512_loadu_si512(NUMBERS.as_ptr().cast());
+                let low = _mm512_set1_epi32(LANE_BITS as i32);
+                _mm512_or_si512(_mm512_andnot_si512(low, _mm512_castps_si512(self.0)), numbers)
             }
         }
     }
 
     impl Lanes for Avx512 {
-        type Mask = __mmask8;
-
-        common!();
+        type Mask = __mmask16;
 
         #[inline(always)]
-        fn le(self, other: Self) -> __mmask8 {
-            unsafe { _mm256_cmp_ps_mask::<_CMP_LE_OQ>(self.0, other.0) }
+        fn splat(x: f32) -> Self {
+            Self(unsafe { _mm512_set1_ps(x) })
         }
         #[inline(always)]
-        fn differs(self, bits: u32) -> __mmask8 {
-            unsafe { _mm256_cmpneq_epi32_mask(_mm256_castps_si256(self.0), _mm256_set1_epi32(bits as i32)) }
+        fn load(row: &Row) -> Self {
+            Self(unsafe { _mm512_loadu_ps(row.as_ptr()) })
         }
         #[inline(always)]
-        fn and(a: __mmask8, b: __mmask8) -> __mmask8 {
+        fn add(self, other: Self) -> Self {
+            Self(unsafe { _mm512_add_ps(self.0, other.0) })
+        }
+        #[inline(always)]
+        fn sub(self, other: Self) -> Self {
+            Self(unsafe { _mm512_sub_ps(self.0, other.0) })
+        }
+        #[inline(always)]
+        fn mul(self, other: Self) -> Self {
+            Self(unsafe { _mm512_mul_ps(self.0, other.0) })
+        }
+        #[inline(always)]
+        fn mul_add(self, factor: Self, addend: Self) -> Self {
+            Self(unsafe { _mm512_fmadd_ps(self.0, factor.0, addend.0) })
+        }
+        #[inline(always)]
+        fn mul_sub(self, factor: Self, subtrahend: Self) -> Self {
+            Self(unsafe { _mm512_fmsub_ps(self.0, factor.0, subtrahend.0) })
+        }
+        #[inline(always)]
+        fn recip(self) -> Self {
+            Self(unsafe { _mm512_div_ps(_mm512_set1_ps(1.0), self.0) })
+        }
+        #[inline(always)]
+        fn min(self, other: Self) -> Self {
+            Self(unsafe { _mm512_min_ps(self.0, other.0) })
+        }
+        #[inline(always)]
+        fn max(self, other: Self) -> Self {
+            Self(unsafe { _mm512_max_ps(self.0, other.0) })
+        }
+        #[inline(always)]
+        fn abs(self) -> Self {
+            Self(unsafe { _mm512_abs_ps(self.0) })
+        }
+        #[inline(always)]
+        fn where_negative(self, sign: Self) -> Self {
+            Self(unsafe { _mm512_maskz_mov_ps(_mm512_movepi32_mask(_mm512_castps_si512(sign.0)), self.0) })
+        }
+        #[inline(always)]
+        fn zero_where(self, mask: __mmask16) -> Self {
+            Self(unsafe { _mm512_maskz_mov_ps(!mask, self.0) })
+        }
+        #[inline(always)]
+        fn le(self, other: Self) -> __mmask16 {
+            unsafe { _mm512_cmp_ps_mask::<_CMP_LE_OQ>(self.0, other.0) }
+        }
+        #[inline(always)]
+        fn differs(self, bits: u32) -> __mmask16 {
+            unsafe { _mm512_cmpneq_epi32_mask(_mm512_castps_si512(self.0), _mm512_set1_epi32(bits as i32)) }
+        }
+        #[inline(always)]
+        fn first(count: usize) -> __mmask16 {
+            ((1_u32 << count) - 1) as __mmask16
+        }
+        #[inline(always)]
+        fn and(a: __mmask16, b: __mmask16) -> __mmask16 {
             a & b
         }
         #[inline(always)]
-        fn or(a: __mmask8, b: __mmask8) -> __mmask8 {
+        fn or(a: __mmask16, b: __mmask16) -> __mmask16 {
             a | b
         }
         #[inline(always)]
-        fn bits(mask: __mmask8) -> u32 {
+        fn bits(mask: __mmask16) -> u32 {
             u32::from(mask)
         }
         #[inline(always)]
-        fn least(self, mask: __mmask8) -> f32 {
-            horizontal_min(unsafe { _mm256_mask_blend_ps(mask, _mm256_set1_ps(f32::INFINITY), self.0) })
+        fn least(self, mask: __mmask16) -> f32 {
+            unsafe {
+                let x = _mm512_mask_blend_ps(mask, _mm512_set1_ps(f32::INFINITY), self.0);
+                least_f32([_mm512_castps512_ps256(x), _mm512_extractf32x8_ps::<1>(x)])
+            }
+        }
+        #[inline(always)]
+        fn least_key_in(self, mask: __mmask16) -> u32 {
+            unsafe {
+                let x = _mm512_mask_blend_epi32(mask, _mm512_set1_epi32(-1), self.keys());
+                least_u32([_mm512_castsi512_si256(x), _mm512_extracti32x8_epi32::<1>(x)])
+            }
+        }
+        #[inline(always)]
+        fn least_key(self) -> u32 {
+            unsafe {
+                let x = self.keys();
+                least_u32([_mm512_castsi512_si256(x), _mm512_extracti32x8_epi32::<1>(x)])
+            }
         }
         #[inline(always)]
         fn compress(self, bits: u32, to: &mut Row) {
             unsafe {
-                _mm256_storeu_ps(to.as_mut_ptr(), _mm256_maskz_compress_ps(bits as __mmask8, self.0));
+                _mm512_storeu_ps(to.as_mut_ptr(), _mm512_maskz_compress_ps(bits as __mmask16, self.0));
             }
         }
     }

@@ -8,10 +8,13 @@
 //! All of it is f32 and only culls. A facet that a ray might meet, as far as f32 can tell, becomes a candidate;
 //! the candidates that are left are met in f64 by [`Facets::meet`], so the answer is the same as without a tree.
 
+use std::hint::select_unpredictable;
+
 #[cfg(target_arch = "x86_64")]
 use super::lanes::{Avx2, Avx512};
-use super::lanes::{LANES, Lanes, Portable, Row};
-use super::{Item, Leaf, Node, Tree};
+use super::lanes::{LANES, Lanes, Portable, Row, lane_of, value_of};
+use super::{CHILDREN, Item, Leaf, NODE_LINES, Tree, node_at};
+use crate::batch::WIDTH;
 use crate::isa::Isa;
 use crate::prefetch::prefetch;
 use crate::trace::{Facets, Hits, Rays};
@@ -20,87 +23,107 @@ use crate::trace::{Facets, Hits, Rays};
 const ACTIVE: usize = 32;
 
 /// Candidates that a ray can hold.
-const CANDIDATES: usize = 3 * LANES;
+const CANDIDATES: usize = 2 * LANES;
 
 /// Half the distance from 1 to the next f32: the largest relative error of one operation.
 const ROUNDING: f32 = 0.5 * f32::EPSILON;
 
-/// A ray as the tree sees it, in tree coordinates.
-#[derive(Clone, Copy, Debug, Default)]
-#[repr(C, align(64))]
-struct Form {
-    origin: [f32; 3],
-    direction: [f32; 3],
-    inverse: [f32; 3],
+/// A batch of rays as the tree sees them, in tree coordinates.
+#[derive(Clone, Debug)]
+struct Forms {
+    origin: [[f32; WIDTH]; 3],
+    direction: [[f32; WIDTH]; 3],
+    inverse: [[f32; WIDTH]; 3],
     /// Of the planes by which the ray enters a box and leaves it: t = plane · inverse − this, as early or as
     /// late as rounding could make it.
-    enter: [f32; 3],
-    leave: [f32; 3],
-    /// Bit a: the direction is negative along axis a.
-    octant: u32,
+    enter: [[f32; WIDTH]; 3],
+    leave: [[f32; WIDTH]; 3],
+    /// Whether it enters by the upper plane.
+    downwards: [[bool; WIDTH]; 3],
     /// The part of the uncertainty of t, times |n·d|, that does not grow with t.
-    uncertainty: f32,
+    uncertainty: [f32; WIDTH],
     /// A parameter that the nearest hit cannot exceed.
-    best: f32,
-    /// The surface that the ray leaves.
-    from: u32,
-    /// Its number in the batch.
-    ray: u32,
+    best: [f32; WIDTH],
 }
 
-impl Form {
+impl Forms {
+    /// Prepares a batch.
+    ///
+    /// With e = [`ROUNDING`], O the origin, d the direction (|d| ≤ 1) and m a plane of a box, |m| ≤ 1: `inverse` is 1/d
+    /// within 2.01 e, so m · `inverse` is m/d within 3.1 e |m/d|, and `middle`, of an origin that was itself
+    /// rounded, O/d within 5.2 e |O/d|; adding `error` and the last subtraction err by e (|m| + 2 |O|)/|d| more,
+    /// fused or not. In all that is less than 8 e (|O| + 1)/|d|, and `error` is at least that. A component below
+    /// 2⁻⁴⁰ is replaced: on the way to a hit, of length |O| + √3 at most, that moves the ray by less than
+    /// 2⁻³⁷ (|O| + 2), which the unused part of `error`, 8 e for each length of 1, covers too.
     #[inline(always)]
-    fn new(rays: &Rays, ray: usize, tree: &Tree) -> Self {
-        let origin = rays.origin.map(|row| (row[ray] * tree.scale) as f32);
-        let direction = rays.direction.map(|row| row[ray] as f32);
-        let reach = origin[0].abs() + origin[1].abs() + origin[2].abs() + 2.0;
-        let mut form = Form {
-            origin,
-            direction,
-            uncertainty: 30.0 * ROUNDING * reach + 2.0 * tree.slack,
-            best: f32::INFINITY,
-            from: rays.from[ray],
-            ray: ray as u32,
-            ..Form::default()
-        };
+    #[expect(
+        clippy::needless_range_loop,
+        reason = "lane by lane over many arrays: this is what gets vectorised"
+    )]
+    fn set(&mut self, rays: &Rays, tree: &Tree) {
+        let len = rays.len;
+        let mut reach = [2.0; WIDTH];
         for axis in 0..3 {
-            const LEAST: f32 = 1.0 / (1_u64 << 40) as f32;
-            let d = direction[axis].abs().max(LEAST).copysign(direction[axis]);
-            let inverse = 1.0 / d;
-            let middle = origin[axis] * inverse;
-            let error = 8.0 * ROUNDING * reach * inverse.abs();
-            form.inverse[axis] = inverse;
-            form.enter[axis] = middle + error;
-            form.leave[axis] = middle - error;
-            form.octant |= (d.to_bits() >> 31) << axis;
+            for i in 0..len {
+                let origin = (rays.origin[axis][i] * tree.scale) as f32;
+                self.origin[axis][i] = origin;
+                self.direction[axis][i] = rays.direction[axis][i] as f32;
+                reach[i] += origin.abs();
+            }
         }
-        form
+        for i in 0..len {
+            self.uncertainty[i] = 30.0 * ROUNDING * reach[i] + 2.0 * tree.slack;
+            self.best[i] = f32::INFINITY;
+        }
+        for axis in 0..3 {
+            for i in 0..len {
+                const LEAST: f32 = 1.0 / (1_u64 << 40) as f32;
+                let direction = self.direction[axis][i];
+                let inverse = 1.0 / direction.abs().max(LEAST).copysign(direction);
+                let middle = self.origin[axis][i] * inverse;
+                let error = 8.0 * ROUNDING * reach[i] * inverse.abs();
+                self.inverse[axis][i] = inverse;
+                self.downwards[axis][i] = inverse < 0.0;
+                self.enter[axis][i] = middle + error;
+                self.leave[axis][i] = middle - error;
+            }
+        }
     }
 }
 
 /// What rays have left to visit and might meet. Slot s of a wavefront has the s-th part of each array.
 #[derive(Clone, Debug)]
 pub(crate) struct Scratch {
-    forms: [Form; ACTIVE],
+    forms: Forms,
     stacks: Stacks,
     queues: Queues,
     candidates: [Candidates; ACTIVE],
+    /// The candidates that are left at the end.
     finalists: Finalists,
 }
 
 impl Default for Scratch {
     fn default() -> Self {
         Scratch {
-            forms: [Form::default(); ACTIVE],
+            forms: Forms {
+                origin: [[0.0; WIDTH]; 3],
+                direction: [[0.0; WIDTH]; 3],
+                inverse: [[0.0; WIDTH]; 3],
+                enter: [[0.0; WIDTH]; 3],
+                leave: [[0.0; WIDTH]; 3],
+                downwards: [[false; WIDTH]; 3],
+                uncertainty: [0.0; WIDTH],
+                best: [0.0; WIDTH],
+            },
             stacks: Stacks::default(),
-            queues: [[Step { slot: 0, item: Item::DONE }; ACTIVE + 1]; 3],
+            queues: Queues::default(),
             candidates: [Candidates::default(); ACTIVE],
             finalists: Finalists::default(),
         }
     }
 }
 
-/// The items that each ray has yet to visit, the next one on top, with the parameter at which it enters them.
+/// The items that each ray has yet to visit, with the parameter at which it enters them.
 #[derive(Clone, Debug, Default)]
 struct Stacks {
     enter: Vec<f32>,
@@ -112,21 +135,18 @@ struct Stacks {
 }
 
 impl Stacks {
-    /// Where a stack begins: below it, so that [`Stacks::pop`] may look at eight entries at once, are seven that
-    /// no ray enters, and `Item::DONE`, which every ray does.
+    /// Where a stack begins: a whole window above entries that no ray enters.
     const BOTTOM: usize = LANES;
+    /// From here on the last item is the next, whatever its distance.
+    const HIGH: usize = Self::BOTTOM + 4 * LANES;
 
     /// Makes room for a tree of some levels: a node's children replace it, and a row is written whole.
     fn fit(&mut self, levels: usize) {
-        let stride = Self::BOTTOM + (LANES - 1) * levels + 2 * LANES;
+        let stride = Self::HIGH + (LANES - 1) * levels + 2 * LANES;
         if stride != self.stride {
             self.stride = stride;
             self.enter = vec![f32::NAN; ACTIVE * stride];
             self.items = vec![0.0; ACTIVE * stride];
-            for slot in 0..ACTIVE {
-                self.enter[slot * stride + Self::BOTTOM - 1] = f32::NEG_INFINITY;
-                self.items[slot * stride + Self::BOTTOM - 1] = f32::from_bits(Item::DONE.0);
-            }
         }
     }
 
@@ -134,28 +154,71 @@ impl Stacks {
         self.top[slot] = slot * self.stride + Self::BOTTOM;
     }
 
-    /// The next item that the ray enters before `best`.
+    /// Adds the lanes of a node's children whose bits are set.
     #[inline(always)]
-    fn peek<L: Lanes>(&self, slot: usize, best: f32) -> (Item, usize) {
-        let mut top = self.top[slot];
-        loop {
-            let window = L::load(row(&self.enter, top - LANES));
-            let bits = L::bits(window.le(L::splat(best)));
-            if bits != 0 {
-                top -= 1 + (bits << (32 - LANES)).leading_zeros() as usize;
-                return (Item(self.items[top].to_bits()), top);
-            }
-            top -= LANES;
-        }
+    fn push<L: Lanes>(&mut self, slot: usize, bits: u32, enter: L, children: L) {
+        let top = self.top[slot];
+        enter.compress(bits, row_mut(&mut self.enter, top));
+        children.compress(bits, row_mut(&mut self.items, top));
+        self.top[slot] = top + bits.count_ones() as usize;
+    }
+
+    /// The nearest of the last sixteen entries, if the ray enters it by `best`; else `Item::DONE`, which those above
+    /// then are.
+    #[inline(always)]
+    fn pop<L: Lanes>(&mut self, slot: usize, best: f32) -> Item {
+        let last = self.top[slot] - 1;
+        let window = last + 1 - LANES;
+        let key = L::load(row(&self.enter, window)).least_key();
+        let high = last >= slot * self.stride + Self::HIGH;
+        let at = select_unpredictable(high, last, window + lane_of(key));
+        let live = high | (value_of(key) <= best.to_bits());
+        // The last one fills the gap.
+        let item = Item(self.items[at].to_bits());
+        self.enter[at] = self.enter[last];
+        self.items[at] = self.items[last];
+        self.top[slot] = last + usize::from(!live);
+        select_unpredictable(live, item, Item::new(Item::DONE, 0))
+    }
+
+    /// Forgets the last sixteen entries, which are too far; whether there are others.
+    #[inline(always)]
+    fn skip(&mut self, slot: usize) -> bool {
+        self.top[slot] -= LANES;
+        self.top[slot] > slot * self.stride + Self::BOTTOM
     }
 }
 
-/// Rays by the kind of their next item: node, leaf, none.
-type Queues = [[Step; ACTIVE + 1]; 3];
+/// Rays by the kind of their next item.
+#[derive(Clone, Debug)]
+struct Queues {
+    steps: [[Step; ACTIVE]; Item::KINDS],
+    lens: [usize; Item::KINDS],
+}
+
+impl Default for Queues {
+    fn default() -> Self {
+        let none = Step { slot: 0, ray: 0, item: Item::new(Item::DONE, 0) };
+        Queues { steps: [[none; ACTIVE]; Item::KINDS], lens: [0; Item::KINDS] }
+    }
+}
+
+impl Queues {
+    #[inline(always)]
+    fn push(&mut self, step: Step) {
+        let kind = step.item.kind();
+        let len = self.lens[kind];
+        // A ray is in one queue at a time, so there is room.
+        self.steps[kind][len % ACTIVE] = step;
+        self.lens[kind] = len + 1;
+    }
+}
 
 #[derive(Clone, Copy, Debug)]
+#[repr(C, align(8))]
 struct Step {
-    slot: u32,
+    slot: u16,
+    ray: u16,
     item: Item,
 }
 
@@ -167,10 +230,20 @@ struct Candidates {
     len: usize,
 }
 
-/// The candidates that are left at the end: ray and surface.
+/// Rays, and a surface that each might meet: bits side by side.
 #[derive(Clone, Debug, Default)]
 struct Finalists {
-    list: Vec<(u32, u32)>,
+    rays: Vec<f32>,
+    surfaces: Vec<f32>,
+    len: usize,
+}
+
+impl Finalists {
+    fn clear(&mut self) {
+        self.len = 0;
+        self.rays.resize(LANES * (WIDTH + 1), 0.0);
+        self.surfaces.resize(LANES * (WIDTH + 1), 0.0);
+    }
 }
 
 #[inline(always)]
@@ -183,9 +256,24 @@ fn row_mut(values: &mut [f32], start: usize) -> &mut Row {
     (&mut values[start..start + LANES]).try_into().expect("a row")
 }
 
+impl Leaf<'_> {
+    #[inline(always)]
+    fn load<L: Lanes>(&self, row: usize) -> L {
+        L::load(self.row(row))
+    }
+
+    /// The dot product of three rows and a vector.
+    #[inline(always)]
+    fn dot<L: Lanes>(&self, first: usize, v: &[L; 3]) -> L {
+        let sum = self.load::<L>(first).mul(v[0]);
+        let sum = self.load::<L>(first + 1).mul_add(v[1], sum);
+        self.load::<L>(first + 2).mul_add(v[2], sum)
+    }
+}
+
 impl Tree {
-    /// The least (t, surface number) among the facets that each ray meets. Directions must have a length of 1
-    /// within a factor of 2 below.
+    /// The least (t, surface number) among the facets that each ray meets. Directions must be between 1/4 and
+    /// 1 + 10⁻⁹ long.
     pub(crate) fn closest_hits(&self, facets: &Facets, rays: &Rays, scratch: &mut Scratch, hits: &mut Hits) {
         let call = Call { tree: self, facets, rays };
         match self.isa {
@@ -219,127 +307,133 @@ impl Call<'_> {
         self.run::<Avx512>(scratch, hits);
     }
 
+    /// The whole batch: `ACTIVE` rays at once, the next one as soon as one is done.
     #[inline(always)]
     fn run<L: Lanes>(&self, scratch: &mut Scratch, hits: &mut Hits) {
         scratch.stacks.fit(self.tree.levels);
-        scratch.finalists.list.clear();
+        scratch.finalists.clear();
         hits.clear(self.rays.len);
+        scratch.forms.set(self.rays, self.tree);
         let mut next = self.rays.len.min(ACTIVE);
-        let mut lens = [0; 3];
         for slot in 0..next {
             self.start(slot, slot, scratch);
-            self.queue(slot, Item::node(0), &mut scratch.queues, &mut lens);
         }
-        while lens[0] + lens[1] > 0 {
-            for i in 0..std::mem::take(&mut lens[0]) {
-                let Step { slot, item } = scratch.queues[0][i];
-                let item = self.visit_node::<L>(slot as usize, item.index(), scratch);
-                self.queue(slot as usize, item, &mut scratch.queues, &mut lens);
+        while scratch.queues.lens != [0; Item::KINDS] {
+            for i in 0..std::mem::take(&mut scratch.queues.lens[Item::NODE]) {
+                let step = scratch.queues.steps[Item::NODE][i % ACTIVE];
+                let item = self.visit_node::<L>(step, scratch);
+                self.queue(Step { item, ..step }, &mut scratch.queues);
             }
-            for i in 0..std::mem::take(&mut lens[1]) {
-                let Step { slot, item } = scratch.queues[1][i];
-                let item = self.visit_leaf::<L>(slot as usize, item.index(), scratch, hits);
-                self.queue(slot as usize, item, &mut scratch.queues, &mut lens);
+            for i in 0..std::mem::take(&mut scratch.queues.lens[Item::LEAF]) {
+                let step = scratch.queues.steps[Item::LEAF][i % ACTIVE];
+                self.visit_leaf::<L>(step, scratch, hits);
+                self.pop::<L>(step, scratch);
             }
-            for i in 0..std::mem::take(&mut lens[2]) {
-                let slot = scratch.queues[2][i].slot as usize;
-                self.finish(slot, scratch);
+            for i in 0..std::mem::take(&mut scratch.queues.lens[Item::POP]) {
+                let step = scratch.queues.steps[Item::POP][i % ACTIVE];
+                self.pop::<L>(step, scratch);
+            }
+            for i in 0..std::mem::take(&mut scratch.queues.lens[Item::DONE]) {
+                let step = scratch.queues.steps[Item::DONE][i % ACTIVE];
+                if scratch.stacks.skip(step.slot as usize) {
+                    self.pop::<L>(step, scratch);
+                    continue;
+                }
+                self.finish::<L>(step, scratch);
                 if next < self.rays.len {
-                    self.start(slot, next, scratch);
+                    self.start(step.slot as usize, next, scratch);
                     next += 1;
-                    self.queue(slot, Item::node(0), &mut scratch.queues, &mut lens);
                 }
             }
         }
-        for i in 0..scratch.finalists.list.len() {
-            if let Some(&(_, ahead)) = scratch.finalists.list.get(i + 6) {
-                prefetch(std::ptr::from_ref(self.facets.get(ahead)), 2);
-            }
-            let (ray, surface) = scratch.finalists.list[i];
-            self.meet(ray, surface, hits);
+        for i in 0..scratch.finalists.len {
+            let surface = scratch.finalists.surfaces[i].to_bits();
+            self.facets.meet_in(surface, self.rays, scratch.finalists.rays[i].to_bits() as usize, hits);
         }
     }
 
+    /// Sends a ray on its way.
     #[inline(always)]
     fn start(&self, slot: usize, ray: usize, scratch: &mut Scratch) {
-        scratch.forms[slot] = Form::new(self.rays, ray, self.tree);
         scratch.stacks.clear(slot);
         scratch.candidates[slot].len = 0;
+        let step = Step { slot: slot as u16, ray: ray as u16, item: Item::new(Item::NODE, 0) };
+        scratch.queues.push(step);
     }
 
+    /// Queues a step, and has its item fetched meanwhile.
     #[inline(always)]
-    fn queue(&self, slot: usize, item: Item, queues: &mut Queues, lens: &mut [usize; 3]) {
-        let kind = item.kind();
-        for k in 0..3 {
-            queues[k][lens[k]] = Step { slot: slot as u32, item };
-            lens[k] += usize::from(k == kind);
-        }
-        let (base, size) = if item.kind() == 1 {
-            (self.tree.leaves.as_ptr().cast::<u8>(), size_of::<Leaf>())
-        } else {
-            (self.tree.nodes.as_ptr().cast::<u8>(), size_of::<Node>())
-        };
-        prefetch(base.wrapping_add(item.index() * size), 4);
+    fn queue(&self, step: Step, queues: &mut Queues) {
+        queues.push(step);
+        prefetch(self.tree.lines.as_ptr().wrapping_add(step.item.line()), NODE_LINES);
     }
 
+    /// Takes a ray's next item from its stack.
     #[inline(always)]
-    fn visit_node<L: Lanes>(&self, slot: usize, index: usize, scratch: &mut Scratch) -> Item {
-        let form = &scratch.forms[slot];
-        let rows = &self.tree.nodes[index].rows;
-        let (mut enter, mut leave) = (L::splat(0.0), L::splat(form.best));
-        for axis in 0..3 {
-            let negative = (form.octant >> axis & 1) as usize;
-            let inverse = L::splat(form.inverse[axis]);
-            let near = L::load(&rows[2 * axis + negative]).mul_sub(inverse, L::splat(form.enter[axis]));
-            let far = L::load(&rows[2 * axis + (1 - negative)]).mul_sub(inverse, L::splat(form.leave[axis]));
-            enter = enter.max(near);
-            leave = leave.min(far);
-        }
-        // The nearest last: it would go on top of the stack.
-        let flip = (form.octant ^ 7) as usize;
-        let enter = enter.flip_lanes(flip);
-        let bits = L::bits(enter.le(leave.flip_lanes(flip)));
-        let stacks = &mut scratch.stacks;
-        let (below, top) = stacks.peek::<L>(slot, form.best);
-        let nearest = (31 - (bits | 1).leading_zeros()) as usize;
-        let child = Item(rows[Node::CHILDREN][(nearest ^ flip) & 7].to_bits());
-        let start = stacks.top[slot];
-        enter.compress(bits, row_mut(&mut stacks.enter, start));
-        L::load(&rows[Node::CHILDREN]).flip_lanes(flip).compress(bits, row_mut(&mut stacks.items, start));
-        let (next, top) = std::hint::select_unpredictable(
-            bits == 0,
-            (below, top),
-            (child, start.wrapping_add(bits.count_ones() as usize).wrapping_sub(1)),
-        );
-        stacks.top[slot] = top;
-        next
+    fn pop<L: Lanes>(&self, step: Step, scratch: &mut Scratch) {
+        let best = scratch.forms.best[step.ray as usize % WIDTH];
+        let item = scratch.stacks.pop::<L>(step.slot as usize % ACTIVE, best);
+        self.queue(Step { item, ..step }, &mut scratch.queues);
     }
 
+    /// Enters the boxes of a node: the nearest that the ray meets is next, the others go on the stack.
     #[inline(always)]
-    fn visit_leaf<L: Lanes>(
-        &self,
-        slot: usize,
-        index: usize,
-        scratch: &mut Scratch,
-        hits: &mut Hits,
-    ) -> Item {
-        let form = &mut scratch.forms[slot];
-        let rows = &self.tree.leaves[index].rows;
-        let dot = |first: usize, v: &[L; 3]| {
-            let sum = L::load(&rows[first]).mul(v[0]);
-            let sum = L::load(&rows[first + 1]).mul_add(v[1], sum);
-            L::load(&rows[first + 2]).mul_add(v[2], sum)
-        };
-        let [origin, direction] = [form.origin, form.direction].map(|v| v.map(L::splat));
-        let approach = dot(0, &direction);
-        let height = dot(0, &origin).sub(L::load(&rows[3]));
+    fn visit_node<L: Lanes>(&self, step: Step, scratch: &mut Scratch) -> Item {
+        let (slot, ray) = (step.slot as usize % ACTIVE, step.ray as usize % WIDTH);
+        let forms = &scratch.forms;
+        let node = node_at(&self.tree.lines, step.item.line());
+        let inverse = forms.inverse.each_ref().map(|row| L::splat(row[ray]));
+        let [near, far] = [0, 1].map(|side| {
+            [0, 1, 2].map(|axis| {
+                let plane = &node[2 * axis + (usize::from(forms.downwards[axis][ray]) ^ side)].0;
+                let bias = if side == 0 { &forms.enter } else { &forms.leave };
+                L::load(plane).mul_sub(inverse[axis], L::splat(bias[axis][ray]))
+            })
+        });
+        let enter = near[0].max(near[1]).max(near[2]).max(L::splat(0.0));
+        let leave = far[0].min(far[1]).min(far[2].min(L::splat(forms.best[ray])));
+        let mask = enter.le(leave);
+        let bits = L::bits(mask);
+        let nearest = lane_of(enter.least_key_in(mask));
+        let children = &node[CHILDREN].0;
+        let child = Item(children[nearest].to_bits());
+        scratch.stacks.push(slot, bits & !(1 << nearest), enter, L::load(children));
+        select_unpredictable(bits == 0, Item::new(Item::POP, 0), child)
+    }
+
+    /// Notes which facets of a leaf the ray might meet, and no later than when it surely meets one.
+    ///
+    /// Let e = [`ROUNDING`], O the origin, d the direction (|d| ≤ 1 + 10⁻⁹), all lengths in tree coordinates, where
+    /// points of facets lie within √3 of the middle, and s the slack.
+    /// - Rounding n and d and three products and sums: a = n·d errs by 5.1 e. Rounding O and the offset too,
+    ///   h = n·O − offset errs by 6.1 e (|O| + √3), and s may lie between h and the distance that
+    ///   [`crate::trace::Facet::meet`] takes as 0: together H = 7 e r + s, r = `reach` = |O|₁ + 2.
+    /// - Where |a| > 16 e, the true |a| is at least |a|/2, and t = −h/a errs by less than
+    ///   2 (H + 9 e |t|)/|a| (three roundings of t itself are 3 e |t|).
+    /// - The point O + t d errs by that and e (2 |O| + 3 |t|); u of it, by `steepness` times that, and by
+    ///   5 e `steepness` (|O| + |t|) + 9 e `steepness` in its own products and sums; v and u + v alike, `steepness` being
+    ///   the sum of their slopes.
+    ///
+    /// As |a| ≤ 1 + 6 e, everything is below E = (30 e (r + |t|) + 2 s)/|a| in t, and `steepness` · E in u, v and
+    /// u + v. The errors of the f64 arithmetic are 2⁻²⁹ of these. A facet that is met with |a| ≤ 16 e is
+    /// taken without looking. None of those is *surely* met: there E > 1.8 |t| + 3.
+    #[inline(always)]
+    fn visit_leaf<L: Lanes>(&self, step: Step, scratch: &mut Scratch, hits: &mut Hits) {
+        let (slot, ray) = (step.slot as usize % ACTIVE, step.ray as usize % WIDTH);
+        let forms = &mut scratch.forms;
+        let leaf = Leaf::at(&self.tree.lines, step.item.line());
+        let [origin, direction] =
+            [&forms.origin, &forms.direction].map(|v| v.each_ref().map(|row| L::splat(row[ray])));
+        let approach = leaf.dot(Leaf::NORMAL, &direction);
+        let height = leaf.dot(Leaf::NORMAL, &origin).sub(leaf.load(Leaf::NORMAL + 3));
         let inverse = approach.recip();
         let t = L::splat(0.0).sub(height).mul(inverse);
-        let error = t.abs().mul_add(L::splat(30.0 * ROUNDING), L::splat(form.uncertainty)).mul(inverse.abs());
+        let error =
+            t.abs().mul_add(L::splat(30.0 * ROUNDING), L::splat(forms.uncertainty[ray])).mul(inverse.abs());
         let point = [0, 1, 2].map(|axis| t.mul_add(direction[axis], origin[axis]));
-        let u = dot(4, &point).sub(L::load(&rows[7]));
-        let v = dot(8, &point).sub(L::load(&rows[11]));
-        let steepness = L::load(&rows[Leaf::STEEPNESS]);
+        let u = leaf.dot(Leaf::U, &point).sub(leaf.load(Leaf::U + 3));
+        let v = leaf.dot(Leaf::V, &point).sub(leaf.load(Leaf::V + 3));
+        let steepness: L = leaf.load(Leaf::STEEPNESS);
         let margin = steepness.abs().mul(error);
         let least = u.min(v);
         let greatest = u.max(v).add(least.where_negative(steepness));
@@ -347,59 +441,51 @@ impl Call<'_> {
         let [zero, one] = [0.0, 1.0].map(L::splat);
 
         let grazing = approach.abs().le(L::splat(16.0 * ROUNDING));
-        let other = L::load(&rows[Leaf::SURFACE]).differs(form.from);
+        let surfaces: L = leaf.load(Leaf::SURFACE);
+        let other = L::and(surfaces.differs(self.rays.from[ray]), L::first(leaf.count));
         let inside = L::and(zero.sub(margin).le(least), greatest.le(one.add(margin)));
-        let ahead = L::and(earliest.le(L::splat(form.best)), zero.le(latest));
+        let ahead = L::and(earliest.le(L::splat(forms.best[ray])), zero.le(latest));
         let maybe = L::and(L::or(grazing, L::and(inside, ahead)), other);
         let surely_inside = L::and(margin.le(least), greatest.le(one.sub(margin)));
-        // Not grazing: there the error is larger than 1, and t could not be.
         let surely = L::and(L::and(surely_inside, zero.le(earliest)), other);
 
-        form.best = form.best.min(latest.least(surely));
+        let latest = latest.least(surely);
+        forms.best[ray] = if latest < forms.best[ray] { latest } else { forms.best[ray] };
         let bits = L::bits(maybe);
         let candidates = &mut scratch.candidates[slot];
         let len = candidates.len;
-        earliest.compress(bits, row_mut(&mut candidates.t, len));
-        L::load(&rows[Leaf::SURFACE]).compress(bits, row_mut(&mut candidates.surface, len));
+        // A grazing one has no number for t.
+        earliest.zero_where(grazing).compress(bits, row_mut(&mut candidates.t, len));
+        surfaces.compress(bits, row_mut(&mut candidates.surface, len));
         candidates.len = len + bits.count_ones() as usize;
         if candidates.len > CANDIDATES - LANES {
-            self.settle(slot, scratch, hits);
+            self.settle(step, scratch, hits);
         }
-        let best = scratch.forms[slot].best;
-        let (item, top) = scratch.stacks.peek::<L>(slot, best);
-        scratch.stacks.top[slot] = top;
-        item
     }
 
     /// Meets all candidates of a ray now.
     #[cold]
-    fn settle(&self, slot: usize, scratch: &mut Scratch, hits: &mut Hits) {
-        let candidates = &mut scratch.candidates[slot];
-        let form = &mut scratch.forms[slot];
+    fn settle(&self, step: Step, scratch: &mut Scratch, hits: &mut Hits) {
+        let ray = step.ray as usize;
+        let candidates = &mut scratch.candidates[step.slot as usize];
+        let best = &mut scratch.forms.best[ray];
         for surface in &candidates.surface[..std::mem::take(&mut candidates.len)] {
-            self.meet(form.ray, surface.to_bits(), hits);
+            self.facets.meet_in(surface.to_bits(), self.rays, ray, hits);
         }
-        form.best = form.best.min(((hits.t[form.ray as usize] * self.tree.scale) as f32).next_up());
+        *best = best.min(((hits.t[ray] * self.tree.scale) as f32).next_up());
     }
 
+    /// Keeps the candidates that are near enough, of which there is hardly ever more than one.
     #[inline(always)]
-    fn finish(&self, slot: usize, scratch: &mut Scratch) {
-        let Form { ray, best, .. } = scratch.forms[slot];
-        let candidates = &scratch.candidates[slot];
-        for i in 0..candidates.len {
-            if candidates.t[i].partial_cmp(&best) != Some(std::cmp::Ordering::Greater) {
-                scratch.finalists.list.push((ray, candidates.surface[i].to_bits()));
-            }
-        }
-    }
-
-    #[inline(always)]
-    fn meet(&self, ray: u32, surface: u32, hits: &mut Hits) {
-        let ray = ray as usize;
-        let mut best = hits.get(ray);
-        self.facets.meet(surface, &self.rays.get(ray), &mut best);
-        if let Some(hit) = best {
-            hits.set(ray, hit);
-        }
+    fn finish<L: Lanes>(&self, step: Step, scratch: &mut Scratch) {
+        let (slot, ray) = (step.slot as usize % ACTIVE, step.ray as usize % WIDTH);
+        let (candidates, finalists) = (&scratch.candidates[slot], &mut scratch.finalists);
+        let near = L::load(row(&candidates.t, 0)).le(L::splat(scratch.forms.best[ray]));
+        let bits = L::bits(L::and(near, L::first(candidates.len)));
+        let len = finalists.len;
+        L::load(row(&candidates.surface, 0)).compress(bits, row_mut(&mut finalists.surfaces, len));
+        L::splat(f32::from_bits(ray as u32)).compress(bits, row_mut(&mut finalists.rays, len));
+        finalists.len = len + bits.count_ones() as usize;
+        prefetch(self.facets.address(finalists.surfaces[len].to_bits()), 2);
     }
 }

@@ -1,0 +1,120 @@
+//! Walks side by side.
+
+use std::ops::{BitAnd, BitOr};
+
+/// Walks in a batch.
+pub const WIDTH: usize = 128;
+
+/// Some of the walks of a batch.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Lanes([u64; WIDTH / 64]);
+
+impl Lanes {
+    /// The first `len`.
+    #[inline(always)]
+    pub(crate) fn first(len: usize) -> Self {
+        Lanes(std::array::from_fn(|word| match len.saturating_sub(64 * word) {
+            0 => 0,
+            len => u64::MAX >> (64 - len.min(64)),
+        }))
+    }
+
+    /// Whether it is among them.
+    #[inline(always)]
+    pub(crate) fn has(self, lane: usize) -> bool {
+        self.0[lane / 64] >> (lane % 64) & 1 == 1
+    }
+
+    /// Adds those of `bits`, the lowest bit for `first`; they do not cross a multiple of 64.
+    #[inline(always)]
+    pub(crate) fn add(&mut self, first: usize, bits: u64) {
+        self.0[first / 64] |= bits << (first % 64);
+    }
+
+    /// Adds one.
+    #[inline(always)]
+    pub(crate) fn insert(&mut self, lane: usize) {
+        self.add(lane, 1);
+    }
+
+    /// Those that are not among the others.
+    #[inline(always)]
+    pub(crate) fn without(self, others: Self) -> Self {
+        Lanes(std::array::from_fn(|word| self.0[word] & !others.0[word]))
+    }
+
+    /// Whether there are none.
+    #[inline(always)]
+    pub(crate) fn is_empty(self) -> bool {
+        self == Lanes::default()
+    }
+
+    /// How many.
+    #[inline(always)]
+    pub(crate) fn count(self) -> u64 {
+        self.0.iter().map(|word| u64::from(word.count_ones())).sum()
+    }
+
+    /// Their numbers, in ascending order.
+    #[inline(always)]
+    pub(crate) fn each(self, mut visit: impl FnMut(usize)) {
+        for (word, mut bits) in self.0.into_iter().enumerate() {
+            while bits != 0 {
+                visit(64 * word + bits.trailing_zeros() as usize);
+                bits &= bits - 1;
+            }
+        }
+    }
+}
+
+impl BitAnd for Lanes {
+    type Output = Self;
+
+    #[inline(always)]
+    fn bitand(self, other: Self) -> Self {
+        Lanes(std::array::from_fn(|word| self.0[word] & other.0[word]))
+    }
+}
+
+impl BitOr for Lanes {
+    type Output = Self;
+
+    #[inline(always)]
+    fn bitor(self, other: Self) -> Self {
+        Lanes(std::array::from_fn(|word| self.0[word] | other.0[word]))
+    }
+}
+
+/// What became of the walks of a batch where their rays have led them.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Outcome {
+    /// Arrived at an active side. Of these:
+    pub arrived: Lanes,
+    /// go on,
+    pub survived: Lanes,
+    /// or are absorbed. The rest is cut off.
+    pub died: Lanes,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sets_of_lanes_are_sets() {
+        for len in [0, 1, 63, 64, 65, 127, 128] {
+            let set = Lanes::first(len);
+            let mut numbers = Vec::new();
+            set.each(|lane| numbers.push(lane));
+            assert_eq!(numbers, (0..len).collect::<Vec<_>>());
+            assert_eq!((set.count(), set.is_empty()), (len as u64, len == 0));
+        }
+        let mut set = Lanes::default();
+        set.add(72, 0b1010_0001);
+        set.insert(3);
+        let mut numbers = Vec::new();
+        (set & Lanes::first(78)).without(Lanes::first(3)).each(|lane| numbers.push(lane));
+        assert_eq!(numbers, [3, 72, 77]);
+        assert_eq!((set | Lanes::first(1)).count(), 5);
+    }
+}
