@@ -22,6 +22,12 @@ pub enum Command {
     Work(WorkArgs),
     /// Solve the radiosity system of a small scene without any randomness
     Exact(ExactArgs),
+    /// Combine runs of one scene and method into one result
+    Merge(MergeArgs),
+    /// Trace a random sample of a result's walks again and compare exactly
+    Audit(AuditArgs),
+    /// Trace one walk in words
+    Replay(ReplayArgs),
     /// Check a job or a scene and say what would be modelled, and why
     Check(CheckArgs),
 }
@@ -80,6 +86,9 @@ pub struct RunArgs {
     /// Threads of each worker
     #[arg(long, value_name = "T", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1024))]
     pub threads: u32,
+    /// Go on from the checkpoint in the output folder; with more --paths, also from its end
+    #[arg(long, conflicts_with = "force")]
+    pub resume: bool,
 }
 
 #[derive(Args)]
@@ -94,6 +103,9 @@ pub struct CoordinateArgs {
     /// The access file to write for workers [default: <output folder>/access.json]
     #[arg(long, value_name = "FILE")]
     pub access: Option<PathBuf>,
+    /// Go on from the checkpoint in the output folder; with more --paths, also from its end
+    #[arg(long, conflicts_with = "force")]
+    pub resume: bool,
 }
 
 #[derive(Args)]
@@ -107,6 +119,49 @@ pub struct WorkArgs {
     /// Say nothing but panics; the coordinator reports what goes wrong
     #[arg(long)]
     pub quiet: bool,
+    /// How long to look for a coordinator that went away without a word, to be restarted
+    #[arg(long, value_name = "SECONDS", default_value_t = 600)]
+    pub wait: u64,
+}
+
+#[derive(Args)]
+pub struct MergeArgs {
+    /// Output folders of runs of one scene and method
+    #[arg(required = true, num_args = 1.., value_name = "OUT")]
+    pub runs: Vec<PathBuf>,
+    /// The output folder
+    #[arg(long, value_name = "DIR", required = true)]
+    pub out: PathBuf,
+    /// Replace results that are in the output folder
+    #[arg(long)]
+    pub force: bool,
+    /// Say nothing but errors
+    #[arg(long)]
+    pub quiet: bool,
+}
+
+#[derive(Args)]
+pub struct AuditArgs {
+    /// The output folder of a run
+    pub run: PathBuf,
+    /// The part of the walks to trace again, drawn at random
+    #[arg(long, value_name = "FRACTION", default_value_t = 0.001)]
+    pub share: f64,
+    /// Draw the same leases as another audit [default: a seed drawn anew]
+    #[arg(long, value_name = "S")]
+    pub seed: Option<u64>,
+    /// Say nothing but errors
+    #[arg(long)]
+    pub quiet: bool,
+}
+
+#[derive(Args)]
+pub struct ReplayArgs {
+    #[command(flatten)]
+    pub job: JobArgs,
+    /// The number of the walk
+    #[arg(long, value_name = "N")]
+    pub walk: u64,
 }
 
 #[derive(Args)]

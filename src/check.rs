@@ -46,7 +46,7 @@ fn power(scene: &Scene) -> String {
 }
 
 fn describe_job(job: &Job, scene: &Scene) {
-    let Method { walk, estimator, space, sampler } = outputs::method(job);
+    let Method { walk, estimator, space, sampler } = outputs::method(&job.method);
     say(&format!(
         "job: {} paths of {space} {estimator} {walk}, {sampler} numbers from seed {}, {} % intervals",
         job.budget.paths,
@@ -62,7 +62,7 @@ fn describe_job(job: &Job, scene: &Scene) {
     if let Some(note) = &job.note {
         say(&format!("note: {note}"));
     }
-    for reason in Model::new(scene, &outputs::method(job), MOMENTS).why {
+    for reason in Model::new(scene, &outputs::method(&job.method), MOMENTS).why {
         say(&format!("model: {reason}"));
     }
 }

@@ -3,29 +3,29 @@
 use std::net::TcpListener;
 use std::path::{Path, PathBuf};
 
+use std::time::Duration;
+
 use cluster::access::Access;
+use cluster::checkpoint::{self, Checkpoint, CheckpointError, CheckpointFault, Past};
 use cluster::coordinator::{Coordinator, Ending, Plan};
 use cluster::server::{Wish, serve};
-use job::Job;
-use radiosity::{Experiment, Tally};
+use job::{Job, Method};
+use radiosity::{Experiment, Solution};
 
 use crate::args::{CoordinateArgs, JobArgs, OutArgs, RunArgs};
+use crate::checkpoints::{self, Found, Identity, Keeper};
 use crate::console::tell;
 use crate::fault::{Fault, Outcome};
 use crate::local::LocalWorkers;
-use crate::outputs::{self, RunOutput};
+use crate::outputs::RunOutput;
 use crate::progress::Display;
+use crate::settings::Settings;
+use crate::target::{Observer, judge, looks};
 use crate::{replica, signals};
-
-/// The first look at a target. Few walks say little, also about how little they say.
-const FIRST_LOOK: u64 = 1 << 10;
-
-/// The same for chains.
-const FIRST_LOOK_AT_CHAINS: u64 = 8;
 
 /// Runs a job on worker processes of this machine.
 pub fn run(args: &RunArgs) -> Result<Outcome, Fault> {
-    let prepared = Prepared::new(&args.job, &args.out)?;
+    let prepared = Prepared::new(&args.job, &args.out, args.resume)?;
     let wanted = match args.workers {
         Some(workers) => workers as usize,
         None => std::thread::available_parallelism().map_or(1, usize::from),
@@ -41,7 +41,7 @@ pub fn run(args: &RunArgs) -> Result<Outcome, Fault> {
 
 /// Coordinates workers that are started elsewhere.
 pub fn coordinate(args: &CoordinateArgs) -> Result<Outcome, Fault> {
-    let prepared = Prepared::new(&args.job, &args.out)?;
+    let prepared = Prepared::new(&args.job, &args.out, args.resume)?;
     let access_file = args.access.clone().unwrap_or_else(|| prepared.output.path().join("access.json"));
     let (listener, access) = listen(&args.listen, &access_file)?;
     if !args.out.quiet {
@@ -76,51 +76,112 @@ fn listen(address: &str, access_file: &Path) -> Result<(TcpListener, Access), Fa
 /// A job that is ready to be shot.
 struct Prepared {
     job: Job,
+    settings: Settings,
     experiment: Experiment,
     output: RunOutput,
+    identity: Identity,
+    past: Past,
+    /// Whether the latest tally of the output folder can be kept as the previous one.
+    good: bool,
 }
 
 impl Prepared {
-    fn new(args: &JobArgs, out: &OutArgs) -> Result<Self, Fault> {
+    fn new(args: &JobArgs, out: &OutArgs, resume: bool) -> Result<Self, Fault> {
         let job = job::load(&args.job, &args.overrides())?;
         let experiment = Experiment::new(job.build_scene()?, job.method.walks())?;
+        let settings = Settings::of(&job);
         let folder = out.out.clone().unwrap_or_else(|| default_folder(&job));
-        let output = RunOutput::new(&folder, out.force)?;
-        Ok(Prepared { job, experiment, output })
+        let output = RunOutput::new(&folder, out.force || resume)?;
+        let identity = identity(&job, &settings, &experiment)?;
+        let past = Past::none(experiment.tally::<{ replica::MOMENTS }>());
+        let mut prepared = Prepared { job, settings, experiment, output, identity, past, good: true };
+        if resume {
+            prepared.resume(out.quiet)?;
+        }
+        Ok(prepared)
     }
 
-    fn plan(&self) -> Result<Plan, Fault> {
-        let Job { budget, target, confidence, .. } = &self.job;
-        let scene = self.experiment.scene();
-        let message = replica::encode(&self.job, scene).map_err(|error| Fault::System {
-            doing: "packing the job",
-            source: std::io::Error::other(error),
-        })?;
-        let met = target.map(|target| {
-            let (experiment, confidence) = (self.experiment.clone(), *confidence);
-            Box::new(move |tally: &Tally| outputs::target_met(&target, &experiment, tally, confidence))
-                as Box<dyn FnMut(&Tally) -> bool>
-        });
-        // A chain is leased as a walk is, whole and alone.
-        let (paths, stream_paths, leases_per_thread) = match self.experiment.chain_rays() {
-            Some(rays) => (budget.paths / rays, 1, 1),
-            None => (budget.paths, budget.stream_paths, 2),
+    /// Goes on from the latest usable checkpoint; from the beginning, where there is none yet.
+    fn resume(&mut self, quiet: bool) -> Result<(), Fault> {
+        let Identity { scene_hash, job_hash, first, .. } = &self.identity;
+        let fits = |checkpoint: &Checkpoint| checkpoint.check_job(scene_hash, job_hash, *first);
+        let Some(Found { checkpoint, passed_over }) =
+            checkpoints::find(self.output.path(), fits).map_err(|error| self.explain(error))?
+        else {
+            tell("radwalk: there is no checkpoint to resume from; the run begins at its first walk");
+            return Ok(());
         };
-        let first_look =
-            if self.experiment.chain_rays().is_some() { FIRST_LOOK_AT_CHAINS } else { FIRST_LOOK };
-        Ok(Plan {
-            job: message,
-            scene_hash: scene.hash(),
-            job_hash: job::job_hash(scene.hash(), &self.job.method, self.job.seed),
+        let walks = checkpoint.tally.counts.walks * self.experiment.paths_per_walk();
+        if walks > self.job.budget.paths {
+            return Err(Fault::BeyondBudget { walks, paths: self.job.budget.paths });
+        }
+        if let Some(error) = passed_over {
+            tell(&format!("radwalk: {error}; the previous checkpoint is used instead"));
+            self.good = false;
+        }
+        if !quiet {
+            tell(&format!("resumed after {walks} paths"));
+        }
+        self.go_on_from(checkpoint);
+        Ok(())
+    }
+
+    /// Why a checkpoint is of no use: the length of chains may have changed with the budget alone.
+    fn explain(&self, error: CheckpointError) -> Fault {
+        let theirs = || {
+            let kept = checkpoint::read(&error.path).ok()?.book.job;
+            let (theirs, _) = replica::unpack(&kept).ok()?;
+            let rays = theirs.method.batch_paths?;
+            let method = Method { batch_paths: self.settings.method.batch_paths, ..theirs.method };
+            ((method, theirs.seed) == (self.settings.method.clone(), self.settings.seed)).then_some(rays)
+        };
+        match (self.experiment.chain_rays(), &error.fault) {
+            (Some(ours), CheckpointFault::ForeignJob) => match theirs().filter(|&theirs| theirs != ours) {
+                Some(theirs) => Fault::OtherChains { theirs, ours },
+                None => error.into(),
+            },
+            _ => error.into(),
+        }
+    }
+
+    fn go_on_from(&mut self, Checkpoint { tally, book, .. }: Checkpoint) {
+        let walks = tally.counts.walks;
+        let mut looks = book.looks;
+        // Looks at another target have decided nothing.
+        if book.goal != self.identity.goal {
+            looks.iter_mut().for_each(|look| (look.promising, look.reached) = (false, false));
+        }
+        looks.retain(|look| look.walks <= walks);
+        let deliveries = book.parts.into_iter().flat_map(|part| part.deliveries).collect();
+        self.past = Past { tally, deliveries, workers: book.workers, looks, effort: book.effort };
+        self.identity.sessions = book.sessions;
+        self.identity.sessions.push(checkpoints::session());
+    }
+
+    fn plan(&self) -> Plan {
+        let Job { budget, .. } = &self.job;
+        let level = self.settings.level(self.experiment.scene());
+        let mut observer = Observer::new(self.experiment.clone(), level, self.settings.target);
+        let paths = budget.paths / self.experiment.paths_per_walk();
+        // A chain is leased as a walk is, whole and alone.
+        let (stream_paths, leases_per_thread) = match self.experiment.chain_rays() {
+            Some(_) => (1, 1),
+            None => (budget.stream_paths, 2),
+        };
+        Plan {
+            job: self.identity.job.clone(),
+            scene_hash: self.identity.scene_hash,
+            job_hash: self.identity.job_hash,
             build: crate::BUILD.into(),
+            first: self.identity.first,
             paths,
             stream_paths,
             leases_per_thread,
             empty: self.experiment.tally::<{ replica::MOMENTS }>(),
-            wall: budget.wall_seconds.map(std::time::Duration::from_secs_f64),
-            looks: if target.is_some() { ladder(first_look, paths) } else { Vec::new() },
-            target: met,
-        })
+            wall: budget.wall_seconds.map(Duration::from_secs_f64),
+            looks: looks(&self.experiment, paths),
+            judge: Box::new(move |tally, looks| observer.look(tally, looks)),
+        }
     }
 
     /// Serves the job to its end and writes what came of it.
@@ -131,14 +192,19 @@ impl Prepared {
         out: &OutArgs,
         mut workers: Option<&mut LocalWorkers>,
     ) -> Result<Outcome, Fault> {
-        let mut coordinator = Coordinator::new(self.plan()?, access);
+        let mut coordinator = Coordinator::new(self.plan(), access, self.past.clone());
+        let interval = Duration::from_secs_f64(self.job.budget.checkpoint_seconds);
+        let walks = self.past.tally.counts.walks;
+        let folder = self.output.path();
+        let mut keeper = Keeper::new(folder, interval, self.identity.clone(), walks, self.good)?;
         let display = std::cell::RefCell::new(Display::new(
             out,
             &self.experiment,
             self.job.budget.paths,
-            self.job.confidence,
+            self.settings.level(self.experiment.scene()),
         ));
         let notices = std::cell::RefCell::new(Vec::new());
+        let mut broken = false;
         let owner = |coordinator: &Coordinator| {
             let mut display = display.borrow_mut();
             display.update(coordinator);
@@ -146,7 +212,13 @@ impl Prepared {
             for notice in &notices {
                 display.notice(notice);
             }
-            if signals::stop_asked() {
+            if let Err(fault) = keeper.tend(coordinator) {
+                // Memory that has failed once is not to be trusted with the rest.
+                broken |= matches!(fault, Fault::Checkpoint(_));
+                let rest = if broken { "the run ends" } else { "the run goes on, the one before is kept" };
+                display.note(&format!("no checkpoint: {fault}; {rest}"));
+            }
+            if broken || signals::stop_asked() {
                 return Wish::Stop;
             }
             match &mut workers {
@@ -161,17 +233,19 @@ impl Prepared {
             .map_err(|source| Fault::System { doing: "serving the workers", source })?;
         display.borrow().finish();
         drop(display);
+        let (identity, good) = keeper.finish();
+        let checkpoint = identity.checkpoint(coordinator.past());
         // After an overflow the sums are no longer those of any walks.
         if ending != Ending::Overflow {
-            self.output.write(&self.job, &self.experiment, &coordinator, out)?;
+            self.output.write(&self.settings, &self.experiment, &checkpoint, good, out)?;
         }
-        self.outcome(ending, coordinator.prefix(), workers)
+        self.outcome(ending, &checkpoint, workers)
     }
 
     fn outcome(
         &self,
         ending: Ending,
-        tally: &Tally,
+        checkpoint: &Checkpoint,
         workers: Option<&mut LocalWorkers>,
     ) -> Result<Outcome, Fault> {
         match ending {
@@ -182,36 +256,37 @@ impl Prepared {
             Ending::Interrupted => Ok(Outcome::Interrupted),
             Ending::TargetReached => Ok(Outcome::Done),
             Ending::BudgetSpent | Ending::WallClock => {
-                let missed = self.job.target.as_ref().is_some_and(|target| {
-                    !outputs::target_met(target, &self.experiment, tally, self.job.confidence)
-                });
-                Ok(if missed { Outcome::TargetMissed } else { Outcome::Done })
+                Ok(if self.target_missed(checkpoint) { Outcome::TargetMissed } else { Outcome::Done })
             }
         }
     }
+
+    /// Whether there is a target that these walks do not meet.
+    fn target_missed(&self, Checkpoint { tally, .. }: &Checkpoint) -> bool {
+        let Some(target) = &self.settings.target else { return false };
+        let (scene, walks) = (self.experiment.scene(), tally.counts.walks);
+        let solution = || Solution::new(&self.experiment, tally, self.settings.level(scene));
+        walks == 0 || !judge(target, scene, &solution(), walks * self.experiment.paths_per_walk()).reached
+    }
+}
+
+/// What the checkpoints of a job have in common.
+fn identity(job: &Job, settings: &Settings, experiment: &Experiment) -> Result<Identity, Fault> {
+    let scene = experiment.scene();
+    let packed = replica::pack(scene, job.scene.spec(), settings)
+        .map_err(|error| Fault::System { doing: "packing the job", source: std::io::Error::other(error) })?;
+    Ok(Identity {
+        scene_hash: scene.hash(),
+        job_hash: job::job_hash(scene.hash(), &job.method, job.seed),
+        seed: job.seed,
+        first: job.budget.first_path / experiment.paths_per_walk(),
+        goal: settings.goal(),
+        job: packed,
+        sessions: vec![checkpoints::session()],
+    })
 }
 
 /// out/<job name>.
 pub fn default_folder(job: &Job) -> PathBuf {
     Path::new("out").join(&job.name)
-}
-
-/// The walk (or chain) numbers at which a target is looked at: 2^k and 3·2^(k−1), fixed by the job alone.
-fn ladder(first: u64, paths: u64) -> Vec<u64> {
-    let powers = std::iter::successors(Some(first), |n| n.checked_mul(2));
-    let steps = powers.flat_map(|n| [n, n.saturating_add(n / 2)]);
-    steps.take_while(|&n| n < paths).chain([paths]).collect()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn looks_ascend_to_the_budget() {
-        assert_eq!(ladder(FIRST_LOOK, 5000), [1024, 1536, 2048, 3072, 4096, 5000]);
-        assert_eq!(ladder(FIRST_LOOK, 1024), [1024]);
-        assert_eq!(ladder(FIRST_LOOK, 1), [1]);
-        assert!(ladder(FIRST_LOOK_AT_CHAINS, u64::MAX).is_sorted());
-    }
 }

@@ -62,6 +62,70 @@ pub enum Fault {
     /// The workers are gone.
     #[error("no worker is left ({0}); see the messages above, then run the job again")]
     NoWorkers(String),
+    /// A tally cannot be used.
+    #[error(transparent)]
+    Checkpoint(#[from] cluster::checkpoint::CheckpointError),
+    /// A run holds more walks than the job has.
+    #[error(
+        "the checkpoint holds {walks} paths, the job has {paths} (walks that are merged cannot be taken out); give --paths {walks} or more"
+    )]
+    BeyondBudget {
+        /// Walks of the checkpoint.
+        walks: u64,
+        /// Walks of the job.
+        paths: u64,
+    },
+    /// A checkpoint holds chains of another length.
+    #[error(
+        "the checkpoint holds chains of {theirs} rays, the job asks for chains of {ours} (paths/8 unless it says otherwise; only equal ones are one sample); give --set method.batch_paths={theirs}"
+    )]
+    OtherChains {
+        /// Rays of a chain in the checkpoint.
+        theirs: u64,
+        /// Rays of a chain of the job.
+        ours: u64,
+    },
+    /// Chains are no walks.
+    #[error(
+        "a job of walk = \"jacobi\" has no walks to replay (its chains are of single rays); give --set method.walk=shooting, or another job"
+    )]
+    NoWalks,
+    /// Runs cannot be merged.
+    #[error("cannot merge {}: {fault}", path.display())]
+    Merge {
+        /// The run that does not go with those before it.
+        path: PathBuf,
+        /// Why.
+        fault: cluster::merge::MergeFault,
+    },
+    /// The job that a tally keeps cannot be read.
+    #[error(
+        "the job kept in {} cannot be used ({reason}); it was written by radwalk {build}, use that",
+        path.display()
+    )]
+    Kept {
+        /// The folder.
+        path: PathBuf,
+        /// Why.
+        reason: String,
+        /// Who wrote it.
+        build: String,
+    },
+    /// A part of the walks is no part.
+    #[error("--share {0} is outside (0, 1] (it is the part of the walks to trace again); give 0.001, say")]
+    Share(f64),
+    /// An audit found walks that were delivered wrongly.
+    #[error(
+        "{wrong} of {leases} leases that were traced again differ from what was delivered (by {workers}: faulty memory, or another program); do not trust this result, run the job again without them"
+    )]
+    Audit {
+        /// Leases that differ.
+        wrong: usize,
+        /// Leases that were traced.
+        leases: usize,
+        /// Who delivered those that differ.
+        workers: String,
+    },
     /// A sum of the tally overflowed.
     #[error(
         "a sum of the tally overflowed (scores are too many or too large to be kept exactly); use fewer paths"
@@ -94,7 +158,9 @@ impl Fault {
         match self {
             Fault::Job(_) | Fault::Unfit(_) | Fault::Report(_) | Fault::Exact(_) => 2,
             Fault::AccessFile { .. } | Fault::AccessFileWrite { .. } => 2,
-            Fault::Listen { .. } | Fault::Worker(_) | Fault::NoWorkers(_) => 3,
+            Fault::Checkpoint(_) | Fault::BeyondBudget { .. } | Fault::Merge { .. } => 2,
+            Fault::Kept { .. } | Fault::Share(_) | Fault::OtherChains { .. } | Fault::NoWalks => 2,
+            Fault::Audit { .. } | Fault::Listen { .. } | Fault::Worker(_) | Fault::NoWorkers(_) => 3,
             Fault::Overflow | Fault::System { .. } => 3,
         }
     }

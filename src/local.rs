@@ -76,7 +76,7 @@ impl LocalWorkers {
 
     fn start(&self) -> std::io::Result<Child> {
         let mut command = Command::new(std::env::current_exe()?);
-        command.arg("work").arg("--access").arg(&self.access).arg("--quiet");
+        command.arg("work").arg("--access").arg(&self.access).args(["--quiet", "--wait", "0"]);
         command.arg("--threads").arg(self.threads.to_string());
         command.stdin(Stdio::null()).stdout(Stdio::null());
         // A Ctrl-C on the terminal is for the coordinator, which takes its workers down in good order.

@@ -1,16 +1,24 @@
 //! `radwalk`: arguments, progress, exit codes; the only place that prints.
 
 mod args;
+mod audit;
 mod check;
+mod checkpoints;
+mod checks;
 mod console;
 mod coordinate;
+mod drift;
 mod exact_command;
 mod fault;
 mod local;
+mod merge;
 mod outputs;
 mod progress;
+mod replay;
 mod replica;
+mod settings;
 mod signals;
+mod target;
 mod work;
 
 use std::process::ExitCode;
@@ -32,6 +40,9 @@ fn main() -> ExitCode {
         Command::Coordinate(args) => coordinate::coordinate(&args),
         Command::Work(args) => work::work(&args),
         Command::Exact(args) => exact_command::exact(&args),
+        Command::Merge(args) => merge::merge(&args),
+        Command::Audit(args) => audit::audit(&args),
+        Command::Replay(args) => replay::replay(&args),
         Command::Check(args) => check::check(&args),
     };
     match done {

@@ -2,18 +2,24 @@
 
 use std::path::Path;
 
-use cluster::coordinator::Coordinator;
-use job::{Job, Target, WalkKind, Word};
-use radiosity::{Estimate, Experiment, Scene, Solution, Tally};
-use report::{Check, Method, OutputFolder, RunFacts, Summary};
+use cluster::checkpoint::{Book, Checkpoint};
+use job::{Method, Word};
+use radiosity::{Experiment, Scene, Solution};
+use report::{
+    OutputFolder, PartSummary, Provenance, RunFacts, SessionSummary, Summary, WorkerSummary, WorstPatch,
+};
 
 use crate::args::OutArgs;
+use crate::checkpoints::{self, CURRENT, PREVIOUS};
+use crate::checks::checks;
 use crate::console::{say, tell};
 use crate::fault::Fault;
 use crate::progress::{duration, percent, quantity};
+use crate::settings::Settings;
+use crate::target;
 
 /// The files of a run, in the order they are written: the tally first, since all else follows from it.
-const RUN_FILES: &[&str] = &["tally.bin", "patches.csv", "summary.json", "radiosity.png"];
+const RUN_FILES: &[&str] = &[CURRENT, PREVIOUS, "patches.csv", "summary.json", "radiosity.png"];
 
 /// The output folder of a run.
 pub struct RunOutput {
@@ -24,9 +30,9 @@ impl RunOutput {
     /// Claims the folder.
     ///
     /// # Errors
-    /// Where it holds results and `force` is not given.
-    pub fn new(path: &Path, force: bool) -> Result<Self, Fault> {
-        Ok(RunOutput { folder: OutputFolder::claim(path, RUN_FILES, force)? })
+    /// Where it holds results that may not be `replace`d.
+    pub fn new(path: &Path, replace: bool) -> Result<Self, Fault> {
+        Ok(RunOutput { folder: OutputFolder::claim(path, RUN_FILES, replace)? })
     }
 
     /// Where it is.
@@ -34,18 +40,20 @@ impl RunOutput {
         self.folder.path()
     }
 
-    /// Writes the results of the walks that are in, and says what they are. Nothing is written where none is.
+    /// Writes the results of some walks, and says what they are. Nothing is written where there are none. The
+    /// latest tally of the folder is kept as the previous one where it is `good`.
     ///
     /// # Errors
-    /// Where a file cannot be written.
+    /// Where the books do not balance or a file cannot be written.
     pub fn write(
         &self,
-        job: &Job,
+        settings: &Settings,
         experiment: &Experiment,
-        coordinator: &Coordinator,
+        checkpoint: &Checkpoint,
+        good: bool,
         out: &OutArgs,
     ) -> Result<(), Fault> {
-        let (scene, tally) = (experiment.scene(), coordinator.prefix());
+        let (scene, tally) = (experiment.scene(), &checkpoint.tally);
         if tally.counts.walks == 0 {
             tell(&format!(
                 "radwalk: no walk was finished, so nothing is written to {}",
@@ -53,14 +61,12 @@ impl RunOutput {
             ));
             return Ok(());
         }
-        let solution = Solution::new(experiment, tally, job.confidence);
-        let facts = facts(job, scene, &solution, coordinator);
+        checkpoints::write(self.path(), checkpoint, good)?;
+        let solution = Solution::new(experiment, tally, settings.level(scene));
+        let facts = facts(settings, experiment, &solution, checkpoint);
         let summary = Summary::new(scene, tally, &solution, facts);
         let radiosities = shown(scene, &solution);
         let picture = report::Picture::render(scene, &radiosities);
-        self.folder.write("tally.bin", |file| {
-            report::write_tally(file, &summary.job_hash, &summary.scene_hash, tally)
-        })?;
         self.folder.write("patches.csv", |file| report::write_patches(file, scene, &solution))?;
         self.folder.write("summary.json", |file| summary.write(file))?;
         self.folder.write("radiosity.png", |file| picture.write_png(file))?;
@@ -70,18 +76,15 @@ impl RunOutput {
                 serde_json::json!({"event": "done", "out": self.path(), "paths": summary.paths})
             ));
         } else if !out.quiet {
-            self.describe(&summary, scene, job);
+            self.describe(&summary, scene, settings);
         }
         Ok(())
     }
 
     /// A few lines for people.
-    fn describe(&self, summary: &Summary, scene: &Scene, job: &Job) {
-        let whole = if summary.paths < job.budget.paths {
-            format!(" of {}", job.budget.paths)
-        } else {
-            String::new()
-        };
+    fn describe(&self, summary: &Summary, scene: &Scene, settings: &Settings) {
+        let whole =
+            if summary.paths < settings.paths { format!(" of {}", settings.paths) } else { String::new() };
         say(&format!(
             "{}{whole} paths, {} rays in {} by {} workers: {} paths/s, {} rays/s",
             summary.paths,
@@ -97,7 +100,8 @@ impl RunOutput {
             format!(", worst {} (patch {patch} on {surface})", percent(precision.max_relative_error))
         });
         say(&format!(
-            "half-widths of the {} % intervals: rms {}{worst}",
+            "half-widths of the {}{} % intervals: rms {}{worst}",
+            if summary.simultaneous { "simultaneous " } else { "" },
             100.0 * summary.confidence,
             percent(precision.rms_relative_error)
         ));
@@ -111,6 +115,15 @@ impl RunOutput {
                 100.0 * target.achieved,
                 percent(target.relative_error)
             ));
+            if let Some(paths) = target.paths_needed {
+                let seconds = (paths - summary.paths as f64) / summary.paths_per_second;
+                say(&format!(
+                    "it takes about {} paths: {} more",
+                    quantity(paths),
+                    duration(seconds.max(0.0))
+                ));
+            }
+            target.worst.iter().filter(|_| !target.reached).for_each(describe_worst);
         }
         say(&format!("written to {}", self.path().display()));
     }
@@ -126,81 +139,84 @@ fn shown(scene: &Scene, solution: &Solution) -> Vec<f64> {
     shown.collect()
 }
 
-/// Whether the tally of a prefix meets a target.
-pub fn target_met(target: &Target, experiment: &Experiment, tally: &Tally, confidence: f64) -> bool {
-    tally.counts.walks > 0
-        && judge(target, experiment.scene(), &Solution::new(experiment, tally, confidence)).reached
+/// One of the patches that keep a target from being reached.
+fn describe_worst(worst: &WorstPatch) {
+    let WorstPatch { patch, surface, relative_error, hits, paths_needed } = worst;
+    let needed = if paths_needed.is_finite() {
+        format!("about {} paths", quantity(*paths_needed))
+    } else {
+        "nobody knows how many paths".into()
+    };
+    say(&format!(
+        "  patch {patch} on {surface}: {} after {hits} hits, takes {needed}",
+        percent(*relative_error)
+    ));
 }
 
-fn judge(target: &Target, scene: &Scene, solution: &Solution) -> report::Target {
-    report::Target::judge(scene, solution, target.relative_error, target.fraction)
-}
-
-fn facts(job: &Job, scene: &Scene, solution: &Solution, coordinator: &Coordinator) -> RunFacts {
-    let effort = coordinator.effort();
+fn facts(
+    settings: &Settings,
+    experiment: &Experiment,
+    solution: &Solution,
+    checkpoint: &Checkpoint,
+) -> RunFacts {
+    let (scene, Checkpoint { tally, book, .. }) = (experiment.scene(), checkpoint);
+    let paths = tally.counts.walks * experiment.paths_per_walk();
+    // A chain is a stream of its own.
+    let stream_paths = experiment.chain_rays().unwrap_or(settings.stream_paths);
     let git = env!("RADWALK_GIT");
     RunFacts {
         version: env!("CARGO_PKG_VERSION").into(),
         git: (git != "unknown").then(|| git.into()),
-        job_hash: job::job_hash(scene.hash(), &job.method, job.seed),
-        seed: job.seed,
-        method: method(job),
-        seconds: effort.seconds,
-        cpu_seconds: effort.cpu_seconds,
-        workers_seen: effort.workers_seen,
-        workers_lost: effort.workers_lost,
-        streams: effort.streams,
-        streams_reissued: effort.streams_reissued,
-        target: job.target.as_ref().map(|target| judge(target, scene, solution)),
-        checks: checks(job, scene, solution, coordinator.prefix()),
+        job_hash: job::job_hash(scene.hash(), &settings.method, settings.seed),
+        seed: settings.seed,
+        method: method(&settings.method),
+        seconds: book.effort.seconds,
+        cpu_seconds: book.effort.cpu_seconds,
+        workers_seen: book.effort.workers_seen,
+        workers_lost: book.effort.workers_lost,
+        streams: paths.div_ceil(stream_paths),
+        streams_reissued: book.effort.streams_reissued,
+        target: settings.target.map(|target| target::judge(&target, scene, solution, paths)),
+        checks: checks(experiment, settings.note.as_deref(), solution, tally, &book.looks),
+        confidence: settings.confidence,
+        simultaneous: settings.simultaneous,
+        provenance: provenance(book, experiment.paths_per_walk()),
+    }
+}
+
+/// Whose walks these are, each counted as so many paths.
+fn provenance(book: &Book, paths_per_walk: u64) -> Provenance {
+    let worker = |(number, name): (usize, &String)| {
+        let deliveries = book.parts.iter().flat_map(|part| &part.deliveries);
+        let (paths, leases) = deliveries
+            .filter(|delivery| delivery.worker as usize == number)
+            .fold((0, 0), |(paths, leases), delivery| (paths + delivery.walks * paths_per_walk, leases + 1));
+        WorkerSummary { name: name.clone(), paths, leases }
+    };
+    let part = |part: &cluster::checkpoint::Part| PartSummary {
+        seed: part.seed,
+        first_path: part.first * paths_per_walk,
+        paths: part.walks() * paths_per_walk,
+    };
+    let session = |session: &cluster::checkpoint::Session| SessionSummary {
+        host: session.host.clone(),
+        build: session.build.clone(),
+        began: session.began,
+        ended: session.ended,
+    };
+    Provenance {
+        parts: book.parts.iter().map(part).collect(),
+        workers: book.workers.iter().enumerate().map(worker).collect(),
+        sessions: book.sessions.iter().map(session).collect(),
     }
 }
 
 /// The method in the words of job files.
-pub fn method(job: &Job) -> Method {
-    Method {
-        walk: job.method.walk.word().into(),
-        estimator: job.method.estimator.word().into(),
-        space: job.method.space.word().into(),
-        sampler: job.method.sampler.word().into(),
+pub fn method(method: &Method) -> report::Method {
+    report::Method {
+        walk: method.walk.word().into(),
+        estimator: method.estimator.word().into(),
+        space: method.space.word().into(),
+        sampler: method.sampler.word().into(),
     }
-}
-
-/// What is verified of every run, and said in words where it fails.
-fn checks(job: &Job, scene: &Scene, solution: &Solution, tally: &Tally) -> Vec<Check> {
-    let check = |name: &str, ok, message| Check { name: name.into(), ok, message };
-    let counts = tally.counts;
-    let ended = counts.absorbed + counts.absorbed_back + counts.escaped + counts.truncated;
-    // The rays of a chain are ended one by one.
-    let (emitted, what) = match job.method.walk {
-        WalkKind::Jacobi => (counts.rays, "rays"),
-        _ => (counts.walks, "walks"),
-    };
-    let unhit = solution.precision(scene).unhit_patches;
-    let is_rare = |channels: &&[Option<Estimate>]| channels.iter().flatten().any(Estimate::is_rare);
-    let rare = solution.estimates.chunks_exact(solution.channels).filter(is_rare).count();
-    let note = job.note.clone();
-    vec![
-        check("method", note.is_none(), note.unwrap_or_else(|| "the method is the one asked for".into())),
-        check(
-            "energy",
-            ended == emitted,
-            format!("{emitted} {what} were emitted, {ended} absorbed or escaped"),
-        ),
-        check(
-            "backs",
-            counts.absorbed_back == 0,
-            format!("{} {what} ended on the back of a one-sided surface", counts.absorbed_back),
-        ),
-        check(
-            "unhit",
-            unhit == 0,
-            format!("{unhit} reflecting patches have no score: only bounds are known"),
-        ),
-        check(
-            "rare",
-            rare == 0,
-            format!("{rare} patches have fewer than 10 scores: trust their intervals, not their values"),
-        ),
-    ]
 }

@@ -1,58 +1,76 @@
-//! A job as it travels, and the work that a process does with it.
+//! A job as it travels and as `tally.bin` keeps it, and the work that a process does with it.
 
 use std::ops::Range;
 
 use cluster::codec::{CodecError, decode_serde, encode_serde};
 use cluster::worker::Work;
-use job::Method;
 use radiosity::{Board, Experiment, IndexChoice, Overflow, Scene, SceneSpec, Sequence, Tally};
 use serde::{Deserialize, Serialize};
+
+use crate::settings::Settings;
 
 /// Σx and Σx²: what intervals need.
 pub const MOMENTS: usize = 2;
 
-/// All that a worker has to know of a job.
+/// All that a process has to know of a job.
 #[derive(Serialize, Deserialize)]
-pub struct Wire {
+struct Packed {
     scene: SceneSpec,
-    method: Method,
-    seed: u64,
     tree: bool,
+    settings: Settings,
 }
 
-/// The bytes of a job for its workers.
+/// The bytes of a job.
 ///
 /// # Errors
 /// Where the scene is too large for one message.
-pub fn encode(job: &job::Job, scene: &Scene) -> Result<Vec<u8>, CodecError> {
-    let wire = Wire {
-        scene: job.scene.spec().clone(),
-        method: job.method.clone(),
-        seed: job.seed,
-        tree: scene.has_tree(),
-    };
-    encode_serde(&wire)
+pub fn pack(scene: &Scene, spec: &SceneSpec, settings: &Settings) -> Result<Vec<u8>, CodecError> {
+    encode_serde(&Packed { scene: spec.clone(), tree: scene.has_tree(), settings: settings.clone() })
 }
 
-/// A worker's replica of a job.
+/// Settings and scene with the method that was packed.
+///
+/// # Errors
+/// In words, where the bytes are no job or the scene is invalid.
+pub fn unpack(bytes: &[u8]) -> Result<(Settings, Experiment), String> {
+    let Packed { scene, tree, settings } = decode_serde(bytes).map_err(|error| error.to_string())?;
+    let index = if tree { IndexChoice::Tree } else { IndexChoice::Flat };
+    let scene = Scene::build(&scene, index).map_err(|error| error.to_string())?;
+    let experiment = Experiment::new(scene, settings.method.walks()).map_err(|error| error.to_string())?;
+    Ok((settings, experiment))
+}
+
+/// A process's replica of a job.
 pub struct Replica {
     experiment: Experiment,
     sequence: Sequence,
     job_hash: [u8; 32],
+    wrong: Option<Wrong>,
 }
 
 impl Replica {
     /// Builds the replica from what the coordinator sent.
     ///
     /// # Errors
-    /// In words, where the bytes are no job or the scene is invalid.
+    /// As [`unpack`].
     pub fn decode(bytes: &[u8]) -> Result<Self, String> {
-        let wire: Wire = decode_serde(bytes).map_err(|error| error.to_string())?;
-        let index = if wire.tree { IndexChoice::Tree } else { IndexChoice::Flat };
-        let scene = Scene::build(&wire.scene, index).map_err(|error| error.to_string())?;
-        let job_hash = job::job_hash(scene.hash(), &wire.method, wire.seed);
-        let experiment = Experiment::new(scene, wire.method.walks()).map_err(|error| error.to_string())?;
-        Ok(Replica { experiment, sequence: Sequence::new(wire.seed), job_hash })
+        let (settings, experiment) = unpack(bytes)?;
+        Ok(Replica { wrong: Wrong::asked_for(), ..Replica::new(experiment, &settings, settings.seed) })
+    }
+
+    /// A replica that walks as the settings say, but for the seed.
+    pub fn new(experiment: Experiment, settings: &Settings, seed: u64) -> Self {
+        let job_hash = job::job_hash(experiment.scene().hash(), &settings.method, seed);
+        Replica { experiment, sequence: Sequence::new(seed), job_hash, wrong: None }
+    }
+
+    /// The tally of some walks.
+    ///
+    /// # Errors
+    /// Where a sum overflows.
+    pub fn trace(&self, walks: Range<u64>, board: &mut Board<MOMENTS>) -> Result<Tally, Overflow> {
+        self.experiment.walk(&self.sequence, walks, board);
+        board.take()
     }
 }
 
@@ -80,6 +98,34 @@ impl Work for Replica {
     }
 
     fn take(&self, board: &mut Self::Board) -> Result<Tally, Overflow> {
-        board.take()
+        let tally = board.take()?;
+        Ok(match &self.wrong {
+            Some(wrong) => wrong.spoil(tally),
+            None => tally,
+        })
+    }
+}
+
+/// A test hook: a worker whose memory fails now and then. With `RADWALK_TEST_WRONG_WORKER=P` in its environment, about
+/// one in P of what it hands over has a bit flipped, before any digest is taken.
+struct Wrong {
+    one_in: u64,
+}
+
+impl Wrong {
+    fn asked_for() -> Option<Self> {
+        let one_in = std::env::var("RADWALK_TEST_WRONG_WORKER").ok()?.parse().ok()?;
+        Some(Wrong { one_in })
+    }
+
+    fn spoil(&self, tally: Tally) -> Tally {
+        let lot = u64::from_le_bytes(tally.hash()[..8].try_into().expect("eight bytes"));
+        if !lot.is_multiple_of(self.one_in) {
+            return tally;
+        }
+        let (counts, patches, layout) = (tally.counts, tally.patches(), tally.layout());
+        let mut sums = tally.into_sums();
+        sums[0] ^= 1;
+        Tally::from_parts(counts, patches, layout, sums).expect("as many sums as before")
     }
 }

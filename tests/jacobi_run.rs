@@ -85,6 +85,98 @@ fn a_signal_ends_a_run_in_mid_chain() {
     assert!(asked.elapsed().as_secs() < 10, "a chain was waited for");
 }
 
+/// Chains that are in are kept through any number of deaths of the coordinator, the others shot again.
+#[test]
+fn chains_outlive_their_coordinator() {
+    let folder = tempdir().unwrap();
+    let (out, straight) = (path(&folder, "out"), path(&folder, "straight"));
+    let job = [&JACOBI[..], &["--paths", "20000000", "--set", "method.batch_paths=50000"]].concat();
+    let expected = run_job(CUBE, &straight, &job);
+    let mut killed = 0;
+    loop {
+        let args = ["run", CUBE, "--resume", "--quiet", "--set", "budget.checkpoint_seconds=0.02", "--out"];
+        let mut command = radwalk();
+        command.args(args).arg(&out).args(["--workers", "2"]).args(&job);
+        let mut child = command.stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
+        std::thread::sleep(std::time::Duration::from_millis(300 + 50 * killed));
+        if let Some(status) = child.try_wait().unwrap() {
+            assert!(status.success());
+            break;
+        }
+        child.kill().unwrap();
+        child.wait().unwrap();
+        killed += 1;
+        assert!(killed < 100, "it gets nowhere");
+    }
+    assert!(killed > 0, "nobody was killed");
+    assert!(answer(&out) == answer(&straight), "after {killed} deaths");
+    let resumed = summary(&out);
+    assert_eq!(resumed["paths"], expected["paths"]);
+    let workers = resumed["provenance"]["workers"].as_array().unwrap();
+    let paths: u64 = workers.iter().map(|worker| worker["paths"].as_u64().unwrap()).sum();
+    assert_eq!(paths, 20_000_000, "the ledger has every ray once");
+}
+
+#[test]
+fn chains_are_extended_merged_and_audited() {
+    let folder = tempdir().unwrap();
+    let [straight, head, tail, merged] =
+        ["straight", "head", "tail", "merged"].map(|name| path(&folder, name));
+    let job = [&JACOBI[..], &["--set", "method.batch_paths=5000"]].concat();
+    run_job(CUBE, &straight, &[&job[..], &["--paths", "120000"]].concat());
+    run_job(CUBE, &head, &[&job[..], &["--paths", "60000"]].concat());
+    run_job(CUBE, &tail, &[&job[..], &["--paths", "60000", "--set", "budget.first_path=60000"]].concat());
+    let text = |path: &std::path::Path| path.to_str().unwrap().to_owned();
+    let (code, _, stderr) = run(&["merge", &text(&tail), &text(&head), "--quiet", "--out", &text(&merged)]);
+    assert_eq!(code, 0, "{stderr}");
+    assert!(answer(&merged) == answer(&straight));
+    let parts = &summary(&merged)["provenance"]["parts"];
+    assert_eq!((&parts[0]["first_path"], &parts[0]["paths"]), (&0.into(), &120_000.into()), "{parts}");
+    let (code, stdout, stderr) = run(&["audit", &text(&merged), "--share", "1"]);
+    assert_eq!(code, 0, "{stderr}");
+    assert!(stdout.contains("120000 of 120000 paths"), "{stdout}");
+    run_job(CUBE, &head, &[&job[..], &["--paths", "120000", "--resume"]].concat());
+    assert!(answer(&head) == answer(&straight));
+    let (code, _, stderr) =
+        run(&["merge", &text(&tail), &text(&straight), "--out", &text(&merged), "--force"]);
+    assert_eq!(code, 2);
+    assert!(stderr.contains("would count twice"), "{stderr}");
+}
+
+#[test]
+fn chains_of_another_length_and_replays_are_refused() {
+    let folder = tempdir().unwrap();
+    let out = path(&folder, "out");
+    run_job(CUBE, &out, &[&JACOBI[..], &["--paths", "80000"]].concat());
+    let before = std::fs::read(out.join("tally.bin")).unwrap();
+    let resume = [&["run", CUBE, "--resume", "--out", out.to_str().unwrap()], &JACOBI[..]].concat();
+    let (code, _, stderr) = run(&[&resume[..], &["--paths", "160000"]].concat());
+    assert_eq!(code, 2);
+    assert!(
+        stderr.contains("chains of 10000 rays") && stderr.contains("method.batch_paths=10000"),
+        "{stderr}"
+    );
+    for other in
+        [&["--paths", "160000", "--seed", "9"][..], &["--paths", "80000", "--set", "budget.first_path=10000"]]
+    {
+        let (code, _, stderr) = run(&[&resume[..], other].concat());
+        assert_eq!(code, 2);
+        assert!(stderr.contains("those of another job"), "{stderr}");
+    }
+    let walks = ["run", CUBE, "--resume", "--paths", "80000", "--out", out.to_str().unwrap()];
+    let (code, _, stderr) = run(&walks);
+    assert_eq!(code, 2);
+    assert!(stderr.contains("those of another job"), "{stderr}");
+    assert!(std::fs::read(out.join("tally.bin")).unwrap() == before, "nothing was touched");
+    let fewer = ["--paths", "80000", "--set", "method.batch_paths=10000", "--quiet"];
+    assert_eq!(run(&[&resume[..], &fewer].concat()).0, 0, "there is nothing left to do");
+    assert!(std::fs::read(out.join("tally.bin")).unwrap().len() >= before.len());
+    let (code, _, stderr) =
+        run(&[&["replay", CUBE, "--walk", "0", "--paths", "80000"], &JACOBI[..]].concat());
+    assert_eq!(code, 2);
+    assert!(stderr.contains("no walks to replay"), "{stderr}");
+}
+
 #[test]
 fn the_files_are_those_of_the_format() {
     let folder = tempdir().unwrap();

@@ -6,10 +6,13 @@ use std::fmt;
 use std::ops::Range;
 use std::time::Duration;
 
+use bincode::{Decode, Encode};
 use radiosity::{Counts, MergeError, Tally};
 
 use crate::access::{Access, Speaker};
+use crate::checkpoint::{Look, Past};
 use crate::codec::SHORT_FRAME;
+use crate::digest::Digester;
 use crate::ledger::{LeaseId, Ledger, Rejected};
 use crate::message::{Hello, LeaseResult, PROTOCOL, Proof, ToCoordinator, ToWorker};
 
@@ -27,6 +30,9 @@ pub const STALL: Duration = Duration::from_secs(60);
 
 /// How long a lease should take: long enough that messages cost nothing, short enough that a stop is prompt.
 const LEASE_SECONDS: f64 = 0.25;
+
+/// A lease may take this part of the time that the job has run: the ledger of a week stays a matter of megabytes.
+const LEASE_SHARE: f64 = 1e-4;
 
 /// Added per sum of the tally, so that sending and merging large ones stays a small part of a lease.
 const LEASE_SECONDS_PER_SUM: f64 = 1e-6;
@@ -53,8 +59,8 @@ const MAX_THREADS: usize = 4096;
 const NAME_CHARS: usize = 80;
 const REASON_CHARS: usize = 400;
 
-/// Judges the tally of a prefix.
-pub type Target = Box<dyn FnMut(&Tally) -> bool>;
+/// Looks at the tally of a prefix, knowing the looks before.
+pub type Judge = Box<dyn FnMut(&Tally, &[Look]) -> Look>;
 
 /// What the coordinator has to see done.
 pub struct Plan {
@@ -66,6 +72,8 @@ pub struct Plan {
     pub job_hash: [u8; 32],
     /// The only build that may join.
     pub build: String,
+    /// The first walk of the job; all other numbers of walks here count from it.
+    pub first: u64,
     /// Total walks.
     pub paths: u64,
     /// Walks per stream.
@@ -77,10 +85,10 @@ pub struct Plan {
     pub empty: Tally,
     /// When to stop, whatever has been reached.
     pub wall: Option<Duration>,
-    /// Walk numbers at which `target` is asked, ascending.
+    /// Numbers of walks at which `judge` is asked, ascending.
     pub looks: Vec<u64>,
-    /// Whether the tally of a prefix meets the target. Asked at looks only.
-    pub target: Option<Target>,
+    /// What the tally of a prefix amounts to. Asked at looks only.
+    pub judge: Judge,
 }
 
 /// What the shell has to do.
@@ -153,8 +161,8 @@ pub struct Progress {
     pub workers: usize,
 }
 
-/// What a run took.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+/// What a run took, its earlier sessions included.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Encode, Decode)]
 pub struct Effort {
     /// From the first lease to the last result that was merged.
     pub seconds: f64,
@@ -164,8 +172,6 @@ pub struct Effort {
     pub workers_seen: u64,
     /// Workers that were lost while the job ran.
     pub workers_lost: u64,
-    /// Streams of the job.
-    pub streams: u64,
     /// Streams of lost leases.
     pub streams_reissued: u64,
 }
@@ -192,6 +198,8 @@ struct Peer {
     progress: u64,
     /// When it last made progress, by the waking clock.
     progressed: Duration,
+    /// Its place among the names in the ledger.
+    number: u32,
     /// Walks per second of one thread; 0 before the first result.
     rate: f64,
     longest_lease: u64,
@@ -212,18 +220,28 @@ pub struct Coordinator {
     awake: Duration,
     first_lease: Option<Now>,
     last_result: Now,
-    /// CPU time of workers that have gone.
-    cpu_seconds_gone: f64,
-    workers_seen: u64,
-    workers_lost: u64,
+    digester: Digester,
+    /// Whoever worked, as deliveries name them.
+    workers: Vec<String>,
+    looks: Vec<Look>,
+    /// What earlier sessions and workers that have gone took.
+    spent: Effort,
 }
 
 impl Coordinator {
-    /// A coordinator for a plan; workers prove that they know the key of `access`.
-    pub fn new(plan: Plan, access: Access) -> Self {
-        let ledger = Ledger::new(plan.paths, plan.stream_paths, plan.looks.clone(), plan.empty.clone());
-        let ending = ledger.is_complete().then_some(Ending::BudgetSpent);
+    /// A coordinator for a plan that goes on from the `past`, an empty one for a new job; workers prove that they
+    /// know the key of `access`.
+    pub fn new(plan: Plan, access: Access, past: Past) -> Self {
+        let Past { tally, deliveries, workers, looks, effort } = past;
+        let ledger = Ledger::new(plan.paths, plan.stream_paths, plan.looks.clone(), tally, deliveries);
+        let reached = looks.last().is_some_and(|look| look.reached && look.walks == ledger.prefix_walks());
+        let ending = match () {
+            () if reached => Some(Ending::TargetReached),
+            () if ledger.is_complete() => Some(Ending::BudgetSpent),
+            () => None,
+        };
         Coordinator {
+            digester: Digester::new(&plan.scene_hash),
             plan,
             access,
             ledger,
@@ -234,9 +252,20 @@ impl Coordinator {
             awake: Duration::ZERO,
             first_lease: None,
             last_result: Duration::ZERO,
-            cpu_seconds_gone: 0.0,
-            workers_seen: 0,
-            workers_lost: 0,
+            workers,
+            looks,
+            spent: effort,
+        }
+    }
+
+    /// A copy of the books of the prefix: what another coordinator needs to go on from here.
+    pub fn past(&self) -> Past {
+        Past {
+            tally: self.ledger.prefix().clone(),
+            deliveries: self.ledger.deliveries().to_vec(),
+            workers: self.workers.clone(),
+            looks: self.looks.clone(),
+            effort: self.effort(),
         }
     }
 
@@ -260,13 +289,11 @@ impl Coordinator {
     pub fn effort(&self) -> Effort {
         let began = self.first_lease.unwrap_or(self.last_result);
         Effort {
-            seconds: self.last_result.saturating_sub(began).as_secs_f64(),
-            cpu_seconds: self.cpu_seconds_gone
+            seconds: self.spent.seconds + self.last_result.saturating_sub(began).as_secs_f64(),
+            cpu_seconds: self.spent.cpu_seconds
                 + self.peers.values().map(|peer| peer.cpu_seconds).sum::<f64>(),
-            workers_seen: self.workers_seen,
-            workers_lost: self.workers_lost,
-            streams: self.ledger.streams(),
-            streams_reissued: self.ledger.streams_reissued,
+            streams_reissued: self.spent.streams_reissued + self.ledger.streams_reissued,
+            ..self.spent
         }
     }
 
@@ -295,6 +322,7 @@ impl Coordinator {
             heard: self.awake,
             progress: 0,
             progressed: self.awake,
+            number: 0,
             rate: 0.0,
             longest_lease: self.plan.stream_paths,
             cpu_seconds: 0.0,
@@ -374,14 +402,15 @@ impl Coordinator {
     /// A peer has built its replica: is it the same scene and job?
     fn on_ready(&mut self, id: PeerId, scene_hash: [u8; 32], job_hash: [u8; 32], now: Now) -> Vec<Action> {
         if (scene_hash, job_hash) != (self.plan.scene_hash, self.plan.job_hash) {
-            self.workers_lost += 1;
+            self.spent.workers_lost += 1;
             let peer = self.peers.remove(&id).expect("the caller found it");
             let reason = "its replica of the scene differs (its build or memory is faulty)";
             return refuse(id, peer.name, reason.into());
         }
-        self.workers_seen += 1;
+        self.spent.workers_seen += 1;
         let peer = self.peers.get_mut(&id).expect("the caller found it");
         peer.stage = Stage::Working;
+        peer.number = number_of(&peer.name, &mut self.workers);
         peer.progressed = self.awake;
         self.hand_out(now)
     }
@@ -404,10 +433,14 @@ impl Coordinator {
             peer.cpu_seconds = peer.cpu_seconds.max(result.cpu_seconds);
         }
         peer.progressed = self.awake;
+        let number = peer.number;
         let empty = &self.plan.empty;
         let accepted = Tally::from_parts(counts, empty.patches(), empty.layout(), result.sums)
             .map_err(Rejected::Tally)
-            .and_then(|tally| self.ledger.accept(lease, tally));
+            .and_then(|tally| match self.digester.digest(&tally) {
+                digest if digest == result.digest => self.ledger.accept(lease, tally, number, digest),
+                _ => Err(Rejected::Digest),
+            });
         match accepted {
             Ok(()) => {
                 self.last_result = now;
@@ -429,9 +462,12 @@ impl Coordinator {
                 Ok(false) => break,
                 Err(_) => return self.finish(Ending::Overflow),
             }
-            if self.ledger.at_look() && self.plan.target.as_mut().is_some_and(|met| met(self.ledger.prefix()))
-            {
-                return self.finish(Ending::TargetReached);
+            if self.ledger.at_look() {
+                let look = (self.plan.judge)(self.ledger.prefix(), &self.looks);
+                self.looks.push(look);
+                if look.reached {
+                    return self.finish(Ending::TargetReached);
+                }
             }
         }
         if self.ledger.is_complete() {
@@ -467,7 +503,7 @@ impl Coordinator {
             hungry.sort_unstable();
             for id in hungry {
                 while self.peers[&id].leases.len() < (depth + 1) * self.peers[&id].threads {
-                    let walks = self.lease_walks(id, threads);
+                    let walks = self.lease_walks(id, threads, now);
                     let leased = match self.stopping {
                         None => self.ledger.lease(walks),
                         Some(_) => self.ledger.lease_gap(walks),
@@ -489,9 +525,11 @@ impl Coordinator {
 
     /// How many walks to lease to a peer: by its rate, but ever fewer towards the end so that all finish
     /// together. Only the pace depends on it, never the answer.
-    fn lease_walks(&self, id: PeerId, threads: usize) -> u64 {
+    fn lease_walks(&self, id: PeerId, threads: usize, now: Now) -> u64 {
         let peer = &self.peers[&id];
-        let seconds = LEASE_SECONDS + LEASE_SECONDS_PER_SUM * self.plan.empty.sums().len() as f64;
+        let age = self.spent.seconds + now.as_secs_f64();
+        let seconds =
+            LEASE_SECONDS + LEASE_SECONDS_PER_SUM * self.plan.empty.sums().len() as f64 + LEASE_SHARE * age;
         let by_rate = peer.rate * seconds;
         let by_growth = peer.longest_lease as f64 * LEASE_GROWTH;
         let share = self.ledger.unleased() / (self.plan.leases_per_thread * threads) as u64;
@@ -507,7 +545,8 @@ impl Coordinator {
         }
         peer.leases.insert(lease);
         peer.longest_lease = peer.longest_lease.max(walks);
-        Action::Send(id, ToWorker::Lease { id: lease, first_walk: range.start, walks })
+        let first_walk = self.plan.first.saturating_add(range.start);
+        Action::Send(id, ToWorker::Lease { id: lease, first_walk, walks })
     }
 
     /// A connection is gone.
@@ -529,7 +568,7 @@ impl Coordinator {
     /// Closes a connection and takes its leases back.
     fn forget(&mut self, id: PeerId, reason: &str) -> Vec<Action> {
         let Some(peer) = self.peers.remove(&id) else { return vec![] };
-        self.cpu_seconds_gone += peer.cpu_seconds;
+        self.spent.cpu_seconds += peer.cpu_seconds;
         for lease in peer.leases {
             self.ledger.lose(lease);
         }
@@ -537,7 +576,7 @@ impl Coordinator {
         let notice = if matches!(peer.stage, Stage::Challenged(_)) {
             Notice::Failed(reason)
         } else {
-            self.workers_lost += 1;
+            self.spent.workers_lost += 1;
             Notice::Lost { name: peer.name, reason }
         };
         vec![Action::Close(id), Action::Tell(notice)]
@@ -612,6 +651,15 @@ impl Coordinator {
 fn refuse(id: PeerId, name: String, reason: String) -> Vec<Action> {
     let message = ToWorker::Refused { reason: reason.clone() };
     vec![Action::Send(id, message), Action::Close(id), Action::Tell(Notice::Refused { name, reason })]
+}
+
+/// The place of a name among the names, added where it is new.
+fn number_of(name: &str, names: &mut Vec<String>) -> u32 {
+    let place = names.iter().position(|known| known == name).unwrap_or_else(|| {
+        names.push(name.into());
+        names.len() - 1
+    });
+    u32::try_from(place).expect("each name took a connection")
 }
 
 /// What a peer says as it may be shown on a terminal.

@@ -2,15 +2,38 @@
 //!
 //! Walks are leased in ranges of whole streams. A lease comes in whole or not at all. What is reported is
 //! always the tally of walks 0 … N − 1 for some N: results that arrive ahead of a gap wait beside the prefix
-//! (neighbours merged into one) until the gap is filled.
+//! (neighbours merged into one) until the gap is filled. Of every lease in the prefix the ledger keeps who delivered
+//! it, and its digest.
 
 use std::collections::{BTreeMap, HashMap};
 use std::ops::Range;
 
+use bincode::{Decode, Encode};
 use radiosity::{MergeError, Tally};
+
+use crate::digest::Digest;
 
 /// A number that names one lease; never used twice.
 pub type LeaseId = u64;
+
+/// A lease that came in. Deliveries stand in the order of their walks, without gaps.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode)]
+pub struct Delivery {
+    /// How many walks.
+    pub walks: u64,
+    /// Who delivered it, by its place among the names of workers.
+    pub worker: u32,
+    /// The digest of its tally.
+    pub digest: Digest,
+}
+
+/// What waits beyond a gap.
+#[derive(Debug)]
+struct Waiting {
+    end: u64,
+    tally: Tally,
+    deliveries: Vec<Delivery>,
+}
 
 /// Why a result was not taken.
 #[derive(Debug, PartialEq, Eq, thiserror::Error)]
@@ -26,6 +49,9 @@ pub enum Rejected {
         /// Walks of the result.
         got: u64,
     },
+    /// The tally is not the one that the worker sent off.
+    #[error("its digest is not that of its sums: it was changed on its way")]
+    Digest,
     /// The tally does not fit.
     #[error(transparent)]
     Tally(#[from] MergeError),
@@ -43,25 +69,35 @@ pub struct Ledger {
     out: HashMap<LeaseId, Range<u64>>,
     /// Lost ranges by their first walk, to be leased again before new ones.
     lost: BTreeMap<u64, u64>,
-    waiting: BTreeMap<u64, (u64, Tally)>,
+    waiting: BTreeMap<u64, Waiting>,
     prefix: Tally,
+    /// Of the prefix, in the order of walks.
+    deliveries: Vec<Delivery>,
     /// Streams of leases that were lost.
     pub streams_reissued: u64,
 }
 
 impl Ledger {
-    /// Books for walks 0 … `total` − 1, beginning with an empty `prefix` tally of the right shape.
-    pub fn new(total: u64, stream_walks: u64, looks: Vec<u64>, prefix: Tally) -> Self {
+    /// Books for walks 0 … `total` − 1, beginning with the tally of a `prefix`, which may be empty, and the
+    /// `deliveries` that it was made of.
+    pub fn new(
+        total: u64,
+        stream_walks: u64,
+        looks: Vec<u64>,
+        prefix: Tally,
+        deliveries: Vec<Delivery>,
+    ) -> Self {
         Ledger {
             total,
             stream_walks,
             looks,
-            next: 0,
+            next: prefix.counts.walks,
             next_lease: 0,
             out: HashMap::new(),
             lost: BTreeMap::new(),
             waiting: BTreeMap::new(),
             prefix,
+            deliveries,
             streams_reissued: 0,
         }
     }
@@ -71,6 +107,11 @@ impl Ledger {
         &self.prefix
     }
 
+    /// The leases of the prefix, in the order of walks.
+    pub fn deliveries(&self) -> &[Delivery] {
+        &self.deliveries
+    }
+
     /// N of the prefix.
     pub fn prefix_walks(&self) -> u64 {
         self.prefix.counts.walks
@@ -78,7 +119,7 @@ impl Ledger {
 
     /// Walks that are in, those beyond a gap included.
     pub fn walks_in(&self) -> u64 {
-        self.prefix_walks() + self.waiting.iter().map(|(start, (end, _))| end - start).sum::<u64>()
+        self.prefix_walks() + self.waiting.iter().map(|(start, waiting)| waiting.end - start).sum::<u64>()
     }
 
     /// Whether every walk is in.
@@ -89,11 +130,6 @@ impl Ledger {
     /// Walks that nobody has yet.
     pub fn unleased(&self) -> u64 {
         self.total - self.next + self.lost.iter().map(|(start, end)| end - start).sum::<u64>()
-    }
-
-    /// Streams of the job.
-    pub fn streams(&self) -> u64 {
-        self.total.div_ceil(self.stream_walks)
     }
 
     /// Leases about `walks` walks, rounded up to whole streams: lost ones first, lowest first. `None` when
@@ -124,12 +160,12 @@ impl Ledger {
         end.min(look).min(available)
     }
 
-    /// Takes the result of a lease.
+    /// Takes the result of a lease, from the worker of that number.
     ///
     /// # Errors
     /// Where the lease is not out or the tally does not fit; nothing is changed then, except that an overflow
     /// of the prefix ends the job.
-    pub fn accept(&mut self, id: LeaseId, tally: Tally) -> Result<(), Rejected> {
+    pub fn accept(&mut self, id: LeaseId, tally: Tally, worker: u32, digest: Digest) -> Result<(), Rejected> {
         let range = self.out.get(&id).ok_or(Rejected::NotLeased(id))?.clone();
         let (expected, got) = (range.end - range.start, tally.counts.walks);
         if expected != got {
@@ -139,27 +175,26 @@ impl Ledger {
             return Err(MergeError::Shape(self.prefix.sums().len(), tally.sums().len()).into());
         }
         self.out.remove(&id);
-        self.wait(range, tally)?;
+        let delivery = Delivery { walks: got, worker, digest };
+        self.wait(range.start, Waiting { end: range.end, tally, deliveries: vec![delivery] })?;
         Ok(())
     }
 
     /// Puts a range beside the prefix, merged with its neighbours.
-    fn wait(&mut self, range: Range<u64>, mut tally: Tally) -> Result<(), MergeError> {
-        let (mut start, mut end) = (range.start, range.end);
-        if let Some((&before, &(before_end, _))) = self.waiting.range(..start).next_back()
-            && before_end == start
+    fn wait(&mut self, mut start: u64, mut range: Waiting) -> Result<(), MergeError> {
+        if let Some((&before, earlier)) = self.waiting.range(..start).next_back()
+            && earlier.end == start
             && !self.looks.contains(&start)
         {
-            let (_, earlier) = self.waiting.remove(&before).expect("just found");
-            tally.merge(&earlier)?;
-            start = before;
+            let mut earlier = self.waiting.remove(&before).expect("just found");
+            earlier.append(range)?;
+            (start, range) = (before, earlier);
         }
-        if self.waiting.contains_key(&end) && !self.looks.contains(&end) {
-            let (later_end, later) = self.waiting.remove(&end).expect("just found");
-            tally.merge(&later)?;
-            end = later_end;
+        if self.waiting.contains_key(&range.end) && !self.looks.contains(&range.end) {
+            let later = self.waiting.remove(&range.end).expect("just found");
+            range.append(later)?;
         }
-        self.waiting.insert(start, (end, tally));
+        self.waiting.insert(start, range);
         Ok(())
     }
 
@@ -169,8 +204,9 @@ impl Ledger {
     /// # Errors
     /// Where a sum overflows; the job cannot go on.
     pub fn advance(&mut self) -> Result<bool, MergeError> {
-        let Some((_, tally)) = self.waiting.remove(&self.prefix_walks()) else { return Ok(false) };
-        self.prefix.merge(&tally)?;
+        let Some(range) = self.waiting.remove(&self.prefix_walks()) else { return Ok(false) };
+        self.prefix.merge(&range.tally)?;
+        self.deliveries.extend(range.deliveries);
         Ok(true)
     }
 
@@ -208,6 +244,16 @@ impl Ledger {
     }
 }
 
+impl Waiting {
+    /// Takes up the range that follows.
+    fn append(&mut self, later: Waiting) -> Result<(), MergeError> {
+        self.tally.merge(&later.tally)?;
+        self.deliveries.extend(later.deliveries);
+        self.end = later.end;
+        Ok(())
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -224,7 +270,26 @@ mod tests {
     }
 
     fn ledger(total: u64, stream: u64, looks: &[u64]) -> Ledger {
-        Ledger::new(total, stream, looks.to_vec(), Tally::new(1, PAIR))
+        Ledger::new(total, stream, looks.to_vec(), Tally::new(1, PAIR), vec![])
+    }
+
+    /// A stand-in digest that tells walks apart.
+    fn digest(range: &Range<u64>) -> Digest {
+        1000 * range.start + range.end
+    }
+
+    fn accept(books: &mut Ledger, id: LeaseId, range: &Range<u64>) -> Result<(), Rejected> {
+        books.accept(id, tally(range), 7, digest(range))
+    }
+
+    /// Every walk of the prefix belongs to one delivery, with the digest it came with.
+    fn assert_accounted(books: &Ledger) {
+        let mut next = 0;
+        for &Delivery { walks, worker, digest: kept } in books.deliveries() {
+            assert_eq!((worker, kept), (7, digest(&(next..next + walks))));
+            next += walks;
+        }
+        assert_eq!(next, books.prefix_walks());
     }
 
     #[test]
@@ -247,14 +312,11 @@ mod tests {
                         0 | 1 => out.extend(books.lease(random(90))),
                         2 if !out.is_empty() => {
                             let (id, range) = out.swap_remove(random(out.len() as u64) as usize);
-                            books.accept(id, tally(&range)).unwrap();
-                            assert_eq!(
-                                books.accept(id, tally(&range)),
-                                Err(Rejected::NotLeased(id)),
-                                "twice"
-                            );
+                            accept(&mut books, id, &range).unwrap();
+                            assert_eq!(accept(&mut books, id, &range), Err(Rejected::NotLeased(id)), "twice");
                             while books.advance().unwrap() {
                                 assert_eq!(books.prefix(), &tally(&(0..books.prefix_walks())));
+                                assert_accounted(&books);
                                 if books.at_look() {
                                     looked.push(books.prefix_walks());
                                 }
@@ -263,7 +325,7 @@ mod tests {
                         3 if !out.is_empty() => {
                             let (id, range) = out.swap_remove(random(out.len() as u64) as usize);
                             books.lose(id);
-                            assert_eq!(books.accept(id, tally(&range)), Err(Rejected::NotLeased(id)), "late");
+                            assert_eq!(accept(&mut books, id, &range), Err(Rejected::NotLeased(id)), "late");
                         }
                         _ => {}
                     }
@@ -279,11 +341,11 @@ mod tests {
         let mut books = ledger(100, 10, &[]);
         let (id, range) = books.lease(10).unwrap();
         assert_eq!(range, 0..10);
-        assert_eq!(books.accept(id, tally(&(0..9))), Err(Rejected::Walks { expected: 10, got: 9 }));
+        assert_eq!(accept(&mut books, id, &(0..9)), Err(Rejected::Walks { expected: 10, got: 9 }));
         let mut foreign = Tally::new(2, PAIR);
         foreign.counts.walks = 10;
-        assert!(matches!(books.accept(id, foreign), Err(Rejected::Tally(MergeError::Shape(2, 4)))));
-        books.accept(id, tally(&range)).unwrap();
+        assert!(matches!(books.accept(id, foreign, 0, 0), Err(Rejected::Tally(MergeError::Shape(2, 4)))));
+        accept(&mut books, id, &range).unwrap();
     }
 
     #[test]
@@ -294,14 +356,13 @@ mod tests {
         assert_eq!(books.lease(10).unwrap().1, 250..300);
         assert_eq!(books.lease(u64::MAX).unwrap().1, 300..1000);
         assert!(books.lease(1).is_none());
-        assert_eq!(books.streams(), 10);
     }
 
     #[test]
     fn a_gap_is_what_is_missing_below_results_that_are_in() {
         let mut books = ledger(400, 100, &[]);
         let leases: Vec<_> = std::iter::from_fn(|| books.lease(100)).collect();
-        books.accept(leases[2].0, tally(&leases[2].1)).unwrap();
+        accept(&mut books, leases[2].0, &leases[2].1).unwrap();
         assert!(books.gap_is_out() && !books.gap_is_lost());
         assert!(books.lease_gap(1).is_none(), "nothing was lost");
         books.lose(leases[3].0);
@@ -320,7 +381,7 @@ mod tests {
     fn a_lease_beyond_all_that_is_in_fills_no_gap() {
         let mut books = ledger(400, 100, &[]);
         let leases: Vec<_> = std::iter::from_fn(|| books.lease(100)).collect();
-        books.accept(leases[1].0, tally(&leases[1].1)).unwrap();
+        accept(&mut books, leases[1].0, &leases[1].1).unwrap();
         books.lose(leases[0].0);
         assert!(books.gap_is_lost() && !books.gap_is_out(), "200 … 399 are out, but save nothing");
     }

@@ -6,9 +6,12 @@
 //! lease was lost leaves no trace in it.
 
 pub mod access;
+pub mod checkpoint;
 pub mod codec;
 pub mod coordinator;
+pub mod digest;
 pub mod ledger;
+pub mod merge;
 pub mod message;
 pub mod server;
 pub mod worker;

@@ -12,7 +12,7 @@
 use bincode::{Decode, Encode};
 
 /// Changes whenever a message or what it means does.
-pub const PROTOCOL: u32 = 2;
+pub const PROTOCOL: u32 = 3;
 
 /// A nonce or a proof of knowing the run's key.
 pub type Proof = [u8; 32];
@@ -73,6 +73,8 @@ pub struct LeaseResult {
     pub counts: Box<[u128; 15]>,
     /// All sums, patch-major.
     pub sums: Vec<u128>,
+    /// The digest of counts and sums.
+    pub digest: u64,
 }
 
 /// What the coordinator says.

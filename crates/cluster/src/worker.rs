@@ -15,6 +15,7 @@ use thiserror::Error;
 
 use crate::access::{Access, Speaker, random_bytes};
 use crate::codec::{CodecError, MAX_FRAME, SHORT_FRAME, frame, read_frame, write_frame};
+use crate::digest::Digester;
 use crate::message::{Hello, LeaseResult, PROTOCOL, ToCoordinator, ToWorker};
 
 /// How often a worker says that it is alive.
@@ -355,6 +356,7 @@ impl Drop for Alarm<'_> {
 /// One thread's work: lease after lease, until there are no more or the link is over.
 fn shoot_queue<W: Work>(work: &W, leases: &Receiver<Lease>, link: &Link, cpu_seconds: &impl Fn() -> f64) {
     let (mut board, mut chunk) = (work.board(), FIRST_CHUNK);
+    let digester = Digester::new(&work.hashes().0);
     for lease in leases {
         let began = Instant::now();
         let sent = match shoot_lease(work, lease.walks, &mut board, &mut chunk, link) {
@@ -362,6 +364,7 @@ fn shoot_queue<W: Work>(work: &W, leases: &Receiver<Lease>, link: &Link, cpu_sec
                 lease: lease.id,
                 seconds: began.elapsed().as_secs_f64(),
                 cpu_seconds: cpu_seconds(),
+                digest: digester.digest(&tally),
                 counts: Box::new(tally.counts.to_array()),
                 sums: tally.into_sums(),
             })),

@@ -18,7 +18,10 @@ use cluster::message::{Hello, LeaseResult, Proof, ToCoordinator, ToWorker};
 use cluster::server::{Wish, serve};
 use cluster::worker::{Identity, Work, WorkerError, work};
 use radiosity::{Counts, Layout, Overflow, Tally};
-use toy::{BUILD, Board, JOB, JOB_HASH, LAYOUT, PATCHES, READY, SCENE_HASH, hash, plan, result, straight};
+use toy::{
+    BUILD, Board, JOB, JOB_HASH, LAYOUT, PATCHES, READY, SCENE_HASH, coordinator, hash, judge, plan, result,
+    straight,
+};
 
 /// A test that takes so long hangs.
 const HANG: Duration = Duration::from_secs(120);
@@ -34,7 +37,7 @@ struct Run {
 fn run(plan: Plan, stop: impl Fn(&Coordinator) -> bool, others: impl FnOnce(&Access) + Send) -> Run {
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
     let access = Access::new(listener.local_addr().unwrap().to_string()).unwrap();
-    let mut coordinator = Coordinator::new(plan, access.clone());
+    let mut coordinator = coordinator(plan, access.clone());
     let mut notices = Vec::new();
     let began = Instant::now();
     let ending = thread::scope(|scope| {
@@ -492,7 +495,7 @@ fn large_results_come_in_whole_and_a_stop_in_their_midst_harms_nobody() {
 fn a_target_that_is_reached_sends_everybody_home() {
     let mut plan = plan(1 << 60, 1000);
     plan.looks = (1..20).map(|k| k * 4321).collect();
-    plan.target = Some(Box::new(|tally| tally.counts.walks > 10_000));
+    plan.judge = judge(|tally| tally.counts.walks > 10_000);
     let run = run(plan, never, |access| together(access, &[1, 2], || Toy));
     assert_eq!(run.ending, Ending::TargetReached);
     assert_eq!(run.coordinator.prefix(), &straight(0..3 * 4321));
@@ -518,7 +521,7 @@ fn who_knocks_as_the_job_ends_is_told_so() {
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
     let access = Access::new(listener.local_addr().unwrap().to_string()).unwrap();
     let knocking: Vec<TcpStream> = (0..20).map(|_| TcpStream::connect(&access.address).unwrap()).collect();
-    let mut coordinator = Coordinator::new(plan(0, 10), access);
+    let mut coordinator = coordinator(plan(0, 10), access);
     thread::scope(|scope| {
         scope.spawn(|| {
             for mut stream in knocking {

@@ -3,10 +3,11 @@
 use std::path::{Path, PathBuf};
 
 use radiosity::{IndexChoice, Scene};
+use serde::{Deserialize, Serialize};
 
 use crate::document::{Table, Value};
 use crate::error::Error;
-use crate::method::{METHOD_KEYS, Method, read_method};
+use crate::method::{METHOD_KEYS, Method, Word, read_method};
 use crate::scene::{SceneFile, load_scene};
 use crate::source::Source;
 
@@ -25,6 +26,15 @@ const DEFAULT_FRACTION: f64 = 0.99;
 /// The largest lease: lost with its worker, it would be traced again whole.
 const MAX_STREAM_PATHS: u64 = 1 << 24;
 
+/// Seconds between checkpoints of a job that names none.
+pub const DEFAULT_CHECKPOINT_SECONDS: f64 = 60.0;
+
+/// Fewer walks than this say little about how little they say: the first look at a target.
+const DEFAULT_MIN_PATHS: u64 = 1 << 10;
+
+/// Fewer scores on a patch than this say little about their own spread.
+const DEFAULT_MIN_HITS: u64 = 10;
+
 /// The longest wall time [s], some 30 years: what clocks can add to the present.
 const MAX_WALL_SECONDS: f64 = 1e9;
 
@@ -41,6 +51,8 @@ pub struct Job {
     pub seed: u64,
     /// The level of every interval, in [0.5, 1); default [`DEFAULT_CONFIDENCE`].
     pub confidence: f64,
+    /// Whether `confidence` is that of all intervals together; default false: of each.
+    pub simultaneous: bool,
     /// How it is solved.
     pub method: Method,
     /// What of the method is not done as asked, and why.
@@ -56,21 +68,53 @@ pub struct Job {
 /// The table `[budget]`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Budget {
+    /// The number of the first walk (Jacobi: ray); default 0. Runs of other ranges of one job can be merged.
+    pub first_path: u64,
     /// Walks of the whole job (Jacobi: rays), at least 1.
     pub paths: u64,
     /// Walks per lease, in [1, 2²⁴]; default [`DEFAULT_STREAM_PATHS`].
     pub stream_paths: u64,
     /// Wall time in seconds, above 0 and at most 10⁹.
     pub wall_seconds: Option<f64>,
+    /// Seconds between checkpoints, above 0 and at most 10⁹; default [`DEFAULT_CHECKPOINT_SECONDS`].
+    pub checkpoint_seconds: f64,
 }
 
 /// The table `[target]`.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Target {
     /// Half-width of the interval over the estimate, above 0.
     pub relative_error: f64,
     /// The part of the patch area that must meet it, in (0, 1]; default 0.99.
     pub fraction: f64,
+    /// Walks (Jacobi: rays) before which no look is taken; default 1024.
+    pub min_paths: u64,
+    /// Effective scores without which a patch does not meet it; default 10.
+    pub min_hits: u64,
+    /// What a reflecting patch counts for that no walk has hit.
+    pub unhit: Unhit,
+}
+
+/// What a target makes of patches that no walk has hit.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Unhit {
+    /// Their error is infinite.
+    #[default]
+    Infinite,
+    /// They are left out.
+    Ignore,
+}
+
+impl Word for Unhit {
+    const ALL: &'static [Self] = &[Self::Infinite, Self::Ignore];
+
+    fn word(self) -> &'static str {
+        match self {
+            Unhit::Infinite => "infinite",
+            Unhit::Ignore => "ignore",
+        }
+    }
 }
 
 impl Job {
@@ -84,7 +128,11 @@ impl Job {
 }
 
 pub(crate) const JOB_KEYS: &[&str] =
-    &["name", "scene", "seed", "confidence", "method", "budget", "target", "tracing"];
+    &["name", "scene", "seed", "confidence", "simultaneous", "method", "budget", "target", "tracing"];
+
+const BUDGET_KEYS: &[&str] = &["first_path", "paths", "stream_paths", "wall_seconds", "checkpoint_seconds"];
+
+const TARGET_KEYS: &[&str] = &["relative_error", "fraction", "min_paths", "min_hits", "unhit"];
 
 /// Reads a job file and its scene. Each override is a `key=value`, its key dotted, its value TOML or, failing
 /// that, a string without quotes; they replace keys of the job file before anything is checked.
@@ -96,9 +144,8 @@ pub fn load(path: &Path, overrides: &[String]) -> Result<Job, Error> {
     let mut table = Table::root(&source, JOB_KEYS)?;
     // Every table is opened, and its keys known, before the scene is read: that may take long.
     let method = table.table("method", METHOD_KEYS)?;
-    let budget = table.table("budget", &["paths", "stream_paths", "wall_seconds"])?;
-    let target =
-        table.take("target").map(|value| value.table(&["relative_error", "fraction"])).transpose()?;
+    let budget = table.table("budget", BUDGET_KEYS)?;
+    let target = table.take("target").map(|value| value.table(TARGET_KEYS)).transpose()?;
     let index = table.table("tracing", &["index"])?.take("index");
     let budget = read_budget(budget)?;
     let target = target.map(read_target).transpose()?;
@@ -106,10 +153,23 @@ pub fn load(path: &Path, overrides: &[String]) -> Result<Job, Error> {
     let name = read_name(&mut table, path)?;
     let seed = table.take("seed").map(|value| read_seed(&value)).transpose()?.unwrap_or(DEFAULT_SEED);
     let confidence = table.take("confidence").map(|value| read_confidence(&value)).transpose()?;
+    let simultaneous = table.take("simultaneous").map(|value| value.boolean()).transpose()?.unwrap_or(false);
     let scene = read_scene(&mut table, path)?;
-    let (method, note) = read_method(method, scene.patch_count(), budget.paths)?;
+    let (method, note) = read_method(method, scene.patch_count(), &budget)?;
     let confidence = confidence.unwrap_or(DEFAULT_CONFIDENCE);
-    Ok(Job { path: path.into(), name, scene, seed, confidence, method, note, budget, target, index })
+    Ok(Job {
+        path: path.into(),
+        name,
+        scene,
+        seed,
+        confidence,
+        simultaneous,
+        method,
+        note,
+        budget,
+        target,
+        index,
+    })
 }
 
 fn read_name(table: &mut Table<'_>, path: &Path) -> Result<String, Error> {
@@ -171,12 +231,22 @@ fn read_budget(mut table: Table<'_>) -> Result<Budget, Error> {
         "it bounds the work, also where a target may end the job earlier",
         "[budget] paths = 10_000_000, the number of walks",
     )?;
+    let paths = paths.integer(1..=i64::MAX as u64, "without a walk there is no estimate")?;
+    let first_path = table.take("first_path").map(|value| read_first_path(&value, paths)).transpose()?;
     let stream_paths = table.take("stream_paths").map(|value| read_stream_paths(&value)).transpose()?;
+    let checkpoint_seconds =
+        table.take("checkpoint_seconds").map(|value| read_seconds(&value)).transpose()?;
     Ok(Budget {
-        paths: paths.integer(1..=i64::MAX as u64, "without a walk there is no estimate")?,
+        first_path: first_path.unwrap_or(0),
+        paths,
         stream_paths: stream_paths.unwrap_or(DEFAULT_STREAM_PATHS),
-        wall_seconds: table.take("wall_seconds").map(|value| read_wall_seconds(&value)).transpose()?,
+        wall_seconds: table.take("wall_seconds").map(|value| read_seconds(&value)).transpose()?,
+        checkpoint_seconds: checkpoint_seconds.unwrap_or(DEFAULT_CHECKPOINT_SECONDS),
     })
+}
+
+fn read_first_path(value: &Value<'_>, paths: u64) -> Result<u64, Error> {
+    value.integer(0..=i64::MAX as u64 - paths, "walks are numbered from 0 to 2⁶³ − 1")
 }
 
 fn read_stream_paths(value: &Value<'_>) -> Result<u64, Error> {
@@ -186,7 +256,7 @@ fn read_stream_paths(value: &Value<'_>) -> Result<u64, Error> {
     )
 }
 
-fn read_wall_seconds(value: &Value<'_>) -> Result<f64, Error> {
+fn read_seconds(value: &Value<'_>) -> Result<f64, Error> {
     let seconds = value.number()?;
     if seconds > 0.0 && seconds <= MAX_WALL_SECONDS {
         return Ok(seconds);
@@ -202,9 +272,17 @@ fn read_target(mut table: Table<'_>) -> Result<Target, Error> {
     let why = "a target is an accuracy";
     let relative_error = table.require("relative_error", why, "relative_error = 0.01, or remove [target]")?;
     let fraction = table.take("fraction").map(|value| read_fraction(&value)).transpose()?;
+    let mut count = |key: &str, default: u64, why: &'static str| {
+        table.take(key).map_or(Ok(default), |value| value.integer(0..=i64::MAX as u64, why))
+    };
+    let min_paths = count("min_paths", DEFAULT_MIN_PATHS, "it is a number of walks")?;
+    let min_hits = count("min_hits", DEFAULT_MIN_HITS, "it is a number of scores")?;
     Ok(Target {
         relative_error: read_relative_error(&relative_error)?,
         fraction: fraction.unwrap_or(DEFAULT_FRACTION),
+        min_paths,
+        min_hits,
+        unhit: table.take("unhit").map(|value| value.word()).transpose()?.unwrap_or_default(),
     })
 }
 

@@ -13,7 +13,10 @@ mod scene;
 mod source;
 
 pub use error::{Error, Place, Spot};
-pub use job::{Budget, DEFAULT_CONFIDENCE, DEFAULT_SEED, DEFAULT_STREAM_PATHS, Job, Target, load};
+pub use job::{
+    Budget, DEFAULT_CHECKPOINT_SECONDS, DEFAULT_CONFIDENCE, DEFAULT_SEED, DEFAULT_STREAM_PATHS, Job, Target,
+    Unhit, load,
+};
 pub use kind::{FileKind, file_kind};
 pub use method::{Method, Sampler, WalkKind, Word, job_hash};
 pub use scene::{SceneFile, load_scene};

@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::document::{Table, Value};
 use crate::error::{Error, Place};
+use crate::job::Budget;
 
 /// A choice that files and outputs write as one word.
 pub trait Word: Copy + 'static {
@@ -193,11 +194,11 @@ const DEFAULT_LENGTH: u32 = 20;
 pub(crate) const METHOD_KEYS: &[&str] =
     &["walk", "estimator", "space", "sampler", "infinite", "birth", "mix", "batch_paths"];
 
-/// Reads `[method]`, for a scene of `patch_count` patches and a budget of `paths`; says what was not done as asked.
+/// Reads `[method]`, for a scene of `patch_count` patches and a budget; says what was not done as asked.
 pub(crate) fn read_method(
     mut table: Table<'_>,
     patch_count: u64,
-    paths: u64,
+    budget: &Budget,
 ) -> Result<(Method, Option<String>), Error> {
     let walk = word(table.take("walk"))?;
     let sampler = table.take("sampler");
@@ -216,7 +217,7 @@ pub(crate) fn read_method(
         mix: table.take("mix").map(|value| value.boolean()).transpose()?.unwrap_or_default(),
         batch_paths: table.take("batch_paths").map(|value| read_batch(&value)).transpose()?,
     };
-    let note = settle_jacobi(&mut method, &places, patch_count, paths)?;
+    let note = settle_jacobi(&mut method, &places, patch_count, budget)?;
     method.sampler = read_sampler(sampler, walk, method.walk)?;
     Ok((method, note))
 }
@@ -274,8 +275,9 @@ fn settle_jacobi(
     method: &mut Method,
     places: &Places,
     patch_count: u64,
-    paths: u64,
+    budget: &Budget,
 ) -> Result<Option<String>, Error> {
+    let Budget { paths, first_path, .. } = *budget;
     let asked = method.walk;
     let fits = method.space == Space::Discrete && method.estimator == EstimatorKind::Collision && !method.mix;
     match asked {
@@ -309,6 +311,14 @@ fn settle_jacobi(
             problem: format!("{paths} rays make {} chains of {chain_rays}", paths / chain_rays),
             why: "intervals come from what independent chains differ by, and 8 are the fewest that tell",
             remedy: format!("choose batch_paths ≤ {}, or remove it", paths / CHAINS),
+        });
+    }
+    if !first_path.is_multiple_of(chain_rays) {
+        return Err(Error::Refused {
+            place: places.batch.clone(),
+            problem: format!("budget.first_path = {first_path} begins no chain of {chain_rays} rays"),
+            why: "chains are shot whole",
+            remedy: "choose a first_path that is a multiple of batch_paths".into(),
         });
     }
     method.walk = WalkKind::Jacobi;

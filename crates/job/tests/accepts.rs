@@ -6,7 +6,9 @@ use std::path::PathBuf;
 
 use common::Folder;
 use glam::dvec3;
-use job::{Budget, FileKind, Job, Method, Sampler, Target, WalkKind, file_kind, job_hash, load, load_scene};
+use job::{
+    Budget, FileKind, Job, Method, Sampler, Target, Unhit, WalkKind, file_kind, job_hash, load, load_scene,
+};
 use radiosity::{Birth, EstimatorKind, IndexChoice, InfiniteEnd, Shape, Sides, Space, Spectrum};
 
 const SCENE: &str = r#"
@@ -62,15 +64,50 @@ fn load_with(path: &std::path::Path, overrides: &[&str]) -> Job {
     load(path, &overrides.iter().map(|typed| (*typed).to_owned()).collect::<Vec<_>>()).unwrap()
 }
 
+/// The budget of a job that only says how many walks.
+fn budget(paths: u64) -> Budget {
+    Budget {
+        first_path: 0,
+        paths,
+        stream_paths: 65_536,
+        wall_seconds: None,
+        checkpoint_seconds: job::DEFAULT_CHECKPOINT_SECONDS,
+    }
+}
+
+/// The target of a job that only says how accurate.
+fn target(relative_error: f64) -> Target {
+    Target { relative_error, fraction: 0.99, min_paths: 1024, min_hits: 10, unhit: Unhit::Infinite }
+}
+
+#[test]
+fn ranges_checkpoints_and_rules_of_the_stop() {
+    let path = written("rules", JOB);
+    let job = load_with(
+        &path,
+        &[
+            "budget.first_path=5",
+            "budget.checkpoint_seconds=0.5",
+            "simultaneous=true",
+            "target.min_paths=7",
+            "target.min_hits=0",
+            "target.unhit=ignore",
+        ],
+    );
+    assert_eq!((job.budget.first_path, job.budget.checkpoint_seconds, job.simultaneous), (5, 0.5, true));
+    let expected = Target { min_paths: 7, min_hits: 0, unhit: Unhit::Ignore, ..target(0.01) };
+    assert_eq!(job.target, Some(expected));
+    assert!(!load_with(&path, &[]).simultaneous);
+}
+
 #[test]
 fn the_documented_job() {
     let job = load_with(&written("documented", JOB), &[]);
     assert_eq!(job.name, "cornell");
     assert_eq!((job.seed, job.confidence, job.index), (42, 0.95, IndexChoice::Auto));
     assert_eq!(job.method, Method::default());
-    let budget = Budget { paths: 10_000_000, stream_paths: 65_536, wall_seconds: Some(3600.0) };
-    assert_eq!(job.budget, budget);
-    assert_eq!(job.target, Some(Target { relative_error: 0.01, fraction: 0.99 }));
+    assert_eq!(job.budget, Budget { wall_seconds: Some(3600.0), ..budget(10_000_000) });
+    assert_eq!(job.target, Some(target(0.01)));
     assert_eq!(job.build_scene().unwrap().patches().len(), 25);
 }
 
@@ -107,7 +144,7 @@ fn defaults() {
     assert_eq!(job.method.sampler, Sampler::Random);
     assert_eq!(job.method.infinite, InfiniteEnd::Roulette { threshold: 0.001 });
     assert_eq!((job.method.birth, job.method.batch_paths), (Birth::Area, None));
-    assert_eq!(job.budget, Budget { paths: 1, stream_paths: 65_536, wall_seconds: None });
+    assert_eq!(job.budget, budget(1));
     assert_eq!((job.target, job.index), (None, IndexChoice::Auto));
 }
 
@@ -137,8 +174,8 @@ fn overrides_replace_and_add() {
     assert_eq!(job.method.infinite, InfiniteEnd::Length { length: 20 });
     assert_eq!(job.method.birth, Birth::Patches(vec![7, 12]));
     assert_eq!(job.method.batch_paths, Some(4096));
-    assert_eq!(job.budget, Budget { paths: 123, stream_paths: 65_536, wall_seconds: Some(0.5) });
-    assert_eq!(job.target, Some(Target { relative_error: 1.0, fraction: 0.99 }));
+    assert_eq!(job.budget, Budget { wall_seconds: Some(0.5), ..budget(123) });
+    assert_eq!(job.target, Some(target(1.0)));
     assert_eq!(job.index, IndexChoice::Tree);
 }
 

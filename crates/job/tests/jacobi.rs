@@ -52,6 +52,14 @@ fn the_length_of_chains_is_part_of_the_answer() {
 }
 
 #[test]
+fn a_range_begins_with_a_whole_chain() {
+    let jacobi = ["method.walk=jacobi", "budget.paths=80000", "method.batch_paths=1000"];
+    assert_eq!(cube54(&[&jacobi[..], &["budget.first_path=5000"]].concat()).budget.first_path, 5000);
+    let refused = load_cube54(&[&jacobi[..], &["budget.first_path=5001"]].concat()).unwrap_err().to_string();
+    assert!(refused.contains("5001 begins no chain of 1000 rays"), "{refused}");
+}
+
+#[test]
 fn rays_of_chains_follow_sobol_sequences() {
     let jacobi = ["method.walk=jacobi", "budget.paths=100000"];
     assert_eq!(cube54(&[&jacobi[..], &["method.sampler=sobol"]].concat()).method.sampler, Sampler::Sobol);

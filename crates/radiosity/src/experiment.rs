@@ -171,6 +171,11 @@ impl Experiment {
         &self.method
     }
 
+    /// Where walks are born.
+    pub(crate) fn births(&self) -> &Births {
+        self.gathering.as_ref().map_or(self.scene.emitters(), |gathering| &gathering.births)
+    }
+
     /// Whether walks are cut off while they still carry weight.
     pub fn is_biased(&self) -> bool {
         self.method.estimator == EstimatorKind::Infinite
@@ -213,6 +218,11 @@ impl Experiment {
             Direction::Jacobi { chain_rays } => Some(chain_rays),
             Direction::Shooting | Direction::Gathering(_) => None,
         }
+    }
+
+    /// What a walk counts as in jobs: one path; a chain counts as one for each of its rays.
+    pub fn paths_per_walk(&self) -> u64 {
+        self.chain_rays().unwrap_or(1)
     }
 
     /// Walks (or chains) number `walks.start` … `walks.end` − 1 of a sequence, onto a board that

@@ -12,11 +12,12 @@ use crate::error::Error;
 const TEMPORARY: (&str, &str) = (".radwalk-", ".tmp");
 
 /// Every file that radwalk writes into an output folder; these may stand beside each other.
-const OWN_FILES: [&str; 10] = [
+const OWN_FILES: [&str; 11] = [
     "patches.csv",
     "exact.csv",
     "summary.json",
     "tally.bin",
+    "tally.previous.bin",
     "radiosity.png",
     "report.html",
     "patches.vtu",
@@ -34,6 +35,19 @@ pub fn write_atomically(
     path: &Path,
     write: impl FnOnce(&mut BufWriter<&fs::File>) -> io::Result<()>,
 ) -> Result<(), Error> {
+    replace_atomically(path, None, write)
+}
+
+/// As [`write_atomically`]; an earlier file of that name becomes the `previous` one. At any moment one of both is
+/// there whole.
+///
+/// # Errors
+/// Likewise.
+pub fn replace_atomically(
+    path: &Path,
+    previous: Option<&Path>,
+    write: impl FnOnce(&mut BufWriter<&fs::File>) -> io::Result<()>,
+) -> Result<(), Error> {
     let folder = folder_of(path);
     let save = || {
         let file = temporary_in(folder)?;
@@ -42,6 +56,11 @@ pub fn write_atomically(
         writer.flush()?;
         drop(writer);
         file.as_file().sync_all()?;
+        if let Some(previous) = previous
+            && path.exists()
+        {
+            fs::rename(path, previous)?;
+        }
         file.persist(path)?;
         sync_folder(folder)
     };
@@ -73,9 +92,11 @@ fn sync_folder(folder: &Path) -> io::Result<()> {
 }
 
 /// The folder that the results of one run go to.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Debug)]
 pub struct OutputFolder {
     path: PathBuf,
+    /// Held as long as this process may write there.
+    _lock: Option<fs::File>,
 }
 
 impl OutputFolder {
@@ -85,12 +106,13 @@ impl OutputFolder {
     ///
     /// # Errors
     /// Where one of `files`, or anything that radwalk did not write, is there and `force` is not given; where
-    /// the path is a file; and where the operating system refuses.
+    /// the path is a file; where another process writes there; and where the operating system refuses.
     pub fn claim(path: &Path, files: &[&str], force: bool) -> Result<Self, Error> {
         if path.exists() && !path.is_dir() {
             return Err(Error::NotAFolder { path: path.to_path_buf() });
         }
         fs::create_dir_all(path).map_err(Error::io("create", path))?;
+        let lock = lock(path)?;
         let entries = entries(path).map_err(Error::io("read", path))?;
         let in_the_way = |entry: &PathBuf| !is_own(entry) || files.iter().any(|file| entry.ends_with(file));
         if !force && entries.iter().any(in_the_way) {
@@ -99,7 +121,7 @@ impl OutputFolder {
         for entry in entries.iter().filter(|entry| is_temporary(entry)) {
             fs::remove_file(entry).map_err(Error::io("remove", entry))?;
         }
-        Ok(OutputFolder { path: path.to_path_buf() })
+        Ok(OutputFolder { path: path.to_path_buf(), _lock: lock })
     }
 
     /// Where the folder is.
@@ -122,6 +144,20 @@ impl OutputFolder {
         write: impl FnOnce(&mut BufWriter<&fs::File>) -> io::Result<()>,
     ) -> Result<(), Error> {
         write_atomically(&self.file(name), write)
+    }
+}
+
+/// Keeps other processes from writing into a folder until the lock is dropped, or this process dies. Only Unix opens
+/// folders as files, and not every file system has locks: nothing is held then.
+fn lock(path: &Path) -> Result<Option<fs::File>, Error> {
+    if !cfg!(unix) {
+        return Ok(None);
+    }
+    let folder = fs::File::open(path).map_err(Error::io("open", path))?;
+    match folder.try_lock() {
+        Ok(()) => Ok(Some(folder)),
+        Err(fs::TryLockError::WouldBlock) => Err(Error::InUse { path: path.to_path_buf() }),
+        Err(fs::TryLockError::Error(_)) => Ok(None),
     }
 }
 
@@ -172,6 +208,29 @@ mod tests {
         assert!(error.to_string().contains("summary.json: disk full"), "{error}");
         assert_eq!(fs::read_to_string(&path).unwrap(), "old");
         assert_eq!(entries(dir.path()).unwrap(), [path]);
+    }
+
+    #[test]
+    fn the_file_before_is_kept_where_that_is_asked_for() {
+        let dir = tempfile::tempdir().unwrap();
+        let (path, previous) = (dir.path().join("tally.bin"), dir.path().join("tally.previous.bin"));
+        for text in ["first", "second", "third"] {
+            replace_atomically(&path, Some(&previous), |writer| writer.write_all(text.as_bytes())).unwrap();
+        }
+        let failed = replace_atomically(&path, Some(&previous), |_| Err(io::Error::other("disk full")));
+        assert!(failed.is_err());
+        let text = |path: &Path| fs::read_to_string(path).unwrap();
+        assert_eq!((text(&path), text(&previous)), ("third".into(), "second".into()));
+    }
+
+    #[test]
+    fn a_folder_is_claimed_by_one_at_a_time() {
+        let dir = tempfile::tempdir().unwrap();
+        let first = OutputFolder::claim(dir.path(), &["tally.bin"], false).unwrap();
+        let second = OutputFolder::claim(dir.path(), &["tally.bin"], true);
+        assert!(matches!(second, Err(Error::InUse { .. })));
+        drop(first);
+        OutputFolder::claim(dir.path(), &["tally.bin"], true).unwrap();
     }
 
     #[test]

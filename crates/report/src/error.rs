@@ -3,8 +3,6 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
-use crate::tally_file::TallyFileError;
-
 /// A result file or folder that could not be written or read.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
@@ -36,9 +34,15 @@ pub enum Error {
         /// The path.
         path: PathBuf,
     },
-    /// A tally file cannot be used.
-    #[error(transparent)]
-    Tally(#[from] TallyFileError),
+    /// Another process writes there.
+    #[error(
+        "another radwalk writes to the output folder {} (its results and these would mix); wait for its end, or choose another folder with --out",
+        path.display()
+    )]
+    InUse {
+        /// The folder.
+        path: PathBuf,
+    },
 }
 
 impl Error {

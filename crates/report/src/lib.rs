@@ -1,4 +1,4 @@
-//! The output folder: tables, summary, tally file and picture of a run, each written whole or not at all.
+//! The output folder: tables, summary and picture of a run, each written whole or not at all.
 //!
 //! Nothing is printed here; errors name the file they are about.
 
@@ -11,12 +11,13 @@ mod picture;
 #[cfg(test)]
 mod scenes;
 mod summary;
-mod tally_file;
 
-pub use atomic::{OutputFolder, write_atomically};
+pub use atomic::{OutputFolder, replace_atomically, write_atomically};
 pub use error::Error;
 pub use exact_csv::{ExactBounds, ExactColumns, ExactSummary, write_exact};
 pub use patches::write_patches;
 pub use picture::Picture;
-pub use summary::{Check, Energy, Method, Model, PrecisionSummary, RunFacts, Summary, Target};
-pub use tally_file::{TallyFault, TallyFile, TallyFileError, read_tally, read_tally_of, write_tally};
+pub use summary::{
+    Check, Energy, Method, Model, PartSummary, PrecisionSummary, Provenance, RunFacts, SessionSummary,
+    Summary, Target, WorkerSummary, WorstPatch,
+};

@@ -52,8 +52,10 @@ pub struct Summary {
     pub streams: u64,
     /// Streams that were leased more than once.
     pub streams_reissued: u64,
-    /// Level of every interval.
+    /// Level of every interval, or of all together.
     pub confidence: f64,
+    /// Whether it is that of all intervals together.
+    pub simultaneous: bool,
     /// How well the non-emitting patches are known.
     #[serde(flatten)]
     pub precision: PrecisionSummary,
@@ -65,6 +67,54 @@ pub struct Summary {
     pub model: Model,
     /// What was verified.
     pub checks: Vec<Check>,
+    /// Whose walks these are and where they came from.
+    pub provenance: Provenance,
+}
+
+/// Where the walks of a result came from.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Provenance {
+    /// The walks, by seed and number.
+    pub parts: Vec<PartSummary>,
+    /// Who walked them.
+    pub workers: Vec<WorkerSummary>,
+    /// The processes that coordinated them.
+    pub sessions: Vec<SessionSummary>,
+}
+
+/// Some consecutive walks of one seed.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct PartSummary {
+    /// The seed.
+    pub seed: u64,
+    /// The number of the first walk.
+    pub first_path: u64,
+    /// How many.
+    pub paths: u64,
+}
+
+/// What one worker delivered.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct WorkerSummary {
+    /// As it called itself: host and process.
+    pub name: String,
+    /// How many walks.
+    pub paths: u64,
+    /// In how many leases.
+    pub leases: u64,
+}
+
+/// One process that coordinated a part of a run.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct SessionSummary {
+    /// The machine.
+    pub host: String,
+    /// Version and commit of the program.
+    pub build: String,
+    /// When it began, in seconds since 1970-01-01 UTC.
+    pub began: u64,
+    /// When it wrote its last checkpoint, likewise.
+    pub ended: u64,
 }
 
 /// How walks and scores are made, in the words of job files.
@@ -133,6 +183,25 @@ pub struct Target {
     pub fraction: f64,
     /// The fraction that does.
     pub achieved: f64,
+    /// About how many walks it takes, by what is known now; `null` where nothing is.
+    pub paths_needed: Option<f64>,
+    /// The patches furthest from it.
+    pub worst: Vec<WorstPatch>,
+}
+
+/// A patch that keeps a target from being reached.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct WorstPatch {
+    /// Its number.
+    pub patch: usize,
+    /// Its surface.
+    pub surface: String,
+    /// Half-width over estimate; `null` where no walk has hit it.
+    pub relative_error: f64,
+    /// Scored events.
+    pub hits: u64,
+    /// About how many walks it takes, by what is known now.
+    pub paths_needed: f64,
 }
 
 /// What was modelled, and why so.
@@ -200,6 +269,12 @@ pub struct RunFacts {
     pub target: Option<Target>,
     /// What was verified.
     pub checks: Vec<Check>,
+    /// Level of every interval, or of all together.
+    pub confidence: f64,
+    /// Whether it is that of all intervals together.
+    pub simultaneous: bool,
+    /// Whose walks these are and where they came from.
+    pub provenance: Provenance,
 }
 
 impl Summary {
@@ -230,11 +305,13 @@ impl Summary {
             workers_lost: facts.workers_lost,
             streams: facts.streams,
             streams_reissued: facts.streams_reissued,
-            confidence: solution.confidence,
+            confidence: facts.confidence,
+            simultaneous: facts.simultaneous,
             precision: solution.precision(scene).into(),
             energy,
             target: facts.target,
             checks: facts.checks,
+            provenance: facts.provenance,
         }
     }
 
@@ -272,15 +349,6 @@ impl From<Precision> for PrecisionSummary {
             max_relative_error: precision.max_relative_error,
             worst_patch: precision.worst_patch,
         }
-    }
-}
-
-impl Target {
-    /// How a solution does on a target: `fraction` of the area of the non-emitting patches is to have at most
-    /// this `relative_error` (half-width over estimate).
-    pub fn judge(scene: &Scene, solution: &Solution, relative_error: f64, fraction: f64) -> Self {
-        let achieved = solution.fraction_within(scene, relative_error);
-        Target { reached: achieved >= fraction, relative_error, fraction, achieved }
     }
 }
 
@@ -381,6 +449,9 @@ mod tests {
             streams_reissued: 3,
             target: None,
             checks: vec![Check { name: "energy".into(), ok: true, message: "balanced".into() }],
+            confidence: 0.95,
+            simultaneous: false,
+            provenance: Provenance::default(),
         }
     }
 
@@ -413,8 +484,8 @@ mod tests {
     fn the_fields_are_in_the_order_of_the_format() {
         const FIELDS: &str = "version git job_hash scene_hash tally_hash seed walk estimator space sampler \
             paths rays escaped absorbed_back truncated seconds cpu_seconds paths_per_second rays_per_second \
-            workers_seen workers_lost streams streams_reissued confidence rms_relative_error \
-            max_relative_error worst_patch energy target model checks";
+            workers_seen workers_lost streams streams_reissued confidence simultaneous rms_relative_error \
+            max_relative_error worst_patch energy target model checks provenance";
         let scene = cube();
         let text = text(&Summary::new(&scene, &tally(&scene), &solution(&scene), facts()));
         let top_level = text.lines().filter_map(|line| line.strip_prefix("  \"")?.split_once('"'));
@@ -450,19 +521,6 @@ mod tests {
         assert_eq!(json["rays_per_second"], Value::Null);
         assert_eq!(json["max_relative_error"], Value::Null);
         assert_eq!(json["worst_patch"], 3);
-    }
-
-    #[test]
-    fn a_target_is_judged_by_area() {
-        let scene = cube();
-        let mut solution = solution(&scene);
-        solution.estimates[0].as_mut().unwrap().ci_high *= 1e3;
-        let target = |fraction| Target::judge(&scene, &solution, 0.1, fraction);
-        assert!(!target(1.0).reached && target(0.98).reached);
-        assert!((target(1.0).achieved - 52.0 / 53.0).abs() < 1e-12);
-        let json = parsed(RunFacts { target: Some(target(0.98)), ..facts() });
-        assert_eq!(json["target"]["reached"], true);
-        assert_eq!(json["target"]["fraction"], 0.98);
     }
 
     #[test]

@@ -3,7 +3,9 @@
 use std::ops::Range;
 
 use cluster::access::{Access, Speaker};
-use cluster::coordinator::Plan;
+use cluster::checkpoint::{Look, Past};
+use cluster::coordinator::{Coordinator, Plan};
+use cluster::digest::Digester;
 use cluster::message::{Hello, LeaseResult, PROTOCOL, Proof, ToCoordinator};
 use radiosity::{Counts, Layout, Tally};
 
@@ -68,9 +70,22 @@ pub fn plan(paths: u64, stream_paths: u64) -> Plan {
         leases_per_thread: 2,
         empty: Tally::new(PATCHES, LAYOUT),
         wall: None,
+        first: 0,
         looks: Vec::new(),
-        target: None,
+        judge: judge(|_| false),
     }
+}
+
+/// A judge that only says whether the target is met.
+pub fn judge(mut met: impl FnMut(&Tally) -> bool + 'static) -> cluster::coordinator::Judge {
+    Box::new(move |tally, _| Look { walks: tally.counts.walks, reached: met(tally), ..Look::default() })
+}
+
+/// A coordinator of a job that begins.
+#[allow(dead_code, reason = "each test file uses its own part")]
+pub fn coordinator(plan: Plan, access: Access) -> Coordinator {
+    let past = Past::none(plan.empty.clone());
+    Coordinator::new(plan, access, past)
 }
 
 /// The introduction of a worker that belongs here.
@@ -95,7 +110,16 @@ pub fn result(lease: u64, walks: Range<u64>) -> LeaseResult {
         lease,
         seconds: 0.25,
         cpu_seconds: 0.25,
+        digest: Digester::new(&SCENE_HASH).digest(&tally),
         counts: Box::new(tally.counts.to_array()),
         sums: tally.into_sums(),
     }
+}
+
+/// A result that was changed before it was sent off, with the digest that it then has.
+#[allow(dead_code, reason = "each test file uses its own part")]
+pub fn sealed(result: LeaseResult) -> LeaseResult {
+    let counts = Counts::from_array(*result.counts).unwrap();
+    let tally = Tally::from_parts(counts, PATCHES, LAYOUT, result.sums.clone()).unwrap();
+    LeaseResult { digest: Digester::new(&SCENE_HASH).digest(&tally), ..result }
 }

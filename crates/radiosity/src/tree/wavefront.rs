@@ -1,9 +1,9 @@
 //! Many rays on their way through the tree at once.
 //!
 //! One ray at a time, a traversal waits: for the branch that was mispredicted and for the node that is not in
-//! the cache. Here a few dozen rays are under way together. Each round takes one step with each of them, first
-//! those whose next item is a node, then those at a leaf, without a branch that depends on the ray; the item that
-//! a ray comes to next is fetched into the cache while the others take their step.
+//! the cache. Here a few dozen rays are under way together. Each round takes a step with each of them, first those
+//! at a node, then those at a leaf, then those that look for something on their stack, without a branch that
+//! depends on the ray; the item that a ray comes to next is fetched into the cache while the others take their step.
 //!
 //! All of it is f32 and only culls. A facet that a ray might meet, as far as f32 can tell, becomes a candidate;
 //! the candidates that are left are met in f64 by [`Facets::meet`], so the answer is the same as without a tree.
@@ -406,10 +406,10 @@ impl Call<'_> {
     /// Let e = [`ROUNDING`], O the origin, d the direction (|d| ≤ 1 + 10⁻⁹), all lengths in tree coordinates, where
     /// points of facets lie within √3 of the middle, and s the slack.
     /// - Rounding n and d and three products and sums: a = n·d errs by 5.1 e. Rounding O and the offset too,
-    ///   h = n·O − offset errs by 6.1 e (|O| + √3), and s may lie between h and the distance that
+    ///   h = offset − n·O errs by 6.1 e (|O| + √3), and s may lie between h and the distance that
     ///   [`crate::trace::Facet::meet`] takes as 0: together H = 7 e r + s, r = `reach` = |O|₁ + 2.
-    /// - Where |a| > 16 e, the true |a| is at least |a|/2, and t = −h/a errs by less than
-    ///   2 (H + 9 e |t|)/|a| (three roundings of t itself are 3 e |t|).
+    /// - Where |a| > 16 e, the true |a| is at least |a|/2, and t = h/a errs by less than
+    ///   2 (H + 9 e |t|)/|a| (the roundings of t itself are 3.1 e |t|).
     /// - The point O + t d errs by that and e (2 |O| + 3 |t|); u of it, by `steepness` times that, and by
     ///   5 e `steepness` (|O| + |t|) + 9 e `steepness` in its own products and sums; v and u + v alike, `steepness` being
     ///   the sum of their slopes.
@@ -425,9 +425,9 @@ impl Call<'_> {
         let [origin, direction] =
             [&forms.origin, &forms.direction].map(|v| v.each_ref().map(|row| L::splat(row[ray])));
         let approach = leaf.dot(Leaf::NORMAL, &direction);
-        let height = leaf.dot(Leaf::NORMAL, &origin).sub(leaf.load(Leaf::NORMAL + 3));
+        let depth = leaf.load::<L>(Leaf::NORMAL + 3).sub(leaf.dot(Leaf::NORMAL, &origin));
         let inverse = approach.recip();
-        let t = L::splat(0.0).sub(height).mul(inverse);
+        let t = depth.mul(inverse);
         let error =
             t.abs().mul_add(L::splat(30.0 * ROUNDING), L::splat(forms.uncertainty[ray])).mul(inverse.abs());
         let point = [0, 1, 2].map(|axis| t.mul_add(direction[axis], origin[axis]));
@@ -475,7 +475,8 @@ impl Call<'_> {
         *best = best.min(((hits.t[ray] * self.tree.scale) as f32).next_up());
     }
 
-    /// Keeps the candidates that are near enough, of which there is hardly ever more than one.
+    /// Keeps the candidates that are near enough, hardly ever more than one. There are no more than a row of them:
+    /// else [`Call::visit_leaf`] has met them.
     #[inline(always)]
     fn finish<L: Lanes>(&self, step: Step, scratch: &mut Scratch) {
         let (slot, ray) = (step.slot as usize % ACTIVE, step.ray as usize % WIDTH);

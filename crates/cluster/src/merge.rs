@@ -1,0 +1,115 @@
+//! Several results as one: parts of a job that ran elsewhere or later, and the same walks under other seeds.
+
+use thiserror::Error;
+
+use crate::checkpoint::{Checkpoint, Part};
+use crate::coordinator::Effort;
+use crate::ledger::Delivery;
+
+/// Why two results do not go together.
+#[derive(Debug, Error, PartialEq, Eq)]
+pub enum MergeFault {
+    /// They are of different scenes.
+    #[error("it is of another scene (its patches mean other things); merge runs of one scene")]
+    Scene,
+    /// They were walked by different methods.
+    #[error("its walks score otherwise (another walk, estimator, space or mix); merge runs of one method")]
+    Method,
+    /// Some walks are in both.
+    #[error(
+        "walks {from} to {to} of seed {seed} are in two of the runs (they would count twice); leave one out"
+    )]
+    Overlap {
+        /// The seed.
+        seed: u64,
+        /// The first of them.
+        from: u64,
+        /// The last.
+        to: u64,
+    },
+    /// The sums leave their range.
+    #[error("the sums of all are too large (more than 2^128 units); merge fewer walks")]
+    Overflow,
+}
+
+impl Checkpoint {
+    /// Adds the walks of another result. That both are of one method is for the caller to know. Looks are forgotten:
+    /// nobody has looked at these walks together.
+    ///
+    /// # Errors
+    /// Where they do not go together; nothing is changed then, but for an overflow.
+    pub fn merge(&mut self, other: Checkpoint) -> Result<(), MergeFault> {
+        if self.scene_hash != other.scene_hash {
+            return Err(MergeFault::Scene);
+        }
+        let shape = |of: &Checkpoint| (of.tally.layout(), of.tally.patches());
+        if shape(self) != shape(&other) {
+            return Err(MergeFault::Method);
+        }
+        let mut book = other.book;
+        let offset = self.book.workers.len() as u32;
+        let deliveries = book.parts.iter_mut().flat_map(|part| &mut part.deliveries);
+        deliveries.for_each(|delivery: &mut Delivery| delivery.worker += offset);
+        self.book.parts = united(self.book.parts.iter().cloned().chain(book.parts).collect())?;
+        self.book.workers.append(&mut book.workers);
+        self.book.sessions.append(&mut book.sessions);
+        self.book.looks.clear();
+        self.book.effort = sum(&self.book.effort, &book.effort);
+        self.tally.merge(&other.tally).map_err(|_| MergeFault::Overflow)
+    }
+}
+
+/// The same walks in the fewest parts, by seed and number.
+fn united(mut parts: Vec<Part>) -> Result<Vec<Part>, MergeFault> {
+    parts.sort_by_key(|part| (part.seed, part.job_hash, part.first));
+    let mut united: Vec<Part> = Vec::with_capacity(parts.len());
+    for part in parts {
+        match united.last_mut().filter(|last| last.job_hash == part.job_hash) {
+            Some(last) if part.first < last.end() => {
+                let to = last.end().min(part.end()) - 1;
+                return Err(MergeFault::Overlap { seed: part.seed, from: part.first, to });
+            }
+            Some(last) if part.first == last.end() => last.deliveries.extend(part.deliveries),
+            _ => united.push(part),
+        }
+    }
+    Ok(united)
+}
+
+fn sum(a: &Effort, b: &Effort) -> Effort {
+    Effort {
+        seconds: a.seconds + b.seconds,
+        cpu_seconds: a.cpu_seconds + b.cpu_seconds,
+        workers_seen: a.workers_seen + b.workers_seen,
+        workers_lost: a.workers_lost + b.workers_lost,
+        streams_reissued: a.streams_reissued + b.streams_reissued,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn part(seed: u8, first: u64, walks: u64) -> Part {
+        let deliveries = vec![Delivery { walks, worker: 0, digest: first }];
+        Part { job_hash: [seed; 32], seed: seed.into(), first, deliveries }
+    }
+
+    #[test]
+    fn neighbours_become_one_part_and_others_stay_apart() {
+        let parts = united(vec![part(2, 0, 5), part(1, 10, 10), part(1, 0, 10), part(1, 30, 1)]).unwrap();
+        let ranges: Vec<_> = parts.iter().map(|part| (part.seed, part.first, part.walks())).collect();
+        assert_eq!(ranges, [(1, 0, 20), (1, 30, 1), (2, 0, 5)]);
+        let digests: Vec<_> = parts[0].deliveries.iter().map(|delivery| delivery.digest).collect();
+        assert_eq!(digests, [0, 10]);
+    }
+
+    #[test]
+    fn walks_that_are_in_two_parts_are_named() {
+        let overlap = united(vec![part(1, 0, 10), part(1, 7, 10)]).unwrap_err();
+        assert_eq!(overlap, MergeFault::Overlap { seed: 1, from: 7, to: 9 });
+        let within = united(vec![part(1, 0, 10), part(1, 2, 3)]).unwrap_err();
+        assert_eq!(within, MergeFault::Overlap { seed: 1, from: 2, to: 4 });
+        assert!(united(vec![part(1, 0, 10), part(2, 0, 10)]).is_ok(), "other seeds are other walks");
+    }
+}

@@ -1,0 +1,44 @@
+//! Does a walk ever fall out of a closed scene? `cargo run --release -p scenes --example closed -- 1000000000` traces so
+//! many rays in each of three scenes.
+
+use std::error::Error;
+
+use radiosity::{
+    Board, Direction, EstimatorKind, Experiment, IndexChoice, InfiniteEnd, Method, Scene, Sequence, Space,
+};
+use scenes::{cube, interior};
+
+/// Walks between two looks.
+const PART: u64 = 1 << 20;
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let wanted: u64 = std::env::args().nth(1).ok_or("usage: closed RAYS")?.parse()?;
+    for (name, spec) in
+        [("cube54", cube(3)), ("interior 57 k", interior(57_000)), ("interior 1 M", interior(1_000_000))]
+    {
+        let experiment = Experiment::new(Scene::build(&spec, IndexChoice::Auto)?, METHOD)?;
+        let mut board: Board<2> = experiment.board();
+        let sequence = Sequence::new(1);
+        let (mut rays, mut escaped, mut next) = (0, 0, 0);
+        while rays < wanted {
+            experiment.walk(&sequence, next..next + PART, &mut board);
+            let counts = board.take()?.counts;
+            rays += counts.rays;
+            escaped += counts.escaped;
+            next += PART;
+        }
+        println!("{name}: {escaped} of {rays} rays escaped");
+        if escaped > 0 {
+            return Err("nothing may fall through".into());
+        }
+    }
+    Ok(())
+}
+
+const METHOD: Method = Method {
+    direction: Direction::Shooting,
+    estimator: EstimatorKind::Collision,
+    infinite: InfiniteEnd::Roulette { threshold: InfiniteEnd::DEFAULT_THRESHOLD },
+    space: Space::Discrete,
+    mix: false,
+};

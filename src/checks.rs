@@ -1,0 +1,197 @@
+//! What is verified of every run, in words: after MCNP's ten statistical checks, adapted to what is known of walks.
+//!
+//! | MCNP asks of a tally | here |
+//! |---|---|
+//! | mean: no trend | `drift`: the walks since the look before agree with those up to it, over all patches |
+//! | relative error below 0.1; decreasing; as 1/√N | `error`, `decay` (over the looks of the last half) |
+//! | VOV below 0.1; decreasing; as 1/N | `vov`, from the first two moments and the geometric law of visits |
+//! | FOM constant; without trend | `efficiency`: 1/(R²·rays); rays are counted, time would differ from machine to machine |
+//! | slope of the largest scores above 3 | `tail`: visits fall off geometrically; the sample must stay within that law |
+
+use cluster::checkpoint::Look;
+use radiosity::{Estimate, Experiment, Scene, Solution, Tally};
+use report::Check;
+
+/// Standard error over estimate, beyond which MCNP calls a tally questionable; the same number bounds the VOV.
+const QUESTIONABLE: f64 = 0.1;
+
+/// How far R·√N and the figure of merit may wander over the last half of a run. Fewer looks than two say nothing.
+const STEADY: f64 = 1.5;
+
+/// What fewer chains differ by is too rough to tell how errors fall.
+const TELLING_CHAINS: u64 = 32;
+
+/// The outcome of every check; `note` says what of the method was not done as asked.
+pub fn checks(
+    experiment: &Experiment,
+    note: Option<&str>,
+    solution: &Solution,
+    tally: &Tally,
+    looks: &[Look],
+) -> Vec<Check> {
+    let scene = experiment.scene();
+    let mut checks = vec![method(note)];
+    checks.extend(books(experiment, solution, tally));
+    checks.extend([error(scene, solution), vov(experiment, solution, tally), tail(experiment, tally)]);
+    let telling = experiment.chain_rays().map_or(0, |_| TELLING_CHAINS);
+    let half: Vec<&Look> = looks
+        .iter()
+        .filter(|look| look.walks >= telling.max(tally.counts.walks.div_ceil(2)))
+        .filter(|look| look.rms_relative_error > 0.0)
+        .collect();
+    checks.extend([decay(&half), efficiency(&half), drift(scene, &half)]);
+    checks
+}
+
+fn check(name: &str, ok: bool, message: String) -> Check {
+    Check { name: name.into(), ok, message }
+}
+
+fn method(note: Option<&str>) -> Check {
+    check("method", note.is_none(), note.unwrap_or("the method is the one asked for").into())
+}
+
+/// Whether every walk is accounted for, and every patch was hit.
+fn books(experiment: &Experiment, solution: &Solution, tally: &Tally) -> Vec<Check> {
+    let (scene, counts) = (experiment.scene(), tally.counts);
+    // The rays of a chain end one by one.
+    let (began, what) = match experiment.chain_rays() {
+        Some(rays) => (counts.walks.saturating_mul(rays), "rays"),
+        None => (counts.walks, "walks"),
+    };
+    let ended = counts.absorbed + counts.absorbed_back + counts.escaped + counts.truncated;
+    let unhit = solution.precision(scene).unhit_patches;
+    let is_rare = |channels: &&[Option<Estimate>]| channels.iter().flatten().any(Estimate::is_rare);
+    let rare = solution.estimates.chunks_exact(solution.channels).filter(is_rare).count();
+    vec![
+        check("energy", ended == began, format!("{began} {what} were emitted, {ended} absorbed or escaped")),
+        check(
+            "backs",
+            counts.absorbed_back == 0,
+            format!("{} {what} ended on the back of a one-sided surface", counts.absorbed_back),
+        ),
+        check(
+            "unhit",
+            unhit == 0,
+            format!("{unhit} reflecting patches have no score: only bounds are known"),
+        ),
+        check(
+            "rare",
+            rare == 0,
+            format!("{rare} patches have fewer than 10 scores: trust their intervals, not their values"),
+        ),
+    ]
+}
+
+/// The estimates that walks had to find: of reflecting patches.
+fn unknown<'a>(
+    scene: &'a Scene,
+    solution: &'a Solution,
+) -> impl Iterator<Item = (usize, usize, &'a Estimate)> {
+    let channels = solution.channels;
+    let each = solution.estimates.iter().enumerate().map(move |(i, e)| (i / channels, i % channels, e));
+    each.filter_map(|(patch, c, estimate)| Some((patch, c, estimate.as_ref()?)))
+        .filter(|&(patch, c, e)| scene.patches().get(patch).reflectance[c] > 0.0 && e.effective_scores > 0.0)
+}
+
+fn error(scene: &Scene, solution: &Solution) -> Check {
+    let (mut all, mut large) = (0, 0);
+    for (patch, c, estimate) in unknown(scene, solution) {
+        let reflected = estimate.radiosity - scene.patches().get(patch).emittance[c];
+        all += 1;
+        large += usize::from(estimate.std_error.is_none_or(|error| error > QUESTIONABLE * reflected));
+    }
+    check(
+        "error",
+        large == 0,
+        format!("{large} of {all} estimates have a standard error above 10 % of themselves"),
+    )
+}
+
+/// VOV = Σ(x − x̄)⁴/(Σ(x − x̄)²)² − 1/N. The walks that reach a patch visit it a geometric number of times, of mean m:
+/// Σx²/Σx = 2m − 1, and Σx⁴/Σx = 24m³ − 36m² + 14m − 1. Central moments of scores that most walks miss are those about 0.
+/// Chains differ like normal numbers, and their intervals allow for what few of them can tell (Student's t).
+fn vov(experiment: &Experiment, solution: &Solution, tally: &Tally) -> Check {
+    if experiment.chain_rays().is_some() {
+        let message = "the intervals of chains are Student's: they allow for the variance of the variance";
+        return check("vov", true, message.into());
+    }
+    let scene = experiment.scene();
+    let (mut all, mut large) = (0, 0);
+    for (patch, c, _) in unknown(scene, solution) {
+        let sums = tally.patch(patch, c);
+        let size = sums[1] as f64 / sums[0] as f64;
+        let unit = if tally.layout().events { size } else { 1.0 };
+        let (hits, m) = (sums[0] as f64 / unit, 0.5 * (size / unit + 1.0));
+        let fourth = 24.0 * m.powi(3) - 36.0 * m * m + 14.0 * m - 1.0;
+        all += 1;
+        large += usize::from(fourth / (hits * (2.0 * m - 1.0).powi(2)) > QUESTIONABLE);
+    }
+    check("vov", large == 0, format!("{large} of {all} estimates have a variance of the variance above 0.1"))
+}
+
+/// Whether Σx²/Σx stays below what it can be at most, by more than 5 standard errors of about 1/√scores.
+fn tail(experiment: &Experiment, tally: &Tally) -> Check {
+    let patches = 0..experiment.scene().patches().len();
+    let channels = experiment.scene().channels();
+    let heavy = |&(patch, channel): &(usize, usize)| {
+        let Some(meaning) = experiment.meaning(patch, channel, tally) else { return false };
+        let sums = tally.patch(patch, channel);
+        let (sum, squares) = (sums[0] as f64, sums[1] as f64);
+        let scores = sum * (sum / squares);
+        sum > 0.0 && meaning.unit * squares / sum > meaning.ratio_bound * (1.0 + 5.0 / scores.sqrt())
+    };
+    let heavy = patches.flat_map(|patch| (0..channels).map(move |c| (patch, c))).filter(heavy).count();
+    let limit = match experiment.chain_rays() {
+        Some(_) => "chains can make (no irradiance exceeds max E/(1 − max R))",
+        None => "walks can make (visits fall off geometrically)",
+    };
+    check("tail", heavy == 0, format!("{heavy} patches have larger scores than {limit}"))
+}
+
+/// The largest of some values over the least.
+fn spread(values: impl Iterator<Item = f64> + Clone) -> f64 {
+    values.clone().fold(0.0, f64::max) / values.fold(f64::INFINITY, f64::min)
+}
+
+fn decay(half: &[&Look]) -> Check {
+    let scaled = half.iter().map(|look| look.rms_relative_error * (look.walks as f64).sqrt());
+    let falls = half.is_sorted_by(|a, b| a.rms_relative_error >= b.rms_relative_error);
+    let spread = if half.len() < 2 { 1.0 } else { spread(scaled) };
+    check(
+        "decay",
+        falls && spread < STEADY,
+        format!(
+            "over the last {} looks the error {} and error·√paths varied by a factor of {spread:.2}",
+            half.len(),
+            if falls { "fell" } else { "rose" }
+        ),
+    )
+}
+
+fn efficiency(half: &[&Look]) -> Check {
+    let merits = half.iter().map(|look| 1.0 / (look.rms_relative_error.powi(2) * look.rays as f64));
+    let spread = if half.len() < 2 { 1.0 } else { spread(merits) };
+    check(
+        "efficiency",
+        spread < STEADY * STEADY,
+        format!("the figure of merit 1/(error²·rays) varied by a factor of {spread:.2} over the last looks"),
+    )
+}
+
+/// χ² of n differences over n has the standard deviation √(2/n). Differences of patches depend on each other; 5 standard
+/// deviations of 100 at most leave room for that.
+fn drift(scene: &Scene, half: &[&Look]) -> Check {
+    let Some(last) = half.last().filter(|look| look.drift.is_finite()) else {
+        return check("drift", true, "too few looks to compare halves of the run".into());
+    };
+    let independent = scene.patches().len().min(100) as f64;
+    check(
+        "drift",
+        last.drift < 1.0 + 5.0 * (2.0 / independent).sqrt(),
+        format!(
+            "mean squared difference between halves of the run, over its variance: {:.3} (1 is perfect)",
+            last.drift
+        ),
+    )
+}

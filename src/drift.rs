@@ -1,0 +1,54 @@
+//! Whether the second half of a run says the same as the first.
+
+use radiosity::{Experiment, Tally};
+use stats::Moments;
+
+/// Patches with fewer scores in one of the halves are left out: their differences are not normal.
+const FEWEST_SCORES: f64 = 30.0;
+
+/// The mean of z² over patches and scores, z being the difference between the walks of `before` and those that came
+/// since, up to `now`, over its standard error. About 1 where walks are independent, whatever they score; not a number
+/// where no patch has enough scores.
+pub fn drift(experiment: &Experiment, before: &Tally, now: &Tally) -> f64 {
+    let patches = experiment.scene().patches().len();
+    let each = (0..patches).flat_map(|patch| (0..now.layout().scores).map(move |score| (patch, score)));
+    let z = each.filter_map(|(patch, score)| {
+        let moments = |tally: &Tally| {
+            let sums = tally.patch(patch, score);
+            Moments { n: tally.counts.walks, sum: sums[0], sum_sq: sums[1] }
+        };
+        z(moments(before), moments(now))
+    });
+    stats::mean_squared_z(z).map_or(f64::NAN, |drift| drift.value)
+}
+
+/// Of one score on one patch.
+fn z(before: Moments, now: Moments) -> Option<f64> {
+    let since = Moments {
+        n: now.n.checked_sub(before.n)?,
+        sum: now.sum.checked_sub(before.sum)?,
+        sum_sq: now.sum_sq.checked_sub(before.sum_sq)?,
+    };
+    let scores = |m: &Moments| m.sum as f64 * (m.sum as f64 / m.sum_sq.max(1) as f64);
+    if scores(&before).min(scores(&since)) < FEWEST_SCORES {
+        return None;
+    }
+    let variance = before.standard_error()?.powi(2) + since.standard_error()?.powi(2);
+    (variance > 0.0).then(|| Some((since.mean()? - before.mean()?) / variance.sqrt()))?
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn halves_that_agree_have_no_z_and_others_do() {
+        let hits = |n, sum: u128| Moments { n, sum, sum_sq: sum };
+        assert_eq!(z(hits(1000, 100), hits(2000, 200)), Some(0.0));
+        // 100 and 150 hits of 1000 walks: 0.05/√(0.09·1000/999/1000 + 0.1275/999)
+        let far = z(hits(1000, 100), hits(2000, 250)).unwrap();
+        assert!((far - 3.39).abs() < 0.01, "{far}");
+        assert_eq!(z(hits(1000, 10), hits(2000, 20)), None, "too few scores");
+        assert_eq!(z(hits(1000, 100), hits(900, 100)), None, "no second half");
+    }
+}

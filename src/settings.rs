@@ -1,0 +1,65 @@
+//! What a result has to be told with, beside the walks and their scene: it travels with the job and stays in
+//! `tally.bin`.
+
+use job::{Job, Method, Target};
+use radiosity::Scene;
+use serde::{Deserialize, Serialize};
+
+/// The settings of a job.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Settings {
+    /// Names the run.
+    pub name: String,
+    /// How it is solved.
+    pub method: Method,
+    /// The seed.
+    pub seed: u64,
+    /// Walks of the whole job (Jacobi: rays).
+    pub paths: u64,
+    /// Walks per stream.
+    pub stream_paths: u64,
+    /// The level of every interval, or of all together.
+    pub confidence: f64,
+    /// Whether the intervals hold all together.
+    pub simultaneous: bool,
+    /// The accuracy that is asked for.
+    pub target: Option<Target>,
+    /// What of the method is not done as asked, and why.
+    pub note: Option<String>,
+}
+
+impl Settings {
+    /// Those of a job.
+    pub fn of(job: &Job) -> Self {
+        Settings {
+            name: job.name.clone(),
+            method: job.method.clone(),
+            seed: job.seed,
+            paths: job.budget.paths,
+            stream_paths: job.budget.stream_paths,
+            confidence: job.confidence,
+            simultaneous: job.simultaneous,
+            target: job.target,
+            note: job.note.clone(),
+        }
+    }
+
+    /// The level of each single interval. Where all are to hold together, each of the m unknown radiosities may miss
+    /// with m-th part of the probability (Bonferroni's inequality, true whatever their dependence).
+    pub fn level(&self, scene: &Scene) -> f64 {
+        if !self.simultaneous {
+            return self.confidence;
+        }
+        let channels = 0..scene.channels();
+        let unknown =
+            |c: usize| scene.patches().iter().filter(move |patch| patch.reflectance[c] > 0.0).count();
+        let unknown: usize = channels.map(unknown).sum();
+        1.0 - (1.0 - self.confidence) / unknown.max(1) as f64
+    }
+
+    /// Names the target, so that looks at another one are told apart.
+    pub fn goal(&self) -> [u8; 32] {
+        let goal = (&self.target, self.confidence, self.simultaneous);
+        *blake3::hash(&serde_json::to_vec(&goal).expect("numbers and words")).as_bytes()
+    }
+}
