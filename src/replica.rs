@@ -97,12 +97,11 @@ impl Work for Replica {
         self.experiment.walk_while(&self.sequence, walks, board, go_on);
     }
 
-    fn take(&self, board: &mut Self::Board) -> Result<Tally, Overflow> {
-        let tally = board.take()?;
-        Ok(match &self.wrong {
-            Some(wrong) => wrong.spoil(tally),
-            None => tally,
-        })
+    fn hand_over(&self, board: &mut Self::Board, tally: &mut Tally) -> Result<(), Overflow> {
+        match &self.wrong {
+            Some(wrong) => tally.merge(&wrong.spoil(board.take()?)).map_err(|_| Overflow),
+            None => board.add_to(tally),
+        }
     }
 }
 

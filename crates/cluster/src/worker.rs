@@ -58,11 +58,11 @@ pub trait Work: Sync {
         let _ = go_on;
         self.shoot(walks, board);
     }
-    /// Empties the board.
+    /// Empties the board onto a tally.
     ///
     /// # Errors
     /// Where a sum overflowed.
-    fn take(&self, board: &mut Self::Board) -> Result<Tally, Overflow>;
+    fn hand_over(&self, board: &mut Self::Board, tally: &mut Tally) -> Result<(), Overflow>;
 }
 
 /// Why a worker left before the job was done.
@@ -409,11 +409,8 @@ fn shoot_lease<W: Work>(
                 return Ok(None);
             }
         }
-        let part = work.take(board).map_err(|overflow| overflow.to_string())?;
-        match &mut total {
-            Some(total) => total.merge(&part).map_err(|error| error.to_string())?,
-            None => total = Some(part),
-        }
+        let total = total.get_or_insert_with(|| work.empty());
+        work.hand_over(board, total).map_err(|overflow| overflow.to_string())?;
     }
     Ok(Some(total.unwrap_or_else(|| work.empty())))
 }

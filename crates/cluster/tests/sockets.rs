@@ -83,8 +83,8 @@ impl Work for Toy {
     fn shoot(&self, walks: Range<u64>, board: &mut Board) {
         board.shoot(walks);
     }
-    fn take(&self, board: &mut Board) -> Result<Tally, Overflow> {
-        Ok(board.take())
+    fn hand_over(&self, board: &mut Board, tally: &mut Tally) -> Result<(), Overflow> {
+        tally.merge(&board.take()).map_err(|_| Overflow)
     }
 }
 
@@ -254,7 +254,7 @@ impl Work for Stranger {
     fn shoot(&self, _: Range<u64>, (): &mut ()) {
         unreachable!()
     }
-    fn take(&self, (): &mut ()) -> Result<Tally, Overflow> {
+    fn hand_over(&self, (): &mut (), _: &mut Tally) -> Result<(), Overflow> {
         unreachable!()
     }
 }
@@ -342,8 +342,8 @@ impl Work for Endless<'_> {
         assert!(walks.start >= 1 << 60 && walks.start < walks.end);
         self.shooting.fetch_add(1, Ordering::Relaxed);
     }
-    fn take(&self, (): &mut ()) -> Result<Tally, Overflow> {
-        Ok(self.empty())
+    fn hand_over(&self, (): &mut (), _: &mut Tally) -> Result<(), Overflow> {
+        Ok(())
     }
 }
 
@@ -389,7 +389,7 @@ impl Work for Troubled {
         assert!(self.0 != Trouble::ShootPanics, "trouble that the test asked for");
         board.shoot(walks);
     }
-    fn take(&self, _: &mut Board) -> Result<Tally, Overflow> {
+    fn hand_over(&self, _: &mut Board, _: &mut Tally) -> Result<(), Overflow> {
         Err(Overflow)
     }
 }
@@ -472,8 +472,8 @@ impl Work for Bulky {
     fn shoot(&self, walks: Range<u64>, board: &mut u64) {
         *board += walks.end - walks.start;
     }
-    fn take(&self, board: &mut u64) -> Result<Tally, Overflow> {
-        Ok(bulky(std::mem::take(board)))
+    fn hand_over(&self, board: &mut u64, tally: &mut Tally) -> Result<(), Overflow> {
+        tally.merge(&bulky(std::mem::take(board))).map_err(|_| Overflow)
     }
 }
 

@@ -335,6 +335,14 @@ impl<const M: usize> Board<M> {
     pub fn take(&mut self) -> Result<Tally, Overflow> {
         with_board!(self, board => board.take())
     }
+
+    /// Adds all that was scored to a tally of the same experiment and empties the board.
+    ///
+    /// # Errors
+    /// Where a sum may have wrapped or leaves its range; then the tally is unusable.
+    pub fn add_to(&mut self, tally: &mut Tally) -> Result<(), Overflow> {
+        with_board!(self, board => board.add_to(tally))
+    }
 }
 
 impl Gathering {

@@ -11,12 +11,15 @@ use crate::surface::Surface;
 use crate::table::Table;
 use crate::trace::{Facet, Facets, Hits, Rays};
 
+/// Scenes of more surfaces are traced flat only to check the tree: there every facet is met in full.
+const MOST_SKETCHES: usize = 4096;
+
 /// Meets every facet.
 #[derive(Clone, Debug)]
 pub(crate) struct Flat {
     /// What rays are traced with.
     isa: Isa,
-    /// Empty where f32 cannot hold the scene.
+    /// Empty where f32 cannot hold the scene, or where it is not to.
     sketches: Vec<Sketch>,
     /// The facets' numbers, to be looked up by many rays side by side: normal and offset, u and v likewise, 1 for
     /// a triangle, 1 for two sides.
@@ -28,7 +31,9 @@ impl Flat {
         let corners = surfaces.iter().flat_map(|surface| surface.outline());
         let reach = corners.fold(0.0_f64, |reach, corner| reach.max(corner.abs().max_element()));
         let sketches: Vec<Sketch> = facets.iter().map(|facet| Sketch::new(facet, reach)).collect();
-        let holds = (1e-9..1e9).contains(&reach) && sketches.iter().all(|sketch| sketch.uv_margin < 1e9);
+        let few = surfaces.len() <= MOST_SKETCHES;
+        let holds =
+            few && (1e-9..1e9).contains(&reach) && sketches.iter().all(|sketch| sketch.uv_margin < 1e9);
         Flat {
             isa,
             sketches: if holds { sketches } else { Vec::new() },

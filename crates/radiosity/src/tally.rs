@@ -419,22 +419,30 @@ impl<W: Word, E: Events, const S: usize, const M: usize> Scoreboard<W, E, S, M> 
     /// Where a sum may have wrapped.
     pub fn take(&mut self) -> Result<Tally, Overflow> {
         let mut tally = Tally::new(self.cells.len(), Self::LAYOUT);
+        self.add_to(&mut tally)?;
+        Ok(tally)
+    }
+
+    /// Adds all that was scored to a tally of this layout and empties the board.
+    ///
+    /// # Errors
+    /// Where a sum may have wrapped or leaves its range; then the tally is unusable.
+    pub fn add_to(&mut self, tally: &mut Tally) -> Result<(), Overflow> {
         let columns = Self::LAYOUT.columns();
         for (sums, cell) in tally.sums.chunks_exact_mut(columns).zip(&mut self.cells) {
             if !cell.fits(self.largest) {
                 return Err(Overflow);
             }
             for (sum, part) in sums.iter_mut().zip(cell.sums.as_flattened()) {
-                *sum = (*part).into();
+                *sum = sum.checked_add((*part).into()).ok_or(Overflow)?;
             }
             if E::COUNTED {
-                sums[columns - 1] = cell.events.total();
+                sums[columns - 1] += cell.events.total();
             }
             *cell = Cell::empty();
         }
         self.largest = 0;
-        tally.counts = std::mem::take(&mut self.counts);
-        Ok(tally)
+        tally.counts.add(&std::mem::take(&mut self.counts))
     }
 }
 

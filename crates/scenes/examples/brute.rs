@@ -1,11 +1,14 @@
-//! Walks that find surfaces through the tree against walks that meet every facet, in f64 and without a tree: do all
-//! their hits agree? Hours of work, so no test: `cargo run --release -p scenes --example brute -- 57000 10000000`
-//! is 10⁷ rays of the interior.
+//! Walks that find surfaces through the tree against walks that meet every facet in f64, without a tree: do all their
+//! hits agree? Minutes to hours of work on every core, so no test: `cargo run --release -p scenes --example brute --
+//! 57000 10000000` is 10⁷ rays of the interior.
 //!
 //! Continuous walks go on from the very point they hit, so that one bit of difference in one hit sends a walk
 //! elsewhere and shows in the tallies.
 
 use std::error::Error;
+use std::num::NonZero;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::thread;
 
 use radiosity::{
     Board, Direction, EstimatorKind, Experiment, IndexChoice, InfiniteEnd, Method, Scene, Sequence, Space,
@@ -13,7 +16,7 @@ use radiosity::{
 use scenes::interior;
 
 /// Walks between two comparisons.
-const PART: u64 = 16_384;
+const PART: u64 = 4_096;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
@@ -21,26 +24,25 @@ fn main() -> Result<(), Box<dyn Error>> {
         return Err("usage: brute TRIANGLES RAYS".into());
     };
     let (spec, wanted): (_, u64) = (interior(triangles.parse()?), rays.parse()?);
-    let mut experiments = vec![];
-    for index in [IndexChoice::Tree, IndexChoice::Flat] {
-        experiments.push(Experiment::new(Scene::build(&spec, index)?, METHOD)?);
-    }
-    let mut boards: Vec<Board<2>> = experiments.iter().map(Experiment::board).collect();
-    let sequence = Sequence::new(1);
-    let (mut traced, mut next) = (0, 0);
-    while traced < wanted {
-        let mut tallies = vec![];
-        for (experiment, board) in experiments.iter().zip(&mut boards) {
-            experiment.walk(&sequence, next..next + PART, board);
-            tallies.push(board.take()?);
+    let tree = Experiment::new(Scene::build(&spec, IndexChoice::Tree)?, METHOD)?;
+    let flat = Experiment::new(Scene::build(&spec, IndexChoice::Flat)?, METHOD)?;
+    let (next, agreed) = (AtomicU64::new(0), AtomicU64::new(0));
+    let compare = || {
+        let mut boards: [Board<2>; 2] = [tree.board(), flat.board()];
+        let sequence = Sequence::new(1);
+        while agreed.load(Ordering::Relaxed) < wanted {
+            let first = next.fetch_add(PART, Ordering::Relaxed);
+            let [tree, flat] = [(&tree, 0), (&flat, 1)].map(|(experiment, i)| {
+                experiment.walk(&sequence, first..first + PART, &mut boards[i]);
+                boards[i].take().expect("so few walks fit any sum")
+            });
+            assert_eq!(tree, flat, "walks {first} to {} differ", first + PART);
+            let rays = agreed.fetch_add(tree.counts.rays, Ordering::Relaxed) + tree.counts.rays;
+            println!("{rays} rays agree");
         }
-        if tallies[0] != tallies[1] {
-            return Err(format!("walks {next} to {} differ", next + PART).into());
-        }
-        traced += tallies[0].counts.rays;
-        next += PART;
-        println!("{traced} rays agree");
-    }
+    };
+    let cores = thread::available_parallelism().map_or(1, NonZero::get);
+    thread::scope(|scope| (0..cores).for_each(|_| drop(scope.spawn(compare))));
     Ok(())
 }
 

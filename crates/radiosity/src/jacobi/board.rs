@@ -58,6 +58,14 @@ impl<const M: usize> ChainBoard<M> {
         let counts = std::mem::take(&mut self.counts);
         Ok(Tally::from_parts(counts, self.patches, self.layout, sums).expect("the layout is the board's own"))
     }
+
+    /// Adds all that was scored to a tally of this layout and empties the board.
+    ///
+    /// # Errors
+    /// Where a sum has left its range; then the tally is unusable.
+    pub fn add_to(&mut self, tally: &mut Tally) -> Result<(), Overflow> {
+        tally.merge(&self.take()?).map_err(|_| Overflow)
+    }
 }
 
 /// max E/(1 − max R) [W/m²] of each channel: no radiosity, and so no irradiance, exceeds it. 1 where there is no light.
