@@ -111,7 +111,7 @@ impl Prepared {
             tell("radwalk: there is no checkpoint to resume from; the run begins at its first walk");
             return Ok(());
         };
-        let walks = checkpoint.tally.counts.walks * self.experiment.paths_per_walk();
+        let walks = checkpoint.tally.counts.walks.saturating_mul(self.experiment.paths_per_walk());
         if walks > self.job.budget.paths {
             return Err(Fault::BeyondBudget { walks, paths: self.job.budget.paths });
         }

@@ -160,7 +160,7 @@ fn facts(
     checkpoint: &Checkpoint,
 ) -> RunFacts {
     let (scene, Checkpoint { tally, book, .. }) = (experiment.scene(), checkpoint);
-    let paths = tally.counts.walks * experiment.paths_per_walk();
+    let paths = tally.counts.walks.saturating_mul(experiment.paths_per_walk());
     // A chain is a stream of its own.
     let stream_paths = experiment.chain_rays().unwrap_or(settings.stream_paths);
     let git = env!("RADWALK_GIT");
@@ -195,8 +195,8 @@ fn provenance(book: &Book, paths_per_walk: u64) -> Provenance {
     };
     let part = |part: &cluster::checkpoint::Part| PartSummary {
         seed: part.seed,
-        first_path: part.first * paths_per_walk,
-        paths: part.walks() * paths_per_walk,
+        first_path: part.first.saturating_mul(paths_per_walk),
+        paths: part.walks().saturating_mul(paths_per_walk),
     };
     let session = |session: &cluster::checkpoint::Session| SessionSummary {
         host: session.host.clone(),

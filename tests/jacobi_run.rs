@@ -141,6 +141,11 @@ fn chains_are_extended_merged_and_audited() {
         run(&["merge", &text(&tail), &text(&straight), "--out", &text(&merged), "--force"]);
     assert_eq!(code, 2);
     assert!(stderr.contains("would count twice"), "{stderr}");
+    let other = path(&folder, "other");
+    run_job(CUBE, &other, &[&JACOBI[..], &["--paths", "60000", "--set", "method.batch_paths=6000"]].concat());
+    let (code, _, stderr) = run(&["merge", &text(&tail), &text(&other), "--out", &text(&merged), "--force"]);
+    assert_eq!(code, 2);
+    assert!(stderr.contains("length of chains"), "{stderr}");
 }
 
 #[test]
@@ -216,4 +221,14 @@ fn a_target_is_looked_at_chain_by_chain() {
     let reached = summary["paths"].as_u64().unwrap() / 2000;
     let power = 1 << reached.ilog2();
     assert!(reached >= 8 && (reached == power || reached == power + power / 2), "{reached} chains");
+    // Stopped at the first look and gone on with, it ends at the same chain; once more, there is nothing left to do.
+    let again = path(&folder, "again");
+    let first = ["--paths", "16000", "--set", "method.batch_paths=2000", "--quiet", "--out"];
+    let (code, ..) =
+        run(&[&["run", CUBE], &JACOBI[..], &target, &first, &[again.to_str().unwrap()]].concat());
+    assert_eq!(code, 1, "the target is missed");
+    for _ in 0..2 {
+        run_job(CUBE, &again, &[&JACOBI[..], &chains, &target, &["--resume"]].concat());
+        assert!(answer(&again) == answer(&out));
+    }
 }
