@@ -72,7 +72,7 @@ fn draw(path: &Path, series: &[Series]) -> Result<(), Failure> {
         .margin(16)
         .x_label_area_size(44)
         .y_label_area_size(60)
-        .build_cartesian_2d((5.0..3e6).log_scale(), (10.0..2.0 * most).log_scale())?;
+        .build_cartesian_2d((5.0..3e6).log_scale(), (5.0..3.0 * most).log_scale())?;
     chart
         .configure_mesh()
         .x_desc("patches (6 surfaces) or surfaces")
