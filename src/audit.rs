@@ -49,10 +49,12 @@ pub fn audit(args: &AuditArgs) -> Result<Outcome, Fault> {
         Some(seed) => seed,
         None => fresh_seed()?,
     };
+    let what = if experiment.chain_rays().is_some() { "chains" } else { "walks" };
     let all = leases(&checkpoint);
     let sample = sample(all.clone(), args.share, seed);
     let wrong = wrong(&sample, &settings, &experiment).map_err(|Overflow| Fault::Overflow)?;
     let of = |leases: &[Lease]| leases.iter().map(|lease| lease.walks.end - lease.walks.start).sum::<u64>();
+    let of = |leases: &[Lease]| of(leases) * experiment.paths_per_walk();
     if !args.quiet {
         say(&format!(
             "{} of {} paths, {} of {} leases, were traced again (drawn by seed {seed})",
@@ -68,7 +70,7 @@ pub fn audit(args: &AuditArgs) -> Result<Outcome, Fault> {
         }
         return Ok(Outcome::Done);
     }
-    Err(Fault::Audit { wrong: wrong.len(), leases: sample.len(), workers: blame(&wrong, &checkpoint) })
+    Err(Fault::Audit { wrong: wrong.len(), leases: sample.len(), workers: blame(&wrong, &checkpoint, what) })
 }
 
 fn fresh_seed() -> Result<u64, Fault> {
@@ -137,7 +139,7 @@ fn wrong(sample: &[Lease], settings: &Settings, experiment: &Experiment) -> Resu
 }
 
 /// Who delivered them, in words.
-fn blame(wrong: &[Lease], checkpoint: &Checkpoint) -> String {
+fn blame(wrong: &[Lease], checkpoint: &Checkpoint, what: &str) -> String {
     let mut of_worker: BTreeMap<u32, Vec<&Lease>> = BTreeMap::new();
     for lease in wrong {
         of_worker.entry(lease.worker).or_default().push(lease);
@@ -145,7 +147,7 @@ fn blame(wrong: &[Lease], checkpoint: &Checkpoint) -> String {
     let words = of_worker.iter().map(|(&worker, leases)| {
         let first = leases.iter().min_by_key(|lease| (lease.seed, lease.walks.start)).expect("one at least");
         format!(
-            "{}: {} leases, the first of walks {} to {} of seed {}",
+            "{}: {} leases, the first of {what} {} to {} of seed {}",
             checkpoint.book.workers[worker as usize],
             leases.len(),
             first.walks.start,

@@ -59,6 +59,9 @@ fn describe_job(job: &Job, scene: &Scene) {
             target.relative_error, target.fraction
         ));
     }
+    if let Some(note) = &job.note {
+        say(&format!("note: {note}"));
+    }
     for reason in Model::new(scene, &outputs::method(&job.method), MOMENTS).why {
         say(&format!("model: {reason}"));
     }

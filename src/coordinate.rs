@@ -6,10 +6,10 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use cluster::access::Access;
-use cluster::checkpoint::{Checkpoint, Past};
+use cluster::checkpoint::{self, Checkpoint, CheckpointError, CheckpointFault, Past};
 use cluster::coordinator::{Coordinator, Ending, Plan};
 use cluster::server::{Wish, serve};
-use job::Job;
+use job::{Job, Method};
 use radiosity::{Experiment, Solution};
 
 use crate::args::{CoordinateArgs, JobArgs, OutArgs, RunArgs};
@@ -20,7 +20,7 @@ use crate::local::LocalWorkers;
 use crate::outputs::RunOutput;
 use crate::progress::Display;
 use crate::settings::Settings;
-use crate::target::{Observer, judge, ladder};
+use crate::target::{Observer, judge, looks};
 use crate::{replica, signals};
 
 /// Runs a job on worker processes of this machine.
@@ -105,11 +105,13 @@ impl Prepared {
     fn resume(&mut self, quiet: bool) -> Result<(), Fault> {
         let Identity { scene_hash, job_hash, first, .. } = &self.identity;
         let fits = |checkpoint: &Checkpoint| checkpoint.check_job(scene_hash, job_hash, *first);
-        let Some(Found { checkpoint, passed_over }) = checkpoints::find(self.output.path(), fits)? else {
+        let Some(Found { checkpoint, passed_over }) =
+            checkpoints::find(self.output.path(), fits).map_err(|error| self.explain(error))?
+        else {
             tell("radwalk: there is no checkpoint to resume from; the run begins at its first walk");
             return Ok(());
         };
-        let walks = checkpoint.tally.counts.walks;
+        let walks = checkpoint.tally.counts.walks.saturating_mul(self.experiment.paths_per_walk());
         if walks > self.job.budget.paths {
             return Err(Fault::BeyondBudget { walks, paths: self.job.budget.paths });
         }
@@ -122,6 +124,24 @@ impl Prepared {
         }
         self.go_on_from(checkpoint);
         Ok(())
+    }
+
+    /// Why a checkpoint is of no use: the length of chains may have changed with the budget alone.
+    fn explain(&self, error: CheckpointError) -> Fault {
+        let theirs = || {
+            let kept = checkpoint::read(&error.path).ok()?.book.job;
+            let (theirs, _) = replica::unpack(&kept).ok()?;
+            let rays = theirs.method.batch_paths?;
+            let method = Method { batch_paths: self.settings.method.batch_paths, ..theirs.method };
+            ((method, theirs.seed) == (self.settings.method.clone(), self.settings.seed)).then_some(rays)
+        };
+        match (self.experiment.chain_rays(), &error.fault) {
+            (Some(ours), CheckpointFault::ForeignJob) => match theirs().filter(|&theirs| theirs != ours) {
+                Some(theirs) => Fault::OtherChains { theirs, ours },
+                None => error.into(),
+            },
+            _ => error.into(),
+        }
     }
 
     fn go_on_from(&mut self, Checkpoint { tally, book, .. }: Checkpoint) {
@@ -142,17 +162,24 @@ impl Prepared {
         let Job { budget, .. } = &self.job;
         let level = self.settings.level(self.experiment.scene());
         let mut observer = Observer::new(self.experiment.clone(), level, self.settings.target);
+        let paths = budget.paths / self.experiment.paths_per_walk();
+        // A chain is leased as a walk is, whole and alone.
+        let (stream_paths, leases_per_thread) = match self.experiment.chain_rays() {
+            Some(_) => (1, 1),
+            None => (budget.stream_paths, 2),
+        };
         Plan {
             job: self.identity.job.clone(),
             scene_hash: self.identity.scene_hash,
             job_hash: self.identity.job_hash,
             build: crate::BUILD.into(),
-            first: budget.first_path,
-            paths: budget.paths,
-            stream_paths: budget.stream_paths,
+            first: self.identity.first,
+            paths,
+            stream_paths,
+            leases_per_thread,
             empty: self.experiment.tally::<{ replica::MOMENTS }>(),
             wall: budget.wall_seconds.map(Duration::from_secs_f64),
-            looks: ladder(budget.paths, self.experiment.scene().patches().len()),
+            looks: looks(&self.experiment, paths),
             judge: Box::new(move |tally, looks| observer.look(tally, looks)),
         }
     }
@@ -239,7 +266,7 @@ impl Prepared {
         let Some(target) = &self.settings.target else { return false };
         let (scene, walks) = (self.experiment.scene(), tally.counts.walks);
         let solution = || Solution::new(&self.experiment, tally, self.settings.level(scene));
-        walks == 0 || !judge(target, scene, &solution(), walks).reached
+        walks == 0 || !judge(target, scene, &solution(), walks * self.experiment.paths_per_walk()).reached
     }
 }
 
@@ -252,7 +279,7 @@ fn identity(job: &Job, settings: &Settings, experiment: &Experiment) -> Result<I
         scene_hash: scene.hash(),
         job_hash: job::job_hash(scene.hash(), &job.method, job.seed),
         seed: job.seed,
-        first: job.budget.first_path,
+        first: job.budget.first_path / experiment.paths_per_walk(),
         goal: settings.goal(),
         job: packed,
         sessions: vec![checkpoints::session()],

@@ -23,7 +23,7 @@ pub fn merge(args: &MergeArgs) -> Result<Outcome, Fault> {
         let other = checkpoint::read(&path.join(CURRENT))?;
         add(&mut merged, other, &settings).map_err(|fault| Fault::Merge { path: path.clone(), fault })?;
     }
-    settings.paths = merged.tally.counts.walks;
+    settings.paths = merged.tally.counts.walks.saturating_mul(experiment.paths_per_walk());
     settings.seed = merged.book.parts.first().map_or(settings.seed, |part| part.seed);
     let output = RunOutput::new(&args.out, args.force)?;
     let out = OutArgs { out: None, force: args.force, quiet: args.quiet, json: false };

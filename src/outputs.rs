@@ -160,7 +160,9 @@ fn facts(
     checkpoint: &Checkpoint,
 ) -> RunFacts {
     let (scene, Checkpoint { tally, book, .. }) = (experiment.scene(), checkpoint);
-    let walks = tally.counts.walks;
+    let paths = tally.counts.walks.saturating_mul(experiment.paths_per_walk());
+    // A chain is a stream of its own.
+    let stream_paths = experiment.chain_rays().unwrap_or(settings.stream_paths);
     let git = env!("RADWALK_GIT");
     RunFacts {
         version: env!("CARGO_PKG_VERSION").into(),
@@ -172,28 +174,29 @@ fn facts(
         cpu_seconds: book.effort.cpu_seconds,
         workers_seen: book.effort.workers_seen,
         workers_lost: book.effort.workers_lost,
-        streams: walks.div_ceil(settings.stream_paths),
+        streams: paths.div_ceil(stream_paths),
         streams_reissued: book.effort.streams_reissued,
-        target: settings.target.map(|target| target::judge(&target, scene, solution, walks)),
-        checks: checks(experiment, solution, tally, &book.looks),
+        target: settings.target.map(|target| target::judge(&target, scene, solution, paths)),
+        checks: checks(experiment, settings.note.as_deref(), solution, tally, &book.looks),
         confidence: settings.confidence,
         simultaneous: settings.simultaneous,
-        provenance: provenance(book),
+        provenance: provenance(book, experiment.paths_per_walk()),
     }
 }
 
-fn provenance(book: &Book) -> Provenance {
+/// Whose walks these are, each counted as so many paths.
+fn provenance(book: &Book, paths_per_walk: u64) -> Provenance {
     let worker = |(number, name): (usize, &String)| {
         let deliveries = book.parts.iter().flat_map(|part| &part.deliveries);
         let (paths, leases) = deliveries
             .filter(|delivery| delivery.worker as usize == number)
-            .fold((0, 0), |(paths, leases), delivery| (paths + delivery.walks, leases + 1));
+            .fold((0, 0), |(paths, leases), delivery| (paths + delivery.walks * paths_per_walk, leases + 1));
         WorkerSummary { name: name.clone(), paths, leases }
     };
     let part = |part: &cluster::checkpoint::Part| PartSummary {
         seed: part.seed,
-        first_path: part.first,
-        paths: part.walks(),
+        first_path: part.first.saturating_mul(paths_per_walk),
+        paths: part.walks().saturating_mul(paths_per_walk),
     };
     let session = |session: &cluster::checkpoint::Session| SessionSummary {
         host: session.host.clone(),

@@ -109,11 +109,14 @@ impl<'a> Display<'a> {
     }
 
     fn show(&self, coordinator: &Coordinator) {
-        let progress = coordinator.progress();
+        let mut progress = coordinator.progress();
+        // A chain of n rays counts as n paths.
+        progress.walks *= self.experiment.paths_per_walk();
         let seconds = self.shooting_since.map_or(0.0, |since| since.elapsed().as_secs_f64());
         let counts = coordinator.prefix().counts;
         let paths_per_second = if seconds > 0.0 { progress.walks as f64 / seconds } else { 0.0 };
-        let rays_per_path = counts.rays as f64 / counts.walks.max(1) as f64;
+        let prefix_paths = counts.walks * self.experiment.paths_per_walk();
+        let rays_per_path = counts.rays as f64 / prefix_paths.max(1) as f64;
         let rays_per_second = paths_per_second * rays_per_path;
         let seconds_left = (self.paths - progress.walks) as f64 / paths_per_second;
         match &self.style {

@@ -93,6 +93,10 @@ impl Work for Replica {
         self.experiment.walk(&self.sequence, walks, board);
     }
 
+    fn shoot_while(&self, walks: Range<u64>, board: &mut Self::Board, go_on: &dyn Fn() -> bool) {
+        self.experiment.walk_while(&self.sequence, walks, board, go_on);
+    }
+
     fn hand_over(&self, board: &mut Self::Board, tally: &mut Tally) -> Result<(), Overflow> {
         match &self.wrong {
             Some(wrong) => tally.merge(&wrong.spoil(board.take()?)).map_err(|_| Overflow),

@@ -14,7 +14,7 @@ pub struct Settings {
     pub method: Method,
     /// The seed.
     pub seed: u64,
-    /// Walks of the whole job.
+    /// Walks of the whole job (Jacobi: rays).
     pub paths: u64,
     /// Walks per stream.
     pub stream_paths: u64,
@@ -24,6 +24,8 @@ pub struct Settings {
     pub simultaneous: bool,
     /// The accuracy that is asked for.
     pub target: Option<Target>,
+    /// What of the method is not done as asked, and why.
+    pub note: Option<String>,
 }
 
 impl Settings {
@@ -38,6 +40,7 @@ impl Settings {
             confidence: job.confidence,
             simultaneous: job.simultaneous,
             target: job.target,
+            note: job.note.clone(),
         }
     }
 

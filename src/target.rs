@@ -14,6 +14,9 @@ use crate::drift::drift;
 /// The first look at a run. Few walks say little, also about how little they say.
 const FIRST_LOOK: u64 = 1 << 10;
 
+/// The first look at chains: what fewer differ by says nothing.
+const FIRST_LOOK_AT_CHAINS: u64 = 8;
+
 /// So many of the patches that are furthest from a target are named.
 const NAMED: usize = 5;
 
@@ -55,16 +58,16 @@ fn part_within(standings: &[Standing], relative_error: f64, scores: f64) -> f64 
     if all > 0.0 { area(&mut standings.iter().filter(is_within)) / all } else { 1.0 }
 }
 
-/// How a solution does on a target, after so many walks.
-pub fn judge(target: &Target, scene: &Scene, solution: &Solution, walks: u64) -> report::Target {
+/// How a solution does on a target, after so many paths.
+pub fn judge(target: &Target, scene: &Scene, solution: &Solution, paths: u64) -> report::Target {
     let mut standings = standings(scene, solution, target.unhit);
     let Target { relative_error, fraction, .. } = *target;
     let achieved = part_within(&standings, relative_error, target.min_hits as f64);
-    let reached = achieved >= fraction && walks >= target.min_paths;
+    let reached = achieved >= fraction && paths >= target.min_paths;
     standings.sort_by(|a, b| b.error.total_cmp(&a.error).then(a.patch.cmp(&b.patch)));
     let needed = |error: f64, scores: f64| {
         let by_error = (error / relative_error).powi(2);
-        walks as f64 * by_error.max(target.min_hits as f64 / scores)
+        paths as f64 * by_error.max(target.min_hits as f64 / scores)
     };
     let missing = |s: &&Standing| s.error > relative_error || s.scores < target.min_hits as f64;
     let named = standings.iter().filter(missing).take(NAMED).map(|s| WorstPatch {
@@ -112,7 +115,9 @@ impl Observer {
         let solution = Solution::new(&self.experiment, tally, self.level);
         let precision = solution.precision(scene);
         let (promising, reached) = match &self.target {
-            Some(target) if walks >= target.min_paths => decide(target, scene, &solution, walks, looks),
+            Some(target) if walks * self.experiment.paths_per_walk() >= target.min_paths => {
+                decide(target, scene, &solution, walks, looks)
+            }
             _ => (false, false),
         };
         let drift = self.before.as_ref().map_or(f64::NAN, |before| drift(&self.experiment, before, tally));
@@ -144,13 +149,21 @@ fn decide(target: &Target, scene: &Scene, solution: &Solution, walks: u64, looks
     (promising, rule.look(walks, promising, met))
 }
 
-/// The numbers of walks at which a run is looked at: 2^k and 3·2^(k−1), fixed by the job alone. Fewer walks than patches
-/// tell nothing of most of them, and a look at many patches takes its time.
-pub fn ladder(paths: u64, patches: usize) -> Vec<u64> {
-    let powers = std::iter::successors(Some(FIRST_LOOK), |n| n.checked_mul(2));
+/// The numbers of walks (or chains) at which a run of so many is looked at. Fewer walks than patches tell nothing of most
+/// of them, and a look at many patches takes its time; a chain tells of every patch, and takes longer than a look.
+pub fn looks(experiment: &Experiment, walks: u64) -> Vec<u64> {
+    match experiment.chain_rays() {
+        Some(_) => ladder(FIRST_LOOK_AT_CHAINS, walks, 0),
+        None => ladder(FIRST_LOOK, walks, experiment.scene().patches().len()),
+    }
+}
+
+/// 2^k and 3·2^(k−1) from `first` and from `least` on, fixed by the job alone.
+fn ladder(first: u64, walks: u64, least: usize) -> Vec<u64> {
+    let powers = std::iter::successors(Some(first), |n| n.checked_mul(2));
     let steps = powers.flat_map(|n| [n, n.saturating_add(n / 2)]);
-    let telling = steps.skip_while(|&n| n < patches as u64);
-    telling.take_while(|&n| n < paths).chain([paths]).collect()
+    let telling = steps.skip_while(|&n| n < least as u64);
+    telling.take_while(|&n| n < walks).chain([walks]).collect()
 }
 
 #[cfg(test)]
@@ -159,16 +172,17 @@ mod tests {
 
     #[test]
     fn looks_ascend_to_the_budget() {
-        assert_eq!(ladder(5000, 54), [1024, 1536, 2048, 3072, 4096, 5000]);
-        assert_eq!(ladder(5000, 3000), [3072, 4096, 5000]);
-        assert_eq!(ladder(1024, 3000), [1024]);
-        assert_eq!(ladder(1, 54), [1]);
-        assert!(ladder(u64::MAX, 54).is_sorted());
+        assert_eq!(ladder(FIRST_LOOK, 5000, 54), [1024, 1536, 2048, 3072, 4096, 5000]);
+        assert_eq!(ladder(FIRST_LOOK, 5000, 3000), [3072, 4096, 5000]);
+        assert_eq!(ladder(FIRST_LOOK, 1024, 3000), [1024]);
+        assert_eq!(ladder(FIRST_LOOK, 1, 54), [1]);
+        assert!(ladder(FIRST_LOOK, u64::MAX, 54).is_sorted());
+        assert_eq!(ladder(FIRST_LOOK_AT_CHAINS, 20, 0), [8, 12, 16, 20]);
     }
 
     #[test]
     fn twice_a_look_is_a_look() {
-        let looks = ladder(1 << 30, 2000);
+        let looks = ladder(FIRST_LOOK, 1 << 30, 2000);
         assert!(looks.iter().all(|n| 2 * n > 1 << 30 || looks.contains(&(2 * n))));
     }
 

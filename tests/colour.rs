@@ -212,6 +212,7 @@ fn the_best_mix_is_that_of_theory() {
 fn predicted_excess(exact: &Exact, experiment: &Experiment, best: &[f64]) -> Vec<f64> {
     let some = |variances: Vec<Option<f64>>| variances.into_iter().map(Option::unwrap).collect::<Vec<_>>();
     let [a, s, c, covariance] = match &experiment.method().direction {
+        Direction::Jacobi { .. } => unreachable!("chains have no mix"),
         Direction::Shooting => {
             let kinds =
                 [WalkEstimator::ShootAbsorption, WalkEstimator::ShootSurvival, WalkEstimator::ShootCollision];

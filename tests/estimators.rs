@@ -31,6 +31,7 @@ fn scenes() -> [(&'static str, SceneSpec); 2] {
 /// of endless walks; roulette below a weight of 0.001 adds less than a thousandth.
 fn predicted(exact: &Exact, scene: &Scene, method: &Method) -> Vec<Option<f64>> {
     match &method.direction {
+        Direction::Jacobi { .. } => unreachable!("not among KINDS"),
         Direction::Shooting => {
             let estimator = match method.estimator {
                 EstimatorKind::Absorption => WalkEstimator::ShootAbsorption,

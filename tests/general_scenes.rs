@@ -53,6 +53,7 @@ fn predicted(exact: &Exact, method: &Method, birth: &[f64]) -> Vec<f64> {
     match (&method.direction, method.estimator) {
         (Direction::Shooting, EstimatorKind::Survival) => WalkEstimator::ShootSurvival.variances(exact),
         (Direction::Shooting, _) => WalkEstimator::ShootCollision.variances(exact),
+        (Direction::Jacobi { .. }, _) => unreachable!("not among the methods"),
         (Direction::Gathering(_), _) => {
             let variances = GatherEstimator::Collision.variances(exact, birth);
             variances.into_iter().map(|variance| variance.expect("a walk is born everywhere")).collect()

@@ -56,7 +56,10 @@ fn bad_usage_is_refused() {
     assert!(message.contains("no-such-job.toml"));
     refused(2, &["run", "configs/cube54.toml", "--set", "budget.paths=0"]);
     refused(2, &["run", "configs/cube54.toml", "--set", "bugdet.paths=10"]);
-    refused(2, &["run", "configs/cube54.toml", "--set", "method.walk=jacobi"]);
+    refused(
+        2,
+        &["run", "configs/cube54.toml", "--set", "method.walk=jacobi", "--set", "method.space=continuous"],
+    );
     let (code, ..) = run(&["run"]);
     assert_eq!(code, 2);
     let (code, ..) = run(&["run", "configs/cube54.toml", "--workers", "0"]);

@@ -17,6 +17,8 @@
 //! | L | the book, in bincode: whose walks these are, who delivered them, looks, sessions, the job |
 //! | 32 | BLAKE3 of all the bytes before |
 //!
+//! Where chains of rays take the place of walks, N counts chains, and absorbed … truncated count rays.
+//!
 //! A file is believed when its checksum is right, the walks of its parts add up to N, and the digests of all deliveries
 //! to that of its tally.
 
@@ -237,10 +239,12 @@ impl Checkpoint {
     /// # Errors
     /// Where they do not: the memory that held them failed.
     pub fn verify(&self) -> Result<(), CheckpointFault> {
-        let Counts { walks, absorbed, absorbed_back, escaped, truncated, .. } = self.tally.counts;
+        let Counts { walks, rays, absorbed, absorbed_back, escaped, truncated, .. } = self.tally.counts;
         let fault = |what| Err(CheckpointFault::Contradiction(what));
         let sum = |of: &[u64]| of.iter().map(|&count| u128::from(count)).sum::<u128>();
-        if sum(&[absorbed, absorbed_back, escaped, truncated]) != u128::from(walks) {
+        // A walk ends once. Where chains of rays take the place of walks, each of their rays does.
+        let ended = sum(&[absorbed, absorbed_back, escaped, truncated]);
+        if ended != u128::from(walks) && ended != u128::from(rays) {
             return fault("not every walk ended once");
         }
         let deliveries = || self.book.parts.iter().flat_map(|part| &part.deliveries);
@@ -433,6 +437,18 @@ mod tests {
         let sums: Vec<u128> = (0..3 * CHUNK_SUMS as u128 + 2).map(|i| i << 40).collect();
         let checkpoint = of(tally(100, &sums));
         assert_eq!(parse(&bytes_of(&checkpoint)).unwrap(), checkpoint);
+    }
+
+    /// Of chains every ray ends once, or every walk of walks; nothing in between.
+    #[test]
+    fn chains_of_rays_are_read_where_every_ray_ended_once() {
+        let ended = |absorbed: u64| {
+            let counts = Counts { walks: 8, rays: 250, absorbed, escaped: 9, ..Counts::default() };
+            let tally = Tally::from_parts(counts, 1, PAIR, vec![1, 2]).unwrap();
+            parse(&bytes_of(&of(tally)))
+        };
+        assert!(ended(241).is_ok());
+        assert!(matches!(ended(240).unwrap_err(), CheckpointFault::Contradiction(_)));
     }
 
     #[test]

@@ -28,9 +28,6 @@ pub const SILENCE: Duration = Duration::from_secs(10);
 /// A worker that holds leases and makes no progress for so long is lost.
 pub const STALL: Duration = Duration::from_secs(60);
 
-/// Leases per worker thread that are out at once: one under way, one waiting, so that no worker waits.
-const LEASES_PER_THREAD: usize = 2;
-
 /// How long a lease should take: long enough that messages cost nothing, short enough that a stop is prompt.
 const LEASE_SECONDS: f64 = 0.25;
 
@@ -81,6 +78,9 @@ pub struct Plan {
     pub paths: u64,
     /// Walks per stream.
     pub stream_paths: u64,
+    /// Leases per worker thread that are out at once: 2, one under way and one waiting, so that no worker waits; 1
+    /// where a walk is so long that one waiting here would be missed elsewhere.
+    pub leases_per_thread: usize,
     /// An empty tally of the job's shape.
     pub empty: Tally,
     /// When to stop, whatever has been reached.
@@ -494,7 +494,7 @@ impl Coordinator {
     fn hand_out(&mut self, now: Now) -> Vec<Action> {
         let mut actions = Vec::new();
         let threads: usize = self.working().map(|(_, peer)| peer.threads).sum();
-        for depth in 0..LEASES_PER_THREAD {
+        for depth in 0..self.plan.leases_per_thread {
             let mut hungry: Vec<PeerId> = self
                 .working()
                 .filter(|(_, peer)| peer.leases.len() < (depth + 1) * peer.threads)
@@ -532,7 +532,7 @@ impl Coordinator {
             LEASE_SECONDS + LEASE_SECONDS_PER_SUM * self.plan.empty.sums().len() as f64 + LEASE_SHARE * age;
         let by_rate = peer.rate * seconds;
         let by_growth = peer.longest_lease as f64 * LEASE_GROWTH;
-        let share = self.ledger.unleased() / (LEASES_PER_THREAD * threads) as u64;
+        let share = self.ledger.unleased() / (self.plan.leases_per_thread * threads) as u64;
         (by_rate.min(by_growth) as u64).min(share)
     }
 

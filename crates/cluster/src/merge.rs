@@ -13,7 +13,9 @@ pub enum MergeFault {
     #[error("it is of another scene (its patches mean other things); merge runs of one scene")]
     Scene,
     /// They were walked by different methods.
-    #[error("its walks score otherwise (another walk, estimator, space or mix); merge runs of one method")]
+    #[error(
+        "its walks score otherwise (another walk, estimator, space, mix or length of chains); merge runs of one method"
+    )]
     Method,
     /// Some walks are in both.
     #[error(

@@ -52,6 +52,12 @@ pub trait Work: Sync {
     fn board(&self) -> Self::Board;
     /// Shoots walks by number.
     fn shoot(&self, walks: Range<u64>, board: &mut Self::Board);
+    /// The same for walks that take long: asks `go_on` many times a second, which marks progress, and may leave the
+    /// board as it is once that says no, since nobody will ask for it.
+    fn shoot_while(&self, walks: Range<u64>, board: &mut Self::Board, go_on: &dyn Fn() -> bool) {
+        let _ = go_on;
+        self.shoot(walks, board);
+    }
     /// Empties the board onto a tally.
     ///
     /// # Errors
@@ -385,20 +391,23 @@ fn shoot_lease<W: Work>(
     chunk_walks: &mut u64,
     link: &Link,
 ) -> Result<Option<Tally>, String> {
+    let go_on = || {
+        link.progress.fetch_add(1, Ordering::Relaxed);
+        !link.over.load(Ordering::Relaxed)
+    };
     let mut total: Option<Tally> = None;
     let mut next = walks.start;
     while next < walks.end {
         let end = walks.end.min(next.saturating_add(BOARD_WALKS));
         while next < end {
-            if link.over.load(Ordering::Relaxed) {
-                return Ok(None);
-            }
             let chunk = next..end.min(next + *chunk_walks);
             next = chunk.end;
             let start = Instant::now();
-            work.shoot(chunk, board);
+            work.shoot_while(chunk, board, &go_on);
             *chunk_walks = paced(*chunk_walks, start.elapsed());
-            link.progress.fetch_add(1, Ordering::Relaxed);
+            if !go_on() {
+                return Ok(None);
+            }
         }
         let total = total.get_or_insert_with(|| work.empty());
         work.hand_over(board, total).map_err(|overflow| overflow.to_string())?;

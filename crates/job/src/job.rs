@@ -55,6 +55,8 @@ pub struct Job {
     pub simultaneous: bool,
     /// How it is solved.
     pub method: Method,
+    /// What of the method is not done as asked, and why.
+    pub note: Option<String>,
     /// What it may cost.
     pub budget: Budget,
     /// When it is accurate enough; `None`: the budget is spent whole.
@@ -66,9 +68,9 @@ pub struct Job {
 /// The table `[budget]`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Budget {
-    /// The number of the first walk; default 0. Runs of other ranges of one job can be merged.
+    /// The number of the first walk (Jacobi: ray); default 0. Runs of other ranges of one job can be merged.
     pub first_path: u64,
-    /// Walks of the whole job, at least 1.
+    /// Walks of the whole job (Jacobi: rays), at least 1.
     pub paths: u64,
     /// Walks per lease, in [1, 2²⁴]; default [`DEFAULT_STREAM_PATHS`].
     pub stream_paths: u64,
@@ -85,7 +87,7 @@ pub struct Target {
     pub relative_error: f64,
     /// The part of the patch area that must meet it, in (0, 1]; default 0.99.
     pub fraction: f64,
-    /// Walks before which no look is taken; default 1024.
+    /// Walks (Jacobi: rays) before which no look is taken; default 1024.
     pub min_paths: u64,
     /// Effective scores without which a patch does not meet it; default 10.
     pub min_hits: u64,
@@ -153,9 +155,21 @@ pub fn load(path: &Path, overrides: &[String]) -> Result<Job, Error> {
     let confidence = table.take("confidence").map(|value| read_confidence(&value)).transpose()?;
     let simultaneous = table.take("simultaneous").map(|value| value.boolean()).transpose()?.unwrap_or(false);
     let scene = read_scene(&mut table, path)?;
-    let method = read_method(method, scene.patch_count())?;
+    let (method, note) = read_method(method, scene.patch_count(), &budget)?;
     let confidence = confidence.unwrap_or(DEFAULT_CONFIDENCE);
-    Ok(Job { path: path.into(), name, scene, seed, confidence, simultaneous, method, budget, target, index })
+    Ok(Job {
+        path: path.into(),
+        name,
+        scene,
+        seed,
+        confidence,
+        simultaneous,
+        method,
+        note,
+        budget,
+        target,
+        index,
+    })
 }
 
 fn read_name(table: &mut Table<'_>, path: &Path) -> Result<String, Error> {

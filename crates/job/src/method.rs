@@ -4,7 +4,8 @@ use radiosity::{Birth, Direction, EstimatorKind, IndexChoice, InfiniteEnd, Space
 use serde::{Deserialize, Serialize};
 
 use crate::document::{Table, Value};
-use crate::error::Error;
+use crate::error::{Error, Place};
+use crate::job::Budget;
 
 /// A choice that files and outputs write as one word.
 pub trait Word: Copy + 'static {
@@ -58,7 +59,7 @@ pub struct Method {
     pub birth: Birth,
     /// Whether collision walks are scored by absorption and survival too, to find the best mix of both.
     pub mix: bool,
-    /// Walks or rays that share one randomisation or chain step; of the Sobol sampler and Jacobi only.
+    /// Rays of a chain; of Jacobi only, where [`crate::load`] puts it where the job names none.
     pub batch_paths: Option<u64>,
 }
 
@@ -67,7 +68,8 @@ impl Method {
     pub fn walks(&self) -> radiosity::Method {
         let direction = match self.walk {
             WalkKind::Gathering => Direction::Gathering(self.birth.clone()),
-            _ => Direction::Shooting,
+            WalkKind::Jacobi => Direction::Jacobi { chain_rays: self.batch_paths.unwrap_or(0) },
+            WalkKind::Shooting | WalkKind::Auto => Direction::Shooting,
         };
         radiosity::Method {
             direction,
@@ -192,13 +194,20 @@ const DEFAULT_LENGTH: u32 = 20;
 pub(crate) const METHOD_KEYS: &[&str] =
     &["walk", "estimator", "space", "sampler", "infinite", "birth", "mix", "batch_paths"];
 
-/// Reads `[method]`, for a scene of `patch_count` patches.
-pub(crate) fn read_method(mut table: Table<'_>, patch_count: u64) -> Result<Method, Error> {
-    Ok(Method {
-        walk: available(table.take("walk"), &[WalkKind::Shooting, WalkKind::Gathering])?,
-        estimator: available(table.take("estimator"), EstimatorKind::ALL)?,
-        space: available(table.take("space"), Space::ALL)?,
-        sampler: available(table.take("sampler"), &[Sampler::Random])?,
+/// Reads `[method]`, for a scene of `patch_count` patches and a budget; says what was not done as asked.
+pub(crate) fn read_method(
+    mut table: Table<'_>,
+    patch_count: u64,
+    budget: &Budget,
+) -> Result<(Method, Option<String>), Error> {
+    let walk = word(table.take("walk"))?;
+    let sampler = table.take("sampler");
+    let places = Places { walk: table.place("walk"), batch: table.place("batch_paths") };
+    let mut method = Method {
+        walk,
+        estimator: word(table.take("estimator"))?,
+        space: word(table.take("space"))?,
+        sampler: Sampler::default(),
         infinite: table.take("infinite").map(read_infinite).transpose()?.unwrap_or_default(),
         birth: table
             .take("birth")
@@ -207,22 +216,114 @@ pub(crate) fn read_method(mut table: Table<'_>, patch_count: u64) -> Result<Meth
             .unwrap_or_default(),
         mix: table.take("mix").map(|value| value.boolean()).transpose()?.unwrap_or_default(),
         batch_paths: table.take("batch_paths").map(|value| read_batch(&value)).transpose()?,
-    })
+    };
+    let note = settle_jacobi(&mut method, &places, patch_count, budget)?;
+    method.sampler = read_sampler(sampler, walk, method.walk)?;
+    Ok((method, note))
 }
 
-/// A choice that the program can carry out, the default where the key is absent.
-fn available<W: Word + Default + PartialEq>(value: Option<Value<'_>>, built: &[W]) -> Result<W, Error> {
-    let Some(value) = value else { return Ok(W::default()) };
-    let choice: W = value.word()?;
-    if built.contains(&choice) {
-        return Ok(choice);
+/// A choice, the default where the key is absent.
+fn word<W: Word + Default>(value: Option<Value<'_>>) -> Result<W, Error> {
+    value.map_or(Ok(W::default()), |value| value.word())
+}
+
+/// Walks draw random numbers, chains follow Sobol sequences. `asked` is what the job says, `walk` what it becomes.
+fn read_sampler(value: Option<Value<'_>>, asked: WalkKind, walk: WalkKind) -> Result<Sampler, Error> {
+    let jacobi = walk == WalkKind::Jacobi;
+    let default = if jacobi { Sampler::Sobol } else { Sampler::Random };
+    let Some(value) = value else { return Ok(default) };
+    match (value.word()?, jacobi) {
+        (Sampler::Sobol, false) if walk == asked => Err(Error::NotBuilt {
+            place: value.place(),
+            what: "\"sobol\" for walks".into(),
+            remedy: "write \"random\", or walk = \"jacobi\", whose rays follow Sobol sequences".into(),
+        }),
+        (Sampler::Random, true) => Err(value.refuse(
+            "\"random\" does not go with walk = \"jacobi\"".into(),
+            "the rays of its patches follow Sobol sequences, which costs nothing and errs far less",
+            "remove the key",
+        )),
+        _ => Ok(default),
     }
-    let words = built.iter().map(|choice| format!("{:?}", choice.word())).collect::<Vec<_>>().join(" or ");
-    Err(Error::NotBuilt {
-        place: value.place(),
-        what: format!("{:?}", choice.word()),
-        remedy: format!("write {words}"),
-    })
+}
+
+/// Where the keys stand that chains may be refused by.
+struct Places {
+    walk: Box<Place>,
+    batch: Box<Place>,
+}
+
+/// Chains of a job that does not say how many rays each has, if they are not too long then; fewer make no interval.
+const CHAINS: u64 = 8;
+
+/// With fewer rays per patch and chain, walks are the better choice.
+const RAYS_PER_PATCH: u64 = 16;
+
+/// Rays of a patch are counted in 32 bits.
+const MOST_CHAIN_RAYS: u64 = u32::MAX as u64;
+
+/// Up to so many patches are joined by so few links that chains may be as long as they like.
+const FEW_PATCHES: u64 = 1 << 12;
+
+/// Among more patches every ray may be a link, which takes memory: more rays make more chains, not longer ones, unless
+/// the job says otherwise.
+const LONG_CHAIN: u64 = 1 << 24;
+
+/// Decides between chains and walks: `auto` takes chains where they have rays enough, and `jacobi` without enough
+/// falls back to walks and says so.
+fn settle_jacobi(
+    method: &mut Method,
+    places: &Places,
+    patch_count: u64,
+    budget: &Budget,
+) -> Result<Option<String>, Error> {
+    let Budget { paths, first_path, .. } = *budget;
+    let asked = method.walk;
+    let fits = method.space == Space::Discrete && method.estimator == EstimatorKind::Collision && !method.mix;
+    match asked {
+        WalkKind::Shooting | WalkKind::Gathering => return Ok(None),
+        WalkKind::Jacobi if !fits => {
+            return Err(Error::Refused {
+                place: places.walk.clone(),
+                problem: "\"jacobi\" solves the system of the patches from single rays".into(),
+                why: "it has no other space than discrete, no estimators and no mix",
+                remedy: "remove `space`, `estimator` and `mix`, or choose walk = \"shooting\"".into(),
+            });
+        }
+        WalkKind::Jacobi | WalkKind::Auto => {}
+    }
+    let needed = RAYS_PER_PATCH.saturating_mul(patch_count);
+    let longest = if patch_count <= FEW_PATCHES { MOST_CHAIN_RAYS } else { LONG_CHAIN.max(needed) };
+    let chain_rays = method.batch_paths.unwrap_or((paths / CHAINS).min(longest));
+    if !fits || chain_rays < needed {
+        method.walk = WalkKind::Shooting;
+        return Ok((asked == WalkKind::Jacobi).then(|| {
+            format!(
+                "walk = \"jacobi\" fell back to shooting: a chain of {chain_rays} rays is too short for {patch_count} \
+                 patches (below {RAYS_PER_PATCH} rays per patch walks err less); give budget.paths ≥ {}",
+                needed.saturating_mul(CHAINS)
+            )
+        }));
+    }
+    if paths / chain_rays < CHAINS {
+        return Err(Error::Refused {
+            place: places.batch.clone(),
+            problem: format!("{paths} rays make {} chains of {chain_rays}", paths / chain_rays),
+            why: "intervals come from what independent chains differ by, and 8 are the fewest that tell",
+            remedy: format!("choose batch_paths ≤ {}, or remove it", paths / CHAINS),
+        });
+    }
+    if !first_path.is_multiple_of(chain_rays) {
+        return Err(Error::Refused {
+            place: places.batch.clone(),
+            problem: format!("budget.first_path = {first_path} begins no chain of {chain_rays} rays"),
+            why: "chains are shot whole",
+            remedy: "choose a first_path that is a multiple of batch_paths".into(),
+        });
+    }
+    method.walk = WalkKind::Jacobi;
+    method.batch_paths = Some(chain_rays);
+    Ok(None)
 }
 
 /// The word of an [`InfiniteEnd`], before its number is known.
@@ -328,5 +429,5 @@ fn read_patches(listed: Value<'_>, patch_count: u64) -> Result<Vec<u32>, Error> 
 }
 
 fn read_batch(value: &Value<'_>) -> Result<u64, Error> {
-    value.integer(1..=i64::MAX as u64, "a batch holds at least one walk")
+    value.integer(1..=MOST_CHAIN_RAYS, "a chain has at least one ray, and rays are counted in 32 bits")
 }

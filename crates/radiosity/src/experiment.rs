@@ -10,6 +10,7 @@ use crate::estimator::{
     Survival, fixed_units,
 };
 use crate::fate::{Analog, Coloured, Fate, FirstArrival, Infinite};
+use crate::jacobi::{self, ChainBoard};
 use crate::method::{Birth, Direction, EstimatorKind, InfiniteEnd, Method};
 use crate::patch::Patch;
 use crate::rng::Sequence;
@@ -54,6 +55,8 @@ pub enum Board<const M: usize> {
     RelatedFixed(Scoreboard<u128, u64, RELATED, M>),
     /// Three channels.
     Coloured(Scoreboard<u128, u64, 3, M>),
+    /// Whole chains of stochastic Jacobi.
+    Chains(ChainBoard<M>),
 }
 
 /// Does the same with whichever board it is.
@@ -65,6 +68,7 @@ macro_rules! with_board {
             Board::Fixed($board) => $body,
             Board::RelatedFixed($board) => $body,
             Board::Coloured($board) => $body,
+            Board::Chains($board) => $body,
         }
     };
 }
@@ -99,6 +103,8 @@ pub struct Experiment {
     scene: Scene,
     method: Method,
     gathering: Option<Gathering>,
+    /// What chains score H over [W/m²], per channel.
+    largest_radiosity: [f64; 3],
 }
 
 /// Runs walks with the event that an estimator scores and the fate its walks meet, in C channels.
@@ -141,14 +147,18 @@ impl Experiment {
         if method.mix && method.estimator != EstimatorKind::Collision {
             return Err(Unfit::Mix("collision walks; choose estimator = \"collision\", or remove `mix`"));
         }
+        if method.mix && matches!(method.direction, Direction::Jacobi { .. }) {
+            return Err(Unfit::Mix("walks, not chains; remove `mix`"));
+        }
         let gathering = match &method.direction {
-            Direction::Shooting => None,
+            Direction::Shooting | Direction::Jacobi { .. } => None,
             Direction::Gathering(birth) => {
                 check_births(birth, scene.patches().len())?;
                 Some(Gathering::new(&scene, &method, birth_probabilities(&scene, birth))?)
             }
         };
-        Ok(Experiment { scene, method, gathering })
+        let largest_radiosity = jacobi::largest_radiosity(&scene);
+        Ok(Experiment { scene, method, gathering, largest_radiosity })
     }
 
     /// The scene.
@@ -188,6 +198,9 @@ impl Experiment {
     }
 
     fn board_of<const M: usize>(&self, patches: usize) -> Board<M> {
+        if self.chain_rays().is_some() {
+            return Board::Chains(ChainBoard::new(patches, self.scene.channels()));
+        }
         let hits =
             self.method.direction == Direction::Shooting && self.method.estimator != EstimatorKind::Infinite;
         match (self.scene.channels(), hits, self.method.mix) {
@@ -199,13 +212,57 @@ impl Experiment {
         }
     }
 
-    /// Walks number `walks.start` … `walks.end` − 1 of a sequence, onto a board that [`Experiment::board`] made.
+    /// Rays of a chain, where chains take the place of walks.
+    pub fn chain_rays(&self) -> Option<u64> {
+        match self.method.direction {
+            Direction::Jacobi { chain_rays } => Some(chain_rays),
+            Direction::Shooting | Direction::Gathering(_) => None,
+        }
+    }
+
+    /// What a walk counts as in jobs: one path; a chain counts as one for each of its rays.
+    pub fn paths_per_walk(&self) -> u64 {
+        self.chain_rays().unwrap_or(1)
+    }
+
+    /// Walks (or chains) number `walks.start` … `walks.end` − 1 of a sequence, onto a board that
+    /// [`Experiment::board`] made.
     pub fn walk<const M: usize>(&self, sequence: &Sequence, walks: Range<u64>, board: &mut Board<M>) {
-        let counts = match &self.gathering {
-            None => self.shoot(sequence, walks, board),
-            Some(gathering) => self.gather(gathering, sequence, walks, board),
+        self.walk_while(sequence, walks, board, &|| true);
+    }
+
+    /// The same, but a chain, which may be long, is given up once `go_on` says no; it is asked many times a second.
+    /// What the board holds is of no use then.
+    pub fn walk_while<const M: usize>(
+        &self,
+        sequence: &Sequence,
+        walks: Range<u64>,
+        board: &mut Board<M>,
+        go_on: &dyn Fn() -> bool,
+    ) {
+        let counts = match (&self.gathering, board as &mut Board<M>) {
+            (None, Board::Chains(board)) => self.chains(sequence, walks, board, go_on),
+            (None, board) => self.shoot(sequence, walks, board),
+            (Some(gathering), board) => self.gather(gathering, sequence, walks, board),
         };
         with_board!(board, board => board.counts.add(&counts)).expect("64 bits outlast any process");
+    }
+
+    fn chains<const M: usize>(
+        &self,
+        sequence: &Sequence,
+        chains: Range<u64>,
+        board: &mut ChainBoard<M>,
+        go_on: &dyn Fn() -> bool,
+    ) -> Counts {
+        let mut counts = Counts::default();
+        let rays = self.chain_rays().expect("only chains have boards of chains");
+        for rng in sequence.walks_from(chains.start).take((chains.end - chains.start) as usize) {
+            let Some(outcome) = jacobi::chain(&self.scene, rng, rays, go_on) else { break };
+            board.add(&self.largest_radiosity, &outcome);
+            counts.add(&outcome.counts).expect("64 bits outlast any process");
+        }
+        counts
     }
 
     fn shoot<const M: usize>(&self, sequence: &Sequence, walks: Range<u64>, board: &mut Board<M>) -> Counts {
@@ -224,7 +281,9 @@ impl Experiment {
             Board::Coloured(board) => {
                 walk_by_estimator!(self, Coloured::new(), births, sequence, walks, V => &mut ShootWeights::<V, 3, M>::new(board))
             }
-            Board::RelatedFixed(_) => unreachable!("shooting walks that are never cut off score hits"),
+            Board::RelatedFixed(_) | Board::Chains(_) => {
+                unreachable!("shooting walks that are never cut off score hits, and chains are no walks")
+            }
         }
     }
 
@@ -381,9 +440,22 @@ pub struct Meaning {
 impl Experiment {
     /// What the sums of a patch mean in one channel; `None` where no walk can tell of it (gathering, p_i = 0).
     pub fn meaning(&self, patch: usize, channel: usize, tally: &Tally) -> Option<Meaning> {
+        if self.chain_rays().is_some() {
+            return Some(self.meaning_of_chains(channel));
+        }
         match &self.gathering {
             None => Some(self.meaning_of_shooting(&self.scene.patches().get(patch), channel, tally)),
             Some(gathering) => self.meaning_of_gathering(gathering, patch, channel, tally.layout().moments),
+        }
+    }
+
+    /// A chain scores H itself, over the largest radiosity there can be.
+    fn meaning_of_chains(&self, channel: usize) -> Meaning {
+        Meaning {
+            unit: 1.0 / jacobi::UNITS,
+            irradiance_per_event: Some(self.largest_radiosity[channel]),
+            ratio_bound: 1.0,
+            bias_bound: 0.0,
         }
     }
 

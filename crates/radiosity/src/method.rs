@@ -82,6 +82,11 @@ pub enum Direction {
     Shooting,
     /// From patches, looking for emitters.
     Gathering(Birth),
+    /// No walks but chains of single rays between patches: stochastic Jacobi. A chain takes the place of a walk.
+    Jacobi {
+        /// Rays of a chain.
+        chain_rays: u64,
+    },
 }
 
 /// A kind of walk and what it scores.

@@ -81,10 +81,14 @@ impl Solution {
         let scene = experiment.scene();
         let channels = scene.channels();
         let all = scene.patches().iter().enumerate().flat_map(|(i, p)| (0..channels).map(move |c| (i, p, c)));
+        let student = experiment.chain_rays().map(|_| Student::new(tally.counts.walks, confidence));
         let estimate = |(i, patch, channel): (usize, Patch, usize)| {
             let meaning = experiment.meaning(i, channel, tally)?;
-            let moments = moments(tally, i, channel);
-            Some(estimate(&patch, channel, &moments, tally.events(i), &meaning, confidence))
+            let (moments, events) = (moments(tally, i, channel), tally.events(i));
+            Some(match &student {
+                Some(student) => estimate_of_chains(&patch, channel, &moments, events, &meaning, student),
+                None => estimate(&patch, channel, &moments, events, &meaning, confidence),
+            })
         };
         let mixes = experiment.method().mix.then(|| {
             let patches = 0..scene.patches().len();
@@ -179,7 +183,7 @@ impl Mix {
         let (absorbed, survived) = match experiment.method().direction {
             Direction::Shooting if reflectance == 0.0 => (1.0, 0.0),
             Direction::Shooting => (1.0 / (1.0 - reflectance), 1.0 / reflectance),
-            Direction::Gathering(_) => (1.0, 1.0),
+            Direction::Gathering(_) | Direction::Jacobi { .. } => (1.0, 1.0),
         };
         let [collision, absorption, survival, sum] = [0, 1, 2, 3].map(|score| moments(tally, i, score));
         let variance = |moments: &Moments| moments.standard_error().map_or(0.0, |error| error * error);
@@ -229,6 +233,57 @@ fn estimate(
         hits,
         effective_scores: moments.sum as f64 / moments.sum_sq.max(1) as f64 * moments.sum as f64,
         bias_bound,
+    }
+}
+
+/// What the mean of n independent chains says: it errs as Student's t of n − 1 degrees of freedom.
+struct Student {
+    /// Half-width of the interval, in standard errors of the mean; `None` of a single chain.
+    quantile: Option<f64>,
+    /// √(ν/(ν − 2)): the standard deviation of t; `None` where that is infinite, of 3 chains or fewer.
+    deviation: Option<f64>,
+}
+
+impl Student {
+    fn new(chains: u64, confidence: f64) -> Self {
+        let freedom = chains.saturating_sub(1);
+        let quantile = (freedom > 0).then(|| stats::student_quantile(0.5 + 0.5 * confidence, freedom));
+        let deviation = (freedom > 2).then(|| (freedom as f64 / (freedom - 2) as f64).sqrt());
+        Student { quantile, deviation }
+    }
+}
+
+/// The mean of the chains and its Student interval. The standard error is that of the whole distribution, √(ν/(ν − 2))
+/// times s/√n: it would be too small by as much, had the sample's own been taken for the truth. What a single chain
+/// says, or chains that all say the same, is bounded by the largest radiosity alone.
+fn estimate_of_chains(
+    patch: &Patch,
+    channel: usize,
+    moments: &Moments,
+    landed: u128,
+    meaning: &Meaning,
+    student: &Student,
+) -> Estimate {
+    let per_event = meaning.irradiance_per_event.unwrap_or(0.0);
+    let per_unit = meaning.unit * per_event;
+    let (emitted, reflectance) = (patch.emittance[channel], patch.reflectance[channel]);
+    let mean = per_unit * moments.mean().unwrap_or(0.0);
+    let sample_error = moments.standard_error().map(|error| per_unit * error).filter(|&error| error > 0.0);
+    let (low, high) = match sample_error.zip(student.quantile) {
+        Some((error, quantile)) => ((mean - quantile * error).max(0.0), mean + quantile * error),
+        None => (0.0, per_event.max(mean)),
+    };
+    let error = sample_error.zip(student.deviation).map(|(error, deviation)| deviation * error);
+    Estimate {
+        radiosity: emitted + reflectance * mean,
+        std_error: error.map(|error| reflectance * error),
+        ci_low: emitted + reflectance * low,
+        ci_high: emitted + reflectance * high,
+        irradiance: Some(mean),
+        irradiance_error: error,
+        hits: landed,
+        effective_scores: landed as f64,
+        bias_bound: 0.0,
     }
 }
 

@@ -26,7 +26,7 @@ pub struct Summary {
     /// How walks and scores are made.
     #[serde(flatten)]
     pub method: Method,
-    /// Walks 0 … N − 1 are in the result; this is N.
+    /// Walks 0 … N − 1 are in the result; this is N. Jacobi: rays of all chains.
     pub paths: u64,
     /// Rays traced.
     pub rays: u64,
@@ -130,6 +130,13 @@ pub struct Method {
     pub sampler: String,
 }
 
+impl Method {
+    /// Whether chains of rays take the place of walks.
+    fn is_jacobi(&self) -> bool {
+        self.walk == "jacobi"
+    }
+}
+
 /// [`Precision`] as the summary shows it.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct PrecisionSummary {
@@ -154,7 +161,7 @@ pub enum Energy {
         /// Walks that left the scene.
         escaped: u64,
     },
-    /// Weighted walks.
+    /// Weighted walks, and chains.
     Power {
         /// Power that set out [W], all channels together; importance 1 for gathering walks.
         emitted: f64,
@@ -275,6 +282,7 @@ impl Summary {
     pub fn new(scene: &Scene, tally: &Tally, solution: &Solution, facts: RunFacts) -> Self {
         let counts = tally.counts;
         let energy = Energy::new(scene, &counts, &facts.method);
+        let paths = if facts.method.is_jacobi() { counts.rays } else { counts.walks };
         Summary {
             version: facts.version,
             git: facts.git,
@@ -284,14 +292,14 @@ impl Summary {
             seed: facts.seed,
             model: Model::new(scene, &facts.method, tally.layout().moments),
             method: facts.method,
-            paths: counts.walks,
+            paths,
             rays: counts.rays,
             escaped: counts.escaped,
             absorbed_back: counts.absorbed_back,
             truncated: counts.truncated,
             seconds: facts.seconds,
             cpu_seconds: facts.cpu_seconds,
-            paths_per_second: counts.walks as f64 / facts.seconds,
+            paths_per_second: paths as f64 / facts.seconds,
             rays_per_second: counts.rays as f64 / facts.seconds,
             workers_seen: facts.workers_seen,
             workers_lost: facts.workers_lost,
@@ -320,7 +328,7 @@ impl Summary {
 impl Energy {
     /// The balance of some walks. Gathering walks carry importance: each sets out with 1.
     fn new(scene: &Scene, counts: &Counts, method: &Method) -> Self {
-        if method.estimator != "infinite" {
+        if method.estimator != "infinite" && !method.is_jacobi() {
             let absorbed = counts.absorbed + counts.absorbed_back;
             return Energy::Walks { emitted: counts.walks, absorbed, escaped: counts.escaped };
         }
@@ -377,6 +385,9 @@ impl Model {
             }
         };
         let space = match self.space.as_str() {
+            _ if self.walk == "jacobi" => {
+                "Chains of single rays count how patches are linked: the answer is that of the patches' radiosity system."
+            }
             "continuous" => {
                 "Walks go on from the point they hit: the answer is that of the integral equation."
             }
@@ -386,6 +397,9 @@ impl Model {
         };
         let channels = match self.channels {
             1 => "Every reflectance and emittance is grey: one channel is modelled.",
+            _ if self.walk == "jacobi" => {
+                "Some reflectance or emittance is coloured: the same links are solved for red, green and blue."
+            }
             _ => {
                 "Some reflectance or emittance is coloured: each walk serves red, green and blue by three weights."
             }

@@ -67,6 +67,7 @@ pub fn plan(paths: u64, stream_paths: u64) -> Plan {
         build: BUILD.into(),
         paths,
         stream_paths,
+        leases_per_thread: 2,
         empty: Tally::new(PATCHES, LAYOUT),
         wall: None,
         first: 0,

@@ -1,4 +1,5 @@
 //! A folder per test to write job and scene files in.
+#![allow(dead_code, reason = "each test file uses its own part")]
 
 use std::fs;
 use std::path::{Path, PathBuf};

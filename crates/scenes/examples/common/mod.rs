@@ -1,4 +1,5 @@
 //! Timing whole walks.
+#![allow(dead_code, reason = "each example uses its own part")]
 
 use std::error::Error;
 
@@ -49,7 +50,7 @@ impl Walks {
 }
 
 /// Processor time of this thread [s]: what else runs on the machine does not count.
-fn processor_seconds() -> f64 {
+pub fn processor_seconds() -> f64 {
     let now = clock_gettime(ClockId::ThreadCPUTime);
     now.tv_sec as f64 + 1e-9 * now.tv_nsec as f64
 }

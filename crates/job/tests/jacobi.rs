@@ -1,0 +1,94 @@
+//! Chains or walks: what a job with `walk = "jacobi"` or `"auto"` becomes.
+
+mod common;
+
+use std::path::Path;
+
+use job::{Error, Job, Sampler, WalkKind, job_hash, load};
+
+/// A job on the 54-patch cube.
+fn cube54(set: &[&str]) -> Job {
+    load_cube54(set).unwrap()
+}
+
+fn load_cube54(set: &[&str]) -> Result<Job, Error> {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../configs/cube54.toml");
+    load(&path, &set.iter().map(|&set| set.to_owned()).collect::<Vec<_>>())
+}
+
+#[test]
+fn eight_chains_share_the_rays_unless_the_job_says_otherwise() {
+    let job = cube54(&["method.walk=jacobi", "budget.paths=100003"]);
+    assert_eq!((job.method.walk, job.method.sampler), (WalkKind::Jacobi, Sampler::Sobol));
+    assert_eq!((job.method.batch_paths, job.note), (Some(12_500), None));
+    let job = cube54(&["method.walk=jacobi", "budget.paths=100003", "method.batch_paths=1000"]);
+    assert_eq!(job.method.batch_paths, Some(1000));
+}
+
+#[test]
+fn chains_of_many_patches_are_kept_short() {
+    let budget = "budget.paths=100000000000";
+    assert_eq!(cube54(&["method.walk=jacobi", budget]).method.batch_paths, Some(u32::MAX.into()));
+    let folder = common::Folder::new("many-patches");
+    let scene = "[material.w]\nreflectance = 0.5\nemittance = 1\n[[surface]]\nmaterial = \"w\"\n\
+                 quad = [[0,0,0],[1,0,0],[0,1,0]]\npatches = [100, 100]\n";
+    folder.write("s.toml", scene);
+    let job = "scene = \"s.toml\"\nmethod.walk = \"jacobi\"\nbudget.paths = 100000000000\n";
+    let path = folder.write("j.toml", job);
+    let chain_rays = |set: &[String]| load(&path, set).unwrap().method.batch_paths;
+    assert_eq!(chain_rays(&[]), Some(1 << 24));
+    assert_eq!(chain_rays(&["method.batch_paths=50000000".into()]), Some(50_000_000));
+}
+
+#[test]
+fn the_length_of_chains_is_part_of_the_answer() {
+    let hash = |set: &[&str]| job_hash([0; 32], &cube54(set).method, 1);
+    let short = hash(&["method.walk=jacobi", "budget.paths=80000", "method.batch_paths=1000"]);
+    let more = hash(&["method.walk=jacobi", "budget.paths=90000", "method.batch_paths=1000"]);
+    let long = hash(&["method.walk=jacobi", "budget.paths=80000", "method.batch_paths=2000"]);
+    assert_eq!(short, more, "more chains of the same length are the same answer, further on");
+    assert_ne!(short, long);
+    assert_ne!(short, hash(&["budget.paths=80000"]));
+}
+
+#[test]
+fn a_range_begins_with_a_whole_chain() {
+    let jacobi = ["method.walk=jacobi", "budget.paths=80000", "method.batch_paths=1000"];
+    assert_eq!(cube54(&[&jacobi[..], &["budget.first_path=5000"]].concat()).budget.first_path, 5000);
+    let refused = load_cube54(&[&jacobi[..], &["budget.first_path=5001"]].concat()).unwrap_err().to_string();
+    assert!(refused.contains("5001 begins no chain of 1000 rays"), "{refused}");
+}
+
+#[test]
+fn rays_of_chains_follow_sobol_sequences() {
+    let jacobi = ["method.walk=jacobi", "budget.paths=100000"];
+    assert_eq!(cube54(&[&jacobi[..], &["method.sampler=sobol"]].concat()).method.sampler, Sampler::Sobol);
+    let refused = load_cube54(&[&jacobi[..], &["method.sampler=random"]].concat()).unwrap_err().to_string();
+    assert!(refused.contains("method.sampler") && refused.contains("remove the key"), "{refused}");
+    // Walks that chains fell back to do not, whatever was asked of the chains.
+    let few = cube54(&["method.walk=jacobi", "budget.paths=1000", "method.sampler=sobol"]);
+    assert_eq!(few.method.sampler, Sampler::Random);
+}
+
+/// 54 patches ask for 16 · 54 = 864 rays a chain, 6,912 in all.
+#[test]
+fn too_few_rays_per_patch_fall_back_to_walks_and_say_so() {
+    let few = cube54(&["method.walk=jacobi", "budget.paths=6911"]);
+    assert_eq!((few.method.walk, few.method.sampler), (WalkKind::Shooting, Sampler::Random));
+    let note = few.note.unwrap();
+    assert!(note.contains("863 rays") && note.contains("budget.paths ≥ 6912"), "{note}");
+    assert_eq!(cube54(&["method.walk=jacobi", "budget.paths=6912"]).method.walk, WalkKind::Jacobi);
+}
+
+#[test]
+fn auto_takes_chains_where_they_are_long_enough() {
+    let walk = |set: &[&str]| {
+        let job = cube54(&[&["method.walk=auto"], set].concat());
+        assert_eq!(job.note, None, "auto gets what it asks for");
+        job.method.walk
+    };
+    assert_eq!(walk(&["budget.paths=6912"]), WalkKind::Jacobi);
+    assert_eq!(walk(&["budget.paths=6911"]), WalkKind::Shooting);
+    assert_eq!(walk(&["budget.paths=6912", "method.space=continuous"]), WalkKind::Shooting);
+    assert_eq!(walk(&["budget.paths=6912", "method.estimator=infinite"]), WalkKind::Shooting);
+}

@@ -1,0 +1,91 @@
+//! Where chains score: exact sums of whole chains.
+
+use super::Outcome;
+use crate::scene::Scene;
+use crate::tally::{Counts, Layout, Overflow, Tally};
+
+/// Units of score in the largest radiosity that a channel can have: H is scored in fixed point.
+pub(crate) const UNITS: f64 = (1_u64 << 40) as f64;
+
+/// The sums of M powers of the scores of chains.
+#[derive(Clone, Debug)]
+pub struct ChainBoard<const M: usize> {
+    /// Chains, and how their rays ended.
+    pub counts: Counts,
+    layout: Layout,
+    patches: usize,
+    /// Patch-major; `None` once one has left its range.
+    sums: Option<Vec<u128>>,
+}
+
+impl<const M: usize> ChainBoard<M> {
+    /// An empty board of one score per channel.
+    pub(crate) fn new(patches: usize, channels: usize) -> Self {
+        let layout = Layout { scores: channels, moments: M, events: true };
+        ChainBoard {
+            counts: Counts::default(),
+            layout,
+            patches,
+            sums: Some(vec![0; patches * layout.columns()]),
+        }
+    }
+
+    /// What [`ChainBoard::take`] hands over.
+    pub fn layout(&self) -> Layout {
+        self.layout
+    }
+
+    /// Scores one chain: H of each patch over `largest`, that of [`largest_radiosity`], and the rays that landed.
+    pub(crate) fn add(&mut self, largest: &[f64; 3], outcome: &Outcome) {
+        let patches = outcome.irradiance.chunks_exact(self.layout.scores).zip(&outcome.landed);
+        let columns = patches.flat_map(|(irradiance, &landed)| {
+            let scores =
+                irradiance.iter().zip(largest).flat_map(|(h, largest)| powers::<M>(units(*h, *largest)));
+            scores.chain([Some(u128::from(landed))])
+        });
+        self.sums = self.sums.take().and_then(|sums| {
+            sums.into_iter().zip(columns).map(|(sum, column)| sum.checked_add(column?)).collect()
+        });
+    }
+
+    /// Hands over all that was scored and empties the board.
+    ///
+    /// # Errors
+    /// Where a sum has left its range.
+    pub fn take(&mut self) -> Result<Tally, Overflow> {
+        let empty = vec![0; self.patches * self.layout.columns()];
+        let sums = self.sums.replace(empty).ok_or(Overflow)?;
+        let counts = std::mem::take(&mut self.counts);
+        Ok(Tally::from_parts(counts, self.patches, self.layout, sums).expect("the layout is the board's own"))
+    }
+
+    /// Adds all that was scored to a tally of this layout and empties the board.
+    ///
+    /// # Errors
+    /// Where a sum has left its range; then the tally is unusable.
+    pub fn add_to(&mut self, tally: &mut Tally) -> Result<(), Overflow> {
+        tally.merge(&self.take()?).map_err(|_| Overflow)
+    }
+}
+
+/// max E/(1 − max R) [W/m²] of each channel: no radiosity, and so no irradiance, exceeds it. 1 where there is no light.
+pub(crate) fn largest_radiosity(scene: &Scene) -> [f64; 3] {
+    std::array::from_fn(|channel| {
+        let emittance = scene.patches().iter().map(|patch| patch.emittance[channel]).fold(0.0, f64::max);
+        if emittance > 0.0 { emittance / (1.0 - scene.max_reflectance()[channel]) } else { 1.0 }
+    })
+}
+
+/// The nearest whole number of units. Rounding is below 10⁻¹² of the largest radiosity; below 0 is rounding, too.
+fn units(irradiance: f64, largest: f64) -> u128 {
+    (irradiance / largest * UNITS + 0.5) as u128
+}
+
+/// x, x² … x^M, where they fit.
+fn powers<const M: usize>(x: u128) -> [Option<u128>; M] {
+    let mut power = Some(1_u128);
+    std::array::from_fn(|_| {
+        power = power.and_then(|power| power.checked_mul(x));
+        power
+    })
+}

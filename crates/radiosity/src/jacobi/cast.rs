@@ -1,0 +1,227 @@
+//! Rays that faces shoot: each goes on along its own scrambled Sobol sequence.
+
+use super::faces::{Face, Faces};
+use crate::arrive::Arrivals;
+use crate::batch::WIDTH;
+use crate::depart::Departures;
+use crate::isa::on_isa;
+use crate::method::Space;
+use crate::rng::unit_32;
+use crate::scene::Scene;
+use crate::sobol::{DIMENSIONS, Points, Sobol, scramble};
+use crate::trace::{Hits, Rays};
+use crate::tree::Scratch;
+
+/// Shoots rays from faces. The n-th ray of a face is the n-th point of the face's sequence, whenever it is shot.
+pub(crate) struct Caster<'a> {
+    faces: &'a Faces<'a>,
+    /// Tells this chain's scramblings from those of others.
+    key: u64,
+    /// Rays that each face has shot.
+    pub(crate) shot: Vec<u32>,
+    /// Rays that landed on each face.
+    pub(crate) landed: Vec<u64>,
+    /// Rays of each face that left the scene, that ended on backs.
+    pub(crate) lost: Vec<[u32; 2]>,
+    batch: Box<Batch>,
+}
+
+/// Rays that are traced together.
+struct Batch {
+    len: usize,
+    /// The faces they leave.
+    from: [u32; WIDTH],
+    /// Their patches.
+    patch: [u32; WIDTH],
+    points: Points,
+    seeds: Points,
+    departures: Departures,
+    rays: Rays,
+    hits: Hits,
+    arrivals: Arrivals,
+    scratch: Scratch,
+}
+
+/// A ray of a chain ends where it lands: nobody asks who survives, or where from.
+static NO_DRAWS: [[u64; WIDTH]; 3] = [[0; WIDTH]; 3];
+
+impl Default for Batch {
+    fn default() -> Self {
+        Batch {
+            len: 0,
+            from: [0; WIDTH],
+            patch: [0; WIDTH],
+            points: [[0; WIDTH]; DIMENSIONS],
+            seeds: [[0; WIDTH]; DIMENSIONS],
+            departures: Departures::default(),
+            rays: Rays::default(),
+            hits: Hits::default(),
+            arrivals: Arrivals::default(),
+            scratch: Scratch::default(),
+        }
+    }
+}
+
+/// Rays that leave one face, one after the other.
+struct Origin {
+    number: u32,
+    face: Face,
+    sequence: Sobol,
+    seeds: [u32; DIMENSIONS],
+}
+
+/// Mixes 64 bits (the finaliser of SplitMix64).
+#[inline(always)]
+fn mix(mut z: u64) -> u64 {
+    z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+    z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+    z ^ (z >> 31)
+}
+
+/// A seed per dimension for the rays of one face.
+fn seeds(key: u64, face: u32) -> [u32; DIMENSIONS] {
+    let a = mix(key ^ mix(u64::from(face).wrapping_mul(0x9E37_79B9_7F4A_7C15)));
+    let b = mix(a ^ 0xD1B5_4A32_D192_ED03);
+    [a as u32, (a >> 32) as u32, b as u32, (b >> 32) as u32]
+}
+
+impl<'a> Caster<'a> {
+    /// Nothing shot yet.
+    pub(crate) fn new(faces: &'a Faces, key: u64) -> Self {
+        let count = faces.list.len();
+        Caster {
+            faces,
+            key,
+            shot: vec![0; count],
+            landed: vec![0; count],
+            lost: vec![[0; 2]; count],
+            batch: Box::default(),
+        }
+    }
+
+    /// Rays shot so far.
+    pub(crate) fn rays(&self) -> u64 {
+        self.shot.iter().map(|&shot| u64::from(shot)).sum()
+    }
+
+    /// Shoots `rays[i]` more rays from each face i, face by face; `land(i, j)` for each that lands on a face j. `None`
+    /// once `go_on` says no, which is asked for every batch.
+    pub(crate) fn cast(
+        &mut self,
+        rays: &[u32],
+        go_on: &dyn Fn() -> bool,
+        mut land: impl FnMut(u32, u32),
+    ) -> Option<()> {
+        for (i, &more) in rays.iter().enumerate().filter(|(_, more)| **more > 0) {
+            let shot = &mut self.shot[i];
+            let number = i as u32;
+            let mut origin = Origin {
+                number,
+                face: self.faces.list[i],
+                sequence: Sobol::at(*shot),
+                seeds: seeds(self.key, number),
+            };
+            *shot += more;
+            for _ in 0..more {
+                self.batch.push(&mut origin);
+                if self.batch.len == WIDTH {
+                    self.trace(&mut land);
+                    if !go_on() {
+                        return None;
+                    }
+                }
+            }
+        }
+        self.trace(&mut land);
+        Some(())
+    }
+
+    /// Traces the batch and tells where its rays land.
+    fn trace(&mut self, land: &mut impl FnMut(u32, u32)) {
+        let (scene, batch) = (self.faces.scene, &mut *self.batch);
+        let len = std::mem::take(&mut batch.len);
+        batch.leave(scene, len);
+        scene.index.closest_hits(&scene.facets, &batch.rays, &mut batch.scratch, &mut batch.hits);
+        batch.arrivals.locate(scene.isa, scene, Space::Discrete, len, &batch.hits, &NO_DRAWS);
+        for (i, &from) in batch.from.iter().enumerate().take(len) {
+            if batch.arrivals.active.has(i) {
+                let (surface, facing) = (batch.hits.surface[i], batch.hits.facing[i]);
+                let to = self.faces.met(batch.arrivals.patch[i], surface, facing);
+                self.landed[to as usize] += 1;
+                land(from, to);
+            } else {
+                let back = batch.arrivals.met.has(i);
+                self.lost[from as usize][usize::from(back)] += 1;
+            }
+        }
+    }
+}
+
+impl Batch {
+    /// Adds the next ray of an origin; there must be room.
+    #[inline(always)]
+    fn push(&mut self, origin: &mut Origin) {
+        let i = self.len;
+        let numbers = origin.sequence.next().into_iter().zip(origin.seeds);
+        for ((points, seeds), (number, seed)) in self.points.iter_mut().zip(&mut self.seeds).zip(numbers) {
+            (points[i], seeds[i]) = (number, seed);
+        }
+        self.from[i] = origin.number;
+        self.patch[i] = origin.face.patch;
+        self.departures.surface[i] = origin.face.surface;
+        self.departures.facing[i] = origin.face.facing;
+        self.len += 1;
+    }
+
+    /// Turns the points of the first `len` rays into rays: two numbers for the place, two for the direction.
+    fn leave(&mut self, scene: &Scene, len: usize) {
+        let (points, seeds) = (&mut self.points, &self.seeds);
+        on_isa!(scene.isa, scramble(points: &mut Points, seeds: &Points));
+        let [across, along, polar, turn] = points;
+        for i in 0..len {
+            let surface = &scene.surfaces()[self.departures.surface[i] as usize];
+            let cell = self.patch[i] - surface.first_patch();
+            let place = surface.point_in_cell(cell, [across[i], along[i]].map(unit_32));
+            [self.departures.uv[0][i], self.departures.uv[1][i]] = place;
+            self.departures.direction[i] = u64::from(polar[i]) << 32 | u64::from(turn[i]);
+        }
+        self.departures.leave(scene.isa, &scene.frames, len, &mut self.rays);
+    }
+}
+
+/// Whole numbers of rays in proportion to `shares` ≥ 0, `total` in all: systematic, from an offset in [0, 1), so that
+/// each expects its share and gets one of the two whole numbers next to it. Where no share is above 0, all are alike.
+pub(crate) fn systematic(shares: &[f64], total: u64, offset: f64) -> Vec<u32> {
+    let sum: f64 = shares.iter().sum();
+    let alike = if sum > 0.0 { 0.0 } else { 1.0 };
+    let per_share = total as f64 / (sum + alike * shares.len() as f64);
+    let (mut cumulated, mut before) = (0.0, 0);
+    let counts = shares.iter().enumerate().map(|(i, share)| {
+        cumulated += share + alike;
+        let last = i + 1 == shares.len();
+        // The last sum may err by a rounding; the total may not.
+        let end = if last { total } else { ((cumulated * per_share + offset) as u64).clamp(before, total) };
+        (end - std::mem::replace(&mut before, end)) as u32
+    });
+    counts.collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn systematic_shares_are_rounded_to_a_neighbour_and_add_up() {
+        let shares = [0.5, 0.0, 3.25, 1e-9, 6.25];
+        for offset in [0.0, 0.3, 0.999] {
+            for total in [0, 1, 10, 1_000_003] {
+                let counts = systematic(&shares, total, offset);
+                assert_eq!(counts.iter().map(|&count| u64::from(count)).sum::<u64>(), total);
+                for (count, share) in counts.iter().zip(shares) {
+                    assert!((f64::from(*count) - share / 10.0 * total as f64).abs() < 1.001, "{counts:?}");
+                }
+            }
+        }
+        assert_eq!(systematic(&[0.0, 0.0], 4, 0.5).iter().sum::<u32>(), 4);
+    }
+}

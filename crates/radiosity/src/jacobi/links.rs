@@ -1,0 +1,131 @@
+//! Links: which faces rays have joined, and how strongly.
+//!
+//! A ray from i meets j with probability F_ij. Of n_i rays from i and n_j from j, c_ij + c_ji join the two, and both
+//! counts expect A_i·F_ij = A_j·F_ji times their density n/A of rays: K_ij = (c_ij + c_ji)/(n_i/A_i + n_j/A_j) is an
+//! unbiased estimate of the exchange area A_i·F_ij, symmetric as that is.
+
+use super::cast::Caster;
+use super::faces::Faces;
+
+/// Rays from one face that met another.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Link {
+    pub(crate) from: u32,
+    pub(crate) to: u32,
+    pub(crate) rays: u32,
+}
+
+/// Counts links. The rays of a face come one after the other, so that one row of counts is open at a time.
+pub(crate) struct LinkTable {
+    row: u32,
+    counts: Vec<u32>,
+    touched: Vec<u32>,
+    links: Vec<Link>,
+}
+
+impl LinkTable {
+    /// No link yet, between `faces` faces.
+    pub(crate) fn new(faces: usize) -> Self {
+        LinkTable { row: 0, counts: vec![0; faces], touched: Vec::new(), links: Vec::new() }
+    }
+
+    /// Counts a ray.
+    #[inline(always)]
+    pub(crate) fn count(&mut self, from: u32, to: u32) {
+        if from != self.row {
+            self.end_row();
+            self.row = from;
+        }
+        let count = &mut self.counts[to as usize];
+        if *count == 0 {
+            self.touched.push(to);
+        }
+        *count += 1;
+    }
+
+    /// Closes the open row.
+    pub(crate) fn end_row(&mut self) {
+        for to in self.touched.drain(..) {
+            let rays = std::mem::take(&mut self.counts[to as usize]);
+            self.links.push(Link { from: self.row, to, rays });
+        }
+    }
+}
+
+/// All links of a chain with their exchange areas.
+pub(crate) struct Links<'a> {
+    links: &'a [Link],
+    /// K of each link [m²].
+    exchange: Vec<f64>,
+    /// Σ_j K_ij + A_i·(lost part): the area that face i exchanges through [m²]. It expects A_i.
+    total: Vec<f64>,
+    /// A_i × the part of the face's rays that escaped, that ended on backs [m²].
+    lost: Vec<[f64; 2]>,
+    pub(crate) faces: &'a Faces<'a>,
+}
+
+impl<'a> Links<'a> {
+    /// Weighs the links by what the faces have shot.
+    pub(crate) fn new(table: &'a LinkTable, caster: &Caster, faces: &'a Faces<'a>) -> Self {
+        let density: Vec<f64> =
+            caster.shot.iter().zip(&faces.areas).map(|(&shot, area)| f64::from(shot) / area).collect();
+        let lost: Vec<[f64; 2]> = caster
+            .lost
+            .iter()
+            .zip(&density)
+            .map(|(lost, density)| lost.map(|rays| if rays > 0 { f64::from(rays) / density } else { 0.0 }))
+            .collect();
+        let links = &table.links[..];
+        let exchange: Vec<f64> = links
+            .iter()
+            .map(|link| f64::from(link.rays) / (density[link.from as usize] + density[link.to as usize]))
+            .collect();
+        let mut total: Vec<f64> =
+            lost.iter().map(|[escaped, absorbed_back]| escaped + absorbed_back).collect();
+        for (link, k) in links.iter().zip(&exchange) {
+            total[link.from as usize] += k;
+            total[link.to as usize] += k;
+        }
+        Links { links, exchange, total, lost, faces }
+    }
+
+    /// Σ_j K_ij + A_i·(lost part) [m²].
+    pub(crate) fn total(&self) -> &[f64] {
+        &self.total
+    }
+
+    /// Adds `sign`·Σ_j K_ij x_j to every y_i.
+    pub(crate) fn add_incoming(&self, sign: f64, x: &[f64], y: &mut [f64]) {
+        for (link, k) in self.links.iter().zip(&self.exchange) {
+            let (from, to, k) = (link.from as usize, link.to as usize, sign * k);
+            y[from] += k * x[to];
+            y[to] += k * x[from];
+        }
+    }
+
+    /// H of every face [W/m²] in one channel, given B there. Where a face reflects and does not emit, H = b/R, which
+    /// conserves energy. An emitter's E would drown what comes in, and b of a black face says nothing: there H is what
+    /// comes along its links, over all of them.
+    pub(crate) fn irradiance(&self, channel: usize, radiosity: &[f64]) -> Vec<f64> {
+        let mut incoming = vec![0.0; radiosity.len()];
+        self.add_incoming(1.0, radiosity, &mut incoming);
+        let faces = self.faces.list.iter().zip(radiosity).zip(incoming.iter().zip(&self.total));
+        faces
+            .map(|((face, b), (incoming, total))| {
+                let reflectance = face.reflectance[channel];
+                if reflectance > 0.0 && face.emittance[channel] == 0.0 {
+                    b / reflectance
+                } else if *total > 0.0 {
+                    incoming / total
+                } else {
+                    0.0
+                }
+            })
+            .collect()
+    }
+
+    /// Power that escapes and that ends on backs [W], given B.
+    pub(crate) fn lost_power(&self, radiosity: &[f64]) -> [f64; 2] {
+        [0, 1].map(|way| self.lost.iter().zip(radiosity).map(|(lost, b)| lost[way] * b).sum())
+    }
+}

@@ -1,0 +1,289 @@
+//! What chains of stochastic Jacobi gain over collision walks at equal processor time:
+//! `cargo run --release -p scenes --example gain -- docs` writes gain.csv and a chart of each scene into the folder
+//! named; scenes may be named after it. One core; half an hour for all.
+
+mod common;
+
+use std::fmt::Write;
+use std::path::Path;
+
+use common::{Failure, collision_shooting, processor_seconds};
+use exact::Exact;
+use glam::DVec3;
+use plotters::prelude::*;
+use radiosity::{
+    Board, Direction, Experiment, IndexChoice, Method, Patch, Scene, SceneSpec, Sequence, Shape, Solution,
+};
+use scenes::{cornell, cube, interior};
+
+/// Chains of a run that has intervals.
+const CHAINS: u64 = 8;
+
+/// With fewer rays per patch and chain, jobs fall back to walks.
+const RAYS_PER_PATCH: u64 = 16;
+
+/// A scene with the numbers of rays that runs are made of, as powers of 2, and how often each.
+struct Study {
+    name: &'static str,
+    spec: SceneSpec,
+    powers: Vec<u32>,
+    runs: u64,
+    /// Rays of each chain of the reference solution; `None` where the scene is solved exactly.
+    reference_rays: Option<u64>,
+}
+
+/// How a run spends its rays.
+#[derive(Clone, Copy, PartialEq)]
+enum Way {
+    Walks,
+    OneChain,
+    Chains,
+}
+
+impl Way {
+    const ALL: [Way; 3] = [Way::Walks, Way::OneChain, Way::Chains];
+
+    fn name(self) -> &'static str {
+        match self {
+            Way::Walks => "collision walks",
+            Way::OneChain => "one chain",
+            Way::Chains => "8 chains",
+        }
+    }
+}
+
+/// What runs of one way and size came to.
+struct Point {
+    way: Way,
+    rays: u64,
+    /// Processor time of a run [s].
+    seconds: f64,
+    /// Mean squared relative error over non-emitting patches, by area; and its standard error.
+    relative: [f64; 2],
+    /// Mean squared error over the square of the mean radiosity, likewise.
+    absolute: [f64; 2],
+}
+
+fn main() -> Result<(), Failure> {
+    let mut arguments = std::env::args().skip(1);
+    let folder = arguments.next().ok_or("usage: gain FOLDER [SCENE…]")?;
+    let (folder, wanted) = (Path::new(&folder), arguments.collect::<Vec<_>>());
+    let studies = studies()
+        .into_iter()
+        .filter(|study| wanted.is_empty() || wanted.iter().any(|name| name == study.name));
+    let mut csv = String::from(
+        "scene,method,rays,seconds,rms_relative_error,gain_relative,gain_relative_error,gain_absolute,gain_absolute_error\n",
+    );
+    for study in studies {
+        let points = measure(&study)?;
+        write_rows(&mut csv, study.name, &points);
+        draw(&folder.join(format!("gain-{}.svg", study.name)), study.name, &points)?;
+        std::fs::write(folder.join("gain.csv"), &csv)?;
+    }
+    Ok(())
+}
+
+fn studies() -> Vec<Study> {
+    let small = |name, spec, runs| Study {
+        name,
+        spec,
+        powers: (10..=20).step_by(2).collect(),
+        runs,
+        reference_rays: None,
+    };
+    let mut bright = cube(3);
+    bright.surfaces.iter_mut().for_each(|face| face.reflectance = 0.95.into());
+    vec![
+        small("cube54", cube(3), 40),
+        small("cube54-R95", bright, 40),
+        small("cube3456", cube(24), 12),
+        small("corridor", corridor(), 40),
+        Study {
+            name: "cornell",
+            spec: cornell(),
+            powers: vec![16, 18, 20],
+            runs: 12,
+            reference_rays: Some(1 << 21),
+        },
+        Study {
+            name: "interior",
+            spec: interior(57_000),
+            powers: vec![20, 22, 23],
+            runs: 4,
+            reference_rays: Some(1 << 24),
+        },
+    ]
+}
+
+/// A 1 × 1 × 8 box of 306 patches, R = 0.5, with an emitter in the middle of one end.
+fn corridor() -> SceneSpec {
+    let mut spec = cube(3);
+    let stretch = DVec3::new(1.0, 1.0, 8.0);
+    for surface in &mut spec.surfaces {
+        surface.reflectance = 0.5.into();
+        let Shape::Parallelogram { corner, corner_u, corner_v, cells } = &mut surface.shape else {
+            unreachable!("cubes are made of parallelograms");
+        };
+        let along = |edge: DVec3| if edge.z != 0.0 { 24 } else { 3 };
+        *cells = [along(*corner_u - *corner), along(*corner_v - *corner)];
+        for point in [corner, corner_u, corner_v] {
+            *point *= stretch;
+        }
+    }
+    spec
+}
+
+fn measure(study: &Study) -> Result<Vec<Point>, Failure> {
+    let scene = Scene::build(&study.spec, IndexChoice::Auto)?;
+    let truth = match study.reference_rays {
+        None => Exact::of_scene(&study.spec)?.solution().radiosity.clone(),
+        Some(rays) => radiosities(&chains(&scene, rays)?, 1, 0..CHAINS)?,
+    };
+    let walks = collision_shooting(scene.clone())?;
+    let rays_per_walk = rays_per_walk(&walks)?;
+    let mut points = Vec::new();
+    for rays in study.powers.iter().map(|power| 1_u64 << power) {
+        for way in Way::ALL {
+            let (experiment, units) = match way {
+                Way::Walks => (walks.clone(), (rays as f64 / rays_per_walk) as u64),
+                Way::OneChain => (chains(&scene, rays)?, 1),
+                Way::Chains => (chains(&scene, rays / CHAINS)?, CHAINS),
+            };
+            let shortest = experiment.chain_rays().unwrap_or(u64::MAX);
+            if shortest < RAYS_PER_PATCH * scene.patches().len() as u64 {
+                continue;
+            }
+            let start = processor_seconds();
+            let runs = (0..study.runs).map(|run| radiosities(&experiment, 2, run * units..(run + 1) * units));
+            let runs = runs.collect::<Result<Vec<_>, _>>()?;
+            let seconds = (processor_seconds() - start) / study.runs as f64;
+            let [relative, absolute] = squared_errors(&scene, &truth, &runs);
+            let point = Point { way, rays, seconds, relative, absolute };
+            println!(
+                "{} {} 2^{}: {:.0} ns per ray, rms relative error {:.3e}",
+                study.name,
+                way.name(),
+                rays.ilog2(),
+                1e9 * point.seconds / rays as f64,
+                point.relative[0].sqrt()
+            );
+            points.push(point);
+        }
+    }
+    Ok(points)
+}
+
+fn chains(scene: &Scene, chain_rays: u64) -> Result<Experiment, Failure> {
+    let walks = collision_shooting(scene.clone())?;
+    let method = Method { direction: Direction::Jacobi { chain_rays }, ..walks.method().clone() };
+    Ok(Experiment::new(scene.clone(), method)?)
+}
+
+fn rays_per_walk(walks: &Experiment) -> Result<f64, Failure> {
+    const SAMPLE: u64 = 20_000;
+    let mut board: Board<2> = walks.board();
+    walks.walk(&Sequence::new(3), 0..SAMPLE, &mut board);
+    Ok(board.take()?.counts.rays as f64 / SAMPLE as f64)
+}
+
+/// B of every patch by some walks or chains [W/m²].
+fn radiosities(experiment: &Experiment, seed: u64, units: std::ops::Range<u64>) -> Result<Vec<f64>, Failure> {
+    let mut board: Board<2> = experiment.board();
+    experiment.walk(&Sequence::new(seed), units, &mut board);
+    let solution = Solution::new(experiment, &board.take()?, 0.95);
+    Ok(solution.estimates.into_iter().flatten().map(|estimate| estimate.radiosity).collect())
+}
+
+/// Relative and absolute mean squared errors of runs, each with the standard error that the runs tell. A patch that the
+/// truth has in the dark (below 10⁻³ of the mean) says nothing of relative errors.
+fn squared_errors(scene: &Scene, truth: &[f64], runs: &[Vec<f64>]) -> [[f64; 2]; 2] {
+    let patches: Vec<Patch> = scene.patches().iter().collect();
+    let judged: Vec<usize> = (0..truth.len())
+        .filter(|&i| !patches[i].emittance.is_lit() && patches[i].reflectance.is_lit())
+        .collect();
+    let area: f64 = judged.iter().map(|&i| patches[i].area).sum();
+    let mean = judged.iter().map(|&i| patches[i].area * truth[i]).sum::<f64>() / area;
+    let of = |scale: &dyn Fn(usize) -> f64| {
+        let squares = runs.iter().map(|run| {
+            let square = |&i: &usize| patches[i].area * (scale(i) * (run[i] - truth[i])).powi(2);
+            judged.iter().map(square).sum::<f64>() / area
+        });
+        mean_and_error(&squares.collect::<Vec<_>>())
+    };
+    [of(&|i| if truth[i] > 1e-3 * mean { 1.0 / truth[i] } else { 0.0 }), of(&|_| 1.0 / mean)]
+}
+
+fn mean_and_error(values: &[f64]) -> [f64; 2] {
+    let n = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / n;
+    let variance = values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / (n - 1.0);
+    [mean, (variance / n).sqrt()]
+}
+
+/// How many times smaller the mean squared error is than that of walks in the same time; and its standard error. The
+/// error of walks falls as their time grows, exactly.
+fn gain(walks: &Point, point: &Point, of: impl Fn(&Point) -> [f64; 2]) -> [f64; 2] {
+    let ([walked, walked_error], [found, found_error]) = (of(walks), of(point));
+    let gain = walked * walks.seconds / (found * point.seconds);
+    [gain, gain * (walked_error / walked).hypot(found_error / found)]
+}
+
+fn write_rows(csv: &mut String, scene: &str, points: &[Point]) {
+    for point in points {
+        let same_size = |other: &&Point| other.way == Way::Walks && other.rays == point.rays;
+        let walks = points.iter().find(same_size).expect("walks are always measured");
+        let [relative, absolute] =
+            [gain(walks, point, |point| point.relative), gain(walks, point, |point| point.absolute)];
+        writeln!(
+            csv,
+            "{scene},{},{},{:.4},{:.4e},{:.3},{:.3},{:.3},{:.3}",
+            point.way.name(),
+            point.rays,
+            point.seconds,
+            point.relative[0].sqrt(),
+            relative[0],
+            relative[1],
+            absolute[0],
+            absolute[1]
+        )
+        .expect("strings take all");
+    }
+}
+
+/// Error against time.
+fn draw(path: &Path, scene: &str, points: &[Point]) -> Result<(), Failure> {
+    let at = |point: &Point| (point.seconds, point.relative[0].sqrt());
+    let range = |values: &dyn Fn(&Point) -> f64| {
+        let ends = points
+            .iter()
+            .map(values)
+            .fold([f64::INFINITY, 0.0], |[low, high]: [f64; 2], x| [low.min(x), high.max(x)]);
+        (0.7 * ends[0]..1.4 * ends[1]).log_scale()
+    };
+    let area = SVGBackend::new(path, (640, 420)).into_drawing_area();
+    area.fill(&WHITE)?;
+    let mut chart = ChartBuilder::on(&area)
+        .caption(format!("{scene}: error against time, one core"), ("sans-serif", 18))
+        .margin(16)
+        .x_label_area_size(44)
+        .y_label_area_size(64)
+        .build_cartesian_2d(range(&|point| at(point).0), range(&|point| at(point).1))?;
+    chart
+        .configure_mesh()
+        .x_desc("processor time of a run [s]")
+        .y_desc("rms relative error")
+        .x_label_formatter(&|x| format!("{x}"))
+        .y_label_formatter(&|y| format!("{y:.0e}"))
+        .light_line_style(TRANSPARENT)
+        .draw()?;
+    for (way, colour) in Way::ALL.into_iter().zip([BLACK, BLUE, RED]) {
+        let line: Vec<(f64, f64)> = points.iter().filter(|point| point.way == way).map(at).collect();
+        chart
+            .draw_series(LineSeries::new(line, colour.stroke_width(2)).point_size(3))?
+            .label(way.name())
+            .legend(move |(x, y)| PathElement::new([(x, y), (x + 18, y)], colour.stroke_width(2)));
+    }
+    chart.configure_series_labels().background_style(WHITE).border_style(BLACK).draw()?;
+    area.present()?;
+    Ok(())
+}

@@ -1,0 +1,290 @@
+//! Chains of stochastic Jacobi against exact solutions, against walks and against themselves: means, standard errors,
+//! intervals. Long versions: `cargo test --release --test jacobi -- --ignored --nocapture`, some minutes.
+
+#[path = "../crates/radiosity/tests/common/mod.rs"]
+mod common;
+
+use common::{box_scene, collision, quad, surface};
+use exact::Exact;
+use glam::DVec3;
+use radiosity::{
+    Counts, Direction, Experiment, IndexChoice, Method, Scene, SceneSpec, Sequence, Sides, Solution, Space,
+    Spectrum, SurfaceSpec, Tally,
+};
+
+/// Chains of a run, as jobs have them.
+const CHAINS: u64 = 8;
+
+const CONFIDENCE: f64 = 0.95;
+
+fn experiment(spec: &SceneSpec, direction: Direction) -> Experiment {
+    let scene = Scene::build(spec, IndexChoice::Auto).unwrap();
+    Experiment::new(scene, Method { direction, ..collision(Space::Discrete) }).unwrap()
+}
+
+/// Chains of so many rays.
+fn chains(spec: &SceneSpec, chain_rays: u64) -> Experiment {
+    experiment(spec, Direction::Jacobi { chain_rays })
+}
+
+fn run(experiment: &Experiment, seed: u64, walks: u64) -> Tally {
+    let mut board = experiment.board::<2>();
+    experiment.walk(&Sequence::new(seed), 0..walks, &mut board);
+    board.take().unwrap()
+}
+
+fn solve(experiment: &Experiment, seed: u64, walks: u64) -> Solution {
+    Solution::new(experiment, &run(experiment, seed, walks), CONFIDENCE)
+}
+
+/// B of every patch and channel, and the standard error that it is known by [W/m²].
+type Truth = Vec<(f64, f64)>;
+
+fn exactly(spec: &SceneSpec) -> Truth {
+    Exact::of_scene(spec).unwrap().solution().radiosity.iter().map(|&b| (b, 0.0)).collect()
+}
+
+/// What a much longer run says.
+fn long_run(experiment: &Experiment, walks: u64) -> Truth {
+    let estimates = solve(experiment, 99, walks).estimates;
+    estimates
+        .into_iter()
+        .flatten()
+        .map(|estimate| (estimate.radiosity, estimate.std_error.unwrap()))
+        .collect()
+}
+
+/// A mean and its standard error, both from what independent values say.
+#[derive(Clone, Copy, Debug)]
+struct Mean {
+    value: f64,
+    error: f64,
+}
+
+impl Mean {
+    fn of(values: &[f64]) -> Self {
+        let n = values.len() as f64;
+        let value = values.iter().sum::<f64>() / n;
+        let variance = values.iter().map(|x| (x - value).powi(2)).sum::<f64>() / (n - 1.0);
+        Mean { value, error: (variance / n).sqrt() }
+    }
+
+    /// Whether it is `expected` within `z` standard errors.
+    fn is(self, expected: f64, z: f64) -> bool {
+        (self.value - expected).abs() <= z * self.error
+    }
+}
+
+/// z² of the patches that reflect and do not emit, and how many of their intervals cover: means over runs of different
+/// seeds, since the patches of one run err together.
+struct Verdict {
+    squared_z: Mean,
+    coverage: Mean,
+}
+
+fn judge(experiment: &Experiment, truth: &Truth, seeds: u64) -> Verdict {
+    let scene = experiment.scene();
+    let judged = |i: usize| {
+        let patch = scene.patches().get(i / scene.channels());
+        !patch.emittance.is_lit() && patch.reflectance[i % scene.channels()] > 0.0
+    };
+    let judged: Vec<usize> = (0..truth.len()).filter(|&i| judged(i)).collect();
+    let (mut squares, mut coverages) = (Vec::new(), Vec::new());
+    for seed in 0..seeds {
+        let estimates = solve(experiment, 7000 + seed, CHAINS).estimates;
+        let (mut square, mut covered) = (0.0, 0_u64);
+        for &i in &judged {
+            let (estimate, (truth, error)) = (estimates[i].unwrap(), truth[i]);
+            let variance = estimate.std_error.unwrap().powi(2) + error * error;
+            square += (estimate.radiosity - truth).powi(2) / variance;
+            covered += u64::from((estimate.ci_low..=estimate.ci_high).contains(&truth));
+        }
+        squares.push(square / judged.len() as f64);
+        coverages.push(covered as f64 / judged.len() as f64);
+    }
+    let verdict = Verdict { squared_z: Mean::of(&squares), coverage: Mean::of(&coverages) };
+    let Verdict { squared_z, coverage } = &verdict;
+    println!("z² {:.3} ± {:.3}", squared_z.value, squared_z.error);
+    println!("coverage {:.4} ± {:.4}", coverage.value, coverage.error);
+    verdict
+}
+
+impl Verdict {
+    /// Two means at 4 standard errors: false-alarm rate 10⁻⁴ for these seeds, once and for all. `error` bounds the
+    /// standard error of z², lest a test that knows nothing passes.
+    fn agrees(&self, error: f64) {
+        assert!(self.squared_z.error < error, "the test is blunt: {:?}", self.squared_z);
+        assert!(self.squared_z.is(1.0, 4.0), "mean squared z {:?}", self.squared_z);
+        assert!(self.coverage.is(CONFIDENCE, 4.0), "coverage {:?}", self.coverage);
+    }
+
+    /// What every method has to keep: mean squared z within 0.07 of 1, coverage within 0.01 of 0.95.
+    fn is_true(&self) {
+        assert!((self.squared_z.value - 1.0).abs() <= 0.07, "mean squared z {:?}", self.squared_z);
+        assert!((self.coverage.value - CONFIDENCE).abs() <= 0.01, "coverage {:?}", self.coverage);
+    }
+}
+
+#[test]
+fn intervals_are_true_on_cube54_down_to_the_fewest_rays() {
+    let cube = scenes::cube(3);
+    let truth = exactly(&cube);
+    for chain_rays in [16 * 54, 1 << 12] {
+        judge(&chains(&cube, chain_rays), &truth, 100).agrees(0.05);
+    }
+}
+
+#[test]
+fn intervals_are_true_where_light_hides() {
+    let rooms = two_rooms();
+    let truth = long_run(&chains(&rooms, 1 << 17), 32);
+    judge(&chains(&rooms, 1 << 14), &truth, 60).agrees(0.3);
+}
+
+/// Open, hidden, two-sided, coloured.
+#[test]
+fn intervals_are_true_in_any_scene() {
+    let mut open = box_scene(DVec3::new(2.0, 1.0, 1.0), [3, 2]);
+    open.surfaces.remove(1);
+    judge(&chains(&open, 1 << 12), &exactly(&open), 100).agrees(0.06);
+
+    let mut parted = box_scene(DVec3::new(2.0, 1.0, 1.0), [2, 2]);
+    let wall = quad(DVec3::new(1.1, 0.0, 0.0), DVec3::Y, 0.7 * DVec3::Z, [2, 2]);
+    parted.surfaces.push(SurfaceSpec { sides: Sides::Both, ..surface(wall, 0.7) });
+    judge(&chains(&parted, 1 << 12), &exactly(&parted), 100).agrees(0.06);
+
+    let mut coloured = scenes::cube(3);
+    coloured.surfaces[2].reflectance = Spectrum::rgb([0.9, 0.5, 0.1]);
+    coloured.surfaces[0].cell_emittance.push((0, Spectrum::rgb([0.0, 0.5, 2.0])));
+    let channels: Vec<Truth> = (0..3).map(|c| exactly(&coloured.channel(c))).collect();
+    let truth = (0..54).flat_map(|i| channels.iter().map(move |channel| channel[i])).collect();
+    judge(&chains(&coloured, 1 << 12), &truth, 100).agrees(0.06);
+}
+
+/// Uniform E and R in a closed scene: B = E/(1 − R) whatever the rays do, since no difference goes along a link.
+#[test]
+fn a_furnace_is_exact_with_any_rays() {
+    let mut spec = box_scene(DVec3::new(2.0, 1.0, 1.0), [3, 2]);
+    for surface in &mut spec.surfaces {
+        (surface.reflectance, surface.emittance) = (0.75.into(), 0.5.into());
+        surface.cell_emittance.clear();
+    }
+    for estimate in solve(&chains(&spec, 600), 5, 2).estimates.into_iter().flatten() {
+        assert!((estimate.radiosity - 2.0).abs() < 1e-4, "{estimate:?}");
+    }
+}
+
+/// Emitted = absorbed + escaped, chain by chain. A black lamp hangs in an open box: what it absorbs is known to within
+/// noise, a thousandth of all; what the walls absorb, to the tolerance of the solver.
+#[test]
+fn energy_is_conserved() {
+    let mut spec = box_scene(DVec3::new(2.0, 1.0, 1.0), [3, 2]);
+    spec.surfaces.remove(1);
+    spec.surfaces[0].cell_emittance.clear();
+    let lamp = surface(quad(DVec3::new(0.9, 0.4, 0.6), 0.2 * DVec3::X, 0.2 * DVec3::Y, [1, 1]), 0.0);
+    spec.surfaces.push(SurfaceSpec { sides: Sides::Both, emittance: 1.0.into(), ..lamp });
+    let experiment = chains(&spec, 1 << 16);
+    let scene = experiment.scene();
+    for seed in 0..3 {
+        let tally = run(&experiment, seed, 1);
+        let estimates = Solution::new(&experiment, &tally, CONFIDENCE).estimates;
+        let absorbed =
+            scene.patches().iter().zip(estimates.into_iter().flatten()).map(|(patch, estimate)| {
+                (1.0 - patch.reflectance[0]) * patch.active_area() * estimate.irradiance.unwrap()
+            });
+        let escaped = tally.counts.escaped_weight[0] as f64 / Counts::WEIGHT_UNITS;
+        let balance = absorbed.sum::<f64>() / scene.total_power(0) + escaped;
+        assert!((balance - 1.0).abs() < 1e-3, "{balance}");
+        assert!(escaped > 0.1 && tally.counts.escaped > 0, "the box is open");
+    }
+}
+
+/// Of 8 chains, the first 3 are the same in a run of 3.
+#[test]
+fn chains_are_a_function_of_their_number() {
+    let experiment = chains(&scenes::cube(3), 2000);
+    let sequence = Sequence::new(3);
+    let tally = |ranges: &[[u64; 2]]| {
+        let mut board = experiment.board::<2>();
+        for &[start, end] in ranges {
+            experiment.walk(&sequence, start..end, &mut board);
+        }
+        board.take().unwrap()
+    };
+    let whole = tally(&[[0, 8]]);
+    assert_eq!(whole, tally(&[[5, 8], [0, 3], [3, 5]]));
+    assert_ne!(whole, tally(&[[1, 9]]));
+    assert_eq!((whole.counts.walks, whole.counts.rays), (8, 16_000));
+    assert_eq!((0..54).map(|patch| whole.events(patch)).sum::<u128>(), 16_000, "no ray escapes a cube");
+}
+
+/// One chain cannot tell its error: all that is known is that no radiosity exceeds max E/(1 − max R).
+#[test]
+fn a_single_chain_claims_nothing() {
+    let experiment = chains(&scenes::cube(3), 2000);
+    for estimate in solve(&experiment, 1, 1).estimates.into_iter().flatten() {
+        assert_eq!(estimate.std_error, None);
+        assert!(estimate.ci_high >= 0.3 / (1.0 - 0.8) && estimate.ci_low <= 1.0, "{estimate:?}");
+    }
+}
+
+#[test]
+#[ignore = "a minute; run with --release"]
+fn long_cube54() {
+    let cube = scenes::cube(3);
+    let truth = exactly(&cube);
+    for chain_rays in [16 * 54, 1 << 13, 1 << 17] {
+        judge(&chains(&cube, chain_rays), &truth, 200).is_true();
+    }
+}
+
+#[test]
+#[ignore = "minutes; run with --release"]
+fn long_two_rooms() {
+    let rooms = two_rooms();
+    let truth = long_run(&chains(&rooms, 1 << 20), 64);
+    judge(&chains(&rooms, 1 << 14), &truth, 1000).is_true();
+}
+
+/// Against walks, which know nothing of links.
+#[test]
+#[ignore = "minutes; run with --release"]
+fn long_cornell() {
+    let cornell = scenes::cornell();
+    let truth = long_run(&experiment(&cornell, Direction::Shooting), 100_000_000);
+    judge(&chains(&cornell, 1 << 17), &truth, 200).is_true();
+}
+
+/// Two unit cubes whose common wall has a hole of 1 % of it; R = 0.95 everywhere, a lamp in the floor of one.
+fn two_rooms() -> SceneSpec {
+    let [y, z] = [DVec3::Y, DVec3::Z];
+    let quad = |c: DVec3, u: DVec3, v: DVec3, cells| surface(quad(c, u, v, cells), 0.95);
+    let room = |from: f64| {
+        let (o, x) = (DVec3::X * from, DVec3::X * 0.99);
+        [quad(o, x, y, [2, 2]), quad(o + z, y, x, [2, 2]), quad(o, z, x, [2, 2]), quad(o + y, x, z, [2, 2])]
+    };
+    let mut surfaces: Vec<SurfaceSpec> = room(0.0).into_iter().chain(room(1.01)).collect();
+    surfaces.push(quad(DVec3::ZERO, y, z, [2, 2]));
+    surfaces.push(quad(DVec3::X * 2.0, z, y, [2, 2]));
+    surfaces[0].cell_emittance = vec![(0, 1.0.into())];
+    // The wall is 2 cm thick; each room sees four pieces of it, and the hole has four sides.
+    let pieces = [
+        ([0.0, 0.0], [1.0, 0.45]),
+        ([0.0, 0.55], [1.0, 1.0]),
+        ([0.0, 0.45], [0.45, 0.55]),
+        ([0.55, 0.45], [1.0, 0.55]),
+    ];
+    for (low, high) in pieces {
+        let (u, v) = (y * (high[0] - low[0]), z * (high[1] - low[1]));
+        let corner = |x: f64| DVec3::new(x, low[0], low[1]);
+        surfaces.push(quad(corner(0.99), v, u, [1, 1]));
+        surfaces.push(quad(corner(1.01), u, v, [1, 1]));
+    }
+    let (through, u, v) = (DVec3::X * 0.02, y * 0.1, z * 0.1);
+    let corner = DVec3::new(0.99, 0.45, 0.45);
+    surfaces.push(quad(corner, through, u, [1, 1]));
+    surfaces.push(quad(corner + v, u, through, [1, 1]));
+    surfaces.push(quad(corner, v, through, [1, 1]));
+    surfaces.push(quad(corner + u, through, v, [1, 1]));
+    SceneSpec { surfaces }
+}
