@@ -10,7 +10,7 @@ use cluster::checkpoint::{self, Checkpoint, CheckpointError, CheckpointFault, Pa
 use cluster::coordinator::{Coordinator, Ending, Plan};
 use cluster::server::{Wish, serve};
 use job::{Job, Method};
-use radiosity::{Experiment, Solution};
+use radiosity::{Experiment, Solution, Tally};
 
 use crate::args::{CoordinateArgs, JobArgs, OutArgs, RunArgs};
 use crate::checkpoints::{self, Found, Identity, Keeper};
@@ -177,7 +177,8 @@ impl Prepared {
             paths,
             stream_paths,
             leases_per_thread,
-            empty: self.experiment.tally::<{ replica::MOMENTS }>(),
+            patches: self.experiment.scene().patches().len(),
+            layout: self.experiment.layout::<{ replica::MOMENTS }>(),
             wall: budget.wall_seconds.map(Duration::from_secs_f64),
             looks: looks(&self.experiment, paths),
             judge: Box::new(move |tally, looks| observer.look(tally, looks)),
@@ -186,7 +187,7 @@ impl Prepared {
 
     /// Serves the job to its end and writes what came of it.
     fn serve(
-        self,
+        mut self,
         listener: TcpListener,
         access: Access,
         out: &OutArgs,
@@ -195,6 +196,8 @@ impl Prepared {
         let mut coordinator = Coordinator::new(self.plan(), access, self.past.clone());
         let interval = Duration::from_secs_f64(self.job.budget.checkpoint_seconds);
         let walks = self.past.tally.counts.walks;
+        // The coordinator has it now.
+        self.past.tally = Tally::new(0, self.past.tally.layout());
         let folder = self.output.path();
         let mut keeper = Keeper::new(folder, interval, self.identity.clone(), walks, self.good)?;
         let display = std::cell::RefCell::new(Display::new(
@@ -234,7 +237,7 @@ impl Prepared {
         display.borrow().finish();
         drop(display);
         let (identity, good) = keeper.finish();
-        let checkpoint = identity.checkpoint(coordinator.past());
+        let checkpoint = identity.checkpoint(coordinator.into_past());
         // After an overflow the sums are no longer those of any walks.
         if ending != Ending::Overflow {
             self.output.write(&self.settings, &self.experiment, &checkpoint, good, out)?;

@@ -7,7 +7,7 @@ use std::ops::Range;
 use std::time::Duration;
 
 use bincode::{Decode, Encode};
-use radiosity::{Counts, MergeError, Tally};
+use radiosity::{Counts, Layout, MergeError, Tally};
 
 use crate::access::{Access, Speaker};
 use crate::checkpoint::{Look, Past};
@@ -81,14 +81,23 @@ pub struct Plan {
     /// Leases per worker thread that are out at once: 2, one under way and one waiting, so that no worker waits; 1
     /// where a walk is so long that one waiting here would be missed elsewhere.
     pub leases_per_thread: usize,
-    /// An empty tally of the job's shape.
-    pub empty: Tally,
+    /// Patches of the scene.
+    pub patches: usize,
+    /// What a tally of the job keeps of each.
+    pub layout: Layout,
     /// When to stop, whatever has been reached.
     pub wall: Option<Duration>,
     /// Numbers of walks at which `judge` is asked, ascending.
     pub looks: Vec<u64>,
     /// What the tally of a prefix amounts to. Asked at looks only.
     pub judge: Judge,
+}
+
+impl Plan {
+    /// Numbers in a tally of the job.
+    fn sums(&self) -> usize {
+        self.patches * self.layout.columns()
+    }
 }
 
 /// What the shell has to do.
@@ -269,6 +278,13 @@ impl Coordinator {
         }
     }
 
+    /// The books themselves, where the job is over.
+    pub fn into_past(self) -> Past {
+        let effort = self.effort();
+        let (tally, deliveries) = self.ledger.into_prefix();
+        Past { tally, deliveries, workers: self.workers, looks: self.looks, effort }
+    }
+
     /// Why the job ended, once it has.
     pub fn ending(&self) -> Option<Ending> {
         self.ending
@@ -300,7 +316,7 @@ impl Coordinator {
     /// The largest frame that a peer may send now: little before it has proved itself, then what a result of
     /// this job can hold (19 bytes for the longest varint of 128 bits).
     pub fn frame_cap(&self, known: bool) -> usize {
-        if known { SHORT_FRAME + 19 * self.plan.empty.sums().len() } else { SHORT_FRAME }
+        if known { SHORT_FRAME + 19 * self.plan.sums() } else { SHORT_FRAME }
     }
 
     /// Somebody connected; `nonce` is fresh.
@@ -434,8 +450,7 @@ impl Coordinator {
         }
         peer.progressed = self.awake;
         let number = peer.number;
-        let empty = &self.plan.empty;
-        let accepted = Tally::from_parts(counts, empty.patches(), empty.layout(), result.sums)
+        let accepted = Tally::from_parts(counts, self.plan.patches, self.plan.layout, result.sums)
             .map_err(Rejected::Tally)
             .and_then(|tally| match self.digester.digest(&tally) {
                 digest if digest == result.digest => self.ledger.accept(lease, tally, number, digest),
@@ -528,8 +543,7 @@ impl Coordinator {
     fn lease_walks(&self, id: PeerId, threads: usize, now: Now) -> u64 {
         let peer = &self.peers[&id];
         let age = self.spent.seconds + now.as_secs_f64();
-        let seconds =
-            LEASE_SECONDS + LEASE_SECONDS_PER_SUM * self.plan.empty.sums().len() as f64 + LEASE_SHARE * age;
+        let seconds = LEASE_SECONDS + LEASE_SECONDS_PER_SUM * self.plan.sums() as f64 + LEASE_SHARE * age;
         let by_rate = peer.rate * seconds;
         let by_growth = peer.longest_lease as f64 * LEASE_GROWTH;
         let share = self.ledger.unleased() / (self.plan.leases_per_thread * threads) as u64;
@@ -616,8 +630,7 @@ impl Coordinator {
     }
 
     fn stop_grace(&self) -> Duration {
-        STOP_GRACE
-            + Duration::from_secs_f64(2.0 * LEASE_SECONDS_PER_SUM * self.plan.empty.sums().len() as f64)
+        STOP_GRACE + Duration::from_secs_f64(2.0 * LEASE_SECONDS_PER_SUM * self.plan.sums() as f64)
     }
 
     /// Ends the job early, in good order: no new leases but of lost gaps; results under way are waited for

@@ -112,6 +112,11 @@ impl Ledger {
         &self.deliveries
     }
 
+    /// The prefix and its leases.
+    pub fn into_prefix(self) -> (Tally, Vec<Delivery>) {
+        (self.prefix, self.deliveries)
+    }
+
     /// N of the prefix.
     pub fn prefix_walks(&self) -> u64 {
         self.prefix.counts.walks

@@ -44,7 +44,7 @@ struct Stage {
 
 impl Stage {
     fn new(plan: Plan) -> Self {
-        let past = Past::none(plan.empty.clone());
+        let past = Past::none(Tally::new(plan.patches, plan.layout));
         Stage::resuming(plan, past)
     }
 
@@ -749,7 +749,7 @@ fn without_workers_the_job_ends_only_when_none_is_left() {
 fn coordinators_that_go_on_from_the_books_of_others_come_to_the_same_end() {
     let job =
         || Plan { looks: vec![300, 600], judge: judge(|tally| tally.counts.walks >= 600), ..plan(1000, 100) };
-    let mut past = Past::none(job().empty);
+    let mut past = Past::none(Tally::new(PATCHES, toy::LAYOUT));
     for session in 0..100 {
         let mut stage = Stage::resuming(job(), past);
         if stage.coordinator.ending().is_some() {

@@ -479,7 +479,7 @@ impl Work for Bulky {
 
 #[test]
 fn large_results_come_in_whole_and_a_stop_in_their_midst_harms_nobody() {
-    let bulky_plan = |paths| Plan { empty: Tally::new(BULK, SINGLE), ..plan(paths, 10) };
+    let bulky_plan = |paths| Plan { patches: BULK, layout: SINGLE, ..plan(paths, 10) };
     let workers = |access: &Access| together(access, &[2, 2, 2], || Bulky);
     let done = run(bulky_plan(400), never, workers);
     assert_eq!(done.ending, Ending::BudgetSpent);

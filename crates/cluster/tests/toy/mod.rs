@@ -68,7 +68,8 @@ pub fn plan(paths: u64, stream_paths: u64) -> Plan {
         paths,
         stream_paths,
         leases_per_thread: 2,
-        empty: Tally::new(PATCHES, LAYOUT),
+        patches: PATCHES,
+        layout: LAYOUT,
         wall: None,
         first: 0,
         looks: Vec::new(),
@@ -84,7 +85,7 @@ pub fn judge(mut met: impl FnMut(&Tally) -> bool + 'static) -> cluster::coordina
 /// A coordinator of a job that begins.
 #[allow(dead_code, reason = "each test file uses its own part")]
 pub fn coordinator(plan: Plan, access: Access) -> Coordinator {
-    let past = Past::none(plan.empty.clone());
+    let past = Past::none(Tally::new(plan.patches, plan.layout));
     Coordinator::new(plan, access, past)
 }
 
