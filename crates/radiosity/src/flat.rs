@@ -30,7 +30,8 @@ impl Flat {
     pub(crate) fn new(isa: Isa, surfaces: &[Surface], facets: &Facets) -> Self {
         let corners = surfaces.iter().flat_map(|surface| surface.outline());
         let reach = corners.fold(0.0_f64, |reach, corner| reach.max(corner.abs().max_element()));
-        let sketches: Vec<Sketch> = facets.iter().map(|facet| Sketch::new(facet, reach)).collect();
+        let sketches: Vec<Sketch> =
+            facets.iter().map(|facet| Sketch::new(facet, reach, facets.slack())).collect();
         // Without vectors of f32 to speak of, meeting facets in full takes less time.
         let pays = isa != Isa::Portable && surfaces.len() <= MOST_SKETCHES;
         let holds = (1e-9..1e9).contains(&reach) && sketches.iter().all(|sketch| sketch.uv_margin < 1e9);
@@ -92,8 +93,9 @@ const APPROACH_MARGIN: f32 = 2.0 * 5.0 * 1.7320509 * EPSILON;
 const EPSILON: f32 = f32::EPSILON / 2.0;
 
 impl Sketch {
-    /// The sketch of a facet in a scene whose points have coordinates up to `reach`.
-    fn new(facet: &Facet, reach: f64) -> Self {
+    /// The sketch of a facet in a scene whose points have coordinates up to `reach`. Starts within `slack` of the
+    /// plane count as on it.
+    fn new(facet: &Facet, reach: f64, slack: f64) -> Self {
         let epsilon = f64::from(EPSILON);
         let one_norm = |axis: glam::DVec3| axis.abs().element_sum();
         let (n, s) = (one_norm(facet.normal), reach);
@@ -119,7 +121,7 @@ impl Sketch {
             v_axis: narrow(facet.v_axis),
             v_offset: facet.v_offset as f32,
             triangle: facet.triangle,
-            height_margin: (2.0 * height_error) as f32,
+            height_margin: (2.0 * height_error + slack) as f32,
             uv_margin: (2.0 * uv) as f32,
         }
     }

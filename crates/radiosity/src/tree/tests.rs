@@ -141,6 +141,31 @@ fn a_tree_finds_what_meeting_every_facet_finds() {
     }
 }
 
+/// Far from the origin of its coordinates a scene has more slack than f32 rounds away.
+#[test]
+fn a_start_within_the_slack_of_a_plane_is_on_it_side_by_side_too() {
+    let quad = |u: DVec3, v: DVec3| SurfaceSpec {
+        name: None,
+        shape: Shape::Parallelogram { corner: DVec3::ZERO, corner_u: u, corner_v: v, cells: [1, 1] },
+        sides: Sides::Front,
+        reflectance: 0.5.into(),
+        emittance: 1.0.into(),
+        cell_emittance: vec![],
+    };
+    let spec = mapped(&[quad(DVec3::X, DVec3::Y), quad(DVec3::Y, DVec3::Z)], |p| p + DVec3::splat(1e9));
+    let scene = Scene::build(&spec, IndexChoice::Flat).unwrap();
+    let wall = &scene.surfaces()[1];
+    let behind = wall.point([0.5, 0.0]) - 0.5 * scene.facets.slack() * wall.normal();
+    let ray = Ray { origin: behind, direction: DVec3::new(-0.6, 0.0, 0.8), from: 0 };
+    for isa in Isa::available() {
+        let (mut batch, mut hits) = (Rays::default(), Hits::default());
+        batch.push(&ray);
+        Flat::new(isa, scene.surfaces(), &scene.facets).closest_hits(&scene.facets, &batch, &mut hits);
+        assert_eq!(hits.get(0), scene.closest_hit(&ray), "{isa:?}");
+        assert_eq!(hits.get(0).map(|hit| (hit.surface, hit.t)), Some((1, 0.0)));
+    }
+}
+
 /// Deep stacks and more candidates than a ray holds: hundreds of the same facet, and of nested boxes' worth.
 #[test]
 fn a_crowd_in_one_place_overflows_nothing() {
