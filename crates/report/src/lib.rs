@@ -1,9 +1,10 @@
-//! The output folder: tables, summary and picture of a run, each written whole or not at all.
+//! The output folder: tables, summary and picture of a run, each written whole or not at all; and charts.
 //!
 //! Nothing is printed here; errors name the file they are about.
 
 mod atomic;
 mod camera;
+mod chart;
 mod error;
 mod exact_csv;
 mod patches;
@@ -13,6 +14,7 @@ mod scenes;
 mod summary;
 
 pub use atomic::{OutputFolder, replace_atomically, write_atomically};
+pub use chart::{Axis, Chart, Point, Series, Style};
 pub use error::Error;
 pub use exact_csv::{ExactBounds, ExactColumns, ExactSummary, write_exact};
 pub use patches::write_patches;
