@@ -9,7 +9,7 @@
 //! | slope of the largest scores above 3 | `tail`: visits fall off geometrically; the sample must stay within that law |
 
 use cluster::checkpoint::Look;
-use radiosity::{Estimate, Experiment, Scene, Solution, Tally};
+use radiosity::{Estimate, Estimates, Experiment, Precision, Scene, Tally};
 use report::Check;
 
 /// Standard error over estimate, beyond which MCNP calls a tally questionable; the same number bounds the VOV.
@@ -23,16 +23,18 @@ const TELLING_CHAINS: u64 = 32;
 
 /// The outcome of every check; `note` says what of the method was not done as asked.
 pub fn checks(
-    experiment: &Experiment,
+    estimates: &Estimates,
     note: Option<&str>,
-    solution: &Solution,
-    tally: &Tally,
+    precision: &Precision,
     looks: &[Look],
 ) -> Vec<Check> {
+    let (experiment, tally) = (estimates.experiment(), estimates.tally());
     let scene = experiment.scene();
+    let doubts = Doubts::new(estimates);
     let mut checks = vec![method(note)];
-    checks.extend(books(experiment, solution, tally));
-    checks.extend([error(scene, solution), vov(experiment, solution, tally), tail(experiment, tally)]);
+    checks.extend(books(experiment, tally));
+    checks.extend([unhit(precision), rare(&doubts), error(&doubts), vov(experiment, &doubts)]);
+    checks.push(tail(experiment, tally));
     let telling = experiment.chain_rays().map_or(0, |_| TELLING_CHAINS);
     let half: Vec<&Look> = looks
         .iter()
@@ -51,83 +53,90 @@ fn method(note: Option<&str>) -> Check {
     check("method", note.is_none(), note.unwrap_or("the method is the one asked for").into())
 }
 
-/// Whether every walk is accounted for, and every patch was hit.
-fn books(experiment: &Experiment, solution: &Solution, tally: &Tally) -> Vec<Check> {
-    let (scene, counts) = (experiment.scene(), tally.counts);
+/// Whether every walk is accounted for, and none got behind a surface.
+fn books(experiment: &Experiment, tally: &Tally) -> [Check; 2] {
+    let counts = tally.counts;
     // The rays of a chain end one by one.
     let (began, what) = match experiment.chain_rays() {
         Some(rays) => (counts.walks.saturating_mul(rays), "rays"),
         None => (counts.walks, "walks"),
     };
     let ended = counts.absorbed + counts.absorbed_back + counts.escaped + counts.truncated;
-    let unhit = solution.precision(scene).unhit_patches;
-    let is_rare = |channels: &&[Option<Estimate>]| channels.iter().flatten().any(Estimate::is_rare);
-    let rare = solution.estimates.chunks_exact(solution.channels).filter(is_rare).count();
-    vec![
+    [
         check("energy", ended == began, format!("{began} {what} were emitted, {ended} absorbed or escaped")),
         check(
             "backs",
             counts.absorbed_back == 0,
             format!("{} {what} ended on the back of a one-sided surface", counts.absorbed_back),
         ),
-        check(
-            "unhit",
-            unhit == 0,
-            format!("{unhit} reflecting patches have no score: only bounds are known"),
-        ),
-        check(
-            "rare",
-            rare == 0,
-            format!("{rare} patches have fewer than 10 scores: trust their intervals, not their values"),
-        ),
     ]
 }
 
-/// The estimates that walks had to find: of reflecting patches.
-fn unknown<'a>(
-    scene: &'a Scene,
-    solution: &'a Solution,
-) -> impl Iterator<Item = (usize, usize, &'a Estimate)> {
-    let channels = solution.channels;
-    let each = solution.estimates.iter().enumerate().map(move |(i, e)| (i / channels, i % channels, e));
-    each.filter_map(|(patch, c, estimate)| Some((patch, c, estimate.as_ref()?)))
-        .filter(|&(patch, c, e)| scene.patches().get(patch).reflectance[c] > 0.0 && e.effective_scores > 0.0)
+fn unhit(Precision { unhit_patches: unhit, .. }: &Precision) -> Check {
+    check("unhit", *unhit == 0, format!("{unhit} reflecting patches have no score: only bounds are known"))
 }
 
-fn error(scene: &Scene, solution: &Solution) -> Check {
-    let (mut all, mut large) = (0, 0);
-    for (patch, c, estimate) in unknown(scene, solution) {
-        let reflected = estimate.radiosity - scene.patches().get(patch).emittance[c];
-        all += 1;
-        large += usize::from(estimate.std_error.is_none_or(|error| error > QUESTIONABLE * reflected));
+/// How many estimates are open to doubt, and why.
+#[derive(Default)]
+struct Doubts {
+    /// Patches with fewer than 10 scores.
+    rare: usize,
+    /// Estimates that walks had to find: of reflecting patches that were hit.
+    found: usize,
+    /// Of these: with a large standard error.
+    rough: usize,
+    /// Of these: with a large variance of the variance.
+    volatile: usize,
+}
+
+impl Doubts {
+    fn new(estimates: &Estimates) -> Self {
+        let mut doubts = Doubts::default();
+        for (i, patch, channels) in estimates.known() {
+            doubts.rare += usize::from(channels.iter().any(Estimate::is_rare));
+            let found = |(c, e): &(usize, &Estimate)| patch.reflectance[*c] > 0.0 && e.effective_scores > 0.0;
+            for (c, estimate) in channels.iter().enumerate().filter(found) {
+                let reflected = estimate.radiosity - patch.emittance[c];
+                let is_rough = estimate.std_error.is_none_or(|error| error > QUESTIONABLE * reflected);
+                doubts.found += 1;
+                doubts.rough += usize::from(is_rough);
+                doubts.volatile += usize::from(variance_of_variance(estimates.tally(), i, c) > QUESTIONABLE);
+            }
+        }
+        doubts
     }
-    check(
-        "error",
-        large == 0,
-        format!("{large} of {all} estimates have a standard error above 10 % of themselves"),
-    )
 }
 
-/// VOV = Σ(x − x̄)⁴/(Σ(x − x̄)²)² − 1/N. The walks that reach a patch visit it a geometric number of times, of mean m:
-/// Σx²/Σx = 2m − 1, and Σx⁴/Σx = 24m³ − 36m² + 14m − 1. Central moments of scores that most walks miss are those about 0.
+fn rare(Doubts { rare, .. }: &Doubts) -> Check {
+    let message =
+        format!("{rare} patches have fewer than 10 scores: trust their intervals, not their values");
+    check("rare", *rare == 0, message)
+}
+
+fn error(Doubts { found, rough, .. }: &Doubts) -> Check {
+    let message = format!("{rough} of {found} estimates have a standard error above 10 % of themselves");
+    check("error", *rough == 0, message)
+}
+
 /// Chains differ like normal numbers, and their intervals allow for what few of them can tell (Student's t).
-fn vov(experiment: &Experiment, solution: &Solution, tally: &Tally) -> Check {
+fn vov(experiment: &Experiment, Doubts { found, volatile, .. }: &Doubts) -> Check {
     if experiment.chain_rays().is_some() {
         let message = "the intervals of chains are Student's: they allow for the variance of the variance";
         return check("vov", true, message.into());
     }
-    let scene = experiment.scene();
-    let (mut all, mut large) = (0, 0);
-    for (patch, c, _) in unknown(scene, solution) {
-        let sums = tally.patch(patch, c);
-        let size = sums[1] as f64 / sums[0] as f64;
-        let unit = if tally.layout().events { size } else { 1.0 };
-        let (hits, m) = (sums[0] as f64 / unit, 0.5 * (size / unit + 1.0));
-        let fourth = 24.0 * m.powi(3) - 36.0 * m * m + 14.0 * m - 1.0;
-        all += 1;
-        large += usize::from(fourth / (hits * (2.0 * m - 1.0).powi(2)) > QUESTIONABLE);
-    }
-    check("vov", large == 0, format!("{large} of {all} estimates have a variance of the variance above 0.1"))
+    let message = format!("{volatile} of {found} estimates have a variance of the variance above 0.1");
+    check("vov", *volatile == 0, message)
+}
+
+/// VOV = Σ(x − x̄)⁴/(Σ(x − x̄)²)² − 1/N. The walks that reach a patch visit it a geometric number of times, of mean m:
+/// Σx²/Σx = 2m − 1, and Σx⁴/Σx = 24m³ − 36m² + 14m − 1. Central moments of scores that most walks miss are those about 0.
+fn variance_of_variance(tally: &Tally, patch: usize, channel: usize) -> f64 {
+    let sums = tally.patch(patch, channel);
+    let size = sums[1] as f64 / sums[0] as f64;
+    let unit = if tally.layout().events { size } else { 1.0 };
+    let (hits, m) = (sums[0] as f64 / unit, 0.5 * (size / unit + 1.0));
+    let fourth = 24.0 * m.powi(3) - 36.0 * m * m + 14.0 * m - 1.0;
+    fourth / (hits * (2.0 * m - 1.0).powi(2))
 }
 
 /// Whether Σx²/Σx stays below what it can be at most, by more than 5 standard errors of about 1/√scores.

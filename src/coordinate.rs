@@ -10,7 +10,7 @@ use cluster::checkpoint::{self, Checkpoint, CheckpointError, CheckpointFault, Pa
 use cluster::coordinator::{Coordinator, Ending, Plan};
 use cluster::server::{Wish, serve};
 use job::{Job, Method};
-use radiosity::{Experiment, Solution, Tally};
+use radiosity::{Estimates, Experiment, Tally};
 
 use crate::args::{CoordinateArgs, JobArgs, OutArgs, RunArgs};
 use crate::checkpoints::{self, Found, Identity, Keeper};
@@ -268,8 +268,8 @@ impl Prepared {
     fn target_missed(&self, Checkpoint { tally, .. }: &Checkpoint) -> bool {
         let Some(target) = &self.settings.target else { return false };
         let (scene, walks) = (self.experiment.scene(), tally.counts.walks);
-        let solution = || Solution::new(&self.experiment, tally, self.settings.level(scene));
-        walks == 0 || !judge(target, scene, &solution(), walks * self.experiment.paths_per_walk()).reached
+        let estimates = Estimates::new(&self.experiment, tally, self.settings.level(scene));
+        walks == 0 || !judge(target, &estimates, walks * self.experiment.paths_per_walk()).reached
     }
 }
 

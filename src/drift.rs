@@ -1,24 +1,36 @@
 //! Whether the second half of a run says the same as the first.
 
-use radiosity::{Experiment, Tally};
+use radiosity::Tally;
 use stats::Moments;
+
+/// So many patches tell whether a run drifts.
+const TELLING_PATCHES: usize = 1 << 16;
 
 /// Patches with fewer scores in one of the halves are left out: their differences are not normal.
 const FEWEST_SCORES: f64 = 30.0;
 
+/// The moments of every patch, or of every so manieth where there are very many.
+pub struct Sample(Vec<Moments>);
+
+impl Sample {
+    /// Of a tally.
+    pub fn new(tally: &Tally) -> Self {
+        let every = tally.patches().div_ceil(TELLING_PATCHES).max(1);
+        let scores = 0..tally.layout().scores;
+        let each = (0..tally.patches()).step_by(every).flat_map(|i| scores.clone().map(move |s| (i, s)));
+        let moments = each.map(|(patch, score)| {
+            let sums = tally.patch(patch, score);
+            Moments { n: tally.counts.walks, sum: sums[0], sum_sq: sums[1] }
+        });
+        Sample(moments.collect())
+    }
+}
+
 /// The mean of z² over patches and scores, z being the difference between the walks of `before` and those that came
 /// since, up to `now`, over its standard error. About 1 where walks are independent, whatever they score; not a number
 /// where no patch has enough scores.
-pub fn drift(experiment: &Experiment, before: &Tally, now: &Tally) -> f64 {
-    let patches = experiment.scene().patches().len();
-    let each = (0..patches).flat_map(|patch| (0..now.layout().scores).map(move |score| (patch, score)));
-    let z = each.filter_map(|(patch, score)| {
-        let moments = |tally: &Tally| {
-            let sums = tally.patch(patch, score);
-            Moments { n: tally.counts.walks, sum: sums[0], sum_sq: sums[1] }
-        };
-        z(moments(before), moments(now))
-    });
+pub fn drift(before: &Sample, now: &Sample) -> f64 {
+    let z = before.0.iter().zip(&now.0).filter_map(|(before, now)| z(*before, *now));
     stats::mean_squared_z(z).map_or(f64::NAN, |drift| drift.value)
 }
 

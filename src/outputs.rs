@@ -4,7 +4,7 @@ use std::path::Path;
 
 use cluster::checkpoint::{Book, Checkpoint};
 use job::{Method, Word};
-use radiosity::{Experiment, Scene, Solution};
+use radiosity::{Estimates, Experiment, Precision, Scene};
 use report::{
     OutputFolder, PartSummary, Provenance, RunFacts, SessionSummary, Summary, WorkerSummary, WorstPatch,
 };
@@ -62,12 +62,12 @@ impl RunOutput {
             return Ok(());
         }
         checkpoints::write(self.path(), checkpoint, good)?;
-        let solution = Solution::new(experiment, tally, settings.level(scene));
-        let facts = facts(settings, experiment, &solution, checkpoint);
-        let summary = Summary::new(scene, tally, &solution, facts);
-        let radiosities = shown(scene, &solution);
-        let picture = report::Picture::render(scene, &radiosities);
-        self.folder.write("patches.csv", |file| report::write_patches(file, scene, &solution))?;
+        let estimates = Estimates::new(experiment, tally, settings.level(scene));
+        let precision = estimates.precision();
+        let summary =
+            Summary::new(scene, tally, precision, facts(settings, &estimates, &precision, &checkpoint.book));
+        let picture = report::Picture::render(scene, &shown(&estimates));
+        self.folder.write("patches.csv", |file| report::write_patches(file, &estimates))?;
         self.folder.write("summary.json", |file| summary.write(file))?;
         self.folder.write("radiosity.png", |file| picture.write_png(file))?;
         if out.json {
@@ -130,11 +130,10 @@ impl RunOutput {
 }
 
 /// B of every patch and channel as the picture shows it; a patch that no walk could tell of shows what it emits.
-fn shown(scene: &Scene, solution: &Solution) -> Vec<f64> {
-    let patches = scene.patches().iter().zip(solution.estimates.chunks_exact(solution.channels));
-    let shown = patches.flat_map(|(patch, channels)| {
-        let emitted = patch.emittance.channels();
-        channels.iter().zip(emitted).map(|(estimate, e)| estimate.map_or(e, |estimate| estimate.radiosity))
+fn shown(estimates: &Estimates) -> Vec<f64> {
+    let shown = estimates.iter().flat_map(|(_, patch, known)| {
+        let shown = move |c| known.map_or(patch.emittance[c], |known| known[c].radiosity);
+        (0..estimates.scene().channels()).map(shown)
     });
     shown.collect()
 }
@@ -153,13 +152,8 @@ fn describe_worst(worst: &WorstPatch) {
     ));
 }
 
-fn facts(
-    settings: &Settings,
-    experiment: &Experiment,
-    solution: &Solution,
-    checkpoint: &Checkpoint,
-) -> RunFacts {
-    let (scene, Checkpoint { tally, book, .. }) = (experiment.scene(), checkpoint);
+fn facts(settings: &Settings, estimates: &Estimates, precision: &Precision, book: &Book) -> RunFacts {
+    let (experiment, tally, scene) = (estimates.experiment(), estimates.tally(), estimates.scene());
     let paths = tally.counts.walks.saturating_mul(experiment.paths_per_walk());
     // A chain is a stream of its own.
     let stream_paths = experiment.chain_rays().unwrap_or(settings.stream_paths);
@@ -176,8 +170,8 @@ fn facts(
         workers_lost: book.effort.workers_lost,
         streams: paths.div_ceil(stream_paths),
         streams_reissued: book.effort.streams_reissued,
-        target: settings.target.map(|target| target::judge(&target, scene, solution, paths)),
-        checks: checks(experiment, settings.note.as_deref(), solution, tally, &book.looks),
+        target: settings.target.map(|target| target::judge(&target, estimates, paths)),
+        checks: checks(estimates, settings.note.as_deref(), precision, &book.looks),
         confidence: settings.confidence,
         simultaneous: settings.simultaneous,
         provenance: provenance(book, experiment.paths_per_walk()),

@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use cluster::coordinator::{Coordinator, Notice};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use radiosity::{Experiment, Precision, Solution};
+use radiosity::{Estimates, Experiment, Precision};
 use serde_json::json;
 
 use crate::args::OutArgs;
@@ -103,8 +103,8 @@ impl<'a> Display<'a> {
         if now < self.next_precision || coordinator.prefix().counts.walks == 0 {
             return;
         }
-        let solution = Solution::new(self.experiment, coordinator.prefix(), self.confidence);
-        self.precision = Some(solution.precision(self.experiment.scene()));
+        let estimates = Estimates::new(self.experiment, coordinator.prefix(), self.confidence);
+        self.precision = Some(estimates.precision());
         self.next_precision = now + now.elapsed() * ERROR_SHARE;
     }
 

@@ -5,11 +5,11 @@
 
 use cluster::checkpoint::Look;
 use job::{Target, Unhit};
-use radiosity::{Estimate, Experiment, Scene, Solution, Tally};
+use radiosity::{Channels, Estimate, Estimates, Experiment, Patch, Tally};
 use report::WorstPatch;
 use stats::{DoubleSampling, foresight};
 
-use crate::drift::drift;
+use crate::drift::{Sample, drift};
 
 /// The first look at a run. Few walks say little, also about how little they say.
 const FIRST_LOOK: u64 = 1 << 10;
@@ -23,7 +23,6 @@ const NAMED: usize = 5;
 /// How far one patch is from being known.
 #[derive(Clone, Copy, Debug)]
 struct Standing {
-    patch: usize,
     area: f64,
     /// The largest of its channels; infinite where no walk has hit it.
     error: f64,
@@ -32,65 +31,88 @@ struct Standing {
     hits: u128,
 }
 
-/// Every patch that a target is about: those that do not emit and that walks could tell of.
-fn standings(scene: &Scene, solution: &Solution, unhit: Unhit) -> Vec<Standing> {
-    let patches = scene.patches().iter().zip(solution.estimates.chunks_exact(solution.channels)).enumerate();
-    let standing = |(i, (patch, channels)): (usize, (radiosity::Patch, &[Option<Estimate>]))| {
+impl Standing {
+    /// `None` where the target is not about the patch: it emits, or may stay unhit.
+    fn new(patch: &Patch, channels: &Channels, unhit: Unhit) -> Option<Self> {
         if patch.emittance.is_lit() {
             return None;
         }
-        let known: Option<Vec<Estimate>> = channels.iter().copied().collect();
-        let unknown: Vec<Estimate> = known?.into_iter().filter(|e| e.ci_high > e.ci_low).collect();
-        let error = unknown.iter().map(Estimate::relative_error).fold(0.0, f64::max);
-        let scores = unknown.iter().map(|e| e.effective_scores).fold(f64::INFINITY, f64::min);
-        let hits = channels[0].map_or(0, |estimate| estimate.hits);
+        let unknown = || channels.iter().filter(|e| e.ci_high > e.ci_low);
+        let error = unknown().map(Estimate::relative_error).fold(0.0, f64::max);
+        let scores = unknown().map(|e| e.effective_scores).fold(f64::INFINITY, f64::min);
         let left_out = unhit == Unhit::Ignore && scores == 0.0;
-        (!left_out).then_some(Standing { patch: i, area: patch.area, error, scores, hits })
-    };
-    patches.filter_map(standing).collect()
+        (!left_out).then(|| Standing { area: patch.area, error, scores, hits: channels[0].hits })
+    }
 }
 
-/// The part of the area that has at most this relative error, from this many scores at least.
-fn part_within(standings: &[Standing], relative_error: f64, scores: f64) -> f64 {
-    let area = |of: &mut dyn Iterator<Item = &Standing>| of.map(|standing| standing.area).sum::<f64>();
-    let all = area(&mut standings.iter());
-    let is_within = |s: &&Standing| s.error <= relative_error && s.scores >= scores;
-    if all > 0.0 { area(&mut standings.iter().filter(is_within)) / all } else { 1.0 }
+/// Every patch that a target is about: those that do not emit and that walks could tell of.
+fn standings(estimates: &Estimates, unhit: Unhit) -> impl Iterator<Item = (usize, Standing)> {
+    let known = estimates.known();
+    known.filter_map(move |(i, patch, channels)| Some((i, Standing::new(&patch, &channels, unhit)?)))
 }
 
-/// How a solution does on a target, after so many paths.
-pub fn judge(target: &Target, scene: &Scene, solution: &Solution, paths: u64) -> report::Target {
-    let mut standings = standings(scene, solution, target.unhit);
-    let Target { relative_error, fraction, .. } = *target;
-    let achieved = part_within(&standings, relative_error, target.min_hits as f64);
+/// What is asked of a patch: at most this relative error, from so many scores at least.
+#[derive(Clone, Copy, Debug)]
+struct Bar {
+    error: f64,
+    scores: f64,
+}
+
+impl Bar {
+    fn is_met(&self, standing: &Standing) -> bool {
+        standing.error <= self.error && standing.scores >= self.scores
+    }
+}
+
+/// The parts of the area that meet each of some bars.
+fn parts_within<const N: usize>(standings: impl Iterator<Item = Standing>, bars: [Bar; N]) -> [f64; N] {
+    let (mut within, mut all) = ([0.0; N], 0.0);
+    for standing in standings {
+        all += standing.area;
+        for (within, bar) in within.iter_mut().zip(bars) {
+            *within += if bar.is_met(&standing) { standing.area } else { 0.0 };
+        }
+    }
+    within.map(|within| if all > 0.0 { within / all } else { 1.0 })
+}
+
+/// How a tally does on a target, after so many paths.
+pub fn judge(target: &Target, estimates: &Estimates, paths: u64) -> report::Target {
+    let scene = estimates.scene();
+    let Target { relative_error, fraction, unhit, .. } = *target;
+    let bar = Bar { error: relative_error, scores: target.min_hits as f64 };
+    let [achieved] = parts_within(standings(estimates, unhit).map(|(_, standing)| standing), [bar]);
     let reached = achieved >= fraction && paths >= target.min_paths;
-    standings.sort_by(|a, b| b.error.total_cmp(&a.error).then(a.patch.cmp(&b.patch)));
-    let needed = |error: f64, scores: f64| {
-        let by_error = (error / relative_error).powi(2);
-        paths as f64 * by_error.max(target.min_hits as f64 / scores)
+    let mut ranks: Vec<(f64, u32)> = standings(estimates, unhit).map(|(i, s)| (s.error, i as u32)).collect();
+    ranks.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+    let worst_first = || {
+        let standing = |i| Standing::new(&scene.patches().get(i), &estimates.patch(i)?, unhit);
+        ranks.iter().filter_map(move |&(_, i)| Some((i as usize, standing(i as usize)?)))
     };
-    let missing = |s: &&Standing| s.error > relative_error || s.scores < target.min_hits as f64;
-    let named = standings.iter().filter(missing).take(NAMED).map(|s| WorstPatch {
-        patch: s.patch,
-        surface: scene.surface_name(scene.patches().get(s.patch).surface).into(),
+    let needed = |standing: &Standing| {
+        let by_error = (standing.error / relative_error).powi(2);
+        paths as f64 * by_error.max(target.min_hits as f64 / standing.scores)
+    };
+    let named = worst_first().filter(|(_, s)| !bar.is_met(s)).take(NAMED).map(|(patch, s)| WorstPatch {
+        patch,
+        surface: scene.surface_name(scene.patches().get(patch).surface).into(),
         relative_error: s.error,
         hits: u64::try_from(s.hits).unwrap_or(u64::MAX),
-        paths_needed: needed(s.error, s.scores),
+        paths_needed: needed(&s),
     });
-    let worst = named.collect();
-    let total: f64 = standings.iter().map(|standing| standing.area).sum();
+    let total: f64 = standings(estimates, unhit).map(|(_, standing)| standing.area).sum();
     let mut spared = (1.0 - fraction) * total;
     // The worst may stay as they are, as long as the rest makes up the fraction.
-    let decisive = standings.iter().find(|standing| {
+    let mut decisive = worst_first().filter(|(_, standing)| {
         spared -= standing.area;
         spared < -1e-9 * total
     });
-    let paths_needed = match decisive {
+    let paths_needed = match decisive.next() {
         _ if reached => None,
-        Some(standing) => Some(needed(standing.error, standing.scores)).filter(|paths| paths.is_finite()),
+        Some((_, standing)) => Some(needed(&standing)).filter(|paths| paths.is_finite()),
         None => None,
     };
-    report::Target { reached, relative_error, fraction, achieved, paths_needed, worst }
+    report::Target { reached, relative_error, fraction, achieved, paths_needed, worst: named.collect() }
 }
 
 /// Looks at prefixes of one job.
@@ -98,8 +120,8 @@ pub struct Observer {
     experiment: Experiment,
     level: f64,
     target: Option<Target>,
-    /// The tally of the look before.
-    before: Option<Tally>,
+    /// Of the look before.
+    before: Option<Sample>,
 }
 
 impl Observer {
@@ -110,18 +132,18 @@ impl Observer {
 
     /// Looks at the tally of a prefix.
     pub fn look(&mut self, tally: &Tally, looks: &[Look]) -> Look {
-        let scene = self.experiment.scene();
         let walks = tally.counts.walks;
-        let solution = Solution::new(&self.experiment, tally, self.level);
-        let precision = solution.precision(scene);
+        let estimates = Estimates::new(&self.experiment, tally, self.level);
+        let precision = estimates.precision();
         let (promising, reached) = match &self.target {
             Some(target) if walks * self.experiment.paths_per_walk() >= target.min_paths => {
-                decide(target, scene, &solution, walks, looks)
+                decide(target, &estimates, walks, looks)
             }
             _ => (false, false),
         };
-        let drift = self.before.as_ref().map_or(f64::NAN, |before| drift(&self.experiment, before, tally));
-        self.before = Some(tally.clone());
+        let now = Sample::new(tally);
+        let drift = self.before.as_ref().map_or(f64::NAN, |before| drift(before, &now));
+        self.before = Some(now);
         Look {
             walks,
             rays: tally.counts.rays,
@@ -135,12 +157,13 @@ impl Observer {
 }
 
 /// Whether twice these walks will do, and whether the run ends here.
-fn decide(target: &Target, scene: &Scene, solution: &Solution, walks: u64, looks: &[Look]) -> (bool, bool) {
-    let standings = standings(scene, solution, target.unhit);
+fn decide(target: &Target, estimates: &Estimates, walks: u64, looks: &[Look]) -> (bool, bool) {
     let Target { relative_error, fraction, .. } = *target;
     let scores = target.min_hits as f64;
-    let promising = part_within(&standings, foresight(relative_error), 0.5 * scores) >= fraction;
-    let met = part_within(&standings, relative_error, scores) >= fraction;
+    let met = Bar { error: relative_error, scores };
+    let foreseen = Bar { error: foresight(relative_error), scores: 0.5 * scores };
+    let standings = standings(estimates, target.unhit).map(|(_, standing)| standing);
+    let [met, promising] = parts_within(standings, [met, foreseen]).map(|part| part >= fraction);
     let mut rule = DoubleSampling::default();
     // What was met at earlier looks did not end the run.
     for look in looks {
@@ -186,17 +209,13 @@ mod tests {
         assert!(looks.iter().all(|n| 2 * n > 1 << 30 || looks.contains(&(2 * n))));
     }
 
-    fn standing(area: f64, error: f64, scores: f64) -> Standing {
-        Standing { patch: 0, area, error, scores, hits: scores as u128 }
-    }
-
     #[test]
     fn a_target_goes_by_area_and_by_scores() {
+        let standing = |area, error, scores| Standing { area, error, scores, hits: scores as u128 };
         let all = [standing(1.0, 0.1, 100.0), standing(2.0, 0.2, 50.0), standing(1.0, f64::INFINITY, 0.0)];
-        assert_eq!(part_within(&all, 0.1, 0.0), 0.25);
-        assert_eq!(part_within(&all, 0.2, 0.0), 0.75);
-        assert_eq!(part_within(&all, 0.2, 60.0), 0.25);
-        assert_eq!(part_within(&all, 1e300, 0.0), 0.75, "what no walk has hit is never known");
-        assert_eq!(part_within(&[], 0.1, 10.0), 1.0);
+        let bars = [(0.1, 0.0), (0.2, 0.0), (0.2, 60.0), (1e300, 0.0)];
+        let parts = parts_within(all.into_iter(), bars.map(|(error, scores)| Bar { error, scores }));
+        assert_eq!(parts, [0.25, 0.75, 0.25, 0.75], "what no walk has hit is never known");
+        assert_eq!(parts_within([].into_iter(), [Bar { error: 0.1, scores: 10.0 }]), [1.0]);
     }
 }

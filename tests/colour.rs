@@ -9,8 +9,8 @@ use exact::{Exact, best_gathering_weights, best_shooting_weights, gathering_cova
 use exact::{GatherEstimator, WalkEstimator, shooting_covariance};
 use glam::DVec3;
 use radiosity::{
-    Birth, Direction, EstimatorKind, Experiment, IndexChoice, InfiniteEnd, Method, Scene, SceneSpec,
-    Solution, Space, Spectrum, Unfit, birth_probabilities,
+    Birth, Direction, Estimates, EstimatorKind, Experiment, IndexChoice, InfiniteEnd, Method, Scene,
+    SceneSpec, Solution, Space, Spectrum, Tally, Unfit, birth_probabilities,
 };
 use stats::{Coverage, Interval, mean_squared_z};
 
@@ -140,12 +140,13 @@ fn an_unlit_channel_is_dark() {
     spec.surfaces[0].cell_emittance = vec![(4, Spectrum::rgb([1.0, 0.0, 0.5]))];
     for method in methods() {
         let experiment = experiment(&spec, IndexChoice::Auto, method);
-        let solution = Solution::new(&experiment, &walk::<2>(&experiment, 5, 0..1000), 0.95);
+        let tally = walk::<2>(&experiment, 5, 0..1000);
+        let estimates = Estimates::new(&experiment, &tally, 0.95);
         for i in 0..54 {
-            let dark = solution.patch(i).unwrap()[1];
+            let dark = estimates.patch(i).unwrap()[1];
             assert_eq!((dark.radiosity, dark.ci_high, dark.std_error), (0.0, 0.0, Some(0.0)));
         }
-        assert!(solution.precision(experiment.scene()).rms_relative_error.is_finite());
+        assert!(estimates.precision().rms_relative_error.is_finite());
     }
 }
 
@@ -191,12 +192,10 @@ fn the_best_mix_is_that_of_theory() {
     for (direction, best) in [Direction::Shooting, direction].into_iter().zip(best) {
         let method = Method { direction, mix: true, ..collision(Space::Discrete) };
         let experiment = experiment(&spec, IndexChoice::Auto, method.clone());
-        let parts: Vec<Solution> = (0..16)
-            .map(|part| Solution::new(&experiment, &walk::<2>(&experiment, part, 0..250_000), 0.95))
-            .collect();
+        let parts: Vec<Tally> = (0..16).map(|part| walk::<2>(&experiment, part, 0..250_000)).collect();
         let excess = predicted_excess(&exact, &experiment, &best);
         for i in 0..54 {
-            let mixes = || parts.iter().map(|part| part.mixes.as_ref().unwrap()[i].unwrap());
+            let mixes = || parts.iter().map(|part| Estimates::new(&experiment, part, 0.95).mix(i).unwrap());
             let t_alpha = t_of(mixes().map(|mix| mix.alpha.unwrap()).collect(), best[i]);
             assert!(t_alpha.abs() < 6.5, "{:?} patch {i}: alpha t = {t_alpha}", method.direction);
             let t_excess = t_of(mixes().map(|mix| mix.collision_excess.unwrap()).collect(), excess[i]);

@@ -43,7 +43,7 @@ pub use patch::{Patch, Patches};
 pub use replay::{Replay, Step};
 pub use rng::{Sequence, WalkRng};
 pub use scene::{IndexChoice, Scene, SceneError};
-pub use solution::{Estimate, Mix, Precision, Solution};
+pub use solution::{Channels, Estimate, Estimates, Mix, Precision, Solution};
 pub use spec::{SceneSpec, Shape, Sides, Spectrum, SurfaceSpec};
 pub use surface::{Side, Surface};
 pub use tally::{Counts, Layout, MergeError, Overflow, Scoreboard, Tally};

@@ -1,5 +1,7 @@
 //! From a tally to radiosities with their confidence intervals.
 
+use std::ops::Deref;
+
 use stats::Moments;
 
 use crate::experiment::{Experiment, Meaning};
@@ -60,70 +62,105 @@ pub struct Precision {
     pub unhit_patches: u64,
 }
 
-/// The estimates of all patches.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Solution {
-    /// In patch order, the channels of a patch side by side; `None` where no walk could tell.
-    pub estimates: Vec<Option<Estimate>>,
-    /// 1 or 3.
-    pub channels: usize,
-    /// The level of every interval.
-    pub confidence: f64,
-    /// Whether walks were cut off, so that `bias_bound` has to be looked at.
-    pub biased: bool,
-    /// In patch order, where the job asked for it.
-    pub mixes: Option<Vec<Option<Mix>>>,
+/// What is known of the channels of one patch: one or three estimates.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Channels {
+    estimates: [Estimate; 3],
+    count: usize,
 }
 
-impl Solution {
-    /// What a tally of at least one walk says.
-    pub fn new(experiment: &Experiment, tally: &Tally, confidence: f64) -> Self {
-        let scene = experiment.scene();
-        let channels = scene.channels();
-        let all = scene.patches().iter().enumerate().flat_map(|(i, p)| (0..channels).map(move |c| (i, p, c)));
-        let student = experiment.chain_rays().map(|_| Student::new(tally.counts.walks, confidence));
-        let estimate = |(i, patch, channel): (usize, Patch, usize)| {
-            let meaning = experiment.meaning(i, channel, tally)?;
-            let (moments, events) = (moments(tally, i, channel), tally.events(i));
-            Some(match &student {
-                Some(student) => estimate_of_chains(&patch, channel, &moments, events, &meaning, student),
-                None => estimate(&patch, channel, &moments, events, &meaning, confidence),
-            })
-        };
-        let mixes = experiment.method().mix.then(|| {
-            let patches = 0..scene.patches().len();
-            patches.map(|i| Mix::new(experiment, tally, i)).collect()
-        });
-        Solution {
-            estimates: all.map(estimate).collect(),
-            channels,
-            confidence,
-            biased: experiment.is_biased(),
-            mixes,
+impl Deref for Channels {
+    type Target = [Estimate];
+
+    fn deref(&self) -> &[Estimate] {
+        &self.estimates[..self.count]
+    }
+}
+
+impl Channels {
+    /// `estimate` of each channel.
+    fn new(count: usize, estimate: impl Fn(usize) -> Option<Estimate>) -> Option<Self> {
+        let mut estimates = [estimate(0)?; 3];
+        for (c, channel) in estimates[..count].iter_mut().enumerate().skip(1) {
+            *channel = estimate(c)?;
         }
+        Some(Channels { estimates, count })
+    }
+}
+
+/// What a tally says of the patches of a scene, each estimated when it is asked for: of a million patches nothing is
+/// kept but their tally.
+#[derive(Clone, Debug)]
+pub struct Estimates<'a> {
+    experiment: &'a Experiment,
+    tally: &'a Tally,
+    confidence: f64,
+    /// Where the tally is of chains.
+    student: Option<Student>,
+}
+
+impl<'a> Estimates<'a> {
+    /// Of a tally of at least one walk; every interval has the level `confidence`.
+    pub fn new(experiment: &'a Experiment, tally: &'a Tally, confidence: f64) -> Self {
+        let student = experiment.chain_rays().map(|_| Student::new(tally.counts.walks, confidence));
+        Estimates { experiment, tally, confidence, student }
     }
 
-    /// The estimates of one patch, channel by channel; `None` where no walk could tell.
-    pub fn patch(&self, patch: usize) -> Option<Vec<Estimate>> {
-        self.estimates[patch * self.channels..][..self.channels].iter().copied().collect()
+    /// The scene.
+    pub fn scene(&self) -> &'a Scene {
+        self.experiment.scene()
     }
 
-    /// The patches with what is known of them.
-    fn known<'a>(&'a self, scene: &'a Scene) -> impl Iterator<Item = (usize, Patch, &'a [Option<Estimate>])> {
-        let patches = scene.patches().iter().zip(self.estimates.chunks_exact(self.channels)).enumerate();
-        patches
-            .map(|(i, (patch, channels))| (i, patch, channels))
-            .filter(|(_, _, channels)| channels[0].is_some())
+    /// The method in the scene.
+    pub fn experiment(&self) -> &'a Experiment {
+        self.experiment
+    }
+
+    /// What was scored.
+    pub fn tally(&self) -> &'a Tally {
+        self.tally
+    }
+
+    /// What is known of patch i; `None` where no walk could tell.
+    pub fn patch(&self, i: usize) -> Option<Channels> {
+        self.of(i, &self.scene().patches().get(i))
+    }
+
+    /// All patches in their order, with what is known of them.
+    pub fn iter(&self) -> impl Iterator<Item = (usize, Patch, Option<Channels>)> {
+        let patches = self.scene().patches().iter().enumerate();
+        patches.map(|(i, patch)| (i, patch, self.of(i, &patch)))
+    }
+
+    /// Patches that some walk could tell of.
+    pub fn known(&self) -> impl Iterator<Item = (usize, Patch, Channels)> {
+        self.iter().filter_map(|(i, patch, channels)| Some((i, patch, channels?)))
+    }
+
+    /// Absorption and survival mixed on patch i; `None` where no walk could tell, or nobody asked for it.
+    pub fn mix(&self, i: usize) -> Option<Mix> {
+        if self.experiment.method().mix { Mix::new(self.experiment, self.tally, i) } else { None }
+    }
+
+    fn of(&self, i: usize, patch: &Patch) -> Option<Channels> {
+        Channels::new(self.scene().channels(), |channel| {
+            let meaning = self.experiment.meaning(i, channel, self.tally)?;
+            let (moments, events) = (moments(self.tally, i, channel), self.tally.events(i));
+            Some(match &self.student {
+                Some(student) => estimate_of_chains(patch, channel, &moments, events, &meaning, student),
+                None => estimate(patch, channel, &moments, events, &meaning, self.confidence),
+            })
+        })
     }
 
     /// The fraction of the area of the sampled non-emitting patches whose relative error is at most
     /// `relative_error` in every channel. A patch that was never hit has an infinite one; a patch of reflectance 0
     /// is known exactly.
-    pub fn fraction_within(&self, scene: &Scene, relative_error: f64) -> f64 {
+    pub fn fraction_within(&self, relative_error: f64) -> f64 {
         let (mut within, mut area) = (0.0, 0.0);
-        for (_, patch, channels) in self.known(scene).filter(|(_, patch, _)| !patch.emittance.is_lit()) {
+        for (_, patch, channels) in self.known().filter(|(_, patch, _)| !patch.emittance.is_lit()) {
             area += patch.area;
-            if channels.iter().flatten().all(|estimate| estimate.relative_error() <= relative_error) {
+            if channels.iter().all(|estimate| estimate.relative_error() <= relative_error) {
                 within += patch.area;
             }
         }
@@ -132,12 +169,12 @@ impl Solution {
 
     /// How well the non-emitting patches are known, all channels alike. Where the reflectance is 0, or nothing
     /// emits, the radiosity is known exactly.
-    pub fn precision(&self, scene: &Scene) -> Precision {
+    pub fn precision(&self) -> Precision {
         let mut precision = Precision::default();
         let (mut weighted, mut area) = (0.0, 0.0);
-        let lit = |channel: usize| scene.total_power(channel) > 0.0;
-        for (i, patch, channels) in self.known(scene).filter(|(_, patch, _)| !patch.emittance.is_lit()) {
-            let estimated = channels.iter().flatten().enumerate();
+        let lit = |channel: usize| self.scene().total_power(channel) > 0.0;
+        for (i, patch, channels) in self.known().filter(|(_, patch, _)| !patch.emittance.is_lit()) {
+            let estimated = channels.iter().enumerate();
             for (_, estimate) in estimated.filter(|&(c, _)| patch.reflectance[c] > 0.0 && lit(c)) {
                 let error = estimate.relative_error();
                 if estimate.effective_scores == 0.0 {
@@ -156,6 +193,30 @@ impl Solution {
             precision.rms_relative_error = (weighted / area).sqrt();
         }
         precision
+    }
+}
+
+/// The estimates of all patches at once.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Solution {
+    /// In patch order, the channels of a patch side by side; `None` where no walk could tell.
+    pub estimates: Vec<Option<Estimate>>,
+    /// 1 or 3.
+    pub channels: usize,
+}
+
+impl Solution {
+    /// What a tally of at least one walk says.
+    pub fn new(experiment: &Experiment, tally: &Tally, confidence: f64) -> Self {
+        let channels = experiment.scene().channels();
+        let of_patch = |known: Option<Channels>| (0..channels).map(move |c| known.map(|known| known[c]));
+        let estimates = Estimates::new(experiment, tally, confidence);
+        Solution { estimates: estimates.iter().flat_map(|(_, _, known)| of_patch(known)).collect(), channels }
+    }
+
+    /// The estimates of one patch, channel by channel; `None` where no walk could tell.
+    pub fn patch(&self, patch: usize) -> Option<Vec<Estimate>> {
+        self.estimates[patch * self.channels..][..self.channels].iter().copied().collect()
     }
 }
 
@@ -237,6 +298,7 @@ fn estimate(
 }
 
 /// What the mean of n independent chains says: it errs as Student's t of n − 1 degrees of freedom.
+#[derive(Clone, Debug)]
 struct Student {
     /// Half-width of the interval, in standard errors of the mean; `None` of a single chain.
     quantile: Option<f64>,

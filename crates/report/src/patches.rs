@@ -4,8 +4,9 @@
 //! a reader that guesses column types from the first rows never takes a column of them for integers.
 
 use std::io::{self, Write};
+use std::ops::Deref;
 
-use radiosity::{Estimate, Patch, Scene, Solution};
+use radiosity::{Estimate, Estimates, Mix, Patch, Scene};
 
 /// Columns before those of the channels.
 const PLACE: &[&str] = &["patch", "surface", "u", "v", "x", "y", "z", "area"];
@@ -28,37 +29,56 @@ const MIX: &[&str] = &["mix_alpha", "mix_radiosity", "mix_std_error", "collision
 /// A column of one channel: its name.
 const CHANNELS: [&str; 3] = ["r", "g", "b"];
 
-/// Writes the patches of a scene and what was estimated of them. `solution` is of this scene.
+/// Writes the patches of a scene and what was estimated of them.
 ///
 /// # Errors
 /// Those of `writer`.
-pub fn write_patches(writer: impl Write, scene: &Scene, solution: &Solution) -> io::Result<()> {
+pub fn write_patches(writer: impl Write, estimates: &Estimates) -> io::Result<()> {
+    let (scene, method) = (estimates.scene(), estimates.experiment().method());
+    let extras = Extras { bias: estimates.experiment().is_biased(), mix: method.mix };
+    let rows = estimates.iter().map(|(i, patch, known)| (i, patch, known, estimates.mix(i)));
+    write_rows(writer, scene, extras, rows)
+}
+
+/// Which columns there are that most methods have not.
+#[derive(Clone, Copy, Default)]
+struct Extras {
+    bias: bool,
+    mix: bool,
+}
+
+fn write_rows<K: Deref<Target = [Estimate]>>(
+    writer: impl Write,
+    scene: &Scene,
+    extras: Extras,
+    rows: impl Iterator<Item = (usize, Patch, Option<K>, Option<Mix>)>,
+) -> io::Result<()> {
     let mut table = csv::Writer::from_writer(writer);
-    table.write_record(header(solution))?;
+    table.write_record(header(scene.channels(), extras))?;
     let mut flags = String::new();
-    let estimates = solution.estimates.chunks_exact(solution.channels);
-    for (number, (patch, estimates)) in scene.patches().iter().zip(estimates).enumerate() {
-        set_flags(&mut flags, &patch, estimates);
+    for (number, patch, known, best_mix) in rows {
+        let known = known.as_deref();
+        set_flags(&mut flags, &patch, known);
         table.serialize((
             place(scene, number, &patch),
-            light(&patch, estimates),
-            estimates[0].map(|estimate| estimate.hits),
+            light(&patch, scene.channels(), known),
+            known.map(|channels| channels[0].hits),
             &flags,
-            bias(solution, estimates),
-            mix(solution, number),
+            bias(scene.channels(), extras, known),
+            mix(extras, best_mix),
         ))?;
     }
     table.flush()
 }
 
-fn header(solution: &Solution) -> Vec<String> {
+fn header(channels: usize, extras: Extras) -> Vec<String> {
     let mut names: Vec<String> = PLACE.iter().copied().map(String::from).collect();
-    names.extend(LIGHT.iter().flat_map(|name| per_channel(name, solution.channels)));
+    names.extend(LIGHT.iter().flat_map(|name| per_channel(name, channels)));
     names.extend(["hits", "flags"].map(String::from));
-    if solution.biased {
-        names.extend(per_channel("bias_bound", solution.channels));
+    if extras.bias {
+        names.extend(per_channel("bias_bound", channels));
     }
-    if solution.mixes.is_some() {
+    if extras.mix {
         names.extend(MIX.iter().copied().map(String::from));
     }
     names
@@ -78,11 +98,10 @@ fn place<'a>(scene: &'a Scene, number: usize, patch: &Patch) -> Place<'a> {
 }
 
 /// The columns [`LIGHT`], the channels of each side by side; empty where nothing is known.
-fn light(patch: &Patch, estimates: &[Option<Estimate>]) -> Vec<Option<f64>> {
-    let channels = 0..estimates.len();
+fn light(patch: &Patch, channels: usize, known: Option<&[Estimate]>) -> Vec<Option<f64>> {
     let given = [patch.reflectance, patch.emittance];
-    let given = given.into_iter().flat_map(|spectrum| channels.clone().map(move |c| Some(spectrum[c])));
-    let known: [fn(&Estimate) -> Option<f64>; 6] = [
+    let given = given.into_iter().flat_map(|spectrum| (0..channels).map(move |c| Some(spectrum[c])));
+    let columns: [fn(&Estimate) -> Option<f64>; 6] = [
         |e| Some(e.radiosity),
         |e| e.std_error,
         |e| Some(e.ci_low),
@@ -90,33 +109,32 @@ fn light(patch: &Patch, estimates: &[Option<Estimate>]) -> Vec<Option<f64>> {
         |e| e.irradiance,
         |e| e.irradiance_error,
     ];
-    let known = known.into_iter().flat_map(|of| estimates.iter().map(move |e| e.as_ref().and_then(of)));
-    given.chain(known).collect()
+    let estimated = columns.into_iter().flat_map(|of| (0..channels).map(move |c| of(&known?[c])));
+    given.chain(estimated).collect()
 }
 
 /// The columns that only biased methods have.
-fn bias(solution: &Solution, estimates: &[Option<Estimate>]) -> Vec<Option<f64>> {
-    let bounds = estimates.iter().map(|estimate| estimate.map(|estimate| estimate.bias_bound));
-    if solution.biased { bounds.collect() } else { Vec::new() }
+fn bias(channels: usize, extras: Extras, known: Option<&[Estimate]>) -> Vec<Option<f64>> {
+    let channels = if extras.bias { channels } else { 0 };
+    (0..channels).map(|c| known.map(|known| known[c].bias_bound)).collect()
 }
 
 /// The columns [`MIX`] where they were asked for.
-fn mix(solution: &Solution, patch: usize) -> Vec<Option<f64>> {
-    let Some(mixes) = &solution.mixes else { return Vec::new() };
-    match mixes[patch] {
+fn mix(extras: Extras, best: Option<Mix>) -> Vec<Option<f64>> {
+    match best {
         Some(mix) => vec![mix.alpha, Some(mix.radiosity), mix.std_error, mix.collision_excess],
-        None => vec![None; MIX.len()],
+        None => vec![None; if extras.mix { MIX.len() } else { 0 }],
     }
 }
 
 /// `emitter`: E > 0. `unsampled`: no walk could tell. `rare`: too few scores for the standard error to mean much.
 /// `bias`: walks were cut off; `bias_bound` says how much too small b may be.
-fn set_flags(flags: &mut String, patch: &Patch, estimates: &[Option<Estimate>]) {
+fn set_flags(flags: &mut String, patch: &Patch, known: Option<&[Estimate]>) {
     flags.clear();
-    let any = |holds: fn(&Estimate) -> bool| estimates.iter().flatten().any(holds);
+    let any = |holds: fn(&Estimate) -> bool| known.into_iter().flatten().any(holds);
     for (word, holds) in [
         ("emitter", patch.emittance.is_lit()),
-        ("unsampled", estimates[0].is_none()),
+        ("unsampled", known.is_none()),
         ("rare", any(Estimate::is_rare)),
         ("bias", any(|estimate| estimate.bias_bound > 0.0)),
     ] {
@@ -130,25 +148,38 @@ fn set_flags(flags: &mut String, patch: &Patch, estimates: &[Option<Estimate>]) 
 
 #[cfg(test)]
 mod tests {
-    use radiosity::{Experiment, IndexChoice, Sequence, Spectrum};
+    use radiosity::{Experiment, IndexChoice, Spectrum, Tally};
 
     use super::*;
-    use crate::scenes::{cube, cube_spec, experiment, solution};
+    use crate::scenes::{cube, cube_spec, experiment, shot};
 
     const HEADER: &str = "patch,surface,u,v,x,y,z,area,reflectance,emittance,radiosity,std_error,\
                           ci_low,ci_high,irradiance,irradiance_error,hits,flags";
 
-    fn table(scene: &Scene, solution: &Solution) -> String {
+    fn table(experiment: &Experiment, tally: &Tally) -> String {
         let mut bytes = Vec::new();
-        write_patches(&mut bytes, scene, solution).unwrap();
+        write_patches(&mut bytes, &Estimates::new(experiment, tally, 0.95)).unwrap();
+        String::from_utf8(bytes).unwrap()
+    }
+
+    /// The table of the cube, each estimate `changed`.
+    fn table_with(changed: impl Fn(usize, &mut Estimate)) -> String {
+        let experiment = experiment(&cube());
+        let tally = shot(&experiment);
+        let estimates = Estimates::new(&experiment, &tally, 0.95);
+        let rows = estimates.iter().map(|(i, patch, known)| {
+            let mut estimate = known.unwrap()[0];
+            changed(i, &mut estimate);
+            (i, patch, Some(vec![estimate]), None)
+        });
+        let mut bytes = Vec::new();
+        write_rows(&mut bytes, estimates.scene(), Extras::default(), rows).unwrap();
         String::from_utf8(bytes).unwrap()
     }
 
     #[test]
     fn rows_are_as_the_format_says() {
-        let scene = cube();
-        let mut solution = solution(&scene);
-        solution.estimates[1] = Some(Estimate {
+        let odd = Estimate {
             radiosity: 0.1,
             std_error: Some(1e-20),
             ci_low: 0.0,
@@ -158,10 +189,10 @@ mod tests {
             hits: u128::MAX,
             effective_scores: 1e30,
             bias_bound: 0.0,
-        });
-        let text = table(&scene, &solution);
+        };
+        let text = table_with(|_, estimate| *estimate = odd);
         let lines: Vec<&str> = text.lines().collect();
-        assert_eq!(lines.len(), 1 + scene.patches().len());
+        assert_eq!(lines.len(), 1 + 54);
         assert_eq!(lines[0], HEADER);
         assert_eq!(
             lines[2],
@@ -172,13 +203,12 @@ mod tests {
 
     #[test]
     fn every_number_reads_back_the_same() {
-        let scene = cube();
-        let mut solution = solution(&scene);
         let values = [1e-20, 1e300, f64::MIN_POSITIVE, 5e-324, f64::MAX, 0.1 + 0.2, 1.0 / 3.0, 123456789.123];
-        for (estimate, value) in solution.estimates.iter_mut().flatten().zip(values) {
-            estimate.radiosity = value;
-        }
-        let text = table(&scene, &solution);
+        let text = table_with(|i, estimate| {
+            if let Some(&value) = values.get(i) {
+                estimate.radiosity = value;
+            }
+        });
         let mut reader = csv::Reader::from_reader(text.as_bytes());
         for (record, value) in reader.records().zip(values) {
             let record = record.unwrap();
@@ -192,7 +222,8 @@ mod tests {
         let mut spec = cube_spec();
         spec.surfaces[0].reflectance = Spectrum::rgb([0.25, 0.5, 0.0]);
         let scene = Scene::build(&spec, IndexChoice::Auto).unwrap();
-        let text = table(&scene, &solution(&scene));
+        let experiment = experiment(&scene);
+        let text = table(&experiment, &shot(&experiment));
         let mut lines = text.lines();
         let header: Vec<&str> = lines.next().unwrap().split(',').collect();
         assert_eq!(
@@ -224,10 +255,7 @@ mod tests {
     fn the_best_mix_has_columns_where_it_was_asked_for() {
         let method = radiosity::Method { mix: true, ..experiment(&cube()).method().clone() };
         let experiment = Experiment::new(cube(), method).unwrap();
-        let mut board = experiment.board::<2>();
-        experiment.walk(&Sequence::new(1), 0..10_000, &mut board);
-        let solution = Solution::new(&experiment, &board.take().unwrap(), 0.95);
-        let text = table(experiment.scene(), &solution);
+        let text = table(&experiment, &shot(&experiment));
         assert!(
             text.lines()
                 .next()
@@ -240,21 +268,21 @@ mod tests {
 
     #[test]
     fn flags_are_joined_by_bars() {
-        let scene = cube();
-        let mut solution = solution(&scene);
-        let emitter = scene.patches().iter().position(|patch| patch.emittance.is_lit()).unwrap();
-        for estimate in solution.estimates.iter_mut().flatten() {
-            estimate.effective_scores = 1000.0;
-        }
-        solution.estimates[0].as_mut().unwrap().effective_scores = 0.0;
-        let flag = |solution: &Solution, patch: usize| {
-            let text = table(&scene, solution);
-            text.lines().nth(1 + patch).unwrap().rsplit(',').next().unwrap().to_owned()
+        let emitter = cube().patches().iter().position(|patch| patch.emittance.is_lit()).unwrap();
+        // Patch 0 was not hit, and this patch three times.
+        let flags = |seldom: usize| -> Vec<String> {
+            let text = table_with(|i, estimate| {
+                estimate.effective_scores = if i == 0 { 0.0 } else { 1000.0 };
+                if i == seldom {
+                    estimate.effective_scores = 3.0;
+                }
+            });
+            text.lines().skip(1).map(|line| line.rsplit(',').next().unwrap().to_owned()).collect()
         };
-        assert_eq!(flag(&solution, 0), "rare");
-        assert_eq!(flag(&solution, 1), "");
-        assert_eq!(flag(&solution, emitter), "emitter");
-        solution.estimates[emitter].as_mut().unwrap().effective_scores = 3.0;
-        assert_eq!(flag(&solution, emitter), "emitter|rare");
+        let expected = |i: usize| if i == 0 { "rare" } else { "" };
+        for (i, flag) in flags(0).iter().enumerate() {
+            assert_eq!(flag, if i == emitter { "emitter" } else { expected(i) });
+        }
+        assert_eq!(flags(emitter)[emitter], "emitter|rare");
     }
 }

@@ -184,7 +184,7 @@ mod tests {
     use radiosity::{IndexChoice, SceneSpec};
 
     use super::*;
-    use crate::scenes::{cornell, cube, quad, radiosities, solution};
+    use crate::scenes::{cornell, cube, quad, radiosities};
 
     /// The shade at a place of a picture, both coordinates in 0 … 1 from the upper left.
     fn shade(picture: &Picture, x: f64, y: f64) -> u8 {
@@ -195,7 +195,7 @@ mod tests {
 
     fn cornell_picture(index: IndexChoice) -> Picture {
         let scene = Scene::build(&cornell(), index).unwrap();
-        Picture::render(&scene, &radiosities(&solution(&scene)))
+        Picture::render(&scene, &radiosities(&scene))
     }
 
     #[test]

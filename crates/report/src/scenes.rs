@@ -3,7 +3,7 @@
 use glam::DVec3;
 use radiosity::{
     Direction, EstimatorKind, Experiment, IndexChoice, InfiniteEnd, Method, Scene, SceneSpec, Sequence,
-    Shape, Sides, Solution, Space, Spectrum, SurfaceSpec,
+    Shape, Sides, Solution, Space, Spectrum, SurfaceSpec, Tally,
 };
 
 /// A one-sided grey parallelogram: corner c, c + u, c + v.
@@ -85,15 +85,16 @@ pub fn experiment(scene: &Scene) -> Experiment {
     Experiment::new(scene.clone(), method).unwrap()
 }
 
-/// A solution by 100,000 walks.
-pub fn solution(scene: &Scene) -> Solution {
-    let experiment = experiment(scene);
+/// The tally of 100,000 walks.
+pub fn shot(experiment: &Experiment) -> Tally {
     let mut board = experiment.board::<2>();
     experiment.walk(&Sequence::new(1), 0..100_000, &mut board);
-    Solution::new(&experiment, &board.take().unwrap(), 0.95)
+    board.take().unwrap()
 }
 
 /// B of every patch [W/m²].
-pub fn radiosities(solution: &Solution) -> Vec<f64> {
+pub fn radiosities(scene: &Scene) -> Vec<f64> {
+    let experiment = experiment(scene);
+    let solution = Solution::new(&experiment, &shot(&experiment), 0.95);
     solution.estimates.iter().flatten().map(|estimate| estimate.radiosity).collect()
 }
