@@ -119,9 +119,10 @@ pub struct WorkArgs {
     /// Say nothing but panics; the coordinator reports what goes wrong
     #[arg(long)]
     pub quiet: bool,
-    /// How long to look for a coordinator that went away without a word, to be restarted
-    #[arg(long, value_name = "SECONDS", default_value_t = 600)]
-    pub wait: u64,
+    /// How long to look for a coordinator that is not there yet, or went away without a word [default: 600; started by
+    /// hand, 0 for one that is not there yet]
+    #[arg(long, value_name = "SECONDS")]
+    pub wait: Option<u64>,
 }
 
 #[derive(Args)]

@@ -10,6 +10,7 @@ mod coordinate;
 mod drift;
 mod exact_command;
 mod fault;
+mod launcher;
 mod local;
 mod merge;
 mod outputs;

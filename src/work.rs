@@ -1,5 +1,6 @@
 //! `radwalk work`: one worker process.
 
+use std::io::ErrorKind;
 use std::time::{Duration, Instant};
 
 use cluster::access::Access;
@@ -7,29 +8,58 @@ use cluster::worker::{self, Identity, WorkerError};
 use rustix::time::{ClockId, clock_gettime};
 
 use crate::args::WorkArgs;
+use crate::console::tell;
 use crate::fault::{Fault, Outcome};
+use crate::launcher;
 use crate::replica::Replica;
 
 /// Between two looks for a coordinator that has gone.
 const RETRY: Duration = Duration::from_millis(500);
 
+/// How long a coordinator is looked for, unless `--wait` says otherwise.
+const PATIENCE: Duration = Duration::from_secs(600);
+
 /// Works until the coordinator's job is done. A coordinator that was lost without a word may come back: it is looked for
-/// by the access file, which a restarted one writes anew.
+/// by the access file, which a restarted one writes anew. Launchers start everybody at once, so their workers look for a
+/// coordinator that is not there yet, too, as do those that were told how long; others hear at once what is wrong.
 pub fn work(args: &WorkArgs) -> Result<Outcome, Fault> {
-    let mut lost: Option<Instant> = None;
+    let patience = args.wait.map_or(PATIENCE, Duration::from_secs);
+    let mut since = (args.wait.is_some() || launcher::is_there(variable)).then(Instant::now);
+    let (mut joined, mut told) = (false, args.quiet);
     loop {
         let fault = match join(args) {
             Ok(()) => return Ok(Outcome::Done),
             Err(fault) => fault,
         };
-        if let Fault::Worker(WorkerError::Lost(_)) = fault {
-            // It was found, or found again: patience begins anew.
-            lost = Some(Instant::now());
-        }
-        match lost {
-            Some(since) if since.elapsed() < Duration::from_secs(args.wait) => std::thread::sleep(RETRY),
+        match &fault {
+            Fault::Worker(WorkerError::Lost(_)) => {
+                // It was found, or found again: patience begins anew.
+                (joined, since) = (true, Some(Instant::now()));
+            }
+            // Coordinators remove it when they end in good order.
+            Fault::AccessFile { source, .. } if joined && source.kind() == ErrorKind::NotFound => {
+                return Ok(Outcome::Done);
+            }
+            _ if joined || may_come(&fault) => {}
             _ => return Err(fault),
         }
+        match since {
+            Some(since) if since.elapsed() < patience => {}
+            _ => return Err(fault),
+        }
+        if !std::mem::replace(&mut told, true) {
+            tell(&format!("radwalk: {fault}; waiting for it"));
+        }
+        std::thread::sleep(RETRY);
+    }
+}
+
+/// Whether a coordinator that begins later would change this.
+fn may_come(fault: &Fault) -> bool {
+    match fault {
+        Fault::AccessFile { source, .. } => source.kind() == ErrorKind::NotFound,
+        Fault::Worker(error) => matches!(error, WorkerError::Unreachable { .. }),
+        _ => false,
     }
 }
 
@@ -47,7 +77,11 @@ fn join(args: &WorkArgs) -> Result<(), Fault> {
 
 /// What the worker process `pid` of this machine is called.
 pub fn name(pid: u32) -> String {
-    format!("{}:{pid}", rustix::system::uname().nodename().to_string_lossy())
+    launcher::name(variable, &rustix::system::uname().nodename().to_string_lossy(), pid)
+}
+
+fn variable(name: &str) -> Option<String> {
+    std::env::var(name).ok()
 }
 
 /// CPU time of this process so far [s].

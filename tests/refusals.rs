@@ -93,12 +93,12 @@ fn a_cluster_that_cannot_be_is_exit_code_3() {
     );
     assert!(message.contains("256.1.1.1"), "{message}");
     let access = path(&folder, "access.json");
-    refused(2, &["work", "--access", access.to_str().unwrap()]);
+    refused(2, &["work", "--access", access.to_str().unwrap(), "--wait", "0"]);
     fs::write(&access, "{\"address\": \"127.0.0.1:1\"").unwrap();
     refused(2, &["work", "--access", access.to_str().unwrap()]);
     let key = "00".repeat(32);
     fs::write(&access, format!("{{\"address\": \"127.0.0.1:1\", \"key\": \"{key}\"}}")).unwrap();
-    let message = refused(3, &["work", "--access", access.to_str().unwrap()]);
+    let message = refused(3, &["work", "--access", access.to_str().unwrap(), "--wait", "0"]);
     assert!(message.contains("127.0.0.1:1"), "{message}");
 }
 

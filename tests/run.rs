@@ -2,6 +2,7 @@
 
 mod support;
 
+use std::io::{BufRead, BufReader};
 use std::process::Stdio;
 
 use support::{
@@ -205,6 +206,26 @@ fn separate_coordinator_and_workers_give_the_same_answer() {
     let straight = path(&folder, "straight");
     run_job("configs/cube54.toml", &straight, &["--paths", "500000"]);
     assert!(answer(&out) == answer(&straight));
+}
+
+#[test]
+fn a_worker_that_a_launcher_started_waits_for_the_access_file_and_tells_its_rank() {
+    let folder = tempdir().unwrap();
+    let (out, access) = (path(&folder, "out"), path(&folder, "access.json"));
+    let mut worker = radwalk();
+    worker.env("SLURM_JOB_ID", "7").env("SLURM_PROCID", "2").env("SLURM_NTASKS", "4");
+    let mut worker = worker.args(["work", "--access"]).arg(&access).stderr(Stdio::piped()).spawn().unwrap();
+    let mut words = String::new();
+    BufReader::new(worker.stderr.as_mut().unwrap()).read_line(&mut words).unwrap();
+    assert!(words.contains("access.json") && words.contains("waiting"), "{words}");
+    let mut coordinator = radwalk();
+    coordinator.args(["coordinate", "configs/cube54.toml", "--paths", "100000", "--quiet"]);
+    coordinator.args(["--listen", "127.0.0.1:0", "--out"]).arg(&out).arg("--access").arg(&access);
+    let (code, _, stderr) = finish(coordinator.stderr(Stdio::piped()).spawn().unwrap());
+    assert_eq!(code, 0, "{stderr}");
+    assert_eq!(finish(worker).0, 0);
+    let workers = &summary(&out)["provenance"]["workers"];
+    assert!(workers[0]["name"].as_str().unwrap().contains("Slurm 7 rank 2/4 at"), "{workers}");
 }
 
 #[test]

@@ -1,0 +1,31 @@
+#!/bin/sh
+# Workers under mpirun, for a coordinator that runs elsewhere (radwalk coordinate):
+#
+#     scripts/mpirun.sh ACCESS [options of mpirun, such as -n 64 --hostfile FILE]
+#
+# ACCESS lies on a folder that all hosts share. Nothing of MPI is used but its way to start processes. A rank that dies
+# must not take the others down, which is what mpirun does unless told otherwise. MPIRUN: the launcher [default: mpirun].
+set -eu
+access=$1
+shift
+mpirun=${MPIRUN:-mpirun}
+case $("$mpirun" --version) in
+*"(Open MPI) "[5-9]*)
+    # Not run here; from the documents of PRRTE, which starts the processes since version 5.
+    set -- --runtime-options recoverable,continuous "$@"
+    ;;
+*"Open MPI"* | *OpenRTE*)
+    # Its signal to end is followed by SIGKILL a second later, unless told otherwise.
+    set -- --enable-recovery --mca orte_abort_on_non_zero_status 0 --mca odls_base_sigkill_timeout 6 "$@"
+    ;;
+*HYDRA*)
+    # Nothing keeps Hydra from ending all ranks when one dies (with -disable-auto-cleanup some live on, some do not).
+    # So its ranks are shells, in which a worker that was killed is started again. A lost host still ends all.
+    exec "$mpirun" "$@" sh -c 'while radwalk work --access "$1"; [ $? -gt 128 ]; do :; done' rank "$access"
+    ;;
+*)
+    echo "$mpirun is neither Open MPI's nor Hydra (MPICH, Intel MPI), so what keeps its other ranks alive when one dies is not known; set MPIRUN" >&2
+    exit 2
+    ;;
+esac
+exec "$mpirun" "$@" radwalk work --access "$access"
