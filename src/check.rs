@@ -46,9 +46,11 @@ fn power(scene: &Scene) -> String {
 }
 
 fn describe_job(job: &Job, scene: &Scene) {
-    let Method { walk, estimator, space, sampler } = outputs::method(&job.method);
+    let Method { walk, estimator, space, sampler, jacobi } = outputs::method(&job.method);
+    let kind =
+        jacobi.map_or_else(|| format!("{space} {estimator} {walk}"), |chains| format!("{walk} ({chains})"));
     say(&format!(
-        "job: {} paths of {space} {estimator} {walk}, {sampler} numbers from seed {}, {} % intervals",
+        "job: {} paths of {kind}, {sampler} numbers from seed {}, {} % intervals",
         job.budget.paths,
         job.seed,
         100.0 * job.confidence

@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use cluster::checkpoint::{Book, Checkpoint};
-use job::{Method, Word};
-use radiosity::{Estimates, Experiment, Precision, Scene};
+use job::{Method, WalkKind, Word};
+use radiosity::{Estimates, Experiment, Iterations, Precision, Scene, Solve};
 use report::{
     OutputFolder, PartSummary, Provenance, RunFacts, SessionSummary, Summary, WorkerSummary, WorstPatch,
 };
@@ -212,5 +212,11 @@ pub fn method(method: &Method) -> report::Method {
         estimator: method.estimator.word().into(),
         space: method.space.word().into(),
         sampler: method.sampler.word().into(),
+        jacobi: (method.walk == WalkKind::Jacobi).then(|| match method.jacobi {
+            Solve::Links => "links".into(),
+            Solve::Iterations(Iterations { births, regular, .. }) => {
+                format!("incremental iterations, then {regular} regular ones; {} births", births.word())
+            }
+        }),
     }
 }

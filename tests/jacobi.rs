@@ -8,8 +8,8 @@ use common::{box_scene, collision, quad, surface};
 use exact::Exact;
 use glam::DVec3;
 use radiosity::{
-    Counts, Direction, Experiment, IndexChoice, Method, Scene, SceneSpec, Sequence, Sides, Solution, Space,
-    Spectrum, SurfaceSpec, Tally,
+    Counts, Direction, Experiment, IndexChoice, Iterations, Method, Phase, RayBirths, Sampler, Scene,
+    SceneSpec, Sequence, Sides, Solution, Solve, Space, Spectrum, SurfaceSpec, Tally,
 };
 
 /// Chains of a run, as jobs have them.
@@ -24,7 +24,12 @@ fn experiment(spec: &SceneSpec, direction: Direction) -> Experiment {
 
 /// Chains of so many rays.
 fn chains(spec: &SceneSpec, chain_rays: u64) -> Experiment {
-    experiment(spec, Direction::Jacobi { chain_rays })
+    experiment(spec, Direction::Jacobi { chain_rays, solve: Solve::Links })
+}
+
+/// The same by iterations.
+fn iterations(spec: &SceneSpec, chain_rays: u64, plan: Iterations) -> Experiment {
+    experiment(spec, Direction::Jacobi { chain_rays, solve: Solve::Iterations(plan) })
 }
 
 fn run(experiment: &Experiment, seed: u64, walks: u64) -> Tally {
@@ -141,6 +146,44 @@ fn intervals_are_true_where_light_hides() {
     judge(&chains(&rooms, 1 << 14), &truth, 60).agrees(0.3);
 }
 
+/// BS §4's own iterations, by both births and both kinds of numbers.
+#[test]
+fn intervals_of_iterations_are_true() {
+    let cube = scenes::cube(3);
+    let truth = exactly(&cube);
+    for sampler in [Sampler::Random, Sampler::Sobol] {
+        for births in [RayBirths::Systematic, RayBirths::Multinomial] {
+            let plan = Iterations { births, sampler, ..Iterations::default() };
+            judge(&iterations(&cube, 1 << 13, plan), &truth, 100).agrees(0.05);
+        }
+    }
+}
+
+/// Iterations of one chain begin where others have ended: in rooms that light leaves slowly they err together. Intervals
+/// from their spread cover two thirds of the truth, those from the spread of chains what they say.
+#[test]
+fn the_spread_of_iterations_is_no_error() {
+    let rooms = two_rooms();
+    let truth = long_run(&chains(&rooms, 1 << 17), 32);
+    let plan = Iterations::default();
+    let experiment = iterations(&rooms, 1 << 14, plan);
+    let quantile = stats::student_quantile(0.5 + 0.5 * CONFIDENCE, u64::from(plan.regular) - 1);
+    let coverage = |chain: u64| {
+        let all = experiment.iterations(&Sequence::new(5), chain).unwrap();
+        let regular: Vec<_> = all.iter().filter(|iteration| iteration.phase == Phase::Regular).collect();
+        let covers = |i: &usize| {
+            let b: Vec<f64> = regular.iter().map(|iteration| 0.95 * iteration.irradiance[*i]).collect();
+            Mean::of(&b).is(truth[*i].0, quantile)
+        };
+        // Patch 0 emits.
+        (1..truth.len()).filter(covers).count() as f64 / (truth.len() - 1) as f64
+    };
+    let naive = Mean::of(&(0..60).map(coverage).collect::<Vec<_>>());
+    println!("naive intervals cover {naive:?}");
+    assert!(naive.value > 0.45 && naive.value + 4.0 * naive.error < 0.9, "{naive:?}");
+    judge(&experiment, &truth, 60).agrees(0.3);
+}
+
 /// Open, hidden, two-sided, coloured.
 #[test]
 fn intervals_are_true_in_any_scene() {
@@ -244,6 +287,28 @@ fn long_two_rooms() {
     let rooms = two_rooms();
     let truth = long_run(&chains(&rooms, 1 << 20), 64);
     judge(&chains(&rooms, 1 << 14), &truth, 1000).is_true();
+}
+
+#[test]
+#[ignore = "minutes; run with --release"]
+fn long_iterations() {
+    let (cube, rooms, cornell) = (scenes::cube(3), two_rooms(), scenes::cornell());
+    let studies = [
+        (&cube, exactly(&cube), [16 * 54, 1 << 13]),
+        (&rooms, long_run(&chains(&rooms, 1 << 20), 64), [1 << 12, 1 << 14]),
+        (&cornell, long_run(&experiment(&cornell, Direction::Shooting), 100_000_000), [16 * 3000, 1 << 17]),
+    ];
+    for (spec, truth, rays) in &studies {
+        for rays in rays {
+            for sampler in [Sampler::Random, Sampler::Sobol] {
+                for births in [RayBirths::Systematic, RayBirths::Multinomial] {
+                    println!("{rays} rays, {sampler:?}, {births:?}");
+                    let plan = Iterations { births, sampler, ..Iterations::default() };
+                    judge(&iterations(spec, *rays, plan), truth, 200);
+                }
+            }
+        }
+    }
 }
 
 /// Against walks, which know nothing of links.

@@ -42,6 +42,38 @@ fn workers_and_threads_leave_no_trace_in_the_answer() {
     }
 }
 
+/// BS §4's own iterations, in grey and in colour, in either way to have births and numbers.
+#[test]
+fn workers_leave_no_trace_in_iterations() {
+    let folder = tempdir().unwrap();
+    let coloured = folder.path().join("coloured.toml");
+    let scene = "[material.w]\nreflectance = [0.8, 0.5, 0.2]\n[material.lamp]\nreflectance = 0.1\nemittance = [1, 2, 3]\n\
+                 [[surface]]\nmaterial = \"w\"\nquad = [[0,0,0],[1,0,0],[0,1,0]]\npatches = [2, 2]\n\
+                 [[surface]]\nmaterial = \"lamp\"\nquad = [[0,0,1],[0,1,1],[1,0,1]]\n";
+    std::fs::write(folder.path().join("s.toml"), scene).unwrap();
+    std::fs::write(&coloured, "scene = \"s.toml\"\n[budget]\npaths = 90001\n").unwrap();
+    let iterations = [&JACOBI[..], &["--set", "method.jacobi.solve=iterations"]].concat();
+    for (job, set) in [
+        (CUBE, &["--paths", "200000"][..]),
+        (CUBE, &["--paths", "200000", "--set", "method.jacobi.births=multinomial"]),
+        (CUBE, &["--paths", "200000", "--set", "method.sampler=sobol"]),
+        (coloured.to_str().unwrap(), &["--set", "method.jacobi.births=multinomial"]),
+    ] {
+        let answers = ["1", "2", "5"].map(|workers| {
+            let out = path(&folder, &format!("{workers}-{}", set.join("-")));
+            let summary = run_job(job, &out, &[&iterations[..], set, &["--workers", workers]].concat());
+            let kind = summary["model"]["jacobi"].as_str().unwrap();
+            assert!(kind.contains("8 regular ones") && kind.contains("births"), "{kind}");
+            assert!(
+                summary["checks"].as_array().unwrap().iter().all(|check| check["ok"] == true),
+                "{summary}"
+            );
+            answer(&out)
+        });
+        assert!(answers.iter().all(|answer| *answer == answers[0]), "{job} {set:?}");
+    }
+}
+
 #[test]
 fn workers_killed_at_random_leave_no_trace_in_the_answer() {
     let folder = tempdir().unwrap();

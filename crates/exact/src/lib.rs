@@ -55,5 +55,5 @@ pub use rectangle::{Facing, Rectangle};
 pub use system::{RadiositySystem, Singular, Solution};
 pub use variance::{
     GatherEstimator, WalkEstimator, best_gathering_weights, best_shooting_weights, gathering_covariance,
-    jacobi_variances, shooting_covariance,
+    jacobi_variances, shooting_covariance, systematic_jacobi_variances,
 };

@@ -240,3 +240,24 @@ pub fn jacobi_variances(exact: &Exact) -> Vec<f64> {
     };
     (0..exact.patch_count()).map(variance).collect()
 }
+
+/// The same for systematic births: face j shoots its share P_j/P_T of the rays, not a random number of them. What is
+/// left to chance is where each lands: (R_i/A_i)² P_T Σ_j P_jF_ji(1 − F_ji), A_i being that of all sides. Rounding shares
+/// to whole rays adds less than a ray's part.
+pub fn systematic_jacobi_variances(exact: &Exact) -> Vec<f64> {
+    let (faces, exchange) = (exact.faces(), exact.exchange());
+    let radiosity = &exact.solution_by_face().radiosity;
+    let power: Vec<f64> = exchange.areas().iter().zip(radiosity).map(|(area, b)| area * b).collect();
+    let total: f64 = power.iter().sum();
+    let mut to_patch = vec![0.0; exact.patch_count()];
+    let mut sides = vec![0.0; exact.patch_count()];
+    (0..faces.face_count()).for_each(|face| sides[faces.patch_of(face)] += 1.0);
+    let mut spread = vec![0.0; exact.patch_count()];
+    for (j, power) in power.iter().enumerate() {
+        to_patch.fill(0.0);
+        (0..faces.face_count()).for_each(|i| to_patch[faces.patch_of(i)] += exchange.form_factor(j, i));
+        spread.iter_mut().zip(&to_patch).for_each(|(sum, f)| *sum += power * f * (1.0 - f));
+    }
+    let patches = spread.iter().zip(exact.reflectance()).zip(exact.areas().iter().zip(&sides));
+    patches.map(|((spread, r), (area, sides))| (r / (area * sides)).powi(2) * total * spread).collect()
+}

@@ -8,6 +8,7 @@ use common::{Numbers, assert_near, cube_54, plain_box, random_box};
 use exact::{
     Bounds, Exact, ExchangeMatrix, GatherEstimator, WalkEstimator, best_gathering_weights,
     best_shooting_weights, gathering_covariance, jacobi_variances, shooting_covariance,
+    systematic_jacobi_variances,
 };
 use glam::DVec3;
 
@@ -97,6 +98,15 @@ fn jacobi_in_the_cube_of_bs_table_1() {
     for (r, ..) in BS_TABLE_1 {
         // 6R² − R² with b = R.
         assert_near(jacobi_variances(&bs_cube(r))[0], 5.0 * r * r, 1e-13);
+    }
+}
+
+/// Each of five other faces shoots n/6 rays, of which a fifth lands: R²·6·5·(1/5)(4/5) = 4.8R² for one ray, what BS
+/// table 1, "SJ experiment", shows at R = 1/2, 9/10 and 19/20.
+#[test]
+fn systematic_jacobi_in_the_cube_of_bs_table_1() {
+    for (r, ..) in BS_TABLE_1 {
+        assert_near(systematic_jacobi_variances(&bs_cube(r))[0], 4.8 * r * r, 1e-13);
     }
 }
 

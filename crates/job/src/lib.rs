@@ -18,5 +18,6 @@ pub use job::{
     Unhit, load,
 };
 pub use kind::{FileKind, file_kind};
-pub use method::{Method, Sampler, WalkKind, Word, job_hash};
+pub use method::{Method, WalkKind, Word, job_hash};
+pub use radiosity::Sampler;
 pub use scene::{SceneFile, load_scene};

@@ -1,6 +1,8 @@
 //! How a job is solved: the choices of `[method]`, and the digest that names an answer.
 
-use radiosity::{Birth, Direction, EstimatorKind, IndexChoice, InfiniteEnd, Space};
+use radiosity::{
+    Birth, Direction, EstimatorKind, IndexChoice, InfiniteEnd, Iterations, RayBirths, Sampler, Solve, Space,
+};
 use serde::{Deserialize, Serialize};
 
 use crate::document::{Table, Value};
@@ -31,17 +33,6 @@ pub enum WalkKind {
     Auto,
 }
 
-/// Where the random numbers come from.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Sampler {
-    /// A permuted congruential generator.
-    #[default]
-    Random,
-    /// Randomised quasi-Monte Carlo: a Sobol sequence.
-    Sobol,
-}
-
 /// The table `[method]`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Method {
@@ -61,6 +52,8 @@ pub struct Method {
     pub mix: bool,
     /// Rays of a chain; of Jacobi only, where [`crate::load`] puts it where the job names none.
     pub batch_paths: Option<u64>,
+    /// What chains make of their rays; of Jacobi only. Default: links.
+    pub jacobi: Solve,
 }
 
 impl Method {
@@ -68,7 +61,9 @@ impl Method {
     pub fn walks(&self) -> radiosity::Method {
         let direction = match self.walk {
             WalkKind::Gathering => Direction::Gathering(self.birth.clone()),
-            WalkKind::Jacobi => Direction::Jacobi { chain_rays: self.batch_paths.unwrap_or(0) },
+            WalkKind::Jacobi => {
+                Direction::Jacobi { chain_rays: self.batch_paths.unwrap_or(0), solve: self.jacobi }
+            }
             WalkKind::Shooting | WalkKind::Auto => Direction::Shooting,
         };
         radiosity::Method {
@@ -131,6 +126,17 @@ impl Word for Sampler {
     }
 }
 
+impl Word for RayBirths {
+    const ALL: &'static [Self] = &[Self::Systematic, Self::Multinomial];
+
+    fn word(self) -> &'static str {
+        match self {
+            RayBirths::Systematic => "systematic",
+            RayBirths::Multinomial => "multinomial",
+        }
+    }
+}
+
 impl Word for IndexChoice {
     const ALL: &'static [Self] = &[Self::Auto, Self::Flat, Self::Tree];
 
@@ -186,13 +192,20 @@ pub fn job_hash(scene_hash: [u8; 32], method: &Method, seed: u64) -> [u8; 32] {
         // No number of walks is 0.
         field(&method.batch_paths.unwrap_or(0).to_le_bytes());
     }
+    if let (WalkKind::Jacobi, Solve::Iterations(Iterations { births, regular, .. })) =
+        (method.walk, method.jacobi)
+    {
+        field(b"iterations");
+        field(births.word().as_bytes());
+        field(&regular.to_le_bytes());
+    }
     *hasher.finalize().as_bytes()
 }
 
 const DEFAULT_LENGTH: u32 = 20;
 
 pub(crate) const METHOD_KEYS: &[&str] =
-    &["walk", "estimator", "space", "sampler", "infinite", "birth", "mix", "batch_paths"];
+    &["walk", "estimator", "space", "sampler", "infinite", "birth", "mix", "batch_paths", "jacobi"];
 
 /// Reads `[method]`, for a scene of `patch_count` patches and a budget; says what was not done as asked.
 pub(crate) fn read_method(
@@ -202,6 +215,7 @@ pub(crate) fn read_method(
 ) -> Result<(Method, Option<String>), Error> {
     let walk = word(table.take("walk"))?;
     let sampler = table.take("sampler");
+    let jacobi = table.take("jacobi").map(|value| read_solve(value, walk)).transpose()?.unwrap_or_default();
     let places = Places { walk: table.place("walk"), batch: table.place("batch_paths") };
     let mut method = Method {
         walk,
@@ -216,9 +230,13 @@ pub(crate) fn read_method(
             .unwrap_or_default(),
         mix: table.take("mix").map(|value| value.boolean()).transpose()?.unwrap_or_default(),
         batch_paths: table.take("batch_paths").map(|value| read_batch(&value)).transpose()?,
+        jacobi,
     };
     let note = settle_jacobi(&mut method, &places, patch_count, budget)?;
-    method.sampler = read_sampler(sampler, walk, method.walk)?;
+    method.sampler = read_sampler(sampler, walk, &method)?;
+    if let Solve::Iterations(iterations) = &mut method.jacobi {
+        iterations.sampler = method.sampler;
+    }
     Ok((method, note))
 }
 
@@ -227,24 +245,86 @@ fn word<W: Word + Default>(value: Option<Value<'_>>) -> Result<W, Error> {
     value.map_or(Ok(W::default()), |value| value.word())
 }
 
-/// Walks draw random numbers, chains follow Sobol sequences. `asked` is what the job says, `walk` what it becomes.
-fn read_sampler(value: Option<Value<'_>>, asked: WalkKind, walk: WalkKind) -> Result<Sampler, Error> {
-    let jacobi = walk == WalkKind::Jacobi;
-    let default = if jacobi { Sampler::Sobol } else { Sampler::Random };
+/// Walks draw random numbers, links follow Sobol sequences, iterations have the choice. `asked` is what the job says,
+/// `method` what it becomes.
+fn read_sampler(value: Option<Value<'_>>, asked: WalkKind, method: &Method) -> Result<Sampler, Error> {
+    let (walks, links) = (method.walk != WalkKind::Jacobi, method.jacobi == Solve::Links);
+    let default = if !walks && links { Sampler::Sobol } else { Sampler::Random };
     let Some(value) = value else { return Ok(default) };
-    match (value.word()?, jacobi) {
-        (Sampler::Sobol, false) if walk == asked => Err(Error::NotBuilt {
+    match value.word()? {
+        Sampler::Sobol if walks && method.walk == asked => Err(Error::NotBuilt {
             place: value.place(),
             what: "\"sobol\" for walks".into(),
             remedy: "write \"random\", or walk = \"jacobi\", whose rays follow Sobol sequences".into(),
         }),
-        (Sampler::Random, true) => Err(value.refuse(
+        Sampler::Random if !walks && links => Err(value.refuse(
             "\"random\" does not go with walk = \"jacobi\"".into(),
             "the rays of its patches follow Sobol sequences, which costs nothing and errs far less",
-            "remove the key",
+            "remove the key, or write jacobi = { solve = \"iterations\" }, which has both",
         )),
-        _ => Ok(default),
+        _ if walks => Ok(default),
+        sampler => Ok(sampler),
     }
+}
+
+/// The word of a [`Solve`].
+#[derive(Clone, Copy)]
+enum SolveWord {
+    Links,
+    Iterations,
+}
+
+impl Word for SolveWord {
+    const ALL: &'static [Self] = &[Self::Links, Self::Iterations];
+
+    fn word(self) -> &'static str {
+        match self {
+            SolveWord::Links => "links",
+            SolveWord::Iterations => "iterations",
+        }
+    }
+}
+
+/// What chains make of their rays; the sampler stands elsewhere.
+fn read_solve(value: Value<'_>, walk: WalkKind) -> Result<Solve, Error> {
+    if walk != WalkKind::Jacobi {
+        let problem = format!("walk = {:?} does not use this key", walk.word());
+        return Err(value.refuse(
+            problem,
+            "it says what chains make of their rays",
+            "remove it, or write walk = \"jacobi\"",
+        ));
+    }
+    let mut table = value.table(&["solve", "births", "regular"])?;
+    let solve: SolveWord = table
+        .require("solve", "chains have two ways to a solution", "solve = \"iterations\" beside it")?
+        .word()?;
+    let (births, regular) = (table.take("births"), table.take("regular"));
+    match (solve, births.as_ref().or(regular.as_ref())) {
+        (SolveWord::Links, Some(stray)) => Err(stray.refuse(
+            "solve = \"links\" does not use this key".into(),
+            "all rays of its chains go into one system, aimed by what is known",
+            "remove one of the two",
+        )),
+        (SolveWord::Links, None) => Ok(Solve::Links),
+        (SolveWord::Iterations, _) => {
+            let default = Iterations::default();
+            let regular = regular.map(|value| read_regular(&value)).transpose()?;
+            Ok(Solve::Iterations(Iterations {
+                births: word(births)?,
+                regular: regular.unwrap_or(default.regular),
+                ..default
+            }))
+        }
+    }
+}
+
+/// More iterations would have fewer rays than there are patches, in scenes of any size.
+const MOST_ITERATIONS: u64 = 1 << 16;
+
+fn read_regular(value: &Value<'_>) -> Result<u32, Error> {
+    let why = "their results are averaged, and they share the rays of a chain";
+    value.integer(1..=MOST_ITERATIONS, why).map(|regular| regular as u32)
 }
 
 /// Where the keys stand that chains may be refused by.

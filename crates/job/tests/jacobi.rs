@@ -5,6 +5,7 @@ mod common;
 use std::path::Path;
 
 use job::{Error, Job, Sampler, WalkKind, job_hash, load};
+use radiosity::{Iterations, RayBirths, Solve};
 
 /// A job on the 54-patch cube.
 fn cube54(set: &[&str]) -> Job {
@@ -91,4 +92,49 @@ fn auto_takes_chains_where_they_are_long_enough() {
     assert_eq!(walk(&["budget.paths=6911"]), WalkKind::Shooting);
     assert_eq!(walk(&["budget.paths=6912", "method.space=continuous"]), WalkKind::Shooting);
     assert_eq!(walk(&["budget.paths=6912", "method.estimator=infinite"]), WalkKind::Shooting);
+}
+
+#[test]
+fn chains_may_iterate_as_bs_has_it() {
+    let jacobi = ["method.walk=jacobi", "budget.paths=80000"];
+    let job = |set: &[&str]| load_cube54(&[&jacobi[..], set].concat());
+    assert_eq!(job(&[]).unwrap().method.jacobi, Solve::Links);
+    assert_eq!(job(&["method.jacobi={ solve = \"links\" }"]).unwrap().method.jacobi, Solve::Links);
+    let plain = job(&["method.jacobi.solve=iterations"]).unwrap().method;
+    assert_eq!((plain.jacobi, plain.sampler), (Solve::Iterations(Iterations::default()), Sampler::Random));
+    let special = "method.jacobi={ solve = \"iterations\", births = \"multinomial\", regular = 3 }";
+    let special = job(&[special, "method.sampler=sobol"]).unwrap().method;
+    let expected = Iterations { births: RayBirths::Multinomial, regular: 3, sampler: Sampler::Sobol };
+    assert_eq!((special.jacobi, special.sampler), (Solve::Iterations(expected), Sampler::Sobol));
+    let hash = |set: &[&str]| job_hash([0; 32], &job(set).unwrap().method, 1);
+    let iterations = "method.jacobi.solve=iterations";
+    let variants = [
+        vec![],
+        vec![iterations],
+        vec![iterations, "method.jacobi.births=multinomial"],
+        vec![iterations, "method.jacobi.regular=9"],
+        vec![iterations, "method.sampler=sobol"],
+    ];
+    let hashes: std::collections::HashSet<_> = variants.iter().map(|set| hash(set)).collect();
+    assert_eq!(hashes.len(), variants.len(), "each is another answer");
+    assert_eq!(hash(&[iterations]), hash(&[iterations, "method.jacobi.births=systematic"]));
+}
+
+#[test]
+fn what_makes_no_sense_for_chains_is_refused() {
+    let refused = |set: &[&str], part: &str| {
+        let message = load_cube54(&[&["budget.paths=80000"], set].concat()).unwrap_err().to_string();
+        assert!(message.contains(part), "{message}");
+    };
+    let iterations = "method.jacobi.solve=iterations";
+    refused(&[iterations], "walk = \"shooting\" does not use this key");
+    refused(&["method.walk=auto", iterations], "walk = \"auto\" does not use this key");
+    let jacobi = "method.walk=jacobi";
+    refused(
+        &[jacobi, "method.jacobi.solve=links", "method.jacobi.births=systematic"],
+        "does not use this key",
+    );
+    refused(&[jacobi, "method.jacobi.births=systematic"], "solve = \"iterations\" beside it");
+    refused(&[jacobi, iterations, "method.jacobi.births=fair"], "multinomial");
+    refused(&[jacobi, iterations, "method.jacobi.regular=0"], "their results are averaged");
 }

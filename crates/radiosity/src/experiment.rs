@@ -10,8 +10,8 @@ use crate::estimator::{
     Survival, fixed_units,
 };
 use crate::fate::{Analog, Coloured, Fate, FirstArrival, Infinite};
-use crate::jacobi::{self, ChainBoard};
-use crate::method::{Birth, Direction, EstimatorKind, InfiniteEnd, Method};
+use crate::jacobi::{self, ChainBoard, Iteration};
+use crate::method::{Birth, Direction, EstimatorKind, InfiniteEnd, Method, Solve};
 use crate::patch::Patch;
 use crate::rng::Sequence;
 use crate::scene::Scene;
@@ -215,7 +215,7 @@ impl Experiment {
     /// Rays of a chain, where chains take the place of walks.
     pub fn chain_rays(&self) -> Option<u64> {
         match self.method.direction {
-            Direction::Jacobi { chain_rays } => Some(chain_rays),
+            Direction::Jacobi { chain_rays, .. } => Some(chain_rays),
             Direction::Shooting | Direction::Gathering(_) => None,
         }
     }
@@ -256,13 +256,24 @@ impl Experiment {
         go_on: &dyn Fn() -> bool,
     ) -> Counts {
         let mut counts = Counts::default();
-        let rays = self.chain_rays().expect("only chains have boards of chains");
+        let Direction::Jacobi { chain_rays, solve } = self.method.direction else {
+            unreachable!("only chains have boards of chains");
+        };
         for rng in sequence.walks_from(chains.start).take((chains.end - chains.start) as usize) {
-            let Some(outcome) = jacobi::chain(&self.scene, rng, rays, go_on) else { break };
+            let Some(outcome) = jacobi::chain(&self.scene, rng, chain_rays, solve, go_on) else { break };
             board.add(&self.largest_radiosity, &outcome);
             counts.add(&outcome.counts).expect("64 bits outlast any process");
         }
         counts
+    }
+
+    /// The iterations of chain number `chain` one by one, in their order; `None` where the method has none. What they
+    /// differ by says little of the error of their average: each begins where others have ended.
+    pub fn iterations(&self, sequence: &Sequence, chain: u64) -> Option<Vec<Iteration>> {
+        let Direction::Jacobi { chain_rays, solve: Solve::Iterations(plan) } = self.method.direction else {
+            return None;
+        };
+        Some(jacobi::observed(&self.scene, sequence.walk(chain), chain_rays, plan))
     }
 
     fn shoot<const M: usize>(&self, sequence: &Sequence, walks: Range<u64>, board: &mut Board<M>) -> Counts {
@@ -441,7 +452,7 @@ impl Experiment {
     /// What the sums of a patch mean in one channel; `None` where no walk can tell of it (gathering, p_i = 0).
     pub fn meaning(&self, patch: usize, channel: usize, tally: &Tally) -> Option<Meaning> {
         if self.chain_rays().is_some() {
-            return Some(self.meaning_of_chains(channel));
+            return Some(self.meaning_of_chains(patch, channel));
         }
         match &self.gathering {
             None => Some(self.meaning_of_shooting(&self.scene.patches().get(patch), channel, tally)),
@@ -449,12 +460,21 @@ impl Experiment {
         }
     }
 
-    /// A chain scores H itself, over the largest radiosity there can be.
-    fn meaning_of_chains(&self, channel: usize) -> Meaning {
+    /// A chain scores H itself, over the largest radiosity there can be. Solved links do not exceed that; an iteration
+    /// cannot bring in more than all the light that is under way, Φ_T/(1 − R_max) at most.
+    fn meaning_of_chains(&self, patch: usize, channel: usize) -> Meaning {
+        let (scene, largest) = (&self.scene, self.largest_radiosity[channel]);
+        let all = scene.total_power(channel) / (1.0 - scene.max_reflectance()[channel]);
+        let ratio_bound = match self.method.direction {
+            Direction::Jacobi { solve: Solve::Iterations(_), .. } => {
+                (all / scene.patches().get(patch).area / largest).max(1.0)
+            }
+            _ => 1.0,
+        };
         Meaning {
             unit: 1.0 / jacobi::UNITS,
-            irradiance_per_event: Some(self.largest_radiosity[channel]),
-            ratio_bound: 1.0,
+            irradiance_per_event: Some(largest),
+            ratio_bound,
             bias_bound: 0.0,
         }
     }

@@ -37,8 +37,10 @@ mod walk;
 
 pub use birth::birth_probabilities;
 pub use experiment::{Board, Experiment, Meaning, Unfit};
-pub use jacobi::ChainBoard;
-pub use method::{Birth, Direction, EstimatorKind, InfiniteEnd, Method, Space};
+pub use jacobi::{ChainBoard, Iteration, Phase, stochastic_iteration};
+pub use method::{
+    Birth, Direction, EstimatorKind, InfiniteEnd, Iterations, Method, RayBirths, Sampler, Solve, Space,
+};
 pub use patch::{Patch, Patches};
 pub use replay::{Replay, Step};
 pub use rng::{Sequence, WalkRng};

@@ -128,12 +128,15 @@ pub struct Method {
     pub space: String,
     /// `random`, …
     pub sampler: String,
+    /// What chains of rays make of them, where they take the place of walks.
+    #[serde(skip)]
+    pub jacobi: Option<String>,
 }
 
 impl Method {
     /// Whether chains of rays take the place of walks.
     fn is_jacobi(&self) -> bool {
-        self.walk == "jacobi"
+        self.jacobi.is_some()
     }
 }
 
@@ -217,6 +220,8 @@ pub struct Model {
     pub space: String,
     /// `shooting`, …
     pub walk: String,
+    /// Where chains of rays take the place of walks: `links`, or the kind of iterations.
+    pub jacobi: Option<String>,
     /// Power sums kept per patch.
     pub moments: usize,
     /// Patches.
@@ -362,6 +367,7 @@ impl Model {
             index: if scene.has_tree() { "tree" } else { "flat" },
             space: method.space.clone(),
             walk: method.walk.clone(),
+            jacobi: method.jacobi.clone(),
             moments,
             patches: scene.patches().len(),
             surfaces: scene.surfaces().len(),
@@ -384,9 +390,13 @@ impl Model {
                 format!("{} surfaces are many: rays find the nearest through a tree of boxes.", self.surfaces)
             }
         };
+        let linked = self.jacobi.as_deref() == Some("links");
         let space = match self.space.as_str() {
-            _ if self.walk == "jacobi" => {
+            _ if linked => {
                 "Chains of single rays count how patches are linked: the answer is that of the patches' radiosity system."
+            }
+            _ if self.jacobi.is_some() => {
+                "Chains propagate power by single rays again and again: the answer is that of the patches' radiosity system."
             }
             "continuous" => {
                 "Walks go on from the point they hit: the answer is that of the integral equation."
@@ -397,8 +407,11 @@ impl Model {
         };
         let channels = match self.channels {
             1 => "Every reflectance and emittance is grey: one channel is modelled.",
-            _ if self.walk == "jacobi" => {
+            _ if linked => {
                 "Some reflectance or emittance is coloured: the same links are solved for red, green and blue."
+            }
+            _ if self.jacobi.is_some() => {
+                "Some reflectance or emittance is coloured: each ray serves red, green and blue by three weights."
             }
             _ => {
                 "Some reflectance or emittance is coloured: each walk serves red, green and blue by three weights."
@@ -440,6 +453,7 @@ mod tests {
                 estimator: "collision".into(),
                 space: "discrete".into(),
                 sampler: "random".into(),
+                jacobi: None,
             },
             seconds: 4.0,
             cpu_seconds: 7.5,

@@ -13,6 +13,7 @@ use glam::DVec3;
 use plotters::prelude::*;
 use radiosity::{
     Board, Direction, Experiment, IndexChoice, Method, Patch, Scene, SceneSpec, Sequence, Shape, Solution,
+    Solve,
 };
 use scenes::{cornell, cube, interior};
 
@@ -175,7 +176,8 @@ fn measure(study: &Study) -> Result<Vec<Point>, Failure> {
 
 fn chains(scene: &Scene, chain_rays: u64) -> Result<Experiment, Failure> {
     let walks = collision_shooting(scene.clone())?;
-    let method = Method { direction: Direction::Jacobi { chain_rays }, ..walks.method().clone() };
+    let method =
+        Method { direction: Direction::Jacobi { chain_rays, solve: Solve::Links }, ..walks.method().clone() };
     Ok(Experiment::new(scene.clone(), method)?)
 }
 

@@ -1,22 +1,21 @@
-//! Rays that faces shoot: each goes on along its own scrambled Sobol sequence.
+//! Rays that faces shoot, a batch at a time.
 
 use super::faces::{Face, Faces};
+use super::numbers::Numbers;
 use crate::arrive::Arrivals;
 use crate::batch::WIDTH;
 use crate::depart::Departures;
-use crate::isa::on_isa;
 use crate::method::Space;
-use crate::rng::unit_32;
+use crate::rng::{WalkRng, unit_32};
 use crate::scene::Scene;
-use crate::sobol::{DIMENSIONS, Points, Sobol, scramble};
+use crate::sobol::Points;
 use crate::trace::{Hits, Rays};
 use crate::tree::Scratch;
 
-/// Shoots rays from faces. The n-th ray of a face is the n-th point of the face's sequence, whenever it is shot.
-pub(crate) struct Caster<'a> {
+/// Shoots rays from faces.
+pub(crate) struct Caster<'a, N> {
     faces: &'a Faces<'a>,
-    /// Tells this chain's scramblings from those of others.
-    key: u64,
+    numbers: N,
     /// Rays that each face has shot.
     pub(crate) shot: Vec<u32>,
     /// Rays that landed on each face.
@@ -33,8 +32,6 @@ struct Batch {
     from: [u32; WIDTH],
     /// Their patches.
     patch: [u32; WIDTH],
-    points: Points,
-    seeds: Points,
     departures: Departures,
     rays: Rays,
     hits: Hits,
@@ -51,8 +48,6 @@ impl Default for Batch {
             len: 0,
             from: [0; WIDTH],
             patch: [0; WIDTH],
-            points: [[0; WIDTH]; DIMENSIONS],
-            seeds: [[0; WIDTH]; DIMENSIONS],
             departures: Departures::default(),
             rays: Rays::default(),
             hits: Hits::default(),
@@ -62,36 +57,13 @@ impl Default for Batch {
     }
 }
 
-/// Rays that leave one face, one after the other.
-struct Origin {
-    number: u32,
-    face: Face,
-    sequence: Sobol,
-    seeds: [u32; DIMENSIONS],
-}
-
-/// Mixes 64 bits (the finaliser of SplitMix64).
-#[inline(always)]
-fn mix(mut z: u64) -> u64 {
-    z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-    z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-    z ^ (z >> 31)
-}
-
-/// A seed per dimension for the rays of one face.
-fn seeds(key: u64, face: u32) -> [u32; DIMENSIONS] {
-    let a = mix(key ^ mix(u64::from(face).wrapping_mul(0x9E37_79B9_7F4A_7C15)));
-    let b = mix(a ^ 0xD1B5_4A32_D192_ED03);
-    [a as u32, (a >> 32) as u32, b as u32, (b >> 32) as u32]
-}
-
-impl<'a> Caster<'a> {
+impl<'a, N: Numbers> Caster<'a, N> {
     /// Nothing shot yet.
-    pub(crate) fn new(faces: &'a Faces, key: u64) -> Self {
+    pub(crate) fn new(faces: &'a Faces, numbers: N) -> Self {
         let count = faces.list.len();
         Caster {
             faces,
-            key,
+            numbers,
             shot: vec![0; count],
             landed: vec![0; count],
             lost: vec![[0; 2]; count],
@@ -104,6 +76,11 @@ impl<'a> Caster<'a> {
         self.shot.iter().map(|&shot| u64::from(shot)).sum()
     }
 
+    /// The chain's own generator.
+    pub(crate) fn rng(&mut self) -> &mut WalkRng {
+        self.numbers.rng()
+    }
+
     /// Shoots `rays[i]` more rays from each face i, face by face; `land(i, j)` for each that lands on a face j. `None`
     /// once `go_on` says no, which is asked for every batch.
     pub(crate) fn cast(
@@ -113,17 +90,12 @@ impl<'a> Caster<'a> {
         mut land: impl FnMut(u32, u32),
     ) -> Option<()> {
         for (i, &more) in rays.iter().enumerate().filter(|(_, more)| **more > 0) {
-            let shot = &mut self.shot[i];
-            let number = i as u32;
-            let mut origin = Origin {
-                number,
-                face: self.faces.list[i],
-                sequence: Sobol::at(*shot),
-                seeds: seeds(self.key, number),
-            };
-            *shot += more;
+            let (number, face) = (i as u32, &self.faces.list[i]);
+            self.numbers.leave(number, self.shot[i]);
+            self.shot[i] += more;
             for _ in 0..more {
-                self.batch.push(&mut origin);
+                self.numbers.draw(self.batch.len);
+                self.batch.push(number, face);
                 if self.batch.len == WIDTH {
                     self.trace(&mut land);
                     if !go_on() {
@@ -140,7 +112,7 @@ impl<'a> Caster<'a> {
     fn trace(&mut self, land: &mut impl FnMut(u32, u32)) {
         let (scene, batch) = (self.faces.scene, &mut *self.batch);
         let len = std::mem::take(&mut batch.len);
-        batch.leave(scene, len);
+        batch.leave(scene, len, self.numbers.points(scene.isa));
         scene.index.closest_hits(&scene.facets, &batch.rays, &mut batch.scratch, &mut batch.hits);
         batch.arrivals.locate(scene.isa, scene, Space::Discrete, len, &batch.hits, &NO_DRAWS);
         for (i, &from) in batch.from.iter().enumerate().take(len) {
@@ -158,25 +130,19 @@ impl<'a> Caster<'a> {
 }
 
 impl Batch {
-    /// Adds the next ray of an origin; there must be room.
+    /// Adds a ray from a face; there must be room.
     #[inline(always)]
-    fn push(&mut self, origin: &mut Origin) {
+    fn push(&mut self, number: u32, face: &Face) {
         let i = self.len;
-        let numbers = origin.sequence.next().into_iter().zip(origin.seeds);
-        for ((points, seeds), (number, seed)) in self.points.iter_mut().zip(&mut self.seeds).zip(numbers) {
-            (points[i], seeds[i]) = (number, seed);
-        }
-        self.from[i] = origin.number;
-        self.patch[i] = origin.face.patch;
-        self.departures.surface[i] = origin.face.surface;
-        self.departures.facing[i] = origin.face.facing;
+        self.from[i] = number;
+        self.patch[i] = face.patch;
+        self.departures.surface[i] = face.surface;
+        self.departures.facing[i] = face.facing;
         self.len += 1;
     }
 
     /// Turns the points of the first `len` rays into rays: two numbers for the place, two for the direction.
-    fn leave(&mut self, scene: &Scene, len: usize) {
-        let (points, seeds) = (&mut self.points, &self.seeds);
-        on_isa!(scene.isa, scramble(points: &mut Points, seeds: &Points));
+    fn leave(&mut self, scene: &Scene, len: usize, points: &Points) {
         let [across, along, polar, turn] = points;
         for i in 0..len {
             let surface = &scene.surfaces()[self.departures.surface[i] as usize];

@@ -55,4 +55,23 @@ impl<'a> Faces<'a> {
     pub(crate) fn met(&self, patch: u32, surface: u32, facing: f64) -> u32 {
         if facing > 0.0 { patch } else { patch + self.to_back[surface as usize] }
     }
+
+    /// H of every face in every channel [W/m²] from φ [W].
+    pub(crate) fn per_area(&self, incoming: &[Vec<f64>]) -> Vec<Vec<f64>> {
+        let per_area =
+            |incoming: &Vec<f64>| incoming.iter().zip(&self.areas).map(|(x, area)| x / area).collect();
+        incoming.iter().map(per_area).collect()
+    }
+
+    /// H of every patch, channel-minor, from that of the faces in every channel: the mean of the sides.
+    pub(crate) fn by_patch(&self, irradiance: &[Vec<f64>]) -> Vec<f64> {
+        let channels = irradiance.len();
+        let mut patches = vec![0.0; self.scene.patches().len() * channels];
+        for (channel, irradiance) in irradiance.iter().enumerate() {
+            for (face, h) in self.list.iter().zip(irradiance) {
+                patches[face.patch as usize * channels + channel] += h / face.sides;
+            }
+        }
+        patches
+    }
 }

@@ -66,7 +66,7 @@ pub(crate) struct Links<'a> {
 
 impl<'a> Links<'a> {
     /// Weighs the links by what the faces have shot.
-    pub(crate) fn new(table: &'a LinkTable, caster: &Caster, faces: &'a Faces<'a>) -> Self {
+    pub(crate) fn new<N>(table: &'a LinkTable, caster: &Caster<N>, faces: &'a Faces<'a>) -> Self {
         let density: Vec<f64> =
             caster.shot.iter().zip(&faces.areas).map(|(&shot, area)| f64::from(shot) / area).collect();
         let lost: Vec<[f64; 2]> = caster
