@@ -28,6 +28,8 @@ pub enum Command {
     Audit(AuditArgs),
     /// Trace one walk in words
     Replay(ReplayArgs),
+    /// Measure the papers' tables and figures again and hold them to theory
+    Reproduce(ReproduceArgs),
     /// Check a job or a scene and say what would be modelled, and why
     Check(CheckArgs),
 }
@@ -60,7 +62,7 @@ impl JobArgs {
 /// Where results go and what is said on the way.
 #[derive(Args)]
 pub struct OutArgs {
-    /// The output folder [default: out/<job name>]
+    /// The output folder [default: out/<job name>; of reproduce: out/papers]
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
     /// Replace results that are in the output folder
@@ -171,6 +173,18 @@ pub struct ExactArgs {
     pub job: JobArgs,
     #[command(flatten)]
     pub out: OutArgs,
+}
+
+#[derive(Args)]
+pub struct ReproduceArgs {
+    /// Everything at reduced size: a minute
+    #[arg(long)]
+    pub quick: bool,
+    #[command(flatten)]
+    pub out: OutArgs,
+    /// Threads; the answer does not depend on them [default: one per core]
+    #[arg(long, value_name = "T", value_parser = clap::value_parser!(u32).range(1..=1024))]
+    pub threads: Option<u32>,
 }
 
 #[derive(Args)]

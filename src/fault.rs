@@ -126,6 +126,17 @@ pub enum Fault {
         /// Who delivered those that differ.
         workers: String,
     },
+    /// Some rows of the papers' tables came out otherwise.
+    #[error(
+        "{} rows differ from what theory says by more than chance explains ({}); see {}, then find out which is wrong",
+        rows.len(), rows.join("; "), page.display()
+    )]
+    NotReproduced {
+        /// The page.
+        page: PathBuf,
+        /// What they are.
+        rows: Vec<String>,
+    },
     /// A sum of the tally overflowed.
     #[error(
         "a sum of the tally overflowed (scores are too many or too large to be kept exactly); use fewer paths"
@@ -161,7 +172,7 @@ impl Fault {
             Fault::Checkpoint(_) | Fault::BeyondBudget { .. } | Fault::Merge { .. } => 2,
             Fault::Kept { .. } | Fault::Share(_) | Fault::OtherChains { .. } | Fault::NoWalks => 2,
             Fault::Audit { .. } | Fault::Listen { .. } | Fault::Worker(_) | Fault::NoWorkers(_) => 3,
-            Fault::Overflow | Fault::System { .. } => 3,
+            Fault::NotReproduced { .. } | Fault::Overflow | Fault::System { .. } => 3,
         }
     }
 }

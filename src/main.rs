@@ -17,6 +17,7 @@ mod outputs;
 mod progress;
 mod replay;
 mod replica;
+mod reproduce;
 mod settings;
 mod signals;
 mod target;
@@ -44,6 +45,7 @@ fn main() -> ExitCode {
         Command::Merge(args) => merge::merge(&args),
         Command::Audit(args) => audit::audit(&args),
         Command::Replay(args) => replay::replay(&args),
+        Command::Reproduce(args) => reproduce::reproduce(&args),
         Command::Check(args) => check::check(&args),
     };
     match done {

@@ -9,13 +9,11 @@ use std::path::Path;
 
 use common::{Failure, collision_shooting, processor_seconds};
 use exact::Exact;
-use glam::DVec3;
 use plotters::prelude::*;
 use radiosity::{
-    Board, Direction, Experiment, IndexChoice, Method, Patch, Scene, SceneSpec, Sequence, Shape, Solution,
-    Solve,
+    Board, Direction, Experiment, IndexChoice, Method, Patch, Scene, SceneSpec, Sequence, Solution, Solve,
 };
-use scenes::{cornell, cube, interior};
+use scenes::{cornell, corridor, cube, interior};
 
 /// Chains of a run that has intervals.
 const CHAINS: u64 = 8;
@@ -98,7 +96,7 @@ fn studies() -> Vec<Study> {
         small("cube54", cube(3), 40),
         small("cube54-R95", bright, 40),
         small("cube3456", cube(24), 12),
-        small("corridor", corridor(), 40),
+        small("corridor", corridor(8), 40),
         Study {
             name: "cornell",
             spec: cornell(),
@@ -114,24 +112,6 @@ fn studies() -> Vec<Study> {
             reference_rays: Some(1 << 24),
         },
     ]
-}
-
-/// A 1 × 1 × 8 box of 306 patches, R = 0.5, with an emitter in the middle of one end.
-fn corridor() -> SceneSpec {
-    let mut spec = cube(3);
-    let stretch = DVec3::new(1.0, 1.0, 8.0);
-    for surface in &mut spec.surfaces {
-        surface.reflectance = 0.5.into();
-        let Shape::Parallelogram { corner, corner_u, corner_v, cells } = &mut surface.shape else {
-            unreachable!("cubes are made of parallelograms");
-        };
-        let along = |edge: DVec3| if edge.z != 0.0 { 24 } else { 3 };
-        *cells = [along(*corner_u - *corner), along(*corner_v - *corner)];
-        for point in [corner, corner_u, corner_v] {
-            *point *= stretch;
-        }
-    }
-    spec
 }
 
 fn measure(study: &Study) -> Result<Vec<Point>, Failure> {

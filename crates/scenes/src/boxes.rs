@@ -26,7 +26,44 @@ pub fn cube(n: u32) -> SceneSpec {
     SceneSpec { surfaces }
 }
 
-/// The same cube with a surface for every cell: 6 n² surfaces of one patch each, where walks see no difference.
+/// The same cube where every patch has reflectance R and emits 1 − R W/m²: B = 1 everywhere. n = 1 is the cube of BS
+/// table 1 (Bekaert & Seidel), R = ½ that of Sh91 (Shirley 1991).
+///
+/// # Panics
+/// Where n is 0.
+pub fn furnace(n: u32, reflectance: f64) -> SceneSpec {
+    let mut spec = cube(n);
+    for surface in &mut spec.surfaces {
+        surface.reflectance = reflectance.into();
+        surface.emittance = (1.0 - reflectance).into();
+        surface.cell_emittance.clear();
+    }
+    spec
+}
+
+/// A box of 1 × 1 × `length` metres in cells of ⅓ m, R = ½, with an emitter of 1 W/m² in the middle of one end.
+///
+/// # Panics
+/// Where `length` is 0.
+pub fn corridor(length: u32) -> SceneSpec {
+    assert!(length > 0, "a corridor has some length");
+    let mut spec = cube(3);
+    let stretch = DVec3::new(1.0, 1.0, f64::from(length));
+    for surface in &mut spec.surfaces {
+        surface.reflectance = 0.5.into();
+        let Shape::Parallelogram { corner, corner_u, corner_v, cells } = &mut surface.shape else {
+            unreachable!("cubes are made of parallelograms");
+        };
+        let along = |edge: DVec3| if edge.z != 0.0 { 3 * length } else { 3 };
+        *cells = [along(*corner_u - *corner), along(*corner_v - *corner)];
+        for point in [corner, corner_u, corner_v] {
+            *point *= stretch;
+        }
+    }
+    spec
+}
+
+/// [`cube`] with a surface for every cell: 6 n² surfaces of one patch each, where walks see no difference.
 ///
 /// # Panics
 /// Where n is 0.

@@ -10,6 +10,6 @@ mod material;
 mod mesh;
 mod toml;
 
-pub use boxes::{cornell, cube, cube_of_surfaces};
+pub use boxes::{cornell, corridor, cube, cube_of_surfaces, furnace};
 pub use interior::interior;
 pub use toml::to_toml;

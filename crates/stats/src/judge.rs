@@ -15,6 +15,14 @@ pub struct Measured {
 }
 
 impl Measured {
+    /// The mean of independent values, with the standard error that they tell themselves. NaN of fewer than two.
+    pub fn of(values: &[f64]) -> Self {
+        let n = values.len() as f64;
+        let value = values.iter().sum::<f64>() / n;
+        let variance = values.iter().map(|x| (x - value).powi(2)).sum::<f64>() / (n - 1.0);
+        Measured { value, standard_error: (variance / n).sqrt() }
+    }
+
     /// How many standard errors the value lies above what was expected.
     pub fn z(&self, expected: f64) -> f64 {
         (self.value - expected) / self.standard_error
@@ -99,6 +107,14 @@ mod tests {
     #[test]
     fn z_counts_standard_errors() {
         assert_eq!(Measured { value: 7.0, standard_error: 0.5 }.z(6.0), 2.0);
+    }
+
+    #[test]
+    fn a_mean_knows_its_error() {
+        // Squared deviations add up to 32; 32/(7·8) = 4/7.
+        let measured = Measured::of(&[2.0, 4.0, 4.0, 4.0, 5.0, 5.0, 7.0, 9.0]);
+        assert!((measured.value - 5.0).abs() < 1e-15);
+        assert!((measured.standard_error - (4.0 / 7.0f64).sqrt()).abs() < 1e-15);
     }
 
     #[test]

@@ -1,0 +1,40 @@
+//! The published tables and figures of Monte Carlo radiosity, measured again and held to theory.
+//!
+//! A [`Chapter`] is one table or figure, in a file of its own: what was published, what theory says, the experiment
+//! that is run, and rows that say how they agree. [`Lab`] runs experiments, [`Findings`] hold what came out, [`page`]
+//! writes it down. Nothing is printed and no file is written here.
+//!
+//! Every number drawn comes from seeds that are fixed in these files: an answer depends on the [`Effort`] alone, not on
+//! threads or machines. Times are the exception, and are never judged.
+//!
+//! Papers are cited by key: S97 = Sbert, *Error and Complexity of Random Walk Monte Carlo Radiosity* (1997);
+//! SInf = Sbert, *Variance of two infinite path length random walk radiosity estimators*; BS = Bekaert & Seidel,
+//! *A Theoretical Comparison of Monte Carlo Radiosity Algorithms*; Sh91 = Shirley, *Time Complexity of Monte Carlo
+//! Radiosity* (1991).
+
+#![allow(rustdoc::broken_intra_doc_links, reason = "units are written in square brackets")]
+
+mod bs_table;
+mod findings;
+mod lab;
+pub mod page;
+mod s97_bounds;
+mod s97_figures;
+mod walkers;
+
+pub use findings::{Claim, Figure, Findings, Judge, Row, Verdict};
+pub use lab::{Effort, Lab};
+
+/// One published table or figure.
+#[derive(Clone, Copy, Debug)]
+pub struct Chapter {
+    /// Names its files.
+    pub name: &'static str,
+    /// What it is called in its paper.
+    pub title: &'static str,
+    /// Does the experiment.
+    pub run: fn(&Lab) -> Findings,
+}
+
+/// All of them, in the order of the page.
+pub const CHAPTERS: [Chapter; 3] = [bs_table::CHAPTER, s97_figures::CHAPTER, s97_bounds::CHAPTER];

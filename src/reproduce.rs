@@ -1,0 +1,132 @@
+//! `radwalk reproduce`: the papers' tables and figures, measured again.
+
+use std::io::Write;
+use std::num::NonZeroUsize;
+use std::path::PathBuf;
+use std::time::{Instant, SystemTime};
+
+use papers::{CHAPTERS, Chapter, Effort, Findings, Judge, Lab, Row, Verdict, page};
+use report::OutputFolder;
+use serde_json::{Value, json};
+
+use crate::args::ReproduceArgs;
+use crate::console::{say, tell};
+use crate::fault::{Fault, Outcome};
+use crate::progress::duration;
+
+/// What people read.
+const PAGE: &str = "papers.md";
+
+/// What programs read.
+const TABLE: &str = "papers.json";
+
+/// Runs every chapter; writes the page, its figures and the rows as JSON. Rows that differ are a fault.
+pub fn reproduce(args: &ReproduceArgs) -> Result<Outcome, Fault> {
+    let lab = Lab { effort: if args.quick { Effort::Quick } else { Effort::Full }, threads: threads(args) };
+    let path = args.out.out.clone().unwrap_or_else(|| PathBuf::from("out/papers"));
+    let folder = OutputFolder::claim(&path, &[PAGE, TABLE], args.out.force)?;
+    let began = Instant::now();
+    let done: Vec<(&Chapter, Findings)> =
+        CHAPTERS.iter().map(|chapter| (chapter, run(args, chapter, &lab))).collect();
+    let judge = page::judge(done.iter().map(|(_, findings)| findings));
+    for (chapter, findings) in &done {
+        findings.figures.iter().try_for_each(|f| folder.write(&f.file, |file| file.write_all(&f.content)))?;
+        if !args.out.quiet {
+            describe(chapter, findings, judge);
+        }
+    }
+    let entries: Vec<page::Entry<'_>> = done.iter().map(|(c, findings)| (c.title, findings)).collect();
+    let origin = origin(args, &lab, began.elapsed().as_secs_f64());
+    folder.write(TABLE, |file| Ok(serde_json::to_writer_pretty(file, &table(&done, judge))?))?;
+    folder.write(PAGE, |file| file.write_all(page::write(&origin, &entries).as_bytes()))?;
+    if !args.out.quiet {
+        say(&format!("written to {}", folder.file(PAGE).display()));
+    }
+    let differ = done.iter().flat_map(|(_, f)| &f.rows).filter(|row| judge.verdict(row) == Verdict::Differs);
+    match differ.map(|row| row.label.clone()).collect::<Vec<_>>() {
+        rows if rows.is_empty() => Ok(Outcome::Done),
+        rows => Err(Fault::NotReproduced { page: folder.file(PAGE), rows }),
+    }
+}
+
+fn threads(args: &ReproduceArgs) -> usize {
+    let cores = std::thread::available_parallelism().map_or(1, NonZeroUsize::get);
+    args.threads.map_or(cores, |threads| threads as usize)
+}
+
+/// One chapter, with a word before and after.
+fn run(args: &ReproduceArgs, chapter: &Chapter, lab: &Lab) -> Findings {
+    let began = Instant::now();
+    if args.out.json {
+        tell(&json!({"event": "chapter", "name": chapter.name}).to_string());
+    } else if !args.out.quiet {
+        tell(&format!("{} …", chapter.title));
+    }
+    let findings = (chapter.run)(lab);
+    if args.out.json {
+        let seconds = began.elapsed().as_secs_f64();
+        tell(&json!({"event": "chapter done", "name": chapter.name, "seconds": seconds}).to_string());
+    }
+    findings
+}
+
+/// The rows of a chapter as a table for a terminal.
+fn describe(chapter: &Chapter, findings: &Findings, judge: Judge) {
+    say(&format!("\n{}", chapter.title));
+    let heads = ["", "ours", "theirs", "theory", "z or ratio", ""].map(String::from);
+    let rows: Vec<[String; 6]> =
+        std::iter::once(heads).chain(findings.rows.iter().map(|row| page::cells(row, judge))).collect();
+    let width = |column: usize| rows.iter().map(|row| row[column].chars().count()).max().unwrap_or(0);
+    let widths: [usize; 6] = std::array::from_fn(width);
+    for row in &rows {
+        let cells = row.iter().zip(widths).map(|(cell, width)| format!("{cell:width$}"));
+        say(format!("  {}", cells.collect::<Vec<_>>().join("  ")).trim_end());
+    }
+}
+
+/// Every row with its verdict.
+fn table(done: &[(&Chapter, Findings)], judge: Judge) -> Value {
+    let row = |row: &Row| {
+        json!({
+            "label": row.label,
+            "ours": row.ours.value,
+            "standard_error": row.ours.standard_error,
+            "published": row.published,
+            "claim": format!("{:?}", row.claim),
+            "z": row.z(),
+            "ratio": row.ratio(),
+            "verdict": match judge.verdict(row) {
+                Verdict::Agrees => "agrees",
+                Verdict::Differs => "differs",
+                Verdict::Shown => "shown",
+            },
+        })
+    };
+    let chapters = done.iter().map(|(chapter, findings)| {
+        let rows: Vec<Value> = findings.rows.iter().map(row).collect();
+        json!({"name": chapter.name, "title": chapter.title, "rows": rows})
+    });
+    json!({"limit": judge.limit, "false_alarm": page::FALSE_ALARM, "chapters": chapters.collect::<Vec<_>>()})
+}
+
+/// Which command made the page, when and where.
+fn origin(args: &ReproduceArgs, lab: &Lab, seconds: f64) -> String {
+    let quick = if args.quick { " --quick" } else { "" };
+    format!(
+        "Made by `radwalk reproduce{quick}`, version {}, on {}, in {} on {} threads of: {}.",
+        env!("CARGO_PKG_VERSION"),
+        time::OffsetDateTime::from(SystemTime::now()).date(),
+        duration(seconds),
+        lab.threads,
+        machine()
+    )
+}
+
+/// The class of this machine, as far as it tells.
+fn machine() -> String {
+    let cores = std::thread::available_parallelism().map_or(1, NonZeroUsize::get);
+    let known = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+    let model = known.lines().find_map(|line| line.strip_prefix("model name")?.split_once(':'));
+    let model = model.map_or(std::env::consts::ARCH, |(_, model)| model.trim());
+    format!("{model}, {cores} cores, {}", std::env::consts::OS)
+}
