@@ -33,7 +33,7 @@ pub fn run(args: &RunArgs) -> Result<Outcome, Fault> {
     let folder =
         tempfile::tempdir().map_err(|source| Fault::System { doing: "making a temporary folder", source })?;
     let access_file = folder.path().join("access.json");
-    let (listener, access) = listen("127.0.0.1:0", &access_file)?;
+    let (listener, access) = prepared.listen("127.0.0.1:0", &access_file)?;
     let mut workers = LocalWorkers::new(&access_file, wanted, args.threads);
     signals::catch();
     prepared.serve(listener, access, &args.out, Some(&mut workers))
@@ -43,7 +43,7 @@ pub fn run(args: &RunArgs) -> Result<Outcome, Fault> {
 pub fn coordinate(args: &CoordinateArgs) -> Result<Outcome, Fault> {
     let prepared = Prepared::new(&args.job, &args.out, args.resume)?;
     let access_file = args.access.clone().unwrap_or_else(|| prepared.output.path().join("access.json"));
-    let (listener, access) = listen(&args.listen, &access_file)?;
+    let (listener, access) = prepared.listen(&args.listen, &access_file)?;
     if !args.out.quiet {
         tell(&format!(
             "listening at {}; start workers with: radwalk work --access {}",
@@ -56,21 +56,6 @@ pub fn coordinate(args: &CoordinateArgs) -> Result<Outcome, Fault> {
     // The key is of no use any more. Whoever removed the file before has saved us the work.
     let _ = std::fs::remove_file(&access_file);
     done
-}
-
-/// Listens at an address and writes the access file for it.
-fn listen(address: &str, access_file: &Path) -> Result<(TcpListener, Access), Fault> {
-    let fault = |source| Fault::Listen { address: address.into(), source };
-    let listener = TcpListener::bind(address).map_err(fault)?;
-    let bound = listener.local_addr().map_err(fault)?;
-    // A port of 0 was replaced by a free one; a host name stays as it was typed.
-    let host = address.rsplit_once(':').map_or(address, |(host, _)| host);
-    let access = Access::new(format!("{host}:{}", bound.port()))
-        .map_err(|source| Fault::System { doing: "drawing a random key", source })?;
-    access
-        .write(access_file)
-        .map_err(|source| Fault::AccessFileWrite { path: access_file.into(), source })?;
-    Ok((listener, access))
 }
 
 /// A job that is ready to be shot.
@@ -158,6 +143,22 @@ impl Prepared {
         self.identity.sessions.push(checkpoints::session());
     }
 
+    /// Listens at an address and writes the access file for it.
+    fn listen(&self, address: &str, access_file: &Path) -> Result<(TcpListener, Access), Fault> {
+        let fault = |source| Fault::Listen { address: address.into(), source };
+        let listener = TcpListener::bind(address).map_err(fault)?;
+        let bound = listener.local_addr().map_err(fault)?;
+        // A port of 0 was replaced by a free one; a host name stays as it was typed.
+        let host = address.rsplit_once(':').map_or(address, |(host, _)| host);
+        let address = format!("{host}:{}", bound.port());
+        let access = Access::new(address, crate::BUILD, self.identity.scene_hash)
+            .map_err(|source| Fault::System { doing: "drawing a random key", source })?;
+        access
+            .write(access_file)
+            .map_err(|source| Fault::AccessFileWrite { path: access_file.into(), source })?;
+        Ok((listener, access))
+    }
+
     fn plan(&self) -> Plan {
         let Job { budget, .. } = &self.job;
         let level = self.settings.level(self.experiment.scene());
@@ -169,7 +170,7 @@ impl Prepared {
             None => (budget.stream_paths, 2),
         };
         Plan {
-            job: self.identity.job.clone(),
+            job: self.identity.job.clone().into(),
             scene_hash: self.identity.scene_hash,
             job_hash: self.identity.job_hash,
             build: crate::BUILD.into(),
@@ -193,7 +194,7 @@ impl Prepared {
         out: &OutArgs,
         mut workers: Option<&mut LocalWorkers>,
     ) -> Result<Outcome, Fault> {
-        let mut coordinator = Coordinator::new(self.plan(), access, self.past.clone());
+        let mut coordinator = Coordinator::new(self.plan(), self.past.clone());
         let interval = Duration::from_secs_f64(self.job.budget.checkpoint_seconds);
         let walks = self.past.tally.counts.walks;
         // The coordinator has it now.
@@ -232,8 +233,9 @@ impl Prepared {
                 None => Wish::Continue,
             }
         };
-        let ending = serve(listener, &mut coordinator, owner, |notice| notices.borrow_mut().push(notice))
-            .map_err(|source| Fault::System { doing: "serving the workers", source })?;
+        let ending =
+            serve(listener, &access, &mut coordinator, owner, |notice| notices.borrow_mut().push(notice))
+                .map_err(|source| Fault::System { doing: "serving the workers", source })?;
         display.borrow().finish();
         drop(display);
         let (identity, good) = keeper.finish();

@@ -1,7 +1,7 @@
 //! Everything that can go wrong with processes and connections, at random, over one job: the answer is that of a run
 //! that nothing happened to.
 //!
-//! Workers reach the coordinator through a relay that cuts, delays and repeats what they send. A short version belongs to
+//! Workers reach the coordinator through a relay that cuts, delays, repeats and alters what they send. A short version belongs to
 //! the everyday suite; `scripts/chaos.sh` runs a long one and keeps its log.
 
 mod support;
@@ -21,7 +21,7 @@ use tempfile::tempdir;
 const JOB: &str = "configs/cube54.toml";
 const WORKERS: usize = 3;
 /// Kinds of faults.
-const KINDS: u64 = 8;
+const KINDS: u64 = 9;
 /// Faults of the everyday suite: each kind twice.
 const SHORT: usize = 2 * KINDS as usize;
 
@@ -37,7 +37,7 @@ impl Dice {
     }
 }
 
-/// Where workers go: passes frames on to wherever the coordinator listens now.
+/// Where workers go: passes records on to wherever the coordinator listens now.
 struct Relay {
     address: String,
     state: Arc<RelayState>,
@@ -47,11 +47,13 @@ struct Relay {
 struct RelayState {
     coordinator: Mutex<String>,
     streams: Mutex<Vec<TcpStream>>,
-    /// Milliseconds that the next frames are held up.
+    /// Milliseconds that the next record is held up.
     delay: AtomicU64,
-    /// Frames that are still to be sent twice.
+    /// Records that are still to be sent twice.
     repeat: AtomicU64,
     repeated: AtomicU64,
+    /// Records of which a bit is still to be flipped.
+    alter: AtomicU64,
 }
 
 impl Relay {
@@ -87,17 +89,18 @@ fn connect(worker: TcpStream, state: &Arc<RelayState>) {
     });
     let state = state.clone();
     thread::spawn(move || {
-        while let Ok(frame) = read_frame(&worker) {
+        while let Ok(mut record) = read_record(&worker) {
             thread::sleep(Duration::from_millis(state.delay.swap(0, Ordering::Relaxed)));
-            // Results are the long frames.
-            let again = frame.len() > 100
-                && state
-                    .repeat
-                    .fetch_update(Ordering::Relaxed, Ordering::Relaxed, |n| n.checked_sub(1))
-                    .is_ok();
+            // Results are the long records.
+            let long = record.len() > 100;
+            if long && due(&state.alter) {
+                let middle = record.len() / 2;
+                record[middle] ^= 1;
+            }
+            let again = long && due(&state.repeat);
             state.repeated.fetch_add(u64::from(again), Ordering::Relaxed);
             let times = if again { 2 } else { 1 };
-            if (0..times).any(|_| (&coordinator).write_all(&frame).is_err()) {
+            if (0..times).any(|_| (&coordinator).write_all(&record).is_err()) {
                 break;
             }
         }
@@ -105,13 +108,18 @@ fn connect(worker: TcpStream, state: &Arc<RelayState>) {
     });
 }
 
-fn read_frame(mut stream: &TcpStream) -> std::io::Result<Vec<u8>> {
-    let mut length = [0; 4];
+/// Whether one more is to be done, which is then counted.
+fn due(left: &AtomicU64) -> bool {
+    left.fetch_update(Ordering::Relaxed, Ordering::Relaxed, |n| n.checked_sub(1)).is_ok()
+}
+
+fn read_record(mut stream: &TcpStream) -> std::io::Result<Vec<u8>> {
+    let mut length = [0; 2];
     stream.read_exact(&mut length)?;
-    let mut frame = length.to_vec();
-    frame.resize(4 + u32::from_le_bytes(length) as usize, 0);
-    stream.read_exact(&mut frame[4..])?;
-    Ok(frame)
+    let mut record = length.to_vec();
+    record.resize(2 + usize::from(u16::from_le_bytes(length)), 0);
+    stream.read_exact(&mut record[2..])?;
+    Ok(record)
 }
 
 /// One job, its coordinator and its workers.
@@ -193,6 +201,10 @@ impl Cluster {
                 self.relay.state.delay.store(pause.as_millis() as u64, Ordering::Relaxed);
                 "a message delayed"
             }
+            7 => {
+                self.relay.state.alter.fetch_add(1, Ordering::Relaxed);
+                "a bit of a result flipped"
+            }
             _ => {
                 self.relay.state.repeat.fetch_add(1, Ordering::Relaxed);
                 "a result sent twice"
@@ -247,10 +259,11 @@ fn no_fault_leaves_a_trace_in_the_answer() {
         thread::sleep(Duration::from_millis(50 + dice.below(350)));
         cluster.tend();
     }
-    // Each that was asked for is sent twice before the end, so that none is forgotten.
-    wait_for("the last repeated result", || {
+    // Each that was asked for is sent twice or altered before the end, so that none is forgotten.
+    wait_for("the last spoilt result", || {
         cluster.tend();
-        (cluster.relay.state.repeat.load(Ordering::Relaxed) == 0).then_some(())
+        let RelayState { repeat, alter, .. } = &*cluster.relay.state;
+        (repeat.load(Ordering::Relaxed) + alter.load(Ordering::Relaxed) == 0).then_some(())
     });
     signal("INT", cluster.coordinator.id());
     wait_for("the end", || cluster.coordinator.try_wait().unwrap());

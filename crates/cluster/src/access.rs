@@ -1,4 +1,4 @@
-//! The access file: where the coordinator listens and the key that lets workers in.
+//! The access file: where the coordinator listens, and the key that lets workers in.
 
 use std::fs::OpenOptions;
 use std::io::{self, Write};
@@ -6,25 +6,20 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-use crate::message::Proof;
-
 /// The contents of an access file (JSON, readable by its owner only).
 #[derive(Clone, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Access {
     /// host:port of the coordinator.
     pub address: String,
-    /// 32 random bytes in hexadecimal; never sent, only proved.
+    /// Names this run of a coordinator.
+    pub run: String,
+    /// Version and commit of the coordinator, the only build that may join.
+    pub build: String,
+    /// Hash of the scene, in hexadecimal.
+    pub scene: String,
+    /// 32 random bytes in hexadecimal; never sent.
     key: String,
-}
-
-/// A key that says which end speaks, so that no proof can be sent back to its maker.
-#[derive(Clone, Copy, Debug)]
-pub enum Speaker {
-    /// The worker's proof over the coordinator's nonce.
-    Worker,
-    /// The coordinator's proof over the worker's nonce.
-    Coordinator,
 }
 
 /// 32 bytes from the operating system's generator.
@@ -37,13 +32,23 @@ pub fn random_bytes() -> io::Result<[u8; 32]> {
     Ok(bytes)
 }
 
+fn hexadecimal(bytes: [u8; 32]) -> String {
+    blake3::Hash::from(bytes).to_hex().to_string()
+}
+
 impl Access {
-    /// A fresh key for a coordinator at `address`.
+    /// A fresh key for a coordinator of this `build` at `address`, whose scene has this hash.
     ///
     /// # Errors
     /// Where there is no randomness.
-    pub fn new(address: String) -> io::Result<Self> {
-        Ok(Access { address, key: blake3::Hash::from(random_bytes()?).to_hex().to_string() })
+    pub fn new(address: String, build: &str, scene_hash: [u8; 32]) -> io::Result<Self> {
+        Ok(Access {
+            address,
+            run: hexadecimal(random_bytes()?)[..16].into(),
+            build: build.into(),
+            scene: hexadecimal(scene_hash),
+            key: hexadecimal(random_bytes()?),
+        })
     }
 
     /// Writes the file, readable by its owner only. It appears whole: workers may be waiting for it.
@@ -80,25 +85,15 @@ impl Access {
         Ok(access)
     }
 
-    /// Proves knowledge of the key to whoever chose the nonce.
-    pub fn prove(&self, speaker: Speaker, nonce: &Proof) -> Proof {
-        *self.tag(speaker, nonce).as_bytes()
+    /// The key.
+    pub(crate) fn key(&self) -> [u8; 32] {
+        *blake3::Hash::from_hex(&self.key).expect("checked when the access was made").as_bytes()
     }
 
-    /// Whether a proof holds; takes the same time either way.
-    pub fn holds(&self, speaker: Speaker, nonce: &Proof, proof: &Proof) -> bool {
-        self.tag(speaker, nonce) == blake3::Hash::from(*proof)
-    }
-
-    fn tag(&self, speaker: Speaker, nonce: &Proof) -> blake3::Hash {
-        let role: &[u8] = match speaker {
-            Speaker::Worker => b"radwalk worker",
-            Speaker::Coordinator => b"radwalk coordinator",
-        };
-        let key = blake3::Hash::from_hex(&self.key).expect("checked when the access was made");
-        let mut hasher = blake3::Hasher::new_keyed(key.as_bytes());
-        hasher.update(role).update(nonce);
-        hasher.finalize()
+    /// All that both ends must have read the same of, beside the key.
+    pub(crate) fn prologue(&self) -> Vec<u8> {
+        let Access { run, build, scene, .. } = self;
+        format!("radwalk\n{run}\n{build}\n{scene}").into_bytes()
     }
 }
 
@@ -107,30 +102,30 @@ mod tests {
     use super::*;
 
     #[test]
-    fn proofs_need_the_key_the_nonce_and_the_speaker() {
-        let (ours, other) = (Access::new("a:1".into()).unwrap(), Access::new("a:1".into()).unwrap());
-        let nonce = [7; 32];
-        let proof = ours.prove(Speaker::Worker, &nonce);
-        assert!(ours.holds(Speaker::Worker, &nonce, &proof));
-        assert!(!ours.holds(Speaker::Coordinator, &nonce, &proof));
-        assert!(!ours.holds(Speaker::Worker, &[8; 32], &proof));
-        assert!(!other.holds(Speaker::Worker, &nonce, &proof));
-    }
-
-    #[test]
     fn a_file_is_read_back_private_and_replaces_what_was_there() {
         let path = std::env::temp_dir().join(format!("radwalk-access-{}.json", std::process::id()));
         std::fs::write(&path, "{ \"address\": \"nowhere:1\", \"key\": \"short\" }").unwrap();
         assert_eq!(Access::read(&path).err().unwrap().kind(), io::ErrorKind::InvalidData);
-        let access = Access::new("somewhere:2".into()).unwrap();
+        let access = Access::new("somewhere:2".into(), "1.0 (abc)", [7; 32]).unwrap();
         access.write(&path).unwrap();
         let read = Access::read(&path).unwrap();
-        assert_eq!((&read.address, &read.key), (&access.address, &access.key));
+        assert_eq!((&read.address, read.key()), (&access.address, access.key()));
+        assert_eq!(read.prologue(), access.prologue());
         #[cfg(unix)]
         {
             use std::os::unix::fs::PermissionsExt;
             assert_eq!(std::fs::metadata(&path).unwrap().permissions().mode() & 0o777, 0o600);
         }
+        let spoilt = std::fs::read_to_string(&path).unwrap().replace(&access.key, "short");
+        std::fs::write(&path, spoilt).unwrap();
+        assert!(Access::read(&path).err().unwrap().to_string().contains("64 hexadecimal digits"));
         std::fs::remove_file(&path).unwrap();
+    }
+
+    #[test]
+    fn every_run_has_its_own_key_and_name() {
+        let [one, other] = [(); 2].map(|()| Access::new("a:1".into(), "1.0", [7; 32]).unwrap());
+        assert_ne!(one.key(), other.key());
+        assert_ne!(one.run, other.run);
     }
 }

@@ -2,13 +2,16 @@
 //!
 //! A frame is a 32-bit little-endian length and that many bytes of one bincode message (varint integers).
 //! Lengths are checked against the reader's cap before anything is allocated, and bincode is bounded again: a
-//! message may claim to hold far more than its bytes, and room is made for what it claims.
+//! message may claim to hold far more than its bytes, and room is made for what it claims. Sums of tallies travel
+//! packed: one varint after the other, so that nobody has to hold them unpacked.
 
-use std::io::{self, Read, Write};
+use std::io;
 
 use bincode::error::DecodeError;
 use bincode::{Decode, Encode};
 use thiserror::Error;
+
+use crate::noise::Foreign;
 
 /// No frame may be longer, whatever its reader expects.
 pub const MAX_FRAME: usize = 1 << 30;
@@ -16,11 +19,20 @@ pub const MAX_FRAME: usize = 1 << 30;
 /// What a frame begins with: the length of its message, little-endian.
 const LENGTH_BYTES: usize = 4;
 
-/// The longest frame of anybody who has not proved to know the key, and of all messages but jobs and results.
+/// The longest frame of all messages but jobs and results.
 pub const SHORT_FRAME: usize = 4096;
 
 /// What a short frame may claim to hold: a 128-bit number takes one byte at least.
 const SHORT_CLAIM: usize = 16 * SHORT_FRAME;
+
+/// The longest frame that a worker may send, whatever the job.
+pub const LONG_FRAME: usize = 1 << 16;
+
+/// What a long frame may claim to hold.
+const LONG_CLAIM: usize = 16 * LONG_FRAME;
+
+/// The most bytes that a packed number takes.
+pub const LONGEST_SUM: usize = 17;
 
 fn config() -> impl bincode::config::Config {
     bincode::config::standard().with_limit::<MAX_FRAME>()
@@ -38,6 +50,9 @@ pub enum CodecError {
     /// The connection failed.
     #[error("the connection failed: {0}")]
     Io(io::Error),
+    /// The bytes are not the other end's.
+    #[error(transparent)]
+    Foreign(#[from] Foreign),
     /// The peer announced more than it may send.
     #[error("a frame of {length} bytes exceeds the limit of {cap} (a foreign or faulty peer)")]
     TooLong {
@@ -79,8 +94,11 @@ pub fn encode<T: Encode>(value: &T) -> Result<Vec<u8>, CodecError> {
 /// # Errors
 /// Where the bytes are not exactly one value.
 pub fn decode<T: Decode<()>>(bytes: &[u8]) -> Result<T, CodecError> {
+    let standard = bincode::config::standard();
     let decoded = if bytes.len() <= SHORT_FRAME {
-        bincode::decode_from_slice(bytes, bincode::config::standard().with_limit::<SHORT_CLAIM>())
+        bincode::decode_from_slice(bytes, standard.with_limit::<SHORT_CLAIM>())
+    } else if bytes.len() <= LONG_FRAME {
+        bincode::decode_from_slice(bytes, standard.with_limit::<LONG_CLAIM>())
     } else {
         bincode::decode_from_slice(bytes, config())
     };
@@ -112,6 +130,36 @@ pub fn decode_serde<T: serde::de::DeserializeOwned>(bytes: &[u8]) -> Result<T, C
     whole(bincode::serde::decode_from_slice(bytes, config()), bytes)
 }
 
+/// Packs numbers, for [`unpack`].
+pub fn pack(numbers: &[u128]) -> Vec<u8> {
+    let mut packed = Vec::with_capacity(numbers.len());
+    for number in numbers {
+        bincode::encode_into_std_write(number, &mut packed, bincode::config::standard())
+            .expect("a vector takes any number");
+    }
+    packed
+}
+
+/// The numbers that were packed, one after the other.
+pub fn unpack(mut packed: &[u8]) -> impl Iterator<Item = Result<u128, CodecError>> {
+    std::iter::from_fn(move || {
+        // Most numbers are small.
+        let (number, used) = match *packed {
+            [] => return None,
+            [small @ ..=250, ..] => (u128::from(small), 1),
+            _ => match bincode::decode_from_slice(packed, bincode::config::standard()) {
+                Ok(unpacked) => unpacked,
+                Err(error) => {
+                    packed = &[];
+                    return Some(Err(CodecError::Malformed(error.to_string())));
+                }
+            },
+        };
+        packed = &packed[used..];
+        Some(Ok(number))
+    })
+}
+
 /// The frame of one message, ready to be sent.
 ///
 /// # Errors
@@ -128,35 +176,18 @@ pub fn frame<T: Encode>(message: &T) -> Result<Vec<u8>, CodecError> {
     Ok(frame)
 }
 
-/// Sends one message.
+/// The first message in `bytes`, where all of it is there, and how many of them it took.
 ///
 /// # Errors
-/// Where it is too long or the connection fails.
-pub fn write_frame<T: Encode>(stream: &mut impl Write, message: &T) -> Result<(), CodecError> {
-    // In one piece: a length on its own would make a packet of its own.
-    stream.write_all(&frame(message)?)?;
-    stream.flush()?;
-    Ok(())
-}
-
-/// Receives one message of at most `cap` bytes.
-///
-/// # Errors
-/// Where the connection fails, or the peer sends too much or no message.
-pub fn read_frame<T: Decode<()>>(stream: &mut impl Read, cap: usize) -> Result<T, CodecError> {
-    let mut length = [0; LENGTH_BYTES];
-    stream.read_exact(&mut length)?;
-    let length = u32::from_le_bytes(length) as usize;
-    let cap = cap.min(MAX_FRAME);
+/// Where it is longer than `cap`, which shows before it is there, or no message.
+pub fn first_message<T: Decode<()>>(bytes: &[u8], cap: usize) -> Result<Option<(T, usize)>, CodecError> {
+    let Some((&length, rest)) = bytes.split_first_chunk::<LENGTH_BYTES>() else { return Ok(None) };
+    let (length, cap) = (u32::from_le_bytes(length) as usize, cap.min(MAX_FRAME));
     if length > cap {
         return Err(CodecError::TooLong { length, cap });
     }
-    let mut bytes = Vec::new();
-    stream.take(length as u64).read_to_end(&mut bytes)?;
-    if bytes.len() < length {
-        return Err(CodecError::Closed);
-    }
-    decode(&bytes)
+    let Some(message) = rest.get(..length) else { return Ok(None) };
+    Ok(Some((decode(message)?, LENGTH_BYTES + length)))
 }
 
 #[cfg(test)]
@@ -167,24 +198,23 @@ mod tests {
     #[test]
     fn a_frame_survives_the_wire() {
         let message = ToWorker::Lease { id: 7, first_walk: 1 << 40, walks: 65_536 };
-        let mut wire = Vec::new();
-        write_frame(&mut wire, &message).unwrap();
-        assert_eq!(read_frame::<ToWorker>(&mut wire.as_slice(), 100).unwrap(), message);
+        let mut wire = frame(&message).unwrap();
+        let length = wire.len();
+        wire.push(77);
+        assert_eq!(first_message::<ToWorker>(&wire, 100).unwrap(), Some((message, length)));
     }
 
     #[test]
-    fn an_announced_length_beyond_the_cap_is_refused_before_it_is_read() {
-        let wire = u32::MAX.to_le_bytes();
-        let error = read_frame::<ToWorker>(&mut wire.as_slice(), 4096).unwrap_err();
+    fn an_announced_length_beyond_the_cap_is_refused_before_it_is_there() {
+        let error = first_message::<ToWorker>(&u32::MAX.to_le_bytes(), 4096).unwrap_err();
         assert!(matches!(error, CodecError::TooLong { cap: 4096, .. }), "{error}");
     }
 
     #[test]
-    fn truncated_and_random_frames_are_errors() {
-        let mut wire = Vec::new();
-        write_frame(&mut wire, &ToCoordinator::Failed { reason: "no".repeat(50) }).unwrap();
+    fn frames_that_are_not_whole_are_waited_for_and_random_ones_are_errors() {
+        let wire = frame(&ToCoordinator::Failed { reason: "no".repeat(50) }).unwrap();
         for length in 0..wire.len() {
-            assert!(read_frame::<ToCoordinator>(&mut &wire[..length], 4096).is_err());
+            assert!(first_message::<ToCoordinator>(&wire[..length], 4096).unwrap().is_none());
         }
         let mut state = 1_u64;
         for _ in 0..10_000 {
@@ -200,8 +230,23 @@ mod tests {
     }
 
     #[test]
+    fn packed_numbers_are_unpacked_up_to_where_they_make_no_sense() {
+        let numbers = [0, 1, 250, 251, 1 << 16, 1 << 32, 1 << 64, u128::MAX, 3];
+        let mut packed = pack(&numbers);
+        let unpacked = |packed: &[u8]| unpack(packed).collect::<Result<Vec<u128>, CodecError>>();
+        assert_eq!(unpacked(&packed).unwrap(), numbers);
+        assert_eq!(pack(&[u128::MAX]).len(), LONGEST_SUM);
+        packed.push(255);
+        assert!(unpacked(&packed).is_err());
+        packed.pop();
+        packed.push(254);
+        let all: Vec<_> = unpack(&packed).collect();
+        assert!(all.len() == 10 && all[9].is_err(), "an error is the last");
+    }
+
+    #[test]
     fn a_claimed_length_inside_a_message_does_not_allocate() {
-        // A reason of 2⁶⁰ bytes is beyond any limit, one of 2²⁴ beyond what a short frame may claim.
+        // 2⁶⁰ bytes are beyond any limit, 2²⁴ beyond what a short frame may claim.
         for claim in [1_u64 << 60, 1 << 24] {
             let mut bytes = encode(&ToCoordinator::Failed { reason: String::new() }).unwrap();
             bytes.truncate(1);

@@ -4,17 +4,19 @@
 use std::collections::{HashMap, HashSet};
 use std::fmt;
 use std::ops::Range;
+use std::sync::Arc;
 use std::time::Duration;
 
 use bincode::{Decode, Encode};
 use radiosity::{Counts, Layout, MergeError, Tally};
 
-use crate::access::{Access, Speaker};
 use crate::checkpoint::{Look, Past};
-use crate::codec::SHORT_FRAME;
+use crate::codec::{LONGEST_SUM, SHORT_FRAME};
 use crate::digest::Digester;
 use crate::ledger::{LeaseId, Ledger, Rejected};
-use crate::message::{Hello, LeaseResult, PROTOCOL, Proof, ToCoordinator, ToWorker};
+use crate::message::{Hello, LeaseResult, PIECE, PROTOCOL, SMALL_TALLY, ToCoordinator, ToWorker};
+use crate::parcel::Parcel;
+use crate::transfers::{Offer, Room, Transfers};
 
 /// A connection, named by the shell; never used twice.
 pub type PeerId = u64;
@@ -34,8 +36,14 @@ const LEASE_SECONDS: f64 = 0.25;
 /// A lease may take this part of the time that the job has run: the ledger of a week stays a matter of megabytes.
 const LEASE_SHARE: f64 = 1e-4;
 
-/// Added per sum of the tally, so that sending and merging large ones stays a small part of a lease.
+/// Added per sum of the tally, so that packing and sending large ones stays a small part of a lease.
 const LEASE_SECONDS_PER_SUM: f64 = 1e-6;
+
+/// What the coordinator needs to open, check and merge a result, per sum.
+const TAKING_SECONDS_PER_SUM: f64 = 2e-8;
+
+/// It takes the results of all threads, and is to be idle for most of the time that a lease takes.
+const IDLENESS: f64 = 3.0;
 
 /// A new lease is at most so many times as long as the last: rates are learnt from short leases.
 const LEASE_GROWTH: f64 = 4.0;
@@ -48,9 +56,14 @@ const STOP_GRACE: Duration = Duration::from_secs(3);
 /// was stopped, it merged, the machine was busy), and what peers said meanwhile is still unread then.
 const BLINK: Duration = Duration::from_secs(1);
 
-/// So many peers may be on the doorstep at once: whoever has not proved to know the key is a stranger, and
-/// each costs threads and a file descriptor.
-const STRANGERS: usize = 256;
+/// Heartbeats come once a second. So many more may come at once, when either end was held up, and so many a second;
+/// who sends more is faulty.
+const BEATS: f64 = 10_000.0;
+const BEATS_PER_SECOND: f64 = 100.0;
+
+/// Bytes that a worker may cost here beside what all share: for islands, and for results under way.
+const ISLAND_SHARE: usize = 32 << 10;
+const STAGING_SHARE: usize = 8 << 10;
 
 /// A worker is leased work for at most so many threads, whatever it claims to have.
 const MAX_THREADS: usize = 4096;
@@ -65,7 +78,7 @@ pub type Judge = Box<dyn FnMut(&Tally, &[Look]) -> Look>;
 /// What the coordinator has to see done.
 pub struct Plan {
     /// The job as workers read it.
-    pub job: Vec<u8>,
+    pub job: Arc<[u8]>,
     /// What a worker's replica must hash to.
     pub scene_hash: [u8; 32],
     /// Likewise.
@@ -130,6 +143,8 @@ pub enum Notice {
     },
     /// A connection ended before anybody was introduced.
     Failed(String),
+    /// So many connections were refused or ended of which nothing was told.
+    Hushed(usize),
 }
 
 impl fmt::Display for Notice {
@@ -140,6 +155,7 @@ impl fmt::Display for Notice {
             }
             Notice::Refused { name, reason } => write!(f, "refused worker {name}: {reason}"),
             Notice::Failed(reason) => write!(f, "a connection came to nothing: {reason}"),
+            Notice::Hushed(connections) => write!(f, "{connections} more connections came to nothing"),
         }
     }
 }
@@ -188,8 +204,8 @@ pub struct Effort {
 /// Where a connection stands.
 #[derive(Debug)]
 enum Stage {
-    /// Was sent this nonce.
-    Challenged(Proof),
+    /// Knows the key.
+    Admitted,
     /// Is building its replica.
     Welcomed,
     /// Shoots.
@@ -213,13 +229,15 @@ struct Peer {
     rate: f64,
     longest_lease: u64,
     cpu_seconds: f64,
+    /// Heartbeats that it may send now.
+    beats: f64,
 }
 
 /// The state of one job.
 pub struct Coordinator {
     plan: Plan,
-    access: Access,
     ledger: Ledger,
+    transfers: Transfers,
     peers: HashMap<PeerId, Peer>,
     stopping: Option<(Ending, Now)>,
     ending: Option<Ending>,
@@ -238,9 +256,8 @@ pub struct Coordinator {
 }
 
 impl Coordinator {
-    /// A coordinator for a plan that goes on from the `past`, an empty one for a new job; workers prove that they
-    /// know the key of `access`.
-    pub fn new(plan: Plan, access: Access, past: Past) -> Self {
+    /// A coordinator for a plan that goes on from the `past`, an empty one for a new job.
+    pub fn new(plan: Plan, past: Past) -> Self {
         let Past { tally, deliveries, workers, looks, effort } = past;
         let ledger = Ledger::new(plan.paths, plan.stream_paths, plan.looks.clone(), tally, deliveries);
         let reached = looks.last().is_some_and(|look| look.reached && look.walks == ledger.prefix_walks());
@@ -252,8 +269,8 @@ impl Coordinator {
         Coordinator {
             digester: Digester::new(&plan.scene_hash),
             plan,
-            access,
             ledger,
+            transfers: Transfers::default(),
             peers: HashMap::new(),
             stopping: None,
             ending,
@@ -313,26 +330,25 @@ impl Coordinator {
         }
     }
 
-    /// The largest frame that a peer may send now: little before it has proved itself, then what a result of
-    /// this job can hold (19 bytes for the longest varint of 128 bits).
-    pub fn frame_cap(&self, known: bool) -> usize {
-        if known { SHORT_FRAME + 19 * self.plan.sums() } else { SHORT_FRAME }
+    /// The largest frame that a worker may send: what a piece of a tally of this job can hold, and what stands around
+    /// it.
+    pub fn frame_cap(&self) -> usize {
+        SHORT_FRAME + self.most_bytes().min(PIECE)
     }
 
-    /// Somebody connected; `nonce` is fresh.
-    pub fn on_connect(&mut self, id: PeerId, nonce: Proof) -> Vec<Action> {
+    /// What the packed sums of a result can take.
+    fn most_bytes(&self) -> usize {
+        LONGEST_SUM * self.plan.sums()
+    }
+
+    /// Somebody who knows the key has connected.
+    pub fn on_connect(&mut self, id: PeerId) -> Vec<Action> {
         if self.ending.is_some() {
             return vec![Action::Send(id, ToWorker::Done), Action::Close(id)];
         }
-        let name = format!("peer {id}");
-        if self.peers.values().filter(|peer| matches!(peer.stage, Stage::Challenged(_))).count() >= STRANGERS
-        {
-            let reason = "too many connections have not introduced themselves yet; try again in a while";
-            return refuse(id, name, reason.into());
-        }
         let peer = Peer {
-            stage: Stage::Challenged(nonce),
-            name,
+            stage: Stage::Admitted,
+            name: format!("peer {id}"),
             threads: 0,
             leases: HashSet::new(),
             heard: self.awake,
@@ -342,9 +358,10 @@ impl Coordinator {
             rate: 0.0,
             longest_lease: self.plan.stream_paths,
             cpu_seconds: 0.0,
+            beats: BEATS,
         };
         self.peers.insert(id, peer);
-        vec![Action::Send(id, ToWorker::Challenge { nonce })]
+        vec![]
     }
 
     /// A peer said something.
@@ -354,17 +371,28 @@ impl Coordinator {
             return vec![];
         }
         let Some(peer) = self.peers.get_mut(&id) else { return vec![] };
+        let quiet = (self.awake - peer.heard).as_secs_f64();
+        peer.beats = BEATS.min(peer.beats + quiet * BEATS_PER_SECOND);
         peer.heard = self.awake;
         match (&peer.stage, message) {
-            (Stage::Challenged(nonce), ToCoordinator::Hello(hello)) => {
-                let nonce = *nonce;
-                self.on_hello(id, nonce, hello)
-            }
+            (Stage::Admitted, ToCoordinator::Hello(hello)) => self.on_hello(id, hello),
             (Stage::Welcomed, ToCoordinator::Ready { scene_hash, job_hash }) => {
                 self.on_ready(id, scene_hash, job_hash, now)
             }
             (Stage::Working, ToCoordinator::Result(result)) => self.on_result(id, result, now),
+            (Stage::Working, ToCoordinator::Offer { lease, bytes }) => self.on_offer(id, lease, bytes, now),
+            (Stage::Working, ToCoordinator::Piece { lease, sums }) => {
+                peer.progressed = self.awake;
+                if sums.len() == PIECE && self.transfers.stage(id, lease, &sums) {
+                    return vec![];
+                }
+                self.drop_peer(id, "sent a piece of a result that it was not asked for", now)
+            }
             (Stage::Welcomed | Stage::Working, ToCoordinator::Alive { progress }) => {
+                peer.beats -= 1.0;
+                if peer.beats < 0.0 {
+                    return self.drop_peer(id, "says too often that it is alive (a faulty program)", now);
+                }
                 if progress > peer.progress {
                     (peer.progress, peer.progressed) = (progress, self.awake);
                 }
@@ -375,16 +403,16 @@ impl Coordinator {
         }
     }
 
-    /// A long message to or from a peer is on its way, or one of its messages waits to be handled. It can say
-    /// nothing else until then, so this is a sign of life and of progress.
+    /// A long message to a peer gets on. It may say nothing until it has all of it, so this is a sign of life and of
+    /// progress.
     pub fn on_stir(&mut self, id: PeerId) {
         if let Some(peer) = self.peers.get_mut(&id) {
             (peer.heard, peer.progressed) = (self.awake, self.awake);
         }
     }
 
-    /// A peer answered the challenge: is it one of ours?
-    fn on_hello(&mut self, id: PeerId, nonce: Proof, hello: Hello) -> Vec<Action> {
+    /// A peer introduces itself: can it walk as we do?
+    fn on_hello(&mut self, id: PeerId, hello: Hello) -> Vec<Action> {
         let refusal = if hello.protocol != PROTOCOL {
             Some(format!(
                 "it speaks protocol {}, this coordinator {PROTOCOL}; use the same radwalk",
@@ -396,8 +424,6 @@ impl Coordinator {
                 printable(&hello.build, NAME_CHARS),
                 self.plan.build
             ))
-        } else if !self.access.holds(Speaker::Worker, &nonce, &hello.proof) {
-            Some("it does not know the key of this run; use this run's access file".into())
         } else if hello.threads == 0 {
             Some("it has no threads".into())
         } else {
@@ -411,8 +437,7 @@ impl Coordinator {
         peer.stage = Stage::Welcomed;
         peer.name = printable(&hello.name, NAME_CHARS);
         peer.threads = (hello.threads as usize).min(MAX_THREADS);
-        let proof = self.access.prove(Speaker::Coordinator, &hello.nonce);
-        vec![Action::Send(id, ToWorker::Welcome { proof, job: self.plan.job.clone() })]
+        vec![Action::Send(id, ToWorker::Welcome { job: self.plan.job.clone() })]
     }
 
     /// A peer has built its replica: is it the same scene and job?
@@ -431,33 +456,67 @@ impl Coordinator {
         self.hand_out(now)
     }
 
+    /// A worker has a large result.
+    fn on_offer(&mut self, id: PeerId, lease: LeaseId, bytes: u64, now: Now) -> Vec<Action> {
+        let sums = self.plan.sums();
+        let bytes = usize::try_from(bytes).unwrap_or(usize::MAX);
+        let peer = &self.peers[&id];
+        let offered = match self.ledger.range(lease) {
+            Some(walks) if peer.leases.contains(&lease) && (sums..=self.most_bytes()).contains(&bytes) => {
+                self.transfers.offer(Offer { peer: id, lease, walks, bytes })
+            }
+            _ => false,
+        };
+        if offered {
+            self.ask()
+        } else {
+            self.drop_peer(id, "offered a result that it was not asked for", now)
+        }
+    }
+
+    /// Asks for large results where there is room.
+    fn ask(&mut self) -> Vec<Action> {
+        let (workers, tally) = (self.working().count(), (size_of::<u128>() * self.plan.sums()).max(1));
+        let room =
+            Room { islands: 1 + workers * ISLAND_SHARE / tally, bytes: tally / 4 + workers * STAGING_SHARE };
+        let asked = self.transfers.grant(&self.ledger, room);
+        for (id, _) in &asked {
+            if let Some(peer) = self.peers.get_mut(id) {
+                peer.progressed = self.awake;
+            }
+        }
+        asked.into_iter().map(|(id, lease)| Action::Send(id, ToWorker::Send { lease })).collect()
+    }
+
     /// The result of a lease: taken whole or not at all.
-    fn on_result(&mut self, id: PeerId, result: LeaseResult, now: Now) -> Vec<Action> {
+    fn on_result(&mut self, id: PeerId, mut result: LeaseResult, now: Now) -> Vec<Action> {
         let peer = self.peers.get_mut(&id).expect("the caller found it");
         let lease = result.lease;
-        if !peer.leases.remove(&lease) {
+        let asked = match self.plan.sums() {
+            ..=SMALL_TALLY => true,
+            _ => self.transfers.finish(id, lease, &result.sums).map(|sums| result.sums = sums).is_some(),
+        };
+        if !asked || !peer.leases.remove(&lease) {
             return self.drop_peer(id, "sent a result that it was not asked for", now);
         }
-        let Some(counts) = Counts::from_array(*result.counts) else {
-            self.ledger.lose(lease);
-            return self.drop_peer(id, "sent a result that does not fit (its counts exceed 64 bits)", now);
-        };
-        // Not a number is no less than any, and so becomes the least time, too.
-        let rate = counts.walks as f64 / result.seconds.max(1e-6);
-        peer.rate = if peer.rate == 0.0 { rate } else { 0.5 * (peer.rate + rate) };
         if result.cpu_seconds.is_finite() {
             peer.cpu_seconds = peer.cpu_seconds.max(result.cpu_seconds);
         }
         peer.progressed = self.awake;
-        let number = peer.number;
-        let accepted = Tally::from_parts(counts, self.plan.patches, self.plan.layout, result.sums)
-            .map_err(Rejected::Tally)
-            .and_then(|tally| match self.digester.digest(&tally) {
-                digest if digest == result.digest => self.ledger.accept(lease, tally, number, digest),
-                _ => Err(Rejected::Digest),
+        let (number, seconds) = (peer.number, result.seconds);
+        let accepted = Counts::from_array(*result.counts)
+            .ok_or(Rejected::Counts)
+            .and_then(|counts| Parcel::new(counts, result.sums, result.digest, &self.digester))
+            .and_then(|parcel| {
+                let walks = parcel.counts().walks;
+                self.ledger.accept(lease, parcel, number).map(|()| walks)
             });
         match accepted {
-            Ok(()) => {
+            Ok(walks) => {
+                let peer = self.peers.get_mut(&id).expect("the caller found it");
+                // Not a number is no less than any, and so becomes the least time, too.
+                let rate = walks as f64 / seconds.max(1e-6);
+                peer.rate = if peer.rate == 0.0 { rate } else { 0.5 * (peer.rate + rate) };
                 self.last_result = now;
                 self.advance(now)
             }
@@ -493,7 +552,8 @@ impl Coordinator {
 
     /// Gives out what there is to do, and ends a job that is stopping once nothing more can be saved.
     fn go_on(&mut self, now: Now) -> Vec<Action> {
-        let mut actions = self.hand_out(now);
+        let mut actions = self.ask();
+        actions.extend(self.hand_out(now));
         let gap_may_close =
             self.ledger.gap_is_out() || (self.ledger.gap_is_lost() && self.working().next().is_some());
         if let Some((ending, _)) = self.stopping
@@ -543,11 +603,15 @@ impl Coordinator {
     fn lease_walks(&self, id: PeerId, threads: usize, now: Now) -> u64 {
         let peer = &self.peers[&id];
         let age = self.spent.seconds + now.as_secs_f64();
-        let seconds = LEASE_SECONDS + LEASE_SECONDS_PER_SUM * self.plan.sums() as f64 + LEASE_SHARE * age;
+        let sums = self.plan.sums() as f64;
+        let taking = TAKING_SECONDS_PER_SUM * sums * threads as f64;
+        let seconds = LEASE_SECONDS + LEASE_SECONDS_PER_SUM * sums + IDLENESS * taking + LEASE_SHARE * age;
         let by_rate = peer.rate * seconds;
         let by_growth = peer.longest_lease as f64 * LEASE_GROWTH;
         let share = self.ledger.unleased() / (self.plan.leases_per_thread * threads) as u64;
-        (by_rate.min(by_growth) as u64).min(share)
+        // Results must not come faster than they are taken, towards the end either.
+        let least = (peer.rate * taking) as u64;
+        (by_rate.min(by_growth) as u64).min(share.max(least))
     }
 
     fn send_lease(&mut self, id: PeerId, lease: LeaseId, range: Range<u64>, now: Now) -> Action {
@@ -582,12 +646,13 @@ impl Coordinator {
     /// Closes a connection and takes its leases back.
     fn forget(&mut self, id: PeerId, reason: &str) -> Vec<Action> {
         let Some(peer) = self.peers.remove(&id) else { return vec![] };
+        self.transfers.forget(id);
         self.spent.cpu_seconds += peer.cpu_seconds;
         for lease in peer.leases {
             self.ledger.lose(lease);
         }
         let reason = printable(reason, REASON_CHARS);
-        let notice = if matches!(peer.stage, Stage::Challenged(_)) {
+        let notice = if matches!(peer.stage, Stage::Admitted) {
             Notice::Failed(reason)
         } else {
             self.spent.workers_lost += 1;
@@ -607,7 +672,9 @@ impl Coordinator {
             .peers
             .iter()
             .filter_map(|(&id, peer)| {
-                let stalled = !peer.leases.is_empty() && self.awake - peer.progressed > STALL;
+                let stalled = !peer.leases.is_empty()
+                    && self.awake - peer.progressed > STALL
+                    && !self.transfers.keeps_waiting(id);
                 match () {
                     () if self.awake - peer.heard > SILENCE => Some((id, "it went silent")),
                     () if stalled => Some((id, "it makes no progress")),
@@ -646,7 +713,7 @@ impl Coordinator {
     /// No worker will come any more. Ends the job once none is left: what the last ones sent may still be
     /// unread, and others may have joined that the owner does not know.
     pub fn on_no_workers(&mut self) -> Vec<Action> {
-        let left = self.peers.values().any(|peer| !matches!(peer.stage, Stage::Challenged(_)));
+        let left = self.peers.values().any(|peer| !matches!(peer.stage, Stage::Admitted));
         if left { vec![] } else { self.finish(Ending::NoWorkers) }
     }
 

@@ -7,7 +7,7 @@
 //! here they are drawn once for each scene, so that digests of all seeds add up). That is proof against faults,
 //! not against somebody who knows the coefficients and forges a result on purpose.
 
-use radiosity::Tally;
+use radiosity::{Counts, Tally};
 
 /// 2⁶¹ − 1, a prime.
 const MODULUS: u64 = (1 << 61) - 1;
@@ -31,11 +31,15 @@ impl Digester {
 
     /// The digest of a tally.
     pub fn digest(&self, tally: &Tally) -> Digest {
-        let counts = tally.counts.to_array();
-        let terms = counts.iter().chain(tally.sums()).enumerate();
+        self.digest_sums(&tally.counts, tally.sums().iter().copied())
+    }
+
+    /// The digest of a tally by its parts.
+    pub fn digest_sums(&self, counts: &Counts, sums: impl Iterator<Item = u128>) -> Digest {
+        let terms = counts.to_array().into_iter().chain(sums).enumerate();
         terms
-            .filter(|&(_, &sum)| sum != 0)
-            .fold(0, |digest, (i, &sum)| add(digest, times(self.coefficient(i as u64), remainder(sum))))
+            .filter(|&(_, sum)| sum != 0)
+            .fold(0, |digest, (i, sum)| add(digest, times(self.coefficient(i as u64), remainder(sum))))
     }
 
     /// c_i: the finaliser of splitmix64 (Steele, Lea & Flood, OOPSLA 2014), keyed before and in between.
@@ -68,7 +72,7 @@ fn remainder(x: u128) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use radiosity::{Counts, Layout};
+    use radiosity::Layout;
 
     const PAIR: Layout = Layout { scores: 1, moments: 2, events: false };
 

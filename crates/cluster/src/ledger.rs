@@ -12,6 +12,7 @@ use bincode::{Decode, Encode};
 use radiosity::{MergeError, Tally};
 
 use crate::digest::Digest;
+use crate::parcel::Parcel;
 
 /// A number that names one lease; never used twice.
 pub type LeaseId = u64;
@@ -27,12 +28,41 @@ pub struct Delivery {
     pub digest: Digest,
 }
 
-/// What waits beyond a gap.
+/// What waits beyond a gap: an island.
 #[derive(Debug)]
 struct Waiting {
     end: u64,
-    tally: Tally,
+    sums: Sums,
     deliveries: Vec<Delivery>,
+}
+
+/// A lease that has no neighbours yet stays packed: most are added to the prefix at once, and the others take less room.
+#[derive(Debug)]
+enum Sums {
+    Packed(Parcel),
+    Merged(Tally),
+}
+
+impl Sums {
+    fn add_to(&self, tally: &mut Tally) -> Result<(), MergeError> {
+        match self {
+            Sums::Packed(parcel) => Ok(parcel.add_to(tally)?),
+            Sums::Merged(merged) => tally.merge(merged),
+        }
+    }
+
+    /// Adds other sums; `empty` has the shape of both.
+    fn add(&mut self, other: &Sums, empty: impl Fn() -> Tally) -> Result<(), MergeError> {
+        if let Sums::Packed(parcel) = self {
+            let mut tally = empty();
+            parcel.add_to(&mut tally)?;
+            *self = Sums::Merged(tally);
+        }
+        match self {
+            Sums::Merged(tally) => other.add_to(tally),
+            Sums::Packed(_) => unreachable!("merged above"),
+        }
+    }
 }
 
 /// Why a result was not taken.
@@ -52,6 +82,12 @@ pub enum Rejected {
     /// The tally is not the one that the worker sent off.
     #[error("its digest is not that of its sums: it was changed on its way")]
     Digest,
+    /// The sums cannot be unpacked.
+    #[error("its sums are no numbers")]
+    Malformed,
+    /// Its counts exceed 64 bits.
+    #[error("its counts exceed 64 bits")]
+    Counts,
     /// The tally does not fit.
     #[error(transparent)]
     Tally(#[from] MergeError),
@@ -168,36 +204,61 @@ impl Ledger {
     /// Takes the result of a lease, from the worker of that number.
     ///
     /// # Errors
-    /// Where the lease is not out or the tally does not fit; nothing is changed then, except that an overflow
+    /// Where the lease is not out or the parcel does not fit; nothing is changed then, except that an overflow
     /// of the prefix ends the job.
-    pub fn accept(&mut self, id: LeaseId, tally: Tally, worker: u32, digest: Digest) -> Result<(), Rejected> {
+    pub fn accept(&mut self, id: LeaseId, parcel: Parcel, worker: u32) -> Result<(), Rejected> {
         let range = self.out.get(&id).ok_or(Rejected::NotLeased(id))?.clone();
-        let (expected, got) = (range.end - range.start, tally.counts.walks);
+        let (expected, got) = (range.end - range.start, parcel.counts().walks);
         if expected != got {
             return Err(Rejected::Walks { expected, got });
         }
-        if (tally.layout(), tally.sums().len()) != (self.prefix.layout(), self.prefix.sums().len()) {
-            return Err(MergeError::Shape(self.prefix.sums().len(), tally.sums().len()).into());
+        if parcel.sums() != self.prefix.sums().len() {
+            return Err(MergeError::Shape(self.prefix.sums().len(), parcel.sums()).into());
         }
         self.out.remove(&id);
-        let delivery = Delivery { walks: got, worker, digest };
-        self.wait(range.start, Waiting { end: range.end, tally, deliveries: vec![delivery] })?;
+        let deliveries = vec![Delivery { walks: got, worker, digest: parcel.digest() }];
+        self.wait(range.start, Waiting { end: range.end, sums: Sums::Packed(parcel), deliveries })?;
         Ok(())
+    }
+
+    /// The walks of a lease that is out.
+    pub fn range(&self, id: LeaseId) -> Option<Range<u64>> {
+        self.out.get(&id).cloned()
+    }
+
+    /// Ranges that wait beyond a gap.
+    pub fn islands(&self) -> usize {
+        self.waiting.len()
+    }
+
+    /// Whether a range would be added to the prefix or to what waits beyond a gap: it makes no new island.
+    pub fn adjoins(&self, range: &Range<u64>) -> bool {
+        range.start == self.prefix_walks() || self.before(range.start).is_some() || self.follows(range.end)
+    }
+
+    /// Where the island begins that ends at a walk, but for looks.
+    fn before(&self, walk: u64) -> Option<u64> {
+        let (&start, earlier) = self.waiting.range(..walk).next_back()?;
+        (earlier.end == walk && !self.looks.contains(&walk)).then_some(start)
+    }
+
+    /// Whether an island begins at a walk, but for looks.
+    fn follows(&self, walk: u64) -> bool {
+        self.waiting.contains_key(&walk) && !self.looks.contains(&walk)
     }
 
     /// Puts a range beside the prefix, merged with its neighbours.
     fn wait(&mut self, mut start: u64, mut range: Waiting) -> Result<(), MergeError> {
-        if let Some((&before, earlier)) = self.waiting.range(..start).next_back()
-            && earlier.end == start
-            && !self.looks.contains(&start)
-        {
+        let (patches, layout) = (self.prefix.patches(), self.prefix.layout());
+        let empty = || Tally::new(patches, layout);
+        if let Some(before) = self.before(start) {
             let mut earlier = self.waiting.remove(&before).expect("just found");
-            earlier.append(range)?;
+            earlier.append(range, empty)?;
             (start, range) = (before, earlier);
         }
-        if self.waiting.contains_key(&range.end) && !self.looks.contains(&range.end) {
+        if self.follows(range.end) {
             let later = self.waiting.remove(&range.end).expect("just found");
-            range.append(later)?;
+            range.append(later, empty)?;
         }
         self.waiting.insert(start, range);
         Ok(())
@@ -210,7 +271,7 @@ impl Ledger {
     /// Where a sum overflows; the job cannot go on.
     pub fn advance(&mut self) -> Result<bool, MergeError> {
         let Some(range) = self.waiting.remove(&self.prefix_walks()) else { return Ok(false) };
-        self.prefix.merge(&range.tally)?;
+        range.sums.add_to(&mut self.prefix)?;
         self.deliveries.extend(range.deliveries);
         Ok(true)
     }
@@ -251,8 +312,8 @@ impl Ledger {
 
 impl Waiting {
     /// Takes up the range that follows.
-    fn append(&mut self, later: Waiting) -> Result<(), MergeError> {
-        self.tally.merge(&later.tally)?;
+    fn append(&mut self, later: Waiting, empty: impl Fn() -> Tally) -> Result<(), MergeError> {
+        self.sums.add(&later.sums, empty)?;
         self.deliveries.extend(later.deliveries);
         self.end = later.end;
         Ok(())
@@ -262,6 +323,8 @@ impl Waiting {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::codec::pack;
+    use crate::digest::Digester;
     use radiosity::{Counts, Layout};
 
     const PAIR: Layout = Layout { scores: 1, moments: 2, events: false };
@@ -278,20 +341,22 @@ mod tests {
         Ledger::new(total, stream, looks.to_vec(), Tally::new(1, PAIR), vec![])
     }
 
-    /// A stand-in digest that tells walks apart.
-    fn digest(range: &Range<u64>) -> Digest {
-        1000 * range.start + range.end
+    const DIGESTER: fn() -> Digester = || Digester::new(&[5; 32]);
+
+    fn parcel(tally: &Tally) -> Parcel {
+        let digest = DIGESTER().digest(tally);
+        Parcel::new(tally.counts, pack(tally.sums()), digest, &DIGESTER()).unwrap()
     }
 
     fn accept(books: &mut Ledger, id: LeaseId, range: &Range<u64>) -> Result<(), Rejected> {
-        books.accept(id, tally(range), 7, digest(range))
+        books.accept(id, parcel(&tally(range)), 7)
     }
 
     /// Every walk of the prefix belongs to one delivery, with the digest it came with.
     fn assert_accounted(books: &Ledger) {
         let mut next = 0;
         for &Delivery { walks, worker, digest: kept } in books.deliveries() {
-            assert_eq!((worker, kept), (7, digest(&(next..next + walks))));
+            assert_eq!((worker, kept), (7, DIGESTER().digest(&tally(&(next..next + walks)))));
             next += walks;
         }
         assert_eq!(next, books.prefix_walks());
@@ -349,7 +414,10 @@ mod tests {
         assert_eq!(accept(&mut books, id, &(0..9)), Err(Rejected::Walks { expected: 10, got: 9 }));
         let mut foreign = Tally::new(2, PAIR);
         foreign.counts.walks = 10;
-        assert!(matches!(books.accept(id, foreign, 0, 0), Err(Rejected::Tally(MergeError::Shape(2, 4)))));
+        assert!(matches!(
+            books.accept(id, parcel(&foreign), 0),
+            Err(Rejected::Tally(MergeError::Shape(2, 4)))
+        ));
         accept(&mut books, id, &range).unwrap();
     }
 
@@ -380,6 +448,25 @@ mod tests {
         assert!(books.lease_gap(1).is_none(), "what lies beyond saves nothing");
         assert_eq!(books.walks_in(), 100);
         assert_eq!(books.unleased(), 100);
+    }
+
+    #[test]
+    fn a_range_adjoins_the_prefix_and_islands_but_across_no_look() {
+        let mut books = ledger(1000, 100, &[500]);
+        let leases: Vec<_> = std::iter::from_fn(|| books.lease(100)).collect();
+        let adjoining = |books: &Ledger| -> Vec<u64> {
+            leases.iter().filter(|(_, range)| books.adjoins(range)).map(|(_, range)| range.start).collect()
+        };
+        assert_eq!((adjoining(&books), books.islands()), (vec![0], 0));
+        for n in [4, 7] {
+            accept(&mut books, leases[n].0, &leases[n].1).unwrap();
+        }
+        assert_eq!((adjoining(&books), books.islands()), (vec![0, 300, 600, 800], 2));
+        for n in [6, 0] {
+            accept(&mut books, leases[n].0, &leases[n].1).unwrap();
+        }
+        assert!(books.advance().unwrap());
+        assert_eq!((adjoining(&books), books.islands()), (vec![100, 300, 500, 800], 2));
     }
 
     #[test]

@@ -6,12 +6,20 @@
 //! lease was lost leaves no trace in it.
 
 pub mod access;
+pub mod channel;
 pub mod checkpoint;
 pub mod codec;
 pub mod coordinator;
 pub mod digest;
+mod doorstep;
+mod gossip;
 pub mod ledger;
+mod line;
+mod link;
 pub mod merge;
 pub mod message;
+pub mod noise;
+pub mod parcel;
 pub mod server;
+mod transfers;
 pub mod worker;

@@ -1,26 +1,36 @@
 //! The protocol: everything that coordinator and workers say to each other.
 //!
 //! worker                          coordinator
-//!                     ←  Challenge (a nonce)
-//! Hello (who, proof)  →
-//!                     ←  Welcome (proof, job) or Refused
+//! (a Noise handshake, see [`crate::noise`]; all that follows is sealed)
+//! Hello (who)         →
+//!                     ←  Welcome (job) or Refused
 //! Ready (hashes)      →
 //!                     ←  Lease, Lease, …
 //! Result, Alive, …    →
+//! Offer               →
+//!                     ←  Send, when there is room
+//! Piece, …, Result    →
 //!                     ←  Done
+
+use std::sync::Arc;
 
 use bincode::{Decode, Encode};
 
-/// Changes whenever a message or what it means does.
-pub const PROTOCOL: u32 = 3;
+use crate::codec::LONGEST_SUM;
 
-/// A nonce or a proof of knowing the run's key.
-pub type Proof = [u8; 32];
+/// Changes whenever a message or what it means does.
+pub const PROTOCOL: u32 = 4;
+
+/// Tallies of at most so many sums are sent without asking.
+pub const SMALL_TALLY: usize = 2048;
+
+/// Bytes of packed sums in a piece: what a small tally takes at most.
+pub const PIECE: usize = SMALL_TALLY * LONGEST_SUM;
 
 /// What a worker says.
 #[derive(Clone, Debug, PartialEq, Encode, Decode)]
 pub enum ToCoordinator {
-    /// Introduces itself and answers the challenge.
+    /// Introduces itself.
     Hello(Hello),
     /// Has built its replica; these are the hashes it came to.
     Ready {
@@ -29,8 +39,22 @@ pub enum ToCoordinator {
         /// Hash of its job.
         job_hash: [u8; 32],
     },
-    /// The walks of one lease, whole.
+    /// The walks of one lease, whole, or the end of what pieces have brought.
     Result(LeaseResult),
+    /// A lease is done, and its tally is too large to send without asking.
+    Offer {
+        /// The lease.
+        lease: u64,
+        /// What its packed sums take.
+        bytes: u64,
+    },
+    /// The next [`PIECE`] bytes of the packed sums of a lease that was asked for.
+    Piece {
+        /// The lease.
+        lease: u64,
+        /// The bytes.
+        sums: Vec<u8>,
+    },
     /// Still there; `progress` counts chunks of walks finished so far.
     Alive {
         /// Grows while the worker works.
@@ -54,10 +78,6 @@ pub struct Hello {
     pub name: String,
     /// How many leases it works on at once.
     pub threads: u32,
-    /// Its own nonce.
-    pub nonce: Proof,
-    /// The answer to the challenge.
-    pub proof: Proof,
 }
 
 /// What a lease came to.
@@ -71,8 +91,8 @@ pub struct LeaseResult {
     pub cpu_seconds: f64,
     /// How its walks ended ([`radiosity::Counts::to_array`]).
     pub counts: Box<[u128; 15]>,
-    /// All sums, patch-major.
-    pub sums: Vec<u128>,
+    /// All sums, patch-major, packed ([`crate::codec::pack`]); after pieces, what they have left.
+    pub sums: Vec<u8>,
     /// The digest of counts and sums.
     pub digest: u64,
 }
@@ -80,17 +100,10 @@ pub struct LeaseResult {
 /// What the coordinator says.
 #[derive(Clone, Debug, PartialEq, Encode, Decode)]
 pub enum ToWorker {
-    /// Prove that you know the key.
-    Challenge {
-        /// To be proved over.
-        nonce: Proof,
-    },
-    /// Come in; here is the job.
+    /// Come in.
     Welcome {
-        /// Proof over the worker's nonce.
-        proof: Proof,
         /// The job, for the program to read.
-        job: Vec<u8>,
+        job: Arc<[u8]>,
     },
     /// Go away.
     Refused {
@@ -105,6 +118,11 @@ pub enum ToWorker {
         first_walk: u64,
         /// How many.
         walks: u64,
+    },
+    /// There is room for what was offered.
+    Send {
+        /// The lease.
+        lease: u64,
     },
     /// The job is done; leave.
     Done,

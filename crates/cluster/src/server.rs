@@ -1,48 +1,40 @@
-//! The coordinator's sockets: threads that turn connections into events, and one loop that feeds them to the
-//! state machine.
+//! The coordinator's sockets: one loop that turns what connections say into events for the state machine, and
+//! does what that asks for. One thread serves all, so that what a connection can cost is a file descriptor and what is
+//! held of it; and a peer is read only as fast as what it says is handled.
 
-use std::collections::HashMap;
-use std::convert::Infallible;
-use std::io::{self, Read, Write};
-use std::iter;
-use std::net::{Shutdown, TcpListener, TcpStream};
+use std::collections::{BTreeSet, HashMap};
+use std::io;
+use std::net::TcpListener;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
-use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
-use crossbeam::channel::{Receiver, RecvTimeoutError, Sender, bounded, unbounded};
+use mio::net::TcpStream;
+use mio::{Events, Interest, Poll, Token};
 
-use crate::access::random_bytes;
-use crate::codec::{SHORT_FRAME, read_frame, write_frame};
-use crate::coordinator::{Action, Coordinator, Ending, Notice, PeerId};
-use crate::message::{ToCoordinator, ToWorker};
+use crate::access::Access;
+use crate::codec::{CodecError, SHORT_FRAME, frame};
+use crate::coordinator::{Action, Coordinator, Ending, Notice, Now, PeerId};
+use crate::doorstep::{Doorstep, PATIENCE, Served};
+use crate::gossip::Gossip;
+use crate::line::{Heard, LINGER, Line, TURN_BYTES};
+use crate::message::ToWorker;
 
 /// How often time is looked at.
 const TICK: Duration = Duration::from_millis(50);
 
-/// How often the acceptor looks whether somebody knocks. It does not block: what would wake it up at the end
-/// may fail, and the run would hang.
-const POLL: Duration = Duration::from_millis(5);
+/// Connections that are accepted before others are heard.
+const ACCEPTED_AT_ONCE: usize = 256;
 
-/// A peer that does not take what it is sent for so long is cut off.
-const WRITE_TIMEOUT: Duration = Duration::from_secs(30);
+/// So many workers, and no more.
+const MOST_WORKERS: usize = 1 << 15;
 
-/// After the last message to a peer, its own are read and thrown away for so long: a connection that is
-/// closed with bytes unread is reset, and the reset may overtake the message.
-const LINGER: Duration = Duration::from_secs(2);
+/// After the end, those that have just come have so long to introduce themselves and hear of it.
+const LATE: Duration = Duration::from_millis(500);
 
-/// Results that may wait to be merged; then readers wait, and TCP slows the senders down.
-const EVENTS_IN_FLIGHT: usize = 4;
+/// Events that are fetched at once.
+const EVENTS: usize = 1024;
 
-/// So many connections that came as the job ended are told that it did.
-const LATE_CONNECTIONS: usize = 1024;
-
-enum Event {
-    Connected(TcpStream),
-    Said(PeerId, ToCoordinator),
-    Lost(PeerId, String),
-}
+const LISTENER: Token = Token(usize::MAX);
 
 /// What the owner of the run wants, asked at every turn of the loop.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -55,282 +47,264 @@ pub enum Wish {
     GiveUp,
 }
 
-/// Serves a job to its end. `owner` is called at every turn, at least every 50 ms, and says what it wants;
-/// `tell` gets what the owner should know. No thread of it is left when it returns.
+/// Serves a job to its end, to workers that know the key of `access`. `owner` is called at every turn, at least every
+/// 50 ms, and says what it wants; `tell` gets what the owner should know.
 ///
 /// # Errors
 /// Where the listener fails.
 pub fn serve(
     listener: TcpListener,
+    access: &Access,
     coordinator: &mut Coordinator,
     mut owner: impl FnMut(&Coordinator) -> Wish,
-    mut tell: impl FnMut(Notice),
+    tell: impl FnMut(Notice),
 ) -> io::Result<Ending> {
-    let began = Instant::now();
-    let (events, inbox) = bounded(EVENTS_IN_FLIGHT);
-    let closing = Arc::new(AtomicBool::new(false));
-    listener.set_nonblocking(true)?;
-    let acceptor = thread::Builder::new().spawn({
-        let (events, closing) = (events.clone(), closing.clone());
-        move || accept(listener, &events, &closing)
-    })?;
-    let mut shell = Shell { connections: HashMap::new(), threads: Vec::new(), next_peer: 0, events };
+    let mut shell = Shell::new(listener, access, tell)?;
     let ending = loop {
         if let Some(ending) = coordinator.ending() {
             break ending;
         }
-        shell.turn(&inbox, coordinator, began, &mut tell);
+        shell.turn(coordinator)?;
         let actions = match owner(coordinator) {
             Wish::Continue => vec![],
-            Wish::Stop => coordinator.stop(Ending::Interrupted, began.elapsed()),
+            Wish::Stop => coordinator.stop(Ending::Interrupted, shell.now()),
             Wish::GiveUp => coordinator.on_no_workers(),
         };
-        shell.act(actions, coordinator, &mut tell);
+        shell.act(actions);
     };
-    closing.store(true, Ordering::Relaxed);
-    for stream in late_connections(acceptor, inbox) {
-        shell.greet(stream, coordinator, &mut tell);
-    }
-    shell.finish();
+    shell.finish(coordinator)?;
     Ok(ending)
 }
 
-fn accept(listener: TcpListener, events: &Sender<Event>, closing: &AtomicBool) -> TcpListener {
-    while !closing.load(Ordering::Relaxed) {
-        match listener.accept() {
-            Ok((stream, _)) => {
-                if events.send(Event::Connected(stream)).is_err() {
-                    break;
+struct Shell<'a, T> {
+    access: &'a Access,
+    tell: T,
+    gossip: Gossip,
+    began: Instant,
+    poll: Poll,
+    listener: mio::net::TcpListener,
+    /// Whether somebody may wait to be accepted.
+    knocking: bool,
+    /// Whether there are too many open files for that.
+    starved: bool,
+    next_peer: PeerId,
+    doorstep: Doorstep,
+    lines: HashMap<PeerId, Line>,
+    /// Connections that may have something to say or to take.
+    ready: BTreeSet<PeerId>,
+    /// The frame that every worker gets first.
+    welcome: Option<Arc<[u8]>>,
+    buffer: Vec<u8>,
+}
+
+impl<'a, T: FnMut(Notice)> Shell<'a, T> {
+    fn new(listener: TcpListener, access: &'a Access, tell: T) -> io::Result<Self> {
+        listener.set_nonblocking(true)?;
+        let mut listener = mio::net::TcpListener::from_std(listener);
+        let poll = Poll::new()?;
+        poll.registry().register(&mut listener, LISTENER, Interest::READABLE)?;
+        Ok(Shell {
+            access,
+            tell,
+            gossip: Gossip::new(),
+            began: Instant::now(),
+            poll,
+            listener,
+            knocking: true,
+            starved: false,
+            next_peer: 0,
+            doorstep: Doorstep::default(),
+            lines: HashMap::new(),
+            ready: BTreeSet::new(),
+            welcome: None,
+            buffer: vec![0; TURN_BYTES],
+        })
+    }
+
+    fn now(&self) -> Now {
+        self.began.elapsed()
+    }
+
+    /// Waits for something to happen, not for long, and hears everybody who has something to say.
+    fn turn(&mut self, coordinator: &mut Coordinator) -> io::Result<()> {
+        let mut events = Events::with_capacity(EVENTS);
+        let wait =
+            if self.ready.is_empty() && (!self.knocking || self.starved) { TICK } else { Duration::ZERO };
+        match self.poll.poll(&mut events, Some(wait)) {
+            Err(error) if error.kind() != io::ErrorKind::Interrupted => return Err(error),
+            _ => {}
+        }
+        for event in &events {
+            match event.token() {
+                LISTENER => self.knocking = true,
+                Token(id) => {
+                    self.ready.insert(id as PeerId);
                 }
             }
-            // Nobody is there, or there are too many open files. Either may change.
-            Err(_) => thread::sleep(POLL),
         }
-    }
-    listener
-}
-
-/// Connections that no turn of the loop has seen: in the inbox, or not accepted yet.
-fn late_connections(acceptor: JoinHandle<TcpListener>, inbox: Receiver<Event>) -> Vec<TcpStream> {
-    let mut late = Vec::new();
-    // The acceptor may be waiting for room in the inbox.
-    while !acceptor.is_finished() {
-        late.extend(inbox.recv_timeout(POLL).ok());
-    }
-    late.extend(inbox.try_iter());
-    let listener = acceptor.join().ok();
-    let mut streams: Vec<TcpStream> = late
-        .into_iter()
-        .filter_map(|event| if let Event::Connected(stream) = event { Some(stream) } else { None })
-        .collect();
-    if let Some(listener) = listener {
-        streams.extend(iter::from_fn(|| Some(listener.accept().ok()?.0)).take(LATE_CONNECTIONS));
-    }
-    streams
-}
-
-/// What the threads of a connection share.
-struct Line {
-    stream: TcpStream,
-    /// The largest frame that is read; grows when the peer has proved itself.
-    cap: AtomicUsize,
-    /// Whether bytes of a long message have passed since it was last asked.
-    stirred: AtomicBool,
-    /// Whether a message of the peer waits for room in the inbox.
-    waiting: AtomicBool,
-}
-
-/// Reads or writes one message, and marks that a long one gets on.
-struct Passing<'a> {
-    line: &'a Line,
-    bytes: usize,
-}
-
-impl Passing<'_> {
-    fn passed(&mut self, bytes: usize) {
-        self.bytes += bytes;
-        if self.bytes > SHORT_FRAME {
-            self.line.stirred.store(true, Ordering::Relaxed);
-        }
-    }
-}
-
-impl Read for Passing<'_> {
-    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
-        let bytes = (&self.line.stream).read(buffer)?;
-        self.passed(bytes);
-        Ok(bytes)
-    }
-}
-
-impl Write for Passing<'_> {
-    fn write(&mut self, buffer: &[u8]) -> io::Result<usize> {
-        let bytes = (&self.line.stream).write(buffer)?;
-        self.passed(bytes);
-        Ok(bytes)
-    }
-
-    fn flush(&mut self) -> io::Result<()> {
-        (&self.line.stream).flush()
-    }
-}
-
-/// The shell's side of a connection.
-struct Connection {
-    outbox: Sender<ToWorker>,
-    line: Arc<Line>,
-}
-
-/// The threads of a connection, which may outlive it for a while.
-struct Threads {
-    line: Arc<Line>,
-    reader: JoinHandle<()>,
-    writer: JoinHandle<()>,
-}
-
-struct Shell {
-    connections: HashMap<PeerId, Connection>,
-    threads: Vec<Threads>,
-    next_peer: PeerId,
-    events: Sender<Event>,
-}
-
-impl Shell {
-    /// Handles one event, or a tick where none comes.
-    fn turn(
-        &mut self,
-        inbox: &Receiver<Event>,
-        coordinator: &mut Coordinator,
-        began: Instant,
-        tell: &mut impl FnMut(Notice),
-    ) {
-        let event = inbox.recv_timeout(TICK);
-        let now = began.elapsed();
-        let mut actions = match event {
-            Ok(Event::Connected(stream)) => {
-                self.greet(stream, coordinator, tell);
-                vec![]
-            }
-            Ok(Event::Said(id, message)) => coordinator.on_message(id, message, now),
-            Ok(Event::Lost(id, reason)) => {
-                self.connections.remove(&id);
-                coordinator.on_lost(id, &reason, now)
-            }
-            Err(RecvTimeoutError::Timeout) => vec![],
-            Err(RecvTimeoutError::Disconnected) => unreachable!("the shell holds a sender"),
-        };
-        for (&id, Connection { line, .. }) in &self.connections {
-            if line.stirred.swap(false, Ordering::Relaxed) || line.waiting.load(Ordering::Relaxed) {
-                coordinator.on_stir(id);
+        self.accept();
+        for id in std::mem::take(&mut self.ready) {
+            if self.doorstep.holds(id) {
+                self.serve_stranger(id, coordinator);
+            } else {
+                self.serve_line(id, coordinator);
             }
         }
-        actions.extend(coordinator.on_tick(now));
-        self.act(actions, coordinator, tell);
-    }
-
-    /// Somebody connected.
-    fn greet(&mut self, stream: TcpStream, coordinator: &mut Coordinator, tell: &mut impl FnMut(Notice)) {
-        let id = self.next_peer;
-        self.next_peer += 1;
-        let cap = coordinator.frame_cap(false);
-        let actions = match random_bytes().and_then(|nonce| self.connect(id, stream, cap).map(|()| nonce)) {
-            Ok(nonce) => coordinator.on_connect(id, nonce),
-            Err(error) => vec![Action::Tell(Notice::Failed(error.to_string()))],
-        };
-        self.act(actions, coordinator, tell);
-    }
-
-    /// Starts the two threads of a connection.
-    fn connect(&mut self, id: PeerId, stream: TcpStream, cap: usize) -> io::Result<()> {
-        self.threads.retain(|threads| !(threads.reader.is_finished() && threads.writer.is_finished()));
-        // On some systems a connection inherits this from the listener.
-        stream.set_nonblocking(false)?;
-        stream.set_nodelay(true)?;
-        stream.set_write_timeout(Some(WRITE_TIMEOUT))?;
-        let line = Arc::new(Line {
-            stream,
-            cap: AtomicUsize::new(cap),
-            stirred: AtomicBool::new(false),
-            waiting: AtomicBool::new(false),
-        });
-        let (outbox, messages) = unbounded();
-        let (reading, reader_left) = bounded(0);
-        let writer = thread::Builder::new().spawn({
-            let line = line.clone();
-            move || write(&line, &messages, &reader_left)
-        })?;
-        let reader = thread::Builder::new().spawn({
-            let (line, events) = (line.clone(), self.events.clone());
-            move || read(id, &line, &events, reading)
-        })?;
-        self.threads.push(Threads { line: line.clone(), reader, writer });
-        self.connections.insert(id, Connection { outbox, line });
+        self.tick(coordinator);
         Ok(())
     }
 
-    fn act(&mut self, actions: Vec<Action>, coordinator: &Coordinator, tell: &mut impl FnMut(Notice)) {
+    fn accept(&mut self) {
+        let accepted = if self.knocking { ACCEPTED_AT_ONCE } else { 0 };
+        for _ in 0..accepted {
+            match self.listener.accept() {
+                Ok((stream, _)) => {
+                    self.starved = false;
+                    self.arrived(stream);
+                }
+                Err(error) if error.kind() == io::ErrorKind::WouldBlock => {
+                    self.knocking = false;
+                    return;
+                }
+                // There are too many open files, or whoever knocked is gone.
+                Err(_) => {
+                    self.starved = !self.doorstep.drop_first();
+                    if self.starved {
+                        return;
+                    }
+                }
+            }
+        }
+    }
+
+    fn arrived(&mut self, mut stream: TcpStream) {
+        let id = self.next_peer;
+        self.next_peer += 1;
+        // Without it small messages wait for company; with a failure they only come later.
+        let _ = stream.set_nodelay(true);
+        let interest = Interest::READABLE | Interest::WRITABLE;
+        if let Err(error) = self.poll.registry().register(&mut stream, Token(id as usize), interest) {
+            return self.tell(Notice::Failed(error.to_string()));
+        }
+        let now = self.now();
+        if !self.doorstep.arrived(id, stream, now) {
+            let reason = "too many others have not introduced themselves either";
+            self.tell(Notice::Failed(reason.into()));
+        }
+    }
+
+    fn serve_stranger(&mut self, id: PeerId, coordinator: &mut Coordinator) {
+        match self.doorstep.serve(id, self.access) {
+            Served::Waits => {}
+            Served::Gone(reason) => self.tell(Notice::Failed(reason)),
+            Served::Admitted(..) if self.lines.len() >= MOST_WORKERS => {
+                self.tell(Notice::Failed(format!("there are {MOST_WORKERS} workers already")));
+            }
+            Served::Admitted(line, message) => {
+                self.lines.insert(id, *line);
+                let mut actions = coordinator.on_connect(id);
+                actions.extend(coordinator.on_message(id, message, self.now()));
+                self.act(actions);
+                // It may have said more.
+                self.ready.insert(id);
+            }
+        }
+    }
+
+    /// Takes a connection's turn: sends what it takes, hears what it says.
+    fn serve_line(&mut self, id: PeerId, coordinator: &mut Coordinator) {
+        match self.exchange(id, coordinator) {
+            Ok(Heard::All) => {}
+            Ok(Heard::Part) => {
+                self.ready.insert(id);
+            }
+            Err(error) => {
+                self.lines.remove(&id);
+                let actions = coordinator.on_lost(id, &error.to_string(), self.now());
+                self.act(actions);
+            }
+        }
+    }
+
+    fn exchange(&mut self, id: PeerId, coordinator: &mut Coordinator) -> Result<Heard, CodecError> {
+        self.flush(id, coordinator)?;
+        let Some(line) = self.lines.get_mut(&id) else { return Ok(Heard::All) };
+        let heard = line.hear(&mut self.buffer)?;
+        while let Some(line) = self.lines.get_mut(&id)
+            && let Some(message) = line.next(coordinator.frame_cap())?
+        {
+            let actions = coordinator.on_message(id, message, self.now());
+            self.act(actions);
+        }
+        Ok(heard)
+    }
+
+    fn flush(&mut self, id: PeerId, coordinator: &mut Coordinator) -> Result<(), CodecError> {
+        let now = self.now();
+        let Some(line) = self.lines.get_mut(&id) else { return Ok(()) };
+        if line.flush(now)? > SHORT_FRAME {
+            coordinator.on_stir(id);
+        }
+        Ok(())
+    }
+
+    fn tick(&mut self, coordinator: &mut Coordinator) {
+        let now = self.now();
+        for _ in 0..self.doorstep.tidy(now) {
+            let reason = format!("it did not introduce itself within {} s", PATIENCE.as_secs());
+            self.tell(Notice::Failed(reason));
+        }
+        self.lines.retain(|_, line| !line.is_over(now));
+        let actions = coordinator.on_tick(now);
+        self.act(actions);
+    }
+
+    fn act(&mut self, actions: Vec<Action>) {
         for action in actions {
             match action {
-                Action::Send(id, message) => {
-                    let Some(connection) = self.connections.get(&id) else { continue };
-                    if matches!(message, ToWorker::Welcome { .. }) {
-                        // Its reader knows when it has read one more message, which is not a result yet.
-                        connection.line.cap.store(coordinator.frame_cap(true), Ordering::Relaxed);
-                    }
-                    // A writer that is gone has reported the loss, or is about to.
-                    let _ = connection.outbox.send(message);
-                }
+                Action::Send(id, message) => self.send(id, &message),
                 Action::Close(id) => {
-                    if let Some(connection) = self.connections.remove(&id) {
-                        // Nothing that it says matters any more.
-                        connection.line.cap.store(0, Ordering::Relaxed);
+                    let now = self.now();
+                    if let Some(line) = self.lines.get_mut(&id) {
+                        line.close(now);
+                        self.ready.insert(id);
                     }
                 }
-                Action::Tell(notice) => tell(notice),
+                Action::Tell(notice) => self.tell(notice),
             }
         }
     }
 
-    /// Lets the last messages go out, then ends whatever is left.
-    fn finish(self) {
-        drop(self.connections);
-        let deadline = Instant::now() + LINGER;
-        for Threads { line, reader, writer } in self.threads {
-            while !(reader.is_finished() && writer.is_finished()) && Instant::now() < deadline {
-                thread::sleep(Duration::from_millis(1));
-            }
-            // Threads that still wait for their peer wake up to an error.
-            let _ = line.stream.shutdown(Shutdown::Both);
-            let _ = reader.join();
-            let _ = writer.join();
-        }
-    }
-}
-
-/// Sends what is in the outbox until it closes, then closes the connection, when the peer has, or soon.
-fn write(line: &Line, messages: &Receiver<ToWorker>, reader_left: &Receiver<Infallible>) {
-    let sent = messages.iter().try_for_each(|message| write_frame(&mut Passing { line, bytes: 0 }, &message));
-    if sent.is_ok() {
-        let _ = line.stream.shutdown(Shutdown::Write);
-        let _ = reader_left.recv_timeout(LINGER);
-    }
-    let _ = line.stream.shutdown(Shutdown::Both);
-}
-
-/// Hands over what the peer says until it makes no sense or ends; `_reading` is dropped at the end.
-fn read(id: PeerId, line: &Line, events: &Sender<Event>, _reading: Sender<Infallible>) {
-    let failure = loop {
-        let message = match read_frame(&mut Passing { line, bytes: 0 }, line.cap.load(Ordering::Relaxed)) {
-            Ok(message) => message,
-            Err(error) => break error,
+    fn send(&mut self, id: PeerId, message: &ToWorker) {
+        let Some(line) = self.lines.get_mut(&id) else { return };
+        let encoded = || frame(message).expect("a job that was too long was refused before").into();
+        let frame = match message {
+            ToWorker::Welcome { .. } => self.welcome.get_or_insert_with(encoded).clone(),
+            _ => encoded(),
         };
-        line.waiting.store(true, Ordering::Relaxed);
-        let taken = events.send(Event::Said(id, message));
-        line.waiting.store(false, Ordering::Relaxed);
-        if taken.is_err() {
-            break io::Error::from(io::ErrorKind::ConnectionAborted).into();
+        line.push(frame);
+        // What goes wrong in sending shows when it is its turn.
+        self.ready.insert(id);
+    }
+
+    fn tell(&mut self, notice: Notice) {
+        let now = self.began.elapsed();
+        self.gossip.pass(notice, now, &mut self.tell);
+    }
+
+    /// Lets the last messages go out, and tells those that come now that it is over.
+    fn finish(mut self, coordinator: &mut Coordinator) -> io::Result<()> {
+        let ended = Instant::now();
+        loop {
+            self.knocking = true;
+            self.turn(coordinator)?;
+            let late = !self.doorstep.is_empty() && ended.elapsed() < LATE;
+            let leaving = !self.lines.is_empty() && ended.elapsed() < LINGER;
+            if !late && !leaving {
+                break;
+            }
         }
-    };
-    let _ = events.send(Event::Lost(id, failure.to_string()));
-    let _ = io::copy(&mut &line.stream, &mut io::sink());
+        self.gossip.finish(&mut self.tell);
+        Ok(())
+    }
 }

@@ -1,25 +1,22 @@
 //! The worker: joins a coordinator, shoots the walks it is leased, sends what they came to.
 
 use std::convert::Infallible;
-use std::io::{self, Write};
-use std::net::{Shutdown, TcpStream, ToSocketAddrs};
 use std::ops::Range;
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
 use std::thread;
 use std::time::{Duration, Instant};
 
-use crossbeam::channel::{Receiver, RecvTimeoutError, Sender, bounded, unbounded};
+use crossbeam::channel::{Receiver, Sender, bounded, unbounded};
 use radiosity::{Overflow, Tally};
 use thiserror::Error;
 
-use crate::access::{Access, Speaker, random_bytes};
-use crate::codec::{CodecError, MAX_FRAME, SHORT_FRAME, frame, read_frame, write_frame};
+use crate::access::Access;
+use crate::codec::{CodecError, MAX_FRAME, SHORT_FRAME, pack};
 use crate::digest::Digester;
-use crate::message::{Hello, LeaseResult, PROTOCOL, ToCoordinator, ToWorker};
-
-/// How often a worker says that it is alive.
-const HEARTBEAT: Duration = Duration::from_secs(1);
+use crate::link::{Ear, Link, connect};
+use crate::message::{Hello, LeaseResult, PROTOCOL, SMALL_TALLY, ToCoordinator, ToWorker};
+use crate::noise::Foreign;
 
 /// Walks between two marks of progress, at first.
 const FIRST_CHUNK: u64 = 512;
@@ -32,12 +29,6 @@ const CHUNK_TIME: Duration = Duration::from_millis(5);
 
 /// The most walks between two emptyings of a board: its 64-bit sums must not wrap.
 const BOARD_WALKS: u64 = 1 << 22;
-
-/// A coordinator that cannot be reached is tried for so long.
-const CONNECT_PATIENCE: Duration = Duration::from_secs(5);
-
-/// Until the job has arrived, a coordinator that says nothing for so long is none.
-const HANDSHAKE_PATIENCE: Duration = Duration::from_secs(30);
 
 /// What a worker does for a living. The cluster knows no more of physics than this.
 pub trait Work: Sync {
@@ -76,16 +67,26 @@ pub enum WorkerError {
         /// host:port.
         address: String,
         /// What the system says.
-        source: io::Error,
+        source: std::io::Error,
+    },
+    /// The coordinator is of another build.
+    #[error(
+        "the coordinator is radwalk {theirs}, this is {ours} (other builds may walk otherwise); use the same build"
+    )]
+    OtherBuild {
+        /// By the access file.
+        theirs: String,
+        /// Of this program.
+        ours: String,
     },
     /// The coordinator does not want this worker.
     #[error("the coordinator refused this worker: {0}")]
     Refused(String),
-    /// The coordinator does not know the key.
+    /// Whoever listens does not know the key.
     #[error(
-        "the coordinator does not know the key of the access file (another program listens there); use the access file of a running job"
+        "whoever listens at the address of the access file is not its coordinator ({0}); use the access file of a running job"
     )]
-    Impostor,
+    Impostor(#[from] Foreign),
     /// The job that was sent cannot be built.
     #[error("the job that the coordinator sent cannot be used: {0}")]
     Job(String),
@@ -98,9 +99,6 @@ pub enum WorkerError {
     /// A message made no sense here.
     #[error("the coordinator spoke out of turn (a foreign or faulty program)")]
     Protocol,
-    /// There is no randomness.
-    #[error("the operating system gave no random bytes ({0})")]
-    Random(io::Error),
 }
 
 /// How a worker introduces itself.
@@ -124,17 +122,13 @@ pub fn work<W: Work>(
     build: impl FnOnce(&[u8]) -> Result<W, String>,
     cpu_seconds: impl Fn() -> f64 + Sync,
 ) -> Result<(), WorkerError> {
-    let mut stream = connect(&access.address)?;
-    stream.set_read_timeout(Some(HANDSHAKE_PATIENCE)).map_err(CodecError::from)?;
-    let Some(job) = shake_hands(&mut stream, access, identity)? else { return Ok(()) };
-    stream.set_read_timeout(None).map_err(CodecError::from)?;
-    let link = Link {
-        stream,
-        sending: Mutex::new(()),
-        progress: AtomicU64::new(0),
-        over: AtomicBool::new(false),
-        failure: Mutex::new(None),
-    };
+    if access.build != identity.build {
+        let (theirs, ours) = (access.build.clone(), identity.build.clone());
+        return Err(WorkerError::OtherBuild { theirs, ours });
+    }
+    let (mut ear, link) = connect(access)?;
+    let Some(job) = introduce(&mut ear, &link, identity)? else { return Ok(()) };
+    ear.be_patient()?;
     thread::scope(|scope| {
         let (link, (beating, stop)) = (&link, bounded(0));
         let _hangup = Hangup { link, _beating: beating };
@@ -149,123 +143,24 @@ pub fn work<W: Work>(
         let (scene_hash, job_hash) = work.hashes();
         // Where this fails, whoever receives learns why: the job may have been done meanwhile.
         let _ = link.send(&ToCoordinator::Ready { scene_hash, job_hash });
-        shoot_leases(&work, identity.threads, link, &cpu_seconds)
+        shoot_leases(&work, identity.threads, ear, link, &cpu_seconds)
     })
 }
 
-fn connect(address: &str) -> Result<TcpStream, WorkerError> {
-    let began = Instant::now();
-    loop {
-        match try_connect(address) {
-            Ok(stream) => {
-                // Without it small messages wait for company; with a failure they only come later.
-                let _ = stream.set_nodelay(true);
-                return Ok(stream);
-            }
-            Err(source) if began.elapsed() > CONNECT_PATIENCE => {
-                return Err(WorkerError::Unreachable { address: address.into(), source });
-            }
-            Err(_) => thread::sleep(Duration::from_millis(100)),
-        }
-    }
-}
-
-/// Tries every address of a name. The system alone would wait minutes for a machine that does not answer.
-fn try_connect(address: &str) -> io::Result<TcpStream> {
-    let mut failure = io::Error::new(io::ErrorKind::NotFound, "the name has no address");
-    for address in address.to_socket_addrs()? {
-        match TcpStream::connect_timeout(&address, CONNECT_PATIENCE) {
-            Ok(stream) => return Ok(stream),
-            Err(error) => failure = error,
-        }
-    }
-    Err(failure)
-}
-
-/// Proves both ends to each other. Returns the job, or `None` where it is over already.
-fn shake_hands(
-    stream: &mut TcpStream,
-    access: &Access,
-    identity: &Identity,
-) -> Result<Option<Vec<u8>>, WorkerError> {
-    let challenge = match read_frame(stream, SHORT_FRAME)? {
-        ToWorker::Challenge { nonce } => nonce,
-        ToWorker::Done => return Ok(None),
-        ToWorker::Refused { reason } => return Err(WorkerError::Refused(reason)),
-        _ => return Err(WorkerError::Protocol),
-    };
-    let nonce = random_bytes().map_err(WorkerError::Random)?;
-    let hello = Hello {
+/// Says who this is. Returns the job, or `None` where it is over already.
+fn introduce(ear: &mut Ear, link: &Link, identity: &Identity) -> Result<Option<Arc<[u8]>>, WorkerError> {
+    link.send(&ToCoordinator::Hello(Hello {
         protocol: PROTOCOL,
         build: identity.build.clone(),
         name: identity.name.clone(),
         threads: u32::try_from(identity.threads).unwrap_or(u32::MAX),
-        nonce,
-        proof: access.prove(Speaker::Worker, &challenge),
-    };
-    write_frame(stream, &ToCoordinator::Hello(hello))?;
-    match read_frame(stream, MAX_FRAME)? {
-        ToWorker::Welcome { proof, job } if access.holds(Speaker::Coordinator, &nonce, &proof) => {
-            Ok(Some(job))
-        }
-        ToWorker::Welcome { .. } => Err(WorkerError::Impostor),
+    }))?;
+    match ear.hear(MAX_FRAME)? {
+        ToWorker::Welcome { job } => Ok(Some(job)),
         ToWorker::Refused { reason } => Err(WorkerError::Refused(reason)),
         ToWorker::Done => Ok(None),
         _ => Err(WorkerError::Protocol),
     }
-}
-
-/// A worker's end of the connection, shared by its threads.
-struct Link {
-    stream: TcpStream,
-    /// Held while a message is written, so that messages go out whole.
-    sending: Mutex<()>,
-    progress: AtomicU64,
-    over: AtomicBool,
-    /// The first thing that went wrong here.
-    failure: Mutex<Option<String>>,
-}
-
-impl Link {
-    fn send(&self, message: &ToCoordinator) -> Result<(), WorkerError> {
-        // Outside the lock, which heartbeats wait for, too.
-        let frame = frame(message)?;
-        let _sending = lock(&self.sending);
-        Ok((&self.stream).write_all(&frame).map_err(CodecError::from)?)
-    }
-
-    /// Tells the coordinator why this worker leaves, and remembers it.
-    fn give_up(&self, reason: String) -> WorkerError {
-        let reason = lock(&self.failure).get_or_insert(reason).clone();
-        // Whether or not it hears, this worker is of no more use. It hangs up when it has heard.
-        let _ = self.send(&ToCoordinator::Failed { reason: reason.clone() });
-        self.over.store(true, Ordering::Relaxed);
-        WorkerError::Failed(reason)
-    }
-
-    /// Says that the worker is alive, until it is over or nobody listens.
-    fn beat(&self, stop: &Receiver<Infallible>) {
-        loop {
-            let progress = self.progress.load(Ordering::Relaxed);
-            if self.send(&ToCoordinator::Alive { progress }).is_err() {
-                return;
-            }
-            if stop.recv_timeout(HEARTBEAT) != Err(RecvTimeoutError::Timeout) {
-                return;
-            }
-        }
-    }
-
-    /// Ends everything that waits for the other end, or shoots for it.
-    fn hang_up(&self) {
-        self.over.store(true, Ordering::Relaxed);
-        let _ = self.stream.shutdown(Shutdown::Both);
-    }
-}
-
-/// Locks what no panic can leave half done.
-fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// Ends the heartbeat and the connection, also where the job's own code panics: a worker that only seems to
@@ -291,10 +186,12 @@ struct Lease {
 fn shoot_leases<W: Work>(
     work: &W,
     threads: usize,
+    mut ear: Ear,
     link: &Link,
     cpu_seconds: &(impl Fn() -> f64 + Sync),
 ) -> Result<(), WorkerError> {
     let (queue, leases) = unbounded();
+    let (asked, wanted) = unbounded();
     let done = thread::scope(|scope| {
         let mut shooters = Vec::new();
         for _ in 0..threads {
@@ -311,7 +208,17 @@ fn shoot_leases<W: Work>(
                 }
             }
         }
-        let done = receive_leases(link, queue);
+        // Beside the shooters, which are at their next leases when a result is asked for.
+        let send = move || {
+            for lease in wanted {
+                // A link that fails here fails for the receiving thread too, which reports it.
+                let _ = link.send_kept(lease);
+            }
+        };
+        if let Err(error) = thread::Builder::new().spawn_scoped(scope, send) {
+            link.give_up(format!("a thread cannot be started ({error})"));
+        }
+        let done = receive_leases(&mut ear, queue, asked);
         // A thread may be waiting for the coordinator to take its result.
         link.hang_up();
         for shooter in shooters {
@@ -321,19 +228,24 @@ fn shoot_leases<W: Work>(
         done
     });
     // The coordinator hangs up on a worker that has failed; that is not what went wrong.
-    match lock(&link.failure).take() {
+    match link.failure() {
         Some(reason) => Err(WorkerError::Failed(reason)),
         None => done,
     }
 }
 
-fn receive_leases(link: &Link, queue: Sender<Lease>) -> Result<(), WorkerError> {
+/// Hands over leases to the shooters, and what is asked for to whoever sends it.
+fn receive_leases(ear: &mut Ear, queue: Sender<Lease>, asked: Sender<u64>) -> Result<(), WorkerError> {
     loop {
-        match read_frame(&mut &link.stream, SHORT_FRAME)? {
+        match ear.hear(SHORT_FRAME)? {
             ToWorker::Lease { id, first_walk, walks } => {
                 let lease = Lease { id, walks: first_walk..first_walk.saturating_add(walks) };
                 // Threads that are gone have told why.
                 let _ = queue.send(lease);
+            }
+            ToWorker::Send { lease } => {
+                // Likewise.
+                let _ = asked.send(lease);
             }
             ToWorker::Done => return Ok(()),
             ToWorker::Refused { reason } => return Err(WorkerError::Refused(reason)),
@@ -357,28 +269,37 @@ impl Drop for Alarm<'_> {
 fn shoot_queue<W: Work>(work: &W, leases: &Receiver<Lease>, link: &Link, cpu_seconds: &impl Fn() -> f64) {
     let (mut board, mut chunk) = (work.board(), FIRST_CHUNK);
     let digester = Digester::new(&work.hashes().0);
+    // The result that was offered last; only one of each thread is kept.
+    let mut kept: Option<Receiver<Infallible>> = None;
     for lease in leases {
         let began = Instant::now();
-        let sent = match shoot_lease(work, lease.walks, &mut board, &mut chunk, link) {
-            Ok(Some(tally)) => link.send(&ToCoordinator::Result(LeaseResult {
-                lease: lease.id,
-                seconds: began.elapsed().as_secs_f64(),
-                cpu_seconds: cpu_seconds(),
-                digest: digester.digest(&tally),
-                counts: Box::new(tally.counts.to_array()),
-                sums: tally.into_sums(),
-            })),
+        let tally = match shoot_lease(work, lease.walks, &mut board, &mut chunk, link) {
+            Ok(Some(tally)) => tally,
             Ok(None) => return,
-            Err(reason) => Err(link.give_up(reason)),
-        };
-        match sent {
-            Ok(()) => {}
-            Err(WorkerError::Lost(error @ (CodecError::TooLong { .. } | CodecError::Malformed(_)))) => {
-                link.give_up(format!("a result cannot be sent: {error}"));
+            Err(reason) => {
+                link.give_up(reason);
                 return;
             }
-            // A link that fails here fails for the receiving thread too, which reports it.
-            Err(_) => return,
+        };
+        let result = LeaseResult {
+            lease: lease.id,
+            seconds: began.elapsed().as_secs_f64(),
+            cpu_seconds: cpu_seconds(),
+            digest: digester.digest(&tally),
+            counts: Box::new(tally.counts.to_array()),
+            sums: pack(tally.sums()),
+        };
+        let sent = if tally.sums().len() <= SMALL_TALLY {
+            link.send(&ToCoordinator::Result(result))
+        } else {
+            drop(tally);
+            // Ends when that one is gone, or the link.
+            let _ = kept.take().map(|kept| kept.recv());
+            link.offer(result).map(|gone| kept = Some(gone))
+        };
+        // A link that fails here fails for the receiving thread too, which reports it.
+        if sent.is_err() {
+            return;
         }
     }
 }

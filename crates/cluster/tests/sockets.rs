@@ -11,10 +11,12 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use cluster::access::{Access, Speaker};
-use cluster::codec::{frame, read_frame, write_frame};
+use cluster::access::Access;
+use cluster::channel::Inbound;
+use cluster::codec::frame;
 use cluster::coordinator::{Coordinator, Ending, Plan};
-use cluster::message::{Hello, LeaseResult, Proof, ToCoordinator, ToWorker};
+use cluster::message::{Hello, LeaseResult, ToCoordinator, ToWorker};
+use cluster::noise::{self, Foreign, Greeting, HANDSHAKE_RECORD, Sealer};
 use cluster::server::{Wish, serve};
 use cluster::worker::{Identity, Work, WorkerError, work};
 use radiosity::{Counts, Layout, Overflow, Tally};
@@ -36,8 +38,8 @@ struct Run {
 /// Serves a job to workers and others, who know how to get in, until it is done or `stop` says so.
 fn run(plan: Plan, stop: impl Fn(&Coordinator) -> bool, others: impl FnOnce(&Access) + Send) -> Run {
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
-    let access = Access::new(listener.local_addr().unwrap().to_string()).unwrap();
-    let mut coordinator = coordinator(plan, access.clone());
+    let access = access_of(&listener);
+    let mut coordinator = coordinator(plan);
     let mut notices = Vec::new();
     let began = Instant::now();
     let ending = thread::scope(|scope| {
@@ -51,9 +53,14 @@ fn run(plan: Plan, stop: impl Fn(&Coordinator) -> bool, others: impl FnOnce(&Acc
                 () => Wish::Continue,
             }
         };
-        serve(listener, &mut coordinator, owner, |notice| notices.push(notice.to_string())).unwrap()
+        serve(listener, &access, &mut coordinator, owner, |notice| notices.push(notice.to_string())).unwrap()
     });
     Run { ending, coordinator, notices }
+}
+
+/// The access to a coordinator that listens there.
+fn access_of(listener: &TcpListener) -> Access {
+    Access::new(listener.local_addr().unwrap().to_string(), BUILD, SCENE_HASH).unwrap()
 }
 
 /// Stops when the prefix has come so far.
@@ -119,49 +126,100 @@ fn together<W: Work>(access: &Access, threads: &[usize], make: impl Fn() -> W + 
 /// A connection that a test speaks on itself.
 struct Raw {
     stream: TcpStream,
-    challenge: Proof,
+    sealer: Sealer,
+    inbound: Inbound,
 }
 
 impl Raw {
+    /// A connection that has shown to know the key, but has not said who it is.
     fn connect(access: &Access) -> Self {
-        let mut stream = TcpStream::connect(&access.address).unwrap();
+        Raw::greet(knock(access), access)
+    }
+
+    fn greet(mut stream: TcpStream, access: &Access) -> Self {
+        let (greeting, record) = Greeting::new(access);
+        stream.write_all(&record).unwrap();
+        let mut answer = [0; HANDSHAKE_RECORD];
+        stream.read_exact(&mut answer).unwrap();
+        let session = greeting.finish(&answer[2..]).unwrap();
+        Raw { stream, sealer: session.sealer, inbound: Inbound::new(session.opener) }
+    }
+
+    /// The other end of a connection, of a coordinator that a test plays.
+    fn accept(listener: &TcpListener, access: &Access) -> Self {
+        let (mut stream, _) = listener.accept().unwrap();
         stream.set_read_timeout(Some(HANG)).unwrap();
-        let ToWorker::Challenge { nonce } = read_frame(&mut stream, 4096).unwrap() else {
-            panic!("a coordinator challenges first")
-        };
-        Raw { stream, challenge: nonce }
+        let mut record = [0; HANDSHAKE_RECORD];
+        stream.read_exact(&mut record).unwrap();
+        let (session, answer) = noise::answer(access, &record).unwrap();
+        stream.write_all(&answer).unwrap();
+        Raw { stream, sealer: session.sealer, inbound: Inbound::new(session.opener) }
+    }
+
+    /// A worker that is let in.
+    fn enter(access: &Access) -> Self {
+        let mut raw = Raw::connect(access);
+        raw.say(&ToCoordinator::Hello(toy::hello("raw", 1)));
+        assert_eq!(raw.hear::<ToWorker>(), ToWorker::Welcome { job: JOB.into() });
+        raw
     }
 
     /// A worker that has been given its first lease.
     fn join(access: &Access) -> (Self, u64, Range<u64>) {
-        let mut raw = Raw::connect(access);
-        raw.say(&ToCoordinator::Hello(raw.hello(access)));
-        let ToWorker::Welcome { proof, job } = raw.hear() else { panic!("refused") };
-        assert!(access.holds(Speaker::Coordinator, &[9; 32], &proof));
-        assert_eq!(job, JOB);
+        let mut raw = Raw::enter(access);
         raw.say(&READY);
         let ToWorker::Lease { id, first_walk, walks } = raw.hear() else { panic!("no lease") };
         (raw, id, first_walk..first_walk + walks)
     }
 
-    fn hello(&self, access: &Access) -> Hello {
-        toy::hello(access, &self.challenge, "raw", 1)
+    /// Records of a message.
+    fn sealed(&mut self, message: &impl bincode::Encode) -> Vec<u8> {
+        let mut wire = Vec::new();
+        self.sealer.seal_all(&frame(message).unwrap(), &mut wire);
+        wire
     }
 
-    fn say(&mut self, message: &ToCoordinator) {
-        write_frame(&mut self.stream, message).unwrap();
+    fn say(&mut self, message: &impl bincode::Encode) {
+        let wire = self.sealed(message);
+        self.stream.write_all(&wire).unwrap();
     }
 
-    fn hear(&mut self) -> ToWorker {
-        read_frame(&mut self.stream, 1 << 20).unwrap()
+    /// Says what is no message.
+    fn say_bytes(&mut self, frame: &[u8]) {
+        let mut wire = Vec::new();
+        self.sealer.seal_all(frame, &mut wire);
+        // The coordinator may hang up in the middle of it.
+        let _ = self.stream.write_all(&wire);
+    }
+
+    fn hear<T: bincode::Decode<()>>(&mut self) -> T {
+        loop {
+            if let Some(message) = self.inbound.next(1 << 20).unwrap() {
+                return message;
+            }
+            let mut bytes = [0; 1000];
+            let read = self.stream.read(&mut bytes).unwrap();
+            assert!(read > 0, "the connection was closed");
+            self.inbound.arrived(&bytes[..read]);
+        }
     }
 
     /// Waits until the coordinator has hung up, whatever it still sends.
-    fn until_dropped(mut self) {
-        match io::copy(&mut self.stream, &mut io::sink()) {
-            Ok(_) => {}
-            Err(error) => assert_eq!(error.kind(), io::ErrorKind::ConnectionReset),
-        }
+    fn until_dropped(self) {
+        until_dropped(self.stream);
+    }
+}
+
+fn knock(access: &Access) -> TcpStream {
+    let stream = TcpStream::connect(&access.address).unwrap();
+    stream.set_read_timeout(Some(HANG)).unwrap();
+    stream
+}
+
+fn until_dropped(mut stream: TcpStream) {
+    match io::copy(&mut stream, &mut io::sink()) {
+        Ok(_) => {}
+        Err(error) => assert_eq!(error.kind(), io::ErrorKind::ConnectionReset),
     }
 }
 
@@ -184,25 +242,34 @@ fn workers_of_any_number_of_threads_come_to_the_same_tally() {
 #[test]
 fn strangers_are_dropped_and_the_run_goes_on() {
     let run = run(plan(50_000, 1000), never, |access| {
-        // Says nothing and stays to the end.
-        let silent = Raw::connect(access);
+        // Say nothing and stay to the end, before and after the handshake.
+        let silent = (knock(access), Raw::connect(access));
         // Says nothing and leaves.
-        drop(TcpStream::connect(&access.address).unwrap());
+        drop(knock(access));
 
-        let mut garbage = Raw::connect(access);
+        let mut garbage = knock(access);
         let noise: Vec<u8> = (0..100_000).map(|n| hash(n) as u8).collect();
         // The coordinator may hang up in the middle of it.
-        let _ = garbage.stream.write_all(&noise);
-        garbage.until_dropped();
+        let _ = garbage.write_all(&noise);
+        until_dropped(garbage);
+
+        let mut browser = knock(access);
+        browser.write_all(b"GET / HTTP/1.1\r\n\r\n").unwrap();
+        until_dropped(browser);
 
         let mut huge = Raw::connect(access);
-        huge.stream.write_all(&u32::MAX.to_le_bytes()).unwrap();
+        huge.say_bytes(&u32::MAX.to_le_bytes());
         huge.until_dropped();
 
         // A short frame that claims to hold 2³⁰ bytes of a reason.
         let mut swollen = Raw::connect(access);
-        swollen.stream.write_all(&[6, 0, 0, 0, 4, 252, 0, 0, 0, 64]).unwrap();
+        swollen.say_bytes(&[6, 0, 0, 0, 6, 252, 0, 0, 0, 64]);
         swollen.until_dropped();
+
+        // Says no word, but many records.
+        let mut verbose = Raw::connect(access);
+        (0..1000).for_each(|_| verbose.say_bytes(&[0]));
+        verbose.until_dropped();
 
         let mut presumptuous = Raw::connect(access);
         presumptuous.say(&READY);
@@ -215,6 +282,7 @@ fn strangers_are_dropped_and_the_run_goes_on() {
     assert_eq!(run.coordinator.effort().workers_seen, 1);
     assert_eq!(run.coordinator.effort().workers_lost, 0);
     let told = |words: &str| run.notices.iter().any(|notice| notice.contains(words));
+    assert!(told("does not speak as radwalk does"), "{:?}", run.notices);
     assert!(told("exceeds the limit of 4096"), "{:?}", run.notices);
     assert!(told("LimitExceeded") && told("out of turn"), "{:?}", run.notices);
 }
@@ -222,12 +290,16 @@ fn strangers_are_dropped_and_the_run_goes_on() {
 #[test]
 fn a_worker_with_another_key_or_build_is_told_why_it_is_refused() {
     let run = run(plan(50_000, 1000), never, |access| {
-        let keyless = Access::new(access.address.clone()).unwrap();
+        let keyless = Access::new(access.address.clone(), BUILD, SCENE_HASH).unwrap();
         let error = work(&keyless, &identity(1), toy_of, || 0.0).unwrap_err();
-        assert!(matches!(&error, WorkerError::Refused(reason) if reason.contains("key")), "{error}");
+        assert!(matches!(&error, WorkerError::Impostor(Foreign::NoEntry)), "{error}");
         let old = Identity { build: "0.0.1".into(), ..identity(1) };
         let error = work(access, &old, toy_of, || 0.0).unwrap_err();
-        assert!(matches!(&error, WorkerError::Refused(reason) if reason.contains("0.0.1")), "{error}");
+        assert!(matches!(&error, WorkerError::OtherBuild { ours, .. } if ours == "0.0.1"), "{error}");
+        // Another build whose access file was made to fit is found out by the coordinator.
+        let mut lying = Raw::connect(access);
+        lying.say(&ToCoordinator::Hello(Hello { build: "0.0.1".into(), ..toy::hello("old", 1) }));
+        assert!(matches!(lying.hear(), ToWorker::Refused { reason } if reason.contains("0.0.1")));
         let error = work(access, &identity(0), toy_of, || 0.0).unwrap_err();
         assert!(matches!(&error, WorkerError::Refused(reason) if reason.contains("threads")), "{error}");
         let error = work(access, &identity(1), |_| Ok(Stranger), || 0.0).unwrap_err();
@@ -264,7 +336,7 @@ fn a_result_that_is_cut_short_is_not_taken() {
     let run = run(plan(50_000, 1000), never, |access| {
         for kept in [1, 2, 4, 5, 40] {
             let (mut raw, lease, walks) = Raw::join(access);
-            let whole = frame(&ToCoordinator::Result(result(lease, walks))).unwrap();
+            let whole = raw.sealed(&ToCoordinator::Result(result(lease, walks)));
             raw.stream.write_all(&whole[..kept.min(whole.len() - 1)]).unwrap();
             drop(raw);
         }
@@ -283,32 +355,29 @@ fn a_result_that_is_cut_short_is_not_taken() {
 #[test]
 fn a_worker_that_is_cut_off_while_it_shoots_leaves_nothing_behind() {
     // A fake coordinator that hands out an endless lease and vanishes.
-    for farewell in [None, Some(ToWorker::Done), Some(ToWorker::Challenge { nonce: [0; 32] })] {
+    for farewell in [None, Some(ToWorker::Done), Some(ToWorker::Welcome { job: JOB.into() })] {
         let listener = TcpListener::bind("127.0.0.1:0").unwrap();
-        let access = Access::new(listener.local_addr().unwrap().to_string()).unwrap();
+        let access = access_of(&listener);
         let shooting = AtomicU64::new(0);
         thread::scope(|scope| {
             let worker =
                 scope.spawn(|| work(&access, &identity(3), |_| Ok(Endless { shooting: &shooting }), || 0.0));
-            let (mut stream, _) = listener.accept().unwrap();
-            write_frame(&mut stream, &ToWorker::Challenge { nonce: [5; 32] }).unwrap();
-            let ToCoordinator::Hello(hello) = read_frame(&mut stream, 4096).unwrap() else { panic!() };
-            assert!(access.holds(Speaker::Worker, &[5; 32], &hello.proof));
-            let proof = access.prove(Speaker::Coordinator, &hello.nonce);
-            write_frame(&mut stream, &ToWorker::Welcome { proof, job: vec![] }).unwrap();
+            let mut raw = Raw::accept(&listener, &access);
+            assert_eq!(raw.hear::<ToCoordinator>(), ToCoordinator::Hello(toy::hello("a worker", 3)));
+            raw.say(&ToWorker::Welcome { job: JOB.into() });
             for id in 0..6 {
                 // Beyond all numbers.
                 let lease = ToWorker::Lease { id, first_walk: 1 << 60, walks: u64::MAX };
-                write_frame(&mut stream, &lease).unwrap();
+                raw.say(&lease);
             }
             await_that(|| shooting.load(Ordering::Relaxed) > 100);
             let expect_ok = farewell == Some(ToWorker::Done);
             if let Some(farewell) = &farewell {
-                write_frame(&mut stream, farewell).unwrap();
+                raw.say(farewell);
                 // It does not wait for the connection to close.
                 assert_eq!(worker.join().unwrap().is_ok(), expect_ok);
             } else {
-                drop(stream);
+                drop(raw);
                 assert!(matches!(worker.join().unwrap(), Err(WorkerError::Lost(_))));
             }
         });
@@ -350,15 +419,16 @@ impl Work for Endless<'_> {
 #[test]
 fn an_impostor_is_found_out() {
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
-    let access = Access::new(listener.local_addr().unwrap().to_string()).unwrap();
+    let access = access_of(&listener);
     thread::scope(|scope| {
         let worker = scope.spawn(|| work(&access, &identity(1), toy_of, || 0.0));
+        // It has the address, but not the key; all else it has learnt.
         let (mut stream, _) = listener.accept().unwrap();
-        write_frame(&mut stream, &ToWorker::Challenge { nonce: [5; 32] }).unwrap();
-        let ToCoordinator::Hello(hello) = read_frame(&mut stream, 4096).unwrap() else { panic!() };
-        // All it knows is what it was told.
-        write_frame(&mut stream, &ToWorker::Welcome { proof: hello.proof, job: JOB.into() }).unwrap();
-        assert!(matches!(worker.join().unwrap(), Err(WorkerError::Impostor)));
+        let mut record = [0; HANDSHAKE_RECORD];
+        stream.read_exact(&mut record).unwrap();
+        assert_eq!(noise::answer(&access_of(&listener), &record).err(), Some(Foreign::Key));
+        stream.write_all(&record).unwrap();
+        assert!(matches!(worker.join().unwrap(), Err(WorkerError::Impostor(Foreign::Key))));
     });
 }
 
@@ -506,10 +576,7 @@ fn a_worker_that_sits_still_does_not_hold_up_the_end() {
     let (sender, sitting) = std::sync::mpsc::channel();
     let run = run(plan(1 << 60, 1000), far(1000), |access| {
         // It is let in, says nothing more, and hangs up only when the run is over.
-        let mut still = Raw::connect(access);
-        still.say(&ToCoordinator::Hello(still.hello(access)));
-        assert!(matches!(still.hear(), ToWorker::Welcome { .. }));
-        sender.send(still).unwrap();
+        sender.send(Raw::enter(access)).unwrap();
         honest(access, 1);
     });
     assert_eq!(run.ending, Ending::Interrupted);
@@ -519,25 +586,30 @@ fn a_worker_that_sits_still_does_not_hold_up_the_end() {
 #[test]
 fn who_knocks_as_the_job_ends_is_told_so() {
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
-    let access = Access::new(listener.local_addr().unwrap().to_string()).unwrap();
-    let knocking: Vec<TcpStream> = (0..20).map(|_| TcpStream::connect(&access.address).unwrap()).collect();
-    let mut coordinator = coordinator(plan(0, 10), access);
+    let access = access_of(&listener);
+    let mut coordinator = coordinator(plan(0, 10));
+    let all_in = Barrier::new(21);
     thread::scope(|scope| {
-        scope.spawn(|| {
-            for mut stream in knocking {
-                stream.set_read_timeout(Some(HANG)).unwrap();
-                assert_eq!(read_frame::<ToWorker>(&mut stream, 4096).unwrap(), ToWorker::Done);
-                assert_eq!(stream.read(&mut [0; 1]).unwrap(), 0, "and nothing else");
-            }
-        });
-        let ending = serve(listener, &mut coordinator, |_| Wish::Continue, |_| {}).unwrap();
+        for _ in 0..20 {
+            scope.spawn(|| {
+                // Connected, but not accepted yet.
+                let stream = knock(&access);
+                all_in.wait();
+                let mut raw = Raw::greet(stream, &access);
+                raw.say(&ToCoordinator::Hello(toy::hello("late", 1)));
+                assert_eq!(raw.hear::<ToWorker>(), ToWorker::Done);
+                assert_eq!(raw.stream.read(&mut [0; 1]).unwrap(), 0, "and nothing else");
+            });
+        }
+        all_in.wait();
+        let ending = serve(listener, &access, &mut coordinator, |_| Wish::Continue, |_| {}).unwrap();
         assert_eq!(ending, Ending::BudgetSpent);
     });
 }
 
 #[test]
 fn a_run_without_workers_ends() {
-    let run = run(plan(100, 10), never, |access| drop(Raw::connect(access)));
+    let run = run(plan(100, 10), never, |access| drop(knock(access)));
     assert_eq!(run.ending, Ending::NoWorkers);
     assert_eq!(run.coordinator.prefix(), &straight(0..0));
 }

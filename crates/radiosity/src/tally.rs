@@ -187,8 +187,16 @@ impl Tally {
         if (self.layout, self.sums.len()) != (other.layout, other.sums.len()) {
             return Err(MergeError::Shape(self.sums.len(), other.sums.len()));
         }
-        self.counts.add(&other.counts)?;
-        for (mine, &their) in self.sums.iter_mut().zip(&other.sums) {
+        Ok(self.add_sums(&other.counts, other.sums.iter().copied())?)
+    }
+
+    /// Adds the walks of a tally of the same shape, by its parts.
+    ///
+    /// # Errors
+    /// Where a sum overflows; then `self` is unusable.
+    pub fn add_sums(&mut self, counts: &Counts, sums: impl Iterator<Item = u128>) -> Result<(), Overflow> {
+        self.counts.add(counts)?;
+        for (mine, their) in self.sums.iter_mut().zip(sums) {
             *mine = mine.checked_add(their).ok_or(Overflow)?;
         }
         Ok(())

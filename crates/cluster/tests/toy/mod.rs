@@ -2,11 +2,11 @@
 
 use std::ops::Range;
 
-use cluster::access::{Access, Speaker};
 use cluster::checkpoint::{Look, Past};
+use cluster::codec::{pack, unpack};
 use cluster::coordinator::{Coordinator, Plan};
 use cluster::digest::Digester;
-use cluster::message::{Hello, LeaseResult, PROTOCOL, Proof, ToCoordinator};
+use cluster::message::{Hello, LeaseResult, PROTOCOL, ToCoordinator};
 use radiosity::{Counts, Layout, Tally};
 
 pub const PATCHES: usize = 3;
@@ -84,21 +84,14 @@ pub fn judge(mut met: impl FnMut(&Tally) -> bool + 'static) -> cluster::coordina
 
 /// A coordinator of a job that begins.
 #[allow(dead_code, reason = "each test file uses its own part")]
-pub fn coordinator(plan: Plan, access: Access) -> Coordinator {
+pub fn coordinator(plan: Plan) -> Coordinator {
     let past = Past::none(Tally::new(plan.patches, plan.layout));
-    Coordinator::new(plan, access, past)
+    Coordinator::new(plan, past)
 }
 
 /// The introduction of a worker that belongs here.
-pub fn hello(access: &Access, challenge: &Proof, name: &str, threads: u32) -> Hello {
-    Hello {
-        protocol: PROTOCOL,
-        build: BUILD.into(),
-        name: name.into(),
-        threads,
-        nonce: [9; 32],
-        proof: access.prove(Speaker::Worker, challenge),
-    }
+pub fn hello(name: &str, threads: u32) -> Hello {
+    Hello { protocol: PROTOCOL, build: BUILD.into(), name: name.into(), threads }
 }
 
 /// What a worker says when it has built the right replica.
@@ -106,14 +99,18 @@ pub const READY: ToCoordinator = ToCoordinator::Ready { scene_hash: SCENE_HASH, 
 
 /// The result of a lease as an honest worker sends it.
 pub fn result(lease: u64, walks: Range<u64>) -> LeaseResult {
-    let tally = straight(walks);
+    result_of(lease, &straight(walks))
+}
+
+/// A tally as an honest worker sends it.
+pub fn result_of(lease: u64, tally: &Tally) -> LeaseResult {
     LeaseResult {
         lease,
         seconds: 0.25,
         cpu_seconds: 0.25,
-        digest: Digester::new(&SCENE_HASH).digest(&tally),
+        digest: Digester::new(&SCENE_HASH).digest(tally),
         counts: Box::new(tally.counts.to_array()),
-        sums: tally.into_sums(),
+        sums: pack(tally.sums()),
     }
 }
 
@@ -121,6 +118,7 @@ pub fn result(lease: u64, walks: Range<u64>) -> LeaseResult {
 #[allow(dead_code, reason = "each test file uses its own part")]
 pub fn sealed(result: LeaseResult) -> LeaseResult {
     let counts = Counts::from_array(*result.counts).unwrap();
-    let tally = Tally::from_parts(counts, PATCHES, LAYOUT, result.sums.clone()).unwrap();
+    let sums = unpack(&result.sums).collect::<Result<_, _>>().unwrap();
+    let tally = Tally::from_parts(counts, PATCHES, LAYOUT, sums).unwrap();
     LeaseResult { digest: Digester::new(&SCENE_HASH).digest(&tally), ..result }
 }

@@ -1,0 +1,68 @@
+//! What is told of strangers: a little of it at once, so that nobody can fill a terminal or a log.
+
+use std::time::Duration;
+
+use crate::coordinator::{Notice, Now};
+
+/// So much may be told at once, and then so much a second.
+const BURST: f64 = 20.0;
+const PER_SECOND: f64 = 0.5;
+
+/// What was told of late.
+#[derive(Debug)]
+pub struct Gossip {
+    left: f64,
+    since: Now,
+    hushed: usize,
+}
+
+impl Gossip {
+    /// Nothing yet.
+    pub fn new() -> Self {
+        Gossip { left: BURST, since: Duration::ZERO, hushed: 0 }
+    }
+
+    /// Passes a notice on, or counts it.
+    pub fn pass(&mut self, notice: Notice, now: Now, tell: &mut impl FnMut(Notice)) {
+        let stranger = matches!(notice, Notice::Failed(_) | Notice::Refused { .. });
+        if !stranger {
+            return tell(notice);
+        }
+        self.left = BURST.min(self.left + now.saturating_sub(self.since).as_secs_f64() * PER_SECOND);
+        self.since = now;
+        if self.left < 1.0 {
+            self.hushed += 1;
+            return;
+        }
+        self.left -= 1.0;
+        tell(notice);
+        self.finish(tell);
+    }
+
+    /// Tells how many have not been told of.
+    pub fn finish(&mut self, tell: &mut impl FnMut(Notice)) {
+        if self.hushed > 0 {
+            tell(Notice::Hushed(self.hushed));
+            self.hushed = 0;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn floods_are_counted_and_losses_always_told() {
+        let (mut gossip, mut told) = (Gossip::new(), Vec::new());
+        let mut pass = |notice: Notice, seconds: u64| {
+            gossip.pass(notice, Duration::from_secs(seconds), &mut |notice| told.push(notice));
+        };
+        (0..1000).for_each(|n| pass(Notice::Failed(n.to_string()), 1));
+        let lost = Notice::Lost { name: "one".into(), reason: "it went silent".into() };
+        pass(lost.clone(), 1);
+        pass(Notice::Failed("later".into()), 11);
+        assert_eq!(told.len(), 23);
+        assert_eq!(told[20..], [lost, Notice::Failed("later".into()), Notice::Hushed(980)]);
+    }
+}

@@ -1,0 +1,329 @@
+//! Who is let in, and what nobody else can read or change: the Noise protocol (noiseprotocol.org, revision 34)
+//! by the pattern NNpsk0, with the key of the access file as pre-shared key.
+//!
+//! The worker speaks first. Its message can only be made with the key, so that a coordinator refuses a stranger
+//! before it reckons with curves; the answer can only be made with the key, too. Keys for the traffic come from
+//! two fresh ephemeral ones: who learns the access file's later cannot read what was recorded. A worker's first
+//! message may be a replay; whoever replays it cannot read the answer, and so cannot say anything.
+//!
+//! Traffic is a stream of records: a 16-bit little-endian length, and so many bytes of one Noise message. Each
+//! end numbers its records, and a record opens as the next one only: what was altered, replayed, left out or
+//! moved does not open.
+
+use std::sync::Arc;
+
+use snow::{Builder, HandshakeState, StatelessTransportState};
+use thiserror::Error;
+
+use crate::access::Access;
+
+/// Curve25519, ChaCha20 with Poly1305, BLAKE2s: all fast without special instructions.
+const PATTERN: &str = "Noise_NNpsk0_25519_ChaChaPoly_BLAKE2s";
+
+/// What a record takes beyond its content.
+const TAG_BYTES: usize = 16;
+
+/// What a record begins with: its length, little-endian.
+const LENGTH_BYTES: usize = 2;
+
+/// The most that a record holds. Noise allows 65,519 bytes, but each connection has to keep a record.
+pub const RECORD_CONTENT: usize = 1 << 14;
+
+/// Both messages of a handshake: a public key and a tag.
+const HANDSHAKE_BYTES: usize = 32 + TAG_BYTES;
+
+/// A message of a handshake with its length.
+pub const HANDSHAKE_RECORD: usize = LENGTH_BYTES + HANDSHAKE_BYTES;
+
+/// The answer to a first message that was not made with the key.
+pub const NO_ENTRY: [u8; LENGTH_BYTES] = [0; LENGTH_BYTES];
+
+/// Why bytes are not what the other end sent, or not from anybody who has the key.
+#[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
+pub enum Foreign {
+    /// They are no handshake.
+    #[error("it does not speak as radwalk does")]
+    Tongue,
+    /// The handshake was not made with our key.
+    #[error("it does not know the key of this run")]
+    Key,
+    /// The answer says so of us.
+    #[error("it says that our key is not its own")]
+    NoEntry,
+    /// A record has an impossible length.
+    #[error("a record of {0} bytes, which none can have (a foreign or faulty peer)")]
+    Length(usize),
+    /// A record does not open.
+    #[error("a record does not open: it was altered, replayed or moved on its way")]
+    Altered,
+}
+
+/// One end of a finished handshake.
+#[derive(Debug)]
+pub struct Session {
+    /// For what is sent.
+    pub sealer: Sealer,
+    /// For what arrives.
+    pub opener: Opener,
+}
+
+impl Session {
+    fn new(handshake: HandshakeState) -> Self {
+        let cipher =
+            Arc::new(handshake.into_stateless_transport_mode().expect("both messages have been exchanged"));
+        Session {
+            sealer: Sealer { cipher: cipher.clone(), records: 0 },
+            opener: Opener { cipher, records: 0 },
+        }
+    }
+}
+
+/// A worker that has sent its first message.
+pub struct Greeting(HandshakeState);
+
+impl Greeting {
+    /// A worker's first record.
+    pub fn new(access: &Access) -> (Self, [u8; HANDSHAKE_RECORD]) {
+        let mut handshake = begin(access, |builder| builder.build_initiator());
+        let record = handshake_record(&mut handshake);
+        (Greeting(handshake), record)
+    }
+
+    /// How long the answer is, by its first two bytes.
+    ///
+    /// # Errors
+    /// Where it is none, or says that our key is wrong.
+    pub fn answer_bytes(length: [u8; LENGTH_BYTES]) -> Result<usize, Foreign> {
+        match usize::from(u16::from_le_bytes(length)) {
+            0 => Err(Foreign::NoEntry),
+            HANDSHAKE_BYTES => Ok(HANDSHAKE_BYTES),
+            _ => Err(Foreign::Tongue),
+        }
+    }
+
+    /// Takes the answer, without its length.
+    ///
+    /// # Errors
+    /// Where it was not made with our key.
+    pub fn finish(mut self, answer: &[u8]) -> Result<Session, Foreign> {
+        self.0.read_message(answer, &mut []).map_err(|_| Foreign::Key)?;
+        Ok(Session::new(self.0))
+    }
+}
+
+/// What a coordinator makes of a worker's first record. Returns the answer.
+///
+/// # Errors
+/// Where it is none, or was not made with our key.
+pub fn answer(
+    access: &Access,
+    record: &[u8; HANDSHAKE_RECORD],
+) -> Result<(Session, [u8; HANDSHAKE_RECORD]), Foreign> {
+    let (length, message) = record.split_at(LENGTH_BYTES);
+    if !speaks(length) {
+        return Err(Foreign::Tongue);
+    }
+    let mut handshake = begin(access, |builder| builder.build_responder());
+    handshake.read_message(message, &mut []).map_err(|_| Foreign::Key)?;
+    let record = handshake_record(&mut handshake);
+    Ok((Session::new(handshake), record))
+}
+
+/// Whether a first record can begin so.
+pub fn speaks(bytes: &[u8]) -> bool {
+    let length = (HANDSHAKE_BYTES as u16).to_le_bytes();
+    bytes.iter().zip(&length).all(|(byte, expected)| byte == expected)
+}
+
+fn begin(
+    access: &Access,
+    build: impl FnOnce(Builder) -> Result<HandshakeState, snow::Error>,
+) -> HandshakeState {
+    let (key, prologue) = (access.key(), access.prologue());
+    let pattern = PATTERN.parse().expect("snow knows this pattern");
+    Builder::new(pattern)
+        .psk(0, &key)
+        .and_then(|builder| builder.prologue(&prologue))
+        .and_then(build)
+        .expect("the pattern takes one pre-shared key and no other")
+}
+
+/// Our next message of a handshake.
+fn handshake_record(handshake: &mut HandshakeState) -> [u8; HANDSHAKE_RECORD] {
+    let mut record = [0; HANDSHAKE_RECORD];
+    record[..LENGTH_BYTES].copy_from_slice(&(HANDSHAKE_BYTES as u16).to_le_bytes());
+    let written = handshake.write_message(&[], &mut record[LENGTH_BYTES..]);
+    assert_eq!(written, Ok(HANDSHAKE_BYTES), "a key and a tag");
+    record
+}
+
+/// Seals what is sent.
+pub struct Sealer {
+    cipher: Arc<StatelessTransportState>,
+    records: u64,
+}
+
+impl Sealer {
+    /// Adds a record to `wire`.
+    ///
+    /// # Panics
+    /// Where the content is longer than [`RECORD_CONTENT`].
+    pub fn seal(&mut self, content: &[u8], wire: &mut Vec<u8>) {
+        assert!(content.len() <= RECORD_CONTENT, "the caller cuts what it sends");
+        let length = content.len() + TAG_BYTES;
+        wire.extend((length as u16).to_le_bytes());
+        let start = wire.len();
+        wire.resize(start + length, 0);
+        let sealed = self.cipher.write_message(self.records, content, &mut wire[start..]);
+        assert_eq!(sealed, Ok(length), "there is room, and 2⁶⁴ records are never sent");
+        self.records += 1;
+    }
+
+    /// Adds the records of a whole frame to `wire`.
+    pub fn seal_all(&mut self, frame: &[u8], wire: &mut Vec<u8>) {
+        frame.chunks(RECORD_CONTENT).for_each(|content| self.seal(content, wire));
+    }
+}
+
+/// Opens what arrives.
+pub struct Opener {
+    cipher: Arc<StatelessTransportState>,
+    records: u64,
+}
+
+impl Opener {
+    /// Adds the content of the first record in `wire` to `content`. Returns how many bytes of `wire` it took; `None`
+    /// where it is not there yet.
+    ///
+    /// # Errors
+    /// Where it is not the next record of the other end.
+    pub fn open(&mut self, wire: &[u8], content: &mut Vec<u8>) -> Result<Option<usize>, Foreign> {
+        let Some((&length, rest)) = wire.split_first_chunk::<LENGTH_BYTES>() else { return Ok(None) };
+        let length = usize::from(u16::from_le_bytes(length));
+        if !(TAG_BYTES + 1..=TAG_BYTES + RECORD_CONTENT).contains(&length) {
+            return Err(Foreign::Length(length));
+        }
+        let Some(sealed) = rest.get(..length) else { return Ok(None) };
+        let start = content.len();
+        content.resize(start + length - TAG_BYTES, 0);
+        if self.cipher.read_message(self.records, sealed, &mut content[start..]).is_err() {
+            content.truncate(start);
+            return Err(Foreign::Altered);
+        }
+        self.records += 1;
+        Ok(Some(LENGTH_BYTES + length))
+    }
+}
+
+impl std::fmt::Debug for Sealer {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        write!(f, "Sealer({} records)", self.records)
+    }
+}
+
+impl std::fmt::Debug for Opener {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        write!(f, "Opener({} records)", self.records)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn access() -> Access {
+        Access::new("nowhere:1".into(), "1.0", [7; 32]).unwrap()
+    }
+
+    fn sessions(access: &Access) -> (Session, Session) {
+        let (greeting, first) = Greeting::new(access);
+        let (theirs, second) = answer(access, &first).unwrap();
+        assert_eq!(Greeting::answer_bytes([second[0], second[1]]), Ok(HANDSHAKE_BYTES));
+        (greeting.finish(&second[LENGTH_BYTES..]).unwrap(), theirs)
+    }
+
+    #[test]
+    fn both_ends_read_each_other_and_nobody_else_reads_them() {
+        let (mut worker, mut coordinator) = sessions(&access());
+        let (mut wire, mut content) = (Vec::new(), Vec::new());
+        let words = b"four score and seven".repeat(3000);
+        worker.sealer.seal_all(&words, &mut wire);
+        assert!(!wire.windows(8).any(|bytes| bytes == &words[..8]), "it is sealed");
+        let mut at = 0;
+        while let Some(taken) = coordinator.opener.open(&wire[at..], &mut content).unwrap() {
+            at += taken;
+        }
+        assert_eq!((at, &content), (wire.len(), &words));
+        let (mut back, mut heard) = (Vec::new(), Vec::new());
+        coordinator.sealer.seal(b"yes", &mut back);
+        worker.opener.open(&back, &mut heard).unwrap();
+        assert_eq!(heard, b"yes");
+    }
+
+    #[test]
+    fn another_key_run_build_or_scene_is_found_out_by_either_end() {
+        let ours = access();
+        let [mut run, mut build, mut scene] = [(); 3].map(|()| ours.clone());
+        (run.run, build.build, scene.scene) = ("another".into(), "1.1".into(), "another".into());
+        let others = [access(), run, build, scene];
+        for other in others {
+            let (_, first) = Greeting::new(&other);
+            assert_eq!(answer(&ours, &first).err(), Some(Foreign::Key));
+            // An impostor that has seen our first message, but has another key for its answer.
+            let (greeting, _) = Greeting::new(&ours);
+            let (_, second) = answer(&other, &first).unwrap();
+            assert_eq!(greeting.finish(&second[LENGTH_BYTES..]).err(), Some(Foreign::Key));
+        }
+        assert_eq!(Greeting::answer_bytes(NO_ENTRY), Err(Foreign::NoEntry));
+        assert_eq!(Greeting::answer_bytes(*b"HT"), Err(Foreign::Tongue));
+        assert_eq!(answer(&ours, &[b'G'; HANDSHAKE_RECORD]).err(), Some(Foreign::Tongue));
+    }
+
+    #[test]
+    fn whoever_replays_a_first_message_can_say_nothing() {
+        let access = access();
+        let (greeting, first) = Greeting::new(&access);
+        let (mut theirs, second) = answer(&access, &first).unwrap();
+        let mut worker = greeting.finish(&second[LENGTH_BYTES..]).unwrap();
+        let mut said = Vec::new();
+        worker.sealer.seal(b"hello", &mut said);
+        let (mut replayed, _) = answer(&access, &first).unwrap();
+        assert_eq!(replayed.opener.open(&said, &mut Vec::new()), Err(Foreign::Altered));
+        assert_eq!(theirs.opener.open(&said, &mut Vec::new()), Ok(Some(said.len())));
+    }
+
+    #[test]
+    fn no_bit_can_be_changed_and_no_record_replayed_dropped_or_moved() {
+        let (mut worker, coordinator) = sessions(&access());
+        let [mut first, mut second] = [Vec::new(), Vec::new()];
+        worker.sealer.seal(b"first", &mut first);
+        worker.sealer.seal(b"second", &mut second);
+        let fresh = || Opener { cipher: coordinator.opener.cipher.clone(), records: 0 };
+        for bit in 0..8 * first.len() {
+            let mut changed = first.clone();
+            changed[bit / 8] ^= 1 << (bit % 8);
+            // A length that grew waits for bytes that belong to the next record, and fails then.
+            changed.extend(&second);
+            changed.resize(1 << 17, 0);
+            assert!(fresh().open(&changed, &mut Vec::new()).is_err(), "bit {bit}");
+        }
+        let mut opener = fresh();
+        let mut content = Vec::new();
+        assert_eq!(opener.open(&second, &mut content), Err(Foreign::Altered), "dropped or moved");
+        opener.open(&first, &mut content).unwrap();
+        assert_eq!(opener.open(&first, &mut content), Err(Foreign::Altered), "replayed");
+        opener.open(&second, &mut content).unwrap();
+        assert_eq!(content, b"firstsecond");
+    }
+
+    #[test]
+    fn lengths_that_no_record_has_are_refused_at_once() {
+        let (_, mut coordinator) = sessions(&access());
+        for length in [0, 1, 16, (RECORD_CONTENT + 17) as u16, u16::MAX] {
+            let opened = coordinator.opener.open(&length.to_le_bytes(), &mut Vec::new());
+            assert_eq!(opened, Err(Foreign::Length(length.into())));
+        }
+        assert_eq!(coordinator.opener.open(&[], &mut Vec::new()), Ok(None));
+        assert_eq!(coordinator.opener.open(&[17], &mut Vec::new()), Ok(None));
+    }
+}

@@ -1,0 +1,221 @@
+//! Large results on their way: offered by workers, asked for when there is room, staged as they arrive.
+//!
+//! The coordinator holds the tally of the prefix, what waits beyond gaps (islands), and what is under way, packed.
+//! A result that continues the prefix or an island needs no further tally; one that would found an island is asked
+//! for only where another island may be. Until then its worker keeps it, and goes on with its next lease. The one
+//! that continues the prefix is always asked for, so that the job goes on.
+
+use std::collections::{BTreeMap, HashMap};
+use std::ops::Range;
+
+use crate::coordinator::PeerId;
+use crate::ledger::{LeaseId, Ledger};
+
+/// Large results that may be under way at once.
+const UNDER_WAY: usize = 16;
+
+/// What may be held at once.
+#[derive(Clone, Copy, Debug)]
+pub struct Room {
+    /// Islands.
+    pub islands: usize,
+    /// Bytes of packed results under way; one of any size may always be.
+    pub bytes: usize,
+}
+
+/// A result that a worker keeps.
+#[derive(Debug)]
+pub struct Offer {
+    /// The worker.
+    pub peer: PeerId,
+    /// The lease.
+    pub lease: LeaseId,
+    /// Its walks.
+    pub walks: Range<u64>,
+    /// What its packed sums take.
+    pub bytes: usize,
+}
+
+#[derive(Debug)]
+struct Transfer {
+    offer: Offer,
+    staged: Vec<u8>,
+}
+
+/// All that is offered or under way.
+#[derive(Debug, Default)]
+pub struct Transfers {
+    /// By the first walk: the lowest is asked for first.
+    offers: BTreeMap<u64, Offer>,
+    under_way: HashMap<LeaseId, Transfer>,
+}
+
+impl Transfers {
+    /// Notes an offer. Returns false where the lease was offered before.
+    pub fn offer(&mut self, offer: Offer) -> bool {
+        !self.under_way.contains_key(&offer.lease) && self.offers.insert(offer.walks.start, offer).is_none()
+    }
+
+    /// Chooses what to ask for now.
+    pub fn grant(&mut self, ledger: &Ledger, room: Room) -> Vec<(PeerId, LeaseId)> {
+        let mut bytes: usize = self.under_way.values().map(|transfer| transfer.offer.bytes).sum();
+        let founding = |offer: &Offer| !ledger.adjoins(&offer.walks);
+        let mut islands =
+            ledger.islands() + self.under_way.values().filter(|transfer| founding(&transfer.offer)).count();
+        let mut granted = Vec::new();
+        for (&start, offer) in &self.offers {
+            let under_way = self.under_way.len() + granted.len();
+            if under_way == UNDER_WAY || (under_way > 0 && bytes + offer.bytes > room.bytes) {
+                break;
+            }
+            if founding(offer) {
+                if islands >= room.islands {
+                    continue;
+                }
+                islands += 1;
+            }
+            bytes += offer.bytes;
+            granted.push(start);
+        }
+        granted
+            .into_iter()
+            .filter_map(|start| self.offers.remove(&start))
+            .map(|offer| {
+                let asked = (offer.peer, offer.lease);
+                let staged = Vec::with_capacity(offer.bytes);
+                self.under_way.insert(offer.lease, Transfer { offer, staged });
+                asked
+            })
+            .collect()
+    }
+
+    /// Stages a piece. Returns false where it was not asked for, or is more than was offered.
+    pub fn stage(&mut self, peer: PeerId, lease: LeaseId, piece: &[u8]) -> bool {
+        match self.under_way.get_mut(&lease) {
+            Some(Transfer { offer, staged })
+                if offer.peer == peer && staged.len() + piece.len() <= offer.bytes =>
+            {
+                staged.extend_from_slice(piece);
+                true
+            }
+            _ => false,
+        }
+    }
+
+    /// The whole packed sums of a lease, of which `rest` is what pieces have left; `None` where they were not asked
+    /// for or are not what was offered.
+    pub fn finish(&mut self, peer: PeerId, lease: LeaseId, rest: &[u8]) -> Option<Vec<u8>> {
+        let asked = self.under_way.get(&lease).is_some_and(|transfer| transfer.offer.peer == peer);
+        let Transfer { offer, mut staged } = self.under_way.remove(&lease).filter(|_| asked)?;
+        staged.extend_from_slice(rest);
+        (staged.len() == offer.bytes).then_some(staged)
+    }
+
+    /// Whether a peer waits to be asked.
+    pub fn keeps_waiting(&self, peer: PeerId) -> bool {
+        self.offers.values().any(|offer| offer.peer == peer)
+    }
+
+    /// Drops all that a peer has offered or begun to send.
+    pub fn forget(&mut self, peer: PeerId) {
+        self.offers.retain(|_, offer| offer.peer != peer);
+        self.under_way.retain(|_, transfer| transfer.offer.peer != peer);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::codec::pack;
+    use crate::digest::Digester;
+    use crate::parcel::Parcel;
+    use radiosity::{Counts, Layout, Tally};
+
+    const ROOM: Room = Room { islands: 1, bytes: 50 };
+
+    /// Ten leases of ten walks.
+    fn books() -> Ledger {
+        let layout = Layout { scores: 1, moments: 1, events: false };
+        let mut books = Ledger::new(100, 10, vec![], Tally::new(1, layout), vec![]);
+        (0..10).for_each(|lease| assert_eq!(books.lease(10).unwrap().0, lease));
+        books
+    }
+
+    fn arrive(books: &mut Ledger, lease: LeaseId) {
+        let digester = Digester::new(&[7; 32]);
+        let counts = Counts { walks: 10, ..Counts::default() };
+        let digest = digester.digest_sums(&counts, [1].into_iter());
+        books.accept(lease, Parcel::new(counts, pack(&[1]), digest, &digester).unwrap(), 0).unwrap();
+        while books.advance().unwrap() {}
+    }
+
+    /// Peer n offers lease n.
+    fn offer(transfers: &mut Transfers, lease: LeaseId) {
+        let walks = 10 * lease..10 * lease + 10;
+        assert!(transfers.offer(Offer { peer: lease, lease, walks, bytes: 10 }));
+    }
+
+    fn asked(transfers: &mut Transfers, books: &Ledger, room: Room) -> Vec<LeaseId> {
+        transfers.grant(books, room).into_iter().map(|(_, lease)| lease).collect()
+    }
+
+    #[test]
+    fn only_one_of_those_beyond_a_gap_founds_an_island_and_the_others_adjoin_it() {
+        let (mut books, mut transfers) = (books(), Transfers::default());
+        [3, 5, 4, 8].iter().for_each(|&lease| offer(&mut transfers, lease));
+        assert_eq!(asked(&mut transfers, &books, ROOM), [3], "the lowest");
+        assert_eq!(asked(&mut transfers, &books, ROOM), [0; 0]);
+        transfers.finish(3, 3, &[0; 10]).unwrap();
+        arrive(&mut books, 3);
+        assert_eq!(asked(&mut transfers, &books, ROOM), [4]);
+        offer(&mut transfers, 2);
+        offer(&mut transfers, 0);
+        assert_eq!(asked(&mut transfers, &books, ROOM), [0, 2], "the prefix always goes on");
+        for lease in [2, 4, 0] {
+            transfers.finish(lease, lease, &[0; 10]).unwrap();
+            arrive(&mut books, lease);
+        }
+        assert_eq!((books.islands(), books.prefix_walks()), (1, 10));
+        assert_eq!(asked(&mut transfers, &books, ROOM), [5]);
+        transfers.finish(5, 5, &[0; 10]).unwrap();
+        arrive(&mut books, 5);
+        arrive(&mut books, 1);
+        assert_eq!((books.islands(), books.prefix_walks()), (0, 60));
+        assert_eq!(asked(&mut transfers, &books, ROOM), [8]);
+    }
+
+    #[test]
+    fn bytes_under_way_are_bounded_but_one_result_always_comes() {
+        let (books, mut transfers) = (books(), Transfers::default());
+        (0..9).for_each(|lease| offer(&mut transfers, lease));
+        let wide = Room { islands: 9, bytes: 35 };
+        assert_eq!(asked(&mut transfers, &books, wide), [0, 1, 2]);
+        transfers.finish(1, 1, &[0; 10]).unwrap();
+        assert_eq!(asked(&mut transfers, &books, wide), [3]);
+        transfers.forget(0);
+        transfers.forget(4);
+        assert_eq!(asked(&mut transfers, &books, wide), [5]);
+        [2, 3, 5].iter().for_each(|&peer| transfers.forget(peer));
+        assert_eq!(asked(&mut transfers, &books, Room { islands: 9, bytes: 0 }), [6]);
+    }
+
+    #[test]
+    fn only_what_was_asked_for_is_staged_and_only_as_much() {
+        let (books, mut transfers) = (books(), Transfers::default());
+        assert!(!transfers.stage(0, 0, &[1]), "not offered");
+        offer(&mut transfers, 0);
+        assert!(!transfers.offer(Offer { peer: 0, lease: 0, walks: 0..10, bytes: 10 }), "twice");
+        assert!(!transfers.stage(0, 0, &[1]), "not asked for");
+        assert_eq!(asked(&mut transfers, &books, ROOM), [0]);
+        assert!(!transfers.offer(Offer { peer: 0, lease: 0, walks: 0..10, bytes: 10 }), "again");
+        assert!(!transfers.stage(1, 0, &[1]), "of another");
+        assert!(transfers.stage(0, 0, &[1, 2, 3, 4]));
+        assert!(!transfers.stage(0, 0, &[0; 7]), "too much");
+        assert!(transfers.stage(0, 0, &[5, 6]));
+        assert_eq!(transfers.finish(0, 0, &[7, 8, 9, 10]), Some(vec![1, 2, 3, 4, 5, 6, 7, 8, 9, 10]));
+        assert_eq!(transfers.finish(0, 0, &[]), None, "taken");
+        offer(&mut transfers, 0);
+        asked(&mut transfers, &books, ROOM);
+        assert_eq!(transfers.finish(0, 0, &[1]), None, "too little");
+    }
+}
