@@ -1,111 +1,35 @@
 //! Coordinator and workers over real sockets of this machine, in one process, with all that may go wrong
 //! between them. No deadline here decides anything but that a test hangs.
 
+mod net;
 mod toy;
 
-use std::io::{self, Read, Write};
-use std::net::{TcpListener, TcpStream};
+use std::io::{Read, Write};
+use std::net::TcpListener;
 use std::ops::Range;
 use std::sync::Barrier;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::thread;
-use std::time::{Duration, Instant};
 
 use cluster::access::Access;
-use cluster::channel::Inbound;
-use cluster::codec::frame;
 use cluster::coordinator::{Coordinator, Ending, Plan};
 use cluster::message::{Hello, LeaseResult, ToCoordinator, ToWorker};
-use cluster::noise::{self, Foreign, Greeting, HANDSHAKE_RECORD, Sealer};
+use cluster::noise::{self, Foreign, HANDSHAKE_RECORD};
 use cluster::server::{Wish, serve};
 use cluster::worker::{Identity, Work, WorkerError, work};
-use radiosity::{Counts, Layout, Overflow, Tally};
+use net::{
+    BULK, Bulky, Raw, SINGLE, Toy, access_of, assert_done, await_that, bulky, honest, identity, knock, never,
+    run, toy_of, until_dropped,
+};
+use radiosity::{Overflow, Tally};
 use toy::{
     BUILD, Board, JOB, JOB_HASH, LAYOUT, PATCHES, READY, SCENE_HASH, coordinator, hash, judge, plan, result,
     straight,
 };
 
-/// A test that takes so long hangs.
-const HANG: Duration = Duration::from_secs(120);
-
-/// What came of a run.
-struct Run {
-    ending: Ending,
-    coordinator: Coordinator,
-    notices: Vec<String>,
-}
-
-/// Serves a job to workers and others, who know how to get in, until it is done or `stop` says so.
-fn run(plan: Plan, stop: impl Fn(&Coordinator) -> bool, others: impl FnOnce(&Access) + Send) -> Run {
-    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
-    let access = access_of(&listener);
-    let mut coordinator = coordinator(plan);
-    let mut notices = Vec::new();
-    let began = Instant::now();
-    let ending = thread::scope(|scope| {
-        let others = scope.spawn(|| others(&access));
-        let owner = |coordinator: &Coordinator| {
-            assert!(began.elapsed() < HANG, "the job hangs");
-            match () {
-                () if stop(coordinator) => Wish::Stop,
-                // The workers of a test that failed will not come any more.
-                () if others.is_finished() => Wish::GiveUp,
-                () => Wish::Continue,
-            }
-        };
-        serve(listener, &access, &mut coordinator, owner, |notice| notices.push(notice.to_string())).unwrap()
-    });
-    Run { ending, coordinator, notices }
-}
-
-/// The access to a coordinator that listens there.
-fn access_of(listener: &TcpListener) -> Access {
-    Access::new(listener.local_addr().unwrap().to_string(), BUILD, SCENE_HASH).unwrap()
-}
-
 /// Stops when the prefix has come so far.
 fn far(walks: u64) -> impl Fn(&Coordinator) -> bool {
     move |coordinator| coordinator.prefix().counts.walks >= walks
-}
-
-fn never(_: &Coordinator) -> bool {
-    false
-}
-
-/// The job without physics.
-struct Toy;
-
-impl Work for Toy {
-    type Board = Board;
-
-    fn hashes(&self) -> ([u8; 32], [u8; 32]) {
-        (SCENE_HASH, JOB_HASH)
-    }
-    fn empty(&self) -> Tally {
-        Tally::new(PATCHES, LAYOUT)
-    }
-    fn board(&self) -> Board {
-        Board::default()
-    }
-    fn shoot(&self, walks: Range<u64>, board: &mut Board) {
-        board.shoot(walks);
-    }
-    fn hand_over(&self, board: &mut Board, tally: &mut Tally) -> Result<(), Overflow> {
-        tally.merge(&board.take()).map_err(|_| Overflow)
-    }
-}
-
-fn toy_of(job: &[u8]) -> Result<Toy, String> {
-    assert_eq!(job, JOB);
-    Ok(Toy)
-}
-
-fn identity(threads: usize) -> Identity {
-    Identity { build: BUILD.into(), name: "a worker".into(), threads }
-}
-
-fn honest(access: &Access, threads: usize) {
-    work(access, &identity(threads), toy_of, || 1.0).unwrap();
 }
 
 /// Several workers, of so many threads each. None begins before all have been let in: the first alone might
@@ -121,112 +45,6 @@ fn together<W: Work>(access: &Access, threads: &[usize], make: impl Fn() -> W + 
             scope.spawn(move || work(access, &identity(threads), build, || 1.0).unwrap());
         }
     });
-}
-
-/// A connection that a test speaks on itself.
-struct Raw {
-    stream: TcpStream,
-    sealer: Sealer,
-    inbound: Inbound,
-}
-
-impl Raw {
-    /// A connection that has shown to know the key, but has not said who it is.
-    fn connect(access: &Access) -> Self {
-        Raw::greet(knock(access), access)
-    }
-
-    fn greet(mut stream: TcpStream, access: &Access) -> Self {
-        let (greeting, record) = Greeting::new(access);
-        stream.write_all(&record).unwrap();
-        let mut answer = [0; HANDSHAKE_RECORD];
-        stream.read_exact(&mut answer).unwrap();
-        let session = greeting.finish(&answer[2..]).unwrap();
-        Raw { stream, sealer: session.sealer, inbound: Inbound::new(session.opener) }
-    }
-
-    /// The other end of a connection, of a coordinator that a test plays.
-    fn accept(listener: &TcpListener, access: &Access) -> Self {
-        let (mut stream, _) = listener.accept().unwrap();
-        stream.set_read_timeout(Some(HANG)).unwrap();
-        let mut record = [0; HANDSHAKE_RECORD];
-        stream.read_exact(&mut record).unwrap();
-        let (session, answer) = noise::answer(access, &record).unwrap();
-        stream.write_all(&answer).unwrap();
-        Raw { stream, sealer: session.sealer, inbound: Inbound::new(session.opener) }
-    }
-
-    /// A worker that is let in.
-    fn enter(access: &Access) -> Self {
-        let mut raw = Raw::connect(access);
-        raw.say(&ToCoordinator::Hello(toy::hello("raw", 1)));
-        assert_eq!(raw.hear::<ToWorker>(), ToWorker::Welcome { job: JOB.into() });
-        raw
-    }
-
-    /// A worker that has been given its first lease.
-    fn join(access: &Access) -> (Self, u64, Range<u64>) {
-        let mut raw = Raw::enter(access);
-        raw.say(&READY);
-        let ToWorker::Lease { id, first_walk, walks } = raw.hear() else { panic!("no lease") };
-        (raw, id, first_walk..first_walk + walks)
-    }
-
-    /// Records of a message.
-    fn sealed(&mut self, message: &impl bincode::Encode) -> Vec<u8> {
-        let mut wire = Vec::new();
-        self.sealer.seal_all(&frame(message).unwrap(), &mut wire);
-        wire
-    }
-
-    fn say(&mut self, message: &impl bincode::Encode) {
-        let wire = self.sealed(message);
-        self.stream.write_all(&wire).unwrap();
-    }
-
-    /// Says what is no message.
-    fn say_bytes(&mut self, frame: &[u8]) {
-        let mut wire = Vec::new();
-        self.sealer.seal_all(frame, &mut wire);
-        // The coordinator may hang up in the middle of it.
-        let _ = self.stream.write_all(&wire);
-    }
-
-    fn hear<T: bincode::Decode<()>>(&mut self) -> T {
-        loop {
-            if let Some(message) = self.inbound.next(1 << 20).unwrap() {
-                return message;
-            }
-            let mut bytes = [0; 1000];
-            let read = self.stream.read(&mut bytes).unwrap();
-            assert!(read > 0, "the connection was closed");
-            self.inbound.arrived(&bytes[..read]);
-        }
-    }
-
-    /// Waits until the coordinator has hung up, whatever it still sends.
-    fn until_dropped(self) {
-        until_dropped(self.stream);
-    }
-}
-
-fn knock(access: &Access) -> TcpStream {
-    let stream = TcpStream::connect(&access.address).unwrap();
-    stream.set_read_timeout(Some(HANG)).unwrap();
-    stream
-}
-
-fn until_dropped(mut stream: TcpStream) {
-    match io::copy(&mut stream, &mut io::sink()) {
-        Ok(_) => {}
-        Err(error) => assert_eq!(error.kind(), io::ErrorKind::ConnectionReset),
-    }
-}
-
-#[track_caller]
-fn assert_done(run: &Run, paths: u64) {
-    assert_eq!(run.ending, Ending::BudgetSpent, "{:?}", run.notices);
-    assert_eq!(run.coordinator.prefix(), &straight(0..paths));
 }
 
 #[test]
@@ -384,14 +202,6 @@ fn a_worker_that_is_cut_off_while_it_shoots_leaves_nothing_behind() {
     }
 }
 
-fn await_that(condition: impl Fn() -> bool) {
-    let began = Instant::now();
-    while !condition() {
-        assert!(began.elapsed() < HANG, "waited in vain");
-        thread::sleep(Duration::from_millis(1));
-    }
-}
-
 /// Shoots for ever.
 struct Endless<'a> {
     shooting: &'a AtomicU64,
@@ -513,38 +323,6 @@ fn after_a_stop_every_worker_goes_home_in_peace() {
     assert!(walks >= 20_000);
     assert_eq!(run.coordinator.prefix(), &straight(0..walks));
     assert_eq!(run.notices, [""; 0]);
-}
-
-/// A job whose results are far larger than what sockets hold: every walk scores a large number everywhere.
-struct Bulky;
-
-const BULK: usize = 200_000;
-const SINGLE: Layout = Layout { scores: 1, moments: 1, events: false };
-
-fn bulky(walks: u64) -> Tally {
-    let counts = Counts { walks, ..Counts::default() };
-    let sums = (0..BULK as u128).map(|patch| u128::from(walks) * (u128::from(u64::MAX) + patch)).collect();
-    Tally::from_parts(counts, BULK, SINGLE, sums).unwrap()
-}
-
-impl Work for Bulky {
-    type Board = u64;
-
-    fn hashes(&self) -> ([u8; 32], [u8; 32]) {
-        (SCENE_HASH, JOB_HASH)
-    }
-    fn empty(&self) -> Tally {
-        Tally::new(BULK, SINGLE)
-    }
-    fn board(&self) -> u64 {
-        0
-    }
-    fn shoot(&self, walks: Range<u64>, board: &mut u64) {
-        *board += walks.end - walks.start;
-    }
-    fn hand_over(&self, board: &mut u64, tally: &mut Tally) -> Result<(), Overflow> {
-        tally.merge(&bulky(std::mem::take(board))).map_err(|_| Overflow)
-    }
 }
 
 #[test]

@@ -1,0 +1,246 @@
+//! Coordinators and workers over real sockets of this machine, and connections that a test speaks on itself.
+#![allow(dead_code, reason = "each test file uses its own part")]
+
+use std::io::{self, Read, Write};
+use std::net::{TcpListener, TcpStream};
+use std::ops::Range;
+use std::thread;
+use std::time::{Duration, Instant};
+
+use cluster::access::Access;
+use cluster::channel::Inbound;
+use cluster::codec::frame;
+use cluster::coordinator::{Coordinator, Ending, Plan};
+use cluster::message::{ToCoordinator, ToWorker};
+use cluster::noise::{self, Greeting, HANDSHAKE_RECORD, Sealer};
+use cluster::server::{Wish, serve};
+use cluster::worker::{Identity, Work, work};
+use radiosity::{Counts, Layout, Overflow, Tally};
+
+use crate::toy::{
+    self, BUILD, Board, JOB, JOB_HASH, LAYOUT, PATCHES, READY, SCENE_HASH, coordinator, straight,
+};
+
+/// A test that takes so long hangs.
+pub const HANG: Duration = Duration::from_secs(120);
+
+/// What came of a run.
+pub struct Run {
+    pub ending: Ending,
+    pub coordinator: Coordinator,
+    pub notices: Vec<String>,
+}
+
+/// Serves a job to workers and others, who know how to get in, until it is done or `stop` says so.
+pub fn run(plan: Plan, stop: impl Fn(&Coordinator) -> bool, others: impl FnOnce(&Access) + Send) -> Run {
+    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+    let access = access_of(&listener);
+    let mut coordinator = coordinator(plan);
+    let mut notices = Vec::new();
+    let began = Instant::now();
+    let ending = thread::scope(|scope| {
+        let others = scope.spawn(|| others(&access));
+        let owner = |coordinator: &Coordinator| {
+            assert!(began.elapsed() < HANG, "the job hangs");
+            match () {
+                () if stop(coordinator) => Wish::Stop,
+                // The workers of a test that failed will not come any more.
+                () if others.is_finished() => Wish::GiveUp,
+                () => Wish::Continue,
+            }
+        };
+        serve(listener, &access, &mut coordinator, owner, |notice| notices.push(notice.to_string())).unwrap()
+    });
+    Run { ending, coordinator, notices }
+}
+
+/// The access to a coordinator that listens there.
+pub fn access_of(listener: &TcpListener) -> Access {
+    Access::new(listener.local_addr().unwrap().to_string(), BUILD, SCENE_HASH).unwrap()
+}
+
+pub fn never(_: &Coordinator) -> bool {
+    false
+}
+
+pub fn await_that(condition: impl Fn() -> bool) {
+    let began = Instant::now();
+    while !condition() {
+        assert!(began.elapsed() < HANG, "waited in vain");
+        thread::sleep(Duration::from_millis(1));
+    }
+}
+
+/// The job without physics.
+pub struct Toy;
+
+impl Work for Toy {
+    type Board = Board;
+
+    fn hashes(&self) -> ([u8; 32], [u8; 32]) {
+        (SCENE_HASH, JOB_HASH)
+    }
+    fn empty(&self) -> Tally {
+        Tally::new(PATCHES, LAYOUT)
+    }
+    fn board(&self) -> Board {
+        Board::default()
+    }
+    fn shoot(&self, walks: Range<u64>, board: &mut Board) {
+        board.shoot(walks);
+    }
+    fn hand_over(&self, board: &mut Board, tally: &mut Tally) -> Result<(), Overflow> {
+        tally.merge(&board.take()).map_err(|_| Overflow)
+    }
+}
+
+pub fn toy_of(job: &[u8]) -> Result<Toy, String> {
+    assert_eq!(job, JOB);
+    Ok(Toy)
+}
+
+pub fn identity(threads: usize) -> Identity {
+    Identity { build: BUILD.into(), name: "a worker".into(), threads }
+}
+
+pub fn honest(access: &Access, threads: usize) {
+    work(access, &identity(threads), toy_of, || 1.0).unwrap();
+}
+
+/// A connection that a test speaks on itself.
+pub struct Raw {
+    pub stream: TcpStream,
+    pub sealer: Sealer,
+    pub inbound: Inbound,
+}
+
+impl Raw {
+    /// A connection that has shown to know the key, but has not said who it is.
+    pub fn connect(access: &Access) -> Self {
+        Raw::greet(knock(access), access)
+    }
+
+    pub fn greet(mut stream: TcpStream, access: &Access) -> Self {
+        let (greeting, record) = Greeting::new(access);
+        stream.write_all(&record).unwrap();
+        let mut answer = [0; HANDSHAKE_RECORD];
+        stream.read_exact(&mut answer).unwrap();
+        let session = greeting.finish(&answer[2..]).unwrap();
+        Raw { stream, sealer: session.sealer, inbound: Inbound::new(session.opener) }
+    }
+
+    /// The other end of a connection, of a coordinator that a test plays.
+    pub fn accept(listener: &TcpListener, access: &Access) -> Self {
+        let (mut stream, _) = listener.accept().unwrap();
+        stream.set_read_timeout(Some(HANG)).unwrap();
+        let mut record = [0; HANDSHAKE_RECORD];
+        stream.read_exact(&mut record).unwrap();
+        let (session, answer) = noise::answer(access, &record).unwrap();
+        stream.write_all(&answer).unwrap();
+        Raw { stream, sealer: session.sealer, inbound: Inbound::new(session.opener) }
+    }
+
+    /// A worker that is let in.
+    pub fn enter(access: &Access) -> Self {
+        let mut raw = Raw::connect(access);
+        raw.say(&ToCoordinator::Hello(toy::hello("raw", 1)));
+        assert_eq!(raw.hear::<ToWorker>(), ToWorker::Welcome { job: JOB.into() });
+        raw
+    }
+
+    /// A worker that has been given its first lease.
+    pub fn join(access: &Access) -> (Self, u64, Range<u64>) {
+        let mut raw = Raw::enter(access);
+        raw.say(&READY);
+        let ToWorker::Lease { id, first_walk, walks } = raw.hear() else { panic!("no lease") };
+        (raw, id, first_walk..first_walk + walks)
+    }
+
+    /// Records of a message.
+    pub fn sealed(&mut self, message: &impl bincode::Encode) -> Vec<u8> {
+        let mut wire = Vec::new();
+        self.sealer.seal_all(&frame(message).unwrap(), &mut wire);
+        wire
+    }
+
+    pub fn say(&mut self, message: &impl bincode::Encode) {
+        let wire = self.sealed(message);
+        self.stream.write_all(&wire).unwrap();
+    }
+
+    /// Says what is no message.
+    pub fn say_bytes(&mut self, frame: &[u8]) {
+        let mut wire = Vec::new();
+        self.sealer.seal_all(frame, &mut wire);
+        // The coordinator may hang up in the middle of it.
+        let _ = self.stream.write_all(&wire);
+    }
+
+    pub fn hear<T: bincode::Decode<()>>(&mut self) -> T {
+        loop {
+            if let Some(message) = self.inbound.next(1 << 20).unwrap() {
+                return message;
+            }
+            let mut bytes = [0; 1000];
+            let read = self.stream.read(&mut bytes).unwrap();
+            assert!(read > 0, "the connection was closed");
+            self.inbound.arrived(&bytes[..read]);
+        }
+    }
+
+    /// Waits until the coordinator has hung up, whatever it still sends.
+    pub fn until_dropped(self) {
+        until_dropped(self.stream);
+    }
+}
+
+pub fn knock(access: &Access) -> TcpStream {
+    let stream = TcpStream::connect(&access.address).unwrap();
+    stream.set_read_timeout(Some(HANG)).unwrap();
+    stream
+}
+
+pub fn until_dropped(mut stream: TcpStream) {
+    match io::copy(&mut stream, &mut io::sink()) {
+        Ok(_) => {}
+        Err(error) => assert_eq!(error.kind(), io::ErrorKind::ConnectionReset),
+    }
+}
+
+#[track_caller]
+pub fn assert_done(run: &Run, paths: u64) {
+    assert_eq!(run.ending, Ending::BudgetSpent, "{:?}", run.notices);
+    assert_eq!(run.coordinator.prefix(), &straight(0..paths));
+}
+
+/// A job whose results are far larger than what sockets hold: every walk scores a large number everywhere.
+pub struct Bulky;
+
+pub const BULK: usize = 200_000;
+pub const SINGLE: Layout = Layout { scores: 1, moments: 1, events: false };
+
+pub fn bulky(walks: u64) -> Tally {
+    let counts = Counts { walks, ..Counts::default() };
+    let sums = (0..BULK as u128).map(|patch| u128::from(walks) * (u128::from(u64::MAX) + patch)).collect();
+    Tally::from_parts(counts, BULK, SINGLE, sums).unwrap()
+}
+
+impl Work for Bulky {
+    type Board = u64;
+
+    fn hashes(&self) -> ([u8; 32], [u8; 32]) {
+        (SCENE_HASH, JOB_HASH)
+    }
+    fn empty(&self) -> Tally {
+        Tally::new(BULK, SINGLE)
+    }
+    fn board(&self) -> u64 {
+        0
+    }
+    fn shoot(&self, walks: Range<u64>, board: &mut u64) {
+        *board += walks.end - walks.start;
+    }
+    fn hand_over(&self, board: &mut u64, tally: &mut Tally) -> Result<(), Overflow> {
+        tally.merge(&bulky(std::mem::take(board))).map_err(|_| Overflow)
+    }
+}
