@@ -1,11 +1,12 @@
 #!/bin/sh
 # Fuzzes the decoder, the handshake and the coordinator for so many seconds each (default 600), from the kept corpus.
-# Needs a nightly compiler and cargo-fuzz (`cargo install cargo-fuzz`). New inputs stay in crates/cluster/fuzz/corpus:
-# keep those that `cargo fuzz cmin` leaves and that are worth it.
+# Needs a nightly compiler and cargo-fuzz (`cargo install cargo-fuzz`). What it finds on its way is left in
+# crates/cluster/fuzz/found.
 set -eu
 cd "$(dirname "$0")/../crates/cluster"
 for target in decoder handshake coordinator; do
+    mkdir -p "fuzz/found/$target"
     # 512 MB are far beyond any cap, and no input may take 10 s.
-    cargo +nightly fuzz run "$target" -- -max_total_time="${1:-600}" -rss_limit_mb=512 -malloc_limit_mb=64 -timeout=10 \
-        -max_len=4096
+    cargo +nightly fuzz run "$target" "fuzz/found/$target" "fuzz/corpus/$target" -- -max_total_time="${1:-600}" \
+        -rss_limit_mb=512 -malloc_limit_mb=64 -timeout=10 -max_len=4096
 done
