@@ -1,7 +1,7 @@
 //! The coordinator as a pure state machine: events in, actions out, time as a number. Sockets are a thin
 //! shell around it ([`crate::server`]), so that every fault can be tested without one.
 
-use std::collections::{HashMap, HashSet};
+use std::collections::{BTreeMap, HashMap};
 use std::fmt;
 use std::ops::Range;
 use std::sync::Arc;
@@ -44,6 +44,15 @@ const TAKING_SECONDS_PER_SUM: f64 = 2e-8;
 
 /// It takes the results of all threads, and is to be idle for most of the time that a lease takes.
 const IDLENESS: f64 = 3.0;
+
+/// A lease is late after so many times the time in which its worker should have been done with it.
+const LATE: f64 = 2.0;
+
+/// So many workers may be at the same walks: the more, the sooner the end where several are silent.
+const MOST_COPIES: usize = 3;
+
+/// How often late leases are looked for.
+const LATE_LOOK: Duration = Duration::from_millis(100);
 
 /// A new lease is at most so many times as long as the last: rates are learnt from short leases.
 const LEASE_GROWTH: f64 = 4.0;
@@ -217,7 +226,8 @@ struct Peer {
     stage: Stage,
     name: String,
     threads: usize,
-    leases: HashSet<LeaseId>,
+    /// What it was given and has not answered for, and when, by the waking clock. Some of it others may have done since.
+    leases: HashMap<LeaseId, Duration>,
     /// When it last spoke, by the waking clock.
     heard: Duration,
     progress: u64,
@@ -233,6 +243,15 @@ struct Peer {
     beats: f64,
 }
 
+/// A lease that is late.
+struct Late {
+    /// When its walks were last leased, by the waking clock.
+    since: Duration,
+    lease: LeaseId,
+    /// Who is at them.
+    holders: Vec<PeerId>,
+}
+
 /// The state of one job.
 pub struct Coordinator {
     plan: Plan,
@@ -243,6 +262,8 @@ pub struct Coordinator {
     ending: Option<Ending>,
     /// The last tick.
     ticked: Now,
+    /// When late leases were last looked for.
+    sought: Now,
     /// The waking clock: time without what went by unnoticed between ticks. Silence and stalls go by it.
     awake: Duration,
     first_lease: Option<Now>,
@@ -275,6 +296,7 @@ impl Coordinator {
             stopping: None,
             ending,
             ticked: Duration::ZERO,
+            sought: Duration::ZERO,
             awake: Duration::ZERO,
             first_lease: None,
             last_result: Duration::ZERO,
@@ -350,7 +372,7 @@ impl Coordinator {
             stage: Stage::Admitted,
             name: format!("peer {id}"),
             threads: 0,
-            leases: HashSet::new(),
+            leases: HashMap::new(),
             heard: self.awake,
             progress: 0,
             progressed: self.awake,
@@ -462,7 +484,15 @@ impl Coordinator {
         let bytes = usize::try_from(bytes).unwrap_or(usize::MAX);
         let peer = &self.peers[&id];
         let offered = match self.ledger.range(lease) {
-            Some(walks) if peer.leases.contains(&lease) && (sums..=self.most_bytes()).contains(&bytes) => {
+            // Others were faster.
+            None if peer.leases.contains_key(&lease) => {
+                let mut actions = vec![self.spare(id, lease)];
+                actions.extend(self.go_on(now));
+                return actions;
+            }
+            Some(walks)
+                if peer.leases.contains_key(&lease) && (sums..=self.most_bytes()).contains(&bytes) =>
+            {
                 self.transfers.offer(Offer { peer: id, lease, walks, bytes })
             }
             _ => false,
@@ -474,8 +504,19 @@ impl Coordinator {
         }
     }
 
+    /// Lets a worker drop a large result that others have brought.
+    fn spare(&mut self, id: PeerId, lease: LeaseId) -> Action {
+        if let Some(peer) = self.peers.get_mut(&id) {
+            peer.leases.remove(&lease);
+            peer.progressed = self.awake;
+        }
+        Action::Send(id, ToWorker::Drop { lease })
+    }
+
     /// Asks for large results where there is room.
     fn ask(&mut self) -> Vec<Action> {
+        let void = self.transfers.take_void(&self.ledger);
+        let mut actions: Vec<Action> = void.into_iter().map(|(id, lease)| self.spare(id, lease)).collect();
         let (workers, tally) = (self.working().count(), (size_of::<u128>() * self.plan.sums()).max(1));
         let room =
             Room { islands: 1 + workers * ISLAND_SHARE / tally, bytes: tally / 4 + workers * STAGING_SHARE };
@@ -485,7 +526,8 @@ impl Coordinator {
                 peer.progressed = self.awake;
             }
         }
-        asked.into_iter().map(|(id, lease)| Action::Send(id, ToWorker::Send { lease })).collect()
+        actions.extend(asked.into_iter().map(|(id, lease)| Action::Send(id, ToWorker::Send { lease })));
+        actions
     }
 
     /// The result of a lease: taken whole or not at all.
@@ -496,7 +538,7 @@ impl Coordinator {
             ..=SMALL_TALLY => true,
             _ => self.transfers.finish(id, lease, &result.sums).map(|sums| result.sums = sums).is_some(),
         };
-        if !asked || !peer.leases.remove(&lease) {
+        if !asked || peer.leases.remove(&lease).is_none() {
             return self.drop_peer(id, "sent a result that it was not asked for", now);
         }
         if result.cpu_seconds.is_finite() {
@@ -520,6 +562,8 @@ impl Coordinator {
                 self.last_result = now;
                 self.advance(now)
             }
+            // Others were faster, or it was given up and is back.
+            Err(Rejected::NotLeased(_)) => self.go_on(now),
             Err(Rejected::Tally(MergeError::Overflow(_))) => self.finish(Ending::Overflow),
             Err(rejected) => {
                 self.ledger.lose(lease);
@@ -602,16 +646,77 @@ impl Coordinator {
     /// together. Only the pace depends on it, never the answer.
     fn lease_walks(&self, id: PeerId, threads: usize, now: Now) -> u64 {
         let peer = &self.peers[&id];
-        let age = self.spent.seconds + now.as_secs_f64();
-        let sums = self.plan.sums() as f64;
-        let taking = TAKING_SECONDS_PER_SUM * sums * threads as f64;
-        let seconds = LEASE_SECONDS + LEASE_SECONDS_PER_SUM * sums + IDLENESS * taking + LEASE_SHARE * age;
-        let by_rate = peer.rate * seconds;
+        let by_rate = peer.rate * self.lease_seconds(threads, now);
         let by_growth = peer.longest_lease as f64 * LEASE_GROWTH;
         let share = self.ledger.unleased() / (self.plan.leases_per_thread * threads) as u64;
         // Results must not come faster than they are taken, towards the end either.
-        let least = (peer.rate * taking) as u64;
+        let least = (peer.rate * self.taking_seconds(threads)) as u64;
         (by_rate.min(by_growth) as u64).min(share.max(least))
+    }
+
+    /// How long a lease should take, where so many threads work.
+    fn lease_seconds(&self, threads: usize, now: Now) -> f64 {
+        let age = self.spent.seconds + now.as_secs_f64();
+        let sending = LEASE_SECONDS_PER_SUM * self.plan.sums() as f64;
+        LEASE_SECONDS + sending + IDLENESS * self.taking_seconds(threads) + LEASE_SHARE * age
+    }
+
+    /// What it takes here to take a result of each thread.
+    fn taking_seconds(&self, threads: usize) -> f64 {
+        TAKING_SECONDS_PER_SUM * self.plan.sums() as f64 * threads as f64
+    }
+
+    /// Gives walks that are late once more, to workers that have nothing to do when all walks are out. Whoever is first
+    /// counts, so that the end waits for nobody who is slow or silent.
+    fn lease_late(&mut self, now: Now) -> Vec<Action> {
+        let nothing_else = self.stopping.is_none() && self.ledger.unleased() == 0;
+        if !nothing_else || now.saturating_sub(self.sought) < LATE_LOOK {
+            return vec![];
+        }
+        self.sought = now;
+        let mut idle: Vec<PeerId> =
+            self.working().filter(|(_, peer)| peer.leases.len() < peer.threads).map(|(id, _)| id).collect();
+        idle.sort_unstable();
+        let mut late = if idle.is_empty() { vec![] } else { self.late(now) };
+        let mut actions = Vec::new();
+        for id in idle {
+            while self.peers[&id].leases.len() < self.peers[&id].threads
+                && let Some(at) = late.iter().position(|late| !late.holders.contains(&id))
+                && let Some((lease, range)) = self.ledger.lease_again(late.remove(at).lease)
+            {
+                actions.push(self.send_lease(id, lease, range, now));
+            }
+        }
+        actions
+    }
+
+    /// Leases that should have been in long ago, those first that have been out for longest. Of walks that are out more
+    /// than once, the last lease counts.
+    fn late(&self, now: Now) -> Vec<Late> {
+        let threads: usize = self.working().map(|(_, peer)| peer.threads).sum();
+        let fastest = self.peers.values().map(|peer| peer.rate).fold(0.0, f64::max);
+        let mut out: BTreeMap<u64, (u64, Late)> = BTreeMap::new();
+        for (&id, peer) in &self.peers {
+            for (&lease, &since) in &peer.leases {
+                // Others have done what is not out any more.
+                let Some(range) = self.ledger.range(lease) else { continue };
+                let fresh = || (range.end - range.start, Late { since, lease, holders: vec![] });
+                let (_, late) = out.entry(range.start).or_insert_with(fresh);
+                late.since = late.since.max(since);
+                late.holders.push(id);
+            }
+        }
+        let mut late: Vec<Late> = out
+            .into_values()
+            .filter(|(walks, late)| {
+                let seconds = self.lease_seconds(threads, now).max(*walks as f64 / fastest);
+                let patience = LATE * self.plan.leases_per_thread as f64 * seconds;
+                late.holders.len() < MOST_COPIES && (self.awake - late.since).as_secs_f64() > patience
+            })
+            .map(|(_, late)| late)
+            .collect();
+        late.sort_unstable_by_key(|late| late.since);
+        late
     }
 
     fn send_lease(&mut self, id: PeerId, lease: LeaseId, range: Range<u64>, now: Now) -> Action {
@@ -621,7 +726,7 @@ impl Coordinator {
         if peer.leases.is_empty() {
             peer.progressed = self.awake;
         }
-        peer.leases.insert(lease);
+        peer.leases.insert(lease, self.awake);
         peer.longest_lease = peer.longest_lease.max(walks);
         let first_walk = self.plan.first.saturating_add(range.start);
         Action::Send(id, ToWorker::Lease { id: lease, first_walk, walks })
@@ -648,7 +753,7 @@ impl Coordinator {
         let Some(peer) = self.peers.remove(&id) else { return vec![] };
         self.transfers.forget(id);
         self.spent.cpu_seconds += peer.cpu_seconds;
-        for lease in peer.leases {
+        for lease in peer.leases.into_keys() {
             self.ledger.lose(lease);
         }
         let reason = printable(reason, REASON_CHARS);
@@ -691,7 +796,7 @@ impl Coordinator {
             Some((ending, since)) if now.saturating_sub(since) > self.stop_grace() => self.finish(ending),
             None if wall_is_over => self.stop(Ending::WallClock, now),
             _ if !given_up.is_empty() => self.go_on(now),
-            _ => vec![],
+            _ => self.lease_late(now),
         });
         actions
     }

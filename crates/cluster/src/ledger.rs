@@ -5,7 +5,7 @@
 //! (neighbours merged into one) until the gap is filled. Of every lease in the prefix the ledger keeps who delivered
 //! it, and its digest.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, HashMap, HashSet};
 use std::ops::Range;
 
 use bincode::{Decode, Encode};
@@ -103,6 +103,8 @@ pub struct Ledger {
     next: u64,
     next_lease: LeaseId,
     out: HashMap<LeaseId, Range<u64>>,
+    /// Where ranges begin that are out more than once.
+    twice: HashSet<u64>,
     /// Lost ranges by their first walk, to be leased again before new ones.
     lost: BTreeMap<u64, u64>,
     waiting: BTreeMap<u64, Waiting>,
@@ -130,6 +132,7 @@ impl Ledger {
             next: prefix.counts.walks,
             next_lease: 0,
             out: HashMap::new(),
+            twice: HashSet::new(),
             lost: BTreeMap::new(),
             waiting: BTreeMap::new(),
             prefix,
@@ -187,10 +190,23 @@ impl Ledger {
         } else if end < available {
             self.lost.insert(end, available);
         }
+        Some(self.give_out(start..end))
+    }
+
+    fn give_out(&mut self, range: Range<u64>) -> (LeaseId, Range<u64>) {
         let id = self.next_lease;
         self.next_lease += 1;
-        self.out.insert(id, start..end);
-        Some((id, start..end))
+        self.out.insert(id, range.clone());
+        (id, range)
+    }
+
+    /// Leases the walks of a lease that is out once more, under a number of its own: whichever comes in first counts,
+    /// and the others are no longer out then. `None` where it is not out.
+    pub fn lease_again(&mut self, id: LeaseId) -> Option<(LeaseId, Range<u64>)> {
+        let range = self.out.get(&id)?.clone();
+        self.twice.insert(range.start);
+        self.streams_reissued += (range.end - range.start).div_ceil(self.stream_walks);
+        Some(self.give_out(range))
     }
 
     /// The end of a lease from `start`: on a stream boundary, before the next look, within what is available.
@@ -216,6 +232,9 @@ impl Ledger {
             return Err(MergeError::Shape(self.prefix.sums().len(), parcel.sums()).into());
         }
         self.out.remove(&id);
+        if self.twice.remove(&range.start) {
+            self.out.retain(|_, other| other.start != range.start);
+        }
         let deliveries = vec![Delivery { walks: got, worker, digest: parcel.digest() }];
         self.wait(range.start, Waiting { end: range.end, sums: Sums::Packed(parcel), deliveries })?;
         Ok(())
@@ -302,9 +321,13 @@ impl Ledger {
         if self.gap_is_lost() { self.lease(walks) } else { None }
     }
 
-    /// Gives up a lease: its walks are leased again.
+    /// Gives up a lease: its walks are leased again, unless others have them already.
     pub fn lose(&mut self, id: LeaseId) {
         let Some(range) = self.out.remove(&id) else { return };
+        if self.twice.contains(&range.start) && self.out.values().any(|other| *other == range) {
+            return;
+        }
+        self.twice.remove(&range.start);
         self.streams_reissued += (range.end - range.start).div_ceil(self.stream_walks);
         self.lost.insert(range.start, range.end);
     }
@@ -373,16 +396,28 @@ mod tests {
             for _ in 0..100 {
                 let mut books = ledger(500, stream, &[100, 333, 500]);
                 let mut out: Vec<(LeaseId, Range<u64>)> = Vec::new();
-                let mut looked = Vec::new();
+                let (mut looked, mut taken) = (Vec::new(), Vec::new());
                 let mut steps = 0;
                 while !books.is_complete() {
                     steps += 1;
                     assert!(steps < 100_000, "a walk was lost for ever: {books:?}");
-                    match random(4) {
+                    match random(5) {
                         0 | 1 => out.extend(books.lease(random(90))),
+                        4 if !out.is_empty() => {
+                            let (id, range) = out[random(out.len() as u64) as usize].clone();
+                            let again = books.lease_again(id);
+                            assert_eq!(again.as_ref().map(|(_, range)| range), books.range(id).as_ref());
+                            assert!(
+                                again.as_ref().is_none_or(|(other, again)| *other != id && *again == range)
+                            );
+                            out.extend(again);
+                        }
                         2 if !out.is_empty() => {
                             let (id, range) = out.swap_remove(random(out.len() as u64) as usize);
-                            accept(&mut books, id, &range).unwrap();
+                            let first = !taken.iter().any(|start| *start == range.start);
+                            taken.extend(first.then_some(range.start));
+                            let accepted = accept(&mut books, id, &range);
+                            assert_eq!(accepted, if first { Ok(()) } else { Err(Rejected::NotLeased(id)) });
                             assert_eq!(accept(&mut books, id, &range), Err(Rejected::NotLeased(id)), "twice");
                             while books.advance().unwrap() {
                                 assert_eq!(books.prefix(), &tally(&(0..books.prefix_walks())));
@@ -448,6 +483,28 @@ mod tests {
         assert!(books.lease_gap(1).is_none(), "what lies beyond saves nothing");
         assert_eq!(books.walks_in(), 100);
         assert_eq!(books.unleased(), 100);
+    }
+
+    #[test]
+    fn walks_that_are_out_twice_come_in_once_and_are_lost_only_when_all_have_lost_them() {
+        let mut books = ledger(300, 100, &[]);
+        let leases: Vec<_> = std::iter::from_fn(|| books.lease(100)).collect();
+        let (copy, range) = books.lease_again(leases[1].0).unwrap();
+        let (third, _) = books.lease_again(leases[1].0).unwrap();
+        assert_eq!((range, books.unleased(), books.streams_reissued), (100..200, 0, 2));
+        books.lose(leases[1].0);
+        books.lose(third);
+        assert_eq!((books.unleased(), books.streams_reissued), (0, 2), "one is still out");
+        books.lose(copy);
+        assert_eq!((books.unleased(), books.streams_reissued), (100, 3));
+        let (id, range) = books.lease(100).unwrap();
+        let (copy, _) = books.lease_again(id).unwrap();
+        accept(&mut books, copy, &range).unwrap();
+        assert_eq!(books.range(id), None);
+        assert_eq!(accept(&mut books, id, &range), Err(Rejected::NotLeased(id)));
+        books.lose(id);
+        assert_eq!((books.unleased(), books.walks_in()), (0, 100), "what is in cannot be lost");
+        assert_eq!(books.lease_again(id), None);
     }
 
     #[test]

@@ -185,6 +185,11 @@ impl Link {
         self.send(&ToCoordinator::Result(result))
     }
 
+    /// Drops a result that nobody needs.
+    pub fn drop_kept(&self, lease: u64) {
+        let _ = lock(&self.kept).as_mut().and_then(|kept| kept.remove(&lease));
+    }
+
     /// Tells the coordinator why this worker leaves, and remembers it.
     pub fn give_up(&self, reason: String) -> WorkerError {
         let reason = lock(&self.failure).get_or_insert(reason).clone();

@@ -124,6 +124,11 @@ pub enum ToWorker {
         /// The lease.
         lease: u64,
     },
+    /// Nobody needs what was offered any more: others were faster.
+    Drop {
+        /// The lease.
+        lease: u64,
+    },
     /// The job is done; leave.
     Done,
 }

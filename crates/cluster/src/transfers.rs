@@ -45,15 +45,16 @@ struct Transfer {
 /// All that is offered or under way.
 #[derive(Debug, Default)]
 pub struct Transfers {
-    /// By the first walk: the lowest is asked for first.
-    offers: BTreeMap<u64, Offer>,
+    /// By the first walk: the lowest is asked for first. The same walks may be offered under several leases.
+    offers: BTreeMap<(u64, LeaseId), Offer>,
     under_way: HashMap<LeaseId, Transfer>,
 }
 
 impl Transfers {
     /// Notes an offer. Returns false where the lease was offered before.
     pub fn offer(&mut self, offer: Offer) -> bool {
-        !self.under_way.contains_key(&offer.lease) && self.offers.insert(offer.walks.start, offer).is_none()
+        !self.under_way.contains_key(&offer.lease)
+            && self.offers.insert((offer.walks.start, offer.lease), offer).is_none()
     }
 
     /// Chooses what to ask for now.
@@ -63,7 +64,7 @@ impl Transfers {
         let mut islands =
             ledger.islands() + self.under_way.values().filter(|transfer| founding(&transfer.offer)).count();
         let mut granted = Vec::new();
-        for (&start, offer) in &self.offers {
+        for (&place, offer) in &self.offers {
             let under_way = self.under_way.len() + granted.len();
             if under_way == UNDER_WAY || (under_way > 0 && bytes + offer.bytes > room.bytes) {
                 break;
@@ -75,11 +76,11 @@ impl Transfers {
                 islands += 1;
             }
             bytes += offer.bytes;
-            granted.push(start);
+            granted.push(place);
         }
         granted
             .into_iter()
-            .filter_map(|start| self.offers.remove(&start))
+            .filter_map(|place| self.offers.remove(&place))
             .map(|offer| {
                 let asked = (offer.peer, offer.lease);
                 let staged = Vec::with_capacity(offer.bytes);
@@ -109,6 +110,15 @@ impl Transfers {
         let Transfer { offer, mut staged } = self.under_way.remove(&lease).filter(|_| asked)?;
         staged.extend_from_slice(rest);
         (staged.len() == offer.bytes).then_some(staged)
+    }
+
+    /// Takes out what is offered of leases that are no longer out: others have brought their walks.
+    pub fn take_void(&mut self, ledger: &Ledger) -> Vec<(PeerId, LeaseId)> {
+        let is_void = |offer: &&Offer| ledger.range(offer.lease).is_none();
+        let void: Vec<_> =
+            self.offers.values().filter(is_void).map(|offer| (offer.peer, offer.lease)).collect();
+        self.offers.retain(|_, offer| !is_void(&&*offer));
+        void
     }
 
     /// Whether a peer waits to be asked.

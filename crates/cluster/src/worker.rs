@@ -218,7 +218,7 @@ fn shoot_leases<W: Work>(
         if let Err(error) = thread::Builder::new().spawn_scoped(scope, send) {
             link.give_up(format!("a thread cannot be started ({error})"));
         }
-        let done = receive_leases(&mut ear, queue, asked);
+        let done = receive_leases(&mut ear, link, queue, asked);
         // A thread may be waiting for the coordinator to take its result.
         link.hang_up();
         for shooter in shooters {
@@ -235,7 +235,12 @@ fn shoot_leases<W: Work>(
 }
 
 /// Hands over leases to the shooters, and what is asked for to whoever sends it.
-fn receive_leases(ear: &mut Ear, queue: Sender<Lease>, asked: Sender<u64>) -> Result<(), WorkerError> {
+fn receive_leases(
+    ear: &mut Ear,
+    link: &Link,
+    queue: Sender<Lease>,
+    asked: Sender<u64>,
+) -> Result<(), WorkerError> {
     loop {
         match ear.hear(SHORT_FRAME)? {
             ToWorker::Lease { id, first_walk, walks } => {
@@ -247,6 +252,7 @@ fn receive_leases(ear: &mut Ear, queue: Sender<Lease>, asked: Sender<u64>) -> Re
                 // Likewise.
                 let _ = asked.send(lease);
             }
+            ToWorker::Drop { lease } => link.drop_kept(lease),
             ToWorker::Done => return Ok(()),
             ToWorker::Refused { reason } => return Err(WorkerError::Refused(reason)),
             _ => return Err(WorkerError::Protocol),
@@ -269,7 +275,7 @@ impl Drop for Alarm<'_> {
 fn shoot_queue<W: Work>(work: &W, leases: &Receiver<Lease>, link: &Link, cpu_seconds: &impl Fn() -> f64) {
     let (mut board, mut chunk) = (work.board(), FIRST_CHUNK);
     let digester = Digester::new(&work.hashes().0);
-    // The result that was offered last; only one of each thread is kept.
+    // The result that was offered last. While that is kept, one more is shot and offered, and no third.
     let mut kept: Option<Receiver<Infallible>> = None;
     for lease in leases {
         let began = Instant::now();
@@ -293,9 +299,10 @@ fn shoot_queue<W: Work>(work: &W, leases: &Receiver<Lease>, link: &Link, cpu_sec
             link.send(&ToCoordinator::Result(result))
         } else {
             drop(tally);
-            // Ends when that one is gone, or the link.
-            let _ = kept.take().map(|kept| kept.recv());
-            link.offer(result).map(|gone| kept = Some(gone))
+            link.offer(result).map(|gone| {
+                // Ends when the one before is gone, or the link.
+                let _ = kept.replace(gone).map(|kept| kept.recv());
+            })
         };
         // A link that fails here fails for the receiving thread too, which reports it.
         if sent.is_err() {
