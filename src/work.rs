@@ -10,8 +10,8 @@ use rustix::time::{ClockId, clock_gettime};
 use crate::args::WorkArgs;
 use crate::console::tell;
 use crate::fault::{Fault, Outcome};
-use crate::launcher;
 use crate::replica::Replica;
+use crate::{launcher, signals};
 
 /// Between two looks for a coordinator that has gone.
 const RETRY: Duration = Duration::from_millis(500);
@@ -23,12 +23,14 @@ const PATIENCE: Duration = Duration::from_secs(600);
 /// by the access file, which a restarted one writes anew. Launchers start everybody at once, so their workers look for a
 /// coordinator that is not there yet, too, as do those that were told how long; others hear at once what is wrong.
 pub fn work(args: &WorkArgs) -> Result<Outcome, Fault> {
+    signals::catch();
     let patience = args.wait.map_or(PATIENCE, Duration::from_secs);
     let mut since = (args.wait.is_some() || launcher::is_there(variable)).then(Instant::now);
     let (mut joined, mut told) = (false, args.quiet);
     loop {
         let fault = match join(args) {
             Ok(()) => return Ok(Outcome::Done),
+            Err(_) if signals::stop_asked() => return Ok(Outcome::Interrupted),
             Err(fault) => fault,
         };
         match &fault {
@@ -51,6 +53,9 @@ pub fn work(args: &WorkArgs) -> Result<Outcome, Fault> {
             tell(&format!("radwalk: {fault}; waiting for it"));
         }
         std::thread::sleep(RETRY);
+        if signals::stop_asked() {
+            return Ok(Outcome::Interrupted);
+        }
     }
 }
 
@@ -71,6 +76,7 @@ fn join(args: &WorkArgs) -> Result<(), Fault> {
         build: crate::BUILD.into(),
         name: name(std::process::id()),
         threads: args.threads as usize,
+        leave: signals::stop_asked,
     };
     Ok(worker::work(&access, &identity, Replica::decode, cpu_seconds)?)
 }

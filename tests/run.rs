@@ -229,6 +229,36 @@ fn a_worker_that_a_launcher_started_waits_for_the_access_file_and_tells_its_rank
 }
 
 #[test]
+fn a_worker_that_is_told_to_end_says_so_and_leaves() {
+    let folder = tempdir().unwrap();
+    let (out, access) = (path(&folder, "out"), path(&folder, "access.json"));
+    let mut coordinator = radwalk();
+    coordinator.args(["coordinate", "configs/cube54.toml", "--paths", "10000000", "--json"]);
+    coordinator.args(["--listen", "127.0.0.1:0", "--out"]).arg(&out).arg("--access").arg(&access);
+    let mut coordinator = coordinator.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap();
+    let mut lines = BufReader::new(coordinator.stderr.take().unwrap()).lines();
+    let mut hear = |words: &str| lines.find(|line| line.as_ref().unwrap().contains(words)).unwrap().unwrap();
+    hear("listening");
+    let work = || {
+        let mut worker = radwalk();
+        worker.args(["work", "--quiet", "--access"]).arg(&access).spawn().unwrap()
+    };
+    let leaver = work();
+    hear("\"workers\":1");
+    signal("TERM", leaver.id());
+    assert_eq!(finish(leaver).0, 130);
+    assert!(hear("lost worker").contains("asked to leave"));
+    let other = work();
+    assert_eq!(finish(other).0, 0);
+    hear("done");
+    assert!(coordinator.wait().unwrap().success());
+    assert_eq!(summary(&out)["workers_lost"], 1);
+    let straight = path(&folder, "straight");
+    run_job("configs/cube54.toml", &straight, &["--paths", "10000000"]);
+    assert!(answer(&out) == answer(&straight));
+}
+
+#[test]
 fn a_run_leaves_the_files_of_the_format() {
     let folder = tempdir().unwrap();
     let out = path(&folder, "out");

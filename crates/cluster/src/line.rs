@@ -54,6 +54,11 @@ impl Line {
         self.outbound.push(frame);
     }
 
+    /// Whether anything may still be said.
+    pub fn is_open(&self) -> bool {
+        self.closing.is_none()
+    }
+
     /// Sends what is still to be sent, then closes; hears nothing more.
     pub fn close(&mut self, now: Now) {
         self.closing.get_or_insert(now);

@@ -30,6 +30,16 @@ const RETRY: Duration = Duration::from_millis(100);
 /// Until the job has arrived, a coordinator that says nothing for so long is none.
 const HANDSHAKE_PATIENCE: Duration = Duration::from_secs(30);
 
+/// A coordinator that says nothing for so long is gone, or the way to it is cut. It speaks every second, but large merges
+/// and looks hold it up.
+const PATIENCE: Duration = Duration::from_secs(60);
+
+/// How often a worker is asked whether it is to leave.
+const LEAVE_LOOK: Duration = Duration::from_millis(200);
+
+/// A worker that leaves waits so long for the coordinator to hear of it. Launchers kill after a second.
+const FAREWELL: Duration = Duration::from_millis(400);
+
 /// Bytes that are read at once.
 const READ_BYTES: usize = 1 << 16;
 
@@ -140,9 +150,9 @@ impl Ear {
         }
     }
 
-    /// From now on it waits as long as it takes: heartbeats find out where nobody listens.
+    /// From now on only heartbeats may come for a long time; without those, nobody is there.
     pub fn be_patient(&self) -> Result<(), CodecError> {
-        Ok(self.stream.set_read_timeout(None)?)
+        Ok(self.stream.set_read_timeout(Some(PATIENCE))?)
     }
 }
 
@@ -204,14 +214,23 @@ impl Link {
         lock(&self.failure).take()
     }
 
-    /// Says that the worker is alive, until it is over or nobody listens.
-    pub fn beat(&self, stop: &Receiver<Infallible>) {
+    /// Says that the worker is alive, until it is over, is to leave, or nobody listens.
+    pub fn beat(&self, stop: &Receiver<Infallible>, leave: fn() -> bool) {
+        let mut due = Instant::now();
         loop {
-            let progress = self.progress.load(Ordering::Relaxed);
-            if self.send(&ToCoordinator::Alive { progress }).is_err() {
-                return;
+            if leave() {
+                self.give_up("it was asked to leave".into());
+                let _ = stop.recv_timeout(FAREWELL);
+                return self.hang_up();
             }
-            if stop.recv_timeout(HEARTBEAT) != Err(RecvTimeoutError::Timeout) {
+            if Instant::now() >= due {
+                due += HEARTBEAT;
+                let progress = self.progress.load(Ordering::Relaxed);
+                if self.send(&ToCoordinator::Alive { progress }).is_err() {
+                    return;
+                }
+            }
+            if stop.recv_timeout(LEAVE_LOOK) != Err(RecvTimeoutError::Timeout) {
                 return;
             }
         }

@@ -129,6 +129,8 @@ pub enum ToWorker {
         /// The lease.
         lease: u64,
     },
+    /// Still there.
+    Alive,
     /// The job is done; leave.
     Done,
 }

@@ -22,6 +22,9 @@ use crate::message::ToWorker;
 /// How often time is looked at.
 const TICK: Duration = Duration::from_millis(50);
 
+/// How often workers hear that somebody is here.
+const HEARTBEAT: Duration = Duration::from_secs(1);
+
 /// Connections that are accepted before others are heard.
 const ACCEPTED_AT_ONCE: usize = 256;
 
@@ -92,6 +95,8 @@ struct Shell<'a, T> {
     lines: HashMap<PeerId, Line>,
     /// Connections that may have something to say or to take.
     ready: BTreeSet<PeerId>,
+    /// When workers last heard that somebody is here.
+    beaten: Now,
     /// The frame that every worker gets first.
     welcome: Option<Arc<[u8]>>,
     buffer: Vec<u8>,
@@ -116,6 +121,7 @@ impl<'a, T: FnMut(Notice)> Shell<'a, T> {
             doorstep: Doorstep::default(),
             lines: HashMap::new(),
             ready: BTreeSet::new(),
+            beaten: Duration::ZERO,
             welcome: None,
             buffer: vec![0; TURN_BYTES],
         })
@@ -255,6 +261,14 @@ impl<'a, T: FnMut(Notice)> Shell<'a, T> {
             self.tell(Notice::Failed(reason));
         }
         self.lines.retain(|_, line| !line.is_over(now));
+        if now.saturating_sub(self.beaten) >= HEARTBEAT {
+            self.beaten = now;
+            let alive: Arc<[u8]> = frame(&ToWorker::Alive).expect("a byte").into();
+            for (&id, line) in self.lines.iter_mut().filter(|(_, line)| line.is_open()) {
+                line.push(alive.clone());
+                self.ready.insert(id);
+            }
+        }
         let actions = coordinator.on_tick(now);
         self.act(actions);
     }

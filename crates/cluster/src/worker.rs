@@ -109,6 +109,8 @@ pub struct Identity {
     pub name: String,
     /// Leases to work on at once.
     pub threads: usize,
+    /// Whether to leave before the job is done; asked some times a second.
+    pub leave: fn() -> bool,
 }
 
 /// Works for the coordinator of `access` until the job is done. `build` makes the work from what the
@@ -133,7 +135,7 @@ pub fn work<W: Work>(
         let (link, (beating, stop)) = (&link, bounded(0));
         let _hangup = Hangup { link, _beating: beating };
         thread::Builder::new()
-            .spawn_scoped(scope, move || link.beat(&stop))
+            .spawn_scoped(scope, move || link.beat(&stop, identity.leave))
             .map_err(|error| link.give_up(format!("a thread cannot be started ({error})")))?;
         let work = build(&job).map_err(|reason| {
             link.give_up(reason.clone());
@@ -253,6 +255,7 @@ fn receive_leases(
                 let _ = asked.send(lease);
             }
             ToWorker::Drop { lease } => link.drop_kept(lease),
+            ToWorker::Alive => {}
             ToWorker::Done => return Ok(()),
             ToWorker::Refused { reason } => return Err(WorkerError::Refused(reason)),
             _ => return Err(WorkerError::Protocol),
