@@ -414,7 +414,7 @@ mod tests {
                         }
                         2 if !out.is_empty() => {
                             let (id, range) = out.swap_remove(random(out.len() as u64) as usize);
-                            let first = !taken.iter().any(|start| *start == range.start);
+                            let first = !taken.contains(&range.start);
                             taken.extend(first.then_some(range.start));
                             let accepted = accept(&mut books, id, &range);
                             assert_eq!(accepted, if first { Ok(()) } else { Err(Rejected::NotLeased(id)) });

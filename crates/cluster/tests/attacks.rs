@@ -161,8 +161,8 @@ fn what_was_recorded_is_of_no_use() {
         let mut rest = raw.sealed(&ToCoordinator::Hello(toy::hello("recorded", 1)));
         rest.extend(raw.sealed(&READY));
         raw.stream.write_all(&rest).unwrap();
-        assert!(matches!(raw.hear(), ToWorker::Welcome { .. }));
-        assert!(matches!(raw.hear(), ToWorker::Lease { .. }));
+        assert!(matches!(raw.told(), ToWorker::Welcome { .. }));
+        assert!(matches!(raw.told(), ToWorker::Lease { .. }));
         drop(raw);
 
         let replay = |first: &[u8]| {
@@ -267,7 +267,7 @@ fn workers_that_are_not_sound_are_dropped_with_what_they_sent() {
         let offer = |raw: &mut Raw, lease: u64, bytes: u64| {
             raw.say(&ToCoordinator::Offer { lease, bytes });
             loop {
-                match raw.hear::<ToWorker>() {
+                match raw.told() {
                     ToWorker::Lease { .. } => {}
                     other => break assert_eq!(other, ToWorker::Send { lease }),
                 }

@@ -24,7 +24,8 @@ struct Lease {
 }
 
 /// The fake transport. It holds the coordinator to what no sequence of events may break: nothing is sent to
-/// who is gone, no walk is out twice or again once it is in, and nothing but farewells follows the end.
+/// who is gone, no walk is out again once it is in, nor twice but as a whole lease with different workers, and nothing
+/// but farewells follows the end.
 struct Stage {
     coordinator: Coordinator,
     now: Duration,
@@ -38,6 +39,8 @@ struct Stage {
     out: Vec<(PeerId, Lease)>,
     /// What is in.
     taken: Vec<Range<u64>>,
+    /// How many leases were given out a second time.
+    again: u64,
     notices: Vec<Notice>,
 }
 
@@ -60,6 +63,7 @@ impl Stage {
             closed: BTreeMap::new(),
             out: Vec::new(),
             taken: Vec::from_iter((walks > 0).then_some(0..walks)),
+            again: 0,
             notices: Vec::new(),
         }
     }
@@ -91,9 +95,21 @@ impl Stage {
         assert!(self.coordinator.ending().is_none(), "no work is given out after the end");
         assert!(start < end, "a lease of nothing");
         let apart = |other: &Range<u64>| end <= other.start || other.end <= start;
-        assert!(self.out.iter().all(|(_, out)| out.id != lease.id && apart(&out.walks)), "{lease:?} is out");
+        for (of, out) in &self.out {
+            let copy = *of != peer && out.walks == lease.walks;
+            assert!(out.id != lease.id && (copy || apart(&out.walks)), "{lease:?} is out");
+        }
         assert!(self.taken.iter().all(apart), "{lease:?} is in");
+        self.again += u64::from(self.out.iter().any(|(_, out)| out.walks == lease.walks));
         self.out.push((peer, lease));
+    }
+
+    /// The result of what is out there comes in; only the first of the same walks counts.
+    fn take(&mut self, out: usize) {
+        let (_, lease) = self.out.swap_remove(out);
+        if !self.taken.contains(&lease.walks) {
+            self.taken.push(lease.walks);
+        }
     }
 
     /// Somebody who knows the key connects.
@@ -162,8 +178,7 @@ impl Stage {
             *peer == id && lease.id == result.lease && result == toy::result(lease.id, lease.walks.clone())
         });
         if let Some(honest) = honest {
-            let (_, lease) = self.out.swap_remove(honest);
-            self.taken.push(lease.walks);
+            self.take(honest);
         }
         self.say(id, ToCoordinator::Result(result));
     }
@@ -447,7 +462,7 @@ fn numbers_that_a_worker_invents_do_no_harm() {
             leases.extend(stage.leases(worker));
             let lease = leases.pop_front().unwrap();
             let at = stage.out.iter().position(|(_, out)| *out == lease).unwrap();
-            stage.taken.push(stage.out.swap_remove(at).1.walks);
+            stage.take(at);
             let result = result(lease.id, lease.walks);
             let result = LeaseResult { seconds: invented, cpu_seconds: invented, ..result };
             stage.say(worker, ToCoordinator::Result(result));
@@ -901,7 +916,7 @@ impl Simulation {
             let seconds = [0.0, 0.01, 1.0, f64::NAN][self.dice.below(4) as usize];
             let honest = result(lease.id, lease.walks.clone());
             let out = self.stage.out.iter().position(|(_, out)| *out == lease).expect("a lease that is out");
-            self.stage.taken.push(self.stage.out.swap_remove(out).1.walks);
+            self.stage.take(out);
             self.stage.say(actor.id, ToCoordinator::Result(LeaseResult { seconds, ..honest }));
             actor.done.push(lease);
         }
@@ -1007,7 +1022,7 @@ impl Simulation {
 
 #[test]
 fn no_sequence_of_faults_changes_the_tally_or_hangs_the_job() {
-    let (mut faults, mut reissued, mut lost) = (0, 0, 0);
+    let (mut faults, mut reissued, mut lost, mut again) = (0, 0, 0, 0);
     for seed in 0..300 {
         let mut dice = Dice(seed << 32);
         let stream = 1 + dice.below(40);
@@ -1038,8 +1053,10 @@ fn no_sequence_of_faults_changes_the_tally_or_hangs_the_job() {
         let effort = stage.coordinator.effort();
         (faults, reissued, lost) =
             (faults + more, reissued + effort.streams_reissued, lost + effort.workers_lost);
+        again += stage.again;
         stage.ends(ending, walks);
     }
     // The simulation is worth its name.
+    assert!(again > 300, "{again}");
     assert!(faults > 300 * 300 && lost > 300 * 100 && reissued > 300 * 300, "{faults} {lost} {reissued}");
 }

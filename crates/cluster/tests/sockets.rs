@@ -117,7 +117,7 @@ fn a_worker_with_another_key_or_build_is_told_why_it_is_refused() {
         // Another build whose access file was made to fit is found out by the coordinator.
         let mut lying = Raw::connect(access);
         lying.say(&ToCoordinator::Hello(Hello { build: "0.0.1".into(), ..toy::hello("old", 1) }));
-        assert!(matches!(lying.hear(), ToWorker::Refused { reason } if reason.contains("0.0.1")));
+        assert!(matches!(lying.told(), ToWorker::Refused { reason } if reason.contains("0.0.1")));
         let error = work(access, &identity(0), toy_of, || 0.0).unwrap_err();
         assert!(matches!(&error, WorkerError::Refused(reason) if reason.contains("threads")), "{error}");
         let error = work(access, &identity(1), |_| Ok(Stranger), || 0.0).unwrap_err();
@@ -375,7 +375,7 @@ fn who_knocks_as_the_job_ends_is_told_so() {
                 all_in.wait();
                 let mut raw = Raw::greet(stream, &access);
                 raw.say(&ToCoordinator::Hello(toy::hello("late", 1)));
-                assert_eq!(raw.hear::<ToWorker>(), ToWorker::Done);
+                assert_eq!(raw.told(), ToWorker::Done);
                 assert_eq!(raw.stream.read(&mut [0; 1]).unwrap(), 0, "and nothing else");
             });
         }
@@ -397,7 +397,7 @@ fn the_last_results_of_a_worker_that_died_are_counted() {
     // The owner gives up as soon as the only worker is gone, with its results on their way.
     let run = run(plan(20, 10), never, |access| {
         let (mut raw, lease, walks) = Raw::join(access);
-        let ToWorker::Lease { id, first_walk, walks: second } = raw.hear() else { panic!("no lease") };
+        let ToWorker::Lease { id, first_walk, walks: second } = raw.told() else { panic!("no lease") };
         raw.say(&ToCoordinator::Result(result(id, first_walk..first_walk + second)));
         let last = LeaseResult { seconds: f64::NAN, ..result(lease, walks) };
         raw.say(&ToCoordinator::Result(last));

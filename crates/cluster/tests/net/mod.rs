@@ -100,7 +100,7 @@ pub fn toy_of(job: &[u8]) -> Result<Toy, String> {
 }
 
 pub fn identity(threads: usize) -> Identity {
-    Identity { build: BUILD.into(), name: "a worker".into(), threads }
+    Identity { build: BUILD.into(), name: "a worker".into(), threads, leave: || false }
 }
 
 pub fn honest(access: &Access, threads: usize) {
@@ -144,7 +144,7 @@ impl Raw {
     pub fn enter(access: &Access) -> Self {
         let mut raw = Raw::connect(access);
         raw.say(&ToCoordinator::Hello(toy::hello("raw", 1)));
-        assert_eq!(raw.hear::<ToWorker>(), ToWorker::Welcome { job: JOB.into() });
+        assert_eq!(raw.told(), ToWorker::Welcome { job: JOB.into() });
         raw
     }
 
@@ -152,7 +152,7 @@ impl Raw {
     pub fn join(access: &Access) -> (Self, u64, Range<u64>) {
         let mut raw = Raw::enter(access);
         raw.say(&READY);
-        let ToWorker::Lease { id, first_walk, walks } = raw.hear() else { panic!("no lease") };
+        let ToWorker::Lease { id, first_walk, walks } = raw.told() else { panic!("no lease") };
         (raw, id, first_walk..first_walk + walks)
     }
 
@@ -174,6 +174,16 @@ impl Raw {
         self.sealer.seal_all(frame, &mut wire);
         // The coordinator may hang up in the middle of it.
         let _ = self.stream.write_all(&wire);
+    }
+
+    /// The next message of a coordinator, but for signs of life.
+    pub fn told(&mut self) -> ToWorker {
+        loop {
+            match self.hear() {
+                ToWorker::Alive => {}
+                message => return message,
+            }
+        }
     }
 
     pub fn hear<T: bincode::Decode<()>>(&mut self) -> T {
