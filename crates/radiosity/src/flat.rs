@@ -6,9 +6,9 @@
 
 use crate::batch::WIDTH;
 use crate::isa::{Isa, on_isa};
+use crate::meet::{Best, FacetLanes, meet, meet_one, rays_at};
 use crate::real::Real;
 use crate::surface::Surface;
-use crate::table::Table;
 use crate::trace::{Facet, Facets, Hits, Rays};
 
 /// Scenes of more surfaces are traced flat only to check the tree: there every facet is met in full.
@@ -21,9 +21,6 @@ pub(crate) struct Flat {
     isa: Isa,
     /// Empty where they do not pay, or f32 cannot hold the scene.
     sketches: Vec<Sketch>,
-    /// The facets' numbers, to be looked up by many rays side by side: normal and offset, u and v likewise, 1 for
-    /// a triangle, 1 for two sides.
-    facets: Table<16>,
 }
 
 impl Flat {
@@ -31,15 +28,11 @@ impl Flat {
         let corners = surfaces.iter().flat_map(|surface| surface.outline());
         let reach = corners.fold(0.0_f64, |reach, corner| reach.max(corner.abs().max_element()));
         let sketches: Vec<Sketch> =
-            facets.iter().map(|facet| Sketch::new(facet, reach, facets.slack())).collect();
+            facets.iter().map(|facet| Sketch::new(&facet, reach, facets.slack())).collect();
         // Without vectors of f32 to speak of, meeting facets in full takes less time.
         let pays = isa != Isa::Portable && surfaces.len() <= MOST_SKETCHES;
         let holds = (1e-9..1e9).contains(&reach) && sketches.iter().all(|sketch| sketch.uv_margin < 1e9);
-        Flat {
-            isa,
-            sketches: if pays && holds { sketches } else { Vec::new() },
-            facets: Table::new(facets.iter().map(numbers).collect()),
-        }
+        Flat { isa, sketches: if pays && holds { sketches } else { Vec::new() } }
     }
 
     /// The least (t, surface number) among the facets that each ray meets.
@@ -47,21 +40,6 @@ impl Flat {
         let flat = self;
         on_isa!(self.isa, closest_hits(flat: &Flat, facets: &Facets, rays: &Rays, hits: &mut Hits));
     }
-}
-
-fn numbers(facet: &Facet) -> [f64; 16] {
-    let mut numbers = [0.0; 16];
-    for (part, (axis, offset)) in
-        [(facet.normal, facet.offset), (facet.u_axis, facet.u_offset), (facet.v_axis, facet.v_offset)]
-            .into_iter()
-            .enumerate()
-    {
-        numbers[4 * part..][..3].copy_from_slice(&axis.to_array());
-        numbers[4 * part + 3] = offset;
-    }
-    numbers[12] = f64::from(u8::from(facet.triangle));
-    numbers[13] = f64::from(u8::from(facet.two_sided));
-    numbers
 }
 
 /// Rays that are sketched side by side.
@@ -144,7 +122,7 @@ fn closest_hits<R: Real>(flat: &Flat, facets: &Facets, rays: &Rays, hits: &mut H
         for part in (0..SKETCHED).step_by(R::N).filter(|part| first + part < rays.len) {
             let taken = u64::MAX >> (64 - (rays.len - first - part).min(R::N));
             let certain = match &guess {
-                Some(guess) => decide::<R>(&flat.facets, facets.slack(), rays, first, part, guess, hits),
+                Some(guess) => decide::<R>(facets, rays, first, part, guess, hits),
                 None => 0,
             };
             if certain & taken != taken {
@@ -232,32 +210,18 @@ fn look<R: Real, const TRIANGLE: bool>(
 /// Meets the facet that each of N rays is said to meet; bit i of the result: the answer for ray i is certain.
 #[inline(always)]
 fn decide<R: Real>(
-    facets: &Table<16>,
-    slack: f64,
+    facets: &Facets,
     rays: &Rays,
     first: usize,
     part: usize,
     guess: &Guess,
     hits: &mut Hits,
 ) -> u64 {
-    let number = R::load_u32(&guess.surface[part..]);
-    let none = R::splat(f64::from(Hits::NONE));
-    let [n0, n1, n2, offset, u0, u1, u2, u_offset, v0, v1, v2, v_offset, triangle, two_sided, _, _] =
-        R::rows(facets, &guess.surface[part..]);
-    let facet = FacetLanes {
-        normal: [n0, n1, n2],
-        offset,
-        u_axis: [u0, u1, u2],
-        u_offset,
-        v_axis: [v0, v1, v2],
-        v_offset,
-        triangle,
-        two_sided,
-    };
-    let mut best = Best::none();
-    let (origin, direction) = rays_at::<R>(rays, first + part);
-    meet(&facet, slack, origin, direction, number, none, &mut best);
+    let surfaces = &guess.surface[part..];
+    let best = meet_one::<R>(facets, surfaces, rays, first + part);
     best.store(hits, first + part);
+    let number = R::load_u32(surfaces);
+    let none = R::splat(f64::from(Hits::NONE));
     // The bounds were rounded to f32 twice.
     const ROUNDED: f64 = 1.0 - 2.0 * f32::EPSILON as f64;
     let mut bound = [0.0; 8];
@@ -277,127 +241,7 @@ fn meet_all<R: Real>(facets: &Facets, rays: &Rays, first: usize, hits: &mut Hits
     let mut best = Best::none();
     for (number, facet) in facets.iter().enumerate() {
         let number = R::splat(number as f64);
-        meet(&FacetLanes::of(facet), facets.slack(), origin, direction, number, from, &mut best);
+        meet(&FacetLanes::of(&facet), facets.slack(), origin, direction, number, from, &mut best);
     }
     best.store(hits, first);
-}
-
-#[inline(always)]
-fn rays_at<R: Real>(rays: &Rays, first: usize) -> ([R; 3], [R; 3]) {
-    let (mut origin, mut direction) = ([R::splat(0.0); 3], [R::splat(0.0); 3]);
-    for axis in 0..3 {
-        origin[axis] = R::load(&rays.origin[axis][first..]);
-        direction[axis] = R::load(&rays.direction[axis][first..]);
-    }
-    (origin, direction)
-}
-
-/// A facet for each of N rays.
-struct FacetLanes<R> {
-    normal: [R; 3],
-    offset: R,
-    u_axis: [R; 3],
-    u_offset: R,
-    v_axis: [R; 3],
-    v_offset: R,
-    /// 1 or 0.
-    triangle: R,
-    two_sided: R,
-}
-
-impl<R: Real> FacetLanes<R> {
-    /// The same for all.
-    #[inline(always)]
-    fn of(facet: &Facet) -> Self {
-        FacetLanes {
-            normal: splat(facet.normal),
-            offset: R::splat(facet.offset),
-            u_axis: splat(facet.u_axis),
-            u_offset: R::splat(facet.u_offset),
-            v_axis: splat(facet.v_axis),
-            v_offset: R::splat(facet.v_offset),
-            triangle: R::splat(f64::from(u8::from(facet.triangle))),
-            two_sided: R::splat(f64::from(u8::from(facet.two_sided))),
-        }
-    }
-}
-
-#[inline(always)]
-fn splat<R: Real>(vector: glam::DVec3) -> [R; 3] {
-    [R::splat(vector.x), R::splat(vector.y), R::splat(vector.z)]
-}
-
-/// The best hits so far of N rays; `surface` as a number, −1 for none, and `approach` < 0 for the front.
-#[derive(Clone, Copy)]
-struct Best<R> {
-    t: R,
-    surface: R,
-    u: R,
-    v: R,
-    approach: R,
-}
-
-impl<R: Real> Best<R> {
-    #[inline(always)]
-    fn none() -> Self {
-        let zero = R::splat(0.0);
-        Best { t: R::splat(f64::INFINITY), surface: R::splat(-1.0), u: zero, v: zero, approach: zero }
-    }
-
-    #[inline(always)]
-    fn store(self, hits: &mut Hits, first: usize) {
-        self.t.store(&mut hits.t[first..]);
-        self.u.store(&mut hits.uv[0][first..]);
-        self.v.store(&mut hits.uv[1][first..]);
-        // −1 as a signed integer is `Hits::NONE` as an unsigned one.
-        self.surface.store_u32(&mut hits.surface[first..]);
-        let (front, back) = (R::splat(1.0), R::splat(-1.0));
-        R::select(self.approach.lt(R::splat(0.0)), front, back).store(&mut hits.facing[first..]);
-    }
-}
-
-/// [`Facet::meet`], operation by operation. Surfaces come in ascending order, so that of two at the same t the
-/// first stays; the surface `from` is not met.
-#[inline(always)]
-fn meet<R: Real>(
-    facet: &FacetLanes<R>,
-    slack: f64,
-    origin: [R; 3],
-    direction: [R; 3],
-    number: R,
-    from: R,
-    best: &mut Best<R>,
-) {
-    let (zero, one, slack) = (R::splat(0.0), R::splat(1.0), R::splat(slack));
-    let approach = dot(facet.normal, direction);
-    let height = dot(facet.normal, origin) - facet.offset;
-    let front = approach.lt(zero);
-    let distance = R::select(front, height, zero - height);
-    let back_nearest = R::select(zero.lt(facet.two_sided), zero - slack, slack);
-    let nearest = R::select(front, zero - slack, back_nearest);
-    let t = (distance / approach.abs()).max(zero);
-    let mut point = origin;
-    for axis in 0..3 {
-        point[axis] = point[axis] + direction[axis] * t;
-    }
-    let u = dot(facet.u_axis, point) - facet.u_offset;
-    let v = dot(facet.v_axis, point) - facet.v_offset;
-    let farthest = R::select(zero.lt(facet.triangle), u + v, u.max(v));
-    let met = nearest.le(distance)
-        & approach.ne(zero)
-        & zero.le(u)
-        & zero.le(v)
-        & farthest.le(one)
-        & from.ne(number)
-        & t.lt(best.t);
-    best.t = R::select(met, t, best.t);
-    best.surface = R::select(met, number, best.surface);
-    best.u = R::select(met, u, best.u);
-    best.v = R::select(met, v, best.v);
-    best.approach = R::select(met, approach, best.approach);
-}
-
-#[inline(always)]
-fn dot<R: Real>(a: [R; 3], b: [R; 3]) -> R {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }

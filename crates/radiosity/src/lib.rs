@@ -16,6 +16,7 @@ mod fate;
 mod flat;
 mod isa;
 mod jacobi;
+mod meet;
 mod method;
 mod patch;
 mod prefetch;

@@ -20,13 +20,17 @@ impl<const K: usize> Table<K> {
         Table { columns: few.then(|| Box::new(std::array::from_fn(column))), rows }
     }
 
+    pub(crate) fn len(&self) -> usize {
+        self.rows.len()
+    }
+
     /// A row; the last one for numbers beyond the table, which rays that meet nothing have.
     #[inline(always)]
     pub(crate) fn row(&self, number: u32) -> &[f64; K] {
         &self.rows[(number as usize).min(self.rows.len() - 1)]
     }
 
-    /// Asks for rows ahead of time.
+    /// Asks for rows ahead of time, of any numbers.
     #[inline(always)]
     pub(crate) fn expect(&self, numbers: &[u32]) {
         if self.columns.is_none() {

@@ -12,6 +12,7 @@ use crate::batch::WIDTH;
 use crate::flat::Flat;
 use crate::spec::Sides;
 use crate::surface::{Side, Surface};
+use crate::table::Table;
 use crate::tree::{Scratch, Tree};
 
 /// A ray from a point on a surface.
@@ -106,13 +107,6 @@ impl Hits {
     /// The surface of no hit.
     pub(crate) const NONE: u32 = u32::MAX;
 
-    /// Forgets the first `len` hits.
-    #[inline(always)]
-    pub(crate) fn clear(&mut self, len: usize) {
-        self.t[..len].fill(f64::INFINITY);
-        self.surface[..len].fill(Self::NONE);
-    }
-
     #[inline(always)]
     pub(crate) fn get(&self, i: usize) -> Option<Hit> {
         (self.surface[i] != Self::NONE).then(|| Hit {
@@ -127,7 +121,6 @@ impl Hits {
 /// What tracing needs of a surface: its plane and the affine map to its local coordinates. A facet is the
 /// surface grown by the scene's slack on every edge, so that nothing falls through where two meet.
 #[derive(Clone, Debug)]
-#[repr(align(64))]
 pub(crate) struct Facet {
     pub(crate) normal: DVec3,
     /// n·x of the points x of the plane.
@@ -173,6 +166,25 @@ impl Facet {
         }
     }
 
+    fn numbers(&self) -> [f64; FACET_NUMBERS] {
+        let mut numbers = [0.0; FACET_NUMBERS];
+        let planes = [(self.normal, self.offset), (self.u_axis, self.u_offset), (self.v_axis, self.v_offset)];
+        for (plane, (axis, offset)) in numbers.chunks_exact_mut(4).zip(planes) {
+            plane.copy_from_slice(&axis.extend(offset).to_array());
+        }
+        numbers[12] = f64::from(u8::from(self.triangle));
+        numbers[13] = f64::from(u8::from(self.two_sided));
+        numbers
+    }
+
+    #[inline(always)]
+    fn from_numbers(numbers: &[f64; FACET_NUMBERS]) -> Self {
+        let plane = |k: usize| (DVec3::from_slice(&numbers[4 * k..]), numbers[4 * k + 3]);
+        let [(normal, offset), (u_axis, u_offset), (v_axis, v_offset)] = [0, 1, 2].map(plane);
+        let (triangle, two_sided) = (numbers[12] != 0.0, numbers[13] != 0.0);
+        Facet { normal, offset, u_axis, u_offset, v_axis, v_offset, triangle, two_sided }
+    }
+
     /// Where a ray meets the facet, and whether it does: (t, uv, side, met).
     ///
     /// A start within `slack` of the plane counts as on it: from there the active side is met at t = 0 by a
@@ -198,34 +210,40 @@ impl Facet {
     }
 }
 
+/// Numbers of a facet in a table.
+const FACET_NUMBERS: usize = 16;
+
 /// The facets of a scene in surface order.
 #[derive(Clone, Debug)]
 pub(crate) struct Facets {
-    facets: Vec<Facet>,
+    /// Normal and offset, u and v likewise, 1 for a triangle, 1 for two sides.
+    table: Table<FACET_NUMBERS>,
     slack: f64,
 }
 
 impl Facets {
     pub(crate) fn new(surfaces: &[Surface], slack: f64) -> Self {
-        Facets { facets: surfaces.iter().map(|surface| Facet::new(surface, slack)).collect(), slack }
+        let facets = surfaces.iter().map(|surface| Facet::new(surface, slack).numbers());
+        Facets { table: Table::new(facets.collect()), slack }
     }
 
     pub(crate) fn len(&self) -> usize {
-        self.facets.len()
+        self.table.len()
     }
 
-    pub(crate) fn iter(&self) -> std::slice::Iter<'_, Facet> {
-        self.facets.iter()
+    pub(crate) fn iter(&self) -> impl Iterator<Item = Facet> {
+        (0..self.len() as u32).map(|surface| self.get(surface))
     }
 
-    pub(crate) fn get(&self, surface: u32) -> &Facet {
-        &self.facets[surface as usize]
-    }
-
-    /// Where a facet lies, for prefetching it: `surface` may be any number.
     #[inline(always)]
-    pub(crate) fn address(&self, surface: u32) -> *const Facet {
-        self.facets.as_ptr().wrapping_add(surface as usize)
+    pub(crate) fn get(&self, surface: u32) -> Facet {
+        Facet::from_numbers(self.table.row(surface))
+    }
+
+    /// The numbers of all.
+    #[inline(always)]
+    pub(crate) fn table(&self) -> &Table<FACET_NUMBERS> {
+        &self.table
     }
 
     /// By how much facets are larger than their surfaces [m].
@@ -239,7 +257,7 @@ impl Facets {
         if surface == ray.from {
             return;
         }
-        let (t, uv, side, met) = self.facets[surface as usize].meet(ray, self.slack);
+        let (t, uv, side, met) = self.get(surface).meet(ray, self.slack);
         let nearer = best.is_none_or(|hit| t < hit.t || (t == hit.t && surface < hit.surface));
         if met && nearer {
             *best = Some(Hit { t, surface, uv, side });
@@ -249,7 +267,7 @@ impl Facets {
     /// The same for ray number `i` of a batch, which does not leave the surface.
     #[inline(always)]
     pub(crate) fn meet_in(&self, surface: u32, rays: &Rays, i: usize, hits: &mut Hits) {
-        let (t, uv, side, met) = self.facets[surface as usize].meet(&rays.get(i), self.slack);
+        let (t, uv, side, met) = self.get(surface).meet(&rays.get(i), self.slack);
         // Where there is no hit yet, its t is infinite and its number the highest.
         let nearer = (t < hits.t[i]) | ((t == hits.t[i]) & (surface < hits.surface[i]));
         if met & nearer {

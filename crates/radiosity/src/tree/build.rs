@@ -233,7 +233,7 @@ fn leaf(surfaces: &[u32], facets: &Facets, scale: f64) -> Vec<Line> {
     let mut write = |at: usize, number: f32| lines[at / LANES].0[at % LANES] = number;
     write(0, f32::from_bits(count as u32));
     for (lane, &surface) in surfaces.iter().enumerate() {
-        for (row, number) in column(facets.get(surface), scale).into_iter().enumerate() {
+        for (row, number) in column(&facets.get(surface), scale).into_iter().enumerate() {
             write(Leaf::start(count, Leaf::NORMAL + row) + lane, number);
         }
         write(Leaf::start(count, Leaf::SURFACE) + lane, f32::from_bits(surface));

@@ -16,6 +16,7 @@ use super::lanes::{LANES, Lanes, Portable, Row, lane_of, value_of};
 use super::{CHILDREN, Item, Leaf, NODE_LINES, Tree, node_at};
 use crate::batch::WIDTH;
 use crate::isa::Isa;
+use crate::meet::meet_each;
 use crate::prefetch::prefetch;
 use crate::trace::{Facets, Hits, Rays};
 
@@ -230,12 +231,21 @@ struct Candidates {
     len: usize,
 }
 
-/// Rays, and a surface that each might meet: bits side by side.
-#[derive(Clone, Debug, Default)]
+/// The surfaces that rays might meet.
+#[derive(Clone, Debug)]
 struct Finalists {
+    /// One for each ray.
+    one: [u32; WIDTH],
+    /// The others, hardly any: rays and surfaces, bits side by side.
     rays: Vec<f32>,
     surfaces: Vec<f32>,
     len: usize,
+}
+
+impl Default for Finalists {
+    fn default() -> Self {
+        Finalists { one: [Hits::NONE; WIDTH], rays: vec![], surfaces: vec![], len: 0 }
+    }
 }
 
 impl Finalists {
@@ -312,7 +322,6 @@ impl Call<'_> {
     fn run<L: Lanes>(&self, scratch: &mut Scratch, hits: &mut Hits) {
         scratch.stacks.fit(self.tree.levels);
         scratch.finalists.clear();
-        hits.clear(self.rays.len);
         scratch.forms.set(self.rays, self.tree);
         let mut next = self.rays.len.min(ACTIVE);
         for slot in 0..next {
@@ -326,7 +335,7 @@ impl Call<'_> {
             }
             for i in 0..std::mem::take(&mut scratch.queues.lens[Item::LEAF]) {
                 let step = scratch.queues.steps[Item::LEAF][i % ACTIVE];
-                self.visit_leaf::<L>(step, scratch, hits);
+                self.visit_leaf::<L>(step, scratch);
                 self.pop::<L>(step, scratch);
             }
             for i in 0..std::mem::take(&mut scratch.queues.lens[Item::POP]) {
@@ -346,6 +355,7 @@ impl Call<'_> {
                 }
             }
         }
+        meet_each(self.tree.isa, self.facets, &scratch.finalists.one, self.rays, hits);
         for i in 0..scratch.finalists.len {
             let surface = scratch.finalists.surfaces[i].to_bits();
             self.facets.meet_in(surface, self.rays, scratch.finalists.rays[i].to_bits() as usize, hits);
@@ -418,7 +428,7 @@ impl Call<'_> {
     /// u + v. The errors of the f64 arithmetic are 2⁻²⁹ of these. A facet that is met with |a| ≤ 16 e is
     /// taken without looking. None of those is *surely* met: there E > 1.8 |t| + 3.
     #[inline(always)]
-    fn visit_leaf<L: Lanes>(&self, step: Step, scratch: &mut Scratch, hits: &mut Hits) {
+    fn visit_leaf<L: Lanes>(&self, step: Step, scratch: &mut Scratch) {
         let (slot, ray) = (step.slot as usize % ACTIVE, step.ray as usize % WIDTH);
         let forms = &mut scratch.forms;
         let leaf = Leaf::at(&self.tree.lines, step.item.line());
@@ -459,20 +469,26 @@ impl Call<'_> {
         surfaces.compress(bits, row_mut(&mut candidates.surface, len));
         candidates.len = len + bits.count_ones() as usize;
         if candidates.len > CANDIDATES - LANES {
-            self.settle(step, scratch, hits);
+            self.settle(step, scratch);
         }
     }
 
-    /// Meets all candidates of a ray now.
+    /// Meets all candidates of a ray now, and keeps the nearest.
     #[cold]
-    fn settle(&self, step: Step, scratch: &mut Scratch, hits: &mut Hits) {
+    fn settle(&self, step: Step, scratch: &mut Scratch) {
         let ray = step.ray as usize;
         let candidates = &mut scratch.candidates[step.slot as usize];
-        let best = &mut scratch.forms.best[ray];
+        let mut nearest = None;
         for surface in &candidates.surface[..std::mem::take(&mut candidates.len)] {
-            self.facets.meet_in(surface.to_bits(), self.rays, ray, hits);
+            self.facets.meet(surface.to_bits(), &self.rays.get(ray), &mut nearest);
         }
-        *best = best.min(((hits.t[ray] * self.tree.scale) as f32).next_up());
+        if let Some(hit) = nearest {
+            let (best, t) = (&mut scratch.forms.best[ray], (hit.t * self.tree.scale) as f32);
+            *best = best.min(t.next_up());
+            candidates.t[0] = t.next_down();
+            candidates.surface[0] = f32::from_bits(hit.surface);
+            candidates.len = 1;
+        }
     }
 
     /// Keeps the candidates that are near enough, hardly ever more than one. There are no more than a row of them:
@@ -483,10 +499,12 @@ impl Call<'_> {
         let (candidates, finalists) = (&scratch.candidates[slot], &mut scratch.finalists);
         let near = L::load(row(&candidates.t, 0)).le(L::splat(scratch.forms.best[ray]));
         let bits = L::bits(L::and(near, L::first(candidates.len)));
-        let len = finalists.len;
-        L::load(row(&candidates.surface, 0)).compress(bits, row_mut(&mut finalists.surfaces, len));
-        L::splat(f32::from_bits(ray as u32)).compress(bits, row_mut(&mut finalists.rays, len));
-        finalists.len = len + bits.count_ones() as usize;
-        prefetch(self.facets.address(finalists.surfaces[len].to_bits()), 2);
+        let one = candidates.surface[bits.trailing_zeros() as usize % CANDIDATES].to_bits();
+        finalists.one[ray] = select_unpredictable(bits == 0, Hits::NONE, one);
+        self.facets.table().expect(&[one]);
+        let (others, len) = (bits & bits.wrapping_sub(1), finalists.len);
+        L::load(row(&candidates.surface, 0)).compress(others, row_mut(&mut finalists.surfaces, len));
+        L::splat(f32::from_bits(ray as u32)).compress(others, row_mut(&mut finalists.rays, len));
+        finalists.len = len + others.count_ones() as usize;
     }
 }
