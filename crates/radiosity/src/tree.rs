@@ -1,5 +1,5 @@
 //! A tree of boxes over the facets, for scenes of more than a handful: obvhs builds it, [`build`] folds it into
-//! nodes of sixteen children, [`wavefront`] walks it with many rays at a time.
+//! nodes of sixteen children and leaves of four facets, [`wavefront`] walks it with many rays at a time.
 //!
 //! Everything in the tree is f32 and only culls, in coordinates scaled by a power of two into [−1, 1].
 
@@ -9,10 +9,10 @@ mod wavefront;
 
 use crate::isa::Isa;
 use crate::trace::{Facets, Hit, Hits, Ray, Rays};
-use lanes::{LANES, Row};
+use lanes::{GROUP, GROUPS, Quad, Row};
 pub(crate) use wavefront::Scratch;
 
-/// A tree of nodes with sixteen children and leaves of up to sixteen facets.
+/// A tree of nodes with sixteen children and leaves of up to four facets.
 #[derive(Clone, Debug)]
 pub(crate) struct Tree {
     /// Nodes and leaves one after another, the root first.
@@ -75,17 +75,14 @@ fn node_at(lines: &[Line], first: usize) -> &Node {
     lines[first..first + NODE_LINES].try_into().expect("as long as a node")
 }
 
-/// Up to sixteen facets: how many, then so many numbers for each of [`Leaf::ROWS`] rows, without gaps. Tracing waits
-/// for the memory that leaves take more than for anything else.
+/// Up to four facets, in rows of four numbers. Where there are fewer facets the rest is not a number, and never met.
 #[derive(Clone, Copy)]
-struct Leaf<'a> {
-    lines: &'a [Line],
-    count: usize,
-}
+struct Leaf<'a>(&'a [Line; LEAF_LINES]);
+
+const LEAF_LINES: usize = Leaf::ROWS.div_ceil(GROUPS);
 
 impl<'a> Leaf<'a> {
     /// The bits of surface numbers, then in f32 normal and offset, u axis and offset, v axis and offset, steepness.
-    /// Small integers first: as numbers they are subnormal, and would slow down what reads beyond a row.
     const ROWS: usize = 14;
     const SURFACE: usize = 0;
     const NORMAL: usize = 1;
@@ -94,31 +91,15 @@ impl<'a> Leaf<'a> {
     /// By how much u, v and u + v change at most along a unit of length; negative for a triangle.
     const STEEPNESS: usize = 13;
 
-    /// Where a row begins in a leaf of `count` facets.
-    const fn start(count: usize, row: usize) -> usize {
-        1 + row * count
-    }
-
-    /// The lines that hold all rows of a leaf, each read as a whole vector.
-    const fn lines(count: usize) -> usize {
-        (Self::start(count, Self::ROWS - 1) + LANES).div_ceil(LANES)
-    }
-
     /// The leaf that begins with a line.
     #[inline(always)]
     fn at(lines: &'a [Line], first: usize) -> Self {
-        let count = lines[first].0[0].to_bits() as usize;
-        Leaf { lines: &lines[first..first + Self::lines(count)], count }
+        Leaf(lines[first..first + LEAF_LINES].try_into().expect("as long as a leaf"))
     }
 
-    /// A row, and after its `count` numbers whatever follows.
     #[inline(always)]
-    fn row(&self, row: usize) -> &'a Row {
-        let start = Self::start(self.count, row);
-        debug_assert!(row < Self::ROWS && self.lines.len() == Self::lines(self.count));
-        // SAFETY: a line is a vector of numbers, and lines lie side by side, as many as `lines` says: `start` is far
-        // enough from the end of the last.
-        unsafe { &*self.lines.as_ptr().cast::<f32>().add(start).cast::<Row>() }
+    fn row(&self, row: usize) -> &'a Quad {
+        self.0[row / GROUPS].0[row % GROUPS * GROUP..][..GROUP].try_into().expect("a row")
     }
 }
 

@@ -9,17 +9,14 @@ use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
 use obvhs::bvh2::builder::build_bvh2;
 
-use super::lanes::LANES;
-use super::{CHILDREN, Item, Leaf, Line, Node, Tree};
+use super::lanes::{GROUP, GROUPS, LANES};
+use super::{CHILDREN, Item, LEAF_LINES, Leaf, Line, Node, Tree};
 use crate::isa::Isa;
 use crate::surface::Surface;
 use crate::trace::{Facet, Facets, dual_basis};
 
-/// The work of a leaf of some facets, relative to that of a node. It hardly matters: between 0.6 and 2, and 0.1 and 0.3 a
-/// facet, rates differ by less than can be measured.
-fn leaf_work(facets: u32) -> f32 {
-    1.0 + 0.1 * facets as f32
-}
+/// The work of a leaf, relative to that of a node.
+const LEAF_WORK: f32 = 0.5;
 
 impl Tree {
     /// A tree over the facets of surfaces.
@@ -122,13 +119,12 @@ impl<'a> Fold<'a> {
         let area = self.binary.nodes[node].aabb.half_area();
         let Some(children) = self.children(node) else {
             self.facets[node] = self.binary.nodes[node].prim_count;
-            self.work[node] = [area * leaf_work(self.facets[node]); LANES];
+            self.work[node] = [area * LEAF_WORK; LANES];
             return;
         };
         self.facets[node] = children.iter().map(|&child| self.facets[child]).sum();
         let as_node = area + self.split(children, LANES).0;
-        let as_one =
-            if self.fits_leaf(node) { as_node.min(area * leaf_work(self.facets[node])) } else { as_node };
+        let as_one = if self.fits_leaf(node) { as_node.min(area * LEAF_WORK) } else { as_node };
         let mut work = [as_one; LANES];
         for slots in 2..=LANES {
             work[slots - 1] = work[slots - 2].min(self.split(children, slots).0);
@@ -144,12 +140,12 @@ impl<'a> Fold<'a> {
     }
 
     fn fits_leaf(&self, node: usize) -> bool {
-        self.facets[node] as usize <= LANES
+        self.facets[node] as usize <= GROUP
     }
 
     fn is_leaf(&self, node: usize) -> bool {
         let area = self.binary.nodes[node].aabb.half_area();
-        self.fits_leaf(node) && area * leaf_work(self.facets[node]) <= self.work[node][0]
+        self.fits_leaf(node) && area * LEAF_WORK <= self.work[node][0]
     }
 
     /// The subtrees that fill the slots of a wide node made of `node`.
@@ -227,16 +223,16 @@ fn empty_node() -> Node {
 }
 
 /// The lines of a leaf.
-fn leaf(surfaces: &[u32], facets: &Facets, scale: f64) -> Vec<Line> {
-    let count = surfaces.len();
-    let mut lines = vec![Line([0.0; LANES]); Leaf::lines(count)];
-    let mut write = |at: usize, number: f32| lines[at / LANES].0[at % LANES] = number;
-    write(0, f32::from_bits(count as u32));
+fn leaf(surfaces: &[u32], facets: &Facets, scale: f64) -> [Line; LEAF_LINES] {
+    let mut lines = [Line([f32::NAN; LANES]); LEAF_LINES];
+    let mut write = |row: usize, lane: usize, number: f32| {
+        lines[row / GROUPS].0[row % GROUPS * GROUP + lane] = number;
+    };
     for (lane, &surface) in surfaces.iter().enumerate() {
+        write(Leaf::SURFACE, lane, f32::from_bits(surface));
         for (row, number) in column(&facets.get(surface), scale).into_iter().enumerate() {
-            write(Leaf::start(count, Leaf::NORMAL + row) + lane, number);
+            write(Leaf::NORMAL + row, lane, number);
         }
-        write(Leaf::start(count, Leaf::SURFACE) + lane, f32::from_bits(surface));
     }
     lines
 }

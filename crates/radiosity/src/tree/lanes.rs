@@ -1,13 +1,22 @@
-//! Sixteen f32 lanes side by side, on each instruction set: the only place with intrinsics.
+//! Sixteen f32 lanes side by side, or four groups of four, on each instruction set: the only place with intrinsics.
 //!
 //! All of this is culling: a lane may be rounded differently from one instruction set to the next (fused or
 //! not) without a trace in the answer, since `wavefront.rs` allows for either.
 
-/// Lanes of a vector: children of a node, facets of a leaf.
+/// Lanes of a vector: children of a node.
 pub(super) const LANES: usize = 16;
 
 /// A vector in memory.
 pub(super) type Row = [f32; LANES];
+
+/// Lanes of a group: facets of a leaf.
+pub(super) const GROUP: usize = 4;
+
+/// Groups of a vector.
+pub(super) const GROUPS: usize = LANES / GROUP;
+
+/// A group in memory.
+pub(super) type Quad = [f32; GROUP];
 
 /// The bits of a key that number a lane.
 const LANE_BITS: u32 = LANES as u32 - 1;
@@ -20,6 +29,11 @@ pub(super) trait Lanes: Copy {
 
     fn splat(x: f32) -> Self;
     fn load(row: &Row) -> Self;
+    /// A group of each.
+    fn groups(quads: [&Quad; GROUPS]) -> Self;
+    /// Lane `i` of each group in all of its lanes.
+    fn spread(self, i: usize) -> Self;
+    fn store(self, to: &mut Row);
     fn add(self, other: Self) -> Self;
     fn sub(self, other: Self) -> Self;
     fn mul(self, other: Self) -> Self;
@@ -38,16 +52,16 @@ pub(super) trait Lanes: Copy {
     /// 0 in the lanes of a mask.
     fn zero_where(self, mask: Self::Mask) -> Self;
     fn le(self, other: Self) -> Self::Mask;
-    /// Whether the bits of a lane differ from `bits`.
-    fn differs(self, bits: u32) -> Self::Mask;
+    /// Whether the bits of a lane differ.
+    fn differs(self, other: Self) -> Self::Mask;
     /// The first `count` lanes.
     fn first(count: usize) -> Self::Mask;
     fn and(a: Self::Mask, b: Self::Mask) -> Self::Mask;
     fn or(a: Self::Mask, b: Self::Mask) -> Self::Mask;
     /// Bit i: lane i.
     fn bits(mask: Self::Mask) -> u32;
-    /// The least lane of a mask; infinite where there is none.
-    fn least(self, mask: Self::Mask) -> f32;
+    /// The least lane of a mask in each group; infinite where there is none.
+    fn least_of_groups(self, mask: Self::Mask) -> Self;
     /// The least of the keys of the lanes of a mask, `u32::MAX` where there is none. The key of a lane that is
     /// not negative is its bits, the last four of them replaced by the lane's number.
     fn least_key_in(self, mask: Self::Mask) -> u32;
@@ -55,7 +69,27 @@ pub(super) trait Lanes: Copy {
     fn least_key(self) -> u32;
     /// Writes the lanes whose bits are set to the front of `to`, in order; what follows them is arbitrary.
     fn compress(self, bits: u32, to: &mut Row);
+    /// The same of one group.
+    fn compress_group(group: &Quad, bits: u32, to: &mut Quad);
 }
+
+/// COMPRESS_GROUP[bits]: the set lanes of four in order.
+static COMPRESS_GROUP: [[i32; GROUP]; 1 << GROUP] = {
+    let mut table = [[0; GROUP]; 1 << GROUP];
+    let mut bits = 0;
+    while bits < table.len() {
+        let (mut lane, mut next) = (0, 0);
+        while lane < GROUP {
+            if bits >> lane & 1 == 1 {
+                table[bits][next] = lane as i32;
+                next += 1;
+            }
+            lane += 1;
+        }
+        bits += 1;
+    }
+    table
+};
 
 /// The lane that a key names.
 #[inline(always)]
@@ -91,6 +125,18 @@ impl Lanes for Portable {
     #[inline(always)]
     fn load(row: &Row) -> Self {
         Portable(*row)
+    }
+    #[inline(always)]
+    fn groups(quads: [&Quad; GROUPS]) -> Self {
+        Portable(std::array::from_fn(|i| quads[i / GROUP][i % GROUP]))
+    }
+    #[inline(always)]
+    fn spread(self, i: usize) -> Self {
+        Portable(std::array::from_fn(|lane| self.0[lane / GROUP * GROUP + i]))
+    }
+    #[inline(always)]
+    fn store(self, to: &mut Row) {
+        *to = self.0;
     }
     #[inline(always)]
     fn add(self, other: Self) -> Self {
@@ -141,8 +187,8 @@ impl Lanes for Portable {
         std::array::from_fn(|i| if self.0[i] <= other.0[i] { u32::MAX } else { 0 })
     }
     #[inline(always)]
-    fn differs(self, bits: u32) -> [u32; LANES] {
-        self.0.map(|x| if x.to_bits() == bits { 0 } else { u32::MAX })
+    fn differs(self, other: Self) -> [u32; LANES] {
+        std::array::from_fn(|i| if self.0[i].to_bits() == other.0[i].to_bits() { 0 } else { u32::MAX })
     }
     #[inline(always)]
     fn first(count: usize) -> [u32; LANES] {
@@ -161,9 +207,13 @@ impl Lanes for Portable {
         (0..LANES).fold(0, |bits, i| bits | mask[i] & 1 << i)
     }
     #[inline(always)]
-    fn least(self, mask: [u32; LANES]) -> f32 {
+    fn least_of_groups(self, mask: [u32; LANES]) -> Self {
         let value = |i: usize| if mask[i] == 0 { f32::INFINITY } else { self.0[i] };
-        (0..LANES).fold(f32::INFINITY, |least, i| if value(i) < least { value(i) } else { least })
+        let least = |first: usize| {
+            (first..first + GROUP)
+                .fold(f32::INFINITY, |least, i| if value(i) < least { value(i) } else { least })
+        };
+        Portable(std::array::from_fn(|i| least(i / GROUP * GROUP)))
     }
     #[inline(always)]
     fn least_key_in(self, mask: [u32; LANES]) -> u32 {
@@ -181,6 +231,10 @@ impl Lanes for Portable {
             next += (bits >> i & 1) as usize;
         }
     }
+    #[inline(always)]
+    fn compress_group(group: &Quad, bits: u32, to: &mut Quad) {
+        *to = COMPRESS_GROUP[bits as usize].map(|lane| group[lane as usize]);
+    }
 }
 
 #[cfg(target_arch = "x86_64")]
@@ -190,7 +244,7 @@ pub(super) use x86::{Avx2, Avx512};
 mod x86 {
     use std::arch::x86_64::*;
 
-    use super::{LANE_BITS, LANES, Lanes, Row};
+    use super::{COMPRESS_GROUP, GROUPS, LANE_BITS, LANES, Lanes, Quad, Row};
 
     /// The lanes' numbers.
     static NUMBERS: [i32; LANES] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15];
@@ -252,15 +306,12 @@ mod x86 {
         }
     }
 
-    /// The least of eight f32 twice.
     #[inline(always)]
-    fn least_f32([a, b]: [__m256; 2]) -> f32 {
+    fn compress_group(group: &Quad, bits: u32, to: &mut Quad) {
         // SAFETY: as for the implementations of `Lanes`.
         unsafe {
-            let x = _mm256_min_ps(a, b);
-            let x = _mm_min_ps(_mm256_castps256_ps128(x), _mm256_extractf128_ps::<1>(x));
-            let x = _mm_min_ps(x, _mm_movehl_ps(x, x));
-            _mm_cvtss_f32(_mm_min_ss(x, _mm_movehdup_ps(x)))
+            let order = _mm_loadu_si128(COMPRESS_GROUP[bits as usize].as_ptr().cast());
+            _mm_storeu_ps(to.as_mut_ptr(), _mm_permutevar_ps(_mm_loadu_ps(group.as_ptr()), order));
         }
     }
 
@@ -276,6 +327,30 @@ mod x86 {
         #[inline(always)]
         fn load(row: &Row) -> Self {
             Avx2(unsafe { [_mm256_loadu_ps(row.as_ptr()), _mm256_loadu_ps(row.as_ptr().add(8))] })
+        }
+        #[inline(always)]
+        fn groups([a, b, c, d]: [&Quad; GROUPS]) -> Self {
+            unsafe {
+                Avx2([_mm256_loadu2_m128(b.as_ptr(), a.as_ptr()), _mm256_loadu2_m128(d.as_ptr(), c.as_ptr())])
+            }
+        }
+        #[inline(always)]
+        fn spread(self, i: usize) -> Self {
+            self.map(|x| unsafe {
+                match i {
+                    0 => _mm256_permute_ps::<0b00_00_00_00>(x),
+                    1 => _mm256_permute_ps::<0b01_01_01_01>(x),
+                    2 => _mm256_permute_ps::<0b10_10_10_10>(x),
+                    _ => _mm256_permute_ps::<0b11_11_11_11>(x),
+                }
+            })
+        }
+        #[inline(always)]
+        fn store(self, to: &mut Row) {
+            unsafe {
+                _mm256_storeu_ps(to.as_mut_ptr(), self.0[0]);
+                _mm256_storeu_ps(to.as_mut_ptr().add(8), self.0[1]);
+            }
         }
         #[inline(always)]
         fn add(self, other: Self) -> Self {
@@ -328,9 +403,9 @@ mod x86 {
             self.zip(other, |a, b| unsafe { _mm256_cmp_ps::<_CMP_LE_OQ>(a, b) }).0
         }
         #[inline(always)]
-        fn differs(self, bits: u32) -> [__m256; 2] {
-            self.map(|x| unsafe {
-                let same = _mm256_cmpeq_epi32(_mm256_castps_si256(x), _mm256_set1_epi32(bits as i32));
+        fn differs(self, other: Self) -> [__m256; 2] {
+            self.zip(other, |a, b| unsafe {
+                let same = _mm256_cmpeq_epi32(_mm256_castps_si256(a), _mm256_castps_si256(b));
                 _mm256_castsi256_ps(_mm256_xor_si256(same, _mm256_set1_epi32(-1)))
             })
             .0
@@ -355,9 +430,12 @@ mod x86 {
             unsafe { (_mm256_movemask_ps(mask[0]) | _mm256_movemask_ps(mask[1]) << 8) as u32 }
         }
         #[inline(always)]
-        fn least(self, mask: [__m256; 2]) -> f32 {
-            let infinite = unsafe { _mm256_set1_ps(f32::INFINITY) };
-            least_f32(self.zip(Avx2(mask), |x, mask| unsafe { _mm256_blendv_ps(infinite, x, mask) }).0)
+        fn least_of_groups(self, mask: [__m256; 2]) -> Self {
+            self.zip(Avx2(mask), |x, mask| unsafe {
+                let x = _mm256_blendv_ps(_mm256_set1_ps(f32::INFINITY), x, mask);
+                let x = _mm256_min_ps(x, _mm256_permute_ps::<0b01_00_11_10>(x));
+                _mm256_min_ps(x, _mm256_permute_ps::<0b10_11_00_01>(x))
+            })
         }
         #[inline(always)]
         fn least_key_in(self, mask: [__m256; 2]) -> u32 {
@@ -381,6 +459,10 @@ mod x86 {
                 let next = to.as_mut_ptr().add((bits & 255).count_ones() as usize);
                 _mm256_storeu_ps(next, front(self.0[1], bits >> 8));
             }
+        }
+        #[inline(always)]
+        fn compress_group(group: &Quad, bits: u32, to: &mut Quad) {
+            compress_group(group, bits, to);
         }
     }
 
@@ -409,6 +491,30 @@ mod x86 {
         #[inline(always)]
         fn load(row: &Row) -> Self {
             Self(unsafe { _mm512_loadu_ps(row.as_ptr()) })
+        }
+        #[inline(always)]
+        fn groups([a, b, c, d]: [&Quad; GROUPS]) -> Self {
+            unsafe {
+                let x = _mm512_castps128_ps512(_mm_loadu_ps(a.as_ptr()));
+                let x = _mm512_insertf32x4::<1>(x, _mm_loadu_ps(b.as_ptr()));
+                let x = _mm512_insertf32x4::<2>(x, _mm_loadu_ps(c.as_ptr()));
+                Self(_mm512_insertf32x4::<3>(x, _mm_loadu_ps(d.as_ptr())))
+            }
+        }
+        #[inline(always)]
+        fn spread(self, i: usize) -> Self {
+            Self(unsafe {
+                match i {
+                    0 => _mm512_permute_ps::<0b00_00_00_00>(self.0),
+                    1 => _mm512_permute_ps::<0b01_01_01_01>(self.0),
+                    2 => _mm512_permute_ps::<0b10_10_10_10>(self.0),
+                    _ => _mm512_permute_ps::<0b11_11_11_11>(self.0),
+                }
+            })
+        }
+        #[inline(always)]
+        fn store(self, to: &mut Row) {
+            unsafe { _mm512_storeu_ps(to.as_mut_ptr(), self.0) }
         }
         #[inline(always)]
         fn add(self, other: Self) -> Self {
@@ -465,8 +571,8 @@ mod x86 {
             unsafe { _mm512_cmp_ps_mask::<_CMP_LE_OQ>(self.0, other.0) }
         }
         #[inline(always)]
-        fn differs(self, bits: u32) -> __mmask16 {
-            unsafe { _mm512_cmpneq_epi32_mask(_mm512_castps_si512(self.0), _mm512_set1_epi32(bits as i32)) }
+        fn differs(self, other: Self) -> __mmask16 {
+            unsafe { _mm512_cmpneq_epi32_mask(_mm512_castps_si512(self.0), _mm512_castps_si512(other.0)) }
         }
         #[inline(always)]
         fn first(count: usize) -> __mmask16 {
@@ -485,10 +591,11 @@ mod x86 {
             u32::from(mask)
         }
         #[inline(always)]
-        fn least(self, mask: __mmask16) -> f32 {
+        fn least_of_groups(self, mask: __mmask16) -> Self {
             unsafe {
                 let x = _mm512_mask_blend_ps(mask, _mm512_set1_ps(f32::INFINITY), self.0);
-                least_f32([_mm512_castps512_ps256(x), _mm512_extractf32x8_ps::<1>(x)])
+                let x = _mm512_min_ps(x, _mm512_permute_ps::<0b01_00_11_10>(x));
+                Self(_mm512_min_ps(x, _mm512_permute_ps::<0b10_11_00_01>(x)))
             }
         }
         #[inline(always)]
@@ -510,6 +617,10 @@ mod x86 {
             unsafe {
                 _mm512_storeu_ps(to.as_mut_ptr(), _mm512_maskz_compress_ps(bits as __mmask16, self.0));
             }
+        }
+        #[inline(always)]
+        fn compress_group(group: &Quad, bits: u32, to: &mut Quad) {
+            compress_group(group, bits, to);
         }
     }
 }

@@ -12,7 +12,7 @@ use std::hint::select_unpredictable;
 
 #[cfg(target_arch = "x86_64")]
 use super::lanes::{Avx2, Avx512};
-use super::lanes::{LANES, Lanes, Portable, Row, lane_of, value_of};
+use super::lanes::{GROUP, GROUPS, LANES, Lanes, Portable, Quad, Row, lane_of, value_of};
 use super::{CHILDREN, Item, Leaf, NODE_LINES, Tree, node_at};
 use crate::batch::WIDTH;
 use crate::isa::Isa;
@@ -23,8 +23,8 @@ use crate::trace::{Facets, Hits, Rays};
 /// Rays under way at once. More hide more latency, until they do not fit the first-level cache.
 const ACTIVE: usize = 32;
 
-/// Candidates that a ray can hold.
-const CANDIDATES: usize = 2 * LANES;
+/// Candidates that a ray can hold: a row of them, and what one leaf may add.
+const CANDIDATES: usize = LANES + GROUP;
 
 /// Half the distance from 1 to the next f32: the largest relative error of one operation.
 const ROUNDING: f32 = 0.5 * f32::EPSILON;
@@ -43,8 +43,27 @@ struct Forms {
     downwards: [[bool; WIDTH]; 3],
     /// The part of the uncertainty of t, times |n·d|, that does not grow with t.
     uncertainty: [f32; WIDTH],
-    /// A parameter that the nearest hit cannot exceed.
-    best: [f32; WIDTH],
+}
+
+/// A ray under way as leaves see it.
+#[derive(Clone, Copy, Debug, Default)]
+struct Flight {
+    /// The origin, and the uncertainty of [`Forms`].
+    start: Quad,
+    /// The direction, and a parameter that the nearest hit cannot exceed.
+    way: Quad,
+    /// The bits of the surface that it leaves, four times.
+    from: Quad,
+}
+
+impl Flight {
+    const UNCERTAINTY: usize = 3;
+    const BEST: usize = 3;
+
+    #[inline(always)]
+    fn best(&self) -> f32 {
+        self.way[Self::BEST]
+    }
 }
 
 impl Forms {
@@ -74,7 +93,6 @@ impl Forms {
         }
         for i in 0..len {
             self.uncertainty[i] = 30.0 * ROUNDING * reach[i] + 2.0 * tree.slack;
-            self.best[i] = f32::INFINITY;
         }
         for axis in 0..3 {
             for i in 0..len {
@@ -96,6 +114,7 @@ impl Forms {
 #[derive(Clone, Debug)]
 pub(crate) struct Scratch {
     forms: Forms,
+    flights: [Flight; ACTIVE],
     stacks: Stacks,
     queues: Queues,
     candidates: [Candidates; ACTIVE],
@@ -114,8 +133,8 @@ impl Default for Scratch {
                 leave: [[0.0; WIDTH]; 3],
                 downwards: [[false; WIDTH]; 3],
                 uncertainty: [0.0; WIDTH],
-                best: [0.0; WIDTH],
             },
+            flights: [Flight::default(); ACTIVE],
             stacks: Stacks::default(),
             queues: Queues::default(),
             candidates: [Candidates::default(); ACTIVE],
@@ -266,10 +285,24 @@ fn row_mut(values: &mut [f32], start: usize) -> &mut Row {
     (&mut values[start..start + LANES]).try_into().expect("a row")
 }
 
-impl Leaf<'_> {
+/// Group k of a row.
+#[inline(always)]
+fn quad(row: &Row, k: usize) -> &Quad {
+    row[GROUP * k..][..GROUP].try_into().expect("a group")
+}
+
+#[inline(always)]
+fn quad_mut(values: &mut [f32], start: usize) -> &mut Quad {
+    (&mut values[start..start + GROUP]).try_into().expect("a group")
+}
+
+/// The leaves that four rays have come to.
+struct Leaves<'a>([Leaf<'a>; GROUPS]);
+
+impl Leaves<'_> {
     #[inline(always)]
     fn load<L: Lanes>(&self, row: usize) -> L {
-        L::load(self.row(row))
+        L::groups(self.0.map(|leaf| leaf.row(row)))
     }
 
     /// The dot product of three rows and a vector.
@@ -333,11 +366,7 @@ impl Call<'_> {
                 let item = self.visit_node::<L>(step, scratch);
                 self.queue(Step { item, ..step }, &mut scratch.queues);
             }
-            for i in 0..std::mem::take(&mut scratch.queues.lens[Item::LEAF]) {
-                let step = scratch.queues.steps[Item::LEAF][i % ACTIVE];
-                self.visit_leaf::<L>(step, scratch);
-                self.pop::<L>(step, scratch);
-            }
+            self.visit_leaves::<L>(scratch);
             for i in 0..std::mem::take(&mut scratch.queues.lens[Item::POP]) {
                 let step = scratch.queues.steps[Item::POP][i % ACTIVE];
                 self.pop::<L>(step, scratch);
@@ -365,6 +394,14 @@ impl Call<'_> {
     /// Sends a ray on its way.
     #[inline(always)]
     fn start(&self, slot: usize, ray: usize, scratch: &mut Scratch) {
+        let forms = &scratch.forms;
+        let [[x, y, z], [dx, dy, dz]] =
+            [&forms.origin, &forms.direction].map(|v| v.each_ref().map(|row| row[ray]));
+        scratch.flights[slot] = Flight {
+            start: [x, y, z, forms.uncertainty[ray]],
+            way: [dx, dy, dz, f32::INFINITY],
+            from: [f32::from_bits(self.rays.from[ray]); GROUP],
+        };
         scratch.stacks.clear(slot);
         scratch.candidates[slot].len = 0;
         let step = Step { slot: slot as u16, ray: ray as u16, item: Item::new(Item::NODE, 0) };
@@ -381,8 +418,8 @@ impl Call<'_> {
     /// Takes a ray's next item from its stack.
     #[inline(always)]
     fn pop<L: Lanes>(&self, step: Step, scratch: &mut Scratch) {
-        let best = scratch.forms.best[step.ray as usize % WIDTH];
-        let item = scratch.stacks.pop::<L>(step.slot as usize % ACTIVE, best);
+        let slot = step.slot as usize % ACTIVE;
+        let item = scratch.stacks.pop::<L>(slot, scratch.flights[slot].best());
         self.queue(Step { item, ..step }, &mut scratch.queues);
     }
 
@@ -401,7 +438,7 @@ impl Call<'_> {
             })
         });
         let enter = near[0].max(near[1]).max(near[2]).max(L::splat(0.0));
-        let leave = far[0].min(far[1]).min(far[2].min(L::splat(forms.best[ray])));
+        let leave = far[0].min(far[1]).min(far[2].min(L::splat(scratch.flights[slot].best())));
         let mask = enter.le(leave);
         let bits = L::bits(mask);
         let nearest = lane_of(enter.least_key_in(mask));
@@ -411,7 +448,29 @@ impl Call<'_> {
         select_unpredictable(bits == 0, Item::new(Item::POP, 0), child)
     }
 
-    /// Notes which facets of a leaf the ray might meet, and no later than when it surely meets one.
+    /// Takes a step with the rays that are at a leaf, four at a time; what is left waits until there are four, or
+    /// nothing else is to do.
+    #[inline(always)]
+    fn visit_leaves<L: Lanes>(&self, scratch: &mut Scratch) {
+        let len = std::mem::take(&mut scratch.queues.lens[Item::LEAF]);
+        let rest = if scratch.queues.lens == [0; Item::KINDS] { 0 } else { len % GROUPS };
+        for first in (0..len - rest).step_by(GROUPS) {
+            let count = (len - first).min(GROUPS);
+            let steps = [0, 1, 2, 3]
+                .map(|k: usize| scratch.queues.steps[Item::LEAF][(first + k.min(count - 1)) % ACTIVE]);
+            self.visit_four::<L>(&steps, count, scratch);
+            for step in &steps[..count] {
+                self.pop::<L>(*step, scratch);
+            }
+        }
+        // They move up; no ray was queued here that had not been taken out.
+        for i in len - rest..len {
+            let step = scratch.queues.steps[Item::LEAF][i % ACTIVE];
+            scratch.queues.push(step);
+        }
+    }
+
+    /// Notes which facets of its leaf each of four rays might meet, and no later than when it surely meets one.
     ///
     /// Let e = [`ROUNDING`], O the origin, d the direction (|d| ≤ 1 + 10⁻⁹), all lengths in tree coordinates, where
     /// points of facets lie within √3 of the middle, and s the slack.
@@ -428,22 +487,24 @@ impl Call<'_> {
     /// u + v. The errors of the f64 arithmetic are 2⁻²⁹ of these. A facet that is met with |a| ≤ 16 e is
     /// taken without looking. None of those is *surely* met: there E > 1.8 |t| + 3.
     #[inline(always)]
-    fn visit_leaf<L: Lanes>(&self, step: Step, scratch: &mut Scratch) {
-        let (slot, ray) = (step.slot as usize % ACTIVE, step.ray as usize % WIDTH);
-        let forms = &mut scratch.forms;
-        let leaf = Leaf::at(&self.tree.lines, step.item.line());
-        let [origin, direction] =
-            [&forms.origin, &forms.direction].map(|v| v.each_ref().map(|row| L::splat(row[ray])));
-        let approach = leaf.dot(Leaf::NORMAL, &direction);
-        let depth = leaf.load::<L>(Leaf::NORMAL + 3).sub(leaf.dot(Leaf::NORMAL, &origin));
+    fn visit_four<L: Lanes>(&self, steps: &[Step; GROUPS], count: usize, scratch: &mut Scratch) {
+        let slots = steps.map(|step| step.slot as usize % ACTIVE);
+        let leaves = Leaves(steps.map(|step| Leaf::at(&self.tree.lines, step.item.line())));
+        let flights = &scratch.flights;
+        let start = L::groups(slots.map(|slot| &flights[slot].start));
+        let way = L::groups(slots.map(|slot| &flights[slot].way));
+        let from = L::groups(slots.map(|slot| &flights[slot].from));
+        let [origin, direction] = [start, way].map(|v| [0, 1, 2].map(|axis| v.spread(axis)));
+        let (uncertainty, best) = (start.spread(Flight::UNCERTAINTY), way.spread(Flight::BEST));
+        let approach = leaves.dot(Leaf::NORMAL, &direction);
+        let depth = leaves.load::<L>(Leaf::NORMAL + 3).sub(leaves.dot(Leaf::NORMAL, &origin));
         let inverse = approach.recip();
         let t = depth.mul(inverse);
-        let error =
-            t.abs().mul_add(L::splat(30.0 * ROUNDING), L::splat(forms.uncertainty[ray])).mul(inverse.abs());
+        let error = t.abs().mul_add(L::splat(30.0 * ROUNDING), uncertainty).mul(inverse.abs());
         let point = [0, 1, 2].map(|axis| t.mul_add(direction[axis], origin[axis]));
-        let u = leaf.dot(Leaf::U, &point).sub(leaf.load(Leaf::U + 3));
-        let v = leaf.dot(Leaf::V, &point).sub(leaf.load(Leaf::V + 3));
-        let steepness: L = leaf.load(Leaf::STEEPNESS);
+        let u = leaves.dot(Leaf::U, &point).sub(leaves.load(Leaf::U + 3));
+        let v = leaves.dot(Leaf::V, &point).sub(leaves.load(Leaf::V + 3));
+        let steepness: L = leaves.load(Leaf::STEEPNESS);
         let margin = steepness.abs().mul(error);
         let least = u.min(v);
         let greatest = u.max(v).add(least.where_negative(steepness));
@@ -451,39 +512,46 @@ impl Call<'_> {
         let [zero, one] = [0.0, 1.0].map(L::splat);
 
         let grazing = approach.abs().le(L::splat(16.0 * ROUNDING));
-        let surfaces: L = leaf.load(Leaf::SURFACE);
-        let other = L::and(surfaces.differs(self.rays.from[ray]), L::first(leaf.count));
+        let surfaces: L = leaves.load(Leaf::SURFACE);
+        let other = surfaces.differs(from);
         let inside = L::and(zero.sub(margin).le(least), greatest.le(one.add(margin)));
-        let ahead = L::and(earliest.le(L::splat(forms.best[ray])), zero.le(latest));
+        let ahead = L::and(earliest.le(best), zero.le(latest));
         let maybe = L::and(L::or(grazing, L::and(inside, ahead)), other);
         let surely_inside = L::and(margin.le(least), greatest.le(one.sub(margin)));
         let surely = L::and(L::and(surely_inside, zero.le(earliest)), other);
 
-        let latest = latest.least(surely);
-        forms.best[ray] = if latest < forms.best[ray] { latest } else { forms.best[ray] };
-        let bits = L::bits(maybe);
-        let candidates = &mut scratch.candidates[slot];
-        let len = candidates.len;
+        let mut bests = [0.0; LANES];
+        latest.least_of_groups(surely).min(best).store(&mut bests);
+        let (mut enters, mut numbers) = ([0.0; LANES], [0.0; LANES]);
         // A grazing one has no number for t.
-        earliest.zero_where(grazing).compress(bits, row_mut(&mut candidates.t, len));
-        surfaces.compress(bits, row_mut(&mut candidates.surface, len));
-        candidates.len = len + bits.count_ones() as usize;
-        if candidates.len > CANDIDATES - LANES {
-            self.settle(step, scratch);
+        earliest.zero_where(grazing).store(&mut enters);
+        surfaces.store(&mut numbers);
+        let bits = L::bits(maybe);
+        for (k, step) in steps[..count].iter().enumerate() {
+            let slot = slots[k];
+            scratch.flights[slot].way[Flight::BEST] = bests[GROUP * k];
+            let candidates = &mut scratch.candidates[slot];
+            let (bits, len) = (bits >> (GROUP * k) & ((1 << GROUP) - 1), candidates.len);
+            L::compress_group(quad(&enters, k), bits, quad_mut(&mut candidates.t, len));
+            L::compress_group(quad(&numbers, k), bits, quad_mut(&mut candidates.surface, len));
+            candidates.len = len + bits.count_ones() as usize;
+            if candidates.len > LANES {
+                self.settle(*step, scratch);
+            }
         }
     }
 
     /// Meets all candidates of a ray now, and keeps the nearest.
     #[cold]
     fn settle(&self, step: Step, scratch: &mut Scratch) {
-        let ray = step.ray as usize;
-        let candidates = &mut scratch.candidates[step.slot as usize];
+        let (slot, ray) = (step.slot as usize, step.ray as usize);
+        let candidates = &mut scratch.candidates[slot];
         let mut nearest = None;
         for surface in &candidates.surface[..std::mem::take(&mut candidates.len)] {
             self.facets.meet(surface.to_bits(), &self.rays.get(ray), &mut nearest);
         }
         if let Some(hit) = nearest {
-            let (best, t) = (&mut scratch.forms.best[ray], (hit.t * self.tree.scale) as f32);
+            let (best, t) = (&mut scratch.flights[slot].way[Flight::BEST], (hit.t * self.tree.scale) as f32);
             *best = best.min(t.next_up());
             candidates.t[0] = t.next_down();
             candidates.surface[0] = f32::from_bits(hit.surface);
@@ -492,12 +560,12 @@ impl Call<'_> {
     }
 
     /// Keeps the candidates that are near enough, hardly ever more than one. There are no more than a row of them:
-    /// else [`Call::visit_leaf`] has met them.
+    /// else [`Call::visit_four`] has met them.
     #[inline(always)]
     fn finish<L: Lanes>(&self, step: Step, scratch: &mut Scratch) {
         let (slot, ray) = (step.slot as usize % ACTIVE, step.ray as usize % WIDTH);
         let (candidates, finalists) = (&scratch.candidates[slot], &mut scratch.finalists);
-        let near = L::load(row(&candidates.t, 0)).le(L::splat(scratch.forms.best[ray]));
+        let near = L::load(row(&candidates.t, 0)).le(L::splat(scratch.flights[slot].best()));
         let bits = L::bits(L::and(near, L::first(candidates.len)));
         let one = candidates.surface[bits.trailing_zeros() as usize % CANDIDATES].to_bits();
         finalists.one[ray] = select_unpredictable(bits == 0, Hits::NONE, one);
