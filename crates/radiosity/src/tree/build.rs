@@ -32,7 +32,7 @@ impl Tree {
         let params = BvhBuildParams {
             max_prims_per_leaf: 1,
             post_collapse_reinsertion_batch_ratio_multiplier: 0.0,
-            ..BvhBuildParams::medium_build()
+            ..BvhBuildParams::slow_build()
         };
         let binary = build_bvh2(&boxes, params, &mut Duration::default());
         let mut tree = Tree {
