@@ -49,7 +49,7 @@ pub fn audit(args: &AuditArgs) -> Result<Outcome, Fault> {
         Some(seed) => seed,
         None => fresh_seed()?,
     };
-    let what = if experiment.chain_rays().is_some() { "chains" } else { "walks" };
+    let what = if experiment.batch_paths().is_some() { "batches" } else { "walks" };
     let all = leases(&checkpoint);
     let sample = sample(all.clone(), args.share, seed);
     let wrong = wrong(&sample, &settings, &experiment).map_err(|Overflow| Fault::Overflow)?;

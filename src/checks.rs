@@ -18,8 +18,8 @@ const QUESTIONABLE: f64 = 0.1;
 /// How far R·√N and the figure of merit may wander over the last half of a run. Fewer looks than two say nothing.
 const STEADY: f64 = 1.5;
 
-/// What fewer chains differ by is too rough to tell how errors fall.
-const TELLING_CHAINS: u64 = 32;
+/// What fewer batches differ by is too rough to tell how errors fall.
+const TELLING_BATCHES: u64 = 32;
 
 /// The outcome of every check; `note` says what of the method was not done as asked.
 pub fn checks(
@@ -35,7 +35,7 @@ pub fn checks(
     checks.extend(books(experiment, tally));
     checks.extend([unhit(precision), rare(&doubts), error(&doubts), vov(experiment, &doubts)]);
     checks.push(tail(experiment, tally));
-    let telling = experiment.chain_rays().map_or(0, |_| TELLING_CHAINS);
+    let telling = experiment.batch_paths().map_or(0, |_| TELLING_BATCHES);
     let half: Vec<&Look> = looks
         .iter()
         .filter(|look| look.walks >= telling.max(tally.counts.walks.div_ceil(2)))
@@ -56,11 +56,9 @@ fn method(note: Option<&str>) -> Check {
 /// Whether every walk is accounted for, and none got behind a surface.
 fn books(experiment: &Experiment, tally: &Tally) -> [Check; 2] {
     let counts = tally.counts;
-    // The rays of a chain end one by one.
-    let (began, what) = match experiment.chain_rays() {
-        Some(rays) => (counts.walks.saturating_mul(rays), "rays"),
-        None => (counts.walks, "walks"),
-    };
+    // The rays of a chain end one by one, as the walks of a batch do.
+    let began = counts.walks.saturating_mul(experiment.paths_per_walk());
+    let what = if experiment.chain_rays().is_some() { "rays" } else { "walks" };
     let ended = counts.absorbed + counts.absorbed_back + counts.escaped + counts.truncated;
     [
         check("energy", ended == began, format!("{began} {what} were emitted, {ended} absorbed or escaped")),
@@ -118,10 +116,10 @@ fn error(Doubts { found, rough, .. }: &Doubts) -> Check {
     check("error", *rough == 0, message)
 }
 
-/// Chains differ like normal numbers, and their intervals allow for what few of them can tell (Student's t).
+/// Batches and chains differ like normal numbers, and their intervals allow for what few of them can tell (Student's t).
 fn vov(experiment: &Experiment, Doubts { found, volatile, .. }: &Doubts) -> Check {
-    if experiment.chain_rays().is_some() {
-        let message = "the intervals of chains are Student's: they allow for the variance of the variance";
+    if experiment.batch_paths().is_some() {
+        let message = "the intervals of batches are Student's: they allow for the variance of the variance";
         return check("vov", true, message.into());
     }
     let message = format!("{volatile} of {found} estimates have a variance of the variance above 0.1");
@@ -151,8 +149,8 @@ fn tail(experiment: &Experiment, tally: &Tally) -> Check {
         sum > 0.0 && meaning.unit * squares / sum > meaning.ratio_bound * (1.0 + 5.0 / scores.sqrt())
     };
     let heavy = patches.flat_map(|patch| (0..channels).map(move |c| (patch, c))).filter(heavy).count();
-    let limit = match experiment.chain_rays() {
-        Some(_) => "chains can make (no irradiance exceeds max E/(1 − max R))",
+    let limit = match experiment.batch_paths() {
+        Some(_) => "batches can make (all light that is under way)",
         None => "walks can make (visits fall off geometrically)",
     };
     check("tail", heavy == 0, format!("{heavy} patches have larger scores than {limit}"))

@@ -111,7 +111,7 @@ impl Prepared {
         Ok(())
     }
 
-    /// Why a checkpoint is of no use: the length of chains may have changed with the budget alone.
+    /// Why a checkpoint is of no use: the length of batches may have changed with the budget alone.
     fn explain(&self, error: CheckpointError) -> Fault {
         let theirs = || {
             let kept = checkpoint::read(&error.path).ok()?.book.job;
@@ -120,9 +120,9 @@ impl Prepared {
             let method = Method { batch_paths: self.settings.method.batch_paths, ..theirs.method };
             ((method, theirs.seed) == (self.settings.method.clone(), self.settings.seed)).then_some(rays)
         };
-        match (self.experiment.chain_rays(), &error.fault) {
+        match (self.experiment.batch_paths(), &error.fault) {
             (Some(ours), CheckpointFault::ForeignJob) => match theirs().filter(|&theirs| theirs != ours) {
-                Some(theirs) => Fault::OtherChains { theirs, ours },
+                Some(theirs) => Fault::OtherBatches { theirs, ours },
                 None => error.into(),
             },
             _ => error.into(),
@@ -164,8 +164,8 @@ impl Prepared {
         let level = self.settings.level(self.experiment.scene());
         let mut observer = Observer::new(self.experiment.clone(), level, self.settings.target);
         let paths = budget.paths / self.experiment.paths_per_walk();
-        // A chain is leased as a walk is, whole and alone.
-        let (stream_paths, leases_per_thread) = match self.experiment.chain_rays() {
+        // A batch is leased as a walk is, whole and alone.
+        let (stream_paths, leases_per_thread) = match self.experiment.batch_paths() {
             Some(_) => (1, 1),
             None => (budget.stream_paths, 2),
         };

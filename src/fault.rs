@@ -75,19 +75,19 @@ pub enum Fault {
         /// Walks of the job.
         paths: u64,
     },
-    /// A checkpoint holds chains of another length.
+    /// A checkpoint holds chains, or batches of walks, of another length.
     #[error(
-        "the checkpoint holds chains of {theirs} rays, the job asks for chains of {ours} (paths/8 unless it says otherwise; only equal ones are one sample); give --set method.batch_paths={theirs}"
+        "the checkpoint holds chains or batches of {theirs} paths, the job asks for {ours} (a part of budget.paths unless it says otherwise; only equal ones are one sample); give --set method.batch_paths={theirs}"
     )]
-    OtherChains {
-        /// Rays of a chain in the checkpoint.
+    OtherBatches {
+        /// Paths of a batch in the checkpoint.
         theirs: u64,
-        /// Rays of a chain of the job.
+        /// Paths of a batch of the job.
         ours: u64,
     },
-    /// Chains are no walks.
+    /// Neither chains nor batches are walks.
     #[error(
-        "a job of walk = \"jacobi\" has no walks to replay (its chains are of single rays); give --set method.walk=shooting, or another job"
+        "a job of chains or Sobol batches has no walks to replay (what is within one depends on all of it); give --set method.walk=shooting --set method.sampler=random, or another job"
     )]
     NoWalks,
     /// Runs cannot be merged.
@@ -170,7 +170,7 @@ impl Fault {
             Fault::Job(_) | Fault::Unfit(_) | Fault::Report(_) | Fault::Exact(_) => 2,
             Fault::AccessFile { .. } | Fault::AccessFileWrite { .. } => 2,
             Fault::Checkpoint(_) | Fault::BeyondBudget { .. } | Fault::Merge { .. } => 2,
-            Fault::Kept { .. } | Fault::Share(_) | Fault::OtherChains { .. } | Fault::NoWalks => 2,
+            Fault::Kept { .. } | Fault::Share(_) | Fault::OtherBatches { .. } | Fault::NoWalks => 2,
             Fault::Audit { .. } | Fault::Listen { .. } | Fault::Worker(_) | Fault::NoWorkers(_) => 3,
             Fault::NotReproduced { .. } | Fault::Overflow | Fault::System { .. } => 3,
         }

@@ -155,8 +155,8 @@ fn describe_worst(worst: &WorstPatch) {
 fn facts(settings: &Settings, estimates: &Estimates, precision: &Precision, book: &Book) -> RunFacts {
     let (experiment, tally, scene) = (estimates.experiment(), estimates.tally(), estimates.scene());
     let paths = tally.counts.walks.saturating_mul(experiment.paths_per_walk());
-    // A chain is a stream of its own.
-    let stream_paths = experiment.chain_rays().unwrap_or(settings.stream_paths);
+    // A batch is a stream of its own.
+    let stream_paths = experiment.batch_paths().unwrap_or(settings.stream_paths);
     let git = env!("RADWALK_GIT");
     RunFacts {
         version: env!("CARGO_PKG_VERSION").into(),
@@ -164,6 +164,7 @@ fn facts(settings: &Settings, estimates: &Estimates, precision: &Precision, book
         job_hash: job::job_hash(scene.hash(), &settings.method, settings.seed),
         seed: settings.seed,
         method: method(&settings.method),
+        paths,
         seconds: book.effort.seconds,
         cpu_seconds: book.effort.cpu_seconds,
         workers_seen: book.effort.workers_seen,

@@ -10,7 +10,7 @@ use crate::fault::{Fault, Outcome};
 pub fn replay(args: &ReplayArgs) -> Result<Outcome, Fault> {
     let job = job::load(&args.job.job, &args.job.overrides())?;
     let experiment = Experiment::new(job.build_scene()?, job.method.walks())?;
-    if experiment.chain_rays().is_some() {
+    if experiment.batch_paths().is_some() {
         return Err(Fault::NoWalks);
     }
     let replay = experiment.replay(&Sequence::new(job.seed), args.walk);

@@ -175,7 +175,7 @@ fn decide(target: &Target, estimates: &Estimates, walks: u64, looks: &[Look]) ->
 /// The numbers of walks (or chains) at which a run of so many is looked at. Fewer walks than patches tell nothing of most
 /// of them, and a look at many patches takes its time; a chain tells of every patch, and takes longer than a look.
 pub fn looks(experiment: &Experiment, walks: u64) -> Vec<u64> {
-    match experiment.chain_rays() {
+    match experiment.batch_paths() {
         Some(_) => ladder(FIRST_LOOK_AT_CHAINS, walks, 0),
         None => ladder(FIRST_LOOK, walks, experiment.scene().patches().len()),
     }

@@ -49,6 +49,7 @@ impl Case {
             infinite: InfiniteEnd::default(),
             space: Space::Discrete,
             mix: false,
+            sobol_batch: None,
         };
         let experiment = experiment(&spec, IndexChoice::Auto, method);
         let truth = Exact::of_scene(&spec).unwrap().solution().radiosity.clone();

@@ -8,8 +8,8 @@ use common::{box_scene, collision, quad, surface};
 use exact::Exact;
 use glam::DVec3;
 use radiosity::{
-    Counts, Direction, Experiment, IndexChoice, Iterations, Method, Phase, RayBirths, Sampler, Scene,
-    SceneSpec, Sequence, Sides, Solution, Solve, Space, Spectrum, SurfaceSpec, Tally,
+    Counts, Direction, EstimatorKind, Experiment, IndexChoice, Iterations, Method, Phase, RayBirths, Sampler,
+    Scene, SceneSpec, Sequence, Sides, Solution, Solve, Space, Spectrum, SurfaceSpec, Tally,
 };
 
 /// Chains of a run, as jobs have them.
@@ -30,6 +30,12 @@ fn chains(spec: &SceneSpec, chain_rays: u64) -> Experiment {
 /// The same by iterations.
 fn iterations(spec: &SceneSpec, chain_rays: u64, plan: Iterations) -> Experiment {
     experiment(spec, Direction::Jacobi { chain_rays, solve: Solve::Iterations(plan) })
+}
+
+/// Batches of so many shooting walks.
+fn sobol(spec: &SceneSpec, walks: u64, method: Method) -> Experiment {
+    let scene = Scene::build(spec, IndexChoice::Auto).unwrap();
+    Experiment::new(scene, Method { sobol_batch: Some(walks), ..method }).unwrap()
 }
 
 fn run(experiment: &Experiment, seed: u64, walks: u64) -> Tally {
@@ -97,14 +103,17 @@ fn judge(experiment: &Experiment, truth: &Truth, seeds: u64) -> Verdict {
     let (mut squares, mut coverages) = (Vec::new(), Vec::new());
     for seed in 0..seeds {
         let estimates = solve(experiment, 7000 + seed, CHAINS).estimates;
-        let (mut square, mut covered) = (0.0, 0_u64);
+        let (mut square, mut told, mut covered) = (0.0, 0_u64, 0_u64);
         for &i in &judged {
             let (estimate, (truth, error)) = (estimates[i].unwrap(), truth[i]);
-            let variance = estimate.std_error.unwrap().powi(2) + error * error;
-            square += (estimate.radiosity - truth).powi(2) / variance;
+            // Where nothing landed only the interval says anything.
+            if let Some(own) = estimate.std_error {
+                square += (estimate.radiosity - truth).powi(2) / (own.powi(2) + error * error);
+                told += 1;
+            }
             covered += u64::from((estimate.ci_low..=estimate.ci_high).contains(&truth));
         }
-        squares.push(square / judged.len() as f64);
+        squares.push(square / told as f64);
         coverages.push(covered as f64 / judged.len() as f64);
     }
     let verdict = Verdict { squared_z: Mean::of(&squares), coverage: Mean::of(&coverages) };
@@ -182,6 +191,21 @@ fn the_spread_of_iterations_is_no_error() {
     println!("naive intervals cover {naive:?}");
     assert!(naive.value > 0.45 && naive.value + 4.0 * naive.error < 0.9, "{naive:?}");
     judge(&experiment, &truth, 60).agrees(0.3);
+}
+
+/// Walks that share Sobol sequences, by several estimators; continuous ones against random ones.
+#[test]
+fn intervals_of_sobol_walks_are_true() {
+    let cube = scenes::cube(3);
+    let truth = exactly(&cube);
+    for estimator in [EstimatorKind::Collision, EstimatorKind::Survival, EstimatorKind::Infinite] {
+        let method = Method { estimator, ..collision(Space::Discrete) };
+        judge(&sobol(&cube, 1 << 12, method), &truth, 60).agrees(0.06);
+    }
+    let continuous = collision(Space::Continuous);
+    let scene = Scene::build(&cube, IndexChoice::Auto).unwrap();
+    let truth = long_run(&Experiment::new(scene, continuous.clone()).unwrap(), 20_000_000);
+    judge(&sobol(&cube, 1 << 12, continuous), &truth, 60).agrees(0.06);
 }
 
 /// Open, hidden, two-sided, coloured.
@@ -291,7 +315,7 @@ fn long_two_rooms() {
 
 #[test]
 #[ignore = "minutes; run with --release"]
-fn long_iterations() {
+fn long_iterations_and_sobol_walks() {
     let (cube, rooms, cornell) = (scenes::cube(3), two_rooms(), scenes::cornell());
     let studies = [
         (&cube, exactly(&cube), [16 * 54, 1 << 13]),
@@ -307,6 +331,8 @@ fn long_iterations() {
                     judge(&iterations(spec, *rays, plan), truth, 200);
                 }
             }
+            println!("{rays} Sobol walks");
+            judge(&sobol(spec, *rays, collision(Space::Discrete)), truth, 200);
         }
     }
 }

@@ -190,7 +190,7 @@ fn chains_of_another_length_and_replays_are_refused() {
     let (code, _, stderr) = run(&[&resume[..], &["--paths", "160000"]].concat());
     assert_eq!(code, 2);
     assert!(
-        stderr.contains("chains of 10000 rays") && stderr.contains("method.batch_paths=10000"),
+        stderr.contains("batches of 10000 paths") && stderr.contains("method.batch_paths=10000"),
         "{stderr}"
     );
     for other in

@@ -50,7 +50,8 @@ pub struct Method {
     pub birth: Birth,
     /// Whether collision walks are scored by absorption and survival too, to find the best mix of both.
     pub mix: bool,
-    /// Rays of a chain; of Jacobi only, where [`crate::load`] puts it where the job names none.
+    /// Rays of a chain, or walks that share a Sobol sequence: [`crate::load`] puts it where the job names none. Random
+    /// walks have none.
     pub batch_paths: Option<u64>,
     /// What chains make of their rays; of Jacobi only. Default: links.
     pub jacobi: Solve,
@@ -72,6 +73,8 @@ impl Method {
             infinite: self.infinite,
             space: self.space,
             mix: self.mix,
+            sobol_batch: (self.walk != WalkKind::Jacobi && self.sampler == Sampler::Sobol)
+                .then(|| self.batch_paths.unwrap_or(0)),
         }
     }
 }
@@ -234,6 +237,7 @@ pub(crate) fn read_method(
     };
     let note = settle_jacobi(&mut method, &places, patch_count, budget)?;
     method.sampler = read_sampler(sampler, walk, &method)?;
+    settle_sobol(&mut method, &places, budget)?;
     if let Solve::Iterations(iterations) = &mut method.jacobi {
         iterations.sampler = method.sampler;
     }
@@ -245,26 +249,64 @@ fn word<W: Word + Default>(value: Option<Value<'_>>) -> Result<W, Error> {
     value.map_or(Ok(W::default()), |value| value.word())
 }
 
-/// Walks draw random numbers, links follow Sobol sequences, iterations have the choice. `asked` is what the job says,
-/// `method` what it becomes.
+/// Walks draw random numbers unless asked otherwise, links follow Sobol sequences, iterations have the choice. `asked` is
+/// what the job says, `method` what it becomes.
 fn read_sampler(value: Option<Value<'_>>, asked: WalkKind, method: &Method) -> Result<Sampler, Error> {
     let (walks, links) = (method.walk != WalkKind::Jacobi, method.jacobi == Solve::Links);
     let default = if !walks && links { Sampler::Sobol } else { Sampler::Random };
     let Some(value) = value else { return Ok(default) };
     match value.word()? {
-        Sampler::Sobol if walks && method.walk == asked => Err(Error::NotBuilt {
-            place: value.place(),
-            what: "\"sobol\" for walks".into(),
-            remedy: "write \"random\", or walk = \"jacobi\", whose rays follow Sobol sequences".into(),
-        }),
+        // Chains that fell back to walks.
+        _ if method.walk != asked && walks => Ok(default),
+        Sampler::Sobol if walks && (asked != WalkKind::Shooting || method.mix) => Err(value.refuse(
+            "\"sobol\" is for shooting walks without `mix`, and for chains".into(),
+            "gathered scores are rounded at random, and gathering from every patch leaves each too few points to be even",
+            "write \"random\"",
+        )),
         Sampler::Random if !walks && links => Err(value.refuse(
             "\"random\" does not go with walk = \"jacobi\"".into(),
             "the rays of its patches follow Sobol sequences, which costs nothing and errs far less",
             "remove the key, or write jacobi = { solve = \"iterations\" }, which has both",
         )),
-        _ if walks => Ok(default),
         sampler => Ok(sampler),
     }
+}
+
+/// Batches of a job of Sobol walks that does not say how many walks each has: between 16 and 31.
+const BATCHES: u64 = 16;
+
+/// Puts the number of walks that share a Sobol sequence: a power of 2 where the job names none, since so many points are
+/// spread most evenly.
+fn settle_sobol(method: &mut Method, places: &Places, budget: &Budget) -> Result<(), Error> {
+    if method.walk == WalkKind::Jacobi || method.sampler != Sampler::Sobol {
+        return Ok(());
+    }
+    let most = (budget.paths / BATCHES).clamp(1, MOST_CHAIN_RAYS);
+    let walks = method.batch_paths.unwrap_or(1 << most.ilog2());
+    method.batch_paths = Some(walks);
+    whole_batches(walks, "walks", places, budget)
+}
+
+/// Whether a budget has batches enough, and begins with one.
+fn whole_batches(batch: u64, what: &str, places: &Places, budget: &Budget) -> Result<(), Error> {
+    let Budget { paths, first_path, .. } = *budget;
+    if paths / batch < CHAINS {
+        return Err(Error::Refused {
+            place: places.batch.clone(),
+            problem: format!("{paths} paths make {} batches of {batch} {what}", paths / batch),
+            why: "intervals come from what independent batches differ by, and 8 are the fewest that tell",
+            remedy: format!("choose batch_paths ≤ {}, or more paths", paths / CHAINS),
+        });
+    }
+    if !first_path.is_multiple_of(batch) {
+        return Err(Error::Refused {
+            place: places.batch.clone(),
+            problem: format!("budget.first_path = {first_path} begins no batch of {batch} {what}"),
+            why: "batches are shot whole",
+            remedy: "choose a first_path that is a multiple of batch_paths".into(),
+        });
+    }
+    Ok(())
 }
 
 /// The word of a [`Solve`].
@@ -357,7 +399,7 @@ fn settle_jacobi(
     patch_count: u64,
     budget: &Budget,
 ) -> Result<Option<String>, Error> {
-    let Budget { paths, first_path, .. } = *budget;
+    let paths = budget.paths;
     let asked = method.walk;
     let fits = method.space == Space::Discrete && method.estimator == EstimatorKind::Collision && !method.mix;
     match asked {
@@ -385,22 +427,7 @@ fn settle_jacobi(
             )
         }));
     }
-    if paths / chain_rays < CHAINS {
-        return Err(Error::Refused {
-            place: places.batch.clone(),
-            problem: format!("{paths} rays make {} chains of {chain_rays}", paths / chain_rays),
-            why: "intervals come from what independent chains differ by, and 8 are the fewest that tell",
-            remedy: format!("choose batch_paths ≤ {}, or remove it", paths / CHAINS),
-        });
-    }
-    if !first_path.is_multiple_of(chain_rays) {
-        return Err(Error::Refused {
-            place: places.batch.clone(),
-            problem: format!("budget.first_path = {first_path} begins no chain of {chain_rays} rays"),
-            why: "chains are shot whole",
-            remedy: "choose a first_path that is a multiple of batch_paths".into(),
-        });
-    }
+    whole_batches(chain_rays, "rays (a chain)", places, budget)?;
     method.walk = WalkKind::Jacobi;
     method.batch_paths = Some(chain_rays);
     Ok(None)
@@ -509,5 +536,5 @@ fn read_patches(listed: Value<'_>, patch_count: u64) -> Result<Vec<u32>, Error> 
 }
 
 fn read_batch(value: &Value<'_>) -> Result<u64, Error> {
-    value.integer(1..=MOST_CHAIN_RAYS, "a chain has at least one ray, and rays are counted in 32 bits")
+    value.integer(1..=MOST_CHAIN_RAYS, "a batch has at least one path, and they are counted in 32 bits")
 }

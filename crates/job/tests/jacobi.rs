@@ -57,7 +57,7 @@ fn a_range_begins_with_a_whole_chain() {
     let jacobi = ["method.walk=jacobi", "budget.paths=80000", "method.batch_paths=1000"];
     assert_eq!(cube54(&[&jacobi[..], &["budget.first_path=5000"]].concat()).budget.first_path, 5000);
     let refused = load_cube54(&[&jacobi[..], &["budget.first_path=5001"]].concat()).unwrap_err().to_string();
-    assert!(refused.contains("5001 begins no chain of 1000 rays"), "{refused}");
+    assert!(refused.contains("5001 begins no batch of 1000 rays (a chain)"), "{refused}");
 }
 
 #[test]
@@ -137,4 +137,27 @@ fn what_makes_no_sense_for_chains_is_refused() {
     refused(&[jacobi, "method.jacobi.births=systematic"], "solve = \"iterations\" beside it");
     refused(&[jacobi, iterations, "method.jacobi.births=fair"], "multinomial");
     refused(&[jacobi, iterations, "method.jacobi.regular=0"], "their results are averaged");
+}
+
+#[test]
+fn sobol_walks_come_in_batches() {
+    let sobol = "method.sampler=sobol";
+    let batch = |set: &[&str]| cube54(&[&[sobol], set].concat()).method.batch_paths;
+    assert_eq!(
+        batch(&["budget.paths=1000000"]),
+        Some(1 << 15),
+        "the greatest power of 2 of which there are 16"
+    );
+    assert_eq!(batch(&["budget.paths=1000000", "method.batch_paths=100000"]), Some(100_000));
+    let method = cube54(&[sobol, "budget.paths=1000000"]).method;
+    assert_eq!((method.sampler, method.walks().sobol_batch), (Sampler::Sobol, Some(1 << 15)));
+    let refused = |set: &[&str], part: &str| {
+        let message = load_cube54(&[&[sobol], set].concat()).unwrap_err().to_string();
+        assert!(message.contains(part), "{message}");
+    };
+    refused(&["method.walk=gathering"], "\"sobol\" is for shooting walks");
+    refused(&["method.mix=true"], "\"sobol\" is for shooting walks");
+    refused(&["budget.paths=7"], "7 paths make 7 batches");
+    refused(&["budget.paths=1000", "method.batch_paths=300"], "choose batch_paths ≤ 125");
+    refused(&["budget.paths=1600", "budget.first_path=7"], "begins no batch of 64 walks");
 }

@@ -13,10 +13,11 @@ use crate::fate::{Analog, Coloured, Fate, FirstArrival, Infinite};
 use crate::jacobi::{self, ChainBoard, Iteration};
 use crate::method::{Birth, Direction, EstimatorKind, InfiniteEnd, Method, Solve};
 use crate::patch::Patch;
+use crate::quasi::{Place, Quasi};
 use crate::rng::Sequence;
 use crate::scene::Scene;
 use crate::tally::{Counts, Layout, Overflow, Scoreboard, Tally};
-use crate::walk::walk_all;
+use crate::walk::{walk_all, walk_each};
 
 /// A method that would be wrong in this scene.
 #[derive(Clone, Debug, Error, PartialEq)]
@@ -32,6 +33,9 @@ pub enum Unfit {
     /// The best mix of absorption and survival is a matter of one channel and of analog walks.
     #[error("`mix` compares collision, absorption and survival on the same walks, which needs {0}")]
     Mix(&'static str),
+    /// Batches of walks that share a Sobol sequence score as shooting walks do.
+    #[error("Sobol sequences are for shooting walks without `mix`; choose sampler = \"random\"")]
+    Sobol,
     /// Nobody can be born where there is no patch.
     #[error("walks are to be born on patch {patch}, but the scene has {patches} patches; choose from 0 to {last}", last = patches - 1)]
     NoSuchPatch {
@@ -97,6 +101,15 @@ enum Values {
     Related(Vec<[f64; 3]>),
 }
 
+/// Walks of a batch that are scored at once: no sum of so few wraps.
+const WALKS_AT_ONCE: usize = 1 << 18;
+
+/// Where the numbers of walks come from, and which walks.
+enum Source<'a> {
+    Random(&'a Sequence, Range<u64>),
+    Sobol(&'a Quasi, Range<u64>),
+}
+
 /// A scene and a method that fits it.
 #[derive(Clone, Debug)]
 pub struct Experiment {
@@ -109,27 +122,27 @@ pub struct Experiment {
 
 /// Runs walks with the event that an estimator scores and the fate its walks meet, in C channels.
 macro_rules! walk_by_estimator {
-    ($self:ident, $analog:expr, $births:expr, $sequence:expr, $walks:expr, $V:ident => $score:expr) => {
+    ($self:ident, $analog:expr, $births:expr, $source:expr, $V:ident => $score:expr) => {
         match $self.method.estimator {
             EstimatorKind::Absorption => {
                 type $V = Absorption;
-                $self.walk_all($births, $sequence, $walks, $analog, $score)
+                $self.walk_all($births, $source, $analog, $score)
             }
             EstimatorKind::Survival => {
                 type $V = Survival;
-                $self.walk_all($births, $sequence, $walks, $analog, $score)
+                $self.walk_all($births, $source, $analog, $score)
             }
             EstimatorKind::Collision => {
                 type $V = Collision;
-                $self.walk_all($births, $sequence, $walks, $analog, $score)
+                $self.walk_all($births, $source, $analog, $score)
             }
             EstimatorKind::Infinite => {
                 type $V = Collision;
-                $self.walk_all($births, $sequence, $walks, Infinite::new($self.method.infinite), $score)
+                $self.walk_all($births, $source, Infinite::new($self.method.infinite), $score)
             }
             EstimatorKind::Direct => {
                 type $V = Collision;
-                $self.walk_all($births, $sequence, $walks, FirstArrival::new(), $score)
+                $self.walk_all($births, $source, FirstArrival::new(), $score)
             }
         }
     };
@@ -149,6 +162,9 @@ impl Experiment {
         }
         if method.mix && matches!(method.direction, Direction::Jacobi { .. }) {
             return Err(Unfit::Mix("walks, not chains; remove `mix`"));
+        }
+        if method.sobol_batch.is_some() && (method.mix || method.direction != Direction::Shooting) {
+            return Err(Unfit::Sobol);
         }
         let gathering = match &method.direction {
             Direction::Shooting | Direction::Jacobi { .. } => None,
@@ -198,9 +214,14 @@ impl Experiment {
     }
 
     fn board_of<const M: usize>(&self, patches: usize) -> Board<M> {
-        if self.chain_rays().is_some() {
+        if self.batch_paths().is_some() {
             return Board::Chains(ChainBoard::new(patches, self.scene.channels()));
         }
+        self.board_of_walks(patches)
+    }
+
+    /// The board of single walks.
+    fn board_of_walks<const M: usize>(&self, patches: usize) -> Board<M> {
         let hits =
             self.method.direction == Direction::Shooting && self.method.estimator != EstimatorKind::Infinite;
         match (self.scene.channels(), hits, self.method.mix) {
@@ -220,18 +241,24 @@ impl Experiment {
         }
     }
 
-    /// What a walk counts as in jobs: one path; a chain counts as one for each of its rays.
-    pub fn paths_per_walk(&self) -> u64 {
-        self.chain_rays().unwrap_or(1)
+    /// Paths of a batch, where batches take the place of walks: rays of a chain, or walks that share a Sobol sequence.
+    /// Batches are independent, what is within one is not.
+    pub fn batch_paths(&self) -> Option<u64> {
+        self.chain_rays().or(self.method.sobol_batch)
     }
 
-    /// Walks (or chains) number `walks.start` … `walks.end` − 1 of a sequence, onto a board that
+    /// What a walk counts as in jobs: one path; a batch counts as all of its own.
+    pub fn paths_per_walk(&self) -> u64 {
+        self.batch_paths().unwrap_or(1)
+    }
+
+    /// Walks (or batches) number `walks.start` … `walks.end` − 1 of a sequence, onto a board that
     /// [`Experiment::board`] made.
     pub fn walk<const M: usize>(&self, sequence: &Sequence, walks: Range<u64>, board: &mut Board<M>) {
         self.walk_while(sequence, walks, board, &|| true);
     }
 
-    /// The same, but a chain, which may be long, is given up once `go_on` says no; it is asked many times a second.
+    /// The same, but a batch, which may be long, is given up once `go_on` says no; it is asked many times a second.
     /// What the board holds is of no use then.
     pub fn walk_while<const M: usize>(
         &self,
@@ -241,30 +268,86 @@ impl Experiment {
         go_on: &dyn Fn() -> bool,
     ) {
         let counts = match (&self.gathering, board as &mut Board<M>) {
-            (None, Board::Chains(board)) => self.chains(sequence, walks, board, go_on),
-            (None, board) => self.shoot(sequence, walks, board),
+            (None, Board::Chains(board)) => self.batches(sequence, walks, board, go_on),
+            (None, board) => self.shoot(&Source::Random(sequence, walks), board),
             (Some(gathering), board) => self.gather(gathering, sequence, walks, board),
         };
         with_board!(board, board => board.counts.add(&counts)).expect("64 bits outlast any process");
     }
 
-    fn chains<const M: usize>(
+    fn batches<const M: usize>(
         &self,
         sequence: &Sequence,
-        chains: Range<u64>,
+        batches: Range<u64>,
         board: &mut ChainBoard<M>,
         go_on: &dyn Fn() -> bool,
     ) -> Counts {
         let mut counts = Counts::default();
-        let Direction::Jacobi { chain_rays, solve } = self.method.direction else {
-            unreachable!("only chains have boards of chains");
-        };
-        for rng in sequence.walks_from(chains.start).take((chains.end - chains.start) as usize) {
-            let Some(outcome) = jacobi::chain(&self.scene, rng, chain_rays, solve, go_on) else { break };
+        for batch in batches {
+            let outcome = match (&self.method.direction, self.method.sobol_batch) {
+                (Direction::Jacobi { chain_rays, solve }, _) => {
+                    jacobi::chain(&self.scene, sequence.walk(batch), *chain_rays, *solve, go_on)
+                }
+                (_, Some(walks)) => self.sobol_batch(sequence, batch, walks, go_on),
+                _ => unreachable!("only batches have boards of batches"),
+            };
+            let Some(outcome) = outcome else { break };
             board.add(&self.largest_radiosity, &outcome);
             counts.add(&outcome.counts).expect("64 bits outlast any process");
         }
         counts
+    }
+
+    /// What the walks of one batch say of H.
+    fn sobol_batch(
+        &self,
+        sequence: &Sequence,
+        batch: u64,
+        walks: u64,
+        go_on: &dyn Fn() -> bool,
+    ) -> Option<jacobi::Outcome> {
+        let numbers = Quasi::new(sequence, batch, walks);
+        let mut board = self.board_of_walks::<2>(self.scene.patches().len());
+        let mut tally: Option<Tally> = None;
+        for first in (0..walks).step_by(WALKS_AT_ONCE) {
+            if !go_on() {
+                return None;
+            }
+            let end = walks.min(first + WALKS_AT_ONCE as u64);
+            let counts = self.shoot(&Source::Sobol(&numbers, first..end), &mut board);
+            with_board!(&mut board, board => board.counts.add(&counts))
+                .expect("a batch is counted in 32 bits");
+            match &mut tally {
+                None => tally = Some(board.take().expect("few walks do not wrap a sum")),
+                Some(tally) => board.add_to(tally).expect("few walks do not wrap a sum"),
+            }
+        }
+        tally.map(|tally| self.outcome(&tally))
+    }
+
+    /// H of every patch, and the counts of one walk, the batch.
+    fn outcome(&self, tally: &Tally) -> jacobi::Outcome {
+        let (patches, channels) = (self.scene.patches(), self.scene.channels());
+        let walks = tally.counts.walks;
+        let irradiance = |(i, patch): (usize, &Patch), channel: usize| {
+            let Meaning { unit, irradiance_per_event, .. } = self.meaning_of_shooting(patch, channel, tally);
+            tally.patch(i, channel)[0] as f64 / walks as f64 * unit * irradiance_per_event.unwrap_or(0.0)
+        };
+        let per_patch = patches.iter().enumerate();
+        let per_walk = |weights: [u128; 3]| weights.map(|weight| weight / u128::from(walks));
+        jacobi::Outcome {
+            irradiance: per_patch
+                .flat_map(|(i, p)| (0..channels).map(move |c| irradiance((i, &p), c)))
+                .collect(),
+            landed: (0..patches.len()).map(|i| tally.events(i) as u64).collect(),
+            counts: Counts {
+                walks: 1,
+                absorbed_back_weight: per_walk(tally.counts.absorbed_back_weight),
+                escaped_weight: per_walk(tally.counts.escaped_weight),
+                truncated_weight: per_walk(tally.counts.truncated_weight),
+                ..tally.counts
+            },
+        }
     }
 
     /// The iterations of chain number `chain` one by one, in their order; `None` where the method has none. What they
@@ -276,21 +359,19 @@ impl Experiment {
         Some(jacobi::observed(&self.scene, sequence.walk(chain), chain_rays, plan))
     }
 
-    fn shoot<const M: usize>(&self, sequence: &Sequence, walks: Range<u64>, board: &mut Board<M>) -> Counts {
+    fn shoot<const M: usize>(&self, source: &Source, board: &mut Board<M>) -> Counts {
         let births = self.scene.emitters();
         match board {
             Board::Hits(board) => {
-                walk_by_estimator!(self, Analog, births, sequence, walks, V => &mut ShootHits::<V, M>::new(self.scene.isa, board))
+                walk_by_estimator!(self, Analog, births, source, V => &mut ShootHits::<V, M>::new(self.scene.isa, board))
             }
-            Board::RelatedHits(board) => {
-                self.walk_all(births, sequence, walks, Analog, &mut ShootRelated::new(board))
-            }
+            Board::RelatedHits(board) => self.walk_all(births, source, Analog, &mut ShootRelated::new(board)),
             Board::Fixed(board) => {
                 let fate = Infinite::new(self.method.infinite);
-                self.walk_all(births, sequence, walks, fate, &mut ShootWeights::<Collision, 1, M>::new(board))
+                self.walk_all(births, source, fate, &mut ShootWeights::<Collision, 1, M>::new(board))
             }
             Board::Coloured(board) => {
-                walk_by_estimator!(self, Coloured::new(), births, sequence, walks, V => &mut ShootWeights::<V, 3, M>::new(board))
+                walk_by_estimator!(self, Coloured::new(), births, source, V => &mut ShootWeights::<V, 3, M>::new(board))
             }
             Board::RelatedFixed(_) | Board::Chains(_) => {
                 unreachable!("shooting walks that are never cut off score hits, and chains are no walks")
@@ -306,15 +387,16 @@ impl Experiment {
         board: &mut Board<M>,
     ) -> Counts {
         let births = &gathering.births;
+        let source = &Source::Random(sequence, walks);
         match (board, &gathering.values) {
             (Board::Fixed(board), Values::Grey(values)) => {
-                walk_by_estimator!(self, Analog, births, sequence, walks, V => &mut Gather::<V, 1, M>::new(board, values))
+                walk_by_estimator!(self, Analog, births, source, V => &mut Gather::<V, 1, M>::new(board, values))
             }
             (Board::Coloured(board), Values::Coloured(values)) => {
-                walk_by_estimator!(self, Coloured::new(), births, sequence, walks, V => &mut Gather::<V, 3, M>::new(board, values))
+                walk_by_estimator!(self, Coloured::new(), births, source, V => &mut Gather::<V, 3, M>::new(board, values))
             }
             (Board::RelatedFixed(board), Values::Related(values)) => {
-                self.walk_all(births, sequence, walks, Analog, &mut GatherRelated::new(board, values))
+                self.walk_all(births, source, Analog, &mut GatherRelated::new(board, values))
             }
             _ => unreachable!("boards and values are both made for the channels of the scene"),
         }
@@ -323,12 +405,20 @@ impl Experiment {
     fn walk_all<const C: usize>(
         &self,
         births: &Births,
-        sequence: &Sequence,
-        walks: Range<u64>,
+        source: &Source,
         fate: impl Fate<C>,
         score: &mut impl Estimator<C>,
     ) -> Counts {
-        walk_all(&self.scene, births, self.method.space, sequence, walks, fate, score)
+        let (scene, space) = (&self.scene, self.method.space);
+        match source {
+            Source::Random(sequence, walks) => {
+                walk_all(scene, births, space, sequence, walks.clone(), fate, score)
+            }
+            Source::Sobol(numbers, walks) => {
+                let starts = walks.clone().map(|walk| Place::start(walk as u32));
+                walk_each(scene, births, space, *numbers, starts, fate, score)
+            }
+        }
     }
 }
 
@@ -451,8 +541,8 @@ pub struct Meaning {
 impl Experiment {
     /// What the sums of a patch mean in one channel; `None` where no walk can tell of it (gathering, p_i = 0).
     pub fn meaning(&self, patch: usize, channel: usize, tally: &Tally) -> Option<Meaning> {
-        if self.chain_rays().is_some() {
-            return Some(self.meaning_of_chains(patch, channel));
+        if self.batch_paths().is_some() {
+            return Some(self.meaning_of_batches(patch, channel, tally));
         }
         match &self.gathering {
             None => Some(self.meaning_of_shooting(&self.scene.patches().get(patch), channel, tally)),
@@ -460,22 +550,21 @@ impl Experiment {
         }
     }
 
-    /// A chain scores H itself, over the largest radiosity there can be. Solved links do not exceed that; an iteration
+    /// A batch scores H itself, over the largest radiosity there can be. Solved links do not exceed that; rays and walks
     /// cannot bring in more than all the light that is under way, Φ_T/(1 − R_max) at most.
-    fn meaning_of_chains(&self, patch: usize, channel: usize) -> Meaning {
+    fn meaning_of_batches(&self, i: usize, channel: usize, tally: &Tally) -> Meaning {
         let (scene, largest) = (&self.scene, self.largest_radiosity[channel]);
+        let patch = scene.patches().get(i);
+        let walks = self.method.sobol_batch.map(|_| self.meaning_of_shooting(&patch, channel, tally));
         let all = scene.total_power(channel) / (1.0 - scene.max_reflectance()[channel]);
-        let ratio_bound = match self.method.direction {
-            Direction::Jacobi { solve: Solve::Iterations(_), .. } => {
-                (all / scene.patches().get(patch).area / largest).max(1.0)
-            }
-            _ => 1.0,
-        };
+        let links = matches!(self.method.direction, Direction::Jacobi { solve: Solve::Links, .. });
         Meaning {
             unit: 1.0 / jacobi::UNITS,
-            irradiance_per_event: Some(largest),
-            ratio_bound,
-            bias_bound: 0.0,
+            irradiance_per_event: walks
+                .is_none_or(|walks| walks.irradiance_per_event.is_some())
+                .then_some(largest),
+            ratio_bound: if links { 1.0 } else { (all / patch.area / largest).max(1.0) },
+            bias_bound: walks.map_or(0.0, |walks| walks.bias_bound),
         }
     }
 

@@ -20,6 +20,7 @@ mod meet;
 mod method;
 mod patch;
 mod prefetch;
+mod quasi;
 mod real;
 mod replay;
 mod rng;

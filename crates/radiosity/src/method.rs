@@ -154,4 +154,7 @@ pub struct Method {
     pub space: Space,
     /// Whether collision walks are scored by absorption and survival too, to find the best mix of both.
     pub mix: bool,
+    /// Of shooting walks: so many share one randomised Sobol sequence, and this batch takes the place of a walk. `None`:
+    /// every number is random.
+    pub sobol_batch: Option<u64>,
 }

@@ -76,6 +76,22 @@ impl Sequence {
     }
 }
 
+/// The numbers that walks are made of, for a batch of walks side by side.
+pub(crate) trait Numbers {
+    /// Where a walk is in them.
+    type Place;
+    /// Walk `lane` goes on from there.
+    fn set(&mut self, lane: usize, place: &Self::Place);
+    /// Where walk `lane` is.
+    fn get(&self, lane: usize) -> Self::Place;
+    /// Puts walk `from` in place of walk `to`.
+    fn copy(&mut self, from: usize, to: usize);
+    /// The next 64 bits of every walk, D times: the last are for a direction, those before them for a point.
+    fn draw<const D: usize>(&mut self, isa: Isa, draws: &mut [[u64; WIDTH]; D]);
+    /// For what is left to chance when walk `lane` ends.
+    fn chance(&self, lane: usize) -> WalkRng;
+}
+
 /// The random numbers of one walk.
 #[derive(Clone, Debug)]
 pub struct WalkRng {
@@ -117,33 +133,39 @@ impl Generators {
     pub(crate) fn new(sequence: &Sequence) -> Self {
         Generators { increment: sequence.increment, high: [0; WIDTH], low: [0; WIDTH] }
     }
+}
+
+impl Numbers for Generators {
+    type Place = WalkRng;
 
     #[inline(always)]
-    pub(crate) fn set(&mut self, lane: usize, walk: &WalkRng) {
+    fn set(&mut self, lane: usize, walk: &WalkRng) {
         self.high[lane] = (walk.state >> 64) as u64;
         self.low[lane] = walk.state as u64;
     }
 
-    /// The generator of one walk.
     #[inline(always)]
-    pub(crate) fn get(&self, lane: usize) -> WalkRng {
+    fn get(&self, lane: usize) -> WalkRng {
         let state = u128::from(self.high[lane]) << 64 | u128::from(self.low[lane]);
         WalkRng { state, increment: self.increment }
     }
 
-    /// Puts walk `from` in place of walk `to`.
     #[inline(always)]
-    pub(crate) fn copy(&mut self, from: usize, to: usize) {
+    fn copy(&mut self, from: usize, to: usize) {
         self.high[to] = self.high[from];
         self.low[to] = self.low[from];
     }
 
-    /// The next 64 random bits of every walk, D times.
-    pub(crate) fn draw<const D: usize>(&mut self, isa: Isa, draws: &mut [[u64; WIDTH]; D]) {
+    fn draw<const D: usize>(&mut self, isa: Isa, draws: &mut [[u64; WIDTH]; D]) {
         for row in draws {
             let generators = &mut *self;
             on_isa!(isa, draw(generators: &mut Generators, row: &mut [u64; WIDTH]));
         }
+    }
+
+    #[inline(always)]
+    fn chance(&self, lane: usize) -> WalkRng {
+        self.get(lane)
     }
 }
 

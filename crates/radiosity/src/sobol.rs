@@ -7,14 +7,44 @@
 
 use crate::batch::WIDTH;
 
-/// Numbers of a point.
+/// Numbers of a ray.
 pub(crate) const DIMENSIONS: usize = 4;
+
+/// All dimensions there are: those of a ray and two more.
+pub(crate) const AXES: usize = 6;
 
 /// Direction numbers with their bits reversed: `MATRICES[d][k]` is what bit k of the (Gray-coded) index adds to
 /// dimension d. S. Joe & F. Y. Kuo, *Constructing Sobol sequences with better two-dimensional projections*, SIAM J.
-/// Sci. Comput. 30 (2008), dimensions 1 … 4.
-const MATRICES: [[u32; 32]; DIMENSIONS] =
-    [van_der_corput(), matrix(0, &[1]), matrix(1, &[1, 3]), matrix(1, &[1, 3, 1])];
+/// Sci. Comput. 30 (2008), dimensions 1 … 6.
+const MATRICES: [[u32; 32]; AXES] = [
+    van_der_corput(),
+    matrix(0, &[1]),
+    matrix(1, &[1, 3]),
+    matrix(1, &[1, 3, 1]),
+    matrix(2, &[1, 1, 1]),
+    matrix(1, &[1, 1, 3, 3]),
+];
+
+/// The same by bits of the index.
+const COLUMNS: [[u32; AXES]; 32] = {
+    let mut columns = [[0; AXES]; 32];
+    let mut k = 0;
+    while k < 32 {
+        let mut axis = 0;
+        while axis < AXES {
+            columns[k][axis] = MATRICES[axis][k];
+            axis += 1;
+        }
+        k += 1;
+    }
+    columns
+};
+
+/// What bit k of the index adds to each number, its bits reversed.
+#[inline(always)]
+pub(crate) fn column(k: u32) -> &'static [u32; AXES] {
+    &COLUMNS[k as usize]
+}
 
 const fn van_der_corput() -> [u32; 32] {
     let mut columns = [0; 32];
@@ -67,8 +97,9 @@ impl Sobol {
     /// The place of point `index`, in the order of Gray codes.
     pub(crate) fn at(index: u32) -> Self {
         let gray = index ^ (index >> 1);
-        let reversed =
-            MATRICES.map(|columns| (0..32).filter(|k| gray >> k & 1 == 1).fold(0, |sum, k| sum ^ columns[k]));
+        let number =
+            |axis: usize| (0..32).filter(|k| gray >> k & 1 == 1).fold(0, |sum, k| sum ^ MATRICES[axis][k]);
+        let reversed = std::array::from_fn(number);
         Sobol { index, reversed }
     }
 
@@ -91,13 +122,18 @@ impl Sobol {
 /// turns its bits round.
 #[inline(always)]
 pub(crate) fn owen_scrambled(reversed: u32, seed: u32) -> u32 {
+    owen_scrambled_reversed(reversed, seed).reverse_bits()
+}
+
+/// The same, its bits left reversed.
+#[inline(always)]
+pub(crate) fn owen_scrambled_reversed(reversed: u32, seed: u32) -> u32 {
     let mut x = reversed;
     x ^= x.wrapping_mul(0x3D20_ADEA);
     x = x.wrapping_add(seed);
     x = x.wrapping_mul((seed >> 16) | 1);
     x ^= x.wrapping_mul(0x0552_6C56);
-    x ^= x.wrapping_mul(0x53A2_2864);
-    x.reverse_bits()
+    x ^ x.wrapping_mul(0x53A2_2864)
 }
 
 /// Points of a batch, a row for each dimension.

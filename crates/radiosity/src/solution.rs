@@ -102,7 +102,7 @@ pub struct Estimates<'a> {
 impl<'a> Estimates<'a> {
     /// Of a tally of at least one walk; every interval has the level `confidence`.
     pub fn new(experiment: &'a Experiment, tally: &'a Tally, confidence: f64) -> Self {
-        let student = experiment.chain_rays().map(|_| Student::new(tally.counts.walks, confidence));
+        let student = experiment.batch_paths().map(|_| Student::new(tally.counts.walks, confidence));
         Estimates { experiment, tally, confidence, student }
     }
 
@@ -341,11 +341,11 @@ fn estimate_of_chains(
         std_error: error.map(|error| reflectance * error),
         ci_low: emitted + reflectance * low,
         ci_high: emitted + reflectance * high,
-        irradiance: Some(mean),
-        irradiance_error: error,
+        irradiance: meaning.irradiance_per_event.map(|_| mean),
+        irradiance_error: meaning.irradiance_per_event.and(error),
         hits: landed,
         effective_scores: landed as f64,
-        bias_bound: 0.0,
+        bias_bound: meaning.bias_bound,
     }
 }
 

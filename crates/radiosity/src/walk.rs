@@ -14,7 +14,7 @@ use crate::estimator::Estimator;
 use crate::fate::{Fate, Next};
 use crate::isa::Isa;
 use crate::method::Space;
-use crate::rng::{Generators, Sequence, WalkRng, unit_32};
+use crate::rng::{Generators, Numbers, Sequence, unit_32};
 use crate::scene::Scene;
 use crate::surface::Side;
 use crate::tally::Counts;
@@ -44,9 +44,23 @@ pub(crate) fn walk_all<const C: usize>(
     fate: impl Fate<C>,
     estimator: &mut impl Estimator<C>,
 ) -> Counts {
-    let counts = Counts { walks: walks.end - walks.start, ..Counts::default() };
-    let mut newborns = Newborns::new(scene.isa, births, sequence, walks);
-    let generators = Generators::new(sequence);
+    let starts = sequence.walks_from(walks.start).take((walks.end - walks.start) as usize);
+    walk_each(scene, births, space, &Generators::new(sequence), starts, fate, estimator)
+}
+
+/// Walks that begin at these places of the numbers; returns how they ended.
+pub(crate) fn walk_each<N: Numbers + Clone, const C: usize>(
+    scene: &Scene,
+    births: &Births,
+    space: Space,
+    numbers: &N,
+    starts: impl Iterator<Item = N::Place>,
+    fate: impl Fate<C>,
+    estimator: &mut impl Estimator<C>,
+) -> Counts {
+    let counts = Counts::default();
+    let mut newborns = Newborns::new(scene.isa, births, numbers.clone(), starts);
+    let generators = numbers.clone();
     let mut walker = Box::new(Walker {
         isa: scene.isa,
         scene,
@@ -64,37 +78,22 @@ pub(crate) fn walk_all<const C: usize>(
 }
 
 /// Walks that are about to set out.
-struct Newborns<'a, I> {
+struct Newborns<'a, N, I> {
     isa: Isa,
     births: &'a Births,
     starts: I,
-    generators: Generators,
+    generators: N,
     /// Cradle, cell, point, direction.
     draws: [[u64; WIDTH]; 4],
     next: usize,
     len: usize,
 }
 
-impl<'a> Newborns<'a, ()> {
-    fn new(
-        isa: Isa,
-        births: &'a Births,
-        sequence: &'a Sequence,
-        walks: Range<u64>,
-    ) -> Newborns<'a, impl Iterator<Item = WalkRng>> {
-        Newborns {
-            isa,
-            births,
-            starts: sequence.walks_from(walks.start).take((walks.end - walks.start) as usize),
-            generators: Generators::new(sequence),
-            draws: [[0; WIDTH]; 4],
-            next: 0,
-            len: 0,
-        }
+impl<'a, N: Numbers, I: Iterator<Item = N::Place>> Newborns<'a, N, I> {
+    fn new(isa: Isa, births: &'a Births, generators: N, starts: I) -> Self {
+        Newborns { isa, births, starts, generators, draws: [[0; WIDTH]; 4], next: 0, len: 0 }
     }
-}
 
-impl<I: Iterator<Item = WalkRng>> Newborns<'_, I> {
     /// The place of the next one in the queue; `None` where all have set out.
     #[inline(always)]
     fn pop(&mut self) -> Option<usize> {
@@ -124,7 +123,7 @@ impl<I: Iterator<Item = WalkRng>> Newborns<'_, I> {
 }
 
 /// A batch of walks between two rays.
-struct Walker<'a, E, F, const C: usize> {
+struct Walker<'a, N, E, F, const C: usize> {
     isa: Isa,
     scene: &'a Scene,
     space: Space,
@@ -132,15 +131,15 @@ struct Walker<'a, E, F, const C: usize> {
     counts: Counts,
     /// The first `len` places are taken.
     len: usize,
-    generators: Generators,
+    generators: N,
     departures: Departures,
     fates: [F; WIDTH],
     /// That walks arrive with.
     weights: [[f64; C]; WIDTH],
 }
 
-impl<E: Estimator<C>, F: Fate<C>, const C: usize> Walker<'_, E, F, C> {
-    fn run(&mut self, fate: F, newborns: &mut Newborns<impl Iterator<Item = WalkRng>>) {
+impl<N: Numbers, E: Estimator<C>, F: Fate<C>, const C: usize> Walker<'_, N, E, F, C> {
+    fn run(&mut self, fate: F, newborns: &mut Newborns<N, impl Iterator<Item = N::Place>>) {
         let (mut rays, mut hits) = (Box::<Rays>::default(), Box::<Hits>::default());
         let mut scratch = Box::<Scratch>::default();
         let (mut arrivals, mut draws) = (Arrivals::default(), [[0; WIDTH]; 3]);
@@ -172,9 +171,10 @@ impl<E: Estimator<C>, F: Fate<C>, const C: usize> Walker<'_, E, F, C> {
         &mut self,
         lane: usize,
         fate: F,
-        newborns: &mut Newborns<impl Iterator<Item = WalkRng>>,
+        newborns: &mut Newborns<N, impl Iterator<Item = N::Place>>,
     ) -> bool {
         let Some(newborn) = newborns.pop() else { return false };
+        self.counts.walks += 1;
         let (Origin { surface: number, cell, side }, weights) = newborns.birth(newborn);
         let [_, _, point, direction] = newborns.draws.each_ref().map(|row| row[newborn]);
         self.generators.set(lane, &newborns.generators.get(newborn));
@@ -238,10 +238,10 @@ impl<E: Estimator<C>, F: Fate<C>, const C: usize> Walker<'_, E, F, C> {
 
     /// Walks set out in the places of those that have ended. Where none is left, the last ones move there.
     #[inline(always)]
-    fn replace(&mut self, ended: Lanes, fate: F, newborns: &mut Newborns<impl Iterator<Item = WalkRng>>) {
+    fn replace(&mut self, ended: Lanes, fate: F, newborns: &mut Newborns<N, impl Iterator<Item = N::Place>>) {
         let mut vacant = Lanes::default();
         ended.each(|lane| {
-            self.estimator.end(lane, self.generators.get(lane));
+            self.estimator.end(lane, self.generators.chance(lane));
             if !self.begin(lane, fate, newborns) {
                 vacant.insert(lane);
             }
@@ -288,6 +288,7 @@ impl Counts {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::rng::WalkRng;
     use crate::{Birth, Ray, Scoreboard, Shape, Sides, SurfaceSpec};
     use crate::{Direction, EstimatorKind, Experiment, IndexChoice, InfiniteEnd, Method, SceneSpec, Tally};
     use glam::DVec3;
@@ -354,6 +355,7 @@ mod tests {
             infinite: InfiniteEnd::Roulette { threshold: 0.01 },
             space: Space::Discrete,
             mix: false,
+            sobol_batch: None,
         }
     }
 

@@ -81,6 +81,7 @@ pub fn experiment(scene: &Scene) -> Experiment {
         infinite: InfiniteEnd::default(),
         space: Space::Discrete,
         mix: false,
+        sobol_batch: None,
     };
     Experiment::new(scene.clone(), method).unwrap()
 }

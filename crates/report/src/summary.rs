@@ -258,6 +258,8 @@ pub struct RunFacts {
     pub seed: u64,
     /// How walks and scores were made.
     pub method: Method,
+    /// N: walks, or rays of all chains.
+    pub paths: u64,
     /// Wall time of tracing, in seconds.
     pub seconds: f64,
     /// Processor time of all workers, in seconds.
@@ -286,8 +288,8 @@ impl Summary {
     /// The summary of a run of analog walks.
     pub fn new(scene: &Scene, tally: &Tally, precision: Precision, facts: RunFacts) -> Self {
         let counts = tally.counts;
-        let energy = Energy::new(scene, &counts, &facts.method);
-        let paths = if facts.method.is_jacobi() { counts.rays } else { counts.walks };
+        let paths = facts.paths;
+        let energy = Energy::new(scene, &counts, paths, &facts.method);
         Summary {
             version: facts.version,
             git: facts.git,
@@ -332,10 +334,10 @@ impl Summary {
 
 impl Energy {
     /// The balance of some walks. Gathering walks carry importance: each sets out with 1.
-    fn new(scene: &Scene, counts: &Counts, method: &Method) -> Self {
+    fn new(scene: &Scene, counts: &Counts, paths: u64, method: &Method) -> Self {
         if method.estimator != "infinite" && !method.is_jacobi() {
             let absorbed = counts.absorbed + counts.absorbed_back;
-            return Energy::Walks { emitted: counts.walks, absorbed, escaped: counts.escaped };
+            return Energy::Walks { emitted: paths, absorbed, escaped: counts.escaped };
         }
         let walks = counts.walks as f64;
         let emitted = |c: usize| if method.walk == "gathering" { walks } else { scene.total_power(c) };
@@ -455,6 +457,7 @@ mod tests {
                 sampler: "random".into(),
                 jacobi: None,
             },
+            paths: 100,
             seconds: 4.0,
             cpu_seconds: 7.5,
             workers_seen: 2,

@@ -123,7 +123,7 @@ fn walk_patches(bencher: Bencher, cells: u32) {
 }
 
 fn method(direction: Direction, estimator: EstimatorKind, space: Space) -> Method {
-    Method { direction, estimator, infinite: InfiniteEnd::default(), space, mix: false }
+    Method { direction, estimator, infinite: InfiniteEnd::default(), space, mix: false, sobol_batch: None }
 }
 
 /// Ever further walks onto one board, so that no cache learns them by heart. Rays are counted by the mean of the

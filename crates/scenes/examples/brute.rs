@@ -52,4 +52,5 @@ const METHOD: Method = Method {
     infinite: InfiniteEnd::Roulette { threshold: InfiniteEnd::DEFAULT_THRESHOLD },
     space: Space::Continuous,
     mix: false,
+    sobol_batch: None,
 };

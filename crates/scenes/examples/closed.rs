@@ -41,4 +41,5 @@ const METHOD: Method = Method {
     infinite: InfiniteEnd::Roulette { threshold: InfiniteEnd::DEFAULT_THRESHOLD },
     space: Space::Discrete,
     mix: false,
+    sobol_batch: None,
 };

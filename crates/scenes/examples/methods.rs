@@ -46,7 +46,14 @@ fn measure(spec: &SceneSpec) -> Result<Vec<(&'static str, f64)>, Failure> {
         ("coloured, gathering", &tinted, true, EstimatorKind::Collision, Space::Discrete),
     ] {
         let direction = if gathering { Direction::Gathering(Birth::Area) } else { Direction::Shooting };
-        let method = Method { direction, estimator, infinite: InfiniteEnd::default(), space, mix: false };
+        let method = Method {
+            direction,
+            estimator,
+            infinite: InfiniteEnd::default(),
+            space,
+            mix: false,
+            sobol_batch: None,
+        };
         kinds.push((name, Walks::new(Experiment::new(scene.clone(), method)?), Vec::new()));
     }
     for _ in 0..ROUNDS {

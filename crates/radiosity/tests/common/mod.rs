@@ -145,6 +145,7 @@ pub fn collision(space: Space) -> Method {
         infinite: InfiniteEnd::default(),
         space,
         mix: false,
+        sobol_batch: None,
     }
 }
 

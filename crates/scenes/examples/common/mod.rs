@@ -16,6 +16,7 @@ pub fn collision_shooting(scene: Scene) -> Result<Experiment, Failure> {
         infinite: InfiniteEnd::default(),
         space: Space::Discrete,
         mix: false,
+        sobol_batch: None,
     };
     Ok(Experiment::new(scene, method)?)
 }
