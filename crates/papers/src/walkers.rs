@@ -8,7 +8,14 @@ use radiosity::{
 
 /// A discrete walk of one direction and estimator; infinite ones end by roulette at 0.001.
 pub fn method(direction: Direction, estimator: EstimatorKind) -> Method {
-    Method { direction, estimator, infinite: InfiniteEnd::default(), space: Space::Discrete, mix: false }
+    Method {
+        direction,
+        estimator,
+        infinite: InfiniteEnd::default(),
+        space: Space::Discrete,
+        mix: false,
+        sobol_batch: None,
+    }
 }
 
 /// A method in a scene that was made for it.

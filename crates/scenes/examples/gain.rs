@@ -123,7 +123,8 @@ fn measure(study: &Study) -> Result<Vec<Point>, Failure> {
     let walks = collision_shooting(scene.clone())?;
     let rays_per_walk = rays_per_walk(&walks)?;
     let mut points = Vec::new();
-    for rays in study.powers.iter().map(|power| 1_u64 << power) {
+    let fewest = CHAINS * RAYS_PER_PATCH * scene.patches().len() as u64;
+    for rays in study.powers.iter().map(|power| 1_u64 << power).chain([fewest]) {
         for way in Way::ALL {
             let (experiment, units) = match way {
                 Way::Walks => (walks.clone(), (rays as f64 / rays_per_walk) as u64),
@@ -141,10 +142,9 @@ fn measure(study: &Study) -> Result<Vec<Point>, Failure> {
             let [relative, absolute] = squared_errors(&scene, &truth, &runs);
             let point = Point { way, rays, seconds, relative, absolute };
             println!(
-                "{} {} 2^{}: {:.0} ns per ray, rms relative error {:.3e}",
+                "{} {} {rays}: {:.0} ns per ray, rms relative error {:.3e}",
                 study.name,
                 way.name(),
-                rays.ilog2(),
                 1e9 * point.seconds / rays as f64,
                 point.relative[0].sqrt()
             );
