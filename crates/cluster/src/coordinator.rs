@@ -1,7 +1,7 @@
 //! The coordinator as a pure state machine: events in, actions out, time as a number. Sockets are a thin
 //! shell around it ([`crate::server`]), so that every fault can be tested without one.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::fmt;
 use std::ops::Range;
 use std::sync::Arc;
@@ -39,8 +39,9 @@ const LEASE_SHARE: f64 = 1e-4;
 /// Added per sum of the tally, so that packing and sending large ones stays a small part of a lease.
 const LEASE_SECONDS_PER_SUM: f64 = 1e-6;
 
-/// What the coordinator needs to open, check and merge a result, per sum.
-const TAKING_SECONDS_PER_SUM: f64 = 2e-8;
+/// What the coordinator needs to open, check and merge a result, and per sum of it (docs/scale.md).
+const TAKING_SECONDS: f64 = 1e-4;
+const TAKING_SECONDS_PER_SUM: f64 = 4e-8;
 
 /// It takes the results of all threads, and is to be idle for most of the time that a lease takes.
 const IDLENESS: f64 = 3.0;
@@ -258,6 +259,12 @@ pub struct Coordinator {
     ledger: Ledger,
     transfers: Transfers,
     peers: HashMap<PeerId, Peer>,
+    /// How many of the peers shoot.
+    workers_now: usize,
+    /// Their threads.
+    threads: usize,
+    /// Those that have room for a lease.
+    hungry: BTreeSet<PeerId>,
     stopping: Option<(Ending, Now)>,
     ending: Option<Ending>,
     /// The last tick.
@@ -293,6 +300,9 @@ impl Coordinator {
             ledger,
             transfers: Transfers::default(),
             peers: HashMap::new(),
+            workers_now: 0,
+            threads: 0,
+            hungry: BTreeSet::new(),
             stopping: None,
             ending,
             ticked: Duration::ZERO,
@@ -336,8 +346,7 @@ impl Coordinator {
 
     /// For progress displays.
     pub fn progress(&self) -> Progress {
-        let workers = self.peers.values().filter(|peer| matches!(peer.stage, Stage::Working)).count();
-        Progress { walks: self.ledger.walks_in(), workers }
+        Progress { walks: self.ledger.walks_in(), workers: self.workers_now }
     }
 
     /// What the run has taken so far.
@@ -474,6 +483,9 @@ impl Coordinator {
         let peer = self.peers.get_mut(&id).expect("the caller found it");
         peer.stage = Stage::Working;
         peer.number = number_of(&peer.name, &mut self.workers);
+        self.workers_now += 1;
+        self.threads += peer.threads;
+        self.hungry.insert(id);
         peer.progressed = self.awake;
         self.hand_out(now)
     }
@@ -509,6 +521,7 @@ impl Coordinator {
         if let Some(peer) = self.peers.get_mut(&id) {
             peer.leases.remove(&lease);
             peer.progressed = self.awake;
+            self.hungry.insert(id);
         }
         Action::Send(id, ToWorker::Drop { lease })
     }
@@ -517,7 +530,7 @@ impl Coordinator {
     fn ask(&mut self) -> Vec<Action> {
         let void = self.transfers.take_void(&self.ledger);
         let mut actions: Vec<Action> = void.into_iter().map(|(id, lease)| self.spare(id, lease)).collect();
-        let (workers, tally) = (self.working().count(), (size_of::<u128>() * self.plan.sums()).max(1));
+        let (workers, tally) = (self.workers_now, (size_of::<u128>() * self.plan.sums()).max(1));
         let room =
             Room { islands: 1 + workers * ISLAND_SHARE / tally, bytes: tally / 4 + workers * STAGING_SHARE };
         let asked = self.transfers.grant(&self.ledger, room);
@@ -541,6 +554,7 @@ impl Coordinator {
         if !asked || peer.leases.remove(&lease).is_none() {
             return self.drop_peer(id, "sent a result that it was not asked for", now);
         }
+        self.hungry.insert(id);
         if result.cpu_seconds.is_finite() {
             peer.cpu_seconds = peer.cpu_seconds.max(result.cpu_seconds);
         }
@@ -598,12 +612,12 @@ impl Coordinator {
     fn go_on(&mut self, now: Now) -> Vec<Action> {
         let mut actions = self.ask();
         actions.extend(self.hand_out(now));
-        let gap_may_close =
-            self.ledger.gap_is_out() || (self.ledger.gap_is_lost() && self.working().next().is_some());
-        if let Some((ending, _)) = self.stopping
-            && !gap_may_close
-        {
-            actions.extend(self.finish(ending));
+        if let Some((ending, _)) = self.stopping {
+            let gap_may_close =
+                self.ledger.gap_is_out() || (self.ledger.gap_is_lost() && self.workers_now > 0);
+            if !gap_may_close {
+                actions.extend(self.finish(ending));
+            }
         }
         actions
     }
@@ -612,17 +626,16 @@ impl Coordinator {
     /// gaps below results that are in.
     fn hand_out(&mut self, now: Now) -> Vec<Action> {
         let mut actions = Vec::new();
-        let threads: usize = self.working().map(|(_, peer)| peer.threads).sum();
+        if self.ledger.unleased() == 0 {
+            return actions;
+        }
         for depth in 0..self.plan.leases_per_thread {
-            let mut hungry: Vec<PeerId> = self
-                .working()
-                .filter(|(_, peer)| peer.leases.len() < (depth + 1) * peer.threads)
-                .map(|(id, _)| id)
-                .collect();
-            hungry.sort_unstable();
+            let fed = |peer: &Peer| peer.leases.len() >= (depth + 1) * peer.threads;
+            let hungry: Vec<PeerId> =
+                self.hungry.iter().copied().filter(|id| !fed(&self.peers[id])).collect();
             for id in hungry {
-                while self.peers[&id].leases.len() < (depth + 1) * self.peers[&id].threads {
-                    let walks = self.lease_walks(id, threads, now);
+                while !fed(&self.peers[&id]) {
+                    let walks = self.lease_walks(id, now);
                     let leased = match self.stopping {
                         None => self.ledger.lease(walks),
                         Some(_) => self.ledger.lease_gap(walks),
@@ -635,35 +648,28 @@ impl Coordinator {
         actions
     }
 
-    fn working(&self) -> impl Iterator<Item = (PeerId, &Peer)> {
-        self.peers
-            .iter()
-            .filter(|(_, peer)| matches!(peer.stage, Stage::Working))
-            .map(|(&id, peer)| (id, peer))
-    }
-
     /// How many walks to lease to a peer: by its rate, but ever fewer towards the end so that all finish
     /// together. Only the pace depends on it, never the answer.
-    fn lease_walks(&self, id: PeerId, threads: usize, now: Now) -> u64 {
+    fn lease_walks(&self, id: PeerId, now: Now) -> u64 {
         let peer = &self.peers[&id];
-        let by_rate = peer.rate * self.lease_seconds(threads, now);
+        let by_rate = peer.rate * self.lease_seconds(now);
         let by_growth = peer.longest_lease as f64 * LEASE_GROWTH;
-        let share = self.ledger.unleased() / (self.plan.leases_per_thread * threads) as u64;
+        let share = self.ledger.unleased() / (self.plan.leases_per_thread * self.threads) as u64;
         // Results must not come faster than they are taken, towards the end either.
-        let least = (peer.rate * self.taking_seconds(threads)) as u64;
+        let least = (peer.rate * self.taking_seconds()) as u64;
         (by_rate.min(by_growth) as u64).min(share.max(least))
     }
 
-    /// How long a lease should take, where so many threads work.
-    fn lease_seconds(&self, threads: usize, now: Now) -> f64 {
+    /// How long a lease should take.
+    fn lease_seconds(&self, now: Now) -> f64 {
         let age = self.spent.seconds + now.as_secs_f64();
         let sending = LEASE_SECONDS_PER_SUM * self.plan.sums() as f64;
-        LEASE_SECONDS + sending + IDLENESS * self.taking_seconds(threads) + LEASE_SHARE * age
+        LEASE_SECONDS + sending + IDLENESS * self.taking_seconds() + LEASE_SHARE * age
     }
 
     /// What it takes here to take a result of each thread.
-    fn taking_seconds(&self, threads: usize) -> f64 {
-        TAKING_SECONDS_PER_SUM * self.plan.sums() as f64 * threads as f64
+    fn taking_seconds(&self) -> f64 {
+        (TAKING_SECONDS + TAKING_SECONDS_PER_SUM * self.plan.sums() as f64) * self.threads as f64
     }
 
     /// Gives walks that are late once more, to workers that have nothing to do when all walks are out. Whoever is first
@@ -674,9 +680,8 @@ impl Coordinator {
             return vec![];
         }
         self.sought = now;
-        let mut idle: Vec<PeerId> =
-            self.working().filter(|(_, peer)| peer.leases.len() < peer.threads).map(|(id, _)| id).collect();
-        idle.sort_unstable();
+        let is_idle = |peer: &Peer| peer.leases.len() < peer.threads;
+        let idle: Vec<PeerId> = self.hungry.iter().copied().filter(|id| is_idle(&self.peers[id])).collect();
         let mut late = if idle.is_empty() { vec![] } else { self.late(now) };
         let mut actions = Vec::new();
         for id in idle {
@@ -693,7 +698,6 @@ impl Coordinator {
     /// Leases that should have been in long ago, those first that have been out for longest. Of walks that are out more
     /// than once, the last lease counts.
     fn late(&self, now: Now) -> Vec<Late> {
-        let threads: usize = self.working().map(|(_, peer)| peer.threads).sum();
         let fastest = self.peers.values().map(|peer| peer.rate).fold(0.0, f64::max);
         let mut out: BTreeMap<u64, (u64, Late)> = BTreeMap::new();
         for (&id, peer) in &self.peers {
@@ -709,7 +713,7 @@ impl Coordinator {
         let mut late: Vec<Late> = out
             .into_values()
             .filter(|(walks, late)| {
-                let seconds = self.lease_seconds(threads, now).max(*walks as f64 / fastest);
+                let seconds = self.lease_seconds(now).max(*walks as f64 / fastest);
                 let patience = LATE * self.plan.leases_per_thread as f64 * seconds;
                 late.holders.len() < MOST_COPIES && (self.awake - late.since).as_secs_f64() > patience
             })
@@ -727,6 +731,9 @@ impl Coordinator {
             peer.progressed = self.awake;
         }
         peer.leases.insert(lease, self.awake);
+        if peer.leases.len() >= self.plan.leases_per_thread * peer.threads {
+            self.hungry.remove(&id);
+        }
         peer.longest_lease = peer.longest_lease.max(walks);
         let first_walk = self.plan.first.saturating_add(range.start);
         Action::Send(id, ToWorker::Lease { id: lease, first_walk, walks })
@@ -752,6 +759,11 @@ impl Coordinator {
     fn forget(&mut self, id: PeerId, reason: &str) -> Vec<Action> {
         let Some(peer) = self.peers.remove(&id) else { return vec![] };
         self.transfers.forget(id);
+        if matches!(peer.stage, Stage::Working) {
+            self.workers_now -= 1;
+            self.threads -= peer.threads;
+            self.hungry.remove(&id);
+        }
         self.spent.cpu_seconds += peer.cpu_seconds;
         for lease in peer.leases.into_keys() {
             self.ledger.lose(lease);

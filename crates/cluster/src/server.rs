@@ -95,6 +95,8 @@ struct Shell<'a, T> {
     lines: HashMap<PeerId, Line>,
     /// Connections that may have something to say or to take.
     ready: BTreeSet<PeerId>,
+    /// When time was last looked at.
+    ticked: Now,
     /// When workers last heard that somebody is here.
     beaten: Now,
     /// The frame that every worker gets first.
@@ -121,6 +123,7 @@ impl<'a, T: FnMut(Notice)> Shell<'a, T> {
             doorstep: Doorstep::default(),
             lines: HashMap::new(),
             ready: BTreeSet::new(),
+            ticked: Duration::ZERO,
             beaten: Duration::ZERO,
             welcome: None,
             buffer: vec![0; TURN_BYTES],
@@ -256,6 +259,11 @@ impl<'a, T: FnMut(Notice)> Shell<'a, T> {
 
     fn tick(&mut self, coordinator: &mut Coordinator) {
         let now = self.now();
+        // What follows looks at everybody.
+        if now.saturating_sub(self.ticked) < TICK {
+            return;
+        }
+        self.ticked = now;
         for _ in 0..self.doorstep.tidy(now) {
             let reason = format!("it did not introduce itself within {} s", PATIENCE.as_secs());
             self.tell(Notice::Failed(reason));

@@ -1023,7 +1023,7 @@ impl Simulation {
 #[test]
 fn no_sequence_of_faults_changes_the_tally_or_hangs_the_job() {
     let (mut faults, mut reissued, mut lost, mut again) = (0, 0, 0, 0);
-    for seed in 0..300 {
+    for seed in 0..600 {
         let mut dice = Dice(seed << 32);
         let stream = 1 + dice.below(40);
         let paths = stream * 1000 + dice.below(stream);

@@ -1,0 +1,45 @@
+#!/usr/bin/env bash
+# What a coordinator can take: synthetic workers, many to a process, against a real coordinator on loopback. Prints a line of
+# JSON for each case: connections, results/s, bytes/s, processor time, memory against what is allowed (three tallies and
+# 64 KiB a worker), and whether every stream came in once. `docs/scale.md` says what they mean.
+#
+#     scripts/load.sh [WORKERS PATCHES STREAMS RATE]      default: all cases of docs/scale.md, some minutes
+#
+# The last case needs 6 GB for the workers. As root it runs in a network namespace of its own, whose bytes are counted.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+
+cargo build --release --locked --quiet -p cluster --example load
+target=$(cargo metadata --no-deps --format-version 1 --locked | sed 's/.*"target_directory":"\([^"]*\)".*/\1/')
+load="$target/release/examples/load"
+scratch=$(mktemp -d)
+trap 'rm -rf "$scratch"' EXIT
+# A file descriptor a worker in the coordinator, two in the workers' processes.
+ulimit -n "$(ulimit -H -n)"
+
+# run_case WORKERS PATCHES STREAMS RATE: RATE walks a second each, in streams of 65,536.
+run_case() {
+    local access="$scratch/$1-$2.json" processes=$((($1 + 249) / 250)) coordinator code=0
+    "$load" coordinate "$access" "$2" "$3" &
+    coordinator=$!
+    for _ in $(seq $processes); do
+        nice "$load" work "$access" $(($1 / processes)) "$4" &
+    done
+    wait $coordinator || code=$?
+    wait
+    return $code
+}
+
+if [ "${1:-}" != --inside ] && unshare --net true 2>/dev/null; then
+    exec unshare --net "$0" --inside "$@"
+fi
+[ "${1:-}" != --inside ] || { shift && ip link set lo up; }
+
+if [ $# = 4 ]; then
+    run_case "$@"
+else
+    run_case 1000 100 1000000 3000000
+    run_case 1000 10000 1500000 3000000
+    run_case 3000 1000 3000000 3000000
+    run_case 200 1572864 40000 300000
+fi
