@@ -337,6 +337,27 @@ fn long_iterations_and_sobol_walks() {
     }
 }
 
+/// How many rays per patch and chain intervals need where hardly any ray goes through: the hole between two rooms.
+#[test]
+#[ignore = "minutes; run with --release"]
+fn long_few_rays_in_two_rooms() {
+    let rooms = two_rooms();
+    let truth = long_run(&chains(&rooms, 1 << 20), 64);
+    for rays_per_patch in [16, 20, 32, 64, 128, 256] {
+        let rays = rays_per_patch * truth.len() as u64;
+        println!("{rays_per_patch} rays per patch: links, Sobol walks");
+        judge(&chains(&rooms, rays), &truth, 1000);
+        judge(&sobol(&rooms, rays / 16, collision(Space::Discrete)), &truth, 200);
+    }
+    for rays_per_patch in [256, 1024, 4096] {
+        for births in [RayBirths::Systematic, RayBirths::Multinomial] {
+            println!("{rays_per_patch} rays per patch: iterations, {births:?}");
+            let plan = Iterations { births, ..Iterations::default() };
+            judge(&iterations(&rooms, rays_per_patch * truth.len() as u64, plan), &truth, 200);
+        }
+    }
+}
+
 /// Against walks, which know nothing of links.
 #[test]
 #[ignore = "minutes; run with --release"]

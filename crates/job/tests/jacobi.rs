@@ -22,8 +22,8 @@ fn eight_chains_share_the_rays_unless_the_job_says_otherwise() {
     let job = cube54(&["method.walk=jacobi", "budget.paths=100003"]);
     assert_eq!((job.method.walk, job.method.sampler), (WalkKind::Jacobi, Sampler::Sobol));
     assert_eq!((job.method.batch_paths, job.note), (Some(12_500), None));
-    let job = cube54(&["method.walk=jacobi", "budget.paths=100003", "method.batch_paths=1000"]);
-    assert_eq!(job.method.batch_paths, Some(1000));
+    let job = cube54(&["method.walk=jacobi", "budget.paths=100003", "method.batch_paths=2000"]);
+    assert_eq!(job.method.batch_paths, Some(2000));
 }
 
 #[test]
@@ -44,9 +44,9 @@ fn chains_of_many_patches_are_kept_short() {
 #[test]
 fn the_length_of_chains_is_part_of_the_answer() {
     let hash = |set: &[&str]| job_hash([0; 32], &cube54(set).method, 1);
-    let short = hash(&["method.walk=jacobi", "budget.paths=80000", "method.batch_paths=1000"]);
-    let more = hash(&["method.walk=jacobi", "budget.paths=90000", "method.batch_paths=1000"]);
-    let long = hash(&["method.walk=jacobi", "budget.paths=80000", "method.batch_paths=2000"]);
+    let short = hash(&["method.walk=jacobi", "budget.paths=80000", "method.batch_paths=2000"]);
+    let more = hash(&["method.walk=jacobi", "budget.paths=90000", "method.batch_paths=2000"]);
+    let long = hash(&["method.walk=jacobi", "budget.paths=80000", "method.batch_paths=4000"]);
     assert_eq!(short, more, "more chains of the same length are the same answer, further on");
     assert_ne!(short, long);
     assert_ne!(short, hash(&["budget.paths=80000"]));
@@ -54,10 +54,10 @@ fn the_length_of_chains_is_part_of_the_answer() {
 
 #[test]
 fn a_range_begins_with_a_whole_chain() {
-    let jacobi = ["method.walk=jacobi", "budget.paths=80000", "method.batch_paths=1000"];
-    assert_eq!(cube54(&[&jacobi[..], &["budget.first_path=5000"]].concat()).budget.first_path, 5000);
+    let jacobi = ["method.walk=jacobi", "budget.paths=80000", "method.batch_paths=2000"];
+    assert_eq!(cube54(&[&jacobi[..], &["budget.first_path=6000"]].concat()).budget.first_path, 6000);
     let refused = load_cube54(&[&jacobi[..], &["budget.first_path=5001"]].concat()).unwrap_err().to_string();
-    assert!(refused.contains("5001 begins no batch of 1000 rays (a chain)"), "{refused}");
+    assert!(refused.contains("5001 begins no batch of 2000 rays (a chain)"), "{refused}");
 }
 
 #[test]
@@ -71,14 +71,14 @@ fn rays_of_chains_follow_sobol_sequences() {
     assert_eq!(few.method.sampler, Sampler::Random);
 }
 
-/// 54 patches ask for 16 · 54 = 864 rays a chain, 6,912 in all.
+/// 54 patches ask for 32 · 54 = 1,728 rays a chain, 13,824 in all.
 #[test]
 fn too_few_rays_per_patch_fall_back_to_walks_and_say_so() {
-    let few = cube54(&["method.walk=jacobi", "budget.paths=6911"]);
+    let few = cube54(&["method.walk=jacobi", "budget.paths=13823"]);
     assert_eq!((few.method.walk, few.method.sampler), (WalkKind::Shooting, Sampler::Random));
     let note = few.note.unwrap();
-    assert!(note.contains("863 rays") && note.contains("budget.paths ≥ 6912"), "{note}");
-    assert_eq!(cube54(&["method.walk=jacobi", "budget.paths=6912"]).method.walk, WalkKind::Jacobi);
+    assert!(note.contains("1727 rays") && note.contains("budget.paths ≥ 13824"), "{note}");
+    assert_eq!(cube54(&["method.walk=jacobi", "budget.paths=13824"]).method.walk, WalkKind::Jacobi);
 }
 
 #[test]
@@ -88,15 +88,15 @@ fn auto_takes_chains_where_they_are_long_enough() {
         assert_eq!(job.note, None, "auto gets what it asks for");
         job.method.walk
     };
-    assert_eq!(walk(&["budget.paths=6912"]), WalkKind::Jacobi);
-    assert_eq!(walk(&["budget.paths=6911"]), WalkKind::Shooting);
-    assert_eq!(walk(&["budget.paths=6912", "method.space=continuous"]), WalkKind::Shooting);
-    assert_eq!(walk(&["budget.paths=6912", "method.estimator=infinite"]), WalkKind::Shooting);
+    assert_eq!(walk(&["budget.paths=13824"]), WalkKind::Jacobi);
+    assert_eq!(walk(&["budget.paths=13823"]), WalkKind::Shooting);
+    assert_eq!(walk(&["budget.paths=13824", "method.space=continuous"]), WalkKind::Shooting);
+    assert_eq!(walk(&["budget.paths=13824", "method.estimator=infinite"]), WalkKind::Shooting);
 }
 
 #[test]
 fn chains_may_iterate_as_bs_has_it() {
-    let jacobi = ["method.walk=jacobi", "budget.paths=80000"];
+    let jacobi = ["method.walk=jacobi", "budget.paths=1800000"];
     let job = |set: &[&str]| load_cube54(&[&jacobi[..], set].concat());
     assert_eq!(job(&[]).unwrap().method.jacobi, Solve::Links);
     assert_eq!(job(&["method.jacobi={ solve = \"links\" }"]).unwrap().method.jacobi, Solve::Links);
@@ -118,6 +118,12 @@ fn chains_may_iterate_as_bs_has_it() {
     let hashes: std::collections::HashSet<_> = variants.iter().map(|set| hash(set)).collect();
     assert_eq!(hashes.len(), variants.len(), "each is another answer");
     assert_eq!(hash(&[iterations]), hash(&[iterations, "method.jacobi.births=systematic"]));
+    // 1,024 rays per patch and chain, and with multinomial births 4,096.
+    let walk = |set: &[&str]| job(set).unwrap().method.walk;
+    assert_eq!(walk(&[iterations, "budget.paths=442368"]), WalkKind::Jacobi);
+    assert_eq!(walk(&[iterations, "budget.paths=442367"]), WalkKind::Shooting);
+    let multinomial = [iterations, "method.jacobi.births=multinomial", "budget.paths=1769471"];
+    assert_eq!(walk(&multinomial), WalkKind::Shooting);
 }
 
 #[test]

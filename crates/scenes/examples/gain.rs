@@ -19,7 +19,7 @@ use scenes::{cornell, corridor, cube, interior};
 const CHAINS: u64 = 8;
 
 /// With fewer rays per patch and chain, jobs fall back to walks.
-const RAYS_PER_PATCH: u64 = 16;
+const RAYS_PER_PATCH: u64 = 32;
 
 /// A scene with the numbers of rays that runs are made of, as powers of 2, and how often each.
 struct Study {
