@@ -349,7 +349,7 @@ fn long_few_rays_in_two_rooms() {
         judge(&chains(&rooms, rays), &truth, 1000);
         judge(&sobol(&rooms, rays / 16, collision(Space::Discrete)), &truth, 200);
     }
-    for rays_per_patch in [256, 1024, 4096] {
+    for rays_per_patch in [256, 1024, 4096, 16_384] {
         for births in [RayBirths::Systematic, RayBirths::Multinomial] {
             println!("{rays_per_patch} rays per patch: iterations, {births:?}");
             let plan = Iterations { births, ..Iterations::default() };

@@ -51,11 +51,11 @@ fn workers_leave_no_trace_in_iterations() {
                  [[surface]]\nmaterial = \"w\"\nquad = [[0,0,0],[1,0,0],[0,1,0]]\npatches = [2, 2]\n\
                  [[surface]]\nmaterial = \"lamp\"\nquad = [[0,0,1],[0,1,1],[1,0,1]]\n";
     std::fs::write(folder.path().join("s.toml"), scene).unwrap();
-    std::fs::write(&coloured, "scene = \"s.toml\"\n[budget]\npaths = 180001\n").unwrap();
+    std::fs::write(&coloured, "scene = \"s.toml\"\n[budget]\npaths = 700001\n").unwrap();
     let iterations = [&JACOBI[..], &["--set", "method.jacobi.solve=iterations"]].concat();
     for (job, set) in [
         (CUBE, &["--paths", "500000"][..]),
-        (CUBE, &["--paths", "1800000", "--set", "method.jacobi.births=multinomial"]),
+        (CUBE, &["--paths", "7100000", "--set", "method.jacobi.births=multinomial"]),
         (CUBE, &["--paths", "500000", "--set", "method.sampler=sobol"]),
         (coloured.to_str().unwrap(), &["--set", "method.jacobi.births=multinomial"]),
     ] {

@@ -96,7 +96,7 @@ fn auto_takes_chains_where_they_are_long_enough() {
 
 #[test]
 fn chains_may_iterate_as_bs_has_it() {
-    let jacobi = ["method.walk=jacobi", "budget.paths=1800000"];
+    let jacobi = ["method.walk=jacobi", "budget.paths=7100000"];
     let job = |set: &[&str]| load_cube54(&[&jacobi[..], set].concat());
     assert_eq!(job(&[]).unwrap().method.jacobi, Solve::Links);
     assert_eq!(job(&["method.jacobi={ solve = \"links\" }"]).unwrap().method.jacobi, Solve::Links);
@@ -118,11 +118,11 @@ fn chains_may_iterate_as_bs_has_it() {
     let hashes: std::collections::HashSet<_> = variants.iter().map(|set| hash(set)).collect();
     assert_eq!(hashes.len(), variants.len(), "each is another answer");
     assert_eq!(hash(&[iterations]), hash(&[iterations, "method.jacobi.births=systematic"]));
-    // 1,024 rays per patch and chain, and with multinomial births 4,096.
+    // 1,024 rays per patch and chain, and with multinomial births 16,384.
     let walk = |set: &[&str]| job(set).unwrap().method.walk;
     assert_eq!(walk(&[iterations, "budget.paths=442368"]), WalkKind::Jacobi);
     assert_eq!(walk(&[iterations, "budget.paths=442367"]), WalkKind::Shooting);
-    let multinomial = [iterations, "method.jacobi.births=multinomial", "budget.paths=1769471"];
+    let multinomial = [iterations, "method.jacobi.births=multinomial", "budget.paths=7077887"];
     assert_eq!(walk(&multinomial), WalkKind::Shooting);
 }
 
