@@ -32,6 +32,8 @@ pub enum Command {
     Reproduce(ReproduceArgs),
     /// Check a job or a scene and say what would be modelled, and why
     Check(CheckArgs),
+    /// Drive methods to where they fail: what theory predicts, what is seen, what is said, what to do instead
+    Stability(StabilityArgs),
 }
 
 /// A job and what to change in it.
@@ -185,6 +187,18 @@ pub struct ReproduceArgs {
     /// Threads; the answer does not depend on them [default: one per core]
     #[arg(long, value_name = "T", value_parser = clap::value_parser!(u32).range(1..=1024))]
     pub threads: Option<u32>,
+}
+
+#[derive(Args)]
+pub struct StabilityArgs {
+    #[command(flatten)]
+    pub out: OutArgs,
+    /// Fewer walks and shorter sweeps
+    #[arg(long)]
+    pub quick: bool,
+    /// This entry only; may be repeated
+    #[arg(long, value_name = "NAME")]
+    pub only: Vec<String>,
 }
 
 #[derive(Args)]

@@ -9,8 +9,10 @@
 //! | slope of the largest scores above 3 | `tail`: visits fall off geometrically; the sample must stay within that law |
 
 use cluster::checkpoint::Look;
-use radiosity::{Estimate, Estimates, Experiment, Precision, Scene, Tally};
+use radiosity::{Counts, Estimate, Estimates, Experiment, Precision, Scene, Tally};
 use report::Check;
+
+use crate::fit::misfits;
 
 /// Standard error over estimate, beyond which MCNP calls a tally questionable; the same number bounds the VOV.
 const QUESTIONABLE: f64 = 0.1;
@@ -31,8 +33,9 @@ pub fn checks(
     let (experiment, tally) = (estimates.experiment(), estimates.tally());
     let scene = experiment.scene();
     let doubts = Doubts::new(estimates);
-    let mut checks = vec![method(note)];
+    let mut checks = vec![method(note), fit(experiment)];
     checks.extend(books(experiment, tally));
+    checks.extend([escape(experiment, tally), bias(experiment, &doubts)]);
     checks.extend([unhit(precision), rare(&doubts), error(&doubts), vov(experiment, &doubts)]);
     checks.push(tail(experiment, tally));
     let telling = experiment.batch_paths().map_or(0, |_| TELLING_BATCHES);
@@ -51,6 +54,58 @@ fn check(name: &str, ok: bool, message: String) -> Check {
 
 fn method(note: Option<&str>) -> Check {
     check("method", note.is_none(), note.unwrap_or("the method is the one asked for").into())
+}
+
+fn fit(experiment: &Experiment) -> Check {
+    let misfits = misfits(experiment);
+    let message =
+        if misfits.is_empty() { "theory knows of no better method here".into() } else { misfits.join("; ") };
+    check("fit", misfits.is_empty(), message)
+}
+
+/// Less than this part of the light leaves through a gap that nobody meant to leave; more than the other, and hardly
+/// anything is left to be known.
+const LEAK: f64 = 0.01;
+const SPENT: f64 = 0.9;
+
+/// What left the scene, by power: the last rays of infinite walks, and those of chains, may carry little.
+fn escape(experiment: &Experiment, tally: &Tally) -> Check {
+    let counts = tally.counts;
+    let channels = 0..experiment.scene().channels();
+    let weight = |c: usize| counts.escaped_weight[c] as f64 / Counts::WEIGHT_UNITS;
+    let what = if experiment.gathers() { "importance" } else { "power" };
+    let part = channels.map(weight).fold(0.0, f64::max) / counts.walks.max(1) as f64;
+    let percent = 100.0 * part;
+    match part {
+        0.0 => check("escape", true, "nothing left the scene".into()),
+        part if part < LEAK => check(
+            "escape",
+            false,
+            format!(
+                "{percent:.2e} % of the {what} left the scene: if it is meant to be closed, it has a gap"
+            ),
+        ),
+        part if part > SPENT => check(
+            "escape",
+            false,
+            format!(
+                "{percent:.3} % of the {what} left the scene, and the rest has to tell all; give the scene a lamp that is smaller and nearer"
+            ),
+        ),
+        _ => check("escape", true, format!("{percent:.1} % of the {what} left the scene")),
+    }
+}
+
+/// Intervals hold what walks say; what was cut off is not in them.
+fn bias(experiment: &Experiment, Doubts { bias, .. }: &Doubts) -> Check {
+    if !experiment.is_biased() {
+        return check("bias", true, "no walk was cut off".into());
+    }
+    let message = format!(
+        "walks were cut off: radiosities may be up to {:.3} % higher (`bias_bound` in patches.csv), which intervals do not include; end = \"roulette\" has no bias",
+        100.0 * bias
+    );
+    check("bias", false, message)
 }
 
 /// Whether every walk is accounted for, and none got behind a surface.
@@ -85,6 +140,8 @@ struct Doubts {
     rough: usize,
     /// Of these: with a large variance of the variance.
     volatile: usize,
+    /// The largest bound on a bias, over the estimate.
+    bias: f64,
 }
 
 impl Doubts {
@@ -97,6 +154,7 @@ impl Doubts {
                 let reflected = estimate.radiosity - patch.emittance[c];
                 let is_rough = estimate.std_error.is_none_or(|error| error > QUESTIONABLE * reflected);
                 doubts.found += 1;
+                doubts.bias = doubts.bias.max(estimate.bias_bound / estimate.radiosity);
                 doubts.rough += usize::from(is_rough);
                 doubts.volatile += usize::from(variance_of_variance(estimates.tally(), i, c) > QUESTIONABLE);
             }

@@ -137,6 +137,24 @@ pub enum Fault {
         /// What they are.
         rows: Vec<String>,
     },
+    /// The atlas has no such entry.
+    #[error("the atlas has no entry \"{name}\" (--only takes names of entries); choose from {known}")]
+    NoEntry {
+        /// What was typed.
+        name: String,
+        /// All there are.
+        known: String,
+    },
+    /// An entry of the atlas cannot be studied.
+    #[error(
+        "the entry \"{entry}\" of the atlas cannot be studied ({source}); this is a fault of the program"
+    )]
+    Study {
+        /// The entry.
+        entry: &'static str,
+        /// Why not.
+        source: Box<dyn std::error::Error + Send + Sync>,
+    },
     /// A sum of the tally overflowed.
     #[error(
         "a sum of the tally overflowed (scores are too many or too large to be kept exactly); use fewer paths"
@@ -171,8 +189,10 @@ impl Fault {
             Fault::AccessFile { .. } | Fault::AccessFileWrite { .. } => 2,
             Fault::Checkpoint(_) | Fault::BeyondBudget { .. } | Fault::Merge { .. } => 2,
             Fault::Kept { .. } | Fault::Share(_) | Fault::OtherBatches { .. } | Fault::NoWalks => 2,
+            Fault::NoEntry { .. } => 2,
             Fault::Audit { .. } | Fault::Listen { .. } | Fault::Worker(_) | Fault::NoWorkers(_) => 3,
             Fault::NotReproduced { .. } | Fault::Overflow | Fault::System { .. } => 3,
+            Fault::Study { .. } => 3,
         }
     }
 }

@@ -7,9 +7,11 @@ mod checkpoints;
 mod checks;
 mod console;
 mod coordinate;
+mod date;
 mod drift;
 mod exact_command;
 mod fault;
+mod fit;
 mod launcher;
 mod local;
 mod merge;
@@ -20,6 +22,7 @@ mod replica;
 mod reproduce;
 mod settings;
 mod signals;
+mod stability;
 mod target;
 mod work;
 
@@ -47,6 +50,7 @@ fn main() -> ExitCode {
         Command::Replay(args) => replay::replay(&args),
         Command::Reproduce(args) => reproduce::reproduce(&args),
         Command::Check(args) => check::check(&args),
+        Command::Stability(args) => stability::stability(&args),
     };
     match done {
         Ok(outcome) => ExitCode::from(outcome.exit_code()),

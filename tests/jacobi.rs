@@ -367,36 +367,7 @@ fn long_cornell() {
     judge(&chains(&cornell, 1 << 17), &truth, 200).is_true();
 }
 
-/// Two unit cubes whose common wall has a hole of 1 % of it; R = 0.95 everywhere, a lamp in the floor of one.
+/// Two rooms that exchange 1 %, R = 0.95.
 fn two_rooms() -> SceneSpec {
-    let [y, z] = [DVec3::Y, DVec3::Z];
-    let quad = |c: DVec3, u: DVec3, v: DVec3, cells| surface(quad(c, u, v, cells), 0.95);
-    let room = |from: f64| {
-        let (o, x) = (DVec3::X * from, DVec3::X * 0.99);
-        [quad(o, x, y, [2, 2]), quad(o + z, y, x, [2, 2]), quad(o, z, x, [2, 2]), quad(o + y, x, z, [2, 2])]
-    };
-    let mut surfaces: Vec<SurfaceSpec> = room(0.0).into_iter().chain(room(1.01)).collect();
-    surfaces.push(quad(DVec3::ZERO, y, z, [2, 2]));
-    surfaces.push(quad(DVec3::X * 2.0, z, y, [2, 2]));
-    surfaces[0].cell_emittance = vec![(0, 1.0.into())];
-    // The wall is 2 cm thick; each room sees four pieces of it, and the hole has four sides.
-    let pieces = [
-        ([0.0, 0.0], [1.0, 0.45]),
-        ([0.0, 0.55], [1.0, 1.0]),
-        ([0.0, 0.45], [0.45, 0.55]),
-        ([0.55, 0.45], [1.0, 0.55]),
-    ];
-    for (low, high) in pieces {
-        let (u, v) = (y * (high[0] - low[0]), z * (high[1] - low[1]));
-        let corner = |x: f64| DVec3::new(x, low[0], low[1]);
-        surfaces.push(quad(corner(0.99), v, u, [1, 1]));
-        surfaces.push(quad(corner(1.01), u, v, [1, 1]));
-    }
-    let (through, u, v) = (DVec3::X * 0.02, y * 0.1, z * 0.1);
-    let corner = DVec3::new(0.99, 0.45, 0.45);
-    surfaces.push(quad(corner, through, u, [1, 1]));
-    surfaces.push(quad(corner + v, u, through, [1, 1]));
-    surfaces.push(quad(corner, v, through, [1, 1]));
-    surfaces.push(quad(corner + u, through, v, [1, 1]));
-    SceneSpec { surfaces }
+    scenes::two_rooms(0.1, 0.95)
 }

@@ -187,6 +187,11 @@ impl Experiment {
         &self.method
     }
 
+    /// Whether walks carry importance from the patches, not power from the emitters.
+    pub fn gathers(&self) -> bool {
+        self.gathering.is_some()
+    }
+
     /// Where walks are born.
     pub(crate) fn births(&self) -> &Births {
         self.gathering.as_ref().map_or(self.scene.emitters(), |gathering| &gathering.births)

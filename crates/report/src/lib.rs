@@ -17,7 +17,7 @@ pub use atomic::{OutputFolder, replace_atomically, write_atomically};
 pub use chart::{Axis, Chart, Point, Series, Style};
 pub use error::Error;
 pub use exact_csv::{ExactBounds, ExactColumns, ExactSummary, write_exact};
-pub use patches::write_patches;
+pub use patches::{flags, write_patches};
 pub use picture::Picture;
 pub use summary::{
     Check, Energy, Method, Model, PartSummary, PrecisionSummary, Provenance, RunFacts, SessionSummary,

@@ -127,6 +127,13 @@ fn mix(extras: Extras, best: Option<Mix>) -> Vec<Option<f64>> {
     }
 }
 
+/// The flags of one patch, joined by bars; `known` is what walks could tell of its channels.
+pub fn flags(patch: &Patch, known: Option<&[Estimate]>) -> String {
+    let mut flags = String::new();
+    set_flags(&mut flags, patch, known);
+    flags
+}
+
 /// `emitter`: E > 0. `unsampled`: no walk could tell. `rare`: too few scores for the standard error to mean much.
 /// `bias`: walks were cut off; `bias_bound` says how much too small b may be.
 fn set_flags(flags: &mut String, patch: &Patch, known: Option<&[Estimate]>) {

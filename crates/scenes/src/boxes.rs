@@ -130,7 +130,7 @@ pub fn cornell() -> SceneSpec {
     SceneSpec { surfaces }
 }
 
-fn quad(corner: DVec3, u: DVec3, v: DVec3, cells: [u32; 2]) -> Shape {
+pub(crate) fn quad(corner: DVec3, u: DVec3, v: DVec3, cells: [u32; 2]) -> Shape {
     Shape::Parallelogram { corner, corner_u: corner + u, corner_v: corner + v, cells }
 }
 

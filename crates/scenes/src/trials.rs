@@ -1,0 +1,132 @@
+//! Small scenes that drive methods to where they fail.
+
+use glam::DVec3;
+use radiosity::{SceneSpec, Shape, SurfaceSpec};
+
+use crate::boxes::quad;
+use crate::material::Material;
+
+const X: DVec3 = DVec3::X;
+const Y: DVec3 = DVec3::Y;
+const Z: DVec3 = DVec3::Z;
+
+/// The six walls of a box from the origin, facing inwards: z low, z high, x low, x high, y low, y high.
+fn walls(size: DVec3, cells: [u32; 2]) -> [Shape; 6] {
+    let [x, y, z] = [X * size.x, Y * size.y, Z * size.z];
+    let o = DVec3::ZERO;
+    [(o, x, y), (z, y, x), (o, y, z), (x, z, y), (o, z, x), (y, x, z)]
+        .map(|(corner, u, v)| quad(corner, u, v, cells))
+}
+
+/// A closed box of walls that all reflect R and emit 1 − R: B = 1 W/m² everywhere, whatever its shape.
+pub fn furnace(size: DVec3, cells: [u32; 2], reflectance: f64) -> SceneSpec {
+    let material = Material::new(reflectance).emitting(1.0 - reflectance);
+    SceneSpec { surfaces: walls(size, cells).map(|wall| material.surface(wall)).into() }
+}
+
+/// A furnace between two unit squares that meet at an angle [rad], the third side and the two ends closed.
+pub fn wedge(angle: f64, reflectance: f64) -> SceneSpec {
+    let material = Material::new(reflectance).emitting(1.0 - reflectance);
+    let slope = DVec3::new(angle.cos(), 0.0, angle.sin());
+    let shapes = [
+        quad(DVec3::ZERO, X, Y, [2, 1]),
+        quad(DVec3::ZERO, Y, slope, [1, 2]),
+        quad(X, slope - X, Y, [1, 1]),
+        Shape::Triangle { a: DVec3::ZERO, b: slope, c: X, rows: 1 },
+        Shape::Triangle { a: Y, b: X + Y, c: slope + Y, rows: 1 },
+    ];
+    SceneSpec { surfaces: shapes.map(|shape| material.surface(shape)).into() }
+}
+
+/// A closed unit cube of reflectance R. Patch 0, a square of this side in a corner of the floor, and patches 1 and 2
+/// make up the floor; the other walls are a patch each, 3 to 7, the first of them the ceiling. Nothing emits yet.
+pub fn cube_with_tile(side: f64, reflectance: f64) -> SceneSpec {
+    let material = Material::new(reflectance);
+    let (u, v) = (X * side, Y * side);
+    let floor = [quad(DVec3::ZERO, u, v, [1, 1]), quad(v, u, Y - v, [1, 1]), quad(u, X - u, Y, [1, 1])];
+    let rest = walls(DVec3::ONE, [1, 1]).into_iter().skip(1);
+    SceneSpec { surfaces: floor.into_iter().chain(rest).map(|shape| material.surface(shape)).collect() }
+}
+
+/// Two unit squares that face each other, of reflectance R; the first emits 1 W/m².
+pub fn plates(gap: f64, reflectance: f64) -> SceneSpec {
+    let material = Material::new(reflectance);
+    let surfaces = vec![
+        material.emitting(1.0).surface(quad(DVec3::ZERO, X, Y, [1, 1])),
+        material.surface(quad(Z * gap, Y, X, [1, 1])),
+    ];
+    SceneSpec { surfaces }
+}
+
+/// A black lamp, a square of side 0.1 m · `scale`, at the height `distance` · `scale` [m] above the middle of a unit
+/// floor of 3 × 3 patches, whose reflectance is 0.5. Lamps of one distance and different scales look alike from where
+/// the floor's middle is. The floor comes first.
+pub fn far_lamp(distance: f64, scale: f64) -> SceneSpec {
+    let side = 0.1 * scale;
+    let corner = DVec3::new(0.5 * (1.0 - side), 0.5 * (1.0 - side), distance * scale);
+    let floor = Material::new(0.5).surface(quad(DVec3::ZERO, X, Y, [3, 3]));
+    let lamp = Material::new(0.0).emitting(1.0).surface(quad(corner, Y * side, X * side, [1, 1]));
+    SceneSpec { surfaces: vec![floor, lamp] }
+}
+
+/// Two closed unit cubes apart, R = 0.5, of six patches each. The floor of the first emits 1 W/m², that of the second
+/// (patch 6) `dim`.
+pub fn unequal_rooms(dim: f64) -> SceneSpec {
+    let mut surfaces: Vec<SurfaceSpec> = Vec::new();
+    for (from, emittance) in [(0.0, 1.0), (2.0, dim)] {
+        let room = walls(DVec3::ONE, [1, 1]).map(|shape| Material::new(0.5).surface(shape));
+        let room = SceneSpec { surfaces: room.into() };
+        let mut room = moved(&room, |corner| corner + X * from).surfaces;
+        room[0].emittance = emittance.into();
+        surfaces.append(&mut room);
+    }
+    SceneSpec { surfaces }
+}
+
+/// Two unit cubes whose common wall, 2 cm thick, has a square hole of this side in its middle; reflectance R
+/// everywhere, a lamp in the floor of the first, x < 1.
+pub fn two_rooms(hole: f64, reflectance: f64) -> SceneSpec {
+    let material = Material::new(reflectance);
+    let room = |from: f64| {
+        let (o, x) = (X * from, X * 0.99);
+        [(o, x, Y), (o + Z, Y, x), (o, Z, x), (o + Y, x, Z)].map(|(c, u, v)| quad(c, u, v, [2, 2]))
+    };
+    let mut shapes: Vec<Shape> = room(0.0).into_iter().chain(room(1.01)).collect();
+    shapes.push(quad(DVec3::ZERO, Y, Z, [2, 2]));
+    shapes.push(quad(X * 2.0, Z, Y, [2, 2]));
+    // Each room sees four pieces of the wall, and the hole has four sides.
+    let (low, high) = (0.5 - 0.5 * hole, 0.5 + 0.5 * hole);
+    let pieces = [
+        ([0.0, 0.0], [1.0, low]),
+        ([0.0, high], [1.0, 1.0]),
+        ([0.0, low], [low, high]),
+        ([high, low], [1.0, high]),
+    ];
+    for (from, to) in pieces {
+        let (u, v) = (Y * (to[0] - from[0]), Z * (to[1] - from[1]));
+        let corner = |x: f64| DVec3::new(x, from[0], from[1]);
+        shapes.push(quad(corner(0.99), v, u, [1, 1]));
+        shapes.push(quad(corner(1.01), u, v, [1, 1]));
+    }
+    let (through, u, v) = (X * 0.02, Y * (high - low), Z * (high - low));
+    let corner = DVec3::new(0.99, low, low);
+    shapes.push(quad(corner, through, u, [1, 1]));
+    shapes.push(quad(corner + v, u, through, [1, 1]));
+    shapes.push(quad(corner, v, through, [1, 1]));
+    shapes.push(quad(corner + u, through, v, [1, 1]));
+    let mut surfaces: Vec<SurfaceSpec> = shapes.into_iter().map(|shape| material.surface(shape)).collect();
+    surfaces[0].cell_emittance = vec![(0, 1.0.into())];
+    SceneSpec { surfaces }
+}
+
+/// The same scene with every corner moved.
+pub fn moved(scene: &SceneSpec, to: impl Fn(DVec3) -> DVec3) -> SceneSpec {
+    let shape = |shape: &Shape| match *shape {
+        Shape::Parallelogram { corner, corner_u, corner_v, cells } => {
+            Shape::Parallelogram { corner: to(corner), corner_u: to(corner_u), corner_v: to(corner_v), cells }
+        }
+        Shape::Triangle { a, b, c, rows } => Shape::Triangle { a: to(a), b: to(b), c: to(c), rows },
+    };
+    let surfaces = scene.surfaces.iter().map(|s| SurfaceSpec { shape: shape(&s.shape), ..s.clone() });
+    SceneSpec { surfaces: surfaces.collect() }
+}

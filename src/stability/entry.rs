@@ -1,0 +1,135 @@
+//! What an entry of the atlas says.
+
+use report::Chart;
+use serde::Serialize;
+use stats::Measured;
+
+use super::lab::Lab;
+
+/// One way in which a method fails.
+pub struct Entry {
+    /// Names it on the command line and its chart.
+    pub name: &'static str,
+    /// A sentence.
+    pub title: &'static str,
+    /// Drives the method there.
+    pub study: fn(&Lab) -> Result<Finding, Failure>,
+}
+
+/// What keeps an entry from being studied.
+pub type Failure = Box<dyn std::error::Error + Send + Sync>;
+
+/// What became of it.
+pub struct Finding {
+    /// What theory says will happen, and who says so.
+    pub predicted: String,
+    /// What happened, with standard errors.
+    pub seen: String,
+    /// What the program told its user, word by word.
+    pub told: Vec<String>,
+    /// What to do instead, and what that gave.
+    pub instead: String,
+    /// What has to hold of all this.
+    pub claims: Vec<Claim>,
+    /// The sweep.
+    pub chart: Chart,
+}
+
+/// Something that has to hold.
+#[derive(Clone, Debug, Serialize)]
+pub struct Claim {
+    /// What, with the numbers.
+    pub what: String,
+    /// Whether it does.
+    pub holds: bool,
+    /// With which probability it does not although theory is right, for seeds drawn at random; 0 of what chance has no
+    /// part in.
+    pub false_alarm: f64,
+}
+
+/// Standard errors that measurements may be off by: false alarms once in 1.7 million, if they err normally.
+const SIGMAS: f64 = 5.0;
+const FALSE_ALARM: f64 = 6e-7;
+
+impl Claim {
+    /// Something that chance has no part in.
+    pub fn sure(what: impl Into<String>, holds: bool) -> Self {
+        Claim { what: what.into(), holds, false_alarm: 0.0 }
+    }
+
+    /// A measurement has the value that theory gives it.
+    pub fn equal(what: &str, measured: Measured, expected: f64) -> Self {
+        let holds = measured.z(expected).abs() < SIGMAS || measured.value == expected;
+        let what = format!("{what}: {}, expected {}", pm(measured), figure(expected));
+        Claim { what, holds, false_alarm: FALSE_ALARM }
+    }
+
+    /// A measurement is not below a bound, but for chance.
+    pub fn at_least(what: &str, measured: Measured, bound: f64) -> Self {
+        let holds = measured.value >= bound || measured.z(bound) > -SIGMAS;
+        let what = format!("{what}: {}, at least {}", pm(measured), figure(bound));
+        Claim { what, holds, false_alarm: 0.5 * FALSE_ALARM }
+    }
+
+    /// A measurement is below a bound, beyond chance.
+    pub fn below(what: &str, measured: Measured, bound: f64) -> Self {
+        let holds = measured.z(bound) < -SIGMAS;
+        let what = format!("{what}: {}, clearly below {}", pm(measured), figure(bound));
+        Claim { what, holds, false_alarm: 0.0 }
+    }
+
+    /// The program says a word of it.
+    pub fn told(told: &[String], word: &str) -> Self {
+        let holds = told.iter().any(|line| line.contains(word));
+        Claim::sure(format!("the program says “{word}”"), holds)
+    }
+}
+
+/// A number with three digits.
+pub fn figure(x: f64) -> String {
+    match x.abs() {
+        0.0 => "0".into(),
+        a if !(1e-3..1e5).contains(&a) => exponential(x),
+        a => format!("{x:.*}", (2 - a.log10().floor() as i32).max(0) as usize),
+    }
+}
+
+fn exponential(x: f64) -> String {
+    let text = format!("{x:.1e}");
+    match text.split_once('e') {
+        Some((digits, power)) => format!("{digits}·10^{power}"),
+        None => text,
+    }
+}
+
+/// A value ± its standard error.
+pub fn pm(measured: Measured) -> String {
+    let Measured { value, standard_error } = measured;
+    if !(1e-3..1e5).contains(&value.abs()) || standard_error <= 0.0 {
+        return format!("{} ± {}", figure(value), figure(standard_error));
+    }
+    // As many decimals as the first two digits of the error take.
+    let decimals = (1 - standard_error.log10().floor() as i32).max(0) as usize;
+    format!("{value:.decimals$} ± {standard_error:.decimals$}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_have_the_digits_that_they_deserve() {
+        assert_eq!(figure(0.123456), "0.123");
+        assert_eq!(figure(1234.5), "1234");
+        assert_eq!(figure(1.5e-9), "1.5·10^-9");
+        assert_eq!(pm(Measured { value: 0.98765, standard_error: 0.0123 }), "0.988 ± 0.012");
+    }
+
+    #[test]
+    fn claims_allow_for_chance_only() {
+        let measured = Measured { value: 1.0, standard_error: 0.1 };
+        assert!(Claim::equal("", measured, 1.4).holds && !Claim::equal("", measured, 1.6).holds);
+        assert!(Claim::below("", measured, 1.6).holds && !Claim::below("", measured, 1.4).holds);
+        assert!(Claim::at_least("", measured, 1.4).holds && !Claim::at_least("", measured, 1.6).holds);
+    }
+}

@@ -1,0 +1,50 @@
+//! The atlas of failure at reduced size: every entry asserts what theory predicts, what is seen and what is said. Each
+//! claim carries the probability that it fails by chance alone, once and for all with its seeds: together below 10⁻³.
+
+mod support;
+
+use serde_json::Value;
+use support::run;
+
+#[test]
+fn every_entry_holds() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("atlas");
+    let (code, stdout, stderr) = run(&["stability", "--quick", "--out", out.to_str().unwrap()]);
+    assert_eq!(code, 0, "{stdout}{stderr}");
+    let entries: Value = serde_json::from_slice(&std::fs::read(out.join("atlas.json")).unwrap()).unwrap();
+    let page = std::fs::read_to_string(out.join("atlas.md")).unwrap();
+    let mut false_alarms = 0.0;
+    for entry in entries.as_array().unwrap() {
+        let name = entry["name"].as_str().unwrap();
+        let claims = entry["claims"].as_array().unwrap();
+        assert!(claims.len() >= 2, "{name} claims hardly anything");
+        for claim in claims {
+            assert_eq!(claim["holds"], true, "{name}: {claim}");
+            false_alarms += claim["false_alarm"].as_f64().unwrap();
+        }
+        let told = entry["told"].as_array().unwrap();
+        assert!(!told.is_empty(), "{name}: silence is the only wrong answer");
+        let svg = std::fs::read_to_string(out.join("atlas").join(format!("{name}.svg"))).unwrap();
+        assert!(svg.starts_with("<svg") && page.contains(&format!("(atlas/{name}.svg)")));
+    }
+    assert!(false_alarms < 1e-3, "{false_alarms}");
+}
+
+#[test]
+fn entries_are_chosen_by_name_and_nothing_is_lost() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("atlas");
+    let args = ["stability", "--quick", "--only", "scales", "--out", out.to_str().unwrap()];
+    let (code, stdout, stderr) = run(&args);
+    assert_eq!(code, 0, "{stdout}{stderr}");
+    assert!(stdout.starts_with("holds  scales: "), "{stdout}");
+    let before = std::fs::read(out.join("atlas.md")).unwrap();
+    let (code, _, stderr) = run(&args);
+    assert_eq!(code, 2);
+    assert!(stderr.contains("is not empty"), "{stderr}");
+    assert_eq!(std::fs::read(out.join("atlas.md")).unwrap(), before);
+    let (code, _, stderr) = run(&["stability", "--only", "nonsense"]);
+    assert_eq!(code, 2);
+    assert!(stderr.contains("choose from survival-in-the-dark, "), "{stderr}");
+}
