@@ -46,5 +46,5 @@ fn entries_are_chosen_by_name_and_nothing_is_lost() {
     assert_eq!(std::fs::read(out.join("atlas.md")).unwrap(), before);
     let (code, _, stderr) = run(&["stability", "--only", "nonsense"]);
     assert_eq!(code, 2);
-    assert!(stderr.contains("choose from survival-in-the-dark, "), "{stderr}");
+    assert!(stderr.contains("choose from long-walks, "), "{stderr}");
 }

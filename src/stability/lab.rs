@@ -9,7 +9,7 @@ use radiosity::{
     Scene, SceneSpec, Sequence, Solution, Space, Tally,
 };
 use report::Check;
-use stats::{Measured, Moments};
+use stats::Measured;
 
 use super::entry::Failure;
 use crate::checks::checks;
@@ -252,10 +252,4 @@ pub fn variance_over(experiment: &Experiment, tally: &Tally, patch: usize, expec
     let variance = stats::PowerSums { n: tally.counts.walks, sums }.variance();
     let variance = variance.expect("there are many walks");
     ratio(variance, expected / (unit * unit))
-}
-
-/// The power sums of a patch.
-pub fn moments(tally: &Tally, patch: usize) -> Moments {
-    let sums = tally.patch(patch, 0);
-    Moments { n: tally.counts.walks, sum: sums[0], sum_sq: sums[1] }
 }

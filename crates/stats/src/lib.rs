@@ -14,6 +14,6 @@ mod student;
 pub use interval::{Interval, mean_interval};
 pub use judge::{ChiSquare, Coverage, Measured, chi_square_uniform, mean_squared_z};
 pub use moments::{Moments, PowerSums};
-pub use normal::normal_quantile;
+pub use normal::{normal_cdf, normal_quantile};
 pub use stopping::{DoubleSampling, foresight};
 pub use student::student_quantile;

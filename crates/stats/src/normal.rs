@@ -24,6 +24,16 @@ pub fn normal_quantile(p: f64) -> f64 {
     (polynomial(numerator, r - shift) / polynomial(denominator, r - shift)).copysign(q)
 }
 
+/// The fraction Φ(x) of normal deviates below x, to about 1e-15: the quantile function, inverted by bisection.
+pub fn normal_cdf(x: f64) -> f64 {
+    let (mut low, mut high) = (0.0, 1.0);
+    for _ in 0..60 {
+        let middle = 0.5 * (low + high);
+        if normal_quantile(middle) < x { low = middle } else { high = middle }
+    }
+    0.5 * (low + high)
+}
+
 /// Horner's rule, constant term first.
 fn polynomial(coefficients: &[f64; 8], x: f64) -> f64 {
     coefficients.iter().rev().fold(0.0, |value, c| value * x + c)
@@ -131,6 +141,13 @@ mod tests {
     fn is_antisymmetric() {
         for p in [0.4375, 0.25, 0.0625, 2f64.powi(-30)] {
             assert_eq!(normal_quantile(1.0 - p), -normal_quantile(p), "p = {p}");
+        }
+    }
+
+    #[test]
+    fn the_distribution_is_the_inverse_of_its_quantiles() {
+        for (x, p) in [(0.0, 0.5), (1.0, 0.841344746068542949), (-1.959963984540054, 0.025), (9.0, 1.0)] {
+            assert!((normal_cdf(x) - p).abs() < 1e-15, "{x}: {}", normal_cdf(x));
         }
     }
 

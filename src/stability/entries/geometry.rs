@@ -127,13 +127,11 @@ impl Sweep {
                     told.push(format!("at {at:e}: {why}"));
                 }
                 Outcome::Walked { radiosity, escaped, told: words } => {
-                    radiosities.push((*at, *radiosity));
                     losses.push((*at, *escaped));
-                    let right = Claim::equal(
-                        &format!("{at:e}: B of the patch that is furthest off"),
-                        *radiosity,
-                        1.0,
-                    );
+                    radiosities.extend(radiosity.map(|radiosity| (*at, radiosity)));
+                    let unknown = Measured { value: f64::NAN, standard_error: f64::NAN };
+                    let what = format!("{at:e}: B of the patch that is furthest off");
+                    let right = Claim::equal(&what, radiosity.unwrap_or(unknown), 1.0);
                     if (self.safe)(*at) {
                         claims.push(Claim::sure(format!("{at:e}: no walk escapes"), *escaped == 0.0));
                         claims.push(right);

@@ -1,21 +1,46 @@
-//! The entries, a file each.
+//! The entries, by what they are about.
 
 mod absorption;
 mod area_ratios;
+mod correlated;
 mod cut_off;
+mod emitters;
+mod few_walks;
 mod geometry;
+mod leaks;
+mod long_walks;
+mod luck;
+mod naive_jacobi;
+mod plates;
+mod slit;
 mod survival;
 
 use super::entry::Entry;
 
 /// In the order of the page.
 pub const ALL: &[Entry] = &[
-    survival::ENTRY,
+    long_walks::ONE_ROOM,
+    long_walks::TWO_ROOMS,
     absorption::ENTRY,
+    survival::ENTRY,
+    emitters::BLACK,
     area_ratios::ENTRY,
-    cut_off::ENTRY,
+    emitters::TINY,
+    emitters::FAR,
+    emitters::UNEQUAL,
+    slit::ENTRY,
+    few_walks::ENTRY,
+    plates::ENTRY,
+    geometry::WEDGES,
+    geometry::SLIVERS,
     geometry::FAR_ORIGIN,
     geometry::SCALES,
-    geometry::SLIVERS,
-    geometry::WEDGES,
+    leaks::OPEN,
+    leaks::BACKS,
+    cut_off::ENTRY,
+    naive_jacobi::ENTRY,
+    correlated::ENTRY,
+    luck::MOMENT,
+    luck::SEED,
+    luck::TWICE,
 ];
