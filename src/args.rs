@@ -34,6 +34,8 @@ pub enum Command {
     Check(CheckArgs),
     /// Drive methods to where they fail: what theory predicts, what is seen, what is said, what to do instead
     Stability(StabilityArgs),
+    /// Chart speed against accuracy of every method that fits a scene, and say what to use when
+    Compare(CompareArgs),
 }
 
 /// A job and what to change in it.
@@ -187,6 +189,27 @@ pub struct ReproduceArgs {
     /// Threads; the answer does not depend on them [default: one per core]
     #[arg(long, value_name = "T", value_parser = clap::value_parser!(u32).range(1..=1024))]
     pub threads: Option<u32>,
+}
+
+#[derive(Args)]
+pub struct CompareArgs {
+    /// Job files: their scenes are compared in, whatever their methods
+    #[arg(required = true, num_args = 1.., value_name = "JOB")]
+    pub jobs: Vec<PathBuf>,
+    #[command(flatten)]
+    pub out: OutArgs,
+    /// Rays of the longest runs [default: 2^20, or 128 per patch]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1024..))]
+    pub rays: Option<u64>,
+    /// Runs of every method and size
+    #[arg(long, value_name = "N", default_value_t = 8, value_parser = clap::builder::RangedU64ValueParser::<usize>::new().range(2..))]
+    pub runs: usize,
+    /// Set any key of the jobs
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    pub set: Vec<String>,
+    /// Keep what is measured already
+    #[arg(long, conflicts_with = "force")]
+    pub resume: bool,
 }
 
 #[derive(Args)]

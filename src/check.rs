@@ -1,12 +1,14 @@
 //! `radwalk check`: validates a job or a scene and says what would be modelled, and why.
 
 use job::{FileKind, Job};
-use radiosity::{IndexChoice, Scene};
+use radiosity::{Experiment, IndexChoice, Scene};
 use report::{Method, Model};
 
 use crate::args::CheckArgs;
+use crate::bounces::bounces;
 use crate::console::say;
 use crate::fault::{Fault, Outcome};
+use crate::fit::misfits;
 use crate::outputs;
 use crate::replica::MOMENTS;
 
@@ -15,9 +17,9 @@ pub fn check(args: &CheckArgs) -> Result<Outcome, Fault> {
     match job::file_kind(&args.file)? {
         FileKind::Job => {
             let job = job::load(&args.file, &args.set)?;
-            let scene = job.build_scene()?;
-            describe_scene(&scene);
-            describe_job(&job, &scene);
+            let experiment = Experiment::new(job.build_scene()?, job.method.walks())?;
+            describe_scene(experiment.scene());
+            describe_job(&job, &experiment);
         }
         FileKind::Scene => {
             let scene = job::load_scene(&args.file)?.build(IndexChoice::Auto)?;
@@ -45,7 +47,8 @@ fn power(scene: &Scene) -> String {
     channels.collect::<Vec<_>>().join(", ")
 }
 
-fn describe_job(job: &Job, scene: &Scene) {
+fn describe_job(job: &Job, experiment: &Experiment) {
+    let scene = experiment.scene();
     let Method { walk, estimator, space, sampler, jacobi } = outputs::method(&job.method);
     let kind =
         jacobi.map_or_else(|| format!("{space} {estimator} {walk}"), |chains| format!("{walk} ({chains})"));
@@ -64,7 +67,11 @@ fn describe_job(job: &Job, scene: &Scene) {
     if let Some(note) = &job.note {
         say(&format!("note: {note}"));
     }
-    for reason in Model::new(scene, &outputs::method(&job.method), MOMENTS).why {
-        say(&format!("model: {reason}"));
+    let model = Model::new(scene, &outputs::method(&job.method), MOMENTS, bounces(experiment));
+    for line in model.lines().into_iter().chain(model.why) {
+        say(&format!("model: {line}"));
+    }
+    for misfit in misfits(experiment) {
+        say(&format!("note: {misfit}"));
     }
 }

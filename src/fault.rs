@@ -145,6 +145,25 @@ pub enum Fault {
         /// All there are.
         known: String,
     },
+    /// A table of earlier measurements cannot be read.
+    #[error("cannot go on from {} ({source}); remove it, or start afresh with --force", path.display())]
+    Table {
+        /// The table.
+        path: PathBuf,
+        /// What is wrong with it.
+        source: csv::Error,
+    },
+    /// Some claims of the atlas do not hold.
+    #[error(
+        "claims of {} entries of the atlas do not hold ({}); see {}, then find out whether theory or program is wrong",
+        entries.len(), entries.join(", "), page.display()
+    )]
+    Unfounded {
+        /// The entries.
+        entries: Vec<&'static str>,
+        /// The page.
+        page: PathBuf,
+    },
     /// An entry of the atlas cannot be studied.
     #[error(
         "the entry \"{entry}\" of the atlas cannot be studied ({source}); this is a fault of the program"
@@ -189,10 +208,10 @@ impl Fault {
             Fault::AccessFile { .. } | Fault::AccessFileWrite { .. } => 2,
             Fault::Checkpoint(_) | Fault::BeyondBudget { .. } | Fault::Merge { .. } => 2,
             Fault::Kept { .. } | Fault::Share(_) | Fault::OtherBatches { .. } | Fault::NoWalks => 2,
-            Fault::NoEntry { .. } => 2,
+            Fault::NoEntry { .. } | Fault::Table { .. } => 2,
             Fault::Audit { .. } | Fault::Listen { .. } | Fault::Worker(_) | Fault::NoWorkers(_) => 3,
             Fault::NotReproduced { .. } | Fault::Overflow | Fault::System { .. } => 3,
-            Fault::Study { .. } => 3,
+            Fault::Study { .. } | Fault::Unfounded { .. } => 3,
         }
     }
 }

@@ -2,9 +2,11 @@
 
 mod args;
 mod audit;
+mod bounces;
 mod check;
 mod checkpoints;
 mod checks;
+mod compare;
 mod console;
 mod coordinate;
 mod date;
@@ -16,6 +18,7 @@ mod launcher;
 mod local;
 mod merge;
 mod outputs;
+mod plot;
 mod progress;
 mod replay;
 mod replica;
@@ -51,6 +54,7 @@ fn main() -> ExitCode {
         Command::Reproduce(args) => reproduce::reproduce(&args),
         Command::Check(args) => check::check(&args),
         Command::Stability(args) => stability::stability(&args),
+        Command::Compare(args) => compare::compare(&args),
     };
     match done {
         Ok(outcome) => ExitCode::from(outcome.exit_code()),

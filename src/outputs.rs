@@ -6,10 +6,12 @@ use cluster::checkpoint::{Book, Checkpoint};
 use job::{Method, WalkKind, Word};
 use radiosity::{Estimates, Experiment, Iterations, Precision, Scene, Solve};
 use report::{
-    OutputFolder, PartSummary, Provenance, RunFacts, SessionSummary, Summary, WorkerSummary, WorstPatch,
+    Model, OutputFolder, PartSummary, Provenance, RunFacts, SessionSummary, Summary, WorkerSummary,
+    WorstPatch,
 };
 
 use crate::args::OutArgs;
+use crate::bounces::bounces;
 use crate::checkpoints::{self, CURRENT, PREVIOUS};
 use crate::checks::checks;
 use crate::console::{say, tell};
@@ -105,6 +107,9 @@ impl RunOutput {
             100.0 * summary.confidence,
             percent(precision.rms_relative_error)
         ));
+        for line in summary.model.lines() {
+            say(&format!("model: {line}"));
+        }
         for check in summary.checks.iter().filter(|check| !check.ok) {
             say(&format!("note: {}", check.message));
         }
@@ -164,6 +169,7 @@ fn facts(settings: &Settings, estimates: &Estimates, precision: &Precision, book
         job_hash: job::job_hash(scene.hash(), &settings.method, settings.seed),
         seed: settings.seed,
         method: method(&settings.method),
+        model: Model::new(scene, &method(&settings.method), tally.layout().moments, bounces(experiment)),
         paths,
         seconds: book.effort.seconds,
         cpu_seconds: book.effort.cpu_seconds,

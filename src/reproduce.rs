@@ -3,7 +3,7 @@
 use std::io::Write;
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
-use std::time::{Instant, SystemTime};
+use std::time::Instant;
 
 use papers::{CHAPTERS, Chapter, Effort, Findings, Judge, Lab, Row, Verdict, page};
 use report::OutputFolder;
@@ -11,6 +11,7 @@ use serde_json::{Value, json};
 
 use crate::args::ReproduceArgs;
 use crate::console::{say, tell};
+use crate::date::today;
 use crate::fault::{Fault, Outcome};
 use crate::progress::duration;
 
@@ -115,7 +116,7 @@ fn origin(args: &ReproduceArgs, lab: &Lab, seconds: f64) -> String {
     format!(
         "Made by `radwalk reproduce{quick}`, version {}, on {}, in {} on {} threads of: {}.",
         env!("CARGO_PKG_VERSION"),
-        time::OffsetDateTime::from(SystemTime::now()).date(),
+        today(),
         duration(seconds),
         lab.threads,
         machine()

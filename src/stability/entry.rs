@@ -5,6 +5,7 @@ use serde::Serialize;
 use stats::Measured;
 
 use super::lab::Lab;
+use crate::plot::{figure, pm};
 
 /// One way in which a method fails.
 pub struct Entry {
@@ -85,45 +86,9 @@ impl Claim {
     }
 }
 
-/// A number with three digits.
-pub fn figure(x: f64) -> String {
-    match x.abs() {
-        0.0 => "0".into(),
-        a if !(1e-3..1e5).contains(&a) => exponential(x),
-        a => format!("{x:.*}", (2 - a.log10().floor() as i32).max(0) as usize),
-    }
-}
-
-fn exponential(x: f64) -> String {
-    let text = format!("{x:.1e}");
-    match text.split_once('e') {
-        Some((digits, power)) => format!("{digits}·10^{power}"),
-        None => text,
-    }
-}
-
-/// A value ± its standard error.
-pub fn pm(measured: Measured) -> String {
-    let Measured { value, standard_error } = measured;
-    if !(1e-3..1e5).contains(&value.abs()) || standard_error <= 0.0 {
-        return format!("{} ± {}", figure(value), figure(standard_error));
-    }
-    // As many decimals as the first two digits of the error take.
-    let decimals = (1 - standard_error.log10().floor() as i32).max(0) as usize;
-    format!("{value:.decimals$} ± {standard_error:.decimals$}")
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn numbers_have_the_digits_that_they_deserve() {
-        assert_eq!(figure(0.123456), "0.123");
-        assert_eq!(figure(1234.5), "1234");
-        assert_eq!(figure(1.5e-9), "1.5·10^-9");
-        assert_eq!(pm(Measured { value: 0.98765, standard_error: 0.0123 }), "0.988 ± 0.012");
-    }
 
     #[test]
     fn claims_allow_for_chance_only() {

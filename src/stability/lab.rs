@@ -72,7 +72,7 @@ pub fn gathering(birth: Birth, estimator: EstimatorKind) -> Method {
 
 /// Chains of so many rays.
 pub fn chains(chain_rays: u64) -> Method {
-    method(Direction::Jacobi { chain_rays }, EstimatorKind::Collision)
+    method(Direction::Jacobi { chain_rays, solve: Default::default() }, EstimatorKind::Collision)
 }
 
 fn method(direction: Direction, estimator: EstimatorKind) -> Method {

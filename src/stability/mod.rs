@@ -4,7 +4,6 @@ mod entries;
 mod entry;
 mod lab;
 mod page;
-mod plot;
 
 use report::OutputFolder;
 use serde_json::json;
@@ -36,15 +35,18 @@ pub fn stability(args: &StabilityArgs) -> Result<Outcome, Fault> {
         announce(args, entry, &finding);
         findings.push((entry, finding));
     }
-    let page = page::page(&command(args), &today(), &findings);
+    let page = page::page(&command(args), &today().to_string(), &findings);
     folder.write(PAGE, |file| std::io::Write::write_all(file, page.as_bytes()))?;
     folder.write(NUMBERS, |file| Ok(serde_json::to_writer_pretty(file, &numbers(&findings))?))?;
-    let failed = findings.iter().filter(|(_, finding)| !holds(finding)).count();
     if !args.out.quiet {
-        say(&format!("{} entries, {failed} of which do not hold", findings.len()));
-        say(&format!("written to {}", folder.path().display()));
+        say(&format!("written to {}", folder.file(PAGE).display()));
     }
-    Ok(if failed == 0 { Outcome::Done } else { Outcome::TargetMissed })
+    let failed: Vec<_> = findings.iter().filter(|(_, f)| !holds(f)).map(|(entry, _)| entry.name).collect();
+    if failed.is_empty() {
+        Ok(Outcome::Done)
+    } else {
+        Err(Fault::Unfounded { entries: failed, page: folder.file(PAGE) })
+    }
 }
 
 fn chosen(names: &[String]) -> Result<Vec<&'static Entry>, Fault> {

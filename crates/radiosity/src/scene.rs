@@ -200,6 +200,11 @@ impl Scene {
         matches!(self.index, Index::Tree(_))
     }
 
+    /// How many boxes a node of that tree holds.
+    pub fn tree_width(&self) -> Option<usize> {
+        self.has_tree().then_some(crate::tree::WIDTH)
+    }
+
     /// A digest of all that walks can see: geometry, cells, sides, reflectances, emittances.
     pub fn hash(&self) -> [u8; 32] {
         self.hash

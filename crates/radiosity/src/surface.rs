@@ -104,7 +104,8 @@ impl Surface {
         }
     }
 
-    pub(crate) fn is_triangle(&self) -> bool {
+    /// Whether it is a triangle; else it is a parallelogram.
+    pub fn is_triangle(&self) -> bool {
         matches!(self.cells, Cells::Rows { .. })
     }
 

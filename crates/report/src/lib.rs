@@ -7,6 +7,7 @@ mod camera;
 mod chart;
 mod error;
 mod exact_csv;
+mod model;
 mod patches;
 mod picture;
 #[cfg(test)]
@@ -17,9 +18,10 @@ pub use atomic::{OutputFolder, replace_atomically, write_atomically};
 pub use chart::{Axis, Chart, Point, Series, Style};
 pub use error::Error;
 pub use exact_csv::{ExactBounds, ExactColumns, ExactSummary, write_exact};
+pub use model::{Bounce, Model};
 pub use patches::{flags, write_patches};
 pub use picture::Picture;
 pub use summary::{
-    Check, Energy, Method, Model, PartSummary, PrecisionSummary, Provenance, RunFacts, SessionSummary,
-    Summary, Target, WorkerSummary, WorstPatch,
+    Check, Energy, Method, PartSummary, PrecisionSummary, Provenance, RunFacts, SessionSummary, Summary,
+    Target, WorkerSummary, WorstPatch,
 };

@@ -2,8 +2,10 @@
 
 use std::io::{self, Write};
 
-use radiosity::{Counts, Precision, Scene, Sides, Tally};
+use radiosity::{Counts, Precision, Scene, Tally};
 use serde::{Serialize, Serializer};
+
+use crate::model::Model;
 
 /// All of `summary.json`, in its order. Numbers that are not finite become null.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -207,33 +209,6 @@ pub struct WorstPatch {
     pub paths_needed: f64,
 }
 
-/// What was modelled, and why so.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
-pub struct Model {
-    /// 1: grey; 3: red, green, blue.
-    pub channels: usize,
-    /// `one`, `two`, or `mixed`: the active sides of the surfaces.
-    pub sides: &'static str,
-    /// `flat` (every surface is met) or `tree`.
-    pub index: &'static str,
-    /// `discrete` or `continuous`.
-    pub space: String,
-    /// `shooting`, …
-    pub walk: String,
-    /// Where chains of rays take the place of walks: `links`, or the kind of iterations.
-    pub jacobi: Option<String>,
-    /// Power sums kept per patch.
-    pub moments: usize,
-    /// Patches.
-    pub patches: usize,
-    /// Surfaces.
-    pub surfaces: usize,
-    /// Emitting patches.
-    pub emitters: usize,
-    /// The reasons, a short sentence each.
-    pub why: Vec<String>,
-}
-
 /// The outcome of a check.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Check {
@@ -274,6 +249,8 @@ pub struct RunFacts {
     pub streams_reissued: u64,
     /// The target, if the job has one.
     pub target: Option<Target>,
+    /// What was modelled.
+    pub model: Model,
     /// What was verified.
     pub checks: Vec<Check>,
     /// Level of every interval, or of all together.
@@ -297,7 +274,7 @@ impl Summary {
             scene_hash: scene.hash(),
             tally_hash: tally.hash(),
             seed: facts.seed,
-            model: Model::new(scene, &facts.method, tally.layout().moments),
+            model: facts.model,
             method: facts.method,
             paths,
             rays: counts.rays,
@@ -359,104 +336,33 @@ impl From<Precision> for PrecisionSummary {
     }
 }
 
-impl Model {
-    /// What a method models in a scene, with `moments` power sums per patch.
-    pub fn new(scene: &Scene, method: &Method, moments: usize) -> Self {
-        let emitters = scene.patches().iter().filter(|patch| patch.emittance.is_lit()).count();
-        let mut model = Model {
-            channels: scene.channels(),
-            sides: sides(scene),
-            index: if scene.has_tree() { "tree" } else { "flat" },
-            space: method.space.clone(),
-            walk: method.walk.clone(),
-            jacobi: method.jacobi.clone(),
-            moments,
-            patches: scene.patches().len(),
-            surfaces: scene.surfaces().len(),
-            emitters,
-            why: Vec::new(),
-        };
-        model.why = model.reasons();
-        model
-    }
-
-    fn reasons(&self) -> Vec<String> {
-        let sides = match self.sides {
-            "one" => "Every surface is one-sided: a ray that meets a back is absorbed there and counted.",
-            "two" => "Every surface is two-sided: both sides reflect, emit and share their patches.",
-            _ => "Some surfaces are one-sided, some two-sided: only backs of the former absorb all.",
-        };
-        let index = match self.index {
-            "flat" => format!("{} surfaces are few: each ray meets every one of them.", self.surfaces),
-            _ => {
-                format!("{} surfaces are many: rays find the nearest through a tree of boxes.", self.surfaces)
-            }
-        };
-        let linked = self.jacobi.as_deref() == Some("links");
-        let space = match self.space.as_str() {
-            _ if linked => {
-                "Chains of single rays count how patches are linked: the answer is that of the patches' radiosity system."
-            }
-            _ if self.jacobi.is_some() => {
-                "Chains propagate power by single rays again and again: the answer is that of the patches' radiosity system."
-            }
-            "continuous" => {
-                "Walks go on from the point they hit: the answer is that of the integral equation."
-            }
-            _ => {
-                "Walks go on from a fresh point of the patch they hit: the answer is that of the patches' radiosity system."
-            }
-        };
-        let channels = match self.channels {
-            1 => "Every reflectance and emittance is grey: one channel is modelled.",
-            _ if linked => {
-                "Some reflectance or emittance is coloured: the same links are solved for red, green and blue."
-            }
-            _ if self.jacobi.is_some() => {
-                "Some reflectance or emittance is coloured: each ray serves red, green and blue by three weights."
-            }
-            _ => {
-                "Some reflectance or emittance is coloured: each walk serves red, green and blue by three weights."
-            }
-        };
-        vec![channels.into(), sides.into(), index, space.into()]
-    }
-}
-
-fn sides(scene: &Scene) -> &'static str {
-    let two_sided = scene.surfaces().iter().filter(|surface| surface.sides() == Sides::Both).count();
-    match two_sided {
-        0 => "one",
-        n if n == scene.surfaces().len() => "two",
-        _ => "mixed",
-    }
-}
-
 pub(crate) fn hex<S: Serializer>(hash: &[u8; 32], serializer: S) -> Result<S::Ok, S::Error> {
     serializer.collect_str(&blake3::Hash::from_bytes(*hash).to_hex())
 }
 
 #[cfg(test)]
 mod tests {
-    use radiosity::{Counts, IndexChoice, Layout};
+    use radiosity::{Counts, Layout};
     use serde_json::{Value, json};
 
     use super::*;
-    use crate::scenes::{cornell, cube};
+    use crate::scenes::cube;
 
     fn facts() -> RunFacts {
+        let method = Method {
+            walk: "shooting".into(),
+            estimator: "collision".into(),
+            space: "discrete".into(),
+            sampler: "random".into(),
+            jacobi: None,
+        };
         RunFacts {
+            model: Model::new(&cube(), &method, 2, None),
             version: "0.1.0".into(),
             git: None,
             job_hash: [0xAB; 32],
             seed: u64::MAX,
-            method: Method {
-                walk: "shooting".into(),
-                estimator: "collision".into(),
-                space: "discrete".into(),
-                sampler: "random".into(),
-                jacobi: None,
-            },
+            method,
             paths: 100,
             seconds: 4.0,
             cpu_seconds: 7.5,
@@ -537,16 +443,5 @@ mod tests {
         assert_eq!(json["rays_per_second"], Value::Null);
         assert_eq!(json["max_relative_error"], Value::Null);
         assert_eq!(json["worst_patch"], 3);
-    }
-
-    #[test]
-    fn the_model_tells_trees_and_sides() {
-        let model = |scene: &Scene| Model::new(scene, &facts().method, 2);
-        assert_eq!(model(&cube()).sides, "one");
-        let mut spec = cornell();
-        spec.surfaces[0].sides = Sides::Both;
-        let mixed = model(&Scene::build(&spec, IndexChoice::Tree).unwrap());
-        assert_eq!((mixed.sides, mixed.index), ("mixed", "tree"));
-        assert!(mixed.why.iter().any(|reason| reason.contains("tree of boxes")));
     }
 }

@@ -14,4 +14,4 @@ mod trials;
 pub use boxes::{cornell, corridor, cube, cube_of_surfaces, furnace};
 pub use interior::interior;
 pub use toml::to_toml;
-pub use trials::{cube_with_tile, far_lamp, furnace, moved, plates, two_rooms, unequal_rooms, wedge};
+pub use trials::{cube_with_tile, far_lamp, moved, plates, two_rooms, unequal_rooms, wedge};

@@ -10,21 +10,15 @@ const X: DVec3 = DVec3::X;
 const Y: DVec3 = DVec3::Y;
 const Z: DVec3 = DVec3::Z;
 
-/// The six walls of a box from the origin, facing inwards: z low, z high, x low, x high, y low, y high.
-fn walls(size: DVec3, cells: [u32; 2]) -> [Shape; 6] {
-    let [x, y, z] = [X * size.x, Y * size.y, Z * size.z];
+/// The six walls of the unit cube, facing inwards: z low, z high, x low, x high, y low, y high.
+fn walls() -> [Shape; 6] {
     let o = DVec3::ZERO;
-    [(o, x, y), (z, y, x), (o, y, z), (x, z, y), (o, z, x), (y, x, z)]
-        .map(|(corner, u, v)| quad(corner, u, v, cells))
+    [(o, X, Y), (Z, Y, X), (o, Y, Z), (X, Z, Y), (o, Z, X), (Y, X, Z)]
+        .map(|(corner, u, v)| quad(corner, u, v, [1, 1]))
 }
 
-/// A closed box of walls that all reflect R and emit 1 − R: B = 1 W/m² everywhere, whatever its shape.
-pub fn furnace(size: DVec3, cells: [u32; 2], reflectance: f64) -> SceneSpec {
-    let material = Material::new(reflectance).emitting(1.0 - reflectance);
-    SceneSpec { surfaces: walls(size, cells).map(|wall| material.surface(wall)).into() }
-}
-
-/// A furnace between two unit squares that meet at an angle [rad], the third side and the two ends closed.
+/// All reflects R and emits 1 − R between two unit squares that meet at an angle [rad], the third side and the two ends closed: B = 1 W/m²
+/// everywhere.
 pub fn wedge(angle: f64, reflectance: f64) -> SceneSpec {
     let material = Material::new(reflectance).emitting(1.0 - reflectance);
     let slope = DVec3::new(angle.cos(), 0.0, angle.sin());
@@ -44,7 +38,7 @@ pub fn cube_with_tile(side: f64, reflectance: f64) -> SceneSpec {
     let material = Material::new(reflectance);
     let (u, v) = (X * side, Y * side);
     let floor = [quad(DVec3::ZERO, u, v, [1, 1]), quad(v, u, Y - v, [1, 1]), quad(u, X - u, Y, [1, 1])];
-    let rest = walls(DVec3::ONE, [1, 1]).into_iter().skip(1);
+    let rest = walls().into_iter().skip(1);
     SceneSpec { surfaces: floor.into_iter().chain(rest).map(|shape| material.surface(shape)).collect() }
 }
 
@@ -74,7 +68,7 @@ pub fn far_lamp(distance: f64, scale: f64) -> SceneSpec {
 pub fn unequal_rooms(dim: f64) -> SceneSpec {
     let mut surfaces: Vec<SurfaceSpec> = Vec::new();
     for (from, emittance) in [(0.0, 1.0), (2.0, dim)] {
-        let room = walls(DVec3::ONE, [1, 1]).map(|shape| Material::new(0.5).surface(shape));
+        let room = walls().map(|shape| Material::new(0.5).surface(shape));
         let room = SceneSpec { surfaces: room.into() };
         let mut room = moved(&room, |corner| corner + X * from).surfaces;
         room[0].emittance = emittance.into();

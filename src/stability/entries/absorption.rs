@@ -5,9 +5,9 @@ use radiosity::{EstimatorKind, SceneSpec};
 use report::{Axis, Chart};
 use stats::Measured;
 
-use crate::stability::entry::{Claim, Entry, Failure, Finding, figure, pm};
+use crate::plot::{figure, pm, seen, theory};
+use crate::stability::entry::{Claim, Entry, Failure, Finding};
 use crate::stability::lab::{Lab, experiment, ratio, receivers, run, shooting, squared_error};
-use crate::stability::plot::{seen, theory};
 
 pub const ENTRY: Entry = Entry {
     name: "absorption-in-the-bright",

@@ -6,9 +6,9 @@ use rand_pcg::rand_core::{Rng, SeedableRng};
 use report::{Axis, Chart};
 use stats::Measured;
 
-use crate::stability::entry::{Claim, Entry, Failure, Finding, figure, pm};
+use crate::plot::{figure, pm, seen, theory};
+use crate::stability::entry::{Claim, Entry, Failure, Finding};
 use crate::stability::lab::{Lab, mean};
-use crate::stability::plot::{seen, theory};
 
 pub const ENTRY: Entry =
     Entry { name: "correlated-sequences", title: "Sequences of walks that are not independent", study };

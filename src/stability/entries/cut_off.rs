@@ -6,9 +6,9 @@ use report::{Axis, Chart};
 use stats::Measured;
 
 use super::absorption;
-use crate::stability::entry::{Claim, Entry, Failure, Finding, figure, pm};
+use crate::plot::{figure, pm, seen, theory};
+use crate::stability::entry::{Claim, Entry, Failure, Finding};
 use crate::stability::lab::{Lab, estimate, experiment, mean, receivers, run, shooting, solve};
-use crate::stability::plot::{seen, theory};
 
 pub const ENTRY: Entry = Entry {
     name: "cut-off",

@@ -5,11 +5,11 @@ use radiosity::{Birth, EstimatorKind, SceneSpec, birth_probabilities};
 use report::{Axis, Chart};
 use stats::Measured;
 
-use crate::stability::entry::{Claim, Entry, Failure, Finding, figure, pm};
+use crate::plot::{figure, pm, seen, theory};
+use crate::stability::entry::{Claim, Entry, Failure, Finding};
 use crate::stability::lab::{
     Lab, experiment, gathering, ratio, root, run, shooting, squared_error, variance_over, walk,
 };
-use crate::stability::plot::{seen, theory};
 
 pub const BLACK: Entry = Entry {
     name: "black-emitters",

@@ -4,11 +4,11 @@ use exact::Exact;
 use radiosity::EstimatorKind;
 use report::{Axis, Chart};
 
-use crate::stability::entry::{Claim, Entry, Failure, Finding, pm};
+use crate::plot::{pm, seen, theory};
+use crate::stability::entry::{Claim, Entry, Failure, Finding};
 use crate::stability::lab::{
     Lab, covered, estimate, experiment, proportion, receivers, run, shooting, solve,
 };
-use crate::stability::plot::{seen, theory};
 
 pub const ENTRY: Entry = Entry { name: "few-walks", title: "One walk, and patches without a hit", study };
 

@@ -5,9 +5,17 @@ use radiosity::{Estimate, EstimatorKind, SceneSpec, Solution};
 use report::{Axis, Chart};
 use stats::Measured;
 
-use crate::stability::entry::{Claim, Entry, Failure, Finding, figure, pm};
+use crate::plot::{figure, pm, seen, theory};
+use crate::stability::entry::{Claim, Entry, Failure, Finding};
 use crate::stability::lab::{CONFIDENCE, Lab, estimate, experiment, mean, run, shooting, walk};
-use crate::stability::plot::{seen, theory};
+
+/// A box of 24 patches.
+const BOX: DVec3 = DVec3::new(1.0, 0.8, 0.6);
+
+/// A cube in which B = 1, deformed to a box.
+fn furnace(to: impl Fn(DVec3) -> DVec3) -> SceneSpec {
+    scenes::moved(&scenes::furnace(2, 0.5), to)
+}
 
 pub const FAR_ORIGIN: Entry = Entry {
     name: "far-from-the-origin",
@@ -19,7 +27,7 @@ pub const FAR_ORIGIN: Entry = Entry {
             safe: |offset| offset <= 1e9,
             scene: |offset| {
                 let offset = DVec3::new(offset, -0.7 * offset, 0.3 * offset);
-                scenes::moved(&scenes::furnace(DVec3::new(1.0, 0.8, 0.6), [2, 2], 0.5), |corner| corner + offset)
+                furnace(|corner| corner * BOX + offset)
             },
             axis: "offset of a 1 m box [m]",
             title: "A furnace far from the origin",
@@ -41,7 +49,7 @@ pub const SCALES: Entry = Entry {
         Sweep {
             sweep: lab.size(vec![1e-6, 1e6, 1e160], all),
             safe: |scale| (1e-30..=1e30).contains(&scale),
-            scene: |scale| scenes::furnace(DVec3::new(1.0, 0.8, 0.6) * scale, [2, 2], 0.5),
+            scene: |scale| furnace(|corner| corner * BOX * scale),
             axis: "edge of the box [m]",
             title: "A furnace of any size",
             predicted: "Form factors have no unit: B is the same at every scale, until areas leave the range of \
@@ -60,7 +68,7 @@ pub const SLIVERS: Entry = Entry {
         Sweep {
             sweep: lab.size(vec![1e4, 1e8, 1e13], all),
             safe: |aspect| aspect <= 1e8,
-            scene: |aspect| scenes::furnace(DVec3::new(1.0, 1.0 / aspect, 0.5), [3, 1], 0.5),
+            scene: |aspect| furnace(|corner| corner * DVec3::new(1.0, 1.0 / aspect, 0.5)),
             axis: "aspect of the walls",
             title: "A furnace that becomes a slit",
             predicted: "Two large walls at a distance 1/a exchange nearly all; the narrow walls between them have \

@@ -5,9 +5,9 @@ use radiosity::{EstimatorKind, SceneSpec, Shape, Sides};
 use report::{Axis, Chart};
 use stats::Measured;
 
-use crate::stability::entry::{Claim, Entry, Failure, Finding, figure, pm};
+use crate::plot::{figure, pm, seen, theory};
+use crate::stability::entry::{Claim, Entry, Failure, Finding};
 use crate::stability::lab::{CONFIDENCE, Lab, estimate, experiment, mean, ratio, run, shooting, walk};
-use crate::stability::plot::{seen, theory};
 
 pub const OPEN: Entry =
     Entry { name: "open-scenes", title: "Open scenes, and gaps that nobody meant to leave", study: open };

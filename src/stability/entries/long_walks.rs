@@ -8,9 +8,9 @@ use report::{Axis, Chart, Series};
 use stats::Measured;
 
 use super::absorption;
-use crate::stability::entry::{Claim, Entry, Failure, Finding, figure, pm};
+use crate::plot::{figure, pm, seen, theory};
+use crate::stability::entry::{Claim, Entry, Failure, Finding};
 use crate::stability::lab::{Lab, chains, experiment, ratio, receivers, root, run, shooting, squared_error};
-use crate::stability::plot::{seen, theory};
 
 pub const ONE_ROOM: Entry = Entry {
     name: "long-walks",

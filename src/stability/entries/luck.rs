@@ -10,11 +10,11 @@ use rand_pcg::rand_core::{Rng, SeedableRng};
 use report::{Axis, Chart};
 use stats::{DoubleSampling, Moments, foresight, mean_interval, normal_cdf};
 
-use crate::stability::entry::{Claim, Entry, Failure, Finding, pm};
+use crate::plot::{pm, seen, theory};
+use crate::stability::entry::{Claim, Entry, Failure, Finding};
 use crate::stability::lab::{
     CONFIDENCE, Lab, covered, estimate, experiment, proportion, receivers, shooting, solve, walk,
 };
-use crate::stability::plot::{seen, theory};
 
 pub const MOMENT: Entry = Entry { name: "lucky-moment", title: "Stopping at a lucky moment", study: moment };
 
@@ -85,58 +85,80 @@ fn stops(seed: u64, target: f64) -> (f64, f64) {
     unreachable!("errors fall below any target")
 }
 
-fn moment(lab: &Lab) -> Result<Finding, Failure> {
-    let sweep = lab.size(vec![0.3], vec![0.15, 0.2, 0.3, 0.4, 0.6]);
-    let runs = lab.size(40_000, 400_000);
-    let (mut lucky, mut double) = (Vec::new(), Vec::new());
-    let mut claims = Vec::new();
-    for &target in &sweep {
-        let found = lab.each_seed(runs, |seed| stops(seed, target));
-        let of = |pick: fn(&(f64, f64)) -> f64| proportion(&found.iter().map(pick).collect::<Vec<_>>());
-        lucky.push((target, of(|f| f.0)));
-        double.push((target, of(|f| f.1)));
-        claims.push(Claim::below(
-            &format!("target {target}: coverage at the first look that meets it, less that of double sampling"),
-            of(|f| f.0 - f.1),
-            0.0,
-        ));
-        claims.push(Claim::at_least(
-            &format!("target {target}: coverage by double sampling"),
-            of(|f| f.1),
-            0.95,
-        ));
+/// The probability that some of so many looks, equally far apart, has an interval of 95 % that misses: P. Armitage, C. K.
+/// McPherson & B. C. Rowe, J. R. Statist. Soc. A 132 (1969) 235–244, table 2.
+const ARMITAGE: [(u64, f64); 7] =
+    [(1, 0.050), (2, 0.083), (3, 0.107), (4, 0.126), (5, 0.142), (10, 0.193), (20, 0.248)];
+
+/// For every number of looks of [`ARMITAGE`], whether all intervals up to there hold the truth.
+fn wishes(seed: u64) -> Vec<f64> {
+    /// Expected hits between two looks.
+    const HITS: f64 = 400.0;
+    let mut score = RareScore::new(seed);
+    let mut holding = true;
+    let mut holds = Vec::new();
+    for look in 1..=ARMITAGE[ARMITAGE.len() - 1].0 {
+        holding &= score.look((look as f64 * HITS / RATE) as u64).1;
+        if ARMITAGE.iter().any(|&(looks, _)| looks == look) {
+            holds.push(f64::from(u8::from(holding)));
+        }
     }
-    let middle = sweep.len() / 2;
+    holds
+}
+
+fn moment(lab: &Lab) -> Result<Finding, Failure> {
+    let found = lab.each_seed(lab.size(4000, 40_000), wishes);
+    let marks: Vec<_> = ARMITAGE
+        .iter()
+        .enumerate()
+        .map(|(k, &(looks, _))| (looks as f64, proportion(&found.iter().map(|f| f[k]).collect::<Vec<_>>())))
+        .collect();
+    let mut claims: Vec<Claim> = ARMITAGE
+        .iter()
+        .zip(&marks)
+        .map(|(&(looks, missed), &(_, found))| {
+            Claim::equal(&format!("{looks} looks: coverage"), found, 1.0 - missed)
+        })
+        .collect();
+    let target = 0.6;
+    let stopped = lab.each_seed(lab.size(20_000, 400_000), |seed| stops(seed, target));
+    let of = |pick: fn(&(f64, f64)) -> f64| proportion(&stopped.iter().map(pick).collect::<Vec<_>>());
+    let (first, double) = (of(|f| f.0), of(|f| f.1));
+    claims.push(Claim::at_least("a target of 0.6: coverage by double sampling", double, 0.95));
+    let last = marks[marks.len() - 1];
     Ok(Finding {
-        predicted: "Where half-widths shrink with the count, a count that happens to be high meets a relative target \
-                    early: the interval at that moment misses up to 1.4 % more often than it says (Poisson counts, \
-                    looks at 2^k and 3·2^(k−1)). An end that is decided in advance, at twice the walks of the first \
-                    look that shows it will do, dilutes that luck (Stein 1945, Cox 1952)."
+        predicted: "Whoever looks again and again, and stops as soon as an interval says what they hope for (that B is \
+                    not what it is), finds it in the end: of 20 looks some 95 % interval misses with the probability \
+                    0.248 (Armitage, McPherson & Rowe 1969). Stopping at a relative error is milder: a count that \
+                    happens to be high meets it early."
             .into(),
         seen: format!(
-            "Runs that stop at the first look whose relative half-width is below {} cover {} (nominal: 0.95).",
-            sweep[middle],
-            pm(lucky[middle].1)
+            "Of runs that are looked at 20 times and stopped at the first interval that misses, {} hold the truth \
+             where they stop. Runs that stop at the first look whose relative half-width is below {target} cover {}: \
+             intervals of rare scores are cautious enough for that, on average over the phase of the looks.",
+            pm(last.1),
+            pm(first)
         ),
         told: vec![
-            "nothing: no option stops at a look that meets the target; `[target]` always decides the end in advance"
+            "nothing of stops by hand: the program writes the walks it has, and cannot know why it was stopped. \
+             `paths` in summary.json is then short of the job's budget, and on screen “… of … paths” says so"
                 .into(),
         ],
         instead: format!(
-            "Let `[target]` stop the run: by double sampling intervals cover {}. Whoever stops by hand (Ctrl-C) \
-             because the numbers look right, stops at a lucky moment: the program writes what it has, and cannot \
-             know why.",
-            pm(double[middle].1)
+            "Say before the run when it is to end: a budget, or `[target]`, which decides the end in advance, at twice \
+             the walks of the first look that shows they will do (Stein 1945, Cox 1952). Its intervals cover {} at a \
+             target of {target}.",
+            pm(double)
         ),
         claims,
         chart: Chart {
-            title: "Rare scores, stopped at a target".into(),
-            x: Axis::linear("relative half-width asked for"),
+            title: "Stopped at the first look that says what was hoped for".into(),
+            x: Axis::linear("looks"),
             y: Axis::linear("part of the 95 % intervals that hold the truth"),
             series: vec![
-                seen("at the first look that meets it", lucky),
-                seen("double sampling, as radwalk stops", double),
-                theory("95 %", sweep.iter().map(|&target| (target, 0.95))),
+                theory("Armitage, McPherson & Rowe", ARMITAGE.iter().map(|&(looks, p)| (looks as f64, 1.0 - p))),
+                seen("seen", marks),
+                seen("remedy: a target, by double sampling", [(1.0, double), (20.0, double)]),
             ],
         },
     })

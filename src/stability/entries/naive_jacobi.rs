@@ -7,9 +7,9 @@ use rand_pcg::rand_core::{Rng, SeedableRng};
 use report::{Axis, Chart};
 use stats::Measured;
 
-use crate::stability::entry::{Claim, Entry, Failure, Finding, figure, pm};
+use crate::plot::{figure, pm, seen, theory};
+use crate::stability::entry::{Claim, Entry, Failure, Finding};
 use crate::stability::lab::{Lab, chains, coverage, experiment, mean, proportion, receivers, run};
-use crate::stability::plot::{seen, theory};
 
 pub const ENTRY: Entry = Entry {
     name: "naive-jacobi",

@@ -4,9 +4,9 @@ use exact::Exact;
 use radiosity::EstimatorKind;
 use report::{Axis, Chart};
 
-use crate::stability::entry::{Claim, Entry, Failure, Finding, figure, pm};
+use crate::plot::{figure, pm, seen, theory};
+use crate::stability::entry::{Claim, Entry, Failure, Finding};
 use crate::stability::lab::{Lab, estimate, experiment, mean, run, shooting, solve};
-use crate::stability::plot::{seen, theory};
 
 pub const ENTRY: Entry =
     Entry { name: "near-plates", title: "Plates that nearly coincide: gaps from 1 m to 10⁻¹⁶ m", study };

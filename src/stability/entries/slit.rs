@@ -6,11 +6,11 @@ use radiosity::{Estimate, EstimatorKind, Experiment, Solution};
 use report::{Axis, Chart};
 use stats::Measured;
 
-use crate::stability::entry::{Claim, Entry, Failure, Finding, figure, pm};
+use crate::plot::{figure, pm, seen, theory};
+use crate::stability::entry::{Claim, Entry, Failure, Finding};
 use crate::stability::lab::{
     Lab, Run, covered, estimate, experiment, proportion, receivers, run, shooting, solve,
 };
-use crate::stability::plot::{seen, theory};
 
 pub const ENTRY: Entry = Entry {
     name: "slit",
@@ -73,7 +73,7 @@ impl Rooms {
 
 fn study(lab: &Lab) -> Result<Finding, Failure> {
     let rooms = Rooms::new()?;
-    let sweep = lab.size(vec![0.3, 3.0, 30.0], vec![0.1, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0]);
+    let sweep = lab.size(vec![0.3, 3.0], vec![0.1, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0]);
     let runs = lab.size(100, 1000);
     let (mut line, mut normal, mut ours) = (Vec::new(), Vec::new(), Vec::new());
     let mut claims = Vec::new();
@@ -103,7 +103,7 @@ fn study(lab: &Lab) -> Result<Finding, Failure> {
     let target =
         Target { relative_error: 0.5, fraction: 1.0, min_paths: 1, min_hits: 10, unhit: Unhit::Infinite };
     let most = (3000.0 / rooms.mean_rate()) as u64;
-    let stopped = lab.each_seed(lab.size(50, 300), |seed| {
+    let stopped = lab.each_seed(lab.size(16, 300), |seed| {
         let run = run(&rooms.experiment, seed, most, Some(target));
         (
             covered(&run.solution, &rooms.dark, &rooms.truth),

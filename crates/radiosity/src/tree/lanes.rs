@@ -4,7 +4,7 @@
 //! not) without a trace in the answer, since `wavefront.rs` allows for either.
 
 /// Lanes of a vector: children of a node.
-pub(super) const LANES: usize = 16;
+pub(crate) const LANES: usize = 16;
 
 /// A vector in memory.
 pub(super) type Row = [f32; LANES];

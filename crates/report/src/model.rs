@@ -1,0 +1,235 @@
+//! What was modelled, and why no more.
+
+use std::fmt;
+
+use radiosity::{Scene, Sides};
+use serde::Serialize;
+
+use crate::summary::Method;
+
+/// What was modelled, and why so.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Model {
+    /// 1: grey; 3: red, green, blue.
+    pub channels: usize,
+    /// `one`, `two`, or `mixed`: the active sides of the surfaces.
+    pub sides: &'static str,
+    /// `flat` (every surface is met) or `tree`.
+    pub index: &'static str,
+    /// `discrete` or `continuous`.
+    pub space: String,
+    /// `shooting`, …
+    pub walk: String,
+    /// Where chains of rays take the place of walks: `links`, or the kind of iterations.
+    pub jacobi: Option<String>,
+    /// Power sums kept per patch.
+    pub moments: usize,
+    /// Patches.
+    pub patches: usize,
+    /// Surfaces.
+    pub surfaces: usize,
+    /// Emitting patches.
+    pub emitters: usize,
+    /// Boxes that a node of the tree holds; `null` where there is none.
+    pub tree_width: Option<usize>,
+    /// Which part of the power arrives after how many reflections; `null` where only walks that gather could tell.
+    pub bounces: Option<Vec<Bounce>>,
+    /// What radwalk can model and this scene never used.
+    pub unused: Vec<&'static str>,
+    /// The reasons, a short sentence each.
+    pub why: Vec<String>,
+}
+
+impl Model {
+    /// What a method models in a scene, with `moments` power sums per patch and `bounces` as a pilot tells.
+    pub fn new(scene: &Scene, method: &Method, moments: usize, bounces: Option<Vec<Bounce>>) -> Self {
+        let emitters = scene.patches().iter().filter(|patch| patch.emittance.is_lit()).count();
+        let mut model = Model {
+            channels: scene.channels(),
+            sides: sides(scene),
+            index: if scene.has_tree() { "tree" } else { "flat" },
+            space: method.space.clone(),
+            walk: method.walk.clone(),
+            jacobi: method.jacobi.clone(),
+            moments,
+            patches: scene.patches().len(),
+            surfaces: scene.surfaces().len(),
+            emitters,
+            tree_width: scene.tree_width(),
+            bounces,
+            unused: unused(scene, method),
+            why: Vec::new(),
+        };
+        model.why = model.reasons();
+        model
+    }
+
+    fn reasons(&self) -> Vec<String> {
+        let sides = match self.sides {
+            "one" => "Every surface is one-sided: a ray that meets a back is absorbed there and counted.",
+            "two" => "Every surface is two-sided: both sides reflect, emit and share their patches.",
+            _ => "Some surfaces are one-sided, some two-sided: only backs of the former absorb all.",
+        };
+        let index = match self.index {
+            "flat" => format!("{} surfaces are few: each ray meets every one of them.", self.surfaces),
+            _ => {
+                format!("{} surfaces are many: rays find the nearest through a tree of boxes.", self.surfaces)
+            }
+        };
+        let linked = self.jacobi.as_deref() == Some("links");
+        let space = match self.space.as_str() {
+            _ if linked => {
+                "Chains of single rays count how patches are linked: the answer is that of the patches' radiosity system."
+            }
+            _ if self.jacobi.is_some() => {
+                "Chains propagate power by single rays again and again: the answer is that of the patches' radiosity system."
+            }
+            "continuous" => {
+                "Walks go on from the point they hit: the answer is that of the integral equation."
+            }
+            _ => {
+                "Walks go on from a fresh point of the patch they hit: the answer is that of the patches' radiosity system."
+            }
+        };
+        let channels = match self.channels {
+            1 => "Every reflectance and emittance is grey: one channel is modelled.",
+            _ if linked => {
+                "Some reflectance or emittance is coloured: the same links are solved for red, green and blue."
+            }
+            _ if self.jacobi.is_some() => {
+                "Some reflectance or emittance is coloured: each ray serves red, green and blue by three weights."
+            }
+            _ => {
+                "Some reflectance or emittance is coloured: each walk serves red, green and blue by three weights."
+            }
+        };
+        let sums = match self.jacobi {
+            Some(_) => "Chains are the sample: two sums of each patch over them are all that is kept.",
+            None if self.moments == 2 => {
+                "Intervals follow from two sums of each patch, Σx and Σx²: no higher ones are kept."
+            }
+            None => "Some check asks for higher sums of each patch than Σx and Σx².",
+        };
+        vec![channels.into(), sides.into(), index, space.into(), sums.into()]
+    }
+
+    /// The model in two lines.
+    pub fn lines(&self) -> [String; 2] {
+        let channels = if self.channels == 1 { "grey" } else { "red, green, blue" };
+        let sides = match self.sides {
+            "one" => "one-sided",
+            "two" => "two-sided",
+            _ => "one- and two-sided",
+        };
+        let index =
+            self.tree_width.map_or("all met by each ray".into(), |width| format!("in a tree {width} wide"));
+        let what = format!(
+            "{channels}, {sides}, {} surfaces {index}, {} patches of {} sums, {} {}",
+            self.surfaces, self.patches, self.moments, self.space, self.walk
+        );
+        let bounce = |bounce: &Bounce| bounce.to_string();
+        let bounces = self.bounces.as_ref().map(|all| all.iter().map(bounce).collect::<Vec<_>>().join(", "));
+        let light = bounces.map_or(String::new(), |bounces| format!("power that arrives: {bounces}; "));
+        let unused = if self.unused.is_empty() { "nothing".into() } else { self.unused.join(", ") };
+        [what, format!("{light}never used: {unused}")]
+    }
+}
+
+/// Power that arrives after some reflections.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Bounce {
+    /// How many reflections.
+    pub reflections: usize,
+    /// Whether more of them count too.
+    pub or_more: bool,
+    /// The part of all power that arrives.
+    pub part: f64,
+    /// Its standard error.
+    pub std_error: f64,
+}
+
+impl fmt::Display for Bounce {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (part, error) = (100.0 * self.part, 100.0 * self.std_error);
+        match (self.reflections, self.or_more) {
+            (0, _) => write!(f, "{part:.1} ± {error:.1} % directly"),
+            (n, false) => write!(f, "{part:.1} ± {error:.1} % after {n}"),
+            (n, true) => write!(f, "{part:.1} ± {error:.1} % after {n} or more reflections"),
+        }
+    }
+}
+
+/// What the program can do and this job has no use for: none of it costs anything.
+fn unused(scene: &Scene, method: &Method) -> Vec<&'static str> {
+    let surfaces = || scene.surfaces().iter();
+    let patches = || scene.patches().iter();
+    let triangles = surfaces().any(|surface| surface.is_triangle());
+    let features = [
+        (scene.channels() == 1, "colour"),
+        (surfaces().all(|surface| surface.sides() == Sides::Front), "second sides"),
+        (surfaces().all(|surface| surface.sides() == Sides::Both), "backs that absorb"),
+        (!triangles, "triangles"),
+        (scene.patches().len() == scene.surfaces().len(), "grids of patches"),
+        (!scene.has_tree(), "a tree"),
+        (patches().all(|patch| patch.reflectance.is_lit()), "black surfaces"),
+        (
+            method.estimator != "infinite" && scene.channels() == 1 && method.jacobi.is_none(),
+            "weights of walks",
+        ),
+        (method.space != "continuous", "continuous walks"),
+    ];
+    features.into_iter().filter(|(is_unused, _)| *is_unused).map(|(_, name)| name).collect()
+}
+
+fn sides(scene: &Scene) -> &'static str {
+    let two_sided = scene.surfaces().iter().filter(|surface| surface.sides() == Sides::Both).count();
+    match two_sided {
+        0 => "one",
+        n if n == scene.surfaces().len() => "two",
+        _ => "mixed",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use radiosity::IndexChoice;
+
+    use super::*;
+    use crate::scenes::{cornell, cube};
+
+    fn method() -> Method {
+        Method {
+            walk: "shooting".into(),
+            estimator: "collision".into(),
+            space: "discrete".into(),
+            sampler: "random".into(),
+            jacobi: None,
+        }
+    }
+
+    #[test]
+    fn the_model_tells_trees_and_sides() {
+        let model = |scene: &Scene| Model::new(scene, &method(), 2, None);
+        assert_eq!(model(&cube()).sides, "one");
+        let mut spec = cornell();
+        spec.surfaces[0].sides = Sides::Both;
+        let mixed = model(&Scene::build(&spec, IndexChoice::Tree).unwrap());
+        assert_eq!((mixed.sides, mixed.index), ("mixed", "tree"));
+        assert!(mixed.why.iter().any(|reason| reason.contains("tree of boxes")));
+    }
+
+    #[test]
+    fn two_lines_tell_what_is_there_and_what_is_not() {
+        let bounces = [0, 1].map(|n| Bounce { reflections: n, or_more: n == 1, part: 0.5, std_error: 0.01 });
+        let [what, light] = Model::new(&cube(), &method(), 2, Some(bounces.into())).lines();
+        assert_eq!(
+            what,
+            "grey, one-sided, 6 surfaces all met by each ray, 54 patches of 2 sums, discrete shooting"
+        );
+        assert_eq!(
+            light,
+            "power that arrives: 50.0 ± 1.0 % directly, 50.0 ± 1.0 % after 1 or more reflections; never used: \
+             colour, second sides, triangles, a tree, weights of walks, continuous walks"
+        );
+    }
+}

@@ -1,0 +1,50 @@
+//! Which part of the power arrives after how many reflections, by a pilot of single walks.
+
+use radiosity::{Experiment, Sequence};
+use report::Bounce;
+
+/// Walks of the pilot; fewer where they are long.
+const WALKS: u64 = 1000;
+
+/// Arrivals that are enough.
+const ARRIVALS: usize = 20_000;
+
+/// Told apart: direct light, one reflection, two; the rest is one.
+const TOLD: usize = 4;
+
+/// The shares of a method's power. `None` of gathering walks, which carry importance, and where nothing arrives.
+pub fn bounces(experiment: &Experiment) -> Option<Vec<Bounce>> {
+    if experiment.gathers() {
+        return None;
+    }
+    let sequence = Sequence::new(0);
+    let (mut walks, mut arrivals) = (Vec::new(), 0);
+    for walk in 0..WALKS {
+        if arrivals > ARRIVALS {
+            break;
+        }
+        let mut power = [0.0; TOLD];
+        for (reflections, step) in experiment.replay(&sequence, walk).steps.iter().enumerate() {
+            power[reflections.min(TOLD - 1)] += arriving(experiment, &step.weights);
+            arrivals += 1;
+        }
+        walks.push(power);
+    }
+    let total: f64 = walks.iter().flatten().sum();
+    let share = |reflections: usize| {
+        let part = walks.iter().map(|power| power[reflections]).sum::<f64>() / total;
+        // Of a quotient of two sums over walks.
+        let off = |power: &[f64; TOLD]| (power[reflections] - part * power.iter().sum::<f64>()).powi(2);
+        let std_error = walks.iter().map(off).sum::<f64>().sqrt() / total;
+        Bounce { reflections, or_more: reflections == TOLD - 1, part, std_error }
+    };
+    (total > 0.0).then(|| (0..TOLD).map(share).collect())
+}
+
+/// The power that a walk brings along, over that of a walk at its birth: all channels together.
+fn arriving(experiment: &Experiment, weights: &[f64]) -> f64 {
+    let power = |c: usize| experiment.scene().total_power(c);
+    let channels = 0..weights.len();
+    let brought: f64 = channels.clone().map(|c| weights[c] * power(c)).sum();
+    brought / channels.map(power).sum::<f64>()
+}

@@ -1,0 +1,153 @@
+//! Which method to use when.
+
+use super::measure::{Kind, Point};
+
+/// The rms relative errors that advice is given for.
+pub const LEVELS: [f64; 5] = [0.3, 0.1, 0.03, 0.01, 0.003];
+
+/// The points of one method, by rays.
+pub struct Curve<'a> {
+    /// The method.
+    pub method: &'a str,
+    /// At least one.
+    pub points: Vec<&'a Point>,
+}
+
+/// The curves of some points, in the order of their first.
+pub fn curves(points: &[Point]) -> Vec<Curve<'_>> {
+    let mut curves: Vec<Curve<'_>> = Vec::new();
+    for point in points {
+        match curves.iter_mut().find(|curve| curve.method == point.method) {
+            Some(curve) => curve.points.push(point),
+            None => curves.push(Curve { method: &point.method, points: vec![point] }),
+        }
+    }
+    curves.iter_mut().for_each(|curve| curve.points.sort_by_key(|point| point.rays));
+    curves
+}
+
+impl Curve<'_> {
+    /// The point of the most rays.
+    pub fn last(&self) -> &Point {
+        self.points.last().expect("a curve has points")
+    }
+
+    /// The processor time that an rms relative error takes [s]; `None` where a bias keeps the method from it. Walks: by
+    /// the merit of all their points. Others go along their points, and as walks do beyond them.
+    pub fn time_to(&self, rms: f64) -> Option<f64> {
+        let wanted = rms * rms;
+        let as_walks = |point: &Point| point.seconds * point.squared_error / wanted;
+        let last = self.last();
+        if last.kind == Kind::Walks {
+            // Longer runs err less in what they say of their error, relative to it: all weigh alike.
+            let costs = self.points.iter().map(|point| (point.seconds * point.squared_error).ln());
+            return Some((costs.sum::<f64>() / self.points.len() as f64).exp() / wanted);
+        }
+        let within = |pair: &&[&Point]| (pair[1].squared_error..=pair[0].squared_error).contains(&wanted);
+        if let Some([a, b]) = self.points.windows(2).find(within).map(|pair| [pair[0], pair[1]]) {
+            let slope = (b.seconds / a.seconds).ln() / (b.squared_error / a.squared_error).ln();
+            return Some(a.seconds * (slope * (wanted / a.squared_error).ln()).exp());
+        }
+        if wanted > self.points[0].squared_error {
+            return Some(as_walks(self.points[0]));
+        }
+        (last.kind == Kind::Chains).then(|| as_walks(last))
+    }
+
+    /// How far off such a time may be, as a factor: by the standard errors of the squared errors.
+    fn doubt(&self) -> f64 {
+        let doubts = self.points.iter().map(|p| p.squared_error_error / p.squared_error);
+        1.0 + 2.0 * doubts.fold(0.0, f64::max) / (self.points.len() as f64).sqrt()
+    }
+}
+
+/// Whether no other point is both faster and more accurate.
+pub fn is_pareto(point: &Point, points: &[Point]) -> bool {
+    let beats = |other: &&Point| {
+        other.seconds <= point.seconds && other.squared_error <= point.squared_error && **other != *point
+    };
+    !points.iter().any(|other| beats(&other))
+}
+
+/// The methods for one error.
+pub struct Advice<'a> {
+    /// The rms relative error.
+    pub rms: f64,
+    /// Methods by the time they take [s], the best first.
+    pub ranking: Vec<(&'a str, f64)>,
+    /// How many of them the measurement cannot tell from the best.
+    pub alike: usize,
+}
+
+/// Ranks the curves for every error of [`LEVELS`].
+pub fn advice<'a>(curves: &'a [Curve<'a>]) -> Vec<Advice<'a>> {
+    LEVELS.into_iter().map(|rms| advise(curves, rms)).collect()
+}
+
+fn advise<'a>(curves: &'a [Curve<'a>], rms: f64) -> Advice<'a> {
+    let mut ranking: Vec<(&Curve<'a>, f64)> =
+        curves.iter().filter_map(|curve| Some((curve, curve.time_to(rms)?))).collect();
+    ranking.sort_by(|a, b| a.1.total_cmp(&b.1));
+    let (best, least) = (ranking[0].0.doubt(), ranking[0].1);
+    let alike = ranking.iter().take_while(|(curve, time)| *time < least * best * curve.doubt()).count();
+    Advice { rms, ranking: ranking.into_iter().map(|(curve, time)| (curve.method, time)).collect(), alike }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn point(method: &str, kind: Kind, rays: u64, seconds: f64, squared_error: f64) -> Point {
+        Point {
+            job: "cube".into(),
+            key: String::new(),
+            method: method.into(),
+            kind,
+            rays,
+            runs: 8,
+            seconds,
+            squared_error,
+            squared_error_error: 0.01 * squared_error,
+            worst: 0.0,
+            p99: 0.0,
+            memory: None,
+            traffic: 0,
+        }
+    }
+
+    fn points() -> Vec<Point> {
+        vec![
+            point("walks", Kind::Walks, 1, 1.0, 1e-2),
+            point("walks", Kind::Walks, 10, 10.0, 1e-3),
+            point("chains", Kind::Chains, 1, 2.0, 1e-2),
+            point("chains", Kind::Chains, 10, 20.0, 1e-4),
+            point("cut", Kind::Biased, 1, 0.5, 1e-2),
+            point("cut", Kind::Biased, 10, 5.0, 5e-3),
+        ]
+    }
+
+    #[test]
+    fn times_follow_the_points() {
+        let points = points();
+        let curves = curves(&points);
+        let times = |rms: f64| curves.iter().map(|curve| curve.time_to(rms)).collect::<Vec<_>>();
+        let close = |a: Option<f64>, b: f64| (a.unwrap() / b - 1.0).abs() < 1e-12;
+        // Walks: time·error² = 0.01. Chains: a tenth of the time costs a hundred times the squared error.
+        let at = times(1e-3f64.sqrt());
+        assert!(close(at[0], 10.0) && close(at[1], 2.0 * 10f64.sqrt()) && at[2].is_none(), "{at:?}");
+        let beyond = times(1e-5f64.sqrt());
+        assert!(close(beyond[0], 1000.0) && close(beyond[1], 200.0) && beyond[2].is_none(), "{beyond:?}");
+        assert!(close(times(0.2)[2], 0.125));
+    }
+
+    #[test]
+    fn the_best_depends_on_the_error() {
+        let points = points();
+        let curves = curves(&points);
+        assert_eq!(advise(&curves, 0.3).ranking[0].0, "cut");
+        let fine = advise(&curves, 0.01);
+        assert_eq!((fine.ranking[0].0, fine.ranking.len(), fine.alike), ("chains", 2, 1));
+        let pareto: Vec<bool> = points.iter().map(|point| is_pareto(point, &points)).collect();
+        assert_eq!(pareto, [false, true, false, true, true, true]);
+    }
+}

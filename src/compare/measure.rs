@@ -1,0 +1,241 @@
+//! Runs of one method and size: their time and their errors.
+
+use radiosity::{Estimates, Experiment, Scene, Sequence, Tally};
+use rustix::time::{ClockId, clock_gettime};
+use serde::{Deserialize, Serialize};
+use stats::Measured;
+
+use super::contender::Contender;
+use super::truth::Truth;
+use crate::replica::MOMENTS;
+
+/// Walks scored on one board before it is emptied.
+const AT_A_TIME: u64 = 1 << 20;
+
+/// Patches darker than this part of the mean say nothing of relative errors.
+const DARK: f64 = 1e-3;
+
+/// What the runs of a contender came to: a row of `compare.csv`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Point {
+    /// The job.
+    pub job: String,
+    /// The scene and what else the row depends on.
+    pub key: String,
+    /// The contender.
+    pub method: String,
+    /// How its error falls.
+    pub kind: Kind,
+    /// Rays of a run, about.
+    pub rays: u64,
+    /// Runs.
+    pub runs: usize,
+    /// Processor time of a run [s].
+    pub seconds: f64,
+    /// Mean squared relative error by area.
+    pub squared_error: f64,
+    /// Its standard error, as the runs tell it.
+    pub squared_error_error: f64,
+    /// The largest root mean square of a patch's relative error.
+    pub worst: f64,
+    /// The root mean square that 99 % of the area stay below.
+    pub p99: f64,
+    /// Memory that a run takes [bytes], where the system tells.
+    pub memory: Option<u64>,
+    /// What one result of a run sends over the wire [bytes].
+    pub traffic: u64,
+}
+
+/// How errors fall with the rays.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Kind {
+    /// As 1/√rays.
+    Walks,
+    /// To a bias.
+    Biased,
+    /// Faster, as long as links are few.
+    Chains,
+}
+
+impl Point {
+    /// The root mean square with its standard error.
+    pub fn rms(&self) -> Measured {
+        let value = self.squared_error.max(0.0).sqrt();
+        Measured { value, standard_error: 0.5 * self.squared_error_error / value.max(f64::MIN_POSITIVE) }
+    }
+
+    /// The figure of merit 1/(MSE·s) [1/s], with a 95 % interval by Student's t on its logarithm.
+    pub fn merit(&self) -> [f64; 3] {
+        let merit = 1.0 / (self.squared_error * self.seconds);
+        let freedom = self.runs.saturating_sub(1).max(1) as u64;
+        let spread = stats::student_quantile(0.975, freedom) * self.squared_error_error / self.squared_error;
+        [merit, merit * (-spread).exp(), merit * spread.exp()]
+    }
+}
+
+/// Squared errors of runs, patch by patch, as they come in.
+pub struct Record {
+    squares: Vec<f64>,
+    runs: Vec<f64>,
+    seconds: f64,
+    memory: Option<u64>,
+    traffic: u64,
+}
+
+/// The estimates that are judged: of reflecting patches that do not emit and are not dark; with weights by area that sum
+/// to 1.
+pub struct Judged {
+    estimates: Vec<usize>,
+    weights: Vec<f64>,
+}
+
+impl Judged {
+    /// Those of a scene.
+    pub fn new(scene: &Scene, truth: &Truth) -> Self {
+        let channels = scene.channels();
+        let mean = |c: usize| {
+            let patches = || scene.patches().iter().enumerate();
+            let area: f64 = patches().map(|(_, patch)| patch.area).sum();
+            patches().map(|(i, patch)| patch.area * truth.radiosity[i * channels + c]).sum::<f64>() / area
+        };
+        let means: Vec<f64> = (0..channels).map(mean).collect();
+        let (mut estimates, mut weights) = (Vec::new(), Vec::new());
+        for (i, patch) in scene.patches().iter().enumerate().filter(|(_, patch)| !patch.emittance.is_lit()) {
+            for (c, mean) in means.iter().enumerate() {
+                let bright = truth.radiosity[i * channels + c] > DARK * mean;
+                if patch.reflectance[c] > 0.0 && bright {
+                    estimates.push(i * channels + c);
+                    weights.push(patch.area);
+                }
+            }
+        }
+        let total: f64 = weights.iter().sum();
+        weights.iter_mut().for_each(|weight| *weight /= total);
+        Judged { estimates, weights }
+    }
+
+    /// The mean squared relative error of the truth itself.
+    pub fn own_error(&self, truth: &Truth) -> f64 {
+        let square = |&i: &usize| truth.variance[i] / truth.radiosity[i].powi(2);
+        self.estimates.iter().map(square).zip(&self.weights).map(|(square, weight)| square * weight).sum()
+    }
+}
+
+impl Record {
+    /// Of no run yet.
+    pub fn new(judged: &Judged) -> Self {
+        Record {
+            squares: vec![0.0; judged.estimates.len()],
+            runs: vec![],
+            seconds: 0.0,
+            memory: None,
+            traffic: 0,
+        }
+    }
+
+    /// Runs once more.
+    pub fn run(&mut self, contender: &Contender, seed: u64, truth: &Truth, judged: &Judged) {
+        let first = self.runs.is_empty();
+        let before = first.then(memory::reset).flatten();
+        let start = processor_seconds();
+        let tally = walk(&contender.experiment, seed, contender.walks);
+        self.seconds += processor_seconds() - start;
+        if first {
+            self.memory = before.and_then(|before| Some(memory::peak()?.saturating_sub(before)));
+            let sums = tally.sums().to_vec();
+            self.traffic = cluster::codec::encode(&sums).map_or(0, |bytes| bytes.len() as u64);
+        }
+        let channels = contender.experiment.scene().channels();
+        let estimates = Estimates::new(&contender.experiment, &tally, 0.95);
+        let mut square = 0.0;
+        for (k, (&i, weight)) in judged.estimates.iter().zip(&judged.weights).enumerate() {
+            let known = estimates.patch(i / channels).expect("every contender tells of every patch");
+            let off = (known[i % channels].radiosity - truth.radiosity[i]) / truth.radiosity[i];
+            let own = truth.variance[i] / truth.radiosity[i].powi(2);
+            self.squares[k] += off * off - own;
+            square += weight * (off * off - own);
+        }
+        self.runs.push(square);
+    }
+
+    /// What the runs came to.
+    pub fn point(&self, job: &str, key: &str, contender: &Contender, rays: u64, judged: &Judged) -> Point {
+        let n = self.runs.len() as f64;
+        let value = self.runs.iter().sum::<f64>() / n;
+        let variance = self.runs.iter().map(|x| (x - value).powi(2)).sum::<f64>() / (n - 1.0);
+        let mut errors: Vec<(f64, f64)> = self
+            .squares
+            .iter()
+            .map(|sum| (sum / n).max(0.0).sqrt())
+            .zip(judged.weights.iter().copied())
+            .collect();
+        errors.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let mut below = 0.0;
+        let p99 = errors.iter().find(|(_, weight)| {
+            below += weight;
+            below >= 0.99
+        });
+        Point {
+            job: job.into(),
+            key: key.into(),
+            method: contender.name.into(),
+            kind: contender.kind(),
+            rays,
+            runs: self.runs.len(),
+            seconds: self.seconds / n,
+            squared_error: value,
+            squared_error_error: (variance / n).sqrt(),
+            worst: errors.last().map_or(0.0, |&(error, _)| error),
+            p99: p99.map_or(0.0, |&(error, _)| error),
+            memory: self.memory,
+            traffic: self.traffic,
+        }
+    }
+}
+
+/// The tally of some walks or chains.
+pub fn walk(experiment: &Experiment, seed: u64, walks: u64) -> Tally {
+    let (sequence, mut board) = (Sequence::new(seed), experiment.board::<MOMENTS>());
+    let mut tally = experiment.tally::<MOMENTS>();
+    while tally.counts.walks < walks {
+        let first = tally.counts.walks;
+        experiment.walk(&sequence, first..walks.min(first + AT_A_TIME), &mut board);
+        board.add_to(&mut tally).expect("these sums are far from their limits");
+    }
+    tally
+}
+
+/// How many rays a walk takes, by a pilot.
+pub fn rays_per_walk(experiment: &Experiment) -> f64 {
+    const SAMPLE: u64 = 20_000;
+    let counts = walk(experiment, 3, SAMPLE).counts;
+    counts.rays as f64 / SAMPLE as f64
+}
+
+/// Processor time of this thread [s]: what else runs on the machine does not count.
+fn processor_seconds() -> f64 {
+    let now = clock_gettime(ClockId::ThreadCPUTime);
+    now.tv_sec as f64 + 1e-9 * now.tv_nsec as f64
+}
+
+/// The memory of this process, as Linux tells it.
+mod memory {
+    /// Forgets the peak so far; what is taken now [bytes].
+    pub fn reset() -> Option<u64> {
+        std::fs::write("/proc/self/clear_refs", "5").ok()?;
+        read("VmRSS:")
+    }
+
+    /// The most that was taken since [bytes].
+    pub fn peak() -> Option<u64> {
+        read("VmHWM:")
+    }
+
+    fn read(key: &str) -> Option<u64> {
+        let status = std::fs::read_to_string("/proc/self/status").ok()?;
+        let line = status.lines().find_map(|line| line.strip_prefix(key))?;
+        let kilobytes: u64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
+        Some(1024 * kilobytes)
+    }
+}
