@@ -2,7 +2,7 @@
 
 use std::process::ExitCode;
 
-use scenes::{cornell, cube, interior, to_toml};
+use scenes::{cornell, cube, interior, to_toml, two_rooms};
 
 fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
@@ -11,10 +11,11 @@ fn main() -> ExitCode {
         ["cornell"] => Some(cornell()),
         ["cube", cells] => cells.parse().ok().filter(|&n| n > 0).map(cube),
         ["interior", triangles] => triangles.parse().ok().map(interior),
+        ["two-rooms", reflectance] => reflectance.parse().ok().map(|reflectance| two_rooms(0.1, reflectance)),
         _ => None,
     };
     let Some(scene) = scene else {
-        eprintln!("usage: write cornell | cube CELLS_PER_EDGE | interior TRIANGLES");
+        eprintln!("usage: write cornell | cube CELLS_PER_EDGE | interior TRIANGLES | two-rooms REFLECTANCE");
         return ExitCode::from(2);
     };
     print!("{}", to_toml(&scene));

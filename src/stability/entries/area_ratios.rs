@@ -29,7 +29,7 @@ fn scene(part: f64) -> SceneSpec {
 
 fn study(lab: &Lab) -> Result<Finding, Failure> {
     let sweep = lab.size(vec![1e-2, 1e-4, 1e-8], vec![1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8]);
-    let (runs, walks) = lab.size((200, 20_000), (1000, 100_000));
+    let (runs, walks) = lab.size((200, 20_000), (400, 50_000));
     let (mut line, mut shot, mut gathered, mut covers) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
     let mut claims = Vec::new();
     for &part in &sweep {

@@ -68,7 +68,7 @@ fn study(lab: &Lab) -> Result<Finding, Failure> {
     let exact = Exact::of_scene(&scene())?;
     let patches = receivers(&experiment(&scene(), shooting(EstimatorKind::Collision))?);
     let lengths = lab.size(vec![2, 8], vec![1, 2, 4, 8, 12, 16, 24, 32]);
-    let (runs, walks) = lab.size((20, 10_000), (100, 100_000));
+    let (runs, walks) = lab.size((20, 10_000), (100, 30_000));
     let (mut line, mut cut, mut short, mut bounds) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
     let mut claims = Vec::new();
     for &length in &lengths {

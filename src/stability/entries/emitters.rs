@@ -132,7 +132,7 @@ fn tiny(lab: &Lab) -> Result<Finding, Failure> {
     // The ceiling.
     const CEILING: usize = 3;
     let sweep = lab.size(vec![1e-2, 1e-4, 1e-8], vec![1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8]);
-    let (runs, walks) = lab.size((200, 20_000), (1000, 100_000));
+    let (runs, walks) = lab.size((200, 20_000), (400, 50_000));
     let (mut line, mut gathered, mut shot) = (Vec::new(), Vec::new(), Vec::new());
     let mut claims = Vec::new();
     for &part in &sweep {
@@ -196,7 +196,7 @@ fn far(lab: &Lab) -> Result<Finding, Failure> {
     // In the middle of the floor.
     const MIDDLE: usize = 4;
     let sweep = lab.size(vec![1.0, 10.0, 1000.0], vec![1.0, 3.0, 10.0, 30.0, 100.0, 300.0, 1000.0]);
-    let (runs, walks) = lab.size((100, 50_000), (400, 1_000_000));
+    let (runs, walks) = lab.size((100, 50_000), (100, 500_000));
     let shoots = |distance: f64, scale: f64| -> Result<(Exact, radiosity::Experiment), Failure> {
         let spec: SceneSpec = scenes::far_lamp(distance, scale);
         Ok((Exact::of_scene(&spec)?, experiment(&spec, shooting(EstimatorKind::Collision))?))
@@ -269,7 +269,7 @@ fn unequal(lab: &Lab) -> Result<Finding, Failure> {
     // The ceiling of the dim room.
     const DIM: usize = 7;
     let sweep = lab.size(vec![1.0, 1e-2, 1e-12], vec![1.0, 1e-2, 1e-3, 1e-4, 1e-6, 1e-8, 1e-12]);
-    let (runs, walks) = lab.size((100, 20_000), (500, 100_000));
+    let (runs, walks) = lab.size((100, 20_000), (200, 100_000));
     let (mut line, mut shot, mut gathered) = (Vec::new(), Vec::new(), Vec::new());
     let mut claims = Vec::new();
     for &dim in &sweep {

@@ -54,7 +54,7 @@ fn gap_in_the_ceiling(gap: f64) -> SceneSpec {
 
 fn open(lab: &Lab) -> Result<Finding, Failure> {
     let sweep = lab.size(vec![1e-3, 1.0], vec![1e-5, 1e-4, 1e-3, 1e-2, 0.1, 0.3, 1.0]);
-    let size = lab.size((20, 50_000), (100, 1_000_000));
+    let size = lab.size((20, 50_000), (100, 300_000));
     let (mut line, mut marks) = (Vec::new(), Vec::new());
     let mut claims = Vec::new();
     for &gap in &sweep {

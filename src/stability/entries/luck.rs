@@ -177,7 +177,7 @@ fn seed(lab: &Lab) -> Result<Finding, Failure> {
     let (experiment, truth) = cube()?;
     let sweep = lab.size(vec![1_usize, 8], vec![1, 2, 4, 8, 16, 32]);
     let most = sweep[sweep.len() - 1];
-    let (groups, walks) = lab.size((300, 3000), (2000, 5000));
+    let (groups, walks) = lab.size((300, 3000), (1000, 5000));
     let holds = |estimate: &Estimate| {
         f64::from(u8::from((estimate.ci_low..=estimate.ci_high).contains(&truth[PATCH])))
     };
@@ -259,7 +259,7 @@ fn twice(lab: &Lab) -> Result<Finding, Failure> {
     let (experiment, truth) = cube()?;
     let patches = receivers(&experiment);
     let sweep = lab.size(vec![1_u32, 4], vec![1, 2, 4, 8, 16]);
-    let (runs, walks) = lab.size((100, 20_000), (400, 100_000));
+    let (runs, walks) = lab.size((100, 20_000), (200, 100_000));
     let predicted = |times: u32| 2.0 * normal_cdf(1.96 / f64::from(times).sqrt()) - 1.0;
     let (mut marks, mut claims) = (Vec::new(), Vec::new());
     for &times in &sweep {

@@ -73,8 +73,8 @@ impl Rooms {
 
 fn study(lab: &Lab) -> Result<Finding, Failure> {
     let rooms = Rooms::new()?;
-    let sweep = lab.size(vec![0.3, 3.0], vec![0.1, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0]);
-    let runs = lab.size(100, 1000);
+    let sweep = lab.size(vec![0.3, 3.0], vec![0.1, 0.3, 1.0, 3.0, 10.0, 30.0]);
+    let runs = lab.size(100, 300);
     let (mut line, mut normal, mut ours) = (Vec::new(), Vec::new(), Vec::new());
     let mut claims = Vec::new();
     for &hits in &sweep {
@@ -103,7 +103,7 @@ fn study(lab: &Lab) -> Result<Finding, Failure> {
     let target =
         Target { relative_error: 0.5, fraction: 1.0, min_paths: 1, min_hits: 10, unhit: Unhit::Infinite };
     let most = (3000.0 / rooms.mean_rate()) as u64;
-    let stopped = lab.each_seed(lab.size(16, 300), |seed| {
+    let stopped = lab.each_seed(lab.size(16, 60), |seed| {
         let run = run(&rooms.experiment, seed, most, Some(target));
         (
             covered(&run.solution, &rooms.dark, &rooms.truth),
