@@ -42,12 +42,12 @@ pub fn cube_with_tile(side: f64, reflectance: f64) -> SceneSpec {
     SceneSpec { surfaces: floor.into_iter().chain(rest).map(|shape| material.surface(shape)).collect() }
 }
 
-/// Two unit squares that face each other, of reflectance R; the first emits 1 W/m².
+/// Two unit squares that face each other, of reflectance R, the first in z = 1; it emits 1 W/m².
 pub fn plates(gap: f64, reflectance: f64) -> SceneSpec {
     let material = Material::new(reflectance);
     let surfaces = vec![
-        material.emitting(1.0).surface(quad(DVec3::ZERO, X, Y, [1, 1])),
-        material.surface(quad(Z * gap, Y, X, [1, 1])),
+        material.emitting(1.0).surface(quad(Z, X, Y, [1, 1])),
+        material.surface(quad(Z * (1.0 + gap), Y, X, [1, 1])),
     ];
     SceneSpec { surfaces }
 }
