@@ -8,7 +8,7 @@ use stats::Measured;
 use super::contender::Absent;
 use super::judge::{Advice, Curve, advice, curves, is_pareto};
 use super::measure::Point;
-use crate::plot::{pm, seen, theory};
+use crate::plot::{figure, pm, seen, theory};
 use crate::progress::{percent, quantity};
 
 /// Curves in one chart: as many as can be told apart.
@@ -113,16 +113,21 @@ fn write_chapter(page: &mut String, chapter: &Chapter) {
 
 fn write_row(page: &mut String, point: &Point, points: &[Point]) {
     let [merit, low, high] = point.merit();
-    let bytes = |bytes: u64| format!("{}B", quantity(bytes as f64));
+    // Memory is told in pages.
+    let bytes = |bytes: u64| match bytes {
+        0 => "< 4 kB".into(),
+        1..1000 => format!("{bytes} B"),
+        _ => format!("{}B", quantity(bytes as f64)),
+    };
     let Measured { value, standard_error } = point.rms();
-    let percent_of = |x: f64| Measured { value: 100.0 * x, standard_error: 100.0 * standard_error };
+    let rms = Measured { value: 100.0 * value, standard_error: 100.0 * standard_error };
     let _ = writeln!(
         page,
         "| {} | {} | {} | {} % | {} | {} | {} ({} … {}) | {} | {} | {} |",
         point.method,
         quantity(point.rays as f64),
-        crate::plot::figure(point.seconds),
-        pm(percent_of(value)),
+        figure(point.seconds),
+        pm(rms),
         percent(point.p99),
         percent(point.worst),
         quantity(merit),
@@ -142,7 +147,7 @@ fn write_times(page: &mut String, curves: &[Curve<'_>]) {
     let _ = writeln!(page, "| method | {} |", heads.join(" | "));
     let _ = writeln!(page, "|---|{}", "---|".repeat(levels.len()));
     for curve in curves {
-        let time = |rms: &f64| curve.time_to(*rms).map_or("–".into(), crate::plot::figure);
+        let time = |rms: &f64| curve.time_to(*rms).map_or("–".into(), figure);
         let times: Vec<String> = levels.iter().map(time).collect();
         let _ = writeln!(page, "| {} | {} |", curve.method, times.join(" | "));
     }
@@ -166,11 +171,11 @@ fn words(advice: &[Advice<'_>]) -> String {
         };
         let next = last.ranking.get(last.alike.max(1));
         let next = next.map_or(String::new(), |(other, longer)| {
-            format!("; next is {other}, {} times longer", crate::plot::figure(longer / time))
+            format!("; next is {other}, {} times longer", figure(longer / time))
         });
         sentences.push(format!(
             "{range}: **{name}** ({} s to {} %{as_good}{next}).",
-            crate::plot::figure(time),
+            figure(time),
             100.0 * last.rms
         ));
     }
