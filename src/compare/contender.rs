@@ -34,7 +34,7 @@ const METHODS: &[(&str, &str)] = &[
     ),
 ];
 
-/// Chains of a run.
+/// Chains, or batches, of a run.
 pub const CHAINS: u64 = 8;
 
 /// A method that can be run.
@@ -50,7 +50,7 @@ pub struct Contender {
 impl Contender {
     /// How its error falls.
     pub fn kind(&self) -> Kind {
-        match self.experiment.chain_rays() {
+        match self.experiment.batch_paths() {
             Some(_) => Kind::Chains,
             None if self.experiment.is_biased() => Kind::Biased,
             None => Kind::Walks,
@@ -101,22 +101,29 @@ fn contender(
     method: &str,
     rays: u64,
 ) -> Result<Contender, String> {
-    let mut overrides = args.set.clone();
-    overrides.extend([
-        format!("method={method}"),
-        format!("budget.paths={rays}"),
-        "budget.first_path=0".into(),
-    ]);
-    let job = job::load(path, &overrides).map_err(|error| error.to_string())?;
-    if let Some(note) = job.note {
-        return Err(note);
-    }
-    let experiment = Experiment::new(scene.clone(), job.method.walks()).map_err(|error| error.to_string())?;
-    let walks = match experiment.chain_rays() {
-        Some(_) => CHAINS,
-        None => ((rays as f64 / rays_per_walk(&experiment)) as u64).max(2),
+    let prepare = |paths: u64| -> Result<Experiment, String> {
+        let mut overrides = args.set.clone();
+        overrides.extend([
+            format!("method={method}"),
+            format!("budget.paths={paths}"),
+            "budget.first_path=0".into(),
+        ]);
+        let job = job::load(path, &overrides).map_err(|error| error.to_string())?;
+        match job.note {
+            Some(note) => Err(note),
+            None => Experiment::new(scene.clone(), job.method.walks()).map_err(|error| error.to_string()),
+        }
     };
-    Ok(Contender { name, experiment, walks })
+    let experiment = prepare(rays)?;
+    if experiment.chain_rays().is_some() {
+        return Ok(Contender { name, experiment, walks: CHAINS });
+    }
+    // Batches of walks are told by walks, chains by rays.
+    let walks = ((rays as f64 / rays_per_walk(&experiment)) as u64).max(2 * CHAINS);
+    match experiment.batch_paths() {
+        Some(_) => Ok(Contender { name, experiment: prepare(walks)?, walks: CHAINS }),
+        None => Ok(Contender { name, experiment, walks }),
+    }
 }
 
 /// The job as it is written.

@@ -54,7 +54,7 @@ pub enum Kind {
     Walks,
     /// To a bias.
     Biased,
-    /// Faster, as long as links are few.
+    /// Faster: links, Sobol sequences.
     Chains,
 }
 
@@ -209,8 +209,10 @@ pub fn walk(experiment: &Experiment, seed: u64, walks: u64) -> Tally {
 /// How many rays a walk takes, by a pilot.
 pub fn rays_per_walk(experiment: &Experiment) -> f64 {
     const SAMPLE: u64 = 20_000;
-    let counts = walk(experiment, 3, SAMPLE).counts;
-    counts.rays as f64 / SAMPLE as f64
+    // Batches are walked whole.
+    let units = SAMPLE.div_ceil(experiment.paths_per_walk());
+    let rays = walk(experiment, 3, units).counts.rays;
+    rays as f64 / (units * experiment.paths_per_walk()) as f64
 }
 
 /// Processor time of this thread [s]: what else runs on the machine does not count.

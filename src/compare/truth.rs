@@ -77,6 +77,7 @@ fn by_run(scene: &Scene, direction: Direction, space: Space, rays: u64) -> Truth
         infinite: InfiniteEnd::default(),
         space,
         mix: false,
+        sobol_batch: None,
     };
     let experiment = Experiment::new(scene.clone(), method).expect("collision and chains fit every scene");
     let walks = match experiment.chain_rays() {

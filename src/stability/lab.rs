@@ -76,7 +76,14 @@ pub fn chains(chain_rays: u64) -> Method {
 }
 
 fn method(direction: Direction, estimator: EstimatorKind) -> Method {
-    Method { direction, estimator, infinite: InfiniteEnd::default(), space: Space::Discrete, mix: false }
+    Method {
+        direction,
+        estimator,
+        infinite: InfiniteEnd::default(),
+        space: Space::Discrete,
+        mix: false,
+        sobol_batch: None,
+    }
 }
 
 /// A method in a scene.
