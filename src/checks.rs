@@ -66,7 +66,7 @@ fn fit(experiment: &Experiment) -> Check {
 /// Less than this part of the light leaves through a gap that nobody meant to leave; more than the other, and hardly
 /// anything is left to be known.
 const LEAK: f64 = 0.01;
-const SPENT: f64 = 0.9;
+const SPENT: f64 = 0.99;
 
 /// What left the scene, by power: the last rays of infinite walks, and those of chains, may carry little.
 fn escape(experiment: &Experiment, tally: &Tally) -> Check {
