@@ -11,6 +11,13 @@ use crate::work::name;
 /// started: whatever kills them will kill the next.
 const FUTILE_DEATHS: usize = 3;
 
+/// Where the C library's allocator is told what to do …
+const ALLOCATOR: &str = "GLIBC_TUNABLES";
+
+/// … and that large pieces of memory are asked for in huge pages, where the system has them: trees and boards are visited
+/// all over, and finding their pages takes 4 to 14 % of the time of large ones.
+const HUGE_PAGES: &str = "glibc.malloc.hugetlb=1";
+
 /// The children of this process.
 pub struct LocalWorkers {
     access: PathBuf,
@@ -78,6 +85,9 @@ impl LocalWorkers {
         let mut command = Command::new(std::env::current_exe()?);
         command.arg("work").arg("--access").arg(&self.access).args(["--quiet", "--wait", "0"]);
         command.arg("--threads").arg(self.threads.to_string());
+        if std::env::var_os(ALLOCATOR).is_none() {
+            command.env(ALLOCATOR, HUGE_PAGES);
+        }
         command.stdin(Stdio::null()).stdout(Stdio::null());
         // A Ctrl-C on the terminal is for the coordinator, which takes its workers down in good order.
         #[cfg(unix)]
