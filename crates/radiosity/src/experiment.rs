@@ -599,7 +599,8 @@ impl Experiment {
         Meaning {
             unit: if tally.layout().events { 1.0 / fixed_units(tally.layout().moments) } else { 1.0 },
             irradiance_per_event: scale.map(|scale| scale * per_hit),
-            ratio_bound: weight * ratio_bound,
+            // A colour of light that all emitters share has weights of 1, but for rounding.
+            ratio_bound: (weight * ratio_bound).max(1.0),
             bias_bound: patch.reflectance[channel] * per_hit * cut_off * weakened,
         }
     }

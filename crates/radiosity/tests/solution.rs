@@ -6,7 +6,7 @@ use common::{box_scene, box_walls, collision, experiment, surface, walk};
 use glam::DVec3;
 use radiosity::{
     Birth, Counts, Direction, Estimates, EstimatorKind, Experiment, IndexChoice, InfiniteEnd, Method,
-    Precision, SceneSpec, Sides, Solution, Space, Tally,
+    Precision, SceneSpec, Sides, Solution, Space, Spectrum, Tally,
 };
 use stats::{Moments, mean_interval};
 
@@ -146,4 +146,24 @@ fn what_is_cut_off_is_less_than_its_bound_and_not_by_much() {
     let missing = 0.5 / (1.0 - 0.45) - estimate.radiosity;
     assert!(experiment.is_biased());
     assert!((missing / estimate.bias_bound - 0.9).abs() < 0.02, "{missing} is missing: {estimate:?}");
+}
+
+/// Weights of a colour that all emitters share are 1 but for rounding, and no bound on scores falls below 1 for that.
+#[test]
+fn lamps_of_one_colour_bound_scores_by_one_at_least() {
+    for red in 1..20 {
+        let mut spec = box_scene(DVec3::new(0.7, 1.3, 0.9), [3, 3]);
+        let colour = Spectrum::rgb([0.1 * f64::from(red), 0.3, 0.7]);
+        spec.surfaces[1].cell_emittance = (0..9).map(|cell| (cell, colour)).collect();
+        spec.surfaces[0].cell_emittance.clear();
+        for estimator in KINDS {
+            let method = Method { estimator, ..collision(Space::Discrete) };
+            let experiment = experiment(&spec, IndexChoice::Auto, method);
+            let tally = walk::<2>(&experiment, 1, 0..100);
+            for channel in 0..3 {
+                let bound = experiment.meaning(20, channel, &tally).unwrap().ratio_bound;
+                assert!(bound >= 1.0, "{estimator:?}, red {red}: {bound}");
+            }
+        }
+    }
 }
