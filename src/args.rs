@@ -28,6 +28,8 @@ pub enum Command {
     Audit(AuditArgs),
     /// Trace one walk in words
     Replay(ReplayArgs),
+    /// Say what a job will take: walks, rays, time, memory and traffic, by bounds and by a pilot
+    Plan(PlanArgs),
     /// Measure the papers' tables and figures again and hold them to theory
     Reproduce(ReproduceArgs),
     /// Check a job or a scene and say what would be modelled, and why
@@ -177,6 +179,15 @@ pub struct ExactArgs {
     pub job: JobArgs,
     #[command(flatten)]
     pub out: OutArgs,
+}
+
+#[derive(Args)]
+pub struct PlanArgs {
+    #[command(flatten)]
+    pub job: JobArgs,
+    /// The plan as JSON on stdout
+    #[arg(long)]
+    pub json: bool,
 }
 
 #[derive(Args)]

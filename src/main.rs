@@ -18,6 +18,7 @@ mod launcher;
 mod local;
 mod merge;
 mod outputs;
+mod plan;
 mod plot;
 mod progress;
 mod replay;
@@ -51,6 +52,7 @@ fn main() -> ExitCode {
         Command::Merge(args) => merge::merge(&args),
         Command::Audit(args) => audit::audit(&args),
         Command::Replay(args) => replay::replay(&args),
+        Command::Plan(args) => plan::plan(&args),
         Command::Reproduce(args) => reproduce::reproduce(&args),
         Command::Check(args) => check::check(&args),
         Command::Stability(args) => stability::stability(&args),

@@ -172,6 +172,114 @@ fn decide(target: &Target, estimates: &Estimates, walks: u64, looks: &[Look]) ->
     (promising, rule.look(walks, promising, met))
 }
 
+/// What a pilot foretells of its run: errors that fall as 1/√walks (of chains, with Student's t besides).
+pub struct Prospect {
+    standings: Vec<Standing>,
+    spread: Spread,
+    walks: u64,
+    /// The level of intervals.
+    level: f64,
+    target: Target,
+    chains: bool,
+    paths_per_walk: u64,
+}
+
+/// How the logarithms of errors spread over patches: a part of it is the pilot's own noise, and will be gone.
+#[derive(Clone, Copy, Debug)]
+struct Spread {
+    mean: f64,
+    /// The variance without the noise.
+    variance: f64,
+}
+
+impl Prospect {
+    /// Of a tally of the first walks of a job.
+    pub fn new(target: &Target, estimates: &Estimates, level: f64) -> Self {
+        let (experiment, walks) = (estimates.experiment(), estimates.tally().counts.walks);
+        let mut prospect = Prospect {
+            standings: standings(estimates, target.unhit).map(|(_, standing)| standing).collect(),
+            spread: Spread { mean: 0.0, variance: 0.0 },
+            walks,
+            level,
+            target: *target,
+            chains: experiment.batch_paths().is_some(),
+            paths_per_walk: experiment.paths_per_walk(),
+        };
+        let known = prospect.standings.iter().filter(|s| s.error.is_finite() && s.error > 0.0);
+        let logs: Vec<[f64; 2]> = known.map(|s| [s.error.ln(), prospect.noise_of(s)]).collect();
+        let count = logs.len().max(1) as f64;
+        let mean = logs.iter().map(|[log, _]| log).sum::<f64>() / count;
+        let excess = logs.iter().map(|[log, noise]| (log - mean).powi(2) - noise * noise);
+        prospect.spread = Spread { mean, variance: (excess.sum::<f64>() / count).max(0.0) };
+        prospect
+    }
+
+    /// Whether the run meets its target after so many walks; `noise`: the part by which errors are larger than the pilot
+    /// says.
+    pub fn is_met(&self, walks: u64, noise: f64) -> bool {
+        self.meets(walks, noise, self.target.relative_error, self.target.min_hits as f64)
+    }
+
+    /// Whether a look after so many walks shows that twice as many will do.
+    pub fn is_promising(&self, walks: u64, noise: f64) -> bool {
+        walks.saturating_mul(self.paths_per_walk) >= self.target.min_paths
+            && self.meets(
+                walks,
+                noise,
+                foresight(self.target.relative_error),
+                0.5 * self.target.min_hits as f64,
+            )
+    }
+
+    fn meets(&self, walks: u64, noise: f64, error: f64, scores: f64) -> bool {
+        let later = self.standings.iter().map(|standing| self.later(standing, walks, noise));
+        let [part] = parts_within(later, [Bar { error, scores }]);
+        part >= self.target.fraction
+    }
+
+    /// How a patch will stand after so many walks. The largest of many errors is large by luck too, and luck fades: the
+    /// spread of what is seen is √(true variance + noise²), of which the noise falls as the walks grow.
+    fn later(&self, standing: &Standing, walks: u64, noise: f64) -> Standing {
+        let growth = walks as f64 / self.walks as f64;
+        let Spread { mean, variance } = self.spread;
+        let own = self.noise_of(standing).powi(2);
+        let faded = if own > 0.0 { ((variance + own / growth) / (variance + own)).sqrt() } else { 1.0 };
+        let student =
+            if self.chains { student(self.level, walks) / student(self.level, self.walks) } else { 1.0 };
+        let error = (mean + (standing.error.ln() - mean) * faded).exp();
+        Standing {
+            error: error * student * (1.0 + noise) / growth.sqrt(),
+            scores: standing.scores * growth,
+            ..*standing
+        }
+    }
+
+    /// The standard error of a patch's error, as a part of it: with h scores about 1/(2√h); of n chains, 1/√(2(n − 1)).
+    fn noise_of(&self, standing: &Standing) -> f64 {
+        match self.chains {
+            true => (0.5 / (self.walks.max(2) - 1) as f64).sqrt(),
+            false => 0.5 / standing.scores.sqrt(),
+        }
+    }
+
+    /// The same of the error that decides: the largest but for those in the part of the area that may be missed.
+    pub fn noise(&self) -> f64 {
+        let mut worst_first: Vec<&Standing> = self.standings.iter().collect();
+        worst_first.sort_by(|a, b| b.error.total_cmp(&a.error));
+        let spared = (1.0 - self.target.fraction) * worst_first.iter().map(|s| s.area).sum::<f64>();
+        let mut passed = 0.0;
+        let decisive = worst_first.into_iter().find(|standing| {
+            passed += standing.area;
+            passed > spared * (1.0 + 1e-9)
+        });
+        decisive.map_or(0.0, |standing| self.noise_of(standing))
+    }
+}
+
+fn student(level: f64, chains: u64) -> f64 {
+    stats::student_quantile(0.5 + 0.5 * level, chains.max(2) - 1)
+}
+
 /// The numbers of walks (or chains) at which a run of so many is looked at. Fewer walks than patches tell nothing of most
 /// of them, and a look at many patches takes its time; a chain tells of every patch, and takes longer than a look.
 pub fn looks(experiment: &Experiment, walks: u64) -> Vec<u64> {

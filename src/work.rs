@@ -91,7 +91,7 @@ fn variable(name: &str) -> Option<String> {
 }
 
 /// CPU time of this process so far [s].
-fn cpu_seconds() -> f64 {
+pub fn cpu_seconds() -> f64 {
     let time = clock_gettime(ClockId::ProcessCPUTime);
     time.tv_sec as f64 + 1e-9 * time.tv_nsec as f64
 }

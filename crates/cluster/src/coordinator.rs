@@ -55,6 +55,18 @@ const MOST_COPIES: usize = 3;
 /// How often late leases are looked for.
 const LATE_LOOK: Duration = Duration::from_millis(100);
 
+/// How long the coordinator needs for a result of each of so many threads, whose tallies have so many sums [s].
+pub fn taking_seconds(sums: usize, threads: usize) -> f64 {
+    (TAKING_SECONDS + TAKING_SECONDS_PER_SUM * sums as f64) * threads as f64
+}
+
+/// How long a lease should take where so many threads work on tallies of so many sums, `age` seconds after the job
+/// began [s].
+pub fn lease_seconds(sums: usize, threads: usize, age: f64) -> f64 {
+    let sending = LEASE_SECONDS_PER_SUM * sums as f64;
+    LEASE_SECONDS + sending + IDLENESS * taking_seconds(sums, threads) + LEASE_SHARE * age
+}
+
 /// A new lease is at most so many times as long as the last: rates are learnt from short leases.
 const LEASE_GROWTH: f64 = 4.0;
 
@@ -656,20 +668,14 @@ impl Coordinator {
         let by_growth = peer.longest_lease as f64 * LEASE_GROWTH;
         let share = self.ledger.unleased() / (self.plan.leases_per_thread * self.threads) as u64;
         // Results must not come faster than they are taken, towards the end either.
-        let least = (peer.rate * self.taking_seconds()) as u64;
+        let least = (peer.rate * taking_seconds(self.plan.sums(), self.threads)) as u64;
         (by_rate.min(by_growth) as u64).min(share.max(least))
     }
 
     /// How long a lease should take.
     fn lease_seconds(&self, now: Now) -> f64 {
         let age = self.spent.seconds + now.as_secs_f64();
-        let sending = LEASE_SECONDS_PER_SUM * self.plan.sums() as f64;
-        LEASE_SECONDS + sending + IDLENESS * self.taking_seconds() + LEASE_SHARE * age
-    }
-
-    /// What it takes here to take a result of each thread.
-    fn taking_seconds(&self) -> f64 {
-        (TAKING_SECONDS + TAKING_SECONDS_PER_SUM * self.plan.sums() as f64) * self.threads as f64
+        lease_seconds(self.plan.sums(), self.threads, age)
     }
 
     /// Gives walks that are late once more, to workers that have nothing to do when all walks are out. Whoever is first

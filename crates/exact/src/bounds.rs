@@ -1,5 +1,7 @@
 //! What can be said of the error before anything is solved (S97 §§2.2–2.5, 3.3–3.8, table 4).
 
+use radiosity::Scene;
+
 use crate::answer::Exact;
 use crate::variance::{GatherEstimator, WalkEstimator};
 
@@ -23,30 +25,77 @@ pub struct Bounds {
 impl Bounds {
     /// The bounds of a scene; only areas, reflectances and emittances are looked at.
     pub fn of(exact: &Exact) -> Self {
-        let (areas, reflectance) = (exact.areas(), exact.reflectance());
-        let sources = exact.emittance().iter().enumerate().filter(|&(_, &e)| e > 0.0);
-        let sources: Vec<[f64; 3]> = sources.map(|(s, &e)| [areas[s] * e, reflectance[s], e]).collect();
-        Bounds {
-            max_reflectance: reflectance.iter().copied().fold(0.0, f64::max),
-            min_area: areas.iter().copied().fold(f64::INFINITY, f64::min),
-            total_area: areas.iter().sum(),
-            total_power: exact.total_power(),
-            max_radiosity: sources.iter().map(|[_, r, e]| e / (1.0 - r)).fold(0.0, f64::max),
-            sources,
+        let patches = exact.areas().iter().zip(exact.reflectance()).zip(exact.emittance());
+        Self::of_patches(patches.map(|((&area, &r), &e)| [area, r, e]))
+    }
+
+    /// The same of a scene that need not be solved, as one channel sees it.
+    pub fn of_scene(scene: &Scene, channel: usize) -> Self {
+        let patch = |p: radiosity::Patch| [p.active_area(), p.reflectance[channel], p.emittance[channel]];
+        Self::of_patches(scene.patches().iter().map(patch))
+    }
+
+    /// Of A_i, R_i, E_i of every patch.
+    fn of_patches(patches: impl Iterator<Item = [f64; 3]>) -> Self {
+        let mut bounds = Bounds {
+            max_reflectance: 0.0,
+            min_area: f64::INFINITY,
+            total_area: 0.0,
+            total_power: 0.0,
+            max_radiosity: 0.0,
+            sources: Vec::new(),
+        };
+        for [area, r, e] in patches {
+            bounds.max_reflectance = bounds.max_reflectance.max(r);
+            bounds.min_area = bounds.min_area.min(area);
+            bounds.total_area += area;
+            if e > 0.0 {
+                bounds.total_power += area * e;
+                bounds.max_radiosity = bounds.max_radiosity.max(e / (1.0 - r));
+                bounds.sources.push([area * e, r, e]);
+            }
         }
+        bounds
+    }
+
+    /// No patch has a higher variance of B_i [W²/m⁴] for one shooting walk: the closed forms with b_i ≤ R_iB̄, ξ_i ≤
+    /// 1/(1 − R_i) and, of infinite walks, β_i ≤ R_i²B̄, all of the brightest and the smallest patch there could be (as
+    /// S97 §§2.2, 2.5).
+    pub fn shooting_variance_of(&self, estimator: WalkEstimator) -> f64 {
+        let r = self.max_reflectance;
+        let factor = match estimator {
+            WalkEstimator::ShootAbsorption => r * r,
+            WalkEstimator::ShootSurvival => r * (1.0 + r),
+            WalkEstimator::ShootCollision | WalkEstimator::ShootInfinite => r * r * (1.0 + r),
+        };
+        factor * self.total_power * self.max_radiosity / (self.min_area * (1.0 - r))
+    }
+
+    /// The same for one gathering walk, born on every patch of interest with a probability of at least `least_birth`
+    /// (as S97 §§3.3, 3.6); infinite for survival if a source does not reflect.
+    pub fn gathering_variance_of(&self, estimator: GatherEstimator, least_birth: f64) -> f64 {
+        let (r, b) = (self.max_reflectance, self.max_radiosity);
+        let most = |c: fn(f64) -> f64| {
+            self.sources.iter().map(|&[_, r_s, e]| (e + 2.0 * r_s * b) * c(r_s)).fold(0.0, f64::max)
+        };
+        let per_source = match estimator {
+            GatherEstimator::Absorption => b,
+            GatherEstimator::Survival => most(f64::recip),
+            GatherEstimator::Collision | GatherEstimator::Infinite => most(|_| 1.0),
+        };
+        r * r * b * per_source / least_birth
     }
 
     /// No patch has a higher variance of B_i [W²/m⁴] for one shooting walk scored by absorption (S97
     /// proposition 2.4): Φ_TB̄R_max²/(A_min(1 − R_max)).
     pub fn shooting_variance(&self) -> f64 {
-        let r = self.max_reflectance;
-        self.total_power * self.max_radiosity * r * r / (self.min_area * (1.0 - r))
+        self.shooting_variance_of(WalkEstimator::ShootAbsorption)
     }
 
     /// No patch has a higher variance of B_i [W²/m⁴] for one gathering walk, born with p_i = A_i/A_T and
     /// scored by absorption (S97 §3.3): A_TR_max²B̄²/A_min.
     pub fn gathering_variance(&self) -> f64 {
-        self.total_area * (self.max_reflectance * self.max_radiosity).powi(2) / self.min_area
+        self.gathering_variance_of(GatherEstimator::Absorption, self.min_area / self.total_area)
     }
 
     /// As many shooting walks by absorption bring every variance down to `variance` [W²/m⁴] (S97 §2.3).

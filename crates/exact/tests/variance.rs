@@ -217,6 +217,16 @@ fn gathering_on_chosen_patches() {
     }
 }
 
+/// Areas, reflectances and emittances are all that bounds look at, so the scene itself has them.
+#[test]
+fn bounds_of_a_scene_are_those_of_its_solution() {
+    let scene = radiosity::Scene::build(&cube_54(), radiosity::IndexChoice::Flat).unwrap();
+    let (of_scene, of_exact) =
+        (Bounds::of_scene(&scene, 0), Bounds::of(&Exact::of_scene(&cube_54()).unwrap()));
+    assert_near(of_scene.shooting_variance() / of_exact.shooting_variance(), 1.0, 1e-12);
+    assert_near(of_scene.gathering_variance() / of_exact.gathering_variance(), 1.0, 1e-12);
+}
+
 /// S97's bounds hold for every patch and for the mean over the area.
 #[test]
 fn bounds_bound() {
@@ -236,6 +246,13 @@ fn bounds_bound() {
         let below = |variances: &[f64], bound: f64| variances.iter().all(|&v| v <= bound);
         assert!(below(&WalkEstimator::ShootAbsorption.variances(&exact), bounds.shooting_variance()));
         assert!(below(&gathering(GatherEstimator::Absorption, &exact), bounds.gathering_variance()));
+        let least = birth.iter().copied().fold(1.0, f64::min);
+        for estimator in WalkEstimator::ALL {
+            assert!(below(&estimator.variances(&exact), bounds.shooting_variance_of(estimator)));
+        }
+        for estimator in GatherEstimator::ALL {
+            assert!(below(&gathering(estimator, &exact), bounds.gathering_variance_of(estimator, least)));
+        }
         for (b, r) in exact.solution().reflected.iter().zip(exact.reflectance()) {
             assert!(b <= &(r * bounds.max_radiosity));
         }

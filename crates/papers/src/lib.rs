@@ -14,12 +14,18 @@
 
 #![allow(rustdoc::broken_intra_doc_links, reason = "units are written in square brackets")]
 
+mod bs_comparison;
 mod bs_table;
+mod clock;
+mod counted;
+mod efficiency;
 mod findings;
 mod lab;
 pub mod page;
 mod s97_bounds;
+mod s97_complexity;
 mod s97_figures;
+mod sh91;
 mod walkers;
 
 pub use findings::{Claim, Figure, Findings, Judge, Row, Verdict};
@@ -37,4 +43,12 @@ pub struct Chapter {
 }
 
 /// All of them, in the order of the page.
-pub const CHAPTERS: [Chapter; 3] = [bs_table::CHAPTER, s97_figures::CHAPTER, s97_bounds::CHAPTER];
+pub const CHAPTERS: [Chapter; 7] = [
+    bs_table::CHAPTER,
+    bs_comparison::CHAPTER,
+    s97_figures::CHAPTER,
+    s97_complexity::CHAPTER,
+    s97_bounds::CHAPTER,
+    sh91::CHAPTER,
+    efficiency::CHAPTER,
+];

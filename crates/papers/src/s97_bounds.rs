@@ -8,7 +8,9 @@ use stats::Measured;
 use crate::Chapter;
 use crate::findings::{Claim, Figure, Findings, Row, counted, point};
 use crate::lab::Lab;
-use crate::walkers::{DIRECTIONS, ESTIMATORS, Reader, experiment, method, name, predicted, rank};
+use crate::walkers::{
+    DIRECTIONS, ESTIMATORS, Reader, experiment, mean_by_area, method, name, predicted, rank,
+};
 
 /// S97 table 4.
 pub const CHAPTER: Chapter = Chapter {
@@ -32,7 +34,7 @@ fn run(lab: &Lab) -> Findings {
         ("six-patch cube, R = 0.9", scenes::furnace(1, 0.9)),
         ("corridor 1 × 1 × 4", scenes::corridor(4)),
     ];
-    let runs = lab.pick(200, 6_000);
+    let runs = lab.pick(200, 2_000);
     let mut seeds = 301..;
     let (mut rows, mut loose) = (Vec::new(), Vec::new());
     for (scene, spec) in &scenes {
@@ -94,13 +96,8 @@ fn errors(
         let squares = reader.reflected(tally).into_iter().zip(truth).map(|(b, t)| (b - t).powi(2));
         WALKS as f64 * mean_by_area(exact, squares)
     });
-    let theory = mean_by_area(exact, predicted(exact, experiment.scene(), &method).into_iter());
+    let theory = mean_by_area(exact, predicted(exact, experiment.scene(), &method));
     (Measured::of(&squares), theory)
-}
-
-fn mean_by_area(exact: &Exact, values: impl Iterator<Item = f64>) -> f64 {
-    let total: f64 = exact.areas().iter().sum();
-    values.zip(exact.areas()).map(|(value, area)| value * area).sum::<f64>() / total
 }
 
 fn bound_on_error(bounds: &Bounds, direction: &Direction, estimator: EstimatorKind) -> f64 {

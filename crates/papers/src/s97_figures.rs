@@ -70,7 +70,7 @@ fn run(lab: &Lab) -> Findings {
 
 /// Runs for the ratios.
 fn many_runs(lab: &Lab) -> usize {
-    lab.pick(RUNS, 5_000)
+    lab.pick(RUNS, 2_000)
 }
 
 fn compare(

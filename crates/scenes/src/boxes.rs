@@ -1,7 +1,7 @@
 //! Small scenes of parallelograms.
 
 use glam::DVec3;
-use radiosity::{SceneSpec, Shape, SurfaceSpec};
+use radiosity::{SceneSpec, Shape, Sides, SurfaceSpec};
 
 use crate::material::Material;
 
@@ -68,14 +68,21 @@ pub fn corridor(length: u32) -> SceneSpec {
 /// # Panics
 /// Where n is 0.
 pub fn cube_of_surfaces(n: u32) -> SceneSpec {
-    let surfaces = cube(n).surfaces.iter().flat_map(cells_as_surfaces).collect();
-    SceneSpec { surfaces }
+    in_cells(&cube(n))
+}
+
+/// A scene of parallelograms with a surface for every cell, in the order of its patches.
+///
+/// # Panics
+/// If there is a triangle.
+pub fn in_cells(spec: &SceneSpec) -> SceneSpec {
+    SceneSpec { surfaces: spec.surfaces.iter().flat_map(cells_as_surfaces).collect() }
 }
 
 /// Every cell of a parallelogram as a surface of its own, its corners rounded alike on both sides of an edge.
 fn cells_as_surfaces(face: &SurfaceSpec) -> Vec<SurfaceSpec> {
     let Shape::Parallelogram { cells: [nu, nv], .. } = face.shape else {
-        unreachable!("cubes are made of parallelograms");
+        panic!("a triangle has no cells that are parallelograms");
     };
     let (corner, u, v) = face.shape.edges();
     let at =
@@ -127,6 +134,37 @@ pub fn cornell() -> SceneSpec {
     let tall = [DVec3::new(0.423, 0.0, 0.247), DVec3::new(0.049, 0.0, 0.159), DVec3::new(-0.158, 0.0, 0.049)];
     surfaces.extend(block(short[0] + air, short[1], DVec3::Y * 0.165, short[2]).map(|f| WHITE.surface(f)));
     surfaces.extend(block(tall[0] + air, tall[1], DVec3::Y * 0.330, tall[2]).map(|f| WHITE.surface(f)));
+    SceneSpec { surfaces }
+}
+
+/// A closed room of 4 × 2.5 × 3 m with a table and shelves of two-sided panels, which touch nothing: 16 rectangles of
+/// n × n cells each. The middle quarter of the ceiling emits 1 W/m². n = 4, 8, 16 are the 256, 1,024 and 4,096 zones of
+/// Sh91 fig 1 (Shirley 1991).
+///
+/// # Panics
+/// Unless n is a multiple of 4.
+pub fn room(n: u32) -> SceneSpec {
+    assert!(n > 0 && n.is_multiple_of(4), "a quarter of the ceiling is whole cells");
+    let [w, h, d] = [DVec3::X * 4.0, DVec3::Y * 2.5, DVec3::Z * 3.0];
+    let walls =
+        [(DVec3::ZERO, d, w), (h, w, d), (d, h, w), (DVec3::ZERO, w, h), (DVec3::ZERO, h, d), (w, d, h)];
+    let reflectances = [0.4, 0.8, 0.7, 0.7, 0.6, 0.5];
+    let wall = |((corner, u, v), r)| Material::new(r).surface(quad(corner, u, v, [n, n]));
+    let mut surfaces: Vec<SurfaceSpec> = walls.into_iter().zip(reflectances).map(wall).collect();
+    let middle = n / 4..n - n / 4;
+    surfaces[1].cell_emittance =
+        middle.clone().flat_map(|i| middle.clone().map(move |j| (i * n + j, 1.0.into()))).collect();
+    let panel = |corner: [f64; 3], u: DVec3, v: DVec3| SurfaceSpec {
+        sides: Sides::Both,
+        ..Material::new(0.6).surface(quad(corner.into(), u, v, [n, n]))
+    };
+    // The table: its top and four legs.
+    surfaces.push(panel([0.7, 0.8, 0.9], DVec3::X * 1.5, DVec3::Z * 1.2));
+    let legs = [[0.75, 0.95], [1.85, 0.95], [0.75, 2.05], [1.85, 2.05]];
+    surfaces.extend(legs.map(|[x, z]| panel([x, 0.01, z], DVec3::X * 0.3, DVec3::Y * 0.78)));
+    // The shelves and their back.
+    surfaces.extend([0.4, 0.9, 1.4, 1.9].map(|y| panel([3.3, y, 0.8], DVec3::X * 0.4, DVec3::Z * 1.4)));
+    surfaces.push(panel([3.75, 0.2, 0.8], DVec3::Y * 2.0, DVec3::Z * 1.4));
     SceneSpec { surfaces }
 }
 

@@ -11,7 +11,7 @@ mod mesh;
 mod toml;
 mod trials;
 
-pub use boxes::{cornell, corridor, cube, cube_of_surfaces, furnace};
+pub use boxes::{cornell, corridor, cube, cube_of_surfaces, furnace, in_cells, room};
 pub use interior::interior;
 pub use toml::to_toml;
 pub use trials::{cube_with_tile, far_lamp, moved, plates, two_rooms, unequal_rooms, wedge};

@@ -1,7 +1,9 @@
 //! The small scenes are valid and as described; scene files say the same as the scenes they are written from.
 
-use radiosity::{IndexChoice, Scene};
-use scenes::{cornell, cube, cube_of_surfaces, interior, to_toml};
+use radiosity::{
+    Birth, Direction, EstimatorKind, Experiment, IndexChoice, InfiniteEnd, Method, Scene, Sequence, Space,
+};
+use scenes::{cornell, corridor, cube, cube_of_surfaces, furnace, in_cells, interior, room, to_toml};
 
 #[test]
 fn the_cube_is_that_of_the_shipped_scene_file() {
@@ -40,5 +42,31 @@ fn a_cube_of_surfaces_has_the_patches_of_the_cube() {
     for (a, b) in whole.patches().iter().zip(parts.patches()) {
         assert!((a.centroid - b.centroid).length() < 1e-15 && (a.area - b.area).abs() < 1e-15);
         assert_eq!((a.reflectance, a.emittance), (b.reflectance, b.emittance));
+    }
+}
+
+#[test]
+fn the_boxes_of_the_papers_are_closed_and_as_large_as_published() {
+    for (spec, surfaces, patches) in [
+        (furnace(16, 0.5), 6, 1_536),
+        (corridor(8), 6, 306),
+        (in_cells(&corridor(2)), 90, 90),
+        (room(4), 16, 256),
+        (room(16), 16, 4_096),
+    ] {
+        let scene = Scene::build(&spec, IndexChoice::Auto).unwrap();
+        assert_eq!((scene.surfaces().len(), scene.patches().len()), (surfaces, patches));
+        let method = Method {
+            direction: Direction::Gathering(Birth::Area),
+            estimator: EstimatorKind::Collision,
+            infinite: InfiniteEnd::default(),
+            space: Space::Discrete,
+            mix: false,
+            sobol_batch: None,
+        };
+        let experiment = Experiment::new(scene, method).unwrap();
+        let mut board = experiment.board::<2>();
+        experiment.walk(&Sequence::new(1), 0..20_000, &mut board);
+        assert_eq!(board.take().unwrap().counts.absorbed, 20_000, "no ray escapes or meets a back");
     }
 }
