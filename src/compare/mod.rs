@@ -33,9 +33,9 @@ const CHARTS: &str = "compare";
 const SIZES: u32 = 3;
 const STEP: u64 = 8;
 
-/// Rays of the longest run of a job that names none: enough for chains, which take 16 rays a patch each.
+/// Rays of the longest run of a job that names none: enough for chains, which take 32 rays a patch each.
 const LEAST_RAYS: u64 = 1 << 20;
-const RAYS_PER_PATCH: u64 = 16 * contender::CHAINS;
+const RAYS_PER_PATCH: u64 = 32 * contender::CHAINS;
 
 /// Compares the methods in the scene of each job; writes page, table and charts.
 pub fn compare(args: &CompareArgs) -> Result<Outcome, Fault> {
