@@ -52,7 +52,11 @@ impl Sums {
     }
 
     /// Adds other sums; `empty` has the shape of both.
-    fn add(&mut self, other: &Sums, empty: impl Fn() -> Tally) -> Result<(), MergeError> {
+    fn add(&mut self, mut other: Sums, empty: impl Fn() -> Tally) -> Result<(), MergeError> {
+        // Where there is a tally already, no further one is made.
+        if matches!((&*self, &other), (Sums::Packed(_), Sums::Merged(_))) {
+            std::mem::swap(self, &mut other);
+        }
         if let Sums::Packed(parcel) = self {
             let mut tally = empty();
             parcel.add_to(&mut tally)?;
@@ -336,7 +340,7 @@ impl Ledger {
 impl Waiting {
     /// Takes up the range that follows.
     fn append(&mut self, later: Waiting, empty: impl Fn() -> Tally) -> Result<(), MergeError> {
-        self.sums.add(&later.sums, empty)?;
+        self.sums.add(later.sums, empty)?;
         self.deliveries.extend(later.deliveries);
         self.end = later.end;
         Ok(())
