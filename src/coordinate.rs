@@ -198,7 +198,7 @@ impl Prepared {
         let interval = Duration::from_secs_f64(self.job.budget.checkpoint_seconds);
         let walks = self.past.tally.counts.walks;
         // The coordinator has it now.
-        self.past.tally = Tally::new(0, self.past.tally.layout());
+        self.past.tally = Tally::new(0, self.past.tally.layout()).into();
         let folder = self.output.path();
         let mut keeper = Keeper::new(folder, interval, self.identity.clone(), walks, self.good)?;
         let display = std::cell::RefCell::new(Display::new(

@@ -19,7 +19,7 @@ pub struct Access {
     /// Hash of the scene, in hexadecimal.
     pub scene: String,
     /// 32 random bytes in hexadecimal; never sent.
-    pub(crate) key: String,
+    key: String,
 }
 
 /// 32 bytes from the operating system's generator.

@@ -26,6 +26,7 @@
 use std::fs;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use bincode::{Decode, Encode};
 use radiosity::{Counts, Layout, Tally};
@@ -103,7 +104,7 @@ pub struct Session {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Past {
     /// The tally of the prefix.
-    pub tally: Tally,
+    pub tally: Arc<Tally>,
     /// The leases it was made of, in the order of walks.
     pub deliveries: Vec<Delivery>,
     /// The workers that deliveries name.
@@ -118,7 +119,7 @@ impl Past {
     /// Of a job that begins; `tally` is empty.
     pub fn none(tally: Tally) -> Self {
         let (deliveries, workers, looks) = (vec![], vec![], vec![]);
-        Past { tally, deliveries, workers, looks, effort: Effort::default() }
+        Past { tally: tally.into(), deliveries, workers, looks, effort: Effort::default() }
     }
 }
 
@@ -128,7 +129,7 @@ pub struct Checkpoint {
     /// The scene of the walks.
     pub scene_hash: [u8; 32],
     /// The sums.
-    pub tally: Tally,
+    pub tally: Arc<Tally>,
     /// All beside the sums.
     pub book: Book,
 }
@@ -338,7 +339,7 @@ fn parse(bytes: &[u8]) -> Result<Checkpoint, CheckpointFault> {
         Counts::from_array(counts).ok_or(CheckpointFault::Contradiction("its counts exceed 64 bits"))?;
     let tally = Tally::from_parts(counts, patches as usize, layout, sums)
         .expect("there are as many sums as the header says");
-    let checkpoint = Checkpoint { scene_hash, tally, book };
+    let checkpoint = Checkpoint { scene_hash, tally: tally.into(), book };
     checkpoint.verify()?;
     Ok(checkpoint)
 }
@@ -405,7 +406,7 @@ mod tests {
             sessions: vec![Session { host: "here".into(), build: "0.1".into(), began: 1, ended: 2 }],
             job: b"a job".to_vec(),
         };
-        Checkpoint { scene_hash: SCENE, tally, book }
+        Checkpoint { scene_hash: SCENE, tally: tally.into(), book }
     }
 
     fn checkpoint() -> Checkpoint {
@@ -509,9 +510,9 @@ mod tests {
             change(&mut checkpoint);
             assert!(matches!(fault_of(&bytes_of(&checkpoint)), CheckpointFault::Contradiction(_)));
         };
-        contradicts(&|checkpoint| checkpoint.tally.counts.rays ^= 1 << 20);
-        contradicts(&|checkpoint| checkpoint.tally.counts.walks += 1);
-        contradicts(&|checkpoint| checkpoint.tally = tally(100, &[1, 2, 3, 5, u128::MAX, 1 << 100]));
+        contradicts(&|checkpoint| Arc::make_mut(&mut checkpoint.tally).counts.rays ^= 1 << 20);
+        contradicts(&|checkpoint| Arc::make_mut(&mut checkpoint.tally).counts.walks += 1);
+        contradicts(&|checkpoint| checkpoint.tally = tally(100, &[1, 2, 3, 5, u128::MAX, 1 << 100]).into());
         contradicts(&|checkpoint| checkpoint.book.parts[0].deliveries[0].walks -= 1);
         contradicts(&|checkpoint| checkpoint.book.parts[0].deliveries[0].worker = 1);
         contradicts(&|checkpoint| checkpoint.book.parts.clear());

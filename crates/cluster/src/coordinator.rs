@@ -328,7 +328,8 @@ impl Coordinator {
         }
     }
 
-    /// A copy of the books of the prefix: what another coordinator needs to go on from here.
+    /// The books of the prefix: what another coordinator needs to go on from here. A large tally is not copied; the
+    /// prefix moves on when whoever has it is done with it.
     pub fn past(&self) -> Past {
         Past {
             tally: self.ledger.prefix().clone(),
@@ -813,7 +814,7 @@ impl Coordinator {
         actions.extend(match self.stopping {
             Some((ending, since)) if now.saturating_sub(since) > self.stop_grace() => self.finish(ending),
             None if wall_is_over => self.stop(Ending::WallClock, now),
-            _ if !given_up.is_empty() => self.go_on(now),
+            _ if !given_up.is_empty() || self.ledger.may_advance() => self.advance(now),
             _ => self.lease_late(now),
         });
         actions
@@ -830,14 +831,21 @@ impl Coordinator {
             return vec![];
         }
         self.stopping = Some((ending, now));
-        self.go_on(now)
+        self.ledger.hurry();
+        self.advance(now)
     }
 
     /// No worker will come any more. Ends the job once none is left: what the last ones sent may still be
     /// unread, and others may have joined that the owner does not know.
     pub fn on_no_workers(&mut self) -> Vec<Action> {
         let left = self.peers.values().any(|peer| !matches!(peer.stage, Stage::Admitted));
-        if left { vec![] } else { self.finish(Ending::NoWorkers) }
+        if left || self.ending.is_some() {
+            return vec![];
+        }
+        self.ledger.hurry();
+        let mut actions = self.advance(self.ticked);
+        actions.extend(self.finish(Ending::NoWorkers));
+        actions
     }
 
     fn finish(&mut self, ending: Ending) -> Vec<Action> {

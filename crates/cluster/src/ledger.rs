@@ -7,11 +7,13 @@
 
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::ops::Range;
+use std::sync::Arc;
 
 use bincode::{Decode, Encode};
 use radiosity::{MergeError, Tally};
 
 use crate::digest::Digest;
+use crate::message::SMALL_TALLY;
 use crate::parcel::Parcel;
 
 /// A number that names one lease; never used twice.
@@ -112,7 +114,9 @@ pub struct Ledger {
     /// Lost ranges by their first walk, to be leased again before new ones.
     lost: BTreeMap<u64, u64>,
     waiting: BTreeMap<u64, Waiting>,
-    prefix: Tally,
+    prefix: Arc<Tally>,
+    /// Whether the prefix moves on even where that takes a copy of it.
+    hurried: bool,
     /// Of the prefix, in the order of walks.
     deliveries: Vec<Delivery>,
     /// Streams of leases that were lost.
@@ -126,7 +130,7 @@ impl Ledger {
         total: u64,
         stream_walks: u64,
         looks: Vec<u64>,
-        prefix: Tally,
+        prefix: Arc<Tally>,
         deliveries: Vec<Delivery>,
     ) -> Self {
         Ledger {
@@ -140,13 +144,14 @@ impl Ledger {
             lost: BTreeMap::new(),
             waiting: BTreeMap::new(),
             prefix,
+            hurried: false,
             deliveries,
             streams_reissued: 0,
         }
     }
 
     /// Walks 0 … N − 1 that are in without a gap, merged.
-    pub fn prefix(&self) -> &Tally {
+    pub fn prefix(&self) -> &Arc<Tally> {
         &self.prefix
     }
 
@@ -156,7 +161,7 @@ impl Ledger {
     }
 
     /// The prefix and its leases.
-    pub fn into_prefix(self) -> (Tally, Vec<Delivery>) {
+    pub fn into_prefix(self) -> (Arc<Tally>, Vec<Delivery>) {
         (self.prefix, self.deliveries)
     }
 
@@ -256,7 +261,8 @@ impl Ledger {
 
     /// Whether a range would be added to the prefix or to what waits beyond a gap: it makes no new island.
     pub fn adjoins(&self, range: &Range<u64>) -> bool {
-        range.start == self.prefix_walks() || self.before(range.start).is_some() || self.follows(range.end)
+        let continues = range.start == self.prefix_walks() && !self.is_held();
+        continues || self.before(range.start).is_some() || self.follows(range.end)
     }
 
     /// Where the island begins that ends at a walk, but for looks.
@@ -293,10 +299,29 @@ impl Ledger {
     /// # Errors
     /// Where a sum overflows; the job cannot go on.
     pub fn advance(&mut self) -> Result<bool, MergeError> {
-        let Some(range) = self.waiting.remove(&self.prefix_walks()) else { return Ok(false) };
-        range.sums.add_to(&mut self.prefix)?;
+        if !self.may_advance() {
+            return Ok(false);
+        }
+        let range = self.waiting.remove(&self.prefix_walks()).expect("it may advance");
+        range.sums.add_to(Arc::make_mut(&mut self.prefix))?;
         self.deliveries.extend(range.deliveries);
         Ok(true)
+    }
+
+    /// Whether there is anything to move the prefix on with.
+    pub fn may_advance(&self) -> bool {
+        self.waiting.contains_key(&self.prefix_walks()) && !self.is_held()
+    }
+
+    /// Whether somebody else still reads the prefix, to write a checkpoint, and it is too large to be copied for that:
+    /// what comes in waits beside it meanwhile.
+    fn is_held(&self) -> bool {
+        !self.hurried && self.prefix.sums().len() > SMALL_TALLY && Arc::strong_count(&self.prefix) > 1
+    }
+
+    /// From now on nothing waits for readers of the prefix.
+    pub fn hurry(&mut self) {
+        self.hurried = true;
     }
 
     /// Whether the prefix ends at a look.
@@ -365,7 +390,7 @@ mod tests {
     }
 
     fn ledger(total: u64, stream: u64, looks: &[u64]) -> Ledger {
-        Ledger::new(total, stream, looks.to_vec(), Tally::new(1, PAIR), vec![])
+        Ledger::new(total, stream, looks.to_vec(), Tally::new(1, PAIR).into(), vec![])
     }
 
     const DIGESTER: fn() -> Digester = || Digester::new(&[5; 32]);
@@ -424,7 +449,7 @@ mod tests {
                             assert_eq!(accepted, if first { Ok(()) } else { Err(Rejected::NotLeased(id)) });
                             assert_eq!(accept(&mut books, id, &range), Err(Rejected::NotLeased(id)), "twice");
                             while books.advance().unwrap() {
-                                assert_eq!(books.prefix(), &tally(&(0..books.prefix_walks())));
+                                assert_eq!(**books.prefix(), tally(&(0..books.prefix_walks())));
                                 assert_accounted(&books);
                                 if books.at_look() {
                                     looked.push(books.prefix_walks());
@@ -439,7 +464,7 @@ mod tests {
                         _ => {}
                     }
                 }
-                assert_eq!(books.prefix(), &tally(&(0..500)));
+                assert_eq!(**books.prefix(), tally(&(0..500)));
                 assert_eq!(looked, [100, 333, 500], "every look once, in order");
             }
         }

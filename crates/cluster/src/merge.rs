@@ -1,5 +1,7 @@
 //! Several results as one: parts of a job that ran elsewhere or later, and the same walks under other seeds.
 
+use std::sync::Arc;
+
 use thiserror::Error;
 
 use crate::checkpoint::{Checkpoint, Part};
@@ -57,7 +59,7 @@ impl Checkpoint {
         self.book.sessions.append(&mut book.sessions);
         self.book.looks.clear();
         self.book.effort = sum(&self.book.effort, &book.effort);
-        self.tally.merge(&other.tally).map_err(|_| MergeFault::Overflow)
+        Arc::make_mut(&mut self.tally).merge(&other.tally).map_err(|_| MergeFault::Overflow)
     }
 }
 

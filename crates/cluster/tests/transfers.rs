@@ -1,0 +1,165 @@
+//! Large results and a state machine without sockets: who is asked when, and what becomes of what never comes.
+
+mod toy;
+
+use std::collections::{BTreeMap, VecDeque};
+use std::time::Duration;
+
+use cluster::coordinator::{Action, Coordinator, Ending, PeerId, Plan, STALL};
+use cluster::message::{PIECE, SMALL_TALLY, ToCoordinator, ToWorker};
+use radiosity::{Counts, Layout, Tally};
+use toy::{LAYOUT, READY, coordinator, hash, plan, result_of};
+
+const PATCHES: usize = 4 * SMALL_TALLY;
+
+/// The tally of some walks of a large scene: three bytes a sum.
+fn large(walks: u64) -> Tally {
+    let counts = Counts { walks, ..Counts::default() };
+    let sums = vec![u128::from(walks) << 8; PATCHES * LAYOUT.columns()];
+    Tally::from_parts(counts, PATCHES, LAYOUT, sums).unwrap()
+}
+
+fn large_plan(paths: u64) -> Plan {
+    Plan { patches: PATCHES, layout: Layout { ..LAYOUT }, ..plan(paths, 10) }
+}
+
+/// What workers were leased, and what they were asked for.
+#[derive(Default)]
+struct Workers {
+    leases: BTreeMap<PeerId, VecDeque<(u64, u64)>>,
+    /// (peer, lease, walks) that are offered.
+    offered: Vec<(PeerId, u64, u64)>,
+    asked: Vec<(PeerId, u64)>,
+    closed: Vec<PeerId>,
+}
+
+impl Workers {
+    fn read(&mut self, actions: Vec<Action>) {
+        for action in actions {
+            match action {
+                Action::Send(id, ToWorker::Lease { id: lease, walks, .. }) => {
+                    self.leases.entry(id).or_default().push_back((lease, walks));
+                }
+                Action::Send(id, ToWorker::Send { lease }) => self.asked.push((id, lease)),
+                Action::Close(id) => self.closed.push(id),
+                Action::Send(..) | Action::Tell(_) => {}
+            }
+        }
+    }
+
+    fn join(&mut self, coordinator: &mut Coordinator, id: PeerId) {
+        self.read(coordinator.on_connect(id));
+        for message in [ToCoordinator::Hello(toy::hello("large", 1)), READY] {
+            self.read(coordinator.on_message(id, message, Duration::ZERO));
+        }
+    }
+
+    /// A worker has done its first lease.
+    fn offer(&mut self, coordinator: &mut Coordinator, id: PeerId, now: Duration) {
+        let (lease, walks) = self.leases.get_mut(&id).unwrap().pop_front().unwrap();
+        self.offered.push((id, lease, walks));
+        let bytes = result_of(lease, &large(walks)).sums.len() as u64;
+        self.read(coordinator.on_message(id, ToCoordinator::Offer { lease, bytes }, now));
+    }
+
+    /// A worker sends what it was asked for.
+    fn send(&mut self, coordinator: &mut Coordinator, at: usize, now: Duration) {
+        let (id, lease) = self.asked.swap_remove(at);
+        let offer = self.offered.iter().position(|&(_, offered, _)| offered == lease).expect("an offer");
+        let (_, _, walks) = self.offered.swap_remove(offer);
+        let mut result = result_of(lease, &large(walks));
+        while result.sums.len() > PIECE {
+            let sums = result.sums.drain(..PIECE).collect();
+            self.read(coordinator.on_message(id, ToCoordinator::Piece { lease, sums }, now));
+        }
+        self.read(coordinator.on_message(id, ToCoordinator::Result(result), now));
+    }
+}
+
+#[test]
+fn results_of_many_workers_come_in_whatever_order_they_are_ready_and_sent() {
+    for seed in 0..5 {
+        let mut coordinator = coordinator(large_plan(5000));
+        let mut workers = Workers::default();
+        (0..20).for_each(|id| workers.join(&mut coordinator, id));
+        let (mut most_asked, mut most_offered) = (0, 0);
+        for step in 0.. {
+            assert!(step < 100_000, "nobody is asked any more");
+            let now = Duration::from_millis(step);
+            if coordinator.ending().is_some() {
+                break;
+            }
+            let dice = hash(1_000_000 * seed + step);
+            let ready: Vec<PeerId> =
+                workers.leases.iter().filter(|(_, leases)| !leases.is_empty()).map(|(&id, _)| id).collect();
+            if !dice.is_multiple_of(3) && !ready.is_empty() {
+                workers.offer(&mut coordinator, ready[dice as usize / 3 % ready.len()], now);
+            } else if !workers.asked.is_empty() {
+                let at = dice as usize / 3 % workers.asked.len();
+                workers.send(&mut coordinator, at, now);
+            }
+            most_asked = most_asked.max(workers.asked.len());
+            most_offered = most_offered.max(workers.offered.len());
+        }
+        assert_eq!(coordinator.ending(), Some(Ending::BudgetSpent));
+        assert_eq!(coordinator.prefix(), &large(5000));
+        // Two offers of each worker, and not all of them asked for at once.
+        assert!(most_offered > 20 && most_asked <= 16, "{most_offered} {most_asked}");
+    }
+}
+
+#[test]
+fn whoever_waits_to_be_asked_is_not_given_up_but_who_was_asked_and_does_not_send_is() {
+    let mut coordinator = coordinator(large_plan(1 << 40));
+    let mut workers = Workers::default();
+    (0..3).for_each(|id| workers.join(&mut coordinator, id));
+    // Both beyond the walks of the first: one is asked, the other waits.
+    workers.offer(&mut coordinator, 1, Duration::ZERO);
+    workers.offer(&mut coordinator, 2, Duration::ZERO);
+    assert_eq!(workers.asked.len(), 1);
+    let asked = workers.asked[0].0;
+    let mut now = Duration::ZERO;
+    let mut progress = 0;
+    while now < STALL + Duration::from_secs(5) {
+        now += Duration::from_secs(1);
+        for id in 0..3 {
+            // They live; only the first makes progress.
+            progress += u64::from(id == 0);
+            let message = ToCoordinator::Alive { progress: if id == 0 { progress } else { 0 } };
+            workers.read(coordinator.on_message(id, message, now));
+        }
+        workers.read(coordinator.on_tick(now));
+    }
+    assert_eq!(workers.closed, [asked]);
+    assert_eq!(workers.asked.len(), 2, "now the other is asked");
+}
+
+/// A checkpoint of a large tally is no copy: until it is written the prefix stays, and results wait beside it.
+#[test]
+fn the_prefix_does_not_move_while_a_checkpoint_reads_it_but_at_a_stop() {
+    let mut coordinator = coordinator(large_plan(1000));
+    let mut workers = Workers::default();
+    workers.join(&mut coordinator, 0);
+    let mut deliver = |coordinator: &mut Coordinator| {
+        workers.offer(coordinator, 0, Duration::ZERO);
+        workers.send(coordinator, 0, Duration::ZERO);
+    };
+    deliver(&mut coordinator);
+    let walks = coordinator.prefix().counts.walks;
+    let past = coordinator.past();
+    deliver(&mut coordinator);
+    deliver(&mut coordinator);
+    assert_eq!(coordinator.prefix().counts.walks, walks);
+    let all = coordinator.progress().walks;
+    assert!(all > walks && *past.tally == large(walks));
+    drop(past);
+    coordinator.on_tick(Duration::from_secs(1));
+    assert_eq!(coordinator.prefix().counts.walks, all);
+
+    let past = coordinator.past();
+    deliver(&mut coordinator);
+    coordinator.stop(Ending::Interrupted, Duration::from_secs(2));
+    let more = coordinator.prefix().counts.walks;
+    assert!(more > all && coordinator.prefix() == &large(more));
+    assert!(*past.tally == large(all));
+}
