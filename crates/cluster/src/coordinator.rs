@@ -546,7 +546,7 @@ impl Coordinator {
         let (workers, tally) = (self.workers_now, (size_of::<u128>() * self.plan.sums()).max(1));
         let room =
             Room { islands: 1 + workers * ISLAND_SHARE / tally, bytes: tally / 4 + workers * STAGING_SHARE };
-        let asked = self.transfers.grant(&self.ledger, room);
+        let asked = self.transfers.grant(&self.ledger, room, self.awake);
         for (id, _) in &asked {
             if let Some(peer) = self.peers.get_mut(id) {
                 peer.progressed = self.awake;
@@ -802,6 +802,9 @@ impl Coordinator {
                 match () {
                     () if self.awake - peer.heard > SILENCE => Some((id, "it went silent")),
                     () if stalled => Some((id, "it makes no progress")),
+                    () if self.transfers.is_overdue(id, self.awake) => {
+                        Some((id, "it takes too long to send a result"))
+                    }
                     () => None,
                 }
             })

@@ -79,6 +79,17 @@ pub fn serve(
     Ok(ending)
 }
 
+/// Every worker takes a file, and many systems begin with 1,024 and allow far more.
+fn raise_file_limit() {
+    #[cfg(unix)]
+    {
+        use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
+        let Rlimit { maximum, .. } = getrlimit(Resource::Nofile);
+        // Where it is refused, strangers make room for workers.
+        let _ = setrlimit(Resource::Nofile, Rlimit { current: maximum, maximum });
+    }
+}
+
 struct Shell<'a, T> {
     access: &'a Access,
     tell: T,
@@ -107,6 +118,7 @@ struct Shell<'a, T> {
 impl<'a, T: FnMut(Notice)> Shell<'a, T> {
     fn new(listener: TcpListener, access: &'a Access, tell: T) -> io::Result<Self> {
         listener.set_nonblocking(true)?;
+        raise_file_limit();
         let mut listener = mio::net::TcpListener::from_std(listener);
         let poll = Poll::new()?;
         poll.registry().register(&mut listener, LISTENER, Interest::READABLE)?;

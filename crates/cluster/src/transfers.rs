@@ -7,12 +7,17 @@
 
 use std::collections::{BTreeMap, HashMap};
 use std::ops::Range;
+use std::time::Duration;
 
 use crate::coordinator::PeerId;
 use crate::ledger::{LeaseId, Ledger};
 
 /// Large results that may be under way at once.
 const UNDER_WAY: usize = 16;
+
+/// Who was asked takes so long at most, and a second for so many bytes: others wait for the room.
+const PATIENCE: Duration = Duration::from_secs(60);
+const BYTES_PER_SECOND: f64 = 1e5;
 
 /// What may be held at once.
 #[derive(Clone, Copy, Debug)]
@@ -40,6 +45,8 @@ pub struct Offer {
 struct Transfer {
     offer: Offer,
     staged: Vec<u8>,
+    /// When it was asked for.
+    since: Duration,
 }
 
 /// All that is offered or under way.
@@ -57,8 +64,8 @@ impl Transfers {
             && self.offers.insert((offer.walks.start, offer.lease), offer).is_none()
     }
 
-    /// Chooses what to ask for now.
-    pub fn grant(&mut self, ledger: &Ledger, room: Room) -> Vec<(PeerId, LeaseId)> {
+    /// Chooses what to ask for now, by the waking clock.
+    pub fn grant(&mut self, ledger: &Ledger, room: Room, now: Duration) -> Vec<(PeerId, LeaseId)> {
         let mut bytes: usize = self.under_way.values().map(|transfer| transfer.offer.bytes).sum();
         let founding = |offer: &Offer| !ledger.adjoins(&offer.walks);
         let mut islands =
@@ -84,7 +91,7 @@ impl Transfers {
             .map(|offer| {
                 let asked = (offer.peer, offer.lease);
                 let staged = Vec::with_capacity(offer.bytes);
-                self.under_way.insert(offer.lease, Transfer { offer, staged });
+                self.under_way.insert(offer.lease, Transfer { offer, staged, since: now });
                 asked
             })
             .collect()
@@ -93,7 +100,7 @@ impl Transfers {
     /// Stages a piece. Returns false where it was not asked for, or is more than was offered.
     pub fn stage(&mut self, peer: PeerId, lease: LeaseId, piece: &[u8]) -> bool {
         match self.under_way.get_mut(&lease) {
-            Some(Transfer { offer, staged })
+            Some(Transfer { offer, staged, .. })
                 if offer.peer == peer && staged.len() + piece.len() <= offer.bytes =>
             {
                 staged.extend_from_slice(piece);
@@ -107,7 +114,7 @@ impl Transfers {
     /// for or are not what was offered.
     pub fn finish(&mut self, peer: PeerId, lease: LeaseId, rest: &[u8]) -> Option<Vec<u8>> {
         let asked = self.under_way.get(&lease).is_some_and(|transfer| transfer.offer.peer == peer);
-        let Transfer { offer, mut staged } = self.under_way.remove(&lease).filter(|_| asked)?;
+        let Transfer { offer, mut staged, .. } = self.under_way.remove(&lease).filter(|_| asked)?;
         staged.extend_from_slice(rest);
         (staged.len() == offer.bytes).then_some(staged)
     }
@@ -124,6 +131,14 @@ impl Transfers {
     /// Whether a peer waits to be asked.
     pub fn keeps_waiting(&self, peer: PeerId) -> bool {
         self.offers.values().any(|offer| offer.peer == peer)
+    }
+
+    /// Whether a peer takes too long to send what it was asked for.
+    pub fn is_overdue(&self, peer: PeerId, now: Duration) -> bool {
+        self.under_way.values().filter(|transfer| transfer.offer.peer == peer).any(|transfer| {
+            let allowed = PATIENCE + Duration::from_secs_f64(transfer.offer.bytes as f64 / BYTES_PER_SECOND);
+            now.saturating_sub(transfer.since) > allowed
+        })
     }
 
     /// Drops all that a peer has offered or begun to send.
@@ -166,7 +181,7 @@ mod tests {
     }
 
     fn asked(transfers: &mut Transfers, books: &Ledger, room: Room) -> Vec<LeaseId> {
-        transfers.grant(books, room).into_iter().map(|(_, lease)| lease).collect()
+        transfers.grant(books, room, Duration::ZERO).into_iter().map(|(_, lease)| lease).collect()
     }
 
     #[test]
@@ -207,6 +222,18 @@ mod tests {
         assert_eq!(asked(&mut transfers, &books, wide), [5]);
         [2, 3, 5].iter().for_each(|&peer| transfers.forget(peer));
         assert_eq!(asked(&mut transfers, &books, Room { islands: 9, bytes: 0 }), [6]);
+    }
+
+    #[test]
+    fn whoever_was_asked_has_its_time() {
+        let (books, mut transfers) = (books(), Transfers::default());
+        assert!(transfers.offer(Offer { peer: 7, lease: 0, walks: 0..10, bytes: 1_000_000 }));
+        assert!(!transfers.is_overdue(7, 100 * PATIENCE), "it was not asked");
+        assert_eq!(transfers.grant(&books, ROOM, PATIENCE), [(7, 0)]);
+        let allowed = PATIENCE + Duration::from_secs(10);
+        assert!(!transfers.is_overdue(7, PATIENCE + allowed));
+        assert!(transfers.is_overdue(7, PATIENCE + allowed + Duration::from_secs(1)));
+        assert!(!transfers.is_overdue(6, 100 * PATIENCE));
     }
 
     #[test]
