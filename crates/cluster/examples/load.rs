@@ -122,7 +122,7 @@ fn coordinate(access_file: &Path, patches: usize, streams: u64) -> Done {
     walked.sort_unstable();
     let results = past.deliveries.len();
     let complete =
-        ending == Ending::BudgetSpent && past.tally == with(Tally::new(patches, LAYOUT), &(0..walks));
+        ending == Ending::BudgetSpent && *past.tally == with(Tally::new(patches, LAYOUT), &(0..walks));
     let one = 16 * 2 * patches;
     println!(
         "{{\"workers\": {most}, \"patches\": {patches}, \"seconds\": {seconds:.1}, \"results\": {results}, \
