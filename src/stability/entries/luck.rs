@@ -252,7 +252,7 @@ fn checkpoint(experiment: &Experiment, first: u64, walks: u64) -> Checkpoint {
         sessions: vec![],
         job: vec![],
     };
-    Checkpoint { scene_hash: experiment.scene().hash(), tally: walk::<2>(experiment, 1, walks), book }
+    Checkpoint { scene_hash: experiment.scene().hash(), tally: walk::<2>(experiment, 1, walks).into(), book }
 }
 
 fn twice(lab: &Lab) -> Result<Finding, Failure> {
