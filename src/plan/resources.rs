@@ -58,13 +58,15 @@ impl Costs {
     pub fn demand(&self, walks: f64, stream: f64, workers: u64) -> Demand {
         let streams = (walks / stream).max(1.0).ceil();
         let work = walks * self.walk_seconds;
-        let tracing = work / (workers as f64).min(streams);
+        // Workers beyond the number of streams have nothing to do.
+        let busy = (workers as f64).min(streams);
+        let tracing = work / busy;
         // Leases grow with the threads, so that the coordinator keeps up.
-        let lease = lease_seconds(self.sums, workers as usize, tracing);
+        let lease = lease_seconds(self.sums, busy as usize, tracing);
         let by_time = if self.chains { streams } else { work / lease };
         // Two leases for each thread at least, as far as there are streams.
         let leases = by_time.max(2.0 * workers as f64).min(streams);
-        let seconds = OVERHEAD + tracing + taking_seconds(self.sums, 1) * workers as f64;
+        let seconds = OVERHEAD + tracing + taking_seconds(self.sums, busy as usize);
         let traffic_bytes = leases * self.lease_bytes;
         Demand { workers, seconds, leases, traffic_bytes, bytes_per_second: traffic_bytes / seconds }
     }
