@@ -97,9 +97,17 @@ fn a_cluster_that_cannot_be_is_exit_code_3() {
     fs::write(&access, "{\"address\": \"127.0.0.1:1\"").unwrap();
     refused(2, &["work", "--access", access.to_str().unwrap()]);
     let key = "00".repeat(32);
-    fs::write(&access, format!("{{\"address\": \"127.0.0.1:1\", \"key\": \"{key}\"}}")).unwrap();
+    let version = run(&["--version"]).1;
+    let access_of = |build: &str| {
+        let named = format!("\"run\": \"1\", \"build\": \"{build}\", \"scene\": \"{key}\"");
+        format!("{{\"address\": \"127.0.0.1:1\", {named}, \"key\": \"{key}\"}}")
+    };
+    fs::write(&access, access_of(version.trim().trim_start_matches("radwalk "))).unwrap();
     let message = refused(3, &["work", "--access", access.to_str().unwrap(), "--wait", "0"]);
     assert!(message.contains("127.0.0.1:1"), "{message}");
+    fs::write(&access, access_of("0.0.1+another")).unwrap();
+    let message = refused(3, &["work", "--access", access.to_str().unwrap(), "--wait", "0"]);
+    assert!(message.contains("0.0.1+another"), "{message}");
 }
 
 #[test]

@@ -94,9 +94,10 @@ fn workers_killed_at_random_leave_no_trace_in_the_answer() {
     assert!(answer(&stormy) == answer(&calm), "deaths changed the answer");
 }
 
-/// A stopped worker says nothing and keeps its connection: only its silence gives it away.
+/// A stopped worker says nothing and keeps its connection. Before its silence gives it away, its leases are late, and
+/// given to others, too: it does not hold the end.
 #[test]
-fn a_worker_that_hangs_is_replaced() {
+fn a_worker_that_hangs_is_done_without() {
     let folder = tempdir().unwrap();
     let out = path(&folder, "out");
     let job = ["run", "configs/cube54.toml", "--paths", "30000000", "--workers", "2", "--quiet", "--out"];
@@ -106,9 +107,8 @@ fn a_worker_that_hangs_is_replaced() {
     signal("STOP", workers[0]);
     let (code, ..) = finish(child);
     assert_eq!(code, 0);
-    let lost = summary(&out);
-    assert_eq!(lost["workers_lost"], 1, "{lost}");
-    assert!(lost["streams_reissued"].as_u64().unwrap() > 0, "it held leases: {lost}");
+    let held = summary(&out);
+    assert!(held["streams_reissued"].as_u64().unwrap() > 0, "it held leases: {held}");
     let straight = path(&folder, "straight");
     run_job("configs/cube54.toml", &straight, &["--paths", "30000000"]);
     assert!(answer(&out) == answer(&straight));

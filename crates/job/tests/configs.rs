@@ -74,7 +74,20 @@ fn every_file_is_tested_here() {
         .filter(|name| name.ends_with(".toml"))
         .collect();
     names.sort();
-    assert_eq!(names, ["cornell.toml", "cube54.toml", "cube6-r90.toml", "furnace.toml"]);
+    assert_eq!(names, ["cornell.toml", "cube54.toml", "cube6-r90.toml", "furnace.toml", "two-rooms.toml"]);
+}
+
+/// Two boxes of 0.99 m × 1 m × 1 m and a passage of 2 cm × 0.1 m × 0.1 m: its sides in place of its ends.
+#[test]
+fn two_rooms() {
+    let (job, scene) = loaded("two-rooms");
+    let surfaces = &job.scene.spec().surfaces;
+    assert!(surfaces.iter().all(|surface| surface.reflectance == 0.95.into()));
+    assert!(surfaces.iter().map(area_vector).sum::<DVec3>().length() < 1e-12);
+    let area = surfaces.iter().map(|surface| surface.shape.area()).sum();
+    assert_near(area, 2.0 * (2.0 + 4.0 * 0.99) - 2.0 * 0.1 * 0.1 + 4.0 * 0.02 * 0.1);
+    let (counts, _) = shot(&job, &scene, 100_000);
+    assert_eq!((counts.escaped, counts.absorbed_back), (0, 0));
 }
 
 #[test]
