@@ -229,7 +229,7 @@ mod tests {
         assert_eq!(
             light,
             "power that arrives: 50.0 ± 1.0 % directly, 50.0 ± 1.0 % after 1 or more reflections; never used: \
-             colour, second sides, triangles, a tree, weights of walks, continuous walks"
+             colour, second sides, triangles, a tree, black surfaces, weights of walks, continuous walks"
         );
     }
 }
