@@ -105,8 +105,8 @@ pub struct CoordinateArgs {
     pub job: JobArgs,
     #[command(flatten)]
     pub out: OutArgs,
-    /// Where to listen for workers, e.g. 127.0.0.1:7600 (port 0: any free one)
-    #[arg(long, value_name = "HOST:PORT")]
+    /// Where to listen for workers: the name by which they reach this machine, e.g. node1:7600 (port 0: any free one)
+    #[arg(long, value_name = "HOST:PORT", default_value = "127.0.0.1:0")]
     pub listen: String,
     /// The access file to write for workers [default: <output folder>/access.json]
     #[arg(long, value_name = "FILE")]
