@@ -288,7 +288,8 @@ fn winners(contests: &[Contest], rays: u64) -> String {
     format!(
         "{} Gathering spends its rays on all patches one by one, and loses wherever light comes from few places. Cutting \
          off pays as long as the squared bias is small beside the variance, which at {rays} rays it may be and at 100 \
-         times as many is not: roulette has the same variance and no bias, for a few rays more.",
+         times as many is not. Where B is the same everywhere, as in the six-patch cube, links solved are exact but for \
+         rounding, whatever the rays.",
         sentences.collect::<Vec<_>>().join(" ")
     )
 }
