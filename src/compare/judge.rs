@@ -49,7 +49,9 @@ impl Curve<'_> {
             return Some(a.seconds * (slope * (wanted / a.squared_error).ln()).exp());
         }
         if wanted > self.points[0].squared_error {
-            return Some(as_walks(self.points[0]));
+            // Chains need so many rays each: no run of them may be shorter than the first that there is.
+            let first = self.points[0];
+            return Some(if last.kind == Kind::Chains { first.seconds } else { as_walks(first) });
         }
         (last.kind == Kind::Chains).then(|| as_walks(last))
     }
@@ -138,6 +140,7 @@ mod tests {
         let beyond = times(1e-5f64.sqrt());
         assert!(close(beyond[0], 1000.0) && close(beyond[1], 200.0) && beyond[2].is_none(), "{beyond:?}");
         assert!(close(times(0.2)[2], 0.125));
+        assert!(close(times(0.3)[1], 2.0), "chains have a shortest length");
     }
 
     #[test]
