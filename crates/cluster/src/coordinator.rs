@@ -556,6 +556,22 @@ impl Coordinator {
         actions
     }
 
+    /// Where every lease that is out is a result that is kept beyond a gap, nobody is free to fill the gap: whoever keeps
+    /// the furthest drops its own, which are leased again.
+    fn make_room(&mut self, now: Now) -> Vec<Action> {
+        let out: usize = self.peers.values().map(|peer| peer.leases.len()).sum();
+        if !self.ledger.has_lost() || !self.hungry.is_empty() || self.transfers.kept() < out {
+            return vec![];
+        }
+        let dropped = self.transfers.take_furthest();
+        for &(_, lease) in &dropped {
+            self.ledger.lose(lease);
+        }
+        let mut actions: Vec<Action> = dropped.into_iter().map(|(id, lease)| self.spare(id, lease)).collect();
+        actions.extend(self.hand_out(now));
+        actions
+    }
+
     /// The result of a lease: taken whole or not at all.
     fn on_result(&mut self, id: PeerId, mut result: LeaseResult, now: Now) -> Vec<Action> {
         let peer = self.peers.get_mut(&id).expect("the caller found it");
@@ -820,6 +836,7 @@ impl Coordinator {
             _ if !given_up.is_empty() || self.ledger.may_advance() => self.advance(now),
             _ => self.lease_late(now),
         });
+        actions.extend(self.make_room(now));
         actions
     }
 

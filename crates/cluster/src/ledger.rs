@@ -339,6 +339,11 @@ impl Ledger {
         self.last_waiting().is_some_and(|last| self.out.values().any(|range| range.start < last))
     }
 
+    /// Whether walks that were lost are to be leased again.
+    pub fn has_lost(&self) -> bool {
+        !self.lost.is_empty()
+    }
+
     /// Whether a lost range is a gap below results that are in.
     pub fn gap_is_lost(&self) -> bool {
         self.last_waiting().is_some_and(|last| self.lost.keys().next().is_some_and(|&start| start < last))

@@ -128,6 +128,20 @@ impl Transfers {
         void
     }
 
+    /// Results that workers keep.
+    pub fn kept(&self) -> usize {
+        self.offers.len()
+    }
+
+    /// Takes out all offers of the peer that has the one furthest from the prefix.
+    pub fn take_furthest(&mut self) -> Vec<(PeerId, LeaseId)> {
+        let Some(peer) = self.offers.values().next_back().map(|offer| offer.peer) else { return vec![] };
+        let taken = self.offers.values().filter(|offer| offer.peer == peer);
+        let taken = taken.map(|offer| (offer.peer, offer.lease)).collect();
+        self.offers.retain(|_, offer| offer.peer != peer);
+        taken
+    }
+
     /// Whether a peer waits to be asked.
     pub fn keeps_waiting(&self, peer: PeerId) -> bool {
         self.offers.values().any(|offer| offer.peer == peer)

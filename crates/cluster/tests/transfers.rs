@@ -41,6 +41,9 @@ impl Workers {
                     self.leases.entry(id).or_default().push_back((lease, walks));
                 }
                 Action::Send(id, ToWorker::Send { lease }) => self.asked.push((id, lease)),
+                Action::Send(_, ToWorker::Drop { lease }) => {
+                    self.offered.retain(|&(_, offered, _)| offered != lease);
+                }
                 Action::Close(id) => self.closed.push(id),
                 Action::Send(..) | Action::Tell(_) => {}
             }
@@ -106,6 +109,42 @@ fn results_of_many_workers_come_in_whatever_order_they_are_ready_and_sent() {
         // Two offers of each worker, and not all of them asked for at once.
         assert!(most_offered > 20 && most_asked <= 16, "{most_offered} {most_asked}");
     }
+}
+
+/// Three workers have two leases each, 0 … 5, and the next one for each that they bring. When the first dies, with 1 and
+/// 6, the others keep 7 … 10: nobody is free to walk what it had.
+#[test]
+fn workers_that_are_full_of_results_beyond_a_gap_make_room_for_it() {
+    let mut coordinator = coordinator(large_plan(5000));
+    let mut workers = Workers::default();
+    (0..3).for_each(|id| workers.join(&mut coordinator, id));
+    let now = Duration::from_millis(1);
+    for id in [0, 1, 1, 2, 2] {
+        workers.offer(&mut coordinator, id, now);
+        workers.send(&mut coordinator, 0, now);
+    }
+    for id in [1, 1, 2, 2] {
+        workers.offer(&mut coordinator, id, now);
+    }
+    assert!(workers.asked.is_empty(), "they are beyond the gap");
+    workers.leases.remove(&0);
+    workers.read(coordinator.on_lost(0, "it died", now));
+    let mut now = now;
+    while coordinator.ending().is_none() {
+        now += Duration::from_millis(50);
+        assert!(now < Duration::from_secs(60), "nobody fills the gap");
+        workers.read(coordinator.on_tick(now));
+        while !workers.asked.is_empty() {
+            workers.send(&mut coordinator, 0, now);
+        }
+        for id in [1, 2] {
+            if !workers.leases[&id].is_empty() {
+                workers.offer(&mut coordinator, id, now);
+            }
+        }
+    }
+    assert_eq!(coordinator.ending(), Some(Ending::BudgetSpent));
+    assert_eq!(coordinator.prefix(), &large(5000));
 }
 
 #[test]
