@@ -52,6 +52,9 @@ pub struct Claim {
 const SIGMAS: f64 = 5.0;
 const FALSE_ALARM: f64 = 6e-7;
 
+/// Where chance has no part, weights in fixed point are still rounded.
+const ROUNDING: f64 = 1e-9;
+
 impl Claim {
     /// Something that chance has no part in.
     pub fn sure(what: impl Into<String>, holds: bool) -> Self {
@@ -60,7 +63,8 @@ impl Claim {
 
     /// A measurement has the value that theory gives it.
     pub fn equal(what: &str, measured: Measured, expected: f64) -> Self {
-        let holds = measured.z(expected).abs() < SIGMAS || measured.value == expected;
+        let allowed = SIGMAS * measured.standard_error + ROUNDING * expected.abs();
+        let holds = (measured.value - expected).abs() <= allowed;
         let what = format!("{what}: {}, expected {}", pm(measured), figure(expected));
         Claim { what, holds, false_alarm: FALSE_ALARM }
     }
@@ -94,6 +98,8 @@ mod tests {
     fn claims_allow_for_chance_only() {
         let measured = Measured { value: 1.0, standard_error: 0.1 };
         assert!(Claim::equal("", measured, 1.4).holds && !Claim::equal("", measured, 1.6).holds);
+        let certain = Measured { value: 1.0, standard_error: 0.0 };
+        assert!(Claim::equal("", certain, 1.0 + 1e-10).holds && !Claim::equal("", certain, 1.0 + 1e-8).holds);
         assert!(Claim::below("", measured, 1.6).holds && !Claim::below("", measured, 1.4).holds);
         assert!(Claim::at_least("", measured, 1.4).holds && !Claim::at_least("", measured, 1.6).holds);
     }
