@@ -9,7 +9,7 @@ use stats::Measured;
 
 use crate::plot::{figure, pm, seen, theory};
 use crate::stability::entry::{Claim, Entry, Failure, Finding};
-use crate::stability::lab::{Lab, chains, coverage, experiment, mean, proportion, receivers, run};
+use crate::stability::lab::{Lab, chains, coverage, experiment, mean, proportion, ratio, receivers, run};
 
 pub const ENTRY: Entry = Entry {
     name: "naive-jacobi",
@@ -186,19 +186,13 @@ fn study(lab: &Lab) -> Result<Finding, Failure> {
         let true_variance = of(|f| f.0);
         claims.push(Claim::equal(
             &format!("{iterations} iterations: variance over that predicted"),
-            Measured {
-                value: true_variance.value / variance[PATCH],
-                standard_error: true_variance.standard_error / variance[PATCH],
-            },
+            ratio(true_variance, variance[PATCH]),
             1.0,
         ));
         let told_variance = of(|f| f.1);
         claims.push(Claim::equal(
             &format!("{iterations} iterations: what the spread says, over what it is expected to say"),
-            Measured {
-                value: told_variance.value / naive[PATCH],
-                standard_error: told_variance.standard_error / naive[PATCH],
-            },
+            ratio(told_variance, naive[PATCH]),
             1.0,
         ));
         let covers = proportion(&found.iter().map(|f| f.2).collect::<Vec<_>>());
