@@ -11,6 +11,7 @@ use crate::fault::{Fault, Outcome};
 use crate::fit::misfits;
 use crate::outputs;
 use crate::replica::MOMENTS;
+use crate::target;
 
 /// Checks a file and describes it.
 pub fn check(args: &CheckArgs) -> Result<Outcome, Fault> {
@@ -60,8 +61,10 @@ fn describe_job(job: &Job, experiment: &Experiment) {
     ));
     if let Some(target) = &job.target {
         say(&format!(
-            "target: relative half-width {} on {} of the patch area",
-            target.relative_error, target.fraction
+            "target: relative half-width {} on {} of {}",
+            target.relative_error,
+            target.fraction,
+            target::scope(target.patches.as_deref())
         ));
     }
     if let Some(note) = &job.note {

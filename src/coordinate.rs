@@ -162,7 +162,7 @@ impl Prepared {
     fn plan(&self) -> Plan {
         let Job { budget, .. } = &self.job;
         let level = self.settings.level(self.experiment.scene());
-        let mut observer = Observer::new(self.experiment.clone(), level, self.settings.target);
+        let mut observer = Observer::new(self.experiment.clone(), level, self.settings.target.clone());
         let paths = budget.paths / self.experiment.paths_per_walk();
         // A batch is leased as a walk is, whole and alone.
         let (stream_paths, leases_per_thread) = match self.experiment.batch_paths() {

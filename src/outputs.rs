@@ -116,8 +116,9 @@ impl RunOutput {
         if let Some(target) = &summary.target {
             let verdict = if target.reached { "reached" } else { "not reached" };
             say(&format!(
-                "target {verdict}: {:.2} % of the patch area is within {}",
+                "target {verdict}: {:.2} % of {} is within {}",
                 100.0 * target.achieved,
+                target::scope(target.patches.as_deref()),
                 percent(target.relative_error)
             ));
             if let Some(paths) = target.paths_needed {
@@ -177,7 +178,7 @@ fn facts(settings: &Settings, estimates: &Estimates, precision: &Precision, book
         workers_lost: book.effort.workers_lost,
         streams: paths.div_ceil(stream_paths),
         streams_reissued: book.effort.streams_reissued,
-        target: settings.target.map(|target| target::judge(&target, estimates, paths)),
+        target: settings.target.as_ref().map(|target| target::judge(target, estimates, paths)),
         checks: checks(estimates, settings.note.as_deref(), precision, &book.looks),
         confidence: settings.confidence,
         simultaneous: settings.simultaneous,

@@ -16,6 +16,7 @@ use crate::plan::pilot::Pilot;
 use crate::plan::resources::{Costs, Demand};
 use crate::progress::{duration, quantity};
 use crate::settings::Settings;
+use crate::target::scope;
 
 /// Workers that a plan is made for.
 const WORKERS: [u64; 5] = [1, 10, 100, 1_000, 10_000];
@@ -86,7 +87,7 @@ impl<'a> Plan<'a> {
     fn json(&self) -> Value {
         let Plan { pilot, bound, .. } = self;
         json!({
-            "target": self.target.map(|t| json!({"relative_error": t.relative_error, "fraction": t.fraction})),
+            "target": self.target.map(|t| json!({"relative_error": t.relative_error, "fraction": t.fraction, "patches": t.patches})),
             "budget_paths": self.paths(self.budget),
             "pilot": {
                 "paths": self.paths(pilot.tally.counts.walks),
@@ -148,8 +149,10 @@ impl<'a> Plan<'a> {
             return say("no target: the whole budget will be spent");
         };
         let what = format!(
-            "relative half-widths of {} on {} of the patch area",
-            target.relative_error, target.fraction
+            "relative half-widths of {} on {} of {}",
+            target.relative_error,
+            target.fraction,
+            scope(target.patches.as_deref())
         );
         let Some(ending) = self.pilot.ending else {
             return say(&format!("{what}: this pilot cannot tell when; the budget is planned for"));

@@ -39,7 +39,7 @@ impl Settings {
             stream_paths: job.budget.stream_paths,
             confidence: job.confidence,
             simultaneous: job.simultaneous,
-            target: job.target,
+            target: job.target.clone(),
             note: job.note.clone(),
         }
     }

@@ -32,11 +32,8 @@ struct Standing {
 }
 
 impl Standing {
-    /// `None` where the target is not about the patch: it emits, or may stay unhit.
+    /// `None` where the patch may stay unhit, and did.
     fn new(patch: &Patch, channels: &Channels, unhit: Unhit) -> Option<Self> {
-        if patch.emittance.is_lit() {
-            return None;
-        }
         let unknown = || channels.iter().filter(|e| e.ci_high > e.ci_low);
         let error = unknown().map(Estimate::relative_error).fold(0.0, f64::max);
         let scores = unknown().map(|e| e.effective_scores).fold(f64::INFINITY, f64::min);
@@ -45,10 +42,37 @@ impl Standing {
     }
 }
 
-/// Every patch that a target is about: those that do not emit and that walks could tell of.
-fn standings(estimates: &Estimates, unhit: Unhit) -> impl Iterator<Item = (usize, Standing)> {
-    let known = estimates.known();
-    known.filter_map(move |(i, patch, channels)| Some((i, Standing::new(&patch, &channels, unhit)?)))
+/// Every patch that a target is about: the chosen ones, or all that do not emit; as far as walks could tell of them.
+pub fn about<'a>(
+    estimates: &'a Estimates,
+    target: &'a Target,
+) -> Box<dyn Iterator<Item = (usize, Patch, Channels)> + 'a> {
+    let patches = estimates.scene().patches();
+    match &target.patches {
+        Some(chosen) => Box::new(chosen.iter().filter_map(move |&i| {
+            let i = i as usize;
+            Some((i, patches.get(i), estimates.patch(i)?))
+        })),
+        None => Box::new(estimates.known().filter(|(_, patch, _)| !patch.emittance.is_lit())),
+    }
+}
+
+/// The area that a target is about, in words.
+pub fn scope(patches: Option<&[u32]>) -> String {
+    match patches {
+        None => "the patch area".into(),
+        Some([patch]) => format!("patch {patch}"),
+        Some(patches) => format!("the area of {} chosen patches", patches.len()),
+    }
+}
+
+fn standings<'a>(
+    estimates: &'a Estimates,
+    target: &'a Target,
+) -> impl Iterator<Item = (usize, Standing)> + 'a {
+    let unhit = target.unhit;
+    about(estimates, target)
+        .filter_map(move |(i, patch, channels)| Some((i, Standing::new(&patch, &channels, unhit)?)))
 }
 
 /// What is asked of a patch: at most this relative error, from so many scores at least.
@@ -81,9 +105,9 @@ pub fn judge(target: &Target, estimates: &Estimates, paths: u64) -> report::Targ
     let scene = estimates.scene();
     let Target { relative_error, fraction, unhit, .. } = *target;
     let bar = Bar { error: relative_error, scores: target.min_hits as f64 };
-    let [achieved] = parts_within(standings(estimates, unhit).map(|(_, standing)| standing), [bar]);
+    let [achieved] = parts_within(standings(estimates, target).map(|(_, standing)| standing), [bar]);
     let reached = achieved >= fraction && paths >= target.min_paths;
-    let mut ranks: Vec<(f64, u32)> = standings(estimates, unhit).map(|(i, s)| (s.error, i as u32)).collect();
+    let mut ranks: Vec<(f64, u32)> = standings(estimates, target).map(|(i, s)| (s.error, i as u32)).collect();
     ranks.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
     let worst_first = || {
         let standing = |i| Standing::new(&scene.patches().get(i), &estimates.patch(i)?, unhit);
@@ -100,7 +124,7 @@ pub fn judge(target: &Target, estimates: &Estimates, paths: u64) -> report::Targ
         hits: u64::try_from(s.hits).unwrap_or(u64::MAX),
         paths_needed: needed(&s),
     });
-    let total: f64 = standings(estimates, unhit).map(|(_, standing)| standing.area).sum();
+    let total: f64 = standings(estimates, target).map(|(_, standing)| standing.area).sum();
     let mut spared = (1.0 - fraction) * total;
     // The worst may stay as they are, as long as the rest makes up the fraction.
     let mut decisive = worst_first().filter(|(_, standing)| {
@@ -112,7 +136,15 @@ pub fn judge(target: &Target, estimates: &Estimates, paths: u64) -> report::Targ
         Some((_, standing)) => Some(needed(&standing)).filter(|paths| paths.is_finite()),
         None => None,
     };
-    report::Target { reached, relative_error, fraction, achieved, paths_needed, worst: named.collect() }
+    report::Target {
+        reached,
+        relative_error,
+        fraction,
+        patches: target.patches.clone(),
+        achieved,
+        paths_needed,
+        worst: named.collect(),
+    }
 }
 
 /// Looks at prefixes of one job.
@@ -162,7 +194,7 @@ fn decide(target: &Target, estimates: &Estimates, walks: u64, looks: &[Look]) ->
     let scores = target.min_hits as f64;
     let met = Bar { error: relative_error, scores };
     let foreseen = Bar { error: foresight(relative_error), scores: 0.5 * scores };
-    let standings = standings(estimates, target.unhit).map(|(_, standing)| standing);
+    let standings = standings(estimates, target).map(|(_, standing)| standing);
     let [met, promising] = parts_within(standings, [met, foreseen]).map(|part| part >= fraction);
     let mut rule = DoubleSampling::default();
     // What was met at earlier looks did not end the run.
@@ -197,11 +229,11 @@ impl Prospect {
     pub fn new(target: &Target, estimates: &Estimates, level: f64) -> Self {
         let (experiment, walks) = (estimates.experiment(), estimates.tally().counts.walks);
         let mut prospect = Prospect {
-            standings: standings(estimates, target.unhit).map(|(_, standing)| standing).collect(),
+            standings: standings(estimates, target).map(|(_, standing)| standing).collect(),
             spread: Spread { mean: 0.0, variance: 0.0 },
             walks,
             level,
-            target: *target,
+            target: target.clone(),
             chains: experiment.batch_paths().is_some(),
             paths_per_walk: experiment.paths_per_walk(),
         };

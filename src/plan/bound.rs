@@ -5,7 +5,7 @@ use job::Target;
 use radiosity::{Birth, Direction, Estimates, EstimatorKind, Experiment, birth_probabilities};
 use stats::{foresight, normal_quantile};
 
-use crate::target::looks;
+use crate::target::{about, looks};
 
 /// Walks with which every variance is below a threshold, whatever the scene does with its light.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -33,7 +33,7 @@ impl Bound {
         }
         let bounds = Bounds::of_scene(scene, 0);
         let variance = variance(experiment, &bounds)?;
-        let darkest = darkest(estimates, target.fraction).filter(|&b| b > 0.0)?;
+        let darkest = darkest(estimates, target).filter(|&b| b > 0.0)?;
         // Half the interval is z standard errors.
         let z = normal_quantile(0.5 + 0.5 * level);
         let threshold = (target.relative_error * darkest / z).powi(2);
@@ -84,12 +84,12 @@ fn least_birth(experiment: &Experiment, birth: &Birth) -> f64 {
 }
 
 /// B of the darkest patch that has to be known, as it looks so far: the darkest part of the area may be spared.
-fn darkest(estimates: &Estimates, fraction: f64) -> Option<f64> {
-    let dark =
-        estimates.known().filter(|(_, patch, _)| !patch.emittance.is_lit() && patch.reflectance.is_lit());
+fn darkest(estimates: &Estimates, target: &Target) -> Option<f64> {
+    let dark = about(estimates, target).filter(|(_, patch, _)| patch.reflectance.is_lit());
     let mut patches: Vec<(f64, f64)> = dark.map(|(_, patch, b)| (b[0].radiosity, patch.area)).collect();
     patches.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let mut spared = (1.0 - fraction) * patches.iter().map(|(_, area)| area).sum::<f64>() * (1.0 + 1e-9);
+    let mut spared =
+        (1.0 - target.fraction) * patches.iter().map(|(_, area)| area).sum::<f64>() * (1.0 + 1e-9);
     let decisive = patches.into_iter().find(|(_, area)| {
         spared -= area;
         spared < 0.0

@@ -62,7 +62,7 @@ impl Pilot {
         let began = cpu_seconds();
         let sequence = Sequence::new(seed);
         let (mut board, mut tally) = (experiment.board::<MOMENTS>(), experiment.tally::<MOMENTS>());
-        let mut observer = Observer::new(experiment.clone(), level, target.copied());
+        let mut observer = Observer::new(experiment.clone(), level, target.cloned());
         let mut seen: Vec<Look> = Vec::new();
         let mut ending = None;
         for look in affordable(experiment, walks) {

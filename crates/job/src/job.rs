@@ -2,12 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
-use radiosity::{IndexChoice, Scene};
+use radiosity::{Birth, IndexChoice, Scene};
 use serde::{Deserialize, Serialize};
 
 use crate::document::{Table, Value};
 use crate::error::Error;
-use crate::method::{METHOD_KEYS, Method, Word, read_method};
+use crate::method::{METHOD_KEYS, Method, WalkKind, Word, read_method, read_patches};
 use crate::scene::{SceneFile, load_scene};
 use crate::source::Source;
 
@@ -81,7 +81,7 @@ pub struct Budget {
 }
 
 /// The table `[target]`.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Target {
     /// Half-width of the interval over the estimate, above 0.
     pub relative_error: f64,
@@ -93,6 +93,8 @@ pub struct Target {
     pub min_hits: u64,
     /// What a reflecting patch counts for that no walk has hit.
     pub unhit: Unhit,
+    /// The patches that it is about, by number, whether they emit or not; `None`: all that do not.
+    pub patches: Option<Vec<u32>>,
 }
 
 /// What a target makes of patches that no walk has hit.
@@ -132,7 +134,7 @@ pub(crate) const JOB_KEYS: &[&str] =
 
 const BUDGET_KEYS: &[&str] = &["first_path", "paths", "stream_paths", "wall_seconds", "checkpoint_seconds"];
 
-const TARGET_KEYS: &[&str] = &["relative_error", "fraction", "min_paths", "min_hits", "unhit"];
+const TARGET_KEYS: &[&str] = &["relative_error", "fraction", "min_paths", "min_hits", "unhit", "patches"];
 
 /// Reads a job file and its scene. Each override is a `key=value`, its key dotted, its value TOML or, failing
 /// that, a string without quotes; they replace keys of the job file before anything is checked.
@@ -148,7 +150,7 @@ pub fn load(path: &Path, overrides: &[String]) -> Result<Job, Error> {
     let target = table.take("target").map(|value| value.table(TARGET_KEYS)).transpose()?;
     let index = table.table("tracing", &["index"])?.take("index");
     let budget = read_budget(budget)?;
-    let target = target.map(read_target).transpose()?;
+    let target = target.map(|mut table| Ok((table.take("patches"), read_target(table)?))).transpose()?;
     let index = index.map(|value| value.word()).transpose()?.unwrap_or_default();
     let name = read_name(&mut table, path)?;
     let seed = table.take("seed").map(|value| read_seed(&value)).transpose()?.unwrap_or(DEFAULT_SEED);
@@ -156,6 +158,11 @@ pub fn load(path: &Path, overrides: &[String]) -> Result<Job, Error> {
     let simultaneous = table.take("simultaneous").map(|value| value.boolean()).transpose()?.unwrap_or(false);
     let scene = read_scene(&mut table, path)?;
     let (method, note) = read_method(method, scene.patch_count(), &budget)?;
+    let about = |(patches, target): (Option<Value<'_>>, Target)| {
+        let patches = patches.map(|value| read_target_patches(value, scene.patch_count(), &method));
+        Ok(Target { patches: patches.transpose()?, ..target })
+    };
+    let target = target.map(about).transpose()?;
     let confidence = confidence.unwrap_or(DEFAULT_CONFIDENCE);
     Ok(Job {
         path: path.into(),
@@ -283,7 +290,27 @@ fn read_target(mut table: Table<'_>) -> Result<Target, Error> {
         min_paths,
         min_hits,
         unhit: table.take("unhit").map(|value| value.word()).transpose()?.unwrap_or_default(),
+        patches: None,
     })
+}
+
+/// The patches that a target is about. Their number is known only when the scene is read.
+fn read_target_patches(value: Value<'_>, patch_count: u64, method: &Method) -> Result<Vec<u32>, Error> {
+    let place = value.place();
+    let patches =
+        read_patches(value, patch_count, "a target is about some patch", "remove the key: all count")?;
+    let (WalkKind::Gathering, Birth::Patches(born)) = (method.walk, &method.birth) else {
+        return Ok(patches);
+    };
+    match patches.iter().find(|patch| !born.contains(patch)) {
+        None => Ok(patches),
+        Some(patch) => Err(Error::Refused {
+            place,
+            problem: format!("no walk is born on patch {patch}"),
+            why: "gathering walks tell of the patch that they are born on, and of no other",
+            remedy: format!("add {patch} to method.birth.patches, or take it out here"),
+        }),
+    }
 }
 
 fn read_relative_error(value: &Value<'_>) -> Result<f64, Error> {

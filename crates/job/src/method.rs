@@ -515,10 +515,17 @@ fn read_birth(value: Value<'_>, patch_count: u64) -> Result<Birth, Error> {
     }
     let mut table = value.table(&["patches"])?;
     let listed = table.require("patches", "walks must be born somewhere", "patches = [7, 12], by number")?;
-    read_patches(listed, patch_count).map(Birth::Patches)
+    read_patches(listed, patch_count, "walks must be born somewhere", "write birth = \"area\"")
+        .map(Birth::Patches)
 }
 
-fn read_patches(listed: Value<'_>, patch_count: u64) -> Result<Vec<u32>, Error> {
+/// A list of patches by number; `why` it cannot be empty, and what to write `instead`.
+pub(crate) fn read_patches(
+    listed: Value<'_>,
+    patch_count: u64,
+    why: &'static str,
+    instead: &str,
+) -> Result<Vec<u32>, Error> {
     let place = listed.place();
     let mut patches = Vec::new();
     for value in listed.array()? {
@@ -527,7 +534,7 @@ fn read_patches(listed: Value<'_>, patch_count: u64) -> Result<Vec<u32>, Error> 
         if patches.contains(&patch) {
             return Err(value.refuse(
                 format!("patch {patch} is listed twice"),
-                "each is born on with the same probability",
+                "each counts once",
                 "list it once",
             ));
         }
@@ -537,8 +544,8 @@ fn read_patches(listed: Value<'_>, patch_count: u64) -> Result<Vec<u32>, Error> 
         return Err(Error::Refused {
             place,
             problem: "the list is empty".into(),
-            why: "walks must be born somewhere",
-            remedy: "list a patch, or write birth = \"area\"".into(),
+            why,
+            remedy: format!("list a patch, or {instead}"),
         });
     }
     Ok(patches)

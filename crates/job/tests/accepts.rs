@@ -77,7 +77,14 @@ fn budget(paths: u64) -> Budget {
 
 /// The target of a job that only says how accurate.
 fn target(relative_error: f64) -> Target {
-    Target { relative_error, fraction: 0.99, min_paths: 1024, min_hits: 10, unhit: Unhit::Infinite }
+    Target {
+        relative_error,
+        fraction: 0.99,
+        min_paths: 1024,
+        min_hits: 10,
+        unhit: Unhit::Infinite,
+        patches: None,
+    }
 }
 
 #[test]
@@ -92,10 +99,17 @@ fn ranges_checkpoints_and_rules_of_the_stop() {
             "target.min_paths=7",
             "target.min_hits=0",
             "target.unhit=ignore",
+            "target.patches=[24, 3]",
         ],
     );
     assert_eq!((job.budget.first_path, job.budget.checkpoint_seconds, job.simultaneous), (5, 0.5, true));
-    let expected = Target { min_paths: 7, min_hits: 0, unhit: Unhit::Ignore, ..target(0.01) };
+    let expected = Target {
+        min_paths: 7,
+        min_hits: 0,
+        unhit: Unhit::Ignore,
+        patches: Some(vec![24, 3]),
+        ..target(0.01)
+    };
     assert_eq!(job.target, Some(expected));
     assert!(!load_with(&path, &[]).simultaneous);
 }

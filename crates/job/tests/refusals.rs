@@ -131,6 +131,13 @@ const OVERRIDES: &[(&str, &[&str])] = &[
     ("target.relative_error=0", &["target.relative_error", "above 0", "0.01"]),
     ("target={relative_error=0.1,fraction=0}", &["target.fraction", "(0, 1]"]),
     ("target={relative_error=0.1,fraction=1.01}", &["target.fraction", "(0, 1]"]),
+    (
+        "target={relative_error=0.1,patches=[]}",
+        &["target.patches", "empty", "list a patch", "remove the key"],
+    ),
+    ("target={relative_error=0.1,patches=[0,0]}", &["target.patches[1]", "twice"]),
+    ("target={relative_error=0.1,patches=[1]}", &["target.patches[0]", "out of range", "0 to 0"]),
+    ("target={relative_error=0.1,patches=3}", &["target.patches", "array"]),
     ("target=0.01", &["target", "the number 0.01", "table"]),
     ("tracing.index=grid", &["tracing.index", "\"auto\" or \"flat\" or \"tree\""]),
 ];

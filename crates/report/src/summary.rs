@@ -186,6 +186,9 @@ pub struct Target {
     pub relative_error: f64,
     /// The fraction of patch area that must meet it.
     pub fraction: f64,
+    /// The patches that it is about; absent where that is all that do not emit.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub patches: Option<Vec<u32>>,
     /// The fraction that does.
     pub achieved: f64,
     /// About how many walks it takes, by what is known now; `null` where nothing is.

@@ -100,11 +100,17 @@ fn study(lab: &Lab) -> Result<Finding, Failure> {
     let at = |series: &[(f64, Measured)], k: usize| series[k].1;
     claims.push(Claim::below("coverage of ± 1.96 standard errors at the fewest hits", at(&normal, 0), 0.5));
     let (few, told) = silence(lab, &rooms, 3.0 / rooms.mean_rate(), &mut claims);
-    let target =
-        Target { relative_error: 0.5, fraction: 1.0, min_paths: 1, min_hits: 10, unhit: Unhit::Infinite };
+    let target = Target {
+        relative_error: 0.5,
+        fraction: 1.0,
+        min_paths: 1,
+        min_hits: 10,
+        unhit: Unhit::Infinite,
+        patches: None,
+    };
     let most = (3000.0 / rooms.mean_rate()) as u64;
     let stopped = lab.each_seed(lab.size(16, 60), |seed| {
-        let run = run(&rooms.experiment, seed, most, Some(target));
+        let run = run(&rooms.experiment, seed, most, Some(target.clone()));
         (
             covered(&run.solution, &rooms.dark, &rooms.truth),
             f64::from(run.reached),
