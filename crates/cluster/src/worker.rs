@@ -7,7 +7,7 @@ use std::sync::atomic::Ordering;
 use std::thread;
 use std::time::{Duration, Instant};
 
-use crossbeam::channel::{Receiver, Sender, bounded, unbounded};
+use crossbeam::channel::{Receiver, Select, Sender, bounded, unbounded};
 use radiosity::{Overflow, Tally};
 use thiserror::Error;
 
@@ -29,6 +29,10 @@ const CHUNK_TIME: Duration = Duration::from_millis(5);
 
 /// The most walks between two emptyings of a board: its 64-bit sums must not wrap.
 const BOARD_WALKS: u64 = 1 << 22;
+
+/// Results that a thread keeps while it goes on with its next lease: the coordinator gives each two leases, and of two that
+/// are kept either may be the one that is asked for.
+const MOST_KEPT: usize = 2;
 
 /// What a worker does for a living. The cluster knows no more of physics than this.
 pub trait Work: Sync {
@@ -278,8 +282,7 @@ impl Drop for Alarm<'_> {
 fn shoot_queue<W: Work>(work: &W, leases: &Receiver<Lease>, link: &Link, cpu_seconds: &impl Fn() -> f64) {
     let (mut board, mut chunk) = (work.board(), FIRST_CHUNK);
     let digester = Digester::new(&work.hashes().0);
-    // The result that was offered last. While that is kept, one more is shot and offered, and no third.
-    let mut kept: Option<Receiver<Infallible>> = None;
+    let mut kept = Vec::new();
     for lease in leases {
         let began = Instant::now();
         let tally = match shoot_lease(work, lease.walks, &mut board, &mut chunk, link) {
@@ -303,14 +306,24 @@ fn shoot_queue<W: Work>(work: &W, leases: &Receiver<Lease>, link: &Link, cpu_sec
         } else {
             drop(tally);
             link.offer(result).map(|gone| {
-                // Ends when the one before is gone, or the link.
-                let _ = kept.replace(gone).map(|kept| kept.recv());
+                kept.push(gone);
+                await_room(&mut kept);
             })
         };
         // A link that fails here fails for the receiving thread too, which reports it.
         if sent.is_err() {
             return;
         }
+    }
+}
+
+/// Waits until fewer than [`MOST_KEPT`] results are kept, whichever of them goes first, or the link is over.
+fn await_room(kept: &mut Vec<Receiver<Infallible>>) {
+    while kept.len() >= MOST_KEPT {
+        let mut any = Select::new();
+        kept.iter().for_each(|gone| _ = any.recv(gone));
+        let first = any.ready();
+        kept.swap_remove(first);
     }
 }
 

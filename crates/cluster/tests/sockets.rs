@@ -226,6 +226,42 @@ impl Work for Endless<'_> {
     }
 }
 
+/// A worker of one thread that keeps two results shoots its next lease as soon as either is taken: the other may wait
+/// beyond a gap that nobody else is free to fill.
+#[test]
+fn a_worker_goes_on_when_either_of_its_results_is_taken_or_dropped() {
+    let offer = |raw: &mut Raw, id| {
+        raw.say(&ToWorker::Lease { id, first_walk: 0, walks: 1 });
+        loop {
+            match raw.hear() {
+                ToCoordinator::Offer { lease, .. } => return assert_eq!(lease, id),
+                ToCoordinator::Alive { .. } => {}
+                other => panic!("{other:?}"),
+            }
+        }
+    };
+    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+    let access = access_of(&listener);
+    thread::scope(|scope| {
+        let worker = scope.spawn(|| work(&access, &identity(1), |_| Ok(Bulky), || 0.0));
+        let mut raw = Raw::accept(&listener, &access);
+        assert_eq!(raw.hear::<ToCoordinator>(), ToCoordinator::Hello(toy::hello("a worker", 1)));
+        raw.say(&ToWorker::Welcome { job: JOB.into() });
+        while raw.hear::<ToCoordinator>() != READY {}
+        offer(&mut raw, 0);
+        offer(&mut raw, 1);
+        raw.say(&ToWorker::Drop { lease: 1 });
+        offer(&mut raw, 2);
+        raw.say(&ToWorker::Send { lease: 2 });
+        while !matches!(raw.hear(), ToCoordinator::Result(LeaseResult { lease: 2, .. })) {}
+        offer(&mut raw, 3);
+        raw.say(&ToWorker::Drop { lease: 0 });
+        offer(&mut raw, 4);
+        raw.say(&ToWorker::Done);
+        worker.join().unwrap().unwrap();
+    });
+}
+
 #[test]
 fn an_impostor_is_found_out() {
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
