@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 
-use cluster::coordinator::Notice;
+use cluster::lead::Notice;
 
 use crate::work::name;
 

@@ -3,7 +3,8 @@
 use std::io::IsTerminal;
 use std::time::{Duration, Instant};
 
-use cluster::coordinator::{Coordinator, Notice};
+use cluster::coordinator::Coordinator;
+use cluster::lead::Notice;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use radiosity::{Estimates, Experiment, Precision};
 use serde_json::json;

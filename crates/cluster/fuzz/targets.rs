@@ -8,8 +8,9 @@ use cluster::access::Access;
 use cluster::channel::Inbound;
 use cluster::checkpoint::{Look, Past};
 use cluster::codec::{self, LONG_FRAME, SHORT_FRAME};
-use cluster::coordinator::{Action, Coordinator, Plan};
+use cluster::coordinator::{Coordinator, Plan};
 use cluster::digest::Digester;
+use cluster::lead::{Action, Lead};
 use cluster::message::{ToCoordinator, ToWorker};
 use cluster::noise::{self, Greeting, HANDSHAKE_RECORD};
 use cluster::parcel::Parcel;
@@ -176,6 +177,7 @@ fn hello() -> ToCoordinator {
         build: "fuzz".into(),
         name: "fuzz".into(),
         threads,
+        relays: false,
     })
 }
 

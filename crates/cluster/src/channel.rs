@@ -171,7 +171,7 @@ mod tests {
     fn messages() -> Vec<ToWorker> {
         let job: Vec<u8> = (0..100_000_u32).map(|n| (n % 251) as u8).collect();
         vec![
-            ToWorker::Welcome { job: job.into() },
+            ToWorker::Welcome { job: job.into(), stream_walks: 1, leases_per_thread: 2 },
             ToWorker::Lease { id: 1, first_walk: 2, walks: 3 },
             ToWorker::Done,
         ]
@@ -204,6 +204,6 @@ mod tests {
         outbound.write_to(&mut socket).unwrap();
         inbound.arrived(&socket.0);
         let error = inbound.next::<ToWorker>(50_000).unwrap_err();
-        assert!(matches!(error, CodecError::TooLong { length: 100_006, cap: 50_000 }), "{error}");
+        assert!(matches!(error, CodecError::TooLong { length: 100_008, cap: 50_000 }), "{error}");
     }
 }

@@ -33,7 +33,7 @@ use radiosity::{Counts, Layout, Tally};
 use thiserror::Error;
 
 use crate::codec::{decode, encode};
-use crate::coordinator::Effort;
+use crate::crew::Effort;
 use crate::digest::{self, Digester};
 use crate::ledger::Delivery;
 

@@ -10,7 +10,7 @@ use mio::net::TcpStream;
 use crate::access::Access;
 use crate::channel::{Inbound, Outbound};
 use crate::codec::{CodecError, SHORT_FRAME};
-use crate::coordinator::{Now, PeerId};
+use crate::lead::{Now, PeerId};
 use crate::line::Line;
 use crate::message::ToCoordinator;
 use crate::noise::{self, Foreign, HANDSHAKE_RECORD, NO_ENTRY};

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use crate::coordinator::{Notice, Now};
+use crate::lead::{Notice, Now};
 
 /// So much may be told at once, and then so much a second.
 const BURST: f64 = 20.0;

@@ -119,6 +119,10 @@ pub struct Ledger {
     hurried: bool,
     /// Of the prefix, in the order of walks.
     deliveries: Vec<Delivery>,
+    /// Where the prefix begins: what was before is taken off.
+    begin: u64,
+    /// What walks are called outside: those from a key on are numbered on from its value.
+    numbers: BTreeMap<u64, u64>,
     /// Streams of leases that were lost.
     pub streams_reissued: u64,
 }
@@ -146,8 +150,51 @@ impl Ledger {
             prefix,
             hurried: false,
             deliveries,
+            begin: 0,
+            numbers: BTreeMap::from([(0, 0)]),
             streams_reissued: 0,
         }
+    }
+
+    /// The same for walks that are called `first` … outside.
+    pub fn numbered_from(mut self, first: u64) -> Self {
+        self.numbers = BTreeMap::from([(0, first)]);
+        self
+    }
+
+    /// What a walk is called outside.
+    pub fn number(&self, walk: u64) -> u64 {
+        let (&from, &number) = self.numbers.range(..=walk).next_back().expect("from the prefix on");
+        number.saturating_add(walk - from)
+    }
+
+    /// Adds walks that are called `first` … outside. No lease holds some of them and some of those before; where they
+    /// begin and end is looked at. Returns whether there are so many numbers.
+    pub fn extend(&mut self, first: u64, walks: u64) -> bool {
+        let Some(end) = self.total.checked_add(walks) else { return false };
+        self.numbers.insert(self.total, first);
+        self.looks.push(end);
+        self.total = end;
+        true
+    }
+
+    /// Takes off the prefix, which ends at a look: the next begins there.
+    pub fn take_off(&mut self) -> (Arc<Tally>, Vec<Delivery>) {
+        let empty = Tally::new(self.prefix.patches(), self.prefix.layout());
+        self.begin = self.prefix_walks();
+        self.looks.retain(|&look| look > self.begin);
+        // The last of those that begin here or before is still of use.
+        let of_use = self.numbers.range(..=self.begin).next_back().map_or(0, |(&from, _)| from);
+        self.numbers.retain(|&from, _| from >= of_use);
+        (std::mem::replace(&mut self.prefix, empty.into()), std::mem::take(&mut self.deliveries))
+    }
+
+    /// Walks between the looks around the one that is leased next; none where all are out or in.
+    pub fn span(&self) -> u64 {
+        let next = self.lost.keys().next().copied().unwrap_or(self.next);
+        let end = self.looks.iter().copied().find(|&look| look > next);
+        let start = self.looks.iter().copied().rfind(|&look| look <= next).unwrap_or(self.begin);
+        end.map_or(0, |end| end - start)
     }
 
     /// Walks 0 … N − 1 that are in without a gap, merged.
@@ -167,7 +214,7 @@ impl Ledger {
 
     /// N of the prefix.
     pub fn prefix_walks(&self) -> u64 {
-        self.prefix.counts.walks
+        self.begin + self.prefix.counts.walks
     }
 
     /// Walks that are in, those beyond a gap included.
@@ -329,14 +376,14 @@ impl Ledger {
         self.looks.binary_search(&self.prefix_walks()).is_ok()
     }
 
-    /// Where the last range begins that waits beyond a gap.
-    fn last_waiting(&self) -> Option<u64> {
-        self.waiting.keys().next_back().copied()
+    /// Where what waits beyond gaps ends.
+    pub fn last_waiting(&self) -> Option<u64> {
+        self.waiting.values().next_back().map(|waiting| waiting.end)
     }
 
-    /// Whether a gap below results that are in could still be filled by a lease that is out.
-    pub fn gap_is_out(&self) -> bool {
-        self.last_waiting().is_some_and(|last| self.out.values().any(|range| range.start < last))
+    /// Whether a gap before a walk could still be filled by a lease that is out.
+    pub fn gap_is_out(&self, before: u64) -> bool {
+        self.out.values().any(|range| range.start < before)
     }
 
     /// Whether walks that were lost are to be leased again.
@@ -344,15 +391,14 @@ impl Ledger {
         !self.lost.is_empty()
     }
 
-    /// Whether a lost range is a gap below results that are in.
-    pub fn gap_is_lost(&self) -> bool {
-        self.last_waiting().is_some_and(|last| self.lost.keys().next().is_some_and(|&start| start < last))
+    /// Whether a lost range is a gap before a walk.
+    pub fn gap_is_lost(&self, before: u64) -> bool {
+        self.lost.keys().next().is_some_and(|&start| start < before)
     }
 
-    /// As [`Ledger::lease`], but only of what was lost below results that are in: no walk is shot any more
-    /// that does not save others.
-    pub fn lease_gap(&mut self, walks: u64) -> Option<(LeaseId, Range<u64>)> {
-        if self.gap_is_lost() { self.lease(walks) } else { None }
+    /// As [`Ledger::lease`], but only of what was lost before a walk: none is shot any more that does not save others.
+    pub fn lease_gap(&mut self, walks: u64, before: u64) -> Option<(LeaseId, Range<u64>)> {
+        if self.gap_is_lost(before) { self.lease(walks) } else { None }
     }
 
     /// Gives up a lease: its walks are leased again, unless others have them already.
@@ -505,16 +551,18 @@ mod tests {
         let mut books = ledger(400, 100, &[]);
         let leases: Vec<_> = std::iter::from_fn(|| books.lease(100)).collect();
         accept(&mut books, leases[2].0, &leases[2].1).unwrap();
-        assert!(books.gap_is_out() && !books.gap_is_lost());
-        assert!(books.lease_gap(1).is_none(), "nothing was lost");
+        let last = books.last_waiting().unwrap();
+        assert_eq!(last, 300);
+        assert!(books.gap_is_out(last) && !books.gap_is_lost(last));
+        assert!(books.lease_gap(1, last).is_none(), "nothing was lost");
         books.lose(leases[3].0);
-        assert!(!books.gap_is_lost(), "nothing is in beyond it");
+        assert!(!books.gap_is_lost(last), "nothing is in beyond it");
         books.lose(leases[0].0);
         books.lose(leases[1].0);
-        assert!(!books.gap_is_out() && books.gap_is_lost());
-        assert_eq!(books.lease_gap(1).unwrap().1, 0..100);
-        assert_eq!(books.lease_gap(1).unwrap().1, 100..200);
-        assert!(books.lease_gap(1).is_none(), "what lies beyond saves nothing");
+        assert!(!books.gap_is_out(last) && books.gap_is_lost(last));
+        assert_eq!(books.lease_gap(1, last).unwrap().1, 0..100);
+        assert_eq!(books.lease_gap(1, last).unwrap().1, 100..200);
+        assert!(books.lease_gap(1, last).is_none(), "what lies beyond saves nothing");
         assert_eq!(books.walks_in(), 100);
         assert_eq!(books.unleased(), 100);
     }
@@ -566,7 +614,8 @@ mod tests {
         let leases: Vec<_> = std::iter::from_fn(|| books.lease(100)).collect();
         accept(&mut books, leases[1].0, &leases[1].1).unwrap();
         books.lose(leases[0].0);
-        assert!(books.gap_is_lost() && !books.gap_is_out(), "200 … 399 are out, but save nothing");
+        let last = books.last_waiting().unwrap();
+        assert!(books.gap_is_lost(last) && !books.gap_is_out(last), "200 … 399 are out, but save nothing");
     }
 
     #[test]

@@ -9,7 +9,7 @@ use mio::net::TcpStream;
 
 use crate::channel::{Inbound, Outbound};
 use crate::codec::CodecError;
-use crate::coordinator::Now;
+use crate::lead::Now;
 use crate::message::ToCoordinator;
 
 /// A peer that does not take what it is sent for so long is cut off.

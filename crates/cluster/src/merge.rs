@@ -5,7 +5,7 @@ use std::sync::Arc;
 use thiserror::Error;
 
 use crate::checkpoint::{Checkpoint, Part};
-use crate::coordinator::Effort;
+use crate::crew::Effort;
 use crate::ledger::Delivery;
 
 /// Why two results do not go together.

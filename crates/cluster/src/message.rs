@@ -1,6 +1,6 @@
 //! The protocol: everything that coordinator and workers say to each other.
 //!
-//! worker                          coordinator
+//! worker or relay                 coordinator or relay
 //! (a Noise handshake, see [`crate::noise`]; all that follows is sealed)
 //! Hello (who)         →
 //!                     ←  Welcome (job) or Refused
@@ -11,6 +11,7 @@
 //!                     ←  Send, when there is room
 //! Piece, …, Result    →
 //!                     ←  Done
+//! of a relay also: Capacity, Return
 
 use std::sync::Arc;
 
@@ -19,7 +20,7 @@ use bincode::{Decode, Encode};
 use crate::codec::LONGEST_SUM;
 
 /// Changes whenever a message or what it means does.
-pub const PROTOCOL: u32 = 4;
+pub const PROTOCOL: u32 = 5;
 
 /// Tallies of at most so many sums are sent without asking.
 pub const SMALL_TALLY: usize = 2048;
@@ -65,6 +66,18 @@ pub enum ToCoordinator {
         /// Why, in words.
         reason: String,
     },
+    /// Of a relay: what its workers come to now. It is leased nothing before.
+    Capacity {
+        /// Threads that shoot there; without any it is leased nothing.
+        threads: u32,
+        /// How long its leases should take at least, to be split among them [s].
+        lease_seconds: f64,
+    },
+    /// Of a relay: nobody is left there to walk this lease.
+    Return {
+        /// The lease.
+        lease: u64,
+    },
 }
 
 /// How a worker introduces itself.
@@ -78,6 +91,8 @@ pub struct Hello {
     pub name: String,
     /// How many leases it works on at once.
     pub threads: u32,
+    /// Whether others walk for it: it works on one lease at once, with as many threads as it says later.
+    pub relays: bool,
 }
 
 /// What a lease came to.
@@ -104,6 +119,10 @@ pub enum ToWorker {
     Welcome {
         /// The job, for the program to read.
         job: Arc<[u8]>,
+        /// Walks per stream.
+        stream_walks: u64,
+        /// Leases per thread that are out at once.
+        leases_per_thread: u32,
     },
     /// Go away.
     Refused {

@@ -1,4 +1,4 @@
-//! The coordinator's sockets: one loop that turns what connections say into events for the state machine, and
+//! The sockets of whoever leads workers: one loop that turns what connections say into events for the state machine, and
 //! does what that asks for. One thread serves all, so that what a connection can cost is a file descriptor and what is
 //! held of it; and a peer is read only as fast as what it says is handled.
 
@@ -13,9 +13,10 @@ use mio::{Events, Interest, Poll, Token};
 
 use crate::access::Access;
 use crate::codec::{CodecError, SHORT_FRAME, frame};
-use crate::coordinator::{Action, Coordinator, Ending, Notice, Now, PeerId};
+use crate::coordinator::{Coordinator, Ending};
 use crate::doorstep::{Doorstep, PATIENCE, Served};
 use crate::gossip::Gossip;
+use crate::lead::{Action, Lead, Notice, Now, PeerId};
 use crate::line::{Heard, LINGER, Line, TURN_BYTES};
 use crate::message::ToWorker;
 
@@ -90,7 +91,8 @@ fn raise_file_limit() {
     }
 }
 
-struct Shell<'a, T> {
+/// Sockets around a state machine that leads workers.
+pub(crate) struct Shell<'a, T> {
     access: &'a Access,
     tell: T,
     gossip: Gossip,
@@ -116,7 +118,8 @@ struct Shell<'a, T> {
 }
 
 impl<'a, T: FnMut(Notice)> Shell<'a, T> {
-    fn new(listener: TcpListener, access: &'a Access, tell: T) -> io::Result<Self> {
+    /// Nobody yet.
+    pub fn new(listener: TcpListener, access: &'a Access, tell: T) -> io::Result<Self> {
         listener.set_nonblocking(true)?;
         raise_file_limit();
         let mut listener = mio::net::TcpListener::from_std(listener);
@@ -142,12 +145,13 @@ impl<'a, T: FnMut(Notice)> Shell<'a, T> {
         })
     }
 
-    fn now(&self) -> Now {
+    /// Time since it began.
+    pub fn now(&self) -> Now {
         self.began.elapsed()
     }
 
     /// Waits for something to happen, not for long, and hears everybody who has something to say.
-    fn turn(&mut self, coordinator: &mut Coordinator) -> io::Result<()> {
+    pub fn turn(&mut self, lead: &mut impl Lead) -> io::Result<()> {
         let mut events = Events::with_capacity(EVENTS);
         let wait =
             if self.ready.is_empty() && (!self.knocking || self.starved) { TICK } else { Duration::ZERO };
@@ -166,12 +170,12 @@ impl<'a, T: FnMut(Notice)> Shell<'a, T> {
         self.accept();
         for id in std::mem::take(&mut self.ready) {
             if self.doorstep.holds(id) {
-                self.serve_stranger(id, coordinator);
+                self.serve_stranger(id, lead);
             } else {
-                self.serve_line(id, coordinator);
+                self.serve_line(id, lead);
             }
         }
-        self.tick(coordinator);
+        self.tick(lead);
         Ok(())
     }
 
@@ -214,7 +218,7 @@ impl<'a, T: FnMut(Notice)> Shell<'a, T> {
         }
     }
 
-    fn serve_stranger(&mut self, id: PeerId, coordinator: &mut Coordinator) {
+    fn serve_stranger(&mut self, id: PeerId, lead: &mut impl Lead) {
         match self.doorstep.serve(id, self.access) {
             Served::Waits => {}
             Served::Gone(reason) => self.tell(Notice::Failed(reason)),
@@ -223,8 +227,8 @@ impl<'a, T: FnMut(Notice)> Shell<'a, T> {
             }
             Served::Admitted(line, message) => {
                 self.lines.insert(id, *line);
-                let mut actions = coordinator.on_connect(id);
-                actions.extend(coordinator.on_message(id, message, self.now()));
+                let mut actions = lead.on_connect(id);
+                actions.extend(lead.on_message(id, message, self.now()));
                 self.act(actions);
                 // It may have said more.
                 self.ready.insert(id);
@@ -233,43 +237,43 @@ impl<'a, T: FnMut(Notice)> Shell<'a, T> {
     }
 
     /// Takes a connection's turn: sends what it takes, hears what it says.
-    fn serve_line(&mut self, id: PeerId, coordinator: &mut Coordinator) {
-        match self.exchange(id, coordinator) {
+    fn serve_line(&mut self, id: PeerId, lead: &mut impl Lead) {
+        match self.exchange(id, lead) {
             Ok(Heard::All) => {}
             Ok(Heard::Part) => {
                 self.ready.insert(id);
             }
             Err(error) => {
                 self.lines.remove(&id);
-                let actions = coordinator.on_lost(id, &error.to_string(), self.now());
+                let actions = lead.on_lost(id, &error.to_string(), self.now());
                 self.act(actions);
             }
         }
     }
 
-    fn exchange(&mut self, id: PeerId, coordinator: &mut Coordinator) -> Result<Heard, CodecError> {
-        self.flush(id, coordinator)?;
+    fn exchange(&mut self, id: PeerId, lead: &mut impl Lead) -> Result<Heard, CodecError> {
+        self.flush(id, lead)?;
         let Some(line) = self.lines.get_mut(&id) else { return Ok(Heard::All) };
         let heard = line.hear(&mut self.buffer)?;
         while let Some(line) = self.lines.get_mut(&id)
-            && let Some(message) = line.next(coordinator.frame_cap())?
+            && let Some(message) = line.next(lead.frame_cap())?
         {
-            let actions = coordinator.on_message(id, message, self.now());
+            let actions = lead.on_message(id, message, self.now());
             self.act(actions);
         }
         Ok(heard)
     }
 
-    fn flush(&mut self, id: PeerId, coordinator: &mut Coordinator) -> Result<(), CodecError> {
+    fn flush(&mut self, id: PeerId, lead: &mut impl Lead) -> Result<(), CodecError> {
         let now = self.now();
         let Some(line) = self.lines.get_mut(&id) else { return Ok(()) };
         if line.flush(now)? > SHORT_FRAME {
-            coordinator.on_stir(id);
+            lead.on_stir(id);
         }
         Ok(())
     }
 
-    fn tick(&mut self, coordinator: &mut Coordinator) {
+    fn tick(&mut self, lead: &mut impl Lead) {
         let now = self.now();
         // What follows looks at everybody.
         if now.saturating_sub(self.ticked) < TICK {
@@ -289,11 +293,12 @@ impl<'a, T: FnMut(Notice)> Shell<'a, T> {
                 self.ready.insert(id);
             }
         }
-        let actions = coordinator.on_tick(now);
+        let actions = lead.on_tick(now);
         self.act(actions);
     }
 
-    fn act(&mut self, actions: Vec<Action>) {
+    /// Does what is to be done.
+    pub fn act(&mut self, actions: Vec<Action>) {
         for action in actions {
             match action {
                 Action::Send(id, message) => self.send(id, &message),
@@ -327,11 +332,11 @@ impl<'a, T: FnMut(Notice)> Shell<'a, T> {
     }
 
     /// Lets the last messages go out, and tells those that come now that it is over.
-    fn finish(mut self, coordinator: &mut Coordinator) -> io::Result<()> {
+    pub fn finish(mut self, lead: &mut impl Lead) -> io::Result<()> {
         let ended = Instant::now();
         loop {
             self.knocking = true;
-            self.turn(coordinator)?;
+            self.turn(lead)?;
             let late = !self.doorstep.is_empty() && ended.elapsed() < LATE;
             let leaving = !self.lines.is_empty() && ended.elapsed() < LINGER;
             if !late && !leaving {

@@ -9,7 +9,7 @@ use std::collections::{BTreeMap, HashMap};
 use std::ops::Range;
 use std::time::Duration;
 
-use crate::coordinator::PeerId;
+use crate::lead::PeerId;
 use crate::ledger::{LeaseId, Ledger};
 
 /// Large results that may be under way at once.
@@ -126,6 +126,12 @@ impl Transfers {
             self.offers.values().filter(is_void).map(|offer| (offer.peer, offer.lease)).collect();
         self.offers.retain(|_, offer| !is_void(&&*offer));
         void
+    }
+
+    /// Where what workers keep or send ends.
+    pub fn end(&self) -> Option<u64> {
+        let under_way = self.under_way.values().map(|transfer| &transfer.offer);
+        self.offers.values().chain(under_way).map(|offer| offer.walks.end).max()
     }
 
     /// Results that workers keep.

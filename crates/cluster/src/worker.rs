@@ -160,9 +160,10 @@ fn introduce(ear: &mut Ear, link: &Link, identity: &Identity) -> Result<Option<A
         build: identity.build.clone(),
         name: identity.name.clone(),
         threads: u32::try_from(identity.threads).unwrap_or(u32::MAX),
+        relays: false,
     }))?;
     match ear.hear(MAX_FRAME)? {
-        ToWorker::Welcome { job } => Ok(Some(job)),
+        ToWorker::Welcome { job, .. } => Ok(Some(job)),
         ToWorker::Refused { reason } => Err(WorkerError::Refused(reason)),
         ToWorker::Done => Ok(None),
         _ => Err(WorkerError::Protocol),

@@ -6,7 +6,9 @@ use std::collections::{BTreeMap, VecDeque};
 use std::ops::Range;
 use std::time::Duration;
 
-use cluster::coordinator::{Action, Coordinator, Ending, PeerId, Plan, SILENCE};
+use cluster::coordinator::{Coordinator, Ending, Plan};
+use cluster::crew::SILENCE;
+use cluster::lead::{Action, Lead, PeerId};
 use cluster::message::{LeaseResult, PIECE, ToCoordinator, ToWorker};
 use radiosity::{Counts, Tally};
 use toy::{LAYOUT, READY, coordinator, hello, plan, result, result_of, straight};

@@ -10,6 +10,7 @@ use std::ops::Range;
 use std::sync::Barrier;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::thread;
+use std::time::Duration;
 
 use cluster::access::Access;
 use cluster::coordinator::{Coordinator, Ending, Plan};
@@ -23,7 +24,7 @@ use net::{
 };
 use radiosity::{Overflow, Tally};
 use toy::{
-    BUILD, Board, JOB, JOB_HASH, LAYOUT, PATCHES, READY, SCENE_HASH, coordinator, hash, judge, plan, result,
+    BUILD, Board, JOB_HASH, LAYOUT, PATCHES, READY, SCENE_HASH, coordinator, hash, judge, plan, result,
     straight,
 };
 
@@ -173,7 +174,7 @@ fn a_result_that_is_cut_short_is_not_taken() {
 #[test]
 fn a_worker_that_is_cut_off_while_it_shoots_leaves_nothing_behind() {
     // A fake coordinator that hands out an endless lease and vanishes.
-    for farewell in [None, Some(ToWorker::Done), Some(ToWorker::Welcome { job: JOB.into() })] {
+    for farewell in [None, Some(ToWorker::Done), Some(toy::welcome(10))] {
         let listener = TcpListener::bind("127.0.0.1:0").unwrap();
         let access = access_of(&listener);
         let shooting = AtomicU64::new(0);
@@ -182,7 +183,7 @@ fn a_worker_that_is_cut_off_while_it_shoots_leaves_nothing_behind() {
                 scope.spawn(|| work(&access, &identity(3), |_| Ok(Endless { shooting: &shooting }), || 0.0));
             let mut raw = Raw::accept(&listener, &access);
             assert_eq!(raw.hear::<ToCoordinator>(), ToCoordinator::Hello(toy::hello("a worker", 3)));
-            raw.say(&ToWorker::Welcome { job: JOB.into() });
+            raw.say(&toy::welcome(10));
             for id in 0..6 {
                 // Beyond all numbers.
                 let lease = ToWorker::Lease { id, first_walk: 1 << 60, walks: u64::MAX };
@@ -439,4 +440,49 @@ fn the_last_results_of_a_worker_that_died_are_counted() {
         raw.say(&ToCoordinator::Result(last));
     });
     assert_done(&run, 20);
+}
+
+/// Says that it gets on, for ever.
+struct Sisyphus<'a>(&'a AtomicU64);
+
+impl Work for Sisyphus<'_> {
+    type Board = ();
+
+    fn hashes(&self) -> ([u8; 32], [u8; 32]) {
+        (SCENE_HASH, JOB_HASH)
+    }
+    fn empty(&self) -> Tally {
+        Tally::new(PATCHES, LAYOUT)
+    }
+    fn board(&self) {}
+    fn shoot(&self, _: Range<u64>, (): &mut ()) {
+        unreachable!()
+    }
+    fn shoot_while(&self, _: Range<u64>, (): &mut (), go_on: &dyn Fn() -> bool) {
+        while go_on() {
+            self.0.fetch_add(1, Ordering::Relaxed);
+            thread::sleep(Duration::from_millis(1));
+        }
+    }
+    fn hand_over(&self, (): &mut (), _: &mut Tally) -> Result<(), Overflow> {
+        Ok(())
+    }
+}
+
+/// Nobody would ever give such a worker up. Without leases that are given twice the job would wait for it for ever.
+#[test]
+fn a_worker_that_lives_and_never_delivers_does_not_hold_the_end() {
+    let shooting = AtomicU64::new(0);
+    let run = run(plan(50_000, 1000), never, |access| {
+        thread::scope(|scope| {
+            scope.spawn(|| work(access, &identity(1), |_| Ok(Sisyphus(&shooting)), || 1.0).unwrap());
+            await_that(|| shooting.load(Ordering::Relaxed) > 0);
+            honest(access, 1);
+        });
+    });
+    assert_done(&run, 50_000);
+    assert_eq!(run.notices, [""; 0]);
+    let effort = run.coordinator.effort();
+    assert_eq!((effort.workers_seen, effort.workers_lost), (2, 0));
+    assert!(effort.streams_reissued > 0, "its walks were given to the other one, too");
 }

@@ -5,7 +5,9 @@ mod toy;
 use std::collections::{BTreeMap, VecDeque};
 use std::time::Duration;
 
-use cluster::coordinator::{Action, Coordinator, Ending, PeerId, Plan, STALL};
+use cluster::coordinator::{Coordinator, Ending, Plan};
+use cluster::crew::STALL;
+use cluster::lead::{Action, Lead, PeerId};
 use cluster::message::{PIECE, SMALL_TALLY, ToCoordinator, ToWorker};
 use radiosity::{Counts, Layout, Tally};
 use toy::{LAYOUT, READY, coordinator, hash, plan, result_of};
@@ -252,4 +254,53 @@ fn the_prefix_does_not_move_while_a_checkpoint_reads_it_but_at_a_stop() {
     let more = coordinator.prefix().counts.walks;
     assert!(more > all && coordinator.prefix() == &large(more));
     assert!(*past.tally == large(all));
+}
+
+/// Three workers have two leases each, 0 … 5. When the job is stopped, 2 is under way, 0 and 4 are kept.
+fn stopped() -> (Coordinator, Workers) {
+    let mut coordinator = coordinator(large_plan(5000));
+    let mut workers = Workers::default();
+    (0..3).for_each(|id| workers.join(&mut coordinator, id));
+    for id in [1, 2, 0] {
+        workers.offer(&mut coordinator, id, Duration::ZERO);
+    }
+    assert_eq!(workers.asked, [(1, 2)], "there is room for one on its way");
+    workers.read(coordinator.stop(Ending::Interrupted, Duration::ZERO));
+    (coordinator, workers)
+}
+
+#[test]
+fn a_stop_takes_what_workers_keep_and_send_and_what_fills_gaps_below() {
+    let (mut coordinator, mut workers) = stopped();
+    let now = Duration::from_secs(1);
+    let walks: u64 = workers.offered.iter().map(|&(_, _, walks)| walks).sum();
+    let below: u64 = [0, 1].iter().map(|id| workers.leases[id][0].1).sum();
+    for id in [0, 1] {
+        while !workers.asked.is_empty() {
+            workers.send(&mut coordinator, 0, now);
+        }
+        assert_eq!(coordinator.ending(), None, "a gap below 4 is being walked");
+        workers.offer(&mut coordinator, id, now);
+    }
+    while !workers.asked.is_empty() {
+        workers.send(&mut coordinator, 0, now);
+    }
+    assert_eq!(coordinator.ending(), Some(Ending::Interrupted), "nobody waits for 5, beyond all others");
+    assert_eq!(coordinator.prefix(), &large(walks + below));
+    assert_eq!(workers.leases.values().map(VecDeque::len).sum::<usize>(), 1);
+}
+
+#[test]
+fn a_stop_waits_for_large_results_no_longer_than_is_said() {
+    let (mut coordinator, mut workers) = stopped();
+    // 1 and 3 never come.
+    while !workers.asked.is_empty() {
+        workers.send(&mut coordinator, 0, Duration::ZERO);
+    }
+    workers.read(coordinator.on_tick(Duration::from_secs(3)));
+    assert_eq!(coordinator.ending(), None);
+    let walks = coordinator.prefix().counts.walks;
+    workers.read(coordinator.on_tick(Duration::from_millis(3100)));
+    assert_eq!(coordinator.ending(), Some(Ending::Interrupted));
+    assert!(walks > 0 && coordinator.prefix() == &large(walks));
 }

@@ -1,7 +1,7 @@
 //! Luck that is chosen: stopping at a lucky moment, the best of many seeds, the same walks twice.
 
 use cluster::checkpoint::{Book, Checkpoint, Part};
-use cluster::coordinator::Effort;
+use cluster::crew::Effort;
 use cluster::ledger::Delivery;
 use exact::Exact;
 use radiosity::{Estimate, EstimatorKind, Experiment, Solution};

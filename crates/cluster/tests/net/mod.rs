@@ -144,7 +144,7 @@ impl Raw {
     pub fn enter(access: &Access) -> Self {
         let mut raw = Raw::connect(access);
         raw.say(&ToCoordinator::Hello(toy::hello("raw", 1)));
-        assert_eq!(raw.told(), ToWorker::Welcome { job: JOB.into() });
+        assert!(matches!(raw.told(), ToWorker::Welcome { job, .. } if *job == *JOB));
         raw
     }
 

@@ -7,7 +7,7 @@ use cluster::checkpoint::{Look, Past};
 use cluster::codec::{pack, unpack};
 use cluster::coordinator::{Coordinator, Plan};
 use cluster::digest::Digester;
-use cluster::message::{Hello, LeaseResult, PROTOCOL, ToCoordinator};
+use cluster::message::{Hello, LeaseResult, PROTOCOL, ToCoordinator, ToWorker};
 use radiosity::{Counts, Layout, Tally};
 
 pub const PATCHES: usize = 3;
@@ -91,7 +91,12 @@ pub fn coordinator(plan: Plan) -> Coordinator {
 
 /// The introduction of a worker that belongs here.
 pub fn hello(name: &str, threads: u32) -> Hello {
-    Hello { protocol: PROTOCOL, build: BUILD.into(), name: name.into(), threads }
+    Hello { protocol: PROTOCOL, build: BUILD.into(), name: name.into(), threads, relays: false }
+}
+
+/// What whoever belongs here is told by a coordinator of [`plan`].
+pub fn welcome(stream_walks: u64) -> ToWorker {
+    ToWorker::Welcome { job: JOB.into(), stream_walks, leases_per_thread: 2 }
 }
 
 /// What a worker says when it has built the right replica.
