@@ -247,7 +247,7 @@ fn a_worker_goes_on_when_either_of_its_results_is_taken_or_dropped() {
         let worker = scope.spawn(|| work(&access, &identity(1), |_| Ok(Bulky), || 0.0));
         let mut raw = Raw::accept(&listener, &access);
         assert_eq!(raw.hear::<ToCoordinator>(), ToCoordinator::Hello(toy::hello("a worker", 1)));
-        raw.say(&ToWorker::Welcome { job: JOB.into() });
+        raw.say(&toy::welcome(10));
         while raw.hear::<ToCoordinator>() != READY {}
         offer(&mut raw, 0);
         offer(&mut raw, 1);
