@@ -209,7 +209,7 @@ pub struct CompareArgs {
     pub jobs: Vec<PathBuf>,
     #[command(flatten)]
     pub out: OutArgs,
-    /// Rays of the longest runs [default: 2^20, or 128 per patch]
+    /// Rays of the longest runs [default: 2^20, or 256 per patch]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1024..))]
     pub rays: Option<u64>,
     /// Runs of every method and size
@@ -218,6 +218,12 @@ pub struct CompareArgs {
     /// Set any key of the jobs
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub set: Vec<String>,
+    /// Worker processes [default: one per core]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
+    pub workers: Option<u32>,
+    /// Threads of each worker
+    #[arg(long, value_name = "T", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1024))]
+    pub threads: u32,
     /// Keep what is measured already
     #[arg(long, conflicts_with = "force")]
     pub resume: bool,

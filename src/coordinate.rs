@@ -6,10 +6,10 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use cluster::access::Access;
-use cluster::checkpoint::{self, Checkpoint, CheckpointError, CheckpointFault, Past};
-use cluster::coordinator::{Coordinator, Ending, Plan};
+use cluster::checkpoint::{self, Checkpoint, CheckpointError, CheckpointFault, Look, Past};
+use cluster::coordinator::{Coordinator, Ending, Judge, Plan};
 use cluster::server::{Wish, serve};
-use job::{Job, Method};
+use job::{Budget, Job, Method};
 use radiosity::{Estimates, Experiment, Tally};
 
 use crate::args::{CoordinateArgs, JobArgs, OutArgs, RunArgs};
@@ -26,15 +26,8 @@ use crate::{replica, signals};
 /// Runs a job on worker processes of this machine.
 pub fn run(args: &RunArgs) -> Result<Outcome, Fault> {
     let prepared = Prepared::new(&args.job, &args.out, args.resume)?;
-    let wanted = match args.workers {
-        Some(workers) => workers as usize,
-        None => std::thread::available_parallelism().map_or(1, usize::from),
-    };
-    let folder =
-        tempfile::tempdir().map_err(|source| Fault::System { doing: "making a temporary folder", source })?;
-    let access_file = folder.path().join("access.json");
-    let (listener, access) = prepared.listen("127.0.0.1:0", &access_file)?;
-    let mut workers = LocalWorkers::new(&access_file, wanted, args.threads);
+    let Door { listener, access, mut workers, _folder } =
+        Door::open(&prepared.identity, processes(args.workers), args.threads)?;
     signals::catch();
     prepared.serve(listener, access, &args.out, Some(&mut workers))
 }
@@ -43,7 +36,7 @@ pub fn run(args: &RunArgs) -> Result<Outcome, Fault> {
 pub fn coordinate(args: &CoordinateArgs) -> Result<Outcome, Fault> {
     let prepared = Prepared::new(&args.job, &args.out, args.resume)?;
     let access_file = args.access.clone().unwrap_or_else(|| prepared.output.path().join("access.json"));
-    let (listener, access) = prepared.listen(&args.listen, &access_file)?;
+    let (listener, access) = listen(&prepared.identity, &args.listen, &access_file)?;
     if !args.out.quiet {
         tell(&format!(
             "listening at {}; start workers with: radwalk work --access {}",
@@ -56,6 +49,41 @@ pub fn coordinate(args: &CoordinateArgs) -> Result<Outcome, Fault> {
     // The key is of no use any more. Whoever removed the file before has saved us the work.
     let _ = std::fs::remove_file(&access_file);
     done
+}
+
+/// As many worker processes as were asked for, else one per core.
+pub fn processes(workers: Option<u32>) -> usize {
+    workers.map_or_else(
+        || std::thread::available_parallelism().map_or(1, usize::from),
+        |workers| workers as usize,
+    )
+}
+
+/// Where worker processes of this machine come in.
+pub struct Door {
+    /// Listens at the loopback address.
+    pub listener: TcpListener,
+    /// Lets them in.
+    pub access: Access,
+    /// None of them yet.
+    pub workers: LocalWorkers,
+    /// Has the access file.
+    _folder: tempfile::TempDir,
+}
+
+impl Door {
+    /// For so many workers of a job.
+    ///
+    /// # Errors
+    /// Where the system refuses.
+    pub fn open(identity: &Identity, workers: usize, threads: u32) -> Result<Self, Fault> {
+        let folder = tempfile::tempdir()
+            .map_err(|source| Fault::System { doing: "making a temporary folder", source })?;
+        let access_file = folder.path().join("access.json");
+        let (listener, access) = listen(identity, "127.0.0.1:0", &access_file)?;
+        let workers = LocalWorkers::new(&access_file, workers, threads);
+        Ok(Door { listener, access, workers, _folder: folder })
+    }
 }
 
 /// A job that is ready to be shot.
@@ -143,47 +171,12 @@ impl Prepared {
         self.identity.sessions.push(checkpoints::session());
     }
 
-    /// Listens at an address and writes the access file for it.
-    fn listen(&self, address: &str, access_file: &Path) -> Result<(TcpListener, Access), Fault> {
-        let fault = |source| Fault::Listen { address: address.into(), source };
-        let listener = TcpListener::bind(address).map_err(fault)?;
-        let bound = listener.local_addr().map_err(fault)?;
-        // A port of 0 was replaced by a free one; a host name stays as it was typed.
-        let host = address.rsplit_once(':').map_or(address, |(host, _)| host);
-        let address = format!("{host}:{}", bound.port());
-        let access = Access::new(address, crate::BUILD, self.identity.scene_hash)
-            .map_err(|source| Fault::System { doing: "drawing a random key", source })?;
-        access
-            .write(access_file)
-            .map_err(|source| Fault::AccessFileWrite { path: access_file.into(), source })?;
-        Ok((listener, access))
-    }
-
     fn plan(&self) -> Plan {
-        let Job { budget, .. } = &self.job;
         let level = self.settings.level(self.experiment.scene());
         let mut observer = Observer::new(self.experiment.clone(), level, self.settings.target.clone());
-        let paths = budget.paths / self.experiment.paths_per_walk();
-        // A batch is leased as a walk is, whole and alone.
-        let (stream_paths, leases_per_thread) = match self.experiment.batch_paths() {
-            Some(_) => (1, 1),
-            None => (budget.stream_paths, 2),
-        };
-        Plan {
-            job: self.identity.job.clone().into(),
-            scene_hash: self.identity.scene_hash,
-            job_hash: self.identity.job_hash,
-            build: crate::BUILD.into(),
-            first: self.identity.first,
-            paths,
-            stream_paths,
-            leases_per_thread,
-            patches: self.experiment.scene().patches().len(),
-            layout: self.experiment.layout::<{ replica::MOMENTS }>(),
-            wall: budget.wall_seconds.map(Duration::from_secs_f64),
-            looks: looks(&self.experiment, paths),
-            judge: Box::new(move |tally, looks| observer.look(tally, looks)),
-        }
+        let walks = self.job.budget.paths / self.experiment.paths_per_walk();
+        let judge = Box::new(move |tally: &Tally, seen: &[Look]| observer.look(tally, seen));
+        plan(&self.identity, &self.job.budget, &self.experiment, looks(&self.experiment, walks), judge)
     }
 
     /// Serves the job to its end and writes what came of it.
@@ -275,8 +268,57 @@ impl Prepared {
     }
 }
 
+/// The walks of a job up to the last of some looks, at which `judge` is asked.
+pub fn plan(
+    identity: &Identity,
+    budget: &Budget,
+    experiment: &Experiment,
+    looks: Vec<u64>,
+    judge: Judge,
+) -> Plan {
+    // A batch is leased as a walk is, whole and alone.
+    let (stream_paths, leases_per_thread) = match experiment.batch_paths() {
+        Some(_) => (1, 1),
+        None => (budget.stream_paths, 2),
+    };
+    Plan {
+        job: identity.job.clone().into(),
+        scene_hash: identity.scene_hash,
+        job_hash: identity.job_hash,
+        build: crate::BUILD.into(),
+        first: identity.first,
+        paths: looks.last().copied().unwrap_or(0),
+        stream_paths,
+        leases_per_thread,
+        patches: experiment.scene().patches().len(),
+        layout: experiment.layout::<{ replica::MOMENTS }>(),
+        wall: budget.wall_seconds.map(Duration::from_secs_f64),
+        looks,
+        judge,
+    }
+}
+
+/// Listens at an address and writes the access file for it.
+fn listen(identity: &Identity, address: &str, access_file: &Path) -> Result<(TcpListener, Access), Fault> {
+    let fault = |source| Fault::Listen { address: address.into(), source };
+    let listener = TcpListener::bind(address).map_err(fault)?;
+    let bound = listener.local_addr().map_err(fault)?;
+    // A port of 0 was replaced by a free one; a host name stays as it was typed.
+    let host = address.rsplit_once(':').map_or(address, |(host, _)| host);
+    let address = format!("{host}:{}", bound.port());
+    let access = Access::new(address, crate::BUILD, identity.scene_hash)
+        .map_err(|source| Fault::System { doing: "drawing a random key", source })?;
+    access
+        .write(access_file)
+        .map_err(|source| Fault::AccessFileWrite { path: access_file.into(), source })?;
+    Ok((listener, access))
+}
+
 /// What the checkpoints of a job have in common.
-fn identity(job: &Job, settings: &Settings, experiment: &Experiment) -> Result<Identity, Fault> {
+///
+/// # Errors
+/// Where the scene is too large to be sent.
+pub fn identity(job: &Job, settings: &Settings, experiment: &Experiment) -> Result<Identity, Fault> {
     let scene = experiment.scene();
     let packed = replica::pack(scene, job.scene.spec(), settings)
         .map_err(|error| Fault::System { doing: "packing the job", source: std::io::Error::other(error) })?;

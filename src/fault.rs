@@ -151,8 +151,16 @@ pub enum Fault {
         /// The table.
         path: PathBuf,
         /// What is wrong with it.
-        source: csv::Error,
+        source: std::io::Error,
     },
+    /// Two jobs to compare in cannot be told apart.
+    #[error(
+        "two jobs are called \"{0}\" (one's charts would replace the other's); give one of them another `name`"
+    )]
+    TwinJobs(String),
+    /// A signal ended it.
+    #[error("interrupted")]
+    Interrupted,
     /// Some claims of the atlas do not hold.
     #[error(
         "claims of {} entries of the atlas do not hold ({}); see {}, then find out whether theory or program is wrong",
@@ -208,10 +216,11 @@ impl Fault {
             Fault::AccessFile { .. } | Fault::AccessFileWrite { .. } => 2,
             Fault::Checkpoint(_) | Fault::BeyondBudget { .. } | Fault::Merge { .. } => 2,
             Fault::Kept { .. } | Fault::Share(_) | Fault::OtherBatches { .. } | Fault::NoWalks => 2,
-            Fault::NoEntry { .. } | Fault::Table { .. } => 2,
+            Fault::NoEntry { .. } | Fault::Table { .. } | Fault::TwinJobs(_) => 2,
             Fault::Audit { .. } | Fault::Listen { .. } | Fault::Worker(_) | Fault::NoWorkers(_) => 3,
             Fault::NotReproduced { .. } | Fault::Overflow | Fault::System { .. } => 3,
             Fault::Study { .. } | Fault::Unfounded { .. } => 3,
+            Fault::Interrupted => Outcome::Interrupted.exit_code(),
         }
     }
 }

@@ -95,6 +95,11 @@ impl LocalWorkers {
         command.spawn()
     }
 
+    /// The most memory that one of them has taken [bytes], where the system tells.
+    pub fn peak_memory(&self) -> Option<u64> {
+        self.children.iter().filter_map(|child| peak_memory(child.id())).max()
+    }
+
     /// A worker that the coordinator has given up is of no use any more, though its process may live on.
     pub fn heed(&mut self, notice: &Notice) {
         if let Notice::Lost { name: lost, .. } = notice
@@ -104,6 +109,14 @@ impl LocalWorkers {
             let _ = child.kill();
         }
     }
+}
+
+/// Of a process, as Linux tells it [bytes].
+fn peak_memory(pid: u32) -> Option<u64> {
+    let status = std::fs::read_to_string(format!("/proc/{pid}/status")).ok()?;
+    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
+    let kilobytes: u64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
+    Some(1024 * kilobytes)
 }
 
 impl Drop for LocalWorkers {

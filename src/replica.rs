@@ -8,6 +8,7 @@ use radiosity::{Board, Experiment, IndexChoice, Overflow, Scene, SceneSpec, Sequ
 use serde::{Deserialize, Serialize};
 
 use crate::settings::Settings;
+use crate::work::WalkClock;
 
 /// Σx and Σx²: what intervals need.
 pub const MOMENTS: usize = 2;
@@ -46,22 +47,29 @@ pub struct Replica {
     sequence: Sequence,
     job_hash: [u8; 32],
     wrong: Option<Wrong>,
+    clock: WalkClock,
 }
 
 impl Replica {
-    /// Builds the replica from what the coordinator sent.
+    /// Builds the replica from what the coordinator sent; `clock` counts its walks.
     ///
     /// # Errors
     /// As [`unpack`].
-    pub fn decode(bytes: &[u8]) -> Result<Self, String> {
+    pub fn decode(bytes: &[u8], clock: WalkClock) -> Result<Self, String> {
         let (settings, experiment) = unpack(bytes)?;
-        Ok(Replica { wrong: Wrong::asked_for(), ..Replica::new(experiment, &settings, settings.seed) })
+        Ok(Replica { wrong: Wrong::asked_for(), clock, ..Replica::new(experiment, &settings, settings.seed) })
     }
 
     /// A replica that walks as the settings say, but for the seed.
     pub fn new(experiment: Experiment, settings: &Settings, seed: u64) -> Self {
         let job_hash = job::job_hash(experiment.scene().hash(), &settings.method, seed);
-        Replica { experiment, sequence: Sequence::new(seed), job_hash, wrong: None }
+        Replica {
+            experiment,
+            sequence: Sequence::new(seed),
+            job_hash,
+            wrong: None,
+            clock: WalkClock::default(),
+        }
     }
 
     /// The tally of some walks.
@@ -90,18 +98,18 @@ impl Work for Replica {
     }
 
     fn shoot(&self, walks: Range<u64>, board: &mut Self::Board) {
-        self.experiment.walk(&self.sequence, walks, board);
+        self.clock.time(|| self.experiment.walk(&self.sequence, walks, board));
     }
 
     fn shoot_while(&self, walks: Range<u64>, board: &mut Self::Board, go_on: &dyn Fn() -> bool) {
-        self.experiment.walk_while(&self.sequence, walks, board, go_on);
+        self.clock.time(|| self.experiment.walk_while(&self.sequence, walks, board, go_on));
     }
 
     fn hand_over(&self, board: &mut Self::Board, tally: &mut Tally) -> Result<(), Overflow> {
-        match &self.wrong {
+        self.clock.time(|| match &self.wrong {
             Some(wrong) => tally.merge(&wrong.spoil(board.take()?)).map_err(|_| Overflow),
             None => board.add_to(tally),
-        }
+        })
     }
 }
 

@@ -1,6 +1,8 @@
 //! `radwalk work`: one worker process.
 
 use std::io::ErrorKind;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
 use cluster::access::Access;
@@ -78,7 +80,8 @@ fn join(args: &WorkArgs) -> Result<(), Fault> {
         threads: args.threads as usize,
         leave: signals::stop_asked,
     };
-    Ok(worker::work(&access, &identity, Replica::decode, cpu_seconds)?)
+    let clock = WalkClock::default();
+    Ok(worker::work(&access, &identity, |job| Replica::decode(job, clock.clone()), || clock.seconds())?)
 }
 
 /// What the worker process `pid` of this machine is called.
@@ -92,6 +95,29 @@ fn variable(name: &str) -> Option<String> {
 
 /// CPU time of this process so far [s].
 pub fn cpu_seconds() -> f64 {
-    let time = clock_gettime(ClockId::ProcessCPUTime);
-    time.tv_sec as f64 + 1e-9 * time.tv_nsec as f64
+    1e-9 * nanoseconds(ClockId::ProcessCPUTime) as f64
+}
+
+fn nanoseconds(clock: ClockId) -> u64 {
+    let time = clock_gettime(clock);
+    time.tv_sec as u64 * 1_000_000_000 + time.tv_nsec as u64
+}
+
+/// The processor time that threads have walked: without starting, building the scene, and talking.
+#[derive(Clone, Default)]
+pub struct WalkClock(Arc<AtomicU64>);
+
+impl WalkClock {
+    /// Adds the processor time that this thread takes for something.
+    pub fn time<T>(&self, walk: impl FnOnce() -> T) -> T {
+        let began = nanoseconds(ClockId::ThreadCPUTime);
+        let done = walk();
+        self.0.fetch_add(nanoseconds(ClockId::ThreadCPUTime) - began, Ordering::Relaxed);
+        done
+    }
+
+    /// What it comes to [s].
+    fn seconds(&self) -> f64 {
+        1e-9 * self.0.load(Ordering::Relaxed) as f64
+    }
 }

@@ -1,11 +1,12 @@
 //! The methods that are compared: as overrides of the job, so that whatever a job refuses is refused here in its words.
 
+use std::path::Path;
+
 use job::Job;
 use radiosity::{Experiment, Scene, Space};
 
 use super::measure::{Kind, rays_per_walk};
 use crate::args::CompareArgs;
-use crate::fault::Fault;
 
 /// A kind of walk with its settings, by name.
 const METHODS: &[(&str, &str)] = &[
@@ -34,32 +35,92 @@ const METHODS: &[(&str, &str)] = &[
     ),
 ];
 
-/// Chains, or batches, of a run.
-pub const CHAINS: u64 = 8;
+/// Sobol batches need so many.
+const FEWEST_PATHS: u64 = 16;
+
+/// A method in a scene as a job.
+pub struct Trial {
+    /// With the method and the paths of a run.
+    pub job: Job,
+    /// The same for walking.
+    pub experiment: Experiment,
+}
+
+impl Trial {
+    /// The method of a job with so many paths.
+    ///
+    /// # Errors
+    /// In words, where the job is refused.
+    pub fn new(
+        args: &CompareArgs,
+        path: &Path,
+        scene: &Scene,
+        method: &str,
+        paths: u64,
+    ) -> Result<Self, String> {
+        let mut overrides = args.set.clone();
+        overrides.extend([
+            format!("method={method}"),
+            format!("budget.paths={paths}"),
+            "budget.first_path=0".into(),
+        ]);
+        let mut job = job::load(path, &overrides).map_err(|error| error.to_string())?;
+        if let Some(note) = job.note {
+            return Err(note);
+        }
+        job.budget.wall_seconds = None;
+        let experiment =
+            Experiment::new(scene.clone(), job.method.walks()).map_err(|error| error.to_string())?;
+        Ok(Trial { job, experiment })
+    }
+
+    /// The same with about so many rays.
+    ///
+    /// # Errors
+    /// Likewise.
+    pub fn of_rays(
+        args: &CompareArgs,
+        path: &Path,
+        scene: &Scene,
+        method: &str,
+        rays: u64,
+    ) -> Result<Self, String> {
+        let trial = Trial::new(args, path, scene, method, rays)?;
+        if trial.experiment.chain_rays().is_some() {
+            return Ok(trial);
+        }
+        let paths = (rays as f64 / rays_per_walk(&trial.experiment)) as u64;
+        Trial::new(args, path, scene, method, paths.max(FEWEST_PATHS))
+    }
+
+    /// Walks, chains or batches of a run.
+    pub fn walks(&self) -> u64 {
+        self.job.budget.paths / self.experiment.paths_per_walk()
+    }
+}
 
 /// A method that can be run.
 pub struct Contender {
     /// Names it in tables.
     pub name: &'static str,
     /// The method in the scene, for runs of so many rays.
-    pub experiment: Experiment,
-    /// Walks or chains of a run.
-    pub walks: u64,
+    pub trial: Trial,
 }
 
 impl Contender {
     /// How its error falls.
     pub fn kind(&self) -> Kind {
-        match self.experiment.batch_paths() {
+        let experiment = &self.trial.experiment;
+        match experiment.batch_paths() {
             Some(_) => Kind::Chains,
-            None if self.experiment.is_biased() => Kind::Biased,
+            None if experiment.is_biased() => Kind::Biased,
             None => Kind::Walks,
         }
     }
 
     /// Whether its answer is that of the integral equation, not of the patches' system.
     pub fn is_continuous(&self) -> bool {
-        self.experiment.method().space == Space::Continuous
+        self.trial.experiment.method().space == Space::Continuous
     }
 }
 
@@ -71,6 +132,11 @@ pub struct Absent {
     pub why: String,
 }
 
+/// A method by its name, as jobs have it.
+pub fn method(name: &str) -> Option<&'static str> {
+    METHODS.iter().find(|(known, _)| *known == name).map(|&(_, method)| method)
+}
+
 /// All names, in the order of tables.
 pub fn names() -> Vec<&'static str> {
     METHODS.iter().map(|&(name, _)| name).collect()
@@ -79,59 +145,16 @@ pub fn names() -> Vec<&'static str> {
 /// The methods for runs of `rays` rays in the scene of a job.
 pub fn contenders(
     args: &CompareArgs,
-    path: &std::path::Path,
+    path: &Path,
     scene: &Scene,
     rays: u64,
 ) -> (Vec<Contender>, Vec<Absent>) {
     let (mut able, mut absent) = (Vec::new(), Vec::new());
     for &(name, method) in METHODS {
-        match contender(args, path, scene, name, method, rays) {
-            Ok(contender) => able.push(contender),
+        match Trial::of_rays(args, path, scene, method, rays) {
+            Ok(trial) => able.push(Contender { name, trial }),
             Err(why) => absent.push(Absent { name, why }),
         }
     }
     (able, absent)
-}
-
-fn contender(
-    args: &CompareArgs,
-    path: &std::path::Path,
-    scene: &Scene,
-    name: &'static str,
-    method: &str,
-    rays: u64,
-) -> Result<Contender, String> {
-    let prepare = |paths: u64| -> Result<Experiment, String> {
-        let mut overrides = args.set.clone();
-        overrides.extend([
-            format!("method={method}"),
-            format!("budget.paths={paths}"),
-            "budget.first_path=0".into(),
-        ]);
-        let job = job::load(path, &overrides).map_err(|error| error.to_string())?;
-        match job.note {
-            Some(note) => Err(note),
-            None => Experiment::new(scene.clone(), job.method.walks()).map_err(|error| error.to_string()),
-        }
-    };
-    let experiment = prepare(rays)?;
-    if experiment.chain_rays().is_some() {
-        return Ok(Contender { name, experiment, walks: CHAINS });
-    }
-    // Batches of walks are told by walks, chains by rays.
-    let walks = ((rays as f64 / rays_per_walk(&experiment)) as u64).max(2 * CHAINS);
-    match experiment.batch_paths() {
-        Some(_) => Ok(Contender { name, experiment: prepare(walks)?, walks: CHAINS }),
-        None => Ok(Contender { name, experiment, walks }),
-    }
-}
-
-/// The job as it is written.
-///
-/// # Errors
-/// Where it is refused.
-pub fn load(args: &CompareArgs, path: &std::path::Path) -> Result<(Job, Scene), Fault> {
-    let job = job::load(path, &args.set)?;
-    let scene = job.build_scene()?;
-    Ok((job, scene))
 }

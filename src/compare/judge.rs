@@ -32,26 +32,36 @@ impl Curve<'_> {
         self.points.last().expect("a curve has points")
     }
 
-    /// The processor time that an rms relative error takes [s]; `None` where a bias keeps the method from it. Walks: by
-    /// the merit of all their points. Others go along their points, and as walks do beyond them.
+    /// The processor time that an rms relative error takes [s]; `None` where a bias keeps the method from it.
     pub fn time_to(&self, rms: f64) -> Option<f64> {
+        self.cost_to(rms, |point| point.seconds)
+    }
+
+    /// Likewise, the paths of a job.
+    pub fn paths_to(&self, rms: f64) -> Option<u64> {
+        Some(self.cost_to(rms, |point| point.paths as f64)?.round().max(1.0) as u64)
+    }
+
+    /// What an rms relative error takes. Walks: by the merit of all their points. Others go along their points, and as
+    /// walks do beyond them.
+    fn cost_to(&self, rms: f64, cost: fn(&Point) -> f64) -> Option<f64> {
         let wanted = rms * rms;
-        let as_walks = |point: &Point| point.seconds * point.squared_error / wanted;
+        let as_walks = |point: &Point| cost(point) * point.squared_error / wanted;
         let last = self.last();
         if last.kind == Kind::Walks {
             // Longer runs err less in what they say of their error, relative to it: all weigh alike.
-            let costs = self.points.iter().map(|point| (point.seconds * point.squared_error).ln());
-            return Some((costs.sum::<f64>() / self.points.len() as f64).exp() / wanted);
+            let costs = self.points.iter().map(|point| as_walks(point).ln());
+            return Some((costs.sum::<f64>() / self.points.len() as f64).exp());
         }
         let within = |pair: &&[&Point]| (pair[1].squared_error..=pair[0].squared_error).contains(&wanted);
         if let Some([a, b]) = self.points.windows(2).find(within).map(|pair| [pair[0], pair[1]]) {
-            let slope = (b.seconds / a.seconds).ln() / (b.squared_error / a.squared_error).ln();
-            return Some(a.seconds * (slope * (wanted / a.squared_error).ln()).exp());
+            let slope = (cost(b) / cost(a)).ln() / (b.squared_error / a.squared_error).ln();
+            return Some(cost(a) * (slope * (wanted / a.squared_error).ln()).exp());
         }
         if wanted > self.points[0].squared_error {
             // Chains need so many rays each: no run of them may be shorter than the first that there is.
             let first = self.points[0];
-            return Some(if last.kind == Kind::Chains { first.seconds } else { as_walks(first) });
+            return Some(if last.kind == Kind::Chains { cost(first) } else { as_walks(first) });
         }
         (last.kind == Kind::Chains).then(|| as_walks(last))
     }
@@ -71,12 +81,19 @@ pub fn is_pareto(point: &Point, points: &[Point]) -> bool {
     !points.iter().any(|other| beats(&other))
 }
 
+/// The points that no other beats, the fastest first.
+pub fn front(points: &[Point]) -> Vec<&Point> {
+    let mut front: Vec<&Point> = points.iter().filter(|point| is_pareto(point, points)).collect();
+    front.sort_by(|a, b| a.seconds.total_cmp(&b.seconds));
+    front
+}
+
 /// The methods for one error.
 pub struct Advice<'a> {
     /// The rms relative error.
     pub rms: f64,
     /// Methods by the time they take [s], the best first.
-    pub ranking: Vec<(&'a str, f64)>,
+    pub ranking: Vec<(&'a Curve<'a>, f64)>,
     /// How many of them the measurement cannot tell from the best.
     pub alike: usize,
 }
@@ -92,7 +109,7 @@ fn advise<'a>(curves: &'a [Curve<'a>], rms: f64) -> Advice<'a> {
     ranking.sort_by(|a, b| a.1.total_cmp(&b.1));
     let (best, least) = (ranking[0].0.doubt(), ranking[0].1);
     let alike = ranking.iter().take_while(|(curve, time)| *time < least * best * curve.doubt()).count();
-    Advice { rms, ranking: ranking.into_iter().map(|(curve, time)| (curve.method, time)).collect(), alike }
+    Advice { rms, ranking, alike }
 }
 
 #[cfg(test)]
@@ -101,12 +118,15 @@ mod tests {
 
     fn point(method: &str, kind: Kind, rays: u64, seconds: f64, squared_error: f64) -> Point {
         Point {
+            build: String::new(),
             job: "cube".into(),
             key: String::new(),
             method: method.into(),
-            kind,
             rays,
             runs: 8,
+            kind,
+            paths: rays,
+            traced: rays,
             seconds,
             squared_error,
             squared_error_error: 0.01 * squared_error,
@@ -140,6 +160,8 @@ mod tests {
         let beyond = times(1e-5f64.sqrt());
         assert!(close(beyond[0], 1000.0) && close(beyond[1], 200.0) && beyond[2].is_none(), "{beyond:?}");
         assert!(close(times(0.2)[2], 0.125));
+        // A run has one path.
+        assert_eq!((curves[0].paths_to(0.1), curves[1].paths_to(1e-2)), (Some(1), Some(10)));
         assert!(close(times(0.3)[1], 2.0), "chains have a shortest length");
     }
 
@@ -147,10 +169,12 @@ mod tests {
     fn the_best_depends_on_the_error() {
         let points = points();
         let curves = curves(&points);
-        assert_eq!(advise(&curves, 0.3).ranking[0].0, "cut");
+        assert_eq!(advise(&curves, 0.3).ranking[0].0.method, "cut");
         let fine = advise(&curves, 0.01);
-        assert_eq!((fine.ranking[0].0, fine.ranking.len(), fine.alike), ("chains", 2, 1));
+        assert_eq!((fine.ranking[0].0.method, fine.ranking.len(), fine.alike), ("chains", 2, 1));
         let pareto: Vec<bool> = points.iter().map(|point| is_pareto(point, &points)).collect();
         assert_eq!(pareto, [false, true, false, true, true, true]);
+        let front: Vec<f64> = front(&points).iter().map(|point| point.seconds).collect();
+        assert_eq!(front, [0.5, 5.0, 10.0, 20.0]);
     }
 }

@@ -1,11 +1,11 @@
-//! Runs of one method and size: their time and their errors.
+//! What the runs of one method and size came to: their time and their errors.
 
 use radiosity::{Estimates, Experiment, Scene, Sequence, Tally};
-use rustix::time::{ClockId, clock_gettime};
 use serde::{Deserialize, Serialize};
 use stats::Measured;
 
-use super::contender::Contender;
+use super::contender::{Contender, Trial};
+use super::shoot::Shot;
 use super::truth::Truth;
 use crate::replica::MOMENTS;
 
@@ -18,19 +18,25 @@ const DARK: f64 = 1e-3;
 /// What the runs of a contender came to: a row of `compare.csv`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Point {
+    /// The program that measured it.
+    pub build: String,
     /// The job.
     pub job: String,
-    /// The scene and what else the row depends on.
+    /// Names all else that it depends on: scene, settings, seed and what errors are measured against.
     pub key: String,
     /// The contender.
     pub method: String,
-    /// How its error falls.
-    pub kind: Kind,
-    /// Rays of a run, about.
+    /// Rays of a run that were asked for.
     pub rays: u64,
     /// Runs.
     pub runs: usize,
-    /// Processor time of a run [s].
+    /// How its error falls.
+    pub kind: Kind,
+    /// Paths of a run, as a job's budget has them.
+    pub paths: u64,
+    /// Rays of a run.
+    pub traced: u64,
+    /// Processor time that workers walked, of a run [s].
     pub seconds: f64,
     /// Mean squared relative error by area.
     pub squared_error: f64,
@@ -40,9 +46,9 @@ pub struct Point {
     pub worst: f64,
     /// The root mean square that 99 % of the area stay below.
     pub p99: f64,
-    /// Memory that a run takes [bytes], where the system tells.
+    /// The most memory that a worker process took [bytes], where the system tells.
     pub memory: Option<u64>,
-    /// What one result of a run sends over the wire [bytes].
+    /// What workers sent for a run [bytes].
     pub traffic: u64,
 }
 
@@ -72,15 +78,6 @@ impl Point {
         let spread = stats::student_quantile(0.975, freedom) * self.squared_error_error / self.squared_error;
         [merit, merit * (-spread).exp(), merit * spread.exp()]
     }
-}
-
-/// Squared errors of runs, patch by patch, as they come in.
-pub struct Record {
-    squares: Vec<f64>,
-    runs: Vec<f64>,
-    seconds: f64,
-    memory: Option<u64>,
-    traffic: u64,
 }
 
 /// The estimates that are judged: of reflecting patches that do not emit and are not dark; with weights by area that sum
@@ -122,75 +119,59 @@ impl Judged {
     }
 }
 
-impl Record {
-    /// Of no run yet.
-    pub fn new(judged: &Judged) -> Self {
-        Record {
-            squares: vec![0.0; judged.estimates.len()],
-            runs: vec![],
-            seconds: 0.0,
-            memory: None,
-            traffic: 0,
-        }
-    }
-
-    /// Runs once more.
-    pub fn run(&mut self, contender: &Contender, seed: u64, truth: &Truth, judged: &Judged) {
-        let first = self.runs.is_empty();
-        let before = first.then(memory::reset).flatten();
-        let start = processor_seconds();
-        let tally = walk(&contender.experiment, seed, contender.walks);
-        self.seconds += processor_seconds() - start;
-        if first {
-            self.memory = before.and_then(|before| Some(memory::peak()?.saturating_sub(before)));
-            let sums = tally.sums().to_vec();
-            self.traffic = cluster::codec::encode(&sums).map_or(0, |bytes| bytes.len() as u64);
-        }
-        let channels = contender.experiment.scene().channels();
-        let estimates = Estimates::new(&contender.experiment, &tally, 0.95);
-        let mut square = 0.0;
+/// What the runs of a contender came to.
+pub fn point(
+    key: String,
+    rays: u64,
+    contender: &Contender,
+    shot: &Shot,
+    (truth, judged): &(Truth, Judged),
+) -> Point {
+    let Trial { job, experiment } = &contender.trial;
+    let channels = experiment.scene().channels();
+    let mut squares = vec![0.0; judged.estimates.len()];
+    let squared_error = |tally: &Tally| {
+        let estimates = Estimates::new(experiment, tally, 0.95);
+        let mut mean = 0.0;
         for (k, (&i, weight)) in judged.estimates.iter().zip(&judged.weights).enumerate() {
             let known = estimates.patch(i / channels).expect("every contender tells of every patch");
             let off = (known[i % channels].radiosity - truth.radiosity[i]) / truth.radiosity[i];
-            let own = truth.variance[i] / truth.radiosity[i].powi(2);
-            self.squares[k] += off * off - own;
-            square += weight * (off * off - own);
+            let square = off * off - truth.variance[i] / truth.radiosity[i].powi(2);
+            squares[k] += square;
+            mean += weight * square;
         }
-        self.runs.push(square);
-    }
-
-    /// What the runs came to.
-    pub fn point(&self, job: &str, key: &str, contender: &Contender, rays: u64, judged: &Judged) -> Point {
-        let n = self.runs.len() as f64;
-        let value = self.runs.iter().sum::<f64>() / n;
-        let variance = self.runs.iter().map(|x| (x - value).powi(2)).sum::<f64>() / (n - 1.0);
-        let mut errors: Vec<(f64, f64)> = self
-            .squares
-            .iter()
-            .map(|sum| (sum / n).max(0.0).sqrt())
-            .zip(judged.weights.iter().copied())
-            .collect();
-        errors.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let mut below = 0.0;
-        let p99 = errors.iter().find(|(_, weight)| {
-            below += weight;
-            below >= 0.99
-        });
-        Point {
-            job: job.into(),
-            key: key.into(),
-            method: contender.name.into(),
-            kind: contender.kind(),
-            rays,
-            runs: self.runs.len(),
-            seconds: self.seconds / n,
-            squared_error: value,
-            squared_error_error: (variance / n).sqrt(),
-            worst: errors.last().map_or(0.0, |&(error, _)| error),
-            p99: p99.map_or(0.0, |&(error, _)| error),
-            memory: self.memory,
-            traffic: self.traffic,
-        }
+        mean
+    };
+    let runs: Vec<f64> = shot.tallies.iter().map(squared_error).collect();
+    let n = runs.len() as f64;
+    let value = runs.iter().sum::<f64>() / n;
+    let variance = runs.iter().map(|x| (x - value).powi(2)).sum::<f64>() / (n - 1.0);
+    let errors = squares.iter().map(|sum| (sum / n).max(0.0).sqrt());
+    let mut errors: Vec<(f64, f64)> = errors.zip(judged.weights.iter().copied()).collect();
+    errors.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let mut below = 0.0;
+    let p99 = errors.iter().find(|(_, weight)| {
+        below += weight;
+        below >= 0.99
+    });
+    let traced: u128 = shot.tallies.iter().map(|tally| u128::from(tally.counts.rays)).sum();
+    Point {
+        build: crate::BUILD.into(),
+        job: job.name.clone(),
+        key,
+        method: contender.name.into(),
+        rays,
+        runs: runs.len(),
+        kind: contender.kind(),
+        paths: job.budget.paths,
+        traced: (traced as f64 / n).round() as u64,
+        seconds: shot.seconds,
+        squared_error: value,
+        squared_error_error: (variance / n).sqrt(),
+        worst: errors.last().map_or(0.0, |&(error, _)| error),
+        p99: p99.map_or(0.0, |&(error, _)| error),
+        memory: shot.memory,
+        traffic: shot.traffic,
     }
 }
 
@@ -213,31 +194,4 @@ pub fn rays_per_walk(experiment: &Experiment) -> f64 {
     let units = SAMPLE.div_ceil(experiment.paths_per_walk());
     let rays = walk(experiment, 3, units).counts.rays;
     rays as f64 / (units * experiment.paths_per_walk()) as f64
-}
-
-/// Processor time of this thread [s]: what else runs on the machine does not count.
-fn processor_seconds() -> f64 {
-    let now = clock_gettime(ClockId::ThreadCPUTime);
-    now.tv_sec as f64 + 1e-9 * now.tv_nsec as f64
-}
-
-/// The memory of this process, as Linux tells it.
-mod memory {
-    /// Forgets the peak so far; what is taken now [bytes].
-    pub fn reset() -> Option<u64> {
-        std::fs::write("/proc/self/clear_refs", "5").ok()?;
-        read("VmRSS:")
-    }
-
-    /// The most that was taken since [bytes].
-    pub fn peak() -> Option<u64> {
-        read("VmHWM:")
-    }
-
-    fn read(key: &str) -> Option<u64> {
-        let status = std::fs::read_to_string("/proc/self/status").ok()?;
-        let line = status.lines().find_map(|line| line.strip_prefix(key))?;
-        let kilobytes: u64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
-        Some(1024 * kilobytes)
-    }
 }

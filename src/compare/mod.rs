@@ -4,25 +4,30 @@ mod contender;
 mod judge;
 mod measure;
 mod page;
+mod shoot;
+mod table;
 mod truth;
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use job::Job;
-use radiosity::Scene;
+use radiosity::{Experiment, Scene};
 use report::OutputFolder;
 use serde_json::json;
 
-use self::contender::{Absent, Contender, contenders, load};
-use self::measure::{Judged, Point, Record};
+use self::contender::{Absent, Contender, Trial, contenders};
+use self::measure::{Judged, Point, point};
 use self::page::{Chapter, charts, page};
+use self::shoot::Team;
+use self::table::Table;
 use self::truth::Truth;
 use crate::args::CompareArgs;
 use crate::console::{say, tell};
 use crate::date::today;
 use crate::fault::{Fault, Outcome};
 use crate::progress::percent;
+use crate::signals;
 
 const PAGE: &str = "compare.md";
 const TABLE: &str = "compare.csv";
@@ -33,26 +38,44 @@ const CHARTS: &str = "compare";
 const SIZES: u32 = 3;
 const STEP: u64 = 8;
 
-/// Rays of the longest run of a job that names none: enough for chains, which take 32 rays a patch each.
+/// Rays of the longest run of a job that names none: enough for its eight chains, 32 rays a patch each.
 const LEAST_RAYS: u64 = 1 << 20;
-const RAYS_PER_PATCH: u64 = 32 * contender::CHAINS;
+const RAYS_PER_PATCH: u64 = 32 * 8;
 
 /// Compares the methods in the scene of each job; writes page, table and charts.
 pub fn compare(args: &CompareArgs) -> Result<Outcome, Fault> {
+    let jobs = args.jobs.iter().map(|path| load(args, path)).collect::<Result<Vec<_>, _>>()?;
+    let names: Vec<&str> = jobs.iter().map(|(job, _)| &job.name[..]).collect();
+    if let Some(twin) = (1..names.len()).find(|&i| names[..i].contains(&names[i])) {
+        return Err(Fault::TwinJobs(names[twin].into()));
+    }
     let path = args.out.out.clone().unwrap_or_else(|| PathBuf::from("out/compare"));
     let replace = args.out.force || args.resume;
     let folder = OutputFolder::claim(&path, &[PAGE, TABLE], replace)?;
     let drawings = OutputFolder::claim(&path.join(CHARTS), &[], replace)?;
     let mut table = Table::new(&folder, args.resume)?;
+    let team = Team::new(args);
+    signals::catch();
     let mut chapters = Vec::new();
-    for job in &args.jobs {
-        let chapter = study(args, job, &mut table)?;
+    for (path, (job, scene)) in args.jobs.iter().zip(&jobs) {
+        let chapter = match study(&Arena { args, path, job, scene, team }, &mut table) {
+            Err(Fault::Interrupted) => {
+                tell(&format!(
+                    "radwalk: interrupted; {} rows are kept in {}, go on with: {} --resume",
+                    table.len(),
+                    folder.file(TABLE).display(),
+                    command(args)
+                ));
+                return Ok(Outcome::Interrupted);
+            }
+            chapter => chapter?,
+        };
         for (name, chart) in charts(&chapter) {
             drawings.write(&format!("{name}.svg"), |file| file.write_all(chart.svg().as_bytes()))?;
             drawings.write(&format!("{name}.png"), |file| file.write_all(&chart.png()))?;
         }
         chapters.push(chapter);
-        let text = page(&command(args), &today().to_string(), &chapters);
+        let text = page(&command(args), &today().to_string(), team, &chapters);
         folder.write(PAGE, |file| file.write_all(text.as_bytes()))?;
     }
     if !args.out.quiet {
@@ -61,90 +84,81 @@ pub fn compare(args: &CompareArgs) -> Result<Outcome, Fault> {
     Ok(Outcome::Done)
 }
 
-/// What was typed, as far as it enters the answer.
+/// What was typed.
 fn command(args: &CompareArgs) -> String {
     let jobs: Vec<String> = args.jobs.iter().map(|job| job.display().to_string()).collect();
     let rays = args.rays.map_or(String::new(), |rays| format!(" --rays {rays}"));
     let set: String = args.set.iter().map(|set| format!(" --set {set}")).collect();
-    format!("radwalk compare {} --runs {}{rays}{set}", jobs.join(" "), args.runs)
+    let workers = args.workers.map_or(String::new(), |workers| format!(" --workers {workers}"));
+    let threads = if args.threads == 1 { String::new() } else { format!(" --threads {}", args.threads) };
+    let out = args.out.out.as_ref().map_or(String::new(), |out| format!(" --out {}", out.display()));
+    format!("radwalk compare {} --runs {}{rays}{set}{workers}{threads}{out}", jobs.join(" "), args.runs)
 }
 
-/// The rows that are there, kept in the file as they come.
-struct Table<'a> {
-    folder: &'a OutputFolder,
-    points: Vec<Point>,
+/// A job to compare in, and who walks.
+struct Arena<'a> {
+    args: &'a CompareArgs,
+    path: &'a Path,
+    job: &'a Job,
+    scene: &'a Scene,
+    team: Team,
 }
 
-impl<'a> Table<'a> {
-    fn new(folder: &'a OutputFolder, resume: bool) -> Result<Self, Fault> {
-        let file = folder.file(TABLE);
-        let unreadable = |source| Fault::Table { path: file.clone(), source };
-        let points = match resume && file.exists() {
-            true => {
-                csv::Reader::from_path(&file).map_err(unreadable)?.deserialize().collect::<Result<_, _>>()
-            }
-            false => Ok(Vec::new()),
-        };
-        Ok(Table { folder, points: points.map_err(unreadable)? })
-    }
-
-    fn find(&self, key: &str, method: &str, rays: u64, runs: usize) -> Option<Point> {
-        let is_it = |p: &&Point| (&p.key[..], &p.method[..], p.rays, p.runs) == (key, method, rays, runs);
-        self.points.iter().find(is_it).cloned()
-    }
-
-    fn add(&mut self, new: &[Point]) -> Result<(), Fault> {
-        self.points.extend(new.iter().cloned());
-        Ok(self.folder.write(TABLE, |file| {
-            let mut writer = csv::Writer::from_writer(file);
-            self.points.iter().try_for_each(|point| writer.serialize(point))?;
-            writer.flush()
-        })?)
-    }
+/// Reads a job, and makes sure that light has a way into its scene.
+fn load(args: &CompareArgs, path: &Path) -> Result<(Job, Scene), Fault> {
+    let job = job::load(path, &args.set)?;
+    let scene = job.build_scene()?;
+    Experiment::new(scene.clone(), job::Method::default().walks())?;
+    Ok((job, scene))
 }
 
 /// All sizes of all methods in the scene of a job.
-fn study(args: &CompareArgs, path: &Path, table: &mut Table<'_>) -> Result<Chapter, Fault> {
-    let (job, scene) = load(args, path)?;
+fn study(arena: &Arena<'_>, table: &mut Table<'_>) -> Result<Chapter, Fault> {
+    let &Arena { args, path, job, scene, team } = arena;
     let patches = scene.patches().len();
     let most = args.rays.unwrap_or(LEAST_RAYS.max(RAYS_PER_PATCH * patches as u64));
-    let truths = Truths::new(&job, &scene, most);
-    let key = blake3::Hash::from_bytes(scene.hash()).to_hex()[..16].to_string();
+    let truths = Truths::new(arena, most)?;
     let (mut points, mut missing) = (Vec::new(), Vec::new());
     for size in (0..SIZES).rev() {
         let rays = most / STEP.pow(size);
-        let (able, absent) = contenders(args, path, &scene, rays);
+        let (able, absent) = contenders(args, path, scene, rays);
         missing.extend(absent);
-        let known = |contender: &Contender| table.find(&key, contender.name, rays, args.runs);
-        let (old, new): (Vec<_>, Vec<_>) = able
-            .into_iter()
-            .map(|contender| (known(&contender), contender))
-            .partition(|(old, _)| old.is_some());
-        let new: Vec<Contender> = new.into_iter().map(|(_, contender)| contender).collect();
-        let fresh = truths.run(args, &new).into_iter().map(|(contender, record)| {
-            record.point(&job.name, &key, contender, rays, truths.judged(contender))
-        });
-        let fresh: Vec<Point> = fresh.collect();
-        table.add(&fresh)?;
-        fresh.iter().for_each(|point| announce(args, point));
-        points.extend(old.into_iter().filter_map(|(old, _)| old).chain(fresh));
+        for contender in &able {
+            let key = key(&contender.trial, most);
+            if let Some(known) = table.find(&key, contender.name, rays, args.runs) {
+                points.push(known.clone());
+                continue;
+            }
+            let shot = team.shoot(&contender.trial, args.runs)?;
+            let fresh = point(key, rays, contender, &shot, truths.of(contender));
+            table.add(fresh.clone())?;
+            announce(args, &fresh);
+            points.push(fresh);
+        }
     }
     // A method that some size has no room for is still compared at others.
     missing.retain(|absent: &Absent| points.iter().all(|point: &Point| point.method != absent.name));
-    missing.dedup_by(|a, b| a.name == b.name);
     missing.sort_by_key(|absent| absent.name);
     missing.dedup_by(|a, b| a.name == b.name);
-    // Rows that were there come where they would have come now.
     let order = contender::names();
     points.sort_by_key(|point| (order.iter().position(|name| *name == point.method), point.rays));
     Ok(Chapter {
-        job: job.name,
+        job: job.name.clone(),
+        path: path.into(),
         size: [patches, scene.surfaces().len()],
         points,
         absent: missing,
         truth: told(&truths.discrete),
         continuous_truth: told(&truths.continuous),
     })
+}
+
+/// Names all that a row depends on beside method and rays: the job, and the rays that its reference goes by.
+fn key(Trial { job, experiment }: &Trial, most: u64) -> String {
+    let mut hasher = blake3::Hasher::new();
+    hasher.update(&job::job_hash(experiment.scene().hash(), &job.method, job.seed));
+    hasher.update(&most.to_le_bytes());
+    hasher.finalize().to_hex()[..16].to_string()
 }
 
 /// What errors are measured against, in words.
@@ -176,34 +190,18 @@ struct Truths {
 }
 
 impl Truths {
-    fn new(job: &Job, scene: &Scene, rays: u64) -> Self {
+    fn new(arena: &Arena<'_>, rays: u64) -> Result<Self, Fault> {
         let judged = |truth: Truth| {
-            let judged = Judged::new(scene, &truth);
+            let judged = Judged::new(arena.scene, &truth);
             (truth, judged)
         };
-        Truths {
-            discrete: judged(Truth::discrete(job, scene, rays)),
-            continuous: judged(Truth::continuous(scene, rays)),
-        }
+        Ok(Truths {
+            discrete: judged(Truth::discrete(arena, rays)?),
+            continuous: judged(Truth::continuous(arena, rays)?),
+        })
     }
 
     fn of(&self, contender: &Contender) -> &(Truth, Judged) {
         if contender.is_continuous() { &self.continuous } else { &self.discrete }
-    }
-
-    fn judged(&self, contender: &Contender) -> &Judged {
-        &self.of(contender).1
-    }
-
-    /// All runs of some contenders, in turn: what slows the machine down slows all of them.
-    fn run<'c>(&self, args: &CompareArgs, contenders: &'c [Contender]) -> Vec<(&'c Contender, Record)> {
-        let mut records: Vec<_> = contenders.iter().map(|c| (c, Record::new(self.judged(c)))).collect();
-        for run in 0..args.runs as u64 {
-            for (contender, record) in &mut records {
-                let (truth, judged) = self.of(contender);
-                record.run(contender, 1 + run, truth, judged);
-            }
-        }
-        records
     }
 }

@@ -1,13 +1,16 @@
 //! What was compared, in words, tables and charts.
 
 use std::fmt::Write;
+use std::path::{Path, PathBuf};
 
 use report::{Axis, Chart, Series};
 use stats::Measured;
 
+use super::contender;
 use super::contender::Absent;
-use super::judge::{Advice, Curve, advice, curves, is_pareto};
+use super::judge::{Advice, Curve, advice, curves, front, is_pareto};
 use super::measure::Point;
+use super::shoot::Team;
 use crate::plot::{figure, pm, seen, theory};
 use crate::progress::{percent, quantity};
 
@@ -18,6 +21,8 @@ const DRAWN: usize = 8;
 pub struct Chapter {
     /// The job's name.
     pub job: String,
+    /// Its file.
+    pub path: PathBuf,
     /// Patches and surfaces of its scene.
     pub size: [usize; 2],
     /// All points.
@@ -37,11 +42,11 @@ pub fn charts(chapter: &Chapter) -> [(String, Chart); 2] {
         let of =
             |curve: &Curve<'_>| seen(curve.method, curve.points.iter().map(|point| (x(point), point.rms())));
         let mut series: Vec<Series> = curves.iter().map(of).collect();
-        // Slope −1/2 from the first point of the first curve.
+        // Slope −1/2 from the first point of the first curve, below all others.
         let [first, last] = [curves[0].points[0], curves[0].last()];
         let scale = first.rms().value * x(first).sqrt();
         let guide = [x(first), x(last)].map(|x| (x, scale / x.sqrt()));
-        series.push(theory("slope −1/2", guide));
+        series.insert(0, theory("slope −1/2", guide));
         series
     };
     let chart = |what: &str, axis: &str, x| Chart {
@@ -52,7 +57,7 @@ pub fn charts(chapter: &Chapter) -> [(String, Chart); 2] {
     };
     [
         (format!("{}-time", chapter.job), chart("time", "processor time of a run [s]", |p| p.seconds)),
-        (format!("{}-rays", chapter.job), chart("rays", "rays of a run", |p| p.rays as f64)),
+        (format!("{}-rays", chapter.job), chart("rays", "rays of a run", |p| p.traced as f64)),
     ]
 }
 
@@ -65,17 +70,19 @@ fn best(points: &[Point]) -> Vec<Curve<'_>> {
 }
 
 /// The page of all chapters.
-pub fn page(command: &str, date: &str, chapters: &[Chapter]) -> String {
+pub fn page(command: &str, date: &str, team: Team, chapters: &[Chapter]) -> String {
     let mut page = String::from("# Speed against accuracy\n\n");
+    let workers = plural(team.workers, "worker");
+    let threads = plural(team.threads as usize, "thread");
     let _ = writeln!(
         page,
-        "Written by `{command}` on {date}. All runs are walked in one thread of one process, one after the other, methods \
-         in turn; time is the processor time of that thread while it walks, without reading scenes, starting workers and \
-         sending results. Errors are relative errors of B of the patches that reflect and do not emit (and have a \
-         thousandth of the mean radiosity at least), by area; ± is a standard error over the runs. Merit is 1/(mean \
-         squared error · seconds), its 95 % interval by Student's t on the logarithm. Chains are eight a run, as jobs have \
-         them. Memory is the growth of the process in the first run; traffic is what the result of a whole run takes on \
-         the wire."
+        "Written by `{command}` on {date}. All runs of a method and size are walked by worker processes, as jobs are, one \
+         run after the other ({workers} of {threads} each); time is the processor time of their threads while they walk, \
+         without starting, reading scenes and sending results. Errors are relative errors of B of the patches that reflect \
+         and do not emit (and have a thousandth of the mean radiosity at least), by area; ± is a standard error over the \
+         runs; those of the worst patch and of 99 % of the area are root mean squares over the runs. Merit is 1/(mean \
+         squared error · seconds), its 95 % interval by Student's t on the logarithm. Memory is the most that a worker \
+         process took; traffic is what workers sent for a run, as it went over the wire."
     );
     for chapter in chapters {
         write_chapter(&mut page, chapter);
@@ -83,11 +90,15 @@ pub fn page(command: &str, date: &str, chapters: &[Chapter]) -> String {
     page
 }
 
+fn plural(n: usize, what: &str) -> String {
+    if n == 1 { format!("one {what}") } else { format!("{n} {what}s") }
+}
+
 fn write_chapter(page: &mut String, chapter: &Chapter) {
-    let Chapter { job, size: [patches, surfaces], points, absent, truth, continuous_truth } = chapter;
+    let Chapter { job, path, size: [patches, surfaces], points, absent, truth, continuous_truth } = chapter;
     let _ = writeln!(page, "\n## {job}\n\n{patches} patches on {surfaces} surfaces.\n");
     let all = curves(points);
-    let _ = writeln!(page, "**What to use.** {}\n", words(&advice(&all)));
+    write_advice(page, path, &advice(&all));
     for (file, chart) in charts(chapter) {
         let _ = writeln!(page, "![{}](compare/{file}.svg)\n", chart.title);
     }
@@ -102,6 +113,7 @@ fn write_chapter(page: &mut String, chapter: &Chapter) {
     for curve in &all {
         write_row(page, curve.last(), points);
     }
+    write_front(page, points);
     let _ = writeln!(
         page,
         "\nErrors of discrete methods are measured against {truth}; of continuous ones against {continuous_truth}."
@@ -113,21 +125,17 @@ fn write_chapter(page: &mut String, chapter: &Chapter) {
 
 fn write_row(page: &mut String, point: &Point, points: &[Point]) {
     let [merit, low, high] = point.merit();
-    // Memory is told in pages.
     let bytes = |bytes: u64| match bytes {
-        0 => "< 4 kB".into(),
-        1..1000 => format!("{bytes} B"),
+        0..1000 => format!("{bytes} B"),
         _ => format!("{}B", quantity(bytes as f64)),
     };
-    let Measured { value, standard_error } = point.rms();
-    let rms = Measured { value: 100.0 * value, standard_error: 100.0 * standard_error };
     let _ = writeln!(
         page,
         "| {} | {} | {} | {} % | {} | {} | {} ({} … {}) | {} | {} | {} |",
         point.method,
-        quantity(point.rays as f64),
+        quantity(point.traced as f64),
         figure(point.seconds),
-        pm(rms),
+        pm(in_percent(point.rms())),
         percent(point.p99),
         percent(point.worst),
         quantity(merit),
@@ -153,31 +161,68 @@ fn write_times(page: &mut String, curves: &[Curve<'_>]) {
     }
 }
 
-/// The advice in sentences: errors that ask for the same method share one.
-fn words(advice: &[Advice<'_>]) -> String {
-    let mut sentences = Vec::new();
-    for group in advice.chunk_by(|a, b| a.ranking[0].0 == b.ranking[0].0) {
+/// The advice: errors that ask for the same method share one item, with the very commands.
+fn write_advice(page: &mut String, path: &Path, advice: &[Advice<'_>]) {
+    let _ = writeln!(page, "**What to use.**\n");
+    for group in advice.chunk_by(|a, b| a.ranking[0].0.method == b.ranking[0].0.method) {
         let (first, last) = (&group[0], &group[group.len() - 1]);
         let range = match group.len() {
             1 => format!("For an rms error of {} %", 100.0 * first.rms),
             _ => format!("For rms errors of {} % to {} %", 100.0 * first.rms, 100.0 * last.rms),
         };
-        let (name, time) = last.ranking[0];
-        let alike: Vec<&str> = last.ranking[1..last.alike.max(1)].iter().map(|&(name, _)| name).collect();
-        let as_good = if alike.is_empty() {
-            String::new()
-        } else {
-            format!("; as good, as far as this tells: {}", alike.join(", "))
+        let (best, time) = last.ranking[0];
+        let alike: Vec<&str> =
+            last.ranking[1..last.alike.max(1)].iter().map(|(curve, _)| curve.method).collect();
+        let as_good = match &alike[..] {
+            [] => String::new(),
+            alike => format!("; as good, as far as this tells: {}", alike.join(", ")),
         };
-        let next = last.ranking.get(last.alike.max(1));
-        let next = next.map_or(String::new(), |(other, longer)| {
-            format!("; next is {other}, {} times longer", figure(longer / time))
-        });
-        sentences.push(format!(
-            "{range}: **{name}** ({} s to {} %{as_good}{next}).",
+        let _ = writeln!(
+            page,
+            "- {range}: **{}** ({} s to {} %{as_good}).",
+            best.method,
             figure(time),
             100.0 * last.rms
-        ));
+        );
+        write_command(page, path, best, last.rms);
+        if let Some((next, longer)) = last.ranking.get(last.alike.max(1)) {
+            let _ = writeln!(
+                page,
+                "  Next is {}, which takes {} times longer:",
+                next.method,
+                figure(longer / time)
+            );
+            write_command(page, path, next, last.rms);
+        }
     }
-    sentences.join(" ")
+    let _ = writeln!(page);
+}
+
+/// What to type for a method to reach an error.
+fn write_command(page: &mut String, path: &Path, curve: &Curve<'_>, rms: f64) {
+    let (Some(method), Some(paths)) = (contender::method(curve.method), curve.paths_to(rms)) else { return };
+    let _ = writeln!(page, "  `radwalk run {} --set 'method={method}' --paths {paths}`", path.display());
+}
+
+/// The points that no other beats.
+fn write_front(page: &mut String, points: &[Point]) {
+    let _ = writeln!(page, "\nNo other point is both faster and more accurate than:\n");
+    let _ = writeln!(page, "| s | rms error | 99 % of the area | worst patch | method | rays |");
+    let _ = writeln!(page, "|---|---|---|---|---|---|");
+    for point in front(points) {
+        let _ = writeln!(
+            page,
+            "| {} | {} % | {} | {} | {} | {} |",
+            figure(point.seconds),
+            pm(in_percent(point.rms())),
+            percent(point.p99),
+            percent(point.worst),
+            point.method,
+            quantity(point.traced as f64)
+        );
+    }
+}
+
+fn in_percent(Measured { value, standard_error }: Measured) -> Measured {
+    Measured { value: 100.0 * value, standard_error: 100.0 * standard_error }
 }

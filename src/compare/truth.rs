@@ -2,9 +2,11 @@
 
 use exact::Exact;
 use job::Job;
-use radiosity::{Direction, Estimates, EstimatorKind, Experiment, InfiniteEnd, Method, Scene, Space, Tally};
+use radiosity::{Estimates, Scene, Space};
 
-use super::measure::{rays_per_walk, walk};
+use super::Arena;
+use super::contender::Trial;
+use crate::fault::Fault;
 
 /// The most patches of a scene that is no box for which form factors are worth their time.
 const FEW_PATCHES: usize = 400;
@@ -12,8 +14,12 @@ const FEW_PATCHES: usize = 400;
 /// The reference has so many times the rays of the longest run.
 const LONGER: u64 = 16;
 
-/// The seed of references; runs have others.
+/// References have a seed that is so far from that of the runs.
 const SEED: u64 = 1 << 40;
+
+/// What references are walked by, the first that a job takes.
+const DISCRETE: [&str; 2] = [r#"{ walk = "jacobi" }"#, r#"{ estimator = "collision" }"#];
+const CONTINUOUS: [&str; 1] = [r#"{ estimator = "collision", space = "continuous" }"#];
 
 /// B of every patch and channel, and how it is known.
 pub struct Truth {
@@ -28,22 +34,22 @@ pub struct Truth {
 impl Truth {
     /// Of the patches' radiosity system: exact where that is quickly found, else by chains, by walks where chains are not
     /// long enough; runs have up to `rays` rays.
-    pub fn discrete(job: &Job, scene: &Scene, rays: u64) -> Truth {
-        exact(job, scene).unwrap_or_else(|| {
-            let chain_rays = (LONGER * rays / 8).min(u64::from(u32::MAX));
-            let long_enough = chain_rays >= 16 * scene.patches().len() as u64;
-            let direction = if long_enough {
-                Direction::Jacobi { chain_rays, solve: radiosity::Solve::Links }
-            } else {
-                Direction::Shooting
-            };
-            by_run(scene, direction, Space::Discrete, rays)
-        })
+    ///
+    /// # Errors
+    /// As [`Team::shoot`].
+    pub fn discrete(arena: &Arena<'_>, rays: u64) -> Result<Truth, Fault> {
+        match exact(arena.job, arena.scene) {
+            Some(truth) => Ok(truth),
+            None => by_run(arena, &DISCRETE, rays),
+        }
     }
 
     /// Of the integral equation, by walks.
-    pub fn continuous(scene: &Scene, rays: u64) -> Truth {
-        by_run(scene, Direction::Shooting, Space::Continuous, rays)
+    ///
+    /// # Errors
+    /// As [`Team::shoot`].
+    pub fn continuous(arena: &Arena<'_>, rays: u64) -> Result<Truth, Fault> {
+        by_run(arena, &CONTINUOUS, rays)
     }
 }
 
@@ -69,37 +75,29 @@ fn exact_words(exact: &Exact) -> String {
     exact::Accuracy::of(exact).form_factors.to_string()
 }
 
-fn by_run(scene: &Scene, direction: Direction, space: Space, rays: u64) -> Truth {
-    let chains = matches!(direction, Direction::Jacobi { .. });
-    let method = Method {
-        direction,
-        estimator: EstimatorKind::Collision,
-        infinite: InfiniteEnd::default(),
-        space,
-        mix: false,
-        sobol_batch: None,
-    };
-    let experiment = Experiment::new(scene.clone(), method).expect("collision and chains fit every scene");
-    let walks = match experiment.chain_rays() {
-        Some(_) => 8,
-        None => ((LONGER * rays) as f64 / rays_per_walk(&experiment)) as u64,
-    };
-    let tally: Tally = walk(&experiment, SEED, walks);
-    let estimates = Estimates::new(&experiment, &tally, 0.95);
+fn by_run(arena: &Arena<'_>, methods: &[&str], rays: u64) -> Result<Truth, Fault> {
+    let &Arena { args, path, scene, team, .. } = arena;
+    let trials =
+        methods.iter().filter_map(|method| Trial::of_rays(args, path, scene, method, LONGER * rays).ok());
+    let mut trial = { trials }.next().expect("collision walks fit every scene");
+    trial.job.seed = trial.job.seed.wrapping_add(SEED);
+    let shot = team.shoot(&trial, 1)?;
+    let (tally, experiment) = (&shot.tallies[0], &trial.experiment);
+    let estimates = Estimates::new(experiment, tally, 0.95);
     let (mut radiosity, mut variance) = (Vec::new(), Vec::new());
     for (_, _, known) in estimates.iter() {
         let known = known.expect("collision walks and chains tell of every patch");
         radiosity.extend(known.iter().map(|estimate| estimate.radiosity));
         variance.extend(known.iter().map(|estimate| estimate.std_error.unwrap_or(0.0).powi(2)));
     }
-    let what = match (chains, space) {
-        (true, _) => "8 chains",
-        (false, Space::Discrete) => "discrete collision walks",
-        (false, Space::Continuous) => "continuous collision walks",
+    let what = match (experiment.chain_rays(), experiment.method().space) {
+        (Some(_), _) => format!("{} chains", trial.walks()),
+        (None, Space::Discrete) => "discrete collision walks".into(),
+        (None, Space::Continuous) => "continuous collision walks".into(),
     };
     let how = format!(
         "an independent run of {what} with {:.1e} rays, whose own variance is taken off",
         tally.counts.rays as f64
     );
-    Truth { radiosity, variance, how }
+    Ok(Truth { radiosity, variance, how })
 }

@@ -86,6 +86,8 @@ pub struct Coordinator {
     looks: Vec<Look>,
     stopping: Option<(Ending, Now)>,
     ending: Option<Ending>,
+    /// Bytes that workers have sent.
+    received: u64,
 }
 
 impl Coordinator {
@@ -104,7 +106,7 @@ impl Coordinator {
             () => None,
         };
         let crew = Crew::new(terms, ledger.numbered_from(plan.first), Ledger::unleased, workers, effort);
-        Coordinator { crew, wall: plan.wall, judge: plan.judge, looks, stopping: None, ending }
+        Coordinator { crew, wall: plan.wall, judge: plan.judge, looks, stopping: None, ending, received: 0 }
     }
 
     /// The books of the prefix: what another coordinator needs to go on from here. A large tally is not copied; the
@@ -140,6 +142,11 @@ impl Coordinator {
     /// For progress displays.
     pub fn progress(&self) -> Progress {
         Progress { walks: self.crew.ledger.walks_in(), workers: self.crew.workers_now() }
+    }
+
+    /// Bytes of workers that have come in, after they were let in.
+    pub fn received(&self) -> u64 {
+        self.received
     }
 
     /// What the run has taken so far.
@@ -244,6 +251,10 @@ impl Lead for Coordinator {
 
     fn on_stir(&mut self, id: PeerId) {
         self.crew.on_stir(id);
+    }
+
+    fn on_bytes(&mut self, bytes: usize) {
+        self.received += bytes as u64;
     }
 
     fn on_lost(&mut self, id: PeerId, reason: &str, now: Now) -> Vec<Action> {

@@ -92,7 +92,7 @@ impl Terms {
 pub struct Effort {
     /// From the first lease to the last result that was merged.
     pub seconds: f64,
-    /// CPU time of all workers.
+    /// Processor time that all workers walked.
     pub cpu_seconds: f64,
     /// Workers that ever shot.
     pub workers_seen: u64,

@@ -68,6 +68,10 @@ pub trait Lead {
     /// A long message to a peer gets on. It may say nothing until it has all of it, so this is a sign of life and of
     /// progress.
     fn on_stir(&mut self, id: PeerId);
+    /// So many bytes of peers have come in.
+    fn on_bytes(&mut self, bytes: usize) {
+        let _ = bytes;
+    }
     /// A connection is gone.
     fn on_lost(&mut self, id: PeerId, reason: &str, now: Now) -> Vec<Action>;
     /// Time goes by.

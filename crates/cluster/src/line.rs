@@ -27,8 +27,8 @@ pub const TURN_BYTES: usize = 1 << 16;
 pub enum Heard {
     /// Wait for an event.
     All,
-    /// Its turn is over, but it has said more.
-    Part,
+    /// So many bytes; its turn is over, but it may have said more.
+    Part(usize),
 }
 
 /// A connection that is let in.
@@ -96,9 +96,9 @@ impl Line {
                 if self.closing.is_none() {
                     self.inbound.arrived(&buffer[..bytes]);
                 }
-                Ok(Heard::Part)
+                Ok(Heard::Part(bytes))
             }
-            Err(error) if error.kind() == io::ErrorKind::Interrupted => Ok(Heard::Part),
+            Err(error) if error.kind() == io::ErrorKind::Interrupted => Ok(Heard::Part(0)),
             Err(error) if error.kind() == io::ErrorKind::WouldBlock => Ok(Heard::All),
             Err(error) => Err(error.into()),
         }

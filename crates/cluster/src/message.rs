@@ -102,7 +102,7 @@ pub struct LeaseResult {
     pub lease: u64,
     /// Time it took [s].
     pub seconds: f64,
-    /// CPU time of the worker process so far [s].
+    /// Processor time that the worker's threads have walked so far [s].
     pub cpu_seconds: f64,
     /// How its walks ended ([`radiosity::Counts::to_array`]).
     pub counts: Box<[u128; 15]>,

@@ -240,7 +240,7 @@ impl<'a, T: FnMut(Notice)> Shell<'a, T> {
     fn serve_line(&mut self, id: PeerId, lead: &mut impl Lead) {
         match self.exchange(id, lead) {
             Ok(Heard::All) => {}
-            Ok(Heard::Part) => {
+            Ok(Heard::Part(_)) => {
                 self.ready.insert(id);
             }
             Err(error) => {
@@ -255,6 +255,9 @@ impl<'a, T: FnMut(Notice)> Shell<'a, T> {
         self.flush(id, lead)?;
         let Some(line) = self.lines.get_mut(&id) else { return Ok(Heard::All) };
         let heard = line.hear(&mut self.buffer)?;
+        if let Heard::Part(bytes) = heard {
+            lead.on_bytes(bytes);
+        }
         while let Some(line) = self.lines.get_mut(&id)
             && let Some(message) = line.next(lead.frame_cap())?
         {

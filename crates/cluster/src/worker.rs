@@ -118,7 +118,7 @@ pub struct Identity {
 }
 
 /// Works for the coordinator of `access` until the job is done. `build` makes the work from what the
-/// coordinator sends; `cpu_seconds` tells the CPU time of this process so far.
+/// coordinator sends; `cpu_seconds` tells the processor time of its walks so far.
 ///
 /// # Errors
 /// Where the coordinator cannot be reached, refuses, or goes away.

@@ -272,11 +272,15 @@ impl Chart {
             .light_line_style(TRANSPARENT)
             .draw()?;
         let plot = chart.plotting_area();
+        let at = |x: f64, y: f64| Some(plot.map_coordinate(&(self.x.place(x)?, self.y.place(y)?)));
         for (number, series) in self.series.iter().enumerate() {
             let look = Look::new(number, series.style);
-            let at = |x: f64, y: f64| Some(plot.map_coordinate(&(self.x.place(x)?, self.y.place(y)?)));
             let middles: Vec<_> = series.points.iter().filter_map(|p| at(p.x, p.y)).collect();
             look.draw_line(area, &middles)?;
+        }
+        // Marks stand above all lines.
+        for (number, series) in self.series.iter().enumerate() {
+            let look = Look::new(number, series.style);
             for point in &series.points {
                 let Some(middle) = at(point.x, point.y) else { continue };
                 if point.error > 0.0 && series.style != Style::Line {

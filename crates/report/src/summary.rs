@@ -40,7 +40,7 @@ pub struct Summary {
     pub truncated: u64,
     /// Wall time of tracing, in seconds.
     pub seconds: f64,
-    /// Processor time of all workers, in seconds.
+    /// Processor time that all workers walked, in seconds.
     pub cpu_seconds: f64,
     /// Walks per second of wall time.
     pub paths_per_second: f64,
