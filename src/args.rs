@@ -20,6 +20,8 @@ pub enum Command {
     Coordinate(CoordinateArgs),
     /// Work for the coordinator of an access file until its job is done
     Work(WorkArgs),
+    /// Be one worker to a coordinator, and a coordinator to workers of its own
+    Relay(RelayArgs),
     /// Solve the radiosity system of a small scene without any randomness
     Exact(ExactArgs),
     /// Combine runs of one scene and method into one result
@@ -129,6 +131,25 @@ pub struct WorkArgs {
     pub quiet: bool,
     /// How long to look for a coordinator that is not there yet, or went away without a word [default: 600; started by
     /// hand, 0 for one that is not there yet]
+    #[arg(long, value_name = "SECONDS")]
+    pub wait: Option<u64>,
+}
+
+#[derive(Args)]
+pub struct RelayArgs {
+    /// The access file that the coordinator (or another relay) wrote
+    #[arg(long, value_name = "FILE")]
+    pub access: PathBuf,
+    /// The access file to write for this relay's workers
+    #[arg(long, value_name = "FILE")]
+    pub out_access: PathBuf,
+    /// Where to listen for workers: the name by which they reach this machine, e.g. node1:7600 (port 0: any free one)
+    #[arg(long, value_name = "HOST:PORT", default_value = "127.0.0.1:0")]
+    pub listen: String,
+    /// Say nothing but errors
+    #[arg(long)]
+    pub quiet: bool,
+    /// How long to look for a coordinator, as workers do
     #[arg(long, value_name = "SECONDS")]
     pub wait: Option<u64>,
 }

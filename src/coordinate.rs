@@ -300,18 +300,23 @@ pub fn plan(
 
 /// Listens at an address and writes the access file for it.
 fn listen(identity: &Identity, address: &str, access_file: &Path) -> Result<(TcpListener, Access), Fault> {
-    let fault = |source| Fault::Listen { address: address.into(), source };
-    let listener = TcpListener::bind(address).map_err(fault)?;
-    let bound = listener.local_addr().map_err(fault)?;
-    // A port of 0 was replaced by a free one; a host name stays as it was typed.
-    let host = address.rsplit_once(':').map_or(address, |(host, _)| host);
-    let address = format!("{host}:{}", bound.port());
+    let (listener, address) = bind(address)?;
     let access = Access::new(address, crate::BUILD, identity.scene_hash)
         .map_err(|source| Fault::System { doing: "drawing a random key", source })?;
     access
         .write(access_file)
         .map_err(|source| Fault::AccessFileWrite { path: access_file.into(), source })?;
     Ok((listener, access))
+}
+
+/// Listens at an address; returns by what others reach it, too.
+pub fn bind(address: &str) -> Result<(TcpListener, String), Fault> {
+    let fault = |source| Fault::Listen { address: address.into(), source };
+    let listener = TcpListener::bind(address).map_err(fault)?;
+    let bound = listener.local_addr().map_err(fault)?;
+    // A port of 0 was replaced by a free one; a host name stays as it was typed.
+    let host = address.rsplit_once(':').map_or(address, |(host, _)| host);
+    Ok((listener, format!("{host}:{}", bound.port())))
 }
 
 /// What the checkpoints of a job have in common.

@@ -48,6 +48,14 @@ pub enum Fault {
         /// What is wrong with it.
         source: std::io::Error,
     },
+    /// A relay would write over the access file that it reads.
+    #[error(
+        "--access and --out-access name the same file, {path} (a relay reads one and writes the other); give its workers another"
+    )]
+    OneAccessFile {
+        /// The file.
+        path: PathBuf,
+    },
     /// The address cannot be listened at.
     #[error("cannot listen at {address} ({source}); choose another address or port with --listen")]
     Listen {
@@ -213,7 +221,7 @@ impl Fault {
     pub fn exit_code(&self) -> u8 {
         match self {
             Fault::Job(_) | Fault::Unfit(_) | Fault::Report(_) | Fault::Exact(_) => 2,
-            Fault::AccessFile { .. } | Fault::AccessFileWrite { .. } => 2,
+            Fault::AccessFile { .. } | Fault::AccessFileWrite { .. } | Fault::OneAccessFile { .. } => 2,
             Fault::Checkpoint(_) | Fault::BeyondBudget { .. } | Fault::Merge { .. } => 2,
             Fault::Kept { .. } | Fault::Share(_) | Fault::OtherBatches { .. } | Fault::NoWalks => 2,
             Fault::NoEntry { .. } | Fault::Table { .. } | Fault::TwinJobs(_) => 2,

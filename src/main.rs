@@ -21,6 +21,7 @@ mod outputs;
 mod plan;
 mod plot;
 mod progress;
+mod relay;
 mod replay;
 mod replica;
 mod reproduce;
@@ -48,6 +49,7 @@ fn main() -> ExitCode {
         Command::Run(args) => coordinate::run(&args),
         Command::Coordinate(args) => coordinate::coordinate(&args),
         Command::Work(args) => work::work(&args),
+        Command::Relay(args) => relay::relay(&args),
         Command::Exact(args) => exact_command::exact(&args),
         Command::Merge(args) => merge::merge(&args),
         Command::Audit(args) => audit::audit(&args),

@@ -1,6 +1,7 @@
 //! `radwalk work`: one worker process.
 
 use std::io::ErrorKind;
+use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
@@ -26,11 +27,20 @@ const PATIENCE: Duration = Duration::from_secs(600);
 /// coordinator that is not there yet, too, as do those that were told how long; others hear at once what is wrong.
 pub fn work(args: &WorkArgs) -> Result<Outcome, Fault> {
     signals::catch();
-    let patience = args.wait.map_or(PATIENCE, Duration::from_secs);
-    let mut since = (args.wait.is_some() || launcher::is_there(variable)).then(Instant::now);
-    let (mut joined, mut told) = (false, args.quiet);
+    keep_joining(args.wait, args.quiet, || join(args))
+}
+
+/// Joins a coordinator, again where it was lost without a word.
+pub fn keep_joining(
+    wait: Option<u64>,
+    quiet: bool,
+    mut join: impl FnMut() -> Result<(), Fault>,
+) -> Result<Outcome, Fault> {
+    let patience = wait.map_or(PATIENCE, Duration::from_secs);
+    let mut since = (wait.is_some() || launcher::is_there(variable)).then(Instant::now);
+    let (mut joined, mut told) = (false, quiet);
     loop {
-        let fault = match join(args) {
+        let fault = match join() {
             Ok(()) => return Ok(Outcome::Done),
             Err(_) if signals::stop_asked() => return Ok(Outcome::Interrupted),
             Err(fault) => fault,
@@ -72,8 +82,7 @@ fn may_come(fault: &Fault) -> bool {
 
 /// Works for the coordinator of the access file as long as it is there.
 fn join(args: &WorkArgs) -> Result<(), Fault> {
-    let access = Access::read(&args.access)
-        .map_err(|source| Fault::AccessFile { path: args.access.clone(), source })?;
+    let access = read_access(&args.access)?;
     let identity = Identity {
         build: crate::BUILD.into(),
         name: name(std::process::id()),
@@ -82,6 +91,11 @@ fn join(args: &WorkArgs) -> Result<(), Fault> {
     };
     let clock = WalkClock::default();
     Ok(worker::work(&access, &identity, |job| Replica::decode(job, clock.clone()), || clock.seconds())?)
+}
+
+/// What the coordinator wrote for its workers.
+pub fn read_access(path: &Path) -> Result<Access, Fault> {
+    Access::read(path).map_err(|source| Fault::AccessFile { path: path.into(), source })
 }
 
 /// What the worker process `pid` of this machine is called.

@@ -338,6 +338,12 @@ impl Crew {
         let quiet = (self.awake - peer.heard).as_secs_f64();
         peer.beats = BEATS.min(peer.beats + quiet * BEATS_PER_SECOND);
         peer.heard = self.awake;
+        if matches!(message, ToCoordinator::Alive { .. } | ToCoordinator::Capacity { .. }) {
+            peer.beats -= 1.0;
+            if peer.beats < 0.0 {
+                return self.drop_peer(id, "says too often that it is alive (a faulty program)");
+            }
+        }
         match (&peer.stage, message) {
             (Stage::Admitted, ToCoordinator::Hello(hello)) => Step::Still(self.on_hello(id, hello)),
             (Stage::Welcomed, ToCoordinator::Ready { scene_hash, job_hash }) => {
@@ -357,10 +363,6 @@ impl Crew {
             }
             (Stage::Working, ToCoordinator::Return { lease }) if peer.relays => self.on_return(id, lease),
             (Stage::Welcomed | Stage::Working, ToCoordinator::Alive { progress }) => {
-                peer.beats -= 1.0;
-                if peer.beats < 0.0 {
-                    return self.drop_peer(id, "says too often that it is alive (a faulty program)");
-                }
                 if progress > peer.progress {
                     peer.progress = progress;
                     self.gets_on(id);

@@ -23,6 +23,8 @@ pub mod message;
 pub mod noise;
 pub mod pace;
 pub mod parcel;
+pub mod relay;
 pub mod server;
 mod transfers;
+pub mod upstream;
 pub mod worker;

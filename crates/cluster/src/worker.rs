@@ -128,23 +128,8 @@ pub fn work<W: Work>(
     build: impl FnOnce(&[u8]) -> Result<W, String>,
     cpu_seconds: impl Fn() -> f64 + Sync,
 ) -> Result<(), WorkerError> {
-    if access.build != identity.build {
-        let (theirs, ours) = (access.build.clone(), identity.build.clone());
-        return Err(WorkerError::OtherBuild { theirs, ours });
-    }
-    let (mut ear, link) = connect(access)?;
-    let Some(job) = introduce(&mut ear, &link, identity)? else { return Ok(()) };
-    ear.be_patient()?;
-    thread::scope(|scope| {
-        let (link, (beating, stop)) = (&link, bounded(0));
-        let _hangup = Hangup { link, _beating: beating };
-        thread::Builder::new()
-            .spawn_scoped(scope, move || link.beat(&stop, identity.leave))
-            .map_err(|error| link.give_up(format!("a thread cannot be started ({error})")))?;
-        let work = build(&job).map_err(|reason| {
-            link.give_up(reason.clone());
-            WorkerError::Job(reason)
-        })?;
+    join(access, identity, false, |Welcome { job, .. }, ear, link| {
+        let work = build_from(&job, link, build)?;
         drop(job);
         let (scene_hash, job_hash) = work.hashes();
         // Where this fails, whoever receives learns why: the job may have been done meanwhile.
@@ -153,28 +138,78 @@ pub fn work<W: Work>(
     })
 }
 
-/// Says who this is. Returns the job, or `None` where it is over already.
-fn introduce(ear: &mut Ear, link: &Link, identity: &Identity) -> Result<Option<Arc<[u8]>>, WorkerError> {
+/// What whoever is let in learns.
+pub(crate) struct Welcome {
+    pub job: Arc<[u8]>,
+    pub stream_walks: u64,
+    pub leases_per_thread: usize,
+}
+
+/// Joins the coordinator (or relay) of `access`, and does what there is to do there while a thread beside it says that it
+/// lives.
+pub(crate) fn join(
+    access: &Access,
+    identity: &Identity,
+    relays: bool,
+    live: impl FnOnce(Welcome, Ear, &Link) -> Result<(), WorkerError>,
+) -> Result<(), WorkerError> {
+    if access.build != identity.build {
+        let (theirs, ours) = (access.build.clone(), identity.build.clone());
+        return Err(WorkerError::OtherBuild { theirs, ours });
+    }
+    let (mut ear, link) = connect(access)?;
+    let Some(welcome) = introduce(&mut ear, &link, identity, relays)? else { return Ok(()) };
+    ear.be_patient()?;
+    thread::scope(|scope| {
+        // The heartbeat ends when `_beating` goes.
+        let (link, (_beating, stop)) = (&link, bounded(0));
+        let _hangup = Hangup { link };
+        thread::Builder::new()
+            .spawn_scoped(scope, move || link.beat(&stop, identity.leave))
+            .map_err(|error| link.give_up(format!("a thread cannot be started ({error})")))?;
+        live(welcome, ear, link)
+    })
+}
+
+/// Makes the work from the job; tells the other end where that fails.
+pub(crate) fn build_from<W: Work>(
+    job: &[u8],
+    link: &Link,
+    build: impl FnOnce(&[u8]) -> Result<W, String>,
+) -> Result<W, WorkerError> {
+    build(job).map_err(|reason| {
+        link.give_up(reason.clone());
+        WorkerError::Job(reason)
+    })
+}
+
+/// Says who this is. Returns what it learns, or `None` where the job is over already.
+fn introduce(
+    ear: &mut Ear,
+    link: &Link,
+    identity: &Identity,
+    relays: bool,
+) -> Result<Option<Welcome>, WorkerError> {
     link.send(&ToCoordinator::Hello(Hello {
         protocol: PROTOCOL,
         build: identity.build.clone(),
         name: identity.name.clone(),
         threads: u32::try_from(identity.threads).unwrap_or(u32::MAX),
-        relays: false,
+        relays,
     }))?;
     match ear.hear(MAX_FRAME)? {
-        ToWorker::Welcome { job, .. } => Ok(Some(job)),
+        ToWorker::Welcome { job, stream_walks, leases_per_thread } => {
+            Ok(Some(Welcome { job, stream_walks, leases_per_thread: leases_per_thread as usize }))
+        }
         ToWorker::Refused { reason } => Err(WorkerError::Refused(reason)),
         ToWorker::Done => Ok(None),
         _ => Err(WorkerError::Protocol),
     }
 }
 
-/// Ends the heartbeat and the connection, also where the job's own code panics: a worker that only seems to
-/// be alive would be waited for.
-struct Hangup<'a> {
-    link: &'a Link,
-    _beating: Sender<Infallible>,
+/// Ends the connection, also where the job's own code panics: a worker that only seems to be alive would be waited for.
+pub(crate) struct Hangup<'a> {
+    pub link: &'a Link,
 }
 
 impl Drop for Hangup<'_> {

@@ -1,0 +1,226 @@
+//! A relay as a pure state machine: one worker to whoever leads it, and a leader to its own workers. It splits each lease
+//! that it is given among them, merges what they bring, and passes on one result.
+//!
+//! Its books stand on end: leases follow each other in the order in which they came, whatever walks they hold, and looks are
+//! where one ends. So the prefix is what has come in of the first; at a look it is taken off and sent on; what workers
+//! have done of the next waits beside it, as with a coordinator. What a relay holds is bounded in the same way.
+
+use std::collections::VecDeque;
+use std::sync::Arc;
+
+use radiosity::Tally;
+
+use crate::codec::pack;
+use crate::crew::{Crew, Effort, Step, Terms, farewell};
+use crate::digest;
+use crate::lead::{Action, Lead, Now, PeerId};
+use crate::ledger::{Delivery, LeaseId, Ledger};
+use crate::message::{LeaseResult, ToCoordinator};
+use crate::pace::RELAY_ROUNDS;
+
+/// A lease that was given to the relay.
+struct Held {
+    lease: LeaseId,
+    walks: u64,
+    since: Now,
+}
+
+/// The state of a relay.
+pub struct Relay {
+    crew: Crew,
+    /// In the order in which they came.
+    held: VecDeque<Held>,
+    /// What is to be said to whoever leads.
+    outbox: Vec<ToCoordinator>,
+    /// Threads of its workers that whoever leads knows of.
+    told: usize,
+    over: Option<End>,
+}
+
+/// Why a relay ends by itself.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum End {
+    /// It was told that the job is done, or to leave.
+    Told,
+    /// A sum overflowed.
+    Overflow,
+    /// Whoever leads gave it more walks than there are numbers.
+    Excess,
+}
+
+impl Relay {
+    /// A relay of a job, without workers.
+    pub fn new(terms: Terms) -> Self {
+        let ledger = books(&terms);
+        let crew = Crew::new(terms, ledger, Ledger::span, vec![], Effort::default());
+        Relay { crew, held: VecDeque::new(), outbox: vec![], told: 0, over: None }
+    }
+
+    /// Why it ended, once it has.
+    pub fn end(&self) -> Option<End> {
+        self.over
+    }
+
+    /// Grows while its workers get on.
+    pub fn progress(&self) -> u64 {
+        self.crew.progress()
+    }
+
+    /// What is to be said to whoever leads, in this order. Large results are to be offered first.
+    pub fn take_outbox(&mut self) -> Vec<ToCoordinator> {
+        std::mem::take(&mut self.outbox)
+    }
+
+    /// Whoever leads gave it a lease.
+    pub fn on_lease(&mut self, lease: LeaseId, first: u64, walks: u64, now: Now) -> Vec<Action> {
+        if self.crew.threads() == 0 {
+            // The last of its workers left while this was under way. Whoever leads is to know before it is given it back.
+            self.tell_capacity(now);
+            self.outbox.push(ToCoordinator::Return { lease });
+            return vec![];
+        }
+        if !self.crew.ledger.extend(first, walks) {
+            return self.finish(End::Excess);
+        }
+        self.held.push_back(Held { lease, walks, since: now });
+        self.crew.go_on(now)
+    }
+
+    /// Sends everybody home.
+    pub fn finish(&mut self, end: End) -> Vec<Action> {
+        if self.over.is_some() {
+            return vec![];
+        }
+        self.over = Some(end);
+        self.crew.dismiss()
+    }
+
+    /// Goes on after an event.
+    fn after(&mut self, step: Step, now: Now) -> Vec<Action> {
+        match step {
+            Step::Still(actions) => actions,
+            Step::Moved(mut actions) => {
+                actions.extend(self.advance(now));
+                actions
+            }
+            Step::Overflow => self.finish(End::Overflow),
+        }
+    }
+
+    /// Merges what is in, sends on what is whole, and gives out more work.
+    fn advance(&mut self, now: Now) -> Vec<Action> {
+        loop {
+            match self.crew.ledger.advance() {
+                Ok(true) if self.crew.ledger.at_look() => self.send_on(now),
+                Ok(true) => {}
+                Ok(false) => return self.crew.go_on(now),
+                Err(_) => return self.finish(End::Overflow),
+            }
+        }
+    }
+
+    /// Sends on the result of the first lease.
+    fn send_on(&mut self, now: Now) {
+        let (tally, deliveries) = self.crew.ledger.take_off();
+        let Held { lease, walks, since } = self.held.pop_front().expect("each look is the end of a lease");
+        // By what its workers can do: some of this lease was done while the one before was not yet whole.
+        let rate = self.crew.rate();
+        let seconds = if rate > 0.0 { walks as f64 / rate } else { (now - since).as_secs_f64() };
+        let cpu_seconds = self.crew.effort().cpu_seconds;
+        let result = result_of(lease, &tally, &deliveries, seconds, cpu_seconds);
+        self.outbox.push(ToCoordinator::Result(result));
+    }
+
+    /// Says how many threads work here, where whoever leads knows another number. Without any, leases go back, and what was
+    /// done of them is dropped.
+    fn tell_capacity(&mut self, now: Now) {
+        let threads = self.crew.threads();
+        if threads == self.told {
+            return;
+        }
+        self.told = threads;
+        let rounds = RELAY_ROUNDS * self.crew.terms().leases_per_thread as f64;
+        let lease_seconds = rounds * self.crew.longest_lease_seconds(now);
+        let threads = u32::try_from(threads).unwrap_or(u32::MAX);
+        self.outbox.push(ToCoordinator::Capacity { threads, lease_seconds });
+        if threads == 0 {
+            let held = self.held.drain(..);
+            self.outbox.extend(held.map(|held| ToCoordinator::Return { lease: held.lease }));
+            self.crew.ledger = books(self.crew.terms());
+        }
+    }
+}
+
+/// Books without walks.
+fn books(terms: &Terms) -> Ledger {
+    let empty = Tally::new(terms.patches, terms.layout);
+    Ledger::new(0, terms.stream_walks.max(1), vec![], empty.into(), vec![])
+}
+
+/// A merged result. Its digest is the sum of those that came with its parts: had anything been changed here, whoever leads
+/// would find out.
+fn result_of(
+    lease: LeaseId,
+    tally: &Arc<Tally>,
+    deliveries: &[Delivery],
+    seconds: f64,
+    cpu_seconds: f64,
+) -> LeaseResult {
+    LeaseResult {
+        lease,
+        seconds,
+        cpu_seconds,
+        counts: Box::new(tally.counts.to_array()),
+        sums: pack(tally.sums()),
+        digest: deliveries.iter().fold(0, |sum, delivery| digest::add(sum, delivery.digest)),
+    }
+}
+
+impl Lead for Relay {
+    fn on_connect(&mut self, id: PeerId) -> Vec<Action> {
+        if self.over.is_some() {
+            return farewell(id).into();
+        }
+        self.crew.on_connect(id);
+        vec![]
+    }
+
+    fn on_message(&mut self, id: PeerId, message: ToCoordinator, now: Now) -> Vec<Action> {
+        if self.over.is_some() {
+            return vec![];
+        }
+        let step = self.crew.on_message(id, message, now);
+        self.after(step, now)
+    }
+
+    fn on_stir(&mut self, id: PeerId) {
+        self.crew.on_stir(id);
+    }
+
+    fn on_lost(&mut self, id: PeerId, reason: &str, now: Now) -> Vec<Action> {
+        if self.over.is_some() {
+            return vec![];
+        }
+        let step = self.crew.on_lost(id, reason);
+        self.after(step, now)
+    }
+
+    /// Notices silence and stalls, and tells whoever leads how many work here.
+    fn on_tick(&mut self, now: Now) -> Vec<Action> {
+        if self.over.is_some() {
+            return vec![];
+        }
+        let mut actions = self.crew.tick(now);
+        actions.extend(match actions.is_empty() {
+            false => self.advance(now),
+            true => self.crew.lease_late(now),
+        });
+        actions.extend(self.crew.make_room(now));
+        self.tell_capacity(now);
+        actions
+    }
+
+    fn frame_cap(&self) -> usize {
+        self.crew.frame_cap()
+    }
+}

@@ -1,0 +1,153 @@
+//! A relay's sockets: it joins whoever leads it as a worker does, and serves its own workers as a coordinator does.
+
+use std::io;
+use std::net::TcpListener;
+use std::sync::atomic::Ordering;
+use std::thread;
+
+use crossbeam::channel::{Receiver, Sender, unbounded};
+use radiosity::Tally;
+
+use crate::access::Access;
+use crate::codec::SHORT_FRAME;
+use crate::crew::Terms;
+use crate::lead::Notice;
+use crate::link::{Ear, Link};
+use crate::message::{SMALL_TALLY, ToCoordinator, ToWorker};
+use crate::relay::{End, Relay};
+use crate::server::Shell;
+use crate::worker::{Hangup, Identity, Welcome, Work, WorkerError, build_from, join};
+
+/// Where a relay's workers come: a listener, and the access to it.
+pub type Door = (TcpListener, Access);
+
+/// Relays between the coordinator (or relay) of `access` and workers of its own, until the job is done. `build` makes of
+/// the job what workers make of it; `open` lets workers come, once the scene's hash is known; `tell` gets what the owner
+/// should know of them.
+///
+/// # Errors
+/// As of [`crate::worker::work`], and where its own workers cannot be served. Those are left without a word, to look for a
+/// relay again.
+pub fn relay<W: Work>(
+    access: &Access,
+    identity: &Identity,
+    build: impl FnOnce(&[u8]) -> Result<W, String>,
+    open: impl FnOnce([u8; 32]) -> io::Result<Door>,
+    tell: impl FnMut(Notice),
+) -> Result<(), WorkerError> {
+    join(access, identity, true, |welcome, ear, link| {
+        let work = build_from(&welcome.job, link, build)?;
+        let ((scene_hash, job_hash), empty) = (work.hashes(), work.empty());
+        drop(work);
+        let unserved = |error| link.give_up(format!("its own workers cannot be served ({error})"));
+        let (listener, own) = open(scene_hash).map_err(unserved)?;
+        let large = empty.sums().len() > SMALL_TALLY;
+        let mut relay = Relay::new(terms(welcome, identity, scene_hash, job_hash, &empty));
+        let mut shell = Shell::new(listener, &own, tell).map_err(unserved)?;
+        // Where this fails, whoever listens learns why: the job may have been done meanwhile.
+        let _ = link.send(&ToCoordinator::Ready { scene_hash, job_hash });
+        let (orders, inbox) = unbounded();
+        let (outbox, mail) = unbounded();
+        thread::scope(|scope| {
+            // Whatever ends this, both threads end with the link.
+            let _hangup = Hangup { link };
+            let asked = outbox.clone();
+            let unstarted = |error| link.give_up(format!("a thread cannot be started ({error})"));
+            thread::Builder::new()
+                .spawn_scoped(scope, move || listen(ear, link, &orders, &asked))
+                .map_err(unstarted)?;
+            thread::Builder::new()
+                .spawn_scoped(scope, move || speak(link, mail, large))
+                .map_err(unstarted)?;
+            let ended = loop {
+                shell.turn(&mut relay).map_err(unserved)?;
+                if (identity.leave)() {
+                    link.give_up("it was asked to leave".into());
+                    shell.act(relay.finish(End::Told));
+                }
+                while relay.end().is_none()
+                    && let Ok(heard) = inbox.try_recv()
+                {
+                    let actions = match heard? {
+                        ToWorker::Lease { id, first_walk, walks } => {
+                            relay.on_lease(id, first_walk, walks, shell.now())
+                        }
+                        ToWorker::Done => relay.finish(End::Told),
+                        ToWorker::Refused { reason } => return Err(WorkerError::Refused(reason)),
+                        _ => return Err(WorkerError::Protocol),
+                    };
+                    shell.act(actions);
+                }
+                if let Some(end) = relay.end() {
+                    break end;
+                }
+                link.progress.store(relay.progress(), Ordering::Relaxed);
+                for message in relay.take_outbox() {
+                    // A thread that is gone has told why.
+                    let _ = outbox.send(Mail::Message(message));
+                }
+            };
+            drop(outbox);
+            shell.finish(&mut relay).map_err(unserved)?;
+            match (ended, link.failure()) {
+                (End::Told, None) => Ok(()),
+                (End::Told, Some(reason)) => Err(WorkerError::Failed(reason)),
+                (End::Overflow, _) => Err(link.give_up("a sum of the tally overflowed".into())),
+                (End::Excess, _) => Err(WorkerError::Protocol),
+            }
+        })
+    })
+}
+
+/// What this relay's workers have to know.
+fn terms(
+    Welcome { job, stream_walks, leases_per_thread }: Welcome,
+    identity: &Identity,
+    scene_hash: [u8; 32],
+    job_hash: [u8; 32],
+    empty: &Tally,
+) -> Terms {
+    let (patches, layout) = (empty.patches(), empty.layout());
+    let build = identity.build.clone();
+    Terms { job, scene_hash, job_hash, build, stream_walks, leases_per_thread, patches, layout }
+}
+
+/// What is to be said to whoever leads.
+enum Mail {
+    Message(ToCoordinator),
+    /// A large result was asked for.
+    Send(u64),
+}
+
+/// Hears what whoever leads says, to the end.
+fn listen(mut ear: Ear, link: &Link, orders: &Sender<Result<ToWorker, WorkerError>>, asked: &Sender<Mail>) {
+    loop {
+        match ear.hear(SHORT_FRAME) {
+            Ok(ToWorker::Alive) => {}
+            Ok(ToWorker::Send { lease }) => {
+                // Who speaks has left where this fails.
+                let _ = asked.send(Mail::Send(lease));
+            }
+            Ok(ToWorker::Drop { lease }) => link.drop_kept(lease),
+            heard => {
+                let failed = heard.is_err();
+                // Likewise, who serves.
+                if orders.send(heard.map_err(WorkerError::from)).is_err() || failed {
+                    return;
+                }
+            }
+        }
+    }
+}
+
+/// Says what is to be said, beside the loop that serves workers.
+fn speak(link: &Link, mail: Receiver<Mail>, large: bool) {
+    for letter in mail {
+        // A link that fails here fails for the ear, too, which tells.
+        let _ = match letter {
+            Mail::Message(ToCoordinator::Result(result)) if large => link.offer(result).map(drop),
+            Mail::Message(message) => link.send(&message),
+            Mail::Send(lease) => link.send_kept(lease),
+        };
+    }
+}

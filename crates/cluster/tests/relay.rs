@@ -1,0 +1,426 @@
+//! Relays without sockets: a coordinator, relays and workers as state machines, whatever happens to them and in whatever
+//! order what they say arrives.
+
+mod toy;
+
+use std::collections::{BTreeMap, VecDeque};
+use std::ops::Range;
+use std::time::Duration;
+
+use cluster::coordinator::{Coordinator, Ending, Plan};
+use cluster::crew::Terms;
+use cluster::lead::{Action, Lead, PeerId};
+use cluster::message::{Hello, LeaseResult, ToCoordinator, ToWorker};
+use cluster::relay::{End, Relay};
+use toy::{
+    BUILD, JOB, JOB_HASH, LAYOUT, PATCHES, READY, SCENE_HASH, coordinator, hash, hello, plan, straight,
+};
+
+const TICK: Duration = Duration::from_millis(50);
+
+fn terms(stream_walks: u64) -> Terms {
+    Terms {
+        job: JOB.into(),
+        scene_hash: SCENE_HASH,
+        job_hash: JOB_HASH,
+        build: BUILD.into(),
+        stream_walks,
+        leases_per_thread: 2,
+        patches: PATCHES,
+        layout: LAYOUT,
+    }
+}
+
+/// What a leader has told somebody to walk.
+type Todo = VecDeque<(u64, Range<u64>)>;
+
+struct Node {
+    relay: Relay,
+    /// What it is called by the coordinator.
+    id: PeerId,
+    /// What it was sent and has not read.
+    orders: VecDeque<ToWorker>,
+    /// What it has said that has not arrived.
+    said: VecDeque<ToCoordinator>,
+}
+
+/// The coordinator is leader 0; relays, those that are gone among them, are leaders 1 ….
+struct World {
+    coordinator: Coordinator,
+    relays: Vec<Option<Node>>,
+    /// By leader and name there.
+    workers: BTreeMap<(usize, PeerId), Todo>,
+    next: PeerId,
+    now: Duration,
+    stream: u64,
+    sent_home: usize,
+}
+
+impl World {
+    fn new(plan: Plan) -> Self {
+        let stream = plan.stream_paths;
+        let (relays, workers) = (vec![], BTreeMap::new());
+        let coordinator = coordinator(plan);
+        World { coordinator, relays, workers, next: 0, now: Duration::ZERO, stream, sent_home: 0 }
+    }
+
+    fn lead(&mut self, leader: usize) -> Option<&mut dyn Lead> {
+        match leader {
+            0 => Some(&mut self.coordinator),
+            _ => self.relays[leader - 1].as_mut().map(|node| &mut node.relay as &mut dyn Lead),
+        }
+    }
+
+    fn act(&mut self, leader: usize, actions: Vec<Action>) {
+        for action in actions {
+            let (id, message) = match action {
+                Action::Send(id, message) => (id, message),
+                Action::Close(id) => {
+                    self.close(leader, id);
+                    continue;
+                }
+                Action::Tell(_) => continue,
+            };
+            if let Some(todo) = self.workers.get_mut(&(leader, id)) {
+                match message {
+                    ToWorker::Lease { id, first_walk, walks } => {
+                        todo.push_back((id, first_walk..first_walk + walks));
+                    }
+                    ToWorker::Done => self.sent_home += 1,
+                    _ => {}
+                }
+            } else if let Some(node) = self.relays.iter_mut().flatten().find(|node| node.id == id) {
+                node.orders.push_back(message);
+            }
+        }
+    }
+
+    /// A leader hangs up on somebody.
+    fn close(&mut self, leader: usize, id: PeerId) {
+        self.workers.remove(&(leader, id));
+        if leader == 0
+            && let Some(at) = self.relays.iter().position(|node| node.as_ref().is_some_and(|n| n.id == id))
+        {
+            // It hears what it was sent before.
+            while self.relays[at].as_ref().is_some_and(|node| !node.orders.is_empty()) {
+                self.order(at);
+            }
+            self.vanish(at);
+        }
+    }
+
+    /// A relay is gone, and with it its workers.
+    fn vanish(&mut self, at: usize) {
+        if let Some(node) = self.relays[at].take() {
+            assert!(self.coordinator.ending().is_none() || node.relay.end() == Some(End::Told));
+        }
+        self.workers.retain(|&(leader, _), _| leader != at + 1);
+    }
+
+    fn say(&mut self, leader: usize, id: PeerId, message: ToCoordinator) {
+        let now = self.now;
+        if let Some(lead) = self.lead(leader) {
+            let actions = lead.on_message(id, message, now);
+            self.act(leader, actions);
+        }
+    }
+
+    fn greet(&mut self, leader: usize, hello: Hello) -> PeerId {
+        let id = self.next;
+        let actions = self.lead(leader).expect("a leader").on_connect(id);
+        self.act(leader, actions);
+        self.say(leader, id, ToCoordinator::Hello(hello));
+        self.say(leader, id, READY);
+        id
+    }
+
+    fn join(&mut self, leader: usize) -> PeerId {
+        self.next += 1;
+        self.workers.insert((leader, self.next), Todo::new());
+        self.greet(leader, hello(&format!("worker {}", self.next), 1))
+    }
+
+    fn add_relay(&mut self) -> usize {
+        self.next += 1;
+        let relay = Relay::new(terms(self.stream));
+        let (orders, said) = (VecDeque::new(), VecDeque::new());
+        self.relays.push(Some(Node { relay, id: self.next, orders, said }));
+        self.greet(0, Hello { relays: true, ..hello("relay", 0) });
+        self.relays.len()
+    }
+
+    /// A worker does the first thing that it has to do.
+    fn work(&mut self, leader: usize, id: PeerId) -> bool {
+        let next = self.workers.get_mut(&(leader, id)).and_then(VecDeque::pop_front);
+        let Some((lease, walks)) = next else { return false };
+        let seconds = 1e-3 * (walks.end - walks.start) as f64;
+        self.say(leader, id, ToCoordinator::Result(LeaseResult { seconds, ..toy::result(lease, walks) }));
+        true
+    }
+
+    /// A relay reads the next of what it was sent.
+    fn order(&mut self, at: usize) {
+        let now = self.now;
+        let Some(node) = &mut self.relays[at] else { return };
+        let actions = match node.orders.pop_front() {
+            Some(ToWorker::Lease { id, first_walk, walks }) => {
+                node.relay.on_lease(id, first_walk, walks, now)
+            }
+            Some(ToWorker::Done) => node.relay.finish(End::Told),
+            _ => vec![],
+        };
+        self.act(at + 1, actions);
+    }
+
+    /// The next of what a relay has said arrives.
+    fn pass_on(&mut self, at: usize) -> bool {
+        let Some(node) = &mut self.relays[at] else { return false };
+        node.said.extend(node.relay.take_outbox());
+        let (id, said) = (node.id, node.said.pop_front());
+        let Some(said) = said else { return false };
+        self.say(0, id, said);
+        true
+    }
+
+    /// Time goes by; all are alive.
+    fn pass(&mut self, time: Duration) {
+        let until = self.now + time;
+        while self.now < until {
+            self.now += TICK;
+            let progress = self.now.as_millis() as u64;
+            let workers: Vec<_> = self.workers.keys().copied().collect();
+            for (leader, id) in workers {
+                self.say(leader, id, ToCoordinator::Alive { progress });
+            }
+            let relays: Vec<_> =
+                self.relays.iter().flatten().map(|node| (node.id, node.relay.progress())).collect();
+            for (id, progress) in relays {
+                self.say(0, id, ToCoordinator::Alive { progress });
+            }
+            let now = self.now;
+            for leader in 0..=self.relays.len() {
+                if let Some(lead) = self.lead(leader) {
+                    let actions = lead.on_tick(now);
+                    self.act(leader, actions);
+                }
+            }
+        }
+    }
+
+    /// All that was said arrives.
+    fn settle(&mut self) {
+        for _ in 0..10 {
+            for at in 0..self.relays.len() {
+                while self.pass_on(at) {}
+                (0..10).for_each(|_| self.order(at));
+            }
+        }
+    }
+
+    /// Works until the job ends.
+    fn work_off(&mut self) {
+        for _ in 0..10_000 {
+            let workers: Vec<_> = self.workers.keys().copied().collect();
+            workers.into_iter().for_each(|(leader, id)| _ = self.work(leader, id));
+            self.pass(TICK);
+            self.settle();
+            if self.coordinator.ending().is_some() {
+                return;
+            }
+        }
+        panic!("the job does not end");
+    }
+
+    /// Leases of a relay.
+    fn held(&self, at: usize) -> Vec<u64> {
+        let orders = &self.relays[at].as_ref().unwrap().orders;
+        let walks = orders.iter().filter_map(|order| match order {
+            ToWorker::Lease { walks, .. } => Some(*walks),
+            _ => None,
+        });
+        walks.collect()
+    }
+
+    #[track_caller]
+    fn ends(&self, ending: Ending) {
+        assert_eq!(self.coordinator.ending(), Some(ending));
+        let walks = self.coordinator.prefix().counts.walks;
+        assert_eq!(self.coordinator.prefix(), &straight(0..walks));
+    }
+}
+
+#[test]
+fn relays_and_workers_side_by_side_come_to_the_same_tally() {
+    let mut world = World::new(Plan { looks: vec![123_456], first: 0, ..plan(1_000_000, 100) });
+    for _ in 0..2 {
+        let relay = world.add_relay();
+        (0..2).for_each(|_| _ = world.join(relay));
+    }
+    world.join(0);
+    world.work_off();
+    world.ends(Ending::BudgetSpent);
+    assert_eq!(world.coordinator.prefix().counts.walks, 1_000_000);
+    assert_eq!(world.sent_home, 5);
+    let effort = world.coordinator.effort();
+    assert_eq!((effort.workers_seen, effort.workers_lost, effort.streams_reissued), (3, 0, 0));
+    // Each of five workers says 0.25 s.
+    assert_eq!(effort.cpu_seconds, 1.25);
+}
+
+#[test]
+fn a_relay_is_leased_nothing_before_it_has_workers_and_then_more_for_more_of_them() {
+    let mut world = World::new(plan(1 << 40, 100));
+    let relay = world.add_relay();
+    world.pass(Duration::from_secs(1));
+    world.settle();
+    assert_eq!(world.held(0), [0; 0]);
+    (0..10).for_each(|_| _ = world.join(relay));
+    world.pass(TICK);
+    while world.pass_on(0) {}
+    assert_eq!(
+        world.held(0),
+        [1000, 1000],
+        "one under way and one waiting, a stream for each of its threads"
+    );
+    world.settle();
+    // Its leases take longer than those of its workers do, of a quarter of a second: so it brings fewer results.
+    let mut longest = 0;
+    for _ in 0..50 {
+        let workers: Vec<_> = world.workers.keys().copied().collect();
+        workers.into_iter().for_each(|(leader, id)| _ = world.work(leader, id));
+        world.pass(TICK);
+        while world.pass_on(0) {}
+        longest = world.held(0).into_iter().fold(longest, u64::max);
+        world.settle();
+    }
+    // 1,000 walks a second each, four times 0.25 s, and what taking results adds.
+    assert!((10_000..11_000).contains(&longest), "{longest}");
+}
+
+#[test]
+fn a_relay_that_loses_its_workers_gives_its_leases_back() {
+    let mut world = World::new(plan(10_000, 100));
+    let relay = world.add_relay();
+    let worker = world.join(relay);
+    world.pass(TICK);
+    world.settle();
+    world.work(relay, worker);
+    world.pass(TICK);
+    world.settle();
+    let before = world.coordinator.effort().streams_reissued;
+    let now = world.now;
+    let actions = world.lead(relay).unwrap().on_lost(worker, "gone", now);
+    world.act(relay, actions);
+    world.workers.remove(&(relay, worker));
+    world.pass(TICK);
+    world.settle();
+    assert!(world.coordinator.effort().streams_reissued > before);
+    assert_eq!(world.coordinator.effort().workers_lost, 0, "the relay stays");
+    world.join(0);
+    world.work_off();
+    world.ends(Ending::BudgetSpent);
+    assert_eq!(world.coordinator.prefix().counts.walks, 10_000);
+}
+
+#[test]
+fn a_lease_that_meets_a_relay_without_workers_comes_back() {
+    let mut relay = Relay::new(terms(10));
+    assert!(relay.on_lease(7, 0, 10, Duration::ZERO).is_empty());
+    assert_eq!(relay.take_outbox(), [ToCoordinator::Return { lease: 7 }]);
+}
+
+#[test]
+fn a_worker_that_claims_to_relay_or_returns_what_it_has_not_is_dropped() {
+    let capacity = ToCoordinator::Capacity { threads: 3, lease_seconds: 1.0 };
+    let back = ToCoordinator::Return { lease: 99 };
+    for (relays, message) in [(false, capacity), (false, back.clone()), (true, back)] {
+        let mut coordinator = coordinator(plan(1000, 10));
+        coordinator.on_connect(0);
+        let hello = Hello { relays, ..hello("odd", u32::from(!relays)) };
+        coordinator.on_message(0, ToCoordinator::Hello(hello), Duration::ZERO);
+        coordinator.on_message(0, READY, Duration::ZERO);
+        let actions = coordinator.on_message(0, message, Duration::ZERO);
+        assert!(actions.contains(&Action::Close(0)));
+    }
+}
+
+#[test]
+fn numbers_that_a_relay_invents_do_no_harm() {
+    for lease_seconds in [f64::NAN, f64::INFINITY, -1.0, 1e300] {
+        let mut coordinator = coordinator(plan(u64::MAX, 100));
+        coordinator.on_connect(0);
+        let hello = Hello { relays: true, ..hello("vain", u32::MAX) };
+        coordinator.on_message(0, ToCoordinator::Hello(hello), Duration::ZERO);
+        coordinator.on_message(0, READY, Duration::ZERO);
+        let capacity = ToCoordinator::Capacity { threads: u32::MAX, lease_seconds };
+        let actions = coordinator.on_message(0, capacity, Duration::ZERO);
+        for action in actions {
+            let Action::Send(0, ToWorker::Lease { walks, .. }) = action else { panic!("{action:?}") };
+            assert!(walks <= 100 << 20, "a stream for each of so many threads as are believed");
+        }
+    }
+}
+
+/// Anything may happen to workers and relays, at any time.
+#[test]
+fn no_fault_of_relays_or_workers_changes_the_tally_or_hangs_the_job() {
+    let (mut relays_lost, mut reissued) = (0, 0);
+    for seed in 0..200_u64 {
+        let mut roll = seed << 32;
+        let mut dice = |n: usize| {
+            roll += 1;
+            (hash(roll) >> 20) as usize % n
+        };
+        let stream = 1 + dice(40) as u64;
+        let mut world = World::new(plan(200 * stream + dice(100) as u64, stream));
+        let stops = dice(4) == 0;
+        for step in 0.. {
+            assert!(step < 20_000, "the job does not end");
+            if world.coordinator.ending().is_some() {
+                break;
+            }
+            let alive: Vec<usize> =
+                (0..world.relays.len()).filter(|&at| world.relays[at].is_some()).collect();
+            let workers: Vec<_> = world.workers.keys().copied().collect();
+            match dice(if step < 300 { 20 } else { 15 }) {
+                0 => world.pass(TICK * (1 + dice(20) as u32)),
+                1..=3 if !alive.is_empty() => _ = world.pass_on(alive[dice(alive.len())]),
+                4..=6 if !alive.is_empty() => world.order(alive[dice(alive.len())]),
+                7 if alive.len() < 3 => _ = world.add_relay(),
+                8 if workers.len() < 8 => {
+                    let leaders: Vec<usize> = [0].into_iter().chain(alive.iter().map(|at| at + 1)).collect();
+                    world.join(leaders[dice(leaders.len())]);
+                }
+                17 if !workers.is_empty() => {
+                    let (leader, id) = workers[dice(workers.len())];
+                    let now = world.now;
+                    world.workers.remove(&(leader, id));
+                    let actions = world.lead(leader).unwrap().on_lost(id, "gone", now);
+                    world.act(leader, actions);
+                }
+                18 if !alive.is_empty() => {
+                    let at = alive[dice(alive.len())];
+                    let (id, now) = (world.relays[at].as_ref().unwrap().id, world.now);
+                    world.vanish(at);
+                    let actions = world.coordinator.on_lost(id, "gone", now);
+                    world.act(0, actions);
+                    relays_lost += 1;
+                }
+                19 if stops && step > 200 => {
+                    let actions = world.coordinator.stop(Ending::Interrupted, world.now);
+                    world.act(0, actions);
+                }
+                _ if !workers.is_empty() => {
+                    let (leader, id) = workers[dice(workers.len())];
+                    world.work(leader, id);
+                }
+                _ => {}
+            }
+        }
+        let ending = world.coordinator.ending().unwrap();
+        assert!(ending == Ending::BudgetSpent || stops);
+        world.ends(ending);
+        reissued += world.coordinator.effort().streams_reissued;
+    }
+    assert!(relays_lost > 100 && reissued > 100, "{relays_lost} {reissued}");
+}

@@ -1,0 +1,163 @@
+//! Relays over real sockets of this machine, in one process.
+
+mod net;
+mod toy;
+
+use std::net::TcpListener;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::mpsc::{Receiver, channel};
+use std::thread::{self, Scope, ScopedJoinHandle};
+
+use cluster::access::Access;
+use cluster::coordinator::{Coordinator, Ending, Plan};
+use cluster::message::{ToCoordinator, ToWorker};
+use cluster::upstream::relay;
+use cluster::worker::{Identity, Work, WorkerError, work};
+use net::{
+    BULK, Bulky, Raw, SINGLE, Toy, access_of, assert_done, await_that, bulky, honest, identity, never, run,
+};
+use toy::{READY, plan, welcome};
+
+type Ended<'s> = ScopedJoinHandle<'s, Result<(), WorkerError>>;
+
+/// Starts a relay; what its workers need comes when it has joined.
+fn start<'s, W: Work + 's>(
+    scope: &'s Scope<'s, '_>,
+    access: Access,
+    leave: fn() -> bool,
+    make: fn() -> W,
+) -> (Ended<'s>, Receiver<Access>) {
+    let (sender, receiver) = channel();
+    let open = move |_| {
+        let listener = TcpListener::bind("127.0.0.1:0")?;
+        let own = access_of(&listener);
+        sender.send(own.clone()).unwrap();
+        Ok((listener, own))
+    };
+    let identity = Identity { name: "a relay".into(), leave, ..identity(0) };
+    let ended = scope.spawn(move || relay(&access, &identity, |_| Ok(make()), open, |_| {}));
+    (ended, receiver)
+}
+
+/// Workers of a relay, and one beside it; none delivers before all are in.
+fn tree<W: Work + 'static>(access: &Access, make: fn() -> W) {
+    let all_in = std::sync::Barrier::new(6);
+    thread::scope(|scope| {
+        let spawn = |access: Access| {
+            let all_in = &all_in;
+            let build = move |_: &[u8]| {
+                all_in.wait();
+                Ok(make())
+            };
+            scope.spawn(move || work(&access, &identity(1), build, || 1.0).unwrap());
+        };
+        let mut relays = Vec::new();
+        for _ in 0..2 {
+            let (ended, open) = start(scope, access.clone(), || false, make);
+            let own = open.recv().unwrap();
+            (0..2).for_each(|_| spawn(own.clone()));
+            relays.push((ended, own));
+        }
+        // A relay of a relay.
+        let (ended, open) = start(scope, relays[0].1.clone(), || false, make);
+        let own = open.recv().unwrap();
+        spawn(own.clone());
+        relays.push((ended, own));
+        spawn(access.clone());
+        for (ended, _) in relays {
+            ended.join().unwrap().unwrap();
+        }
+    });
+}
+
+#[test]
+fn relays_of_relays_and_workers_come_to_the_same_tally() {
+    let run = run(plan(300_000, 100), never, |access| tree(access, || Toy));
+    assert_done(&run, 300_000);
+    assert_eq!(run.notices, [""; 0]);
+    let effort = run.coordinator.effort();
+    assert_eq!((effort.workers_seen, effort.workers_lost), (3, 0));
+}
+
+#[test]
+fn large_results_pass_relays_and_a_stop_in_their_midst_harms_nobody() {
+    let bulky_plan = |paths| Plan { patches: BULK, layout: SINGLE, ..plan(paths, 10) };
+    let done = run(bulky_plan(400), never, |access| tree(access, || Bulky));
+    assert_eq!(done.ending, Ending::BudgetSpent);
+    assert!(done.coordinator.prefix() == &bulky(400));
+    let far = |coordinator: &Coordinator| coordinator.prefix().counts.walks >= 300;
+    let stopped = run(bulky_plan(1 << 50), far, |access| tree(access, || Bulky));
+    assert_eq!(stopped.ending, Ending::Interrupted);
+    let walks = stopped.coordinator.prefix().counts.walks;
+    assert!(walks >= 300 && stopped.coordinator.prefix() == &bulky(walks));
+    assert!(done.notices.is_empty() && stopped.notices.is_empty());
+}
+
+#[test]
+fn a_relay_that_leaves_sends_its_workers_home_and_others_do_its_walks() {
+    static LEAVES: AtomicBool = AtomicBool::new(false);
+    let (walks, workers) = (AtomicU64::new(0), AtomicU64::new(0));
+    let watch = |coordinator: &Coordinator| {
+        walks.store(coordinator.progress().walks, Ordering::Relaxed);
+        workers.store(coordinator.progress().workers as u64, Ordering::Relaxed);
+        coordinator.prefix().counts.walks > 3_000_000
+    };
+    let run = run(plan(1 << 50, 1000), watch, |access| {
+        thread::scope(|scope| {
+            let leave = || LEAVES.load(Ordering::Relaxed);
+            let (ended, open) = start(scope, access.clone(), leave, || Toy);
+            let own = open.recv().unwrap();
+            let homes = [(); 2].map(|()| {
+                let own = own.clone();
+                scope.spawn(move || honest(&own, 1))
+            });
+            await_that(|| walks.load(Ordering::Relaxed) > 10_000);
+            LEAVES.store(true, Ordering::Relaxed);
+            let left = ended.join().unwrap();
+            assert!(matches!(&left, Err(WorkerError::Failed(why)) if why.contains("leave")), "{left:?}");
+            homes.into_iter().for_each(|home| home.join().unwrap());
+            await_that(|| workers.load(Ordering::Relaxed) == 0);
+            honest(access, 1);
+        });
+    });
+    assert_eq!(run.ending, Ending::Interrupted);
+    let walks = run.coordinator.prefix().counts.walks;
+    assert!(walks > 3_000_000);
+    assert_eq!(run.coordinator.prefix(), &toy::straight(0..walks));
+    assert_eq!(run.notices.len(), 1, "{:?}", run.notices);
+    assert!(run.notices[0].contains("a relay: gave up: it was asked to leave"));
+}
+
+#[test]
+fn a_relay_whose_coordinator_vanishes_leaves_its_workers_without_a_word() {
+    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+    let access = access_of(&listener);
+    thread::scope(|scope| {
+        let (ended, open) = start(scope, access.clone(), || false, || Toy);
+        let mut raw = Raw::accept(&listener, &access);
+        let ToCoordinator::Hello(hello) = raw.hear() else { panic!("no hello") };
+        assert!(hello.relays && hello.threads == 0);
+        raw.say(&welcome(10));
+        let own = open.recv().unwrap();
+        let worker = scope.spawn(move || work(&own, &identity(3), net::toy_of, || 0.0));
+        let hear = |raw: &mut Raw| loop {
+            match raw.hear::<ToCoordinator>() {
+                ToCoordinator::Alive { .. } => {}
+                message => return message,
+            }
+        };
+        assert_eq!(hear(&mut raw), READY);
+        let ToCoordinator::Capacity { threads: 3, .. } = hear(&mut raw) else {
+            panic!("its worker's threads")
+        };
+        raw.say(&ToWorker::Lease { id: 5, first_walk: 100, walks: 300 });
+        let ToCoordinator::Result(result) = hear(&mut raw) else { panic!("no result") };
+        let expected = toy::result(5, 100..400);
+        assert_eq!((result.lease, result.counts), (5, expected.counts));
+        assert_eq!((result.sums, result.digest), (expected.sums, expected.digest));
+        drop(raw);
+        assert!(matches!(ended.join().unwrap(), Err(WorkerError::Lost(_))));
+        // It may come back: its workers look for it again.
+        assert!(matches!(worker.join().unwrap(), Err(WorkerError::Lost(_))));
+    });
+}

@@ -1,0 +1,64 @@
+//! `radwalk relay`: one worker to its coordinator, and a coordinator to workers of its own.
+
+use std::net::TcpListener;
+use std::path::Path;
+
+use cluster::access::Access;
+use cluster::upstream;
+use cluster::worker::Identity;
+
+use crate::args::RelayArgs;
+use crate::console::tell;
+use crate::coordinate::bind;
+use crate::fault::{Fault, Outcome};
+use crate::replica::Replica;
+use crate::signals;
+use crate::work::{WalkClock, keep_joining, name, read_access};
+
+/// Relays until the coordinator's job is done. A coordinator that was lost without a word is looked for as workers do, and
+/// so do this relay's: each time it finds one, it lets its workers in with a new key.
+pub fn relay(args: &RelayArgs) -> Result<Outcome, Fault> {
+    signals::catch();
+    if is_one_file(&args.access, &args.out_access) {
+        return Err(Fault::OneAccessFile { path: args.access.clone() });
+    }
+    let (listener, address) = bind(&args.listen)?;
+    let done = keep_joining(args.wait, args.quiet, || join(args, &listener, &address));
+    // The key is of no use any more, and workers learn by this that it is over. There may never have been one.
+    let _ = std::fs::remove_file(&args.out_access);
+    done
+}
+
+/// Whether two paths lead to one file, which need not be there.
+fn is_one_file(a: &Path, b: &Path) -> bool {
+    let there = |path: &Path| path.canonicalize().ok();
+    a == b || there(a).is_some_and(|a| Some(a) == there(b))
+}
+
+/// Relays for the coordinator of the access file as long as it is there.
+fn join(args: &RelayArgs, listener: &TcpListener, address: &str) -> Result<(), Fault> {
+    let access = read_access(&args.access)?;
+    let identity = Identity {
+        build: crate::BUILD.into(),
+        name: format!("relay {}", name(std::process::id())),
+        threads: 0,
+        leave: signals::stop_asked,
+    };
+    let open = |scene_hash| {
+        let own = Access::new(address.into(), crate::BUILD, scene_hash)?;
+        own.write(&args.out_access)?;
+        if !args.quiet {
+            tell(&format!(
+                "relaying at {address}; start workers with: radwalk work --access {}",
+                args.out_access.display()
+            ));
+        }
+        Ok((listener.try_clone()?, own))
+    };
+    let note = |notice: cluster::lead::Notice| {
+        if !args.quiet {
+            tell(&notice.to_string());
+        }
+    };
+    Ok(upstream::relay(&access, &identity, |job| Replica::decode(job, WalkClock::default()), open, note)?)
+}
