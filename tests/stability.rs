@@ -35,6 +35,10 @@ fn every_entry_holds() {
             assert_eq!(claim["holds"], true, "{name}: {claim}");
             false_alarms += claim["false_alarm"].as_f64().unwrap();
         }
+        assert!(
+            claims.iter().any(|claim| claim["remedy"] == true),
+            "{name}: nobody tried what to do instead"
+        );
         let told = entry["told"].as_array().unwrap();
         assert!(!told.is_empty(), "{name}: silence is the only wrong answer");
         let page = std::fs::read_to_string(out.join("atlas.md")).unwrap();

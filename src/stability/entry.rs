@@ -46,6 +46,8 @@ pub struct Claim {
     /// With which probability it does not although theory is right, for seeds drawn at random; 0 of what chance has no
     /// part in.
     pub false_alarm: f64,
+    /// Whether it is of what to do instead.
+    pub remedy: bool,
 }
 
 /// Standard errors that measurements may be off by: false alarms once in 1.7 million, if they err normally.
@@ -58,7 +60,7 @@ const ROUNDING: f64 = 1e-9;
 impl Claim {
     /// Something that chance has no part in.
     pub fn sure(what: impl Into<String>, holds: bool) -> Self {
-        Claim { what: what.into(), holds, false_alarm: 0.0 }
+        Claim { what: what.into(), holds, false_alarm: 0.0, remedy: false }
     }
 
     /// A measurement has the value that theory gives it.
@@ -66,21 +68,40 @@ impl Claim {
         let allowed = SIGMAS * measured.standard_error + ROUNDING * expected.abs();
         let holds = (measured.value - expected).abs() <= allowed;
         let what = format!("{what}: {}, expected {}", pm(measured), figure(expected));
-        Claim { what, holds, false_alarm: FALSE_ALARM }
+        Claim { what, holds, false_alarm: FALSE_ALARM, remedy: false }
+    }
+
+    /// The one that is furthest off among so many measurements, each the mean over so many runs, has the value that theory
+    /// gives all of them (Bonferroni, Student's t).
+    pub fn equal_among(
+        what: &str,
+        measured: Measured,
+        expected: f64,
+        measurements: usize,
+        runs: u64,
+    ) -> Self {
+        let level = 1.0 - 0.5 * FALSE_ALARM / measurements as f64;
+        let allowed = stats::student_quantile(level, runs - 1) * measured.standard_error;
+        let holds = (measured.value - expected).abs() <= allowed + ROUNDING * expected.abs();
+        Claim { holds, ..Claim::equal(what, measured, expected) }
     }
 
     /// A measurement is not below a bound, but for chance.
     pub fn at_least(what: &str, measured: Measured, bound: f64) -> Self {
         let holds = measured.value >= bound || measured.z(bound) > -SIGMAS;
         let what = format!("{what}: {}, at least {}", pm(measured), figure(bound));
-        Claim { what, holds, false_alarm: 0.5 * FALSE_ALARM }
+        Claim { what, holds, false_alarm: 0.5 * FALSE_ALARM, remedy: false }
     }
 
     /// A measurement is below a bound, beyond chance.
     pub fn below(what: &str, measured: Measured, bound: f64) -> Self {
         let holds = measured.z(bound) < -SIGMAS;
-        let what = format!("{what}: {}, clearly below {}", pm(measured), figure(bound));
-        Claim { what, holds, false_alarm: 0.0 }
+        Claim::sure(format!("{what}: {}, clearly below {}", pm(measured), figure(bound)), holds)
+    }
+
+    /// The same, of what to do instead.
+    pub fn instead(self) -> Self {
+        Claim { remedy: true, ..self }
     }
 
     /// The program says a word of it.
@@ -100,6 +121,9 @@ mod tests {
         assert!(Claim::equal("", measured, 1.4).holds && !Claim::equal("", measured, 1.6).holds);
         let certain = Measured { value: 1.0, standard_error: 0.0 };
         assert!(Claim::equal("", certain, 1.0 + 1e-10).holds && !Claim::equal("", certain, 1.0 + 1e-8).holds);
+        // Student's t of 19 degrees of freedom at 1 − 10⁻⁸ is 9.19.
+        let among = |expected| Claim::equal_among("", measured, expected, 30, 20).holds;
+        assert!(among(1.91) && !among(1.93));
         assert!(Claim::below("", measured, 1.6).holds && !Claim::below("", measured, 1.4).holds);
         assert!(Claim::at_least("", measured, 1.4).holds && !Claim::at_least("", measured, 1.6).holds);
     }

@@ -38,9 +38,10 @@ fn write_entry(page: &mut String, entry: &Entry, finding: &Finding) {
         let _ = writeln!(page, "> {line}\n");
     }
     let _ = writeln!(page, "![{}]({CHARTS}/{}.svg)\n", chart.title, entry.name);
-    for Claim { what, holds, false_alarm } in claims {
+    for Claim { what, holds, false_alarm, remedy } in claims {
         let verdict = if *holds { "holds" } else { "**FAILS**" };
         let chance = if *false_alarm == 0.0 { "sure".into() } else { format!("{false_alarm:.0e}") };
-        let _ = writeln!(page, "- {verdict} ({chance}): {what}");
+        let instead = if *remedy { "**instead**, " } else { "" };
+        let _ = writeln!(page, "- {verdict} ({chance}): {instead}{what}");
     }
 }

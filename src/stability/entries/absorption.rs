@@ -61,11 +61,14 @@ fn study(lab: &Lab) -> Result<Finding, Failure> {
     claims.push(Claim::told(&told, "collision has up to"));
     let last = |marks: &[(f64, Measured)]| marks[marks.len() - 1].1;
     let (worse, better) = (last(&marks[0]), last(&marks[1]));
-    claims.push(Claim::below(
-        "squared error of collision at the brightest, below half that of absorption",
-        better,
-        0.5 * worse.value,
-    ));
+    claims.push(
+        Claim::below(
+            "squared error of collision at the brightest, below half that of absorption",
+            better,
+            0.5 * worse.value,
+        )
+        .instead(),
+    );
     let series = (0..2).flat_map(|k| {
         let name = KINDS[k].2;
         [

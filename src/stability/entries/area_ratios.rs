@@ -62,11 +62,14 @@ fn study(lab: &Lab) -> Result<Finding, Failure> {
     claims.push(Claim::told(&told, "`unhit`"));
     claims.push(Claim::told(&told, "about as rarely hit"));
     let [largest, smallest] = [gathered[0].1, gathered[gathered.len() - 1].1];
-    claims.push(Claim::below(
-        "relative error of gathering at the smallest, twice that at the largest",
-        smallest,
-        2.0 * largest.value,
-    ));
+    claims.push(
+        Claim::below(
+            "relative error of gathering at the smallest, twice that at the largest",
+            smallest,
+            2.0 * largest.value,
+        )
+        .instead(),
+    );
     let smallest_shot = shot[shot.len() - 1].1;
     Ok(Finding {
         predicted: "Sh91's linear time assumes area ratios that are bounded; S97's bound N ≥ V⁻¹A_min⁻¹… has the \

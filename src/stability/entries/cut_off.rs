@@ -100,7 +100,7 @@ fn study(lab: &Lab) -> Result<Finding, Failure> {
     claims.push(Claim::told(&told, "walks were cut off"));
     claims.push(Claim::sure("the patch is flagged `bias`", flags.split('|').any(|flag| flag == "bias")));
     let (roulette, _) = missing(lab, runs, walks, InfiniteEnd::default(), &exact)?;
-    claims.push(Claim::equal("light lost under roulette", roulette, 0.0));
+    claims.push(Claim::equal("light lost under roulette", roulette, 0.0).instead());
     Ok(Finding {
         predicted: format!(
             "A walk that is cut after L hits keeps the first L terms of Neumann's series: what is lost is the rest, \

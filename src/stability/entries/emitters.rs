@@ -81,11 +81,14 @@ fn black(lab: &Lab) -> Result<Finding, Failure> {
     let remedy = squared_error(lab, runs, &at_zero, few, &[PATCH], &truth);
     let last = lines[0].len() - 1;
     let expected = lines[1][last].1 / few as f64;
-    claims.push(Claim::equal(
-        "R = 0: squared error of collision over that at the end of the sweep",
-        ratio(remedy, expected),
-        1.0,
-    ));
+    claims.push(
+        Claim::equal(
+            "R = 0: squared error of collision over that at the end of the sweep",
+            ratio(remedy, expected),
+            1.0,
+        )
+        .instead(),
+    );
     let series = (0..2).flat_map(|k| {
         let name = kinds[k].2;
         [
@@ -112,7 +115,7 @@ fn black(lab: &Lab) -> Result<Finding, Failure> {
         ),
         told,
         instead: format!(
-            "Write estimator = \"collision\" (or \"absorption\"): at R_s = 0 its rms relative error after {few} \
+            "Write estimator = \"collision\": at R_s = 0 its rms relative error after {few} \
              walks is {}, where theory has {}.",
             pm(root(remedy)),
             figure(expected.sqrt())
@@ -160,11 +163,10 @@ fn tiny(lab: &Lab) -> Result<Finding, Failure> {
     claims.push(Claim::told(&told, "about as rarely met"));
     claims.push(Claim::told(&told, "`unhit`"));
     let [first, last] = [shot[0].1, shot[shot.len() - 1].1];
-    claims.push(Claim::below(
-        "error of shooting at the tiniest, twice that at the largest",
-        last,
-        2.0 * first.value,
-    ));
+    claims.push(
+        Claim::below("error of shooting at the tiniest, twice that at the largest", last, 2.0 * first.value)
+            .instead(),
+    );
     Ok(Finding {
         predicted: "A gathering walk meets an emitter in proportion to its area, and scores its exitance, which for \
                     given power is the larger: variance (R_i/p_i)Σ_s(E_s + 2b_s)b_is − b_i² (S97 table 3) ∝ 1/A_s. \
@@ -226,11 +228,14 @@ fn far(lab: &Lab) -> Result<Finding, Failure> {
     let off = near_truth[MIDDLE] / truth[MIDDLE] - 1.0;
     let remedy = root(squared_error(lab, runs, &near_experiment, walks, &[MIDDLE], near_truth));
     let far_error = errors[errors.len() - 1].1;
-    claims.push(Claim::sure(
-        format!("the near lamp lights the floor as the far one does, to {}", figure(off.abs())),
-        off.abs() < 0.01,
-    ));
-    claims.push(Claim::below("its error, half of the far one's", remedy, 0.5 * far_error.value));
+    claims.push(
+        Claim::sure(
+            format!("the near lamp lights the floor as the far one does, to {}", figure(off.abs())),
+            off.abs() < 0.01,
+        )
+        .instead(),
+    );
+    claims.push(Claim::below("its error, half of the far one's", remedy, 0.5 * far_error.value).instead());
     Ok(Finding {
         predicted: "Of the walks of a lamp at the distance d a part F ∝ 1/d² arrives; the rest leaves the scene. The \
                     relative error is 1/√(N·F_i), ∝ d. Gathering fares no better, since F is as small seen from the \
@@ -245,8 +250,8 @@ fn far(lab: &Lab) -> Result<Finding, Failure> {
         ),
         told,
         instead: format!(
-            "A lamp of the same exitance that looks as large from nearer by gives the same light: at 10 m instead of \
-             1000 m, and a hundredth as wide, the floor's middle differs by {} (exactly solved), and the error of as \
+            "Write a `quad` for the lamp that has the same exitance and looks as large from nearer by, which gives the \
+             same light: at 10 m instead of 1000 m, and a hundredth as wide, the floor's middle differs by {} (exactly solved), and the error of as \
              many walks is {}.",
             figure(off.abs()),
             pm(remedy)
@@ -294,11 +299,10 @@ fn unequal(lab: &Lab) -> Result<Finding, Failure> {
     let told = run(&experiment(&dimmest, shooting(EstimatorKind::Collision))?, 1, walks, None).told();
     claims.push(Claim::told(&told, "`unhit`"));
     let [first, last] = [gathered[0].1, gathered[gathered.len() - 1].1];
-    claims.push(Claim::below(
-        "error of gathering at the dimmest, twice that of equals",
-        last,
-        2.0 * first.value,
-    ));
+    claims.push(
+        Claim::below("error of gathering at the dimmest, twice that of equals", last, 2.0 * first.value)
+            .instead(),
+    );
     Ok(Finding {
         predicted: "Shooting chooses emitters by power: of two rooms whose lamps have the powers 1 and ε, the dim one \
                     gets εN of N walks, and errs by 1/√(εN) (b[(R_iΦ_T/A_i)(1 + 2R_iξ_i) − b], S97 table 3, with \
@@ -313,7 +317,7 @@ fn unequal(lab: &Lab) -> Result<Finding, Failure> {
         ),
         told,
         instead: format!(
-            "Gather: walks are born in both rooms alike, and the light of the dim lamp is rounded at random, so that \
+            "Gather: walk = \"gathering\". Walks are born in both rooms alike, and the light of the dim lamp is rounded at random, so that \
              none is lost: the error is {} for ε = 1 and {} for ε = {:e}.",
             pm(first),
             pm(last),

@@ -1,7 +1,7 @@
 //! Coordinates that are hard on floating point: furnaces, whose answer is known whatever their shape (B = E/(1 − R)).
 
 use glam::DVec3;
-use radiosity::{Estimate, EstimatorKind, SceneSpec, Solution};
+use radiosity::{Estimate, EstimatorKind, SceneSpec, Sides, Solution};
 use report::{Axis, Chart};
 use stats::Measured;
 
@@ -15,6 +15,17 @@ const BOX: DVec3 = DVec3::new(1.0, 0.8, 0.6);
 /// A cube in which B = 1, deformed to a box.
 fn furnace(to: impl Fn(DVec3) -> DVec3) -> SceneSpec {
     scenes::moved(&scenes::furnace(2, 0.5), to)
+}
+
+/// The furnace with a sheet across its middle that reflects and emits on both sides, so wide a part of it.
+fn with_sheet(part: f64) -> SceneSpec {
+    let mut spec = furnace(|corner| corner * BOX);
+    let floor = SceneSpec { surfaces: vec![spec.surfaces[0].clone()] };
+    let (middle, flat) = (0.5 * BOX, DVec3::new(part, part, 0.0));
+    let mut sheet = scenes::moved(&floor, |corner| middle + (corner - middle) * flat);
+    sheet.surfaces[0].sides = Sides::Both;
+    spec.surfaces.append(&mut sheet.surfaces);
+    spec
 }
 
 pub const FAR_ORIGIN: Entry = Entry {
@@ -35,7 +46,8 @@ pub const FAR_ORIGIN: Entry = Entry {
                         much. Facets are made larger by a slack of 2⁻⁴⁶ of the largest coordinate, so that nothing \
                         falls through; B = E/(1 − R) = 1 in a furnace, whatever becomes of its shape. Once the slack \
                         is as large as the box there is nothing left to trace.",
-            instead: "Move the scene to the origin, in double precision, before it is written.",
+            instead: "Move the scene to the origin, in double precision, before it is written: there",
+            remedy: || furnace(|corner| corner * BOX),
         }
         .study(lab)
     },
@@ -54,7 +66,8 @@ pub const SCALES: Entry = Entry {
             title: "A furnace of any size",
             predicted: "Form factors have no unit: B is the same at every scale, until areas leave the range of \
                         64-bit floating point (10^±308).",
-            instead: "Choose a unit in which the scene is neither 10⁻¹⁵⁰ nor 10¹⁵⁰ long: metres.",
+            instead: "Choose a unit in which the scene is neither 10⁻¹⁵⁰ nor 10¹⁵⁰ long: in a box of 1",
+            remedy: || furnace(|corner| corner * BOX),
         }
         .study(lab)
     },
@@ -74,7 +87,9 @@ pub const SLIVERS: Entry = Entry {
             predicted: "Two large walls at a distance 1/a exchange nearly all; the narrow walls between them have \
                         1/a of the area. B = 1 on all of them, as long as the width of the slit is beyond the slack \
                         of 2⁻⁴⁶ = 1.4·10⁻¹⁴ of the largest coordinate.",
-            instead: "Make what is that narrow wider, or leave it out: a sheet with `sides = 2` has no narrow walls.",
+            instead: "Make what is that narrow wider, or leave it out: a sheet with `sides = 2` has no narrow walls. \
+                      On both sides of one that hangs in the furnace, and on its walls,",
+            remedy: || with_sheet(0.5),
         }
         .study(lab)
     },
@@ -94,7 +109,9 @@ pub const WEDGES: Entry = Entry {
             predicted: "In a closed wedge of angle θ light goes to and fro between its sides, F = 1 − sin(θ/2) for \
                         long ones, and near the edge over any distance, however short. B = 1 all the same. Rays that \
                         start within slack/θ of the edge cannot tell its sides apart.",
-            instead: "Walls that are meant to lie on each other are one wall with `sides = 2`.",
+            instead: "Walls that are meant to lie on each other are one wall with `sides = 2`. On both sides of one \
+                      that divides the furnace, and on its walls,",
+            remedy: || with_sheet(1.0),
         }
         .study(lab)
     },
@@ -109,15 +126,19 @@ struct Sweep {
     axis: &'static str,
     title: &'static str,
     predicted: &'static str,
+    /// What to do instead, up to what B is then.
     instead: &'static str,
+    /// Which gives this furnace.
+    remedy: fn() -> SceneSpec,
 }
 
 /// What came of one shape.
 enum Outcome {
     /// The scene was refused.
     Refused(String),
-    /// The mean B of the patch that is furthest off in standard errors (of none where nothing arrives), and the part of the walks that escaped.
-    Walked { radiosity: Option<Measured>, escaped: f64, told: Vec<String> },
+    /// The mean B of the patch that is furthest off in standard errors (of none where nothing arrives), of how many, and
+    /// the part of the walks that escaped.
+    Walked { radiosity: Option<Measured>, among: usize, escaped: f64, told: Vec<String> },
 }
 
 impl Sweep {
@@ -134,12 +155,12 @@ impl Sweep {
                     claims.push(Claim::sure(format!("{at:e} is refused"), !(self.safe)(*at)));
                     told.push(format!("at {at:e}: {why}"));
                 }
-                Outcome::Walked { radiosity, escaped, told: words } => {
+                Outcome::Walked { radiosity, among, escaped, told: words } => {
                     losses.push((*at, *escaped));
                     radiosities.extend(radiosity.map(|radiosity| (*at, radiosity)));
                     let unknown = Measured { value: f64::NAN, standard_error: f64::NAN };
                     let what = format!("{at:e}: B of the patch that is furthest off");
-                    let right = Claim::equal(&what, radiosity.unwrap_or(unknown), 1.0);
+                    let right = Claim::equal_among(&what, radiosity.unwrap_or(unknown), 1.0, *among, runs);
                     if (self.safe)(*at) {
                         claims.push(Claim::sure(format!("{at:e}: no walk escapes"), *escaped == 0.0));
                         claims.push(right);
@@ -155,6 +176,16 @@ impl Sweep {
                 }
             }
         }
+        let remedy = match outcome(lab, &(self.remedy)(), runs, walks) {
+            Outcome::Refused(why) => return Err(why.into()),
+            Outcome::Walked { radiosity, among, escaped, .. } => {
+                claims.push(Claim::sure("no walk escapes", escaped == 0.0).instead());
+                let radiosity = radiosity.ok_or("nothing arrives anywhere")?;
+                let what = "B of the patch that is furthest off";
+                claims.push(Claim::equal_among(what, radiosity, 1.0, among, runs).instead());
+                radiosity
+            }
+        };
         let worst = radiosities.iter().filter(|(at, _)| safe.contains(at));
         let worst = worst.map(|(_, b)| *b).max_by(|a, b| a.z(1.0).abs().total_cmp(&b.z(1.0).abs()));
         let worst = worst.ok_or("no point of the sweep is safe")?;
@@ -173,7 +204,11 @@ impl Sweep {
                 runs * walks
             ),
             told,
-            instead: self.instead.into(),
+            instead: format!(
+                "{} B = {} on the patch that is furthest off, and no walk escapes.",
+                self.instead,
+                pm(remedy)
+            ),
             claims,
             chart: Chart {
                 title: self.title.into(),
@@ -208,5 +243,5 @@ fn outcome(lab: &Lab, spec: &SceneSpec, runs: u64, walks: u64) -> Outcome {
     let doubt = |b: &Measured| b.z(1.0).abs();
     let radiosity = (0..patches).filter(often).map(of_patch).max_by(|a, b| doubt(a).total_cmp(&doubt(b)));
     let escaped = found.iter().map(|&(_, escaped)| escaped).sum::<f64>() / runs as f64;
-    Outcome::Walked { radiosity, escaped, told: run(&experiment, 1, walks, None).told() }
+    Outcome::Walked { radiosity, among: patches, escaped, told: run(&experiment, 1, walks, None).told() }
 }

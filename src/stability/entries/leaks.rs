@@ -69,7 +69,7 @@ fn open(lab: &Lab) -> Result<Finding, Failure> {
         marks.push((gap, found));
     }
     let closed = part(lab, &gap_in_the_ceiling(0.0), size, |counts| counts.escaped)?;
-    claims.push(Claim::sure("none escapes where there is no gap", closed.value == 0.0));
+    claims.push(Claim::sure("none escapes where there is no gap", closed.value == 0.0).instead());
     let said = |gap: f64| -> Result<Vec<String>, Failure> {
         let run =
             run(&experiment(&gap_in_the_ceiling(gap), shooting(EstimatorKind::Collision))?, 1, size.1, None);
@@ -171,11 +171,10 @@ fn backs(lab: &Lab) -> Result<Finding, Failure> {
         let solution = radiosity::Solution::new(&two_sided, &walk::<2>(&two_sided, seed, walks), CONFIDENCE);
         estimate(&solution, PATCH).radiosity
     }));
-    claims.push(Claim::equal(
-        "with `sides = 2`: B of patch 13 over what was meant",
-        ratio(right, meant[PATCH]),
-        1.0,
-    ));
+    claims.push(
+        Claim::equal("with `sides = 2`: B of patch 13 over what was meant", ratio(right, meant[PATCH]), 1.0)
+            .instead(),
+    );
     Ok(Finding {
         predicted: "A ray that meets the back of a one-sided surface is absorbed there: a wall that is turned round is \
                     black to those inside, and takes Σφ_i of the scene whose reflectance there is 0."

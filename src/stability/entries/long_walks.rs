@@ -84,11 +84,10 @@ impl Room {
         }
         let last = |series: &[(f64, Measured)]| series[series.len() - 1].1;
         let (walks, chain, brightest) = (last(&walked), last(&chained), sweep[sweep.len() - 1]);
-        claims.push(Claim::below(
-            "error of chains at the brightest, half that of walks",
-            chain,
-            0.5 * walks.value,
-        ));
+        claims.push(
+            Claim::below("error of chains at the brightest, half that of walks", chain, 0.5 * walks.value)
+                .instead(),
+        );
         let told =
             run(&experiment(&(self.scene)(0.999), shooting(EstimatorKind::Collision))?, 1, 20, None).told();
         claims.push(Claim::told(&told, "a walk may take 1000 rays"));

@@ -124,7 +124,7 @@ fn moment(lab: &Lab) -> Result<Finding, Failure> {
     let stopped = lab.each_seed(lab.size(20_000, 400_000), |seed| stops(seed, target));
     let of = |pick: fn(&(f64, f64)) -> f64| proportion(&stopped.iter().map(pick).collect::<Vec<_>>());
     let (first, double) = (of(|f| f.0), of(|f| f.1));
-    claims.push(Claim::at_least("a target of 0.6: coverage by double sampling", double, 0.95));
+    claims.push(Claim::at_least("a target of 0.6: coverage by double sampling", double, 0.95).instead());
     let last = marks[marks.len() - 1];
     Ok(Finding {
         predicted: "Whoever looks again and again, and stops as soon as an interval says what they hope for (that B is \
@@ -145,7 +145,7 @@ fn moment(lab: &Lab) -> Result<Finding, Failure> {
                 .into(),
         ],
         instead: format!(
-            "Say before the run when it is to end: a budget, or `[target]`, which decides the end in advance, at twice \
+            "Say before the run when it is to end: budget.paths, or target.relative_error, which decides the end in advance, at twice \
              the walks of the first look that shows they will do (Stein 1945, Cox 1952). Its intervals cover {} at a \
              target of {target}.",
             pm(double)
@@ -207,7 +207,7 @@ fn seed(lab: &Lab) -> Result<Finding, Failure> {
             Claim::equal(&format!("the brightest of {n}: coverage"), found, predicted(n))
         })
         .collect();
-    claims.push(Claim::equal("all seeds merged: coverage", merged, 0.95));
+    claims.push(Claim::equal("all seeds merged: coverage", merged, 0.95).instead());
     let last = marks[marks.len() - 1].1;
     Ok(Finding {
         predicted: format!(
@@ -277,10 +277,10 @@ fn twice(lab: &Lab) -> Result<Finding, Failure> {
     let told: Vec<String> = refusal.err().map(|fault| fault.to_string()).into_iter().collect();
     claims.push(Claim::told(&told, "walks 900 to 999 of seed 1 are in two of the runs"));
     let apart = checkpoint(&experiment, 0, 1000).merge(checkpoint(&experiment, 1000, 1000));
-    claims.push(Claim::sure("ranges that do not overlap are merged", apart.is_ok()));
+    claims.push(Claim::sure("ranges that do not overlap are merged", apart.is_ok()).instead());
     let honest = lab.each_seed(runs, |seed| covered(&solve(&experiment, seed, 4 * walks), &patches, &truth));
     let honest = proportion(&honest);
-    claims.push(Claim::equal("four ranges of walks: coverage", honest, 0.95));
+    claims.push(Claim::equal("four ranges of walks: coverage", honest, 0.95).instead());
     let last = marks[marks.len() - 1];
     Ok(Finding {
         predicted:
@@ -289,7 +289,7 @@ fn twice(lab: &Lab) -> Result<Finding, Failure> {
         seen: format!("Tallies added to themselves cover {} where k = {}.", pm(last.1), last.0),
         told,
         instead: format!(
-            "Runs of other ranges of walks (first_path) or of other seeds: four ranges cover {}.",
+            "Runs of other ranges of walks (budget.first_path) or of other seeds (seed): four ranges cover {}.",
             pm(honest)
         ),
         claims,

@@ -119,8 +119,8 @@ fn study(lab: &Lab) -> Result<Finding, Failure> {
     });
     let of = |pick: fn(&(f64, f64, f64)) -> f64| proportion(&stopped.iter().map(pick).collect::<Vec<_>>());
     let (remedy, reached, taken) = (of(|s| s.0), of(|s| s.1), of(|s| s.2));
-    claims.push(Claim::at_least("coverage where a target ends the run", remedy, 0.95));
-    claims.push(Claim::equal("runs that reach the target", reached, 1.0));
+    claims.push(Claim::at_least("coverage where a target ends the run", remedy, 0.95).instead());
+    claims.push(Claim::equal("runs that reach the target", reached, 1.0).instead());
     Ok(Finding {
         predicted: "Light in the second room is a matter of the few walks that find the hole, 1 % of the wall: hits of \
                     a patch there are about a Poisson count k. Before the first of them B̂ = E, with an error of 0; \
@@ -137,8 +137,8 @@ fn study(lab: &Lab) -> Result<Finding, Failure> {
         ),
         told,
         instead: format!(
-            "Trust the interval, not the value, of what is flagged `rare`; or set a target: with relative_error = 0.5 \
-             and fraction = 1 (10 scores a patch at least) runs end after {} walks instead of {few:.0}, and their \
+            "Trust the interval, not the value, of what is flagged `rare`; or set a target: with target.relative_error = 0.5 \
+             and target.fraction = 1 (10 scores a patch at least) runs end after {} walks instead of {few:.0}, and their \
              intervals cover {}.",
             figure(taken.value),
             pm(remedy)

@@ -7,7 +7,7 @@ use stats::Measured;
 
 use crate::plot::{figure, pm, seen, theory};
 use crate::stability::entry::{Claim, Entry, Failure, Finding};
-use crate::stability::lab::{Lab, experiment, run, shooting, variance_over, walk};
+use crate::stability::lab::{Lab, estimate, experiment, ratio, run, shooting, solve, variance_over, walk};
 
 pub const ENTRY: Entry = Entry {
     name: "survival-in-the-dark",
@@ -44,6 +44,10 @@ fn study(lab: &Lab) -> Result<Finding, Failure> {
     let mut claims: Vec<Claim> = points.iter().flat_map(of_point).collect();
     claims.push(Claim::told(&told, "collision has up to 1000 times less variance"));
     claims.push(Claim::told(&told, "`rare`"));
+    let (remedy, truth) = irradiance_of_black(walks)?;
+    claims.push(
+        Claim::equal("R = 0: irradiance by collision over theory", ratio(remedy, truth), 1.0).instead(),
+    );
     let kinds = ["survival", "collision"];
     let series = (0..2).flat_map(|kind| {
         let predicted = points.iter().map(move |p| (p.dark, p.predicted[kind]));
@@ -73,9 +77,10 @@ fn study(lab: &Lab) -> Result<Finding, Failure> {
         told,
         instead: format!(
             "Write estimator = \"collision\": at R = {} its variance is {} times less, as measured above, and its \
-             irradiances are known down to R = 0.",
+             irradiances are known down to R = 0: there that of the dark patch is {} of what theory says.",
             last.dark,
-            figure(gain)
+            figure(gain),
+            pm(ratio(remedy, truth))
         ),
         claims,
         chart: Chart {
@@ -99,6 +104,16 @@ fn point(dark: f64, walks: u64) -> Result<Point, Failure> {
     let survival = of(EstimatorKind::Survival, WalkEstimator::ShootSurvival)?;
     let collision = of(EstimatorKind::Collision, WalkEstimator::ShootCollision)?;
     Ok(Point { dark, predicted: [survival.0, collision.0], ratio: [survival.1, collision.1] })
+}
+
+/// Irradiance of the dark patch where it reflects nothing [W/m²], as seen by collision walks and in truth.
+fn irradiance_of_black(walks: u64) -> Result<(Measured, f64), Failure> {
+    let spec = scene(0.0);
+    let exact = Exact::of_scene(&spec)?;
+    let seen = estimate(&solve(&experiment(&spec, shooting(EstimatorKind::Collision))?, 3, walks), PATCH);
+    let (value, standard_error) =
+        seen.irradiance.zip(seen.irradiance_error).ok_or("collision walks tell irradiances")?;
+    Ok((Measured { value, standard_error }, exact.solution().incoming[PATCH] / exact.areas()[PATCH]))
 }
 
 fn of_point(point: &Point) -> Vec<Claim> {
