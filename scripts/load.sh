@@ -3,7 +3,7 @@
 # JSON for each case: connections, results/s, bytes/s, processor time, memory against what is allowed (three tallies and
 # 64 KiB a worker), and whether every stream came in once. `docs/scale.md` says what they mean.
 #
-#     scripts/load.sh [WORKERS PATCHES STREAMS RATE]      default: all cases of docs/scale.md, some minutes
+#     scripts/load.sh [WORKERS PATCHES STREAMS RATE [RELAYS]]      default: all cases of docs/scale.md, some minutes
 #
 # The last case needs 6 GB for the workers. As root it runs in a network namespace of its own, whose bytes are counted.
 set -euo pipefail
@@ -17,13 +17,18 @@ trap 'rm -rf "$scratch"' EXIT
 # A file descriptor a worker in the coordinator, two in the workers' processes.
 ulimit -n "$(ulimit -H -n)"
 
-# run_case WORKERS PATCHES STREAMS RATE: RATE walks a second each, in streams of 65,536.
+# run_case WORKERS PATCHES STREAMS RATE [RELAYS]: RATE walks a second each, in streams of 65,536. RELAYS share the workers.
 run_case() {
-    local access="$scratch/$1-$2.json" processes=$((($1 + 249) / 250)) coordinator code=0
+    local access="$scratch/$1-$2-${5:-0}.json" processes=${5:-$((($1 + 249) / 250))} coordinator code=0
     "$load" coordinate "$access" "$2" "$3" &
     coordinator=$!
-    for _ in $(seq $processes); do
-        nice "$load" work "$access" $(($1 / processes)) "$4" &
+    for process in $(seq "$processes"); do
+        local near="$access"
+        if [ -n "${5:-}" ]; then
+            near="$access.$process"
+            "$load" relay "$access" "$near" &
+        fi
+        nice "$load" work "$near" $(($1 / processes)) "$4" &
     done
     wait $coordinator || code=$?
     wait
@@ -35,11 +40,12 @@ if [ "${1:-}" != --inside ] && unshare --net true 2>/dev/null; then
 fi
 [ "${1:-}" != --inside ] || { shift && ip link set lo up; }
 
-if [ $# = 4 ]; then
+if [ $# -ge 4 ]; then
     run_case "$@"
 else
     run_case 1000 100 1000000 3000000
     run_case 1000 10000 1500000 3000000
     run_case 3000 1000 3000000 3000000
     run_case 200 1572864 40000 300000
+    run_case 1000 10000 1500000 3000000 4
 fi

@@ -2,6 +2,7 @@
 //! take and send tallies that are made up from the numbers of streams, so that any that is lost or counted twice shows.
 //!
 //!     load coordinate ACCESS PATCHES STREAMS       prints what it took, as a line of JSON
+//!     load relay ACCESS OUT-ACCESS                 a relay; prints what it took likewise
 //!     load work ACCESS WORKERS WALKS-PER-SECOND    that many workers in one process
 //!
 //! `scripts/load.sh` runs both.
@@ -18,6 +19,7 @@ use cluster::access::Access;
 use cluster::checkpoint::{Look, Past};
 use cluster::coordinator::{Coordinator, Ending, Plan};
 use cluster::server::{Wish, serve};
+use cluster::upstream::relay;
 use cluster::worker::{Identity, Work, work};
 use radiosity::{Counts, Layout, Overflow, Tally};
 
@@ -39,8 +41,9 @@ fn main() -> Done {
         ["coordinate", access, patches, streams] => {
             coordinate(Path::new(access), patches.parse()?, streams.parse()?)
         }
+        ["relay", access, out_access] => relay_between(Path::new(access), Path::new(out_access)),
         ["work", access, workers, rate] => work_many(Path::new(access), workers.parse()?, rate.parse()?),
-        _ => Err("usage: load coordinate ACCESS PATCHES STREAMS | load work ACCESS WORKERS WALKS-PER-SECOND"
+        _ => Err("usage: load coordinate ACCESS PATCHES STREAMS | load relay ACCESS OUT-ACCESS | load work ACCESS WORKERS WALKS-PER-SECOND"
             .into()),
     }
 }
@@ -166,12 +169,62 @@ fn loopback_bytes() -> u64 {
     line.split_whitespace().next().and_then(|bytes| bytes.parse().ok()).unwrap_or(0)
 }
 
+// ---- a relay ----
+
+fn relay_between(access_file: &Path, out_access_file: &Path) -> Done {
+    let bare = status("VmRSS");
+    let access = await_access(access_file);
+    let name = format!("relay {}", std::process::id());
+    let identity = Identity { build: BUILD.into(), name, threads: 0, leave: || false };
+    let mut patches = 0;
+    let mut trouble = 0;
+    let began = Instant::now();
+    let build = |job: &[u8]| {
+        let synthetic = Synthetic::of(job, 0.0)?;
+        patches = synthetic.patches;
+        Ok(synthetic)
+    };
+    let open = |_| {
+        let listener = TcpListener::bind("127.0.0.1:0")?;
+        let own = Access::new(listener.local_addr()?.to_string(), BUILD, HASH)?;
+        own.write(out_access_file)?;
+        Ok((listener, own))
+    };
+    relay(&access, &identity, build, open, |_| trouble += 1)?;
+    println!(
+        "{{\"relay\": {}, \"cpu\": {:.3}, \"memory_mb\": {:.1}, \"three_tallies_mb\": {:.1}, \"trouble\": {trouble}}}",
+        std::process::id(),
+        cpu_seconds()? / began.elapsed().as_secs_f64(),
+        (status("VmHWM") - bare) as f64 / 1e6,
+        (3 * 16 * 2 * patches) as f64 / 1e6,
+    );
+    Ok(())
+}
+
+/// Waits for whoever writes an access file.
+fn await_access(file: &Path) -> Access {
+    loop {
+        match Access::read(file) {
+            Ok(access) => return access,
+            Err(_) => thread::sleep(Duration::from_millis(100)),
+        }
+    }
+}
+
 // ---- the workers ----
 
 struct Synthetic {
     patches: usize,
     /// Walks a second.
     rate: f64,
+}
+
+impl Synthetic {
+    /// Of the job as it travels.
+    fn of(job: &[u8], rate: f64) -> Result<Self, String> {
+        let patches = std::str::from_utf8(job).ok().and_then(|text| text.parse().ok());
+        Ok(Synthetic { patches: patches.ok_or("no number of patches")?, rate })
+    }
 }
 
 impl Work for Synthetic {
@@ -204,12 +257,7 @@ impl Work for Synthetic {
 }
 
 fn work_many(access_file: &Path, workers: usize, rate: f64) -> Done {
-    let access = loop {
-        match Access::read(access_file) {
-            Ok(access) => break access,
-            Err(_) => thread::sleep(Duration::from_millis(100)),
-        }
-    };
+    let access = await_access(access_file);
     let failed = thread::scope(|scope| {
         let access = &access;
         let threads: Vec<_> = (0..workers)
@@ -221,11 +269,7 @@ fn work_many(access_file: &Path, workers: usize, rate: f64) -> Done {
                     let identity = Identity { build: BUILD.into(), name, threads: 1, leave: || false };
                     // Some are half as fast as others.
                     let rate = rate * (1.0 - 0.5 * n as f64 / workers as f64);
-                    let build = |job: &[u8]| {
-                        let patches = std::str::from_utf8(job).ok().and_then(|text| text.parse().ok());
-                        Ok(Synthetic { patches: patches.ok_or("no number of patches")?, rate })
-                    };
-                    work(access, &identity, build, || 0.0)
+                    work(access, &identity, |job| Synthetic::of(job, rate), || 0.0)
                 })
             })
             .collect();

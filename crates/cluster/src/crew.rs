@@ -642,16 +642,15 @@ impl Crew {
     fn lease_walks(&self, id: PeerId, now: Now) -> u64 {
         let peer = &self.peers[&id];
         let by_rate = peer.lease_rate() * self.lease_seconds(now).max(peer.lease_seconds);
-        // A stream for every thread, at first.
-        let first = (peer.lease_threads() as u64).saturating_mul(self.terms.stream_walks);
-        let by_growth = peer.longest_lease.max(first) as f64 * LEASE_GROWTH;
+        let streams = (peer.lease_threads() as u64).saturating_mul(self.terms.stream_walks);
+        let by_growth = peer.longest_lease.max(streams) as f64 * LEASE_GROWTH;
         let parts = (self.terms.leases_per_thread * self.threads) as u128;
         let share = u128::from((self.in_hand)(&self.ledger)) * peer.lease_threads() as u128 / parts;
         // Results must not come faster than they are taken, towards the end either.
         let least = (peer.lease_rate() * taking_seconds(self.terms.sums(), self.slots)) as u64;
-        // Rounded up to whole streams, that is not less than a stream for every thread.
-        let one_each = first.saturating_sub(self.terms.stream_walks - 1);
-        (by_rate.min(by_growth) as u64).max(one_each).min((share as u64).max(least))
+        // Rounded up to whole streams, that is one for every thread.
+        let one_each = streams.saturating_sub(self.terms.stream_walks - 1);
+        (by_rate.min(by_growth) as u64).min((share as u64).max(least)).max(one_each)
     }
 
     /// How long a lease should take.

@@ -18,14 +18,14 @@ use toy::{
 
 const TICK: Duration = Duration::from_millis(50);
 
-fn terms(stream_walks: u64) -> Terms {
+fn terms(stream_walks: u64, leases_per_thread: usize) -> Terms {
     Terms {
         job: JOB.into(),
         scene_hash: SCENE_HASH,
         job_hash: JOB_HASH,
         build: BUILD.into(),
         stream_walks,
-        leases_per_thread: 2,
+        leases_per_thread,
         patches: PATCHES,
         layout: LAYOUT,
     }
@@ -53,15 +53,17 @@ struct World {
     next: PeerId,
     now: Duration,
     stream: u64,
+    leases_per_thread: usize,
     sent_home: usize,
 }
 
 impl World {
     fn new(plan: Plan) -> Self {
-        let stream = plan.stream_paths;
+        let (stream, leases_per_thread) = (plan.stream_paths, plan.leases_per_thread);
         let (relays, workers) = (vec![], BTreeMap::new());
         let coordinator = coordinator(plan);
-        World { coordinator, relays, workers, next: 0, now: Duration::ZERO, stream, sent_home: 0 }
+        let (next, now, sent_home) = (0, Duration::ZERO, 0);
+        World { coordinator, relays, workers, next, now, stream, leases_per_thread, sent_home }
     }
 
     fn lead(&mut self, leader: usize) -> Option<&mut dyn Lead> {
@@ -142,20 +144,26 @@ impl World {
 
     fn add_relay(&mut self) -> usize {
         self.next += 1;
-        let relay = Relay::new(terms(self.stream));
+        let relay = Relay::new(terms(self.stream, self.leases_per_thread));
         let (orders, said) = (VecDeque::new(), VecDeque::new());
         self.relays.push(Some(Node { relay, id: self.next, orders, said }));
         self.greet(0, Hello { relays: true, ..hello("relay", 0) });
         self.relays.len()
     }
 
-    /// A worker does the first thing that it has to do.
-    fn work(&mut self, leader: usize, id: PeerId) -> bool {
+    /// A worker has done the first thing that it had to do, in so much time.
+    fn work(&mut self, leader: usize, id: PeerId, seconds: f64) {
         let next = self.workers.get_mut(&(leader, id)).and_then(VecDeque::pop_front);
-        let Some((lease, walks)) = next else { return false };
-        let seconds = 1e-3 * (walks.end - walks.start) as f64;
+        let Some((lease, walks)) = next else { return };
         self.say(leader, id, ToCoordinator::Result(LeaseResult { seconds, ..toy::result(lease, walks) }));
-        true
+    }
+
+    /// The same at 1,000 walks a second.
+    fn work_fast(&mut self, leader: usize, id: PeerId) {
+        if let Some((_, walks)) = self.workers.get(&(leader, id)).and_then(VecDeque::front) {
+            let seconds = 1e-3 * (walks.end - walks.start) as f64;
+            self.work(leader, id, seconds);
+        }
     }
 
     /// A relay reads the next of what it was sent.
@@ -221,7 +229,7 @@ impl World {
     fn work_off(&mut self) {
         for _ in 0..10_000 {
             let workers: Vec<_> = self.workers.keys().copied().collect();
-            workers.into_iter().for_each(|(leader, id)| _ = self.work(leader, id));
+            workers.into_iter().for_each(|(leader, id)| self.work_fast(leader, id));
             self.pass(TICK);
             self.settle();
             if self.coordinator.ending().is_some() {
@@ -229,6 +237,32 @@ impl World {
             }
         }
         panic!("the job does not end");
+    }
+
+    /// Lets time pass until the job ends. All work on, so many walks in so many ticks.
+    fn walk_all(&mut self, walks: u64, ticks: u32) {
+        let mut done: BTreeMap<(usize, PeerId), u64> = BTreeMap::new();
+        while self.coordinator.ending().is_none() {
+            assert!(self.now < Duration::from_secs(3600), "the job does not end");
+            let workers: Vec<_> = self.workers.keys().copied().collect();
+            for (leader, id) in workers {
+                let done = done.entry((leader, id)).or_default();
+                *done += walks;
+                while let Some((_, next)) = self.workers.get(&(leader, id)).and_then(VecDeque::front) {
+                    let effort = (next.end - next.start) * u64::from(ticks);
+                    if *done < effort {
+                        break;
+                    }
+                    *done -= effort;
+                    self.work(leader, id, effort as f64 / walks as f64 * TICK.as_secs_f64());
+                }
+                if self.workers.get(&(leader, id)).is_some_and(VecDeque::is_empty) {
+                    *done = 0;
+                }
+            }
+            self.pass(TICK);
+            self.settle();
+        }
     }
 
     /// Leases of a relay.
@@ -287,7 +321,7 @@ fn a_relay_is_leased_nothing_before_it_has_workers_and_then_more_for_more_of_the
     let mut longest = 0;
     for _ in 0..50 {
         let workers: Vec<_> = world.workers.keys().copied().collect();
-        workers.into_iter().for_each(|(leader, id)| _ = world.work(leader, id));
+        workers.into_iter().for_each(|(leader, id)| world.work_fast(leader, id));
         world.pass(TICK);
         while world.pass_on(0) {}
         longest = world.held(0).into_iter().fold(longest, u64::max);
@@ -304,7 +338,7 @@ fn a_relay_that_loses_its_workers_gives_its_leases_back() {
     let worker = world.join(relay);
     world.pass(TICK);
     world.settle();
-    world.work(relay, worker);
+    world.work_fast(relay, worker);
     world.pass(TICK);
     world.settle();
     let before = world.coordinator.effort().streams_reissued;
@@ -324,7 +358,7 @@ fn a_relay_that_loses_its_workers_gives_its_leases_back() {
 
 #[test]
 fn a_lease_that_meets_a_relay_without_workers_comes_back() {
-    let mut relay = Relay::new(terms(10));
+    let mut relay = Relay::new(terms(10, 2));
     assert!(relay.on_lease(7, 0, 10, Duration::ZERO).is_empty());
     assert_eq!(relay.take_outbox(), [ToCoordinator::Return { lease: 7 }]);
 }
@@ -412,7 +446,7 @@ fn no_fault_of_relays_or_workers_changes_the_tally_or_hangs_the_job() {
                 }
                 _ if !workers.is_empty() => {
                     let (leader, id) = workers[dice(workers.len())];
-                    world.work(leader, id);
+                    world.work_fast(leader, id);
                 }
                 _ => {}
             }
@@ -423,4 +457,33 @@ fn no_fault_of_relays_or_workers_changes_the_tally_or_hangs_the_job() {
         reissued += world.coordinator.effort().streams_reissued;
     }
     assert!(relays_lost > 100 && reissued > 100, "{relays_lost} {reissued}");
+}
+
+/// Sixteen workers, in as many ticks as they would need if none ever waited: of many short walks, and of few long ones
+/// (chains), of which each thread has one at once.
+#[test]
+fn workers_behind_relays_are_as_busy_as_others() {
+    for (plan_of, walks, ticks) in [
+        ((|| plan(1_000_000, 10)) as fn() -> Plan, 80, 1),
+        (|| Plan { leases_per_thread: 1, ..plan(72, 1) }, 1, 40),
+    ] {
+        let ran = |relays: usize| {
+            let mut world = World::new(plan_of());
+            let leaders: Vec<usize> = (0..relays).map(|_| world.add_relay()).collect();
+            (0..16).for_each(|n| _ = world.join(leaders.get(n % relays.max(1)).copied().unwrap_or(0)));
+            world.walk_all(walks, ticks);
+            world.ends(Ending::BudgetSpent);
+            assert_eq!(world.coordinator.effort().streams_reissued, 0);
+            (world.now.as_secs_f64(), world.coordinator.past().deliveries.len())
+        };
+        let (without, results) = ran(0);
+        let ideal = plan_of().paths as f64 / 16.0 * f64::from(ticks) / walks as f64 * TICK.as_secs_f64();
+        assert!((1.0..1.12).contains(&(without / ideal)), "{without} s for {ideal} s");
+        for relays in [1, 2, 4] {
+            let (with, passed_on) = ran(relays);
+            assert!(with < 1.02 * without, "{relays} relays: {with} s, without {without} s");
+            // Leases of a relay are of all its workers.
+            assert!(16 * passed_on < 2 * relays * results, "{relays} relays: {passed_on} of {results}");
+        }
+    }
 }
