@@ -50,7 +50,7 @@ fn power(scene: &Scene) -> String {
 
 fn describe_job(job: &Job, experiment: &Experiment) {
     let scene = experiment.scene();
-    let Method { walk, estimator, space, sampler, jacobi } = outputs::method(&job.method);
+    let Method { walk, estimator, space, sampler, jacobi, final_gather } = outputs::method(&job.method);
     let kind =
         jacobi.map_or_else(|| format!("{space} {estimator} {walk}"), |chains| format!("{walk} ({chains})"));
     say(&format!(
@@ -59,6 +59,9 @@ fn describe_job(job: &Job, experiment: &Experiment) {
         job.seed,
         100.0 * job.confidence
     ));
+    if !final_gather.is_empty() {
+        say(&format!("final gather: {} chosen patches", final_gather.len()));
+    }
     if let Some(target) = &job.target {
         say(&format!(
             "target: relative half-width {} on {} of {}",

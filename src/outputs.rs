@@ -220,6 +220,7 @@ pub fn method(method: &Method) -> report::Method {
         estimator: method.estimator.word().into(),
         space: method.space.word().into(),
         sampler: method.sampler.word().into(),
+        final_gather: method.final_gather.clone(),
         jacobi: (method.walk == WalkKind::Jacobi).then(|| match method.jacobi {
             Solve::Links => "links".into(),
             Solve::Iterations(Iterations { births, regular, .. }) => {

@@ -1,9 +1,9 @@
-//! Chosen patches: targets that are about them alone.
+//! Chosen patches: targets that are about them alone, and methods that gather on them.
 
 mod support;
 
 use serde_json::Value;
-use support::{answer, columns, numbers, path, run, run_job};
+use support::{answer, columns, numbers, path, run, run_job, storms_leave_no_trace};
 use tempfile::tempdir;
 
 const CUBE: &str = "configs/cube54.toml";
@@ -56,4 +56,46 @@ fn a_target_of_patches_that_no_walk_is_born_on_is_refused() {
     let (code, _, stderr) = run(&[&["check", CUBE][..], &gathering, &target].concat());
     assert_eq!(code, 2, "{stderr}");
     assert!(stderr.contains("target.patches: no walk is born on patch 8"), "{stderr}");
+}
+
+const GATHER: [&str; 2] = ["--set", "method.final_gather=[53, 0]"];
+
+/// Walks in batches, and chains.
+#[test]
+fn workers_leave_no_trace_in_a_final_gather() {
+    let folder = tempdir().unwrap();
+    for walk in ["shooting", "jacobi"] {
+        let walk = format!("method.walk={walk}");
+        let job = [&GATHER[..], &["--set", &walk, "--paths", "300000"]].concat();
+        let [base, plain, part] =
+            ["base", "plain", "part"].map(|name| path(&folder, &format!("{name}-{walk}")));
+        let batch = ["--set", "method.batch_paths=10000"];
+        let summary = run_job(CUBE, &base, &[&job[..], &batch, &["--workers", "1"]].concat());
+        assert_eq!((&summary["paths"], &summary["streams"]), (&300_000.into(), &30.into()));
+        assert_eq!(summary["model"]["final_gather"], serde_json::json!([0, 53]));
+        assert!(summary["checks"].as_array().unwrap().iter().all(|check| check["ok"] == true), "{summary}");
+        for workers in ["2", "5"] {
+            let out = path(&folder, &format!("{workers}-{walk}"));
+            run_job(CUBE, &out, &[&job[..], &batch, &["--workers", workers]].concat());
+            assert!(answer(&out) == answer(&base), "{workers} workers");
+        }
+        run_job(CUBE, &part, &[&GATHER[..], &["--set", &walk, "--paths", "120000"], &batch].concat());
+        run_job(CUBE, &part, &[&job[..], &batch, &["--resume"]].concat());
+        assert!(answer(&part) == answer(&base), "resumed");
+        let text = part.to_str().unwrap();
+        let (code, _, stderr) = run(&["audit", text, "--share", "1", "--quiet"]);
+        assert_eq!(code, 0, "{stderr}");
+        let sobol = ["--set", "method.sampler=sobol", "--set", &walk, "--paths", "300000"];
+        run_job(CUBE, &plain, &[&sobol[..], &batch].concat());
+        let [with, without] = [&base, &plain].map(|out| relative_errors(out));
+        for patch in [0, 53] {
+            assert!(with[patch] < 0.6 * without[patch], "patch {patch}: {} {}", with[patch], without[patch]);
+        }
+    }
+}
+
+#[test]
+fn workers_killed_at_random_leave_no_trace_in_a_final_gather() {
+    let set = [&GATHER[..], &["--set", "method.batch_paths=8192", "--paths", "5000000"]].concat();
+    storms_leave_no_trace(CUBE, &set);
 }

@@ -49,7 +49,8 @@ impl Case {
             infinite: InfiniteEnd::default(),
             space: Space::Discrete,
             mix: false,
-            sobol_batch: None,
+            batch: None,
+            final_gather: Vec::new(),
         };
         let experiment = experiment(&spec, IndexChoice::Auto, method);
         let truth = Exact::of_scene(&spec).unwrap().solution().radiosity.clone();

@@ -4,7 +4,9 @@ mod support;
 
 use std::process::Stdio;
 
-use support::{answer, children, columns, finish, numbers, path, radwalk, run, run_job, signal, summary};
+use support::{
+    answer, columns, finish, numbers, path, radwalk, run, run_job, signal, storms_leave_no_trace, summary,
+};
 use tempfile::tempdir;
 
 const CUBE: &str = "configs/cube54.toml";
@@ -76,30 +78,14 @@ fn workers_leave_no_trace_in_iterations() {
 
 #[test]
 fn workers_killed_at_random_leave_no_trace_in_the_answer() {
-    let folder = tempdir().unwrap();
-    let job = ["run", "configs/cornell.toml", "--set", "method.walk=jacobi", "--paths", "4000000", "--quiet"];
-    let job = [&job[..], &["--set", "method.batch_paths=100000", "--workers", "3", "--out"]].concat();
-    let calm = path(&folder, "calm");
-    let (code, _, stderr) = run(&[&job[..], &[calm.to_str().unwrap()]].concat());
-    assert_eq!(code, 0, "{stderr}");
+    let links = ["--paths", "4000000", "--set", "method.batch_paths=100000"];
+    storms_leave_no_trace("configs/cornell.toml", &[&JACOBI[..], &links].concat());
+}
 
-    let stormy = path(&folder, "stormy");
-    let child = radwalk().args(job).arg(&stormy).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
-    let coordinator = child.id();
-    let mut state = 54_321_u64;
-    for _ in 0..8 {
-        let workers = children(coordinator);
-        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        if let Some(&victim) = workers.get((state >> 33) as usize % workers.len().max(1)) {
-            signal("KILL", victim);
-        }
-        std::thread::sleep(std::time::Duration::from_millis(100 + (state >> 57)));
-    }
-    let (code, ..) = finish(child);
-    assert_eq!(code, 0);
-    let summary = summary(&stormy);
-    assert!(summary["workers_lost"].as_u64().unwrap() > 0, "the storm must have hit somebody: {summary}");
-    assert!(answer(&stormy) == answer(&calm), "deaths changed the answer");
+#[test]
+fn workers_killed_at_random_leave_no_trace_in_iterations() {
+    let iterations = ["--set", "method.jacobi.solve=iterations", "--set", "method.batch_paths=60000"];
+    storms_leave_no_trace(CUBE, &[&JACOBI[..], &iterations, &["--paths", "12000000"]].concat());
 }
 
 /// A chain lasts; a run is to end all the same when it is asked to, with the chains that are in.

@@ -2,7 +2,7 @@
 
 mod support;
 
-use support::{answer, path, run, run_job, summary};
+use support::{answer, path, run, run_job, storms_leave_no_trace, summary};
 use tempfile::tempdir;
 
 const CUBE: &str = "configs/cube54.toml";
@@ -32,6 +32,12 @@ fn workers_leave_no_trace_in_sobol_walks() {
     let out = path(&folder, "other");
     run_job(CUBE, &out, &[&SOBOL[..], &["--set", "method.batch_paths=8192"]].concat());
     assert!(answer(&out) != answer(&base), "other batches are another answer");
+}
+
+#[test]
+fn workers_killed_at_random_leave_no_trace_in_sobol_walks() {
+    let set = ["--set", "method.sampler=sobol", "--set", "method.batch_paths=8192", "--paths", "5000000"];
+    storms_leave_no_trace(CUBE, &set);
 }
 
 #[test]

@@ -25,10 +25,10 @@ pub struct Bound {
 }
 
 impl Bound {
-    /// Of a grey scene and walks; `None` in colour, of chains, and where the pilot has not seen the darkest patch.
+    /// Of a grey scene and walks; `None` in colour, of chains, of a final gather, and where the pilot has not seen the darkest patch.
     pub fn new(experiment: &Experiment, target: &Target, estimates: &Estimates, level: f64) -> Option<Self> {
         let scene = experiment.scene();
-        if scene.channels() > 1 {
+        if scene.channels() > 1 || !experiment.method().final_gather.is_empty() {
             return None;
         }
         let bounds = Bounds::of_scene(scene, 0);

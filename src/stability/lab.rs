@@ -82,7 +82,8 @@ fn method(direction: Direction, estimator: EstimatorKind) -> Method {
         infinite: InfiniteEnd::default(),
         space: Space::Discrete,
         mix: false,
-        sobol_batch: None,
+        batch: None,
+        final_gather: Vec::new(),
     }
 }
 

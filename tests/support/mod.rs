@@ -112,3 +112,29 @@ pub fn wait_for<T>(what: &str, mut look: impl FnMut() -> Option<T>) -> T {
 pub fn path(folder: &tempfile::TempDir, name: &str) -> PathBuf {
     folder.path().join(name)
 }
+
+/// Runs a job on workers that are killed at random, and again undisturbed: the answers have the same bytes.
+pub fn storms_leave_no_trace(job: &str, set: &[&str]) {
+    let folder = tempfile::tempdir().unwrap();
+    let [calm, stormy] = ["calm", "stormy"].map(|name| path(&folder, name));
+    let workers = [set, &["--workers", "3"]].concat();
+    run_job(job, &calm, &workers);
+    let mut command = radwalk();
+    command.args(["run", job, "--quiet", "--out"]).arg(&stormy).args(&workers);
+    let child = command.stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
+    let coordinator = child.id();
+    let mut state = 54_321_u64;
+    for _ in 0..8 {
+        let workers = children(coordinator);
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        if let Some(&victim) = workers.get((state >> 33) as usize % workers.len().max(1)) {
+            signal("KILL", victim);
+        }
+        std::thread::sleep(Duration::from_millis(100 + (state >> 57)));
+    }
+    let (code, ..) = finish(child);
+    assert_eq!(code, 0);
+    let summary = summary(&stormy);
+    assert!(summary["workers_lost"].as_u64().unwrap() > 0, "the storm must have hit somebody: {summary}");
+    assert!(answer(&stormy) == answer(&calm), "deaths changed the answer");
+}

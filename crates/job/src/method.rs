@@ -1,7 +1,8 @@
 //! How a job is solved: the choices of `[method]`, and the digest that names an answer.
 
 use radiosity::{
-    Birth, Direction, EstimatorKind, IndexChoice, InfiniteEnd, Iterations, RayBirths, Sampler, Solve, Space,
+    Batch, Birth, Direction, EstimatorKind, IndexChoice, InfiniteEnd, Iterations, RayBirths, Sampler, Solve,
+    Space,
 };
 use serde::{Deserialize, Serialize};
 
@@ -55,6 +56,9 @@ pub struct Method {
     pub batch_paths: Option<u64>,
     /// What chains make of their rays; of Jacobi only. Default: links.
     pub jacobi: Solve,
+    /// Patches, in ascending order, whose light rays of their own gather from what each batch or chain has found. Default:
+    /// none.
+    pub final_gather: Vec<u32>,
 }
 
 impl Method {
@@ -73,9 +77,15 @@ impl Method {
             infinite: self.infinite,
             space: self.space,
             mix: self.mix,
-            sobol_batch: (self.walk != WalkKind::Jacobi && self.sampler == Sampler::Sobol)
-                .then(|| self.batch_paths.unwrap_or(0)),
+            batch: (self.walk != WalkKind::Jacobi && self.is_in_batches())
+                .then(|| Batch { walks: self.batch_paths.unwrap_or(0), sampler: self.sampler }),
+            final_gather: self.final_gather.clone(),
         }
+    }
+
+    /// Whether batches or chains take the place of walks.
+    fn is_in_batches(&self) -> bool {
+        self.walk == WalkKind::Jacobi || self.sampler == Sampler::Sobol || !self.final_gather.is_empty()
     }
 }
 
@@ -191,7 +201,7 @@ pub fn job_hash(scene_hash: [u8; 32], method: &Method, seed: u64) -> [u8; 32] {
     if method.mix {
         field(b"mix");
     }
-    if method.walk == WalkKind::Jacobi || method.sampler == Sampler::Sobol {
+    if method.is_in_batches() {
         // No number of walks is 0.
         field(&method.batch_paths.unwrap_or(0).to_le_bytes());
     }
@@ -202,13 +212,27 @@ pub fn job_hash(scene_hash: [u8; 32], method: &Method, seed: u64) -> [u8; 32] {
         field(births.word().as_bytes());
         field(&regular.to_le_bytes());
     }
+    if !method.final_gather.is_empty() {
+        field(b"final gather");
+        field(&method.final_gather.iter().flat_map(|patch| patch.to_le_bytes()).collect::<Vec<_>>());
+    }
     *hasher.finalize().as_bytes()
 }
 
 const DEFAULT_LENGTH: u32 = 20;
 
-pub(crate) const METHOD_KEYS: &[&str] =
-    &["walk", "estimator", "space", "sampler", "infinite", "birth", "mix", "batch_paths", "jacobi"];
+pub(crate) const METHOD_KEYS: &[&str] = &[
+    "walk",
+    "estimator",
+    "space",
+    "sampler",
+    "infinite",
+    "birth",
+    "mix",
+    "batch_paths",
+    "jacobi",
+    "final_gather",
+];
 
 /// Reads `[method]`, for a scene of `patch_count` patches and a budget; says what was not done as asked.
 pub(crate) fn read_method(
@@ -220,6 +244,7 @@ pub(crate) fn read_method(
     let sampler = table.take("sampler");
     let jacobi = table.take("jacobi").map(|value| read_solve(value, walk)).transpose()?.unwrap_or_default();
     let places = Places { walk: table.place("walk"), batch: table.place("batch_paths") };
+    let final_gather = table.take("final_gather");
     let mut method = Method {
         walk,
         estimator: word(table.take("estimator"))?,
@@ -234,10 +259,14 @@ pub(crate) fn read_method(
         mix: table.take("mix").map(|value| value.boolean()).transpose()?.unwrap_or_default(),
         batch_paths: table.take("batch_paths").map(|value| read_batch(&value)).transpose()?,
         jacobi,
+        final_gather: Vec::new(),
     };
+    if let Some(value) = final_gather {
+        method.final_gather = read_final_gather(value, &method, patch_count)?;
+    }
     let note = settle_jacobi(&mut method, &places, patch_count, budget)?;
     method.sampler = read_sampler(sampler, walk, &method)?;
-    settle_sobol(&mut method, &places, budget)?;
+    settle_batches(&mut method, &places, budget)?;
     if let Solve::Iterations(iterations) = &mut method.jacobi {
         iterations.sampler = method.sampler;
     }
@@ -272,13 +301,13 @@ fn read_sampler(value: Option<Value<'_>>, asked: WalkKind, method: &Method) -> R
     }
 }
 
-/// Batches of a job of Sobol walks that does not say how many walks each has: between 16 and 31.
+/// Batches of a job of walks that does not say how many walks each has: between 16 and 31.
 const BATCHES: u64 = 16;
 
-/// Puts the number of walks that share a Sobol sequence: a power of 2 where the job names none, since so many points are
+/// Puts the number of walks of a batch: a power of 2 where the job names none, since so many points of a Sobol sequence are
 /// spread most evenly.
-fn settle_sobol(method: &mut Method, places: &Places, budget: &Budget) -> Result<(), Error> {
-    if method.walk == WalkKind::Jacobi || method.sampler != Sampler::Sobol {
+fn settle_batches(method: &mut Method, places: &Places, budget: &Budget) -> Result<(), Error> {
+    if method.walk == WalkKind::Jacobi || !method.is_in_batches() {
         return Ok(());
     }
     let most = (budget.paths / BATCHES).clamp(1, MOST_CHAIN_RAYS);
@@ -359,6 +388,35 @@ fn read_solve(value: Value<'_>, walk: WalkKind) -> Result<Solve, Error> {
             }))
         }
     }
+}
+
+/// One in so many patches may be chosen for a final gather, so that each has several times the rays by which a batch tells
+/// of a patch.
+const FEW: u64 = 16;
+
+fn read_final_gather(value: Value<'_>, method: &Method, patch_count: u64) -> Result<Vec<u32>, Error> {
+    let fits = method.space == Space::Discrete && method.estimator == EstimatorKind::Collision && !method.mix;
+    if method.walk == WalkKind::Gathering || !fits {
+        return Err(value.refuse(
+            "a final gather is for discrete collision walks that are shot, and for chains".into(),
+            "it gathers what these have found of all other patches, and takes it for the patches' mean",
+            "remove it, or `walk`, `estimator`, `space` and `mix`",
+        ));
+    }
+    let place = value.place();
+    let instead = "remove the key: no light is gathered";
+    let mut patches = read_patches(value, patch_count, "somebody has to gather", instead)?;
+    let most = (patch_count / FEW).max(1);
+    if patches.len() as u64 > most {
+        return Err(Error::Refused {
+            place,
+            problem: format!("{} of {patch_count} patches are chosen", patches.len()),
+            why: "rays from so many are too few each to beat what walks and chains find by themselves",
+            remedy: format!("choose at most {most}, or remove the key"),
+        });
+    }
+    patches.sort_unstable();
+    Ok(patches)
 }
 
 /// More iterations would have fewer rays than there are patches, in scenes of any size.

@@ -253,6 +253,8 @@ fn the_hash_covers_scene_method_and_seed() {
         Method { estimator: EstimatorKind::Survival, ..shooting.clone() },
         Method { space: Space::Continuous, ..shooting.clone() },
         Method { sampler: Sampler::Sobol, ..shooting.clone() },
+        Method { final_gather: vec![3], ..shooting.clone() },
+        Method { final_gather: vec![4], ..shooting.clone() },
     ];
     for other in &others {
         assert_ne!(base, job_hash(scene, other, 1), "{other:?}");

@@ -146,6 +146,23 @@ fn what_makes_no_sense_for_chains_is_refused() {
 }
 
 #[test]
+fn a_final_gather_takes_batches_and_few_patches() {
+    let job =
+        |set: &[&str]| cube54(&[&["budget.paths=1000000", "method.final_gather=[53, 0, 7]"], set].concat());
+    let method = job(&[]).method;
+    assert_eq!((method.batch_paths, &method.final_gather), (Some(1 << 15), &vec![0, 7, 53]));
+    assert_eq!(method.walks().batch.map(|batch| batch.sampler), Some(Sampler::Random));
+    assert_eq!(job(&["method.walk=jacobi"]).method.batch_paths, Some(125_000));
+    assert_eq!(job(&["method.walk=auto"]).method.walk, WalkKind::Jacobi);
+    // Too few rays for chains: batches of walks.
+    let few = job(&["method.walk=jacobi", "budget.paths=1600"]);
+    assert_eq!((few.method.walk, few.method.batch_paths), (WalkKind::Shooting, Some(64)));
+    let refused =
+        load_cube54(&["budget.paths=1000000", "method.final_gather=[0, 1, 2, 3]"]).unwrap_err().to_string();
+    assert!(refused.contains("4 of 54 patches are chosen") && refused.contains("at most 3"), "{refused}");
+}
+
+#[test]
 fn sobol_walks_come_in_batches() {
     let sobol = "method.sampler=sobol";
     let batch = |set: &[&str]| cube54(&[&[sobol], set].concat()).method.batch_paths;
@@ -156,7 +173,10 @@ fn sobol_walks_come_in_batches() {
     );
     assert_eq!(batch(&["budget.paths=1000000", "method.batch_paths=100000"]), Some(100_000));
     let method = cube54(&[sobol, "budget.paths=1000000"]).method;
-    assert_eq!((method.sampler, method.walks().sobol_batch), (Sampler::Sobol, Some(1 << 15)));
+    assert_eq!(
+        (method.sampler, method.walks().batch.map(|batch| batch.walks)),
+        (Sampler::Sobol, Some(1 << 15))
+    );
     let refused = |set: &[&str], part: &str| {
         let message = load_cube54(&[&[sobol], set].concat()).unwrap_err().to_string();
         assert!(message.contains(part), "{message}");

@@ -14,7 +14,8 @@ pub fn method(direction: Direction, estimator: EstimatorKind) -> Method {
         infinite: InfiniteEnd::default(),
         space: Space::Discrete,
         mix: false,
-        sobol_batch: None,
+        batch: None,
+        final_gather: Vec::new(),
     }
 }
 

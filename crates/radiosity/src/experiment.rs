@@ -10,12 +10,15 @@ use crate::estimator::{
     Survival, fixed_units,
 };
 use crate::fate::{Analog, Coloured, Fate, FirstArrival, Infinite};
-use crate::jacobi::{self, ChainBoard, Iteration};
-use crate::method::{Birth, Direction, EstimatorKind, InfiniteEnd, Method, Solve};
+use crate::final_gather::{LIGHT_BY_SHADOW_RAYS, final_gather};
+use crate::jacobi::faces::Faces;
+use crate::jacobi::{self, ChainBoard, Iteration, Outcome};
+use crate::method::{Batch, Birth, Direction, EstimatorKind, InfiniteEnd, Method, Sampler, Solve, Space};
 use crate::patch::Patch;
 use crate::quasi::{Place, Quasi};
 use crate::rng::Sequence;
 use crate::scene::Scene;
+use crate::spec::Sides;
 use crate::tally::{Counts, Layout, Overflow, Scoreboard, Tally};
 use crate::walk::{walk_all, walk_each};
 
@@ -36,8 +39,11 @@ pub enum Unfit {
     /// Batches of walks that share a Sobol sequence score as shooting walks do.
     #[error("Sobol sequences are for shooting walks without `mix`; choose sampler = \"random\"")]
     Sobol,
-    /// Nobody can be born where there is no patch.
-    #[error("walks are to be born on patch {patch}, but the scene has {patches} patches; choose from 0 to {last}", last = patches - 1)]
+    /// What is gathered has to be told apart from the rays that gather it, and by side.
+    #[error("a final gather needs {0}")]
+    FinalGather(&'static str),
+    /// Nobody can be born, and nothing gathered, where there is no patch.
+    #[error("patch {patch} is chosen, but the scene has {patches} patches; choose from 0 to {last}", last = patches - 1)]
     NoSuchPatch {
         /// The patch.
         patch: u32,
@@ -101,6 +107,13 @@ enum Values {
     Related(Vec<[f64; 3]>),
 }
 
+/// The rays of a final gather are this part of the batch's own, in all. Of 1/8 … 1 none did much better in any scene that was
+/// tried: fewer rays bring their own noise, more cost more than they gain.
+const GATHERING_PART: u64 = 4;
+
+/// The rays of the final gather of batch n are those of walk 2⁶³ + n: no job has so many walks.
+const GATHERING_RAYS: u64 = 1 << 63;
+
 /// Walks of a batch that are scored at once: no sum of so few wraps.
 const WALKS_AT_ONCE: usize = 1 << 18;
 
@@ -163,13 +176,16 @@ impl Experiment {
         if method.mix && matches!(method.direction, Direction::Jacobi { .. }) {
             return Err(Unfit::Mix("walks, not chains; remove `mix`"));
         }
-        if method.sobol_batch.is_some() && (method.mix || method.direction != Direction::Shooting) {
+        if method.batch.is_some() && (method.mix || method.direction != Direction::Shooting) {
             return Err(Unfit::Sobol);
         }
+        check_final_gather(&scene, &method)?;
         let gathering = match &method.direction {
             Direction::Shooting | Direction::Jacobi { .. } => None,
             Direction::Gathering(birth) => {
-                check_births(birth, scene.patches().len())?;
+                if let Birth::Patches(chosen) = birth {
+                    check_patches(chosen, &scene)?;
+                }
                 Some(Gathering::new(&scene, &method, birth_probabilities(&scene, birth))?)
             }
         };
@@ -249,7 +265,7 @@ impl Experiment {
     /// Paths of a batch, where batches take the place of walks: rays of a chain, or walks that share a Sobol sequence.
     /// Batches are independent, what is within one is not.
     pub fn batch_paths(&self) -> Option<u64> {
-        self.chain_rays().or(self.method.sobol_batch)
+        self.chain_rays().or(self.method.batch.map(|batch| batch.walks))
     }
 
     /// What a walk counts as in jobs: one path; a batch counts as all of its own.
@@ -289,13 +305,14 @@ impl Experiment {
     ) -> Counts {
         let mut counts = Counts::default();
         for batch in batches {
-            let outcome = match (&self.method.direction, self.method.sobol_batch) {
+            let outcome = match (&self.method.direction, self.method.batch) {
                 (Direction::Jacobi { chain_rays, solve }, _) => {
                     jacobi::chain(&self.scene, sequence.walk(batch), *chain_rays, *solve, go_on)
                 }
-                (_, Some(walks)) => self.sobol_batch(sequence, batch, walks, go_on),
+                (_, Some(plan)) => self.batch_of_walks(sequence, batch, plan, go_on),
                 _ => unreachable!("only batches have boards of batches"),
             };
+            let outcome = outcome.and_then(|outcome| self.gathered(outcome, sequence, batch, go_on));
             let Some(outcome) = outcome else { break };
             board.add(&self.largest_radiosity, &outcome);
             counts.add(&outcome.counts).expect("64 bits outlast any process");
@@ -304,13 +321,13 @@ impl Experiment {
     }
 
     /// What the walks of one batch say of H.
-    fn sobol_batch(
+    fn batch_of_walks(
         &self,
         sequence: &Sequence,
         batch: u64,
-        walks: u64,
+        Batch { walks, sampler }: Batch,
         go_on: &dyn Fn() -> bool,
-    ) -> Option<jacobi::Outcome> {
+    ) -> Option<Outcome> {
         let numbers = Quasi::new(sequence, batch, walks);
         let mut board = self.board_of_walks::<2>(self.scene.patches().len());
         let mut tally: Option<Tally> = None;
@@ -319,7 +336,11 @@ impl Experiment {
                 return None;
             }
             let end = walks.min(first + WALKS_AT_ONCE as u64);
-            let counts = self.shoot(&Source::Sobol(&numbers, first..end), &mut board);
+            let source = match sampler {
+                Sampler::Random => Source::Random(sequence, batch * walks + first..batch * walks + end),
+                Sampler::Sobol => Source::Sobol(&numbers, first..end),
+            };
+            let counts = self.shoot(&source, &mut board);
             with_board!(&mut board, board => board.counts.add(&counts))
                 .expect("a batch is counted in 32 bits");
             match &mut tally {
@@ -331,19 +352,25 @@ impl Experiment {
     }
 
     /// H of every patch, and the counts of one walk, the batch.
-    fn outcome(&self, tally: &Tally) -> jacobi::Outcome {
+    fn outcome(&self, tally: &Tally) -> Outcome {
         let (patches, channels) = (self.scene.patches(), self.scene.channels());
         let walks = tally.counts.walks;
         let irradiance = |(i, patch): (usize, &Patch), channel: usize| {
             let Meaning { unit, irradiance_per_event, .. } = self.meaning_of_shooting(patch, channel, tally);
             tally.patch(i, channel)[0] as f64 / walks as f64 * unit * irradiance_per_event.unwrap_or(0.0)
         };
-        let per_patch = patches.iter().enumerate();
+        let by_patch: Vec<f64> = patches
+            .iter()
+            .enumerate()
+            .flat_map(|(i, p)| (0..channels).map(move |c| irradiance((i, &p), c)))
+            .collect();
         let per_walk = |weights: [u128; 3]| weights.map(|weight| weight / u128::from(walks));
-        jacobi::Outcome {
-            irradiance: per_patch
-                .flat_map(|(i, p)| (0..channels).map(move |c| irradiance((i, &p), c)))
+        Outcome {
+            // Where all patches have one side, they are the faces.
+            of_faces: (0..channels)
+                .map(|c| by_patch.iter().skip(c).step_by(channels).copied().collect())
                 .collect(),
+            irradiance: by_patch,
             landed: (0..patches.len()).map(|i| tally.events(i) as u64).collect(),
             counts: Counts {
                 walks: 1,
@@ -353,6 +380,35 @@ impl Experiment {
                 ..tally.counts
             },
         }
+    }
+
+    /// The same outcome but for the patches of the final gather.
+    fn gathered(
+        &self,
+        mut outcome: Outcome,
+        sequence: &Sequence,
+        batch: u64,
+        go_on: &dyn Fn() -> bool,
+    ) -> Option<Outcome> {
+        let chosen = &self.method.final_gather;
+        if chosen.is_empty() {
+            return Some(outcome);
+        }
+        let faces = Faces::new(&self.scene);
+        let reflected = |(c, h): (usize, &Vec<f64>)| {
+            faces.list.iter().zip(h).map(|(face, h)| face.reflectance[c] * h).collect()
+        };
+        let reflected: Vec<Vec<f64>> = outcome.of_faces.iter().enumerate().map(reflected).collect();
+        let rng = sequence.walk(GATHERING_RAYS + batch);
+        let rays = outcome.counts.rays / GATHERING_PART;
+        let gathered = final_gather(&faces, chosen, &reflected, rays, rng, go_on)?;
+        for patch in gathered {
+            let (i, channels) = (patch.patch as usize, self.scene.channels());
+            outcome.irradiance[i * channels..][..channels].copy_from_slice(&patch.irradiance);
+            outcome.landed[i] += patch.landed;
+            outcome.counts.rays += patch.rays;
+        }
+        Some(outcome)
     }
 
     /// The iterations of chain number `chain` one by one, in their order; `None` where the method has none. What they
@@ -427,10 +483,27 @@ impl Experiment {
     }
 }
 
-fn check_births(birth: &Birth, patches: usize) -> Result<(), Unfit> {
-    let Birth::Patches(chosen) = birth else { return Ok(()) };
+fn check_patches(chosen: &[u32], scene: &Scene) -> Result<(), Unfit> {
+    let patches = scene.patches().len();
     let unknown = chosen.iter().find(|&&patch| patch as usize >= patches);
     unknown.map_or(Ok(()), |&patch| Err(Unfit::NoSuchPatch { patch, patches }))
+}
+
+/// A batch of walks scores patches, not their sides; gathering it back needs the light of each side.
+fn check_final_gather(scene: &Scene, method: &Method) -> Result<(), Unfit> {
+    let walks = !matches!(method.direction, Direction::Jacobi { .. });
+    let two_sided = || scene.surfaces().iter().any(|surface| surface.sides() == Sides::Both);
+    check_patches(&method.final_gather, scene)?;
+    match method {
+        _ if method.final_gather.is_empty() => Ok(()),
+        Method { space: Space::Continuous, .. } => Err(Unfit::FinalGather("discrete walks")),
+        _ if method.estimator != EstimatorKind::Collision => Err(Unfit::FinalGather("collision walks")),
+        Method { batch: None, .. } if walks => Err(Unfit::FinalGather("batches of shooting walks")),
+        _ if walks && two_sided() => Err(Unfit::FinalGather(
+            "to know the light of each side, and walks tell of both sides of a patch together; choose walk = \"jacobi\"",
+        )),
+        _ => Ok(()),
+    }
 }
 
 impl<const M: usize> Board<M> {
@@ -508,6 +581,10 @@ fn value(patch: &Patch, kind: EstimatorKind, channel: usize) -> f64 {
     }
 }
 
+fn least_area(scene: &Scene) -> f64 {
+    scene.patches().iter().map(|patch| patch.area).fold(f64::INFINITY, f64::min)
+}
+
 /// The largest of a value over the sources of a channel.
 fn most(scene: &Scene, channel: usize, value: impl Fn(&Patch) -> f64) -> f64 {
     let sources = scene.patches().iter().filter(|patch| patch.emittance[channel] > 0.0);
@@ -556,19 +633,26 @@ impl Experiment {
     }
 
     /// A batch scores H itself, over the largest radiosity there can be. Solved links do not exceed that; rays and walks
-    /// cannot bring in more than all the light that is under way, Φ_T/(1 − R_max) at most.
+    /// cannot bring in more than all the light that is under way, Φ_T/(1 − R_max) at most. A final gather may find all of
+    /// it on the smallest patch, and emitters by both kinds of its rays.
     fn meaning_of_batches(&self, i: usize, channel: usize, tally: &Tally) -> Meaning {
         let (scene, largest) = (&self.scene, self.largest_radiosity[channel]);
         let patch = scene.patches().get(i);
-        let walks = self.method.sobol_batch.map(|_| self.meaning_of_shooting(&patch, channel, tally));
+        let walks = self.method.batch.map(|_| self.meaning_of_shooting(&patch, channel, tally));
         let all = scene.total_power(channel) / (1.0 - scene.max_reflectance()[channel]);
+        let gathered = self.method.final_gather.contains(&(i as u32));
+        let most = if gathered {
+            1.0 + LIGHT_BY_SHADOW_RAYS + all / least_area(scene) / largest
+        } else {
+            all / patch.area / largest
+        };
         let links = matches!(self.method.direction, Direction::Jacobi { solve: Solve::Links, .. });
         Meaning {
             unit: 1.0 / jacobi::UNITS,
             irradiance_per_event: walks
                 .is_none_or(|walks| walks.irradiance_per_event.is_some())
                 .then_some(largest),
-            ratio_bound: if links { 1.0 } else { (all / patch.area / largest).max(1.0) },
+            ratio_bound: if links && !gathered { 1.0 } else { most.max(1.0) },
             bias_bound: walks.map_or(0.0, |walks| walks.bias_bound),
         }
     }

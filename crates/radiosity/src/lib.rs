@@ -13,6 +13,7 @@ mod depart;
 mod estimator;
 mod experiment;
 mod fate;
+mod final_gather;
 mod flat;
 mod isa;
 mod jacobi;
@@ -41,7 +42,7 @@ pub use birth::birth_probabilities;
 pub use experiment::{Board, Experiment, Meaning, Unfit};
 pub use jacobi::{ChainBoard, Iteration, Phase, stochastic_iteration};
 pub use method::{
-    Birth, Direction, EstimatorKind, InfiniteEnd, Iterations, Method, RayBirths, Sampler, Solve, Space,
+    Batch, Birth, Direction, EstimatorKind, InfiniteEnd, Iterations, Method, RayBirths, Sampler, Solve, Space,
 };
 pub use patch::{Patch, Patches};
 pub use replay::{Replay, Step};

@@ -154,7 +154,18 @@ pub struct Method {
     pub space: Space,
     /// Whether collision walks are scored by absorption and survival too, to find the best mix of both.
     pub mix: bool,
-    /// Of shooting walks: so many share one randomised Sobol sequence, and this batch takes the place of a walk. `None`:
+    /// Of shooting walks: how many make a batch, which takes the place of a walk. `None`: each is a sample of its own, and
     /// every number is random.
-    pub sobol_batch: Option<u64>,
+    pub batch: Option<Batch>,
+    /// Patches whose light is gathered by rays of their own from what a batch or chain has found elsewhere (final gather).
+    pub final_gather: Vec<u32>,
+}
+
+/// Shooting walks that are one sample together.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Batch {
+    /// How many.
+    pub walks: u64,
+    /// Where their numbers come from: one randomised Sobol sequence for all of them, or independent ones.
+    pub sampler: Sampler,
 }

@@ -355,7 +355,8 @@ mod tests {
             infinite: InfiniteEnd::Roulette { threshold: 0.01 },
             space: Space::Discrete,
             mix: false,
-            sobol_batch: None,
+            batch: None,
+            final_gather: Vec::new(),
         }
     }
 

@@ -22,6 +22,9 @@ pub struct Model {
     pub walk: String,
     /// Where chains of rays take the place of walks: `links`, or the kind of iterations.
     pub jacobi: Option<String>,
+    /// Patches whose light rays of their own gather from what is found elsewhere; absent where there are none.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub final_gather: Vec<u32>,
     /// Power sums kept per patch.
     pub moments: usize,
     /// Patches.
@@ -51,6 +54,7 @@ impl Model {
             space: method.space.clone(),
             walk: method.walk.clone(),
             jacobi: method.jacobi.clone(),
+            final_gather: method.final_gather.clone(),
             moments,
             patches: scene.patches().len(),
             surfaces: scene.surfaces().len(),
@@ -110,7 +114,14 @@ impl Model {
             }
             None => "Some check asks for higher sums of each patch than Σx and Σx².",
         };
-        vec![channels.into(), sides.into(), index, space.into(), sums.into()]
+        let mut why = vec![channels.into(), sides.into(), index, space.into(), sums.into()];
+        if !self.final_gather.is_empty() {
+            why.push(
+                "Some patches were chosen: rays of their own gather what each batch has found elsewhere."
+                    .into(),
+            );
+        }
+        why
     }
 
     /// The model in two lines.
@@ -204,6 +215,7 @@ mod tests {
             space: "discrete".into(),
             sampler: "random".into(),
             jacobi: None,
+            final_gather: Vec::new(),
         }
     }
 

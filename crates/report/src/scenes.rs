@@ -81,7 +81,8 @@ pub fn experiment(scene: &Scene) -> Experiment {
         infinite: InfiniteEnd::default(),
         space: Space::Discrete,
         mix: false,
-        sobol_batch: None,
+        batch: None,
+        final_gather: Vec::new(),
     };
     Experiment::new(scene.clone(), method).unwrap()
 }

@@ -133,6 +133,9 @@ pub struct Method {
     /// What chains of rays make of them, where they take the place of walks.
     #[serde(skip)]
     pub jacobi: Option<String>,
+    /// Patches whose light rays of their own gather.
+    #[serde(skip)]
+    pub final_gather: Vec<u32>,
 }
 
 impl Method {
@@ -358,6 +361,7 @@ mod tests {
             space: "discrete".into(),
             sampler: "random".into(),
             jacobi: None,
+            final_gather: Vec::new(),
         };
         RunFacts {
             model: Model::new(&cube(), &method, 2, None),

@@ -123,7 +123,15 @@ fn walk_patches(bencher: Bencher, cells: u32) {
 }
 
 fn method(direction: Direction, estimator: EstimatorKind, space: Space) -> Method {
-    Method { direction, estimator, infinite: InfiniteEnd::default(), space, mix: false, sobol_batch: None }
+    Method {
+        direction,
+        estimator,
+        infinite: InfiniteEnd::default(),
+        space,
+        mix: false,
+        batch: None,
+        final_gather: Vec::new(),
+    }
 }
 
 /// Ever further walks onto one board, so that no cache learns them by heart. Rays are counted by the mean of the

@@ -52,5 +52,6 @@ const METHOD: Method = Method {
     infinite: InfiniteEnd::Roulette { threshold: InfiniteEnd::DEFAULT_THRESHOLD },
     space: Space::Continuous,
     mix: false,
-    sobol_batch: None,
+    batch: None,
+    final_gather: Vec::new(),
 };

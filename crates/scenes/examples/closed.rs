@@ -41,5 +41,6 @@ const METHOD: Method = Method {
     infinite: InfiniteEnd::Roulette { threshold: InfiniteEnd::DEFAULT_THRESHOLD },
     space: Space::Discrete,
     mix: false,
-    sobol_batch: None,
+    batch: None,
+    final_gather: Vec::new(),
 };

@@ -52,7 +52,8 @@ fn measure(spec: &SceneSpec) -> Result<Vec<(&'static str, f64)>, Failure> {
             infinite: InfiniteEnd::default(),
             space,
             mix: false,
-            sobol_batch: None,
+            batch: None,
+            final_gather: Vec::new(),
         };
         kinds.push((name, Walks::new(Experiment::new(scene.clone(), method)?), Vec::new()));
     }

@@ -9,7 +9,7 @@ use std::ops::Range;
 
 use common::{Failure, collision_shooting, processor_seconds};
 use radiosity::{
-    Board, Direction, Estimates, Experiment, IndexChoice, Iterations, Method, Patch, Sampler, Scene,
+    Batch, Board, Direction, Estimates, Experiment, IndexChoice, Iterations, Method, Patch, Sampler, Scene,
     SceneSpec, Sequence, Solve, Space,
 };
 use scenes::{cornell, cube, interior};
@@ -55,7 +55,11 @@ fn compare(name: &str, scene: &Scene, kind: &str, power: u32, runs: u64) -> Resu
             Method { direction: chains(Sampler::Sobol), ..plain },
             1,
         ),
-        _ => (walks.clone(), Method { sobol_batch: Some(paths), ..walks }, paths),
+        _ => (
+            walks.clone(),
+            Method { batch: Some(Batch { walks: paths, sampler: Sampler::Sobol }), ..walks },
+            paths,
+        ),
     };
     let experiments =
         [(random, units), (sobol, 1)].map(|(method, units)| (Experiment::new(scene.clone(), method), units));

@@ -62,7 +62,8 @@ fn the_boxes_of_the_papers_are_closed_and_as_large_as_published() {
             infinite: InfiniteEnd::default(),
             space: Space::Discrete,
             mix: false,
-            sobol_batch: None,
+            batch: None,
+            final_gather: Vec::new(),
         };
         let experiment = Experiment::new(scene, method).unwrap();
         let mut board = experiment.board::<2>();

@@ -23,7 +23,8 @@ fn not_one_walk_escapes_or_meets_a_back() {
             infinite: InfiniteEnd::default(),
             space,
             mix: false,
-            sobol_batch: None,
+            batch: None,
+            final_gather: Vec::new(),
         };
         let experiment = Experiment::new(scene.clone(), method).unwrap();
         let mut board = experiment.board::<2>();

@@ -8,12 +8,12 @@
 //! chains.
 
 mod board;
-mod cast;
-mod faces;
+pub(crate) mod cast;
+pub(crate) mod faces;
 mod iterations;
 mod linked;
 mod links;
-mod numbers;
+pub(crate) mod numbers;
 mod solve;
 
 use crate::method::Solve;
@@ -31,6 +31,8 @@ pub use iterations::{Iteration, Phase, stochastic_iteration};
 pub(crate) struct Outcome {
     /// H [W/m²], patch-major, channel-minor.
     pub(crate) irradiance: Vec<f64>,
+    /// The same of every face, channel by channel.
+    pub(crate) of_faces: Vec<Vec<f64>>,
     /// Rays that landed on each patch.
     pub(crate) landed: Vec<u64>,
     /// One walk, the chain; rays by their ends; the part of the power that was lost.
@@ -60,6 +62,7 @@ impl Outcome {
         let lost = |way: usize| caster.lost.iter().map(|lost| u64::from(lost[way])).sum();
         let mut outcome = Outcome {
             irradiance: faces.by_patch(irradiance),
+            of_faces: irradiance.to_vec(),
             landed: vec![0; patches],
             counts: Counts {
                 walks: 1,

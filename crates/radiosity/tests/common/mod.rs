@@ -145,7 +145,8 @@ pub fn collision(space: Space) -> Method {
         infinite: InfiniteEnd::default(),
         space,
         mix: false,
-        sobol_batch: None,
+        batch: None,
+        final_gather: Vec::new(),
     }
 }
 

@@ -16,7 +16,8 @@ pub fn collision_shooting(scene: Scene) -> Result<Experiment, Failure> {
         infinite: InfiniteEnd::default(),
         space: Space::Discrete,
         mix: false,
-        sobol_batch: None,
+        batch: None,
+        final_gather: Vec::new(),
     };
     Ok(Experiment::new(scene, method)?)
 }
