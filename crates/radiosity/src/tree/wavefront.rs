@@ -13,7 +13,7 @@ use std::hint::select_unpredictable;
 #[cfg(target_arch = "x86_64")]
 use super::lanes::{Avx2, Avx512};
 use super::lanes::{GROUP, GROUPS, LANES, Lanes, Portable, Quad, Row, lane_of, value_of};
-use super::{CHILDREN, Item, Leaf, NODE_LINES, Tree, node_at};
+use super::{CHILDREN, Item, LEAF_LINES, Leaf, NODE_LINES, Tree, node_at};
 use crate::batch::WIDTH;
 use crate::isa::Isa;
 use crate::meet::meet_each;
@@ -43,6 +43,16 @@ struct Forms {
     downwards: [[bool; WIDTH]; 3],
     /// The part of the uncertainty of t, times |n·d|, that does not grow with t.
     uncertainty: [f32; WIDTH],
+}
+
+/// A ray under way as nodes see it: a cache line, with the fields of [`Forms`].
+#[derive(Clone, Copy, Debug, Default)]
+#[repr(C, align(64))]
+struct Gate {
+    inverse: [f32; 3],
+    enter: [f32; 3],
+    leave: [f32; 3],
+    downwards: [bool; 3],
 }
 
 /// A ray under way as leaves see it.
@@ -114,6 +124,7 @@ impl Forms {
 #[derive(Clone, Debug)]
 pub(crate) struct Scratch {
     forms: Forms,
+    gates: [Gate; ACTIVE],
     flights: [Flight; ACTIVE],
     stacks: Stacks,
     queues: Queues,
@@ -134,6 +145,7 @@ impl Default for Scratch {
                 downwards: [[false; WIDTH]; 3],
                 uncertainty: [0.0; WIDTH],
             },
+            gates: [Gate::default(); ACTIVE],
             flights: [Flight::default(); ACTIVE],
             stacks: Stacks::default(),
             queues: Queues::default(),
@@ -395,8 +407,14 @@ impl Call<'_> {
     #[inline(always)]
     fn start(&self, slot: usize, ray: usize, scratch: &mut Scratch) {
         let forms = &scratch.forms;
-        let [[x, y, z], [dx, dy, dz]] =
-            [&forms.origin, &forms.direction].map(|v| v.each_ref().map(|row| row[ray]));
+        let at = |rows: &[[f32; WIDTH]; 3]| rows.each_ref().map(|row| row[ray]);
+        scratch.gates[slot] = Gate {
+            inverse: at(&forms.inverse),
+            enter: at(&forms.enter),
+            leave: at(&forms.leave),
+            downwards: forms.downwards.each_ref().map(|row| row[ray]),
+        };
+        let ([x, y, z], [dx, dy, dz]) = (at(&forms.origin), at(&forms.direction));
         scratch.flights[slot] = Flight {
             start: [x, y, z, forms.uncertainty[ray]],
             way: [dx, dy, dz, f32::INFINITY],
@@ -412,7 +430,10 @@ impl Call<'_> {
     #[inline(always)]
     fn queue(&self, step: Step, queues: &mut Queues) {
         queues.push(step);
-        prefetch(self.tree.lines.as_ptr().wrapping_add(step.item.line()), NODE_LINES);
+        let first = self.tree.lines.as_ptr().wrapping_add(step.item.line());
+        prefetch(first, LEAF_LINES);
+        let rest = select_unpredictable(step.item.kind() == Item::NODE, LEAF_LINES, 0);
+        prefetch(first.wrapping_add(rest), NODE_LINES - LEAF_LINES);
     }
 
     /// Takes a ray's next item from its stack.
@@ -426,15 +447,15 @@ impl Call<'_> {
     /// Enters the boxes of a node: the nearest that the ray meets is next, the others go on the stack.
     #[inline(always)]
     fn visit_node<L: Lanes>(&self, step: Step, scratch: &mut Scratch) -> Item {
-        let (slot, ray) = (step.slot as usize % ACTIVE, step.ray as usize % WIDTH);
-        let forms = &scratch.forms;
+        let slot = step.slot as usize % ACTIVE;
+        let gate = &scratch.gates[slot];
         let node = node_at(&self.tree.lines, step.item.line());
-        let inverse = forms.inverse.each_ref().map(|row| L::splat(row[ray]));
+        let inverse = gate.inverse.map(L::splat);
         let [near, far] = [0, 1].map(|side| {
             [0, 1, 2].map(|axis| {
-                let plane = &node[2 * axis + (usize::from(forms.downwards[axis][ray]) ^ side)].0;
-                let bias = if side == 0 { &forms.enter } else { &forms.leave };
-                L::load(plane).mul_sub(inverse[axis], L::splat(bias[axis][ray]))
+                let plane = &node[2 * axis + (usize::from(gate.downwards[axis]) ^ side)].0;
+                let bias = if side == 0 { &gate.enter } else { &gate.leave };
+                L::load(plane).mul_sub(inverse[axis], L::splat(bias[axis]))
             })
         });
         let enter = near[0].max(near[1]).max(near[2]).max(L::splat(0.0));
