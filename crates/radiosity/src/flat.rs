@@ -2,7 +2,10 @@
 //!
 //! A sketch of the facets in f32 says which one a ray meets first and how near any other may be, with bounds on all
 //! that f32 rounds away. Then the one facet is met in full, and that is the answer if its t is below the bound of
-//! the others. In the few cases that the sketch cannot tell apart, every facet is met in full.
+//! the others. In the few cases that the sketch cannot tell apart, every facet is met in full. In a convex room the facet
+//! whose plane comes first is the one that is met, so that sketches leave out where on their planes rays arrive.
+
+use glam::DVec3;
 
 use crate::batch::WIDTH;
 use crate::isa::{Isa, on_isa};
@@ -21,18 +24,28 @@ pub(crate) struct Flat {
     isa: Isa,
     /// Empty where they do not pay, or f32 cannot hold the scene.
     sketches: Vec<Sketch>,
+    /// Whether no facet can hide another. Where this is wrong by rounding, answers take longer and are the same.
+    convex: bool,
 }
 
 impl Flat {
     pub(crate) fn new(isa: Isa, surfaces: &[Surface], facets: &Facets) -> Self {
-        let corners = surfaces.iter().flat_map(|surface| surface.outline());
-        let reach = corners.fold(0.0_f64, |reach, corner| reach.max(corner.abs().max_element()));
+        let corners: Vec<DVec3> = surfaces.iter().flat_map(|surface| surface.outline()).collect();
+        let reach = corners.iter().fold(0.0_f64, |reach, corner| reach.max(corner.abs().max_element()));
         let sketches: Vec<Sketch> =
             facets.iter().map(|facet| Sketch::new(&facet, reach, facets.slack())).collect();
         // Without vectors of f32 to speak of, meeting facets in full takes less time.
         let pays = isa != Isa::Portable && surfaces.len() <= MOST_SKETCHES;
         let holds = (1e-9..1e9).contains(&reach) && sketches.iter().all(|sketch| sketch.uv_margin < 1e9);
-        Flat { isa, sketches: if pays && holds { sketches } else { Vec::new() } }
+        let sketches = if pays && holds { sketches } else { Vec::new() };
+        let convex = !sketches.is_empty() && is_convex(&corners, facets);
+        Flat { isa, sketches, convex }
+    }
+
+    /// Whether sketches take the scene for a convex room.
+    #[cfg(test)]
+    pub(crate) fn is_convex(&self) -> bool {
+        self.convex
     }
 
     /// The least (t, surface number) among the facets that each ray meets.
@@ -40,6 +53,12 @@ impl Flat {
         let flat = self;
         on_isa!(self.isa, closest_hits(flat: &Flat, facets: &Facets, rays: &Rays, hits: &mut Hits));
     }
+}
+
+/// Whether all corners lie before the plane of every facet, or on it.
+fn is_convex(corners: &[DVec3], facets: &Facets) -> bool {
+    let before = |facet: &Facet, corner: &DVec3| facet.normal.dot(*corner) - facet.offset >= -facets.slack();
+    facets.iter().all(|facet| corners.iter().all(|corner| before(&facet, corner)))
 }
 
 /// Rays that are sketched side by side.
@@ -75,12 +94,12 @@ impl Sketch {
     /// plane count as on it.
     fn new(facet: &Facet, reach: f64, slack: f64) -> Self {
         let epsilon = f64::from(EPSILON);
-        let one_norm = |axis: glam::DVec3| axis.abs().element_sum();
+        let one_norm = |axis: DVec3| axis.abs().element_sum();
         let (n, s) = (one_norm(facet.normal), reach);
         let height = n * s + facet.offset.abs();
         let height_error = (5.0 * n * s + 4.0 * facet.offset.abs()) * epsilon;
         // The error of (x·o − c)|n·d| + h(x·d).
-        let uv_error = |axis: glam::DVec3, offset: f64| {
+        let uv_error = |axis: DVec3, offset: f64| {
             let a = one_norm(axis);
             let coordinate = a * s + offset.abs();
             (5.0 * a * s + 4.0 * offset.abs()) * epsilon
@@ -90,7 +109,7 @@ impl Sketch {
                 + 2.0 * (coordinate + height * a) * epsilon
         };
         let uv = uv_error(facet.u_axis, facet.u_offset) + uv_error(facet.v_axis, facet.v_offset);
-        let narrow = |axis: glam::DVec3| axis.as_vec3().to_array();
+        let narrow = |axis: DVec3| axis.as_vec3().to_array();
         Sketch {
             normal: narrow(facet.normal),
             offset: facet.offset as f32,
@@ -117,8 +136,7 @@ struct Guess {
 #[inline(always)]
 fn closest_hits<R: Real>(flat: &Flat, facets: &Facets, rays: &Rays, hits: &mut Hits) {
     for first in (0..rays.len.min(WIDTH)).step_by(SKETCHED) {
-        let guess =
-            if flat.sketches.is_empty() { None } else { Some(guess::<R>(&flat.sketches, rays, first)) };
+        let guess = if flat.sketches.is_empty() { None } else { Some(guess::<R>(flat, rays, first)) };
         for part in (0..SKETCHED).step_by(R::N).filter(|part| first + part < rays.len) {
             let taken = u64::MAX >> (64 - (rays.len - first - part).min(R::N));
             let certain = match &guess {
@@ -134,7 +152,7 @@ fn closest_hits<R: Real>(flat: &Flat, facets: &Facets, rays: &Rays, hits: &mut H
 
 /// The first facet that each ray may meet.
 #[inline(always)]
-fn guess<R: Real>(sketches: &[Sketch], rays: &Rays, first: usize) -> Guess {
+fn guess<R: Real>(flat: &Flat, rays: &Rays, first: usize) -> Guess {
     let (mut origin, mut direction) = ([[0.0; SKETCHED]; 3], [[0.0; SKETCHED]; 3]);
     for axis in 0..3 {
         for lane in 0..SKETCHED {
@@ -149,19 +167,28 @@ fn guess<R: Real>(sketches: &[Sketch], rays: &Rays, first: usize) -> Guess {
         surface: [Hits::NONE; SKETCHED],
         other: [f32::INFINITY; SKETCHED],
     };
-    for (number, sketch) in sketches.iter().enumerate() {
-        if sketch.triangle {
-            look::<R, true>(sketch, number as u32, &origin, &direction, &from, &mut guess);
-        } else {
-            look::<R, false>(sketch, number as u32, &origin, &direction, &from, &mut guess);
+    for (number, sketch) in flat.sketches.iter().enumerate() {
+        let number = number as u32;
+        match (flat.convex, sketch.triangle) {
+            (true, _) => look::<R, PLANE>(sketch, number, &origin, &direction, &from, &mut guess),
+            (false, true) => look::<R, TRIANGLE>(sketch, number, &origin, &direction, &from, &mut guess),
+            (false, false) => {
+                look::<R, PARALLELOGRAM>(sketch, number, &origin, &direction, &from, &mut guess);
+            }
         }
     }
     guess
 }
 
+/// What of a facet is looked at: its whole plane,
+const PLANE: u8 = 0;
+/// or what its outline holds.
+const TRIANGLE: u8 = 1;
+const PARALLELOGRAM: u8 = 2;
+
 /// [`Facet::meet`] with all coordinates multiplied by |n·d|, which needs no division to tell what is outside.
 #[inline(always)]
-fn look<R: Real, const TRIANGLE: bool>(
+fn look<R: Real, const PART: u8>(
     sketch: &Sketch,
     number: u32,
     origin: &[[f32; SKETCHED]; 3],
@@ -179,22 +206,17 @@ fn look<R: Real, const TRIANGLE: bool>(
         let height = along(sketch.normal, o, -sketch.offset);
         let distance = if approach < 0.0 { height } else { -height };
         let approach = approach.abs();
-        let u_along = along(sketch.u_axis, d, 0.0);
-        let u = R::mul_add_f32(distance, u_along, along(sketch.u_axis, o, -sketch.u_offset) * approach);
-        let v_along = along(sketch.v_axis, d, 0.0);
-        let v = R::mul_add_f32(distance, v_along, along(sketch.v_axis, o, -sketch.v_offset) * approach);
-        let least = if u < v { u } else { v };
-        let most = if TRIANGLE {
-            u + v
-        } else if u > v {
-            u
-        } else {
-            v
+        let inside = PART == PLANE || {
+            let u_along = along(sketch.u_axis, d, 0.0);
+            let u = R::mul_add_f32(distance, u_along, along(sketch.u_axis, o, -sketch.u_offset) * approach);
+            let v_along = along(sketch.v_axis, d, 0.0);
+            let v = R::mul_add_f32(distance, v_along, along(sketch.v_axis, o, -sketch.v_offset) * approach);
+            let least = if u < v { u } else { v };
+            let greatest = if u > v { u } else { v };
+            let most = if PART == TRIANGLE { u + v } else { greatest };
+            (least >= -sketch.uv_margin) & (most <= approach + sketch.uv_margin)
         };
-        let may_meet = (distance >= -sketch.height_margin)
-            & (least >= -sketch.uv_margin)
-            & (most <= approach + sketch.uv_margin)
-            & (from[lane] != number);
+        let may_meet = (distance >= -sketch.height_margin) & inside & (from[lane] != number);
         let t = (distance - sketch.height_margin) / (approach + APPROACH_MARGIN);
         let t = if may_meet { t } else { f32::INFINITY };
         let worse = if t > guess.t[lane] { t } else { guess.t[lane] };

@@ -1,6 +1,6 @@
 //! The wide tree finds the very hits that meeting every facet finds, on every instruction set.
 
-use glam::{DMat3, DVec3};
+use glam::{DMat3, DVec3, Vec3Swizzles};
 
 use crate::batch::WIDTH;
 use crate::flat::Flat;
@@ -139,6 +139,46 @@ fn a_tree_finds_what_meeting_every_facet_finds() {
         assert_agrees(&format!("{count} tiny"), &mapped(&crowd, |p| 1e-30 * p));
         assert_agrees(&format!("{count} huge"), &mapped(&crowd, |p| 1e30 * p));
     }
+}
+
+/// A cube of panels and pairs of triangles, seen from within. One panel is missing: rays meet its plane, and nothing there.
+fn convex_room() -> Vec<SurfaceSpec> {
+    let axes = DVec3::AXES;
+    let panel = |i: usize| {
+        let (wall, part) = (i / 4, [(i & 1) as f64, (i / 2 % 2) as f64]);
+        let (u, v) = (axes[(wall + 1) % 3], axes[(wall + 2) % 3]);
+        let (u, v) = if wall < 3 { (u, v) } else { (v, u) };
+        let corner = if wall < 3 { DVec3::NEG_ONE } else { DVec3::NEG_ONE + 2.0 * axes[wall % 3] };
+        (corner + part[0] * u + part[1] * v, u, v)
+    };
+    let shapes = (1..24).map(panel).flat_map(|(corner, u, v)| {
+        let [corner_u, corner_v] = [corner + u, corner + v];
+        let far = Shape::Triangle { a: corner_u + v, b: corner_v, c: corner_u, rows: 1 };
+        match (corner.x > 0.0, corner.y > 0.0) {
+            (true, _) => vec![Shape::Triangle { a: corner, b: corner_u, c: corner_v, rows: 1 }, far],
+            _ => vec![Shape::Parallelogram { corner, corner_u, corner_v, cells: [1, 1] }],
+        }
+    });
+    let alike = crowd(1, 1).swap_remove(0);
+    shapes.map(|shape| SurfaceSpec { shape, sides: Sides::Front, ..alike.clone() }).collect()
+}
+
+#[test]
+fn in_a_convex_room_the_first_plane_is_the_answer_but_where_a_panel_is_missing() {
+    let turn = DMat3::from_rotation_z(0.7) * DMat3::from_rotation_x(1.1);
+    let room = convex_room();
+    for (name, spec) in [
+        ("a room", mapped(&room, |p| p)),
+        ("a room, turned", mapped(&room, |p| turn * p)),
+        ("a room, oblique and far away", mapped(&room, |p| p + 0.3 * p.yzx() + 1e3)),
+    ] {
+        let scene = Scene::build(&spec, IndexChoice::Flat).unwrap();
+        let sketched = |isa| Flat::new(isa, scene.surfaces(), &scene.facets).is_convex();
+        assert!(Isa::available().into_iter().filter(|&isa| isa != Isa::Portable).all(sketched), "{name}");
+        assert_agrees(name, &spec);
+    }
+    let crowd = Scene::build(&mapped(&crowd(17, 17), |p| p), IndexChoice::Flat).unwrap();
+    assert!(!Flat::new(Isa::best(), crowd.surfaces(), &crowd.facets).is_convex());
 }
 
 /// Far from the origin of its coordinates a scene has more slack than f32 rounds away.
