@@ -9,11 +9,13 @@ use cluster::channel::Inbound;
 use cluster::checkpoint::{Look, Past};
 use cluster::codec::{self, LONG_FRAME, SHORT_FRAME};
 use cluster::coordinator::{Coordinator, Plan};
+use cluster::crew::Terms;
 use cluster::digest::Digester;
 use cluster::lead::{Action, Lead};
-use cluster::message::{ToCoordinator, ToWorker};
+use cluster::message::{LeaseResult, ToCoordinator, ToWorker};
 use cluster::noise::{self, Greeting, HANDSHAKE_RECORD};
 use cluster::parcel::Parcel;
+use cluster::relay::Relay;
 use radiosity::{Counts, Layout, Tally};
 
 /// Bytes as messages, frames and packed sums.
@@ -106,58 +108,90 @@ pub fn handshake(bytes: &[u8]) {
 /// Patches of the jobs below: one whose results are sent at once, one whose results are offered.
 const PATCHES: [usize; 2] = [3, 2000];
 
-/// Bytes as what peers that know the key say to a coordinator, in any order.
+/// Bytes as what peers that know the key say to a coordinator, or to a relay, in any order.
 pub fn coordinator(bytes: &[u8]) {
-    let (&kind, mut rest) = bytes.split_first().unwrap_or((&0, &[]));
+    let (&kind, rest) = bytes.split_first().unwrap_or((&0, &[]));
     let layout = Layout { scores: 1, moments: 2, events: false };
     let patches = PATCHES[usize::from(kind) % 2];
-    let mut coordinator = Coordinator::new(plan(patches, layout), Past::none(Tally::new(patches, layout)));
+    if kind & 64 == 0 {
+        let past = Past::none(Tally::new(patches, layout));
+        play(rest, &mut Coordinator::new(plan(patches, layout), past), |coordinator, _| {
+            assert!(coordinator.prefix().counts.walks <= 1000);
+            vec![]
+        });
+    } else {
+        let mut given = 0;
+        play(rest, &mut Relay::new(terms(patches, layout)), |relay, now| {
+            for said in relay.take_outbox() {
+                match said {
+                    ToCoordinator::Result(LeaseResult { lease, counts, .. }) => {
+                        assert!(lease < given && counts[0] == 100, "whole leases are passed on");
+                    }
+                    ToCoordinator::Return { lease } => assert!(lease < given),
+                    ToCoordinator::Capacity { .. } => {}
+                    other => panic!("{other:?}"),
+                }
+            }
+            given += 1;
+            relay.on_lease(given - 1, 10 * given, 100, now)
+        });
+    }
+}
+
+/// Lets bytes happen to a leader, and `then` what follows on each event.
+fn play<L: Lead>(mut rest: &[u8], lead: &mut L, mut then: impl FnMut(&mut L, Duration) -> Vec<Action>) {
     let mut open = std::collections::BTreeSet::new();
     let (mut now, mut next) = (Duration::ZERO, 0);
     while let [event, peer, length, ..] = *rest {
         rest = &rest[3..];
         let peer = u64::from(peer) % (next + 1);
-        let actions = match event % 8 {
+        let mut actions = match event % 8 {
             0 => {
                 open.insert(next);
                 next += 1;
-                coordinator.on_connect(next - 1)
+                lead.on_connect(next - 1)
             }
-            1 => coordinator.on_lost(peer, "it was lost", now),
+            1 => lead.on_lost(peer, "it was lost", now),
             2 => {
                 now += Duration::from_millis(u64::from(length) * 50);
-                coordinator.on_tick(now)
+                lead.on_tick(now)
             }
-            // A worker that knows how to begin.
+            // A worker, or a relay, that knows how to begin.
             3 => {
                 open.insert(next);
                 let id = next;
                 next += 1;
-                let mut actions = coordinator.on_connect(id);
-                for message in [codec::encode(&hello()), codec::encode(&ready())] {
-                    let message = codec::decode(&message.expect("short")).expect("a message");
-                    actions.extend(coordinator.on_message(id, message, now));
+                let mut actions = lead.on_connect(id);
+                for message in [hello(length % 2 == 1), ready()] {
+                    actions.extend(lead.on_message(id, message, now));
                 }
                 actions
             }
-            // Something about a lease that may be out.
+            // Something about a lease that may be out, or about capacity.
             4 => {
                 let bytes = 4000 + u64::from(length % 4);
-                coordinator.on_message(peer, ToCoordinator::Offer { lease: length.into(), bytes }, now)
+                let lease_seconds = f64::from_bits(u64::from(length) << 56);
+                let message = match event / 8 {
+                    0..=15 => ToCoordinator::Offer { lease: length.into(), bytes },
+                    16..=23 => ToCoordinator::Capacity { threads: length.into(), lease_seconds },
+                    _ => ToCoordinator::Return { lease: length.into() },
+                };
+                lead.on_message(peer, message, now)
             }
             5 => {
                 let sums = vec![0; cluster::message::PIECE - usize::from(length == 255)];
-                coordinator.on_message(peer, ToCoordinator::Piece { lease: length.into(), sums }, now)
+                lead.on_message(peer, ToCoordinator::Piece { lease: length.into(), sums }, now)
             }
             _ => {
                 let (said, after) = rest.split_at(usize::from(length).min(rest.len()));
                 rest = after;
                 match codec::decode(said) {
-                    Ok(message) => coordinator.on_message(peer, message, now),
+                    Ok(message) => lead.on_message(peer, message, now),
                     Err(_) => vec![],
                 }
             }
         };
+        actions.extend(then(lead, now));
         for action in actions {
             match action {
                 Action::Send(id, _) => assert!(open.contains(&id), "messages go to open connections"),
@@ -165,24 +199,29 @@ pub fn coordinator(bytes: &[u8]) {
                 Action::Tell(_) => {}
             }
         }
-        assert!(coordinator.prefix().counts.walks <= 1000);
-        assert!(coordinator.frame_cap() <= LONG_FRAME);
+        assert!(lead.frame_cap() <= LONG_FRAME);
     }
 }
 
-fn hello() -> ToCoordinator {
+fn hello(relays: bool) -> ToCoordinator {
     let (protocol, threads) = (cluster::message::PROTOCOL, 2);
     ToCoordinator::Hello(cluster::message::Hello {
         protocol,
         build: "fuzz".into(),
         name: "fuzz".into(),
         threads,
-        relays: false,
+        relays,
     })
 }
 
 fn ready() -> ToCoordinator {
     ToCoordinator::Ready { scene_hash: [1; 32], job_hash: [2; 32] }
+}
+
+fn terms(patches: usize, layout: Layout) -> Terms {
+    let (job, build) = ([][..].into(), "fuzz".into());
+    let (scene_hash, job_hash) = ([1; 32], [2; 32]);
+    Terms { job, scene_hash, job_hash, build, stream_walks: 10, leases_per_thread: 2, patches, layout }
 }
 
 fn plan(patches: usize, layout: Layout) -> Plan {
