@@ -31,7 +31,9 @@ pub enum Fault {
     #[error(transparent)]
     Exact(#[from] exact::ExactError),
     /// An access file cannot be read.
-    #[error("cannot use the access file {path} ({source}); give the file that `radwalk coordinate` wrote")]
+    #[error(
+        "cannot use the access file {path} ({source}); give the file that `radwalk coordinate` or `relay` wrote"
+    )]
     AccessFile {
         /// The file.
         path: PathBuf,
@@ -40,7 +42,7 @@ pub enum Fault {
     },
     /// An access file cannot be written.
     #[error(
-        "cannot write the access file {path} ({source}); choose a place that can be written with --access"
+        "cannot write the access file {path} ({source}); choose a place that can be written with --access (of a relay, --out-access)"
     )]
     AccessFileWrite {
         /// The file.

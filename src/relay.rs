@@ -44,9 +44,14 @@ fn join(args: &RelayArgs, listener: &TcpListener, address: &str) -> Result<(), F
         threads: 0,
         leave: signals::stop_asked,
     };
+    let mut unwritten = None;
     let open = |scene_hash| {
         let own = Access::new(address.into(), crate::BUILD, scene_hash)?;
-        own.write(&args.out_access)?;
+        if let Err(error) = own.write(&args.out_access) {
+            let told = Err(std::io::Error::other(error.to_string()));
+            unwritten = Some(error);
+            return told;
+        }
         if !args.quiet {
             tell(&format!(
                 "relaying at {address}; start workers with: radwalk work --access {}",
@@ -60,5 +65,10 @@ fn join(args: &RelayArgs, listener: &TcpListener, address: &str) -> Result<(), F
             tell(&notice.to_string());
         }
     };
-    Ok(upstream::relay(&access, &identity, |job| Replica::decode(job, WalkClock::default()), open, note)?)
+    let build = |job: &[u8]| Replica::decode(job, WalkClock::default());
+    let done = upstream::relay(&access, &identity, build, open, note);
+    match unwritten {
+        Some(source) => Err(Fault::AccessFileWrite { path: args.out_access.clone(), source }),
+        None => Ok(done?),
+    }
 }

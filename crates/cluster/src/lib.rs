@@ -1,7 +1,7 @@
 //! Coordinator and workers: separate processes that split a job's walks over TCP.
 //!
 //! The coordinator leases ranges of walks; workers shoot them on their replica of the scene and send back
-//! exact tallies; the coordinator merges them. Nothing here knows more of physics than "shoot these walks,
+//! exact tallies; the coordinator merges them. Relays may stand in between. Nothing here knows more of physics than "shoot these walks,
 //! merge tallies", and nothing here can enter the answer: which worker shot what, when, and how often a
 //! lease was lost leaves no trace in it.
 

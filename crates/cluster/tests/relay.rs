@@ -357,6 +357,22 @@ fn a_relay_that_loses_its_workers_gives_its_leases_back() {
 }
 
 #[test]
+fn a_worker_that_lives_and_never_delivers_does_not_hold_its_relay() {
+    let mut world = World::new(plan(10_000, 100));
+    let relay = world.add_relay();
+    let [_idle, diligent] = [(); 2].map(|()| world.join(relay));
+    for _ in 0..10_000 {
+        world.work_fast(relay, diligent);
+        world.pass(TICK);
+        world.settle();
+    }
+    world.ends(Ending::BudgetSpent);
+    assert_eq!(world.coordinator.prefix().counts.walks, 10_000);
+    let effort = world.coordinator.effort();
+    assert_eq!((effort.workers_lost, effort.streams_reissued), (0, 0), "its relay sees to it");
+}
+
+#[test]
 fn a_lease_that_meets_a_relay_without_workers_comes_back() {
     let mut relay = Relay::new(terms(10, 2));
     assert!(relay.on_lease(7, 0, 10, Duration::ZERO).is_empty());
