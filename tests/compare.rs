@@ -109,9 +109,9 @@ fn check_page(out: &Path) {
     for words in [
         "**What to use.**",
         "- For ",
-        " s to 0.3 %",
+        "  - 0.3 % in ",
+        " times longer: `radwalk run ",
         "No other point is both faster",
-        "radwalk run ",
         "●",
         "(2 workers of one thread each)",
     ] {

@@ -82,7 +82,8 @@ pub fn page(command: &str, date: &str, team: Team, chapters: &[Chapter]) -> Stri
          and do not emit (and have a thousandth of the mean radiosity at least), by area; ± is a standard error over the \
          runs; those of the worst patch and of 99 % of the area are root mean squares over the runs. Merit is 1/(mean \
          squared error · seconds), its 95 % interval by Student's t on the logarithm. Memory is the most that a worker \
-         process took; traffic is what workers sent for a run, as it went over the wire."
+         process took; traffic is what workers sent for a run, as it went over the wire. Times below a millisecond are those of \
+         longer runs, in proportion: the first walks of a job take longer."
     );
     for chapter in chapters {
         write_chapter(&mut page, chapter);
@@ -161,7 +162,7 @@ fn write_times(page: &mut String, curves: &[Curve<'_>]) {
     }
 }
 
-/// The advice: errors that ask for the same method share one item, with the very commands.
+/// The advice: errors that ask for the same method share one item, with the very commands for the first and the last.
 fn write_advice(page: &mut String, path: &Path, advice: &[Advice<'_>]) {
     let _ = writeln!(page, "**What to use.**\n");
     for group in advice.chunk_by(|a, b| a.ranking[0].0.method == b.ranking[0].0.method) {
@@ -170,38 +171,38 @@ fn write_advice(page: &mut String, path: &Path, advice: &[Advice<'_>]) {
             1 => format!("For an rms error of {} %", 100.0 * first.rms),
             _ => format!("For rms errors of {} % to {} %", 100.0 * first.rms, 100.0 * last.rms),
         };
-        let (best, time) = last.ranking[0];
-        let alike: Vec<&str> =
-            last.ranking[1..last.alike.max(1)].iter().map(|(curve, _)| curve.method).collect();
-        let as_good = match &alike[..] {
-            [] => String::new(),
-            alike => format!("; as good, as far as this tells: {}", alike.join(", ")),
-        };
-        let _ = writeln!(
-            page,
-            "- {range}: **{}** ({} s to {} %{as_good}).",
-            best.method,
-            figure(time),
-            100.0 * last.rms
-        );
-        write_command(page, path, best, last.rms);
-        if let Some((next, longer)) = last.ranking.get(last.alike.max(1)) {
-            let _ = writeln!(
-                page,
-                "  Next is {}, which takes {} times longer:",
-                next.method,
-                figure(longer / time)
-            );
-            write_command(page, path, next, last.rms);
+        let _ = writeln!(page, "- {range}: **{}**.", first.ranking[0].0.method);
+        write_level(page, path, first);
+        if group.len() > 1 {
+            write_level(page, path, last);
         }
     }
     let _ = writeln!(page);
 }
 
+/// What to type for one error, and what is next.
+fn write_level(page: &mut String, path: &Path, Advice { rms, ranking, alike }: &Advice<'_>) {
+    let (ahead, behind) = ranking.split_at((*alike).max(1));
+    let (best, time) = ahead[0];
+    let percent = 100.0 * rms;
+    let equals: Vec<&str> = ahead[1..].iter().map(|(curve, _)| curve.method).collect();
+    let as_good = match &equals[..] {
+        [] => String::new(),
+        equals => format!(" (as good, as far as this tells: {})", equals.join(", ")),
+    };
+    let _ = writeln!(page, "  - {percent} % in {} s: {}{as_good}", figure(time), command(path, best, *rms));
+    if let Some((next, longer)) = behind.first() {
+        let times = figure(longer / time);
+        let command = command(path, next, *rms);
+        let _ = writeln!(page, "  - {percent} % by {}, next, {times} times longer: {command}", next.method);
+    }
+}
+
 /// What to type for a method to reach an error.
-fn write_command(page: &mut String, path: &Path, curve: &Curve<'_>, rms: f64) {
-    let (Some(method), Some(paths)) = (contender::method(curve.method), curve.paths_to(rms)) else { return };
-    let _ = writeln!(page, "  `radwalk run {} --set 'method={method}' --paths {paths}`", path.display());
+fn command(path: &Path, curve: &Curve<'_>, rms: f64) -> String {
+    let method = contender::method(curve.method).expect("only known methods are ranked");
+    let paths = curve.paths_to(rms).expect("only methods that reach an error are ranked for it");
+    format!("`radwalk run {} --set 'method={method}' --paths {paths}`", path.display())
 }
 
 /// The points that no other beats.
