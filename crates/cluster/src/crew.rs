@@ -1,34 +1,30 @@
 //! The workers of whoever leads: who is there, what each was given, and what becomes of it. What results amount to, and
 //! when it is over, is for the coordinator ([`crate::coordinator`]) or the relay ([`crate::relay`]) to say.
 
-use std::collections::{BTreeMap, BTreeSet, HashMap};
-use std::ops::Range;
+mod leasing;
+mod peer;
+mod results;
+
+use std::collections::{BTreeSet, HashMap};
 use std::sync::Arc;
 use std::time::Duration;
 
 use bincode::{Decode, Encode};
-use radiosity::{Counts, Layout, MergeError};
+use radiosity::Layout;
 
+use self::peer::{Peer, Stage};
 use crate::codec::{LONGEST_SUM, SHORT_FRAME};
 use crate::digest::Digester;
 use crate::lead::{Action, Notice, Now, PeerId};
-use crate::ledger::{LeaseId, Ledger, Rejected};
-use crate::message::{Hello, LeaseResult, PIECE, PROTOCOL, SMALL_TALLY, ToCoordinator, ToWorker};
-use crate::pace::{LATE, LEASE_GROWTH, lease_seconds, taking_seconds};
-use crate::parcel::Parcel;
-use crate::transfers::{Offer, Room, Transfers};
+use crate::ledger::{LeaseId, Ledger};
+use crate::message::{Hello, PIECE, PROTOCOL, ToCoordinator, ToWorker};
+use crate::transfers::Transfers;
 
 /// A worker that says nothing for so long is lost. Workers speak every second.
 pub const SILENCE: Duration = Duration::from_secs(10);
 
 /// A worker that holds leases and makes no progress for so long is lost.
 pub const STALL: Duration = Duration::from_secs(60);
-
-/// So many workers may be at the same walks: the more, the sooner the end where several are silent.
-const MOST_COPIES: usize = 3;
-
-/// How often late leases are looked for.
-const LATE_LOOK: Duration = Duration::from_millis(100);
 
 /// At most so much time between two ticks is held against peers. Whoever leads may be held up itself (it
 /// was stopped, it merged, the machine was busy), and what peers said meanwhile is still unread then.
@@ -38,10 +34,6 @@ const BLINK: Duration = Duration::from_secs(1);
 /// who sends more is faulty.
 const BEATS: f64 = 10_000.0;
 const BEATS_PER_SECOND: f64 = 100.0;
-
-/// Bytes that a worker may cost here beside what all share: for islands, and for results under way.
-const ISLAND_SHARE: usize = 32 << 10;
-const STAGING_SHARE: usize = 8 << 10;
 
 /// A worker is leased work for at most so many threads, whatever it claims to have; a relay for so many.
 const MAX_THREADS: usize = 4096;
@@ -110,73 +102,6 @@ pub enum Step {
     Moved(Vec<Action>),
     /// A sum overflowed; no result is of any use.
     Overflow,
-}
-
-/// Where a connection stands.
-#[derive(Debug)]
-enum Stage {
-    /// Knows the key.
-    Admitted,
-    /// Is building its replica.
-    Welcomed,
-    /// Shoots.
-    Working,
-}
-
-#[derive(Debug)]
-struct Peer {
-    stage: Stage,
-    name: String,
-    /// Whether it has others work for it.
-    relays: bool,
-    /// Threads that shoot there.
-    threads: usize,
-    /// Leases that it works on at once: one a thread; of a relay one in all, none while it has no workers.
-    slots: usize,
-    /// How long its leases take at least [s].
-    lease_seconds: f64,
-    /// What it was given and has not answered for, and when, by the waking clock. Some of it others may have done since.
-    leases: HashMap<LeaseId, Duration>,
-    /// When it last spoke, by the waking clock.
-    heard: Duration,
-    progress: u64,
-    /// When it last made progress, by the waking clock.
-    progressed: Duration,
-    /// Its place among the names in the ledger.
-    number: u32,
-    /// Walks per second of one thread; 0 before the first result.
-    rate: f64,
-    longest_lease: u64,
-    cpu_seconds: f64,
-    /// Heartbeats that it may send now.
-    beats: f64,
-}
-
-impl Peer {
-    fn is_working(&self) -> bool {
-        matches!(self.stage, Stage::Working)
-    }
-
-    /// Threads that share a lease.
-    fn lease_threads(&self) -> usize {
-        if self.relays { self.threads } else { 1 }
-    }
-
-    /// Walks per second of those that share a lease.
-    fn lease_rate(&self) -> f64 {
-        self.rate * self.lease_threads() as f64
-    }
-}
-
-/// A lease that is late.
-struct Late {
-    /// When its walks were last leased, by the waking clock.
-    since: Duration,
-    /// How long that may take.
-    patience: f64,
-    lease: LeaseId,
-    /// Who is at them.
-    holders: Vec<PeerId>,
 }
 
 /// Workers and their leases.
@@ -312,23 +237,7 @@ impl Crew {
 
     /// Somebody who knows the key has connected.
     pub fn on_connect(&mut self, id: PeerId) {
-        let peer = Peer {
-            stage: Stage::Admitted,
-            name: format!("peer {id}"),
-            relays: false,
-            threads: 0,
-            slots: 0,
-            lease_seconds: 0.0,
-            leases: HashMap::new(),
-            heard: self.awake,
-            progress: 0,
-            progressed: self.awake,
-            number: 0,
-            rate: 0.0,
-            longest_lease: 0,
-            cpu_seconds: 0.0,
-            beats: BEATS,
-        };
+        let peer = Peer::new(id, self.awake, BEATS);
         self.peers.insert(id, peer);
     }
 
@@ -445,16 +354,6 @@ impl Crew {
         Step::Moved(vec![])
     }
 
-    /// Notes whether a peer has room for a lease.
-    fn consider(&mut self, id: PeerId) {
-        let Some(peer) = self.peers.get(&id) else { return };
-        if peer.is_working() && peer.leases.len() < self.terms.leases_per_thread * peer.slots {
-            self.hungry.insert(id);
-        } else {
-            self.hungry.remove(&id);
-        }
-    }
-
     /// A relay's workers have come or gone.
     fn on_capacity(&mut self, id: PeerId, threads: u32, lease_seconds: f64) -> Step {
         let peer = self.peers.get_mut(&id).expect("the caller found it");
@@ -479,255 +378,6 @@ impl Crew {
         self.ledger.lose(lease);
         self.consider(id);
         Step::Moved(vec![])
-    }
-
-    /// A worker has a large result.
-    fn on_offer(&mut self, id: PeerId, lease: LeaseId, bytes: u64) -> Step {
-        let sums = self.terms.sums();
-        let bytes = usize::try_from(bytes).unwrap_or(usize::MAX);
-        let peer = &self.peers[&id];
-        let offered = match self.ledger.range(lease) {
-            // Others were faster.
-            None if peer.leases.contains_key(&lease) => return Step::Moved(vec![self.spare(id, lease)]),
-            Some(walks)
-                if peer.leases.contains_key(&lease) && (sums..=self.terms.most_bytes()).contains(&bytes) =>
-            {
-                self.transfers.offer(Offer { peer: id, lease, walks, bytes })
-            }
-            _ => false,
-        };
-        if offered {
-            Step::Still(self.ask())
-        } else {
-            self.drop_peer(id, "offered a result that it was not asked for")
-        }
-    }
-
-    /// Lets a worker drop a large result that others have brought.
-    fn spare(&mut self, id: PeerId, lease: LeaseId) -> Action {
-        if let Some(peer) = self.peers.get_mut(&id) {
-            peer.leases.remove(&lease);
-        }
-        self.gets_on(id);
-        self.consider(id);
-        Action::Send(id, ToWorker::Drop { lease })
-    }
-
-    /// Asks for large results where there is room.
-    fn ask(&mut self) -> Vec<Action> {
-        let void = self.transfers.take_void(&self.ledger);
-        let mut actions: Vec<Action> = void.into_iter().map(|(id, lease)| self.spare(id, lease)).collect();
-        let (workers, tally) = (self.workers_now, (size_of::<u128>() * self.terms.sums()).max(1));
-        let room =
-            Room { islands: 1 + workers * ISLAND_SHARE / tally, bytes: tally / 4 + workers * STAGING_SHARE };
-        let asked = self.transfers.grant(&self.ledger, room, self.awake);
-        for &(id, _) in &asked {
-            self.gets_on(id);
-        }
-        actions.extend(asked.into_iter().map(|(id, lease)| Action::Send(id, ToWorker::Send { lease })));
-        actions
-    }
-
-    /// Where every lease that is out is a result that is kept beyond a gap, nobody is free to fill the gap: whoever keeps
-    /// the furthest drops its own, which are leased again.
-    pub fn make_room(&mut self, now: Now) -> Vec<Action> {
-        let out: usize = self.peers.values().map(|peer| peer.leases.len()).sum();
-        if !self.ledger.has_lost() || !self.hungry.is_empty() || self.transfers.kept() < out {
-            return vec![];
-        }
-        let dropped = self.transfers.take_furthest();
-        for &(_, lease) in &dropped {
-            self.ledger.lose(lease);
-        }
-        let mut actions: Vec<Action> = dropped.into_iter().map(|(id, lease)| self.spare(id, lease)).collect();
-        actions.extend(self.hand_out(now));
-        actions
-    }
-
-    /// The result of a lease: taken whole or not at all.
-    fn on_result(&mut self, id: PeerId, mut result: LeaseResult, now: Now) -> Step {
-        let peer = self.peers.get_mut(&id).expect("the caller found it");
-        let lease = result.lease;
-        let asked = match self.terms.sums() {
-            ..=SMALL_TALLY => true,
-            _ => self.transfers.finish(id, lease, &result.sums).map(|sums| result.sums = sums).is_some(),
-        };
-        if !asked || peer.leases.remove(&lease).is_none() {
-            return self.drop_peer(id, "sent a result that it was not asked for");
-        }
-        if result.cpu_seconds.is_finite() {
-            peer.cpu_seconds = peer.cpu_seconds.max(result.cpu_seconds);
-        }
-        let (number, seconds) = (peer.number, result.seconds);
-        self.gets_on(id);
-        self.consider(id);
-        let accepted = Counts::from_array(*result.counts)
-            .ok_or(Rejected::Counts)
-            .and_then(|counts| Parcel::new(counts, result.sums, result.digest, &self.digester))
-            .and_then(|parcel| {
-                let walks = parcel.counts().walks;
-                self.ledger.accept(lease, parcel, number).map(|()| walks)
-            });
-        match accepted {
-            Ok(walks) => {
-                let peer = self.peers.get_mut(&id).expect("the caller found it");
-                // Not a number is no less than any, and so becomes the least time, too.
-                let rate = walks as f64 / seconds.max(1e-6) / peer.lease_threads().max(1) as f64;
-                peer.rate = if peer.rate == 0.0 { rate } else { 0.5 * (peer.rate + rate) };
-                self.last_result = now;
-                Step::Moved(vec![])
-            }
-            // Others were faster, or it was given up and is back.
-            Err(Rejected::NotLeased(_)) => Step::Moved(vec![]),
-            Err(Rejected::Tally(MergeError::Overflow(_))) => Step::Overflow,
-            Err(rejected) => {
-                self.ledger.lose(lease);
-                self.drop_peer(id, &format!("sent a result that does not fit ({rejected})"))
-            }
-        }
-    }
-
-    /// Asks for what is kept and gives out what there is to do.
-    pub fn go_on(&mut self, now: Now) -> Vec<Action> {
-        let mut actions = self.ask();
-        actions.extend(self.hand_out(now));
-        actions
-    }
-
-    /// From now on no walk is leased that does not fill a gap below others.
-    pub fn fill_gaps(&mut self) {
-        self.fills_gaps = true;
-        self.ledger.hurry();
-    }
-
-    /// Where what is walked ends: what is in, and what workers keep or are sending.
-    fn walked(&self) -> u64 {
-        self.ledger.last_waiting().max(self.transfers.end()).unwrap_or(0)
-    }
-
-    /// Whether a gap below what is walked may still be filled.
-    pub fn gap_may_close(&self) -> bool {
-        let walked = self.walked();
-        self.ledger.gap_is_out(walked) || (self.ledger.gap_is_lost(walked) && self.workers_now > 0)
-    }
-
-    /// Fills every working peer up with leases, the idlest first. While stopping, with those alone that fill
-    /// gaps below what is walked.
-    fn hand_out(&mut self, now: Now) -> Vec<Action> {
-        let mut actions = Vec::new();
-        if self.ledger.unleased() == 0 {
-            return actions;
-        }
-        for depth in 0..self.terms.leases_per_thread {
-            let fed = |peer: &Peer| peer.leases.len() >= (depth + 1) * peer.slots;
-            let hungry: Vec<PeerId> =
-                self.hungry.iter().copied().filter(|id| !fed(&self.peers[id])).collect();
-            for id in hungry {
-                while !fed(&self.peers[&id]) {
-                    let walks = self.lease_walks(id, now);
-                    let leased = match self.fills_gaps {
-                        false => self.ledger.lease(walks),
-                        true => self.ledger.lease_gap(walks, self.walked()),
-                    };
-                    let Some((lease, range)) = leased else { return actions };
-                    actions.push(self.send_lease(id, lease, range, now));
-                }
-            }
-        }
-        actions
-    }
-
-    /// How many walks to lease to a peer: by its rate, but ever fewer towards the end so that all finish
-    /// together. Only the pace depends on it, never the answer.
-    fn lease_walks(&self, id: PeerId, now: Now) -> u64 {
-        let peer = &self.peers[&id];
-        let by_rate = peer.lease_rate() * self.lease_seconds(now).max(peer.lease_seconds);
-        let streams = (peer.lease_threads() as u64).saturating_mul(self.terms.stream_walks);
-        let by_growth = peer.longest_lease.max(streams) as f64 * LEASE_GROWTH;
-        let parts = (self.terms.leases_per_thread * self.threads) as u128;
-        let share = u128::from((self.in_hand)(&self.ledger)) * peer.lease_threads() as u128 / parts;
-        // Results must not come faster than they are taken, towards the end either.
-        let least = (peer.lease_rate() * taking_seconds(self.terms.sums(), self.slots)) as u64;
-        // Rounded up to whole streams, that is one for every thread.
-        let one_each = streams.saturating_sub(self.terms.stream_walks - 1);
-        (by_rate.min(by_growth) as u64).min((share as u64).max(least)).max(one_each)
-    }
-
-    /// How long a lease should take.
-    pub fn lease_seconds(&self, now: Now) -> f64 {
-        let age = self.spent.seconds + now.as_secs_f64();
-        lease_seconds(self.terms.sums(), self.slots, age)
-    }
-
-    /// How long leases take that are out now, at most [s].
-    pub fn longest_lease_seconds(&self, now: Now) -> f64 {
-        self.peers.values().map(|peer| peer.lease_seconds).fold(self.lease_seconds(now), f64::max)
-    }
-
-    /// Gives walks that are late once more, to workers that have nothing to do when all walks are out. Whoever is first
-    /// counts, so that the end waits for nobody who is slow or silent.
-    pub fn lease_late(&mut self, now: Now) -> Vec<Action> {
-        let nothing_else = !self.fills_gaps && self.ledger.unleased() == 0;
-        if !nothing_else || now.saturating_sub(self.sought) < LATE_LOOK {
-            return vec![];
-        }
-        self.sought = now;
-        let is_idle = |peer: &Peer| peer.leases.len() < peer.slots;
-        let idle: Vec<PeerId> = self.hungry.iter().copied().filter(|id| is_idle(&self.peers[id])).collect();
-        let mut late = if idle.is_empty() { vec![] } else { self.late(now) };
-        let mut actions = Vec::new();
-        for id in idle {
-            while is_idle(&self.peers[&id])
-                && let Some(at) = late.iter().position(|late| !late.holders.contains(&id))
-                && let Some((lease, range)) = self.ledger.lease_again(late.remove(at).lease)
-            {
-                actions.push(self.send_lease(id, lease, range, now));
-            }
-        }
-        actions
-    }
-
-    /// Leases that should have been in long ago, those first that have been out for longest. Of walks that are out more
-    /// than once, the last lease counts.
-    fn late(&self, now: Now) -> Vec<Late> {
-        let fastest = self.peers.values().map(|peer| peer.rate).fold(0.0, f64::max);
-        let mut out: BTreeMap<u64, Late> = BTreeMap::new();
-        for (&id, peer) in &self.peers {
-            for (&lease, &since) in &peer.leases {
-                // Others have done what is not out any more.
-                let Some(range) = self.ledger.range(lease) else { continue };
-                let walking = (range.end - range.start) as f64 / (fastest * peer.lease_threads() as f64);
-                let seconds = self.lease_seconds(now).max(peer.lease_seconds).max(walking);
-                let patience = LATE * self.terms.leases_per_thread as f64 * seconds;
-                let fresh = || Late { since, patience, lease, holders: vec![] };
-                let late = out.entry(range.start).or_insert_with(fresh);
-                if since > late.since {
-                    (late.since, late.patience) = (since, patience);
-                }
-                late.holders.push(id);
-            }
-        }
-        let mut late: Vec<Late> = out
-            .into_values()
-            .filter(|late| {
-                late.holders.len() < MOST_COPIES && (self.awake - late.since).as_secs_f64() > late.patience
-            })
-            .collect();
-        late.sort_unstable_by_key(|late| late.since);
-        late
-    }
-
-    fn send_lease(&mut self, id: PeerId, lease: LeaseId, range: Range<u64>, now: Now) -> Action {
-        self.first_lease.get_or_insert(now);
-        let walks = range.end - range.start;
-        let peer = self.peers.get_mut(&id).expect("a working peer");
-        if peer.leases.is_empty() {
-            peer.progressed = self.awake;
-        }
-        peer.leases.insert(lease, self.awake);
-        peer.longest_lease = peer.longest_lease.max(walks);
-        self.consider(id);
-        Action::Send(id, ToWorker::Lease { id: lease, first_walk: self.ledger.number(range.start), walks })
     }
 
     /// A connection is gone.

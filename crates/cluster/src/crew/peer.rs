@@ -1,0 +1,85 @@
+//! What is known of one connection.
+
+use std::collections::HashMap;
+use std::time::Duration;
+
+use crate::lead::PeerId;
+use crate::ledger::LeaseId;
+
+/// Where a connection stands.
+#[derive(Debug)]
+pub enum Stage {
+    /// Knows the key.
+    Admitted,
+    /// Is building its replica.
+    Welcomed,
+    /// Shoots.
+    Working,
+}
+
+/// A connection, and what its worker was given.
+#[derive(Debug)]
+pub struct Peer {
+    pub stage: Stage,
+    pub name: String,
+    /// Whether it has others work for it.
+    pub relays: bool,
+    /// Threads that shoot there.
+    pub threads: usize,
+    /// Leases that it works on at once: one a thread; of a relay one in all, none while it has no workers.
+    pub slots: usize,
+    /// How long its leases take at least [s].
+    pub lease_seconds: f64,
+    /// What it was given and has not answered for, and when, by the waking clock. Some of it others may have done since.
+    pub leases: HashMap<LeaseId, Duration>,
+    /// When it last spoke, by the waking clock.
+    pub heard: Duration,
+    pub progress: u64,
+    /// When it last made progress, by the waking clock.
+    pub progressed: Duration,
+    /// Its place among the names in the ledger.
+    pub number: u32,
+    /// Walks per second of one thread; 0 before the first result.
+    pub rate: f64,
+    pub longest_lease: u64,
+    pub cpu_seconds: f64,
+    /// Heartbeats that it may send now.
+    pub beats: f64,
+}
+
+impl Peer {
+    /// Somebody who knows the key, at a time of the waking clock.
+    pub fn new(id: PeerId, now: Duration, beats: f64) -> Self {
+        Peer {
+            stage: Stage::Admitted,
+            name: format!("peer {id}"),
+            relays: false,
+            threads: 0,
+            slots: 0,
+            lease_seconds: 0.0,
+            leases: HashMap::new(),
+            heard: now,
+            progress: 0,
+            progressed: now,
+            number: 0,
+            rate: 0.0,
+            longest_lease: 0,
+            cpu_seconds: 0.0,
+            beats,
+        }
+    }
+
+    pub fn is_working(&self) -> bool {
+        matches!(self.stage, Stage::Working)
+    }
+
+    /// Threads that share a lease.
+    pub fn lease_threads(&self) -> usize {
+        if self.relays { self.threads } else { 1 }
+    }
+
+    /// Walks per second of those that share a lease.
+    pub fn lease_rate(&self) -> f64 {
+        self.rate * self.lease_threads() as f64
+    }
+}

@@ -1,0 +1,123 @@
+//! What becomes of results: small ones come by themselves, large ones are offered, asked for where there is room, and taken
+//! whole.
+
+use radiosity::{Counts, MergeError};
+
+use super::{Crew, Step};
+use crate::lead::{Action, Now, PeerId};
+use crate::ledger::{LeaseId, Rejected};
+use crate::message::{LeaseResult, SMALL_TALLY, ToWorker};
+use crate::parcel::Parcel;
+use crate::transfers::{Offer, Room};
+
+/// Bytes that a worker may cost here beside what all share: for islands, and for results under way.
+const ISLAND_SHARE: usize = 32 << 10;
+const STAGING_SHARE: usize = 8 << 10;
+
+impl Crew {
+    /// A worker has a large result.
+    pub(super) fn on_offer(&mut self, id: PeerId, lease: LeaseId, bytes: u64) -> Step {
+        let sums = self.terms.sums();
+        let bytes = usize::try_from(bytes).unwrap_or(usize::MAX);
+        let peer = &self.peers[&id];
+        let offered = match self.ledger.range(lease) {
+            // Others were faster.
+            None if peer.leases.contains_key(&lease) => return Step::Moved(vec![self.spare(id, lease)]),
+            Some(walks)
+                if peer.leases.contains_key(&lease) && (sums..=self.terms.most_bytes()).contains(&bytes) =>
+            {
+                self.transfers.offer(Offer { peer: id, lease, walks, bytes })
+            }
+            _ => false,
+        };
+        if offered {
+            Step::Still(self.ask())
+        } else {
+            self.drop_peer(id, "offered a result that it was not asked for")
+        }
+    }
+
+    /// The result of a lease: taken whole or not at all.
+    pub(super) fn on_result(&mut self, id: PeerId, mut result: LeaseResult, now: Now) -> Step {
+        let peer = self.peers.get_mut(&id).expect("the caller found it");
+        let lease = result.lease;
+        let asked = match self.terms.sums() {
+            ..=SMALL_TALLY => true,
+            _ => self.transfers.finish(id, lease, &result.sums).map(|sums| result.sums = sums).is_some(),
+        };
+        if !asked || peer.leases.remove(&lease).is_none() {
+            return self.drop_peer(id, "sent a result that it was not asked for");
+        }
+        if result.cpu_seconds.is_finite() {
+            peer.cpu_seconds = peer.cpu_seconds.max(result.cpu_seconds);
+        }
+        let (number, seconds) = (peer.number, result.seconds);
+        self.gets_on(id);
+        self.consider(id);
+        let accepted = Counts::from_array(*result.counts)
+            .ok_or(Rejected::Counts)
+            .and_then(|counts| Parcel::new(counts, result.sums, result.digest, &self.digester))
+            .and_then(|parcel| {
+                let walks = parcel.counts().walks;
+                self.ledger.accept(lease, parcel, number).map(|()| walks)
+            });
+        match accepted {
+            Ok(walks) => {
+                let peer = self.peers.get_mut(&id).expect("the caller found it");
+                // Not a number is no less than any, and so becomes the least time, too.
+                let rate = walks as f64 / seconds.max(1e-6) / peer.lease_threads().max(1) as f64;
+                peer.rate = if peer.rate == 0.0 { rate } else { 0.5 * (peer.rate + rate) };
+                self.last_result = now;
+                Step::Moved(vec![])
+            }
+            // Others were faster, or it was given up and is back.
+            Err(Rejected::NotLeased(_)) => Step::Moved(vec![]),
+            Err(Rejected::Tally(MergeError::Overflow(_))) => Step::Overflow,
+            Err(rejected) => {
+                self.ledger.lose(lease);
+                self.drop_peer(id, &format!("sent a result that does not fit ({rejected})"))
+            }
+        }
+    }
+
+    /// Lets a worker drop a large result that others have brought.
+    fn spare(&mut self, id: PeerId, lease: LeaseId) -> Action {
+        if let Some(peer) = self.peers.get_mut(&id) {
+            peer.leases.remove(&lease);
+        }
+        self.gets_on(id);
+        self.consider(id);
+        Action::Send(id, ToWorker::Drop { lease })
+    }
+
+    /// Asks for large results where there is room.
+    pub(super) fn ask(&mut self) -> Vec<Action> {
+        let void = self.transfers.take_void(&self.ledger);
+        let mut actions: Vec<Action> = void.into_iter().map(|(id, lease)| self.spare(id, lease)).collect();
+        let (workers, tally) = (self.workers_now, (size_of::<u128>() * self.terms.sums()).max(1));
+        let room =
+            Room { islands: 1 + workers * ISLAND_SHARE / tally, bytes: tally / 4 + workers * STAGING_SHARE };
+        let asked = self.transfers.grant(&self.ledger, room, self.awake);
+        for &(id, _) in &asked {
+            self.gets_on(id);
+        }
+        actions.extend(asked.into_iter().map(|(id, lease)| Action::Send(id, ToWorker::Send { lease })));
+        actions
+    }
+
+    /// Where every lease that is out is a result that is kept beyond a gap, nobody is free to fill the gap: whoever keeps
+    /// the furthest drops its own, which are leased again.
+    pub fn make_room(&mut self, now: Now) -> Vec<Action> {
+        let out: usize = self.peers.values().map(|peer| peer.leases.len()).sum();
+        if !self.ledger.has_lost() || !self.hungry.is_empty() || self.transfers.kept() < out {
+            return vec![];
+        }
+        let dropped = self.transfers.take_furthest();
+        for &(_, lease) in &dropped {
+            self.ledger.lose(lease);
+        }
+        let mut actions: Vec<Action> = dropped.into_iter().map(|(id, lease)| self.spare(id, lease)).collect();
+        actions.extend(self.hand_out(now));
+        actions
+    }
+}
