@@ -2,8 +2,8 @@
 //!
 //! A sketch of the facets in f32 says which one a ray meets first and how near any other may be, with bounds on all
 //! that f32 rounds away. Then the one facet is met in full, and that is the answer if its t is below the bound of
-//! the others. In the few cases that the sketch cannot tell apart, every facet is met in full. In a convex room the facet
-//! whose plane comes first is the one that is met, so that sketches leave out where on their planes rays arrive.
+//! the others. In the few cases that the sketch cannot tell apart, every facet is met in full. Of a wall of a closed room,
+//! which nothing is behind, the sketch is that of its plane: beyond the wall's edge a ray has met another wall before.
 
 use glam::DVec3;
 
@@ -24,28 +24,25 @@ pub(crate) struct Flat {
     isa: Isa,
     /// Empty where they do not pay, or f32 cannot hold the scene.
     sketches: Vec<Sketch>,
-    /// Whether no facet can hide another. Where this is wrong by rounding, answers take longer and are the same.
-    convex: bool,
 }
 
 impl Flat {
     pub(crate) fn new(isa: Isa, surfaces: &[Surface], facets: &Facets) -> Self {
         let corners: Vec<DVec3> = surfaces.iter().flat_map(|surface| surface.outline()).collect();
         let reach = corners.iter().fold(0.0_f64, |reach, corner| reach.max(corner.abs().max_element()));
-        let sketches: Vec<Sketch> =
-            facets.iter().map(|facet| Sketch::new(&facet, reach, facets.slack())).collect();
+        let walls = walls(surfaces, &corners, facets);
+        let sketch = |(facet, wall): (Facet, bool)| Sketch::new(&facet, wall, reach, facets.slack());
+        let sketches: Vec<Sketch> = facets.iter().zip(walls).map(sketch).collect();
         // Without vectors of f32 to speak of, meeting facets in full takes less time.
         let pays = isa != Isa::Portable && surfaces.len() <= MOST_SKETCHES;
         let holds = (1e-9..1e9).contains(&reach) && sketches.iter().all(|sketch| sketch.uv_margin < 1e9);
-        let sketches = if pays && holds { sketches } else { Vec::new() };
-        let convex = !sketches.is_empty() && is_convex(&corners, facets);
-        Flat { isa, sketches, convex }
+        Flat { isa, sketches: if pays && holds { sketches } else { Vec::new() } }
     }
 
-    /// Whether sketches take the scene for a convex room.
+    /// How many sketches are those of planes.
     #[cfg(test)]
-    pub(crate) fn is_convex(&self) -> bool {
-        self.convex
+    pub(crate) fn walls(&self) -> usize {
+        self.sketches.iter().filter(|sketch| sketch.part == Part::Plane).count()
     }
 
     /// The least (t, surface number) among the facets that each ray meets.
@@ -55,10 +52,33 @@ impl Flat {
     }
 }
 
-/// Whether all corners lie before the plane of every facet, or on it.
-fn is_convex(corners: &[DVec3], facets: &Facets) -> bool {
+/// Which facets are walls of a closed room: all corners lie before their planes or on them, nothing else is on the same
+/// plane, and the areas of all such, as vectors along their normals, cancel. Where a lid is missing they do not, and rays that
+/// leave through it would be sketched in vain. Where this is wrong answers take longer and are the same.
+fn walls(surfaces: &[Surface], corners: &[DVec3], facets: &Facets) -> Vec<bool> {
+    /// 1 − cos of the angle between planes that are told apart.
+    const APART: f64 = 1e-6;
+    const OPEN: f64 = 1e-6;
     let before = |facet: &Facet, corner: &DVec3| facet.normal.dot(*corner) - facet.offset >= -facets.slack();
-    facets.iter().all(|facet| corners.iter().all(|corner| before(&facet, corner)))
+    let is_outmost = |facet: &Facet| corners.iter().all(|corner| before(facet, corner));
+    let outmost: Vec<(usize, DVec3)> = facets
+        .iter()
+        .enumerate()
+        .filter_map(|(number, facet)| is_outmost(&facet).then_some((number, facet.normal)))
+        .collect();
+    let areas = outmost.iter().map(|&(number, _)| {
+        let [u, v] = surfaces[number].edges();
+        u.cross(v) * if surfaces[number].is_triangle() { 0.5 } else { 1.0 }
+    });
+    let (sum, all) = areas.fold((DVec3::ZERO, 0.0), |(sum, all), area| (sum + area, all + area.length()));
+    let mut walls = vec![false; surfaces.len()];
+    if sum.length() <= OPEN * all {
+        for &(number, normal) in &outmost {
+            let alike = outmost.iter().filter(|other| other.1.dot(normal) > 1.0 - APART).count();
+            walls[number] = alike == 1;
+        }
+    }
+    walls
 }
 
 /// Rays that are sketched side by side.
@@ -77,11 +97,19 @@ struct Sketch {
     u_offset: f32,
     v_axis: [f32; 3],
     v_offset: f32,
-    triangle: bool,
+    part: Part,
     /// Of the height over the plane, and the slack of facets.
     height_margin: f32,
     /// Of u·|n·d| and v·|n·d|, and their sum.
     uv_margin: f32,
+}
+
+/// What of a facet is looked at.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Part {
+    Plane,
+    Triangle,
+    Parallelogram,
 }
 
 /// The bound on the error of n·d.
@@ -90,9 +118,9 @@ const APPROACH_MARGIN: f32 = 2.0 * 5.0 * 1.7320509 * EPSILON;
 const EPSILON: f32 = f32::EPSILON / 2.0;
 
 impl Sketch {
-    /// The sketch of a facet in a scene whose points have coordinates up to `reach`. Starts within `slack` of the
-    /// plane count as on it.
-    fn new(facet: &Facet, reach: f64, slack: f64) -> Self {
+    /// The sketch of a facet, or of its plane where it is a `wall`, in a scene whose points have coordinates up to `reach`.
+    /// Starts within `slack` of the plane count as on it.
+    fn new(facet: &Facet, wall: bool, reach: f64, slack: f64) -> Self {
         let epsilon = f64::from(EPSILON);
         let one_norm = |axis: DVec3| axis.abs().element_sum();
         let (n, s) = (one_norm(facet.normal), reach);
@@ -117,7 +145,11 @@ impl Sketch {
             u_offset: facet.u_offset as f32,
             v_axis: narrow(facet.v_axis),
             v_offset: facet.v_offset as f32,
-            triangle: facet.triangle,
+            part: match (wall, facet.triangle) {
+                (true, _) => Part::Plane,
+                (false, true) => Part::Triangle,
+                (false, false) => Part::Parallelogram,
+            },
             height_margin: (2.0 * height_error + slack) as f32,
             uv_margin: (2.0 * uv) as f32,
         }
@@ -136,7 +168,8 @@ struct Guess {
 #[inline(always)]
 fn closest_hits<R: Real>(flat: &Flat, facets: &Facets, rays: &Rays, hits: &mut Hits) {
     for first in (0..rays.len.min(WIDTH)).step_by(SKETCHED) {
-        let guess = if flat.sketches.is_empty() { None } else { Some(guess::<R>(flat, rays, first)) };
+        let guess =
+            if flat.sketches.is_empty() { None } else { Some(guess::<R>(&flat.sketches, rays, first)) };
         for part in (0..SKETCHED).step_by(R::N).filter(|part| first + part < rays.len) {
             let taken = u64::MAX >> (64 - (rays.len - first - part).min(R::N));
             let certain = match &guess {
@@ -152,7 +185,7 @@ fn closest_hits<R: Real>(flat: &Flat, facets: &Facets, rays: &Rays, hits: &mut H
 
 /// The first facet that each ray may meet.
 #[inline(always)]
-fn guess<R: Real>(flat: &Flat, rays: &Rays, first: usize) -> Guess {
+fn guess<R: Real>(sketches: &[Sketch], rays: &Rays, first: usize) -> Guess {
     let (mut origin, mut direction) = ([[0.0; SKETCHED]; 3], [[0.0; SKETCHED]; 3]);
     for axis in 0..3 {
         for lane in 0..SKETCHED {
@@ -167,12 +200,12 @@ fn guess<R: Real>(flat: &Flat, rays: &Rays, first: usize) -> Guess {
         surface: [Hits::NONE; SKETCHED],
         other: [f32::INFINITY; SKETCHED],
     };
-    for (number, sketch) in flat.sketches.iter().enumerate() {
+    for (number, sketch) in sketches.iter().enumerate() {
         let number = number as u32;
-        match (flat.convex, sketch.triangle) {
-            (true, _) => look::<R, PLANE>(sketch, number, &origin, &direction, &from, &mut guess),
-            (false, true) => look::<R, TRIANGLE>(sketch, number, &origin, &direction, &from, &mut guess),
-            (false, false) => {
+        match sketch.part {
+            Part::Plane => look::<R, PLANE>(sketch, number, &origin, &direction, &from, &mut guess),
+            Part::Triangle => look::<R, TRIANGLE>(sketch, number, &origin, &direction, &from, &mut guess),
+            Part::Parallelogram => {
                 look::<R, PARALLELOGRAM>(sketch, number, &origin, &direction, &from, &mut guess);
             }
         }
@@ -180,11 +213,9 @@ fn guess<R: Real>(flat: &Flat, rays: &Rays, first: usize) -> Guess {
     guess
 }
 
-/// What of a facet is looked at: its whole plane,
-const PLANE: u8 = 0;
-/// or what its outline holds.
-const TRIANGLE: u8 = 1;
-const PARALLELOGRAM: u8 = 2;
+const PLANE: u8 = Part::Plane as u8;
+const TRIANGLE: u8 = Part::Triangle as u8;
+const PARALLELOGRAM: u8 = Part::Parallelogram as u8;
 
 /// [`Facet::meet`] with all coordinates multiplied by |n·d|, which needs no division to tell what is outside.
 #[inline(always)]
