@@ -22,21 +22,24 @@ const MOST_SKETCHES: usize = 4096;
 pub(crate) struct Flat {
     /// What rays are traced with.
     isa: Isa,
-    /// Empty where they do not pay, or f32 cannot hold the scene.
+    /// Alike ones side by side. Empty where they do not pay, or f32 cannot hold the scene.
     sketches: Vec<Sketch>,
 }
 
 impl Flat {
     pub(crate) fn new(isa: Isa, surfaces: &[Surface], facets: &Facets) -> Self {
+        // Without vectors of f32 to speak of, meeting facets in full takes less time.
+        if isa == Isa::Portable || surfaces.len() > MOST_SKETCHES {
+            return Flat { isa, sketches: Vec::new() };
+        }
         let corners: Vec<DVec3> = surfaces.iter().flat_map(|surface| surface.outline()).collect();
         let reach = corners.iter().fold(0.0_f64, |reach, corner| reach.max(corner.abs().max_element()));
         let walls = walls(surfaces, &corners, facets);
-        let sketch = |(facet, wall): (Facet, bool)| Sketch::new(&facet, wall, reach, facets.slack());
-        let sketches: Vec<Sketch> = facets.iter().zip(walls).map(sketch).collect();
-        // Without vectors of f32 to speak of, meeting facets in full takes less time.
-        let pays = isa != Isa::Portable && surfaces.len() <= MOST_SKETCHES;
+        let sketch = |((number, facet), wall)| Sketch::new(number, &facet, wall, reach, facets.slack());
+        let mut sketches: Vec<Sketch> = (0..).zip(facets.iter()).zip(walls).map(sketch).collect();
+        sketches.sort_by_key(|sketch| sketch.part);
         let holds = (1e-9..1e9).contains(&reach) && sketches.iter().all(|sketch| sketch.uv_margin < 1e9);
-        Flat { isa, sketches: if pays && holds { sketches } else { Vec::new() } }
+        Flat { isa, sketches: if holds { sketches } else { Vec::new() } }
     }
 
     /// How many sketches are those of planes.
@@ -91,6 +94,8 @@ const SKETCHED: usize = 16;
 /// The bounds below add these up and double the sum.
 #[derive(Clone, Debug)]
 struct Sketch {
+    /// Of the surface.
+    number: u32,
     normal: [f32; 3],
     offset: f32,
     u_axis: [f32; 3],
@@ -105,7 +110,7 @@ struct Sketch {
 }
 
 /// What of a facet is looked at.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Part {
     Plane,
     Triangle,
@@ -120,7 +125,7 @@ const EPSILON: f32 = f32::EPSILON / 2.0;
 impl Sketch {
     /// The sketch of a facet, or of its plane where it is a `wall`, in a scene whose points have coordinates up to `reach`.
     /// Starts within `slack` of the plane count as on it.
-    fn new(facet: &Facet, wall: bool, reach: f64, slack: f64) -> Self {
+    fn new(number: u32, facet: &Facet, wall: bool, reach: f64, slack: f64) -> Self {
         let epsilon = f64::from(EPSILON);
         let one_norm = |axis: DVec3| axis.abs().element_sum();
         let (n, s) = (one_norm(facet.normal), reach);
@@ -139,6 +144,7 @@ impl Sketch {
         let uv = uv_error(facet.u_axis, facet.u_offset) + uv_error(facet.v_axis, facet.v_offset);
         let narrow = |axis: DVec3| axis.as_vec3().to_array();
         Sketch {
+            number,
             normal: narrow(facet.normal),
             offset: facet.offset as f32,
             u_axis: narrow(facet.u_axis),
@@ -200,13 +206,17 @@ fn guess<R: Real>(sketches: &[Sketch], rays: &Rays, first: usize) -> Guess {
         surface: [Hits::NONE; SKETCHED],
         other: [f32::INFINITY; SKETCHED],
     };
-    for (number, sketch) in sketches.iter().enumerate() {
-        let number = number as u32;
-        match sketch.part {
-            Part::Plane => look::<R, PLANE>(sketch, number, &origin, &direction, &from, &mut guess),
-            Part::Triangle => look::<R, TRIANGLE>(sketch, number, &origin, &direction, &from, &mut guess),
+    // In any order: those at the same t are not told apart here.
+    for alike in sketches.chunk_by(|a, b| a.part == b.part) {
+        match alike[0].part {
+            Part::Plane => {
+                alike.iter().for_each(|s| look::<R, PLANE>(s, &origin, &direction, &from, &mut guess))
+            }
+            Part::Triangle => {
+                alike.iter().for_each(|s| look::<R, TRIANGLE>(s, &origin, &direction, &from, &mut guess))
+            }
             Part::Parallelogram => {
-                look::<R, PARALLELOGRAM>(sketch, number, &origin, &direction, &from, &mut guess);
+                alike.iter().for_each(|s| look::<R, PARALLELOGRAM>(s, &origin, &direction, &from, &mut guess))
             }
         }
     }
@@ -221,7 +231,6 @@ const PARALLELOGRAM: u8 = Part::Parallelogram as u8;
 #[inline(always)]
 fn look<R: Real, const PART: u8>(
     sketch: &Sketch,
-    number: u32,
     origin: &[[f32; SKETCHED]; 3],
     direction: &[[f32; SKETCHED]; 3],
     from: &[u32; SKETCHED],
@@ -247,15 +256,15 @@ fn look<R: Real, const PART: u8>(
             let most = if PART == TRIANGLE { u + v } else { greatest };
             (least >= -sketch.uv_margin) & (most <= approach + sketch.uv_margin)
         };
-        let may_meet = (distance >= -sketch.height_margin) & inside & (from[lane] != number);
+        let may_meet = (distance >= -sketch.height_margin) & inside & (from[lane] != sketch.number);
         let t = (distance - sketch.height_margin) / (approach + APPROACH_MARGIN);
         let t = if may_meet { t } else { f32::INFINITY };
         let worse = if t > guess.t[lane] { t } else { guess.t[lane] };
         let other = if worse < guess.other[lane] { worse } else { guess.other[lane] };
         // Which side is met of a facet that is seen edge-on, the sketch cannot say.
-        let edge_on = (approach <= APPROACH_MARGIN) & (from[lane] != number);
+        let edge_on = (approach <= APPROACH_MARGIN) & (from[lane] != sketch.number);
         guess.other[lane] = if edge_on { f32::NEG_INFINITY } else { other };
-        guess.surface[lane] = if t < guess.t[lane] { number } else { guess.surface[lane] };
+        guess.surface[lane] = if t < guess.t[lane] { sketch.number } else { guess.surface[lane] };
         guess.t[lane] = if t < guess.t[lane] { t } else { guess.t[lane] };
     }
 }
