@@ -13,7 +13,7 @@ use plotters::prelude::*;
 use radiosity::{
     Board, Direction, Experiment, IndexChoice, Method, Patch, Scene, SceneSpec, Sequence, Solution, Solve,
 };
-use scenes::{cornell, corridor, cube, interior};
+use scenes::{cornell, corridor, cube, interior, two_rooms};
 
 /// Chains of a run that has intervals.
 const CHAINS: u64 = 8;
@@ -97,6 +97,8 @@ fn studies() -> Vec<Study> {
         small("cube54-R95", bright, 40),
         small("cube3456", cube(24), 12),
         small("corridor", corridor(8), 40),
+        // Walks are long: what little light goes through the hole is in few of them.
+        Study { reference_rays: Some(1 << 22), ..small("two-rooms", two_rooms(0.1, 0.95), 40) },
         Study {
             name: "cornell",
             spec: cornell(),

@@ -88,7 +88,7 @@ fn measure(study: &Study) -> Result<(), Failure> {
         let truth = match &exact {
             Some(exact) => exact.solution().radiosity[patch as usize],
             None => {
-                let long = Experiment::new(scene.clone(), gathered(links(64 * study.rays)))?;
+                let long = Experiment::new(scene.clone(), gathered(links(8 * study.rays)))?;
                 solve(&long, 11, 0..CHAINS)?.0[patch as usize]
             }
         };
