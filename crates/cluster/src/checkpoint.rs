@@ -5,7 +5,7 @@
 //! | bytes | content |
 //! |---|---|
 //! | 8 | magic `RWTALLY` and a zero byte |
-//! | 4 | u32 format version, 3 |
+//! | 4 | u32 format version, 4 |
 //! | 1 | u8 scores S: one per channel, or per estimator that is compared |
 //! | 1 | u8 moments K: each patch keeps Σx … Σx^K of each score |
 //! | 2 | u16 1 where a count of events stands beside them, else 0; M is S·K plus this |
@@ -38,7 +38,7 @@ use crate::digest::{self, Digester};
 use crate::ledger::Delivery;
 
 const MAGIC: [u8; 8] = *b"RWTALLY\0";
-const VERSION: u32 = 3;
+const VERSION: u32 = 4;
 const HEADER_BYTES: usize = 304;
 const HASH_BYTES: usize = 32;
 
@@ -471,8 +471,8 @@ mod tests {
         assert!(matches!(fault_of(b""), CheckpointFault::Magic));
         assert!(matches!(fault_of(b"patch,surface,u,v"), CheckpointFault::Magic));
         let mut newer = bytes();
-        newer[8] = 4;
-        assert!(matches!(fault_of(&newer), CheckpointFault::Version(4)));
+        newer[8] = 5;
+        assert!(matches!(fault_of(&newer), CheckpointFault::Version(5)));
     }
 
     #[test]
