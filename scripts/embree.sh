@@ -11,6 +11,8 @@ if [ ! -f /usr/include/embree3/rtcore.h ] || ! command -v g++ >/dev/null; then
     as_root apt-get install -y -qq g++ libembree-dev
 fi
 
+# Huge pages, for either: as `radwalk run` asks for them for its workers.
+export GLIBC_TUNABLES=glibc.malloc.hugetlb=1
 build="$(mktemp -d)"
 trap 'rm -rf "$build"' EXIT
 g++ -std=c++17 -O3 -march=native -Wall -Wextra -o "$build/compare" scripts/embree/compare.cpp -lembree3
