@@ -208,15 +208,22 @@ fn guess<R: Real>(sketches: &[Sketch], rays: &Rays, first: usize) -> Guess {
     };
     // In any order: those at the same t are not told apart here.
     for alike in sketches.chunk_by(|a, b| a.part == b.part) {
+        let (o, d, from, guess) = (&origin, &direction, &from, &mut guess);
         match alike[0].part {
             Part::Plane => {
-                alike.iter().for_each(|s| look::<R, PLANE>(s, &origin, &direction, &from, &mut guess))
+                for sketch in alike {
+                    look::<R, PLANE>(sketch, o, d, from, guess);
+                }
             }
             Part::Triangle => {
-                alike.iter().for_each(|s| look::<R, TRIANGLE>(s, &origin, &direction, &from, &mut guess))
+                for sketch in alike {
+                    look::<R, TRIANGLE>(sketch, o, d, from, guess);
+                }
             }
             Part::Parallelogram => {
-                alike.iter().for_each(|s| look::<R, PARALLELOGRAM>(s, &origin, &direction, &from, &mut guess))
+                for sketch in alike {
+                    look::<R, PARALLELOGRAM>(sketch, o, d, from, guess);
+                }
             }
         }
     }
