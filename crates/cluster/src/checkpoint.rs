@@ -457,7 +457,7 @@ mod tests {
     #[test]
     fn the_bytes_are_laid_out_as_documented() {
         let bytes = bytes();
-        assert_eq!(&bytes[..24], b"RWTALLY\0\x03\0\0\0\x01\x02\0\0\x03\0\0\0\0\0\0\0");
+        assert_eq!(&bytes[..24], b"RWTALLY\0\x04\0\0\0\x01\x02\0\0\x03\0\0\0\0\0\0\0");
         let book = u64::from_le_bytes(bytes[24..32].try_into().unwrap()) as usize;
         assert_eq!(bytes.len(), HEADER_BYTES + 6 * 16 + book + HASH_BYTES);
         assert_eq!(bytes[32..64], SCENE);
