@@ -128,18 +128,21 @@ fn answer(folder: &Path) -> Answer {
     let all = |name: &str| -> Vec<f64> {
         let of = |suffix: &&str| {
             let column = table.get(&format!("{name}{suffix}")).or_else(|| table.get(name)).unwrap();
-            numbers(column)
+            // Nothing is written where no walk could tell.
+            column.iter().map(|number| number.parse().unwrap_or(f64::NAN)).collect::<Vec<f64>>()
         };
         suffixes.iter().flat_map(of).collect()
     };
     let [reflectance, emittance] = ["reflectance", "emittance"].map(all);
     let n = table["patch"].len();
     let emits = |i: usize| (0..suffixes.len()).any(|c| emittance[c * n + i] > 0.0);
+    let [radiosity, errors] = ["radiosity", "std_error"].map(all);
+    let known = |k: usize| radiosity[k].is_finite() && errors[k].is_finite();
     Answer {
-        radiosity: all("radiosity"),
-        variance: all("std_error").iter().map(|error| error * error).collect(),
+        counts: (0..reflectance.len()).map(|k| reflectance[k] > 0.0 && !emits(k % n) && known(k)).collect(),
+        variance: errors.iter().map(|error| error * error).collect(),
         area: all("area"),
-        counts: (0..reflectance.len()).map(|k| reflectance[k] > 0.0 && !emits(k % n)).collect(),
+        radiosity,
     }
 }
 
