@@ -10,6 +10,7 @@ use std::sync::Mutex;
 
 use cluster::access::random_bytes;
 use cluster::checkpoint::{self, Checkpoint, Part};
+use cluster::deliveries::{Delivery, SEVERAL};
 use cluster::digest::{self, Digest, Digester};
 use radiosity::{Experiment, Overflow, Sequence};
 
@@ -24,13 +25,15 @@ use crate::settings::Settings;
 /// The most walks between two emptyings of a board.
 const BOARD_WALKS: u64 = 1 << 22;
 
-/// A lease as the ledger has it.
+/// A lease as the ledger has it, or several that were folded into one entry.
 #[derive(Clone, Debug)]
 struct Lease {
     seed: u64,
     walks: Range<u64>,
+    leases: u64,
     worker: u32,
     digest: Digest,
+    spared: bool,
 }
 
 /// Audits a result.
@@ -55,13 +58,14 @@ pub fn audit(args: &AuditArgs) -> Result<Outcome, Fault> {
     let wrong = wrong(&sample, &settings, &experiment).map_err(|Overflow| Fault::Overflow)?;
     let of = |leases: &[Lease]| leases.iter().map(|lease| lease.walks.end - lease.walks.start).sum::<u64>();
     let of = |leases: &[Lease]| of(leases) * experiment.paths_per_walk();
+    let count = |leases: &[Lease]| leases.iter().map(|lease| lease.leases).sum::<u64>();
     if !args.quiet {
         say(&format!(
             "{} of {} paths, {} of {} leases, were traced again (drawn by seed {seed})",
             of(&sample),
             of(&all),
-            sample.len(),
-            all.len()
+            count(&sample),
+            count(&all)
         ));
     }
     if wrong.is_empty() {
@@ -83,23 +87,27 @@ fn fresh_seed() -> Result<u64, Fault> {
 fn leases(checkpoint: &Checkpoint) -> Vec<Lease> {
     let of_part = |part: &Part| {
         let mut next = part.first;
-        let lease = |delivery: &cluster::ledger::Delivery| {
-            let walks = next..next + delivery.walks;
+        let lease = |&Delivery { walks, leases, worker, digest, spared }: &Delivery| {
+            let walks = next..next.saturating_add(walks);
             next = walks.end;
-            Lease { seed: part.seed, walks, worker: delivery.worker, digest: delivery.digest }
+            Lease { seed: part.seed, walks, leases, worker, digest, spared }
         };
-        part.deliveries.iter().map(lease).collect::<Vec<_>>()
+        part.deliveries.entries().iter().map(lease).collect::<Vec<_>>()
     };
     checkpoint.book.parts.iter().flat_map(of_part).collect()
 }
 
-/// Leases drawn at random, each as likely as any other, until they hold this share of the walks.
+/// Leases drawn at random, each as likely as any other, until they hold this share of the walks. Those of a long run that
+/// lots have spared come first: they are a fair sample, and the others are folded, so that many have to be traced for one.
 fn sample(mut leases: Vec<Lease>, share: f64, seed: u64) -> Vec<Lease> {
     let total: u64 = leases.iter().map(|lease| lease.walks.end - lease.walks.start).sum();
+    leases.sort_by_key(|lease| !lease.spared);
+    let spared = leases.partition_point(|lease| lease.spared);
     let mut dice = Sequence::new(seed).walk(0);
     let (mut drawn, mut walks) = (0, 0);
     while drawn < leases.len() && (walks as f64) < share * total as f64 {
-        let rest = (leases.len() - drawn) as u128;
+        let end = if drawn < spared { spared } else { leases.len() };
+        let rest = (end - drawn) as u128;
         // Fisher & Yates; the bias of a product of 64 bits is below 2⁻⁴⁰ for fewer than 2²⁴ leases.
         leases.swap(drawn, drawn + ((u128::from(dice.bits()) * rest) >> 64) as usize);
         walks += leases[drawn].walks.end - leases[drawn].walks.start;
@@ -144,11 +152,15 @@ fn blame(wrong: &[Lease], checkpoint: &Checkpoint, what: &str) -> String {
     for lease in wrong {
         of_worker.entry(lease.worker).or_default().push(lease);
     }
+    let name = |worker: u32| match worker {
+        SEVERAL => "one or more of several workers",
+        _ => &checkpoint.book.workers[worker as usize].name,
+    };
     let words = of_worker.iter().map(|(&worker, leases)| {
         let first = leases.iter().min_by_key(|lease| (lease.seed, lease.walks.start)).expect("one at least");
         format!(
             "{}: {} leases, the first of {what} {} to {} of seed {}",
-            checkpoint.book.workers[worker as usize],
+            name(worker),
             leases.len(),
             first.walks.start,
             first.walks.end - 1,
@@ -163,7 +175,7 @@ mod tests {
     use super::*;
 
     fn lease(first: u64) -> Lease {
-        Lease { seed: 1, walks: first..first + 10, worker: 0, digest: 0 }
+        Lease { seed: 1, walks: first..first + 10, leases: 1, worker: 0, digest: 0, spared: true }
     }
 
     #[test]
@@ -181,6 +193,18 @@ mod tests {
         assert_eq!(starts(1e-9, 1).len(), 1);
         assert_eq!(starts(0.1, 1), starts(0.1, 1));
         assert_ne!(starts(0.1, 1), starts(0.1, 2));
+    }
+
+    /// In a long run most leases are folded: those that are not are traced first, and of those each is as likely as any other.
+    #[test]
+    fn folded_leases_are_drawn_last() {
+        let folded = |first| Lease { leases: 7, spared: false, ..lease(first) };
+        let all: Vec<Lease> =
+            (0..100).map(|i| if i % 2 == 0 { lease(10 * i) } else { folded(10 * i) }).collect();
+        assert!(sample(all.clone(), 0.5, 3).iter().all(|lease| lease.leases == 1));
+        let more = sample(all.clone(), 0.51, 3);
+        assert_eq!((more.len(), more[50].leases), (51, 7));
+        assert_eq!(sample(all, 1.0, 3).len(), 100);
     }
 
     /// Each of 100 leases is drawn in 10 % of the samples: 2,000 samples, at most 5 standard deviations off; a false

@@ -1,5 +1,7 @@
 //! `tally.bin` as checkpoint: written now and then while a run goes on, found again by `--resume`.
 
+use std::fs::File;
+use std::io::{self, BufReader};
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, SyncSender, TryRecvError, sync_channel};
 use std::thread::JoinHandle;
@@ -37,14 +39,14 @@ pub struct Identity {
 impl Identity {
     /// A checkpoint of these books.
     pub fn checkpoint(&self, past: Past) -> Checkpoint {
-        let Past { tally, deliveries, workers, looks, effort } = past;
+        let Past { tally, deliveries, islands, workers, looks, effort } = past;
         let mut sessions = self.sessions.clone();
         if let Some(session) = sessions.last_mut() {
             session.ended = unix_seconds();
         }
         let part = Part { job_hash: self.job_hash, seed: self.seed, first: self.first, deliveries };
         let (goal, job) = (self.goal, self.job.clone());
-        let book = Book { parts: vec![part], workers, looks, goal, effort, sessions, job };
+        let book = Book { parts: vec![part], islands, workers, looks, goal, effort, sessions, job };
         Checkpoint { scene_hash: self.scene_hash, tally, book }
     }
 }
@@ -97,7 +99,8 @@ pub fn find(
     }
 }
 
-/// Writes a checkpoint in place of the latest one, which is kept as the previous one where it is `good`.
+/// Writes a checkpoint in place of the latest one, which is kept as the previous one where it is `good`. It is read back
+/// before that: a checkpoint that cannot be resumed from takes no other's place.
 ///
 /// # Errors
 /// Where the books do not balance (nothing is written then) or the file cannot be written.
@@ -105,7 +108,11 @@ pub fn write(folder: &Path, checkpoint: &Checkpoint, good: bool) -> Result<(), F
     let path = folder.join(CURRENT);
     checkpoint.verify().map_err(|fault| CheckpointError { path: path.clone(), fault })?;
     let previous = good.then(|| folder.join(PREVIOUS));
-    report::replace_atomically(&path, previous.as_deref(), |file| checkpoint.write(file))?;
+    let prove = |file: &File| {
+        let length = file.metadata()?.len();
+        checkpoint::prove(BufReader::new(file), length).map_err(io::Error::other)
+    };
+    report::replace_atomically(&path, previous.as_deref(), |file| checkpoint.write(file), prove)?;
     Ok(())
 }
 
@@ -113,7 +120,7 @@ pub fn write(folder: &Path, checkpoint: &Checkpoint, good: bool) -> Result<(), F
 pub struct Keeper {
     interval: Duration,
     due: Instant,
-    /// Walks of the last checkpoint.
+    /// Walks of the last checkpoint, those beyond gaps included.
     walks: u64,
     identity: Identity,
     checkpoints: SyncSender<Checkpoint>,
@@ -167,7 +174,7 @@ impl Keeper {
             }
             Err(TryRecvError::Empty | TryRecvError::Disconnected) => {}
         }
-        let walks = coordinator.prefix().counts.walks;
+        let walks = coordinator.progress().walks;
         if !self.under_way && walks > self.walks && Instant::now() >= self.due {
             self.walks = walks;
             // A thread that is gone will be noticed at the end.

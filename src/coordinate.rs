@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 
 use std::time::Duration;
 
-use cluster::access::Access;
-use cluster::checkpoint::{self, Checkpoint, CheckpointError, CheckpointFault, Look, Past};
+use cluster::access::{Access, random_bytes};
+use cluster::checkpoint::{self, Book, Checkpoint, CheckpointError, CheckpointFault, Look, Past};
 use cluster::coordinator::{Coordinator, Ending, Judge, Plan};
 use cluster::server::{Wish, serve};
 use job::{Budget, Job, Method};
@@ -159,19 +159,20 @@ impl Prepared {
 
     fn go_on_from(&mut self, Checkpoint { tally, book, .. }: Checkpoint) {
         let walks = tally.counts.walks;
-        let mut looks = book.looks;
+        let Book { parts, islands, workers, mut looks, goal, effort, sessions, .. } = book;
         // Looks at another target have decided nothing.
-        if book.goal != self.identity.goal {
+        if goal != self.identity.goal {
             looks.iter_mut().for_each(|look| (look.promising, look.reached) = (false, false));
         }
         looks.retain(|look| look.walks <= walks);
-        let deliveries = book.parts.into_iter().flat_map(|part| part.deliveries).collect();
-        self.past = Past { tally, deliveries, workers: book.workers, looks, effort: book.effort };
-        self.identity.sessions = book.sessions;
+        // Of this job there is one part: that was checked.
+        let deliveries = parts.into_iter().next().map(|part| part.deliveries).unwrap_or_default();
+        self.past = Past { tally, deliveries, islands, workers, looks, effort };
+        self.identity.sessions = sessions;
         self.identity.sessions.push(checkpoints::session());
     }
 
-    fn plan(&self) -> Plan {
+    fn plan(&self) -> Result<Plan, Fault> {
         let level = self.settings.level(self.experiment.scene());
         let mut observer = Observer::new(self.experiment.clone(), level, self.settings.target.clone());
         let walks = self.job.budget.paths / self.experiment.paths_per_walk();
@@ -187,11 +188,11 @@ impl Prepared {
         out: &OutArgs,
         mut workers: Option<&mut LocalWorkers>,
     ) -> Result<Outcome, Fault> {
-        let mut coordinator = Coordinator::new(self.plan(), self.past.clone());
+        let nothing = Past::none(Tally::new(0, self.past.tally.layout()));
+        let past = std::mem::replace(&mut self.past, nothing);
+        let mut coordinator = Coordinator::new(self.plan()?, past);
         let interval = Duration::from_secs_f64(self.job.budget.checkpoint_seconds);
-        let walks = self.past.tally.counts.walks;
-        // The coordinator has it now.
-        self.past.tally = Tally::new(0, self.past.tally.layout()).into();
+        let walks = coordinator.progress().walks;
         let folder = self.output.path();
         let mut keeper = Keeper::new(folder, interval, self.identity.clone(), walks, self.good)?;
         let display = std::cell::RefCell::new(Display::new(
@@ -269,19 +270,23 @@ impl Prepared {
 }
 
 /// The walks of a job up to the last of some looks, at which `judge` is asked.
+///
+/// # Errors
+/// Where the system has no random numbers.
 pub fn plan(
     identity: &Identity,
     budget: &Budget,
     experiment: &Experiment,
     looks: Vec<u64>,
     judge: Judge,
-) -> Plan {
+) -> Result<Plan, Fault> {
     // A batch is leased as a walk is, whole and alone.
     let (stream_paths, leases_per_thread) = match experiment.batch_paths() {
         Some(_) => (1, 1),
         None => (budget.stream_paths, 2),
     };
-    Plan {
+    let lots = random_bytes().map_err(|source| Fault::System { doing: "drawing lots", source })?;
+    Ok(Plan {
         job: identity.job.clone().into(),
         scene_hash: identity.scene_hash,
         job_hash: identity.job_hash,
@@ -293,9 +298,10 @@ pub fn plan(
         patches: experiment.scene().patches().len(),
         layout: experiment.layout::<{ replica::MOMENTS }>(),
         wall: budget.wall_seconds.map(Duration::from_secs_f64),
+        lots: u64::from_le_bytes(lots[..8].try_into().expect("eight bytes")),
         looks,
         judge,
-    }
+    })
 }
 
 /// Listens at an address and writes the access file for it.

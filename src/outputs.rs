@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use cluster::checkpoint::{Book, Checkpoint};
+use cluster::roster::Contributor;
 use job::{Method, WalkKind, Word};
 use radiosity::{Estimates, Experiment, Iterations, Precision, Scene, Solve};
 use report::{
@@ -188,12 +189,10 @@ fn facts(settings: &Settings, estimates: &Estimates, precision: &Precision, book
 
 /// Whose walks these are, each counted as so many paths.
 fn provenance(book: &Book, paths_per_walk: u64) -> Provenance {
-    let worker = |(number, name): (usize, &String)| {
-        let deliveries = book.parts.iter().flat_map(|part| &part.deliveries);
-        let (paths, leases) = deliveries
-            .filter(|delivery| delivery.worker as usize == number)
-            .fold((0, 0), |(paths, leases), delivery| (paths + delivery.walks * paths_per_walk, leases + 1));
-        WorkerSummary { name: name.clone(), paths, leases }
+    let worker = |worker: &Contributor| WorkerSummary {
+        name: worker.name.clone(),
+        paths: worker.walks.saturating_mul(paths_per_walk),
+        leases: worker.leases,
     };
     let part = |part: &cluster::checkpoint::Part| PartSummary {
         seed: part.seed,
@@ -208,7 +207,7 @@ fn provenance(book: &Book, paths_per_walk: u64) -> Provenance {
     };
     Provenance {
         parts: book.parts.iter().map(part).collect(),
-        workers: book.workers.iter().enumerate().map(worker).collect(),
+        workers: book.workers.iter().map(worker).collect(),
         sessions: book.sessions.iter().map(session).collect(),
     }
 }

@@ -245,3 +245,46 @@ fn workers_find_a_restarted_coordinator() {
     run_job(JOB, &straight, &["--paths", "10000000"]);
     assert!(answer(&out) == answer(&straight));
 }
+
+/// `tests/data/tally.v4.bin`: 5,000 paths of the cube in streams of 1,000, as radwalk 0.1 wrote them in format 4.
+#[test]
+fn a_tally_of_the_format_before_is_audited_merged_and_gone_on_from() {
+    let folder = tempdir().unwrap();
+    let [out, straight, rest, merged] = ["out", "straight", "rest", "merged"].map(|name| path(&folder, name));
+    std::fs::create_dir(&out).unwrap();
+    std::fs::copy("tests/data/tally.v4.bin", out.join("tally.bin")).unwrap();
+    let (code, stdout, stderr) = run(&["audit", out.to_str().unwrap(), "--share", "1"]);
+    assert_eq!(code, 0, "{stderr}");
+    assert!(stdout.contains("5000 of 5000 paths"), "{stdout}");
+    run_job(JOB, &straight, &["--paths", "20000"]);
+    run_job(JOB, &rest, &["--paths", "15000", "--set", "budget.first_path=5000"]);
+    let runs = [out.to_str().unwrap(), rest.to_str().unwrap()];
+    assert_eq!(run(&["merge", runs[0], runs[1], "--quiet", "--out", merged.to_str().unwrap()]).0, 0);
+    assert!(answer(&merged) == answer(&straight));
+    let said = resume(&out, &["--paths", "20000"]);
+    assert!(said.contains("resumed after 5000 paths"), "{said}");
+    assert!(answer(&out) == answer(&straight));
+    assert_eq!(std::fs::read(out.join("tally.bin")).unwrap()[8], 5, "it is written anew in this format");
+    let (code, ..) = run(&["audit", out.to_str().unwrap(), "--share", "1", "--quiet"]);
+    assert_eq!(code, 0);
+}
+
+#[test]
+fn tallies_of_unknown_formats_are_refused_in_words() {
+    let folder = tempdir().unwrap();
+    let out = path(&folder, "out");
+    std::fs::create_dir(&out).unwrap();
+    let mut bytes = std::fs::read("tests/data/tally.v4.bin").unwrap();
+    for version in [3, 6] {
+        bytes[8] = version;
+        std::fs::write(out.join("tally.bin"), &bytes).unwrap();
+        for command in [&["run", JOB, "--resume", "--out"][..], &["audit"]] {
+            let (code, _, stderr) = run(&[command, &[out.to_str().unwrap()]].concat());
+            assert_eq!(code, 2, "{stderr}");
+            assert!(
+                stderr.contains(&format!("it is of format {version} (this program knows 4 and 5)")),
+                "{stderr}"
+            );
+        }
+    }
+}

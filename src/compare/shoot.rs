@@ -58,7 +58,7 @@ impl Team {
             let _ = out.send(prefix.clone());
             Look { walks: prefix.counts.walks, rays: prefix.counts.rays, ..Look::default() }
         };
-        let plan = plan(&identity, &job.budget, experiment, ends, Box::new(judge));
+        let plan = plan(&identity, &job.budget, experiment, ends, Box::new(judge))?;
         let mut coordinator = Coordinator::new(plan, Past::none(experiment.tally::<MOMENTS>()));
         let mut door = Door::open(&identity, self.workers, self.threads)?;
         let notices = RefCell::new(Vec::new());

@@ -93,6 +93,7 @@ fn coordinate(access_file: &Path, patches: usize, streams: u64) -> Done {
         patches,
         layout: LAYOUT,
         wall: None,
+        lots: 0,
         looks: Vec::new(),
         judge: Box::new(|tally, _| Look { walks: tally.counts.walks, ..Look::default() }),
     };
@@ -118,12 +119,9 @@ fn coordinate(access_file: &Path, patches: usize, streams: u64) -> Done {
     fs::remove_file(access_file)?;
     let effort = coordinator.effort();
     let past = coordinator.into_past();
-    let mut walked = vec![0; past.workers.len()];
-    for delivery in &past.deliveries {
-        walked[delivery.worker as usize] += delivery.walks;
-    }
+    let mut walked: Vec<u64> = past.workers.iter().map(|worker| worker.walks).collect();
     walked.sort_unstable();
-    let results = past.deliveries.len();
+    let results: u64 = past.workers.iter().map(|worker| worker.leases).sum();
     let complete =
         ending == Ending::BudgetSpent && *past.tally == with(Tally::new(patches, LAYOUT), &(0..walks));
     let one = 16 * 2 * patches;

@@ -231,6 +231,7 @@ fn plan(patches: usize, layout: Layout) -> Plan {
         job_hash: [2; 32],
         build: "fuzz".into(),
         first: 0,
+        lots: 0,
         paths: 1000,
         stream_paths: 10,
         leases_per_thread: 2,

@@ -105,6 +105,22 @@ pub fn decode<T: Decode<()>>(bytes: &[u8]) -> Result<T, CodecError> {
     whole(decoded, bytes)
 }
 
+/// The value of a whole buffer that was checked against a checksum: a book, whose entries may take a thirty-second part of the
+/// memory that they are decoded to. Nothing is allocated beyond that.
+///
+/// # Errors
+/// Where the bytes are not exactly one value.
+pub fn decode_book<T: Decode<()>>(bytes: &[u8]) -> Result<T, CodecError> {
+    let standard = bincode::config::standard();
+    let decoded = match bytes.len() {
+        0..=0xFFFF => bincode::decode_from_slice(bytes, standard.with_limit::<{ 1 << 21 }>()),
+        0x1_0000..=0xF_FFFF => bincode::decode_from_slice(bytes, standard.with_limit::<{ 1 << 25 }>()),
+        0x10_0000..=0xFF_FFFF => bincode::decode_from_slice(bytes, standard.with_limit::<{ 1 << 29 }>()),
+        _ => bincode::decode_from_slice(bytes, standard.with_limit::<{ 32 * MAX_FRAME }>()),
+    };
+    whole(decoded, bytes)
+}
+
 /// The value, if decoding it took every byte.
 fn whole<T>(decoded: Result<(T, usize), DecodeError>, bytes: &[u8]) -> Result<T, CodecError> {
     match decoded {

@@ -9,6 +9,7 @@ use radiosity::{Layout, Tally};
 
 use crate::checkpoint::{Look, Past};
 use crate::crew::{Crew, Effort, Step, Terms, farewell};
+use crate::digest::Digester;
 use crate::lead::{Action, Lead, Now, PeerId};
 use crate::ledger::Ledger;
 use crate::message::ToCoordinator;
@@ -17,6 +18,9 @@ use crate::pace::LEASE_SECONDS_PER_SUM;
 /// After a stop, results that workers keep or send are waited for, and leases that fill a gap below these or others; no
 /// longer than this and the time that the messages of two leases take.
 const STOP_GRACE: Duration = Duration::from_secs(3);
+
+/// What waits beyond gaps is kept in checkpoints, lowest first, as far as this many bytes hold it.
+const MOST_ISLAND_BYTES: usize = 256 << 20;
 
 /// Looks at the tally of a prefix, knowing the looks before.
 pub type Judge = Box<dyn FnMut(&Tally, &[Look]) -> Look>;
@@ -46,6 +50,8 @@ pub struct Plan {
     pub layout: Layout,
     /// When to stop, whatever has been reached.
     pub wall: Option<Duration>,
+    /// Drawn at random, and told to nobody: which leases keep an entry of their own among the deliveries of a long run.
+    pub lots: u64,
     /// Numbers of walks at which `judge` is asked, ascending.
     pub looks: Vec<u64>,
     /// What the tally of a prefix amounts to. Asked at looks only.
@@ -97,8 +103,10 @@ impl Coordinator {
         let stream_walks = plan.stream_paths;
         let terms =
             Terms { job, scene_hash, job_hash, build, stream_walks, leases_per_thread, patches, layout };
-        let Past { tally, deliveries, workers, looks, effort } = past;
-        let ledger = Ledger::new(plan.paths, stream_walks, plan.looks, tally, deliveries);
+        let Past { tally, deliveries, islands, workers, looks, effort } = past;
+        let ledger = Ledger::new(plan.paths, stream_walks, plan.looks, tally, deliveries)
+            .drawn_by(plan.lots)
+            .with_islands(&islands, &Digester::new(&scene_hash));
         let reached = looks.last().is_some_and(|look| look.reached && look.walks == ledger.prefix_walks());
         let ending = match () {
             () if reached => Some(Ending::TargetReached),
@@ -112,9 +120,11 @@ impl Coordinator {
     /// The books of the prefix: what another coordinator needs to go on from here. A large tally is not copied; the
     /// prefix moves on when whoever has it is done with it.
     pub fn past(&self) -> Past {
+        let ledger = &self.crew.ledger;
         Past {
-            tally: self.crew.ledger.prefix().clone(),
-            deliveries: self.crew.ledger.deliveries().to_vec(),
+            tally: ledger.prefix().clone(),
+            deliveries: ledger.deliveries().clone(),
+            islands: ledger.kept_islands(MOST_ISLAND_BYTES),
             workers: self.crew.workers().to_vec(),
             looks: self.looks.clone(),
             effort: self.effort(),
@@ -125,8 +135,9 @@ impl Coordinator {
     pub fn into_past(self) -> Past {
         let effort = self.effort();
         let (ledger, workers) = self.crew.into_books();
+        let islands = ledger.kept_islands(MOST_ISLAND_BYTES);
         let (tally, deliveries) = ledger.into_prefix();
-        Past { tally, deliveries, workers, looks: self.looks, effort }
+        Past { tally, deliveries, islands, workers, looks: self.looks, effort }
     }
 
     /// Why the job ended, once it has.
@@ -169,7 +180,7 @@ impl Coordinator {
     /// Moves the prefix on, looks at the target where the job says so, and gives out more work.
     fn advance(&mut self, now: Now) -> Vec<Action> {
         loop {
-            match self.crew.ledger.advance() {
+            match self.crew.advance() {
                 Ok(true) => {}
                 Ok(false) => break,
                 Err(_) => return self.finish(Ending::Overflow),

@@ -10,7 +10,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use bincode::{Decode, Encode};
-use radiosity::Layout;
+use radiosity::{Layout, MergeError};
 
 use self::peer::{Peer, Stage};
 use crate::codec::{LONGEST_SUM, SHORT_FRAME};
@@ -18,6 +18,7 @@ use crate::digest::Digester;
 use crate::lead::{Action, Notice, Now, PeerId};
 use crate::ledger::{LeaseId, Ledger};
 use crate::message::{Hello, PIECE, PROTOCOL, ToCoordinator, ToWorker};
+use crate::roster::{Contributor, Roster};
 use crate::transfers::Transfers;
 
 /// A worker that says nothing for so long is lost. Workers speak every second.
@@ -134,8 +135,8 @@ pub struct Crew {
     first_lease: Option<Now>,
     last_result: Now,
     digester: Digester,
-    /// Whoever worked, as deliveries name them.
-    workers: Vec<String>,
+    /// The workers that brought something, as deliveries name them.
+    roster: Roster,
     /// What earlier sessions and workers that have gone took.
     spent: Effort,
 }
@@ -146,7 +147,7 @@ impl Crew {
         terms: Terms,
         ledger: Ledger,
         in_hand: fn(&Ledger) -> u64,
-        workers: Vec<String>,
+        workers: Vec<Contributor>,
         spent: Effort,
     ) -> Self {
         Crew {
@@ -167,7 +168,7 @@ impl Crew {
             progress: 0,
             first_lease: None,
             last_result: Duration::ZERO,
-            workers,
+            roster: Roster::new(workers),
             spent,
         }
     }
@@ -178,13 +179,22 @@ impl Crew {
     }
 
     /// Whoever worked, as deliveries name them.
-    pub fn workers(&self) -> &[String] {
-        &self.workers
+    pub fn workers(&self) -> &[Contributor] {
+        self.roster.workers()
     }
 
     /// The books, and whoever worked.
-    pub fn into_books(self) -> (Ledger, Vec<String>) {
-        (self.ledger, self.workers)
+    pub fn into_books(self) -> (Ledger, Vec<Contributor>) {
+        (self.ledger, self.roster.into_workers())
+    }
+
+    /// Moves the prefix on ([`Ledger::advance`]), to the credit of those that brought its walks.
+    ///
+    /// # Errors
+    /// Where a sum overflows; the job cannot go on.
+    pub fn advance(&mut self) -> Result<bool, MergeError> {
+        let Crew { ledger, roster, .. } = self;
+        ledger.advance(|delivery| roster.credit(delivery))
     }
 
     /// How many shoot now, or have others shoot.
@@ -345,7 +355,6 @@ impl Crew {
         self.spent.workers_seen += 1;
         let peer = self.peers.get_mut(&id).expect("the caller found it");
         peer.stage = Stage::Working;
-        peer.number = number_of(&peer.name, &mut self.workers);
         self.workers_now += 1;
         self.threads += peer.threads;
         self.slots += peer.slots;
@@ -456,15 +465,6 @@ pub fn farewell(id: PeerId) -> [Action; 2] {
 fn refuse(id: PeerId, name: String, reason: String) -> Vec<Action> {
     let message = ToWorker::Refused { reason: reason.clone() };
     vec![Action::Send(id, message), Action::Close(id), Action::Tell(Notice::Refused { name, reason })]
-}
-
-/// The place of a name among the names, added where it is new.
-fn number_of(name: &str, names: &mut Vec<String>) -> u32 {
-    let place = names.iter().position(|known| known == name).unwrap_or_else(|| {
-        names.push(name.into());
-        names.len() - 1
-    });
-    u32::try_from(place).expect("each name took a connection")
 }
 
 /// What a peer says as it may be shown on a terminal.

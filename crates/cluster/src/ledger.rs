@@ -2,40 +2,53 @@
 //!
 //! Walks are leased in ranges of whole streams. A lease comes in whole or not at all. What is reported is
 //! always the tally of walks 0 … N − 1 for some N: results that arrive ahead of a gap wait beside the prefix
-//! (neighbours merged into one) until the gap is filled. Of every lease in the prefix the ledger keeps who delivered
-//! it, and its digest.
+//! (neighbours merged into one) until the gap is filled. Of the leases in the prefix the ledger keeps who delivered
+//! them, and their digests ([`crate::deliveries`]).
 
-use std::collections::{BTreeMap, HashMap, HashSet};
+use std::collections::{BTreeMap, HashMap};
 use std::ops::Range;
 use std::sync::Arc;
 
 use bincode::{Decode, Encode};
-use radiosity::{MergeError, Tally};
+use radiosity::{Counts, MergeError, Tally};
 
-use crate::digest::Digest;
+use crate::codec::pack;
+use crate::deliveries::{Deliveries, Delivery, Growing};
+use crate::digest::Digester;
 use crate::message::SMALL_TALLY;
 use crate::parcel::Parcel;
 
 /// A number that names one lease; never used twice.
 pub type LeaseId = u64;
 
-/// A lease that came in. Deliveries stand in the order of their walks, without gaps.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode)]
-pub struct Delivery {
-    /// How many walks.
-    pub walks: u64,
-    /// Who delivered it, by its place among the names of workers.
-    pub worker: u32,
-    /// The digest of its tally.
-    pub digest: Digest,
-}
-
 /// What waits beyond a gap: an island.
 #[derive(Debug)]
 struct Waiting {
     end: u64,
     sums: Sums,
-    deliveries: Vec<Delivery>,
+    deliveries: Growing,
+}
+
+/// An island as a checkpoint keeps it.
+#[derive(Clone, Debug, PartialEq, Eq, Encode, Decode)]
+pub struct Island {
+    /// Its first walk.
+    pub first: u64,
+    /// How its walks ended ([`Counts::to_array`]).
+    pub counts: Box<[u128; 15]>,
+    /// Its sums, packed ([`crate::codec::pack`]).
+    pub sums: Vec<u8>,
+    /// Who brought its walks.
+    pub deliveries: Deliveries,
+}
+
+impl Island {
+    /// Its sums as they may be merged, where they are those that were delivered.
+    pub fn parcel(&self, digester: &Digester) -> Option<Parcel> {
+        let counts = Counts::from_array(*self.counts)?;
+        let parcel = Parcel::new(counts, self.sums.clone(), self.deliveries.digest(), digester).ok()?;
+        (u128::from(counts.walks) == self.deliveries.walks() && counts.walks > 0).then_some(parcel)
+    }
 }
 
 /// A lease that has no neighbours yet stays packed: most are added to the prefix at once, and the others take less room.
@@ -50,6 +63,20 @@ impl Sums {
         match self {
             Sums::Packed(parcel) => Ok(parcel.add_to(tally)?),
             Sums::Merged(merged) => tally.merge(merged),
+        }
+    }
+
+    fn counts(&self) -> &Counts {
+        match self {
+            Sums::Packed(parcel) => parcel.counts(),
+            Sums::Merged(merged) => &merged.counts,
+        }
+    }
+
+    fn packed(&self) -> Vec<u8> {
+        match self {
+            Sums::Packed(parcel) => parcel.packed().to_vec(),
+            Sums::Merged(merged) => pack(merged.sums()),
         }
     }
 
@@ -109,16 +136,22 @@ pub struct Ledger {
     next: u64,
     next_lease: LeaseId,
     out: HashMap<LeaseId, Range<u64>>,
-    /// Where ranges begin that are out more than once.
-    twice: HashSet<u64>,
-    /// Lost ranges by their first walk, to be leased again before new ones.
+    /// The leases that are out by their first walk: several where their walks are out more than once.
+    out_from: BTreeMap<u64, Vec<LeaseId>>,
+    /// Lost ranges by their first walk, to be leased again before new ones. Neighbours are one range.
     lost: BTreeMap<u64, u64>,
+    /// Walks of all lost ranges.
+    lost_walks: u64,
     waiting: BTreeMap<u64, Waiting>,
+    /// Walks of all that waits.
+    waiting_walks: u64,
     prefix: Arc<Tally>,
     /// Whether the prefix moves on even where that takes a copy of it.
     hurried: bool,
-    /// Of the prefix, in the order of walks.
-    deliveries: Vec<Delivery>,
+    /// Of the prefix.
+    deliveries: Growing,
+    /// Decides which leases keep an entry of their own.
+    lots: u64,
     /// Where the prefix begins: what was before is taken off.
     begin: u64,
     /// What walks are called outside: those from a key on are numbered on from its value.
@@ -135,21 +168,25 @@ impl Ledger {
         stream_walks: u64,
         looks: Vec<u64>,
         prefix: Arc<Tally>,
-        deliveries: Vec<Delivery>,
+        deliveries: Deliveries,
     ) -> Self {
+        let next = prefix.counts.walks;
         Ledger {
             total,
             stream_walks,
             looks,
-            next: prefix.counts.walks,
+            next,
             next_lease: 0,
             out: HashMap::new(),
-            twice: HashSet::new(),
+            out_from: BTreeMap::new(),
             lost: BTreeMap::new(),
+            lost_walks: 0,
             waiting: BTreeMap::new(),
+            waiting_walks: 0,
             prefix,
             hurried: false,
-            deliveries,
+            deliveries: Growing::new(deliveries, next, 0),
+            lots: 0,
             begin: 0,
             numbers: BTreeMap::from([(0, 0)]),
             streams_reissued: 0,
@@ -160,6 +197,55 @@ impl Ledger {
     pub fn numbered_from(mut self, first: u64) -> Self {
         self.numbers = BTreeMap::from([(0, first)]);
         self
+    }
+
+    /// Decides by these lots which leases keep an entry of their own in a long run.
+    pub fn drawn_by(mut self, lots: u64) -> Self {
+        let next = self.next;
+        self.deliveries = Growing::new(self.deliveries.into_deliveries(), next, lots);
+        self.lots = lots;
+        self
+    }
+
+    /// Takes up the islands of a checkpoint, in their order: the walks between them are leased first. An island that is not of
+    /// this job any more, because it ends at fewer walks or is looked at elsewhere, is walked again.
+    pub fn with_islands(mut self, islands: &[Island], digester: &Digester) -> Self {
+        for island in islands {
+            let Some(parcel) = island.parcel(digester) else { continue };
+            let (first, walks) = (island.first, parcel.counts().walks);
+            let Some(end) = first.checked_add(walks) else { continue };
+            let is_looked_at = self.looks.iter().any(|&look| first < look && look < end);
+            if first < self.next
+                || end > self.total
+                || is_looked_at
+                || parcel.sums() != self.prefix.sums().len()
+            {
+                continue;
+            }
+            self.set_lost(self.next..first);
+            self.next = end;
+            self.waiting_walks += walks;
+            let deliveries = Growing::new(island.deliveries.clone(), end, self.lots);
+            self.waiting.insert(first, Waiting { end, sums: Sums::Packed(parcel), deliveries });
+        }
+        self
+    }
+
+    /// The islands, lowest first, as far as so many bytes hold them.
+    pub fn kept_islands(&self, bytes: usize) -> Vec<Island> {
+        let mut left = bytes;
+        let mut islands = Vec::new();
+        for (&first, waiting) in &self.waiting {
+            let (counts, sums) = (Box::new(waiting.sums.counts().to_array()), waiting.sums.packed());
+            let deliveries = waiting.deliveries.deliveries().clone();
+            let size = sums.len() + size_of_val(deliveries.entries());
+            if size > left && !islands.is_empty() {
+                break;
+            }
+            left = left.saturating_sub(size);
+            islands.push(Island { first, counts, sums, deliveries });
+        }
+        islands
     }
 
     /// What a walk is called outside.
@@ -179,14 +265,16 @@ impl Ledger {
     }
 
     /// Takes off the prefix, which ends at a look: the next begins there.
-    pub fn take_off(&mut self) -> (Arc<Tally>, Vec<Delivery>) {
+    pub fn take_off(&mut self) -> (Arc<Tally>, Deliveries) {
         let empty = Tally::new(self.prefix.patches(), self.prefix.layout());
         self.begin = self.prefix_walks();
         self.looks.retain(|&look| look > self.begin);
         // The last of those that begin here or before is still of use.
         let of_use = self.numbers.range(..=self.begin).next_back().map_or(0, |(&from, _)| from);
         self.numbers.retain(|&from, _| from >= of_use);
-        (std::mem::replace(&mut self.prefix, empty.into()), std::mem::take(&mut self.deliveries))
+        let begun = Growing::new(Deliveries::default(), self.begin, self.lots);
+        let deliveries = std::mem::replace(&mut self.deliveries, begun).into_deliveries();
+        (std::mem::replace(&mut self.prefix, empty.into()), deliveries)
     }
 
     /// Walks between the looks around the one that is leased next; none where all are out or in.
@@ -202,14 +290,14 @@ impl Ledger {
         &self.prefix
     }
 
-    /// The leases of the prefix, in the order of walks.
-    pub fn deliveries(&self) -> &[Delivery] {
-        &self.deliveries
+    /// Who brought the walks of the prefix.
+    pub fn deliveries(&self) -> &Deliveries {
+        self.deliveries.deliveries()
     }
 
-    /// The prefix and its leases.
-    pub fn into_prefix(self) -> (Arc<Tally>, Vec<Delivery>) {
-        (self.prefix, self.deliveries)
+    /// The prefix and who brought it.
+    pub fn into_prefix(self) -> (Arc<Tally>, Deliveries) {
+        (self.prefix, self.deliveries.into_deliveries())
     }
 
     /// N of the prefix.
@@ -219,7 +307,7 @@ impl Ledger {
 
     /// Walks that are in, those beyond a gap included.
     pub fn walks_in(&self) -> u64 {
-        self.prefix_walks() + self.waiting.iter().map(|(start, waiting)| waiting.end - start).sum::<u64>()
+        self.prefix_walks() + self.waiting_walks
     }
 
     /// Whether every walk is in.
@@ -229,22 +317,25 @@ impl Ledger {
 
     /// Walks that nobody has yet.
     pub fn unleased(&self) -> u64 {
-        self.total - self.next + self.lost.iter().map(|(start, end)| end - start).sum::<u64>()
+        self.total - self.next + self.lost_walks
     }
 
     /// Leases about `walks` walks, rounded up to whole streams: lost ones first, lowest first. `None` when
     /// all are out or in.
     pub fn lease(&mut self, walks: u64) -> Option<(LeaseId, Range<u64>)> {
         let (start, available) = match self.lost.pop_first() {
-            Some((start, end)) => (start, end),
+            Some((start, end)) => {
+                self.lost_walks -= end - start;
+                (start, end)
+            }
             None if self.next < self.total => (self.next, self.total),
             None => return None,
         };
         let end = self.lease_end(start, walks, available);
         if start == self.next {
             self.next = end;
-        } else if end < available {
-            self.lost.insert(end, available);
+        } else {
+            self.set_lost(end..available);
         }
         Some(self.give_out(start..end))
     }
@@ -253,6 +344,7 @@ impl Ledger {
         let id = self.next_lease;
         self.next_lease += 1;
         self.out.insert(id, range.clone());
+        self.out_from.entry(range.start).or_default().push(id);
         (id, range)
     }
 
@@ -260,7 +352,6 @@ impl Ledger {
     /// and the others are no longer out then. `None` where it is not out.
     pub fn lease_again(&mut self, id: LeaseId) -> Option<(LeaseId, Range<u64>)> {
         let range = self.out.get(&id)?.clone();
-        self.twice.insert(range.start);
         self.streams_reissued += (range.end - range.start).div_ceil(self.stream_walks);
         Some(self.give_out(range))
     }
@@ -287,11 +378,12 @@ impl Ledger {
         if parcel.sums() != self.prefix.sums().len() {
             return Err(MergeError::Shape(self.prefix.sums().len(), parcel.sums()).into());
         }
-        self.out.remove(&id);
-        if self.twice.remove(&range.start) {
-            self.out.retain(|_, other| other.start != range.start);
+        for copy in self.out_from.remove(&range.start).unwrap_or_default() {
+            self.out.remove(&copy);
         }
-        let deliveries = vec![Delivery { walks: got, worker, digest: parcel.digest() }];
+        let mut deliveries = Growing::new(Deliveries::default(), range.start, self.lots);
+        deliveries.push(Delivery::lease(got, worker, parcel.digest()));
+        self.waiting_walks += got;
         self.wait(range.start, Waiting { end: range.end, sums: Sums::Packed(parcel), deliveries })?;
         Ok(())
     }
@@ -341,17 +433,20 @@ impl Ledger {
     }
 
     /// Moves the prefix on, at most to the next look. Returns whether it moved; call it until it does not,
-    /// looking at the prefix in between.
+    /// looking at the prefix in between. `credit` hears who brought what the prefix gains.
     ///
     /// # Errors
     /// Where a sum overflows; the job cannot go on.
-    pub fn advance(&mut self) -> Result<bool, MergeError> {
+    pub fn advance(&mut self, credit: impl FnMut(&Delivery)) -> Result<bool, MergeError> {
         if !self.may_advance() {
             return Ok(false);
         }
         let range = self.waiting.remove(&self.prefix_walks()).expect("it may advance");
+        self.waiting_walks -= range.sums.counts().walks;
         range.sums.add_to(Arc::make_mut(&mut self.prefix))?;
-        self.deliveries.extend(range.deliveries);
+        let deliveries = range.deliveries.deliveries();
+        deliveries.entries().iter().for_each(credit);
+        self.deliveries.append(deliveries);
         Ok(true)
     }
 
@@ -383,7 +478,7 @@ impl Ledger {
 
     /// Whether a gap before a walk could still be filled by a lease that is out.
     pub fn gap_is_out(&self, before: u64) -> bool {
-        self.out.values().any(|range| range.start < before)
+        self.out_from.keys().next().is_some_and(|&start| start < before)
     }
 
     /// Whether walks that were lost are to be leased again.
@@ -401,15 +496,61 @@ impl Ledger {
         if self.gap_is_lost(before) { self.lease(walks) } else { None }
     }
 
+    /// The leases that are out by their first walk, lowest first: several where their walks are out more than once.
+    pub fn out(&self) -> impl Iterator<Item = (u64, &[LeaseId])> {
+        self.out_from.iter().map(|(&start, leases)| (start, &leases[..]))
+    }
+
     /// Gives up a lease: its walks are leased again, unless others have them already.
     pub fn lose(&mut self, id: LeaseId) {
         let Some(range) = self.out.remove(&id) else { return };
-        if self.twice.contains(&range.start) && self.out.values().any(|other| *other == range) {
+        let copies =
+            self.out_from.get_mut(&range.start).expect("what is out is known by its first walk, too");
+        copies.retain(|&copy| copy != id);
+        if !copies.is_empty() {
             return;
         }
-        self.twice.remove(&range.start);
+        self.out_from.remove(&range.start);
         self.streams_reissued += (range.end - range.start).div_ceil(self.stream_walks);
-        self.lost.insert(range.start, range.end);
+        self.set_lost(range);
+    }
+
+    /// Walks that are to be leased again, together with their neighbours.
+    fn set_lost(&mut self, Range { mut start, mut end }: Range<u64>) {
+        if start == end {
+            return;
+        }
+        self.lost_walks += end - start;
+        if let Some((&before, &its_end)) = self.lost.range(..start).next_back()
+            && its_end == start
+        {
+            self.lost.remove(&before);
+            start = before;
+        }
+        if let Some(its_end) = self.lost.remove(&end) {
+            end = its_end;
+        }
+        self.lost.insert(start, end);
+    }
+
+    /// Gives up all that waits beyond gaps and that a worker may have had a part in. Returns how many walks.
+    pub fn lose_waiting_of(&mut self, worker: u32) -> u64 {
+        let suspect = |waiting: &Waiting| waiting.deliveries.deliveries().may_be_of(worker);
+        let suspects: Vec<Range<u64>> = self
+            .waiting
+            .iter()
+            .filter(|(_, waiting)| suspect(waiting))
+            .map(|(&start, waiting)| start..waiting.end)
+            .collect();
+        let mut walks = 0;
+        for range in suspects {
+            self.waiting.remove(&range.start);
+            walks += range.end - range.start;
+            self.streams_reissued += (range.end - range.start).div_ceil(self.stream_walks);
+            self.set_lost(range);
+        }
+        self.waiting_walks -= walks;
+        walks
     }
 }
 
@@ -417,7 +558,7 @@ impl Waiting {
     /// Takes up the range that follows.
     fn append(&mut self, later: Waiting, empty: impl Fn() -> Tally) -> Result<(), MergeError> {
         self.sums.add(later.sums, empty)?;
-        self.deliveries.extend(later.deliveries);
+        self.deliveries.append(later.deliveries.deliveries());
         self.end = later.end;
         Ok(())
     }
@@ -441,7 +582,7 @@ mod tests {
     }
 
     fn ledger(total: u64, stream: u64, looks: &[u64]) -> Ledger {
-        Ledger::new(total, stream, looks.to_vec(), Tally::new(1, PAIR).into(), vec![])
+        Ledger::new(total, stream, looks.to_vec(), Tally::new(1, PAIR).into(), Deliveries::default())
     }
 
     const DIGESTER: fn() -> Digester = || Digester::new(&[5; 32]);
@@ -458,7 +599,7 @@ mod tests {
     /// Every walk of the prefix belongs to one delivery, with the digest it came with.
     fn assert_accounted(books: &Ledger) {
         let mut next = 0;
-        for &Delivery { walks, worker, digest: kept } in books.deliveries() {
+        for &Delivery { walks, worker, digest: kept, .. } in books.deliveries().entries() {
             assert_eq!((worker, kept), (7, DIGESTER().digest(&tally(&(next..next + walks)))));
             next += walks;
         }
@@ -499,7 +640,7 @@ mod tests {
                             let accepted = accept(&mut books, id, &range);
                             assert_eq!(accepted, if first { Ok(()) } else { Err(Rejected::NotLeased(id)) });
                             assert_eq!(accept(&mut books, id, &range), Err(Rejected::NotLeased(id)), "twice");
-                            while books.advance().unwrap() {
+                            while books.advance(|_| {}).unwrap() {
                                 assert_eq!(**books.prefix(), tally(&(0..books.prefix_walks())));
                                 assert_accounted(&books);
                                 if books.at_look() {
@@ -604,7 +745,7 @@ mod tests {
         for n in [6, 0] {
             accept(&mut books, leases[n].0, &leases[n].1).unwrap();
         }
-        assert!(books.advance().unwrap());
+        assert!(books.advance(|_| {}).unwrap());
         assert_eq!((adjoining(&books), books.islands()), (vec![100, 300, 500, 800], 2));
     }
 
@@ -637,5 +778,89 @@ mod tests {
         assert_eq!(books.lease(900).unwrap().1, 100..600);
         assert_eq!(books.lease(900).unwrap().1, 600..1000);
         assert_eq!(books.streams_reissued, 6);
+    }
+
+    /// Leases `leases` streams, a thousand at a time, which come in in any order; one in fifty is lost.
+    fn soak(leases: u64) -> Ledger {
+        let mut books = ledger(leases, 1, &[]).drawn_by(7);
+        let mut out = Vec::new();
+        let one = |walk: u64| {
+            let counts = Counts { walks: 1, rays: walk, ..Counts::default() };
+            Tally::from_parts(counts, 1, PAIR, vec![1, 1]).unwrap()
+        };
+        while !books.is_complete() {
+            out.extend(std::iter::from_fn(|| books.lease(1)).take(1000 - out.len()));
+            let (id, range) = out.swap_remove((out.len() * 7 / 11).min(out.len() - 1));
+            if id % 50 == 0 {
+                books.lose(id);
+                continue;
+            }
+            books.accept(id, parcel(&one(range.start)), (id % 300) as u32).unwrap();
+            while books.advance(|_| {}).unwrap() {}
+        }
+        assert_eq!(books.deliveries().walks(), u128::from(leases));
+        assert!(books.deliveries().entries().len() <= crate::deliveries::MOST);
+        books
+    }
+
+    #[test]
+    fn the_books_of_a_long_run_stay_small() {
+        soak(200_000);
+    }
+
+    /// `cargo test --release -p cluster -- --ignored --nocapture hundred_million`
+    #[test]
+    #[ignore = "ten minutes"]
+    fn a_hundred_million_leases() {
+        let began = std::time::Instant::now();
+        let books = soak(100_000_000);
+        let book = crate::codec::encode(books.deliveries()).unwrap();
+        let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+        let peak = status.lines().find(|line| line.starts_with("VmHWM")).unwrap_or_default();
+        println!("{:.0} s, book of {} bytes, {peak}", began.elapsed().as_secs_f64(), book.len());
+        assert!(book.len() < 2 << 20);
+    }
+
+    #[test]
+    fn islands_of_a_checkpoint_are_gone_on_from_and_only_gaps_are_walked() {
+        let mut books = ledger(1000, 100, &[500]);
+        let leases: Vec<_> = std::iter::from_fn(|| books.lease(100)).collect();
+        for n in [0, 2, 3, 6, 5] {
+            accept(&mut books, leases[n].0, &leases[n].1).unwrap();
+        }
+        while books.advance(|_| {}).unwrap() {}
+        let islands = books.kept_islands(usize::MAX);
+        let places = |islands: &[Island]| islands.iter().map(|island| island.first).collect::<Vec<_>>();
+        assert_eq!(places(&islands), [200, 500]);
+        assert_eq!(places(&books.kept_islands(1)), [200], "as far as there is room, one at least");
+        let resumed = |total: u64, looks: &[u64]| {
+            let (prefix, deliveries) = (books.prefix().clone(), books.deliveries().clone());
+            Ledger::new(total, 100, looks.to_vec(), prefix, deliveries).with_islands(&islands, &DIGESTER())
+        };
+        let mut again = resumed(1000, &[500]);
+        assert_eq!((again.walks_in(), again.unleased()), (500, 500));
+        let gaps: Vec<_> = std::iter::from_fn(|| again.lease(1000)).collect();
+        let ranges: Vec<_> = gaps.iter().map(|(_, range)| range.clone()).collect();
+        assert_eq!(ranges, [100..200, 400..500, 700..1000]);
+        for (id, range) in gaps {
+            accept(&mut again, id, &range).unwrap();
+        }
+        while again.advance(|_| {}).unwrap() {}
+        assert_eq!(**again.prefix(), tally(&(0..1000)));
+        assert_accounted(&again);
+        assert_eq!(resumed(600, &[500]).walks_in(), 300, "the second island ends beyond the job");
+        assert_eq!(resumed(1000, &[300]).walks_in(), 300, "a look lies within the first");
+    }
+
+    #[test]
+    fn what_a_worker_had_a_part_in_is_walked_again_while_it_waits() {
+        let mut books = ledger(1000, 100, &[]);
+        let leases: Vec<_> = std::iter::from_fn(|| books.lease(100)).collect();
+        for (n, worker) in [(0, 1), (2, 1), (3, 2), (5, 2), (7, 1)] {
+            books.accept(leases[n].0, parcel(&tally(&leases[n].1)), worker).unwrap();
+        }
+        while books.advance(|_| {}).unwrap() {}
+        assert_eq!(books.lose_waiting_of(1), 300, "two of them with another's");
+        assert_eq!((books.walks_in(), books.unleased()), (200, 300));
     }
 }

@@ -6,7 +6,7 @@ use thiserror::Error;
 
 use crate::checkpoint::{Checkpoint, Part};
 use crate::crew::Effort;
-use crate::ledger::Delivery;
+use crate::deliveries::Growing;
 
 /// Why two results do not go together.
 #[derive(Debug, Error, PartialEq, Eq)]
@@ -37,8 +37,8 @@ pub enum MergeFault {
 }
 
 impl Checkpoint {
-    /// Adds the walks of another result. That both are of one method is for the caller to know. Looks are forgotten:
-    /// nobody has looked at these walks together.
+    /// Adds the walks of another result. That both are of one method is for the caller to know. Looks are forgotten, since
+    /// nobody has looked at these walks together, and so is what waits beyond gaps.
     ///
     /// # Errors
     /// Where they do not go together; nothing is changed then, but for an overflow.
@@ -52,12 +52,12 @@ impl Checkpoint {
         }
         let mut book = other.book;
         let offset = self.book.workers.len() as u32;
-        let deliveries = book.parts.iter_mut().flat_map(|part| &mut part.deliveries);
-        deliveries.for_each(|delivery: &mut Delivery| delivery.worker += offset);
+        book.parts.iter_mut().for_each(|part| part.deliveries.rename(|worker| worker + offset));
         self.book.parts = united(self.book.parts.iter().cloned().chain(book.parts).collect())?;
         self.book.workers.append(&mut book.workers);
         self.book.sessions.append(&mut book.sessions);
         self.book.looks.clear();
+        self.book.islands.clear();
         self.book.effort = sum(&self.book.effort, &book.effort);
         Arc::make_mut(&mut self.tally).merge(&other.tally).map_err(|_| MergeFault::Overflow)
     }
@@ -73,7 +73,12 @@ fn united(mut parts: Vec<Part>) -> Result<Vec<Part>, MergeFault> {
                 let to = last.end().min(part.end()) - 1;
                 return Err(MergeFault::Overlap { seed: part.seed, from: part.first, to });
             }
-            Some(last) if part.first == last.end() => last.deliveries.extend(part.deliveries),
+            Some(last) if part.first == last.end() => {
+                let before = std::mem::take(&mut last.deliveries);
+                let mut growing = Growing::new(before, part.first, 0);
+                growing.append(&part.deliveries);
+                last.deliveries = growing.into_deliveries();
+            }
             _ => united.push(part),
         }
     }
@@ -93,9 +98,10 @@ fn sum(a: &Effort, b: &Effort) -> Effort {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::deliveries::Delivery;
 
     fn part(seed: u8, first: u64, walks: u64) -> Part {
-        let deliveries = vec![Delivery { walks, worker: 0, digest: first }];
+        let deliveries = Delivery::lease(walks, 0, first).into();
         Part { job_hash: [seed; 32], seed: seed.into(), first, deliveries }
     }
 
@@ -104,7 +110,7 @@ mod tests {
         let parts = united(vec![part(2, 0, 5), part(1, 10, 10), part(1, 0, 10), part(1, 30, 1)]).unwrap();
         let ranges: Vec<_> = parts.iter().map(|part| (part.seed, part.first, part.walks())).collect();
         assert_eq!(ranges, [(1, 0, 20), (1, 30, 1), (2, 0, 5)]);
-        let digests: Vec<_> = parts[0].deliveries.iter().map(|delivery| delivery.digest).collect();
+        let digests: Vec<_> = parts[0].deliveries.entries().iter().map(|delivery| delivery.digest).collect();
         assert_eq!(digests, [0, 10]);
     }
 

@@ -45,6 +45,11 @@ impl Parcel {
         &self.counts
     }
 
+    /// The packed sums.
+    pub fn packed(&self) -> &[u8] {
+        &self.packed
+    }
+
     /// How many sums there are.
     pub fn sums(&self) -> usize {
         self.sums

@@ -12,9 +12,9 @@ use radiosity::Tally;
 
 use crate::codec::pack;
 use crate::crew::{Crew, Effort, Step, Terms, farewell};
-use crate::digest;
+use crate::deliveries::Deliveries;
 use crate::lead::{Action, Lead, Now, PeerId};
-use crate::ledger::{Delivery, LeaseId, Ledger};
+use crate::ledger::{LeaseId, Ledger};
 use crate::message::{LeaseResult, ToCoordinator};
 use crate::pace::RELAY_ROUNDS;
 
@@ -110,7 +110,7 @@ impl Relay {
     /// Merges what is in, sends on what is whole, and gives out more work.
     fn advance(&mut self, now: Now) -> Vec<Action> {
         loop {
-            match self.crew.ledger.advance() {
+            match self.crew.advance() {
                 Ok(true) if self.crew.ledger.at_look() => self.send_on(now),
                 Ok(true) => {}
                 Ok(false) => return self.crew.go_on(now),
@@ -154,7 +154,7 @@ impl Relay {
 /// Books without walks.
 fn books(terms: &Terms) -> Ledger {
     let empty = Tally::new(terms.patches, terms.layout);
-    Ledger::new(0, terms.stream_walks.max(1), vec![], empty.into(), vec![])
+    Ledger::new(0, terms.stream_walks.max(1), vec![], empty.into(), Deliveries::default())
 }
 
 /// A merged result. Its digest is the sum of those that came with its parts: had anything been changed here, whoever leads
@@ -162,7 +162,7 @@ fn books(terms: &Terms) -> Ledger {
 fn result_of(
     lease: LeaseId,
     tally: &Arc<Tally>,
-    deliveries: &[Delivery],
+    deliveries: &Deliveries,
     seconds: f64,
     cpu_seconds: f64,
 ) -> LeaseResult {
@@ -172,7 +172,7 @@ fn result_of(
         cpu_seconds,
         counts: Box::new(tally.counts.to_array()),
         sums: pack(tally.sums()),
-        digest: deliveries.iter().fold(0, |sum, delivery| digest::add(sum, delivery.digest)),
+        digest: deliveries.digest(),
     }
 }
 

@@ -172,6 +172,7 @@ impl Transfers {
 mod tests {
     use super::*;
     use crate::codec::pack;
+    use crate::deliveries::Deliveries;
     use crate::digest::Digester;
     use crate::parcel::Parcel;
     use radiosity::{Counts, Layout, Tally};
@@ -181,7 +182,7 @@ mod tests {
     /// Ten leases of ten walks.
     fn books() -> Ledger {
         let layout = Layout { scores: 1, moments: 1, events: false };
-        let mut books = Ledger::new(100, 10, vec![], Tally::new(1, layout).into(), vec![]);
+        let mut books = Ledger::new(100, 10, vec![], Tally::new(1, layout).into(), Deliveries::default());
         (0..10).for_each(|lease| assert_eq!(books.lease(10).unwrap().0, lease));
         books
     }
@@ -191,7 +192,7 @@ mod tests {
         let counts = Counts { walks: 10, ..Counts::default() };
         let digest = digester.digest_sums(&counts, [1].into_iter());
         books.accept(lease, Parcel::new(counts, pack(&[1]), digest, &digester).unwrap(), 0).unwrap();
-        while books.advance().unwrap() {}
+        while books.advance(|_| {}).unwrap() {}
     }
 
     /// Peer n offers lease n.

@@ -141,7 +141,7 @@ fn whoever_is_first_counts_and_the_slow_one_is_not_punished() {
         farm.work(if slow_is_first { 1 } else { 0 }).unwrap();
         farm.ends(1000);
         let by: Vec<u32> =
-            farm.coordinator.past().deliveries.iter().map(|delivery| delivery.worker).collect();
+            farm.coordinator.past().deliveries.entries().iter().map(|delivery| delivery.worker).collect();
         assert!(by.contains(&0) && by.contains(&1));
     }
 }

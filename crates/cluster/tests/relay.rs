@@ -490,7 +490,7 @@ fn workers_behind_relays_are_as_busy_as_others() {
             world.walk_all(walks, ticks);
             world.ends(Ending::BudgetSpent);
             assert_eq!(world.coordinator.effort().streams_reissued, 0);
-            (world.now.as_secs_f64(), world.coordinator.past().deliveries.len())
+            (world.now.as_secs_f64(), world.coordinator.past().deliveries.entries().len())
         };
         let (without, results) = ran(0);
         let ideal = plan_of().paths as f64 / 16.0 * f64::from(ticks) / walks as f64 * TICK.as_secs_f64();

@@ -1,7 +1,7 @@
 //! Files that are there whole or not at all, whenever the power goes.
 
 use std::fs;
-use std::io::{self, BufWriter, Write};
+use std::io::{self, BufWriter, Seek, Write};
 use std::path::{Path, PathBuf};
 
 use tempfile::{Builder, NamedTempFile};
@@ -35,18 +35,19 @@ pub fn write_atomically(
     path: &Path,
     write: impl FnOnce(&mut BufWriter<&fs::File>) -> io::Result<()>,
 ) -> Result<(), Error> {
-    replace_atomically(path, None, write)
+    replace_atomically(path, None, write, |_| Ok(()))
 }
 
-/// As [`write_atomically`]; an earlier file of that name becomes the `previous` one. At any moment one of both is
-/// there whole.
+/// As [`write_atomically`]; an earlier file of that name becomes the `previous` one. At any moment both are there whole. What
+/// was written is given to `prove` from its beginning, before it takes the place of anything.
 ///
 /// # Errors
-/// Likewise.
+/// What the writer or `prove` returns, or the operating system; earlier files are then untouched.
 pub fn replace_atomically(
     path: &Path,
     previous: Option<&Path>,
     write: impl FnOnce(&mut BufWriter<&fs::File>) -> io::Result<()>,
+    prove: impl FnOnce(&fs::File) -> io::Result<()>,
 ) -> Result<(), Error> {
     let folder = folder_of(path);
     let save = || {
@@ -56,15 +57,30 @@ pub fn replace_atomically(
         writer.flush()?;
         drop(writer);
         file.as_file().sync_all()?;
+        file.as_file().rewind()?;
+        prove(file.as_file())?;
         if let Some(previous) = previous
             && path.exists()
         {
-            fs::rename(path, previous)?;
+            keep_as(path, previous)?;
         }
         file.persist(path)?;
         sync_folder(folder)
     };
     save().map_err(Error::io("write", path))
+}
+
+/// Gives a file a second name in place of what has it, so that it is never without one.
+fn keep_as(path: &Path, previous: &Path) -> io::Result<()> {
+    let draft = Builder::new()
+        .prefix(TEMPORARY.0)
+        .suffix(TEMPORARY.1)
+        .make_in(folder_of(previous), |draft| fs::hard_link(path, draft));
+    match draft {
+        Ok(draft) => Ok(draft.into_temp_path().persist(previous)?),
+        // Some file systems have no second names: there is a moment without the first one then.
+        Err(_) => fs::rename(path, previous),
+    }
 }
 
 fn folder_of(path: &Path) -> &Path {
@@ -180,6 +196,7 @@ fn is_temporary(path: &Path) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::io::Read;
 
     fn write_text(path: &Path, text: &str) -> Result<(), Error> {
         write_atomically(path, |writer| writer.write_all(text.as_bytes()))
@@ -215,12 +232,31 @@ mod tests {
         let dir = tempfile::tempdir().unwrap();
         let (path, previous) = (dir.path().join("tally.bin"), dir.path().join("tally.previous.bin"));
         for text in ["first", "second", "third"] {
-            replace_atomically(&path, Some(&previous), |writer| writer.write_all(text.as_bytes())).unwrap();
+            let write = |writer: &mut BufWriter<&fs::File>| writer.write_all(text.as_bytes());
+            replace_atomically(&path, Some(&previous), write, |_| Ok(())).unwrap();
         }
-        let failed = replace_atomically(&path, Some(&previous), |_| Err(io::Error::other("disk full")));
-        assert!(failed.is_err());
+        let full = || Err(io::Error::other("disk full"));
+        assert!(replace_atomically(&path, Some(&previous), |_| full(), |_| Ok(())).is_err());
+        let prove = |mut file: &fs::File| {
+            let mut text = String::new();
+            file.read_to_string(&mut text)?;
+            assert_eq!(text, "fourth", "from its beginning");
+            full()
+        };
+        assert!(replace_atomically(&path, Some(&previous), |file| file.write_all(b"fourth"), prove).is_err());
         let text = |path: &Path| fs::read_to_string(path).unwrap();
         assert_eq!((text(&path), text(&previous)), ("third".into(), "second".into()));
+        assert_eq!(entries(dir.path()).unwrap().len(), 2);
+    }
+
+    #[test]
+    fn a_file_that_is_replaced_is_there_all_the_time() {
+        let dir = tempfile::tempdir().unwrap();
+        let (path, previous) = (dir.path().join("tally.bin"), dir.path().join("tally.previous.bin"));
+        write_text(&path, "first").unwrap();
+        keep_as(&path, &previous).unwrap();
+        let text = |path: &Path| fs::read_to_string(path).unwrap();
+        assert_eq!((text(&path), text(&previous)), ("first".into(), "first".into()));
     }
 
     #[test]

@@ -2,7 +2,8 @@
 
 use cluster::checkpoint::{Book, Checkpoint, Part};
 use cluster::crew::Effort;
-use cluster::ledger::Delivery;
+use cluster::deliveries::Delivery;
+use cluster::roster::Contributor;
 use exact::Exact;
 use radiosity::{Estimate, EstimatorKind, Experiment, Solution};
 use rand_pcg::Pcg64Dxsm;
@@ -241,11 +242,11 @@ fn seed(lab: &Lab) -> Result<Finding, Failure> {
 
 /// What `radwalk merge` is given: walks `first` … of a job.
 fn checkpoint(experiment: &Experiment, first: u64, walks: u64) -> Checkpoint {
-    let delivery = Delivery { walks, worker: 0, digest: 0 };
-    let part = Part { job_hash: [1; 32], seed: 1, first, deliveries: vec![delivery] };
+    let part = Part { job_hash: [1; 32], seed: 1, first, deliveries: Delivery::lease(walks, 0, 0).into() };
     let book = Book {
         parts: vec![part],
-        workers: vec!["a worker".into()],
+        islands: vec![],
+        workers: vec![Contributor { name: "a worker".into(), walks, leases: 1, faults: 0 }],
         looks: vec![],
         goal: [0; 32],
         effort: Effort::default(),

@@ -37,8 +37,6 @@ pub struct Peer {
     pub progress: u64,
     /// When it last made progress, by the waking clock.
     pub progressed: Duration,
-    /// Its place among the names in the ledger.
-    pub number: u32,
     /// Walks per second of one thread; 0 before the first result.
     pub rate: f64,
     pub longest_lease: u64,
@@ -61,7 +59,6 @@ impl Peer {
             heard: now,
             progress: 0,
             progressed: now,
-            number: 0,
             rate: 0.0,
             longest_lease: 0,
             cpu_seconds: 0.0,

@@ -51,7 +51,7 @@ impl Crew {
         if result.cpu_seconds.is_finite() {
             peer.cpu_seconds = peer.cpu_seconds.max(result.cpu_seconds);
         }
-        let (number, seconds) = (peer.number, result.seconds);
+        let (number, seconds) = (self.roster.number(&peer.name), result.seconds);
         self.gets_on(id);
         self.consider(id);
         let accepted = Counts::from_array(*result.counts)

@@ -73,6 +73,7 @@ pub fn plan(paths: u64, stream_paths: u64) -> Plan {
         layout: LAYOUT,
         wall: None,
         first: 0,
+        lots: 0,
         looks: Vec::new(),
         judge: judge(|_| false),
     }
