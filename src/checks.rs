@@ -8,7 +8,7 @@
 //! | FOM constant; without trend | `efficiency`: 1/(R²·rays); rays are counted, time would differ from machine to machine |
 //! | slope of the largest scores above 3 | `tail`: visits fall off geometrically; the sample must stay within that law |
 
-use cluster::checkpoint::Look;
+use cluster::checkpoint::{Book, Look};
 use radiosity::{Counts, Estimate, Estimates, Experiment, Precision, Scene, Tally};
 use report::Check;
 
@@ -23,7 +23,49 @@ const STEADY: f64 = 1.5;
 /// What fewer batches differ by is too rough to tell how errors fall.
 const TELLING_BATCHES: u64 = 32;
 
-/// The outcome of every check; `note` says what of the method was not done as asked.
+/// The checks of a result: those of its statistics, and what its books say of its walks.
+pub fn checks_of_result(
+    estimates: &Estimates,
+    note: Option<&str>,
+    precision: &Precision,
+    book: &Book,
+) -> Vec<Check> {
+    let paths_per_walk = estimates.experiment().paths_per_walk();
+    let mut checks = checks(estimates, note, precision, &book.looks);
+    checks.extend([gap(book, paths_per_walk), workers(book, paths_per_walk)]);
+    checks
+}
+
+/// What waits beyond a gap is not in the result.
+fn gap(book: &Book, paths_per_walk: u64) -> Check {
+    let walks: u128 = book.islands.iter().map(|island| island.deliveries.walks()).sum();
+    let message = match walks {
+        0 => "no paths wait for others before them".into(),
+        _ => format!(
+            "{} paths that were walked are not in the result, since some before them are missing; they are kept in tally.bin for --resume",
+            walks * u128::from(paths_per_walk)
+        ),
+    };
+    check("gap", walks == 0, message)
+}
+
+/// A worker that sent what cannot be may have sent what is wrong before.
+fn workers(book: &Book, paths_per_walk: u64) -> Check {
+    let faulty = || book.workers.iter().filter(|worker| worker.faults > 0 && worker.walks > 0);
+    let names: Vec<String> = faulty()
+        .map(|worker| format!("{} ({} paths)", worker.name, worker.walks.saturating_mul(paths_per_walk)))
+        .collect();
+    let message = match names.len() {
+        0 => "no worker with paths in the result sent any that cannot be".into(),
+        _ => format!(
+            "sent results that cannot be, and have others in this one: {}; hold them against `radwalk audit --share 1`",
+            names.join(", ")
+        ),
+    };
+    check("workers", names.is_empty(), message)
+}
+
+/// The outcome of every check of the statistics; `note` says what of the method was not done as asked.
 pub fn checks(
     estimates: &Estimates,
     note: Option<&str>,

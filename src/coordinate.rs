@@ -16,6 +16,7 @@ use crate::args::{CoordinateArgs, JobArgs, OutArgs, RunArgs};
 use crate::checkpoints::{self, Found, Identity, Keeper};
 use crate::console::tell;
 use crate::fault::{Fault, Outcome};
+use crate::limits::limits;
 use crate::local::LocalWorkers;
 use crate::outputs::RunOutput;
 use crate::progress::Display;
@@ -252,6 +253,7 @@ impl Prepared {
                 Err(Fault::NoWorkers(workers.map_or(String::new(), |workers| workers.trouble.clone())))
             }
             Ending::Overflow => Err(Fault::Overflow),
+            Ending::Stuck => Err(Fault::Stuck { out: self.output.path().into() }),
             Ending::Interrupted => Ok(Outcome::Interrupted),
             Ending::TargetReached => Ok(Outcome::Done),
             Ending::BudgetSpent | Ending::WallClock => {
@@ -297,6 +299,7 @@ pub fn plan(
         leases_per_thread,
         patches: experiment.scene().patches().len(),
         layout: experiment.layout::<{ replica::MOMENTS }>(),
+        limits: limits(experiment),
         wall: budget.wall_seconds.map(Duration::from_secs_f64),
         lots: u64::from_le_bytes(lots[..8].try_into().expect("eight bytes")),
         looks,

@@ -197,6 +197,15 @@ pub enum Fault {
         "a sum of the tally overflowed (scores are too many or too large to be kept exactly); use fewer paths"
     )]
     Overflow,
+    /// Nothing happened any more.
+    #[error(
+        "no worker gets on though walks are left (a fault of the program); what is known is in {}: run the job again with --resume",
+        out.display()
+    )]
+    Stuck {
+        /// The output folder.
+        out: PathBuf,
+    },
     /// The system refused something that it should not.
     #[error("{doing} failed ({source}); this is a fault of the system, not of the job")]
     System {
@@ -228,7 +237,7 @@ impl Fault {
             Fault::Kept { .. } | Fault::Share(_) | Fault::OtherBatches { .. } | Fault::NoWalks => 2,
             Fault::NoEntry { .. } | Fault::Table { .. } | Fault::TwinJobs(_) => 2,
             Fault::Audit { .. } | Fault::Listen { .. } | Fault::Worker(_) | Fault::NoWorkers(_) => 3,
-            Fault::NotReproduced { .. } | Fault::Overflow | Fault::System { .. } => 3,
+            Fault::NotReproduced { .. } | Fault::Overflow | Fault::System { .. } | Fault::Stuck { .. } => 3,
             Fault::Study { .. } | Fault::Unfounded { .. } => 3,
             Fault::Interrupted => Outcome::Interrupted.exit_code(),
         }

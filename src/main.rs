@@ -15,6 +15,7 @@ mod exact_command;
 mod fault;
 mod fit;
 mod launcher;
+mod limits;
 mod local;
 mod merge;
 mod outputs;

@@ -14,7 +14,7 @@ use report::{
 use crate::args::OutArgs;
 use crate::bounces::bounces;
 use crate::checkpoints::{self, CURRENT, PREVIOUS};
-use crate::checks::checks;
+use crate::checks::checks_of_result;
 use crate::console::{say, tell};
 use crate::fault::Fault;
 use crate::progress::{duration, percent, quantity};
@@ -180,7 +180,7 @@ fn facts(settings: &Settings, estimates: &Estimates, precision: &Precision, book
         streams: paths.div_ceil(stream_paths),
         streams_reissued: book.effort.streams_reissued,
         target: settings.target.as_ref().map(|target| target::judge(target, estimates, paths)),
-        checks: checks(estimates, settings.note.as_deref(), precision, &book.looks),
+        checks: checks_of_result(estimates, settings.note.as_deref(), precision, book),
         confidence: settings.confidence,
         simultaneous: settings.simultaneous,
         provenance: provenance(book, experiment.paths_per_walk()),

@@ -3,10 +3,12 @@
 use std::ops::Range;
 
 use cluster::codec::{CodecError, decode_serde, encode_serde};
+use cluster::limits::Limits;
 use cluster::worker::Work;
 use radiosity::{Board, Experiment, IndexChoice, Overflow, Scene, SceneSpec, Sequence, Tally};
 use serde::{Deserialize, Serialize};
 
+use crate::limits::limits;
 use crate::settings::Settings;
 use crate::work::WalkClock;
 
@@ -91,6 +93,10 @@ impl Work for Replica {
 
     fn empty(&self) -> Tally {
         self.experiment.tally::<MOMENTS>()
+    }
+
+    fn limits(&self) -> Limits {
+        limits(&self.experiment)
     }
 
     fn board(&self) -> Self::Board {

@@ -82,7 +82,7 @@ impl Team {
             Ending::BudgetSpent => {}
             Ending::Interrupted => return Err(Fault::Interrupted),
             Ending::Overflow => return Err(Fault::Overflow),
-            Ending::NoWorkers | Ending::TargetReached | Ending::WallClock => {
+            Ending::NoWorkers | Ending::Stuck | Ending::TargetReached | Ending::WallClock => {
                 return Err(Fault::NoWorkers(door.workers.trouble.clone()));
             }
         }

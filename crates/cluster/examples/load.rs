@@ -18,6 +18,7 @@ use std::time::{Duration, Instant};
 use cluster::access::Access;
 use cluster::checkpoint::{Look, Past};
 use cluster::coordinator::{Coordinator, Ending, Plan};
+use cluster::limits::Limits;
 use cluster::server::{Wish, serve};
 use cluster::upstream::relay;
 use cluster::worker::{Identity, Work, work};
@@ -92,6 +93,7 @@ fn coordinate(access_file: &Path, patches: usize, streams: u64) -> Done {
         leases_per_thread: 2,
         patches,
         layout: LAYOUT,
+        limits: Limits::NONE,
         wall: None,
         lots: 0,
         looks: Vec::new(),

@@ -12,6 +12,7 @@ use cluster::coordinator::{Coordinator, Plan};
 use cluster::crew::Terms;
 use cluster::digest::Digester;
 use cluster::lead::{Action, Lead};
+use cluster::limits::Limits;
 use cluster::message::{LeaseResult, ToCoordinator, ToWorker};
 use cluster::noise::{self, Greeting, HANDSHAKE_RECORD};
 use cluster::parcel::Parcel;
@@ -221,7 +222,17 @@ fn ready() -> ToCoordinator {
 fn terms(patches: usize, layout: Layout) -> Terms {
     let (job, build) = ([][..].into(), "fuzz".into());
     let (scene_hash, job_hash) = ([1; 32], [2; 32]);
-    Terms { job, scene_hash, job_hash, build, stream_walks: 10, leases_per_thread: 2, patches, layout }
+    Terms {
+        job,
+        scene_hash,
+        job_hash,
+        build,
+        stream_walks: 10,
+        leases_per_thread: 2,
+        patches,
+        layout,
+        limits: Limits::NONE,
+    }
 }
 
 fn plan(patches: usize, layout: Layout) -> Plan {
@@ -237,6 +248,7 @@ fn plan(patches: usize, layout: Layout) -> Plan {
         leases_per_thread: 2,
         patches,
         layout,
+        limits: Limits::NONE,
         wall: None,
         looks: vec![300],
         judge: Box::new(|tally, _| Look { walks: tally.counts.walks, ..Look::default() }),

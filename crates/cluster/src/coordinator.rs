@@ -10,10 +10,12 @@ use radiosity::{Layout, Tally};
 use crate::checkpoint::{Look, Past};
 use crate::crew::{Crew, Effort, Step, Terms, farewell};
 use crate::digest::Digester;
-use crate::lead::{Action, Lead, Now, PeerId};
+use crate::lead::{Action, Lead, Notice, Now, PeerId};
 use crate::ledger::Ledger;
+use crate::limits::Limits;
 use crate::message::ToCoordinator;
 use crate::pace::LEASE_SECONDS_PER_SUM;
+use crate::watch::{Watch, Watched};
 
 /// After a stop, results that workers keep or send are waited for, and leases that fill a gap below these or others; no
 /// longer than this and the time that the messages of two leases take.
@@ -48,6 +50,8 @@ pub struct Plan {
     pub patches: usize,
     /// What a tally of the job keeps of each.
     pub layout: Layout,
+    /// What its walks can come to at most.
+    pub limits: Limits,
     /// When to stop, whatever has been reached.
     pub wall: Option<Duration>,
     /// Drawn at random, and told to nobody: which leases keep an entry of their own among the deliveries of a long run.
@@ -71,6 +75,8 @@ pub enum Ending {
     Interrupted,
     /// No worker is left and none will come.
     NoWorkers,
+    /// Workers are there and walks are left, but nothing happens: a fault of the program.
+    Stuck,
     /// A sum overflowed; the prefix is of no use.
     Overflow,
 }
@@ -92,6 +98,7 @@ pub struct Coordinator {
     looks: Vec<Look>,
     stopping: Option<(Ending, Now)>,
     ending: Option<Ending>,
+    watch: Watch,
     /// Bytes that workers have sent.
     received: u64,
 }
@@ -99,10 +106,19 @@ pub struct Coordinator {
 impl Coordinator {
     /// A coordinator for a plan that goes on from the `past`, an empty one for a new job.
     pub fn new(plan: Plan, past: Past) -> Self {
-        let Plan { job, scene_hash, job_hash, build, patches, layout, leases_per_thread, .. } = plan;
+        let Plan { job, scene_hash, job_hash, build, patches, layout, limits, leases_per_thread, .. } = plan;
         let stream_walks = plan.stream_paths;
-        let terms =
-            Terms { job, scene_hash, job_hash, build, stream_walks, leases_per_thread, patches, layout };
+        let terms = Terms {
+            job,
+            scene_hash,
+            job_hash,
+            build,
+            stream_walks,
+            leases_per_thread,
+            patches,
+            layout,
+            limits,
+        };
         let Past { tally, deliveries, islands, workers, looks, effort } = past;
         let ledger = Ledger::new(plan.paths, stream_walks, plan.looks, tally, deliveries)
             .drawn_by(plan.lots)
@@ -114,7 +130,16 @@ impl Coordinator {
             () => None,
         };
         let crew = Crew::new(terms, ledger.numbered_from(plan.first), Ledger::unleased, workers, effort);
-        Coordinator { crew, wall: plan.wall, judge: plan.judge, looks, stopping: None, ending, received: 0 }
+        Coordinator {
+            crew,
+            wall: plan.wall,
+            judge: plan.judge,
+            looks,
+            stopping: None,
+            ending,
+            watch: Watch::default(),
+            received: 0,
+        }
     }
 
     /// The books of the prefix: what another coordinator needs to go on from here. A large tally is not copied; the
@@ -233,6 +258,19 @@ impl Coordinator {
         actions
     }
 
+    /// Says where nothing comes in for long, and ends the job where nothing can any more.
+    fn keep_watch(&mut self) -> Vec<Action> {
+        let (walks, total) = (self.crew.ledger.walks_in(), self.crew.ledger.total());
+        match self.watch.look(self.crew.awake(), walks, self.crew.progress()) {
+            Watched::Well => vec![],
+            Watched::Still if walks < total && self.crew.workers_now() > 0 => self.finish(Ending::Stuck),
+            Watched::Still | Watched::Quiet => {
+                let seconds = self.watch.quiet(self.crew.awake()).as_secs();
+                vec![Action::Tell(Notice::Quiet { seconds, why: self.crew.standstill() })]
+            }
+        }
+    }
+
     fn finish(&mut self, ending: Ending) -> Vec<Action> {
         if self.ending.is_some() {
             return vec![];
@@ -288,9 +326,12 @@ impl Lead for Coordinator {
             Some((ending, since)) if now.saturating_sub(since) > self.stop_grace() => self.finish(ending),
             None if wall_is_over => self.stop(Ending::WallClock, now),
             _ if !actions.is_empty() || self.crew.ledger.may_advance() => self.advance(now),
-            _ => self.crew.lease_late(now),
+            _ => vec![],
         });
-        actions.extend(self.crew.make_room(now));
+        if self.ending.is_none() {
+            actions.extend(self.crew.keep_going(now));
+            actions.extend(self.keep_watch());
+        }
         actions
     }
 

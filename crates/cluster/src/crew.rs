@@ -5,7 +5,7 @@ mod leasing;
 mod peer;
 mod results;
 
-use std::collections::{BTreeSet, HashMap};
+use std::collections::{BTreeSet, HashMap, HashSet};
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -17,6 +17,7 @@ use crate::codec::{LONGEST_SUM, SHORT_FRAME};
 use crate::digest::Digester;
 use crate::lead::{Action, Notice, Now, PeerId};
 use crate::ledger::{LeaseId, Ledger};
+use crate::limits::Limits;
 use crate::message::{Hello, PIECE, PROTOCOL, ToCoordinator, ToWorker};
 use crate::roster::{Contributor, Roster};
 use crate::transfers::Transfers;
@@ -36,12 +37,19 @@ const BLINK: Duration = Duration::from_secs(1);
 const BEATS: f64 = 10_000.0;
 const BEATS_PER_SECOND: f64 = 100.0;
 
+/// What a returned lease counts as.
+const BEATS_PER_RETURN: f64 = 10.0;
+
 /// A worker is leased work for at most so many threads, whatever it claims to have; a relay for so many.
 const MAX_THREADS: usize = 4096;
 const MAX_RELAYED_THREADS: usize = 1 << 20;
 
-/// A relay's lease takes at most so long, whatever it asks for [s].
-const LONGEST_RELAYED: f64 = 86_400.0;
+/// A relay's lease takes at most so many times as long as one of a worker, whatever it asks for: each level of relays asks for
+/// four times what the level below takes.
+const LONGEST_RELAYED: f64 = 256.0;
+
+/// The most names of workers that are not let in again.
+const MOST_BANNED: usize = 1 << 16;
 
 /// Names and builds are shown to this length, reasons to the next.
 const NAME_CHARS: usize = 80;
@@ -66,6 +74,8 @@ pub struct Terms {
     pub patches: usize,
     /// What a tally of the job keeps of each.
     pub layout: Layout,
+    /// What its walks can come to at most.
+    pub limits: Limits,
 }
 
 impl Terms {
@@ -116,10 +126,14 @@ pub struct Crew {
     peers: HashMap<PeerId, Peer>,
     /// How many of the peers shoot, or have others shoot.
     workers_now: usize,
-    /// All threads that shoot.
+    /// All threads that shoot, as far as they are believed.
     threads: usize,
     /// All leases that are worked on at once.
     slots: usize,
+    /// Who has which lease.
+    holders: HashMap<LeaseId, PeerId>,
+    /// Names of workers that sent a result that cannot be.
+    banned: HashSet<String>,
     /// Those that have room for a lease.
     hungry: BTreeSet<PeerId>,
     /// Whether no walk is leased any more that does not fill a gap below what is walked.
@@ -160,6 +174,8 @@ impl Crew {
             workers_now: 0,
             threads: 0,
             slots: 0,
+            holders: HashMap::new(),
+            banned: HashSet::new(),
             hungry: BTreeSet::new(),
             fills_gaps: false,
             ticked: Duration::ZERO,
@@ -215,6 +231,25 @@ impl Crew {
     /// Grows while anybody makes progress.
     pub fn progress(&self) -> u64 {
         self.progress
+    }
+
+    /// The waking clock.
+    pub fn awake(&self) -> Duration {
+        self.awake
+    }
+
+    /// What all are at, in words.
+    pub fn standstill(&self) -> String {
+        let leases = self.peers.values().map(|peer| peer.leases.len()).sum::<usize>();
+        match (self.workers_now, self.ledger.walks_in() == self.ledger.total()) {
+            (_, true) => "all are in, and the last checkpoint is still being written".into(),
+            (0, _) if self.is_empty() => "no worker is there".into(),
+            (0, _) => "all workers are still building the scene".into(),
+            (workers, _) => format!(
+                "{workers} workers hold {leases} leases, and keep {} results that wait for those before them",
+                self.transfers.kept()
+            ),
+        }
     }
 
     /// The last tick.
@@ -323,6 +358,11 @@ impl Crew {
                 printable(&hello.build, NAME_CHARS),
                 self.terms.build
             ))
+        } else if self.banned.contains(&printable(&hello.name, NAME_CHARS)) {
+            Some(
+                "it sent a result that cannot be (faulty memory, or another program); use another machine"
+                    .into(),
+            )
         } else if hello.threads == 0 && !hello.relays {
             Some("it has no threads".into())
         } else {
@@ -338,7 +378,7 @@ impl Crew {
         peer.relays = hello.relays;
         // A relay says later how many its workers have.
         peer.threads = if hello.relays { 0 } else { (hello.threads as usize).min(MAX_THREADS) };
-        peer.slots = peer.threads;
+        peer.slots = peer.trusted_slots();
         let Terms { job, stream_walks, leases_per_thread, .. } = &self.terms;
         let (stream_walks, leases_per_thread) = (*stream_walks, *leases_per_thread as u32);
         vec![Action::Send(id, ToWorker::Welcome { job: job.clone(), stream_walks, leases_per_thread })]
@@ -356,7 +396,7 @@ impl Crew {
         let peer = self.peers.get_mut(&id).expect("the caller found it");
         peer.stage = Stage::Working;
         self.workers_now += 1;
-        self.threads += peer.threads;
+        self.threads += peer.trusted_threads();
         self.slots += peer.slots;
         self.gets_on(id);
         self.consider(id);
@@ -365,14 +405,15 @@ impl Crew {
 
     /// A relay's workers have come or gone.
     fn on_capacity(&mut self, id: PeerId, threads: u32, lease_seconds: f64) -> Step {
+        let least = self.lease_seconds(self.ticked);
         let peer = self.peers.get_mut(&id).expect("the caller found it");
-        self.threads -= peer.threads;
+        self.threads -= peer.trusted_threads();
         self.slots -= peer.slots;
         peer.threads = (threads as usize).min(MAX_RELAYED_THREADS);
-        peer.slots = peer.threads.min(1);
+        peer.slots = peer.trusted_slots();
         let wanted = if lease_seconds.is_nan() { 0.0 } else { lease_seconds };
-        peer.lease_seconds = wanted.clamp(0.0, LONGEST_RELAYED);
-        self.threads += peer.threads;
+        peer.lease_seconds = wanted.clamp(0.0, LONGEST_RELAYED * least);
+        self.threads += peer.trusted_threads();
         self.slots += peer.slots;
         self.consider(id);
         Step::Moved(vec![])
@@ -381,9 +422,15 @@ impl Crew {
     /// A relay that has lost its workers gives a lease back.
     fn on_return(&mut self, id: PeerId, lease: LeaseId) -> Step {
         let peer = self.peers.get_mut(&id).expect("the caller found it");
+        // It costs as much as some heartbeats: a relay that only gives back is faulty.
+        peer.beats -= BEATS_PER_RETURN;
+        if peer.beats < 0.0 {
+            return self.drop_peer(id, "gives back leases too often (a faulty program)");
+        }
         if peer.leases.remove(&lease).is_none() {
             return self.drop_peer(id, "returned a lease that it did not have");
         }
+        self.holders.remove(&lease);
         self.ledger.lose(lease);
         self.consider(id);
         Step::Moved(vec![])
@@ -399,18 +446,40 @@ impl Crew {
         Step::Moved(self.forget(id, reason))
     }
 
+    /// Gives up a worker that sent what cannot be. What it brought that waits beyond gaps is walked again; what is in the prefix
+    /// cannot be told from the rest.
+    fn ban(&mut self, id: PeerId, reason: &str) -> Step {
+        let Some(peer) = self.peers.get(&id) else { return Step::Still(vec![]) };
+        if self.banned.len() < MOST_BANNED {
+            self.banned.insert(peer.name.clone());
+        }
+        let number = self.roster.number(&peer.name);
+        self.roster.blame(number);
+        self.ledger.lose_waiting_of(number);
+        let walks = self.roster.workers()[number as usize].walks;
+        let rest = match walks {
+            0 => String::new(),
+            _ => format!("; {walks} walks of it are in the result already, which `radwalk audit` can check"),
+        };
+        self.drop_peer(
+            id,
+            &format!("sent a result that does not fit ({reason}), and is not let in again{rest}"),
+        )
+    }
+
     /// Closes a connection and takes its leases back.
     fn forget(&mut self, id: PeerId, reason: &str) -> Vec<Action> {
         let Some(peer) = self.peers.remove(&id) else { return vec![] };
         self.transfers.forget(id);
         if peer.is_working() {
             self.workers_now -= 1;
-            self.threads -= peer.threads;
+            self.threads -= peer.trusted_threads();
             self.slots -= peer.slots;
             self.hungry.remove(&id);
         }
         self.spent.cpu_seconds += peer.cpu_seconds;
         for lease in peer.leases.into_keys() {
+            self.holders.remove(&lease);
             self.ledger.lose(lease);
         }
         let reason = printable(reason, REASON_CHARS);

@@ -42,6 +42,13 @@ pub enum Notice {
     },
     /// A connection ended before anybody was introduced.
     Failed(String),
+    /// No walk has come in for long.
+    Quiet {
+        /// For how long [s].
+        seconds: u64,
+        /// What all are at.
+        why: String,
+    },
     /// So many connections were refused or ended of which nothing was told.
     Hushed(usize),
 }
@@ -54,6 +61,7 @@ impl fmt::Display for Notice {
             }
             Notice::Refused { name, reason } => write!(f, "refused worker {name}: {reason}"),
             Notice::Failed(reason) => write!(f, "a connection came to nothing: {reason}"),
+            Notice::Quiet { seconds, why } => write!(f, "no walk has come in for {seconds} s: {why}"),
             Notice::Hushed(connections) => write!(f, "{connections} more connections came to nothing"),
         }
     }

@@ -118,6 +118,9 @@ pub enum Rejected {
     /// The sums cannot be unpacked.
     #[error("its sums are no numbers")]
     Malformed,
+    /// No walks of the job come to this.
+    #[error("{0}")]
+    Impossible(&'static str),
     /// Its counts exceed 64 bits.
     #[error("its counts exceed 64 bits")]
     Counts,
@@ -310,6 +313,11 @@ impl Ledger {
         self.prefix_walks() + self.waiting_walks
     }
 
+    /// Walks of the whole job.
+    pub fn total(&self) -> u64 {
+        self.total
+    }
+
     /// Whether every walk is in.
     pub fn is_complete(&self) -> bool {
         self.prefix_walks() == self.total
@@ -398,9 +406,10 @@ impl Ledger {
         self.waiting.len()
     }
 
-    /// Whether a range would be added to the prefix or to what waits beyond a gap: it makes no new island.
+    /// Whether a range would be added to the prefix or to what waits beyond a gap: it makes no new island. What continues the
+    /// prefix always does, so that it is always asked for; where the prefix is being read, it waits beside it.
     pub fn adjoins(&self, range: &Range<u64>) -> bool {
-        let continues = range.start == self.prefix_walks() && !self.is_held();
+        let continues = range.start == self.prefix_walks();
         continues || self.before(range.start).is_some() || self.follows(range.end)
     }
 

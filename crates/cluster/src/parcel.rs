@@ -1,10 +1,11 @@
 //! A tally as it arrives: packed, and checked before it is taken.
 
-use radiosity::{Counts, Overflow, Tally};
+use radiosity::{Counts, Layout, Overflow, Tally};
 
 use crate::codec::unpack;
 use crate::digest::{Digest, Digester};
 use crate::ledger::Rejected;
+use crate::limits::Limits;
 
 /// The sums of a lease, packed. Whoever has one knows that they are what the worker sent off.
 #[derive(Debug)]
@@ -50,6 +51,12 @@ impl Parcel {
         &self.packed
     }
 
+    /// Why no walks of a job can come to this, if they cannot.
+    pub fn breach(&self, limits: &Limits, layout: Layout) -> Option<&'static str> {
+        let sums = unpack(&self.packed).map_while(Result::ok);
+        limits.breach_of_counts(&self.counts).or_else(|| limits.breach_of_sums(&self.counts, layout, sums))
+    }
+
     /// How many sums there are.
     pub fn sums(&self) -> usize {
         self.sums
@@ -73,7 +80,6 @@ impl Parcel {
 mod tests {
     use super::*;
     use crate::codec::pack;
-    use radiosity::Layout;
 
     #[test]
     fn a_parcel_is_what_was_sent_off_or_none() {

@@ -211,11 +211,12 @@ impl Lead for Relay {
             return vec![];
         }
         let mut actions = self.crew.tick(now);
-        actions.extend(match actions.is_empty() {
-            false => self.advance(now),
-            true => self.crew.lease_late(now),
-        });
-        actions.extend(self.crew.make_room(now));
+        if !actions.is_empty() {
+            actions.extend(self.advance(now));
+        }
+        if self.over.is_none() {
+            actions.extend(self.crew.keep_going(now));
+        }
         self.tell_capacity(now);
         actions
     }

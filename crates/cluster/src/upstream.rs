@@ -12,6 +12,7 @@ use crate::access::Access;
 use crate::codec::SHORT_FRAME;
 use crate::crew::Terms;
 use crate::lead::Notice;
+use crate::limits::Limits;
 use crate::link::{Ear, Link};
 use crate::message::{SMALL_TALLY, ToCoordinator, ToWorker};
 use crate::relay::{End, Relay};
@@ -37,12 +38,12 @@ pub fn relay<W: Work>(
 ) -> Result<(), WorkerError> {
     join(access, identity, true, |welcome, ear, link| {
         let work = build_from(&welcome.job, link, build)?;
-        let ((scene_hash, job_hash), empty) = (work.hashes(), work.empty());
+        let ((scene_hash, job_hash), empty, limits) = (work.hashes(), work.empty(), work.limits());
         drop(work);
         let unserved = |error| link.give_up(format!("its own workers cannot be served ({error})"));
         let (listener, own) = open(scene_hash).map_err(unserved)?;
         let large = empty.sums().len() > SMALL_TALLY;
-        let mut relay = Relay::new(terms(welcome, identity, scene_hash, job_hash, &empty));
+        let mut relay = Relay::new(terms(welcome, identity, (scene_hash, job_hash), &empty, limits));
         let mut shell = Shell::new(listener, &own, tell).map_err(unserved)?;
         // Where this fails, whoever listens learns why: the job may have been done meanwhile.
         let _ = link.send(&ToCoordinator::Ready { scene_hash, job_hash });
@@ -103,13 +104,13 @@ pub fn relay<W: Work>(
 fn terms(
     Welcome { job, stream_walks, leases_per_thread }: Welcome,
     identity: &Identity,
-    scene_hash: [u8; 32],
-    job_hash: [u8; 32],
+    (scene_hash, job_hash): ([u8; 32], [u8; 32]),
     empty: &Tally,
+    limits: Limits,
 ) -> Terms {
     let (patches, layout) = (empty.patches(), empty.layout());
     let build = identity.build.clone();
-    Terms { job, scene_hash, job_hash, build, stream_walks, leases_per_thread, patches, layout }
+    Terms { job, scene_hash, job_hash, build, stream_walks, leases_per_thread, patches, layout, limits }
 }
 
 /// What is to be said to whoever leads.

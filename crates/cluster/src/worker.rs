@@ -14,6 +14,7 @@ use thiserror::Error;
 use crate::access::Access;
 use crate::codec::{CodecError, MAX_FRAME, SHORT_FRAME, pack};
 use crate::digest::Digester;
+use crate::limits::Limits;
 use crate::link::{Ear, Link, connect};
 use crate::message::{Hello, LeaseResult, PROTOCOL, SMALL_TALLY, ToCoordinator, ToWorker};
 use crate::noise::Foreign;
@@ -43,6 +44,10 @@ pub trait Work: Sync {
     fn hashes(&self) -> ([u8; 32], [u8; 32]);
     /// An empty tally.
     fn empty(&self) -> Tally;
+    /// What its walks can come to at most.
+    fn limits(&self) -> Limits {
+        Limits::NONE
+    }
     /// An empty board.
     fn board(&self) -> Self::Board;
     /// Shoots walks by number.

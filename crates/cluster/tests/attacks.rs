@@ -14,6 +14,7 @@ use std::time::{Duration, Instant};
 use cluster::access::Access;
 use cluster::channel::Inbound;
 use cluster::coordinator::{Coordinator, Ending, Plan};
+use cluster::limits::Limits;
 use cluster::message::{LeaseResult, PIECE, ToCoordinator, ToWorker};
 use cluster::noise::{Greeting, HANDSHAKE_RECORD};
 use cluster::worker::work;
@@ -257,7 +258,7 @@ fn until_dropped_by_patience(access: &Access) {
 
 #[test]
 fn workers_that_are_not_sound_are_dropped_with_what_they_sent() {
-    let bulky_plan = Plan { patches: BULK, layout: SINGLE, ..plan(400, 10) };
+    let bulky_plan = Plan { patches: BULK, layout: SINGLE, limits: Limits::NONE, ..plan(400, 10) };
     let run = run(bulky_plan, never, |access| {
         let whole = |lease, walks: u64| result_of(lease, &bulky(walks));
         let join = || {

@@ -3,7 +3,7 @@
 
 mod toy;
 
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::ops::Range;
 use std::time::Duration;
 
@@ -43,7 +43,17 @@ struct Stage {
     taken: Vec<Range<u64>>,
     /// How many leases were given out a second time.
     again: u64,
+    /// Workers that sent what cannot be: what they brought may be out again.
+    liars: u64,
+    /// Whether a thread may be given what another of the same worker has.
+    several_threads: bool,
+    /// Leases whose walks others have brought.
+    stale: BTreeSet<u64>,
+    /// Results that came in.
+    done: u64,
     notices: Vec<Notice>,
+    /// What was said of standstills.
+    quiet: Vec<String>,
 }
 
 impl Stage {
@@ -66,7 +76,12 @@ impl Stage {
             out: Vec::new(),
             taken: Vec::from_iter((walks > 0).then_some(0..walks)),
             again: 0,
+            liars: 0,
+            several_threads: false,
+            stale: BTreeSet::new(),
+            done: 0,
             notices: Vec::new(),
+            quiet: Vec::new(),
         }
     }
 
@@ -87,19 +102,25 @@ impl Stage {
                     self.closed.insert(id, wire);
                     self.out.retain(|(peer, _)| *peer != id);
                 }
+                Action::Tell(quiet @ Notice::Quiet { .. }) => self.quiet.push(quiet.to_string()),
                 Action::Tell(notice) => self.notices.push(notice),
             }
         }
     }
 
     fn check_lease(&mut self, peer: PeerId, lease: Lease) {
+        let several_threads = self.several_threads;
         let Range { start, end } = lease.walks;
         assert!(self.coordinator.ending().is_none(), "no work is given out after the end");
         assert!(start < end, "a lease of nothing");
         let apart = |other: &Range<u64>| end <= other.start || other.end <= start;
-        for (of, out) in &self.out {
-            let copy = *of != peer && out.walks == lease.walks;
+        let is_void = |out: &Lease| self.liars > 0 && self.stale.contains(&out.id);
+        for (of, out) in self.out.iter().filter(|(_, out)| !is_void(out)) {
+            let copy = (*of != peer || several_threads) && out.walks == lease.walks;
             assert!(out.id != lease.id && (copy || apart(&out.walks)), "{lease:?} is out");
+        }
+        if self.liars > 0 && start >= self.coordinator.prefix().counts.walks {
+            self.taken.retain(apart);
         }
         assert!(self.taken.iter().all(apart), "{lease:?} is in");
         self.again += u64::from(self.out.iter().any(|(_, out)| out.walks == lease.walks));
@@ -109,6 +130,9 @@ impl Stage {
     /// The result of what is out there comes in; only the first of the same walks counts.
     fn take(&mut self, out: usize) {
         let (_, lease) = self.out.swap_remove(out);
+        self.done += 1;
+        let copies = self.out.iter().filter(|(_, out)| out.walks == lease.walks);
+        self.stale.extend(copies.map(|(_, out)| out.id));
         if !self.taken.contains(&lease.walks) {
             self.taken.push(lease.walks);
         }
@@ -216,7 +240,7 @@ impl Stage {
     fn work_off(&mut self, workers: &[PeerId]) {
         let mut mine: BTreeMap<PeerId, VecDeque<Lease>> = BTreeMap::new();
         while self.coordinator.ending().is_none() {
-            let before = self.taken.len();
+            let before = self.done;
             for &id in workers {
                 if self.coordinator.ending().is_none() {
                     let leases = self.leases(id);
@@ -227,7 +251,7 @@ impl Stage {
                     }
                 }
             }
-            assert!(self.taken.len() > before, "nobody has anything to do");
+            assert!(self.done > before, "nobody has anything to do");
         }
     }
 
@@ -759,20 +783,166 @@ fn coordinators_that_go_on_from_the_books_of_others_come_to_the_same_end() {
     panic!("the job gets nowhere");
 }
 
+/// What a worker may claim that no walks come to. Each is digested as it is, as memory that fails before would leave it.
 #[test]
-fn an_overflow_ends_the_job() {
-    let mut stage = Stage::new(plan(100, 10));
-    let worker = stage.join(1);
-    let leases = stage.leases(worker);
-    for lease in leases {
-        let mut result = result(lease.id, lease.walks);
+fn a_result_that_cannot_be_is_refused_and_its_worker_named_and_banned() {
+    let with_sum = |result: &mut LeaseResult, place: usize, change: fn(u128) -> u128| {
         let mut sums: Vec<u128> = unpack(&result.sums).map(Result::unwrap).collect();
-        sums[0] = u128::MAX;
+        sums[place] = change(sums[place]);
         result.sums = pack(&sums);
-        stage.say(worker, ToCoordinator::Result(toy::sealed(result)));
+    };
+    let lies: [&dyn Fn(&mut LeaseResult); 8] = [
+        &|result| result.counts[2] += 1,
+        &|result| result.counts[2] -= 1,
+        &|result| result.counts[1] = u64::MAX.into(),
+        &|result| result.counts[7] = u128::MAX,
+        &|result| with_sum(result, 0, |_| u128::MAX),
+        &|result| with_sum(result, 1, |_| u128::MAX),
+        &|result| with_sum(result, 2, |_| 1 << 90),
+        &|result| with_sum(result, 3, |_| 0),
+    ];
+    let mut stage = Stage::new(plan(1000, 10));
+    let honest = stage.join(1);
+    for (n, lie) in lies.into_iter().enumerate() {
+        let liar = stage.introduce(|hello| Hello { name: format!("liar {n}"), ..hello });
+        stage.hear(liar);
+        stage.say(liar, READY);
+        // One honest result waits beyond the gap that the other worker leaves.
+        let leases = stage.leases(liar);
+        stage.finish(liar, &leases[0]);
+        let walks = stage.coordinator.progress().walks;
+        let mut result = result(leases[1].id, leases[1].walks.clone());
+        lie(&mut result);
+        stage.liars += 1;
+        stage.say(liar, ToCoordinator::Result(toy::sealed(result)));
+        assert!(stage.closed.contains_key(&liar), "lie {n}");
+        let told = stage.notice();
+        assert!(told.contains(&format!("lost worker liar {n}: sent a result that does not fit")), "{told}");
+        assert!(stage.coordinator.progress().walks < walks, "what waits is walked again");
+        let again = stage.introduce(|hello| Hello { name: format!("liar {n}"), ..hello });
+        assert!(matches!(stage.hear(again), ToWorker::Refused { reason } if reason.contains("cannot be")));
+        stage.notice();
     }
-    assert_eq!(stage.coordinator.ending(), Some(Ending::Overflow));
-    assert!(stage.wires.is_empty());
+    stage.work_off(&[honest]);
+    stage.ends(Ending::BudgetSpent, 1000);
+    let workers = stage.coordinator.past().workers;
+    assert_eq!(workers.iter().filter(|worker| worker.faults > 0).count(), 8);
+}
+
+#[test]
+fn one_thread_that_is_stuck_does_not_hold_the_prefix() {
+    // Three threads of one worker, and three workers of one thread.
+    for threads in [vec![3], vec![1, 1, 1]] {
+        let mut stage = Stage::new(plan(1_000_000, 10));
+        stage.several_threads = threads[0] > 1;
+        let workers: Vec<PeerId> = threads.into_iter().map(|threads| stage.join(threads)).collect();
+        let mut todo: VecDeque<(PeerId, Lease)> = VecDeque::new();
+        for &id in &workers {
+            todo.extend(stage.leases(id).into_iter().map(|lease| (id, lease)));
+        }
+        let stuck = todo[0].1.clone();
+        // A second for ten leases; everybody says that it gets on.
+        for _ in 0..30 {
+            for _ in 0..10 {
+                let Some(at) = todo.iter().position(|(_, lease)| lease.id != stuck.id) else { break };
+                let (id, lease) = todo.remove(at).unwrap();
+                if stage.out.iter().any(|(_, out)| out.id == lease.id) {
+                    stage.finish(id, &lease);
+                } else {
+                    stage.say(id, ToCoordinator::Result(result(lease.id, lease.walks)));
+                }
+                assert!(stage.notices.is_empty(), "{:?}", stage.notices);
+                for &id in &workers {
+                    todo.extend(stage.leases(id).into_iter().map(|lease| (id, lease)));
+                }
+            }
+            stage.pass(SECOND, &workers);
+            for &id in &workers {
+                todo.extend(stage.leases(id).into_iter().map(|lease| (id, lease)));
+            }
+        }
+        let (prefix, all) = (stage.coordinator.prefix().counts.walks, stage.coordinator.progress().walks);
+        assert!(prefix > stuck.walks.end && 10 * prefix > 9 * all, "{prefix} of {all} walks");
+        assert!(stage.again >= 1, "it was given once more");
+    }
+}
+
+#[test]
+fn a_job_that_stands_still_says_so_every_minute() {
+    let mut stage = Stage::new(plan(100, 10));
+    stage.pass(SECOND * 59, &[]);
+    assert!(stage.quiet.is_empty());
+    stage.pass(SECOND * 2, &[]);
+    assert_eq!(stage.quiet, ["no walk has come in for 60 s: no worker is there"]);
+    // A worker that gets on and delivers nothing is not given up, but told of.
+    let worker = stage.join(1);
+    stage.pass(SECOND * 60, &[worker]);
+    assert_eq!(
+        stage.quiet[1..],
+        [
+            "no walk has come in for 120 s: 1 workers hold 2 leases, and keep 0 results that wait for those before them"
+        ]
+    );
+    stage.goes_on();
+}
+
+#[test]
+fn a_claim_of_many_threads_or_of_long_leases_is_believed_as_far_as_results_bear_it_out() {
+    let mut stage = Stage::new(plan(1 << 40, 1));
+    let boaster = stage.join(4096);
+    let first = stage.leases(boaster);
+    assert_eq!(first.len(), 2 * 64);
+    first.iter().for_each(|lease| stage.finish(boaster, lease));
+    assert!(stage.out.len() > 2000, "it has shown that it works: {}", stage.out.len());
+    let relay = stage.introduce(|hello| Hello { relays: true, threads: 0, ..hello });
+    stage.hear(relay);
+    stage.say(relay, READY);
+    stage.say(relay, ToCoordinator::Capacity { threads: u32::MAX, lease_seconds: 1e300 });
+    let walks: u64 = stage.leases(relay).iter().map(|lease| lease.walks.end - lease.walks.start).sum();
+    assert!(walks <= 4 * 4 * 64, "{walks} walks for somebody who has done nothing yet");
+}
+
+#[test]
+fn a_relay_that_only_gives_back_is_dropped() {
+    let mut stage = Stage::new(plan(1 << 40, 1));
+    let relay = stage.introduce(|hello| Hello { relays: true, threads: 0, ..hello });
+    stage.hear(relay);
+    stage.say(relay, READY);
+    stage.say(relay, ToCoordinator::Capacity { threads: 1, lease_seconds: 1.0 });
+    for _ in 0..2000 {
+        let Some(lease) =
+            stage.wires.contains_key(&relay).then(|| stage.leases(relay)).and_then(|mut all| all.pop())
+        else {
+            break;
+        };
+        stage.out.retain(|(_, out)| out.id != lease.id);
+        stage.say(relay, ToCoordinator::Return { lease: lease.id });
+    }
+    assert!(stage.closed.contains_key(&relay));
+    assert!(stage.notice().contains("too often"));
+}
+
+/// Fifty workers of 2,000 threads die at once, and others come: each lease takes the same time, however many were lost.
+#[test]
+fn a_hundred_thousand_slots_that_are_lost_at_once_are_leased_again_at_once() {
+    let mut coordinator = toy::coordinator(plan(1 << 50, 1000));
+    let lease_all = |coordinator: &mut Coordinator, ids: Range<PeerId>, now: Duration| {
+        let mut leased = 0;
+        for id in ids {
+            coordinator.on_connect(id);
+            coordinator.on_message(id, ToCoordinator::Hello(toy::hello(&format!("w{id}"), 64)), now);
+            leased += coordinator.on_message(id, READY, now).len();
+        }
+        leased
+    };
+    let peers = 1600;
+    assert_eq!(lease_all(&mut coordinator, 0..peers, Duration::ZERO), 2 * 64 * peers as usize);
+    for id in 0..peers {
+        coordinator.on_lost(id, "the power went", SECOND);
+    }
+    let began = std::time::Instant::now();
+    assert_eq!(lease_all(&mut coordinator, peers..2 * peers, SECOND), 2 * 64 * peers as usize);
+    println!("{} leases again in {:.2} s", 2 * 64 * peers, began.elapsed().as_secs_f64());
 }
 
 /// Shoots streams 0..10 of 100 walks by ten workers, whose results arrive in the given order, and asks for
@@ -979,6 +1149,7 @@ impl Simulation {
                         1 => result.sums.truncate(PATCHES),
                         _ => result.counts[1] = 1 << 64,
                     }
+                    self.stage.liars += 1;
                     self.stage.say(id, ToCoordinator::Result(result));
                 }
             }
@@ -1045,6 +1216,7 @@ fn no_sequence_of_faults_changes_the_tally_or_hangs_the_job() {
         let mut stage = Stage::new(plan);
         // Leases begin at looks, too.
         stage.stream = 1;
+        stage.several_threads = true;
         let simulation = Simulation { stage, dice, actors: vec![], ghosts: vec![], faults: 0 };
         let Simulation { mut stage, faults: more, .. } = simulation.play(stop_after);
         if stage.coordinator.ending() == Some(Ending::Interrupted) {

@@ -147,7 +147,7 @@ fn whoever_is_first_counts_and_the_slow_one_is_not_punished() {
 }
 
 #[test]
-fn a_lease_is_out_at_most_three_times_and_never_twice_with_one_worker() {
+fn a_late_lease_is_given_ever_more_rarely_and_never_twice_to_one_thread() {
     let mut farm = Farm::new(plan(700, 100), 6);
     // Six workers with one lease each, and one with a second; five of them wait, and fall silent with what they get.
     farm.work_off(1..6);
@@ -155,7 +155,8 @@ fn a_lease_is_out_at_most_three_times_and_never_twice_with_one_worker() {
     let held = farm.todo[&0].clone();
     for (_, walks) in &held {
         let copies = farm.todo.values().filter(|todo| todo.iter().any(|(_, other)| other == walks)).count();
-        assert_eq!(copies, 3, "{walks:?}");
+        // After one second, two more and four more.
+        assert!((3..=4).contains(&copies), "{walks:?}: {copies}");
     }
     for todo in farm.todo.values() {
         let mut walks: Vec<_> = todo.iter().map(|(_, walks)| walks.start).collect();
@@ -168,21 +169,25 @@ fn a_lease_is_out_at_most_three_times_and_never_twice_with_one_worker() {
     let actions = farm.coordinator.on_lost(holder, "gone", farm.now);
     farm.act(actions);
     farm.lost = 0;
-    farm.pass(Duration::from_secs(3), &[]);
+    farm.pass(Duration::from_secs(5), &[]);
     let copies = farm.todo.values().filter(|todo| todo.iter().any(|(_, other)| *other == walks)).count();
-    assert_eq!(copies, 3);
+    assert!((3..=4).contains(&copies), "{copies}");
     farm.work_off(0..6);
     farm.ends(700);
 }
 
 #[test]
-fn nobody_shoots_twice_while_there_is_something_new_to_do() {
+fn while_there_is_something_new_to_do_only_what_holds_up_the_prefix_for_long_is_shot_twice() {
     let mut farm = Farm::new(plan(1_000_000, 100), 2);
-    for _ in 0..20 {
+    let mut reissued = Vec::new();
+    for _ in 0..40 {
         farm.work(1);
-        farm.pass(Duration::from_millis(500), &[]);
+        farm.pass(Duration::from_millis(250), &[]);
+        reissued.push(farm.coordinator.effort().streams_reissued);
     }
-    assert_eq!(farm.coordinator.effort().streams_reissued, 0);
+    // Four seconds are four times what late leases have at the end.
+    assert_eq!(reissued[14], 0);
+    assert!(reissued[39] > 0 && farm.coordinator.prefix().counts.walks > 0);
 }
 
 #[test]
@@ -190,7 +195,8 @@ fn a_large_result_that_others_have_brought_is_not_asked_for() {
     const PATCHES: usize = 4096;
     const SCORE: u128 = 1 << 20;
     let big = |walks: &Range<u64>| {
-        let counts = Counts { walks: walks.end - walks.start, ..Counts::default() };
+        let walked = walks.end - walks.start;
+        let counts = Counts { walks: walked, rays: walked, absorbed: walked, ..Counts::default() };
         result_of(0, &Tally::from_parts(counts, PATCHES, LAYOUT, vec![SCORE; PATCHES * 2]).unwrap())
     };
     let bytes = big(&(0..1)).sums.len() as u64;

@@ -13,7 +13,8 @@ use cluster::lead::{Action, Lead, PeerId};
 use cluster::message::{Hello, LeaseResult, ToCoordinator, ToWorker};
 use cluster::relay::{End, Relay};
 use toy::{
-    BUILD, JOB, JOB_HASH, LAYOUT, PATCHES, READY, SCENE_HASH, coordinator, hash, hello, plan, straight,
+    BUILD, JOB, JOB_HASH, LAYOUT, LIMITS, PATCHES, READY, SCENE_HASH, coordinator, hash, hello, plan,
+    straight,
 };
 
 const TICK: Duration = Duration::from_millis(50);
@@ -28,6 +29,7 @@ fn terms(stream_walks: u64, leases_per_thread: usize) -> Terms {
         leases_per_thread,
         patches: PATCHES,
         layout: LAYOUT,
+        limits: LIMITS,
     }
 }
 

@@ -10,6 +10,7 @@ use std::thread::{self, Scope, ScopedJoinHandle};
 
 use cluster::access::Access;
 use cluster::coordinator::{Coordinator, Ending, Plan};
+use cluster::limits::Limits;
 use cluster::message::{ToCoordinator, ToWorker};
 use cluster::upstream::relay;
 use cluster::worker::{Identity, Work, WorkerError, work};
@@ -81,7 +82,7 @@ fn relays_of_relays_and_workers_come_to_the_same_tally() {
 
 #[test]
 fn large_results_pass_relays_and_a_stop_in_their_midst_harms_nobody() {
-    let bulky_plan = |paths| Plan { patches: BULK, layout: SINGLE, ..plan(paths, 10) };
+    let bulky_plan = |paths| Plan { patches: BULK, layout: SINGLE, limits: Limits::NONE, ..plan(paths, 10) };
     let done = run(bulky_plan(400), never, |access| tree(access, || Bulky));
     assert_eq!(done.ending, Ending::BudgetSpent);
     assert!(done.coordinator.prefix() == &bulky(400));

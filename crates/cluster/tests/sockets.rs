@@ -14,6 +14,7 @@ use std::time::Duration;
 
 use cluster::access::Access;
 use cluster::coordinator::{Coordinator, Ending, Plan};
+use cluster::limits::Limits;
 use cluster::message::{Hello, LeaseResult, ToCoordinator, ToWorker};
 use cluster::noise::{self, Foreign, HANDSHAKE_RECORD};
 use cluster::server::{Wish, serve};
@@ -364,7 +365,7 @@ fn after_a_stop_every_worker_goes_home_in_peace() {
 
 #[test]
 fn large_results_come_in_whole_and_a_stop_in_their_midst_harms_nobody() {
-    let bulky_plan = |paths| Plan { patches: BULK, layout: SINGLE, ..plan(paths, 10) };
+    let bulky_plan = |paths| Plan { patches: BULK, layout: SINGLE, limits: Limits::NONE, ..plan(paths, 10) };
     let workers = |access: &Access| together(access, &[2, 2, 2], || Bulky);
     let done = run(bulky_plan(400), never, workers);
     assert_eq!(done.ending, Ending::BudgetSpent);

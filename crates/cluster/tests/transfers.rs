@@ -8,6 +8,7 @@ use std::time::Duration;
 use cluster::coordinator::{Coordinator, Ending, Plan};
 use cluster::crew::STALL;
 use cluster::lead::{Action, Lead, PeerId};
+use cluster::limits::Limits;
 use cluster::message::{PIECE, SMALL_TALLY, ToCoordinator, ToWorker};
 use radiosity::{Counts, Layout, Tally};
 use toy::{LAYOUT, READY, coordinator, hash, plan, result_of};
@@ -16,13 +17,13 @@ const PATCHES: usize = 4 * SMALL_TALLY;
 
 /// The tally of some walks of a large scene: three bytes a sum.
 fn large(walks: u64) -> Tally {
-    let counts = Counts { walks, ..Counts::default() };
+    let counts = Counts { walks, rays: walks, absorbed: walks, ..Counts::default() };
     let sums = vec![u128::from(walks) << 8; PATCHES * LAYOUT.columns()];
     Tally::from_parts(counts, PATCHES, LAYOUT, sums).unwrap()
 }
 
 fn large_plan(paths: u64) -> Plan {
-    Plan { patches: PATCHES, layout: Layout { ..LAYOUT }, ..plan(paths, 10) }
+    Plan { patches: PATCHES, layout: Layout { ..LAYOUT }, limits: Limits::NONE, ..plan(paths, 10) }
 }
 
 /// What workers were leased, and what they were asked for.
@@ -303,4 +304,90 @@ fn a_stop_waits_for_large_results_no_longer_than_is_said() {
     workers.read(coordinator.on_tick(Duration::from_millis(3100)));
     assert_eq!(coordinator.ending(), Some(Ending::Interrupted));
     assert!(walks > 0 && coordinator.prefix() == &large(walks));
+}
+
+/// Checkpoints that are written for a random time, one after the other, while workers work, die and come: the job goes on to
+/// its end, and never stands still while somebody could do something.
+#[test]
+fn whatever_holds_the_prefix_and_for_how_long_the_job_goes_on() {
+    for seed in 0..40 {
+        let looks = (1..6).map(|k| 200 * k).collect();
+        let mut coordinator = coordinator(Plan { looks, ..large_plan(1200) });
+        let mut workers = Workers::default();
+        let crew = 2 + seed % 4;
+        (0..crew).for_each(|id| workers.join(&mut coordinator, id));
+        let (mut held, mut kept, mut now, mut idle) = (None, 0, Duration::ZERO, 0);
+        let mut deaths = seed % 3;
+        for step in 0.. {
+            let dice = hash(1_000_000 * seed + step) as usize;
+            if coordinator.ending().is_some() {
+                break;
+            }
+            assert!(idle < 200, "seed {seed}: nobody does anything, and no checkpoint is being written");
+            match &held {
+                // As the program does: only where more is in than in the checkpoint before.
+                None if dice.is_multiple_of(5) && coordinator.progress().walks > kept => {
+                    held = Some(coordinator.past());
+                    kept = coordinator.progress().walks;
+                }
+                Some(_) if dice.is_multiple_of(1 + 7 * (seed as usize % 5)) => held = None,
+                _ => {}
+            }
+            if deaths > 0 && workers.leases.len() > 1 && dice.is_multiple_of(41) {
+                deaths -= 1;
+                let dead = *workers.leases.keys().nth(dice % workers.leases.len()).unwrap();
+                workers.die(&mut coordinator, dead, now);
+            }
+            let free = |id: PeerId| workers.offered.iter().filter(|offer| offer.0 == id).count() < 2;
+            let ready = workers.leases.iter().filter(|(id, leases)| !leases.is_empty() && free(**id));
+            let ready: Vec<PeerId> = ready.map(|(&id, _)| id).collect();
+            if !ready.is_empty() && (workers.asked.is_empty() || dice.is_multiple_of(3)) {
+                workers.offer(&mut coordinator, ready[dice / 3 % ready.len()], now);
+            } else if !workers.asked.is_empty() {
+                workers.send(&mut coordinator, dice / 3 % workers.asked.len(), now);
+            } else {
+                now += Duration::from_millis(50);
+                workers.read(coordinator.on_tick(now));
+                // Slow disks are waited for.
+                idle = if held.is_some() { 0 } else { idle + 1 };
+                continue;
+            }
+            idle = 0;
+        }
+        assert_eq!(coordinator.ending(), Some(Ending::BudgetSpent), "seed {seed}");
+        assert_eq!(coordinator.prefix(), &large(1200));
+    }
+}
+
+/// Two workers have two leases each, of ten walks, 0 … 3; looks are at 20 and 40 walks, across which nothing is merged. While a
+/// checkpoint of 0 is written, 2 and 3 come in, and 1 continues the prefix that is being read; with 4, 5 and 6 all keep what
+/// they can keep. When the checkpoint is written nobody says anything any more.
+#[test]
+fn what_continues_the_prefix_is_asked_for_though_a_checkpoint_reads_it() {
+    let mut coordinator = coordinator(Plan { looks: vec![20, 40], ..large_plan(5000) });
+    let mut workers = Workers::default();
+    (0..2).for_each(|id| workers.join(&mut coordinator, id));
+    let now = Duration::from_millis(1);
+    workers.offer(&mut coordinator, 0, now);
+    workers.send(&mut coordinator, 0, now);
+    let held = coordinator.past();
+    for _ in 0..2 {
+        workers.offer(&mut coordinator, 1, now);
+        workers.send(&mut coordinator, 0, now);
+    }
+    for id in [0, 0, 1, 1] {
+        workers.offer(&mut coordinator, id, now);
+    }
+    drop(held);
+    workers.read(coordinator.on_tick(Duration::from_secs(1)));
+    assert!(workers.asked.contains(&(0, 1)), "{:?}", workers.asked);
+    let mut now = Duration::from_secs(1);
+    while coordinator.prefix().counts.walks < 50 {
+        now += Duration::from_millis(50);
+        assert!(now < Duration::from_secs(3), "nobody is asked any more");
+        workers.read(coordinator.on_tick(now));
+        while !workers.asked.is_empty() {
+            workers.send(&mut coordinator, 0, now);
+        }
+    }
 }

@@ -1,31 +1,41 @@
 //! Who gets which walks: leases by pace, gaps where a job is stopping, and copies of what is late.
 
-use std::collections::BTreeMap;
 use std::ops::Range;
 use std::time::Duration;
 
 use super::Crew;
-use super::peer::Peer;
+use super::peer::{Peer, Since};
 use crate::lead::{Action, Now, PeerId};
 use crate::ledger::LeaseId;
 use crate::message::ToWorker;
 use crate::pace::{LATE, LEASE_GROWTH, lease_seconds, taking_seconds};
 
-/// So many workers may be at the same walks: the more, the sooner the end where several are silent.
-const MOST_COPIES: usize = 3;
+/// A gap below what is in may be this many times as late as a lease at the end, where workers have nothing else to do.
+const GAP_PATIENCE: f64 = 4.0;
+
+/// The most leases that are looked at for that. Walks are leased in their order, so that the lowest have been out for longest.
+const MOST_LOOKED_AT: usize = 4096;
+
+/// The most leases that are given once more at a time.
+const MOST_LATE: usize = 64;
 
 /// How often late leases are looked for.
 const LATE_LOOK: Duration = Duration::from_millis(100);
 
 /// A lease that is late.
 struct Late {
-    /// When its walks were last leased, by the waking clock.
-    since: Duration,
-    /// How long that may take.
-    patience: f64,
+    start: u64,
     lease: LeaseId,
-    /// Who is at them.
+    /// Who is at its walks.
     holders: Vec<PeerId>,
+    /// Whether it is so late that workers with other work should take it.
+    holds_up: bool,
+}
+
+impl Late {
+    fn copies_at(&self, id: PeerId) -> usize {
+        self.holders.iter().filter(|&&holder| holder == id).count()
+    }
 }
 
 impl Crew {
@@ -96,7 +106,7 @@ impl Crew {
         let by_rate = peer.lease_rate() * self.lease_seconds(now).max(peer.lease_seconds);
         let streams = (peer.lease_threads() as u64).saturating_mul(self.terms.stream_walks);
         let by_growth = peer.longest_lease.max(streams) as f64 * LEASE_GROWTH;
-        let parts = (self.terms.leases_per_thread * self.threads) as u128;
+        let parts = (self.terms.leases_per_thread * self.threads).max(1) as u128;
         let share = u128::from((self.in_hand)(&self.ledger)) * peer.lease_threads() as u128 / parts;
         // Results must not come faster than they are taken, towards the end either.
         let least = (peer.lease_rate() * taking_seconds(self.terms.sums(), self.slots)) as u64;
@@ -123,62 +133,102 @@ impl Crew {
         if peer.leases.is_empty() {
             peer.progressed = self.awake;
         }
-        peer.leases.insert(lease, self.awake);
+        peer.leases.insert(lease, Since { awake: self.awake, now });
+        self.holders.insert(lease, id);
         peer.longest_lease = peer.longest_lease.max(walks);
         self.consider(id);
         Action::Send(id, ToWorker::Lease { id: lease, first_walk: self.ledger.number(range.start), walks })
     }
 
-    /// Gives walks that are late once more, to workers that have nothing to do when all walks are out. Whoever is first
-    /// counts, so that the end waits for nobody who is slow or silent.
-    pub fn lease_late(&mut self, now: Now) -> Vec<Action> {
-        let nothing_else = !self.fills_gaps && self.ledger.unleased() == 0;
-        if !nothing_else || now.saturating_sub(self.sought) < LATE_LOOK {
+    /// Gives walks that are late once more to other workers; whoever is first counts. Walks that others wait for, because they
+    /// are a gap below what is in, go to those that have just brought a result; towards the end, when all walks are out, any go
+    /// to those that have nothing to do. So neither prefix nor end waits for a worker, or one of its threads, that is slow or
+    /// silent.
+    pub(super) fn lease_late(&mut self, now: Now) -> Vec<Action> {
+        if now.saturating_sub(self.sought) < LATE_LOOK {
             return vec![];
         }
         self.sought = now;
+        let at_end = !self.fills_gaps && self.ledger.unleased() == 0;
+        let gap_end = self.walked();
         let is_idle = |peer: &Peer| peer.leases.len() < peer.slots;
-        let idle: Vec<PeerId> = self.hungry.iter().copied().filter(|id| is_idle(&self.peers[id])).collect();
-        let mut late = if idle.is_empty() { vec![] } else { self.late(now) };
+        let mut idle: Vec<PeerId> =
+            self.hungry.iter().copied().filter(|id| is_idle(&self.peers[id])).collect();
+        if gap_end == 0 && idle.is_empty() {
+            return vec![];
+        }
+        let mut busy: Option<Vec<PeerId>> = None;
         let mut actions = Vec::new();
-        for id in idle {
-            while is_idle(&self.peers[&id])
-                && let Some(at) = late.iter().position(|late| !late.holders.contains(&id))
-                && let Some((lease, range)) = self.ledger.lease_again(late.remove(at).lease)
-            {
-                actions.push(self.send_lease(id, lease, range, now));
+        for late in self.late(now, if at_end && !idle.is_empty() { u64::MAX } else { gap_end }) {
+            let free = |id: &PeerId| !late.holders.contains(id);
+            let taker = match idle.iter().position(free) {
+                Some(at) => idle.swap_remove(at),
+                None if late.start >= gap_end || !late.holds_up => continue,
+                None => {
+                    let busy = busy.get_or_insert_with(|| self.diligent());
+                    // Another thread of the same worker may do it where no other worker is there.
+                    let others = |id: &PeerId| self.peers[id].slots > late.copies_at(*id);
+                    let Some(at) = busy.iter().position(free).or_else(|| busy.iter().position(others)) else {
+                        continue;
+                    };
+                    busy.remove(at)
+                }
+            };
+            if let Some((lease, range)) = self.ledger.lease_again(late.lease) {
+                actions.push(self.send_lease(taker, lease, range, now));
             }
         }
         actions
     }
 
-    /// Leases that should have been in long ago, those first that have been out for longest. Of walks that are out more
-    /// than once, the last lease counts.
-    fn late(&self, now: Now) -> Vec<Late> {
+    /// Some of those that brought a result, those first that have just done so.
+    fn diligent(&self) -> Vec<PeerId> {
+        let mut busy: Vec<PeerId> = self
+            .peers
+            .iter()
+            .filter(|(_, peer)| peer.is_working() && peer.slots > 0 && peer.results > 0)
+            .map(|(&id, _)| id)
+            .collect();
+        busy.sort_unstable_by_key(|id| (std::cmp::Reverse(self.peers[id].delivered), *id));
+        busy.truncate(MOST_LATE);
+        busy
+    }
+
+    /// Leases below a walk that should have been in long ago, lowest first, since all wait for the lowest. Of walks that are out
+    /// more than once, the last lease counts, and each takes twice the patience of the one before.
+    fn late(&self, now: Now, below: u64) -> Vec<Late> {
         let fastest = self.peers.values().map(|peer| peer.rate).fold(0.0, f64::max);
-        let mut out: BTreeMap<u64, Late> = BTreeMap::new();
-        for (&id, peer) in &self.peers {
-            for (&lease, &since) in &peer.leases {
-                // Others have done what is not out any more.
-                let Some(range) = self.ledger.range(lease) else { continue };
-                let walking = (range.end - range.start) as f64 / (fastest * peer.lease_threads() as f64);
-                let seconds = self.lease_seconds(now).max(peer.lease_seconds).max(walking);
-                let patience = LATE * self.terms.leases_per_thread as f64 * seconds;
-                let fresh = || Late { since, patience, lease, holders: vec![] };
-                let late = out.entry(range.start).or_insert_with(fresh);
-                if since > late.since {
-                    (late.since, late.patience) = (since, patience);
+        let mut found = Vec::new();
+        for (start, leases) in self.ledger.out().take_while(|&(start, _)| start < below).take(MOST_LOOKED_AT)
+        {
+            let holders: Vec<PeerId> =
+                leases.iter().filter_map(|lease| self.holders.get(lease).copied()).collect();
+            let given = leases.iter().zip(&holders).map(|(lease, id)| self.peers[id].leases[lease].awake);
+            let Some(since) = given.max() else { continue };
+            let patience = self.patience(leases[0], holders[0], fastest, now)
+                * f64::from(1_u32 << holders.len().min(20))
+                / 2.0;
+            let waited = (self.awake - since).as_secs_f64();
+            if waited > patience {
+                found.push(Late {
+                    start,
+                    lease: leases[0],
+                    holders,
+                    holds_up: waited > GAP_PATIENCE * patience,
+                });
+                if found.len() == MOST_LATE {
+                    break;
                 }
-                late.holders.push(id);
             }
         }
-        let mut late: Vec<Late> = out
-            .into_values()
-            .filter(|late| {
-                late.holders.len() < MOST_COPIES && (self.awake - late.since).as_secs_f64() > late.patience
-            })
-            .collect();
-        late.sort_unstable_by_key(|late| late.since);
-        late
+        found
+    }
+
+    /// How long a lease may take before it is late [s].
+    fn patience(&self, lease: LeaseId, holder: PeerId, fastest: f64, now: Now) -> f64 {
+        let (peer, range) = (&self.peers[&holder], self.ledger.range(lease).unwrap_or_default());
+        let walking = (range.end - range.start) as f64 / (fastest * peer.lease_threads().max(1) as f64);
+        let seconds = self.lease_seconds(now).max(peer.lease_seconds).max(walking);
+        LATE * self.terms.leases_per_thread as f64 * seconds
     }
 }

@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::time::Duration;
 
-use crate::lead::PeerId;
+use crate::lead::{Now, PeerId};
 use crate::ledger::LeaseId;
 
 /// Where a connection stands.
@@ -15,6 +15,17 @@ pub enum Stage {
     Welcomed,
     /// Shoots.
     Working,
+}
+
+/// Threads that are believed of somebody who has not brought anything.
+const FIRST_THREADS: usize = 64;
+
+/// When a lease was given.
+#[derive(Clone, Copy, Debug)]
+pub struct Since {
+    /// By the waking clock.
+    pub awake: Duration,
+    pub now: Now,
 }
 
 /// A connection, and what its worker was given.
@@ -30,8 +41,8 @@ pub struct Peer {
     pub slots: usize,
     /// How long its leases take at least [s].
     pub lease_seconds: f64,
-    /// What it was given and has not answered for, and when, by the waking clock. Some of it others may have done since.
-    pub leases: HashMap<LeaseId, Duration>,
+    /// What it was given and has not answered for, and when. Some of it others may have done since.
+    pub leases: HashMap<LeaseId, Since>,
     /// When it last spoke, by the waking clock.
     pub heard: Duration,
     pub progress: u64,
@@ -41,6 +52,10 @@ pub struct Peer {
     pub rate: f64,
     pub longest_lease: u64,
     pub cpu_seconds: f64,
+    /// Results that it brought.
+    pub results: usize,
+    /// When it last brought one, by the waking clock.
+    pub delivered: Duration,
     /// Heartbeats that it may send now.
     pub beats: f64,
 }
@@ -62,6 +77,8 @@ impl Peer {
             rate: 0.0,
             longest_lease: 0,
             cpu_seconds: 0.0,
+            results: 0,
+            delivered: Duration::ZERO,
             beats,
         }
     }
@@ -70,9 +87,19 @@ impl Peer {
         matches!(self.stage, Stage::Working)
     }
 
+    /// Threads that are believed: more with every result, so that a claim alone costs nobody anything.
+    pub fn trusted_threads(&self) -> usize {
+        self.threads.min(FIRST_THREADS.saturating_mul(1 + self.results))
+    }
+
+    /// Leases that it may work on at once.
+    pub fn trusted_slots(&self) -> usize {
+        if self.relays { self.threads.min(1) } else { self.trusted_threads() }
+    }
+
     /// Threads that share a lease.
     pub fn lease_threads(&self) -> usize {
-        if self.relays { self.threads } else { 1 }
+        if self.relays { self.trusted_threads() } else { 1 }
     }
 
     /// Walks per second of those that share a lease.

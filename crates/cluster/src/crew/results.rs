@@ -45,13 +45,17 @@ impl Crew {
             ..=SMALL_TALLY => true,
             _ => self.transfers.finish(id, lease, &result.sums).map(|sums| result.sums = sums).is_some(),
         };
-        if !asked || peer.leases.remove(&lease).is_none() {
+        let Some(since) = asked.then(|| peer.leases.remove(&lease)).flatten() else {
             return self.drop_peer(id, "sent a result that it was not asked for");
-        }
+        };
+        self.holders.remove(&lease);
         if result.cpu_seconds.is_finite() {
             peer.cpu_seconds = peer.cpu_seconds.max(result.cpu_seconds);
         }
-        let (number, seconds) = (self.roster.number(&peer.name), result.seconds);
+        // Nobody walks faster than results come: one lease waits while another is walked.
+        let taken = now.saturating_sub(since.now).as_secs_f64() / (2.0 * self.terms.leases_per_thread as f64);
+        let seconds = result.seconds.max(taken);
+        let name = peer.name.clone();
         self.gets_on(id);
         self.consider(id);
         let accepted = Counts::from_array(*result.counts)
@@ -59,7 +63,13 @@ impl Crew {
             .and_then(|counts| Parcel::new(counts, result.sums, result.digest, &self.digester))
             .and_then(|parcel| {
                 let walks = parcel.counts().walks;
-                self.ledger.accept(lease, parcel, number).map(|()| walks)
+                if self.ledger.range(lease).is_none() {
+                    return Err(Rejected::NotLeased(lease));
+                }
+                match parcel.breach(&self.terms.limits, self.terms.layout) {
+                    Some(breach) => Err(Rejected::Impossible(breach)),
+                    None => self.ledger.accept(lease, parcel, self.roster.number(&name)).map(|()| walks),
+                }
             });
         match accepted {
             Ok(walks) => {
@@ -68,6 +78,7 @@ impl Crew {
                 let rate = walks as f64 / seconds.max(1e-6) / peer.lease_threads().max(1) as f64;
                 peer.rate = if peer.rate == 0.0 { rate } else { 0.5 * (peer.rate + rate) };
                 self.last_result = now;
+                self.trust(id);
                 Step::Moved(vec![])
             }
             // Others were faster, or it was given up and is back.
@@ -75,15 +86,29 @@ impl Crew {
             Err(Rejected::Tally(MergeError::Overflow(_))) => Step::Overflow,
             Err(rejected) => {
                 self.ledger.lose(lease);
-                self.drop_peer(id, &format!("sent a result that does not fit ({rejected})"))
+                self.ban(id, &rejected.to_string())
             }
         }
+    }
+
+    /// A worker has brought a result.
+    fn trust(&mut self, id: PeerId) {
+        let peer = self.peers.get_mut(&id).expect("the caller found it");
+        self.threads -= peer.trusted_threads();
+        self.slots -= peer.slots;
+        peer.results = peer.results.saturating_add(1);
+        peer.delivered = self.awake;
+        peer.slots = peer.trusted_slots();
+        self.threads += peer.trusted_threads();
+        self.slots += peer.slots;
+        self.consider(id);
     }
 
     /// Lets a worker drop a large result that others have brought.
     fn spare(&mut self, id: PeerId, lease: LeaseId) -> Action {
         if let Some(peer) = self.peers.get_mut(&id) {
             peer.leases.remove(&lease);
+            self.holders.remove(&lease);
         }
         self.gets_on(id);
         self.consider(id);
@@ -105,9 +130,18 @@ impl Crew {
         actions
     }
 
+    /// Does what time brings about, whatever else happens: gives out late leases once more, asks for what is kept, and makes room
+    /// where all wait for each other.
+    pub fn keep_going(&mut self, now: Now) -> Vec<Action> {
+        let mut actions = self.lease_late(now);
+        actions.extend(self.ask());
+        actions.extend(self.make_room(now));
+        actions
+    }
+
     /// Where every lease that is out is a result that is kept beyond a gap, nobody is free to fill the gap: whoever keeps
     /// the furthest drops its own, which are leased again.
-    pub fn make_room(&mut self, now: Now) -> Vec<Action> {
+    fn make_room(&mut self, now: Now) -> Vec<Action> {
         let out: usize = self.peers.values().map(|peer| peer.leases.len()).sum();
         if !self.ledger.has_lost() || !self.hungry.is_empty() || self.transfers.kept() < out {
             return vec![];

@@ -230,7 +230,7 @@ pub const BULK: usize = 200_000;
 pub const SINGLE: Layout = Layout { scores: 1, moments: 1, events: false };
 
 pub fn bulky(walks: u64) -> Tally {
-    let counts = Counts { walks, ..Counts::default() };
+    let counts = Counts { walks, rays: walks, absorbed: walks, ..Counts::default() };
     let sums = (0..BULK as u128).map(|patch| u128::from(walks) * (u128::from(u64::MAX) + patch)).collect();
     Tally::from_parts(counts, BULK, SINGLE, sums).unwrap()
 }

@@ -7,12 +7,15 @@ use cluster::checkpoint::{Look, Past};
 use cluster::codec::{pack, unpack};
 use cluster::coordinator::{Coordinator, Plan};
 use cluster::digest::Digester;
+use cluster::limits::Limits;
 use cluster::message::{Hello, LeaseResult, PROTOCOL, ToCoordinator, ToWorker};
 use radiosity::{Counts, Layout, Tally};
 
 pub const PATCHES: usize = 3;
 pub const MOMENTS: usize = 2;
 pub const LAYOUT: Layout = Layout { scores: 1, moments: MOMENTS, events: false };
+/// What a walk of [`Board::shoot`] can come to.
+pub const LIMITS: Limits = Limits { ends: 1, rays: 7, ray_score: 1 << 24, walk_score: 1 << 24 };
 pub const BUILD: &str = "0.1.0 (toy)";
 pub const JOB: &[u8] = b"a toy job";
 pub const SCENE_HASH: [u8; 32] = [1; 32];
@@ -37,7 +40,13 @@ impl Board {
     pub fn shoot(&mut self, walks: Range<u64>) {
         for n in walks {
             let luck = hash(n);
-            let counts = Counts { walks: 1, rays: 1 + luck % 7, absorbed: luck % 2, ..Counts::default() };
+            let counts = Counts {
+                walks: 1,
+                rays: 1 + luck % 7,
+                absorbed: luck % 2,
+                escaped: 1 - luck % 2,
+                ..Counts::default()
+            };
             self.counts.add(&counts).unwrap();
             let patch = luck as usize % PATCHES;
             for (power, sum) in (1..).zip(&mut self.sums[patch * MOMENTS..][..MOMENTS]) {
@@ -71,6 +80,7 @@ pub fn plan(paths: u64, stream_paths: u64) -> Plan {
         leases_per_thread: 2,
         patches: PATCHES,
         layout: LAYOUT,
+        limits: LIMITS,
         wall: None,
         first: 0,
         lots: 0,

@@ -1,0 +1,140 @@
+//! What the walks of a job can come to at most, so that a result that cannot be is refused when it arrives.
+//!
+//! Bounds are generous: a result that breaks one is wrong beyond doubt. One that keeps them may still be wrong, which
+//! `radwalk audit` finds.
+
+use radiosity::{Counts, Layout};
+
+/// Walks end one by one, or, where batches take the place of walks, their rays or walks do.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Limits {
+    /// Ends of a walk: 1; of a batch as many as it has paths.
+    pub ends: u64,
+    /// Rays of a walk, at most.
+    pub rays: u64,
+    /// Units that a ray adds to the scores of a patch, at most.
+    pub ray_score: u128,
+    /// Units of a walk's score on a patch, at most.
+    pub walk_score: u128,
+}
+
+/// Weights that ended are kept in 2⁻⁴⁰; no walk carries more than this.
+const MOST_WEIGHT: u128 = 1 << 48;
+
+impl Limits {
+    /// Of work of which nothing is known but that its walks end once.
+    pub const NONE: Limits = Limits { ends: 1, rays: u64::MAX, ray_score: u128::MAX, walk_score: u128::MAX };
+
+    /// Why counts cannot be, if they cannot.
+    pub fn breach_of_counts(&self, counts: &Counts) -> Option<&'static str> {
+        let Counts { walks, rays, absorbed, absorbed_back, escaped, truncated, .. } = *counts;
+        let ended: u128 = [absorbed, absorbed_back, escaped, truncated].into_iter().map(u128::from).sum();
+        let paths = u128::from(walks) * u128::from(self.ends);
+        let rays = u128::from(rays);
+        let by_ray = self.ends > 1 && ended == rays;
+        let weights = [counts.absorbed_back_weight, counts.escaped_weight, counts.truncated_weight];
+        let most = u128::from(walks) * MOST_WEIGHT;
+        match () {
+            () if ended != paths && !by_ray => Some("not every walk of it ended once"),
+            () if rays > u128::from(walks) * u128::from(self.rays) => Some("its walks are too long"),
+            () if weights.as_flattened().iter().any(|&weight| weight > most) => {
+                Some("its walks are too heavy")
+            }
+            () => None,
+        }
+    }
+
+    /// Why sums, patch-major, cannot be those of such walks, if they cannot.
+    pub fn breach_of_sums(
+        &self,
+        counts: &Counts,
+        layout: Layout,
+        sums: impl Iterator<Item = u128>,
+    ) -> Option<&'static str> {
+        let (walks, rays) = (u128::from(counts.walks), u128::from(counts.rays));
+        let most = rays.saturating_mul(self.ray_score).min(walks.saturating_mul(self.walk_score));
+        let scores = layout.scores * layout.moments;
+        let (mut column, mut before) = (0, 0_u128);
+        for sum in sums {
+            let (is_first, is_event) = (column % layout.moments == 0, column == scores);
+            let (least, limit) = match () {
+                () if is_event => (0, rays.max(walks)),
+                () if is_first => (0, most),
+                // Scores are whole numbers: their squares are no less, and no more than the largest times the score.
+                () => (before, before.saturating_mul(self.walk_score)),
+            };
+            if sum > limit {
+                return Some("its walks cannot score so much");
+            }
+            if sum < least {
+                return Some("its squares are less than its scores");
+            }
+            before = sum;
+            column = (column + 1) % layout.columns();
+        }
+        None
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const LIMITS: Limits = Limits { ends: 1, rays: 1000, ray_score: 1, walk_score: 1000 };
+    const PAIR: Layout = Layout { scores: 1, moments: 2, events: false };
+
+    fn counts() -> Counts {
+        Counts {
+            walks: 100,
+            rays: 300,
+            absorbed: 90,
+            escaped: 10,
+            escaped_weight: [10 << 40, 0, 0],
+            ..Counts::default()
+        }
+    }
+
+    #[test]
+    fn walks_end_once_and_take_few_rays() {
+        let breach = |change: fn(&mut Counts)| {
+            let mut counts = counts();
+            change(&mut counts);
+            LIMITS.breach_of_counts(&counts)
+        };
+        assert_eq!(breach(|_| {}), None);
+        assert!(breach(|counts| counts.absorbed -= 1).is_some());
+        assert!(breach(|counts| counts.truncated = u64::MAX).is_some());
+        assert!(breach(|counts| counts.rays = u64::MAX).is_some());
+        assert!(breach(|counts| counts.escaped_weight[1] = u128::MAX).is_some());
+        let batch = Limits { ends: 7, ..LIMITS };
+        let of_batches = Counts { walks: 10, rays: 75, absorbed: 70, ..Counts::default() };
+        assert_eq!(batch.breach_of_counts(&of_batches), None);
+        assert_eq!(
+            batch.breach_of_counts(&Counts { absorbed: 75, ..of_batches }),
+            None,
+            "each ray of a chain"
+        );
+        assert!(batch.breach_of_counts(&Counts { absorbed: 69, ..of_batches }).is_some());
+    }
+
+    #[test]
+    fn scores_are_no_more_than_walks_can_make() {
+        let breach = |sums: [u128; 4]| LIMITS.breach_of_sums(&counts(), PAIR, sums.into_iter());
+        assert_eq!(breach([300, 90_000, 0, 0]), None);
+        assert!(breach([0, 0, 301, 301]).is_some(), "more than rays");
+        assert!(breach([0, 1, 0, 0]).is_some(), "squares of nothing");
+        assert!(breach([10, 9, 0, 0]).is_some());
+        assert!(breach([10, 10_001, 0, 0]).is_some());
+        assert!(breach([0, 0, 1 << 90, 1 << 100]).is_some());
+        assert!(breach([u128::MAX; 4]).is_some());
+        let counted = Layout { events: true, ..PAIR };
+        let breach = |sums: [u128; 3]| LIMITS.breach_of_sums(&counts(), counted, sums.into_iter());
+        assert_eq!(breach([300, 300, 300]), None);
+        assert!(breach([300, 300, 301]).is_some());
+        assert_eq!(
+            Limits::NONE.breach_of_sums(&counts(), counted, [u128::MAX; 3].into_iter()),
+            Some("its walks cannot score so much"),
+            "events"
+        );
+    }
+}
