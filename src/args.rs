@@ -120,7 +120,7 @@ pub struct CoordinateArgs {
 
 #[derive(Args)]
 pub struct WorkArgs {
-    /// The access file that the coordinator wrote
+    /// The access file that the coordinator wrote; - reads it from standard input
     #[arg(long, value_name = "FILE")]
     pub access: PathBuf,
     /// Threads

@@ -6,20 +6,21 @@
 
 use std::collections::BTreeMap;
 use std::ops::Range;
+use std::path::Path;
 use std::sync::Mutex;
 
 use cluster::access::random_bytes;
-use cluster::checkpoint::{self, Checkpoint, Part};
+use cluster::checkpoint::{self, Checkpoint, CheckpointError, Part};
 use cluster::deliveries::{Delivery, SEVERAL};
 use cluster::digest::{self, Digest, Digester};
-use radiosity::{Experiment, Overflow, Sequence};
+use radiosity::{Estimates, Experiment, Overflow, Sequence};
 
 use crate::args::AuditArgs;
 use crate::checkpoints::CURRENT;
 use crate::console::say;
 use crate::fault::{Fault, Outcome};
 use crate::merge::builds;
-use crate::replica::{self, MOMENTS, Replica};
+use crate::replica::{self, MOMENTS, Replica, check_shape};
 use crate::settings::Settings;
 
 /// The most walks between two emptyings of a board.
@@ -44,6 +45,9 @@ pub fn audit(args: &AuditArgs) -> Result<Outcome, Fault> {
     let checkpoint = checkpoint::read(&args.run.join(CURRENT))?;
     let kept = |reason| Fault::Kept { path: args.run.clone(), reason, build: builds(&checkpoint) };
     let (settings, experiment) = replica::unpack(&checkpoint.book.job).map_err(kept)?;
+    let path = args.run.join(CURRENT);
+    check_shape(&checkpoint, &experiment).map_err(|fault| CheckpointError { path, fault })?;
+    check_table(&args.run, &checkpoint, &settings, &experiment)?;
     let job_hash = |part: &Part| job::job_hash(experiment.scene().hash(), &settings.method, part.seed);
     if !checkpoint.book.parts.iter().all(|part| part.job_hash == job_hash(part)) {
         return Err(kept("its walks are not those of the job".into()));
@@ -75,6 +79,22 @@ pub fn audit(args: &AuditArgs) -> Result<Outcome, Fault> {
         return Ok(Outcome::Done);
     }
     Err(Fault::Audit { wrong: wrong.len(), leases: sample.len(), workers: blame(&wrong, &checkpoint, what) })
+}
+
+/// Whether the table beside a tally, if there is one, is made from it.
+fn check_table(
+    run: &Path,
+    checkpoint: &Checkpoint,
+    settings: &Settings,
+    experiment: &Experiment,
+) -> Result<(), Fault> {
+    let Ok(table) = std::fs::read(run.join("patches.csv")) else { return Ok(()) };
+    let level = settings.level(experiment.scene());
+    let estimates = Estimates::new(experiment, &checkpoint.tally, level);
+    let mut expected = Vec::new();
+    report::write_patches(&mut expected, &estimates)
+        .map_err(|source| Fault::System { doing: "writing a table to memory", source })?;
+    if table == expected { Ok(()) } else { Err(Fault::OtherTable { run: run.into() }) }
 }
 
 fn fresh_seed() -> Result<u64, Fault> {

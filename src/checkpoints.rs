@@ -2,13 +2,16 @@
 
 use std::fs::File;
 use std::io::{self, BufReader};
-use std::path::{Path, PathBuf};
+use std::path::Path;
+use std::sync::Arc;
 use std::sync::mpsc::{Receiver, SyncSender, TryRecvError, sync_channel};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 use cluster::checkpoint::{self, Book, Checkpoint, CheckpointError, CheckpointFault, Part, Past, Session};
 use cluster::coordinator::Coordinator;
+
+use report::OutputFolder;
 
 use crate::fault::Fault;
 
@@ -99,20 +102,38 @@ pub fn find(
     }
 }
 
-/// Writes a checkpoint in place of the latest one, which is kept as the previous one where it is `good`. It is read back
+/// What is made from a tally. It does not stand beside that of another run.
+pub const DERIVED: [&str; 3] = ["patches.csv", "summary.json", "radiosity.png"];
+
+/// What the latest tally of a folder is to a run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Latest {
+    /// The run goes on from it: it becomes the previous one.
+    Good,
+    /// It is damaged, and the previous one is not.
+    Damaged,
+    /// It is another run's, as is all that is made from it, or there is none.
+    Foreign,
+}
+
+/// Writes a checkpoint in place of the latest one, which is kept as the previous one where it is good. It is read back
 /// before that: a checkpoint that cannot be resumed from takes no other's place.
 ///
 /// # Errors
 /// Where the books do not balance (nothing is written then) or the file cannot be written.
-pub fn write(folder: &Path, checkpoint: &Checkpoint, good: bool) -> Result<(), Fault> {
-    let path = folder.join(CURRENT);
+pub fn write(folder: &OutputFolder, checkpoint: &Checkpoint, latest: Latest) -> Result<(), Fault> {
+    let path = folder.file(CURRENT);
     checkpoint.verify().map_err(|fault| CheckpointError { path: path.clone(), fault })?;
-    let previous = good.then(|| folder.join(PREVIOUS));
+    folder.keep_hold()?;
+    let previous = (latest == Latest::Good).then(|| folder.file(PREVIOUS));
     let prove = |file: &File| {
         let length = file.metadata()?.len();
         checkpoint::prove(BufReader::new(file), length).map_err(io::Error::other)
     };
     report::replace_atomically(&path, previous.as_deref(), |file| checkpoint.write(file), prove)?;
+    if latest == Latest::Foreign {
+        folder.remove(&[&DERIVED[..], &[PREVIOUS]].concat())?;
+    }
     Ok(())
 }
 
@@ -126,33 +147,34 @@ pub struct Keeper {
     checkpoints: SyncSender<Checkpoint>,
     written: Receiver<Result<(), Fault>>,
     under_way: bool,
-    thread: JoinHandle<bool>,
+    thread: JoinHandle<Latest>,
 }
 
 impl Keeper {
-    /// A keeper of a run that has `walks` in its latest checkpoint, which is `good` or to be replaced.
+    /// A keeper of a run that has `walks` in its latest checkpoint.
     ///
     /// # Errors
     /// Where no thread can be started.
     pub fn new(
-        folder: &Path,
+        folder: Arc<OutputFolder>,
         interval: Duration,
         identity: Identity,
         walks: u64,
-        good: bool,
+        latest: Latest,
     ) -> Result<Self, Fault> {
         let (checkpoints, inbox) = sync_channel::<Checkpoint>(1);
         let (outbox, written) = sync_channel(1);
-        let folder = PathBuf::from(folder);
         let keep = move || {
-            let mut good = good;
+            let mut latest = latest;
             for checkpoint in inbox {
-                let done = write(&folder, &checkpoint, good);
-                good |= done.is_ok();
+                let done = write(&folder, &checkpoint, latest);
+                if done.is_ok() {
+                    latest = Latest::Good;
+                }
                 // A run that has ended does not listen.
                 let _ = outbox.send(done);
             }
-            good
+            latest
         };
         let thread = std::thread::Builder::new()
             .spawn(keep)
@@ -183,10 +205,9 @@ impl Keeper {
         Ok(())
     }
 
-    /// Ends the thread. Returns what the last checkpoint of the run is made from, and whether the latest one on disk
-    /// is good.
-    pub fn finish(self) -> (Identity, bool) {
+    /// Ends the thread. Returns what the last checkpoint of the run is made from, and what the latest one on disk is.
+    pub fn finish(self) -> (Identity, Latest) {
         drop((self.checkpoints, self.written));
-        (self.identity, self.thread.join().unwrap_or(false))
+        (self.identity, self.thread.join().unwrap_or(Latest::Damaged))
     }
 }

@@ -13,23 +13,29 @@ use job::{Budget, Job, Method};
 use radiosity::{Estimates, Experiment, Tally};
 
 use crate::args::{CoordinateArgs, JobArgs, OutArgs, RunArgs};
-use crate::checkpoints::{self, Found, Identity, Keeper};
+use crate::checkpoints::{self, Found, Identity, Keeper, Latest};
 use crate::console::tell;
 use crate::fault::{Fault, Outcome};
 use crate::limits::limits;
 use crate::local::LocalWorkers;
 use crate::outputs::RunOutput;
 use crate::progress::Display;
+use crate::replica::check_shape;
 use crate::settings::Settings;
 use crate::target::{Observer, judge, looks};
 use crate::{replica, signals};
 
+/// Between tries to write the results of a run.
+const FINAL_WAITS: [Duration; 4] =
+    [Duration::from_secs(1), Duration::from_secs(2), Duration::from_secs(4), Duration::from_secs(8)];
+
 /// Runs a job on worker processes of this machine.
 pub fn run(args: &RunArgs) -> Result<Outcome, Fault> {
     let prepared = Prepared::new(&args.job, &args.out, args.resume)?;
-    let Door { listener, access, mut workers, _folder } =
+    let Door { listener, access, mut workers } =
         Door::open(&prepared.identity, processes(args.workers), args.threads)?;
     signals::catch();
+    signals::keep_memory_private();
     prepared.serve(listener, access, &args.out, Some(&mut workers))
 }
 
@@ -37,7 +43,10 @@ pub fn run(args: &RunArgs) -> Result<Outcome, Fault> {
 pub fn coordinate(args: &CoordinateArgs) -> Result<Outcome, Fault> {
     let prepared = Prepared::new(&args.job, &args.out, args.resume)?;
     let access_file = args.access.clone().unwrap_or_else(|| prepared.output.path().join("access.json"));
-    let (listener, access) = listen(&prepared.identity, &args.listen, &access_file)?;
+    let (listener, access) = listen(&prepared.identity, &args.listen)?;
+    access
+        .write(&access_file)
+        .map_err(|source| Fault::AccessFileWrite { path: access_file.clone(), source })?;
     if !args.out.quiet {
         tell(&format!(
             "listening at {}; start workers with: radwalk work --access {}",
@@ -46,9 +55,10 @@ pub fn coordinate(args: &CoordinateArgs) -> Result<Outcome, Fault> {
         ));
     }
     signals::catch();
-    let done = prepared.serve(listener, access, &args.out, None);
-    // The key is of no use any more. Whoever removed the file before has saved us the work.
-    let _ = std::fs::remove_file(&access_file);
+    signals::keep_memory_private();
+    let done = prepared.serve(listener, access.clone(), &args.out, None);
+    // The key is of no use any more. Where the file is gone, or another coordinator's by now, there is nothing to do.
+    let _ = access.remove(&access_file);
     done
 }
 
@@ -68,8 +78,6 @@ pub struct Door {
     pub access: Access,
     /// None of them yet.
     pub workers: LocalWorkers,
-    /// Has the access file.
-    _folder: tempfile::TempDir,
 }
 
 impl Door {
@@ -78,12 +86,9 @@ impl Door {
     /// # Errors
     /// Where the system refuses.
     pub fn open(identity: &Identity, workers: usize, threads: u32) -> Result<Self, Fault> {
-        let folder = tempfile::tempdir()
-            .map_err(|source| Fault::System { doing: "making a temporary folder", source })?;
-        let access_file = folder.path().join("access.json");
-        let (listener, access) = listen(identity, "127.0.0.1:0", &access_file)?;
-        let workers = LocalWorkers::new(&access_file, workers, threads);
-        Ok(Door { listener, access, workers, _folder: folder })
+        let (listener, access) = listen(identity, "127.0.0.1:0")?;
+        let workers = LocalWorkers::new(&access, workers, threads);
+        Ok(Door { listener, access, workers })
     }
 }
 
@@ -95,8 +100,8 @@ struct Prepared {
     output: RunOutput,
     identity: Identity,
     past: Past,
-    /// Whether the latest tally of the output folder can be kept as the previous one.
-    good: bool,
+    /// What the latest tally of the output folder is to this run.
+    latest: Latest,
 }
 
 impl Prepared {
@@ -108,7 +113,8 @@ impl Prepared {
         let output = RunOutput::new(&folder, out.force || resume)?;
         let identity = identity(&job, &settings, &experiment)?;
         let past = Past::none(experiment.tally::<{ replica::MOMENTS }>());
-        let mut prepared = Prepared { job, settings, experiment, output, identity, past, good: true };
+        let mut prepared =
+            Prepared { job, settings, experiment, output, identity, past, latest: Latest::Foreign };
         if resume {
             prepared.resume(out.quiet)?;
         }
@@ -118,7 +124,10 @@ impl Prepared {
     /// Goes on from the latest usable checkpoint; from the beginning, where there is none yet.
     fn resume(&mut self, quiet: bool) -> Result<(), Fault> {
         let Identity { scene_hash, job_hash, first, .. } = &self.identity;
-        let fits = |checkpoint: &Checkpoint| checkpoint.check_job(scene_hash, job_hash, *first);
+        let fits = |checkpoint: &Checkpoint| {
+            checkpoint.check_job(scene_hash, job_hash, *first)?;
+            check_shape(checkpoint, &self.experiment)
+        };
         let Some(Found { checkpoint, passed_over }) =
             checkpoints::find(self.output.path(), fits).map_err(|error| self.explain(error))?
         else {
@@ -131,7 +140,9 @@ impl Prepared {
         }
         if let Some(error) = passed_over {
             tell(&format!("radwalk: {error}; the previous checkpoint is used instead"));
-            self.good = false;
+            self.latest = Latest::Damaged;
+        } else {
+            self.latest = Latest::Good;
         }
         if !quiet {
             tell(&format!("resumed after {walks} paths"));
@@ -194,8 +205,8 @@ impl Prepared {
         let mut coordinator = Coordinator::new(self.plan()?, past);
         let interval = Duration::from_secs_f64(self.job.budget.checkpoint_seconds);
         let walks = coordinator.progress().walks;
-        let folder = self.output.path();
-        let mut keeper = Keeper::new(folder, interval, self.identity.clone(), walks, self.good)?;
+        let folder = self.output.folder().clone();
+        let mut keeper = Keeper::new(folder, interval, self.identity.clone(), walks, self.latest)?;
         let display = std::cell::RefCell::new(Display::new(
             out,
             &self.experiment,
@@ -215,7 +226,7 @@ impl Prepared {
                 // Memory that has failed once is not to be trusted with the rest.
                 broken |= matches!(fault, Fault::Checkpoint(_));
                 let rest = if broken { "the run ends" } else { "the run goes on, the one before is kept" };
-                display.note(&format!("no checkpoint: {fault}; {rest}"));
+                display.warn(&format!("no checkpoint: {fault}; {rest}"));
             }
             if broken || signals::stop_asked() {
                 return Wish::Stop;
@@ -233,13 +244,27 @@ impl Prepared {
                 .map_err(|source| Fault::System { doing: "serving the workers", source })?;
         display.borrow().finish();
         drop(display);
-        let (identity, good) = keeper.finish();
+        let (identity, latest) = keeper.finish();
         let checkpoint = identity.checkpoint(coordinator.into_past());
         // After an overflow the sums are no longer those of any walks.
         if ending != Ending::Overflow {
-            self.output.write(&self.settings, &self.experiment, &checkpoint, good, out)?;
+            self.write(&checkpoint, latest, out)?;
         }
         self.outcome(ending, &checkpoint, workers)
+    }
+
+    /// Writes the results. A disk may be full for a moment only, and it would be a pity of the walks: it is tried for a while.
+    fn write(&self, checkpoint: &Checkpoint, latest: Latest, out: &OutArgs) -> Result<(), Fault> {
+        let mut waits = FINAL_WAITS.into_iter();
+        loop {
+            let fault = match self.output.write(&self.settings, &self.experiment, checkpoint, latest, out) {
+                Err(fault @ Fault::Report(report::Error::Io { .. })) => fault,
+                done => return done,
+            };
+            let Some(wait) = waits.next() else { return Err(fault) };
+            tell(&format!("radwalk: {fault}; it is tried again in {} s", wait.as_secs()));
+            std::thread::sleep(wait);
+        }
     }
 
     fn outcome(
@@ -256,6 +281,8 @@ impl Prepared {
             Ending::Stuck => Err(Fault::Stuck { out: self.output.path().into() }),
             Ending::Interrupted => Ok(Outcome::Interrupted),
             Ending::TargetReached => Ok(Outcome::Done),
+            // The clock ran out before anything was known.
+            Ending::WallClock if checkpoint.tally.counts.walks == 0 => Ok(Outcome::TargetMissed),
             Ending::BudgetSpent | Ending::WallClock => {
                 Ok(if self.target_missed(checkpoint) { Outcome::TargetMissed } else { Outcome::Done })
             }
@@ -307,14 +334,11 @@ pub fn plan(
     })
 }
 
-/// Listens at an address and writes the access file for it.
-fn listen(identity: &Identity, address: &str, access_file: &Path) -> Result<(TcpListener, Access), Fault> {
+/// Listens at an address; returns what lets workers in.
+fn listen(identity: &Identity, address: &str) -> Result<(TcpListener, Access), Fault> {
     let (listener, address) = bind(address)?;
     let access = Access::new(address, crate::BUILD, identity.scene_hash)
         .map_err(|source| Fault::System { doing: "drawing a random key", source })?;
-    access
-        .write(access_file)
-        .map_err(|source| Fault::AccessFileWrite { path: access_file.into(), source })?;
     Ok((listener, access))
 }
 

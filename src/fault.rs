@@ -136,6 +136,15 @@ pub enum Fault {
         /// Who delivered those that differ.
         workers: String,
     },
+    /// A table stands beside the tally of another run.
+    #[error(
+        "{}/patches.csv is not made from the tally beside it (the run was not finished, the file was changed, or another version wrote it); go on with `radwalk run --resume`, or run the job again",
+        run.display()
+    )]
+    OtherTable {
+        /// The folder.
+        run: PathBuf,
+    },
     /// Some rows of the papers' tables came out otherwise.
     #[error(
         "{} rows differ from what theory says by more than chance explains ({}); see {}, then find out which is wrong",
@@ -236,7 +245,11 @@ impl Fault {
             Fault::Checkpoint(_) | Fault::BeyondBudget { .. } | Fault::Merge { .. } => 2,
             Fault::Kept { .. } | Fault::Share(_) | Fault::OtherBatches { .. } | Fault::NoWalks => 2,
             Fault::NoEntry { .. } | Fault::Table { .. } | Fault::TwinJobs(_) => 2,
-            Fault::Audit { .. } | Fault::Listen { .. } | Fault::Worker(_) | Fault::NoWorkers(_) => 3,
+            Fault::OtherTable { .. }
+            | Fault::Audit { .. }
+            | Fault::Listen { .. }
+            | Fault::Worker(_)
+            | Fault::NoWorkers(_) => 3,
             Fault::NotReproduced { .. } | Fault::Overflow | Fault::System { .. } | Fault::Stuck { .. } => 3,
             Fault::Study { .. } | Fault::Unfounded { .. } => 3,
             Fault::Interrupted => Outcome::Interrupted.exit_code(),

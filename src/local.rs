@@ -1,15 +1,21 @@
 //! The worker processes of `radwalk run`: started, replaced when they die, taken down at the end.
 
-use std::path::{Path, PathBuf};
+use std::io::Write;
 use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
 
+use cluster::access::Access;
 use cluster::lead::Notice;
 
-use crate::work::name;
+use crate::work::{ACCESS_BY_INPUT, name};
 
-/// So many deaths in a row, times the number of workers, without any progress of the job, and no more are
-/// started: whatever kills them will kill the next.
+/// So many deaths in a row, times the number of workers, within no less than [`FUTILE_TIME`] and without any progress of the job,
+/// and no more are started: whatever kills them will kill the next.
 const FUTILE_DEATHS: usize = 3;
+const FUTILE_TIME: Duration = Duration::from_secs(10);
+
+/// After so many deaths in a row, times the number of workers, a worker that is missing is waited for before it is started.
+const RESTART_WAIT: Duration = Duration::from_millis(500);
 
 /// Where the C library's allocator is told what to do …
 const ALLOCATOR: &str = "GLIBC_TUNABLES";
@@ -20,25 +26,29 @@ const HUGE_PAGES: &str = "glibc.malloc.hugetlb=1";
 
 /// The children of this process.
 pub struct LocalWorkers {
-    access: PathBuf,
+    /// What lets them in, as they read it. It goes by their standard input, so that no file is left behind whatever happens.
+    access: Vec<u8>,
     threads: u32,
     children: Vec<Child>,
     wanted: usize,
     deaths: usize,
+    /// When the first and the last of these were.
+    died: Option<(Instant, Instant)>,
     walks_at_last_death: u64,
     /// What was last seen to go wrong.
     pub trouble: String,
 }
 
 impl LocalWorkers {
-    /// None yet; `access` is the file that lets them in.
-    pub fn new(access: &Path, wanted: usize, threads: u32) -> Self {
+    /// None yet; `access` lets them in.
+    pub fn new(access: &Access, wanted: usize, threads: u32) -> Self {
         LocalWorkers {
-            access: access.into(),
+            access: access.to_bytes(),
             threads,
             children: Vec::new(),
             wanted,
             deaths: 0,
+            died: None,
             walks_at_last_death: 0,
             trouble: String::new(),
         }
@@ -48,14 +58,19 @@ impl LocalWorkers {
     pub fn tend(&mut self, walks: u64) -> bool {
         self.bury(walks);
         while self.children.len() < self.wanted {
-            if self.deaths >= FUTILE_DEATHS * self.wanted {
+            if self.is_futile() {
                 return !self.children.is_empty();
+            }
+            let waits = self.deaths >= self.wanted
+                && self.died.is_some_and(|(_, last)| last.elapsed() < RESTART_WAIT);
+            if waits {
+                return true;
             }
             match self.start() {
                 Ok(child) => self.children.push(child),
                 Err(error) => {
                     self.trouble = format!("a worker process cannot be started: {error}");
-                    self.deaths += 1;
+                    self.count_death(walks);
                 }
             }
         }
@@ -64,14 +79,13 @@ impl LocalWorkers {
 
     /// Forgets the children that have died.
     fn bury(&mut self, walks: u64) {
-        let mut living = Vec::with_capacity(self.children.len());
+        let (mut living, mut died) = (Vec::with_capacity(self.children.len()), 0);
         for mut child in self.children.drain(..) {
             match child.try_wait() {
                 Ok(None) => living.push(child),
                 Ok(Some(status)) => {
                     self.trouble = format!("worker process {} ended with {status}", child.id());
-                    self.deaths = if walks > self.walks_at_last_death { 1 } else { self.deaths + 1 };
-                    self.walks_at_last_death = walks;
+                    died += 1;
                 }
                 Err(error) => {
                     self.trouble = format!("worker process {} cannot be watched: {error}", child.id())
@@ -79,20 +93,45 @@ impl LocalWorkers {
             }
         }
         self.children = living;
+        (0..died).for_each(|_| self.count_death(walks));
+    }
+
+    fn count_death(&mut self, walks: u64) {
+        let now = Instant::now();
+        let first = match self.died {
+            Some((first, _)) if walks <= self.walks_at_last_death => first,
+            _ => {
+                self.deaths = 0;
+                now
+            }
+        };
+        self.died = Some((first, now));
+        self.deaths += 1;
+        self.walks_at_last_death = walks;
+    }
+
+    fn is_futile(&self) -> bool {
+        let for_long = self.died.is_some_and(|(first, _)| first.elapsed() >= FUTILE_TIME);
+        self.deaths >= FUTILE_DEATHS * self.wanted && for_long
     }
 
     fn start(&self) -> std::io::Result<Child> {
         let mut command = Command::new(std::env::current_exe()?);
-        command.arg("work").arg("--access").arg(&self.access).args(["--quiet", "--wait", "0"]);
+        command.args(["work", "--access", ACCESS_BY_INPUT, "--quiet", "--wait", "0"]);
         command.arg("--threads").arg(self.threads.to_string());
         if std::env::var_os(ALLOCATOR).is_none() {
             command.env(ALLOCATOR, HUGE_PAGES);
         }
-        command.stdin(Stdio::null()).stdout(Stdio::null());
+        command.stdin(Stdio::piped()).stdout(Stdio::null());
         // A Ctrl-C on the terminal is for the coordinator, which takes its workers down in good order.
         #[cfg(unix)]
         std::os::unix::process::CommandExt::process_group(&mut command, 0);
-        command.spawn()
+        let mut child = command.spawn()?;
+        if let Some(mut input) = child.stdin.take() {
+            // A worker that is gone already is buried with the others. What is written fits a pipe.
+            let _ = input.write_all(&self.access);
+        }
+        Ok(child)
     }
 
     /// The most memory that one of them has taken [bytes], where the system tells.

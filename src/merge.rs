@@ -1,13 +1,13 @@
 //! `radwalk merge`: several results as one.
 
-use cluster::checkpoint::{self, Checkpoint};
+use cluster::checkpoint::{self, Checkpoint, CheckpointError};
 use cluster::merge::MergeFault;
 
 use crate::args::{MergeArgs, OutArgs};
-use crate::checkpoints::CURRENT;
+use crate::checkpoints::{CURRENT, Latest};
 use crate::fault::{Fault, Outcome};
 use crate::outputs::RunOutput;
-use crate::replica;
+use crate::replica::{self, check_shape};
 use crate::settings::Settings;
 
 /// Merges the runs in the order given; settings are those of the first.
@@ -19,6 +19,8 @@ pub fn merge(args: &MergeArgs) -> Result<Outcome, Fault> {
         reason,
         build: builds(&merged),
     })?;
+    check_shape(&merged, &experiment)
+        .map_err(|fault| CheckpointError { path: first.join(CURRENT), fault })?;
     for path in others {
         let other = checkpoint::read(&path.join(CURRENT))?;
         add(&mut merged, other, &settings).map_err(|fault| Fault::Merge { path: path.clone(), fault })?;
@@ -27,7 +29,7 @@ pub fn merge(args: &MergeArgs) -> Result<Outcome, Fault> {
     settings.seed = merged.book.parts.first().map_or(settings.seed, |part| part.seed);
     let output = RunOutput::new(&args.out, args.force)?;
     let out = OutArgs { out: None, force: args.force, quiet: args.quiet, json: false };
-    output.write(&settings, &experiment, &merged, true, &out)?;
+    output.write(&settings, &experiment, &merged, Latest::Foreign, &out)?;
     Ok(Outcome::Done)
 }
 

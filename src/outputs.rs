@@ -1,19 +1,20 @@
 //! What a run leaves behind: its output folder, and a few lines on screen.
 
 use std::path::Path;
+use std::sync::Arc;
 
 use cluster::checkpoint::{Book, Checkpoint};
 use cluster::roster::Contributor;
 use job::{Method, WalkKind, Word};
 use radiosity::{Estimates, Experiment, Iterations, Precision, Scene, Solve};
 use report::{
-    Model, OutputFolder, PartSummary, Provenance, RunFacts, SessionSummary, Summary, WorkerSummary,
+    Draft, Model, OutputFolder, PartSummary, Provenance, RunFacts, SessionSummary, Summary, WorkerSummary,
     WorstPatch,
 };
 
 use crate::args::OutArgs;
 use crate::bounces::bounces;
-use crate::checkpoints::{self, CURRENT, PREVIOUS};
+use crate::checkpoints::{self, CURRENT, Latest, PREVIOUS};
 use crate::checks::checks_of_result;
 use crate::console::{say, tell};
 use crate::fault::Fault;
@@ -26,7 +27,7 @@ const RUN_FILES: &[&str] = &[CURRENT, PREVIOUS, "patches.csv", "summary.json", "
 
 /// The output folder of a run.
 pub struct RunOutput {
-    folder: OutputFolder,
+    folder: Arc<OutputFolder>,
 }
 
 impl RunOutput {
@@ -35,7 +36,12 @@ impl RunOutput {
     /// # Errors
     /// Where it holds results that may not be `replace`d.
     pub fn new(path: &Path, replace: bool) -> Result<Self, Fault> {
-        Ok(RunOutput { folder: OutputFolder::claim(path, RUN_FILES, replace)? })
+        Ok(RunOutput { folder: OutputFolder::claim(path, RUN_FILES, replace)?.into() })
+    }
+
+    /// The folder itself.
+    pub fn folder(&self) -> &Arc<OutputFolder> {
+        &self.folder
     }
 
     /// Where it is.
@@ -43,8 +49,8 @@ impl RunOutput {
         self.folder.path()
     }
 
-    /// Writes the results of some walks, and says what they are. Nothing is written where there are none. The
-    /// latest tally of the folder is kept as the previous one where it is `good`.
+    /// Writes the results of some walks, and says what they are. Nothing is written where there are none. All files take their
+    /// places when all are written, so that a full disk leaves those that were there.
     ///
     /// # Errors
     /// Where the books do not balance or a file cannot be written.
@@ -53,26 +59,31 @@ impl RunOutput {
         settings: &Settings,
         experiment: &Experiment,
         checkpoint: &Checkpoint,
-        good: bool,
+        latest: Latest,
         out: &OutArgs,
     ) -> Result<(), Fault> {
         let (scene, tally) = (experiment.scene(), &checkpoint.tally);
         if tally.counts.walks == 0 {
             tell(&format!(
-                "radwalk: no walk was finished, so nothing is written to {}",
+                "radwalk: no walk was finished, so nothing is written to {}; what is there is from before",
                 self.path().display()
             ));
             return Ok(());
         }
-        checkpoints::write(self.path(), checkpoint, good)?;
         let estimates = Estimates::new(experiment, tally, settings.level(scene));
         let precision = estimates.precision();
         let summary =
             Summary::new(scene, tally, precision, facts(settings, &estimates, &precision, &checkpoint.book));
         let picture = report::Picture::render(scene, &shown(&estimates));
-        self.folder.write("patches.csv", |file| report::write_patches(file, &estimates))?;
-        self.folder.write("summary.json", |file| summary.write(file))?;
-        self.folder.write("radiosity.png", |file| picture.write_png(file))?;
+        self.folder.keep_hold()?;
+        let drafts = [
+            self.folder.draft("patches.csv", |file| report::write_patches(file, &estimates))?,
+            self.folder.draft("summary.json", |file| summary.write(file))?,
+            self.folder.draft("radiosity.png", |file| picture.write_png(file))?,
+        ];
+        checkpoints::write(&self.folder, checkpoint, latest)?;
+        drafts.into_iter().try_for_each(Draft::place)?;
+        self.folder.sync()?;
         if out.json {
             tell(&format!(
                 "{}",
@@ -167,7 +178,7 @@ fn facts(settings: &Settings, estimates: &Estimates, precision: &Precision, book
     let git = env!("RADWALK_GIT");
     RunFacts {
         version: env!("CARGO_PKG_VERSION").into(),
-        git: (git != "unknown").then(|| git.into()),
+        git: (!git.starts_with("sources-")).then(|| git.into()),
         job_hash: job::job_hash(scene.hash(), &settings.method, settings.seed),
         seed: settings.seed,
         method: method(&settings.method),

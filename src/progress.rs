@@ -75,9 +75,20 @@ impl<'a> Display<'a> {
         }
     }
 
+    /// Says what must not be missed, to those who want to hear nothing, too.
+    pub fn warn(&self, text: &str) {
+        match &self.style {
+            Style::Quiet => tell(&format!("radwalk: {text}")),
+            _ => self.note(text),
+        }
+    }
+
     /// Says what happened to a worker.
     pub fn notice(&self, notice: &Notice) {
-        self.note(&notice.to_string());
+        match notice {
+            Notice::Quiet { .. } => self.warn(&notice.to_string()),
+            _ => self.note(&notice.to_string()),
+        }
     }
 
     /// Shows where the job stands, if it is time to.

@@ -19,13 +19,16 @@ use crate::work::{WalkClock, keep_joining, name, read_access};
 /// so do this relay's: each time it finds one, it lets its workers in with a new key.
 pub fn relay(args: &RelayArgs) -> Result<Outcome, Fault> {
     signals::catch();
+    signals::keep_memory_private();
     if is_one_file(&args.access, &args.out_access) {
         return Err(Fault::OneAccessFile { path: args.access.clone() });
     }
     let (listener, address) = bind(&args.listen)?;
-    let done = keep_joining(args.wait, args.quiet, || join(args, &listener, &address));
-    // The key is of no use any more, and workers learn by this that it is over. There may never have been one.
-    let _ = std::fs::remove_file(&args.out_access);
+    let mut last = None;
+    let done = keep_joining(args.wait, args.quiet, || join(args, &listener, &address, &mut last));
+    // The key is of no use any more, and workers learn by this that it is over. There may never have been one, and by now it
+    // may be another relay's.
+    let _ = last.map(|own: Access| own.remove(&args.out_access));
     done
 }
 
@@ -36,7 +39,12 @@ fn is_one_file(a: &Path, b: &Path) -> bool {
 }
 
 /// Relays for the coordinator of the access file as long as it is there.
-fn join(args: &RelayArgs, listener: &TcpListener, address: &str) -> Result<(), Fault> {
+fn join(
+    args: &RelayArgs,
+    listener: &TcpListener,
+    address: &str,
+    last: &mut Option<Access>,
+) -> Result<(), Fault> {
     let access = read_access(&args.access)?;
     let identity = Identity {
         build: crate::BUILD.into(),
@@ -58,6 +66,7 @@ fn join(args: &RelayArgs, listener: &TcpListener, address: &str) -> Result<(), F
                 args.out_access.display()
             ));
         }
+        *last = Some(own.clone());
         Ok((listener.try_clone()?, own))
     };
     let note = |notice: cluster::lead::Notice| {

@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use cluster::checkpoint::{Checkpoint, CheckpointFault};
 use cluster::codec::{CodecError, decode_serde, encode_serde};
 use cluster::limits::Limits;
 use cluster::worker::Work;
@@ -41,6 +42,20 @@ pub fn unpack(bytes: &[u8]) -> Result<(Settings, Experiment), String> {
     let scene = Scene::build(&scene, index).map_err(|error| error.to_string())?;
     let experiment = Experiment::new(scene, settings.method.walks()).map_err(|error| error.to_string())?;
     Ok((settings, experiment))
+}
+
+/// Whether a tally has the patches and sums of an experiment: one that was forged may not.
+///
+/// # Errors
+/// Where it has others.
+pub fn check_shape(checkpoint: &Checkpoint, experiment: &Experiment) -> Result<(), CheckpointFault> {
+    let tally = &checkpoint.tally;
+    let expected = (experiment.layout::<MOMENTS>(), experiment.scene().patches().len());
+    if (tally.layout(), tally.patches()) == expected {
+        Ok(())
+    } else {
+        Err(CheckpointFault::Contradiction("its sums are not those of its scene and method"))
+    }
 }
 
 /// A process's replica of a job.

@@ -1,6 +1,6 @@
 //! `radwalk work`: one worker process.
 
-use std::io::ErrorKind;
+use std::io::{ErrorKind, Read};
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -16,6 +16,9 @@ use crate::fault::{Fault, Outcome};
 use crate::replica::Replica;
 use crate::{launcher, signals};
 
+/// No access file is longer.
+const MOST_ACCESS_BYTES: u64 = 1 << 16;
+
 /// Between two looks for a coordinator that has gone.
 const RETRY: Duration = Duration::from_millis(500);
 
@@ -27,6 +30,7 @@ const PATIENCE: Duration = Duration::from_secs(600);
 /// coordinator that is not there yet, too, as do those that were told how long; others hear at once what is wrong.
 pub fn work(args: &WorkArgs) -> Result<Outcome, Fault> {
     signals::catch();
+    signals::keep_memory_private();
     keep_joining(args.wait, args.quiet, || join(args))
 }
 
@@ -93,9 +97,20 @@ fn join(args: &WorkArgs) -> Result<(), Fault> {
     Ok(worker::work(&access, &identity, |job| Replica::decode(job, clock.clone()), || clock.seconds())?)
 }
 
+/// What stands for an access file that comes by standard input.
+pub const ACCESS_BY_INPUT: &str = "-";
+
 /// What the coordinator wrote for its workers.
 pub fn read_access(path: &Path) -> Result<Access, Fault> {
-    Access::read(path).map_err(|source| Fault::AccessFile { path: path.into(), source })
+    let read = || match path.to_str() {
+        Some(ACCESS_BY_INPUT) => {
+            let mut bytes = Vec::new();
+            std::io::stdin().take(MOST_ACCESS_BYTES).read_to_end(&mut bytes)?;
+            Access::from_bytes(&bytes)
+        }
+        _ => Access::read(path),
+    };
+    read().map_err(|source| Fault::AccessFile { path: path.into(), source })
 }
 
 /// What the worker process `pid` of this machine is called.

@@ -64,7 +64,7 @@ impl Access {
         std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o600);
         let written = options
             .open(&draft)
-            .and_then(|mut file| file.write_all(&serde_json::to_vec_pretty(self)?))
+            .and_then(|mut file| file.write_all(&self.to_bytes()))
             .and_then(|()| std::fs::rename(&draft, path));
         if written.is_err() {
             // The failure above is what matters.
@@ -73,12 +73,33 @@ impl Access {
         written
     }
 
+    /// Removes the file where it is still that of this run: another coordinator may have written its own meanwhile.
+    ///
+    /// # Errors
+    /// Where it cannot be read or removed.
+    pub fn remove(&self, path: &Path) -> io::Result<()> {
+        if Access::read(path)?.run == self.run { std::fs::remove_file(path) } else { Ok(()) }
+    }
+
     /// Reads what [`Access::write`] wrote.
     ///
     /// # Errors
     /// Where there is no such file or it is something else.
     pub fn read(path: &Path) -> io::Result<Self> {
-        let access: Access = serde_json::from_slice(&std::fs::read(path)?)?;
+        Access::from_bytes(&std::fs::read(path)?)
+    }
+
+    /// What the file holds.
+    pub fn to_bytes(&self) -> Vec<u8> {
+        serde_json::to_vec_pretty(self).expect("strings are JSON")
+    }
+
+    /// The inverse of [`Access::to_bytes`].
+    ///
+    /// # Errors
+    /// Where the bytes are something else.
+    pub fn from_bytes(bytes: &[u8]) -> io::Result<Self> {
+        let access: Access = serde_json::from_slice(bytes)?;
         blake3::Hash::from_hex(&access.key).map_err(|_| {
             io::Error::new(io::ErrorKind::InvalidData, "the key is not 64 hexadecimal digits")
         })?;
@@ -116,6 +137,9 @@ mod tests {
             use std::os::unix::fs::PermissionsExt;
             assert_eq!(std::fs::metadata(&path).unwrap().permissions().mode() & 0o777, 0o600);
         }
+        let other = Access::new("somewhere:3".into(), "1.0 (abc)", [7; 32]).unwrap();
+        other.remove(&path).unwrap();
+        assert!(path.exists(), "it is not that of the other run");
         let spoilt = std::fs::read_to_string(&path).unwrap().replace(&access.key, "short");
         std::fs::write(&path, spoilt).unwrap();
         assert!(Access::read(&path).err().unwrap().to_string().contains("64 hexadecimal digits"));

@@ -1,5 +1,7 @@
 //! How a job is solved: the choices of `[method]`, and the digest that names an answer.
 
+use std::collections::HashSet;
+
 use radiosity::{
     Batch, Birth, Direction, EstimatorKind, IndexChoice, InfiniteEnd, Iterations, RayBirths, Sampler, Solve,
     Space,
@@ -585,11 +587,11 @@ pub(crate) fn read_patches(
     instead: &str,
 ) -> Result<Vec<u32>, Error> {
     let place = listed.place();
-    let mut patches = Vec::new();
+    let (mut patches, mut seen) = (Vec::new(), HashSet::new());
     for value in listed.array()? {
         let last = patch_count.saturating_sub(1).min(u64::from(u32::MAX));
         let patch = value.integer(0..=last, "the scene's patches are numbered from 0")? as u32;
-        if patches.contains(&patch) {
+        if !seen.insert(patch) {
             return Err(value.refuse(
                 format!("patch {patch} is listed twice"),
                 "each counts once",

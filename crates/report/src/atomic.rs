@@ -3,6 +3,7 @@
 use std::fs;
 use std::io::{self, BufWriter, Seek, Write};
 use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
 
 use tempfile::{Builder, NamedTempFile};
 
@@ -112,7 +113,24 @@ fn sync_folder(folder: &Path) -> io::Result<()> {
 pub struct OutputFolder {
     path: PathBuf,
     /// Held as long as this process may write there.
-    _lock: Option<fs::File>,
+    lock: Mutex<Option<fs::File>>,
+}
+
+/// A file that is written and not yet in its place.
+pub struct Draft {
+    file: NamedTempFile,
+    path: PathBuf,
+}
+
+impl Draft {
+    /// Puts it in its place.
+    ///
+    /// # Errors
+    /// Those of the operating system.
+    pub fn place(self) -> Result<(), Error> {
+        let Draft { file, path } = self;
+        file.persist(&path).map(drop).map_err(|error| error.error).map_err(Error::io("write", &path))
+    }
 }
 
 impl OutputFolder {
@@ -137,7 +155,71 @@ impl OutputFolder {
         for entry in entries.iter().filter(|entry| is_temporary(entry)) {
             fs::remove_file(entry).map_err(Error::io("remove", entry))?;
         }
-        Ok(OutputFolder { path: path.to_path_buf(), _lock: lock })
+        Ok(OutputFolder { path: path.to_path_buf(), lock: Mutex::new(lock) })
+    }
+
+    /// Sees to it that the folder is still the one that was claimed: writing goes by its path. One that was removed is made
+    /// and claimed again.
+    ///
+    /// # Errors
+    /// Where another folder has its path, or the operating system refuses.
+    pub fn keep_hold(&self) -> Result<(), Error> {
+        let mut held = self.lock.lock().unwrap_or_else(PoisonError::into_inner);
+        let Some(folder) = &*held else { return Ok(()) };
+        if !self.path.exists() {
+            fs::create_dir_all(&self.path).map_err(Error::io("create", &self.path))?;
+            *held = lock(&self.path)?;
+            return Ok(());
+        }
+        let is_same = is_same(folder, &self.path).map_err(Error::io("read", &self.path))?;
+        if is_same { Ok(()) } else { Err(Error::Replaced { path: self.path.clone() }) }
+    }
+
+    /// Writes a file beside the others, to be placed when all that belong together are written.
+    ///
+    /// # Errors
+    /// What the writer returns, or the operating system.
+    pub fn draft(
+        &self,
+        name: &str,
+        write: impl FnOnce(&mut BufWriter<&fs::File>) -> io::Result<()>,
+    ) -> Result<Draft, Error> {
+        let path = self.file(name);
+        let draft = || {
+            let file = temporary_in(&self.path)?;
+            let mut writer = BufWriter::with_capacity(1 << 18, file.as_file());
+            write(&mut writer)?;
+            writer.flush()?;
+            drop(writer);
+            file.as_file().sync_all()?;
+            Ok(file)
+        };
+        let file = draft().map_err(Error::io("write", &path))?;
+        Ok(Draft { file, path })
+    }
+
+    /// Makes what was placed durable.
+    ///
+    /// # Errors
+    /// Those of the operating system.
+    pub fn sync(&self) -> Result<(), Error> {
+        sync_folder(&self.path).map_err(Error::io("write", &self.path))
+    }
+
+    /// Removes files of results, where they are there.
+    ///
+    /// # Errors
+    /// Those of the operating system.
+    pub fn remove(&self, names: &[&str]) -> Result<(), Error> {
+        for name in names {
+            match fs::remove_file(self.file(name)) {
+                Err(error) if error.kind() != io::ErrorKind::NotFound => {
+                    return Err(Error::io("remove", &self.file(name))(error));
+                }
+                _ => {}
+            }
+        }
+        Ok(())
     }
 
     /// Where the folder is.
@@ -175,6 +257,20 @@ fn lock(path: &Path) -> Result<Option<fs::File>, Error> {
         Err(fs::TryLockError::WouldBlock) => Err(Error::InUse { path: path.to_path_buf() }),
         Err(fs::TryLockError::Error(_)) => Ok(None),
     }
+}
+
+/// Whether an open folder is the one at a path.
+#[cfg(unix)]
+fn is_same(folder: &fs::File, path: &Path) -> io::Result<bool> {
+    use std::os::unix::fs::MetadataExt;
+    let (held, there) = (folder.metadata()?, fs::metadata(path)?);
+    Ok((held.dev(), held.ino()) == (there.dev(), there.ino()))
+}
+
+/// Elsewhere no folder is held.
+#[cfg(not(unix))]
+fn is_same(_: &fs::File, _: &Path) -> io::Result<bool> {
+    Ok(true)
 }
 
 fn entries(folder: &Path) -> io::Result<Vec<PathBuf>> {
@@ -267,6 +363,36 @@ mod tests {
         assert!(matches!(second, Err(Error::InUse { .. })));
         drop(first);
         OutputFolder::claim(dir.path(), &["tally.bin"], true).unwrap();
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_folder_that_is_replaced_under_a_run_is_not_written_to_and_one_that_is_gone_is_made_again() {
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join("out");
+        let ours = OutputFolder::claim(&path, &["tally.bin"], false).unwrap();
+        ours.keep_hold().unwrap();
+        fs::remove_dir_all(&path).unwrap();
+        ours.keep_hold().unwrap();
+        assert!(matches!(OutputFolder::claim(&path, &["tally.bin"], true), Err(Error::InUse { .. })));
+        fs::remove_dir_all(&path).unwrap();
+        let _theirs = OutputFolder::claim(&path, &["tally.bin"], false).unwrap();
+        assert!(matches!(ours.keep_hold(), Err(Error::Replaced { .. })));
+    }
+
+    #[test]
+    fn files_that_belong_together_take_their_places_when_all_are_written() {
+        let dir = tempfile::tempdir().unwrap();
+        let folder = OutputFolder::claim(dir.path(), &["patches.csv"], false).unwrap();
+        folder.write("patches.csv", |writer| writer.write_all(b"old")).unwrap();
+        let table = folder.draft("patches.csv", |writer| writer.write_all(b"new")).unwrap();
+        assert!(folder.draft("summary.json", |_| Err(io::Error::other("disk full"))).is_err());
+        assert_eq!(fs::read(folder.file("patches.csv")).unwrap(), b"old");
+        table.place().unwrap();
+        folder.sync().unwrap();
+        assert_eq!(fs::read(folder.file("patches.csv")).unwrap(), b"new");
+        folder.remove(&["patches.csv", "summary.json"]).unwrap();
+        assert_eq!(entries(dir.path()).unwrap(), [] as [PathBuf; 0]);
     }
 
     #[test]

@@ -34,6 +34,15 @@ pub enum Error {
         /// The path.
         path: PathBuf,
     },
+    /// The folder was removed, and another is in its place.
+    #[error(
+        "the output folder {} is not the one that this run began with (it was replaced meanwhile, and another run may write there); nothing is written to it, run the job again with another --out",
+        path.display()
+    )]
+    Replaced {
+        /// The folder.
+        path: PathBuf,
+    },
     /// Another process writes there.
     #[error(
         "another radwalk writes to the output folder {} (its results and these would mix); wait for its end, or choose another folder with --out",
