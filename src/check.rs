@@ -1,7 +1,7 @@
 //! `radwalk check`: validates a job or a scene and says what would be modelled, and why.
 
-use job::{FileKind, Job};
-use radiosity::{Experiment, IndexChoice, Scene};
+use job::{FileKind, Job, SceneFile};
+use radiosity::{Experiment, Scene};
 use report::{Method, Model};
 
 use crate::args::CheckArgs;
@@ -18,17 +18,24 @@ pub fn check(args: &CheckArgs) -> Result<Outcome, Fault> {
     match job::file_kind(&args.file)? {
         FileKind::Job => {
             let job = job::load(&args.file, &args.set)?;
+            describe_import(&job.scene);
             let experiment = Experiment::new(job.build_scene()?, job.method.walks())?;
             describe_scene(experiment.scene());
             describe_job(&job, &experiment);
         }
         FileKind::Scene => {
-            let scene = job::load_scene(&args.file)?.build(IndexChoice::Auto)?;
-            describe_scene(&scene);
+            let job = job::load(&args.file, &args.set)?;
+            describe_import(&job.scene);
+            describe_scene(&job.build_scene()?);
         }
     }
     say("no fault found");
     Ok(Outcome::Done)
+}
+
+/// What was left out, changed or assumed of meshes.
+fn describe_import(scene: &SceneFile) {
+    scene.notes().iter().for_each(|note| say(&format!("note: {note}")));
 }
 
 fn describe_scene(scene: &Scene) {

@@ -179,6 +179,7 @@ fn facts(settings: &Settings, estimates: &Estimates, precision: &Precision, book
         streams: paths.div_ceil(stream_paths),
         streams_reissued: book.effort.streams_reissued,
         target: settings.target.as_ref().map(|target| target::judge(target, estimates, paths)),
+        import: settings.import.clone(),
         checks: checks(estimates, settings.note.as_deref(), precision, &book.looks),
         confidence: settings.confidence,
         simultaneous: settings.simultaneous,
