@@ -63,8 +63,10 @@ impl Colour {
             if kept.is_finite() { (1.0 - kept).max(0.0) } else { 0.0 }
         };
         let grey = rgb.to_array().map(beyond).into_iter().fold(0.0, f64::max);
-        let mixed = rgb.lerp(DVec3::splat(luminance), grey).max(DVec3::ZERO);
-        (Spectrum::rgb(mixed.to_array()), grey)
+        let mixed = rgb.lerp(DVec3::splat(luminance), grey).to_array();
+        // What rounding leaves of nothing is nothing.
+        let channel = |channel: f64| if channel > 1e-12 * luminance { channel } else { 0.0 };
+        (Spectrum::rgb(mixed.map(channel)), grey)
     }
 }
 
