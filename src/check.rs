@@ -7,6 +7,7 @@ use report::{Method, Model};
 use crate::args::CheckArgs;
 use crate::bounces::bounces;
 use crate::console::say;
+use crate::doctor_report;
 use crate::fault::{Fault, Outcome};
 use crate::fit::misfits;
 use crate::outputs;
@@ -15,21 +16,24 @@ use crate::target;
 
 /// Checks a file and describes it.
 pub fn check(args: &CheckArgs) -> Result<Outcome, Fault> {
+    let job = job::load(&args.file, &args.set)?;
+    describe_import(&job.scene);
     match job::file_kind(&args.file)? {
         FileKind::Job => {
-            let job = job::load(&args.file, &args.set)?;
-            describe_import(&job.scene);
             let experiment = Experiment::new(job.build_scene()?, job.method.walks())?;
             describe_scene(experiment.scene());
             describe_job(&job, &experiment);
         }
-        FileKind::Scene => {
-            let job = job::load(&args.file, &args.set)?;
-            describe_import(&job.scene);
-            describe_scene(&job.build_scene()?);
-        }
+        FileKind::Scene => describe_scene(&job.build_scene()?),
     }
-    say("no fault found");
+    if args.fix_report || args.repair {
+        doctor_report::report(&job)?;
+    } else {
+        say("no fault found");
+    }
+    if args.repair {
+        doctor_report::repair(&job)?;
+    }
     Ok(Outcome::Done)
 }
 

@@ -82,7 +82,10 @@ fn changed(corpus: &[Vec<u8>], number: u64) -> Vec<u8> {
     bytes
 }
 
-const TARGETS: [(&str, fn(&[u8])); 5] = [
+/// A reader by the name of its corpus.
+type Target = (&'static str, fn(&[u8]));
+
+const TARGETS: [Target; 5] = [
     ("obj", targets::obj),
     ("gltf", targets::gltf),
     ("stl", targets::stl),

@@ -165,7 +165,9 @@ pub fn load(path: &Path, overrides: &[String]) -> Result<Job, Error> {
     let source = source.with_overrides(overrides)?;
     let mut table = Table::root(&source, JOB_KEYS)?;
     // Every table is opened, and its keys known, before the scene is read: that may take long.
-    let options = read_options(table.table("import", IMPORT_KEYS)?)?;
+    let mut import = table.table("import", IMPORT_KEYS)?;
+    let repair = import.take("repair").map(|value| value.boolean()).transpose()?.unwrap_or(false);
+    let options = read_options(import)?;
     let method = table.table("method", METHOD_KEYS)?;
     let budget = table.table("budget", BUDGET_KEYS)?;
     let target = table.take("target").map(|value| value.table(TARGET_KEYS)).transpose()?;
@@ -177,10 +179,13 @@ pub fn load(path: &Path, overrides: &[String]) -> Result<Job, Error> {
     let seed = table.take("seed").map(|value| read_seed(&value)).transpose()?.unwrap_or(DEFAULT_SEED);
     let confidence = table.take("confidence").map(|value| read_confidence(&value)).transpose()?;
     let simultaneous = table.take("simultaneous").map(|value| value.boolean()).transpose()?.unwrap_or(false);
-    let scene = match table.take("scene") {
+    let mut scene = match table.take("scene") {
         None if bare => load_scene_with(path, &options)?,
         named => read_scene(named, &table, path, &options)?,
     };
+    if repair {
+        scene.turn_flipped()?;
+    }
     let (method, note) = read_method(method, scene.patch_count(), &budget)?;
     let about = |(patches, target): (Option<Value<'_>>, Target)| {
         let patches = patches.map(|value| read_target_patches(value, scene.patch_count(), &method));

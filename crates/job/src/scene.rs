@@ -101,7 +101,19 @@ impl SceneFile {
         Scene::build(&self.spec, index).map_err(|error| self.locate(error))
     }
 
-    fn locate(&self, error: SceneError) -> Error {
+    /// Turns round what the doctor finds flipped, in memory: the file stays as it is.
+    pub(crate) fn turn_flipped(&mut self) -> Result<(), Error> {
+        let turned = doctor::turn_flipped(&mut self.spec).map_err(|error| self.locate(error))?;
+        if !turned.is_empty() {
+            let (count, names) = (turned.len(), turned.join(", "));
+            self.notes
+                .push(format!("repair: {count} surfaces are turned round, the file is unchanged: {names}"));
+        }
+        Ok(())
+    }
+
+    /// What [`Scene::build`] says of the scene, with the place in its file.
+    pub fn locate(&self, error: SceneError) -> Error {
         let (place, problem) = match error {
             SceneError::Surface { surface, key, problem } => (self.locate_key(surface, key), problem),
             SceneError::Whole(problem) => {
