@@ -8,15 +8,22 @@ use job::Job;
 use crate::console::say;
 use crate::fault::Fault;
 
+/// The most findings that are told one by one.
+const TOLD: usize = 200;
+
 /// Says what is wrong with the geometry of a job's scene, most power first.
 ///
 /// # Errors
 /// A scene that cannot be built.
 pub fn report(job: &Job) -> Result<(), Fault> {
     let findings = doctor::examine(job.scene.spec()).map_err(|error| job.scene.locate(error))?;
-    findings.iter().for_each(|finding| say(&sentence(finding)));
+    findings.iter().take(TOLD).for_each(|finding| say(&sentence(finding)));
+    if let Some(more) = findings.len().checked_sub(TOLD).filter(|more| *more > 0) {
+        say(&format!("and {more} more that cost less"));
+    }
     say(&match findings.len() {
         0 => "the doctor finds nothing wrong".into(),
+        1 => "the doctor finds one thing wrong".into(),
         count => format!("the doctor finds {count} things wrong"),
     });
     Ok(())

@@ -1,6 +1,6 @@
 //! Surfaces that cover each other, and edges that miss their neighbours.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use glam::DVec3;
 use radiosity::{Ray, Scene, SceneSpec, Shape, Side, Sides};
@@ -9,8 +9,14 @@ use crate::finding::{Finding, Kind};
 use crate::nearby::{Near, Nearby};
 use crate::pilot::{Draws, Pilot, extent};
 
-/// Points on every edge where its neighbours are looked for.
-const EDGE_POINTS: u32 = 8;
+/// Points on every edge, and within every surface, where neighbours are looked for: in large scenes as many as
+/// [`MOST_POINTS`] in all allow.
+const EDGE_POINTS: usize = 8;
+const INNER_POINTS: usize = 16;
+const MOST_POINTS: usize = 300_000;
+
+/// The most points by a gap that rays look for a way out from; of more, a regular sample.
+const MOST_GAPS: usize = 4096;
 
 /// Edges closer than this part of the scene's extent to another surface were meant to touch it.
 const GAP: f64 = 5e-3;
@@ -52,23 +58,26 @@ impl Contacts {
         let corners = spec.surfaces.iter().flat_map(|surface| surface.shape.corners());
         let largest = corners.fold(extent, |largest, corner| largest.max(corner.abs().max_element()));
         let touch = largest / (1_u64 << 45) as f64;
-        let numbers = 0..spec.surfaces.len() as u32;
+        let count = spec.surfaces.len();
+        let points = |most: usize, places: usize| (MOST_POINTS / places).clamp(1, most) as u32;
+        let (on_edges, within) = (points(EDGE_POINTS, 4 * count), points(INNER_POINTS, count));
         let mut contacts = Contacts { free: Vec::new(), covers: Vec::new(), extent };
         let mut shared = BTreeMap::new();
-        for number in numbers {
+        for number in 0..count as u32 {
             let shape = &spec.surfaces[number as usize].shape;
             for (start, end) in edges(shape) {
-                contacts.free.extend(free_points(&nearby, number, start, end, touch, GAP * extent));
+                let edge = Edge { surface: number, start, end, points: on_edges };
+                contacts.free.extend(edge.free_points(&nearby, touch, GAP * extent));
             }
-            cover(spec, &nearby, number, touch, &mut shared);
+            cover(spec, &nearby, number, within, touch, &mut shared);
         }
         contacts.covers = shared.into_iter().map(|(surfaces, area)| Cover { surfaces, area }).collect();
         contacts
     }
 
-    /// Whether a surface shares area with another one in its plane.
-    pub(crate) fn is_covered(&self, surface: u32) -> bool {
-        self.covers.iter().any(|cover| cover.surfaces.contains(&surface))
+    /// The surfaces that share area with another one in its plane.
+    pub(crate) fn covered_surfaces(&self) -> BTreeSet<u32> {
+        self.covers.iter().flat_map(|cover| cover.surfaces).collect()
     }
 
     /// Surfaces that share area with another one: light meets only one of them. Fronts back to back are two layers.
@@ -89,11 +98,13 @@ impl Contacts {
     /// Gaps between an edge and its neighbour that light leaves the scene through, a finding for each pair of surfaces.
     pub(crate) fn leaks(&self, scene: &Scene, pilot: &Pilot) -> Vec<Finding> {
         let mut pairs: BTreeMap<[u32; 2], (f64, f64, DVec3)> = BTreeMap::new();
-        for free in &self.free {
+        let near_gaps = self.free.iter().filter(|free| free.nearest.is_some());
+        let every = near_gaps.clone().count() / MOST_GAPS + 1;
+        for free in near_gaps.step_by(every) {
             let Some(near) = free.nearest.filter(|near| leads_out(scene, free, near)) else { continue };
             let pair = [free.surface.min(near.surface), free.surface.max(near.surface)];
             let (area, width, _) = pairs.entry(pair).or_insert((0.0, 0.0, free.point));
-            *area += near.distance * free.length;
+            *area += near.distance * free.length * every as f64;
             *width = width.max(near.distance);
         }
         let walls: f64 = scene.patches().iter().map(|patch| patch.active_area()).sum();
@@ -142,36 +153,47 @@ fn edges(shape: &Shape) -> Vec<(DVec3, DVec3)> {
     (0..corners.len()).map(|i| (corners[i], corners[(i + 1) % corners.len()])).collect()
 }
 
-fn free_points(
-    nearby: &Nearby,
+/// An edge and the number of points that it is looked at by.
+struct Edge {
     surface: u32,
     start: DVec3,
     end: DVec3,
-    touch: f64,
-    gap: f64,
-) -> impl Iterator<Item = Free> {
-    (0..EDGE_POINTS).filter_map(move |i| {
-        let point = start.lerp(end, (f64::from(i) + 0.5) / f64::from(EDGE_POINTS));
-        let mut nearest: Option<Near> = None;
-        nearby.within(point, gap, |near| {
-            if near.surface != surface && nearest.is_none_or(|nearest| near.distance < nearest.distance) {
-                nearest = Some(near);
-            }
-        });
-        let touches = nearest.is_some_and(|nearest| nearest.distance <= touch);
-        let length = start.distance(end) / f64::from(EDGE_POINTS);
-        (!touches).then_some(Free { surface, point, length, nearest })
-    })
+    points: u32,
+}
+
+impl Edge {
+    /// The points that no other surface touches, with the nearest within `gap` [m].
+    fn free_points(self, nearby: &Nearby, touch: f64, gap: f64) -> impl Iterator<Item = Free> {
+        let Edge { surface, start, end, points } = self;
+        (0..points).filter_map(move |i| {
+            let point = start.lerp(end, (f64::from(i) + 0.5) / f64::from(points));
+            let mut nearest: Option<Near> = None;
+            nearby.within(point, gap, |near| {
+                if near.surface != surface && nearest.is_none_or(|nearest| near.distance < nearest.distance) {
+                    nearest = Some(near);
+                }
+            });
+            let touches = nearest.is_some_and(|nearest| nearest.distance <= touch);
+            let length = start.distance(end) / f64::from(points);
+            (!touches).then_some(Free { surface, point, length, nearest })
+        })
+    }
 }
 
 /// Adds the area that a surface shares with others in its plane, by points of its inside.
-fn cover(spec: &SceneSpec, nearby: &Nearby, number: u32, touch: f64, shared: &mut BTreeMap<[u32; 2], f64>) {
-    const POINTS: u32 = 16;
+fn cover(
+    spec: &SceneSpec,
+    nearby: &Nearby,
+    number: u32,
+    points: u32,
+    touch: f64,
+    shared: &mut BTreeMap<[u32; 2], f64>,
+) {
     let surface = &spec.surfaces[number as usize];
     let mut draws = Draws::new(0xC0_7E5 ^ u64::from(number));
     let (corner, e_u, e_v) = surface.shape.edges();
     let normal = e_u.cross(e_v).normalize();
-    for _ in 0..POINTS {
+    for _ in 0..points {
         let (mut u, mut v) = (draws.uniform(), draws.uniform());
         if matches!(surface.shape, Shape::Triangle { .. }) && u + v > 1.0 {
             (u, v) = (1.0 - u, 1.0 - v);
@@ -184,7 +206,7 @@ fn cover(spec: &SceneSpec, nearby: &Nearby, number: u32, touch: f64, shared: &mu
             if near.surface != number && along.abs() > 1.0 - 1e-9 && !back_to_back {
                 let pair = [number.min(near.surface), number.max(near.surface)];
                 // Either of the two sees the other: the larger estimate stands.
-                *shared.entry(pair).or_default() += 0.5 * surface.shape.area() / f64::from(POINTS);
+                *shared.entry(pair).or_default() += 0.5 * surface.shape.area() / f64::from(points);
             }
         });
     }

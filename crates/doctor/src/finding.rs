@@ -120,12 +120,13 @@ pub(crate) fn dark_emitters(scene: &Scene, pilot: &Pilot, flipped: &[u32]) -> Ve
 
 /// Surfaces that no light comes to.
 pub(crate) fn buried(scene: &Scene, votes: &Votes, flipped: &[u32], contacts: &Contacts) -> Vec<Finding> {
+    let covered = contacts.covered_surfaces();
     let is_buried = |surface: u32| {
         let front = votes.front(surface);
         votes.is_one_sided(surface)
             && front.backs >= 0.999
             && !flipped.contains(&surface)
-            && !contacts.is_covered(surface)
+            && !covered.contains(&surface)
     };
     let finding = |surface: u32| Finding {
         kind: Kind::Buried,

@@ -11,8 +11,18 @@ use crate::error::Error;
 use crate::method::Word;
 use crate::scene::read_spectrum;
 
-pub(crate) const IMPORT_KEYS: &[&str] =
-    &["up", "unit", "sides", "patch_size", "faults", "join", "reflectance_limit", "curve_error", "material"];
+pub(crate) const IMPORT_KEYS: &[&str] = &[
+    "up",
+    "unit",
+    "sides",
+    "patch_size",
+    "faults",
+    "repair",
+    "join",
+    "reflectance_limit",
+    "curve_error",
+    "material",
+];
 
 impl Word for Axis {
     const ALL: &'static [Self] = &[Axis::X, Axis::Y, Axis::Z];
