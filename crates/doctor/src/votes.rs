@@ -4,8 +4,10 @@ use radiosity::{Ray, Scene, Side, Sides, Surface};
 
 use crate::pilot::{Draws, Pilot};
 
-/// Rays from each side of a surface.
-const RAYS: u32 = 48;
+/// Rays from each side of a one-sided surface, and of all together, where there are many: then fewer each.
+const RAYS: usize = 48;
+const MOST_RAYS: usize = 2_000_000;
+const LEAST_RAYS: usize = 12;
 
 /// A side is judged by this part of its rays.
 const MOST: f64 = 0.9;
@@ -34,13 +36,16 @@ pub(crate) struct Votes {
 
 impl Votes {
     pub(crate) fn take(scene: &Scene) -> Self {
-        let views = (0..).zip(scene.surfaces());
+        let is_asked = |surface: &Surface| surface.sides() == Sides::Front;
+        let asked = scene.surfaces().iter().filter(|surface| is_asked(surface)).count();
+        let rays = (MOST_RAYS / (2 * asked).max(1)).clamp(LEAST_RAYS, RAYS) as u32;
+        // Of surfaces with two sides neither is the wrong one.
+        let views = (0..).zip(scene.surfaces()).map(|(number, surface)| match is_asked(surface) {
+            true => [Side::Front, Side::Back].map(|side| view(scene, number, surface, side, rays)),
+            false => [View::default(); 2],
+        });
         Votes {
-            views: views
-                .map(|(number, surface)| {
-                    [Side::Front, Side::Back].map(|side| view(scene, number, surface, side))
-                })
-                .collect(),
+            views: views.collect(),
             one_sided: scene.surfaces().iter().map(|surface| surface.sides() == Sides::Front).collect(),
         }
     }
@@ -66,17 +71,17 @@ impl Votes {
     }
 }
 
-fn view(scene: &Scene, number: u32, surface: &Surface, side: Side) -> View {
+fn view(scene: &Scene, number: u32, surface: &Surface, side: Side, rays: u32) -> View {
     let mut draws = Draws::new(0x51DE ^ (u64::from(number) << 1) ^ (side == Side::Back) as u64);
     let mut view = View::default();
-    for _ in 0..RAYS {
+    for _ in 0..rays {
         let point = surface.point(surface.point_in_cell(0, [draws.uniform(), draws.uniform()]));
         let ray = Ray { origin: point, direction: surface.direction(side, draws.bits()), from: number };
         match scene.closest_hit(&ray) {
-            None => view.escaped += 1.0 / f64::from(RAYS),
+            None => view.escaped += 1.0 / f64::from(rays),
             Some(hit) => {
                 let is_active = scene.surfaces()[hit.surface as usize].is_active(hit.side);
-                view.backs += f64::from(u8::from(!is_active)) / f64::from(RAYS);
+                view.backs += f64::from(u8::from(!is_active)) / f64::from(rays);
             }
         }
     }
