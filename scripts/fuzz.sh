@@ -1,13 +1,25 @@
 #!/bin/sh
-# Fuzzes the decoder, the handshake and the coordinator for so many seconds each (default 600), from the kept corpus.
-# Needs a nightly compiler and cargo-fuzz (`cargo install cargo-fuzz`). What it finds on its way is left in
-# crates/cluster/fuzz/found.
+# Fuzzes the decoder, the handshake, the coordinator and the readers of meshes for a number of seconds each (default
+# 600), from the kept corpus. Needs a nightly compiler and cargo-fuzz (`cargo install cargo-fuzz`). Inputs found on the
+# way are left in crates/cluster/fuzz/found and crates/import/fuzz/found.
 set -eu
-cd "$(dirname "$0")/../crates/cluster"
+crates="$(cd "$(dirname "$0")/../crates" && pwd)"
+seconds="${1:-600}"
 export ASAN_OPTIONS=quarantine_size_mb=16
-for target in decoder handshake coordinator; do
-    mkdir -p "fuzz/found/$target"
-    # No input may need 64 MB at once or 10 s; what the sanitiser itself holds is part of the 512 MB.
-    cargo +nightly fuzz run "$target" "fuzz/found/$target" "fuzz/corpus/$target" -- -max_total_time="${1:-600}" \
-        -rss_limit_mb=512 -malloc_limit_mb=64 -timeout=10 -max_len=4096
-done
+
+# fuzz CRATE MEGABYTES TARGET…: no input may need the megabytes at once, or 10 s. What the sanitiser itself holds is
+# part of eight times as many.
+fuzz() {
+    cd "$crates/$1"
+    megabytes="$2"
+    shift 2
+    for target in "$@"; do
+        mkdir -p "fuzz/found/$target"
+        cargo +nightly fuzz run "$target" "fuzz/found/$target" "fuzz/corpus/$target" -- \
+            -max_total_time="$seconds" -rss_limit_mb=$((8 * megabytes)) -malloc_limit_mb="$megabytes" -timeout=10 \
+            -max_len=4096
+    done
+}
+
+fuzz cluster 64 decoder handshake coordinator
+fuzz import 256 obj gltf stl ply mgf

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use clap::{Args, Parser, Subcommand};
+use clap::{Args, Parser, Subcommand, ValueEnum};
 
 /// Distributed Monte Carlo radiosity with confidence intervals that are true.
 #[derive(Parser)]
@@ -34,6 +34,8 @@ pub enum Command {
     Plan(PlanArgs),
     /// Measure the papers' tables and figures again and hold them to theory
     Reproduce(ReproduceArgs),
+    /// Write a job and a scene to begin with
+    New(NewArgs),
     /// Check a job or a scene and say what would be modelled, and why
     Check(CheckArgs),
     /// Drive methods to where they fail: what theory predicts, what is seen, what is said, what to do instead
@@ -269,4 +271,30 @@ pub struct CheckArgs {
     /// Set any key of the job
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub set: Vec<String>,
+    /// Look for what is wrong with the geometry: flipped, doubled, buried and leaking surfaces, dark lamps
+    #[arg(long)]
+    pub fix_report: bool,
+    /// Write a copy of the scene with flipped surfaces turned round and doubled ones taken out: NAME.repaired.toml
+    #[arg(long)]
+    pub repair: bool,
+}
+
+#[derive(Args)]
+pub struct NewArgs {
+    /// What to begin with
+    pub kind: Kind,
+    /// Where to write the job and its scene
+    #[arg(long, value_name = "DIR", default_value = ".")]
+    pub out: PathBuf,
+}
+
+/// The kinds of beginnings.
+#[derive(Clone, Copy, ValueEnum)]
+pub enum Kind {
+    /// An empty cube with a lamp in its ceiling
+    Box,
+    /// A room with a window, a table and a lamp
+    Room,
+    /// The Cornell box, in colour
+    Cornell,
 }

@@ -1,12 +1,13 @@
 //! `radwalk check`: validates a job or a scene and says what would be modelled, and why.
 
-use job::{FileKind, Job};
-use radiosity::{Experiment, IndexChoice, Scene};
+use job::{FileKind, Job, SceneFile};
+use radiosity::{Experiment, Scene};
 use report::{Method, Model};
 
 use crate::args::CheckArgs;
 use crate::bounces::bounces;
 use crate::console::say;
+use crate::doctor_report;
 use crate::fault::{Fault, Outcome};
 use crate::fit::misfits;
 use crate::outputs;
@@ -15,20 +16,30 @@ use crate::target;
 
 /// Checks a file and describes it.
 pub fn check(args: &CheckArgs) -> Result<Outcome, Fault> {
+    let job = job::load(&args.file, &args.set)?;
+    describe_import(&job.scene);
     match job::file_kind(&args.file)? {
         FileKind::Job => {
-            let job = job::load(&args.file, &args.set)?;
             let experiment = Experiment::new(job.build_scene()?, job.method.walks())?;
             describe_scene(experiment.scene());
             describe_job(&job, &experiment);
         }
-        FileKind::Scene => {
-            let scene = job::load_scene(&args.file)?.build(IndexChoice::Auto)?;
-            describe_scene(&scene);
-        }
+        FileKind::Scene => describe_scene(&job.build_scene()?),
     }
-    say("no fault found");
+    if args.fix_report || args.repair {
+        doctor_report::report(&job)?;
+    } else {
+        say("no fault found");
+    }
+    if args.repair {
+        doctor_report::repair(&job)?;
+    }
     Ok(Outcome::Done)
+}
+
+/// What was left out, changed or assumed of meshes.
+fn describe_import(scene: &SceneFile) {
+    scene.notes().iter().for_each(|note| say(&format!("note: {note}")));
 }
 
 fn describe_scene(scene: &Scene) {

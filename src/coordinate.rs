@@ -62,6 +62,16 @@ pub fn coordinate(args: &CoordinateArgs) -> Result<Outcome, Fault> {
     done
 }
 
+/// Says what was left out, changed or assumed of meshes.
+fn tell_notes(job: &Job, out: &OutArgs) {
+    for note in job.scene.notes().iter().filter(|_| !out.quiet) {
+        match out.json {
+            true => tell(&serde_json::json!({"event": "note", "text": note}).to_string()),
+            false => tell(&format!("note: {note}")),
+        }
+    }
+}
+
 /// As many worker processes as were asked for, else one per core.
 pub fn processes(workers: Option<u32>) -> usize {
     workers.map_or_else(
@@ -107,6 +117,7 @@ struct Prepared {
 impl Prepared {
     fn new(args: &JobArgs, out: &OutArgs, resume: bool) -> Result<Self, Fault> {
         let job = job::load(&args.job, &args.overrides())?;
+        tell_notes(&job, out);
         let experiment = Experiment::new(job.build_scene()?, job.method.walks())?;
         let settings = Settings::of(&job);
         let folder = out.out.clone().unwrap_or_else(|| default_folder(&job));

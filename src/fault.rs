@@ -72,6 +72,20 @@ pub enum Fault {
     /// The workers are gone.
     #[error("no worker is left ({0}); see the messages above, then run the job again")]
     NoWorkers(String),
+    /// A file would be written over.
+    #[error("{} is there already (nothing is replaced without being asked); move it away", path.display())]
+    Taken {
+        /// The file.
+        path: PathBuf,
+    },
+    /// A file cannot be written.
+    #[error("cannot write {} ({source}); choose a place that can be written", path.display())]
+    NotWritten {
+        /// The file.
+        path: PathBuf,
+        /// What the system says.
+        source: std::io::Error,
+    },
     /// A tally cannot be used.
     #[error(transparent)]
     Checkpoint(#[from] cluster::checkpoint::CheckpointError),

@@ -10,6 +10,7 @@ mod compare;
 mod console;
 mod coordinate;
 mod date;
+mod doctor_report;
 mod drift;
 mod exact_command;
 mod fault;
@@ -18,6 +19,7 @@ mod launcher;
 mod limits;
 mod local;
 mod merge;
+mod new;
 mod outputs;
 mod plan;
 mod plot;
@@ -57,6 +59,7 @@ fn main() -> ExitCode {
         Command::Replay(args) => replay::replay(&args),
         Command::Plan(args) => plan::plan(&args),
         Command::Reproduce(args) => reproduce::reproduce(&args),
+        Command::New(args) => new::new(&args),
         Command::Check(args) => check::check(&args),
         Command::Stability(args) => stability::stability(&args),
         Command::Compare(args) => compare::compare(&args),

@@ -26,6 +26,8 @@ pub struct Settings {
     pub target: Option<Target>,
     /// What of the method is not done as asked, and why.
     pub note: Option<String>,
+    /// What was left out, changed or assumed of meshes, a sentence each.
+    pub import: Vec<String>,
 }
 
 impl Settings {
@@ -41,6 +43,7 @@ impl Settings {
             simultaneous: job.simultaneous,
             target: job.target.clone(),
             note: job.note.clone(),
+            import: job.scene.notes().to_vec(),
         }
     }
 

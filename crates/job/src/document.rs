@@ -10,11 +10,11 @@ use toml::de::{DeFloat, DeInteger, DeTable, DeValue};
 
 use crate::error::{Error, Place, Spot};
 use crate::method::Word;
-use crate::source::Source;
+use crate::source::{Part, Source};
 
 /// A table whose keys have been found to be known.
 pub(crate) struct Table<'a> {
-    source: &'a Source,
+    source: Part<'a>,
     /// What precedes a key in messages, its separator included.
     prefix: String,
     /// `None` for the document as a whole.
@@ -24,7 +24,7 @@ pub(crate) struct Table<'a> {
 
 /// A value with the key that it was found under.
 pub(crate) struct Value<'a> {
-    source: &'a Source,
+    source: Part<'a>,
     key: String,
     span: Range<usize>,
     inner: DeValue<'a>,
@@ -33,7 +33,16 @@ pub(crate) struct Value<'a> {
 impl<'a> Table<'a> {
     /// The document itself; refuses keys other than `known`.
     pub(crate) fn root(source: &'a Source, known: &'static [&'static str]) -> Result<Self, Error> {
-        let table = Table { source, prefix: String::new(), span: None, entries: source.parse()? };
+        Table::part(Part::whole(source), source.parse()?, known)
+    }
+
+    /// A part of a document that is one itself; refuses keys other than `known`.
+    pub(crate) fn part(
+        source: Part<'a>,
+        entries: DeTable<'a>,
+        known: &'static [&'static str],
+    ) -> Result<Self, Error> {
+        let table = Table { source, prefix: String::new(), span: None, entries };
         table.refuse_unknown(known)?;
         Ok(table)
     }
@@ -110,12 +119,17 @@ impl<'a> Table<'a> {
 }
 
 impl<'a> Value<'a> {
-    fn new(source: &'a Source, key: String, value: Spanned<DeValue<'a>>) -> Self {
+    fn new(source: Part<'a>, key: String, value: Spanned<DeValue<'a>>) -> Self {
         Value { source, key, span: value.span(), inner: value.into_inner() }
     }
 
     pub(crate) fn place(&self) -> Box<Place> {
         self.source.place(self.span.start, self.key.as_str())
+    }
+
+    /// Where it begins, in bytes: values can be put in the order in which they are written.
+    pub(crate) fn start(&self) -> usize {
+        self.span.start
     }
 
     /// The line it is written on, from 1.

@@ -46,17 +46,19 @@ pub enum Error {
         expected: &'static str,
     },
     /// A scene in a format that no reader exists for.
-    #[error("{}: {format} scenes are {}; {remedy}", file.display(), if *planned { "not built yet" } else { "unknown" })]
+    #[error(
+        "{}: {format} scenes are unknown (no reader exists for them); write the scene as .toml, or export it as {formats}",
+        file.display(), formats = MESH_FORMATS
+    )]
     SceneFormat {
         /// The path as asked for.
         file: PathBuf,
         /// The format, as the file's name tells it.
         format: String,
-        /// Whether a reader is planned.
-        planned: bool,
-        /// What to do instead.
-        remedy: &'static str,
     },
+    /// A mesh that cannot be used.
+    #[error(transparent)]
+    Import(Box<import::Error>),
     /// The text is not TOML.
     #[error("{place}: not valid TOML: {problem}; correct the line")]
     Syntax {
@@ -111,16 +113,6 @@ pub enum Error {
         /// The words to choose from.
         choices: String,
     },
-    /// Something that the format allows and the program cannot do yet.
-    #[error("{place}: {what} is not built yet; {remedy}")]
-    NotBuilt {
-        /// The key at fault.
-        place: Box<Place>,
-        /// What was asked for.
-        what: String,
-        /// What to write instead.
-        remedy: String,
-    },
     /// A value that is not allowed.
     #[error("{place}: {problem} ({why}); {remedy}")]
     Refused {
@@ -156,6 +148,15 @@ pub enum Error {
     },
 }
 
+/// The formats of meshes, for messages.
+pub(crate) const MESH_FORMATS: &str = ".obj, .gltf, .glb, .stl, .ply or .mgf";
+
+impl Error {
+    pub(crate) fn of_mesh(error: import::Error) -> Self {
+        Error::Import(Box::new(error))
+    }
+}
+
 /// Where something is written.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Place {
@@ -174,6 +175,8 @@ pub enum Spot {
     File,
     /// A line, from 1.
     Line(usize),
+    /// An element of a file without lines, such as a face of a mesh.
+    Element(String),
     /// An override, as typed after `--set`.
     Override(String),
 }
@@ -184,9 +187,20 @@ impl fmt::Display for Place {
         match &self.spot {
             Spot::File => write!(f, "{file}")?,
             Spot::Line(line) => write!(f, "{file}:{line}")?,
+            Spot::Element(element) => write!(f, "{file}: {element}")?,
             Spot::Override(text) => write!(f, "{file} with --set {text}")?,
         }
         if self.key.is_empty() { Ok(()) } else { write!(f, ": {}", self.key) }
+    }
+}
+
+impl From<import::Spot> for Spot {
+    fn from(spot: import::Spot) -> Self {
+        match spot {
+            import::Spot::File => Spot::File,
+            import::Spot::Line(line) => Spot::Line(line),
+            import::Spot::Element(element) => Spot::Element(element),
+        }
     }
 }
 

@@ -2,17 +2,22 @@
 
 use std::path::{Path, PathBuf};
 
+use import::{Format, Options};
 use radiosity::{Birth, IndexChoice, Scene};
 use serde::{Deserialize, Serialize};
 
 use crate::document::{Table, Value};
 use crate::error::Error;
+use crate::imports::{IMPORT_KEYS, read_options};
 use crate::method::{METHOD_KEYS, Method, WalkKind, Word, read_method, read_patches};
-use crate::scene::{SceneFile, load_scene};
+use crate::scene::{SceneFile, is_toml, load_scene_with};
 use crate::source::Source;
 
 /// The seed of a job that names none: runs repeat unless asked not to.
 pub const DEFAULT_SEED: u64 = 0;
+
+/// Walks of a scene that stands in place of a job.
+pub const DEFAULT_PATHS: u64 = 10_000_000;
 
 /// The level of every interval of a job that names none.
 pub const DEFAULT_CONFIDENCE: f64 = 0.95;
@@ -129,22 +134,40 @@ impl Job {
     }
 }
 
-pub(crate) const JOB_KEYS: &[&str] =
-    &["name", "scene", "seed", "confidence", "simultaneous", "method", "budget", "target", "tracing"];
+pub(crate) const JOB_KEYS: &[&str] = &[
+    "name",
+    "scene",
+    "seed",
+    "confidence",
+    "simultaneous",
+    "import",
+    "method",
+    "budget",
+    "target",
+    "tracing",
+];
 
 const BUDGET_KEYS: &[&str] = &["first_path", "paths", "stream_paths", "wall_seconds", "checkpoint_seconds"];
 
 const TARGET_KEYS: &[&str] = &["relative_error", "fraction", "min_paths", "min_hits", "unhit", "patches"];
 
-/// Reads a job file and its scene. Each override is a `key=value`, its key dotted, its value TOML or, failing
+/// Reads a job file and its scene, or a scene with the default of every key of jobs. Each override is a `key=value`, its key dotted, its value TOML or, failing
 /// that, a string without quotes; they replace keys of the job file before anything is checked.
 ///
 /// # Errors
 /// A file that cannot be read, is not TOML, or says what is unknown, missing, not allowed or not built yet.
 pub fn load(path: &Path, overrides: &[String]) -> Result<Job, Error> {
-    let source = Source::read(path, "scene = \"…\" and a [budget]")?.with_overrides(overrides)?;
+    let bare = is_bare_scene(path);
+    let source = match bare {
+        true => Source::of_scene(path, &format!("[budget]\npaths = {DEFAULT_PATHS}\n")),
+        false => Source::read(path, "scene = \"…\" and a [budget]")?,
+    };
+    let source = source.with_overrides(overrides)?;
     let mut table = Table::root(&source, JOB_KEYS)?;
     // Every table is opened, and its keys known, before the scene is read: that may take long.
+    let mut import = table.table("import", IMPORT_KEYS)?;
+    let repair = import.take("repair").map(|value| value.boolean()).transpose()?.unwrap_or(false);
+    let options = read_options(import)?;
     let method = table.table("method", METHOD_KEYS)?;
     let budget = table.table("budget", BUDGET_KEYS)?;
     let target = table.take("target").map(|value| value.table(TARGET_KEYS)).transpose()?;
@@ -156,7 +179,13 @@ pub fn load(path: &Path, overrides: &[String]) -> Result<Job, Error> {
     let seed = table.take("seed").map(|value| read_seed(&value)).transpose()?.unwrap_or(DEFAULT_SEED);
     let confidence = table.take("confidence").map(|value| read_confidence(&value)).transpose()?;
     let simultaneous = table.take("simultaneous").map(|value| value.boolean()).transpose()?.unwrap_or(false);
-    let scene = read_scene(&mut table, path)?;
+    let mut scene = match table.take("scene") {
+        None if bare => load_scene_with(path, &options)?,
+        named => read_scene(named, &table, path, &options)?,
+    };
+    if repair {
+        scene.turn_flipped()?;
+    }
     let (method, note) = read_method(method, scene.patch_count(), &budget)?;
     let about = |(patches, target): (Option<Value<'_>>, Target)| {
         let patches = patches.map(|value| read_target_patches(value, scene.patch_count(), &method));
@@ -218,12 +247,26 @@ fn read_confidence(value: &Value<'_>) -> Result<f64, Error> {
     ))
 }
 
-fn read_scene(table: &mut Table<'_>, job: &Path) -> Result<SceneFile, Error> {
-    let why = "a job solves one scene";
-    let value = table.require("scene", why, "scene = \"….toml\", relative to the job file")?;
+/// Whether a file is a scene in place of a job: a mesh by its name, or TOML with the tables of scenes.
+fn is_bare_scene(path: &Path) -> bool {
+    let opens_scene = || Source::read(path, "").is_ok_and(|source| source.opens_scene());
+    Format::of(path).is_some() || (is_toml(path) && opens_scene())
+}
+
+fn read_scene(
+    named: Option<Value<'_>>,
+    table: &Table<'_>,
+    job: &Path,
+    options: &Options,
+) -> Result<SceneFile, Error> {
+    let value = named.ok_or_else(|| Error::MissingKey {
+        place: table.place("scene"),
+        why: "a job solves one scene",
+        remedy: "scene = \"….toml\", relative to the job file".into(),
+    })?;
     let path = job.parent().unwrap_or(Path::new("")).join(value.string()?);
-    load_scene(&path).map_err(|error| match error {
-        Error::Missing { file } => value.refuse(
+    load_scene_with(&path, options).map_err(|error| match error {
+        Error::Missing { file } if file == path => value.refuse(
             format!("there is no file {}", file.display()),
             "scenes are looked for relative to the job file",
             "correct the path",

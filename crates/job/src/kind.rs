@@ -16,8 +16,8 @@ pub enum FileKind {
     Scene,
 }
 
-/// Tells a job from a scene: by the file's name where that is not `.toml`, else by the keys of jobs, none of
-/// which a scene has.
+/// Tells a job from a scene: by the file's name where that is not `.toml`, else by the tables that only scenes have,
+/// else by the keys of jobs, none of which a scene has.
 ///
 /// # Errors
 /// A `.toml` file that cannot be read or is not TOML.
@@ -26,6 +26,9 @@ pub fn file_kind(path: &Path) -> Result<FileKind, Error> {
         return Ok(FileKind::Scene);
     }
     let source = Source::read(path, "a job or a scene")?;
+    if source.opens_scene() {
+        return Ok(FileKind::Scene);
+    }
     let is_job = source.parse()?.keys().any(|key| JOB_KEYS.contains(&key.as_ref().as_ref()));
     Ok(if is_job { FileKind::Job } else { FileKind::Scene })
 }

@@ -1,11 +1,12 @@
 //! Files → a validated [`Job`]: what to solve, how, and how long.
 //!
-//! [`load`] reads a job file and the scene it names; [`load_scene`] a scene alone. Whatever a file says wrongly
+//! [`load`] reads a job file and the scene it names, or a scene with the defaults of jobs; [`load_scene`] a scene alone. Whatever a file says wrongly
 //! is one [`Error`], whose message names file, line and key, the problem, its reason and the remedy. Only the
 //! numbers that [`radiosity::Scene::build`] judges are left to [`SceneFile::build`], which finds their line.
 
 mod document;
 mod error;
+mod imports;
 mod job;
 mod kind;
 mod method;
@@ -13,11 +14,12 @@ mod scene;
 mod source;
 
 pub use error::{Error, Place, Spot};
+pub use import::Options as ImportOptions;
 pub use job::{
-    Budget, DEFAULT_CHECKPOINT_SECONDS, DEFAULT_CONFIDENCE, DEFAULT_SEED, DEFAULT_STREAM_PATHS, Job, Target,
-    Unhit, load,
+    Budget, DEFAULT_CHECKPOINT_SECONDS, DEFAULT_CONFIDENCE, DEFAULT_PATHS, DEFAULT_SEED,
+    DEFAULT_STREAM_PATHS, Job, Target, Unhit, load,
 };
 pub use kind::{FileKind, file_kind};
 pub use method::{Method, WalkKind, Word, job_hash};
 pub use radiosity::Sampler;
-pub use scene::{SceneFile, load_scene};
+pub use scene::{SceneFile, load_scene, load_scene_with};

@@ -4,27 +4,58 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 use glam::DVec3;
+use import::{Format, Imported, MaterialOverride, Options, Spots};
 use radiosity::{IndexChoice, Scene, SceneError, SceneSpec, Shape, Sides, Spectrum, SurfaceSpec};
 
 use crate::document::{Table, Value};
-use crate::error::{Error, Place, Spot};
-use crate::source::Source;
+use crate::error::{Error, MESH_FORMATS, Place, Spot};
+use crate::imports::{import_scene, positive, read_mesh};
+use crate::source::{Source, Split};
 
 /// A scene as written, and where.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SceneFile {
     path: PathBuf,
     spec: SceneSpec,
-    /// Per surface.
+    /// Per surface of the file itself.
     sites: Vec<SurfaceSite>,
-    materials: BTreeMap<String, Lines>,
+    /// The meshes, whose surfaces follow.
+    meshes: Vec<MeshSite>,
+    /// By number.
+    materials: Vec<(String, Lines)>,
+    notes: Vec<String>,
 }
 
-/// Where a surface is written.
-#[derive(Clone, Debug, PartialEq)]
+/// Where a surface is written. There may be a million of them.
+#[derive(Clone, Copy, Debug, PartialEq)]
 struct SurfaceSite {
-    material: String,
-    lines: Lines,
+    /// The number of its material.
+    material: u32,
+    /// The line of its header.
+    header: u32,
+    /// The lines of [`SITE_KEYS`]; 0 for one that is absent.
+    keys: [u32; 4],
+}
+
+/// The keys of surfaces that [`Scene::build`] may find at fault.
+const SITE_KEYS: [&str; 4] = ["quad", "triangle", "patches", "emit"];
+
+impl SurfaceSite {
+    /// The line of a key, or of the surface where the key is absent.
+    fn of(&self, key: &str) -> usize {
+        let known = SITE_KEYS.iter().position(|known| *known == key);
+        let line = known.map(|known| self.keys[known]).filter(|&line| line > 0);
+        line.unwrap_or(self.header) as usize
+    }
+}
+
+/// Where a mesh's surfaces come from.
+#[derive(Clone, Debug, PartialEq)]
+struct MeshSite {
+    file: PathBuf,
+    /// The number of its first surface.
+    first: usize,
+    spots: Spots,
 }
 
 /// The lines of a table, from 1.
@@ -52,6 +83,11 @@ impl SceneFile {
         &self.spec
     }
 
+    /// What was left out, changed or assumed of meshes, a sentence each.
+    pub fn notes(&self) -> &[String] {
+        &self.notes
+    }
+
     /// The number of patches.
     pub fn patch_count(&self) -> u64 {
         self.spec.surfaces.iter().map(|surface| surface.shape.cell_count()).sum()
@@ -65,90 +101,249 @@ impl SceneFile {
         Scene::build(&self.spec, index).map_err(|error| self.locate(error))
     }
 
-    fn locate(&self, error: SceneError) -> Error {
-        match error {
-            SceneError::Surface { surface, key, problem } => {
-                let (line, key) = self.locate_key(surface, key);
-                let place = Place { file: self.path.clone(), spot: Spot::Line(line), key };
-                Error::Scene { place: Box::new(place), problem }
-            }
-            SceneError::Whole(problem) => {
-                let place = Place { file: self.path.clone(), spot: Spot::File, key: String::new() };
-                Error::Scene { place: Box::new(place), problem }
-            }
+    /// Turns round what the doctor finds flipped, in memory: the file stays as it is.
+    pub(crate) fn turn_flipped(&mut self) -> Result<(), Error> {
+        let turned = doctor::turn_flipped(&mut self.spec).map_err(|error| self.locate(error))?;
+        if !turned.is_empty() {
+            let (count, names) = (turned.len(), turned.join(", "));
+            self.notes
+                .push(format!("repair: {count} surfaces are turned round, the file is unchanged: {names}"));
         }
+        Ok(())
     }
 
-    fn locate_key(&self, surface: usize, key: &str) -> (usize, String) {
-        let site = &self.sites[surface];
-        let label = label(surface, self.spec.surfaces[surface].name.as_deref());
-        if matches!(key, "reflectance" | "emittance") {
-            let line = self.materials[&site.material].of(key);
-            return (line, format!("material.{}.{key}, used by {label}", site.material));
-        }
-        (site.lines.of(key), format!("{label}: {key}"))
+    /// What [`Scene::build`] says of the scene, with the place in its file.
+    pub fn locate(&self, error: SceneError) -> Error {
+        let (place, problem) = match error {
+            SceneError::Surface { surface, key, problem } => (self.locate_key(surface, key), problem),
+            SceneError::Whole(problem) => {
+                (Place { file: self.path.clone(), spot: Spot::File, key: String::new() }, problem)
+            }
+        };
+        Error::Scene { place: Box::new(place), problem }
+    }
+
+    fn locate_key(&self, surface: usize, key: &str) -> Place {
+        let name = self.spec.surfaces[surface].name.as_deref();
+        let label = label(surface, name);
+        let Some(site) = self.sites.get(surface) else {
+            let mesh = self.meshes.iter().rfind(|mesh| mesh.first <= surface);
+            let mesh = mesh.expect("surfaces that the file does not hold are those of a mesh");
+            let spot = mesh.spots.of(surface - mesh.first, name).into();
+            return Place { file: mesh.file.clone(), spot, key: format!("{label}: {key}") };
+        };
+        let (line, key) = match key {
+            "reflectance" | "emittance" => {
+                let (material, lines) = &self.materials[site.material as usize];
+                (lines.of(key), format!("material.{material}.{key}, used by {label}"))
+            }
+            key => (site.of(key), format!("{label}: {key}")),
+        };
+        Place { file: self.path.clone(), spot: Spot::Line(line), key }
     }
 }
 
-/// Reads a scene file.
+/// Reads a scene file, meshes with the defaults of `[import]`.
 ///
 /// # Errors
-/// A file that cannot be read, is not TOML or of a format without reader, or says what is unknown, missing, not
-/// allowed or not built yet.
+/// A file that cannot be read, is of a format without reader, or says what is unknown, missing or not allowed.
 pub fn load_scene(path: &Path) -> Result<SceneFile, Error> {
-    refuse_other_formats(path)?;
+    load_scene_with(path, &Options::default())
+}
+
+/// Reads a scene file: TOML with its meshes, or a mesh.
+///
+/// # Errors
+/// As [`load_scene`].
+pub fn load_scene_with(path: &Path, options: &Options) -> Result<SceneFile, Error> {
+    if is_toml(path) {
+        return load_toml(path, options);
+    }
+    let Some(format) = Format::of(path) else { return Err(unknown_format(path)) };
+    let mut scene = SceneFile {
+        path: path.into(),
+        spec: SceneSpec { surfaces: Vec::new() },
+        sites: Vec::new(),
+        meshes: Vec::new(),
+        materials: Vec::new(),
+        notes: Vec::new(),
+    };
+    scene.add(path, import_scene(path, format, options)?);
+    Ok(scene)
+}
+
+const SCENE_KEYS: &[&str] = &["material", "surface", "mesh"];
+
+fn load_toml(path: &Path, options: &Options) -> Result<SceneFile, Error> {
     let source = Source::read(path, "[material.NAME] tables and [[surface]] tables")?;
-    let mut table = Table::root(&source, &["material", "surface", "mesh"])?;
-    if let Some(mesh) = table.take("mesh") {
-        return Err(Error::NotBuilt {
-            place: mesh.place(),
-            what: "a [[mesh]]".into(),
-            remedy: "write its triangles as [[surface]] tables".into(),
-        });
+    let split = source.split();
+    if let Some((part, rest)) = split.rest(&source).filter(|(_, rest)| !rest.contains_key("surface"))
+        && let Some(scene) =
+            Reader::new(Table::part(part, rest, SCENE_KEYS)?, path, options)?.read_parts(&source, &split)?
+    {
+        return Ok(scene);
     }
-    let materials = read_materials(&mut table)?;
-    let mut spec = SceneSpec { surfaces: Vec::new() };
-    let mut sites = Vec::new();
-    let written = table.take("surface").map(Value::array).transpose()?.unwrap_or_default();
-    for (number, value) in written.into_iter().enumerate() {
-        let (surface, site) = read_surface(value, number, &materials)?;
-        spec.surfaces.push(surface);
-        sites.push(site);
+    // Where the parts are not TOML by themselves, the whole tells what is wrong.
+    let mut table = Table::root(&source, SCENE_KEYS)?;
+    let surfaces = table.take("surface");
+    let mut reader = Reader::new(table, path, options)?;
+    surfaces.map_or(Ok(()), |surfaces| reader.surfaces(surfaces))?;
+    reader.finish()
+}
+
+/// A TOML scene on its way.
+struct Reader<'a, 'o> {
+    scene: SceneFile,
+    materials: Materials,
+    meshes: Option<Value<'a>>,
+    options: &'o Options,
+}
+
+impl<'a, 'o> Reader<'a, 'o> {
+    /// Reads all but surfaces.
+    fn new(mut table: Table<'a>, path: &Path, options: &'o Options) -> Result<Self, Error> {
+        let materials = read_materials(&mut table)?;
+        let scene = SceneFile {
+            path: path.into(),
+            spec: SceneSpec { surfaces: Vec::new() },
+            sites: Vec::new(),
+            meshes: Vec::new(),
+            materials: materials
+                .iter()
+                .map(|(name, material)| (name.clone(), material.lines.clone()))
+                .collect(),
+            notes: Vec::new(),
+        };
+        Ok(Reader { scene, materials, meshes: table.take("mesh"), options })
     }
-    let materials = materials.into_iter().map(|(name, material)| (name, material.lines)).collect();
-    Ok(SceneFile { path: path.into(), spec, sites, materials })
+
+    /// Reads the surfaces part by part; `None` where a part is not TOML by itself.
+    fn read_parts(mut self, source: &Source, split: &Split) -> Result<Option<SceneFile>, Error> {
+        for part in split.surfaces(source) {
+            let Some((part, table)) = part else { return Ok(None) };
+            let mut table = Table::part(part, table, SCENE_KEYS)?;
+            if let Some(surfaces) = table.take("surface") {
+                self.surfaces(surfaces)?;
+            }
+        }
+        self.finish().map(Some)
+    }
+
+    fn surfaces(&mut self, value: Value<'_>) -> Result<(), Error> {
+        for value in value.array()? {
+            let number = self.scene.spec.surfaces.len();
+            let (surface, site) = read_surface(value, number, &self.materials)?;
+            self.scene.spec.surfaces.push(surface);
+            self.scene.sites.push(site);
+        }
+        Ok(())
+    }
+
+    /// Adds the meshes behind all surfaces.
+    fn finish(mut self) -> Result<SceneFile, Error> {
+        let meshes = self.meshes.take().map(Value::array).transpose()?.unwrap_or_default();
+        for (number, value) in meshes.into_iter().enumerate() {
+            let (file, imported) = self.mesh(value, number)?;
+            self.scene.add(&file, imported);
+        }
+        Ok(self.scene)
+    }
+
+    fn mesh(&self, value: Value<'_>, number: usize) -> Result<(PathBuf, Imported), Error> {
+        let mut table =
+            value.table_called(format!("mesh {number}: "), &["file", "material", "max_patch_area"])?;
+        let file = table.require(
+            "file",
+            "a mesh is read from one",
+            "file = \"chair.obj\", relative to the scene",
+        )?;
+        let path = self.scene.path.parent().unwrap_or(Path::new("")).join(file.string()?);
+        let format = Format::of(&path).ok_or_else(|| {
+            let remedy = format!("name a file that ends in {MESH_FORMATS}");
+            file.refuse(
+                format!("{:?} is of no known format", path.display()),
+                "its name tells how to read it",
+                remedy,
+            )
+        })?;
+        let area = table.take("max_patch_area");
+        let max_patch_area = area.map(|value| positive(&value, "it is an area in m²")).transpose()?;
+        let mut options = Options { max_patch_area, ..self.options.clone() };
+        let mesh = read_mesh(&path, format, &options).map_err(|error| match error {
+            Error::Missing { file: missing } if missing == path => file.refuse(
+                format!("there is no file {}", missing.display()),
+                "meshes are looked for relative to the scene",
+                "correct the path",
+            ),
+            error => error,
+        })?;
+        options.materials.retain(|entry| mesh.has_material(&entry.pattern));
+        if let Some(value) = table.take("material") {
+            let material = find_material(&value, &self.materials)?;
+            options.materials.push(MaterialOverride {
+                pattern: "*".into(),
+                reflectance: Some(material.reflectance),
+                emittance: Some(material.emittance),
+                power: None,
+                sides: None,
+            });
+        }
+        let imported = mesh.into_scene(&path, format, &options).map_err(Error::of_mesh)?;
+        Ok((path, imported))
+    }
+}
+
+impl SceneFile {
+    /// Adds the surfaces of a mesh.
+    fn add(&mut self, file: &Path, imported: Imported) {
+        let Imported { spec, spots, notes } = imported;
+        self.meshes.push(MeshSite { file: file.into(), first: self.spec.surfaces.len(), spots });
+        if self.spec.surfaces.is_empty() {
+            self.spec = spec;
+        } else {
+            self.spec.surfaces.extend(spec.surfaces);
+        }
+        let name = file.file_name().unwrap_or_default().to_string_lossy();
+        self.notes.extend(notes.into_iter().map(|note| format!("{name}: {note}")));
+    }
 }
 
 pub(crate) fn is_toml(path: &Path) -> bool {
-    extension(path) == "toml"
+    path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("toml"))
 }
 
-fn extension(path: &Path) -> String {
-    path.extension().unwrap_or_default().to_string_lossy().to_lowercase()
-}
-
-fn refuse_other_formats(path: &Path) -> Result<(), Error> {
-    let format = extension(path);
-    let (format, planned) = match format.as_str() {
-        "toml" => return Ok(()),
-        "" if path.is_dir() => return Err(Error::Folder { file: path.into() }),
-        "" => ("scenes without extension".into(), false),
-        "obj" | "gltf" | "glb" | "mgf" => (format!(".{format}"), true),
-        _ => (format!(".{format}"), false),
-    };
-    Err(Error::SceneFormat { file: path.into(), format, planned, remedy: "write the scene as .toml" })
+fn unknown_format(path: &Path) -> Error {
+    match path.extension() {
+        None if path.is_dir() => Error::Folder { file: path.into() },
+        None => Error::SceneFormat { file: path.into(), format: "scenes without extension".into() },
+        Some(extension) => {
+            let format = format!(".{}", extension.to_string_lossy().to_lowercase());
+            Error::SceneFormat { file: path.into(), format }
+        }
+    }
 }
 
 /// What `[material.NAME]` says.
 struct Material {
+    number: u32,
     reflectance: Spectrum,
     emittance: Spectrum,
     lines: Lines,
 }
 
-fn read_materials(table: &mut Table<'_>) -> Result<BTreeMap<String, Material>, Error> {
+/// Materials by name; their numbers are those of this order.
+type Materials = BTreeMap<String, Material>;
+
+fn read_materials(table: &mut Table<'_>) -> Result<Materials, Error> {
     let Some(value) = table.take("material") else { return Ok(BTreeMap::new()) };
-    value.any_table()?.into_values().map(|(name, value)| Ok((name, read_material(value)?))).collect()
+    let mut materials: Materials = BTreeMap::new();
+    for (name, value) in value.any_table()?.into_values() {
+        materials.insert(name, read_material(value)?);
+    }
+    for (number, material) in (0..).zip(materials.values_mut()) {
+        material.number = number;
+    }
+    Ok(materials)
 }
 
 fn read_material(value: Value<'_>) -> Result<Material, Error> {
@@ -159,11 +354,16 @@ fn read_material(value: Value<'_>) -> Result<Material, Error> {
         lines.keys.push((key, value.line()));
         read_spectrum(value)
     };
-    Ok(Material { reflectance: spectrum("reflectance")?, emittance: spectrum("emittance")?, lines })
+    Ok(Material {
+        number: 0,
+        reflectance: spectrum("reflectance")?,
+        emittance: spectrum("emittance")?,
+        lines,
+    })
 }
 
 /// A number, or one for each of red, green and blue.
-fn read_spectrum(value: Value<'_>) -> Result<Spectrum, Error> {
+pub(crate) fn read_spectrum(value: Value<'_>) -> Result<Spectrum, Error> {
     if !value.is_array() {
         return value.number().map(Spectrum::from);
     }
@@ -184,16 +384,14 @@ fn label(number: usize, name: Option<&str>) -> String {
 fn read_surface(
     value: Value<'_>,
     number: usize,
-    materials: &BTreeMap<String, Material>,
+    materials: &Materials,
 ) -> Result<(SurfaceSpec, SurfaceSite), Error> {
-    let mut lines = Lines { header: value.line(), keys: Vec::new() };
+    let header = value.line() as u32;
     let mut table = value.table_called(format!("{}: ", label(number, None)), SURFACE_KEYS)?;
     let name = table.take("name").map(|value| read_surface_name(&value)).transpose()?;
     table.rename(format!("{}: ", label(number, name.as_deref())));
-    for key in ["quad", "triangle", "patches", "emit"] {
-        lines.keys.extend(table.line(key).map(|line| (key, line)));
-    }
-    let (material_name, material) = read_material_name(&mut table, materials)?;
+    let keys = SITE_KEYS.map(|key| table.line(key).unwrap_or(0) as u32);
+    let material = read_material_name(&mut table, materials)?;
     let shape = read_shape(&mut table)?;
     let sides = table.take("sides").map(|value| read_sides(&value)).transpose()?.unwrap_or(Sides::Front);
     let cell_emittance = table.take("emit").map(|value| read_emit(value, &shape)).transpose()?;
@@ -205,7 +403,7 @@ fn read_surface(
         emittance: material.emittance,
         cell_emittance: cell_emittance.unwrap_or_default(),
     };
-    Ok((surface, SurfaceSite { material: material_name, lines }))
+    Ok((surface, SurfaceSite { material: material.number, header, keys }))
 }
 
 fn read_surface_name(value: &Value<'_>) -> Result<String, Error> {
@@ -220,19 +418,19 @@ fn read_surface_name(value: &Value<'_>) -> Result<String, Error> {
     Ok(name.into())
 }
 
-fn read_material_name<'m>(
-    table: &mut Table<'_>,
-    materials: &'m BTreeMap<String, Material>,
-) -> Result<(String, &'m Material), Error> {
+fn read_material_name<'m>(table: &mut Table<'_>, materials: &'m Materials) -> Result<&'m Material, Error> {
     let value =
         table.require("material", "a surface takes its reflectance from it", "material = \"NAME\"")?;
+    find_material(&value, materials)
+}
+
+fn find_material<'m>(value: &Value<'_>, materials: &'m Materials) -> Result<&'m Material, Error> {
     let name = value.string()?;
-    let material = materials.get(name).ok_or_else(|| Error::UnknownMaterial {
+    materials.get(name).ok_or_else(|| Error::UnknownMaterial {
         place: value.place(),
         material: name.into(),
         known: materials.keys().cloned().collect(),
-    })?;
-    Ok((name.into(), material))
+    })
 }
 
 fn read_shape(table: &mut Table<'_>) -> Result<Shape, Error> {

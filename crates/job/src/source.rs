@@ -20,6 +20,71 @@ pub(crate) struct Source {
     overrides: Vec<Override>,
 }
 
+/// A part of a source that was parsed alone: its spans count from `start`.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Part<'a> {
+    source: &'a Source,
+    start: usize,
+}
+
+impl<'a> Part<'a> {
+    /// All of a source.
+    pub(crate) fn whole(source: &'a Source) -> Self {
+        Part { source, start: 0 }
+    }
+
+    pub(crate) fn file(&self) -> &'a Path {
+        self.source.file()
+    }
+
+    pub(crate) fn place(&self, offset: usize, key: impl Into<String>) -> Box<Place> {
+        self.source.place(self.start + offset, key)
+    }
+
+    pub(crate) fn line(&self, offset: usize) -> usize {
+        self.source.line(self.start + offset)
+    }
+}
+
+/// A scene's text in two: its surfaces, and all else.
+pub(crate) struct Split {
+    /// The text with every surface blanked out: spans are those of the text.
+    rest: String,
+    /// Ranges of the text that hold nothing but surfaces, in order.
+    surfaces: Vec<Range<usize>>,
+}
+
+impl Split {
+    /// What is no surface.
+    pub(crate) fn rest<'a>(&'a self, source: &'a Source) -> Option<(Part<'a>, DeTable<'a>)> {
+        Some((Part::whole(source), DeTable::parse(&self.rest).ok()?.into_inner()))
+    }
+
+    /// The surfaces, parsed range by range. `None` stands for a range that is not TOML by itself.
+    pub(crate) fn surfaces<'a>(
+        &'a self,
+        source: &'a Source,
+    ) -> impl Iterator<Item = Option<(Part<'a>, DeTable<'a>)>> {
+        self.surfaces.iter().map(|range| {
+            let table = DeTable::parse(&source.text[range.clone()]).ok()?.into_inner();
+            Some((Part { source, start: range.start }, table))
+        })
+    }
+}
+
+/// Surfaces that are parsed at a time: as a document, each takes some 5 kB.
+const SURFACES_AT_ONCE: usize = 512;
+
+/// The name of the table that a line opens: `surface` for `[[surface]]` and for `[[surface.emit]]`. `None` for other
+/// lines.
+fn opened(line: &str) -> Option<&str> {
+    let name = line.trim_start().strip_prefix('[')?.trim_start_matches('[').trim_start();
+    let end =
+        name.find(|c: char| !(c.is_ascii_alphanumeric() || matches!(c, '_' | '-'))).unwrap_or(name.len());
+    // A number or a bracket opens a line of an array.
+    name.starts_with(|c: char| c.is_ascii_alphabetic() || matches!(c, '"' | '\'')).then_some(&name[..end])
+}
+
 /// One `--set key=value`.
 #[derive(Debug)]
 struct Override {
@@ -41,6 +106,44 @@ impl Source {
         let line_starts =
             std::iter::once(0).chain(text.match_indices('\n').map(|(newline, _)| newline + 1)).collect();
         Ok(Source { file: file.into(), text, line_starts, overrides: Vec::new() })
+    }
+
+    /// A job that has the default of every key, for the scene in a file.
+    pub(crate) fn of_scene(file: &Path, text: &str) -> Self {
+        Source { file: file.into(), text: text.into(), line_starts: vec![0], overrides: Vec::new() }
+    }
+
+    /// Whether the file opens a table that only scenes have.
+    pub(crate) fn opens_scene(&self) -> bool {
+        self.text.lines().any(|line| matches!(opened(line), Some("surface" | "mesh" | "material")))
+    }
+
+    /// Splits a scene's text at the lines that open tables. A line of a string that looks like one makes a part that
+    /// is not TOML by itself.
+    pub(crate) fn split(&self) -> Split {
+        let mut split = Split { rest: String::with_capacity(self.text.len()), surfaces: Vec::new() };
+        let (mut in_surface, mut count, mut start) = (false, 0, 0);
+        for line in self.text.split_inclusive('\n') {
+            let end = start + line.len();
+            if let Some(name) = opened(line) {
+                let begins = name == "surface" && line.trim_start().starts_with("[[surface]]");
+                if begins && (!in_surface || count == SURFACES_AT_ONCE) {
+                    split.surfaces.push(start..start);
+                    count = 0;
+                }
+                count += usize::from(begins);
+                in_surface = begins || (in_surface && name == "surface");
+            }
+            match split.surfaces.last_mut().filter(|_| in_surface) {
+                Some(range) => {
+                    range.end = end;
+                    split.rest.extend(line.bytes().map(|byte| if byte == b'\n' { '\n' } else { ' ' }));
+                }
+                None => split.rest.push_str(line),
+            }
+            start = end;
+        }
+        split
     }
 
     /// Adds overrides of the form `key=value`, dotted keys, to be applied in order.

@@ -41,6 +41,11 @@ fn scene_message(path: &Path) -> String {
     }
 }
 
+const IMPORT_UNIT: &str = "scene = \"s.toml\"\n[budget]\npaths = 1\n[import]\nunit = 0\n";
+const IMPORT_SIDES: &str = "scene = \"s.toml\"\n[budget]\npaths = 1\n[import]\nsides = \"both\"\n";
+const IMPORT_POWER: &str =
+    "scene = \"s.toml\"\n[budget]\npaths = 1\n[import.material.a]\nemittance = 1\npower = 1\n";
+
 /// (job file, what the message holds)
 const JOBS: &[(&str, &[&str])] = &[
     ("", &["j.toml: ", "empty", "scene = "]),
@@ -64,11 +69,15 @@ const JOBS: &[(&str, &[&str])] = &[
         &["j.toml:1: scene", "no file", "none.toml", "relative"],
     ),
     ("scene = \".\"\n[budget]\npaths = 1\n", &["a folder"]),
-    ("scene = \"chair.OBJ\"\n[budget]\npaths = 1\n", &["chair.OBJ", ".obj", "not built yet", "as .toml"]),
-    ("scene = \"chair.gltf\"\n[budget]\npaths = 1\n", &["chair.gltf", "not built yet", "as .toml"]),
-    ("scene = \"chair.glb\"\n[budget]\npaths = 1\n", &["chair.glb", "not built yet", "as .toml"]),
-    ("scene = \"room.mgf\"\n[budget]\npaths = 1\n", &["room.mgf", "not built yet", "as .toml"]),
-    ("scene = \"room.stl\"\n[budget]\npaths = 1\n", &["room.stl", "unknown", "as .toml"]),
+    (
+        "scene = \"chair.OBJ\"\n[budget]\npaths = 1\n",
+        &["j.toml:1: scene", "no file", "chair.OBJ", "relative"],
+    ),
+    ("scene = \"room.fbx\"\n[budget]\npaths = 1\n", &["room.fbx", "unknown", "as .toml", ".obj"]),
+    ("[import]\nunits = 1\n", &["j.toml:2: import.units", "unknown key", "unit"]),
+    (IMPORT_UNIT, &["j.toml:5: import.unit", "0 is not above 0", "positive"]),
+    (IMPORT_SIDES, &["j.toml:5: import.sides", "\"both\"", "\"file\", 1 or 2"]),
+    (IMPORT_POWER, &["j.toml:6: import.material.a.power", "emittance", "one of them"]),
     ("scene = \"room\"\n[budget]\npaths = 1\n", &["room", "extension", "as .toml"]),
 ];
 
@@ -162,7 +171,7 @@ const SCENES: &[(&str, &str, &[&str])] = &[
     (
         "[[surface]]",
         "[[mesh]]\nfile = \"x.obj\"\n[[surface]]",
-        &["s.toml:4: mesh", "not built yet", "[[surface]]"],
+        &["s.toml:5: mesh 0: file", "no file", "x.obj", "relative to the scene"],
     ),
     (
         "reflectance = 0.5",

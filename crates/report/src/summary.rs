@@ -67,6 +67,9 @@ pub struct Summary {
     pub target: Option<Target>,
     /// What was modelled.
     pub model: Model,
+    /// What was left out, changed or assumed of meshes; absent where nothing was.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub import: Vec<String>,
     /// What was verified.
     pub checks: Vec<Check>,
     /// Whose walks these are and where they came from.
@@ -257,6 +260,8 @@ pub struct RunFacts {
     pub target: Option<Target>,
     /// What was modelled.
     pub model: Model,
+    /// What was left out, changed or assumed of meshes.
+    pub import: Vec<String>,
     /// What was verified.
     pub checks: Vec<Check>,
     /// Level of every interval, or of all together.
@@ -300,6 +305,7 @@ impl Summary {
             precision: precision.into(),
             energy,
             target: facts.target,
+            import: facts.import,
             checks: facts.checks,
             provenance: facts.provenance,
         }
@@ -378,6 +384,7 @@ mod tests {
             streams: 16,
             streams_reissued: 3,
             target: None,
+            import: Vec::new(),
             checks: vec![Check { name: "energy".into(), ok: true, message: "balanced".into() }],
             confidence: 0.95,
             simultaneous: false,

@@ -1,0 +1,246 @@
+//! Surfaces that cover each other, and edges that miss their neighbours.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use glam::DVec3;
+use radiosity::{Ray, Scene, SceneSpec, Shape, Side, Sides};
+
+use crate::finding::{Finding, Kind};
+use crate::nearby::{Near, Nearby};
+use crate::pilot::{Draws, Pilot, extent};
+
+/// Points on every edge, and within every surface, where neighbours are looked for: in large scenes as many as
+/// [`MOST_POINTS`] in all allow.
+const EDGE_POINTS: usize = 8;
+const INNER_POINTS: usize = 16;
+const MOST_POINTS: usize = 300_000;
+
+/// The most points by a gap that rays look for a way out from; of more, a regular sample.
+const MOST_GAPS: usize = 4096;
+
+/// Edges closer than this part of the scene's extent to another surface were meant to touch it.
+const GAP: f64 = 5e-3;
+
+/// Gaps below this part of the extent are cracks: vertices that were not merged, or T-junctions.
+const CRACK: f64 = 1e-4;
+
+/// Rays that look for a way out of a gap.
+const GAP_RAYS: u32 = 256;
+
+/// A point on an edge that no other surface touches.
+struct Free {
+    surface: u32,
+    point: DVec3,
+    /// The length of edge that the point stands for [m].
+    length: f64,
+    /// The nearest other surface within the gap.
+    nearest: Option<Near>,
+}
+
+/// Two surfaces in one plane that share area.
+struct Cover {
+    surfaces: [u32; 2],
+    /// About the area that they share [m²].
+    area: f64,
+}
+
+/// All contacts of a scene.
+pub(crate) struct Contacts {
+    free: Vec<Free>,
+    covers: Vec<Cover>,
+    extent: f64,
+}
+
+impl Contacts {
+    pub(crate) fn find(spec: &SceneSpec, scene: &Scene) -> Self {
+        let (nearby, extent) = (Nearby::new(spec), extent(scene));
+        // What touches but for rounding; facets are larger than their surfaces by 2⁻⁴⁶ of the largest coordinate.
+        let corners = spec.surfaces.iter().flat_map(|surface| surface.shape.corners());
+        let largest = corners.fold(extent, |largest, corner| largest.max(corner.abs().max_element()));
+        let touch = largest / (1_u64 << 45) as f64;
+        let count = spec.surfaces.len();
+        let points = |most: usize, places: usize| (MOST_POINTS / places).clamp(1, most) as u32;
+        let (on_edges, within) = (points(EDGE_POINTS, 4 * count), points(INNER_POINTS, count));
+        let mut contacts = Contacts { free: Vec::new(), covers: Vec::new(), extent };
+        let mut shared = BTreeMap::new();
+        for number in 0..count as u32 {
+            let shape = &spec.surfaces[number as usize].shape;
+            for (start, end) in edges(shape) {
+                let edge = Edge { surface: number, start, end, points: on_edges };
+                contacts.free.extend(edge.free_points(&nearby, touch, GAP * extent));
+            }
+            cover(spec, &nearby, number, within, touch, &mut shared);
+        }
+        contacts.covers = shared.into_iter().map(|(surfaces, area)| Cover { surfaces, area }).collect();
+        contacts
+    }
+
+    /// The surfaces that share area with another one in its plane.
+    pub(crate) fn covered_surfaces(&self) -> BTreeSet<u32> {
+        self.covers.iter().flat_map(|cover| cover.surfaces).collect()
+    }
+
+    /// Surfaces that share area with another one: light meets only one of them. Fronts back to back are two layers.
+    pub(crate) fn covered(&self, scene: &Scene) -> Vec<Finding> {
+        let finding = |cover: &Cover| {
+            let [a, b] = cover.surfaces.map(|surface| scene.surface_name(surface));
+            let power = cover.surfaces.iter().map(|&surface| emitted(scene, surface, cover.area)).sum();
+            Finding {
+                kind: Kind::Overlapping,
+                surfaces: cover.surfaces.to_vec(),
+                power,
+                message: format!("{a} and {b} lie in one plane and share about {:.3e} m²", cover.area),
+            }
+        };
+        self.covers.iter().map(finding).collect()
+    }
+
+    /// Gaps between an edge and its neighbour that light leaves the scene through, a finding for each pair of surfaces.
+    pub(crate) fn leaks(&self, scene: &Scene, pilot: &Pilot) -> Vec<Finding> {
+        let mut pairs: BTreeMap<[u32; 2], (f64, f64, DVec3)> = BTreeMap::new();
+        let near_gaps = self.free.iter().filter(|free| free.nearest.is_some());
+        let every = near_gaps.clone().count() / MOST_GAPS + 1;
+        for free in near_gaps.step_by(every) {
+            let Some(near) = free.nearest.filter(|near| leads_out(scene, free, near)) else { continue };
+            let pair = [free.surface.min(near.surface), free.surface.max(near.surface)];
+            let (area, width, _) = pairs.entry(pair).or_insert((0.0, 0.0, free.point));
+            *area += near.distance * free.length * every as f64;
+            *width = width.max(near.distance);
+        }
+        let walls: f64 = scene.patches().iter().map(|patch| patch.active_area()).sum();
+        let finding = |([a, b], (area, width, point)): ([u32; 2], (f64, f64, DVec3))| {
+            let kind = if width < CRACK * self.extent { Kind::Crack } else { Kind::Leak };
+            Finding {
+                kind,
+                surfaces: vec![a, b],
+                // As if the gap were a part of the walls: light is everywhere about alike.
+                power: pilot.power * area / walls,
+                message: format!(
+                    "between {} and {} is a gap of {width:.3e} m near {}: light gets out",
+                    scene.surface_name(a),
+                    scene.surface_name(b),
+                    place(point)
+                ),
+            }
+        };
+        pairs.into_iter().map(finding).collect()
+    }
+
+    /// The surfaces whose free edges pass nearest to rays out of the scene, most rays first.
+    pub(crate) fn rims(&self, scene: &Scene, ways_out: &[Ray]) -> Vec<u32> {
+        // Many free edges are looked at by sample.
+        let every = self.free.len() / 4096 + 1;
+        let mut counts: BTreeMap<u32, u32> = BTreeMap::new();
+        for ray in ways_out {
+            let away = |free: &Free| {
+                let towards = free.point - scene.origin() - ray.origin;
+                let along = towards.dot(ray.direction).max(0.0);
+                (towards - ray.direction * along).length_squared()
+            };
+            let free = self.free.iter().step_by(every).filter(|free| free.surface != ray.from);
+            if let Some(nearest) = free.min_by(|a, b| away(a).total_cmp(&away(b))) {
+                *counts.entry(nearest.surface).or_default() += 1;
+            }
+        }
+        let mut rims: Vec<(u32, u32)> = counts.into_iter().collect();
+        rims.sort_by_key(|&(_, count)| std::cmp::Reverse(count));
+        rims.into_iter().map(|(surface, _)| surface).collect()
+    }
+}
+
+fn edges(shape: &Shape) -> Vec<(DVec3, DVec3)> {
+    let corners = shape.corners();
+    (0..corners.len()).map(|i| (corners[i], corners[(i + 1) % corners.len()])).collect()
+}
+
+/// An edge and the number of points that it is looked at by.
+struct Edge {
+    surface: u32,
+    start: DVec3,
+    end: DVec3,
+    points: u32,
+}
+
+impl Edge {
+    /// The points that no other surface touches, with the nearest within `gap` [m].
+    fn free_points(self, nearby: &Nearby, touch: f64, gap: f64) -> impl Iterator<Item = Free> {
+        let Edge { surface, start, end, points } = self;
+        (0..points).filter_map(move |i| {
+            let point = start.lerp(end, (f64::from(i) + 0.5) / f64::from(points));
+            let mut nearest: Option<Near> = None;
+            nearby.within(point, gap, |near| {
+                if near.surface != surface && nearest.is_none_or(|nearest| near.distance < nearest.distance) {
+                    nearest = Some(near);
+                }
+            });
+            let touches = nearest.is_some_and(|nearest| nearest.distance <= touch);
+            let length = start.distance(end) / f64::from(points);
+            (!touches).then_some(Free { surface, point, length, nearest })
+        })
+    }
+}
+
+/// Adds the area that a surface shares with others in its plane, by points of its inside.
+fn cover(
+    spec: &SceneSpec,
+    nearby: &Nearby,
+    number: u32,
+    points: u32,
+    touch: f64,
+    shared: &mut BTreeMap<[u32; 2], f64>,
+) {
+    let surface = &spec.surfaces[number as usize];
+    let mut draws = Draws::new(0xC0_7E5 ^ u64::from(number));
+    let (corner, e_u, e_v) = surface.shape.edges();
+    let normal = e_u.cross(e_v).normalize();
+    for _ in 0..points {
+        let (mut u, mut v) = (draws.uniform(), draws.uniform());
+        if matches!(surface.shape, Shape::Triangle { .. }) && u + v > 1.0 {
+            (u, v) = (1.0 - u, 1.0 - v);
+        }
+        nearby.within(corner + e_u * u + e_v * v, touch, |near| {
+            let other = &spec.surfaces[near.surface as usize];
+            let (_, f_u, f_v) = other.shape.edges();
+            let along = normal.dot(f_u.cross(f_v).normalize());
+            let back_to_back = along < 0.0 && surface.sides == Sides::Front && other.sides == Sides::Front;
+            if near.surface != number && along.abs() > 1.0 - 1e-9 && !back_to_back {
+                let pair = [number.min(near.surface), number.max(near.surface)];
+                // Either of the two sees the other: the larger estimate stands.
+                *shared.entry(pair).or_default() += 0.5 * surface.shape.area() / f64::from(points);
+            }
+        });
+    }
+}
+
+/// Φ of an area of a surface, all channels [W].
+fn emitted(scene: &Scene, surface: u32, area: f64) -> f64 {
+    let first = scene.surfaces()[surface as usize].first_patch();
+    let patch = scene.patches().get(first as usize);
+    (0..scene.channels()).map(|channel| patch.emittance[channel] * area).sum()
+}
+
+/// Whether rays from the middle of a gap leave the scene, and others arrive where light is.
+fn leads_out(scene: &Scene, free: &Free, near: &Near) -> bool {
+    let middle = 0.5 * (free.point + near.point) - scene.origin();
+    let mut draws = Draws::new(u64::from(free.surface) ^ middle.x.to_bits());
+    let (mut out, mut inside) = (false, false);
+    for _ in 0..GAP_RAYS {
+        let z = 2.0 * draws.uniform() - 1.0;
+        let (sin, cos) = (std::f64::consts::TAU * draws.uniform()).sin_cos();
+        let across = (1.0 - z * z).sqrt();
+        let direction = DVec3::new(across * cos, across * sin, z);
+        match scene.closest_hit(&Ray { origin: middle, direction, from: Ray::FREE }) {
+            None => out = true,
+            Some(hit) => {
+                let active =
+                    hit.side == Side::Front || scene.surfaces()[hit.surface as usize].sides() == Sides::Both;
+                inside |= active && hit.t > near.distance;
+            }
+        }
+    }
+    out && inside
+}
+
+pub(crate) fn place(point: DVec3) -> String {
+    format!("({:.3}, {:.3}, {:.3})", point.x, point.y, point.z)
+}

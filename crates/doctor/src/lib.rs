@@ -1,0 +1,53 @@
+//! The doctor: what is wrong with the geometry of a scene, most power first.
+//!
+//! [`examine`] looks at a scene in three ways. A pilot ([`pilot`]) follows light from the emitters and finds where it is
+//! lost: at backs, and out of the scene. Votes ([`votes`]) are rays from both sides of every surface, and tell which
+//! side belongs inwards. Contacts ([`contact`]) are distances between surfaces: what covers another surface, and edges
+//! that miss their neighbour by a gap. [`repair`] turns flipped surfaces round and takes doubled ones out.
+
+mod contact;
+mod finding;
+mod nearby;
+mod pilot;
+mod repair;
+mod votes;
+
+use radiosity::{IndexChoice, Scene, SceneError, SceneSpec};
+
+pub use finding::{Finding, Kind};
+pub use repair::{Repair, repair, turn_flipped};
+
+use crate::contact::Contacts;
+use crate::pilot::Pilot;
+use crate::votes::Votes;
+
+/// Scenes that lose less than this part of their light count as closed: there, a gap that light gets out through is a
+/// leak, and not one more opening.
+const CLOSED: f64 = 0.02;
+
+/// Examines a scene. The findings depend on the scene alone.
+///
+/// # Errors
+/// What [`Scene::build`] refuses.
+pub fn examine(spec: &SceneSpec) -> Result<Vec<Finding>, SceneError> {
+    let scene = Scene::build(spec, IndexChoice::Auto)?;
+    let pilot = Pilot::follow(&scene);
+    let votes = Votes::take(&scene);
+    let contacts = Contacts::find(spec, &scene);
+    let mut findings = Vec::new();
+    findings.extend(contacts.covered(&scene));
+    let flipped = votes.flipped(&pilot);
+    findings.extend(finding::flipped(&scene, &pilot, &flipped));
+    findings.extend(finding::dark_emitters(&scene, &pilot, &flipped));
+    findings.extend(finding::buried(&scene, &votes, &flipped, &contacts));
+    findings.extend(finding::backs(&scene, &pilot, &flipped));
+    if pilot.escaped_part() > 0.0 && flipped.is_empty() {
+        findings.extend(finding::opening(&scene, &pilot, &contacts));
+    }
+    if pilot.escaped_part() < CLOSED {
+        findings.extend(contacts.leaks(&scene, &pilot));
+    }
+    // Ties keep the order of surfaces.
+    findings.sort_by(|a, b| b.power.total_cmp(&a.power));
+    Ok(findings)
+}

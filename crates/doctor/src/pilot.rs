@@ -1,0 +1,176 @@
+//! Light followed from the emitters: where it is lost.
+
+use glam::DVec3;
+use radiosity::{Hit, Ray, Scene, Side, Sides};
+
+/// Walks from each emitting patch, where there are few of them …
+const WALKS_EACH: u64 = 256;
+
+/// … and in all, at least and at most.
+const LEAST_WALKS: u64 = 20_000;
+const MOST_WALKS: u64 = 60_000;
+
+/// A walk ends when this is left of its power.
+const FAINT: f64 = 0.02;
+
+/// A walk ends after this many reflections.
+const LONGEST: u32 = 16;
+
+/// Ways out that are kept to tell where they lead.
+const MOST_WAYS_OUT: usize = 256;
+
+/// Numbers for rays: splitmix64 (Steele, Lea and Flood 2014).
+pub(crate) struct Draws(u64);
+
+impl Draws {
+    pub(crate) fn new(seed: u64) -> Self {
+        Draws(seed.wrapping_mul(0x9E37_79B9_7F4A_7C15))
+    }
+
+    pub(crate) fn bits(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
+        let x = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        let x = (x ^ (x >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+        x ^ (x >> 31)
+    }
+
+    /// A number in (0, 1).
+    pub(crate) fn uniform(&mut self) -> f64 {
+        ((self.bits() >> 11) as f64 + 0.5) / (1_u64 << 53) as f64
+    }
+}
+
+/// What became of one side's own light.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Emission {
+    /// Power that left the side [W].
+    pub(crate) power: f64,
+    /// Power that met something within [`Pilot::close`] [W].
+    pub(crate) close: f64,
+    /// Power that met no active side [W].
+    pub(crate) lost: f64,
+}
+
+/// Where light went. Powers are sums over channels [W].
+pub(crate) struct Pilot {
+    /// Φ_T.
+    pub(crate) power: f64,
+    /// Power that left the scene.
+    escaped: f64,
+    /// Power that arrived at the back of each surface.
+    backs: Vec<f64>,
+    /// The first rays of walks, by surface: front, back.
+    pub(crate) emission: Vec<[Emission; 2]>,
+    /// Some rays that left the scene: origin, direction, the surface they left [m, of the scene].
+    pub(crate) ways_out: Vec<Ray>,
+    /// What is closer than this to an emitter shades it [m]: a hundredth of the scene's extent.
+    pub(crate) close: f64,
+}
+
+impl Pilot {
+    pub(crate) fn follow(scene: &Scene) -> Self {
+        let channels = scene.channels();
+        let emitters: Vec<(usize, f64)> = scene
+            .patches()
+            .iter()
+            .enumerate()
+            .map(|(number, patch)| (number, (0..channels).map(|channel| patch.power(channel)).sum()))
+            .filter(|&(_, power)| power > 0.0)
+            .collect();
+        let surfaces = scene.surfaces().len();
+        let mut pilot = Pilot {
+            power: emitters.iter().map(|(_, power)| power).sum(),
+            escaped: 0.0,
+            backs: vec![0.0; surfaces],
+            emission: vec![[Emission::default(); 2]; surfaces],
+            ways_out: Vec::new(),
+            close: 0.01 * extent(scene),
+        };
+        let walks = (WALKS_EACH * emitters.len() as u64).clamp(LEAST_WALKS, MOST_WALKS);
+        let step = pilot.power / walks as f64;
+        let (mut passed, mut emitter) = (0.0, 0);
+        for walk in 0..walks {
+            // Births at equal steps of power: every emitter gets its share.
+            let at = (walk as f64 + 0.5) * step;
+            while emitter + 1 < emitters.len() && passed + emitters[emitter].1 < at {
+                passed += emitters[emitter].1;
+                emitter += 1;
+            }
+            pilot.walk(scene, emitters[emitter].0, step, &mut Draws::new(walk));
+        }
+        pilot
+    }
+
+    fn walk(&mut self, scene: &Scene, birth: usize, power: f64, draws: &mut Draws) {
+        let patch = scene.patches().get(birth);
+        let surface = &scene.surfaces()[patch.surface as usize];
+        let back = surface.sides() == Sides::Both && draws.uniform() < 0.5;
+        let side = if back { Side::Back } else { Side::Front };
+        let cell = birth as u32 - surface.first_patch();
+        let origin = surface.point(surface.point_in_cell(cell, [draws.uniform(), draws.uniform()]));
+        let mut ray = Ray { origin, direction: surface.direction(side, draws.bits()), from: patch.surface };
+        let first = self.trace(scene, &ray, power);
+        self.note_emission(scene, patch.surface, back, first, power);
+        let (mut next, mut left) = (first, power);
+        for _ in 0..LONGEST {
+            let Some(hit) = next else { return };
+            let met = &scene.surfaces()[hit.surface as usize];
+            left *= met.reflectance().max();
+            if !met.is_active(hit.side) || left < FAINT * power {
+                return;
+            }
+            let origin = met.point(met.inside(hit.uv));
+            ray = Ray { origin, direction: met.direction(hit.side, draws.bits()), from: hit.surface };
+            next = self.trace(scene, &ray, left);
+        }
+    }
+
+    /// Follows one ray and takes down where its power is lost.
+    fn trace(&mut self, scene: &Scene, ray: &Ray, power: f64) -> Option<Hit> {
+        let hit = scene.closest_hit(ray);
+        match &hit {
+            None => {
+                self.escaped += power;
+                if self.ways_out.len() < MOST_WAYS_OUT {
+                    self.ways_out.push(*ray);
+                }
+            }
+            Some(hit) if !scene.surfaces()[hit.surface as usize].is_active(hit.side) => {
+                self.backs[hit.surface as usize] += power;
+            }
+            Some(_) => {}
+        }
+        hit
+    }
+
+    fn note_emission(&mut self, scene: &Scene, surface: u32, back: bool, hit: Option<Hit>, power: f64) {
+        let emission = &mut self.emission[surface as usize][usize::from(back)];
+        emission.power += power;
+        let is_lost = hit.is_none_or(|hit| !scene.surfaces()[hit.surface as usize].is_active(hit.side));
+        emission.lost += if is_lost { power } else { 0.0 };
+        emission.close += if hit.is_some_and(|hit| hit.t < self.close) { power } else { 0.0 };
+    }
+
+    /// The part of all power that leaves the scene.
+    pub(crate) fn escaped_part(&self) -> f64 {
+        self.escaped / self.power
+    }
+
+    /// Power that leaves the scene [W].
+    pub(crate) fn escaped(&self) -> f64 {
+        self.escaped
+    }
+
+    /// Power that arrives at the back of a surface [W].
+    pub(crate) fn back(&self, surface: u32) -> f64 {
+        self.backs[surface as usize]
+    }
+}
+
+/// The largest extent of a scene along an axis [m].
+pub(crate) fn extent(scene: &Scene) -> f64 {
+    let corners = || scene.surfaces().iter().flat_map(|surface| surface.outline());
+    let min = corners().fold(DVec3::INFINITY, DVec3::min);
+    let max = corners().fold(DVec3::NEG_INFINITY, DVec3::max);
+    (max - min).max_element()
+}

@@ -1,0 +1,136 @@
+//! What can be put right without asking.
+
+use std::collections::BTreeSet;
+
+use radiosity::{IndexChoice, Scene, SceneError, SceneSpec, Shape, SurfaceSpec};
+
+use crate::pilot::Pilot;
+use crate::votes::Votes;
+
+/// Turning one surface round shows what others see: as many rounds as this are made.
+const ROUNDS: usize = 8;
+
+/// A repaired scene and what was done to it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Repair {
+    /// The scene with its changes.
+    pub spec: SceneSpec,
+    /// The names of surfaces that were turned round.
+    pub turned: Vec<String>,
+    /// The names of surfaces that were taken out: they were there twice.
+    pub removed: Vec<String>,
+}
+
+/// Takes out surfaces that are there twice, and turns round one-sided surfaces whose back is where light arrives.
+///
+/// # Errors
+/// What [`Scene::build`] refuses.
+pub fn repair(spec: &SceneSpec) -> Result<Repair, SceneError> {
+    let mut repair = Repair { spec: spec.clone(), turned: Vec::new(), removed: Vec::new() };
+    repair.remove_doubles();
+    repair.turned = turn_flipped(&mut repair.spec)?;
+    Ok(repair)
+}
+
+/// Turns round one-sided surfaces whose back is where light arrives, and returns their names.
+///
+/// # Errors
+/// What [`Scene::build`] refuses.
+pub fn turn_flipped(spec: &mut SceneSpec) -> Result<Vec<String>, SceneError> {
+    let mut turned = BTreeSet::new();
+    for _ in 0..ROUNDS {
+        let scene = Scene::build(spec, IndexChoice::Auto)?;
+        let flipped = Votes::take(&scene).flipped(&Pilot::follow(&scene));
+        if flipped.is_empty() {
+            break;
+        }
+        for surface in flipped {
+            turn(&mut spec.surfaces[surface as usize]);
+            // One that is turned twice is as it was.
+            if !turned.remove(&surface) {
+                turned.insert(surface);
+            }
+        }
+    }
+    let name = |&number: &u32| spec.surfaces[number as usize].name.clone().unwrap_or(number.to_string());
+    Ok(turned.iter().map(name).collect())
+}
+
+impl Repair {
+    /// Takes out surfaces equal to an earlier one in all but their name.
+    fn remove_doubles(&mut self) {
+        let key = |surface: &SurfaceSpec| {
+            let corners = surface.shape.corners();
+            let mut corners: Vec<[u64; 3]> =
+                corners.iter().map(|corner| corner.to_array().map(|x| (x + 0.0).to_bits())).collect();
+            corners.sort_unstable();
+            corners
+        };
+        let mut order: Vec<(Vec<[u64; 3]>, usize)> = self.spec.surfaces.iter().map(key).zip(0..).collect();
+        order.sort_unstable();
+        let same = |a: &SurfaceSpec, b: &SurfaceSpec| {
+            let normal = |surface: &SurfaceSpec| {
+                let (_, e_u, e_v) = surface.shape.edges();
+                e_u.cross(e_v)
+            };
+            a.sides == b.sides && normal(a).dot(normal(b)) > 0.0
+        };
+        let pairs = order.windows(2).filter(|pair| pair[0].0 == pair[1].0);
+        let surfaces = &self.spec.surfaces;
+        let doubles: Vec<usize> = pairs
+            .filter(|pair| same(&surfaces[pair[0].1], &surfaces[pair[1].1]))
+            .map(|pair| pair[1].1)
+            .collect();
+        let mut number = 0;
+        let removed = &mut self.removed;
+        self.spec.surfaces.retain(|surface| {
+            let keep = !doubles.contains(&number);
+            if !keep {
+                removed.push(surface.name.clone().unwrap_or_else(|| number.to_string()));
+            }
+            number += 1;
+            keep
+        });
+    }
+}
+
+/// Exchanges front and back; cells keep their places.
+fn turn(surface: &mut SurfaceSpec) {
+    let before = surface.shape;
+    surface.shape = match before {
+        Shape::Parallelogram { corner, corner_u, corner_v, cells: [nu, nv] } => {
+            Shape::Parallelogram { corner, corner_u: corner_v, corner_v: corner_u, cells: [nv, nu] }
+        }
+        Shape::Triangle { a, b, c, rows } => Shape::Triangle { a, b: c, c: b, rows },
+    };
+    for (cell, _) in &mut surface.cell_emittance {
+        let [i, j] = before.cell_label(*cell);
+        let label = if matches!(before, Shape::Triangle { .. }) { [i, 2 * i - j] } else { [j, i] };
+        *cell = surface.shape.cell_index(label).expect("the mirrored cell");
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::DVec3;
+    use radiosity::{Sides, Spectrum};
+
+    #[test]
+    fn cells_keep_their_places() {
+        let shape = Shape::Triangle { a: DVec3::ZERO, b: DVec3::X, c: DVec3::Y, rows: 3 };
+        let mut surface = SurfaceSpec {
+            name: None,
+            shape,
+            sides: Sides::Front,
+            reflectance: 0.5.into(),
+            emittance: Spectrum::BLACK,
+            cell_emittance: vec![(shape.cell_index([2, 1]).unwrap(), 1.0.into())],
+        };
+        let lit = surface.clone();
+        turn(&mut surface);
+        assert_eq!(surface.shape.cell_label(surface.cell_emittance[0].0), [2, 3]);
+        turn(&mut surface);
+        assert_eq!(surface, lit);
+    }
+}

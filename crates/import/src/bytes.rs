@@ -1,0 +1,36 @@
+//! Numbers of binary formats, never read beyond the end.
+
+use crate::error::Fault;
+
+/// What is left to read.
+pub(crate) struct Bytes<'a> {
+    rest: &'a [u8],
+}
+
+impl<'a> Bytes<'a> {
+    pub(crate) fn new(content: &'a [u8]) -> Self {
+        Bytes { rest: content }
+    }
+
+    pub(crate) fn len(&self) -> usize {
+        self.rest.len()
+    }
+
+    /// The next N bytes.
+    pub(crate) fn take<const N: usize>(&mut self) -> Result<[u8; N], Fault> {
+        let (taken, rest) = self.rest.split_first_chunk::<N>().ok_or_else(Fault::short)?;
+        self.rest = rest;
+        Ok(*taken)
+    }
+
+    /// The next `n` bytes, of any number.
+    pub(crate) fn slice(&mut self, n: usize) -> Result<&'a [u8], Fault> {
+        let (taken, rest) = self.rest.split_at_checked(n).ok_or_else(Fault::short)?;
+        self.rest = rest;
+        Ok(taken)
+    }
+
+    pub(crate) fn skip(&mut self, n: usize) -> Result<(), Fault> {
+        self.slice(n).map(|_| ())
+    }
+}

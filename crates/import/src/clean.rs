@@ -1,0 +1,88 @@
+//! Faces that cannot be modelled: those without area, and those that are there twice.
+
+use glam::DVec3;
+
+use crate::mesh::{Mesh, Triangle};
+
+/// The faults of a mesh, by index of its triangles.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Faulty {
+    /// Triangles without area.
+    pub(crate) degenerate: Vec<usize>,
+    /// Triangles that cover an earlier one.
+    pub(crate) doubled: Vec<usize>,
+}
+
+impl Faulty {
+    /// Finds the faults. `two_sided` tells of each material whether both sides are active; of one-sided triangles only
+    /// those that face the same way are doubles.
+    pub(crate) fn find(mesh: &Mesh, two_sided: &[bool]) -> Self {
+        let merged = merge(&mesh.positions);
+        let degenerate: Vec<usize> =
+            (0..mesh.triangles.len()).filter(|&i| !has_area(&mesh.triangles[i], &mesh.positions)).collect();
+        let key = |i: usize| {
+            let triangle = &mesh.triangles[i];
+            let corners = triangle.corners.map(|corner| merged[corner as usize]);
+            sorted(corners, two_sided[triangle.material as usize])
+        };
+        let mut order: Vec<([u32; 3], usize)> = (0..mesh.triangles.len()).map(|i| (key(i), i)).collect();
+        order.sort_unstable();
+        let pairs = order.windows(2).filter(|pair| pair[0].0 == pair[1].0);
+        let mut doubled: Vec<usize> = pairs.map(|pair| pair[1].1).collect();
+        doubled.retain(|i| degenerate.binary_search(i).is_err());
+        doubled.sort_unstable();
+        Faulty { degenerate, doubled }
+    }
+
+    pub(crate) fn is_empty(&self) -> bool {
+        self.degenerate.is_empty() && self.doubled.is_empty()
+    }
+
+    /// Takes the faulty triangles out.
+    pub(crate) fn remove_from(&self, mesh: &mut Mesh) {
+        let mut keep = vec![true; mesh.triangles.len()];
+        self.degenerate.iter().chain(&self.doubled).for_each(|&i| keep[i] = false);
+        let mut keep = keep.into_iter();
+        mesh.triangles.retain(|_| keep.next().expect("a mark for each"));
+    }
+}
+
+/// The least index of a vertex at the same place, for each vertex.
+pub(crate) fn merge(positions: &[DVec3]) -> Vec<u32> {
+    // Adding 0 turns −0 into 0.
+    let bits = |i: u32| positions[i as usize].to_array().map(|x| (x + 0.0).to_bits());
+    let mut order: Vec<u32> = (0..positions.len() as u32).collect();
+    order.sort_unstable_by_key(|&i| (bits(i), i));
+    let mut merged = vec![0; positions.len()];
+    let mut first = 0;
+    for (k, &i) in order.iter().enumerate() {
+        if k == 0 || bits(order[k - 1]) != bits(i) {
+            first = i;
+        }
+        merged[i as usize] = first;
+    }
+    merged
+}
+
+/// The corners in an order that equal triangles share: the least first; turned round at will where both sides count.
+fn sorted([a, b, c]: [u32; 3], any_way: bool) -> [u32; 3] {
+    let least = a.min(b).min(c);
+    let [a, b, c] = if least == a {
+        [a, b, c]
+    } else if least == b {
+        [b, c, a]
+    } else {
+        [c, a, b]
+    };
+    if any_way && b > c { [a, c, b] } else { [a, b, c] }
+}
+
+/// Whether the direction of a triangle's normal is more than rounding: the rule of [`radiosity::Scene::build`].
+fn has_area(triangle: &Triangle, positions: &[DVec3]) -> bool {
+    let corners = triangle.corners.map(|corner| positions[corner as usize]);
+    let (e_u, e_v) = (corners[1] - corners[0], corners[2] - corners[0]);
+    let (area, extent) = (e_u.cross(e_v).length(), e_u.length() * e_v.length());
+    let largest = corners.iter().fold(0.0_f64, |max, corner| max.max(corner.abs().max_element()));
+    let noise = 8.0 * f64::EPSILON * largest * e_u.length().max(e_v.length());
+    area.is_finite() && extent.is_finite() && area > noise && area > 1e-12 * extent
+}

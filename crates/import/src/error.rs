@@ -1,0 +1,68 @@
+//! What can be wrong with a mesh file, as one message: problem, why it is one, what to do.
+
+use std::fmt;
+use std::path::PathBuf;
+
+use thiserror::Error;
+
+/// A mesh file that cannot be used.
+#[derive(Clone, Debug, Error, PartialEq, Eq)]
+#[error("{}{spot}: {problem} ({why}); {remedy}", file.display())]
+pub struct Error {
+    /// The file at fault.
+    pub file: PathBuf,
+    /// The spot in the file.
+    pub spot: Spot,
+    /// What was found.
+    pub problem: String,
+    /// Why it cannot be used.
+    pub why: String,
+    /// What to do.
+    pub remedy: String,
+}
+
+/// A spot in a mesh file.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Spot {
+    /// The file as a whole.
+    File,
+    /// A line of a text file, from 1.
+    Line(usize),
+    /// An element of a file without lines, such as `nodes[3].mesh` or `face 17`.
+    Element(String),
+}
+
+impl fmt::Display for Spot {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Spot::File => Ok(()),
+            Spot::Line(line) => write!(f, ":{line}"),
+            Spot::Element(path) => write!(f, ": {path}"),
+        }
+    }
+}
+
+/// A fault whose file is not yet known.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Fault {
+    pub(crate) problem: String,
+    pub(crate) why: String,
+    pub(crate) remedy: String,
+}
+
+impl Fault {
+    pub(crate) fn new(problem: impl Into<String>, why: impl Into<String>, remedy: impl Into<String>) -> Self {
+        Fault { problem: problem.into(), why: why.into(), remedy: remedy.into() }
+    }
+
+    /// The fault of a file that ends before it has said all that it announces.
+    pub(crate) fn short() -> Self {
+        Fault::new("the file ends here", "it announces more than it holds", "export it again")
+    }
+
+    /// The error at a spot of a file.
+    pub(crate) fn at(self, file: impl Into<PathBuf>, spot: Spot) -> Error {
+        let Fault { problem, why, remedy } = self;
+        Error { file: file.into(), spot, problem, why, remedy }
+    }
+}

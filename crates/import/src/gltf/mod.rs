@@ -1,0 +1,307 @@
+//! glTF 2.0 and GLB: the triangles of a scene's nodes.
+
+mod buffers;
+mod json;
+mod material;
+
+use std::path::Path;
+
+use glam::{DAffine3, DMat4, DQuat, DVec3};
+
+use self::buffers::{Data, buffers, unpack};
+use self::json::{Document, Node, Primitive};
+use crate::error::{Error, Fault, Spot};
+use crate::files::Files;
+use crate::mesh::{Material, Mesh, Parts, Triangle};
+use crate::tally::{Tally, room};
+
+/// A fault with the path of the JSON element at fault.
+type At = (String, Fault);
+
+/// Extensions that a file may require: those that are read, and those that say nothing of geometry or diffuse light.
+const UNDERSTOOD: &[&str] = &[
+    "KHR_materials_",
+    "KHR_texture_",
+    "KHR_mesh_quantization",
+    "EXT_texture_",
+    "MSFT_texture_dds",
+    "KHR_lights_punctual",
+    "KHR_xmp",
+    "KHR_animation_pointer",
+];
+
+/// Modes of primitives that have triangles (specification, section 5.24.4).
+const TRIANGLES: u32 = 4;
+const STRIP: u32 = 5;
+const FAN: u32 = 6;
+
+/// Reads a glTF or GLB file.
+pub(crate) fn read(path: &Path, content: &[u8], files: &mut Files<'_>) -> Result<Mesh, Error> {
+    let (json, binary) = unpack(content).map_err(|fault| fault.at(path, Spot::File))?;
+    let document: Document = serde_json::from_slice(json).map_err(|error| not_gltf(path, &error))?;
+    let at = |(element, fault): At| fault.at(path, Spot::Element(element));
+    refuse_extensions(&document).map_err(at)?;
+    let buffers = buffers(&document, binary, path, files).map_err(at)?;
+    let data = Data { document: &document, buffers: &buffers };
+    let mesh = Mesh { materials: material::materials(&document), ..Mesh::default() };
+    let visited = vec![false; document.nodes.len()];
+    let mut walk = Walk { data, mesh, parts: Parts::default(), tally: Tally::default(), visited };
+    walk.roots().map_err(at)?;
+    let Walk { mut mesh, tally, .. } = walk;
+    tally.report(&mut mesh);
+    Ok(mesh)
+}
+
+fn not_gltf(path: &Path, error: &serde_json::Error) -> Error {
+    let fault = Fault::new(
+        format!("not the JSON of a glTF file: {error}"),
+        "no geometry can be read from it",
+        "export the file again",
+    );
+    fault.at(path, Spot::Line(error.line()))
+}
+
+fn refuse_extensions(document: &Document) -> Result<(), At> {
+    let known = |name: &&String| !UNDERSTOOD.iter().any(|prefix| name.starts_with(prefix));
+    if let Some(name) = document.extensions_required.iter().find(known) {
+        return Err((
+            "extensionsRequired".into(),
+            Fault::new(
+                format!("the file requires {name}"),
+                "that extension is not read",
+                "export the file without it (mesh compression off)",
+            ),
+        ));
+    }
+    Ok(())
+}
+
+/// An element of a JSON array; `from` is the path of the index.
+fn element<'a, T>(list: &'a [T], number: usize, name: &str, from: &str) -> Result<&'a T, At> {
+    list.get(number).ok_or_else(|| {
+        let problem = format!("there is no {name}[{number}]");
+        let why = format!("the file has {} of them, counted from 0", list.len());
+        (from.to_owned(), Fault::new(problem, why, "export the file again"))
+    })
+}
+
+/// The nodes on the way to their triangles.
+struct Walk<'a> {
+    data: Data<'a>,
+    mesh: Mesh,
+    parts: Parts,
+    tally: Tally,
+    visited: Vec<bool>,
+}
+
+impl Walk<'_> {
+    /// Walks the scene of the file: the default one, else the first, else all nodes that are no children.
+    fn roots(&mut self) -> Result<(), At> {
+        let document = self.data.document;
+        let roots = match document.scene.or((!document.scenes.is_empty()).then_some(0)) {
+            Some(scene) => element(&document.scenes, scene, "scenes", "scene")?.nodes.clone(),
+            None => orphans(document),
+        };
+        // Nodes wait on a stack: trees may be deeper than the program's own.
+        let mut waiting: Vec<Waiting> = roots
+            .into_iter()
+            .rev()
+            .map(|node| Waiting { node, above: "scene".into(), place: DAffine3::IDENTITY })
+            .collect();
+        while let Some(next) = waiting.pop() {
+            self.node(next, &mut waiting)?;
+        }
+        Ok(())
+    }
+
+    fn node(&mut self, next: Waiting, waiting: &mut Vec<Waiting>) -> Result<(), At> {
+        let Waiting { node: number, above, place } = next;
+        let document = self.data.document;
+        let node = element(&document.nodes, number, "nodes", &above)?;
+        let name = node_name(document, node, number);
+        let path = if above == "scene" { name.clone() } else { format!("{above}/{name}") };
+        // Paths of long chains are cut, or they would take room in the square of their number.
+        let path = if path.len() > 200 { format!("…/{name}") } else { path };
+        if std::mem::replace(&mut self.visited[number], true) {
+            let fault = Fault::new("the node has two parents", "nodes form a tree", "export the file again");
+            return Err((path, fault));
+        }
+        refuse_node(node).map_err(|fault| (format!("node {path:?}"), fault))?;
+        let place = place * placement(node);
+        if !place.is_finite() {
+            let fault = Fault::new("its transform is not finite", "it puts vertices nowhere", "correct it");
+            return Err((format!("node {path:?}"), fault));
+        }
+        if node.skin.is_some() {
+            self.tally.count("skinned nodes are taken in their pose at rest");
+        }
+        if let Some(mesh) = node.mesh {
+            self.mesh_at(mesh, &name, &path, &place)?;
+        }
+        let children = node.children.iter().rev();
+        waiting.extend(children.map(|&child| Waiting { node: child, above: path.clone(), place }));
+        Ok(())
+    }
+
+    fn mesh_at(&mut self, number: usize, name: &str, path: &str, place: &DAffine3) -> Result<(), At> {
+        let document = self.data.document;
+        let mesh = element(&document.meshes, number, "meshes", &format!("node {path:?}.mesh"))?;
+        self.parts.enter(&mut self.mesh, name);
+        for (i, primitive) in mesh.primitives.iter().enumerate() {
+            self.primitive(primitive, &format!("meshes[{number}].primitives[{i}]"), place)?;
+        }
+        Ok(())
+    }
+
+    fn primitive(&mut self, primitive: &Primitive, path: &str, place: &DAffine3) -> Result<(), At> {
+        let mode = primitive.mode.unwrap_or(TRIANGLES);
+        if !(TRIANGLES..=FAN).contains(&mode) {
+            self.tally.count("primitives of points or lines (they have no area) were left out");
+            return Ok(());
+        }
+        if primitive.extensions.draco.is_some() && primitive.attributes.position.is_none() {
+            let fault =
+                Fault::new("its mesh is compressed (Draco)", "that is not read", "export it uncompressed");
+            return Err((path.into(), fault));
+        }
+        if !primitive.targets.is_empty() {
+            self.tally.count("primitives with morph targets are taken without them");
+        }
+        let Some(position) = primitive.attributes.position else {
+            self.tally.count("primitives without positions were left out");
+            return Ok(());
+        };
+        let first = self.mesh.positions.len() as u32;
+        let vertices = self.data.rows::<3>(position, path)?;
+        for vertex in &vertices {
+            self.mesh.positions.push(place.transform_point3(DVec3::from_array(*vertex)));
+        }
+        if self.mesh.positions[first as usize..].iter().any(|position| !position.is_finite()) {
+            let fault =
+                Fault::new("a vertex is not a finite number", "it is nowhere", "export the file again");
+            return Err((path.into(), fault));
+        }
+        let indices = self.indices(primitive, vertices.len(), path)?;
+        let material = self.material(primitive, path)?;
+        let mirrored = place.matrix3.determinant() < 0.0;
+        for [a, b, c] in triples(mode, &indices) {
+            // A mirror turns the order of corners round, and with it what is the front.
+            let corners = if mirrored { [a, c, b] } else { [a, b, c] }.map(|corner| first + corner);
+            let (part, face) = self.parts.next_face(&mut self.mesh, "mesh");
+            self.mesh.triangles.push(Triangle { corners, part, face, material, line: 0 });
+        }
+        room(&self.mesh).map_err(|fault| (path.into(), fault))
+    }
+
+    /// The vertices in the order of the triangles' corners.
+    fn indices(&self, primitive: &Primitive, vertices: usize, path: &str) -> Result<Vec<u32>, At> {
+        let Some(number) = primitive.indices else { return Ok((0..vertices as u32).collect()) };
+        let rows = self.data.rows::<1>(number, path)?;
+        let indices: Vec<u32> = rows.into_iter().map(|[index]| index as u32).collect();
+        match indices.iter().find(|&&index| index as usize >= vertices) {
+            None => Ok(indices),
+            Some(index) => Err((
+                format!("{path}.indices"),
+                Fault::new(
+                    format!("there is no vertex {index}"),
+                    format!("the primitive has {vertices}, counted from 0"),
+                    "export the file again",
+                ),
+            )),
+        }
+    }
+
+    /// The number of a primitive's material; one without has the last of all, made when it is needed.
+    fn material(&mut self, primitive: &Primitive, path: &str) -> Result<u32, At> {
+        let written = self.data.document.materials.len();
+        if let Some(material) = primitive.material {
+            element(&self.data.document.materials, material, "materials", path)?;
+            return Ok(material as u32);
+        }
+        if self.mesh.materials.len() == written {
+            let mut material = Material::unknown("default");
+            material.dropped.push("no material is given: reflectance 0.5 is assumed".into());
+            self.mesh.materials.push(material);
+        }
+        Ok(written as u32)
+    }
+}
+
+/// A node to be walked.
+struct Waiting {
+    node: usize,
+    /// The path of its parent.
+    above: String,
+    place: DAffine3,
+}
+
+fn orphans(document: &Document) -> Vec<usize> {
+    let mut is_child = vec![false; document.nodes.len()];
+    for &child in document.nodes.iter().flat_map(|node| &node.children) {
+        if let Some(is_child) = is_child.get_mut(child) {
+            *is_child = true;
+        }
+    }
+    (0..is_child.len()).filter(|&node| !is_child[node]).collect()
+}
+
+fn node_name(document: &Document, node: &Node, number: usize) -> String {
+    let mesh = node.mesh.and_then(|mesh| document.meshes.get(mesh)?.name.clone());
+    node.name.clone().or(mesh).filter(|name| !name.is_empty()).unwrap_or_else(|| format!("node {number}"))
+}
+
+fn refuse_node(node: &Node) -> Result<(), Fault> {
+    if node.extensions.light.is_some() {
+        return Err(Fault::new(
+            "it holds a light without area (KHR_lights_punctual)",
+            "light is emitted by surfaces here",
+            "give a lamp's mesh an emissive material, or export without lights",
+        ));
+    }
+    if node.extensions.instancing.is_some() {
+        return Err(Fault::new(
+            "its mesh is instanced (EXT_mesh_gpu_instancing)",
+            "that is not read",
+            "export every instance as a node",
+        ));
+    }
+    Ok(())
+}
+
+fn placement(node: &Node) -> DAffine3 {
+    if let Some(matrix) = node.matrix {
+        return DAffine3::from_mat4(DMat4::from_cols_array(&matrix));
+    }
+    let scale = node.scale.map_or(DVec3::ONE, DVec3::from_array);
+    let rotation = node.rotation.map_or(DQuat::IDENTITY, |rotation| DQuat::from_array(rotation).normalize());
+    let translation = node.translation.map_or(DVec3::ZERO, DVec3::from_array);
+    DAffine3::from_scale_rotation_translation(scale, rotation, translation)
+}
+
+/// Triangles of a list, a strip (every other one turned round) or a fan.
+fn triples(mode: u32, indices: &[u32]) -> Vec<[u32; 3]> {
+    let window = |i: usize| [indices[i], indices[i + 1], indices[i + 2]];
+    let count = indices.len().saturating_sub(2);
+    match mode {
+        STRIP => (0..count)
+            .map(|i| {
+                let [a, b, c] = window(i);
+                if i % 2 == 0 { [a, b, c] } else { [a, c, b] }
+            })
+            .collect(),
+        FAN => (0..count).map(|i| [indices[0], indices[i + 1], indices[i + 2]]).collect(),
+        _ => indices.chunks_exact(3).map(|corners| [corners[0], corners[1], corners[2]]).collect(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn strips_and_fans_keep_their_orientation() {
+        assert_eq!(triples(STRIP, &[0, 1, 2, 3]), [[0, 1, 2], [1, 3, 2]]);
+        assert_eq!(triples(FAN, &[0, 1, 2, 3]), [[0, 1, 2], [0, 2, 3]]);
+        assert_eq!(triples(TRIANGLES, &[0, 1, 2, 3]), [[0, 1, 2]]);
+    }
+}

@@ -1,0 +1,103 @@
+//! Scenes from mesh files: OBJ with MTL, glTF 2.0 and GLB, STL, PLY, MGF.
+//!
+//! [`read`] makes a [`Mesh`] of any of them; [`Mesh::into_scene`] turns it into the surfaces of a
+//! [`radiosity::SceneSpec`] as [`Options`] ask for. Nothing is opened here: content comes in, and [`Files`] has what
+//! else a file names. What the radiosity method cannot model (specular reflection, textures, transparency) is reduced
+//! to its diffuse part and told in notes; what is wrong is one [`Error`] with file and line, or element.
+
+mod bytes;
+mod clean;
+mod error;
+mod files;
+mod gltf;
+mod mesh;
+mod mgf;
+mod mtl;
+mod obj;
+mod options;
+mod ply;
+mod polygon;
+mod scene;
+mod stl;
+mod tally;
+mod text;
+
+use std::path::Path;
+
+use radiosity::Spectrum;
+
+pub use error::{Error, Spot};
+pub use files::Files;
+pub use mesh::{DEFAULT_REFLECTANCE, MAX_TRIANGLES, Material, Mesh, Triangle};
+pub use options::{Axis, Faults, MaterialOverride, Options, SidesChoice};
+pub use scene::{Imported, Spots};
+
+/// The formats, told by the extension of a file's name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Format {
+    /// Wavefront OBJ.
+    Obj,
+    /// glTF 2.0, also in its container GLB.
+    Gltf,
+    /// STL, binary or ASCII.
+    Stl,
+    /// PLY, binary or ASCII.
+    Ply,
+    /// The Materials and Geometry Format.
+    Mgf,
+}
+
+impl Format {
+    /// The format of a file by its name; `None` where it is none of these.
+    pub fn of(path: &Path) -> Option<Self> {
+        match path.extension()?.to_str()?.to_lowercase().as_str() {
+            "obj" => Some(Format::Obj),
+            "gltf" | "glb" => Some(Format::Gltf),
+            "stl" => Some(Format::Stl),
+            "ply" => Some(Format::Ply),
+            "mgf" => Some(Format::Mgf),
+            _ => None,
+        }
+    }
+}
+
+/// Reads a mesh. `curve_error` bounds how far the facets of curved MGF surfaces may lie inside them, in parts of the
+/// radius.
+///
+/// # Errors
+/// A file that is not of the format, is cut short, or asks for what cannot be modelled.
+pub fn read(
+    path: &Path,
+    content: &[u8],
+    format: Format,
+    curve_error: f64,
+    files: &mut Files<'_>,
+) -> Result<Mesh, Error> {
+    let mesh = match format {
+        Format::Obj => obj::read(path, content, files),
+        Format::Gltf => gltf::read(path, content, files),
+        Format::Stl => stl::read(path, content),
+        Format::Ply => ply::read(path, content),
+        Format::Mgf => mgf::read(path, content, curve_error, files),
+    }?;
+    if mesh.triangles.is_empty() {
+        let fault = error::Fault::new(
+            "the file has no faces",
+            "light needs surfaces to meet",
+            "export polygons or triangles",
+        );
+        return Err(fault.at(path, Spot::File));
+    }
+    Ok(mesh)
+}
+
+/// The name of a file without its extension: the part that faces without object or group belong to.
+fn stem(path: &Path) -> String {
+    path.file_stem().unwrap_or_default().to_string_lossy().into_owned()
+}
+
+/// A spectrum as messages show it: one number where it is grey.
+fn in_words(spectrum: Spectrum) -> String {
+    let [red, green, blue] = spectrum.channels();
+    if spectrum.is_grey() { format!("{red}") } else { format!("[{red}, {green}, {blue}]") }
+}

@@ -1,0 +1,130 @@
+//! What every reader makes of its format: triangles with materials and names, in the units and axes of the file.
+
+use std::collections::HashMap;
+
+use glam::DVec3;
+use radiosity::{Sides, Spectrum};
+
+/// The most triangles that a mesh may have: their numbers are 32 bits wide, and a file of a few bytes can ask for
+/// as many as it likes.
+pub const MAX_TRIANGLES: usize = 1 << 26;
+
+/// The triangles of a file.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Mesh {
+    /// Vertices in the units and axes of the file, transforms of nodes applied.
+    pub positions: Vec<DVec3>,
+    /// Triangles in the order of the file's faces.
+    pub triangles: Vec<Triangle>,
+    /// The names of objects, groups or nodes.
+    pub parts: Vec<String>,
+    /// The materials, also those that no triangle has.
+    pub materials: Vec<Material>,
+    /// What of the file was left out or changed, a sentence each.
+    pub notes: Vec<String>,
+}
+
+/// One triangle; its front is where its corners run counter-clockwise.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Triangle {
+    /// Indices of positions.
+    pub corners: [u32; 3],
+    /// The index of its part.
+    pub part: u32,
+    /// The number of its face within the part, from 0. Triangles of one polygon share it.
+    pub face: u32,
+    /// The index of its material.
+    pub material: u32,
+    /// The line of its face, from 1; 0 in files without lines.
+    pub line: u32,
+}
+
+/// The diffuse part of a material.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Material {
+    /// The name that `[import.material]` knows it by.
+    pub name: String,
+    /// Reflectance as written, perhaps 1 or more.
+    pub reflectance: Spectrum,
+    /// Emittance [W/m²] of each active side.
+    pub emittance: Spectrum,
+    /// The active sides; `None` where the file does not say.
+    pub sides: Option<Sides>,
+    /// What was dropped of it, a clause each: `specular reflectance 0.04`.
+    pub dropped: Vec<String>,
+}
+
+/// The reflectance of faces whose file says nothing of it.
+pub const DEFAULT_REFLECTANCE: f64 = 0.5;
+
+impl Material {
+    /// A grey material of [`DEFAULT_REFLECTANCE`].
+    pub fn unknown(name: impl Into<String>) -> Self {
+        Material {
+            name: name.into(),
+            reflectance: DEFAULT_REFLECTANCE.into(),
+            emittance: Spectrum::BLACK,
+            sides: None,
+            dropped: Vec::new(),
+        }
+    }
+}
+
+/// Numbers names in the order of their first use.
+#[derive(Debug, Default)]
+pub(crate) struct Names {
+    numbers: HashMap<String, u32>,
+}
+
+impl Names {
+    pub(crate) fn get(&self, name: &str) -> Option<u32> {
+        self.numbers.get(name).copied()
+    }
+
+    /// The number of a name, and whether it is new.
+    pub(crate) fn number(&mut self, name: &str) -> (u32, bool) {
+        if let Some(number) = self.get(name) {
+            return (number, false);
+        }
+        let number = self.numbers.len() as u32;
+        self.numbers.insert(name.to_owned(), number);
+        (number, true)
+    }
+}
+
+/// The parts of a mesh, each of which counts its own faces.
+#[derive(Debug, Default)]
+pub(crate) struct Parts {
+    names: Names,
+    faces: Vec<u32>,
+    current: Option<u32>,
+}
+
+impl Parts {
+    /// Makes a part the current one, new or known.
+    pub(crate) fn enter(&mut self, mesh: &mut Mesh, name: &str) {
+        let (number, new) = self.names.number(name);
+        if new {
+            mesh.parts.push(visible(name));
+            self.faces.push(0);
+        }
+        self.current = Some(number);
+    }
+
+    /// The current part and the number of its next face; `default` names the part where none was entered.
+    pub(crate) fn next_face(&mut self, mesh: &mut Mesh, default: &str) -> (u32, u32) {
+        if self.current.is_none() {
+            self.enter(mesh, default);
+        }
+        let part = self.current.expect("a part, as just entered");
+        let count = &mut self.faces[part as usize];
+        let face = *count;
+        *count += 1;
+        (part, face)
+    }
+}
+
+/// A name without characters that would break a line.
+fn visible(name: &str) -> String {
+    name.chars().map(|c| if c.is_control() { ' ' } else { c }).collect()
+}

@@ -1,0 +1,316 @@
+//! PLY, ASCII and binary of both byte orders: vertices and the faces that list them.
+//!
+//! Written here rather than taken from a crate, since refusals name the line and a million faces pass in a second.
+
+use std::path::Path;
+
+use glam::DVec3;
+
+use crate::bytes::Bytes;
+use crate::error::{Error, Fault, Spot};
+use crate::mesh::{Material, Mesh, Triangle};
+use crate::tally::Tally;
+use crate::text::{name, number, words};
+
+/// How numbers are written.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Encoding {
+    Ascii,
+    Little,
+    Big,
+}
+
+/// The type of a number.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Scalar {
+    I8,
+    U8,
+    I16,
+    U16,
+    I32,
+    U32,
+    F32,
+    F64,
+}
+
+#[derive(Debug)]
+struct Property {
+    name: Vec<u8>,
+    /// The type of the list's length; `None` for a single number.
+    length: Option<Scalar>,
+    scalar: Scalar,
+}
+
+#[derive(Debug)]
+struct Element {
+    name: Vec<u8>,
+    count: u64,
+    properties: Vec<Property>,
+}
+
+struct Header {
+    encoding: Encoding,
+    elements: Vec<Element>,
+    /// Lines of the header.
+    lines: usize,
+    /// Where data begin.
+    end: usize,
+}
+
+/// Reads a PLY file.
+pub(crate) fn read(path: &Path, content: &[u8]) -> Result<Mesh, Error> {
+    let header = header(content).map_err(|(line, fault)| fault.at(path, Spot::Line(line)))?;
+    let mut numbers = Numbers {
+        encoding: header.encoding,
+        bytes: Bytes::new(&content[header.end..]),
+        words: Box::new(words_of(&content[header.end..], header.lines)),
+        line: header.lines,
+    };
+    let mut body =
+        Body { mesh: Mesh { parts: vec![crate::stem(path)], ..Mesh::default() }, ..Body::default() };
+    // Elements without properties take no room in the file, however many it announces.
+    for element in header.elements.iter().filter(|element| !element.properties.is_empty()) {
+        for item in 0..element.count {
+            let done = body.item(element, item as u32, &mut numbers);
+            done.map_err(|fault| fault.at(path, numbers.spot(element, item)))?;
+        }
+    }
+    body.finish(&header).map_err(|fault| fault.at(path, Spot::File))
+}
+
+/// Words with the lines that they stand on; `above` lines precede the text.
+fn words_of(text: &[u8], above: usize) -> impl Iterator<Item = (usize, &[u8])> {
+    let lines = (above + 1..).zip(text.split(|&byte| byte == b'\n'));
+    lines.flat_map(|(number, line)| words(line).map(move |word| (number, word)))
+}
+
+fn header(content: &[u8]) -> Result<Header, (usize, Fault)> {
+    let mut header = Header { encoding: Encoding::Ascii, elements: Vec::new(), lines: 0, end: 0 };
+    loop {
+        let rest = &content[header.end..];
+        let Some(length) = rest.iter().position(|&byte| byte == b'\n') else {
+            return Err((header.lines + 1, Fault::short()));
+        };
+        header.end += length + 1;
+        header.lines += 1;
+        let line = rest[..length].trim_ascii();
+        if header.lines == 1 && line != b"ply" {
+            return Err((
+                1,
+                Fault::new("this is no PLY file", "those begin with the line `ply`", "check its name"),
+            ));
+        }
+        if line == b"end_header" {
+            return Ok(header);
+        }
+        header.statement(line).map_err(|fault| (header.lines, fault))?;
+    }
+}
+
+impl Header {
+    fn statement(&mut self, line: &[u8]) -> Result<(), Fault> {
+        let words: Vec<&[u8]> = words(line).collect();
+        match words.as_slice() {
+            [b"format", encoding, _] => self.encoding = read_encoding(encoding)?,
+            [b"element", name, count] => {
+                let count = std::str::from_utf8(count).ok().and_then(|count| count.parse::<u32>().ok());
+                let count = count.ok_or_else(|| wrong(line))?.into();
+                self.elements.push(Element { name: name.to_vec(), count, properties: Vec::new() });
+            }
+            [b"property", b"list", length, scalar, name] => {
+                let (length, scalar) = (read_scalar(length)?, read_scalar(scalar)?);
+                self.property(line, Property { name: name.to_vec(), length: Some(length), scalar })?;
+            }
+            [b"property", scalar, name] => {
+                let scalar = read_scalar(scalar)?;
+                self.property(line, Property { name: name.to_vec(), length: None, scalar })?;
+            }
+            [b"ply" | b"comment" | b"obj_info", ..] | [] => {}
+            _ => return Err(wrong(line)),
+        }
+        Ok(())
+    }
+
+    fn property(&mut self, line: &[u8], property: Property) -> Result<(), Fault> {
+        self.elements.last_mut().ok_or_else(|| wrong(line))?.properties.push(property);
+        Ok(())
+    }
+}
+
+fn wrong(line: &[u8]) -> Fault {
+    Fault::new(
+        format!("{:?} is no line of a PLY header", name(line)),
+        "it has format, element and property lines",
+        "export the file again",
+    )
+}
+
+fn read_encoding(word: &[u8]) -> Result<Encoding, Fault> {
+    match word {
+        b"ascii" => Ok(Encoding::Ascii),
+        b"binary_little_endian" => Ok(Encoding::Little),
+        b"binary_big_endian" => Ok(Encoding::Big),
+        _ => Err(wrong(word)),
+    }
+}
+
+fn read_scalar(word: &[u8]) -> Result<Scalar, Fault> {
+    match word {
+        b"char" | b"int8" => Ok(Scalar::I8),
+        b"uchar" | b"uint8" => Ok(Scalar::U8),
+        b"short" | b"int16" => Ok(Scalar::I16),
+        b"ushort" | b"uint16" => Ok(Scalar::U16),
+        b"int" | b"int32" => Ok(Scalar::I32),
+        b"uint" | b"uint32" => Ok(Scalar::U32),
+        b"float" | b"float32" => Ok(Scalar::F32),
+        b"double" | b"float64" => Ok(Scalar::F64),
+        _ => Err(Fault::new(
+            format!("unknown type {:?}", name(word)),
+            "PLY has char to uint, float and double",
+            "export the file again",
+        )),
+    }
+}
+
+/// The numbers behind the header, one after the other.
+struct Numbers<'a> {
+    encoding: Encoding,
+    bytes: Bytes<'a>,
+    words: Box<dyn Iterator<Item = (usize, &'a [u8])> + 'a>,
+    /// The line of the last word.
+    line: usize,
+}
+
+impl Numbers<'_> {
+    fn next(&mut self, scalar: Scalar) -> Result<f64, Fault> {
+        if self.encoding == Encoding::Ascii {
+            let Some((line, word)) = self.words.next() else { return Err(Fault::short()) };
+            self.line = line;
+            return number(Some(word));
+        }
+        Ok(match scalar {
+            Scalar::I8 => i8::from_le_bytes(self.bytes.take()?).into(),
+            Scalar::U8 => u8::from_le_bytes(self.bytes.take()?).into(),
+            Scalar::I16 => i16::from_le_bytes(self.ordered()?).into(),
+            Scalar::U16 => u16::from_le_bytes(self.ordered()?).into(),
+            Scalar::I32 => i32::from_le_bytes(self.ordered()?).into(),
+            Scalar::U32 => u32::from_le_bytes(self.ordered()?).into(),
+            Scalar::F32 => f32::from_le_bytes(self.ordered()?).into(),
+            Scalar::F64 => f64::from_le_bytes(self.ordered()?),
+        })
+    }
+
+    /// The next bytes, least significant first.
+    fn ordered<const N: usize>(&mut self) -> Result<[u8; N], Fault> {
+        let mut bytes: [u8; N] = self.bytes.take()?;
+        if self.encoding == Encoding::Big {
+            bytes.reverse();
+        }
+        Ok(bytes)
+    }
+
+    fn spot(&self, element: &Element, item: u64) -> Spot {
+        match self.encoding {
+            Encoding::Ascii => Spot::Line(self.line),
+            _ => Spot::Element(format!("{} {item}", name(&element.name))),
+        }
+    }
+}
+
+/// What the elements have said so far.
+#[derive(Default)]
+struct Body {
+    mesh: Mesh,
+    tally: Tally,
+    /// The corners of the face that is read.
+    corners: Vec<u32>,
+}
+
+impl Body {
+    fn item(&mut self, element: &Element, item: u32, numbers: &mut Numbers<'_>) -> Result<(), Fault> {
+        let mut position = DVec3::ZERO;
+        self.corners.clear();
+        for property in &element.properties {
+            if let Some(length) = property.length {
+                self.list(property, length, numbers)?;
+                continue;
+            }
+            let value = numbers.next(property.scalar)?;
+            match property.name.as_slice() {
+                b"x" => position.x = value,
+                b"y" => position.y = value,
+                b"z" => position.z = value,
+                _ => {}
+            }
+        }
+        match element.name.as_slice() {
+            b"vertex" => self.vertex(position),
+            b"face" => self.face(item),
+            _ => Ok(()),
+        }
+    }
+
+    /// Reads a list; that of a face's vertices is kept.
+    fn list(&mut self, property: &Property, length: Scalar, numbers: &mut Numbers<'_>) -> Result<(), Fault> {
+        let is_face = matches!(property.name.as_slice(), b"vertex_indices" | b"vertex_index");
+        for _ in 0..numbers.next(length)?.max(0.0) as u64 {
+            let value = numbers.next(property.scalar)?;
+            if is_face {
+                // No mesh has vertex u32::MAX: it is refused with those that are too large.
+                self.corners.push(if value < 0.0 { u32::MAX } else { value as u32 });
+            }
+        }
+        Ok(())
+    }
+
+    fn vertex(&mut self, position: DVec3) -> Result<(), Fault> {
+        if !position.is_finite() {
+            return Err(Fault::new(
+                "a coordinate is not a finite number",
+                "nothing can be computed from it",
+                "export the file again",
+            ));
+        }
+        self.mesh.positions.push(position);
+        Ok(())
+    }
+
+    fn face(&mut self, item: u32) -> Result<(), Fault> {
+        let count = self.mesh.positions.len();
+        if let Some(corner) = self.corners.iter().find(|&&corner| corner as usize >= count) {
+            return Err(Fault::new(
+                format!("there is no vertex {corner}"),
+                format!("{count} are defined, counted from 0"),
+                "export the file again",
+            ));
+        }
+        if self.corners.len() < 3 {
+            self.tally.count("faces of less than three corners were left out");
+            return Ok(());
+        }
+        let corners = std::mem::take(&mut self.corners);
+        self.tally.polygon(&mut self.mesh, &corners, &[], |corners| Triangle {
+            corners,
+            part: 0,
+            face: item,
+            material: 0,
+            line: 0,
+        })
+    }
+
+    fn finish(self, header: &Header) -> Result<Mesh, Fault> {
+        let Body { mut mesh, tally, .. } = self;
+        if header.elements.iter().any(|element| element.name == b"tristrips") {
+            return Err(Fault::new(
+                "the file has triangle strips",
+                "only faces are read",
+                "export it with faces",
+            ));
+        }
+        tally.report(&mut mesh);
+        let mut material = Material::unknown("default");
+        material.dropped.push("PLY has no materials: reflectance 0.5 is assumed".into());
+        mesh.materials.push(material);
+        Ok(mesh)
+    }
+}

@@ -1,0 +1,73 @@
+//! What readers come across that has to be told, and polygons on their way to triangles.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use glam::DVec3;
+
+use crate::error::Fault;
+use crate::mesh::{MAX_TRIANGLES, Mesh, Triangle};
+use crate::polygon;
+
+/// Counts by what happened, told once each at the end.
+#[derive(Debug, Default)]
+pub(crate) struct Tally {
+    counts: BTreeMap<&'static str, u64>,
+    /// Materials that are used and have not been defined.
+    pub(crate) undefined: BTreeSet<u32>,
+}
+
+impl Tally {
+    pub(crate) fn count(&mut self, what: &'static str) {
+        *self.counts.entry(what).or_default() += 1;
+    }
+
+    /// Adds the triangles of a polygon; `holes` as [`polygon::cut`] has them.
+    ///
+    /// # Errors
+    /// Where there are more triangles than [`MAX_TRIANGLES`].
+    pub(crate) fn polygon(
+        &mut self,
+        mesh: &mut Mesh,
+        corners: &[u32],
+        holes: &[usize],
+        triangle: impl Fn([u32; 3]) -> Triangle,
+    ) -> Result<(), Fault> {
+        if let &[a, b, c] = corners {
+            mesh.triangles.push(triangle([a, b, c]));
+            return room(mesh);
+        }
+        let points: Vec<DVec3> = corners.iter().map(|&corner| mesh.positions[corner as usize]).collect();
+        let cut = polygon::cut(&points, holes);
+        if cut.bent {
+            self.count("polygons are not flat (corners off their plane by more than 0.1 % of their size)");
+        }
+        if cut.crossed {
+            self.count("polygons have outlines that cross themselves: their triangles may overlap");
+        }
+        mesh.triangles.extend(cut.triangles.iter().map(|ear| triangle(ear.map(|i| corners[i]))));
+        room(mesh)
+    }
+
+    /// Writes what was counted into the notes of the mesh.
+    pub(crate) fn report(self, mesh: &mut Mesh) {
+        for (what, count) in self.counts {
+            mesh.notes.push(format!("{count} {what}"));
+        }
+        for number in self.undefined {
+            let material = &mut mesh.materials[number as usize];
+            material.dropped.push("no file defines it: reflectance 0.5 is assumed".into());
+        }
+    }
+}
+
+/// Refuses a mesh that has outgrown its numbers.
+pub(crate) fn room(mesh: &Mesh) -> Result<(), Fault> {
+    if mesh.triangles.len() <= MAX_TRIANGLES && mesh.positions.len() <= u32::MAX as usize / 2 {
+        return Ok(());
+    }
+    Err(Fault::new(
+        format!("the file has more than {MAX_TRIANGLES} triangles"),
+        "such a mesh does not fit the memory of most machines",
+        "split or simplify it",
+    ))
+}

@@ -1,0 +1,111 @@
+//! Lines and words of text formats. Files are bytes: names may be of any encoding, numbers are ASCII.
+
+use crate::error::Fault;
+
+/// The lines of a text from 1, joined where a line ends in a backslash. Blank lines and comments, which begin with
+/// `#`, are skipped. A joined line has the number of its first part.
+pub(crate) struct Lines<'a> {
+    rest: &'a [u8],
+    number: usize,
+    joined: Vec<u8>,
+}
+
+impl<'a> Lines<'a> {
+    pub(crate) fn new(text: &'a [u8]) -> Self {
+        Lines { rest: text, number: 0, joined: Vec::new() }
+    }
+
+    /// The next line that holds something, with its number.
+    pub(crate) fn next(&mut self) -> Option<(usize, &[u8])> {
+        loop {
+            let line = self.raw()?;
+            let number = self.number;
+            if line.is_empty() || line[0] == b'#' {
+                continue;
+            }
+            if line.ends_with(b"\\") {
+                self.join(line);
+                return Some((number, &self.joined));
+            }
+            return Some((number, line));
+        }
+    }
+
+    fn raw(&mut self) -> Option<&'a [u8]> {
+        if self.rest.is_empty() {
+            return None;
+        }
+        let end = self.rest.iter().position(|&byte| byte == b'\n').unwrap_or(self.rest.len());
+        let line = &self.rest[..end];
+        self.rest = &self.rest[(end + 1).min(self.rest.len())..];
+        self.number += 1;
+        Some(line.trim_ascii())
+    }
+
+    fn join(&mut self, first: &[u8]) {
+        self.joined = first.to_vec();
+        while self.joined.ends_with(b"\\") {
+            self.joined.pop();
+            self.joined.push(b' ');
+            let Some(next) = self.raw() else { break };
+            self.joined.extend_from_slice(next);
+        }
+    }
+}
+
+/// The words of a line up to a comment: a word that begins with `#`.
+pub(crate) fn words(line: &[u8]) -> impl Iterator<Item = &[u8]> {
+    let words = line.split(u8::is_ascii_whitespace).filter(|word| !word.is_empty());
+    words.take_while(|word| word[0] != b'#')
+}
+
+/// What follows the first word of a line, with its inner spaces.
+pub(crate) fn rest(line: &[u8]) -> String {
+    let end = line.iter().position(u8::is_ascii_whitespace).unwrap_or(line.len());
+    name(line[end..].trim_ascii())
+}
+
+/// Bytes as a name: what is not UTF-8 becomes �.
+pub(crate) fn name(bytes: &[u8]) -> String {
+    String::from_utf8_lossy(bytes).into_owned()
+}
+
+/// A finite number.
+pub(crate) fn number(word: Option<&[u8]>) -> Result<f64, Fault> {
+    let Some(word) = word else {
+        return Err(Fault::new("a number is missing", "the line ends before it", "complete the line"));
+    };
+    let parsed = std::str::from_utf8(word).ok().and_then(|word| word.parse::<f64>().ok());
+    parsed.filter(|number| number.is_finite()).ok_or_else(|| {
+        Fault::new(
+            format!("{:?} is not a finite number", name(word)),
+            "nothing can be computed from it",
+            "write a number such as 0.5",
+        )
+    })
+}
+
+/// As many numbers as there are places.
+pub(crate) fn numbers<'a, const N: usize>(
+    words: &mut impl Iterator<Item = &'a [u8]>,
+) -> Result<[f64; N], Fault> {
+    let mut numbers = [0.0; N];
+    for place in &mut numbers {
+        *place = number(words.next())?;
+    }
+    Ok(numbers)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lines_are_joined_counted_and_freed_of_comments() {
+        let mut lines = Lines::new(b"a b # c\n\n  # d\ne \\\n f\ng");
+        assert_eq!(lines.next().map(|(n, line)| (n, words(line).count())), Some((1, 2)));
+        assert_eq!(lines.next().map(|(n, line)| (n, words(line).count())), Some((4, 2)));
+        assert_eq!(lines.next(), Some((6, &b"g"[..])));
+        assert_eq!(lines.next(), None);
+    }
+}

@@ -1,0 +1,243 @@
+//! What the readers make of each format.
+
+use std::io;
+use std::path::Path;
+
+use import::{Error, Files, Format, Imported, MaterialOverride, Mesh, Options, SidesChoice};
+use radiosity::{Shape, Sides, Spectrum};
+
+fn read(path: &str, content: &[u8]) -> Result<Mesh, Error> {
+    let mut none = |_: &Path| Err(io::Error::from(io::ErrorKind::NotFound));
+    let format = Format::of(Path::new(path)).unwrap();
+    import::read(Path::new(path), content, format, 0.0125, &mut Files::new(&mut none))
+}
+
+fn scene(path: &str, content: &[u8], options: &Options) -> Result<Imported, Error> {
+    read(path, content)?.into_scene(Path::new(path), Format::of(Path::new(path)).unwrap(), options)
+}
+
+fn corpus(path: &str) -> Vec<u8> {
+    std::fs::read(Path::new(env!("CARGO_MANIFEST_DIR")).join("fuzz/corpus").join(path)).unwrap()
+}
+
+fn area(scene: &Imported) -> f64 {
+    scene.spec.surfaces.iter().map(|surface| surface.shape.area()).sum()
+}
+
+const SQUARE: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n";
+
+/// A square of two triangles of the material `white`, a degenerate one, and the first one twice.
+fn faulty() -> String {
+    format!("{SQUARE}usemtl white\no square\nf 1 2 3\nf 1 3 4\nf 1 2 2\nf 3 1 2\n")
+}
+
+#[test]
+fn every_kept_file_is_read() {
+    for (path, triangles) in [
+        ("stl/ascii.stl", 1),
+        ("stl/binary.stl", 2),
+        ("ply/ascii.ply", 3),
+        ("ply/little.ply", 3),
+        ("ply/big.ply", 3),
+        ("gltf/two.glb", 4),
+        ("gltf/two.gltf", 4),
+    ] {
+        assert_eq!(read(path, &corpus(path)).unwrap().triangles.len(), triangles, "{path}");
+    }
+    let mesh = read("all.mgf", &corpus("mgf/all.mgf")).unwrap();
+    assert_eq!(
+        mesh.materials.iter().map(|material| &material.name[..]).collect::<Vec<_>>(),
+        ["wall", "lamp"]
+    );
+    assert!(mesh.parts.contains(&"room/inner".to_owned()), "{:?}", mesh.parts);
+}
+
+#[test]
+fn ply_of_all_encodings_says_the_same() {
+    let [ascii, little, big] =
+        ["ply/ascii.ply", "ply/little.ply", "ply/big.ply"].map(|path| read("a.ply", &corpus(path)).unwrap());
+    assert_eq!(little, big);
+    assert_eq!(ascii.positions, little.positions);
+    assert_eq!(ascii.triangles, little.triangles);
+}
+
+#[test]
+fn a_glb_is_its_gltf() {
+    let [glb, gltf] = ["gltf/two.glb", "gltf/two.gltf"].map(|path| read("a.glb", &corpus(path)).unwrap());
+    assert_eq!(glb, gltf);
+}
+
+#[test]
+fn nodes_transform_and_mirrors_keep_fronts() {
+    let scene =
+        scene("a.glb", &corpus("gltf/two.glb"), &Options { up: Some(import::Axis::Z), ..Options::default() });
+    let scene = scene.unwrap();
+    assert_eq!(scene.spec.surfaces[0].name.as_deref(), Some("Floor:0"));
+    assert_eq!(scene.spec.surfaces[2].name.as_deref(), Some("Lamp:0"));
+    for surface in &scene.spec.surfaces[2..] {
+        let (corner, u, v) = surface.shape.edges();
+        assert!(u.cross(v).z > 0.0 && (corner.z - 3.0).abs() < 1e-12);
+    }
+    // Seen from above, a mirrored node turns the other way round; its front stays where it was.
+    let (_, u, v) = scene.spec.surfaces[1].shape.edges();
+    assert!(u.cross(v).z > 0.0);
+    let grey = scene.spec.surfaces[0].reflectance.channels();
+    assert_eq!(grey, [0.5, 0.4, 0.3].map(|channel| channel * 0.75));
+    assert_eq!(scene.spec.surfaces[2].emittance, 12.5.into());
+    assert_eq!([0, 2].map(|i| scene.spec.surfaces[i].sides), [Sides::Both, Sides::Front]);
+}
+
+#[test]
+fn sides_are_two_where_the_file_does_not_say() {
+    let obj = format!("{SQUARE}f 1 2 3 4\n");
+    let sides = |sides| scene("a.obj", obj.as_bytes(), &Options { sides, ..Options::default() }).unwrap();
+    assert_eq!(sides(SidesChoice::File).spec.surfaces[0].sides, Sides::Both);
+    assert_eq!(sides(SidesChoice::One).spec.surfaces[0].sides, Sides::Front);
+}
+
+#[test]
+fn faulty_faces_are_left_out_and_told_or_refused() {
+    let report = scene("a.obj", faulty().as_bytes(), &Options::default()).unwrap();
+    assert_eq!(report.spec.surfaces.len(), 2);
+    assert!(
+        report.notes.iter().any(|note| note.contains("1 triangles have no area: square:2")),
+        "{report:?}"
+    );
+    assert!(report.notes.iter().any(|note| note.contains("1 triangles cover another one: square:3")));
+    let options = Options { faults: import::Faults::Refuse, ..Options::default() };
+    let refused = scene("a.obj", faulty().as_bytes(), &options).unwrap_err().to_string();
+    assert!(refused.contains("square:2") && refused.contains("square:3"), "{refused}");
+}
+
+#[test]
+fn one_sided_faces_back_to_back_are_no_doubles() {
+    let obj = format!("{SQUARE}f 1 2 3\nf 3 2 1\n");
+    let count = |sides| {
+        let options = Options { sides, ..Options::default() };
+        scene("a.obj", obj.as_bytes(), &options).unwrap().spec.surfaces.len()
+    };
+    assert_eq!((count(SidesChoice::One), count(SidesChoice::Two)), (2, 1));
+}
+
+#[test]
+fn patch_sizes_and_joining() {
+    let obj = format!("{SQUARE}f 1 2 3 4\n");
+    let cut = |options| scene("a.obj", obj.as_bytes(), &options).unwrap().spec.surfaces;
+    let halves = cut(Options { patch_size: Some(0.5), ..Options::default() });
+    assert!(halves.iter().all(|surface| surface.shape.cell_count() == 9), "the diagonal is 1.41 m");
+    let joined = cut(Options { join: true, patch_size: Some(0.5), ..Options::default() });
+    assert!(matches!(joined[0].shape, Shape::Parallelogram { cells: [2, 2], .. }) && joined.len() == 1);
+    assert!((joined[0].shape.area() - 1.0).abs() < 1e-15);
+    let small = cut(Options { max_patch_area: Some(0.02), ..Options::default() });
+    assert!(small.iter().all(|surface| surface.shape.cell_count() == 25));
+}
+
+#[test]
+fn units_and_axes() {
+    let options = Options { unit: 0.01, ..Options::default() };
+    let scene = scene("a.obj", format!("{SQUARE}f 1 2 3 4\n").as_bytes(), &options).unwrap();
+    assert!((area(&scene) - 1e-4).abs() < 1e-18);
+    let (_, u, v) = scene.spec.surfaces[0].shape.edges();
+    assert!(u.cross(v).y < 0.0, "OBJ's y is up: its z points to −y");
+}
+
+#[test]
+fn overrides_apply_in_order_and_power_spreads() {
+    let over = |pattern: &str| MaterialOverride {
+        pattern: pattern.into(),
+        reflectance: None,
+        emittance: None,
+        power: None,
+        sides: None,
+    };
+    let materials = vec![
+        MaterialOverride { reflectance: Some(0.1.into()), ..over("*") },
+        MaterialOverride { reflectance: Some(0.2.into()), power: Some(6.0.into()), ..over("wh*") },
+    ];
+    let obj = format!("{SQUARE}usemtl white\nf 1 2 3 4\n");
+    let options = Options { materials, ..Options::default() };
+    let lit = scene("a.obj", obj.as_bytes(), &options).unwrap();
+    // 6 W leave both sides of 1 m².
+    assert_eq!((lit.spec.surfaces[0].reflectance, lit.spec.surfaces[1].emittance), (0.2.into(), 3.0.into()));
+    let options = Options { materials: vec![over("lamp")], ..Options::default() };
+    let refused = scene("a.obj", obj.as_bytes(), &options).unwrap_err().to_string();
+    assert!(refused.contains("matches no material") && refused.contains("white"), "{refused}");
+}
+
+#[test]
+fn bright_materials_are_refused_by_name_or_clamped() {
+    let glb = br#"{"meshes":[{"primitives":[{"attributes":{"POSITION":0},"material":0}]}],"nodes":[{"mesh":0}],
+        "materials":[{"name":"Snow","pbrMetallicRoughness":{"metallicFactor":0}}],
+        "accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3"}],
+        "bufferViews":[{"buffer":0,"byteLength":36}],
+        "buffers":[{"byteLength":36,"uri":"data:;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA"}]}"#;
+    let refused = scene("a.gltf", glb, &Options::default()).unwrap_err().to_string();
+    assert!(refused.contains("\"Snow\" has 1") && refused.contains("reflectance_limit"), "{refused}");
+    let clamped =
+        scene("a.gltf", glb, &Options { reflectance_limit: Some(0.95), ..Options::default() }).unwrap();
+    assert_eq!(clamped.spec.surfaces[0].reflectance, Spectrum::from(0.95));
+    assert!(clamped.notes.iter().any(|note| note.contains("clamped to 0.95")));
+}
+
+#[test]
+fn mgf_surfaces_have_their_areas() {
+    let area_of = |statements: &str| {
+        let text = format!("m grey =\n\trd 0.5\nv a =\n\tp 0 0 0\n\tn 0 0 1\nv b =\n\tp 0 0 2\n{statements}");
+        let mut none = |_: &Path| Err(io::Error::from(io::ErrorKind::NotFound));
+        let path = Path::new("a.mgf");
+        let mesh =
+            import::read(path, text.as_bytes(), Format::Mgf, 1e-5, &mut Files::new(&mut none)).unwrap();
+        area(&mesh.into_scene(path, Format::Mgf, &Options::default()).unwrap())
+    };
+    let pi = std::f64::consts::PI;
+    for (statements, expected) in [
+        ("sph a 0.5\n", pi),
+        ("cyl a 0.5 b\n", 2.0 * pi),
+        ("cone a 0.5 b 0\n", pi * 0.5 * 4.25_f64.sqrt()),
+        ("ring a 0.5 1\n", 0.75 * pi),
+        ("torus a 1 3\n", 4.0 * pi * pi * 2.0),
+        ("xf -a 3 -t 1 0 0 -s 2\nsph a 0.5\nxf\n", pi * (1.0 + 4.0 + 16.0)),
+    ] {
+        assert!((area_of(statements) / expected - 1.0).abs() < 1e-3, "{statements}");
+    }
+}
+
+/// (file name, content, what the message holds)
+const REFUSED: &[(&str, &str, &[&str])] = &[
+    ("a.obj", "v 0 0\n", &["a.obj:1: ", "a number is missing"]),
+    ("a.obj", "v 0 0 x\n", &["a.obj:1: ", "\"x\" is not a finite number"]),
+    ("a.obj", "v 0 0 0\nf 1 2 3\n", &["a.obj:2: ", "no vertex \"2\"", "1 are defined"]),
+    ("a.obj", "v 0 0 0\n\nf 1 1\n", &["a.obj:3: ", "face of 2 corners"]),
+    ("a.obj", "v 0 0 0\n", &["a.obj: ", "no faces"]),
+    ("a.stl", "solid\nfacet\nvertex 0 0 0\nendfacet\n", &["a.stl:4: ", "1 corners"]),
+    ("a.stl", "nothing", &["a.stl: ", "ends here"]),
+    ("a.ply", "plx\n", &["a.ply:1: ", "no PLY"]),
+    ("a.ply", "ply\nformat ascii 1.0\nelement vertex x\nend_header\n", &["a.ply:3: "]),
+    ("a.glb", "{]", &["a.glb:1: ", "not the JSON"]),
+    ("a.gltf", "{\"extensionsRequired\":[\"KHR_draco_mesh_compression\"]}", &["a.gltf: ", "KHR_draco"]),
+    ("a.gltf", "{\"nodes\":[{\"mesh\":7}]}", &["a.gltf: node \"node 0\".mesh: ", "no meshes[7]"]),
+    (
+        "a.gltf",
+        "{\"nodes\":[{\"name\":\"Sun\",\"extensions\":{\"KHR_lights_punctual\":{\"light\":0}}}]}",
+        &["a.gltf: node \"Sun\": ", "light without area", "emissive"],
+    ),
+    ("a.mgf", "f a b c\n", &["a.mgf:1: ", "no vertex \"a\""]),
+    ("a.mgf", "m white =\n\trd x\n", &["a.mgf:2: ", "\"x\""]),
+    ("a.mgf", "xf\n", &["a.mgf:1: ", "ends no transform"]),
+    ("a.mgf", "xf -q 1\n", &["a.mgf:1: ", "\"-q\" is no transform"]),
+    ("a.mgf", "xf -a 99999999 -t 1 0 0\n", &["a.mgf:1: ", "copies"]),
+    ("a.mgf", "i other.mgf\n", &["a.mgf:1: ", "other.mgf cannot be included"]),
+    ("a.mgf", "v a =\nsph a x\n", &["a.mgf:2: ", "\"x\""]),
+    ("a.mgf", "v a =\nring a 0 1\n", &["a.mgf:2: ", "no normal"]),
+];
+
+#[test]
+fn refusals_say_where_what_and_what_to_do() {
+    for (path, content, parts) in REFUSED {
+        let message = read(path, content.as_bytes()).unwrap_err().to_string();
+        assert!(!message.contains('\n') && message.contains('(') && message.contains("); "), "{message}");
+        for part in *parts {
+            assert!(message.contains(part), "{content:?}: {part:?} is not in: {message}");
+        }
+    }
+}
