@@ -46,7 +46,7 @@ pub fn audit(args: &AuditArgs) -> Result<Outcome, Fault> {
     let kept = |reason| Fault::Kept { path: args.run.clone(), reason, build: builds(&checkpoint) };
     let (settings, experiment) = replica::unpack(&checkpoint.book.job).map_err(kept)?;
     let path = args.run.join(CURRENT);
-    check_shape(&checkpoint, &experiment).map_err(|fault| CheckpointError { path, fault })?;
+    check_shape(&checkpoint.tally, &experiment).map_err(|fault| CheckpointError { path, fault })?;
     check_table(&args.run, &checkpoint, &settings, &experiment)?;
     let job_hash = |part: &Part| job::job_hash(experiment.scene().hash(), &settings.method, part.seed);
     if !checkpoint.book.parts.iter().all(|part| part.job_hash == job_hash(part)) {

@@ -1,11 +1,12 @@
 //! `radwalk check`: validates a job or a scene and says what would be modelled, and why.
 
 use job::{FileKind, Job, SceneFile};
-use radiosity::{Experiment, Scene};
+use radiosity::{Experiment, Scene, Side};
 use report::{Method, Model};
 
 use crate::args::CheckArgs;
 use crate::bounces::bounces;
+use crate::coincident::Coincident;
 use crate::console::say;
 use crate::doctor_report;
 use crate::fault::{Fault, Outcome};
@@ -43,14 +44,16 @@ fn describe_import(scene: &SceneFile) {
 }
 
 fn describe_scene(scene: &Scene) {
-    let area: f64 = scene.patches().iter().map(|patch| patch.area).sum();
-    let emitters = scene.patches().iter().filter(|patch| patch.emittance.is_lit()).count();
+    let fronts = || scene.faces().iter().filter(|face| face.side == Side::Front);
+    let area: f64 = fronts().map(|patch| patch.area).sum();
+    let emitters = fronts().filter(|patch| patch.emittance.is_lit()).count();
     say(&format!(
         "scene: {} surfaces, {} patches, {area:.6} m², {emitters} emitting patches of {} W in all",
         scene.surfaces().len(),
-        scene.patches().len(),
+        scene.faces().patch_count(),
         power(scene)
     ));
+    Coincident::of(scene).lines().iter().for_each(|line| say(line));
 }
 
 /// Φ_T [W], channel by channel.

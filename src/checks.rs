@@ -9,9 +9,10 @@
 //! | slope of the largest scores above 3 | `tail`: visits fall off geometrically; the sample must stay within that law |
 
 use cluster::checkpoint::{Book, Look};
-use radiosity::{Counts, Estimate, Estimates, Experiment, Precision, Scene, Tally};
-use report::Check;
+use radiosity::{Apart, Counts, Estimate, Estimates, Experiment, Precision, Scene, Sequence, TINY, Tally};
+use report::{Check, face_words};
 
+use crate::coincident::Coincident;
 use crate::fit::misfits;
 
 /// Standard error over estimate, beyond which MCNP calls a tally questionable; the same number bounds the VOV.
@@ -29,11 +30,38 @@ pub fn checks_of_result(
     note: Option<&str>,
     precision: &Precision,
     book: &Book,
+    seed: u64,
 ) -> Vec<Check> {
     let paths_per_walk = estimates.experiment().paths_per_walk();
     let mut checks = checks(estimates, note, precision, &book.looks);
+    checks.extend(reciprocity(estimates.experiment(), seed));
     checks.extend([gap(book, paths_per_walk), workers(book, paths_per_walk)]);
     checks
+}
+
+/// A difference of more standard errors than this, or a larger mean of their squares, means that faces do not see each
+/// other both ways. Rays along Sobol
+/// sequences differ by less than random ones, and no random ones by so much.
+const ONE_WAY: f64 = 8.0;
+const ONE_WAY_IN_THE_MEAN: f64 = 1.5;
+
+/// Chains use what they count in both directions. `None` where the method does not.
+fn reciprocity(experiment: &Experiment, seed: u64) -> Option<Check> {
+    let found = experiment.reciprocity(&Sequence::new(seed))?;
+    let ok = found.worst < ONE_WAY && found.mean_squared_z < ONE_WAY_IN_THE_MEAN;
+    let place = found.worst_face.map_or(String::new(), |face| {
+        format!(
+            ", {:.1} standard errors at most ({})",
+            found.worst,
+            face_words(experiment.scene(), face as usize)
+        )
+    });
+    let message = format!(
+        "what leaves {} patches and what arrives there differ by {:.2} of their variance in the mean{place}",
+        found.faces, found.mean_squared_z
+    );
+    let remedy = "; chains take for granted that these agree: do not trust this result, use walks, and tell the makers";
+    Some(check("reciprocity", ok, if ok { message } else { message + remedy }))
 }
 
 /// What waits beyond a gap is not in the result.
@@ -77,14 +105,15 @@ pub fn checks(
     let doubts = Doubts::new(estimates);
     let mut checks = vec![method(note), fit(experiment)];
     checks.extend(books(experiment, tally));
-    checks.extend([escape(experiment, tally), bias(experiment, &doubts)]);
-    checks.extend([unhit(precision), rare(&doubts), error(&doubts), vov(experiment, &doubts)]);
+    checks.extend([buried(scene), escape(experiment, tally), bias(experiment, &doubts)]);
+    checks.extend([unhit(scene, precision), rare(scene, &doubts)]);
+    checks.extend([error(scene, &doubts), vov(experiment, &doubts)]);
     checks.push(tail(experiment, tally));
     let telling = experiment.batch_paths().map_or(0, |_| TELLING_BATCHES);
     let half: Vec<&Look> = looks
         .iter()
         .filter(|look| look.walks >= telling.max(tally.counts.walks.div_ceil(2)))
-        .filter(|look| look.rms_relative_error > 0.0)
+        .filter(|look| look.median_relative_error > 0.0 && look.median_relative_error.is_finite())
         .collect();
     checks.extend([decay(&half), efficiency(&half), drift(scene, &half)]);
     checks
@@ -103,6 +132,19 @@ fn fit(experiment: &Experiment) -> Check {
     let message =
         if misfits.is_empty() { "theory knows of no better method here".into() } else { misfits.join("; ") };
     check("fit", misfits.is_empty(), message)
+}
+
+/// Light that is emitted under another surface is never seen.
+fn buried(scene: &Scene) -> Check {
+    let part = Coincident::of(scene).buried_power();
+    let message = match part {
+        0.0 => "no emitter is covered by another surface".into(),
+        _ => format!(
+            "{:.3} % of the light is emitted under another surface, and never seen; `radwalk check` names them",
+            100.0 * part
+        ),
+    };
+    check("buried", part == 0.0, message)
 }
 
 /// Less than this part of the light leaves through a gap that nobody meant to leave; more than the other, and hardly
@@ -167,21 +209,40 @@ fn books(experiment: &Experiment, tally: &Tally) -> [Check; 2] {
     ]
 }
 
-fn unhit(Precision { unhit_patches: unhit, .. }: &Precision) -> Check {
-    check("unhit", *unhit == 0, format!("{unhit} reflecting patches have no score: only bounds are known"))
+/// In a scene of so few faces each was laid out by a person, and each matters; in a mesh areas do.
+const LAID_OUT: usize = 1000;
+
+/// Less than this part of the area of a mesh is not worth a word.
+const WORTH_A_WORD: f64 = 1e-3;
+
+/// Whether faces that are open to doubt deserve a person's attention.
+fn matters(scene: &Scene, doubtful: Apart) -> bool {
+    doubtful.area > WORTH_A_WORD || (doubtful.faces > 0 && scene.faces().len() <= LAID_OUT)
 }
 
-/// How many estimates are open to doubt, and why.
+/// Some faces in words.
+fn faces(Apart { faces, area }: Apart) -> String {
+    let noun = if faces == 1 { "patch" } else { "patches" };
+    format!("{faces} {noun} ({:.2} % of the area)", 100.0 * area)
+}
+
+fn unhit(scene: &Scene, Precision { unhit, .. }: &Precision) -> Check {
+    let message = format!(
+        "{} reflect and have no score: only bounds are known. Either light cannot reach them, or it takes more walks",
+        faces(*unhit)
+    );
+    check("unhit", !matters(scene, *unhit), message)
+}
+
+/// Which estimates are open to doubt, and why. Emitters, and faces that are told apart ([`Precision`]), are not asked.
 #[derive(Default)]
 struct Doubts {
-    /// Patches with fewer than 10 scores.
-    rare: usize,
-    /// Estimates that walks had to find: of reflecting patches that were hit.
-    found: usize,
-    /// Of these: with a large standard error.
-    rough: usize,
-    /// Of these: with a large variance of the variance.
-    volatile: usize,
+    /// Faces with some scores, fewer than 10.
+    rare: Apart,
+    /// With a large standard error.
+    rough: Apart,
+    /// With a large variance of the variance.
+    volatile: Apart,
     /// The largest bound on a bias, over the estimate.
     bias: f64,
 }
@@ -189,41 +250,54 @@ struct Doubts {
 impl Doubts {
     fn new(estimates: &Estimates) -> Self {
         let mut doubts = Doubts::default();
-        for (i, patch, channels) in estimates.known() {
-            doubts.rare += usize::from(channels.iter().any(Estimate::is_rare));
-            let found = |(c, e): &(usize, &Estimate)| patch.reflectance[*c] > 0.0 && e.effective_scores > 0.0;
-            for (c, estimate) in channels.iter().enumerate().filter(found) {
-                let reflected = estimate.radiosity - patch.emittance[c];
-                let is_rough = estimate.std_error.is_none_or(|error| error > QUESTIONABLE * reflected);
-                doubts.found += 1;
-                doubts.bias = doubts.bias.max(estimate.bias_bound / estimate.radiosity);
-                doubts.rough += usize::from(is_rough);
-                doubts.volatile += usize::from(variance_of_variance(estimates.tally(), i, c) > QUESTIONABLE);
+        let total = estimates.reflecting_area();
+        let scene = estimates.scene();
+        let keeps = |area: f64| area >= TINY * total || scene.faces().len() <= LAID_OUT;
+        for (i, face, channels) in estimates.known().filter(|(_, face, _)| keeps(face.area)) {
+            let part = face.area / total;
+            let found = |(c, e): &(usize, &Estimate)| face.reflectance[*c] > 0.0 && e.effective_scores > 0.0;
+            let any = |holds: &dyn Fn(usize, &Estimate) -> bool| {
+                channels.iter().enumerate().filter(found).any(|(c, estimate)| holds(c, estimate))
+            };
+            let is_rough = |c: usize, e: &Estimate| {
+                e.std_error.is_none_or(|error| error > QUESTIONABLE * (e.radiosity - face.emittance[c]))
+            };
+            let is_volatile =
+                |c: usize, _: &Estimate| variance_of_variance(estimates.tally(), i, c) > QUESTIONABLE;
+            for (doubt, holds) in [
+                (&mut doubts.rare, any(&|_, estimate| estimate.is_rare())),
+                (&mut doubts.rough, any(&is_rough)),
+                (&mut doubts.volatile, any(&is_volatile)),
+            ] {
+                if holds {
+                    doubt.add(part);
+                }
             }
+            let bias = channels.iter().enumerate().filter(found).map(|(_, e)| e.bias_bound / e.radiosity);
+            doubts.bias = bias.fold(doubts.bias, f64::max);
         }
         doubts
     }
 }
 
-fn rare(Doubts { rare, .. }: &Doubts) -> Check {
-    let message =
-        format!("{rare} patches have fewer than 10 scores: trust their intervals, not their values");
-    check("rare", *rare == 0, message)
+fn rare(scene: &Scene, Doubts { rare, .. }: &Doubts) -> Check {
+    let message = format!("{}: fewer than 10 scores; trust the intervals, not the values", faces(*rare));
+    check("rare", !matters(scene, *rare), message)
 }
 
-fn error(Doubts { found, rough, .. }: &Doubts) -> Check {
-    let message = format!("{rough} of {found} estimates have a standard error above 10 % of themselves");
-    check("error", *rough == 0, message)
+fn error(scene: &Scene, Doubts { rough, .. }: &Doubts) -> Check {
+    let message = format!("{}: a standard error above 10 % of the estimate", faces(*rough));
+    check("error", !matters(scene, *rough), message)
 }
 
 /// Batches and chains differ like normal numbers, and their intervals allow for what few of them can tell (Student's t).
-fn vov(experiment: &Experiment, Doubts { found, volatile, .. }: &Doubts) -> Check {
+fn vov(experiment: &Experiment, Doubts { volatile, .. }: &Doubts) -> Check {
     if experiment.batch_paths().is_some() {
         let message = "the intervals of batches are Student's: they allow for the variance of the variance";
         return check("vov", true, message.into());
     }
-    let message = format!("{volatile} of {found} estimates have a variance of the variance above 0.1");
-    check("vov", *volatile == 0, message)
+    let message = format!("{}: a variance of the variance above 0.1", faces(*volatile));
+    check("vov", !matters(experiment.scene(), *volatile), message)
 }
 
 /// VOV = Σ(x − x̄)⁴/(Σ(x − x̄)²)² − 1/N. The walks that reach a patch visit it a geometric number of times, of mean m:
@@ -239,7 +313,7 @@ fn variance_of_variance(tally: &Tally, patch: usize, channel: usize) -> f64 {
 
 /// Whether Σx²/Σx stays below what it can be at most, by more than 5 standard errors of about 1/√scores.
 fn tail(experiment: &Experiment, tally: &Tally) -> Check {
-    let patches = 0..experiment.scene().patches().len();
+    let patches = 0..experiment.scene().faces().len();
     let channels = experiment.scene().channels();
     let heavy = |&(patch, channel): &(usize, usize)| {
         let Some(meaning) = experiment.meaning(patch, channel, tally) else { return false };
@@ -253,7 +327,7 @@ fn tail(experiment: &Experiment, tally: &Tally) -> Check {
         Some(_) => "batches can make (all light that is under way)",
         None => "walks can make (visits fall off geometrically)",
     };
-    check("tail", heavy == 0, format!("{heavy} patches have larger scores than {limit}"))
+    check("tail", heavy == 0, format!("{heavy} estimates have larger scores than {limit}"))
 }
 
 /// The largest of some values over the least.
@@ -262,14 +336,14 @@ fn spread(values: impl Iterator<Item = f64> + Clone) -> f64 {
 }
 
 fn decay(half: &[&Look]) -> Check {
-    let scaled = half.iter().map(|look| look.rms_relative_error * (look.walks as f64).sqrt());
-    let falls = half.is_sorted_by(|a, b| a.rms_relative_error >= b.rms_relative_error);
+    let scaled = half.iter().map(|look| look.median_relative_error * (look.walks as f64).sqrt());
+    let falls = half.is_sorted_by(|a, b| a.median_relative_error >= b.median_relative_error);
     let spread = if half.len() < 2 { 1.0 } else { spread(scaled) };
     check(
         "decay",
         falls && spread < STEADY,
         format!(
-            "over the last {} looks the error {} and error·√paths varied by a factor of {spread:.2}",
+            "over the last {} looks the error that half of the area keeps within {} and error·√paths varied by a factor of {spread:.2}",
             half.len(),
             if falls { "fell" } else { "rose" }
         ),
@@ -277,7 +351,7 @@ fn decay(half: &[&Look]) -> Check {
 }
 
 fn efficiency(half: &[&Look]) -> Check {
-    let merits = half.iter().map(|look| 1.0 / (look.rms_relative_error.powi(2) * look.rays as f64));
+    let merits = half.iter().map(|look| 1.0 / (look.median_relative_error.powi(2) * look.rays as f64));
     let spread = if half.len() < 2 { 1.0 } else { spread(merits) };
     check(
         "efficiency",
@@ -292,7 +366,7 @@ fn drift(scene: &Scene, half: &[&Look]) -> Check {
     let Some(last) = half.last().filter(|look| look.drift.is_finite()) else {
         return check("drift", true, "too few looks to compare halves of the run".into());
     };
-    let independent = scene.patches().len().min(100) as f64;
+    let independent = scene.faces().len().min(100) as f64;
     check(
         "drift",
         last.drift < 1.0 + 5.0 * (2.0 / independent).sqrt(),

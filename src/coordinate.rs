@@ -137,7 +137,7 @@ impl Prepared {
         let Identity { scene_hash, job_hash, first, .. } = &self.identity;
         let fits = |checkpoint: &Checkpoint| {
             checkpoint.check_job(scene_hash, job_hash, *first)?;
-            check_shape(checkpoint, &self.experiment)
+            check_shape(&checkpoint.tally, &self.experiment)
         };
         let Some(Found { checkpoint, passed_over }) =
             checkpoints::find(self.output.path(), fits).map_err(|error| self.explain(error))?
@@ -335,7 +335,7 @@ pub fn plan(
         paths: looks.last().copied().unwrap_or(0),
         stream_paths,
         leases_per_thread,
-        patches: experiment.scene().patches().len(),
+        patches: experiment.scene().faces().len(),
         layout: experiment.layout::<{ replica::MOMENTS }>(),
         limits: limits(experiment),
         wall: budget.wall_seconds.map(Duration::from_secs_f64),

@@ -27,7 +27,7 @@ pub fn exact(args: &ExactArgs) -> Result<Outcome, Fault> {
         let accuracy = Accuracy::of(exact);
         let columns = columns(exact, walk.as_ref(), &accuracy, &birth);
         let summary = summary(exact, &accuracy, &scene);
-        folder.write(table, |file| report::write_exact(file, &columns))?;
+        folder.write(table, |file| report::write_exact(file, scene.faces(), &columns))?;
         folder.write(page, |file| summary.write(file))?;
         if !args.out.quiet {
             describe(&summary);
@@ -52,11 +52,11 @@ fn describe(summary: &ExactSummary) {
         "their rows sum to {:.6} … {:.6} (1: no light is lost), with an error of at most {:.1e}",
         summary.row_sum_min, summary.row_sum_max, summary.row_error
     ));
-    if let (Some(error), Some(patch)) = (summary.max_relative_error, summary.worst_patch) {
-        say(&format!("so radiosities err by at most {error:.1e} of themselves (patch {patch})"));
+    if let (Some(error), Some(face)) = (summary.max_relative_error, summary.worst_face()) {
+        say(&format!("so radiosities err by at most {error:.1e} of themselves ({face})"));
     }
     if summary.undetermined > 0 {
-        say(&format!("{} patches are too dark to tell: their errors exceed them", summary.undetermined));
+        say(&format!("{} faces are too dark to tell: their errors exceed them", summary.undetermined));
     }
     for check in summary.checks.iter().filter(|check| !check.ok) {
         tell(&format!("radwalk: {}", check.message));
@@ -67,12 +67,13 @@ fn describe(summary: &ExactSummary) {
 fn summary(exact: &Exact, accuracy: &Accuracy, scene: &Scene) -> ExactSummary {
     let [row_sum_min, row_sum_max] = accuracy.row_sums;
     let worst = accuracy.worst(exact);
+    let worst_face = worst.map(|(face, _)| scene.faces().get(face));
     let bounds = Bounds::of(exact);
     ExactSummary {
         version: env!("CARGO_PKG_VERSION").into(),
         scene_hash: scene.hash(),
-        patches: exact.patch_count(),
-        faces: exact.faces().face_count(),
+        patches: scene.faces().patch_count(),
+        faces: exact.face_count(),
         total_power: exact.total_power(),
         form_factors: accuracy.form_factors.to_string(),
         row_sum_min,
@@ -80,7 +81,8 @@ fn summary(exact: &Exact, accuracy: &Accuracy, scene: &Scene) -> ExactSummary {
         row_error: accuracy.row_error,
         residual: accuracy.residual,
         max_relative_error: worst.map(|(_, error)| error),
-        worst_patch: worst.map(|(patch, _)| patch),
+        worst_patch: worst_face.map(|face| face.patch),
+        worst_side: worst_face.filter(|_| scene.faces().two_sided()).map(|face| face.side),
         undetermined: accuracy.undetermined(exact),
         bounds: ExactBounds {
             shooting_variance: bounds.shooting_variance(),
@@ -97,13 +99,13 @@ fn rows_check(accuracy: &Accuracy) -> Check {
     let message = if accuracy.rows_possible {
         "no row of form factors sums to more than 1 by more than its error"
     } else {
-        "a row of form factors sums to more than 1 by more than its error (surfaces that cross or coincide \
-         may be the reason); do not trust this solution"
+        "a row of form factors sums to more than 1 by more than its error (surfaces that cross may be \
+         the reason); do not trust this solution"
     };
     Check { name: "rows".into(), ok: accuracy.rows_possible, message: message.into() }
 }
 
-/// The columns of `exact.csv`; `birth` is p_i of every patch. In colour the variances are those of `walk`, which
+/// The columns of `exact.csv`; `birth` is p_i of every face. In colour the variances are those of `walk`, which
 /// serves all channels.
 fn columns(
     exact: &Exact,
@@ -128,8 +130,8 @@ fn columns(
             let alone = || estimator.variances(exact, birth);
             Some(or_none(walk.map_or_else(alone, |walk| walk.gathering_variances(estimator, birth))))
         }),
-        psi: squared.incoming,
-        beta: squared.reflected,
+        psi: squared.incoming.clone(),
+        beta: squared.reflected.clone(),
         radiosity_error: accuracy.radiosity_error.clone(),
     }
 }

@@ -259,6 +259,7 @@ impl Fault {
             Fault::Checkpoint(_) | Fault::BeyondBudget { .. } | Fault::Merge { .. } => 2,
             Fault::Kept { .. } | Fault::Share(_) | Fault::OtherBatches { .. } | Fault::NoWalks => 2,
             Fault::NoEntry { .. } | Fault::Table { .. } | Fault::TwinJobs(_) => 2,
+            Fault::Taken { .. } | Fault::NotWritten { .. } => 2,
             Fault::OtherTable { .. }
             | Fault::Audit { .. }
             | Fault::Listen { .. }

@@ -1,6 +1,6 @@
 //! Whether a method suits a scene, by what theory says of its variance before any walk is walked.
 
-use radiosity::{Direction, EstimatorKind, Experiment, Patch};
+use radiosity::{Direction, EstimatorKind, Experiment, Face};
 
 /// Another method has to promise so many times less variance, or shorter walks, to be named.
 const WORTH_NAMING: f64 = 10.0;
@@ -28,15 +28,15 @@ pub fn misfits(experiment: &Experiment) -> Vec<String> {
 /// and 1/(1 − R) times that of collision (S97 tables 3, 4). They score on patches when shot, on emitters when gathered.
 fn scoring(experiment: &Experiment) -> Vec<String> {
     let gathers = experiment.gathers();
-    let part: fn(&Patch) -> f64 = match experiment.method().estimator {
+    let part: fn(&Face) -> f64 = match experiment.method().estimator {
         EstimatorKind::Survival => |patch| patch.reflectance.max(),
         EstimatorKind::Absorption => |patch| 1.0 - patch.reflectance.max(),
         _ => return Vec::new(),
     };
-    let patches = experiment.scene().patches().iter().enumerate();
+    let patches = experiment.scene().faces().iter().enumerate();
     let scoring =
         patches.filter(|(_, p)| if gathers { p.emittance.is_lit() } else { p.reflectance.is_lit() });
-    let worst = scoring.map(|(i, patch)| (i, part(&patch))).min_by(|a, b| a.1.total_cmp(&b.1));
+    let worst = scoring.map(|(_, face)| (face.patch, part(&face))).min_by(|a, b| a.1.total_cmp(&b.1));
     let Some((patch, part)) = worst.filter(|&(_, part)| part > 0.0 && part * WORTH_NAMING <= 1.0) else {
         return Vec::new();
     };
@@ -59,17 +59,24 @@ fn length(experiment: &Experiment) -> Vec<String> {
     )]
 }
 
+/// A scene with more patches that small is a mesh, in which single patches are of no interest.
+const MESH: usize = 8;
+
 /// Sh91 assumes that areas differ by bounded factors.
 fn smallest(experiment: &Experiment) -> Vec<String> {
-    let patches = || experiment.scene().patches().iter();
-    let area: f64 = patches().map(|patch| patch.active_area()).sum();
-    let receives = |(_, patch): &(usize, Patch)| patch.reflectance.is_lit();
+    let patches = || experiment.scene().faces().iter();
+    let area: f64 = patches().map(|patch| patch.area).sum();
+    let receives = |(_, patch): &(usize, Face)| patch.reflectance.is_lit();
     let smallest = patches().enumerate().filter(receives).min_by(|a, b| a.1.area.total_cmp(&b.1.area));
-    let part = |patch: &Patch| patch.active_area() / area;
-    let Some((patch, share)) = smallest.map(|(i, p)| (i, part(&p))).filter(|&(_, share)| share < HITTABLE)
+    let part = |patch: &Face| patch.area / area;
+    let Some((patch, share)) =
+        smallest.map(|(_, p)| (p.patch, part(&p))).filter(|&(_, share)| share < HITTABLE)
     else {
         return Vec::new();
     };
+    if patches().filter(|patch| patch.reflectance.is_lit() && part(patch) < HITTABLE).count() > MESH {
+        return Vec::new();
+    }
     vec![format!(
         "patch {patch} is {share:.1e} of the area, and about as rarely hit; let walks start on it (walk = \"gathering\", birth = {{ patches = [{patch}] }}), or use coarser patches there"
     )]
@@ -77,8 +84,8 @@ fn smallest(experiment: &Experiment) -> Vec<String> {
 
 /// A gathering walk meets emitters by chance.
 fn emitters(experiment: &Experiment) -> Vec<String> {
-    let patches = || experiment.scene().patches().iter();
-    let area = |patches: &mut dyn Iterator<Item = Patch>| patches.map(|p| p.active_area()).sum::<f64>();
+    let patches = || experiment.scene().faces().iter();
+    let area = |patches: &mut dyn Iterator<Item = Face>| patches.map(|p| p.area).sum::<f64>();
     let lit = area(&mut patches().filter(|patch| patch.emittance.is_lit())) / area(&mut patches());
     if lit >= FINDABLE {
         return Vec::new();

@@ -38,7 +38,7 @@ fn of_batches(experiment: &Experiment, paths: u64) -> Limits {
     let tally = experiment.tally::<MOMENTS>();
     let scene = experiment.scene();
     let channels = || 0..scene.channels();
-    let largest = (0..scene.patches().len())
+    let largest = (0..scene.faces().len())
         .flat_map(|patch| channels().map(move |c| (patch, c)))
         .filter_map(|(patch, c)| experiment.meaning(patch, c, &tally))
         .map(|meaning| meaning.ratio_bound / meaning.unit)
@@ -55,7 +55,7 @@ fn of_batches(experiment: &Experiment, paths: u64) -> Limits {
 /// above a threshold, or for a fixed length.
 fn longest_walk(experiment: &Experiment) -> u64 {
     let scene = experiment.scene();
-    let patches = scene.patches();
+    let patches = scene.faces();
     let channels = 0..scene.channels();
     let reflectances = patches.iter().flat_map(|patch| channels.clone().map(move |c| patch.reflectance[c]));
     let decay = -reflectances.fold(0.0, f64::max).ln();

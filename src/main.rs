@@ -6,6 +6,7 @@ mod bounces;
 mod check;
 mod checkpoints;
 mod checks;
+mod coincident;
 mod compare;
 mod console;
 mod coordinate;

@@ -19,7 +19,7 @@ pub fn merge(args: &MergeArgs) -> Result<Outcome, Fault> {
         reason,
         build: builds(&merged),
     })?;
-    check_shape(&merged, &experiment)
+    check_shape(&merged.tally, &experiment)
         .map_err(|fault| CheckpointError { path: first.join(CURRENT), fault })?;
     for path in others {
         let other = checkpoint::read(&path.join(CURRENT))?;

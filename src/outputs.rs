@@ -6,7 +6,7 @@ use std::sync::Arc;
 use cluster::checkpoint::{Book, Checkpoint};
 use cluster::roster::Contributor;
 use job::{Method, WalkKind, Word};
-use radiosity::{Estimates, Experiment, Iterations, Precision, Scene, Solve};
+use radiosity::{Estimates, Experiment, Iterations, Precision, Solve};
 use report::{
     Draft, Model, OutputFolder, PartSummary, Provenance, RunFacts, SessionSummary, Summary, WorkerSummary,
     WorstPatch,
@@ -90,13 +90,13 @@ impl RunOutput {
                 serde_json::json!({"event": "done", "out": self.path(), "paths": summary.paths})
             ));
         } else if !out.quiet {
-            self.describe(&summary, scene, settings);
+            self.describe(&summary, settings);
         }
         Ok(())
     }
 
     /// A few lines for people.
-    fn describe(&self, summary: &Summary, scene: &Scene, settings: &Settings) {
+    fn describe(&self, summary: &Summary, settings: &Settings) {
         let whole =
             if summary.paths < settings.paths { format!(" of {}", settings.paths) } else { String::new() };
         say(&format!(
@@ -109,16 +109,29 @@ impl RunOutput {
             quantity(summary.rays_per_second)
         ));
         let precision = &summary.precision;
-        let worst = precision.worst_patch.map_or(String::new(), |patch| {
-            let surface = scene.surface_name(scene.patches().get(patch as usize).surface);
-            format!(", worst {} (patch {patch} on {surface})", percent(precision.max_relative_error))
-        });
+        // While some patch is unknown, the worst is that one, and says nothing of the others.
+        let worst = match &precision.worst_place {
+            Some(place) if precision.max_relative_error.is_finite() => {
+                format!(", worst {} ({place})", percent(precision.max_relative_error))
+            }
+            _ => format!(", 99 hundredths within {}", percent(precision.error_quantiles["0.99"])),
+        };
         say(&format!(
-            "half-widths of the {}{} % intervals: rms {}{worst}",
+            "half-widths of the {}{} % intervals: half of the area within {}, 9 tenths within {}{worst}",
             if summary.simultaneous { "simultaneous " } else { "" },
             100.0 * summary.confidence,
-            percent(precision.rms_relative_error)
+            percent(precision.error_quantiles["0.5"]),
+            percent(precision.error_quantiles["0.9"])
         ));
+        for (apart, why) in [
+            (precision.unhit, "that no walk has reached"),
+            (precision.tiny, "each below a millionth of the area"),
+        ] {
+            if apart.patches > 0 {
+                let area = percent(apart.area);
+                say(&format!("told apart: {} patches {why}, {area} of the area in all", apart.patches));
+            }
+        }
         for line in summary.model.lines() {
             say(&format!("model: {line}"));
         }
@@ -158,16 +171,13 @@ fn shown(estimates: &Estimates) -> Vec<f64> {
 
 /// One of the patches that keep a target from being reached.
 fn describe_worst(worst: &WorstPatch) {
-    let WorstPatch { patch, surface, relative_error, hits, paths_needed } = worst;
+    let WorstPatch { words, relative_error, hits, paths_needed, .. } = worst;
     let needed = if paths_needed.is_finite() {
         format!("about {} paths", quantity(*paths_needed))
     } else {
         "nobody knows how many paths".into()
     };
-    say(&format!(
-        "  patch {patch} on {surface}: {} after {hits} hits, takes {needed}",
-        percent(*relative_error)
-    ));
+    say(&format!("  {words}: {} after {hits} hits, takes {needed}", percent(*relative_error)));
 }
 
 fn facts(settings: &Settings, estimates: &Estimates, precision: &Precision, book: &Book) -> RunFacts {
@@ -191,7 +201,8 @@ fn facts(settings: &Settings, estimates: &Estimates, precision: &Precision, book
         streams: paths.div_ceil(stream_paths),
         streams_reissued: book.effort.streams_reissued,
         target: settings.target.as_ref().map(|target| target::judge(target, estimates, paths)),
-        checks: checks_of_result(estimates, settings.note.as_deref(), precision, book),
+        import: settings.import.clone(),
+        checks: checks_of_result(estimates, settings.note.as_deref(), precision, book, settings.seed),
         confidence: settings.confidence,
         simultaneous: settings.simultaneous,
         provenance: provenance(book, experiment.paths_per_walk()),

@@ -164,7 +164,7 @@ impl<'a> Display<'a> {
 
     fn line(&self, workers: usize, paths_per_second: f64, rays_per_second: f64, seconds_left: f64) -> String {
         let errors = self.precision.map_or(String::new(), |p| {
-            format!(" · error rms {} worst {}", percent(p.rms_relative_error), percent(p.max_relative_error))
+            format!(" · half within {}, worst {}", percent(p.quantiles[0]), percent(p.max_relative_error))
         });
         let left = if seconds_left.is_finite() {
             format!(" · {} left", duration(seconds_left))

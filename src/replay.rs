@@ -41,9 +41,11 @@ fn sentence(scene: &Scene, step: &Step) -> String {
     format!("{arrival}{weight}{survival}")
 }
 
-/// A patch as people find it.
+/// A face as people find it.
 fn place(scene: &Scene, number: u32) -> String {
-    let patch = scene.patches().get(number as usize);
-    let [u, v] = patch.cell;
-    format!("patch {number}, cell {u}, {v} of surface {}", scene.surface_name(patch.surface))
+    let face = scene.faces().get(number as usize);
+    let ([u, v], name) = (face.cell, scene.surface_name(face.surface));
+    let side = if scene.faces().two_sided() { report::side_name(face.side) } else { "" };
+    let of = if side.is_empty() { "" } else { " of " };
+    format!("{side}{of}patch {}, cell {u}, {v} of surface {name}", face.patch)
 }

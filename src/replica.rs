@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use cluster::checkpoint::{Checkpoint, CheckpointFault};
+use cluster::checkpoint::CheckpointFault;
 use cluster::codec::{CodecError, decode_serde, encode_serde};
 use cluster::limits::Limits;
 use cluster::worker::Work;
@@ -37,7 +37,9 @@ pub fn pack(scene: &Scene, spec: &SceneSpec, settings: &Settings) -> Result<Vec<
 /// # Errors
 /// In words, where the bytes are no job or the scene is invalid.
 pub fn unpack(bytes: &[u8]) -> Result<(Settings, Experiment), String> {
-    let Packed { scene, tree, settings } = decode_serde(bytes).map_err(|error| error.to_string())?;
+    // Jobs that were kept before imports were noted end before the list of these notes: one byte where it is empty.
+    let packed = decode_serde(bytes).or_else(|_| decode_serde(&[bytes, &[0]].concat()));
+    let Packed { scene, tree, settings } = packed.map_err(|error| error.to_string())?;
     let index = if tree { IndexChoice::Tree } else { IndexChoice::Flat };
     let scene = Scene::build(&scene, index).map_err(|error| error.to_string())?;
     let experiment = Experiment::new(scene, settings.method.walks()).map_err(|error| error.to_string())?;
@@ -48,11 +50,14 @@ pub fn unpack(bytes: &[u8]) -> Result<(Settings, Experiment), String> {
 ///
 /// # Errors
 /// Where it has others.
-pub fn check_shape(checkpoint: &Checkpoint, experiment: &Experiment) -> Result<(), CheckpointFault> {
-    let tally = &checkpoint.tally;
-    let expected = (experiment.layout::<MOMENTS>(), experiment.scene().patches().len());
+pub fn check_shape(tally: &Tally, experiment: &Experiment) -> Result<(), CheckpointFault> {
+    let expected = (experiment.layout::<MOMENTS>(), experiment.scene().faces().len());
     if (tally.layout(), tally.patches()) == expected {
         Ok(())
+    } else if tally.patches() == experiment.scene().faces().patch_count() {
+        Err(CheckpointFault::Superseded(
+            "it has one sum for both sides of a two-sided patch, and each side is an unknown of its own now",
+        ))
     } else {
         Err(CheckpointFault::Contradiction("its sums are not those of its scene and method"))
     }
@@ -155,5 +160,28 @@ impl Wrong {
         let mut sums = tally.into_sums();
         sums[0] ^= 1;
         Tally::from_parts(counts, patches, layout, sums).expect("as many sums as before")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use radiosity::Sides;
+
+    use super::*;
+
+    #[test]
+    fn one_sum_for_both_sides_is_of_an_earlier_version() {
+        let mut spec = scenes::cube(1);
+        spec.surfaces[2].sides = Sides::Both;
+        let scene = Scene::build(&spec, IndexChoice::Auto).unwrap();
+        let method = job::Method::default().walks();
+        let experiment = Experiment::new(scene, method).unwrap();
+        let fault = |sums: usize| {
+            let tally = Tally::new(sums, experiment.layout::<MOMENTS>());
+            check_shape(&tally, &experiment).map_err(|fault| fault.to_string())
+        };
+        assert!(fault(6).unwrap_err().contains("one sum for both sides"));
+        assert!(fault(5).unwrap_err().contains("not those of its scene"));
+        assert_eq!(fault(7), Ok(()));
     }
 }

@@ -54,8 +54,7 @@ impl Settings {
             return self.confidence;
         }
         let channels = 0..scene.channels();
-        let unknown =
-            |c: usize| scene.patches().iter().filter(move |patch| patch.reflectance[c] > 0.0).count();
+        let unknown = |c: usize| scene.faces().iter().filter(move |patch| patch.reflectance[c] > 0.0).count();
         let unknown: usize = channels.map(unknown).sum();
         // Levels so near to 1 are told apart by no number: the largest below 1 stands for them.
         (1.0 - (1.0 - self.confidence) / unknown.max(1) as f64).min(1.0_f64.next_down())

@@ -5,7 +5,7 @@
 
 use cluster::checkpoint::Look;
 use job::{Target, Unhit};
-use radiosity::{Channels, Estimate, Estimates, Experiment, Patch, Tally};
+use radiosity::{Channels, Estimate, Estimates, Experiment, Face, Tally};
 use report::WorstPatch;
 use stats::{DoubleSampling, foresight};
 
@@ -33,7 +33,7 @@ struct Standing {
 
 impl Standing {
     /// `None` where the patch may stay unhit, and did.
-    fn new(patch: &Patch, channels: &Channels, unhit: Unhit) -> Option<Self> {
+    fn new(patch: &Face, channels: &Channels, unhit: Unhit) -> Option<Self> {
         let unknown = || channels.iter().filter(|e| e.ci_high > e.ci_low);
         let error = unknown().map(Estimate::relative_error).fold(0.0, f64::max);
         let scores = unknown().map(|e| e.effective_scores).fold(f64::INFINITY, f64::min);
@@ -42,17 +42,19 @@ impl Standing {
     }
 }
 
-/// Every patch that a target is about: the chosen ones, or all that do not emit; as far as walks could tell of them.
+/// Every face that a target is about: the chosen ones, or all that do not emit; as far as walks could tell of them.
 pub fn about<'a>(
     estimates: &'a Estimates,
     target: &'a Target,
-) -> Box<dyn Iterator<Item = (usize, Patch, Channels)> + 'a> {
-    let patches = estimates.scene().patches();
+) -> Box<dyn Iterator<Item = (usize, Face, Channels)> + 'a> {
+    let faces = estimates.scene().faces();
     match &target.patches {
-        Some(chosen) => Box::new(chosen.iter().filter_map(move |&i| {
-            let i = i as usize;
-            Some((i, patches.get(i), estimates.patch(i)?))
-        })),
+        Some(chosen) => {
+            Box::new(chosen.iter().flat_map(|&patch| faces.of_patch(patch)).filter_map(move |i| {
+                let i = i as usize;
+                Some((i, faces.get(i), estimates.face(i)?))
+            }))
+        }
         None => Box::new(estimates.known().filter(|(_, patch, _)| !patch.emittance.is_lit())),
     }
 }
@@ -110,16 +112,17 @@ pub fn judge(target: &Target, estimates: &Estimates, paths: u64) -> report::Targ
     let mut ranks: Vec<(f64, u32)> = standings(estimates, target).map(|(i, s)| (s.error, i as u32)).collect();
     ranks.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
     let worst_first = || {
-        let standing = |i| Standing::new(&scene.patches().get(i), &estimates.patch(i)?, unhit);
+        let standing = |i| Standing::new(&scene.faces().get(i), &estimates.face(i)?, unhit);
         ranks.iter().filter_map(move |&(_, i)| Some((i as usize, standing(i as usize)?)))
     };
     let needed = |standing: &Standing| {
         let by_error = (standing.error / relative_error).powi(2);
         paths as f64 * by_error.max(target.min_hits as f64 / standing.scores)
     };
-    let named = worst_first().filter(|(_, s)| !bar.is_met(s)).take(NAMED).map(|(patch, s)| WorstPatch {
-        patch,
-        surface: scene.surface_name(scene.patches().get(patch).surface).into(),
+    let named = worst_first().filter(|(_, s)| !bar.is_met(s)).take(NAMED).map(|(face, s)| WorstPatch {
+        patch: scene.faces().get(face).patch as usize,
+        words: report::face_words(scene, face),
+        surface: scene.surface_name(scene.faces().get(face).surface).into(),
         relative_error: s.error,
         hits: u64::try_from(s.hits).unwrap_or(u64::MAX),
         paths_needed: needed(&s),
@@ -179,7 +182,7 @@ impl Observer {
         Look {
             walks,
             rays: tally.counts.rays,
-            rms_relative_error: precision.rms_relative_error,
+            median_relative_error: precision.quantiles[0],
             max_relative_error: precision.max_relative_error,
             drift,
             promising,
@@ -317,7 +320,7 @@ fn student(level: f64, chains: u64) -> f64 {
 pub fn looks(experiment: &Experiment, walks: u64) -> Vec<u64> {
     match experiment.batch_paths() {
         Some(_) => ladder(FIRST_LOOK_AT_CHAINS, walks, 0),
-        None => ladder(FIRST_LOOK, walks, experiment.scene().patches().len()),
+        None => ladder(FIRST_LOOK, walks, experiment.scene().faces().len()),
     }
 }
 

@@ -25,7 +25,7 @@ impl Case {
 
     /// Patches that reflect and do not emit.
     fn receivers(&self) -> impl Iterator<Item = usize> + '_ {
-        let patches = self.experiment.scene().patches().iter().enumerate();
+        let patches = self.experiment.scene().faces().iter().enumerate();
         patches.filter(|(_, p)| p.emittance[0] == 0.0 && p.reflectance[0] > 0.0).map(|(i, _)| i)
     }
 
@@ -142,7 +142,7 @@ fn variances_of_walks_are_those_of_the_closed_form() {
         let predicted = WalkEstimator::ShootCollision.variances(&case.exact);
         let tally = walk::<4>(&case.experiment, 7, 0..WALKS);
         let mut worst = 0.0_f64;
-        for (i, patch) in case.experiment.scene().patches().iter().enumerate() {
+        for (i, patch) in case.experiment.scene().faces().iter().enumerate() {
             let sums = tally.patch(i, 0).try_into().unwrap();
             let measured = PowerSums { n: tally.counts.walks, sums }.variance().unwrap();
             // From the variance of B [(W/m²)²] to that of the number of hits.

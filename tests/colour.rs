@@ -56,7 +56,7 @@ fn methods() -> Vec<Method> {
 /// B of every patch and channel.
 fn truth(spec: &SceneSpec) -> Vec<[f64; 3]> {
     let channels = [0, 1, 2].map(|c| Exact::of_scene(&spec.channel(c)).unwrap());
-    let patches = 0..channels[0].patch_count();
+    let patches = 0..channels[0].face_count();
     patches.map(|i| [0, 1, 2].map(|c| channels[c].solution().radiosity[i])).collect()
 }
 
@@ -74,8 +74,8 @@ fn every_channel_is_as_if_it_had_walked_alone() {
         let mut coverage = Coverage::default();
         for seed in 1..=40 {
             let solution = Solution::new(&experiment, &walk::<2>(&experiment, seed, 0..40_000), 0.95);
-            for (i, patch) in experiment.scene().patches().iter().enumerate() {
-                for (c, estimate) in solution.patch(i).unwrap().into_iter().enumerate() {
+            for (i, patch) in experiment.scene().faces().iter().enumerate() {
+                for (c, estimate) in solution.face(i).unwrap().into_iter().enumerate() {
                     let truth = truth[i][c];
                     if patch.reflectance[c] == 0.0 {
                         assert_eq!(estimate.radiosity, patch.emittance[c]);
@@ -125,7 +125,7 @@ fn grey_walls_in_coloured_light_cost_no_variance() {
     let grey = experiment(&cube54(), IndexChoice::Auto, method);
     let [coloured, grey] = [coloured, grey].map(|e| Solution::new(&e, &walk::<2>(&e, 5, 0..10_000), 0.95));
     for (i, grey) in grey.estimates.iter().flatten().enumerate() {
-        for (estimate, scale) in coloured.patch(i).unwrap().into_iter().zip([1.0, 2.0, 0.5]) {
+        for (estimate, scale) in coloured.face(i).unwrap().into_iter().zip([1.0, 2.0, 0.5]) {
             assert!((estimate.radiosity - scale * grey.radiosity).abs() < 1e-9 * estimate.radiosity);
             let (error, grey_error) = (estimate.std_error.unwrap(), scale * grey.std_error.unwrap());
             assert!((error - grey_error).abs() <= 1e-6 * error);
@@ -143,7 +143,7 @@ fn an_unlit_channel_is_dark() {
         let tally = walk::<2>(&experiment, 5, 0..1000);
         let estimates = Estimates::new(&experiment, &tally, 0.95);
         for i in 0..54 {
-            let dark = estimates.patch(i).unwrap()[1];
+            let dark = estimates.face(i).unwrap()[1];
             assert_eq!((dark.radiosity, dark.ci_high, dark.std_error), (0.0, 0.0, Some(0.0)));
         }
         assert!(estimates.precision().rms_relative_error.is_finite());
@@ -163,10 +163,10 @@ fn direct_light_is_the_first_bounce() {
         let tally = walk::<2>(&experiment, 9, 0..2_000_000);
         assert_eq!(tally.counts.rays, tally.counts.walks);
         let solution = Solution::new(&experiment, &tally, 0.95);
-        let patches = experiment.scene().patches();
+        let patches = experiment.scene().faces();
         for (i, patch) in patches.iter().enumerate() {
-            for (c, estimate) in solution.patch(i).unwrap().into_iter().enumerate() {
-                let incoming = |(j, from): (usize, radiosity::Patch)| {
+            for (c, estimate) in solution.face(i).unwrap().into_iter().enumerate() {
+                let incoming = |(j, from): (usize, radiosity::Face)| {
                     exact.exchange().form_factor(i, j) * from.emittance[c]
                 };
                 let irradiance: f64 = patches.iter().enumerate().map(incoming).sum();
@@ -265,7 +265,7 @@ fn cut_off_walks_are_biased_within_the_bound_of_their_channel() {
             let experiment = experiment(&spec, IndexChoice::Auto, method);
             let solution = Solution::new(&experiment, &walk::<2>(&experiment, 3, 0..2_000_000), 0.95);
             for (i, truth) in truth.iter().enumerate() {
-                for (estimate, truth) in solution.patch(i).unwrap().into_iter().zip(truth) {
+                for (estimate, truth) in solution.face(i).unwrap().into_iter().zip(truth) {
                     let noise = 5.0 * estimate.std_error.unwrap();
                     let missing = truth - estimate.radiosity;
                     assert!(missing >= -noise, "patch {i}: {missing} {noise}");

@@ -20,7 +20,7 @@ fn lit_box(cells: u32) -> SceneSpec {
 /// B averaged over each wall.
 fn wall_means(spec: &SceneSpec) -> Vec<f64> {
     let exact = Exact::of_scene(spec).unwrap();
-    let walls = exact.solution().radiosity.chunks(exact.patch_count() / 6);
+    let walls = exact.solution().radiosity.chunks(exact.face_count() / 6);
     walls.map(|patches| patches.iter().sum::<f64>() / patches.len() as f64).collect()
 }
 
@@ -62,7 +62,7 @@ fn gathered(spec: &SceneSpec, seed: u64) -> (Tally, f64) {
     let experiment = experiment(spec, IndexChoice::Auto, method);
     let tally = walk::<4>(&experiment, seed, 0..8_000_000);
     let meaning = experiment.meaning(TARGET, 0, &tally).unwrap();
-    let reflectance = experiment.scene().patches().get(TARGET).reflectance[0];
+    let reflectance = experiment.scene().faces().get(TARGET).reflectance[0];
     (tally, reflectance * meaning.irradiance_per_event.unwrap() * meaning.unit)
 }
 

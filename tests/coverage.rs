@@ -56,7 +56,7 @@ impl Case {
         let truth = Exact::of_scene(&spec).unwrap().solution().radiosity.clone();
         let pilot = walk::<2>(&experiment, 0, 0..2_000_000);
         let solution = Solution::new(&experiment, &pilot, CONFIDENCE);
-        let patches = experiment.scene().patches().iter().enumerate();
+        let patches = experiment.scene().faces().iter().enumerate();
         let receivers: Vec<usize> =
             patches.filter(|(_, patch)| !patch.emittance.is_lit()).map(|(i, _)| i).collect();
         let rate = |&i: &usize| solution.estimates[i].unwrap().effective_scores / 2e6;

@@ -83,7 +83,7 @@ fn every_method_is_unbiased_and_its_intervals_cover() {
                 let mut coverage = Coverage::default();
                 for seed in 1..=200 {
                     let solution = Solution::new(&experiment, &walk::<2>(&experiment, seed, 0..walks), 0.95);
-                    for (i, patch) in experiment.scene().patches().iter().enumerate() {
+                    for (i, patch) in experiment.scene().faces().iter().enumerate() {
                         let Some(estimate) = solution.estimates[i].filter(|_| patch.emittance[0] == 0.0)
                         else {
                             continue;
@@ -125,7 +125,7 @@ fn every_variance_is_that_of_the_closed_form() {
                         assert_eq!(variance, None);
                         continue;
                     };
-                    let unit = experiment.scene().patches().get(i).reflectance[0]
+                    let unit = experiment.scene().faces().get(i).reflectance[0]
                         * meaning.irradiance_per_event.unwrap()
                         * meaning.unit;
                     let sums = tally.patch(i, 0).try_into().unwrap();

@@ -59,6 +59,12 @@ fn exact_states_its_accuracy() {
     let relative = errors.iter().zip(&b).map(|(error, b)| error / b).fold(0.0, f64::max);
     assert!((relative / number("max_relative_error") - 1.0).abs() < 1e-12);
     assert!(stdout.contains("err by at most"), "{stdout}");
+    // The row of a face is found by its patch and side, as the file names them.
+    let worst = (0..7).find(|&i| errors[i] / b[i] == relative).unwrap();
+    assert_eq!(summary["worst_patch"].to_string(), table["patch"][worst]);
+    assert_eq!(summary["worst_side"], *table["side"][worst]);
+    assert_eq!(table["patch"], ["0", "1", "2", "3", "4", "5", "5"]);
+    assert_eq!(table["side"], ["front", "front", "front", "front", "front", "front", "back"]);
 }
 
 /// Squaring reflectances leaves less light: 0 < ψ < φ, β ≤ R b.
@@ -67,12 +73,12 @@ fn exact_tables_the_scene_of_squared_reflectances() {
     let (_, table, _) = solved();
     let of = |name: &str| numbers(&table[name]);
     let (h, b, psi, beta) = (of("irradiance"), of("reflected"), of("psi"), of("beta"));
-    // Patches of 1/4 m² in reflectance 1/2, and of 1 m², the last with two sides, in 0.7.
-    let area = [0.25, 0.25, 0.25, 0.25, 1.0, 9.0];
-    let reflectance = [0.5, 0.5, 0.5, 0.5, 0.7, 0.7];
-    for i in 0..6 {
-        assert!(psi[i] > 0.0 && psi[i] < h[i] * area[i], "patch {i}: ψ {} of φ {}", psi[i], h[i] * area[i]);
+    // Faces of 1/4 m² in reflectance 1/2, of 1 m² in 0.7, and the two of the screen.
+    let area = [0.25, 0.25, 0.25, 0.25, 1.0, 4.5, 4.5];
+    let reflectance = [0.5, 0.5, 0.5, 0.5, 0.7, 0.7, 0.7];
+    for i in 0..7 {
+        assert!(psi[i] > 0.0 && psi[i] < h[i] * area[i], "row {i}: ψ {} of φ {}", psi[i], h[i] * area[i]);
         let expected = reflectance[i] * reflectance[i] * psi[i] / area[i];
-        assert!((beta[i] / expected - 1.0).abs() < 1e-12 && beta[i] <= reflectance[i] * b[i], "patch {i}");
+        assert!((beta[i] / expected - 1.0).abs() < 1e-12 && beta[i] <= reflectance[i] * b[i], "row {i}");
     }
 }

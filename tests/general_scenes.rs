@@ -61,9 +61,9 @@ fn predicted(exact: &Exact, method: &Method, birth: &[f64]) -> Vec<f64> {
     }
 }
 
-/// Mean squared z over 100 seeds and all patches that do not emit, z the error over the standard error of theory:
+/// Mean squared z over 100 seeds and all faces that do not emit, z the error over the standard error of theory:
 /// 1, with a standard error of √(2/n) ≤ 3.2 %, n ≥ 2,000. Nine pools at 4.5 of them: false-alarm rate 6·10⁻⁵, once
-/// and for all with these seeds. Seeds pooled, patch by patch, some 200 z at |z| < 5 find what is off by less:
+/// and for all with these seeds. Seeds pooled, face by face, some 200 z at |z| < 5 find what is off by less:
 /// false-alarm rate 10⁻⁴; there the stated error of the solution counts, too.
 #[test]
 fn walks_in_open_and_occluded_scenes_agree_with_the_exact_solution() {
@@ -76,10 +76,9 @@ fn walks_in_open_and_occluded_scenes_agree_with_the_exact_solution() {
             let experiment = experiment(&spec, IndexChoice::Auto, method.clone());
             let birth = birth_probabilities(experiment.scene(), &Birth::Area);
             let variances = predicted(&exact, &method, &birth);
-            let patches = experiment.scene().patches();
             let receivers: Vec<usize> =
-                (0..patches.len()).filter(|&i| patches.get(i).emittance[0] == 0.0).collect();
-            let (mut z, mut sums) = (Vec::new(), vec![0.0; patches.len()]);
+                (0..exact.face_count()).filter(|&i| exact.emittance()[i] == 0.0).collect();
+            let (mut z, mut sums) = (Vec::new(), vec![0.0; exact.face_count()]);
             for seed in 1..=SEEDS {
                 let tally = walk::<2>(&experiment, seed, 0..WALKS);
                 let solution = Solution::new(&experiment, &tally, 0.95);
@@ -96,7 +95,7 @@ fn walks_in_open_and_occluded_scenes_agree_with_the_exact_solution() {
                 let off = (sums[i] / SEEDS as f64).abs();
                 let noise = (variances[i] / (SEEDS * WALKS) as f64).sqrt();
                 worst = worst.max(off / noise);
-                assert!(off < 5.0 * noise + stated[i], "{what}, patch {i}: {off:e} off, {noise:e} expected");
+                assert!(off < 5.0 * noise + stated[i], "{what}, face {i}: {off:e} off, {noise:e} expected");
             }
             println!("{what}: {squared:?}, pooled seeds at most {worst:.2} σ off");
             assert!(z.len() >= 2_000);
@@ -115,7 +114,7 @@ fn as_many_walks_escape_as_the_rows_lack() {
     let tally = walk::<2>(&experiment, 5, 0..WALKS);
     let sums = exact.exchange().row_sums();
     let lost = |i: usize| exact.areas()[i] * exact.solution().radiosity[i] * (1.0 - sums[i]);
-    let share = (0..exact.patch_count()).map(lost).sum::<f64>() / exact.total_power();
+    let share = (0..exact.face_count()).map(lost).sum::<f64>() / exact.total_power();
     let noise = (share * (1.0 - share) / WALKS as f64).sqrt();
     let z = (tally.counts.escaped as f64 / WALKS as f64 - share) / noise;
     println!("{share:.4} of the light is lost, counted with z = {z:.2}");

@@ -151,10 +151,9 @@ fn energy_is_conserved() {
     for seed in 0..3 {
         let tally = run(&experiment, seed, 1);
         let estimates = Solution::new(&experiment, &tally, CONFIDENCE).estimates;
-        let absorbed =
-            scene.patches().iter().zip(estimates.into_iter().flatten()).map(|(patch, estimate)| {
-                (1.0 - patch.reflectance[0]) * patch.active_area() * estimate.irradiance.unwrap()
-            });
+        let absorbed = scene.faces().iter().zip(estimates.into_iter().flatten()).map(|(patch, estimate)| {
+            (1.0 - patch.reflectance[0]) * patch.area * estimate.irradiance.unwrap()
+        });
         let escaped = tally.counts.escaped_weight[0] as f64 / Counts::WEIGHT_UNITS;
         let balance = absorbed.sum::<f64>() / scene.total_power(0) + escaped;
         assert!((balance - 1.0).abs() < 1e-3, "{balance}");

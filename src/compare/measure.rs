@@ -92,13 +92,13 @@ impl Judged {
     pub fn new(scene: &Scene, truth: &Truth) -> Self {
         let channels = scene.channels();
         let mean = |c: usize| {
-            let patches = || scene.patches().iter().enumerate();
+            let patches = || scene.faces().iter().enumerate();
             let area: f64 = patches().map(|(_, patch)| patch.area).sum();
             patches().map(|(i, patch)| patch.area * truth.radiosity[i * channels + c]).sum::<f64>() / area
         };
         let means: Vec<f64> = (0..channels).map(mean).collect();
         let (mut estimates, mut weights) = (Vec::new(), Vec::new());
-        for (i, patch) in scene.patches().iter().enumerate().filter(|(_, patch)| !patch.emittance.is_lit()) {
+        for (i, patch) in scene.faces().iter().enumerate().filter(|(_, patch)| !patch.emittance.is_lit()) {
             for (c, mean) in means.iter().enumerate() {
                 let bright = truth.radiosity[i * channels + c] > DARK * mean;
                 if patch.reflectance[c] > 0.0 && bright {
@@ -134,7 +134,7 @@ pub fn point(
         let estimates = Estimates::new(experiment, tally, 0.95);
         let mut mean = 0.0;
         for (k, (&i, weight)) in judged.estimates.iter().zip(&judged.weights).enumerate() {
-            let known = estimates.patch(i / channels).expect("every contender tells of every patch");
+            let known = estimates.face(i / channels).expect("every contender tells of every patch");
             let off = (known[i % channels].radiosity - truth.radiosity[i]) / truth.radiosity[i];
             let square = off * off - truth.variance[i] / truth.radiosity[i].powi(2);
             squares[k] += square;

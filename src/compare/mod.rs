@@ -115,7 +115,7 @@ fn load(args: &CompareArgs, path: &Path) -> Result<(Job, Scene), Fault> {
 /// All sizes of all methods in the scene of a job.
 fn study(arena: &Arena<'_>, table: &mut Table<'_>) -> Result<Chapter, Fault> {
     let &Arena { args, path, job, scene, team } = arena;
-    let patches = scene.patches().len();
+    let patches = scene.faces().len();
     let most = args.rays.unwrap_or(LEAST_RAYS.max(RAYS_PER_PATCH * patches as u64));
     let truths = Truths::new(arena, most)?;
     let (mut points, mut missing) = (Vec::new(), Vec::new());

@@ -56,12 +56,12 @@ impl Truth {
 fn exact(job: &Job, scene: &Scene) -> Option<Truth> {
     let spec = job.scene.spec();
     let boxed = exact::BoxScene::recognise(spec).is_ok();
-    if !boxed && scene.patches().len() > FEW_PATCHES {
+    if !boxed && scene.faces().len() > FEW_PATCHES {
         return None;
     }
     let channels = (0..scene.channels()).map(|c| Exact::of_scene(&spec.channel(c)));
     let channels = channels.collect::<Result<Vec<_>, _>>().ok()?;
-    let patches = 0..scene.patches().len();
+    let patches = 0..scene.faces().len();
     let radiosity: Vec<f64> =
         patches.flat_map(|i| channels.iter().map(move |exact| exact.solution().radiosity[i])).collect();
     let how = format!(

@@ -121,14 +121,14 @@ pub fn solve(experiment: &Experiment, seed: u64, walks: u64) -> Solution {
 /// # Panics
 /// Where no walk could tell.
 pub fn estimate(solution: &Solution, patch: usize) -> Estimate {
-    solution.patch(patch).expect("walks tell of this patch")[0]
+    solution.face(patch).expect("walks tell of this patch")[0]
 }
 
 /// The patches that reflect and do not emit.
 pub fn receivers(experiment: &Experiment) -> Vec<usize> {
-    let patches = experiment.scene().patches().iter().enumerate();
+    let patches = experiment.scene().faces().iter().enumerate();
     let receives =
-        |(_, patch): &(usize, radiosity::Patch)| !patch.emittance.is_lit() && patch.reflectance.is_lit();
+        |(_, patch): &(usize, radiosity::Face)| !patch.emittance.is_lit() && patch.reflectance.is_lit();
     patches.filter(receives).map(|(i, _)| i).collect()
 }
 
@@ -177,8 +177,8 @@ impl Run {
 
     /// The flags of a patch in `patches.csv`.
     pub fn flags(&self, experiment: &Experiment, patch: usize) -> String {
-        let known = self.solution.patch(patch);
-        report::flags(&experiment.scene().patches().get(patch), known.as_deref())
+        let known = self.solution.face(patch);
+        report::flags(&experiment.scene().faces().get(patch), known.as_deref())
     }
 }
 
@@ -255,7 +255,7 @@ pub fn proportion(parts: &[f64]) -> Measured {
 pub fn variance_over(experiment: &Experiment, tally: &Tally, patch: usize, expected: f64) -> Measured {
     let meaning = experiment.meaning(patch, 0, tally).expect("walks tell of this patch");
     let per_event = meaning.irradiance_per_event.expect("the estimator can tell");
-    let unit = experiment.scene().patches().get(patch).reflectance[0] * per_event * meaning.unit;
+    let unit = experiment.scene().faces().get(patch).reflectance[0] * per_event * meaning.unit;
     let sums = tally.patch(patch, 0).try_into().expect("four power sums");
     let variance = stats::PowerSums { n: tally.counts.walks, sums }.variance();
     let variance = variance.expect("there are many walks");

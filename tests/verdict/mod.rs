@@ -79,7 +79,7 @@ pub fn judge_those(
 ) -> Verdict {
     let scene = experiment.scene();
     let judged = |i: usize| {
-        let patch = scene.patches().get(i / scene.channels());
+        let patch = scene.faces().get(i / scene.channels());
         let unknown = !patch.emittance.is_lit() && patch.reflectance[i % scene.channels()] > 0.0;
         unknown && wanted((i / scene.channels()) as u32)
     };

@@ -76,8 +76,8 @@ pub struct Look {
     pub walks: u64,
     /// Their rays.
     pub rays: u64,
-    /// Area-weighted root mean square of the relative errors.
-    pub rms_relative_error: f64,
+    /// The relative error that half of the area does not exceed; infinite where nothing is known yet.
+    pub median_relative_error: f64,
     /// The largest relative error.
     pub max_relative_error: f64,
     /// Mean squared difference between the estimates of the walks since the look before and those up to it, over its
@@ -197,6 +197,9 @@ pub enum CheckpointFault {
     /// Its parts contradict each other.
     #[error("{0} (memory failed when it was written, or it was forged); start the run anew")]
     Contradiction(&'static str),
+    /// What it holds is kept in another way now.
+    #[error("{0} (it was written by an earlier version); start the run anew, or read it with that version")]
+    Superseded(&'static str),
     /// It belongs to another job.
     #[error(
         "its walks are those of another job (method, seed or first walk differ); use the job that it was written by"
@@ -273,7 +276,7 @@ impl Checkpoint {
 }
 
 impl Book {
-    /// Whether it accounts for a tally of these counts, this digest and so many sums.
+    /// Whether the book accounts for a tally with these counts, this digest and this number of sums.
     fn balances(
         &self,
         scene_hash: &[u8; 32],
@@ -341,7 +344,7 @@ pub fn read(path: &Path) -> Result<Checkpoint, CheckpointError> {
     read().map_err(|fault| CheckpointError { path: path.to_path_buf(), fault })
 }
 
-/// Reads a tally of so many bytes without keeping its sums, to see whether [`read`] would take it.
+/// Reads a tally of `length` bytes without keeping its sums, to see whether [`read`] would take it.
 ///
 /// # Errors
 /// As [`read`].
@@ -574,7 +577,7 @@ mod tests {
             parts: vec![Part { job_hash: [1; 32], seed: 42, first: 7, deliveries }],
             islands: vec![],
             workers: vec![worker],
-            looks: vec![Look { walks: 50, rms_relative_error: 0.1, promising: true, ..Look::default() }],
+            looks: vec![Look { walks: 50, median_relative_error: 0.1, promising: true, ..Look::default() }],
             goal: [3; 32],
             effort: Effort { seconds: 1.5, workers_seen: 2, ..Effort::default() },
             sessions: vec![Session { host: "here".into(), build: "0.1".into(), began: 1, ended: 2 }],

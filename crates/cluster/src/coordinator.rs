@@ -54,7 +54,7 @@ pub struct Plan {
     pub limits: Limits,
     /// When to stop, whatever has been reached.
     pub wall: Option<Duration>,
-    /// Drawn at random, and told to nobody: which leases keep an entry of their own among the deliveries of a long run.
+    /// Drawn at random and kept secret: it decides which leases keep an entry of their own among the deliveries of a long run.
     pub lots: u64,
     /// Numbers of walks at which `judge` is asked, ascending.
     pub looks: Vec<u64>,

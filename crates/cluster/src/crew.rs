@@ -44,7 +44,7 @@ const BEATS_PER_RETURN: f64 = 10.0;
 const MAX_THREADS: usize = 4096;
 const MAX_RELAYED_THREADS: usize = 1 << 20;
 
-/// A relay's lease takes at most so many times as long as one of a worker, whatever it asks for: each level of relays asks for
+/// A relay's lease takes at most this many times as long as a worker's, whatever the relay asks for: each level of relays asks for
 /// four times what the level below takes.
 const LONGEST_RELAYED: f64 = 256.0;
 

@@ -77,7 +77,7 @@ impl Deliveries {
         self.entries.iter().fold(0, |sum, entry| digest::add(sum, entry.digest))
     }
 
-    /// Whether every entry holds a walk and a lease, and names one of so many workers.
+    /// Whether every entry holds a walk and a lease, and names one of `workers` workers.
     pub fn is_sound(&self, workers: usize) -> bool {
         let known = |worker: u32| worker == SEVERAL || (worker as usize) < workers;
         self.entries.iter().all(|entry| entry.walks > 0 && entry.leases > 0 && known(entry.worker))

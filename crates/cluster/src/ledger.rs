@@ -234,7 +234,7 @@ impl Ledger {
         self
     }
 
-    /// The islands, lowest first, as far as so many bytes hold them.
+    /// The islands, lowest first, as far as `bytes` bytes hold them.
     pub fn kept_islands(&self, bytes: usize) -> Vec<Island> {
         let mut left = bytes;
         let mut islands = Vec::new();

@@ -107,7 +107,7 @@ impl Contacts {
             *area += near.distance * free.length * every as f64;
             *width = width.max(near.distance);
         }
-        let walls: f64 = scene.patches().iter().map(|patch| patch.active_area()).sum();
+        let walls: f64 = scene.faces().iter().map(|face| face.area).sum();
         let finding = |([a, b], (area, width, point)): ([u32; 2], (f64, f64, DVec3))| {
             let kind = if width < CRACK * self.extent { Kind::Crack } else { Kind::Leak };
             Finding {
@@ -214,9 +214,9 @@ fn cover(
 
 /// Φ of an area of a surface, all channels [W].
 fn emitted(scene: &Scene, surface: u32, area: f64) -> f64 {
-    let first = scene.surfaces()[surface as usize].first_patch();
-    let patch = scene.patches().get(first as usize);
-    (0..scene.channels()).map(|channel| patch.emittance[channel] * area).sum()
+    let first = scene.surfaces()[surface as usize].face(0, Side::Front);
+    let face = scene.faces().get(first as usize);
+    (0..scene.channels()).map(|channel| face.emittance[channel] * area).sum()
 }
 
 /// Whether rays from the middle of a gap leave the scene, and others arrive where light is.

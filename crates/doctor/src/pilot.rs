@@ -1,7 +1,7 @@
 //! Light followed from the emitters: where it is lost.
 
 use glam::DVec3;
-use radiosity::{Hit, Ray, Scene, Side, Sides};
+use radiosity::{Face, Hit, Ray, Scene, Side};
 
 /// Walks from each emitting patch, where there are few of them …
 const WALKS_EACH: u64 = 256;
@@ -71,10 +71,10 @@ impl Pilot {
     pub(crate) fn follow(scene: &Scene) -> Self {
         let channels = scene.channels();
         let emitters: Vec<(usize, f64)> = scene
-            .patches()
+            .faces()
             .iter()
             .enumerate()
-            .map(|(number, patch)| (number, (0..channels).map(|channel| patch.power(channel)).sum()))
+            .map(|(number, face)| (number, (0..channels).map(|channel| face.power(channel)).sum()))
             .filter(|&(_, power)| power > 0.0)
             .collect();
         let surfaces = scene.surfaces().len();
@@ -102,15 +102,13 @@ impl Pilot {
     }
 
     fn walk(&mut self, scene: &Scene, birth: usize, power: f64, draws: &mut Draws) {
-        let patch = scene.patches().get(birth);
-        let surface = &scene.surfaces()[patch.surface as usize];
-        let back = surface.sides() == Sides::Both && draws.uniform() < 0.5;
-        let side = if back { Side::Back } else { Side::Front };
-        let cell = birth as u32 - surface.first_patch();
+        let Face { surface: number, side, patch, .. } = scene.faces().get(birth);
+        let surface = &scene.surfaces()[number as usize];
+        let cell = patch - surface.face(0, Side::Front);
         let origin = surface.point(surface.point_in_cell(cell, [draws.uniform(), draws.uniform()]));
-        let mut ray = Ray { origin, direction: surface.direction(side, draws.bits()), from: patch.surface };
+        let mut ray = Ray { origin, direction: surface.direction(side, draws.bits()), from: number };
         let first = self.trace(scene, &ray, power);
-        self.note_emission(scene, patch.surface, back, first, power);
+        self.note_emission(scene, number, side == Side::Back, first, power);
         let (mut next, mut left) = (first, power);
         for _ in 0..LONGEST {
             let Some(hit) = next else { return };

@@ -5,7 +5,7 @@ use std::fmt;
 use crate::answer::Exact;
 use crate::box_scene::NotABox;
 
-/// What sums of form factors that are taken as exact may be off.
+/// What sums of form factors that are taken as exact may be off, and radiosities relative to the greatest.
 const ROUNDING: f64 = 1e-12;
 
 /// How the form factors of a scene were found.
@@ -35,7 +35,7 @@ impl fmt::Display for FormFactors {
 }
 
 /// The errors of a solution of the radiosity system. They do not include the discretisation: the system takes
-/// the radiosity of a patch to be uniform.
+/// the radiosity of a face to be uniform.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Accuracy {
     /// How the form factors were found.
@@ -50,29 +50,32 @@ pub struct Accuracy {
     pub rows_possible: bool,
     /// max_i |B_i − E_i − R_i Σ_j F_ij B_j| / max_i B_i of the solution.
     pub residual: f64,
-    /// How far B_i may be off [W/m²] through both, patch by patch: the solution of the system with the sources
+    /// How far B_i may be off [W/m²] through both, face by face: the solution of the system with the sources
     /// R_i Σ_j |δF_ij| B_j + residual · max B, to first order in the errors.
     pub radiosity_error: Vec<f64>,
 }
 
 impl Accuracy {
-    /// The patch where δB_i/B_i is greatest, and that error, among those that are not [`Self::undetermined`].
+    /// The face where δB_i/B_i is greatest, and that error, among those that are not [`Self::undetermined`].
     pub fn worst(&self, exact: &Exact) -> Option<(usize, f64)> {
         let relative = |(error, b): (&f64, &f64)| error / b;
         let errors = self.radiosity_error.iter().zip(&exact.solution().radiosity).map(relative).enumerate();
         errors.filter(|(_, error)| *error < 1.0).max_by(|a, b| a.1.total_cmp(&b.1))
     }
 
-    /// How many patches have a δB_i of B_i or more: too dark, or too nearly shut off, for the form factors to tell.
+    /// How many faces have a δB_i of B_i or more: too dark, or too nearly shut off, for the form factors to tell. Faces
+    /// that light cannot reach are not among them: their errors are roundings.
     pub fn undetermined(&self, exact: &Exact) -> usize {
-        let pairs = self.radiosity_error.iter().zip(&exact.solution().radiosity);
-        pairs.filter(|(error, b)| error >= b && **error > 0.0).count()
+        let radiosity = &exact.solution().radiosity;
+        let rounding = ROUNDING * radiosity.iter().copied().fold(0.0, f64::max);
+        let pairs = self.radiosity_error.iter().zip(radiosity);
+        pairs.filter(|(error, b)| error >= b && **error > rounding).count()
     }
 
     /// The accuracy of a solution, at the price of one more.
     pub fn of(exact: &Exact) -> Self {
         let (exchange, system) = (exact.exchange(), exact.system());
-        let solution = exact.solution_by_face();
+        let solution = exact.solution();
         let brightest = solution.radiosity.iter().copied().fold(0.0, f64::max);
         let source = |(i, error): (usize, f64)| {
             system.reflectance()[i] * error / exchange.areas()[i] + solution.residual * brightest
@@ -90,7 +93,7 @@ impl Accuracy {
             row_error: row_errors.iter().copied().fold(0.0, f64::max),
             rows_possible: row_sums.iter().zip(&row_errors).all(possible),
             residual: solution.residual,
-            radiosity_error: exact.faces().mean(&system.solve(&sources).radiosity),
+            radiosity_error: system.solve(&sources).radiosity,
         }
     }
 }

@@ -2,20 +2,19 @@
 
 use std::sync::{Arc, OnceLock};
 
-use radiosity::{IndexChoice, Scene, SceneError, SceneSpec, SurfaceSpec};
+use radiosity::{IndexChoice, Scene, SceneError, SceneSpec};
 use thiserror::Error;
 
 use crate::accuracy::FormFactors;
 use crate::box_scene::{BoxScene, NotABox};
 use crate::exchange::ExchangeMatrix;
-use crate::faces::Faces;
 use crate::general;
 use crate::system::{RadiositySystem, Singular, Solution};
 
 /// The most patches that are solved for: two dense matrices of them take 1.6 GB.
 pub const MAX_PATCHES: u64 = 10_000;
 
-/// The most faces (patches, those with two sides twice) of a scene that is not a closed axis-aligned box.
+/// The most faces of a scene that is not a closed axis-aligned box.
 pub const MAX_GENERAL_FACES: u64 = 4_000;
 
 /// Why a scene cannot be solved exactly.
@@ -37,7 +36,7 @@ pub enum ExactError {
     },
     /// More than [`MAX_GENERAL_FACES`] faces in a scene that is not a box.
     #[error(
-        "the scene has {faces} patch sides, more than {MAX_GENERAL_FACES} (form factors with shadows would \
+        "the scene has {faces} faces, more than {MAX_GENERAL_FACES} (form factors with shadows would \
          take up to {minutes:.0} minutes of one core, and {gigabytes:.1} GB); use coarser patches. Closed boxes of \
          axis-aligned rectangles may have {MAX_PATCHES}, but {because}"
     )]
@@ -56,27 +55,20 @@ pub enum ExactError {
     Singular(#[from] Singular),
 }
 
-/// The exact solution of a scene's radiosity system, and what predictions about walks need. Vectors are in
-/// patch order; a two-sided patch reports the mean of its sides (B, b, H) or their sum (A, φ).
+/// The exact solution of a scene's radiosity system, and what predictions about walks need. Vectors are in the order
+/// of faces ([`radiosity::Faces`]).
 #[derive(Clone, Debug)]
 pub struct Exact {
     form_factors: FormFactors,
-    faces: Faces,
     system: RadiositySystem,
-    /// E [W/m²] of every face.
     emittance: Vec<f64>,
-    /// The solution face by face.
-    by_face: Solution,
     solution: Solution,
-    areas: Vec<f64>,
     total_power: f64,
-    /// ξ of every face: incoming power on all sides of its patch when it alone emits unit power.
-    xi_by_face: Vec<f64>,
     xi: Vec<f64>,
     squared: OnceLock<Squared>,
 }
 
-/// The same scene with every reflectance replaced by its square, face by face: ψ, β (SInf §3).
+/// The same scene with every reflectance replaced by its square: ψ, β (SInf §3).
 #[derive(Clone, Debug)]
 pub(crate) struct Squared {
     pub system: RadiositySystem,
@@ -93,64 +85,42 @@ impl Exact {
     pub fn of_scene(spec: &SceneSpec) -> Result<Self, ExactError> {
         check_size(spec)?;
         let scene = Scene::build(spec, IndexChoice::Flat)?;
-        let (form_factors, faces, exchange) = match BoxScene::recognise(spec) {
-            Ok(closed) => {
-                let faces = Faces::one_sided(scene.patches().len());
-                (FormFactors::ClosedForm, faces, ExchangeMatrix::of_box(&closed))
-            }
+        let (form_factors, exchange) = match BoxScene::recognise(spec) {
+            Ok(closed) => (FormFactors::ClosedForm, ExchangeMatrix::of_box(&closed)),
             Err(because) => {
-                check_general_size(spec, &because)?;
-                let (faces, exchange) = general::exchange(spec);
-                (FormFactors::General { because }, faces, exchange)
+                check_general_size(&scene, &because)?;
+                (FormFactors::General { because }, general::exchange(spec, scene.stacks()))
             }
         };
-        let reflectance: Vec<f64> = scene.patches().iter().map(|patch| patch.reflectance[0]).collect();
-        let emittance: Vec<f64> = scene.patches().iter().map(|patch| patch.emittance[0]).collect();
-        let exact = Self::of_faces(faces, Arc::new(exchange), &reflectance, &emittance)?;
+        let reflectance = scene.faces().iter().map(|face| face.reflectance[0]).collect();
+        let emittance = scene.faces().iter().map(|face| face.emittance[0]).collect();
+        let exact = Self::new(Arc::new(exchange), reflectance, emittance)?;
         Ok(Exact { form_factors, ..exact })
     }
 
-    /// Solves the system of given form factors, reflectances in [0, 1) and emittances [W/m²], one per patch.
+    /// Solves the system of given form factors, reflectances in [0, 1) and emittances [W/m²], one per face.
     ///
     /// # Errors
     /// [`Singular`] if a reflectance is 1 to working precision.
     ///
     /// # Panics
-    /// Unless there is one of each per patch.
+    /// Unless there is one of each per face.
     pub fn new(
         exchange: Arc<ExchangeMatrix>,
         reflectance: Vec<f64>,
         emittance: Vec<f64>,
     ) -> Result<Self, Singular> {
-        let faces = Faces::one_sided(exchange.face_count());
-        Self::of_faces(faces, exchange, &reflectance, &emittance)
-    }
-
-    /// Solves for faces whose form factors are given, and patches of given reflectance and emittance.
-    fn of_faces(
-        faces: Faces,
-        exchange: Arc<ExchangeMatrix>,
-        reflectance: &[f64],
-        emittance: &[f64],
-    ) -> Result<Self, Singular> {
-        let emittance = faces.spread(emittance);
-        let system = RadiositySystem::new(exchange, faces.spread(reflectance))?;
-        let by_face = system.solve(&emittance);
-        let areas = faces.sum(system.exchange().areas());
+        let system = RadiositySystem::new(exchange, reflectance)?;
+        let solution = system.solve(&emittance);
         let total_power = emittance.iter().zip(system.exchange().areas()).map(|(e, a)| e * a).sum();
-        let xi_by_face = xi_by_face(&faces, &system);
         Ok(Exact {
             form_factors: FormFactors::Given,
-            solution: by_face.by_patch(&faces),
-            xi: faces.weighted_mean(&xi_by_face, &by_face.incoming),
+            xi: system.xi(),
             squared: OnceLock::new(),
-            faces,
             system,
             emittance,
-            by_face,
-            areas,
+            solution,
             total_power,
-            xi_by_face,
         })
     }
 
@@ -159,39 +129,34 @@ impl Exact {
         &self.form_factors
     }
 
-    /// The form factors, face by face.
+    /// The form factors.
     pub fn exchange(&self) -> &ExchangeMatrix {
         self.system.exchange()
     }
 
-    /// The factored system of the faces, which solves for other emittances at little cost.
+    /// The factored system, which solves for other emittances at little cost.
     pub fn system(&self) -> &RadiositySystem {
         &self.system
     }
 
-    /// Which faces the patches have.
-    pub fn faces(&self) -> &Faces {
-        &self.faces
+    /// The number of faces n.
+    pub fn face_count(&self) -> usize {
+        self.emittance.len()
     }
 
-    /// The number of patches n.
-    pub fn patch_count(&self) -> usize {
-        self.faces.patch_count()
-    }
-
-    /// A_i [m²] of every patch: the area that exchanges light, that of both sides of a two-sided patch.
+    /// A_i [m²] of every face.
     pub fn areas(&self) -> &[f64] {
-        &self.areas
+        self.exchange().areas()
     }
 
-    /// R_i of every patch.
+    /// R_i of every face.
     pub fn reflectance(&self) -> &[f64] {
-        &self.system.reflectance()[..self.patch_count()]
+        self.system.reflectance()
     }
 
-    /// E_i [W/m²] of every patch.
+    /// E_i [W/m²] of every face.
     pub fn emittance(&self) -> &[f64] {
-        &self.emittance[..self.patch_count()]
+        &self.emittance
     }
 
     /// Φ_T: total self-emitted power [W].
@@ -204,55 +169,39 @@ impl Exact {
         &self.solution
     }
 
-    /// B, b, H, φ face by face.
-    pub fn solution_by_face(&self) -> &Solution {
-        &self.by_face
-    }
-
-    /// ξ_i: incoming power on patch i when it alone emits unit power; from its sides, if it has two, in the
-    /// proportion of what arrives on them, which is the ξ_i that the variances of shooting depend on.
+    /// ξ_i: incoming power on face i when it alone emits unit power.
     pub fn xi(&self) -> &[f64] {
         &self.xi
     }
 
     /// The solution of the scene whose every reflectance is replaced by its square (SInf §3): its incoming powers
     /// are ψ_i [W], its reflected radiosities β_i [W/m²].
-    pub fn squared_solution(&self) -> Solution {
-        self.squared().solution.by_patch(&self.faces)
+    pub fn squared_solution(&self) -> &Solution {
+        &self.squared().solution
     }
 
-    /// The solution where patch `source` emits what it does and no other does anything: its reflected radiosities
+    /// The solution where face `source` emits what it does and no other does anything: its reflected radiosities
     /// are b_is [W/m²].
     ///
     /// # Panics
-    /// If there is no such patch.
+    /// If there is no such face.
     pub fn solution_of_source(&self, source: usize) -> Solution {
-        self.system.solve(&self.alone(source)).by_patch(&self.faces)
+        self.system.solve(&self.alone(source))
     }
 
-    /// The same with every reflectance replaced by its square: β_is [W/m²].
+    /// The solution of [`Self::solution_of_source`] with every reflectance replaced by its square: β_is [W/m²].
     ///
     /// # Panics
-    /// If there is no such patch.
+    /// If there is no such face.
     pub fn squared_solution_of_source(&self, source: usize) -> Solution {
-        self.squared().system.solve(&self.alone(source)).by_patch(&self.faces)
+        self.squared().system.solve(&self.alone(source))
     }
 
-    /// The emittances of all faces but those of one patch put out.
+    /// The emittances of all faces but one put out.
     fn alone(&self, source: usize) -> Vec<f64> {
-        assert!(source < self.patch_count(), "patch {source} of {}", self.patch_count());
-        let kept = |(face, &e): (usize, &f64)| if self.faces.patch_of(face) == source { e } else { 0.0 };
-        self.emittance.iter().enumerate().map(kept).collect()
-    }
-
-    /// E [W/m²] of every face.
-    pub(crate) fn emittance_by_face(&self) -> &[f64] {
-        &self.emittance
-    }
-
-    /// ξ of every face, towards all sides of its patch.
-    pub(crate) fn xi_by_face(&self) -> &[f64] {
-        &self.xi_by_face
+        let mut alone = vec![0.0; self.face_count()];
+        alone[source] = self.emittance[source];
+        alone
     }
 
     /// The scene of squared reflectances, solved when first asked for.
@@ -267,17 +216,6 @@ impl Exact {
     }
 }
 
-/// ξ of every face, towards all sides of its patch.
-fn xi_by_face(faces: &Faces, system: &RadiositySystem) -> Vec<f64> {
-    let mut xi = system.xi();
-    let pairs = faces.pairs();
-    for ([front, back], across) in pairs.iter().zip(system.xi_across(&pairs)) {
-        xi[*front] += across;
-        xi[*back] += across;
-    }
-    xi
-}
-
 fn check_size(spec: &SceneSpec) -> Result<(), ExactError> {
     let patches = spec.surfaces.iter().fold(0_u64, |sum, s| sum.saturating_add(s.shape.cell_count()));
     if patches <= MAX_PATCHES {
@@ -289,13 +227,12 @@ fn check_size(spec: &SceneSpec) -> Result<(), ExactError> {
 
 /// Work and memory grow with the square of the faces. A partly hidden pair costs about 50 µs, each surface that
 /// might stand between 60 ns.
-fn check_general_size(spec: &SceneSpec, because: &NotABox) -> Result<(), ExactError> {
-    let of_surface = |s: &SurfaceSpec| s.shape.cell_count() * s.sides.count() as u64;
-    let faces = spec.surfaces.iter().map(of_surface).sum();
+fn check_general_size(scene: &Scene, because: &NotABox) -> Result<(), ExactError> {
+    let faces = scene.faces().len() as u64;
     if faces <= MAX_GENERAL_FACES {
         return Ok(());
     }
     let square = (faces as f64).powi(2);
-    let minutes = 0.5 * square * (5e-5 + 6e-8 * spec.surfaces.len() as f64) / 60.0;
+    let minutes = 0.5 * square * (5e-5 + 6e-8 * scene.surfaces().len() as f64) / 60.0;
     Err(ExactError::TooManyFaces { faces, minutes, gigabytes: 32e-9 * square, because: because.clone() })
 }

@@ -25,18 +25,18 @@ pub struct Bounds {
 impl Bounds {
     /// The bounds of a scene; only areas, reflectances and emittances are looked at.
     pub fn of(exact: &Exact) -> Self {
-        let patches = exact.areas().iter().zip(exact.reflectance()).zip(exact.emittance());
-        Self::of_patches(patches.map(|((&area, &r), &e)| [area, r, e]))
+        let faces = exact.areas().iter().zip(exact.reflectance()).zip(exact.emittance());
+        Self::of_faces(faces.map(|((&area, &r), &e)| [area, r, e]))
     }
 
-    /// The same of a scene that need not be solved, as one channel sees it.
+    /// The bounds of a scene that need not be solved, as one channel sees it.
     pub fn of_scene(scene: &Scene, channel: usize) -> Self {
-        let patch = |p: radiosity::Patch| [p.active_area(), p.reflectance[channel], p.emittance[channel]];
-        Self::of_patches(scene.patches().iter().map(patch))
+        let face = |f: radiosity::Face| [f.area, f.reflectance[channel], f.emittance[channel]];
+        Self::of_faces(scene.faces().iter().map(face))
     }
 
-    /// Of A_i, R_i, E_i of every patch.
-    fn of_patches(patches: impl Iterator<Item = [f64; 3]>) -> Self {
+    /// The bounds that A_i, R_i, E_i of every face imply.
+    fn of_faces(faces: impl Iterator<Item = [f64; 3]>) -> Self {
         let mut bounds = Bounds {
             max_reflectance: 0.0,
             min_area: f64::INFINITY,
@@ -45,7 +45,7 @@ impl Bounds {
             max_radiosity: 0.0,
             sources: Vec::new(),
         };
-        for [area, r, e] in patches {
+        for [area, r, e] in faces {
             bounds.max_reflectance = bounds.max_reflectance.max(r);
             bounds.min_area = bounds.min_area.min(area);
             bounds.total_area += area;
@@ -58,8 +58,8 @@ impl Bounds {
         bounds
     }
 
-    /// No patch has a higher variance of B_i [W²/m⁴] for one shooting walk: the closed forms with b_i ≤ R_iB̄, ξ_i ≤
-    /// 1/(1 − R_i) and, of infinite walks, β_i ≤ R_i²B̄, all of the brightest and the smallest patch there could be (as
+    /// No face has a higher variance of B_i [W²/m⁴] for one shooting walk: the closed forms with b_i ≤ R_iB̄, ξ_i ≤
+    /// 1/(1 − R_i) and, of infinite walks, β_i ≤ R_i²B̄, all of the brightest and the smallest face there could be (as
     /// S97 §§2.2, 2.5).
     pub fn shooting_variance_of(&self, estimator: WalkEstimator) -> f64 {
         let r = self.max_reflectance;
@@ -71,7 +71,7 @@ impl Bounds {
         factor * self.total_power * self.max_radiosity / (self.min_area * (1.0 - r))
     }
 
-    /// The same for one gathering walk, born on every patch of interest with a probability of at least `least_birth`
+    /// The same for one gathering walk, born on every face of interest with a probability of at least `least_birth`
     /// (as S97 §§3.3, 3.6); infinite for survival if a source does not reflect.
     pub fn gathering_variance_of(&self, estimator: GatherEstimator, least_birth: f64) -> f64 {
         let (r, b) = (self.max_reflectance, self.max_radiosity);
@@ -86,13 +86,13 @@ impl Bounds {
         r * r * b * per_source / least_birth
     }
 
-    /// No patch has a higher variance of B_i [W²/m⁴] for one shooting walk scored by absorption (S97
+    /// No face has a higher variance of B_i [W²/m⁴] for one shooting walk scored by absorption (S97
     /// proposition 2.4): Φ_TB̄R_max²/(A_min(1 − R_max)).
     pub fn shooting_variance(&self) -> f64 {
         self.shooting_variance_of(WalkEstimator::ShootAbsorption)
     }
 
-    /// No patch has a higher variance of B_i [W²/m⁴] for one gathering walk, born with p_i = A_i/A_T and
+    /// No face has a higher variance of B_i [W²/m⁴] for one gathering walk, born with p_i = A_i/A_T and
     /// scored by absorption (S97 §3.3): A_TR_max²B̄²/A_min.
     pub fn gathering_variance(&self) -> f64 {
         self.gathering_variance_of(GatherEstimator::Absorption, self.min_area / self.total_area)

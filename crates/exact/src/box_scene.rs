@@ -57,8 +57,8 @@ pub enum NotABox {
     },
     /// Two surfaces of a wall overlap.
     #[error(
-        "surfaces {first} and {second} overlap (which of them a ray meets would be undefined); move or \
-         remove one"
+        "surfaces {first} and {second} overlap (one covers the other, and the closed form of boxes knows no \
+         layers); remove one"
     )]
     Overlap {
         /// The one that comes first in the scene.

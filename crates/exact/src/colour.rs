@@ -1,12 +1,12 @@
 //! The exact variance of walks that carry the weights of several channels along one path.
 //!
-//! What decides the path is shared: a walk is born on source s with probability p_s and survives on patch j with
+//! What decides the path is shared: a walk is born on source s with probability p_s and survives on face j with
 //! probability σ_j. The weight of a channel makes up for the difference: at birth it is w_s = (Φ_s/Φ_T)/p_s, Φ being
 //! the channel's powers, and at every hit survived it is multiplied by R_j/σ_j. (A gathering walk is born with
 //! weight 1; an infinite one is never absorbed, and multiplied by R_j.)
 //!
-//! The mean square of the weight then travels like light: Σ E W² over the hits on a patch obeys the power system
-//! with reflectances Q_j = σ_j (R_j/σ_j)² = R_j²/σ_j and source powers p_sw_s². What a weight W on patch i still
+//! The mean square of the weight then travels like light: Σ E W² over the hits on a face obeys the power system
+//! with reflectances Q_j = σ_j (R_j/σ_j)² = R_j²/σ_j and source powers p_sw_s². What a weight W on face i still
 //! returns to i in the mean is W R_iξ_i, ξ being the channel's own. So in every formula of
 //! [`crate::WalkEstimator`] and [`crate::GatherEstimator`] the light of the second moment is carried by Q where
 //! it is by R for one channel: with σ = R and p_s = Φ_s/Φ_T, Q is R and w is 1.
@@ -15,12 +15,12 @@ use crate::answer::Exact;
 use crate::system::{RadiositySystem, Singular};
 use crate::variance::{GatherEstimator, WalkEstimator};
 
-/// What decides the paths of walks, patch by patch.
+/// What decides the paths of walks, face by face.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SharedPath {
     /// σ_i: the probability of survival, at least the reflectance of every channel and 0 only where all are.
     pub survival: Vec<f64>,
-    /// p_s: the probability that a shooting walk is born on a patch, above 0 where any channel emits.
+    /// p_s: the probability that a shooting walk is born on a face, above 0 where any channel emits.
     pub source: Vec<f64>,
 }
 
@@ -28,9 +28,9 @@ impl SharedPath {
     /// σ is the greatest reflectance of the channels; p the mean, over those that emit, of Φ_s/Φ_T.
     ///
     /// # Panics
-    /// If there is no channel, or if they have unlike numbers of patches.
+    /// If there is no channel, or if they have unlike numbers of faces.
     pub fn of(channels: &[&Exact]) -> Self {
-        let n = channels[0].patch_count();
+        let n = channels[0].face_count();
         let survival = (0..n).map(|i| channels.iter().map(|c| c.reflectance()[i]).fold(0.0, f64::max));
         let bright: Vec<Vec<f64>> =
             channels.iter().filter(|c| c.total_power() > 0.0).map(|c| shares(c)).collect();
@@ -39,7 +39,7 @@ impl SharedPath {
     }
 }
 
-/// Φ_s/Φ_T of every patch.
+/// Φ_s/Φ_T of every face.
 fn shares(channel: &Exact) -> Vec<f64> {
     let powers = channel.emittance().iter().zip(channel.areas()).map(|(e, a)| e * a);
     powers.map(|power| power / channel.total_power()).collect()
@@ -68,24 +68,24 @@ impl<'a> WeightedWalk<'a> {
     /// [`Singular`] if light all but never dies.
     ///
     /// # Panics
-    /// Unless there are as many patches, each with a survival of at least the channel's reflectance.
+    /// Unless there are as many faces, each with a survival of at least the channel's reflectance.
     pub fn new(channel: &'a Exact, path: &'a SharedPath) -> Result<Self, Singular> {
-        assert_eq!(path.source.len(), channel.patch_count(), "one probability per patch");
+        assert_eq!(path.source.len(), channel.face_count(), "one probability per face");
         let q = |(r, sigma): (&f64, &f64)| {
             assert!(r <= sigma, "a walk survives with {sigma}, less than the reflectance {r}");
             if *r > 0.0 { r * r / sigma } else { 0.0 }
         };
-        let of_patches: Vec<f64> = channel.reflectance().iter().zip(&path.survival).map(q).collect();
-        let squares = channel.system().with_reflectance(channel.faces().spread(&of_patches))?;
+        let squares = channel.reflectance().iter().zip(&path.survival).map(q).collect();
+        let squares = channel.system().with_reflectance(squares)?;
         Ok(WeightedWalk { channel, path, squares })
     }
 
-    /// The variance of the channel's B_i [W²/m⁴] for one shooting walk, patch by patch; 0 where R_i = 0.
+    /// The variance of the channel's B_i [W²/m⁴] for one shooting walk, face by face; 0 where R_i = 0.
     pub fn shooting_variances(&self, estimator: WalkEstimator) -> Vec<f64> {
         let infinite = estimator == WalkEstimator::ShootInfinite;
         let system = if infinite { &self.channel.squared().system } else { &self.squares };
         let squares = system.solve(&self.births()).incoming;
-        let scored = self.channel.faces().sum(&self.returned(estimator, &squares));
+        let scored = self.returned(estimator, &squares);
         let variance = |i: usize| {
             let (r, b) = (self.channel.reflectance()[i], self.channel.solution().reflected[i]);
             let sigma = self.path.survival[i];
@@ -97,17 +97,17 @@ impl<'a> WeightedWalk<'a> {
             };
             value * scored[i] / self.channel.areas()[i].powi(2) - b * b
         };
-        (0..self.channel.patch_count()).map(variance).collect()
+        (0..self.channel.face_count()).map(variance).collect()
     }
 
-    /// The variance of the channel's B_i [W²/m⁴] for one gathering walk that is born on patch i with probability
+    /// The variance of the channel's B_i [W²/m⁴] for one gathering walk that is born on face i with probability
     /// `birth[i]`. `None` where no walk is born; and everywhere, for survival, if no walk survives on a source:
     /// its light would be lost.
     ///
     /// # Panics
-    /// Unless there is one probability per patch.
+    /// Unless there is one probability per face.
     pub fn gathering_variances(&self, estimator: GatherEstimator, birth: &[f64]) -> Vec<Option<f64>> {
-        assert_eq!(birth.len(), self.channel.patch_count(), "one probability per patch");
+        assert_eq!(birth.len(), self.channel.face_count(), "one probability per face");
         let lost = |(&e, &sigma): (&f64, &f64)| e > 0.0 && sigma == 0.0;
         if estimator == GatherEstimator::Survival
             && self.channel.emittance().iter().zip(&self.path.survival).any(lost)
@@ -133,30 +133,28 @@ impl<'a> WeightedWalk<'a> {
             let power = self.channel.emittance()[s] * self.channel.areas()[s];
             if power > 0.0 { power * power / (self.path.source[s] * self.channel.areas()[s]) } else { 0.0 }
         };
-        let of_patches: Vec<f64> = (0..self.channel.patch_count()).map(square).collect();
-        self.channel.faces().spread(&of_patches)
+        (0..self.channel.face_count()).map(square).collect()
     }
 
-    /// The mean squares that arrive on every face [W²], with what their walks still return to the patch: twice
+    /// The mean squares that arrive on every face [W²], with what their walks still return to it: twice
     /// the product, unless a score ends the walk.
     fn returned(&self, estimator: WalkEstimator, squares: &[f64]) -> Vec<f64> {
         if estimator == WalkEstimator::ShootAbsorption {
             return squares.to_vec();
         }
-        let terms = squares.iter().zip(self.channel.system().reflectance()).zip(self.channel.xi_by_face());
+        let terms = squares.iter().zip(self.channel.reflectance()).zip(self.channel.xi());
         terms.map(|((square, r), xi)| square * (1.0 + 2.0 * r * xi)).collect()
     }
 
-    /// The mean square of what a walk gathers that is born on a patch [W²/m⁴], if it gains c_sE_s on the sources
+    /// The mean square of what a walk gathers that is born on a face [W²/m⁴], if it gains c_sE_s on the sources
     /// it meets.
     fn gathered(&self, system: &RadiositySystem, c: impl Fn(Met) -> f64) -> Vec<f64> {
-        let faces = self.channel.faces();
         let gain = |(face, &e): (usize, &f64)| {
-            let b = self.channel.solution_by_face().reflected[face];
-            let sigma = self.path.survival[faces.patch_of(face)];
+            let b = self.channel.solution().reflected[face];
+            let sigma = self.path.survival[face];
             if e > 0.0 { c(Met { sigma, e, b }) * e } else { 0.0 }
         };
-        let gains: Vec<f64> = self.channel.emittance_by_face().iter().enumerate().map(gain).collect();
-        faces.mean(&system.solve(&gains).irradiance)
+        let gains: Vec<f64> = self.channel.emittance().iter().enumerate().map(gain).collect();
+        system.solve(&gains).irradiance
     }
 }

@@ -5,9 +5,8 @@ use faer::Mat;
 use crate::box_scene::BoxScene;
 use crate::form_factor::exchange_area;
 
-/// Patch areas and the dense, symmetric matrix of exchange areas A_iF_ij. Geometry only: every set of
-/// reflectances and emittances shares it. Where patches have two sides, each side is a patch of its own here
-/// ([`crate::Faces`]).
+/// The areas of faces and the dense, symmetric matrix of exchange areas A_iF_ij. Geometry only: every set of
+/// reflectances and emittances shares it.
 #[derive(Clone, Debug)]
 pub struct ExchangeMatrix {
     areas: Vec<f64>,
@@ -27,7 +26,7 @@ pub(crate) struct Uncertain {
 }
 
 impl ExchangeMatrix {
-    /// n × n exchange areas [m²] of patches with the n `areas` [m²], each pair asked for once, `(i, j)` with
+    /// n × n exchange areas [m²] of faces with the n `areas` [m²], each pair asked for once, `(i, j)` with
     /// i ≥ j; taken as exact.
     pub fn new(areas: Vec<f64>, exchange_area: impl Fn(usize, usize) -> f64) -> Self {
         let n = areas.len();
@@ -62,12 +61,12 @@ impl ExchangeMatrix {
         &self.uncertain
     }
 
-    /// The number n of patches; in a scene with two-sided ones, of their faces.
+    /// The number n of faces.
     pub fn face_count(&self) -> usize {
         self.areas.len()
     }
 
-    /// A_i [m²] of every patch.
+    /// A_i [m²] of every face.
     pub fn areas(&self) -> &[f64] {
         &self.areas
     }
@@ -82,12 +81,12 @@ impl ExchangeMatrix {
         self.exchange[(i, j)] / self.areas[i]
     }
 
-    /// φ_i = Σ_j A_iF_ij B_j [W]: what arrives on every patch from patches of these radiosities [W/m²].
+    /// φ_i = Σ_j A_iF_ij B_j [W]: what arrives on every face from faces of these radiosities [W/m²].
     ///
     /// # Panics
-    /// Unless there is one radiosity per patch.
+    /// Unless there is one radiosity per face.
     pub fn incoming(&self, radiosity: &[f64]) -> Vec<f64> {
-        assert_eq!(radiosity.len(), self.face_count(), "one radiosity per patch");
+        assert_eq!(radiosity.len(), self.face_count(), "one radiosity per face");
         // Row sums over columns, which are what lies together; the matrix is symmetric.
         let product = |i: usize| self.exchange.col(i).iter().zip(radiosity).map(|(s, b)| s * b).sum();
         (0..self.face_count()).map(product).collect()
@@ -96,7 +95,7 @@ impl ExchangeMatrix {
     /// The most that φ_i [W] may be off where radiosities are these [W/m²]: Σ_j |δ(A_iF_ij)| B_j.
     ///
     /// # Panics
-    /// Unless there is one radiosity per patch.
+    /// Unless there is one radiosity per face.
     pub fn incoming_error(&self, radiosity: &[f64]) -> Vec<f64> {
         let mut error: Vec<f64> =
             self.incoming(radiosity).iter().map(|phi| self.relative_error * phi).collect();

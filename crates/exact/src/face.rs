@@ -1,16 +1,29 @@
 //! The faces of any scene as polygons.
 
 use glam::DVec3;
-use radiosity::{SceneSpec, Shape, Sides};
+use radiosity::{SceneSpec, Shape, Side, Sides, Stack, SurfaceSpec};
 
 use crate::cubature::{GAUSS_3, GAUSS_4, GAUSS_5, Rule};
-use crate::faces::Faces;
-use crate::polygon::{Plane, Polygon, area, bounding_sphere, doubled_area_vector};
+use crate::layers::{Layers, Part};
+use crate::polygon::{Plane, Polygon, area, bounding_sphere, doubled_area_vector, fan};
 use crate::rectangle::{Facing, Rectangle};
 
 /// One side of a patch that exchanges light.
 #[derive(Clone, Debug)]
 pub(crate) struct Face {
+    pub surface: u32,
+    pub side: Side,
+    /// The whole of it.
+    pub polygon: Polygon,
+    /// [m²]
+    pub area: f64,
+    /// What no layer in front covers: the whole of it where surfaces do not coincide.
+    pub exposed: Vec<Piece>,
+}
+
+/// A convex piece of a face.
+#[derive(Clone, Debug)]
+pub(crate) struct Piece {
     pub polygon: Polygon,
     pub plane: Plane,
     pub center: DVec3,
@@ -26,18 +39,18 @@ pub(crate) struct Face {
 /// Beyond so many diameters, so many nodes along either side: relative errors near 10⁻¹⁰.
 pub(crate) const FAR: [(f64, Rule); 3] = [(8.0, GAUSS_3), (4.0, GAUSS_4), (2.0, GAUSS_5)];
 
-/// The faces of a scene around the origin, and the outlines of its surfaces.
+/// The faces of a scene around the origin, in the order of [`radiosity::Faces`], and the outlines of its surfaces.
 pub(crate) struct FaceScene {
-    pub faces: Faces,
-    pub geometry: Vec<Face>,
+    pub faces: Vec<Face>,
     pub outlines: Vec<Polygon>,
+    pub layers: Layers,
     /// Lengths below this are rounding [m].
     pub tolerance: f64,
 }
 
 impl FaceScene {
-    /// The faces of a scene that [`radiosity::Scene::build`] accepts.
-    pub fn new(spec: &SceneSpec) -> Self {
+    /// The faces of a scene that [`radiosity::Scene::build`] accepts, given its stacks of coincident surfaces.
+    pub fn new(spec: &SceneSpec, stacks: &[Stack]) -> Self {
         let corners: Vec<DVec3> = spec.surfaces.iter().flat_map(|surface| surface.shape.corners()).collect();
         let low = corners.iter().copied().fold(DVec3::INFINITY, DVec3::min);
         let high = corners.iter().copied().fold(DVec3::NEG_INFINITY, DVec3::max);
@@ -45,32 +58,59 @@ impl FaceScene {
         let farthest = low.abs().max(high.abs()).max_element();
         // Corners that were meant to coincide differ by some roundings of their coordinates.
         let tolerance = 1e-10 * extent.max(1e-3 * farthest);
-        let fronts = spec.surfaces.iter().flat_map(|surface| {
-            let cells = 0..surface.shape.cell_count() as u32;
-            cells.map(|cell| (surface.sides == Sides::Both, cell_outline(&surface.shape, cell, center)))
-        });
-        let (two_sided, fronts): (Vec<bool>, Vec<Polygon>) = fronts.unzip();
-        let backs = fronts.iter().zip(&two_sided).filter(|&(_, &both)| both);
-        let backs: Vec<Polygon> = backs.map(|(front, _)| front.iter().rev().copied().collect()).collect();
-        let geometry = fronts.into_iter().chain(backs).map(|polygon| Face::new(polygon, tolerance)).collect();
-        let outline = |surface: &radiosity::SurfaceSpec| {
+        let outline = |surface: &SurfaceSpec| {
             surface.shape.corners().into_iter().map(|corner| corner - center).collect()
         };
-        let outlines = spec.surfaces.iter().map(outline).collect();
-        FaceScene { faces: Faces::new(&two_sided), geometry, outlines, tolerance }
+        let outlines: Vec<Polygon> = spec.surfaces.iter().map(outline).collect();
+        let layers = Layers::new(&outlines, stacks, tolerance);
+        let faces_on = |side: Side| {
+            let surfaces =
+                (0..).zip(&spec.surfaces).filter(move |(_, s)| side == Side::Front || s.sides == Sides::Both);
+            let layers = &layers;
+            surfaces.flat_map(move |(number, surface)| {
+                let cells = 0..surface.shape.cell_count() as u32;
+                cells.map(move |cell| {
+                    let mut polygon = cell_outline(&surface.shape, cell, center);
+                    if side == Side::Back {
+                        polygon.reverse();
+                    }
+                    Face::new(number, side, polygon, layers, tolerance)
+                })
+            })
+        };
+        let faces = [Side::Front, Side::Back].into_iter().flat_map(faces_on).collect();
+        FaceScene { faces, outlines, layers, tolerance }
     }
 }
 
 impl Face {
+    fn new(surface: u32, side: Side, polygon: Polygon, layers: &Layers, tolerance: f64) -> Self {
+        let exposed = layers.exposed(&Part { surface, side, polygon: &polygon });
+        Face {
+            surface,
+            side,
+            area: area(&polygon),
+            polygon,
+            exposed: exposed.into_iter().map(|polygon| Piece::new(polygon, tolerance)).collect(),
+        }
+    }
+
+    /// All of it as a part of its surface.
+    pub fn whole(&self) -> Part<'_> {
+        Part { surface: self.surface, side: self.side, polygon: &self.polygon }
+    }
+}
+
+impl Piece {
     fn new(polygon: Polygon, tolerance: f64) -> Self {
         let (center, radius) = bounding_sphere(&polygon);
-        Face {
+        Piece {
             plane: Plane::through(polygon[0], doubled_area_vector(&polygon)),
             center,
             radius,
             area: area(&polygon),
             rectangle: rectangle(&polygon, tolerance),
-            nodes: FAR.map(|(_, rule)| nodes(&polygon, rule)),
+            nodes: FAR.map(|(_, rule)| nodes(&polygon, rule, tolerance)),
             polygon,
         }
     }
@@ -98,6 +138,11 @@ fn cell_outline(shape: &Shape, cell: u32, origin: DVec3) -> Polygon {
     }
 }
 
+/// Whether a polygon is a parallelogram.
+fn is_parallelogram(polygon: &[DVec3], tolerance: f64) -> bool {
+    matches!(polygon, &[a, b, c, d] if (a - b + c - d).length() <= tolerance)
+}
+
 /// The axis-aligned rectangle that a polygon is, if it is one.
 fn rectangle(polygon: &[DVec3], tolerance: f64) -> Option<Rectangle> {
     let &[a, b, c, d] = polygon else { return None };
@@ -106,7 +151,7 @@ fn rectangle(polygon: &[DVec3], tolerance: f64) -> Option<Rectangle> {
         axes.next().filter(|_| axes.next().is_none())
     };
     let (along_u, along_v) = (along(b - a)?, along(d - a)?);
-    if along_u == along_v {
+    if along_u == along_v || !is_parallelogram(polygon, tolerance) {
         return None;
     }
     let axis = 3 - along_u - along_v;
@@ -116,14 +161,20 @@ fn rectangle(polygon: &[DVec3], tolerance: f64) -> Option<Rectangle> {
     Some(Rectangle { axis, facing, lo, hi })
 }
 
-/// Gauss's rule along both sides of a parallelogram; of a triangle, a square folded up at one corner.
-fn nodes(polygon: &[DVec3], rule: Rule) -> Vec<(DVec3, f64)> {
-    let (corner, e_u, e_v) = (polygon[0], polygon[1] - polygon[0], polygon[polygon.len() - 1] - polygon[0]);
-    let cross = e_u.cross(e_v).length();
-    let product = rule.iter().flat_map(|&(s, w_s)| rule.iter().map(move |&(t, w_t)| (s, t, w_s * w_t)));
-    let node = |(s, t, weight): (f64, f64, f64)| match polygon.len() {
-        3 => (corner + e_u * (s * (1.0 - t)) + e_v * (s * t), weight * s * cross),
-        _ => (corner + e_u * s + e_v * t, weight * cross),
+/// Gauss's rule along both sides of a parallelogram; of the triangles that any other polygon is cut in, a square folded up
+/// at one corner.
+fn nodes(polygon: &[DVec3], rule: Rule, tolerance: f64) -> Vec<(DVec3, f64)> {
+    let product = || rule.iter().flat_map(|&(s, w_s)| rule.iter().map(move |&(t, w_t)| (s, t, w_s * w_t)));
+    if is_parallelogram(polygon, tolerance) {
+        let (corner, e_u, e_v) = (polygon[0], polygon[1] - polygon[0], polygon[3] - polygon[0]);
+        let cross = e_u.cross(e_v).length();
+        return product().map(|(s, t, weight)| (corner + e_u * s + e_v * t, weight * cross)).collect();
+    }
+    let folded = |[corner, b, c]: [DVec3; 3]| {
+        let (e_u, e_v) = (b - corner, c - corner);
+        let cross = e_u.cross(e_v).length();
+        product()
+            .map(move |(s, t, weight)| (corner + e_u * (s * (1.0 - t)) + e_v * (s * t), weight * s * cross))
     };
-    product.map(node).collect()
+    fan(polygon).flat_map(folded).collect()
 }

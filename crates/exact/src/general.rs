@@ -4,12 +4,11 @@ use std::num::NonZero;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
 
-use radiosity::SceneSpec;
+use radiosity::{SceneSpec, Stack};
 
 use crate::contour;
 use crate::exchange::{ExchangeMatrix, Uncertain};
-use crate::face::{FAR, Face, FaceScene};
-use crate::faces::Faces;
+use crate::face::{FAR, Face, FaceScene, Piece};
 use crate::form_factor;
 use crate::occlusion::{Between, Occluders};
 use crate::penumbra::{Estimated, Penumbra};
@@ -39,33 +38,34 @@ struct Geometry {
     penumbra_error: f64,
 }
 
-/// The faces of a scene that [`radiosity::Scene::build`] accepts, and the exchange areas between them.
+/// The exchange areas between the faces of a scene that [`radiosity::Scene::build`] accepts, given its stacks of
+/// coincident surfaces.
 ///
 /// Pairs that nothing occludes, as a conservative test of the surfaces against the convex hull of the pair
 /// proves, err by about 10⁻⁹ of themselves. Others are integrated adaptively, with an estimated error that
 /// [`ExchangeMatrix::row_errors`] sums up. Rows are shared out to threads; the result does not depend on them.
-pub(crate) fn exchange(spec: &SceneSpec) -> (Faces, ExchangeMatrix) {
-    let scene = FaceScene::new(spec);
-    let penumbra_error = penumbra_error(scene.geometry.len());
+pub(crate) fn exchange(spec: &SceneSpec, stacks: &[Stack]) -> ExchangeMatrix {
+    let scene = FaceScene::new(spec, stacks);
+    let penumbra_error = penumbra_error(scene.faces.len());
     exchange_to(penumbra_error, scene)
 }
 
-/// The same with partly occluded exchanges aiming at this relative error.
-fn exchange_to(penumbra_error: f64, scene: FaceScene) -> (Faces, ExchangeMatrix) {
+/// The exchange areas with partly occluded ones aiming at this relative error.
+fn exchange_to(penumbra_error: f64, scene: FaceScene) -> ExchangeMatrix {
     let occluders = Occluders::new(&scene.outlines, scene.tolerance);
     let geometry = Geometry { scene, occluders, penumbra_error };
     let mut rows = geometry.rows();
     rows.sort_by_key(|row| row.i);
-    let areas = geometry.scene.geometry.iter().map(|face| face.area).collect();
+    let areas = geometry.scene.faces.iter().map(|face| face.area).collect();
     let matrix = ExchangeMatrix::new(areas, |i, j| rows[i].exchange[j]);
     let uncertain = rows.into_iter().flat_map(|row| row.uncertain).collect();
-    (geometry.scene.faces, matrix.with_errors(CLEAR_ERROR, uncertain))
+    matrix.with_errors(CLEAR_ERROR, uncertain)
 }
 
 impl Geometry {
     /// All rows, in any order. Long rows first, so that the threads end together.
     fn rows(&self) -> Vec<Row> {
-        let left = AtomicUsize::new(self.scene.geometry.len());
+        let left = AtomicUsize::new(self.scene.faces.len());
         let next = || left.fetch_update(Ordering::Relaxed, Ordering::Relaxed, |n| n.checked_sub(1)).ok();
         let work = || std::iter::from_fn(next).map(|n| self.row(n - 1)).collect::<Vec<Row>>();
         thread::scope(|scope| {
@@ -78,7 +78,7 @@ impl Geometry {
     fn row(&self, i: usize) -> Row {
         let mut row = Row { i, exchange: Vec::with_capacity(i + 1), uncertain: vec![] };
         for j in 0..=i {
-            let Estimated { value, error } = self.pair(&self.scene.geometry[i], &self.scene.geometry[j]);
+            let Estimated { value, error } = self.pair(&self.scene.faces[i], &self.scene.faces[j]);
             row.exchange.push(value);
             if error > 0.0 {
                 row.uncertain.push(Uncertain { i, j, error });
@@ -87,8 +87,18 @@ impl Geometry {
         row
     }
 
-    /// The exchange area of two faces, with an error only if it is beyond [`CLEAR_ERROR`].
+    /// The exchange area of two faces, with an error only if it is beyond [`CLEAR_ERROR`]: through the gap between two
+    /// layers, or between what no layers cover of them.
     fn pair(&self, i: &Face, j: &Face) -> Estimated {
+        if let Some(area) = self.scene.layers.exchange_area(&i.whole(), &j.whole()) {
+            return Estimated::certain(area);
+        }
+        let pairs = i.exposed.iter().flat_map(|p| j.exposed.iter().map(move |q| self.pieces(p, q)));
+        pairs.fold(Estimated::default(), Estimated::plus)
+    }
+
+    /// The exchange area of pieces of two faces.
+    fn pieces(&self, i: &Piece, j: &Piece) -> Estimated {
         let tolerance = self.scene.tolerance;
         let (p, q) = (in_front(&i.polygon, &j.plane, tolerance), in_front(&j.polygon, &i.plane, tolerance));
         if p.is_empty() || q.is_empty() {
@@ -125,9 +135,9 @@ impl Geometry {
     }
 }
 
-/// Unoccluded exchanges that have an easier way than contours: axis-aligned rectangles, and faces far apart of
+/// Unoccluded exchanges that have an easier way than contours: axis-aligned rectangles, and pieces far apart of
 /// which each is wholly in front of the other.
-fn clear(i: &Face, j: &Face, whole: bool) -> Option<f64> {
+fn clear(i: &Piece, j: &Piece, whole: bool) -> Option<f64> {
     if let (Some(i), Some(j)) = (&i.rectangle, &j.rectangle) {
         return Some(form_factor::exchange_area(i, j));
     }
@@ -138,7 +148,7 @@ fn clear(i: &Face, j: &Face, whole: bool) -> Option<f64> {
 }
 
 /// ∫∫ cosθ cosθ′/(πr²) by product rules.
-fn cubature(i: &Face, j: &Face, rule: usize) -> f64 {
+fn cubature(i: &Piece, j: &Piece, rule: usize) -> f64 {
     let mut sum = 0.0;
     for &(x, w_x) in &i.nodes[rule] {
         for &(y, w_y) in &j.nodes[rule] {
@@ -151,7 +161,7 @@ fn cubature(i: &Face, j: &Face, rule: usize) -> f64 {
 }
 
 /// The size of an exchange area [m²]: that of two small patches at this distance, but no larger than either.
-fn at_most(i: &Face, j: &Face) -> f64 {
+fn at_most(i: &Piece, j: &Piece) -> f64 {
     let square = i.center.distance_squared(j.center).max((i.radius + j.radius).powi(2) / 4.0);
     (i.area * j.area / (std::f64::consts::PI * square)).min(i.area).min(j.area)
 }
@@ -181,7 +191,7 @@ mod tests {
     /// A furnace but for its first face, which is brighter, solved twice.
     fn judged(spec: &SceneSpec, finer: f64) -> Judgement {
         let [coarse, fine] =
-            [GOAL, GOAL * finer].map(|goal| Arc::new(exchange_to(goal, FaceScene::new(spec)).1));
+            [GOAL, GOAL * finer].map(|goal| Arc::new(exchange_to(goal, FaceScene::new(spec, &[]))));
         let n = coarse.face_count();
         let solved = |matrix: &Arc<ExchangeMatrix>| {
             let emittance = (0..n).map(|face| if face == 0 { 10.0 } else { 0.1 }).collect();

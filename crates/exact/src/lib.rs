@@ -6,10 +6,16 @@
 //! says how far it may be off. Predictions about walks ([`WalkEstimator`], [`GatherEstimator`], [`WeightedWalk`],
 //! [`Bounds`]) read an [`Exact`].
 //!
+//! The unknowns are faces, the active sides of patches, numbered as [`radiosity::Faces`] does: a two-sided patch has
+//! two, and nothing passes from one to the other. Every vector here is in the order of faces.
+//!
 //! Geometry comes in two kinds. A closed box of axis-aligned rectangles ([`BoxScene`]) has closed forms for all
-//! pairs of patches. In any other scene each pair is judged alone: closed forms, contour integrals or cubature
+//! pairs of faces. In any other scene each pair is judged alone: closed forms, contour integrals or cubature
 //! where nothing can stand between; where something may, adaptive cubature of Lambert's formula for what a
 //! point sees past the occluders, with an estimated error.
+//!
+//! Surfaces that overlap in one plane are layers ([`radiosity::Stack`]): a face exchanges light with other planes
+//! through what no layer in front covers of it, and with the layer that it faces through the area between them.
 //!
 //! Threads fill the rows of general scenes and never enter the answer; its last digits may differ between
 //! machines (vector width, the platform's atan and ln). Colour needs one [`Exact`] per channel over one
@@ -30,9 +36,9 @@ mod contour;
 mod cubature;
 mod exchange;
 mod face;
-mod faces;
 mod form_factor;
 mod general;
+mod layers;
 mod occlusion;
 mod penumbra;
 mod polygon;
@@ -49,7 +55,6 @@ pub use bounds::Bounds;
 pub use box_scene::{BoxScene, NotABox};
 pub use colour::{SharedPath, WeightedWalk};
 pub use exchange::ExchangeMatrix;
-pub use faces::Faces;
 pub use form_factor::{exchange_area, form_factor};
 pub use rectangle::{Facing, Rectangle};
 pub use system::{RadiositySystem, Singular, Solution};

@@ -2,7 +2,7 @@
 
 use glam::{DVec2, DVec3};
 
-use crate::polygon::{Plane, Polygon, bounding_sphere, in_front};
+use crate::polygon::{Plane, Polygon, bounding_sphere, in_front, without};
 
 /// Corners of a surface at most.
 const MOST_CORNERS: usize = 4;
@@ -111,35 +111,12 @@ impl Occluders {
         let mut visible = vec![polygon.to_vec()];
         for &number in occluders {
             let Some(shadow) = self.occluders[number].shadow(point, self.tolerance) else { continue };
-            let lit =
-                |part: &Polygon| shadow.planes().iter().any(|plane| plane.range(part)[0] >= -self.tolerance);
-            if visible.iter().all(lit) {
-                continue;
-            }
-            let (mut kept, cut): (Vec<Polygon>, Vec<Polygon>) = visible.into_iter().partition(lit);
-            for part in cut {
-                self.subtract(part, &shadow, &mut kept);
-            }
-            visible = kept;
+            visible = without(visible, shadow.planes(), self.tolerance);
             if visible.is_empty() {
                 break;
             }
         }
         visible
-    }
-
-    /// Adds what of a part is in front of any of the planes of a shadow.
-    fn subtract(&self, mut part: Polygon, shadow: &Shadow, lit: &mut Vec<Polygon>) {
-        for plane in shadow.planes() {
-            let outside = in_front(&part, plane, self.tolerance);
-            if !outside.is_empty() {
-                lit.push(outside);
-            }
-            part = in_front(&part, &plane.flipped(), self.tolerance);
-            if part.is_empty() {
-                return;
-            }
-        }
     }
 }
 

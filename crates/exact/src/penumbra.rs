@@ -7,7 +7,7 @@
 use glam::DVec3;
 
 use crate::occlusion::Occluders;
-use crate::polygon::{Plane, area, bounding_sphere, point_form_factor};
+use crate::polygon::{Plane, area, bounding_sphere, fan, point_form_factor};
 
 /// Cuts of a triangle at most; the least then is 4⁻⁸ of the largest.
 const DEPTH: u32 = 8;
@@ -137,11 +137,6 @@ impl Penumbra<'_> {
         let parts = self.occluders.visible(point, view.target, self.between);
         parts.iter().map(|part| point_form_factor(point, view.normal, part)).sum()
     }
-}
-
-/// The triangles of a convex polygon around its first corner.
-fn fan(polygon: &[DVec3]) -> impl Iterator<Item = [DVec3; 3]> {
-    polygon[1..].windows(2).map(|edge| [polygon[0], edge[0], edge[1]])
 }
 
 /// The triangles of a convex polygon around the mean of its corners.

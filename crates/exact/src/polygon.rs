@@ -65,6 +65,33 @@ pub(crate) fn in_front(polygon: &[DVec3], plane: &Plane, tolerance: f64) -> Poly
     kept
 }
 
+/// What some polygons keep, in convex parts, if all that is behind every one of some planes is taken away.
+pub(crate) fn without(polygons: Vec<Polygon>, planes: &[Plane], tolerance: f64) -> Vec<Polygon> {
+    let whole = |polygon: &Polygon| planes.iter().any(|plane| plane.range(polygon)[0] >= -tolerance);
+    if polygons.iter().all(whole) {
+        return polygons;
+    }
+    let (mut kept, cut): (Vec<Polygon>, Vec<Polygon>) = polygons.into_iter().partition(whole);
+    for mut part in cut {
+        for plane in planes {
+            let outside = in_front(&part, plane, tolerance);
+            if !outside.is_empty() {
+                kept.push(outside);
+            }
+            part = in_front(&part, &plane.flipped(), tolerance);
+            if part.is_empty() {
+                break;
+            }
+        }
+    }
+    kept
+}
+
+/// The triangles of a convex polygon around its first corner.
+pub(crate) fn fan(polygon: &[DVec3]) -> impl Iterator<Item = [DVec3; 3]> {
+    polygon[1..].windows(2).map(|edge| [polygon[0], edge[0], edge[1]])
+}
+
 /// Area [m²].
 pub(crate) fn area(polygon: &[DVec3]) -> f64 {
     0.5 * doubled_area_vector(polygon).length()

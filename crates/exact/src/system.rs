@@ -2,7 +2,7 @@
 //!
 //! With S_ij = A_iF_ij symmetric and s_i = √(R_i/A_i), the unknowns y_i = √(R_iA_i) H_i obey
 //! (I − K) y = s ∘ S E with K_ij = s_i S_ij s_j: symmetric and, for R < 1, positive definite. So Cholesky's
-//! factor L does, at half the work and memory of a general one, and patches with R = 0 need no special care.
+//! factor L does, at half the work and memory of a general one, and faces with R = 0 need no special care.
 
 use std::sync::Arc;
 
@@ -13,7 +13,6 @@ use faer::{Mat, MatMut, Par};
 use thiserror::Error;
 
 use crate::exchange::ExchangeMatrix;
-use crate::faces::Faces;
 
 /// Right-hand sides solved for at a time: enough to be fast, few against the matrix.
 const BLOCK: usize = 256;
@@ -37,7 +36,7 @@ pub struct RadiositySystem {
     factor: Mat<f64>,
 }
 
-/// The solution of the radiosity system for one set of emittances, patch by patch (or face by face).
+/// The solution of the radiosity system for one set of emittances, face by face.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Solution {
     /// B_i: radiosity [W/m²].
@@ -52,30 +51,17 @@ pub struct Solution {
     pub residual: f64,
 }
 
-impl Solution {
-    /// The patches' solution from that of their faces; the residual stays.
-    pub(crate) fn by_patch(&self, faces: &Faces) -> Solution {
-        Solution {
-            radiosity: faces.mean(&self.radiosity),
-            reflected: faces.mean(&self.reflected),
-            irradiance: faces.mean(&self.irradiance),
-            incoming: faces.sum(&self.incoming),
-            residual: self.residual,
-        }
-    }
-}
-
 impl RadiositySystem {
-    /// Factors the system for one reflectance R in [0, 1) per patch.
+    /// Factors the system for one reflectance R in [0, 1) per face.
     ///
     /// # Errors
     /// [`Singular`] if the matrix is not positive definite to working precision.
     ///
     /// # Panics
-    /// Unless there is one reflectance per patch.
+    /// Unless there is one reflectance per face.
     pub fn new(exchange: Arc<ExchangeMatrix>, reflectance: Vec<f64>) -> Result<Self, Singular> {
         let n = exchange.face_count();
-        assert_eq!(reflectance.len(), n, "one reflectance per patch");
+        assert_eq!(reflectance.len(), n, "one reflectance per face");
         let scale: Vec<f64> = reflectance.iter().zip(exchange.areas()).map(|(r, a)| (r / a).sqrt()).collect();
         let mut factor = Mat::from_fn(n, n, |i, j| {
             let identity = if i == j { 1.0 } else { 0.0 };
@@ -85,13 +71,13 @@ impl RadiositySystem {
         Ok(RadiositySystem { exchange, reflectance, scale, factor })
     }
 
-    /// The same form factors with another reflectance in [0, 1) per patch.
+    /// The same form factors with another reflectance in [0, 1) per face.
     ///
     /// # Errors
     /// [`Singular`] if the matrix is not positive definite to working precision.
     ///
     /// # Panics
-    /// Unless there is one reflectance per patch.
+    /// Unless there is one reflectance per face.
     pub fn with_reflectance(&self, reflectance: Vec<f64>) -> Result<Self, Singular> {
         Self::new(Arc::clone(&self.exchange), reflectance)
     }
@@ -101,15 +87,15 @@ impl RadiositySystem {
         &self.exchange
     }
 
-    /// R_i of every patch.
+    /// R_i of every face.
     pub fn reflectance(&self) -> &[f64] {
         &self.reflectance
     }
 
-    /// Solves for one emittance E [W/m²] per patch.
+    /// Solves for one emittance E [W/m²] per face.
     ///
     /// # Panics
-    /// Unless there is one emittance per patch.
+    /// Unless there is one emittance per face.
     pub fn solve(&self, emittance: &[f64]) -> Solution {
         let direct = self.exchange.incoming(emittance);
         let mut y = Mat::from_fn(direct.len(), 1, |i, _| self.scale[i] * direct[i]);
@@ -141,13 +127,13 @@ impl RadiositySystem {
         if largest > 0.0 { off / largest } else { 0.0 }
     }
 
-    /// ξ_i: the incoming power on every patch when it alone emits unit power (S97; BS's ζ_i is R_iξ_i).
+    /// ξ_i: the incoming power on every face when it alone emits unit power (S97; BS's ζ_i is R_iξ_i).
     ///
     /// ξ_i = F_ii + k_iᵀ(I − K)⁻¹k_i = F_ii + |L⁻¹k_i|² with (k_i)_j = s_jS_ji/√A_i.
     pub fn xi(&self) -> Vec<f64> {
-        let patches: Vec<usize> = (0..self.exchange.face_count()).collect();
-        let mut xi: Vec<f64> = patches.iter().map(|&i| self.exchange.form_factor(i, i)).collect();
-        for block in patches.chunks(BLOCK) {
+        let faces: Vec<usize> = (0..self.exchange.face_count()).collect();
+        let mut xi: Vec<f64> = faces.iter().map(|&i| self.exchange.form_factor(i, i)).collect();
+        for block in faces.chunks(BLOCK) {
             let whitened = self.whitened(block);
             for (c, &i) in block.iter().enumerate() {
                 xi[i] += whitened.col(c).squared_norm_l2();
@@ -156,24 +142,10 @@ impl RadiositySystem {
         xi
     }
 
-    /// The incoming power on the second of two equally large patches when the first alone emits unit power,
-    /// and vice versa: F_ij + (L⁻¹k_i)·(L⁻¹k_j).
-    pub(crate) fn xi_across(&self, pairs: &[[usize; 2]]) -> Vec<f64> {
-        let mut xi = Vec::with_capacity(pairs.len());
-        for block in pairs.chunks(BLOCK / 2) {
-            let whitened = self.whitened(block.as_flattened());
-            for (n, &[i, j]) in block.iter().enumerate() {
-                let indirect = whitened.col(2 * n).transpose() * whitened.col(2 * n + 1);
-                xi.push(self.exchange.form_factor(i, j) + indirect);
-            }
-        }
-        xi
-    }
-
-    /// L⁻¹k_i of some patches i, column by column.
-    fn whitened(&self, patches: &[usize]) -> Mat<f64> {
-        let mut k = Mat::from_fn(self.scale.len(), patches.len(), |j, c| {
-            let i = patches[c];
+    /// L⁻¹k_i of some faces i, column by column.
+    fn whitened(&self, faces: &[usize]) -> Mat<f64> {
+        let mut k = Mat::from_fn(self.scale.len(), faces.len(), |j, c| {
+            let i = faces[c];
             self.scale[j] * self.exchange.exchange_area(j, i) / self.exchange.areas()[i].sqrt()
         });
         solve_lower_triangular_in_place(self.factor.as_ref(), k.as_mut(), Par::Seq);

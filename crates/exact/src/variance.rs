@@ -1,7 +1,7 @@
 //! The exact variance of B_i for one walk, estimator by estimator: S97 table 3, BS eq. (19), SInf eqs. (2), (3).
 //!
 //! Discrete walks, source-term suppression: the estimate is of b_i. Divide by the number of walks. A walk
-//! contributes the square of its whole score on a patch, whichever sides of the patch it scored on.
+//! contributes the square of its whole score on a face.
 
 use crate::answer::Exact;
 use crate::system::{RadiositySystem, Solution};
@@ -19,7 +19,7 @@ pub enum WalkEstimator {
     ShootInfinite,
 }
 
-/// An unbiased way to score a gathering walk, born on patch i with probability p_i.
+/// An unbiased way to score a gathering walk, born on face i with probability p_i.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum GatherEstimator {
     /// b_i += R_iE_s/(p_i(1 − R_s)) where the walk dies.
@@ -32,7 +32,7 @@ pub enum GatherEstimator {
     Infinite,
 }
 
-/// What the variance of shooting on one patch is made of.
+/// What the variance of shooting on one face is made of.
 struct Terms {
     /// b_i [W/m²], or β_i for the infinite walk.
     b: f64,
@@ -63,17 +63,17 @@ impl WalkEstimator {
         }
     }
 
-    /// The variance of B_i [W²/m⁴] for one walk, patch by patch; 0 where R_i = 0.
+    /// The variance of B_i [W²/m⁴] for one walk, face by face; 0 where R_i = 0.
     pub fn variances(self, exact: &Exact) -> Vec<f64> {
         let terms = match self {
-            WalkEstimator::ShootInfinite => Terms::of(exact, &exact.squared().solution),
-            _ => Terms::of(exact, exact.solution_by_face()),
+            WalkEstimator::ShootInfinite => Terms::of(exact, exact.squared_solution()),
+            _ => Terms::of(exact, exact.solution()),
         };
         let variance = |(terms, b): (Terms, &f64)| self.second_moment(&terms) - b * b;
         terms.into_iter().zip(&exact.solution().reflected).map(variance).collect()
     }
 
-    /// The expected square of a walk's whole score on a patch [W²/m⁴]; the expected score is b_i.
+    /// The expected square of a walk's whole score on a face [W²/m⁴]; the expected score is b_i.
     fn second_moment(self, &Terms { b, r, xi, power_density }: &Terms) -> f64 {
         match self {
             // S97 corollary 2.3
@@ -89,17 +89,15 @@ impl WalkEstimator {
 }
 
 impl Terms {
-    /// The terms of every patch where the light on its faces is that of `solution`.
+    /// The terms of every face where b is that of `solution`.
     fn of(exact: &Exact, solution: &Solution) -> Vec<Self> {
-        let b = exact.faces().mean(&solution.reflected);
-        let xi = exact.faces().weighted_mean(exact.xi_by_face(), &solution.incoming);
-        let patch = |i: usize| Terms {
-            b: b[i],
+        let face = |i: usize| Terms {
+            b: solution.reflected[i],
             r: exact.reflectance()[i],
-            xi: xi[i],
+            xi: exact.xi()[i],
             power_density: exact.total_power() / exact.areas()[i],
         };
-        (0..exact.patch_count()).map(patch).collect()
+        (0..exact.face_count()).map(face).collect()
     }
 }
 
@@ -122,12 +120,11 @@ impl GatherEstimator {
         }
     }
 
-    /// The variance of B_i [W²/m⁴] for one walk that is born on patch i with probability `birth[i]` (on
-    /// either side alike, if it has two). `None` where no walk is born; and everywhere, for survival, if a
+    /// The variance of B_i [W²/m⁴] for one walk that is born on face i with probability `birth[i]`. `None` where no walk is born; and everywhere, for survival, if a
     /// source does not reflect: its light would be lost.
     ///
     /// # Panics
-    /// Unless there is one probability per patch.
+    /// Unless there is one probability per face.
     pub fn variances(self, exact: &Exact, birth: &[f64]) -> Vec<Option<f64>> {
         if self == GatherEstimator::Survival && has_black_source(exact) {
             return vec![None; birth.len()];
@@ -135,7 +132,7 @@ impl GatherEstimator {
         per_birth(exact, birth, self.second_moments(exact))
     }
 
-    /// p_i times the expected square of a walk's whole score for each patch [W²/m⁴]. The sum over sources
+    /// p_i times the expected square of a walk's whole score for each face [W²/m⁴]. The sum over sources
     /// Σ_s c_s b_is is the radiosity b_i that emittances c_sE_s would cause, as b_is is linear in E_s.
     fn second_moments(self, exact: &Exact) -> Vec<f64> {
         match self {
@@ -147,8 +144,7 @@ impl GatherEstimator {
             // SInf eq. (3): β_is instead of R_ib_is
             GatherEstimator::Infinite => {
                 let squared = &exact.squared().system;
-                let patches = exact.faces();
-                patches.mean(&squared.solve(&weighted_emittance(exact, |s| s.e + 2.0 * s.b)).reflected)
+                squared.solve(&weighted_emittance(exact, |s| s.e + 2.0 * s.b)).reflected
             }
         }
     }
@@ -164,21 +160,21 @@ struct Source {
 /// c_sE_s of every face.
 fn weighted_emittance(exact: &Exact, c: impl Fn(Source) -> f64) -> Vec<f64> {
     let weighted = |(face, &e): (usize, &f64)| {
-        let (r, b) = (exact.system().reflectance()[face], exact.solution_by_face().reflected[face]);
+        let (r, b) = (exact.reflectance()[face], exact.solution().reflected[face]);
         if e > 0.0 { c(Source { r, e, b }) * e } else { 0.0 }
     };
-    exact.emittance_by_face().iter().enumerate().map(weighted).collect()
+    exact.emittance().iter().enumerate().map(weighted).collect()
 }
 
-/// R_i Σ_s c_s b_is of every patch.
+/// R_i Σ_s c_s b_is of every face.
 fn reflected(exact: &Exact, system: &RadiositySystem, c: impl Fn(Source) -> f64) -> Vec<f64> {
-    let sums = exact.faces().mean(&system.solve(&weighted_emittance(exact, c)).reflected);
+    let sums = system.solve(&weighted_emittance(exact, c)).reflected;
     sums.iter().zip(exact.reflectance()).map(|(sum, r)| r * sum).collect()
 }
 
 /// A second moment over p_i, less b_i²; `None` where p_i = 0.
 fn per_birth(exact: &Exact, birth: &[f64], moments: Vec<f64>) -> Vec<Option<f64>> {
-    assert_eq!(birth.len(), exact.patch_count(), "one probability per patch");
+    assert_eq!(birth.len(), exact.face_count(), "one probability per face");
     let central = |((moment, &b), &p): ((f64, &f64), &f64)| (p > 0.0).then(|| moment / p - b * b);
     moments.into_iter().zip(&exact.solution().reflected).zip(birth).map(central).collect()
 }
@@ -191,7 +187,7 @@ fn has_black_source(exact: &Exact) -> bool {
 /// (R_i/A_i)² (Φ_Tξ_iφ_i − φ_i²).
 pub fn shooting_covariance(exact: &Exact) -> Vec<f64> {
     let covariance = |Terms { b, r, xi, power_density }| r * power_density * xi * b - b * b;
-    Terms::of(exact, exact.solution_by_face()).into_iter().map(covariance).collect()
+    Terms::of(exact, exact.solution()).into_iter().map(covariance).collect()
 }
 
 /// The weight α of survival at which α·survival + (1 − α)·absorption has the least variance for shooting
@@ -204,7 +200,7 @@ pub fn best_shooting_weights(exact: &Exact) -> Vec<f64> {
 /// (R_i/p_i) Σ_s b_sb_is/R_s − b_i². `None` as in [`GatherEstimator::variances`] for survival.
 ///
 /// # Panics
-/// Unless there is one probability per patch.
+/// Unless there is one probability per face.
 pub fn gathering_covariance(exact: &Exact, birth: &[f64]) -> Vec<Option<f64>> {
     if has_black_source(exact) {
         return vec![None; birth.len()];
@@ -213,7 +209,7 @@ pub fn gathering_covariance(exact: &Exact, birth: &[f64]) -> Vec<Option<f64>> {
 }
 
 /// The weight α of survival at which α·survival + (1 − α)·absorption has the least variance for gathering
-/// walks (S97 §3.7), patch by patch: R − (1 − R) Σ_s b_sb_is/Σ_s E_sb_is, and R where no light arrives.
+/// walks (S97 §3.7), face by face: R − (1 − R) Σ_s b_sb_is/Σ_s E_sb_is, and R where no light arrives.
 /// `None` unless all sources share one reflectance R > 0.
 pub fn best_gathering_weights(exact: &Exact) -> Option<Vec<f64>> {
     let r = shared_source_reflectance(exact)?;
@@ -238,26 +234,24 @@ pub fn jacobi_variances(exact: &Exact) -> Vec<f64> {
         let b = exact.solution().reflected[i];
         exact.reflectance()[i] * total / exact.areas()[i] * b - b * b
     };
-    (0..exact.patch_count()).map(variance).collect()
+    (0..exact.face_count()).map(variance).collect()
 }
 
-/// The same for systematic births: face j shoots its share P_j/P_T of the rays, not a random number of them. What is
-/// left to chance is where each lands: (R_i/A_i)² P_T Σ_j P_jF_ji(1 − F_ji), A_i being that of all sides. Rounding shares
-/// to whole rays adds less than a ray's part.
+/// The variance of B_i [W²/m⁴] as in [`jacobi_variances`] for systematic births: face j shoots its share P_j/P_T of the
+/// rays, not a random number of them. What is left to chance is where each lands: (R_i/A_i)² P_T Σ_j P_jF_ji(1 − F_ji).
+/// Rounding shares to whole rays adds less than a ray's part.
 pub fn systematic_jacobi_variances(exact: &Exact) -> Vec<f64> {
-    let (faces, exchange) = (exact.faces(), exact.exchange());
-    let radiosity = &exact.solution_by_face().radiosity;
-    let power: Vec<f64> = exchange.areas().iter().zip(radiosity).map(|(area, b)| area * b).collect();
+    let exchange = exact.exchange();
+    let radiosity = exact.solution().radiosity.iter();
+    let power: Vec<f64> = exact.areas().iter().zip(radiosity).map(|(area, b)| area * b).collect();
     let total: f64 = power.iter().sum();
-    let mut to_patch = vec![0.0; exact.patch_count()];
-    let mut sides = vec![0.0; exact.patch_count()];
-    (0..faces.face_count()).for_each(|face| sides[faces.patch_of(face)] += 1.0);
-    let mut spread = vec![0.0; exact.patch_count()];
-    for (j, power) in power.iter().enumerate() {
-        to_patch.fill(0.0);
-        (0..faces.face_count()).for_each(|i| to_patch[faces.patch_of(i)] += exchange.form_factor(j, i));
-        spread.iter_mut().zip(&to_patch).for_each(|(sum, f)| *sum += power * f * (1.0 - f));
-    }
-    let patches = spread.iter().zip(exact.reflectance()).zip(exact.areas().iter().zip(&sides));
-    patches.map(|((spread, r), (area, sides))| (r / (area * sides)).powi(2) * total * spread).collect()
+    let variance = |i: usize| {
+        let landing = |(j, power): (usize, &f64)| {
+            let f = exchange.form_factor(j, i);
+            power * f * (1.0 - f)
+        };
+        let spread: f64 = power.iter().enumerate().map(landing).sum();
+        (exact.reflectance()[i] / exact.areas()[i]).powi(2) * total * spread
+    };
+    (0..exact.face_count()).map(variance).collect()
 }

@@ -32,12 +32,12 @@ fn patches_are_numbered_and_placed_as_in_the_scene() {
         let lowest = spec.surfaces.iter().flat_map(|surface| surface.shape.corners());
         let lowest = lowest.fold(DVec3::INFINITY, DVec3::min);
         let recognised = BoxScene::recognise(&spec).unwrap();
-        assert_eq!(recognised.patches().len(), scene.patches().len());
-        for (rectangle, patch) in recognised.patches().iter().zip(scene.patches()) {
+        assert_eq!(recognised.patches().len(), scene.faces().len());
+        for (rectangle, face) in recognised.patches().iter().zip(scene.faces()) {
             let centroid = lowest + 0.5 * (rectangle.lo + rectangle.hi);
-            assert!(centroid.distance(patch.centroid) < 1e-12, "{rectangle:?} against {patch:?}");
-            assert!((rectangle.area() / patch.area - 1.0).abs() < 1e-9);
-            let normal = scene.surfaces()[patch.surface as usize].normal();
+            assert!(centroid.distance(face.centroid) < 1e-12, "{rectangle:?} against {face:?}");
+            assert!((rectangle.area() / face.area - 1.0).abs() < 1e-9);
+            let normal = scene.surfaces()[face.surface as usize].normal();
             let forward = if rectangle.facing == exact::Facing::Up { 1.0 } else { -1.0 };
             assert!((normal[rectangle.axis] - forward).abs() < 1e-12);
         }

@@ -27,7 +27,7 @@ fn grey_is_the_case_of_one_channel() {
         let exact = Exact::of_scene(&spec).unwrap();
         let path = SharedPath::of(&[&exact]);
         let walk = WeightedWalk::new(&exact, &path).unwrap();
-        let birth = vec![1.0 / exact.patch_count() as f64; exact.patch_count()];
+        let birth = vec![1.0 / exact.face_count() as f64; exact.face_count()];
         for estimator in WalkEstimator::ALL {
             let expected = estimator.variances(&exact);
             for (variance, expected) in walk.shooting_variances(estimator).iter().zip(&expected) {
@@ -159,7 +159,7 @@ fn add_powers(moments: &mut [f64; 4], score: f64) {
 /// Shooting walks' and gathering walks' scores of B.
 fn moments(channels: &[Exact; 3], walks: u32) -> [Moments; 2] {
     let mut random = Walks::new(channels);
-    let n = channels[0].patch_count();
+    let n = channels[0].face_count();
     let areas = channels[0].areas();
     let sources = running_sums(random.path.source.iter().copied());
     let [mut shot, mut gathered] = [(); 2].map(|()| vec![[0.0; 4]; 12 * n]);
@@ -219,7 +219,7 @@ fn coloured_walks_spread_as_predicted() {
     const WALKS: u32 = 500_000;
     let channels = channels();
     let path = SharedPath::of(&channels.each_ref());
-    let n = channels[0].patch_count();
+    let n = channels[0].face_count();
     let birth = vec![1.0 / n as f64; n];
     let [shot, gathered] = moments(&channels, WALKS);
     let mut count = 0;

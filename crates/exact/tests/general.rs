@@ -125,7 +125,7 @@ fn turned_boxes() {
     for spec in [cube_54(), random_box(&mut numbers, 0.6, 1.0), random_box(&mut numbers, 0.6, 1.0)] {
         let (along, across) = (Exact::of_scene(&spec).unwrap(), solve(&turned(&spec)));
         assert_eq!(along.form_factors(), &FormFactors::ClosedForm);
-        for i in 0..along.patch_count() {
+        for i in 0..along.face_count() {
             let (b, b_turned) = (along.solution().radiosity[i], across.solution().radiosity[i]);
             assert_near(b_turned / b, 1.0, 1e-9);
             assert_near(across.xi()[i] / along.xi()[i], 1.0, 1e-9);
@@ -190,7 +190,7 @@ fn open_scenes_lose_what_their_rows_lack() {
     let absorbed: f64 =
         solution.incoming.iter().zip(exact.reflectance()).map(|(phi, r)| (1.0 - r) * phi).sum();
     let lost = |i: usize| exact.areas()[i] * solution.radiosity[i] * (1.0 - sums[i]);
-    let lost: f64 = (0..exact.patch_count()).map(lost).sum();
+    let lost: f64 = (0..exact.face_count()).map(lost).sum();
     assert!(lost > 0.3 * exact.total_power());
     assert_near((absorbed + lost) / exact.total_power(), 1.0, 1e-13);
     assert!(sums.iter().all(|&sum| sum < 1.0));

@@ -27,7 +27,7 @@ struct Walks<'a> {
 
 impl<'a> Walks<'a> {
     fn new(exact: &'a Exact) -> Self {
-        let n = exact.patch_count();
+        let n = exact.face_count();
         let row = |i: usize| running_sums((0..n).map(|j| exact.exchange().form_factor(i, j)));
         Walks { exact, rows: (0..n).map(row).collect(), numbers: Numbers(8) }
     }
@@ -53,7 +53,7 @@ impl<'a> Walks<'a> {
 
     /// Σ score … Σ score⁴ of B_i by estimator (shooting first) and patch.
     fn moments(&mut self, walks: u32) -> [Vec<[f64; 4]>; 8] {
-        let n = self.exact.patch_count();
+        let n = self.exact.face_count();
         let powers = self.exact.emittance().iter().zip(self.exact.areas()).map(|(e, a)| e * a);
         let (sources, births) = (running_sums(powers), running_sums(self.exact.areas().iter().copied()));
         let mut moments = [(); 8].map(|_| vec![[0.0; 4]; n]);

@@ -12,7 +12,7 @@ use std::thread;
 
 use exact::Exact;
 use glam::DVec3;
-use radiosity::{IndexChoice, Scene, SceneSpec, Sides};
+use radiosity::{Face, IndexChoice, Scene, SceneSpec, Sides};
 use shapes::{grey, painted, quad, room};
 
 /// The box reaches from 0 to here [m].
@@ -140,20 +140,19 @@ fn scene() -> SceneSpec {
 }
 
 /// The number here of every face there, found by where it is and which way it looks.
-fn numbers_of(exact: &Exact, scene: &Scene) -> Vec<usize> {
-    let number = |face: usize| {
-        let patch = scene.patches().get(exact.faces().patch_of(face));
-        let front = if face < exact.patch_count() { 1.0 } else { -1.0 };
-        let normal = front * scene.surfaces()[patch.surface as usize].normal();
+fn numbers_of(scene: &Scene) -> Vec<usize> {
+    let number = |face: Face| {
+        let front = if face.side == radiosity::Side::Front { 1.0 } else { -1.0 };
+        let normal = front * scene.surfaces()[face.surface as usize].normal();
         let matches = |number: &usize| {
             let side = side(*number);
             let looks = normal.distance(DVec3::AXES[side.axis] * side.sign) < 1e-9;
-            looks && (patch.centroid[side.axis] - side.at).abs() < 1e-9
+            looks && (face.centroid[side.axis] - side.at).abs() < 1e-9
         };
         let number = (0..8).find(matches).expect("a side of the scene");
-        face_at(number, &side(number), patch.centroid.into())
+        face_at(number, &side(number), face.centroid.into())
     };
-    (0..exact.faces().face_count()).map(number).collect()
+    scene.faces().iter().map(number).collect()
 }
 
 /// All faces' counts, the faces shared out to threads.
@@ -179,7 +178,7 @@ fn rays_past_a_wall_counted_independently() {
     let rays: u64 = std::env::var("RADWALK_RAYS").map_or(100_000_000, |n| n.parse().unwrap());
     let each = (rays / FACES as u64) as f64;
     let exact = Exact::of_scene(&scene()).unwrap();
-    let numbers = numbers_of(&exact, &Scene::build(&scene(), IndexChoice::Flat).unwrap());
+    let numbers = numbers_of(&Scene::build(&scene(), IndexChoice::Flat).unwrap());
     let counts = counts(rays);
     let (mut z, mut differences) = (vec![], 0.0_f64);
     for (i, &from) in numbers.iter().enumerate() {

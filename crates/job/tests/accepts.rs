@@ -122,7 +122,7 @@ fn the_documented_job() {
     assert_eq!(job.method, Method::default());
     assert_eq!(job.budget, Budget { wall_seconds: Some(3600.0), ..budget(10_000_000) });
     assert_eq!(job.target, Some(target(0.01)));
-    assert_eq!(job.build_scene().unwrap().patches().len(), 25);
+    assert_eq!(job.build_scene().unwrap().faces().len(), 25);
 }
 
 #[test]

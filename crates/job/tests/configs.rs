@@ -93,9 +93,9 @@ fn two_rooms() {
 #[test]
 fn cube6_r90() {
     let (job, scene) = loaded("cube6-r90");
-    assert_eq!(scene.patches().len(), 6);
+    assert_eq!(scene.faces().len(), 6);
     assert!(
-        scene.patches().iter().all(|patch| patch.reflectance == 0.9.into() && patch.emittance == 0.1.into())
+        scene.faces().iter().all(|patch| patch.reflectance == 0.9.into() && patch.emittance == 0.1.into())
     );
     assert_closed(&job, &scene, 6.0, 1.0);
 }
@@ -103,8 +103,8 @@ fn cube6_r90() {
 #[test]
 fn cube54() {
     let (job, scene) = loaded("cube54");
-    assert_eq!(scene.patches().len(), 54);
-    for (number, patch) in scene.patches().iter().enumerate() {
+    assert_eq!(scene.faces().len(), 54);
+    for (number, patch) in scene.faces().iter().enumerate() {
         assert_near(patch.reflectance[0], 0.3 + 0.1 * (number / 9) as f64);
         assert_near(patch.area, 1.0 / 9.0);
         assert_eq!(patch.emittance[0], if number == 4 { 1.0 } else { 0.0 });
@@ -142,7 +142,7 @@ fn cornell_areas() {
     assert_near(area_of(&job, "short-top"), short);
     assert_near(area_of(&job, "tall-top"), tall);
     assert_near(area_of(&job, "floor"), 0.5 * (0.5496 + 0.5528) * depth - short - tall);
-    assert_eq!(scene.patches().len(), 2692);
+    assert_eq!(scene.faces().len(), 2692);
     assert_near((0..3).map(|c| scene.total_power(c)).sum(), 100.0 * 0.130 * 0.105);
 }
 
@@ -179,7 +179,7 @@ fn cornell_is_open_in_front_only() {
 #[test]
 fn cornell_patches_are_of_a_size() {
     let (job, scene) = loaded("cornell");
-    for patch in scene.patches() {
+    for patch in scene.faces() {
         let surface = &job.scene.spec().surfaces[patch.surface as usize];
         assert!(patch.area > 3e-4 && patch.area < 1.3e-3, "{:?}: {} m²", surface.name, patch.area);
         if let Shape::Parallelogram { cells, .. } = surface.shape {

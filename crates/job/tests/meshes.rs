@@ -275,7 +275,7 @@ fn icospheres_integrate() {
         &["import.sides=1", "import.material.lamp.power=10", "import.material.*.reflectance=0.6"],
     );
     let experiment = Experiment::new(job.build_scene().unwrap(), job.method.walks()).unwrap();
-    let area: f64 = experiment.scene().patches().iter().map(|patch| patch.area).sum();
+    let area: f64 = experiment.scene().faces().iter().map(|patch| patch.area).sum();
     let (mut tally, mut board) = (experiment.tally::<2>(), experiment.board::<2>());
     experiment.walk(&Sequence::new(11), 0..WALKS, &mut board);
     board.add_to(&mut tally).unwrap();

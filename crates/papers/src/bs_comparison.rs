@@ -127,7 +127,7 @@ fn of_walks(
     let seed = if space == Space::Discrete { 401 } else { 402 };
     let found = lab.runs(&experiment, seed, runs, walks as u64, |tally| reader.reflected(tally));
     let mean = |i: usize| found.iter().map(|run| run[i]).sum::<f64>() / runs as f64;
-    let means: Vec<f64> = (0..exact.patch_count()).map(mean).collect();
+    let means: Vec<f64> = (0..exact.face_count()).map(mean).collect();
     // The mean is that of the runs themselves, which takes one degree of freedom.
     let scale = walks * rays_per_walk * runs as f64 / (runs - 1) as f64;
     let squares = found

@@ -76,7 +76,7 @@ impl Counted {
     fn births(&self, direction: &Direction) -> Vec<f64> {
         let powers: Vec<f64> = match direction {
             Direction::Gathering(birth) => birth_probabilities(&self.scene, birth),
-            _ => self.scene.patches().iter().map(|p| p.power(0) / self.scene.total_power(0)).collect(),
+            _ => self.scene.faces().iter().map(|p| p.power(0) / self.scene.total_power(0)).collect(),
         };
         let sums = powers.into_iter().scan(0.0, |sum, p| {
             *sum += p;
@@ -89,10 +89,10 @@ impl Counted {
         let lot = uniform(&mut rng);
         let mut patch = births.partition_point(|&sum| sum <= lot).min(births.len() - 1) as u32;
         loop {
-            let number = self.scene.patches().get(patch as usize).surface;
+            let number = self.scene.faces().get(patch as usize).surface;
             let surface = &self.scene.surfaces()[number as usize];
             let uv = [uniform(&mut rng), uniform(&mut rng)];
-            let uv = surface.inside(surface.point_in_cell(patch - surface.first_patch(), uv));
+            let uv = surface.inside(surface.point_in_cell(patch - surface.face(0, Side::Front), uv));
             let direction = surface.direction(Side::Front, rng.bits());
             let ray = Ray { origin: surface.point(uv), direction, from: number };
             let Some(hit) = self.scene.closest_hit(&ray) else { return };
@@ -104,7 +104,7 @@ impl Counted {
             if !surface.survives(rng.bits()) {
                 return;
             }
-            patch = surface.first_patch() + surface.cell_at(hit.uv);
+            patch = surface.face(surface.cell_at(hit.uv), hit.side);
         }
     }
 

@@ -120,7 +120,7 @@ fn iterations(births: RayBirths) -> Solve {
 
 fn contest(lab: &Lab, scene: &'static str, spec: &SceneSpec, [rays, runs]: [u64; 2]) -> Contest {
     let exact = Exact::of_scene(spec).expect("a closed box");
-    let ways = ways(rays, exact.patch_count() as u64).into_iter().zip(801..);
+    let ways = ways(rays, exact.face_count() as u64).into_iter().zip(801..);
     let results = ways.map(|(way, seed)| result(lab, spec, &exact, way, seed, [rays, runs])).collect();
     Contest { scene, results }
 }
@@ -308,7 +308,7 @@ fn figure(lab: &Lab, spec: &SceneSpec) -> Figure {
     let series = wanted.map(|wanted| {
         let points = powers.iter().filter_map(|power| {
             let rays = 1_u64 << power;
-            let way = ways(rays, exact.patch_count() as u64).into_iter().find(|way| way.name == wanted)?;
+            let way = ways(rays, exact.face_count() as u64).into_iter().find(|way| way.name == wanted)?;
             let runs = lab.pick(10, 20);
             let result = result(lab, spec, &exact, way, 895, [rays, runs]);
             let rms = (result.error.value / rays as f64).sqrt();

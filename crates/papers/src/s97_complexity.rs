@@ -125,7 +125,7 @@ impl Grown {
         let tree = scene(IndexChoice::Tree);
         let largest = predicted(&self.exact, &tree, &method).into_iter().fold(0.0, f64::max);
         let work = Counted::new(&self.surfaces).walk(direction, 701, SAMPLE);
-        let (surfaces, patches) = (tree.surfaces().len() as f64, tree.patches().len() as f64);
+        let (surfaces, patches) = (tree.surfaces().len() as f64, tree.faces().len() as f64);
         let seconds = [tree, scene(IndexChoice::Flat)].map(|scene| {
             let experiment = Experiment::new(scene, method.clone()).expect("walks fit every scene");
             time_of_walk(&experiment, lab.pick(20_000, 500_000))

@@ -104,7 +104,7 @@ fn compare(
 /// The closed forms of S97 and SInf with ξ = 0 for shooting and b_s = 0 for gathering, of one source s: Σ_s c_sb_is is
 /// then c_sb_i.
 fn simplified(exact: &Exact, direction: &Direction, estimator: EstimatorKind) -> Vec<f64> {
-    let (reflected, squared) = (&exact.solution().reflected, exact.squared_solution().reflected);
+    let (reflected, squared) = (&exact.solution().reflected, &exact.squared_solution().reflected);
     let source = exact.emittance().iter().position(|&e| e > 0.0).expect("one source");
     let (e_s, r_s) = (exact.emittance()[source], exact.reflectance()[source]);
     let variance = |i: usize| {

@@ -148,7 +148,7 @@ fn rooms(lab: &Lab) -> (Vec<Row>, Figure) {
     for cells in rows {
         let spec = scenes::room(cells);
         let experiment = experiment(&spec, method(Direction::Shooting, EstimatorKind::Collision));
-        let zones = experiment.scene().patches().len() as u64;
+        let zones = experiment.scene().faces().len() as u64;
         let sample = lab.tally::<2>(&experiment, 598, 20_000).counts;
         for per_zone in columns {
             let rays = per_zone * zones;

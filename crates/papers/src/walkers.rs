@@ -77,11 +77,11 @@ impl Reader {
     /// Of an experiment whose walks tell of every patch.
     pub fn new(experiment: &Experiment) -> Self {
         let empty = experiment.tally::<2>();
-        let worth = |(i, patch): (usize, radiosity::Patch)| {
+        let worth = |(i, patch): (usize, radiosity::Face)| {
             let meaning = experiment.meaning(i, 0, &empty).expect("walks are born everywhere");
             patch.reflectance[0] * meaning.unit * meaning.irradiance_per_event.unwrap_or(0.0)
         };
-        Reader { per_unit: experiment.scene().patches().iter().enumerate().map(worth).collect() }
+        Reader { per_unit: experiment.scene().faces().iter().enumerate().map(worth).collect() }
     }
 
     /// b of every patch [W/m²].
@@ -144,8 +144,8 @@ mod tests {
         let (coarse, fine) = (scenes::cube(3), refined(&scenes::cube(3), 2));
         let build = |spec| Scene::build(spec, IndexChoice::Flat).unwrap();
         assert!((build(&coarse).total_power(0) / build(&fine).total_power(0) - 1.0).abs() < 1e-12);
-        let emittance: Vec<f64> = build(&fine).patches().iter().map(|patch| patch.emittance[0]).collect();
-        let patches: Vec<f64> = build(&coarse).patches().iter().map(|patch| patch.emittance[0]).collect();
+        let emittance: Vec<f64> = build(&fine).faces().iter().map(|patch| patch.emittance[0]).collect();
+        let patches: Vec<f64> = build(&coarse).faces().iter().map(|patch| patch.emittance[0]).collect();
         assert_eq!(coarsened(&emittance, &coarse, 2), patches);
     }
 }

@@ -1,4 +1,4 @@
-//! Where rays have arrived: the patches that hold the hit points, who survives there, and the points from which
+//! Where rays have arrived: the faces that hold the hit points, who survives there, and the points from which
 //! survivors go on; many side by side.
 
 use crate::batch::{Lanes, WIDTH};
@@ -7,12 +7,12 @@ use crate::method::Space;
 use crate::real::Real;
 use crate::rng::{UNIT_32, unit_32};
 use crate::scene::Scene;
-use crate::surface::{EDGE, Surface};
+use crate::surface::{EDGE, Side, Surface};
 use crate::table::Table;
 use crate::trace::Hits;
 
-/// What an arrival needs of a surface: cells along u and v and the inverses of these numbers, first patch, bits of
-/// the survival threshold, 1 if its back is active, kind of outline.
+/// What an arrival needs of a surface: cells along u and v and the inverses of these numbers, first face, bits of
+/// the survival threshold, the step from a front to its back (0 where backs are not active), kind of outline.
 pub(crate) type Landing = [f64; 8];
 
 /// Kinds of outline.
@@ -51,15 +51,16 @@ fn landing(surface: &Surface) -> Landing {
         (true, false) => TRIANGLE,
         (true, true) => TRIANGLE_IN_ROWS,
     };
-    let back = f64::from(u8::from(surface.is_active(crate::Side::Back)));
+    let back = f64::from(surface.to_back());
     let survival = f64::from_bits(surface.survival_threshold());
-    [nu, nv, 1.0 / nu, 1.0 / nv, f64::from(surface.first_patch()), survival, back, kind]
+    [nu, nv, 1.0 / nu, 1.0 / nv, f64::from(surface.first_face()), survival, back, kind]
 }
 
 /// The arrivals of a batch.
 #[derive(Clone, Debug)]
 pub(crate) struct Arrivals {
-    pub(crate) patch: [u32; WIDTH],
+    /// Without meaning where no active side is met.
+    pub(crate) face: [u32; WIDTH],
     /// Met a surface,
     pub(crate) met: Lanes,
     /// and on an active side.
@@ -73,7 +74,7 @@ pub(crate) struct Arrivals {
 impl Default for Arrivals {
     fn default() -> Self {
         Arrivals {
-            patch: [0; WIDTH],
+            face: [0; WIDTH],
             met: Lanes::default(),
             active: Lanes::default(),
             survives: Lanes::default(),
@@ -124,7 +125,8 @@ impl Arrivals {
                 return;
             }
             let cell = surface.cell_at(hits.uv.each_ref().map(|row| row[lane]));
-            self.patch[lane] = surface.first_patch() + cell;
+            let side = if hits.facing[lane] > 0.0 { Side::Front } else { Side::Back };
+            self.face[lane] = surface.face(cell, side);
             if space == Space::Discrete {
                 let r = [(point[lane] >> 32) as u32, point[lane] as u32].map(unit_32);
                 let uv = surface.point_in_cell(cell, r);
@@ -180,7 +182,7 @@ fn continuous<R: Real>(
     }
 }
 
-/// Patch, activity and survival of N arrivals; returns their cells, as numbers along u and v, and landings.
+/// Face, activity and survival of N arrivals; returns their cells, as numbers along u and v, and landings.
 #[inline(always)]
 fn arrive<R: Real>(
     arrivals: &mut Arrivals,
@@ -190,15 +192,17 @@ fn arrive<R: Real>(
     survival: &[u64; WIDTH],
 ) -> ([R; 2], [R; 8]) {
     let landing = R::rows(&landings.table, &hits.surface[first..]);
-    let [nu, nv, _, _, first_patch, threshold, back, _] = landing;
+    let [nu, nv, _, _, first_face, threshold, back, _] = landing;
     let cell = [grid_step(R::load(&hits.uv[0][first..]), nu), grid_step(R::load(&hits.uv[1][first..]), nv)];
-    (cell[0] * nv + cell[1] + first_patch).store_u32(&mut arrivals.patch[first..]);
+    let (facing, zero) = (R::load(&hits.facing[first..]), R::splat(0.0));
+    let side = R::select(facing.lt(zero), back, zero);
+    (cell[0] * nv + cell[1] + first_face + side).store_u32(&mut arrivals.face[first..]);
     let none = R::splat(f64::from(Hits::NONE));
     let met = R::load_u32(&hits.surface[first..]).ne(none);
     arrivals.met.add(first, R::bits(met));
     // Above 0: the front, or a back that is active.
-    let activity = R::load(&hits.facing[first..]) + back + back;
-    arrivals.active.add(first, R::bits(met & R::splat(0.0).lt(activity)));
+    let activity = facing + back + back;
+    arrivals.active.add(first, R::bits(met & zero.lt(activity)));
     arrivals.survives.add(first, R::bits(R::below(&survival[first..], threshold)));
     (cell, landing)
 }

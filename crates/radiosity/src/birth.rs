@@ -1,10 +1,9 @@
 //! Where walks are born.
 
+use crate::face::{Face, Faces};
 use crate::method::Birth;
-use crate::patch::{Patch, Patches};
 use crate::sampling::AliasTable;
 use crate::scene::Scene;
-use crate::spec::Sides;
 use crate::surface::{Side, Surface};
 
 /// One side of consecutive cells of a surface, where walks begin with the same probability.
@@ -31,43 +30,36 @@ pub(crate) struct Births {
     choice: AliasTable,
     /// Per cradle; empty where every weight is 1.
     weights: Vec<[f64; 3]>,
+    /// The largest of them, channel by channel; 1 where a channel has no light at all.
+    largest_weights: [f64; 3],
 }
 
 impl Births {
-    /// Births with a probability in proportion to `share` of each patch, both sides of a two-sided one alike.
-    /// `None` where no share is above 0.
-    pub(crate) fn new(
-        surfaces: &[Surface],
-        patch_count: usize,
-        share: impl Fn(usize) -> f64,
-    ) -> Option<Self> {
-        Births::in_cradles(surfaces, patch_count, &share, |a, b| share(a) == share(b))
+    /// Births with a probability in proportion to `share` of each face. `None` where no share is above 0.
+    pub(crate) fn new(surfaces: &[Surface], faces: &Faces, share: impl Fn(usize) -> f64) -> Option<Self> {
+        Births::in_cradles(surfaces, faces, &share, |a, b| share(a) == share(b))
     }
 
     /// The same, given which neighbours are alike in all that matters at a birth.
     fn in_cradles(
         surfaces: &[Surface],
-        patch_count: usize,
+        faces: &Faces,
         share: impl Fn(usize) -> f64,
         alike: impl Fn(usize, usize) -> bool,
     ) -> Option<Self> {
         let (mut cradles, mut shares) = (Vec::new(), Vec::new());
-        for (number, surface) in surfaces.iter().enumerate() {
-            let first = surface.first_patch() as usize;
-            let end = surfaces.get(number + 1).map_or(patch_count, |next| next.first_patch() as usize);
-            let sides: &[Side] = match surface.sides() {
-                Sides::Front => &[Side::Front],
-                Sides::Both => &[Side::Front, Side::Back],
-            };
-            let mut next = first;
-            while next < end {
-                let patch = next;
-                next += (patch..end).take_while(|&other| alike(patch, other)).count();
-                let cells = (next - patch) as u32;
-                for &side in sides.iter().filter(|_| share(patch) > 0.0) {
-                    let first_cell = (patch - first) as u32;
-                    cradles.push(Cradle { surface: number as u32, side, first_cell, cells });
-                    shares.push(share(patch) * f64::from(cells) / sides.len() as f64);
+        for (surface, all_cells) in (0..).zip(surfaces.iter().map(Surface::cell_count)) {
+            for side in [Side::Front, Side::Back] {
+                let Some(first) = faces.first_on(surface, side).map(|first| first as usize) else { continue };
+                let (mut next, end) = (first, first + all_cells as usize);
+                while next < end {
+                    let face = next;
+                    next += (face..end).take_while(|&other| alike(face, other)).count();
+                    if share(face) > 0.0 {
+                        let (first_cell, cells) = ((face - first) as u32, (next - face) as u32);
+                        cradles.push(Cradle { surface, side, first_cell, cells });
+                        shares.push(share(face) * f64::from(cells));
+                    }
                 }
             }
         }
@@ -75,6 +67,7 @@ impl Births {
             choice: AliasTable::new(&shares),
             cradles,
             weights: Vec::new(),
+            largest_weights: [1.0; 3],
         })
     }
 
@@ -83,25 +76,28 @@ impl Births {
     /// would have, and no weight exceeds the number of channels (the balance heuristic).
     pub(crate) fn of_emitters(
         surfaces: &[Surface],
-        patches: &Patches,
+        faces: &Faces,
         channels: usize,
         total: [f64; 3],
     ) -> Option<Self> {
         if channels == 1 {
-            return Births::new(surfaces, patches.len(), |i| patches.get(i).power(0));
+            return Births::new(surfaces, faces, |i| faces.get(i).power(0));
         }
-        let share = |patch: &Patch, c: usize| if total[c] > 0.0 { patch.power(c) / total[c] } else { 0.0 };
+        let share = |face: &Face, c: usize| if total[c] > 0.0 { face.power(c) / total[c] } else { 0.0 };
         let emitting = total.iter().filter(|&&power| power > 0.0).count() as f64;
-        let probability = |patch: &Patch| (0..3).map(|c| share(patch, c)).sum::<f64>() / emitting;
-        let alike = |a: usize, b: usize| patches.get(a).emittance == patches.get(b).emittance;
-        let mut births =
-            Births::in_cradles(surfaces, patches.len(), |i| probability(&patches.get(i)), alike)?;
+        let probability = |face: &Face| (0..3).map(|c| share(face, c)).sum::<f64>() / emitting;
+        let alike = |a: usize, b: usize| faces.get(a).emittance == faces.get(b).emittance;
+        let mut births = Births::in_cradles(surfaces, faces, |i| probability(&faces.get(i)), alike)?;
         let weights = births.cradles.iter().map(|cradle| {
-            let first_patch = surfaces[cradle.surface as usize].first_patch();
-            let patch = patches.get((first_patch + cradle.first_cell) as usize);
-            std::array::from_fn(|c| share(&patch, c) / probability(&patch))
+            let surface = &surfaces[cradle.surface as usize];
+            let face = faces.get(surface.face(cradle.first_cell, cradle.side) as usize);
+            std::array::from_fn(|c| share(&face, c) / probability(&face))
         });
         births.weights = weights.collect();
+        births.largest_weights = std::array::from_fn(|c| {
+            let largest = births.weights.iter().map(|weights| weights[c]).fold(0.0, f64::max);
+            if largest > 0.0 { largest } else { 1.0 }
+        });
         Some(births)
     }
 
@@ -120,24 +116,24 @@ impl Births {
 
     /// The largest weight that a walk sets out with, channel by channel; 1 where a channel has no light at all.
     pub(crate) fn largest_weights(&self) -> [f64; 3] {
-        let largest = |c: usize| self.weights.iter().map(|weights| weights[c]).fold(0.0, f64::max);
-        [0, 1, 2].map(largest).map(|weight| if weight > 0.0 { weight } else { 1.0 })
+        self.largest_weights
     }
 }
 
-/// p_i: the probability that a gathering walk is born on patch i, for every patch.
+/// p_i: the probability that a gathering walk is born on face i, for every face.
 pub fn birth_probabilities(scene: &Scene, birth: &Birth) -> Vec<f64> {
-    let patches = scene.patches();
+    let faces = scene.faces();
     match birth {
         Birth::Area => {
-            let total: f64 = patches.iter().map(|patch| patch.active_area()).sum();
-            patches.iter().map(|patch| patch.active_area() / total).collect()
+            let total: f64 = faces.iter().map(|face| face.area).sum();
+            faces.iter().map(|face| face.area / total).collect()
         }
-        Birth::Uniform => vec![1.0 / patches.len() as f64; patches.len()],
-        Birth::Patches(chosen) => {
-            let mut probabilities = vec![0.0; patches.len()];
-            for &patch in chosen {
-                probabilities[patch as usize] = 1.0 / chosen.len() as f64;
+        Birth::Uniform => vec![1.0 / faces.len() as f64; faces.len()],
+        Birth::Patches(patches) => {
+            let chosen: Vec<u32> = patches.iter().flat_map(|&patch| faces.of_patch(patch)).collect();
+            let mut probabilities = vec![0.0; faces.len()];
+            for &face in &chosen {
+                probabilities[face as usize] = 1.0 / chosen.len() as f64;
             }
             probabilities
         }

@@ -1,6 +1,6 @@
 //! Estimators: what a walk scores, and where.
 //!
-//! A shooting walk scores on the patches it meets; a gathering walk on the patch it was born on, by the
+//! A shooting walk scores on the faces it meets; a gathering walk on the face it was born on, by the
 //! emittances it meets; in each of C channels. Scores are whole numbers of units: hits for grey analog shooting,
 //! else 2⁻⁴⁰ of the largest single score (2⁻²⁴ where fourth powers are summed, which would not fit otherwise).
 
@@ -20,40 +20,40 @@ pub(crate) const fn fixed_units(moments: usize) -> f64 {
 
 /// Scores the events of a batch of walks, C channels at a time.
 pub trait Estimator<const C: usize> {
-    /// Walk `lane` was born on patch `birth`.
+    /// Walk `lane` was born on face `birth`.
     fn begin(&mut self, lane: usize, birth: u32);
-    /// The walks have arrived on these patches with these weights, and this became of them.
-    fn score(&mut self, patches: &[u32; WIDTH], outcome: &Outcome, weights: &[[f64; C]; WIDTH]);
+    /// The walks have arrived on these faces with these weights, and this became of them.
+    fn score(&mut self, faces: &[u32; WIDTH], outcome: &Outcome, weights: &[[f64; C]; WIDTH]);
     /// Walk `lane` has ended.
     fn end(&mut self, lane: usize, rng: WalkRng);
     /// Walk `from` goes on as walk `to`.
     fn relocate(&mut self, from: usize, to: usize);
-    /// The walks will soon score on these patches.
-    fn expect(&self, _patches: &[u32]) {}
+    /// The walks will soon score on these faces.
+    fn expect(&self, _faces: &[u32]) {}
 }
 
-/// The patches that a walk scored on, and what: units U each.
+/// The faces that a walk scored on, and what: units U each.
 #[derive(Clone, Debug)]
 pub struct Path<U> {
-    patches: Vec<u32>,
+    faces: Vec<u32>,
     units: Vec<U>,
 }
 
 impl<U> Default for Path<U> {
     fn default() -> Self {
-        Path { patches: Vec::new(), units: Vec::new() }
+        Path { faces: Vec::new(), units: Vec::new() }
     }
 }
 
 impl<U> Path<U> {
     #[inline(always)]
-    fn push(&mut self, patch: u32, units: U) {
-        self.patches.push(patch);
+    fn push(&mut self, face: u32, units: U) {
+        self.faces.push(face);
         self.units.push(units);
     }
 
     fn clear(&mut self) {
-        self.patches.clear();
+        self.faces.clear();
         self.units.clear();
     }
 }
@@ -94,10 +94,10 @@ impl Event for Absorption {
     }
 }
 
-/// The first patches that each walk of a batch scored on; the later ones of a long walk are kept apart.
+/// The first faces that each walk of a batch scored on; the later ones of a long walk are kept apart.
 struct Visits {
-    /// `patches[k][lane]`: patch number k of a walk.
-    patches: Vec<[u32; WIDTH]>,
+    /// `faces[k][lane]`: face number k of a walk.
+    faces: Vec<[u32; WIDTH]>,
     len: [u32; WIDTH],
     later: Vec<Vec<u32>>,
 }
@@ -107,52 +107,52 @@ const SEARCHED: usize = 64;
 
 impl Visits {
     fn new() -> Self {
-        Visits { patches: Vec::new(), len: [0; WIDTH], later: vec![Vec::new(); WIDTH] }
+        Visits { faces: Vec::new(), len: [0; WIDTH], later: vec![Vec::new(); WIDTH] }
     }
 
-    /// How often each walk has been on its patch.
+    /// How often each walk has been on its face.
     #[inline(always)]
-    fn earlier(&self, isa: Isa, patches: &[u32; WIDTH]) -> [u32; WIDTH] {
+    fn earlier(&self, isa: Isa, faces: &[u32; WIDTH]) -> [u32; WIDTH] {
         let mut earlier = [0; WIDTH];
         let (visits, found) = (self, &mut earlier);
-        on_isa!(isa, count_earlier(visits: &Visits, patches: &[u32; WIDTH], found: &mut [u32; WIDTH]));
+        on_isa!(isa, count_earlier(visits: &Visits, faces: &[u32; WIDTH], found: &mut [u32; WIDTH]));
         earlier
     }
 
     /// Remembers a visit; false where too many are remembered already.
     #[inline(always)]
-    fn push(&mut self, lane: usize, patch: u32) -> bool {
+    fn push(&mut self, lane: usize, face: u32) -> bool {
         let len = self.len[lane] as usize;
-        if len == self.patches.len() {
+        if len == self.faces.len() {
             if len == SEARCHED {
-                self.later[lane].push(patch);
+                self.later[lane].push(face);
                 return false;
             }
-            self.patches.push([0; WIDTH]);
+            self.faces.push([0; WIDTH]);
         }
-        self.patches[len][lane] = patch;
+        self.faces[len][lane] = face;
         self.len[lane] += 1;
         true
     }
 
     fn relocate(&mut self, from: usize, to: usize) {
         self.len[to] = self.len[from];
-        self.patches.iter_mut().for_each(|row| row[to] = row[from]);
+        self.faces.iter_mut().for_each(|row| row[to] = row[from]);
         self.later.swap(from, to);
     }
 }
 
 #[inline(always)]
-fn count_earlier<R: Real>(visits: &Visits, patches: &[u32; WIDTH], earlier: &mut [u32; WIDTH]) {
+fn count_earlier<R: Real>(visits: &Visits, faces: &[u32; WIDTH], earlier: &mut [u32; WIDTH]) {
     let longest = visits.len.iter().fold(0, |longest, &len| longest.max(len));
-    for (k, row) in (0..longest).zip(&visits.patches) {
+    for (k, row) in (0..longest).zip(&visits.faces) {
         for lane in 0..WIDTH {
-            earlier[lane] += u32::from((row[lane] == patches[lane]) & (k < visits.len[lane]));
+            earlier[lane] += u32::from((row[lane] == faces[lane]) & (k < visits.len[lane]));
         }
     }
 }
 
-/// Grey analog shooting: one unit for each event, on the patch where it happens.
+/// Grey analog shooting: one unit for each event, on the face where it happens.
 pub(crate) struct ShootHits<'a, V, const M: usize> {
     board: &'a mut Scoreboard<u64, (), 1, M>,
     visits: Visits,
@@ -171,7 +171,7 @@ impl<'a, V, const M: usize> ShootHits<'a, V, M> {
         let mut later = std::mem::take(&mut self.visits.later[lane]);
         later.sort_unstable();
         for visits in later.chunk_by(|a, b| a == b) {
-            let first = self.visits.patches.iter().filter(|row| row[lane] == visits[0]).count() as u64;
+            let first = self.visits.faces.iter().filter(|row| row[lane] == visits[0]).count() as u64;
             (0..visits.len() as u64).for_each(|i| self.board.add_one(visits[0], first + i));
         }
     }
@@ -184,11 +184,11 @@ impl<V: Event, const M: usize> Estimator<1> for ShootHits<'_, V, M> {
     }
 
     #[inline(always)]
-    fn score(&mut self, patches: &[u32; WIDTH], outcome: &Outcome, _: &[[f64; 1]; WIDTH]) {
-        let earlier = self.visits.earlier(self.isa, patches);
+    fn score(&mut self, faces: &[u32; WIDTH], outcome: &Outcome, _: &[[f64; 1]; WIDTH]) {
+        let earlier = self.visits.earlier(self.isa, faces);
         V::scoring(outcome).each(|lane| {
-            if self.visits.push(lane, patches[lane]) {
-                self.board.add_one(patches[lane], earlier[lane].into());
+            if self.visits.push(lane, faces[lane]) {
+                self.board.add_one(faces[lane], earlier[lane].into());
             }
         });
     }
@@ -205,12 +205,12 @@ impl<V: Event, const M: usize> Estimator<1> for ShootHits<'_, V, M> {
     }
 
     #[inline(always)]
-    fn expect(&self, patches: &[u32]) {
-        self.board.expect(patches);
+    fn expect(&self, faces: &[u32]) {
+        self.board.expect(faces);
     }
 }
 
-/// Weighted shooting: the weights at each event, on the patch it happens on (SInf eq. 1 for arrivals). Rounding
+/// Weighted shooting: the weights at each event, on the face it happens on (SInf eq. 1 for arrivals). Rounding
 /// to 2⁻⁴⁰ is below 10⁻⁹ of the smallest weight that a threshold of 0.001 leaves.
 pub(crate) struct ShootWeights<'a, V, const C: usize, const M: usize> {
     board: &'a mut Scoreboard<u128, u64, C, M>,
@@ -231,20 +231,20 @@ impl<V: Event, const C: usize, const M: usize> Estimator<C> for ShootWeights<'_,
     }
 
     #[inline(always)]
-    fn score(&mut self, patches: &[u32; WIDTH], outcome: &Outcome, weights: &[[f64; C]; WIDTH]) {
+    fn score(&mut self, faces: &[u32; WIDTH], outcome: &Outcome, weights: &[[f64; C]; WIDTH]) {
         V::scoring(outcome).each(|lane| {
             let units = weights[lane].map(|weight| (weight * fixed_units(M) + 0.5) as u64);
-            self.paths[lane].push(patches[lane], units);
+            self.paths[lane].push(faces[lane], units);
         });
     }
 
     #[inline(always)]
     fn end(&mut self, lane: usize, _: WalkRng) {
         let path = &self.paths[lane];
-        for &patch in &path.patches {
-            self.board.count(patch);
+        for &face in &path.faces {
+            self.board.count(face);
         }
-        self.board.add_path(&path.patches, |i| path.units[i].map(u128::from));
+        self.board.add_path(&path.faces, |i| path.units[i].map(u128::from));
     }
 
     fn relocate(&mut self, from: usize, to: usize) {
@@ -252,8 +252,8 @@ impl<V: Event, const C: usize, const M: usize> Estimator<C> for ShootWeights<'_,
     }
 
     #[inline(always)]
-    fn expect(&self, patches: &[u32]) {
-        self.board.expect(patches);
+    fn expect(&self, faces: &[u32]) {
+        self.board.expect(faces);
     }
 }
 
@@ -265,7 +265,7 @@ fn dithered<const M: usize>(score: f64, rng: &mut WalkRng) -> u128 {
     u128::from_units(score * fixed_units(M) + dither)
 }
 
-/// The patch that a gathering walk was born on, and what the walk has gathered.
+/// The face that a gathering walk was born on, and what the walk has gathered.
 #[derive(Clone, Copy, Debug)]
 struct Gathered<const S: usize> {
     birth: u32,
@@ -278,10 +278,10 @@ impl<const S: usize> Default for Gathered<S> {
     }
 }
 
-/// Gathering: the value of each event's patch times the weight there, on the patch of birth.
+/// Gathering: the value of each event's face times the weight there, on the face of birth.
 pub(crate) struct Gather<'a, V, const C: usize, const M: usize> {
     board: &'a mut Scoreboard<u128, u64, C, M>,
-    /// What an event on each patch is worth, over the largest of these values in its channel.
+    /// What an event on each face is worth, over the largest of these values in its channel.
     values: &'a [[f64; C]],
     gathered: [Gathered<C>; WIDTH],
     event: PhantomData<V>,
@@ -301,9 +301,9 @@ impl<V: Event, const C: usize, const M: usize> Estimator<C> for Gather<'_, V, C,
     }
 
     #[inline(always)]
-    fn score(&mut self, patches: &[u32; WIDTH], outcome: &Outcome, weights: &[[f64; C]; WIDTH]) {
+    fn score(&mut self, faces: &[u32; WIDTH], outcome: &Outcome, weights: &[[f64; C]; WIDTH]) {
         V::scoring(outcome).each(|lane| {
-            let values = self.values[patches[lane] as usize];
+            let values = self.values[faces[lane] as usize];
             let scores = self.gathered[lane].scores.iter_mut();
             for ((score, weight), value) in scores.zip(weights[lane]).zip(values) {
                 *score += weight * value;
@@ -345,14 +345,14 @@ impl<const M: usize> Estimator<1> for ShootRelated<'_, M> {
         self.paths[lane].clear();
     }
 
-    fn score(&mut self, patches: &[u32; WIDTH], outcome: &Outcome, _: &[[f64; 1]; WIDTH]) {
-        outcome.survived.each(|lane| self.paths[lane].push(patches[lane], [1, 0, 1, 1]));
-        outcome.died.each(|lane| self.paths[lane].push(patches[lane], [1, 1, 0, 1]));
+    fn score(&mut self, faces: &[u32; WIDTH], outcome: &Outcome, _: &[[f64; 1]; WIDTH]) {
+        outcome.survived.each(|lane| self.paths[lane].push(faces[lane], [1, 0, 1, 1]));
+        outcome.died.each(|lane| self.paths[lane].push(faces[lane], [1, 1, 0, 1]));
     }
 
     fn end(&mut self, lane: usize, _: WalkRng) {
         let path = &self.paths[lane];
-        self.board.add_path(&path.patches, |i| path.units[i]);
+        self.board.add_path(&path.faces, |i| path.units[i]);
     }
 
     fn relocate(&mut self, from: usize, to: usize) {
@@ -363,7 +363,7 @@ impl<const M: usize> Estimator<1> for ShootRelated<'_, M> {
 /// Collision, absorption and survival gathering of the same grey walks.
 pub(crate) struct GatherRelated<'a, const M: usize> {
     board: &'a mut Scoreboard<u128, u64, RELATED, M>,
-    /// What an arrival, a death, a survival on each patch is worth, over the largest of all these values.
+    /// What an arrival, a death, a survival on each face is worth, over the largest of all these values.
     values: &'a [[f64; 3]],
     gathered: [Gathered<3>; WIDTH],
 }
@@ -380,10 +380,10 @@ impl<const M: usize> Estimator<1> for GatherRelated<'_, M> {
         self.board.count(birth);
     }
 
-    fn score(&mut self, patches: &[u32; WIDTH], outcome: &Outcome, _: &[[f64; 1]; WIDTH]) {
+    fn score(&mut self, faces: &[u32; WIDTH], outcome: &Outcome, _: &[[f64; 1]; WIDTH]) {
         for (kind, scoring) in [outcome.arrived, outcome.died, outcome.survived].into_iter().enumerate() {
             scoring.each(|lane| {
-                self.gathered[lane].scores[kind] += self.values[patches[lane] as usize][kind];
+                self.gathered[lane].scores[kind] += self.values[faces[lane] as usize][kind];
             });
         }
     }

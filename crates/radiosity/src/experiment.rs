@@ -9,16 +9,15 @@ use crate::estimator::{
     Absorption, Collision, Estimator, Gather, GatherRelated, RELATED, ShootHits, ShootRelated, ShootWeights,
     Survival, fixed_units,
 };
+use crate::face::Face;
 use crate::fate::{Analog, Coloured, Fate, FirstArrival, Infinite};
-use crate::final_gather::{LIGHT_BY_SHADOW_RAYS, final_gather};
-use crate::jacobi::faces::Faces;
-use crate::jacobi::{self, ChainBoard, Iteration, Outcome};
+use crate::final_gather::{Gathered, LIGHT_BY_SHADOW_RAYS, final_gather};
+use crate::jacobi::faces::FaceTable;
+use crate::jacobi::{self, ChainBoard, Iteration, Outcome, Reciprocity};
 use crate::method::{Batch, Birth, Direction, EstimatorKind, InfiniteEnd, Method, Sampler, Solve, Space};
-use crate::patch::Patch;
 use crate::quasi::{Place, Quasi};
 use crate::rng::Sequence;
 use crate::scene::Scene;
-use crate::spec::Sides;
 use crate::tally::{Counts, Layout, Overflow, Scoreboard, Tally};
 use crate::walk::{walk_all, walk_each};
 
@@ -39,7 +38,7 @@ pub enum Unfit {
     /// Batches of walks that share a Sobol sequence score as shooting walks do.
     #[error("Sobol sequences are for shooting walks without `mix`; choose sampler = \"random\"")]
     Sobol,
-    /// What is gathered has to be told apart from the rays that gather it, and by side.
+    /// What is gathered has to be told apart from the rays that gather it.
     #[error("a final gather needs {0}")]
     FinalGather(&'static str),
     /// Nobody can be born, and nothing gathered, where there is no patch.
@@ -114,6 +113,9 @@ const GATHERING_PART: u64 = 4;
 /// The rays of the final gather of batch n are those of walk 2⁶³ + n: no job has so many walks.
 const GATHERING_RAYS: u64 = 1 << 63;
 
+/// The rays that test reciprocity are those of this walk, which no job has either.
+const RECIPROCITY: u64 = u64::MAX;
+
 /// Walks of a batch that are scored at once: no sum of so few wraps.
 const WALKS_AT_ONCE: usize = 1 << 18;
 
@@ -131,6 +133,8 @@ pub struct Experiment {
     gathering: Option<Gathering>,
     /// What chains score H over [W/m²], per channel.
     largest_radiosity: [f64; 3],
+    /// Of a face [m²].
+    least_area: f64,
 }
 
 /// Runs walks with the event that an estimator scores and the fate its walks meet, in C channels.
@@ -190,7 +194,8 @@ impl Experiment {
             }
         };
         let largest_radiosity = jacobi::largest_radiosity(&scene);
-        Ok(Experiment { scene, method, gathering, largest_radiosity })
+        let least_area = least_area(&scene);
+        Ok(Experiment { scene, method, gathering, largest_radiosity, least_area })
     }
 
     /// The scene.
@@ -226,31 +231,31 @@ impl Experiment {
 
     /// An empty tally of M power sums.
     pub fn tally<const M: usize>(&self) -> Tally {
-        Tally::new(self.scene.patches().len(), self.layout::<M>())
+        Tally::new(self.scene.faces().len(), self.layout::<M>())
     }
 
     /// An empty board.
     pub fn board<const M: usize>(&self) -> Board<M> {
-        self.board_of(self.scene.patches().len())
+        self.board_of(self.scene.faces().len())
     }
 
-    fn board_of<const M: usize>(&self, patches: usize) -> Board<M> {
+    fn board_of<const M: usize>(&self, faces: usize) -> Board<M> {
         if self.batch_paths().is_some() {
-            return Board::Chains(ChainBoard::new(patches, self.scene.channels()));
+            return Board::Chains(ChainBoard::new(faces, self.scene.channels()));
         }
-        self.board_of_walks(patches)
+        self.board_of_walks(faces)
     }
 
     /// The board of single walks.
-    fn board_of_walks<const M: usize>(&self, patches: usize) -> Board<M> {
+    fn board_of_walks<const M: usize>(&self, faces: usize) -> Board<M> {
         let hits =
             self.method.direction == Direction::Shooting && self.method.estimator != EstimatorKind::Infinite;
         match (self.scene.channels(), hits, self.method.mix) {
-            (1, true, false) => Board::Hits(Scoreboard::new(patches)),
-            (1, true, true) => Board::RelatedHits(Scoreboard::new(patches)),
-            (1, false, false) => Board::Fixed(Scoreboard::new(patches)),
-            (1, false, true) => Board::RelatedFixed(Scoreboard::new(patches)),
-            _ => Board::Coloured(Scoreboard::new(patches)),
+            (1, true, false) => Board::Hits(Scoreboard::new(faces)),
+            (1, true, true) => Board::RelatedHits(Scoreboard::new(faces)),
+            (1, false, false) => Board::Fixed(Scoreboard::new(faces)),
+            (1, false, true) => Board::RelatedFixed(Scoreboard::new(faces)),
+            _ => Board::Coloured(Scoreboard::new(faces)),
         }
     }
 
@@ -329,7 +334,7 @@ impl Experiment {
         go_on: &dyn Fn() -> bool,
     ) -> Option<Outcome> {
         let numbers = Quasi::new(sequence, batch, walks);
-        let mut board = self.board_of_walks::<2>(self.scene.patches().len());
+        let mut board = self.board_of_walks::<2>(self.scene.faces().len());
         let mut tally: Option<Tally> = None;
         for first in (0..walks).step_by(WALKS_AT_ONCE) {
             if !go_on() {
@@ -351,27 +356,21 @@ impl Experiment {
         tally.map(|tally| self.outcome(&tally))
     }
 
-    /// H of every patch, and the counts of one walk, the batch.
+    /// H of every face, and the counts of one walk, the batch.
     fn outcome(&self, tally: &Tally) -> Outcome {
-        let (patches, channels) = (self.scene.patches(), self.scene.channels());
+        let (faces, channels) = (self.scene.faces(), self.scene.channels());
         let walks = tally.counts.walks;
-        let irradiance = |(i, patch): (usize, &Patch), channel: usize| {
-            let Meaning { unit, irradiance_per_event, .. } = self.meaning_of_shooting(patch, channel, tally);
+        let irradiance = |(i, face): (usize, &Face), channel: usize| {
+            let Meaning { unit, irradiance_per_event, .. } = self.meaning_of_shooting(face, channel, tally);
             tally.patch(i, channel)[0] as f64 / walks as f64 * unit * irradiance_per_event.unwrap_or(0.0)
         };
-        let by_patch: Vec<f64> = patches
-            .iter()
-            .enumerate()
-            .flat_map(|(i, p)| (0..channels).map(move |c| irradiance((i, &p), c)))
-            .collect();
+        let by_face = faces.iter().enumerate();
         let per_walk = |weights: [u128; 3]| weights.map(|weight| weight / u128::from(walks));
         Outcome {
-            // Where all patches have one side, they are the faces.
-            of_faces: (0..channels)
-                .map(|c| by_patch.iter().skip(c).step_by(channels).copied().collect())
+            irradiance: by_face
+                .flat_map(|(i, face)| (0..channels).map(move |c| irradiance((i, &face), c)))
                 .collect(),
-            irradiance: by_patch,
-            landed: (0..patches.len()).map(|i| tally.events(i) as u64).collect(),
+            landed: (0..faces.len()).map(|i| tally.events(i) as u64).collect(),
             counts: Counts {
                 walks: 1,
                 absorbed_back_weight: per_walk(tally.counts.absorbed_back_weight),
@@ -394,21 +393,35 @@ impl Experiment {
         if chosen.is_empty() {
             return Some(outcome);
         }
-        let faces = Faces::new(&self.scene);
-        let reflected = |(c, h): (usize, &Vec<f64>)| {
-            faces.list.iter().zip(h).map(|(face, h)| face.reflectance[c] * h).collect()
+        let (faces, channels) = (FaceTable::new(&self.scene), self.scene.channels());
+        let of_face = |(face, h): (&Face, &[f64])| {
+            h.iter().enumerate().map(|(c, h)| face.reflectance[c] * h).collect::<Vec<f64>>()
         };
-        let reflected: Vec<Vec<f64>> = outcome.of_faces.iter().enumerate().map(reflected).collect();
+        let reflected: Vec<f64> =
+            faces.list.iter().zip(outcome.irradiance.chunks_exact(channels)).flat_map(of_face).collect();
+        let chosen: Vec<u32> = chosen.iter().flat_map(|&patch| self.scene.faces().of_patch(patch)).collect();
         let rng = sequence.walk(GATHERING_RAYS + batch);
         let rays = outcome.counts.rays / GATHERING_PART;
-        let gathered = final_gather(&faces, chosen, &reflected, rays, rng, go_on)?;
-        for patch in gathered {
-            let (i, channels) = (patch.patch as usize, self.scene.channels());
-            outcome.irradiance[i * channels..][..channels].copy_from_slice(&patch.irradiance);
-            outcome.landed[i] += patch.landed;
-            outcome.counts.rays += patch.rays;
+        let gathered = final_gather(&faces, &chosen, &reflected, rays, rng, go_on)?;
+        for Gathered { face, irradiance, landed, rays } in gathered {
+            let i = face as usize;
+            outcome.irradiance[i * channels..][..channels].copy_from_slice(&irradiance);
+            outcome.landed[i] += landed;
+            outcome.counts.rays += rays;
         }
         Some(outcome)
+    }
+
+    /// Whether the rays of chains see both ways, which their links take for granted; `None` where the method has no links.
+    /// An eighth of one chain's rays are shot for that, 2²⁰ at most.
+    pub fn reciprocity(&self, sequence: &Sequence) -> Option<Reciprocity> {
+        match self.method.direction {
+            Direction::Jacobi { chain_rays, solve: Solve::Links } => {
+                let rays = (chain_rays / 8).min(1 << 20);
+                Some(jacobi::reciprocity(&self.scene, sequence.walk(RECIPROCITY), rays))
+            }
+            _ => None,
+        }
     }
 
     /// The iterations of chain number `chain` one by one, in their order; `None` where the method has none. What they
@@ -484,24 +497,20 @@ impl Experiment {
 }
 
 fn check_patches(chosen: &[u32], scene: &Scene) -> Result<(), Unfit> {
-    let patches = scene.patches().len();
+    let patches = scene.faces().patch_count();
     let unknown = chosen.iter().find(|&&patch| patch as usize >= patches);
     unknown.map_or(Ok(()), |&patch| Err(Unfit::NoSuchPatch { patch, patches }))
 }
 
-/// A batch of walks scores patches, not their sides; gathering it back needs the light of each side.
+/// What is gathered must be what batches of discrete collision walks, or chains, have found.
 fn check_final_gather(scene: &Scene, method: &Method) -> Result<(), Unfit> {
     let walks = !matches!(method.direction, Direction::Jacobi { .. });
-    let two_sided = || scene.surfaces().iter().any(|surface| surface.sides() == Sides::Both);
     check_patches(&method.final_gather, scene)?;
     match method {
         _ if method.final_gather.is_empty() => Ok(()),
         Method { space: Space::Continuous, .. } => Err(Unfit::FinalGather("discrete walks")),
         _ if method.estimator != EstimatorKind::Collision => Err(Unfit::FinalGather("collision walks")),
         Method { batch: None, .. } if walks => Err(Unfit::FinalGather("batches of shooting walks")),
-        _ if walks && two_sided() => Err(Unfit::FinalGather(
-            "to know the light of each side, and walks tell of both sides of a patch together; choose walk = \"jacobi\"",
-        )),
         _ => Ok(()),
     }
 }
@@ -526,25 +535,25 @@ impl<const M: usize> Board<M> {
 
 impl Gathering {
     fn new(scene: &Scene, method: &Method, probability: Vec<f64>) -> Result<Self, Unfit> {
-        let births = Births::new(scene.surfaces(), scene.patches().len(), |i| probability[i])
-            .expect("probabilities sum to 1");
+        let births =
+            Births::new(scene.surfaces(), scene.faces(), |i| probability[i]).expect("probabilities sum to 1");
         let b_bar = PER_CHANNEL.map(|c| most(scene, c, |s| s.emittance[c] / (1.0 - s.reflectance[c])));
         let kinds = if method.mix { &RELATED_KINDS[..] } else { std::slice::from_ref(&method.estimator) };
         let largest_value = PER_CHANNEL.map(|c| {
-            let of_kind = |&kind: &EstimatorKind| most(scene, c, |patch| value(patch, kind, c));
+            let of_kind = |&kind: &EstimatorKind| most(scene, c, |face| value(face, kind, c));
             kinds.iter().map(of_kind).fold(0.0, f64::max)
         });
         if !largest_value.iter().all(|value| value.is_finite()) {
-            let black = |patch: Patch| patch.emittance.is_lit() && !patch.reflectance.is_lit();
-            let patch = scene.patches().iter().position(black).expect("dividing by no other σ is infinite");
-            return Err(Unfit::BlackEmitter { patch });
+            let black = |face: &Face| face.emittance.is_lit() && !face.reflectance.is_lit();
+            let black = scene.faces().iter().find(black).expect("dividing by no other σ is infinite");
+            return Err(Unfit::BlackEmitter { patch: black.patch as usize });
         }
         // A channel without light has no value anywhere.
-        let scaled = |patch: &Patch, kind, c: usize| match value(patch, kind, c) {
+        let scaled = |face: &Face, kind, c: usize| match value(face, kind, c) {
             0.0 => 0.0,
             value => value / largest_value[c],
         };
-        let patches = scene.patches().iter();
+        let patches = scene.faces().iter();
         let values = match (method.mix, scene.channels()) {
             (true, _) => Values::Related(patches.map(|p| RELATED_KINDS.map(|k| scaled(&p, k, 0))).collect()),
             (_, 1) => Values::Grey(patches.map(|p| [scaled(&p, method.estimator, 0)]).collect()),
@@ -569,10 +578,10 @@ const PER_CHANNEL: [usize; 3] = [0, 1, 2];
 const RELATED_KINDS: [EstimatorKind; 3] =
     [EstimatorKind::Collision, EstimatorKind::Absorption, EstimatorKind::Survival];
 
-/// What an event on a patch is worth to a gathering walk of weight 1 [W/m²]: E, over the probability of the event
+/// What an event on a face is worth to a gathering walk of weight 1 [W/m²]: E, over the probability of the event
 /// after an arrival.
-fn value(patch: &Patch, kind: EstimatorKind, channel: usize) -> f64 {
-    let (emittance, survival) = (patch.emittance[channel], patch.reflectance.max());
+fn value(face: &Face, kind: EstimatorKind, channel: usize) -> f64 {
+    let (emittance, survival) = (face.emittance[channel], face.reflectance.max());
     match kind {
         _ if emittance == 0.0 => 0.0,
         EstimatorKind::Absorption => emittance / (1.0 - survival),
@@ -582,12 +591,12 @@ fn value(patch: &Patch, kind: EstimatorKind, channel: usize) -> f64 {
 }
 
 fn least_area(scene: &Scene) -> f64 {
-    scene.patches().iter().map(|patch| patch.area).fold(f64::INFINITY, f64::min)
+    scene.faces().iter().map(|face| face.area).fold(f64::INFINITY, f64::min)
 }
 
 /// The largest of a value over the sources of a channel.
-fn most(scene: &Scene, channel: usize, value: impl Fn(&Patch) -> f64) -> f64 {
-    let sources = scene.patches().iter().filter(|patch| patch.emittance[channel] > 0.0);
+fn most(scene: &Scene, channel: usize, value: impl Fn(&Face) -> f64) -> f64 {
+    let sources = scene.faces().iter().filter(|face| face.emittance[channel] > 0.0);
     sources.fold(0.0, |max, source| value(&source).max(max))
 }
 
@@ -595,7 +604,7 @@ fn most(scene: &Scene, channel: usize, value: impl Fn(&Patch) -> f64) -> f64 {
 /// R_s·B̄ (S97 §3) the variances of theory give max_s (E_s + 2R_sB̄), over σ_s for survival; an absorption scores
 /// once, at most max_s E_s/(1 − σ_s). Rounding at random adds less than a unit to a score.
 fn largest_ratio(scene: &Scene, estimator: EstimatorKind, b_bar: f64, channel: usize) -> f64 {
-    let collisions = |s: &Patch| s.emittance[channel] + 2.0 * s.reflectance[channel] * b_bar;
+    let collisions = |s: &Face| s.emittance[channel] + 2.0 * s.reflectance[channel] * b_bar;
     let largest = match estimator {
         EstimatorKind::Absorption | EstimatorKind::Direct => {
             most(scene, channel, |s| value(s, estimator, channel))
@@ -606,13 +615,13 @@ fn largest_ratio(scene: &Scene, estimator: EstimatorKind, b_bar: f64, channel: u
     largest * (1.0 + 1e-9)
 }
 
-/// What the sums of one score on one patch mean.
+/// What the sums of one score on one face mean.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Meaning {
     /// One unit of score, in events (hits; for gathering, events of the largest value).
     pub unit: f64,
     /// H per event: incoming power over area [W/m²]. `None` where the estimator cannot tell it (survival on a
-    /// patch of reflectance 0).
+    /// face of reflectance 0).
     pub irradiance_per_event: Option<f64>,
     /// A bound on E[x²]/E[x], x in events.
     pub ratio_bound: f64,
@@ -621,30 +630,41 @@ pub struct Meaning {
 }
 
 impl Experiment {
-    /// What the sums of a patch mean in one channel; `None` where no walk can tell of it (gathering, p_i = 0).
-    pub fn meaning(&self, patch: usize, channel: usize, tally: &Tally) -> Option<Meaning> {
+    /// What the sums of face i mean in one channel; `None` where no walk can tell of it (gathering, p_i = 0).
+    pub fn meaning(&self, i: usize, channel: usize, tally: &Tally) -> Option<Meaning> {
+        self.meaning_of((i, &self.scene.faces().get(i)), channel, tally)
+    }
+
+    /// The same for a face that is at hand.
+    pub(crate) fn meaning_of(
+        &self,
+        (i, face): (usize, &Face),
+        channel: usize,
+        tally: &Tally,
+    ) -> Option<Meaning> {
         if self.batch_paths().is_some() {
-            return Some(self.meaning_of_batches(patch, channel, tally));
+            return Some(self.meaning_of_batches(face, channel, tally));
         }
         match &self.gathering {
-            None => Some(self.meaning_of_shooting(&self.scene.patches().get(patch), channel, tally)),
-            Some(gathering) => self.meaning_of_gathering(gathering, patch, channel, tally.layout().moments),
+            None => Some(self.meaning_of_shooting(face, channel, tally)),
+            Some(gathering) => {
+                self.meaning_of_gathering(gathering, (i, face), channel, tally.layout().moments)
+            }
         }
     }
 
     /// A batch scores H itself, over the largest radiosity there can be. Solved links do not exceed that; rays and walks
     /// cannot bring in more than all the light that is under way, Φ_T/(1 − R_max) at most. A final gather may find all of
-    /// it on the smallest patch, and emitters by both kinds of its rays.
-    fn meaning_of_batches(&self, i: usize, channel: usize, tally: &Tally) -> Meaning {
+    /// it on the smallest face, and emitters by both kinds of its rays.
+    fn meaning_of_batches(&self, face: &Face, channel: usize, tally: &Tally) -> Meaning {
         let (scene, largest) = (&self.scene, self.largest_radiosity[channel]);
-        let patch = scene.patches().get(i);
-        let walks = self.method.batch.map(|_| self.meaning_of_shooting(&patch, channel, tally));
+        let walks = self.method.batch.map(|_| self.meaning_of_shooting(face, channel, tally));
         let all = scene.total_power(channel) / (1.0 - scene.max_reflectance()[channel]);
-        let gathered = self.method.final_gather.contains(&(i as u32));
+        let gathered = self.method.final_gather.contains(&face.patch);
         let most = if gathered {
-            1.0 + LIGHT_BY_SHADOW_RAYS + all / least_area(scene) / largest
+            1.0 + LIGHT_BY_SHADOW_RAYS + all / self.least_area / largest
         } else {
-            all / patch.area / largest
+            all / face.area / largest
         };
         let links = matches!(self.method.direction, Direction::Jacobi { solve: Solve::Links, .. });
         Meaning {
@@ -659,15 +679,15 @@ impl Experiment {
 
     /// b_i = (R_i/A_i)φ_i, φ_i = Φ_T × the mean score, × 1/(1 − σ_i) for absorption, 1/σ_i for survival.
     ///
-    /// A planar patch cannot hit itself, so between two visits a walk survives on it and on another patch: it
+    /// A planar face cannot hit itself, so between two visits a walk survives on it and on another face: it
     /// returns with probability at most σ_i·σ_max. Visits after the first are then at most geometric, m =
     /// 1/(1 − σ_i·σ_max) of them in the mean, and E[x²]/E[x] ≤ 2m − 1 of the largest weight w there can be. A
     /// weight that is multiplied by R_i·R_max between visits scores at most m·w in all.
-    fn meaning_of_shooting(&self, patch: &Patch, channel: usize, tally: &Tally) -> Meaning {
-        let per_hit = self.scene.total_power(channel) / patch.active_area();
-        let (survival, most) = (patch.reflectance.max(), self.scene.max_reflectance());
+    fn meaning_of_shooting(&self, face: &Face, channel: usize, tally: &Tally) -> Meaning {
+        let per_hit = self.scene.total_power(channel) / face.area;
+        let (survival, most) = (face.reflectance.max(), self.scene.max_reflectance());
         let visits = 1.0 / (1.0 - survival * most.max());
-        let weakened = 1.0 / (1.0 - patch.reflectance[channel] * most[channel]);
+        let weakened = 1.0 / (1.0 - face.reflectance[channel] * most[channel]);
         let weight = self.scene.emitters().largest_weights()[channel];
         let (scale, ratio_bound) = match self.method.estimator {
             EstimatorKind::Absorption => (Some(1.0 / (1.0 - survival)), 1.0),
@@ -685,7 +705,7 @@ impl Experiment {
             irradiance_per_event: scale.map(|scale| scale * per_hit),
             // A colour of light that all emitters share has weights of 1, but for rounding.
             ratio_bound: (weight * ratio_bound).max(1.0),
-            bias_bound: patch.reflectance[channel] * per_hit * cut_off * weakened,
+            bias_bound: face.reflectance[channel] * per_hit * cut_off * weakened,
         }
     }
 
@@ -693,11 +713,11 @@ impl Experiment {
     fn meaning_of_gathering(
         &self,
         gathering: &Gathering,
-        patch: usize,
+        (i, face): (usize, &Face),
         channel: usize,
         moments: usize,
     ) -> Option<Meaning> {
-        let probability = gathering.probability[patch];
+        let probability = gathering.probability[i];
         if probability == 0.0 {
             return None;
         }
@@ -709,7 +729,7 @@ impl Experiment {
             }
             _ => 0.0,
         };
-        let reflectance = self.scene.patches().get(patch).reflectance[channel];
+        let reflectance = face.reflectance[channel];
         Some(Meaning {
             unit: 1.0 / fixed_units(moments),
             irradiance_per_event: Some(gathering.largest_value[channel] / probability),

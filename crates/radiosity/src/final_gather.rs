@@ -13,14 +13,15 @@ use glam::DVec3;
 
 use crate::batch::WIDTH;
 use crate::depart::Departures;
+use crate::face::Face;
 use crate::jacobi::cast::systematic;
-use crate::jacobi::faces::{Face, Faces};
+use crate::jacobi::faces::FaceTable;
 use crate::jacobi::numbers::{Numbers, SobolNumbers};
 use crate::rng::{WalkRng, unit_32};
 use crate::scene::Scene;
 use crate::sobol::Points;
 use crate::spec::Sides;
-use crate::surface::Surface;
+use crate::surface::{Side, Surface};
 use crate::trace::{Hits, Ray, Rays};
 use crate::tree::Scratch;
 
@@ -33,9 +34,9 @@ pub(crate) const LIGHT_BY_SHADOW_RAYS: f64 = 1.0 / (SHADOW_SHARE - 1) as f64;
 /// The fewest rays of a face.
 const FEWEST: u64 = 64;
 
-/// What rays from one patch brought.
+/// What rays from one face brought.
 pub(crate) struct Gathered {
-    pub(crate) patch: u32,
+    pub(crate) face: u32,
     /// H [W/m²] of each channel.
     pub(crate) irradiance: Vec<f64>,
     /// Rays that met an active side; shadow rays are not among them.
@@ -43,41 +44,29 @@ pub(crate) struct Gathered {
     pub(crate) rays: u64,
 }
 
-/// Gathers H of the `chosen` patches by `rays` rays in all, given the `reflected` light of all faces, channel by channel
-/// [W/m²]. `None` once `go_on` says no, which is asked for every batch.
+/// Gathers H of the `chosen` faces by `rays` rays in all, given the `reflected` light of all faces, face-major and
+/// channel-minor [W/m²]. `None` once `go_on` says no, which is asked for every batch.
 pub(crate) fn final_gather(
-    faces: &Faces,
+    faces: &FaceTable,
     chosen: &[u32],
-    reflected: &[Vec<f64>],
+    reflected: &[f64],
     rays: u64,
     mut rng: WalkRng,
     go_on: &dyn Fn() -> bool,
 ) -> Option<Vec<Gathered>> {
-    let fronts_and_backs = |&patch: &u32| {
-        let Face { surface, sides, .. } = faces.list[patch as usize];
-        let back = (sides > 1.0).then(|| faces.met(patch, surface, -1.0));
-        std::iter::once(patch).chain(back).collect::<Vec<_>>()
-    };
-    let sides: Vec<Vec<u32>> = chosen.iter().map(fronts_and_backs).collect();
-    let per_face = (rays / sides.iter().map(Vec::len).sum::<usize>().max(1) as u64).max(FEWEST);
+    let per_face = (rays / chosen.len().max(1) as u64).max(FEWEST);
     let mut gatherer = Gatherer::new(faces, reflected, per_face, go_on);
-    let gathered = chosen.iter().zip(sides).map(|(&patch, sides)| {
-        let mut total = Gathered { patch, irradiance: vec![0.0; reflected.len()], landed: 0, rays: 0 };
-        for &face in &sides {
-            let (irradiance, landed) = gatherer.face(face, &mut rng)?;
-            let parts = total.irradiance.iter_mut().zip(irradiance);
-            parts.for_each(|(total, h)| *total += h / sides.len() as f64);
-            total.landed += landed;
-            total.rays += per_face;
-        }
-        Some(total)
+    let gathered = chosen.iter().map(|&face| {
+        let (irradiance, landed) = gatherer.face(face, &mut rng)?;
+        Some(Gathered { face, irradiance, landed, rays: per_face })
     });
     gathered.collect()
 }
 
 struct Gatherer<'a> {
-    faces: &'a Faces<'a>,
-    reflected: &'a [Vec<f64>],
+    faces: &'a FaceTable<'a>,
+    /// Face-major, channel-minor.
+    reflected: &'a [f64],
     go_on: &'a dyn Fn() -> bool,
     /// Rays of a face that gather, and shadow rays.
     rays: [u64; 2],
@@ -96,7 +85,7 @@ struct Batch {
 }
 
 impl<'a> Gatherer<'a> {
-    fn new(faces: &'a Faces, reflected: &'a [Vec<f64>], per_face: u64, go_on: &'a dyn Fn() -> bool) -> Self {
+    fn new(faces: &'a FaceTable, reflected: &'a [f64], per_face: u64, go_on: &'a dyn Fn() -> bool) -> Self {
         let share = emitted_shares(faces);
         let shadow = if share.is_empty() { 0 } else { per_face / SHADOW_SHARE };
         Gatherer { faces, reflected, go_on, rays: [per_face - shadow, shadow], share, batch: Box::default() }
@@ -104,7 +93,7 @@ impl<'a> Gatherer<'a> {
 
     /// H of one face in every channel, and the rays that met something.
     fn face(&mut self, number: u32, rng: &mut WalkRng) -> Option<(Vec<f64>, u64)> {
-        let mut irradiance = vec![0.0; self.reflected.len()];
+        let mut irradiance = vec![0.0; self.faces.scene.channels()];
         let landed = self.gather(number, numbers(rng), &mut irradiance)?;
         if self.rays[1] > 0 {
             let offset = rng.pair()[0];
@@ -125,7 +114,7 @@ impl<'a> Gatherer<'a> {
             self.batch.leave(scene, &face, len, numbers.points(scene.isa));
             self.batch.trace(scene);
             for i in 0..len {
-                let Some(met) = self.batch.met(self.faces, i) else { continue };
+                let Some(met) = self.batch.met(scene, i) else { continue };
                 landed += 1;
                 let emittance = self.faces.list[met as usize].emittance;
                 let weight = if emittance.is_lit() {
@@ -133,8 +122,9 @@ impl<'a> Gatherer<'a> {
                 } else {
                     0.0
                 };
+                let reflected = &self.reflected[met as usize * irradiance.len()..];
                 for (c, h) in irradiance.iter_mut().enumerate() {
-                    *h += (self.reflected[c][met as usize] + weight * emittance[c]) / count as f64;
+                    *h += (reflected[c] + weight * emittance[c]) / count as f64;
                 }
             }
             if !(self.go_on)() {
@@ -166,10 +156,13 @@ impl<'a> Gatherer<'a> {
                 self.batch.trace(scene);
                 for i in 0..len {
                     let Hits { surface, facing, .. } = &self.batch.hits;
-                    if (surface[i], facing[i]) != (emitter.surface, emitter.facing) {
+                    if (surface[i], facing[i]) != (emitter.surface, emitter.side.sign()) {
                         continue;
                     }
                     let kernel = self.batch.kernel(scene, &face, i);
+                    if kernel.is_infinite() {
+                        continue;
+                    }
                     // E·k over the sum of both densities, where the one of gathering rays is k.
                     let weight = self.balance(lamp, kernel) / count as f64;
                     irradiance.iter_mut().enumerate().for_each(|(c, h)| *h += emitter.emittance[c] * weight);
@@ -186,6 +179,10 @@ impl<'a> Gatherer<'a> {
     /// `met` with which gathering rays and shadow rays find it.
     fn balance(&self, met: u32, kernel: f64) -> f64 {
         let Some(share) = self.share.get(met as usize) else { return 1.0 };
+        // A layer in contact is found by gathering rays alone.
+        if kernel.is_infinite() {
+            return 1.0;
+        }
         let gathering = self.rays[0] as f64 * kernel;
         let shadow = self.rays[1] as f64 * share / self.faces.areas[met as usize];
         if gathering > 0.0 { gathering / (gathering + shadow) } else { 0.0 }
@@ -198,7 +195,7 @@ impl Batch {
         let [across, along, polar, turn] = points;
         for i in 0..len {
             self.departures.surface[i] = face.surface;
-            self.departures.facing[i] = face.facing;
+            self.departures.facing[i] = face.side.sign();
             let place = place(scene, face, [across[i], along[i]]);
             self.departures.uv.iter_mut().zip(place).for_each(|(row, x)| row[i] = x);
             self.departures.direction[i] = u64::from(polar[i]) << 32 | u64::from(turn[i]);
@@ -223,33 +220,34 @@ impl Batch {
     }
 
     /// The face that ray i meets, if it is active.
-    fn met(&self, faces: &Faces, i: usize) -> Option<u32> {
+    fn met(&self, scene: &Scene, i: usize) -> Option<u32> {
         let (number, facing) = (self.hits.surface[i], self.hits.facing[i]);
         if number == Hits::NONE {
             return None;
         }
-        let surface = &faces.scene.surfaces()[number as usize];
+        let surface = &scene.surfaces()[number as usize];
         if facing < 0.0 && surface.sides() == Sides::Front {
             return None;
         }
         let cell = surface.cell_at(self.hits.uv.map(|row| row[i]));
-        Some(faces.met(surface.first_patch() + cell, number, facing))
+        Some(surface.face(cell, if facing > 0.0 { Side::Front } else { Side::Back }))
     }
 
-    /// k = cos θ cos θ′/(πr²) between the ends of ray i [1/m²]; 0 where it leaves below the face.
+    /// k = cos θ cos θ′/(πr²) between the ends of ray i [1/m²]; 0 where it leaves below the face, infinite where both ends
+    /// are one point.
     fn kernel(&self, scene: &Scene, from: &Face, i: usize) -> f64 {
         let direction = self.rays.get(i).direction;
-        let leaves = surface(scene, from).normal().dot(direction) * from.facing;
+        let leaves = surface(scene, from).normal().dot(direction) * from.side.sign();
         let met = &scene.surfaces()[self.hits.surface[i] as usize];
         let arrives = -met.normal().dot(direction) * self.hits.facing[i];
         let distance = self.hits.t[i];
         let kernel = leaves * arrives / (std::f64::consts::PI * distance * distance);
-        if leaves > 0.0 && arrives > 0.0 && kernel.is_finite() { kernel } else { 0.0 }
+        if leaves > 0.0 && arrives > 0.0 && !kernel.is_nan() { kernel } else { 0.0 }
     }
 }
 
 /// The part of shadow rays that each face should get: its part of Φ_T, the mean of the channels that have light.
-fn emitted_shares(faces: &Faces) -> Vec<f64> {
+fn emitted_shares(faces: &FaceTable) -> Vec<f64> {
     let scene = faces.scene;
     let lit: Vec<usize> = (0..scene.channels()).filter(|&c| scene.total_power(c) > 0.0).collect();
     if lit.is_empty() {
@@ -269,7 +267,7 @@ fn surface<'a>(scene: &'a Scene, face: &Face) -> &'a Surface {
 /// Local coordinates of a uniform point of a face.
 fn place(scene: &Scene, face: &Face, numbers: [u32; 2]) -> [f64; 2] {
     let surface = surface(scene, face);
-    surface.point_in_cell(face.patch - surface.first_patch(), numbers.map(unit_32))
+    surface.point_in_cell(surface.cell_of(face), numbers.map(unit_32))
 }
 
 /// A scrambling of its own.

@@ -9,7 +9,8 @@ use glam::DVec3;
 
 use crate::batch::WIDTH;
 use crate::isa::{Isa, on_isa};
-use crate::meet::{Best, FacetLanes, meet, meet_one, rays_at};
+use crate::layers::Layers;
+use crate::meet::{Best, FacetLanes, RayLanes, meet, meet_layer, meet_one};
 use crate::real::Real;
 use crate::surface::Surface;
 use crate::trace::{Facet, Facets, Hits, Rays};
@@ -35,7 +36,11 @@ impl Flat {
         let corners: Vec<DVec3> = surfaces.iter().flat_map(|surface| surface.outline()).collect();
         let reach = corners.iter().fold(0.0_f64, |reach, corner| reach.max(corner.abs().max_element()));
         let walls = walls(surfaces, &corners, facets);
-        let sketch = |((number, facet), wall)| Sketch::new(number, &facet, wall, reach, facets.slack());
+        let plane = |number| facets.layers().map_or(number, |layers| layers.plane(number));
+        let sketch = |((number, facet), wall)| Sketch {
+            plane: plane(number),
+            ..Sketch::new(number, &facet, wall, reach, facets.slack())
+        };
         let mut sketches: Vec<Sketch> = (0..).zip(facets.iter()).zip(walls).map(sketch).collect();
         sketches.sort_by_key(|sketch| sketch.part);
         let holds = (1e-9..1e9).contains(&reach) && sketches.iter().all(|sketch| sketch.uv_margin < 1e9);
@@ -48,10 +53,15 @@ impl Flat {
         self.sketches.iter().filter(|sketch| sketch.part == Part::Plane).count()
     }
 
-    /// The least (t, surface number) among the facets that each ray meets.
+    /// The least (t, rank) among the facets that each ray meets.
     pub(crate) fn closest_hits(&self, facets: &Facets, rays: &Rays, hits: &mut Hits) {
         let flat = self;
-        on_isa!(self.isa, closest_hits(flat: &Flat, facets: &Facets, rays: &Rays, hits: &mut Hits));
+        match facets.layers() {
+            None => on_isa!(self.isa, distinct(flat: &Flat, facets: &Facets, rays: &Rays, hits: &mut Hits)),
+            Some(layers) => {
+                on_isa!(self.isa, layered(flat: &Flat, facets: &Facets, layers: &Layers, rays: &Rays, hits: &mut Hits));
+            }
+        }
     }
 }
 
@@ -96,6 +106,8 @@ const SKETCHED: usize = 16;
 struct Sketch {
     /// Of the surface.
     number: u32,
+    /// The least surface in its plane, where surfaces coincide.
+    plane: u32,
     normal: [f32; 3],
     offset: f32,
     u_axis: [f32; 3],
@@ -145,6 +157,7 @@ impl Sketch {
         let narrow = |axis: DVec3| axis.as_vec3().to_array();
         Sketch {
             number,
+            plane: number,
             normal: narrow(facet.normal),
             offset: facet.offset as f32,
             u_axis: narrow(facet.u_axis),
@@ -171,36 +184,82 @@ struct Guess {
     other: [f32; SKETCHED],
 }
 
+/// Where no surfaces coincide.
 #[inline(always)]
-fn closest_hits<R: Real>(flat: &Flat, facets: &Facets, rays: &Rays, hits: &mut Hits) {
+fn distinct<R: Real>(flat: &Flat, facets: &Facets, rays: &Rays, hits: &mut Hits) {
+    closest_hits::<R, false>(flat, facets, None, rays, hits);
+}
+
+/// Where some do.
+#[inline(always)]
+fn layered<R: Real>(flat: &Flat, facets: &Facets, layers: &Layers, rays: &Rays, hits: &mut Hits) {
+    closest_hits::<R, true>(flat, facets, Some(layers), rays, hits);
+}
+
+/// `LAYERED` is whether there are layers.
+#[inline(always)]
+fn closest_hits<R: Real, const LAYERED: bool>(
+    flat: &Flat,
+    facets: &Facets,
+    layers: Option<&Layers>,
+    rays: &Rays,
+    hits: &mut Hits,
+) {
     for first in (0..rays.len.min(WIDTH)).step_by(SKETCHED) {
-        let guess =
-            if flat.sketches.is_empty() { None } else { Some(guess::<R>(&flat.sketches, rays, first)) };
+        // Closures would not be compiled for the instruction set.
+        let guess = if flat.sketches.is_empty() {
+            None
+        } else {
+            Some(guess::<R, LAYERED>(&flat.sketches, &Starts::new(layers, rays, first)))
+        };
         for part in (0..SKETCHED).step_by(R::N).filter(|part| first + part < rays.len) {
             let taken = u64::MAX >> (64 - (rays.len - first - part).min(R::N));
             let certain = match &guess {
-                Some(guess) => decide::<R>(facets, rays, first, part, guess, hits),
+                Some(guess) => decide::<R>((facets, layers), rays, first, part, guess, hits),
                 None => 0,
             };
             if certain & taken != taken {
-                meet_all::<R>(facets, rays, first + part, hits);
+                meet_all::<R>(facets, layers, rays, first + part, hits);
             }
         }
     }
 }
 
+/// Some rays in f32.
+struct Starts {
+    origin: [[f32; SKETCHED]; 3],
+    direction: [[f32; SKETCHED]; 3],
+    /// The surfaces that they leave.
+    from: [u32; SKETCHED],
+    /// The planes of these, where surfaces coincide.
+    plane: [u32; SKETCHED],
+}
+
+impl Starts {
+    #[inline(always)]
+    fn new(layers: Option<&Layers>, rays: &Rays, first: usize) -> Self {
+        let (mut origin, mut direction) = ([[0.0; SKETCHED]; 3], [[0.0; SKETCHED]; 3]);
+        for axis in 0..3 {
+            for lane in 0..SKETCHED {
+                origin[axis][lane] = rays.origin[axis][first + lane] as f32;
+                direction[axis][lane] = rays.direction[axis][first + lane] as f32;
+            }
+        }
+        let mut from = [0; SKETCHED];
+        from.copy_from_slice(&rays.from[first..][..SKETCHED]);
+        let mut plane = [0; SKETCHED];
+        if let Some(layers) = layers {
+            for (plane, &from) in plane.iter_mut().zip(&from) {
+                *plane = layers.plane(from);
+            }
+        }
+        Starts { origin, direction, from, plane }
+    }
+}
+
 /// The first facet that each ray may meet.
 #[inline(always)]
-fn guess<R: Real>(sketches: &[Sketch], rays: &Rays, first: usize) -> Guess {
-    let (mut origin, mut direction) = ([[0.0; SKETCHED]; 3], [[0.0; SKETCHED]; 3]);
-    for axis in 0..3 {
-        for lane in 0..SKETCHED {
-            origin[axis][lane] = rays.origin[axis][first + lane] as f32;
-            direction[axis][lane] = rays.direction[axis][first + lane] as f32;
-        }
-    }
-    let mut from = [0; SKETCHED];
-    from.copy_from_slice(&rays.from[first..][..SKETCHED]);
+fn guess<R: Real, const LAYERED: bool>(sketches: &[Sketch], starts: &Starts) -> Guess {
     let mut guess = Guess {
         t: [f32::INFINITY; SKETCHED],
         surface: [Hits::NONE; SKETCHED],
@@ -208,21 +267,21 @@ fn guess<R: Real>(sketches: &[Sketch], rays: &Rays, first: usize) -> Guess {
     };
     // In any order: those at the same t are not told apart here.
     for alike in sketches.chunk_by(|a, b| a.part == b.part) {
-        let (o, d, from, guess) = (&origin, &direction, &from, &mut guess);
+        let guess = &mut guess;
         match alike[0].part {
             Part::Plane => {
                 for sketch in alike {
-                    look::<R, PLANE>(sketch, o, d, from, guess);
+                    look::<R, PLANE, LAYERED>(sketch, starts, guess);
                 }
             }
             Part::Triangle => {
                 for sketch in alike {
-                    look::<R, TRIANGLE>(sketch, o, d, from, guess);
+                    look::<R, TRIANGLE, LAYERED>(sketch, starts, guess);
                 }
             }
             Part::Parallelogram => {
                 for sketch in alike {
-                    look::<R, PARALLELOGRAM>(sketch, o, d, from, guess);
+                    look::<R, PARALLELOGRAM, LAYERED>(sketch, starts, guess);
                 }
             }
         }
@@ -236,13 +295,8 @@ const PARALLELOGRAM: u8 = Part::Parallelogram as u8;
 
 /// [`Facet::meet`] with all coordinates multiplied by |n·d|, which needs no division to tell what is outside.
 #[inline(always)]
-fn look<R: Real, const PART: u8>(
-    sketch: &Sketch,
-    origin: &[[f32; SKETCHED]; 3],
-    direction: &[[f32; SKETCHED]; 3],
-    from: &[u32; SKETCHED],
-    guess: &mut Guess,
-) {
+fn look<R: Real, const PART: u8, const LAYERED: bool>(sketch: &Sketch, starts: &Starts, guess: &mut Guess) {
+    let Starts { origin, direction, from, plane } = starts;
     for lane in 0..SKETCHED {
         let (o, d) = (origin.each_ref().map(|row| row[lane]), direction.each_ref().map(|row| row[lane]));
         let along = |axis: [f32; 3], x: [f32; 3], sum: f32| {
@@ -270,7 +324,9 @@ fn look<R: Real, const PART: u8>(
         let other = if worse < guess.other[lane] { worse } else { guess.other[lane] };
         // Which side is met of a facet that is seen edge-on, the sketch cannot say.
         let edge_on = (approach <= APPROACH_MARGIN) & (from[lane] != sketch.number);
-        guess.other[lane] = if edge_on { f32::NEG_INFINITY } else { other };
+        // Nor whether a layer of the plane that the ray leaves is in front.
+        let layer = LAYERED & (plane[lane] == sketch.plane) & (from[lane] != sketch.number);
+        guess.other[lane] = if edge_on | layer { f32::NEG_INFINITY } else { other };
         guess.surface[lane] = if t < guess.t[lane] { sketch.number } else { guess.surface[lane] };
         guess.t[lane] = if t < guess.t[lane] { t } else { guess.t[lane] };
     }
@@ -279,7 +335,7 @@ fn look<R: Real, const PART: u8>(
 /// Meets the facet that each of N rays is said to meet; bit i of the result: the answer for ray i is certain.
 #[inline(always)]
 fn decide<R: Real>(
-    facets: &Facets,
+    (facets, layers): (&Facets, Option<&Layers>),
     rays: &Rays,
     first: usize,
     part: usize,
@@ -287,7 +343,7 @@ fn decide<R: Real>(
     hits: &mut Hits,
 ) -> u64 {
     let surfaces = &guess.surface[part..];
-    let best = meet_one::<R>(facets, surfaces, rays, first + part);
+    let best = meet_one::<R>(facets, layers, surfaces, rays, first + part);
     best.store(hits, first + part);
     let number = R::load_u32(surfaces);
     let none = R::splat(f64::from(Hits::NONE));
@@ -304,13 +360,18 @@ fn decide<R: Real>(
 
 /// N rays meet every facet.
 #[inline(always)]
-fn meet_all<R: Real>(facets: &Facets, rays: &Rays, first: usize, hits: &mut Hits) {
-    let (origin, direction) = rays_at::<R>(rays, first);
-    let from = R::load_u32(&rays.from[first..]);
+fn meet_all<R: Real>(facets: &Facets, layers: Option<&Layers>, rays: &Rays, first: usize, hits: &mut Hits) {
+    let lanes = RayLanes::<R>::at(rays, first);
     let mut best = Best::none();
-    for (number, facet) in facets.iter().enumerate() {
-        let number = R::splat(number as f64);
-        meet(&FacetLanes::of(&facet), facets.slack(), origin, direction, number, from, &mut best);
+    for (surface, facet) in (0..).zip(facets.iter()) {
+        let (facet, number) = (FacetLanes::of(&facet), R::splat(f64::from(surface)));
+        match layers {
+            None => meet(&facet, facets.slack(), &lanes, number, &mut best),
+            Some(layers) => {
+                let (layer, from) = (layers.lanes(&[surface; 8]), layers.lanes(&rays.from[first..]));
+                meet_layer(&facet, facets.slack(), &lanes, number, [&layer, &from], &mut best);
+            }
+        }
     }
     best.store(hits, first);
 }

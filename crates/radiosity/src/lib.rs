@@ -9,17 +9,19 @@
 mod arrive;
 mod batch;
 mod birth;
+mod coplanar;
 mod depart;
 mod estimator;
 mod experiment;
+mod face;
 mod fate;
 mod final_gather;
 mod flat;
 mod isa;
 mod jacobi;
+mod layers;
 mod meet;
 mod method;
-mod patch;
 mod prefetch;
 mod quasi;
 mod real;
@@ -39,16 +41,17 @@ mod view;
 mod walk;
 
 pub use birth::birth_probabilities;
+pub use coplanar::{Overlap, Stack};
 pub use experiment::{Board, Experiment, Meaning, Unfit};
-pub use jacobi::{ChainBoard, Iteration, Phase, stochastic_iteration};
+pub use face::{Face, Faces};
+pub use jacobi::{ChainBoard, Iteration, Phase, Reciprocity, stochastic_iteration};
 pub use method::{
     Batch, Birth, Direction, EstimatorKind, InfiniteEnd, Iterations, Method, RayBirths, Sampler, Solve, Space,
 };
-pub use patch::{Patch, Patches};
 pub use replay::{Replay, Step};
 pub use rng::{Sequence, WalkRng};
 pub use scene::{IndexChoice, Scene, SceneError};
-pub use solution::{Channels, Estimate, Estimates, Mix, Precision, Solution};
+pub use solution::{Apart, Channels, Estimate, Estimates, Mix, Precision, QUANTILES, Solution, TINY};
 pub use spec::{SceneSpec, Shape, Sides, Spectrum, SurfaceSpec};
 pub use surface::{Side, Surface};
 pub use tally::{Counts, Layout, MergeError, Overflow, Scoreboard, Tally};

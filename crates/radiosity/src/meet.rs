@@ -1,40 +1,78 @@
 //! Facets in lanes: N rays meet one facet each, or the same one, with the bits of [`Facet::meet`].
+//!
+//! `LAYERED` is whether some surfaces of the scene coincide: scenes of which none do pay nothing for layers.
 
 use crate::isa::{Isa, on_isa};
+use crate::layers::{LayerLanes, Layers};
 use crate::real::Real;
 use crate::trace::{Facet, Facets, Hits, Rays};
 
 /// Ray i of a batch meets facet `surfaces[i]`, none where that is [`Hits::NONE`]; it does not leave that facet.
 pub(crate) fn meet_each(isa: Isa, facets: &Facets, surfaces: &[u32], rays: &Rays, hits: &mut Hits) {
-    on_isa!(isa, each(facets: &Facets, surfaces: &[u32], rays: &Rays, hits: &mut Hits));
+    match facets.layers() {
+        None => on_isa!(isa, each(facets: &Facets, surfaces: &[u32], rays: &Rays, hits: &mut Hits)),
+        Some(layers) => {
+            on_isa!(isa, each_layered(facets: &Facets, layers: &Layers, surfaces: &[u32], rays: &Rays, hits: &mut Hits));
+        }
+    }
 }
 
 #[inline(always)]
 fn each<R: Real>(facets: &Facets, surfaces: &[u32], rays: &Rays, hits: &mut Hits) {
     for first in (0..rays.len).step_by(R::N) {
-        meet_one::<R>(facets, &surfaces[first..], rays, first).store(hits, first);
+        meet_one::<R>(facets, None, &surfaces[first..], rays, first).store(hits, first);
+    }
+}
+
+#[inline(always)]
+fn each_layered<R: Real>(facets: &Facets, layers: &Layers, surfaces: &[u32], rays: &Rays, hits: &mut Hits) {
+    for first in (0..rays.len).step_by(R::N) {
+        meet_one::<R>(facets, Some(layers), &surfaces[first..], rays, first).store(hits, first);
     }
 }
 
 /// Each of N rays meets the facet of its own.
 #[inline(always)]
-pub(crate) fn meet_one<R: Real>(facets: &Facets, surfaces: &[u32], rays: &Rays, first: usize) -> Best<R> {
-    let none = R::splat(f64::from(Hits::NONE));
-    let (origin, direction) = rays_at::<R>(rays, first);
+pub(crate) fn meet_one<R: Real>(
+    facets: &Facets,
+    layers: Option<&Layers>,
+    surfaces: &[u32],
+    rays: &Rays,
+    first: usize,
+) -> Best<R> {
     let mut best = Best::none();
     let facet = FacetLanes::each(facets, surfaces);
-    meet(&facet, facets.slack(), origin, direction, R::load_u32(surfaces), none, &mut best);
+    // None is met where there is none to meet; the surfaces that rays leave are not among these.
+    let from = R::splat(f64::from(Hits::NONE));
+    let (number, lanes) = (R::load_u32(surfaces), RayLanes { from, ..RayLanes::<R>::at(rays, first) });
+    match layers {
+        None => meet(&facet, facets.slack(), &lanes, number, &mut best),
+        Some(layers) => {
+            let (layer, from) = (layers.lanes(surfaces), layers.lanes(&rays.from[first..]));
+            meet_layer(&facet, facets.slack(), &lanes, number, [&layer, &from], &mut best);
+        }
+    }
     best
 }
 
-#[inline(always)]
-pub(crate) fn rays_at<R: Real>(rays: &Rays, first: usize) -> ([R; 3], [R; 3]) {
-    let (mut origin, mut direction) = ([R::splat(0.0); 3], [R::splat(0.0); 3]);
-    for axis in 0..3 {
-        origin[axis] = R::load(&rays.origin[axis][first..]);
-        direction[axis] = R::load(&rays.direction[axis][first..]);
+/// N rays.
+pub(crate) struct RayLanes<R> {
+    origin: [R; 3],
+    direction: [R; 3],
+    from: R,
+}
+
+impl<R: Real> RayLanes<R> {
+    /// Those of a batch from the `first` on.
+    #[inline(always)]
+    pub(crate) fn at(rays: &Rays, first: usize) -> Self {
+        let (mut origin, mut direction) = ([R::splat(0.0); 3], [R::splat(0.0); 3]);
+        for axis in 0..3 {
+            origin[axis] = R::load(&rays.origin[axis][first..]);
+            direction[axis] = R::load(&rays.direction[axis][first..]);
+        }
+        RayLanes { origin, direction, from: R::load_u32(&rays.from[first..]) }
     }
-    (origin, direction)
 }
 
 /// A facet for each of N rays.
@@ -97,13 +135,22 @@ pub(crate) struct Best<R> {
     u: R,
     v: R,
     approach: R,
+    /// Of no meaning where no surfaces coincide.
+    rank: R,
 }
 
 impl<R: Real> Best<R> {
     #[inline(always)]
     pub(crate) fn none() -> Self {
         let zero = R::splat(0.0);
-        Best { t: R::splat(f64::INFINITY), surface: R::splat(-1.0), u: zero, v: zero, approach: zero }
+        Best {
+            t: R::splat(f64::INFINITY),
+            surface: R::splat(-1.0),
+            u: zero,
+            v: zero,
+            approach: zero,
+            rank: zero,
+        }
     }
 
     #[inline(always)]
@@ -118,45 +165,104 @@ impl<R: Real> Best<R> {
     }
 }
 
-/// [`Facet::meet`], operation by operation. Surfaces come in ascending order, so that of two at the same t the
-/// first stays; the surface `from` is not met.
+/// Where N rays meet the planes of facets.
+struct Crossing<R> {
+    approach: R,
+    /// From where the rays come to the plane; 0 on it.
+    distance: R,
+    /// The least distance at which the plane is met.
+    nearest: R,
+}
+
+impl<R: Real> Crossing<R> {
+    #[inline(always)]
+    fn new(facet: &FacetLanes<R>, slack: f64, rays: &RayLanes<R>) -> Self {
+        let (zero, slack) = (R::splat(0.0), R::splat(slack));
+        let approach = dot(facet.normal, rays.direction);
+        let height = dot(facet.normal, rays.origin) - facet.offset;
+        let front = approach.lt(zero);
+        let back_nearest = R::select(zero.lt(facet.two_sided), zero - slack, slack);
+        Crossing {
+            approach,
+            distance: R::select(front, height, zero - height),
+            nearest: R::select(front, zero - slack, back_nearest),
+        }
+    }
+
+    /// t, u, v, and which rays meet the facet.
+    #[inline(always)]
+    fn inside(&self, facet: &FacetLanes<R>, rays: &RayLanes<R>) -> ([R; 3], R::Mask) {
+        let (zero, one) = (R::splat(0.0), R::splat(1.0));
+        let t = (self.distance / self.approach.abs()).max(zero);
+        let mut point = rays.origin;
+        for (x, &direction) in point.iter_mut().zip(&rays.direction) {
+            *x = *x + direction * t;
+        }
+        let u = dot(facet.u_axis, point) - facet.u_offset;
+        let v = dot(facet.v_axis, point) - facet.v_offset;
+        let farthest = R::select(zero.lt(facet.triangle), u + v, u.max(v));
+        let met = self.nearest.le(self.distance)
+            & self.approach.ne(zero)
+            & zero.le(u)
+            & zero.le(v)
+            & farthest.le(one);
+        ([t, u, v], met)
+    }
+}
+
+impl<R: Real> Best<R> {
+    #[inline(always)]
+    fn take(&mut self, nearer: R::Mask, number: R, [t, u, v]: [R; 3], approach: R, rank: R) {
+        self.t = R::select(nearer, t, self.t);
+        self.surface = R::select(nearer, number, self.surface);
+        self.u = R::select(nearer, u, self.u);
+        self.v = R::select(nearer, v, self.v);
+        self.approach = R::select(nearer, approach, self.approach);
+        self.rank = R::select(nearer, rank, self.rank);
+    }
+}
+
+/// [`Facet::meet`], operation by operation, where no surfaces coincide. Surfaces come in ascending order, so that of two
+/// at the same t the first stays; a ray does not meet the surface that it leaves.
 #[inline(always)]
 pub(crate) fn meet<R: Real>(
     facet: &FacetLanes<R>,
     slack: f64,
-    origin: [R; 3],
-    direction: [R; 3],
+    rays: &RayLanes<R>,
     number: R,
-    from: R,
     best: &mut Best<R>,
 ) {
-    let (zero, one, slack) = (R::splat(0.0), R::splat(1.0), R::splat(slack));
-    let approach = dot(facet.normal, direction);
-    let height = dot(facet.normal, origin) - facet.offset;
-    let front = approach.lt(zero);
-    let distance = R::select(front, height, zero - height);
-    let back_nearest = R::select(zero.lt(facet.two_sided), zero - slack, slack);
-    let nearest = R::select(front, zero - slack, back_nearest);
-    let t = (distance / approach.abs()).max(zero);
-    let mut point = origin;
-    for axis in 0..3 {
-        point[axis] = point[axis] + direction[axis] * t;
-    }
-    let u = dot(facet.u_axis, point) - facet.u_offset;
-    let v = dot(facet.v_axis, point) - facet.v_offset;
-    let farthest = R::select(zero.lt(facet.triangle), u + v, u.max(v));
-    let met = nearest.le(distance)
-        & approach.ne(zero)
-        & zero.le(u)
-        & zero.le(v)
-        & farthest.le(one)
-        & from.ne(number)
-        & t.lt(best.t);
-    best.t = R::select(met, t, best.t);
-    best.surface = R::select(met, number, best.surface);
-    best.u = R::select(met, u, best.u);
-    best.v = R::select(met, v, best.v);
-    best.approach = R::select(met, approach, best.approach);
+    let crossing = Crossing::new(facet, slack, rays);
+    let (place, met) = crossing.inside(facet, rays);
+    let nearer = met & rays.from.ne(number) & place[0].lt(best.t);
+    best.take(nearer, number, place, crossing.approach, R::splat(0.0));
+}
+
+/// The same where some surfaces coincide, given the layers of the facets and of what the rays leave.
+#[inline(always)]
+pub(crate) fn meet_layer<R: Real>(
+    facet: &FacetLanes<R>,
+    slack: f64,
+    rays: &RayLanes<R>,
+    number: R,
+    [layer, from]: [&LayerLanes<R>; 2],
+    best: &mut Best<R>,
+) {
+    let (zero, one) = (R::splat(0.0), R::splat(1.0));
+    let mut crossing = Crossing::new(facet, slack, rays);
+    let apart = layer.plane.ne(from.plane);
+    crossing.distance = R::select(apart, crossing.distance, zero);
+    crossing.nearest = R::select(apart, crossing.nearest, zero - R::splat(slack));
+    let rank = R::select(crossing.approach.lt(zero), layer.ranks[0], layer.ranks[1]);
+    let along = crossing.approach * layer.facing * from.facing;
+    let left = R::select(along.lt(zero), from.ranks[0], from.ranks[1]);
+    let in_front = R::select(left.lt(rank), one, zero);
+    let may_meet = zero.lt(R::select(apart, one, in_front));
+    let (place, met) = crossing.inside(facet, rays);
+    let first = R::select(rank.lt(best.rank), one, zero);
+    let tied = R::select(place[0].ne(best.t), zero, first);
+    let nearer = zero.lt(R::select(place[0].lt(best.t), one, tied));
+    best.take(met & may_meet & rays.from.ne(number) & nearer, number, place, crossing.approach, rank);
 }
 
 #[inline(always)]

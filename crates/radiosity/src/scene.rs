@@ -5,14 +5,15 @@ use thiserror::Error;
 
 use crate::arrive::Landings;
 use crate::birth::Births;
+use crate::coplanar::{Stack, stacks};
 use crate::depart::{Frames, frames};
+use crate::face::Faces;
 use crate::flat::Flat;
 use crate::isa::Isa;
-use crate::patch::Patches;
 use crate::spec::{SceneSpec, Shape, Spectrum};
-use crate::surface::Surface;
+use crate::surface::{Side, Surface};
 use crate::trace::{Facets, Index};
-use crate::tree::Tree;
+use crate::tree::{BinaryTree, Tree};
 
 /// The most patches a scene may have: patch numbers are 32 bits wide.
 const MAX_PATCHES: u64 = 1 << 31;
@@ -55,7 +56,7 @@ pub enum IndexChoice {
 pub struct Scene {
     names: Vec<String>,
     surfaces: Vec<Surface>,
-    patches: Patches,
+    faces: Faces,
     channels: usize,
     power: [f64; 3],
     emitters: Births,
@@ -64,6 +65,7 @@ pub struct Scene {
     pub(crate) isa: Isa,
     pub(crate) frames: Frames,
     pub(crate) landings: Landings,
+    stacks: Vec<Stack>,
     pub(crate) facets: Facets,
     pub(crate) index: Index,
     hash: [u8; 32],
@@ -94,10 +96,11 @@ impl Scene {
                 problem,
             })?;
         }
-        let patch_count: u64 = spec.surfaces.iter().map(|surface| surface.shape.cell_count()).sum();
-        if patch_count > MAX_PATCHES {
+        let face_count: f64 =
+            spec.surfaces.iter().map(|s| s.shape.cell_count() as f64 * s.sides.count()).sum();
+        if face_count > MAX_PATCHES as f64 {
             return Err(SceneError::Whole(format!(
-                "the scene has {patch_count} patches, more than {MAX_PATCHES} (patch numbers are 32 bits wide); use coarser `patches`"
+                "the scene has {face_count} patches (two-sided ones count twice), more than {MAX_PATCHES} (their numbers are 32 bits wide); use coarser `patches`"
             )));
         }
 
@@ -107,20 +110,17 @@ impl Scene {
         let origin = 0.5 * (min + max);
         let slack = slack(min, max);
 
-        let mut first_patch = 0;
-        let surfaces: Vec<Surface> = spec
-            .surfaces
-            .iter()
-            .map(|surface| {
-                let built = Surface::new(surface, first_patch, origin);
-                first_patch += surface.shape.cell_count() as u32;
-                built
+        let faces = Faces::new(spec);
+        let mut surfaces: Vec<Surface> = (0..)
+            .zip(&spec.surfaces)
+            .map(|(number, surface)| {
+                let [front, back] = [Side::Front, Side::Back].map(|side| faces.first_on(number, side));
+                Surface::new(surface, front.expect("every surface has a front"), back, origin)
             })
             .collect();
-        let patches = Patches::new(spec);
         let channels = spec.channels();
-        let power = std::array::from_fn(|c| patches.iter().map(|patch| patch.power(c)).sum());
-        let Some(emitters) = Births::of_emitters(&surfaces, &patches, channels, power) else {
+        let power = std::array::from_fn(|c| faces.iter().map(|face| face.power(c)).sum());
+        let Some(emitters) = Births::of_emitters(&surfaces, &faces, channels, power) else {
             return Err(SceneError::Whole(
                 "the scene has no emitter (no walk could start); give a material an `emittance` above 0, or a surface an `emit`".into(),
             ));
@@ -135,12 +135,17 @@ impl Scene {
             IndexChoice::Flat => false,
             IndexChoice::Tree => true,
         };
-        let facets = Facets::new(&surfaces, slack);
-        let index = if tree {
-            Index::Tree(Tree::new(&surfaces, &facets))
-        } else {
-            Index::Flat(Flat::new(isa, &surfaces, &facets))
+        let binary = tree.then(|| BinaryTree::new(&surfaces, slack));
+        let stacks = stacks(&surfaces, slack, binary.as_ref());
+        for stack in &stacks {
+            stack.surfaces.iter().for_each(|&surface| surfaces[surface as usize].lie_in(stack.normal));
+        }
+        let facets = Facets::new(&surfaces, &stacks, slack);
+        let index = match &binary {
+            Some(binary) => Index::Tree(Tree::new(binary, &facets)),
+            None => Index::Flat(Flat::new(isa, &surfaces, &facets)),
         };
+        let hash = hash(spec, !stacks.is_empty());
         let most = |c: usize| spec.surfaces.iter().fold(0.0, |max: f64, s| max.max(s.reflectance[c]));
         Ok(Scene {
             names: names(spec),
@@ -148,15 +153,16 @@ impl Scene {
             frames: frames(&surfaces),
             landings: Landings::new(&surfaces),
             surfaces,
-            patches,
+            faces,
             channels,
             power,
             emitters,
             max_reflectance: Spectrum::rgb(std::array::from_fn(most)),
             origin,
+            stacks,
             facets,
             index,
-            hash: hash(spec),
+            hash,
         })
     }
 
@@ -170,9 +176,9 @@ impl Scene {
         &self.names[surface as usize]
     }
 
-    /// The patches, by number.
-    pub fn patches(&self) -> &Patches {
-        &self.patches
+    /// The faces, by number.
+    pub fn faces(&self) -> &Faces {
+        &self.faces
     }
 
     /// 1 where every reflectance and emittance is grey, else 3.
@@ -193,6 +199,11 @@ impl Scene {
     /// What scene coordinates are relative to, in the coordinates of the file [m].
     pub fn origin(&self) -> DVec3 {
         self.origin
+    }
+
+    /// The surfaces that coincide, plane by plane.
+    pub fn stacks(&self) -> &[Stack] {
+        &self.stacks
     }
 
     /// Whether rays are traced through a tree of boxes.
@@ -293,7 +304,7 @@ fn names(spec: &SceneSpec) -> Vec<String> {
     spec.surfaces.iter().enumerate().map(name).collect()
 }
 
-fn hash(spec: &SceneSpec) -> [u8; 32] {
+fn hash(spec: &SceneSpec, layered: bool) -> [u8; 32] {
     let mut hasher = blake3::Hasher::new();
     let mut numbers = |values: &[f64]| {
         for value in values {
@@ -317,6 +328,10 @@ fn hash(spec: &SceneSpec) -> [u8; 32] {
             numbers(&[f64::from(cell)]);
             numbers(&emittance.channels());
         }
+    }
+    // Results from before there were layers are of another scene.
+    if layered {
+        hasher.update(b"layers");
     }
     *hasher.finalize().as_bytes()
 }

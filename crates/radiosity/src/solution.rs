@@ -5,15 +5,15 @@ use std::ops::Deref;
 use stats::Moments;
 
 use crate::experiment::{Experiment, Meaning};
+use crate::face::Face;
 use crate::method::Direction;
-use crate::patch::Patch;
 use crate::scene::Scene;
 use crate::tally::Tally;
 
 /// Fewer scores than this, and an estimate says little beyond its interval: flag `rare`.
 const RARE_SCORES: f64 = 10.0;
 
-/// What is known of one patch.
+/// What is known of one face.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Estimate {
     /// B = E + b [W/m²].
@@ -49,20 +49,40 @@ impl Estimate {
     }
 }
 
-/// How well a solution is known, over its non-emitting patches.
+/// How well a solution is known, over its non-emitting faces.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Precision {
-    /// Area-weighted root mean square of the relative errors of the patches that were hit.
+    /// Area-weighted root mean square of the relative errors of the faces that were hit.
     pub rms_relative_error: f64,
-    /// The largest relative error; infinite while a reflecting patch was never hit.
+    /// The largest relative error; infinite while a reflecting face was never hit.
     pub max_relative_error: f64,
-    /// The patch that has it.
-    pub worst_patch: Option<u32>,
-    /// Reflecting patches that no walk has hit.
-    pub unhit_patches: u64,
+    /// The face that has it.
+    pub worst_face: Option<u32>,
+    /// What half, 9 tenths and 99 hundredths of the area of the reflecting faces do not exceed, but for those that are
+    /// told apart; infinite where nothing is left.
+    pub quantiles: [f64; 3],
+    /// Reflecting faces that no walk has hit.
+    pub unhit: Apart,
+    /// Reflecting faces that walks have hit, each below [`TINY`] of the area of all.
+    pub tiny: Apart,
 }
 
-/// What is known of the channels of one patch: one or three estimates.
+/// The parts of the area that [`Precision::quantiles`] are about.
+pub const QUANTILES: [f64; 3] = [0.5, 0.9, 0.99];
+
+/// Faces of a smaller part of the area are told apart: no picture shows them, and few walks find them.
+pub const TINY: f64 = 1e-6;
+
+/// Faces that are told apart.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Apart {
+    /// How many.
+    pub faces: u64,
+    /// Their part of the area of all reflecting faces that do not emit.
+    pub area: f64,
+}
+
+/// What is known of the channels of one face: one or three estimates.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Channels {
     estimates: [Estimate; 3],
@@ -88,7 +108,7 @@ impl Channels {
     }
 }
 
-/// What a tally says of the patches of a scene, each estimated when it is asked for: of a million patches nothing is
+/// What a tally says of the faces of a scene, each estimated when it is asked for: of a million faces nothing is
 /// kept but their tally.
 #[derive(Clone, Debug)]
 pub struct Estimates<'a> {
@@ -121,85 +141,126 @@ impl<'a> Estimates<'a> {
         self.tally
     }
 
-    /// What is known of patch i; `None` where no walk could tell.
-    pub fn patch(&self, i: usize) -> Option<Channels> {
-        self.of(i, &self.scene().patches().get(i))
+    /// What is known of face i; `None` where no walk could tell.
+    pub fn face(&self, i: usize) -> Option<Channels> {
+        self.of(i, &self.scene().faces().get(i))
     }
 
-    /// All patches in their order, with what is known of them.
-    pub fn iter(&self) -> impl Iterator<Item = (usize, Patch, Option<Channels>)> {
-        let patches = self.scene().patches().iter().enumerate();
-        patches.map(|(i, patch)| (i, patch, self.of(i, &patch)))
+    /// All faces by number, with what is known of them.
+    pub fn iter(&self) -> impl Iterator<Item = (usize, Face, Option<Channels>)> {
+        let faces = self.scene().faces().iter().enumerate();
+        faces.map(|(i, face)| (i, face, self.of(i, &face)))
     }
 
-    /// Patches that some walk could tell of.
-    pub fn known(&self) -> impl Iterator<Item = (usize, Patch, Channels)> {
-        self.iter().filter_map(|(i, patch, channels)| Some((i, patch, channels?)))
+    /// Faces that some walk could tell of.
+    pub fn known(&self) -> impl Iterator<Item = (usize, Face, Channels)> {
+        self.iter().filter_map(|(i, face, channels)| Some((i, face, channels?)))
     }
 
-    /// Absorption and survival mixed on patch i; `None` where no walk could tell, or nobody asked for it.
+    /// Absorption and survival mixed on face i; `None` where no walk could tell, or the method does not ask for it.
     pub fn mix(&self, i: usize) -> Option<Mix> {
         if self.experiment.method().mix { Mix::new(self.experiment, self.tally, i) } else { None }
     }
 
-    fn of(&self, i: usize, patch: &Patch) -> Option<Channels> {
+    fn of(&self, i: usize, face: &Face) -> Option<Channels> {
         Channels::new(self.scene().channels(), |channel| {
-            let meaning = self.experiment.meaning(i, channel, self.tally)?;
+            let meaning = self.experiment.meaning_of((i, face), channel, self.tally)?;
             let (moments, events) = (moments(self.tally, i, channel), self.tally.events(i));
             Some(match &self.student {
-                Some(student) => estimate_of_chains(patch, channel, &moments, events, &meaning, student),
-                None => estimate(patch, channel, &moments, events, &meaning, self.confidence),
+                Some(student) => estimate_of_chains(face, channel, &moments, events, &meaning, student),
+                None => estimate(face, channel, &moments, events, &meaning, self.confidence),
             })
         })
     }
 
-    /// The fraction of the area of the sampled non-emitting patches whose relative error is at most
-    /// `relative_error` in every channel. A patch that was never hit has an infinite one; a patch of reflectance 0
+    /// The fraction of the area of the sampled non-emitting faces whose relative error is at most
+    /// `relative_error` in every channel. A face that was never hit has an infinite one; a face of reflectance 0
     /// is known exactly.
     pub fn fraction_within(&self, relative_error: f64) -> f64 {
         let (mut within, mut area) = (0.0, 0.0);
-        for (_, patch, channels) in self.known().filter(|(_, patch, _)| !patch.emittance.is_lit()) {
-            area += patch.area;
+        for (_, face, channels) in self.known().filter(|(_, face, _)| !face.emittance.is_lit()) {
+            area += face.area;
             if channels.iter().all(|estimate| estimate.relative_error() <= relative_error) {
-                within += patch.area;
+                within += face.area;
             }
         }
         if area > 0.0 { within / area } else { 1.0 }
     }
 
-    /// How well the non-emitting patches are known, all channels alike. Where the reflectance is 0, or nothing
+    /// How well the non-emitting faces are known, all channels alike. Where the reflectance is 0, or nothing
     /// emits, the radiosity is known exactly.
     pub fn precision(&self) -> Precision {
         let mut precision = Precision::default();
         let (mut weighted, mut area) = (0.0, 0.0);
         let lit = |channel: usize| self.scene().total_power(channel) > 0.0;
-        for (i, patch, channels) in self.known().filter(|(_, patch, _)| !patch.emittance.is_lit()) {
-            let estimated = channels.iter().enumerate();
-            for (_, estimate) in estimated.filter(|&(c, _)| patch.reflectance[c] > 0.0 && lit(c)) {
-                let error = estimate.relative_error();
-                if estimate.effective_scores == 0.0 {
-                    precision.unhit_patches += 1;
-                } else {
-                    weighted += patch.area * error * error;
-                    area += patch.area;
-                }
-                if precision.worst_patch.is_none() || error > precision.max_relative_error {
-                    precision.max_relative_error = error;
-                    precision.worst_patch = Some(i as u32);
+        let mut ranks = Vec::new();
+        let total = self.reflecting_area();
+        for (i, face, channels) in self.known().filter(|(_, face, _)| !face.emittance.is_lit()) {
+            let unknown = |&(c, _): &(usize, &Estimate)| face.reflectance[c] > 0.0 && lit(c);
+            let Some(error) =
+                channels.iter().enumerate().filter(unknown).map(|(_, e)| e.relative_error()).reduce(f64::max)
+            else {
+                continue;
+            };
+            for (_, estimate) in channels.iter().enumerate().filter(unknown) {
+                if estimate.effective_scores > 0.0 {
+                    weighted += face.area * estimate.relative_error().powi(2);
+                    area += face.area;
                 }
             }
+            if precision.worst_face.is_none() || error > precision.max_relative_error {
+                precision.max_relative_error = error;
+                precision.worst_face = Some(i as u32);
+            }
+            let unhit = channels.iter().enumerate().filter(unknown).any(|(_, e)| e.effective_scores == 0.0);
+            if unhit {
+                precision.unhit.add(face.area / total);
+            } else if face.area < TINY * total {
+                precision.tiny.add(face.area / total);
+            } else {
+                ranks.push((error, face.area));
+            }
         }
+        precision.quantiles = quantiles(ranks);
         if area > 0.0 {
             precision.rms_relative_error = (weighted / area).sqrt();
         }
         precision
     }
+
+    /// The area of all faces that reflect in some channel and do not emit [m²].
+    pub fn reflecting_area(&self) -> f64 {
+        let faces = self.scene().faces().iter();
+        faces.filter(|face| face.reflectance.is_lit() && !face.emittance.is_lit()).map(|face| face.area).sum()
+    }
 }
 
-/// The estimates of all patches at once.
+impl Apart {
+    /// Counts a face of this part of the area.
+    pub fn add(&mut self, area: f64) {
+        self.faces += 1;
+        self.area += area;
+    }
+}
+
+/// What [`QUANTILES`] of the area do not exceed, of (error, area).
+fn quantiles(mut ranks: Vec<(f64, f64)>) -> [f64; 3] {
+    ranks.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
+    let total: f64 = ranks.iter().map(|(_, area)| area).sum();
+    QUANTILES.map(|part| {
+        let mut below = 0.0;
+        let reached = ranks.iter().find(|(_, area)| {
+            below += area;
+            below >= part * total * (1.0 - 1e-12)
+        });
+        reached.map_or(f64::INFINITY, |&(error, _)| error)
+    })
+}
+
+/// The estimates of all faces at once.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Solution {
-    /// In patch order, the channels of a patch side by side; `None` where no walk could tell.
+    /// By number, the channels of a face side by side; `None` where no walk could tell.
     pub estimates: Vec<Option<Estimate>>,
     /// 1 or 3.
     pub channels: usize,
@@ -214,9 +275,9 @@ impl Solution {
         Solution { estimates: estimates.iter().flat_map(|(_, _, known)| of_patch(known)).collect(), channels }
     }
 
-    /// The estimates of one patch, channel by channel; `None` where no walk could tell.
-    pub fn patch(&self, patch: usize) -> Option<Vec<Estimate>> {
-        self.estimates[patch * self.channels..][..self.channels].iter().copied().collect()
+    /// The estimates of one face, channel by channel; `None` where no walk could tell.
+    pub fn face(&self, face: usize) -> Option<Vec<Estimate>> {
+        self.estimates[face * self.channels..][..self.channels].iter().copied().collect()
     }
 }
 
@@ -235,11 +296,11 @@ pub struct Mix {
 }
 
 impl Mix {
-    /// What a tally of related scores says of a patch; `None` where no walk could tell.
+    /// What a tally of related scores says of a face; `None` where no walk could tell.
     fn new(experiment: &Experiment, tally: &Tally, i: usize) -> Option<Self> {
-        let patch = experiment.scene().patches().get(i);
-        let meaning = experiment.meaning(i, 0, tally)?;
-        let reflectance = patch.reflectance[0];
+        let face = experiment.scene().faces().get(i);
+        let meaning = experiment.meaning_of((i, &face), 0, tally)?;
+        let reflectance = face.reflectance[0];
         // A shooting walk scores hits, which are worth more the rarer the event is.
         let (absorbed, survived) = match experiment.method().direction {
             Direction::Shooting if reflectance == 0.0 => (1.0, 0.0),
@@ -261,7 +322,7 @@ impl Mix {
         let per_unit = meaning.unit * meaning.irradiance_per_event.unwrap_or(0.0) * reflectance;
         Some(Mix {
             alpha,
-            radiosity: patch.emittance[0] + per_unit * mixed(mean(&absorption), mean(&survival)),
+            radiosity: face.emittance[0] + per_unit * mixed(mean(&absorption), mean(&survival)),
             std_error: collision.standard_error().map(|_| per_unit * mix_variance.max(0.0).sqrt()),
             collision_excess: (mix_variance > 0.0).then(|| variance(&collision) / mix_variance),
         })
@@ -270,7 +331,7 @@ impl Mix {
 
 /// b = R·H: the interval of the mean score, through the meaning of a unit.
 fn estimate(
-    patch: &Patch,
+    face: &Face,
     channel: usize,
     moments: &Moments,
     hits: u128,
@@ -278,12 +339,12 @@ fn estimate(
     confidence: f64,
 ) -> Estimate {
     let Meaning { unit, irradiance_per_event, ratio_bound, bias_bound } = *meaning;
-    // A patch that the estimator cannot tell the irradiance of has R = 0, so that b = 0 all the same.
-    let reflected_per_event = patch.reflectance[channel] * irradiance_per_event.unwrap_or(0.0);
+    // A face that the estimator cannot tell the irradiance of has R = 0, so that b = 0 all the same.
+    let reflected_per_event = face.reflectance[channel] * irradiance_per_event.unwrap_or(0.0);
     let interval = stats::mean_interval(moments, unit, confidence, ratio_bound);
     let mean = unit * moments.mean().unwrap_or(0.0);
     let error = moments.standard_error().map(|error| unit * error);
-    let radiosity = |mean_score: f64| patch.emittance[channel] + reflected_per_event * mean_score;
+    let radiosity = |mean_score: f64| face.emittance[channel] + reflected_per_event * mean_score;
     Estimate {
         radiosity: radiosity(mean),
         std_error: error.map(|error| reflected_per_event * error),
@@ -319,7 +380,7 @@ impl Student {
 /// times s/√n: it would be too small by as much, had the sample's own been taken for the truth. What a single chain
 /// says, or chains that all say the same, is bounded by the largest radiosity alone.
 fn estimate_of_chains(
-    patch: &Patch,
+    face: &Face,
     channel: usize,
     moments: &Moments,
     landed: u128,
@@ -328,7 +389,7 @@ fn estimate_of_chains(
 ) -> Estimate {
     let per_event = meaning.irradiance_per_event.unwrap_or(0.0);
     let per_unit = meaning.unit * per_event;
-    let (emitted, reflectance) = (patch.emittance[channel], patch.reflectance[channel]);
+    let (emitted, reflectance) = (face.emittance[channel], face.reflectance[channel]);
     let mean = per_unit * moments.mean().unwrap_or(0.0);
     let sample_error = moments.standard_error().map(|error| per_unit * error).filter(|&error| error > 0.0);
     let (low, high) = match sample_error.zip(student.quantile) {
@@ -349,8 +410,8 @@ fn estimate_of_chains(
     }
 }
 
-/// The exact power sums of one score on one patch.
-fn moments(tally: &Tally, patch: usize, score: usize) -> Moments {
-    let sums = tally.patch(patch, score);
+/// The exact power sums of one score on one face.
+fn moments(tally: &Tally, face: usize, score: usize) -> Moments {
+    let sums = tally.patch(face, score);
     Moments { n: tally.counts.walks, sum: sums[0], sum_sq: sums[1] }
 }

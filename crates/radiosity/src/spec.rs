@@ -40,12 +40,12 @@ pub enum Shape {
 pub enum Sides {
     /// Only the front; a ray that meets the back is absorbed there and counted.
     Front,
-    /// Both, sharing one patch; emittance is per side, area is that of one side.
+    /// Both. Each side of a patch is an unknown of its own; emittance and area are those of one side.
     Both,
 }
 
 impl Sides {
-    /// 1 or 2: how often the patch area counts in powers.
+    /// 1 or 2.
     pub fn count(self) -> f64 {
         match self {
             Sides::Front => 1.0,

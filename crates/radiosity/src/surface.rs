@@ -3,6 +3,7 @@
 
 use glam::DVec3;
 
+use crate::face::Face;
 use crate::sampling::{cosine_direction, fixed_64};
 use crate::spec::{Shape, Sides, Spectrum, SurfaceSpec};
 
@@ -13,6 +14,24 @@ pub enum Side {
     Front,
     /// The other one.
     Back,
+}
+
+impl Side {
+    /// The opposite side.
+    pub(crate) fn other(self) -> Self {
+        match self {
+            Side::Front => Side::Back,
+            Side::Back => Side::Front,
+        }
+    }
+
+    /// 1 for the front, −1 for the back.
+    pub(crate) fn sign(self) -> f64 {
+        match self {
+            Side::Front => 1.0,
+            Side::Back => -1.0,
+        }
+    }
 }
 
 /// How a surface is cut into cells.
@@ -41,7 +60,9 @@ pub(crate) const EDGE: f64 = 0.5 / 4_294_967_296.0;
 pub struct Surface {
     /// σ as a threshold for 64 random bits.
     survival: u64,
-    first_patch: u32,
+    first_face: u32,
+    /// The number of the back of a cell less that of its front; 0 where backs are not active.
+    to_back: u32,
     cells: Cells,
     sides: Sides,
     corner: DVec3,
@@ -56,8 +77,9 @@ pub struct Surface {
 }
 
 impl Surface {
-    /// Prepares a surface that [`crate::Scene::build`] has found valid; `origin` becomes (0, 0, 0).
-    pub(crate) fn new(spec: &SurfaceSpec, first_patch: u32, origin: DVec3) -> Self {
+    /// Prepares a surface that [`crate::Scene::build`] has found valid, given the numbers of its first front and, where
+    /// it has two sides, of its first back; `origin` becomes (0, 0, 0).
+    pub(crate) fn new(spec: &SurfaceSpec, first_face: u32, first_back: Option<u32>, origin: DVec3) -> Self {
         let (corner, edge_u, edge_v) = spec.shape.edges();
         let normal = edge_u.cross(edge_v).normalize();
         let tangent = edge_u.normalize();
@@ -77,10 +99,18 @@ impl Surface {
             reflectance: spec.reflectance,
             survival: fixed_64(spec.reflectance.max()),
             tint: tint(spec.reflectance),
-            first_patch,
+            first_face,
+            to_back: first_back.map_or(0, |back| back - first_face),
             cells,
             sides: spec.sides,
         }
+    }
+
+    /// Takes on the normal of a plane that it lies in, this one or its opposite.
+    pub(crate) fn lie_in(&mut self, normal: DVec3) {
+        self.normal = if self.normal.dot(normal) > 0.0 { normal } else { -normal };
+        self.tangent = (self.edge_u - self.normal * self.normal.dot(self.edge_u)).normalize();
+        self.bitangent = self.normal.cross(self.tangent);
     }
 
     pub(crate) fn corner(&self) -> DVec3 {
@@ -104,6 +134,20 @@ impl Surface {
         }
     }
 
+    /// Area of one side [m²].
+    pub fn area(&self) -> f64 {
+        let whole = self.edge_u.cross(self.edge_v).length();
+        if self.is_triangle() { 0.5 * whole } else { whole }
+    }
+
+    /// How many cells it is cut into.
+    pub fn cell_count(&self) -> u32 {
+        match self.cells {
+            Cells::Grid { nu, nv, .. } => nu * nv,
+            Cells::Rows { k } => k * k,
+        }
+    }
+
     /// Whether it is a triangle; else it is a parallelogram.
     pub fn is_triangle(&self) -> bool {
         matches!(self.cells, Cells::Rows { .. })
@@ -119,9 +163,26 @@ impl Surface {
         self.sides
     }
 
-    /// The number of its first patch; the others follow in cell order.
-    pub fn first_patch(&self) -> u32 {
-        self.first_patch
+    /// The number of its first front; the others follow in cell order.
+    pub(crate) fn first_face(&self) -> u32 {
+        self.first_face
+    }
+
+    /// The number of the back of a cell less that of its front; 0 where backs are not active.
+    pub(crate) fn to_back(&self) -> u32 {
+        self.to_back
+    }
+
+    /// The cell that a face of this surface is a side of.
+    #[inline(always)]
+    pub(crate) fn cell_of(&self, face: &Face) -> u32 {
+        face.patch - self.first_face
+    }
+
+    /// The number of the face of a cell on an active side.
+    #[inline(always)]
+    pub fn face(&self, cell: u32, side: Side) -> u32 {
+        self.first_face + cell + if side == Side::Back { self.to_back } else { 0 }
     }
 
     /// R.
@@ -286,6 +347,7 @@ mod tests {
                 cell_emittance: vec![],
             },
             0,
+            None,
             DVec3::ZERO,
         )
     }

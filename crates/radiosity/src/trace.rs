@@ -1,15 +1,18 @@
 //! The nearest surface along a ray.
 //!
-//! One arithmetic everywhere: the nearest hit is the least (t, surface number), every t computed by
-//! [`Facet::meet`] and nothing else, so neither the index, nor its builder, nor the order of traversal can
-//! enter the answer. All of it is f64: a scene may lie 10⁵ edge lengths from its origin.
+//! One arithmetic everywhere: the nearest hit is the least (t, rank), every t computed by [`Facet::meet`] and nothing
+//! else, so neither the index, nor its builder, nor the order of traversal can enter the answer. The rank of a surface is
+//! its number, but where surfaces coincide it is that of its layer ([`crate::coplanar`]). All of it is f64: a scene may
+//! lie 10⁵ edge lengths from its origin.
 
 use std::hint::select_unpredictable;
 
 use glam::DVec3;
 
 use crate::batch::WIDTH;
+use crate::coplanar::Stack;
 use crate::flat::Flat;
+use crate::layers::{Layers, Relation};
 use crate::spec::Sides;
 use crate::surface::{Side, Surface};
 use crate::table::Table;
@@ -142,7 +145,8 @@ pub(crate) fn dual_basis(surface: &Surface) -> [DVec3; 2] {
 }
 
 impl Facet {
-    fn new(surface: &Surface, slack: f64) -> Self {
+    /// The facet of a surface in the plane n·x = `offset`.
+    fn new(surface: &Surface, offset: f64, slack: f64) -> Self {
         let normal = surface.normal();
         let [u_axis, v_axis] = dual_basis(surface);
         let (grow_u, grow_v) = (slack * u_axis.length(), slack * v_axis.length());
@@ -156,7 +160,7 @@ impl Facet {
         };
         Facet {
             normal,
-            offset: normal.dot(corner),
+            offset,
             u_axis: u_axis * scale_u,
             u_offset: (u_axis.dot(corner) - grow_u) * scale_u,
             v_axis: v_axis * scale_v,
@@ -189,15 +193,17 @@ impl Facet {
     ///
     /// A start within `slack` of the plane counts as on it: from there the active side is met at t = 0 by a
     /// ray that goes against its normal, and the back of a one-sided surface is not met at all. So a point
-    /// that rounding put behind its neighbour's plane loses no walk.
+    /// that rounding put behind its neighbour's plane loses no walk. A facet in `contact`, a layer in front of the one
+    /// that the ray leaves, is met at t = 0 on either side.
     #[inline(always)]
-    fn meet(&self, ray: &Ray, slack: f64) -> (f64, [f64; 2], Side, bool) {
+    fn meet(&self, ray: &Ray, slack: f64, contact: bool) -> (f64, [f64; 2], Side, bool) {
         // Everything is selected, nothing branched on: a ray meets one side as often as the other.
         let approach = self.normal.dot(ray.direction);
         let height = self.normal.dot(ray.origin) - self.offset;
         let against = approach < 0.0;
         let distance = select_unpredictable(against, height, -height);
-        let nearest = select_unpredictable(against | self.two_sided, -slack, slack);
+        let distance = if contact { 0.0 } else { distance };
+        let nearest = select_unpredictable(against | self.two_sided | contact, -slack, slack);
         let t = (distance / approach.abs()).max(0.0);
         let point = ray.origin + ray.direction * t;
         let u = self.u_axis.dot(point) - self.u_offset;
@@ -219,12 +225,29 @@ pub(crate) struct Facets {
     /// Normal and offset, u and v likewise, 1 for a triangle, 1 for two sides.
     table: Table<FACET_NUMBERS>,
     slack: f64,
+    /// Where some surfaces coincide.
+    layers: Option<Layers>,
 }
 
 impl Facets {
-    pub(crate) fn new(surfaces: &[Surface], slack: f64) -> Self {
-        let facets = surfaces.iter().map(|surface| Facet::new(surface, slack).numbers());
-        Facets { table: Table::new(facets.collect()), slack }
+    /// The facets of surfaces of which some lie in the planes of stacks.
+    pub(crate) fn new(surfaces: &[Surface], stacks: &[Stack], slack: f64) -> Self {
+        let mut offsets: Vec<f64> = surfaces.iter().map(|s| s.normal().dot(s.corner())).collect();
+        let faces_normal =
+            |surface: u32, stack: &Stack| surfaces[surface as usize].normal().dot(stack.normal) > 0.0;
+        for stack in stacks {
+            for &surface in &stack.surfaces {
+                let same_way = faces_normal(surface, stack);
+                offsets[surface as usize] = if same_way { stack.offset } else { -stack.offset };
+            }
+        }
+        let facets = surfaces.iter().zip(offsets);
+        let facets = facets.map(|(surface, offset)| Facet::new(surface, offset, slack).numbers());
+        Facets {
+            table: Table::new(facets.collect()),
+            slack,
+            layers: Layers::new(surfaces.len(), stacks, faces_normal),
+        }
     }
 
     pub(crate) fn len(&self) -> usize {
@@ -246,36 +269,68 @@ impl Facets {
         &self.table
     }
 
+    /// The layers, where some surfaces coincide.
+    #[inline(always)]
+    pub(crate) fn layers(&self) -> Option<&Layers> {
+        self.layers.as_ref()
+    }
+
     /// By how much facets are larger than their surfaces [m].
     pub(crate) fn slack(&self) -> f64 {
         self.slack
     }
 
-    /// Keeps the nearer of `best` and the hit of one facet; of two at the same t, the lower surface number.
+    /// Where a ray meets a facet; `None` where it does not.
+    #[inline(always)]
+    fn hit(&self, surface: u32, ray: &Ray) -> Option<Hit> {
+        if surface == ray.from {
+            return None;
+        }
+        let facet = self.get(surface);
+        let contact = match &self.layers {
+            None => false,
+            Some(layers) => {
+                let against = facet.normal.dot(ray.direction) < 0.0;
+                let side = if against { Side::Front } else { Side::Back };
+                match layers.relation(surface, side, ray) {
+                    Relation::Behind => return None,
+                    Relation::InFront => true,
+                    Relation::Apart => false,
+                }
+            }
+        };
+        let (t, uv, side, met) = facet.meet(ray, self.slack, contact);
+        met.then_some(Hit { t, surface, uv, side })
+    }
+
+    /// What comes first of surfaces that a ray meets at the same t.
+    #[inline(always)]
+    fn rank(&self, surface: u32, side: Side) -> u32 {
+        self.layers.as_ref().map_or(surface, |layers| layers.rank(surface, side))
+    }
+
+    /// Keeps the nearer of `best` and the hit of one facet.
     #[inline(always)]
     pub(crate) fn meet(&self, surface: u32, ray: &Ray, best: &mut Option<Hit>) {
-        if surface == ray.from {
-            return;
-        }
-        let (t, uv, side, met) = self.get(surface).meet(ray, self.slack);
-        let nearer = best.is_none_or(|hit| t < hit.t || (t == hit.t && surface < hit.surface));
-        if met && nearer {
-            *best = Some(Hit { t, surface, uv, side });
+        let Some(hit) = self.hit(surface, ray) else { return };
+        let first = |best: Hit| {
+            hit.t == best.t && self.rank(hit.surface, hit.side) < self.rank(best.surface, best.side)
+        };
+        if best.is_none_or(|best| hit.t < best.t || first(best)) {
+            *best = Some(hit);
         }
     }
 
-    /// The same for ray number `i` of a batch, which does not leave the surface.
+    /// The same for ray number `i` of a batch.
     #[inline(always)]
     pub(crate) fn meet_in(&self, surface: u32, rays: &Rays, i: usize, hits: &mut Hits) {
-        let (t, uv, side, met) = self.get(surface).meet(&rays.get(i), self.slack);
-        // Where there is no hit yet, its t is infinite and its number the highest.
-        let nearer = (t < hits.t[i]) | ((t == hits.t[i]) & (surface < hits.surface[i]));
-        if met & nearer {
-            hits.t[i] = t;
-            hits.surface[i] = surface;
-            hits.uv[0][i] = uv[0];
-            hits.uv[1][i] = uv[1];
-            hits.facing[i] = if side == Side::Front { 1.0 } else { -1.0 };
+        let mut best = hits.get(i);
+        self.meet(surface, &rays.get(i), &mut best);
+        if let Some(hit) = best {
+            hits.t[i] = hit.t;
+            hits.surface[i] = hit.surface;
+            hits.uv.iter_mut().zip(hit.uv).for_each(|(row, uv)| row[i] = uv);
+            hits.facing[i] = hit.side.sign();
         }
     }
 }
@@ -290,7 +345,7 @@ pub(crate) enum Index {
 }
 
 impl Index {
-    /// The least (t, surface number) among the facets that each ray meets. Directions have a length of about 1;
+    /// The least (t, rank) among the facets that each ray meets. Directions have a length of about 1;
     /// `scratch` is space that keeps its allocation from batch to batch.
     #[inline]
     pub(crate) fn closest_hits(&self, facets: &Facets, rays: &Rays, scratch: &mut Scratch, hits: &mut Hits) {

@@ -9,6 +9,7 @@ mod wavefront;
 
 use crate::isa::Isa;
 use crate::trace::{Facets, Hit, Hits, Ray, Rays};
+pub(crate) use build::BinaryTree;
 pub(crate) use lanes::LANES as WIDTH;
 use lanes::{GROUP, GROUPS, Quad, Row};
 pub(crate) use wavefront::Scratch;

@@ -16,7 +16,6 @@ use crate::isa::Isa;
 use crate::method::Space;
 use crate::rng::{Generators, Numbers, Sequence, unit_32};
 use crate::scene::Scene;
-use crate::surface::Side;
 use crate::tally::Counts;
 use crate::trace::{Hits, Rays};
 use crate::tree::Scratch;
@@ -156,10 +155,10 @@ impl<N: Numbers, E: Estimator<C>, F: Fate<C>, const C: usize> Walker<'_, N, E, F
             // Draws of each arrival: survival, point (discrete walks), direction.
             self.generators.draw(self.isa, &mut draws);
             arrivals.locate(self.isa, self.scene, self.space, self.len, &hits, &draws);
-            self.estimator.expect(&arrivals.patch[..self.len]);
+            self.estimator.expect(&arrivals.face[..self.len]);
             let (outcome, ended) = self.decide(&hits, &arrivals);
             self.go_on(&hits, &arrivals, &draws[2]);
-            self.estimator.score(&arrivals.patch, &outcome, &self.weights);
+            self.estimator.score(&arrivals.face, &outcome, &self.weights);
             self.replace(ended, fate, newborns);
         }
     }
@@ -183,10 +182,10 @@ impl<N: Numbers, E: Estimator<C>, F: Fate<C>, const C: usize> Walker<'_, N, E, F
             self.fates[lane].set_out(weights);
         }
         let surface = &self.scene.surfaces()[number as usize];
-        self.estimator.begin(lane, surface.first_patch() + cell);
+        self.estimator.begin(lane, surface.face(cell, side));
         let uv = surface.point_in_cell(cell, [(point >> 32) as u32, point as u32].map(unit_32));
         self.departures.surface[lane] = number;
-        self.departures.facing[lane] = if side == Side::Front { 1.0 } else { -1.0 };
+        self.departures.facing[lane] = side.sign();
         self.departures.uv.iter_mut().zip(uv).for_each(|(row, uv)| row[lane] = uv);
         self.departures.direction[lane] = direction;
         true
@@ -322,6 +321,32 @@ mod tests {
         SceneSpec { surfaces: shapes.into_iter().enumerate().map(surface).collect() }
     }
 
+    /// The room with coincident surfaces: a floor written twice, a rug on it, a plate that is written three times, a
+    /// triangle over part of a wall.
+    fn layered_room() -> SceneSpec {
+        let mut spec = room();
+        let (x, y, z) = (DVec3::X, DVec3::Y, DVec3::Z);
+        let cells = [2, 2];
+        let rug = Shape::Parallelogram {
+            corner: 0.2 * x + 0.1 * y,
+            corner_u: 0.9 * x + 0.1 * y,
+            corner_v: 0.2 * x + 0.7 * y,
+            cells,
+        };
+        let patch = Shape::Triangle { a: 0.1 * y, b: 0.8 * y + 0.1 * z, c: 0.2 * y + 0.9 * z, rows: 2 };
+        let mut add = |shape: Shape, sides: Sides| {
+            let like = spec.surfaces[0].clone();
+            spec.surfaces.push(SurfaceSpec { shape, sides, emittance: 0.3.into(), ..like });
+        };
+        let [floor, plate] = [0, 3].map(|i| room().surfaces[i].shape);
+        add(floor, Sides::Front);
+        add(rug, Sides::Both);
+        add(plate, Sides::Front);
+        add(plate, Sides::Both);
+        add(patch, Sides::Both);
+        spec
+    }
+
     /// A closed cube in which walks are long.
     fn bright_cube() -> SceneSpec {
         let (o, e, axes) = (DVec3::ZERO, DVec3::ONE, DVec3::AXES);
@@ -384,7 +409,7 @@ mod tests {
                 return path;
             }
             let cell = surface.cell_at(hit.uv);
-            path.push(surface.first_patch() + cell);
+            path.push(surface.face(cell, hit.side));
             let (survives, point) = (surface.survives(rng.bits()), rng.pair());
             if !survives {
                 return path;
@@ -399,12 +424,16 @@ mod tests {
 
     #[test]
     fn walks_side_by_side_are_plain_walks() {
-        for (spec, index) in
-            [(room(), IndexChoice::Flat), (room(), IndexChoice::Tree), (bright_cube(), IndexChoice::Flat)]
-        {
+        for (spec, index) in [
+            (room(), IndexChoice::Flat),
+            (room(), IndexChoice::Tree),
+            (layered_room(), IndexChoice::Flat),
+            (layered_room(), IndexChoice::Tree),
+            (bright_cube(), IndexChoice::Flat),
+        ] {
             for space in [Space::Discrete, Space::Continuous] {
                 let scene = Scene::build(&spec, index).unwrap();
-                let mut board = Scoreboard::<u64, (), 1, 2>::new(scene.patches().len());
+                let mut board = Scoreboard::<u64, (), 1, 2>::new(scene.faces().len());
                 for walk in Sequence::new(7).walks_from(5).take(4_000) {
                     board.add_path(&plain_walk(&scene, space, walk), |_| [1]);
                 }

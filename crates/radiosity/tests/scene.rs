@@ -6,7 +6,7 @@ use std::collections::HashSet;
 
 use common::{box_scene, quad, surface};
 use glam::DVec3;
-use radiosity::{IndexChoice, Scene, SceneSpec, Shape, Sides, SurfaceSpec};
+use radiosity::{IndexChoice, Scene, SceneSpec, Shape, Side, Sides, SurfaceSpec};
 
 fn build(surfaces: Vec<SurfaceSpec>) -> Scene {
     Scene::build(&SceneSpec { surfaces }, IndexChoice::Auto).unwrap()
@@ -50,10 +50,16 @@ fn patches_have_their_share_of_area_and_power() {
         },
         SurfaceSpec { sides: Sides::Both, emittance: 1.5.into(), ..surface(square, 0.5) },
     ]);
-    let patches = scene.patches().iter().map(|patch| (patch.area, patch.emittance[0], patch.power(0)));
+    let faces = scene.faces().iter().map(|face| (face.area, face.emittance[0], face.power(0)));
     let [dark, dim, bright] = [0.0, 2.0, 5.0].map(|e| (1.0, e, e));
-    let plate = (2.0, 1.5, 6.0);
-    assert_eq!(patches.collect::<Vec<_>>(), [bright, dim, bright, dark, plate, plate, plate]);
+    let plate = (2.0, 1.5, 3.0);
+    let plates = [plate; 6];
+    let all: Vec<_> = [bright, dim, bright, dark].into_iter().chain(plates).collect();
+    assert_eq!(faces.collect::<Vec<_>>(), all);
     assert_eq!(scene.total_power(0), 30.0);
-    assert_eq!(scene.patches().get(6).centroid, DVec3::new(1.0, 2.5, 1.0));
+    // Fronts in patch order, then backs.
+    let places = scene.faces().iter().map(|face| (face.patch, face.side)).collect::<Vec<_>>();
+    assert_eq!(places[6..], [(6, Side::Front), (4, Side::Back), (5, Side::Back), (6, Side::Back)]);
+    assert_eq!(scene.faces().by_patch().collect::<Vec<_>>(), [0, 1, 2, 3, 4, 7, 5, 8, 6, 9]);
+    assert_eq!(scene.faces().get(6).centroid, DVec3::new(1.0, 2.5, 1.0));
 }

@@ -5,7 +5,7 @@ mod common;
 use common::{box_scene, box_walls, collision, experiment, surface, walk};
 use glam::DVec3;
 use radiosity::{
-    Birth, Counts, Direction, Estimates, EstimatorKind, Experiment, IndexChoice, InfiniteEnd, Method,
+    Apart, Birth, Counts, Direction, Estimates, EstimatorKind, Experiment, IndexChoice, InfiniteEnd, Method,
     Precision, SceneSpec, Sides, Solution, Space, Spectrum, Tally,
 };
 use stats::{Moments, mean_interval};
@@ -15,8 +15,8 @@ const KINDS: [EstimatorKind; 4] =
 
 const WALKS: u64 = 1000;
 
-/// Σx and Σx² of the six walls.
-const SUMS: [[u128; 2]; 6] = [[200, 300], [100, 100], [400, 600], [0, 0], [10, 10], [12, 16]];
+/// Σx and Σx² of the six walls, and of the back of the fourth.
+const SUMS: [[u128; 2]; 7] = [[200, 300], [100, 100], [400, 600], [0, 0], [10, 10], [12, 16], [0, 0]];
 
 /// A box of 1 × 2 × 3 m: walls of 2, 2, 3, 3, 6 and 6 m². The first emits 6 W, the second is black, the fourth
 /// has two sides.
@@ -27,7 +27,7 @@ fn six_walls() -> (Experiment, Tally) {
     spec.surfaces[3].sides = Sides::Both;
     let experiment = experiment(&spec, IndexChoice::Auto, collision(Space::Discrete));
     let counts = Counts { walks: WALKS, ..Counts::default() };
-    let tally = Tally::from_parts(counts, 6, experiment.layout::<2>(), SUMS.concat()).unwrap();
+    let tally = Tally::from_parts(counts, 7, experiment.layout::<2>(), SUMS.concat()).unwrap();
     (experiment, tally)
 }
 
@@ -35,13 +35,14 @@ fn assert_close(a: f64, b: f64) {
     assert!((a - b).abs() <= 1e-12 * b.abs(), "{a} for {b}");
 }
 
-/// H = (Φ_T/A)·mean, B = E + R·H, and their errors and limits likewise; A counts once for each side.
+/// H = (Φ_T/A)·mean, B = E + R·H, and their errors and limits scale alike; each side of a wall has its own area.
 #[test]
 fn estimates_are_the_moments_in_watts() {
     let (experiment, tally) = six_walls();
     let solution = Solution::new(&experiment, &tally, 0.9);
-    let walls = [(2.0, 0.5, 3.0), (2.0, 0.0, 0.0), (3.0, 0.25, 0.0), (6.0, 0.5, 0.0), (6.0, 0.5, 0.0)];
-    for (i, (area, r, e)) in walls.into_iter().enumerate() {
+    let rest = [(3.0, 0.5, 0.0), (6.0, 0.5, 0.0), (6.0, 0.5, 0.0), (3.0, 0.5, 0.0)];
+    let walls = [(2.0, 0.5, 3.0), (2.0, 0.0, 0.0), (3.0, 0.25, 0.0)].into_iter().chain(rest);
+    for (i, (area, r, e)) in walls.enumerate() {
         let estimate = solution.estimates[i].unwrap();
         let [sum, sum_sq] = SUMS[i];
         let moments = Moments { n: WALKS, sum, sum_sq };
@@ -59,7 +60,7 @@ fn estimates_are_the_moments_in_watts() {
     let rare = solution.estimates.iter().map(|estimate| estimate.unwrap().is_rare());
     assert_eq!(
         rare.collect::<Vec<_>>(),
-        [false, false, false, true, false, true],
+        [false, false, false, true, false, true, true],
         "12 hits that tell as much as 9"
     );
 }
@@ -70,19 +71,23 @@ fn precision_is_weighted_by_area_over_what_does_not_emit() {
     let (experiment, tally) = six_walls();
     let estimates = Estimates::new(&experiment, &tally, 0.9);
     let error = |i: usize| {
-        let estimate = estimates.patch(i).unwrap()[0];
+        let estimate = estimates.face(i).unwrap()[0];
         0.5 * (estimate.ci_high - estimate.ci_low) / estimate.radiosity
     };
     let (second, third) = (error(4), error(5));
     assert!(error(2) < second && second < third);
     for (bound, area) in [(0.0, 2.0), (error(2), 5.0), (second, 11.0), (third, 17.0), (1e9, 17.0)] {
-        assert_close(estimates.fraction_within(bound), area / 20.0);
+        assert_close(estimates.fraction_within(bound), area / 23.0);
     }
     let squares = 3.0 * error(2).powi(2) + 6.0 * second.powi(2) + 6.0 * third.powi(2);
-    let Precision { rms_relative_error, max_relative_error, worst_patch, unhit_patches } =
+    let Precision { rms_relative_error, max_relative_error, worst_face, quantiles, unhit, tiny } =
         estimates.precision();
     assert_close(rms_relative_error, (squares / 15.0).sqrt());
-    assert_eq!((max_relative_error, worst_patch, unhit_patches), (f64::INFINITY, Some(3), 1));
+    assert_eq!((max_relative_error, worst_face), (f64::INFINITY, Some(3)));
+    // Of the walls that reflect 3 m² are known to error(2), 6 each to the others; both sides of the fourth, 3 m² each,
+    // were not hit.
+    assert_eq!(quantiles, [second, third, third]);
+    assert_eq!((unhit, tiny), (Apart { faces: 2, area: 6.0 / 21.0 }, Apart::default()));
 }
 
 /// Where many scores were seen an interval is the standard error to either side, 1.96 of them, in whatever units

@@ -23,7 +23,7 @@ fn shoot(spec: &SceneSpec, index: IndexChoice, space: Space, walks: u64) -> (Exp
 /// Σx of every surface.
 fn hits_by_surface((experiment, tally): &(Experiment, Tally)) -> Vec<u128> {
     let mut hits = vec![0; experiment.scene().surfaces().len()];
-    for (i, patch) in experiment.scene().patches().iter().enumerate() {
+    for (i, patch) in experiment.scene().faces().iter().enumerate() {
         hits[patch.surface as usize] += tally.patch(i, 0)[0];
     }
     hits

@@ -4,9 +4,9 @@
 
 mod common;
 
-use common::{box_scene, bumpy_sphere, collision, cube54, experiment, map_corners, rotation, walk};
+use common::{box_scene, bumpy_sphere, collision, cube54, experiment, flipped, map_corners, rotation, walk};
 use glam::DVec3;
-use radiosity::{IndexChoice, Ray, Scene, SceneSpec, Side, Space};
+use radiosity::{IndexChoice, Ray, Scene, SceneSpec, Side, Space, Spectrum, SurfaceSpec};
 
 /// Rays to trace in each scene.
 fn rays_wanted() -> u64 {
@@ -49,6 +49,26 @@ fn a_rotated_box_offset_by_1e3_edges_is_watertight() {
 fn a_rotated_box_offset_by_1e5_edges_is_watertight() {
     let offset = DVec3::new(-1e5, 0.9e5, 1e5);
     assert_watertight("offset 1e5", &map_corners(&cube54(), |p| rotation() * p + offset));
+}
+
+/// The same with every surface written once more, back to back.
+fn doubled(spec: &SceneSpec) -> SceneSpec {
+    let mut surfaces = spec.surfaces.clone();
+    let dark = |surface: &SurfaceSpec| SurfaceSpec {
+        shape: flipped(surface.shape),
+        emittance: Spectrum::BLACK,
+        cell_emittance: vec![],
+        ..surface.clone()
+    };
+    surfaces.extend(spec.surfaces.iter().map(dark));
+    SceneSpec { surfaces }
+}
+
+#[test]
+fn rooms_of_doubled_walls_are_watertight() {
+    let offset = DVec3::new(1e3, -0.7e3, 0.3e3);
+    assert_watertight("doubled cube", &doubled(&map_corners(&cube54(), |p| rotation() * p + offset)));
+    assert_watertight("doubled sphere", &doubled(&map_corners(&bumpy_sphere(2, 1), |p| rotation() * p)));
 }
 
 #[test]
@@ -105,7 +125,10 @@ fn assert_seams_hold(name: &str, spec: &SceneSpec) {
 fn no_ray_falls_through_a_seam() {
     for (name, offset) in [("at home", DVec3::ZERO), ("far away", DVec3::new(-1e5, 0.9e5, 1e5))] {
         let unlike = box_scene(DVec3::new(1.0, 2.0, 3.0), [3, 4]);
-        for (shape, spec) in [("cube", cube54()), ("box", unlike), ("mesh", bumpy_sphere(1, 1))] {
+        let twice = doubled(&unlike);
+        for (shape, spec) in
+            [("cube", cube54()), ("box", unlike), ("mesh", bumpy_sphere(1, 1)), ("doubled box", twice)]
+        {
             assert_seams_hold(&format!("{shape} {name}"), &map_corners(&spec, |p| rotation() * p + offset));
         }
     }

@@ -77,10 +77,10 @@ impl Bounds {
 /// What a camera sees along a ray.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sight {
-    /// The nearest patch whose active side faces the camera.
-    pub patch: u32,
-    /// Ray parameter from the eye.
-    t: f64,
+    /// The nearest face that faces the camera.
+    pub face: u32,
+    /// From the eye [m].
+    distance: f64,
     /// Cosine between the ray and the surface's normal.
     cosine: f64,
 }
@@ -125,25 +125,41 @@ impl Camera {
         best.1
     }
 
-    /// What is seen at a point of the picture: x, y in pixels, from the upper left corner.
-    pub fn look(&self, scene: &Scene, x: f64, y: f64) -> Option<Sight> {
-        let direction = self.direction(x, y);
-        let mut t = match &self.cut {
+    /// What is seen at points of the picture: x, y in pixels, from the upper left corner.
+    pub fn look(&self, scene: &Scene, points: &[[f64; 2]]) -> Vec<Option<Sight>> {
+        let mut sights = vec![None; points.len()];
+        let mut glances: Vec<Glance> =
+            (0..).zip(points).filter_map(|(point, &place)| self.glance(point, place)).collect();
+        // Those that meet a back go on behind it.
+        while !glances.is_empty() {
+            let rays: Vec<Ray> = glances.iter().map(|glance| glance.ray(self.eye)).collect();
+            let hits = scene.closest_hits(&rays);
+            let mut further = Vec::new();
+            for (glance, hit) in glances.into_iter().zip(hits) {
+                let Some(hit) = hit else { continue };
+                let surface = &scene.surfaces()[hit.surface as usize];
+                let distance = glance.distance + hit.t;
+                if surface.is_active(hit.side) {
+                    let cosine = surface.normal().dot(glance.direction).abs();
+                    let face = surface.face(surface.cell_at(hit.uv), hit.side);
+                    sights[glance.point] = Some(Sight { face, distance, cosine });
+                } else {
+                    further.push(Glance { distance, from: hit.surface, ..glance });
+                }
+            }
+            glances = further;
+        }
+        sights
+    }
+
+    /// The way from the eye to a point of the picture; `None` where it misses the box of a cut.
+    fn glance(&self, point: usize, [x, y]: [f64; 2]) -> Option<Glance> {
+        let direction = self.direction(x, y).normalize();
+        let distance = match &self.cut {
             Some(bounds) => bounds.entry(self.eye, direction)?,
             None => 0.0,
         };
-        let mut from = Ray::FREE;
-        loop {
-            let ray = Ray { origin: self.eye + direction * t, direction, from };
-            let hit = scene.closest_hit(&ray)?;
-            let surface = &scene.surfaces()[hit.surface as usize];
-            t += hit.t;
-            from = hit.surface;
-            if surface.is_active(hit.side) {
-                let cosine = surface.normal().dot(direction).abs() / direction.length();
-                return Some(Sight { patch: surface.first_patch() + surface.cell_at(hit.uv), t, cosine });
-            }
-        }
+        Some(Glance { point, direction, distance, from: Ray::FREE })
     }
 
     /// Where a point is seen in the picture [pixels].
@@ -165,23 +181,36 @@ impl Camera {
     /// since a floor seen edge-on shows little.
     fn visible_area(&self, scene: &Scene, lit: &impl Fn(u32) -> bool) -> f64 {
         let [width, height] = self.size;
-        let mut area = 0.0;
-        for (x, y) in (0..height).flat_map(|y| (0..width).map(move |x| (x, y))) {
-            let [x, y] = [x, y].map(|k| f64::from(k) + 0.5);
-            if let Some(sight) =
-                self.look(scene, x, y).filter(|sight| lit(scene.patches().get(sight.patch as usize).surface))
-            {
-                let footprint = self.footprint(&sight, self.direction(x, y).length());
-                area += footprint * sight.cosine.sqrt().sqrt();
-            }
-        }
-        area
+        let middles = (0..height).flat_map(|y| (0..width).map(move |x| [x, y].map(|k| f64::from(k) + 0.5)));
+        let middles: Vec<[f64; 2]> = middles.collect();
+        let sights = middles.iter().zip(self.look(scene, &middles));
+        let seen = sights.filter_map(|(&[x, y], sight)| Some((self.direction(x, y).length(), sight?)));
+        let lit = seen.filter(|(_, sight)| lit(scene.faces().get(sight.face as usize).surface));
+        lit.map(|(d, sight)| self.footprint(&sight, d) * sight.cosine.sqrt().sqrt()).sum()
     }
 
-    /// The area that one pixel covers [m²]: with d the length of the ray's direction, a pixel of side p on the
-    /// plane at distance 1 spans the solid angle p²/d³, seen from a distance t·d.
+    /// The area that one pixel covers [m²]: with d the distance from the eye to the pixel on the plane at distance 1, a
+    /// pixel of side p there spans the solid angle p²/d³.
     fn footprint(&self, sight: &Sight, d: f64) -> f64 {
-        (sight.t * self.pixel).powi(2) / (d * sight.cosine)
+        (sight.distance * self.pixel).powi(2) / (d.powi(3) * sight.cosine)
+    }
+}
+
+/// A look that is under way.
+struct Glance {
+    /// Which point of the picture it goes through.
+    point: usize,
+    /// Of length 1.
+    direction: DVec3,
+    /// How far it has come [m].
+    distance: f64,
+    /// The back that it has passed last.
+    from: u32,
+}
+
+impl Glance {
+    fn ray(&self, eye: DVec3) -> Ray {
+        Ray { origin: eye + self.direction * self.distance, direction: self.direction, from: self.from }
     }
 }
 
@@ -279,7 +308,7 @@ fn y_is_up(scene: &Scene, size: DVec3) -> bool {
     if size.y < 0.5 * size.z || size.z < 0.5 * size.y {
         return size.y < size.z;
     }
-    let along = scene.patches().iter().fold(DVec3::ZERO, |sum, patch| {
+    let along = scene.faces().iter().fold(DVec3::ZERO, |sum, patch| {
         sum + patch.power(0) * scene.surfaces()[patch.surface as usize].normal().abs()
     });
     along.y > along.z * CLEARLY_MORE
@@ -302,11 +331,11 @@ mod tests {
 
     fn patch_at(scene: &Scene, camera: &Camera, point: DVec3) -> Option<u32> {
         let [x, y] = camera.project(point - scene.origin());
-        camera.look(scene, x, y).map(|sight| sight.patch)
+        camera.look(scene, &[[x, y]])[0].map(|sight| sight.face)
     }
 
     fn named(scene: &Scene, name: &str) -> usize {
-        scene.patches().iter().position(|patch| scene.surface_name(patch.surface) == name).unwrap()
+        scene.faces().iter().position(|patch| scene.surface_name(patch.surface) == name).unwrap()
     }
 
     #[test]
@@ -316,8 +345,8 @@ mod tests {
         assert!(camera.forward.z > 0.999 && camera.up.y > 0.999, "{camera:?}");
         for name in ["floor", "ceiling", "back", "dark", "light", "lamp", "short"] {
             let first = named(&scene, name);
-            let surface = scene.patches().get(first).surface;
-            let own = scene.patches().iter().skip(first).take_while(|patch| patch.surface == surface);
+            let surface = scene.faces().get(first).surface;
+            let own = scene.faces().iter().skip(first).take_while(|patch| patch.surface == surface);
             let seen = (first as u32..)
                 .zip(own)
                 .filter(|(number, patch)| patch_at(&scene, &camera, patch.centroid) == Some(*number));
@@ -330,10 +359,10 @@ mod tests {
         let scene = cube();
         let camera = best(&scene);
         assert!(camera.up.z > 0.999 && camera.cut.is_none());
-        let seen = |(number, patch): &(u32, radiosity::Patch)| {
+        let seen = |(number, patch): &(u32, radiosity::Face)| {
             patch_at(&scene, &camera, patch.centroid) == Some(*number)
         };
-        assert_eq!((0..).zip(scene.patches()).filter(seen).count(), 45);
+        assert_eq!((0..).zip(scene.faces()).filter(seen).count(), 45);
     }
 
     #[test]
@@ -345,8 +374,8 @@ mod tests {
         let scene = build(&spec);
         let camera = best(&scene);
         assert!(camera.cut.is_some());
-        let lamp = scene.patches().iter().position(|patch| patch.emittance.is_lit()).unwrap();
-        assert_eq!(patch_at(&scene, &camera, scene.patches().get(lamp).centroid), Some(lamp as u32));
+        let lamp = scene.faces().iter().position(|patch| patch.emittance.is_lit()).unwrap();
+        assert_eq!(patch_at(&scene, &camera, scene.faces().get(lamp).centroid), Some(lamp as u32));
     }
 
     #[test]
@@ -367,7 +396,7 @@ mod tests {
             let scene = build(&SceneSpec { surfaces: vec![plate] });
             let camera = best(&scene);
             assert!(camera.up.z > 0.5 && camera.forward.z * forward > 0.5, "{camera:?}");
-            assert_eq!(patch_at(&scene, &camera, scene.patches().get(3).centroid), Some(3));
+            assert_eq!(patch_at(&scene, &camera, scene.faces().get(3).centroid), Some(3));
         }
     }
 
@@ -423,7 +452,7 @@ mod tests {
         let mut area = 0.0;
         for (x, y) in (0..camera.size[1]).flat_map(|y| (0..camera.size[0]).map(move |x| (x, y))) {
             let [x, y] = [x, y].map(f64::from);
-            if let Some(sight) = camera.look(&scene, x, y) {
+            if let Some(sight) = camera.look(&scene, &[[x, y]])[0] {
                 area += camera.footprint(&sight, camera.direction(x, y).length());
             }
         }

@@ -3,13 +3,14 @@
 
 use std::io::{self, Write};
 
-use serde::Serialize;
+use radiosity::{Faces, Side};
+use serde::{Serialize, Serializer};
 
 use crate::summary::{Check, hex};
 
-/// The columns, in patch order; all of one length. The variances are of B for one walk, in the order
+/// The columns, in the order of faces; all of one length. The variances are of B for one walk, in the order
 /// absorption, survival, collision, infinite; `None` leaves a column empty, and so does a variance that is
-/// not finite its cell (a patch that no walk is born on).
+/// not finite its cell (a face that no walk is born on).
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ExactColumns {
     /// B [W/m²].
@@ -32,8 +33,8 @@ pub struct ExactColumns {
     pub radiosity_error: Vec<f64>,
 }
 
-const HEADER: [&str; 16] = [
-    "patch",
+/// The columns after `patch` and `side`.
+const NUMBERS: [&str; 15] = [
     "radiosity",
     "reflected",
     "irradiance",
@@ -51,34 +52,47 @@ const HEADER: [&str; 16] = [
     "radiosity_error",
 ];
 
-/// Writes the columns.
+/// Writes the columns, one row for each face, those of a patch next to each other; the column `side` is there if some
+/// patch has two.
 ///
 /// # Errors
-/// Those of `writer`, and columns of unequal lengths.
-pub fn write_exact(writer: impl Write, columns: &ExactColumns) -> io::Result<()> {
-    check_lengths(columns)?;
+/// Those of `writer`, and columns without a value for each face.
+pub fn write_exact(writer: impl Write, faces: &Faces, columns: &ExactColumns) -> io::Result<()> {
+    check_lengths(faces, columns)?;
     let mut table = csv::Writer::from_writer(writer);
-    table.write_record(HEADER)?;
-    for patch in 0..columns.radiosity.len() {
+    let place: &[&str] = if faces.two_sided() { &["patch", "side"] } else { &["patch"] };
+    table.write_record(place.iter().chain(&NUMBERS))?;
+    for i in faces.by_patch() {
+        let face = faces.get(i);
+        let side = faces.two_sided().then(|| [side_name(face.side)]);
         let values = [&columns.radiosity, &columns.reflected, &columns.irradiance, &columns.xi];
-        let values = values.map(|column| column[patch]);
+        let values = values.map(|column| column[i]);
         let variance = |column: &Option<Vec<f64>>| {
-            column.as_ref().map(|variances| variances[patch]).filter(|variance| variance.is_finite())
+            column.as_ref().map(|variances| variances[i]).filter(|variance| variance.is_finite())
         };
         table.serialize((
-            patch,
+            face.patch,
+            side.as_slice(),
             values,
             columns.var_shoot.each_ref().map(variance),
             columns.var_gather.each_ref().map(variance),
-            [&columns.psi, &columns.beta, &columns.radiosity_error].map(|column| column[patch]),
+            [&columns.psi, &columns.beta, &columns.radiosity_error].map(|column| column[i]),
         ))?;
     }
     table.flush()
 }
 
-fn check_lengths(columns: &ExactColumns) -> io::Result<()> {
-    let patches = columns.radiosity.len();
+/// What tables call a side.
+fn side_name(side: Side) -> &'static str {
+    match side {
+        Side::Front => "front",
+        Side::Back => "back",
+    }
+}
+
+fn check_lengths(faces: &Faces, columns: &ExactColumns) -> io::Result<()> {
     let always = [
+        &columns.radiosity,
         &columns.reflected,
         &columns.irradiance,
         &columns.xi,
@@ -88,8 +102,8 @@ fn check_lengths(columns: &ExactColumns) -> io::Result<()> {
     ];
     let variances = columns.var_shoot.iter().chain(&columns.var_gather).flatten();
     for column in always.into_iter().chain(variances) {
-        if column.len() != patches {
-            let problem = format!("columns of {patches} and {} patches do not make a table", column.len());
+        if column.len() != faces.len() {
+            let problem = format!("a column of {} numbers does not fit {} faces", column.len(), faces.len());
             return Err(io::Error::new(io::ErrorKind::InvalidInput, problem));
         }
     }
@@ -106,7 +120,7 @@ pub struct ExactSummary {
     pub scene_hash: [u8; 32],
     /// Patches.
     pub patches: usize,
-    /// Unknowns: patches, those with two sides twice.
+    /// Faces, the unknowns.
     pub faces: usize,
     /// Φ_T: total self-emitted power [W].
     pub total_power: f64,
@@ -123,8 +137,11 @@ pub struct ExactSummary {
     /// The greatest relative error of B, as estimated.
     pub max_relative_error: Option<f64>,
     /// The patch that has it.
-    pub worst_patch: Option<usize>,
-    /// Patches left out there, since B is not above its error.
+    pub worst_patch: Option<u32>,
+    /// Which side of it, if some patch has two.
+    #[serde(serialize_with = "name_of_side", skip_serializing_if = "Option::is_none")]
+    pub worst_side: Option<Side>,
+    /// Faces left out there, since B is not above its error.
     pub undetermined: usize,
     /// What the error may at most be, whatever the geometry (S97).
     pub bounds: ExactBounds,
@@ -146,7 +163,20 @@ pub struct ExactBounds {
     pub gathering_mse: [f64; 4],
 }
 
+fn name_of_side<S: Serializer>(side: &Option<Side>, serializer: S) -> Result<S::Ok, S::Error> {
+    side.map(side_name).serialize(serializer)
+}
+
 impl ExactSummary {
+    /// The face whose error is the greatest, in words: `patch 3` or, where patches have two sides, `patch 3, back`.
+    pub fn worst_face(&self) -> Option<String> {
+        let patch = self.worst_patch?;
+        Some(match self.worst_side {
+            None => format!("patch {patch}"),
+            Some(side) => format!("patch {patch}, {}", side_name(side)),
+        })
+    }
+
     /// Writes it as JSON.
     ///
     /// # Errors
@@ -159,11 +189,28 @@ impl ExactSummary {
 
 #[cfg(test)]
 mod tests {
+    use glam::DVec3;
+    use radiosity::{IndexChoice, Scene, SceneSpec, Shape, Sides, SurfaceSpec};
+
     use super::*;
 
-    fn text(columns: &ExactColumns) -> io::Result<String> {
+    /// The faces of this many triangles, with one side or with two.
+    fn faces(triangles: u32, sides: Sides) -> Faces {
+        let triangle = |z: f64| SurfaceSpec {
+            name: None,
+            shape: Shape::Triangle { a: DVec3::Z * z, b: DVec3::X, c: DVec3::Y, rows: 1 },
+            sides,
+            reflectance: 0.5.into(),
+            emittance: 1.0.into(),
+            cell_emittance: vec![],
+        };
+        let spec = SceneSpec { surfaces: (0..triangles).map(|i| triangle(f64::from(i))).collect() };
+        Scene::build(&spec, IndexChoice::Flat).unwrap().faces().clone()
+    }
+
+    fn text(faces: &Faces, columns: &ExactColumns) -> io::Result<String> {
         let mut bytes = Vec::new();
-        write_exact(&mut bytes, columns)?;
+        write_exact(&mut bytes, faces, columns)?;
         Ok(String::from_utf8(bytes).unwrap())
     }
 
@@ -184,7 +231,7 @@ mod tests {
     #[test]
     fn columns_are_as_the_format_says() {
         assert_eq!(
-            text(&columns()).unwrap(),
+            text(&faces(2, Sides::Front), &columns()).unwrap(),
             "patch,radiosity,reflected,irradiance,xi,\
              var_shoot_absorption,var_shoot_survival,var_shoot_collision,var_shoot_infinite,\
              var_gather_absorption,var_gather_survival,var_gather_collision,var_gather_infinite,\
@@ -195,12 +242,33 @@ mod tests {
     }
 
     #[test]
+    fn the_faces_of_a_patch_stand_together() {
+        let radiosity = vec![1.0, 2.0, 3.0, 4.0];
+        let columns = ExactColumns {
+            reflected: radiosity.clone(),
+            irradiance: radiosity.clone(),
+            xi: radiosity.clone(),
+            psi: radiosity.clone(),
+            beta: radiosity.clone(),
+            radiosity_error: radiosity.clone(),
+            radiosity,
+            ..ExactColumns::default()
+        };
+        let table = text(&faces(2, Sides::Both), &columns).unwrap();
+        let starts = ["patch,side,radiosity,", "0,front,1.0,", "0,back,3.0,", "1,front,2.0,", "1,back,4.0,"];
+        assert_eq!(table.lines().count(), starts.len());
+        for (line, start) in table.lines().zip(starts) {
+            assert!(line.starts_with(start), "{line} instead of {start}…");
+        }
+    }
+
+    #[test]
     fn unequal_columns_are_refused() {
         let mut short = columns();
         short.xi.pop();
-        assert!(text(&short).is_err());
+        assert!(text(&faces(2, Sides::Front), &short).is_err());
         let mut short = columns();
         short.var_shoot[2] = Some(vec![1.0]);
-        assert!(text(&short).is_err());
+        assert!(text(&faces(2, Sides::Front), &short).is_err());
     }
 }

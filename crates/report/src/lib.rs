@@ -19,7 +19,7 @@ pub use chart::{Axis, Chart, Point, Series, Style};
 pub use error::Error;
 pub use exact_csv::{ExactBounds, ExactColumns, ExactSummary, write_exact};
 pub use model::{Bounce, Model};
-pub use patches::{flags, write_patches};
+pub use patches::{face_words, flags, side_name, write_patches};
 pub use picture::Picture;
 pub use summary::{
     Check, Energy, Method, PartSummary, PrecisionSummary, Provenance, RunFacts, SessionSummary, Summary,

@@ -46,7 +46,7 @@ pub struct Model {
 impl Model {
     /// What a method models in a scene, with `moments` power sums per patch and `bounces` as a pilot tells.
     pub fn new(scene: &Scene, method: &Method, moments: usize, bounces: Option<Vec<Bounce>>) -> Self {
-        let emitters = scene.patches().iter().filter(|patch| patch.emittance.is_lit()).count();
+        let emitters = scene.faces().iter().filter(|patch| patch.emittance.is_lit()).count();
         let mut model = Model {
             channels: scene.channels(),
             sides: sides(scene),
@@ -56,7 +56,7 @@ impl Model {
             jacobi: method.jacobi.clone(),
             final_gather: method.final_gather.clone(),
             moments,
-            patches: scene.patches().len(),
+            patches: scene.faces().patch_count(),
             surfaces: scene.surfaces().len(),
             emitters,
             tree_width: scene.tree_width(),
@@ -71,7 +71,7 @@ impl Model {
     fn reasons(&self) -> Vec<String> {
         let sides = match self.sides {
             "one" => "Every surface is one-sided: a ray that meets a back is absorbed there and counted.",
-            "two" => "Every surface is two-sided: both sides reflect, emit and share their patches.",
+            "two" => "Every surface is two-sided: each side of a patch is an unknown of its own.",
             _ => "Some surfaces are one-sided, some two-sided: only backs of the former absorb all.",
         };
         let index = match self.index {
@@ -173,14 +173,14 @@ impl fmt::Display for Bounce {
 /// What the program can do and this job has no use for: none of it costs anything.
 fn unused(scene: &Scene, method: &Method) -> Vec<&'static str> {
     let surfaces = || scene.surfaces().iter();
-    let patches = || scene.patches().iter();
+    let patches = || scene.faces().iter();
     let triangles = surfaces().any(|surface| surface.is_triangle());
     let features = [
         (scene.channels() == 1, "colour"),
         (surfaces().all(|surface| surface.sides() == Sides::Front), "second sides"),
         (surfaces().all(|surface| surface.sides() == Sides::Both), "backs that absorb"),
         (!triangles, "triangles"),
-        (scene.patches().len() == scene.surfaces().len(), "grids of patches"),
+        (scene.faces().len() == scene.surfaces().len(), "grids of patches"),
         (!scene.has_tree(), "a tree"),
         (patches().all(|patch| patch.reflectance.is_lit()), "black surfaces"),
         (

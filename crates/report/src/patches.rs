@@ -1,4 +1,4 @@
-//! `patches.csv`: one row per patch, in patch order.
+//! `patches.csv`: one row per patch, in patch order; two, one for each side, where a patch has two.
 //!
 //! Numbers are the shortest decimals that read back as the same f64. A whole number keeps its ".0", so that
 //! a reader that guesses column types from the first rows never takes a column of them for integers.
@@ -6,10 +6,13 @@
 use std::io::{self, Write};
 use std::ops::Deref;
 
-use radiosity::{Estimate, Estimates, Mix, Patch, Scene};
+use radiosity::{Estimate, Estimates, Face, Mix, Scene, Side};
 
-/// Columns before those of the channels.
-const PLACE: &[&str] = &["patch", "surface", "u", "v", "x", "y", "z", "area"];
+/// Columns before those of the channels; between them, where some surfaces are two-sided, [`SIDE`].
+const PLACE: [&[&str]; 2] = [&["patch", "surface", "u", "v"], &["x", "y", "z", "area"]];
+
+/// Which side of its patch a row is about: `front` or `back`.
+const SIDE: &str = "side";
 
 /// Columns that each channel has.
 const LIGHT: &[&str] = &[
@@ -36,7 +39,8 @@ const CHANNELS: [&str; 3] = ["r", "g", "b"];
 pub fn write_patches(writer: impl Write, estimates: &Estimates) -> io::Result<()> {
     let (scene, method) = (estimates.scene(), estimates.experiment().method());
     let extras = Extras { bias: estimates.experiment().is_biased(), mix: method.mix };
-    let rows = estimates.iter().map(|(i, patch, known)| (i, patch, known, estimates.mix(i)));
+    let faces = scene.faces();
+    let rows = faces.by_patch().map(|i| (faces.get(i), estimates.face(i), estimates.mix(i)));
     write_rows(writer, scene, extras, rows)
 }
 
@@ -51,17 +55,17 @@ fn write_rows<K: Deref<Target = [Estimate]>>(
     writer: impl Write,
     scene: &Scene,
     extras: Extras,
-    rows: impl Iterator<Item = (usize, Patch, Option<K>, Option<Mix>)>,
+    rows: impl Iterator<Item = (Face, Option<K>, Option<Mix>)>,
 ) -> io::Result<()> {
     let mut table = csv::Writer::from_writer(writer);
-    table.write_record(header(scene.channels(), extras))?;
+    table.write_record(header(scene, extras))?;
     let mut flags = String::new();
-    for (number, patch, known, best_mix) in rows {
+    for (face, known, best_mix) in rows {
         let known = known.as_deref();
-        set_flags(&mut flags, &patch, known);
+        set_flags(&mut flags, &face, known);
         table.serialize((
-            place(scene, number, &patch),
-            light(&patch, scene.channels(), known),
+            place(scene, &face),
+            light(&face, scene.channels(), known),
             known.map(|channels| channels[0].hits),
             &flags,
             bias(scene.channels(), extras, known),
@@ -71,8 +75,11 @@ fn write_rows<K: Deref<Target = [Estimate]>>(
     table.flush()
 }
 
-fn header(channels: usize, extras: Extras) -> Vec<String> {
-    let mut names: Vec<String> = PLACE.iter().copied().map(String::from).collect();
+fn header(scene: &Scene, extras: Extras) -> Vec<String> {
+    let channels = scene.channels();
+    let side: &[&str] = if scene.faces().two_sided() { &[SIDE] } else { &[] };
+    let place = [PLACE[0], side, PLACE[1]].concat();
+    let mut names: Vec<String> = place.into_iter().map(String::from).collect();
     names.extend(LIGHT.iter().flat_map(|name| per_channel(name, channels)));
     names.extend(["hits", "flags"].map(String::from));
     if extras.bias {
@@ -91,15 +98,35 @@ fn per_channel(name: &str, channels: usize) -> Vec<String> {
     }
 }
 
-type Place<'a> = (usize, &'a str, [u32; 2], [f64; 3], f64);
+/// The columns [`PLACE`] and [`SIDE`].
+type Place<'a> = (u32, &'a str, [u32; 2], Vec<&'static str>, [f64; 3], f64);
 
-fn place<'a>(scene: &'a Scene, number: usize, patch: &Patch) -> Place<'a> {
-    (number, scene.surface_name(patch.surface), patch.cell, patch.centroid.to_array(), patch.area)
+fn place<'a>(scene: &'a Scene, face: &Face) -> Place<'a> {
+    let side = if scene.faces().two_sided() { vec![side_name(face.side)] } else { Vec::new() };
+    let name = scene.surface_name(face.surface);
+    (face.patch, name, face.cell, side, face.centroid.to_array(), face.area)
+}
+
+/// A face as messages name it: its patch, its side where patches have two, its surface where that has a name.
+pub fn face_words(scene: &Scene, face: usize) -> String {
+    let face = scene.faces().get(face);
+    let side = if scene.faces().two_sided() { format!(", {}", side_name(face.side)) } else { String::new() };
+    let name = scene.surface_name(face.surface);
+    let surface = if name == face.surface.to_string() { String::new() } else { format!(" of {name}") };
+    format!("patch {}{surface}{side}", face.patch)
+}
+
+/// How outputs call a side.
+pub fn side_name(side: Side) -> &'static str {
+    match side {
+        Side::Front => "front",
+        Side::Back => "back",
+    }
 }
 
 /// The columns [`LIGHT`], the channels of each side by side; empty where nothing is known.
-fn light(patch: &Patch, channels: usize, known: Option<&[Estimate]>) -> Vec<Option<f64>> {
-    let given = [patch.reflectance, patch.emittance];
+fn light(face: &Face, channels: usize, known: Option<&[Estimate]>) -> Vec<Option<f64>> {
+    let given = [face.reflectance, face.emittance];
     let given = given.into_iter().flat_map(|spectrum| (0..channels).map(move |c| Some(spectrum[c])));
     let columns: [fn(&Estimate) -> Option<f64>; 6] = [
         |e| Some(e.radiosity),
@@ -127,20 +154,20 @@ fn mix(extras: Extras, best: Option<Mix>) -> Vec<Option<f64>> {
     }
 }
 
-/// The flags of one patch, joined by bars; `known` is what walks could tell of its channels.
-pub fn flags(patch: &Patch, known: Option<&[Estimate]>) -> String {
+/// The flags of one face, joined by bars; `known` is what walks could tell of its channels.
+pub fn flags(face: &Face, known: Option<&[Estimate]>) -> String {
     let mut flags = String::new();
-    set_flags(&mut flags, patch, known);
+    set_flags(&mut flags, face, known);
     flags
 }
 
 /// `emitter`: E > 0. `unsampled`: no walk could tell. `rare`: too few scores for the standard error to mean much.
 /// `bias`: walks were cut off; `bias_bound` says how much too small b may be.
-fn set_flags(flags: &mut String, patch: &Patch, known: Option<&[Estimate]>) {
+fn set_flags(flags: &mut String, face: &Face, known: Option<&[Estimate]>) {
     flags.clear();
     let any = |holds: fn(&Estimate) -> bool| known.into_iter().flatten().any(holds);
     for (word, holds) in [
-        ("emitter", patch.emittance.is_lit()),
+        ("emitter", face.emittance.is_lit()),
         ("unsampled", known.is_none()),
         ("rare", any(Estimate::is_rare)),
         ("bias", any(|estimate| estimate.bias_bound > 0.0)),
@@ -174,10 +201,10 @@ mod tests {
         let experiment = experiment(&cube());
         let tally = shot(&experiment);
         let estimates = Estimates::new(&experiment, &tally, 0.95);
-        let rows = estimates.iter().map(|(i, patch, known)| {
+        let rows = estimates.iter().map(|(i, face, known)| {
             let mut estimate = known.unwrap()[0];
             changed(i, &mut estimate);
-            (i, patch, Some(vec![estimate]), None)
+            (face, Some(vec![estimate]), None)
         });
         let mut bytes = Vec::new();
         write_rows(&mut bytes, estimates.scene(), Extras::default(), rows).unwrap();
@@ -243,7 +270,7 @@ mod tests {
         );
         let mut reader = csv::Reader::from_reader(text.as_bytes());
         for (number, record) in reader.records().enumerate() {
-            let (record, patch) = (record.unwrap(), scene.patches().get(number));
+            let (record, patch) = (record.unwrap(), scene.faces().get(number));
             assert_eq!(record.len(), header.len());
             for (c, channel) in CHANNELS.iter().enumerate() {
                 let column = |name: &str| {
@@ -275,7 +302,7 @@ mod tests {
 
     #[test]
     fn flags_are_joined_by_bars() {
-        let emitter = cube().patches().iter().position(|patch| patch.emittance.is_lit()).unwrap();
+        let emitter = cube().faces().iter().position(|patch| patch.emittance.is_lit()).unwrap();
         // Patch 0 was not hit, and this patch three times.
         let flags = |seldom: usize| -> Vec<String> {
             let text = table_with(|i, estimate| {

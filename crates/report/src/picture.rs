@@ -4,7 +4,7 @@ use std::io::{self, Write};
 
 use radiosity::Scene;
 
-use crate::camera::Camera;
+use crate::camera::{Camera, Sight};
 
 /// The longer side of a picture [pixels].
 const SIZE: u32 = 800;
@@ -46,7 +46,7 @@ impl Picture {
     pub fn render(scene: &Scene, radiosity: &[f64]) -> Self {
         // By surface: while few walks were shot, which patches are lit is noise.
         let mut lit = vec![false; scene.surfaces().len()];
-        for (patch, radiosity) in scene.patches().iter().zip(radiosity.chunks_exact(scene.channels())) {
+        for (patch, radiosity) in scene.faces().iter().zip(radiosity.chunks_exact(scene.channels())) {
             lit[patch.surface as usize] |= radiosity.iter().any(|&radiosity| radiosity > 0.0);
         }
         let camera = Camera::best(scene, |surface| lit[surface as usize], SIZE);
@@ -84,23 +84,30 @@ impl<'a> Studio<'a> {
     fn new(scene: &'a Scene, radiosity: &'a [f64], camera: Camera) -> Self {
         let [width, height] = camera.size;
         let grid = (0..=height).flat_map(|y| (0..=width).map(move |x| [x, y].map(f64::from)));
-        let corners: Vec<_> = grid.map(|[x, y]| camera.look(scene, x, y).map(|sight| sight.patch)).collect();
+        let corners = faces(camera.look(scene, &grid.collect::<Vec<_>>()));
         let exposure = exposure(scene, radiosity, &corners);
         Studio { scene, radiosity, camera, corners, exposure }
     }
 
     fn picture(&self) -> Picture {
         let [width, height] = self.camera.size;
-        let grid = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
+        let grid: Vec<[u32; 2]> = (0..height).flat_map(|y| (0..width).map(move |x| [x, y])).collect();
+        let mut lights: Vec<Option<Light>> = grid.iter().map(|&pixel| self.even_pixel(pixel)).collect();
+        let (edges, places): (Vec<usize>, Vec<[u32; 2]>) =
+            (0..).zip(&grid).filter(|&(i, _)| lights[i].is_none()).unzip();
+        for (edge, light) in edges.into_iter().zip(self.fine_pixels(&places)) {
+            lights[edge] = Some(light);
+        }
         let channels = self.scene.channels();
-        let pixels = grid.flat_map(|(x, y)| {
-            self.pixel(x, y).into_iter().take(channels).map(|light| (encode(light) * 255.0).round() as u8)
+        let pixels = lights.into_iter().flatten().flat_map(|light| {
+            light.into_iter().take(channels).map(|light| (encode(light) * 255.0).round() as u8)
         });
         Picture { width, height, channels, pixels: pixels.collect() }
     }
 
-    /// The light of one pixel. Patches are flat, so a pixel whose corners look alike needs no further look.
-    fn pixel(&self, x: u32, y: u32) -> Light {
+    /// The light of one pixel whose corners look alike: patches are flat, so that it needs no further look. `None` where
+    /// they do not.
+    fn even_pixel(&self, [x, y]: [u32; 2]) -> Option<Light> {
         let stride = self.camera.size[0] as usize + 1;
         let first = y as usize * stride + x as usize;
         let lights =
@@ -110,25 +117,33 @@ impl<'a> Studio<'a> {
             let brightest = lights.iter().fold(0.0, |max: f64, light| max.max(light[c]));
             darkest == brightest || encode(brightest) - encode(darkest) < SAME_SHADE
         };
-        if (0..3).all(alike) { mean(&lights) } else { self.fine_pixel(f64::from(x), f64::from(y)) }
+        (0..3).all(alike).then(|| mean(&lights))
     }
 
-    fn fine_pixel(&self, x: f64, y: f64) -> Light {
+    /// The light of pixels that edges go through, by several looks each.
+    fn fine_pixels(&self, pixels: &[[u32; 2]]) -> Vec<Light> {
         let offset = |k: u32| (f64::from(k) + 0.5) / f64::from(FINE);
-        let samples = (0..FINE * FINE).map(|k| {
-            let sight = self.camera.look(self.scene, x + offset(k % FINE), y + offset(k / FINE));
-            self.light(sight.map(|sight| sight.patch))
-        });
-        mean(&samples.collect::<Vec<_>>())
+        let within = |&[x, y]: &[u32; 2]| {
+            (0..FINE * FINE).map(move |k| [f64::from(x) + offset(k % FINE), f64::from(y) + offset(k / FINE)])
+        };
+        let samples: Vec<[f64; 2]> = pixels.iter().flat_map(within).collect();
+        let lights = faces(self.camera.look(self.scene, &samples)).into_iter().map(|face| self.light(face));
+        let lights: Vec<Light> = lights.collect();
+        lights.chunks_exact((FINE * FINE) as usize).map(mean).collect()
     }
 
-    /// Light from a patch.
+    /// Light from a face.
     fn light(&self, patch: Option<u32>) -> Light {
         patch.map_or([BACKGROUND; 3], |patch| {
-            let radiosity = of_patch(self.scene, self.radiosity, patch as usize);
+            let radiosity = of_face(self.scene, self.radiosity, patch as usize);
             std::array::from_fn(|c| (radiosity[c] * self.exposure[c]).min(1.0))
         })
     }
+}
+
+/// The faces that are seen.
+fn faces(sights: Vec<Option<Sight>>) -> Vec<Option<u32>> {
+    sights.into_iter().map(|sight| sight.map(|sight| sight.face)).collect()
 }
 
 /// Red, green, blue; 0 … 1. Equal where the scene is grey.
@@ -139,7 +154,7 @@ fn mean(lights: &[Light]) -> Light {
 }
 
 /// B of a patch in three channels [W/m²].
-fn of_patch(scene: &Scene, radiosity: &[f64], patch: usize) -> [f64; 3] {
+fn of_face(scene: &Scene, radiosity: &[f64], patch: usize) -> [f64; 3] {
     let channels = scene.channels();
     std::array::from_fn(|c| radiosity[patch * channels + c.min(channels - 1)])
 }
@@ -149,9 +164,9 @@ fn of_patch(scene: &Scene, radiosity: &[f64], patch: usize) -> [f64; 3] {
 fn exposure(scene: &Scene, radiosity: &[f64], seen: &[Option<u32>]) -> [f64; 3] {
     let balance = white_balance(scene);
     let patches = || seen.iter().flatten().map(|&patch| patch as usize);
-    let reflecting = patches().filter(|&patch| !scene.patches().get(patch).emittance.is_lit());
+    let reflecting = patches().filter(|&patch| !scene.faces().get(patch).emittance.is_lit());
     let brightest = |patch| {
-        let balanced = of_patch(scene, radiosity, patch).into_iter().zip(balance).map(|(b, gain)| b * gain);
+        let balanced = of_face(scene, radiosity, patch).into_iter().zip(balance).map(|(b, gain)| b * gain);
         balanced.fold(0.0, f64::max)
     };
     let reference =
@@ -225,8 +240,8 @@ mod tests {
     #[test]
     fn a_patch_is_flat_and_its_edge_is_smooth() {
         let scene = cube();
-        let mut radiosity = vec![1.0; scene.patches().len()];
-        for (patch, radiosity) in scene.patches().iter().zip(&mut radiosity) {
+        let mut radiosity = vec![1.0; scene.faces().len()];
+        for (patch, radiosity) in scene.faces().iter().zip(&mut radiosity) {
             if scene.surface_name(patch.surface) == "left" {
                 *radiosity = 0.25;
             }

@@ -1,11 +1,13 @@
 //! `summary.json`: what was run, what it cost, how well the answer is known.
 
+use std::collections::BTreeMap;
 use std::io::{self, Write};
 
-use radiosity::{Counts, Precision, Scene, Tally};
+use radiosity::{Apart, Counts, Precision, Scene, Tally};
 use serde::{Serialize, Serializer};
 
 use crate::model::Model;
+use crate::patches::face_words;
 
 /// All of `summary.json`, in its order. Numbers that are not finite become null.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -157,6 +159,15 @@ pub struct PrecisionSummary {
     pub max_relative_error: f64,
     /// The patch that has it.
     pub worst_patch: Option<u32>,
+    /// The same as messages name it.
+    #[serde(skip)]
+    pub worst_place: Option<String>,
+    /// What parts of the area of the reflecting patches do not exceed, but for those told apart below.
+    pub error_quantiles: BTreeMap<&'static str, f64>,
+    /// Reflecting patches that no walk has hit, and their part of the area.
+    pub unhit: ApartSummary,
+    /// Patches that walks have hit, each below a millionth of the area.
+    pub tiny: ApartSummary,
 }
 
 /// Where the walks or their power went: emitted = absorbed + escaped.
@@ -208,6 +219,9 @@ pub struct Target {
 pub struct WorstPatch {
     /// Its number.
     pub patch: usize,
+    /// The patch, or the side of it, as messages name it.
+    #[serde(skip)]
+    pub words: String,
     /// Its surface.
     pub surface: String,
     /// Half-width over estimate; `null` where no walk has hit it.
@@ -302,7 +316,7 @@ impl Summary {
             streams_reissued: facts.streams_reissued,
             confidence: facts.confidence,
             simultaneous: facts.simultaneous,
-            precision: precision.into(),
+            precision: PrecisionSummary::new(scene, &precision),
             energy,
             target: facts.target,
             import: facts.import,
@@ -338,12 +352,31 @@ impl Energy {
     }
 }
 
-impl From<Precision> for PrecisionSummary {
-    fn from(precision: Precision) -> Self {
+/// Patches that are told apart.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct ApartSummary {
+    /// How many.
+    pub patches: u64,
+    /// Their part of the area of all reflecting patches that do not emit.
+    pub area: f64,
+}
+
+impl From<Apart> for ApartSummary {
+    fn from(Apart { faces, area }: Apart) -> Self {
+        ApartSummary { patches: faces, area }
+    }
+}
+
+impl PrecisionSummary {
+    fn new(scene: &Scene, precision: &Precision) -> Self {
         PrecisionSummary {
             rms_relative_error: precision.rms_relative_error,
             max_relative_error: precision.max_relative_error,
-            worst_patch: precision.worst_patch,
+            worst_patch: precision.worst_face.map(|face| scene.faces().get(face as usize).patch),
+            error_quantiles: ["0.5", "0.9", "0.99"].into_iter().zip(precision.quantiles).collect(),
+            unhit: precision.unhit.into(),
+            tiny: precision.tiny.into(),
+            worst_place: precision.worst_face.map(|face| face_words(scene, face as usize)),
         }
     }
 }
@@ -402,7 +435,7 @@ mod tests {
             ..Counts::default()
         };
         let pair = Layout { scores: 1, moments: 2, events: false };
-        Tally::from_parts(counts, scene.patches().len(), pair, vec![0; 2 * scene.patches().len()]).unwrap()
+        Tally::from_parts(counts, scene.faces().len(), pair, vec![0; 2 * scene.faces().len()]).unwrap()
     }
 
     fn text(summary: &Summary) -> String {
@@ -422,7 +455,7 @@ mod tests {
         const FIELDS: &str = "version git job_hash scene_hash tally_hash seed walk estimator space sampler \
             paths rays escaped absorbed_back truncated seconds cpu_seconds paths_per_second rays_per_second \
             workers_seen workers_lost streams streams_reissued confidence simultaneous rms_relative_error \
-            max_relative_error worst_patch energy target model checks provenance";
+            max_relative_error worst_patch error_quantiles unhit tiny energy target model checks provenance";
         let scene = cube();
         let text = text(&Summary::new(&scene, &tally(&scene), Precision::default(), facts()));
         let top_level = text.lines().filter_map(|line| line.strip_prefix("  \"")?.split_once('"'));
@@ -450,7 +483,7 @@ mod tests {
     fn numbers_that_are_not_finite_become_null() {
         let scene = cube();
         let unhit =
-            Precision { max_relative_error: f64::INFINITY, worst_patch: Some(3), ..Precision::default() };
+            Precision { max_relative_error: f64::INFINITY, worst_face: Some(3), ..Precision::default() };
         let facts = RunFacts { seconds: 0.0, ..facts() };
         let summary = Summary::new(&scene, &tally(&scene), unhit, facts);
         let json: Value = serde_json::from_str(&text(&summary)).unwrap();

@@ -72,10 +72,10 @@ fn trace(bencher: Bencher, name: &str) {
 fn rays(scene: &Scene, count: usize) -> Vec<Ray> {
     let mut rng = Sequence::new(2).walk(0);
     let mut ray = || {
-        let patch = scattered(rng.bits(), scene.patches().len() as u32);
-        let number = scene.patches().get(patch as usize).surface;
+        let patch = scattered(rng.bits(), scene.faces().len() as u32);
+        let number = scene.faces().get(patch as usize).surface;
         let surface = &scene.surfaces()[number as usize];
-        let uv = surface.point_in_cell(patch - surface.first_patch(), rng.pair());
+        let uv = surface.point_in_cell(patch - surface.face(0, Side::Front), rng.pair());
         Ray { origin: surface.point(uv), direction: surface.direction(Side::Front, rng.bits()), from: number }
     };
     (0..count).map(|_| ray()).collect()

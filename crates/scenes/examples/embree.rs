@@ -10,7 +10,7 @@ use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
 
 use common::{Failure, Walks, collision_shooting, median};
 use glam::DVec3;
-use radiosity::{IndexChoice, Ray, Scene, SceneSpec, Sequence, Shape, Side, Sides, WalkRng};
+use radiosity::{Face, IndexChoice, Ray, Scene, SceneSpec, Sequence, Shape, Side, WalkRng};
 use scenes::{cornell, cube, interior};
 
 /// Rays to trace in each scene.
@@ -232,7 +232,7 @@ struct Emitters {
 
 impl Emitters {
     fn new(scene: &Scene) -> Self {
-        let patches = scene.patches();
+        let patches = scene.faces();
         let emitting: Vec<usize> = (0..patches.len()).filter(|&i| patches.get(i).power(0) > 0.0).collect();
         let mut total = 0.0;
         let cumulative = emitting
@@ -259,13 +259,8 @@ fn walk(
     rng: &mut WalkRng,
     mut tell: impl FnMut(&Ray, Option<f64>) -> Result<(), Failure>,
 ) -> Result<(), Failure> {
-    let birth = emitters.choose(rng);
-    let mut number = scene.patches().get(birth).surface;
-    let mut cell = birth as u32 - scene.surfaces()[number as usize].first_patch();
-    let mut side = match scene.surfaces()[number as usize].sides() {
-        Sides::Both if rng.pair()[0] < 0.5 => Side::Back,
-        _ => Side::Front,
-    };
+    let Face { surface: mut number, mut side, patch, .. } = scene.faces().get(emitters.choose(rng));
+    let mut cell = patch - scene.surfaces()[number as usize].face(0, Side::Front);
     loop {
         let surface = &scene.surfaces()[number as usize];
         let origin = surface.point(surface.point_in_cell(cell, rng.pair()));

@@ -11,7 +11,7 @@ use common::{Failure, collision_shooting, processor_seconds};
 use exact::Exact;
 use plotters::prelude::*;
 use radiosity::{
-    Board, Direction, Experiment, IndexChoice, Method, Patch, Scene, SceneSpec, Sequence, Solution, Solve,
+    Board, Direction, Experiment, Face, IndexChoice, Method, Scene, SceneSpec, Sequence, Solution, Solve,
 };
 use scenes::{cornell, corridor, cube, interior, two_rooms};
 
@@ -125,7 +125,7 @@ fn measure(study: &Study) -> Result<Vec<Point>, Failure> {
     let walks = collision_shooting(scene.clone())?;
     let rays_per_walk = rays_per_walk(&walks)?;
     let mut points = Vec::new();
-    let fewest = CHAINS * RAYS_PER_PATCH * scene.patches().len() as u64;
+    let fewest = CHAINS * RAYS_PER_PATCH * scene.faces().len() as u64;
     for rays in study.powers.iter().map(|power| 1_u64 << power).chain([fewest]) {
         for way in Way::ALL {
             let (experiment, units) = match way {
@@ -134,7 +134,7 @@ fn measure(study: &Study) -> Result<Vec<Point>, Failure> {
                 Way::Chains => (chains(&scene, rays / CHAINS)?, CHAINS),
             };
             let shortest = experiment.chain_rays().unwrap_or(u64::MAX);
-            if shortest < RAYS_PER_PATCH * scene.patches().len() as u64 {
+            if shortest < RAYS_PER_PATCH * scene.faces().len() as u64 {
                 continue;
             }
             let start = processor_seconds();
@@ -181,7 +181,7 @@ fn radiosities(experiment: &Experiment, seed: u64, units: std::ops::Range<u64>) 
 /// Relative and absolute mean squared errors of runs, each with the standard error that the runs tell. A patch that the
 /// truth has in the dark (below 10⁻³ of the mean) says nothing of relative errors.
 fn squared_errors(scene: &Scene, truth: &[f64], runs: &[Vec<f64>]) -> [[f64; 2]; 2] {
-    let patches: Vec<Patch> = scene.patches().iter().collect();
+    let patches: Vec<Face> = scene.faces().iter().collect();
     let judged: Vec<usize> = (0..truth.len())
         .filter(|&i| !patches[i].emittance.is_lit() && patches[i].reflectance.is_lit())
         .collect();

@@ -9,7 +9,7 @@ use std::ops::Range;
 
 use common::{Failure, collision_shooting, processor_seconds};
 use radiosity::{
-    Batch, Board, Direction, Estimates, Experiment, IndexChoice, Iterations, Method, Patch, Sampler, Scene,
+    Batch, Board, Direction, Estimates, Experiment, Face, IndexChoice, Iterations, Method, Sampler, Scene,
     SceneSpec, Sequence, Solve, Space,
 };
 use scenes::{cornell, cube, interior};
@@ -96,7 +96,7 @@ fn radiosities(experiment: &Experiment, units: Range<u64>) -> Result<(Vec<f64>, 
 
 /// Of either kind of runs the mean relative variance, and its standard error as the runs tell it.
 fn variances(scene: &Scene, all: &[Vec<Vec<f64>>; 2]) -> [[f64; 2]; 2] {
-    let patches: Vec<Patch> = scene.patches().iter().collect();
+    let patches: Vec<Face> = scene.faces().iter().collect();
     let mean = |runs: &[Vec<f64>], i: usize| runs.iter().map(|run| run[i]).sum::<f64>() / runs.len() as f64;
     let means = all.each_ref().map(|runs| (0..patches.len()).map(|i| mean(runs, i)).collect::<Vec<_>>());
     let judged = |&i: &usize| !patches[i].emittance.is_lit() && means[0][i] * means[1][i] > 0.0;

@@ -44,7 +44,7 @@ fn measure(name: &'static str, sizes: &[u32], family: impl Fn(u32) -> SceneSpec)
     let mut points = Vec::new();
     for &size in sizes {
         let scene = Scene::build(&family(size), IndexChoice::Auto)?;
-        let patches = scene.patches().len();
+        let patches = scene.faces().len();
         let mut walks = Walks::new(collision_shooting(scene)?);
         let rates = (0..ROUNDS).map(|_| walks.rate(RAYS)).collect::<Result<Vec<f64>, Failure>>()?;
         points.push((patches as f64, 1e9 / median(&rates)));

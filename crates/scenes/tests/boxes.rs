@@ -39,7 +39,7 @@ fn a_cube_of_surfaces_has_the_patches_of_the_cube() {
     let whole = Scene::build(&cube(3), IndexChoice::Auto).unwrap();
     let parts = Scene::build(&cube_of_surfaces(3), IndexChoice::Auto).unwrap();
     assert_eq!(parts.surfaces().len(), 54);
-    for (a, b) in whole.patches().iter().zip(parts.patches()) {
+    for (a, b) in whole.faces().iter().zip(parts.faces()) {
         assert!((a.centroid - b.centroid).length() < 1e-15 && (a.area - b.area).abs() < 1e-15);
         assert_eq!((a.reflectance, a.emittance), (b.reflectance, b.emittance));
     }
@@ -55,7 +55,7 @@ fn the_boxes_of_the_papers_are_closed_and_as_large_as_published() {
         (room(16), 16, 4_096),
     ] {
         let scene = Scene::build(&spec, IndexChoice::Auto).unwrap();
-        assert_eq!((scene.surfaces().len(), scene.patches().len()), (surfaces, patches));
+        assert_eq!((scene.surfaces().len(), scene.faces().patch_count()), (surfaces, patches));
         let method = Method {
             direction: Direction::Gathering(Birth::Area),
             estimator: EstimatorKind::Collision,

@@ -229,7 +229,7 @@ fn outcome(lab: &Lab, spec: &SceneSpec, runs: u64, walks: u64) -> Outcome {
         Ok(experiment) => experiment,
         Err(why) => return Outcome::Refused(why.to_string()),
     };
-    let patches = experiment.scene().patches().len();
+    let patches = experiment.scene().faces().len();
     let found = lab.each_seed(runs, |seed| {
         let tally = walk::<2>(&experiment, seed, walks);
         let solution = Solution::new(&experiment, &tally, CONFIDENCE);

@@ -64,7 +64,7 @@ impl Room {
         let mut claims = Vec::new();
         for &reflectance in &sweep {
             let spec = (self.scene)(reflectance);
-            let all = vec![reflectance; exact.patch_count()];
+            let all = vec![reflectance; exact.face_count()];
             let exact = Exact::new(exchange.clone(), all, exact.emittance().to_vec())?;
             let truth = &exact.solution().radiosity;
             let walks = experiment(&spec, shooting(EstimatorKind::Collision))?;

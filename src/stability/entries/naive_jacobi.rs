@@ -43,7 +43,7 @@ struct Iteration {
 
 impl Iteration {
     fn new(exact: &Exact) -> Self {
-        let n = exact.patch_count();
+        let n = exact.face_count();
         let form = |j: usize, l: usize| exact.exchange().form_factor(j, l);
         let reflectance = exact.reflectance().to_vec();
         let areas = exact.areas();

@@ -59,7 +59,7 @@ impl Rooms {
         let spec = scenes::two_rooms(0.1, 0.5);
         let exact = Exact::of_scene(&spec)?;
         let experiment = experiment(&spec, shooting(EstimatorKind::Collision))?;
-        let is_dark = |&i: &usize| experiment.scene().patches().get(i).centroid.x > 1.01;
+        let is_dark = |&i: &usize| experiment.scene().faces().get(i).centroid.x > 1.01;
         let dark: Vec<usize> = receivers(&experiment).into_iter().filter(is_dark).collect();
         let rate = |&i: &usize| exact.solution().incoming[i] / exact.total_power();
         let rates = dark.iter().map(rate).collect();

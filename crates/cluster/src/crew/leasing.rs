@@ -140,7 +140,7 @@ impl Crew {
         Action::Send(id, ToWorker::Lease { id: lease, first_walk: self.ledger.number(range.start), walks })
     }
 
-    /// Gives walks that are late once more to other workers; whoever is first counts. Walks that others wait for, because they
+    /// Gives walks that are late to other workers as well; the first result counts. Walks that others wait for, because they
     /// are a gap below what is in, go to those that have just brought a result; towards the end, when all walks are out, any go
     /// to those that have nothing to do. So neither prefix nor end waits for a worker, or one of its threads, that is slow or
     /// silent.

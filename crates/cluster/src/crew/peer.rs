@@ -17,7 +17,7 @@ pub enum Stage {
     Working,
 }
 
-/// Threads that are believed of somebody who has not brought anything.
+/// Threads that are believed of a worker that has not delivered anything.
 const FIRST_THREADS: usize = 64;
 
 /// When a lease was given.
@@ -87,7 +87,7 @@ impl Peer {
         matches!(self.stage, Stage::Working)
     }
 
-    /// Threads that are believed: more with every result, so that a claim alone costs nobody anything.
+    /// Threads that are believed: more with every result, so that a claim alone costs nothing.
     pub fn trusted_threads(&self) -> usize {
         self.threads.min(FIRST_THREADS.saturating_mul(1 + self.results))
     }

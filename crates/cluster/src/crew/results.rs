@@ -52,7 +52,7 @@ impl Crew {
         if result.cpu_seconds.is_finite() {
             peer.cpu_seconds = peer.cpu_seconds.max(result.cpu_seconds);
         }
-        // Nobody walks faster than results come: one lease waits while another is walked.
+        // No worker walks faster than its results come: one lease waits while another is walked.
         let taken = now.saturating_sub(since.now).as_secs_f64() / (2.0 * self.terms.leases_per_thread as f64);
         let seconds = result.seconds.max(taken);
         let name = peer.name.clone();

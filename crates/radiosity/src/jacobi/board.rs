@@ -71,7 +71,7 @@ impl<const M: usize> ChainBoard<M> {
 /// max E/(1 − max R) [W/m²] of each channel: no radiosity, and so no irradiance, exceeds it. 1 where there is no light.
 pub(crate) fn largest_radiosity(scene: &Scene) -> [f64; 3] {
     std::array::from_fn(|channel| {
-        let emittance = scene.patches().iter().map(|patch| patch.emittance[channel]).fold(0.0, f64::max);
+        let emittance = scene.faces().iter().map(|face| face.emittance[channel]).fold(0.0, f64::max);
         if emittance > 0.0 { emittance / (1.0 - scene.max_reflectance()[channel]) } else { 1.0 }
     })
 }

@@ -1,10 +1,11 @@
 //! Rays that faces shoot, a batch at a time.
 
-use super::faces::{Face, Faces};
+use super::faces::FaceTable;
 use super::numbers::Numbers;
 use crate::arrive::Arrivals;
 use crate::batch::WIDTH;
 use crate::depart::Departures;
+use crate::face::Face;
 use crate::method::Space;
 use crate::rng::{WalkRng, unit_32};
 use crate::scene::Scene;
@@ -14,7 +15,7 @@ use crate::tree::Scratch;
 
 /// Shoots rays from faces.
 pub(crate) struct Caster<'a, N> {
-    faces: &'a Faces<'a>,
+    faces: &'a FaceTable<'a>,
     numbers: N,
     /// Rays that each face has shot.
     pub(crate) shot: Vec<u32>,
@@ -30,8 +31,8 @@ struct Batch {
     len: usize,
     /// The faces they leave.
     from: [u32; WIDTH],
-    /// Their patches.
-    patch: [u32; WIDTH],
+    /// The cells of surfaces that these are.
+    cell: [u32; WIDTH],
     departures: Departures,
     rays: Rays,
     hits: Hits,
@@ -47,7 +48,7 @@ impl Default for Batch {
         Batch {
             len: 0,
             from: [0; WIDTH],
-            patch: [0; WIDTH],
+            cell: [0; WIDTH],
             departures: Departures::default(),
             rays: Rays::default(),
             hits: Hits::default(),
@@ -59,7 +60,7 @@ impl Default for Batch {
 
 impl<'a, N: Numbers> Caster<'a, N> {
     /// Nothing shot yet.
-    pub(crate) fn new(faces: &'a Faces, numbers: N) -> Self {
+    pub(crate) fn new(faces: &'a FaceTable, numbers: N) -> Self {
         let count = faces.list.len();
         Caster {
             faces,
@@ -95,7 +96,7 @@ impl<'a, N: Numbers> Caster<'a, N> {
             self.shot[i] += more;
             for _ in 0..more {
                 self.numbers.draw(self.batch.len);
-                self.batch.push(number, face);
+                self.batch.push(self.faces.scene, number, face);
                 if self.batch.len == WIDTH {
                     self.trace(&mut land);
                     if !go_on() {
@@ -117,8 +118,7 @@ impl<'a, N: Numbers> Caster<'a, N> {
         batch.arrivals.locate(scene.isa, scene, Space::Discrete, len, &batch.hits, &NO_DRAWS);
         for (i, &from) in batch.from.iter().enumerate().take(len) {
             if batch.arrivals.active.has(i) {
-                let (surface, facing) = (batch.hits.surface[i], batch.hits.facing[i]);
-                let to = self.faces.met(batch.arrivals.patch[i], surface, facing);
+                let to = batch.arrivals.face[i];
                 self.landed[to as usize] += 1;
                 land(from, to);
             } else {
@@ -132,12 +132,12 @@ impl<'a, N: Numbers> Caster<'a, N> {
 impl Batch {
     /// Adds a ray from a face; there must be room.
     #[inline(always)]
-    fn push(&mut self, number: u32, face: &Face) {
+    fn push(&mut self, scene: &Scene, number: u32, face: &Face) {
         let i = self.len;
         self.from[i] = number;
-        self.patch[i] = face.patch;
+        self.cell[i] = scene.surfaces()[face.surface as usize].cell_of(face);
         self.departures.surface[i] = face.surface;
-        self.departures.facing[i] = face.facing;
+        self.departures.facing[i] = face.side.sign();
         self.len += 1;
     }
 
@@ -146,8 +146,7 @@ impl Batch {
         let [across, along, polar, turn] = points;
         for i in 0..len {
             let surface = &scene.surfaces()[self.departures.surface[i] as usize];
-            let cell = self.patch[i] - surface.first_patch();
-            let place = surface.point_in_cell(cell, [across[i], along[i]].map(unit_32));
+            let place = surface.point_in_cell(self.cell[i], [across[i], along[i]].map(unit_32));
             [self.departures.uv[0][i], self.departures.uv[1][i]] = place;
             self.departures.direction[i] = u64::from(polar[i]) << 32 | u64::from(turn[i]);
         }

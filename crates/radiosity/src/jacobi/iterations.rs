@@ -13,7 +13,7 @@
 
 use super::Outcome;
 use super::cast::{Caster, systematic};
-use super::faces::Faces;
+use super::faces::{FaceTable, face_major};
 use super::numbers::{Numbers, RandomNumbers, SobolNumbers};
 use crate::method::{Iterations, RayBirths, Sampler};
 use crate::rng::WalkRng;
@@ -36,7 +36,7 @@ pub struct Iteration {
     pub phase: Phase,
     /// Its rays.
     pub rays: u64,
-    /// H that its rays brought [W/m²], patch-major, channel-minor. Of one regular iteration b = R·H.
+    /// H that its rays brought [W/m²], face-major, channel-minor. Of one regular iteration b = R·H.
     pub irradiance: Vec<f64>,
 }
 
@@ -45,7 +45,7 @@ type Power = Vec<Vec<f64>>;
 
 /// One chain of `rays` rays; `observe` sees φ of each face [W] after each iteration. `None` once `go_on` says no.
 pub(crate) fn chain(
-    faces: &Faces,
+    faces: &FaceTable,
     rng: WalkRng,
     rays: u64,
     plan: Iterations,
@@ -60,21 +60,21 @@ pub(crate) fn chain(
 
 /// What every iteration of a chain came to.
 pub(crate) fn observed(scene: &Scene, rng: WalkRng, rays: u64, plan: Iterations) -> Vec<Iteration> {
-    let faces = Faces::new(scene);
+    let faces = FaceTable::new(scene);
     let mut iterations = Vec::new();
     let mut observe = |phase, rays, incoming: &Power| {
-        iterations.push(Iteration { phase, rays, irradiance: faces.by_patch(&faces.per_area(incoming)) });
+        iterations.push(Iteration { phase, rays, irradiance: face_major(&faces.per_area(incoming)) });
     };
     chain(&faces, rng, rays, plan, &mut observe, &|| true).expect("nobody says no");
     iterations
 }
 
-/// One regular iteration of `rays` random rays whose input is B of every patch [W/m²] (patch-major, channel-minor; both
-/// sides alike): H of every patch [W/m²]. Its variance is that of BS eq. (22), divided by `rays`, where births are
+/// One regular iteration of `rays` random rays whose input is B of every face [W/m²] (face-major, channel-minor): H of
+/// every face [W/m²]. Its variance is that of BS eq. (22), divided by `rays`, where births are
 /// multinomial.
 ///
 /// # Panics
-/// Unless there is one B per patch and channel.
+/// Unless there is one B per face and channel.
 pub fn stochastic_iteration(
     scene: &Scene,
     births: RayBirths,
@@ -82,28 +82,27 @@ pub fn stochastic_iteration(
     radiosity: &[f64],
     rays: u64,
 ) -> Vec<f64> {
-    let (faces, channels) = (Faces::new(scene), scene.channels());
-    assert_eq!(radiosity.len(), scene.patches().len() * channels, "one B per patch and channel");
+    let (faces, channels) = (FaceTable::new(scene), scene.channels());
+    assert_eq!(radiosity.len(), faces.list.len() * channels, "one B per face and channel");
     let of_channel = |c: usize| {
-        let power =
-            faces.list.iter().zip(&faces.areas).map(|(f, a)| a * radiosity[f.patch as usize * channels + c]);
-        power.collect()
+        let power = faces.areas.iter().zip(radiosity.iter().skip(c).step_by(channels));
+        power.map(|(area, b)| area * b).collect()
     };
     let power = (0..channels).map(of_channel).collect();
     let plan = Iterations { births, sampler: Sampler::Random, ..Iterations::default() };
     let mut shooter = Shooter::new(&faces, RandomNumbers::new(rng), plan);
     let incoming = shooter.regular(&power, rays, &|| true).expect("nobody says no");
-    faces.by_patch(&faces.per_area(&incoming))
+    face_major(&faces.per_area(&incoming))
 }
 
 struct Shooter<'a, N> {
-    faces: &'a Faces<'a>,
+    faces: &'a FaceTable<'a>,
     caster: Caster<'a, N>,
     plan: Iterations,
 }
 
 impl<'a, N: Numbers> Shooter<'a, N> {
-    fn new(faces: &'a Faces<'a>, numbers: N, plan: Iterations) -> Self {
+    fn new(faces: &'a FaceTable<'a>, numbers: N, plan: Iterations) -> Self {
         Shooter { faces, caster: Caster::new(faces, numbers), plan }
     }
 
@@ -286,7 +285,7 @@ mod tests {
 
     /// Progressive refinement (Sh91): zones shoot their unshot power one after the other, in random order, by rays that
     /// carry as much as those of the incremental phase.
-    fn progressive(faces: &Faces, rng: WalkRng, per_ray: f64) -> Vec<f64> {
+    fn progressive(faces: &FaceTable, rng: WalkRng, per_ray: f64) -> Vec<f64> {
         let plan = Iterations::default();
         let mut shooter = Shooter::new(faces, RandomNumbers::new(rng), plan);
         let mut unshot = shooter.emitted();
@@ -312,7 +311,7 @@ mod tests {
     fn progressive_refinement_is_the_incremental_phase_in_another_order() {
         const RUNS: u64 = 2000;
         let scene = room();
-        let faces = Faces::new(&scene);
+        let faces = FaceTable::new(&scene);
         let (rays, sequence) = (9000, Sequence::new(8));
         let plan = Iterations::default();
         let per_ray = f64::from(plan.regular + 1) / (rays as f64 * (1.0 - scene.max_reflectance().max()));

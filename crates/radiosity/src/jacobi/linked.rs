@@ -6,7 +6,7 @@
 
 use super::Outcome;
 use super::cast::{Caster, systematic};
-use super::faces::Faces;
+use super::faces::FaceTable;
 use super::links::{LinkTable, Links};
 use super::numbers::{Numbers, SobolNumbers};
 use super::solve::solve;
@@ -27,7 +27,7 @@ const ROUGH: f64 = 1e-3;
 
 /// One chain of `rays` rays, each face's along its own Sobol sequence. `go_on` is asked now and then; `None` once it
 /// says no.
-pub(crate) fn chain(faces: &Faces, rng: WalkRng, rays: u64, go_on: &dyn Fn() -> bool) -> Option<Outcome> {
+pub(crate) fn chain(faces: &FaceTable, rng: WalkRng, rays: u64, go_on: &dyn Fn() -> bool) -> Option<Outcome> {
     let mut caster = Caster::new(faces, SobolNumbers::new(rng));
     let mut table = LinkTable::new(faces.areas.len());
     let mut radiosity: Vec<Vec<f64>> = Vec::new();
@@ -40,8 +40,7 @@ pub(crate) fn chain(faces: &Faces, rng: WalkRng, rays: u64, go_on: &dyn Fn() -> 
         table.end_row();
         let links = Links::new(&table, &caster, faces);
         let residual = if out == rays { ROUGH / (rays as f64).sqrt() } else { ROUGH };
-        let solve = |channel| solve(channel, &links, radiosity.get(channel), residual, go_on);
-        radiosity = (0..faces.scene.channels()).map(solve).collect::<Option<_>>()?;
+        radiosity = solve(&links, &radiosity, residual, go_on)?;
         outcome = (out == rays).then(|| solved(&links, &caster, &radiosity));
     }
     outcome

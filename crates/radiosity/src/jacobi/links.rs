@@ -5,7 +5,7 @@
 //! unbiased estimate of the exchange area A_i·F_ij, symmetric as that is.
 
 use super::cast::Caster;
-use super::faces::Faces;
+use super::faces::FaceTable;
 
 /// Rays from one face that met another.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -43,6 +43,11 @@ impl LinkTable {
         *count += 1;
     }
 
+    /// The links of all rows that are closed.
+    pub(crate) fn links(&self) -> &[Link] {
+        &self.links
+    }
+
     /// Closes the open row.
     pub(crate) fn end_row(&mut self) {
         for to in self.touched.drain(..) {
@@ -52,21 +57,24 @@ impl LinkTable {
     }
 }
 
-/// All links of a chain with their exchange areas.
+/// All links of a chain with their exchange areas, face by face: each link stands with both of its ends.
 pub(crate) struct Links<'a> {
-    links: &'a [Link],
+    /// Where the links of each face begin; their number last.
+    first: Vec<usize>,
+    /// The other end of each link.
+    other: Vec<u32>,
     /// K of each link [m²].
     exchange: Vec<f64>,
     /// Σ_j K_ij + A_i·(lost part): the area that face i exchanges through [m²]. It expects A_i.
     total: Vec<f64>,
     /// A_i × the part of the face's rays that escaped, that ended on backs [m²].
     lost: Vec<[f64; 2]>,
-    pub(crate) faces: &'a Faces<'a>,
+    pub(crate) faces: &'a FaceTable<'a>,
 }
 
 impl<'a> Links<'a> {
     /// Weighs the links by what the faces have shot.
-    pub(crate) fn new<N>(table: &'a LinkTable, caster: &Caster<N>, faces: &'a Faces<'a>) -> Self {
+    pub(crate) fn new<N>(table: &LinkTable, caster: &Caster<N>, faces: &'a FaceTable<'a>) -> Self {
         let density: Vec<f64> =
             caster.shot.iter().zip(&faces.areas).map(|(&shot, area)| f64::from(shot) / area).collect();
         let lost: Vec<[f64; 2]> = caster
@@ -75,18 +83,23 @@ impl<'a> Links<'a> {
             .zip(&density)
             .map(|(lost, density)| lost.map(|rays| if rays > 0 { f64::from(rays) / density } else { 0.0 }))
             .collect();
-        let links = &table.links[..];
-        let exchange: Vec<f64> = links
-            .iter()
-            .map(|link| f64::from(link.rays) / (density[link.from as usize] + density[link.to as usize]))
-            .collect();
+        let links = table.links();
+        let first = firsts(links, density.len());
+        // In the order of the links, so that sums over those of a face have one order.
+        let mut next = first.clone();
+        let (mut other, mut exchange) = (vec![0; 2 * links.len()], vec![0.0; 2 * links.len()]);
         let mut total: Vec<f64> =
             lost.iter().map(|[escaped, absorbed_back]| escaped + absorbed_back).collect();
-        for (link, k) in links.iter().zip(&exchange) {
-            total[link.from as usize] += k;
-            total[link.to as usize] += k;
+        for link in links {
+            let (from, to) = (link.from as usize, link.to as usize);
+            let k = f64::from(link.rays) / (density[from] + density[to]);
+            for (end, far) in [(from, link.to), (to, link.from)] {
+                (other[next[end]], exchange[next[end]]) = (far, k);
+                next[end] += 1;
+                total[end] += k;
+            }
         }
-        Links { links, exchange, total, lost, faces }
+        Links { first, other, exchange, total, lost, faces }
     }
 
     /// Σ_j K_ij + A_i·(lost part) [m²].
@@ -94,12 +107,18 @@ impl<'a> Links<'a> {
         &self.total
     }
 
-    /// Adds `sign`·Σ_j K_ij x_j to every y_i.
-    pub(crate) fn add_incoming(&self, sign: f64, x: &[f64], y: &mut [f64]) {
-        for (link, k) in self.links.iter().zip(&self.exchange) {
-            let (from, to, k) = (link.from as usize, link.to as usize, sign * k);
-            y[from] += k * x[to];
-            y[to] += k * x[from];
+    /// Adds `sign`·Σ_j K_ij x_j to every y_i, C channels at a time: the way through the links costs more than the sums.
+    pub(crate) fn add_incoming<const C: usize>(&self, sign: f64, x: &[[f64; C]], y: &mut [[f64; C]]) {
+        for (y, ends) in y.iter_mut().zip(self.first.windows(2)) {
+            let links = ends[0]..ends[1];
+            let mut sum = *y;
+            for (&other, k) in self.other[links.clone()].iter().zip(&self.exchange[links]) {
+                let (x, k) = (x[other as usize], sign * k);
+                for c in 0..C {
+                    sum[c] += k * x[c];
+                }
+            }
+            *y = sum;
         }
     }
 
@@ -107,11 +126,11 @@ impl<'a> Links<'a> {
     /// conserves energy. An emitter's E would drown what comes in, and b of a black face says nothing: there H is what
     /// comes along its links, over all of them.
     pub(crate) fn irradiance(&self, channel: usize, radiosity: &[f64]) -> Vec<f64> {
-        let mut incoming = vec![0.0; radiosity.len()];
-        self.add_incoming(1.0, radiosity, &mut incoming);
+        let mut incoming = vec![[0.0]; radiosity.len()];
+        self.add_incoming(1.0, radiosity.as_chunks().0, &mut incoming);
         let faces = self.faces.list.iter().zip(radiosity).zip(incoming.iter().zip(&self.total));
         faces
-            .map(|((face, b), (incoming, total))| {
+            .map(|((face, b), ([incoming], total))| {
                 let reflectance = face.reflectance[channel];
                 if reflectance > 0.0 && face.emittance[channel] == 0.0 {
                     b / reflectance
@@ -128,4 +147,17 @@ impl<'a> Links<'a> {
     pub(crate) fn lost_power(&self, radiosity: &[f64]) -> [f64; 2] {
         [0, 1].map(|way| self.lost.iter().zip(radiosity).map(|(lost, b)| lost[way] * b).sum())
     }
+}
+
+/// Where the links of each face begin, both ends of each counted; their number last.
+fn firsts(links: &[Link], faces: usize) -> Vec<usize> {
+    let mut first = vec![0; faces + 1];
+    for link in links {
+        first[link.from as usize + 1] += 1;
+        first[link.to as usize + 1] += 1;
+    }
+    for face in 0..faces {
+        first[face + 1] += first[face];
+    }
+    first
 }

@@ -14,6 +14,7 @@ mod iterations;
 mod linked;
 mod links;
 pub(crate) mod numbers;
+mod reciprocity;
 mod solve;
 
 use crate::method::Solve;
@@ -23,17 +24,16 @@ use crate::tally::Counts;
 pub use board::ChainBoard;
 pub(crate) use board::{UNITS, largest_radiosity};
 use cast::Caster;
-use faces::Faces;
+use faces::{FaceTable, face_major};
 pub(crate) use iterations::observed;
 pub use iterations::{Iteration, Phase, stochastic_iteration};
+pub use reciprocity::Reciprocity;
 
 /// What one chain came to.
 pub(crate) struct Outcome {
-    /// H [W/m²], patch-major, channel-minor.
+    /// H [W/m²], face-major, channel-minor.
     pub(crate) irradiance: Vec<f64>,
-    /// The same of every face, channel by channel.
-    pub(crate) of_faces: Vec<Vec<f64>>,
-    /// Rays that landed on each patch.
+    /// Rays that landed on each face.
     pub(crate) landed: Vec<u64>,
     /// One walk, the chain; rays by their ends; the part of the power that was lost.
     pub(crate) counts: Counts,
@@ -47,23 +47,31 @@ pub(crate) fn chain(
     solve: Solve,
     go_on: &dyn Fn() -> bool,
 ) -> Option<Outcome> {
-    let faces = Faces::new(scene);
+    let faces = FaceTable::new(scene);
     match solve {
         Solve::Links => linked::chain(&faces, rng, rays, go_on),
         Solve::Iterations(plan) => iterations::chain(&faces, rng, rays, plan, &mut |_, _, _| {}, go_on),
     }
 }
 
+/// Whether `rays` rays see both ways.
+pub(crate) fn reciprocity(scene: &Scene, rng: WalkRng, rays: u64) -> Reciprocity {
+    reciprocity::reciprocity(&FaceTable::new(scene), rng, rays)
+}
+
 impl Outcome {
     /// What a chain has found: H of every face [W/m²], and the power that escaped and that ended on backs [W], in every
     /// channel.
-    fn new<N>(faces: &Faces, caster: &Caster<N>, irradiance: &[Vec<f64>], lost_power: &[[f64; 2]]) -> Self {
-        let patches = faces.scene.patches().len();
+    fn new<N>(
+        faces: &FaceTable,
+        caster: &Caster<N>,
+        irradiance: &[Vec<f64>],
+        lost_power: &[[f64; 2]],
+    ) -> Self {
         let lost = |way: usize| caster.lost.iter().map(|lost| u64::from(lost[way])).sum();
         let mut outcome = Outcome {
-            irradiance: faces.by_patch(irradiance),
-            of_faces: irradiance.to_vec(),
-            landed: vec![0; patches],
+            irradiance: face_major(irradiance),
+            landed: caster.landed.clone(),
             counts: Counts {
                 walks: 1,
                 rays: caster.shot.iter().map(|&shot| u64::from(shot)).sum(),
@@ -73,9 +81,6 @@ impl Outcome {
                 ..Counts::default()
             },
         };
-        for (face, landed) in faces.list.iter().zip(&caster.landed) {
-            outcome.landed[face.patch as usize] += landed;
-        }
         for (channel, &[escaped, absorbed_back]) in lost_power.iter().enumerate() {
             let power = faces.scene.total_power(channel);
             outcome.counts.escaped_weight[channel] = weight(escaped, power);

@@ -11,93 +11,170 @@ use super::links::Links;
 /// More steps than any system has taken; what is left of the residual then is below the noise of the links.
 const MOST_STEPS: usize = 1000;
 
-/// B of every face [W/m²] in one channel, until the residual has fallen to this part of the emission's, both in the
-/// norm of the inverse diagonal. `start` is a guess. `None` once `go_on` says no.
+/// B of every face [W/m²], channel by channel, until the residual has fallen to this part of the source's, both in the
+/// norm of the inverse diagonal. `start` is a guess, or empty. `None` once `go_on` says no.
 pub(crate) fn solve(
-    channel: usize,
     links: &Links,
-    start: Option<&Vec<f64>>,
+    start: &[Vec<f64>],
     residual: f64,
     go_on: &dyn Fn() -> bool,
-) -> Option<Vec<f64>> {
-    let system = System::new(channel, links);
-    let mut b: Vec<f64> = system.emittance.clone();
-    if let Some(start) = start {
-        let reflecting = b.iter_mut().zip(start).zip(&system.reflects).filter(|(_, reflects)| **reflects);
-        reflecting.for_each(|((b, start), _)| *b = *start);
+) -> Option<Vec<Vec<f64>>> {
+    match links.faces.scene.channels() {
+        1 => System::<1>::new(links).solve(start, residual, go_on),
+        _ => System::<3>::new(links).solve(start, residual, go_on),
     }
-    let mut image = vec![0.0; b.len()];
-    system.apply(&b, &mut image);
-    let mut rest: Vec<f64> =
-        system.emission.iter().zip(&image).map(|(emission, image)| emission - image).collect();
-    system.fix_black(&mut rest);
-    let goal = residual * residual * system.norm(&system.emission);
-    let mut norm = system.norm(&rest);
-    let mut direction = system.scaled(&rest);
-    for _ in 0..MOST_STEPS {
-        if norm <= goal {
-            break;
-        }
-        if !go_on() {
-            return None;
-        }
-        system.apply(&direction, &mut image);
-        system.fix_black(&mut image);
-        let step = norm / direction.iter().zip(&image).map(|(p, image)| p * image).sum::<f64>();
-        b.iter_mut().zip(&direction).for_each(|(b, p)| *b += step * p);
-        rest.iter_mut().zip(&image).for_each(|(rest, image)| *rest -= step * image);
-        let before = norm;
-        norm = system.norm(&rest);
-        let keep = norm / before;
-        direction.iter_mut().zip(system.scaled(&rest)).for_each(|(p, z)| *p = z + keep * *p);
-    }
-    Some(b)
 }
 
-/// The matrix and the right-hand side of one channel.
-struct System<'a> {
+/// Numbers of all faces, in C channels each.
+type Field<const C: usize> = Vec<[f64; C]>;
+
+/// The matrices and the right-hand sides of C channels, which share their links.
+struct System<'a, const C: usize> {
     links: &'a Links<'a>,
     /// [m²]; 1 where the face is black, whose B = E is known.
-    diagonal: Vec<f64>,
+    diagonal: Field<C>,
     /// A_i E_i/R_i [W]; 0 where black.
-    emission: Vec<f64>,
-    emittance: Vec<f64>,
-    reflects: Vec<bool>,
+    emission: Field<C>,
+    emittance: Field<C>,
+    reflects: Vec<[bool; C]>,
 }
 
-impl<'a> System<'a> {
-    fn new(channel: usize, links: &'a Links<'a>) -> Self {
+impl<'a, const C: usize> System<'a, C> {
+    fn new(links: &'a Links<'a>) -> Self {
         let faces = links.faces;
-        let reflects: Vec<bool> = faces.list.iter().map(|face| face.reflectance[channel] > 0.0).collect();
-        let emittance: Vec<f64> = faces.list.iter().map(|face| face.emittance[channel]).collect();
-        let rows = faces.areas.iter().zip(links.total()).zip(&faces.list);
-        let (diagonal, emission) = rows
-            .map(|((area, total), face)| match face.reflectance[channel] {
-                0.0 => (1.0, 0.0),
-                r => (area * (1.0 - r) / r + total, area * face.emittance[channel] / r),
+        let rows = || faces.areas.iter().zip(links.total()).zip(&faces.list);
+        let diagonal = rows().map(|((area, total), face)| {
+            std::array::from_fn(|c| match face.reflectance[c] {
+                0.0 => 1.0,
+                r => area * (1.0 - r) / r + total,
             })
-            .unzip();
-        System { links, diagonal, emission, emittance, reflects }
+        });
+        let emission = rows().map(|((area, _), face)| {
+            std::array::from_fn(|c| match face.reflectance[c] {
+                0.0 => 0.0,
+                r => area * face.emittance[c] / r,
+            })
+        });
+        System {
+            links,
+            diagonal: diagonal.collect(),
+            emission: emission.collect(),
+            emittance: faces.list.iter().map(|face| std::array::from_fn(|c| face.emittance[c])).collect(),
+            reflects: faces
+                .list
+                .iter()
+                .map(|face| std::array::from_fn(|c| face.reflectance[c] > 0.0))
+                .collect(),
+        }
+    }
+
+    /// Conjugate gradients, all channels at the same pace; those that are done stay as they are.
+    fn solve(&self, start: &[Vec<f64>], residual: f64, go_on: &dyn Fn() -> bool) -> Option<Vec<Vec<f64>>> {
+        let mut b = self.begin(start);
+        let mut image = vec![[0.0; C]; b.len()];
+        self.apply(&b, &mut image);
+        let mut rest = self.emission.clone();
+        each(&mut rest, &image, |rest, image, _| *rest -= image);
+        self.fix_black(&mut rest);
+        let goal = self.norm(&self.source()).map(|norm| residual * residual * norm);
+        let mut norm = self.norm(&rest);
+        let mut direction = self.scaled(&rest);
+        for _ in 0..MOST_STEPS {
+            let goes_on: [bool; C] = std::array::from_fn(|c| norm[c] > goal[c]);
+            if !goes_on.contains(&true) {
+                break;
+            }
+            if !go_on() {
+                return None;
+            }
+            self.apply(&direction, &mut image);
+            self.fix_black(&mut image);
+            let along = dot(&direction, &image);
+            let step: [f64; C] = std::array::from_fn(|c| if goes_on[c] { norm[c] / along[c] } else { 0.0 });
+            each(&mut b, &direction, |b, p, c| *b += step[c] * p);
+            each(&mut rest, &image, |rest, image, c| *rest -= step[c] * image);
+            let before = norm;
+            norm = self.norm(&rest);
+            let keep: [f64; C] = std::array::from_fn(|c| if goes_on[c] { norm[c] / before[c] } else { 0.0 });
+            each(&mut direction, &self.scaled(&rest), |p, z, c| *p = z + keep[c] * *p);
+        }
+        Some((0..C).map(|c| b.iter().map(|b| b[c]).collect()).collect())
+    }
+
+    /// The right-hand side of the faces that reflect: their own emission and what comes from black emitters, whose B = E is
+    /// known.
+    fn source(&self) -> Field<C> {
+        let mut known = self.emittance.clone();
+        for (b, reflects) in known.iter_mut().zip(&self.reflects) {
+            for c in 0..C {
+                b[c] = if reflects[c] { 0.0 } else { b[c] };
+            }
+        }
+        let mut source = self.emission.clone();
+        self.links.add_incoming(1.0, &known, &mut source);
+        self.fix_black(&mut source);
+        source
+    }
+
+    /// The guess, where there is one and the face reflects.
+    fn begin(&self, start: &[Vec<f64>]) -> Field<C> {
+        let mut b = self.emittance.clone();
+        for (c, start) in start.iter().enumerate() {
+            let reflecting = b.iter_mut().zip(start).zip(&self.reflects).filter(|(_, reflects)| reflects[c]);
+            reflecting.for_each(|((b, start), _)| b[c] = *start);
+        }
+        b
     }
 
     /// y = (matrix)·x.
-    fn apply(&self, x: &[f64], y: &mut [f64]) {
-        for ((y, x), diagonal) in y.iter_mut().zip(x).zip(&self.diagonal) {
-            *y = diagonal * x;
-        }
+    fn apply(&self, x: &[[f64; C]], y: &mut [[f64; C]]) {
+        y.copy_from_slice(&self.diagonal);
+        each(y, x, |y, x, _| *y *= x);
         self.links.add_incoming(-1.0, x, y);
     }
 
     /// Black faces take no part: nothing is left to find there.
-    fn fix_black(&self, x: &mut [f64]) {
-        x.iter_mut().zip(&self.reflects).filter(|(_, reflects)| !**reflects).for_each(|(x, _)| *x = 0.0);
+    fn fix_black(&self, x: &mut [[f64; C]]) {
+        for (x, reflects) in x.iter_mut().zip(&self.reflects) {
+            for c in 0..C {
+                x[c] = if reflects[c] { x[c] } else { 0.0 };
+            }
+        }
     }
 
-    fn norm(&self, x: &[f64]) -> f64 {
-        x.iter().zip(&self.diagonal).map(|(x, diagonal)| x * x / diagonal).sum()
+    fn norm(&self, x: &[[f64; C]]) -> [f64; C] {
+        let mut sum = [0.0; C];
+        for (x, diagonal) in x.iter().zip(&self.diagonal) {
+            for c in 0..C {
+                sum[c] += x[c] * x[c] / diagonal[c];
+            }
+        }
+        sum
     }
 
-    fn scaled(&self, x: &[f64]) -> Vec<f64> {
-        x.iter().zip(&self.diagonal).map(|(x, diagonal)| x / diagonal).collect()
+    fn scaled(&self, x: &[[f64; C]]) -> Field<C> {
+        let mut scaled = x.to_vec();
+        each(&mut scaled, &self.diagonal, |x, diagonal, _| *x /= diagonal);
+        scaled
     }
+}
+
+/// Changes every number of `x` by the one of `y` and the channel that both belong to.
+#[inline(always)]
+fn each<const C: usize>(x: &mut [[f64; C]], y: &[[f64; C]], change: impl Fn(&mut f64, f64, usize)) {
+    for (x, y) in x.iter_mut().zip(y) {
+        for c in 0..C {
+            change(&mut x[c], y[c], c);
+        }
+    }
+}
+
+fn dot<const C: usize>(x: &[[f64; C]], y: &[[f64; C]]) -> [f64; C] {
+    let mut sum = [0.0; C];
+    for (x, y) in x.iter().zip(y) {
+        for c in 0..C {
+            sum[c] += x[c] * y[c];
+        }
+    }
+    sum
 }

@@ -18,10 +18,18 @@ use crate::trace::{Facet, Facets, dual_basis};
 /// The work of a leaf, relative to that of a node.
 const LEAF_WORK: f32 = 0.5;
 
-impl Tree {
-    /// A tree over the facets of surfaces.
-    pub(crate) fn new(surfaces: &[Surface], facets: &Facets) -> Self {
-        let boxes: Vec<[DVec3; 2]> = surfaces.iter().map(|surface| bounds(surface, facets.slack())).collect();
+/// A binary tree over boxes that hold facets, and these boxes.
+pub(crate) struct BinaryTree {
+    boxes: Vec<Aabb>,
+    tree: Bvh2,
+    /// Tree coordinates are scene coordinates times this, a power of two.
+    scale: f64,
+}
+
+impl BinaryTree {
+    /// A tree over surfaces whose facets are larger by `slack`.
+    pub(crate) fn new(surfaces: &[Surface], slack: f64) -> Self {
+        let boxes: Vec<[DVec3; 2]> = surfaces.iter().map(|surface| bounds(surface, slack)).collect();
         let largest =
             boxes.iter().flatten().fold(0.0, |max: f64, corner| max.max(corner.abs().max_element()));
         let scale = power_of_two_below(1.0 / largest);
@@ -34,15 +42,36 @@ impl Tree {
             post_collapse_reinsertion_batch_ratio_multiplier: 0.0,
             ..BvhBuildParams::slow_build()
         };
-        let binary = build_bvh2(&boxes, params, &mut Duration::default());
+        let tree = build_bvh2(&boxes, params, &mut Duration::default());
+        BinaryTree { boxes, tree, scale }
+    }
+
+    /// Calls `pair` with the numbers of every two surfaces whose boxes meet, the lower one first.
+    pub(crate) fn each_pair(&self, pair: &mut impl FnMut(u32, u32)) {
+        for (number, bounds) in (0..).zip(&self.boxes) {
+            self.tree.aabb_traverse(*bounds, |tree, node| {
+                let node = &tree.nodes[node as usize];
+                let range = node.first_index as usize..(node.first_index + node.prim_count) as usize;
+                for &other in tree.primitive_indices[range].iter().filter(|&&other| other < number) {
+                    pair(other, number);
+                }
+                true
+            });
+        }
+    }
+}
+
+impl Tree {
+    /// A tree over facets.
+    pub(crate) fn new(binary: &BinaryTree, facets: &Facets) -> Self {
         let mut tree = Tree {
             lines: vec![],
             levels: 0,
-            scale,
-            slack: (facets.slack() * scale) as f32,
+            scale: binary.scale,
+            slack: (facets.slack() * binary.scale) as f32,
             isa: Isa::best(),
         };
-        Fold::new(&binary).emit(&mut tree, facets);
+        Fold::new(&binary.tree).emit(&mut tree, facets);
         tree
     }
 }
@@ -50,7 +79,8 @@ impl Tree {
 /// A box that holds every point of a facet, as [`crate::trace::Facet::meet`] computes them. In exact arithmetic the
 /// facet is its surface grown by `slack`; rounding moves its edges by some 2⁻⁵² of the coordinates, 2⁻⁶ of the
 /// slack, perpendicular to themselves, which at the tip of a sliver is a long way along it: hence the outline
-/// of twice the slack. A point is within `slack` of the plane, and the margin covers it.
+/// of twice the slack. A point is within `slack` of the plane, and the plane of a stack within two of the surface; the
+/// margin covers both.
 fn bounds(surface: &Surface, slack: f64) -> [DVec3; 2] {
     let outline = outline(surface, 2.0 * slack);
     let min = outline.iter().fold(DVec3::INFINITY, |min, &corner| min.min(corner));

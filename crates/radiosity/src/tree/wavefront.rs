@@ -327,7 +327,7 @@ impl Leaves<'_> {
 }
 
 impl Tree {
-    /// The least (t, surface number) among the facets that each ray meets. Directions must be between 1/4 and
+    /// The least (t, rank) among the facets that each ray meets. Directions must be between 1/4 and
     /// 1 + 10⁻⁹ long.
     pub(crate) fn closest_hits(&self, facets: &Facets, rays: &Rays, scratch: &mut Scratch, hits: &mut Hits) {
         let call = Call { tree: self, facets, rays };

@@ -25,6 +25,16 @@ pub fn quad(c: DVec3, u: DVec3, v: DVec3, cells: [u32; 2]) -> Shape {
     Shape::Parallelogram { corner: c, corner_u: c + u, corner_v: c + v, cells }
 }
 
+/// The shape with its front on the other side.
+pub fn flipped(shape: Shape) -> Shape {
+    match shape {
+        Shape::Parallelogram { corner, corner_u, corner_v, cells: [nu, nv] } => {
+            Shape::Parallelogram { corner, corner_u: corner_v, corner_v: corner_u, cells: [nv, nu] }
+        }
+        Shape::Triangle { a, b, c, rows } => Shape::Triangle { a, b: c, c: b, rows },
+    }
+}
+
 /// The six walls of a box from 0 to `size`, facing inwards: z low, z high, y low, y high, x low, x high.
 pub fn box_walls(size: DVec3, cells: [u32; 2]) -> Vec<Shape> {
     let DVec3 { x, y, z } = size;

@@ -1,0 +1,100 @@
+//! Surfaces that coincide, in words.
+
+use radiosity::{Overlap, Scene, Side};
+
+/// The number of overlaps that are named.
+const NAMED: usize = 10;
+
+/// A side is buried where one surface covers so much of it.
+const BURIED: f64 = 1.0 - 1e-6;
+
+/// What lies on what.
+pub struct Coincident<'a> {
+    scene: &'a Scene,
+    planes: usize,
+    /// The largest first.
+    overlaps: Vec<Overlap>,
+    /// Active sides that are wholly covered by another surface: surface and side.
+    buried: Vec<(u32, Side)>,
+}
+
+impl<'a> Coincident<'a> {
+    /// Looks at a scene.
+    pub fn of(scene: &'a Scene) -> Self {
+        let mut coincident =
+            Coincident { scene, planes: scene.stacks().len(), overlaps: vec![], buried: vec![] };
+        for stack in scene.stacks() {
+            for overlap in stack.overlaps(scene.surfaces()) {
+                let Overlap { upper, lower, area } = overlap;
+                // The upper one's lower side, and the lower one's upper side.
+                let up = |surface: u32| scene.surfaces()[surface as usize].normal().dot(stack.normal) > 0.0;
+                for (surface, faces_other) in [(upper, !up(upper)), (lower, up(lower))] {
+                    let side = if faces_other { Side::Front } else { Side::Back };
+                    let whole = area >= BURIED * scene.surfaces()[surface as usize].area();
+                    if whole && scene.surfaces()[surface as usize].is_active(side) {
+                        coincident.buried.push((surface, side));
+                    }
+                }
+                coincident.overlaps.push(overlap);
+            }
+        }
+        coincident.overlaps.sort_by(|a, b| b.area.total_cmp(&a.area));
+        coincident.buried.sort_by_key(|&(surface, side)| (surface, side == Side::Back));
+        coincident.buried.dedup();
+        coincident
+    }
+
+    /// The part of the emitted power whose faces are buried.
+    pub fn buried_power(&self) -> f64 {
+        let faces = self.scene.faces();
+        let power = |&(surface, side): &(u32, Side)| {
+            let first = faces.first_on(surface, side).map_or(0, |first| first as usize);
+            let cells = self.scene.surfaces()[surface as usize].cell_count() as usize;
+            (first..first + cells).map(|i| faces.get(i).power(0)).sum::<f64>()
+        };
+        let total = self.scene.total_power(0);
+        if total > 0.0 { self.buried.iter().map(power).sum::<f64>() / total } else { 0.0 }
+    }
+
+    /// Pairs, areas, and what is buried; nothing where no surfaces coincide.
+    pub fn lines(&self) -> Vec<String> {
+        if self.overlaps.is_empty() {
+            return Vec::new();
+        }
+        let name = |surface: u32| format!("surface {}", self.scene.surface_name(surface));
+        let area: f64 = self.overlaps.iter().map(|overlap| overlap.area).sum();
+        let mut lines = vec![format!(
+            "coincident: {} pairs of surfaces overlap in {} planes, {area:.6} m² in all; they are taken as layers, in \
+             which fronts of one-sided surfaces are outermost",
+            self.overlaps.len(),
+            self.planes
+        )];
+        let named = self.overlaps.iter().take(NAMED);
+        lines.extend(named.map(|&Overlap { upper, lower, area }| {
+            format!("coincident: {} on {}, {area:.6} m²", name(upper), name(lower))
+        }));
+        if self.overlaps.len() > NAMED {
+            lines.push(format!("coincident: and {} smaller overlaps", self.overlaps.len() - NAMED));
+        }
+        if !self.buried.is_empty() {
+            let named = self
+                .buried
+                .iter()
+                .take(NAMED)
+                .map(|&(surface, side)| format!("{} of {}", report::side_name(side), name(surface)));
+            let more = if self.buried.len() > NAMED { ", …" } else { "" };
+            lines.push(format!(
+                "buried: {} sides that another surface covers wholly, so that no light of the room reaches them: {}{more}",
+                self.buried.len(),
+                named.collect::<Vec<_>>().join(", ")
+            ));
+        }
+        if self.buried_power() > 0.0 {
+            lines.push(format!(
+                "buried: {:.3} % of the light is emitted by such sides, and never seen; remove what covers them, or move it",
+                100.0 * self.buried_power()
+            ));
+        }
+        lines
+    }
+}
