@@ -139,9 +139,29 @@ impl Transfers {
         self.offers.len()
     }
 
+    /// Results that one worker keeps.
+    pub fn kept_by(&self, peer: PeerId) -> usize {
+        self.offers.values().filter(|offer| offer.peer == peer).count()
+    }
+
+    /// Whether the result of a lease is kept by its worker.
+    pub fn is_kept(&self, lease: LeaseId) -> bool {
+        self.offers.values().any(|offer| offer.lease == lease)
+    }
+
+    /// Whether some result is being sent.
+    pub fn is_receiving(&self) -> bool {
+        !self.under_way.is_empty()
+    }
+
     /// Takes out all offers of the peer that has the one furthest from the prefix.
     pub fn take_furthest(&mut self) -> Vec<(PeerId, LeaseId)> {
         let Some(peer) = self.offers.values().next_back().map(|offer| offer.peer) else { return vec![] };
+        self.take_of(peer)
+    }
+
+    /// Takes out all offers of a peer.
+    pub fn take_of(&mut self, peer: PeerId) -> Vec<(PeerId, LeaseId)> {
         let taken = self.offers.values().filter(|offer| offer.peer == peer);
         let taken = taken.map(|offer| (offer.peer, offer.lease)).collect();
         self.offers.retain(|_, offer| offer.peer != peer);

@@ -33,7 +33,7 @@ const BOARD_WALKS: u64 = 1 << 22;
 
 /// Results that a thread keeps while it goes on with its next lease: the coordinator gives each two leases, and of two that
 /// are kept either may be the one that is asked for.
-const MOST_KEPT: usize = 2;
+pub(crate) const MOST_KEPT: usize = 2;
 
 /// What a worker does for a living. The cluster knows no more of physics than this.
 pub trait Work: Sync {

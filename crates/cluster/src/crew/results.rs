@@ -3,12 +3,14 @@
 
 use radiosity::{Counts, MergeError};
 
+use super::peer::Peer;
 use super::{Crew, Step};
 use crate::lead::{Action, Now, PeerId};
 use crate::ledger::{LeaseId, Rejected};
 use crate::message::{LeaseResult, SMALL_TALLY, ToWorker};
 use crate::parcel::Parcel;
 use crate::transfers::{Offer, Room};
+use crate::worker::MOST_KEPT;
 
 /// Bytes that a worker may cost here beside what all share: for islands, and for results under way.
 const ISLAND_SHARE: usize = 32 << 10;
@@ -139,19 +141,36 @@ impl Crew {
         actions
     }
 
-    /// Where every lease that is out is a result that is kept beyond a gap, nobody is free to fill the gap: whoever keeps
-    /// the furthest drops its own, which are leased again.
+    /// Where all workers keep results beyond a gap, none is free to fill the gap. A worker that has the gap's walks behind
+    /// results that it keeps drops these; where no worker has the gap, the one that keeps the furthest drops its own. What is
+    /// dropped is leased again.
     fn make_room(&mut self, now: Now) -> Vec<Action> {
-        let out: usize = self.peers.values().map(|peer| peer.leases.len()).sum();
-        if !self.ledger.has_lost() || !self.hungry.is_empty() || self.transfers.kept() < out {
+        let walking = |(id, peer): (&PeerId, &Peer)| {
+            let kept = self.transfers.kept_by(*id);
+            kept < peer.leases.len() && kept < MOST_KEPT * peer.slots.max(1)
+        };
+        let moves =
+            !self.hungry.is_empty() || self.transfers.is_receiving() || self.peers.iter().any(walking);
+        if moves || self.transfers.kept() == 0 {
             return vec![];
         }
-        let dropped = self.transfers.take_furthest();
+        let dropped = match self.holder_of_gap() {
+            Some(id) => self.transfers.take_of(id),
+            None if self.ledger.has_lost() => self.transfers.take_furthest(),
+            None => return vec![],
+        };
         for &(_, lease) in &dropped {
             self.ledger.lose(lease);
         }
         let mut actions: Vec<Action> = dropped.into_iter().map(|(id, lease)| self.spare(id, lease)).collect();
         actions.extend(self.hand_out(now));
         actions
+    }
+
+    /// The worker that has the lowest walks that are out and no result.
+    fn holder_of_gap(&self) -> Option<PeerId> {
+        let mut out = self.ledger.out().flat_map(|(_, leases)| leases);
+        let gap = out.find(|lease| !self.transfers.is_kept(**lease))?;
+        self.holders.get(gap).copied()
     }
 }
