@@ -38,7 +38,7 @@ pub enum MergeFault {
 
 impl Checkpoint {
     /// Adds the walks of another result. That both are of one method is for the caller to know. Looks are forgotten, since
-    /// nobody has looked at these walks together, and so is what waits beyond gaps.
+    /// no look was at these walks together, and so is what waits beyond gaps.
     ///
     /// # Errors
     /// Where they do not go together; nothing is changed then, but for an overflow.

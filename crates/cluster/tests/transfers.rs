@@ -307,7 +307,7 @@ fn a_stop_waits_for_large_results_no_longer_than_is_said() {
 }
 
 /// Checkpoints that are written for a random time, one after the other, while workers work, die and come: the job goes on to
-/// its end, and never stands still while somebody could do something.
+/// its end, and never stands still while a worker could do something.
 #[test]
 fn whatever_holds_the_prefix_and_for_how_long_the_job_goes_on() {
     for seed in 0..40 {
@@ -361,7 +361,7 @@ fn whatever_holds_the_prefix_and_for_how_long_the_job_goes_on() {
 
 /// Two workers have two leases each, of ten walks, 0 … 3; looks are at 20 and 40 walks, across which nothing is merged. While a
 /// checkpoint of 0 is written, 2 and 3 come in, and 1 continues the prefix that is being read; with 4, 5 and 6 all keep what
-/// they can keep. When the checkpoint is written nobody says anything any more.
+/// they can keep. When the checkpoint is written no worker sends anything any more.
 #[test]
 fn what_continues_the_prefix_is_asked_for_though_a_checkpoint_reads_it() {
     let mut coordinator = coordinator(Plan { looks: vec![20, 40], ..large_plan(5000) });

@@ -6,6 +6,7 @@ use std::io::{self, Write};
 use radiosity::{Faces, Side};
 use serde::{Serialize, Serializer};
 
+use crate::patches::side_name;
 use crate::summary::{Check, hex};
 
 /// The columns, in the order of faces; all of one length. The variances are of B for one walk, in the order
@@ -80,14 +81,6 @@ pub fn write_exact(writer: impl Write, faces: &Faces, columns: &ExactColumns) ->
         ))?;
     }
     table.flush()
-}
-
-/// What tables call a side.
-fn side_name(side: Side) -> &'static str {
-    match side {
-        Side::Front => "front",
-        Side::Back => "back",
-    }
 }
 
 fn check_lengths(faces: &Faces, columns: &ExactColumns) -> io::Result<()> {
