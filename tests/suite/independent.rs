@@ -1,10 +1,7 @@
 //! Walks against a second tracer: brute force in f64, its own random numbers, directions and triangle test; of the kernel
 //! it knows nothing but what a scene is. Where surfaces coincide it moves them apart, by gaps of 10⁻⁷ m.
 
-#[path = "../crates/radiosity/tests/common/mod.rs"]
-mod common;
-
-use common::{collision, experiment, quad, surface, walk};
+use crate::common::{collision, experiment, quad, surface, walk};
 use glam::DVec3;
 use radiosity::{Estimates, IndexChoice, SceneSpec, Shape, Sides, Space, SurfaceSpec};
 
@@ -177,7 +174,7 @@ fn a_furnished_room_is_as_a_second_tracer_finds_it() {
 fn a_box_of_doubled_tiles_is_as_a_second_tracer_finds_it() {
     let mut spec = SceneSpec { surfaces: vec![] };
     let mut lifts = Vec::new();
-    for wall in common::box_walls(DVec3::new(2.0, 1.0, 1.5), [1, 1]) {
+    for wall in crate::common::box_walls(DVec3::new(2.0, 1.0, 1.5), [1, 1]) {
         let (corner, u, v) = wall.edges();
         for i in 0..64 {
             let (du, dv) = (u / 8.0, v / 8.0);
@@ -200,7 +197,7 @@ fn a_soup_of_triangles_is_as_a_second_tracer_finds_it() {
     let mut random = Random(5);
     let mut spec = SceneSpec { surfaces: vec![] };
     let mut lifts = Vec::new();
-    for wall in common::box_walls(DVec3::ONE, [1, 1]) {
+    for wall in crate::common::box_walls(DVec3::ONE, [1, 1]) {
         spec.surfaces.push(surface(wall, 0.8));
         lifts.push(0.0);
     }

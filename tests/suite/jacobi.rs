@@ -1,17 +1,13 @@
 //! Chains of stochastic Jacobi against exact solutions, against walks and against themselves: means, standard errors,
-//! intervals. Long versions: `cargo test --release --test jacobi -- --ignored --nocapture`, some minutes.
+//! intervals. Long versions: `cargo test --release --test suite jacobi:: -- --ignored --nocapture`, some minutes.
 
-#[path = "../crates/radiosity/tests/common/mod.rs"]
-mod common;
-mod verdict;
-
-use common::{box_scene, collision, quad, surface};
+use crate::common::{box_scene, collision, quad, surface};
+use crate::verdict::{CONFIDENCE, Mean, Truth, exactly, judge, long_run, run, solve};
 use glam::DVec3;
 use radiosity::{
     Batch, Counts, Direction, EstimatorKind, Experiment, IndexChoice, Iterations, Method, Phase, RayBirths,
     Sampler, Scene, SceneSpec, Sequence, Sides, Solution, Solve, Space, Spectrum, SurfaceSpec,
 };
-use verdict::{CONFIDENCE, Mean, Truth, exactly, judge, long_run, run, solve};
 
 fn experiment(spec: &SceneSpec, direction: Direction) -> Experiment {
     let scene = Scene::build(spec, IndexChoice::Auto).unwrap();

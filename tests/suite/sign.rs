@@ -1,9 +1,7 @@
 //! Answers that can be signed: audits, merges and replays of real runs.
 
-mod support;
-
+use crate::support::{answer, path, radwalk, run, run_job, summary};
 use std::path::Path;
-use support::{answer, path, radwalk, run, run_job, summary};
 use tempfile::tempdir;
 
 const JOB: &str = "configs/cube54.toml";
@@ -113,8 +111,10 @@ fn replayed_walks_are_the_walks_of_the_run() {
     let folder = tempdir().unwrap();
     let out = path(&folder, "out");
     run_job(JOB, &out, &["--paths", "20"]);
-    let hits: Vec<u64> =
-        support::columns(&out.join("patches.csv"))["hits"].iter().map(|hits| hits.parse().unwrap()).collect();
+    let hits: Vec<u64> = crate::support::columns(&out.join("patches.csv"))["hits"]
+        .iter()
+        .map(|hits| hits.parse().unwrap())
+        .collect();
     let mut told = vec![0; hits.len()];
     for walk in 0..20 {
         let (code, stdout, _) = run(&["replay", JOB, "--walk", &walk.to_string()]);

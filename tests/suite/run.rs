@@ -1,11 +1,9 @@
 //! `radwalk run` and its processes: the same bytes whatever happens to the workers.
 
-mod support;
-
 use std::io::{BufRead, BufReader};
 use std::process::Stdio;
 
-use support::{
+use crate::support::{
     answer, children, columns, finish, numbers, path, radwalk, run, run_job, signal, summary, wait_for,
 };
 use tempfile::tempdir;

@@ -1,10 +1,8 @@
 //! Bad input of any kind: exit code 2, one message with the problem, the reason and the remedy, nothing lost.
 
-mod support;
-
 use std::fs;
 
-use support::{path, run};
+use crate::support::{path, run};
 use tempfile::tempdir;
 
 /// Runs what must be refused; returns the message.

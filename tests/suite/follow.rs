@@ -1,18 +1,16 @@
 //! The advice of a page of `radwalk compare`, followed: the commands of the page are run, with seeds that the page has not
 //! used, and must err as the page says, and take less time than the next method for the same error.
 //!
-//! `cargo test --release --test follow -- --ignored --nocapture` follows docs/compare.md, and writes what became of it to
+//! `cargo test --release --test suite follow:: -- --ignored --nocapture` follows docs/compare.md, and writes what became of it to
 //! the page's section "Followed". RADWALK_PAGE names another page.
-
-mod support;
 
 use std::fmt::Write;
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use crate::support::{columns, numbers};
 use serde_json::Value;
 use stats::Measured;
-use support::{columns, numbers};
 
 /// Seeds of runs; the page has its jobs' own, and those 2⁴⁰ further on for references.
 const SEEDS: std::ops::Range<u64> = 900_001..900_009;
@@ -173,7 +171,7 @@ impl Answer {
 
 /// Runs a command of the program to its end, however long that takes.
 fn radwalk(args: &[&str]) -> bool {
-    support::radwalk().args(args).stderr(std::process::Stdio::null()).status().unwrap().success()
+    crate::support::radwalk().args(args).stderr(std::process::Stdio::null()).status().unwrap().success()
 }
 
 /// Runs a job; returns where its results are, and its summary.
@@ -183,7 +181,7 @@ fn shoot(folder: &Path, job: &str, set: &str, paths: u64, seed: u64) -> (PathBuf
     let to = ["--quiet", "--force", "--out", out.to_str().unwrap(), "--workers", "1"];
     let what = ["run", job, "--set", set, "--paths", &paths, "--seed", &seed];
     assert!(radwalk(&[&what[..], &to[..]].concat()), "{job} with {set}");
-    let summary = support::summary(&out);
+    let summary = crate::support::summary(&out);
     (out, summary)
 }
 
@@ -245,7 +243,7 @@ fn the_advice_holds_when_it_is_followed() {
     let commands = commands(&page);
     let mut section = format!(
         "{SECTION}\nCommands of this page that take up to {PATIENCE} s, run with {} seeds that it had not used (`cargo test \
-         --release --test follow -- --ignored`), against the exact solution or a run {LONGER} times longer or more; ± is a \
+         --release --test suite follow:: -- --ignored`), against the exact solution or a run {LONGER} times longer or more; ± is a \
          standard error over them.\n\n| job | method | promised | error | promised | s |\n|---|---|---|---|---|---|\n",
         SEEDS.count()
     );

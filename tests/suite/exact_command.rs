@@ -1,11 +1,9 @@
 //! `radwalk exact` on a scene that is no box: what it writes and says of its own accuracy.
 
-mod support;
-
 use std::fs;
 
+use crate::support::{columns, numbers, path, run};
 use serde_json::Value;
-use support::{columns, numbers, path, run};
 use tempfile::tempdir;
 
 /// Two squares opposite each other, a two-sided screen between them that hides half.

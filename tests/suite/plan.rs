@@ -1,9 +1,7 @@
 //! `radwalk plan`, tested by running what it planned. Some seconds of processor time.
 
-mod support;
-
+use crate::support::{run, run_job};
 use serde_json::Value;
-use support::{run, run_job};
 
 /// What is changed in a job so that its target ends it, not its budget.
 struct Case {

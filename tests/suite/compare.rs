@@ -1,12 +1,10 @@
 //! `radwalk compare` on worker processes: its table against theory, and what becomes of it when it is disturbed.
 
-mod support;
-
 use std::collections::HashMap;
 use std::fs;
 use std::path::Path;
 
-use support::{children, finish, numbers, path, radwalk, run, signal, wait_for};
+use crate::support::{children, finish, numbers, path, radwalk, run, signal, wait_for};
 
 /// The cube of 54 patches, whose variances are known.
 const JOB: &str = "configs/cube54.toml";
@@ -48,7 +46,7 @@ fn expected(out: &Path) -> impl Fn(&str) -> f64 {
     let exact = out.join("exact");
     let (code, stdout, stderr) = run(&["exact", JOB, "--quiet", "--out", exact.to_str().unwrap()]);
     assert_eq!(code, 0, "{stdout}{stderr}");
-    let columns = support::columns(&exact.join("exact.csv"));
+    let columns = crate::support::columns(&exact.join("exact.csv"));
     move |variance| {
         let [b, reflected, var] = ["radiosity", "reflected", variance].map(|name| numbers(&columns[name]));
         // The emitter shows more than it reflects; all patches of the cube are of one size.

@@ -1,10 +1,8 @@
 //! Meshes end to end: `run`, `check`, the doctor, `new`.
 
-mod support;
-
 use std::path::{Path, PathBuf};
 
-use support::{columns, run, run_job};
+use crate::support::{columns, run, run_job};
 
 /// A folder that no other test uses.
 fn folder(name: &str) -> PathBuf {

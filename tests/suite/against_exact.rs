@@ -1,10 +1,7 @@
 //! Walks against the exact solution: unbiased, with the variance of the closed form, and intervals that cover
 //! as often as they say.
 
-#[path = "../crates/radiosity/tests/common/mod.rs"]
-mod common;
-
-use common::{box_scene, collision, cube54, experiment, surface, walk};
+use crate::common::{box_scene, collision, cube54, experiment, surface, walk};
 use exact::{Exact, WalkEstimator};
 use glam::DVec3;
 use radiosity::{Experiment, IndexChoice, SceneSpec, Solution, Space};
@@ -52,7 +49,7 @@ fn cases() -> [Case; 3] {
 
 /// Six patches, R + E = 1 (BS table 1).
 fn cube6(reflectance: f64) -> SceneSpec {
-    let shapes = common::box_walls(DVec3::ONE, [1, 1]);
+    let shapes = crate::common::box_walls(DVec3::ONE, [1, 1]);
     let surfaces = shapes.into_iter().map(|shape| radiosity::SurfaceSpec {
         emittance: (1.0 - reflectance).into(),
         ..surface(shape, reflectance)
@@ -159,7 +156,7 @@ fn variances_of_walks_are_those_of_the_closed_form() {
 /// triangles, discrete and continuous. Mean squared z over 1,280 patches, |z| < 4: false-alarm rate 6·10⁻⁵.
 #[test]
 fn a_furnace_glows_evenly() {
-    let mut spec = common::bumpy_sphere(2, 2);
+    let mut spec = crate::common::bumpy_sphere(2, 2);
     for surface in &mut spec.surfaces {
         (surface.reflectance, surface.emittance) = (0.6.into(), 2.0.into());
     }

@@ -1,9 +1,6 @@
 //! Walks that go on from the point they hit: what they converge to, and what theory says of their variance.
 
-#[path = "../crates/radiosity/tests/common/mod.rs"]
-mod common;
-
-use common::{box_scene, collision, experiment, walk};
+use crate::common::{box_scene, collision, experiment, walk};
 use exact::Exact;
 use glam::DVec3;
 use radiosity::{Birth, Direction, EstimatorKind, IndexChoice, Method, SceneSpec, Solution, Space, Tally};

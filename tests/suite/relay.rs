@@ -1,13 +1,11 @@
 //! Relays as processes: workers and relays are killed and stopped, and the answer is that of a run without any.
 
-mod support;
-
 use std::path::{Path, PathBuf};
 use std::process::{Child, Stdio};
 use std::thread;
 use std::time::Duration;
 
-use support::{answer, finish, path, radwalk, run, run_job, signal, summary, wait_for};
+use crate::support::{answer, finish, path, radwalk, run, run_job, signal, summary, wait_for};
 use tempfile::{TempDir, tempdir};
 
 const JOB: &str = "configs/cube54.toml";

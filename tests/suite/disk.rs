@@ -2,13 +2,11 @@
 //! with the C compiler that links Rust, and preloaded): the same bytes, or a clean end that says why.
 #![cfg(target_os = "linux")]
 
-mod support;
-
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-use support::{answer, finish, path, radwalk, run_job};
+use crate::support::{answer, finish, path, radwalk, run_job};
 use tempfile::{TempDir, tempdir};
 
 /// The coloured Cornell box has tallies that are offered before they are sent.

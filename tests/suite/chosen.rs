@@ -1,9 +1,7 @@
 //! Chosen patches: targets that are about them alone, and methods that gather on them.
 
-mod support;
-
+use crate::support::{answer, columns, numbers, path, run, run_job, storms_leave_no_trace};
 use serde_json::Value;
-use support::{answer, columns, numbers, path, run, run_job, storms_leave_no_trace};
 use tempfile::tempdir;
 
 const CUBE: &str = "configs/cube54.toml";

@@ -1,14 +1,11 @@
 //! How often intervals hold the truth, with and without stopping at a target: real walks against the exact solution.
 //!
-//! The tables of docs/coverage.md: `cargo test --release --test coverage -- --ignored --nocapture --test-threads 1`
-
-#[path = "../crates/radiosity/tests/common/mod.rs"]
-mod common;
+//! The tables of docs/coverage.md: `cargo test --release --test suite coverage:: -- --ignored --nocapture --test-threads 1`
 
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::thread;
 
-use common::{box_scene, experiment, walk};
+use crate::common::{box_scene, experiment, walk};
 use exact::Exact;
 use glam::DVec3;
 use radiosity::{

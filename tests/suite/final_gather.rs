@@ -1,16 +1,12 @@
 //! A final gather against exact solutions: the chosen patches and all others, by walks and by chains.
 
-#[path = "../crates/radiosity/tests/common/mod.rs"]
-mod common;
-mod verdict;
-
-use common::{box_scene, collision, quad, surface};
+use crate::common::{box_scene, collision, quad, surface};
+use crate::verdict::{Mean, Truth, exactly, judge_those, solve};
 use glam::DVec3;
 use radiosity::{
     Batch, Direction, Experiment, IndexChoice, Iterations, Method, Sampler, Scene, SceneSpec, Sides, Solve,
     Space, Spectrum, SurfaceSpec, Unfit,
 };
-use verdict::{Mean, Truth, exactly, judge_those, solve};
 
 /// Corners beside and across from the emitter of the cube, and the middle of a wall.
 const CHOSEN: [u32; 3] = [0, 31, 53];

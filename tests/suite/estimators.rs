@@ -1,9 +1,6 @@
 //! Every walk and estimator against the exact solution: unbiased, with the variance of the closed form.
 
-#[path = "../crates/radiosity/tests/common/mod.rs"]
-mod common;
-
-use common::{box_scene, collision, cube54, experiment, walk};
+use crate::common::{box_scene, collision, cube54, experiment, walk};
 use exact::{Exact, GatherEstimator, WalkEstimator};
 use glam::DVec3;
 use radiosity::{

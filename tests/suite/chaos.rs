@@ -4,8 +4,6 @@
 //! Workers reach the coordinator through a relay that cuts, delays, repeats and alters what they send. A short version belongs to
 //! the everyday suite; `scripts/chaos.sh` runs a long one and keeps its log.
 
-mod support;
-
 use std::io::{Read, Write};
 use std::net::{Shutdown, TcpListener, TcpStream};
 use std::path::{Path, PathBuf};
@@ -15,7 +13,7 @@ use std::sync::{Arc, Mutex};
 use std::thread;
 use std::time::Duration;
 
-use support::{answer, finish, path, radwalk, run_job, signal, summary, wait_for};
+use crate::support::{answer, finish, path, radwalk, run_job, signal, summary, wait_for};
 use tempfile::tempdir;
 
 const JOB: &str = "configs/cube54.toml";

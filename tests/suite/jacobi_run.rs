@@ -1,10 +1,8 @@
 //! `walk = "jacobi"` on a cluster: the same bytes whatever happens to the workers.
 
-mod support;
-
 use std::process::Stdio;
 
-use support::{
+use crate::support::{
     answer, columns, finish, numbers, path, radwalk, run, run_job, signal, storms_leave_no_trace, summary,
 };
 use tempfile::tempdir;

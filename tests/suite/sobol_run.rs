@@ -1,8 +1,6 @@
 //! `sampler = "sobol"` for walks on a cluster: batches are leased whole, and the same bytes come of any workers.
 
-mod support;
-
-use support::{answer, path, run, run_job, storms_leave_no_trace, summary};
+use crate::support::{answer, path, run, run_job, storms_leave_no_trace, summary};
 use tempfile::tempdir;
 
 const CUBE: &str = "configs/cube54.toml";

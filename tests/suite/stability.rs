@@ -1,10 +1,8 @@
 //! The atlas of failure at reduced size: every entry asserts what theory predicts, what is seen and what is said. Each
 //! claim carries the probability that it fails by chance alone, once and for all with its seeds: together below 10⁻³.
 
-mod support;
-
+use crate::support::run;
 use serde_json::Value;
-use support::run;
 
 /// The names of all entries, which a wrong one is answered with.
 fn names() -> Vec<String> {

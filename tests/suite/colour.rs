@@ -1,10 +1,7 @@
 //! Colour: one walk serves three channels, each as if it had walked alone. And what other relations between
 //! estimators promise: direct light, and the best mix of absorption and survival.
 
-#[path = "../crates/radiosity/tests/common/mod.rs"]
-mod common;
-
-use common::{box_scene, collision, cube54, experiment, walk};
+use crate::common::{box_scene, collision, cube54, experiment, walk};
 use exact::{Exact, best_gathering_weights, best_shooting_weights, gathering_covariance};
 use exact::{GatherEstimator, WalkEstimator, shooting_covariance};
 use glam::DVec3;

@@ -1,10 +1,7 @@
 //! Walks against the exact solution of scenes that are no boxes: open ones, where light is lost; furnished
 //! ones, where surfaces hide each other; two-sided surfaces.
 
-#[path = "../crates/radiosity/tests/common/mod.rs"]
-mod common;
-
-use common::{box_scene, collision, experiment, quad, rotation, surface, walk};
+use crate::common::{box_scene, collision, experiment, quad, rotation, surface, walk};
 use exact::{Accuracy, Exact, GatherEstimator, WalkEstimator};
 use glam::DVec3;
 use radiosity::{
@@ -17,7 +14,7 @@ use stats::mean_squared_z;
 fn open() -> SceneSpec {
     let mut spec = box_scene(DVec3::new(2.0, 1.0, 1.0), [3, 2]);
     spec.surfaces.remove(1);
-    common::map_corners(&spec, |corner| rotation() * corner)
+    crate::common::map_corners(&spec, |corner| rotation() * corner)
 }
 
 /// A box, and in it a one-sided block without a foot that hangs askew, its inside dark.
@@ -25,7 +22,7 @@ fn occluded() -> SceneSpec {
     let mut spec = box_scene(DVec3::new(2.0, 1.0, 1.0), [2, 2]);
     let block = box_scene(DVec3::new(0.4, 0.3, 0.5), [1, 1]);
     // Mirrored, what faced inwards faces out.
-    let placed = common::map_corners(&block, |corner| {
+    let placed = crate::common::map_corners(&block, |corner| {
         let mirrored = (corner - DVec3::new(0.2, 0.15, 0.25)) * DVec3::new(1.0, 1.0, -1.0);
         DVec3::new(1.2, 0.5, 0.5) + 0.8 * (rotation() * mirrored)
     });

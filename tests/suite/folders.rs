@@ -1,12 +1,10 @@
 //! Output folders and access files under runs that go wrong: results of one run never stand beside those of another.
 
-mod support;
-
 use std::fs;
 use std::path::Path;
 use std::process::{Child, Stdio};
 
-use support::{answer, finish, path, radwalk, run, run_job, signal, wait_for};
+use crate::support::{answer, finish, path, radwalk, run, run_job, signal, wait_for};
 use tempfile::tempdir;
 
 const JOB: &str = "configs/cube54.toml";

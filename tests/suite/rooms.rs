@@ -1,17 +1,13 @@
 //! Rooms as people furnish them: cupboards on floors and against walls, two-sided shelves, boxes that touch, rugs. All
 //! methods against the exact solution, face by face.
 
-#[path = "../crates/radiosity/tests/common/mod.rs"]
-mod common;
-mod verdict;
-
-use common::{box_walls, collision, quad, surface};
+use crate::common::{box_walls, collision, quad, surface};
+use crate::verdict::{Truth, exactly, judge};
 use glam::DVec3;
 use radiosity::{
     Batch, Direction, Experiment, IndexChoice, Method, Sampler, Scene, SceneSpec, Sides, Solve, Space,
     SurfaceSpec,
 };
-use verdict::{Truth, exactly, judge};
 
 const X: DVec3 = DVec3::X;
 const Y: DVec3 = DVec3::Y;

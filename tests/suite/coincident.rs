@@ -1,10 +1,7 @@
 //! Coincident surfaces are layers with infinitely thin gaps: whatever is doubled, overlaps or touches, a place has the
 //! light of the scene without twins, by every method.
 
-#[path = "../crates/radiosity/tests/common/mod.rs"]
-mod common;
-
-use common::{box_scene, collision, experiment, flipped, quad, rotation, surface, walk};
+use crate::common::{box_scene, collision, experiment, flipped, quad, rotation, surface, walk};
 use exact::Exact;
 use glam::DVec3;
 use radiosity::{
@@ -44,7 +41,7 @@ fn normal(shape: Shape) -> DVec3 {
 /// A unit cube of R = 0.8 whose second wall emits 1 W/m², the others with twins.
 fn cube(twin: Twin, sides: Sides) -> SceneSpec {
     let wall = |shape| SurfaceSpec { sides, ..surface(shape, R) };
-    let walls = common::box_walls(DVec3::ONE, [1, 1]);
+    let walls = crate::common::box_walls(DVec3::ONE, [1, 1]);
     let mut surfaces: Vec<SurfaceSpec> = walls.iter().map(|&shape| wall(shape)).collect();
     surfaces[1].emittance = 1.0.into();
     let twins = walls.iter().enumerate().filter(|&(i, _)| i != 1).filter_map(|(_, &shape)| match twin {
@@ -110,7 +107,7 @@ fn methods() -> Vec<(Method, u64)> {
 #[test]
 fn a_face_and_its_twin_together_have_the_light_of_the_plain_cube() {
     let plain = cube(Twin::None, Sides::Front);
-    let walls = common::box_walls(DVec3::ONE, [1, 1]);
+    let walls = crate::common::box_walls(DVec3::ONE, [1, 1]);
     let exact = Exact::of_scene(&plain).unwrap();
     let discrete = &exact.solution().irradiance;
     let reference = experiment(&plain, IndexChoice::Auto, collision(Space::Continuous));
@@ -159,7 +156,8 @@ fn cluttered(seed: u64) -> [SceneSpec; 2] {
             cluttered.surfaces.push(if i == before { wall.clone() } else { twin(wall, &mut rng) });
         }
     }
-    let turn = |spec: &SceneSpec| common::map_corners(spec, |p| rotation() * p + DVec3::new(3.0, -1.0, 0.5));
+    let turn =
+        |spec: &SceneSpec| crate::common::map_corners(spec, |p| rotation() * p + DVec3::new(3.0, -1.0, 0.5));
     if seed.is_multiple_of(2) { [plain, cluttered] } else { [&plain, &cluttered].map(turn) }
 }
 
@@ -280,7 +278,7 @@ fn twins_are_found_in_any_pose() {
         spec.surfaces.push(surface(quad(corner, u / 3.0, v, [1, 1]), R));
         spec.surfaces.push(surface(quad(corner + u / 3.0, u - u / 3.0, v, [1, 1]), R));
         let moved = |spec: &SceneSpec| {
-            common::map_corners(spec, |p| scale * (rotation() * (p + DVec3::new(7.3, -2.1, 4.4))))
+            crate::common::map_corners(spec, |p| scale * (rotation() * (p + DVec3::new(7.3, -2.1, 4.4))))
         };
         let scene = Scene::build(&moved(&spec), IndexChoice::Auto).unwrap();
         let mut sizes: Vec<usize> = scene.stacks().iter().map(|stack| stack.surfaces.len()).collect();

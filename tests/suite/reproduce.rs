@@ -1,9 +1,7 @@
 //! The papers' tables and figures at reduced size. A minute of processor time.
 
-mod support;
-
+use crate::support::run;
 use serde_json::Value;
-use support::run;
 
 /// Every row that is held to a claim agrees with it. That any of them differs by chance alone has a probability below
 /// 10⁻³, for all together (Šidák's bound, by which the command judges), once and for all with its seeds.

@@ -1,9 +1,6 @@
 //! Single iterations of BS §4: the variance of each.
 
-#[path = "../crates/radiosity/tests/common/mod.rs"]
-mod common;
-
-use common::box_scene;
+use crate::common::box_scene;
 use exact::{Exact, jacobi_variances, systematic_jacobi_variances};
 use glam::DVec3;
 use radiosity::{IndexChoice, RayBirths, Scene, SceneSpec, Sequence, stochastic_iteration};

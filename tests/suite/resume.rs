@@ -1,12 +1,10 @@
 //! Runs that are stopped, killed, damaged and resumed: the same bytes as if nothing had happened.
 
-mod support;
-
 use std::path::Path;
 use std::process::{Child, Stdio};
 use std::time::Duration;
 
-use support::{answer, finish, path, radwalk, run, run_job, signal, summary, wait_for};
+use crate::support::{answer, finish, path, radwalk, run, run_job, signal, summary, wait_for};
 use tempfile::tempdir;
 
 const JOB: &str = "configs/cube54.toml";
