@@ -3,5 +3,5 @@
 # The log of the last run is docs/chaos.log. Takes some minutes.
 set -eu
 cd "$(dirname "$0")/.."
-RADWALK_CHAOS_FAULTS="${1:-240}" cargo test --release --test chaos -- --nocapture --test-threads 1 > docs/chaos.log
+RADWALK_CHAOS_FAULTS="${1:-240}" cargo test --release --test suite chaos:: -- --nocapture --test-threads 1 > docs/chaos.log
 grep -v '^ *$' docs/chaos.log | tail -4

@@ -1,0 +1,176 @@
+//! Output folders and access files under runs that go wrong: results of one run never stand beside those of another.
+
+use std::fs;
+use std::path::Path;
+use std::process::{Child, Stdio};
+
+use crate::support::{answer, finish, path, radwalk, run, run_job, signal, wait_for};
+use tempfile::tempdir;
+
+const JOB: &str = "configs/cube54.toml";
+const DERIVED: [&str; 3] = ["patches.csv", "summary.json", "radiosity.png"];
+
+/// A run that takes long and writes checkpoints often.
+fn long_run(out: &Path, args: &[&str]) -> Child {
+    let mut command = radwalk();
+    command.args(["run", JOB, "--workers", "1", "--quiet", "--paths", "100000000000"]);
+    command.args(["--set", "budget.checkpoint_seconds=0.05"]).args(args).arg("--out").arg(out);
+    command.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap()
+}
+
+#[test]
+fn a_run_that_replaces_another_and_dies_leaves_nothing_of_the_other() {
+    let folder = tempdir().unwrap();
+    let out = path(&folder, "out");
+    run_job(JOB, &out, &["--paths", "20000", "--seed", "1"]);
+    let before = fs::read(out.join("tally.bin")).unwrap();
+    let mut child = long_run(&out, &["--seed", "2", "--force"]);
+    wait_for("a checkpoint", || (fs::read(out.join("tally.bin")).ok()? != before).then_some(()));
+    wait_for("the next", || out.join("tally.previous.bin").exists().then_some(()));
+    child.kill().unwrap();
+    child.wait().unwrap();
+    for file in DERIVED {
+        assert!(!out.join(file).exists(), "{file} of another seed");
+    }
+    assert!(
+        fs::read(out.join("tally.previous.bin")).unwrap() != before,
+        "nor is it what the run goes on from"
+    );
+}
+
+#[test]
+fn a_table_that_is_not_made_from_the_tally_beside_it_does_not_pass_an_audit() {
+    let folder = tempdir().unwrap();
+    let [one, two] = ["one", "two"].map(|name| path(&folder, name));
+    run_job(JOB, &one, &["--paths", "20000", "--seed", "1"]);
+    run_job(JOB, &two, &["--paths", "20000", "--seed", "2"]);
+    assert_eq!(run(&["audit", one.to_str().unwrap(), "--quiet"]).0, 0);
+    fs::copy(two.join("patches.csv"), one.join("patches.csv")).unwrap();
+    let (code, _, stderr) = run(&["audit", one.to_str().unwrap()]);
+    assert_eq!(code, 3, "{stderr}");
+    assert!(stderr.contains("patches.csv is not made from the tally"), "{stderr}");
+}
+
+#[test]
+fn a_folder_that_is_replaced_under_a_run_keeps_the_results_of_its_own_run() {
+    let folder = tempdir().unwrap();
+    let out = path(&folder, "out");
+    let first = long_run(&out, &["--seed", "1"]);
+    wait_for("a checkpoint", || out.join("tally.bin").exists().then_some(()));
+    // Moved away at once: the run may write at any moment.
+    fs::rename(&out, path(&folder, "away")).unwrap();
+    fs::create_dir(&out).unwrap();
+    fs::write(out.join("mine.txt"), "mine").unwrap();
+    signal("INT", first.id());
+    let (code, _, stderr) = finish(first);
+    assert_eq!(code, 2, "{stderr}");
+    assert!(stderr.contains("is not the one that this run began with"), "{stderr}");
+    let left: Vec<_> = fs::read_dir(&out).unwrap().map(|entry| entry.unwrap().file_name()).collect();
+    assert_eq!(left, ["mine.txt"]);
+}
+
+#[test]
+fn a_run_that_the_clock_ends_before_anything_is_known_is_no_success() {
+    let folder = tempdir().unwrap();
+    let out = path(&folder, "out");
+    run_job(JOB, &out, &["--paths", "20000", "--seed", "1"]);
+    let before = answer(&out);
+    let chains = ["--set", "method.walk=jacobi", "--paths", "80000000", "--set", "budget.wall_seconds=0.001"];
+    let all = [&["run", JOB, "--seed", "2", "--force", "--out", out.to_str().unwrap()][..], &chains].concat();
+    let (code, _, stderr) = run(&all);
+    assert_eq!(code, 1, "{stderr}");
+    assert!(stderr.contains("no walk was finished"), "{stderr}");
+    assert!(answer(&out) == before, "the folder is what it was");
+}
+
+#[test]
+fn a_coordinator_leaves_the_access_file_of_another_alone() {
+    let folder = tempdir().unwrap();
+    let access = path(&folder, "access.json");
+    let coordinate = |name: &str| {
+        let mut command = radwalk();
+        command.args(["coordinate", JOB, "--quiet", "--access"]).arg(&access);
+        command
+            .arg("--out")
+            .arg(path(&folder, name))
+            .stdout(Stdio::null())
+            .stderr(Stdio::null())
+            .spawn()
+            .unwrap()
+    };
+    let first = coordinate("one");
+    let of_first = wait_for("the access file", || fs::read(&access).ok());
+    let second = coordinate("two");
+    let of_second =
+        wait_for("another access file", || fs::read(&access).ok().filter(|file| *file != of_first));
+    signal("INT", first.id());
+    assert_eq!(finish(first).0, 130);
+    assert_eq!(fs::read(&access).unwrap(), of_second);
+    signal("INT", second.id());
+    assert_eq!(finish(second).0, 130);
+    assert!(!access.exists());
+}
+
+/// `timeout` signals its child and then the child's group.
+#[test]
+fn a_signal_that_comes_twice_is_one() {
+    let folder = tempdir().unwrap();
+    let out = path(&folder, "out");
+    let child = long_run(&out, &[]);
+    wait_for("a checkpoint", || out.join("tally.bin").exists().then_some(()));
+    signal("TERM", child.id());
+    signal("TERM", child.id());
+    let (code, _, stderr) = finish(child);
+    assert_eq!(code, 130, "{stderr}");
+    for file in DERIVED {
+        assert!(out.join(file).exists(), "{file}");
+    }
+}
+
+/// The checksum of a forged tally is right.
+#[test]
+fn a_forged_tally_is_refused_in_words() {
+    let folder = tempdir().unwrap();
+    let [out, merged] = ["out", "merged"].map(|name| path(&folder, name));
+    run_job(JOB, &out, &["--paths", "20000"]);
+    let whole = fs::read(out.join("tally.bin")).unwrap();
+    for (layout, patches) in [([1, 2, 0], 53_u64), ([0, 0, 0], 54), ([2, 1, 0], 54), ([1, 1, 1], 54)] {
+        let columns = u64::from(layout[0] * layout[1] + layout[2]);
+        let mut forged = whole.clone();
+        forged[12..15].copy_from_slice(&layout);
+        forged[16..24].copy_from_slice(&patches.to_le_bytes());
+        let sums = 16 * 54 * 2..whole.len() - 304 - 32;
+        forged.truncate(304);
+        forged.extend(&whole[304..304 + 16 * (patches * columns) as usize]);
+        forged.extend(&whole[304..][sums]);
+        forged.extend(*blake3::hash(&forged).as_bytes());
+        fs::write(out.join("tally.bin"), &forged).unwrap();
+        let of_out = out.to_str().unwrap();
+        for args in [
+            &["run", JOB, "--resume", "--out", of_out][..],
+            &["merge", of_out, "--out", merged.to_str().unwrap()],
+            &["audit", of_out],
+        ] {
+            let (code, _, stderr) = run(args);
+            assert_eq!(code, 2, "{layout:?} {patches} {args:?}: {stderr}");
+            assert!(!stderr.contains("panicked"), "{stderr}");
+        }
+    }
+}
+
+#[test]
+fn what_a_file_holds_does_not_command_the_terminal() {
+    let folder = tempdir().unwrap();
+    let job = path(&folder, "job.toml");
+    fs::write(&job, "scene = \"x.toml\"\n\"\\u001b]0;owned\\u0007\" = 1\n").unwrap();
+    let (code, _, stderr) = run(&["check", job.to_str().unwrap()]);
+    assert_eq!(code, 2, "{stderr}");
+    assert!(stderr.contains("]0;owned") && !stderr.contains('\u{1b}'), "{stderr:?}");
+}
+
+#[test]
+fn intervals_that_can_hardly_fail_are_wide_and_no_panic() {
+    let folder = tempdir().unwrap();
+    let sure = ["--set", "confidence=0.9999999999999999", "--set", "simultaneous=true", "--paths", "20000"];
+    run_job(JOB, &path(&folder, "out"), &sure);
+}

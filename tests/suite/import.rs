@@ -1,0 +1,104 @@
+//! Meshes end to end: `run`, `check`, the doctor, `new`.
+
+use std::path::{Path, PathBuf};
+
+use crate::support::{columns, run, run_job};
+
+/// A folder that no other test uses.
+fn folder(name: &str) -> PathBuf {
+    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join("import").join(name);
+    let _ = std::fs::remove_dir_all(&path);
+    std::fs::create_dir_all(&path).unwrap();
+    path
+}
+
+/// The inner sides of a unit cube as polygons of an OBJ file, z up, the ceiling of the material `lamp`.
+const OBJ: &str = "mtllib cube.mtl\no Cube\n\
+    v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\n\
+    usemtl wall\nf 1 2 3 4\nf 1 5 6 2\nf 4 3 7 8\nf 1 4 8 5\nf 2 6 7 3\n\
+    usemtl lamp\nf 5 8 7 6\n";
+
+const MTL: &str = "newmtl wall\nKd 0.5 0.5 0.5\nKs 0.25 0.25 0.25\nnewmtl lamp\nKd 0 0 0\nKe 3 3 3\n";
+
+/// The same cube as a scene.
+fn toml() -> String {
+    let corners = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]];
+    let faces = [[1, 2, 3, 4], [1, 5, 6, 2], [4, 3, 7, 8], [1, 4, 8, 5], [2, 6, 7, 3], [5, 8, 7, 6]];
+    let mut text = "[material.wall]\nreflectance = 0.5\n[material.lamp]\nemittance = 3\n".to_owned();
+    for (number, [a, b, c, d]) in faces.into_iter().enumerate() {
+        let material = if number == 5 { "lamp" } else { "wall" };
+        for triangle in [[a, b, c], [a, c, d]] {
+            let triangle = triangle.map(|corner: usize| corners[corner - 1]);
+            text += &format!("[[surface]]\nmaterial = \"{material}\"\ntriangle = {triangle:?}\n");
+        }
+    }
+    text
+}
+
+fn written(name: &str) -> PathBuf {
+    let folder = folder(name);
+    std::fs::write(folder.join("cube.obj"), OBJ).unwrap();
+    std::fs::write(folder.join("cube.mtl"), MTL).unwrap();
+    std::fs::write(folder.join("cube.toml"), toml()).unwrap();
+    folder
+}
+
+#[test]
+fn a_mesh_has_the_bytes_of_its_scene_but_names() {
+    let folder = written("bytes");
+    let rows = |file: &str, more: &[&str]| {
+        let out = folder.join(format!("out-{file}"));
+        let args = [&["--paths", "20000", "--workers", "2"], more].concat();
+        let summary = run_job(folder.join(file).to_str().unwrap(), &out, &args);
+        (columns(&out.join("patches.csv")), summary)
+    };
+    let (mut toml, summary) = rows("cube.toml", &[]);
+    assert!(summary.get("import").is_none());
+    let (mut obj, summary) = rows("cube.obj", &["--set", "import.up=z", "--set", "import.sides=1"]);
+    assert!(summary["import"].to_string().contains("specular reflectance 0.25"));
+    assert_eq!((summary["escaped"].as_u64(), summary["absorbed_back"].as_u64()), (Some(0), Some(0)));
+    assert_eq!(obj.remove("surface").unwrap()[2], "Cube:1");
+    toml.remove("surface");
+    assert_eq!(obj, toml);
+}
+
+#[test]
+fn the_doctor_finds_turns_and_names() {
+    let folder = written("doctor");
+    let file = folder.join("cube.obj");
+    std::fs::write(&file, OBJ.replace("f 1 4 8 5", "f 5 8 4 1")).unwrap();
+    let file = file.to_str().unwrap();
+    let sides = ["--set", "import.up=z", "--set", "import.sides=1"];
+    let check = |more: &[&str]| run(&[&["check", file], &sides[..], more].concat());
+    let (code, said, _) = check(&["--fix-report"]);
+    assert!(code == 0 && said.contains("flipped: Cube:3 is turned round"), "{said}");
+    let (code, said, _) = check(&["--repair"]);
+    assert!(code == 0 && said.contains("cube.repaired.toml"), "{said}");
+    let repaired = folder.join("cube.repaired.toml");
+    let (code, said, _) = run(&["check", repaired.to_str().unwrap(), "--fix-report"]);
+    assert!(code == 0 && said.contains("the doctor finds nothing wrong"), "{said}");
+    let (code, _, said) = check(&["--repair"]);
+    assert!(code == 2 && said.contains("is there already"), "{said}");
+    let (code, said, _) = check(&["--set", "import.repair=true", "--fix-report"]);
+    assert!(code == 0 && said.contains("turned round, the file is unchanged: Cube:3"), "{said}");
+    assert!(said.contains("the doctor finds nothing wrong"), "{said}");
+}
+
+#[test]
+fn new_scenes_run_and_are_sound() {
+    let folder = folder("new");
+    let out = folder.to_str().unwrap();
+    for kind in ["box", "room", "cornell"] {
+        let (code, said, error) = run(&["new", kind, "--out", out]);
+        assert_eq!(code, 0, "{said}{error}");
+        let job = folder.join(format!("{kind}.toml"));
+        let results = folder.join(kind);
+        run_job(job.to_str().unwrap(), &results, &["--paths", "5000", "--workers", "1"]);
+        let (code, _, error) = run(&["new", kind, "--out", out]);
+        assert!(code == 2 && error.contains("is there already"), "{error}");
+        if kind != "cornell" {
+            let (_, said, _) = run(&["check", job.to_str().unwrap(), "--fix-report"]);
+            assert!(said.contains("the doctor finds nothing wrong"), "{kind}: {said}");
+        }
+    }
+}

@@ -1,0 +1,264 @@
+//! Chains of stochastic Jacobi against exact solutions, against walks and against themselves: means, standard errors,
+//! intervals. Long versions: `cargo test --release --test suite jacobi:: -- --ignored --nocapture`, some minutes.
+
+use crate::common::{box_scene, collision, quad, surface};
+use crate::verdict::{CONFIDENCE, Mean, Truth, exactly, judge, long_run, run, solve};
+use glam::DVec3;
+use radiosity::{
+    Batch, Counts, Direction, EstimatorKind, Experiment, IndexChoice, Iterations, Method, Phase, RayBirths,
+    Sampler, Scene, SceneSpec, Sequence, Sides, Solution, Solve, Space, Spectrum, SurfaceSpec,
+};
+
+fn experiment(spec: &SceneSpec, direction: Direction) -> Experiment {
+    let scene = Scene::build(spec, IndexChoice::Auto).unwrap();
+    Experiment::new(scene, Method { direction, ..collision(Space::Discrete) }).unwrap()
+}
+
+/// Chains of so many rays.
+fn chains(spec: &SceneSpec, chain_rays: u64) -> Experiment {
+    experiment(spec, Direction::Jacobi { chain_rays, solve: Solve::Links })
+}
+
+/// The same by iterations.
+fn iterations(spec: &SceneSpec, chain_rays: u64, plan: Iterations) -> Experiment {
+    experiment(spec, Direction::Jacobi { chain_rays, solve: Solve::Iterations(plan) })
+}
+
+/// Batches of so many shooting walks.
+fn sobol(spec: &SceneSpec, walks: u64, method: Method) -> Experiment {
+    let scene = Scene::build(spec, IndexChoice::Auto).unwrap();
+    Experiment::new(scene, Method { batch: Some(Batch { walks, sampler: Sampler::Sobol }), ..method })
+        .unwrap()
+}
+
+#[test]
+fn intervals_are_true_on_cube54_down_to_the_fewest_rays() {
+    let cube = scenes::cube(3);
+    let truth = exactly(&cube);
+    for chain_rays in [16 * 54, 1 << 12] {
+        judge(&chains(&cube, chain_rays), &truth, 100).agrees(0.05);
+    }
+}
+
+#[test]
+fn intervals_are_true_where_light_hides() {
+    let rooms = two_rooms();
+    let truth = long_run(&chains(&rooms, 1 << 17), 32);
+    judge(&chains(&rooms, 1 << 14), &truth, 60).agrees(0.3);
+}
+
+/// BS §4's own iterations, by both births and both kinds of numbers.
+#[test]
+fn intervals_of_iterations_are_true() {
+    let cube = scenes::cube(3);
+    let truth = exactly(&cube);
+    for sampler in [Sampler::Random, Sampler::Sobol] {
+        for births in [RayBirths::Systematic, RayBirths::Multinomial] {
+            let plan = Iterations { births, sampler, ..Iterations::default() };
+            judge(&iterations(&cube, 1 << 13, plan), &truth, 100).agrees(0.05);
+        }
+    }
+}
+
+/// Iterations of one chain begin where others have ended: in rooms that light leaves slowly they err together. Intervals
+/// from their spread cover two thirds of the truth, those from the spread of chains what they say.
+#[test]
+fn the_spread_of_iterations_is_no_error() {
+    let rooms = two_rooms();
+    let truth = long_run(&chains(&rooms, 1 << 17), 32);
+    let plan = Iterations::default();
+    let experiment = iterations(&rooms, 1 << 14, plan);
+    let quantile = stats::student_quantile(0.5 + 0.5 * CONFIDENCE, u64::from(plan.regular) - 1);
+    let coverage = |chain: u64| {
+        let all = experiment.iterations(&Sequence::new(5), chain).unwrap();
+        let regular: Vec<_> = all.iter().filter(|iteration| iteration.phase == Phase::Regular).collect();
+        let covers = |i: &usize| {
+            let b: Vec<f64> = regular.iter().map(|iteration| 0.95 * iteration.irradiance[*i]).collect();
+            Mean::of(&b).is(truth[*i].0, quantile)
+        };
+        // Patch 0 emits.
+        (1..truth.len()).filter(covers).count() as f64 / (truth.len() - 1) as f64
+    };
+    let naive = Mean::of(&(0..60).map(coverage).collect::<Vec<_>>());
+    println!("naive intervals cover {naive:?}");
+    assert!(naive.value > 0.45 && naive.value + 4.0 * naive.error < 0.9, "{naive:?}");
+    judge(&experiment, &truth, 60).agrees(0.3);
+}
+
+/// Walks that share Sobol sequences, by several estimators; continuous ones against random ones.
+#[test]
+fn intervals_of_sobol_walks_are_true() {
+    let cube = scenes::cube(3);
+    let truth = exactly(&cube);
+    for estimator in [EstimatorKind::Collision, EstimatorKind::Survival, EstimatorKind::Infinite] {
+        let method = Method { estimator, ..collision(Space::Discrete) };
+        judge(&sobol(&cube, 1 << 12, method), &truth, 60).agrees(0.06);
+    }
+    let continuous = collision(Space::Continuous);
+    let scene = Scene::build(&cube, IndexChoice::Auto).unwrap();
+    let truth = long_run(&Experiment::new(scene, continuous.clone()).unwrap(), 20_000_000);
+    judge(&sobol(&cube, 1 << 12, continuous), &truth, 60).agrees(0.06);
+}
+
+/// Open, hidden, two-sided, coloured.
+#[test]
+fn intervals_are_true_in_any_scene() {
+    let mut open = box_scene(DVec3::new(2.0, 1.0, 1.0), [3, 2]);
+    open.surfaces.remove(1);
+    judge(&chains(&open, 1 << 12), &exactly(&open), 100).agrees(0.06);
+
+    let mut parted = box_scene(DVec3::new(2.0, 1.0, 1.0), [2, 2]);
+    let wall = quad(DVec3::new(1.1, 0.0, 0.0), DVec3::Y, 0.7 * DVec3::Z, [2, 2]);
+    parted.surfaces.push(SurfaceSpec { sides: Sides::Both, ..surface(wall, 0.7) });
+    judge(&chains(&parted, 1 << 12), &exactly(&parted), 100).agrees(0.06);
+
+    let mut coloured = scenes::cube(3);
+    coloured.surfaces[2].reflectance = Spectrum::rgb([0.9, 0.5, 0.1]);
+    coloured.surfaces[0].cell_emittance.push((0, Spectrum::rgb([0.0, 0.5, 2.0])));
+    let channels: Vec<Truth> = (0..3).map(|c| exactly(&coloured.channel(c))).collect();
+    let truth = (0..54).flat_map(|i| channels.iter().map(move |channel| channel[i])).collect();
+    judge(&chains(&coloured, 1 << 12), &truth, 100).agrees(0.06);
+}
+
+/// Uniform E and R in a closed scene: B = E/(1 − R) whatever the rays do, since no difference goes along a link.
+#[test]
+fn a_furnace_is_exact_with_any_rays() {
+    let mut spec = box_scene(DVec3::new(2.0, 1.0, 1.0), [3, 2]);
+    for surface in &mut spec.surfaces {
+        (surface.reflectance, surface.emittance) = (0.75.into(), 0.5.into());
+        surface.cell_emittance.clear();
+    }
+    for estimate in solve(&chains(&spec, 600), 5, 2).estimates.into_iter().flatten() {
+        assert!((estimate.radiosity - 2.0).abs() < 1e-4, "{estimate:?}");
+    }
+}
+
+/// Emitted = absorbed + escaped, chain by chain. A black lamp hangs in an open box: what it absorbs is known to within
+/// noise, a thousandth of all; what the walls absorb, to the tolerance of the solver.
+#[test]
+fn energy_is_conserved() {
+    let mut spec = box_scene(DVec3::new(2.0, 1.0, 1.0), [3, 2]);
+    spec.surfaces.remove(1);
+    spec.surfaces[0].cell_emittance.clear();
+    let lamp = surface(quad(DVec3::new(0.9, 0.4, 0.6), 0.2 * DVec3::X, 0.2 * DVec3::Y, [1, 1]), 0.0);
+    spec.surfaces.push(SurfaceSpec { sides: Sides::Both, emittance: 1.0.into(), ..lamp });
+    let experiment = chains(&spec, 1 << 16);
+    let scene = experiment.scene();
+    for seed in 0..3 {
+        let tally = run(&experiment, seed, 1);
+        let estimates = Solution::new(&experiment, &tally, CONFIDENCE).estimates;
+        let absorbed = scene.faces().iter().zip(estimates.into_iter().flatten()).map(|(patch, estimate)| {
+            (1.0 - patch.reflectance[0]) * patch.area * estimate.irradiance.unwrap()
+        });
+        let escaped = tally.counts.escaped_weight[0] as f64 / Counts::WEIGHT_UNITS;
+        let balance = absorbed.sum::<f64>() / scene.total_power(0) + escaped;
+        assert!((balance - 1.0).abs() < 1e-3, "{balance}");
+        assert!(escaped > 0.1 && tally.counts.escaped > 0, "the box is open");
+    }
+}
+
+/// Of 8 chains, the first 3 are the same in a run of 3.
+#[test]
+fn chains_are_a_function_of_their_number() {
+    let experiment = chains(&scenes::cube(3), 2000);
+    let sequence = Sequence::new(3);
+    let tally = |ranges: &[[u64; 2]]| {
+        let mut board = experiment.board::<2>();
+        for &[start, end] in ranges {
+            experiment.walk(&sequence, start..end, &mut board);
+        }
+        board.take().unwrap()
+    };
+    let whole = tally(&[[0, 8]]);
+    assert_eq!(whole, tally(&[[5, 8], [0, 3], [3, 5]]));
+    assert_ne!(whole, tally(&[[1, 9]]));
+    assert_eq!((whole.counts.walks, whole.counts.rays), (8, 16_000));
+    assert_eq!((0..54).map(|patch| whole.events(patch)).sum::<u128>(), 16_000, "no ray escapes a cube");
+}
+
+/// One chain cannot tell its error: all that is known is that no radiosity exceeds max E/(1 − max R).
+#[test]
+fn a_single_chain_claims_nothing() {
+    let experiment = chains(&scenes::cube(3), 2000);
+    for estimate in solve(&experiment, 1, 1).estimates.into_iter().flatten() {
+        assert_eq!(estimate.std_error, None);
+        assert!(estimate.ci_high >= 0.3 / (1.0 - 0.8) && estimate.ci_low <= 1.0, "{estimate:?}");
+    }
+}
+
+#[test]
+#[ignore = "a minute; run with --release"]
+fn long_cube54() {
+    let cube = scenes::cube(3);
+    let truth = exactly(&cube);
+    for chain_rays in [16 * 54, 1 << 13, 1 << 17] {
+        judge(&chains(&cube, chain_rays), &truth, 200).is_true();
+    }
+}
+
+#[test]
+#[ignore = "minutes; run with --release"]
+fn long_two_rooms() {
+    let rooms = two_rooms();
+    let truth = long_run(&chains(&rooms, 1 << 20), 64);
+    judge(&chains(&rooms, 1 << 14), &truth, 1000).is_true();
+}
+
+#[test]
+#[ignore = "minutes; run with --release"]
+fn long_iterations_and_sobol_walks() {
+    let (cube, rooms, cornell) = (scenes::cube(3), two_rooms(), scenes::cornell());
+    let studies = [
+        (&cube, exactly(&cube), [16 * 54, 1 << 13]),
+        (&rooms, long_run(&chains(&rooms, 1 << 20), 64), [1 << 12, 1 << 14]),
+        (&cornell, long_run(&experiment(&cornell, Direction::Shooting), 100_000_000), [16 * 3000, 1 << 17]),
+    ];
+    for (spec, truth, rays) in &studies {
+        for rays in rays {
+            for sampler in [Sampler::Random, Sampler::Sobol] {
+                for births in [RayBirths::Systematic, RayBirths::Multinomial] {
+                    println!("{rays} rays, {sampler:?}, {births:?}");
+                    let plan = Iterations { births, sampler, ..Iterations::default() };
+                    judge(&iterations(spec, *rays, plan), truth, 200);
+                }
+            }
+            println!("{rays} Sobol walks");
+            judge(&sobol(spec, *rays, collision(Space::Discrete)), truth, 200);
+        }
+    }
+}
+
+/// How many rays per patch and chain intervals need where hardly any ray goes through: the hole between two rooms.
+#[test]
+#[ignore = "minutes; run with --release"]
+fn long_few_rays_in_two_rooms() {
+    let rooms = two_rooms();
+    let truth = long_run(&chains(&rooms, 1 << 20), 64);
+    for rays_per_patch in [16, 20, 32, 64, 128, 256] {
+        let rays = rays_per_patch * truth.len() as u64;
+        println!("{rays_per_patch} rays per patch: links, Sobol walks");
+        judge(&chains(&rooms, rays), &truth, 1000);
+        judge(&sobol(&rooms, rays / 16, collision(Space::Discrete)), &truth, 200);
+    }
+    for rays_per_patch in [256, 1024, 4096, 16_384] {
+        for births in [RayBirths::Systematic, RayBirths::Multinomial] {
+            println!("{rays_per_patch} rays per patch: iterations, {births:?}");
+            let plan = Iterations { births, ..Iterations::default() };
+            judge(&iterations(&rooms, rays_per_patch * truth.len() as u64, plan), &truth, 200);
+        }
+    }
+}
+
+/// Against walks, which know nothing of links.
+#[test]
+#[ignore = "minutes; run with --release"]
+fn long_cornell() {
+    let cornell = scenes::cornell();
+    let truth = long_run(&experiment(&cornell, Direction::Shooting), 100_000_000);
+    judge(&chains(&cornell, 1 << 17), &truth, 200).is_true();
+}
+
+/// Two rooms that exchange 1 %, R = 0.95.
+fn two_rooms() -> SceneSpec {
+    scenes::two_rooms(0.1, 0.95)
+}

@@ -1,0 +1,37 @@
+//! The program and its crates as a whole: one binary, since thirty of them would each link everything.
+
+#[path = "../../crates/radiosity/tests/common/mod.rs"]
+mod common;
+mod support;
+mod verdict;
+
+mod against_exact;
+mod chaos;
+mod chosen;
+mod coincident;
+mod colour;
+mod compare;
+mod continuous;
+mod coverage;
+mod disk;
+mod estimators;
+mod exact_command;
+mod final_gather;
+mod folders;
+mod follow;
+mod general_scenes;
+mod import;
+mod independent;
+mod jacobi;
+mod jacobi_iterations;
+mod jacobi_run;
+mod plan;
+mod refusals;
+mod relay;
+mod reproduce;
+mod resume;
+mod rooms;
+mod run;
+mod sign;
+mod sobol_run;
+mod stability;

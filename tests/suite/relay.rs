@@ -1,0 +1,107 @@
+//! Relays as processes: workers and relays are killed and stopped, and the answer is that of a run without any.
+
+use std::path::{Path, PathBuf};
+use std::process::{Child, Stdio};
+use std::thread;
+use std::time::Duration;
+
+use crate::support::{answer, finish, path, radwalk, run, run_job, signal, summary, wait_for};
+use tempfile::{TempDir, tempdir};
+
+const JOB: &str = "configs/cube54.toml";
+
+/// Long enough for some leases.
+const WHILE: Duration = Duration::from_millis(300);
+
+fn coordinate(out: &Path, access: &Path) -> Child {
+    let mut command = radwalk();
+    command.args(["coordinate", JOB, "--quiet", "--paths", "1000000000000"]);
+    command.args(["--set", "budget.checkpoint_seconds=0.1"]);
+    command.arg("--out").arg(out).arg("--access").arg(access);
+    command.stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap()
+}
+
+fn work(access: &Path) -> Child {
+    radwalk().args(["work", "--quiet", "--wait", "60", "--access"]).arg(access).spawn().unwrap()
+}
+
+/// A relay and two workers of it.
+struct Branch {
+    access: PathBuf,
+    relay: Child,
+    workers: [Child; 2],
+}
+
+impl Branch {
+    fn start(folder: &TempDir, name: &str, upstream: &Path) -> Self {
+        let access = path(folder, name);
+        let mut command = radwalk();
+        command.args(["relay", "--quiet", "--wait", "60", "--access"]).arg(upstream);
+        let relay = command.arg("--out-access").arg(&access).spawn().unwrap();
+        let workers = [(); 2].map(|()| work(&access));
+        Branch { access, relay, workers }
+    }
+}
+
+fn kill(mut child: Child) {
+    child.kill().unwrap();
+    child.wait().unwrap();
+}
+
+#[test]
+fn relays_that_come_and_go_leave_no_trace_in_the_answer() {
+    let folder = tempdir().unwrap();
+    let (out, access) = (path(&folder, "out"), path(&folder, "access.json"));
+    let coordinator = coordinate(&out, &access);
+    wait_for("the access file", || access.exists().then_some(()));
+    let [one, two] = ["one.json", "two.json"].map(|name| Branch::start(&folder, name, &access));
+    let direct = work(&access);
+    wait_for("a checkpoint", || out.join("tally.bin").exists().then_some(()));
+    thread::sleep(WHILE);
+
+    // A worker behind a relay dies.
+    let [victim, rest] = one.workers;
+    kill(victim);
+    thread::sleep(WHILE);
+    // A relay dies. Its workers would look for another.
+    kill(two.relay);
+    two.workers.into_iter().for_each(kill);
+    assert!(two.access.exists());
+    let three = Branch::start(&folder, "three.json", &access);
+    thread::sleep(WHILE);
+    // A relay is stopped: its walks go to others, its workers home.
+    signal("INT", one.relay.id());
+    assert_eq!(finish(one.relay).0, 130);
+    assert_eq!(finish(rest).0, 0);
+    assert!(!one.access.exists());
+    wait_for("the third relay", || three.access.exists().then_some(()));
+    thread::sleep(WHILE);
+
+    signal("INT", coordinator.id());
+    assert_eq!(finish(coordinator).0, 130);
+    for process in [direct, three.relay].into_iter().chain(three.workers) {
+        assert_eq!(finish(process).0, 0);
+    }
+    assert!(!three.access.exists());
+
+    let seen = summary(&out);
+    assert_eq!((seen["workers_seen"].as_u64(), seen["workers_lost"].as_u64()), (Some(4), Some(2)));
+    let calm = path(&folder, "calm");
+    run_job(JOB, &calm, &["--paths", &seen["paths"].to_string()]);
+    assert!(answer(&out) == answer(&calm), "relays changed the answer");
+}
+
+#[test]
+fn a_relay_that_cannot_begin_says_why() {
+    let folder = tempdir().unwrap();
+    let file = path(&folder, "access.json");
+    let file = file.to_str().unwrap();
+    let (code, _, told) = run(&["relay", "--access", file, "--out-access", file]);
+    assert_eq!(code, 2, "{told}");
+    assert!(told.contains("--out-access"), "{told}");
+    let (code, _, told) = run(&["relay", "--access", file, "--out-access", &format!("{file}.2")]);
+    assert_eq!(code, 2, "{told}");
+    let (code, _, told) =
+        run(&["relay", "--access", file, "--out-access", &format!("{file}.2"), "--listen", "nowhere"]);
+    assert_eq!(code, 3, "{told}");
+}
