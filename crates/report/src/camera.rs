@@ -9,6 +9,7 @@
 
 use glam::DVec3;
 use radiosity::{Ray, Scene};
+use serde::Serialize;
 
 /// Half the field of view: tan 20°, about that of a 50 mm lens.
 const TAN_HALF_VIEW: f64 = 0.363_970_234_266_202_36;
@@ -85,12 +86,27 @@ pub struct Sight {
     cosine: f64,
 }
 
+/// Where a scene is seen from, in the coordinates of its file.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Viewpoint {
+    /// The eye [m].
+    pub eye: [f64; 3],
+    /// The middle of the scene [m].
+    pub look_at: [f64; 3],
+    /// The direction that is up, of length 1.
+    pub up: [f64; 3],
+    /// The field of view from the lower to the upper edge [degrees].
+    pub fov: f64,
+}
+
 /// A perspective camera.
 #[derive(Clone, Debug)]
 pub struct Camera {
     eye: DVec3,
     right: DVec3,
     up: DVec3,
+    /// The direction that the scene calls up.
+    vertical: DVec3,
     /// From the eye to the middle of the scene, length 1.
     forward: DVec3,
     /// The left and upper edge of the picture, on the plane at distance 1 from the eye.
@@ -123,6 +139,20 @@ impl Camera {
             }
         }
         best.1
+    }
+
+    /// Where it stands.
+    pub fn viewpoint(&self, scene: &Scene) -> Viewpoint {
+        let eye = self.eye + scene.origin();
+        let bounds = Bounds::of(scene);
+        let distance = (bounds.middle() - self.eye).dot(self.forward);
+        let half_height = 0.5 * f64::from(self.size[1]) * self.pixel;
+        Viewpoint {
+            eye: eye.to_array(),
+            look_at: (eye + self.forward * distance).to_array(),
+            up: self.vertical.to_array(),
+            fov: 2.0 * half_height.atan().to_degrees(),
+        }
     }
 
     /// What is seen at points of the picture: x, y in pixels, from the upper left corner.
@@ -253,6 +283,7 @@ impl Frame {
             eye: bounds.middle() + back * distance,
             right,
             up,
+            vertical: self.up,
             forward: -back,
             left: window.min[0],
             top: window.max[1],

@@ -8,17 +8,20 @@ mod chart;
 mod error;
 mod exact_csv;
 mod model;
+mod page;
 mod patches;
 mod picture;
 #[cfg(test)]
 mod scenes;
 mod summary;
 
+pub use camera::Viewpoint;
 pub use atomic::{Draft, OutputFolder, replace_atomically, write_atomically};
 pub use chart::{Axis, Chart, Point, Series, Style};
 pub use error::Error;
 pub use exact_csv::{ExactBounds, ExactColumns, ExactSummary, write_exact};
 pub use model::{Bounce, Model};
+pub use page::{Milestone, Page};
 pub use patches::{face_words, flags, side_name, write_patches};
 pub use picture::Picture;
 pub use summary::{

@@ -4,7 +4,7 @@ use std::io::{self, Write};
 
 use radiosity::Scene;
 
-use crate::camera::{Camera, Sight};
+use crate::camera::{Camera, Sight, Viewpoint};
 
 /// The longer side of a picture [pixels].
 const SIZE: u32 = 800;
@@ -25,7 +25,7 @@ const EXPOSED_SHARE: f64 = 0.95;
 const EXPOSED_LIGHT: f64 = 0.7;
 
 /// A picture of a scene: grey, or in colour where the scene is.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Picture {
     /// Pixels per row.
     pub width: u32,
@@ -35,6 +35,8 @@ pub struct Picture {
     pub channels: usize,
     /// sRGB-encoded, row by row from the top, the channels of a pixel side by side.
     pub pixels: Vec<u8>,
+    /// Where the scene is seen from.
+    pub viewpoint: Viewpoint,
 }
 
 impl Picture {
@@ -102,7 +104,8 @@ impl<'a> Studio<'a> {
         let pixels = lights.into_iter().flatten().flat_map(|light| {
             light.into_iter().take(channels).map(|light| (encode(light) * 255.0).round() as u8)
         });
-        Picture { width, height, channels, pixels: pixels.collect() }
+        let viewpoint = self.camera.viewpoint(self.scene);
+        Picture { width, height, channels, pixels: pixels.collect(), viewpoint }
     }
 
     /// The light of one pixel whose corners look alike: patches are flat, so that it needs no further look. `None` where

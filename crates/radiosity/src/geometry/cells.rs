@@ -52,3 +52,24 @@ pub(crate) fn cell_centroid(shape: &Shape, cell: u32) -> [f64; 2] {
         Shape::Triangle { rows, .. } => point_in_triangle_cell(cell, rows, [1.0 / 3.0, 1.0 / 3.0]),
     }
 }
+
+/// The corners of a cell in local coordinates, counter-clockwise as seen from the front: four of a parallelogram's cell,
+/// three of a triangle's.
+pub(crate) fn cell_corners(shape: &Shape, cell: u32) -> Vec<[f64; 2]> {
+    match *shape {
+        Shape::Parallelogram { cells: [nu, nv], .. } => {
+            let (i, j) = (cell / nv, cell % nv);
+            let point = |(di, dj)| [f64::from(i + di) / f64::from(nu), f64::from(j + dj) / f64::from(nv)];
+            [(0, 0), (1, 0), (1, 1), (0, 1)].map(point).into()
+        }
+        Shape::Triangle { rows, .. } => {
+            let row = cell.isqrt();
+            let position = cell - row * row;
+            let (i, j) = (row - position / 2, position / 2);
+            let point = |(i, j)| [f64::from(i) / f64::from(rows), f64::from(j) / f64::from(rows)];
+            let upright = position.is_multiple_of(2);
+            let corners = if upright { [(i, j), (i + 1, j), (i, j + 1)] } else { [(i, j + 1), (i - 1, j + 1), (i, j)] };
+            corners.map(point).into()
+        }
+    }
+}

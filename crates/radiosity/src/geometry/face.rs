@@ -6,7 +6,7 @@
 
 use glam::DVec3;
 
-use crate::geometry::cells::cell_centroid;
+use crate::geometry::cells::{cell_centroid, cell_corners};
 use crate::geometry::spec::Side;
 use crate::geometry::spec::{SceneSpec, Shape, Sides, Spectrum};
 
@@ -139,6 +139,23 @@ impl Faces {
             reflectance: common.reflectance,
             emittance: single.map_or(common.emittance, |i| self.single[i].1),
         }
+    }
+
+    /// The corners of face `i` in the coordinates of the file [m], counter-clockwise as seen from its own side: four of a
+    /// parallelogram's cell, three of a triangle's.
+    ///
+    /// # Panics
+    /// Where there is no such face.
+    pub fn corners(&self, i: usize) -> Vec<DVec3> {
+        let Face { patch, side, surface, .. } = self.get(i);
+        let Common { first, shape, .. } = &self.surfaces[surface as usize];
+        let (corner, e_u, e_v) = shape.edges();
+        let point = |[u, v]: [f64; 2]| corner + e_u * u + e_v * v;
+        let mut corners: Vec<DVec3> = cell_corners(shape, patch - first).into_iter().map(point).collect();
+        if side == Side::Back {
+            corners.reverse();
+        }
+        corners
     }
 
     /// The patch and side of a face.

@@ -1,0 +1,337 @@
+//! `report.html`: one file with the answer in words, the scene in three dimensions, and the table that both are made from.
+//!
+//! Words, tables and charts are written here and need no script. The scene is shown by `assets/viewer.js.gz`, which
+//! `web/build.mjs` bundles from `web/src` and three.js; the page opens without a network.
+
+use std::io::{self, Read, Write};
+
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
+use flate2::Compression;
+use flate2::read::GzDecoder;
+use flate2::write::ZlibEncoder;
+use minijinja::{AutoEscape, Environment, context};
+use radiosity::Estimates;
+use serde::Serialize;
+
+use crate::camera::Viewpoint;
+use crate::chart::{Axis, Chart, Point, Series, Style};
+use crate::patches::write_patches;
+use crate::summary::{Energy, Summary};
+
+const TEMPLATE: &str = include_str!("../assets/report.html");
+const STYLE: &str = include_str!("../assets/page.css");
+const SCRIPT: &[u8] = include_bytes!("../assets/viewer.js.gz");
+
+/// Points of the curve of errors over the area.
+const PROFILE_POINTS: usize = 200;
+
+/// A walk count at which the error was looked at.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Milestone {
+    /// N.
+    pub paths: f64,
+    /// The relative half-width that half of the area keeps within.
+    pub median_relative_error: f64,
+    /// The largest relative half-width.
+    pub max_relative_error: f64,
+}
+
+/// What the page shows.
+#[derive(Clone, Copy, Debug)]
+pub struct Page<'a> {
+    /// The name of the job.
+    pub name: &'a str,
+    /// The summary of the run.
+    pub summary: &'a Summary,
+    /// What is known of every face.
+    pub estimates: &'a Estimates<'a>,
+    /// The errors at the looks of the run, in the order of walks.
+    pub milestones: &'a [Milestone],
+    /// The command that makes the same numbers again.
+    pub command: &'a str,
+    /// Where the scene is seen from at first.
+    pub viewpoint: Viewpoint,
+}
+
+/// The parts of the page's data that its script reads as JSON.
+#[derive(Serialize)]
+struct Facts<'a> {
+    summary: &'a Summary,
+    units: Units,
+    view: Viewpoint,
+}
+
+#[derive(Serialize)]
+struct Units {
+    light: &'static str,
+    flux: &'static str,
+}
+
+/// A part of the area and the error that it keeps within.
+#[derive(Serialize)]
+struct Quantile {
+    part: String,
+    error: String,
+}
+
+#[derive(Serialize)]
+struct Figure {
+    title: String,
+    svg: String,
+}
+
+/// Where a part of the power went.
+#[derive(Serialize)]
+struct Share {
+    kind: &'static str,
+    words: &'static str,
+    share: f64,
+    percent: String,
+    amount: String,
+}
+
+impl Page<'_> {
+    /// Writes the page.
+    ///
+    /// # Errors
+    /// Those of `writer`.
+    pub fn write(&self, mut writer: impl Write) -> io::Result<()> {
+        let summary = self.summary;
+        let (energy, energy_unit) = shares(summary);
+        let mut checks = summary.checks.clone();
+        checks.sort_by_key(|check| check.ok);
+        let page = environment().render_named_str(
+            "report.html",
+            TEMPLATE,
+            context! {
+                name => self.name,
+                summary => summary,
+                style => STYLE,
+                answer => self.answer(),
+                verdict => self.verdict(),
+                confidence => 100.0 * summary.confidence,
+                quantiles => self.quantiles(),
+                worst => percent(summary.precision.max_relative_error),
+                apart => self.apart(),
+                charts => self.figures(),
+                passed => checks.iter().filter(|check| check.ok).count(),
+                checks => checks,
+                energy => energy,
+                energy_unit => energy_unit,
+                model => summary.model.lines(),
+                seconds => format!("{:.1}", summary.seconds),
+                cpu_seconds => format!("{:.1}", summary.cpu_seconds),
+                command => self.command,
+                facts => self.facts()?,
+                table => self.table()?,
+                corners => self.corners()?,
+                script => script()?,
+            },
+        );
+        writer.write_all(page.map_err(io::Error::other)?.as_bytes())
+    }
+
+    /// The answer in one sentence.
+    fn answer(&self) -> String {
+        let Summary { precision, paths, model, confidence, .. } = self.summary;
+        let [half, nine_tenths] = ["0.5", "0.9"].map(|part| precision.error_quantiles[part]);
+        let known = if half.is_finite() {
+            let more = if nine_tenths.is_finite() {
+                format!("nine tenths within ±{}", percent(nine_tenths))
+            } else {
+                "nine tenths are not reached yet".into()
+            };
+            format!("half of the area is known within ±{}, {more}", percent(half))
+        } else {
+            "less than half of the area is reached yet".into()
+        };
+        format!(
+            "{paths} paths estimate the radiosity of {} patches: {known} ({} % intervals).",
+            model.patches,
+            100.0 * confidence
+        )
+    }
+
+    /// Whether the target, if there is one, is reached.
+    fn verdict(&self) -> Option<String> {
+        let target = self.summary.target.as_ref()?;
+        let reached = if target.reached { "reached" } else { "not reached" };
+        Some(format!(
+            "The target is {reached}: {:.2} % of the area is within {}; {:.2} % was asked for.",
+            100.0 * target.achieved,
+            percent(target.relative_error),
+            100.0 * target.fraction
+        ))
+    }
+
+    fn quantiles(&self) -> Vec<Quantile> {
+        let named = [("0.5", "half"), ("0.9", "nine tenths"), ("0.99", "99 hundredths")];
+        let row = |(part, words): (&str, &str)| Quantile {
+            part: words.into(),
+            error: percent(self.summary.precision.error_quantiles[part]),
+        };
+        named.map(row).into()
+    }
+
+    /// What the quantiles leave out.
+    fn apart(&self) -> Vec<String> {
+        let precision = &self.summary.precision;
+        let told = [
+            (&precision.unhit, "have been reached by no walk: only a bound of their light is known"),
+            (&precision.tiny, "are each below a millionth of the area"),
+        ];
+        let line = |(apart, why): (&crate::summary::ApartSummary, &str)| {
+            format!("{} patches, {} of the area, {why}.", apart.patches, percent(apart.area))
+        };
+        told.into_iter().filter(|(apart, _)| apart.patches > 0).map(line).collect()
+    }
+
+    fn figures(&self) -> Vec<Figure> {
+        let figure = |chart: Chart| Figure { svg: chart.svg(), title: chart.title };
+        [self.convergence(), self.profile()].into_iter().flatten().map(figure).collect()
+    }
+
+    /// The errors at the looks, and the law 1/√N from the last one.
+    fn convergence(&self) -> Option<Chart> {
+        let known = |error: fn(&Milestone) -> f64| -> Vec<Point> {
+            let points = self.milestones.iter().map(|at| Point { x: at.paths, y: 100.0 * error(at), error: 0.0 });
+            points.filter(|point| point.y.is_finite() && point.y > 0.0).collect()
+        };
+        let half = known(|at| at.median_relative_error);
+        let (first, last) = (*half.first()?, *half.last()?);
+        if half.len() < 2 {
+            return None;
+        }
+        let law = [first.x, last.x].map(|x| Point { x, y: last.y * (last.x / x).sqrt(), error: 0.0 });
+        let mut series = vec![
+            Series { name: "half of the area keeps within".into(), style: Style::Joined, points: half },
+            Series { name: "the worst patch".into(), style: Style::Joined, points: known(|at| at.max_relative_error) },
+            Series { name: "1/√paths through the last look".into(), style: Style::Line, points: law.into() },
+        ];
+        if let Some(target) = &self.summary.target {
+            let points = [first.x, last.x].map(|x| Point { x, y: 100.0 * target.relative_error, error: 0.0 });
+            series.push(Series { name: "target".into(), style: Style::Line, points: points.into() });
+        }
+        series.retain(|series| !series.points.is_empty());
+        Some(Chart {
+            title: "Error over the run".into(),
+            x: Axis::log("paths"),
+            y: Axis::log("half-width over estimate [%]"),
+            series,
+        })
+    }
+
+    /// The error over the parts of the area that keep within it.
+    fn profile(&self) -> Option<Chart> {
+        let mut errors: Vec<(f64, f64)> = Vec::new();
+        for (_, face, known) in self.estimates.iter() {
+            let Some(known) = known.filter(|_| !face.emittance.is_lit()) else { continue };
+            let error = known.iter().map(|estimate| estimate.relative_error()).fold(0.0, f64::max);
+            if error.is_finite() && error > 0.0 {
+                errors.push((error, face.area));
+            }
+        }
+        errors.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
+        let total: f64 = errors.iter().map(|&(_, area)| area).sum();
+        let mut below = 0.0;
+        let mut points: Vec<Point> = Vec::new();
+        for (error, area) in errors {
+            below += area;
+            let x = 100.0 * below / total;
+            if points.last().is_none_or(|last| x - last.x >= 100.0 / PROFILE_POINTS as f64) {
+                points.push(Point { x, y: 100.0 * error, error: 0.0 });
+            }
+        }
+        (points.len() > 1).then(|| Chart {
+            title: "Error over the area".into(),
+            x: Axis::linear("part of the area that is known at least as well [%]"),
+            y: Axis::log("half-width over estimate [%]"),
+            series: vec![Series { name: "patches that do not emit".into(), style: Style::Line, points }],
+        })
+    }
+
+    fn facts(&self) -> io::Result<String> {
+        let units = Units { light: "W/m²", flux: "W/m²" };
+        let facts = Facts { summary: self.summary, units, view: self.viewpoint };
+        // Nothing in it ends the element that holds it.
+        Ok(serde_json::to_string(&facts)?.replace('<', "\\u003c"))
+    }
+
+    fn table(&self) -> io::Result<String> {
+        pack(|zlib| write_patches(zlib, self.estimates))
+    }
+
+    /// Four corners a row of the table, three numbers a corner [m], little-endian. A triangle's third is there twice.
+    fn corners(&self) -> io::Result<String> {
+        let faces = self.estimates.scene().faces();
+        pack(|zlib| {
+            for face in faces.by_patch() {
+                let corners = faces.corners(face);
+                for corner in (0..4).map(|i| corners[i.min(corners.len() - 1)]) {
+                    corner.to_array().iter().try_for_each(|&x| zlib.write_all(&(x as f32).to_le_bytes()))?;
+                }
+            }
+            Ok(())
+        })
+    }
+}
+
+/// Templates whose text is escaped as HTML.
+fn environment() -> Environment<'static> {
+    let mut environment = Environment::new();
+    environment.set_auto_escape_callback(|_| AutoEscape::Html);
+    environment
+}
+
+/// What is written, as base64 of a zlib stream.
+fn pack(write: impl FnOnce(&mut ZlibEncoder<Vec<u8>>) -> io::Result<()>) -> io::Result<String> {
+    let mut zlib = ZlibEncoder::new(Vec::new(), Compression::fast());
+    write(&mut zlib)?;
+    Ok(STANDARD.encode(zlib.finish()?))
+}
+
+fn script() -> io::Result<String> {
+    let mut script = String::new();
+    GzDecoder::new(SCRIPT).read_to_string(&mut script)?;
+    Ok(script)
+}
+
+/// Where the walks, or their power, went, and what the amounts are.
+fn shares(summary: &Summary) -> (Vec<Share>, &'static str) {
+    let (amounts, unit) = match summary.energy {
+        Energy::Walks { emitted, absorbed, escaped } => {
+            let (backs, cut) = (summary.absorbed_back, summary.truncated);
+            let on_fronts = absorbed.saturating_sub(backs);
+            let cut_off = emitted.saturating_sub(absorbed + escaped).max(cut);
+            ([on_fronts, escaped, backs, cut_off].map(|walks| walks as f64), "Walks")
+        }
+        Energy::Power { absorbed, escaped, .. } => ([absorbed, escaped, 0.0, 0.0], "Power [W]"),
+    };
+    let total: f64 = amounts.iter().sum();
+    let kinds = [
+        ("absorbed", "absorbed by surfaces"),
+        ("escaped", "left the scene"),
+        ("backs", "ended on the back of a one-sided surface"),
+        ("cut", "was cut off"),
+    ];
+    let share = |((kind, words), amount): ((&'static str, &'static str), f64)| {
+        let part = amount / total;
+        Share { kind, words, share: 100.0 * part, percent: percent(part), amount: amount.to_string() }
+    };
+    let shown = kinds.into_iter().zip(amounts).filter(|&(_, amount)| amount > 0.0);
+    (shown.map(share).collect(), unit)
+}
+
+/// A part in percent, in three digits.
+fn percent(part: f64) -> String {
+    if !part.is_finite() {
+        return "not known".into();
+    }
+    let value = 100.0 * part;
+    if value == 0.0 {
+        return "0 %".into();
+    }
+    let decimals = (2 - value.abs().log10().floor() as i32).clamp(0, 6) as usize;
+    format!("{value:.decimals$} %")
+}

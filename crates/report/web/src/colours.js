@@ -1,0 +1,39 @@
+// Colours of numbers. The scale is cividis (Nuñez, Anderton and Renslow, PLoS ONE 13(7), 2018), which people without
+// colour vision read alike: lightness grows with the number.
+
+const CIVIDIS = [
+  '#00224e', '#123570', '#3b496c', '#575d6d', '#707173', '#8a8678', '#a59c74', '#c3b369', '#e1cc55', '#fee838',
+].map((hex) => [1, 3, 5].map((at) => parseInt(hex.slice(at, at + 2), 16)));
+
+/** What has no number. */
+export const UNKNOWN = [214, 120, 190];
+
+/** The colour of 0 … 1 as [red, green, blue] in 0 … 255. */
+export function scale(part) {
+  if (Number.isNaN(part)) return UNKNOWN;
+  const at = Math.min(Math.max(part, 0), 1) * (CIVIDIS.length - 1);
+  const low = Math.min(Math.floor(at), CIVIDIS.length - 2);
+  return [0, 1, 2].map((c) => CIVIDIS[low][c] + (at - low) * (CIVIDIS[low + 1][c] - CIVIDIS[low][c]));
+}
+
+/** The scale as a CSS gradient, from the left to the right. */
+export const gradient = `linear-gradient(to right, ${CIVIDIS.map((rgb) => `rgb(${rgb})`).join(', ')})`;
+
+/** Light 0 … 1 as sRGB 0 … 255. */
+export function encode(light) {
+  const held = Math.min(Math.max(light, 0), 1);
+  return 255 * (held <= 0.0031308 ? 12.92 * held : 1.055 * held ** (1 / 2.4) - 0.055);
+}
+
+/** The value that a part of the area does not exceed, of faces with a finite value. */
+export function areaQuantile(values, areas, part, chosen = () => true) {
+  const kept = [...values.keys()].filter((i) => Number.isFinite(values[i]) && chosen(i));
+  kept.sort((a, b) => values[a] - values[b]);
+  const total = kept.reduce((sum, i) => sum + areas[i], 0);
+  let sum = 0;
+  for (const i of kept) {
+    sum += areas[i];
+    if (sum >= part * total) return values[i];
+  }
+  return 0;
+}

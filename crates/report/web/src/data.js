@@ -1,0 +1,92 @@
+// What the page was made from: the summary, the table and the corners of the faces, all inside the page itself.
+
+/** Text of an element that holds data. */
+const text = (id) => document.getElementById(id).textContent;
+
+/** Bytes of an element that holds base64 of a zlib stream. */
+async function inflate(id) {
+  const packed = Uint8Array.from(atob(text(id)), (letter) => letter.charCodeAt(0));
+  const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream('deflate'));
+  return new Response(stream).arrayBuffer();
+}
+
+/** Columns of patches.csv by name, as they are written: arrays of text. */
+function columns(csv) {
+  const lines = csv.split('\n');
+  if (lines.at(-1) === '') lines.pop();
+  const names = lines[0].split(',');
+  const rows = lines.slice(1).map(cells);
+  return Object.fromEntries(names.map((name, at) => [name, rows.map((row) => row[at])]));
+}
+
+/** The cells of a line; names of surfaces may be quoted. */
+function cells(line) {
+  if (!line.includes('"')) return line.split(',');
+  const found = [];
+  for (const [, quoted, plain] of line.matchAll(/(?:^|,)(?:"((?:[^"]|"")*)"|([^,]*))/g)) {
+    found.push(quoted === undefined ? plain : quoted.replaceAll('""', '"'));
+  }
+  return found;
+}
+
+/** Everything the page shows. */
+export async function load() {
+  const facts = JSON.parse(text('facts'));
+  const [table, corners] = await Promise.all([inflate('table'), inflate('corners')]);
+  return new Result(facts, new TextDecoder().decode(table), new Float32Array(corners));
+}
+
+/** A result: a row a face, and the corners of the faces in the order of rows. */
+export class Result {
+  constructor(facts, csv, corners) {
+    this.facts = facts;
+    this.csv = csv;
+    this.corners = corners;
+    this.columns = columns(csv);
+    this.size = this.columns.patch.length;
+    this.channels = 'radiosity' in this.columns ? [''] : ['_r', '_g', '_b'];
+    this.numbers = new Map();
+    this.area = this.number('area');
+  }
+
+  /** A column as numbers; empty cells are NaN. */
+  number(name) {
+    if (!this.numbers.has(name)) {
+      const column = this.columns[name];
+      this.numbers.set(name, Float64Array.from(column, (cell) => (cell === '' ? NaN : Number(cell))));
+    }
+    return this.numbers.get(name);
+  }
+
+  /** A quantity of every face: of one channel, or its mean over the channels where `channel` is 'mean'. */
+  quantity(name, channel) {
+    if (this.channels.length === 1) return this.number(name);
+    if (channel !== 'mean') return this.number(name + channel);
+    const parts = this.channels.map((c) => this.number(name + c));
+    return Float64Array.from(parts[0], (_, i) => parts.reduce((sum, part) => sum + part[i], 0) / parts.length);
+  }
+
+  /** Half of the interval's width over the estimate, the largest of the channels. */
+  relativeHalfWidth() {
+    this.halfWidths ??= Float64Array.from(this.area, (_, i) => {
+      const of = (c) => {
+        const [low, high, value] = ['ci_low', 'ci_high', 'radiosity'].map((name) => this.number(name + c)[i]);
+        return value === 0 && high === low ? 0 : (high - low) / 2 / value;
+      };
+      return Math.max(...this.channels.map(of));
+    });
+    return this.halfWidths;
+  }
+
+  /** The number of corners of a face: 3 or 4. The fourth of a triangle repeats the third. */
+  isTriangle(face) {
+    const at = 12 * face;
+    return [0, 1, 2].every((axis) => this.corners[at + 6 + axis] === this.corners[at + 9 + axis]);
+  }
+
+  /** A corner as [x, y, z] in metres. */
+  corner(face, which) {
+    const at = 12 * face + 3 * which;
+    return this.corners.subarray(at, at + 3);
+  }
+}

@@ -1,0 +1,225 @@
+// The part of the page that moves: the view, what it shows, and the numbers of one face.
+
+import { gradient } from './colours.js';
+import { load } from './data.js';
+import { quantities, shade } from './shades.js';
+import { View } from './view.js';
+
+/** Faces with less than this part of the area are not listed among the worst. */
+const TINY = 1e-6;
+/** Rows of the list of the worst. */
+const LISTED = 20;
+/** Above this many faces the edges of patches are not drawn until asked for. */
+const GRID_UP_TO = 400;
+
+const element = (id) => document.getElementById(id);
+
+/** A new element with text and attributes. */
+function make(tag, text = '', attributes = {}) {
+  const made = document.createElement(tag);
+  made.textContent = text;
+  for (const [name, value] of Object.entries(attributes)) made.setAttribute(name, value);
+  return made;
+}
+
+class Page {
+  constructor(result, view) {
+    this.result = result;
+    this.view = view;
+    this.pinned = null;
+    this.choices = quantities(result);
+    for (const { key, label } of this.choices) element('quantity').append(make('option', label, { value: key }));
+    const channels = result.channels.length === 1 ? [['mean', 'the one channel']] : [['mean', 'mean of the channels'], ['_r', 'red'], ['_g', 'green'], ['_b', 'blue']];
+    for (const [value, label] of channels) element('channel').append(make('option', label, { value }));
+    element('channel-row').hidden = channels.length === 1;
+    element('grid').checked = result.size <= GRID_UP_TO;
+    view.showGrid(element('grid').checked);
+    this.listWorst();
+    this.listen();
+    this.recolour();
+  }
+
+  listen() {
+    for (const id of ['quantity', 'channel', 'logarithmic']) element(id).addEventListener('change', () => this.recolour());
+    element('exposure').addEventListener('input', () => this.recolour());
+    element('grid').addEventListener('change', () => this.view.showGrid(element('grid').checked));
+    for (const id of ['axis', 'part', 'flip']) element(id).addEventListener('input', () => this.cut());
+    element('home').addEventListener('click', () => this.view.home());
+    element('find').addEventListener('submit', (event) => {
+      event.preventDefault();
+      const row = this.result.columns.patch.indexOf(element('number').value.trim());
+      if (row < 0) element('numbers').textContent = `There is no patch ${element('number').value}.`;
+      else this.pin(row, true);
+    });
+    element('save').addEventListener('click', () => this.save());
+    this.listenToPointer();
+    element('view').addEventListener('keydown', (event) => this.key(event));
+  }
+
+  listenToPointer() {
+    const canvas = element('view');
+    let asked = null;
+    let pressed = null;
+    canvas.addEventListener('pointermove', (event) => {
+      if (event.buttons !== 0 || this.pinned !== null) return;
+      if (asked === null) {
+        requestAnimationFrame(() => {
+          const face = this.view.faceAt(...asked);
+          asked = null;
+          this.view.select(face);
+          this.tell(face);
+        });
+      }
+      asked = [event.clientX, event.clientY];
+    });
+    canvas.addEventListener('pointerdown', (event) => { pressed = [event.clientX, event.clientY]; });
+    canvas.addEventListener('pointerup', (event) => {
+      const moved = pressed === null ? Infinity : Math.hypot(event.clientX - pressed[0], event.clientY - pressed[1]);
+      if (moved > 5) return;
+      const face = this.view.faceAt(event.clientX, event.clientY);
+      this.pin(face === this.pinned ? null : face, false);
+    });
+  }
+
+  key(event) {
+    const turn = Math.PI / 36;
+    const ways = {
+      ArrowLeft: () => this.view.turn(turn, 0), ArrowRight: () => this.view.turn(-turn, 0),
+      ArrowUp: () => this.view.turn(0, -turn), ArrowDown: () => this.view.turn(0, turn),
+      '+': () => this.view.turn(0, 0, 1.1), '=': () => this.view.turn(0, 0, 1.1), '-': () => this.view.turn(0, 0, 1 / 1.1),
+      Home: () => this.view.home(), Escape: () => this.pin(null, false),
+      n: () => this.step(1), p: () => this.step(-1),
+    };
+    if (event.ctrlKey || event.metaKey || event.altKey || !(event.key in ways)) return;
+    event.preventDefault();
+    ways[event.key]();
+  }
+
+  /** The next face, or the one before. */
+  step(by) {
+    const { size } = this.result;
+    this.pin(((this.pinned ?? (by > 0 ? -1 : 0)) + by + size) % size, false);
+  }
+
+  recolour() {
+    const quantity = this.choices.find(({ key }) => key === element('quantity').value);
+    const settings = {
+      quantity, channel: element('channel').value, logarithmic: element('logarithmic').checked, stops: Number(element('exposure').value),
+    };
+    const plain = quantity.picture || quantity.flags;
+    element('logarithmic-row').hidden = plain;
+    element('exposure-row').hidden = !quantity.picture;
+    element('channel-row').hidden = plain || this.result.channels.length === 1 || ['half_width', 'hits'].includes(quantity.key);
+    element('exposure-words').textContent = `${settings.stops >= 0 ? '+' : '−'}${Math.abs(settings.stops).toFixed(1)} stops`;
+    const { bytes, legend } = shade(this.result, settings);
+    this.view.colour(bytes);
+    this.explain(quantity, legend);
+  }
+
+  explain(quantity, { words, entries, ticks, unknown }) {
+    const legend = element('legend');
+    legend.replaceChildren(make('strong', quantity.label));
+    if (words) legend.append(make('p', words));
+    if (ticks) {
+      const bar = make('div', '', { class: 'scale', style: `background: ${gradient}` });
+      const row = make('div', '', { class: 'ticks' });
+      ticks.forEach((tick) => row.append(make('span', tick)));
+      legend.append(bar, row);
+    }
+    const swatches = [...(entries ?? [])];
+    if (unknown) swatches.push({ colour: [214, 120, 190], words: 'no number: no walk could tell' });
+    for (const { colour, words: meaning } of swatches) {
+      const line = make('p', '', { class: 'swatch' });
+      line.append(make('span', '', { style: `background: rgb(${colour})` }), meaning);
+      legend.append(line);
+    }
+  }
+
+  cut() {
+    const chosen = element('axis').value;
+    element('part-row').hidden = chosen === '';
+    this.view.cut(chosen === '' ? null : Number(chosen), Number(element('part').value), element('flip').checked);
+  }
+
+  /** Keeps the numbers of a face on the page; `null` lets go of them. */
+  pin(face, fly) {
+    this.pinned = face;
+    if (fly) this.view.flyTo(face);
+    else this.view.select(face);
+    this.tell(face);
+  }
+
+  /** Writes the numbers of a face, as patches.csv has them. */
+  tell(face) {
+    const { columns, channels } = this.result;
+    const shown = element('numbers');
+    if (face === null) {
+      shown.replaceChildren(make('p', 'Point at a patch, or tap it, to read its numbers.'));
+      return;
+    }
+    const cell = (name) => columns[name][face];
+    const all = (name) => channels.map((channel) => cell(name + channel) || 'unknown').join(' | ');
+    const { light, flux } = this.result.facts.units;
+    const percent = (this.result.facts.summary.confidence * 100).toPrecision(4) * 1;
+    const side = columns.side ? `, ${cell('side')}` : '';
+    const rows = [
+      ['Patch', `${cell('patch')}${side}: ${cell('surface')} [${cell('u')}, ${cell('v')}]`],
+      [`Radiosity [${light}]`, all('radiosity')],
+      [`${percent} % interval`, channels.map((c) => (cell(`ci_low${c}`) === '' ? 'unknown' : `${cell(`ci_low${c}`)} … ${cell(`ci_high${c}`)}`)).join(' | ')],
+      ['Standard error', all('std_error')],
+      [`Irradiance [${flux}]`, all('irradiance')],
+      ['Its standard error', all('irradiance_error')],
+      ['Reflectance', all('reflectance')],
+      [`Emittance [${light}]`, all('emittance')],
+      ['Area [m²]', cell('area')],
+      ['Centroid [m]', ['x', 'y', 'z'].map(cell).join(', ')],
+      ['Hits', cell('hits')],
+      ['Flags', cell('flags').replaceAll('|', ', ') || 'none'],
+    ];
+    const list = make('dl');
+    for (const [name, value] of rows) list.append(make('dt', name), make('dd', value));
+    shown.replaceChildren(list);
+  }
+
+  listWorst() {
+    const { result } = this;
+    const widths = result.relativeHalfWidth();
+    const total = result.area.reduce((sum, area) => sum + area, 0);
+    const hits = result.number('hits');
+    const listed = [...widths.keys()].filter((i) => Number.isFinite(widths[i]) && result.area[i] > TINY * total && hits[i] > 0);
+    listed.sort((a, b) => widths[b] - widths[a] || a - b);
+    const body = element('worst');
+    for (const face of listed.slice(0, LISTED)) {
+      const row = make('tr');
+      const button = make('button', result.columns.patch[face] + (result.columns.side ? `, ${result.columns.side[face]}` : ''), { type: 'button' });
+      button.addEventListener('click', () => {
+        this.pin(face, true);
+        element('view').scrollIntoView({ block: 'nearest' });
+      });
+      const first = make('td');
+      first.append(button);
+      row.append(first, make('td', result.columns.surface[face]), make('td', `${(100 * widths[face]).toPrecision(3)} %`), make('td', result.columns.hits[face]));
+      body.append(row);
+    }
+  }
+
+  /** Gives the table that is in the page as a file. */
+  save() {
+    const link = make('a', '', { download: 'patches.csv', href: URL.createObjectURL(new Blob([this.result.csv], { type: 'text/csv' })) });
+    link.click();
+    URL.revokeObjectURL(link.href);
+  }
+}
+
+try {
+  const result = await load();
+  const page = new Page(result, new View(element('view'), result));
+  page.tell(null);
+  element('loading').remove();
+  document.documentElement.dataset.ready = 'yes';
+  // For scripts that look at the page.
+  window.radwalk = page;
+} catch (fault) {
+  element('loading').textContent = `The scene cannot be shown: ${fault.message}. The numbers below are complete without it; a browser with WebGL shows it.`;
+  document.documentElement.dataset.ready = 'no';
+}

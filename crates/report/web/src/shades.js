@@ -1,0 +1,109 @@
+// What can be shown of the faces: quantities with units, and the colours that stand for them.
+
+import { areaQuantile, encode, scale, UNKNOWN } from './colours.js';
+
+/** This part of the area of faces that do not emit is at most as bright as EXPOSED_LIGHT, as in radiosity.png. */
+const EXPOSED_SHARE = 0.95;
+const EXPOSED_LIGHT = 0.7;
+
+const FLAGS = [
+  ['unsampled', 'no walk could tell: numbers are missing', [214, 120, 190]],
+  ['bias', 'walks were cut off: the value may be too small', [213, 94, 0]],
+  ['rare', 'fewer than 10 scores: trust the interval, not the value', [86, 180, 233]],
+  ['emitter', 'emits light', [240, 228, 66]],
+  ['', 'nothing to say', [110, 110, 110]],
+];
+
+/** The quantities that can be shown, for the list of the page. */
+export function quantities(result) {
+  const { light, flux } = result.facts.units;
+  return [
+    { key: 'picture', label: 'Picture (as an eye sees it)', unit: light, picture: true },
+    { key: 'radiosity', label: 'Radiosity', unit: light, of: (channel) => result.quantity('radiosity', channel) },
+    { key: 'irradiance', label: 'Irradiance', unit: flux, of: (channel) => result.quantity('irradiance', channel) },
+    { key: 'std_error', label: 'Standard error of the radiosity', unit: light, of: (channel) => result.quantity('std_error', channel) },
+    { key: 'half_width', label: 'Relative half-width of the interval', unit: '', percent: true, of: () => result.relativeHalfWidth() },
+    { key: 'hits', label: 'Hits', unit: '', of: () => result.number('hits') },
+    { key: 'flags', label: 'Flags', unit: '', flags: true },
+  ];
+}
+
+/** Colours of all faces, three bytes a face, and the legend that explains them. */
+export function shade(result, { quantity, channel, logarithmic, stops }) {
+  if (quantity.picture) return picture(result, stops);
+  if (quantity.flags) return flags(result);
+  return numbers(result, quantity, quantity.of(channel), logarithmic);
+}
+
+function picture(result, stops) {
+  const exposure = exposureOf(result) * 2 ** stops;
+  const bytes = new Uint8Array(3 * result.size);
+  const channels = [0, 1, 2].map((c) => result.number('radiosity' + result.channels[c % result.channels.length]));
+  const emitted = [0, 1, 2].map((c) => result.number('emittance' + result.channels[c % result.channels.length]));
+  for (let i = 0; i < result.size; i += 1) {
+    for (let c = 0; c < 3; c += 1) {
+      const light = Number.isNaN(channels[c][i]) ? emitted[c][i] : channels[c][i];
+      bytes[3 * i + c] = encode(light * exposure);
+    }
+  }
+  const white = 1 / exposure;
+  return { bytes, legend: { words: `White is ${brief(white)} ${result.facts.units.light} and above.` } };
+}
+
+function exposureOf(result) {
+  result.exposure ??= (() => {
+    const radiosity = result.quantity('radiosity', 'mean');
+    const emittance = result.quantity('emittance', 'mean');
+    const bright = areaQuantile(radiosity, result.area, EXPOSED_SHARE, (i) => emittance[i] === 0 && radiosity[i] > 0);
+    return bright > 0 ? EXPOSED_LIGHT / bright : 1;
+  })();
+  return result.exposure;
+}
+
+function flags(result) {
+  const bytes = new Uint8Array(3 * result.size);
+  const seen = new Set();
+  result.columns.flags.forEach((words, i) => {
+    const held = words.split('|');
+    const [word, , colour] = FLAGS.find(([flag]) => held.includes(flag)) ?? FLAGS.at(-1);
+    seen.add(word);
+    bytes.set(colour, 3 * i);
+  });
+  const entries = FLAGS.filter(([word]) => seen.has(word)).map(([word, words, colour]) => ({ colour, words: word ? `${word}: ${words}` : words }));
+  return { bytes, legend: { entries } };
+}
+
+function numbers(result, quantity, values, logarithmic) {
+  let [low, high] = [Infinity, -Infinity];
+  for (const value of values) {
+    if (!Number.isFinite(value) || (logarithmic && value <= 0)) continue;
+    low = Math.min(low, value);
+    high = Math.max(high, value);
+  }
+  if (low > high) [low, high] = [0, 0];
+  // A linear scale ends where 99.5 % of the area does, so that a lamp does not hide the room.
+  const top = logarithmic ? high : Math.max(areaQuantile(values, result.area, 0.995), low);
+  const bottom = logarithmic ? Math.max(low, high * 1e-6) : Math.min(0, low);
+  const form = logarithmic ? Math.log : (value) => value;
+  const [from, span] = [form(bottom), form(top) - form(bottom) || 1];
+  const bytes = new Uint8Array(3 * result.size);
+  let unknown = false;
+  values.forEach((value, i) => {
+    const known = Number.isFinite(value);
+    unknown ||= !known;
+    const part = value <= 0 && logarithmic ? 0 : (form(value) - from) / span;
+    bytes.set(known ? scale(part) : UNKNOWN, 3 * i);
+  });
+  const written = (value) => (quantity.percent ? `${brief(100 * value)} %` : `${brief(value)} ${quantity.unit}`.trim());
+  const middle = logarithmic ? Math.sqrt(bottom * top) : (bottom + top) / 2;
+  const ticks = [bottom, middle, top].map(written);
+  if (top < high) ticks[2] = `≥ ${ticks[2]}`;
+  return { bytes, legend: { ticks, unknown } };
+}
+
+/** A number in four digits. */
+export function brief(value) {
+  if (value === 0) return '0';
+  const size = Math.abs(value);
+  return size >= 1e5 || size < 1e-3 ? value.toExponential(2) : String(Number(value.toPrecision(4)));
+}

@@ -1,0 +1,236 @@
+// The scene in three dimensions: turned by pointer or keys, cut by a plane, asked for the face under a point.
+
+import {
+  BufferAttribute, BufferGeometry, ColorManagement, LinearSRGBColorSpace, LineBasicMaterial, LineLoop, LineSegments, Mesh,
+  MeshBasicMaterial, PerspectiveCamera, Plane, Scene, Vector2, Vector3, WebGLRenderer,
+} from 'three';
+import { OrbitControls } from 'three/examples/jsm/controls/OrbitControls.js';
+
+// Colours are computed as they are to be shown.
+ColorManagement.enabled = false;
+
+/** Seconds that a flight takes. */
+const FLIGHT = 0.6;
+
+export class View {
+  /** @param {HTMLCanvasElement} canvas */
+  constructor(canvas, result) {
+    this.canvas = canvas;
+    this.result = result;
+    this.renderer = new WebGLRenderer({ canvas, antialias: true, preserveDrawingBuffer: true });
+    this.renderer.outputColorSpace = LinearSRGBColorSpace;
+    this.renderer.setPixelRatio(Math.min(window.devicePixelRatio, 2));
+    this.renderer.setClearColor(0x262626);
+    this.scene = new Scene();
+    this.section = new Plane(new Vector3(1, 0, 0), Infinity);
+    this.buildFaces();
+    this.buildGrid();
+    this.mark = new LineLoop(new BufferGeometry(), new LineBasicMaterial({ color: 0xff3300, depthTest: false }));
+    this.mark.renderOrder = 2;
+    this.mark.visible = false;
+    this.scene.add(this.mark);
+    this.camera = new PerspectiveCamera(result.facts.view.fov, 1, this.size * 1e-3, this.size * 20);
+    this.controls = new OrbitControls(this.camera, canvas);
+    this.controls.addEventListener('change', () => this.draw());
+    this.home();
+    new ResizeObserver(() => this.resize()).observe(canvas.parentElement);
+    this.resize();
+  }
+
+  /** Two triangles a face (one where it is a triangle), seen from their front. */
+  buildFaces() {
+    const { result } = this;
+    const triangles = [];
+    for (let face = 0; face < result.size; face += 1) {
+      triangles.push(face);
+      if (!result.isTriangle(face)) triangles.push(-face - 1);
+    }
+    const places = new Float32Array(9 * triangles.length);
+    triangles.forEach((face, at) => {
+      const [number, ways] = face >= 0 ? [face, [0, 1, 2]] : [-face - 1, [0, 2, 3]];
+      ways.forEach((which, corner) => places.set(result.corner(number, which), 9 * at + 3 * corner));
+    });
+    this.faceOf = Int32Array.from(triangles, (face) => (face >= 0 ? face : -face - 1));
+    const geometry = new BufferGeometry();
+    geometry.setAttribute('position', new BufferAttribute(places, 3));
+    this.bytes = new Uint8Array(places.length);
+    this.paint = new BufferAttribute(this.bytes, 3, true);
+    geometry.setAttribute('color', this.paint);
+    geometry.computeBoundingSphere();
+    this.centre = geometry.boundingSphere.center;
+    this.size = geometry.boundingSphere.radius || 1;
+    geometry.computeBoundingBox();
+    this.box = geometry.boundingBox;
+    this.geometry = geometry;
+    this.material = new MeshBasicMaterial({ vertexColors: true, clippingPlanes: [], polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1 });
+    this.renderer.localClippingEnabled = true;
+    const mesh = new Mesh(geometry, this.material);
+    mesh.frustumCulled = false;
+    this.scene.add(mesh);
+  }
+
+  buildGrid() {
+    const { result } = this;
+    const lines = [];
+    for (let face = 0; face < result.size; face += 1) {
+      const count = result.isTriangle(face) ? 3 : 4;
+      for (let which = 0; which < count; which += 1) {
+        lines.push(...result.corner(face, which), ...result.corner(face, (which + 1) % count));
+      }
+    }
+    const geometry = new BufferGeometry();
+    geometry.setAttribute('position', new BufferAttribute(new Float32Array(lines), 3));
+    this.gridMaterial = new LineBasicMaterial({ color: 0x888888, transparent: true, opacity: 0.35, clippingPlanes: [] });
+    this.grid = new LineSegments(geometry, this.gridMaterial);
+    this.grid.visible = false;
+    this.scene.add(this.grid);
+  }
+
+  /** Three bytes a face. */
+  colour(bytes) {
+    this.faceOf.forEach((face, at) => {
+      for (let corner = 0; corner < 9; corner += 3) {
+        for (let c = 0; c < 3; c += 1) this.bytes[9 * at + corner + c] = bytes[3 * face + c];
+      }
+    });
+    this.paint.needsUpdate = true;
+    this.draw();
+  }
+
+  /** Shows or hides the edges of patches. */
+  showGrid(shown) {
+    this.grid.visible = shown;
+    this.draw();
+  }
+
+  /** Cuts away what lies beyond a plane across an axis (0, 1, 2); `part` of the way along it. `null`: nothing. */
+  cut(axis, part, flipped) {
+    const planes = [];
+    if (axis !== null) {
+      const [low, high] = [this.box.min, this.box.max].map((corner) => corner.getComponent(axis));
+      const sign = flipped ? 1 : -1;
+      this.section.normal.set(0, 0, 0).setComponent(axis, sign);
+      this.section.constant = -sign * (low + part * (high - low));
+      planes.push(this.section);
+    }
+    this.material.clippingPlanes = planes;
+    this.gridMaterial.clippingPlanes = planes;
+    this.draw();
+  }
+
+  /** Back to the view of radiosity.png. */
+  home() {
+    const { eye, look_at, up } = this.result.facts.view;
+    this.camera.up.fromArray(up);
+    this.camera.position.fromArray(eye);
+    this.controls.target.fromArray(look_at);
+    this.controls.update();
+  }
+
+  /** Turns about the target by angles in radians, and comes nearer by a factor. */
+  turn(across, upward, nearer = 1) {
+    const { camera, controls } = this;
+    const offset = camera.position.clone().sub(controls.target).divideScalar(nearer);
+    offset.applyAxisAngle(camera.up.clone().normalize(), across);
+    const side = offset.clone().cross(camera.up).normalize();
+    const tilted = offset.clone().applyAxisAngle(side, upward);
+    if (tilted.clone().cross(camera.up).length() > 0.05 * tilted.length()) offset.copy(tilted);
+    camera.position.copy(controls.target).add(offset);
+    controls.update();
+    this.draw();
+  }
+
+  /** Flies to where a face is seen from its front, and marks it. */
+  flyTo(face) {
+    this.select(face);
+    const corners = [0, 1, 2, 3].map((which) => new Vector3(...this.result.corner(face, which)));
+    const centre = corners.reduce((sum, corner) => sum.add(corner), new Vector3()).divideScalar(4);
+    const normal = corners[1].clone().sub(corners[0]).cross(corners[2].clone().sub(corners[0])).normalize();
+    const reach = Math.max(...corners.map((corner) => corner.distanceTo(centre)));
+    // Not straight on, so that the neighbourhood is seen.
+    const lean = this.camera.up.clone().multiplyScalar(0.35).addScaledVector(normal, 1).normalize();
+    const eye = centre.clone().addScaledVector(lean, Math.max(0.5 * this.size, 6 * reach));
+    this.fly(eye, centre);
+  }
+
+  fly(eye, target) {
+    const still = window.matchMedia('(prefers-reduced-motion: reduce)').matches;
+    const from = [this.camera.position.clone(), this.controls.target.clone()];
+    const began = performance.now();
+    const step = (now) => {
+      const part = still ? 1 : Math.min((now - began) / (1000 * FLIGHT), 1);
+      const eased = part * part * (3 - 2 * part);
+      this.camera.position.lerpVectors(from[0], eye, eased);
+      this.controls.target.lerpVectors(from[1], target, eased);
+      this.controls.update();
+      this.draw();
+      if (part < 1) requestAnimationFrame(step);
+    };
+    requestAnimationFrame(step);
+  }
+
+  /** Marks a face; `null` takes the mark away. */
+  select(face) {
+    this.mark.visible = face !== null;
+    if (face !== null) {
+      const count = this.result.isTriangle(face) ? 3 : 4;
+      const corners = Array.from({ length: count }, (_, which) => [...this.result.corner(face, which)]).flat();
+      this.mark.geometry.setAttribute('position', new BufferAttribute(new Float32Array(corners), 3));
+      this.mark.geometry.computeBoundingSphere();
+    }
+    this.draw();
+  }
+
+  /** The face seen at a point of the page, or null. */
+  faceAt(x, y) {
+    const frame = this.canvas.getBoundingClientRect();
+    const point = new Vector2(((x - frame.left) / frame.width) * 2 - 1, 1 - ((y - frame.top) / frame.height) * 2);
+    const origin = this.camera.position;
+    const way = new Vector3(point.x, point.y, 0.5).unproject(this.camera).sub(origin).normalize();
+    return nearest(this.geometry.attributes.position.array, this.faceOf, origin, way, this.material.clippingPlanes[0]);
+  }
+
+  resize() {
+    const { clientWidth: width, clientHeight: height } = this.canvas.parentElement;
+    if (width === 0 || height === 0) return;
+    this.renderer.setSize(width, height, false);
+    this.camera.aspect = width / height;
+    this.camera.updateProjectionMatrix();
+    this.draw();
+  }
+
+  /** Draws in the next frame. */
+  draw() {
+    if (this.due) return;
+    this.due = true;
+    requestAnimationFrame(() => {
+      this.due = false;
+      this.renderer.render(this.scene, this.camera);
+    });
+  }
+}
+
+/** The nearest front that a ray meets on the side of the section that is shown (Möller and Trumbore 1997). */
+function nearest(places, faceOf, origin, way, section) {
+  let [best, found] = [Infinity, null];
+  for (let triangle = 0; triangle < faceOf.length; triangle += 1) {
+    const at = 9 * triangle;
+    const [ax, ay, az] = [places[at], places[at + 1], places[at + 2]];
+    const [ux, uy, uz] = [places[at + 3] - ax, places[at + 4] - ay, places[at + 5] - az];
+    const [vx, vy, vz] = [places[at + 6] - ax, places[at + 7] - ay, places[at + 8] - az];
+    const [px, py, pz] = [way.y * vz - way.z * vy, way.z * vx - way.x * vz, way.x * vy - way.y * vx];
+    const det = ux * px + uy * py + uz * pz;
+    if (det <= 0) continue; // seen from the back, or edge-on
+    const [tx, ty, tz] = [origin.x - ax, origin.y - ay, origin.z - az];
+    const u = tx * px + ty * py + tz * pz;
+    if (u < 0 || u > det) continue;
+    const [qx, qy, qz] = [ty * uz - tz * uy, tz * ux - tx * uz, tx * uy - ty * ux];
+    const v = way.x * qx + way.y * qy + way.z * qz;
+    if (v < 0 || u + v > det) continue;
+    const distance = (vx * qx + vy * qy + vz * qz) / det;
+    if (distance <= 0 || distance >= best) continue;
+    if (section && section.distanceToPoint(new Vector3().copy(origin).addScaledVector(way, distance)) < 0) continue;
+    [best, found] = [distance, faceOf[triangle]];
+  }
+  return found;
+}
