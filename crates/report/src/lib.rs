@@ -14,6 +14,7 @@ mod picture;
 #[cfg(test)]
 mod scenes;
 mod summary;
+pub mod words;
 
 pub use camera::Viewpoint;
 pub use atomic::{Draft, OutputFolder, replace_atomically, write_atomically};
