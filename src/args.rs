@@ -28,6 +28,8 @@ pub enum Command {
     Merge(MergeArgs),
     /// Trace a random sample of a result's walks again and compare exactly
     Audit(AuditArgs),
+    /// Make table, summary, picture and page of a result again from its tally
+    Report(ReportArgs),
     /// Trace one walk in words
     Replay(ReplayArgs),
     /// Say what a job will take: walks, rays, time, memory and traffic, by bounds and by a pilot
@@ -182,6 +184,15 @@ pub struct AuditArgs {
     /// Draw the same leases as another audit [default: a seed drawn anew]
     #[arg(long, value_name = "S")]
     pub seed: Option<u64>,
+    /// Say nothing but errors
+    #[arg(long)]
+    pub quiet: bool,
+}
+
+#[derive(Args)]
+pub struct ReportArgs {
+    /// The output folder of a run
+    pub run: PathBuf,
     /// Say nothing but errors
     #[arg(long)]
     pub quiet: bool,

@@ -103,7 +103,10 @@ pub fn find(
 }
 
 /// What is made from a tally. It does not stand beside that of another run.
-pub const DERIVED: [&str; 3] = ["patches.csv", "summary.json", "radiosity.png"];
+pub const DERIVED: [&str; 4] = ["patches.csv", "summary.json", "radiosity.png", PAGE];
+
+/// The page that shows a result.
+pub const PAGE: &str = "report.html";
 
 /// What the latest tally of a folder is to a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

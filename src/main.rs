@@ -21,6 +21,7 @@ mod progress;
 mod relay;
 mod replay;
 mod replica;
+mod report_command;
 mod reproduce;
 mod settings;
 mod signals;
@@ -49,6 +50,7 @@ fn main() -> ExitCode {
         Command::Exact(args) => exact_command::exact(&args),
         Command::Merge(args) => merge::merge(&args),
         Command::Audit(args) => audit::audit(&args),
+        Command::Report(args) => report_command::report(&args),
         Command::Replay(args) => replay::replay(&args),
         Command::Plan(args) => plan::plan(&args),
         Command::Reproduce(args) => reproduce::reproduce(&args),

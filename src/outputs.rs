@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use cluster::checkpoint::{Book, Checkpoint};
+use cluster::checkpoint::{Book, Checkpoint, Look};
 use cluster::roster::Contributor;
 use job::{Method, WalkKind, Word};
 use judge::bounces::bounces;
@@ -11,19 +11,22 @@ use judge::checks::checks_of_result;
 use judge::target;
 use radiosity::{Estimates, Experiment, Iterations, Precision, Solve};
 use report::{
-    Draft, Model, OutputFolder, PartSummary, Provenance, RunFacts, SessionSummary, Summary, WorkerSummary,
-    WorstPatch,
+    Draft, Milestone, Model, OutputFolder, Page, PartSummary, Provenance, RunFacts, SessionSummary, Summary,
+    WorkerSummary, WorstPatch,
 };
 
 use crate::args::OutArgs;
-use crate::checkpoints::{self, CURRENT, Latest, PREVIOUS};
+use crate::checkpoints::{self, CURRENT, Latest, PAGE, PREVIOUS};
 use crate::console::{say, tell};
 use crate::fault::Fault;
 use crate::settings::Settings;
 use report::words::{duration, percent, quantity};
 
 /// The files of a run, in the order they are written: the tally first, since all else follows from it.
-const RUN_FILES: &[&str] = &[CURRENT, PREVIOUS, "patches.csv", "summary.json", "radiosity.png"];
+const RUN_FILES: &[&str] = &[CURRENT, PREVIOUS, "patches.csv", "summary.json", "radiosity.png", PAGE];
+
+/// Above this many patches the page takes longer to open than most want to wait, and is not written.
+const PAGE_UP_TO: usize = 200_000;
 
 /// The output folder of a run.
 pub struct RunOutput {
@@ -62,25 +65,14 @@ impl RunOutput {
         latest: Latest,
         out: &OutArgs,
     ) -> Result<(), Fault> {
-        let (scene, tally) = (experiment.scene(), &checkpoint.tally);
-        if tally.counts.walks == 0 {
+        if checkpoint.tally.counts.walks == 0 {
             tell(&format!(
                 "radwalk: no walk was finished, so nothing is written to {}; what is there is from before",
                 self.path().display()
             ));
             return Ok(());
         }
-        let estimates = Estimates::new(experiment, tally, settings.level(scene));
-        let precision = estimates.precision();
-        let summary =
-            Summary::new(scene, tally, precision, facts(settings, &estimates, &precision, &checkpoint.book));
-        let picture = report::Picture::render(scene, &shown(&estimates));
-        self.folder.keep_hold()?;
-        let drafts = [
-            self.folder.draft("patches.csv", |file| report::write_patches(file, &estimates))?,
-            self.folder.draft("summary.json", |file| summary.write(file))?,
-            self.folder.draft("radiosity.png", |file| picture.write_png(file))?,
-        ];
+        let (summary, drafts) = self.drafts(settings, experiment, checkpoint)?;
         checkpoints::write(&self.folder, checkpoint, latest)?;
         drafts.into_iter().try_for_each(Draft::place)?;
         self.folder.sync()?;
@@ -93,6 +85,57 @@ impl RunOutput {
             self.describe(&summary, settings);
         }
         Ok(())
+    }
+
+    /// Makes what follows from a tally again: all files but the tally.
+    ///
+    /// # Errors
+    /// Where a file cannot be written.
+    pub fn rebuild(
+        &self,
+        settings: &Settings,
+        experiment: &Experiment,
+        checkpoint: &Checkpoint,
+    ) -> Result<(), Fault> {
+        let (_, drafts) = self.drafts(settings, experiment, checkpoint)?;
+        drafts.into_iter().try_for_each(Draft::place)?;
+        Ok(self.folder.sync()?)
+    }
+
+    /// What follows from the tally of a checkpoint, written but not in its place.
+    fn drafts(
+        &self,
+        settings: &Settings,
+        experiment: &Experiment,
+        checkpoint: &Checkpoint,
+    ) -> Result<(Summary, Vec<Draft>), Fault> {
+        let scene = experiment.scene();
+        let estimates = Estimates::new(experiment, &checkpoint.tally, settings.level(scene));
+        let precision = estimates.precision();
+        let facts = facts(settings, &estimates, &precision, &checkpoint.book);
+        let summary = Summary::new(scene, &checkpoint.tally, precision, facts);
+        let (picture, viewpoint) = report::Picture::shoot(scene, &shown(&estimates));
+        self.folder.keep_hold()?;
+        let mut drafts = vec![
+            self.folder.draft("patches.csv", |file| report::write_patches(file, &estimates))?,
+            self.folder.draft("summary.json", |file| summary.write(file))?,
+            self.folder.draft("radiosity.png", |file| picture.write_png(file))?,
+        ];
+        if scene.faces().patch_count() <= PAGE_UP_TO {
+            let page = Page {
+                name: &settings.name,
+                summary: &summary,
+                estimates: &estimates,
+                milestones: &milestones(&checkpoint.book, experiment),
+                command: &command(settings, &summary),
+                viewpoint,
+            };
+            drafts.push(self.folder.draft(PAGE, |file| page.write(file))?);
+        } else {
+            // One of an earlier result would show other numbers.
+            self.folder.remove(&[PAGE])?;
+        }
+        Ok((summary, drafts))
     }
 
     /// A few lines for people.
@@ -158,6 +201,21 @@ impl RunOutput {
         }
         say(&format!("written to {}", self.path().display()));
     }
+}
+
+/// The errors at the looks of a run.
+fn milestones(book: &Book, experiment: &Experiment) -> Vec<Milestone> {
+    let milestone = |look: &Look| Milestone {
+        paths: look.walks as f64 * experiment.paths_per_walk() as f64,
+        median_relative_error: look.median_relative_error,
+        max_relative_error: look.max_relative_error,
+    };
+    book.looks.iter().map(milestone).collect()
+}
+
+/// The command that makes the same numbers again.
+fn command(settings: &Settings, summary: &Summary) -> String {
+    format!("radwalk run {}.toml --seed {} --paths {}", settings.name, settings.seed, summary.paths)
 }
 
 /// B of every patch and channel as the picture shows it; a patch that no walk could tell of shows what it emits.

@@ -195,7 +195,8 @@ impl Page<'_> {
     /// The errors at the looks, and the law 1/√N from the last one.
     fn convergence(&self) -> Option<Chart> {
         let known = |error: fn(&Milestone) -> f64| -> Vec<Point> {
-            let points = self.milestones.iter().map(|at| Point { x: at.paths, y: 100.0 * error(at), error: 0.0 });
+            let points =
+                self.milestones.iter().map(|at| Point { x: at.paths, y: 100.0 * error(at), error: 0.0 });
             points.filter(|point| point.y.is_finite() && point.y > 0.0).collect()
         };
         let half = known(|at| at.median_relative_error);
@@ -206,8 +207,14 @@ impl Page<'_> {
         let law = [first.x, last.x].map(|x| Point { x, y: last.y * (last.x / x).sqrt(), error: 0.0 });
         let mut series = vec![
             Series { name: "half of the area keeps within".into(), style: Style::Joined, points: half },
-            Series { name: "the worst patch".into(), style: Style::Joined, points: known(|at| at.max_relative_error) },
-            Series { name: "1/√paths through the last look".into(), style: Style::Line, points: law.into() },
+            Series {
+                name: "the worst patch".into(),
+                style: Style::Joined,
+                points: known(|at| at.max_relative_error),
+            },
+            Series {
+                name: "1/√paths through the last look".into(), style: Style::Line, points: law.into()
+            },
         ];
         if let Some(target) = &self.summary.target {
             let points = [first.x, last.x].map(|x| Point { x, y: 100.0 * target.relative_error, error: 0.0 });

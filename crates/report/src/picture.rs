@@ -25,7 +25,7 @@ const EXPOSED_SHARE: f64 = 0.95;
 const EXPOSED_LIGHT: f64 = 0.7;
 
 /// A picture of a scene: grey, or in colour where the scene is.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Picture {
     /// Pixels per row.
     pub width: u32,
@@ -35,8 +35,6 @@ pub struct Picture {
     pub channels: usize,
     /// sRGB-encoded, row by row from the top, the channels of a pixel side by side.
     pub pixels: Vec<u8>,
-    /// Where the scene is seen from.
-    pub viewpoint: Viewpoint,
 }
 
 impl Picture {
@@ -46,13 +44,19 @@ impl Picture {
     /// The exposure is such that nearly all that is seen of non-emitting patches stays below white; lamps clip
     /// to white. The same arguments give the same picture.
     pub fn render(scene: &Scene, radiosity: &[f64]) -> Self {
+        Picture::shoot(scene, radiosity).0
+    }
+
+    /// Renders a scene as [`Picture::render`] does, and says where it is seen from.
+    pub fn shoot(scene: &Scene, radiosity: &[f64]) -> (Self, Viewpoint) {
         // By surface: while few walks were shot, which patches are lit is noise.
         let mut lit = vec![false; scene.surfaces().len()];
         for (patch, radiosity) in scene.faces().iter().zip(radiosity.chunks_exact(scene.channels())) {
             lit[patch.surface as usize] |= radiosity.iter().any(|&radiosity| radiosity > 0.0);
         }
         let camera = Camera::best(scene, |surface| lit[surface as usize], SIZE);
-        Studio::new(scene, radiosity, camera).picture()
+        let viewpoint = camera.viewpoint(scene);
+        (Studio::new(scene, radiosity, camera).picture(), viewpoint)
     }
 
     /// Writes the picture as PNG.
@@ -104,8 +108,7 @@ impl<'a> Studio<'a> {
         let pixels = lights.into_iter().flatten().flat_map(|light| {
             light.into_iter().take(channels).map(|light| (encode(light) * 255.0).round() as u8)
         });
-        let viewpoint = self.camera.viewpoint(self.scene);
-        Picture { width, height, channels, pixels: pixels.collect(), viewpoint }
+        Picture { width, height, channels, pixels: pixels.collect() }
     }
 
     /// The light of one pixel whose corners look alike: patches are flat, so that it needs no further look. `None` where

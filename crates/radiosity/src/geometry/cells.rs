@@ -68,7 +68,8 @@ pub(crate) fn cell_corners(shape: &Shape, cell: u32) -> Vec<[f64; 2]> {
             let (i, j) = (row - position / 2, position / 2);
             let point = |(i, j)| [f64::from(i) / f64::from(rows), f64::from(j) / f64::from(rows)];
             let upright = position.is_multiple_of(2);
-            let corners = if upright { [(i, j), (i + 1, j), (i, j + 1)] } else { [(i, j + 1), (i - 1, j + 1), (i, j)] };
+            let corners =
+                if upright { [(i, j), (i + 1, j), (i, j + 1)] } else { [(i, j + 1), (i - 1, j + 1), (i, j)] };
             corners.map(point).into()
         }
     }

@@ -158,14 +158,14 @@ class Page {
       return;
     }
     const cell = (name) => columns[name][face];
-    const all = (name) => channels.map((channel) => cell(name + channel) || 'unknown').join(' | ');
+    const all = (name) => channels.map((channel) => cell(name + channel) || 'unknown').join('\n');
     const { light, flux } = this.result.facts.units;
     const percent = (this.result.facts.summary.confidence * 100).toPrecision(4) * 1;
     const side = columns.side ? `, ${cell('side')}` : '';
     const rows = [
       ['Patch', `${cell('patch')}${side}: ${cell('surface')} [${cell('u')}, ${cell('v')}]`],
       [`Radiosity [${light}]`, all('radiosity')],
-      [`${percent} % interval`, channels.map((c) => (cell(`ci_low${c}`) === '' ? 'unknown' : `${cell(`ci_low${c}`)} … ${cell(`ci_high${c}`)}`)).join(' | ')],
+      [`${percent} % interval`, channels.map((c) => (cell(`ci_low${c}`) === '' ? 'unknown' : `${cell(`ci_low${c}`)} … ${cell(`ci_high${c}`)}`)).join('\n')],
       ['Standard error', all('std_error')],
       [`Irradiance [${flux}]`, all('irradiance')],
       ['Its standard error', all('irradiance_error')],

@@ -1,0 +1,11 @@
+//! Results for other programs: VTK for ParaView, glTF for viewers and modellers, Parquet for data frames. All have the
+//! corners of the patches.
+
+mod glb;
+mod parquet;
+mod table;
+mod vtu;
+
+pub use glb::write_glb;
+pub use parquet::write_parquet;
+pub use vtu::write_vtu;

@@ -1,0 +1,76 @@
+//! The columns of `patches.csv` with their types, and the corners of its rows.
+//!
+//! They are read back from the table as it is written, so that what is exported cannot differ from it.
+
+use std::io;
+
+use glam::DVec3;
+use radiosity::Estimates;
+
+use crate::patches::write_patches;
+
+/// A column of the table.
+pub struct Column {
+    /// Its header.
+    pub name: String,
+    /// Its cells, in the order of rows.
+    pub cells: Cells,
+}
+
+/// The cells of a column.
+pub enum Cells {
+    /// Whole numbers; a cell is missing where no walk could tell.
+    Whole(Vec<Option<i64>>),
+    /// Numbers as the table has them; a cell is missing where no walk could tell.
+    Number(Vec<Option<f64>>),
+    /// Words.
+    Words(Vec<String>),
+}
+
+/// Columns of whole numbers.
+const WHOLE: &[&str] = &["patch", "u", "v", "hits"];
+
+/// Columns of words.
+const WORDS: &[&str] = &["surface", "side", "flags"];
+
+/// The columns of `patches.csv`.
+pub fn columns(estimates: &Estimates) -> io::Result<Vec<Column>> {
+    let mut csv = Vec::new();
+    write_patches(&mut csv, estimates)?;
+    let mut reader = csv::Reader::from_reader(csv.as_slice());
+    let empty = |name: &str| match name {
+        name if WHOLE.contains(&name) => Cells::Whole(Vec::new()),
+        name if WORDS.contains(&name) => Cells::Words(Vec::new()),
+        _ => Cells::Number(Vec::new()),
+    };
+    let mut columns: Vec<Column> =
+        reader.headers()?.iter().map(|name| Column { name: name.into(), cells: empty(name) }).collect();
+    let mut row = csv::StringRecord::new();
+    while reader.read_record(&mut row)? {
+        columns.iter_mut().zip(&row).try_for_each(|(column, cell)| column.cells.push(cell))?;
+    }
+    Ok(columns)
+}
+
+impl Cells {
+    fn push(&mut self, cell: &str) -> io::Result<()> {
+        match self {
+            Cells::Whole(cells) => cells.push(parse(cell)?),
+            Cells::Number(cells) => cells.push(parse(cell)?),
+            Cells::Words(cells) => cells.push(cell.into()),
+        }
+        Ok(())
+    }
+}
+
+/// The number in a cell; `None` where the cell is empty.
+fn parse<T: std::str::FromStr>(cell: &str) -> io::Result<Option<T>> {
+    let bad = |_| io::Error::other(format!("{cell:?} is no number"));
+    if cell.is_empty() { Ok(None) } else { cell.parse().map(Some).map_err(bad) }
+}
+
+/// The corners of the faces in the order of rows [m], as [`radiosity::Faces::corners`] has them.
+pub fn corners<'a>(estimates: &'a Estimates) -> impl Iterator<Item = Vec<DVec3>> + 'a {
+    let faces = estimates.scene().faces();
+    faces.by_patch().map(|face| faces.corners(face))
+}
