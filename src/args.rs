@@ -88,12 +88,44 @@ pub struct OutArgs {
     pub json: bool,
 }
 
+/// What is written for other programs.
+#[derive(Args)]
+pub struct ExportArgs {
+    /// Write the result for other programs, too; may be a list, e.g. --export vtu,glb
+    #[arg(long, value_name = "FORMAT", value_delimiter = ',')]
+    pub export: Vec<Export>,
+}
+
+/// A format that other programs read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Export {
+    /// patches.vtu: ParaView and VTK
+    Vtu,
+    /// scene.glb: viewers and modellers
+    Glb,
+    /// patches.parquet: data frames
+    Parquet,
+}
+
+impl Export {
+    /// The name of the file.
+    pub fn file(self) -> &'static str {
+        match self {
+            Export::Vtu => "patches.vtu",
+            Export::Glb => "scene.glb",
+            Export::Parquet => "patches.parquet",
+        }
+    }
+}
+
 #[derive(Args)]
 pub struct RunArgs {
     #[command(flatten)]
     pub job: JobArgs,
     #[command(flatten)]
     pub out: OutArgs,
+    #[command(flatten)]
+    pub export: ExportArgs,
     /// Worker processes [default: one per core]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
     pub workers: Option<u32>,
@@ -111,6 +143,8 @@ pub struct CoordinateArgs {
     pub job: JobArgs,
     #[command(flatten)]
     pub out: OutArgs,
+    #[command(flatten)]
+    pub export: ExportArgs,
     /// Where to listen for workers: the name by which they reach this machine, e.g. node1:7600 (port 0: any free one)
     #[arg(long, value_name = "HOST:PORT", default_value = "127.0.0.1:0")]
     pub listen: String,
@@ -166,6 +200,8 @@ pub struct MergeArgs {
     /// The output folder
     #[arg(long, value_name = "DIR", required = true)]
     pub out: PathBuf,
+    #[command(flatten)]
+    pub export: ExportArgs,
     /// Replace results that are in the output folder
     #[arg(long)]
     pub force: bool,
@@ -193,6 +229,8 @@ pub struct AuditArgs {
 pub struct ReportArgs {
     /// The output folder of a run
     pub run: PathBuf,
+    #[command(flatten)]
+    pub export: ExportArgs,
     /// Say nothing but errors
     #[arg(long)]
     pub quiet: bool,

@@ -103,7 +103,8 @@ pub fn find(
 }
 
 /// What is made from a tally. It does not stand beside that of another run.
-pub const DERIVED: [&str; 4] = ["patches.csv", "summary.json", "radiosity.png", PAGE];
+pub const DERIVED: [&str; 7] =
+    ["patches.csv", "summary.json", "radiosity.png", PAGE, "patches.vtu", "scene.glb", "patches.parquet"];
 
 /// The page that shows a result.
 pub const PAGE: &str = "report.html";

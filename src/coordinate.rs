@@ -14,7 +14,7 @@ use judge::limits::limits;
 use judge::target::{Observer, judge, looks};
 use radiosity::{Estimates, Experiment, Tally};
 
-use crate::args::{CoordinateArgs, JobArgs, OutArgs, RunArgs};
+use crate::args::{CoordinateArgs, Export, JobArgs, OutArgs, RunArgs};
 use crate::checkpoints::{self, Found, Identity, Keeper, Latest};
 use crate::console::tell;
 use crate::fault::{Fault, Outcome};
@@ -31,7 +31,7 @@ const FINAL_WAITS: [Duration; 4] =
 
 /// Runs a job on worker processes of this machine.
 pub fn run(args: &RunArgs) -> Result<Outcome, Fault> {
-    let prepared = Prepared::new(&args.job, &args.out, args.resume)?;
+    let prepared = Prepared::new(&args.job, &args.out, &args.export.export, args.resume)?;
     let Door { listener, access, mut workers } =
         Door::open(&prepared.identity, processes(args.workers), args.threads)?;
     signals::catch();
@@ -41,7 +41,7 @@ pub fn run(args: &RunArgs) -> Result<Outcome, Fault> {
 
 /// Coordinates workers that are started elsewhere.
 pub fn coordinate(args: &CoordinateArgs) -> Result<Outcome, Fault> {
-    let prepared = Prepared::new(&args.job, &args.out, args.resume)?;
+    let prepared = Prepared::new(&args.job, &args.out, &args.export.export, args.resume)?;
     let access_file = args.access.clone().unwrap_or_else(|| prepared.output.path().join("access.json"));
     let (listener, access) = listen(&prepared.identity, &args.listen)?;
     access
@@ -115,13 +115,13 @@ struct Prepared {
 }
 
 impl Prepared {
-    fn new(args: &JobArgs, out: &OutArgs, resume: bool) -> Result<Self, Fault> {
+    fn new(args: &JobArgs, out: &OutArgs, export: &[Export], resume: bool) -> Result<Self, Fault> {
         let job = job::load(&args.job, &args.overrides())?;
         tell_notes(&job, out);
         let experiment = Experiment::new(job.build_scene()?, job.method.walks())?;
         let settings = Settings::of(&job);
         let folder = out.out.clone().unwrap_or_else(|| default_folder(&job));
-        let output = RunOutput::new(&folder, out.force || resume)?;
+        let output = RunOutput::new(&folder, out.force || resume, export)?;
         let identity = identity(&job, &settings, &experiment)?;
         let past = Past::none(experiment.tally::<{ judge::MOMENTS }>());
         let mut prepared =

@@ -27,7 +27,7 @@ pub fn merge(args: &MergeArgs) -> Result<Outcome, Fault> {
     }
     settings.paths = merged.tally.counts.walks.saturating_mul(experiment.paths_per_walk());
     settings.seed = merged.book.parts.first().map_or(settings.seed, |part| part.seed);
-    let output = RunOutput::new(&args.out, args.force)?;
+    let output = RunOutput::new(&args.out, args.force, &args.export.export)?;
     let out = OutArgs { out: None, force: args.force, quiet: args.quiet, json: false };
     output.write(&settings, &experiment, &merged, Latest::Foreign, &out)?;
     Ok(Outcome::Done)

@@ -3,6 +3,7 @@
 use std::path::Path;
 use std::sync::Arc;
 
+use clap::ValueEnum;
 use cluster::checkpoint::{Book, Checkpoint, Look};
 use cluster::roster::Contributor;
 use job::{Method, WalkKind, Word};
@@ -15,7 +16,7 @@ use report::{
     WorkerSummary, WorstPatch,
 };
 
-use crate::args::OutArgs;
+use crate::args::{Export, OutArgs};
 use crate::checkpoints::{self, CURRENT, Latest, PAGE, PREVIOUS};
 use crate::console::{say, tell};
 use crate::fault::Fault;
@@ -23,7 +24,17 @@ use crate::settings::Settings;
 use report::words::{duration, percent, quantity};
 
 /// The files of a run, in the order they are written: the tally first, since all else follows from it.
-const RUN_FILES: &[&str] = &[CURRENT, PREVIOUS, "patches.csv", "summary.json", "radiosity.png", PAGE];
+const RUN_FILES: &[&str] = &[
+    CURRENT,
+    PREVIOUS,
+    "patches.csv",
+    "summary.json",
+    "radiosity.png",
+    PAGE,
+    "patches.vtu",
+    "scene.glb",
+    "patches.parquet",
+];
 
 /// Above this many patches the page takes longer to open than most want to wait, and is not written.
 const PAGE_UP_TO: usize = 200_000;
@@ -31,6 +42,7 @@ const PAGE_UP_TO: usize = 200_000;
 /// The output folder of a run.
 pub struct RunOutput {
     folder: Arc<OutputFolder>,
+    exports: Vec<Export>,
 }
 
 impl RunOutput {
@@ -38,8 +50,9 @@ impl RunOutput {
     ///
     /// # Errors
     /// Where it holds results that may not be `replace`d.
-    pub fn new(path: &Path, replace: bool) -> Result<Self, Fault> {
-        Ok(RunOutput { folder: OutputFolder::claim(path, RUN_FILES, replace)?.into() })
+    pub fn new(path: &Path, replace: bool, exports: &[Export]) -> Result<Self, Fault> {
+        let folder = OutputFolder::claim(path, RUN_FILES, replace)?.into();
+        Ok(RunOutput { folder, exports: exports.into() })
     }
 
     /// The folder itself.
@@ -114,7 +127,7 @@ impl RunOutput {
         let precision = estimates.precision();
         let facts = facts(settings, &estimates, &precision, &checkpoint.book);
         let summary = Summary::new(scene, &checkpoint.tally, precision, facts);
-        let (picture, viewpoint) = report::Picture::shoot(scene, &shown(&estimates));
+        let (picture, shot) = report::Picture::shoot(scene, &shown(&estimates));
         self.folder.keep_hold()?;
         let mut drafts = vec![
             self.folder.draft("patches.csv", |file| report::write_patches(file, &estimates))?,
@@ -128,12 +141,24 @@ impl RunOutput {
                 estimates: &estimates,
                 milestones: &milestones(&checkpoint.book, experiment),
                 command: &command(settings, &summary),
-                viewpoint,
+                shot,
             };
             drafts.push(self.folder.draft(PAGE, |file| page.write(file))?);
         } else {
             // One of an earlier result would show other numbers.
             self.folder.remove(&[PAGE])?;
+        }
+        for export in Export::value_variants() {
+            let file = export.file();
+            if !self.exports.contains(export) {
+                self.folder.remove(&[file])?;
+                continue;
+            }
+            drafts.push(self.folder.draft(file, |writer| match export {
+                Export::Vtu => report::write_vtu(writer, &estimates),
+                Export::Glb => report::write_glb(writer, &estimates, &shot),
+                Export::Parquet => report::write_parquet(writer, &estimates),
+            })?);
         }
         Ok((summary, drafts))
     }

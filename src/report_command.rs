@@ -17,7 +17,7 @@ pub fn report(args: &ReportArgs) -> Result<Outcome, Fault> {
     let kept = |reason| Fault::Kept { path: args.run.clone(), reason, build: builds(&checkpoint) };
     let (settings, experiment) = replica::unpack(&checkpoint.book.job).map_err(kept)?;
     check_shape(&checkpoint.tally, &experiment).map_err(|fault| CheckpointError { path, fault })?;
-    RunOutput::new(&args.run, true)?.rebuild(&settings, &experiment, &checkpoint)?;
+    RunOutput::new(&args.run, true, &args.export.export)?.rebuild(&settings, &experiment, &checkpoint)?;
     if !args.quiet {
         say(&format!("written to {}", args.run.display()));
     }

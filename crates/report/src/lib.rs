@@ -26,7 +26,7 @@ pub use export::{write_glb, write_parquet, write_vtu};
 pub use model::{Bounce, Model};
 pub use page::{Milestone, Page};
 pub use patches::{face_words, flags, side_name, write_patches};
-pub use picture::Picture;
+pub use picture::{Picture, Shot};
 pub use summary::{
     Check, Energy, Method, PartSummary, PrecisionSummary, Provenance, RunFacts, SessionSummary, Summary,
     Target, WorkerSummary, WorstPatch,

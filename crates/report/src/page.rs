@@ -14,9 +14,9 @@ use minijinja::{AutoEscape, Environment, context};
 use radiosity::Estimates;
 use serde::Serialize;
 
-use crate::camera::Viewpoint;
 use crate::chart::{Axis, Chart, Point, Series, Style};
 use crate::patches::write_patches;
+use crate::picture::Shot;
 use crate::summary::{Energy, Summary};
 
 const TEMPLATE: &str = include_str!("../assets/report.html");
@@ -50,8 +50,8 @@ pub struct Page<'a> {
     pub milestones: &'a [Milestone],
     /// The command that makes the same numbers again.
     pub command: &'a str,
-    /// Where the scene is seen from at first.
-    pub viewpoint: Viewpoint,
+    /// How the scene is seen at first.
+    pub shot: Shot,
 }
 
 /// The parts of the page's data that its script reads as JSON.
@@ -59,7 +59,7 @@ pub struct Page<'a> {
 struct Facts<'a> {
     summary: &'a Summary,
     units: Units,
-    view: Viewpoint,
+    view: Shot,
 }
 
 #[derive(Serialize)]
@@ -260,7 +260,7 @@ impl Page<'_> {
 
     fn facts(&self) -> io::Result<String> {
         let units = Units { light: "W/m²", flux: "W/m²" };
-        let facts = Facts { summary: self.summary, units, view: self.viewpoint };
+        let facts = Facts { summary: self.summary, units, view: self.shot };
         // Nothing in it ends the element that holds it.
         Ok(serde_json::to_string(&facts)?.replace('<', "\\u003c"))
     }

@@ -3,6 +3,7 @@
 use std::io::{self, Write};
 
 use radiosity::Scene;
+use serde::Serialize;
 
 use crate::camera::{Camera, Sight, Viewpoint};
 
@@ -47,8 +48,8 @@ impl Picture {
         Picture::shoot(scene, radiosity).0
     }
 
-    /// Renders a scene as [`Picture::render`] does, and says where it is seen from.
-    pub fn shoot(scene: &Scene, radiosity: &[f64]) -> (Self, Viewpoint) {
+    /// Renders a scene as [`Picture::render`] does, and says how.
+    pub fn shoot(scene: &Scene, radiosity: &[f64]) -> (Self, Shot) {
         // By surface: while few walks were shot, which patches are lit is noise.
         let mut lit = vec![false; scene.surfaces().len()];
         for (patch, radiosity) in scene.faces().iter().zip(radiosity.chunks_exact(scene.channels())) {
@@ -56,7 +57,8 @@ impl Picture {
         }
         let camera = Camera::best(scene, |surface| lit[surface as usize], SIZE);
         let viewpoint = camera.viewpoint(scene);
-        (Studio::new(scene, radiosity, camera).picture(), viewpoint)
+        let studio = Studio::new(scene, radiosity, camera);
+        (studio.picture(), Shot { viewpoint, exposure: studio.exposure })
     }
 
     /// Writes the picture as PNG.
@@ -73,6 +75,16 @@ impl Picture {
         png.write_image_data(&self.pixels)?;
         Ok(png.finish()?)
     }
+}
+
+/// How a picture was taken.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Shot {
+    /// Where the scene is seen from.
+    #[serde(flatten)]
+    pub viewpoint: Viewpoint,
+    /// Light, 1 being white, over radiosity, channel by channel [m²/W].
+    pub exposure: [f64; 3],
 }
 
 /// A scene in front of a camera, with its light measured.

@@ -9,7 +9,7 @@ use radiosity::Estimates;
 use serde_json::json;
 
 use super::table::corners;
-use crate::camera::Viewpoint;
+use crate::picture::Shot;
 
 /// Numbers of glTF.
 const FLOAT: u32 = 5126;
@@ -17,16 +17,11 @@ const UNSIGNED_INT: u32 = 5125;
 const ARRAY_BUFFER: u32 = 34962;
 const ELEMENT_ARRAY_BUFFER: u32 = 34963;
 
-/// Writes the faces; `exposure` is light over radiosity [m²/W], `viewpoint` tells what is up.
+/// Writes the faces; the shot tells how bright they are shown, and what is up.
 ///
 /// # Errors
 /// Those of `writer`; a scene whose buffers take more than 4 GiB, which the format cannot hold.
-pub fn write_glb(
-    mut writer: impl Write,
-    estimates: &Estimates,
-    exposure: f64,
-    viewpoint: &Viewpoint,
-) -> io::Result<()> {
+pub fn write_glb(mut writer: impl Write, estimates: &Estimates, shot: &Shot) -> io::Result<()> {
     let faces = estimates.scene().faces();
     let channels = estimates.scene().channels();
     let (mut places, mut colours, mut light, mut indices) = (vec![], vec![], vec![], vec![]);
@@ -42,7 +37,10 @@ pub fn write_glb(
             low = std::array::from_fn(|axis| low[axis].min(place[axis]));
             high = std::array::from_fn(|axis| high[axis].max(place[axis]));
             places.extend(place);
-            colours.extend([0, 1, 2].map(|c| (radiosity(c % channels) * exposure).clamp(0.0, 1.0) as f32));
+            colours.extend(
+                [0, 1, 2]
+                    .map(|c| (radiosity(c % channels) * shot.exposure[c % channels]).clamp(0.0, 1.0) as f32),
+            );
             light.push(mean as f32);
         }
         (2..corners.len() as u32).for_each(|i| indices.extend([first, first + i - 1, first + i]));
@@ -68,7 +66,7 @@ pub fn write_glb(
         "extensionsUsed": ["KHR_materials_unlit"],
         "scene": 0,
         "scenes": [{"nodes": [0]}],
-        "nodes": [{"mesh": 0, "rotation": upright(viewpoint.up)}],
+        "nodes": [{"mesh": 0, "rotation": upright(shot.viewpoint.up)}],
         "meshes": [{"primitives": [{
             "attributes": {"POSITION": 0, "COLOR_0": 1, "_RADIOSITY": 2},
             "indices": 3,

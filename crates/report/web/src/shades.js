@@ -2,10 +2,6 @@
 
 import { areaQuantile, encode, scale, UNKNOWN } from './colours.js';
 
-/** This part of the area of faces that do not emit is at most as bright as EXPOSED_LIGHT, as in radiosity.png. */
-const EXPOSED_SHARE = 0.95;
-const EXPOSED_LIGHT = 0.7;
-
 const FLAGS = [
   ['unsampled', 'no walk could tell: numbers are missing', [214, 120, 190]],
   ['bias', 'walks were cut off: the value may be too small', [213, 94, 0]],
@@ -35,29 +31,21 @@ export function shade(result, { quantity, channel, logarithmic, stops }) {
   return numbers(result, quantity, quantity.of(channel), logarithmic);
 }
 
+/** As radiosity.png is exposed: white is the colour of all emitted light together. */
 function picture(result, stops) {
-  const exposure = exposureOf(result) * 2 ** stops;
   const bytes = new Uint8Array(3 * result.size);
-  const channels = [0, 1, 2].map((c) => result.number('radiosity' + result.channels[c % result.channels.length]));
-  const emitted = [0, 1, 2].map((c) => result.number('emittance' + result.channels[c % result.channels.length]));
+  const channels = [0, 1, 2].map((c) => c % result.channels.length);
+  const exposure = channels.map((c) => result.facts.view.exposure[c] * 2 ** stops);
+  const radiosity = channels.map((c) => result.number('radiosity' + result.channels[c]));
+  const emitted = channels.map((c) => result.number('emittance' + result.channels[c]));
   for (let i = 0; i < result.size; i += 1) {
     for (let c = 0; c < 3; c += 1) {
-      const light = Number.isNaN(channels[c][i]) ? emitted[c][i] : channels[c][i];
-      bytes[3 * i + c] = encode(light * exposure);
+      const light = Number.isNaN(radiosity[c][i]) ? emitted[c][i] : radiosity[c][i];
+      bytes[3 * i + c] = encode(light * exposure[c]);
     }
   }
-  const white = 1 / exposure;
-  return { bytes, legend: { words: `White is ${brief(white)} ${result.facts.units.light} and above.` } };
-}
-
-function exposureOf(result) {
-  result.exposure ??= (() => {
-    const radiosity = result.quantity('radiosity', 'mean');
-    const emittance = result.quantity('emittance', 'mean');
-    const bright = areaQuantile(radiosity, result.area, EXPOSED_SHARE, (i) => emittance[i] === 0 && radiosity[i] > 0);
-    return bright > 0 ? EXPOSED_LIGHT / bright : 1;
-  })();
-  return result.exposure;
+  const white = result.channels.map((_, c) => brief(1 / exposure[c]));
+  return { bytes, legend: { words: `White is ${white.join(', ')} ${result.facts.units.light} and above${white.length > 1 ? ' (red, green, blue)' : ''}.` } };
 }
 
 function flags(result) {
