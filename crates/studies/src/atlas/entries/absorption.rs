@@ -5,9 +5,15 @@ use radiosity::{EstimatorKind, SceneSpec};
 use report::{Axis, Chart};
 use stats::Measured;
 
-use crate::atlas::entry::{Claim, Entry, Failure, Finding};
-use crate::atlas::lab::{Lab, experiment, ratio, receivers, run, shooting, squared_error};
-use crate::numbers::{figure, pm, seen, theory};
+use crate::arithmetic::ratio;
+use crate::atlas::entry::{Entry, Finding};
+use crate::claim::Claim;
+use crate::lab::Lab;
+use crate::methods::{Failure, experiment, shooting};
+use crate::numbers::{measured, number};
+use crate::series::{seen, theory};
+use crate::told::run;
+use crate::walking::{receivers, squared_error};
 
 pub const ENTRY: Entry = Entry {
     name: "absorption-in-the-bright",
@@ -28,8 +34,8 @@ const KINDS: [(EstimatorKind, WalkEstimator, &str); 2] = [
 ];
 
 fn study(lab: &Lab) -> Result<Finding, Failure> {
-    let sweep = lab.size(vec![0.5, 0.99], vec![0.5, 0.9, 0.99, 0.999]);
-    let (runs, rays) = lab.size((40, 40_000.0), (200, 400_000.0));
+    let sweep = lab.pick(vec![0.5, 0.99], vec![0.5, 0.9, 0.99, 0.999]);
+    let (runs, rays) = lab.pick((40, 40_000.0), (200, 400_000.0));
     let mut lines = [const { Vec::new() }; 2];
     let mut marks = [const { Vec::new() }; 2];
     let mut claims = Vec::new();
@@ -47,7 +53,7 @@ fn study(lab: &Lab) -> Result<Finding, Failure> {
                 squared_error(lab, runs, &experiment, walks, &patches, &exact.solution().radiosity);
             let over = ratio(measured, predicted);
             claims.push(Claim::equal(
-                &format!("R = {reflectance}: squared error of {name} over theory"),
+                format!("R = {reflectance}: squared error of {name} over theory"),
                 over,
                 1.0,
             ));
@@ -91,14 +97,14 @@ fn study(lab: &Lab) -> Result<Finding, Failure> {
         seen: format!(
             "At R = {brightest} the mean squared relative error is {} by absorption and {} by collision, from equal \
              rays.",
-            pm(worse),
-            pm(better)
+            measured(worse),
+            measured(better)
         ),
         told,
         instead: format!(
             "Write estimator = \"collision\": {} times less at R = {brightest}, as measured; or chains, which the \
              entry on long walks compares.",
-            figure(worse.value / better.value)
+            number(worse.value / better.value)
         ),
         claims,
         chart,

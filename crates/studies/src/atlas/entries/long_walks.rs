@@ -8,9 +8,15 @@ use report::{Axis, Chart, Series};
 use stats::Measured;
 
 use super::absorption;
-use crate::atlas::entry::{Claim, Entry, Failure, Finding};
-use crate::atlas::lab::{Lab, chains, experiment, ratio, receivers, root, run, shooting, squared_error};
-use crate::numbers::{figure, pm, seen, theory};
+use crate::arithmetic::{ratio, root};
+use crate::atlas::entry::{Entry, Finding};
+use crate::claim::Claim;
+use crate::lab::Lab;
+use crate::methods::{Failure, chains, experiment, shooting};
+use crate::numbers::{measured, number};
+use crate::series::{seen, theory};
+use crate::told::run;
+use crate::walking::{receivers, squared_error};
 
 pub const ONE_ROOM: Entry = Entry {
     name: "long-walks",
@@ -56,8 +62,8 @@ struct Room {
 
 impl Room {
     fn study(self, lab: &Lab) -> Result<Finding, Failure> {
-        let sweep = lab.size(vec![0.9, 0.999], vec![0.9, 0.99, 0.999, 0.9999]);
-        let (runs, rays) = lab.size((60, 1_u64 << 14), (200, 1 << 17));
+        let sweep = lab.pick(vec![0.9, 0.999], vec![0.9, 0.99, 0.999, 0.9999]);
+        let (runs, rays) = lab.pick((60, 1_u64 << 14), (200, 1 << 17));
         let exact = Exact::of_scene(&(self.scene)(0.5))?;
         let exchange = Arc::new(exact.exchange().clone());
         let (mut line, mut walked, mut chained) = (Vec::new(), Vec::new(), Vec::new());
@@ -101,17 +107,17 @@ impl Room {
             seen: format!(
                 "{} the rms relative error of {rays} rays is {} by walks at R = {}, {} at R = {brightest}.",
                 self.what,
-                pm(walked[0].1),
+                measured(walked[0].1),
                 sweep[0],
-                pm(walks)
+                measured(walks)
             ),
             told,
             instead: format!(
                 "walk = \"jacobi\": {} at R = {} and {} at R = {brightest}, from as many rays: {} times less.",
-                pm(chained[0].1),
+                measured(chained[0].1),
                 sweep[0],
-                pm(chain),
-                figure(walks.value / chain.value)
+                measured(chain),
+                number(walks.value / chain.value)
             ),
             claims,
             chart: Chart {

@@ -5,9 +5,15 @@ use radiosity::{EstimatorKind, SceneSpec};
 use report::{Axis, Chart};
 use stats::Measured;
 
-use crate::atlas::entry::{Claim, Entry, Failure, Finding};
-use crate::atlas::lab::{Lab, estimate, experiment, ratio, run, shooting, solve, variance_over, walk};
-use crate::numbers::{figure, pm, seen, theory};
+use crate::arithmetic::ratio;
+use crate::atlas::entry::{Entry, Finding};
+use crate::claim::Claim;
+use crate::lab::Lab;
+use crate::methods::{Failure, experiment, shooting};
+use crate::numbers::{measured, number};
+use crate::series::{seen, theory};
+use crate::told::run;
+use crate::walking::{estimate, solve, variance_over, walk};
 
 pub const ENTRY: Entry = Entry {
     name: "survival-in-the-dark",
@@ -34,8 +40,8 @@ struct Point {
 }
 
 fn study(lab: &Lab) -> Result<Finding, Failure> {
-    let sweep = lab.size(vec![0.3, 0.03], vec![0.3, 0.1, 0.03, 0.01, 0.003, 0.001]);
-    let walks = lab.size(400_000, 20_000_000);
+    let sweep = lab.pick(vec![0.3, 0.03], vec![0.3, 0.1, 0.03, 0.01, 0.003, 0.001]);
+    let walks = lab.pick(400_000, 20_000_000);
     let points = sweep.iter().map(|&dark| point(dark, walks)).collect::<Result<Vec<_>, Failure>>()?;
     let last = points.last().expect("a sweep has points");
     let survival = experiment(&scene(0.001), shooting(EstimatorKind::Survival))?;
@@ -70,8 +76,8 @@ fn study(lab: &Lab) -> Result<Finding, Failure> {
         seen: format!(
             "In the 54-patch cube with one dark face the sample variances are {} (survival) and {} (collision) of \
              these at R = {}.",
-            pm(last.ratio[0]),
-            pm(last.ratio[1]),
+            measured(last.ratio[0]),
+            measured(last.ratio[1]),
             last.dark
         ),
         told,
@@ -79,8 +85,8 @@ fn study(lab: &Lab) -> Result<Finding, Failure> {
             "Write estimator = \"collision\": at R = {} its variance is {} times less, as measured above, and its \
              irradiances are known down to R = 0: there that of the dark patch is {} of what theory says.",
             last.dark,
-            figure(gain),
-            pm(ratio(remedy, truth))
+            number(gain),
+            measured(ratio(remedy, truth))
         ),
         claims,
         chart: Chart {
@@ -118,7 +124,7 @@ fn irradiance_of_black(walks: u64) -> Result<(Measured, f64), Failure> {
 
 fn of_point(point: &Point) -> Vec<Claim> {
     let claim = |(kind, ratio): (&str, Measured)| {
-        Claim::equal(&format!("R = {}: variance of {kind} over theory", point.dark), ratio, 1.0)
+        Claim::equal(format!("R = {}: variance of {kind} over theory", point.dark), ratio, 1.0)
     };
     ["survival", "collision"].into_iter().zip(point.ratio).map(claim).collect()
 }
