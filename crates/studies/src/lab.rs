@@ -122,14 +122,14 @@ impl Lab {
 
 #[cfg(test)]
 mod tests {
-    use radiosity::EstimatorKind;
+    use radiosity::{EstimatorKind, Method};
 
     use super::*;
-    use crate::methods::{experiment, shooting};
+    use crate::walking::experiment;
 
     #[test]
     fn threads_do_not_enter_the_answer() {
-        let experiment = experiment(&scenes::cube(1), shooting(EstimatorKind::Collision)).unwrap();
+        let experiment = experiment(&scenes::cube(1), Method::shooting(EstimatorKind::Collision)).unwrap();
         let [one, three] = [1, 3].map(|threads| Lab { effort: Effort::Quick, threads });
         let read = |tally: &Tally| tally.sums().to_vec();
         let runs = |lab: Lab| lab.runs(&experiment, 1, 20, 100, read);

@@ -17,7 +17,6 @@ pub mod claim;
 mod clock;
 pub mod compare;
 mod lab;
-mod methods;
 mod numbers;
 mod page;
 pub mod papers;
@@ -26,4 +25,4 @@ mod told;
 mod walking;
 
 pub use lab::{Effort, Lab};
-pub use methods::Failure;
+pub use walking::Failure;

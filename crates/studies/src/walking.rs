@@ -1,6 +1,6 @@
 //! Walks walked in this process, and what their tallies say.
 
-use radiosity::{Estimate, Experiment, Sequence, Solution, Tally};
+use radiosity::{Estimate, Experiment, IndexChoice, Method, Scene, SceneSpec, Sequence, Solution, Tally};
 use stats::Measured;
 
 use crate::arithmetic::{proportion, ratio};
@@ -11,6 +11,17 @@ pub const CONFIDENCE: f64 = 0.95;
 
 /// Walks scored on one board before it is emptied.
 const AT_A_TIME: u64 = 1 << 20;
+
+/// What keeps a study from being done.
+pub type Failure = Box<dyn std::error::Error + Send + Sync>;
+
+/// A method in a scene.
+///
+/// # Errors
+/// Where the scene or the method is refused.
+pub fn experiment(spec: &SceneSpec, method: impl Into<Method>) -> Result<Experiment, Failure> {
+    Ok(Experiment::new(Scene::build(spec, IndexChoice::Auto)?, method)?)
+}
 
 /// The tally of walks 0 … `walks` − 1, with M power sums.
 pub fn walk<const M: usize>(experiment: &Experiment, seed: u64, walks: u64) -> Tally {

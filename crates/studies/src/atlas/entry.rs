@@ -4,7 +4,7 @@ use report::Chart;
 
 use crate::claim::{Claim, Judge};
 use crate::lab::Lab;
-use crate::methods::Failure;
+use crate::walking::Failure;
 
 /// One way in which a method fails.
 pub struct Entry {

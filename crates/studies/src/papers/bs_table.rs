@@ -6,10 +6,9 @@ use stats::Measured;
 
 use crate::claim::{Bound, Claim};
 use crate::lab::Lab;
-use crate::methods::method;
 use crate::papers::Chapter;
 use crate::papers::findings::Findings;
-use crate::papers::walkers::experiment;
+use crate::papers::walkers::{experiment, method};
 use crate::walking::Reader;
 
 /// BS table 1.

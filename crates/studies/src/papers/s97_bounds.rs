@@ -8,10 +8,11 @@ use stats::Measured;
 use crate::arithmetic::counted;
 use crate::claim::{Bound, Claim};
 use crate::lab::Lab;
-use crate::methods::method;
 use crate::papers::Chapter;
 use crate::papers::findings::{Figure, Findings};
-use crate::papers::walkers::{DIRECTIONS, ESTIMATORS, experiment, mean_by_area, name, predicted, rank};
+use crate::papers::walkers::{
+    DIRECTIONS, ESTIMATORS, experiment, mean_by_area, method, name, predicted, rank,
+};
 use crate::series::point;
 use crate::walking::Reader;
 

@@ -8,11 +8,10 @@ use crate::arithmetic::counted;
 use crate::claim::{Bound, Claim};
 use crate::clock::thread_seconds;
 use crate::lab::Lab;
-use crate::methods::method;
 use crate::papers::Chapter;
 use crate::papers::counted::{Counted, Work};
 use crate::papers::findings::{Figure, Findings};
-use crate::papers::walkers::{DIRECTIONS, predicted, refined};
+use crate::papers::walkers::{DIRECTIONS, method, predicted, refined};
 use crate::series::point;
 
 /// S97 tables 1 and 2.

@@ -1,17 +1,18 @@
 //! S97 figs 2 and 3, SInf fig 1: the variance of every patch of the 54-patch cube under eight estimators.
 
 use exact::Exact;
-use radiosity::{Direction, EstimatorKind, InfiniteEnd, Method};
+use radiosity::{Direction, EstimatorKind, InfiniteEnd};
 use report::{Axis, Chart, Series, Style};
 use stats::Measured;
 
 use crate::arithmetic::{counted, quotient};
 use crate::claim::{Bound, Claim};
 use crate::lab::Lab;
-use crate::methods::method;
 use crate::papers::Chapter;
 use crate::papers::findings::{Figure, Findings};
-use crate::papers::walkers::{DIRECTIONS, ESTIMATORS, estimator_name, experiment, name, predicted, rank};
+use crate::papers::walkers::{
+    DIRECTIONS, ESTIMATORS, estimator_name, experiment, method, name, predicted, rank,
+};
 use crate::series::point;
 use crate::walking::Reader;
 
@@ -84,7 +85,7 @@ fn compare(
     seed: u64,
 ) -> Comparison {
     let cut = InfiniteEnd::Cutoff { threshold: 0.001 };
-    let method = Method { infinite: cut, ..method(direction.clone(), estimator) };
+    let method = method(direction.clone(), estimator.ending(cut));
     let experiment = experiment(&scenes::cube(3), method.clone());
     let reader = Reader::new(&experiment);
     let truth = &exact.solution().reflected;

@@ -8,10 +8,9 @@ use stats::Measured;
 use crate::arithmetic::{counted, quotient};
 use crate::claim::{Bound, Claim};
 use crate::lab::Lab;
-use crate::methods::method;
 use crate::papers::Chapter;
 use crate::papers::findings::{Figure, Findings};
-use crate::papers::walkers::experiment;
+use crate::papers::walkers::{experiment, method};
 use crate::series::point;
 use crate::walking::Reader;
 

@@ -1,7 +1,7 @@
 //! Absorption at R near 1.
 
 use exact::{Exact, WalkEstimator};
-use radiosity::{EstimatorKind, SceneSpec};
+use radiosity::{EstimatorKind, Method, SceneSpec};
 use report::{Axis, Chart};
 use stats::Measured;
 
@@ -9,11 +9,10 @@ use crate::arithmetic::ratio;
 use crate::atlas::entry::{Entry, Finding};
 use crate::claim::Claim;
 use crate::lab::Lab;
-use crate::methods::{Failure, experiment, shooting};
 use crate::numbers::{measured, number};
 use crate::series::{seen, theory};
 use crate::told::run;
-use crate::walking::{receivers, squared_error};
+use crate::walking::{Failure, experiment, receivers, squared_error};
 
 pub const ENTRY: Entry = Entry {
     name: "absorption-in-the-bright",
@@ -44,7 +43,7 @@ fn study(lab: &Lab) -> Result<Finding, Failure> {
         let exact = Exact::of_scene(&spec)?;
         let walks = (rays * (1.0 - reflectance)) as u64;
         for (k, (kind, estimator, name)) in KINDS.into_iter().enumerate() {
-            let experiment = experiment(&spec, shooting(kind))?;
+            let experiment = experiment(&spec, Method::shooting(kind))?;
             let patches = receivers(&experiment);
             let (variances, b) = (estimator.variances(&exact), &exact.solution().reflected);
             let predicted = patches.iter().map(|&i| variances[i] / (b[i] * b[i])).sum::<f64>()
@@ -63,7 +62,8 @@ fn study(lab: &Lab) -> Result<Finding, Failure> {
     }
     let brightest = *sweep.last().expect("a sweep has points");
     let told =
-        run(&experiment(&scene(brightest), shooting(EstimatorKind::Absorption))?, 1, 4000, None).told();
+        run(&experiment(&scene(brightest), Method::shooting(EstimatorKind::Absorption))?, 1, 4000, None)
+            .told();
     claims.push(Claim::told(&told, "collision has up to"));
     let last = |marks: &[(f64, Measured)]| marks[marks.len() - 1].1;
     let (worse, better) = (last(&marks[0]), last(&marks[1]));

@@ -1,7 +1,7 @@
 //! Areas of very unequal size: what Sh91 assumes away.
 
 use exact::{Exact, WalkEstimator};
-use radiosity::{Birth, EstimatorKind, SceneSpec};
+use radiosity::{Birth, EstimatorKind, Method, SceneSpec};
 use report::{Axis, Chart};
 use stats::Measured;
 
@@ -9,11 +9,10 @@ use crate::arithmetic::{ratio, root};
 use crate::atlas::entry::{Entry, Finding};
 use crate::claim::Claim;
 use crate::lab::Lab;
-use crate::methods::{Failure, experiment, gathering, shooting};
 use crate::numbers::{measured, number};
 use crate::series::{seen, theory};
 use crate::told::run;
-use crate::walking::{coverage, squared_error};
+use crate::walking::{Failure, coverage, experiment, squared_error};
 
 pub const ENTRY: Entry = Entry {
     name: "area-ratios",
@@ -42,9 +41,11 @@ fn study(lab: &Lab) -> Result<Finding, Failure> {
         let truth = &exact.solution().radiosity;
         let variance = WalkEstimator::ShootCollision.variances(&exact)[TILE] / walks as f64;
         let predicted = variance.sqrt() / truth[TILE];
-        let shoots = experiment(&spec, shooting(EstimatorKind::Collision))?;
-        let gathers =
-            experiment(&spec, gathering(Birth::Patches(vec![TILE as u32]), EstimatorKind::Collision))?;
+        let shoots = experiment(&spec, Method::shooting(EstimatorKind::Collision))?;
+        let gathers = experiment(
+            &spec,
+            Method::gathering(Birth::Patches(vec![TILE as u32]), EstimatorKind::Collision),
+        )?;
         let of = |experiment| squared_error(lab, runs, experiment, walks, &[TILE], truth);
         let squared = of(&shoots);
         line.push((part, predicted));
@@ -62,7 +63,8 @@ fn study(lab: &Lab) -> Result<Finding, Failure> {
             claims.push(Claim::equal(format!("{part:e} of the area: squared error over theory"), over, 1.0));
         }
     }
-    let told = run(&experiment(&scene(1e-8), shooting(EstimatorKind::Collision))?, 1, walks, None).told();
+    let told =
+        run(&experiment(&scene(1e-8), Method::shooting(EstimatorKind::Collision))?, 1, walks, None).told();
     claims.push(Claim::told(&told, "`unhit`"));
     claims.push(Claim::told(&told, "about as rarely hit"));
     let [largest, smallest] = [gathered[0].1, gathered[gathered.len() - 1].1];

@@ -9,9 +9,9 @@ use stats::Measured;
 use crate::atlas::entry::{Entry, Finding};
 use crate::claim::Claim;
 use crate::lab::Lab;
-use crate::methods::Failure;
 use crate::numbers::{measured, number};
 use crate::series::{seen, theory};
+use crate::walking::Failure;
 
 pub const ENTRY: Entry =
     Entry { name: "correlated-sequences", title: "Sequences of walks that are not independent", study };

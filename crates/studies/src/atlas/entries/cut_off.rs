@@ -1,7 +1,7 @@
 //! Infinite walks that are cut off.
 
 use exact::Exact;
-use radiosity::{EstimatorKind, InfiniteEnd, Method, SceneSpec};
+use radiosity::{Estimator, EstimatorKind, InfiniteEnd, Method, SceneSpec};
 use report::{Axis, Chart};
 use stats::Measured;
 
@@ -9,11 +9,10 @@ use super::absorption;
 use crate::atlas::entry::{Entry, Finding};
 use crate::claim::Claim;
 use crate::lab::Lab;
-use crate::methods::{Failure, experiment, shooting};
 use crate::numbers::{measured, number};
 use crate::series::{seen, theory};
 use crate::told::run;
-use crate::walking::{estimate, receivers, solve};
+use crate::walking::{Failure, estimate, experiment, receivers, solve};
 
 pub const ENTRY: Entry = Entry {
     name: "cut-off",
@@ -28,7 +27,7 @@ fn scene() -> SceneSpec {
 }
 
 fn method(infinite: InfiniteEnd) -> Method {
-    Method { infinite, ..shooting(EstimatorKind::Infinite) }
+    Method::shooting(Estimator::Infinite(infinite))
 }
 
 /// The part of the reflected radiosity of all receivers that comes after so many hits: Neumann's series, cut.
@@ -71,7 +70,7 @@ fn missing(
 
 fn study(lab: &Lab) -> Result<Finding, Failure> {
     let exact = Exact::of_scene(&scene())?;
-    let patches = receivers(&experiment(&scene(), shooting(EstimatorKind::Collision))?);
+    let patches = receivers(&experiment(&scene(), Method::shooting(EstimatorKind::Collision))?);
     let lengths = lab.pick(vec![2, 8], vec![1, 2, 4, 8, 12, 16, 24, 32]);
     let (runs, walks) = lab.pick((20, 10_000), (100, 30_000));
     let (mut line, mut cut, mut short, mut bounds) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());

@@ -1,7 +1,7 @@
 //! Emitters that walks hardly find, or that hardly send any.
 
 use exact::{Exact, GatherEstimator, WalkEstimator};
-use radiosity::{Birth, EstimatorKind, SceneSpec, birth_probabilities};
+use radiosity::{Birth, EstimatorKind, Method, SceneSpec, birth_probabilities};
 use report::{Axis, Chart};
 use stats::Measured;
 
@@ -9,11 +9,10 @@ use crate::arithmetic::{ratio, root};
 use crate::atlas::entry::{Entry, Finding};
 use crate::claim::Claim;
 use crate::lab::Lab;
-use crate::methods::{Failure, experiment, gathering, shooting};
 use crate::numbers::{measured, number};
 use crate::series::{seen, theory};
 use crate::told::run;
-use crate::walking::{squared_error, variance_over, walk};
+use crate::walking::{Failure, experiment, squared_error, variance_over, walk};
 
 pub const BLACK: Entry = Entry {
     name: "black-emitters",
@@ -58,7 +57,7 @@ fn black(lab: &Lab) -> Result<Finding, Failure> {
         let spec = scene(reflectance);
         let exact = Exact::of_scene(&spec)?;
         for (k, (kind, estimator, name)) in kinds.into_iter().enumerate() {
-            let experiment = experiment(&spec, gathering(birth.clone(), kind))?;
+            let experiment = experiment(&spec, Method::gathering(birth.clone(), kind))?;
             let born = birth_probabilities(experiment.scene(), &birth);
             let variance = estimator.variances(&exact, &born)[PATCH].ok_or("walks are born on the patch")?;
             let over = variance_over(&experiment, &walk::<4>(&experiment, 5, walks), PATCH, variance);
@@ -73,13 +72,13 @@ fn black(lab: &Lab) -> Result<Finding, Failure> {
             marks[k].push((reflectance, found));
         }
     }
-    let refused = experiment(&scene(0.0), gathering(Birth::Area, EstimatorKind::Survival));
+    let refused = experiment(&scene(0.0), Method::gathering(Birth::Area, EstimatorKind::Survival));
     let mut told: Vec<String> = refused.err().map(|why| format!("at R = 0: {why}")).into_iter().collect();
     claims.push(Claim::told(&told, "its light would be lost"));
-    let dim = experiment(&scene(0.01), gathering(Birth::Area, EstimatorKind::Survival))?;
+    let dim = experiment(&scene(0.01), Method::gathering(Birth::Area, EstimatorKind::Survival))?;
     told.extend(run(&dim, 1, 20_000, None).told().into_iter().filter(|line| line.contains("`fit`")));
     claims.push(Claim::told(&told, "collision has up to 100 times less variance"));
-    let at_zero = experiment(&scene(0.0), gathering(birth, EstimatorKind::Collision))?;
+    let at_zero = experiment(&scene(0.0), Method::gathering(birth, EstimatorKind::Collision))?;
     let truth = Exact::of_scene(&scene(0.0))?.solution().radiosity.clone();
     let (runs, few) = lab.pick((40, 20_000), (100, 100_000));
     let remedy = squared_error(lab, runs, &at_zero, few, &[PATCH], &truth);
@@ -146,13 +145,13 @@ fn tiny(lab: &Lab) -> Result<Finding, Failure> {
         let spec = scene(part);
         let exact = Exact::of_scene(&spec)?;
         let truth = &exact.solution().radiosity;
-        let gathers = experiment(&spec, gathering(Birth::Area, EstimatorKind::Collision))?;
+        let gathers = experiment(&spec, Method::gathering(Birth::Area, EstimatorKind::Collision))?;
         let born = birth_probabilities(gathers.scene(), &Birth::Area);
         let variance = GatherEstimator::Collision.variances(&exact, &born)[CEILING];
         let predicted =
             variance.ok_or("walks are born on the ceiling")? / (walks as f64 * truth[CEILING].powi(2));
         let by_gathering = squared_error(lab, runs, &gathers, walks, &[CEILING], truth);
-        let shoots = experiment(&spec, shooting(EstimatorKind::Collision))?;
+        let shoots = experiment(&spec, Method::shooting(EstimatorKind::Collision))?;
         line.push((part, predicted.sqrt()));
         gathered.push((part, root(by_gathering)));
         shot.push((part, root(squared_error(lab, runs, &shoots, walks, &[CEILING], truth))));
@@ -161,9 +160,13 @@ fn tiny(lab: &Lab) -> Result<Finding, Failure> {
             claims.push(Claim::equal(format!("{part:e} of the area: squared error over theory"), over, 1.0));
         }
     }
-    let told =
-        run(&experiment(&scene(1e-8), gathering(Birth::Area, EstimatorKind::Collision))?, 1, walks, None)
-            .told();
+    let told = run(
+        &experiment(&scene(1e-8), Method::gathering(Birth::Area, EstimatorKind::Collision))?,
+        1,
+        walks,
+        None,
+    )
+    .told();
     claims.push(Claim::told(&told, "about as rarely met"));
     claims.push(Claim::told(&told, "`unhit`"));
     let [first, last] = [shot[0].1, shot[shot.len() - 1].1];
@@ -205,7 +208,7 @@ fn far(lab: &Lab) -> Result<Finding, Failure> {
     let (runs, walks) = lab.pick((100, 50_000), (100, 500_000));
     let shoots = |distance: f64, scale: f64| -> Result<(Exact, radiosity::Experiment), Failure> {
         let spec: SceneSpec = scenes::far_lamp(distance, scale);
-        Ok((Exact::of_scene(&spec)?, experiment(&spec, shooting(EstimatorKind::Collision))?))
+        Ok((Exact::of_scene(&spec)?, experiment(&spec, Method::shooting(EstimatorKind::Collision))?))
     };
     let (mut line, mut errors) = (Vec::new(), Vec::new());
     let mut claims = Vec::new();
@@ -290,17 +293,17 @@ fn unequal(lab: &Lab) -> Result<Finding, Failure> {
         let of = |method| -> Result<Measured, Failure> {
             Ok(squared_error(lab, runs, &experiment(&spec, method)?, walks, &[DIM], truth))
         };
-        let by_shooting = of(shooting(EstimatorKind::Collision))?;
+        let by_shooting = of(Method::shooting(EstimatorKind::Collision))?;
         line.push((dim, predicted.sqrt()));
         shot.push((dim, root(by_shooting)));
-        gathered.push((dim, root(of(gathering(Birth::Area, EstimatorKind::Collision))?)));
+        gathered.push((dim, root(of(Method::gathering(Birth::Area, EstimatorKind::Collision))?)));
         if predicted < 0.05 {
             let what = format!("{dim:e} of the power: squared error over theory");
             claims.push(Claim::equal(&what, ratio(by_shooting, predicted), 1.0));
         }
     }
     let dimmest = scenes::unequal_rooms(1e-12);
-    let told = run(&experiment(&dimmest, shooting(EstimatorKind::Collision))?, 1, walks, None).told();
+    let told = run(&experiment(&dimmest, Method::shooting(EstimatorKind::Collision))?, 1, walks, None).told();
     claims.push(Claim::told(&told, "`unhit`"));
     let [first, last] = [gathered[0].1, gathered[gathered.len() - 1].1];
     claims.push(

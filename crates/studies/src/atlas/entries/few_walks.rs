@@ -1,25 +1,24 @@
 //! One walk, and no hits.
 
 use exact::Exact;
-use radiosity::EstimatorKind;
+use radiosity::{EstimatorKind, Method};
 use report::{Axis, Chart};
 
 use crate::arithmetic::proportion;
 use crate::atlas::entry::{Entry, Finding};
 use crate::claim::Claim;
 use crate::lab::Lab;
-use crate::methods::{Failure, experiment, shooting};
 use crate::numbers::measured;
 use crate::series::{seen, theory};
 use crate::told::run;
-use crate::walking::{covered, estimate, receivers, solve};
+use crate::walking::{Failure, covered, estimate, experiment, receivers, solve};
 
 pub const ENTRY: Entry = Entry { name: "few-walks", title: "One walk, and patches without a hit", study };
 
 fn study(lab: &Lab) -> Result<Finding, Failure> {
     let spec = scenes::cube(3);
     let truth = Exact::of_scene(&spec)?.solution().radiosity.clone();
-    let experiment = experiment(&spec, shooting(EstimatorKind::Collision))?;
+    let experiment = experiment(&spec, Method::shooting(EstimatorKind::Collision))?;
     let patches = receivers(&experiment);
     let sweep = lab.pick(vec![1, 10, 100], vec![1, 2, 4, 10, 30, 100, 300, 1000, 3000]);
     let runs = lab.pick(400, 4000);

@@ -1,18 +1,17 @@
 //! Coordinates that are hard on floating point: furnaces, whose answer is known whatever their shape (B = E/(1 − R)).
 
 use glam::DVec3;
-use radiosity::{Estimate, EstimatorKind, SceneSpec, Sides, Solution};
+use radiosity::{Estimate, EstimatorKind, Method, SceneSpec, Sides, Solution};
 use report::{Axis, Chart};
 use stats::Measured;
 
 use crate::atlas::entry::{Entry, Finding};
 use crate::claim::{Claim, Judge};
 use crate::lab::Lab;
-use crate::methods::{Failure, experiment, shooting};
 use crate::numbers::{measured, number};
 use crate::series::{seen, theory};
 use crate::told::run;
-use crate::walking::{CONFIDENCE, estimate, walk};
+use crate::walking::{CONFIDENCE, Failure, estimate, experiment, walk};
 
 /// A box of 24 patches.
 const BOX: DVec3 = DVec3::new(1.0, 0.8, 0.6);
@@ -230,7 +229,7 @@ impl Sweep {
 }
 
 fn outcome(lab: &Lab, spec: &SceneSpec, runs: u64, walks: u64) -> Outcome {
-    let experiment = match experiment(spec, shooting(EstimatorKind::Collision)) {
+    let experiment = match experiment(spec, Method::shooting(EstimatorKind::Collision)) {
         Ok(experiment) => experiment,
         Err(why) => return Outcome::Refused(why.to_string()),
     };

@@ -1,7 +1,7 @@
 //! Scenes that are not closed, or not where they face.
 
 use exact::Exact;
-use radiosity::{EstimatorKind, SceneSpec, Shape, Sides};
+use radiosity::{EstimatorKind, Method, SceneSpec, Shape, Sides};
 use report::{Axis, Chart};
 use stats::Measured;
 
@@ -9,11 +9,10 @@ use crate::arithmetic::ratio;
 use crate::atlas::entry::{Entry, Finding};
 use crate::claim::Claim;
 use crate::lab::Lab;
-use crate::methods::{Failure, experiment, shooting};
 use crate::numbers::{measured, number};
 use crate::series::{seen, theory};
 use crate::told::run;
-use crate::walking::{CONFIDENCE, estimate, walk};
+use crate::walking::{CONFIDENCE, Failure, estimate, experiment, walk};
 
 pub const OPEN: Entry =
     Entry { name: "open-scenes", title: "Open scenes, and gaps that nobody meant to leave", study: open };
@@ -32,7 +31,7 @@ fn part(
     of: fn(&radiosity::Counts) -> u64,
 ) -> Result<Measured, Failure> {
     let (runs, walks) = size;
-    let experiment = experiment(spec, shooting(EstimatorKind::Collision))?;
+    let experiment = experiment(spec, Method::shooting(EstimatorKind::Collision))?;
     let parts =
         lab.each_seed(runs, |seed| of(&walk::<2>(&experiment, seed, walks).counts) as f64 / walks as f64);
     Ok(proportion_of_walks(&parts, walks))
@@ -77,8 +76,12 @@ fn open(lab: &Lab) -> Result<Finding, Failure> {
     let closed = part(lab, &gap_in_the_ceiling(0.0), size, |counts| counts.escaped)?;
     claims.push(Claim::sure("none escapes where there is no gap", closed.value == 0.0).instead());
     let said = |gap: f64| -> Result<Vec<String>, Failure> {
-        let run =
-            run(&experiment(&gap_in_the_ceiling(gap), shooting(EstimatorKind::Collision))?, 1, size.1, None);
+        let run = run(
+            &experiment(&gap_in_the_ceiling(gap), Method::shooting(EstimatorKind::Collision))?,
+            1,
+            size.1,
+            None,
+        );
         let about = run.checks.iter().filter(|check| check.name == "escape");
         Ok(about
             .map(|check| {
@@ -157,7 +160,7 @@ fn backs(lab: &Lab) -> Result<Finding, Failure> {
     }
     // A wall that still faces inwards is darker by what the backs do not return.
     const PATCH: usize = 13;
-    let wrong = experiment(&turned(1, Sides::Front), shooting(EstimatorKind::Collision))?;
+    let wrong = experiment(&turned(1, Sides::Front), Method::shooting(EstimatorKind::Collision))?;
     let found = Measured::of(&lab.each_seed(runs, |seed| {
         let solution = radiosity::Solution::new(&wrong, &walk::<2>(&wrong, seed, walks), CONFIDENCE);
         estimate(&solution, PATCH).radiosity
@@ -172,7 +175,7 @@ fn backs(lab: &Lab) -> Result<Finding, Failure> {
     claims.push(Claim::below("… over what was meant", ratio(found, meant[PATCH]), 1.0));
     let told = run(&wrong, 1, walks, None).told();
     claims.push(Claim::told(&told, "ended on the back of a one-sided surface"));
-    let two_sided = experiment(&turned(1, Sides::Both), shooting(EstimatorKind::Collision))?;
+    let two_sided = experiment(&turned(1, Sides::Both), Method::shooting(EstimatorKind::Collision))?;
     let right = Measured::of(&lab.each_seed(runs, |seed| {
         let solution = radiosity::Solution::new(&two_sided, &walk::<2>(&two_sided, seed, walks), CONFIDENCE);
         estimate(&solution, PATCH).radiosity

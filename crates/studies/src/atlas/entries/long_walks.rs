@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use exact::{Exact, WalkEstimator};
-use radiosity::{EstimatorKind, SceneSpec};
+use radiosity::{EstimatorKind, Method, SceneSpec};
 use report::{Axis, Chart, Series};
 use stats::Measured;
 
@@ -12,11 +12,10 @@ use crate::arithmetic::{ratio, root};
 use crate::atlas::entry::{Entry, Finding};
 use crate::claim::Claim;
 use crate::lab::Lab;
-use crate::methods::{Failure, chains, experiment, shooting};
 use crate::numbers::{measured, number};
 use crate::series::{seen, theory};
 use crate::told::run;
-use crate::walking::{receivers, squared_error};
+use crate::walking::{Failure, experiment, receivers, squared_error};
 
 pub const ONE_ROOM: Entry = Entry {
     name: "long-walks",
@@ -73,14 +72,14 @@ impl Room {
             let all = vec![reflectance; exact.face_count()];
             let exact = Exact::new(exchange.clone(), all, exact.emittance().to_vec())?;
             let truth = &exact.solution().radiosity;
-            let walks = experiment(&spec, shooting(EstimatorKind::Collision))?;
+            let walks = experiment(&spec, Method::shooting(EstimatorKind::Collision))?;
             let patches = receivers(&walks);
             let n = (rays as f64 * (1.0 - reflectance)) as u64;
             let variances = WalkEstimator::ShootCollision.variances(&exact);
             let relative = patches.iter().map(|&i| variances[i] / (truth[i] * truth[i])).sum::<f64>();
             let predicted = relative / (patches.len() as f64 * n as f64);
             let by_walks = squared_error(lab, runs, &walks, n, &patches, truth);
-            let eight = experiment(&spec, chains(rays / 8))?;
+            let eight = experiment(&spec, Method::chains(rays / 8))?;
             let by_chains = squared_error(lab, runs, &eight, 8, &patches, truth);
             let what = format!("R = {reflectance}: squared error of walks over theory");
             claims.push(Claim::equal(&what, ratio(by_walks, predicted), 1.0));
@@ -95,7 +94,8 @@ impl Room {
                 .instead(),
         );
         let told =
-            run(&experiment(&(self.scene)(0.999), shooting(EstimatorKind::Collision))?, 1, 20, None).told();
+            run(&experiment(&(self.scene)(0.999), Method::shooting(EstimatorKind::Collision))?, 1, 20, None)
+                .told();
         claims.push(Claim::told(&told, "a walk may take 1000 rays"));
         let series: Vec<Series> = vec![
             theory("walks, S97 table 3", line),

@@ -5,7 +5,7 @@ use cluster::crew::Effort;
 use cluster::deliveries::Delivery;
 use cluster::roster::Contributor;
 use exact::Exact;
-use radiosity::{Estimate, EstimatorKind, Experiment, Solution};
+use radiosity::{Estimate, EstimatorKind, Experiment, Method, Solution};
 use rand_pcg::Pcg64Dxsm;
 use rand_pcg::rand_core::{Rng, SeedableRng};
 use report::{Axis, Chart};
@@ -15,10 +15,9 @@ use crate::arithmetic::proportion;
 use crate::atlas::entry::{Entry, Finding};
 use crate::claim::Claim;
 use crate::lab::Lab;
-use crate::methods::{Failure, experiment, shooting};
 use crate::numbers::measured;
 use crate::series::{seen, theory};
-use crate::walking::{CONFIDENCE, covered, estimate, receivers, solve, walk};
+use crate::walking::{CONFIDENCE, Failure, covered, estimate, experiment, receivers, solve, walk};
 
 pub const MOMENT: Entry = Entry { name: "lucky-moment", title: "Stopping at a lucky moment", study: moment };
 
@@ -174,7 +173,7 @@ const PATCH: usize = 49;
 fn cube() -> Result<(Experiment, Vec<f64>), Failure> {
     let spec = scenes::cube(3);
     let truth = Exact::of_scene(&spec)?.solution().radiosity.clone();
-    Ok((experiment(&spec, shooting(EstimatorKind::Collision))?, truth))
+    Ok((experiment(&spec, Method::shooting(EstimatorKind::Collision))?, truth))
 }
 
 fn seed(lab: &Lab) -> Result<Finding, Failure> {

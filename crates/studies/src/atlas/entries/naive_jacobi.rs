@@ -2,6 +2,7 @@
 //! exact form factors, without any tracing; they begin at the solution, which no real chain can.
 
 use exact::Exact;
+use radiosity::Method;
 use rand_pcg::Pcg64Dxsm;
 use rand_pcg::rand_core::{Rng, SeedableRng};
 use report::{Axis, Chart};
@@ -11,11 +12,10 @@ use crate::arithmetic::{proportion, ratio};
 use crate::atlas::entry::{Entry, Finding};
 use crate::claim::Claim;
 use crate::lab::Lab;
-use crate::methods::{Failure, chains, experiment};
 use crate::numbers::{measured, number};
 use crate::series::{seen, theory};
 use crate::told::run;
-use crate::walking::{coverage, receivers};
+use crate::walking::{Failure, coverage, experiment, receivers};
 
 pub const ENTRY: Entry = Entry {
     name: "naive-jacobi",
@@ -208,7 +208,7 @@ fn study(lab: &Lab) -> Result<Finding, Failure> {
         excess = (variance[PATCH] / naive[PATCH], covers);
     }
     claims.push(Claim::below("coverage at the end of the sweep", excess.1, 0.9));
-    let eight = experiment(&spec, chains(1 << 12))?;
+    let eight = experiment(&spec, Method::chains(1 << 12))?;
     let patches = receivers(&eight);
     let honest = coverage(lab, lab.pick(40, 200), &eight, 8, &patches, &exact.solution().radiosity);
     claims.push(Claim::at_least("coverage of eight chains' intervals", honest, 0.94).instead());

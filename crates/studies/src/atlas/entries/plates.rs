@@ -1,18 +1,17 @@
 //! Near-coincident plates.
 
 use exact::Exact;
-use radiosity::EstimatorKind;
+use radiosity::{EstimatorKind, Method};
 use report::{Axis, Chart};
 use stats::Measured;
 
 use crate::atlas::entry::{Entry, Finding};
 use crate::claim::{Claim, Judge};
 use crate::lab::Lab;
-use crate::methods::{Failure, experiment, shooting};
 use crate::numbers::{measured, number};
 use crate::series::{seen, theory};
 use crate::told::run;
-use crate::walking::{estimate, solve};
+use crate::walking::{Failure, estimate, experiment, solve};
 
 pub const ENTRY: Entry =
     Entry { name: "near-plates", title: "Plates that nearly coincide: gaps from 1 m to 10⁻¹⁶ m", study };
@@ -35,7 +34,7 @@ fn study(lab: &Lab) -> Result<Finding, Failure> {
         let spec = scenes::plates(gap, REFLECTANCE);
         // Closed forms of facing squares lose digits below this, and differ from infinite plates by less than it.
         let truth = if gap >= 1e-6 { Exact::of_scene(&spec)?.solution().radiosity[DARK] } else { infinite };
-        let experiment = experiment(&spec, shooting(EstimatorKind::Collision))?;
+        let experiment = experiment(&spec, Method::shooting(EstimatorKind::Collision))?;
         let found = lab.each_seed(runs, |seed| estimate(&solve(&experiment, seed, walks), DARK).radiosity);
         let found = Measured::of(&found);
         line.push((gap, truth));
@@ -60,12 +59,12 @@ fn study(lab: &Lab) -> Result<Finding, Failure> {
     let doubled = {
         let mut spec = scenes::plates(1.0, REFLECTANCE);
         spec.surfaces.push(spec.surfaces[DARK].clone());
-        experiment(&spec, shooting(EstimatorKind::Collision))?
+        experiment(&spec, Method::shooting(EstimatorKind::Collision))?
     };
     let words = run(&doubled, 1, walks, None).told();
     told.extend(words.iter().map(|line| format!("of a plate that is there twice: {line}")));
     claims.push(Claim::told(&told, "`unhit`"));
-    let once = experiment(&scenes::plates(1.0, REFLECTANCE), shooting(EstimatorKind::Collision))?;
+    let once = experiment(&scenes::plates(1.0, REFLECTANCE), Method::shooting(EstimatorKind::Collision))?;
     let once = run(&once, 1, walks, None);
     claims.push(Claim::sure("without the double every patch is hit", !once.fails("unhit")).instead());
     Ok(Finding {

@@ -2,7 +2,7 @@
 
 use exact::Exact;
 use job::{Target, Unhit};
-use radiosity::{Estimate, EstimatorKind, Experiment, Solution};
+use radiosity::{Estimate, EstimatorKind, Experiment, Method, Solution};
 use report::{Axis, Chart};
 use stats::Measured;
 
@@ -10,11 +10,10 @@ use crate::arithmetic::proportion;
 use crate::atlas::entry::{Entry, Finding};
 use crate::claim::Claim;
 use crate::lab::Lab;
-use crate::methods::{Failure, experiment, shooting};
 use crate::numbers::{measured, number};
 use crate::series::{seen, theory};
 use crate::told::{Run, run};
-use crate::walking::{covered, estimate, receivers, solve};
+use crate::walking::{Failure, covered, estimate, experiment, receivers, solve};
 
 pub const ENTRY: Entry = Entry {
     name: "slit",
@@ -62,7 +61,7 @@ impl Rooms {
     fn new() -> Result<Self, Failure> {
         let spec = scenes::two_rooms(0.1, 0.5);
         let exact = Exact::of_scene(&spec)?;
-        let experiment = experiment(&spec, shooting(EstimatorKind::Collision))?;
+        let experiment = experiment(&spec, Method::shooting(EstimatorKind::Collision))?;
         let is_dark = |&i: &usize| experiment.scene().faces().get(i).centroid.x > 1.01;
         let dark: Vec<usize> = receivers(&experiment).into_iter().filter(is_dark).collect();
         let rate = |&i: &usize| exact.solution().incoming[i] / exact.total_power();

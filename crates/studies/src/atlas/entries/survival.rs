@@ -1,7 +1,7 @@
 //! R → 0 under survival.
 
 use exact::{Exact, WalkEstimator};
-use radiosity::{EstimatorKind, SceneSpec};
+use radiosity::{EstimatorKind, Method, SceneSpec};
 use report::{Axis, Chart};
 use stats::Measured;
 
@@ -9,11 +9,10 @@ use crate::arithmetic::ratio;
 use crate::atlas::entry::{Entry, Finding};
 use crate::claim::Claim;
 use crate::lab::Lab;
-use crate::methods::{Failure, experiment, shooting};
 use crate::numbers::{measured, number};
 use crate::series::{seen, theory};
 use crate::told::run;
-use crate::walking::{estimate, solve, variance_over, walk};
+use crate::walking::{Failure, estimate, experiment, solve, variance_over, walk};
 
 pub const ENTRY: Entry = Entry {
     name: "survival-in-the-dark",
@@ -44,7 +43,7 @@ fn study(lab: &Lab) -> Result<Finding, Failure> {
     let walks = lab.pick(400_000, 20_000_000);
     let points = sweep.iter().map(|&dark| point(dark, walks)).collect::<Result<Vec<_>, Failure>>()?;
     let last = points.last().expect("a sweep has points");
-    let survival = experiment(&scene(0.001), shooting(EstimatorKind::Survival))?;
+    let survival = experiment(&scene(0.001), Method::shooting(EstimatorKind::Survival))?;
     let told = run(&survival, 1, 20_000, None).told();
     let gain = last.predicted[0] / last.predicted[1];
     let mut claims: Vec<Claim> = points.iter().flat_map(of_point).collect();
@@ -103,7 +102,7 @@ fn point(dark: f64, walks: u64) -> Result<Point, Failure> {
     let exact = Exact::of_scene(&spec)?;
     let of = |kind, estimator: WalkEstimator| -> Result<(f64, Measured), Failure> {
         let variance = estimator.variances(&exact)[PATCH];
-        let experiment = experiment(&spec, shooting(kind))?;
+        let experiment = experiment(&spec, Method::shooting(kind))?;
         let ratio = variance_over(&experiment, &walk::<4>(&experiment, 3, walks), PATCH, variance);
         Ok((variance / exact.solution().reflected[PATCH].powi(2), ratio))
     };
@@ -116,7 +115,8 @@ fn point(dark: f64, walks: u64) -> Result<Point, Failure> {
 fn irradiance_of_black(walks: u64) -> Result<(Measured, f64), Failure> {
     let spec = scene(0.0);
     let exact = Exact::of_scene(&spec)?;
-    let seen = estimate(&solve(&experiment(&spec, shooting(EstimatorKind::Collision))?, 3, walks), PATCH);
+    let seen =
+        estimate(&solve(&experiment(&spec, Method::shooting(EstimatorKind::Collision))?, 3, walks), PATCH);
     let (value, standard_error) =
         seen.irradiance.zip(seen.irradiance_error).ok_or("collision walks tell irradiances")?;
     Ok((Measured { value, standard_error }, exact.solution().incoming[PATCH] / exact.areas()[PATCH]))
