@@ -28,6 +28,7 @@ mod jacobi_run;
 mod plan;
 mod refusals;
 mod relay;
+mod report;
 mod reproduce;
 mod resume;
 mod rooms;

@@ -86,3 +86,33 @@ fn corner_columns(estimates: &Estimates) -> Vec<Column> {
     let name = |at: usize| format!("{}{}", ["x", "y", "z"][at % 3], at / 3);
     (0..).zip(columns).map(|(at, cells)| Column { name: name(at), cells: Cells::Number(cells) }).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use parquet::file::reader::{FileReader, SerializedFileReader};
+    use parquet::record::RowAccessor;
+    use radiosity::Estimates;
+
+    use super::*;
+    use crate::scenes::{cube, experiment, shot};
+
+    /// Read by the library's own reader, row by row.
+    #[test]
+    fn rows_have_the_numbers_of_the_table() {
+        let experiment = experiment(&cube());
+        let tally = shot(&experiment);
+        let estimates = Estimates::new(&experiment, &tally, 0.95);
+        let mut file = Vec::new();
+        write_parquet(&mut file, &estimates).unwrap();
+        let reader = SerializedFileReader::new(bytes::Bytes::from(file)).unwrap();
+        let mut rows = 0;
+        for (number, row) in reader.get_row_iter(None).unwrap().enumerate() {
+            let row = row.unwrap();
+            assert_eq!(row.get_long(0).unwrap(), number as i64);
+            let at = row.get_column_iter().position(|(name, _)| name == "radiosity").unwrap();
+            assert_eq!(row.get_double(at).unwrap(), estimates.face(number).unwrap()[0].radiosity);
+            rows += 1;
+        }
+        assert_eq!(rows, 54);
+    }
+}

@@ -1,0 +1,124 @@
+//! The page and the files for other programs: they hold the numbers of the table, and are made again from the tally.
+
+use std::io::Read;
+use std::path::Path;
+
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
+use flate2::read::ZlibDecoder;
+use serde_json::Value;
+use tempfile::tempdir;
+
+use crate::support::{columns, run, summary};
+
+const DERIVED: [&str; 7] = [
+    "patches.csv",
+    "summary.json",
+    "radiosity.png",
+    "report.html",
+    "patches.vtu",
+    "scene.glb",
+    "patches.parquet",
+];
+
+fn text(path: &Path) -> &str {
+    path.to_str().unwrap()
+}
+
+/// A short run of a job with every export.
+fn run_with_exports(job: &str, out: &Path) {
+    let (code, _, stderr) =
+        run(&["run", job, "--paths", "20000", "--out", text(out), "--quiet", "--export", "vtu,glb,parquet"]);
+    assert_eq!(code, 0, "{stderr}");
+}
+
+/// The text of an element of the page.
+fn element<'a>(page: &'a str, id: &str) -> &'a str {
+    let (_, rest) = page.split_once(&format!("id=\"{id}\">")).unwrap();
+    rest.split_once("</script>").unwrap().0
+}
+
+fn inflate(packed: &str) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    ZlibDecoder::new(&STANDARD.decode(packed).unwrap()[..]).read_to_end(&mut bytes).unwrap();
+    bytes
+}
+
+#[test]
+fn the_page_holds_the_table_the_summary_and_the_corners() {
+    let dir = tempdir().unwrap();
+    run_with_exports("configs/cube54.toml", dir.path());
+    let page = std::fs::read_to_string(dir.path().join("report.html")).unwrap();
+    assert_eq!(inflate(element(&page, "table")), std::fs::read(dir.path().join("patches.csv")).unwrap());
+    let facts: Value = serde_json::from_str(element(&page, "facts")).unwrap();
+    assert_eq!(facts["summary"], summary(dir.path()));
+    let corners: Vec<f32> = inflate(element(&page, "corners"))
+        .chunks_exact(4)
+        .map(|bytes| f32::from_le_bytes(bytes.try_into().unwrap()))
+        .collect();
+    assert_eq!(corners.len(), 54 * 12);
+    let table = columns(&dir.path().join("patches.csv"));
+    for (row, corners) in corners.chunks_exact(12).enumerate() {
+        for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
+            let middle = corners.chunks_exact(3).map(|corner| corner[axis]).sum::<f32>() / 4.0;
+            let centroid: f32 = table[name][row].parse().unwrap();
+            assert!((middle - centroid).abs() < 1e-6, "row {row}: {middle}, not {centroid}");
+        }
+    }
+    // Nothing is fetched from elsewhere.
+    assert!(!page.contains("src=") && !page.contains("<link"));
+}
+
+#[test]
+fn what_is_derived_is_made_again_from_the_tally() {
+    let dir = tempdir().unwrap();
+    run_with_exports("configs/cornell.toml", dir.path());
+    let read = || DERIVED.map(|name| std::fs::read(dir.path().join(name)).unwrap());
+    let before = read();
+    DERIVED.iter().for_each(|name| std::fs::remove_file(dir.path().join(name)).unwrap());
+    let (code, _, stderr) = run(&["report", text(dir.path()), "--export", "vtu,glb,parquet"]);
+    assert_eq!(code, 0, "{stderr}");
+    for ((name, before), after) in DERIVED.iter().zip(before).zip(read()) {
+        assert!(before == after, "{name} differs");
+    }
+    // Exports that are not asked for do not stay beside a result that is new.
+    let (code, _, _) = run(&["report", text(dir.path())]);
+    assert_eq!(code, 0);
+    assert!(!dir.path().join("scene.glb").exists() && dir.path().join("report.html").exists());
+}
+
+#[test]
+fn vtk_files_have_the_numbers_of_the_table() {
+    let dir = tempdir().unwrap();
+    run_with_exports("configs/cornell.toml", dir.path());
+    let text = std::fs::read_to_string(dir.path().join("patches.vtu")).unwrap();
+    let document = roxmltree::Document::parse(&text).unwrap();
+    let table = columns(&dir.path().join("patches.csv"));
+    let numbers = |name: &str| -> Vec<[u8; 8]> {
+        let array = document.descendants().find(|node| node.attribute("Name") == Some(name)).unwrap();
+        let bytes = STANDARD.decode(array.text().unwrap()).unwrap();
+        let (length, values) = bytes.split_at(8);
+        assert_eq!(u64::from_le_bytes(length.try_into().unwrap()), values.len() as u64);
+        values.chunks_exact(8).map(|bytes| bytes.try_into().unwrap()).collect()
+    };
+    for name in ["radiosity_r", "std_error_g", "ci_high_b", "area"] {
+        let written: Vec<f64> = numbers(name).into_iter().map(f64::from_le_bytes).collect();
+        let expected: Vec<f64> = table[name].iter().map(|cell| cell.parse().unwrap()).collect();
+        assert_eq!(written, expected, "{name}");
+    }
+    let hits: Vec<i64> = numbers("hits").into_iter().map(i64::from_le_bytes).collect();
+    assert_eq!(hits, table["hits"].iter().map(|cell| cell.parse().unwrap()).collect::<Vec<i64>>());
+    let types: Vec<i64> = numbers("types").into_iter().map(i64::from_le_bytes).collect();
+    assert!(types.contains(&5) && types.contains(&9), "triangles and quads");
+}
+
+/// The importer reads what the exporter wrote: the same surface area, in triangles.
+#[test]
+fn a_scene_that_was_exported_is_read_again() {
+    let dir = tempdir().unwrap();
+    run_with_exports("configs/cube54.toml", dir.path());
+    let scene = dir.path().join("scene.glb");
+    let (code, stdout, stderr) = run(&["check", text(&scene)]);
+    assert_eq!(code, 0, "{stderr}");
+    assert!(stdout.contains("108"), "54 patches are 108 triangles: {stdout}");
+}
