@@ -12,8 +12,8 @@ use judge::checks::checks_of_result;
 use judge::target;
 use radiosity::{Estimates, Experiment, Iterations, Precision, Solve};
 use report::{
-    Draft, Milestone, Model, OutputFolder, Page, PartSummary, Provenance, RunFacts, SessionSummary, Summary,
-    WorkerSummary, WorstPatch,
+    Draft, Milestone, Model, OutputFolder, Page, PartSummary, Provenance, RunFacts, SessionSummary, Smooth,
+    Summary, WorkerSummary, WorstPatch,
 };
 
 use crate::args::{Export, OutArgs};
@@ -127,7 +127,8 @@ impl RunOutput {
         let precision = estimates.precision();
         let facts = facts(settings, &estimates, &precision, &checkpoint.book);
         let summary = Summary::new(scene, &checkpoint.tally, precision, facts);
-        let (picture, shot) = report::Picture::shoot(scene, &shown(&estimates));
+        let smooth = Smooth::new(&estimates);
+        let (picture, shot) = report::Picture::shoot(&estimates, &smooth);
         self.folder.keep_hold()?;
         let mut drafts = vec![
             self.folder.draft("patches.csv", |file| report::write_patches(file, &estimates))?,
@@ -142,6 +143,7 @@ impl RunOutput {
                 milestones: &milestones(&checkpoint.book, experiment),
                 command: &command(settings, &summary),
                 shot,
+                smooth: &smooth,
             };
             drafts.push(self.folder.draft(PAGE, |file| page.write(file))?);
         } else {
@@ -241,15 +243,6 @@ fn milestones(book: &Book, experiment: &Experiment) -> Vec<Milestone> {
 /// The command that makes the same numbers again.
 fn command(settings: &Settings, summary: &Summary) -> String {
     format!("radwalk run {}.toml --seed {} --paths {}", settings.name, settings.seed, summary.paths)
-}
-
-/// B of every patch and channel as the picture shows it; a patch that no walk could tell of shows what it emits.
-fn shown(estimates: &Estimates) -> Vec<f64> {
-    let shown = estimates.iter().flat_map(|(_, patch, known)| {
-        let shown = move |c| known.map_or(patch.emittance[c], |known| known[c].radiosity);
-        (0..estimates.scene().channels()).map(shown)
-    });
-    shown.collect()
 }
 
 /// One of the patches that keep a target from being reached.

@@ -80,6 +80,8 @@ impl Bounds {
 pub struct Sight {
     /// The nearest face that faces the camera.
     pub face: u32,
+    /// Where on the face's surface it is, in local coordinates.
+    pub uv: [f64; 2],
     /// From the eye [m].
     distance: f64,
     /// Cosine between the ray and the surface's normal.
@@ -172,7 +174,7 @@ impl Camera {
                 if surface.is_active(hit.side) {
                     let cosine = surface.normal().dot(glance.direction).abs();
                     let face = surface.face(surface.cell_at(hit.uv), hit.side);
-                    sights[glance.point] = Some(Sight { face, distance, cosine });
+                    sights[glance.point] = Some(Sight { face, uv: hit.uv, distance, cosine });
                 } else {
                     further.push(Glance { distance, from: hit.surface, ..glance });
                 }

@@ -14,6 +14,7 @@ mod patches;
 mod picture;
 #[cfg(test)]
 mod scenes;
+mod smooth;
 mod summary;
 pub mod words;
 
@@ -27,6 +28,7 @@ pub use model::{Bounce, Model};
 pub use page::{Milestone, Page};
 pub use patches::{face_words, flags, side_name, write_patches};
 pub use picture::{Picture, Shot};
+pub use smooth::Smooth;
 pub use summary::{
     Check, Energy, Method, PartSummary, PrecisionSummary, Provenance, RunFacts, SessionSummary, Summary,
     Target, WorkerSummary, WorstPatch,

@@ -17,6 +17,7 @@ use serde::Serialize;
 use crate::chart::{Axis, Chart, Point, Series, Style};
 use crate::patches::write_patches;
 use crate::picture::Shot;
+use crate::smooth::Smooth;
 use crate::summary::{Energy, Summary};
 
 const TEMPLATE: &str = include_str!("../assets/report.html");
@@ -52,6 +53,8 @@ pub struct Page<'a> {
     pub command: &'a str,
     /// How the scene is seen at first.
     pub shot: Shot,
+    /// Radiosity at the corners of faces.
+    pub smooth: &'a Smooth,
 }
 
 /// The parts of the page's data that its script reads as JSON.
@@ -126,6 +129,7 @@ impl Page<'_> {
                 facts => self.facts()?,
                 table => self.table()?,
                 corners => self.corners()?,
+                smooth => self.smooth()?,
                 script => script()?,
             },
         );
@@ -280,6 +284,15 @@ impl Page<'_> {
                 }
             }
             Ok(())
+        })
+    }
+
+    /// B at these corners [W/m²], the channels of a corner side by side.
+    fn smooth(&self) -> io::Result<String> {
+        let faces = self.estimates.scene().faces();
+        pack(|zlib| {
+            let mut values = faces.by_patch().flat_map(|face| self.smooth.corners(face));
+            values.try_for_each(|&b| zlib.write_all(&(b as f32).to_le_bytes()))
         })
     }
 }

@@ -1,11 +1,12 @@
-//! `radiosity.png`: the scene, its patches in flat shades by their radiosity.
+//! `radiosity.png`: the scene, shaded by the radiosity of its patches.
 
 use std::io::{self, Write};
 
-use radiosity::Scene;
+use radiosity::{Estimates, Scene};
 use serde::Serialize;
 
 use crate::camera::{Camera, Sight, Viewpoint};
+use crate::smooth::Smooth;
 
 /// The longer side of a picture [pixels].
 const SIZE: u32 = 800;
@@ -45,11 +46,21 @@ impl Picture {
     /// The exposure is such that nearly all that is seen of non-emitting patches stays below white; lamps clip
     /// to white. The same arguments give the same picture.
     pub fn render(scene: &Scene, radiosity: &[f64]) -> Self {
-        Picture::shoot(scene, radiosity).0
+        Picture::take(scene, radiosity, None).0
     }
 
-    /// Renders a scene as [`Picture::render`] does, and says how.
-    pub fn shoot(scene: &Scene, radiosity: &[f64]) -> (Self, Shot) {
+    /// Renders what is estimated of a scene as [`Picture::render`] does, without steps between patches, and says how. A face
+    /// that no walk could tell of shows what it emits.
+    pub fn shoot(estimates: &Estimates, smooth: &Smooth) -> (Self, Shot) {
+        let scene = estimates.scene();
+        let shown = estimates.iter().flat_map(|(_, face, known)| {
+            let shown = move |c| known.map_or(face.emittance[c], |known| known[c].radiosity);
+            (0..scene.channels()).map(shown)
+        });
+        Picture::take(scene, &shown.collect::<Vec<f64>>(), Some(smooth))
+    }
+
+    fn take(scene: &Scene, radiosity: &[f64], smooth: Option<&Smooth>) -> (Self, Shot) {
         // By surface: while few walks were shot, which patches are lit is noise.
         let mut lit = vec![false; scene.surfaces().len()];
         for (patch, radiosity) in scene.faces().iter().zip(radiosity.chunks_exact(scene.channels())) {
@@ -57,7 +68,7 @@ impl Picture {
         }
         let camera = Camera::best(scene, |surface| lit[surface as usize], SIZE);
         let viewpoint = camera.viewpoint(scene);
-        let studio = Studio::new(scene, radiosity, camera);
+        let studio = Studio::new(scene, radiosity, smooth, camera);
         (studio.picture(), Shot { viewpoint, exposure: studio.exposure })
     }
 
@@ -91,20 +102,22 @@ pub struct Shot {
 struct Studio<'a> {
     scene: &'a Scene,
     radiosity: &'a [f64],
+    /// Where patches are not flat: radiosity at their corners.
+    smooth: Option<&'a Smooth>,
     camera: Camera,
     /// What is seen at the corners of the pixels, row by row: (width + 1) × (height + 1).
-    corners: Vec<Option<u32>>,
+    corners: Vec<Option<Sight>>,
     /// Light over radiosity, channel by channel.
     exposure: [f64; 3],
 }
 
 impl<'a> Studio<'a> {
-    fn new(scene: &'a Scene, radiosity: &'a [f64], camera: Camera) -> Self {
+    fn new(scene: &'a Scene, radiosity: &'a [f64], smooth: Option<&'a Smooth>, camera: Camera) -> Self {
         let [width, height] = camera.size;
         let grid = (0..=height).flat_map(|y| (0..=width).map(move |x| [x, y].map(f64::from)));
-        let corners = faces(camera.look(scene, &grid.collect::<Vec<_>>()));
+        let corners = camera.look(scene, &grid.collect::<Vec<_>>());
         let exposure = exposure(scene, radiosity, &corners);
-        Studio { scene, radiosity, camera, corners, exposure }
+        Studio { scene, radiosity, smooth, camera, corners, exposure }
     }
 
     fn picture(&self) -> Picture {
@@ -123,8 +136,7 @@ impl<'a> Studio<'a> {
         Picture { width, height, channels, pixels: pixels.collect() }
     }
 
-    /// The light of one pixel whose corners look alike: patches are flat, so that it needs no further look. `None` where
-    /// they do not.
+    /// The light of one pixel whose corners look alike: it needs no further look. `None` where they do not.
     fn even_pixel(&self, [x, y]: [u32; 2]) -> Option<Light> {
         let stride = self.camera.size[0] as usize + 1;
         let first = y as usize * stride + x as usize;
@@ -145,23 +157,23 @@ impl<'a> Studio<'a> {
             (0..FINE * FINE).map(move |k| [f64::from(x) + offset(k % FINE), f64::from(y) + offset(k / FINE)])
         };
         let samples: Vec<[f64; 2]> = pixels.iter().flat_map(within).collect();
-        let lights = faces(self.camera.look(self.scene, &samples)).into_iter().map(|face| self.light(face));
+        let lights = self.camera.look(self.scene, &samples).into_iter().map(|sight| self.light(sight));
         let lights: Vec<Light> = lights.collect();
         lights.chunks_exact((FINE * FINE) as usize).map(mean).collect()
     }
 
-    /// Light from a face.
-    fn light(&self, patch: Option<u32>) -> Light {
-        patch.map_or([BACKGROUND; 3], |patch| {
-            let radiosity = of_face(self.scene, self.radiosity, patch as usize);
+    /// Light from what is seen.
+    fn light(&self, sight: Option<Sight>) -> Light {
+        sight.map_or([BACKGROUND; 3], |sight| {
+            let radiosity = match self.smooth {
+                Some(smooth) => {
+                    smooth.at(sight.face, self.scene.faces().corner_weights(sight.face as usize, sight.uv))
+                }
+                None => of_face(self.scene, self.radiosity, sight.face as usize),
+            };
             std::array::from_fn(|c| (radiosity[c] * self.exposure[c]).min(1.0))
         })
     }
-}
-
-/// The faces that are seen.
-fn faces(sights: Vec<Option<Sight>>) -> Vec<Option<u32>> {
-    sights.into_iter().map(|sight| sight.map(|sight| sight.face)).collect()
 }
 
 /// Red, green, blue; 0 … 1. Equal where the scene is grey.
@@ -179,9 +191,9 @@ fn of_face(scene: &Scene, radiosity: &[f64], patch: usize) -> [f64; 3] {
 
 /// The exposure for what is seen, by its brightest channel, white being the colour of all emitted light together.
 /// Where nothing but lamps shows any light, it is theirs.
-fn exposure(scene: &Scene, radiosity: &[f64], seen: &[Option<u32>]) -> [f64; 3] {
+fn exposure(scene: &Scene, radiosity: &[f64], seen: &[Option<Sight>]) -> [f64; 3] {
     let balance = white_balance(scene);
-    let patches = || seen.iter().flatten().map(|&patch| patch as usize);
+    let patches = || seen.iter().flatten().map(|sight| sight.face as usize);
     let reflecting = patches().filter(|&patch| !scene.faces().get(patch).emittance.is_lit());
     let brightest = |patch| {
         let balanced = of_face(scene, radiosity, patch).into_iter().zip(balance).map(|(b, gain)| b * gain);

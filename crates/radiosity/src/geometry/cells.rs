@@ -74,3 +74,57 @@ pub(crate) fn cell_corners(shape: &Shape, cell: u32) -> Vec<[f64; 2]> {
         }
     }
 }
+
+/// The weights of the corners of a cell, as [`cell_corners`] has them, at local coordinates in it: bilinear in
+/// parallelograms, barycentric in triangles. Their sum is 1.
+pub(crate) fn corner_weights(shape: &Shape, cell: u32, [u, v]: [f64; 2]) -> Vec<f64> {
+    match *shape {
+        Shape::Parallelogram { cells: [nu, nv], .. } => {
+            let (s, t) = (u * f64::from(nu) - f64::from(cell / nv), v * f64::from(nv) - f64::from(cell % nv));
+            vec![(1.0 - s) * (1.0 - t), s * (1.0 - t), s * t, (1.0 - s) * t]
+        }
+        Shape::Triangle { rows, .. } => {
+            let row = cell.isqrt();
+            let position = cell - row * row;
+            let (i, j) = (row - position / 2, position / 2);
+            let (s, t) = (u * f64::from(rows) - f64::from(i), v * f64::from(rows) - f64::from(j));
+            let (s, t) = if position.is_multiple_of(2) { (s, t) } else { (-s, 1.0 - t) };
+            vec![1.0 - s - t, s, t]
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec3;
+
+    use super::*;
+
+    /// A point is the mean of the corners by their weights, and the middle weighs all alike.
+    #[test]
+    fn weights_of_corners_make_the_point() {
+        let parallelogram = Shape::Parallelogram {
+            corner: DVec3::ZERO,
+            corner_u: DVec3::X,
+            corner_v: DVec3::Y,
+            cells: [3, 2],
+        };
+        let triangle = Shape::Triangle { a: DVec3::ZERO, b: DVec3::X, c: DVec3::Y, rows: 4 };
+        for shape in [parallelogram, triangle] {
+            for cell in 0..shape.cell_count() as u32 {
+                let (corners, middle) = (cell_corners(&shape, cell), cell_centroid(&shape, cell));
+                let weights = corner_weights(&shape, cell, middle);
+                for axis in 0..2 {
+                    let point: f64 =
+                        corners.iter().zip(&weights).map(|(corner, weight)| corner[axis] * weight).sum();
+                    assert!((point - middle[axis]).abs() < 1e-12, "{shape:?} {cell}");
+                }
+                let alike = 1.0 / corners.len() as f64;
+                assert!(weights.iter().all(|weight| (weight - alike).abs() < 1e-12), "{weights:?}");
+                // Counter-clockwise from the front.
+                let [a, b, c] = [corners[0], corners[1], corners[2]];
+                assert!((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]) > 0.0);
+            }
+        }
+    }
+}

@@ -6,7 +6,7 @@
 
 use glam::DVec3;
 
-use crate::geometry::cells::{cell_centroid, cell_corners};
+use crate::geometry::cells::{cell_centroid, cell_corners, corner_weights};
 use crate::geometry::spec::Side;
 use crate::geometry::spec::{SceneSpec, Shape, Sides, Spectrum};
 
@@ -156,6 +156,22 @@ impl Faces {
             corners.reverse();
         }
         corners
+    }
+
+    /// The weights of the corners of face `i`, in the order of [`Faces::corners`], at local coordinates of its surface that
+    /// lie in it: bilinear, or barycentric in triangles, whose fourth is 0.
+    ///
+    /// # Panics
+    /// Where there is no such face.
+    pub fn corner_weights(&self, i: usize, uv: [f64; 2]) -> [f64; 4] {
+        let Face { patch, side, surface, .. } = self.get(i);
+        let Common { first, shape, .. } = &self.surfaces[surface as usize];
+        let mut weights = corner_weights(shape, patch - first, uv);
+        if side == Side::Back {
+            weights.reverse();
+        }
+        weights.resize(4, 0.0);
+        weights.try_into().expect("four")
     }
 
     /// The patch and side of a face.

@@ -32,16 +32,17 @@ function cells(line) {
 /** Everything the page shows. */
 export async function load() {
   const facts = JSON.parse(text('facts'));
-  const [table, corners] = await Promise.all([inflate('table'), inflate('corners')]);
-  return new Result(facts, new TextDecoder().decode(table), new Float32Array(corners));
+  const [table, corners, smooth] = await Promise.all(['table', 'corners', 'smooth'].map(inflate));
+  return new Result(facts, new TextDecoder().decode(table), new Float32Array(corners), new Float32Array(smooth));
 }
 
-/** A result: a row a face, and the corners of the faces in the order of rows. */
+/** A result: a row a face, and the corners of the faces, with the radiosity there, in the order of rows. */
 export class Result {
-  constructor(facts, csv, corners) {
+  constructor(facts, csv, corners, smooth) {
     this.facts = facts;
     this.csv = csv;
     this.corners = corners;
+    this.smooth = smooth;
     this.columns = columns(csv);
     this.size = this.columns.patch.length;
     this.channels = 'radiosity' in this.columns ? [''] : ['_r', '_g', '_b'];

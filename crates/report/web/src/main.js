@@ -40,7 +40,7 @@ class Page {
   }
 
   listen() {
-    for (const id of ['quantity', 'channel', 'logarithmic']) element(id).addEventListener('change', () => this.recolour());
+    for (const id of ['quantity', 'channel', 'logarithmic', 'even']) element(id).addEventListener('change', () => this.recolour());
     element('exposure').addEventListener('input', () => this.recolour());
     element('grid').addEventListener('change', () => this.view.showGrid(element('grid').checked));
     for (const id of ['axis', 'part', 'flip']) element(id).addEventListener('input', () => this.cut());
@@ -104,11 +104,12 @@ class Page {
   recolour() {
     const quantity = this.choices.find(({ key }) => key === element('quantity').value);
     const settings = {
-      quantity, channel: element('channel').value, logarithmic: element('logarithmic').checked, stops: Number(element('exposure').value),
+      quantity, channel: element('channel').value, logarithmic: element('logarithmic').checked, stops: Number(element('exposure').value), even: element('even').checked,
     };
     const plain = quantity.picture || quantity.flags;
     element('logarithmic-row').hidden = plain;
     element('exposure-row').hidden = !quantity.picture;
+    element('even-row').hidden = !quantity.picture;
     element('channel-row').hidden = plain || this.result.channels.length === 1 || ['half_width', 'hits'].includes(quantity.key);
     element('exposure-words').textContent = `${settings.stops >= 0 ? '+' : '−'}${Math.abs(settings.stops).toFixed(1)} stops`;
     const { bytes, legend } = shade(this.result, settings);

@@ -24,28 +24,33 @@ export function quantities(result) {
   ];
 }
 
-/** Colours of all faces, three bytes a face, and the legend that explains them. */
-export function shade(result, { quantity, channel, logarithmic, stops }) {
-  if (quantity.picture) return picture(result, stops);
+/** Colours of all faces, three bytes a face or three a corner, and the legend that explains them. */
+export function shade(result, { quantity, channel, logarithmic, stops, even }) {
+  if (quantity.picture) return picture(result, stops, even);
   if (quantity.flags) return flags(result);
   return numbers(result, quantity, quantity.of(channel), logarithmic);
 }
 
 /** As radiosity.png is exposed: white is the colour of all emitted light together. */
-function picture(result, stops) {
-  const bytes = new Uint8Array(3 * result.size);
-  const channels = [0, 1, 2].map((c) => c % result.channels.length);
+function picture(result, stops, even) {
+  const count = result.channels.length;
+  const channels = [0, 1, 2].map((c) => c % count);
   const exposure = channels.map((c) => result.facts.view.exposure[c] * 2 ** stops);
+  const white = result.channels.map((_, c) => brief(1 / exposure[c]));
+  const words = `White is ${white.join(', ')} ${result.facts.units.light} and above${white.length > 1 ? ' (red, green, blue)' : ''}.`;
+  const light = even ? (i, c) => result.smooth[count * i + channels[c]] : flat(result, channels);
+  const bytes = new Uint8Array(3 * result.size * (even ? 4 : 1));
+  for (let i = 0; i < bytes.length / 3; i += 1) {
+    for (let c = 0; c < 3; c += 1) bytes[3 * i + c] = encode(light(i, c) * exposure[c]);
+  }
+  return { bytes, legend: { words } };
+}
+
+/** The radiosity of a face in a channel; what it emits, where no walk could tell. */
+function flat(result, channels) {
   const radiosity = channels.map((c) => result.number('radiosity' + result.channels[c]));
   const emitted = channels.map((c) => result.number('emittance' + result.channels[c]));
-  for (let i = 0; i < result.size; i += 1) {
-    for (let c = 0; c < 3; c += 1) {
-      const light = Number.isNaN(radiosity[c][i]) ? emitted[c][i] : radiosity[c][i];
-      bytes[3 * i + c] = encode(light * exposure[c]);
-    }
-  }
-  const white = result.channels.map((_, c) => brief(1 / exposure[c]));
-  return { bytes, legend: { words: `White is ${white.join(', ')} ${result.facts.units.light} and above${white.length > 1 ? ' (red, green, blue)' : ''}.` } };
+  return (i, c) => (Number.isNaN(radiosity[c][i]) ? emitted[c][i] : radiosity[c][i]);
 }
 
 function flags(result) {

@@ -40,17 +40,19 @@ export class View {
   /** Two triangles a face (one where it is a triangle), seen from their front. */
   buildFaces() {
     const { result } = this;
-    const triangles = [];
+    const [first, second] = [[0, 1, 2], [0, 2, 3]];
+    this.waysOf = [];
+    this.faceOf = [];
     for (let face = 0; face < result.size; face += 1) {
-      triangles.push(face);
-      if (!result.isTriangle(face)) triangles.push(-face - 1);
+      for (const ways of result.isTriangle(face) ? [first] : [first, second]) {
+        this.waysOf.push(ways);
+        this.faceOf.push(face);
+      }
     }
-    const places = new Float32Array(9 * triangles.length);
-    triangles.forEach((face, at) => {
-      const [number, ways] = face >= 0 ? [face, [0, 1, 2]] : [-face - 1, [0, 2, 3]];
-      ways.forEach((which, corner) => places.set(result.corner(number, which), 9 * at + 3 * corner));
+    const places = new Float32Array(9 * this.faceOf.length);
+    this.waysOf.forEach((ways, at) => {
+      ways.forEach((which, corner) => places.set(result.corner(this.faceOf[at], which), 9 * at + 3 * corner));
     });
-    this.faceOf = Int32Array.from(triangles, (face) => (face >= 0 ? face : -face - 1));
     const geometry = new BufferGeometry();
     geometry.setAttribute('position', new BufferAttribute(places, 3));
     this.bytes = new Uint8Array(places.length);
@@ -86,12 +88,15 @@ export class View {
     this.scene.add(this.grid);
   }
 
-  /** Three bytes a face. */
+  /** Three bytes a face, or three for each of its four corners. */
   colour(bytes) {
-    this.faceOf.forEach((face, at) => {
-      for (let corner = 0; corner < 9; corner += 3) {
-        for (let c = 0; c < 3; c += 1) this.bytes[9 * at + corner + c] = bytes[3 * face + c];
-      }
+    const corners = bytes.length === 12 * this.result.size;
+    this.waysOf.forEach((ways, at) => {
+      const face = this.faceOf[at];
+      ways.forEach((which, corner) => {
+        const from = corners ? 12 * face + 3 * which : 3 * face;
+        for (let c = 0; c < 3; c += 1) this.bytes[9 * at + 3 * corner + c] = bytes[from + c];
+      });
     });
     this.paint.needsUpdate = true;
     this.draw();

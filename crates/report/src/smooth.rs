@@ -1,0 +1,221 @@
+//! Radiosity at the corners of faces, for pictures without steps between patches.
+//!
+//! A corner of a face takes the mean, weighted by area, of the faces that meet there and go on from it: on the same side
+//! of a surface that bends by less than [`BEND`], of the same material, and not told apart by the data. Two faces are told
+//! apart where their radiosities differ by more than [`CERTAIN`] standard errors of the difference and by more than
+//! [`STEP`] of the larger: there is the edge of a shadow, and the picture keeps it.
+
+use std::collections::HashMap;
+
+use glam::DVec3;
+use radiosity::{Estimates, Face, Scene};
+
+/// The cosine of the largest angle between the normals of faces that are one surface to the eye: 20°.
+const BEND: f64 = 0.94;
+
+/// Differences above this many standard errors are no noise.
+const CERTAIN: f64 = 3.0;
+
+/// Differences below this part of the larger value are steps between patches and not in the light.
+const STEP: f64 = 0.35;
+
+/// Corners nearer to each other than this part of the scene's size are one.
+const SAME_PLACE: f64 = 1e-7;
+
+/// B [W/m²] at the corners of every face.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Smooth {
+    channels: usize,
+    /// By face, corner (as [`radiosity::Faces::corners`] has them; a triangle's last one twice) and channel.
+    values: Vec<f64>,
+}
+
+/// A face as its neighbours see it.
+struct Shown {
+    face: Face,
+    normal: DVec3,
+    /// B and its standard error in each channel [W/m²].
+    light: Vec<[f64; 2]>,
+}
+
+/// A face that has a corner at a place.
+type Touch = (u32, u32);
+
+impl Smooth {
+    /// The corners of all faces.
+    pub fn new(estimates: &Estimates) -> Self {
+        let scene = estimates.scene();
+        let (faces, channels) = (scene.faces(), scene.channels());
+        let shown: Vec<Shown> = (0..faces.len()).map(|face| Shown::of(estimates, face)).collect();
+        let mut places: HashMap<[i64; 3], Vec<Touch>> = HashMap::new();
+        let grid = 1.0 / (SAME_PLACE * size(scene));
+        for face in 0..faces.len() {
+            for (corner, place) in (0..).zip(faces.corners(face)) {
+                let key = ((place - scene.origin()) * grid).round().to_array().map(|x| x as i64);
+                places.entry(key).or_default().push((face as u32, corner));
+            }
+        }
+        let mut values = vec![0.0; 4 * channels * faces.len()];
+        for touching in places.values() {
+            for &(face, corner) in touching {
+                let own = &shown[face as usize];
+                let with = || {
+                    touching
+                        .iter()
+                        .map(|&(other, _)| &shown[other as usize])
+                        .filter(|other| own.goes_on(other))
+                };
+                let area: f64 = with().map(|other| other.face.area).sum();
+                for channel in 0..channels {
+                    let light: f64 = with().map(|other| other.face.area * other.light[channel][0]).sum();
+                    values[(4 * face as usize + corner as usize) * channels + channel] = light / area;
+                }
+            }
+        }
+        let mut smooth = Smooth { channels, values };
+        (0..faces.len())
+            .filter(|&face| faces.corners(face).len() == 3)
+            .for_each(|face| smooth.repeat_third(face));
+        smooth
+    }
+
+    fn repeat_third(&mut self, face: usize) {
+        let third = (4 * face + 2) * self.channels;
+        self.values.copy_within(third..third + self.channels, third + self.channels);
+    }
+
+    /// B at a place in a face, in three channels. `weights` are those of its corners.
+    pub fn at(&self, face: u32, weights: [f64; 4]) -> [f64; 3] {
+        std::array::from_fn(|c| {
+            let channel = c.min(self.channels - 1);
+            let value = |corner: usize| self.values[(4 * face as usize + corner) * self.channels + channel];
+            (0..4).map(|corner| weights[corner] * value(corner)).sum()
+        })
+    }
+
+    /// B at the four corners of a face, the channels of a corner side by side.
+    pub fn corners(&self, face: usize) -> &[f64] {
+        &self.values[4 * self.channels * face..][..4 * self.channels]
+    }
+}
+
+impl Shown {
+    fn of(estimates: &Estimates, number: usize) -> Self {
+        let (scene, known) = (estimates.scene(), estimates.face(number));
+        let face = scene.faces().get(number);
+        let corners = scene.faces().corners(number);
+        let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]).normalize();
+        let light = |c: usize| match known.as_deref() {
+            Some(known) => [known[c].radiosity, known[c].std_error.unwrap_or(f64::INFINITY)],
+            None => [face.emittance[c], f64::INFINITY],
+        };
+        Shown { face, normal, light: (0..scene.channels()).map(light).collect() }
+    }
+
+    /// Whether another face is the same surface to the eye, in the same light.
+    fn goes_on(&self, other: &Shown) -> bool {
+        let same_material =
+            self.face.reflectance == other.face.reflectance && self.face.emittance == other.face.emittance;
+        same_material && self.normal.dot(other.normal) >= BEND && !self.is_told_apart(other)
+    }
+
+    fn is_told_apart(&self, other: &Shown) -> bool {
+        self.light.iter().zip(&other.light).any(|(&[a, a_error], &[b, b_error])| {
+            let difference = (a - b).abs();
+            difference > CERTAIN * a_error.hypot(b_error) && difference > STEP * a.max(b)
+        })
+    }
+}
+
+/// The longest extent of a scene [m].
+fn size(scene: &Scene) -> f64 {
+    let corners = || scene.surfaces().iter().flat_map(|surface| surface.outline());
+    let (low, high) =
+        (corners().fold(DVec3::INFINITY, DVec3::min), corners().fold(DVec3::NEG_INFINITY, DVec3::max));
+    (high - low).max_element()
+}
+
+#[cfg(test)]
+mod tests {
+    use radiosity::{IndexChoice, Scene, SceneSpec, Shape};
+
+    use super::*;
+    use crate::scenes::{cube, experiment, quad, shot};
+
+    /// The weights of a face's middle.
+    const MIDDLE: [f64; 4] = [0.25; 4];
+
+    fn smooth(scene: &Scene, see: impl Fn(&Estimates, &Smooth)) {
+        let experiment = experiment(scene);
+        let tally = shot(&experiment);
+        let estimates = Estimates::new(&experiment, &tally, 0.95);
+        see(&estimates, &Smooth::new(&estimates));
+    }
+
+    #[test]
+    fn walls_are_smooth_within_and_lamps_and_edges_stay_sharp() {
+        smooth(&cube(), |estimates, smooth| {
+            let faces = estimates.scene().faces();
+            let floor: Vec<usize> = (0..9).collect();
+            let light = |face: usize| estimates.face(face).unwrap()[0].radiosity;
+            // The middle of the floor's inner corner: the mean of four patches.
+            let mean = [0, 1, 3, 4].map(light).iter().sum::<f64>() / 4.0;
+            assert!((smooth.corners(0)[2] - mean).abs() < 1e-12);
+            // Its outer corner belongs to walls, which are not the floor.
+            assert_eq!(smooth.corners(0)[0], light(0));
+            for face in floor {
+                let [low, high] = floor_range(estimates);
+                let middle = smooth.at(face as u32, MIDDLE)[0];
+                assert!((low..=high).contains(&middle));
+            }
+            // The lamp in the middle of the ceiling is of another material.
+            let lamp = (0..faces.len()).find(|&face| faces.get(face).emittance.is_lit()).unwrap();
+            assert!(smooth.corners(lamp).iter().all(|&b| b == light(lamp)));
+        });
+    }
+
+    fn floor_range(estimates: &Estimates) -> [f64; 2] {
+        let light = (0..9).map(|face| estimates.face(face).unwrap()[0].radiosity);
+        [light.clone().fold(f64::INFINITY, f64::min), light.fold(0.0, f64::max)]
+    }
+
+    /// Below a table the floor is dark: a step that the data are sure of stays a step.
+    #[test]
+    fn the_edge_of_a_shadow_stays_where_the_data_are_sure() {
+        let mut lamp = quad("lamp", [[0., 0., 2.], [0., 4., 2.], [4., 0., 2.]], [1, 1], 0.0);
+        lamp.emittance = 1.0.into();
+        let floor = quad("floor", [[0., 0., 0.], [4., 0., 0.], [0., 4., 0.]], [4, 4], 0.5);
+        let table = quad("table", [[0., 0., 1e-3], [2., 0., 1e-3], [0., 4., 1e-3]], [1, 1], 0.1);
+        let scene =
+            Scene::build(&SceneSpec { surfaces: vec![floor, table, lamp] }, IndexChoice::Auto).unwrap();
+        smooth(&scene, |estimates, smooth| {
+            let light = |face: usize| estimates.face(face).unwrap()[0].radiosity;
+            // Patches 4 … 7 are under the table, 8 … 11 beside it.
+            assert!(light(5) < 0.1 * light(9));
+            assert!(
+                smooth.corners(9)[0] > 5.0 * smooth.corners(5)[1],
+                "{:?} {:?}",
+                smooth.corners(9),
+                smooth.corners(5)
+            );
+        });
+    }
+
+    #[test]
+    fn triangles_share_corners_and_have_their_third_twice() {
+        let mut plate = quad("plate", [[0., 0., 0.], [1., 0., 0.], [0., 1., 0.]], [1, 1], 0.5);
+        plate.shape = Shape::Triangle { a: DVec3::ZERO, b: DVec3::X, c: DVec3::Y, rows: 2 };
+        let mut lamp = quad("lamp", [[0., 0., 1.], [0., 1., 1.], [1., 0., 1.]], [1, 1], 0.0);
+        lamp.emittance = 1.0.into();
+        let scene = Scene::build(&SceneSpec { surfaces: vec![plate, lamp] }, IndexChoice::Auto).unwrap();
+        smooth(&scene, |estimates, smooth| {
+            let light = |face: usize| estimates.face(face).unwrap()[0].radiosity;
+            for face in 0..4 {
+                assert_eq!(smooth.corners(face)[2], smooth.corners(face)[3]);
+            }
+            // The middle of ab belongs to patches 0, 1 and 2 and is corner b of the first.
+            let mean = (light(0) + light(1) + light(2)) / 3.0;
+            assert!((smooth.corners(0)[1] - mean).abs() < 1e-12, "{:?}, not {mean}", smooth.corners(0));
+        });
+    }
+}
