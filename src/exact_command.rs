@@ -3,9 +3,10 @@
 use exact::{Accuracy, Bounds, Exact, ExactError, GatherEstimator, SharedPath, WalkEstimator, WeightedWalk};
 use radiosity::{Scene, birth_probabilities};
 use report::{Check, ExactBounds, ExactColumns, ExactSummary, OutputFolder};
+use tracing::warn;
 
 use crate::args::ExactArgs;
-use crate::console::{say, tell};
+use crate::console::say;
 use crate::coordinate::default_folder;
 use crate::fault::{Fault, Outcome};
 
@@ -59,7 +60,7 @@ fn describe(summary: &ExactSummary) {
         say(&format!("{} faces are too dark to tell: their errors exceed them", summary.undetermined));
     }
     for check in summary.checks.iter().filter(|check| !check.ok) {
-        tell(&format!("radwalk: {}", check.message));
+        warn!("{}", check.message);
     }
 }
 

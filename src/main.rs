@@ -11,11 +11,13 @@ mod compare;
 mod console;
 mod coordinate;
 mod date;
+mod diff;
 mod doctor_report;
 mod drift;
 mod exact_command;
 mod fault;
 mod fit;
+mod gauge;
 mod launcher;
 mod limits;
 mod local;
@@ -28,33 +30,44 @@ mod progress;
 mod relay;
 mod replay;
 mod replica;
+mod reports;
 mod reproduce;
 mod settings;
 mod signals;
 mod stability;
+mod status;
 mod target;
 mod work;
 
+use std::io::ErrorKind;
 use std::process::ExitCode;
 
 use clap::Parser;
+use tracing::error;
 
 use crate::args::{Cli, Command};
-use crate::console::tell;
+use crate::console::{emit, record, unsaid};
+use crate::fault::{Fault, Outcome};
 
 /// Version and commit: workers join only coordinators of the same build.
 pub const BUILD: &str = concat!(env!("CARGO_PKG_VERSION"), "+", env!("RADWALK_GIT"));
 
 fn main() -> ExitCode {
-    let command = Cli::parse().command;
-    // The coordinator that started a quiet worker says what becomes of it.
-    let silent = matches!(&command, Command::Work(args) if args.quiet);
-    let done = match command {
+    let command = match Cli::try_parse() {
+        Ok(cli) => cli.command,
+        Err(error) => return usage(&error),
+    };
+    if let Err(word) = command.voice().begin() {
+        return end(Err(Fault::LogLevel { word }));
+    }
+    end(match command {
         Command::Run(args) => coordinate::run(&args),
         Command::Coordinate(args) => coordinate::coordinate(&args),
         Command::Work(args) => work::work(&args),
         Command::Relay(args) => relay::relay(&args),
         Command::Exact(args) => exact_command::exact(&args),
+        Command::Status(args) => status::status(&args),
+        Command::Diff(args) => diff::diff(&args),
         Command::Merge(args) => merge::merge(&args),
         Command::Audit(args) => audit::audit(&args),
         Command::Replay(args) => replay::replay(&args),
@@ -64,14 +77,34 @@ fn main() -> ExitCode {
         Command::Check(args) => check::check(&args),
         Command::Stability(args) => stability::stability(&args),
         Command::Compare(args) => compare::compare(&args),
-    };
-    match done {
-        Ok(outcome) => ExitCode::from(outcome.exit_code()),
+    })
+}
+
+/// Says what went wrong, if anything did, and how the program ends. A command whose results could not be said has failed.
+fn end(done: Result<Outcome, Fault>) -> ExitCode {
+    let code = match &done {
+        Ok(outcome) => outcome.exit_code(),
         Err(fault) => {
-            if !silent {
-                tell(&format!("radwalk: {fault}"));
-            }
-            ExitCode::from(fault.exit_code())
+            error!("{fault}");
+            fault.exit_code()
         }
+    };
+    let unsaid = unsaid().map(|source| Fault::Unsaid { source });
+    if let Some(fault) = &unsaid {
+        error!("{fault}");
     }
+    ExitCode::from(unsaid.filter(|_| code == 0).map_or(code, |fault| fault.exit_code()))
+}
+
+/// Help and versions, and what was typed wrongly.
+fn usage(error: &clap::Error) -> ExitCode {
+    let json = std::env::args_os().any(|arg| arg == "--json");
+    if json && error.use_stderr() {
+        emit(&record("error", "error", error.to_string().trim()).into());
+    } else if let Err(source) = error.print()
+        && source.kind() != ErrorKind::BrokenPipe
+    {
+        return end(Err(Fault::Unsaid { source }));
+    }
+    ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2))
 }

@@ -11,12 +11,13 @@ use report::{
     Draft, Model, OutputFolder, PartSummary, Provenance, RunFacts, SessionSummary, Summary, WorkerSummary,
     WorstPatch,
 };
+use tracing::warn;
 
 use crate::args::OutArgs;
 use crate::bounces::bounces;
 use crate::checkpoints::{self, CURRENT, Latest, PREVIOUS};
 use crate::checks::checks_of_result;
-use crate::console::{say, tell};
+use crate::console::{emit, say};
 use crate::fault::Fault;
 use crate::progress::{duration, percent, quantity};
 use crate::settings::Settings;
@@ -64,10 +65,10 @@ impl RunOutput {
     ) -> Result<(), Fault> {
         let (scene, tally) = (experiment.scene(), &checkpoint.tally);
         if tally.counts.walks == 0 {
-            tell(&format!(
-                "radwalk: no walk was finished, so nothing is written to {}; what is there is from before",
+            warn!(
+                "no walk was finished, so nothing is written to {}; what is there is from before",
                 self.path().display()
-            ));
+            );
             return Ok(());
         }
         let estimates = Estimates::new(experiment, tally, settings.level(scene));
@@ -85,10 +86,7 @@ impl RunOutput {
         drafts.into_iter().try_for_each(Draft::place)?;
         self.folder.sync()?;
         if out.json {
-            tell(&format!(
-                "{}",
-                serde_json::json!({"event": "done", "out": self.path(), "paths": summary.paths})
-            ));
+            emit(&serde_json::json!({"event": "done", "out": self.path(), "paths": summary.paths}));
         } else if !out.quiet {
             self.describe(&summary, settings);
         }

@@ -1,7 +1,7 @@
 //! `radwalk plan`: what a job will take, before it is run.
 
 mod bound;
-mod pilot;
+pub mod pilot;
 mod resources;
 
 use job::{Job, Target};

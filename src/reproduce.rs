@@ -8,9 +8,10 @@ use std::time::Instant;
 use papers::{CHAPTERS, Chapter, Effort, Findings, Judge, Lab, Row, Verdict, page};
 use report::OutputFolder;
 use serde_json::{Value, json};
+use tracing::info;
 
 use crate::args::ReproduceArgs;
-use crate::console::{say, tell};
+use crate::console::{emit, say};
 use crate::date::today;
 use crate::fault::{Fault, Outcome};
 use crate::progress::duration;
@@ -59,14 +60,14 @@ fn threads(args: &ReproduceArgs) -> usize {
 fn run(args: &ReproduceArgs, chapter: &Chapter, lab: &Lab) -> Findings {
     let began = Instant::now();
     if args.out.json {
-        tell(&json!({"event": "chapter", "name": chapter.name}).to_string());
+        emit(&json!({"event": "chapter", "name": chapter.name}));
     } else if !args.out.quiet {
-        tell(&format!("{} …", chapter.title));
+        info!("{} …", chapter.title);
     }
     let findings = (chapter.run)(lab);
     if args.out.json {
         let seconds = began.elapsed().as_secs_f64();
-        tell(&json!({"event": "chapter done", "name": chapter.name, "seconds": seconds}).to_string());
+        emit(&json!({"event": "chapter done", "name": chapter.name, "seconds": seconds}));
     }
     findings
 }

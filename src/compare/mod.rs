@@ -22,8 +22,10 @@ use self::page::{Chapter, charts, page};
 use self::shoot::Team;
 use self::table::Table;
 use self::truth::Truth;
+use tracing::warn;
+
 use crate::args::CompareArgs;
-use crate::console::{say, tell};
+use crate::console::{emit, say};
 use crate::date::today;
 use crate::fault::{Fault, Outcome};
 use crate::progress::percent;
@@ -60,12 +62,12 @@ pub fn compare(args: &CompareArgs) -> Result<Outcome, Fault> {
     for (path, (job, scene)) in args.jobs.iter().zip(&jobs) {
         let chapter = match study(&Arena { args, path, job, scene, team }, &mut table) {
             Err(Fault::Interrupted) => {
-                tell(&format!(
-                    "radwalk: interrupted; {} rows are kept in {}, go on with: {} --resume",
+                warn!(
+                    "interrupted; {} rows are kept in {}, go on with: {} --resume",
                     table.len(),
                     folder.file(TABLE).display(),
                     command(args)
-                ));
+                );
                 return Ok(Outcome::Interrupted);
             }
             chapter => chapter?,
@@ -172,7 +174,7 @@ fn told((truth, judged): &(Truth, Judged)) -> String {
 fn announce(args: &CompareArgs, point: &Point) {
     if args.out.json {
         let event = json!({"event": "point", "job": point.job, "method": point.method, "rays": point.rays});
-        tell(&event.to_string());
+        emit(&event);
     } else if !args.out.quiet {
         let seconds = point.seconds;
         let rms = point.rms().value;

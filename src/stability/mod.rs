@@ -12,7 +12,7 @@ use self::entry::{Claim, Entry, Finding};
 use self::lab::Lab;
 use self::page::CHARTS;
 use crate::args::StabilityArgs;
-use crate::console::{say, tell};
+use crate::console::{emit, say};
 use crate::date::today;
 use crate::fault::{Fault, Outcome};
 
@@ -72,7 +72,7 @@ fn holds(finding: &Finding) -> bool {
 fn announce(args: &StabilityArgs, entry: &Entry, finding: &Finding) {
     if args.out.json {
         let event = json!({"event": "entry", "name": entry.name, "holds": holds(finding)});
-        tell(&event.to_string());
+        emit(&event);
     } else if !args.out.quiet {
         let verdict = if holds(finding) { "holds" } else { "FAILS" };
         say(&format!("{verdict}  {}: {}", entry.name, entry.title));
