@@ -16,7 +16,7 @@ use crate::args::DiffArgs;
 use crate::checkpoints::CURRENT;
 use crate::console::say;
 use crate::fault::{Fault, Outcome};
-use crate::progress::counted;
+use report::words::counted;
 
 /// α: chance alone makes two honest runs differ once in so many comparisons at most.
 const FALSE_ALARM: f64 = 1e-3;

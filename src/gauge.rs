@@ -8,9 +8,9 @@ use cluster::lead::Notice;
 use radiosity::{Estimates, Experiment, Precision};
 use serde::{Deserialize, Serialize};
 
-use crate::plan::pilot::foretell;
 use crate::settings::Settings;
-use crate::target::Prospect;
+use judge::plan::pilot::foretell;
+use judge::target::Prospect;
 
 /// Rates are those of the last so many seconds.
 const WINDOW: Duration = Duration::from_secs(30);

@@ -2,30 +2,23 @@
 
 mod args;
 mod audit;
-mod bounces;
 mod check;
 mod checkpoints;
-mod checks;
-mod coincident;
 mod compare;
 mod console;
 mod coordinate;
 mod date;
 mod diff;
 mod doctor_report;
-mod drift;
 mod exact_command;
 mod fault;
-mod fit;
 mod gauge;
 mod launcher;
-mod limits;
 mod local;
 mod merge;
 mod new;
 mod outputs;
 mod plan;
-mod plot;
 mod progress;
 mod relay;
 mod replay;
@@ -36,7 +29,6 @@ mod settings;
 mod signals;
 mod stability;
 mod status;
-mod target;
 mod work;
 
 use std::io::ErrorKind;

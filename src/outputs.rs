@@ -6,6 +6,9 @@ use std::sync::Arc;
 use cluster::checkpoint::{Book, Checkpoint};
 use cluster::roster::Contributor;
 use job::{Method, WalkKind, Word};
+use judge::bounces::bounces;
+use judge::checks::checks_of_result;
+use judge::target;
 use radiosity::{Estimates, Experiment, Iterations, Precision, Solve};
 use report::{
     Draft, Model, OutputFolder, PartSummary, Provenance, RunFacts, SessionSummary, Summary, WorkerSummary,
@@ -14,14 +17,11 @@ use report::{
 use tracing::warn;
 
 use crate::args::OutArgs;
-use crate::bounces::bounces;
 use crate::checkpoints::{self, CURRENT, Latest, PREVIOUS};
-use crate::checks::checks_of_result;
 use crate::console::{emit, say};
 use crate::fault::Fault;
-use crate::progress::{duration, percent, quantity};
 use crate::settings::Settings;
-use crate::target;
+use report::words::{counted, duration, percent, quantity};
 
 /// The files of a run, in the order they are written: the tally first, since all else follows from it.
 const RUN_FILES: &[&str] = &[CURRENT, PREVIOUS, "patches.csv", "summary.json", "radiosity.png"];
@@ -98,11 +98,11 @@ impl RunOutput {
         let whole =
             if summary.paths < settings.paths { format!(" of {}", settings.paths) } else { String::new() };
         say(&format!(
-            "{}{whole} paths, {} rays in {} by {} workers: {} paths/s, {} rays/s",
+            "{}{whole} paths, {} rays in {} by {}: {} paths/s, {} rays/s",
             summary.paths,
             summary.rays,
             duration(summary.seconds),
-            summary.workers_seen,
+            counted(summary.workers_seen, "worker"),
             quantity(summary.paths_per_second),
             quantity(summary.rays_per_second)
         ));

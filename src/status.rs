@@ -10,8 +10,8 @@ use crate::args::StatusArgs;
 use crate::console::say;
 use crate::fault::{Fault, Outcome};
 use crate::gauge::{Faults, unix_seconds};
-use crate::progress::{counted, duration, percent, quantity};
 use crate::reports::{Report, STATUS, beside};
+use report::words::{counted, duration, percent, quantity};
 
 /// A coordinator reports every two seconds. One whose last report is older than this may be gone …
 const LATE: u64 = 10;
