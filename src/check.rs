@@ -10,25 +10,26 @@ use report::{Method, Model};
 
 use crate::args::CheckArgs;
 use crate::console::say;
-use crate::doctor_report;
 use crate::fault::{Fault, Outcome};
 use crate::outputs;
+use crate::{doctor_report, losses};
 
 /// Checks a file and describes it.
 pub fn check(args: &CheckArgs) -> Result<Outcome, Fault> {
     let job = job::load(&args.file, &args.set)?;
     describe_import(&job.scene);
-    match job::file_kind(&args.file)? {
+    let faults = match job::file_kind(&args.file)? {
         FileKind::Job => {
             let experiment = Experiment::new(job.build_scene()?, job.method.walks())?;
-            describe_scene(experiment.scene());
+            let faults = describe_scene(experiment.scene());
             describe_job(&job, &experiment);
+            faults
         }
         FileKind::Scene => describe_scene(&job.build_scene()?),
-    }
+    };
     if args.fix_report || args.repair {
         doctor_report::report(&job)?;
-    } else {
+    } else if faults.is_empty() {
         say("no fault found");
     }
     if args.repair {
@@ -42,7 +43,8 @@ fn describe_import(scene: &SceneFile) {
     scene.notes().iter().for_each(|note| say(&format!("note: {note}")));
 }
 
-fn describe_scene(scene: &Scene) {
+/// Returns what is wrong with its light, which is said.
+fn describe_scene(scene: &Scene) -> Vec<String> {
     let fronts = || scene.faces().iter().filter(|face| face.side == Side::Front);
     let area: f64 = fronts().map(|patch| patch.area).sum();
     let emitters = fronts().filter(|patch| patch.emittance.is_lit()).count();
@@ -53,6 +55,9 @@ fn describe_scene(scene: &Scene) {
         power(scene)
     ));
     Coincident::of(scene).lines().iter().for_each(|line| say(line));
+    let faults = losses::warnings(scene);
+    faults.iter().for_each(|fault| say(&format!("fault: {fault}")));
+    faults
 }
 
 /// Φ_T [W], channel by channel.

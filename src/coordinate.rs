@@ -25,7 +25,7 @@ use crate::progress::{Display, tell_notice};
 use crate::replica::check_shape;
 use crate::reports::{Description, Reports};
 use crate::settings::Settings;
-use crate::{replica, signals};
+use crate::{losses, replica, signals};
 
 /// Between tries to write the results of a run.
 const FINAL_WAITS: [Duration; 4] =
@@ -122,6 +122,8 @@ impl Prepared {
         let job = job::load(&args.job, &args.overrides())?;
         tell_notes(&job);
         let experiment = Experiment::new(job.build_scene()?, job.method.walks())?;
+        // What is wrong with the light comes before all that is made of it.
+        losses::warnings(experiment.scene()).iter().for_each(|warning| warn!("{warning}"));
         let settings = Settings::of(&job);
         let folder = out.out.clone().unwrap_or_else(|| default_folder(&job));
         let output = RunOutput::new(&folder, out.force || resume)?;

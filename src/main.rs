@@ -15,6 +15,7 @@ mod fault;
 mod gauge;
 mod launcher;
 mod local;
+mod losses;
 mod merge;
 mod new;
 mod outputs;

@@ -114,13 +114,20 @@ impl RunOutput {
             }
             _ => format!(", 99 hundredths within {}", percent(precision.error_quantiles["0.99"])),
         };
-        say(&format!(
-            "half-widths of the {}{} % intervals: half of the area within {}, 9 tenths within {}{worst}",
-            if summary.simultaneous { "simultaneous " } else { "" },
-            100.0 * summary.confidence,
-            percent(precision.error_quantiles["0.5"]),
-            percent(precision.error_quantiles["0.9"])
-        ));
+        // Of light that was never there, nothing is known to any part of itself.
+        if precision.error_quantiles["0.99"].is_finite() || precision.unhit.area < 1.0 - 1e-12 {
+            say(&format!(
+                "half-widths of the {}{} % intervals: half of the area within {}, 9 tenths within {}{worst}",
+                if summary.simultaneous { "simultaneous " } else { "" },
+                100.0 * summary.confidence,
+                percent(precision.error_quantiles["0.5"]),
+                percent(precision.error_quantiles["0.9"])
+            ));
+        } else {
+            say(
+                "no patch that reflects was reached by any walk: nothing is known of its light but upper bounds",
+            );
+        }
         for (apart, why) in [
             (precision.unhit, "that no walk has reached"),
             (precision.tiny, "each below a millionth of the area"),
