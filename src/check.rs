@@ -9,14 +9,16 @@ use radiosity::{Experiment, Scene, Side};
 use report::{Method, Model};
 
 use crate::args::CheckArgs;
-use crate::console::say;
+use crate::console::{Phase, say};
 use crate::fault::{Fault, Outcome};
 use crate::outputs;
-use crate::{doctor_report, losses};
+use crate::{doctor_report, losses, memory};
 
 /// Checks a file and describes it.
 pub fn check(args: &CheckArgs) -> Result<Outcome, Fault> {
+    let phase = Phase::begin("checking the scene");
     let job = job::load(&args.file, &args.set)?;
+    memory::check(&job, 1)?;
     describe_import(&job.scene);
     let faults = match job::file_kind(&args.file)? {
         FileKind::Job => {
@@ -32,6 +34,7 @@ pub fn check(args: &CheckArgs) -> Result<Outcome, Fault> {
     } else if faults.is_empty() {
         say("no fault found");
     }
+    drop(phase);
     if args.repair {
         doctor_report::repair(&job)?;
     }

@@ -5,14 +5,16 @@
 
 use std::fmt::{self, Write as _};
 use std::io::{self, ErrorKind, IsTerminal, Write};
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, OnceLock, PoisonError};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
 
-use indicatif::ProgressBar;
+use indicatif::{ProgressBar, ProgressDrawTarget};
 use serde_json::{Map, Value, json};
 use time::OffsetDateTime;
 use tracing::field::{Field, Visit};
 use tracing::level_filters::LevelFilter;
-use tracing::{Event, Level, Subscriber};
+use tracing::{Event, Level, Subscriber, info};
 use tracing_subscriber::layer::{Context, Layer, SubscriberExt};
 
 /// Sets the level of what is told, whatever `--quiet` says.
@@ -20,6 +22,9 @@ pub const LOG_VARIABLE: &str = "RADWALK_LOG";
 
 /// The first line on stdout that could not be written.
 static UNSAID: Mutex<Option<io::Error>> = Mutex::new(None);
+
+/// How lines on stderr look.
+static FORM: OnceLock<Form> = OnceLock::new();
 
 /// The bar on the terminal, which lines go above.
 static BAR: Mutex<Option<ProgressBar>> = Mutex::new(None);
@@ -62,6 +67,7 @@ impl Voice {
     pub fn begin(self) -> Result<(), String> {
         let asked = std::env::var(LOG_VARIABLE).ok();
         let level = asked.as_deref().map(|word| word.parse().map_err(|_| word.to_owned())).transpose();
+        let _ = FORM.set(self.form);
         let printer = Printer { form: self.form };
         let voice = |level| tracing_subscriber::registry().with(level).with(printer);
         // It is set once, before anything is told.
@@ -69,6 +75,89 @@ impl Voice {
         let _ = set(level.clone().ok().flatten().unwrap_or(self.level));
         level.map(|_| ())
     }
+}
+
+/// Before the first word on something that takes its time, and between two of them on a terminal and in JSON.
+const PULSE: Duration = Duration::from_secs(2);
+
+/// Between two words at most, where lines stay.
+const LONGEST_PULSE: Duration = Duration::from_secs(30);
+
+/// Something that may take long, and is told of while it does.
+pub struct Phase {
+    state: Arc<(Mutex<Doing>, Condvar)>,
+    teller: Option<JoinHandle<()>>,
+}
+
+/// What is done, since when.
+struct Doing {
+    what: &'static str,
+    since: Instant,
+    part: Option<f64>,
+    over: bool,
+}
+
+impl Phase {
+    /// Something begins.
+    pub fn begin(what: &'static str) -> Self {
+        let doing = Doing { what, since: Instant::now(), part: None, over: false };
+        let state = Arc::new((Mutex::new(doing), Condvar::new()));
+        let told = Arc::clone(&state);
+        // Without a thread nothing is told, and nothing else is lost.
+        let teller = std::thread::Builder::new().spawn(move || tell_phases(&told)).ok();
+        Phase { state, teller }
+    }
+
+    /// Something else begins.
+    pub fn now(&self, what: &'static str) {
+        let mut doing = held(&self.state.0);
+        (doing.what, doing.since, doing.part) = (what, Instant::now(), None);
+        self.state.1.notify_all();
+    }
+
+    /// A part of it is done.
+    pub fn done(&self, part: f64) {
+        held(&self.state.0).part = Some(part);
+    }
+}
+
+impl Drop for Phase {
+    fn drop(&mut self) {
+        held(&self.state.0).over = true;
+        self.state.1.notify_all();
+        let _ = self.teller.take().map(JoinHandle::join);
+    }
+}
+
+/// Tells what is done while it takes long: in a line that is replaced on a terminal, else in lines that come ever later.
+fn tell_phases((state, changed): &(Mutex<Doing>, Condvar)) {
+    let lasts = FORM.get() != Some(&Form::Plain) || !io::stderr().is_terminal();
+    let steps = FORM.get() == Some(&Form::Json) || !lasts;
+    let (mut told, mut wait) = (None, PULSE);
+    let spinner = ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr());
+    let mut doing = held(state);
+    while !doing.over {
+        if told != Some(doing.since) {
+            (told, wait) = (Some(doing.since), PULSE);
+        }
+        let (next, waited) = changed.wait_timeout(doing, wait).unwrap_or_else(PoisonError::into_inner);
+        doing = next;
+        if !waited.timed_out() || doing.over {
+            continue;
+        }
+        let part = doing.part.map_or(String::new(), |part| format!(", {:.0} % done", 100.0 * part));
+        let seconds = doing.since.elapsed().as_secs();
+        if lasts {
+            info!(event = "phase", seconds, "{}: {seconds} s so far{part}", doing.what);
+        } else if tracing::enabled!(Level::INFO) {
+            spinner.set_message(format!("{}: {seconds} s so far{part}", doing.what));
+            spinner.tick();
+        }
+        if !steps {
+            wait = (2 * wait).min(LONGEST_PULSE);
+        }
+    }
+    spinner.finish_and_clear();
 }
 
 /// A line on stdout: results.

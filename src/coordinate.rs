@@ -17,6 +17,7 @@ use tracing::{info, warn};
 
 use crate::args::{CoordinateArgs, JobArgs, OutArgs, RunArgs};
 use crate::checkpoints::{self, Found, Identity, Keeper, Latest};
+use crate::console::Phase;
 use crate::fault::{Fault, Outcome};
 use crate::gauge::Gauge;
 use crate::local::LocalWorkers;
@@ -25,7 +26,7 @@ use crate::progress::{Display, tell_notice};
 use crate::replica::check_shape;
 use crate::reports::{Description, Reports};
 use crate::settings::Settings;
-use crate::{losses, replica, signals};
+use crate::{losses, memory, replica, signals};
 
 /// Between tries to write the results of a run.
 const FINAL_WAITS: [Duration; 4] =
@@ -33,7 +34,7 @@ const FINAL_WAITS: [Duration; 4] =
 
 /// Runs a job on worker processes of this machine.
 pub fn run(args: &RunArgs) -> Result<Outcome, Fault> {
-    let prepared = Prepared::new(&args.job, &args.out, args.resume)?;
+    let prepared = Prepared::new(&args.job, &args.out, args.resume, processes(args.workers))?;
     let Door { listener, access, mut workers } =
         Door::open(&prepared.identity, processes(args.workers), args.threads)?;
     signals::catch();
@@ -45,7 +46,7 @@ pub fn run(args: &RunArgs) -> Result<Outcome, Fault> {
 
 /// Coordinates workers that are started elsewhere.
 pub fn coordinate(args: &CoordinateArgs) -> Result<Outcome, Fault> {
-    let prepared = Prepared::new(&args.job, &args.out, args.resume)?;
+    let prepared = Prepared::new(&args.job, &args.out, args.resume, 0)?;
     let access_file = args.access.clone().unwrap_or_else(|| prepared.output.path().join("access.json"));
     let (listener, access) = listen(&prepared.identity, &args.listen, args.advertise.as_deref())?;
     access
@@ -118,10 +119,15 @@ struct Prepared {
 }
 
 impl Prepared {
-    fn new(args: &JobArgs, out: &OutArgs, resume: bool) -> Result<Self, Fault> {
+    /// `workers` is how many will work on this machine.
+    fn new(args: &JobArgs, out: &OutArgs, resume: bool, workers: usize) -> Result<Self, Fault> {
+        let phase = Phase::begin("reading the scene");
         let job = job::load(&args.job, &args.overrides())?;
         tell_notes(&job);
+        memory::check(&job, workers)?;
+        phase.now("building the scene");
         let experiment = Experiment::new(job.build_scene()?, job.method.walks())?;
+        phase.now("following light from the lamps");
         // What is wrong with the light comes before all that is made of it.
         losses::warnings(experiment.scene()).iter().for_each(|warning| warn!("{warning}"));
         let settings = Settings::of(&job);
@@ -132,6 +138,7 @@ impl Prepared {
         let mut prepared =
             Prepared { job, settings, experiment, output, identity, past, latest: Latest::Foreign };
         if resume {
+            phase.now("reading the checkpoint");
             prepared.resume()?;
         }
         Ok(prepared)

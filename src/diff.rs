@@ -14,7 +14,7 @@ use stats::{normal_quantile, student_quantile};
 
 use crate::args::DiffArgs;
 use crate::checkpoints::CURRENT;
-use crate::console::say;
+use crate::console::{Phase, say};
 use crate::fault::{Fault, Outcome};
 use report::words::counted;
 
@@ -67,6 +67,7 @@ struct Comparison {
 
 /// Compares two results, and fails where they differ.
 pub fn diff(args: &DiffArgs) -> Result<Outcome, Fault> {
+    let phase = Phase::begin("reading the results");
     let sides = [read(&args.first)?, read(&args.second)?];
     let incomparable = |reason: String, remedy| Fault::Incomparable {
         first: args.first.clone(),
@@ -88,6 +89,7 @@ pub fn diff(args: &DiffArgs) -> Result<Outcome, Fault> {
         _ => false,
     };
     let comparison = compare(&sides);
+    drop(phase);
     if comparison.compared == 0 {
         let reason = format!("no patch has {FEWEST_HITS} scores in both");
         return Err(incomparable(reason, "run them with more --paths"));

@@ -76,6 +76,21 @@ pub enum Fault {
         /// host:port.
         address: String,
     },
+    /// The tallies of a job do not fit the memory.
+    #[error(
+        "the tallies of {patches} patches take {:.1} GB at least, on this machine, which has {:.1} GB (for the coordinator and {}); use coarser patches or fewer workers here",
+        1e-9 * *needed as f64, 1e-9 * *there as f64, report::words::counted(*workers as u64, "worker")
+    )]
+    NoRoom {
+        /// Patches of the scene.
+        patches: u64,
+        /// Bytes that they take.
+        needed: u64,
+        /// Bytes that there are.
+        there: u64,
+        /// Workers on this machine.
+        workers: usize,
+    },
     /// Nothing is known of a job.
     #[error("nothing is known of a job at {} ({reason}); give the output folder of a job, or its access file", of.display())]
     NoStatus {
@@ -329,6 +344,7 @@ impl Fault {
             Fault::Kept { .. } | Fault::Share(_) | Fault::OtherBatches { .. } | Fault::NoWalks => 2,
             Fault::NoEntry { .. } | Fault::Table { .. } | Fault::TwinJobs(_) => 2,
             Fault::NoName { .. }
+            | Fault::NoRoom { .. }
             | Fault::NoStatus { .. }
             | Fault::Incomparable { .. }
             | Fault::NoTable { .. } => 2,

@@ -16,6 +16,7 @@ mod gauge;
 mod launcher;
 mod local;
 mod losses;
+mod memory;
 mod merge;
 mod new;
 mod outputs;

@@ -18,7 +18,7 @@ use tracing::warn;
 
 use crate::args::OutArgs;
 use crate::checkpoints::{self, CURRENT, Latest, PREVIOUS};
-use crate::console::{emit, say};
+use crate::console::{Phase, emit, say};
 use crate::fault::Fault;
 use crate::settings::Settings;
 use report::words::{counted, duration, percent, quantity};
@@ -71,12 +71,16 @@ impl RunOutput {
             );
             return Ok(());
         }
+        let phase = Phase::begin("estimating every patch");
         let estimates = Estimates::new(experiment, tally, settings.level(scene));
         let precision = estimates.precision();
+        phase.now("checking the result");
         let summary =
             Summary::new(scene, tally, precision, facts(settings, &estimates, &precision, &checkpoint.book));
+        phase.now("drawing the picture");
         let picture = report::Picture::render(scene, &shown(&estimates));
         self.folder.keep_hold()?;
+        phase.now("writing the results");
         let drafts = [
             self.folder.draft("patches.csv", |file| report::write_patches(file, &estimates))?,
             self.folder.draft("summary.json", |file| summary.write(file))?,
@@ -85,6 +89,7 @@ impl RunOutput {
         checkpoints::write(&self.folder, checkpoint, latest)?;
         drafts.into_iter().try_for_each(Draft::place)?;
         self.folder.sync()?;
+        drop(phase);
         if out.json {
             emit(&serde_json::json!({"event": "done", "out": self.path(), "paths": summary.paths}));
         } else if !out.quiet {

@@ -5,8 +5,8 @@ use std::thread;
 
 use job::Target;
 use radiosity::{
-    Birth, Direction, Estimate, Estimates, EstimatorKind, Experiment, IndexChoice, InfiniteEnd, Method,
-    Scene, SceneSpec, Sequence, Solution, Space, Tally,
+    Birth, Estimate, Estimates, EstimatorKind, Experiment, IndexChoice, Method, Scene, SceneSpec, Sequence,
+    Solution, Tally,
 };
 use report::Check;
 use stats::Measured;
@@ -62,29 +62,17 @@ impl Lab {
 
 /// Discrete shooting walks.
 pub fn shooting(estimator: EstimatorKind) -> Method {
-    method(Direction::Shooting, estimator)
+    Method::shooting(estimator)
 }
 
 /// Discrete gathering walks.
 pub fn gathering(birth: Birth, estimator: EstimatorKind) -> Method {
-    method(Direction::Gathering(birth), estimator)
+    Method::gathering(birth, estimator)
 }
 
 /// Chains of so many rays.
 pub fn chains(chain_rays: u64) -> Method {
-    method(Direction::Jacobi { chain_rays, solve: Default::default() }, EstimatorKind::Collision)
-}
-
-fn method(direction: Direction, estimator: EstimatorKind) -> Method {
-    Method {
-        direction,
-        estimator,
-        infinite: InfiniteEnd::default(),
-        space: Space::Discrete,
-        mix: false,
-        batch: None,
-        final_gather: Vec::new(),
-    }
+    Method::chains(chain_rays)
 }
 
 /// A method in a scene.

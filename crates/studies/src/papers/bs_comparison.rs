@@ -3,7 +3,7 @@
 
 use exact::{Exact, WalkEstimator, jacobi_variances};
 use radiosity::{
-    Direction, EstimatorKind, IndexChoice, Method, RayBirths, Scene, SceneSpec, Sequence, Space,
+    Direction, EstimatorKind, IndexChoice, RayBirths, Scene, SceneSpec, Sequence, Space, Walks,
     stochastic_iteration,
 };
 use report::{Axis, Chart, Series, Style};
@@ -120,7 +120,7 @@ fn of_walks(
     rays_per_walk: f64,
     runs: usize,
 ) -> Measured {
-    let method = Method { space, ..method(Direction::Shooting, EstimatorKind::Collision) };
+    let method = Walks { space, ..method(Direction::Shooting, EstimatorKind::Collision) };
     let experiment = experiment(spec, method);
     let reader = Reader::new(&experiment);
     let walks = (RAYS as f64 / rays_per_walk).round();

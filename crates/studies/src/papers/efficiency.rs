@@ -2,7 +2,8 @@
 
 use exact::{Exact, RadiositySystem};
 use radiosity::{
-    Direction, EstimatorKind, Experiment, InfiniteEnd, Iterations, Method, RayBirths, SceneSpec, Solve, Tally,
+    Chains, Direction, Estimator, EstimatorKind, Experiment, InfiniteEnd, Iterations, Method, RayBirths,
+    SceneSpec, Solve, Tally, Walks,
 };
 use report::{Axis, Chart, Series, Style};
 use stats::Measured;
@@ -24,8 +25,8 @@ pub const CHAPTER: Chapter = Chapter {
 struct Way {
     name: String,
     method: Method,
-    /// Whether its variance has a closed form.
-    known: bool,
+    /// The walks whose variance has a closed form.
+    known: Option<Walks>,
 }
 
 /// What a way came to in a scene.
@@ -80,8 +81,8 @@ fn ways(rays: u64, patches: u64) -> Vec<Way> {
     let mut ways: Vec<Way> = walks
         .map(|(direction, estimator)| Way {
             name: name(direction, estimator),
-            method: method(direction.clone(), estimator),
-            known: true,
+            method: method(direction.clone(), estimator).into(),
+            known: Some(method(direction.clone(), estimator)),
         })
         .collect();
     // Collision shooting is what the others are compared with.
@@ -92,11 +93,10 @@ fn ways(rays: u64, patches: u64) -> Vec<Way> {
         ("4 hits", InfiniteEnd::Length { length: 4 }),
     ];
     for (direction, (word, end)) in DIRECTIONS.iter().flat_map(|d| ends.map(|end| (d, end))) {
-        let infinite = method(direction.clone(), EstimatorKind::Infinite);
         ways.push(Way {
             name: format!("{} cut at {word}", name(direction, EstimatorKind::Infinite)),
-            method: Method { infinite: end, ..infinite },
-            known: false,
+            method: method(direction.clone(), Estimator::Infinite(end)).into(),
+            known: None,
         });
     }
     let solves = [
@@ -108,8 +108,8 @@ fn ways(rays: u64, patches: u64) -> Vec<Way> {
     let chains = solves.into_iter().filter(|(_, solve)| *solve != Solve::Links || rays >= 16 * patches);
     ways.extend(chains.map(|(word, solve)| Way {
         name: word.into(),
-        method: method(Direction::Jacobi { chain_rays: rays, solve }, EstimatorKind::Collision),
-        known: false,
+        method: Chains { rays, solve, final_gather: Vec::new() }.into(),
+        known: None,
     }));
     ways
 }
@@ -146,7 +146,7 @@ fn result(
     let squared_bias = (of_mean - part * error.value) / (1.0 - part);
     let theory = way
         .known
-        .then(|| rays_per_walk * mean_by_area(exact, predicted(exact, experiment.scene(), &way.method)));
+        .map(|walks| rays_per_walk * mean_by_area(exact, predicted(exact, experiment.scene(), &walks)));
     Outcome {
         biased: experiment.is_biased(),
         name: way.name,
@@ -161,12 +161,13 @@ fn length(lab: &Lab, experiment: &Experiment, exact: &Exact, rays: u64) -> (u64,
     if experiment.batch_paths().is_some() {
         return (1, rays as f64);
     }
-    let rays_per_walk = match experiment.method().estimator {
-        EstimatorKind::Infinite => {
+    let method = experiment.method();
+    let rays_per_walk = match (method.estimator_kind(), method.direction()) {
+        (Some(EstimatorKind::Infinite), _) | (_, None) => {
             let counts = lab.tally::<2>(experiment, 800, 100_000).counts;
             counts.rays as f64 / counts.walks as f64
         }
-        _ => analog_length(exact, &experiment.method().direction),
+        (_, Some(direction)) => analog_length(exact, direction),
     };
     ((rays as f64 / rays_per_walk).round() as u64, rays_per_walk)
 }
@@ -233,7 +234,7 @@ fn lost_by_length(lab: &Lab, spec: &SceneSpec, runs: usize) -> Vec<Row> {
     let missing = mean_by_area(&exact, exact.solution().reflected.iter().zip(&reached).map(|(b, s)| b - s));
     let rows = DIRECTIONS.iter().zip(891..).map(|(direction, seed)| {
         let infinite = InfiniteEnd::Length { length: 4 };
-        let method = Method { infinite, ..method(direction.clone(), EstimatorKind::Infinite) };
+        let method = method(direction.clone(), Estimator::Infinite(infinite));
         let (errors, _) = errors(lab, &experiment(spec, method), &exact, seed, runs, 5_000);
         let means: Vec<f64> = errors.iter().map(|run| -mean_by_area(&exact, run.iter().copied())).collect();
         let label = format!(

@@ -1,7 +1,7 @@
 //! S97 figs 2 and 3, SInf fig 1: the variance of every patch of the 54-patch cube under eight estimators.
 
 use exact::Exact;
-use radiosity::{Direction, EstimatorKind, InfiniteEnd, Method};
+use radiosity::{Direction, EstimatorKind, InfiniteEnd};
 use report::{Axis, Chart, Series, Style};
 use stats::Measured;
 
@@ -81,7 +81,7 @@ fn compare(
     seed: u64,
 ) -> Comparison {
     let cut = InfiniteEnd::Cutoff { threshold: 0.001 };
-    let method = Method { infinite: cut, ..method(direction.clone(), estimator) };
+    let method = method(direction.clone(), estimator.ending(cut));
     let experiment = experiment(&scenes::cube(3), method.clone());
     let reader = Reader::new(&experiment);
     let truth = &exact.solution().reflected;

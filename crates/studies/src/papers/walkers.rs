@@ -2,25 +2,17 @@
 
 use exact::{Exact, GatherEstimator, WalkEstimator};
 use radiosity::{
-    Birth, Direction, EstimatorKind, Experiment, IndexChoice, InfiniteEnd, Method, Scene, SceneSpec, Shape,
-    Space, Tally, birth_probabilities,
+    Birth, Direction, Estimator, EstimatorKind, Experiment, IndexChoice, Method, Scene, SceneSpec, Shape,
+    Tally, Walks, birth_probabilities,
 };
 
 /// A discrete walk of one direction and estimator; infinite ones end by roulette at 0.001.
-pub fn method(direction: Direction, estimator: EstimatorKind) -> Method {
-    Method {
-        direction,
-        estimator,
-        infinite: InfiniteEnd::default(),
-        space: Space::Discrete,
-        mix: false,
-        batch: None,
-        final_gather: Vec::new(),
-    }
+pub fn method(direction: Direction, estimator: impl Into<Estimator>) -> Walks {
+    Walks { direction, ..Walks::shooting(estimator.into()) }
 }
 
 /// A method in a scene that was made for it.
-pub fn experiment(spec: &SceneSpec, method: Method) -> Experiment {
+pub fn experiment(spec: &SceneSpec, method: impl Into<Method>) -> Experiment {
     let scene = Scene::build(spec, IndexChoice::Auto).expect("scenes made by rule are valid");
     Experiment::new(scene, method).expect("the method was chosen for the scene")
 }
@@ -40,25 +32,19 @@ pub fn name(direction: &Direction, estimator: EstimatorKind) -> String {
 
 /// What an estimator is called.
 pub fn estimator_name(estimator: EstimatorKind) -> &'static str {
-    match estimator {
-        EstimatorKind::Absorption => "absorption",
-        EstimatorKind::Survival => "survival",
-        EstimatorKind::Collision => "collision",
-        EstimatorKind::Infinite => "infinite",
-        EstimatorKind::Direct => "direct",
-    }
+    estimator.word()
 }
 
 /// The closed-form variance of B for one discrete walk [W²/m⁴] of every patch.
-pub fn predicted(exact: &Exact, scene: &Scene, method: &Method) -> Vec<f64> {
+pub fn predicted(exact: &Exact, scene: &Scene, method: &Walks) -> Vec<f64> {
+    let place = rank(method.score.estimator().kind());
     match &method.direction {
-        Direction::Shooting => WalkEstimator::ALL[rank(method.estimator)].variances(exact),
+        Direction::Shooting => WalkEstimator::ALL[place].variances(exact),
         Direction::Gathering(birth) => {
-            let estimator = GatherEstimator::ALL[rank(method.estimator)];
+            let estimator = GatherEstimator::ALL[place];
             let variances = estimator.variances(exact, &birth_probabilities(scene, birth));
             variances.into_iter().map(|variance| variance.expect("walks are born everywhere")).collect()
         }
-        Direction::Jacobi { .. } => unreachable!("chains are no walks"),
     }
 }
 

@@ -1,7 +1,7 @@
 //! Infinite walks that are cut off.
 
 use exact::Exact;
-use radiosity::{EstimatorKind, InfiniteEnd, Method, SceneSpec};
+use radiosity::{Estimator, EstimatorKind, InfiniteEnd, Method, SceneSpec};
 use report::{Axis, Chart};
 use stats::Measured;
 
@@ -23,7 +23,7 @@ fn scene() -> SceneSpec {
 }
 
 fn method(infinite: InfiniteEnd) -> Method {
-    Method { infinite, ..shooting(EstimatorKind::Infinite) }
+    Method::shooting(Estimator::Infinite(infinite))
 }
 
 /// The part of the reflected radiosity of all receivers that comes after so many hits: Neumann's series, cut.
