@@ -93,6 +93,23 @@ fn count(typed: &str) -> Result<u64, String> {
     }
 }
 
+/// A number of worker processes.
+fn workers(typed: &str) -> Result<u32, String> {
+    within(typed, 4096)
+}
+
+/// A number of threads.
+fn threads(typed: &str) -> Result<u32, String> {
+    within(typed, 1024)
+}
+
+fn within(typed: &str, most: u32) -> Result<u32, String> {
+    let number = count(typed).ok().and_then(|number| u32::try_from(number).ok());
+    number
+        .filter(|number| (1..=most).contains(number))
+        .ok_or(format!("write a whole number from 1 to {most}"))
+}
+
 /// The rays of a comparison's longest runs.
 fn rays(typed: &str) -> Result<u64, String> {
     count(typed)?.checked_sub(1024).map(|more| more + 1024).ok_or("fewer than 1024 rays tell nothing".into())
@@ -104,10 +121,10 @@ pub struct JobArgs {
     /// The job file
     pub job: PathBuf,
     /// Total walks (budget.paths): 1000000, 1_000_000 or 1e6
-    #[arg(long, value_name = "N", value_parser = count)]
+    #[arg(long, value_name = "N", value_parser = count, allow_negative_numbers = true)]
     pub paths: Option<u64>,
     /// The seed
-    #[arg(long, value_name = "S", value_parser = count)]
+    #[arg(long, value_name = "S", value_parser = count, allow_negative_numbers = true)]
     pub seed: Option<u64>,
     /// Set any key of the job, e.g. --set method.space=continuous
     #[arg(long = "set", value_name = "KEY=VALUE")]
@@ -156,10 +173,10 @@ pub struct RunArgs {
     #[command(flatten)]
     pub out: OutArgs,
     /// Worker processes [default: one per core]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
+    #[arg(long, value_name = "N", value_parser = workers)]
     pub workers: Option<u32>,
     /// Threads of each worker
-    #[arg(long, value_name = "T", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1024))]
+    #[arg(long, value_name = "T", default_value_t = 1, value_parser = threads)]
     pub threads: u32,
     /// Go on from the checkpoint in the output folder; with more --paths, also from its end
     #[arg(long, conflicts_with = "force")]
@@ -197,7 +214,7 @@ pub struct WorkArgs {
     #[arg(long, value_name = "FILE")]
     pub access: PathBuf,
     /// Threads
-    #[arg(long, value_name = "T", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1024))]
+    #[arg(long, value_name = "T", default_value_t = 1, value_parser = threads)]
     pub threads: u32,
     /// Say nothing but panics; the coordinator reports what goes wrong
     #[arg(long)]
@@ -276,7 +293,7 @@ pub struct AuditArgs {
     #[arg(long, value_name = "FRACTION", default_value_t = 0.001)]
     pub share: f64,
     /// Draw the same leases as another audit [default: a seed drawn anew]
-    #[arg(long, value_name = "S", value_parser = count)]
+    #[arg(long, value_name = "S", value_parser = count, allow_negative_numbers = true)]
     pub seed: Option<u64>,
     /// Say nothing but errors
     #[arg(long)]
@@ -288,7 +305,7 @@ pub struct ReplayArgs {
     #[command(flatten)]
     pub job: JobArgs,
     /// The number of the walk
-    #[arg(long, value_name = "N", value_parser = count)]
+    #[arg(long, value_name = "N", value_parser = count, allow_negative_numbers = true)]
     pub walk: u64,
 }
 
@@ -317,7 +334,7 @@ pub struct ReproduceArgs {
     #[command(flatten)]
     pub out: OutArgs,
     /// Threads; the answer does not depend on them [default: one per core]
-    #[arg(long, value_name = "T", value_parser = clap::value_parser!(u32).range(1..=1024))]
+    #[arg(long, value_name = "T", value_parser = threads)]
     pub threads: Option<u32>,
 }
 
@@ -338,10 +355,10 @@ pub struct CompareArgs {
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub set: Vec<String>,
     /// Worker processes [default: one per core]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
+    #[arg(long, value_name = "N", value_parser = workers)]
     pub workers: Option<u32>,
     /// Threads of each worker
-    #[arg(long, value_name = "T", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1024))]
+    #[arg(long, value_name = "T", default_value_t = 1, value_parser = threads)]
     pub threads: u32,
     /// Keep what is measured already
     #[arg(long, conflicts_with = "force")]
@@ -439,6 +456,10 @@ mod tests {
         }
         for typed in ["", "_1", "-1", "1.5", "1e-3", "many", "inf", "nan", "0x10"] {
             assert!(count(typed).unwrap_err().contains("1_000_000"), "{typed}");
+        }
+        assert_eq!((workers("4096"), threads("1e3")), (Ok(4096), Ok(1000)));
+        for typed in ["0", "4097", "many", "-1"] {
+            assert_eq!(workers(typed), Err("write a whole number from 1 to 4096".into()), "{typed}");
         }
         for typed in ["9223372036854775808", "99999999999999999999", "1e30"] {
             assert!(count(typed).unwrap_err().contains("largest number"), "{typed}");

@@ -6,6 +6,7 @@ use judge::coincident::Coincident;
 use judge::fit::misfits;
 use judge::{MOMENTS, target};
 use radiosity::{Experiment, Scene, Side};
+use report::words::counted;
 use report::{Method, Model};
 
 use crate::args::CheckArgs;
@@ -52,9 +53,10 @@ fn describe_scene(scene: &Scene) -> Vec<String> {
     let area: f64 = fronts().map(|patch| patch.area).sum();
     let emitters = fronts().filter(|patch| patch.emittance.is_lit()).count();
     say(&format!(
-        "scene: {} surfaces, {} patches, {area:.6} m², {emitters} emitting patches of {} W in all",
-        scene.surfaces().len(),
-        scene.faces().patch_count(),
+        "scene: {}, {}, {area:.6} m², {} of {} W in all",
+        counted(scene.surfaces().len() as u64, "surface"),
+        counted(scene.faces().patch_count() as u64, "patch"),
+        counted(emitters as u64, "emitting patch"),
         power(scene)
     ));
     Coincident::of(scene).lines().iter().for_each(|line| say(line));

@@ -21,7 +21,7 @@ use self::table::Table;
 use tracing::warn;
 
 use crate::args::CompareArgs;
-use crate::console::{emit, say};
+use crate::console::{Phase, emit, say};
 use crate::coordinate::processes;
 use crate::date::today;
 use crate::fault::{Fault, Outcome};
@@ -107,7 +107,9 @@ fn study(args: &CompareArgs, team: Team, arena: Arena<'_>, table: &mut Table<'_>
     let Arena { path, job, scene, .. } = arena;
     let patches = scene.faces().len();
     let most = args.rays.unwrap_or(LEAST_RAYS.max(RAYS_PER_PATCH * patches as u64));
+    let phase = Phase::begin("finding what the methods are held against");
     let truths = Truths::new(arena, team, most)?;
+    drop(phase);
     let (mut points, mut missing) = (Vec::new(), Vec::new());
     for size in (0..SIZES).rev() {
         let rays = most / STEP.pow(size);
@@ -119,7 +121,9 @@ fn study(args: &CompareArgs, team: Team, arena: Arena<'_>, table: &mut Table<'_>
                 points.push(known.clone());
                 continue;
             }
+            let phase = Phase::begin(contender.name);
             let shot = shoot(team, &contender.trial, args.runs)?;
+            drop(phase);
             let fresh = point(crate::BUILD, key, rays, contender, &shot, truths.of(contender));
             table.add(fresh.clone())?;
             announce(args, &fresh);

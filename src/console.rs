@@ -65,7 +65,8 @@ impl Voice {
     /// # Errors
     /// Where the environment asks for a level that there is not.
     pub fn begin(self) -> Result<(), String> {
-        let asked = std::env::var(LOG_VARIABLE).ok();
+        // Quiet workers inherit the environment of the coordinator that started them, and leave the telling to it.
+        let asked = std::env::var(LOG_VARIABLE).ok().filter(|_| self.level != LevelFilter::OFF);
         let level = asked.as_deref().map(|word| word.parse().map_err(|_| word.to_owned())).transpose();
         let _ = FORM.set(self.form);
         let printer = Printer { form: self.form };
@@ -135,6 +136,9 @@ fn tell_phases((state, changed): &(Mutex<Doing>, Condvar)) {
     let steps = FORM.get() == Some(&Form::Json) || !lasts;
     let (mut told, mut wait) = (None, PULSE);
     let spinner = ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr());
+    if !lasts {
+        keep_below(Some(spinner.clone()));
+    }
     let mut doing = held(state);
     while !doing.over {
         if told != Some(doing.since) {
@@ -157,12 +161,20 @@ fn tell_phases((state, changed): &(Mutex<Doing>, Condvar)) {
             wait = (2 * wait).min(LONGEST_PULSE);
         }
     }
-    spinner.finish_and_clear();
+    if !lasts {
+        keep_below(None);
+        spinner.finish_and_clear();
+    }
 }
 
 /// A line on stdout: results.
 pub fn say(line: &str) {
-    if let Err(error) = writeln!(io::stdout(), "{}", harmless(line))
+    let write = || writeln!(io::stdout(), "{}", harmless(line));
+    let written = match held(&BAR).as_ref() {
+        Some(bar) => bar.suspend(write),
+        None => write(),
+    };
+    if let Err(error) = written
         && error.kind() != ErrorKind::BrokenPipe
     {
         held(&UNSAID).get_or_insert(error);

@@ -103,7 +103,7 @@ pub fn diff(args: &DiffArgs) -> Result<Outcome, Fault> {
         0 => Ok(Outcome::Done),
         beyond => Err(Fault::Differ(format!(
             "{beyond} of {} by more than {:.2} standard errors, which chance alone does once in {:.0} comparisons",
-            counted(comparison.compared as u64, "radiosity").replace("ys", "ies"),
+            counted(comparison.compared as u64, "radiosity"),
             comparison.limit,
             1.0 / FALSE_ALARM
         ))),
@@ -259,7 +259,7 @@ impl Comparison {
             0 => String::new(),
             skipped => format!("; {skipped} have fewer than {FEWEST_HITS} scores and are not"),
         };
-        say(&format!("{} radiosities are compared{skipped}", self.compared));
+        say(&format!("{} compared{skipped}", counted(self.compared as u64, "radiosity")));
         say(&format!("mean squared z: {:.3} (1 is expected of runs with other seeds)", self.mean_squared));
         let beyond = self.beyond();
         for &(z, i) in self.ranks.iter().take(beyond.clamp(1, TOLD)) {

@@ -59,7 +59,9 @@ pub enum Fault {
         path: PathBuf,
     },
     /// The address cannot be listened at.
-    #[error("cannot listen at {address} ({source}); choose another address or port with {option}")]
+    #[error(
+        "cannot listen at {address} ({source}); write {option} HOST:PORT, with an address of this machine and a free port"
+    )]
     Listen {
         /// host:port.
         address: String,

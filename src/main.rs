@@ -33,14 +33,14 @@ mod stability;
 mod status;
 mod work;
 
-use std::io::ErrorKind;
+use std::io::IsTerminal;
 use std::process::ExitCode;
 
 use clap::Parser;
 use tracing::error;
 
 use crate::args::{Cli, Command};
-use crate::console::{emit, record, unsaid};
+use crate::console::{emit, record, say, unsaid};
 use crate::fault::{Fault, Outcome};
 
 /// Version and commit: workers join only coordinators of the same build.
@@ -93,12 +93,22 @@ fn end(done: Result<Outcome, Fault>) -> ExitCode {
 /// Help and versions, and what was typed wrongly.
 fn usage(error: &clap::Error) -> ExitCode {
     let json = std::env::args_os().any(|arg| arg == "--json");
-    if json && error.use_stderr() {
-        emit(&record("error", "error", error.to_string().trim()).into());
-    } else if let Err(source) = error.print()
-        && source.kind() != ErrorKind::BrokenPipe
-    {
-        return end(Err(Fault::Unsaid { source }));
+    let code = u8::try_from(error.exit_code()).unwrap_or(2);
+    if error.use_stderr() {
+        if json {
+            emit(&record("error", "error", error.to_string().trim()).into());
+        } else {
+            // What a reader that is gone does not read, it does not miss.
+            let _ = error.print();
+        }
+    } else if std::io::stdout().is_terminal() {
+        let _ = error.print();
+    } else {
+        // Colours are for terminals; and a full disk is heard of.
+        say(error.to_string().trim_end());
     }
-    ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2))
+    match unsaid() {
+        Some(source) => end(Err(Fault::Unsaid { source })),
+        None => ExitCode::from(code),
+    }
 }

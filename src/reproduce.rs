@@ -11,7 +11,7 @@ use studies::papers::{CHAPTERS, Chapter, Effort, Findings, Judge, Lab, Row, Verd
 use tracing::info;
 
 use crate::args::ReproduceArgs;
-use crate::console::{emit, say};
+use crate::console::{Phase, emit, say};
 use crate::date::today;
 use crate::fault::{Fault, Outcome};
 use report::words::duration;
@@ -64,7 +64,9 @@ fn run(args: &ReproduceArgs, chapter: &Chapter, lab: &Lab) -> Findings {
     } else if !args.out.quiet {
         info!("{} …", chapter.title);
     }
+    let phase = Phase::begin(chapter.title);
     let findings = (chapter.run)(lab);
+    drop(phase);
     if args.out.json {
         let seconds = began.elapsed().as_secs_f64();
         emit(&json!({"event": "chapter done", "name": chapter.name, "seconds": seconds}));

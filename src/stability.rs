@@ -6,7 +6,7 @@ use studies::atlas::page::{CHARTS, page};
 use studies::atlas::{ALL, Claim, Entry, Finding, Lab};
 
 use crate::args::StabilityArgs;
-use crate::console::{emit, say};
+use crate::console::{Phase, emit, say};
 use crate::date::today;
 use crate::fault::{Fault, Outcome};
 
@@ -22,7 +22,9 @@ pub fn stability(args: &StabilityArgs) -> Result<Outcome, Fault> {
     let lab = Lab::new(args.quick);
     let mut findings = Vec::new();
     for entry in entries {
+        let phase = Phase::begin(entry.title);
         let finding = (entry.study)(&lab).map_err(|source| Fault::Study { entry: entry.name, source })?;
+        drop(phase);
         let svg = finding.chart.svg();
         charts
             .write(&format!("{}.svg", entry.name), |file| std::io::Write::write_all(file, svg.as_bytes()))?;

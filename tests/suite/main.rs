@@ -26,6 +26,7 @@ mod independent;
 mod jacobi;
 mod jacobi_iterations;
 mod jacobi_run;
+mod normals;
 mod operators;
 mod plan;
 mod readme;

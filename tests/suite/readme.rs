@@ -36,9 +36,10 @@ fn the_job_runs_and_so_does_what_its_comments_offer() {
     // What is commented out is meant for other methods.
     let offered = job
         .replace("# final_gather", "final_gather")
-        .replace("# batch_paths = 1_250_000", "batch_paths = 3000");
+        .replace("# batch_paths = 1_250_000", "batch_paths = 125_000");
     let offered = offered.replace("# jacobi  =", "jacobi =").replace("\"shooting\"", "\"jacobi\"");
     fs::write(&file, offered).unwrap();
+    let short = ["--paths", "1e6", "--workers", "2", "--set", "target.relative_error=1"];
     let summary = run_job(file.to_str().unwrap(), &path(&folder, "offered"), &short);
     assert_eq!(summary["walk"], "jacobi");
 }
@@ -67,5 +68,6 @@ fn the_import_is_read() {
     let file = path(&folder, "job.toml");
     fs::write(&file, format!("scene = \"two.obj\"\n[budget]\npaths = 10000\n{import}")).unwrap();
     let summary = run_job(file.to_str().unwrap(), &path(&folder, "out"), &[]);
-    assert!(lit_part(&summary) > 0.99, "{summary}");
+    // The wall has a back, which faces away from the lamp.
+    assert!((0.49..0.51).contains(&lit_part(&summary)), "{summary}");
 }

@@ -287,7 +287,8 @@ impl<'a> Value<'a> {
             DeValue::Table(entries) => {
                 Ok(Table { source, prefix: format!("{key}."), span: Some(span), entries })
             }
-            inner => Err(Value { source, key, span, inner }.wrong_type("a table of keys")),
+            inner => Err(Value { source, key, span, inner }
+                .wrong_type("a table: its name in brackets on a line of its own, and its keys below")),
         }
     }
 }
