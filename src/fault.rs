@@ -80,8 +80,8 @@ pub enum Fault {
     },
     /// The tallies of a job do not fit the memory.
     #[error(
-        "the tallies of {patches} patches take {:.1} GB at least, on this machine, which has {:.1} GB (for the coordinator and {}); use coarser patches or fewer workers here",
-        1e-9 * *needed as f64, 1e-9 * *there as f64, report::words::counted(*workers as u64, "worker")
+        "the tallies of {patches} patches take {} at least, on this machine, which has {} (for the coordinator and {}); use coarser patches or fewer workers here",
+        report::words::bytes(*needed), report::words::bytes(*there), report::words::counted(*workers as u64, "worker")
     )]
     NoRoom {
         /// Patches of the scene.

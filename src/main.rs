@@ -40,7 +40,7 @@ use clap::Parser;
 use tracing::error;
 
 use crate::args::{Cli, Command};
-use crate::console::{emit, record, say, unsaid};
+use crate::console::{Voice, emit, record, say, unsaid};
 use crate::fault::{Fault, Outcome};
 
 /// Version and commit: workers join only coordinators of the same build.
@@ -93,6 +93,8 @@ fn end(done: Result<Outcome, Fault>) -> ExitCode {
 /// Help and versions, and what was typed wrongly.
 fn usage(error: &clap::Error) -> ExitCode {
     let json = std::env::args_os().any(|arg| arg == "--json");
+    // There is no level to be wrong yet.
+    let _ = Voice::new(json, false, false).begin();
     let code = u8::try_from(error.exit_code()).unwrap_or(2);
     if error.use_stderr() {
         if json {
