@@ -18,7 +18,7 @@ mod smooth;
 mod summary;
 pub mod words;
 
-pub use atomic::{Draft, OutputFolder, replace_atomically, write_atomically};
+pub use atomic::{Draft, OutputFolder, replace_atomically, write_atomically, write_soon};
 pub use camera::Viewpoint;
 pub use chart::{Axis, Chart, Point, Series, Style};
 pub use error::Error;
