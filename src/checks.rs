@@ -363,7 +363,8 @@ fn efficiency(half: &[&Look]) -> Check {
 /// χ² of n differences over n has the standard deviation √(2/n). Differences of patches depend on each other; 5 standard
 /// deviations of 100 at most leave room for that.
 fn drift(scene: &Scene, half: &[&Look]) -> Check {
-    let Some(last) = half.last().filter(|look| look.drift.is_finite()) else {
+    // Right after a resume there may be too few walks to compare.
+    let Some(last) = half.iter().rfind(|look| look.drift.is_finite()) else {
         return check("drift", true, "too few looks to compare halves of the run".into());
     };
     let independent = scene.faces().len().min(100) as f64;

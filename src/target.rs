@@ -155,14 +155,15 @@ pub struct Observer {
     experiment: Experiment,
     level: f64,
     target: Option<Target>,
-    /// Of the look before.
+    /// Of the look before, or of where the run was resumed.
     before: Option<Sample>,
 }
 
 impl Observer {
-    /// Of a job whose intervals have this level each.
-    pub fn new(experiment: Experiment, level: f64, target: Option<Target>) -> Self {
-        Observer { experiment, level, target, before: None }
+    /// Of a job whose intervals have this level each, and that goes on from a tally.
+    pub fn new(experiment: Experiment, level: f64, target: Option<Target>, past: &Tally) -> Self {
+        let before = (past.counts.walks > 0).then(|| Sample::new(past));
+        Observer { experiment, level, target, before }
     }
 
     /// Looks at the tally of a prefix.

@@ -35,3 +35,4 @@ mod run;
 mod sign;
 mod sobol_run;
 mod stability;
+mod stuck;
