@@ -1,0 +1,97 @@
+//! What can be promised before a walk is shot, but for how dark the scene is (S97 §§2.2, 2.3, 3.3).
+
+use exact::{Bounds, GatherEstimator, WalkEstimator};
+use job::Target;
+use radiosity::{Birth, Direction, Estimates, EstimatorKind, Experiment, birth_probabilities};
+use stats::{foresight, normal_quantile};
+
+use crate::target::{about, looks};
+
+/// Walks with which every variance is below a threshold, whatever the scene does with its light.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Bound {
+    /// B of the darkest patch that the target is about, as the pilot saw it [W/m²].
+    pub darkest: f64,
+    /// The variance of B that is asked for [W²/m⁴].
+    pub threshold: f64,
+    /// No patch has a higher variance of B for one walk [W²/m⁴].
+    pub variance: f64,
+    /// Walks that bring every variance below the threshold.
+    pub walks: f64,
+    /// Where a run that needs so many ends, by its rule of stopping.
+    pub ends: u64,
+    /// Rays of those walks in expectation, at most; for shooting.
+    pub rays: Option<f64>,
+}
+
+impl Bound {
+    /// Of a grey scene and walks; `None` in colour, of chains, of a final gather, and where the pilot has not seen the darkest patch.
+    pub fn new(experiment: &Experiment, target: &Target, estimates: &Estimates, level: f64) -> Option<Self> {
+        let scene = experiment.scene();
+        if scene.channels() > 1 || !experiment.method().final_gather().is_empty() {
+            return None;
+        }
+        let bounds = Bounds::of_scene(scene, 0);
+        let variance = variance(experiment, &bounds)?;
+        let darkest = darkest(estimates, target).filter(|&b| b > 0.0)?;
+        // Half the interval is z standard errors.
+        let z = normal_quantile(0.5 + 0.5 * level);
+        let threshold = (target.relative_error * darkest / z).powi(2);
+        let by_scores = target.min_hits as f64 * (variance / darkest.powi(2) + 1.0);
+        let walks = (variance / threshold).max(by_scores).max(target.min_paths as f64);
+        // The look that shows that twice its walks will do: foresight asks for a little more than half.
+        let promising = walks * (target.relative_error / foresight(target.relative_error)).powi(2);
+        let look = looks(experiment, u64::MAX).into_iter().find(|&look| look as f64 >= promising)?;
+        let shooting = experiment.method().direction() == Some(&Direction::Shooting);
+        Some(Bound {
+            darkest,
+            threshold,
+            variance,
+            walks,
+            ends: look.saturating_mul(2),
+            rays: shooting.then(|| bounds.shooting_rays(walks)),
+        })
+    }
+}
+
+/// The largest variance that any patch can have for one walk.
+fn variance(experiment: &Experiment, bounds: &Bounds) -> Option<f64> {
+    let kind = experiment.method().estimator_kind()?;
+    match experiment.method().direction()? {
+        Direction::Shooting => Some(bounds.shooting_variance_of(match kind {
+            EstimatorKind::Absorption => WalkEstimator::ShootAbsorption,
+            EstimatorKind::Survival => WalkEstimator::ShootSurvival,
+            // Direct light alone scores no more.
+            EstimatorKind::Collision | EstimatorKind::Direct => WalkEstimator::ShootCollision,
+            EstimatorKind::Infinite => WalkEstimator::ShootInfinite,
+        })),
+        Direction::Gathering(birth) => {
+            let estimator = match kind {
+                EstimatorKind::Absorption => GatherEstimator::Absorption,
+                EstimatorKind::Survival => GatherEstimator::Survival,
+                EstimatorKind::Collision | EstimatorKind::Direct => GatherEstimator::Collision,
+                EstimatorKind::Infinite => GatherEstimator::Infinite,
+            };
+            Some(bounds.gathering_variance_of(estimator, least_birth(experiment, birth)))
+        }
+    }
+}
+
+fn least_birth(experiment: &Experiment, birth: &Birth) -> f64 {
+    let births = birth_probabilities(experiment.scene(), birth);
+    births.into_iter().filter(|&p| p > 0.0).fold(1.0, f64::min)
+}
+
+/// B of the darkest patch that has to be known, as it looks so far: the darkest part of the area may be spared.
+fn darkest(estimates: &Estimates, target: &Target) -> Option<f64> {
+    let dark = about(estimates, target).filter(|(_, patch, _)| patch.reflectance.is_lit());
+    let mut patches: Vec<(f64, f64)> = dark.map(|(_, patch, b)| (b[0].radiosity, patch.area)).collect();
+    patches.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let mut spared =
+        (1.0 - target.fraction) * patches.iter().map(|(_, area)| area).sum::<f64>() * (1.0 + 1e-9);
+    let decisive = patches.into_iter().find(|(_, area)| {
+        spared -= area;
+        spared < 0.0
+    });
+    decisive.map(|(b, _)| b)
+}

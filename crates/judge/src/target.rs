@@ -1,0 +1,370 @@
+//! When a job is accurate enough, and what it still takes.
+//!
+//! The moment to stop is that of `stats::DoubleSampling`, which keeps intervals true. Looks happen at numbers of walks
+//! that the job fixes.
+
+use cluster::checkpoint::Look;
+use job::{Target, Unhit};
+use radiosity::{Channels, Estimate, Estimates, Experiment, Face, Tally};
+use report::WorstPatch;
+use stats::{DoubleSampling, foresight};
+
+use crate::drift::{Sample, drift};
+
+/// The first look at a run. Few walks say little, also about how little they say.
+const FIRST_LOOK: u64 = 1 << 10;
+
+/// The first look at chains: what fewer differ by says nothing.
+const FIRST_LOOK_AT_CHAINS: u64 = 8;
+
+/// So many of the patches that are furthest from a target are named.
+const NAMED: usize = 5;
+
+/// How far one patch is from being known.
+#[derive(Clone, Copy, Debug)]
+struct Standing {
+    area: f64,
+    /// The largest of its channels; infinite where no walk has hit it.
+    error: f64,
+    /// The fewest effective scores of its channels; infinite where it is known without any.
+    scores: f64,
+    hits: u128,
+}
+
+impl Standing {
+    /// `None` where the patch may stay unhit, and did.
+    fn new(patch: &Face, channels: &Channels, unhit: Unhit) -> Option<Self> {
+        let unknown = || channels.iter().filter(|e| e.ci_high > e.ci_low);
+        let error = unknown().map(Estimate::relative_error).fold(0.0, f64::max);
+        let scores = unknown().map(|e| e.effective_scores).fold(f64::INFINITY, f64::min);
+        let left_out = unhit == Unhit::Ignore && scores == 0.0;
+        (!left_out).then(|| Standing { area: patch.area, error, scores, hits: channels[0].hits })
+    }
+}
+
+/// Every face that a target is about: the chosen ones, or all that do not emit; as far as walks could tell of them.
+pub fn about<'a>(
+    estimates: &'a Estimates,
+    target: &'a Target,
+) -> Box<dyn Iterator<Item = (usize, Face, Channels)> + 'a> {
+    let faces = estimates.scene().faces();
+    match &target.patches {
+        Some(chosen) => {
+            Box::new(chosen.iter().flat_map(|&patch| faces.of_patch(patch)).filter_map(move |i| {
+                let i = i as usize;
+                Some((i, faces.get(i), estimates.face(i)?))
+            }))
+        }
+        None => Box::new(estimates.known().filter(|(_, patch, _)| !patch.emittance.is_lit())),
+    }
+}
+
+/// The area that a target is about, in words.
+pub fn scope(patches: Option<&[u32]>) -> String {
+    match patches {
+        None => "the patch area".into(),
+        Some([patch]) => format!("patch {patch}"),
+        Some(patches) => format!("the area of {} chosen patches", patches.len()),
+    }
+}
+
+fn standings<'a>(
+    estimates: &'a Estimates,
+    target: &'a Target,
+) -> impl Iterator<Item = (usize, Standing)> + 'a {
+    let unhit = target.unhit;
+    about(estimates, target)
+        .filter_map(move |(i, patch, channels)| Some((i, Standing::new(&patch, &channels, unhit)?)))
+}
+
+/// What is asked of a patch: at most this relative error, from so many scores at least.
+#[derive(Clone, Copy, Debug)]
+struct Bar {
+    error: f64,
+    scores: f64,
+}
+
+impl Bar {
+    fn is_met(&self, standing: &Standing) -> bool {
+        standing.error <= self.error && standing.scores >= self.scores
+    }
+}
+
+/// The parts of the area that meet each of some bars.
+fn parts_within<const N: usize>(standings: impl Iterator<Item = Standing>, bars: [Bar; N]) -> [f64; N] {
+    let (mut within, mut all) = ([0.0; N], 0.0);
+    for standing in standings {
+        all += standing.area;
+        for (within, bar) in within.iter_mut().zip(bars) {
+            *within += if bar.is_met(&standing) { standing.area } else { 0.0 };
+        }
+    }
+    within.map(|within| if all > 0.0 { within / all } else { 1.0 })
+}
+
+/// How a tally does on a target, after so many paths.
+pub fn judge(target: &Target, estimates: &Estimates, paths: u64) -> report::Target {
+    let scene = estimates.scene();
+    let Target { relative_error, fraction, unhit, .. } = *target;
+    let bar = Bar { error: relative_error, scores: target.min_hits as f64 };
+    let [achieved] = parts_within(standings(estimates, target).map(|(_, standing)| standing), [bar]);
+    let reached = achieved >= fraction && paths >= target.min_paths;
+    let mut ranks: Vec<(f64, u32)> = standings(estimates, target).map(|(i, s)| (s.error, i as u32)).collect();
+    ranks.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+    let worst_first = || {
+        let standing = |i| Standing::new(&scene.faces().get(i), &estimates.face(i)?, unhit);
+        ranks.iter().filter_map(move |&(_, i)| Some((i as usize, standing(i as usize)?)))
+    };
+    let needed = |standing: &Standing| {
+        let by_error = (standing.error / relative_error).powi(2);
+        paths as f64 * by_error.max(target.min_hits as f64 / standing.scores)
+    };
+    let named = worst_first().filter(|(_, s)| !bar.is_met(s)).take(NAMED).map(|(face, s)| WorstPatch {
+        patch: scene.faces().get(face).patch as usize,
+        words: report::face_words(scene, face),
+        surface: scene.surface_name(scene.faces().get(face).surface).into(),
+        relative_error: s.error,
+        hits: u64::try_from(s.hits).unwrap_or(u64::MAX),
+        paths_needed: needed(&s),
+    });
+    let total: f64 = standings(estimates, target).map(|(_, standing)| standing.area).sum();
+    let mut spared = (1.0 - fraction) * total;
+    // The worst may stay as they are, as long as the rest makes up the fraction.
+    let mut decisive = worst_first().filter(|(_, standing)| {
+        spared -= standing.area;
+        spared < -1e-9 * total
+    });
+    let paths_needed = match decisive.next() {
+        _ if reached => None,
+        Some((_, standing)) => Some(needed(&standing)).filter(|paths| paths.is_finite()),
+        None => None,
+    };
+    report::Target {
+        reached,
+        relative_error,
+        fraction,
+        patches: target.patches.clone(),
+        achieved,
+        paths_needed,
+        worst: named.collect(),
+    }
+}
+
+/// Looks at prefixes of one job.
+pub struct Observer {
+    experiment: Experiment,
+    level: f64,
+    target: Option<Target>,
+    /// Of the look before, or of where the run was resumed.
+    before: Option<Sample>,
+}
+
+impl Observer {
+    /// Of a job whose intervals have this level each.
+    pub fn new(experiment: Experiment, level: f64, target: Option<Target>) -> Self {
+        Observer { experiment, level, target, before: None }
+    }
+
+    /// The observer of a job that is resumed: its first look compares the walks since with these.
+    pub fn going_on_from(self, past: &Tally) -> Self {
+        let before = (past.counts.walks > 0).then(|| Sample::new(past));
+        Observer { before, ..self }
+    }
+
+    /// Looks at the tally of a prefix.
+    pub fn look(&mut self, tally: &Tally, looks: &[Look]) -> Look {
+        let walks = tally.counts.walks;
+        let estimates = Estimates::new(&self.experiment, tally, self.level);
+        let precision = estimates.precision();
+        let (promising, reached) = match &self.target {
+            Some(target) if walks * self.experiment.paths_per_walk() >= target.min_paths => {
+                decide(target, &estimates, walks, looks)
+            }
+            _ => (false, false),
+        };
+        let now = Sample::new(tally);
+        let drift = self.before.as_ref().map_or(f64::NAN, |before| drift(before, &now));
+        self.before = Some(now);
+        Look {
+            walks,
+            rays: tally.counts.rays,
+            median_relative_error: precision.quantiles[0],
+            max_relative_error: precision.max_relative_error,
+            drift,
+            promising,
+            reached,
+        }
+    }
+}
+
+/// Whether twice these walks will do, and whether the run ends here.
+fn decide(target: &Target, estimates: &Estimates, walks: u64, looks: &[Look]) -> (bool, bool) {
+    let Target { relative_error, fraction, .. } = *target;
+    let scores = target.min_hits as f64;
+    let met = Bar { error: relative_error, scores };
+    let foreseen = Bar { error: foresight(relative_error), scores: 0.5 * scores };
+    let standings = standings(estimates, target).map(|(_, standing)| standing);
+    let [met, promising] = parts_within(standings, [met, foreseen]).map(|part| part >= fraction);
+    let mut rule = DoubleSampling::default();
+    // What was met at earlier looks did not end the run.
+    for look in looks {
+        rule.look(look.walks, look.promising, false);
+    }
+    (promising, rule.look(walks, promising, met))
+}
+
+/// What a pilot foretells of its run: errors that fall as 1/√walks (of chains, with Student's t besides).
+pub struct Prospect {
+    standings: Vec<Standing>,
+    spread: Spread,
+    walks: u64,
+    /// The level of intervals.
+    level: f64,
+    target: Target,
+    chains: bool,
+    paths_per_walk: u64,
+}
+
+/// How the logarithms of errors spread over patches: a part of it is the pilot's own noise, and will be gone.
+#[derive(Clone, Copy, Debug)]
+struct Spread {
+    mean: f64,
+    /// The variance without the noise.
+    variance: f64,
+}
+
+impl Prospect {
+    /// Of a tally of the first walks of a job.
+    pub fn new(target: &Target, estimates: &Estimates, level: f64) -> Self {
+        let (experiment, walks) = (estimates.experiment(), estimates.tally().counts.walks);
+        let mut prospect = Prospect {
+            standings: standings(estimates, target).map(|(_, standing)| standing).collect(),
+            spread: Spread { mean: 0.0, variance: 0.0 },
+            walks,
+            level,
+            target: target.clone(),
+            chains: experiment.batch_paths().is_some(),
+            paths_per_walk: experiment.paths_per_walk(),
+        };
+        let known = prospect.standings.iter().filter(|s| s.error.is_finite() && s.error > 0.0);
+        let logs: Vec<[f64; 2]> = known.map(|s| [s.error.ln(), prospect.noise_of(s)]).collect();
+        let count = logs.len().max(1) as f64;
+        let mean = logs.iter().map(|[log, _]| log).sum::<f64>() / count;
+        let excess = logs.iter().map(|[log, noise]| (log - mean).powi(2) - noise * noise);
+        prospect.spread = Spread { mean, variance: (excess.sum::<f64>() / count).max(0.0) };
+        prospect
+    }
+
+    /// Whether the run meets its target after so many walks; `noise`: the part by which errors are larger than the pilot
+    /// says.
+    pub fn is_met(&self, walks: u64, noise: f64) -> bool {
+        self.meets(walks, noise, self.target.relative_error, self.target.min_hits as f64)
+    }
+
+    /// Whether a look after so many walks shows that twice as many will do.
+    pub fn is_promising(&self, walks: u64, noise: f64) -> bool {
+        walks.saturating_mul(self.paths_per_walk) >= self.target.min_paths
+            && self.meets(
+                walks,
+                noise,
+                foresight(self.target.relative_error),
+                0.5 * self.target.min_hits as f64,
+            )
+    }
+
+    fn meets(&self, walks: u64, noise: f64, error: f64, scores: f64) -> bool {
+        let later = self.standings.iter().map(|standing| self.later(standing, walks, noise));
+        let [part] = parts_within(later, [Bar { error, scores }]);
+        part >= self.target.fraction
+    }
+
+    /// How a patch will stand after so many walks. The largest of many errors is large by luck too, and luck fades: the
+    /// spread of what is seen is √(true variance + noise²), of which the noise falls as the walks grow.
+    fn later(&self, standing: &Standing, walks: u64, noise: f64) -> Standing {
+        let growth = walks as f64 / self.walks as f64;
+        let Spread { mean, variance } = self.spread;
+        let own = self.noise_of(standing).powi(2);
+        let faded = if own > 0.0 { ((variance + own / growth) / (variance + own)).sqrt() } else { 1.0 };
+        let student =
+            if self.chains { student(self.level, walks) / student(self.level, self.walks) } else { 1.0 };
+        let error = (mean + (standing.error.ln() - mean) * faded).exp();
+        Standing {
+            error: error * student * (1.0 + noise) / growth.sqrt(),
+            scores: standing.scores * growth,
+            ..*standing
+        }
+    }
+
+    /// The standard error of a patch's error, as a part of it: with h scores about 1/(2√h); of n chains, 1/√(2(n − 1)).
+    fn noise_of(&self, standing: &Standing) -> f64 {
+        match self.chains {
+            true => (0.5 / (self.walks.max(2) - 1) as f64).sqrt(),
+            false => 0.5 / standing.scores.sqrt(),
+        }
+    }
+
+    /// The same of the error that decides: the largest but for those in the part of the area that may be missed.
+    pub fn noise(&self) -> f64 {
+        let mut worst_first: Vec<&Standing> = self.standings.iter().collect();
+        worst_first.sort_by(|a, b| b.error.total_cmp(&a.error));
+        let spared = (1.0 - self.target.fraction) * worst_first.iter().map(|s| s.area).sum::<f64>();
+        let mut passed = 0.0;
+        let decisive = worst_first.into_iter().find(|standing| {
+            passed += standing.area;
+            passed > spared * (1.0 + 1e-9)
+        });
+        decisive.map_or(0.0, |standing| self.noise_of(standing))
+    }
+}
+
+fn student(level: f64, chains: u64) -> f64 {
+    stats::student_quantile(0.5 + 0.5 * level, chains.max(2) - 1)
+}
+
+/// The numbers of walks (or chains) at which a run of so many is looked at. Fewer walks than patches tell nothing of most
+/// of them, and a look at many patches takes its time; a chain tells of every patch, and takes longer than a look.
+pub fn looks(experiment: &Experiment, walks: u64) -> Vec<u64> {
+    match experiment.batch_paths() {
+        Some(_) => ladder(FIRST_LOOK_AT_CHAINS, walks, 0),
+        None => ladder(FIRST_LOOK, walks, experiment.scene().faces().len()),
+    }
+}
+
+/// 2^k and 3·2^(k−1) from `first` and from `least` on, fixed by the job alone.
+fn ladder(first: u64, walks: u64, least: usize) -> Vec<u64> {
+    let powers = std::iter::successors(Some(first), |n| n.checked_mul(2));
+    let steps = powers.flat_map(|n| [n, n.saturating_add(n / 2)]);
+    let telling = steps.skip_while(|&n| n < least as u64);
+    telling.take_while(|&n| n < walks).chain([walks]).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn looks_ascend_to_the_budget() {
+        assert_eq!(ladder(FIRST_LOOK, 5000, 54), [1024, 1536, 2048, 3072, 4096, 5000]);
+        assert_eq!(ladder(FIRST_LOOK, 5000, 3000), [3072, 4096, 5000]);
+        assert_eq!(ladder(FIRST_LOOK, 1024, 3000), [1024]);
+        assert_eq!(ladder(FIRST_LOOK, 1, 54), [1]);
+        assert!(ladder(FIRST_LOOK, u64::MAX, 54).is_sorted());
+        assert_eq!(ladder(FIRST_LOOK_AT_CHAINS, 20, 0), [8, 12, 16, 20]);
+    }
+
+    #[test]
+    fn twice_a_look_is_a_look() {
+        let looks = ladder(FIRST_LOOK, 1 << 30, 2000);
+        assert!(looks.iter().all(|n| 2 * n > 1 << 30 || looks.contains(&(2 * n))));
+    }
+
+    #[test]
+    fn a_target_goes_by_area_and_by_scores() {
+        let standing = |area, error, scores| Standing { area, error, scores, hits: scores as u128 };
+        let all = [standing(1.0, 0.1, 100.0), standing(2.0, 0.2, 50.0), standing(1.0, f64::INFINITY, 0.0)];
+        let bars = [(0.1, 0.0), (0.2, 0.0), (0.2, 60.0), (1e300, 0.0)];
+        let parts = parts_within(all.into_iter(), bars.map(|(error, scores)| Bar { error, scores }));
+        assert_eq!(parts, [0.25, 0.75, 0.25, 0.75], "what no walk has hit is never known");
+        assert_eq!(parts_within([].into_iter(), [Bar { error: 0.1, scores: 10.0 }]), [1.0]);
+    }
+}
