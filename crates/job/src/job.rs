@@ -1,5 +1,6 @@
 //! The job file.
 
+use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
 use import::{Format, Options};
@@ -345,6 +346,7 @@ fn read_target_patches(value: Value<'_>, patch_count: u64, method: &Method) -> R
     let (WalkKind::Gathering, Birth::Patches(born)) = (method.walk, &method.birth) else {
         return Ok(patches);
     };
+    let born: HashSet<u32> = born.iter().copied().collect();
     match patches.iter().find(|patch| !born.contains(patch)) {
         None => Ok(patches),
         Some(patch) => Err(Error::Refused {
