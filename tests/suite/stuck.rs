@@ -15,6 +15,11 @@ use crate::support::{answer, finish, path, radwalk, run_job, signal, summary, wa
 const JOB: &str = "configs/cube54.toml";
 const FOR_EVER: i32 = i32::MAX;
 
+fn sleeps(process: u32, thread: u32) -> bool {
+    let status = std::fs::read_to_string(format!("/proc/{process}/task/{thread}/status")).unwrap();
+    status.lines().any(|line| line.starts_with("State:\tS"))
+}
+
 #[test]
 fn a_thread_that_is_stuck_holds_up_neither_checkpoints_nor_the_end() {
     let folder = tempdir().unwrap();
@@ -46,7 +51,12 @@ fn a_thread_that_is_stuck_holds_up_neither_checkpoints_nor_the_end() {
     let stuck = threads[0].0;
     shim.stick(worker.id(), stuck);
     let time = || busiest_threads(worker.id()).into_iter().find(|thread| thread.0 == stuck).unwrap().1;
-    thread::sleep(Duration::from_millis(100));
+    // A thread that walks runs, or waits to: one that sleeps whenever it is looked at is stuck.
+    let mut asleep = 0;
+    wait_for("the thread to be stuck", || {
+        asleep = if sleeps(worker.id(), stuck) { asleep + 1 } else { 0 };
+        (asleep == 100).then_some(())
+    });
     let before = time();
 
     // What is in after two seconds lies beyond the walks that it had. The prefix gets there all the same.
