@@ -46,7 +46,8 @@ fn join(coordinator: &mut Coordinator, ids: Range<PeerId>, threads: u32, now: Du
     ids.map(|id| {
         coordinator.on_connect(id);
         coordinator.on_message(id, ToCoordinator::Hello(hello(&format!("w{id}"), threads)), now);
-        coordinator.on_message(id, READY, now).len()
+        let actions = coordinator.on_message(id, READY, now);
+        actions.iter().filter(|action| matches!(action, Action::Send(..))).count()
     })
     .sum()
 }
