@@ -8,11 +8,15 @@ use radiosity::{
 use report::{Axis, Chart, Series, Style};
 use stats::Measured;
 
-use super::Chapter;
-use super::findings::{Claim, Figure, Findings, Row, point, quotient};
-use super::lab::Lab;
-use super::page::number;
-use super::walkers::{DIRECTIONS, ESTIMATORS, Reader, experiment, mean_by_area, method, name, predicted};
+use crate::arithmetic::quotient;
+use crate::claim::{Bound, Claim};
+use crate::lab::Lab;
+use crate::numbers::number;
+use crate::papers::Chapter;
+use crate::papers::findings::{Figure, Findings};
+use crate::papers::walkers::{DIRECTIONS, ESTIMATORS, experiment, mean_by_area, method, name, predicted};
+use crate::series::point;
+use crate::walking::Reader;
 
 /// S97 §5, "to study the efficiency of biased estimators".
 pub const CHAPTER: Chapter = Chapter {
@@ -57,7 +61,7 @@ fn run(lab: &Lab) -> Findings {
     ];
     let contests: Vec<Contest> =
         scenes.iter().map(|(scene, spec)| contest(lab, scene, spec, [rays, runs])).collect();
-    let mut rows: Vec<Row> = contests.iter().flat_map(rows_of).collect();
+    let mut rows: Vec<Claim> = contests.iter().flat_map(rows_of).collect();
     rows.extend(lost_by_length(lab, &scenes[0].1, runs as usize));
     Findings {
         published: "\"Our future work will be to study the efficiency of biased estimators\" (S97 §5); \"a study of the \
@@ -201,26 +205,26 @@ fn errors(
 }
 
 /// Efficiencies, held to theory where there is one.
-fn rows_of(contest: &Contest) -> Vec<Row> {
+fn rows_of(contest: &Contest) -> Vec<Claim> {
     let first = &contest.results[0];
     let row = |result: &Outcome| {
         let efficiency = quotient(first.error, result.error);
         let claim = match (first.theory, result.theory) {
-            (Some(reference), Some(theory)) => Claim::Is(reference / theory),
-            _ => Claim::Nothing,
+            (Some(reference), Some(theory)) => Bound::Is(reference / theory),
+            _ => Bound::Nothing,
         };
-        Row::new(format!("{}: efficiency of {}", contest.scene, result.name), efficiency, claim)
+        Claim::of(format!("{}: efficiency of {}", contest.scene, result.name), efficiency, claim)
     };
     let theory = first.theory.expect("collision shooting has a closed form");
     let reference = format!("{}: error² × rays of {}", contest.scene, first.name);
-    let mut rows = vec![Row::new(reference, first.error, Claim::Is(theory))];
+    let mut rows = vec![Claim::of(reference, first.error, Bound::Is(theory))];
     rows.extend(contest.results[1..].iter().map(row));
     rows
 }
 
 /// The bias of walks that are cut off after four hits is what they would still have brought: a Neumann series less its
 /// first four terms.
-fn lost_by_length(lab: &Lab, spec: &SceneSpec, runs: usize) -> Vec<Row> {
+fn lost_by_length(lab: &Lab, spec: &SceneSpec, runs: usize) -> Vec<Claim> {
     let exact = Exact::of_scene(spec).expect("a closed box");
     let (r, exchange) = (exact.reflectance(), exact.exchange());
     let mut light = exact.emittance().to_vec();
@@ -241,7 +245,7 @@ fn lost_by_length(lab: &Lab, spec: &SceneSpec, runs: usize) -> Vec<Row> {
             "54-patch cube: mean of b that {} misses, cut at 4 hits [W/m²]",
             name(direction, EstimatorKind::Infinite)
         );
-        Row::new(label, Measured::of(&means), Claim::Is(missing))
+        Claim::of(label, Measured::of(&means), Bound::Is(missing))
     });
     rows.collect()
 }
