@@ -307,6 +307,7 @@ fn a_target_may_be_about_very_many_patches() {
     let all = all.join(", ");
     let job = format!(
         "scene = \"s.toml\"\n[method]\nwalk = \"gathering\"\nbirth = {{ patches = [{all}] }}\n\
+         [budget]\npaths = 1000\n\
          [target]\nrelative_error = 0.1\npatches = [{all}]\n"
     );
     let job = load(&folder.write("j.toml", job), &[]).unwrap();
