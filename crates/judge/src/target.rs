@@ -255,6 +255,14 @@ impl Prospect {
         prospect
     }
 
+    /// Keeps every k-th face, so that at most so many are left: a running job is glanced at often.
+    #[must_use]
+    pub fn thinned(mut self, most: usize) -> Self {
+        let step = self.standings.len().div_ceil(most).max(1);
+        self.standings = self.standings.into_iter().step_by(step).collect();
+        self
+    }
+
     /// Whether the run meets its target after so many walks; `noise`: the part by which errors are larger than the pilot
     /// says.
     pub fn is_met(&self, walks: u64, noise: f64) -> bool {
@@ -350,6 +358,34 @@ fn ladder(first: u64, walks: u64, least: usize) -> Vec<u64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// What decides is that of the whole, to the part of the area that one face of the thinned ones stands for.
+    #[test]
+    fn a_glance_sees_what_decides() {
+        let target = Target {
+            relative_error: 0.01,
+            fraction: 0.9,
+            min_paths: 0,
+            min_hits: 10,
+            unhit: Unhit::Infinite,
+            patches: None,
+        };
+        let standing = |i: u32| Standing { area: 1.0, error: f64::from(i), scores: 100.0, hits: 100 };
+        let whole = || Prospect {
+            standings: (0..10_000).map(|i| standing(i * 7 % 10_000)).collect(),
+            spread: Spread { mean: 0.0, variance: 1.0 },
+            walks: 1000,
+            level: 0.95,
+            target: target.clone(),
+            chains: false,
+            paths_per_walk: 1,
+        };
+        assert_eq!(whole().error(), 8999.0);
+        assert_eq!(whole().thinned(10_000).error(), 8999.0);
+        let glance = whole().thinned(1000);
+        assert_eq!(glance.standings.len(), 1000);
+        assert!((glance.error() - 8999.0).abs() <= 10.0, "{}", glance.error());
+    }
 
     #[test]
     fn looks_ascend_to_the_budget() {
