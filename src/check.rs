@@ -2,7 +2,7 @@
 
 use job::{FileKind, Job, SceneFile};
 use radiosity::{Experiment, Scene, Side};
-use report::{Method, Model};
+use report::{Method, Model, Units};
 
 use crate::args::CheckArgs;
 use crate::bounces::bounces;
@@ -11,7 +11,7 @@ use crate::console::say;
 use crate::doctor_report;
 use crate::fault::{Fault, Outcome};
 use crate::fit::misfits;
-use crate::outputs;
+use crate::outputs::{self, units};
 use crate::replica::MOMENTS;
 use crate::target;
 
@@ -22,13 +22,13 @@ pub fn check(args: &CheckArgs) -> Result<Outcome, Fault> {
     match job::file_kind(&args.file)? {
         FileKind::Job => {
             let experiment = Experiment::new(job.build_scene()?, job.method.walks())?;
-            describe_scene(experiment.scene());
+            describe_scene(experiment.scene(), &units(job.light));
             describe_job(&job, &experiment);
         }
-        FileKind::Scene => describe_scene(&job.build_scene()?),
+        FileKind::Scene => describe_scene(&job.build_scene()?, &units(job.light)),
     }
     if args.fix_report || args.repair {
-        doctor_report::report(&job)?;
+        doctor_report::report(&job, args.out.as_deref())?;
     } else {
         say("no fault found");
     }
@@ -43,15 +43,16 @@ fn describe_import(scene: &SceneFile) {
     scene.notes().iter().for_each(|note| say(&format!("note: {note}")));
 }
 
-fn describe_scene(scene: &Scene) {
+fn describe_scene(scene: &Scene, units: &Units) {
     let fronts = || scene.faces().iter().filter(|face| face.side == Side::Front);
     let area: f64 = fronts().map(|patch| patch.area).sum();
     let emitters = fronts().filter(|patch| patch.emittance.is_lit()).count();
     say(&format!(
-        "scene: {} surfaces, {} patches, {area:.6} m², {emitters} emitting patches of {} W in all",
+        "scene: {} surfaces, {} patches, {area:.6} m², {emitters} emitting patches of {} {} in all",
         scene.surfaces().len(),
         scene.faces().patch_count(),
-        power(scene)
+        power(scene),
+        units.power
     ));
     Coincident::of(scene).lines().iter().for_each(|line| say(line));
 }

@@ -6,11 +6,13 @@ mod resources;
 
 use job::{Job, Target};
 use radiosity::{Estimates, Experiment};
+use report::Units;
 use serde_json::{Value, json};
 
 use crate::args::PlanArgs;
 use crate::console::say;
 use crate::fault::{Fault, Outcome};
+use crate::outputs::units;
 use crate::plan::bound::Bound;
 use crate::plan::pilot::Pilot;
 use crate::plan::resources::{Costs, Demand};
@@ -23,6 +25,7 @@ const WORKERS: [u64; 5] = [1, 10, 100, 1_000, 10_000];
 
 /// A job's plan.
 struct Plan<'a> {
+    units: Units,
     target: Option<&'a Target>,
     /// Of the whole job.
     budget: u64,
@@ -65,6 +68,7 @@ impl<'a> Plan<'a> {
         let stream = if experiment.batch_paths().is_some() { 1 } else { job.budget.stream_paths };
         let demand = |workers| costs.demand(walks as f64, stream as f64, workers);
         Plan {
+            units: units(job.light),
             target,
             budget,
             paths_per_walk,
@@ -124,7 +128,7 @@ impl<'a> Plan<'a> {
         ));
         self.describe_end();
         if let Some(bound) = &self.bound {
-            describe_bound(bound);
+            describe_bound(bound, &self.units);
         }
         say(&format!(
             "so: {} paths, about {} rays",
@@ -172,14 +176,16 @@ impl<'a> Plan<'a> {
 }
 
 /// What the theory of S97 guarantees.
-fn describe_bound(bound: &Bound) {
+fn describe_bound(bound: &Bound, units: &Units) {
     let rays = bound.rays.map_or(String::new(), |rays| format!(", {} rays", quantity(rays)));
     say(&format!(
-        "bound (S97 §§2.3, 3.3): no variance of a walk exceeds {:.3e} W²/m⁴; for {:.3e} (the darkest patch: {:.4} W/m²) \
+        "bound (S97 §§2.3, 3.3): no variance of a walk exceeds {:.3e} ({})²; for {:.3e} (the darkest patch: {:.4} {}) \
          {} paths{rays} always do, the run ends at {} at the latest",
         bound.variance,
+        units.radiosity,
         bound.threshold,
         bound.darkest,
+        units.radiosity,
         quantity(bound.walks),
         quantity(bound.ends as f64)
     ));

@@ -58,6 +58,12 @@ impl Votes {
         self.one_sided[surface as usize]
     }
 
+    /// Whether the front of a surface sees the room, and its back sees nothing that reflects.
+    pub(crate) fn is_right(&self, surface: u32) -> bool {
+        let [front, back] = self.views[surface as usize];
+        self.is_one_sided(surface) && front.lost() <= 0.5 && back.lost() >= MOST
+    }
+
     /// The one-sided surfaces whose back is where their front should be: light arrives at it; the front sees nothing that
     /// reflects and the back does, or the front looks out of the scene and the back into it.
     pub(crate) fn flipped(&self, pilot: &Pilot) -> Vec<u32> {

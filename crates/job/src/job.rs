@@ -43,6 +43,28 @@ const DEFAULT_MIN_HITS: u64 = 10;
 /// The longest wall time [s], some 30 years: what clocks can add to the present.
 const MAX_WALL_SECONDS: f64 = 1e9;
 
+/// What the numbers of a job measure. It changes labels and units, and no number.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Light {
+    /// Power in W, radiosity and irradiance in W/m².
+    #[default]
+    Radiant,
+    /// Luminous flux in lm, luminous exitance in lm/m², illuminance in lx.
+    Luminous,
+}
+
+impl Word for Light {
+    const ALL: &'static [Self] = &[Self::Radiant, Self::Luminous];
+
+    fn word(self) -> &'static str {
+        match self {
+            Light::Radiant => "radiant",
+            Light::Luminous => "luminous",
+        }
+    }
+}
+
 /// All that a job file and its scene say, checked.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Job {
@@ -68,6 +90,8 @@ pub struct Job {
     pub target: Option<Target>,
     /// How rays look for surfaces; the answer is the same with each.
     pub index: IndexChoice,
+    /// What the numbers measure. Default: luminous for a scene in MGF, whose format gives lm/m², else radiant.
+    pub light: Light,
 }
 
 /// The table `[budget]`.
@@ -140,6 +164,7 @@ pub(crate) const JOB_KEYS: &[&str] = &[
     "seed",
     "confidence",
     "simultaneous",
+    "light",
     "import",
     "method",
     "budget",
@@ -179,6 +204,7 @@ pub fn load(path: &Path, overrides: &[String]) -> Result<Job, Error> {
     let seed = table.take("seed").map(|value| read_seed(&value)).transpose()?.unwrap_or(DEFAULT_SEED);
     let confidence = table.take("confidence").map(|value| read_confidence(&value)).transpose()?;
     let simultaneous = table.take("simultaneous").map(|value| value.boolean()).transpose()?.unwrap_or(false);
+    let light = table.take("light").map(|value| value.word()).transpose()?;
     let mut scene = match table.take("scene") {
         None if bare => load_scene_with(path, &options)?,
         named => read_scene(named, &table, path, &options)?,
@@ -186,6 +212,10 @@ pub fn load(path: &Path, overrides: &[String]) -> Result<Job, Error> {
     if repair {
         scene.turn_flipped()?;
     }
+    let light = light.unwrap_or_else(|| match Format::of(scene.path()) {
+        Some(Format::Mgf) => Light::Luminous,
+        _ => Light::Radiant,
+    });
     let (method, note) = read_method(method, scene.patch_count(), &budget)?;
     let about = |(patches, target): (Option<Value<'_>>, Target)| {
         let patches = patches.map(|value| read_target_patches(value, scene.patch_count(), &method));
@@ -205,6 +235,7 @@ pub fn load(path: &Path, overrides: &[String]) -> Result<Job, Error> {
         budget,
         target,
         index,
+        light,
     })
 }
 

@@ -17,7 +17,7 @@ pub use error::{Error, Place, Spot};
 pub use import::Options as ImportOptions;
 pub use job::{
     Budget, DEFAULT_CHECKPOINT_SECONDS, DEFAULT_CONFIDENCE, DEFAULT_PATHS, DEFAULT_SEED,
-    DEFAULT_STREAM_PATHS, Job, Target, Unhit, load,
+    DEFAULT_STREAM_PATHS, Job, Light, Target, Unhit, load,
 };
 pub use kind::{FileKind, file_kind};
 pub use method::{Method, WalkKind, Word, job_hash};
