@@ -300,4 +300,6 @@ pub enum Kind {
     Room,
     /// The Cornell box, in colour
     Cornell,
+    /// The JSON schemas of job and scene files alone, for editors
+    Schema,
 }

@@ -29,7 +29,7 @@ pub const DEFAULT_STREAM_PATHS: u64 = 65_536;
 const DEFAULT_FRACTION: f64 = 0.99;
 
 /// The largest lease: lost with its worker, it would be traced again whole.
-const MAX_STREAM_PATHS: u64 = 1 << 24;
+pub(crate) const MAX_STREAM_PATHS: u64 = 1 << 24;
 
 /// Seconds between checkpoints of a job that names none.
 pub const DEFAULT_CHECKPOINT_SECONDS: f64 = 60.0;
@@ -172,9 +172,11 @@ pub(crate) const JOB_KEYS: &[&str] = &[
     "tracing",
 ];
 
-const BUDGET_KEYS: &[&str] = &["first_path", "paths", "stream_paths", "wall_seconds", "checkpoint_seconds"];
+pub(crate) const BUDGET_KEYS: &[&str] = &["first_path", "paths", "stream_paths", "wall_seconds", "checkpoint_seconds"];
 
-const TARGET_KEYS: &[&str] = &["relative_error", "fraction", "min_paths", "min_hits", "unhit", "patches"];
+pub(crate) const TARGET_KEYS: &[&str] = &["relative_error", "fraction", "min_paths", "min_hits", "unhit", "patches"];
+
+pub(crate) const TRACING_KEYS: &[&str] = &["index"];
 
 /// Reads a job file and its scene, or a scene with the default of every key of jobs. Each override is a `key=value`, its key dotted, its value TOML or, failing
 /// that, a string without quotes; they replace keys of the job file before anything is checked.
@@ -196,7 +198,7 @@ pub fn load(path: &Path, overrides: &[String]) -> Result<Job, Error> {
     let method = table.table("method", METHOD_KEYS)?;
     let budget = table.table("budget", BUDGET_KEYS)?;
     let target = table.take("target").map(|value| value.table(TARGET_KEYS)).transpose()?;
-    let index = table.table("tracing", &["index"])?.take("index");
+    let index = table.table("tracing", TRACING_KEYS)?.take("index");
     let budget = read_budget(budget)?;
     let target = target.map(|mut table| Ok((table.take("patches"), read_target(table)?))).transpose()?;
     let index = index.map(|value| value.word()).transpose()?.unwrap_or_default();

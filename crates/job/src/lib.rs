@@ -11,6 +11,7 @@ mod job;
 mod kind;
 mod method;
 mod scene;
+mod schema;
 mod source;
 
 pub use error::{Error, Place, Spot};
@@ -23,3 +24,4 @@ pub use kind::{FileKind, file_kind};
 pub use method::{Method, WalkKind, Word, job_hash};
 pub use radiosity::Sampler;
 pub use scene::{SceneFile, load_scene, load_scene_with};
+pub use schema::{job_schema, scene_schema};
