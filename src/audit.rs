@@ -13,6 +13,7 @@ use cluster::access::random_bytes;
 use cluster::checkpoint::{self, Checkpoint, CheckpointError, Part};
 use cluster::deliveries::{Delivery, SEVERAL};
 use cluster::digest::{self, Digest, Digester};
+use judge::MOMENTS;
 use radiosity::{Estimates, Experiment, Overflow, Sequence};
 
 use crate::args::AuditArgs;
@@ -20,7 +21,7 @@ use crate::checkpoints::CURRENT;
 use crate::console::say;
 use crate::fault::{Fault, Outcome};
 use crate::merge::builds;
-use crate::replica::{self, MOMENTS, Replica, check_shape};
+use crate::replica::{self, Replica, check_shape};
 use crate::settings::Settings;
 
 /// The most walks between two emptyings of a board.

@@ -1,19 +1,18 @@
 //! `radwalk check`: validates a job or a scene and says what would be modelled, and why.
 
 use job::{FileKind, Job, SceneFile};
+use judge::bounces::bounces;
+use judge::coincident::Coincident;
+use judge::fit::misfits;
+use judge::{MOMENTS, target};
 use radiosity::{Experiment, Scene, Side};
 use report::{Method, Model, Units};
 
 use crate::args::CheckArgs;
-use crate::bounces::bounces;
-use crate::coincident::Coincident;
 use crate::console::say;
 use crate::doctor_report;
 use crate::fault::{Fault, Outcome};
-use crate::fit::misfits;
 use crate::outputs::{self, units};
-use crate::replica::MOMENTS;
-use crate::target;
 
 /// Checks a file and describes it.
 pub fn check(args: &CheckArgs) -> Result<Outcome, Fault> {

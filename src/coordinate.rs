@@ -10,19 +10,19 @@ use cluster::checkpoint::{self, Book, Checkpoint, CheckpointError, CheckpointFau
 use cluster::coordinator::{Coordinator, Ending, Judge, Plan};
 use cluster::server::{Wish, serve};
 use job::{Budget, Job, Method};
+use judge::limits::limits;
+use judge::target::{Observer, judge, looks};
 use radiosity::{Estimates, Experiment, Tally};
 
 use crate::args::{CoordinateArgs, JobArgs, OutArgs, RunArgs};
 use crate::checkpoints::{self, Found, Identity, Keeper, Latest};
 use crate::console::tell;
 use crate::fault::{Fault, Outcome};
-use crate::limits::limits;
 use crate::local::LocalWorkers;
 use crate::outputs::RunOutput;
 use crate::progress::Display;
 use crate::replica::check_shape;
 use crate::settings::Settings;
-use crate::target::{Observer, judge, looks};
 use crate::{replica, signals};
 
 /// Between tries to write the results of a run.
@@ -123,7 +123,7 @@ impl Prepared {
         let folder = out.out.clone().unwrap_or_else(|| default_folder(&job));
         let output = RunOutput::new(&folder, out.force || resume)?;
         let identity = identity(&job, &settings, &experiment)?;
-        let past = Past::none(experiment.tally::<{ replica::MOMENTS }>());
+        let past = Past::none(experiment.tally::<{ judge::MOMENTS }>());
         let mut prepared =
             Prepared { job, settings, experiment, output, identity, past, latest: Latest::Foreign };
         if resume {
@@ -336,7 +336,7 @@ pub fn plan(
         stream_paths,
         leases_per_thread,
         patches: experiment.scene().faces().len(),
-        layout: experiment.layout::<{ replica::MOMENTS }>(),
+        layout: experiment.layout::<{ judge::MOMENTS }>(),
         limits: limits(experiment),
         wall: budget.wall_seconds.map(Duration::from_secs_f64),
         lots: u64::from_le_bytes(lots[..8].try_into().expect("eight bytes")),

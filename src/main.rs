@@ -2,28 +2,21 @@
 
 mod args;
 mod audit;
-mod bounces;
 mod check;
 mod checkpoints;
-mod checks;
-mod coincident;
 mod compare;
 mod console;
 mod coordinate;
 mod date;
 mod doctor_report;
-mod drift;
 mod exact_command;
 mod fault;
-mod fit;
 mod launcher;
-mod limits;
 mod local;
 mod merge;
 mod new;
 mod outputs;
 mod plan;
-mod plot;
 mod progress;
 mod relay;
 mod replay;
@@ -32,7 +25,6 @@ mod reproduce;
 mod settings;
 mod signals;
 mod stability;
-mod target;
 mod work;
 
 use std::process::ExitCode;

@@ -6,6 +6,9 @@ use std::sync::Arc;
 use cluster::checkpoint::{Book, Checkpoint};
 use cluster::roster::Contributor;
 use job::{Light, Method, WalkKind, Word};
+use judge::bounces::bounces;
+use judge::checks::checks_of_result;
+use judge::target;
 use radiosity::{Estimates, Experiment, Iterations, Precision, Solve};
 use report::{
     Draft, Model, OutputFolder, PartSummary, Provenance, RunFacts, SessionSummary, Summary, Units,
@@ -13,14 +16,11 @@ use report::{
 };
 
 use crate::args::OutArgs;
-use crate::bounces::bounces;
 use crate::checkpoints::{self, CURRENT, Latest, PREVIOUS};
-use crate::checks::checks_of_result;
 use crate::console::{say, tell};
 use crate::fault::Fault;
-use crate::progress::{duration, percent, quantity};
 use crate::settings::Settings;
-use crate::target;
+use report::words::{duration, percent, quantity};
 
 /// The files of a run, in the order they are written: the tally first, since all else follows from it.
 const RUN_FILES: &[&str] = &[CURRENT, PREVIOUS, "patches.csv", "summary.json", "radiosity.png"];

@@ -1,10 +1,10 @@
 //! `radwalk plan`: what a job will take, before it is run.
 
-mod bound;
-mod pilot;
-mod resources;
-
 use job::{Job, Target};
+use judge::plan::bound::Bound;
+use judge::plan::pilot::Pilot;
+use judge::plan::resources::{Costs, Demand};
+use judge::target::scope;
 use radiosity::{Estimates, Experiment};
 use report::Units;
 use serde_json::{Value, json};
@@ -13,12 +13,9 @@ use crate::args::PlanArgs;
 use crate::console::say;
 use crate::fault::{Fault, Outcome};
 use crate::outputs::units;
-use crate::plan::bound::Bound;
-use crate::plan::pilot::Pilot;
-use crate::plan::resources::{Costs, Demand};
-use crate::progress::{duration, quantity};
 use crate::settings::Settings;
-use crate::target::scope;
+use crate::work::cpu_seconds;
+use report::words::{duration, quantity};
 
 /// Workers that a plan is made for.
 const WORKERS: [u64; 5] = [1, 10, 100, 1_000, 10_000];
@@ -60,10 +57,10 @@ impl<'a> Plan<'a> {
         let paths_per_walk = experiment.paths_per_walk();
         let budget = job.budget.paths / paths_per_walk;
         let first = job.budget.first_path / paths_per_walk;
-        let pilot = Pilot::shoot(experiment, job.seed, first, budget, target, level);
+        let pilot = Pilot::shoot(experiment, job.seed, first, budget, target, level, cpu_seconds);
         let estimates = Estimates::new(experiment, &pilot.tally, level);
         let bound = target.and_then(|target| Bound::new(experiment, target, &estimates, level));
-        let costs = Costs::new(experiment, &pilot);
+        let costs = Costs::new(experiment, &pilot, peak_memory());
         let walks = pilot.ending.map_or(budget, |ending| ending.walks().min(budget));
         let stream = if experiment.batch_paths().is_some() { 1 } else { job.budget.stream_paths };
         let demand = |workers| costs.demand(walks as f64, stream as f64, workers);
@@ -189,4 +186,11 @@ fn describe_bound(bound: &Bound, units: &Units) {
         quantity(bound.walks),
         quantity(bound.ends as f64)
     ));
+}
+
+/// The most memory that this process has held; Linux tells.
+fn peak_memory() -> Option<f64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
+    Some(1024.0 * line.split_whitespace().next()?.parse::<f64>().ok()?)
 }

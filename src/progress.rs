@@ -7,6 +7,7 @@ use cluster::coordinator::Coordinator;
 use cluster::lead::Notice;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use radiosity::{Estimates, Experiment, Precision};
+use report::words::{duration, percent, quantity};
 use serde_json::json;
 
 use crate::args::OutArgs;
@@ -192,52 +193,4 @@ fn bar(paths: u64) -> ProgressBar {
     let style = ProgressStyle::with_template("{bar:24} {percent:>3} % · {wide_msg}");
     bar.set_style(style.expect("the template is fixed and valid"));
     bar
-}
-
-/// A number with three digits and a prefix: 1.23 M.
-pub fn quantity(x: f64) -> String {
-    let (scaled, prefix) = match x {
-        x if x >= 1e9 => (x / 1e9, " G"),
-        x if x >= 1e6 => (x / 1e6, " M"),
-        x if x >= 1e3 => (x / 1e3, " k"),
-        x => (x, ""),
-    };
-    let decimals = if scaled >= 100.0 {
-        0
-    } else if scaled >= 10.0 {
-        1
-    } else {
-        2
-    };
-    format!("{scaled:.decimals$}{prefix}")
-}
-
-/// A relative error in percent.
-pub fn percent(x: f64) -> String {
-    if x.is_finite() { format!("{:.3} %", 100.0 * x) } else { "unknown".into() }
-}
-
-/// Seconds as people read them.
-pub fn duration(seconds: f64) -> String {
-    match seconds {
-        s if s < 60.0 => format!("{s:.1} s"),
-        s if s < 3600.0 => format!("{:.0} min {:.0} s", (s / 60.0).floor(), s % 60.0),
-        s if s < 172_800.0 => format!("{:.0} h {:.0} min", (s / 3600.0).floor(), (s % 3600.0) / 60.0),
-        s => format!("{:.1} days", s / 86_400.0),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn numbers_are_short() {
-        assert_eq!(quantity(1_234_567.0), "1.23 M");
-        assert_eq!(quantity(0.0), "0.00");
-        assert_eq!(percent(0.01234), "1.234 %");
-        assert_eq!(percent(f64::INFINITY), "unknown");
-        assert_eq!(duration(75.0), "1 min 15 s");
-        assert_eq!(duration(7300.0), "2 h 2 min");
-    }
 }

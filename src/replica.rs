@@ -6,15 +6,13 @@ use cluster::checkpoint::CheckpointFault;
 use cluster::codec::{CodecError, decode_serde, encode_serde};
 use cluster::limits::Limits;
 use cluster::worker::Work;
+use judge::MOMENTS;
+use judge::limits::limits;
 use radiosity::{Board, Experiment, IndexChoice, Overflow, Scene, SceneSpec, Sequence, Tally};
 use serde::{Deserialize, Serialize};
 
-use crate::limits::limits;
 use crate::settings::Settings;
 use crate::work::WalkClock;
-
-/// Σx and Σx²: what intervals need.
-pub const MOMENTS: usize = 2;
 
 /// All that a process has to know of a job.
 #[derive(Serialize, Deserialize)]

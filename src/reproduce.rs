@@ -5,15 +5,15 @@ use std::num::NonZeroUsize;
 use std::path::PathBuf;
 use std::time::Instant;
 
-use papers::{CHAPTERS, Chapter, Effort, Findings, Judge, Lab, Row, Verdict, page};
 use report::OutputFolder;
 use serde_json::{Value, json};
+use studies::papers::{CHAPTERS, Chapter, Effort, Findings, Judge, Lab, Row, Verdict, page};
 
 use crate::args::ReproduceArgs;
 use crate::console::{say, tell};
 use crate::date::today;
 use crate::fault::{Fault, Outcome};
-use crate::progress::duration;
+use report::words::duration;
 
 /// What people read.
 const PAGE: &str = "papers.md";

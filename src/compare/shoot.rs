@@ -7,100 +7,72 @@ use std::sync::mpsc::channel;
 use cluster::checkpoint::{Look, Past};
 use cluster::coordinator::{Coordinator, Ending};
 use cluster::server::{Wish, serve};
+use judge::MOMENTS;
 use radiosity::{Counts, Tally};
+use studies::compare::contender::Trial;
+use studies::compare::{Shot, Team};
 
-use super::contender::Trial;
-use crate::args::CompareArgs;
-use crate::coordinate::{Door, identity, plan, processes};
+use crate::coordinate::{Door, identity, plan};
 use crate::fault::Fault;
-use crate::replica::MOMENTS;
 use crate::settings::Settings;
 use crate::signals;
 
-/// Who walks.
-#[derive(Clone, Copy)]
-pub struct Team {
-    /// Worker processes.
-    pub workers: usize,
-    /// Threads of each.
-    pub threads: u32,
-}
-
-/// What some runs of a trial came to.
-pub struct Shot {
-    /// The tally of each.
-    pub tallies: Vec<Tally>,
-    /// Processor time that workers walked, of one run [s].
-    pub seconds: f64,
-    /// The most memory that a worker process took [bytes], where the system tells.
-    pub memory: Option<u64>,
-    /// What workers sent for one run [bytes].
-    pub traffic: u64,
-}
-
-impl Team {
-    /// The one that was asked for.
-    pub fn new(args: &CompareArgs) -> Self {
-        Team { workers: processes(args.workers), threads: args.threads }
-    }
-
-    /// Walks a trial so many times.
-    ///
-    /// # Errors
-    /// Where the cluster fails, and where a signal ends it.
-    pub fn shoot(self, trial: &Trial, runs: usize) -> Result<Shot, Fault> {
-        let Trial { job, experiment } = trial;
-        let identity = identity(job, &Settings::of(job), experiment)?;
-        let ends = (1..=runs as u64).map(|run| run * trial.walks()).collect();
-        let (out, prefixes) = channel();
-        let judge = move |prefix: &Tally, _: &[Look]| {
-            // Whoever receives waits for the end.
-            let _ = out.send(prefix.clone());
-            Look { walks: prefix.counts.walks, rays: prefix.counts.rays, ..Look::default() }
-        };
-        let plan = plan(&identity, &job.budget, experiment, ends, Box::new(judge))?;
-        let mut coordinator = Coordinator::new(plan, Past::none(experiment.tally::<MOMENTS>()));
-        let mut door = Door::open(&identity, self.workers, self.threads)?;
-        let notices = RefCell::new(Vec::new());
-        let mut memory = None;
-        let owner = |coordinator: &Coordinator| {
-            notices.borrow_mut().drain(..).for_each(|notice| door.workers.heed(&notice));
-            if coordinator.ending().is_some() {
-                // Nobody has heard of it yet, so everybody is still there.
-                memory = door.workers.peak_memory();
-            } else if signals::stop_asked() {
-                return Wish::Stop;
-            } else if !door.workers.tend(coordinator.progress().walks) {
-                return Wish::GiveUp;
-            }
-            Wish::Continue
-        };
-        let tell = |notice| notices.borrow_mut().push(notice);
-        let ending = serve(door.listener, &door.access, &mut coordinator, owner, tell)
-            .map_err(|source| Fault::System { doing: "serving the workers", source })?;
-        match ending {
-            Ending::BudgetSpent => {}
-            Ending::Interrupted => return Err(Fault::Interrupted),
-            Ending::Overflow => return Err(Fault::Overflow),
-            Ending::NoWorkers | Ending::Stuck | Ending::TargetReached | Ending::WallClock => {
-                return Err(Fault::NoWorkers(door.workers.trouble.clone()));
-            }
+/// Walks a trial so many times.
+///
+/// # Errors
+/// Where the cluster fails, and where a signal ends it.
+pub fn shoot(team: Team, trial: &Trial, runs: usize) -> Result<Shot, Fault> {
+    let Trial { job, experiment } = trial;
+    let identity = identity(job, &Settings::of(job), experiment)?;
+    let ends = (1..=runs as u64).map(|run| run * trial.walks()).collect();
+    let (out, prefixes) = channel();
+    let judge = move |prefix: &Tally, _: &[Look]| {
+        // Whoever receives waits for the end.
+        let _ = out.send(prefix.clone());
+        Look { walks: prefix.counts.walks, rays: prefix.counts.rays, ..Look::default() }
+    };
+    let plan = plan(&identity, &job.budget, experiment, ends, Box::new(judge))?;
+    let mut coordinator = Coordinator::new(plan, Past::none(experiment.tally::<MOMENTS>()));
+    let mut door = Door::open(&identity, team.workers, team.threads)?;
+    let notices = RefCell::new(Vec::new());
+    let mut memory = None;
+    let owner = |coordinator: &Coordinator| {
+        notices.borrow_mut().drain(..).for_each(|notice| door.workers.heed(&notice));
+        if coordinator.ending().is_some() {
+            // Nobody has heard of it yet, so everybody is still there.
+            memory = door.workers.peak_memory();
+        } else if signals::stop_asked() {
+            return Wish::Stop;
+        } else if !door.workers.tend(coordinator.progress().walks) {
+            return Wish::GiveUp;
         }
-        let (seconds, received) = (coordinator.effort().cpu_seconds, coordinator.received());
-        drop(coordinator);
-        let empty = experiment.tally::<MOMENTS>();
-        let tallies = prefixes.iter().scan(empty, |before, now| {
-            let run = since(before, &now);
-            *before = now;
-            Some(run)
-        });
-        Ok(Shot {
-            tallies: tallies.collect(),
-            seconds: seconds / runs as f64,
-            memory,
-            traffic: received / runs as u64,
-        })
+        Wish::Continue
+    };
+    let tell = |notice| notices.borrow_mut().push(notice);
+    let ending = serve(door.listener, &door.access, &mut coordinator, owner, tell)
+        .map_err(|source| Fault::System { doing: "serving the workers", source })?;
+    match ending {
+        Ending::BudgetSpent => {}
+        Ending::Interrupted => return Err(Fault::Interrupted),
+        Ending::Overflow => return Err(Fault::Overflow),
+        Ending::NoWorkers | Ending::Stuck | Ending::TargetReached | Ending::WallClock => {
+            return Err(Fault::NoWorkers(door.workers.trouble.clone()));
+        }
     }
+    let (seconds, received) = (coordinator.effort().cpu_seconds, coordinator.received());
+    drop(coordinator);
+    let empty = experiment.tally::<MOMENTS>();
+    let tallies = prefixes.iter().scan(empty, |before, now| {
+        let run = since(before, &now);
+        *before = now;
+        Some(run)
+    });
+    Ok(Shot {
+        tallies: tallies.collect(),
+        seconds: seconds / runs as f64,
+        memory,
+        traffic: received / runs as u64,
+    })
 }
 
 /// The walks of `now` that are not those of `before`.

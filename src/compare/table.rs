@@ -3,9 +3,9 @@
 use std::fs;
 
 use report::OutputFolder;
+use studies::compare::measure::Point;
 
 use super::TABLE;
-use super::measure::Point;
 use crate::console::tell;
 use crate::fault::Fault;
 

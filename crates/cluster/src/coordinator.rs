@@ -258,12 +258,15 @@ impl Coordinator {
         actions
     }
 
-    /// Says where nothing comes in for long, and ends the job where nothing can any more.
+    /// Says where nothing comes in for long, and ends the job where nothing can any more. A relay without workers waits for
+    /// them, and workers may have to wait for a slow disk.
     fn keep_watch(&mut self) -> Vec<Action> {
-        let (walks, total) = (self.crew.ledger.walks_in(), self.crew.ledger.total());
+        let Crew { ledger, .. } = &self.crew;
+        let walks = ledger.walks_in();
+        let could = walks < ledger.total() && self.crew.threads() > 0 && !ledger.is_held();
         match self.watch.look(self.crew.awake(), walks, self.crew.progress()) {
             Watched::Well => vec![],
-            Watched::Still if walks < total && self.crew.workers_now() > 0 => self.finish(Ending::Stuck),
+            Watched::Still if could => self.finish(Ending::Stuck),
             Watched::Still | Watched::Quiet => {
                 let seconds = self.watch.quiet(self.crew.awake()).as_secs();
                 vec![Action::Tell(Notice::Quiet { seconds, why: self.crew.standstill() })]

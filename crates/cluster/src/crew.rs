@@ -245,10 +245,14 @@ impl Crew {
             (_, true) => "all are in, and the last checkpoint is still being written".into(),
             (0, _) if self.is_empty() => "no worker is there".into(),
             (0, _) => "all workers are still building the scene".into(),
-            (workers, _) => format!(
-                "{workers} workers hold {leases} leases, and keep {} results that wait for those before them",
-                self.transfers.kept()
-            ),
+            _ if self.threads == 0 => "all relays wait for workers".into(),
+            (workers, _) => {
+                let disk = if self.ledger.is_held() { ", while a checkpoint is being written" } else { "" };
+                format!(
+                    "{workers} workers hold {leases} leases, and keep {} results that wait for those before them{disk}",
+                    self.transfers.kept()
+                )
+            }
         }
     }
 

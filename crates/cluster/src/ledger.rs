@@ -466,7 +466,7 @@ impl Ledger {
 
     /// Whether somebody else still reads the prefix, to write a checkpoint, and it is too large to be copied for that:
     /// what comes in waits beside it meanwhile.
-    fn is_held(&self) -> bool {
+    pub fn is_held(&self) -> bool {
         !self.hurried && self.prefix.sums().len() > SMALL_TALLY && Arc::strong_count(&self.prefix) > 1
     }
 

@@ -139,14 +139,17 @@ impl Transfers {
         self.offers.len()
     }
 
-    /// Results that one worker keeps.
-    pub fn kept_by(&self, peer: PeerId) -> usize {
-        self.offers.values().filter(|offer| offer.peer == peer).count()
+    /// How many results each worker keeps that keeps any.
+    pub fn keepers(&self) -> HashMap<PeerId, usize> {
+        let mut keepers = HashMap::new();
+        self.offers.values().for_each(|offer| *keepers.entry(offer.peer).or_default() += 1);
+        keepers
     }
 
-    /// Whether the result of a lease is kept by its worker.
-    pub fn is_kept(&self, lease: LeaseId) -> bool {
-        self.offers.values().any(|offer| offer.lease == lease)
+    /// Whether the result of one of several leases of the same walks is kept by its worker or is being sent.
+    pub fn has_any(&self, start: u64, leases: &[LeaseId]) -> bool {
+        let mut leases = leases.iter();
+        leases.any(|&lease| self.offers.contains_key(&(start, lease)) || self.under_way.contains_key(&lease))
     }
 
     /// Whether some result is being sent.

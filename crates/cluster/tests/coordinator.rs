@@ -886,6 +886,41 @@ fn a_job_that_stands_still_says_so_every_minute() {
     stage.goes_on();
 }
 
+/// Whatever fault of the program it was: a worker is there, walks are left, and it is given none.
+#[test]
+fn the_watchdog_ends_a_job_in_which_nothing_can_move() {
+    let mut stage = Stage::new(Plan { leases_per_thread: 0, ..plan(100, 10) });
+    let worker = stage.join(1);
+    let alive = |stage: &mut Stage, seconds: u32| {
+        for _ in 0..seconds {
+            if stage.wires.contains_key(&worker) {
+                stage.say(worker, ToCoordinator::Alive { progress: 0 });
+            }
+            stage.pass(SECOND, &[]);
+        }
+    };
+    alive(&mut stage, 179);
+    stage.goes_on();
+    assert_eq!(stage.quiet.len(), 2, "at 60 and 120 s");
+    alive(&mut stage, 2);
+    stage.ends(Ending::Stuck, 0);
+}
+
+#[test]
+fn a_relay_that_waits_for_workers_is_waited_for() {
+    let mut stage = Stage::new(plan(100, 10));
+    let relay = stage.introduce(|hello| Hello { relays: true, threads: 0, ..hello });
+    stage.hear(relay);
+    stage.say(relay, READY);
+    for _ in 0..600 {
+        stage.say(relay, ToCoordinator::Alive { progress: 0 });
+        stage.pass(SECOND, &[]);
+    }
+    stage.goes_on();
+    assert_eq!(stage.quiet.len(), 10);
+    assert!(stage.quiet.iter().all(|why| why.ends_with("all relays wait for workers")), "{:?}", stage.quiet);
+}
+
 #[test]
 fn a_claim_of_many_threads_or_of_long_leases_is_believed_as_far_as_results_bear_it_out() {
     let mut stage = Stage::new(plan(1 << 40, 1));

@@ -60,13 +60,6 @@ impl Workers {
         }
     }
 
-    fn die(&mut self, coordinator: &mut Coordinator, id: PeerId, now: Duration) {
-        self.leases.remove(&id);
-        self.offered.retain(|offer| offer.0 != id);
-        self.asked.retain(|asked| asked.0 != id);
-        self.read(coordinator.on_lost(id, "it died", now));
-    }
-
     /// A worker has done its first lease.
     fn offer(&mut self, coordinator: &mut Coordinator, id: PeerId, now: Duration) {
         let (lease, walks) = self.leases.get_mut(&id).unwrap().pop_front().unwrap();
@@ -118,50 +111,6 @@ fn results_of_many_workers_come_in_whatever_order_they_are_ready_and_sent() {
         assert_eq!(coordinator.prefix(), &large(5000));
         // Two offers of each worker, and not all of them asked for at once.
         assert!(most_offered > 20 && most_asked <= 16, "{most_offered} {most_asked}");
-    }
-}
-
-/// Workers die until one is left, each at some time; those that are left offer, send and keep as real ones do: no more
-/// than two results, and no next lease before one of the two is gone.
-#[test]
-fn whoever_dies_the_others_bring_in_what_it_had() {
-    for seed in 0..60 {
-        let mut coordinator = coordinator(large_plan(1500));
-        let mut workers = Workers::default();
-        let crew = 2 + seed % 4;
-        (0..crew).for_each(|id| workers.join(&mut coordinator, id));
-        let mut deaths: Vec<u64> = (1..crew).map(|id| 10 + hash(77 * seed + id) % 150).collect();
-        let (mut idle, mut now) = (0, Duration::ZERO);
-        for step in 0.. {
-            if coordinator.ending().is_some() {
-                break;
-            }
-            assert!(idle < 100, "seed {seed}: nobody goes on");
-            let dice = hash(1_000_000 * seed + step) as usize;
-            if let Some(at) = deaths.iter().position(|&death| death == step) {
-                deaths.swap_remove(at);
-                let alive: Vec<PeerId> = workers.leases.keys().copied().collect();
-                let dead = alive[dice % alive.len()];
-                workers.die(&mut coordinator, dead, now);
-                continue;
-            }
-            let free = |id: PeerId| workers.offered.iter().filter(|offer| offer.0 == id).count() < 2;
-            let ready = workers.leases.iter().filter(|(id, leases)| !leases.is_empty() && free(**id));
-            let ready: Vec<PeerId> = ready.map(|(&id, _)| id).collect();
-            if !ready.is_empty() && (workers.asked.is_empty() || dice.is_multiple_of(3)) {
-                workers.offer(&mut coordinator, ready[dice / 3 % ready.len()], now);
-            } else if !workers.asked.is_empty() {
-                workers.send(&mut coordinator, dice / 3 % workers.asked.len(), now);
-            } else {
-                now += Duration::from_millis(50);
-                workers.read(coordinator.on_tick(now));
-                idle += 1;
-                continue;
-            }
-            idle = 0;
-        }
-        assert_eq!(coordinator.ending(), Some(Ending::BudgetSpent));
-        assert_eq!(coordinator.prefix(), &large(1500));
     }
 }
 
@@ -304,59 +253,6 @@ fn a_stop_waits_for_large_results_no_longer_than_is_said() {
     workers.read(coordinator.on_tick(Duration::from_millis(3100)));
     assert_eq!(coordinator.ending(), Some(Ending::Interrupted));
     assert!(walks > 0 && coordinator.prefix() == &large(walks));
-}
-
-/// Checkpoints that are written for a random time, one after the other, while workers work, die and come: the job goes on to
-/// its end, and never stands still while a worker could do something.
-#[test]
-fn whatever_holds_the_prefix_and_for_how_long_the_job_goes_on() {
-    for seed in 0..40 {
-        let looks = (1..6).map(|k| 200 * k).collect();
-        let mut coordinator = coordinator(Plan { looks, ..large_plan(1200) });
-        let mut workers = Workers::default();
-        let crew = 2 + seed % 4;
-        (0..crew).for_each(|id| workers.join(&mut coordinator, id));
-        let (mut held, mut kept, mut now, mut idle) = (None, 0, Duration::ZERO, 0);
-        let mut deaths = seed % 3;
-        for step in 0.. {
-            let dice = hash(1_000_000 * seed + step) as usize;
-            if coordinator.ending().is_some() {
-                break;
-            }
-            assert!(idle < 200, "seed {seed}: nobody does anything, and no checkpoint is being written");
-            match &held {
-                // As the program does: only where more is in than in the checkpoint before.
-                None if dice.is_multiple_of(5) && coordinator.progress().walks > kept => {
-                    held = Some(coordinator.past());
-                    kept = coordinator.progress().walks;
-                }
-                Some(_) if dice.is_multiple_of(1 + 7 * (seed as usize % 5)) => held = None,
-                _ => {}
-            }
-            if deaths > 0 && workers.leases.len() > 1 && dice.is_multiple_of(41) {
-                deaths -= 1;
-                let dead = *workers.leases.keys().nth(dice % workers.leases.len()).unwrap();
-                workers.die(&mut coordinator, dead, now);
-            }
-            let free = |id: PeerId| workers.offered.iter().filter(|offer| offer.0 == id).count() < 2;
-            let ready = workers.leases.iter().filter(|(id, leases)| !leases.is_empty() && free(**id));
-            let ready: Vec<PeerId> = ready.map(|(&id, _)| id).collect();
-            if !ready.is_empty() && (workers.asked.is_empty() || dice.is_multiple_of(3)) {
-                workers.offer(&mut coordinator, ready[dice / 3 % ready.len()], now);
-            } else if !workers.asked.is_empty() {
-                workers.send(&mut coordinator, dice / 3 % workers.asked.len(), now);
-            } else {
-                now += Duration::from_millis(50);
-                workers.read(coordinator.on_tick(now));
-                // Slow disks are waited for.
-                idle = if held.is_some() { 0 } else { idle + 1 };
-                continue;
-            }
-            idle = 0;
-        }
-        assert_eq!(coordinator.ending(), Some(Ending::BudgetSpent), "seed {seed}");
-        assert_eq!(coordinator.prefix(), &large(1200));
-    }
 }
 
 /// Two workers have two leases each, of ten walks, 0 … 3; looks are at 20 and 40 walks, across which nothing is merged. While a

@@ -5,55 +5,39 @@
 //!
 //! Papers are cited by key: S97 = Sbert, *Error and Complexity of Random Walk Monte Carlo Radiosity* (1997);
 //! BS = Bekaert & Seidel, *A Theoretical Comparison of Monte Carlo Radiosity Algorithms*.
+//!
+//! From the ground up: [`simd`] many numbers side by side, [`random`] numbers, [`geometry`] surfaces and faces, [`trace`]
+//! the nearest surface along a ray, [`scene`] all that walks run in, [`tally`] exact sums, [`walk`] walks and what they
+//! score, [`jacobi`] chains, [`method`] and [`experiment`] a method at work in a scene. No arrow leads back up.
 
-mod arrive;
-mod batch;
-mod birth;
-mod coplanar;
-mod depart;
-mod estimator;
 mod experiment;
-mod face;
-mod fate;
-mod final_gather;
-mod flat;
-mod isa;
+mod geometry;
 mod jacobi;
-mod layers;
-mod meet;
 mod method;
-mod prefetch;
-mod quasi;
-mod real;
-mod replay;
-mod rng;
-mod sampling;
+mod random;
 mod scene;
-mod sobol;
-mod solution;
-mod spec;
-mod surface;
-mod table;
+mod simd;
 mod tally;
 mod trace;
-mod tree;
-mod view;
 mod walk;
 
-pub use birth::birth_probabilities;
-pub use coplanar::{Overlap, Stack};
+pub use experiment::birth::birth_probabilities;
+pub use experiment::replay::{Replay, Step};
+pub use experiment::solution::{
+    Apart, Channels, Estimate, Estimates, Mix, Precision, QUANTILES, Solution, TINY,
+};
 pub use experiment::{Board, Experiment, Meaning, Unfit};
-pub use face::{Face, Faces};
+pub use geometry::face::{Face, Faces};
+pub use geometry::spec::{SceneSpec, Shape, Side, Sides, Spectrum, SurfaceSpec};
+pub use geometry::surface::Surface;
 pub use jacobi::{ChainBoard, Iteration, Phase, Reciprocity, stochastic_iteration};
 pub use method::{
     Batch, Birth, Direction, EstimatorKind, InfiniteEnd, Iterations, Method, RayBirths, Sampler, Solve, Space,
 };
-pub use replay::{Replay, Step};
-pub use rng::{Sequence, WalkRng};
+pub use random::rng::{Sequence, WalkRng};
 pub use scene::{IndexChoice, Scene, SceneError};
-pub use solution::{Apart, Channels, Estimate, Estimates, Mix, Precision, QUANTILES, Solution, TINY};
-pub use spec::{SceneSpec, Shape, Sides, Spectrum, SurfaceSpec};
-pub use surface::{Side, Surface};
 pub use tally::{Counts, Layout, MergeError, Overflow, Scoreboard, Tally};
-pub use trace::{Hit, Ray};
-pub use walk::WalkEnd;
+pub use trace::coplanar::Overlap;
+pub use trace::ray::{Hit, Ray};
+pub use trace::stack::Stack;
+pub use walk::batch::WalkEnd;

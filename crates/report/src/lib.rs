@@ -14,6 +14,7 @@ mod picture;
 #[cfg(test)]
 mod scenes;
 mod summary;
+pub mod words;
 
 pub use atomic::{Draft, OutputFolder, replace_atomically, write_atomically};
 pub use chart::{Axis, Chart, Point, Series, Style};

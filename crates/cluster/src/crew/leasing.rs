@@ -22,14 +22,16 @@ const MOST_LATE: usize = 64;
 /// How often late leases are looked for.
 const LATE_LOOK: Duration = Duration::from_millis(100);
 
-/// A lease that is late.
-struct Late {
+/// Walks that are out, and how late they are.
+pub(super) struct Late {
     start: u64,
     lease: LeaseId,
-    /// Who is at its walks.
-    holders: Vec<PeerId>,
-    /// Whether it is so late that workers with other work should take it.
-    holds_up: bool,
+    /// The workers that are at these walks.
+    pub(super) holders: Vec<PeerId>,
+    /// Whether a worker that has nothing else to do should take them.
+    is_late: bool,
+    /// Whether they are so late that workers with other work should take them.
+    pub(super) holds_up: bool,
 }
 
 impl Late {
@@ -197,31 +199,42 @@ impl Crew {
     /// Leases below a walk that should have been in long ago, lowest first, since all wait for the lowest. Of walks that are out
     /// more than once, the last lease counts, and each takes twice the patience of the one before.
     fn late(&self, now: Now, below: u64) -> Vec<Late> {
-        let fastest = self.peers.values().map(|peer| peer.rate).fold(0.0, f64::max);
-        let mut found = Vec::new();
-        for (start, leases) in self.ledger.out().take_while(|&(start, _)| start < below).take(MOST_LOOKED_AT)
-        {
-            let holders: Vec<PeerId> =
-                leases.iter().filter_map(|lease| self.holders.get(lease).copied()).collect();
-            let given = leases.iter().zip(&holders).map(|(lease, id)| self.peers[id].leases[lease].awake);
-            let Some(since) = given.max() else { continue };
-            let patience = self.patience(leases[0], holders[0], fastest, now)
-                * f64::from(1_u32 << holders.len().min(20))
-                / 2.0;
-            let waited = (self.awake - since).as_secs_f64();
-            if waited > patience {
-                found.push(Late {
-                    start,
-                    lease: leases[0],
-                    holders,
-                    holds_up: waited > GAP_PATIENCE * patience,
-                });
-                if found.len() == MOST_LATE {
-                    break;
-                }
-            }
-        }
-        found
+        let fastest = self.fastest();
+        let below = |&(start, _): &(u64, &[LeaseId])| start < below;
+        let out = self.ledger.out().take_while(below).take(MOST_LOOKED_AT);
+        // The walks of a result that is kept are done; it waits for those before it.
+        let undone = out.filter(|&(start, leases)| !self.transfers.has_any(start, leases));
+        undone
+            .filter_map(|(start, leases)| self.look_at(start, leases, fastest, now))
+            .filter(|late| late.is_late)
+            .take(MOST_LATE)
+            .collect()
+    }
+
+    /// The lowest walks that are out and of which no result is kept or sent.
+    pub(super) fn gap(&self, now: Now) -> Option<Late> {
+        let mut out = self.ledger.out().take(MOST_LOOKED_AT);
+        let (start, leases) = out.find(|&(start, leases)| !self.transfers.has_any(start, leases))?;
+        self.look_at(start, leases, self.fastest(), now)
+    }
+
+    /// The rate of the fastest thread [walks/s].
+    fn fastest(&self) -> f64 {
+        self.peers.values().map(|peer| peer.rate).fold(0.0, f64::max)
+    }
+
+    /// How late the walks of some leases are.
+    fn look_at(&self, start: u64, leases: &[LeaseId], fastest: f64, now: Now) -> Option<Late> {
+        let holders: Vec<PeerId> =
+            leases.iter().filter_map(|lease| self.holders.get(lease).copied()).collect();
+        let given = leases.iter().zip(&holders).map(|(lease, id)| self.peers[id].leases[lease].awake);
+        let since = given.max()?;
+        let patience = self.patience(leases[0], holders[0], fastest, now)
+            * f64::from(1_u32 << holders.len().min(20))
+            / 2.0;
+        let waited = (self.awake - since).as_secs_f64();
+        let (is_late, holds_up) = (waited > patience, waited > GAP_PATIENCE * patience);
+        Some(Late { start, lease: leases[0], holders, is_late, holds_up })
     }
 
     /// How long a lease may take before it is late [s].

@@ -1,10 +1,12 @@
 //! What becomes of results: small ones come by themselves, large ones are offered, asked for where there is room, and taken
 //! whole.
 
+use std::collections::HashMap;
+
 use radiosity::{Counts, MergeError};
 
 use super::peer::Peer;
-use super::{Crew, Step};
+use super::{Crew, SILENCE, Step};
 use crate::lead::{Action, Now, PeerId};
 use crate::ledger::{LeaseId, Rejected};
 use crate::message::{LeaseResult, SMALL_TALLY, ToWorker};
@@ -141,23 +143,21 @@ impl Crew {
         actions
     }
 
-    /// Where all workers keep results beyond a gap, none is free to fill the gap. A worker that has the gap's walks behind
-    /// results that it keeps drops these; where no worker has the gap, the one that keeps the furthest drops its own. What is
-    /// dropped is leased again.
+    /// Where workers keep results beyond a gap, none may be free to fill the gap. A worker that has the gap's walks behind
+    /// results that it keeps drops these, where the gap is held up for long or no worker is at anything else; where no worker
+    /// has the gap, because its walks are lost, the one that keeps the furthest drops its own. What is dropped is leased again.
     fn make_room(&mut self, now: Now) -> Vec<Action> {
-        let walking = |(id, peer): (&PeerId, &Peer)| {
-            let kept = self.transfers.kept_by(*id);
-            kept < peer.leases.len() && kept < MOST_KEPT * peer.slots.max(1)
-        };
-        let moves =
-            !self.hungry.is_empty() || self.transfers.is_receiving() || self.peers.iter().any(walking);
-        if moves || self.transfers.kept() == 0 {
+        if self.transfers.kept() == 0 {
             return vec![];
         }
-        let dropped = match self.holder_of_gap() {
-            Some(id) => self.transfers.take_of(id),
-            None if self.ledger.has_lost() => self.transfers.take_furthest(),
-            None => return vec![],
+        let keepers = self.transfers.keepers();
+        let gap = self.gap(now);
+        let holds_up = gap.as_ref().is_some_and(|gap| gap.holds_up);
+        let keeper = gap.and_then(|gap| gap.holders.into_iter().find(|id| keepers.contains_key(id)));
+        let dropped = match keeper {
+            Some(id) if holds_up || self.is_still(&keepers) => self.transfers.take_of(id),
+            None if self.ledger.has_lost() && self.is_still(&keepers) => self.transfers.take_furthest(),
+            _ => return vec![],
         };
         for &(_, lease) in &dropped {
             self.ledger.lose(lease);
@@ -167,10 +167,18 @@ impl Crew {
         actions
     }
 
-    /// The worker that has the lowest walks that are out and no result.
-    fn holder_of_gap(&self) -> Option<PeerId> {
-        let mut out = self.ledger.out().flat_map(|(_, leases)| leases);
-        let gap = out.find(|lease| !self.transfers.is_kept(**lease))?;
-        self.holders.get(gap).copied()
+    /// Whether no worker has room for a lease, sends a result, or is at a lease whose result it does not keep.
+    fn is_still(&self, keepers: &HashMap<PeerId, usize>) -> bool {
+        let kept = |id| keepers.get(id).copied().unwrap_or(0);
+        self.hungry.is_empty()
+            && !self.transfers.is_receiving()
+            && !self.peers.iter().any(|(id, peer)| self.walks_on(peer, kept(id)))
+    }
+
+    /// Whether a worker that keeps so many results is at another lease: it has one, a thread that may begin it, and has made
+    /// progress of late. A thread that is stuck holds its lease for ever.
+    fn walks_on(&self, peer: &Peer, kept: usize) -> bool {
+        let may_begin = peer.relays || kept < MOST_KEPT * peer.slots.max(1);
+        may_begin && kept < peer.leases.len() && self.awake - peer.progressed < SILENCE
     }
 }

@@ -1,6 +1,6 @@
 //! Where chains score: exact sums of whole chains.
 
-use super::Outcome;
+use super::outcome::Outcome;
 use crate::scene::Scene;
 use crate::tally::{Counts, Layout, Overflow, Tally};
 

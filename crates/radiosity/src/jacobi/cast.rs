@@ -2,16 +2,16 @@
 
 use super::faces::FaceTable;
 use super::numbers::Numbers;
-use crate::arrive::Arrivals;
-use crate::batch::WIDTH;
-use crate::depart::Departures;
-use crate::face::Face;
+use crate::geometry::face::Face;
 use crate::method::Space;
-use crate::rng::{WalkRng, unit_32};
+use crate::random::rng::{WalkRng, unit_32};
+use crate::random::sobol::Points;
 use crate::scene::Scene;
-use crate::sobol::Points;
-use crate::trace::{Hits, Rays};
-use crate::tree::Scratch;
+use crate::simd::batch::WIDTH;
+use crate::trace::ray::{Hits, Rays};
+use crate::trace::tree::Scratch;
+use crate::walk::arrive::Arrivals;
+use crate::walk::depart::Departures;
 
 /// Shoots rays from faces.
 pub(crate) struct Caster<'a, N> {

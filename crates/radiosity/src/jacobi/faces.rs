@@ -1,6 +1,6 @@
 //! What chains keep of faces: they ask for all of them again and again.
 
-use crate::face::Face;
+use crate::geometry::face::Face;
 use crate::scene::Scene;
 
 /// The faces of a scene, made once.

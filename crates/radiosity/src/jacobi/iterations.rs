@@ -11,13 +11,13 @@
 //! same number of rays (within one) their plain mean is, too. That holds for random rays. The points of one Sobol
 //! sequence depend on each other, also between iterations: there a bias may remain, of a smaller order than the error.
 
-use super::Outcome;
 use super::cast::{Caster, systematic};
 use super::faces::{FaceTable, face_major};
 use super::numbers::{Numbers, RandomNumbers, SobolNumbers};
+use super::outcome::Outcome;
 use crate::method::{Iterations, RayBirths, Sampler};
-use crate::rng::WalkRng;
-use crate::sampling::AliasTable;
+use crate::random::rng::WalkRng;
+use crate::random::sampling::AliasTable;
 use crate::scene::Scene;
 
 /// What an iteration propagates.
@@ -256,9 +256,9 @@ mod tests {
     use glam::DVec3;
 
     use super::*;
-    use crate::rng::Sequence;
+    use crate::geometry::spec::{SceneSpec, Shape, Sides, Spectrum, SurfaceSpec};
+    use crate::random::rng::Sequence;
     use crate::scene::IndexChoice;
-    use crate::spec::{SceneSpec, Shape, Sides, Spectrum, SurfaceSpec};
 
     /// A closed box of unlike walls.
     fn room() -> Scene {

@@ -4,13 +4,13 @@
 //!
 //! Rays go out in three stages, each aimed by what the stages before have found.
 
-use super::Outcome;
 use super::cast::{Caster, systematic};
 use super::faces::FaceTable;
 use super::links::{LinkTable, Links};
 use super::numbers::{Numbers, SobolNumbers};
+use super::outcome::Outcome;
 use super::solve::solve;
-use crate::rng::WalkRng;
+use crate::random::rng::WalkRng;
 
 /// Parts of a chain's rays that are out when each stage ends, in eighths. The first stage knows nothing; the second
 /// knows where B differs, roughly; the last brings the whole to the density that is best.

@@ -1,9 +1,9 @@
 //! The numbers that rays of chains are made of: four of 32 bits each, two for the place, two for the direction.
 
-use crate::batch::WIDTH;
-use crate::isa::{Isa, on_isa};
-use crate::rng::WalkRng;
-use crate::sobol::{DIMENSIONS, Points, Sobol, scramble};
+use crate::random::rng::WalkRng;
+use crate::random::sobol::{DIMENSIONS, Points, Sobol, scramble};
+use crate::simd::batch::WIDTH;
+use crate::simd::isa::{Isa, on_isa};
 
 /// Numbers for the rays of a batch, face by face.
 pub(crate) trait Numbers {

@@ -8,7 +8,7 @@ use super::cast::{Caster, systematic};
 use super::faces::FaceTable;
 use super::links::{Link, LinkTable};
 use super::numbers::SobolNumbers;
-use crate::rng::WalkRng;
+use crate::random::rng::WalkRng;
 
 /// Fewer effective rays either way tell too little of a face.
 const TELLING: f64 = 30.0;

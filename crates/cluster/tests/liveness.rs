@@ -1,0 +1,571 @@
+//! Liveness without sockets: a coordinator, relays and workers as state machines, whose checkpoints, threads, processes and
+//! machines fail at random. While walks are left and a worker could walk, something moves.
+//!
+//! Workers do as real ones do: a thread that keeps two large results begins no third lease, results are sent piece by piece
+//! beside the walking, and what is dropped or asked for is heard of whatever the threads are at.
+
+mod toy;
+
+use std::collections::{BTreeMap, VecDeque};
+use std::ops::Range;
+use std::time::Duration;
+
+use cluster::checkpoint::Past;
+use cluster::coordinator::{Coordinator, Ending, Plan};
+use cluster::crew::Terms;
+use cluster::lead::{Action, Lead, Notice, PeerId};
+use cluster::limits::Limits;
+use cluster::message::{Hello, LeaseResult, PIECE, SMALL_TALLY, ToCoordinator, ToWorker};
+use cluster::relay::{End, Relay};
+use radiosity::{Counts, Tally};
+use toy::{BUILD, JOB, JOB_HASH, LAYOUT, READY, SCENE_HASH, coordinator, hash, hello, plan, result_of};
+
+const TICK: Duration = Duration::from_millis(50);
+const TICKS_PER_SECOND: u64 = 20;
+
+/// Walks of a thread in a tick.
+const PACE: u64 = 2;
+
+/// Results that a thread of a worker keeps, as in `worker.rs`.
+const MOST_KEPT: usize = 2;
+
+/// Patches of a scene with large tallies. Islands of few of them find room beside the prefix.
+const LARGE: usize = 4 * SMALL_TALLY;
+
+/// For this long nothing may move: where all are sound, where some worker was stuck of late (who is asked for a result has
+/// a minute, and a worker that makes no progress another), in ticks.
+const SOUND: u64 = 15 * TICKS_PER_SECOND;
+const STUCK: u64 = 100 * TICKS_PER_SECOND;
+
+/// Random numbers of one schedule.
+struct Dice(u64);
+
+impl Dice {
+    fn below(&mut self, n: u64) -> u64 {
+        self.0 += 1;
+        hash(self.0.wrapping_mul(0x2545_f491_4f6c_dd1d)) % n
+    }
+
+    fn one_in(&mut self, n: u64) -> bool {
+        self.below(n) == 0
+    }
+
+    fn seconds(&mut self, range: Range<u64>) -> u64 {
+        TICKS_PER_SECOND * range.start + self.below(TICKS_PER_SECOND * (range.end - range.start))
+    }
+}
+
+/// The tally of some walks: three bytes a sum.
+fn tally(patches: usize, walks: u64) -> Tally {
+    let counts = Counts { walks, rays: walks, absorbed: walks, ..Counts::default() };
+    let sums = vec![u128::from(walks) << 8; patches * LAYOUT.columns()];
+    Tally::from_parts(counts, patches, LAYOUT, sums).unwrap()
+}
+
+fn terms(plan: &Plan) -> Terms {
+    Terms {
+        job: JOB.into(),
+        scene_hash: SCENE_HASH,
+        job_hash: JOB_HASH,
+        build: BUILD.into(),
+        stream_walks: plan.stream_paths,
+        leases_per_thread: plan.leases_per_thread,
+        patches: plan.patches,
+        layout: LAYOUT,
+        limits: Limits::NONE,
+    }
+}
+
+#[derive(Clone)]
+struct Lease {
+    id: u64,
+    walks: u64,
+}
+
+/// A thread of a worker.
+#[derive(Default)]
+struct Thread {
+    /// What it walks, and how many ticks are left of it.
+    at: Option<(Lease, u64)>,
+    kept: Vec<u64>,
+    /// It is stuck until this tick, and may claim to get on.
+    stuck: u64,
+    claims: bool,
+}
+
+/// A worker, or a relay as its leader sees it: what it keeps and sends.
+#[derive(Default)]
+struct Sender {
+    kept: BTreeMap<u64, LeaseResult>,
+    asked: VecDeque<u64>,
+    /// What is being sent.
+    sending: Option<LeaseResult>,
+}
+
+impl Sender {
+    /// What it says in a tick: the next piece of what was asked for.
+    fn turn(&mut self) -> Option<ToCoordinator> {
+        if self.sending.is_none() {
+            self.sending = self.asked.pop_front().and_then(|lease| self.kept.remove(&lease));
+        }
+        let result = self.sending.as_mut()?;
+        if result.sums.len() > PIECE {
+            let sums = result.sums.drain(..PIECE).collect();
+            return Some(ToCoordinator::Piece { lease: result.lease, sums });
+        }
+        self.sending.take().map(ToCoordinator::Result)
+    }
+
+    /// Offers a large result.
+    fn offer(&mut self, result: LeaseResult) -> ToCoordinator {
+        let (lease, bytes) = (result.lease, result.sums.len() as u64);
+        self.kept.insert(lease, result);
+        ToCoordinator::Offer { lease, bytes }
+    }
+}
+
+struct Worker {
+    leader: usize,
+    queue: VecDeque<Lease>,
+    threads: Vec<Thread>,
+    sender: Sender,
+    progress: u64,
+    /// Its process is stopped until this tick.
+    stopped: u64,
+}
+
+struct Node {
+    relay: Relay,
+    /// What the coordinator calls it.
+    id: PeerId,
+    sender: Sender,
+    /// What it was sent, and what its workers have said, that it has not read.
+    orders: VecDeque<ToWorker>,
+    mail: VecDeque<(PeerId, ToCoordinator)>,
+    stopped: u64,
+}
+
+/// The coordinator is leader 0; relays, those that are gone among them, are leaders 1 ….
+struct World {
+    patches: usize,
+    coordinator: Coordinator,
+    terms: Terms,
+    relays: Vec<Option<Node>>,
+    workers: BTreeMap<PeerId, Worker>,
+    /// Checkpoints that are being written, and until which tick.
+    held: Vec<(Past, u64)>,
+    next: PeerId,
+    tick: u64,
+    /// When something last moved, and when all were last not sound.
+    moved: u64,
+    unsound: u64,
+    /// The longest that nothing moved though somebody could have.
+    stillest: u64,
+    quiet: Vec<String>,
+    /// What happened, for the messages of failures and for the proof that it did.
+    dropped: u64,
+    faults: u64,
+}
+
+impl World {
+    fn new(plan: Plan) -> Self {
+        World {
+            patches: plan.patches,
+            terms: terms(&plan),
+            coordinator: coordinator(plan),
+            relays: vec![],
+            workers: BTreeMap::new(),
+            held: vec![],
+            next: 0,
+            tick: 0,
+            moved: 0,
+            unsound: 0,
+            stillest: 0,
+            quiet: vec![],
+            dropped: 0,
+            faults: 0,
+        }
+    }
+
+    fn now(&self) -> Duration {
+        TICK * self.tick as u32
+    }
+
+    fn is_large(&self) -> bool {
+        self.patches * LAYOUT.columns() > SMALL_TALLY
+    }
+
+    fn lead(&mut self, leader: usize) -> Option<&mut dyn Lead> {
+        match leader {
+            0 => Some(&mut self.coordinator),
+            _ => self.relays[leader - 1].as_mut().map(|node| &mut node.relay as &mut dyn Lead),
+        }
+    }
+
+    fn act(&mut self, leader: usize, actions: Vec<Action>) {
+        for action in actions {
+            match action {
+                Action::Send(id, message) => self.deliver(id, message),
+                Action::Close(id) if leader == 0 => {
+                    self.workers.remove(&id);
+                    if let Some(at) = self.relays.iter().position(|n| n.as_ref().is_some_and(|n| n.id == id))
+                    {
+                        self.vanish(at);
+                    }
+                }
+                Action::Close(id) => _ = self.workers.remove(&id),
+                Action::Tell(Notice::Quiet { why, .. }) => self.quiet.push(why),
+                Action::Tell(_) => {}
+            }
+        }
+    }
+
+    fn deliver(&mut self, id: PeerId, message: ToWorker) {
+        if let Some(node) = self.relays.iter_mut().flatten().find(|node| node.id == id) {
+            node.orders.push_back(message);
+            return;
+        }
+        let Some(worker) = self.workers.get_mut(&id) else { return };
+        match message {
+            ToWorker::Lease { id, walks, .. } => worker.queue.push_back(Lease { id, walks }),
+            ToWorker::Send { lease } => worker.sender.asked.push_back(lease),
+            ToWorker::Drop { lease } => {
+                worker.sender.kept.remove(&lease);
+                self.dropped += 1;
+            }
+            _ => {}
+        }
+    }
+
+    fn say(&mut self, leader: usize, id: PeerId, message: ToCoordinator) {
+        let (now, tick) = (self.now(), self.tick);
+        if let Some(node) = leader.checked_sub(1).and_then(|at| self.relays[at].as_mut())
+            && node.stopped > tick
+        {
+            node.mail.push_back((id, message));
+            return;
+        }
+        if let Some(lead) = self.lead(leader) {
+            let actions = lead.on_message(id, message, now);
+            self.act(leader, actions);
+        }
+    }
+
+    fn join(&mut self, leader: usize, threads: u64) {
+        let id = self.next;
+        self.next += 1;
+        let threads = (0..threads).map(|_| Thread::default()).collect::<Vec<_>>();
+        let hello = hello(&format!("worker {id}"), threads.len() as u32);
+        let (queue, sender) = (VecDeque::new(), Sender::default());
+        self.workers.insert(id, Worker { leader, queue, threads, sender, progress: 0, stopped: 0 });
+        let Some(lead) = self.lead(leader) else { return };
+        let actions = lead.on_connect(id);
+        self.act(leader, actions);
+        self.say(leader, id, ToCoordinator::Hello(hello));
+        self.say(leader, id, READY);
+    }
+
+    fn add_relay(&mut self) {
+        let id = self.next;
+        self.next += 1;
+        let relay = Relay::new(self.terms.clone());
+        let (sender, orders, mail) = (Sender::default(), VecDeque::new(), VecDeque::new());
+        self.relays.push(Some(Node { relay, id, sender, orders, mail, stopped: 0 }));
+        let actions = self.coordinator.on_connect(id);
+        self.act(0, actions);
+        self.say(0, id, ToCoordinator::Hello(Hello { relays: true, ..hello(&format!("relay {id}"), 0) }));
+        self.say(0, id, READY);
+    }
+
+    /// A relay is gone, and with it its workers.
+    fn vanish(&mut self, at: usize) {
+        self.relays[at] = None;
+        self.workers.retain(|_, worker| worker.leader != at + 1);
+    }
+
+    fn kill_worker(&mut self, id: PeerId) {
+        let worker = self.workers.remove(&id).expect("a worker");
+        let now = self.now();
+        if let Some(lead) = self.lead(worker.leader) {
+            let actions = lead.on_lost(id, "it died", now);
+            self.act(worker.leader, actions);
+        }
+    }
+
+    fn kill_relay(&mut self, at: usize) {
+        let id = self.relays[at].as_ref().expect("a relay").id;
+        self.vanish(at);
+        let actions = self.coordinator.on_lost(id, "it died", self.now());
+        self.act(0, actions);
+    }
+
+    fn alive_relays(&self) -> Vec<usize> {
+        (0..self.relays.len()).filter(|&at| self.relays[at].is_some()).collect()
+    }
+
+    /// A worker's threads do what they can in a tick; returns what it says, and whether it moves.
+    fn work(&mut self, id: PeerId) -> (Vec<ToCoordinator>, bool) {
+        let (large, patches, tick) = (self.is_large(), self.patches, self.tick);
+        let worker = self.workers.get_mut(&id).expect("a worker");
+        if worker.stopped > tick {
+            return (vec![], false);
+        }
+        let (mut said, mut moves) = (Vec::new(), false);
+        let Worker { queue, threads, sender, progress, .. } = worker;
+        *progress += threads.iter().filter(|thread| thread.stuck > tick && thread.claims).count() as u64;
+        for thread in threads.iter_mut().filter(|thread| thread.stuck <= tick) {
+            let here = |lease: &u64| {
+                sender.kept.contains_key(lease)
+                    || sender.sending.as_ref().is_some_and(|sent| sent.lease == *lease)
+            };
+            thread.kept.retain(here);
+            if thread.at.is_none() && thread.kept.len() < MOST_KEPT {
+                thread.at = queue.pop_front().map(|lease| {
+                    let ticks = lease.walks.div_ceil(PACE);
+                    (lease, ticks)
+                });
+            }
+            let Some((lease, left)) = &mut thread.at else { continue };
+            (*left, *progress, moves) = (*left - 1, *progress + 1, true);
+            if *left > 0 {
+                continue;
+            }
+            let seconds = lease.walks.div_ceil(PACE) as f64 * TICK.as_secs_f64();
+            let result = LeaseResult { seconds, ..result_of(lease.id, &tally(patches, lease.walks)) };
+            if large {
+                thread.kept.push(lease.id);
+                said.push(sender.offer(result));
+            } else {
+                said.push(ToCoordinator::Result(result));
+            }
+            thread.at = None;
+        }
+        let sent = sender.turn();
+        moves |= sent.is_some();
+        said.extend(sent);
+        if tick.is_multiple_of(TICKS_PER_SECOND) {
+            said.push(ToCoordinator::Alive { progress: *progress });
+        }
+        (said, moves)
+    }
+
+    /// A relay reads what it was sent, and says what it has to say; returns whether it moves.
+    fn relay(&mut self, at: usize) -> bool {
+        let (now, tick, large) = (self.now(), self.tick, self.is_large());
+        while let Some((id, message)) = self.relays[at].as_mut().and_then(|node| node.mail.pop_front()) {
+            self.say(at + 1, id, message);
+        }
+        while let Some(node) = &mut self.relays[at]
+            && let Some(order) = node.orders.pop_front()
+        {
+            let actions = match order {
+                ToWorker::Lease { id, first_walk, walks } => node.relay.on_lease(id, first_walk, walks, now),
+                ToWorker::Send { lease } => {
+                    node.sender.asked.push_back(lease);
+                    vec![]
+                }
+                ToWorker::Drop { lease } => {
+                    node.sender.kept.remove(&lease);
+                    vec![]
+                }
+                ToWorker::Done => node.relay.finish(End::Told),
+                _ => vec![],
+            };
+            self.act(at + 1, actions);
+        }
+        let Some(node) = &mut self.relays[at] else { return false };
+        let actions = node.relay.on_tick(now);
+        self.act(at + 1, actions);
+        let Some(node) = &mut self.relays[at] else { return false };
+        let mut said = Vec::new();
+        for message in node.relay.take_outbox() {
+            match message {
+                ToCoordinator::Result(result) if large => said.push(node.sender.offer(result)),
+                message => said.push(message),
+            }
+        }
+        let sent = node.sender.turn();
+        let moves = sent.is_some() || !said.is_empty();
+        said.extend(sent);
+        if tick.is_multiple_of(TICKS_PER_SECOND) {
+            said.push(ToCoordinator::Alive { progress: node.relay.progress() });
+        }
+        let id = node.id;
+        said.into_iter().for_each(|message| self.say(0, id, message));
+        moves
+    }
+
+    /// A tick goes by. The oracle: while a worker could walk, and no checkpoint is being written, something moves.
+    fn pass(&mut self) {
+        self.tick += 1;
+        let tick = self.tick;
+        self.held.retain(|(_, until)| *until > tick);
+        let walks = self.coordinator.progress().walks;
+        let ids: Vec<PeerId> = self.workers.keys().copied().collect();
+        let mut moves = false;
+        for id in ids {
+            let Some(leader) = self.workers.get(&id).map(|worker| worker.leader) else { continue };
+            let (said, moved) = self.work(id);
+            moves |= moved;
+            said.into_iter().for_each(|message| self.say(leader, id, message));
+        }
+        for at in self.alive_relays() {
+            if self.relays[at].as_ref().is_some_and(|node| node.stopped <= tick) {
+                moves |= self.relay(at);
+            }
+        }
+        let actions = self.coordinator.on_tick(self.now());
+        moves |= actions.iter().any(|action| matches!(action, Action::Send(..)));
+        self.act(0, actions);
+        moves |= self.coordinator.progress().walks != walks;
+        let stopped = |leader: usize| {
+            leader > 0 && self.relays[leader - 1].as_ref().is_none_or(|node| node.stopped > tick)
+        };
+        let sound = |worker: &Worker| worker.stopped <= tick && !stopped(worker.leader);
+        let able = self
+            .workers
+            .values()
+            .any(|worker| sound(worker) && worker.threads.iter().any(|thread| thread.stuck <= tick));
+        let all_sound = self.relays.iter().flatten().all(|node| node.stopped <= tick)
+            && self.workers.values().all(|worker| {
+                worker.stopped <= tick && worker.threads.iter().all(|thread| thread.stuck <= tick)
+            });
+        if !all_sound {
+            self.unsound = tick;
+        }
+        if moves || !able || !self.held.is_empty() || self.coordinator.ending().is_some() {
+            self.moved = tick;
+        }
+        let still = tick - self.moved;
+        self.stillest = self.stillest.max(still);
+        let patience = if tick - self.unsound > SOUND { SOUND } else { STUCK };
+        assert!(
+            still < patience,
+            "nothing moves at {} s, with {} of {} walks: {:?}",
+            tick / TICKS_PER_SECOND,
+            self.coordinator.prefix().counts.walks,
+            self.coordinator.progress().walks,
+            self.quiet
+        );
+    }
+
+    /// Something goes wrong.
+    fn fail(&mut self, dice: &mut Dice) {
+        let ids: Vec<PeerId> = self.workers.keys().copied().collect();
+        let relays = self.alive_relays();
+        if ids.is_empty() {
+            return;
+        }
+        let (id, tick) = (ids[dice.below(ids.len() as u64) as usize], self.tick);
+        self.faults += 1;
+        match dice.below(if relays.is_empty() { 8 } else { 10 }) {
+            0 | 1 => self.kill_worker(id),
+            2 | 3 => {
+                let until = if dice.one_in(2) { u64::MAX } else { tick + dice.seconds(1..40) };
+                let threads = &mut self.workers.get_mut(&id).expect("a worker").threads;
+                let at = dice.below(threads.len() as u64) as usize;
+                (threads[at].stuck, threads[at].claims) = (until, dice.one_in(3));
+            }
+            4 => self.workers.get_mut(&id).expect("a worker").stopped = tick + dice.seconds(0..30),
+            // Slow disks; the next checkpoint may begin before this one is written.
+            5..=7 if self.held.len() < 3 => {
+                let until = tick + dice.seconds(0..20);
+                self.held.push((self.coordinator.past(), until));
+            }
+            8 => self.kill_relay(relays[dice.below(relays.len() as u64) as usize]),
+            9 => {
+                let at = relays[dice.below(relays.len() as u64) as usize];
+                self.relays[at].as_mut().expect("a relay").stopped = tick + dice.seconds(0..30);
+            }
+            _ => {}
+        }
+    }
+
+    /// Plays until the job ends: `crew` workers, some of them behind `relays`, with a fault in so many ticks for the first
+    /// five minutes.
+    fn play(mut self, dice: &mut Dice, crew: usize, relays: usize, faults: u64) -> Self {
+        while self.coordinator.ending().is_none() {
+            assert!(self.tick < 3600 * TICKS_PER_SECOND, "the job does not end: {:?}", self.quiet);
+            while self.alive_relays().len() < relays {
+                self.add_relay();
+            }
+            if self.workers.len() < crew && dice.one_in(20) {
+                let leaders: Vec<usize> =
+                    [0].into_iter().chain(self.alive_relays().into_iter().map(|at| at + 1)).collect();
+                let leader = leaders[dice.below(leaders.len() as u64) as usize];
+                let threads = 1 + dice.below(3);
+                self.join(leader, threads);
+            }
+            if self.tick < 300 * TICKS_PER_SECOND && dice.one_in(faults) {
+                self.fail(dice);
+            }
+            self.pass();
+        }
+        self
+    }
+}
+
+/// Plays schedules of faults of jobs with tallies of so many patches, and tells what they came to.
+fn play_all(seeds: Range<u64>, patches: usize, walks: u64, most_relays: u64) -> (u64, u64) {
+    let (mut faults, mut dropped, mut stillest) = (0, 0, 0);
+    for seed in seeds {
+        let mut dice = Dice(seed << 32);
+        let paths = walks + dice.below(walks);
+        // Nothing is merged across looks, so that some results wait for others.
+        let looks = (1..8).map(|k| k * paths / 8).collect();
+        let world = World::new(Plan { patches, looks, limits: Limits::NONE, ..plan(paths, 10) });
+        let crew = 1 + dice.below(5) as usize;
+        let relays = dice.below(most_relays + 1) as usize;
+        let faults_every = 20 + dice.below(200);
+        println!(
+            "seed {seed}: {paths} walks, {crew} workers, {relays} relays, a fault in {faults_every} ticks"
+        );
+        let world = world.play(&mut dice, crew, relays, faults_every);
+        assert_eq!(world.coordinator.ending(), Some(Ending::BudgetSpent), "seed {seed}: {:?}", world.quiet);
+        assert_eq!(world.coordinator.prefix(), &tally(patches, paths), "seed {seed}");
+        (faults, dropped) = (faults + world.faults, dropped + world.dropped);
+        stillest = stillest.max(world.stillest);
+    }
+    println!(
+        "{faults} faults, {dropped} results dropped, nothing moved for {} s",
+        stillest / TICKS_PER_SECOND
+    );
+    (faults, dropped)
+}
+
+#[test]
+fn whatever_fails_the_job_moves_on_with_large_tallies() {
+    let (faults, dropped) = play_all(0..25, LARGE, 4000, 0);
+    assert!(faults > 1000 && dropped > 20, "{faults} {dropped}");
+}
+
+#[test]
+fn whatever_fails_the_job_moves_on_behind_relays() {
+    for (patches, walks) in [(toy::PATCHES, 20_000), (LARGE, 2000)] {
+        let (faults, _) = play_all(100..120, patches, walks, 2);
+        assert!(faults > 300, "{faults}");
+    }
+}
+
+/// A disk that takes ten minutes: workers keep what there is no room for, and the job waits and says so.
+#[test]
+fn a_disk_that_hangs_is_waited_for_and_told_of() {
+    let looks = vec![500, 1000, 1500];
+    let mut world = World::new(Plan { patches: LARGE, looks, limits: Limits::NONE, ..plan(2000, 10) });
+    (0..3).for_each(|_| world.join(0, 2));
+    for _ in 0..TICKS_PER_SECOND {
+        world.pass();
+    }
+    world.held.push((world.coordinator.past(), 600 * TICKS_PER_SECOND));
+    while !world.held.is_empty() {
+        world.pass();
+    }
+    assert_eq!(world.coordinator.ending(), None);
+    assert!(world.coordinator.progress().walks < 2000);
+    assert_eq!(world.quiet.len(), 9, "{:?}", world.quiet);
+    assert!(world.quiet[0].ends_with("while a checkpoint is being written"), "{:?}", world.quiet);
+    while world.coordinator.ending().is_none() {
+        world.pass();
+    }
+    assert_eq!(world.coordinator.prefix(), &tally(LARGE, 2000));
+}

@@ -1,0 +1,134 @@
+//! What the walks of an experiment can come to at most, for the cluster to refuse results that cannot be.
+
+use cluster::limits::Limits;
+use radiosity::{Experiment, InfiniteEnd};
+
+use crate::MOMENTS;
+
+/// Room above what theory says: a bound that is broken by an honest worker would end its work.
+const MARGIN: f64 = 4.0;
+
+/// No walk of all that can ever be walked lasts longer, but for one chance in 2^this.
+const CERTAINTY: f64 = 128.0;
+
+/// Units of fixed-point scores: 2⁻⁴⁰ of the largest score of a ray; weights of channels are below 2⁸.
+const FIXED_POINT: u128 = 1 << 48;
+
+/// The limits of an experiment.
+pub fn limits(experiment: &Experiment) -> Limits {
+    match experiment.batch_paths() {
+        Some(paths) => of_batches(experiment, paths),
+        None => of_walks(experiment),
+    }
+}
+
+fn of_walks(experiment: &Experiment) -> Limits {
+    let rays = longest_walk(experiment);
+    let ray_score = match (experiment.layout::<MOMENTS>().events, experiment.method().mix) {
+        (true, _) => FIXED_POINT,
+        // The best mix counts the sum of two scores, too.
+        (false, true) => 2,
+        (false, false) => 1,
+    };
+    Limits { ends: 1, rays, ray_score, walk_score: ray_score.saturating_mul(rays.into()) }
+}
+
+/// A batch scores H over the largest radiosity there can be, at most as if all light that is under way met one patch.
+fn of_batches(experiment: &Experiment, paths: u64) -> Limits {
+    let tally = experiment.tally::<MOMENTS>();
+    let scene = experiment.scene();
+    let channels = || 0..scene.channels();
+    let largest = (0..scene.faces().len())
+        .flat_map(|patch| channels().map(move |c| (patch, c)))
+        .filter_map(|(patch, c)| experiment.meaning(patch, c, &tally))
+        .map(|meaning| meaning.ratio_bound / meaning.unit)
+        .fold(1.0, f64::max);
+    let longest = if experiment.chain_rays().is_some() { 1 } else { longest_walk(experiment) };
+    // Rays of a final gather come on top.
+    let rays = paths.saturating_mul(longest).saturating_mul(MARGIN as u64);
+    // A float that is too large becomes the largest number.
+    let walk_score = (largest * MARGIN * 1024.0 * longest as f64) as u128;
+    Limits { ends: paths, rays, ray_score: u128::MAX, walk_score }
+}
+
+/// Rays of the longest walk: it survives with the largest reflectance there is; infinite walks go on while their weight is
+/// above a threshold, or for a fixed length.
+fn longest_walk(experiment: &Experiment) -> u64 {
+    let scene = experiment.scene();
+    let patches = scene.faces();
+    let channels = 0..scene.channels();
+    let reflectances = patches.iter().flat_map(|patch| channels.clone().map(move |c| patch.reflectance[c]));
+    let decay = -reflectances.fold(0.0, f64::max).ln();
+    let weakest = match experiment.method().infinite {
+        InfiniteEnd::Roulette { threshold } | InfiniteEnd::Cutoff { threshold } => -threshold.ln(),
+        InfiniteEnd::Length { .. } => 0.0,
+    };
+    let length = match experiment.method().infinite {
+        InfiniteEnd::Length { length } => f64::from(length),
+        InfiniteEnd::Roulette { .. } | InfiniteEnd::Cutoff { .. } => 0.0,
+    };
+    let by_chance = (CERTAINTY * std::f64::consts::LN_2 + weakest) / decay;
+    (MARGIN * (by_chance + length + 2.0)).min(1e15) as u64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use job::Job;
+    use radiosity::Sequence;
+
+    /// The tally of some walks, and whether it keeps the limits.
+    fn breach(job: &Job) -> Option<&'static str> {
+        let experiment = Experiment::new(job.build_scene().unwrap(), job.method.walks()).unwrap();
+        let mut board = experiment.board::<MOMENTS>();
+        let walks = job.budget.paths / experiment.paths_per_walk();
+        experiment.walk(&Sequence::new(7), 0..walks, &mut board);
+        let tally = board.take().unwrap();
+        let limits = limits(&experiment);
+        let sums = tally.sums().iter().copied();
+        limits
+            .breach_of_counts(&tally.counts)
+            .or_else(|| limits.breach_of_sums(&tally.counts, tally.layout(), sums))
+    }
+
+    /// A bound that an honest worker breaks would end every job of its kind.
+    #[test]
+    fn walks_of_every_kind_keep_the_limits() {
+        let mut tried = 0;
+        for file in ["cube54", "cube6-r90", "cornell", "furnace", "two-rooms"] {
+            for method in [
+                "walk=shooting estimator=absorption",
+                "walk=shooting estimator=survival",
+                "walk=shooting estimator=collision",
+                "walk=shooting estimator=collision space=continuous",
+                "walk=shooting estimator=infinite",
+                "walk=shooting estimator=infinite infinite.end=cutoff",
+                "walk=shooting estimator=infinite infinite.end=length infinite.length=20",
+                "walk=shooting estimator=direct",
+                "walk=shooting mix=true",
+                "walk=gathering estimator=absorption",
+                "walk=gathering estimator=survival",
+                "walk=gathering estimator=collision",
+                "walk=gathering estimator=infinite",
+                "walk=gathering mix=true",
+                "walk=shooting sampler=sobol",
+                "walk=jacobi",
+                "walk=jacobi jacobi.solve=iterations",
+                "walk=jacobi final_gather=[3,4]",
+            ] {
+                let set = method.split(' ').map(|set| format!("method.{set}"));
+                let set: Vec<String> = set.chain(["budget.paths=100000".into()]).collect();
+                let path = format!("{}/../../configs/{file}.toml", env!("CARGO_MANIFEST_DIR"));
+                // Not every method fits every scene.
+                let Ok(job) = job::load(path.as_ref(), &set) else { continue };
+                let Ok(scene) = job.build_scene() else { continue };
+                if Experiment::new(scene, job.method.walks()).is_err() {
+                    continue;
+                }
+                tried += 1;
+                assert_eq!(breach(&job), None, "{file}: {method}");
+            }
+        }
+        assert!(tried > 60, "{tried} jobs");
+    }
+}

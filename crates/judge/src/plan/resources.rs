@@ -1,0 +1,81 @@
+//! Time, memory and traffic of a run, from what its pilot took on this machine.
+
+use cluster::codec::pack;
+use cluster::pace::{lease_seconds, taking_seconds};
+use radiosity::{Experiment, Tally};
+use serde::Serialize;
+
+use crate::plan::pilot::Pilot;
+
+/// Beyond tracing a run takes this long: processes, handshakes, tables, picture [s].
+const OVERHEAD: f64 = 0.2;
+
+/// Bytes of a result beside its sums: counts, times, digest, frame and seal, about.
+const MESSAGE: usize = 150;
+
+/// What a run takes with so many workers of one thread each.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Demand {
+    /// Workers.
+    pub workers: u64,
+    /// Wall time [s].
+    pub seconds: f64,
+    /// Leases.
+    pub leases: f64,
+    /// Bytes from workers to coordinator in all.
+    pub traffic_bytes: f64,
+    /// The same per second.
+    pub bytes_per_second: f64,
+}
+
+/// What every worker and every lease costs.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Costs {
+    /// Processor time of a walk [s].
+    walk_seconds: f64,
+    /// Bytes of the result of a lease.
+    lease_bytes: f64,
+    /// Sums of a tally.
+    sums: usize,
+    /// Whether a lease is a chain, however long.
+    chains: bool,
+    /// Peak memory of a worker of one thread, bytes; `None` where the system does not tell.
+    pub memory_bytes: Option<f64>,
+}
+
+impl Costs {
+    /// As the pilot of an experiment showed them. A worker holds what the process of the pilot does: scene, board, tally; at its
+    /// peak, `memory_bytes`.
+    pub fn new(experiment: &Experiment, pilot: &Pilot, memory_bytes: Option<f64>) -> Self {
+        let (walk_seconds, sums) =
+            (pilot.seconds / pilot.tally.counts.walks as f64, pilot.tally.sums().len());
+        let chains = experiment.batch_paths().is_some();
+        let lease_walks = if chains { 1.0 } else { lease_seconds(sums, 1, 0.0) / walk_seconds };
+        let lease_bytes = (MESSAGE + bytes_of(&pilot.tally, lease_walks)) as f64;
+        Costs { walk_seconds, lease_bytes, sums, chains, memory_bytes }
+    }
+
+    /// What `walks` walks take, leased by `stream` walks at least.
+    pub fn demand(&self, walks: f64, stream: f64, workers: u64) -> Demand {
+        let streams = (walks / stream).max(1.0).ceil();
+        let work = walks * self.walk_seconds;
+        // Workers beyond the number of streams have nothing to do.
+        let busy = (workers as f64).min(streams);
+        let tracing = work / busy;
+        // Leases grow with the threads, so that the coordinator keeps up.
+        let lease = lease_seconds(self.sums, busy as usize, tracing);
+        let by_time = if self.chains { streams } else { work / lease };
+        // Two leases for each thread at least, as far as there are streams.
+        let leases = by_time.max(2.0 * workers as f64).min(streams);
+        let seconds = OVERHEAD + tracing + taking_seconds(self.sums, busy as usize);
+        let traffic_bytes = leases * self.lease_bytes;
+        Demand { workers, seconds, leases, traffic_bytes, bytes_per_second: traffic_bytes / seconds }
+    }
+}
+
+/// Bytes of the sums that a lease of so many walks sends: those of the pilot, in proportion.
+fn bytes_of(tally: &Tally, walks: f64) -> usize {
+    let part = walks / tally.counts.walks as f64;
+    let sums: Vec<u128> = tally.sums().iter().map(|&sum| (sum as f64 * part) as u128).collect();
+    pack(&sums).len()
+}

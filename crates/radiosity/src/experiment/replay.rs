@@ -1,0 +1,85 @@
+//! One walk again, event by event: what a tally only has the sum of.
+
+use crate::experiment::Experiment;
+use crate::method::EstimatorKind;
+use crate::random::rng::{Sequence, WalkRng};
+use crate::simd::batch::{Outcome, WIDTH};
+use crate::walk::batch::{WalkEnd, walk_all};
+use crate::walk::fate::{Analog, Coloured, Fate, FirstArrival, Infinite};
+use crate::walk::score::Estimator;
+
+/// A walk, told from its birth to its end.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Replay {
+    /// The patch it was born on.
+    pub birth: u32,
+    /// Its arrivals at active sides, in order.
+    pub steps: Vec<Step>,
+    /// How it ended.
+    pub end: WalkEnd,
+}
+
+/// An arrival.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Step {
+    /// The patch.
+    pub patch: u32,
+    /// The weight of each channel, on arrival.
+    pub weights: Vec<f64>,
+    /// Whether the walk goes on from there.
+    pub survives: bool,
+}
+
+/// Takes down what happens.
+#[derive(Default)]
+struct Recorder {
+    birth: u32,
+    steps: Vec<Step>,
+}
+
+impl<const C: usize> Estimator<C> for Recorder {
+    fn begin(&mut self, _: usize, birth: u32) {
+        self.birth = birth;
+    }
+
+    fn score(&mut self, patches: &[u32; WIDTH], outcome: &Outcome, weights: &[[f64; C]; WIDTH]) {
+        outcome.arrived.each(|lane| {
+            let survives = outcome.survived.has(lane);
+            self.steps.push(Step { patch: patches[lane], weights: weights[lane].to_vec(), survives });
+        });
+    }
+
+    fn end(&mut self, _: usize, _: WalkRng) {}
+
+    fn relocate(&mut self, _: usize, _: usize) {
+        unreachable!("a walk alone keeps its place")
+    }
+}
+
+impl Experiment {
+    /// Walk number `n` of a sequence.
+    pub fn replay(&self, sequence: &Sequence, n: u64) -> Replay {
+        let infinite = self.method().infinite;
+        match (self.scene().channels(), self.method().estimator) {
+            (1, EstimatorKind::Infinite) => self.record::<1>(sequence, n, Infinite::new(infinite)),
+            (1, EstimatorKind::Direct) => self.record::<1>(sequence, n, FirstArrival::new()),
+            (1, _) => self.record::<1>(sequence, n, Analog),
+            (_, EstimatorKind::Infinite) => self.record::<3>(sequence, n, Infinite::new(infinite)),
+            (_, EstimatorKind::Direct) => self.record::<3>(sequence, n, FirstArrival::new()),
+            _ => self.record::<3>(sequence, n, Coloured::new()),
+        }
+    }
+
+    fn record<const C: usize>(&self, sequence: &Sequence, n: u64, fate: impl Fate<C>) -> Replay {
+        let mut recorder = Recorder::default();
+        let (scene, space) = (self.scene(), self.method().space);
+        let counts = walk_all(scene, self.births(), space, sequence, n..n + 1, fate, &mut recorder);
+        let ends = [
+            (counts.absorbed_back, WalkEnd::AbsorbedBack),
+            (counts.escaped, WalkEnd::Escaped),
+            (counts.truncated, WalkEnd::Truncated),
+        ];
+        let end = ends.into_iter().find(|&(walks, _)| walks > 0).map_or(WalkEnd::Absorbed, |(_, end)| end);
+        Replay { birth: recorder.birth, steps: recorder.steps, end }
+    }
+}

@@ -1,0 +1,417 @@
+//! From a tally to radiosities with their confidence intervals.
+
+use std::ops::Deref;
+
+use stats::Moments;
+
+use crate::experiment::{Experiment, Meaning};
+use crate::geometry::face::Face;
+use crate::method::Direction;
+use crate::scene::Scene;
+use crate::tally::Tally;
+
+/// Fewer scores than this, and an estimate says little beyond its interval: flag `rare`.
+const RARE_SCORES: f64 = 10.0;
+
+/// What is known of one face.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Estimate {
+    /// B = E + b [W/m²].
+    pub radiosity: f64,
+    /// Standard error of B for the whole run [W/m²]; `None` after a single walk, which cannot tell.
+    pub std_error: Option<f64>,
+    /// Confidence interval of B [W/m²].
+    pub ci_low: f64,
+    /// Its upper end [W/m²].
+    pub ci_high: f64,
+    /// H = φ/A [W/m²]; `None` where the estimator cannot tell it.
+    pub irradiance: Option<f64>,
+    /// Standard error of H [W/m²].
+    pub irradiance_error: Option<f64>,
+    /// Scored events; walks born here for gathering.
+    pub hits: u128,
+    /// (Σx)²/Σx² of the walks' scores x: how many equal scores would tell as much.
+    pub effective_scores: f64,
+    /// How much too small b may be because walks were cut off [W/m²]; 0 for unbiased methods.
+    pub bias_bound: f64,
+}
+
+impl Estimate {
+    /// Half-width of the interval over the estimate; infinite where nothing was scored.
+    pub fn relative_error(&self) -> f64 {
+        let half_width = 0.5 * (self.ci_high - self.ci_low);
+        if half_width == 0.0 { 0.0 } else { half_width / self.radiosity }
+    }
+
+    /// Whether too few scores were seen for the standard error to mean much.
+    pub fn is_rare(&self) -> bool {
+        self.effective_scores < RARE_SCORES
+    }
+}
+
+/// How well a solution is known, over its non-emitting faces.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Precision {
+    /// Area-weighted root mean square of the relative errors of the faces that were hit.
+    pub rms_relative_error: f64,
+    /// The largest relative error; infinite while a reflecting face was never hit.
+    pub max_relative_error: f64,
+    /// The face that has it.
+    pub worst_face: Option<u32>,
+    /// What half, 9 tenths and 99 hundredths of the area of the reflecting faces do not exceed, but for those that are
+    /// told apart; infinite where nothing is left.
+    pub quantiles: [f64; 3],
+    /// Reflecting faces that no walk has hit.
+    pub unhit: Apart,
+    /// Reflecting faces that walks have hit, each below [`TINY`] of the area of all.
+    pub tiny: Apart,
+}
+
+/// The parts of the area that [`Precision::quantiles`] are about.
+pub const QUANTILES: [f64; 3] = [0.5, 0.9, 0.99];
+
+/// Faces of a smaller part of the area are told apart: no picture shows them, and few walks find them.
+pub const TINY: f64 = 1e-6;
+
+/// Faces that are told apart.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Apart {
+    /// How many.
+    pub faces: u64,
+    /// Their part of the area of all reflecting faces that do not emit.
+    pub area: f64,
+}
+
+/// What is known of the channels of one face: one or three estimates.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Channels {
+    estimates: [Estimate; 3],
+    count: usize,
+}
+
+impl Deref for Channels {
+    type Target = [Estimate];
+
+    fn deref(&self) -> &[Estimate] {
+        &self.estimates[..self.count]
+    }
+}
+
+impl Channels {
+    /// `estimate` of each channel.
+    fn new(count: usize, estimate: impl Fn(usize) -> Option<Estimate>) -> Option<Self> {
+        let mut estimates = [estimate(0)?; 3];
+        for (c, channel) in estimates[..count].iter_mut().enumerate().skip(1) {
+            *channel = estimate(c)?;
+        }
+        Some(Channels { estimates, count })
+    }
+}
+
+/// What a tally says of the faces of a scene, each estimated when it is asked for: of a million faces nothing is
+/// kept but their tally.
+#[derive(Clone, Debug)]
+pub struct Estimates<'a> {
+    experiment: &'a Experiment,
+    tally: &'a Tally,
+    confidence: f64,
+    /// Where the tally is of chains.
+    student: Option<Student>,
+}
+
+impl<'a> Estimates<'a> {
+    /// Of a tally of at least one walk; every interval has the level `confidence`.
+    pub fn new(experiment: &'a Experiment, tally: &'a Tally, confidence: f64) -> Self {
+        let student = experiment.batch_paths().map(|_| Student::new(tally.counts.walks, confidence));
+        Estimates { experiment, tally, confidence, student }
+    }
+
+    /// The scene.
+    pub fn scene(&self) -> &'a Scene {
+        self.experiment.scene()
+    }
+
+    /// The method in the scene.
+    pub fn experiment(&self) -> &'a Experiment {
+        self.experiment
+    }
+
+    /// What was scored.
+    pub fn tally(&self) -> &'a Tally {
+        self.tally
+    }
+
+    /// What is known of face i; `None` where no walk could tell.
+    pub fn face(&self, i: usize) -> Option<Channels> {
+        self.of(i, &self.scene().faces().get(i))
+    }
+
+    /// All faces by number, with what is known of them.
+    pub fn iter(&self) -> impl Iterator<Item = (usize, Face, Option<Channels>)> {
+        let faces = self.scene().faces().iter().enumerate();
+        faces.map(|(i, face)| (i, face, self.of(i, &face)))
+    }
+
+    /// Faces that some walk could tell of.
+    pub fn known(&self) -> impl Iterator<Item = (usize, Face, Channels)> {
+        self.iter().filter_map(|(i, face, channels)| Some((i, face, channels?)))
+    }
+
+    /// Absorption and survival mixed on face i; `None` where no walk could tell, or the method does not ask for it.
+    pub fn mix(&self, i: usize) -> Option<Mix> {
+        if self.experiment.method().mix { Mix::new(self.experiment, self.tally, i) } else { None }
+    }
+
+    fn of(&self, i: usize, face: &Face) -> Option<Channels> {
+        Channels::new(self.scene().channels(), |channel| {
+            let meaning = self.experiment.meaning_of((i, face), channel, self.tally)?;
+            let (moments, events) = (moments(self.tally, i, channel), self.tally.events(i));
+            Some(match &self.student {
+                Some(student) => estimate_of_chains(face, channel, &moments, events, &meaning, student),
+                None => estimate(face, channel, &moments, events, &meaning, self.confidence),
+            })
+        })
+    }
+
+    /// The fraction of the area of the sampled non-emitting faces whose relative error is at most
+    /// `relative_error` in every channel. A face that was never hit has an infinite one; a face of reflectance 0
+    /// is known exactly.
+    pub fn fraction_within(&self, relative_error: f64) -> f64 {
+        let (mut within, mut area) = (0.0, 0.0);
+        for (_, face, channels) in self.known().filter(|(_, face, _)| !face.emittance.is_lit()) {
+            area += face.area;
+            if channels.iter().all(|estimate| estimate.relative_error() <= relative_error) {
+                within += face.area;
+            }
+        }
+        if area > 0.0 { within / area } else { 1.0 }
+    }
+
+    /// How well the non-emitting faces are known, all channels alike. Where the reflectance is 0, or nothing
+    /// emits, the radiosity is known exactly.
+    pub fn precision(&self) -> Precision {
+        let mut precision = Precision::default();
+        let (mut weighted, mut area) = (0.0, 0.0);
+        let lit = |channel: usize| self.scene().total_power(channel) > 0.0;
+        let mut ranks = Vec::new();
+        let total = self.reflecting_area();
+        for (i, face, channels) in self.known().filter(|(_, face, _)| !face.emittance.is_lit()) {
+            let unknown = |&(c, _): &(usize, &Estimate)| face.reflectance[c] > 0.0 && lit(c);
+            let Some(error) =
+                channels.iter().enumerate().filter(unknown).map(|(_, e)| e.relative_error()).reduce(f64::max)
+            else {
+                continue;
+            };
+            for (_, estimate) in channels.iter().enumerate().filter(unknown) {
+                if estimate.effective_scores > 0.0 {
+                    weighted += face.area * estimate.relative_error().powi(2);
+                    area += face.area;
+                }
+            }
+            if precision.worst_face.is_none() || error > precision.max_relative_error {
+                precision.max_relative_error = error;
+                precision.worst_face = Some(i as u32);
+            }
+            let unhit = channels.iter().enumerate().filter(unknown).any(|(_, e)| e.effective_scores == 0.0);
+            if unhit {
+                precision.unhit.add(face.area / total);
+            } else if face.area < TINY * total {
+                precision.tiny.add(face.area / total);
+            } else {
+                ranks.push((error, face.area));
+            }
+        }
+        precision.quantiles = quantiles(ranks);
+        if area > 0.0 {
+            precision.rms_relative_error = (weighted / area).sqrt();
+        }
+        precision
+    }
+
+    /// The area of all faces that reflect in some channel and do not emit [m²].
+    pub fn reflecting_area(&self) -> f64 {
+        let faces = self.scene().faces().iter();
+        faces.filter(|face| face.reflectance.is_lit() && !face.emittance.is_lit()).map(|face| face.area).sum()
+    }
+}
+
+impl Apart {
+    /// Counts a face of this part of the area.
+    pub fn add(&mut self, area: f64) {
+        self.faces += 1;
+        self.area += area;
+    }
+}
+
+/// What [`QUANTILES`] of the area do not exceed, of (error, area).
+fn quantiles(mut ranks: Vec<(f64, f64)>) -> [f64; 3] {
+    ranks.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
+    let total: f64 = ranks.iter().map(|(_, area)| area).sum();
+    QUANTILES.map(|part| {
+        let mut below = 0.0;
+        let reached = ranks.iter().find(|(_, area)| {
+            below += area;
+            below >= part * total * (1.0 - 1e-12)
+        });
+        reached.map_or(f64::INFINITY, |&(error, _)| error)
+    })
+}
+
+/// The estimates of all faces at once.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Solution {
+    /// By number, the channels of a face side by side; `None` where no walk could tell.
+    pub estimates: Vec<Option<Estimate>>,
+    /// 1 or 3.
+    pub channels: usize,
+}
+
+impl Solution {
+    /// What a tally of at least one walk says.
+    pub fn new(experiment: &Experiment, tally: &Tally, confidence: f64) -> Self {
+        let channels = experiment.scene().channels();
+        let of_patch = |known: Option<Channels>| (0..channels).map(move |c| known.map(|known| known[c]));
+        let estimates = Estimates::new(experiment, tally, confidence);
+        Solution { estimates: estimates.iter().flat_map(|(_, _, known)| of_patch(known)).collect(), channels }
+    }
+
+    /// The estimates of one face, channel by channel; `None` where no walk could tell.
+    pub fn face(&self, face: usize) -> Option<Vec<Estimate>> {
+        self.estimates[face * self.channels..][..self.channels].iter().copied().collect()
+    }
+}
+
+/// Absorption and survival of the same walks, mixed as the sample likes best (S97 §2.6, §3.7).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Mix {
+    /// α: the weight of survival that gives the least variance; 1 − α is that of absorption. `None` where nothing
+    /// scored or the estimators agree walk by walk.
+    pub alpha: Option<f64>,
+    /// B by that mix [W/m²]. The weight was chosen by the same walks, which costs a bias of the order of 1/N.
+    pub radiosity: f64,
+    /// Its standard error for the whole run [W/m²].
+    pub std_error: Option<f64>,
+    /// Variance of collision over that of the mix: 1 where collision is the best.
+    pub collision_excess: Option<f64>,
+}
+
+impl Mix {
+    /// What a tally of related scores says of a face; `None` where no walk could tell.
+    fn new(experiment: &Experiment, tally: &Tally, i: usize) -> Option<Self> {
+        let face = experiment.scene().faces().get(i);
+        let meaning = experiment.meaning_of((i, &face), 0, tally)?;
+        let reflectance = face.reflectance[0];
+        // A shooting walk scores hits, which are worth more the rarer the event is.
+        let (absorbed, survived) = match experiment.method().direction {
+            Direction::Shooting if reflectance == 0.0 => (1.0, 0.0),
+            Direction::Shooting => (1.0 / (1.0 - reflectance), 1.0 / reflectance),
+            Direction::Gathering(_) | Direction::Jacobi { .. } => (1.0, 1.0),
+        };
+        let [collision, absorption, survival, sum] = [0, 1, 2, 3].map(|score| moments(tally, i, score));
+        let variance = |moments: &Moments| moments.standard_error().map_or(0.0, |error| error * error);
+        let (var_a, var_s) = (variance(&absorption), variance(&survival));
+        let covariance = 0.5 * (variance(&sum) - var_a - var_s) * absorbed * survived;
+        let (var_a, var_s) = (var_a * absorbed * absorbed, var_s * survived * survived);
+        let denominator = var_a + var_s - 2.0 * covariance;
+        let alpha = (denominator > 0.0 && survived > 0.0).then(|| (var_a - covariance) / denominator);
+        let weight = alpha.unwrap_or(0.0);
+        let mixed = |a: f64, s: f64| weight * survived * s + (1.0 - weight) * absorbed * a;
+        let mean = |moments: &Moments| moments.mean().unwrap_or(0.0);
+        let rest = 1.0 - weight;
+        let mix_variance = weight * weight * var_s + rest * rest * var_a + 2.0 * weight * rest * covariance;
+        let per_unit = meaning.unit * meaning.irradiance_per_event.unwrap_or(0.0) * reflectance;
+        Some(Mix {
+            alpha,
+            radiosity: face.emittance[0] + per_unit * mixed(mean(&absorption), mean(&survival)),
+            std_error: collision.standard_error().map(|_| per_unit * mix_variance.max(0.0).sqrt()),
+            collision_excess: (mix_variance > 0.0).then(|| variance(&collision) / mix_variance),
+        })
+    }
+}
+
+/// b = R·H: the interval of the mean score, through the meaning of a unit.
+fn estimate(
+    face: &Face,
+    channel: usize,
+    moments: &Moments,
+    hits: u128,
+    meaning: &Meaning,
+    confidence: f64,
+) -> Estimate {
+    let Meaning { unit, irradiance_per_event, ratio_bound, bias_bound } = *meaning;
+    // A face that the estimator cannot tell the irradiance of has R = 0, so that b = 0 all the same.
+    let reflected_per_event = face.reflectance[channel] * irradiance_per_event.unwrap_or(0.0);
+    let interval = stats::mean_interval(moments, unit, confidence, ratio_bound);
+    let mean = unit * moments.mean().unwrap_or(0.0);
+    let error = moments.standard_error().map(|error| unit * error);
+    let radiosity = |mean_score: f64| face.emittance[channel] + reflected_per_event * mean_score;
+    Estimate {
+        radiosity: radiosity(mean),
+        std_error: error.map(|error| reflected_per_event * error),
+        ci_low: radiosity(interval.low),
+        ci_high: radiosity(interval.high),
+        irradiance: irradiance_per_event.map(|per_event| per_event * mean),
+        irradiance_error: irradiance_per_event.zip(error).map(|(per_event, error)| per_event * error),
+        hits,
+        effective_scores: moments.sum as f64 / moments.sum_sq.max(1) as f64 * moments.sum as f64,
+        bias_bound,
+    }
+}
+
+/// What the mean of n independent chains says: it errs as Student's t of n − 1 degrees of freedom.
+#[derive(Clone, Debug)]
+struct Student {
+    /// Half-width of the interval, in standard errors of the mean; `None` of a single chain.
+    quantile: Option<f64>,
+    /// √(ν/(ν − 2)): the standard deviation of t; `None` where that is infinite, of 3 chains or fewer.
+    deviation: Option<f64>,
+}
+
+impl Student {
+    fn new(chains: u64, confidence: f64) -> Self {
+        let freedom = chains.saturating_sub(1);
+        let quantile = (freedom > 0).then(|| stats::student_quantile(0.5 + 0.5 * confidence, freedom));
+        let deviation = (freedom > 2).then(|| (freedom as f64 / (freedom - 2) as f64).sqrt());
+        Student { quantile, deviation }
+    }
+}
+
+/// The mean of the chains and its Student interval. The standard error is that of the whole distribution, √(ν/(ν − 2))
+/// times s/√n: it would be too small by as much, had the sample's own been taken for the truth. What a single chain
+/// says, or chains that all say the same, is bounded by the largest radiosity alone.
+fn estimate_of_chains(
+    face: &Face,
+    channel: usize,
+    moments: &Moments,
+    landed: u128,
+    meaning: &Meaning,
+    student: &Student,
+) -> Estimate {
+    let per_event = meaning.irradiance_per_event.unwrap_or(0.0);
+    let per_unit = meaning.unit * per_event;
+    let (emitted, reflectance) = (face.emittance[channel], face.reflectance[channel]);
+    let mean = per_unit * moments.mean().unwrap_or(0.0);
+    let sample_error = moments.standard_error().map(|error| per_unit * error).filter(|&error| error > 0.0);
+    let (low, high) = match sample_error.zip(student.quantile) {
+        Some((error, quantile)) => ((mean - quantile * error).max(0.0), mean + quantile * error),
+        None => (0.0, per_event.max(mean)),
+    };
+    let error = sample_error.zip(student.deviation).map(|(error, deviation)| deviation * error);
+    Estimate {
+        radiosity: emitted + reflectance * mean,
+        std_error: error.map(|error| reflectance * error),
+        ci_low: emitted + reflectance * low,
+        ci_high: emitted + reflectance * high,
+        irradiance: meaning.irradiance_per_event.map(|_| mean),
+        irradiance_error: meaning.irradiance_per_event.and(error),
+        hits: landed,
+        effective_scores: landed as f64,
+        bias_bound: meaning.bias_bound,
+    }
+}
+
+/// The exact power sums of one score on one face.
+fn moments(tally: &Tally, face: usize, score: usize) -> Moments {
+    let sums = tally.patch(face, score);
+    Moments { n: tally.counts.walks, sum: sums[0], sum_sq: sums[1] }
+}

@@ -1,0 +1,8 @@
+//! Surfaces: as a scene is written, and as walks see them. Faces are the unknowns of the radiosity system.
+
+pub(crate) mod cells;
+pub(crate) mod face;
+pub(crate) mod frame;
+pub(crate) mod landing;
+pub(crate) mod spec;
+pub(crate) mod surface;

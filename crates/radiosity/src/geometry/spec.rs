@@ -1,0 +1,239 @@
+//! What a scene is written as: surfaces, materials, cells. A [`SceneSpec`] travels to the workers and is
+//! hashed; [`crate::Scene::build`] checks it and makes the immutable scene that walks run in.
+
+use std::ops::Index;
+
+use glam::DVec3;
+use serde::{Deserialize, Serialize};
+
+/// The outline of a planar surface and how it is cut into patches.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Shape {
+    /// A parallelogram given by a corner and its two neighbours [m]; the front faces (u − c) × (v − c).
+    /// `cells` = (n_u, n_v); patch = first + i_u·n_v + i_v.
+    Parallelogram {
+        /// The corner c.
+        corner: DVec3,
+        /// c + u, the next corner along u.
+        corner_u: DVec3,
+        /// c + v, the next corner along v.
+        corner_v: DVec3,
+        /// Cells along u and v.
+        cells: [u32; 2],
+    },
+    /// A triangle a, b, c [m], front by the right-hand rule, cut into `rows`² congruent triangles. Row r
+    /// from a holds 2r + 1 of them, alternating, from the ab side; patch = first + r² + position.
+    Triangle {
+        /// Vertex a.
+        a: DVec3,
+        /// Vertex b.
+        b: DVec3,
+        /// Vertex c.
+        c: DVec3,
+        /// The number of rows k.
+        rows: u32,
+    },
+}
+
+/// Which sides of a surface reflect and emit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Sides {
+    /// Only the front; a ray that meets the back is absorbed there and counted.
+    Front,
+    /// Both. Each side of a patch is an unknown of its own; emittance and area are those of one side.
+    Both,
+}
+
+impl Sides {
+    /// 1 or 2.
+    pub fn count(self) -> f64 {
+        match self {
+            Sides::Front => 1.0,
+            Sides::Both => 2.0,
+        }
+    }
+}
+
+/// The side of a surface that a ray leaves or meets.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Side {
+    /// The side its normal points to.
+    Front,
+    /// The other one.
+    Back,
+}
+
+impl Side {
+    /// The opposite side.
+    pub(crate) fn other(self) -> Self {
+        match self {
+            Side::Front => Side::Back,
+            Side::Back => Side::Front,
+        }
+    }
+
+    /// 1 for the front, −1 for the back.
+    pub(crate) fn sign(self) -> f64 {
+        match self {
+            Side::Front => 1.0,
+            Side::Back => -1.0,
+        }
+    }
+}
+
+/// A reflectance or an emittance: one number per channel (red, green, blue). Grey where they are equal.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Spectrum([f64; 3]);
+
+impl Spectrum {
+    /// Nothing in any channel.
+    pub const BLACK: Spectrum = Spectrum([0.0; 3]);
+
+    /// One number per channel.
+    pub const fn rgb(channels: [f64; 3]) -> Self {
+        Spectrum(channels)
+    }
+
+    /// Red, green, blue.
+    pub fn channels(self) -> [f64; 3] {
+        self.0
+    }
+
+    /// Whether all channels are equal.
+    pub fn is_grey(self) -> bool {
+        self.0[0] == self.0[1] && self.0[1] == self.0[2]
+    }
+
+    /// Whether any channel is above 0.
+    pub fn is_lit(self) -> bool {
+        self.max() > 0.0
+    }
+
+    /// The largest channel.
+    pub fn max(self) -> f64 {
+        self.0.into_iter().fold(0.0, f64::max)
+    }
+}
+
+impl From<f64> for Spectrum {
+    fn from(grey: f64) -> Self {
+        Spectrum([grey; 3])
+    }
+}
+
+impl Index<usize> for Spectrum {
+    type Output = f64;
+
+    fn index(&self, channel: usize) -> &f64 {
+        &self.0[channel]
+    }
+}
+
+/// One planar surface with its material.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SurfaceSpec {
+    /// The name that outputs show; `None` shows the surface's number.
+    pub name: Option<String>,
+    /// Outline and cells.
+    pub shape: Shape,
+    /// Active sides.
+    pub sides: Sides,
+    /// Reflectance R, every channel in [0, 1).
+    pub reflectance: Spectrum,
+    /// Emittance E [W/m²] of every cell that `cell_emittance` does not name.
+    pub emittance: Spectrum,
+    /// (cell index within the surface, E [W/m²]).
+    pub cell_emittance: Vec<(u32, Spectrum)>,
+}
+
+/// A whole scene: surfaces in the order that numbers them. Right-handed coordinates, metres.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SceneSpec {
+    /// Surface number = index here.
+    pub surfaces: Vec<SurfaceSpec>,
+}
+
+impl SceneSpec {
+    /// 1 where every reflectance and emittance is grey, else 3.
+    pub fn channels(&self) -> usize {
+        let grey = |surface: &SurfaceSpec| {
+            let mut cells = surface.cell_emittance.iter();
+            surface.reflectance.is_grey()
+                && surface.emittance.is_grey()
+                && cells.all(|(_, emittance)| emittance.is_grey())
+        };
+        if self.surfaces.iter().all(grey) { 1 } else { 3 }
+    }
+
+    /// The grey scene that one channel sees.
+    pub fn channel(&self, channel: usize) -> SceneSpec {
+        let mut grey = self.clone();
+        for surface in &mut grey.surfaces {
+            let cells = surface.cell_emittance.iter_mut().map(|(_, emittance)| emittance);
+            for spectrum in [&mut surface.reflectance, &mut surface.emittance].into_iter().chain(cells) {
+                *spectrum = spectrum[channel].into();
+            }
+        }
+        grey
+    }
+}
+
+impl Shape {
+    /// The number of patches the surface is cut into.
+    pub fn cell_count(&self) -> u64 {
+        match *self {
+            Shape::Parallelogram { cells: [nu, nv], .. } => u64::from(nu) * u64::from(nv),
+            Shape::Triangle { rows, .. } => u64::from(rows) * u64::from(rows),
+        }
+    }
+
+    /// The index of the cell that is written as `[i, j]` (parallelogram: i_u, i_v; triangle: row, position).
+    /// `None` outside the surface.
+    pub fn cell_index(&self, [i, j]: [u32; 2]) -> Option<u32> {
+        match *self {
+            Shape::Parallelogram { cells: [nu, nv], .. } => (i < nu && j < nv).then(|| i * nv + j),
+            Shape::Triangle { rows, .. } => (i < rows && j <= 2 * i).then(|| i * i + j),
+        }
+    }
+
+    /// The inverse of [`Shape::cell_index`].
+    pub fn cell_label(&self, cell: u32) -> [u32; 2] {
+        match *self {
+            Shape::Parallelogram { cells: [_, nv], .. } => [cell / nv, cell % nv],
+            Shape::Triangle { .. } => {
+                let row = cell.isqrt();
+                [row, cell - row * row]
+            }
+        }
+    }
+
+    /// The corner that local coordinates start from, and the two edges from it [m].
+    pub fn edges(&self) -> (DVec3, DVec3, DVec3) {
+        match *self {
+            Shape::Parallelogram { corner, corner_u, corner_v, .. } => {
+                (corner, corner_u - corner, corner_v - corner)
+            }
+            Shape::Triangle { a, b, c, .. } => (a, b - a, c - a),
+        }
+    }
+
+    /// Every corner of the outline [m].
+    pub fn corners(&self) -> Vec<DVec3> {
+        match *self {
+            Shape::Parallelogram { corner, corner_u, corner_v, .. } => {
+                vec![corner, corner_u, corner_u + (corner_v - corner), corner_v]
+            }
+            Shape::Triangle { a, b, c, .. } => vec![a, b, c],
+        }
+    }
+
+    /// Area of the whole surface, one side [m²].
+    pub fn area(&self) -> f64 {
+        let (_, e_u, e_v) = self.edges();
+        let cross = e_u.cross(e_v).length();
+        match self {
+            Shape::Parallelogram { .. } => cross,
+            Shape::Triangle { .. } => 0.5 * cross,
+        }
+    }
+}

@@ -1,0 +1,279 @@
+//! A final gather: rays from a few chosen faces that bring in what a solution says of the faces they meet.
+//!
+//! H_i = Σ_j F_ij B_j, and a ray from face i meets face j with probability F_ij. What is known of B by other rays is
+//! independent of these: the mean of what they bring is unbiased where the solution is, and its noise is averaged over all
+//! that face i sees, of which a walk or a link tells by the few rays that happen to join i.
+//!
+//! Reflected light is gathered so. Light that comes straight from an emitter is a spike that few such rays would meet;
+//! it is sampled by *shadow rays* to points of emitters as well, and both are combined by the balance heuristic (E. Veach
+//! & L. J. Guibas, *Optimally combining sampling techniques for Monte Carlo rendering*, SIGGRAPH 1995). Its weights are
+//! densities in closed form, not chosen by what was found, so that no bias comes of them.
+
+use glam::DVec3;
+
+use crate::geometry::face::Face;
+use crate::geometry::spec::Side;
+use crate::geometry::spec::Sides;
+use crate::geometry::surface::Surface;
+use crate::jacobi::cast::systematic;
+use crate::jacobi::faces::FaceTable;
+use crate::jacobi::numbers::{Numbers, SobolNumbers};
+use crate::random::rng::{WalkRng, unit_32};
+use crate::random::sobol::Points;
+use crate::scene::Scene;
+use crate::simd::batch::WIDTH;
+use crate::trace::ray::{Hits, Ray, Rays};
+use crate::trace::tree::Scratch;
+use crate::walk::depart::Departures;
+
+/// One in so many rays of a face is a shadow ray.
+const SHADOW_SHARE: u64 = 4;
+
+/// Shadow rays bring at most this part of the largest emittance: each counts at most as one gathering ray that meets it.
+pub(crate) const LIGHT_BY_SHADOW_RAYS: f64 = 1.0 / (SHADOW_SHARE - 1) as f64;
+
+/// The fewest rays of a face.
+const FEWEST: u64 = 64;
+
+/// What rays from one face brought.
+pub(crate) struct Gathered {
+    pub(crate) face: u32,
+    /// H [W/m²] of each channel.
+    pub(crate) irradiance: Vec<f64>,
+    /// Rays that met an active side; shadow rays are not among them.
+    pub(crate) landed: u64,
+    pub(crate) rays: u64,
+}
+
+/// Gathers H of the `chosen` faces by `rays` rays in all, given the `reflected` light of all faces, face-major and
+/// channel-minor [W/m²]. `None` once `go_on` says no, which is asked for every batch.
+pub(crate) fn final_gather(
+    faces: &FaceTable,
+    chosen: &[u32],
+    reflected: &[f64],
+    rays: u64,
+    mut rng: WalkRng,
+    go_on: &dyn Fn() -> bool,
+) -> Option<Vec<Gathered>> {
+    let per_face = (rays / chosen.len().max(1) as u64).max(FEWEST);
+    let mut gatherer = Gatherer::new(faces, reflected, per_face, go_on);
+    let gathered = chosen.iter().map(|&face| {
+        let (irradiance, landed) = gatherer.face(face, &mut rng)?;
+        Some(Gathered { face, irradiance, landed, rays: per_face })
+    });
+    gathered.collect()
+}
+
+struct Gatherer<'a> {
+    faces: &'a FaceTable<'a>,
+    /// Face-major, channel-minor.
+    reflected: &'a [f64],
+    go_on: &'a dyn Fn() -> bool,
+    /// Rays of a face that gather, and shadow rays.
+    rays: [u64; 2],
+    /// The part of shadow rays that go to each face; empty where nothing emits.
+    share: Vec<f64>,
+    batch: Box<Batch>,
+}
+
+/// Rays that are traced together.
+#[derive(Default)]
+struct Batch {
+    departures: Departures,
+    rays: Rays,
+    hits: Hits,
+    scratch: Scratch,
+}
+
+impl<'a> Gatherer<'a> {
+    fn new(faces: &'a FaceTable, reflected: &'a [f64], per_face: u64, go_on: &'a dyn Fn() -> bool) -> Self {
+        let share = emitted_shares(faces);
+        let shadow = if share.is_empty() { 0 } else { per_face / SHADOW_SHARE };
+        Gatherer { faces, reflected, go_on, rays: [per_face - shadow, shadow], share, batch: Box::default() }
+    }
+
+    /// H of one face in every channel, and the rays that met something.
+    fn face(&mut self, number: u32, rng: &mut WalkRng) -> Option<(Vec<f64>, u64)> {
+        let mut irradiance = vec![0.0; self.faces.scene.channels()];
+        let landed = self.gather(number, numbers(rng), &mut irradiance)?;
+        if self.rays[1] > 0 {
+            let offset = rng.pair()[0];
+            self.light(number, numbers(rng), offset, &mut irradiance)?;
+        }
+        Some((irradiance, landed))
+    }
+
+    /// Cosine-distributed rays from uniform points of a face.
+    fn gather(&mut self, number: u32, mut numbers: SobolNumbers, irradiance: &mut [f64]) -> Option<u64> {
+        let (scene, count) = (self.faces.scene, self.rays[0]);
+        let face = self.faces.list[number as usize];
+        numbers.leave(number, 0);
+        let mut landed = 0;
+        for first in (0..count).step_by(WIDTH) {
+            let len = (count - first).min(WIDTH as u64) as usize;
+            (0..len).for_each(|i| numbers.draw(i));
+            self.batch.leave(scene, &face, len, numbers.points(scene.isa));
+            self.batch.trace(scene);
+            for i in 0..len {
+                let Some(met) = self.batch.met(scene, i) else { continue };
+                landed += 1;
+                let emittance = self.faces.list[met as usize].emittance;
+                let weight = if emittance.is_lit() {
+                    self.balance(met, self.batch.kernel(scene, &face, i))
+                } else {
+                    0.0
+                };
+                let reflected = &self.reflected[met as usize * irradiance.len()..];
+                for (c, h) in irradiance.iter_mut().enumerate() {
+                    *h += (reflected[c] + weight * emittance[c]) / count as f64;
+                }
+            }
+            if !(self.go_on)() {
+                return None;
+            }
+        }
+        Some(landed)
+    }
+
+    /// Shadow rays from uniform points of a face to uniform points of emitting faces, each of which gets its share.
+    fn light(
+        &mut self,
+        number: u32,
+        mut numbers: SobolNumbers,
+        offset: f64,
+        irradiance: &mut [f64],
+    ) -> Option<()> {
+        let [count, shadow] = self.rays;
+        let scene = self.faces.scene;
+        let face = self.faces.list[number as usize];
+        let quotas = systematic(&self.share, shadow, offset);
+        for (lamp, quota) in (0..).zip(quotas).filter(|&(_, quota)| quota > 0) {
+            let emitter = self.faces.list[lamp as usize];
+            numbers.leave(lamp, 0);
+            for first in (0..quota).step_by(WIDTH) {
+                let len = (quota - first).min(WIDTH as u32) as usize;
+                (0..len).for_each(|i| numbers.draw(i));
+                self.batch.aim(scene, [&face, &emitter], len, numbers.points(scene.isa));
+                self.batch.trace(scene);
+                for i in 0..len {
+                    let Hits { surface, facing, .. } = &self.batch.hits;
+                    if (surface[i], facing[i]) != (emitter.surface, emitter.side.sign()) {
+                        continue;
+                    }
+                    let kernel = self.batch.kernel(scene, &face, i);
+                    if kernel.is_infinite() {
+                        continue;
+                    }
+                    // E·k over the sum of both densities, where the one of gathering rays is k.
+                    let weight = self.balance(lamp, kernel) / count as f64;
+                    irradiance.iter_mut().enumerate().for_each(|(c, h)| *h += emitter.emittance[c] * weight);
+                }
+                if !(self.go_on)() {
+                    return None;
+                }
+            }
+        }
+        Some(())
+    }
+
+    /// n₁p₁/(n₁p₁ + n₂p₂) of a pair of points, one on a face that `met` is seen from: p₁ = k, p₂ = q/A the densities per area of
+    /// `met` with which gathering rays and shadow rays find it.
+    fn balance(&self, met: u32, kernel: f64) -> f64 {
+        let Some(share) = self.share.get(met as usize) else { return 1.0 };
+        // A layer in contact is found by gathering rays alone.
+        if kernel.is_infinite() {
+            return 1.0;
+        }
+        let gathering = self.rays[0] as f64 * kernel;
+        let shadow = self.rays[1] as f64 * share / self.faces.areas[met as usize];
+        if gathering > 0.0 { gathering / (gathering + shadow) } else { 0.0 }
+    }
+}
+
+impl Batch {
+    /// Turns points into cosine-distributed rays from a face.
+    fn leave(&mut self, scene: &Scene, face: &Face, len: usize, points: &Points) {
+        let [across, along, polar, turn] = points;
+        for i in 0..len {
+            self.departures.surface[i] = face.surface;
+            self.departures.facing[i] = face.side.sign();
+            let place = place(scene, face, [across[i], along[i]]);
+            self.departures.uv.iter_mut().zip(place).for_each(|(row, x)| row[i] = x);
+            self.departures.direction[i] = u64::from(polar[i]) << 32 | u64::from(turn[i]);
+        }
+        self.departures.leave(scene.isa, &scene.frames, len, &mut self.rays);
+    }
+
+    /// Turns points into rays from one face to another.
+    fn aim(&mut self, scene: &Scene, [from, to]: [&Face; 2], len: usize, points: &Points) {
+        let [across, along, polar, turn] = points;
+        let point = |face: &Face, numbers| surface(scene, face).point(place(scene, face, numbers));
+        self.rays.len = 0;
+        for i in 0..len {
+            let origin = point(from, [across[i], along[i]]);
+            let direction = (point(to, [polar[i], turn[i]]) - origin).normalize_or(DVec3::X);
+            self.rays.push(&Ray { origin, direction, from: from.surface });
+        }
+    }
+
+    fn trace(&mut self, scene: &Scene) {
+        scene.index.closest_hits(&scene.facets, &self.rays, &mut self.scratch, &mut self.hits);
+    }
+
+    /// The face that ray i meets, if it is active.
+    fn met(&self, scene: &Scene, i: usize) -> Option<u32> {
+        let (number, facing) = (self.hits.surface[i], self.hits.facing[i]);
+        if number == Hits::NONE {
+            return None;
+        }
+        let surface = &scene.surfaces()[number as usize];
+        if facing < 0.0 && surface.sides() == Sides::Front {
+            return None;
+        }
+        let cell = surface.cell_at(self.hits.uv.map(|row| row[i]));
+        Some(surface.face(cell, if facing > 0.0 { Side::Front } else { Side::Back }))
+    }
+
+    /// k = cos θ cos θ′/(πr²) between the ends of ray i [1/m²]; 0 where it leaves below the face, infinite where both ends
+    /// are one point.
+    fn kernel(&self, scene: &Scene, from: &Face, i: usize) -> f64 {
+        let direction = self.rays.get(i).direction;
+        let leaves = surface(scene, from).normal().dot(direction) * from.side.sign();
+        let met = &scene.surfaces()[self.hits.surface[i] as usize];
+        let arrives = -met.normal().dot(direction) * self.hits.facing[i];
+        let distance = self.hits.t[i];
+        let kernel = leaves * arrives / (std::f64::consts::PI * distance * distance);
+        if leaves > 0.0 && arrives > 0.0 && !kernel.is_nan() { kernel } else { 0.0 }
+    }
+}
+
+/// The part of shadow rays that each face should get: its part of Φ_T, the mean of the channels that have light.
+fn emitted_shares(faces: &FaceTable) -> Vec<f64> {
+    let scene = faces.scene;
+    let lit: Vec<usize> = (0..scene.channels()).filter(|&c| scene.total_power(c) > 0.0).collect();
+    if lit.is_empty() {
+        return Vec::new();
+    }
+    let share = |(face, area): (&Face, &f64)| {
+        let part = |&c: &usize| face.emittance[c] * area / scene.total_power(c);
+        lit.iter().map(part).sum::<f64>() / lit.len() as f64
+    };
+    faces.list.iter().zip(&faces.areas).map(share).collect()
+}
+
+fn surface<'a>(scene: &'a Scene, face: &Face) -> &'a Surface {
+    &scene.surfaces()[face.surface as usize]
+}
+
+/// Local coordinates of a uniform point of a face.
+fn place(scene: &Scene, face: &Face, numbers: [u32; 2]) -> [f64; 2] {
+    let surface = surface(scene, face);
+    surface.point_in_cell(surface.cell_of(face), numbers.map(unit_32))
+}
+
+/// A scrambling of its own.
+fn numbers(rng: &mut WalkRng) -> SobolNumbers {
+    let numbers = SobolNumbers::new(rng.clone());
+    rng.bits();
+    numbers
+}

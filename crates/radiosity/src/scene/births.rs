@@ -1,0 +1,120 @@
+//! Where walks are born.
+
+use crate::geometry::face::{Face, Faces};
+use crate::geometry::spec::Side;
+use crate::geometry::surface::Surface;
+use crate::random::sampling::AliasTable;
+
+/// One side of consecutive cells of a surface, where walks begin with the same probability.
+#[derive(Clone, Copy, Debug)]
+struct Cradle {
+    surface: u32,
+    side: Side,
+    first_cell: u32,
+    cells: u32,
+}
+
+/// One side of a cell, where a walk begins.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Origin {
+    pub surface: u32,
+    pub cell: u32,
+    pub side: Side,
+}
+
+/// Sides of cells, the probability of each, and the weights that walks set out with.
+#[derive(Clone, Debug)]
+pub(crate) struct Births {
+    cradles: Vec<Cradle>,
+    choice: AliasTable,
+    /// Per cradle; empty where every weight is 1.
+    weights: Vec<[f64; 3]>,
+    /// The largest of them, channel by channel; 1 where a channel has no light at all.
+    largest_weights: [f64; 3],
+}
+
+impl Births {
+    /// Births with a probability in proportion to `share` of each face. `None` where no share is above 0.
+    pub(crate) fn new(surfaces: &[Surface], faces: &Faces, share: impl Fn(usize) -> f64) -> Option<Self> {
+        Births::in_cradles(surfaces, faces, &share, |a, b| share(a) == share(b))
+    }
+
+    /// The same, given which neighbours are alike in all that matters at a birth.
+    fn in_cradles(
+        surfaces: &[Surface],
+        faces: &Faces,
+        share: impl Fn(usize) -> f64,
+        alike: impl Fn(usize, usize) -> bool,
+    ) -> Option<Self> {
+        let (mut cradles, mut shares) = (Vec::new(), Vec::new());
+        for (surface, all_cells) in (0..).zip(surfaces.iter().map(Surface::cell_count)) {
+            for side in [Side::Front, Side::Back] {
+                let Some(first) = faces.first_on(surface, side).map(|first| first as usize) else { continue };
+                let (mut next, end) = (first, first + all_cells as usize);
+                while next < end {
+                    let face = next;
+                    next += (face..end).take_while(|&other| alike(face, other)).count();
+                    if share(face) > 0.0 {
+                        let (first_cell, cells) = ((face - first) as u32, (next - face) as u32);
+                        cradles.push(Cradle { surface, side, first_cell, cells });
+                        shares.push(share(face) * f64::from(cells));
+                    }
+                }
+            }
+        }
+        (!cradles.is_empty()).then(|| Births {
+            choice: AliasTable::new(&shares),
+            cradles,
+            weights: Vec::new(),
+            largest_weights: [1.0; 3],
+        })
+    }
+
+    /// Births on emitters. Grey: p_s = Φ_s/Φ_T. In colour p_s is the mean of what the channels that emit would
+    /// each choose, and a walk sets out with w_c = (Φ_sc/Φ_Tc)/p_s in channel c: p_s·w_c is what channel c alone
+    /// would have, and no weight exceeds the number of channels (the balance heuristic).
+    pub(crate) fn of_emitters(
+        surfaces: &[Surface],
+        faces: &Faces,
+        channels: usize,
+        total: [f64; 3],
+    ) -> Option<Self> {
+        if channels == 1 {
+            return Births::new(surfaces, faces, |i| faces.get(i).power(0));
+        }
+        let share = |face: &Face, c: usize| if total[c] > 0.0 { face.power(c) / total[c] } else { 0.0 };
+        let emitting = total.iter().filter(|&&power| power > 0.0).count() as f64;
+        let probability = |face: &Face| (0..3).map(|c| share(face, c)).sum::<f64>() / emitting;
+        let alike = |a: usize, b: usize| faces.get(a).emittance == faces.get(b).emittance;
+        let mut births = Births::in_cradles(surfaces, faces, |i| probability(&faces.get(i)), alike)?;
+        let weights = births.cradles.iter().map(|cradle| {
+            let surface = &surfaces[cradle.surface as usize];
+            let face = faces.get(surface.face(cradle.first_cell, cradle.side) as usize);
+            std::array::from_fn(|c| share(&face, c) / probability(&face))
+        });
+        births.weights = weights.collect();
+        births.largest_weights = std::array::from_fn(|c| {
+            let largest = births.weights.iter().map(|weights| weights[c]).fold(0.0, f64::max);
+            if largest > 0.0 { largest } else { 1.0 }
+        });
+        Some(births)
+    }
+
+    /// The origin that twice 64 random bits choose, and the weights of the channels there.
+    #[inline(always)]
+    pub(crate) fn choose<const C: usize>(&self, bits: [u64; 2]) -> (Origin, [f64; C]) {
+        let choice = self.choice.choose(bits[0]);
+        let weights = match self.weights.get(choice) {
+            Some(weights) if C > 1 => std::array::from_fn(|c| weights[c]),
+            _ => [1.0; C],
+        };
+        let Cradle { surface, side, first_cell, cells } = self.cradles[choice];
+        let cell = first_cell + ((u128::from(bits[1]) * u128::from(cells)) >> 64) as u32;
+        (Origin { surface, cell, side }, weights)
+    }
+
+    /// The largest weight that a walk sets out with, channel by channel; 1 where a channel has no light at all.
+    pub(crate) fn largest_weights(&self) -> [f64; 3] {
+        self.largest_weights
+    }
+}

@@ -1,0 +1,343 @@
+//! The scene that walks run in: valid and immutable once built.
+
+pub(crate) mod births;
+mod view;
+
+use glam::DVec3;
+use thiserror::Error;
+
+use crate::geometry::face::Faces;
+use crate::geometry::frame::{Frames, frames};
+use crate::geometry::landing::Landings;
+use crate::geometry::spec::Side;
+use crate::geometry::spec::{SceneSpec, Shape, Spectrum};
+use crate::geometry::surface::Surface;
+use crate::scene::births::Births;
+use crate::simd::isa::Isa;
+use crate::trace::Index;
+use crate::trace::coplanar::stacks;
+use crate::trace::facet::Facets;
+use crate::trace::flat::Flat;
+use crate::trace::stack::Stack;
+use crate::trace::tree::{BinaryTree, Tree};
+
+/// The most patches a scene may have: patch numbers are 32 bits wide.
+const MAX_PATCHES: u64 = 1 << 31;
+
+/// Up to this many surfaces, meeting every facet is faster than a tree (with AVX-512 up to twice as many).
+const FLAT_SURFACES: usize = 96;
+
+/// What is wrong with a scene. `surface` counts from 0.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum SceneError {
+    /// A value of one surface is not allowed.
+    #[error("{problem}")]
+    Surface {
+        /// The surface number.
+        surface: usize,
+        /// The key at fault, as scene files write it.
+        key: &'static str,
+        /// Problem, reason, remedy.
+        problem: String,
+    },
+    /// The scene as a whole is not allowed.
+    #[error("{0}")]
+    Whole(String),
+}
+
+/// How to look for the nearest surface. The answer is the same with each.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum IndexChoice {
+    /// A tree where there are more than a handful of surfaces.
+    #[default]
+    Auto,
+    /// Meet every surface.
+    Flat,
+    /// A tree, however few there are.
+    Tree,
+}
+
+/// Surfaces, patches, emitters, and the index that rays are traced with.
+#[derive(Clone, Debug)]
+pub struct Scene {
+    names: Vec<String>,
+    surfaces: Vec<Surface>,
+    faces: Faces,
+    channels: usize,
+    power: [f64; 3],
+    emitters: Births,
+    max_reflectance: Spectrum,
+    origin: DVec3,
+    pub(crate) isa: Isa,
+    pub(crate) frames: Frames,
+    pub(crate) landings: Landings,
+    stacks: Vec<Stack>,
+    pub(crate) facets: Facets,
+    pub(crate) index: Index,
+    hash: [u8; 32],
+}
+
+impl Scene {
+    /// Checks a scene and prepares it for walks.
+    ///
+    /// # Errors
+    /// Names the surface and key at fault: a number that is not finite, a reflectance outside [0, 1), a
+    /// negative emittance, no area, no cells; or a scene without surfaces, without emitters, with too many
+    /// patches.
+    pub fn build(spec: &SceneSpec, index: IndexChoice) -> Result<Self, SceneError> {
+        Scene::build_for(spec, index, Isa::best())
+    }
+
+    /// The same for walks on an instruction set that this machine has.
+    pub(crate) fn build_for(spec: &SceneSpec, index: IndexChoice, isa: Isa) -> Result<Self, SceneError> {
+        if spec.surfaces.is_empty() {
+            return Err(SceneError::Whole(
+                "the scene has no surface (nothing could be hit); add a [[surface]] or a [[mesh]]".into(),
+            ));
+        }
+        for (number, surface) in spec.surfaces.iter().enumerate() {
+            check_surface(surface).map_err(|(key, problem)| SceneError::Surface {
+                surface: number,
+                key,
+                problem,
+            })?;
+        }
+        let face_count: f64 =
+            spec.surfaces.iter().map(|s| s.shape.cell_count() as f64 * s.sides.count()).sum();
+        if face_count > MAX_PATCHES as f64 {
+            return Err(SceneError::Whole(format!(
+                "the scene has {face_count} patches (two-sided ones count twice), more than {MAX_PATCHES} (their numbers are 32 bits wide); use coarser `patches`"
+            )));
+        }
+
+        let corners = || spec.surfaces.iter().flat_map(|surface| surface.shape.corners());
+        let min = corners().fold(DVec3::INFINITY, DVec3::min);
+        let max = corners().fold(DVec3::NEG_INFINITY, DVec3::max);
+        let origin = 0.5 * (min + max);
+        let slack = slack(min, max);
+
+        let faces = Faces::new(spec);
+        let mut surfaces: Vec<Surface> = (0..)
+            .zip(&spec.surfaces)
+            .map(|(number, surface)| {
+                let [front, back] = [Side::Front, Side::Back].map(|side| faces.first_on(number, side));
+                Surface::new(surface, front.expect("every surface has a front"), back, origin)
+            })
+            .collect();
+        let channels = spec.channels();
+        let power = std::array::from_fn(|c| faces.iter().map(|face| face.power(c)).sum());
+        let Some(emitters) = Births::of_emitters(&surfaces, &faces, channels, power) else {
+            return Err(SceneError::Whole(
+                "the scene has no emitter (no walk could start); give a material an `emittance` above 0, or a surface an `emit`".into(),
+            ));
+        };
+        if !power.iter().all(|power| power.is_finite()) {
+            return Err(SceneError::Whole(
+                "the emitted power of the scene is not finite (it overflows); give smaller `emittance`s or areas".into(),
+            ));
+        }
+        let tree = match index {
+            IndexChoice::Auto => surfaces.len() > FLAT_SURFACES,
+            IndexChoice::Flat => false,
+            IndexChoice::Tree => true,
+        };
+        let binary = tree.then(|| BinaryTree::new(&surfaces, slack));
+        let stacks = stacks(&surfaces, slack, binary.as_ref());
+        for stack in &stacks {
+            stack.surfaces.iter().for_each(|&surface| surfaces[surface as usize].lie_in(stack.normal));
+        }
+        let facets = Facets::new(&surfaces, &stacks, slack);
+        let index = match &binary {
+            Some(binary) => Index::Tree(Tree::new(binary, &facets)),
+            None => Index::Flat(Flat::new(isa, &surfaces, &facets)),
+        };
+        let hash = hash(spec, !stacks.is_empty());
+        let most = |c: usize| spec.surfaces.iter().fold(0.0, |max: f64, s| max.max(s.reflectance[c]));
+        Ok(Scene {
+            names: names(spec),
+            isa,
+            frames: frames(&surfaces),
+            landings: Landings::new(&surfaces),
+            surfaces,
+            faces,
+            channels,
+            power,
+            emitters,
+            max_reflectance: Spectrum::rgb(std::array::from_fn(most)),
+            origin,
+            stacks,
+            facets,
+            index,
+            hash,
+        })
+    }
+
+    /// The surfaces, by number.
+    pub fn surfaces(&self) -> &[Surface] {
+        &self.surfaces
+    }
+
+    /// The name that outputs show for a surface.
+    pub fn surface_name(&self, surface: u32) -> &str {
+        &self.names[surface as usize]
+    }
+
+    /// The faces, by number.
+    pub fn faces(&self) -> &Faces {
+        &self.faces
+    }
+
+    /// 1 where every reflectance and emittance is grey, else 3.
+    pub fn channels(&self) -> usize {
+        self.channels
+    }
+
+    /// Φ_T: total self-emitted power in one channel [W].
+    pub fn total_power(&self, channel: usize) -> f64 {
+        self.power[channel]
+    }
+
+    /// The highest reflectance in the scene, channel by channel.
+    pub fn max_reflectance(&self) -> Spectrum {
+        self.max_reflectance
+    }
+
+    /// What scene coordinates are relative to, in the coordinates of the file [m].
+    pub fn origin(&self) -> DVec3 {
+        self.origin
+    }
+
+    /// The surfaces that coincide, plane by plane.
+    pub fn stacks(&self) -> &[Stack] {
+        &self.stacks
+    }
+
+    /// Whether rays are traced through a tree of boxes.
+    pub fn has_tree(&self) -> bool {
+        matches!(self.index, Index::Tree(_))
+    }
+
+    /// How many boxes a node of that tree holds.
+    pub fn tree_width(&self) -> Option<usize> {
+        self.has_tree().then_some(crate::trace::tree::WIDTH)
+    }
+
+    /// A digest of all that walks can see: geometry, cells, sides, reflectances, emittances.
+    pub fn hash(&self) -> [u8; 32] {
+        self.hash
+    }
+
+    /// Where shooting walks are born: emitters, with probability Φ_s/Φ_T.
+    pub(crate) fn emitters(&self) -> &Births {
+        &self.emitters
+    }
+}
+
+/// By how much a facet is larger than its surface, on every edge [m]: 2⁻⁴⁶ of the largest coordinate or
+/// extent, 128 times the rounding of such a coordinate. Vertices that were meant to coincide differ by a few
+/// such roundings; nothing may fall through between them.
+fn slack(min: DVec3, max: DVec3) -> f64 {
+    let largest = min.abs().max(max.abs()).max(max - min).max_element();
+    largest / (1_u64 << 46) as f64
+}
+
+type Fault = (&'static str, String);
+
+fn check_surface(surface: &crate::SurfaceSpec) -> Result<(), Fault> {
+    let outline = match surface.shape {
+        Shape::Parallelogram { .. } => "quad",
+        Shape::Triangle { .. } => "triangle",
+    };
+    let corners = surface.shape.corners();
+    if !corners.iter().all(|corner| corner.is_finite()) {
+        return Err((outline, "a corner is not a finite number; write finite coordinates in metres".into()));
+    }
+    let (_, e_u, e_v) = surface.shape.edges();
+    let (area, extent) = (e_u.cross(e_v).length(), e_u.length() * e_v.length());
+    let largest = corners.iter().fold(0.0_f64, |max, corner| max.max(corner.abs().max_element()));
+    // Below this the direction of the normal is rounding noise.
+    let noise = 8.0 * f64::EPSILON * largest * e_u.length().max(e_v.length());
+    if !(area.is_finite() && extent.is_finite() && area > noise && area > 1e-12 * extent) {
+        return Err((
+            outline,
+            format!(
+                "the surface has no area ({area:e} m²; its corners coincide or lie on a line); remove it or move a corner"
+            ),
+        ));
+    }
+    if surface.shape.cell_count() == 0 {
+        return Err((
+            "patches",
+            "a surface must have at least one patch; write 1 or more along each side".into(),
+        ));
+    }
+    if surface.shape.cell_count() > MAX_PATCHES {
+        return Err(("patches", format!("more than {MAX_PATCHES} patches on one surface; use fewer")));
+    }
+    check_reflectance(surface.reflectance).map_err(|problem| ("reflectance", problem))?;
+    check_emittance(surface.emittance).map_err(|problem| ("emittance", problem))?;
+    for &(cell, emittance) in &surface.cell_emittance {
+        if u64::from(cell) >= surface.shape.cell_count() {
+            return Err(("emit", format!("cell {cell} does not exist on this surface")));
+        }
+        check_emittance(emittance).map_err(|problem| ("emit", problem))?;
+    }
+    Ok(())
+}
+
+fn check_reflectance(reflectance: Spectrum) -> Result<(), String> {
+    let outside = reflectance.channels().into_iter().find(|channel| !(0.0..1.0).contains(channel));
+    outside.map_or(Ok(()), |outside| {
+        Err(format!(
+            "{outside} is outside [0, 1) (walks would never end, or power be negative); choose 0 ≤ reflectance < 1"
+        ))
+    })
+}
+
+fn check_emittance(emittance: Spectrum) -> Result<(), String> {
+    let outside = emittance.channels().into_iter().find(|channel| !(channel.is_finite() && *channel >= 0.0));
+    outside.map_or(Ok(()), |outside| {
+        Err(format!(
+            "{outside} is not a finite number ≥ 0 (surfaces cannot emit negative power); give W/m² ≥ 0"
+        ))
+    })
+}
+
+fn names(spec: &SceneSpec) -> Vec<String> {
+    let name = |(number, surface): (usize, &crate::SurfaceSpec)| {
+        surface.name.clone().unwrap_or_else(|| number.to_string())
+    };
+    spec.surfaces.iter().enumerate().map(name).collect()
+}
+
+fn hash(spec: &SceneSpec, layered: bool) -> [u8; 32] {
+    let mut hasher = blake3::Hasher::new();
+    let mut numbers = |values: &[f64]| {
+        for value in values {
+            hasher.update(&value.to_bits().to_le_bytes());
+        }
+    };
+    for surface in &spec.surfaces {
+        let (kind, cells) = match surface.shape {
+            Shape::Parallelogram { cells, .. } => (0.0, cells),
+            Shape::Triangle { rows, .. } => (1.0, [rows, 0]),
+        };
+        numbers(&[kind, f64::from(cells[0]), f64::from(cells[1])]);
+        for corner in surface.shape.corners() {
+            numbers(&corner.to_array());
+        }
+        numbers(&[surface.sides.count()]);
+        numbers(&surface.reflectance.channels());
+        numbers(&surface.emittance.channels());
+        numbers(&[surface.cell_emittance.len() as f64]);
+        for &(cell, emittance) in &surface.cell_emittance {
+            numbers(&[f64::from(cell)]);
+            numbers(&emittance.channels());
+        }
+    }
+    // Results from before there were layers are of another scene.
+    if layered {
+        hasher.update(b"layers");
+    }
+    *hasher.finalize().as_bytes()
+}

@@ -1,0 +1,40 @@
+//! Looking at a scene: what pictures ask beyond what walks do. Coordinates are relative to
+//! [`Scene::origin`].
+
+use glam::DVec3;
+
+use crate::geometry::surface::Surface;
+use crate::scene::Scene;
+use crate::simd::batch::WIDTH;
+use crate::trace::ray::{Hit, Hits, Ray, Rays};
+use crate::trace::tree::Scratch;
+
+impl Scene {
+    /// The nearest surface along a ray, whichever of its sides is met; `None` where the ray leaves the scene.
+    pub fn closest_hit(&self, ray: &Ray) -> Option<Hit> {
+        self.index.closest_hit(&self.facets, ray)
+    }
+
+    /// The same for many rays, whose directions have length 1 within 10⁻⁹: far less work than one by one.
+    pub fn closest_hits(&self, rays: &[Ray]) -> Vec<Option<Hit>> {
+        let (mut batch, mut hits) = (Box::<Rays>::default(), Box::<Hits>::default());
+        let mut scratch = Box::<Scratch>::default();
+        let mut found = Vec::with_capacity(rays.len());
+        for part in rays.chunks(WIDTH) {
+            batch.len = 0;
+            part.iter().for_each(|ray| batch.push(ray));
+            self.index.closest_hits(&self.facets, &batch, &mut scratch, &mut hits);
+            found.extend((0..part.len()).map(|i| hits.get(i)));
+        }
+        found
+    }
+}
+
+impl Surface {
+    /// Every corner of the outline [m].
+    pub fn outline(&self) -> Vec<DVec3> {
+        let others = [[1.0, 0.0], [0.0, 1.0], [1.0, 1.0]];
+        let others = if self.is_triangle() { &others[..2] } else { &others[..] };
+        std::iter::once(&[0.0, 0.0]).chain(others).map(|&uv| self.point(uv)).collect()
+    }
+}

@@ -1,0 +1,8 @@
+//! Many numbers side by side, on the best instruction set that the machine has.
+
+pub(crate) mod batch;
+pub(crate) mod isa;
+pub(crate) mod prefetch;
+pub(crate) mod real;
+pub(crate) mod sixteen;
+pub(crate) mod table;

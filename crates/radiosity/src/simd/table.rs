@@ -1,0 +1,49 @@
+//! What walks look up of surfaces, many at a time.
+
+use crate::simd::prefetch::prefetch;
+
+/// Tables with up to this many rows are kept by columns, too.
+const FEW: usize = 16;
+
+/// A row of K numbers for each surface.
+#[derive(Clone, Debug)]
+pub(crate) struct Table<const K: usize> {
+    rows: Vec<[f64; K]>,
+    /// Of a table with few rows.
+    columns: Option<Box<[[f64; FEW]; K]>>,
+}
+
+impl<const K: usize> Table<K> {
+    pub(crate) fn new(rows: Vec<[f64; K]>) -> Self {
+        let few = rows.len() <= FEW;
+        let column = |k: usize| std::array::from_fn(|i| rows.get(i).map_or(0.0, |row: &[f64; K]| row[k]));
+        Table { columns: few.then(|| Box::new(std::array::from_fn(column))), rows }
+    }
+
+    pub(crate) fn len(&self) -> usize {
+        self.rows.len()
+    }
+
+    /// A row; the last one for numbers beyond the table, which rays that meet nothing have.
+    #[inline(always)]
+    pub(crate) fn row(&self, number: u32) -> &[f64; K] {
+        &self.rows[(number as usize).min(self.rows.len() - 1)]
+    }
+
+    /// Asks for rows ahead of time, of any numbers.
+    #[inline(always)]
+    pub(crate) fn expect(&self, numbers: &[u32]) {
+        if self.columns.is_none() {
+            for &number in numbers {
+                prefetch(self.rows.as_ptr().wrapping_add(number as usize), (8 * K).div_ceil(64));
+            }
+        }
+    }
+
+    /// The columns of a table with few rows.
+    #[cfg_attr(not(target_arch = "x86_64"), allow(dead_code, reason = "one instruction set picks from them"))]
+    #[inline(always)]
+    pub(crate) fn columns(&self) -> Option<&[[f64; FEW]; K]> {
+        self.columns.as_deref()
+    }
+}

@@ -1,0 +1,218 @@
+//! What a ray meets: a surface's plane and the map to its local coordinates.
+
+use std::hint::select_unpredictable;
+
+use glam::DVec3;
+
+use super::layers::{Layers, Relation};
+use super::ray::{Hit, Hits, Ray, Rays};
+use super::stack::Stack;
+use crate::geometry::spec::{Side, Sides};
+use crate::geometry::surface::Surface;
+use crate::simd::table::Table;
+
+/// What tracing needs of a surface: its plane and the affine map to its local coordinates. A facet is the
+/// surface grown by the scene's slack on every edge, so that nothing falls through where two meet.
+#[derive(Clone, Debug)]
+pub(crate) struct Facet {
+    pub(crate) normal: DVec3,
+    /// n·x of the points x of the plane.
+    pub(crate) offset: f64,
+    pub(crate) u_axis: DVec3,
+    pub(crate) u_offset: f64,
+    pub(crate) v_axis: DVec3,
+    pub(crate) v_offset: f64,
+    pub(crate) triangle: bool,
+    pub(crate) two_sided: bool,
+}
+
+impl Facet {
+    /// The facet of a surface in the plane n·x = `offset`.
+    fn new(surface: &Surface, offset: f64, slack: f64) -> Self {
+        let normal = surface.normal();
+        let [u_axis, v_axis] = surface.dual_basis();
+        let (grow_u, grow_v) = (slack * u_axis.length(), slack * v_axis.length());
+        let corner = surface.corner();
+        let (scale_u, scale_v) = if surface.is_triangle() {
+            let grow_w = slack * (u_axis + v_axis).length();
+            let scale = 1.0 / (1.0 + grow_u + grow_v + grow_w);
+            (scale, scale)
+        } else {
+            (1.0 / (1.0 + 2.0 * grow_u), 1.0 / (1.0 + 2.0 * grow_v))
+        };
+        Facet {
+            normal,
+            offset,
+            u_axis: u_axis * scale_u,
+            u_offset: (u_axis.dot(corner) - grow_u) * scale_u,
+            v_axis: v_axis * scale_v,
+            v_offset: (v_axis.dot(corner) - grow_v) * scale_v,
+            triangle: surface.is_triangle(),
+            two_sided: surface.sides() == Sides::Both,
+        }
+    }
+
+    fn numbers(&self) -> [f64; FACET_NUMBERS] {
+        let mut numbers = [0.0; FACET_NUMBERS];
+        let planes = [(self.normal, self.offset), (self.u_axis, self.u_offset), (self.v_axis, self.v_offset)];
+        for (plane, (axis, offset)) in numbers.chunks_exact_mut(4).zip(planes) {
+            plane.copy_from_slice(&axis.extend(offset).to_array());
+        }
+        numbers[12] = f64::from(u8::from(self.triangle));
+        numbers[13] = f64::from(u8::from(self.two_sided));
+        numbers
+    }
+
+    #[inline(always)]
+    fn from_numbers(numbers: &[f64; FACET_NUMBERS]) -> Self {
+        let plane = |k: usize| (DVec3::from_slice(&numbers[4 * k..]), numbers[4 * k + 3]);
+        let [(normal, offset), (u_axis, u_offset), (v_axis, v_offset)] = [0, 1, 2].map(plane);
+        let (triangle, two_sided) = (numbers[12] != 0.0, numbers[13] != 0.0);
+        Facet { normal, offset, u_axis, u_offset, v_axis, v_offset, triangle, two_sided }
+    }
+
+    /// Where a ray meets the facet, and whether it does: (t, uv, side, met).
+    ///
+    /// A start within `slack` of the plane counts as on it: from there the active side is met at t = 0 by a
+    /// ray that goes against its normal, and the back of a one-sided surface is not met at all. So a point
+    /// that rounding put behind its neighbour's plane loses no walk. A facet in `contact`, a layer in front of the one
+    /// that the ray leaves, is met at t = 0 on either side.
+    #[inline(always)]
+    fn meet(&self, ray: &Ray, slack: f64, contact: bool) -> (f64, [f64; 2], Side, bool) {
+        // Everything is selected, nothing branched on: a ray meets one side as often as the other.
+        let approach = self.normal.dot(ray.direction);
+        let height = self.normal.dot(ray.origin) - self.offset;
+        let against = approach < 0.0;
+        let distance = select_unpredictable(against, height, -height);
+        let distance = if contact { 0.0 } else { distance };
+        let nearest = select_unpredictable(against | self.two_sided | contact, -slack, slack);
+        let t = (distance / approach.abs()).max(0.0);
+        let point = ray.origin + ray.direction * t;
+        let u = self.u_axis.dot(point) - self.u_offset;
+        let v = self.v_axis.dot(point) - self.v_offset;
+        let greatest = select_unpredictable(u > v, u, v);
+        let farthest = select_unpredictable(self.triangle, u + v, greatest);
+        let inside = (u >= 0.0) & (v >= 0.0) & (farthest <= 1.0);
+        let met = inside & (distance >= nearest) & (approach != 0.0);
+        (t, [u, v], select_unpredictable(against, Side::Front, Side::Back), met)
+    }
+}
+
+/// Numbers of a facet in a table.
+const FACET_NUMBERS: usize = 16;
+
+/// The facets of a scene in surface order.
+#[derive(Clone, Debug)]
+pub(crate) struct Facets {
+    /// Normal and offset, u and v likewise, 1 for a triangle, 1 for two sides.
+    table: Table<FACET_NUMBERS>,
+    slack: f64,
+    /// Where some surfaces coincide.
+    layers: Option<Layers>,
+}
+
+impl Facets {
+    /// The facets of surfaces of which some lie in the planes of stacks.
+    pub(crate) fn new(surfaces: &[Surface], stacks: &[Stack], slack: f64) -> Self {
+        let mut offsets: Vec<f64> = surfaces.iter().map(|s| s.normal().dot(s.corner())).collect();
+        let faces_normal =
+            |surface: u32, stack: &Stack| surfaces[surface as usize].normal().dot(stack.normal) > 0.0;
+        for stack in stacks {
+            for &surface in &stack.surfaces {
+                let same_way = faces_normal(surface, stack);
+                offsets[surface as usize] = if same_way { stack.offset } else { -stack.offset };
+            }
+        }
+        let facets = surfaces.iter().zip(offsets);
+        let facets = facets.map(|(surface, offset)| Facet::new(surface, offset, slack).numbers());
+        Facets {
+            table: Table::new(facets.collect()),
+            slack,
+            layers: Layers::new(surfaces.len(), stacks, faces_normal),
+        }
+    }
+
+    pub(crate) fn len(&self) -> usize {
+        self.table.len()
+    }
+
+    pub(crate) fn iter(&self) -> impl Iterator<Item = Facet> {
+        (0..self.len() as u32).map(|surface| self.get(surface))
+    }
+
+    #[inline(always)]
+    pub(crate) fn get(&self, surface: u32) -> Facet {
+        Facet::from_numbers(self.table.row(surface))
+    }
+
+    /// The numbers of all.
+    #[inline(always)]
+    pub(crate) fn table(&self) -> &Table<FACET_NUMBERS> {
+        &self.table
+    }
+
+    /// The layers, where some surfaces coincide.
+    #[inline(always)]
+    pub(crate) fn layers(&self) -> Option<&Layers> {
+        self.layers.as_ref()
+    }
+
+    /// By how much facets are larger than their surfaces [m].
+    pub(crate) fn slack(&self) -> f64 {
+        self.slack
+    }
+
+    /// Where a ray meets a facet; `None` where it does not.
+    #[inline(always)]
+    fn hit(&self, surface: u32, ray: &Ray) -> Option<Hit> {
+        if surface == ray.from {
+            return None;
+        }
+        let facet = self.get(surface);
+        let contact = match &self.layers {
+            None => false,
+            Some(layers) => {
+                let against = facet.normal.dot(ray.direction) < 0.0;
+                let side = if against { Side::Front } else { Side::Back };
+                match layers.relation(surface, side, ray) {
+                    Relation::Behind => return None,
+                    Relation::InFront => true,
+                    Relation::Apart => false,
+                }
+            }
+        };
+        let (t, uv, side, met) = facet.meet(ray, self.slack, contact);
+        met.then_some(Hit { t, surface, uv, side })
+    }
+
+    /// What comes first of surfaces that a ray meets at the same t.
+    #[inline(always)]
+    fn rank(&self, surface: u32, side: Side) -> u32 {
+        self.layers.as_ref().map_or(surface, |layers| layers.rank(surface, side))
+    }
+
+    /// Keeps the nearer of `best` and the hit of one facet.
+    #[inline(always)]
+    pub(crate) fn meet(&self, surface: u32, ray: &Ray, best: &mut Option<Hit>) {
+        let Some(hit) = self.hit(surface, ray) else { return };
+        let first = |best: Hit| {
+            hit.t == best.t && self.rank(hit.surface, hit.side) < self.rank(best.surface, best.side)
+        };
+        if best.is_none_or(|best| hit.t < best.t || first(best)) {
+            *best = Some(hit);
+        }
+    }
+
+    /// The same for ray number `i` of a batch.
+    #[inline(always)]
+    pub(crate) fn meet_in(&self, surface: u32, rays: &Rays, i: usize, hits: &mut Hits) {
+        let mut best = hits.get(i);
+        self.meet(surface, &rays.get(i), &mut best);
+        if let Some(hit) = best {
+            hits.t[i] = hit.t;
+            hits.surface[i] = hit.surface;
+            hits.uv.iter_mut().zip(hit.uv).for_each(|(row, uv)| row[i] = uv);
+            hits.facing[i] = hit.side.sign();
+        }
+    }
+}

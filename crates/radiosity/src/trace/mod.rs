@@ -1,0 +1,55 @@
+//! The nearest surface along a ray.
+//!
+//! One arithmetic everywhere: the nearest hit is the least (t, rank), every t computed by [`facet::Facet::meet`] and
+//! nothing else, so neither the index, nor its builder, nor the order of traversal can enter the answer. The rank of a
+//! surface is its number, but where surfaces coincide it is that of its layer ([`coplanar`]). All of it is f64: a scene
+//! may lie 10⁵ edge lengths from its origin.
+
+pub(crate) mod coplanar;
+pub(crate) mod facet;
+pub(crate) mod flat;
+pub(crate) mod layers;
+pub(crate) mod meet;
+pub(crate) mod ray;
+pub(crate) mod stack;
+pub(crate) mod tree;
+
+use facet::Facets;
+use flat::Flat;
+use ray::{Hit, Hits, Ray, Rays};
+use tree::{Scratch, Tree};
+
+/// What a scene finds the nearest surface by.
+#[derive(Clone, Debug)]
+pub(crate) enum Index {
+    /// Every facet is met in turn.
+    Flat(Flat),
+    /// Through a tree of boxes.
+    Tree(Tree),
+}
+
+impl Index {
+    /// The least (t, rank) among the facets that each ray meets. Directions have a length of about 1;
+    /// `scratch` is space that keeps its allocation from batch to batch.
+    #[inline]
+    pub(crate) fn closest_hits(&self, facets: &Facets, rays: &Rays, scratch: &mut Scratch, hits: &mut Hits) {
+        match self {
+            Index::Flat(flat) => flat.closest_hits(facets, rays, hits),
+            Index::Tree(tree) => tree.closest_hits(facets, rays, scratch, hits),
+        }
+    }
+
+    /// The same for one ray of any length.
+    pub(crate) fn closest_hit(&self, facets: &Facets, ray: &Ray) -> Option<Hit> {
+        match self {
+            Index::Flat(_) => {
+                let mut best = None;
+                for surface in 0..facets.len() as u32 {
+                    facets.meet(surface, ray, &mut best);
+                }
+                best
+            }
+            Index::Tree(tree) => tree.closest_hit(facets, ray),
+        }
+    }
+}

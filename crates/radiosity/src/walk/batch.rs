@@ -1,0 +1,466 @@
+//! The walk, as the papers write it, many side by side.
+//!
+//! A batch of walks goes through the same verbs, one verb at a time for all of them: leave, trace, arrive, survive or
+//! die, score. A walk that ends makes room for the next one. Each draws from its own place in the sequence, so that
+//! how many go side by side, and where each of them is, cannot enter the answer.
+
+use std::ops::Range;
+
+use crate::method::Space;
+use crate::random::rng::{Generators, Numbers, Sequence, unit_32};
+use crate::scene::Scene;
+use crate::scene::births::{Births, Origin};
+use crate::simd::batch::{Lanes, Outcome, WIDTH};
+use crate::simd::isa::Isa;
+use crate::tally::Counts;
+use crate::trace::ray::{Hits, Rays};
+use crate::trace::tree::Scratch;
+use crate::walk::arrive::Arrivals;
+use crate::walk::depart::Departures;
+use crate::walk::fate::{Fate, Next};
+use crate::walk::score::Estimator;
+
+/// Every way a walk can end.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum WalkEnd {
+    /// An active side took it.
+    Absorbed,
+    /// It met the back of a one-sided surface.
+    AbsorbedBack,
+    /// It left the scene.
+    Escaped,
+    /// It was cut off (infinite walks only).
+    Truncated,
+}
+
+/// Walks number `walks.start` … `walks.end` − 1 of a sequence; returns how they ended.
+pub(crate) fn walk_all<const C: usize>(
+    scene: &Scene,
+    births: &Births,
+    space: Space,
+    sequence: &Sequence,
+    walks: Range<u64>,
+    fate: impl Fate<C>,
+    estimator: &mut impl Estimator<C>,
+) -> Counts {
+    let starts = sequence.walks_from(walks.start).take((walks.end - walks.start) as usize);
+    walk_each(scene, births, space, &Generators::new(sequence), starts, fate, estimator)
+}
+
+/// Walks that begin at these places of the numbers; returns how they ended.
+pub(crate) fn walk_each<N: Numbers + Clone, const C: usize>(
+    scene: &Scene,
+    births: &Births,
+    space: Space,
+    numbers: &N,
+    starts: impl Iterator<Item = N::Place>,
+    fate: impl Fate<C>,
+    estimator: &mut impl Estimator<C>,
+) -> Counts {
+    let counts = Counts::default();
+    let mut newborns = Newborns::new(scene.isa, births, numbers.clone(), starts);
+    let generators = numbers.clone();
+    let mut walker = Box::new(Walker {
+        isa: scene.isa,
+        scene,
+        space,
+        estimator,
+        counts,
+        len: 0,
+        generators,
+        departures: Departures::default(),
+        fates: [fate; WIDTH],
+        weights: [[1.0; C]; WIDTH],
+    });
+    walker.run(fate, &mut newborns);
+    walker.counts
+}
+
+/// Walks that are about to set out.
+struct Newborns<'a, N, I> {
+    isa: Isa,
+    births: &'a Births,
+    starts: I,
+    generators: N,
+    /// Cradle, cell, point, direction.
+    draws: [[u64; WIDTH]; 4],
+    next: usize,
+    len: usize,
+}
+
+impl<'a, N: Numbers, I: Iterator<Item = N::Place>> Newborns<'a, N, I> {
+    fn new(isa: Isa, births: &'a Births, generators: N, starts: I) -> Self {
+        Newborns { isa, births, starts, generators, draws: [[0; WIDTH]; 4], next: 0, len: 0 }
+    }
+
+    /// The place of the next one in the queue; `None` where all have set out.
+    #[inline(always)]
+    fn pop(&mut self) -> Option<usize> {
+        if self.next == self.len {
+            self.fill();
+        }
+        (self.next < self.len).then(|| {
+            self.next += 1;
+            self.next - 1
+        })
+    }
+
+    fn fill(&mut self) {
+        (self.next, self.len) = (0, 0);
+        for walk in self.starts.by_ref().take(WIDTH) {
+            self.generators.set(self.len, &walk);
+            self.len += 1;
+        }
+        self.generators.draw(self.isa, &mut self.draws);
+    }
+
+    /// Where it is born and the weights it sets out with.
+    #[inline(always)]
+    fn birth<const C: usize>(&self, newborn: usize) -> (Origin, [f64; C]) {
+        self.births.choose([self.draws[0][newborn], self.draws[1][newborn]])
+    }
+}
+
+/// A batch of walks between two rays.
+struct Walker<'a, N, E, F, const C: usize> {
+    isa: Isa,
+    scene: &'a Scene,
+    space: Space,
+    estimator: &'a mut E,
+    counts: Counts,
+    /// The first `len` places are taken.
+    len: usize,
+    generators: N,
+    departures: Departures,
+    fates: [F; WIDTH],
+    /// That walks arrive with.
+    weights: [[f64; C]; WIDTH],
+}
+
+impl<N: Numbers, E: Estimator<C>, F: Fate<C>, const C: usize> Walker<'_, N, E, F, C> {
+    fn run(&mut self, fate: F, newborns: &mut Newborns<N, impl Iterator<Item = N::Place>>) {
+        let (mut rays, mut hits) = (Box::<Rays>::default(), Box::<Hits>::default());
+        let mut scratch = Box::<Scratch>::default();
+        let (mut arrivals, mut draws) = (Arrivals::default(), [[0; WIDTH]; 3]);
+        while self.len < WIDTH && self.begin(self.len, fate, newborns) {
+            self.len += 1;
+        }
+        while self.len > 0 {
+            self.departures.leave(self.isa, &self.scene.frames, self.len, &mut rays);
+            self.counts.rays += self.len as u64;
+            self.scene.index.closest_hits(&self.scene.facets, &rays, &mut scratch, &mut hits);
+            let met = &hits.surface[..self.len];
+            self.scene.landings.expect(met);
+            self.scene.frames.expect(met);
+            // Draws of each arrival: survival, point (discrete walks), direction.
+            self.generators.draw(self.isa, &mut draws);
+            arrivals.locate(self.isa, self.scene, self.space, self.len, &hits, &draws);
+            self.estimator.expect(&arrivals.face[..self.len]);
+            let (outcome, ended) = self.decide(&hits, &arrivals);
+            self.go_on(&hits, &arrivals, &draws[2]);
+            self.estimator.score(&arrivals.face, &outcome, &self.weights);
+            self.replace(ended, fate, newborns);
+        }
+    }
+
+    /// A walk sets out. No score and no survival test at its origin: the estimate is of b, and E is added
+    /// (source-term suppression). False where all have set out.
+    #[inline(always)]
+    fn begin(
+        &mut self,
+        lane: usize,
+        fate: F,
+        newborns: &mut Newborns<N, impl Iterator<Item = N::Place>>,
+    ) -> bool {
+        let Some(newborn) = newborns.pop() else { return false };
+        self.counts.walks += 1;
+        let (Origin { surface: number, cell, side }, weights) = newborns.birth(newborn);
+        let [_, _, point, direction] = newborns.draws.each_ref().map(|row| row[newborn]);
+        self.generators.set(lane, &newborns.generators.get(newborn));
+        if !F::CHANCE {
+            self.fates[lane] = fate;
+            self.fates[lane].set_out(weights);
+        }
+        let surface = &self.scene.surfaces()[number as usize];
+        self.estimator.begin(lane, surface.face(cell, side));
+        let uv = surface.point_in_cell(cell, [(point >> 32) as u32, point as u32].map(unit_32));
+        self.departures.surface[lane] = number;
+        self.departures.facing[lane] = side.sign();
+        self.departures.uv.iter_mut().zip(uv).for_each(|(row, uv)| row[lane] = uv);
+        self.departures.direction[lane] = direction;
+        true
+    }
+
+    /// What becomes of the walks where they have arrived, and which of them have ended.
+    #[inline(always)]
+    fn decide(&mut self, hits: &Hits, arrivals: &Arrivals) -> (Outcome, Lanes) {
+        let all = Lanes::first(self.len);
+        let arrived = arrivals.active & all;
+        let mut outcome = Outcome { arrived, ..Outcome::default() };
+        if F::CHANCE {
+            outcome.survived = arrived & arrivals.survives;
+            outcome.died = arrived.without(outcome.survived);
+        } else {
+            let surfaces = self.scene.surfaces();
+            arrived.each(|lane| {
+                let fate = &mut self.fates[lane];
+                self.weights[lane] = fate.weights();
+                let survives = arrivals.survives.has(lane);
+                match fate.decide(&surfaces[hits.surface[lane] as usize], survives) {
+                    Next::Survives => outcome.survived.insert(lane),
+                    Next::Dies => outcome.died.insert(lane),
+                    Next::Truncated => {}
+                }
+            });
+        }
+        self.counts.absorbed += outcome.died.count();
+        let met = arrivals.met & all;
+        let truncated = outcome.arrived.without(outcome.survived | outcome.died);
+        for (end, lanes) in [
+            (WalkEnd::Escaped, all.without(met)),
+            (WalkEnd::AbsorbedBack, met.without(arrived)),
+            (WalkEnd::Truncated, truncated),
+        ] {
+            lanes.each(|lane| self.counts.end(end, self.fates[lane].weights()));
+        }
+        (outcome, all.without(outcome.survived))
+    }
+
+    /// All leave from where they have arrived; those that have ended are replaced.
+    #[inline(always)]
+    fn go_on(&mut self, hits: &Hits, arrivals: &Arrivals, directions: &[u64; WIDTH]) {
+        self.departures.surface = hits.surface;
+        self.departures.facing = hits.facing;
+        self.departures.uv = arrivals.uv;
+        self.departures.direction = *directions;
+    }
+
+    /// Walks set out in the places of those that have ended. Where none is left, the last ones move there.
+    #[inline(always)]
+    fn replace(&mut self, ended: Lanes, fate: F, newborns: &mut Newborns<N, impl Iterator<Item = N::Place>>) {
+        let mut vacant = Lanes::default();
+        ended.each(|lane| {
+            self.estimator.end(lane, self.generators.chance(lane));
+            if !self.begin(lane, fate, newborns) {
+                vacant.insert(lane);
+            }
+        });
+        if !vacant.is_empty() {
+            self.close_up(vacant);
+        }
+    }
+
+    #[cold]
+    fn close_up(&mut self, vacant: Lanes) {
+        for lane in (0..self.len).rev().filter(|&lane| vacant.has(lane)) {
+            self.len -= 1;
+            if lane != self.len {
+                self.generators.copy(self.len, lane);
+                self.departures.copy(self.len, lane);
+                self.fates[lane] = self.fates[self.len];
+                self.estimator.relocate(self.len, lane);
+            }
+        }
+    }
+}
+
+impl Counts {
+    /// Counts the end of a walk, and the weights it took along in fixed point.
+    #[inline(always)]
+    fn end<const C: usize>(&mut self, end: WalkEnd, weights: [f64; C]) {
+        let (walks, taken) = match end {
+            WalkEnd::Absorbed => {
+                self.absorbed += 1;
+                return;
+            }
+            WalkEnd::AbsorbedBack => (&mut self.absorbed_back, &mut self.absorbed_back_weight),
+            WalkEnd::Escaped => (&mut self.escaped, &mut self.escaped_weight),
+            WalkEnd::Truncated => (&mut self.truncated, &mut self.truncated_weight),
+        };
+        *walks += 1;
+        for (taken, weight) in taken.iter_mut().zip(weights) {
+            *taken += (weight * Counts::WEIGHT_UNITS + 0.5) as u128;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::random::rng::WalkRng;
+    use crate::{Birth, Ray, Scoreboard, Shape, Sides, SurfaceSpec};
+    use crate::{Direction, EstimatorKind, Experiment, IndexChoice, InfiniteEnd, Method, SceneSpec, Tally};
+    use glam::DVec3;
+
+    /// A room with a two-sided plate and a triangle in rows, open at the top.
+    fn room() -> SceneSpec {
+        let quad = |corner: DVec3, u: DVec3, v: DVec3| Shape::Parallelogram {
+            corner,
+            corner_u: corner + u,
+            corner_v: corner + v,
+            cells: [3, 2],
+        };
+        let (x, y, z) = (DVec3::X, DVec3::Y, DVec3::Z);
+        let triangle = Shape::Triangle { a: 0.1 * x, b: x - 0.1 * z, c: 0.9 * y + 0.1 * z, rows: 3 };
+        let shapes = [
+            (quad(DVec3::ZERO, x, y), Sides::Front),
+            (quad(DVec3::ZERO, y, z), Sides::Front),
+            (quad(x, z, y), Sides::Front),
+            (quad(0.2 * (x + y) + 0.6 * z, 0.5 * x, 0.4 * y + 0.1 * z), Sides::Both),
+            (triangle, Sides::Both),
+            (Shape::Triangle { a: y, b: y + z, c: x + y, rows: 1 }, Sides::Front),
+        ];
+        let surface = |(i, (shape, sides)): (usize, (Shape, Sides))| SurfaceSpec {
+            name: None,
+            shape,
+            sides,
+            reflectance: (0.3 + 0.1 * i as f64).into(),
+            emittance: (i as f64).into(),
+            cell_emittance: vec![],
+        };
+        SceneSpec { surfaces: shapes.into_iter().enumerate().map(surface).collect() }
+    }
+
+    /// The room with coincident surfaces: a floor written twice, a rug on it, a plate that is written three times, a
+    /// triangle over part of a wall.
+    fn layered_room() -> SceneSpec {
+        let mut spec = room();
+        let (x, y, z) = (DVec3::X, DVec3::Y, DVec3::Z);
+        let cells = [2, 2];
+        let rug = Shape::Parallelogram {
+            corner: 0.2 * x + 0.1 * y,
+            corner_u: 0.9 * x + 0.1 * y,
+            corner_v: 0.2 * x + 0.7 * y,
+            cells,
+        };
+        let patch = Shape::Triangle { a: 0.1 * y, b: 0.8 * y + 0.1 * z, c: 0.2 * y + 0.9 * z, rows: 2 };
+        let mut add = |shape: Shape, sides: Sides| {
+            let like = spec.surfaces[0].clone();
+            spec.surfaces.push(SurfaceSpec { shape, sides, emittance: 0.3.into(), ..like });
+        };
+        let [floor, plate] = [0, 3].map(|i| room().surfaces[i].shape);
+        add(floor, Sides::Front);
+        add(rug, Sides::Both);
+        add(plate, Sides::Front);
+        add(plate, Sides::Both);
+        add(patch, Sides::Both);
+        spec
+    }
+
+    /// A closed cube in which walks are long.
+    fn bright_cube() -> SceneSpec {
+        let (o, e, axes) = (DVec3::ZERO, DVec3::ONE, DVec3::AXES);
+        let side = |i: usize| {
+            let (u, v) = (axes[(i + 1) % 3], axes[(i + 2) % 3]);
+            if i < 3 { (o, u, v) } else { (e, -v, -u) }
+        };
+        let surface = |i| {
+            let (corner, u, v) = side(i);
+            SurfaceSpec {
+                name: None,
+                shape: Shape::Parallelogram {
+                    corner,
+                    corner_u: corner + u,
+                    corner_v: corner + v,
+                    cells: [2, 1],
+                },
+                sides: Sides::Front,
+                reflectance: 0.99.into(),
+                emittance: 1.0.into(),
+                cell_emittance: vec![],
+            }
+        };
+        SceneSpec { surfaces: (0..6).map(surface).collect() }
+    }
+
+    fn method(direction: Direction) -> Method {
+        Method {
+            direction,
+            estimator: EstimatorKind::Collision,
+            infinite: InfiniteEnd::Roulette { threshold: 0.01 },
+            space: Space::Discrete,
+            mix: false,
+            batch: None,
+            final_gather: Vec::new(),
+        }
+    }
+
+    fn tally(scene: Scene, method: &Method) -> Tally {
+        let experiment = Experiment::new(scene, method.clone()).unwrap();
+        let mut board = experiment.board::<2>();
+        experiment.walk(&Sequence::new(7), 5..4_005, &mut board);
+        board.take().unwrap()
+    }
+
+    /// One walk after the other, as the papers write it: the patches that each arrives at.
+    fn plain_walk(scene: &Scene, space: Space, mut rng: WalkRng) -> Vec<u32> {
+        let ([choice, cell], mut path) = ([rng.bits(), rng.bits()], Vec::new());
+        let (Origin { surface, cell, side }, _) = scene.emitters().choose::<1>([choice, cell]);
+        let uv = scene.surfaces()[surface as usize].point_in_cell(cell, rng.pair());
+        let mut departure = (surface, side, uv);
+        loop {
+            let (from, side, uv) = departure;
+            let surface = &scene.surfaces()[from as usize];
+            let direction = surface.direction(side, rng.bits());
+            let ray = Ray { origin: surface.point(uv), direction, from };
+            let Some(hit) = scene.closest_hit(&ray) else { return path };
+            let surface = &scene.surfaces()[hit.surface as usize];
+            if !surface.is_active(hit.side) {
+                return path;
+            }
+            let cell = surface.cell_at(hit.uv);
+            path.push(surface.face(cell, hit.side));
+            let (survives, point) = (surface.survives(rng.bits()), rng.pair());
+            if !survives {
+                return path;
+            }
+            let uv = match space {
+                Space::Discrete => surface.point_in_cell(cell, point),
+                Space::Continuous => surface.inside(hit.uv),
+            };
+            departure = (hit.surface, hit.side, uv);
+        }
+    }
+
+    #[test]
+    fn walks_side_by_side_are_plain_walks() {
+        for (spec, index) in [
+            (room(), IndexChoice::Flat),
+            (room(), IndexChoice::Tree),
+            (layered_room(), IndexChoice::Flat),
+            (layered_room(), IndexChoice::Tree),
+            (bright_cube(), IndexChoice::Flat),
+        ] {
+            for space in [Space::Discrete, Space::Continuous] {
+                let scene = Scene::build(&spec, index).unwrap();
+                let mut board = Scoreboard::<u64, (), 1, 2>::new(scene.faces().len());
+                for walk in Sequence::new(7).walks_from(5).take(4_000) {
+                    board.add_path(&plain_walk(&scene, space, walk), |_| [1]);
+                }
+                let estimator = EstimatorKind::Collision;
+                let method = Method { estimator, space, ..method(Direction::Shooting) };
+                assert_eq!(
+                    tally(scene, &method).sums(),
+                    board.take().unwrap().sums(),
+                    "{space:?}, {index:?}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn every_instruction_set_gives_the_same_bits() {
+        let on = |isa| Scene::build_for(&room(), IndexChoice::Flat, isa).unwrap();
+        for estimator in [EstimatorKind::Collision, EstimatorKind::Absorption, EstimatorKind::Infinite] {
+            for space in [Space::Discrete, Space::Continuous] {
+                for direction in [Direction::Shooting, Direction::Gathering(Birth::Area)] {
+                    let method = Method { estimator, space, ..method(direction) };
+                    let plain = tally(on(Isa::Portable), &method);
+                    for isa in Isa::available() {
+                        assert_eq!(tally(on(isa), &method), plain, "{isa:?}, {method:?}");
+                    }
+                }
+            }
+        }
+    }
+}

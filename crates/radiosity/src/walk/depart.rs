@@ -1,0 +1,71 @@
+//! Rays that leave surfaces: points from local coordinates, directions from random bits, many side by side.
+
+use crate::geometry::frame::Frames;
+use crate::random::sampling::cosine_directions;
+use crate::simd::batch::WIDTH;
+use crate::simd::isa::{Isa, on_isa};
+use crate::simd::real::Real;
+use crate::trace::ray::Rays;
+
+/// Where the walks of a batch leave from.
+#[derive(Clone, Debug)]
+pub(crate) struct Departures {
+    pub(crate) surface: [u32; WIDTH],
+    /// 1 where it is the front that a walk leaves, −1 where it is the back.
+    pub(crate) facing: [f64; WIDTH],
+    /// Local coordinates on the surface.
+    pub(crate) uv: [[f64; WIDTH]; 2],
+    /// Random bits for the direction.
+    pub(crate) direction: [u64; WIDTH],
+}
+
+impl Default for Departures {
+    fn default() -> Self {
+        Departures { surface: [0; WIDTH], facing: [1.0; WIDTH], uv: [[0.0; WIDTH]; 2], direction: [0; WIDTH] }
+    }
+}
+
+impl Departures {
+    /// The rays of the first `len` departures, cosine-distributed about the normals. Their directions have length 1
+    /// within 10⁻¹¹.
+    pub(crate) fn leave(&self, isa: Isa, frames: &Frames, len: usize, rays: &mut Rays) {
+        rays.len = len;
+        rays.from = self.surface;
+        let departures = self;
+        on_isa!(isa, leave(departures: &Departures, frames: &Frames, rays: &mut Rays));
+    }
+
+    /// Puts departure `from` in place of departure `to`.
+    #[inline(always)]
+    pub(crate) fn copy(&mut self, from: usize, to: usize) {
+        self.surface[to] = self.surface[from];
+        self.facing[to] = self.facing[from];
+        self.uv.iter_mut().for_each(|row| row[to] = row[from]);
+        self.direction[to] = self.direction[from];
+    }
+}
+
+/// [`Surface::point`] and [`Surface::to_scene`], operation by operation.
+#[inline(always)]
+fn leave<R: Real>(departures: &Departures, frames: &Frames, rays: &mut Rays) {
+    for first in (0..rays.len.min(WIDTH)).step_by(R::N) {
+        let frame = R::rows(frames, &departures.surface[first..]);
+        let (corner, edges, tangent, normal) =
+            (&frame[0..3], [&frame[3..6], &frame[6..9]], &frame[9..12], &frame[12..15]);
+        let bitangent = cross(normal, tangent);
+        let [x, y, z] = cosine_directions::<R>(&departures.direction[first..]);
+        let z = z * R::load(&departures.facing[first..]);
+        let (u, v) = (R::load(&departures.uv[0][first..]), R::load(&departures.uv[1][first..]));
+        for axis in 0..3 {
+            let direction = tangent[axis] * x + bitangent[axis] * y + normal[axis] * z;
+            direction.store(&mut rays.direction[axis][first..]);
+            let origin = corner[axis] + edges[0][axis] * u + edges[1][axis] * v;
+            origin.store(&mut rays.origin[axis][first..]);
+        }
+    }
+}
+
+#[inline(always)]
+fn cross<R: Real>(a: &[R], b: &[R]) -> [R; 3] {
+    [a[1] * b[2] - b[1] * a[2], a[2] * b[0] - b[2] * a[0], a[0] * b[1] - b[0] * a[1]]
+}

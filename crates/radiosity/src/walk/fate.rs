@@ -1,0 +1,184 @@
+//! What becomes of a walk at a hit: absorbed at random, or weakened.
+//!
+//! A walk serves all channels at once, with a weight for each. It survives a surface with probability σ, the
+//! largest channel of R there, and is then multiplied by R_c/σ in channel c: the mean is R_c, as if that channel
+//! had walked alone, and no weight ever grows, so that no score can exceed what it set out with. A grey walk
+//! has σ = R and carries no weight at all.
+
+use crate::geometry::surface::Surface;
+use crate::method::InfiniteEnd;
+
+/// What a walk does after a hit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Next {
+    /// Goes on.
+    Survives,
+    /// Is absorbed.
+    Dies,
+    /// Is cut off with the weights it has left.
+    Truncated,
+}
+
+/// How walks end, C channels at a time. A walk's own state is a copy.
+pub(crate) trait Fate<const C: usize>: Copy {
+    /// Whether chance alone decides and nothing is remembered.
+    const CHANCE: bool = false;
+    /// It sets out with these weights.
+    fn set_out(&mut self, weights: [f64; C]);
+    /// The weights that it arrives with.
+    fn weights(&self) -> [f64; C];
+    /// Decides at a hit; `survives` as chance has it, with probability σ.
+    fn decide(&mut self, surface: &Surface, survives: bool) -> Next;
+}
+
+#[inline(always)]
+fn analog(survives: bool) -> Next {
+    if survives { Next::Survives } else { Next::Dies }
+}
+
+/// Grey: absorbed with probability 1 − R at each hit; the weight stays 1.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Analog;
+
+impl Fate<1> for Analog {
+    const CHANCE: bool = true;
+
+    #[inline(always)]
+    fn set_out(&mut self, _: [f64; 1]) {}
+
+    #[inline(always)]
+    fn weights(&self) -> [f64; 1] {
+        [1.0]
+    }
+
+    #[inline(always)]
+    fn decide(&mut self, _: &Surface, survives: bool) -> Next {
+        analog(survives)
+    }
+}
+
+/// In colour: absorbed with probability 1 − σ at each hit.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Coloured {
+    weights: [f64; 3],
+}
+
+impl Coloured {
+    pub(crate) fn new() -> Self {
+        Coloured { weights: [1.0; 3] }
+    }
+}
+
+impl Fate<3> for Coloured {
+    #[inline(always)]
+    fn set_out(&mut self, weights: [f64; 3]) {
+        self.weights = weights;
+    }
+
+    #[inline(always)]
+    fn weights(&self) -> [f64; 3] {
+        self.weights
+    }
+
+    #[inline(always)]
+    fn decide(&mut self, surface: &Surface, survives: bool) -> Next {
+        let next = analog(survives);
+        if next == Next::Survives {
+            weaken(&mut self.weights, surface.tint());
+        }
+        next
+    }
+}
+
+#[inline(always)]
+fn weaken<const C: usize>(weights: &mut [f64; C], factors: [f64; 3]) {
+    for (weight, factor) in weights.iter_mut().zip(factors) {
+        *weight *= factor;
+    }
+}
+
+/// Direct light: the first arrival is the last.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct FirstArrival<const C: usize> {
+    weights: [f64; C],
+}
+
+impl<const C: usize> FirstArrival<C> {
+    pub(crate) fn new() -> Self {
+        FirstArrival { weights: [1.0; C] }
+    }
+}
+
+impl<const C: usize> Fate<C> for FirstArrival<C> {
+    #[inline(always)]
+    fn set_out(&mut self, weights: [f64; C]) {
+        self.weights = weights;
+    }
+
+    #[inline(always)]
+    fn weights(&self) -> [f64; C] {
+        self.weights
+    }
+
+    #[inline(always)]
+    fn decide(&mut self, _: &Surface, _: bool) -> Next {
+        Next::Dies
+    }
+}
+
+/// Never absorbed by chance: the weights are multiplied by the reflectances met (SInf), until `end`.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Infinite<const C: usize> {
+    weights: [f64; C],
+    hits: u32,
+    /// Goes on as a collision walk of these weights.
+    roulette: bool,
+    end: InfiniteEnd,
+}
+
+impl<const C: usize> Infinite<C> {
+    pub(crate) fn new(end: InfiniteEnd) -> Self {
+        Infinite { weights: [1.0; C], hits: 0, roulette: false, end }
+    }
+
+    #[inline(always)]
+    fn largest_weight(&self) -> f64 {
+        self.weights.into_iter().fold(0.0, f64::max)
+    }
+}
+
+impl<const C: usize> Fate<C> for Infinite<C> {
+    #[inline(always)]
+    fn set_out(&mut self, weights: [f64; C]) {
+        self.weights = weights;
+    }
+
+    #[inline(always)]
+    fn weights(&self) -> [f64; C] {
+        self.weights
+    }
+
+    #[inline(always)]
+    fn decide(&mut self, surface: &Surface, survives: bool) -> Next {
+        if self.roulette {
+            let next = analog(survives);
+            if C > 1 && next == Next::Survives {
+                weaken(&mut self.weights, surface.tint());
+            }
+            return next;
+        }
+        weaken(&mut self.weights, surface.reflectance().channels());
+        self.hits += 1;
+        let weight = self.largest_weight();
+        if weight == 0.0 {
+            return Next::Dies;
+        }
+        match self.end {
+            InfiniteEnd::Roulette { threshold } => self.roulette = weight < threshold,
+            InfiniteEnd::Cutoff { threshold } if weight < threshold => return Next::Truncated,
+            InfiniteEnd::Length { length } if self.hits >= length => return Next::Truncated,
+            InfiniteEnd::Cutoff { .. } | InfiniteEnd::Length { .. } => {}
+        }
+        Next::Survives
+    }
+}

@@ -1,0 +1,96 @@
+//! Correlated sequences: the mistake made on purpose.
+
+use radiosity::Sequence;
+use rand_pcg::Pcg64;
+use rand_pcg::rand_core::{Rng, SeedableRng};
+use report::{Axis, Chart};
+use stats::Measured;
+
+use crate::atlas::entry::{Claim, Entry, Failure, Finding};
+use crate::atlas::lab::{Lab, mean};
+use crate::numbers::{figure, pm, seen, theory};
+
+pub const ENTRY: Entry =
+    Entry { name: "correlated-sequences", title: "Sequences of walks that are not independent", study };
+
+/// Sequences side by side.
+const SEQUENCES: u64 = 1024;
+
+/// The variance of the mean of as many uniform numbers, each from a sequence of its own, over what independent ones have;
+/// over many steps of all.
+fn excess(steps: usize, mut draw: impl FnMut(usize) -> f64) -> Measured {
+    let sequences = SEQUENCES as usize;
+    let squares: Vec<f64> = (0..steps)
+        .map(|_| {
+            let sum: f64 = (0..sequences).map(|i| draw(i) - 0.5).sum();
+            sum * sum * 12.0 / sequences as f64
+        })
+        .collect();
+    mean(&squares)
+}
+
+fn study(lab: &Lab) -> Result<Finding, Failure> {
+    let steps = lab.size(2000, 20_000);
+    let distances = lab.size(vec![64, 100], vec![40, 52, 64, 76, 88, 100, 112, 120]);
+    let placed = |power: u32| {
+        let mut states: Vec<Pcg64> = Vec::new();
+        let mut state = Pcg64::seed_from_u64(7);
+        for _ in 0..SEQUENCES {
+            states.push(state.clone());
+            state.advance(1 << power);
+        }
+        excess(steps, |i| (states[i].next_u64() >> 11) as f64 / (1_u64 << 53) as f64)
+    };
+    let marks: Vec<(f64, Measured)> =
+        distances.iter().map(|&power| (f64::from(power), placed(power))).collect();
+    let sequence = Sequence::new(7);
+    let mut walks: Vec<_> = sequence.walks_from(0).take(SEQUENCES as usize).collect();
+    let ours = excess(steps, |i| walks[i].pair()[0]);
+    let worst = marks.iter().max_by(|a, b| a.1.value.total_cmp(&b.1.value)).expect("a sweep has points");
+    let claims = vec![
+        Claim::equal("radwalk's walks: variance over that of independent numbers", ours, 1.0).instead(),
+        Claim::below(
+            "independent ones have less than a third of the worst of the sweep",
+            ours,
+            worst.1.value / 3.0,
+        ),
+        Claim::sure(
+            "2^100 draws apart intervals are more than twice too narrow",
+            marks.iter().any(|(power, found)| *power == 100.0 && found.value > 4.0),
+        ),
+    ];
+    Ok(Finding {
+        predicted: "The mean of m independent uniform numbers has the variance 1/(12m). Sequences of one linear \
+                    congruential generator modulo 2¹²⁸ that are 2^k draws apart share the low bits of their \
+                    states, all but 128 − k, and a weak output function (PCG64's XSL-RR) does not hide it: neighbours \
+                    move together, and every interval is too narrow by as much."
+            .into(),
+        seen: format!(
+            "Over {SEQUENCES} sequences of PCG64, 2^{} draws apart, the variance is {} times that of independent \
+             numbers: intervals are {} times too narrow.",
+            worst.0,
+            pm(worst.1),
+            figure(worst.1.value.sqrt())
+        ),
+        told: vec![
+            "nothing: no option places walks; a job has one sequence, and walk n its place in it. `drift` compares \
+             halves of a run, but walks that move together do so in both"
+                .into(),
+        ],
+        instead: format!(
+            "What radwalk does: PCG64-DXSM, walk n at n·G draws, G = 2¹²⁸ over the golden ratio: {}.",
+            pm(ours)
+        ),
+        claims,
+        chart: Chart {
+            title: format!("Means over {SEQUENCES} sequences that are placed 2^k draws apart"),
+            x: Axis::linear("k"),
+            y: Axis::log("variance over that of independent numbers"),
+            series: vec![
+                theory("independent", distances.iter().map(|&k| (f64::from(k), 1.0))),
+                seen("PCG64 (XSL-RR)", marks),
+                seen("PCG64-DXSM, walks placed by the golden ratio", [(f64::from(distances[0]), ours)]),
+            ],
+        },
+    })
+}

@@ -1,0 +1,85 @@
+//! One walk, and no hits.
+
+use exact::Exact;
+use radiosity::EstimatorKind;
+use report::{Axis, Chart};
+
+use crate::atlas::entry::{Claim, Entry, Failure, Finding};
+use crate::atlas::lab::{Lab, covered, estimate, experiment, proportion, receivers, run, shooting, solve};
+use crate::numbers::{pm, seen, theory};
+
+pub const ENTRY: Entry = Entry { name: "few-walks", title: "One walk, and patches without a hit", study };
+
+fn study(lab: &Lab) -> Result<Finding, Failure> {
+    let spec = scenes::cube(3);
+    let truth = Exact::of_scene(&spec)?.solution().radiosity.clone();
+    let experiment = experiment(&spec, shooting(EstimatorKind::Collision))?;
+    let patches = receivers(&experiment);
+    let sweep = lab.size(vec![1, 10, 100], vec![1, 2, 4, 10, 30, 100, 300, 1000, 3000]);
+    let runs = lab.size(400, 4000);
+    let (mut naive, mut ours, mut unhit) = (Vec::new(), Vec::new(), Vec::new());
+    let mut claims = Vec::new();
+    for &walks in &sweep {
+        let found = lab.each_seed(runs, |seed| {
+            let solution = solve(&experiment, seed, walks);
+            let normal = |&&i: &&usize| {
+                let estimate = estimate(&solution, i);
+                (estimate.radiosity - truth[i]).abs() <= 1.96 * estimate.std_error.unwrap_or(0.0)
+            };
+            let part = |n: usize| n as f64 / patches.len() as f64;
+            let none = patches.iter().filter(|&&i| estimate(&solution, i).hits == 0).count();
+            (part(patches.iter().filter(normal).count()), covered(&solution, &patches, &truth), part(none))
+        });
+        let of = |pick: fn(&(f64, f64, f64)) -> f64| proportion(&found.iter().map(pick).collect::<Vec<_>>());
+        let at = walks as f64;
+        naive.push((at, of(|f| f.0)));
+        ours.push((at, of(|f| f.1)));
+        unhit.push((at, of(|f| f.2)));
+        claims.push(Claim::at_least(&format!("{walks} walks: coverage"), of(|f| f.1), 0.95));
+    }
+    claims.push(Claim::below("coverage of ± 1.96 standard errors after one walk", naive[0].1, 0.5));
+    let one = solve(&experiment, 1, 1);
+    let silent = patches.iter().all(|&i| estimate(&one, i).std_error.is_none());
+    claims.push(Claim::sure("one walk has no standard error", silent));
+    let open = patches.iter().all(|&i| estimate(&one, i).ci_high > estimate(&one, i).ci_low);
+    claims.push(Claim::sure("no interval is a point", open));
+    let told = run(&experiment, 1, 1, None).told();
+    for word in ["`unhit`", "`rare`"] {
+        claims.push(Claim::told(&told, word));
+    }
+    let after = run(&experiment, 1, 200_000, None).told();
+    claims.push(Claim::sure("after 200,000 walks no check fails", after.is_empty()).instead());
+    Ok(Finding {
+        predicted: "After one walk nothing is known of the variance. A patch that no walk has hit has B̂ = E and a \
+                    sample variance of 0: ± 1.96 standard errors is a point there. Without a hit in n walks, scores \
+                    of bounded E[x²]/E[x] still give an upper bound (Cauchy & Schwarz), with one or two a Poisson \
+                    one (Garwood), widened."
+            .into(),
+        seen: format!(
+            "After one walk {} of the patches are unhit; ± 1.96 standard errors cover {}, radwalk's intervals {}. \
+             After {} walks they cover {} and {}.",
+            pm(unhit[0].1),
+            pm(naive[0].1),
+            pm(ours[0].1),
+            sweep[sweep.len() - 1],
+            pm(naive[naive.len() - 1].1),
+            pm(ours[ours.len() - 1].1)
+        ),
+        told,
+        instead: "Walk on, with `--resume --paths 200000`: then every check passes. Until then trust intervals, which are true from \
+                  the first walk on."
+            .into(),
+        claims,
+        chart: Chart {
+            title: "The 54-patch cube after few walks".into(),
+            x: Axis::log("walks"),
+            y: Axis::linear("part of the patches"),
+            series: vec![
+                seen("covered by ± 1.96 standard errors", naive),
+                seen("covered by radwalk's 95 % intervals", ours),
+                seen("without a hit", unhit),
+                theory("95 %", sweep.iter().map(|&walks| (walks as f64, 0.95))),
+            ],
+        },
+    })
+}

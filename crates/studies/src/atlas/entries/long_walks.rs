@@ -1,0 +1,125 @@
+//! R → 1: walks that take 1/(1 − R) rays, in one room and in two that hardly exchange.
+
+use std::sync::Arc;
+
+use exact::{Exact, WalkEstimator};
+use radiosity::{EstimatorKind, SceneSpec};
+use report::{Axis, Chart, Series};
+use stats::Measured;
+
+use super::absorption;
+use crate::atlas::entry::{Claim, Entry, Failure, Finding};
+use crate::atlas::lab::{Lab, chains, experiment, ratio, receivers, root, run, shooting, squared_error};
+use crate::numbers::{figure, pm, seen, theory};
+
+pub const ONE_ROOM: Entry = Entry {
+    name: "long-walks",
+    title: "R → 1: the scores of a long walk hang together",
+    study: |lab| {
+        Room {
+            scene: absorption::scene,
+            what: "In the 54-patch cube",
+            theory: "The recurrent potential ξ_i, what returns to a patch of a unit of power that it sends out, tends \
+                     to A_i/(A_T(1 − R)), so that the variance of collision shooting for one walk, \
+                     b[(R_iΦ_T/A_i)(1 + 2R_iξ_i) − b] (S97 table 3), tends to b²: a walk tells as much as one number, \
+                     and takes 1/(1 − R) rays. For equal rays the squared error grows as 1/(1 − R). Chains solve a \
+                     system in which only differences of B go along links, and these fade as R → 1.",
+            title: "R → 1 in the 54-patch cube",
+        }
+        .study(lab)
+    },
+};
+
+pub const TWO_ROOMS: Entry = Entry {
+    name: "two-rooms",
+    title: "R → 1 in two rooms that exchange 1 %",
+    study: |lab| {
+        Room {
+            scene: |reflectance| scenes::two_rooms(0.1, reflectance),
+            what: "In two rooms with a hole of 1 % between them",
+            theory: "As long as walks die before they find the hole (R = 0.9), the room without a lamp is a matter of \
+                     rare walks; near R = 1 each walk has been everywhere, and they err as in one room. BS's \
+                     iterations carry an error from each to the next, through the hole as slowly as light \
+                     does; chains that solve the system of their links do not iterate over rays.",
+            title: "R → 1 in two rooms",
+        }
+        .study(lab)
+    },
+};
+
+struct Room {
+    scene: fn(f64) -> SceneSpec,
+    what: &'static str,
+    theory: &'static str,
+    title: &'static str,
+}
+
+impl Room {
+    fn study(self, lab: &Lab) -> Result<Finding, Failure> {
+        let sweep = lab.size(vec![0.9, 0.999], vec![0.9, 0.99, 0.999, 0.9999]);
+        let (runs, rays) = lab.size((60, 1_u64 << 14), (200, 1 << 17));
+        let exact = Exact::of_scene(&(self.scene)(0.5))?;
+        let exchange = Arc::new(exact.exchange().clone());
+        let (mut line, mut walked, mut chained) = (Vec::new(), Vec::new(), Vec::new());
+        let mut claims = Vec::new();
+        for &reflectance in &sweep {
+            let spec = (self.scene)(reflectance);
+            let all = vec![reflectance; exact.face_count()];
+            let exact = Exact::new(exchange.clone(), all, exact.emittance().to_vec())?;
+            let truth = &exact.solution().radiosity;
+            let walks = experiment(&spec, shooting(EstimatorKind::Collision))?;
+            let patches = receivers(&walks);
+            let n = (rays as f64 * (1.0 - reflectance)) as u64;
+            let variances = WalkEstimator::ShootCollision.variances(&exact);
+            let relative = patches.iter().map(|&i| variances[i] / (truth[i] * truth[i])).sum::<f64>();
+            let predicted = relative / (patches.len() as f64 * n as f64);
+            let by_walks = squared_error(lab, runs, &walks, n, &patches, truth);
+            let eight = experiment(&spec, chains(rays / 8))?;
+            let by_chains = squared_error(lab, runs, &eight, 8, &patches, truth);
+            let what = format!("R = {reflectance}: squared error of walks over theory");
+            claims.push(Claim::equal(&what, ratio(by_walks, predicted), 1.0));
+            line.push((1.0 - reflectance, predicted.sqrt()));
+            walked.push((1.0 - reflectance, root(by_walks)));
+            chained.push((1.0 - reflectance, root(by_chains)));
+        }
+        let last = |series: &[(f64, Measured)]| series[series.len() - 1].1;
+        let (walks, chain, brightest) = (last(&walked), last(&chained), sweep[sweep.len() - 1]);
+        claims.push(
+            Claim::below("error of chains at the brightest, half that of walks", chain, 0.5 * walks.value)
+                .instead(),
+        );
+        let told =
+            run(&experiment(&(self.scene)(0.999), shooting(EstimatorKind::Collision))?, 1, 20, None).told();
+        claims.push(Claim::told(&told, "a walk may take 1000 rays"));
+        let series: Vec<Series> = vec![
+            theory("walks, S97 table 3", line),
+            seen("walks, seen", walked.clone()),
+            seen("eight chains", chained.clone()),
+        ];
+        Ok(Finding {
+            predicted: self.theory.into(),
+            seen: format!(
+                "{} the rms relative error of {rays} rays is {} by walks at R = {}, {} at R = {brightest}.",
+                self.what,
+                pm(walked[0].1),
+                sweep[0],
+                pm(walks)
+            ),
+            told,
+            instead: format!(
+                "walk = \"jacobi\": {} at R = {} and {} at R = {brightest}, from as many rays: {} times less.",
+                pm(chained[0].1),
+                sweep[0],
+                pm(chain),
+                figure(walks.value / chain.value)
+            ),
+            claims,
+            chart: Chart {
+                title: format!("{}: errors of {rays} rays", self.title),
+                x: Axis::log("1 − R"),
+                y: Axis::log("rms relative error of B"),
+                series,
+            },
+        })
+    }
+}

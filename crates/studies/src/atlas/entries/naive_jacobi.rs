@@ -1,0 +1,251 @@
+//! Naive intervals of stochastic Jacobi iterations: the mistake made on purpose. The iterations are those of BS §4 on the
+//! exact form factors, without any tracing; they begin at the solution, which no real chain can.
+
+use exact::Exact;
+use rand_pcg::Pcg64Dxsm;
+use rand_pcg::rand_core::{Rng, SeedableRng};
+use report::{Axis, Chart};
+use stats::Measured;
+
+use crate::atlas::entry::{Claim, Entry, Failure, Finding};
+use crate::atlas::lab::{Lab, chains, coverage, experiment, mean, proportion, ratio, receivers, run};
+use crate::numbers::{figure, pm, seen, theory};
+
+pub const ENTRY: Entry = Entry {
+    name: "naive-jacobi",
+    title: "Intervals from the spread between the iterations of one chain",
+    study,
+};
+
+const REFLECTANCE: f64 = 0.95;
+
+/// Rays of an iteration.
+const RAYS: usize = 400;
+
+/// Two-sided 95 %.
+const Z: f64 = 1.96;
+
+type Matrix = Vec<Vec<f64>>;
+
+/// The iterations P' = Φ + R·(what arrives of P), by their expectation and their noise (BS eqs. 20–22).
+struct Iteration {
+    /// T_lj = R_l F_jl.
+    transport: Matrix,
+    /// Covariance of one iteration that begins at the solution: rays land on l with the probability φ_l/P_T.
+    noise: Matrix,
+    /// P at the solution [W].
+    power: Vec<f64>,
+    emitted: Vec<f64>,
+    reflectance: Vec<f64>,
+    /// For each patch, the patches that its rays reach with the probability up to there.
+    reach: Matrix,
+}
+
+impl Iteration {
+    fn new(exact: &Exact) -> Self {
+        let n = exact.face_count();
+        let form = |j: usize, l: usize| exact.exchange().form_factor(j, l);
+        let reflectance = exact.reflectance().to_vec();
+        let areas = exact.areas();
+        let power: Vec<f64> = areas.iter().zip(&exact.solution().radiosity).map(|(a, b)| a * b).collect();
+        let total: f64 = power.iter().sum();
+        let landing: Vec<f64> = exact.solution().incoming.iter().map(|phi| phi / total).collect();
+        let covariance = |l: usize, m: usize| {
+            let own = if l == m { landing[l] } else { 0.0 };
+            let scale = reflectance[l] * reflectance[m] * total * total / RAYS as f64;
+            scale * (own - landing[l] * landing[m])
+        };
+        let reach = |j: usize| {
+            let mut sum = 0.0;
+            (0..n)
+                .map(|l| {
+                    sum += form(j, l);
+                    sum
+                })
+                .collect()
+        };
+        Iteration {
+            transport: (0..n).map(|l| (0..n).map(|j| reflectance[l] * form(j, l)).collect()).collect(),
+            noise: (0..n).map(|l| (0..n).map(|m| covariance(l, m)).collect()).collect(),
+            emitted: areas.iter().zip(exact.emittance()).map(|(a, e)| a * e).collect(),
+            reach: (0..n).map(reach).collect(),
+            power,
+            reflectance,
+        }
+    }
+
+    /// Variances of the mean over so many iterations, and the expected squares of what their spread says it is.
+    fn predicted(&self, iterations: usize) -> (Vec<f64>, Vec<f64>) {
+        let n = self.power.len();
+        let identity: Matrix =
+            (0..n).map(|i| (0..n).map(|j| f64::from(u8::from(i == j))).collect()).collect();
+        // After k iterations the error is Σ_m T^m ε: noise of m iterations ago, carried on.
+        let (mut carried, mut sum) = (identity, vec![vec![0.0; n]; n]);
+        let (mut of_mean, mut of_one) = (vec![0.0; n], vec![0.0; n]);
+        for m in 0..iterations {
+            add(&mut sum, &carried);
+            let spread = quadratic(&sum, &self.noise);
+            of_mean.iter_mut().zip(spread).for_each(|(total, v)| *total += v);
+            let alone = quadratic(&carried, &self.noise);
+            // What is m iterations old is in all but m of them.
+            let share = (iterations - m) as f64 / iterations as f64;
+            of_one.iter_mut().zip(alone).for_each(|(total, v)| *total += share * v);
+            carried = product(&carried, &self.transport);
+        }
+        let k = iterations as f64;
+        of_mean.iter_mut().for_each(|v| *v /= k * k);
+        let naive = of_one.iter().zip(&of_mean).map(|(one, mean)| (one - mean) / (k - 1.0)).collect();
+        (of_mean, naive)
+    }
+
+    /// The mean of so many iterations, and its naive variance, patch by patch.
+    fn chain(&self, seed: u64, iterations: usize) -> (Vec<f64>, Vec<f64>) {
+        let mut rng = Pcg64Dxsm::seed_from_u64(seed);
+        let mut uniform = || (rng.next_u64() >> 11) as f64 / (1_u64 << 53) as f64;
+        let n = self.power.len();
+        let mut power = self.power.clone();
+        let (mut sum, mut squares) = (vec![0.0; n], vec![0.0; n]);
+        for _ in 0..iterations {
+            let mut upto = 0.0;
+            let births: Vec<f64> = power
+                .iter()
+                .map(|p| {
+                    upto += p;
+                    upto
+                })
+                .collect();
+            let mut next = self.emitted.clone();
+            for _ in 0..RAYS {
+                let birth = uniform() * upto;
+                let from = births.partition_point(|&p| p < birth).min(n - 1);
+                let u = uniform();
+                let to = self.reach[from].partition_point(|&p| p < u);
+                if to < n {
+                    next[to] += self.reflectance[to] * upto / RAYS as f64;
+                }
+            }
+            power = next;
+            for i in 0..n {
+                sum[i] += power[i];
+                squares[i] += power[i] * power[i];
+            }
+        }
+        let k = iterations as f64;
+        let naive = sum.iter().zip(&squares).map(|(s, q)| (q - s * s / k) / (k * (k - 1.0))).collect();
+        (sum.into_iter().map(|s| s / k).collect(), naive)
+    }
+}
+
+fn add(sum: &mut Matrix, term: &Matrix) {
+    for (row, other) in sum.iter_mut().zip(term) {
+        row.iter_mut().zip(other).for_each(|(x, y)| *x += y);
+    }
+}
+
+fn product(a: &Matrix, b: &Matrix) -> Matrix {
+    let row = |a: &Vec<f64>| {
+        let mut sums = vec![0.0; b.len()];
+        for (x, row) in a.iter().zip(b) {
+            sums.iter_mut().zip(row).for_each(|(sum, y)| *sum += x * y);
+        }
+        sums
+    };
+    a.iter().map(row).collect()
+}
+
+/// The diagonal of M C Mᵀ.
+fn quadratic(m: &Matrix, c: &Matrix) -> Vec<f64> {
+    let mc = product(m, c);
+    mc.iter().zip(m).map(|(row, m)| row.iter().zip(m).map(|(x, y)| x * y).sum()).collect()
+}
+
+/// Of intervals that are so many times too narrow, the part that holds the truth.
+fn coverage_of(ratio: f64) -> f64 {
+    2.0 * stats::normal_cdf(Z / ratio.sqrt()) - 1.0
+}
+
+fn study(lab: &Lab) -> Result<Finding, Failure> {
+    let spec = scenes::two_rooms(0.1, REFLECTANCE);
+    let exact = Exact::of_scene(&spec)?;
+    let iteration = Iteration::new(&exact);
+    let sweep = lab.size(vec![10, 40], vec![5, 10, 20, 40, 80, 160, 320]);
+    let runs = lab.size(200, 1000);
+    // Far from the lamp.
+    const PATCH: usize = 20;
+    let (mut line, mut marks) = (Vec::new(), Vec::new());
+    let mut claims = Vec::new();
+    let mut excess = (0.0, Measured { value: 0.0, standard_error: 0.0 });
+    for &iterations in &sweep {
+        let (variance, naive) = iteration.predicted(iterations);
+        let found = lab.each_seed(runs, |seed| {
+            let (mean, naive) = iteration.chain(seed, iterations);
+            let off = mean[PATCH] - iteration.power[PATCH];
+            (off * off, naive[PATCH], f64::from(u8::from(off.abs() <= Z * naive[PATCH].sqrt())))
+        });
+        let of = |pick: fn(&(f64, f64, f64)) -> f64| mean(&found.iter().map(pick).collect::<Vec<_>>());
+        let true_variance = of(|f| f.0);
+        claims.push(Claim::equal(
+            &format!("{iterations} iterations: variance over that predicted"),
+            ratio(true_variance, variance[PATCH]),
+            1.0,
+        ));
+        let told_variance = of(|f| f.1);
+        claims.push(Claim::equal(
+            &format!("{iterations} iterations: what the spread says, over what it is expected to say"),
+            ratio(told_variance, naive[PATCH]),
+            1.0,
+        ));
+        let covers = proportion(&found.iter().map(|f| f.2).collect::<Vec<_>>());
+        line.push((iterations as f64, coverage_of(variance[PATCH] / naive[PATCH])));
+        marks.push((iterations as f64, covers));
+        excess = (variance[PATCH] / naive[PATCH], covers);
+    }
+    claims.push(Claim::below("coverage at the end of the sweep", excess.1, 0.9));
+    let eight = experiment(&spec, chains(1 << 12))?;
+    let patches = receivers(&eight);
+    let honest = coverage(lab, lab.size(40, 200), &eight, 8, &patches, &exact.solution().radiosity);
+    claims.push(Claim::at_least("coverage of eight chains' intervals", honest, 0.94).instead());
+    let told: Vec<String> = run(&eight, 1, 8, None)
+        .checks
+        .iter()
+        .filter(|check| check.name == "vov")
+        .map(|check| format!("check `vov`, passes: {}", check.message))
+        .collect();
+    claims.push(Claim::told(&told, "Student's"));
+    let last = sweep[sweep.len() - 1];
+    Ok(Finding {
+        predicted: format!(
+            "An iteration carries the error of the one before, times R: in two rooms that exchange 1 %, R = \
+             {REFLECTANCE}, errors live for dozens of iterations, and the mean of n iterations varies by far more \
+             than s²/n. From the exact form factors, with P' = Φ + TP + ε and the covariance of ε of BS §4: {} times \
+             after {last} iterations. Intervals of ± {Z}s/√n then cover 2Φ({Z}/√ratio) − 1 of the truths.",
+            figure(excess.0)
+        ),
+        seen: format!(
+            "Of the naive 95 % intervals of a patch in the second room {} cover after {} iterations of {RAYS} rays, {} \
+             after {last}.",
+            pm(marks[0].1),
+            sweep[0],
+            pm(excess.1)
+        ),
+        told,
+        instead: format!(
+            "radwalk never takes the iterations, or the rays, of a chain for a sample: walk = \"jacobi\" runs eight \
+             independent chains at least, whose intervals (Student's t) cover {} here. A single chain has no \
+             standard error at all.",
+            pm(honest)
+        ),
+        claims,
+        chart: Chart {
+            title: "Two rooms, R = 0.95: naive intervals of one chain".into(),
+            x: Axis::log("iterations of the chain"),
+            y: Axis::linear("part of the 95 % intervals that hold the truth"),
+            series: vec![
+                theory("predicted", line),
+                seen("seen, one chain", marks),
+                seen("remedy: eight independent chains", [(sweep[0] as f64, honest), (last as f64, honest)]),
+                theory("95 %", [(sweep[0] as f64, 0.95), (last as f64, 0.95)]),
+            ],
+        },
+    })
+}

@@ -1,0 +1,198 @@
+//! What the runs of one method and size came to: their time and their errors.
+
+use radiosity::{Estimates, Experiment, Scene, Sequence, Tally};
+use serde::{Deserialize, Serialize};
+use stats::Measured;
+
+use super::Shot;
+use super::contender::{Contender, Trial};
+use super::truth::Truth;
+use ::judge::MOMENTS;
+
+/// Walks scored on one board before it is emptied.
+const AT_A_TIME: u64 = 1 << 20;
+
+/// Patches darker than this part of the mean say nothing of relative errors.
+const DARK: f64 = 1e-3;
+
+/// What the runs of a contender came to: a row of `compare.csv`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Point {
+    /// The program that measured it.
+    pub build: String,
+    /// The job.
+    pub job: String,
+    /// Names all else that it depends on: scene, settings, seed and what errors are measured against.
+    pub key: String,
+    /// The contender.
+    pub method: String,
+    /// Rays of a run that were asked for.
+    pub rays: u64,
+    /// Runs.
+    pub runs: usize,
+    /// How its error falls.
+    pub kind: Kind,
+    /// Paths of a run, as a job's budget has them.
+    pub paths: u64,
+    /// Rays of a run.
+    pub traced: u64,
+    /// Processor time that workers walked, of a run [s].
+    pub seconds: f64,
+    /// Mean squared relative error by area.
+    pub squared_error: f64,
+    /// Its standard error, as the runs tell it.
+    pub squared_error_error: f64,
+    /// The largest root mean square of a patch's relative error.
+    pub worst: f64,
+    /// The root mean square that 99 % of the area stay below.
+    pub p99: f64,
+    /// The most memory that a worker process took [bytes], where the system tells.
+    pub memory: Option<u64>,
+    /// What workers sent for a run [bytes].
+    pub traffic: u64,
+}
+
+/// How errors fall with the rays.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Kind {
+    /// As 1/√rays.
+    Walks,
+    /// To a bias.
+    Biased,
+    /// Faster: links, Sobol sequences.
+    Chains,
+}
+
+impl Point {
+    /// The root mean square with its standard error.
+    pub fn rms(&self) -> Measured {
+        let value = self.squared_error.max(0.0).sqrt();
+        Measured { value, standard_error: 0.5 * self.squared_error_error / value.max(f64::MIN_POSITIVE) }
+    }
+
+    /// The figure of merit 1/(MSE·s) [1/s], with a 95 % interval by Student's t on its logarithm.
+    pub fn merit(&self) -> [f64; 3] {
+        let merit = 1.0 / (self.squared_error * self.seconds);
+        let freedom = self.runs.saturating_sub(1).max(1) as u64;
+        let spread = stats::student_quantile(0.975, freedom) * self.squared_error_error / self.squared_error;
+        [merit, merit * (-spread).exp(), merit * spread.exp()]
+    }
+}
+
+/// The estimates that are judged: of reflecting patches that do not emit and are not dark; with weights by area that sum
+/// to 1.
+pub struct Judged {
+    estimates: Vec<usize>,
+    weights: Vec<f64>,
+}
+
+impl Judged {
+    /// Those of a scene.
+    pub fn new(scene: &Scene, truth: &Truth) -> Self {
+        let channels = scene.channels();
+        let mean = |c: usize| {
+            let patches = || scene.faces().iter().enumerate();
+            let area: f64 = patches().map(|(_, patch)| patch.area).sum();
+            patches().map(|(i, patch)| patch.area * truth.radiosity[i * channels + c]).sum::<f64>() / area
+        };
+        let means: Vec<f64> = (0..channels).map(mean).collect();
+        let (mut estimates, mut weights) = (Vec::new(), Vec::new());
+        for (i, patch) in scene.faces().iter().enumerate().filter(|(_, patch)| !patch.emittance.is_lit()) {
+            for (c, mean) in means.iter().enumerate() {
+                let bright = truth.radiosity[i * channels + c] > DARK * mean;
+                if patch.reflectance[c] > 0.0 && bright {
+                    estimates.push(i * channels + c);
+                    weights.push(patch.area);
+                }
+            }
+        }
+        let total: f64 = weights.iter().sum();
+        weights.iter_mut().for_each(|weight| *weight /= total);
+        Judged { estimates, weights }
+    }
+
+    /// The mean squared relative error of the truth itself.
+    pub fn own_error(&self, truth: &Truth) -> f64 {
+        let square = |&i: &usize| truth.variance[i] / truth.radiosity[i].powi(2);
+        self.estimates.iter().map(square).zip(&self.weights).map(|(square, weight)| square * weight).sum()
+    }
+}
+
+/// What the runs of a contender came to, as `build` measured it.
+pub fn point(
+    build: &str,
+    key: String,
+    rays: u64,
+    contender: &Contender,
+    shot: &Shot,
+    (truth, judged): &(Truth, Judged),
+) -> Point {
+    let Trial { job, experiment } = &contender.trial;
+    let channels = experiment.scene().channels();
+    let mut squares = vec![0.0; judged.estimates.len()];
+    let squared_error = |tally: &Tally| {
+        let estimates = Estimates::new(experiment, tally, 0.95);
+        let mut mean = 0.0;
+        for (k, (&i, weight)) in judged.estimates.iter().zip(&judged.weights).enumerate() {
+            let known = estimates.face(i / channels).expect("every contender tells of every patch");
+            let off = (known[i % channels].radiosity - truth.radiosity[i]) / truth.radiosity[i];
+            let square = off * off - truth.variance[i] / truth.radiosity[i].powi(2);
+            squares[k] += square;
+            mean += weight * square;
+        }
+        mean
+    };
+    let runs: Vec<f64> = shot.tallies.iter().map(squared_error).collect();
+    let n = runs.len() as f64;
+    let value = runs.iter().sum::<f64>() / n;
+    let variance = runs.iter().map(|x| (x - value).powi(2)).sum::<f64>() / (n - 1.0);
+    let errors = squares.iter().map(|sum| (sum / n).max(0.0).sqrt());
+    let mut errors: Vec<(f64, f64)> = errors.zip(judged.weights.iter().copied()).collect();
+    errors.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let mut below = 0.0;
+    let p99 = errors.iter().find(|(_, weight)| {
+        below += weight;
+        below >= 0.99
+    });
+    let traced: u128 = shot.tallies.iter().map(|tally| u128::from(tally.counts.rays)).sum();
+    Point {
+        build: build.into(),
+        job: job.name.clone(),
+        key,
+        method: contender.name.into(),
+        rays,
+        runs: runs.len(),
+        kind: contender.kind(),
+        paths: job.budget.paths,
+        traced: (traced as f64 / n).round() as u64,
+        seconds: shot.seconds,
+        squared_error: value,
+        squared_error_error: (variance / n).sqrt(),
+        worst: errors.last().map_or(0.0, |&(error, _)| error),
+        p99: p99.map_or(0.0, |&(error, _)| error),
+        memory: shot.memory,
+        traffic: shot.traffic,
+    }
+}
+
+/// The tally of some walks or chains.
+pub fn walk(experiment: &Experiment, seed: u64, walks: u64) -> Tally {
+    let (sequence, mut board) = (Sequence::new(seed), experiment.board::<MOMENTS>());
+    let mut tally = experiment.tally::<MOMENTS>();
+    while tally.counts.walks < walks {
+        let first = tally.counts.walks;
+        experiment.walk(&sequence, first..walks.min(first + AT_A_TIME), &mut board);
+        board.add_to(&mut tally).expect("these sums are far from their limits");
+    }
+    tally
+}
+
+/// How many rays a walk takes, by a pilot.
+pub fn rays_per_walk(experiment: &Experiment) -> f64 {
+    const SAMPLE: u64 = 20_000;
+    // Batches are walked whole.
+    let units = SAMPLE.div_ceil(experiment.paths_per_walk());
+    let rays = walk(experiment, 3, units).counts.rays;
+    rays as f64 / (units * experiment.paths_per_walk()) as f64
+}

@@ -1,0 +1,229 @@
+//! What was compared, in words, tables and charts.
+
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+
+use report::{Axis, Chart, Series};
+use stats::Measured;
+
+use super::Team;
+use super::contender;
+use super::contender::Absent;
+use super::judge::{Advice, Curve, advice, curves, front, is_pareto};
+use super::measure::Point;
+use crate::numbers::{figure, pm, seen, theory};
+use report::words::{percent, quantity};
+
+/// Curves in one chart: as many as can be told apart.
+const DRAWN: usize = 8;
+
+/// What is told of one job.
+pub struct Chapter {
+    /// The job's name.
+    pub job: String,
+    /// Its file.
+    pub path: PathBuf,
+    /// Patches and surfaces of its scene.
+    pub size: [usize; 2],
+    /// All points.
+    pub points: Vec<Point>,
+    /// Methods that could not be compared, at any size.
+    pub absent: Vec<Absent>,
+    /// What the errors of discrete methods are measured against.
+    pub truth: String,
+    /// Likewise, of continuous ones.
+    pub continuous_truth: String,
+}
+
+/// Where charts go and what is against which axis: file and chart.
+pub fn charts(chapter: &Chapter) -> [(String, Chart); 2] {
+    let curves = best(&chapter.points);
+    let series = |x: fn(&Point) -> f64| -> Vec<Series> {
+        let of =
+            |curve: &Curve<'_>| seen(curve.method, curve.points.iter().map(|point| (x(point), point.rms())));
+        let mut series: Vec<Series> = curves.iter().map(of).collect();
+        // Slope −1/2 from the first point of the first curve, below all others.
+        let [first, last] = [curves[0].points[0], curves[0].last()];
+        let scale = first.rms().value * x(first).sqrt();
+        let guide = [x(first), x(last)].map(|x| (x, scale / x.sqrt()));
+        series.insert(0, theory("slope −1/2", guide));
+        series
+    };
+    let chart = |what: &str, axis: &str, x| Chart {
+        title: format!("{}: error against {what}", chapter.job),
+        x: Axis::log(axis),
+        y: Axis::log("rms relative error"),
+        series: series(x),
+    };
+    [
+        (format!("{}-time", chapter.job), chart("time", "processor time of a run [s]", |p| p.seconds)),
+        (format!("{}-rays", chapter.job), chart("rays", "rays of a run", |p| p.traced as f64)),
+    ]
+}
+
+/// The curves of the best merit at their ends, the first method always among them.
+fn best(points: &[Point]) -> Vec<Curve<'_>> {
+    let mut curves = curves(points);
+    let first = curves.remove(0);
+    curves.sort_by(|a, b| b.last().merit()[0].total_cmp(&a.last().merit()[0]));
+    std::iter::once(first).chain(curves).take(DRAWN).collect()
+}
+
+/// The page of all chapters.
+pub fn page(command: &str, date: &str, team: Team, chapters: &[Chapter]) -> String {
+    let mut page = String::from("# Speed against accuracy\n\n");
+    let workers = plural(team.workers, "worker");
+    let threads = plural(team.threads as usize, "thread");
+    let _ = writeln!(
+        page,
+        "Written by `{command}` on {date}. All runs of a method and size are walked by worker processes, as jobs are, one \
+         run after the other ({workers} of {threads} each); time is the processor time of their threads while they walk, \
+         without starting, reading scenes and sending results. Errors are relative errors of B of the patches that reflect \
+         and do not emit (and have a thousandth of the mean radiosity at least), by area; ± is a standard error over the \
+         runs; those of the worst patch and of 99 % of the area are root mean squares over the runs. Merit is 1/(mean \
+         squared error · seconds), its 95 % interval by Student's t on the logarithm. Memory is the most that a worker \
+         process took; traffic is what workers sent for a run, as it went over the wire. Times below a millisecond are those of \
+         longer runs, in proportion: the first walks of a job take longer."
+    );
+    for chapter in chapters {
+        write_chapter(&mut page, chapter);
+    }
+    page
+}
+
+fn plural(n: usize, what: &str) -> String {
+    if n == 1 { format!("one {what}") } else { format!("{n} {what}s") }
+}
+
+fn write_chapter(page: &mut String, chapter: &Chapter) {
+    let Chapter { job, path, size: [patches, surfaces], points, absent, truth, continuous_truth } = chapter;
+    let _ = writeln!(page, "\n## {job}\n\n{patches} patches on {surfaces} surfaces.\n");
+    let all = curves(points);
+    write_advice(page, path, &advice(&all));
+    for (file, chart) in charts(chapter) {
+        let _ = writeln!(page, "![{}](compare/{file}.svg)\n", chart.title);
+    }
+    write_times(page, &all);
+    let _ =
+        writeln!(page, "\nRuns of the most rays; ● where no other point is both faster and more accurate:\n");
+    let _ = writeln!(
+        page,
+        "| method | rays | s | rms error | 99 % of the area | worst patch | merit [1/s] | | memory | traffic |"
+    );
+    let _ = writeln!(page, "|---|---|---|---|---|---|---|---|---|---|");
+    for curve in &all {
+        write_row(page, curve.last(), points);
+    }
+    write_front(page, points);
+    let _ = writeln!(
+        page,
+        "\nErrors of discrete methods are measured against {truth}; of continuous ones against {continuous_truth}."
+    );
+    for Absent { name, why } in absent {
+        let _ = writeln!(page, "Not compared: {name} ({why}).");
+    }
+}
+
+fn write_row(page: &mut String, point: &Point, points: &[Point]) {
+    let [merit, low, high] = point.merit();
+    let bytes = |bytes: u64| match bytes {
+        0..1000 => format!("{bytes} B"),
+        _ => format!("{}B", quantity(bytes as f64)),
+    };
+    let _ = writeln!(
+        page,
+        "| {} | {} | {} | {} % | {} | {} | {} ({} … {}) | {} | {} | {} |",
+        point.method,
+        quantity(point.traced as f64),
+        figure(point.seconds),
+        pm(in_percent(point.rms())),
+        percent(point.p99),
+        percent(point.worst),
+        quantity(merit),
+        quantity(low),
+        quantity(high),
+        if is_pareto(point, points) { "●" } else { "" },
+        point.memory.map_or("?".into(), bytes),
+        bytes(point.traffic),
+    );
+}
+
+/// Time to every error, method by method.
+fn write_times(page: &mut String, curves: &[Curve<'_>]) {
+    let levels = super::judge::LEVELS;
+    let heads: Vec<String> = levels.iter().map(|rms| format!("{} %", 100.0 * rms)).collect();
+    let _ = writeln!(page, "Seconds of one core to an rms error of (– where a bias is in the way):\n");
+    let _ = writeln!(page, "| method | {} |", heads.join(" | "));
+    let _ = writeln!(page, "|---|{}", "---|".repeat(levels.len()));
+    for curve in curves {
+        let time = |rms: &f64| curve.time_to(*rms).map_or("–".into(), figure);
+        let times: Vec<String> = levels.iter().map(time).collect();
+        let _ = writeln!(page, "| {} | {} |", curve.method, times.join(" | "));
+    }
+}
+
+/// The advice: errors that ask for the same method share one item, with the very commands for the first and the last.
+fn write_advice(page: &mut String, path: &Path, advice: &[Advice<'_>]) {
+    let _ = writeln!(page, "**What to use.**\n");
+    for group in advice.chunk_by(|a, b| a.ranking[0].0.method == b.ranking[0].0.method) {
+        let (first, last) = (&group[0], &group[group.len() - 1]);
+        let range = match group.len() {
+            1 => format!("For an rms error of {} %", 100.0 * first.rms),
+            _ => format!("For rms errors of {} % to {} %", 100.0 * first.rms, 100.0 * last.rms),
+        };
+        let _ = writeln!(page, "- {range}: **{}**.", first.ranking[0].0.method);
+        write_level(page, path, first);
+        if group.len() > 1 {
+            write_level(page, path, last);
+        }
+    }
+    let _ = writeln!(page);
+}
+
+/// What to type for one error, and what is next.
+fn write_level(page: &mut String, path: &Path, Advice { rms, ranking, alike }: &Advice<'_>) {
+    let (ahead, behind) = ranking.split_at((*alike).max(1));
+    let (best, time) = ahead[0];
+    let percent = 100.0 * rms;
+    let equals: Vec<&str> = ahead[1..].iter().map(|(curve, _)| curve.method).collect();
+    let as_good = match &equals[..] {
+        [] => String::new(),
+        equals => format!(" (as good, as far as this tells: {})", equals.join(", ")),
+    };
+    let _ = writeln!(page, "  - {percent} % in {} s: {}{as_good}", figure(time), command(path, best, *rms));
+    if let Some((next, longer)) = behind.first() {
+        let times = figure(longer / time);
+        let command = command(path, next, *rms);
+        let _ = writeln!(page, "  - {percent} % by {}, next, {times} times longer: {command}", next.method);
+    }
+}
+
+/// What to type for a method to reach an error.
+fn command(path: &Path, curve: &Curve<'_>, rms: f64) -> String {
+    let method = contender::method(curve.method).expect("only known methods are ranked");
+    let paths = curve.paths_to(rms).expect("only methods that reach an error are ranked for it");
+    format!("`radwalk run {} --set 'method={method}' --paths {paths}`", path.display())
+}
+
+/// The points that no other beats.
+fn write_front(page: &mut String, points: &[Point]) {
+    let _ = writeln!(page, "\nNo other point is both faster and more accurate than:\n");
+    let _ = writeln!(page, "| s | rms error | 99 % of the area | worst patch | method | rays |");
+    let _ = writeln!(page, "|---|---|---|---|---|---|");
+    for point in front(points) {
+        let _ = writeln!(
+            page,
+            "| {} | {} % | {} | {} | {} | {} |",
+            figure(point.seconds),
+            pm(in_percent(point.rms())),
+            percent(point.p99),
+            percent(point.worst),
+            point.method,
+            quantity(point.traced as f64)
+        );
+    }
+}
+
+fn in_percent(Measured { value, standard_error }: Measured) -> Measured {
+    Measured { value: 100.0 * value, standard_error: 100.0 * standard_error }
+}

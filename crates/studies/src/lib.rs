@@ -1,0 +1,17 @@
+//! Studies of the methods: [`papers`] measures the published tables and figures again, [`atlas`] drives methods to where
+//! they fail, [`compare`] ranks them by speed and accuracy.
+//!
+//! Nothing is printed and no file is written here. Seeds are fixed, so that an answer depends on the size of a study
+//! alone, not on threads or machines. Times are the exception, and are never judged.
+//!
+//! Papers are cited by key: S97 = Sbert, *Error and Complexity of Random Walk Monte Carlo Radiosity* (1997);
+//! SInf = Sbert, *Variance of two infinite path length random walk radiosity estimators*; BS = Bekaert & Seidel,
+//! *A Theoretical Comparison of Monte Carlo Radiosity Algorithms*; Sh91 = Shirley, *Time Complexity of Monte Carlo
+//! Radiosity* (1991).
+
+#![allow(rustdoc::broken_intra_doc_links, reason = "units are written in square brackets")]
+
+pub mod atlas;
+pub mod compare;
+mod numbers;
+pub mod papers;

@@ -1,0 +1,126 @@
+//! Where experiments are run: on the threads of this machine, with an answer that does not depend on them.
+
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use radiosity::{Experiment, Sequence, Tally};
+
+/// How much is done.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Effort {
+    /// Everything, at reduced size: a minute.
+    Quick,
+    /// As published, and more where chance would hide what is looked for.
+    Full,
+}
+
+/// Threads to run experiments on.
+#[derive(Clone, Copy, Debug)]
+pub struct Lab {
+    /// How much is done.
+    pub effort: Effort,
+    /// On so many threads.
+    pub threads: usize,
+}
+
+/// Walks (of chains: one chain) that a thread takes at a time towards one tally.
+const PIECE: u64 = 1 << 20;
+
+impl Lab {
+    /// The first where little is done, else the second.
+    pub fn pick<T>(&self, quick: T, full: T) -> T {
+        match self.effort {
+            Effort::Quick => quick,
+            Effort::Full => full,
+        }
+    }
+
+    /// What independent runs come to, in their order: run r has walks r·`walks` … (r + 1)·`walks` − 1 of the
+    /// sequence of `seed`.
+    pub fn runs<T: Send>(
+        &self,
+        experiment: &Experiment,
+        seed: u64,
+        runs: usize,
+        walks: u64,
+        read: impl Fn(&Tally) -> T + Sync,
+    ) -> Vec<T> {
+        let sequence = Sequence::new(seed);
+        self.each(
+            runs,
+            || experiment.board::<2>(),
+            |board, run| {
+                let first = run as u64 * walks;
+                experiment.walk(&sequence, first..first + walks, board);
+                read(&board.take().expect("a run is short"))
+            },
+        )
+    }
+
+    /// The tally, with M power sums, of walks 0 … `walks` − 1 of the sequence of `seed`.
+    pub fn tally<const M: usize>(&self, experiment: &Experiment, seed: u64, walks: u64) -> Tally {
+        let sequence = Sequence::new(seed);
+        let piece = if experiment.batch_paths().is_some() { 1 } else { PIECE };
+        let whole = Mutex::new(experiment.tally::<M>());
+        self.each(
+            walks.div_ceil(piece) as usize,
+            || experiment.board::<M>(),
+            |board, i| {
+                let first = i as u64 * piece;
+                experiment.walk(&sequence, first..walks.min(first + piece), board);
+                board
+                    .add_to(&mut whole.lock().expect("nobody panicked"))
+                    .expect("sums of fewer than 2^60 walks fit");
+            },
+        );
+        whole.into_inner().expect("nobody panicked")
+    }
+
+    /// Does `count` independent things, each with what `prepare` made for its thread, and returns them in order.
+    pub fn each<S, T: Send>(
+        &self,
+        count: usize,
+        prepare: impl Fn() -> S + Sync,
+        work: impl Fn(&mut S, usize) -> T + Sync,
+    ) -> Vec<T> {
+        let next = AtomicUsize::new(0);
+        let done = Mutex::new(Vec::with_capacity(count));
+        std::thread::scope(|scope| {
+            for _ in 0..self.threads.clamp(1, count.max(1)) {
+                scope.spawn(|| {
+                    let mut state = prepare();
+                    loop {
+                        let i = next.fetch_add(1, Ordering::Relaxed);
+                        if i >= count {
+                            break;
+                        }
+                        let result = work(&mut state, i);
+                        done.lock().expect("nobody panicked").push((i, result));
+                    }
+                });
+            }
+        });
+        let mut done = done.into_inner().expect("nobody panicked");
+        done.sort_unstable_by_key(|&(i, _)| i);
+        done.into_iter().map(|(_, result)| result).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use radiosity::{Direction, EstimatorKind};
+
+    use super::*;
+    use crate::papers::walkers::{experiment, method};
+
+    #[test]
+    fn threads_do_not_enter_the_answer() {
+        let experiment = experiment(&scenes::cube(1), method(Direction::Shooting, EstimatorKind::Collision));
+        let [one, three] = [1, 3].map(|threads| Lab { effort: Effort::Quick, threads });
+        let read = |tally: &Tally| tally.sums().to_vec();
+        let runs = |lab: Lab| lab.runs(&experiment, 1, 20, 100, read);
+        assert_eq!(runs(one), runs(three));
+        let walks = 2 * PIECE + 5;
+        assert_eq!(one.tally::<2>(&experiment, 1, walks), three.tally::<2>(&experiment, 1, walks));
+    }
+}

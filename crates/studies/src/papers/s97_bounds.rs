@@ -1,0 +1,145 @@
+//! S97 table 4 and the bounds of §§2.2 and 3.3: what the bounds on errors are worth.
+
+use exact::{Bounds, Exact, GatherEstimator, WalkEstimator};
+use radiosity::{Birth, Direction, EstimatorKind, Scene, SceneSpec};
+use report::{Axis, Chart, Series, Style};
+use stats::Measured;
+
+use super::Chapter;
+use super::findings::{Claim, Figure, Findings, Row, counted, point};
+use super::lab::Lab;
+use super::walkers::{
+    DIRECTIONS, ESTIMATORS, Reader, experiment, mean_by_area, method, name, predicted, rank,
+};
+
+/// S97 table 4.
+pub const CHAPTER: Chapter = Chapter {
+    name: "s97-bounds",
+    title: "S97 table 4 and §§2.2, 3.3: bounds on errors, and how loose they are",
+    run,
+};
+
+/// Walks of a run.
+const WALKS: u64 = 1_000;
+
+/// The bound on E(MSE) over what was measured, estimator by estimator.
+struct Looseness {
+    scene: &'static str,
+    factors: Vec<f64>,
+}
+
+fn run(lab: &Lab) -> Findings {
+    let scenes = [
+        ("54-patch cube", scenes::cube(3)),
+        ("six-patch cube, R = 0.9", scenes::furnace(1, 0.9)),
+        ("corridor 1 × 1 × 4", scenes::corridor(4)),
+    ];
+    let runs = lab.pick(200, 2_000);
+    let mut seeds = 301..;
+    let (mut rows, mut loose) = (Vec::new(), Vec::new());
+    for (scene, spec) in &scenes {
+        let exact = Exact::of_scene(spec).expect("a closed box");
+        let bounds = Bounds::of(&exact);
+        let (mut factors, mut tightest) = (Vec::new(), counted(0.0));
+        for (direction, estimator) in DIRECTIONS.iter().flat_map(|d| ESTIMATORS.map(|e| (d, e))) {
+            let seed = seeds.next().expect("seeds do not end");
+            let (measured, theory) = errors(lab, spec, &exact, direction, estimator, [seed, runs]);
+            let bound = bound_on_error(&bounds, direction, estimator);
+            let what = format!("{scene}: E(MSE), {}", name(direction, estimator));
+            rows.push(Row::new(what, measured, Claim::Is(theory)).published(bound));
+            factors.push(bound / measured.value);
+            if measured.value / bound > tightest.value {
+                tightest = scaled(measured, 1.0 / bound);
+            }
+        }
+        rows.push(Row::new(
+            format!("{scene}: the largest of these over its bound"),
+            tightest,
+            Claim::AtMost(1.0),
+        ));
+        loose.push(Looseness { scene, factors });
+        rows.extend(largest_variances(scene, spec, &exact, &bounds));
+    }
+    let all = || loose.iter().flat_map(|l| l.factors.iter().copied());
+    let (least, most) = (all().fold(f64::INFINITY, f64::min), all().fold(0.0, f64::max));
+    Findings {
+        published: "Bounds on the area-weighted mean squared error of one walk (table 4; here under *theirs*), and on \
+                    the largest variance of any patch (shooting 2.4, gathering §3.3). No numbers."
+            .into(),
+        experiment: format!(
+            "{runs} runs of {WALKS} discrete walks with each of the eight estimators in three closed boxes, births of \
+             gathering by area. Theory: the closed forms of the variances, summed over patches by area."
+        ),
+        rows,
+        remarks: vec![format!(
+            "Every bound holds. They are loose by factors of {least:.1} to {most:.0}: they replace every reflectance \
+             by the largest and every area by the smallest, so they are near the truth only where all patches are alike. \
+             Walks planned by a bound are too many by the same factor."
+        )],
+        figures: vec![figure(&loose)],
+    }
+}
+
+/// E(MSE) of one walk, measured and by theory [W²/m⁴].
+fn errors(
+    lab: &Lab,
+    spec: &SceneSpec,
+    exact: &Exact,
+    direction: &Direction,
+    estimator: EstimatorKind,
+    [seed, runs]: [u64; 2],
+) -> (Measured, f64) {
+    let method = method(direction.clone(), estimator);
+    let experiment = experiment(spec, method.clone());
+    let (reader, truth) = (Reader::new(&experiment), &exact.solution().reflected);
+    let squares = lab.runs(&experiment, seed, runs as usize, WALKS, |tally| {
+        let squares = reader.reflected(tally).into_iter().zip(truth).map(|(b, t)| (b - t).powi(2));
+        WALKS as f64 * mean_by_area(exact, squares)
+    });
+    let theory = mean_by_area(exact, predicted(exact, experiment.scene(), &method));
+    (Measured::of(&squares), theory)
+}
+
+fn bound_on_error(bounds: &Bounds, direction: &Direction, estimator: EstimatorKind) -> f64 {
+    match direction {
+        Direction::Shooting => bounds.shooting_error(WalkEstimator::ALL[rank(estimator)]),
+        _ => bounds.gathering_error(GatherEstimator::ALL[rank(estimator)]),
+    }
+}
+
+fn scaled(measured: Measured, factor: f64) -> Measured {
+    Measured { value: measured.value * factor, standard_error: measured.standard_error * factor }
+}
+
+/// The largest variance of absorption on any patch, by the closed form, under its bound.
+fn largest_variances(name: &str, spec: &SceneSpec, exact: &Exact, bounds: &Bounds) -> [Row; 2] {
+    let scene = Scene::build(spec, radiosity::IndexChoice::Flat).expect("scenes made by rule are valid");
+    let largest = |direction: Direction| {
+        let method = method(direction, EstimatorKind::Absorption);
+        predicted(exact, &scene, &method).into_iter().fold(0.0, f64::max)
+    };
+    let row = |direction: &str, value: f64, bound: f64| {
+        let label = format!("{name}: largest variance, {direction}, absorption (closed form)");
+        Row::new(label, counted(value), Claim::AtMost(bound))
+    };
+    [
+        row("shooting", largest(Direction::Shooting), bounds.shooting_variance()),
+        row("gathering", largest(Direction::Gathering(Birth::Area)), bounds.gathering_variance()),
+    ]
+}
+
+/// How loose, estimator by estimator.
+fn figure(loose: &[Looseness]) -> Figure {
+    let series = loose.iter().map(|l| Series {
+        name: l.scene.into(),
+        style: Style::Marks,
+        points: l.factors.iter().zip(1..).map(|(&factor, i)| point(f64::from(i), counted(factor))).collect(),
+    });
+    let chart = Chart {
+        title: "How loose the bounds on E(MSE) are".into(),
+        x: Axis::linear("1 – 4 shooting, 5 – 8 gathering: absorption, survival, collision, infinite"),
+        y: Axis::log("bound over measured"),
+        series: series.collect(),
+    };
+    Figure::chart("s97-bounds.svg", "S97 table 4: bound over measured E(MSE)", &chart)
+}
