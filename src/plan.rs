@@ -5,7 +5,7 @@ use judge::plan::bound::Bound;
 use judge::plan::pilot::Pilot;
 use judge::plan::resources::{Costs, Demand};
 use judge::target::scope;
-use radiosity::{Estimates, Experiment};
+use radiosity::{Estimates, Experiment, Memory};
 use report::Units;
 use serde_json::{Value, json};
 
@@ -31,6 +31,8 @@ struct Plan<'a> {
     pilot: Pilot,
     bound: Option<Bound>,
     costs: Costs,
+    memory: Memory,
+    tally_bytes: usize,
     /// Walks that the run will take, its budget permitting.
     walks: u64,
     demands: Vec<Demand>,
@@ -66,6 +68,8 @@ impl<'a> Plan<'a> {
         let demand = |workers| costs.demand(walks as f64, stream as f64, workers);
         Plan {
             units: units(job.light),
+            memory: experiment.scene().memory(),
+            tally_bytes: size_of_val(pilot.tally.sums()),
             target,
             budget,
             paths_per_walk,
@@ -110,6 +114,11 @@ impl<'a> Plan<'a> {
             })),
             "paths": self.paths(self.walks),
             "rays": self.rays(),
+            "memory_bytes": {
+                "surfaces": self.memory.surfaces,
+                "index": self.memory.index,
+                "tally": self.tally_bytes,
+            },
             "worker_memory_bytes": self.costs.memory_bytes,
             "workers": self.demands,
         })
@@ -132,8 +141,11 @@ impl<'a> Plan<'a> {
             quantity(self.paths(self.walks) as f64),
             quantity(self.rays())
         ));
+        let [surfaces, index, tally] = [self.memory.surfaces, self.memory.index, self.tally_bytes]
+            .map(|bytes| format!("{}B", quantity(bytes as f64)));
+        say(&format!("memory: {surfaces} for surfaces, {index} for the index of rays, {tally} for a tally"));
         if let Some(bytes) = self.costs.memory_bytes {
-            say(&format!("a worker of one thread holds {}B", quantity(bytes)));
+            say(&format!("a worker of one thread holds {}B at its peak", quantity(bytes)));
         }
         say("  workers       time   results in all   per second");
         for demand in &self.demands {

@@ -35,7 +35,7 @@ pub use method::{
     Batch, Birth, Direction, EstimatorKind, InfiniteEnd, Iterations, Method, RayBirths, Sampler, Solve, Space,
 };
 pub use random::rng::{Sequence, WalkRng};
-pub use scene::{IndexChoice, Scene, SceneError};
+pub use scene::{IndexChoice, Memory, Scene, SceneError};
 pub use tally::{Counts, Layout, MergeError, Overflow, Scoreboard, Tally};
 pub use trace::coplanar::Overlap;
 pub use trace::ray::{Hit, Ray};

@@ -77,6 +77,15 @@ pub struct Scene {
     hash: [u8; 32],
 }
 
+/// What a scene takes of memory [bytes].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Memory {
+    /// Surfaces with their names, faces, and the tables that walks look them up in.
+    pub surfaces: usize,
+    /// What rays find the nearest surface by: the tree, where there is one.
+    pub index: usize,
+}
+
 impl Scene {
     /// Checks a scene and prepares it for walks.
     ///
@@ -220,6 +229,21 @@ impl Scene {
     /// How many boxes a node of that tree holds.
     pub fn tree_width(&self) -> Option<usize> {
         self.has_tree().then_some(crate::trace::tree::WIDTH)
+    }
+
+    /// What the scene takes of memory while it is walked in.
+    pub fn memory(&self) -> Memory {
+        let names: usize = self.names.iter().map(|name| size_of::<String>() + name.capacity()).sum();
+        let stacks: usize = self.stacks.iter().map(|stack| size_of_val(&stack.surfaces[..])).sum();
+        let tables = [
+            size_of_val(&self.surfaces[..]),
+            self.faces.bytes(),
+            self.emitters.bytes(),
+            self.frames.bytes(),
+            self.landings.table.bytes(),
+            self.facets.bytes(),
+        ];
+        Memory { surfaces: names + stacks + tables.iter().sum::<usize>(), index: self.index.bytes() }
     }
 
     /// A digest of all that walks can see: geometry, cells, sides, reflectances, emittances.
