@@ -7,8 +7,8 @@ use radiosity::{Ray, Scene, SceneSpec, Shape};
 
 use crate::finding::{Finding, Kind};
 use crate::nearby::{Near, Nearby, triangles};
-use crate::pilot::{Draws, Pilot, extent};
 use crate::pierce::pierces;
+use crate::pilot::{Draws, Pilot, extent};
 
 /// Points on every edge where neighbours are looked for: in large scenes as many as [`MOST_POINTS`] in all allow.
 const EDGE_POINTS: usize = 8;
@@ -81,7 +81,9 @@ impl Contacts {
         let near_gaps = self.free.iter().filter(|free| free.nearest.is_some());
         let every = near_gaps.clone().count() / MOST_GAPS + 1;
         for free in near_gaps.step_by(every) {
-            let Some(near) = free.nearest.filter(|near| leads_out(scene, pilot, free, near)) else { continue };
+            let Some(near) = free.nearest.filter(|near| leads_out(scene, pilot, free, near)) else {
+                continue;
+            };
             let pair = [free.surface.min(near.surface), free.surface.max(near.surface)];
             let (area, width, _) = pairs.entry(pair).or_insert((0.0, 0.0, free.point));
             *area += near.distance * free.length * every as f64;

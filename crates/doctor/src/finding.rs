@@ -87,7 +87,7 @@ pub(crate) fn flipped(scene: &Scene, pilot: &Pilot, flipped: &[u32]) -> Vec<Find
         surfaces: vec![surface],
         power: pilot.back(surface) + pilot.emission[surface as usize][0].lost,
         message: format!(
-            "{} is turned round: its front sees nothing that reflects, its back does",
+            "{} is turned round: its front sees no light, its back does",
             scene.surface_name(surface)
         ),
     };

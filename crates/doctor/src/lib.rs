@@ -37,7 +37,7 @@ const CLOSED: f64 = 0.02;
 pub fn examine(spec: &SceneSpec) -> Result<Vec<Finding>, SceneError> {
     let scene = Scene::build(spec, IndexChoice::Auto)?;
     let pilot = Pilot::follow(&scene);
-    let votes = Votes::take(&scene);
+    let votes = Votes::take(&scene, &pilot);
     let contacts = Contacts::find(spec, &scene);
     let mut findings = Vec::new();
     let covers = Covers::find(&scene);

@@ -42,8 +42,9 @@ pub fn turn_flipped(spec: &mut SceneSpec) -> Result<Vec<String>, SceneError> {
     let mut turned = BTreeSet::new();
     for _ in 0..ROUNDS {
         let scene = Scene::build(spec, IndexChoice::Auto)?;
-        let votes = Votes::take(&scene);
-        let flipped = votes.flipped(&Pilot::follow(&scene));
+        let pilot = Pilot::follow(&scene);
+        let votes = Votes::take(&scene, &pilot);
+        let flipped = votes.flipped(&pilot);
         let wrong = Sheets::of(spec).turned(&flipped, |surface| votes.is_right(surface));
         if wrong.is_empty() {
             break;

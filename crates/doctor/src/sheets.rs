@@ -106,9 +106,10 @@ fn edges(spec: &SceneSpec) -> Vec<(u32, Vec<Edge>)> {
     let one_sided = || (0_u32..).zip(&spec.surfaces).filter(|(_, surface)| surface.sides == Sides::Front);
     let outlines: Vec<(u32, Vec<DVec3>)> =
         one_sided().map(|(number, surface)| (number, surface.shape.corners().to_vec())).collect();
-    let largest = outlines.iter().flat_map(|(_, corners)| corners).fold(0.0_f64, |largest, corner| {
-        largest.max(corner.abs().max_element())
-    });
+    let largest = outlines
+        .iter()
+        .flat_map(|(_, corners)| corners)
+        .fold(0.0_f64, |largest, corner| largest.max(corner.abs().max_element()));
     let grid = (largest * SAME).max(f64::MIN_POSITIVE);
     let mut vertices: HashMap<[i64; 3], u32> = HashMap::new();
     let mut vertex = |corner: &DVec3| {
@@ -155,7 +156,11 @@ mod tests {
         assert_eq!(sheets.sheets, [[(0, false), (1, true), (2, true), (3, false)]]);
         assert_eq!(sheets.turned(&[1], |surface| surface == 0), [1, 2]);
         assert_eq!(sheets.turned(&[0], |surface| surface == 1), [0, 3]);
-        assert_eq!(sheets.turned(&[1], |surface| surface == 2), [1], "votes that contradict each other stand alone");
+        assert_eq!(
+            sheets.turned(&[1], |surface| surface == 2),
+            [1],
+            "votes that contradict each other stand alone"
+        );
         assert_eq!(sheets.turned(&[], |_| false), []);
     }
 

@@ -223,7 +223,8 @@ fn compressed_gltf_is_refused_unless_it_is_there_in_full() {
     assert!(without.contains("meshes[0].primitives[0]") && without.contains("Draco"), "{without}");
     let whole = read("a.gltf", triangle_gltf(draco, r#","bufferView":0"#, &buffers).as_bytes()).unwrap();
     assert_eq!(whole.triangles.len(), 1);
-    let fallback = r#","buffers":[{"byteLength":36,"extensions":{"EXT_meshopt_compression":{"fallback":true}}}]"#;
+    let fallback =
+        r#","buffers":[{"byteLength":36,"extensions":{"EXT_meshopt_compression":{"fallback":true}}}]"#;
     let meshopt = refused(triangle_gltf("", r#","bufferView":0"#, fallback));
     assert!(meshopt.contains("buffers[0]") && meshopt.contains("EXT_meshopt_compression"), "{meshopt}");
 }
@@ -249,7 +250,8 @@ fn exported_gltf_has_strips_mirrors_and_quantised_vertices() {
 fn exported_obj_keeps_its_parts_and_leaves_out_what_has_no_area() {
     let mesh = corpus("obj/exported.obj");
     let scene = scene("a.obj", mesh.split(|&byte| byte == 0).next().unwrap(), &Options::default()).unwrap();
-    let names: Vec<&str> = scene.spec.surfaces.iter().map(|surface| surface.name.as_deref().unwrap()).collect();
+    let names: Vec<&str> =
+        scene.spec.surfaces.iter().map(|surface| surface.name.as_deref().unwrap()).collect();
     assert_eq!(names, ["Room.001:0", "Room.001:0", "Lamp/shade hood:0", "Lamp/shade hood:2", "Lamp:0"]);
     for told in ["1 triangles have no area", "2 points or lines", "no file defines it"] {
         assert!(scene.notes.iter().any(|note| note.contains(told)), "{told}: {:?}", scene.notes);

@@ -108,7 +108,9 @@ fn readers_stand_anything() {
 fn readers_stand_anything_for_long() {
     let seconds = std::env::var("FUZZ_SECONDS").map_or(60, |seconds| seconds.parse().unwrap());
     let only = std::env::var("FUZZ_FORMAT").ok();
-    for (name, target) in TARGETS.into_iter().filter(|(name, _)| only.as_deref().is_none_or(|only| only == *name)) {
+    for (name, target) in
+        TARGETS.into_iter().filter(|(name, _)| only.as_deref().is_none_or(|only| only == *name))
+    {
         let (corpus, began) = (corpus(name), Instant::now());
         let mut number = 0;
         while began.elapsed() < Duration::from_secs(seconds) {

@@ -172,9 +172,11 @@ pub(crate) const JOB_KEYS: &[&str] = &[
     "tracing",
 ];
 
-pub(crate) const BUDGET_KEYS: &[&str] = &["first_path", "paths", "stream_paths", "wall_seconds", "checkpoint_seconds"];
+pub(crate) const BUDGET_KEYS: &[&str] =
+    &["first_path", "paths", "stream_paths", "wall_seconds", "checkpoint_seconds"];
 
-pub(crate) const TARGET_KEYS: &[&str] = &["relative_error", "fraction", "min_paths", "min_hits", "unhit", "patches"];
+pub(crate) const TARGET_KEYS: &[&str] =
+    &["relative_error", "fraction", "min_paths", "min_hits", "unhit", "patches"];
 
 pub(crate) const TRACING_KEYS: &[&str] = &["index"];
 

@@ -252,8 +252,7 @@ impl<'a, 'o> Reader<'a, 'o> {
     }
 
     fn mesh(&self, value: Value<'_>, number: usize) -> Result<(PathBuf, Imported), Error> {
-        let mut table =
-            value.table_called(format!("mesh {number}: "), MESH_KEYS)?;
+        let mut table = value.table_called(format!("mesh {number}: "), MESH_KEYS)?;
         let file = table.require(
             "file",
             "a mesh is read from one",
@@ -375,7 +374,8 @@ pub(crate) fn read_spectrum(value: Value<'_>) -> Result<Spectrum, Error> {
     Ok(Spectrum::rgb([r.number()?, g.number()?, b.number()?]))
 }
 
-pub(crate) const SURFACE_KEYS: &[&str] = &["name", "material", "quad", "triangle", "patches", "sides", "emit"];
+pub(crate) const SURFACE_KEYS: &[&str] =
+    &["name", "material", "quad", "triangle", "patches", "sides", "emit"];
 
 /// What messages call a surface.
 fn label(number: usize, name: Option<&str>) -> String {

@@ -7,12 +7,8 @@ use radiosity::{EstimatorKind, IndexChoice, RayBirths, Sampler, Space};
 use serde_json::{Value, json};
 
 use crate::imports::{IMPORT_KEYS, OVERRIDE_KEYS};
-use crate::job::{
-    BUDGET_KEYS, JOB_KEYS, Light, MAX_STREAM_PATHS, TARGET_KEYS, TRACING_KEYS, Unhit,
-};
-use crate::method::{
-    BIRTH_KEYS, EndWord, INFINITE_KEYS, METHOD_KEYS, SOLVE_KEYS, SolveWord, WalkKind, Word,
-};
+use crate::job::{BUDGET_KEYS, JOB_KEYS, Light, MAX_STREAM_PATHS, TARGET_KEYS, TRACING_KEYS, Unhit};
+use crate::method::{BIRTH_KEYS, EndWord, INFINITE_KEYS, METHOD_KEYS, SOLVE_KEYS, SolveWord, WalkKind, Word};
 use crate::scene::{EMIT_KEYS, MATERIAL_KEYS, MESH_KEYS, SCENE_KEYS, SURFACE_KEYS};
 
 /// The dialect that the schemas are written in.
@@ -167,7 +163,10 @@ fn method_key(key: &str) -> Value {
     match key {
         "walk" => told(word::<WalkKind>(), "Which way walks run, and from where. Default: shooting."),
         "estimator" => told(word::<EstimatorKind>(), "What a walk scores. Default: collision."),
-        "space" => told(word::<Space>(), "Where a walk goes on from: the patch, or the point hit. Default: discrete."),
+        "space" => told(
+            word::<Space>(),
+            "Where a walk goes on from: the patch, or the point hit. Default: discrete.",
+        ),
         "sampler" => told(word::<Sampler>(), "Where walks take their numbers from. Default: random."),
         "infinite" => told(
             table(INFINITE_KEYS, &["end"], infinite_key),
@@ -177,12 +176,16 @@ fn method_key(key: &str) -> Value {
             json!({"anyOf": [{"enum": ["area", "uniform"]}, table(BIRTH_KEYS, &["patches"], birth_key)]}),
             "Where gathering walks are born. Default: area.",
         ),
-        "mix" => told(boolean(), "Whether collision walks are scored by absorption and survival, too. Default: false."),
-        "batch_paths" => told(integer(1, u32::MAX.into()), "Rays of a chain, or walks that share a Sobol sequence."),
-        "jacobi" => told(
-            table(SOLVE_KEYS, &["solve"], solve_key),
-            "What chains make of their rays. Default: links.",
+        "mix" => told(
+            boolean(),
+            "Whether collision walks are scored by absorption and survival, too. Default: false.",
         ),
+        "batch_paths" => {
+            told(integer(1, u32::MAX.into()), "Rays of a chain, or walks that share a Sobol sequence.")
+        }
+        "jacobi" => {
+            told(table(SOLVE_KEYS, &["solve"], solve_key), "What chains make of their rays. Default: links.")
+        }
         "final_gather" => told(patches(), "Patches whose light rays of their own gather. Default: none."),
         _ => json!({}),
     }
@@ -225,7 +228,9 @@ fn import_key(key: &str) -> Value {
         ),
         "unit" => told(positive(), "Metres of a unit of the file. Default: 1."),
         "sides" => told(sides(), "Which sides reflect and emit. Default: as the file says, else both."),
-        "patch_size" => told(positive(), "Faces are cut until no edge is longer [m]. Default: one patch a face."),
+        "patch_size" => {
+            told(positive(), "Faces are cut until no edge is longer [m]. Default: one patch a face.")
+        }
         "faults" => told(
             word::<import::Faults>(),
             "Degenerate and doubled triangles: left out and told, or refused. Default: report.",
@@ -299,7 +304,9 @@ fn surface_key(key: &str) -> Value {
             json!({"anyOf": [exactly(cells(), 2), integer(1, u16::MAX.into())]}),
             "Cells along u and v of a quad; k for the k² cells of a triangle. Default: one patch.",
         ),
-        "sides" => told(json!({"enum": [1, 2]}), "1: the front reflects and emits; 2: both sides. Default: 1."),
+        "sides" => {
+            told(json!({"enum": [1, 2]}), "1: the front reflects and emits; 2: both sides. Default: 1.")
+        }
         "emit" => told(
             list_of(table(EMIT_KEYS, EMIT_KEYS, emit_key), 0),
             "Emittances of single cells, in place of the material's.",

@@ -126,7 +126,9 @@ mod tests {
     fn what_is_small_is_ringed() {
         let mut spec = cornell();
         let mut dot = spec.surfaces[5].clone();
-        dot.shape = crate::scenes::quad("", [[0.5, 0.5, 0.5], [0.501, 0.5, 0.5], [0.5, 0.5, 0.501]], [1, 1], 0.0).shape;
+        dot.shape =
+            crate::scenes::quad("", [[0.5, 0.5, 0.5], [0.501, 0.5, 0.5], [0.5, 0.5, 0.501]], [1, 1], 0.0)
+                .shape;
         spec.surfaces.push(dot);
         let scene = Scene::build(&spec, IndexChoice::Auto).unwrap();
         let picture = Picture::mark(&scene, &[spec.surfaces.len() as u32 - 1]);

@@ -78,7 +78,11 @@ fn read(file: &Path) -> io::Result<()> {
     let scene = radiosity::Scene::build(&spec, IndexChoice::Auto).map_err(io::Error::other)?;
     let built = now();
     let kind = file.extension().unwrap_or_default().to_string_lossy();
-    let kind = if file.file_stem().is_some_and(|stem| stem == "ascii") { format!("{kind}, ASCII") } else { kind.into() };
+    let kind = if file.file_stem().is_some_and(|stem| stem == "ascii") {
+        format!("{kind}, ASCII")
+    } else {
+        kind.into()
+    };
     println!(
         "| {} | {kind} | {:.1} | {:.2} | {:.2} | {:.2} | {:.2} | {:.0} |",
         scene.surfaces().len(),
@@ -115,7 +119,9 @@ fn part_of_interior(triangles: usize) -> Vec<SurfaceSpec> {
     let surfaces = interior(triangles.max(LEAST)).surfaces;
     let every = (surfaces.len() / triangles).max(1);
     let kept = surfaces.into_iter().enumerate();
-    kept.filter(|(number, surface)| number % every == 0 || surface.emittance.is_lit()).map(|(_, kept)| kept).collect()
+    kept.filter(|(number, surface)| number % every == 0 || surface.emittance.is_lit())
+        .map(|(_, kept)| kept)
+        .collect()
 }
 
 fn corners(surface: &SurfaceSpec) -> [DVec3; 3] {
@@ -217,9 +223,14 @@ fn to_glb(mesh: &Indexed) -> Vec<u8> {
         let (start, length) = (binary.len(), indices.len());
         write!(views, r#",{{"buffer":0,"byteOffset":{start},"byteLength":{length}}}"#).unwrap();
         let (view, count) = (number + 1, length / 4);
-        write!(accessors, r#",{{"bufferView":{view},"componentType":5125,"count":{count},"type":"SCALAR"}}"#).unwrap();
+        write!(accessors, r#",{{"bufferView":{view},"componentType":5125,"count":{count},"type":"SCALAR"}}"#)
+            .unwrap();
         let comma = if number > 0 { "," } else { "" };
-        write!(primitives, r#"{comma}{{"attributes":{{"POSITION":0}},"indices":{view},"material":{number}}}"#).unwrap();
+        write!(
+            primitives,
+            r#"{comma}{{"attributes":{{"POSITION":0}},"indices":{view},"material":{number}}}"#
+        )
+        .unwrap();
         let [r, g, b] = reflectance.channels();
         let (e, two) = (emittance.max(), *sides == Sides::Both);
         materials.push(format!(
@@ -233,7 +244,8 @@ fn to_glb(mesh: &Indexed) -> Vec<u8> {
         binary.len()
     );
     json.extend(std::iter::repeat_n(' ', json.len().wrapping_neg() % 4));
-    let chunk = |kind: &[u8; 4], content: &[u8]| [&(content.len() as u32).to_le_bytes()[..], kind, content].concat();
+    let chunk =
+        |kind: &[u8; 4], content: &[u8]| [&(content.len() as u32).to_le_bytes()[..], kind, content].concat();
     let chunks = [chunk(b"JSON", json.as_bytes()), chunk(b"BIN\0", &binary)].concat();
     [b"glTF\x02\0\0\0", &(12 + chunks.len() as u32).to_le_bytes()[..], &chunks].concat()
 }
@@ -243,7 +255,9 @@ fn to_stl(surfaces: &[SurfaceSpec]) -> Vec<u8> {
     stl.extend((surfaces.len() as u32).to_le_bytes());
     for surface in surfaces {
         stl.extend([0; 12]);
-        stl.extend(corners(surface).iter().flat_map(|v| v.to_array().map(|x| (x as f32).to_le_bytes())).flatten());
+        stl.extend(
+            corners(surface).iter().flat_map(|v| v.to_array().map(|x| (x as f32).to_le_bytes())).flatten(),
+        );
         stl.extend([0; 2]);
     }
     stl
@@ -253,7 +267,9 @@ fn to_ascii_stl(surfaces: &[SurfaceSpec]) -> String {
     let mut stl = "solid room\n".to_owned();
     for surface in surfaces {
         stl.push_str("facet normal 0 0 0\nouter loop\n");
-        corners(surface).iter().for_each(|v| writeln!(stl, "vertex {:.6} {:.6} {:.6}", v.x, v.y, v.z).unwrap());
+        corners(surface)
+            .iter()
+            .for_each(|v| writeln!(stl, "vertex {:.6} {:.6} {:.6}", v.x, v.y, v.z).unwrap());
         stl.push_str("endloop\nendfacet\n");
     }
     stl + "endsolid room\n"
