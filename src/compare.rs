@@ -12,7 +12,7 @@ use report::OutputFolder;
 use serde_json::json;
 use studies::compare::contender::{self, Absent, Contender, Trial, contenders};
 use studies::compare::measure::{Judged, Point, point};
-use studies::compare::page::{Chapter, charts, page};
+use studies::compare::page::{self, Chapter, charts};
 use studies::compare::truth::Truth;
 use studies::compare::{Arena, Team};
 
@@ -72,7 +72,7 @@ pub fn compare(args: &CompareArgs) -> Result<Outcome, Fault> {
             drawings.write(&format!("{name}.png"), |file| file.write_all(&chart.png()))?;
         }
         chapters.push(chapter);
-        let text = page(&command(args), &today().to_string(), team, &chapters);
+        let text = page::write(&command(args), &today().to_string(), team, &chapters);
         folder.write(PAGE, |file| file.write_all(text.as_bytes()))?;
     }
     if !args.out.quiet {

@@ -6,8 +6,10 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use report::OutputFolder;
-use serde_json::{Value, json};
-use studies::papers::{CHAPTERS, Chapter, Effort, Findings, Judge, Lab, Row, Verdict, page};
+use serde_json::json;
+use studies::claim::{Judge, Verdict};
+use studies::papers::{CHAPTERS, Chapter, Findings, page};
+use studies::{Effort, Lab};
 
 use crate::args::ReproduceArgs;
 use crate::console::{say, tell};
@@ -23,7 +25,8 @@ const TABLE: &str = "papers.json";
 
 /// Runs every chapter; writes the page, its figures and the rows as JSON. Rows that differ are a fault.
 pub fn reproduce(args: &ReproduceArgs) -> Result<Outcome, Fault> {
-    let lab = Lab { effort: if args.quick { Effort::Quick } else { Effort::Full }, threads: threads(args) };
+    let effort = if args.quick { Effort::Quick } else { Effort::Full };
+    let lab = Lab::new(effort, args.threads.map(|threads| threads as usize));
     let path = args.out.out.clone().unwrap_or_else(|| PathBuf::from("out/papers"));
     let folder = OutputFolder::claim(&path, &[PAGE, TABLE], args.out.force)?;
     let began = Instant::now();
@@ -36,10 +39,12 @@ pub fn reproduce(args: &ReproduceArgs) -> Result<Outcome, Fault> {
             describe(chapter, findings, judge);
         }
     }
-    let entries: Vec<page::Entry<'_>> = done.iter().map(|(c, findings)| (c.title, findings)).collect();
+    let entries: Vec<page::Entry<'_>> =
+        done.iter().map(|(c, findings)| (c.name, c.title, findings)).collect();
     let origin = origin(args, &lab, began.elapsed().as_secs_f64());
-    folder.write(TABLE, |file| Ok(serde_json::to_writer_pretty(file, &table(&done, judge))?))?;
-    folder.write(PAGE, |file| file.write_all(page::write(&origin, &entries).as_bytes()))?;
+    let table = page::table(&entries, judge);
+    folder.write(TABLE, |file| Ok(serde_json::to_writer_pretty(file, &table)?))?;
+    folder.write(PAGE, |file| file.write_all(page::write(&origin, &entries, judge).as_bytes()))?;
     if !args.out.quiet {
         say(&format!("written to {}", folder.file(PAGE).display()));
     }
@@ -48,11 +53,6 @@ pub fn reproduce(args: &ReproduceArgs) -> Result<Outcome, Fault> {
         rows if rows.is_empty() => Ok(Outcome::Done),
         rows => Err(Fault::NotReproduced { page: folder.file(PAGE), rows }),
     }
-}
-
-fn threads(args: &ReproduceArgs) -> usize {
-    let cores = std::thread::available_parallelism().map_or(1, NonZeroUsize::get);
-    args.threads.map_or(cores, |threads| threads as usize)
 }
 
 /// One chapter, with a word before and after.
@@ -74,7 +74,7 @@ fn run(args: &ReproduceArgs, chapter: &Chapter, lab: &Lab) -> Findings {
 /// The rows of a chapter as a table for a terminal.
 fn describe(chapter: &Chapter, findings: &Findings, judge: Judge) {
     say(&format!("\n{}", chapter.title));
-    let heads = ["", "ours", "theirs", "theory", "z or ratio", ""].map(String::from);
+    let heads = page::HEADS.map(String::from);
     let rows: Vec<[String; 6]> =
         std::iter::once(heads).chain(findings.rows.iter().map(|row| page::cells(row, judge))).collect();
     let width = |column: usize| rows.iter().map(|row| row[column].chars().count()).max().unwrap_or(0);
@@ -83,31 +83,6 @@ fn describe(chapter: &Chapter, findings: &Findings, judge: Judge) {
         let cells = row.iter().zip(widths).map(|(cell, width)| format!("{cell:width$}"));
         say(format!("  {}", cells.collect::<Vec<_>>().join("  ")).trim_end());
     }
-}
-
-/// Every row with its verdict.
-fn table(done: &[(&Chapter, Findings)], judge: Judge) -> Value {
-    let row = |row: &Row| {
-        json!({
-            "label": row.label,
-            "ours": row.ours.value,
-            "standard_error": row.ours.standard_error,
-            "published": row.published,
-            "claim": format!("{:?}", row.claim),
-            "z": row.z(),
-            "ratio": row.ratio(),
-            "verdict": match judge.verdict(row) {
-                Verdict::Agrees => "agrees",
-                Verdict::Differs => "differs",
-                Verdict::Shown => "shown",
-            },
-        })
-    };
-    let chapters = done.iter().map(|(chapter, findings)| {
-        let rows: Vec<Value> = findings.rows.iter().map(row).collect();
-        json!({"name": chapter.name, "title": chapter.title, "rows": rows})
-    });
-    json!({"limit": judge.limit, "false_alarm": page::FALSE_ALARM, "chapters": chapters.collect::<Vec<_>>()})
 }
 
 /// Which command made the page, when and where.

@@ -2,8 +2,9 @@
 
 use report::OutputFolder;
 use serde_json::json;
-use studies::atlas::page::{CHARTS, page};
-use studies::atlas::{ALL, Claim, Entry, Finding, Lab};
+use studies::atlas::page::{self, CHARTS};
+use studies::atlas::{ALL, Entry, Finding};
+use studies::{Effort, Lab};
 
 use crate::args::StabilityArgs;
 use crate::console::{say, tell};
@@ -19,7 +20,7 @@ pub fn stability(args: &StabilityArgs) -> Result<Outcome, Fault> {
     let path = args.out.out.clone().unwrap_or_else(|| "out/stability".into());
     let folder = OutputFolder::claim(&path, &[PAGE, NUMBERS], args.out.force)?;
     let charts = OutputFolder::claim(&path.join(CHARTS), &[], args.out.force)?;
-    let lab = Lab::new(args.quick);
+    let lab = Lab::new(if args.quick { Effort::Quick } else { Effort::Full }, None);
     let mut findings = Vec::new();
     for entry in entries {
         let finding = (entry.study)(&lab).map_err(|source| Fault::Study { entry: entry.name, source })?;
@@ -29,13 +30,13 @@ pub fn stability(args: &StabilityArgs) -> Result<Outcome, Fault> {
         announce(args, entry, &finding);
         findings.push((entry, finding));
     }
-    let page = page(&command(args), &today().to_string(), &findings);
-    folder.write(PAGE, |file| std::io::Write::write_all(file, page.as_bytes()))?;
-    folder.write(NUMBERS, |file| Ok(serde_json::to_writer_pretty(file, &numbers(&findings))?))?;
+    let text = page::write(&command(args), &today().to_string(), &findings);
+    folder.write(PAGE, |file| std::io::Write::write_all(file, text.as_bytes()))?;
+    folder.write(NUMBERS, |file| Ok(serde_json::to_writer_pretty(file, &page::table(&findings))?))?;
     if !args.out.quiet {
         say(&format!("written to {}", folder.file(PAGE).display()));
     }
-    let failed: Vec<_> = findings.iter().filter(|(_, f)| !holds(f)).map(|(entry, _)| entry.name).collect();
+    let failed: Vec<_> = findings.iter().filter(|(_, f)| !f.holds()).map(|(entry, _)| entry.name).collect();
     if failed.is_empty() {
         Ok(Outcome::Done)
     } else {
@@ -59,35 +60,15 @@ fn command(args: &StabilityArgs) -> String {
     format!("radwalk stability{quick}{}", only.collect::<String>())
 }
 
-fn holds(finding: &Finding) -> bool {
-    finding.claims.iter().all(|claim| claim.holds)
-}
-
 fn announce(args: &StabilityArgs, entry: &Entry, finding: &Finding) {
     if args.out.json {
-        let event = json!({"event": "entry", "name": entry.name, "holds": holds(finding)});
+        let event = json!({"event": "entry", "name": entry.name, "holds": finding.holds()});
         tell(&event.to_string());
     } else if !args.out.quiet {
-        let verdict = if holds(finding) { "holds" } else { "FAILS" };
+        let verdict = if finding.holds() { "holds" } else { "FAILS" };
         say(&format!("{verdict}  {}: {}", entry.name, entry.title));
-        for Claim { what, .. } in finding.claims.iter().filter(|claim| !claim.holds) {
-            say(&format!("       does not hold: {what}"));
+        for claim in finding.failed() {
+            say(&format!("       does not hold: {}", claim.sentence()));
         }
     }
-}
-
-fn numbers(findings: &[(&Entry, Finding)]) -> serde_json::Value {
-    let entry = |(entry, finding): &(&Entry, Finding)| {
-        json!({
-            "name": entry.name,
-            "title": entry.title,
-            "holds": holds(finding),
-            "predicted": finding.predicted,
-            "seen": finding.seen,
-            "told": finding.told,
-            "instead": finding.instead,
-            "claims": finding.claims,
-        })
-    };
-    findings.iter().map(entry).collect()
 }

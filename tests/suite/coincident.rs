@@ -5,8 +5,9 @@ use crate::common::{box_scene, collision, experiment, flipped, quad, rotation, s
 use exact::Exact;
 use glam::DVec3;
 use radiosity::{
-    Batch, Birth, Direction, EstimatorKind, Experiment, IndexChoice, Iterations, Method, Sampler, Scene,
-    SceneSpec, Sequence, Shape, Sides, Solution, Solve, Space, SurfaceSpec, WalkRng,
+    BatchScore, Batches, Birth, Chains, Direction, Estimator, EstimatorKind, Experiment, IndexChoice,
+    Iterations, Method, Sampler, Scene, SceneSpec, Sequence, Shape, Sides, Solution, Solve, Space,
+    SurfaceSpec, WalkRng, Walks,
 };
 
 const R: f64 = 0.8;
@@ -71,7 +72,7 @@ fn power_on(walls: &[Shape], experiment: &Experiment, solution: &Solution) -> Ve
 }
 
 fn method(direction: Direction, estimator: EstimatorKind, space: Space) -> Method {
-    Method { direction, estimator, ..collision(space) }
+    Walks { direction, space, score: estimator.into() }.into()
 }
 
 /// Every kind of walk, with how many walks (or chains) tell enough.
@@ -84,19 +85,16 @@ fn methods() -> Vec<(Method, u64)> {
             methods.push((method(Direction::Gathering(Birth::Area), estimator, space), 60_000));
         }
     }
-    let chains = |solve| {
-        let direction = Direction::Jacobi { chain_rays: 2_000, solve };
-        method(direction, Collision, Space::Discrete)
-    };
     for solve in [Solve::Links, Solve::Iterations(Iterations::default())] {
-        methods.push((chains(solve), 16));
-        methods.push((Method { final_gather: vec![0, 1, 3], ..chains(solve) }, 16));
+        for final_gather in [vec![], vec![0, 1, 3]] {
+            methods.push((Chains { rays: 2_000, solve, final_gather }.into(), 16));
+        }
     }
     for sampler in [Sampler::Random, Sampler::Sobol] {
-        let batch = Some(Batch { walks: 1_000, sampler });
-        let batches = Method { batch, ..collision(Space::Discrete) };
-        methods.push((batches.clone(), 16));
-        methods.push((Method { final_gather: vec![0, 1, 3], ..batches }, 16));
+        let plain = BatchScore::Of(Estimator::Collision, Space::Discrete);
+        for score in [plain, BatchScore::FinalGather(vec![0, 1, 3])] {
+            methods.push((Batches { walks: 1_000, sampler, score }.into(), 16));
+        }
     }
     methods
 }
@@ -118,14 +116,14 @@ fn a_face_and_its_twin_together_have_the_light_of_the_plain_cube() {
             let spec = cube(twin, sides);
             for (method, walks) in methods() {
                 let index =
-                    if method.space == Space::Discrete { IndexChoice::Flat } else { IndexChoice::Tree };
+                    if method.space() == Space::Discrete { IndexChoice::Flat } else { IndexChoice::Tree };
                 let experiment = experiment(&spec, index, method.clone());
                 let solution = Solution::new(&experiment, &walk::<2>(&experiment, 7, 0..walks), 0.95);
                 let limit = if experiment.batch_paths().is_some() { 8.0 } else { 4.5 };
                 for (wall, [power, variance]) in
                     power_on(&walls, &experiment, &solution).into_iter().enumerate()
                 {
-                    let [truth, more] = match method.space {
+                    let [truth, more] = match method.space() {
                         Space::Discrete => [discrete[wall], 0.0],
                         Space::Continuous => continuous[wall],
                     };

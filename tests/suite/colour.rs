@@ -1,13 +1,13 @@
 //! Colour: one walk serves three channels, each as if it had walked alone. And what other relations between
 //! estimators promise: direct light, and the best mix of absorption and survival.
 
-use crate::common::{box_scene, collision, cube54, experiment, walk};
+use crate::common::{box_scene, cube54, experiment, walk};
 use exact::{Exact, best_gathering_weights, best_shooting_weights, gathering_covariance};
 use exact::{GatherEstimator, WalkEstimator, shooting_covariance};
 use glam::DVec3;
 use radiosity::{
-    Birth, Direction, Estimates, EstimatorKind, Experiment, IndexChoice, InfiniteEnd, Method, Scene,
-    SceneSpec, Solution, Space, Spectrum, Tally, Unfit, birth_probabilities,
+    Birth, Direction, Estimates, Estimator, EstimatorKind, Experiment, IndexChoice, InfiniteEnd, Method,
+    Scene, SceneSpec, Score, Solution, Spectrum, Tally, Unfit, Walks, birth_probabilities,
 };
 use stats::{Coverage, Interval, mean_squared_z};
 
@@ -32,7 +32,7 @@ fn coloured_box() -> SceneSpec {
     spec
 }
 
-fn methods() -> Vec<Method> {
+fn methods() -> Vec<Walks> {
     let kinds = [
         EstimatorKind::Absorption,
         EstimatorKind::Survival,
@@ -41,11 +41,7 @@ fn methods() -> Vec<Method> {
     ];
     let directions = [Direction::Shooting, Direction::Gathering(Birth::Area)];
     let all = directions.into_iter().flat_map(|direction| {
-        kinds.map(|estimator| Method {
-            direction: direction.clone(),
-            estimator,
-            ..collision(Space::Discrete)
-        })
+        kinds.map(|estimator| Walks { direction: direction.clone(), ..Walks::shooting(estimator) })
     });
     all.collect()
 }
@@ -88,7 +84,7 @@ fn every_channel_is_as_if_it_had_walked_alone() {
         }
         let squared = mean_squared_z(z.iter().copied()).unwrap();
         let rate = coverage.rate(0.94).unwrap();
-        let what = format!("{:?} {:?}", method.direction, method.estimator);
+        let what = format!("{:?} {:?}", method.direction, method.score);
         println!("{what}: {} z, {squared:?}; {:.4} of {} cover", z.len(), rate.value, coverage.trials);
         assert!(z.len() >= 600, "{what}");
         assert!((squared.value - 1.0).abs() < 4.5 * squared.standard_error, "{what}: {squared:?}");
@@ -104,7 +100,7 @@ fn equal_channels_are_one() {
         surface.reflectance = Spectrum::rgb([surface.reflectance[0]; 3]);
     }
     let tallies = [cube54(), triple].map(|spec| {
-        let experiment = experiment(&spec, IndexChoice::Auto, collision(Space::Discrete));
+        let experiment = experiment(&spec, IndexChoice::Auto, Walks::shooting(Estimator::Collision));
         assert_eq!(experiment.scene().channels(), 1);
         walk::<2>(&experiment, 5, 0..10_000)
     });
@@ -117,7 +113,7 @@ fn equal_channels_are_one() {
 fn grey_walls_in_coloured_light_cost_no_variance() {
     let mut spec = cube54();
     spec.surfaces[0].cell_emittance = vec![(4, Spectrum::rgb([1.0, 2.0, 0.5]))];
-    let method = collision(Space::Discrete);
+    let method = Walks::shooting(Estimator::Collision);
     let coloured = experiment(&spec, IndexChoice::Auto, method.clone());
     let grey = experiment(&cube54(), IndexChoice::Auto, method);
     let [coloured, grey] = [coloured, grey].map(|e| Solution::new(&e, &walk::<2>(&e, 5, 0..10_000), 0.95));
@@ -154,7 +150,7 @@ fn direct_light_is_the_first_bounce() {
     let mut spec = cube54();
     spec.surfaces[2].emittance = Spectrum::rgb([0.5, 0.1, 2.0]);
     for direction in [Direction::Shooting, Direction::Gathering(Birth::Uniform)] {
-        let method = Method { direction, estimator: EstimatorKind::Direct, ..collision(Space::Discrete) };
+        let method = Walks { direction, ..Walks::shooting(EstimatorKind::Direct) };
         let experiment = experiment(&spec, IndexChoice::Auto, method);
         let exact = Exact::of_scene(&spec.channel(0)).unwrap();
         let tally = walk::<2>(&experiment, 9, 0..2_000_000);
@@ -187,7 +183,7 @@ fn the_best_mix_is_that_of_theory() {
     let direction = Direction::Gathering(Birth::Area);
     let best = [best_shooting_weights(&exact), best_gathering_weights(&exact).unwrap()];
     for (direction, best) in [Direction::Shooting, direction].into_iter().zip(best) {
-        let method = Method { direction, mix: true, ..collision(Space::Discrete) };
+        let method = Walks { direction, ..Walks::shooting(Score::Mix) };
         let experiment = experiment(&spec, IndexChoice::Auto, method.clone());
         let parts: Vec<Tally> = (0..16).map(|part| walk::<2>(&experiment, part, 0..250_000)).collect();
         let excess = predicted_excess(&exact, &experiment, &best);
@@ -207,15 +203,15 @@ fn the_best_mix_is_that_of_theory() {
 /// Var(collision)/Var(best mix), by the closed forms.
 fn predicted_excess(exact: &Exact, experiment: &Experiment, best: &[f64]) -> Vec<f64> {
     let some = |variances: Vec<Option<f64>>| variances.into_iter().map(Option::unwrap).collect::<Vec<_>>();
-    let [a, s, c, covariance] = match &experiment.method().direction {
-        Direction::Jacobi { .. } => unreachable!("chains have no mix"),
-        Direction::Shooting => {
+    let [a, s, c, covariance] = match experiment.method().direction() {
+        None => panic!("chains have no mix"),
+        Some(Direction::Shooting) => {
             let kinds =
                 [WalkEstimator::ShootAbsorption, WalkEstimator::ShootSurvival, WalkEstimator::ShootCollision];
             let [a, s, c] = kinds.map(|kind| kind.variances(exact));
             [a, s, c, shooting_covariance(exact)]
         }
-        Direction::Gathering(birth) => {
+        Some(Direction::Gathering(birth)) => {
             let p = birth_probabilities(experiment.scene(), birth);
             let kinds = [GatherEstimator::Absorption, GatherEstimator::Survival, GatherEstimator::Collision];
             let [a, s, c] = kinds.map(|kind| some(kind.variances(exact, &p)));
@@ -240,10 +236,8 @@ fn t_of(values: Vec<f64>, expected: f64) -> f64 {
 #[test]
 fn a_mix_is_refused_where_it_has_no_meaning() {
     let build = |spec: &SceneSpec| Scene::build(spec, IndexChoice::Auto).unwrap();
-    let mix = Method { mix: true, ..collision(Space::Discrete) };
-    assert!(matches!(Experiment::new(build(&coloured_box()), mix.clone()), Err(Unfit::Mix(_))));
-    let infinite = Method { estimator: EstimatorKind::Infinite, ..mix };
-    assert!(matches!(Experiment::new(build(&cube54()), infinite), Err(Unfit::Mix(_))));
+    let refused = Experiment::new(build(&coloured_box()), Method::shooting(Score::Mix));
+    assert!(matches!(refused, Err(Unfit::MixInColour)));
 }
 
 /// Cut off early, every channel is too small by no more than its bound.
@@ -253,12 +247,8 @@ fn cut_off_walks_are_biased_within_the_bound_of_their_channel() {
     let truth = truth(&spec);
     for direction in [Direction::Shooting, Direction::Gathering(Birth::Area)] {
         for infinite in [InfiniteEnd::Cutoff { threshold: 0.2 }, InfiniteEnd::Length { length: 2 }] {
-            let method = Method {
-                direction: direction.clone(),
-                estimator: EstimatorKind::Infinite,
-                infinite,
-                ..collision(Space::Discrete)
-            };
+            let method =
+                Walks { direction: direction.clone(), ..Walks::shooting(Estimator::Infinite(infinite)) };
             let experiment = experiment(&spec, IndexChoice::Auto, method);
             let solution = Solution::new(&experiment, &walk::<2>(&experiment, 3, 0..2_000_000), 0.95);
             for (i, truth) in truth.iter().enumerate() {

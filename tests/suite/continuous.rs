@@ -3,7 +3,7 @@
 use crate::common::{box_scene, collision, experiment, walk};
 use exact::Exact;
 use glam::DVec3;
-use radiosity::{Birth, Direction, EstimatorKind, IndexChoice, Method, SceneSpec, Solution, Space, Tally};
+use radiosity::{Birth, Estimator, IndexChoice, SceneSpec, Solution, Space, Tally, Walks};
 use stats::PowerSums;
 
 /// A box of unlike walls, one of which emits all over, so that patches change nothing but the resolution.
@@ -51,11 +51,8 @@ fn discrete_answers_converge_to_continuous_ones() {
 
 /// Continuous absorption gathering onto one patch.
 fn gathered(spec: &SceneSpec, seed: u64) -> (Tally, f64) {
-    let method = Method {
-        direction: Direction::Gathering(Birth::Patches(vec![TARGET as u32])),
-        estimator: EstimatorKind::Absorption,
-        ..collision(Space::Continuous)
-    };
+    let birth = Birth::Patches(vec![TARGET as u32]);
+    let method = Walks { space: Space::Continuous, ..Walks::gathering(birth, Estimator::Absorption) };
     let experiment = experiment(spec, IndexChoice::Auto, method);
     let tally = walk::<4>(&experiment, seed, 0..8_000_000);
     let meaning = experiment.meaning(TARGET, 0, &tally).unwrap();

@@ -9,8 +9,7 @@ use crate::common::{box_scene, experiment, walk};
 use exact::Exact;
 use glam::DVec3;
 use radiosity::{
-    Birth, Direction, Estimate, EstimatorKind, Experiment, IndexChoice, InfiniteEnd, Method, Sequence,
-    Solution, Space, Tally,
+    Birth, Direction, Estimate, EstimatorKind, Experiment, IndexChoice, Sequence, Solution, Tally, Walks,
 };
 use stats::{Coverage, DoubleSampling, Interval, foresight};
 
@@ -40,15 +39,7 @@ impl Case {
         }
         let word = if direction == Direction::Shooting { "shooting" } else { "gathering" };
         let name = format!("{word} {}", format!("{estimator:?}").to_lowercase());
-        let method = Method {
-            direction,
-            estimator,
-            infinite: InfiniteEnd::default(),
-            space: Space::Discrete,
-            mix: false,
-            batch: None,
-            final_gather: Vec::new(),
-        };
+        let method = Walks { direction, ..Walks::shooting(estimator) };
         let experiment = experiment(&spec, IndexChoice::Auto, method);
         let truth = Exact::of_scene(&spec).unwrap().solution().radiosity.clone();
         let pilot = walk::<2>(&experiment, 0, 0..2_000_000);

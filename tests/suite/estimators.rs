@@ -1,10 +1,10 @@
 //! Every walk and estimator against the exact solution: unbiased, with the variance of the closed form.
 
-use crate::common::{box_scene, collision, cube54, experiment, walk};
+use crate::common::{box_scene, cube54, experiment, walk};
 use exact::{Exact, GatherEstimator, WalkEstimator};
 use glam::DVec3;
 use radiosity::{
-    Birth, Direction, EstimatorKind, IndexChoice, InfiniteEnd, Method, Scene, SceneSpec, Solution, Space,
+    Birth, Direction, Estimator, EstimatorKind, IndexChoice, InfiniteEnd, Scene, SceneSpec, Solution, Walks,
     birth_probabilities,
 };
 use stats::{Coverage, Interval, PowerSums, mean_squared_z};
@@ -12,8 +12,8 @@ use stats::{Coverage, Interval, PowerSums, mean_squared_z};
 const KINDS: [EstimatorKind; 4] =
     [EstimatorKind::Absorption, EstimatorKind::Survival, EstimatorKind::Collision, EstimatorKind::Infinite];
 
-fn method(direction: Direction, estimator: EstimatorKind) -> Method {
-    Method { direction, estimator, ..collision(Space::Discrete) }
+fn method(direction: Direction, estimator: impl Into<Estimator>) -> Walks {
+    Walks { direction, ..Walks::shooting(estimator.into()) }
 }
 
 /// The 54-patch cube, and a flat box with emitters of unlike power and reflectance.
@@ -26,11 +26,10 @@ fn scenes() -> [(&'static str, SceneSpec); 2] {
 
 /// The closed-form variance of B for one walk; `None` where no walk is born. For the infinite estimator it is that
 /// of endless walks; roulette below a weight of 0.001 adds less than a thousandth.
-fn predicted(exact: &Exact, scene: &Scene, method: &Method) -> Vec<Option<f64>> {
+fn predicted(exact: &Exact, scene: &Scene, method: &Walks) -> Vec<Option<f64>> {
     match &method.direction {
-        Direction::Jacobi { .. } => unreachable!("not among KINDS"),
         Direction::Shooting => {
-            let estimator = match method.estimator {
+            let estimator = match method.score.estimator().kind() {
                 EstimatorKind::Absorption => WalkEstimator::ShootAbsorption,
                 EstimatorKind::Survival => WalkEstimator::ShootSurvival,
                 EstimatorKind::Collision => WalkEstimator::ShootCollision,
@@ -40,7 +39,7 @@ fn predicted(exact: &Exact, scene: &Scene, method: &Method) -> Vec<Option<f64>> 
             estimator.variances(exact).into_iter().map(Some).collect()
         }
         Direction::Gathering(birth) => {
-            let estimator = match method.estimator {
+            let estimator = match method.score.estimator().kind() {
                 EstimatorKind::Absorption => GatherEstimator::Absorption,
                 EstimatorKind::Survival => GatherEstimator::Survival,
                 EstimatorKind::Collision => GatherEstimator::Collision,
@@ -113,7 +112,7 @@ fn every_variance_is_that_of_the_closed_form() {
             for kind in KINDS {
                 // A threshold that no walk of the length seen here reaches: the endless walk of theory.
                 let endless = InfiniteEnd::Roulette { threshold: 1e-9 };
-                let method = Method { infinite: endless, ..method(direction.clone(), kind) };
+                let method = method(direction.clone(), kind.ending(endless));
                 let experiment = experiment(&spec, IndexChoice::Auto, method.clone());
                 let tally = walk::<4>(&experiment, 11, 0..1_000_000);
                 let mut worst = 0.0_f64;
@@ -146,7 +145,7 @@ fn cut_off_walks_are_biased_within_their_bound() {
     let exact = Exact::of_scene(&cube54()).unwrap();
     for direction in [Direction::Shooting, Direction::Gathering(Birth::Patches(vec![3, 9, 50]))] {
         for end in [InfiniteEnd::Cutoff { threshold: 0.2 }, InfiniteEnd::Length { length: 2 }] {
-            let method = Method { infinite: end, ..method(direction.clone(), EstimatorKind::Infinite) };
+            let method = method(direction.clone(), Estimator::Infinite(end));
             let experiment = experiment(&cube54(), IndexChoice::Auto, method);
             let tally = walk::<2>(&experiment, 5, 0..2_000_000);
             assert!(tally.counts.truncated > 0);

@@ -1,26 +1,22 @@
 //! A final gather against exact solutions: the chosen patches and all others, by walks and by chains.
 
-use crate::common::{box_scene, collision, quad, surface};
+use crate::common::{box_scene, quad, surface};
 use crate::verdict::{Mean, Truth, exactly, judge_those, solve};
 use glam::DVec3;
 use radiosity::{
-    Batch, Direction, Experiment, IndexChoice, Iterations, Method, Sampler, Scene, SceneSpec, Sides, Solve,
-    Space, Spectrum, SurfaceSpec, Unfit,
+    BatchScore, Batches, Chains, Experiment, IndexChoice, Iterations, Method, Sampler, Scene, SceneSpec,
+    Sides, Solve, Spectrum, SurfaceSpec, Unfit,
 };
 
 /// Corners beside and across from the emitter of the cube, and the middle of a wall.
 const CHOSEN: [u32; 3] = [0, 31, 53];
 
-fn method(direction: Direction, batch: Option<Batch>, chosen: &[u32]) -> Method {
-    Method { direction, batch, final_gather: chosen.to_vec(), ..collision(Space::Discrete) }
-}
-
 fn walks(walks: u64, sampler: Sampler, chosen: &[u32]) -> Method {
-    method(Direction::Shooting, Some(Batch { walks, sampler }), chosen)
+    Batches { walks, sampler, score: BatchScore::FinalGather(chosen.to_vec()) }.into()
 }
 
-fn chains(chain_rays: u64, solve: Solve, chosen: &[u32]) -> Method {
-    method(Direction::Jacobi { chain_rays, solve }, None, chosen)
+fn chains(rays: u64, solve: Solve, chosen: &[u32]) -> Method {
+    Chains { rays, solve, final_gather: chosen.to_vec() }.into()
 }
 
 fn experiment(spec: &SceneSpec, method: Method) -> Experiment {
@@ -29,7 +25,7 @@ fn experiment(spec: &SceneSpec, method: Method) -> Experiment {
 
 /// Mean squared z and coverage of chosen patches and of others; `blunt` bounds the standard error of the former's.
 fn both_are_true(experiment: &Experiment, truth: &Truth, seeds: u64, blunt: f64) {
-    let chosen = &experiment.method().final_gather;
+    let chosen = experiment.method().final_gather();
     judge_those(experiment, truth, seeds, |patch| chosen.contains(&patch)).agrees(blunt);
     judge_those(experiment, truth, seeds / 4, |patch| !chosen.contains(&patch)).agrees(blunt);
 }
@@ -111,15 +107,8 @@ fn what_would_be_wrong_is_refused() {
     let unfit = |spec: &SceneSpec, method: Method| {
         Experiment::new(Scene::build(spec, IndexChoice::Auto).unwrap(), method).unwrap_err()
     };
-    let batch = walks(100, Sampler::Random, &[0]);
     let cube = scenes::cube(1);
-    assert_eq!(
-        unfit(&cube, Method { final_gather: vec![6], ..batch.clone() }),
-        Unfit::NoSuchPatch { patch: 6, patches: 6 }
-    );
-    for method in
-        [Method { space: Space::Continuous, ..batch.clone() }, method(Direction::Shooting, None, &[0])]
-    {
-        assert!(matches!(unfit(&cube, method), Unfit::FinalGather(_)));
+    for method in [walks(100, Sampler::Random, &[6]), chains(100, Solve::Links, &[6])] {
+        assert_eq!(unfit(&cube, method), Unfit::NoSuchPatch { patch: 6, patches: 6 });
     }
 }

@@ -1,12 +1,11 @@
 //! Walks against the exact solution of scenes that are no boxes: open ones, where light is lost; furnished
 //! ones, where surfaces hide each other; two-sided surfaces.
 
-use crate::common::{box_scene, collision, experiment, quad, rotation, surface, walk};
+use crate::common::{box_scene, experiment, quad, rotation, surface, walk};
 use exact::{Accuracy, Exact, GatherEstimator, WalkEstimator};
 use glam::DVec3;
 use radiosity::{
-    Birth, Direction, EstimatorKind, IndexChoice, Method, SceneSpec, Sides, Solution, Space,
-    birth_probabilities,
+    Birth, Direction, Estimator, IndexChoice, SceneSpec, Sides, Solution, Walks, birth_probabilities,
 };
 use stats::mean_squared_z;
 
@@ -39,18 +38,16 @@ fn parted() -> SceneSpec {
     spec
 }
 
-fn methods() -> [Method; 3] {
-    let shooting = |estimator| Method { estimator, ..collision(Space::Discrete) };
-    let gathering = Method { direction: Direction::Gathering(Birth::Area), ..collision(Space::Discrete) };
-    [shooting(EstimatorKind::Collision), shooting(EstimatorKind::Survival), gathering]
+fn methods() -> [Walks; 3] {
+    let gathering = Walks::gathering(Birth::Area, Estimator::Collision);
+    [Walks::shooting(Estimator::Collision), Walks::shooting(Estimator::Survival), gathering]
 }
 
 /// The closed-form variance of B for one walk of one of [`methods`].
-fn predicted(exact: &Exact, method: &Method, birth: &[f64]) -> Vec<f64> {
-    match (&method.direction, method.estimator) {
-        (Direction::Shooting, EstimatorKind::Survival) => WalkEstimator::ShootSurvival.variances(exact),
+fn predicted(exact: &Exact, method: &Walks, birth: &[f64]) -> Vec<f64> {
+    match (&method.direction, method.score.estimator()) {
+        (Direction::Shooting, Estimator::Survival) => WalkEstimator::ShootSurvival.variances(exact),
         (Direction::Shooting, _) => WalkEstimator::ShootCollision.variances(exact),
-        (Direction::Jacobi { .. }, _) => unreachable!("not among the methods"),
         (Direction::Gathering(_), _) => {
             let variances = GatherEstimator::Collision.variances(exact, birth);
             variances.into_iter().map(|variance| variance.expect("a walk is born everywhere")).collect()
@@ -86,7 +83,7 @@ fn walks_in_open_and_occluded_scenes_agree_with_the_exact_solution() {
                 }
             }
             let squared = mean_squared_z(z.iter().copied()).unwrap();
-            let what = format!("{name} {:?} {:?}", method.direction, method.estimator);
+            let what = format!("{name} {:?} {:?}", method.direction, method.score);
             let mut worst = 0.0_f64;
             for &i in &receivers {
                 let off = (sums[i] / SEEDS as f64).abs();
@@ -107,7 +104,7 @@ fn walks_in_open_and_occluded_scenes_agree_with_the_exact_solution() {
 fn as_many_walks_escape_as_the_rows_lack() {
     const WALKS: u64 = 1_000_000;
     let exact = Exact::of_scene(&open()).unwrap();
-    let experiment = experiment(&open(), IndexChoice::Auto, collision(Space::Discrete));
+    let experiment = experiment(&open(), IndexChoice::Auto, Walks::shooting(Estimator::Collision));
     let tally = walk::<2>(&experiment, 5, 0..WALKS);
     let sums = exact.exchange().row_sums();
     let lost = |i: usize| exact.areas()[i] * exact.solution().radiosity[i] * (1.0 - sums[i]);

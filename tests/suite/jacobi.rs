@@ -5,30 +5,30 @@ use crate::common::{box_scene, collision, quad, surface};
 use crate::verdict::{CONFIDENCE, Mean, Truth, exactly, judge, long_run, run, solve};
 use glam::DVec3;
 use radiosity::{
-    Batch, Counts, Direction, EstimatorKind, Experiment, IndexChoice, Iterations, Method, Phase, RayBirths,
-    Sampler, Scene, SceneSpec, Sequence, Sides, Solution, Solve, Space, Spectrum, SurfaceSpec,
+    BatchScore, Batches, Chains, Counts, Estimator, EstimatorKind, Experiment, IndexChoice, Iterations,
+    Method, Phase, RayBirths, Sampler, Scene, SceneSpec, Sequence, Sides, Solution, Solve, Space, Spectrum,
+    SurfaceSpec,
 };
 
-fn experiment(spec: &SceneSpec, direction: Direction) -> Experiment {
-    let scene = Scene::build(spec, IndexChoice::Auto).unwrap();
-    Experiment::new(scene, Method { direction, ..collision(Space::Discrete) }).unwrap()
+fn experiment(spec: &SceneSpec, method: impl Into<Method>) -> Experiment {
+    Experiment::new(Scene::build(spec, IndexChoice::Auto).unwrap(), method).unwrap()
 }
 
 /// Chains of so many rays.
 fn chains(spec: &SceneSpec, chain_rays: u64) -> Experiment {
-    experiment(spec, Direction::Jacobi { chain_rays, solve: Solve::Links })
+    experiment(spec, Method::chains(chain_rays))
 }
 
 /// The same by iterations.
 fn iterations(spec: &SceneSpec, chain_rays: u64, plan: Iterations) -> Experiment {
-    experiment(spec, Direction::Jacobi { chain_rays, solve: Solve::Iterations(plan) })
+    let solve = Solve::Iterations(plan);
+    experiment(spec, Chains { rays: chain_rays, solve, final_gather: Vec::new() })
 }
 
 /// Batches of so many shooting walks.
-fn sobol(spec: &SceneSpec, walks: u64, method: Method) -> Experiment {
-    let scene = Scene::build(spec, IndexChoice::Auto).unwrap();
-    Experiment::new(scene, Method { batch: Some(Batch { walks, sampler: Sampler::Sobol }), ..method })
-        .unwrap()
+fn sobol(spec: &SceneSpec, walks: u64, estimator: impl Into<Estimator>, space: Space) -> Experiment {
+    let score = BatchScore::Of(estimator.into(), space);
+    experiment(spec, Batches { walks, sampler: Sampler::Sobol, score })
 }
 
 #[test]
@@ -91,13 +91,10 @@ fn intervals_of_sobol_walks_are_true() {
     let cube = scenes::cube(3);
     let truth = exactly(&cube);
     for estimator in [EstimatorKind::Collision, EstimatorKind::Survival, EstimatorKind::Infinite] {
-        let method = Method { estimator, ..collision(Space::Discrete) };
-        judge(&sobol(&cube, 1 << 12, method), &truth, 60).agrees(0.06);
+        judge(&sobol(&cube, 1 << 12, estimator, Space::Discrete), &truth, 60).agrees(0.06);
     }
-    let continuous = collision(Space::Continuous);
-    let scene = Scene::build(&cube, IndexChoice::Auto).unwrap();
-    let truth = long_run(&Experiment::new(scene, continuous.clone()).unwrap(), 20_000_000);
-    judge(&sobol(&cube, 1 << 12, continuous), &truth, 60).agrees(0.06);
+    let truth = long_run(&experiment(&cube, collision(Space::Continuous)), 20_000_000);
+    judge(&sobol(&cube, 1 << 12, Estimator::Collision, Space::Continuous), &truth, 60).agrees(0.06);
 }
 
 /// Open, hidden, two-sided, coloured.
@@ -211,7 +208,11 @@ fn long_iterations_and_sobol_walks() {
     let studies = [
         (&cube, exactly(&cube), [16 * 54, 1 << 13]),
         (&rooms, long_run(&chains(&rooms, 1 << 20), 64), [1 << 12, 1 << 14]),
-        (&cornell, long_run(&experiment(&cornell, Direction::Shooting), 100_000_000), [16 * 3000, 1 << 17]),
+        (
+            &cornell,
+            long_run(&experiment(&cornell, Method::shooting(Estimator::Collision)), 100_000_000),
+            [16 * 3000, 1 << 17],
+        ),
     ];
     for (spec, truth, rays) in &studies {
         for rays in rays {
@@ -223,7 +224,7 @@ fn long_iterations_and_sobol_walks() {
                 }
             }
             println!("{rays} Sobol walks");
-            judge(&sobol(spec, *rays, collision(Space::Discrete)), truth, 200);
+            judge(&sobol(spec, *rays, Estimator::Collision, Space::Discrete), truth, 200);
         }
     }
 }
@@ -238,7 +239,7 @@ fn long_few_rays_in_two_rooms() {
         let rays = rays_per_patch * truth.len() as u64;
         println!("{rays_per_patch} rays per patch: links, Sobol walks");
         judge(&chains(&rooms, rays), &truth, 1000);
-        judge(&sobol(&rooms, rays / 16, collision(Space::Discrete)), &truth, 200);
+        judge(&sobol(&rooms, rays / 16, Estimator::Collision, Space::Discrete), &truth, 200);
     }
     for rays_per_patch in [256, 1024, 4096, 16_384] {
         for births in [RayBirths::Systematic, RayBirths::Multinomial] {
@@ -254,7 +255,7 @@ fn long_few_rays_in_two_rooms() {
 #[ignore = "minutes; run with --release"]
 fn long_cornell() {
     let cornell = scenes::cornell();
-    let truth = long_run(&experiment(&cornell, Direction::Shooting), 100_000_000);
+    let truth = long_run(&experiment(&cornell, Method::shooting(Estimator::Collision)), 100_000_000);
     judge(&chains(&cornell, 1 << 17), &truth, 200).is_true();
 }
 

@@ -1,13 +1,10 @@
 //! Rooms as people furnish them: cupboards on floors and against walls, two-sided shelves, boxes that touch, rugs. All
 //! methods against the exact solution, face by face.
 
-use crate::common::{box_walls, collision, quad, surface};
+use crate::common::{box_walls, quad, surface};
 use crate::verdict::{Truth, exactly, judge};
 use glam::DVec3;
-use radiosity::{
-    Batch, Direction, Experiment, IndexChoice, Method, Sampler, Scene, SceneSpec, Sides, Solve, Space,
-    SurfaceSpec,
-};
+use radiosity::{Experiment, IndexChoice, Method, Sampler, Scene, SceneSpec, Sides, SurfaceSpec};
 
 const X: DVec3 = DVec3::X;
 const Y: DVec3 = DVec3::Y;
@@ -108,13 +105,8 @@ fn all_methods_are_true(spec: &SceneSpec) {
     let truth: Truth = exactly(spec);
     let scene = Scene::build(spec, IndexChoice::Auto).unwrap();
     println!("{} faces, {} stacks", scene.faces().len(), scene.stacks().len());
-    let chains = Method {
-        direction: Direction::Jacobi { chain_rays: 1 << 14, solve: Solve::Links },
-        ..collision(Space::Discrete)
-    };
-    judge(&experiment(spec, chains), &truth, 60).agrees(0.2);
-    let batch = Some(Batch { walks: 1 << 12, sampler: Sampler::Random });
-    judge(&experiment(spec, Method { batch, ..collision(Space::Discrete) }), &truth, 60).agrees(0.2);
+    judge(&experiment(spec, Method::chains(1 << 14)), &truth, 60).agrees(0.2);
+    judge(&experiment(spec, Method::batches(1 << 12, Sampler::Random)), &truth, 60).agrees(0.2);
 }
 
 #[test]

@@ -3,8 +3,8 @@
 use std::collections::HashSet;
 
 use radiosity::{
-    Batch, Birth, Direction, EstimatorKind, IndexChoice, InfiniteEnd, Iterations, RayBirths, Sampler, Solve,
-    Space,
+    BatchScore, Batches, Birth, Chains, Direction, EstimatorKind, IndexChoice, InfiniteEnd, Iterations,
+    RayBirths, Sampler, Score, Solve, Space, Walks,
 };
 use serde::{Deserialize, Serialize};
 
@@ -64,25 +64,26 @@ pub struct Method {
 }
 
 impl Method {
-    /// The walks that it takes, for the walk and sampler that are built.
+    /// The walks, batches or chains that it takes, for the walk and sampler that are built.
     pub fn walks(&self) -> radiosity::Method {
-        let direction = match self.walk {
-            WalkKind::Gathering => Direction::Gathering(self.birth.clone()),
+        let (estimator, paths) = (self.estimator.ending(self.infinite), self.batch_paths.unwrap_or(0));
+        let score = if self.mix { Score::Mix } else { Score::Of(estimator) };
+        let direction = match &self.walk {
             WalkKind::Jacobi => {
-                Direction::Jacobi { chain_rays: self.batch_paths.unwrap_or(0), solve: self.jacobi }
+                let final_gather = self.final_gather.clone();
+                return Chains { rays: paths, solve: self.jacobi, final_gather }.into();
             }
+            WalkKind::Gathering => Direction::Gathering(self.birth.clone()),
             WalkKind::Shooting | WalkKind::Auto => Direction::Shooting,
         };
-        radiosity::Method {
-            direction,
-            estimator: self.estimator,
-            infinite: self.infinite,
-            space: self.space,
-            mix: self.mix,
-            batch: (self.walk != WalkKind::Jacobi && self.is_in_batches())
-                .then(|| Batch { walks: self.batch_paths.unwrap_or(0), sampler: self.sampler }),
-            final_gather: self.final_gather.clone(),
+        if !self.is_in_batches() {
+            return Walks { direction, space: self.space, score }.into();
         }
+        let score = match self.final_gather.is_empty() {
+            true => BatchScore::Of(estimator, self.space),
+            false => BatchScore::FinalGather(self.final_gather.clone()),
+        };
+        Batches { walks: paths, sampler: self.sampler, score }.into()
     }
 
     /// Whether batches or chains take the place of walks.
@@ -105,17 +106,10 @@ impl Word for WalkKind {
 }
 
 impl Word for EstimatorKind {
-    const ALL: &'static [Self] =
-        &[Self::Absorption, Self::Survival, Self::Collision, Self::Infinite, Self::Direct];
+    const ALL: &'static [Self] = EstimatorKind::ALL;
 
     fn word(self) -> &'static str {
-        match self {
-            EstimatorKind::Absorption => "absorption",
-            EstimatorKind::Survival => "survival",
-            EstimatorKind::Collision => "collision",
-            EstimatorKind::Infinite => "infinite",
-            EstimatorKind::Direct => "direct",
-        }
+        EstimatorKind::word(self)
     }
 }
 

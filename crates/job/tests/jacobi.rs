@@ -5,7 +5,7 @@ mod common;
 use std::path::Path;
 
 use job::{Error, Job, Sampler, WalkKind, job_hash, load};
-use radiosity::{Iterations, RayBirths, Solve};
+use radiosity::{BatchScore, Batches, Iterations, RayBirths, Solve};
 
 /// A job on the 54-patch cube.
 fn cube54(set: &[&str]) -> Job {
@@ -151,7 +151,9 @@ fn a_final_gather_takes_batches_and_few_patches() {
         |set: &[&str]| cube54(&[&["budget.paths=1000000", "method.final_gather=[53, 0, 7]"], set].concat());
     let method = job(&[]).method;
     assert_eq!((method.batch_paths, &method.final_gather), (Some(1 << 15), &vec![0, 7, 53]));
-    assert_eq!(method.walks().batch.map(|batch| batch.sampler), Some(Sampler::Random));
+    let score = BatchScore::FinalGather(vec![0, 7, 53]);
+    let batches = Batches { walks: 1 << 15, sampler: Sampler::Random, score };
+    assert_eq!(method.walks(), batches.into());
     assert_eq!(job(&["method.walk=jacobi"]).method.batch_paths, Some(125_000));
     assert_eq!(job(&["method.walk=auto"]).method.walk, WalkKind::Jacobi);
     // Too few rays for chains: batches of walks.
@@ -174,8 +176,8 @@ fn sobol_walks_come_in_batches() {
     assert_eq!(batch(&["budget.paths=1000000", "method.batch_paths=100000"]), Some(100_000));
     let method = cube54(&[sobol, "budget.paths=1000000"]).method;
     assert_eq!(
-        (method.sampler, method.walks().batch.map(|batch| batch.walks)),
-        (Sampler::Sobol, Some(1 << 15))
+        (method.sampler, method.walks()),
+        (Sampler::Sobol, radiosity::Method::batches(1 << 15, Sampler::Sobol))
     );
     let refused = |set: &[&str], part: &str| {
         let message = load_cube54(&[&[sobol], set].concat()).unwrap_err().to_string();

@@ -16,11 +16,13 @@ const HITTABLE: f64 = 1e-6;
 
 /// What theory holds against a method in a scene, a sentence and a remedy each.
 pub fn misfits(experiment: &Experiment) -> Vec<String> {
-    match &experiment.method().direction {
+    match experiment.method().direction() {
         // Chains aim their rays themselves, and know no estimators.
-        Direction::Jacobi { .. } => Vec::new(),
-        Direction::Shooting => [scoring(experiment), length(experiment), smallest(experiment)].concat(),
-        Direction::Gathering(_) => [scoring(experiment), length(experiment), emitters(experiment)].concat(),
+        None => Vec::new(),
+        Some(Direction::Shooting) => [scoring(experiment), length(experiment), smallest(experiment)].concat(),
+        Some(Direction::Gathering(_)) => {
+            [scoring(experiment), length(experiment), emitters(experiment)].concat()
+        }
     }
 }
 
@@ -28,11 +30,8 @@ pub fn misfits(experiment: &Experiment) -> Vec<String> {
 /// and 1/(1 − R) times that of collision (S97 tables 3, 4). They score on patches when shot, on emitters when gathered.
 fn scoring(experiment: &Experiment) -> Vec<String> {
     let gathers = experiment.gathers();
-    let part: fn(&Face) -> f64 = match experiment.method().estimator {
-        EstimatorKind::Survival => |patch| patch.reflectance.max(),
-        EstimatorKind::Absorption => |patch| 1.0 - patch.reflectance.max(),
-        _ => return Vec::new(),
-    };
+    let Some(kind) = experiment.method().estimator_kind() else { return Vec::new() };
+    let part = |face: &Face| kind.probability(face.reflectance.max());
     let patches = experiment.scene().faces().iter().enumerate();
     let scoring =
         patches.filter(|(_, p)| if gathers { p.emittance.is_lit() } else { p.reflectance.is_lit() });
@@ -50,7 +49,7 @@ fn scoring(experiment: &Experiment) -> Vec<String> {
 /// A walk takes up to 1/(1 − R) rays, and near R = 1 all of them tell little more than one.
 fn length(experiment: &Experiment) -> Vec<String> {
     let most = experiment.scene().max_reflectance().max();
-    if most < LONG_WALKS || experiment.method().estimator == EstimatorKind::Direct {
+    if most < LONG_WALKS || !experiment.method().estimator_kind().is_some_and(EstimatorKind::goes_on) {
         return Vec::new();
     }
     vec![format!(

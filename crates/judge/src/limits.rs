@@ -1,7 +1,7 @@
 //! What the walks of an experiment can come to at most, for the cluster to refuse results that cannot be.
 
 use cluster::limits::Limits;
-use radiosity::{Experiment, InfiniteEnd};
+use radiosity::{Estimator, Experiment, InfiniteEnd};
 
 use crate::MOMENTS;
 
@@ -24,7 +24,7 @@ pub fn limits(experiment: &Experiment) -> Limits {
 
 fn of_walks(experiment: &Experiment) -> Limits {
     let rays = longest_walk(experiment);
-    let ray_score = match (experiment.layout::<MOMENTS>().events, experiment.method().mix) {
+    let ray_score = match (experiment.layout::<MOMENTS>().events, experiment.method().is_mix()) {
         (true, _) => FIXED_POINT,
         // The best mix counts the sum of two scores, too.
         (false, true) => 2,
@@ -59,13 +59,13 @@ fn longest_walk(experiment: &Experiment) -> u64 {
     let channels = 0..scene.channels();
     let reflectances = patches.iter().flat_map(|patch| channels.clone().map(move |c| patch.reflectance[c]));
     let decay = -reflectances.fold(0.0, f64::max).ln();
-    let weakest = match experiment.method().infinite {
-        InfiniteEnd::Roulette { threshold } | InfiniteEnd::Cutoff { threshold } => -threshold.ln(),
-        InfiniteEnd::Length { .. } => 0.0,
-    };
-    let length = match experiment.method().infinite {
-        InfiniteEnd::Length { length } => f64::from(length),
-        InfiniteEnd::Roulette { .. } | InfiniteEnd::Cutoff { .. } => 0.0,
+    let end = experiment.method().estimator().and_then(Estimator::infinite_end);
+    let (weakest, length) = match end {
+        Some(InfiniteEnd::Roulette { threshold } | InfiniteEnd::Cutoff { threshold }) => {
+            (-threshold.ln(), 0.0)
+        }
+        Some(InfiniteEnd::Length { length }) => (0.0, f64::from(length)),
+        None => (0.0, 0.0),
     };
     let by_chance = (CERTAINTY * std::f64::consts::LN_2 + weakest) / decay;
     (MARGIN * (by_chance + length + 2.0)).min(1e15) as u64

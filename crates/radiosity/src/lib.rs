@@ -21,23 +21,25 @@ mod tally;
 mod trace;
 mod walk;
 
-pub use experiment::birth::birth_probabilities;
 pub use experiment::replay::{Replay, Step};
 pub use experiment::solution::{
     Apart, Channels, Estimate, Estimates, Mix, Precision, QUANTILES, Solution, TINY,
 };
-pub use experiment::{Board, Experiment, Meaning, Unfit};
+pub use experiment::{Board, Experiment, Meaning, Unfit, birth_probabilities};
 pub use geometry::face::{Face, Faces};
 pub use geometry::spec::{SceneSpec, Shape, Side, Sides, Spectrum, SurfaceSpec};
 pub use geometry::surface::Surface;
+pub use jacobi::plan::{Iterations, RayBirths, Solve};
 pub use jacobi::{ChainBoard, Iteration, Phase, Reciprocity, stochastic_iteration};
-pub use method::{
-    Batch, Birth, Direction, EstimatorKind, InfiniteEnd, Iterations, Method, RayBirths, Sampler, Solve, Space,
-};
+pub use method::{BatchScore, Batches, Birth, Chains, Direction, Method, Score, Unit, Walks};
+pub use random::Sampler;
 pub use random::rng::{Sequence, WalkRng};
 pub use scene::{IndexChoice, Memory, Scene, SceneError};
 pub use tally::{Counts, Layout, MergeError, Overflow, Scoreboard, Tally};
 pub use trace::coplanar::Overlap;
 pub use trace::ray::{Hit, Ray};
 pub use trace::stack::Stack;
+pub use walk::Space;
 pub use walk::batch::WalkEnd;
+pub use walk::estimator::{Estimator, EstimatorKind};
+pub use walk::fate::InfiniteEnd;

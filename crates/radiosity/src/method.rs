@@ -1,66 +1,11 @@
-//! What kind of walk, and what it scores: the choices of a job.
+//! What kind of sample, and what it scores: the choices of a job, of which only those can be written that exist.
 
 use serde::{Deserialize, Serialize};
 
-/// Where a surviving walk goes on from (BS §2).
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Space {
-    /// A fresh uniform point of the patch that was hit: the expectation solves the radiosity system.
-    #[default]
-    Discrete,
-    /// The hit point: the expectation is the average of the integral equation's solution.
-    Continuous,
-}
-
-/// Which events of a walk score (S97 §2, §3).
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum EstimatorKind {
-    /// The absorption at its end.
-    Absorption,
-    /// Every hit that it survives.
-    Survival,
-    /// Every hit.
-    #[default]
-    Collision,
-    /// Every hit of a walk that is never absorbed, by weight (SInf).
-    Infinite,
-    /// The first hit alone: direct light (Sh91's first stage).
-    Direct,
-}
-
-/// How walks of the infinite estimator end.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum InfiniteEnd {
-    /// Below a weight they go on as collision walks of that weight; unbiased.
-    Roulette {
-        /// The weight, in (0, 1).
-        threshold: f64,
-    },
-    /// At once below a weight; biased.
-    Cutoff {
-        /// The weight, in (0, 1).
-        threshold: f64,
-    },
-    /// After a number of hits; biased.
-    Length {
-        /// The number, at least 1.
-        length: u32,
-    },
-}
-
-impl InfiniteEnd {
-    /// The weight of a job that names none.
-    pub const DEFAULT_THRESHOLD: f64 = 0.001;
-}
-
-impl Default for InfiniteEnd {
-    fn default() -> Self {
-        InfiniteEnd::Roulette { threshold: Self::DEFAULT_THRESHOLD }
-    }
-}
+use crate::jacobi::plan::Solve;
+use crate::random::Sampler;
+use crate::walk::Space;
+use crate::walk::estimator::{Estimator, EstimatorKind};
 
 /// Where gathering walks are born.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -78,94 +23,253 @@ pub enum Birth {
 /// Which way walks run.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Direction {
-    /// From the emitters, carrying power.
+    /// From the emitters, carrying power (S97 §2).
     Shooting,
-    /// From patches, looking for emitters.
+    /// From patches, looking for emitters (S97 §3).
     Gathering(Birth),
-    /// No walks but chains of single rays between patches: stochastic Jacobi. A chain takes the place of a walk.
-    Jacobi {
-        /// Rays of a chain.
-        chain_rays: u64,
-        /// What a chain makes of them.
-        solve: Solve,
-    },
 }
 
-/// How a chain finds the solution from its rays.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Solve {
-    /// Every ray is kept as a link between two patches, and the system of all links is solved.
-    #[default]
-    Links,
-    /// Power is propagated again and again, by fresh rays each time (BS §4).
-    Iterations(Iterations),
+/// What walks are scored by.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Score {
+    /// One estimator.
+    Of(Estimator),
+    /// Collision, with absorption and survival of the same walks beside it, to find the best mix of both (S97 §2.6, §3.7).
+    /// Of grey scenes only.
+    Mix,
 }
 
-/// Stochastic Jacobi iterations (BS §4).
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Iterations {
-    /// How rays are shared out among patches.
-    pub births: RayBirths,
-    /// Regular iterations, at least 1: they share the rays that the incremental ones leave.
-    pub regular: u32,
-    /// Where the rays' numbers come from.
-    pub sampler: Sampler,
-}
-
-impl Default for Iterations {
-    fn default() -> Self {
-        Iterations { births: RayBirths::default(), regular: 8, sampler: Sampler::default() }
+impl<E: Into<Estimator>> From<E> for Score {
+    fn from(estimator: E) -> Self {
+        Score::Of(estimator.into())
     }
 }
 
-/// How the rays of an iteration are shared out among patches, each in proportion to its power.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum RayBirths {
-    /// Every patch shoots its share, rounded up or down at random.
-    #[default]
-    Systematic,
-    /// Every ray chooses its patch for itself, as BS eq. (22) has it.
-    Multinomial,
+impl Score {
+    /// The estimator whose scores are the answer.
+    pub fn estimator(self) -> Estimator {
+        match self {
+            Score::Of(estimator) => estimator,
+            Score::Mix => Estimator::Collision,
+        }
+    }
 }
 
-/// Where random numbers come from.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Sampler {
-    /// A permuted congruential generator.
-    #[default]
-    Random,
-    /// Randomised quasi-Monte Carlo: a Sobol sequence.
-    Sobol,
-}
-
-/// A kind of walk and what it scores.
+/// Walks that are samples each.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Method {
-    /// Shooting or gathering.
+pub struct Walks {
+    /// Which way they run.
     pub direction: Direction,
-    /// What scores.
-    pub estimator: EstimatorKind,
-    /// How walks of the infinite estimator end; no other looks at it.
-    pub infinite: InfiniteEnd,
-    /// Where surviving walks go on from.
+    /// Where they go on from.
     pub space: Space,
-    /// Whether collision walks are scored by absorption and survival too, to find the best mix of both.
-    pub mix: bool,
-    /// Of shooting walks: how many make a batch, which takes the place of a walk. `None`: each is a sample of its own, and
-    /// every number is random.
-    pub batch: Option<Batch>,
-    /// Patches whose light is gathered by rays of their own from what a batch or chain has found elsewhere (final gather).
-    pub final_gather: Vec<u32>,
+    /// What they score.
+    pub score: Score,
 }
 
-/// Shooting walks that are one sample together.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Batch {
-    /// How many.
+impl Walks {
+    /// Discrete walks from the emitters.
+    pub fn shooting(score: impl Into<Score>) -> Self {
+        Walks { direction: Direction::Shooting, space: Space::Discrete, score: score.into() }
+    }
+
+    /// Discrete walks from the patches.
+    pub fn gathering(birth: Birth, score: impl Into<Score>) -> Self {
+        Walks { direction: Direction::Gathering(birth), ..Walks::shooting(score) }
+    }
+}
+
+/// Shooting walks of which many are one sample together.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Batches {
+    /// Walks of a batch.
     pub walks: u64,
     /// Where their numbers come from: one randomised Sobol sequence for all of them, or independent ones.
     pub sampler: Sampler,
+    /// What becomes of them.
+    pub score: BatchScore,
+}
+
+/// What the walks of a batch score.
+#[derive(Clone, Debug, PartialEq)]
+pub enum BatchScore {
+    /// An estimator, of walks in a space.
+    Of(Estimator, Space),
+    /// Collision in discrete space; then rays of their own gather the light of these patches from what the batch has
+    /// found elsewhere (final gather).
+    FinalGather(Vec<u32>),
+}
+
+impl BatchScore {
+    pub(crate) fn of_walks(&self) -> (Estimator, Space) {
+        match self {
+            BatchScore::Of(estimator, space) => (*estimator, *space),
+            BatchScore::FinalGather(_) => (Estimator::Collision, Space::Discrete),
+        }
+    }
+}
+
+/// Chains of single rays between patches, one sample each: stochastic Jacobi (BS §4).
+#[derive(Clone, Debug, PartialEq)]
+pub struct Chains {
+    /// Rays of a chain.
+    pub rays: u64,
+    /// What a chain makes of them.
+    pub solve: Solve,
+    /// Patches whose light is gathered by rays of their own from what a chain has found elsewhere.
+    pub final_gather: Vec<u32>,
+}
+
+/// A kind of sample and what it scores.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Method {
+    /// Walks, each a sample of its own.
+    Walks(Walks),
+    /// Batches of walks.
+    Batches(Batches),
+    /// Chains of rays.
+    Chains(Chains),
+}
+
+/// The independent sample: what plans number, ledgers book and tallies count as one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Unit {
+    /// A walk.
+    Walk,
+    /// A batch of so many walks, which depend on each other.
+    Batch {
+        /// How many.
+        walks: u64,
+    },
+    /// A chain of so many rays.
+    Chain {
+        /// How many.
+        rays: u64,
+    },
+}
+
+impl Unit {
+    /// What one counts as in jobs: walks, or rays of chains.
+    pub fn paths(self) -> u64 {
+        match self {
+            Unit::Walk => 1,
+            Unit::Batch { walks } => walks,
+            Unit::Chain { rays } => rays,
+        }
+    }
+
+    /// Whether each walk is a sample of its own.
+    pub fn is_walk(self) -> bool {
+        self == Unit::Walk
+    }
+
+    /// Several of them, in a word.
+    pub fn word(self) -> &'static str {
+        match self {
+            Unit::Walk => "walks",
+            Unit::Batch { .. } => "batches",
+            Unit::Chain { .. } => "chains",
+        }
+    }
+}
+
+impl Method {
+    /// Discrete walks from the emitters.
+    pub fn shooting(score: impl Into<Score>) -> Self {
+        Walks::shooting(score).into()
+    }
+
+    /// Discrete walks from the patches.
+    pub fn gathering(birth: Birth, score: impl Into<Score>) -> Self {
+        Walks::gathering(birth, score).into()
+    }
+
+    /// Batches of discrete collision walks from the emitters.
+    pub fn batches(walks: u64, sampler: Sampler) -> Self {
+        let score = BatchScore::Of(Estimator::Collision, Space::Discrete);
+        Method::Batches(Batches { walks, sampler, score })
+    }
+
+    /// Chains that solve the system of their links.
+    pub fn chains(rays: u64) -> Self {
+        Method::Chains(Chains { rays, solve: Solve::default(), final_gather: Vec::new() })
+    }
+
+    /// What is one sample.
+    pub fn unit(&self) -> Unit {
+        match *self {
+            Method::Walks(_) => Unit::Walk,
+            Method::Batches(Batches { walks, .. }) => Unit::Batch { walks },
+            Method::Chains(Chains { rays, .. }) => Unit::Chain { rays },
+        }
+    }
+
+    /// Which way walks run; `None` for chains.
+    pub fn direction(&self) -> Option<&Direction> {
+        match self {
+            Method::Walks(walks) => Some(&walks.direction),
+            Method::Batches(_) => Some(&Direction::Shooting),
+            Method::Chains(_) => None,
+        }
+    }
+
+    /// What walks are scored by; `None` for chains.
+    pub fn estimator(&self) -> Option<Estimator> {
+        match self {
+            Method::Walks(walks) => Some(walks.score.estimator()),
+            Method::Batches(batches) => Some(batches.score.of_walks().0),
+            Method::Chains(_) => None,
+        }
+    }
+
+    /// What walks are scored by, in a word; `None` for chains.
+    pub fn estimator_kind(&self) -> Option<EstimatorKind> {
+        self.estimator().map(Estimator::kind)
+    }
+
+    /// Where walks, or the rays of chains, go on from.
+    pub fn space(&self) -> Space {
+        match self {
+            Method::Walks(walks) => walks.space,
+            Method::Batches(batches) => batches.score.of_walks().1,
+            Method::Chains(_) => Space::Discrete,
+        }
+    }
+
+    /// Whether walks are scored by absorption and survival, too.
+    pub fn is_mix(&self) -> bool {
+        matches!(self, Method::Walks(Walks { score: Score::Mix, .. }))
+    }
+
+    /// Patches whose light is gathered by rays of their own.
+    pub fn final_gather(&self) -> &[u32] {
+        match self {
+            Method::Batches(Batches { score: BatchScore::FinalGather(patches), .. }) => patches,
+            Method::Chains(chains) => &chains.final_gather,
+            Method::Walks(_) | Method::Batches(_) => &[],
+        }
+    }
+
+    /// Whether walks are cut off while they still carry weight.
+    pub fn is_biased(&self) -> bool {
+        let end = self.estimator().and_then(Estimator::infinite_end);
+        end.is_some_and(|end| end.is_biased())
+    }
+}
+
+impl From<Walks> for Method {
+    fn from(walks: Walks) -> Self {
+        Method::Walks(walks)
+    }
+}
+
+impl From<Batches> for Method {
+    fn from(batches: Batches) -> Self {
+        Method::Batches(batches)
+    }
+}
+
+impl From<Chains> for Method {
+    fn from(chains: Chains) -> Self {
+        Method::Chains(chains)
+    }
 }

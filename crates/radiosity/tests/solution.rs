@@ -5,8 +5,8 @@ mod common;
 use common::{box_scene, box_walls, collision, experiment, surface, walk};
 use glam::DVec3;
 use radiosity::{
-    Apart, Birth, Counts, Direction, Estimates, EstimatorKind, Experiment, IndexChoice, InfiniteEnd, Method,
-    Precision, SceneSpec, Sides, Solution, Space, Spectrum, Tally,
+    Apart, Birth, Counts, Direction, Estimates, Estimator, EstimatorKind, Experiment, IndexChoice,
+    InfiniteEnd, Precision, SceneSpec, Sides, Solution, Space, Spectrum, Tally, Walks,
 };
 use stats::{Moments, mean_interval};
 
@@ -96,7 +96,7 @@ fn precision_is_weighted_by_area_over_what_does_not_emit() {
 fn intervals_become_standard_errors_in_any_unit() {
     for direction in [Direction::Shooting, Direction::Gathering(Birth::Area)] {
         for estimator in KINDS {
-            let method = Method { direction: direction.clone(), estimator, ..collision(Space::Discrete) };
+            let method = Walks { direction: direction.clone(), ..Walks::shooting(estimator) };
             let experiment = experiment(&box_scene(DVec3::ONE, [1, 1]), IndexChoice::Auto, method);
             let solution = Solution::new(&experiment, &walk::<2>(&experiment, 4, 0..100_000), 0.95);
             for estimate in solution.estimates.iter().flatten().filter(|e| e.effective_scores > 1000.0) {
@@ -124,7 +124,7 @@ fn two_plates() -> SceneSpec {
 #[test]
 fn the_bound_on_squared_scores_is_reached_and_not_passed() {
     for estimator in KINDS {
-        let method = Method { estimator, ..collision(Space::Discrete) };
+        let method = Walks::shooting(estimator);
         let experiment = experiment(&two_plates(), IndexChoice::Auto, method);
         let tally = walk::<2>(&experiment, 6, 0..100_000);
         let meaning = experiment.meaning(0, 0, &tally).unwrap();
@@ -140,11 +140,7 @@ fn the_bound_on_squared_scores_is_reached_and_not_passed() {
 /// walk meets the dim plate just once: its standard error is some 10⁻⁴.
 #[test]
 fn what_is_cut_off_is_less_than_its_bound_and_not_by_much() {
-    let method = Method {
-        estimator: EstimatorKind::Infinite,
-        infinite: InfiniteEnd::Length { length: 1 },
-        ..collision(Space::Discrete)
-    };
+    let method = Walks::shooting(Estimator::Infinite(InfiniteEnd::Length { length: 1 }));
     let experiment = experiment(&two_plates(), IndexChoice::Auto, method);
     let solution = Solution::new(&experiment, &walk::<2>(&experiment, 8, 0..100_000), 0.95);
     let estimate = solution.estimates[0].unwrap();
@@ -162,7 +158,7 @@ fn lamps_of_one_colour_bound_scores_by_one_at_least() {
         spec.surfaces[1].cell_emittance = (0..9).map(|cell| (cell, colour)).collect();
         spec.surfaces[0].cell_emittance.clear();
         for estimator in KINDS {
-            let method = Method { estimator, ..collision(Space::Discrete) };
+            let method = Walks::shooting(estimator);
             let experiment = experiment(&spec, IndexChoice::Auto, method);
             let tally = walk::<2>(&experiment, 1, 0..100);
             for channel in 0..3 {

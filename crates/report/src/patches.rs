@@ -38,7 +38,7 @@ const CHANNELS: [&str; 3] = ["r", "g", "b"];
 /// Those of `writer`.
 pub fn write_patches(writer: impl Write, estimates: &Estimates) -> io::Result<()> {
     let (scene, method) = (estimates.scene(), estimates.experiment().method());
-    let extras = Extras { bias: estimates.experiment().is_biased(), mix: method.mix };
+    let extras = Extras { bias: estimates.experiment().is_biased(), mix: method.is_mix() };
     let faces = scene.faces();
     let rows = faces.by_patch().map(|i| (faces.get(i), estimates.face(i), estimates.mix(i)));
     write_rows(writer, scene, extras, rows)
@@ -287,7 +287,7 @@ mod tests {
 
     #[test]
     fn the_best_mix_has_columns_where_it_was_asked_for() {
-        let method = radiosity::Method { mix: true, ..experiment(&cube()).method().clone() };
+        let method = radiosity::Method::shooting(radiosity::Score::Mix);
         let experiment = Experiment::new(cube(), method).unwrap();
         let text = table(&experiment, &shot(&experiment));
         assert!(

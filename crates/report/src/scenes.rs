@@ -2,8 +2,8 @@
 
 use glam::DVec3;
 use radiosity::{
-    Direction, EstimatorKind, Experiment, IndexChoice, InfiniteEnd, Method, Scene, SceneSpec, Sequence,
-    Shape, Sides, Solution, Space, Spectrum, SurfaceSpec, Tally,
+    EstimatorKind, Experiment, IndexChoice, Method, Scene, SceneSpec, Sequence, Shape, Sides, Solution,
+    Spectrum, SurfaceSpec, Tally,
 };
 
 /// A one-sided grey parallelogram: corner c, c + u, c + v.
@@ -75,16 +75,7 @@ fn block(name: &str, [x, z]: [f64; 2], width: f64, height: f64, turn: f64) -> Ve
 
 /// Collision shooting.
 pub fn experiment(scene: &Scene) -> Experiment {
-    let method = Method {
-        direction: Direction::Shooting,
-        estimator: EstimatorKind::Collision,
-        infinite: InfiniteEnd::default(),
-        space: Space::Discrete,
-        mix: false,
-        batch: None,
-        final_gather: Vec::new(),
-    };
-    Experiment::new(scene.clone(), method).unwrap()
+    Experiment::new(scene.clone(), Method::shooting(EstimatorKind::Collision)).unwrap()
 }
 
 /// The tally of 100,000 walks.

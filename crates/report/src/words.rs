@@ -18,6 +18,14 @@ pub fn quantity(x: f64) -> String {
     format!("{scaled:.decimals$}{prefix}")
 }
 
+/// Bytes with three digits and a prefix: 1.23 MB.
+pub fn bytes(bytes: u64) -> String {
+    match bytes {
+        0..1000 => format!("{bytes} B"),
+        _ => format!("{}B", quantity(bytes as f64)),
+    }
+}
+
 /// A relative error in percent.
 pub fn percent(x: f64) -> String {
     if x.is_finite() { format!("{:.3} %", 100.0 * x) } else { "unknown".into() }
@@ -41,6 +49,8 @@ mod tests {
     fn numbers_are_short() {
         assert_eq!(quantity(1_234_567.0), "1.23 M");
         assert_eq!(quantity(0.0), "0.00");
+        assert_eq!(bytes(999), "999 B");
+        assert_eq!(bytes(1_234_567), "1.23 MB");
         assert_eq!(percent(0.01234), "1.234 %");
         assert_eq!(percent(f64::INFINITY), "unknown");
         assert_eq!(duration(75.0), "1 min 15 s");

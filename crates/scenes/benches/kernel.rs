@@ -8,8 +8,8 @@ use std::hint::black_box;
 use divan::Bencher;
 use divan::counter::ItemsCount;
 use radiosity::{
-    Birth, Direction, EstimatorKind, Experiment, IndexChoice, InfiniteEnd, Method, Ray, Scene, SceneSpec,
-    Scoreboard, Sequence, Side, Space,
+    Birth, Direction, EstimatorKind, Experiment, IndexChoice, Ray, Scene, SceneSpec, Scoreboard, Sequence,
+    Side, Space, Walks,
 };
 use scenes::{cornell, cube, interior};
 
@@ -122,21 +122,13 @@ fn walk_patches(bencher: Bencher, cells: u32) {
     bench_walks(bencher, scene, method(Direction::Shooting, EstimatorKind::Collision, Space::Discrete));
 }
 
-fn method(direction: Direction, estimator: EstimatorKind, space: Space) -> Method {
-    Method {
-        direction,
-        estimator,
-        infinite: InfiniteEnd::default(),
-        space,
-        mix: false,
-        batch: None,
-        final_gather: Vec::new(),
-    }
+fn method(direction: Direction, estimator: EstimatorKind, space: Space) -> Walks {
+    Walks { direction, space, score: estimator.into() }
 }
 
 /// Ever further walks onto one board, so that no cache learns them by heart. Rays are counted by the mean of the
 /// first 65,536 walks, good to half a percent.
-fn bench_walks(bencher: Bencher, scene: Scene, method: Method) {
+fn bench_walks(bencher: Bencher, scene: Scene, method: Walks) {
     const WALKS: u64 = 16_384;
     let experiment = Experiment::new(scene, method).expect("the method fits the scene");
     let sequence = Sequence::new(1);

@@ -10,9 +10,7 @@ use std::num::NonZero;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::thread;
 
-use radiosity::{
-    Board, Direction, EstimatorKind, Experiment, IndexChoice, InfiniteEnd, Method, Scene, Sequence, Space,
-};
+use radiosity::{Board, Estimator, Experiment, IndexChoice, Scene, Sequence, Space, Walks};
 use scenes::interior;
 
 /// Walks between two comparisons.
@@ -24,8 +22,14 @@ fn main() -> Result<(), Box<dyn Error>> {
         return Err("usage: brute TRIANGLES RAYS".into());
     };
     let (spec, wanted): (_, u64) = (interior(triangles.parse()?), rays.parse()?);
-    let tree = Experiment::new(Scene::build(&spec, IndexChoice::Tree)?, METHOD)?;
-    let flat = Experiment::new(Scene::build(&spec, IndexChoice::Flat)?, METHOD)?;
+    let tree = Experiment::new(
+        Scene::build(&spec, IndexChoice::Tree)?,
+        Walks { space: Space::Continuous, ..Walks::shooting(Estimator::Collision) },
+    )?;
+    let flat = Experiment::new(
+        Scene::build(&spec, IndexChoice::Flat)?,
+        Walks { space: Space::Continuous, ..Walks::shooting(Estimator::Collision) },
+    )?;
     let (next, agreed) = (AtomicU64::new(0), AtomicU64::new(0));
     let compare = || {
         let mut boards: [Board<2>; 2] = [tree.board(), flat.board()];
@@ -45,13 +49,3 @@ fn main() -> Result<(), Box<dyn Error>> {
     thread::scope(|scope| (0..cores).for_each(|_| drop(scope.spawn(compare))));
     Ok(())
 }
-
-const METHOD: Method = Method {
-    direction: Direction::Shooting,
-    estimator: EstimatorKind::Collision,
-    infinite: InfiniteEnd::Roulette { threshold: InfiniteEnd::DEFAULT_THRESHOLD },
-    space: Space::Continuous,
-    mix: false,
-    batch: None,
-    final_gather: Vec::new(),
-};

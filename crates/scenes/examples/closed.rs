@@ -3,9 +3,7 @@
 
 use std::error::Error;
 
-use radiosity::{
-    Board, Direction, EstimatorKind, Experiment, IndexChoice, InfiniteEnd, Method, Scene, Sequence, Space,
-};
+use radiosity::{Board, Estimator, Experiment, IndexChoice, Method, Scene, Sequence};
 use scenes::{cube, interior};
 
 /// Walks between two looks.
@@ -16,7 +14,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     for (name, spec) in
         [("cube54", cube(3)), ("interior 57 k", interior(57_000)), ("interior 1 M", interior(1_000_000))]
     {
-        let experiment = Experiment::new(Scene::build(&spec, IndexChoice::Auto)?, METHOD)?;
+        let experiment =
+            Experiment::new(Scene::build(&spec, IndexChoice::Auto)?, Method::shooting(Estimator::Collision))?;
         let mut board: Board<2> = experiment.board();
         let sequence = Sequence::new(1);
         let (mut rays, mut escaped, mut next) = (0, 0, 0);
@@ -34,13 +33,3 @@ fn main() -> Result<(), Box<dyn Error>> {
     }
     Ok(())
 }
-
-const METHOD: Method = Method {
-    direction: Direction::Shooting,
-    estimator: EstimatorKind::Collision,
-    infinite: InfiniteEnd::Roulette { threshold: InfiniteEnd::DEFAULT_THRESHOLD },
-    space: Space::Discrete,
-    mix: false,
-    batch: None,
-    final_gather: Vec::new(),
-};

@@ -10,9 +10,7 @@ use std::path::Path;
 use common::{Failure, collision_shooting, processor_seconds};
 use exact::Exact;
 use plotters::prelude::*;
-use radiosity::{
-    Board, Direction, Experiment, Face, IndexChoice, Method, Scene, SceneSpec, Sequence, Solution, Solve,
-};
+use radiosity::{Board, Experiment, Face, IndexChoice, Method, Scene, SceneSpec, Sequence, Solution};
 use scenes::{cornell, corridor, cube, interior, two_rooms};
 
 /// Chains of a run that has intervals.
@@ -157,10 +155,7 @@ fn measure(study: &Study) -> Result<Vec<Point>, Failure> {
 }
 
 fn chains(scene: &Scene, chain_rays: u64) -> Result<Experiment, Failure> {
-    let walks = collision_shooting(scene.clone())?;
-    let method =
-        Method { direction: Direction::Jacobi { chain_rays, solve: Solve::Links }, ..walks.method().clone() };
-    Ok(Experiment::new(scene.clone(), method)?)
+    Ok(Experiment::new(scene.clone(), Method::chains(chain_rays))?)
 }
 
 fn rays_per_walk(walks: &Experiment) -> Result<f64, Failure> {

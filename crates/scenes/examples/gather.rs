@@ -9,8 +9,8 @@ use std::ops::Range;
 use common::{Failure, collision_shooting, processor_seconds};
 use exact::Exact;
 use radiosity::{
-    Batch, Birth, Board, Direction, Estimates, Experiment, IndexChoice, Method, Sampler, Scene, SceneSpec,
-    Sequence, Solve,
+    BatchScore, Batches, Birth, Board, Chains, Estimates, Estimator, Experiment, IndexChoice, Method,
+    Sampler, Scene, SceneSpec, Sequence, Solve,
 };
 use scenes::{cornell, corridor, cube};
 
@@ -76,20 +76,20 @@ fn measure(study: &Study) -> Result<(), Failure> {
     // Hidden pairs of thousands of patches take too long.
     let exact = (study.name != "Cornell box").then(|| Exact::of_scene(&study.spec)).transpose()?;
     for &(patch, what) in study.patches {
-        let gathered = |method: Method| Method { final_gather: vec![patch], ..method };
-        let links = |rays: u64| {
-            let direction = Direction::Jacobi { chain_rays: rays / CHAINS, solve: Solve::Links };
-            Method { direction, ..plain.clone() }
+        let links = |rays: u64| Method::chains(rays / CHAINS);
+        let gathered_links = |rays: u64| {
+            let (rays, solve) = (rays / CHAINS, Solve::Links);
+            Method::from(Chains { rays, solve, final_gather: vec![patch] })
         };
-        let births = Method { direction: Direction::Gathering(Birth::Patches(vec![patch])), ..plain.clone() };
+        let births = Method::gathering(Birth::Patches(vec![patch]), Estimator::Collision);
         let batch = |sampler| {
-            let batch = Some(Batch { walks: count / BATCHES, sampler });
-            gathered(Method { batch, ..plain.clone() })
+            let score = BatchScore::FinalGather(vec![patch]);
+            Method::from(Batches { walks: count / BATCHES, sampler, score })
         };
         let truth = match &exact {
             Some(exact) => exact.solution().radiosity[patch as usize],
             None => {
-                let long = Experiment::new(scene.clone(), gathered(links(8 * study.rays)))?;
+                let long = Experiment::new(scene.clone(), gathered_links(8 * study.rays))?;
                 solve(&long, 11, 0..CHAINS)?.0[patch as usize]
             }
         };
@@ -100,7 +100,7 @@ fn measure(study: &Study) -> Result<(), Failure> {
             ("walks + final gather", batch(Sampler::Random), BATCHES),
             ("Sobol walks + final gather", batch(Sampler::Sobol), BATCHES),
             ("chains", links(study.rays), CHAINS),
-            ("chains + final gather", gathered(links(study.rays)), CHAINS),
+            ("chains + final gather", gathered_links(study.rays), CHAINS),
         ] {
             let experiment = Experiment::new(scene.clone(), method)?;
             let start = processor_seconds();

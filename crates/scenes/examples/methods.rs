@@ -6,8 +6,7 @@ mod common;
 
 use common::{Failure, Walks, collision_shooting, median};
 use radiosity::{
-    Birth, Direction, EstimatorKind, Experiment, IndexChoice, InfiniteEnd, Method, Scene, SceneSpec, Space,
-    Spectrum,
+    Birth, Direction, EstimatorKind, Experiment, IndexChoice, Scene, SceneSpec, Space, Spectrum,
 };
 use scenes::{cornell, cube, interior};
 
@@ -46,15 +45,7 @@ fn measure(spec: &SceneSpec) -> Result<Vec<(&'static str, f64)>, Failure> {
         ("coloured, gathering", &tinted, true, EstimatorKind::Collision, Space::Discrete),
     ] {
         let direction = if gathering { Direction::Gathering(Birth::Area) } else { Direction::Shooting };
-        let method = Method {
-            direction,
-            estimator,
-            infinite: InfiniteEnd::default(),
-            space,
-            mix: false,
-            batch: None,
-            final_gather: Vec::new(),
-        };
+        let method = radiosity::Walks { direction, space, score: estimator.into() };
         kinds.push((name, Walks::new(Experiment::new(scene.clone(), method)?), Vec::new()));
     }
     for _ in 0..ROUNDS {

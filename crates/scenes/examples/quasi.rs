@@ -7,10 +7,10 @@ mod common;
 
 use std::ops::Range;
 
-use common::{Failure, collision_shooting, processor_seconds};
+use common::{Failure, processor_seconds};
 use radiosity::{
-    Batch, Board, Direction, Estimates, Experiment, Face, IndexChoice, Iterations, Method, Sampler, Scene,
-    SceneSpec, Sequence, Solve, Space,
+    BatchScore, Batches, Board, Chains, Estimates, Estimator, Experiment, Face, IndexChoice, Iterations,
+    Method, Sampler, Scene, SceneSpec, Sequence, Solve, Space, Walks,
 };
 use scenes::{cornell, cube, interior};
 
@@ -42,24 +42,18 @@ fn main() -> Result<(), Failure> {
 /// One row of the table.
 fn compare(name: &str, scene: &Scene, kind: &str, power: u32, runs: u64) -> Result<(), Failure> {
     let paths = 1_u64 << power;
-    let plain = collision_shooting(scene.clone())?.method().clone();
     let chains = |sampler| {
-        let plan = Iterations { sampler, ..Iterations::default() };
-        Direction::Jacobi { chain_rays: paths, solve: Solve::Iterations(plan) }
+        let solve = Solve::Iterations(Iterations { sampler, ..Iterations::default() });
+        Method::from(Chains { rays: paths, solve, final_gather: Vec::new() })
     };
     let space = if kind == "continuous" { Space::Continuous } else { Space::Discrete };
-    let walks = Method { space, ..plain.clone() };
     let (random, sobol, units) = match kind {
-        "Jacobi" => (
-            Method { direction: chains(Sampler::Random), ..plain.clone() },
-            Method { direction: chains(Sampler::Sobol), ..plain },
-            1,
-        ),
-        _ => (
-            walks.clone(),
-            Method { batch: Some(Batch { walks: paths, sampler: Sampler::Sobol }), ..walks },
-            paths,
-        ),
+        "Jacobi" => (chains(Sampler::Random), chains(Sampler::Sobol), 1),
+        _ => {
+            let score = BatchScore::Of(Estimator::Collision, space);
+            let walks = Walks { space, ..Walks::shooting(Estimator::Collision) };
+            (walks.into(), Batches { walks: paths, sampler: Sampler::Sobol, score }.into(), paths)
+        }
     };
     let experiments =
         [(random, units), (sobol, 1)].map(|(method, units)| (Experiment::new(scene.clone(), method), units));

@@ -1,8 +1,6 @@
 //! The small scenes are valid and as described; scene files say the same as the scenes they are written from.
 
-use radiosity::{
-    Birth, Direction, EstimatorKind, Experiment, IndexChoice, InfiniteEnd, Method, Scene, Sequence, Space,
-};
+use radiosity::{Birth, Estimator, Experiment, IndexChoice, Method, Scene, Sequence};
 use scenes::{cornell, corridor, cube, cube_of_surfaces, furnace, in_cells, interior, room, to_toml};
 
 #[test]
@@ -56,15 +54,7 @@ fn the_boxes_of_the_papers_are_closed_and_as_large_as_published() {
     ] {
         let scene = Scene::build(&spec, IndexChoice::Auto).unwrap();
         assert_eq!((scene.surfaces().len(), scene.faces().patch_count()), (surfaces, patches));
-        let method = Method {
-            direction: Direction::Gathering(Birth::Area),
-            estimator: EstimatorKind::Collision,
-            infinite: InfiniteEnd::default(),
-            space: Space::Discrete,
-            mix: false,
-            batch: None,
-            final_gather: Vec::new(),
-        };
+        let method = Method::gathering(Birth::Area, Estimator::Collision);
         let experiment = Experiment::new(scene, method).unwrap();
         let mut board = experiment.board::<2>();
         experiment.walk(&Sequence::new(1), 0..20_000, &mut board);

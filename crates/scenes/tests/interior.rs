@@ -1,8 +1,6 @@
 //! The interior is what it says: as large as asked, closed, well oriented, the same everywhere.
 
-use radiosity::{
-    Direction, EstimatorKind, Experiment, IndexChoice, InfiniteEnd, Method, Scene, Sequence, Shape, Space,
-};
+use radiosity::{Estimator, Experiment, IndexChoice, Scene, Sequence, Shape, Space, Walks};
 use scenes::interior;
 
 #[test]
@@ -17,15 +15,7 @@ fn it_has_about_as_many_triangles_as_asked() {
 fn not_one_walk_escapes_or_meets_a_back() {
     let scene = Scene::build(&interior(50_000), IndexChoice::Auto).unwrap();
     for space in [Space::Discrete, Space::Continuous] {
-        let method = Method {
-            direction: Direction::Shooting,
-            estimator: EstimatorKind::Collision,
-            infinite: InfiniteEnd::default(),
-            space,
-            mix: false,
-            batch: None,
-            final_gather: Vec::new(),
-        };
+        let method = Walks { space, ..Walks::shooting(Estimator::Collision) };
         let experiment = Experiment::new(scene.clone(), method).unwrap();
         let mut board = experiment.board::<2>();
         experiment.walk(&Sequence::new(1), 0..500_000, &mut board);

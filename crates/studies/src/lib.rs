@@ -11,7 +11,18 @@
 
 #![allow(rustdoc::broken_intra_doc_links, reason = "units are written in square brackets")]
 
+mod arithmetic;
 pub mod atlas;
+pub mod claim;
+mod clock;
 pub mod compare;
+mod lab;
 mod numbers;
+mod page;
 pub mod papers;
+mod series;
+mod told;
+mod walking;
+
+pub use lab::{Effort, Lab};
+pub use walking::Failure;

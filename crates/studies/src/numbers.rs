@@ -1,46 +1,38 @@
-//! Numbers and series as pages and charts show them.
+//! Numbers as pages have them.
 
-use report::{Point, Series, Style};
 use stats::Measured;
 
-/// What theory says along a sweep.
-pub fn theory(name: &str, points: impl IntoIterator<Item = (f64, f64)>) -> Series {
-    let points = points.into_iter().map(|(x, y)| Point { x, y, error: 0.0 }).collect();
-    Series { name: name.into(), style: Style::Line, points }
+/// A number to four digits.
+pub fn number(x: f64) -> String {
+    if x == 0.0 { "0".into() } else { to_digit(x, x.abs().log10().floor() as i32 - 3) }
 }
 
-/// What is seen along a sweep.
-pub fn seen(name: &str, points: impl IntoIterator<Item = (f64, Measured)>) -> Series {
-    let point = |(x, y): (f64, Measured)| Point { x, y: y.value, error: y.standard_error };
-    Series { name: name.into(), style: Style::Joined, points: points.into_iter().map(point).collect() }
+/// A number as it was printed, or to four digits where it is longer.
+pub fn printed(x: f64) -> String {
+    let whole = x.to_string();
+    if whole.len() <= 7 { whole } else { number(x) }
 }
 
-/// A number with three digits.
-pub fn figure(x: f64) -> String {
-    match x.abs() {
-        0.0 => "0".into(),
-        a if !(1e-3..1e5).contains(&a) => exponential(x),
-        a => format!("{x:.*}", (2 - a.log10().floor() as i32).max(0) as usize),
+/// A number as far as its error, of which two digits, leaves it.
+pub fn measured(Measured { value, standard_error }: Measured) -> String {
+    if standard_error == 0.0 || !standard_error.is_finite() {
+        return number(value);
     }
+    let last = standard_error.log10().floor() as i32 - 1;
+    format!("{} ± {}", to_digit(value, last), to_digit(standard_error, last))
 }
 
-fn exponential(x: f64) -> String {
-    let text = format!("{x:.1e}");
-    match text.split_once('e') {
-        Some((digits, power)) => format!("{digits}·10^{power}"),
-        None => text,
+/// A number down to the digit worth 10^`last`.
+fn to_digit(x: f64, last: i32) -> String {
+    if x == 0.0 || !x.is_finite() {
+        return format!("{x}");
     }
-}
-
-/// A value ± its standard error.
-pub fn pm(measured: Measured) -> String {
-    let Measured { value, standard_error } = measured;
-    if !(1e-3..1e5).contains(&value.abs()) || standard_error <= 0.0 {
-        return format!("{} ± {}", figure(value), figure(standard_error));
+    if x.abs() >= 1e6 || x.abs() < 1e-4 {
+        let digits = (x.abs().log10().floor() as i32 - last).clamp(0, 6) as usize;
+        return format!("{x:.digits$e}");
     }
-    // As many decimals as the first two digits of the error take.
-    let decimals = (1 - standard_error.log10().floor() as i32).max(0) as usize;
-    format!("{value:.decimals$} ± {standard_error:.decimals$}")
+    let digits = (-last).clamp(0, 8) as usize;
+    format!("{x:.digits$}")
 }
 
 #[cfg(test)]
@@ -48,10 +40,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn numbers_have_the_digits_that_they_deserve() {
-        assert_eq!(figure(0.123456), "0.123");
-        assert_eq!(figure(1234.5), "1234");
-        assert_eq!(figure(1.5e-9), "1.5·10^-9");
-        assert_eq!(pm(Measured { value: 0.98765, standard_error: 0.0123 }), "0.988 ± 0.012");
+    fn numbers_end_where_their_errors_begin() {
+        let of = |value, standard_error| measured(Measured { value, standard_error });
+        assert_eq!(of(1.23456, 0.0123), "1.235 ± 0.012");
+        assert_eq!(of(1234.5678, 12.0), "1235 ± 12");
+        assert_eq!(of(0.5, 0.0), "0.5000");
+        assert_eq!(number(0.049_154), "0.04915");
+        assert_eq!(number(12_345_678.0), "1.235e7");
+        assert_eq!(number(0.0), "0");
     }
 }

@@ -28,7 +28,7 @@ impl Bound {
     /// Of a grey scene and walks; `None` in colour, of chains, of a final gather, and where the pilot has not seen the darkest patch.
     pub fn new(experiment: &Experiment, target: &Target, estimates: &Estimates, level: f64) -> Option<Self> {
         let scene = experiment.scene();
-        if scene.channels() > 1 || !experiment.method().final_gather.is_empty() {
+        if scene.channels() > 1 || !experiment.method().final_gather().is_empty() {
             return None;
         }
         let bounds = Bounds::of_scene(scene, 0);
@@ -42,7 +42,7 @@ impl Bound {
         // The look that shows that twice its walks will do: foresight asks for a little more than half.
         let promising = walks * (target.relative_error / foresight(target.relative_error)).powi(2);
         let look = looks(experiment, u64::MAX).into_iter().find(|&look| look as f64 >= promising)?;
-        let shooting = experiment.method().direction == Direction::Shooting;
+        let shooting = experiment.method().direction() == Some(&Direction::Shooting);
         Some(Bound {
             darkest,
             threshold,
@@ -56,8 +56,8 @@ impl Bound {
 
 /// The largest variance that any patch can have for one walk.
 fn variance(experiment: &Experiment, bounds: &Bounds) -> Option<f64> {
-    let kind = experiment.method().estimator;
-    match &experiment.method().direction {
+    let kind = experiment.method().estimator_kind()?;
+    match experiment.method().direction()? {
         Direction::Shooting => Some(bounds.shooting_variance_of(match kind {
             EstimatorKind::Absorption => WalkEstimator::ShootAbsorption,
             EstimatorKind::Survival => WalkEstimator::ShootSurvival,
@@ -74,7 +74,6 @@ fn variance(experiment: &Experiment, bounds: &Bounds) -> Option<f64> {
             };
             Some(bounds.gathering_variance_of(estimator, least_birth(experiment, birth)))
         }
-        Direction::Jacobi { .. } => None,
     }
 }
 

@@ -1,12 +1,12 @@
 //! One walk again, event by event: what a tally only has the sum of.
 
 use crate::experiment::Experiment;
-use crate::method::EstimatorKind;
 use crate::random::rng::{Sequence, WalkRng};
 use crate::simd::batch::{Outcome, WIDTH};
 use crate::walk::batch::{WalkEnd, walk_all};
-use crate::walk::fate::{Analog, Coloured, Fate, FirstArrival, Infinite};
-use crate::walk::score::Estimator;
+use crate::walk::estimator::{Estimator, with_estimator};
+use crate::walk::fate::{Analog, Coloured, Fate};
+use crate::walk::score::Scorer;
 
 /// A walk, told from its birth to its end.
 #[derive(Clone, Debug, PartialEq)]
@@ -37,7 +37,7 @@ struct Recorder {
     steps: Vec<Step>,
 }
 
-impl<const C: usize> Estimator<C> for Recorder {
+impl<const C: usize> Scorer<C> for Recorder {
     fn begin(&mut self, _: usize, birth: u32) {
         self.birth = birth;
     }
@@ -59,20 +59,17 @@ impl<const C: usize> Estimator<C> for Recorder {
 impl Experiment {
     /// Walk number `n` of a sequence.
     pub fn replay(&self, sequence: &Sequence, n: u64) -> Replay {
-        let infinite = self.method().infinite;
-        match (self.scene().channels(), self.method().estimator) {
-            (1, EstimatorKind::Infinite) => self.record::<1>(sequence, n, Infinite::new(infinite)),
-            (1, EstimatorKind::Direct) => self.record::<1>(sequence, n, FirstArrival::new()),
-            (1, _) => self.record::<1>(sequence, n, Analog),
-            (_, EstimatorKind::Infinite) => self.record::<3>(sequence, n, Infinite::new(infinite)),
-            (_, EstimatorKind::Direct) => self.record::<3>(sequence, n, FirstArrival::new()),
-            _ => self.record::<3>(sequence, n, Coloured::new()),
+        let estimator = self.method().estimator().unwrap_or(Estimator::Collision);
+        match self.scene().channels() {
+            1 => with_estimator!(estimator, Analog, |_Event, fate| self.record::<1>(sequence, n, fate)),
+            _ => with_estimator!(estimator, Coloured::new(), |_Event, fate| self
+                .record::<3>(sequence, n, fate)),
         }
     }
 
     fn record<const C: usize>(&self, sequence: &Sequence, n: u64, fate: impl Fate<C>) -> Replay {
         let mut recorder = Recorder::default();
-        let (scene, space) = (self.scene(), self.method().space);
+        let (scene, space) = (self.scene(), self.method().space());
         let counts = walk_all(scene, self.births(), space, sequence, n..n + 1, fate, &mut recorder);
         let ends = [
             (counts.absorbed_back, WalkEnd::AbsorbedBack),

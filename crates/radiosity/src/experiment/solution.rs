@@ -6,7 +6,6 @@ use stats::Moments;
 
 use crate::experiment::{Experiment, Meaning};
 use crate::geometry::face::Face;
-use crate::method::Direction;
 use crate::scene::Scene;
 use crate::tally::Tally;
 
@@ -122,7 +121,7 @@ pub struct Estimates<'a> {
 impl<'a> Estimates<'a> {
     /// Of a tally of at least one walk; every interval has the level `confidence`.
     pub fn new(experiment: &'a Experiment, tally: &'a Tally, confidence: f64) -> Self {
-        let student = experiment.batch_paths().map(|_| Student::new(tally.counts.walks, confidence));
+        let student = (!experiment.unit().is_walk()).then(|| Student::new(tally.counts.walks, confidence));
         Estimates { experiment, tally, confidence, student }
     }
 
@@ -159,7 +158,7 @@ impl<'a> Estimates<'a> {
 
     /// Absorption and survival mixed on face i; `None` where no walk could tell, or the method does not ask for it.
     pub fn mix(&self, i: usize) -> Option<Mix> {
-        if self.experiment.method().mix { Mix::new(self.experiment, self.tally, i) } else { None }
+        if self.experiment.method().is_mix() { Mix::new(self.experiment, self.tally, i) } else { None }
     }
 
     fn of(&self, i: usize, face: &Face) -> Option<Channels> {
@@ -302,10 +301,10 @@ impl Mix {
         let meaning = experiment.meaning_of((i, &face), 0, tally)?;
         let reflectance = face.reflectance[0];
         // A shooting walk scores hits, which are worth more the rarer the event is.
-        let (absorbed, survived) = match experiment.method().direction {
-            Direction::Shooting if reflectance == 0.0 => (1.0, 0.0),
-            Direction::Shooting => (1.0 / (1.0 - reflectance), 1.0 / reflectance),
-            Direction::Gathering(_) | Direction::Jacobi { .. } => (1.0, 1.0),
+        let (absorbed, survived) = match experiment.gathers() {
+            true => (1.0, 1.0),
+            false if reflectance == 0.0 => (1.0, 0.0),
+            false => (1.0 / (1.0 - reflectance), 1.0 / reflectance),
         };
         let [collision, absorption, survival, sum] = [0, 1, 2, 3].map(|score| moments(tally, i, score));
         let variance = |moments: &Moments| moments.standard_error().map_or(0.0, |error| error * error);

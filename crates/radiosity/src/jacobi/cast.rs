@@ -3,13 +3,13 @@
 use super::faces::FaceTable;
 use super::numbers::Numbers;
 use crate::geometry::face::Face;
-use crate::method::Space;
 use crate::random::rng::{WalkRng, unit_32};
 use crate::random::sobol::Points;
 use crate::scene::Scene;
 use crate::simd::batch::WIDTH;
 use crate::trace::ray::{Hits, Rays};
 use crate::trace::tree::Scratch;
+use crate::walk::Space;
 use crate::walk::arrive::Arrivals;
 use crate::walk::depart::Departures;
 

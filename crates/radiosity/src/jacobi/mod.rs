@@ -16,10 +16,10 @@ mod linked;
 mod links;
 pub(crate) mod numbers;
 mod outcome;
+pub(crate) mod plan;
 mod reciprocity;
 mod solve;
 
-use crate::method::Solve;
 use crate::random::rng::WalkRng;
 use crate::scene::Scene;
 pub use board::ChainBoard;
@@ -28,6 +28,7 @@ use faces::FaceTable;
 pub(crate) use iterations::observed;
 pub use iterations::{Iteration, Phase, stochastic_iteration};
 pub(crate) use outcome::Outcome;
+use plan::Solve;
 pub use reciprocity::Reciprocity;
 
 /// One chain of `rays` rays. `go_on` is asked now and then; `None` once it says no.

@@ -4,3 +4,16 @@ pub(crate) mod quasi;
 pub(crate) mod rng;
 pub(crate) mod sampling;
 pub(crate) mod sobol;
+
+use serde::{Deserialize, Serialize};
+
+/// Where random numbers come from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Sampler {
+    /// A permuted congruential generator.
+    #[default]
+    Random,
+    /// Randomised quasi-Monte Carlo: a Sobol sequence.
+    Sobol,
+}

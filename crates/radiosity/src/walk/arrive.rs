@@ -4,13 +4,13 @@
 use crate::geometry::landing::{Landings, PARALLELOGRAM};
 use crate::geometry::spec::Side;
 use crate::geometry::surface::{EDGE, Surface};
-use crate::method::Space;
 use crate::random::rng::{UNIT_32, unit_32};
 use crate::scene::Scene;
 use crate::simd::batch::{Lanes, WIDTH};
 use crate::simd::isa::{Isa, on_isa};
 use crate::simd::real::Real;
 use crate::trace::ray::Hits;
+use crate::walk::Space;
 
 /// The arrivals of a batch.
 #[derive(Clone, Debug)]

@@ -6,7 +6,6 @@
 
 use std::ops::Range;
 
-use crate::method::Space;
 use crate::random::rng::{Generators, Numbers, Sequence, unit_32};
 use crate::scene::Scene;
 use crate::scene::births::{Births, Origin};
@@ -15,10 +14,11 @@ use crate::simd::isa::Isa;
 use crate::tally::Counts;
 use crate::trace::ray::{Hits, Rays};
 use crate::trace::tree::Scratch;
+use crate::walk::Space;
 use crate::walk::arrive::Arrivals;
 use crate::walk::depart::Departures;
 use crate::walk::fate::{Fate, Next};
-use crate::walk::score::Estimator;
+use crate::walk::score::Scorer;
 
 /// Every way a walk can end.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -41,7 +41,7 @@ pub(crate) fn walk_all<const C: usize>(
     sequence: &Sequence,
     walks: Range<u64>,
     fate: impl Fate<C>,
-    estimator: &mut impl Estimator<C>,
+    estimator: &mut impl Scorer<C>,
 ) -> Counts {
     let starts = sequence.walks_from(walks.start).take((walks.end - walks.start) as usize);
     walk_each(scene, births, space, &Generators::new(sequence), starts, fate, estimator)
@@ -55,7 +55,7 @@ pub(crate) fn walk_each<N: Numbers + Clone, const C: usize>(
     numbers: &N,
     starts: impl Iterator<Item = N::Place>,
     fate: impl Fate<C>,
-    estimator: &mut impl Estimator<C>,
+    estimator: &mut impl Scorer<C>,
 ) -> Counts {
     let counts = Counts::default();
     let mut newborns = Newborns::new(scene.isa, births, numbers.clone(), starts);
@@ -137,7 +137,7 @@ struct Walker<'a, N, E, F, const C: usize> {
     weights: [[f64; C]; WIDTH],
 }
 
-impl<N: Numbers, E: Estimator<C>, F: Fate<C>, const C: usize> Walker<'_, N, E, F, C> {
+impl<N: Numbers, E: Scorer<C>, F: Fate<C>, const C: usize> Walker<'_, N, E, F, C> {
     fn run(&mut self, fate: F, newborns: &mut Newborns<N, impl Iterator<Item = N::Place>>) {
         let (mut rays, mut hits) = (Box::<Rays>::default(), Box::<Hits>::default());
         let mut scratch = Box::<Scratch>::default();
@@ -289,7 +289,7 @@ mod tests {
     use super::*;
     use crate::random::rng::WalkRng;
     use crate::{Birth, Ray, Scoreboard, Shape, Sides, SurfaceSpec};
-    use crate::{Direction, EstimatorKind, Experiment, IndexChoice, InfiniteEnd, Method, SceneSpec, Tally};
+    use crate::{Direction, Estimator, Experiment, IndexChoice, InfiniteEnd, SceneSpec, Score, Tally, Walks};
     use glam::DVec3;
 
     /// A room with a two-sided plate and a triangle in rows, open at the top.
@@ -373,19 +373,7 @@ mod tests {
         SceneSpec { surfaces: (0..6).map(surface).collect() }
     }
 
-    fn method(direction: Direction) -> Method {
-        Method {
-            direction,
-            estimator: EstimatorKind::Collision,
-            infinite: InfiniteEnd::Roulette { threshold: 0.01 },
-            space: Space::Discrete,
-            mix: false,
-            batch: None,
-            final_gather: Vec::new(),
-        }
-    }
-
-    fn tally(scene: Scene, method: &Method) -> Tally {
+    fn tally(scene: Scene, method: &Walks) -> Tally {
         let experiment = Experiment::new(scene, method.clone()).unwrap();
         let mut board = experiment.board::<2>();
         experiment.walk(&Sequence::new(7), 5..4_005, &mut board);
@@ -437,8 +425,7 @@ mod tests {
                 for walk in Sequence::new(7).walks_from(5).take(4_000) {
                     board.add_path(&plain_walk(&scene, space, walk), |_| [1]);
                 }
-                let estimator = EstimatorKind::Collision;
-                let method = Method { estimator, space, ..method(Direction::Shooting) };
+                let method = Walks { space, ..Walks::shooting(Estimator::Collision) };
                 assert_eq!(
                     tally(scene, &method).sums(),
                     board.take().unwrap().sums(),
@@ -451,10 +438,11 @@ mod tests {
     #[test]
     fn every_instruction_set_gives_the_same_bits() {
         let on = |isa| Scene::build_for(&room(), IndexChoice::Flat, isa).unwrap();
-        for estimator in [EstimatorKind::Collision, EstimatorKind::Absorption, EstimatorKind::Infinite] {
+        let end = InfiniteEnd::Roulette { threshold: 0.01 };
+        for estimator in [Estimator::Collision, Estimator::Absorption, Estimator::Infinite(end)] {
             for space in [Space::Discrete, Space::Continuous] {
                 for direction in [Direction::Shooting, Direction::Gathering(Birth::Area)] {
-                    let method = Method { estimator, space, ..method(direction) };
+                    let method = Walks { direction, space, score: Score::Of(estimator) };
                     let plain = tally(on(Isa::Portable), &method);
                     for isa in Isa::available() {
                         assert_eq!(tally(on(isa), &method), plain, "{isa:?}, {method:?}");

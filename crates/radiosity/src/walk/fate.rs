@@ -5,8 +5,46 @@
 //! had walked alone, and no weight ever grows, so that no score can exceed what it set out with. A grey walk
 //! has σ = R and carries no weight at all.
 
+use serde::{Deserialize, Serialize};
+
 use crate::geometry::surface::Surface;
-use crate::method::InfiniteEnd;
+
+/// How walks of the infinite estimator end.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum InfiniteEnd {
+    /// Below a weight they go on as collision walks of that weight; unbiased.
+    Roulette {
+        /// The weight, in (0, 1).
+        threshold: f64,
+    },
+    /// At once below a weight; biased.
+    Cutoff {
+        /// The weight, in (0, 1).
+        threshold: f64,
+    },
+    /// After a number of hits; biased.
+    Length {
+        /// The number, at least 1.
+        length: u32,
+    },
+}
+
+impl InfiniteEnd {
+    /// The weight of a job that names none.
+    pub const DEFAULT_THRESHOLD: f64 = 0.001;
+
+    /// Whether walks are cut off while they still carry weight.
+    pub fn is_biased(self) -> bool {
+        !matches!(self, InfiniteEnd::Roulette { .. })
+    }
+}
+
+impl Default for InfiniteEnd {
+    fn default() -> Self {
+        InfiniteEnd::Roulette { threshold: Self::DEFAULT_THRESHOLD }
+    }
+}
 
 /// What a walk does after a hit.
 #[derive(Clone, Copy, Debug, PartialEq)]

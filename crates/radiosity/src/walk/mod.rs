@@ -3,5 +3,19 @@
 pub(crate) mod arrive;
 pub(crate) mod batch;
 pub(crate) mod depart;
+pub(crate) mod estimator;
 pub(crate) mod fate;
 pub(crate) mod score;
+
+use serde::{Deserialize, Serialize};
+
+/// Where a surviving walk goes on from (BS §2).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Space {
+    /// A fresh uniform point of the patch that was hit: the expectation solves the radiosity system.
+    #[default]
+    Discrete,
+    /// The hit point: the expectation is the average of the integral equation's solution.
+    Continuous,
+}

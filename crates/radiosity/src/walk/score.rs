@@ -1,4 +1,4 @@
-//! Estimators: what a walk scores, and where.
+//! Scores: whole numbers of units, by face.
 //!
 //! A shooting walk scores on the faces it meets; a gathering walk on the face it was born on, by the
 //! emittances it meets; in each of C channels. Scores are whole numbers of units: hits for grey analog shooting,
@@ -19,7 +19,7 @@ pub(crate) const fn fixed_units(moments: usize) -> f64 {
 }
 
 /// Scores the events of a batch of walks, C channels at a time.
-pub trait Estimator<const C: usize> {
+pub trait Scorer<const C: usize> {
     /// Walk `lane` was born on face `birth`.
     fn begin(&mut self, lane: usize, birth: u32);
     /// The walks have arrived on these faces with these weights, and this became of them.
@@ -68,26 +68,26 @@ pub(crate) trait Event {
     fn scoring(outcome: &Outcome) -> Lanes;
 }
 
-/// Every hit scores (S97 §2.4, §3.4).
-pub(crate) struct Collision;
-/// Every hit but the last scores (S97 §2.3, §3.3).
-pub(crate) struct Survival;
-/// The absorption scores (S97 §2.2, §3.2).
-pub(crate) struct Absorption;
+/// Every hit scores.
+pub(crate) struct OnArrival;
+/// Every hit but the last scores.
+pub(crate) struct OnSurvival;
+/// The absorption scores.
+pub(crate) struct OnAbsorption;
 
-impl Event for Collision {
+impl Event for OnArrival {
     #[inline(always)]
     fn scoring(outcome: &Outcome) -> Lanes {
         outcome.arrived
     }
 }
-impl Event for Survival {
+impl Event for OnSurvival {
     #[inline(always)]
     fn scoring(outcome: &Outcome) -> Lanes {
         outcome.survived
     }
 }
-impl Event for Absorption {
+impl Event for OnAbsorption {
     #[inline(always)]
     fn scoring(outcome: &Outcome) -> Lanes {
         outcome.died
@@ -177,7 +177,7 @@ impl<'a, V, const M: usize> ShootHits<'a, V, M> {
     }
 }
 
-impl<V: Event, const M: usize> Estimator<1> for ShootHits<'_, V, M> {
+impl<V: Event, const M: usize> Scorer<1> for ShootHits<'_, V, M> {
     #[inline(always)]
     fn begin(&mut self, lane: usize, _: u32) {
         self.visits.len[lane] = 0;
@@ -224,7 +224,7 @@ impl<'a, V, const C: usize, const M: usize> ShootWeights<'a, V, C, M> {
     }
 }
 
-impl<V: Event, const C: usize, const M: usize> Estimator<C> for ShootWeights<'_, V, C, M> {
+impl<V: Event, const C: usize, const M: usize> Scorer<C> for ShootWeights<'_, V, C, M> {
     #[inline(always)]
     fn begin(&mut self, lane: usize, _: u32) {
         self.paths[lane].clear();
@@ -293,7 +293,7 @@ impl<'a, V, const C: usize, const M: usize> Gather<'a, V, C, M> {
     }
 }
 
-impl<V: Event, const C: usize, const M: usize> Estimator<C> for Gather<'_, V, C, M> {
+impl<V: Event, const C: usize, const M: usize> Scorer<C> for Gather<'_, V, C, M> {
     #[inline(always)]
     fn begin(&mut self, lane: usize, birth: u32) {
         self.gathered[lane] = Gathered { birth, scores: [0.0; C] };
@@ -340,7 +340,7 @@ impl<'a, const M: usize> ShootRelated<'a, M> {
     }
 }
 
-impl<const M: usize> Estimator<1> for ShootRelated<'_, M> {
+impl<const M: usize> Scorer<1> for ShootRelated<'_, M> {
     fn begin(&mut self, lane: usize, _: u32) {
         self.paths[lane].clear();
     }
@@ -374,7 +374,7 @@ impl<'a, const M: usize> GatherRelated<'a, M> {
     }
 }
 
-impl<const M: usize> Estimator<1> for GatherRelated<'_, M> {
+impl<const M: usize> Scorer<1> for GatherRelated<'_, M> {
     fn begin(&mut self, lane: usize, birth: u32) {
         self.gathered[lane] = Gathered { birth, scores: [0.0; 3] };
         self.board.count(birth);

@@ -5,8 +5,8 @@ use std::ops::Range;
 
 use glam::{DMat3, DVec3};
 use radiosity::{
-    Direction, EstimatorKind, Experiment, IndexChoice, InfiniteEnd, Method, Scene, SceneSpec, Sequence,
-    Shape, Sides, Space, Spectrum, SurfaceSpec, Tally,
+    EstimatorKind, Experiment, IndexChoice, Method, Scene, SceneSpec, Sequence, Shape, Sides, Space,
+    Spectrum, SurfaceSpec, Tally, Walks,
 };
 
 pub fn surface(shape: Shape, reflectance: f64) -> SurfaceSpec {
@@ -148,20 +148,12 @@ pub fn bumpy_sphere(levels: u32, rows: u32) -> SceneSpec {
 }
 
 /// Collision shooting.
-pub fn collision(space: Space) -> Method {
-    Method {
-        direction: Direction::Shooting,
-        estimator: EstimatorKind::Collision,
-        infinite: InfiniteEnd::default(),
-        space,
-        mix: false,
-        batch: None,
-        final_gather: Vec::new(),
-    }
+pub fn collision(space: Space) -> Walks {
+    Walks { space, ..Walks::shooting(EstimatorKind::Collision) }
 }
 
 /// A scene with a method.
-pub fn experiment(spec: &SceneSpec, index: IndexChoice, method: Method) -> Experiment {
+pub fn experiment(spec: &SceneSpec, index: IndexChoice, method: impl Into<Method>) -> Experiment {
     Experiment::new(Scene::build(spec, index).unwrap(), method).unwrap()
 }
 

@@ -3,23 +3,14 @@
 
 use std::error::Error;
 
-use radiosity::{Board, Direction, EstimatorKind, Experiment, InfiniteEnd, Method, Scene, Sequence, Space};
+use radiosity::{Board, Estimator, Experiment, Method, Scene, Sequence};
 use rustix::time::{ClockId, clock_gettime};
 
 pub type Failure = Box<dyn Error>;
 
 /// Discrete collision shooting in a scene.
 pub fn collision_shooting(scene: Scene) -> Result<Experiment, Failure> {
-    let method = Method {
-        direction: Direction::Shooting,
-        estimator: EstimatorKind::Collision,
-        infinite: InfiniteEnd::default(),
-        space: Space::Discrete,
-        mix: false,
-        batch: None,
-        final_gather: Vec::new(),
-    };
-    Ok(Experiment::new(scene, method)?)
+    Ok(Experiment::new(scene, Method::shooting(Estimator::Collision))?)
 }
 
 /// Whole walks of one experiment, timed a part at a time.

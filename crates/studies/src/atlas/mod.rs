@@ -2,9 +2,7 @@
 
 mod entries;
 mod entry;
-mod lab;
 pub mod page;
 
 pub use entries::ALL;
-pub use entry::{Claim, Entry, Failure, Finding};
-pub use lab::Lab;
+pub use entry::{Entry, Finding};

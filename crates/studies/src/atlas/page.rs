@@ -1,47 +1,75 @@
-//! The atlas as a page.
+//! The atlas as a page, and as JSON.
 
-use std::fmt::Write;
+use serde_json::{Value, json};
 
-use super::entry::{Claim, Entry, Finding};
+use super::entry::{Entry, Finding};
+use crate::claim::Judge;
+use crate::page::Page;
 
 /// Where the charts of the page are, beside it.
 pub const CHARTS: &str = "atlas";
 
 /// The page: what `command` found on `date`.
-pub fn page(command: &str, date: &str, findings: &[(&Entry, Finding)]) -> String {
-    let mut page = String::from("# An atlas of failure\n\n");
-    let _ = writeln!(
-        page,
+pub fn write(command: &str, date: &str, findings: &[(&Entry, Finding)]) -> String {
+    let mut page = Page::default();
+    page.heading(1, "An atlas of failure");
+    page.paragraph(format!(
         "Small scenes that drive each method to where it fails: what theory predicts, what is seen, what the program \
          says of it, and what to do instead. Written by `{command}` on {date}, all seeds fixed; ± is a standard error. \
          Papers: S97 = Sbert 1997, SInf = its infinite-path sequel, BS = Bekaert & Seidel, Sh91 = Shirley 1991. A claim \
          fails by chance alone with the probability given, once and for all with these seeds (“sure”: chance has no \
-         part in it).\n"
-    );
+         part in it)."
+    ));
     for (entry, finding) in findings {
-        let failed = finding.claims.iter().filter(|claim| !claim.holds).count();
+        let failed = finding.failed().count();
         let mark = if failed == 0 { String::new() } else { format!(" **({failed} claims fail)**") };
-        let _ = writeln!(page, "- [{}](#{}){mark}", entry.title, entry.name);
+        page.line(format!("- [{}](#{}){mark}", entry.title, entry.name));
     }
-    for (entry, finding) in findings {
-        write_entry(&mut page, entry, finding);
-    }
-    page
+    findings.iter().for_each(|(entry, finding)| chapter(&mut page, entry, finding));
+    page.text()
 }
 
-fn write_entry(page: &mut String, entry: &Entry, finding: &Finding) {
+fn chapter(page: &mut Page, entry: &Entry, finding: &Finding) {
     let Finding { predicted, seen, told, instead, claims, chart } = finding;
-    let _ = writeln!(page, "\n<a id=\"{}\"></a>\n## {}\n", entry.name, entry.title);
-    let _ = writeln!(page, "**Theory.** {predicted} **Seen.** {seen} **Instead.** {instead}\n");
-    let _ = writeln!(page, "The program says:\n");
-    for line in told {
-        let _ = writeln!(page, "> {line}\n");
+    page.line("");
+    page.line(format!("<a id=\"{}\"></a>", entry.name));
+    page.heading(2, entry.title);
+    page.paragraph(format!("**Theory.** {predicted} **Seen.** {seen} **Instead.** {instead}"));
+    page.paragraph("The program says:");
+    told.iter().for_each(|line| page.paragraph(format!("> {line}")));
+    page.drawing(&chart.title, &format!("{CHARTS}/{}.svg", entry.name));
+    for claim in claims {
+        let verdict = if Judge::EACH.passes(claim) { "holds" } else { "**FAILS**" };
+        let chance = match Judge::EACH.false_alarm(claim) {
+            0.0 => "sure".into(),
+            probability => format!("{probability:.0e}"),
+        };
+        let instead = if claim.remedy { "**instead**, " } else { "" };
+        page.line(format!("- {verdict} ({chance}): {instead}{}", claim.sentence()));
     }
-    let _ = writeln!(page, "![{}]({CHARTS}/{}.svg)\n", chart.title, entry.name);
-    for Claim { what, holds, false_alarm, remedy } in claims {
-        let verdict = if *holds { "holds" } else { "**FAILS**" };
-        let chance = if *false_alarm == 0.0 { "sure".into() } else { format!("{false_alarm:.0e}") };
-        let instead = if *remedy { "**instead**, " } else { "" };
-        let _ = writeln!(page, "- {verdict} ({chance}): {instead}{what}");
-    }
+}
+
+/// Every entry with its claims.
+pub fn table(findings: &[(&Entry, Finding)]) -> Value {
+    let entry = |(entry, finding): &(&Entry, Finding)| {
+        let claims = finding.claims.iter().map(|claim| {
+            json!({
+                "what": claim.sentence(),
+                "holds": Judge::EACH.passes(claim),
+                "false_alarm": Judge::EACH.false_alarm(claim),
+                "remedy": claim.remedy,
+            })
+        });
+        json!({
+            "name": entry.name,
+            "title": entry.title,
+            "holds": finding.holds(),
+            "predicted": finding.predicted,
+            "seen": finding.seen,
+            "told": finding.told,
+            "instead": finding.instead,
+            "claims": claims.collect::<Vec<_>>(),
+        })
+    };
+    findings.iter().map(entry).collect()
 }

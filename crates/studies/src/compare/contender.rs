@@ -106,7 +106,7 @@ impl Contender {
 
     /// Whether its answer is that of the integral equation, not of the patches' system.
     pub fn is_continuous(&self) -> bool {
-        self.trial.experiment.method().space == Space::Continuous
+        self.trial.experiment.method().space() == Space::Continuous
     }
 }
 

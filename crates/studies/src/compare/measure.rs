@@ -1,16 +1,14 @@
 //! What the runs of one method and size came to: their time and their errors.
 
-use radiosity::{Estimates, Experiment, Scene, Sequence, Tally};
+use ::judge::MOMENTS;
+use radiosity::{Estimates, Experiment, Scene, Tally};
 use serde::{Deserialize, Serialize};
 use stats::Measured;
 
 use super::Shot;
 use super::contender::{Contender, Trial};
 use super::truth::Truth;
-use ::judge::MOMENTS;
-
-/// Walks scored on one board before it is emptied.
-const AT_A_TIME: u64 = 1 << 20;
+use crate::walking::walk;
 
 /// Patches darker than this part of the mean say nothing of relative errors.
 const DARK: f64 = 1e-3;
@@ -145,8 +143,7 @@ pub fn point(
     };
     let runs: Vec<f64> = shot.tallies.iter().map(squared_error).collect();
     let n = runs.len() as f64;
-    let value = runs.iter().sum::<f64>() / n;
-    let variance = runs.iter().map(|x| (x - value).powi(2)).sum::<f64>() / (n - 1.0);
+    let squared_error = Measured::of(&runs);
     let errors = squares.iter().map(|sum| (sum / n).max(0.0).sqrt());
     let mut errors: Vec<(f64, f64)> = errors.zip(judged.weights.iter().copied()).collect();
     errors.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -167,8 +164,8 @@ pub fn point(
         paths: job.budget.paths,
         traced: (traced as f64 / n).round() as u64,
         seconds: shot.seconds,
-        squared_error: value,
-        squared_error_error: (variance / n).sqrt(),
+        squared_error: squared_error.value,
+        squared_error_error: squared_error.standard_error,
         worst: errors.last().map_or(0.0, |&(error, _)| error),
         p99: p99.map_or(0.0, |&(error, _)| error),
         memory: shot.memory,
@@ -176,23 +173,11 @@ pub fn point(
     }
 }
 
-/// The tally of some walks or chains.
-pub fn walk(experiment: &Experiment, seed: u64, walks: u64) -> Tally {
-    let (sequence, mut board) = (Sequence::new(seed), experiment.board::<MOMENTS>());
-    let mut tally = experiment.tally::<MOMENTS>();
-    while tally.counts.walks < walks {
-        let first = tally.counts.walks;
-        experiment.walk(&sequence, first..walks.min(first + AT_A_TIME), &mut board);
-        board.add_to(&mut tally).expect("these sums are far from their limits");
-    }
-    tally
-}
-
 /// How many rays a walk takes, by a pilot.
 pub fn rays_per_walk(experiment: &Experiment) -> f64 {
     const SAMPLE: u64 = 20_000;
     // Batches are walked whole.
     let units = SAMPLE.div_ceil(experiment.paths_per_walk());
-    let rays = walk(experiment, 3, units).counts.rays;
+    let rays = walk::<MOMENTS>(experiment, 3, units).counts.rays;
     rays as f64 / (units * experiment.paths_per_walk()) as f64
 }

@@ -1,6 +1,5 @@
 //! What was compared, in words, tables and charts.
 
-use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
 use report::{Axis, Chart, Series};
@@ -11,8 +10,10 @@ use super::contender;
 use super::contender::Absent;
 use super::judge::{Advice, Curve, advice, curves, front, is_pareto};
 use super::measure::Point;
-use crate::numbers::{figure, pm, seen, theory};
-use report::words::{percent, quantity};
+use crate::numbers::{measured, number};
+use crate::page::Page;
+use crate::series::{seen, theory};
+use report::words::{bytes, percent, quantity};
 
 /// Curves in one chart: as many as can be told apart.
 const DRAWN: usize = 8;
@@ -70,13 +71,13 @@ fn best(points: &[Point]) -> Vec<Curve<'_>> {
 }
 
 /// The page of all chapters.
-pub fn page(command: &str, date: &str, team: Team, chapters: &[Chapter]) -> String {
-    let mut page = String::from("# Speed against accuracy\n\n");
+pub fn write(how: &str, date: &str, team: Team, chapters: &[Chapter]) -> String {
+    let mut page = Page::default();
     let workers = plural(team.workers, "worker");
     let threads = plural(team.threads as usize, "thread");
-    let _ = writeln!(
-        page,
-        "Written by `{command}` on {date}. All runs of a method and size are walked by worker processes, as jobs are, one \
+    page.heading(1, "Speed against accuracy");
+    page.paragraph(format!(
+        "Written by `{how}` on {date}. All runs of a method and size are walked by worker processes, as jobs are, one \
          run after the other ({workers} of {threads} each); time is the processor time of their threads while they walk, \
          without starting, reading scenes and sending results. Errors are relative errors of B of the patches that reflect \
          and do not emit (and have a thousandth of the mean radiosity at least), by area; ± is a standard error over the \
@@ -84,104 +85,110 @@ pub fn page(command: &str, date: &str, team: Team, chapters: &[Chapter]) -> Stri
          squared error · seconds), its 95 % interval by Student's t on the logarithm. Memory is the most that a worker \
          process took; traffic is what workers sent for a run, as it went over the wire. Times below a millisecond are those of \
          longer runs, in proportion: the first walks of a job take longer."
-    );
-    for chapter in chapters {
-        write_chapter(&mut page, chapter);
-    }
-    page
+    ));
+    chapters.iter().for_each(|chapter| write_chapter(&mut page, chapter));
+    page.text()
 }
 
 fn plural(n: usize, what: &str) -> String {
     if n == 1 { format!("one {what}") } else { format!("{n} {what}s") }
 }
 
-fn write_chapter(page: &mut String, chapter: &Chapter) {
+fn write_chapter(page: &mut Page, chapter: &Chapter) {
     let Chapter { job, path, size: [patches, surfaces], points, absent, truth, continuous_truth } = chapter;
-    let _ = writeln!(page, "\n## {job}\n\n{patches} patches on {surfaces} surfaces.\n");
+    page.heading(2, job);
+    page.paragraph(format!("{patches} patches on {surfaces} surfaces."));
     let all = curves(points);
     write_advice(page, path, &advice(&all));
     for (file, chart) in charts(chapter) {
-        let _ = writeln!(page, "![{}](compare/{file}.svg)\n", chart.title);
+        page.drawing(&chart.title, &format!("compare/{file}.svg"));
     }
     write_times(page, &all);
-    let _ =
-        writeln!(page, "\nRuns of the most rays; ● where no other point is both faster and more accurate:\n");
-    let _ = writeln!(
-        page,
-        "| method | rays | s | rms error | 99 % of the area | worst patch | merit [1/s] | | memory | traffic |"
+    page.paragraph("Runs of the most rays; ● where no other point is both faster and more accurate:");
+    page.table(
+        [
+            "method",
+            "rays",
+            "s",
+            "rms error",
+            "99 % of the area",
+            "worst patch",
+            "merit [1/s]",
+            "",
+            "memory",
+            "traffic",
+        ],
+        all.iter().map(|curve| row(curve.last(), points)),
     );
-    let _ = writeln!(page, "|---|---|---|---|---|---|---|---|---|---|");
-    for curve in &all {
-        write_row(page, curve.last(), points);
-    }
-    write_front(page, points);
-    let _ = writeln!(
-        page,
-        "\nErrors of discrete methods are measured against {truth}; of continuous ones against {continuous_truth}."
+    page.paragraph("No other point is both faster and more accurate than:");
+    page.table(
+        ["s", "rms error", "99 % of the area", "worst patch", "method", "rays"],
+        front(points).into_iter().map(|point| {
+            let [method, rays, seconds, rms, p99, worst, ..] = row(point, points);
+            [seconds, rms, p99, worst, method, rays]
+        }),
     );
+    page.paragraph(format!(
+        "Errors of discrete methods are measured against {truth}; of continuous ones against {continuous_truth}."
+    ));
     for Absent { name, why } in absent {
-        let _ = writeln!(page, "Not compared: {name} ({why}).");
+        page.line(format!("Not compared: {name} ({why})."));
     }
+    page.line("");
 }
 
-fn write_row(page: &mut String, point: &Point, points: &[Point]) {
-    let [merit, low, high] = point.merit();
-    let bytes = |bytes: u64| match bytes {
-        0..1000 => format!("{bytes} B"),
-        _ => format!("{}B", quantity(bytes as f64)),
-    };
-    let _ = writeln!(
-        page,
-        "| {} | {} | {} | {} % | {} | {} | {} ({} … {}) | {} | {} | {} |",
-        point.method,
+/// A point as the cells of a table.
+fn row(point: &Point, points: &[Point]) -> [String; 10] {
+    let [merit, low, high] = point.merit().map(quantity);
+    [
+        point.method.clone(),
         quantity(point.traced as f64),
-        figure(point.seconds),
-        pm(in_percent(point.rms())),
+        number(point.seconds),
+        format!("{} %", measured(in_percent(point.rms()))),
         percent(point.p99),
         percent(point.worst),
-        quantity(merit),
-        quantity(low),
-        quantity(high),
-        if is_pareto(point, points) { "●" } else { "" },
+        format!("{merit} ({low} … {high})"),
+        if is_pareto(point, points) { "●" } else { "" }.into(),
         point.memory.map_or("?".into(), bytes),
         bytes(point.traffic),
-    );
+    ]
 }
 
 /// Time to every error, method by method.
-fn write_times(page: &mut String, curves: &[Curve<'_>]) {
-    let levels = super::judge::LEVELS;
-    let heads: Vec<String> = levels.iter().map(|rms| format!("{} %", 100.0 * rms)).collect();
-    let _ = writeln!(page, "Seconds of one core to an rms error of (– where a bias is in the way):\n");
-    let _ = writeln!(page, "| method | {} |", heads.join(" | "));
-    let _ = writeln!(page, "|---|{}", "---|".repeat(levels.len()));
-    for curve in curves {
-        let time = |rms: &f64| curve.time_to(*rms).map_or("–".into(), figure);
-        let times: Vec<String> = levels.iter().map(time).collect();
-        let _ = writeln!(page, "| {} | {} |", curve.method, times.join(" | "));
-    }
+fn write_times(page: &mut Page, curves: &[Curve<'_>]) {
+    page.paragraph("Seconds of one core to an rms error of (– where a bias is in the way):");
+    let levels = super::judge::LEVELS.map(|rms| format!("{} %", 100.0 * rms));
+    let [a, b, c, d, e] = levels.each_ref().map(String::as_str);
+    page.table(
+        ["method", a, b, c, d, e],
+        curves.iter().map(|curve| {
+            let [a, b, c, d, e] =
+                super::judge::LEVELS.map(|rms| curve.time_to(rms).map_or("–".into(), number));
+            [curve.method.into(), a, b, c, d, e]
+        }),
+    );
 }
 
 /// The advice: errors that ask for the same method share one item, with the very commands for the first and the last.
-fn write_advice(page: &mut String, path: &Path, advice: &[Advice<'_>]) {
-    let _ = writeln!(page, "**What to use.**\n");
+fn write_advice(page: &mut Page, path: &Path, advice: &[Advice<'_>]) {
+    page.paragraph("**What to use.**");
     for group in advice.chunk_by(|a, b| a.ranking[0].0.method == b.ranking[0].0.method) {
         let (first, last) = (&group[0], &group[group.len() - 1]);
         let range = match group.len() {
             1 => format!("For an rms error of {} %", 100.0 * first.rms),
             _ => format!("For rms errors of {} % to {} %", 100.0 * first.rms, 100.0 * last.rms),
         };
-        let _ = writeln!(page, "- {range}: **{}**.", first.ranking[0].0.method);
+        page.line(format!("- {range}: **{}**.", first.ranking[0].0.method));
         write_level(page, path, first);
         if group.len() > 1 {
             write_level(page, path, last);
         }
     }
-    let _ = writeln!(page);
+    page.line("");
 }
 
 /// What to type for one error, and what is next.
-fn write_level(page: &mut String, path: &Path, Advice { rms, ranking, alike }: &Advice<'_>) {
+fn write_level(page: &mut Page, path: &Path, Advice { rms, ranking, alike }: &Advice<'_>) {
     let (ahead, behind) = ranking.split_at((*alike).max(1));
     let (best, time) = ahead[0];
     let percent = 100.0 * rms;
@@ -190,11 +197,11 @@ fn write_level(page: &mut String, path: &Path, Advice { rms, ranking, alike }: &
         [] => String::new(),
         equals => format!(" (as good, as far as this tells: {})", equals.join(", ")),
     };
-    let _ = writeln!(page, "  - {percent} % in {} s: {}{as_good}", figure(time), command(path, best, *rms));
+    page.line(format!("  - {percent} % in {} s: {}{as_good}", number(time), command(path, best, *rms)));
     if let Some((next, longer)) = behind.first() {
-        let times = figure(longer / time);
+        let times = number(longer / time);
         let command = command(path, next, *rms);
-        let _ = writeln!(page, "  - {percent} % by {}, next, {times} times longer: {command}", next.method);
+        page.line(format!("  - {percent} % by {}, next, {times} times longer: {command}", next.method));
     }
 }
 
@@ -203,25 +210,6 @@ fn command(path: &Path, curve: &Curve<'_>, rms: f64) -> String {
     let method = contender::method(curve.method).expect("only known methods are ranked");
     let paths = curve.paths_to(rms).expect("only methods that reach an error are ranked for it");
     format!("`radwalk run {} --set 'method={method}' --paths {paths}`", path.display())
-}
-
-/// The points that no other beats.
-fn write_front(page: &mut String, points: &[Point]) {
-    let _ = writeln!(page, "\nNo other point is both faster and more accurate than:\n");
-    let _ = writeln!(page, "| s | rms error | 99 % of the area | worst patch | method | rays |");
-    let _ = writeln!(page, "|---|---|---|---|---|---|");
-    for point in front(points) {
-        let _ = writeln!(
-            page,
-            "| {} | {} % | {} | {} | {} | {} |",
-            figure(point.seconds),
-            pm(in_percent(point.rms())),
-            percent(point.p99),
-            percent(point.worst),
-            point.method,
-            quantity(point.traced as f64)
-        );
-    }
 }
 
 fn in_percent(Measured { value, standard_error }: Measured) -> Measured {

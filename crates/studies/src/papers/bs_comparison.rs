@@ -3,16 +3,20 @@
 
 use exact::{Exact, WalkEstimator, jacobi_variances};
 use radiosity::{
-    Direction, EstimatorKind, IndexChoice, Method, RayBirths, Scene, SceneSpec, Sequence, Space,
+    Direction, EstimatorKind, IndexChoice, RayBirths, Scene, SceneSpec, Sequence, Space, Walks,
     stochastic_iteration,
 };
 use report::{Axis, Chart, Series, Style};
 use stats::Measured;
 
-use super::Chapter;
-use super::findings::{Claim, Figure, Findings, Row, counted, point, quotient};
-use super::lab::Lab;
-use super::walkers::{Reader, coarsened, experiment, mean_by_area, method, refined};
+use crate::arithmetic::{counted, quotient};
+use crate::claim::{Bound, Claim};
+use crate::lab::Lab;
+use crate::papers::Chapter;
+use crate::papers::findings::{Figure, Findings};
+use crate::papers::walkers::{coarsened, experiment, mean_by_area, method, refined};
+use crate::series::point;
+use crate::walking::Reader;
 
 /// BS §5.
 pub const CHAPTER: Chapter = Chapter {
@@ -49,20 +53,20 @@ fn run(lab: &Lab) -> Findings {
         let exact = Exact::of_scene(spec).expect("a closed box");
         let found = compare(lab, spec, &exact, runs);
         let [discrete, iteration] = found.theory;
-        rows.push(Row::new(
+        rows.push(Claim::of(
             format!("{name}: discrete walks over iterations"),
             quotient(found.discrete, found.iteration),
-            Claim::Is(discrete / iteration),
+            Bound::Is(discrete / iteration),
         ));
-        rows.push(Row::new(
+        rows.push(Claim::of(
             format!("{name}: continuous over discrete walks"),
             quotient(found.continuous, found.discrete),
-            Claim::About(1.0),
+            Bound::About(1.0),
         ));
-        rows.push(Row::new(
+        rows.push(Claim::of(
             format!("{name}: largest recurrent potential ζ = Rξ"),
             counted(zeta(&exact).into_iter().fold(0.0, f64::max)),
-            Claim::Nothing,
+            Bound::Nothing,
         ));
     }
     let cubes = REFLECTANCES.map(|r| Cube::new(lab, r, runs));
@@ -120,7 +124,7 @@ fn of_walks(
     rays_per_walk: f64,
     runs: usize,
 ) -> Measured {
-    let method = Method { space, ..method(Direction::Shooting, EstimatorKind::Collision) };
+    let method = Walks { space, ..method(Direction::Shooting, EstimatorKind::Collision) };
     let experiment = experiment(spec, method);
     let reader = Reader::new(&experiment);
     let walks = (RAYS as f64 / rays_per_walk).round();
@@ -186,9 +190,9 @@ impl Cube {
     }
 
     /// BS eq. (18) is exact where b is the same everywhere.
-    fn row(&self) -> Row {
+    fn row(&self) -> Claim {
         let label = format!("six-patch cube, R = {:.3}: continuous walks over iterations", self.reflectance);
-        Row::new(label, self.measured[1], Claim::Is(self.theory[1]))
+        Claim::of(label, self.measured[1], Bound::Is(self.theory[1]))
     }
 }
 
@@ -205,7 +209,7 @@ fn returns(reflectance: f64, n: u32) -> f64 {
 }
 
 /// By how much the solutions of continuous and discrete walks differ.
-fn discretisation(name: &str, spec: &SceneSpec) -> [Row; 2] {
+fn discretisation(name: &str, spec: &SceneSpec) -> [Claim; 2] {
     let coarse = Exact::of_scene(spec).expect("a closed box");
     let fine = Exact::of_scene(&refined(spec, 2)).expect("a closed box");
     let found = coarsened(&fine.solution().reflected, spec, 2);
@@ -215,7 +219,7 @@ fn discretisation(name: &str, spec: &SceneSpec) -> [Row; 2] {
     let largest = differences.iter().copied().fold(0.0, f64::max);
     [("rms", rms), ("largest", largest)].map(|(which, value)| {
         let label = format!("{name}: {which} relative difference of b, patches as they are and cut in four");
-        Row::new(label, counted(value), Claim::Nothing)
+        Claim::of(label, counted(value), Bound::Nothing)
     })
 }
 

@@ -4,10 +4,12 @@ use exact::{Exact, WalkEstimator, jacobi_variances, systematic_jacobi_variances}
 use radiosity::{Direction, EstimatorKind, IndexChoice, RayBirths, Scene, Sequence, stochastic_iteration};
 use stats::Measured;
 
-use super::Chapter;
-use super::findings::{Claim, Findings, Row};
-use super::lab::Lab;
-use super::walkers::{Reader, experiment, method};
+use crate::claim::{Bound, Claim};
+use crate::lab::Lab;
+use crate::papers::Chapter;
+use crate::papers::findings::Findings;
+use crate::papers::walkers::{experiment, method};
+use crate::walking::Reader;
 
 /// BS table 1.
 pub const CHAPTER: Chapter =
@@ -47,7 +49,7 @@ const RAYS: u64 = 10_000;
 fn run(lab: &Lab) -> Findings {
     let runs = lab.pick(400, 6_000);
     let iterations = lab.pick(200, 3_000);
-    let mut rows: Vec<Row> = TABLE.iter().map(|column| walks(lab, column, runs)).collect();
+    let mut rows: Vec<Claim> = TABLE.iter().map(|column| walks(lab, column, runs)).collect();
     for (births, seeds) in [(RayBirths::Multinomial, 110..), (RayBirths::Systematic, 120..)] {
         rows.extend(TABLE.iter().zip(seeds).map(|(c, seed)| iteration(lab, c, births, seed, iterations)));
     }
@@ -77,7 +79,7 @@ const SECOND: &str = "*After an iteration*: the input is the result of another i
     iteration: too little for the paper to see.";
 
 /// Squared errors of walks per ray.
-fn walks(lab: &Lab, column: &Column, runs: usize) -> Row {
+fn walks(lab: &Lab, column: &Column, runs: usize) -> Claim {
     let r = column.reflectance;
     let spec = scenes::furnace(1, r);
     let exact = Exact::of_scene(&spec).expect("a closed box");
@@ -89,11 +91,11 @@ fn walks(lab: &Lab, column: &Column, runs: usize) -> Row {
     });
     let theory = WalkEstimator::ShootCollision.variances(&exact)[0] / (1.0 - r);
     let label = format!("walks, R = {}", column.name);
-    Row::new(label, Measured::of(&squares), Claim::Is(theory)).published(column.walks.experiment)
+    Claim::of(label, Measured::of(&squares), Bound::Is(theory)).published(column.walks.experiment)
 }
 
 /// Squared errors of an iteration per ray.
-fn iteration(lab: &Lab, column: &Column, births: RayBirths, seed: u64, runs: usize) -> Row {
+fn iteration(lab: &Lab, column: &Column, births: RayBirths, seed: u64, runs: usize) -> Claim {
     let exact = Exact::of_scene(&scenes::furnace(1, column.reflectance)).expect("a closed box");
     let (word, theory) = match births {
         RayBirths::Multinomial => ("multinomial", jacobi_variances(&exact)[0]),
@@ -103,11 +105,11 @@ fn iteration(lab: &Lab, column: &Column, births: RayBirths, seed: u64, runs: usi
         stochastic_iteration(scene, births, Sequence::new(seed).walk(run), &[1.0; 6], RAYS)
     });
     let label = format!("SJ, {word} births, R = {}", column.name);
-    Row::new(label, measured, Claim::Is(theory)).published(column.iterations)
+    Claim::of(label, measured, Bound::Is(theory)).published(column.iterations)
 }
 
 /// The same of an iteration after another.
-fn second_iteration(lab: &Lab, column: &Column, seed: u64, runs: usize) -> Row {
+fn second_iteration(lab: &Lab, column: &Column, seed: u64, runs: usize) -> Claim {
     let r = column.reflectance;
     let measured = iterations(lab, r, runs, |scene, run| {
         let iterate = |seed: u64, input: &[f64]| {
@@ -117,7 +119,7 @@ fn second_iteration(lab: &Lab, column: &Column, seed: u64, runs: usize) -> Row {
         iterate(seed + 50, &first)
     });
     let label = format!("SJ after an iteration, multinomial births, R = {}", column.name);
-    Row::new(label, measured, Claim::Is(5.0 * r * r * (1.0 + 0.04 * r * r)))
+    Claim::of(label, measured, Bound::Is(5.0 * r * r * (1.0 + 0.04 * r * r)))
 }
 
 /// Squared errors per ray of what `shoot` makes of the cube in run after run: H of every face.

@@ -76,7 +76,9 @@ impl Counted {
     fn births(&self, direction: &Direction) -> Vec<f64> {
         let powers: Vec<f64> = match direction {
             Direction::Gathering(birth) => birth_probabilities(&self.scene, birth),
-            _ => self.scene.faces().iter().map(|p| p.power(0) / self.scene.total_power(0)).collect(),
+            Direction::Shooting => {
+                self.scene.faces().iter().map(|p| p.power(0) / self.scene.total_power(0)).collect()
+            }
         };
         let sums = powers.into_iter().scan(0.0, |sum, p| {
             *sum += p;

@@ -2,16 +2,21 @@
 
 use exact::{Exact, RadiositySystem};
 use radiosity::{
-    Direction, EstimatorKind, Experiment, InfiniteEnd, Iterations, Method, RayBirths, SceneSpec, Solve, Tally,
+    Chains, Direction, Estimator, EstimatorKind, Experiment, InfiniteEnd, Iterations, Method, RayBirths,
+    SceneSpec, Solve, Tally, Walks,
 };
 use report::{Axis, Chart, Series, Style};
 use stats::Measured;
 
-use super::Chapter;
-use super::findings::{Claim, Figure, Findings, Row, point, quotient};
-use super::lab::Lab;
-use super::page::number;
-use super::walkers::{DIRECTIONS, ESTIMATORS, Reader, experiment, mean_by_area, method, name, predicted};
+use crate::arithmetic::quotient;
+use crate::claim::{Bound, Claim};
+use crate::lab::Lab;
+use crate::numbers::number;
+use crate::papers::Chapter;
+use crate::papers::findings::{Figure, Findings};
+use crate::papers::walkers::{DIRECTIONS, ESTIMATORS, experiment, mean_by_area, method, name, predicted};
+use crate::series::point;
+use crate::walking::Reader;
 
 /// S97 §5, "to study the efficiency of biased estimators".
 pub const CHAPTER: Chapter = Chapter {
@@ -24,8 +29,8 @@ pub const CHAPTER: Chapter = Chapter {
 struct Way {
     name: String,
     method: Method,
-    /// Whether its variance has a closed form.
-    known: bool,
+    /// The walks whose variance has a closed form.
+    known: Option<Walks>,
 }
 
 /// What a way came to in a scene.
@@ -56,7 +61,7 @@ fn run(lab: &Lab) -> Findings {
     ];
     let contests: Vec<Contest> =
         scenes.iter().map(|(scene, spec)| contest(lab, scene, spec, [rays, runs])).collect();
-    let mut rows: Vec<Row> = contests.iter().flat_map(rows_of).collect();
+    let mut rows: Vec<Claim> = contests.iter().flat_map(rows_of).collect();
     rows.extend(lost_by_length(lab, &scenes[0].1, runs as usize));
     Findings {
         published: "\"Our future work will be to study the efficiency of biased estimators\" (S97 §5); \"a study of the \
@@ -80,8 +85,8 @@ fn ways(rays: u64, patches: u64) -> Vec<Way> {
     let mut ways: Vec<Way> = walks
         .map(|(direction, estimator)| Way {
             name: name(direction, estimator),
-            method: method(direction.clone(), estimator),
-            known: true,
+            method: method(direction.clone(), estimator).into(),
+            known: Some(method(direction.clone(), estimator)),
         })
         .collect();
     // Collision shooting is what the others are compared with.
@@ -92,11 +97,10 @@ fn ways(rays: u64, patches: u64) -> Vec<Way> {
         ("4 hits", InfiniteEnd::Length { length: 4 }),
     ];
     for (direction, (word, end)) in DIRECTIONS.iter().flat_map(|d| ends.map(|end| (d, end))) {
-        let infinite = method(direction.clone(), EstimatorKind::Infinite);
         ways.push(Way {
             name: format!("{} cut at {word}", name(direction, EstimatorKind::Infinite)),
-            method: Method { infinite: end, ..infinite },
-            known: false,
+            method: method(direction.clone(), Estimator::Infinite(end)).into(),
+            known: None,
         });
     }
     let solves = [
@@ -108,8 +112,8 @@ fn ways(rays: u64, patches: u64) -> Vec<Way> {
     let chains = solves.into_iter().filter(|(_, solve)| *solve != Solve::Links || rays >= 16 * patches);
     ways.extend(chains.map(|(word, solve)| Way {
         name: word.into(),
-        method: method(Direction::Jacobi { chain_rays: rays, solve }, EstimatorKind::Collision),
-        known: false,
+        method: Chains { rays, solve, final_gather: Vec::new() }.into(),
+        known: None,
     }));
     ways
 }
@@ -146,7 +150,7 @@ fn result(
     let squared_bias = (of_mean - part * error.value) / (1.0 - part);
     let theory = way
         .known
-        .then(|| rays_per_walk * mean_by_area(exact, predicted(exact, experiment.scene(), &way.method)));
+        .map(|walks| rays_per_walk * mean_by_area(exact, predicted(exact, experiment.scene(), &walks)));
     Outcome {
         biased: experiment.is_biased(),
         name: way.name,
@@ -161,12 +165,13 @@ fn length(lab: &Lab, experiment: &Experiment, exact: &Exact, rays: u64) -> (u64,
     if experiment.batch_paths().is_some() {
         return (1, rays as f64);
     }
-    let rays_per_walk = match experiment.method().estimator {
-        EstimatorKind::Infinite => {
+    let method = experiment.method();
+    let rays_per_walk = match (method.estimator_kind(), method.direction()) {
+        (Some(EstimatorKind::Infinite), _) | (_, None) => {
             let counts = lab.tally::<2>(experiment, 800, 100_000).counts;
             counts.rays as f64 / counts.walks as f64
         }
-        _ => analog_length(exact, &experiment.method().direction),
+        (_, Some(direction)) => analog_length(exact, direction),
     };
     ((rays as f64 / rays_per_walk).round() as u64, rays_per_walk)
 }
@@ -200,26 +205,26 @@ fn errors(
 }
 
 /// Efficiencies, held to theory where there is one.
-fn rows_of(contest: &Contest) -> Vec<Row> {
+fn rows_of(contest: &Contest) -> Vec<Claim> {
     let first = &contest.results[0];
     let row = |result: &Outcome| {
         let efficiency = quotient(first.error, result.error);
         let claim = match (first.theory, result.theory) {
-            (Some(reference), Some(theory)) => Claim::Is(reference / theory),
-            _ => Claim::Nothing,
+            (Some(reference), Some(theory)) => Bound::Is(reference / theory),
+            _ => Bound::Nothing,
         };
-        Row::new(format!("{}: efficiency of {}", contest.scene, result.name), efficiency, claim)
+        Claim::of(format!("{}: efficiency of {}", contest.scene, result.name), efficiency, claim)
     };
     let theory = first.theory.expect("collision shooting has a closed form");
     let reference = format!("{}: error² × rays of {}", contest.scene, first.name);
-    let mut rows = vec![Row::new(reference, first.error, Claim::Is(theory))];
+    let mut rows = vec![Claim::of(reference, first.error, Bound::Is(theory))];
     rows.extend(contest.results[1..].iter().map(row));
     rows
 }
 
 /// The bias of walks that are cut off after four hits is what they would still have brought: a Neumann series less its
 /// first four terms.
-fn lost_by_length(lab: &Lab, spec: &SceneSpec, runs: usize) -> Vec<Row> {
+fn lost_by_length(lab: &Lab, spec: &SceneSpec, runs: usize) -> Vec<Claim> {
     let exact = Exact::of_scene(spec).expect("a closed box");
     let (r, exchange) = (exact.reflectance(), exact.exchange());
     let mut light = exact.emittance().to_vec();
@@ -233,14 +238,14 @@ fn lost_by_length(lab: &Lab, spec: &SceneSpec, runs: usize) -> Vec<Row> {
     let missing = mean_by_area(&exact, exact.solution().reflected.iter().zip(&reached).map(|(b, s)| b - s));
     let rows = DIRECTIONS.iter().zip(891..).map(|(direction, seed)| {
         let infinite = InfiniteEnd::Length { length: 4 };
-        let method = Method { infinite, ..method(direction.clone(), EstimatorKind::Infinite) };
+        let method = method(direction.clone(), Estimator::Infinite(infinite));
         let (errors, _) = errors(lab, &experiment(spec, method), &exact, seed, runs, 5_000);
         let means: Vec<f64> = errors.iter().map(|run| -mean_by_area(&exact, run.iter().copied())).collect();
         let label = format!(
             "54-patch cube: mean of b that {} misses, cut at 4 hits [W/m²]",
             name(direction, EstimatorKind::Infinite)
         );
-        Row::new(label, Measured::of(&means), Claim::Is(missing))
+        Claim::of(label, Measured::of(&means), Bound::Is(missing))
     });
     rows.collect()
 }

@@ -6,11 +6,9 @@
 
 mod bs_comparison;
 mod bs_table;
-mod clock;
 mod counted;
 mod efficiency;
 mod findings;
-mod lab;
 pub mod page;
 mod s97_bounds;
 mod s97_complexity;
@@ -18,8 +16,9 @@ mod s97_figures;
 mod sh91;
 mod walkers;
 
-pub use findings::{Claim, Figure, Findings, Judge, Row, Verdict};
-pub use lab::{Effort, Lab};
+pub use findings::{Figure, Findings};
+
+use crate::lab::Lab;
 
 /// One published table or figure.
 #[derive(Clone, Copy, Debug)]

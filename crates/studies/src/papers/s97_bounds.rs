@@ -5,12 +5,16 @@ use radiosity::{Birth, Direction, EstimatorKind, Scene, SceneSpec};
 use report::{Axis, Chart, Series, Style};
 use stats::Measured;
 
-use super::Chapter;
-use super::findings::{Claim, Figure, Findings, Row, counted, point};
-use super::lab::Lab;
-use super::walkers::{
-    DIRECTIONS, ESTIMATORS, Reader, experiment, mean_by_area, method, name, predicted, rank,
+use crate::arithmetic::counted;
+use crate::claim::{Bound, Claim};
+use crate::lab::Lab;
+use crate::papers::Chapter;
+use crate::papers::findings::{Figure, Findings};
+use crate::papers::walkers::{
+    DIRECTIONS, ESTIMATORS, experiment, mean_by_area, method, name, predicted, rank,
 };
+use crate::series::point;
+use crate::walking::Reader;
 
 /// S97 table 4.
 pub const CHAPTER: Chapter = Chapter {
@@ -46,16 +50,16 @@ fn run(lab: &Lab) -> Findings {
             let (measured, theory) = errors(lab, spec, &exact, direction, estimator, [seed, runs]);
             let bound = bound_on_error(&bounds, direction, estimator);
             let what = format!("{scene}: E(MSE), {}", name(direction, estimator));
-            rows.push(Row::new(what, measured, Claim::Is(theory)).published(bound));
+            rows.push(Claim::of(what, measured, Bound::Is(theory)).published(bound));
             factors.push(bound / measured.value);
             if measured.value / bound > tightest.value {
                 tightest = scaled(measured, 1.0 / bound);
             }
         }
-        rows.push(Row::new(
+        rows.push(Claim::of(
             format!("{scene}: the largest of these over its bound"),
             tightest,
-            Claim::AtMost(1.0),
+            Bound::AtMost(1.0),
         ));
         loose.push(Looseness { scene, factors });
         rows.extend(largest_variances(scene, spec, &exact, &bounds));
@@ -112,7 +116,7 @@ fn scaled(measured: Measured, factor: f64) -> Measured {
 }
 
 /// The largest variance of absorption on any patch, by the closed form, under its bound.
-fn largest_variances(name: &str, spec: &SceneSpec, exact: &Exact, bounds: &Bounds) -> [Row; 2] {
+fn largest_variances(name: &str, spec: &SceneSpec, exact: &Exact, bounds: &Bounds) -> [Claim; 2] {
     let scene = Scene::build(spec, radiosity::IndexChoice::Flat).expect("scenes made by rule are valid");
     let largest = |direction: Direction| {
         let method = method(direction, EstimatorKind::Absorption);
@@ -120,7 +124,7 @@ fn largest_variances(name: &str, spec: &SceneSpec, exact: &Exact, bounds: &Bound
     };
     let row = |direction: &str, value: f64, bound: f64| {
         let label = format!("{name}: largest variance, {direction}, absorption (closed form)");
-        Row::new(label, counted(value), Claim::AtMost(bound))
+        Claim::of(label, counted(value), Bound::AtMost(bound))
     };
     [
         row("shooting", largest(Direction::Shooting), bounds.shooting_variance()),

@@ -4,12 +4,15 @@ use exact::Exact;
 use radiosity::{Birth, Direction, EstimatorKind, Experiment, IndexChoice, Scene, SceneSpec};
 use report::{Axis, Chart, Series, Style};
 
-use super::Chapter;
-use super::clock::thread_seconds;
-use super::counted::{Counted, Work};
-use super::findings::{Claim, Figure, Findings, Row, counted, point};
-use super::lab::Lab;
-use super::walkers::{DIRECTIONS, method, predicted, refined};
+use crate::arithmetic::counted;
+use crate::claim::{Bound, Claim};
+use crate::clock::thread_seconds;
+use crate::lab::Lab;
+use crate::papers::Chapter;
+use crate::papers::counted::{Counted, Work};
+use crate::papers::findings::{Figure, Findings};
+use crate::papers::walkers::{DIRECTIONS, method, predicted, refined};
+use crate::series::point;
 
 /// S97 tables 1 and 2.
 pub const CHAPTER: Chapter =
@@ -168,7 +171,7 @@ fn order(scenario: Scenario, direction: &Direction, case: Case) -> (f64, bool) {
 }
 
 /// The exponent of counted work against that of the tables.
-fn growth(sizes: &[Size], scenario: Scenario, direction: &Direction, case: Case) -> Row {
+fn growth(sizes: &[Size], scenario: Scenario, direction: &Direction, case: Case) -> Claim {
     let exponent = slope(sizes.iter().map(|size| [size.patches, size.tests(case)]));
     let (power, logarithm) = order(scenario, direction, case);
     // What a factor log n adds to an exponent over these sizes.
@@ -181,18 +184,18 @@ fn growth(sizes: &[Size], scenario: Scenario, direction: &Direction, case: Case)
         (p, _) => format!("n^{p}"),
     };
     let label = format!("{}: O({order}), exponent", label(scenario, direction, case));
-    Row::new(label, counted(exponent), Claim::Between(power - SLACK, most + SLACK))
+    Claim::of(label, counted(exponent), Bound::Between(power - SLACK, most + SLACK))
 }
 
 /// Small scenes are not yet where their order is: constant parts bend the lines by as much.
 const SLACK: f64 = 0.1;
 
 /// The exponents of processor time, with the program's tree and flat.
-fn times(sizes: &[Size], scenario: Scenario, direction: &Direction) -> [Row; 2] {
+fn times(sizes: &[Size], scenario: Scenario, direction: &Direction) -> [Claim; 2] {
     [(0, Case::TreeAndGrid), (1, Case::FlatAndGrid)].map(|(which, case)| {
         let exponent = slope(sizes.iter().map(|size| [size.patches, size.walks * size.seconds[which]]));
         let label = format!("{}: exponent of time", label(scenario, direction, case));
-        Row::new(label, counted(exponent), Claim::Nothing)
+        Claim::of(label, counted(exponent), Bound::Nothing)
     })
 }
 

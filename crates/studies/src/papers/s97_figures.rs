@@ -1,16 +1,20 @@
 //! S97 figs 2 and 3, SInf fig 1: the variance of every patch of the 54-patch cube under eight estimators.
 
 use exact::Exact;
-use radiosity::{Direction, EstimatorKind, InfiniteEnd, Method};
+use radiosity::{Direction, EstimatorKind, InfiniteEnd};
 use report::{Axis, Chart, Series, Style};
 use stats::Measured;
 
-use super::Chapter;
-use super::findings::{Claim, Figure, Findings, Row, counted, point, quotient};
-use super::lab::Lab;
-use super::walkers::{
-    DIRECTIONS, ESTIMATORS, Reader, estimator_name, experiment, method, name, predicted, rank,
+use crate::arithmetic::{counted, quotient};
+use crate::claim::{Bound, Claim};
+use crate::lab::Lab;
+use crate::papers::Chapter;
+use crate::papers::findings::{Figure, Findings};
+use crate::papers::walkers::{
+    DIRECTIONS, ESTIMATORS, estimator_name, experiment, method, name, predicted, rank,
 };
+use crate::series::point;
+use crate::walking::Reader;
 
 /// S97 figs 2, 3 and SInf fig 1.
 pub const CHAPTER: Chapter = Chapter {
@@ -44,7 +48,7 @@ fn run(lab: &Lab) -> Findings {
         .zip(201..)
         .map(|((direction, estimator), seed)| compare(lab, &exact, direction, estimator, seed))
         .collect();
-    let mut rows: Vec<Row> = comparisons.iter().flat_map(rows_of).collect();
+    let mut rows: Vec<Claim> = comparisons.iter().flat_map(rows_of).collect();
     rows.extend(orders(&comparisons));
     Findings {
         published: "Variances of one walk on each patch of a cube with faces of 3 × 3 patches, reflectances 0.3 … \
@@ -81,7 +85,7 @@ fn compare(
     seed: u64,
 ) -> Comparison {
     let cut = InfiniteEnd::Cutoff { threshold: 0.001 };
-    let method = Method { infinite: cut, ..method(direction.clone(), estimator) };
+    let method = method(direction.clone(), estimator.ending(cut));
     let experiment = experiment(&scenes::cube(3), method.clone());
     let reader = Reader::new(&experiment);
     let truth = &exact.solution().reflected;
@@ -126,7 +130,7 @@ fn simplified(exact: &Exact, direction: &Direction, estimator: EstimatorKind) ->
     (0..reflected.len()).map(variance).collect()
 }
 
-fn rows_of(comparison: &Comparison) -> [Row; 2] {
+fn rows_of(comparison: &Comparison) -> [Claim; 2] {
     let Comparison { direction, estimator, theory, simplified, squares, .. } = comparison;
     let what = format!("{}, {}", panel_name(direction, *estimator), name(direction, *estimator));
     let over = |variances: &[f64]| {
@@ -137,8 +141,8 @@ fn rows_of(comparison: &Comparison) -> [Row; 2] {
     };
     let zero = if *direction == Direction::Shooting { "ξ = 0" } else { "b_s = 0" };
     [
-        Row::new(format!("{what}: measured over theory"), over(theory), Claim::Is(1.0)),
-        Row::new(format!("{what}: measured over theory with {zero}"), over(simplified), Claim::About(1.0)),
+        Claim::of(format!("{what}: measured over theory"), over(theory), Bound::Is(1.0)),
+        Claim::of(format!("{what}: measured over theory with {zero}"), over(simplified), Bound::About(1.0)),
     ]
 }
 
@@ -153,7 +157,7 @@ fn panel_name(direction: &Direction, estimator: EstimatorKind) -> String {
 }
 
 /// What figs 2 d and 3 d are there to show: which estimator is better where.
-fn orders(comparisons: &[Comparison]) -> Vec<Row> {
+fn orders(comparisons: &[Comparison]) -> Vec<Claim> {
     use EstimatorKind::{Absorption, Collision, Survival};
     let order =
         |figure: u32, a: EstimatorKind, b: EstimatorKind, where_: &str, among: &dyn Fn(f64) -> bool| {
@@ -166,7 +170,7 @@ fn orders(comparisons: &[Comparison]) -> Vec<Row> {
             let ([a_measured, a_theory], [b_measured, b_theory]) = (of(a), of(b));
             let label =
                 format!("S97 fig {figure} d: {} over {}{where_}", estimator_name(a), estimator_name(b));
-            Row::new(label, quotient(a_measured, b_measured), Claim::Is(a_theory.value / b_theory.value))
+            Claim::of(label, quotient(a_measured, b_measured), Bound::Is(a_theory.value / b_theory.value))
         };
     let all = |_: f64| true;
     vec![

@@ -5,10 +5,14 @@ use radiosity::{Direction, Estimates, EstimatorKind};
 use report::{Axis, Chart, Picture, Series, Style};
 use stats::Measured;
 
-use super::Chapter;
-use super::findings::{Claim, Figure, Findings, Row, counted, point};
-use super::lab::Lab;
-use super::walkers::{Reader, experiment, method};
+use crate::arithmetic::{counted, quotient};
+use crate::claim::{Bound, Claim};
+use crate::lab::Lab;
+use crate::papers::Chapter;
+use crate::papers::findings::{Figure, Findings};
+use crate::papers::walkers::{experiment, method};
+use crate::series::point;
+use crate::walking::Reader;
 
 /// Sh91 §4.
 pub const CHAPTER: Chapter =
@@ -34,7 +38,7 @@ fn run(lab: &Lab) -> Findings {
         .map(|(n, r)| measure(lab, n, r, pool))
         .collect();
     let zone_returns = returns_to_zones();
-    let mut rows: Vec<Row> = cells.iter().map(|cell| row(cell, zone_returns)).collect();
+    let mut rows: Vec<Claim> = cells.iter().map(|cell| row(cell, zone_returns)).collect();
     rows.push(constancy(&cells));
     let (noise, picture) = rooms(lab);
     rows.extend(noise);
@@ -94,20 +98,20 @@ fn measure(lab: &Lab, n: u32, per_zone: u64, pool: usize) -> Cell {
     Cell { zones, per_zone, runs, variance: Measured { value, standard_error: relative * value } }
 }
 
-fn row(cell: &Cell, zone_returns: f64) -> Row {
+fn row(cell: &Cell, zone_returns: f64) -> Claim {
     let runs = if cell.runs == 1 { "1 run".into() } else { format!("{} runs", cell.runs) };
     let label = format!("cube, N = {}, r = {}N: variance × r/N ({runs})", cell.zones, cell.per_zone);
-    Row::new(label, cell.variance, Claim::Is(theory(cell.zones as f64, zone_returns)))
+    Claim::of(label, cell.variance, Bound::Is(theory(cell.zones as f64, zone_returns)))
 }
 
 /// Within 2 %, as he has it.
-fn constancy(cells: &[Cell]) -> Row {
+fn constancy(cells: &[Cell]) -> Claim {
     let values = || cells.iter().map(|cell| cell.variance);
     let largest = values().max_by(|a, b| a.value.total_cmp(&b.value)).expect("some cells");
     let smallest = values().min_by(|a, b| a.value.total_cmp(&b.value)).expect("some cells");
-    let spread = super::findings::quotient(largest, smallest);
+    let spread = quotient(largest, smallest);
     let label = format!("cube: largest over smallest of these {}", cells.len());
-    Row::new(label, spread, Claim::AtMost(1.02)).published(1.02)
+    Claim::of(label, spread, Bound::AtMost(1.02)).published(1.02)
 }
 
 fn figure(cells: &[Cell]) -> Figure {
@@ -141,7 +145,7 @@ fn figure(cells: &[Cell]) -> Figure {
 }
 
 /// Sh91 fig 1: rows of zones, columns of rays per zone; and how noisy each picture is.
-fn rooms(lab: &Lab) -> (Vec<Row>, Figure) {
+fn rooms(lab: &Lab) -> (Vec<Claim>, Figure) {
     let (rows, columns) = ([4_u32, 8, 16], [4_u64, 16, 64, 256]);
     let mut noise = Vec::new();
     let mut pictures = Vec::new();
@@ -170,7 +174,7 @@ fn rooms(lab: &Lab) -> (Vec<Row>, Figure) {
                 "rooms, {per_zone} rays a zone: variance with {zones} zones over that with {}",
                 noise[0].0
             );
-            Row::new(label, counted(variance / coarse(per_zone)), Claim::About(1.0))
+            Claim::of(label, counted(variance / coarse(per_zone)), Bound::About(1.0))
         });
     let rows_of_table = compared.collect();
     let figure = Figure {

@@ -1,28 +1,21 @@
-//! Experiments made by rule, and what their tallies say of b.
+//! The walks of S97's tables, their predicted variances, and scenes that are refined.
 
 use exact::{Exact, GatherEstimator, WalkEstimator};
 use radiosity::{
-    Birth, Direction, EstimatorKind, Experiment, IndexChoice, InfiniteEnd, Method, Scene, SceneSpec, Shape,
-    Space, Tally, birth_probabilities,
+    Birth, Direction, Estimator, EstimatorKind, Experiment, Method, Scene, SceneSpec, Shape, Walks,
+    birth_probabilities,
 };
 
-/// A discrete walk of one direction and estimator; infinite ones end by roulette at 0.001.
-pub fn method(direction: Direction, estimator: EstimatorKind) -> Method {
-    Method {
-        direction,
-        estimator,
-        infinite: InfiniteEnd::default(),
-        space: Space::Discrete,
-        mix: false,
-        batch: None,
-        final_gather: Vec::new(),
-    }
+use crate::walking;
+
+/// Discrete walks of one direction and estimator; infinite ones end by roulette at 0.001.
+pub fn method(direction: Direction, estimator: impl Into<Estimator>) -> Walks {
+    Walks { direction, ..Walks::shooting(estimator.into()) }
 }
 
 /// A method in a scene that was made for it.
-pub fn experiment(spec: &SceneSpec, method: Method) -> Experiment {
-    let scene = Scene::build(spec, IndexChoice::Auto).expect("scenes made by rule are valid");
-    Experiment::new(scene, method).expect("the method was chosen for the scene")
+pub fn experiment(spec: &SceneSpec, method: impl Into<Method>) -> Experiment {
+    walking::experiment(spec, method).expect("the method was chosen for the scene")
 }
 
 /// Both directions of walks, births by area.
@@ -40,56 +33,25 @@ pub fn name(direction: &Direction, estimator: EstimatorKind) -> String {
 
 /// What an estimator is called.
 pub fn estimator_name(estimator: EstimatorKind) -> &'static str {
-    match estimator {
-        EstimatorKind::Absorption => "absorption",
-        EstimatorKind::Survival => "survival",
-        EstimatorKind::Collision => "collision",
-        EstimatorKind::Infinite => "infinite",
-        EstimatorKind::Direct => "direct",
-    }
+    estimator.word()
 }
 
 /// The closed-form variance of B for one discrete walk [W²/m⁴] of every patch.
-pub fn predicted(exact: &Exact, scene: &Scene, method: &Method) -> Vec<f64> {
+pub fn predicted(exact: &Exact, scene: &Scene, method: &Walks) -> Vec<f64> {
+    let place = rank(method.score.estimator().kind());
     match &method.direction {
-        Direction::Shooting => WalkEstimator::ALL[rank(method.estimator)].variances(exact),
+        Direction::Shooting => WalkEstimator::ALL[place].variances(exact),
         Direction::Gathering(birth) => {
-            let estimator = GatherEstimator::ALL[rank(method.estimator)];
+            let estimator = GatherEstimator::ALL[place];
             let variances = estimator.variances(exact, &birth_probabilities(scene, birth));
             variances.into_iter().map(|variance| variance.expect("walks are born everywhere")).collect()
         }
-        Direction::Jacobi { .. } => unreachable!("chains are no walks"),
     }
 }
 
 /// Its place in [`ESTIMATORS`], which is that of `exact`.
 pub fn rank(estimator: EstimatorKind) -> usize {
     ESTIMATORS.iter().position(|&other| other == estimator).expect("an estimator of S97")
-}
-
-/// What the sums of a grey experiment's tallies are worth.
-pub struct Reader {
-    /// b over the mean score [W/m²] of every patch.
-    per_unit: Vec<f64>,
-}
-
-impl Reader {
-    /// Of an experiment whose walks tell of every patch.
-    pub fn new(experiment: &Experiment) -> Self {
-        let empty = experiment.tally::<2>();
-        let worth = |(i, patch): (usize, radiosity::Face)| {
-            let meaning = experiment.meaning(i, 0, &empty).expect("walks are born everywhere");
-            patch.reflectance[0] * meaning.unit * meaning.irradiance_per_event.unwrap_or(0.0)
-        };
-        Reader { per_unit: experiment.scene().faces().iter().enumerate().map(worth).collect() }
-    }
-
-    /// b of every patch [W/m²].
-    pub fn reflected(&self, tally: &Tally) -> Vec<f64> {
-        let walks = tally.counts.walks as f64;
-        let sums = (0..self.per_unit.len()).map(|i| tally.patch(i, 0)[0] as f64);
-        sums.zip(&self.per_unit).map(|(sum, unit)| unit * sum / walks).collect()
-    }
 }
 
 /// Every cell cut in k × k, each emitting as the cell did.
@@ -137,6 +99,8 @@ pub fn mean_by_area(exact: &Exact, values: impl IntoIterator<Item = f64>) -> f64
 
 #[cfg(test)]
 mod tests {
+    use radiosity::IndexChoice;
+
     use super::*;
 
     #[test]

@@ -1,13 +1,18 @@
 //! Absorption at R near 1.
 
 use exact::{Exact, WalkEstimator};
-use radiosity::{EstimatorKind, SceneSpec};
+use radiosity::{EstimatorKind, Method, SceneSpec};
 use report::{Axis, Chart};
 use stats::Measured;
 
-use crate::atlas::entry::{Claim, Entry, Failure, Finding};
-use crate::atlas::lab::{Lab, experiment, ratio, receivers, run, shooting, squared_error};
-use crate::numbers::{figure, pm, seen, theory};
+use crate::arithmetic::ratio;
+use crate::atlas::entry::{Entry, Finding};
+use crate::claim::Claim;
+use crate::lab::Lab;
+use crate::numbers::{measured, number};
+use crate::series::{seen, theory};
+use crate::told::run;
+use crate::walking::{Failure, experiment, receivers, squared_error};
 
 pub const ENTRY: Entry = Entry {
     name: "absorption-in-the-bright",
@@ -28,8 +33,8 @@ const KINDS: [(EstimatorKind, WalkEstimator, &str); 2] = [
 ];
 
 fn study(lab: &Lab) -> Result<Finding, Failure> {
-    let sweep = lab.size(vec![0.5, 0.99], vec![0.5, 0.9, 0.99, 0.999]);
-    let (runs, rays) = lab.size((40, 40_000.0), (200, 400_000.0));
+    let sweep = lab.pick(vec![0.5, 0.99], vec![0.5, 0.9, 0.99, 0.999]);
+    let (runs, rays) = lab.pick((40, 40_000.0), (200, 400_000.0));
     let mut lines = [const { Vec::new() }; 2];
     let mut marks = [const { Vec::new() }; 2];
     let mut claims = Vec::new();
@@ -38,7 +43,7 @@ fn study(lab: &Lab) -> Result<Finding, Failure> {
         let exact = Exact::of_scene(&spec)?;
         let walks = (rays * (1.0 - reflectance)) as u64;
         for (k, (kind, estimator, name)) in KINDS.into_iter().enumerate() {
-            let experiment = experiment(&spec, shooting(kind))?;
+            let experiment = experiment(&spec, Method::shooting(kind))?;
             let patches = receivers(&experiment);
             let (variances, b) = (estimator.variances(&exact), &exact.solution().reflected);
             let predicted = patches.iter().map(|&i| variances[i] / (b[i] * b[i])).sum::<f64>()
@@ -47,7 +52,7 @@ fn study(lab: &Lab) -> Result<Finding, Failure> {
                 squared_error(lab, runs, &experiment, walks, &patches, &exact.solution().radiosity);
             let over = ratio(measured, predicted);
             claims.push(Claim::equal(
-                &format!("R = {reflectance}: squared error of {name} over theory"),
+                format!("R = {reflectance}: squared error of {name} over theory"),
                 over,
                 1.0,
             ));
@@ -57,7 +62,8 @@ fn study(lab: &Lab) -> Result<Finding, Failure> {
     }
     let brightest = *sweep.last().expect("a sweep has points");
     let told =
-        run(&experiment(&scene(brightest), shooting(EstimatorKind::Absorption))?, 1, 4000, None).told();
+        run(&experiment(&scene(brightest), Method::shooting(EstimatorKind::Absorption))?, 1, 4000, None)
+            .told();
     claims.push(Claim::told(&told, "collision has up to"));
     let last = |marks: &[(f64, Measured)]| marks[marks.len() - 1].1;
     let (worse, better) = (last(&marks[0]), last(&marks[1]));
@@ -91,14 +97,14 @@ fn study(lab: &Lab) -> Result<Finding, Failure> {
         seen: format!(
             "At R = {brightest} the mean squared relative error is {} by absorption and {} by collision, from equal \
              rays.",
-            pm(worse),
-            pm(better)
+            measured(worse),
+            measured(better)
         ),
         told,
         instead: format!(
             "Write estimator = \"collision\": {} times less at R = {brightest}, as measured; or chains, which the \
              entry on long walks compares.",
-            figure(worse.value / better.value)
+            number(worse.value / better.value)
         ),
         claims,
         chart,

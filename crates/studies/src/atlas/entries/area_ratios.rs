@@ -1,13 +1,18 @@
 //! Areas of very unequal size: what Sh91 assumes away.
 
 use exact::{Exact, WalkEstimator};
-use radiosity::{Birth, EstimatorKind, SceneSpec};
+use radiosity::{Birth, EstimatorKind, Method, SceneSpec};
 use report::{Axis, Chart};
 use stats::Measured;
 
-use crate::atlas::entry::{Claim, Entry, Failure, Finding};
-use crate::atlas::lab::{Lab, coverage, experiment, gathering, ratio, root, run, shooting, squared_error};
-use crate::numbers::{figure, pm, seen, theory};
+use crate::arithmetic::{ratio, root};
+use crate::atlas::entry::{Entry, Finding};
+use crate::claim::Claim;
+use crate::lab::Lab;
+use crate::numbers::{measured, number};
+use crate::series::{seen, theory};
+use crate::told::run;
+use crate::walking::{Failure, coverage, experiment, squared_error};
 
 pub const ENTRY: Entry = Entry {
     name: "area-ratios",
@@ -26,8 +31,8 @@ fn scene(part: f64) -> SceneSpec {
 }
 
 fn study(lab: &Lab) -> Result<Finding, Failure> {
-    let sweep = lab.size(vec![1e-2, 1e-4, 1e-8], vec![1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8]);
-    let (runs, walks) = lab.size((200, 20_000), (400, 50_000));
+    let sweep = lab.pick(vec![1e-2, 1e-4, 1e-8], vec![1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8]);
+    let (runs, walks) = lab.pick((200, 20_000), (400, 50_000));
     let (mut line, mut shot, mut gathered, mut covers) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
     let mut claims = Vec::new();
     for &part in &sweep {
@@ -36,9 +41,11 @@ fn study(lab: &Lab) -> Result<Finding, Failure> {
         let truth = &exact.solution().radiosity;
         let variance = WalkEstimator::ShootCollision.variances(&exact)[TILE] / walks as f64;
         let predicted = variance.sqrt() / truth[TILE];
-        let shoots = experiment(&spec, shooting(EstimatorKind::Collision))?;
-        let gathers =
-            experiment(&spec, gathering(Birth::Patches(vec![TILE as u32]), EstimatorKind::Collision))?;
+        let shoots = experiment(&spec, Method::shooting(EstimatorKind::Collision))?;
+        let gathers = experiment(
+            &spec,
+            Method::gathering(Birth::Patches(vec![TILE as u32]), EstimatorKind::Collision),
+        )?;
         let of = |experiment| squared_error(lab, runs, experiment, walks, &[TILE], truth);
         let squared = of(&shoots);
         line.push((part, predicted));
@@ -46,17 +53,18 @@ fn study(lab: &Lab) -> Result<Finding, Failure> {
         gathered.push((part, root(of(&gathers))));
         let rate = coverage(lab, runs, &shoots, walks, &[TILE], truth);
         claims.push(Claim::at_least(
-            &format!("{part:e} of the area: coverage of shooting's intervals"),
+            format!("{part:e} of the area: coverage of shooting's intervals"),
             rate,
             0.95,
         ));
         covers.push(rate);
         if predicted < 1.0 {
             let over = ratio(squared, predicted * predicted);
-            claims.push(Claim::equal(&format!("{part:e} of the area: squared error over theory"), over, 1.0));
+            claims.push(Claim::equal(format!("{part:e} of the area: squared error over theory"), over, 1.0));
         }
     }
-    let told = run(&experiment(&scene(1e-8), shooting(EstimatorKind::Collision))?, 1, walks, None).told();
+    let told =
+        run(&experiment(&scene(1e-8), Method::shooting(EstimatorKind::Collision))?, 1, walks, None).told();
     claims.push(Claim::told(&told, "`unhit`"));
     claims.push(Claim::told(&told, "about as rarely hit"));
     let [largest, smallest] = [gathered[0].1, gathered[gathered.len() - 1].1];
@@ -77,16 +85,16 @@ fn study(lab: &Lab) -> Result<Finding, Failure> {
         seen: format!(
             "With {walks} walks into a cube whose floor has one small patch, its relative error is {} at 10⁻⁸ of the \
              area; its interval still covers in {} of runs, being an upper bound where nothing hit.",
-            pm(smallest_shot),
-            pm(covers[covers.len() - 1])
+            measured(smallest_shot),
+            measured(covers[covers.len() - 1])
         ),
         told,
         instead: format!(
             "Let walks start there: walk = \"gathering\", birth = {{ patches = [{TILE}] }}. Its error with as many \
              walks is {} at 10⁻⁸ and {} at 10⁻²: {} times less than shooting's, whatever the size.",
-            pm(smallest),
-            pm(largest),
-            figure(smallest_shot.value / smallest.value)
+            measured(smallest),
+            measured(largest),
+            number(smallest_shot.value / smallest.value)
         ),
         claims,
         chart: Chart {

@@ -6,9 +6,12 @@ use rand_pcg::rand_core::{Rng, SeedableRng};
 use report::{Axis, Chart};
 use stats::Measured;
 
-use crate::atlas::entry::{Claim, Entry, Failure, Finding};
-use crate::atlas::lab::{Lab, mean};
-use crate::numbers::{figure, pm, seen, theory};
+use crate::atlas::entry::{Entry, Finding};
+use crate::claim::Claim;
+use crate::lab::Lab;
+use crate::numbers::{measured, number};
+use crate::series::{seen, theory};
+use crate::walking::Failure;
 
 pub const ENTRY: Entry =
     Entry { name: "correlated-sequences", title: "Sequences of walks that are not independent", study };
@@ -26,12 +29,12 @@ fn excess(steps: usize, mut draw: impl FnMut(usize) -> f64) -> Measured {
             sum * sum * 12.0 / sequences as f64
         })
         .collect();
-    mean(&squares)
+    Measured::of(&squares)
 }
 
 fn study(lab: &Lab) -> Result<Finding, Failure> {
-    let steps = lab.size(2000, 20_000);
-    let distances = lab.size(vec![64, 100], vec![40, 52, 64, 76, 88, 100, 112, 120]);
+    let steps = lab.pick(2000, 20_000);
+    let distances = lab.pick(vec![64, 100], vec![40, 52, 64, 76, 88, 100, 112, 120]);
     let placed = |power: u32| {
         let mut states: Vec<Pcg64> = Vec::new();
         let mut state = Pcg64::seed_from_u64(7);
@@ -69,8 +72,8 @@ fn study(lab: &Lab) -> Result<Finding, Failure> {
             "Over {SEQUENCES} sequences of PCG64, 2^{} draws apart, the variance is {} times that of independent \
              numbers: intervals are {} times too narrow.",
             worst.0,
-            pm(worst.1),
-            figure(worst.1.value.sqrt())
+            measured(worst.1),
+            number(worst.1.value.sqrt())
         ),
         told: vec![
             "nothing: no option places walks; a job has one sequence, and walk n its place in it. `drift` compares \
@@ -79,7 +82,7 @@ fn study(lab: &Lab) -> Result<Finding, Failure> {
         ],
         instead: format!(
             "What radwalk does: PCG64-DXSM, walk n at n·G draws, G = 2¹²⁸ over the golden ratio: {}.",
-            pm(ours)
+            measured(ours)
         ),
         claims,
         chart: Chart {

@@ -1,14 +1,18 @@
 //! Infinite walks that are cut off.
 
 use exact::Exact;
-use radiosity::{EstimatorKind, InfiniteEnd, Method, SceneSpec};
+use radiosity::{Estimator, EstimatorKind, InfiniteEnd, Method, SceneSpec};
 use report::{Axis, Chart};
 use stats::Measured;
 
 use super::absorption;
-use crate::atlas::entry::{Claim, Entry, Failure, Finding};
-use crate::atlas::lab::{Lab, estimate, experiment, mean, receivers, run, shooting, solve};
-use crate::numbers::{figure, pm, seen, theory};
+use crate::atlas::entry::{Entry, Finding};
+use crate::claim::Claim;
+use crate::lab::Lab;
+use crate::numbers::{measured, number};
+use crate::series::{seen, theory};
+use crate::told::run;
+use crate::walking::{Failure, estimate, experiment, receivers, solve};
 
 pub const ENTRY: Entry = Entry {
     name: "cut-off",
@@ -23,7 +27,7 @@ fn scene() -> SceneSpec {
 }
 
 fn method(infinite: InfiniteEnd) -> Method {
-    Method { infinite, ..shooting(EstimatorKind::Infinite) }
+    Method::shooting(Estimator::Infinite(infinite))
 }
 
 /// The part of the reflected radiosity of all receivers that comes after so many hits: Neumann's series, cut.
@@ -61,29 +65,29 @@ fn missing(
         (1.0 - sum / all, bound / all)
     });
     let bound = found.iter().map(|&(_, bound)| bound).fold(f64::INFINITY, f64::min);
-    Ok((mean(&found.iter().map(|&(part, _)| part).collect::<Vec<_>>()), bound))
+    Ok((Measured::of(&found.iter().map(|&(part, _)| part).collect::<Vec<_>>()), bound))
 }
 
 fn study(lab: &Lab) -> Result<Finding, Failure> {
     let exact = Exact::of_scene(&scene())?;
-    let patches = receivers(&experiment(&scene(), shooting(EstimatorKind::Collision))?);
-    let lengths = lab.size(vec![2, 8], vec![1, 2, 4, 8, 12, 16, 24, 32]);
-    let (runs, walks) = lab.size((20, 10_000), (100, 30_000));
+    let patches = receivers(&experiment(&scene(), Method::shooting(EstimatorKind::Collision))?);
+    let lengths = lab.pick(vec![2, 8], vec![1, 2, 4, 8, 12, 16, 24, 32]);
+    let (runs, walks) = lab.pick((20, 10_000), (100, 30_000));
     let (mut line, mut cut, mut short, mut bounds) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
     let mut claims = Vec::new();
     for &length in &lengths {
         let predicted = lost(&exact, &patches, length);
         let (part, bound) = missing(lab, runs, walks, InfiniteEnd::Length { length }, &exact)?;
-        claims.push(Claim::equal(&format!("light lost after {length} hits"), part, predicted));
+        claims.push(Claim::equal(format!("light lost after {length} hits"), part, predicted));
         claims.push(Claim::sure(
-            format!("the bound after {length} hits, {}, is above it", figure(bound)),
+            format!("the bound after {length} hits, {}, is above it", number(bound)),
             bound >= predicted,
         ));
         // Every wall reflects alike: the weight falls below this threshold with that hit.
         let threshold = REFLECTANCE.powi(length as i32) * 1.001;
         let (by_weight, _) = missing(lab, runs, walks, InfiniteEnd::Cutoff { threshold }, &exact)?;
         claims.push(Claim::equal(
-            &format!("light lost below a weight of {}", figure(threshold)),
+            format!("light lost below a weight of {}", number(threshold)),
             by_weight,
             predicted,
         ));
@@ -106,19 +110,19 @@ fn study(lab: &Lab) -> Result<Finding, Failure> {
             "A walk that is cut after L hits keeps the first L terms of Neumann's series: what is lost is the rest, \
              R^L and a little, bounded by the power that was not distributed. In the 54-patch cube, R = \
              {REFLECTANCE} everywhere, exact form factors give {} of the reflected light after 2 hits.",
-            figure(lost(&exact, &patches, 2))
+            number(lost(&exact, &patches, 2))
         ),
         seen: format!(
             "After {} hits the runs miss {} of it; a weight threshold that is crossed there, {}. No interval knows: \
              their standard errors fall with the walks, the bias stays. `bias_bound` is above it everywhere.",
             lengths[0],
-            pm(cut[0].1),
-            pm(short[0].1)
+            measured(cut[0].1),
+            measured(short[0].1)
         ),
         told,
         instead: format!(
             "infinite = {{ end = \"roulette\" }}, the default, has no bias: the runs miss {} of the light.",
-            pm(roulette)
+            measured(roulette)
         ),
         claims,
         chart: Chart {

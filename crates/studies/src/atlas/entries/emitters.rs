@@ -1,15 +1,18 @@
 //! Emitters that walks hardly find, or that hardly send any.
 
 use exact::{Exact, GatherEstimator, WalkEstimator};
-use radiosity::{Birth, EstimatorKind, SceneSpec, birth_probabilities};
+use radiosity::{Birth, EstimatorKind, Method, SceneSpec, birth_probabilities};
 use report::{Axis, Chart};
 use stats::Measured;
 
-use crate::atlas::entry::{Claim, Entry, Failure, Finding};
-use crate::atlas::lab::{
-    Lab, experiment, gathering, ratio, root, run, shooting, squared_error, variance_over, walk,
-};
-use crate::numbers::{figure, pm, seen, theory};
+use crate::arithmetic::{ratio, root};
+use crate::atlas::entry::{Entry, Finding};
+use crate::claim::Claim;
+use crate::lab::Lab;
+use crate::numbers::{measured, number};
+use crate::series::{seen, theory};
+use crate::told::run;
+use crate::walking::{Failure, experiment, squared_error, variance_over, walk};
 
 pub const BLACK: Entry = Entry {
     name: "black-emitters",
@@ -42,8 +45,8 @@ fn black(lab: &Lab) -> Result<Finding, Failure> {
         spec
     };
     let birth = Birth::Patches(vec![PATCH as u32]);
-    let sweep = lab.size(vec![0.3, 0.03], vec![0.3, 0.1, 0.03, 0.01, 0.003]);
-    let walks = lab.size(200_000, 5_000_000);
+    let sweep = lab.pick(vec![0.3, 0.03], vec![0.3, 0.1, 0.03, 0.01, 0.003]);
+    let walks = lab.pick(200_000, 5_000_000);
     let kinds = [
         (EstimatorKind::Survival, GatherEstimator::Survival, "survival"),
         (EstimatorKind::Collision, GatherEstimator::Collision, "collision"),
@@ -54,12 +57,12 @@ fn black(lab: &Lab) -> Result<Finding, Failure> {
         let spec = scene(reflectance);
         let exact = Exact::of_scene(&spec)?;
         for (k, (kind, estimator, name)) in kinds.into_iter().enumerate() {
-            let experiment = experiment(&spec, gathering(birth.clone(), kind))?;
+            let experiment = experiment(&spec, Method::gathering(birth.clone(), kind))?;
             let born = birth_probabilities(experiment.scene(), &birth);
             let variance = estimator.variances(&exact, &born)[PATCH].ok_or("walks are born on the patch")?;
             let over = variance_over(&experiment, &walk::<4>(&experiment, 5, walks), PATCH, variance);
             claims.push(Claim::equal(
-                &format!("R = {reflectance}: variance of {name} over theory"),
+                format!("R = {reflectance}: variance of {name} over theory"),
                 over,
                 1.0,
             ));
@@ -69,15 +72,15 @@ fn black(lab: &Lab) -> Result<Finding, Failure> {
             marks[k].push((reflectance, found));
         }
     }
-    let refused = experiment(&scene(0.0), gathering(Birth::Area, EstimatorKind::Survival));
+    let refused = experiment(&scene(0.0), Method::gathering(Birth::Area, EstimatorKind::Survival));
     let mut told: Vec<String> = refused.err().map(|why| format!("at R = 0: {why}")).into_iter().collect();
     claims.push(Claim::told(&told, "its light would be lost"));
-    let dim = experiment(&scene(0.01), gathering(Birth::Area, EstimatorKind::Survival))?;
+    let dim = experiment(&scene(0.01), Method::gathering(Birth::Area, EstimatorKind::Survival))?;
     told.extend(run(&dim, 1, 20_000, None).told().into_iter().filter(|line| line.contains("`fit`")));
     claims.push(Claim::told(&told, "collision has up to 100 times less variance"));
-    let at_zero = experiment(&scene(0.0), gathering(birth, EstimatorKind::Collision))?;
+    let at_zero = experiment(&scene(0.0), Method::gathering(birth, EstimatorKind::Collision))?;
     let truth = Exact::of_scene(&scene(0.0))?.solution().radiosity.clone();
-    let (runs, few) = lab.size((40, 20_000), (100, 100_000));
+    let (runs, few) = lab.pick((40, 20_000), (100, 100_000));
     let remedy = squared_error(lab, runs, &at_zero, few, &[PATCH], &truth);
     let last = lines[0].len() - 1;
     let expected = lines[1][last].1 / few as f64;
@@ -110,15 +113,15 @@ fn black(lab: &Lab) -> Result<Finding, Failure> {
         seen: format!(
             "At R_s = {} the variance over b² is {} by survival and {} by collision.",
             sweep[last],
-            pm(marks[0][last].1),
-            pm(marks[1][last].1)
+            measured(marks[0][last].1),
+            measured(marks[1][last].1)
         ),
         told,
         instead: format!(
             "Write estimator = \"collision\": at R_s = 0 its rms relative error after {few} \
              walks is {}, where theory has {}.",
-            pm(root(remedy)),
-            figure(expected.sqrt())
+            measured(root(remedy)),
+            number(expected.sqrt())
         ),
         claims,
         chart,
@@ -134,32 +137,36 @@ fn tiny(lab: &Lab) -> Result<Finding, Failure> {
     };
     // The ceiling.
     const CEILING: usize = 3;
-    let sweep = lab.size(vec![1e-2, 1e-4, 1e-8], vec![1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8]);
-    let (runs, walks) = lab.size((200, 20_000), (400, 50_000));
+    let sweep = lab.pick(vec![1e-2, 1e-4, 1e-8], vec![1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8]);
+    let (runs, walks) = lab.pick((200, 20_000), (400, 50_000));
     let (mut line, mut gathered, mut shot) = (Vec::new(), Vec::new(), Vec::new());
     let mut claims = Vec::new();
     for &part in &sweep {
         let spec = scene(part);
         let exact = Exact::of_scene(&spec)?;
         let truth = &exact.solution().radiosity;
-        let gathers = experiment(&spec, gathering(Birth::Area, EstimatorKind::Collision))?;
+        let gathers = experiment(&spec, Method::gathering(Birth::Area, EstimatorKind::Collision))?;
         let born = birth_probabilities(gathers.scene(), &Birth::Area);
         let variance = GatherEstimator::Collision.variances(&exact, &born)[CEILING];
         let predicted =
             variance.ok_or("walks are born on the ceiling")? / (walks as f64 * truth[CEILING].powi(2));
         let by_gathering = squared_error(lab, runs, &gathers, walks, &[CEILING], truth);
-        let shoots = experiment(&spec, shooting(EstimatorKind::Collision))?;
+        let shoots = experiment(&spec, Method::shooting(EstimatorKind::Collision))?;
         line.push((part, predicted.sqrt()));
         gathered.push((part, root(by_gathering)));
         shot.push((part, root(squared_error(lab, runs, &shoots, walks, &[CEILING], truth))));
         if predicted < 0.05 {
             let over = ratio(by_gathering, predicted);
-            claims.push(Claim::equal(&format!("{part:e} of the area: squared error over theory"), over, 1.0));
+            claims.push(Claim::equal(format!("{part:e} of the area: squared error over theory"), over, 1.0));
         }
     }
-    let told =
-        run(&experiment(&scene(1e-8), gathering(Birth::Area, EstimatorKind::Collision))?, 1, walks, None)
-            .told();
+    let told = run(
+        &experiment(&scene(1e-8), Method::gathering(Birth::Area, EstimatorKind::Collision))?,
+        1,
+        walks,
+        None,
+    )
+    .told();
     claims.push(Claim::told(&told, "about as rarely met"));
     claims.push(Claim::told(&told, "`unhit`"));
     let [first, last] = [shot[0].1, shot[shot.len() - 1].1];
@@ -175,11 +182,11 @@ fn tiny(lab: &Lab) -> Result<Finding, Failure> {
         seen: format!(
             "The rms relative error of the ceiling after {walks} walks, of which a sixth are born there, grows from {} \
              at 10⁻² of the area to {}, nothing being found, at 10⁻⁸.",
-            pm(gathered[0].1),
-            pm(gathered[gathered.len() - 1].1)
+            measured(gathered[0].1),
+            measured(gathered[gathered.len() - 1].1)
         ),
         told,
-        instead: format!("Shoot: walk = \"shooting\" errs by {} at 10⁻² and by {} at 10⁻⁸.", pm(first), pm(last)),
+        instead: format!("Shoot: walk = \"shooting\" errs by {} at 10⁻² and by {} at 10⁻⁸.", measured(first), measured(last)),
         claims,
         chart: Chart {
             title: format!("Errors of {walks} walks from and to an emitter of 1 W"),
@@ -197,11 +204,11 @@ fn tiny(lab: &Lab) -> Result<Finding, Failure> {
 fn far(lab: &Lab) -> Result<Finding, Failure> {
     // In the middle of the floor.
     const MIDDLE: usize = 4;
-    let sweep = lab.size(vec![1.0, 10.0, 1000.0], vec![1.0, 3.0, 10.0, 30.0, 100.0, 300.0, 1000.0]);
-    let (runs, walks) = lab.size((100, 50_000), (100, 500_000));
+    let sweep = lab.pick(vec![1.0, 10.0, 1000.0], vec![1.0, 3.0, 10.0, 30.0, 100.0, 300.0, 1000.0]);
+    let (runs, walks) = lab.pick((100, 50_000), (100, 500_000));
     let shoots = |distance: f64, scale: f64| -> Result<(Exact, radiosity::Experiment), Failure> {
         let spec: SceneSpec = scenes::far_lamp(distance, scale);
-        Ok((Exact::of_scene(&spec)?, experiment(&spec, shooting(EstimatorKind::Collision))?))
+        Ok((Exact::of_scene(&spec)?, experiment(&spec, Method::shooting(EstimatorKind::Collision))?))
     };
     let (mut line, mut errors) = (Vec::new(), Vec::new());
     let mut claims = Vec::new();
@@ -230,7 +237,7 @@ fn far(lab: &Lab) -> Result<Finding, Failure> {
     let far_error = errors[errors.len() - 1].1;
     claims.push(
         Claim::sure(
-            format!("the near lamp lights the floor as the far one does, to {}", figure(off.abs())),
+            format!("the near lamp lights the floor as the far one does, to {}", number(off.abs())),
             off.abs() < 0.01,
         )
         .instead(),
@@ -243,9 +250,9 @@ fn far(lab: &Lab) -> Result<Finding, Failure> {
             .into(),
         seen: format!(
             "After {walks} walks the rms relative error of the floor's middle is {} at {} m and {} at {} m.",
-            pm(errors[0].1),
+            measured(errors[0].1),
             sweep[0],
-            pm(far_error),
+            measured(far_error),
             sweep[sweep.len() - 1]
         ),
         told,
@@ -253,8 +260,8 @@ fn far(lab: &Lab) -> Result<Finding, Failure> {
             "Write a `quad` for the lamp that has the same exitance and looks as large from nearer by, which gives the \
              same light: at 10 m instead of 1000 m, and a hundredth as wide, the floor's middle differs by {} (exactly solved), and the error of as \
              many walks is {}.",
-            figure(off.abs()),
-            pm(remedy)
+            number(off.abs()),
+            measured(remedy)
         ),
         claims,
         chart: Chart {
@@ -273,8 +280,8 @@ fn far(lab: &Lab) -> Result<Finding, Failure> {
 fn unequal(lab: &Lab) -> Result<Finding, Failure> {
     // The ceiling of the dim room.
     const DIM: usize = 7;
-    let sweep = lab.size(vec![1.0, 1e-2, 1e-12], vec![1.0, 1e-2, 1e-3, 1e-4, 1e-6, 1e-8, 1e-12]);
-    let (runs, walks) = lab.size((100, 20_000), (200, 100_000));
+    let sweep = lab.pick(vec![1.0, 1e-2, 1e-12], vec![1.0, 1e-2, 1e-3, 1e-4, 1e-6, 1e-8, 1e-12]);
+    let (runs, walks) = lab.pick((100, 20_000), (200, 100_000));
     let (mut line, mut shot, mut gathered) = (Vec::new(), Vec::new(), Vec::new());
     let mut claims = Vec::new();
     for &dim in &sweep {
@@ -286,17 +293,17 @@ fn unequal(lab: &Lab) -> Result<Finding, Failure> {
         let of = |method| -> Result<Measured, Failure> {
             Ok(squared_error(lab, runs, &experiment(&spec, method)?, walks, &[DIM], truth))
         };
-        let by_shooting = of(shooting(EstimatorKind::Collision))?;
+        let by_shooting = of(Method::shooting(EstimatorKind::Collision))?;
         line.push((dim, predicted.sqrt()));
         shot.push((dim, root(by_shooting)));
-        gathered.push((dim, root(of(gathering(Birth::Area, EstimatorKind::Collision))?)));
+        gathered.push((dim, root(of(Method::gathering(Birth::Area, EstimatorKind::Collision))?)));
         if predicted < 0.05 {
             let what = format!("{dim:e} of the power: squared error over theory");
             claims.push(Claim::equal(&what, ratio(by_shooting, predicted), 1.0));
         }
     }
     let dimmest = scenes::unequal_rooms(1e-12);
-    let told = run(&experiment(&dimmest, shooting(EstimatorKind::Collision))?, 1, walks, None).told();
+    let told = run(&experiment(&dimmest, Method::shooting(EstimatorKind::Collision))?, 1, walks, None).told();
     claims.push(Claim::told(&told, "`unhit`"));
     let [first, last] = [gathered[0].1, gathered[gathered.len() - 1].1];
     claims.push(
@@ -311,16 +318,16 @@ fn unequal(lab: &Lab) -> Result<Finding, Failure> {
         seen: format!(
             "After {walks} walks the ceiling of the dim room errs by {} for ε = 1 and by {} for ε = {:e}, where no \
              walk was born in it.",
-            pm(shot[0].1),
-            pm(shot[shot.len() - 1].1),
+            measured(shot[0].1),
+            measured(shot[shot.len() - 1].1),
             sweep[sweep.len() - 1]
         ),
         told,
         instead: format!(
             "Gather: walk = \"gathering\". Walks are born in both rooms alike, and the light of the dim lamp is rounded at random, so that \
              none is lost: the error is {} for ε = 1 and {} for ε = {:e}.",
-            pm(first),
-            pm(last),
+            measured(first),
+            measured(last),
             sweep[sweep.len() - 1]
         ),
         claims,

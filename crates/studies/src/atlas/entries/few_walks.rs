@@ -1,22 +1,27 @@
 //! One walk, and no hits.
 
 use exact::Exact;
-use radiosity::EstimatorKind;
+use radiosity::{EstimatorKind, Method};
 use report::{Axis, Chart};
 
-use crate::atlas::entry::{Claim, Entry, Failure, Finding};
-use crate::atlas::lab::{Lab, covered, estimate, experiment, proportion, receivers, run, shooting, solve};
-use crate::numbers::{pm, seen, theory};
+use crate::arithmetic::proportion;
+use crate::atlas::entry::{Entry, Finding};
+use crate::claim::Claim;
+use crate::lab::Lab;
+use crate::numbers::measured;
+use crate::series::{seen, theory};
+use crate::told::run;
+use crate::walking::{Failure, covered, estimate, experiment, receivers, solve};
 
 pub const ENTRY: Entry = Entry { name: "few-walks", title: "One walk, and patches without a hit", study };
 
 fn study(lab: &Lab) -> Result<Finding, Failure> {
     let spec = scenes::cube(3);
     let truth = Exact::of_scene(&spec)?.solution().radiosity.clone();
-    let experiment = experiment(&spec, shooting(EstimatorKind::Collision))?;
+    let experiment = experiment(&spec, Method::shooting(EstimatorKind::Collision))?;
     let patches = receivers(&experiment);
-    let sweep = lab.size(vec![1, 10, 100], vec![1, 2, 4, 10, 30, 100, 300, 1000, 3000]);
-    let runs = lab.size(400, 4000);
+    let sweep = lab.pick(vec![1, 10, 100], vec![1, 2, 4, 10, 30, 100, 300, 1000, 3000]);
+    let runs = lab.pick(400, 4000);
     let (mut naive, mut ours, mut unhit) = (Vec::new(), Vec::new(), Vec::new());
     let mut claims = Vec::new();
     for &walks in &sweep {
@@ -35,7 +40,7 @@ fn study(lab: &Lab) -> Result<Finding, Failure> {
         naive.push((at, of(|f| f.0)));
         ours.push((at, of(|f| f.1)));
         unhit.push((at, of(|f| f.2)));
-        claims.push(Claim::at_least(&format!("{walks} walks: coverage"), of(|f| f.1), 0.95));
+        claims.push(Claim::at_least(format!("{walks} walks: coverage"), of(|f| f.1), 0.95));
     }
     claims.push(Claim::below("coverage of ± 1.96 standard errors after one walk", naive[0].1, 0.5));
     let one = solve(&experiment, 1, 1);
@@ -58,12 +63,12 @@ fn study(lab: &Lab) -> Result<Finding, Failure> {
         seen: format!(
             "After one walk {} of the patches are unhit; ± 1.96 standard errors cover {}, radwalk's intervals {}. \
              After {} walks they cover {} and {}.",
-            pm(unhit[0].1),
-            pm(naive[0].1),
-            pm(ours[0].1),
+            measured(unhit[0].1),
+            measured(naive[0].1),
+            measured(ours[0].1),
             sweep[sweep.len() - 1],
-            pm(naive[naive.len() - 1].1),
-            pm(ours[ours.len() - 1].1)
+            measured(naive[naive.len() - 1].1),
+            measured(ours[ours.len() - 1].1)
         ),
         told,
         instead: "Walk on, with `--resume --paths 200000`: then every check passes. Until then trust intervals, which are true from \

@@ -1,13 +1,17 @@
 //! Coordinates that are hard on floating point: furnaces, whose answer is known whatever their shape (B = E/(1 − R)).
 
 use glam::DVec3;
-use radiosity::{Estimate, EstimatorKind, SceneSpec, Sides, Solution};
+use radiosity::{Estimate, EstimatorKind, Method, SceneSpec, Sides, Solution};
 use report::{Axis, Chart};
 use stats::Measured;
 
-use crate::atlas::entry::{Claim, Entry, Failure, Finding};
-use crate::atlas::lab::{CONFIDENCE, Lab, estimate, experiment, mean, run, shooting, walk};
-use crate::numbers::{figure, pm, seen, theory};
+use crate::atlas::entry::{Entry, Finding};
+use crate::claim::{Claim, Judge};
+use crate::lab::Lab;
+use crate::numbers::{measured, number};
+use crate::series::{seen, theory};
+use crate::told::run;
+use crate::walking::{CONFIDENCE, Failure, estimate, experiment, walk};
 
 /// A box of 24 patches.
 const BOX: DVec3 = DVec3::new(1.0, 0.8, 0.6);
@@ -32,7 +36,7 @@ pub const FAR_ORIGIN: Entry = Entry {
     name: "far-from-the-origin",
     title: "Coordinates offset by 10⁶ m and more",
     study: |lab| {
-        let sweep = lab.size(vec![1e6, 1e14], vec![1.0, 1e3, 1e6, 1e9, 1e10, 1e12, 1e13, 1e14, 1e15, 1e16]);
+        let sweep = lab.pick(vec![1e6, 1e14], vec![1.0, 1e3, 1e6, 1e9, 1e10, 1e12, 1e13, 1e14, 1e15, 1e16]);
         Sweep {
             sweep,
             safe: |offset| offset <= 1e9,
@@ -59,7 +63,7 @@ pub const SCALES: Entry = Entry {
     study: |lab| {
         let all = vec![1e-150, 1e-30, 1e-9, 1e-6, 1e-3, 1.0, 1e3, 1e6, 1e9, 1e30, 1e150, 1e160];
         Sweep {
-            sweep: lab.size(vec![1e-6, 1e6, 1e160], all),
+            sweep: lab.pick(vec![1e-6, 1e6, 1e160], all),
             safe: |scale| (1e-30..=1e30).contains(&scale),
             scene: |scale| furnace(|corner| corner * BOX * scale),
             axis: "edge of the box [m]",
@@ -79,7 +83,7 @@ pub const SLIVERS: Entry = Entry {
     study: |lab| {
         let all = vec![1e1, 1e2, 1e4, 1e6, 1e8, 1e10, 1e11, 1e12, 1e13];
         Sweep {
-            sweep: lab.size(vec![1e4, 1e8, 1e13], all),
+            sweep: lab.pick(vec![1e4, 1e8, 1e13], all),
             safe: |aspect| aspect <= 1e8,
             scene: |aspect| furnace(|corner| corner * DVec3::new(1.0, 1.0 / aspect, 0.5)),
             axis: "aspect of the walls",
@@ -101,7 +105,7 @@ pub const WEDGES: Entry = Entry {
     study: |lab| {
         let all = vec![1.0, 1e-1, 1e-2, 1e-4, 1e-6, 1e-8, 1e-10, 1e-11, 1e-12, 1e-13];
         Sweep {
-            sweep: lab.size(vec![1e-2, 1e-6, 1e-13], all),
+            sweep: lab.pick(vec![1e-2, 1e-6, 1e-13], all),
             safe: |angle| angle >= 1e-8,
             scene: |angle| scenes::wedge(angle, 0.5),
             axis: "angle [rad]",
@@ -143,7 +147,7 @@ enum Outcome {
 
 impl Sweep {
     fn study(self, lab: &Lab) -> Result<Finding, Failure> {
-        let (runs, walks) = lab.size((20, 10_000), (100, 100_000));
+        let (runs, walks) = lab.pick((20, 10_000), (100, 100_000));
         let outcomes: Vec<(f64, Outcome)> =
             self.sweep.iter().map(|&at| (at, outcome(lab, &(self.scene)(at), runs, walks))).collect();
         let (mut claims, mut told, mut radiosities, mut losses) =
@@ -160,7 +164,7 @@ impl Sweep {
                     radiosities.extend(radiosity.map(|radiosity| (*at, radiosity)));
                     let unknown = Measured { value: f64::NAN, standard_error: f64::NAN };
                     let what = format!("{at:e}: B of the patch that is furthest off");
-                    let right = Claim::equal_among(&what, radiosity.unwrap_or(unknown), 1.0, *among, runs);
+                    let right = Claim::furthest(&what, radiosity.unwrap_or(unknown), 1.0, *among, runs);
                     if (self.safe)(*at) {
                         claims.push(Claim::sure(format!("{at:e}: no walk escapes"), *escaped == 0.0));
                         claims.push(right);
@@ -168,7 +172,7 @@ impl Sweep {
                     } else {
                         let said = words.iter().any(|line| line.contains("left the scene"));
                         let what = format!("{at:e}: B is right, or the program says that it may not be");
-                        claims.push(Claim::sure(what, said || right.holds));
+                        claims.push(Claim::sure(what, said || Judge::EACH.passes(&right)));
                         told.extend(
                             words.iter().filter(|_| *escaped > 0.0).map(|line| format!("at {at:e}: {line}")),
                         );
@@ -182,7 +186,7 @@ impl Sweep {
                 claims.push(Claim::sure("no walk escapes", escaped == 0.0).instead());
                 let radiosity = radiosity.ok_or("nothing arrives anywhere")?;
                 let what = "B of the patch that is furthest off";
-                claims.push(Claim::equal_among(what, radiosity, 1.0, among, runs).instead());
+                claims.push(Claim::furthest(what, radiosity, 1.0, among, runs).instead());
                 radiosity
             }
         };
@@ -198,16 +202,16 @@ impl Sweep {
             seen: format!(
                 "From {} to {} B = {} on the patch that is furthest off, and none of {} walks escapes. Of the rest \
                  of the sweep {refused} scenes are refused.",
-                figure(safe[0]),
-                figure(safe[safe.len() - 1]),
-                pm(worst),
+                number(safe[0]),
+                number(safe[safe.len() - 1]),
+                measured(worst),
                 runs * walks
             ),
             told,
             instead: format!(
                 "{} B = {} on the patch that is furthest off, and no walk escapes.",
                 self.instead,
-                pm(remedy)
+                measured(remedy)
             ),
             claims,
             chart: Chart {
@@ -225,7 +229,7 @@ impl Sweep {
 }
 
 fn outcome(lab: &Lab, spec: &SceneSpec, runs: u64, walks: u64) -> Outcome {
-    let experiment = match experiment(spec, shooting(EstimatorKind::Collision)) {
+    let experiment = match experiment(spec, Method::shooting(EstimatorKind::Collision)) {
         Ok(experiment) => experiment,
         Err(why) => return Outcome::Refused(why.to_string()),
     };
@@ -238,8 +242,9 @@ fn outcome(lab: &Lab, spec: &SceneSpec, runs: u64, walks: u64) -> Outcome {
     });
     // Rare scores are not normal; their intervals are the business of other entries.
     let often = |i: &usize| found.iter().all(|(estimates, _)| !estimates[*i].is_rare());
-    let of_patch =
-        |i: usize| mean(&found.iter().map(|(estimates, _)| estimates[i].radiosity).collect::<Vec<_>>());
+    let of_patch = |i: usize| {
+        Measured::of(&found.iter().map(|(estimates, _)| estimates[i].radiosity).collect::<Vec<_>>())
+    };
     let doubt = |b: &Measured| b.z(1.0).abs();
     let radiosity = (0..patches).filter(often).map(of_patch).max_by(|a, b| doubt(a).total_cmp(&doubt(b)));
     let escaped = found.iter().map(|&(_, escaped)| escaped).sum::<f64>() / runs as f64;

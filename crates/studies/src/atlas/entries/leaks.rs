@@ -1,13 +1,18 @@
 //! Scenes that are not closed, or not where they face.
 
 use exact::Exact;
-use radiosity::{EstimatorKind, SceneSpec, Shape, Sides};
+use radiosity::{EstimatorKind, Method, SceneSpec, Shape, Sides};
 use report::{Axis, Chart};
 use stats::Measured;
 
-use crate::atlas::entry::{Claim, Entry, Failure, Finding};
-use crate::atlas::lab::{CONFIDENCE, Lab, estimate, experiment, mean, ratio, run, shooting, walk};
-use crate::numbers::{figure, pm, seen, theory};
+use crate::arithmetic::ratio;
+use crate::atlas::entry::{Entry, Finding};
+use crate::claim::Claim;
+use crate::lab::Lab;
+use crate::numbers::{measured, number};
+use crate::series::{seen, theory};
+use crate::told::run;
+use crate::walking::{CONFIDENCE, Failure, estimate, experiment, walk};
 
 pub const OPEN: Entry =
     Entry { name: "open-scenes", title: "Open scenes, and gaps that nobody meant to leave", study: open };
@@ -26,7 +31,7 @@ fn part(
     of: fn(&radiosity::Counts) -> u64,
 ) -> Result<Measured, Failure> {
     let (runs, walks) = size;
-    let experiment = experiment(spec, shooting(EstimatorKind::Collision))?;
+    let experiment = experiment(spec, Method::shooting(EstimatorKind::Collision))?;
     let parts =
         lab.each_seed(runs, |seed| of(&walk::<2>(&experiment, seed, walks).counts) as f64 / walks as f64);
     Ok(proportion_of_walks(&parts, walks))
@@ -34,7 +39,7 @@ fn part(
 
 /// Where no walk of any run ended so, the error is that of one walk in all.
 fn proportion_of_walks(parts: &[f64], walks: u64) -> Measured {
-    let measured = mean(parts);
+    let measured = Measured::of(parts);
     let least = 1.0 / (parts.len() as f64 * walks as f64);
     Measured { standard_error: measured.standard_error.max(least), ..measured }
 }
@@ -53,8 +58,8 @@ fn gap_in_the_ceiling(gap: f64) -> SceneSpec {
 }
 
 fn open(lab: &Lab) -> Result<Finding, Failure> {
-    let sweep = lab.size(vec![1e-3, 1.0], vec![1e-5, 1e-4, 1e-3, 1e-2, 0.1, 0.3, 1.0]);
-    let size = lab.size((20, 50_000), (100, 300_000));
+    let sweep = lab.pick(vec![1e-3, 1.0], vec![1e-5, 1e-4, 1e-3, 1e-2, 0.1, 0.3, 1.0]);
+    let size = lab.pick((20, 50_000), (100, 300_000));
     let (mut line, mut marks) = (Vec::new(), Vec::new());
     let mut claims = Vec::new();
     for &gap in &sweep {
@@ -64,15 +69,19 @@ fn open(lab: &Lab) -> Result<Finding, Failure> {
             exact.solution().incoming.iter().zip(exact.reflectance()).map(|(phi, r)| (1.0 - r) * phi);
         let lost = 1.0 - absorbed.sum::<f64>() / exact.total_power();
         let found = part(lab, &spec, size, |counts| counts.escaped)?;
-        claims.push(Claim::equal(&format!("a gap of {gap} m: part of the walks that escape"), found, lost));
+        claims.push(Claim::equal(format!("a gap of {gap} m: part of the walks that escape"), found, lost));
         line.push((gap, lost));
         marks.push((gap, found));
     }
     let closed = part(lab, &gap_in_the_ceiling(0.0), size, |counts| counts.escaped)?;
     claims.push(Claim::sure("none escapes where there is no gap", closed.value == 0.0).instead());
     let said = |gap: f64| -> Result<Vec<String>, Failure> {
-        let run =
-            run(&experiment(&gap_in_the_ceiling(gap), shooting(EstimatorKind::Collision))?, 1, size.1, None);
+        let run = run(
+            &experiment(&gap_in_the_ceiling(gap), Method::shooting(EstimatorKind::Collision))?,
+            1,
+            size.1,
+            None,
+        );
         let about = run.checks.iter().filter(|check| check.name == "escape");
         Ok(about
             .map(|check| {
@@ -93,12 +102,12 @@ fn open(lab: &Lab) -> Result<Finding, Failure> {
                     solution. A wide opening is part of a scene; a crack between walls that were meant to meet is a \
                     mistake that darkens everything by about as much as it lets out, and no interval knows."
             .into(),
-        seen: format!("Through a gap of {} m {} of the walks escape.", first.0, pm(first.1)),
+        seen: format!("Through a gap of {} m {} of the walks escape.", first.0, measured(first.1)),
         told,
         instead: format!(
             "Close the gap: with the ceiling at full width {} of {} walks escape. Below 10⁻¹⁴ of the scene's size gaps \
              need no care: facets are made larger by as much.",
-            figure(closed.value),
+            number(closed.value),
             size.0 * size.1
         ),
         claims,
@@ -131,8 +140,8 @@ fn blackened(walls: usize) -> SceneSpec {
 }
 
 fn backs(lab: &Lab) -> Result<Finding, Failure> {
-    let sweep = lab.size(vec![1, 3], vec![0, 1, 2, 3, 4]);
-    let (runs, walks) = lab.size((20, 50_000), (100, 500_000));
+    let sweep = lab.pick(vec![1, 3], vec![0, 1, 2, 3, 4]);
+    let (runs, walks) = lab.pick((20, 50_000), (100, 500_000));
     let (mut line, mut marks) = (Vec::new(), Vec::new());
     let mut claims = Vec::new();
     for &walls in &sweep {
@@ -142,7 +151,7 @@ fn backs(lab: &Lab) -> Result<Finding, Failure> {
         let spec = turned(walls, Sides::Front);
         let found = part(lab, &spec, (runs, walks), |counts| counts.absorbed_back)?;
         claims.push(Claim::equal(
-            &format!("{walls} walls: part of the walks that end on backs"),
+            format!("{walls} walls: part of the walks that end on backs"),
             found,
             taken,
         ));
@@ -151,8 +160,8 @@ fn backs(lab: &Lab) -> Result<Finding, Failure> {
     }
     // A wall that still faces inwards is darker by what the backs do not return.
     const PATCH: usize = 13;
-    let wrong = experiment(&turned(1, Sides::Front), shooting(EstimatorKind::Collision))?;
-    let found = mean(&lab.each_seed(runs, |seed| {
+    let wrong = experiment(&turned(1, Sides::Front), Method::shooting(EstimatorKind::Collision))?;
+    let found = Measured::of(&lab.each_seed(runs, |seed| {
         let solution = radiosity::Solution::new(&wrong, &walk::<2>(&wrong, seed, walks), CONFIDENCE);
         estimate(&solution, PATCH).radiosity
     }));
@@ -166,8 +175,8 @@ fn backs(lab: &Lab) -> Result<Finding, Failure> {
     claims.push(Claim::below("… over what was meant", ratio(found, meant[PATCH]), 1.0));
     let told = run(&wrong, 1, walks, None).told();
     claims.push(Claim::told(&told, "ended on the back of a one-sided surface"));
-    let two_sided = experiment(&turned(1, Sides::Both), shooting(EstimatorKind::Collision))?;
-    let right = mean(&lab.each_seed(runs, |seed| {
+    let two_sided = experiment(&turned(1, Sides::Both), Method::shooting(EstimatorKind::Collision))?;
+    let right = Measured::of(&lab.each_seed(runs, |seed| {
         let solution = radiosity::Solution::new(&two_sided, &walk::<2>(&two_sided, seed, walks), CONFIDENCE);
         estimate(&solution, PATCH).radiosity
     }));
@@ -182,13 +191,13 @@ fn backs(lab: &Lab) -> Result<Finding, Failure> {
         seen: format!(
             "With one wall turned round {} of the walks end on backs, and patch {PATCH} has {} of the light that was \
              meant for it.",
-            pm(marks.iter().find(|(walls, _)| *walls == 1.0).map_or(found, |(_, part)| *part)),
-            pm(ratio(found, meant[PATCH]))
+            measured(marks.iter().find(|(walls, _)| *walls == 1.0).map_or(found, |(_, part)| *part)),
+            measured(ratio(found, meant[PATCH]))
         ),
         told,
         instead: format!(
             "Turn the wall (swap u and v), or write `sides = 2`: then patch {PATCH} has {} of what was meant.",
-            pm(ratio(right, meant[PATCH]))
+            measured(ratio(right, meant[PATCH]))
         ),
         claims,
         chart: Chart {

@@ -3,14 +3,19 @@
 use std::sync::Arc;
 
 use exact::{Exact, WalkEstimator};
-use radiosity::{EstimatorKind, SceneSpec};
+use radiosity::{EstimatorKind, Method, SceneSpec};
 use report::{Axis, Chart, Series};
 use stats::Measured;
 
 use super::absorption;
-use crate::atlas::entry::{Claim, Entry, Failure, Finding};
-use crate::atlas::lab::{Lab, chains, experiment, ratio, receivers, root, run, shooting, squared_error};
-use crate::numbers::{figure, pm, seen, theory};
+use crate::arithmetic::{ratio, root};
+use crate::atlas::entry::{Entry, Finding};
+use crate::claim::Claim;
+use crate::lab::Lab;
+use crate::numbers::{measured, number};
+use crate::series::{seen, theory};
+use crate::told::run;
+use crate::walking::{Failure, experiment, receivers, squared_error};
 
 pub const ONE_ROOM: Entry = Entry {
     name: "long-walks",
@@ -56,8 +61,8 @@ struct Room {
 
 impl Room {
     fn study(self, lab: &Lab) -> Result<Finding, Failure> {
-        let sweep = lab.size(vec![0.9, 0.999], vec![0.9, 0.99, 0.999, 0.9999]);
-        let (runs, rays) = lab.size((60, 1_u64 << 14), (200, 1 << 17));
+        let sweep = lab.pick(vec![0.9, 0.999], vec![0.9, 0.99, 0.999, 0.9999]);
+        let (runs, rays) = lab.pick((60, 1_u64 << 14), (200, 1 << 17));
         let exact = Exact::of_scene(&(self.scene)(0.5))?;
         let exchange = Arc::new(exact.exchange().clone());
         let (mut line, mut walked, mut chained) = (Vec::new(), Vec::new(), Vec::new());
@@ -67,14 +72,14 @@ impl Room {
             let all = vec![reflectance; exact.face_count()];
             let exact = Exact::new(exchange.clone(), all, exact.emittance().to_vec())?;
             let truth = &exact.solution().radiosity;
-            let walks = experiment(&spec, shooting(EstimatorKind::Collision))?;
+            let walks = experiment(&spec, Method::shooting(EstimatorKind::Collision))?;
             let patches = receivers(&walks);
             let n = (rays as f64 * (1.0 - reflectance)) as u64;
             let variances = WalkEstimator::ShootCollision.variances(&exact);
             let relative = patches.iter().map(|&i| variances[i] / (truth[i] * truth[i])).sum::<f64>();
             let predicted = relative / (patches.len() as f64 * n as f64);
             let by_walks = squared_error(lab, runs, &walks, n, &patches, truth);
-            let eight = experiment(&spec, chains(rays / 8))?;
+            let eight = experiment(&spec, Method::chains(rays / 8))?;
             let by_chains = squared_error(lab, runs, &eight, 8, &patches, truth);
             let what = format!("R = {reflectance}: squared error of walks over theory");
             claims.push(Claim::equal(&what, ratio(by_walks, predicted), 1.0));
@@ -89,7 +94,8 @@ impl Room {
                 .instead(),
         );
         let told =
-            run(&experiment(&(self.scene)(0.999), shooting(EstimatorKind::Collision))?, 1, 20, None).told();
+            run(&experiment(&(self.scene)(0.999), Method::shooting(EstimatorKind::Collision))?, 1, 20, None)
+                .told();
         claims.push(Claim::told(&told, "a walk may take 1000 rays"));
         let series: Vec<Series> = vec![
             theory("walks, S97 table 3", line),
@@ -101,17 +107,17 @@ impl Room {
             seen: format!(
                 "{} the rms relative error of {rays} rays is {} by walks at R = {}, {} at R = {brightest}.",
                 self.what,
-                pm(walked[0].1),
+                measured(walked[0].1),
                 sweep[0],
-                pm(walks)
+                measured(walks)
             ),
             told,
             instead: format!(
                 "walk = \"jacobi\": {} at R = {} and {} at R = {brightest}, from as many rays: {} times less.",
-                pm(chained[0].1),
+                measured(chained[0].1),
                 sweep[0],
-                pm(chain),
-                figure(walks.value / chain.value)
+                measured(chain),
+                number(walks.value / chain.value)
             ),
             claims,
             chart: Chart {

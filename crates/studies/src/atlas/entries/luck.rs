@@ -5,17 +5,19 @@ use cluster::crew::Effort;
 use cluster::deliveries::Delivery;
 use cluster::roster::Contributor;
 use exact::Exact;
-use radiosity::{Estimate, EstimatorKind, Experiment, Solution};
+use radiosity::{Estimate, EstimatorKind, Experiment, Method, Solution};
 use rand_pcg::Pcg64Dxsm;
 use rand_pcg::rand_core::{Rng, SeedableRng};
 use report::{Axis, Chart};
 use stats::{DoubleSampling, Moments, foresight, mean_interval, normal_cdf};
 
-use crate::atlas::entry::{Claim, Entry, Failure, Finding};
-use crate::atlas::lab::{
-    CONFIDENCE, Lab, covered, estimate, experiment, proportion, receivers, shooting, solve, walk,
-};
-use crate::numbers::{pm, seen, theory};
+use crate::arithmetic::proportion;
+use crate::atlas::entry::{Entry, Finding};
+use crate::claim::Claim;
+use crate::lab::Lab;
+use crate::numbers::measured;
+use crate::series::{seen, theory};
+use crate::walking::{CONFIDENCE, Failure, covered, estimate, experiment, receivers, solve, walk};
 
 pub const MOMENT: Entry = Entry { name: "lucky-moment", title: "Stopping at a lucky moment", study: moment };
 
@@ -108,7 +110,7 @@ fn wishes(seed: u64) -> Vec<f64> {
 }
 
 fn moment(lab: &Lab) -> Result<Finding, Failure> {
-    let found = lab.each_seed(lab.size(4000, 40_000), wishes);
+    let found = lab.each_seed(lab.pick(4000, 40_000), wishes);
     let marks: Vec<_> = ARMITAGE
         .iter()
         .enumerate()
@@ -118,11 +120,11 @@ fn moment(lab: &Lab) -> Result<Finding, Failure> {
         .iter()
         .zip(&marks)
         .map(|(&(looks, missed), &(_, found))| {
-            Claim::equal(&format!("{looks} looks: coverage"), found, 1.0 - missed)
+            Claim::equal(format!("{looks} looks: coverage"), found, 1.0 - missed)
         })
         .collect();
     let target = 0.6;
-    let stopped = lab.each_seed(lab.size(20_000, 400_000), |seed| stops(seed, target));
+    let stopped = lab.each_seed(lab.pick(20_000, 400_000), |seed| stops(seed, target));
     let of = |pick: fn(&(f64, f64)) -> f64| proportion(&stopped.iter().map(pick).collect::<Vec<_>>());
     let (first, double) = (of(|f| f.0), of(|f| f.1));
     claims.push(Claim::at_least("a target of 0.6: coverage by double sampling", double, 0.95).instead());
@@ -137,8 +139,8 @@ fn moment(lab: &Lab) -> Result<Finding, Failure> {
             "Of runs that are looked at 20 times and stopped at the first interval that misses, {} hold the truth \
              where they stop. Runs that stop at the first look whose relative half-width is below {target} cover {}: \
              intervals of rare scores are cautious enough for that, on average over the phase of the looks.",
-            pm(last.1),
-            pm(first)
+            measured(last.1),
+            measured(first)
         ),
         told: vec![
             "nothing of stops by hand: the program writes the walks it has, and cannot know why it was stopped. \
@@ -149,7 +151,7 @@ fn moment(lab: &Lab) -> Result<Finding, Failure> {
             "Say before the run when it is to end: budget.paths, or target.relative_error, which decides the end in advance, at twice \
              the walks of the first look that shows they will do (Stein 1945, Cox 1952). Its intervals cover {} at a \
              target of {target}.",
-            pm(double)
+            measured(double)
         ),
         claims,
         chart: Chart {
@@ -171,14 +173,14 @@ const PATCH: usize = 49;
 fn cube() -> Result<(Experiment, Vec<f64>), Failure> {
     let spec = scenes::cube(3);
     let truth = Exact::of_scene(&spec)?.solution().radiosity.clone();
-    Ok((experiment(&spec, shooting(EstimatorKind::Collision))?, truth))
+    Ok((experiment(&spec, Method::shooting(EstimatorKind::Collision))?, truth))
 }
 
 fn seed(lab: &Lab) -> Result<Finding, Failure> {
     let (experiment, truth) = cube()?;
-    let sweep = lab.size(vec![1_usize, 8], vec![1, 2, 4, 8, 16, 32]);
+    let sweep = lab.pick(vec![1_usize, 8], vec![1, 2, 4, 8, 16, 32]);
     let most = sweep[sweep.len() - 1];
-    let (groups, walks) = lab.size((300, 3000), (1000, 5000));
+    let (groups, walks) = lab.pick((300, 3000), (1000, 5000));
     let holds = |estimate: &Estimate| {
         f64::from(u8::from((estimate.ci_low..=estimate.ci_high).contains(&truth[PATCH])))
     };
@@ -204,9 +206,7 @@ fn seed(lab: &Lab) -> Result<Finding, Failure> {
     let mut claims: Vec<Claim> = sweep
         .iter()
         .zip(&marks)
-        .map(|(&n, &(_, found))| {
-            Claim::equal(&format!("the brightest of {n}: coverage"), found, predicted(n))
-        })
+        .map(|(&n, &(_, found))| Claim::equal(format!("the brightest of {n}: coverage"), found, predicted(n)))
         .collect();
     claims.push(Claim::equal("all seeds merged: coverage", merged, 0.95).instead());
     let last = marks[marks.len() - 1].1;
@@ -216,7 +216,7 @@ fn seed(lab: &Lab) -> Result<Finding, Failure> {
              for n = {most}. The same with any other choice by what runs say.",
             predicted(most)
         ),
-        seen: format!("The brightest of {most} runs covers {}.", pm(last)),
+        seen: format!("The brightest of {most} runs covers {}.", measured(last)),
         told: vec![
             "nothing, and it cannot: a run does not know of others that were thrown away. `provenance` in summary.json \
              names the seed and the walks, so that a reader may ask why that seed"
@@ -224,7 +224,7 @@ fn seed(lab: &Lab) -> Result<Finding, Failure> {
         ],
         instead: format!(
             "Choose the seed before the first run, or merge all of them: `radwalk merge` of all {most} covers {}.",
-            pm(merged)
+            measured(merged)
         ),
         claims,
         chart: Chart {
@@ -259,8 +259,8 @@ fn checkpoint(experiment: &Experiment, first: u64, walks: u64) -> Checkpoint {
 fn twice(lab: &Lab) -> Result<Finding, Failure> {
     let (experiment, truth) = cube()?;
     let patches = receivers(&experiment);
-    let sweep = lab.size(vec![1_u32, 4], vec![1, 2, 4, 8, 16]);
-    let (runs, walks) = lab.size((100, 20_000), (200, 100_000));
+    let sweep = lab.pick(vec![1_u32, 4], vec![1, 2, 4, 8, 16]);
+    let (runs, walks) = lab.pick((100, 20_000), (200, 100_000));
     let predicted = |times: u32| 2.0 * normal_cdf(1.96 / f64::from(times).sqrt()) - 1.0;
     let (mut marks, mut claims) = (Vec::new(), Vec::new());
     for &times in &sweep {
@@ -271,7 +271,7 @@ fn twice(lab: &Lab) -> Result<Finding, Failure> {
             covered(&Solution::new(&experiment, &tally, CONFIDENCE), &patches, &truth)
         });
         let found = proportion(&found);
-        claims.push(Claim::equal(&format!("{times} times: coverage"), found, predicted(times)));
+        claims.push(Claim::equal(format!("{times} times: coverage"), found, predicted(times)));
         marks.push((f64::from(times), found));
     }
     let refusal = checkpoint(&experiment, 0, 1000).merge(checkpoint(&experiment, 900, 1000));
@@ -287,11 +287,11 @@ fn twice(lab: &Lab) -> Result<Finding, Failure> {
         predicted:
             "Walks that count k times make intervals √k too narrow: they cover 2Φ(1.96/√k) − 1 of the truths."
                 .into(),
-        seen: format!("Tallies added to themselves cover {} where k = {}.", pm(last.1), last.0),
+        seen: format!("Tallies added to themselves cover {} where k = {}.", measured(last.1), last.0),
         told,
         instead: format!(
             "Runs of other ranges of walks (budget.first_path) or of other seeds (seed): four ranges cover {}.",
-            pm(honest)
+            measured(honest)
         ),
         claims,
         chart: Chart {

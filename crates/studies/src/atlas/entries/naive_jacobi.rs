@@ -2,14 +2,20 @@
 //! exact form factors, without any tracing; they begin at the solution, which no real chain can.
 
 use exact::Exact;
+use radiosity::Method;
 use rand_pcg::Pcg64Dxsm;
 use rand_pcg::rand_core::{Rng, SeedableRng};
 use report::{Axis, Chart};
 use stats::Measured;
 
-use crate::atlas::entry::{Claim, Entry, Failure, Finding};
-use crate::atlas::lab::{Lab, chains, coverage, experiment, mean, proportion, ratio, receivers, run};
-use crate::numbers::{figure, pm, seen, theory};
+use crate::arithmetic::{proportion, ratio};
+use crate::atlas::entry::{Entry, Finding};
+use crate::claim::Claim;
+use crate::lab::Lab;
+use crate::numbers::{measured, number};
+use crate::series::{seen, theory};
+use crate::told::run;
+use crate::walking::{Failure, coverage, experiment, receivers};
 
 pub const ENTRY: Entry = Entry {
     name: "naive-jacobi",
@@ -168,8 +174,8 @@ fn study(lab: &Lab) -> Result<Finding, Failure> {
     let spec = scenes::two_rooms(0.1, REFLECTANCE);
     let exact = Exact::of_scene(&spec)?;
     let iteration = Iteration::new(&exact);
-    let sweep = lab.size(vec![10, 40], vec![5, 10, 20, 40, 80, 160, 320]);
-    let runs = lab.size(200, 1000);
+    let sweep = lab.pick(vec![10, 40], vec![5, 10, 20, 40, 80, 160, 320]);
+    let runs = lab.pick(200, 1000);
     // Far from the lamp.
     const PATCH: usize = 20;
     let (mut line, mut marks) = (Vec::new(), Vec::new());
@@ -182,16 +188,17 @@ fn study(lab: &Lab) -> Result<Finding, Failure> {
             let off = mean[PATCH] - iteration.power[PATCH];
             (off * off, naive[PATCH], f64::from(u8::from(off.abs() <= Z * naive[PATCH].sqrt())))
         });
-        let of = |pick: fn(&(f64, f64, f64)) -> f64| mean(&found.iter().map(pick).collect::<Vec<_>>());
+        let of =
+            |pick: fn(&(f64, f64, f64)) -> f64| Measured::of(&found.iter().map(pick).collect::<Vec<_>>());
         let true_variance = of(|f| f.0);
         claims.push(Claim::equal(
-            &format!("{iterations} iterations: variance over that predicted"),
+            format!("{iterations} iterations: variance over that predicted"),
             ratio(true_variance, variance[PATCH]),
             1.0,
         ));
         let told_variance = of(|f| f.1);
         claims.push(Claim::equal(
-            &format!("{iterations} iterations: what the spread says, over what it is expected to say"),
+            format!("{iterations} iterations: what the spread says, over what it is expected to say"),
             ratio(told_variance, naive[PATCH]),
             1.0,
         ));
@@ -201,9 +208,9 @@ fn study(lab: &Lab) -> Result<Finding, Failure> {
         excess = (variance[PATCH] / naive[PATCH], covers);
     }
     claims.push(Claim::below("coverage at the end of the sweep", excess.1, 0.9));
-    let eight = experiment(&spec, chains(1 << 12))?;
+    let eight = experiment(&spec, Method::chains(1 << 12))?;
     let patches = receivers(&eight);
-    let honest = coverage(lab, lab.size(40, 200), &eight, 8, &patches, &exact.solution().radiosity);
+    let honest = coverage(lab, lab.pick(40, 200), &eight, 8, &patches, &exact.solution().radiosity);
     claims.push(Claim::at_least("coverage of eight chains' intervals", honest, 0.94).instead());
     let told: Vec<String> = run(&eight, 1, 8, None)
         .checks
@@ -219,21 +226,21 @@ fn study(lab: &Lab) -> Result<Finding, Failure> {
              {REFLECTANCE}, errors live for dozens of iterations, and the mean of n iterations varies by far more \
              than s²/n. From the exact form factors, with P' = Φ + TP + ε and the covariance of ε of BS §4: {} times \
              after {last} iterations. Intervals of ± {Z}s/√n then cover 2Φ({Z}/√ratio) − 1 of the truths.",
-            figure(excess.0)
+            number(excess.0)
         ),
         seen: format!(
             "Of the naive 95 % intervals of a patch in the second room {} cover after {} iterations of {RAYS} rays, {} \
              after {last}.",
-            pm(marks[0].1),
+            measured(marks[0].1),
             sweep[0],
-            pm(excess.1)
+            measured(excess.1)
         ),
         told,
         instead: format!(
             "radwalk never takes the iterations, or the rays, of a chain for a sample: walk = \"jacobi\" runs eight \
              independent chains at least, whose intervals (Student's t) cover {} here. A single chain has no \
              standard error at all.",
-            pm(honest)
+            measured(honest)
         ),
         claims,
         chart: Chart {

@@ -1,12 +1,17 @@
 //! Near-coincident plates.
 
 use exact::Exact;
-use radiosity::EstimatorKind;
+use radiosity::{EstimatorKind, Method};
 use report::{Axis, Chart};
+use stats::Measured;
 
-use crate::atlas::entry::{Claim, Entry, Failure, Finding};
-use crate::atlas::lab::{Lab, estimate, experiment, mean, run, shooting, solve};
-use crate::numbers::{figure, pm, seen, theory};
+use crate::atlas::entry::{Entry, Finding};
+use crate::claim::{Claim, Judge};
+use crate::lab::Lab;
+use crate::numbers::{measured, number};
+use crate::series::{seen, theory};
+use crate::told::run;
+use crate::walking::{Failure, estimate, experiment, solve};
 
 pub const ENTRY: Entry =
     Entry { name: "near-plates", title: "Plates that nearly coincide: gaps from 1 m to 10⁻¹⁶ m", study };
@@ -18,8 +23,8 @@ const DARK: usize = 1;
 
 fn study(lab: &Lab) -> Result<Finding, Failure> {
     let all = vec![1.0, 0.1, 1e-2, 1e-4, 1e-6, 1e-8, 1e-10, 1e-12, 1e-13, 1e-14, 1e-15, 1e-16];
-    let sweep = lab.size(vec![1.0, 1e-3, 1e-10, 1e-15], all);
-    let (runs, walks) = lab.size((20, 20_000), (100, 200_000));
+    let sweep = lab.pick(vec![1.0, 1e-3, 1e-10, 1e-15], all);
+    let (runs, walks) = lab.pick((20, 20_000), (100, 200_000));
     // B₂ = R₂E₁/(1 − R₁R₂) between infinite plates.
     let infinite = REFLECTANCE / (1.0 - REFLECTANCE * REFLECTANCE);
     let (mut line, mut marks, mut told) = (Vec::new(), Vec::new(), Vec::new());
@@ -29,20 +34,23 @@ fn study(lab: &Lab) -> Result<Finding, Failure> {
         let spec = scenes::plates(gap, REFLECTANCE);
         // Closed forms of facing squares lose digits below this, and differ from infinite plates by less than it.
         let truth = if gap >= 1e-6 { Exact::of_scene(&spec)?.solution().radiosity[DARK] } else { infinite };
-        let experiment = experiment(&spec, shooting(EstimatorKind::Collision))?;
+        let experiment = experiment(&spec, Method::shooting(EstimatorKind::Collision))?;
         let found = lab.each_seed(runs, |seed| estimate(&solve(&experiment, seed, walks), DARK).radiosity);
-        let found = mean(&found);
+        let found = Measured::of(&found);
         line.push((gap, truth));
         marks.push((gap, found));
-        let right = Claim::equal(&format!("{gap:e} m: B of the second plate"), found, truth);
-        if right.holds {
+        let right = Claim::equal(format!("{gap:e} m: B of the second plate"), found, truth);
+        if Judge::EACH.passes(&right) {
             claims.push(right);
             least = gap;
             continue;
         }
         let words = run(&experiment, 1, walks, None).told();
         let said = words.iter().any(|line| line.contains("left the scene"));
-        claims.push(Claim::sure(format!("{gap:e} m: B is {}, and the program says why", pm(found)), said));
+        claims.push(Claim::sure(
+            format!("{gap:e} m: B is {}, and the program says why", measured(found)),
+            said,
+        ));
         if told.is_empty() {
             told = words.iter().map(|line| format!("at {gap:e} m: {line}")).collect();
         }
@@ -51,12 +59,12 @@ fn study(lab: &Lab) -> Result<Finding, Failure> {
     let doubled = {
         let mut spec = scenes::plates(1.0, REFLECTANCE);
         spec.surfaces.push(spec.surfaces[DARK].clone());
-        experiment(&spec, shooting(EstimatorKind::Collision))?
+        experiment(&spec, Method::shooting(EstimatorKind::Collision))?
     };
     let words = run(&doubled, 1, walks, None).told();
     told.extend(words.iter().map(|line| format!("of a plate that is there twice: {line}")));
     claims.push(Claim::told(&told, "`unhit`"));
-    let once = experiment(&scenes::plates(1.0, REFLECTANCE), shooting(EstimatorKind::Collision))?;
+    let once = experiment(&scenes::plates(1.0, REFLECTANCE), Method::shooting(EstimatorKind::Collision))?;
     let once = run(&once, 1, walks, None);
     claims.push(Claim::sure("without the double every patch is hit", !once.fails("unhit")).instead());
     Ok(Finding {
@@ -65,11 +73,11 @@ fn study(lab: &Lab) -> Result<Finding, Failure> {
              largest coordinate, 1.4·10⁻¹⁴ m here) of a plane counts as on it, and meets it at once if it goes against \
              its front: plates that face each other exchange all light even where rounding makes them one plane. \
              Of two that lie on each other and face the same way the first takes all.",
-            figure(infinite)
+            number(infinite)
         ),
         seen: format!(
             "B₂ agrees down to a gap of {} m. A plate that is there twice is hit once: its double is in the dark.",
-            figure(least)
+            number(least)
         ),
         told,
         instead: "Remove what is there twice: the patches that are flagged `unhit` in patches.csv are the ones. Plates \

@@ -2,15 +2,18 @@
 
 use exact::Exact;
 use job::{Target, Unhit};
-use radiosity::{Estimate, EstimatorKind, Experiment, Solution};
+use radiosity::{Estimate, EstimatorKind, Experiment, Method, Solution};
 use report::{Axis, Chart};
 use stats::Measured;
 
-use crate::atlas::entry::{Claim, Entry, Failure, Finding};
-use crate::atlas::lab::{
-    Lab, Run, covered, estimate, experiment, proportion, receivers, run, shooting, solve,
-};
-use crate::numbers::{figure, pm, seen, theory};
+use crate::arithmetic::proportion;
+use crate::atlas::entry::{Entry, Finding};
+use crate::claim::Claim;
+use crate::lab::Lab;
+use crate::numbers::{measured, number};
+use crate::series::{seen, theory};
+use crate::told::{Run, run};
+use crate::walking::{Failure, covered, estimate, experiment, receivers, solve};
 
 pub const ENTRY: Entry = Entry {
     name: "slit",
@@ -58,7 +61,7 @@ impl Rooms {
     fn new() -> Result<Self, Failure> {
         let spec = scenes::two_rooms(0.1, 0.5);
         let exact = Exact::of_scene(&spec)?;
-        let experiment = experiment(&spec, shooting(EstimatorKind::Collision))?;
+        let experiment = experiment(&spec, Method::shooting(EstimatorKind::Collision))?;
         let is_dark = |&i: &usize| experiment.scene().faces().get(i).centroid.x > 1.01;
         let dark: Vec<usize> = receivers(&experiment).into_iter().filter(is_dark).collect();
         let rate = |&i: &usize| exact.solution().incoming[i] / exact.total_power();
@@ -73,8 +76,8 @@ impl Rooms {
 
 fn study(lab: &Lab) -> Result<Finding, Failure> {
     let rooms = Rooms::new()?;
-    let sweep = lab.size(vec![0.3, 3.0], vec![0.1, 0.3, 1.0, 3.0, 10.0, 30.0]);
-    let runs = lab.size(100, 300);
+    let sweep = lab.pick(vec![0.3, 3.0], vec![0.1, 0.3, 1.0, 3.0, 10.0, 30.0]);
+    let runs = lab.pick(100, 300);
     let (mut line, mut normal, mut ours) = (Vec::new(), Vec::new(), Vec::new());
     let mut claims = Vec::new();
     for &hits in &sweep {
@@ -92,7 +95,7 @@ fn study(lab: &Lab) -> Result<Finding, Failure> {
         normal.push((hits, of(0)));
         ours.push((hits, of(1)));
         claims.push(Claim::at_least(
-            &format!("{hits} hits a patch: coverage of radwalk's intervals"),
+            format!("{hits} hits a patch: coverage of radwalk's intervals"),
             of(1),
             0.95,
         ));
@@ -109,7 +112,7 @@ fn study(lab: &Lab) -> Result<Finding, Failure> {
         patches: None,
     };
     let most = (3000.0 / rooms.mean_rate()) as u64;
-    let stopped = lab.each_seed(lab.size(16, 60), |seed| {
+    let stopped = lab.each_seed(lab.pick(16, 60), |seed| {
         let run = run(&rooms.experiment, seed, most, Some(target.clone()));
         (
             covered(&run.solution, &rooms.dark, &rooms.truth),
@@ -128,20 +131,20 @@ fn study(lab: &Lab) -> Result<Finding, Failure> {
             .into(),
         seen: format!(
             "Intervals of ± 1.96 standard errors cover {} at {} hits a patch and {} at {}; radwalk's cover {} and {}.",
-            pm(at(&normal, 0)),
+            measured(at(&normal, 0)),
             sweep[0],
-            pm(at(&normal, 1)),
+            measured(at(&normal, 1)),
             sweep[1],
-            pm(at(&ours, 0)),
-            pm(at(&ours, 1))
+            measured(at(&ours, 0)),
+            measured(at(&ours, 1))
         ),
         told,
         instead: format!(
             "Trust the interval, not the value, of what is flagged `rare`; or set a target: with target.relative_error = 0.5 \
              and target.fraction = 1 (10 scores a patch at least) runs end after {} walks instead of {few:.0}, and their \
              intervals cover {}.",
-            figure(taken.value),
-            pm(remedy)
+            number(taken.value),
+            measured(remedy)
         ),
         claims,
         chart: Chart {
@@ -161,7 +164,7 @@ fn study(lab: &Lab) -> Result<Finding, Failure> {
 /// Whether some check speaks up in every run in which the usual interval misses; and what one run says.
 fn silence(lab: &Lab, rooms: &Rooms, walks: f64, claims: &mut Vec<Claim>) -> (f64, Vec<String>) {
     let word = |run: &Run| run.fails("unhit") || run.fails("rare") || run.fails("vov");
-    let heard = lab.each_seed(lab.size(30, 200), |seed| {
+    let heard = lab.each_seed(lab.pick(30, 200), |seed| {
         let run = run(&rooms.experiment, seed, walks as u64, None);
         let misses = |&i: &usize| !normal_holds(&estimate(&run.solution, i), rooms.truth[i]);
         let silent = rooms.dark.iter().any(misses) && !word(&run);

@@ -1,13 +1,18 @@
 //! R → 0 under survival.
 
 use exact::{Exact, WalkEstimator};
-use radiosity::{EstimatorKind, SceneSpec};
+use radiosity::{EstimatorKind, Method, SceneSpec};
 use report::{Axis, Chart};
 use stats::Measured;
 
-use crate::atlas::entry::{Claim, Entry, Failure, Finding};
-use crate::atlas::lab::{Lab, estimate, experiment, ratio, run, shooting, solve, variance_over, walk};
-use crate::numbers::{figure, pm, seen, theory};
+use crate::arithmetic::ratio;
+use crate::atlas::entry::{Entry, Finding};
+use crate::claim::Claim;
+use crate::lab::Lab;
+use crate::numbers::{measured, number};
+use crate::series::{seen, theory};
+use crate::told::run;
+use crate::walking::{Failure, estimate, experiment, solve, variance_over, walk};
 
 pub const ENTRY: Entry = Entry {
     name: "survival-in-the-dark",
@@ -34,11 +39,11 @@ struct Point {
 }
 
 fn study(lab: &Lab) -> Result<Finding, Failure> {
-    let sweep = lab.size(vec![0.3, 0.03], vec![0.3, 0.1, 0.03, 0.01, 0.003, 0.001]);
-    let walks = lab.size(400_000, 20_000_000);
+    let sweep = lab.pick(vec![0.3, 0.03], vec![0.3, 0.1, 0.03, 0.01, 0.003, 0.001]);
+    let walks = lab.pick(400_000, 20_000_000);
     let points = sweep.iter().map(|&dark| point(dark, walks)).collect::<Result<Vec<_>, Failure>>()?;
     let last = points.last().expect("a sweep has points");
-    let survival = experiment(&scene(0.001), shooting(EstimatorKind::Survival))?;
+    let survival = experiment(&scene(0.001), Method::shooting(EstimatorKind::Survival))?;
     let told = run(&survival, 1, 20_000, None).told();
     let gain = last.predicted[0] / last.predicted[1];
     let mut claims: Vec<Claim> = points.iter().flat_map(of_point).collect();
@@ -70,8 +75,8 @@ fn study(lab: &Lab) -> Result<Finding, Failure> {
         seen: format!(
             "In the 54-patch cube with one dark face the sample variances are {} (survival) and {} (collision) of \
              these at R = {}.",
-            pm(last.ratio[0]),
-            pm(last.ratio[1]),
+            measured(last.ratio[0]),
+            measured(last.ratio[1]),
             last.dark
         ),
         told,
@@ -79,8 +84,8 @@ fn study(lab: &Lab) -> Result<Finding, Failure> {
             "Write estimator = \"collision\": at R = {} its variance is {} times less, as measured above, and its \
              irradiances are known down to R = 0: there that of the dark patch is {} of what theory says.",
             last.dark,
-            figure(gain),
-            pm(ratio(remedy, truth))
+            number(gain),
+            measured(ratio(remedy, truth))
         ),
         claims,
         chart: Chart {
@@ -97,7 +102,7 @@ fn point(dark: f64, walks: u64) -> Result<Point, Failure> {
     let exact = Exact::of_scene(&spec)?;
     let of = |kind, estimator: WalkEstimator| -> Result<(f64, Measured), Failure> {
         let variance = estimator.variances(&exact)[PATCH];
-        let experiment = experiment(&spec, shooting(kind))?;
+        let experiment = experiment(&spec, Method::shooting(kind))?;
         let ratio = variance_over(&experiment, &walk::<4>(&experiment, 3, walks), PATCH, variance);
         Ok((variance / exact.solution().reflected[PATCH].powi(2), ratio))
     };
@@ -110,7 +115,8 @@ fn point(dark: f64, walks: u64) -> Result<Point, Failure> {
 fn irradiance_of_black(walks: u64) -> Result<(Measured, f64), Failure> {
     let spec = scene(0.0);
     let exact = Exact::of_scene(&spec)?;
-    let seen = estimate(&solve(&experiment(&spec, shooting(EstimatorKind::Collision))?, 3, walks), PATCH);
+    let seen =
+        estimate(&solve(&experiment(&spec, Method::shooting(EstimatorKind::Collision))?, 3, walks), PATCH);
     let (value, standard_error) =
         seen.irradiance.zip(seen.irradiance_error).ok_or("collision walks tell irradiances")?;
     Ok((Measured { value, standard_error }, exact.solution().incoming[PATCH] / exact.areas()[PATCH]))
@@ -118,7 +124,7 @@ fn irradiance_of_black(walks: u64) -> Result<(Measured, f64), Failure> {
 
 fn of_point(point: &Point) -> Vec<Claim> {
     let claim = |(kind, ratio): (&str, Measured)| {
-        Claim::equal(&format!("R = {}: variance of {kind} over theory", point.dark), ratio, 1.0)
+        Claim::equal(format!("R = {}: variance of {kind} over theory", point.dark), ratio, 1.0)
     };
     ["survival", "collision"].into_iter().zip(point.ratio).map(claim).collect()
 }

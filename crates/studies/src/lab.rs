@@ -19,14 +19,23 @@ pub enum Effort {
 pub struct Lab {
     /// How much is done.
     pub effort: Effort,
-    /// On so many threads.
+    /// The threads.
     pub threads: usize,
 }
 
 /// Walks (of chains: one chain) that a thread takes at a time towards one tally.
 const PIECE: u64 = 1 << 20;
 
+/// The seed of the first run.
+const FIRST_SEED: u64 = 1000;
+
 impl Lab {
+    /// A laboratory of `threads` threads; of all cores where that is not said.
+    pub fn new(effort: Effort, threads: Option<usize>) -> Self {
+        let cores = || std::thread::available_parallelism().map_or(1, usize::from);
+        Lab { effort, threads: threads.unwrap_or_else(cores) }
+    }
+
     /// The first where little is done, else the second.
     pub fn pick<T>(&self, quick: T, full: T) -> T {
         match self.effort {
@@ -57,6 +66,11 @@ impl Lab {
         )
     }
 
+    /// Something for each of `runs` seeds, in their order.
+    pub fn each_seed<T: Send>(&self, runs: u64, of: impl Fn(u64) -> T + Sync) -> Vec<T> {
+        self.each(runs as usize, || (), |(), run| of(FIRST_SEED + run as u64))
+    }
+
     /// The tally, with M power sums, of walks 0 … `walks` − 1 of the sequence of `seed`.
     pub fn tally<const M: usize>(&self, experiment: &Experiment, seed: u64, walks: u64) -> Tally {
         let sequence = Sequence::new(seed);
@@ -69,11 +83,11 @@ impl Lab {
                 let first = i as u64 * piece;
                 experiment.walk(&sequence, first..walks.min(first + piece), board);
                 board
-                    .add_to(&mut whole.lock().expect("nobody panicked"))
+                    .add_to(&mut whole.lock().expect("no thread has panicked"))
                     .expect("sums of fewer than 2^60 walks fit");
             },
         );
-        whole.into_inner().expect("nobody panicked")
+        whole.into_inner().expect("no thread has panicked")
     }
 
     /// Does `count` independent things, each with what `prepare` made for its thread, and returns them in order.
@@ -95,12 +109,12 @@ impl Lab {
                             break;
                         }
                         let result = work(&mut state, i);
-                        done.lock().expect("nobody panicked").push((i, result));
+                        done.lock().expect("no thread has panicked").push((i, result));
                     }
                 });
             }
         });
-        let mut done = done.into_inner().expect("nobody panicked");
+        let mut done = done.into_inner().expect("no thread has panicked");
         done.sort_unstable_by_key(|&(i, _)| i);
         done.into_iter().map(|(_, result)| result).collect()
     }
@@ -108,14 +122,14 @@ impl Lab {
 
 #[cfg(test)]
 mod tests {
-    use radiosity::{Direction, EstimatorKind};
+    use radiosity::{EstimatorKind, Method};
 
     use super::*;
-    use crate::papers::walkers::{experiment, method};
+    use crate::walking::experiment;
 
     #[test]
     fn threads_do_not_enter_the_answer() {
-        let experiment = experiment(&scenes::cube(1), method(Direction::Shooting, EstimatorKind::Collision));
+        let experiment = experiment(&scenes::cube(1), Method::shooting(EstimatorKind::Collision)).unwrap();
         let [one, three] = [1, 3].map(|threads| Lab { effort: Effort::Quick, threads });
         let read = |tally: &Tally| tally.sums().to_vec();
         let runs = |lab: Lab| lab.runs(&experiment, 1, 20, 100, read);

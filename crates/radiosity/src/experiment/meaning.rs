@@ -1,0 +1,152 @@
+//! What a unit is worth: from the sums of a tally to power and radiosity.
+
+use super::Experiment;
+use super::gathering::Gathering;
+use crate::geometry::face::Face;
+use crate::jacobi;
+use crate::jacobi::final_gather::LIGHT_BY_SHADOW_RAYS;
+use crate::jacobi::plan::Solve;
+use crate::method::{Chains, Method};
+use crate::tally::{Counts, Tally};
+use crate::walk::estimator::{Estimator, Repeats};
+use crate::walk::fate::InfiniteEnd;
+use crate::walk::score::fixed_units;
+
+/// What the sums of one score on one face mean.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Meaning {
+    /// One unit of score, in events (hits; for gathering, events of the largest value).
+    pub unit: f64,
+    /// H per event: incoming power over area [W/m²]. `None` where the estimator cannot tell it (survival on a
+    /// face of reflectance 0).
+    pub irradiance_per_event: Option<f64>,
+    /// A bound on E[x²]/E[x], x in events.
+    pub ratio_bound: f64,
+    /// A bound on how much too small b may be [W/m²]: walks that were cut off.
+    pub bias_bound: f64,
+}
+
+impl Experiment {
+    /// What the sums of face i mean in one channel; `None` where no walk can tell of it (gathering, p_i = 0).
+    pub fn meaning(&self, i: usize, channel: usize, tally: &Tally) -> Option<Meaning> {
+        self.meaning_of((i, &self.scene.faces().get(i)), channel, tally)
+    }
+
+    /// What [`Experiment::meaning`] says of a face that is at hand.
+    pub(super) fn meaning_of(
+        &self,
+        (i, face): (usize, &Face),
+        channel: usize,
+        tally: &Tally,
+    ) -> Option<Meaning> {
+        match (&self.method, &self.gathering) {
+            (Method::Walks(walks), Some(gathering)) => {
+                let estimator = walks.score.estimator();
+                self.meaning_of_gathering(gathering, estimator, (i, face), channel, tally.layout().moments)
+            }
+            (Method::Walks(walks), None) => {
+                Some(self.meaning_of_shooting(walks.score.estimator(), face, channel, tally))
+            }
+            (Method::Batches(batches), _) => {
+                let (estimator, _) = batches.score.of_walks();
+                let walks = self.meaning_of_shooting(estimator, face, channel, tally);
+                let batch = self.meaning_of_batches(face, channel, false);
+                Some(Meaning {
+                    irradiance_per_event: walks.irradiance_per_event.and(batch.irradiance_per_event),
+                    bias_bound: walks.bias_bound,
+                    ..batch
+                })
+            }
+            (Method::Chains(Chains { solve, .. }), _) => {
+                Some(self.meaning_of_batches(face, channel, *solve == Solve::Links))
+            }
+        }
+    }
+
+    /// A batch scores H itself, over the largest radiosity there can be. Solved links do not exceed that; rays and walks
+    /// cannot bring in more than all the light that is under way, Φ_T/(1 − R_max) at most (P_T of BS §4). A final gather
+    /// may find all of it on the smallest face, and emitters by both kinds of its rays.
+    fn meaning_of_batches(&self, face: &Face, channel: usize, links: bool) -> Meaning {
+        let (scene, largest) = (&self.scene, self.largest_radiosity[channel]);
+        let all = scene.total_power(channel) / (1.0 - scene.max_reflectance()[channel]);
+        let gathered = self.method.final_gather().contains(&face.patch);
+        let most = if gathered {
+            1.0 + LIGHT_BY_SHADOW_RAYS + all / self.least_area / largest
+        } else {
+            all / face.area / largest
+        };
+        Meaning {
+            unit: 1.0 / jacobi::UNITS,
+            irradiance_per_event: Some(largest),
+            ratio_bound: if links && !gathered { 1.0 } else { most.max(1.0) },
+            bias_bound: 0.0,
+        }
+    }
+
+    /// b_i = (R_i/A_i)φ_i (S97 corollary 2.3), φ_i = Φ_T/p_i × the mean score, p_i the probability of the event after an
+    /// arrival (S97 propositions 2.1, 2.9, 2.14).
+    ///
+    /// A planar face cannot hit itself, so between two visits a walk survives on it and on another face: it
+    /// returns with probability at most σ_i·σ_max. Visits after the first are then at most geometric, m =
+    /// 1/(1 − σ_i·σ_max) of them in the mean, and E[x²]/E[x] ≤ 2m − 1 of the largest weight w there can be. A
+    /// weight that is multiplied by R_i·R_max between visits scores at most m·w in all.
+    pub(super) fn meaning_of_shooting(
+        &self,
+        estimator: Estimator,
+        face: &Face,
+        channel: usize,
+        tally: &Tally,
+    ) -> Meaning {
+        let per_hit = self.scene.total_power(channel) / face.area;
+        let (survival, most) = (face.reflectance.max(), self.scene.max_reflectance());
+        let visits = 1.0 / (1.0 - survival * most.max());
+        let weakened = 1.0 / (1.0 - face.reflectance[channel] * most[channel]);
+        let weight = self.scene.emitters().largest_weights()[channel];
+        let probability = estimator.kind().probability(survival);
+        let scale = (probability > 0.0).then(|| 1.0 / probability);
+        let ratio_bound = match estimator.kind().repeats() {
+            Repeats::Never => 1.0,
+            Repeats::Equal => 2.0 * visits - 1.0,
+            Repeats::Weakening => weakened,
+        };
+        // Power that was cut off would have come in here at most this often.
+        let counts = &tally.counts;
+        let cut_off =
+            counts.truncated_weight[channel] as f64 / Counts::WEIGHT_UNITS / counts.walks.max(1) as f64;
+        Meaning {
+            unit: if tally.layout().events { 1.0 / fixed_units(tally.layout().moments) } else { 1.0 },
+            irradiance_per_event: scale.map(|scale| scale * per_hit),
+            // A colour of light that all emitters share has weights of 1, but for rounding.
+            ratio_bound: (weight * ratio_bound).max(1.0),
+            bias_bound: face.reflectance[channel] * per_hit * cut_off * weakened,
+        }
+    }
+
+    /// b_i = R_i × the mean score / p_i, p_i the probability of a birth on face i (S97 propositions 3.1, 3.5, 3.6).
+    fn meaning_of_gathering(
+        &self,
+        gathering: &Gathering,
+        estimator: Estimator,
+        (i, face): (usize, &Face),
+        channel: usize,
+        moments: usize,
+    ) -> Option<Meaning> {
+        let probability = gathering.probability[i];
+        if probability == 0.0 {
+            return None;
+        }
+        // What is left of a walk that is cut off is worth at most its weight times B̄.
+        let cut_off = match estimator.infinite_end() {
+            Some(InfiniteEnd::Cutoff { threshold }) => threshold,
+            Some(InfiniteEnd::Length { length }) => self.scene.max_reflectance()[channel].powi(length as i32),
+            Some(InfiniteEnd::Roulette { .. }) | None => 0.0,
+        };
+        let reflectance = face.reflectance[channel];
+        Some(Meaning {
+            unit: 1.0 / fixed_units(moments),
+            irradiance_per_event: Some(gathering.largest_value[channel] / probability),
+            ratio_bound: gathering.ratio_bound[channel],
+            bias_bound: reflectance * cut_off * gathering.b_bar[channel],
+        })
+    }
+}

@@ -1,0 +1,156 @@
+//! Walks of an experiment, onto its board.
+
+use std::ops::Range;
+
+use super::Experiment;
+use super::board::{Board, with_board};
+use super::gathering::{Gathering, Values};
+use crate::method::{Method, Score, Walks};
+use crate::random::quasi::{Place, Quasi};
+use crate::random::rng::Sequence;
+use crate::scene::births::Births;
+use crate::tally::Counts;
+use crate::walk::Space;
+use crate::walk::batch::{walk_all, walk_each};
+use crate::walk::estimator::{Estimator, with_estimator};
+use crate::walk::fate::{Analog, Coloured, Fate, Infinite};
+use crate::walk::score::{Gather, GatherRelated, OnArrival, Scorer, ShootHits, ShootRelated, ShootWeights};
+
+/// Where the numbers of walks come from, and which walks.
+pub(super) enum Source<'a> {
+    Random(&'a Sequence, Range<u64>),
+    Sobol(&'a Quasi, Range<u64>),
+}
+
+impl Experiment {
+    /// Walks (or batches, or chains) number `walks.start` … `walks.end` − 1 of a sequence, onto a board that
+    /// [`Experiment::board`] made.
+    ///
+    /// # Panics
+    /// Where the board was made by an experiment that scores in another way.
+    pub fn walk<const M: usize>(&self, sequence: &Sequence, walks: Range<u64>, board: &mut Board<M>) {
+        self.walk_while(sequence, walks, board, &|| true);
+    }
+
+    /// Walks as [`Experiment::walk`] does, but gives up a batch or a chain, which may be long, once `go_on` says no; it is
+    /// asked many times a second. What the board holds is of no use then.
+    ///
+    /// # Panics
+    /// Where the board was made by an experiment that scores in another way.
+    pub fn walk_while<const M: usize>(
+        &self,
+        sequence: &Sequence,
+        walks: Range<u64>,
+        board: &mut Board<M>,
+        go_on: &dyn Fn() -> bool,
+    ) {
+        let counts = match (&self.method, &self.gathering, board as &mut Board<M>) {
+            (Method::Walks(plan), None, board) => {
+                self.shoot(plan.score, plan.space, &Source::Random(sequence, walks), board)
+            }
+            (Method::Walks(plan), Some(gathering), board) => {
+                self.gather(plan, gathering, &Source::Random(sequence, walks), board)
+            }
+            (Method::Batches(plan), _, Board::Chains(board)) => {
+                let batch = |batch| self.batch_of_walks(sequence, batch, plan, go_on);
+                self.batches(sequence, walks, board, batch, go_on)
+            }
+            (Method::Chains(plan), _, Board::Chains(board)) => {
+                let chain = |chain| self.chain(sequence, chain, plan, go_on);
+                self.batches(sequence, walks, board, chain, go_on)
+            }
+            _ => wrong_board(),
+        };
+        with_board!(board, board => board.counts.add(&counts)).expect("64 bits outlast any process");
+    }
+
+    /// Walks from the emitters.
+    pub(super) fn shoot<const M: usize>(
+        &self,
+        score: Score,
+        space: Space,
+        source: &Source,
+        board: &mut Board<M>,
+    ) -> Counts {
+        let births = self.scene.emitters();
+        match (board, score) {
+            (Board::Hits(board), Score::Of(estimator)) => {
+                with_estimator!(estimator, Analog, |Event, fate| {
+                    let mut score = ShootHits::<Event, M>::new(self.scene.isa, board);
+                    self.walk_all(births, space, source, fate, &mut score)
+                })
+            }
+            (Board::RelatedHits(board), Score::Mix) => {
+                self.walk_all(births, space, source, Analog, &mut ShootRelated::new(board))
+            }
+            (Board::Fixed(board), Score::Of(Estimator::Infinite(end))) => {
+                let mut score = ShootWeights::<OnArrival, 1, M>::new(board);
+                self.walk_all(births, space, source, Infinite::new(end), &mut score)
+            }
+            (Board::Coloured(board), Score::Of(estimator)) => {
+                with_estimator!(estimator, Coloured::new(), |Event, fate| {
+                    let mut score = ShootWeights::<Event, 3, M>::new(board);
+                    self.walk_all(births, space, source, fate, &mut score)
+                })
+            }
+            _ => wrong_board(),
+        }
+    }
+
+    /// Walks from the patches.
+    fn gather<const M: usize>(
+        &self,
+        plan: &Walks,
+        gathering: &Gathering,
+        source: &Source,
+        board: &mut Board<M>,
+    ) -> Counts {
+        let (births, space) = (&gathering.births, plan.space);
+        match (board, &gathering.values, plan.score) {
+            (Board::Fixed(board), Values::Grey(values), Score::Of(estimator)) => {
+                with_estimator!(estimator, Analog, |Event, fate| {
+                    let mut score = Gather::<Event, 1, M>::new(board, values);
+                    self.walk_all(births, space, source, fate, &mut score)
+                })
+            }
+            (Board::Coloured(board), Values::Coloured(values), Score::Of(estimator)) => {
+                with_estimator!(estimator, Coloured::new(), |Event, fate| {
+                    let mut score = Gather::<Event, 3, M>::new(board, values);
+                    self.walk_all(births, space, source, fate, &mut score)
+                })
+            }
+            (Board::RelatedFixed(board), Values::Related(values), Score::Mix) => {
+                self.walk_all(births, space, source, Analog, &mut GatherRelated::new(board, values))
+            }
+            _ => wrong_board(),
+        }
+    }
+
+    fn walk_all<const C: usize>(
+        &self,
+        births: &Births,
+        space: Space,
+        source: &Source,
+        fate: impl Fate<C>,
+        score: &mut impl Scorer<C>,
+    ) -> Counts {
+        let scene = &self.scene;
+        match source {
+            Source::Random(sequence, walks) => {
+                walk_all(scene, births, space, sequence, walks.clone(), fate, score)
+            }
+            Source::Sobol(numbers, walks) => {
+                let starts = walks.clone().map(|walk| Place::start(walk as u32));
+                walk_each(scene, births, space, *numbers, starts, fate, score)
+            }
+        }
+    }
+}
+
+/// A board is of no use to an experiment that scores in another way.
+#[cold]
+fn wrong_board() -> ! {
+    panic!(
+        "the board was made by an experiment that scores in another way; take the one of `Experiment::board`"
+    )
+}

@@ -1,0 +1,50 @@
+//! Methods that would be wrong in a scene.
+
+use thiserror::Error;
+
+use crate::method::{Birth, Direction, Method, Walks};
+use crate::scene::Scene;
+
+/// A method that would be wrong in this scene.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum Unfit {
+    /// Gathering by survival scores where a walk survives on an emitter.
+    #[error(
+        "patch {patch} emits and has reflectance 0, and gathering by survival scores only where walks survive (its light would be lost); choose another estimator"
+    )]
+    BlackEmitter {
+        /// The emitter.
+        patch: usize,
+    },
+    /// The best mix of absorption and survival is a matter of one channel.
+    #[error(
+        "`mix` compares collision, absorption and survival on the same walks, which needs a grey scene; run one channel at a time, or remove `mix`"
+    )]
+    MixInColour,
+    /// No walk can be born, and nothing gathered, where there is no patch.
+    #[error("patch {patch} is chosen, but the scene has {patches} patches; choose from 0 to {last}", last = patches - 1)]
+    NoSuchPatch {
+        /// The patch.
+        patch: u32,
+        /// Patches of the scene.
+        patches: usize,
+    },
+}
+
+/// Whether a method's answer would be right, but for emitters that [`super::gathering`] refuses.
+pub(super) fn check(scene: &Scene, method: &Method) -> Result<(), Unfit> {
+    if method.is_mix() && scene.channels() > 1 {
+        return Err(Unfit::MixInColour);
+    }
+    if let Method::Walks(Walks { direction: Direction::Gathering(Birth::Patches(chosen)), .. }) = method {
+        check_patches(chosen, scene)?;
+    }
+    check_patches(method.final_gather(), scene)
+}
+
+/// Whether every chosen patch is one of the scene.
+fn check_patches(chosen: &[u32], scene: &Scene) -> Result<(), Unfit> {
+    let patches = scene.faces().patch_count();
+    let unknown = chosen.iter().find(|&&patch| patch as usize >= patches);
+    unknown.map_or(Ok(()), |&patch| Err(Unfit::NoSuchPatch { patch, patches }))
+}

@@ -1,0 +1,197 @@
+//! The estimators: what a walk scores, where, and what that is worth. All that tells one estimator from another is here.
+//!
+//! A shooting walk carries Φ_T, a gathering walk looks for E. Each scores at one kind of [`Event`], whose probability after
+//! an arrival on face j is p_j; a score is worth 1/p_j of what the walk carries, so that its expectation does not depend on
+//! the kind of event (S97 propositions 2.1, 2.9, 2.14 for shooting; 3.1, 3.5, 3.6 for gathering):
+//!
+//! | estimator | event | p_j | shooting: φ_j += | gathering: b_i += (weight 1) | variance |
+//! |---|---|---|---|---|---|
+//! | absorption | the walk dies | 1 − R_j | Φ_T/(1 − R_j) | R_i E_j/(p_i (1 − R_j)) | S97 corollary 2.3, eq. (10) |
+//! | survival | it survives | R_j | Φ_T/R_j | R_i E_j/(p_i R_j) | S97 proposition 2.10, eq. (13) |
+//! | collision | it arrives | 1 | Φ_T | R_i E_j/p_i | S97 corollary 2.16, eq. (14) |
+//! | infinite | it arrives, with weight ΠR | 1 | Φ_T·ΠR | R_i ΠR E_j/p_i | SInf eqs. (2), (3) |
+//! | direct | it arrives for the first time | 1 | Φ_T | R_i E_j/p_i | that of collision without 2R_iξ_i |
+
+use serde::{Deserialize, Serialize};
+
+use super::fate::InfiniteEnd;
+
+/// Which events of a walk score (S97 §2, §3).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum EstimatorKind {
+    /// The absorption at its end.
+    Absorption,
+    /// Every hit that it survives.
+    Survival,
+    /// Every hit.
+    #[default]
+    Collision,
+    /// Every hit of a walk that is never absorbed, by weight (SInf).
+    Infinite,
+    /// The first hit alone: direct light (Sh91's first stage).
+    Direct,
+}
+
+/// An estimator with all that it needs to know.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Estimator {
+    /// The absorption at the end of a walk scores.
+    Absorption,
+    /// Every hit that a walk survives scores.
+    Survival,
+    /// Every hit scores.
+    Collision,
+    /// Every hit scores, by weight, of a walk that is never absorbed (SInf) until this end.
+    Infinite(InfiniteEnd),
+    /// The first hit alone scores: direct light.
+    Direct,
+}
+
+/// What happens to a walk where it has arrived.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Event {
+    Arrival,
+    Survival,
+    Absorption,
+}
+
+/// How often one walk may score on the same face.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Repeats {
+    /// Once at most.
+    Never,
+    /// At every visit, all worth the same.
+    Equal,
+    /// At every visit, each worth less by the reflectances between.
+    Weakening,
+}
+
+impl EstimatorKind {
+    /// Every estimator.
+    pub const ALL: &'static [Self] =
+        &[Self::Absorption, Self::Survival, Self::Collision, Self::Infinite, Self::Direct];
+
+    /// Its name in job files and outputs.
+    pub fn word(self) -> &'static str {
+        match self {
+            EstimatorKind::Absorption => "absorption",
+            EstimatorKind::Survival => "survival",
+            EstimatorKind::Collision => "collision",
+            EstimatorKind::Infinite => "infinite",
+            EstimatorKind::Direct => "direct",
+        }
+    }
+
+    /// The estimator, whose walks, where they are infinite, end so.
+    pub fn ending(self, end: InfiniteEnd) -> Estimator {
+        match self {
+            EstimatorKind::Absorption => Estimator::Absorption,
+            EstimatorKind::Survival => Estimator::Survival,
+            EstimatorKind::Collision => Estimator::Collision,
+            EstimatorKind::Infinite => Estimator::Infinite(end),
+            EstimatorKind::Direct => Estimator::Direct,
+        }
+    }
+
+    pub(crate) fn event(self) -> Event {
+        match self {
+            EstimatorKind::Absorption => Event::Absorption,
+            EstimatorKind::Survival => Event::Survival,
+            EstimatorKind::Collision | EstimatorKind::Infinite | EstimatorKind::Direct => Event::Arrival,
+        }
+    }
+
+    pub(crate) fn repeats(self) -> Repeats {
+        match self {
+            EstimatorKind::Absorption | EstimatorKind::Direct => Repeats::Never,
+            EstimatorKind::Survival | EstimatorKind::Collision => Repeats::Equal,
+            EstimatorKind::Infinite => Repeats::Weakening,
+        }
+    }
+
+    /// Whether walks may go on after their first hit.
+    pub fn goes_on(self) -> bool {
+        self != EstimatorKind::Direct
+    }
+
+    /// The probability that a walk scores where it has arrived, on a surface that walks survive with probability σ.
+    pub fn probability(self, survival: f64) -> f64 {
+        self.event().probability(survival)
+    }
+}
+
+impl Event {
+    /// The probability of the event after an arrival, on a surface that walks survive with probability σ.
+    pub(crate) fn probability(self, survival: f64) -> f64 {
+        match self {
+            Event::Arrival => 1.0,
+            Event::Survival => survival,
+            Event::Absorption => 1.0 - survival,
+        }
+    }
+}
+
+impl Estimator {
+    /// The same without what it needs to know.
+    pub fn kind(self) -> EstimatorKind {
+        match self {
+            Estimator::Absorption => EstimatorKind::Absorption,
+            Estimator::Survival => EstimatorKind::Survival,
+            Estimator::Collision => EstimatorKind::Collision,
+            Estimator::Infinite(_) => EstimatorKind::Infinite,
+            Estimator::Direct => EstimatorKind::Direct,
+        }
+    }
+
+    /// How walks end that are never absorbed by chance; `None` for all others.
+    pub fn infinite_end(self) -> Option<InfiniteEnd> {
+        match self {
+            Estimator::Infinite(end) => Some(end),
+            Estimator::Absorption | Estimator::Survival | Estimator::Collision | Estimator::Direct => None,
+        }
+    }
+}
+
+impl From<EstimatorKind> for Estimator {
+    /// Infinite walks end as they do in a job that does not say how.
+    fn from(kind: EstimatorKind) -> Self {
+        kind.ending(InfiniteEnd::default())
+    }
+}
+
+/// Runs `$body` with the type of the event that an estimator scores and the fate that its walks meet. `$chance` is the
+/// fate of walks that chance alone absorbs.
+macro_rules! with_estimator {
+    ($estimator:expr, $chance:expr, |$Event:ident, $fate:ident| $body:expr) => {
+        match $estimator {
+            $crate::walk::estimator::Estimator::Absorption => {
+                type $Event = $crate::walk::score::OnAbsorption;
+                let $fate = $chance;
+                $body
+            }
+            $crate::walk::estimator::Estimator::Survival => {
+                type $Event = $crate::walk::score::OnSurvival;
+                let $fate = $chance;
+                $body
+            }
+            $crate::walk::estimator::Estimator::Collision => {
+                type $Event = $crate::walk::score::OnArrival;
+                let $fate = $chance;
+                $body
+            }
+            $crate::walk::estimator::Estimator::Infinite(end) => {
+                type $Event = $crate::walk::score::OnArrival;
+                let $fate = $crate::walk::fate::Infinite::new(end);
+                $body
+            }
+            $crate::walk::estimator::Estimator::Direct => {
+                type $Event = $crate::walk::score::OnArrival;
+                let $fate = $crate::walk::fate::FirstArrival::new();
+                $body
+            }
+        }
+    };
+}
+
+pub(crate) use with_estimator;

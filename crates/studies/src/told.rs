@@ -1,0 +1,59 @@
+//! A run in this process, told of as `radwalk run` tells.
+
+use job::Target;
+use judge::checks::checks;
+use judge::target::{Observer, looks};
+use radiosity::{Estimates, Experiment, Solution, Tally};
+use report::Check;
+
+use crate::walking::{CONFIDENCE, advance};
+
+/// A run that was looked at as jobs are.
+pub struct Run {
+    /// Where its walks ended.
+    pub tally: Tally,
+    /// What they say.
+    pub solution: Solution,
+    /// What was verified.
+    pub checks: Vec<Check>,
+    /// Whether its target, if any, ended it.
+    pub reached: bool,
+}
+
+/// Runs a job of `walks` at most, with its looks and checks.
+pub fn run(experiment: &Experiment, seed: u64, walks: u64, target: Option<Target>) -> Run {
+    let mut observer = Observer::new(experiment.clone(), CONFIDENCE, target);
+    let (mut tally, mut seen, mut reached) = (experiment.tally::<2>(), Vec::new(), false);
+    for mark in looks(experiment, walks) {
+        advance::<2>(experiment, seed, mark, &mut tally);
+        let look = observer.look(&tally, &seen);
+        reached = look.reached;
+        seen.push(look);
+        if reached {
+            break;
+        }
+    }
+    let estimates = Estimates::new(experiment, &tally, CONFIDENCE);
+    let checks = checks(&estimates, None, &estimates.precision(), &seen);
+    let solution = Solution::new(experiment, &tally, CONFIDENCE);
+    Run { tally, solution, checks, reached }
+}
+
+impl Run {
+    /// The checks that did not pass, as summaries have them.
+    pub fn told(&self) -> Vec<String> {
+        let failed = self.checks.iter().filter(|check| !check.ok);
+        failed.map(|check| format!("check `{}`: {}", check.name, check.message)).collect()
+    }
+
+    /// Whether a check failed.
+    pub fn fails(&self, name: &str) -> bool {
+        self.checks.iter().any(|check| check.name == name && !check.ok)
+    }
+
+    /// The flags of a patch in `patches.csv`.
+    pub fn flags(&self, experiment: &Experiment, patch: usize) -> String {
+        let known = self.solution.face(patch);
+        report::flags(&experiment.scene().faces().get(patch), known.as_deref())
+    }
+}

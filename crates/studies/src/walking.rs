@@ -1,0 +1,142 @@
+//! Walks walked in this process, and what their tallies say.
+
+use radiosity::{Estimate, Experiment, IndexChoice, Method, Scene, SceneSpec, Sequence, Solution, Tally};
+use stats::Measured;
+
+use crate::arithmetic::{proportion, ratio};
+use crate::lab::Lab;
+
+/// The level of intervals.
+pub const CONFIDENCE: f64 = 0.95;
+
+/// Walks scored on one board before it is emptied.
+const AT_A_TIME: u64 = 1 << 20;
+
+/// What keeps a study from being done.
+pub type Failure = Box<dyn std::error::Error + Send + Sync>;
+
+/// A method in a scene.
+///
+/// # Errors
+/// Where the scene or the method is refused.
+pub fn experiment(spec: &SceneSpec, method: impl Into<Method>) -> Result<Experiment, Failure> {
+    Ok(Experiment::new(Scene::build(spec, IndexChoice::Auto)?, method)?)
+}
+
+/// The tally of walks 0 … `walks` − 1, with M power sums.
+pub fn walk<const M: usize>(experiment: &Experiment, seed: u64, walks: u64) -> Tally {
+    let mut tally = experiment.tally::<M>();
+    advance::<M>(experiment, seed, walks, &mut tally);
+    tally
+}
+
+/// Walks on, from the walks of `tally` up to `walks` in all.
+pub fn advance<const M: usize>(experiment: &Experiment, seed: u64, walks: u64, tally: &mut Tally) {
+    let (sequence, mut board) = (Sequence::new(seed), experiment.board::<M>());
+    while tally.counts.walks < walks {
+        let first = tally.counts.walks;
+        experiment.walk(&sequence, first..walks.min(first + AT_A_TIME), &mut board);
+        board.add_to(tally).expect("the sums of a study are small");
+    }
+}
+
+/// What walks 0 … `walks` − 1 say.
+pub fn solve(experiment: &Experiment, seed: u64, walks: u64) -> Solution {
+    Solution::new(experiment, &walk::<2>(experiment, seed, walks), CONFIDENCE)
+}
+
+/// The first channel of a patch.
+///
+/// # Panics
+/// Where no walk could tell.
+pub fn estimate(solution: &Solution, patch: usize) -> Estimate {
+    solution.face(patch).expect("walks tell of this patch")[0]
+}
+
+/// The patches that reflect and do not emit.
+pub fn receivers(experiment: &Experiment) -> Vec<usize> {
+    let patches = experiment.scene().faces().iter().enumerate();
+    let receives =
+        |(_, patch): &(usize, radiosity::Face)| !patch.emittance.is_lit() && patch.reflectance.is_lit();
+    patches.filter(receives).map(|(i, _)| i).collect()
+}
+
+/// What the sums of a grey experiment's tallies are worth.
+pub struct Reader {
+    /// b over the mean score [W/m²] of every patch.
+    per_unit: Vec<f64>,
+}
+
+impl Reader {
+    /// Of an experiment whose walks tell of every patch.
+    pub fn new(experiment: &Experiment) -> Self {
+        let empty = experiment.tally::<2>();
+        let worth = |(i, patch): (usize, radiosity::Face)| {
+            let meaning = experiment.meaning(i, 0, &empty).expect("walks are born everywhere");
+            patch.reflectance[0] * meaning.unit * meaning.irradiance_per_event.unwrap_or(0.0)
+        };
+        Reader { per_unit: experiment.scene().faces().iter().enumerate().map(worth).collect() }
+    }
+
+    /// b of every patch [W/m²].
+    pub fn reflected(&self, tally: &Tally) -> Vec<f64> {
+        let walks = tally.counts.walks as f64;
+        let sums = (0..self.per_unit.len()).map(|i| tally.patch(i, 0)[0] as f64);
+        sums.zip(&self.per_unit).map(|(sum, unit)| unit * sum / walks).collect()
+    }
+}
+
+/// The mean over some patches of the squared relative error of B, over runs of different seeds.
+pub fn squared_error(
+    lab: &Lab,
+    runs: u64,
+    experiment: &Experiment,
+    walks: u64,
+    patches: &[usize],
+    truth: &[f64],
+) -> Measured {
+    let squares = lab.each_seed(runs, |seed| {
+        let solution = solve(experiment, seed, walks);
+        let square = |&i: &usize| (estimate(&solution, i).radiosity / truth[i] - 1.0).powi(2);
+        patches.iter().map(square).sum::<f64>() / patches.len() as f64
+    });
+    Measured::of(&squares)
+}
+
+/// Which part of the intervals of some patches holds the truth, over runs of different seeds.
+pub fn coverage(
+    lab: &Lab,
+    runs: u64,
+    experiment: &Experiment,
+    walks: u64,
+    patches: &[usize],
+    truth: &[f64],
+) -> Measured {
+    let covered = lab.each_seed(runs, |seed| {
+        let solution = solve(experiment, seed, walks);
+        covered(&solution, patches, truth)
+    });
+    proportion(&covered)
+}
+
+/// Which part of the intervals of some patches holds the truth, as far as rounding lets it tell.
+pub fn covered(solution: &Solution, patches: &[usize], truth: &[f64]) -> f64 {
+    let holds = |&&i: &&usize| {
+        let Estimate { ci_low, ci_high, .. } = estimate(solution, i);
+        let slack = 1e-12 * truth[i];
+        (ci_low - slack..=ci_high + slack).contains(&truth[i])
+    };
+    patches.iter().filter(holds).count() as f64 / patches.len() as f64
+}
+
+/// Mean and variance of the score of a walk on a patch: B [W/m²], and the variance of B for one walk over `expected`,
+/// judged by the sample's own fourth moment.
+pub fn variance_over(experiment: &Experiment, tally: &Tally, patch: usize, expected: f64) -> Measured {
+    let meaning = experiment.meaning(patch, 0, tally).expect("walks tell of this patch");
+    let per_event = meaning.irradiance_per_event.expect("the estimator can tell");
+    let unit = experiment.scene().faces().get(patch).reflectance[0] * per_event * meaning.unit;
+    let sums = tally.patch(patch, 0).try_into().expect("four power sums");
+    let variance = stats::PowerSums { n: tally.counts.walks, sums }.variance();
+    let variance = variance.expect("there are many walks");
+    ratio(variance, expected / (unit * unit))
+}
