@@ -9,6 +9,7 @@
 mod contact;
 mod cover;
 mod finding;
+mod losses;
 mod nearby;
 mod pierce;
 mod pilot;
@@ -19,6 +20,7 @@ mod votes;
 use radiosity::{IndexChoice, Scene, SceneError, SceneSpec};
 
 pub use finding::{Finding, Kind};
+pub use losses::{Losses, losses};
 pub use repair::{Repair, repair, turn_flipped};
 
 use crate::contact::Contacts;

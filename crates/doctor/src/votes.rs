@@ -68,16 +68,20 @@ impl Votes {
 
     /// The one-sided surfaces whose back is where their front should be: light arrives at it; the front sees nothing that
     /// reflects and the back does, or the front looks out of the scene and the back into it, or the front sees darkness, as
-    /// within a body that is inside out, and the back sees light.
+    /// within a body that is inside out, and the back sees light. Where most faces are flipped, no light arrives at any
+    /// back, since all of it leaves the scene at once.
     pub(crate) fn flipped(&self, pilot: &Pilot) -> Vec<u32> {
-        let is_flipped = |surface: u32| {
+        let is_wrong = |surface: u32| {
             let [front, back] = self.views[surface as usize];
             let turned = front.lost() >= MOST && back.lost() <= 0.5;
             let outwards = front.escaped >= MOST && back.escaped <= 1.0 - MOST;
             let in_the_dark = front.lit == 0.0 && back.lit >= 0.5;
-            self.is_one_sided(surface) && pilot.back(surface) > 0.0 && (turned || outwards || in_the_dark)
+            self.is_one_sided(surface) && (turned || outwards || in_the_dark)
         };
-        (0..self.views.len() as u32).filter(|&surface| is_flipped(surface)).collect()
+        let wrong: Vec<u32> = (0..self.views.len() as u32).filter(|&surface| is_wrong(surface)).collect();
+        let one_sided = self.one_sided.iter().filter(|one_sided| **one_sided).count();
+        let all_are = pilot.losses().at_once >= MOST && 2 * wrong.len() > one_sided;
+        wrong.into_iter().filter(|&surface| all_are || pilot.back(surface) > 0.0).collect()
     }
 }
 

@@ -258,6 +258,33 @@ fn exported_obj_keeps_its_parts_and_leaves_out_what_has_no_area() {
     }
 }
 
+/// A path of another machine: the library lies beside the file.
+#[test]
+fn a_library_that_has_moved_is_found_beside_the_file() {
+    let obj = format!("mtllib C:\\rooms\\my room.mtl\n{SQUARE}usemtl white\nf 1 2 3 4\n");
+    let mut files = |path: &Path| match path.to_str() {
+        Some("rooms/my room.mtl") => Ok(b"newmtl white\nKd 0.75 0.75 0.75\n".to_vec()),
+        _ => Err(io::Error::from(io::ErrorKind::NotFound)),
+    };
+    let path = Path::new("rooms/a.obj");
+    let mesh = import::read(path, obj.as_bytes(), Format::Obj, 0.0125, &mut Files::new(&mut files)).unwrap();
+    assert_eq!(mesh.materials[0].reflectance, 0.75.into());
+    assert!(
+        mesh.notes.iter().any(|note| note.contains("\"my room.mtl\" beside the file is read")),
+        "{:?}",
+        mesh.notes
+    );
+}
+
+/// An array whose copies double in size 72 times: the first are below what the coordinates of the last resolve.
+#[test]
+fn what_is_too_small_for_the_scene_has_no_area() {
+    let mgf = "m grey =\n\trd 0.5\n\ted 1\nv a =\n\tp 0 0 0\nv b =\n\tp 1 0 0\nv c =\n\tp 0 1 0\nm grey\nxf -a 72 -s 2\nf a b c\nxf\n";
+    let scene = scene("a.mgf", mgf.as_bytes(), &Options::default()).unwrap();
+    assert_eq!(scene.spec.surfaces.len(), 37, "{:?}", scene.notes);
+    assert!(scene.notes.iter().any(|note| note.contains("35 triangles have no area")), "{:?}", scene.notes);
+}
+
 /// (file name, content, what the message holds)
 const REFUSED: &[(&str, &str, &[&str])] = &[
     ("a.obj", "v 0 0\n", &["a.obj:1: ", "a number is missing"]),

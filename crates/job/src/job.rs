@@ -282,10 +282,10 @@ fn read_confidence(value: &Value<'_>) -> Result<f64, Error> {
     ))
 }
 
-/// Whether a file is a scene in place of a job: a mesh by its name, or TOML with the tables of scenes.
+/// Whether a file is a scene in place of a job: a mesh by its name, or TOML with the tables of scenes and none of jobs.
 fn is_bare_scene(path: &Path) -> bool {
-    let opens_scene = || Source::read(path, "").is_ok_and(|source| source.opens_scene());
-    Format::of(path).is_some() || (is_toml(path) && opens_scene())
+    let holds_scene = || Source::read(path, "").is_ok_and(|source| source.holds_scene());
+    Format::of(path).is_some() || (is_toml(path) && holds_scene())
 }
 
 fn read_scene(

@@ -294,3 +294,20 @@ fn methods_are_written_in_the_words_of_the_file() {
     }
     assert_eq!(serde_json::from_value::<Method>(written).unwrap(), Method::default());
 }
+
+#[test]
+fn integers_may_have_exponents() {
+    let path = written("exponents", JOB);
+    assert_eq!(load_with(&path, &["budget.paths=1e6"]).budget.paths, 1_000_000);
+    assert_eq!(load_with(&path, &["budget.paths=2.5E3"]).budget.paths, 2500);
+}
+
+/// No line of it opens a table that only scenes have.
+#[test]
+fn a_scene_of_dotted_keys_stands_in_place_of_a_job() {
+    let scene = "material.m = { reflectance = 0.5, emittance = 1 }\n\
+                 surface = [{ material = \"m\", quad = [[0,0,0],[1,0,0],[0,1,0]] }]\n";
+    let path = written("dotted", scene);
+    assert_eq!(file_kind(&path).unwrap(), FileKind::Scene);
+    assert_eq!(load_with(&path, &[]).budget.paths, job::DEFAULT_PATHS);
+}
