@@ -431,6 +431,9 @@ pub struct CheckArgs {
     /// Look for what is wrong with the geometry: flipped, doubled, buried and leaking surfaces, dark lamps
     #[arg(long)]
     pub fix_report: bool,
+    /// Where the findings and pictures of the worst are written [default: out/<job name>-doctor]
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
     /// Write a copy of the scene with flipped surfaces turned round and doubled ones taken out: NAME.repaired.toml
     #[arg(long)]
     pub repair: bool,
@@ -454,6 +457,8 @@ pub enum Kind {
     Room,
     /// The Cornell box, in colour
     Cornell,
+    /// The JSON schemas of job and scene files alone, for editors
+    Schema,
 }
 
 impl Command {

@@ -7,6 +7,7 @@ mod camera;
 mod chart;
 mod error;
 mod exact_csv;
+mod mark;
 mod model;
 mod patches;
 mod picture;
@@ -24,5 +25,5 @@ pub use patches::{face_words, flags, side_name, write_patches};
 pub use picture::Picture;
 pub use summary::{
     Check, Energy, Method, PartSummary, PrecisionSummary, Provenance, RunFacts, SessionSummary, Summary,
-    Target, WorkerSummary, WorstPatch,
+    Target, Units, WorkerSummary, WorstPatch,
 };
