@@ -6,14 +6,14 @@ use std::sync::Arc;
 use clap::ValueEnum;
 use cluster::checkpoint::{Book, Checkpoint, Look};
 use cluster::roster::Contributor;
-use job::{Method, WalkKind, Word};
+use job::{Light, Method, WalkKind, Word};
 use judge::bounces::bounces;
 use judge::checks::checks_of_result;
 use judge::target;
 use radiosity::{Estimates, Experiment, Iterations, Precision, Solve};
 use report::{
     Draft, Milestone, Model, OutputFolder, Page, PartSummary, Provenance, RunFacts, SessionSummary, Smooth,
-    Summary, WorkerSummary, WorstPatch,
+    Summary, Units, WorkerSummary, WorstPatch,
 };
 use tracing::warn;
 
@@ -290,6 +290,7 @@ fn facts(settings: &Settings, estimates: &Estimates, precision: &Precision, book
         streams_reissued: book.effort.streams_reissued,
         target: settings.target.as_ref().map(|target| target::judge(target, estimates, paths)),
         import: settings.import.clone(),
+        units: units(settings.light),
         checks: checks_of_result(estimates, settings.note.as_deref(), precision, book, settings.seed),
         confidence: settings.confidence,
         simultaneous: settings.simultaneous,
@@ -319,6 +320,14 @@ fn provenance(book: &Book, paths_per_walk: u64) -> Provenance {
         parts: book.parts.iter().map(part).collect(),
         workers: book.workers.iter().map(worker).collect(),
         sessions: book.sessions.iter().map(session).collect(),
+    }
+}
+
+/// The units of what a job's numbers measure.
+pub fn units(light: Light) -> Units {
+    match light {
+        Light::Radiant => Units::RADIANT,
+        Light::Luminous => Units::LUMINOUS,
     }
 }
 

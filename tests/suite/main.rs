@@ -40,4 +40,5 @@ mod run;
 mod sign;
 mod sobol_run;
 mod stability;
+mod stuck;
 mod voice;

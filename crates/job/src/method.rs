@@ -336,7 +336,7 @@ fn whole_batches(batch: u64, what: &str, places: &Places, budget: &Budget) -> Re
 
 /// The word of a [`Solve`].
 #[derive(Clone, Copy)]
-enum SolveWord {
+pub(crate) enum SolveWord {
     Links,
     Iterations,
 }
@@ -352,6 +352,8 @@ impl Word for SolveWord {
     }
 }
 
+pub(crate) const SOLVE_KEYS: &[&str] = &["solve", "births", "regular"];
+
 /// What chains make of their rays; the sampler stands elsewhere.
 fn read_solve(value: Value<'_>, walk: WalkKind) -> Result<Solve, Error> {
     if walk != WalkKind::Jacobi {
@@ -362,7 +364,7 @@ fn read_solve(value: Value<'_>, walk: WalkKind) -> Result<Solve, Error> {
             "remove it, or write walk = \"jacobi\"",
         ));
     }
-    let mut table = value.table(&["solve", "births", "regular"])?;
+    let mut table = value.table(SOLVE_KEYS)?;
     let solve: SolveWord = table
         .require("solve", "chains have two ways to a solution", "solve = \"iterations\" beside it")?
         .word()?;
@@ -498,7 +500,7 @@ fn settle_jacobi(
 
 /// The word of an [`InfiniteEnd`], before its number is known.
 #[derive(Clone, Copy)]
-enum EndWord {
+pub(crate) enum EndWord {
     Roulette,
     Cutoff,
     Length,
@@ -516,8 +518,10 @@ impl Word for EndWord {
     }
 }
 
+pub(crate) const INFINITE_KEYS: &[&str] = &["end", "threshold", "length"];
+
 fn read_infinite(value: Value<'_>) -> Result<InfiniteEnd, Error> {
-    let mut table = value.table(&["end", "threshold", "length"])?;
+    let mut table = value.table(INFINITE_KEYS)?;
     let end: EndWord = table
         .require("end", "a number alone does not say how walks end", "end = \"roulette\" beside it")?
         .word()?;
@@ -555,6 +559,8 @@ fn read_length(value: &Value<'_>) -> Result<u32, Error> {
     Ok(length as u32)
 }
 
+pub(crate) const BIRTH_KEYS: &[&str] = &["patches"];
+
 fn read_birth(value: Value<'_>, patch_count: u64) -> Result<Birth, Error> {
     if value.is_string() {
         return match value.string()? {
@@ -568,7 +574,7 @@ fn read_birth(value: Value<'_>, patch_count: u64) -> Result<Birth, Error> {
             }),
         };
     }
-    let mut table = value.table(&["patches"])?;
+    let mut table = value.table(BIRTH_KEYS)?;
     let listed = table.require("patches", "walks must be born somewhere", "patches = [7, 12], by number")?;
     read_patches(listed, patch_count, "walks must be born somewhere", "write birth = \"area\"")
         .map(Birth::Patches)

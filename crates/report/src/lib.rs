@@ -8,6 +8,7 @@ mod chart;
 mod error;
 mod exact_csv;
 mod export;
+mod mark;
 mod model;
 mod page;
 mod patches;
@@ -31,5 +32,5 @@ pub use picture::{Picture, Shot};
 pub use smooth::Smooth;
 pub use summary::{
     Check, Energy, Method, PartSummary, PrecisionSummary, Provenance, RunFacts, SessionSummary, Summary,
-    Target, WorkerSummary, WorstPatch,
+    Target, Units, WorkerSummary, WorstPatch,
 };

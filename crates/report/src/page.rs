@@ -61,14 +61,7 @@ pub struct Page<'a> {
 #[derive(Serialize)]
 struct Facts<'a> {
     summary: &'a Summary,
-    units: Units,
     view: Shot,
-}
-
-#[derive(Serialize)]
-struct Units {
-    light: &'static str,
-    flux: &'static str,
 }
 
 /// A part of the area and the error that it keeps within.
@@ -263,8 +256,7 @@ impl Page<'_> {
     }
 
     fn facts(&self) -> io::Result<String> {
-        let units = Units { light: "W/m²", flux: "W/m²" };
-        let facts = Facts { summary: self.summary, units, view: self.shot };
+        let facts = Facts { summary: self.summary, view: self.shot };
         // Nothing in it ends the element that holds it.
         Ok(serde_json::to_string(&facts)?.replace('<', "\\u003c"))
     }
@@ -318,15 +310,17 @@ fn script() -> io::Result<String> {
 }
 
 /// Where the walks, or their power, went, and what the amounts are.
-fn shares(summary: &Summary) -> (Vec<Share>, &'static str) {
+fn shares(summary: &Summary) -> (Vec<Share>, String) {
     let (amounts, unit) = match summary.energy {
         Energy::Walks { emitted, absorbed, escaped } => {
             let (backs, cut) = (summary.absorbed_back, summary.truncated);
             let on_fronts = absorbed.saturating_sub(backs);
             let cut_off = emitted.saturating_sub(absorbed + escaped).max(cut);
-            ([on_fronts, escaped, backs, cut_off].map(|walks| walks as f64), "Walks")
+            ([on_fronts, escaped, backs, cut_off].map(|walks| walks as f64), "Walks".into())
         }
-        Energy::Power { absorbed, escaped, .. } => ([absorbed, escaped, 0.0, 0.0], "Power [W]"),
+        Energy::Power { absorbed, escaped, .. } => {
+            ([absorbed, escaped, 0.0, 0.0], format!("Power [{}]", summary.units.power))
+        }
     };
     let total: f64 = amounts.iter().sum();
     let kinds = [

@@ -29,6 +29,11 @@ pub(crate) struct Flat {
 }
 
 impl Flat {
+    /// What the sketches take of memory [bytes].
+    pub(crate) fn bytes(&self) -> usize {
+        size_of_val(&self.sketches[..])
+    }
+
     pub(crate) fn new(isa: Isa, surfaces: &[Surface], facets: &Facets) -> Self {
         // Without vectors of f32 to speak of, meeting facets in full takes less time.
         if isa == Isa::Portable || surfaces.len() > MOST_SKETCHES {
@@ -294,7 +299,7 @@ const PLANE: u8 = Part::Plane as u8;
 const TRIANGLE: u8 = Part::Triangle as u8;
 const PARALLELOGRAM: u8 = Part::Parallelogram as u8;
 
-/// [`Facet::meet`] with all coordinates multiplied by |n·d|, which needs no division to tell what is outside.
+/// [`mod@crate::trace::meet`] with all coordinates multiplied by |n·d|, which needs no division to tell what is outside.
 #[inline(always)]
 fn look<R: Real, const PART: u8, const LAYERED: bool>(sketch: &Sketch, starts: &Starts, guess: &mut Guess) {
     let Starts { origin, direction, from, plane } = starts;

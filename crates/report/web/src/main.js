@@ -160,7 +160,7 @@ class Page {
     }
     const cell = (name) => columns[name][face];
     const all = (name) => channels.map((channel) => cell(name + channel) || 'unknown').join('\n');
-    const { light, flux } = this.result.facts.units;
+    const { radiosity: light, irradiance: flux } = this.result.facts.summary.units;
     const percent = (this.result.facts.summary.confidence * 100).toPrecision(4) * 1;
     const side = columns.side ? `, ${cell('side')}` : '';
     const rows = [

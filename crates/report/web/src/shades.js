@@ -12,7 +12,7 @@ const FLAGS = [
 
 /** The quantities that can be shown, for the list of the page. */
 export function quantities(result) {
-  const { light, flux } = result.facts.units;
+  const { radiosity: light, irradiance: flux } = result.facts.summary.units;
   return [
     { key: 'picture', label: 'Picture (as an eye sees it)', unit: light, picture: true },
     { key: 'radiosity', label: 'Radiosity', unit: light, of: (channel) => result.quantity('radiosity', channel) },
@@ -37,7 +37,7 @@ function picture(result, stops, even) {
   const channels = [0, 1, 2].map((c) => c % count);
   const exposure = channels.map((c) => result.facts.view.exposure[c] * 2 ** stops);
   const white = result.channels.map((_, c) => brief(1 / exposure[c]));
-  const words = `White is ${white.join(', ')} ${result.facts.units.light} and above${white.length > 1 ? ' (red, green, blue)' : ''}.`;
+  const words = `White is ${white.join(', ')} ${result.facts.summary.units.radiosity} and above${white.length > 1 ? ' (red, green, blue)' : ''}.`;
   const light = even ? (i, c) => result.smooth[count * i + channels[c]] : flat(result, channels);
   const bytes = new Uint8Array(3 * result.size * (even ? 4 : 1));
   for (let i = 0; i < bytes.length / 3; i += 1) {
