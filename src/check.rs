@@ -6,13 +6,12 @@ use judge::coincident::Coincident;
 use judge::fit::misfits;
 use judge::{MOMENTS, target};
 use radiosity::{Experiment, Scene, Side};
-use report::{Method, Model};
+use report::{MethodWords, Model};
 
 use crate::args::CheckArgs;
 use crate::console::say;
 use crate::doctor_report;
 use crate::fault::{Fault, Outcome};
-use crate::outputs;
 
 /// Checks a file and describes it.
 pub fn check(args: &CheckArgs) -> Result<Outcome, Fault> {
@@ -63,9 +62,10 @@ fn power(scene: &Scene) -> String {
 
 fn describe_job(job: &Job, experiment: &Experiment) {
     let scene = experiment.scene();
-    let Method { walk, estimator, space, sampler, jacobi, final_gather } = outputs::method(&job.method);
+    let MethodWords { walk, estimator, space, sampler, chains } = MethodWords::of(experiment.method());
+    let final_gather = experiment.method().final_gather();
     let kind =
-        jacobi.map_or_else(|| format!("{space} {estimator} {walk}"), |chains| format!("{walk} ({chains})"));
+        chains.map_or_else(|| format!("{space} {estimator} {walk}"), |chains| format!("{walk} ({chains})"));
     say(&format!(
         "job: {} paths of {kind}, {sampler} numbers from seed {}, {} % intervals",
         job.budget.paths,
@@ -86,7 +86,7 @@ fn describe_job(job: &Job, experiment: &Experiment) {
     if let Some(note) = &job.note {
         say(&format!("note: {note}"));
     }
-    let model = Model::new(scene, &outputs::method(&job.method), MOMENTS, bounces(experiment));
+    let model = Model::new(scene, experiment.method(), MOMENTS, bounces(experiment));
     for line in model.lines().into_iter().chain(model.why) {
         say(&format!("model: {line}"));
     }

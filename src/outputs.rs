@@ -5,11 +5,10 @@ use std::sync::Arc;
 
 use cluster::checkpoint::{Book, Checkpoint};
 use cluster::roster::Contributor;
-use job::{Method, WalkKind, Word};
 use judge::bounces::bounces;
 use judge::checks::checks_of_result;
 use judge::target;
-use radiosity::{Estimates, Experiment, Iterations, Precision, Solve};
+use radiosity::{Estimates, Experiment, Precision};
 use report::{
     Draft, Model, OutputFolder, PartSummary, Provenance, RunFacts, SessionSummary, Summary, WorkerSummary,
     WorstPatch,
@@ -191,8 +190,8 @@ fn facts(settings: &Settings, estimates: &Estimates, precision: &Precision, book
         git: (!git.starts_with("sources-")).then(|| git.into()),
         job_hash: job::job_hash(scene.hash(), &settings.method, settings.seed),
         seed: settings.seed,
-        method: method(&settings.method),
-        model: Model::new(scene, &method(&settings.method), tally.layout().moments, bounces(experiment)),
+        method: experiment.method().clone(),
+        model: Model::new(scene, experiment.method(), tally.layout().moments, bounces(experiment)),
         paths,
         seconds: book.effort.seconds,
         cpu_seconds: book.effort.cpu_seconds,
@@ -231,22 +230,5 @@ fn provenance(book: &Book, paths_per_walk: u64) -> Provenance {
         parts: book.parts.iter().map(part).collect(),
         workers: book.workers.iter().map(worker).collect(),
         sessions: book.sessions.iter().map(session).collect(),
-    }
-}
-
-/// The method in the words of job files.
-pub fn method(method: &Method) -> report::Method {
-    report::Method {
-        walk: method.walk.word().into(),
-        estimator: method.estimator.word().into(),
-        space: method.space.word().into(),
-        sampler: method.sampler.word().into(),
-        final_gather: method.final_gather.clone(),
-        jacobi: (method.walk == WalkKind::Jacobi).then(|| match method.jacobi {
-            Solve::Links => "links".into(),
-            Solve::Iterations(Iterations { births, regular, .. }) => {
-                format!("incremental iterations, then {regular} regular ones; {} births", births.word())
-            }
-        }),
     }
 }

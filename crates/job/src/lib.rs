@@ -20,6 +20,6 @@ pub use job::{
     DEFAULT_STREAM_PATHS, Job, Target, Unhit, load,
 };
 pub use kind::{FileKind, file_kind};
-pub use method::{Method, WalkKind, Word, job_hash};
+pub use method::{MethodTable, WalkKind, Word, job_hash};
 pub use radiosity::Sampler;
 pub use scene::{SceneFile, load_scene, load_scene_with};

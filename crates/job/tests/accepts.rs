@@ -7,7 +7,8 @@ use std::path::PathBuf;
 use common::Folder;
 use glam::dvec3;
 use job::{
-    Budget, FileKind, Job, Method, Sampler, Target, Unhit, WalkKind, file_kind, job_hash, load, load_scene,
+    Budget, FileKind, Job, MethodTable, Sampler, Target, Unhit, WalkKind, file_kind, job_hash, load,
+    load_scene,
 };
 use radiosity::{Birth, EstimatorKind, IndexChoice, InfiniteEnd, Shape, Sides, Space, Spectrum};
 

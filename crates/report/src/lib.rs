@@ -7,6 +7,7 @@ mod camera;
 mod chart;
 mod error;
 mod exact_csv;
+mod method;
 mod model;
 mod patches;
 mod picture;
@@ -19,10 +20,11 @@ pub use atomic::{Draft, OutputFolder, replace_atomically, write_atomically};
 pub use chart::{Axis, Chart, Point, Series, Style};
 pub use error::Error;
 pub use exact_csv::{ExactBounds, ExactColumns, ExactSummary, write_exact};
+pub use method::MethodWords;
 pub use model::{Bounce, Model};
 pub use patches::{face_words, flags, side_name, write_patches};
 pub use picture::Picture;
 pub use summary::{
-    Check, Energy, Method, PartSummary, PrecisionSummary, Provenance, RunFacts, SessionSummary, Summary,
-    Target, WorkerSummary, WorstPatch,
+    Check, Energy, PartSummary, PrecisionSummary, Provenance, RunFacts, SessionSummary, Summary, Target,
+    WorkerSummary, WorstPatch,
 };
