@@ -209,6 +209,33 @@ under_srun() {
     judge "srun -n4, one worker killed" "Slurm [0-9]*\.0 rank [0-3]/4 at" 1 4
 }
 
+# Relays with workers of their own, one of which is killed: to the coordinator the relays are the workers.
+relays_under_srun() {
+    coordinate srun-relays
+    srun -n2 --kill-on-bad-exit=0 --wait=0 scripts/node.sh "$access" 2 >"$scratch/srun-relays-work.log" 2>&1 &
+    pids+=($!)
+    if until_true 30 at_work 2; then kill_behind_relays; fi
+    judge "srun -n2 of relays (scripts/node.sh), one worker behind them killed" "relay Slurm [0-9]*\.[0-9]* rank [01]/2 at" 0 2
+}
+relays_under_mpirun() {
+    coordinate "$1-relays"
+    RADWALK_RELAYS=1 MPIRUN=$1 scripts/mpirun.sh "$access" -n 2 "${@:2}" >"$scratch/$1-relays-work.log" 2>&1 &
+    local mpirun=$!
+    pids+=("$mpirun")
+    if until_true 30 at_work 2; then kill_behind_relays; fi
+    judge "$1 -n 2 of relays (scripts/mpirun.sh), one worker behind them killed" "relay .*rank [01]/2 at" 0 2
+    ends "$mpirun" 20 || true
+}
+# The access files of relays lie in folders of their own.
+kill_behind_relays() {
+    local pid
+    for pid in $(pgrep -f -- "radwalk work --quiet --wait 600 --access .*/relay.json" || true); do
+        [ "$(readlink -f "/proc/$pid/exe" 2>/dev/null)" = "$radwalk" ] || continue
+        kill -KILL "$pid"
+        return
+    done
+}
+
 under_an_array() {
     coordinate array
     sbatch --array=0-2 --output="$scratch/array-%a.log" scripts/slurm/workers.sbatch "$access" >/dev/null
@@ -354,12 +381,15 @@ else
     export OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1
     under_mpirun mpirun.openmpi "Open MPI rank [0-2]/3 at" --oversubscribe
     under_mpirun mpirun.mpich "PMI rank [0-2]/3 at"
+    relays_under_mpirun mpirun.openmpi --oversubscribe
+    relays_under_mpirun mpirun.mpich
     if [ "$(id -u)" != 0 ]; then
         skip "Slurm, partitions" "they need root"
     else
         nodes="NodeName=n[1-4] NodeHostname=$(uname -n) NodeAddr=127.0.0.1 Port=[$((slurm_port + 1))-$((slurm_port + 4))] CPUs=2"
         if slurm_up 127.0.0.1 "$nodes" four_nodes; then
             under_srun
+            relays_under_srun
             under_an_array
             under_sbatch
         else

@@ -3,10 +3,37 @@
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
+use tracing::level_filters::LevelFilter;
+
+use crate::console::{Form, Voice};
+
+/// What every help page ends with.
+const AFTER: &str = "\
+Examples:
+  radwalk new box && radwalk run box.toml      a first scene, on all cores: out/box/
+  radwalk check room.glb --fix-report          what is wrong with a mesh
+  radwalk plan box.toml                        what its target will take
+  radwalk coordinate box.toml --listen node1:7600 --access box.json
+  radwalk work --access box.json --threads 8   on every other machine
+  radwalk status box.json                      how it gets on
+
+Exit codes:
+  0    done, and the target, if any, is reached; comparisons and audits agree
+  1    the budget or the wall clock ended the job before its target was reached
+  2    bad input or usage, or results that cannot be written
+  3    the cluster failed, or an audit, a difference or a page of results did not hold
+  130  interrupted; what was walked is written, `--resume` goes on from it
+
+Environment:
+  RADWALK_LOG     the least level that is told on stderr: error, warn, info, debug, trace or off [default: info; with
+                  --quiet: warn]
+  GLIBC_TUNABLES  as of the C library; where it is not set, workers of `radwalk run` ask for huge pages
+
+Jobs, scenes, output files and checks: README.md.";
 
 /// Distributed Monte Carlo radiosity with confidence intervals that are true.
 #[derive(Parser)]
-#[command(version = crate::BUILD, arg_required_else_help = true)]
+#[command(version = crate::BUILD, arg_required_else_help = true, after_help = AFTER)]
 pub struct Cli {
     #[command(subcommand)]
     pub command: Command,
@@ -22,6 +49,10 @@ pub enum Command {
     Work(WorkArgs),
     /// Be one worker to a coordinator, and a coordinator to workers of its own
     Relay(RelayArgs),
+    /// Say how a running job gets on: workers, rates, errors, time left, last checkpoint, faults
+    Status(StatusArgs),
+    /// Hold two results of one scene against each other, patch by patch
+    Diff(DiffArgs),
     /// Solve the radiosity system of a small scene without any randomness
     Exact(ExactArgs),
     /// Combine runs of one scene and method into one result
@@ -44,16 +75,56 @@ pub enum Command {
     Compare(CompareArgs),
 }
 
+/// A whole number as people write it: 1000000, 1_000_000 or 1e6. TOML holds none beyond 63 bits.
+fn count(typed: &str) -> Result<u64, String> {
+    let largest = i64::MAX as u64;
+    let too_large = || format!("it is above {largest}, the largest number of a job file");
+    let digits = typed.replace('_', "");
+    if !digits.is_empty() && digits.bytes().all(|byte| byte.is_ascii_digit()) && !typed.starts_with('_') {
+        return digits.parse().ok().filter(|&n| n <= largest).ok_or_else(too_large);
+    }
+    match digits.parse::<f64>() {
+        Ok(number) if number >= largest as f64 => Err(too_large()),
+        // Above, floats do not hold every integer.
+        Ok(number) if number.fract() == 0.0 && (0.0..=9_007_199_254_740_992.0).contains(&number) => {
+            Ok(number as u64)
+        }
+        _ => Err("it is not a whole number; write 1000000, 1_000_000 or 1e6".into()),
+    }
+}
+
+/// A number of worker processes.
+fn workers(typed: &str) -> Result<u32, String> {
+    within(typed, 4096)
+}
+
+/// A number of threads.
+fn threads(typed: &str) -> Result<u32, String> {
+    within(typed, 1024)
+}
+
+fn within(typed: &str, most: u32) -> Result<u32, String> {
+    let number = count(typed).ok().and_then(|number| u32::try_from(number).ok());
+    number
+        .filter(|number| (1..=most).contains(number))
+        .ok_or(format!("write a whole number from 1 to {most}"))
+}
+
+/// The rays of a comparison's longest runs.
+fn rays(typed: &str) -> Result<u64, String> {
+    count(typed)?.checked_sub(1024).map(|more| more + 1024).ok_or("fewer than 1024 rays tell nothing".into())
+}
+
 /// A job and what to change in it.
 #[derive(Args)]
 pub struct JobArgs {
     /// The job file
     pub job: PathBuf,
-    /// Total walks (budget.paths)
-    #[arg(long, value_name = "N")]
+    /// Total walks (budget.paths): 1000000, 1_000_000 or 1e6
+    #[arg(long, value_name = "N", value_parser = count, allow_negative_numbers = true)]
     pub paths: Option<u64>,
     /// The seed
-    #[arg(long, value_name = "S")]
+    #[arg(long, value_name = "S", value_parser = count, allow_negative_numbers = true)]
     pub seed: Option<u64>,
     /// Set any key of the job, e.g. --set method.space=continuous
     #[arg(long = "set", value_name = "KEY=VALUE")]
@@ -86,6 +157,15 @@ pub struct OutArgs {
     pub json: bool,
 }
 
+/// Whom a job lets see how it gets on.
+#[derive(Args)]
+pub struct MonitorArgs {
+    /// Metrics for Prometheus at http://HOST:PORT/metrics; a port alone: for this machine only. Nothing is secret there,
+    /// and nothing is asked of who reads it
+    #[arg(long, value_name = "HOST:PORT")]
+    pub metrics: Option<String>,
+}
+
 #[derive(Args)]
 pub struct RunArgs {
     #[command(flatten)]
@@ -93,14 +173,16 @@ pub struct RunArgs {
     #[command(flatten)]
     pub out: OutArgs,
     /// Worker processes [default: one per core]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
+    #[arg(long, value_name = "N", value_parser = workers)]
     pub workers: Option<u32>,
     /// Threads of each worker
-    #[arg(long, value_name = "T", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1024))]
+    #[arg(long, value_name = "T", default_value_t = 1, value_parser = threads)]
     pub threads: u32,
     /// Go on from the checkpoint in the output folder; with more --paths, also from its end
     #[arg(long, conflicts_with = "force")]
     pub resume: bool,
+    #[command(flatten)]
+    pub monitor: MonitorArgs,
 }
 
 #[derive(Args)]
@@ -112,12 +194,18 @@ pub struct CoordinateArgs {
     /// Where to listen for workers: the name by which they reach this machine, e.g. node1:7600 (port 0: any free one)
     #[arg(long, value_name = "HOST:PORT", default_value = "127.0.0.1:0")]
     pub listen: String,
+    /// The name or address by which others reach this machine, where that is not the one of --listen; with a port, where
+    /// a gate in between has another
+    #[arg(long, value_name = "HOST")]
+    pub advertise: Option<String>,
     /// The access file to write for workers [default: <output folder>/access.json]
     #[arg(long, value_name = "FILE")]
     pub access: Option<PathBuf>,
     /// Go on from the checkpoint in the output folder; with more --paths, also from its end
     #[arg(long, conflicts_with = "force")]
     pub resume: bool,
+    #[command(flatten)]
+    pub monitor: MonitorArgs,
 }
 
 #[derive(Args)]
@@ -126,7 +214,7 @@ pub struct WorkArgs {
     #[arg(long, value_name = "FILE")]
     pub access: PathBuf,
     /// Threads
-    #[arg(long, value_name = "T", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1024))]
+    #[arg(long, value_name = "T", default_value_t = 1, value_parser = threads)]
     pub threads: u32,
     /// Say nothing but panics; the coordinator reports what goes wrong
     #[arg(long)]
@@ -148,12 +236,37 @@ pub struct RelayArgs {
     /// Where to listen for workers: the name by which they reach this machine, e.g. node1:7600 (port 0: any free one)
     #[arg(long, value_name = "HOST:PORT", default_value = "127.0.0.1:0")]
     pub listen: String,
+    /// The name or address by which others reach this machine, where that is not the one of --listen; with a port, where
+    /// a gate in between has another
+    #[arg(long, value_name = "HOST")]
+    pub advertise: Option<String>,
     /// Say nothing but errors
     #[arg(long)]
     pub quiet: bool,
     /// How long to look for a coordinator, as workers do
     #[arg(long, value_name = "SECONDS")]
     pub wait: Option<u64>,
+}
+
+#[derive(Args)]
+pub struct StatusArgs {
+    /// The access file or the output folder of the job
+    #[arg(value_name = "ACCESS-or-OUT")]
+    pub of: PathBuf,
+    /// The status as JSON on stdout
+    #[arg(long)]
+    pub json: bool,
+}
+
+#[derive(Args)]
+pub struct DiffArgs {
+    /// The output folder of a run
+    pub first: PathBuf,
+    /// The output folder of another run of the same scene
+    pub second: PathBuf,
+    /// The comparison as JSON on stdout
+    #[arg(long)]
+    pub json: bool,
 }
 
 #[derive(Args)]
@@ -180,7 +293,7 @@ pub struct AuditArgs {
     #[arg(long, value_name = "FRACTION", default_value_t = 0.001)]
     pub share: f64,
     /// Draw the same leases as another audit [default: a seed drawn anew]
-    #[arg(long, value_name = "S")]
+    #[arg(long, value_name = "S", value_parser = count, allow_negative_numbers = true)]
     pub seed: Option<u64>,
     /// Say nothing but errors
     #[arg(long)]
@@ -192,7 +305,7 @@ pub struct ReplayArgs {
     #[command(flatten)]
     pub job: JobArgs,
     /// The number of the walk
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = count, allow_negative_numbers = true)]
     pub walk: u64,
 }
 
@@ -221,7 +334,7 @@ pub struct ReproduceArgs {
     #[command(flatten)]
     pub out: OutArgs,
     /// Threads; the answer does not depend on them [default: one per core]
-    #[arg(long, value_name = "T", value_parser = clap::value_parser!(u32).range(1..=1024))]
+    #[arg(long, value_name = "T", value_parser = threads)]
     pub threads: Option<u32>,
 }
 
@@ -233,7 +346,7 @@ pub struct CompareArgs {
     #[command(flatten)]
     pub out: OutArgs,
     /// Rays of the longest runs [default: 2^20, or 256 per patch]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1024..))]
+    #[arg(long, value_name = "N", value_parser = rays)]
     pub rays: Option<u64>,
     /// Runs of every method and size
     #[arg(long, value_name = "N", default_value_t = 8, value_parser = clap::builder::RangedU64ValueParser::<usize>::new().range(2..))]
@@ -242,10 +355,10 @@ pub struct CompareArgs {
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub set: Vec<String>,
     /// Worker processes [default: one per core]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
+    #[arg(long, value_name = "N", value_parser = workers)]
     pub workers: Option<u32>,
     /// Threads of each worker
-    #[arg(long, value_name = "T", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1024))]
+    #[arg(long, value_name = "T", default_value_t = 1, value_parser = threads)]
     pub threads: u32,
     /// Keep what is measured already
     #[arg(long, conflicts_with = "force")]
@@ -297,4 +410,59 @@ pub enum Kind {
     Room,
     /// The Cornell box, in colour
     Cornell,
+}
+
+impl Command {
+    /// In what voice the command tells what it does.
+    pub fn voice(&self) -> Voice {
+        let of = |out: &OutArgs, long| Voice::new(out.json, out.quiet, long);
+        match self {
+            Command::Run(args) => of(&args.out, true),
+            Command::Coordinate(args) => of(&args.out, true),
+            // The coordinator that started a quiet worker says what becomes of it.
+            Command::Work(WorkArgs { quiet: true, .. }) => {
+                Voice { form: Form::Plain, level: LevelFilter::OFF }
+            }
+            Command::Work(_) => Voice::new(false, false, true),
+            Command::Relay(args) => Voice::new(false, args.quiet, true),
+            Command::Exact(args) => of(&args.out, false),
+            Command::Reproduce(args) => of(&args.out, false),
+            Command::Stability(args) => of(&args.out, false),
+            Command::Compare(args) => of(&args.out, false),
+            Command::Plan(args) => Voice::new(args.json, false, false),
+            Command::Status(args) => Voice::new(args.json, false, false),
+            Command::Diff(args) => Voice::new(args.json, false, false),
+            Command::Merge(args) => Voice::new(false, args.quiet, false),
+            Command::Audit(args) => Voice::new(false, args.quiet, false),
+            Command::Replay(_) | Command::New(_) | Command::Check(_) => Voice::new(false, false, false),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn counts_are_written_as_people_write_them() {
+        for (typed, number) in [
+            ("0", 0),
+            ("1_000_000", 1_000_000),
+            ("1e6", 1_000_000),
+            ("2.5E3", 2500),
+            ("9223372036854775807", i64::MAX as u64),
+        ] {
+            assert_eq!(count(typed), Ok(number), "{typed}");
+        }
+        for typed in ["", "_1", "-1", "1.5", "1e-3", "many", "inf", "nan", "0x10"] {
+            assert!(count(typed).unwrap_err().contains("1_000_000"), "{typed}");
+        }
+        assert_eq!((workers("4096"), threads("1e3")), (Ok(4096), Ok(1000)));
+        for typed in ["0", "4097", "many", "-1"] {
+            assert_eq!(workers(typed), Err("write a whole number from 1 to 4096".into()), "{typed}");
+        }
+        for typed in ["9223372036854775808", "99999999999999999999", "1e30"] {
+            assert!(count(typed).unwrap_err().contains("largest number"), "{typed}");
+        }
+    }
 }

@@ -18,7 +18,7 @@ use radiosity::{Estimates, Experiment, Overflow, Sequence};
 
 use crate::args::AuditArgs;
 use crate::checkpoints::CURRENT;
-use crate::console::say;
+use crate::console::{Phase, say};
 use crate::fault::{Fault, Outcome};
 use crate::merge::builds;
 use crate::replica::{self, Replica, check_shape};
@@ -43,6 +43,7 @@ pub fn audit(args: &AuditArgs) -> Result<Outcome, Fault> {
     if !(args.share > 0.0 && args.share <= 1.0) {
         return Err(Fault::Share(args.share));
     }
+    let phase = Phase::begin("reading the result");
     let checkpoint = checkpoint::read(&args.run.join(CURRENT))?;
     let kept = |reason| Fault::Kept { path: args.run.clone(), reason, build: builds(&checkpoint) };
     let (settings, experiment) = replica::unpack(&checkpoint.book.job).map_err(kept)?;
@@ -60,7 +61,9 @@ pub fn audit(args: &AuditArgs) -> Result<Outcome, Fault> {
     let what = if experiment.batch_paths().is_some() { "batches" } else { "walks" };
     let all = leases(&checkpoint);
     let sample = sample(all.clone(), args.share, seed);
+    phase.now("tracing leases again");
     let wrong = wrong(&sample, &settings, &experiment).map_err(|Overflow| Fault::Overflow)?;
+    drop(phase);
     let of = |leases: &[Lease]| leases.iter().map(|lease| lease.walks.end - lease.walks.start).sum::<u64>();
     let of = |leases: &[Lease]| of(leases) * experiment.paths_per_walk();
     let count = |leases: &[Lease]| leases.iter().map(|lease| lease.leases).sum::<u64>();

@@ -6,30 +6,35 @@ use judge::coincident::Coincident;
 use judge::fit::misfits;
 use judge::{MOMENTS, target};
 use radiosity::{Experiment, Scene, Side};
+use report::words::counted;
 use report::{MethodWords, Model};
 
 use crate::args::CheckArgs;
-use crate::console::say;
-use crate::doctor_report;
+use crate::console::{Phase, say};
 use crate::fault::{Fault, Outcome};
+use crate::{doctor_report, losses, memory};
 
 /// Checks a file and describes it.
 pub fn check(args: &CheckArgs) -> Result<Outcome, Fault> {
+    let phase = Phase::begin("checking the scene");
     let job = job::load(&args.file, &args.set)?;
+    memory::check(&job, 1)?;
     describe_import(&job.scene);
-    match job::file_kind(&args.file)? {
+    let faults = match job::file_kind(&args.file)? {
         FileKind::Job => {
             let experiment = Experiment::new(job.build_scene()?, job.method.walks())?;
-            describe_scene(experiment.scene());
+            let faults = describe_scene(experiment.scene());
             describe_job(&job, &experiment);
+            faults
         }
         FileKind::Scene => describe_scene(&job.build_scene()?),
-    }
+    };
     if args.fix_report || args.repair {
         doctor_report::report(&job)?;
-    } else {
+    } else if faults.is_empty() {
         say("no fault found");
     }
+    drop(phase);
     if args.repair {
         doctor_report::repair(&job)?;
     }
@@ -41,17 +46,22 @@ fn describe_import(scene: &SceneFile) {
     scene.notes().iter().for_each(|note| say(&format!("note: {note}")));
 }
 
-fn describe_scene(scene: &Scene) {
+/// Returns what is wrong with its light, which is said.
+fn describe_scene(scene: &Scene) -> Vec<String> {
     let fronts = || scene.faces().iter().filter(|face| face.side == Side::Front);
     let area: f64 = fronts().map(|patch| patch.area).sum();
     let emitters = fronts().filter(|patch| patch.emittance.is_lit()).count();
     say(&format!(
-        "scene: {} surfaces, {} patches, {area:.6} m², {emitters} emitting patches of {} W in all",
-        scene.surfaces().len(),
-        scene.faces().patch_count(),
+        "scene: {}, {}, {area:.6} m², {} of {} W in all",
+        counted(scene.surfaces().len() as u64, "surface"),
+        counted(scene.faces().patch_count() as u64, "patch"),
+        counted(emitters as u64, "emitting patch"),
         power(scene)
     ));
     Coincident::of(scene).lines().iter().for_each(|line| say(line));
+    let faults = losses::warnings(scene);
+    faults.iter().for_each(|fault| say(&format!("fault: {fault}")));
+    faults
 }
 
 /// Φ_T [W], channel by channel.

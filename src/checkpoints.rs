@@ -6,7 +6,7 @@ use std::path::Path;
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, SyncSender, TryRecvError, sync_channel};
 use std::thread::JoinHandle;
-use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
+use std::time::{Duration, Instant};
 
 use cluster::checkpoint::{self, Book, Checkpoint, CheckpointError, CheckpointFault, Part, Past, Session};
 use cluster::coordinator::Coordinator;
@@ -14,6 +14,7 @@ use cluster::coordinator::Coordinator;
 use report::OutputFolder;
 
 use crate::fault::Fault;
+use crate::gauge::unix_seconds;
 
 /// The latest tally of a run, and the one before.
 pub const CURRENT: &str = "tally.bin";
@@ -59,11 +60,6 @@ pub fn session() -> Session {
     let now = unix_seconds();
     let host = rustix::system::uname().nodename().to_string_lossy().into_owned();
     Session { host, build: crate::BUILD.into(), began: now, ended: now }
-}
-
-/// Seconds since 1970. A clock before that says 0: times are told, never reckoned with.
-fn unix_seconds() -> u64 {
-    SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs())
 }
 
 /// What `--resume` found.
@@ -147,6 +143,8 @@ pub struct Keeper {
     checkpoints: SyncSender<Checkpoint>,
     written: Receiver<Result<(), Fault>>,
     under_way: bool,
+    /// When the latest one of this run was written, and its walks.
+    saved: Option<(Instant, u64)>,
     thread: JoinHandle<Latest>,
 }
 
@@ -180,7 +178,17 @@ impl Keeper {
             .spawn(keep)
             .map_err(|source| Fault::System { doing: "starting a thread", source })?;
         let due = Instant::now() + interval;
-        Ok(Keeper { interval, due, walks, identity, checkpoints, written, under_way: false, thread })
+        Ok(Keeper {
+            interval,
+            due,
+            walks,
+            identity,
+            checkpoints,
+            written,
+            under_way: false,
+            saved: None,
+            thread,
+        })
     }
 
     /// Begins a checkpoint where one is due.
@@ -193,6 +201,7 @@ impl Keeper {
                 self.under_way = false;
                 self.due = Instant::now() + self.interval;
                 done?;
+                self.saved = Some((Instant::now(), self.walks));
             }
             Err(TryRecvError::Empty | TryRecvError::Disconnected) => {}
         }
@@ -203,6 +212,11 @@ impl Keeper {
             self.under_way = self.checkpoints.try_send(self.identity.checkpoint(coordinator.past())).is_ok();
         }
         Ok(())
+    }
+
+    /// When the latest checkpoint of this run was written, and its walks, those beyond gaps included.
+    pub fn saved(&self) -> Option<(Instant, u64)> {
+        self.saved
     }
 
     /// Ends the thread. Returns what the last checkpoint of the run is made from, and what the latest one on disk is.

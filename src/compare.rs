@@ -18,8 +18,10 @@ use studies::compare::{Arena, Team};
 
 use self::shoot::shoot;
 use self::table::Table;
+use tracing::warn;
+
 use crate::args::CompareArgs;
-use crate::console::{say, tell};
+use crate::console::{Phase, emit, say};
 use crate::coordinate::processes;
 use crate::date::today;
 use crate::fault::{Fault, Outcome};
@@ -57,12 +59,12 @@ pub fn compare(args: &CompareArgs) -> Result<Outcome, Fault> {
     for (path, (job, scene)) in args.jobs.iter().zip(&jobs) {
         let chapter = match study(args, team, Arena { path, set: &args.set, job, scene }, &mut table) {
             Err(Fault::Interrupted) => {
-                tell(&format!(
-                    "radwalk: interrupted; {} rows are kept in {}, go on with: {} --resume",
+                warn!(
+                    "interrupted; {} rows are kept in {}, go on with: {} --resume",
                     table.len(),
                     folder.file(TABLE).display(),
                     command(args)
-                ));
+                );
                 return Ok(Outcome::Interrupted);
             }
             chapter => chapter?,
@@ -105,7 +107,9 @@ fn study(args: &CompareArgs, team: Team, arena: Arena<'_>, table: &mut Table<'_>
     let Arena { path, job, scene, .. } = arena;
     let patches = scene.faces().len();
     let most = args.rays.unwrap_or(LEAST_RAYS.max(RAYS_PER_PATCH * patches as u64));
+    let phase = Phase::begin("finding what the methods are held against");
     let truths = Truths::new(arena, team, most)?;
+    drop(phase);
     let (mut points, mut missing) = (Vec::new(), Vec::new());
     for size in (0..SIZES).rev() {
         let rays = most / STEP.pow(size);
@@ -117,7 +121,9 @@ fn study(args: &CompareArgs, team: Team, arena: Arena<'_>, table: &mut Table<'_>
                 points.push(known.clone());
                 continue;
             }
+            let phase = Phase::begin(contender.name);
             let shot = shoot(team, &contender.trial, args.runs)?;
+            drop(phase);
             let fresh = point(crate::BUILD, key, rays, contender, &shot, truths.of(contender));
             table.add(fresh.clone())?;
             announce(args, &fresh);
@@ -160,7 +166,7 @@ fn told((truth, judged): &(Truth, Judged)) -> String {
 fn announce(args: &CompareArgs, point: &Point) {
     if args.out.json {
         let event = json!({"event": "point", "job": point.job, "method": point.method, "rays": point.rays});
-        tell(&event.to_string());
+        emit(&event);
     } else if !args.out.quiet {
         let seconds = point.seconds;
         let rms = point.rms().value;

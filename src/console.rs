@@ -1,11 +1,204 @@
-//! Lines for people. A reader that has gone away is no reason to end a run.
+//! What the program says: results on stdout, all else on stderr as `tracing` events, in the form that was asked for.
+//!
+//! A reader that has gone away is no reason to end a run. Results that cannot be written are remembered, and the command
+//! fails at its end.
 
-use std::io::Write;
+use std::fmt::{self, Write as _};
+use std::io::{self, ErrorKind, IsTerminal, Write};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, OnceLock, PoisonError};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+use indicatif::{ProgressBar, ProgressDrawTarget};
+use serde_json::{Map, Value, json};
+use time::OffsetDateTime;
+use tracing::field::{Field, Visit};
+use tracing::level_filters::LevelFilter;
+use tracing::{Event, Level, Subscriber, info};
+use tracing_subscriber::layer::{Context, Layer, SubscriberExt};
+
+/// Sets the level of what is told, whatever `--quiet` says.
+pub const LOG_VARIABLE: &str = "RADWALK_LOG";
+
+/// The first line on stdout that could not be written.
+static UNSAID: Mutex<Option<io::Error>> = Mutex::new(None);
+
+/// How lines on stderr look.
+static FORM: OnceLock<Form> = OnceLock::new();
+
+/// The bar on the terminal, which lines go above.
+static BAR: Mutex<Option<ProgressBar>> = Mutex::new(None);
+
+/// How lines on stderr look.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Form {
+    /// Sentences.
+    Plain,
+    /// Sentences behind the time and the level: logs of long runs.
+    Stamped,
+    /// A JSON object each, and nothing else.
+    Json,
+}
+
+/// What is told, and how.
+#[derive(Clone, Copy, Debug)]
+pub struct Voice {
+    /// How.
+    pub form: Form,
+    /// The least level that is told.
+    pub level: LevelFilter,
+}
+
+impl Voice {
+    /// The voice of a command. `long` commands stamp their lines where stderr is no terminal.
+    pub fn new(json: bool, quiet: bool, long: bool) -> Self {
+        let form = match () {
+            () if json => Form::Json,
+            () if long && !io::stderr().is_terminal() => Form::Stamped,
+            () => Form::Plain,
+        };
+        Voice { form, level: if quiet { LevelFilter::WARN } else { LevelFilter::INFO } }
+    }
+
+    /// Tells from here on what this voice tells.
+    ///
+    /// # Errors
+    /// Where the environment asks for a level that there is not.
+    pub fn begin(self) -> Result<(), String> {
+        // Quiet workers inherit the environment of the coordinator that started them, and leave the telling to it.
+        let asked = std::env::var(LOG_VARIABLE).ok().filter(|_| self.level != LevelFilter::OFF);
+        let level = asked.as_deref().map(|word| word.parse().map_err(|_| word.to_owned())).transpose();
+        let _ = FORM.set(self.form);
+        let printer = Printer { form: self.form };
+        let voice = |level| tracing_subscriber::registry().with(level).with(printer);
+        // It is set once, before anything is told.
+        let set = |level| tracing::subscriber::set_global_default(voice(level));
+        let _ = set(level.clone().ok().flatten().unwrap_or(self.level));
+        level.map(|_| ())
+    }
+}
+
+/// Before the first word on something that takes its time, and between two of them on a terminal and in JSON.
+const PULSE: Duration = Duration::from_secs(2);
+
+/// Between two words at most, where lines stay.
+const LONGEST_PULSE: Duration = Duration::from_secs(30);
+
+/// Something that may take long, and is told of while it does.
+pub struct Phase {
+    state: Arc<(Mutex<Doing>, Condvar)>,
+    teller: Option<JoinHandle<()>>,
+}
+
+/// What is done, since when.
+struct Doing {
+    what: &'static str,
+    since: Instant,
+    part: Option<f64>,
+    over: bool,
+}
+
+impl Phase {
+    /// Something begins.
+    pub fn begin(what: &'static str) -> Self {
+        let doing = Doing { what, since: Instant::now(), part: None, over: false };
+        let state = Arc::new((Mutex::new(doing), Condvar::new()));
+        let told = Arc::clone(&state);
+        // Without a thread nothing is told, and nothing else is lost.
+        let teller = std::thread::Builder::new().spawn(move || tell_phases(&told)).ok();
+        Phase { state, teller }
+    }
+
+    /// Something else begins.
+    pub fn now(&self, what: &'static str) {
+        let mut doing = held(&self.state.0);
+        (doing.what, doing.since, doing.part) = (what, Instant::now(), None);
+        self.state.1.notify_all();
+    }
+
+    /// A part of it is done.
+    pub fn done(&self, part: f64) {
+        held(&self.state.0).part = Some(part);
+    }
+}
+
+impl Drop for Phase {
+    fn drop(&mut self) {
+        held(&self.state.0).over = true;
+        self.state.1.notify_all();
+        let _ = self.teller.take().map(JoinHandle::join);
+    }
+}
+
+/// Tells what is done while it takes long: in a line that is replaced on a terminal, else in lines that come ever later.
+fn tell_phases((state, changed): &(Mutex<Doing>, Condvar)) {
+    let lasts = FORM.get() != Some(&Form::Plain) || !io::stderr().is_terminal();
+    let steps = FORM.get() == Some(&Form::Json) || !lasts;
+    let (mut told, mut wait) = (None, PULSE);
+    let spinner = ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr());
+    if !lasts {
+        keep_below(Some(spinner.clone()));
+    }
+    let mut doing = held(state);
+    while !doing.over {
+        if told != Some(doing.since) {
+            (told, wait) = (Some(doing.since), PULSE);
+        }
+        let (next, waited) = changed.wait_timeout(doing, wait).unwrap_or_else(PoisonError::into_inner);
+        doing = next;
+        if !waited.timed_out() || doing.over {
+            continue;
+        }
+        let part = doing.part.map_or(String::new(), |part| format!(", {:.0} % done", 100.0 * part));
+        let seconds = doing.since.elapsed().as_secs();
+        if lasts {
+            info!(event = "phase", seconds, "{}: {seconds} s so far{part}", doing.what);
+        } else if tracing::enabled!(Level::INFO) {
+            spinner.set_message(format!("{}: {seconds} s so far{part}", doing.what));
+            spinner.tick();
+        }
+        if !steps {
+            wait = (2 * wait).min(LONGEST_PULSE);
+        }
+    }
+    if !lasts {
+        keep_below(None);
+        spinner.finish_and_clear();
+    }
+}
 
 /// A line on stdout: results.
 pub fn say(line: &str) {
-    // Nobody reads: nobody misses it.
-    let _ = writeln!(std::io::stdout(), "{}", harmless(line));
+    let write = || writeln!(io::stdout(), "{}", harmless(line));
+    let written = match held(&BAR).as_ref() {
+        Some(bar) => bar.suspend(write),
+        None => write(),
+    };
+    if let Err(error) = written
+        && error.kind() != ErrorKind::BrokenPipe
+    {
+        held(&UNSAID).get_or_insert(error);
+    }
+}
+
+/// Why a result could not be said, where one could not.
+pub fn unsaid() -> Option<io::Error> {
+    held(&UNSAID).take()
+}
+
+/// A JSON line on stderr.
+pub fn emit(event: &Value) {
+    // What a reader that is gone does not read, it does not miss.
+    let _ = writeln!(io::stderr(), "{event}");
+}
+
+/// Lines go above this bar from here on; without one, to the end of the terminal.
+pub fn keep_below(bar: Option<ProgressBar>) {
+    *held(&BAR) = bar;
+}
+
+fn held<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// Text without what commands a terminal: names in files may hold anything.
@@ -13,8 +206,119 @@ fn harmless(text: &str) -> String {
     text.chars().filter(|c| !c.is_control() || matches!(c, '\n' | '\t')).collect()
 }
 
-/// A line on stderr: progress and trouble.
-pub fn tell(line: &str) {
-    // Likewise.
-    let _ = writeln!(std::io::stderr(), "{}", harmless(line));
+/// Now, in UTC, to the second: 2026-01-31T23:59:59Z.
+fn stamp() -> String {
+    let now = OffsetDateTime::now_utc();
+    let (date, time) = (now.date(), now.time());
+    format!(
+        "{:04}-{:02}-{:02}T{:02}:{:02}:{:02}Z",
+        date.year(),
+        u8::from(date.month()),
+        date.day(),
+        time.hour(),
+        time.minute(),
+        time.second()
+    )
+}
+
+/// A line of a log as JSON.
+pub fn record(level: &str, event: &str, text: &str) -> Map<String, Value> {
+    let line = json!({"event": event, "level": level, "time": stamp(), "text": text});
+    let Value::Object(line) = line else { unreachable!("it was written as an object") };
+    line
+}
+
+/// Writes events to stderr.
+struct Printer {
+    form: Form,
+}
+
+/// The parts of an event.
+#[derive(Default)]
+struct Parts {
+    text: String,
+    fields: Map<String, Value>,
+}
+
+impl Visit for Parts {
+    fn record_debug(&mut self, field: &Field, value: &dyn fmt::Debug) {
+        if field.name() == "message" {
+            // A string takes what it is given.
+            let _ = write!(self.text, "{value:?}");
+        } else {
+            self.fields.insert(field.name().into(), format!("{value:?}").into());
+        }
+    }
+
+    fn record_str(&mut self, field: &Field, value: &str) {
+        self.fields.insert(field.name().into(), value.into());
+    }
+
+    fn record_u64(&mut self, field: &Field, value: u64) {
+        self.fields.insert(field.name().into(), value.into());
+    }
+}
+
+impl<S: Subscriber> Layer<S> for Printer {
+    fn on_event(&self, event: &Event<'_>, _context: Context<'_, S>) {
+        let mut parts = Parts::default();
+        event.record(&mut parts);
+        let line = self.line(*event.metadata().level(), &parts);
+        let write = || {
+            // As in `emit`.
+            let _ = writeln!(io::stderr(), "{line}");
+        };
+        match held(&BAR).as_ref() {
+            Some(bar) => bar.suspend(write),
+            None => write(),
+        }
+    }
+}
+
+impl Printer {
+    fn line(&self, level: Level, Parts { text, fields }: &Parts) -> String {
+        let word = level.as_str().to_lowercase();
+        let prefix = if level <= Level::WARN { "radwalk: " } else { "" };
+        let text = harmless(text);
+        match self.form {
+            Form::Json => {
+                let event = match level {
+                    Level::ERROR => "error",
+                    Level::WARN => "warning",
+                    _ => "note",
+                };
+                let mut line = record(&word, event, &text);
+                line.extend(fields.clone());
+                Value::Object(line).to_string()
+            }
+            // The end of a command is its message alone.
+            Form::Stamped if level > Level::ERROR => format!("{} {word:<5} {text}", stamp()),
+            Form::Stamped | Form::Plain => format!("{prefix}{text}"),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn line(form: Form, level: Level, text: &str) -> String {
+        let parts = Parts {
+            text: text.into(),
+            fields: [("worker".to_owned(), "w\u{7}1".into())].into_iter().collect(),
+        };
+        Printer { form }.line(level, &parts)
+    }
+
+    #[test]
+    fn lines_have_their_form() {
+        assert_eq!(line(Form::Plain, Level::INFO, "a\u{1b}[31m"), "a[31m", "nothing commands the terminal");
+        assert_eq!(line(Form::Plain, Level::WARN, "a"), "radwalk: a");
+        assert_eq!(line(Form::Stamped, Level::ERROR, "a"), "radwalk: a");
+        let stamped = line(Form::Stamped, Level::INFO, "a");
+        assert!(stamped.starts_with("20") && stamped.ends_with("Z info  a"), "{stamped}");
+        let json: Value = serde_json::from_str(&line(Form::Json, Level::WARN, "a \"b\"\n")).unwrap();
+        assert_eq!((&json["event"], &json["level"]), (&json!("warning"), &json!("warn")));
+        assert_eq!((&json["text"], &json["worker"]), (&json!("a \"b\"\n"), &json!("w\u{7}1")));
+    }
 }

@@ -1,6 +1,6 @@
 //! `radwalk run` and `radwalk coordinate`: a job from file to results.
 
-use std::net::TcpListener;
+use std::net::{TcpListener, ToSocketAddrs};
 use std::path::{Path, PathBuf};
 
 use std::time::Duration;
@@ -13,17 +13,20 @@ use job::{Budget, Job, MethodTable};
 use judge::limits::limits;
 use judge::target::{Observer, judge, looks};
 use radiosity::{Estimates, Experiment, Tally};
+use tracing::{info, warn};
 
 use crate::args::{CoordinateArgs, JobArgs, OutArgs, RunArgs};
 use crate::checkpoints::{self, Found, Identity, Keeper, Latest};
-use crate::console::tell;
+use crate::console::Phase;
 use crate::fault::{Fault, Outcome};
+use crate::gauge::Gauge;
 use crate::local::LocalWorkers;
 use crate::outputs::RunOutput;
-use crate::progress::Display;
+use crate::progress::{Display, tell_notice};
 use crate::replica::check_shape;
+use crate::reports::{Description, Reports};
 use crate::settings::Settings;
-use crate::{replica, signals};
+use crate::{losses, memory, replica, signals};
 
 /// Between tries to write the results of a run.
 const FINAL_WAITS: [Duration; 4] =
@@ -31,45 +34,46 @@ const FINAL_WAITS: [Duration; 4] =
 
 /// Runs a job on worker processes of this machine.
 pub fn run(args: &RunArgs) -> Result<Outcome, Fault> {
-    let prepared = Prepared::new(&args.job, &args.out, args.resume)?;
+    let prepared = Prepared::new(&args.job, &args.out, args.resume, processes(args.workers))?;
     let Door { listener, access, mut workers } =
         Door::open(&prepared.identity, processes(args.workers), args.threads)?;
     signals::catch();
     signals::keep_memory_private();
-    prepared.serve(listener, access, &args.out, Some(&mut workers))
+    let reports =
+        Reports::new(prepared.description(), &prepared.output, None, args.monitor.metrics.as_deref())?;
+    prepared.serve(listener, access, &args.out, reports, Some(&mut workers))
 }
 
 /// Coordinates workers that are started elsewhere.
 pub fn coordinate(args: &CoordinateArgs) -> Result<Outcome, Fault> {
-    let prepared = Prepared::new(&args.job, &args.out, args.resume)?;
+    let prepared = Prepared::new(&args.job, &args.out, args.resume, 0)?;
     let access_file = args.access.clone().unwrap_or_else(|| prepared.output.path().join("access.json"));
-    let (listener, access) = listen(&prepared.identity, &args.listen)?;
+    let (listener, access) = listen(&prepared.identity, &args.listen, args.advertise.as_deref())?;
     access
         .write(&access_file)
         .map_err(|source| Fault::AccessFileWrite { path: access_file.clone(), source })?;
-    if !args.out.quiet {
-        tell(&format!(
-            "listening at {}; start workers with: radwalk work --access {}",
-            access.address,
-            access_file.display()
-        ));
-    }
+    info!(
+        "listening at {}; start workers with: radwalk work --access {}",
+        access.address,
+        access_file.display()
+    );
     signals::catch();
     signals::keep_memory_private();
-    let done = prepared.serve(listener, access.clone(), &args.out, None);
+    let reports = Reports::new(
+        prepared.description(),
+        &prepared.output,
+        Some(&access_file),
+        args.monitor.metrics.as_deref(),
+    )?;
+    let done = prepared.serve(listener, access.clone(), &args.out, reports, None);
     // The key is of no use any more. Where the file is gone, or another coordinator's by now, there is nothing to do.
     let _ = access.remove(&access_file);
     done
 }
 
 /// Says what was left out, changed or assumed of meshes.
-fn tell_notes(job: &Job, out: &OutArgs) {
-    for note in job.scene.notes().iter().filter(|_| !out.quiet) {
-        match out.json {
-            true => tell(&serde_json::json!({"event": "note", "text": note}).to_string()),
-            false => tell(&format!("note: {note}")),
-        }
-    }
+fn tell_notes(job: &Job) {
+    job.scene.notes().iter().for_each(|note| info!("note: {note}"));
 }
 
 /// As many worker processes as were asked for, else one per core.
@@ -96,7 +100,7 @@ impl Door {
     /// # Errors
     /// Where the system refuses.
     pub fn open(identity: &Identity, workers: usize, threads: u32) -> Result<Self, Fault> {
-        let (listener, access) = listen(identity, "127.0.0.1:0")?;
+        let (listener, access) = listen(identity, "127.0.0.1:0", None)?;
         let workers = LocalWorkers::new(&access, workers, threads);
         Ok(Door { listener, access, workers })
     }
@@ -115,10 +119,17 @@ struct Prepared {
 }
 
 impl Prepared {
-    fn new(args: &JobArgs, out: &OutArgs, resume: bool) -> Result<Self, Fault> {
+    /// `workers` is how many will work on this machine.
+    fn new(args: &JobArgs, out: &OutArgs, resume: bool, workers: usize) -> Result<Self, Fault> {
+        let phase = Phase::begin("reading the scene");
         let job = job::load(&args.job, &args.overrides())?;
-        tell_notes(&job, out);
+        tell_notes(&job);
+        memory::check(&job, workers)?;
+        phase.now("building the scene");
         let experiment = Experiment::new(job.build_scene()?, job.method.walks())?;
+        phase.now("following light from the lamps");
+        // What is wrong with the light comes before all that is made of it.
+        losses::warnings(experiment.scene()).iter().for_each(|warning| warn!("{warning}"));
         let settings = Settings::of(&job);
         let folder = out.out.clone().unwrap_or_else(|| default_folder(&job));
         let output = RunOutput::new(&folder, out.force || resume)?;
@@ -127,13 +138,14 @@ impl Prepared {
         let mut prepared =
             Prepared { job, settings, experiment, output, identity, past, latest: Latest::Foreign };
         if resume {
-            prepared.resume(out.quiet)?;
+            phase.now("reading the checkpoint");
+            prepared.resume()?;
         }
         Ok(prepared)
     }
 
     /// Goes on from the latest usable checkpoint; from the beginning, where there is none yet.
-    fn resume(&mut self, quiet: bool) -> Result<(), Fault> {
+    fn resume(&mut self) -> Result<(), Fault> {
         let Identity { scene_hash, job_hash, first, .. } = &self.identity;
         let fits = |checkpoint: &Checkpoint| {
             checkpoint.check_job(scene_hash, job_hash, *first)?;
@@ -142,7 +154,7 @@ impl Prepared {
         let Some(Found { checkpoint, passed_over }) =
             checkpoints::find(self.output.path(), fits).map_err(|error| self.explain(error))?
         else {
-            tell("radwalk: there is no checkpoint to resume from; the run begins at its first walk");
+            warn!("there is no checkpoint to resume from; the run begins at its first walk");
             return Ok(());
         };
         let walks = checkpoint.tally.counts.walks.saturating_mul(self.experiment.paths_per_walk());
@@ -150,14 +162,12 @@ impl Prepared {
             return Err(Fault::BeyondBudget { walks, paths: self.job.budget.paths });
         }
         if let Some(error) = passed_over {
-            tell(&format!("radwalk: {error}; the previous checkpoint is used instead"));
+            warn!("{error}; the previous checkpoint is used instead");
             self.latest = Latest::Damaged;
         } else {
             self.latest = Latest::Good;
         }
-        if !quiet {
-            tell(&format!("resumed after {walks} paths"));
-        }
+        info!("resumed after {walks} paths");
         self.go_on_from(checkpoint);
         Ok(())
     }
@@ -203,12 +213,18 @@ impl Prepared {
         plan(&self.identity, &self.job.budget, &self.experiment, looks(&self.experiment, walks), judge)
     }
 
+    /// What status files say of the job itself.
+    fn description(&self) -> Description {
+        Description { job: self.job.name.clone(), paths_per_walk: self.experiment.paths_per_walk() }
+    }
+
     /// Serves the job to its end and writes what came of it.
     fn serve(
         mut self,
         listener: TcpListener,
         access: Access,
         out: &OutArgs,
+        mut reports: Reports,
         mut workers: Option<&mut LocalWorkers>,
     ) -> Result<Outcome, Fault> {
         let nothing = Past::none(Tally::new(0, self.past.tally.layout()));
@@ -218,26 +234,31 @@ impl Prepared {
         let walks = coordinator.progress().walks;
         let folder = self.output.folder().clone();
         let mut keeper = Keeper::new(folder, interval, self.identity.clone(), walks, self.latest)?;
-        let display = std::cell::RefCell::new(Display::new(
-            out,
-            &self.experiment,
-            self.job.budget.paths,
-            self.settings.level(self.experiment.scene()),
-        ));
+        let mut display = Display::new(out);
+        let mut gauge = Gauge::new(&self.experiment, &self.settings, self.job.budget.wall_seconds);
         let notices = std::cell::RefCell::new(Vec::new());
         let mut broken = false;
         let owner = |coordinator: &Coordinator| {
-            let mut display = display.borrow_mut();
-            display.update(coordinator);
             let notices: Vec<_> = notices.borrow_mut().drain(..).collect();
             for notice in &notices {
-                display.notice(notice);
+                gauge.heed(notice);
+                tell_notice(notice);
+            }
+            gauge.follow(coordinator, keeper.saved());
+            if reports.are_due() || display.is_due() {
+                gauge.estimate(coordinator);
+                let standing = gauge.standing(coordinator);
+                if display.is_due() {
+                    display.show(&standing);
+                }
+                reports.write(&standing, coordinator);
             }
             if let Err(fault) = keeper.tend(coordinator) {
                 // Memory that has failed once is not to be trusted with the rest.
                 broken |= matches!(fault, Fault::Checkpoint(_));
                 let rest = if broken { "the run ends" } else { "the run goes on, the one before is kept" };
-                display.warn(&format!("no checkpoint: {fault}; {rest}"));
+                gauge.checkpoint_failed();
+                warn!("no checkpoint: {fault}; {rest}");
             }
             if broken || signals::stop_asked() {
                 return Wish::Stop;
@@ -253,8 +274,8 @@ impl Prepared {
         let ending =
             serve(listener, &access, &mut coordinator, owner, |notice| notices.borrow_mut().push(notice))
                 .map_err(|source| Fault::System { doing: "serving the workers", source })?;
-        display.borrow().finish();
-        drop(display);
+        display.finish();
+        drop(reports);
         let (identity, latest) = keeper.finish();
         let checkpoint = identity.checkpoint(coordinator.into_past());
         // After an overflow the sums are no longer those of any walks.
@@ -273,7 +294,7 @@ impl Prepared {
                 done => return done,
             };
             let Some(wait) = waits.next() else { return Err(fault) };
-            tell(&format!("radwalk: {fault}; it is tried again in {} s", wait.as_secs()));
+            warn!("{fault}; it is tried again in {} s", wait.as_secs());
             std::thread::sleep(wait);
         }
     }
@@ -346,21 +367,49 @@ pub fn plan(
 }
 
 /// Listens at an address; returns what lets workers in.
-fn listen(identity: &Identity, address: &str) -> Result<(TcpListener, Access), Fault> {
-    let (listener, address) = bind(address)?;
+fn listen(
+    identity: &Identity,
+    address: &str,
+    advertise: Option<&str>,
+) -> Result<(TcpListener, Access), Fault> {
+    let (listener, address) = bind(address, advertise)?;
     let access = Access::new(address, crate::BUILD, identity.scene_hash)
         .map_err(|source| Fault::System { doing: "drawing a random key", source })?;
     Ok((listener, access))
 }
 
-/// Listens at an address; returns by what others reach it, too.
-pub fn bind(address: &str) -> Result<(TcpListener, String), Fault> {
-    let fault = |source| Fault::Listen { address: address.into(), source };
+/// Listens at an address; returns by what others reach it, too: as `advertise` has it, or the address as it was typed. An
+/// address that stands for all of a machine's is of no use to another machine, so the machine's name takes its place.
+pub fn bind(address: &str, advertise: Option<&str>) -> Result<(TcpListener, String), Fault> {
+    let fault = |source| Fault::Listen { address: address.into(), option: "--listen", source };
     let listener = TcpListener::bind(address).map_err(fault)?;
     let bound = listener.local_addr().map_err(fault)?;
-    // A port of 0 was replaced by a free one; a host name stays as it was typed.
-    let host = address.rsplit_once(':').map_or(address, |(host, _)| host);
-    Ok((listener, format!("{host}:{}", bound.port())))
+    let port = bound.port();
+    let host = match advertise {
+        Some(gate) if port_of(gate).is_some() => return Ok((listener, gate.into())),
+        Some(host) if host.contains(':') && !host.starts_with('[') => format!("[{host}]"),
+        Some(host) => host.into(),
+        None if bound.ip().is_unspecified() => {
+            own_name().ok_or_else(|| Fault::NoName { address: address.into() })?
+        }
+        // A port of 0 was replaced by a free one; a host name stays as it was typed.
+        None => address.rsplit_once(':').map_or(address, |(host, _)| host).into(),
+    };
+    Ok((listener, format!("{host}:{port}")))
+}
+
+/// The port behind a host name or an address, where there is one. Addresses of version 6 have colons of their own.
+fn port_of(address: &str) -> Option<u16> {
+    let (host, port) = address.rsplit_once(':')?;
+    let alone = !host.is_empty() && (!host.contains(':') || host.ends_with(']'));
+    port.parse().ok().filter(|_| alone)
+}
+
+/// What this machine is called, if that leads others to it.
+fn own_name() -> Option<String> {
+    let name = rustix::system::uname().nodename().to_string_lossy().into_owned();
+    let mut addresses = (&name[..], 0).to_socket_addrs().ok()?;
+    addresses.any(|address| !address.ip().is_loopback()).then_some(name)
 }
 
 /// What the checkpoints of a job have in common.

@@ -3,22 +3,25 @@
 use exact::{Accuracy, Bounds, ESTIMATORS, Exact, ExactError, SharedPath, WeightedWalk};
 use radiosity::{Scene, birth_probabilities};
 use report::{Check, ExactBounds, ExactColumns, ExactSummary, OutputFolder};
+use tracing::warn;
 
 use crate::args::ExactArgs;
-use crate::console::{say, tell};
+use crate::console::{Phase, say};
 use crate::coordinate::default_folder;
 use crate::fault::{Fault, Outcome};
 
 /// Solves a job's scene and writes `exact.csv` and `exact.json`; in colour, a pair for each channel.
 pub fn exact(args: &ExactArgs) -> Result<Outcome, Fault> {
+    let phase = Phase::begin("reading the scene");
     let job = job::load(&args.job.job, &args.job.overrides())?;
     // The job's own error messages know the line of the file that is at fault.
     let scene = job.build_scene()?;
     let path = args.out.out.clone().unwrap_or_else(|| default_folder(&job));
     let files: &[[&str; 2]] = if scene.channels() == 1 { &GREY_FILES } else { &CHANNEL_FILES };
     let folder = OutputFolder::claim(&path, files.as_flattened(), args.out.force)?;
-    let of_channel = |c| Exact::of_scene(&job.scene.spec().channel(c));
-    let channels = (0..scene.channels()).map(of_channel).collect::<Result<Vec<_>, ExactError>>()?;
+    phase.now("finding form factors and solving for light");
+    let channels = Exact::of_channels(job.scene.spec(), &|part| phase.done(part))?;
+    phase.now("predicting variances");
     let shared = (channels.len() > 1).then(|| SharedPath::of(&channels.iter().collect::<Vec<_>>()));
     let birth = birth_probabilities(&scene, &job.method.birth);
     for (exact, [table, page]) in channels.iter().zip(files) {
@@ -33,6 +36,7 @@ pub fn exact(args: &ExactArgs) -> Result<Outcome, Fault> {
             describe(&summary);
         }
     }
+    drop(phase);
     if !args.out.quiet {
         say(&format!("written to {}", folder.path().display()));
     }
@@ -59,7 +63,7 @@ fn describe(summary: &ExactSummary) {
         say(&format!("{} faces are too dark to tell: their errors exceed them", summary.undetermined));
     }
     for check in summary.checks.iter().filter(|check| !check.ok) {
-        tell(&format!("radwalk: {}", check.message));
+        warn!("{}", check.message);
     }
 }
 

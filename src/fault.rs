@@ -59,13 +59,83 @@ pub enum Fault {
         path: PathBuf,
     },
     /// The address cannot be listened at.
-    #[error("cannot listen at {address} ({source}); choose another address or port with --listen")]
+    #[error(
+        "cannot listen at {address} ({source}); write {option} HOST:PORT, with an address of this machine and a free port"
+    )]
     Listen {
         /// host:port.
         address: String,
+        /// The option that says where.
+        option: &'static str,
         /// What the system says.
         source: std::io::Error,
     },
+    /// Nothing tells other machines where this one is.
+    #[error(
+        "--listen {address} stands for every address of this machine (no other machine can connect to it), and this machine's own name leads to none; say by what name or address others reach it, with --advertise HOST"
+    )]
+    NoName {
+        /// host:port.
+        address: String,
+    },
+    /// The tallies of a job do not fit the memory.
+    #[error(
+        "the tallies of {patches} patches take {} at least, on this machine, which has {} (for the coordinator and {}); use coarser patches or fewer workers here",
+        report::words::bytes(*needed), report::words::bytes(*there), report::words::counted(*workers as u64, "worker")
+    )]
+    NoRoom {
+        /// Patches of the scene.
+        patches: u64,
+        /// Bytes that they take.
+        needed: u64,
+        /// Bytes that there are.
+        there: u64,
+        /// Workers on this machine.
+        workers: usize,
+    },
+    /// Nothing is known of a job.
+    #[error("nothing is known of a job at {} ({reason}); give the output folder of a job, or its access file", of.display())]
+    NoStatus {
+        /// What was typed.
+        of: PathBuf,
+        /// Why not.
+        reason: String,
+    },
+    /// A coordinator does not report any more.
+    #[error(
+        "the coordinator, process {pid} of {host}, has not reported for {seconds} s (it was killed, or its disk is full); go on with `radwalk run --resume` or `coordinate --resume`"
+    )]
+    Silent {
+        /// Its machine.
+        host: String,
+        /// Its process.
+        pid: u32,
+        /// Since its last report.
+        seconds: u64,
+    },
+    /// Two results cannot be held against each other.
+    #[error("{} cannot be compared with {} ({reason}); {remedy}", second.display(), first.display())]
+    Incomparable {
+        /// A folder.
+        first: PathBuf,
+        /// Another.
+        second: PathBuf,
+        /// Why not.
+        reason: String,
+        /// What to do.
+        remedy: &'static str,
+    },
+    /// A table cannot be read.
+    #[error("{} cannot be read ({reason}); give the output folder of `radwalk run` or `merge`", path.display())]
+    NoTable {
+        /// The file.
+        path: PathBuf,
+        /// Why not.
+        reason: String,
+    },
+    /// Two results differ.
+    #[error("the results differ: {0}")]
+    Differ(String),
     /// This worker could not work.
     #[error(transparent)]
     Worker(#[from] cluster::worker::WorkerError),
@@ -85,6 +155,22 @@ pub enum Fault {
         path: PathBuf,
         /// What the system says.
         source: std::io::Error,
+    },
+    /// Results could not be said.
+    #[error(
+        "stdout cannot be written ({source}), so what was said there is not complete; send it to a place that has room"
+    )]
+    Unsaid {
+        /// What the system says.
+        source: std::io::Error,
+    },
+    /// The environment asks for a level of messages that there is not.
+    #[error(
+        "RADWALK_LOG={word}: there is no such level of messages; choose error, warn, info, debug, trace or off"
+    )]
+    LogLevel {
+        /// What it asks for.
+        word: String,
     },
     /// A tally cannot be used.
     #[error(transparent)]
@@ -259,7 +345,16 @@ impl Fault {
             Fault::Checkpoint(_) | Fault::BeyondBudget { .. } | Fault::Merge { .. } => 2,
             Fault::Kept { .. } | Fault::Share(_) | Fault::OtherBatches { .. } | Fault::NoWalks => 2,
             Fault::NoEntry { .. } | Fault::Table { .. } | Fault::TwinJobs(_) => 2,
-            Fault::Taken { .. } | Fault::NotWritten { .. } => 2,
+            Fault::NoName { .. }
+            | Fault::NoRoom { .. }
+            | Fault::NoStatus { .. }
+            | Fault::Incomparable { .. }
+            | Fault::NoTable { .. } => 2,
+            Fault::Silent { .. } | Fault::Differ(_) => 3,
+            Fault::Taken { .. }
+            | Fault::NotWritten { .. }
+            | Fault::Unsaid { .. }
+            | Fault::LogLevel { .. } => 2,
             Fault::OtherTable { .. }
             | Fault::Audit { .. }
             | Fault::Listen { .. }

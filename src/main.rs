@@ -8,11 +8,15 @@ mod compare;
 mod console;
 mod coordinate;
 mod date;
+mod diff;
 mod doctor_report;
 mod exact_command;
 mod fault;
+mod gauge;
 mod launcher;
 mod local;
+mod losses;
+mod memory;
 mod merge;
 mod new;
 mod outputs;
@@ -21,32 +25,43 @@ mod progress;
 mod relay;
 mod replay;
 mod replica;
+mod reports;
 mod reproduce;
 mod settings;
 mod signals;
 mod stability;
+mod status;
 mod work;
 
+use std::io::IsTerminal;
 use std::process::ExitCode;
 
 use clap::Parser;
+use tracing::error;
 
 use crate::args::{Cli, Command};
-use crate::console::tell;
+use crate::console::{Voice, emit, record, say, unsaid};
+use crate::fault::{Fault, Outcome};
 
 /// Version and commit: workers join only coordinators of the same build.
 pub const BUILD: &str = concat!(env!("CARGO_PKG_VERSION"), "+", env!("RADWALK_GIT"));
 
 fn main() -> ExitCode {
-    let command = Cli::parse().command;
-    // The coordinator that started a quiet worker says what becomes of it.
-    let silent = matches!(&command, Command::Work(args) if args.quiet);
-    let done = match command {
+    let command = match Cli::try_parse() {
+        Ok(cli) => cli.command,
+        Err(error) => return usage(&error),
+    };
+    if let Err(word) = command.voice().begin() {
+        return end(Err(Fault::LogLevel { word }));
+    }
+    end(match command {
         Command::Run(args) => coordinate::run(&args),
         Command::Coordinate(args) => coordinate::coordinate(&args),
         Command::Work(args) => work::work(&args),
         Command::Relay(args) => relay::relay(&args),
         Command::Exact(args) => exact_command::exact(&args),
+        Command::Status(args) => status::status(&args),
+        Command::Diff(args) => diff::diff(&args),
         Command::Merge(args) => merge::merge(&args),
         Command::Audit(args) => audit::audit(&args),
         Command::Replay(args) => replay::replay(&args),
@@ -56,14 +71,46 @@ fn main() -> ExitCode {
         Command::Check(args) => check::check(&args),
         Command::Stability(args) => stability::stability(&args),
         Command::Compare(args) => compare::compare(&args),
-    };
-    match done {
-        Ok(outcome) => ExitCode::from(outcome.exit_code()),
+    })
+}
+
+/// Says what went wrong, if anything did, and how the program ends. A command whose results could not be said has failed.
+fn end(done: Result<Outcome, Fault>) -> ExitCode {
+    let code = match &done {
+        Ok(outcome) => outcome.exit_code(),
         Err(fault) => {
-            if !silent {
-                tell(&format!("radwalk: {fault}"));
-            }
-            ExitCode::from(fault.exit_code())
+            error!("{fault}");
+            fault.exit_code()
         }
+    };
+    let unsaid = unsaid().map(|source| Fault::Unsaid { source });
+    if let Some(fault) = &unsaid {
+        error!("{fault}");
+    }
+    ExitCode::from(unsaid.filter(|_| code == 0).map_or(code, |fault| fault.exit_code()))
+}
+
+/// Help and versions, and what was typed wrongly.
+fn usage(error: &clap::Error) -> ExitCode {
+    let json = std::env::args_os().any(|arg| arg == "--json");
+    // There is no level to be wrong yet.
+    let _ = Voice::new(json, false, false).begin();
+    let code = u8::try_from(error.exit_code()).unwrap_or(2);
+    if error.use_stderr() {
+        if json {
+            emit(&record("error", "error", error.to_string().trim()).into());
+        } else {
+            // What a reader that is gone does not read, it does not miss.
+            let _ = error.print();
+        }
+    } else if std::io::stdout().is_terminal() {
+        let _ = error.print();
+    } else {
+        // Colours are for terminals; and a full disk is heard of.
+        say(error.to_string().trim_end());
+    }
+    match unsaid() {
+        Some(source) => end(Err(Fault::Unsaid { source })),
+        None => ExitCode::from(code),
     }
 }

@@ -5,6 +5,7 @@ use cluster::merge::MergeFault;
 
 use crate::args::{MergeArgs, OutArgs};
 use crate::checkpoints::{CURRENT, Latest};
+use crate::console::Phase;
 use crate::fault::{Fault, Outcome};
 use crate::outputs::RunOutput;
 use crate::replica::{self, check_shape};
@@ -12,6 +13,7 @@ use crate::settings::Settings;
 
 /// Merges the runs in the order given; settings are those of the first.
 pub fn merge(args: &MergeArgs) -> Result<Outcome, Fault> {
+    let phase = Phase::begin("reading the results");
     let (first, others) = args.runs.split_first().expect("at least one is required");
     let mut merged = checkpoint::read(&first.join(CURRENT))?;
     let (mut settings, experiment) = replica::unpack(&merged.book.job).map_err(|reason| Fault::Kept {
@@ -27,6 +29,7 @@ pub fn merge(args: &MergeArgs) -> Result<Outcome, Fault> {
     }
     settings.paths = merged.tally.counts.walks.saturating_mul(experiment.paths_per_walk());
     settings.seed = merged.book.parts.first().map_or(settings.seed, |part| part.seed);
+    drop(phase);
     let output = RunOutput::new(&args.out, args.force)?;
     let out = OutArgs { out: None, force: args.force, quiet: args.quiet, json: false };
     output.write(&settings, &experiment, &merged, Latest::Foreign, &out)?;

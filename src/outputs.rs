@@ -13,13 +13,14 @@ use report::{
     Draft, Model, OutputFolder, PartSummary, Provenance, RunFacts, SessionSummary, Summary, WorkerSummary,
     WorstPatch,
 };
+use tracing::warn;
 
 use crate::args::OutArgs;
 use crate::checkpoints::{self, CURRENT, Latest, PREVIOUS};
-use crate::console::{say, tell};
+use crate::console::{Phase, emit, say};
 use crate::fault::Fault;
 use crate::settings::Settings;
-use report::words::{duration, percent, quantity};
+use report::words::{counted, duration, percent, quantity};
 
 /// The files of a run, in the order they are written: the tally first, since all else follows from it.
 const RUN_FILES: &[&str] = &[CURRENT, PREVIOUS, "patches.csv", "summary.json", "radiosity.png"];
@@ -63,18 +64,22 @@ impl RunOutput {
     ) -> Result<(), Fault> {
         let (scene, tally) = (experiment.scene(), &checkpoint.tally);
         if tally.counts.walks == 0 {
-            tell(&format!(
-                "radwalk: no walk was finished, so nothing is written to {}; what is there is from before",
+            warn!(
+                "no walk was finished, so nothing is written to {}; what is there is from before",
                 self.path().display()
-            ));
+            );
             return Ok(());
         }
+        let phase = Phase::begin("estimating every patch");
         let estimates = Estimates::new(experiment, tally, settings.level(scene));
         let precision = estimates.precision();
+        phase.now("checking the result");
         let summary =
             Summary::new(scene, tally, precision, facts(settings, &estimates, &precision, &checkpoint.book));
+        phase.now("drawing the picture");
         let picture = report::Picture::render(scene, &shown(&estimates));
         self.folder.keep_hold()?;
+        phase.now("writing the results");
         let drafts = [
             self.folder.draft("patches.csv", |file| report::write_patches(file, &estimates))?,
             self.folder.draft("summary.json", |file| summary.write(file))?,
@@ -83,11 +88,9 @@ impl RunOutput {
         checkpoints::write(&self.folder, checkpoint, latest)?;
         drafts.into_iter().try_for_each(Draft::place)?;
         self.folder.sync()?;
+        drop(phase);
         if out.json {
-            tell(&format!(
-                "{}",
-                serde_json::json!({"event": "done", "out": self.path(), "paths": summary.paths})
-            ));
+            emit(&serde_json::json!({"event": "done", "out": self.path(), "paths": summary.paths}));
         } else if !out.quiet {
             self.describe(&summary, settings);
         }
@@ -99,11 +102,11 @@ impl RunOutput {
         let whole =
             if summary.paths < settings.paths { format!(" of {}", settings.paths) } else { String::new() };
         say(&format!(
-            "{}{whole} paths, {} rays in {} by {} workers: {} paths/s, {} rays/s",
+            "{}{whole} paths, {} rays in {} by {}: {} paths/s, {} rays/s",
             summary.paths,
             summary.rays,
             duration(summary.seconds),
-            summary.workers_seen,
+            counted(summary.workers_seen, "worker"),
             quantity(summary.paths_per_second),
             quantity(summary.rays_per_second)
         ));
@@ -115,13 +118,20 @@ impl RunOutput {
             }
             _ => format!(", 99 hundredths within {}", percent(precision.error_quantiles["0.99"])),
         };
-        say(&format!(
-            "half-widths of the {}{} % intervals: half of the area within {}, 9 tenths within {}{worst}",
-            if summary.simultaneous { "simultaneous " } else { "" },
-            100.0 * summary.confidence,
-            percent(precision.error_quantiles["0.5"]),
-            percent(precision.error_quantiles["0.9"])
-        ));
+        // Of light that was never there, nothing is known to any part of itself.
+        if precision.error_quantiles["0.99"].is_finite() || precision.unhit.area < 1.0 - 1e-12 {
+            say(&format!(
+                "half-widths of the {}{} % intervals: half of the area within {}, 9 tenths within {}{worst}",
+                if summary.simultaneous { "simultaneous " } else { "" },
+                100.0 * summary.confidence,
+                percent(precision.error_quantiles["0.5"]),
+                percent(precision.error_quantiles["0.9"])
+            ));
+        } else {
+            say(
+                "no patch that reflects was reached by any walk: nothing is known of its light but upper bounds",
+            );
+        }
         for (apart, why) in [
             (precision.unhit, "that no walk has reached"),
             (precision.tiny, "each below a millionth of the area"),

@@ -9,8 +9,9 @@ use radiosity::{Estimates, Experiment};
 use serde_json::{Value, json};
 
 use crate::args::PlanArgs;
-use crate::console::say;
+use crate::console::{Phase, say};
 use crate::fault::{Fault, Outcome};
+use crate::memory;
 use crate::settings::Settings;
 use crate::work::cpu_seconds;
 use report::words::{duration, quantity};
@@ -35,9 +36,13 @@ struct Plan<'a> {
 
 /// Plans a job and says so. Nothing is written.
 pub fn plan(args: &PlanArgs) -> Result<Outcome, Fault> {
+    let phase = Phase::begin("reading the scene");
     let job = job::load(&args.job.job, &args.job.overrides())?;
+    memory::check(&job, 1)?;
     let experiment = Experiment::new(job.build_scene()?, job.method.walks())?;
+    phase.now("shooting a pilot");
     let plan = Plan::new(&job, &experiment);
+    drop(phase);
     if args.json {
         say(&plan.json().to_string());
     } else {

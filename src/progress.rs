@@ -3,15 +3,16 @@
 use std::io::IsTerminal;
 use std::time::{Duration, Instant};
 
-use cluster::coordinator::Coordinator;
 use cluster::lead::Notice;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use radiosity::{Estimates, Experiment, Precision};
-use report::words::{duration, percent, quantity};
-use serde_json::json;
+use report::words::{counted, duration, percent, quantity};
+use rustix::termios::tcgetwinsize;
+use serde_json::{Value, json};
+use tracing::{info, warn};
 
 use crate::args::OutArgs;
-use crate::console::tell;
+use crate::console::{emit, keep_below};
+use crate::gauge::Standing;
 
 /// Between two updates of a bar or of JSON lines.
 const INTERVAL: Duration = Duration::from_millis(500);
@@ -19,8 +20,14 @@ const INTERVAL: Duration = Duration::from_millis(500);
 /// Between two lines where stderr is no terminal.
 const PLAIN_INTERVAL: Duration = Duration::from_secs(30);
 
-/// Estimating the errors may take at most this part of the time.
-const ERROR_SHARE: u32 = 20;
+/// Columns of a terminal that does not say.
+const COLUMNS: usize = 80;
+
+/// Columns that the bar and its percentage take.
+const BAR_COLUMNS: usize = 19;
+
+/// Lines elsewhere are not cut.
+const PLAIN_COLUMNS: usize = 400;
 
 enum Style {
     Quiet,
@@ -30,167 +37,194 @@ enum Style {
 }
 
 /// The display of one run.
-pub struct Display<'a> {
+pub struct Display {
     style: Style,
-    experiment: &'a Experiment,
-    confidence: f64,
-    paths: u64,
-    began: Instant,
     shown: Instant,
-    /// When walks first came in: rates count from there.
-    shooting_since: Option<Instant>,
-    precision: Option<Precision>,
-    next_precision: Instant,
 }
 
-impl<'a> Display<'a> {
+impl Display {
     /// A display in the style that was asked for and that stderr can show.
-    pub fn new(args: &OutArgs, experiment: &'a Experiment, paths: u64, confidence: f64) -> Self {
+    pub fn new(args: &OutArgs) -> Self {
         let style = match () {
             () if args.json => Style::Json,
             () if args.quiet => Style::Quiet,
-            () if std::io::stderr().is_terminal() => Style::Bar(bar(paths)),
+            () if std::io::stderr().is_terminal() => Style::Bar(bar()),
             () => Style::Plain,
         };
-        let now = Instant::now();
-        Display {
-            style,
-            experiment,
-            confidence,
-            paths,
-            began: now,
-            shown: now,
-            shooting_since: None,
-            precision: None,
-            next_precision: now + INTERVAL,
+        if let Style::Bar(bar) = &style {
+            keep_below(Some(bar.clone()));
         }
+        Display { style, shown: Instant::now() }
     }
 
-    /// Says something that stays.
-    pub fn note(&self, text: &str) {
-        match &self.style {
-            Style::Quiet => {}
-            Style::Json => tell(&format!("{}", json!({"event": "note", "text": text}))),
-            Style::Bar(bar) => bar.suspend(|| tell(text)),
-            Style::Plain => tell(text),
-        }
-    }
-
-    /// Says what must not be missed, to those who want to hear nothing, too.
-    pub fn warn(&self, text: &str) {
-        match &self.style {
-            Style::Quiet => tell(&format!("radwalk: {text}")),
-            _ => self.note(text),
-        }
-    }
-
-    /// Says what happened to a worker.
-    pub fn notice(&self, notice: &Notice) {
-        match notice {
-            Notice::Quiet { .. } => self.warn(&notice.to_string()),
-            _ => self.note(&notice.to_string()),
-        }
-    }
-
-    /// Shows where the job stands, if it is time to.
-    pub fn update(&mut self, coordinator: &Coordinator) {
-        let now = Instant::now();
+    /// Whether it is time to show where the job stands.
+    pub fn is_due(&self) -> bool {
         let interval = match self.style {
-            Style::Quiet => return,
+            Style::Quiet => return false,
             Style::Plain => PLAIN_INTERVAL,
             Style::Json | Style::Bar(_) => INTERVAL,
         };
-        if coordinator.progress().walks > 0 {
-            self.shooting_since.get_or_insert(now);
-        }
-        if now - self.shown < interval {
-            return;
-        }
-        self.shown = now;
-        self.estimate_precision(coordinator, now);
-        self.show(coordinator);
+        self.shown.elapsed() >= interval
     }
 
-    /// Estimates the errors of the prefix, as often as is cheap.
-    fn estimate_precision(&mut self, coordinator: &Coordinator, now: Instant) {
-        if now < self.next_precision || coordinator.prefix().counts.walks == 0 {
-            return;
-        }
-        let estimates = Estimates::new(self.experiment, coordinator.prefix(), self.confidence);
-        self.precision = Some(estimates.precision());
-        self.next_precision = now + now.elapsed() * ERROR_SHARE;
-    }
-
-    fn show(&self, coordinator: &Coordinator) {
-        let mut progress = coordinator.progress();
-        // A chain of n rays counts as n paths.
-        progress.walks *= self.experiment.paths_per_walk();
-        let seconds = self.shooting_since.map_or(0.0, |since| since.elapsed().as_secs_f64());
-        let counts = coordinator.prefix().counts;
-        let paths_per_second = if seconds > 0.0 { progress.walks as f64 / seconds } else { 0.0 };
-        let prefix_paths = counts.walks * self.experiment.paths_per_walk();
-        let rays_per_path = counts.rays as f64 / prefix_paths.max(1) as f64;
-        let rays_per_second = paths_per_second * rays_per_path;
-        let seconds_left = (self.paths - progress.walks) as f64 / paths_per_second;
+    /// Shows where the job stands.
+    pub fn show(&mut self, standing: &Standing) {
+        self.shown = Instant::now();
         match &self.style {
             Style::Quiet => {}
-            // JSON has no infinity; serde_json writes null.
-            Style::Json => tell(&format!(
-                "{}",
-                json!({
-                    "event": "progress",
-                    "seconds": self.began.elapsed().as_secs_f64(),
-                    "paths": progress.walks,
-                    "paths_total": self.paths,
-                    "paths_per_second": paths_per_second,
-                    "rays_per_second": rays_per_second,
-                    "workers": progress.workers,
-                    "rms_relative_error": self.precision.map(|p| p.rms_relative_error),
-                    "max_relative_error": self.precision.map(|p| p.max_relative_error),
-                    "seconds_left": seconds_left,
-                })
-            )),
+            Style::Json => emit(&event(standing)),
             Style::Bar(bar) => {
-                bar.set_position(progress.walks);
-                bar.set_message(self.line(progress.workers, paths_per_second, rays_per_second, seconds_left));
+                bar.set_length(end(standing));
+                bar.set_position(standing.paths);
+                bar.set_message(fitted(&parts(standing), columns().saturating_sub(BAR_COLUMNS)));
             }
-            Style::Plain => tell(&format!(
-                "{} of {} paths, {}",
-                progress.walks,
-                self.paths,
-                self.line(progress.workers, paths_per_second, rays_per_second, seconds_left)
-            )),
+            Style::Plain => info!(
+                "{} of {} paths · {}",
+                standing.paths,
+                standing.paths_total,
+                fitted(&parts(standing), PLAIN_COLUMNS)
+            ),
         }
-    }
-
-    fn line(&self, workers: usize, paths_per_second: f64, rays_per_second: f64, seconds_left: f64) -> String {
-        let errors = self.precision.map_or(String::new(), |p| {
-            format!(" · half within {}, worst {}", percent(p.quantiles[0]), percent(p.max_relative_error))
-        });
-        let left = if seconds_left.is_finite() {
-            format!(" · {} left", duration(seconds_left))
-        } else {
-            String::new()
-        };
-        let plural = if workers == 1 { "" } else { "s" };
-        format!(
-            "{workers} worker{plural} · {} paths/s · {} rays/s{errors}{left}",
-            quantity(paths_per_second),
-            quantity(rays_per_second)
-        )
     }
 
     /// Clears the display at the end.
     pub fn finish(&self) {
         if let Style::Bar(bar) = &self.style {
             bar.finish_and_clear();
+            keep_below(None);
         }
     }
 }
 
-fn bar(paths: u64) -> ProgressBar {
-    let bar = ProgressBar::with_draw_target(Some(paths), ProgressDrawTarget::stderr());
-    let style = ProgressStyle::with_template("{bar:24} {percent:>3} % · {wide_msg}");
+/// Says what happened to a worker.
+pub fn tell_notice(notice: &Notice) {
+    match notice {
+        Notice::Joined { name, .. } => info!(event = "joined", worker = &name[..], "{notice}"),
+        Notice::Lost { name, .. } => info!(event = "lost", worker = &name[..], "{notice}"),
+        Notice::Refused { name, .. } => info!(event = "refused", worker = &name[..], "{notice}"),
+        Notice::Failed(_) | Notice::Hushed(_) => info!(event = "connection", "{notice}"),
+        Notice::Quiet { seconds, .. } => warn!(event = "quiet", seconds, "{notice}"),
+    }
+}
+
+/// Where the run will probably end: at its target or its budget.
+fn end(standing: &Standing) -> u64 {
+    let expected = standing.target.and_then(|goal| goal.paths_expected);
+    expected.map_or(standing.paths_total, |paths| paths.min(standing.paths_total))
+}
+
+fn event(standing: &Standing) -> Value {
+    let mut event = json!({"event": "progress"});
+    let standing = serde_json::to_value(standing).expect("numbers and names");
+    if let (Value::Object(event), Value::Object(standing)) = (&mut event, standing) {
+        event.extend(standing);
+    }
+    event
+}
+
+/// What a line says, the most important first.
+fn parts(standing: &Standing) -> Vec<String> {
+    let error = match (standing.target, standing.median_relative_error) {
+        (Some(goal), _) => Some(format!(
+            "error {} (target {})",
+            percent(goal.decisive_error.unwrap_or(f64::INFINITY)),
+            short_percent(goal.relative_error)
+        )),
+        (None, Some(median)) => Some(format!("half within {}", percent(median))),
+        (None, None) => None,
+    };
+    let works = standing.workers > 0;
+    let left = standing.seconds_left.filter(|_| works).map(|seconds| format!("{} left", duration(seconds)));
+    let workers = if works { counted(standing.workers as u64, "worker") } else { "no worker".into() };
+    let rate = works.then(|| format!("{} rays/s", quantity(standing.rays_per_second)));
+    let saved = standing.checkpoint.map(|saved| format!("saved {} ago", duration(saved.seconds_ago.floor())));
+    let worst = standing.max_relative_error.map(|worst| format!("worst {}", percent(worst)));
+    let paths = works.then(|| format!("{} paths/s", quantity(standing.paths_per_second)));
+    [error, left, Some(workers), rate, saved, worst, paths].into_iter().flatten().collect()
+}
+
+/// As many of the parts as fit.
+fn fitted(parts: &[String], columns: usize) -> String {
+    let mut line = String::new();
+    for part in parts {
+        let joint = if line.is_empty() { "" } else { " · " };
+        if [&line[..], joint, part].iter().map(|text| text.chars().count()).sum::<usize>() > columns {
+            break;
+        }
+        line += joint;
+        line += part;
+    }
+    line
+}
+
+/// Of the terminal that stderr is.
+fn columns() -> usize {
+    let columns = tcgetwinsize(std::io::stderr()).map_or(0, |size| size.ws_col as usize);
+    if columns == 0 { COLUMNS } else { columns }
+}
+
+fn bar() -> ProgressBar {
+    let bar = ProgressBar::with_draw_target(Some(1), ProgressDrawTarget::stderr());
+    let style = ProgressStyle::with_template("{bar:12} {percent:>3} % {wide_msg}");
     bar.set_style(style.expect("the template is fixed and valid"));
     bar
+}
+
+/// A relative error that was asked for, in percent, as people write it.
+fn short_percent(x: f64) -> String {
+    format!("{} %", (1e8 * x).round() / 1e6)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::gauge::{Faults, Goal, Saved};
+
+    fn standing() -> Standing {
+        Standing {
+            seconds: 4000.0,
+            paths: 123_456_789,
+            paths_total: 10_000_000_000,
+            paths_per_second: 1_234_567.0,
+            rays_per_second: 12_345_678.0,
+            workers: 12,
+            median_relative_error: Some(0.01234),
+            rms_relative_error: Some(0.02),
+            max_relative_error: Some(0.23456),
+            target: Some(Goal {
+                relative_error: 0.0125,
+                fraction: 0.99,
+                decisive_error: Some(0.054_321),
+                paths_expected: Some(1_000_000_000),
+            }),
+            seconds_left: Some(4680.0),
+            checkpoint: Some(Saved { seconds_ago: 31.4, paths: 123_000_000 }),
+            faults: Faults::default(),
+        }
+    }
+
+    /// What the terminal would cut is left out, the least important first.
+    #[test]
+    fn lines_fit_their_columns() {
+        let at = |columns: usize| fitted(&parts(&standing()), columns - BAR_COLUMNS);
+        assert_eq!(at(80), "error 5.432 % (target 1.25 %) · 1 h 18 min left · 12 workers");
+        assert_eq!(
+            at(140),
+            "error 5.432 % (target 1.25 %) · 1 h 18 min left · 12 workers · 12.3 M rays/s · saved 31.0 s ago · worst 23.456 %"
+        );
+        (20..200).for_each(|columns| assert!(at(columns).chars().count() <= columns - BAR_COLUMNS));
+    }
+
+    #[test]
+    fn nothing_is_foretold_without_workers() {
+        let line = fitted(&parts(&Standing { workers: 0, ..standing() }), PLAIN_COLUMNS);
+        assert!(line.contains("no worker") && !line.contains("left") && !line.contains("/s"), "{line}");
+    }
+
+    /// The percentage of a bar is that of the way to the target.
+    #[test]
+    fn bars_end_at_the_target() {
+        assert_eq!(end(&standing()), 1_000_000_000);
+        assert_eq!(end(&Standing { target: None, ..standing() }), 10_000_000_000);
+    }
 }

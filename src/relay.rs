@@ -6,11 +6,12 @@ use std::path::Path;
 use cluster::access::Access;
 use cluster::upstream;
 use cluster::worker::Identity;
+use tracing::info;
 
 use crate::args::RelayArgs;
-use crate::console::tell;
 use crate::coordinate::bind;
 use crate::fault::{Fault, Outcome};
+use crate::progress::tell_notice;
 use crate::replica::Replica;
 use crate::signals;
 use crate::work::{WalkClock, keep_joining, name, read_access};
@@ -23,7 +24,7 @@ pub fn relay(args: &RelayArgs) -> Result<Outcome, Fault> {
     if is_one_file(&args.access, &args.out_access) {
         return Err(Fault::OneAccessFile { path: args.access.clone() });
     }
-    let (listener, address) = bind(&args.listen)?;
+    let (listener, address) = bind(&args.listen, args.advertise.as_deref())?;
     let mut last = None;
     let done = keep_joining(args.wait, args.quiet, || join(args, &listener, &address, &mut last));
     // The key is of no use any more, and workers learn by this that it is over. There may never have been one, and by now it
@@ -61,18 +62,16 @@ fn join(
             return told;
         }
         if !args.quiet {
-            tell(&format!(
+            info!(
                 "relaying at {address}; start workers with: radwalk work --access {}",
                 args.out_access.display()
-            ));
+            );
         }
         *last = Some(own.clone());
         Ok((listener.try_clone()?, own))
     };
     let note = |notice: cluster::lead::Notice| {
-        if !args.quiet {
-            tell(&notice.to_string());
-        }
+        tell_notice(&notice);
     };
     let build = |job: &[u8]| Replica::decode(job, WalkClock::default());
     let done = upstream::relay(&access, &identity, build, open, note);

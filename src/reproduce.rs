@@ -10,9 +10,10 @@ use serde_json::json;
 use studies::claim::{Judge, Verdict};
 use studies::papers::{CHAPTERS, Chapter, Findings, page};
 use studies::{Effort, Lab};
+use tracing::info;
 
 use crate::args::ReproduceArgs;
-use crate::console::{say, tell};
+use crate::console::{Phase, emit, say};
 use crate::date::today;
 use crate::fault::{Fault, Outcome};
 use report::words::duration;
@@ -59,14 +60,16 @@ pub fn reproduce(args: &ReproduceArgs) -> Result<Outcome, Fault> {
 fn run(args: &ReproduceArgs, chapter: &Chapter, lab: &Lab) -> Findings {
     let began = Instant::now();
     if args.out.json {
-        tell(&json!({"event": "chapter", "name": chapter.name}).to_string());
+        emit(&json!({"event": "chapter", "name": chapter.name}));
     } else if !args.out.quiet {
-        tell(&format!("{} …", chapter.title));
+        info!("{} …", chapter.title);
     }
+    let phase = Phase::begin(chapter.title);
     let findings = (chapter.run)(lab);
+    drop(phase);
     if args.out.json {
         let seconds = began.elapsed().as_secs_f64();
-        tell(&json!({"event": "chapter done", "name": chapter.name, "seconds": seconds}).to_string());
+        emit(&json!({"event": "chapter done", "name": chapter.name, "seconds": seconds}));
     }
     findings
 }

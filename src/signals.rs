@@ -4,7 +4,7 @@ use std::sync::OnceLock;
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::{Duration, Instant};
 
-use crate::console::tell;
+use tracing::warn;
 
 static SIGNALS: AtomicU32 = AtomicU32::new(0);
 
@@ -22,12 +22,12 @@ pub fn catch() {
         let since = first.get_or_init(Instant::now).elapsed();
         SIGNALS.fetch_add(1, Ordering::Relaxed);
         if since > SAME {
-            tell("radwalk: a second signal: it quits at once; what the last checkpoint holds stays");
+            warn!("a second signal: it quits at once; what the last checkpoint holds stays");
             std::process::exit(INTERRUPTED);
         }
     });
     if let Err(error) = caught {
-        tell(&format!("radwalk: signals cannot be caught ({error}); Ctrl-C will end the run without saving"));
+        warn!("signals cannot be caught ({error}); Ctrl-C will end the run without saving");
     }
 }
 

@@ -7,7 +7,7 @@ use studies::atlas::{ALL, Entry, Finding};
 use studies::{Effort, Lab};
 
 use crate::args::StabilityArgs;
-use crate::console::{say, tell};
+use crate::console::{Phase, emit, say};
 use crate::date::today;
 use crate::fault::{Fault, Outcome};
 
@@ -23,7 +23,9 @@ pub fn stability(args: &StabilityArgs) -> Result<Outcome, Fault> {
     let lab = Lab::new(if args.quick { Effort::Quick } else { Effort::Full }, None);
     let mut findings = Vec::new();
     for entry in entries {
+        let phase = Phase::begin(entry.title);
         let finding = (entry.study)(&lab).map_err(|source| Fault::Study { entry: entry.name, source })?;
+        drop(phase);
         let svg = finding.chart.svg();
         charts
             .write(&format!("{}.svg", entry.name), |file| std::io::Write::write_all(file, svg.as_bytes()))?;
@@ -62,8 +64,7 @@ fn command(args: &StabilityArgs) -> String {
 
 fn announce(args: &StabilityArgs, entry: &Entry, finding: &Finding) {
     if args.out.json {
-        let event = json!({"event": "entry", "name": entry.name, "holds": finding.holds()});
-        tell(&event.to_string());
+        emit(&json!({"event": "entry", "name": entry.name, "holds": finding.holds()}));
     } else if !args.out.quiet {
         let verdict = if finding.holds() { "holds" } else { "FAILS" };
         say(&format!("{verdict}  {}: {}", entry.name, entry.title));

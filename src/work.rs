@@ -9,9 +9,9 @@ use std::time::{Duration, Instant};
 use cluster::access::Access;
 use cluster::worker::{self, Identity, WorkerError};
 use rustix::time::{ClockId, clock_gettime};
+use tracing::warn;
 
 use crate::args::WorkArgs;
-use crate::console::tell;
 use crate::fault::{Fault, Outcome};
 use crate::replica::Replica;
 use crate::{launcher, signals};
@@ -66,7 +66,7 @@ pub fn keep_joining(
             _ => return Err(fault),
         }
         if !std::mem::replace(&mut told, true) {
-            tell(&format!("radwalk: {fault}; waiting for it"));
+            warn!("{fault}; waiting for it");
         }
         std::thread::sleep(RETRY);
         if signals::stop_asked() {

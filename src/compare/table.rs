@@ -6,7 +6,8 @@ use report::OutputFolder;
 use studies::compare::measure::Point;
 
 use super::TABLE;
-use crate::console::tell;
+use tracing::warn;
+
 use crate::fault::Fault;
 
 /// What a table becomes of which not all rows can be used.
@@ -32,12 +33,12 @@ impl<'a> Table<'a> {
             if lost > 0 {
                 let previous = folder.file(PREVIOUS);
                 fs::copy(&path, &previous).map_err(|source| Fault::Table { path: path.clone(), source })?;
-                tell(&format!(
-                    "radwalk: {lost} rows of {} cannot be used (damaged, or measured by another build); they are measured \
+                warn!(
+                    "{lost} rows of {} cannot be used (damaged, or measured by another build); they are measured \
                      again, the table is kept as {}",
                     path.display(),
                     previous.display()
-                ));
+                );
             }
             table.points = points;
         }

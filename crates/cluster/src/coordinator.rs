@@ -8,13 +8,14 @@ use std::time::Duration;
 use radiosity::{Layout, Tally};
 
 use crate::checkpoint::{Look, Past};
-use crate::crew::{Crew, Effort, Step, Terms, farewell};
+use crate::crew::{Crew, Effort, Present, Step, Terms, farewell};
 use crate::digest::Digester;
 use crate::lead::{Action, Lead, Notice, Now, PeerId};
 use crate::ledger::Ledger;
 use crate::limits::Limits;
 use crate::message::ToCoordinator;
 use crate::pace::LEASE_SECONDS_PER_SUM;
+use crate::roster::Contributor;
 use crate::watch::{Watch, Watched};
 
 /// After a stop, results that workers keep or send are waited for, and leases that fill a gap below these or others; no
@@ -178,6 +179,21 @@ impl Coordinator {
     /// For progress displays.
     pub fn progress(&self) -> Progress {
         Progress { walks: self.crew.ledger.walks_in(), workers: self.crew.workers_now() }
+    }
+
+    /// The workers that are there now.
+    pub fn present(&self) -> Vec<Present> {
+        self.crew.present()
+    }
+
+    /// The workers that ever brought a result, earlier sessions included.
+    pub fn contributors(&self) -> &[Contributor] {
+        self.crew.workers()
+    }
+
+    /// The looks so far.
+    pub fn looks(&self) -> &[Look] {
+        &self.looks
     }
 
     /// Bytes of workers that have come in, after they were let in.

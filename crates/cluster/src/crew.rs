@@ -105,6 +105,19 @@ pub struct Effort {
     pub streams_reissued: u64,
 }
 
+/// A worker that is there now.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Present {
+    /// As it called itself.
+    pub name: String,
+    /// Its threads.
+    pub threads: usize,
+    /// Leases that it has.
+    pub leases: usize,
+    /// Walks a second, as far as it has shown; 0 before its first result.
+    pub walks_per_second: f64,
+}
+
 /// What an event came to.
 pub enum Step {
     /// There is nothing new to give out, or to do with results.
@@ -216,6 +229,21 @@ impl Crew {
     /// How many shoot now, or have others shoot.
     pub fn workers_now(&self) -> usize {
         self.workers_now
+    }
+
+    /// Those that shoot now, or have others shoot, by name.
+    pub fn present(&self) -> Vec<Present> {
+        let working = self.peers.values().filter(|peer| peer.is_working());
+        let mut present: Vec<Present> = working
+            .map(|peer| Present {
+                name: peer.name.clone(),
+                threads: peer.threads,
+                leases: peer.leases.len(),
+                walks_per_second: peer.rate * peer.threads as f64,
+            })
+            .collect();
+        present.sort_by(|a, b| a.name.cmp(&b.name));
+        present
     }
 
     /// All threads that shoot now.
@@ -402,9 +430,10 @@ impl Crew {
         self.workers_now += 1;
         self.threads += peer.trusted_threads();
         self.slots += peer.slots;
+        let joined = Notice::Joined { name: peer.name.clone(), threads: peer.threads };
         self.gets_on(id);
         self.consider(id);
-        Step::Moved(vec![])
+        Step::Moved(vec![Action::Tell(joined)])
     }
 
     /// A relay's workers have come or gone.

@@ -26,6 +26,13 @@ pub enum Action {
 /// What the owner of a run should know about its workers.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Notice {
+    /// A worker has built its replica, and gets walks from now on.
+    Joined {
+        /// As it called itself.
+        name: String,
+        /// Its threads; 0 of a relay, whose workers come later.
+        threads: usize,
+    },
     /// A worker is gone, or was given up.
     Lost {
         /// As it called itself.
@@ -56,6 +63,9 @@ pub enum Notice {
 impl fmt::Display for Notice {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         match self {
+            Notice::Joined { name, threads: 0 } => write!(f, "{name} joins"),
+            Notice::Joined { name, threads: 1 } => write!(f, "worker {name} joins with 1 thread"),
+            Notice::Joined { name, threads } => write!(f, "worker {name} joins with {threads} threads"),
             Notice::Lost { name, reason } => {
                 write!(f, "lost worker {name}: {reason}; its walks go to others")
             }

@@ -27,6 +27,7 @@ pub mod pace;
 pub mod parcel;
 pub mod relay;
 pub mod roster;
+pub mod scrape;
 pub mod server;
 mod transfers;
 pub mod upstream;

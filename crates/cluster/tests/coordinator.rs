@@ -103,6 +103,7 @@ impl Stage {
                     self.out.retain(|(peer, _)| *peer != id);
                 }
                 Action::Tell(quiet @ Notice::Quiet { .. }) => self.quiet.push(quiet.to_string()),
+                Action::Tell(Notice::Joined { .. }) => {}
                 Action::Tell(notice) => self.notices.push(notice),
             }
         }

@@ -8,7 +8,7 @@ use std::time::Duration;
 
 use cluster::coordinator::{Coordinator, Ending, Plan};
 use cluster::crew::SILENCE;
-use cluster::lead::{Action, Lead, PeerId};
+use cluster::lead::{Action, Lead, Notice, PeerId};
 use cluster::message::{LeaseResult, PIECE, ToCoordinator, ToWorker};
 use radiosity::{Counts, Tally};
 use toy::{LAYOUT, READY, coordinator, hello, plan, result, result_of, straight};
@@ -55,6 +55,7 @@ impl Farm {
                 Action::Close(id) => {
                     self.todo.remove(&id);
                 }
+                Action::Tell(Notice::Joined { .. }) => {}
                 Action::Tell(_) => self.lost += 1,
             }
         }

@@ -7,6 +7,7 @@
 
 mod contact;
 mod finding;
+mod losses;
 mod nearby;
 mod pilot;
 mod repair;
@@ -15,6 +16,7 @@ mod votes;
 use radiosity::{IndexChoice, Scene, SceneError, SceneSpec};
 
 pub use finding::{Finding, Kind};
+pub use losses::{Losses, losses};
 pub use repair::{Repair, repair, turn_flipped};
 
 use crate::contact::Contacts;

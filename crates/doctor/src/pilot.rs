@@ -1,7 +1,11 @@
 //! Light followed from the emitters: where it is lost.
 
+use std::ops::RangeInclusive;
+
 use glam::DVec3;
 use radiosity::{Face, Hit, Ray, Scene, Side};
+
+use crate::losses::Losses;
 
 /// Walks from each emitting patch, where there are few of them …
 const WALKS_EACH: u64 = 256;
@@ -68,7 +72,13 @@ pub(crate) struct Pilot {
 }
 
 impl Pilot {
+    /// Follows enough walks to name what is wrong with a scene.
     pub(crate) fn follow(scene: &Scene) -> Self {
+        Pilot::follow_some(scene, LEAST_WALKS..=MOST_WALKS)
+    }
+
+    /// Follows a number of walks in a range, the more the more emitters there are.
+    pub(crate) fn follow_some(scene: &Scene, walks: RangeInclusive<u64>) -> Self {
         let channels = scene.channels();
         let emitters: Vec<(usize, f64)> = scene
             .faces()
@@ -86,7 +96,7 @@ impl Pilot {
             ways_out: Vec::new(),
             close: 0.01 * extent(scene),
         };
-        let walks = (WALKS_EACH * emitters.len() as u64).clamp(LEAST_WALKS, MOST_WALKS);
+        let walks = (WALKS_EACH * emitters.len() as u64).clamp(*walks.start(), *walks.end());
         let step = pilot.power / walks as f64;
         let (mut passed, mut emitter) = (0.0, 0);
         for walk in 0..walks {
@@ -147,6 +157,22 @@ impl Pilot {
         let is_lost = hit.is_none_or(|hit| !scene.surfaces()[hit.surface as usize].is_active(hit.side));
         emission.lost += if is_lost { power } else { 0.0 };
         emission.close += if hit.is_some_and(|hit| hit.t < self.close) { power } else { 0.0 };
+    }
+
+    /// Where power vanishes.
+    pub(crate) fn losses(&self) -> Losses {
+        let of_lamp =
+            |surface: usize| self.emission[surface].iter().map(|emission| emission.lost).sum::<f64>();
+        let ranked = |power: &dyn Fn(usize) -> f64| {
+            let lossy = (0..self.backs.len()).map(|surface| (surface as u32, power(surface)));
+            let mut ranked: Vec<(u32, f64)> = lossy.filter(|&(_, power)| power > 0.0).collect();
+            // Ties keep the order of surfaces.
+            ranked.sort_by(|a, b| b.1.total_cmp(&a.1));
+            ranked
+        };
+        let (lamps, backs) = (ranked(&of_lamp), ranked(&|surface| self.backs[surface]));
+        let part = |ranked: &[(u32, f64)]| ranked.iter().map(|(_, power)| power).sum::<f64>() / self.power;
+        Losses { at_once: part(&lamps), on_backs: part(&backs), power: self.power, lamps, backs }
     }
 
     /// The part of all power that leaves the scene.

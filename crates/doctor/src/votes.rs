@@ -59,13 +59,16 @@ impl Votes {
     }
 
     /// The one-sided surfaces whose back is where their front should be: light arrives at it; the front sees nothing that
-    /// reflects and the back does, or the front looks out of the scene and the back into it.
+    /// reflects and the back does, or the front looks out of the scene and the back into it. Where all faces are flipped, no
+    /// light arrives at any back, since all of it leaves the scene at once.
     pub(crate) fn flipped(&self, pilot: &Pilot) -> Vec<u32> {
+        let vanishes = pilot.losses().at_once >= MOST;
         let is_flipped = |surface: u32| {
             let [front, back] = self.views[surface as usize];
             let turned = front.lost() >= MOST && back.lost() <= 0.5;
             let outwards = front.escaped >= MOST && back.escaped <= 1.0 - MOST;
-            self.is_one_sided(surface) && pilot.back(surface) > 0.0 && (turned || outwards)
+            let is_concerned = pilot.back(surface) > 0.0 || vanishes;
+            self.is_one_sided(surface) && is_concerned && (turned || outwards)
         };
         (0..self.views.len() as u32).filter(|&surface| is_flipped(surface)).collect()
     }

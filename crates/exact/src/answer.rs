@@ -83,19 +83,33 @@ impl Exact {
     /// # Errors
     /// [`ExactError`], if the scene is not valid or too large.
     pub fn of_scene(spec: &SceneSpec) -> Result<Self, ExactError> {
+        let channels = Self::of_channels(&spec.channel(0), &|_| ())?;
+        Ok(channels.into_iter().next().expect("one channel is grey"))
+    }
+
+    /// [`Exact::of_scene`] for every channel of a scene, whose form factors are found once. `watch` hears which part of the
+    /// pairs of faces is done, from several threads.
+    ///
+    /// # Errors
+    /// As [`Exact::of_scene`].
+    pub fn of_channels(spec: &SceneSpec, watch: &(dyn Fn(f64) + Sync)) -> Result<Vec<Self>, ExactError> {
         check_size(spec)?;
         let scene = Scene::build(spec, IndexChoice::Flat)?;
         let (form_factors, exchange) = match BoxScene::recognise(spec) {
             Ok(closed) => (FormFactors::ClosedForm, ExchangeMatrix::of_box(&closed)),
             Err(because) => {
                 check_general_size(&scene, &because)?;
-                (FormFactors::General { because }, general::exchange(spec, scene.stacks()))
+                (FormFactors::General { because }, general::exchange(spec, scene.stacks(), watch))
             }
         };
-        let reflectance = scene.faces().iter().map(|face| face.reflectance[0]).collect();
-        let emittance = scene.faces().iter().map(|face| face.emittance[0]).collect();
-        let exact = Self::new(Arc::new(exchange), reflectance, emittance)?;
-        Ok(Exact { form_factors, ..exact })
+        let exchange = Arc::new(exchange);
+        let solve = |channel: usize| {
+            let reflectance = scene.faces().iter().map(|face| face.reflectance[channel]).collect();
+            let emittance = scene.faces().iter().map(|face| face.emittance[channel]).collect();
+            let exact = Self::new(Arc::clone(&exchange), reflectance, emittance)?;
+            Ok(Exact { form_factors: form_factors.clone(), ..exact })
+        };
+        (0..scene.channels()).map(solve).collect()
     }
 
     /// Solves the system of given form factors, reflectances in [0, 1) and emittances [W/m²], one per face.

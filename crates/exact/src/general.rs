@@ -23,6 +23,9 @@ fn penumbra_error(n: usize) -> f64 {
     (2e-8 * (n as f64).powi(2)).clamp(2e-5, 2e-3)
 }
 
+/// Hears which part of the work is done.
+pub(crate) type Watch<'a> = &'a (dyn Fn(f64) + Sync);
+
 /// One row of the lower triangle: its exchange areas up to the diagonal, and the pairs that were hard.
 struct Row {
     i: usize,
@@ -44,17 +47,18 @@ struct Geometry {
 /// Pairs that nothing occludes, as a conservative test of the surfaces against the convex hull of the pair
 /// proves, err by about 10⁻⁹ of themselves. Others are integrated adaptively, with an estimated error that
 /// [`ExchangeMatrix::row_errors`] sums up. Rows are shared out to threads; the result does not depend on them.
-pub(crate) fn exchange(spec: &SceneSpec, stacks: &[Stack]) -> ExchangeMatrix {
+/// `watch` hears now and then which part of the pairs is done.
+pub(crate) fn exchange(spec: &SceneSpec, stacks: &[Stack], watch: Watch<'_>) -> ExchangeMatrix {
     let scene = FaceScene::new(spec, stacks);
     let penumbra_error = penumbra_error(scene.faces.len());
-    exchange_to(penumbra_error, scene)
+    exchange_to(penumbra_error, scene, watch)
 }
 
 /// The exchange areas with partly occluded ones aiming at this relative error.
-fn exchange_to(penumbra_error: f64, scene: FaceScene) -> ExchangeMatrix {
+fn exchange_to(penumbra_error: f64, scene: FaceScene, watch: Watch<'_>) -> ExchangeMatrix {
     let occluders = Occluders::new(&scene.outlines, scene.tolerance);
     let geometry = Geometry { scene, occluders, penumbra_error };
-    let mut rows = geometry.rows();
+    let mut rows = geometry.rows(watch);
     rows.sort_by_key(|row| row.i);
     let areas = geometry.scene.faces.iter().map(|face| face.area).collect();
     let matrix = ExchangeMatrix::new(areas, |i, j| rows[i].exchange[j]);
@@ -64,10 +68,16 @@ fn exchange_to(penumbra_error: f64, scene: FaceScene) -> ExchangeMatrix {
 
 impl Geometry {
     /// All rows, in any order. Long rows first, so that the threads end together.
-    fn rows(&self) -> Vec<Row> {
-        let left = AtomicUsize::new(self.scene.faces.len());
+    fn rows(&self, watch: Watch<'_>) -> Vec<Row> {
+        let all = self.scene.faces.len();
+        let left = AtomicUsize::new(all);
         let next = || left.fetch_update(Ordering::Relaxed, Ordering::Relaxed, |n| n.checked_sub(1)).ok();
-        let work = || std::iter::from_fn(next).map(|n| self.row(n - 1)).collect::<Vec<Row>>();
+        let row = |n: usize| {
+            // Row n has n pairs, and the long ones come first.
+            watch(1.0 - (n as f64 / all as f64).powi(2));
+            self.row(n - 1)
+        };
+        let work = || std::iter::from_fn(next).map(row).collect::<Vec<Row>>();
         thread::scope(|scope| {
             let threads = thread::available_parallelism().map_or(1, NonZero::get);
             let workers: Vec<_> = (0..threads).map(|_| scope.spawn(work)).collect();
@@ -191,7 +201,7 @@ mod tests {
     /// A furnace but for its first face, which is brighter, solved twice.
     fn judged(spec: &SceneSpec, finer: f64) -> Judgement {
         let [coarse, fine] =
-            [GOAL, GOAL * finer].map(|goal| Arc::new(exchange_to(goal, FaceScene::new(spec, &[]))));
+            [GOAL, GOAL * finer].map(|goal| Arc::new(exchange_to(goal, FaceScene::new(spec, &[]), &|_| ())));
         let n = coarse.face_count();
         let solved = |matrix: &Arc<ExchangeMatrix>| {
             let emittance = (0..n).map(|face| if face == 0 { 10.0 } else { 0.1 }).collect();

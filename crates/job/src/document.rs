@@ -10,6 +10,7 @@ use toml::de::{DeFloat, DeInteger, DeTable, DeValue};
 
 use crate::error::{Error, Place, Spot};
 use crate::method::Word;
+use crate::near;
 use crate::source::{Part, Source};
 
 /// A table whose keys have been found to be known.
@@ -111,6 +112,7 @@ impl<'a> Table<'a> {
         match unknown.min_by_key(|key| key.span().start) {
             Some(key) => Err(Error::UnknownKey {
                 place: self.source.place(key.span().start, format!("{}{}", self.prefix, key.as_ref())),
+                hint: near::key_hint(&self.prefix, key.as_ref().as_ref(), known),
                 known,
             }),
             None => Ok(()),
@@ -182,6 +184,7 @@ impl<'a> Value<'a> {
         W::ALL.iter().copied().find(|choice| choice.word() == found).ok_or_else(|| Error::UnknownWord {
             place: self.place(),
             found: found.into(),
+            hint: near::hint(found, W::ALL.iter().map(|choice| choice.word())),
             choices: W::ALL
                 .iter()
                 .map(|choice| format!("{:?}", choice.word()))
@@ -192,13 +195,24 @@ impl<'a> Value<'a> {
 
     /// An integer in a range; `why` explains the range.
     pub(crate) fn integer(&self, range: RangeInclusive<u64>, why: &'static str) -> Result<u64, Error> {
-        let DeValue::Integer(integer) = &self.inner else {
-            return Err(self.wrong_type("an integer, such as 1 or 1_000_000"));
+        let (written, parsed) = match &self.inner {
+            DeValue::Integer(integer) => {
+                (integer.to_string(), u64::from_str_radix(integer.as_str(), integer.radix()).ok())
+            }
+            DeValue::Float(float) if is_exponential(float) => {
+                (float.to_string(), parse_float(float).and_then(whole))
+            }
+            _ => return Err(self.wrong_type("an integer, such as 1, 1_000_000 or 1e6")),
         };
-        let parsed = u64::from_str_radix(integer.as_str(), integer.radix()).ok();
         parsed.filter(|parsed| range.contains(parsed)).ok_or_else(|| {
+            let too_large = !written.starts_with('-') && parsed.is_none_or(|parsed| parsed > *range.end());
+            // Where the range ends with the integers of TOML, `why` speaks of its beginning.
+            let why = match too_large && *range.end() == i64::MAX as u64 {
+                true => "integers in TOML have 64 bits, one of them the sign",
+                false => why,
+            };
             let remedy = format!("choose an integer from {} to {}", range.start(), range.end());
-            self.refuse(format!("{integer} is out of range"), why, remedy)
+            self.refuse(format!("{written} is out of range"), why, remedy)
         })
     }
 
@@ -226,6 +240,14 @@ impl<'a> Value<'a> {
                 Ok(numbered.map(|(i, value)| Value::new(source, format!("{key}[{i}]"), value)).collect())
             }
             inner => Err(Value { source, key, span, inner }.wrong_type("an array in brackets")),
+        }
+    }
+
+    /// The elements of a list of tables that is called so.
+    pub(crate) fn tables(self, list: &'static str) -> Result<Vec<Value<'a>>, Error> {
+        match self.inner {
+            DeValue::Table(_) => Err(Error::OneOfMany { place: self.place(), list }),
+            _ => self.array(),
         }
     }
 
@@ -265,13 +287,24 @@ impl<'a> Value<'a> {
             DeValue::Table(entries) => {
                 Ok(Table { source, prefix: format!("{key}."), span: Some(span), entries })
             }
-            inner => Err(Value { source, key, span, inner }.wrong_type("a table of keys")),
+            inner => Err(Value { source, key, span, inner }
+                .wrong_type("a table: its name in brackets on a line of its own, and its keys below")),
         }
     }
 }
 
 fn parse_float(float: &DeFloat<'_>) -> Option<f64> {
     float.as_str().parse().ok()
+}
+
+/// Whether a float is written as 1e6 is: an integer with an exponent, however large.
+fn is_exponential(float: &DeFloat<'_>) -> bool {
+    float.as_str().contains(['e', 'E']) && parse_float(float).is_some_and(|number| number.fract() == 0.0)
+}
+
+/// The integer that a float such as 1e6 is; floats up to 2⁵³ hold integers exactly.
+fn whole(float: f64) -> Option<u64> {
+    (float.fract() == 0.0 && (0.0..=9_007_199_254_740_992.0).contains(&float)).then_some(float as u64)
 }
 
 fn parse_whole(integer: &DeInteger<'_>) -> Option<f64> {

@@ -75,11 +75,23 @@ pub enum Error {
         /// What is wrong with it.
         problem: String,
     },
+    /// An element of a list that is written as a table of its own.
+    #[error(
+        "{place}: [{list}] in single brackets opens one table (a scene has a list of them); write [[{list}]] in double brackets each time"
+    )]
+    OneOfMany {
+        /// Where it is opened.
+        place: Box<Place>,
+        /// The name of the list.
+        list: &'static str,
+    },
     /// A key that does not exist.
-    #[error("{place}: unknown key (a misspelt key would be ignored silently); known here: {}", known.join(", "))]
+    #[error("{place}: unknown key (nothing would read it); {hint}known here: {}", known.join(", "))]
     UnknownKey {
         /// The key at fault.
         place: Box<Place>,
+        /// What was probably meant, ending in `; `; empty where nothing is near.
+        hint: String,
         /// The keys that may stand there.
         known: &'static [&'static str],
     },
@@ -104,10 +116,12 @@ pub enum Error {
         expected: &'static str,
     },
     /// A word that is not among the choices.
-    #[error("{place}: {found:?} is not one of the choices; write {choices}")]
+    #[error("{place}: {found:?} is not one of the choices; {hint}write {choices}")]
     UnknownWord {
         /// The key at fault.
         place: Box<Place>,
+        /// What was probably meant, ending in `; `; empty where nothing is near.
+        hint: String,
         /// The word that was found.
         found: String,
         /// The words to choose from.
@@ -128,7 +142,7 @@ pub enum Error {
     /// A surface of a material that the file does not define.
     #[error(
         "{place}: there is no material {material:?} (a surface takes its reflectance from it); {}",
-        materials_remedy(known)
+        materials_remedy(material, known)
     )]
     UnknownMaterial {
         /// The key at fault.
@@ -204,9 +218,10 @@ impl From<import::Spot> for Spot {
     }
 }
 
-fn materials_remedy(known: &[String]) -> String {
+fn materials_remedy(material: &str, known: &[String]) -> String {
     if known.is_empty() {
         return "the file defines none: add a [material.NAME] table".into();
     }
-    format!("the file defines {}", known.join(", "))
+    let hint = crate::near::hint(material, known.iter().map(String::as_str));
+    format!("{hint}the file defines {}", known.join(", "))
 }

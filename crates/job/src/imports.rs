@@ -9,6 +9,7 @@ use import::{Axis, Faults, Files, Format, Imported, MaterialOverride, Mesh, Opti
 use crate::document::{Table, Value};
 use crate::error::Error;
 use crate::method::Word;
+use crate::near;
 use crate::scene::read_spectrum;
 
 pub(crate) const IMPORT_KEYS: &[&str] = &[
@@ -105,6 +106,7 @@ fn read_sides(value: &Value<'_>) -> Result<SidesChoice, Error> {
             other => Err(Error::UnknownWord {
                 place: value.place(),
                 found: other.into(),
+                hint: near::hint(other, ["file"].into_iter()),
                 choices: "\"file\", 1 or 2".into(),
             }),
         };

@@ -147,9 +147,11 @@ pub(crate) const JOB_KEYS: &[&str] = &[
     "tracing",
 ];
 
-const BUDGET_KEYS: &[&str] = &["first_path", "paths", "stream_paths", "wall_seconds", "checkpoint_seconds"];
+pub(crate) const BUDGET_KEYS: &[&str] =
+    &["first_path", "paths", "stream_paths", "wall_seconds", "checkpoint_seconds"];
 
-const TARGET_KEYS: &[&str] = &["relative_error", "fraction", "min_paths", "min_hits", "unhit", "patches"];
+pub(crate) const TARGET_KEYS: &[&str] =
+    &["relative_error", "fraction", "min_paths", "min_hits", "unhit", "patches"];
 
 /// Reads a job file and its scene, or a scene with the default of every key of jobs. Each override is a `key=value`, its key dotted, its value TOML or, failing
 /// that, a string without quotes; they replace keys of the job file before anything is checked.
@@ -247,10 +249,10 @@ fn read_confidence(value: &Value<'_>) -> Result<f64, Error> {
     ))
 }
 
-/// Whether a file is a scene in place of a job: a mesh by its name, or TOML with the tables of scenes.
+/// Whether a file is a scene in place of a job: a mesh by its name, or TOML with the tables of scenes and none of jobs.
 fn is_bare_scene(path: &Path) -> bool {
-    let opens_scene = || Source::read(path, "").is_ok_and(|source| source.opens_scene());
-    Format::of(path).is_some() || (is_toml(path) && opens_scene())
+    let holds_scene = || Source::read(path, "").is_ok_and(|source| source.holds_scene());
+    Format::of(path).is_some() || (is_toml(path) && holds_scene())
 }
 
 fn read_scene(

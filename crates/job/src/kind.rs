@@ -26,7 +26,7 @@ pub fn file_kind(path: &Path) -> Result<FileKind, Error> {
         return Ok(FileKind::Scene);
     }
     let source = Source::read(path, "a job or a scene")?;
-    if source.opens_scene() {
+    if source.holds_scene() {
         return Ok(FileKind::Scene);
     }
     let is_job = source.parse()?.keys().any(|key| JOB_KEYS.contains(&key.as_ref().as_ref()));

@@ -10,6 +10,7 @@ mod imports;
 mod job;
 mod kind;
 mod method;
+mod near;
 mod scene;
 mod source;
 

@@ -172,7 +172,10 @@ pub fn load_scene_with(path: &Path, options: &Options) -> Result<SceneFile, Erro
     Ok(scene)
 }
 
-const SCENE_KEYS: &[&str] = &["material", "surface", "mesh"];
+pub(crate) const SCENE_KEYS: &[&str] = &["material", "surface", "mesh"];
+
+/// Those of them that are lists of tables.
+pub(crate) const LISTS: [&str; 2] = ["surface", "mesh"];
 
 fn load_toml(path: &Path, options: &Options) -> Result<SceneFile, Error> {
     let source = Source::read(path, "[material.NAME] tables and [[surface]] tables")?;
@@ -230,7 +233,7 @@ impl<'a, 'o> Reader<'a, 'o> {
     }
 
     fn surfaces(&mut self, value: Value<'_>) -> Result<(), Error> {
-        for value in value.array()? {
+        for value in value.tables(LISTS[0])? {
             let number = self.scene.spec.surfaces.len();
             let (surface, site) = read_surface(value, number, &self.materials)?;
             self.scene.spec.surfaces.push(surface);
@@ -241,7 +244,8 @@ impl<'a, 'o> Reader<'a, 'o> {
 
     /// Adds the meshes behind all surfaces.
     fn finish(mut self) -> Result<SceneFile, Error> {
-        let meshes = self.meshes.take().map(Value::array).transpose()?.unwrap_or_default();
+        let meshes =
+            self.meshes.take().map(|meshes| meshes.tables(LISTS[1])).transpose()?.unwrap_or_default();
         for (number, value) in meshes.into_iter().enumerate() {
             let (file, imported) = self.mesh(value, number)?;
             self.scene.add(&file, imported);

@@ -9,6 +9,8 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 use crate::error::{Error, Place, Spot};
+use crate::job::JOB_KEYS;
+use crate::scene::{LISTS, SCENE_KEYS};
 
 /// The text of a TOML file, followed by the overrides: one numbering of bytes for all of them, so that a span
 /// tells where a value was written.
@@ -113,9 +115,17 @@ impl Source {
         Source { file: file.into(), text: text.into(), line_starts: vec![0], overrides: Vec::new() }
     }
 
-    /// Whether the file opens a table that only scenes have.
-    pub(crate) fn opens_scene(&self) -> bool {
-        self.text.lines().any(|line| matches!(opened(line), Some("surface" | "mesh" | "material")))
+    /// Whether the file is a scene: it opens a table that only scenes have, or has such a key and none of jobs.
+    pub(crate) fn holds_scene(&self) -> bool {
+        let opens =
+            self.text.lines().any(|line| opened(line).is_some_and(|table| SCENE_KEYS.contains(&table)));
+        opens
+            || DeTable::parse(&self.text).is_ok_and(|document| {
+                let has = |known: &[&str]| {
+                    document.get_ref().keys().any(|key| known.contains(&key.as_ref().as_ref()))
+                };
+                has(SCENE_KEYS) && !has(JOB_KEYS)
+            })
     }
 
     /// Splits a scene's text at the lines that open tables. A line of a string that looks like one makes a part that
@@ -189,7 +199,13 @@ impl Source {
             Some(span) => self.place(span.start, ""),
             None => Box::new(Place { file: self.file.clone(), spot: Spot::File, key: String::new() }),
         };
-        Error::Syntax { place, problem: error.message().trim().replace('\n', ", ") }
+        let line = error.span().and_then(|span| self.text.lines().nth(self.line(span.start) - 1));
+        let opened_once =
+            |line: &str| LISTS.into_iter().find(|list| line.trim().starts_with(&format!("[{list}]")));
+        match line.and_then(opened_once) {
+            Some(list) => Error::OneOfMany { place, list },
+            None => Error::Syntax { place, problem: error.message().trim().replace('\n', ", ") },
+        }
     }
 }
 

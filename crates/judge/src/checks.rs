@@ -169,11 +169,16 @@ fn escape(experiment: &Experiment, tally: &Tally) -> Check {
                 "{percent:.2e} % of the {what} left the scene: if it is meant to be closed, it has a gap"
             ),
         ),
+        _ if counts.escaped >= counts.rays && !experiment.gathers() => check(
+            "escape",
+            false,
+            "all of the power left the scene at once: its lamps face away from it; turn them round (`radwalk check --repair` does), or write sides = 2, so that both sides live".into(),
+        ),
         part if part > SPENT => check(
             "escape",
             false,
             format!(
-                "{percent:.3} % of the {what} left the scene, and the rest has to tell all; give the scene a lamp that is smaller and nearer"
+                "{percent:.3} % of the {what} left the scene, and the rest has to tell all; give the scene a lamp that is smaller and nearer, or turn one round that faces away from it (`radwalk check` names them)"
             ),
         ),
         _ => check("escape", true, format!("{percent:.1} % of the {what} left the scene")),
@@ -204,7 +209,12 @@ fn books(experiment: &Experiment, tally: &Tally) -> [Check; 2] {
         check(
             "backs",
             counts.absorbed_back == 0,
-            format!("{} {what} ended on the back of a one-sided surface", counts.absorbed_back),
+            match counts.absorbed_back {
+                0 => format!("0 {what} ended on the back of a one-sided surface"),
+                some => format!(
+                    "{some} {what} ended on the back of a one-sided surface; `radwalk check --fix-report` names the surfaces, `--repair` turns flipped ones round, and with sides = 2 both sides live"
+                ),
+            },
         ),
     ]
 }

@@ -1,6 +1,7 @@
 //! Surfaces that coincide, in words.
 
 use radiosity::{Overlap, Scene, Side};
+use report::words::counted;
 
 /// The number of overlaps that are named.
 const NAMED: usize = 10;
@@ -64,10 +65,10 @@ impl<'a> Coincident<'a> {
         let name = |surface: u32| format!("surface {}", self.scene.surface_name(surface));
         let area: f64 = self.overlaps.iter().map(|overlap| overlap.area).sum();
         let mut lines = vec![format!(
-            "coincident: {} pairs of surfaces overlap in {} planes, {area:.6} m² in all; they are taken as layers, in \
-             which fronts of one-sided surfaces are outermost",
-            self.overlaps.len(),
-            self.planes
+            "coincident: {} of surfaces in {}, {area:.6} m² in all; they are taken as layers, in which fronts of \
+             one-sided surfaces are outermost",
+            counted(self.overlaps.len() as u64, "overlap"),
+            counted(self.planes as u64, "plane")
         )];
         let named = self.overlaps.iter().take(NAMED);
         lines.extend(named.map(|&Overlap { upper, lower, area }| {
@@ -84,8 +85,8 @@ impl<'a> Coincident<'a> {
                 .map(|&(surface, side)| format!("{} of {}", report::side_name(side), name(surface)));
             let more = if self.buried.len() > NAMED { ", …" } else { "" };
             lines.push(format!(
-                "buried: {} sides that another surface covers wholly, so that no light of the room reaches them: {}{more}",
-                self.buried.len(),
+                "buried: {} that another surface covers wholly, so that no light of the room gets there: {}{more}",
+                counted(self.buried.len() as u64, "side"),
                 named.collect::<Vec<_>>().join(", ")
             ));
         }

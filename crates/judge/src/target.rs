@@ -297,17 +297,26 @@ impl Prospect {
         }
     }
 
-    /// The same of the error that decides: the largest but for those in the part of the area that may be missed.
+    /// The noise of the error that decides.
     pub fn noise(&self) -> f64 {
+        self.decisive().map_or(0.0, |standing| self.noise_of(standing))
+    }
+
+    /// The error that decides; 0 where there is none.
+    pub fn error(&self) -> f64 {
+        self.decisive().map_or(0.0, |standing| standing.error)
+    }
+
+    /// The face with the error that decides: the largest but for those in the part of the area that may be missed.
+    fn decisive(&self) -> Option<&Standing> {
         let mut worst_first: Vec<&Standing> = self.standings.iter().collect();
         worst_first.sort_by(|a, b| b.error.total_cmp(&a.error));
         let spared = (1.0 - self.target.fraction) * worst_first.iter().map(|s| s.area).sum::<f64>();
         let mut passed = 0.0;
-        let decisive = worst_first.into_iter().find(|standing| {
+        worst_first.into_iter().find(|standing| {
             passed += standing.area;
             passed > spared * (1.0 + 1e-9)
-        });
-        decisive.map_or(0.0, |standing| self.noise_of(standing))
+        })
     }
 }
 

@@ -13,7 +13,7 @@ use crate::error::Error;
 const TEMPORARY: (&str, &str) = (".radwalk-", ".tmp");
 
 /// Every file that radwalk writes into an output folder; these may stand beside each other.
-const OWN_FILES: [&str; 11] = [
+const OWN_FILES: [&str; 12] = [
     "patches.csv",
     "exact.csv",
     "summary.json",
@@ -25,6 +25,7 @@ const OWN_FILES: [&str; 11] = [
     "patches.parquet",
     "scene.glb",
     "access.json",
+    "status.json",
 ];
 
 /// Writes a file through a temporary one in the same folder: a reader sees the old content or the whole new
@@ -37,6 +38,17 @@ pub fn write_atomically(
     write: impl FnOnce(&mut BufWriter<&fs::File>) -> io::Result<()>,
 ) -> Result<(), Error> {
     replace_atomically(path, None, write, |_| Ok(()))
+}
+
+/// As [`write_atomically`], but a loss of power may take it back: for what is soon written again.
+///
+/// # Errors
+/// What the operating system says; an earlier file is then untouched.
+pub fn write_soon(path: &Path, bytes: &[u8]) -> io::Result<()> {
+    let mut file = temporary_in(folder_of(path))?;
+    file.write_all(bytes)?;
+    file.persist(path)?;
+    Ok(())
 }
 
 /// As [`write_atomically`]; an earlier file of that name becomes the `previous` one. At any moment both are there whole. What

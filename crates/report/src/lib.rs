@@ -16,7 +16,7 @@ mod scenes;
 mod summary;
 pub mod words;
 
-pub use atomic::{Draft, OutputFolder, replace_atomically, write_atomically};
+pub use atomic::{Draft, OutputFolder, replace_atomically, write_atomically, write_soon};
 pub use chart::{Axis, Chart, Point, Series, Style};
 pub use error::Error;
 pub use exact_csv::{ExactBounds, ExactColumns, ExactSummary, write_exact};

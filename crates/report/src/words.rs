@@ -18,6 +18,16 @@ pub fn quantity(x: f64) -> String {
     format!("{scaled:.decimals$}{prefix}")
 }
 
+/// `1 worker`, `2 workers`; `3 patches`, `4 radiosities`.
+pub fn counted(number: u64, noun: &str) -> String {
+    match (number, noun.strip_suffix('y')) {
+        (1, _) => format!("1 {noun}"),
+        (_, Some(stem)) => format!("{number} {stem}ies"),
+        _ if noun.ends_with("ch") => format!("{number} {noun}es"),
+        _ => format!("{number} {noun}s"),
+    }
+}
+
 /// Bytes with three digits and a prefix: 1.23 MB.
 pub fn bytes(bytes: u64) -> String {
     match bytes {
@@ -47,6 +57,9 @@ mod tests {
 
     #[test]
     fn numbers_are_short() {
+        let words =
+            [(1, "worker"), (0, "worker"), (2, "patch"), (3, "radiosity")].map(|(n, noun)| counted(n, noun));
+        assert_eq!(words, ["1 worker", "0 workers", "2 patches", "3 radiosities"]);
         assert_eq!(quantity(1_234_567.0), "1.23 M");
         assert_eq!(quantity(0.0), "0.00");
         assert_eq!(bytes(999), "999 B");

@@ -78,6 +78,7 @@ pub(super) fn read_birth(value: Value<'_>, patch_count: u64) -> Result<Birth, Er
             other => Err(Error::UnknownWord {
                 place: value.place(),
                 found: other.into(),
+                hint: crate::near::hint(other, ["area", "uniform"].into_iter()),
                 choices: "\"area\" or \"uniform\" or { patches = [7, 12] }".into(),
             }),
         };

@@ -105,8 +105,8 @@ fn affordable(experiment: &Experiment, walks: u64) -> Vec<u64> {
 }
 
 /// Where the run will end, by the looks that were taken and those that the last of them foretells.
-fn foretell(experiment: &Experiment, prospect: &Prospect, seen: &[Look]) -> Option<Ending> {
-    let last = seen.last()?.walks;
+pub fn foretell(experiment: &Experiment, prospect: &Prospect, seen: &[Look]) -> Option<Ending> {
+    let last = seen.last().map_or(0, |look| look.walks);
     let ladder = looks(experiment, u64::MAX);
     let end = |noise: f64| {
         let promising = seen.iter().find(|look| look.promising).map(|look| look.walks);

@@ -221,9 +221,12 @@ impl<'a> Estimates<'a> {
             }
         }
         precision.quantiles = quantiles(ranks);
-        if area > 0.0 {
-            precision.rms_relative_error = (weighted / area).sqrt();
-        }
+        precision.rms_relative_error = match area {
+            // Nothing is known of what no walk has hit.
+            0.0 if precision.unhit.faces > 0 => f64::INFINITY,
+            0.0 => 0.0,
+            area => (weighted / area).sqrt(),
+        };
         precision
     }
 

@@ -1,0 +1,58 @@
+//! Power that vanishes, in words: on backs, or at once.
+
+use doctor::Losses;
+use radiosity::Scene;
+
+/// Faces beyond this number are not looked at one by one before a run.
+const MOST_FACES: usize = 20_000_000;
+
+/// Less than this part of the power that is lost at once is what open scenes lose.
+const VANISHES: f64 = 0.9;
+
+/// Less than this part of the power on backs is not worth a word before a run; the check `backs` counts it.
+const WORTH_A_WORD: f64 = 0.01;
+
+/// Surfaces that are named.
+const NAMED: usize = 5;
+
+/// What becomes of the light of a scene that is of no use, a sentence each; nothing where it serves.
+pub fn warnings(scene: &Scene) -> Vec<String> {
+    if scene.faces().len() > MOST_FACES {
+        return Vec::new();
+    }
+    let losses = doctor::losses(scene);
+    let mut warnings = Vec::new();
+    if losses.at_once >= VANISHES {
+        warnings.push(format!(
+            "{} of the light vanishes at once: it leaves its lamps and meets no side that reflects. By power: {}. Their fronts \
+             face away from the room, or they are far from it; turn them round (`radwalk check SCENE --fix-report` says which \
+             surfaces are flipped, `--repair` writes a copy without), or write sides = 2, so that both sides live",
+            part(losses.at_once),
+            named(scene, &losses.lamps, &losses)
+        ));
+    }
+    if losses.on_backs >= WORTH_A_WORD {
+        warnings.push(format!(
+            "{} of the light ends on the backs of one-sided surfaces, and is lost. By power: {}. Turn them round \
+             (`radwalk check SCENE --fix-report` says which are flipped, `--repair` writes a copy without), or write sides = 2, \
+             so that both sides live",
+            part(losses.on_backs),
+            named(scene, &losses.backs, &losses)
+        ));
+    }
+    warnings
+}
+
+/// The first surfaces, with their parts of all power.
+fn named(scene: &Scene, surfaces: &[(u32, f64)], losses: &Losses) -> String {
+    let told = surfaces.iter().take(NAMED);
+    let told = told
+        .map(|&(surface, power)| format!("{} ({})", scene.surface_name(surface), part(power / losses.power)));
+    let more = surfaces.len().saturating_sub(NAMED);
+    let more = if more > 0 { format!(" and {more} more") } else { String::new() };
+    told.collect::<Vec<_>>().join(", ") + &more
+}
+
+fn part(part: f64) -> String {
+    format!("{:.1} %", 100.0 * part)
+}
