@@ -6,9 +6,26 @@
 //! Papers are cited by key: S97 = Sbert, *Error and Complexity of Random Walk Monte Carlo Radiosity* (1997);
 //! BS = Bekaert & Seidel, *A Theoretical Comparison of Monte Carlo Radiosity Algorithms*.
 //!
-//! From the ground up: [`simd`] many numbers side by side, [`random`] numbers, [`geometry`] surfaces and faces, [`trace`]
-//! the nearest surface along a ray, [`scene`] all that walks run in, [`tally`] exact sums, [`walk`] walks and what they
-//! score, [`jacobi`] chains, [`method`] and [`experiment`] a method at work in a scene. No arrow leads back up.
+//! The walk itself is [`plain_walk`]: start reading there. A furnace in which B = 1 W/m² everywhere, solved:
+//!
+//! ```
+//! use radiosity::{Estimator::Collision, Experiment, IndexChoice, Method, Scene, SceneSpec};
+//!
+//! let scene = Scene::build(&SceneSpec::furnace(3, 0.5), IndexChoice::Auto)?;
+//! let experiment = Experiment::new(scene, Method::shooting(Collision))?;
+//! let solution = experiment.run(1, 100_000)?;
+//! for (patch, b) in solution.estimates.iter().flatten().enumerate() {
+//!     println!("patch {patch}: {:.3} W/m², 95 % in {:.3} … {:.3}", b.radiosity, b.ci_low, b.ci_high);
+//!     assert!((b.radiosity - 1.0).abs() < 6.0 * b.std_error.unwrap());
+//! }
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! From the ground up: `simd/` many numbers side by side, `random/` numbers, `geometry/` surfaces and faces, `trace/`
+//! the nearest surface along a ray, `scene/` all that walks run in, `tally/` exact sums, `walk/` walks and what they
+//! score, `jacobi/` chains, `method.rs` and `experiment/` a method at work in a scene. No arrow leads back up.
+
+#![warn(unreachable_pub, unnameable_types)]
 
 mod experiment;
 mod geometry;
@@ -26,7 +43,7 @@ pub use experiment::solution::{
     Apart, Channels, Estimate, Estimates, Mix, Precision, QUANTILES, Solution, TINY,
 };
 pub use experiment::{Board, Experiment, Meaning, Unfit, birth_probabilities};
-pub use geometry::face::{Face, Faces};
+pub use geometry::face::{Face, FaceIter, Faces};
 pub use geometry::spec::{SceneSpec, Shape, Side, Sides, Spectrum, SurfaceSpec};
 pub use geometry::surface::Surface;
 pub use jacobi::plan::{Iterations, RayBirths, Solve};
@@ -35,7 +52,7 @@ pub use method::{BatchScore, Batches, Birth, Chains, Direction, Method, Score, U
 pub use random::Sampler;
 pub use random::rng::{Sequence, WalkRng};
 pub use scene::{IndexChoice, Scene, SceneError};
-pub use tally::{Counts, Layout, MergeError, Overflow, Scoreboard, Tally};
+pub use tally::{Counts, Events, Layout, MergeError, Overflow, Scoreboard, Tally, Word};
 pub use trace::coplanar::Overlap;
 pub use trace::ray::{Hit, Ray};
 pub use trace::stack::Stack;
@@ -43,3 +60,4 @@ pub use walk::Space;
 pub use walk::batch::WalkEnd;
 pub use walk::estimator::{Estimator, EstimatorKind};
 pub use walk::fate::InfiniteEnd;
+pub use walk::plain::walk as plain_walk;

@@ -5,11 +5,12 @@ use std::ops::Range;
 use super::Experiment;
 use super::board::{Board, with_board};
 use super::gathering::{Gathering, Values};
+use super::solution::Solution;
 use crate::method::{Method, Score, Walks};
 use crate::random::quasi::{Place, Quasi};
 use crate::random::rng::Sequence;
 use crate::scene::births::Births;
-use crate::tally::Counts;
+use crate::tally::{Counts, Overflow};
 use crate::walk::Space;
 use crate::walk::batch::{walk_all, walk_each};
 use crate::walk::estimator::{Estimator, with_estimator};
@@ -22,7 +23,28 @@ pub(super) enum Source<'a> {
     Sobol(&'a Quasi, Range<u64>),
 }
 
+/// Samples between two looks at whether a sum could wrap: those of that many never do.
+const PART: u64 = 1 << 18;
+
 impl Experiment {
+    /// What the first `samples` walks (or batches, or chains) of a seed's sequence tell, on this thread, with intervals of
+    /// 95 %.
+    ///
+    /// # Errors
+    /// Where a sum leaves its range, which takes more than 10³⁸ units.
+    ///
+    /// # Panics
+    /// Where `samples` is 0: nothing would be known.
+    pub fn run(&self, seed: u64, samples: u64) -> Result<Solution, Overflow> {
+        assert!(samples > 0, "no samples tell nothing; ask for one or more");
+        let (sequence, mut board, mut tally) = (Sequence::new(seed), self.board::<2>(), self.tally::<2>());
+        for first in (0..samples).step_by(PART as usize) {
+            self.walk(&sequence, first..samples.min(first + PART), &mut board);
+            board.add_to(&mut tally)?;
+        }
+        Ok(Solution::new(self, &tally, 0.95))
+    }
+
     /// Walks (or batches, or chains) number `walks.start` … `walks.end` − 1 of a sequence, onto a board that
     /// [`Experiment::board`] made.
     ///
@@ -76,7 +98,7 @@ impl Experiment {
         match (board, score) {
             (Board::Hits(board), Score::Of(estimator)) => {
                 with_estimator!(estimator, Analog, |Event, fate| {
-                    let mut score = ShootHits::<Event, M>::new(self.scene.isa, board);
+                    let mut score = ShootHits::<Event, M>::new(self.scene.parts.isa, board);
                     self.walk_all(births, space, source, fate, &mut score)
                 })
             }

@@ -1,12 +1,44 @@
 //! How surfaces are cut into cells: from a point to its cell, and back.
 
 use super::spec::Shape;
+use crate::simd::real::Real;
+
+/// The nearest that a point may come to the edge of a surface, in local coordinates: half the spacing of the
+/// sampled points. Points on an edge could lie behind a neighbour.
+pub(crate) const EDGE: f64 = 0.5 / 4_294_967_296.0;
 
 /// The step of an n-step division of [0, 1] that holds x; x may exceed the interval by a rounding error.
 #[inline(always)]
-pub(crate) fn grid_step(x: f64, n: u32) -> u32 {
-    // A float-to-integer cast saturates: x < 0 gives 0.
-    ((x * f64::from(n)) as u32).min(n - 1)
+pub(crate) fn grid_step<R: Real>(x: R, n: R) -> R {
+    let step = (x * n).floor();
+    R::select(step.lt(n), step, n - R::splat(1.0)).max(R::splat(0.0))
+}
+
+/// A uniform point of the step, from a uniform in (0, 1) and the inverse of the number of steps.
+#[inline(always)]
+pub(crate) fn in_grid_step<R: Real>(step: R, r: R, inverse: R) -> R {
+    (step + r) * inverse
+}
+
+/// The unit square folded on its diagonal: a uniform point of it becomes one of the triangle u + v < 1.
+#[inline(always)]
+pub(crate) fn folded<R: Real>([r, s]: [R; 2], fold: R::Mask) -> [R; 2] {
+    let one = R::splat(1.0);
+    let beyond = fold & one.le(r + s);
+    [R::select(beyond, one - r, r), R::select(beyond, one - s, s)]
+}
+
+/// The nearest local coordinates strictly inside a surface: where a continuous walk leaves from.
+#[inline(always)]
+pub(crate) fn inside<R: Real>([u, v]: [R; 2], triangle: R::Mask) -> [R; 2] {
+    let (least, most, zero) = (R::splat(EDGE), R::splat(1.0 - EDGE), R::splat(0.0));
+    let (u, v) = (u.max(least), v.max(least));
+    let (u, v) = (R::select(most.lt(u), most, u), R::select(most.lt(v), most, v));
+    let excess = u + v - most;
+    let step = R::select(triangle & zero.lt(excess), excess, zero);
+    // The larger coordinate has room for the step: it is at least (1 − EDGE)/2.
+    let in_u = v.lt(u);
+    [R::select(in_u, u - step, u), R::select(in_u, v, v - step)]
 }
 
 /// The cell of a triangle in k rows that holds a + u·(b − a) + v·(c − a). The lines of constant u, v and
@@ -31,7 +63,7 @@ pub(crate) fn triangle_cell([u, v]: [f64; 2], k: u32) -> u32 {
 /// The inverse: a uniform point of a cell, by folding the unit square on its diagonal.
 #[inline(always)]
 pub(crate) fn point_in_triangle_cell(cell: u32, k: u32, [r1, r2]: [f64; 2]) -> [f64; 2] {
-    let (s, t) = if r1 + r2 < 1.0 { (r1, r2) } else { (1.0 - r1, 1.0 - r2) };
+    let [s, t] = folded([r1, r2], true);
     let row = cell.isqrt();
     let position = cell - row * row;
     let (j, scale) = (position / 2, 1.0 / f64::from(k));

@@ -175,8 +175,8 @@ impl Faces {
     }
 
     /// All of them in order.
-    pub fn iter(&self) -> Iter<'_> {
-        Iter { faces: self, range: 0..self.len }
+    pub fn iter(&self) -> FaceIter<'_> {
+        FaceIter { faces: self, range: 0..self.len }
     }
 
     /// The numbers of all faces, those of a patch next to each other, in patch order: how outputs list them.
@@ -187,21 +187,21 @@ impl Faces {
 
 impl<'a> IntoIterator for &'a Faces {
     type Item = Face;
-    type IntoIter = Iter<'a>;
+    type IntoIter = FaceIter<'a>;
 
-    fn into_iter(self) -> Iter<'a> {
+    fn into_iter(self) -> FaceIter<'a> {
         self.iter()
     }
 }
 
 /// Faces in order.
 #[derive(Clone, Debug)]
-pub struct Iter<'a> {
+pub struct FaceIter<'a> {
     faces: &'a Faces,
     range: std::ops::Range<usize>,
 }
 
-impl Iterator for Iter<'_> {
+impl Iterator for FaceIter<'_> {
     type Item = Face;
 
     fn next(&mut self) -> Option<Face> {
@@ -213,4 +213,4 @@ impl Iterator for Iter<'_> {
     }
 }
 
-impl ExactSizeIterator for Iter<'_> {}
+impl ExactSizeIterator for FaceIter<'_> {}

@@ -1,32 +1,51 @@
-//! What arrivals look up of surfaces.
+//! Landings: what arrivals look up of surfaces, N side by side.
 
+use super::cells::{folded, grid_step, in_grid_step, inside};
 use super::surface::Surface;
+use crate::simd::real::Real;
 use crate::simd::table::Table;
 
-/// What an arrival needs of a surface: cells along u and v and the inverses of these numbers, first face, bits of
-/// the survival threshold, the step from a front to its back (0 where backs are not active), kind of outline.
-pub(crate) type Landing = [f64; 8];
-
 /// Kinds of outline.
-pub(crate) const PARALLELOGRAM: f64 = 0.0;
+const PARALLELOGRAM: f64 = 0.0;
 /// A triangle that is one cell.
-pub(crate) const TRIANGLE: f64 = 1.0;
+const TRIANGLE: f64 = 1.0;
 /// A triangle in rows of cells.
-pub(crate) const TRIANGLE_IN_ROWS: f64 = 2.0;
+const TRIANGLE_IN_ROWS: f64 = 2.0;
+
+/// What an arrival needs of N surfaces.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Landing<R> {
+    /// Cells along u and v.
+    cells: [R; 2],
+    /// The inverses of these numbers.
+    inverse: [R; 2],
+    first_face: R,
+    /// The survival thresholds, as bits.
+    survival: R,
+    /// The step from a front to its back; 0 where backs are not active.
+    to_back: R,
+    /// The kind of outline.
+    outline: R,
+}
 
 /// The landings of surfaces.
 #[derive(Clone, Debug)]
 pub(crate) struct Landings {
-    pub(crate) table: Table<8>,
+    table: Table<8>,
     /// Whether some triangle is cut in cells.
-    pub(crate) rows: bool,
+    rows: bool,
 }
 
 impl Landings {
     pub(crate) fn new(surfaces: &[Surface]) -> Self {
-        let landings: Vec<Landing> = surfaces.iter().map(landing).collect();
-        let rows = landings.iter().any(|landing| landing[7] == TRIANGLE_IN_ROWS);
-        Landings { table: Table::new(landings), rows }
+        let landings: Vec<Landing<f64>> = surfaces.iter().map(Landing::of).collect();
+        let rows = landings.iter().any(|landing| landing.outline == TRIANGLE_IN_ROWS);
+        Landings { table: Table::new(landings.iter().map(Landing::numbers).collect()), rows }
+    }
+
+    /// Whether some triangle is cut in cells: a landing takes it for one cell.
+    pub(crate) fn has_rows(&self) -> bool {
+        self.rows
     }
 
     /// Hits on these surfaces will soon be located.
@@ -36,14 +55,79 @@ impl Landings {
     }
 }
 
-fn landing(surface: &Surface) -> Landing {
-    let [nu, nv] = surface.cells_along().map(f64::from);
-    let kind = match (surface.is_triangle(), nu > 1.0) {
-        (false, _) => PARALLELOGRAM,
-        (true, false) => TRIANGLE,
-        (true, true) => TRIANGLE_IN_ROWS,
-    };
-    let back = f64::from(surface.to_back());
-    let survival = f64::from_bits(surface.survival_threshold());
-    [nu, nv, 1.0 / nu, 1.0 / nv, f64::from(surface.first_face()), survival, back, kind]
+impl Landing<f64> {
+    fn of(surface: &Surface) -> Self {
+        let cells = surface.cells_along().map(f64::from);
+        Landing {
+            cells,
+            inverse: cells.map(|n| 1.0 / n),
+            first_face: surface.first_face().into(),
+            survival: f64::from_bits(surface.survival_threshold()),
+            to_back: surface.to_back().into(),
+            outline: match (surface.is_triangle(), cells[0] > 1.0) {
+                (false, _) => PARALLELOGRAM,
+                (true, false) => TRIANGLE,
+                (true, true) => TRIANGLE_IN_ROWS,
+            },
+        }
+    }
+
+    fn numbers(&self) -> [f64; 8] {
+        let Landing { cells: [nu, nv], inverse: [iu, iv], first_face, survival, to_back, outline } = *self;
+        [nu, nv, iu, iv, first_face, survival, to_back, outline]
+    }
+}
+
+impl<R: Real> Landing<R> {
+    /// One for each.
+    #[inline(always)]
+    pub(crate) fn each(landings: &Landings, surfaces: &[u32]) -> Self {
+        let [nu, nv, iu, iv, first_face, survival, to_back, outline] = R::rows(&landings.table, surfaces);
+        Landing { cells: [nu, nv], inverse: [iu, iv], first_face, survival, to_back, outline }
+    }
+
+    /// The cells that hold points, as numbers along u and v.
+    #[inline(always)]
+    pub(crate) fn cell_at(&self, [u, v]: [R; 2]) -> [R; 2] {
+        [grid_step(u, self.cells[0]), grid_step(v, self.cells[1])]
+    }
+
+    /// The numbers of the faces of cells, on the sides that `facing` tells.
+    #[inline(always)]
+    pub(crate) fn face(&self, cell: [R; 2], facing: R) -> R {
+        let zero = R::splat(0.0);
+        let side = R::select(facing.lt(zero), self.to_back, zero);
+        cell[0] * self.cells[1] + cell[1] + self.first_face + side
+    }
+
+    /// Whether the sides that `facing` tells are active.
+    #[inline(always)]
+    pub(crate) fn is_active(&self, facing: R) -> R::Mask {
+        // Above 0: the front, or a back that is active.
+        R::splat(0.0).lt(facing + self.to_back + self.to_back)
+    }
+
+    /// Whether walks survive, given the bits that they have drawn.
+    #[inline(always)]
+    pub(crate) fn survives(&self, bits: &[u64]) -> R::Mask {
+        R::below(bits, self.survival)
+    }
+
+    /// Local coordinates of uniform points of cells, from two uniforms in (0, 1) each.
+    #[inline(always)]
+    pub(crate) fn point_in(&self, cell: [R; 2], r: [R; 2]) -> [R; 2] {
+        let [r, s] = folded(r, self.is_triangle());
+        [in_grid_step(cell[0], r, self.inverse[0]), in_grid_step(cell[1], s, self.inverse[1])]
+    }
+
+    /// The nearest local coordinates strictly inside the surfaces.
+    #[inline(always)]
+    pub(crate) fn inside(&self, uv: [R; 2]) -> [R; 2] {
+        inside(uv, self.is_triangle())
+    }
+
+    #[inline(always)]
+    fn is_triangle(&self) -> R::Mask {
+        R::splat(PARALLELOGRAM).lt(self.outline)
+    }
 }

@@ -64,14 +64,6 @@ pub enum Side {
 }
 
 impl Side {
-    /// The opposite side.
-    pub(crate) fn other(self) -> Self {
-        match self {
-            Side::Front => Side::Back,
-            Side::Back => Side::Front,
-        }
-    }
-
     /// 1 for the front, −1 for the back.
     pub(crate) fn sign(self) -> f64 {
         match self {
@@ -146,6 +138,25 @@ pub struct SurfaceSpec {
     pub cell_emittance: Vec<(u32, Spectrum)>,
 }
 
+impl SurfaceSpec {
+    /// A surface of one reflectance, with one active side, that does not emit.
+    pub fn new(shape: Shape, reflectance: impl Into<Spectrum>) -> Self {
+        SurfaceSpec {
+            name: None,
+            shape,
+            sides: Sides::Front,
+            reflectance: reflectance.into(),
+            emittance: Spectrum::BLACK,
+            cell_emittance: Vec::new(),
+        }
+    }
+
+    /// The surface with an emittance [W/m²] on all of it.
+    pub fn emitting(self, emittance: impl Into<Spectrum>) -> Self {
+        SurfaceSpec { emittance: emittance.into(), ..self }
+    }
+}
+
 /// A whole scene: surfaces in the order that numbers them. Right-handed coordinates, metres.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SceneSpec {
@@ -154,6 +165,20 @@ pub struct SceneSpec {
 }
 
 impl SceneSpec {
+    /// A furnace: a closed cube of 1 m in 6·n² patches, each of reflectance R and of emittance 1 − R W/m². Light is the same
+    /// everywhere, B = E/(1 − R) = 1 W/m² exactly.
+    pub fn furnace(n: u32, reflectance: f64) -> Self {
+        let sides = (0..6).map(|side| {
+            let (u, v) = (DVec3::AXES[(side + 1) % 3], DVec3::AXES[(side + 2) % 3]);
+            let shape = match side < 3 {
+                true => Shape::parallelogram(DVec3::ZERO, u, v, [n, n]),
+                false => Shape::parallelogram(DVec3::ONE, -v, -u, [n, n]),
+            };
+            SurfaceSpec::new(shape, reflectance).emitting(1.0 - reflectance)
+        });
+        SceneSpec { surfaces: sides.collect() }
+    }
+
     /// 1 where every reflectance and emittance is grey, else 3.
     pub fn channels(&self) -> usize {
         let grey = |surface: &SurfaceSpec| {
@@ -179,6 +204,11 @@ impl SceneSpec {
 }
 
 impl Shape {
+    /// A parallelogram from a corner and the two edges there [m], its front on the side of u × v, in n_u × n_v cells.
+    pub fn parallelogram(corner: DVec3, u: DVec3, v: DVec3, cells: [u32; 2]) -> Self {
+        Shape::Parallelogram { corner, corner_u: corner + u, corner_v: corner + v, cells }
+    }
+
     /// The number of patches the surface is cut into.
     pub fn cell_count(&self) -> u64 {
         match *self {

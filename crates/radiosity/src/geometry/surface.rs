@@ -3,8 +3,9 @@
 
 use glam::DVec3;
 
-use crate::geometry::cells::{grid_step, point_in_triangle_cell, triangle_cell};
+use crate::geometry::cells::{grid_step, in_grid_step, inside, point_in_triangle_cell, triangle_cell};
 use crate::geometry::face::Face;
+use crate::geometry::frame::Frame;
 use crate::geometry::spec::{Shape, Side, Sides, Spectrum, SurfaceSpec};
 use crate::random::sampling::{cosine_direction, fixed_64};
 
@@ -21,10 +22,6 @@ enum Cells {
         k: u32,
     },
 }
-
-/// The nearest that a point may come to the edge of a surface, in local coordinates: half the spacing of the
-/// sampled points. Points on an edge could lie behind a neighbour.
-pub(crate) const EDGE: f64 = 0.5 / 4_294_967_296.0;
 
 /// A planar surface in the scene's local coordinates (origin in the middle of the scene).
 ///
@@ -44,7 +41,6 @@ pub struct Surface {
     edge_v: DVec3,
     /// Orthonormal frame; `normal` points to the front.
     tangent: DVec3,
-    bitangent: DVec3,
     normal: DVec3,
     reflectance: Spectrum,
     tint: [f64; 3],
@@ -68,7 +64,6 @@ impl Surface {
             edge_u,
             edge_v,
             tangent,
-            bitangent: normal.cross(tangent),
             normal,
             reflectance: spec.reflectance,
             survival: fixed_64(spec.reflectance.max()),
@@ -84,7 +79,6 @@ impl Surface {
     pub(crate) fn lie_in(&mut self, normal: DVec3) {
         self.normal = if self.normal.dot(normal) > 0.0 { normal } else { -normal };
         self.tangent = (self.edge_u - self.normal * self.normal.dot(self.edge_u)).normalize();
-        self.bitangent = self.normal.cross(self.tangent);
     }
 
     pub(crate) fn corner(&self) -> DVec3 {
@@ -101,9 +95,10 @@ impl Surface {
         [e_v.cross(normal) / e_v.cross(normal).dot(e_u), normal.cross(e_u) / normal.cross(e_u).dot(e_v)]
     }
 
-    /// Unit vector along the first edge.
-    pub(crate) fn tangent(&self) -> DVec3 {
-        self.tangent
+    /// What departures need of it.
+    #[inline(always)]
+    pub(crate) fn frame(&self) -> Frame<f64> {
+        Frame::new(self.corner, self.edges(), self.tangent, self.normal)
     }
 
     /// Cells along u and v; of a triangle, rows.
@@ -198,7 +193,10 @@ impl Surface {
     #[inline(always)]
     pub fn cell_at(&self, [u, v]: [f64; 2]) -> u32 {
         match self.cells {
-            Cells::Grid { nu, nv, .. } => grid_step(u, nu) * nv + grid_step(v, nv),
+            Cells::Grid { nu, nv, .. } => {
+                let [iu, iv] = [(u, nu), (v, nv)].map(|(x, n)| grid_step(x, f64::from(n)) as u32);
+                iu * nv + iv
+            }
             Cells::Rows { k } => triangle_cell([u, v], k),
         }
     }
@@ -211,7 +209,7 @@ impl Surface {
                 // ⌊cell/n_v⌋ without a division: the half keeps the quotient away from whole numbers.
                 let iu = ((f64::from(cell) + 0.5) * inverse[1]) as u32;
                 let iv = cell - iu * nv;
-                [(f64::from(iu) + r1) * inverse[0], (f64::from(iv) + r2) * inverse[1]]
+                [in_grid_step(iu.into(), r1, inverse[0]), in_grid_step(iv.into(), r2, inverse[1])]
             }
             Cells::Rows { k } => point_in_triangle_cell(cell, k, [r1, r2]),
         }
@@ -219,20 +217,14 @@ impl Surface {
 
     /// The nearest local coordinates strictly inside the surface: where a continuous walk leaves from.
     #[inline(always)]
-    pub fn inside(&self, [u, v]: [f64; 2]) -> [f64; 2] {
-        let (u, v) = (u.clamp(EDGE, 1.0 - EDGE), v.clamp(EDGE, 1.0 - EDGE));
-        let excess = u + v - (1.0 - EDGE);
-        if self.is_triangle() && excess > 0.0 {
-            // The larger coordinate has room for the step: it is at least (1 − EDGE)/2.
-            return if u > v { [u - excess, v] } else { [u, v - excess] };
-        }
-        [u, v]
+    pub fn inside(&self, uv: [f64; 2]) -> [f64; 2] {
+        inside(uv, self.is_triangle())
     }
 
     /// The point with local coordinates (u, v) [m].
     #[inline(always)]
-    pub fn point(&self, [u, v]: [f64; 2]) -> DVec3 {
-        self.corner + self.edge_u * u + self.edge_v * v
+    pub fn point(&self, uv: [f64; 2]) -> DVec3 {
+        self.frame().point(uv).into()
     }
 
     /// A cosine-distributed direction into the half-space of a side, from 64 random bits. Its length is 1
@@ -244,12 +236,8 @@ impl Surface {
 
     /// A direction in the frame of a side, in that of the scene.
     #[inline(always)]
-    pub(crate) fn to_scene(&self, side: Side, [x, y, z]: [f64; 3]) -> DVec3 {
-        let z = match side {
-            Side::Front => z,
-            Side::Back => -z,
-        };
-        self.tangent * x + self.bitangent * y + self.normal * z
+    pub(crate) fn to_scene(&self, side: Side, direction: [f64; 3]) -> DVec3 {
+        self.frame().direction(side.sign(), direction).into()
     }
 }
 
@@ -262,6 +250,7 @@ fn tint(reflectance: Spectrum) -> [f64; 3] {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geometry::cells::EDGE;
     use crate::random::rng::unit_32;
 
     fn triangle(rows: u32) -> Surface {
@@ -342,8 +331,8 @@ mod tests {
                 assert!(u > 0.0 && v > 0.0 && u + v < 1.0);
             }
         }
-        assert_eq!(grid_step(1.0, 3), 2);
-        assert_eq!(grid_step(-1e-16, 3), 0);
+        assert_eq!(grid_step(1.0, 3.0), 2.0);
+        assert_eq!(grid_step(-1e-16, 3.0), 0.0);
     }
 
     #[test]

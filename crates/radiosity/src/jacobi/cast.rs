@@ -113,9 +113,9 @@ impl<'a, N: Numbers> Caster<'a, N> {
     fn trace(&mut self, land: &mut impl FnMut(u32, u32)) {
         let (scene, batch) = (self.faces.scene, &mut *self.batch);
         let len = std::mem::take(&mut batch.len);
-        batch.leave(scene, len, self.numbers.points(scene.isa));
-        scene.index.closest_hits(&scene.facets, &batch.rays, &mut batch.scratch, &mut batch.hits);
-        batch.arrivals.locate(scene.isa, scene, Space::Discrete, len, &batch.hits, &NO_DRAWS);
+        batch.leave(scene, len, self.numbers.points(scene.parts.isa));
+        scene.parts.index.closest_hits(&scene.parts.facets, &batch.rays, &mut batch.scratch, &mut batch.hits);
+        batch.arrivals.locate(scene.parts.isa, scene, Space::Discrete, len, &batch.hits, &NO_DRAWS);
         for (i, &from) in batch.from.iter().enumerate().take(len) {
             if batch.arrivals.active.has(i) {
                 let to = batch.arrivals.face[i];
@@ -150,7 +150,7 @@ impl Batch {
             [self.departures.uv[0][i], self.departures.uv[1][i]] = place;
             self.departures.direction[i] = u64::from(polar[i]) << 32 | u64::from(turn[i]);
         }
-        self.departures.leave(scene.isa, &scene.frames, len, &mut self.rays);
+        self.departures.leave(scene.parts.isa, &scene.parts.frames, len, &mut self.rays);
     }
 }
 

@@ -112,7 +112,7 @@ impl<'a> Gatherer<'a> {
         for first in (0..count).step_by(WIDTH) {
             let len = (count - first).min(WIDTH as u64) as usize;
             (0..len).for_each(|i| numbers.draw(i));
-            self.batch.leave(scene, &face, len, numbers.points(scene.isa));
+            self.batch.leave(scene, &face, len, numbers.points(scene.parts.isa));
             self.batch.trace(scene);
             for i in 0..len {
                 let Some(met) = self.batch.met(scene, i) else { continue };
@@ -153,7 +153,7 @@ impl<'a> Gatherer<'a> {
             for first in (0..quota).step_by(WIDTH) {
                 let len = (quota - first).min(WIDTH as u32) as usize;
                 (0..len).for_each(|i| numbers.draw(i));
-                self.batch.aim(scene, [&face, &emitter], len, numbers.points(scene.isa));
+                self.batch.aim(scene, [&face, &emitter], len, numbers.points(scene.parts.isa));
                 self.batch.trace(scene);
                 for i in 0..len {
                     let Hits { surface, facing, .. } = &self.batch.hits;
@@ -201,7 +201,7 @@ impl Batch {
             self.departures.uv.iter_mut().zip(place).for_each(|(row, x)| row[i] = x);
             self.departures.direction[i] = u64::from(polar[i]) << 32 | u64::from(turn[i]);
         }
-        self.departures.leave(scene.isa, &scene.frames, len, &mut self.rays);
+        self.departures.leave(scene.parts.isa, &scene.parts.frames, len, &mut self.rays);
     }
 
     /// Turns points into rays from one face to another.
@@ -217,7 +217,7 @@ impl Batch {
     }
 
     fn trace(&mut self, scene: &Scene) {
-        scene.index.closest_hits(&scene.facets, &self.rays, &mut self.scratch, &mut self.hits);
+        scene.parts.index.closest_hits(&scene.parts.facets, &self.rays, &mut self.scratch, &mut self.hits);
     }
 
     /// The face that ray i meets, if it is active.

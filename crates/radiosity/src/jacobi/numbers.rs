@@ -61,7 +61,7 @@ impl Numbers for SobolNumbers {
     fn points(&mut self, isa: Isa) -> &Points {
         let (points, seeds) = (&mut self.points, &self.seeds);
         on_isa!(isa, scramble(points: &mut Points, seeds: &Points));
-        points
+        &self.points
     }
 
     fn rng(&mut self) -> &mut WalkRng {

@@ -71,15 +71,14 @@ impl Numbers for Quasi {
         self.set(to, &self.get(from));
     }
 
-    fn draw<const D: usize>(&mut self, isa: Isa, draws: &mut [[u64; WIDTH]; D]) {
-        let numbers = &mut *self;
-        if let Ok(rows) = <&mut [[u64; WIDTH]; 4]>::try_from(&mut draws[..]) {
-            on_isa!(isa, birth(numbers: &mut Quasi, rows: &mut [[u64; WIDTH]; 4]));
-        } else if let Ok(rows) = <&mut [[u64; WIDTH]; 3]>::try_from(&mut draws[..]) {
-            on_isa!(isa, arrival(numbers: &mut Quasi, rows: &mut [[u64; WIDTH]; 3]));
-        } else {
-            unreachable!("walks draw four times at their birth and thrice at an arrival")
-        }
+    fn births(&mut self, isa: Isa, draws: &mut [[u64; WIDTH]; 4]) {
+        let numbers = self;
+        on_isa!(isa, birth(numbers: &mut Quasi, draws: &mut [[u64; WIDTH]; 4]));
+    }
+
+    fn arrivals(&mut self, isa: Isa, draws: &mut [[u64; WIDTH]; 3]) {
+        let numbers = self;
+        on_isa!(isa, arrival(numbers: &mut Quasi, draws: &mut [[u64; WIDTH]; 3]));
     }
 
     /// The same for the whole batch: shooting walks, which leave nothing to chance at their end, do not look at it.
@@ -191,8 +190,8 @@ mod tests {
         for first in (0..walks).step_by(WIDTH) {
             (0..WIDTH).for_each(|lane| numbers.set(lane, &Place::start(first + lane as u32)));
             let (mut birth, mut arrival) = ([[0; WIDTH]; 4], [[0; WIDTH]; 3]);
-            numbers.draw(isa, &mut birth);
-            (0..arrivals).for_each(|_| numbers.draw(isa, &mut arrival));
+            numbers.births(isa, &mut birth);
+            (0..arrivals).for_each(|_| numbers.arrivals(isa, &mut arrival));
             rows.extend((0..WIDTH).map(|lane| match arrivals {
                 0 => [birth[0][lane], birth[2][lane], birth[3][lane]],
                 _ => arrival.map(|row| row[lane]),

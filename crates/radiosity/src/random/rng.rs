@@ -86,8 +86,10 @@ pub(crate) trait Numbers {
     fn get(&self, lane: usize) -> Self::Place;
     /// Puts walk `from` in place of walk `to`.
     fn copy(&mut self, from: usize, to: usize);
-    /// The next 64 bits of every walk, D times: the last are for a direction, those before them for a point.
-    fn draw<const D: usize>(&mut self, isa: Isa, draws: &mut [[u64; WIDTH]; D]);
+    /// What every walk draws at its birth: cradle, cell, point, direction.
+    fn births(&mut self, isa: Isa, draws: &mut [[u64; WIDTH]; 4]);
+    /// What every walk draws at an arrival: survival, point, direction.
+    fn arrivals(&mut self, isa: Isa, draws: &mut [[u64; WIDTH]; 3]);
     /// For what is left to chance when walk `lane` ends.
     fn chance(&self, lane: usize) -> WalkRng;
 }
@@ -133,6 +135,14 @@ impl Generators {
     pub(crate) fn new(sequence: &Sequence) -> Self {
         Generators { increment: sequence.increment, high: [0; WIDTH], low: [0; WIDTH] }
     }
+
+    /// The next 64 bits of every walk, once for each row.
+    fn draw(&mut self, isa: Isa, rows: &mut [[u64; WIDTH]]) {
+        for row in rows {
+            let generators = &mut *self;
+            on_isa!(isa, draw(generators: &mut Generators, row: &mut [u64; WIDTH]));
+        }
+    }
 }
 
 impl Numbers for Generators {
@@ -156,11 +166,12 @@ impl Numbers for Generators {
         self.low[to] = self.low[from];
     }
 
-    fn draw<const D: usize>(&mut self, isa: Isa, draws: &mut [[u64; WIDTH]; D]) {
-        for row in draws {
-            let generators = &mut *self;
-            on_isa!(isa, draw(generators: &mut Generators, row: &mut [u64; WIDTH]));
-        }
+    fn births(&mut self, isa: Isa, draws: &mut [[u64; WIDTH]; 4]) {
+        self.draw(isa, draws);
+    }
+
+    fn arrivals(&mut self, isa: Isa, draws: &mut [[u64; WIDTH]; 3]) {
+        self.draw(isa, draws);
     }
 
     #[inline(always)]
@@ -197,11 +208,20 @@ fn draw<R: Real>(generators: &mut Generators, row: &mut [u64; WIDTH]) {
 /// The middle of cell `k` of the 2³² that divide [0, 1).
 #[inline(always)]
 pub(crate) fn unit_32(k: u32) -> f64 {
-    (f64::from(k) + 0.5) * UNIT_32
+    unit(f64::from(k))
 }
 
-/// 2⁻³².
-pub(crate) const UNIT_32: f64 = 1.0 / 4_294_967_296.0;
+/// The middles of cells number `k` of the 2³² that divide [0, 1).
+#[inline(always)]
+pub(crate) fn unit<R: Real>(k: R) -> R {
+    (k + R::splat(0.5)) * R::splat(1.0 / 4_294_967_296.0)
+}
+
+/// Two uniforms in (0, 1) from each of N draws.
+#[inline(always)]
+pub(crate) fn units<R: Real>(bits: &[u64]) -> [R; 2] {
+    R::load_halves(bits).map(unit)
+}
 
 #[cfg(test)]
 mod tests {
@@ -234,7 +254,7 @@ mod tests {
             walks.iter().enumerate().for_each(|(lane, walk)| generators.set(lane, walk));
             for _ in 0..100 {
                 let mut draws = [[0; WIDTH]; 3];
-                generators.draw(isa, &mut draws);
+                generators.arrivals(isa, &mut draws);
                 for (lane, walk) in walks.iter_mut().enumerate() {
                     assert_eq!(draws.map(|row| row[lane]), [walk.bits(), walk.bits(), walk.bits()]);
                 }

@@ -1,19 +1,19 @@
 //! Drawing emitters, points and directions, by one fixed sequence of + − × ÷ √ on every machine.
 
-use crate::random::rng::UNIT_32;
+use crate::random::rng::unit;
 use crate::simd::real::Real;
 
 /// Chooses an index with probability proportional to its weight in O(1) (Walker's alias method, Vose's
 /// construction).
 #[derive(Clone, Debug)]
-pub struct AliasTable {
+pub(crate) struct AliasTable {
     /// (threshold / 2⁶⁴ = probability of keeping the column, the column's alias).
     columns: Vec<(u64, u32)>,
 }
 
 impl AliasTable {
     /// A table over weights ≥ 0, at least one of them > 0.
-    pub fn new(weights: &[f64]) -> Self {
+    pub(crate) fn new(weights: &[f64]) -> Self {
         let mean = weights.iter().sum::<f64>() / weights.len() as f64;
         let mut scaled: Vec<f64> = weights.iter().map(|w| w / mean).collect();
         let mut columns: Vec<(u64, u32)> = (0..weights.len() as u32).map(|i| (u64::MAX, i)).collect();
@@ -31,7 +31,7 @@ impl AliasTable {
 
     /// The index that 64 random bits choose.
     #[inline(always)]
-    pub fn choose(&self, bits: u64) -> usize {
+    pub(crate) fn choose(&self, bits: u64) -> usize {
         let product = u128::from(bits) * self.columns.len() as u128;
         let (column, rest) = ((product >> 64) as usize, product as u64);
         let (threshold, alias) = self.columns[column];
@@ -47,7 +47,7 @@ pub(crate) fn fixed_64(probability: f64) -> u64 {
 
 /// A cosine-distributed direction about +z from 64 random bits: sin²θ from the upper half, φ from the lower.
 #[inline(always)]
-pub fn cosine_direction(bits: u64) -> [f64; 3] {
+pub(crate) fn cosine_direction(bits: u64) -> [f64; 3] {
     cosine_directions::<f64>(&[bits])
 }
 
@@ -55,7 +55,7 @@ pub fn cosine_direction(bits: u64) -> [f64; 3] {
 #[inline(always)]
 pub(crate) fn cosine_directions<R: Real>(bits: &[u64]) -> [R; 3] {
     let [polar, turn] = R::load_halves(bits);
-    let sin_squared = (polar + R::splat(0.5)) * R::splat(UNIT_32);
+    let sin_squared = unit(polar);
     let sin_theta = sin_squared.sqrt();
     let cos_theta = (R::splat(1.0) - sin_squared).sqrt();
     let (sin_phi, cos_phi) = sin_cos_turn(turn);

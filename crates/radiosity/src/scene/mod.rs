@@ -3,16 +3,18 @@
 pub(crate) mod births;
 mod view;
 
+use std::sync::Arc;
+
 use glam::DVec3;
 use thiserror::Error;
 
 use crate::geometry::face::Faces;
-use crate::geometry::frame::{Frames, frames};
+use crate::geometry::frame::Frames;
 use crate::geometry::landing::Landings;
 use crate::geometry::spec::Side;
 use crate::geometry::spec::{SceneSpec, Shape, Spectrum};
 use crate::geometry::surface::Surface;
-use crate::scene::births::Births;
+use crate::random::rng::WalkRng;
 use crate::simd::isa::Isa;
 use crate::trace::Index;
 use crate::trace::coplanar::stacks;
@@ -20,6 +22,7 @@ use crate::trace::facet::Facets;
 use crate::trace::flat::Flat;
 use crate::trace::stack::Stack;
 use crate::trace::tree::{BinaryTree, Tree};
+use births::{Births, Origin};
 
 /// The most patches a scene may have: patch numbers are 32 bits wide.
 const MAX_PATCHES: u64 = 1 << 31;
@@ -57,9 +60,15 @@ pub enum IndexChoice {
     Tree,
 }
 
-/// Surfaces, patches, emitters, and the index that rays are traced with.
+/// Surfaces, patches, emitters, and the index that rays are traced with. Clones share all of it.
 #[derive(Clone, Debug)]
 pub struct Scene {
+    pub(crate) parts: Arc<Parts>,
+}
+
+/// What a scene consists of.
+#[derive(Clone, Debug)]
+pub(crate) struct Parts {
     names: Vec<String>,
     surfaces: Vec<Surface>,
     faces: Faces,
@@ -90,26 +99,7 @@ impl Scene {
 
     /// The same for walks on an instruction set that this machine has.
     pub(crate) fn build_for(spec: &SceneSpec, index: IndexChoice, isa: Isa) -> Result<Self, SceneError> {
-        if spec.surfaces.is_empty() {
-            return Err(SceneError::Whole(
-                "the scene has no surface (nothing could be hit); add a [[surface]] or a [[mesh]]".into(),
-            ));
-        }
-        for (number, surface) in spec.surfaces.iter().enumerate() {
-            check_surface(surface).map_err(|(key, problem)| SceneError::Surface {
-                surface: number,
-                key,
-                problem,
-            })?;
-        }
-        let face_count: f64 =
-            spec.surfaces.iter().map(|s| s.shape.cell_count() as f64 * s.sides.count()).sum();
-        if face_count > MAX_PATCHES as f64 {
-            return Err(SceneError::Whole(format!(
-                "the scene has {face_count} patches (two-sided ones count twice), more than {MAX_PATCHES} (their numbers are 32 bits wide); use coarser `patches`"
-            )));
-        }
-
+        check(spec)?;
         let corners = || spec.surfaces.iter().flat_map(|surface| surface.shape.corners());
         let min = corners().fold(DVec3::INFINITY, DVec3::min);
         let max = corners().fold(DVec3::NEG_INFINITY, DVec3::max);
@@ -125,17 +115,7 @@ impl Scene {
             })
             .collect();
         let channels = spec.channels();
-        let power = std::array::from_fn(|c| faces.iter().map(|face| face.power(c)).sum());
-        let Some(emitters) = Births::of_emitters(&surfaces, &faces, channels, power) else {
-            return Err(SceneError::Whole(
-                "the scene has no emitter (no walk could start); give a material an `emittance` above 0, or a surface an `emit`".into(),
-            ));
-        };
-        if !power.iter().all(|power| power.is_finite()) {
-            return Err(SceneError::Whole(
-                "the emitted power of the scene is not finite (it overflows); give smaller `emittance`s or areas".into(),
-            ));
-        }
+        let (emitters, power) = emission(&surfaces, &faces, channels)?;
         let tree = match index {
             IndexChoice::Auto => surfaces.len() > FLAT_SURFACES,
             IndexChoice::Flat => false,
@@ -153,10 +133,10 @@ impl Scene {
         };
         let hash = hash(spec, !stacks.is_empty());
         let most = |c: usize| spec.surfaces.iter().fold(0.0, |max: f64, s| max.max(s.reflectance[c]));
-        Ok(Scene {
+        let parts = Parts {
             names: names(spec),
             isa,
-            frames: frames(&surfaces),
+            frames: Frames::new(surfaces.iter().map(Surface::frame)),
             landings: Landings::new(&surfaces),
             surfaces,
             faces,
@@ -169,52 +149,53 @@ impl Scene {
             facets,
             index,
             hash,
-        })
+        };
+        Ok(Scene { parts: Arc::new(parts) })
     }
 
     /// The surfaces, by number.
     pub fn surfaces(&self) -> &[Surface] {
-        &self.surfaces
+        &self.parts.surfaces
     }
 
     /// The name that outputs show for a surface.
     pub fn surface_name(&self, surface: u32) -> &str {
-        &self.names[surface as usize]
+        &self.parts.names[surface as usize]
     }
 
     /// The faces, by number.
     pub fn faces(&self) -> &Faces {
-        &self.faces
+        &self.parts.faces
     }
 
     /// 1 where every reflectance and emittance is grey, else 3.
     pub fn channels(&self) -> usize {
-        self.channels
+        self.parts.channels
     }
 
     /// Φ_T: total self-emitted power in one channel [W].
     pub fn total_power(&self, channel: usize) -> f64 {
-        self.power[channel]
+        self.parts.power[channel]
     }
 
     /// The highest reflectance in the scene, channel by channel.
     pub fn max_reflectance(&self) -> Spectrum {
-        self.max_reflectance
+        self.parts.max_reflectance
     }
 
     /// What scene coordinates are relative to, in the coordinates of the file [m].
     pub fn origin(&self) -> DVec3 {
-        self.origin
+        self.parts.origin
     }
 
     /// The surfaces that coincide, plane by plane.
     pub fn stacks(&self) -> &[Stack] {
-        &self.stacks
+        &self.parts.stacks
     }
 
     /// Whether rays are traced through a tree of boxes.
     pub fn has_tree(&self) -> bool {
-        matches!(self.index, Index::Tree(_))
+        matches!(self.parts.index, Index::Tree(_))
     }
 
     /// How many boxes a node of that tree holds.
@@ -224,13 +205,61 @@ impl Scene {
 
     /// A digest of all that walks can see: geometry, cells, sides, reflectances, emittances.
     pub fn hash(&self) -> [u8; 32] {
-        self.hash
+        self.parts.hash
+    }
+
+    /// A walk is born on an emitter: surface, side and local coordinates of a uniform point of it. Face s is chosen with
+    /// probability Φ_s/Φ_T.
+    pub(crate) fn emit(&self, rng: &mut WalkRng) -> (u32, Side, [f64; 2]) {
+        let ([choice, place], point) = ([rng.bits(), rng.bits()], rng.pair());
+        let (Origin { surface, cell, side }, _) = self.emitters().choose::<1>([choice, place]);
+        (surface, side, self.surfaces()[surface as usize].point_in_cell(cell, point))
     }
 
     /// Where shooting walks are born: emitters, with probability Φ_s/Φ_T.
     pub(crate) fn emitters(&self) -> &Births {
-        &self.emitters
+        &self.parts.emitters
     }
+}
+
+/// Whether every surface is valid, and there are neither none nor too many.
+fn check(spec: &SceneSpec) -> Result<(), SceneError> {
+    if spec.surfaces.is_empty() {
+        return Err(SceneError::Whole(
+            "the scene has no surface (nothing could be hit); add a [[surface]] or a [[mesh]]".into(),
+        ));
+    }
+    for (number, surface) in spec.surfaces.iter().enumerate() {
+        check_surface(surface).map_err(|(key, problem)| SceneError::Surface {
+            surface: number,
+            key,
+            problem,
+        })?;
+    }
+    let face_count: f64 = spec.surfaces.iter().map(|s| s.shape.cell_count() as f64 * s.sides.count()).sum();
+    if face_count > MAX_PATCHES as f64 {
+        return Err(SceneError::Whole(format!(
+            "the scene has {face_count} patches (two-sided ones count twice), more than {MAX_PATCHES} (their numbers are 32 bits wide); use coarser `patches`"
+        )));
+    }
+    Ok(())
+}
+
+/// Where walks are born, and Φ_T of each channel [W]: some light must be emitted, and not without end.
+fn emission(surfaces: &[Surface], faces: &Faces, channels: usize) -> Result<(Births, [f64; 3]), SceneError> {
+    let power = std::array::from_fn(|c| faces.iter().map(|face| face.power(c)).sum());
+    let Some(emitters) = Births::of_emitters(surfaces, faces, channels, power) else {
+        return Err(SceneError::Whole(
+            "the scene has no emitter (no walk could start); give a material an `emittance` above 0, or a surface an `emit`".into(),
+        ));
+    };
+    if !power.iter().all(|power| power.is_finite()) {
+        return Err(SceneError::Whole(
+            "the emitted power of the scene is not finite (it overflows); give smaller `emittance`s or areas"
+                .into(),
+        ));
+    }
+    Ok((emitters, power))
 }
 
 /// By how much a facet is larger than its surface, on every edge [m]: 2⁻⁴⁶ of the largest coordinate or

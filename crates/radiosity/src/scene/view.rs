@@ -12,7 +12,7 @@ use crate::trace::tree::Scratch;
 impl Scene {
     /// The nearest surface along a ray, whichever of its sides is met; `None` where the ray leaves the scene.
     pub fn closest_hit(&self, ray: &Ray) -> Option<Hit> {
-        self.index.closest_hit(&self.facets, ray)
+        self.parts.index.closest_hit(&self.parts.facets, ray)
     }
 
     /// The same for many rays, whose directions have length 1 within 10⁻⁹: far less work than one by one.
@@ -23,7 +23,7 @@ impl Scene {
         for part in rays.chunks(WIDTH) {
             batch.len = 0;
             part.iter().for_each(|ray| batch.push(ray));
-            self.index.closest_hits(&self.facets, &batch, &mut scratch, &mut hits);
+            self.parts.index.closest_hits(&self.parts.facets, &batch, &mut scratch, &mut hits);
             found.extend((0..part.len()).map(|i| hits.get(i)));
         }
         found

@@ -3,11 +3,11 @@
 use std::ops::{BitAnd, BitOr};
 
 /// Walks in a batch.
-pub const WIDTH: usize = 128;
+pub(crate) const WIDTH: usize = 128;
 
 /// Some of the walks of a batch.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Lanes([u64; WIDTH / 64]);
+pub(crate) struct Lanes([u64; WIDTH / 64]);
 
 impl Lanes {
     /// The first `len`.
@@ -87,13 +87,13 @@ impl BitOr for Lanes {
 
 /// What became of the walks of a batch where their rays have led them.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Outcome {
+pub(crate) struct Outcome {
     /// Arrived at an active side. Of these:
-    pub arrived: Lanes,
+    pub(crate) arrived: Lanes,
     /// go on,
-    pub survived: Lanes,
+    pub(crate) survived: Lanes,
     /// or are absorbed. The rest is cut off.
-    pub died: Lanes,
+    pub(crate) died: Lanes,
 }
 
 #[cfg(test)]

@@ -1,73 +1,175 @@
 //! Which instruction set the kernel runs on: picked once, at run time. The answer does not know.
+//!
+//! An instruction set beyond the portable one is a token, [`Avx2`] or [`Avx512`], that only detection makes. Vector types
+//! of the instruction set are named nowhere but in this folder, and reach the kernel as type parameters, through
+//! [`Isa::run`], which asks for the token. So no vector is ever made where the processor has not got it.
+
+use super::real::{self, Real};
+use super::sixteen::{self, Lanes};
+
+/// The processor has AVX2, FMA, BMI and what comes with them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Avx2(());
+
+/// The processor has AVX-512 (foundation, VL and DQ), and all that [`Avx2`] says.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Avx512(());
 
 /// The instruction sets that the kernel is compiled for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Isa {
+    /// Plain Rust.
     Portable,
-    #[cfg(target_arch = "x86_64")]
-    Avx2,
-    #[cfg(target_arch = "x86_64")]
-    Avx512,
+    #[cfg_attr(not(target_arch = "x86_64"), allow(dead_code, reason = "one architecture has it"))]
+    Avx2(Avx2),
+    #[cfg_attr(not(target_arch = "x86_64"), allow(dead_code, reason = "one architecture has it"))]
+    Avx512(Avx512),
+}
+
+/// The vectors of an instruction set.
+pub(crate) trait Simd {
+    /// Several f64.
+    type Doubles: Real;
+    /// Sixteen f32.
+    type Singles: Lanes;
+}
+
+/// What is to be done with whatever vectors there are.
+pub(crate) trait Kernel {
+    /// Does it; must be inlined, so that it is compiled for the instruction set.
+    fn run<S: Simd>(self);
+}
+
+struct Portable;
+
+impl Simd for Portable {
+    type Doubles = real::Pair;
+    type Singles = sixteen::Portable;
 }
 
 impl Isa {
     /// Those that this machine has, the best last.
     pub(crate) fn available() -> Vec<Isa> {
-        #[allow(unused_mut, reason = "one architecture has more")]
-        let mut list = vec![Isa::Portable];
-        #[cfg(target_arch = "x86_64")]
-        {
-            let avx2 = is_x86_feature_detected!("avx2")
+        let avx2 = Avx2::detect();
+        let avx512 = avx2.and_then(Avx512::detect);
+        let found = [avx2.map(Isa::Avx2), avx512.map(Isa::Avx512)];
+        std::iter::once(Isa::Portable).chain(found.into_iter().flatten()).collect()
+    }
+
+    /// The best that this machine has.
+    pub(crate) fn best() -> Isa {
+        Isa::available().pop().expect("one is always available")
+    }
+
+    /// Does something with the vectors of the instruction set, compiled for it.
+    #[inline(always)]
+    pub(crate) fn run(self, kernel: impl Kernel) {
+        match self {
+            Isa::Portable => kernel.run::<Portable>(),
+            Isa::Avx2(found) => found.run(kernel),
+            Isa::Avx512(found) => found.run(kernel),
+        }
+    }
+}
+
+#[cfg(target_arch = "x86_64")]
+mod x86 {
+    use super::*;
+
+    struct OnAvx2;
+
+    impl Simd for OnAvx2 {
+        type Doubles = real::Avx2;
+        type Singles = sixteen::Avx2;
+    }
+
+    struct OnAvx512;
+
+    impl Simd for OnAvx512 {
+        type Doubles = real::Avx512;
+        type Singles = sixteen::Avx512;
+    }
+
+    impl Avx2 {
+        pub(super) fn detect() -> Option<Self> {
+            let found = is_x86_feature_detected!("avx2")
                 && is_x86_feature_detected!("fma")
                 && is_x86_feature_detected!("bmi1")
                 && is_x86_feature_detected!("bmi2")
                 && is_x86_feature_detected!("lzcnt")
                 && is_x86_feature_detected!("popcnt");
-            if avx2 {
-                list.push(Isa::Avx2);
-            }
-            if avx2
-                && is_x86_feature_detected!("avx512f")
-                && is_x86_feature_detected!("avx512vl")
-                && is_x86_feature_detected!("avx512dq")
-            {
-                list.push(Isa::Avx512);
-            }
+            found.then_some(Avx2(()))
         }
-        list
+
+        #[inline(always)]
+        pub(super) fn run(self, kernel: impl Kernel) {
+            #[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
+            fn on_avx2(kernel: impl Kernel) {
+                kernel.run::<OnAvx2>();
+            }
+            // SAFETY: `detect` alone makes `self`, where the processor has all of these.
+            unsafe { on_avx2(kernel) }
+        }
     }
 
-    /// The best that this machine has.
-    pub(crate) fn best() -> Isa {
-        *Self::available().last().expect("one is portable")
+    impl Avx512 {
+        pub(super) fn detect(_: Avx2) -> Option<Self> {
+            let found = is_x86_feature_detected!("avx512f")
+                && is_x86_feature_detected!("avx512vl")
+                && is_x86_feature_detected!("avx512dq");
+            found.then_some(Avx512(()))
+        }
+
+        #[inline(always)]
+        pub(super) fn run(self, kernel: impl Kernel) {
+            #[target_feature(enable = "avx512f,avx512vl,avx512dq,avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
+            fn on_avx512(kernel: impl Kernel) {
+                kernel.run::<OnAvx512>();
+            }
+            // SAFETY: `detect` alone makes `self`, where the processor has all of these.
+            unsafe { on_avx512(kernel) }
+        }
     }
 }
 
-/// Calls a generic function with the numbers of an instruction set, compiled for that instruction set.
+#[cfg(not(target_arch = "x86_64"))]
+mod elsewhere {
+    use super::*;
+
+    impl Avx2 {
+        pub(super) fn detect() -> Option<Self> {
+            None
+        }
+
+        pub(super) fn run(self, kernel: impl Kernel) {
+            kernel.run::<Portable>();
+        }
+    }
+
+    impl Avx512 {
+        pub(super) fn detect(_: Avx2) -> Option<Self> {
+            None
+        }
+
+        pub(super) fn run(self, kernel: impl Kernel) {
+            kernel.run::<Portable>();
+        }
+    }
+}
+
+/// Calls a function that is generic over [`Real`] with the f64 vectors of an instruction set, compiled for it.
 macro_rules! on_isa {
-    ($isa:expr, $function:ident($($argument:ident: $type:ty),* $(,)?)) => {
-        match $isa {
-            $crate::simd::isa::Isa::Portable => $function::<$crate::simd::real::Pair>($($argument),*),
-            #[cfg(target_arch = "x86_64")]
-            $crate::simd::isa::Isa::Avx2 => {
-                #[target_feature(enable = "avx2,fma,bmi2")]
-                fn on_avx2($($argument: $type),*) {
-                    $function::<$crate::simd::real::Avx2>($($argument),*)
-                }
-                // SAFETY: `Isa::available` has found the instruction set.
-                unsafe { on_avx2($($argument),*) }
-            }
-            #[cfg(target_arch = "x86_64")]
-            $crate::simd::isa::Isa::Avx512 => {
-                #[target_feature(enable = "avx512f,avx512vl,avx512dq,fma,bmi2")]
-                fn on_avx512($($argument: $type),*) {
-                    $function::<$crate::simd::real::Avx512>($($argument),*)
-                }
-                // SAFETY: `Isa::available` has found the instruction set.
-                unsafe { on_avx512($($argument),*) }
+    ($isa:expr, $function:ident($($argument:ident: $type:ty),* $(,)?)) => {{
+        struct Call<A>(A);
+        impl $crate::simd::isa::Kernel for Call<($($type,)*)> {
+            #[inline(always)]
+            fn run<S: $crate::simd::isa::Simd>(self) {
+                let ($($argument,)*) = self.0;
+                $function::<S::Doubles>($($argument),*);
             }
         }
-    };
+        $isa.run(Call(($($argument,)*)))
+    }};
 }
 
 pub(crate) use on_isa;

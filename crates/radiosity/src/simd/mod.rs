@@ -6,3 +6,5 @@ pub(crate) mod prefetch;
 pub(crate) mod real;
 pub(crate) mod sixteen;
 pub(crate) mod table;
+#[cfg(target_arch = "x86_64")]
+mod x86;

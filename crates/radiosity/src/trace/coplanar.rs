@@ -14,7 +14,7 @@ use crate::geometry::spec::Sides;
 use crate::geometry::surface::Surface;
 
 /// Corners this many slacks from a plane count as in it: the roundings of a corner that was meant to lie there are below
-/// a slack, and a start within a slack of a plane counts as on it (see [`crate::trace::facet::Facet::meet`]).
+/// a slack, and a start within a slack of a plane counts as on it (see [`crate::trace::meet`]).
 const IN_PLANE: f64 = 2.0;
 
 /// Outlines that reach this many slacks into each other overlap: facets are a slack larger than their surfaces, so that

@@ -1,13 +1,10 @@
 //! What a ray meets: a surface's plane and the map to its local coordinates.
 
-use std::hint::select_unpredictable;
-
 use glam::DVec3;
 
-use super::layers::{Layers, Relation};
-use super::ray::{Hit, Hits, Ray, Rays};
+use super::layers::Layers;
 use super::stack::Stack;
-use crate::geometry::spec::{Side, Sides};
+use crate::geometry::spec::Sides;
 use crate::geometry::surface::Surface;
 use crate::simd::table::Table;
 
@@ -69,32 +66,6 @@ impl Facet {
         let [(normal, offset), (u_axis, u_offset), (v_axis, v_offset)] = [0, 1, 2].map(plane);
         let (triangle, two_sided) = (numbers[12] != 0.0, numbers[13] != 0.0);
         Facet { normal, offset, u_axis, u_offset, v_axis, v_offset, triangle, two_sided }
-    }
-
-    /// Where a ray meets the facet, and whether it does: (t, uv, side, met).
-    ///
-    /// A start within `slack` of the plane counts as on it: from there the active side is met at t = 0 by a
-    /// ray that goes against its normal, and the back of a one-sided surface is not met at all. So a point
-    /// that rounding put behind its neighbour's plane loses no walk. A facet in `contact`, a layer in front of the one
-    /// that the ray leaves, is met at t = 0 on either side.
-    #[inline(always)]
-    fn meet(&self, ray: &Ray, slack: f64, contact: bool) -> (f64, [f64; 2], Side, bool) {
-        // Everything is selected, nothing branched on: a ray meets one side as often as the other.
-        let approach = self.normal.dot(ray.direction);
-        let height = self.normal.dot(ray.origin) - self.offset;
-        let against = approach < 0.0;
-        let distance = select_unpredictable(against, height, -height);
-        let distance = if contact { 0.0 } else { distance };
-        let nearest = select_unpredictable(against | self.two_sided | contact, -slack, slack);
-        let t = (distance / approach.abs()).max(0.0);
-        let point = ray.origin + ray.direction * t;
-        let u = self.u_axis.dot(point) - self.u_offset;
-        let v = self.v_axis.dot(point) - self.v_offset;
-        let greatest = select_unpredictable(u > v, u, v);
-        let farthest = select_unpredictable(self.triangle, u + v, greatest);
-        let inside = (u >= 0.0) & (v >= 0.0) & (farthest <= 1.0);
-        let met = inside & (distance >= nearest) & (approach != 0.0);
-        (t, [u, v], select_unpredictable(against, Side::Front, Side::Back), met)
     }
 }
 
@@ -160,59 +131,5 @@ impl Facets {
     /// By how much facets are larger than their surfaces [m].
     pub(crate) fn slack(&self) -> f64 {
         self.slack
-    }
-
-    /// Where a ray meets a facet; `None` where it does not.
-    #[inline(always)]
-    fn hit(&self, surface: u32, ray: &Ray) -> Option<Hit> {
-        if surface == ray.from {
-            return None;
-        }
-        let facet = self.get(surface);
-        let contact = match &self.layers {
-            None => false,
-            Some(layers) => {
-                let against = facet.normal.dot(ray.direction) < 0.0;
-                let side = if against { Side::Front } else { Side::Back };
-                match layers.relation(surface, side, ray) {
-                    Relation::Behind => return None,
-                    Relation::InFront => true,
-                    Relation::Apart => false,
-                }
-            }
-        };
-        let (t, uv, side, met) = facet.meet(ray, self.slack, contact);
-        met.then_some(Hit { t, surface, uv, side })
-    }
-
-    /// What comes first of surfaces that a ray meets at the same t.
-    #[inline(always)]
-    fn rank(&self, surface: u32, side: Side) -> u32 {
-        self.layers.as_ref().map_or(surface, |layers| layers.rank(surface, side))
-    }
-
-    /// Keeps the nearer of `best` and the hit of one facet.
-    #[inline(always)]
-    pub(crate) fn meet(&self, surface: u32, ray: &Ray, best: &mut Option<Hit>) {
-        let Some(hit) = self.hit(surface, ray) else { return };
-        let first = |best: Hit| {
-            hit.t == best.t && self.rank(hit.surface, hit.side) < self.rank(best.surface, best.side)
-        };
-        if best.is_none_or(|best| hit.t < best.t || first(best)) {
-            *best = Some(hit);
-        }
-    }
-
-    /// The same for ray number `i` of a batch.
-    #[inline(always)]
-    pub(crate) fn meet_in(&self, surface: u32, rays: &Rays, i: usize, hits: &mut Hits) {
-        let mut best = hits.get(i);
-        self.meet(surface, &rays.get(i), &mut best);
-        if let Some(hit) = best {
-            hits.t[i] = hit.t;
-            hits.surface[i] = hit.surface;
-            hits.uv.iter_mut().zip(hit.uv).for_each(|(row, uv)| row[i] = uv);
-            hits.facing[i] = hit.side.sign();
-        }
     }
 }

@@ -294,7 +294,7 @@ const PLANE: u8 = Part::Plane as u8;
 const TRIANGLE: u8 = Part::Triangle as u8;
 const PARALLELOGRAM: u8 = Part::Parallelogram as u8;
 
-/// [`Facet::meet`] with all coordinates multiplied by |n·d|, which needs no division to tell what is outside.
+/// [`mod@crate::trace::meet`] with all coordinates multiplied by |n·d|, which needs no division to tell what is outside.
 #[inline(always)]
 fn look<R: Real, const PART: u8, const LAYERED: bool>(sketch: &Sketch, starts: &Starts, guess: &mut Guess) {
     let Starts { origin, direction, from, plane } = starts;

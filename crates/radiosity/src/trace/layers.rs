@@ -1,6 +1,5 @@
 //! The order of surfaces that coincide, as rays need it.
 
-use crate::geometry::spec::Side;
 use crate::simd::real::Real;
 use crate::simd::table::Table;
 use crate::trace::ray::Ray;
@@ -52,34 +51,10 @@ impl Layers {
         Some(Layers { table: Table::new(layers.iter().map(row).collect()) })
     }
 
-    fn get(&self, surface: u32) -> Layer {
-        let [plane, facing, front, back, ..] = *self.table.row(surface);
-        Layer { plane: plane as u32, facing, ranks: [front as u32, back as u32] }
-    }
-
     /// The least surface in the plane of a surface, itself where it is alone; [`Ray::FREE`] where it is none.
     #[inline(always)]
     pub(crate) fn plane(&self, surface: u32) -> u32 {
         if surface == Ray::FREE { surface } else { self.table.row(surface)[0] as u32 }
-    }
-
-    /// The rank of a surface for rays that meet it on a side.
-    pub(crate) fn rank(&self, surface: u32, side: Side) -> u32 {
-        self.get(surface).rank(side)
-    }
-
-    /// The relation of a surface that a ray would meet on `side` to the one it leaves.
-    pub(crate) fn relation(&self, surface: u32, side: Side, ray: &Ray) -> Relation {
-        if ray.from == Ray::FREE {
-            return Relation::Apart;
-        }
-        let (layer, from) = (self.get(surface), self.get(ray.from));
-        if layer.plane != from.plane {
-            return Relation::Apart;
-        }
-        // The side of `from` that rays of this direction meet: not the one that this ray leaves.
-        let from_side = if layer.facing == from.facing { side } else { side.other() };
-        if layer.rank(side) > from.rank(from_side) { Relation::InFront } else { Relation::Behind }
     }
 
     /// The layers of the surfaces that N rays have to do with; none of their own where that is [`Ray::FREE`].
@@ -90,23 +65,6 @@ impl Layers {
         let plane = R::select(R::load_u32(surfaces).ne(free), plane, R::splat(-1.0));
         LayerLanes { plane, facing, ranks: [front, back] }
     }
-}
-
-impl Layer {
-    fn rank(&self, side: Side) -> u32 {
-        self.ranks[usize::from(side == Side::Back)]
-    }
-}
-
-/// Where a surface is, seen from the one that a ray leaves.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Relation {
-    /// In another plane.
-    Apart,
-    /// A layer of the same plane that the ray has passed, or that it leaves.
-    Behind,
-    /// A layer of the same plane that the ray meets at once.
-    InFront,
 }
 
 /// The layers of N surfaces.

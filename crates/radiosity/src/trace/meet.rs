@@ -1,12 +1,18 @@
-//! Facets in lanes: N rays meet one facet each, or the same one, with the bits of [`Facet::meet`].
+//! Where rays meet facets: the one text of it, for N rays side by side that meet a facet each or the same one, and, with
+//! N = 1, for a ray alone.
 //!
-//! `LAYERED` is whether some surfaces of the scene coincide: scenes of which none do pay nothing for layers.
+//! A start within `slack` of the plane counts as on it: from there the active side is met at t = 0 by a ray that goes
+//! against its normal, and the back of a one-sided surface is not met at all. So a point that rounding put behind its
+//! neighbour's plane loses no walk. A layer in front of the one that the ray leaves is met at t = 0 on either side.
+//!
+//! Scenes in which no surfaces coincide have a text of their own, and pay nothing for layers.
 
+use crate::geometry::spec::Side;
 use crate::simd::isa::{Isa, on_isa};
 use crate::simd::real::Real;
 use crate::trace::facet::{Facet, Facets};
 use crate::trace::layers::{LayerLanes, Layers};
-use crate::trace::ray::{Hits, Rays};
+use crate::trace::ray::{Hit, Hits, Ray, Rays};
 
 /// Ray i of a batch meets facet `surfaces[i]`, none where that is [`Hits::NONE`]; it does not leave that facet.
 pub(crate) fn meet_each(isa: Isa, facets: &Facets, surfaces: &[u32], rays: &Rays, hits: &mut Hits) {
@@ -56,6 +62,39 @@ pub(crate) fn meet_one<R: Real>(
     best
 }
 
+/// Keeps the nearer of `best` and the hit of one facet.
+#[inline(always)]
+pub(crate) fn meet_alone(facets: &Facets, surface: u32, ray: &Ray, best: &mut Best<f64>) {
+    let (facet, lanes) = (FacetLanes::each(facets, &[surface]), RayLanes::of(ray));
+    let number = f64::from(surface);
+    match facets.layers() {
+        None => meet_unordered(&facet, facets.slack(), &lanes, number, best),
+        Some(layers) => {
+            let (layer, from) = (layers.lanes(&[surface]), layers.lanes(&[ray.from]));
+            meet_layer(&facet, facets.slack(), &lanes, number, [&layer, &from], best);
+        }
+    }
+}
+
+impl Best<f64> {
+    /// A hit that was stored.
+    pub(crate) fn of(facets: &Facets, hit: Option<Hit>) -> Self {
+        let Some(Hit { t, surface, uv: [u, v], side }) = hit else { return Best::none() };
+        let rank = facets.layers().map_or(f64::from(surface), |layers| {
+            let [front, back] = layers.lanes::<f64>(&[surface]).ranks;
+            if side == Side::Front { front } else { back }
+        });
+        Best { t, surface: surface.into(), u, v, approach: -side.sign(), rank }
+    }
+
+    /// The hit, where there is one.
+    pub(crate) fn hit(self) -> Option<Hit> {
+        let side = if self.approach < 0.0 { Side::Front } else { Side::Back };
+        let surface = self.surface as u32;
+        (self.surface >= 0.0).then_some(Hit { t: self.t, surface, uv: [self.u, self.v], side })
+    }
+}
+
 /// N rays.
 pub(crate) struct RayLanes<R> {
     origin: [R; 3],
@@ -73,6 +112,16 @@ impl<R: Real> RayLanes<R> {
             direction[axis] = R::load(&rays.direction[axis][first..]);
         }
         RayLanes { origin, direction, from: R::load_u32(&rays.from[first..]) }
+    }
+
+    /// The same ray in all lanes.
+    #[inline(always)]
+    fn of(ray: &Ray) -> Self {
+        RayLanes {
+            origin: splat(ray.origin),
+            direction: splat(ray.direction),
+            from: R::splat(ray.from.into()),
+        }
     }
 }
 
@@ -136,7 +185,7 @@ pub(crate) struct Best<R> {
     u: R,
     v: R,
     approach: R,
-    /// Of no meaning where no surfaces coincide.
+    /// Of no meaning where facets are met in ascending order.
     rank: R,
 }
 
@@ -152,6 +201,15 @@ impl<R: Real> Best<R> {
             approach: zero,
             rank: zero,
         }
+    }
+
+    /// Whether a hit comes after another one, given the t and the rank of that.
+    #[inline(always)]
+    fn comes_after(&self, t: R, rank: R) -> R::Mask {
+        let (zero, one) = (R::splat(0.0), R::splat(1.0));
+        let first = R::select(rank.lt(self.rank), one, zero);
+        let tied = R::select(t.ne(self.t), zero, first);
+        zero.lt(R::select(t.lt(self.t), one, tied))
     }
 
     #[inline(always)]
@@ -223,8 +281,8 @@ impl<R: Real> Best<R> {
     }
 }
 
-/// [`Facet::meet`], operation by operation, where no surfaces coincide. Surfaces come in ascending order, so that of two
-/// at the same t the first stays; a ray does not meet the surface that it leaves.
+/// Keeps the nearer of `best` and what rays meet of facets, where no surfaces coincide. Surfaces come in ascending order, so
+/// that of two at the same t the first stays; a ray does not meet the surface that it leaves.
 #[inline(always)]
 pub(crate) fn meet<R: Real>(
     facet: &FacetLanes<R>,
@@ -239,7 +297,22 @@ pub(crate) fn meet<R: Real>(
     best.take(nearer, number, place, crossing.approach, R::splat(0.0));
 }
 
-/// The same where some surfaces coincide, given the layers of the facets and of what the rays leave.
+/// What [`meet`] does, but for surfaces in any order.
+#[inline(always)]
+fn meet_unordered<R: Real>(
+    facet: &FacetLanes<R>,
+    slack: f64,
+    rays: &RayLanes<R>,
+    number: R,
+    best: &mut Best<R>,
+) {
+    let crossing = Crossing::new(facet, slack, rays);
+    let (place, met) = crossing.inside(facet, rays);
+    let nearer = met & rays.from.ne(number) & best.comes_after(place[0], number);
+    best.take(nearer, number, place, crossing.approach, number);
+}
+
+/// What [`meet_unordered`] does where some surfaces coincide, given the layers of the facets and of what the rays leave.
 #[inline(always)]
 pub(crate) fn meet_layer<R: Real>(
     facet: &FacetLanes<R>,
@@ -260,9 +333,7 @@ pub(crate) fn meet_layer<R: Real>(
     let in_front = R::select(left.lt(rank), one, zero);
     let may_meet = zero.lt(R::select(apart, one, in_front));
     let (place, met) = crossing.inside(facet, rays);
-    let first = R::select(rank.lt(best.rank), one, zero);
-    let tied = R::select(place[0].ne(best.t), zero, first);
-    let nearer = zero.lt(R::select(place[0].lt(best.t), one, tied));
+    let nearer = best.comes_after(place[0], rank);
     best.take(met & may_meet & rays.from.ne(number) & nearer, number, place, crossing.approach, rank);
 }
 

@@ -1,6 +1,6 @@
 //! The nearest surface along a ray.
 //!
-//! One arithmetic everywhere: the nearest hit is the least (t, rank), every t computed by [`facet::Facet::meet`] and
+//! One arithmetic everywhere: the nearest hit is the least (t, rank), every t computed by [`meet`] and
 //! nothing else, so neither the index, nor its builder, nor the order of traversal can enter the answer. The rank of a
 //! surface is its number, but where surfaces coincide it is that of its layer ([`coplanar`]). All of it is f64: a scene
 //! may lie 10⁵ edge lengths from its origin.
@@ -16,6 +16,7 @@ pub(crate) mod tree;
 
 use facet::Facets;
 use flat::Flat;
+use meet::{Best, meet_alone};
 use ray::{Hit, Hits, Ray, Rays};
 use tree::{Scratch, Tree};
 
@@ -43,11 +44,11 @@ impl Index {
     pub(crate) fn closest_hit(&self, facets: &Facets, ray: &Ray) -> Option<Hit> {
         match self {
             Index::Flat(_) => {
-                let mut best = None;
+                let mut best = Best::none();
                 for surface in 0..facets.len() as u32 {
-                    facets.meet(surface, ray, &mut best);
+                    meet_alone(facets, surface, ray, &mut best);
                 }
-                best
+                best.hit()
             }
             Index::Tree(tree) => tree.closest_hit(facets, ray),
         }

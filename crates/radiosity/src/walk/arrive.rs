@@ -1,10 +1,10 @@
 //! Where rays have arrived: the faces that hold the hit points, who survives there, and the points from which
 //! survivors go on; many side by side.
 
-use crate::geometry::landing::{Landings, PARALLELOGRAM};
+use crate::geometry::landing::{Landing, Landings};
 use crate::geometry::spec::Side;
-use crate::geometry::surface::{EDGE, Surface};
-use crate::random::rng::{UNIT_32, unit_32};
+use crate::geometry::surface::Surface;
+use crate::random::rng::{unit_32, units};
 use crate::scene::Scene;
 use crate::simd::batch::{Lanes, WIDTH};
 use crate::simd::isa::{Isa, on_isa};
@@ -52,7 +52,7 @@ impl Arrivals {
     ) {
         (self.met, self.active, self.survives) = Default::default();
         let [survival, point, _] = draws;
-        let (arrivals, landings) = (&mut *self, &scene.landings);
+        let (arrivals, landings) = (&mut *self, &scene.parts.landings);
         match space {
             Space::Discrete => {
                 on_isa!(isa, discrete(arrivals: &mut Arrivals, landings: &Landings, len: usize, hits: &Hits, survival: &[u64; WIDTH], point: &[u64; WIDTH]));
@@ -61,7 +61,7 @@ impl Arrivals {
                 on_isa!(isa, continuous(arrivals: &mut Arrivals, landings: &Landings, len: usize, hits: &Hits, survival: &[u64; WIDTH]));
             }
         }
-        if scene.landings.rows {
+        if scene.parts.landings.has_rows() {
             self.locate_in_rows(scene.surfaces(), space, len, hits, point);
         }
     }
@@ -103,19 +103,14 @@ fn discrete<R: Real>(
     point: &[u64; WIDTH],
 ) {
     for first in (0..len.min(WIDTH)).step_by(R::N) {
-        let (cell, [_, _, inverse_u, inverse_v, _, _, _, kind]) =
-            arrive::<R>(arrivals, landings, first, hits, survival);
-        let ([r, s], half, one) = (R::load_halves(&point[first..]), R::splat(0.5), R::splat(1.0));
-        let (r, s) = ((r + half) * R::splat(UNIT_32), (s + half) * R::splat(UNIT_32));
-        // The unit square is folded on its diagonal.
-        let folded = R::splat(PARALLELOGRAM).lt(kind) & one.le(r + s);
-        let (r, s) = (R::select(folded, one - r, r), R::select(folded, one - s, s));
-        ((cell[0] + r) * inverse_u).store(&mut arrivals.uv[0][first..]);
-        ((cell[1] + s) * inverse_v).store(&mut arrivals.uv[1][first..]);
+        let (landing, cell) = arrive::<R>(arrivals, landings, first, hits, survival);
+        let uv = landing.point_in(cell, units(&point[first..]));
+        uv[0].store(&mut arrivals.uv[0][first..]);
+        uv[1].store(&mut arrivals.uv[1][first..]);
     }
 }
 
-/// Continuous walks go on from where they are, but strictly inside the surface (see [`Surface::inside`]).
+/// Continuous walks go on from where they are, but strictly inside the surface.
 #[inline(always)]
 fn continuous<R: Real>(
     arrivals: &mut Arrivals,
@@ -124,21 +119,15 @@ fn continuous<R: Real>(
     hits: &Hits,
     survival: &[u64; WIDTH],
 ) {
-    let (least, most) = (R::splat(EDGE), R::splat(1.0 - EDGE));
     for first in (0..len.min(WIDTH)).step_by(R::N) {
-        let (_, [.., kind]) = arrive::<R>(arrivals, landings, first, hits, survival);
-        let (u, v) = (R::load(&hits.uv[0][first..]).max(least), R::load(&hits.uv[1][first..]).max(least));
-        let (u, v) = (R::select(most.lt(u), most, u), R::select(most.lt(v), most, v));
-        let excess = u + v - most;
-        let outside = R::splat(PARALLELOGRAM).lt(kind) & R::splat(0.0).lt(excess);
-        let step = R::select(outside, excess, R::splat(0.0));
-        let in_u = v.lt(u);
-        R::select(in_u, u - step, u).store(&mut arrivals.uv[0][first..]);
-        R::select(in_u, v, v - step).store(&mut arrivals.uv[1][first..]);
+        let (landing, _) = arrive::<R>(arrivals, landings, first, hits, survival);
+        let uv = landing.inside(hits.uv.each_ref().map(|row| R::load(&row[first..])));
+        uv[0].store(&mut arrivals.uv[0][first..]);
+        uv[1].store(&mut arrivals.uv[1][first..]);
     }
 }
 
-/// Face, activity and survival of N arrivals; returns their cells, as numbers along u and v, and landings.
+/// Face, activity and survival of N arrivals; returns their landings and cells, as numbers along u and v.
 #[inline(always)]
 fn arrive<R: Real>(
     arrivals: &mut Arrivals,
@@ -146,26 +135,14 @@ fn arrive<R: Real>(
     first: usize,
     hits: &Hits,
     survival: &[u64; WIDTH],
-) -> ([R; 2], [R; 8]) {
-    let landing = R::rows(&landings.table, &hits.surface[first..]);
-    let [nu, nv, _, _, first_face, threshold, back, _] = landing;
-    let cell = [grid_step(R::load(&hits.uv[0][first..]), nu), grid_step(R::load(&hits.uv[1][first..]), nv)];
-    let (facing, zero) = (R::load(&hits.facing[first..]), R::splat(0.0));
-    let side = R::select(facing.lt(zero), back, zero);
-    (cell[0] * nv + cell[1] + first_face + side).store_u32(&mut arrivals.face[first..]);
-    let none = R::splat(f64::from(Hits::NONE));
-    let met = R::load_u32(&hits.surface[first..]).ne(none);
+) -> (Landing<R>, [R; 2]) {
+    let landing = Landing::<R>::each(landings, &hits.surface[first..]);
+    let cell = landing.cell_at(hits.uv.each_ref().map(|row| R::load(&row[first..])));
+    let facing = R::load(&hits.facing[first..]);
+    landing.face(cell, facing).store_u32(&mut arrivals.face[first..]);
+    let met = R::load_u32(&hits.surface[first..]).ne(R::splat(f64::from(Hits::NONE)));
     arrivals.met.add(first, R::bits(met));
-    // Above 0: the front, or a back that is active.
-    let activity = facing + back + back;
-    arrivals.active.add(first, R::bits(met & zero.lt(activity)));
-    arrivals.survives.add(first, R::bits(R::below(&survival[first..], threshold)));
-    (cell, landing)
-}
-
-/// The step of an n-step division of [0, 1] that holds x; x may exceed the interval by a rounding error.
-#[inline(always)]
-fn grid_step<R: Real>(x: R, n: R) -> R {
-    let step = (x * n).floor();
-    R::select(step.lt(n), step, n - R::splat(1.0)).max(R::splat(0.0))
+    arrivals.active.add(first, R::bits(met & landing.is_active(facing)));
+    arrivals.survives.add(first, R::bits(landing.survives(&survival[first..])));
+    (landing, cell)
 }

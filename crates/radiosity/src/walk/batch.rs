@@ -1,4 +1,4 @@
-//! The walk, as the papers write it, many side by side.
+//! The walk of [`super::plain`], many side by side.
 //!
 //! A batch of walks goes through the same verbs, one verb at a time for all of them: leave, trace, arrive, survive or
 //! die, score. A walk that ends makes room for the next one. Each draws from its own place in the sequence, so that
@@ -58,10 +58,10 @@ pub(crate) fn walk_each<N: Numbers + Clone, const C: usize>(
     estimator: &mut impl Scorer<C>,
 ) -> Counts {
     let counts = Counts::default();
-    let mut newborns = Newborns::new(scene.isa, births, numbers.clone(), starts);
+    let mut newborns = Newborns::new(scene.parts.isa, births, numbers.clone(), starts);
     let generators = numbers.clone();
     let mut walker = Box::new(Walker {
-        isa: scene.isa,
+        isa: scene.parts.isa,
         scene,
         space,
         estimator,
@@ -111,7 +111,7 @@ impl<'a, N: Numbers, I: Iterator<Item = N::Place>> Newborns<'a, N, I> {
             self.generators.set(self.len, &walk);
             self.len += 1;
         }
-        self.generators.draw(self.isa, &mut self.draws);
+        self.generators.births(self.isa, &mut self.draws);
     }
 
     /// Where it is born and the weights it sets out with.
@@ -146,14 +146,15 @@ impl<N: Numbers, E: Scorer<C>, F: Fate<C>, const C: usize> Walker<'_, N, E, F, C
             self.len += 1;
         }
         while self.len > 0 {
-            self.departures.leave(self.isa, &self.scene.frames, self.len, &mut rays);
+            let parts = &*self.scene.parts;
+            self.departures.leave(self.isa, &parts.frames, self.len, &mut rays);
             self.counts.rays += self.len as u64;
-            self.scene.index.closest_hits(&self.scene.facets, &rays, &mut scratch, &mut hits);
+            parts.index.closest_hits(&parts.facets, &rays, &mut scratch, &mut hits);
             let met = &hits.surface[..self.len];
-            self.scene.landings.expect(met);
-            self.scene.frames.expect(met);
+            parts.landings.expect(met);
+            parts.frames.expect(met);
             // Draws of each arrival: survival, point (discrete walks), direction.
-            self.generators.draw(self.isa, &mut draws);
+            self.generators.arrivals(self.isa, &mut draws);
             arrivals.locate(self.isa, self.scene, self.space, self.len, &hits, &draws);
             self.estimator.expect(&arrivals.face[..self.len]);
             let (outcome, ended) = self.decide(&hits, &arrivals);
@@ -287,8 +288,8 @@ impl Counts {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::random::rng::WalkRng;
-    use crate::{Birth, Ray, Scoreboard, Shape, Sides, SurfaceSpec};
+    use crate::walk::plain;
+    use crate::{Birth, Scoreboard, Shape, Sides, SurfaceSpec};
     use crate::{Direction, Estimator, Experiment, IndexChoice, InfiniteEnd, SceneSpec, Score, Tally, Walks};
     use glam::DVec3;
 
@@ -380,36 +381,6 @@ mod tests {
         board.take().unwrap()
     }
 
-    /// One walk after the other, as the papers write it: the patches that each arrives at.
-    fn plain_walk(scene: &Scene, space: Space, mut rng: WalkRng) -> Vec<u32> {
-        let ([choice, cell], mut path) = ([rng.bits(), rng.bits()], Vec::new());
-        let (Origin { surface, cell, side }, _) = scene.emitters().choose::<1>([choice, cell]);
-        let uv = scene.surfaces()[surface as usize].point_in_cell(cell, rng.pair());
-        let mut departure = (surface, side, uv);
-        loop {
-            let (from, side, uv) = departure;
-            let surface = &scene.surfaces()[from as usize];
-            let direction = surface.direction(side, rng.bits());
-            let ray = Ray { origin: surface.point(uv), direction, from };
-            let Some(hit) = scene.closest_hit(&ray) else { return path };
-            let surface = &scene.surfaces()[hit.surface as usize];
-            if !surface.is_active(hit.side) {
-                return path;
-            }
-            let cell = surface.cell_at(hit.uv);
-            path.push(surface.face(cell, hit.side));
-            let (survives, point) = (surface.survives(rng.bits()), rng.pair());
-            if !survives {
-                return path;
-            }
-            let uv = match space {
-                Space::Discrete => surface.point_in_cell(cell, point),
-                Space::Continuous => surface.inside(hit.uv),
-            };
-            departure = (hit.surface, hit.side, uv);
-        }
-    }
-
     #[test]
     fn walks_side_by_side_are_plain_walks() {
         for (spec, index) in [
@@ -421,16 +392,32 @@ mod tests {
         ] {
             for space in [Space::Discrete, Space::Continuous] {
                 let scene = Scene::build(&spec, index).unwrap();
-                let mut board = Scoreboard::<u64, (), 1, 2>::new(scene.faces().len());
-                for walk in Sequence::new(7).walks_from(5).take(4_000) {
-                    board.add_path(&plain_walk(&scene, space, walk), |_| [1]);
+                for estimator in [Estimator::Collision, Estimator::Absorption, Estimator::Survival] {
+                    let scores = |survives: bool| match estimator {
+                        Estimator::Absorption => !survives,
+                        Estimator::Survival => survives,
+                        _ => true,
+                    };
+                    let mut board = Scoreboard::<u64, (), 1, 2>::new(scene.faces().len());
+                    let mut counts = Counts::default();
+                    for rng in Sequence::new(7).walks_from(5).take(4_000) {
+                        let mut scored = Vec::new();
+                        let end = plain::walk(&scene, space, rng, |face, survives| {
+                            counts.rays += 1;
+                            scored.extend(scores(survives).then_some(face));
+                        });
+                        counts.walks += 1;
+                        // A ray that meets no active side makes no arrival.
+                        counts.rays += u64::from(end != WalkEnd::Absorbed);
+                        counts.end(end, [1.0]);
+                        board.add_path(&scored, |_| [1]);
+                    }
+                    let method = Walks { space, ..Walks::shooting(estimator) };
+                    let tally = tally(scene.clone(), &method);
+                    let plain = board.take().unwrap();
+                    assert_eq!(tally.sums(), plain.sums(), "{estimator:?}, {space:?}, {index:?}");
+                    assert_eq!(tally.counts, counts, "{estimator:?}, {space:?}, {index:?}");
                 }
-                let method = Walks { space, ..Walks::shooting(Estimator::Collision) };
-                assert_eq!(
-                    tally(scene, &method).sums(),
-                    board.take().unwrap().sums(),
-                    "{space:?}, {index:?}"
-                );
             }
         }
     }

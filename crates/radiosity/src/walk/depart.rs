@@ -1,6 +1,6 @@
 //! Rays that leave surfaces: points from local coordinates, directions from random bits, many side by side.
 
-use crate::geometry::frame::Frames;
+use crate::geometry::frame::{Frame, Frames};
 use crate::random::sampling::cosine_directions;
 use crate::simd::batch::WIDTH;
 use crate::simd::isa::{Isa, on_isa};
@@ -45,27 +45,16 @@ impl Departures {
     }
 }
 
-/// [`Surface::point`] and [`Surface::to_scene`], operation by operation.
 #[inline(always)]
 fn leave<R: Real>(departures: &Departures, frames: &Frames, rays: &mut Rays) {
     for first in (0..rays.len.min(WIDTH)).step_by(R::N) {
-        let frame = R::rows(frames, &departures.surface[first..]);
-        let (corner, edges, tangent, normal) =
-            (&frame[0..3], [&frame[3..6], &frame[6..9]], &frame[9..12], &frame[12..15]);
-        let bitangent = cross(normal, tangent);
-        let [x, y, z] = cosine_directions::<R>(&departures.direction[first..]);
-        let z = z * R::load(&departures.facing[first..]);
-        let (u, v) = (R::load(&departures.uv[0][first..]), R::load(&departures.uv[1][first..]));
+        let frame = Frame::<R>::each(frames, &departures.surface[first..]);
+        let facing = R::load(&departures.facing[first..]);
+        let direction = frame.direction(facing, cosine_directions::<R>(&departures.direction[first..]));
+        let origin = frame.point(departures.uv.each_ref().map(|row| R::load(&row[first..])));
         for axis in 0..3 {
-            let direction = tangent[axis] * x + bitangent[axis] * y + normal[axis] * z;
-            direction.store(&mut rays.direction[axis][first..]);
-            let origin = corner[axis] + edges[0][axis] * u + edges[1][axis] * v;
-            origin.store(&mut rays.origin[axis][first..]);
+            direction[axis].store(&mut rays.direction[axis][first..]);
+            origin[axis].store(&mut rays.origin[axis][first..]);
         }
     }
-}
-
-#[inline(always)]
-fn cross<R: Real>(a: &[R], b: &[R]) -> [R; 3] {
-    [a[1] * b[2] - b[1] * a[2], a[2] * b[0] - b[2] * a[0], a[0] * b[1] - b[0] * a[1]]
 }

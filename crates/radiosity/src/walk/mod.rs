@@ -1,10 +1,12 @@
-//! Walks: many side by side through the same verbs, leave, trace, arrive, survive or die, score.
+//! Walks: one as the papers write it ([`plain`]), and many side by side through the same verbs ([`batch`]): leave, trace,
+//! arrive, survive or die, score.
 
 pub(crate) mod arrive;
 pub(crate) mod batch;
 pub(crate) mod depart;
 pub(crate) mod estimator;
 pub(crate) mod fate;
+pub(crate) mod plain;
 pub(crate) mod score;
 
 use serde::{Deserialize, Serialize};

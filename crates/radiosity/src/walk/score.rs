@@ -19,7 +19,7 @@ pub(crate) const fn fixed_units(moments: usize) -> f64 {
 }
 
 /// Scores the events of a batch of walks, C channels at a time.
-pub trait Scorer<const C: usize> {
+pub(crate) trait Scorer<const C: usize> {
     /// Walk `lane` was born on face `birth`.
     fn begin(&mut self, lane: usize, birth: u32);
     /// The walks have arrived on these faces with these weights, and this became of them.
@@ -34,7 +34,7 @@ pub trait Scorer<const C: usize> {
 
 /// The faces that a walk scored on, and what: units U each.
 #[derive(Clone, Debug)]
-pub struct Path<U> {
+pub(crate) struct Path<U> {
     faces: Vec<u32>,
     units: Vec<U>,
 }

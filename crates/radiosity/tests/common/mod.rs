@@ -9,7 +9,7 @@ use radiosity::{
     Spectrum, SurfaceSpec, Tally, Walks,
 };
 
-pub fn surface(shape: Shape, reflectance: f64) -> SurfaceSpec {
+pub(crate) fn surface(shape: Shape, reflectance: f64) -> SurfaceSpec {
     SurfaceSpec {
         name: None,
         shape,
@@ -21,12 +21,12 @@ pub fn surface(shape: Shape, reflectance: f64) -> SurfaceSpec {
 }
 
 /// A parallelogram c, c + u, c + v.
-pub fn quad(c: DVec3, u: DVec3, v: DVec3, cells: [u32; 2]) -> Shape {
+pub(crate) fn quad(c: DVec3, u: DVec3, v: DVec3, cells: [u32; 2]) -> Shape {
     Shape::Parallelogram { corner: c, corner_u: c + u, corner_v: c + v, cells }
 }
 
 /// The shape with its front on the other side.
-pub fn flipped(shape: Shape) -> Shape {
+pub(crate) fn flipped(shape: Shape) -> Shape {
     match shape {
         Shape::Parallelogram { corner, corner_u, corner_v, cells: [nu, nv] } => {
             Shape::Parallelogram { corner, corner_u: corner_v, corner_v: corner_u, cells: [nv, nu] }
@@ -36,7 +36,7 @@ pub fn flipped(shape: Shape) -> Shape {
 }
 
 /// The six walls of a box from 0 to `size`, facing inwards: z low, z high, y low, y high, x low, x high.
-pub fn box_walls(size: DVec3, cells: [u32; 2]) -> Vec<Shape> {
+pub(crate) fn box_walls(size: DVec3, cells: [u32; 2]) -> Vec<Shape> {
     let DVec3 { x, y, z } = size;
     let (ex, ey, ez) = (DVec3::X * x, DVec3::Y * y, DVec3::Z * z);
     vec![
@@ -50,7 +50,7 @@ pub fn box_walls(size: DVec3, cells: [u32; 2]) -> Vec<Shape> {
 }
 
 /// A closed box with the reflectances of S97 fig. 2 (0.3 … 0.8 by wall), cell 0 of the first wall emitting.
-pub fn box_scene(size: DVec3, cells: [u32; 2]) -> SceneSpec {
+pub(crate) fn box_scene(size: DVec3, cells: [u32; 2]) -> SceneSpec {
     let mut surfaces: Vec<SurfaceSpec> = box_walls(size, cells)
         .into_iter()
         .zip([0.3, 0.4, 0.5, 0.6, 0.7, 0.8])
@@ -61,14 +61,14 @@ pub fn box_scene(size: DVec3, cells: [u32; 2]) -> SceneSpec {
 }
 
 /// The 54-patch cube of S97 fig. 2: its emitter is the patch in the middle of the first face.
-pub fn cube54() -> SceneSpec {
+pub(crate) fn cube54() -> SceneSpec {
     let mut scene = box_scene(DVec3::ONE, [3, 3]);
     scene.surfaces[0].cell_emittance = vec![(4, 1.0.into())];
     scene
 }
 
 /// Moves every corner of a scene.
-pub fn map_corners(scene: &SceneSpec, map: impl Fn(DVec3) -> DVec3) -> SceneSpec {
+pub(crate) fn map_corners(scene: &SceneSpec, map: impl Fn(DVec3) -> DVec3) -> SceneSpec {
     let shape = |shape: &Shape| match *shape {
         Shape::Parallelogram { corner, corner_u, corner_v, cells } => Shape::Parallelogram {
             corner: map(corner),
@@ -83,12 +83,12 @@ pub fn map_corners(scene: &SceneSpec, map: impl Fn(DVec3) -> DVec3) -> SceneSpec
 }
 
 /// An irregular rotation.
-pub fn rotation() -> DMat3 {
+pub(crate) fn rotation() -> DMat3 {
     DMat3::from_rotation_z(0.7) * DMat3::from_rotation_x(1.1) * DMat3::from_rotation_y(-0.4)
 }
 
 /// A closed mesh: an icosahedron divided `levels` times, pushed onto a bumpy sphere, facing inwards.
-pub fn bumpy_sphere(levels: u32, rows: u32) -> SceneSpec {
+pub(crate) fn bumpy_sphere(levels: u32, rows: u32) -> SceneSpec {
     let phi = 0.5 * (1.0 + 5f64.sqrt());
     let vertex = |x: f64, y: f64, z: f64| DVec3::new(x, y, z).normalize();
     let v = [
@@ -148,17 +148,17 @@ pub fn bumpy_sphere(levels: u32, rows: u32) -> SceneSpec {
 }
 
 /// Collision shooting.
-pub fn collision(space: Space) -> Walks {
+pub(crate) fn collision(space: Space) -> Walks {
     Walks { space, ..Walks::shooting(EstimatorKind::Collision) }
 }
 
 /// A scene with a method.
-pub fn experiment(spec: &SceneSpec, index: IndexChoice, method: impl Into<Method>) -> Experiment {
+pub(crate) fn experiment(spec: &SceneSpec, index: IndexChoice, method: impl Into<Method>) -> Experiment {
     Experiment::new(Scene::build(spec, index).unwrap(), method).unwrap()
 }
 
 /// The tally of some walks, with M power sums.
-pub fn walk<const M: usize>(experiment: &Experiment, seed: u64, walks: Range<u64>) -> Tally {
+pub(crate) fn walk<const M: usize>(experiment: &Experiment, seed: u64, walks: Range<u64>) -> Tally {
     let sequence = Sequence::new(seed);
     let mut board = experiment.board::<M>();
     let mut tally = experiment.tally::<M>();

@@ -53,7 +53,7 @@ impl BinaryTree {
     }
 }
 
-/// A box that holds every point of a facet, as [`crate::trace::facet::Facet::meet`] computes them. In exact arithmetic the
+/// A box that holds every point of a facet, as [`crate::trace::meet`] computes them. In exact arithmetic the
 /// facet is its surface grown by `slack`; rounding moves its edges by some 2⁻⁵² of the coordinates, 2⁻⁶ of the
 /// slack, perpendicular to themselves, which at the tip of a sliver is a long way along it: hence the outline
 /// of twice the slack. A point is within `slack` of the plane, and the plane of a stack within two of the surface; the

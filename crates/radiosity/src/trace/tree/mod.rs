@@ -6,12 +6,13 @@
 mod binary;
 mod build;
 mod layout;
+mod scratch;
 mod wavefront;
 
 pub(crate) use crate::simd::sixteen::LANES as WIDTH;
 pub(crate) use binary::BinaryTree;
 pub(crate) use layout::Tree;
-pub(crate) use wavefront::Scratch;
+pub(crate) use scratch::Scratch;
 
 #[cfg(test)]
 mod tests;

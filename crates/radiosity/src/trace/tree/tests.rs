@@ -88,10 +88,10 @@ fn unit(ray: &Ray) -> Ray {
 }
 
 fn assert_agrees(name: &str, spec: &SceneSpec) {
-    let mut scene = Scene::build(spec, IndexChoice::Tree).unwrap();
+    let scene = Scene::build(spec, IndexChoice::Tree).unwrap();
     let rays = rays(&scene, 3_000);
-    let (surfaces, facets) = (scene.surfaces().to_vec(), scene.facets.clone());
-    let Index::Tree(tree) = &mut scene.index else { panic!("a tree was asked for") };
+    let (surfaces, facets) = (scene.surfaces().to_vec(), scene.parts.facets.clone());
+    let Index::Tree(mut tree) = scene.parts.index.clone() else { panic!("a tree was asked for") };
     let (mut scratch, mut hits) = (Box::default(), Hits::default());
     let flat = |isa| Flat::new(isa, &surfaces, &facets);
     let every = Index::Flat(flat(Isa::Portable));
@@ -175,7 +175,7 @@ fn the_plane_of_a_wall_is_the_answer_but_where_there_is_a_hole() {
     let room = room_with_two_holes();
     let walls = |spec: &SceneSpec| {
         let scene = Scene::build(spec, IndexChoice::Flat).unwrap();
-        let found = |isa| Flat::new(isa, scene.surfaces(), &scene.facets).walls();
+        let found = |isa| Flat::new(isa, scene.surfaces(), &scene.parts.facets).walls();
         Isa::available().into_iter().filter(|&isa| isa != Isa::Portable).map(found).collect::<Vec<_>>()
     };
     for (name, spec) in [
@@ -206,12 +206,16 @@ fn a_start_within_the_slack_of_a_plane_is_on_it_side_by_side_too() {
     let spec = mapped(&[quad(DVec3::X, DVec3::Y), quad(DVec3::Y, DVec3::Z)], |p| p + DVec3::splat(1e9));
     let scene = Scene::build(&spec, IndexChoice::Flat).unwrap();
     let wall = &scene.surfaces()[1];
-    let behind = wall.point([0.5, 0.0]) - 0.5 * scene.facets.slack() * wall.normal();
+    let behind = wall.point([0.5, 0.0]) - 0.5 * scene.parts.facets.slack() * wall.normal();
     let ray = Ray { origin: behind, direction: DVec3::new(-0.6, 0.0, 0.8), from: 0 };
     for isa in Isa::available() {
         let (mut batch, mut hits) = (Rays::default(), Hits::default());
         batch.push(&ray);
-        Flat::new(isa, scene.surfaces(), &scene.facets).closest_hits(&scene.facets, &batch, &mut hits);
+        Flat::new(isa, scene.surfaces(), &scene.parts.facets).closest_hits(
+            &scene.parts.facets,
+            &batch,
+            &mut hits,
+        );
         assert_eq!(hits.get(0), scene.closest_hit(&ray), "{isa:?}");
         assert_eq!(hits.get(0).map(|hit| (hit.surface, hit.t)), Some((1, 0.0)));
     }

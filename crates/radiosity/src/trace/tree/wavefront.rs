@@ -6,308 +6,21 @@
 //! depends on the ray; the item that a ray comes to next is fetched into the cache while the others take their step.
 //!
 //! All of it is f32 and only culls. A facet that a ray might meet, as far as f32 can tell, becomes a candidate;
-//! the candidates that are left are met in f64 by [`Facets::meet`], so the answer is the same as without a tree.
+//! the candidates that are left are met in f64 by [`meet_alone`], so the answer is the same as without a tree.
 
 use std::hint::select_unpredictable;
 
 use super::layout::{CHILDREN, Item, LEAF_LINES, Leaf, NODE_LINES, Tree, node_at};
+use super::scratch::{
+    ACTIVE, CANDIDATES, Flight, Gate, Queues, ROUNDING, Scratch, Step, quad, quad_mut, row, row_mut,
+};
 use crate::simd::batch::WIDTH;
-use crate::simd::isa::Isa;
+use crate::simd::isa::{Kernel, Simd};
 use crate::simd::prefetch::prefetch;
-#[cfg(target_arch = "x86_64")]
-use crate::simd::sixteen::{Avx2, Avx512};
-use crate::simd::sixteen::{GROUP, GROUPS, LANES, Lanes, Portable, Quad, Row, lane_of, value_of};
+use crate::simd::sixteen::{GROUP, GROUPS, LANES, Lanes, lane_of};
 use crate::trace::facet::Facets;
-use crate::trace::meet::meet_each;
+use crate::trace::meet::{Best, meet_alone, meet_each};
 use crate::trace::ray::{Hit, Hits, Ray, Rays};
-
-/// Rays under way at once. More hide more latency, until they do not fit the first-level cache.
-const ACTIVE: usize = 32;
-
-/// Candidates that a ray can hold: a row of them, and what one leaf may add.
-const CANDIDATES: usize = LANES + GROUP;
-
-/// Half the distance from 1 to the next f32: the largest relative error of one operation.
-const ROUNDING: f32 = 0.5 * f32::EPSILON;
-
-/// A batch of rays as the tree sees them, in tree coordinates.
-#[derive(Clone, Debug)]
-struct Forms {
-    origin: [[f32; WIDTH]; 3],
-    direction: [[f32; WIDTH]; 3],
-    inverse: [[f32; WIDTH]; 3],
-    /// Of the planes by which the ray enters a box and leaves it: t = plane · inverse − this, as early or as
-    /// late as rounding could make it.
-    enter: [[f32; WIDTH]; 3],
-    leave: [[f32; WIDTH]; 3],
-    /// Whether it enters by the upper plane.
-    downwards: [[bool; WIDTH]; 3],
-    /// The part of the uncertainty of t, times |n·d|, that does not grow with t.
-    uncertainty: [f32; WIDTH],
-}
-
-/// A ray under way as nodes see it: a cache line, with the fields of [`Forms`].
-#[derive(Clone, Copy, Debug, Default)]
-#[repr(C, align(64))]
-struct Gate {
-    inverse: [f32; 3],
-    enter: [f32; 3],
-    leave: [f32; 3],
-    downwards: [bool; 3],
-}
-
-/// A ray under way as leaves see it.
-#[derive(Clone, Copy, Debug, Default)]
-struct Flight {
-    /// The origin, and the uncertainty of [`Forms`].
-    start: Quad,
-    /// The direction, and a parameter that the nearest hit cannot exceed.
-    way: Quad,
-    /// The bits of the surface that it leaves, four times.
-    from: Quad,
-}
-
-impl Flight {
-    const UNCERTAINTY: usize = 3;
-    const BEST: usize = 3;
-
-    #[inline(always)]
-    fn best(&self) -> f32 {
-        self.way[Self::BEST]
-    }
-}
-
-impl Forms {
-    /// Prepares a batch.
-    ///
-    /// With e = [`ROUNDING`], O the origin, d the direction (|d| ≤ 1) and m a plane of a box, |m| ≤ 1: `inverse` is 1/d
-    /// within 2.01 e, so m · `inverse` is m/d within 3.1 e |m/d|, and `middle`, of an origin that was itself
-    /// rounded, O/d within 5.2 e |O/d|; adding `error` and the last subtraction err by e (|m| + 2 |O|)/|d| more,
-    /// fused or not. In all that is less than 8 e (|O| + 1)/|d|, and `error` is at least that. A component below
-    /// 2⁻⁴⁰ is replaced: on the way to a hit, of length |O| + √3 at most, that moves the ray by less than
-    /// 2⁻³⁷ (|O| + 2), which the unused part of `error`, 8 e for each length of 1, covers too.
-    #[inline(always)]
-    #[expect(
-        clippy::needless_range_loop,
-        reason = "lane by lane over many arrays: this is what gets vectorised"
-    )]
-    fn set(&mut self, rays: &Rays, tree: &Tree) {
-        let len = rays.len;
-        let mut reach = [2.0; WIDTH];
-        for axis in 0..3 {
-            for i in 0..len {
-                let origin = (rays.origin[axis][i] * tree.scale) as f32;
-                self.origin[axis][i] = origin;
-                self.direction[axis][i] = rays.direction[axis][i] as f32;
-                reach[i] += origin.abs();
-            }
-        }
-        for i in 0..len {
-            self.uncertainty[i] = 30.0 * ROUNDING * reach[i] + 2.0 * tree.slack;
-        }
-        for axis in 0..3 {
-            for i in 0..len {
-                const LEAST: f32 = 1.0 / (1_u64 << 40) as f32;
-                let direction = self.direction[axis][i];
-                let inverse = 1.0 / direction.abs().max(LEAST).copysign(direction);
-                let middle = self.origin[axis][i] * inverse;
-                let error = 8.0 * ROUNDING * reach[i] * inverse.abs();
-                self.inverse[axis][i] = inverse;
-                self.downwards[axis][i] = inverse < 0.0;
-                self.enter[axis][i] = middle + error;
-                self.leave[axis][i] = middle - error;
-            }
-        }
-    }
-}
-
-/// What rays have left to visit and might meet. Slot s of a wavefront has the s-th part of each array.
-#[derive(Clone, Debug)]
-pub(crate) struct Scratch {
-    forms: Forms,
-    gates: [Gate; ACTIVE],
-    flights: [Flight; ACTIVE],
-    stacks: Stacks,
-    queues: Queues,
-    candidates: [Candidates; ACTIVE],
-    /// The candidates that are left at the end.
-    finalists: Finalists,
-}
-
-impl Default for Scratch {
-    fn default() -> Self {
-        Scratch {
-            forms: Forms {
-                origin: [[0.0; WIDTH]; 3],
-                direction: [[0.0; WIDTH]; 3],
-                inverse: [[0.0; WIDTH]; 3],
-                enter: [[0.0; WIDTH]; 3],
-                leave: [[0.0; WIDTH]; 3],
-                downwards: [[false; WIDTH]; 3],
-                uncertainty: [0.0; WIDTH],
-            },
-            gates: [Gate::default(); ACTIVE],
-            flights: [Flight::default(); ACTIVE],
-            stacks: Stacks::default(),
-            queues: Queues::default(),
-            candidates: [Candidates::default(); ACTIVE],
-            finalists: Finalists::default(),
-        }
-    }
-}
-
-/// The items that each ray has yet to visit, with the parameter at which it enters them.
-#[derive(Clone, Debug, Default)]
-struct Stacks {
-    enter: Vec<f32>,
-    items: Vec<f32>,
-    /// Entries of one ray.
-    stride: usize,
-    /// The first free entry of each.
-    top: [usize; ACTIVE],
-}
-
-impl Stacks {
-    /// Where a stack begins: a whole window above entries that no ray enters.
-    const BOTTOM: usize = LANES;
-    /// From here on the last item is the next, whatever its distance.
-    const HIGH: usize = Self::BOTTOM + 4 * LANES;
-
-    /// Makes room for a tree of some levels: a node's children replace it, and a row is written whole.
-    fn fit(&mut self, levels: usize) {
-        let stride = Self::HIGH + (LANES - 1) * levels + 2 * LANES;
-        if stride != self.stride {
-            self.stride = stride;
-            self.enter = vec![f32::NAN; ACTIVE * stride];
-            self.items = vec![0.0; ACTIVE * stride];
-        }
-    }
-
-    fn clear(&mut self, slot: usize) {
-        self.top[slot] = slot * self.stride + Self::BOTTOM;
-    }
-
-    /// Adds the lanes of a node's children whose bits are set.
-    #[inline(always)]
-    fn push<L: Lanes>(&mut self, slot: usize, bits: u32, enter: L, children: L) {
-        let top = self.top[slot];
-        enter.compress(bits, row_mut(&mut self.enter, top));
-        children.compress(bits, row_mut(&mut self.items, top));
-        self.top[slot] = top + bits.count_ones() as usize;
-    }
-
-    /// The nearest of the last sixteen entries, if the ray enters it by `best`; else `Item::DONE`, which those above
-    /// then are.
-    #[inline(always)]
-    fn pop<L: Lanes>(&mut self, slot: usize, best: f32) -> Item {
-        let last = self.top[slot] - 1;
-        let window = last + 1 - LANES;
-        let key = L::load(row(&self.enter, window)).least_key();
-        let high = last >= slot * self.stride + Self::HIGH;
-        let at = select_unpredictable(high, last, window + lane_of(key));
-        let live = high | (value_of(key) <= best.to_bits());
-        // The last one fills the gap.
-        let item = Item(self.items[at].to_bits());
-        self.enter[at] = self.enter[last];
-        self.items[at] = self.items[last];
-        self.top[slot] = last + usize::from(!live);
-        select_unpredictable(live, item, Item::new(Item::DONE, 0))
-    }
-
-    /// Forgets the last sixteen entries, which are too far; whether there are others.
-    #[inline(always)]
-    fn skip(&mut self, slot: usize) -> bool {
-        self.top[slot] -= LANES;
-        self.top[slot] > slot * self.stride + Self::BOTTOM
-    }
-}
-
-/// Rays by the kind of their next item.
-#[derive(Clone, Debug)]
-struct Queues {
-    steps: [[Step; ACTIVE]; Item::KINDS],
-    lens: [usize; Item::KINDS],
-}
-
-impl Default for Queues {
-    fn default() -> Self {
-        let none = Step { slot: 0, ray: 0, item: Item::new(Item::DONE, 0) };
-        Queues { steps: [[none; ACTIVE]; Item::KINDS], lens: [0; Item::KINDS] }
-    }
-}
-
-impl Queues {
-    #[inline(always)]
-    fn push(&mut self, step: Step) {
-        let kind = step.item.kind();
-        let len = self.lens[kind];
-        // A ray is in one queue at a time, so there is room.
-        self.steps[kind][len % ACTIVE] = step;
-        self.lens[kind] = len + 1;
-    }
-}
-
-#[derive(Clone, Copy, Debug)]
-#[repr(C, align(8))]
-struct Step {
-    slot: u16,
-    ray: u16,
-    item: Item,
-}
-
-/// Facets that a ray might meet, with the least parameter at which.
-#[derive(Clone, Copy, Debug, Default)]
-struct Candidates {
-    t: [f32; CANDIDATES],
-    surface: [f32; CANDIDATES],
-    len: usize,
-}
-
-/// The surfaces that rays might meet.
-#[derive(Clone, Debug)]
-struct Finalists {
-    /// One for each ray.
-    one: [u32; WIDTH],
-    /// The others, hardly any: rays and surfaces, bits side by side.
-    rays: Vec<f32>,
-    surfaces: Vec<f32>,
-    len: usize,
-}
-
-impl Default for Finalists {
-    fn default() -> Self {
-        Finalists { one: [Hits::NONE; WIDTH], rays: vec![], surfaces: vec![], len: 0 }
-    }
-}
-
-impl Finalists {
-    fn clear(&mut self) {
-        self.len = 0;
-        self.rays.resize(LANES * (WIDTH + 1), 0.0);
-        self.surfaces.resize(LANES * (WIDTH + 1), 0.0);
-    }
-}
-
-#[inline(always)]
-fn row(values: &[f32], start: usize) -> &Row {
-    values[start..start + LANES].try_into().expect("a row")
-}
-
-#[inline(always)]
-fn row_mut(values: &mut [f32], start: usize) -> &mut Row {
-    (&mut values[start..start + LANES]).try_into().expect("a row")
-}
-
-/// Group k of a row.
-#[inline(always)]
-fn quad(row: &Row, k: usize) -> &Quad {
-    row[GROUP * k..][..GROUP].try_into().expect("a group")
-}
-
-#[inline(always)]
-fn quad_mut(values: &mut [f32], start: usize) -> &mut Quad {
-    (&mut values[start..start + GROUP]).try_into().expect("a group")
-}
 
 /// The leaves that four rays have come to.
 struct Leaves<'a>([Leaf<'a>; GROUPS]);
@@ -331,16 +44,21 @@ impl Tree {
     /// The least (t, rank) among the facets that each ray meets. Directions must be between 1/4 and
     /// 1 + 10⁻⁹ long.
     pub(crate) fn closest_hits(&self, facets: &Facets, rays: &Rays, scratch: &mut Scratch, hits: &mut Hits) {
-        let call = Call { tree: self, facets, rays };
-        match self.isa {
-            Isa::Portable => call.run::<Portable>(scratch, hits),
-            #[cfg(target_arch = "x86_64")]
-            // SAFETY: `Isa::available` has found the instruction set.
-            Isa::Avx2 => unsafe { call.run_avx2(scratch, hits) },
-            #[cfg(target_arch = "x86_64")]
-            // SAFETY: `Isa::available` has found the instruction set.
-            Isa::Avx512 => unsafe { call.run_avx512(scratch, hits) },
-        }
+        self.isa.run(Batch { call: Call { tree: self, facets, rays }, scratch, hits });
+    }
+}
+
+/// A call and what it works with.
+struct Batch<'a> {
+    call: Call<'a>,
+    scratch: &'a mut Scratch,
+    hits: &'a mut Hits,
+}
+
+impl Kernel for Batch<'_> {
+    #[inline(always)]
+    fn run<S: Simd>(self) {
+        self.call.run::<S::Singles>(self.scratch, self.hits);
     }
 }
 
@@ -366,18 +84,6 @@ struct Call<'a> {
 }
 
 impl Call<'_> {
-    #[cfg(target_arch = "x86_64")]
-    #[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
-    fn run_avx2(&self, scratch: &mut Scratch, hits: &mut Hits) {
-        self.run::<Avx2>(scratch, hits);
-    }
-
-    #[cfg(target_arch = "x86_64")]
-    #[target_feature(enable = "avx512f,avx512vl,avx512dq,avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
-    fn run_avx512(&self, scratch: &mut Scratch, hits: &mut Hits) {
-        self.run::<Avx512>(scratch, hits);
-    }
-
     /// The whole batch: `ACTIVE` rays at once, the next one as soon as one is done.
     #[inline(always)]
     fn run<L: Lanes>(&self, scratch: &mut Scratch, hits: &mut Hits) {
@@ -415,7 +121,10 @@ impl Call<'_> {
         meet_each(self.tree.isa, self.facets, &scratch.finalists.one, self.rays, hits);
         for i in 0..scratch.finalists.len {
             let surface = scratch.finalists.surfaces[i].to_bits();
-            self.facets.meet_in(surface, self.rays, scratch.finalists.rays[i].to_bits() as usize, hits);
+            let ray = scratch.finalists.rays[i].to_bits() as usize;
+            let mut best = Best::of(self.facets, hits.get(ray));
+            meet_alone(self.facets, surface, &self.rays.get(ray), &mut best);
+            best.store(hits, ray);
         }
     }
 
@@ -513,7 +222,7 @@ impl Call<'_> {
     /// points of facets lie within √3 of the middle, and s the slack.
     /// - Rounding n and d and three products and sums: a = n·d errs by 5.1 e. Rounding O and the offset too,
     ///   h = offset − n·O errs by 6.1 e (|O| + √3), and s may lie between h and the distance that
-    ///   [`crate::trace::facet::Facet::meet`] takes as 0: together H = 7 e r + s, r = `reach` = |O|₁ + 2.
+    ///   [`crate::trace::meet`] takes as 0: together H = 7 e r + s, r = `reach` = |O|₁ + 2.
     /// - Where |a| > 16 e, the true |a| is at least |a|/2, and t = h/a errs by less than
     ///   2 (H + 9 e |t|)/|a| (the roundings of t itself are 3.1 e |t|).
     /// - The point O + t d errs by that and e (2 |O| + 3 |t|); u of it, by `steepness` times that, and by
@@ -583,11 +292,11 @@ impl Call<'_> {
     fn settle(&self, step: Step, scratch: &mut Scratch) {
         let (slot, ray) = (step.slot as usize, step.ray as usize);
         let candidates = &mut scratch.candidates[slot];
-        let mut nearest = None;
+        let mut nearest = Best::none();
         for surface in &candidates.surface[..std::mem::take(&mut candidates.len)] {
-            self.facets.meet(surface.to_bits(), &self.rays.get(ray), &mut nearest);
+            meet_alone(self.facets, surface.to_bits(), &self.rays.get(ray), &mut nearest);
         }
-        if let Some(hit) = nearest {
+        if let Some(hit) = nearest.hit() {
             let (best, t) = (&mut scratch.flights[slot].way[Flight::BEST], (hit.t * self.tree.scale) as f32);
             *best = best.min(t.next_up());
             candidates.t[0] = t.next_down();

@@ -1,0 +1,247 @@
+//! Sixteen f32 lanes side by side, or four groups of four, on each instruction set.
+//!
+//! All of this is culling: a lane may be rounded differently from one instruction set to the next (fused or
+//! not) without a trace in the answer, since `wavefront.rs` allows for either.
+
+#[cfg(target_arch = "x86_64")]
+mod avx2;
+#[cfg(target_arch = "x86_64")]
+mod avx512;
+
+#[cfg(target_arch = "x86_64")]
+pub(super) use avx2::Avx2;
+#[cfg(target_arch = "x86_64")]
+pub(super) use avx512::Avx512;
+
+/// Lanes of a vector: children of a node.
+pub(crate) const LANES: usize = 16;
+
+/// A vector in memory.
+pub(crate) type Row = [f32; LANES];
+
+/// Lanes of a group: facets of a leaf.
+pub(crate) const GROUP: usize = 4;
+
+/// Groups of a vector.
+pub(crate) const GROUPS: usize = LANES / GROUP;
+
+/// A group in memory.
+pub(crate) type Quad = [f32; GROUP];
+
+/// The bits of a key that number a lane.
+const LANE_BITS: u32 = LANES as u32 - 1;
+
+/// Sixteen f32 lanes. Comparisons with a NaN are false.
+pub(crate) trait Lanes: Copy {
+    /// A truth value for each lane.
+    type Mask: Copy;
+
+    fn splat(x: f32) -> Self;
+    fn load(row: &Row) -> Self;
+    /// A group of each.
+    fn groups(quads: [&Quad; GROUPS]) -> Self;
+    /// Lane `i` of each group in all of its lanes.
+    fn spread(self, i: usize) -> Self;
+    fn store(self, to: &mut Row);
+    fn add(self, other: Self) -> Self;
+    fn sub(self, other: Self) -> Self;
+    fn mul(self, other: Self) -> Self;
+    /// self · factor + addend, fused or not.
+    fn mul_add(self, factor: Self, addend: Self) -> Self;
+    /// self · factor − subtrahend, fused or not.
+    fn mul_sub(self, factor: Self, subtrahend: Self) -> Self;
+    /// 1/self within 1.1 · 2⁻²⁴ of itself; infinite or NaN for 0.
+    fn recip(self) -> Self;
+    fn min(self, other: Self) -> Self;
+    /// The greater; `other` where both are zero.
+    fn max(self, other: Self) -> Self;
+    fn abs(self) -> Self;
+    /// `self` in the lanes where `sign` is negative, else 0.
+    fn where_negative(self, sign: Self) -> Self;
+    /// 0 in the lanes of a mask.
+    fn zero_where(self, mask: Self::Mask) -> Self;
+    fn le(self, other: Self) -> Self::Mask;
+    /// Whether the bits of a lane differ.
+    fn differs(self, other: Self) -> Self::Mask;
+    /// The first `count` lanes.
+    fn first(count: usize) -> Self::Mask;
+    fn and(a: Self::Mask, b: Self::Mask) -> Self::Mask;
+    fn or(a: Self::Mask, b: Self::Mask) -> Self::Mask;
+    /// Bit i: lane i.
+    fn bits(mask: Self::Mask) -> u32;
+    /// The least lane of a mask in each group; infinite where there is none.
+    fn least_of_groups(self, mask: Self::Mask) -> Self;
+    /// The least of the keys of the lanes of a mask, `u32::MAX` where there is none. The key of a lane that is
+    /// not negative is its bits, the last four of them replaced by the lane's number.
+    fn least_key_in(self, mask: Self::Mask) -> u32;
+    /// The same of all lanes.
+    fn least_key(self) -> u32;
+    /// Writes the lanes whose bits are set to the front of `to`, in order; what follows them is arbitrary.
+    fn compress(self, bits: u32, to: &mut Row);
+    /// The same of one group.
+    fn compress_group(group: &Quad, bits: u32, to: &mut Quad);
+}
+
+/// COMPRESS_GROUP[bits]: the set lanes of four in order.
+static COMPRESS_GROUP: [[i32; GROUP]; 1 << GROUP] = {
+    let mut table = [[0; GROUP]; 1 << GROUP];
+    let mut bits = 0;
+    while bits < table.len() {
+        let (mut lane, mut next) = (0, 0);
+        while lane < GROUP {
+            if bits >> lane & 1 == 1 {
+                table[bits][next] = lane as i32;
+                next += 1;
+            }
+            lane += 1;
+        }
+        bits += 1;
+    }
+    table
+};
+
+/// The lane that a key names.
+#[inline(always)]
+pub(crate) fn lane_of(key: u32) -> usize {
+    (key & LANE_BITS) as usize
+}
+
+/// At most the value whose key this is, as bits.
+#[inline(always)]
+pub(crate) fn value_of(key: u32) -> u32 {
+    key & !LANE_BITS
+}
+
+/// Plain Rust, which compilers turn into whatever vectors the target has.
+#[derive(Clone, Copy)]
+pub(in crate::simd) struct Portable(Row);
+
+impl Portable {
+    #[inline(always)]
+    fn zip(self, other: Self, f: impl Fn(f32, f32) -> f32) -> Self {
+        Portable(std::array::from_fn(|i| f(self.0[i], other.0[i])))
+    }
+}
+
+impl Lanes for Portable {
+    /// All ones or none.
+    type Mask = [u32; LANES];
+
+    #[inline(always)]
+    fn splat(x: f32) -> Self {
+        Portable([x; LANES])
+    }
+    #[inline(always)]
+    fn load(row: &Row) -> Self {
+        Portable(*row)
+    }
+    #[inline(always)]
+    fn groups(quads: [&Quad; GROUPS]) -> Self {
+        Portable(std::array::from_fn(|i| quads[i / GROUP][i % GROUP]))
+    }
+    #[inline(always)]
+    fn spread(self, i: usize) -> Self {
+        Portable(std::array::from_fn(|lane| self.0[lane / GROUP * GROUP + i]))
+    }
+    #[inline(always)]
+    fn store(self, to: &mut Row) {
+        *to = self.0;
+    }
+    #[inline(always)]
+    fn add(self, other: Self) -> Self {
+        self.zip(other, |a, b| a + b)
+    }
+    #[inline(always)]
+    fn sub(self, other: Self) -> Self {
+        self.zip(other, |a, b| a - b)
+    }
+    #[inline(always)]
+    fn mul(self, other: Self) -> Self {
+        self.zip(other, |a, b| a * b)
+    }
+    #[inline(always)]
+    fn mul_add(self, factor: Self, addend: Self) -> Self {
+        self.mul(factor).add(addend)
+    }
+    #[inline(always)]
+    fn mul_sub(self, factor: Self, subtrahend: Self) -> Self {
+        self.mul(factor).sub(subtrahend)
+    }
+    #[inline(always)]
+    fn recip(self) -> Self {
+        Self::splat(1.0).zip(self, |a, b| a / b)
+    }
+    #[inline(always)]
+    fn min(self, other: Self) -> Self {
+        self.zip(other, |a, b| if a < b { a } else { b })
+    }
+    #[inline(always)]
+    fn max(self, other: Self) -> Self {
+        self.zip(other, |a, b| if a > b { a } else { b })
+    }
+    #[inline(always)]
+    fn abs(self) -> Self {
+        Portable(self.0.map(f32::abs))
+    }
+    #[inline(always)]
+    fn where_negative(self, sign: Self) -> Self {
+        self.zip(sign, |a, s| f32::from_bits(a.to_bits() & ((s.to_bits() as i32) >> 31) as u32))
+    }
+    #[inline(always)]
+    fn zero_where(self, mask: [u32; LANES]) -> Self {
+        Portable(std::array::from_fn(|i| f32::from_bits(self.0[i].to_bits() & !mask[i])))
+    }
+    #[inline(always)]
+    fn le(self, other: Self) -> [u32; LANES] {
+        std::array::from_fn(|i| if self.0[i] <= other.0[i] { u32::MAX } else { 0 })
+    }
+    #[inline(always)]
+    fn differs(self, other: Self) -> [u32; LANES] {
+        std::array::from_fn(|i| if self.0[i].to_bits() == other.0[i].to_bits() { 0 } else { u32::MAX })
+    }
+    #[inline(always)]
+    fn first(count: usize) -> [u32; LANES] {
+        std::array::from_fn(|i| if i < count { u32::MAX } else { 0 })
+    }
+    #[inline(always)]
+    fn and(a: [u32; LANES], b: [u32; LANES]) -> [u32; LANES] {
+        std::array::from_fn(|i| a[i] & b[i])
+    }
+    #[inline(always)]
+    fn or(a: [u32; LANES], b: [u32; LANES]) -> [u32; LANES] {
+        std::array::from_fn(|i| a[i] | b[i])
+    }
+    #[inline(always)]
+    fn bits(mask: [u32; LANES]) -> u32 {
+        (0..LANES).fold(0, |bits, i| bits | mask[i] & 1 << i)
+    }
+    #[inline(always)]
+    fn least_of_groups(self, mask: [u32; LANES]) -> Self {
+        let value = |i: usize| if mask[i] == 0 { f32::INFINITY } else { self.0[i] };
+        let least = |first: usize| {
+            (first..first + GROUP)
+                .fold(f32::INFINITY, |least, i| if value(i) < least { value(i) } else { least })
+        };
+        Portable(std::array::from_fn(|i| least(i / GROUP * GROUP)))
+    }
+    #[inline(always)]
+    fn least_key_in(self, mask: [u32; LANES]) -> u32 {
+        (0..LANES).fold(u32::MAX, |least, i| least.min(value_of(self.0[i].to_bits()) | i as u32 | !mask[i]))
+    }
+    #[inline(always)]
+    fn least_key(self) -> u32 {
+        self.least_key_in([u32::MAX; LANES])
+    }
+    #[inline(always)]
+    fn compress(self, bits: u32, to: &mut Row) {
+        let mut next = 0;
+        for i in 0..LANES {
+            to[next & (LANES - 1)] = self.0[i];
+            next += (bits >> i & 1) as usize;
+        }
+    }
+    #[inline(always)]
+    fn compress_group(group: &Quad, bits: u32, to: &mut Quad) {
+        *to = COMPRESS_GROUP[bits as usize].map(|lane| group[lane as usize]);
+    }
+}

@@ -1,0 +1,127 @@
+//! A tally: the sums of any set of walks.
+
+use super::counts::{Counts, MergeError, Overflow};
+
+/// What a tally keeps of each patch, in this order.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Layout {
+    /// Scores per walk and patch: one for each channel, or for each estimator that is compared.
+    pub scores: usize,
+    /// Σx … Σx^k of each score x, k = `moments`.
+    pub moments: usize,
+    /// Whether events are counted beside the sums: where scores are not counts themselves.
+    pub events: bool,
+}
+
+impl Layout {
+    /// Numbers per patch.
+    pub fn columns(self) -> usize {
+        self.scores * self.moments + usize::from(self.events)
+    }
+}
+
+/// The merged result of any set of walks.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Tally {
+    /// How the walks ended.
+    pub counts: Counts,
+    pub(super) layout: Layout,
+    /// Patch-major: the columns of patch 0, then of patch 1.
+    pub(super) sums: Vec<u128>,
+}
+
+impl Tally {
+    /// An empty tally of `patches` patches.
+    pub fn new(patches: usize, layout: Layout) -> Self {
+        Tally { counts: Counts::default(), layout, sums: vec![0; patches * layout.columns()] }
+    }
+
+    /// A tally from its parts, as messages and files hold them.
+    ///
+    /// # Errors
+    /// Where the number of sums is not that of `patches` patches.
+    pub fn from_parts(
+        counts: Counts,
+        patches: usize,
+        layout: Layout,
+        sums: Vec<u128>,
+    ) -> Result<Self, MergeError> {
+        if sums.len() != patches * layout.columns() {
+            return Err(MergeError::Shape(sums.len(), patches * layout.columns()));
+        }
+        Ok(Tally { counts, layout, sums })
+    }
+
+    /// What it keeps of each patch.
+    pub fn layout(&self) -> Layout {
+        self.layout
+    }
+
+    /// The number of patches.
+    pub fn patches(&self) -> usize {
+        self.sums.len() / self.layout.columns()
+    }
+
+    /// All sums, patch-major.
+    pub fn sums(&self) -> &[u128] {
+        &self.sums
+    }
+
+    /// Gives the sums away.
+    pub fn into_sums(self) -> Vec<u128> {
+        self.sums
+    }
+
+    /// Σx, Σx², … of one score on one patch, in units.
+    pub fn patch(&self, patch: usize, score: usize) -> &[u128] {
+        let Layout { moments, .. } = self.layout;
+        &self.columns(patch)[score * moments..][..moments]
+    }
+
+    fn columns(&self, patch: usize) -> &[u128] {
+        &self.sums[patch * self.layout.columns()..][..self.layout.columns()]
+    }
+
+    /// Scored events of a patch (shooting), or walks born there (gathering).
+    pub fn events(&self, patch: usize) -> u128 {
+        let columns = self.columns(patch);
+        if self.layout.events { columns[columns.len() - 1] } else { columns[0] }
+    }
+
+    /// Adds the walks of another tally.
+    ///
+    /// # Errors
+    /// Where shapes differ or a sum overflows; then `self` is unusable.
+    pub fn merge(&mut self, other: &Tally) -> Result<(), MergeError> {
+        if (self.layout, self.sums.len()) != (other.layout, other.sums.len()) {
+            return Err(MergeError::Shape(self.sums.len(), other.sums.len()));
+        }
+        Ok(self.add_sums(&other.counts, other.sums.iter().copied())?)
+    }
+
+    /// Adds the walks of a tally of the same shape, by its parts.
+    ///
+    /// # Errors
+    /// Where a sum overflows; then `self` is unusable.
+    pub fn add_sums(&mut self, counts: &Counts, sums: impl Iterator<Item = u128>) -> Result<(), Overflow> {
+        self.counts.add(counts)?;
+        for (mine, their) in self.sums.iter_mut().zip(sums) {
+            *mine = mine.checked_add(their).ok_or(Overflow)?;
+        }
+        Ok(())
+    }
+
+    /// A digest of everything the tally holds.
+    pub fn hash(&self) -> [u8; 32] {
+        let mut hasher = blake3::Hasher::new();
+        let Layout { scores, moments, events } = self.layout;
+        hasher.update(&[scores as u8, moments as u8, u8::from(events)]);
+        for count in self.counts.to_array() {
+            hasher.update(&count.to_le_bytes());
+        }
+        for sum in &self.sums {
+            hasher.update(&sum.to_le_bytes());
+        }
+        *hasher.finalize().as_bytes()
+    }
+}

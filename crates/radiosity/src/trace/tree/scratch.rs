@@ -1,0 +1,296 @@
+//! What a wavefront keeps of its rays.
+
+use std::hint::select_unpredictable;
+
+use super::layout::{Item, Tree};
+use crate::simd::batch::WIDTH;
+use crate::simd::sixteen::{GROUP, LANES, Lanes, Quad, Row, lane_of, value_of};
+use crate::trace::ray::{Hits, Rays};
+
+/// Rays under way at once. More hide more latency, until they do not fit the first-level cache.
+pub(super) const ACTIVE: usize = 32;
+
+/// Candidates that a ray can hold: a row of them, and what one leaf may add.
+pub(super) const CANDIDATES: usize = LANES + GROUP;
+
+/// Half the distance from 1 to the next f32: the largest relative error of one operation.
+pub(super) const ROUNDING: f32 = 0.5 * f32::EPSILON;
+
+/// A batch of rays as the tree sees them, in tree coordinates.
+#[derive(Clone, Debug)]
+pub(super) struct Forms {
+    pub(super) origin: [[f32; WIDTH]; 3],
+    pub(super) direction: [[f32; WIDTH]; 3],
+    pub(super) inverse: [[f32; WIDTH]; 3],
+    /// Of the planes by which the ray enters a box and leaves it: t = plane · inverse − this, as early or as
+    /// late as rounding could make it.
+    pub(super) enter: [[f32; WIDTH]; 3],
+    pub(super) leave: [[f32; WIDTH]; 3],
+    /// Whether it enters by the upper plane.
+    pub(super) downwards: [[bool; WIDTH]; 3],
+    /// The part of the uncertainty of t, times |n·d|, that does not grow with t.
+    pub(super) uncertainty: [f32; WIDTH],
+}
+
+/// A ray under way as nodes see it: a cache line, with the fields of [`Forms`].
+#[derive(Clone, Copy, Debug, Default)]
+#[repr(C, align(64))]
+pub(super) struct Gate {
+    pub(super) inverse: [f32; 3],
+    pub(super) enter: [f32; 3],
+    pub(super) leave: [f32; 3],
+    pub(super) downwards: [bool; 3],
+}
+
+/// A ray under way as leaves see it.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Flight {
+    /// The origin, and the uncertainty of [`Forms`].
+    pub(super) start: Quad,
+    /// The direction, and a parameter that the nearest hit cannot exceed.
+    pub(super) way: Quad,
+    /// The bits of the surface that it leaves, four times.
+    pub(super) from: Quad,
+}
+
+impl Flight {
+    pub(super) const UNCERTAINTY: usize = 3;
+    pub(super) const BEST: usize = 3;
+
+    #[inline(always)]
+    pub(super) fn best(&self) -> f32 {
+        self.way[Self::BEST]
+    }
+}
+
+impl Forms {
+    /// Prepares a batch.
+    ///
+    /// With e = [`ROUNDING`], O the origin, d the direction (|d| ≤ 1) and m a plane of a box, |m| ≤ 1: `inverse` is 1/d
+    /// within 2.01 e, so m · `inverse` is m/d within 3.1 e |m/d|, and `middle`, of an origin that was itself
+    /// rounded, O/d within 5.2 e |O/d|; adding `error` and the last subtraction err by e (|m| + 2 |O|)/|d| more,
+    /// fused or not. In all that is less than 8 e (|O| + 1)/|d|, and `error` is at least that. A component below
+    /// 2⁻⁴⁰ is replaced: on the way to a hit, of length |O| + √3 at most, that moves the ray by less than
+    /// 2⁻³⁷ (|O| + 2), which the unused part of `error`, 8 e for each length of 1, covers too.
+    #[inline(always)]
+    #[expect(
+        clippy::needless_range_loop,
+        reason = "lane by lane over many arrays: this is what gets vectorised"
+    )]
+    pub(super) fn set(&mut self, rays: &Rays, tree: &Tree) {
+        let len = rays.len;
+        let mut reach = [2.0; WIDTH];
+        for axis in 0..3 {
+            for i in 0..len {
+                let origin = (rays.origin[axis][i] * tree.scale) as f32;
+                self.origin[axis][i] = origin;
+                self.direction[axis][i] = rays.direction[axis][i] as f32;
+                reach[i] += origin.abs();
+            }
+        }
+        for i in 0..len {
+            self.uncertainty[i] = 30.0 * ROUNDING * reach[i] + 2.0 * tree.slack;
+        }
+        for axis in 0..3 {
+            for i in 0..len {
+                const LEAST: f32 = 1.0 / (1_u64 << 40) as f32;
+                let direction = self.direction[axis][i];
+                let inverse = 1.0 / direction.abs().max(LEAST).copysign(direction);
+                let middle = self.origin[axis][i] * inverse;
+                let error = 8.0 * ROUNDING * reach[i] * inverse.abs();
+                self.inverse[axis][i] = inverse;
+                self.downwards[axis][i] = inverse < 0.0;
+                self.enter[axis][i] = middle + error;
+                self.leave[axis][i] = middle - error;
+            }
+        }
+    }
+}
+
+/// What rays have left to visit and might meet. Slot s of a wavefront has the s-th part of each array.
+#[derive(Clone, Debug)]
+pub(crate) struct Scratch {
+    pub(super) forms: Forms,
+    pub(super) gates: [Gate; ACTIVE],
+    pub(super) flights: [Flight; ACTIVE],
+    pub(super) stacks: Stacks,
+    pub(super) queues: Queues,
+    pub(super) candidates: [Candidates; ACTIVE],
+    /// The candidates that are left at the end.
+    pub(super) finalists: Finalists,
+}
+
+impl Default for Scratch {
+    fn default() -> Self {
+        Scratch {
+            forms: Forms {
+                origin: [[0.0; WIDTH]; 3],
+                direction: [[0.0; WIDTH]; 3],
+                inverse: [[0.0; WIDTH]; 3],
+                enter: [[0.0; WIDTH]; 3],
+                leave: [[0.0; WIDTH]; 3],
+                downwards: [[false; WIDTH]; 3],
+                uncertainty: [0.0; WIDTH],
+            },
+            gates: [Gate::default(); ACTIVE],
+            flights: [Flight::default(); ACTIVE],
+            stacks: Stacks::default(),
+            queues: Queues::default(),
+            candidates: [Candidates::default(); ACTIVE],
+            finalists: Finalists::default(),
+        }
+    }
+}
+
+/// The items that each ray has yet to visit, with the parameter at which it enters them.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Stacks {
+    pub(super) enter: Vec<f32>,
+    pub(super) items: Vec<f32>,
+    /// Entries of one ray.
+    pub(super) stride: usize,
+    /// The first free entry of each.
+    pub(super) top: [usize; ACTIVE],
+}
+
+impl Stacks {
+    /// Where a stack begins: a whole window above entries that no ray enters.
+    pub(super) const BOTTOM: usize = LANES;
+    /// From here on the last item is the next, whatever its distance.
+    pub(super) const HIGH: usize = Self::BOTTOM + 4 * LANES;
+
+    /// Makes room for a tree of some levels: a node's children replace it, and a row is written whole.
+    pub(super) fn fit(&mut self, levels: usize) {
+        let stride = Self::HIGH + (LANES - 1) * levels + 2 * LANES;
+        if stride != self.stride {
+            self.stride = stride;
+            self.enter = vec![f32::NAN; ACTIVE * stride];
+            self.items = vec![0.0; ACTIVE * stride];
+        }
+    }
+
+    pub(super) fn clear(&mut self, slot: usize) {
+        self.top[slot] = slot * self.stride + Self::BOTTOM;
+    }
+
+    /// Adds the lanes of a node's children whose bits are set.
+    #[inline(always)]
+    pub(super) fn push<L: Lanes>(&mut self, slot: usize, bits: u32, enter: L, children: L) {
+        let top = self.top[slot];
+        enter.compress(bits, row_mut(&mut self.enter, top));
+        children.compress(bits, row_mut(&mut self.items, top));
+        self.top[slot] = top + bits.count_ones() as usize;
+    }
+
+    /// The nearest of the last sixteen entries, if the ray enters it by `best`; else `Item::DONE`, which those above
+    /// then are.
+    #[inline(always)]
+    pub(super) fn pop<L: Lanes>(&mut self, slot: usize, best: f32) -> Item {
+        let last = self.top[slot] - 1;
+        let window = last + 1 - LANES;
+        let key = L::load(row(&self.enter, window)).least_key();
+        let high = last >= slot * self.stride + Self::HIGH;
+        let at = select_unpredictable(high, last, window + lane_of(key));
+        let live = high | (value_of(key) <= best.to_bits());
+        // The last one fills the gap.
+        let item = Item(self.items[at].to_bits());
+        self.enter[at] = self.enter[last];
+        self.items[at] = self.items[last];
+        self.top[slot] = last + usize::from(!live);
+        select_unpredictable(live, item, Item::new(Item::DONE, 0))
+    }
+
+    /// Forgets the last sixteen entries, which are too far; whether there are others.
+    #[inline(always)]
+    pub(super) fn skip(&mut self, slot: usize) -> bool {
+        self.top[slot] -= LANES;
+        self.top[slot] > slot * self.stride + Self::BOTTOM
+    }
+}
+
+/// Rays by the kind of their next item.
+#[derive(Clone, Debug)]
+pub(super) struct Queues {
+    pub(super) steps: [[Step; ACTIVE]; Item::KINDS],
+    pub(super) lens: [usize; Item::KINDS],
+}
+
+impl Default for Queues {
+    fn default() -> Self {
+        let none = Step { slot: 0, ray: 0, item: Item::new(Item::DONE, 0) };
+        Queues { steps: [[none; ACTIVE]; Item::KINDS], lens: [0; Item::KINDS] }
+    }
+}
+
+impl Queues {
+    #[inline(always)]
+    pub(super) fn push(&mut self, step: Step) {
+        let kind = step.item.kind();
+        let len = self.lens[kind];
+        // A ray is in one queue at a time, so there is room.
+        self.steps[kind][len % ACTIVE] = step;
+        self.lens[kind] = len + 1;
+    }
+}
+
+#[derive(Clone, Copy, Debug)]
+#[repr(C, align(8))]
+pub(super) struct Step {
+    pub(super) slot: u16,
+    pub(super) ray: u16,
+    pub(super) item: Item,
+}
+
+/// Facets that a ray might meet, with the least parameter at which.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Candidates {
+    pub(super) t: [f32; CANDIDATES],
+    pub(super) surface: [f32; CANDIDATES],
+    pub(super) len: usize,
+}
+
+/// The surfaces that rays might meet.
+#[derive(Clone, Debug)]
+pub(super) struct Finalists {
+    /// One for each ray.
+    pub(super) one: [u32; WIDTH],
+    /// The others, hardly any: rays and surfaces, bits side by side.
+    pub(super) rays: Vec<f32>,
+    pub(super) surfaces: Vec<f32>,
+    pub(super) len: usize,
+}
+
+impl Default for Finalists {
+    fn default() -> Self {
+        Finalists { one: [Hits::NONE; WIDTH], rays: vec![], surfaces: vec![], len: 0 }
+    }
+}
+
+impl Finalists {
+    pub(super) fn clear(&mut self) {
+        self.len = 0;
+        self.rays.resize(LANES * (WIDTH + 1), 0.0);
+        self.surfaces.resize(LANES * (WIDTH + 1), 0.0);
+    }
+}
+
+#[inline(always)]
+pub(super) fn row(values: &[f32], start: usize) -> &Row {
+    values[start..start + LANES].try_into().expect("a row")
+}
+
+#[inline(always)]
+pub(super) fn row_mut(values: &mut [f32], start: usize) -> &mut Row {
+    (&mut values[start..start + LANES]).try_into().expect("a row")
+}
+
+/// Group k of a row.
+#[inline(always)]
+pub(super) fn quad(row: &Row, k: usize) -> &Quad {
+    row[GROUP * k..][..GROUP].try_into().expect("a group")
+}
+
+#[inline(always)]
+pub(super) fn quad_mut(values: &mut [f32], start: usize) -> &mut Quad {
+    (&mut values[start..start + GROUP]).try_into().expect("a group")
+}

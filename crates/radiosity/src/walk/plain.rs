@@ -1,0 +1,48 @@
+//! The walk as the papers write it: one alone, without lanes, weights or tallies. **Start reading here.**
+//!
+//! A shooting walk estimates the solution of the power system φ_i = Σ_j F_ji (Φ_j + R_j φ_j), φ_i being the power that comes
+//! in on patch i [W] (S97 §2.1). Unrolled, that is Σ over paths s → … → i of Φ_s F_s· R· F·· … F·i: the walk is born on
+//! source s with probability Φ_s/Φ_T, goes from j to i with probability F_ji (a cosine-distributed ray from a uniform point of
+//! j meets i so often), and survives on i with probability R_i. So of N walks
+//!
+//! - collision: φ_i ≈ Φ_T/N × arrivals on i (S97 proposition 2.14),
+//! - absorption: φ_i ≈ Φ_T/(N·(1 − R_i)) × deaths on i (S97 proposition 2.1),
+//! - survival: φ_i ≈ Φ_T/(N·R_i) × survivals on i (S97 proposition 2.9),
+//!
+//! and the reflected radiosity is b_i = (R_i/A_i)·φ_i, to which E_i is added: nothing is scored at the birth. All that
+//! `walk/batch.rs` and what it calls do is this walk, a hundred at a time; its tests hold it to this one, bit for bit.
+
+use super::Space;
+use super::batch::WalkEnd;
+use crate::random::rng::WalkRng;
+use crate::scene::Scene;
+use crate::trace::ray::Ray;
+
+/// One grey walk from the emitters; `arrived` is told each face that the walk arrives on, and whether it survives there.
+pub fn walk(scene: &Scene, space: Space, mut rng: WalkRng, mut arrived: impl FnMut(u32, bool)) -> WalkEnd {
+    // Emit: a source with probability Φ_s/Φ_T, and a uniform point of it.
+    let (mut from, mut side, mut point) = scene.emit(&mut rng);
+    loop {
+        // Trace: the cosine of the angle to the normal is the density of directions.
+        let surface = &scene.surfaces()[from as usize];
+        let ray = Ray { origin: surface.point(point), direction: surface.direction(side, rng.bits()), from };
+        let Some(hit) = scene.closest_hit(&ray) else { return WalkEnd::Escaped };
+        let surface = &scene.surfaces()[hit.surface as usize];
+        if !surface.is_active(hit.side) {
+            return WalkEnd::AbsorbedBack;
+        }
+        // Arrive, and survive with probability R. Every arrival draws three numbers, used or not.
+        let cell = surface.cell_at(hit.uv);
+        let (survives, fresh) = (surface.survives(rng.bits()), rng.pair());
+        arrived(surface.face(cell, hit.side), survives);
+        if !survives {
+            return WalkEnd::Absorbed;
+        }
+        // Scatter: from a fresh point of the patch, or from the hit point (BS §2).
+        point = match space {
+            Space::Discrete => surface.point_in_cell(cell, fresh),
+            Space::Continuous => surface.inside(hit.uv),
+        };
+        (from, side) = (hit.surface, hit.side);
+    }
+}
