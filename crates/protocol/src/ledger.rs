@@ -785,9 +785,10 @@ mod tests {
         soak(200_000);
     }
 
-    /// `cargo test --release -p cluster -- --ignored --nocapture hundred_million`
+    /// `cargo test --release -p protocol -- --ignored --nocapture hundred_million`
     #[test]
     #[ignore = "ten minutes"]
+    #[expect(clippy::disallowed_methods, reason = "it says how long it took")]
     fn a_hundred_million_leases() {
         let began = std::time::Instant::now();
         let books = soak(100_000_000);
