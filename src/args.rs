@@ -31,6 +31,43 @@ Environment:
 
 Jobs, scenes, output files and checks: README.md.";
 
+const RUN: &str = "\
+Examples:
+  radwalk run box.toml                                       all cores, to the budget or the target of the job
+  radwalk run box.toml --paths 1e9 --set target.relative_error=0.01
+  radwalk run box.toml --resume --paths 2e9                  goes on from the checkpoint, or from the end, to more walks
+  radwalk run room.glb --set method.walk=auto                a mesh with every default of a job";
+
+const COORDINATE: &str = "\
+Examples:
+  radwalk coordinate box.toml --listen node1:7600 --access shared/box.json
+  radwalk coordinate box.toml --listen 0.0.0.0:7600 --advertise gate.example.org:443 --metrics 9600";
+
+const WORK: &str = "\
+Examples:
+  radwalk work --access shared/box.json --threads 8
+  ssh node1 cat shared/box.json | radwalk work --access -";
+
+const RELAY: &str = "\
+Examples:
+  radwalk relay --access shared/box.json --out-access rack7.json --listen node7:0
+  radwalk work --access rack7.json                           on the machines of the rack; a node at once: scripts/node.sh";
+
+const CHECK: &str = "\
+Examples:
+  radwalk check box.toml
+  radwalk check room.glb --fix-report                        flipped, doubled, buried and leaking surfaces, dark lamps
+  radwalk check room.glb --repair                            writes room.repaired.toml";
+
+const MERGE: &str = "\
+Examples:
+  radwalk merge out/seed1 out/seed2 --out out/both           runs of other seeds, or of other ranges of walks";
+
+const DIFF: &str = "\
+Examples:
+  radwalk diff out/seed1 out/seed2                           two runs with other seeds agree, but for chance
+  radwalk diff out/box out/exact                             a run and the output folder of `radwalk exact`";
+
 /// Distributed Monte Carlo radiosity with confidence intervals that are true.
 #[derive(Parser)]
 #[command(version = crate::BUILD, arg_required_else_help = true, after_help = AFTER)]
@@ -42,20 +79,26 @@ pub struct Cli {
 #[derive(Subcommand)]
 pub enum Command {
     /// Shoot a job on worker processes of this machine and write its results
+    #[command(after_help = RUN)]
     Run(RunArgs),
     /// Coordinate a job for workers that are started elsewhere (`radwalk work`)
+    #[command(after_help = COORDINATE)]
     Coordinate(CoordinateArgs),
     /// Work for the coordinator of an access file until its job is done
+    #[command(after_help = WORK)]
     Work(WorkArgs),
     /// Be one worker to a coordinator, and a coordinator to workers of its own
+    #[command(after_help = RELAY)]
     Relay(RelayArgs),
     /// Say how a running job gets on: workers, rates, errors, time left, last checkpoint, faults
     Status(StatusArgs),
     /// Hold two results of one scene against each other, patch by patch
+    #[command(after_help = DIFF)]
     Diff(DiffArgs),
     /// Solve the radiosity system of a small scene without any randomness
     Exact(ExactArgs),
     /// Combine runs of one scene and method into one result
+    #[command(after_help = MERGE)]
     Merge(MergeArgs),
     /// Trace a random sample of a result's walks again and compare exactly
     Audit(AuditArgs),
@@ -68,6 +111,7 @@ pub enum Command {
     /// Write a job and a scene to begin with
     New(NewArgs),
     /// Check a job or a scene and say what would be modelled, and why
+    #[command(after_help = CHECK)]
     Check(CheckArgs),
     /// Drive methods to where they fail: what theory predicts, what is seen, what is said, what to do instead
     Stability(StabilityArgs),
@@ -387,6 +431,9 @@ pub struct CheckArgs {
     /// Look for what is wrong with the geometry: flipped, doubled, buried and leaking surfaces, dark lamps
     #[arg(long)]
     pub fix_report: bool,
+    /// Where the findings and pictures of the worst are written [default: out/<job name>-doctor]
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
     /// Write a copy of the scene with flipped surfaces turned round and doubled ones taken out: NAME.repaired.toml
     #[arg(long)]
     pub repair: bool,
@@ -410,6 +457,8 @@ pub enum Kind {
     Room,
     /// The Cornell box, in colour
     Cornell,
+    /// The JSON schemas of job and scene files alone, for editors
+    Schema,
 }
 
 impl Command {

@@ -15,12 +15,14 @@ use cluster::deliveries::{Delivery, SEVERAL};
 use cluster::digest::{self, Digest, Digester};
 use judge::MOMENTS;
 use radiosity::{Estimates, Experiment, Overflow, Sequence};
+use serde_json::Value;
 
 use crate::args::AuditArgs;
 use crate::checkpoints::CURRENT;
 use crate::console::{Phase, say};
 use crate::fault::{Fault, Outcome};
 use crate::merge::builds;
+use crate::outputs::shown;
 use crate::replica::{self, Replica, check_shape};
 use crate::settings::Settings;
 
@@ -49,7 +51,7 @@ pub fn audit(args: &AuditArgs) -> Result<Outcome, Fault> {
     let (settings, experiment) = replica::unpack(&checkpoint.book.job).map_err(kept)?;
     let path = args.run.join(CURRENT);
     check_shape(&checkpoint.tally, &experiment).map_err(|fault| CheckpointError { path, fault })?;
-    check_table(&args.run, &checkpoint, &settings, &experiment)?;
+    check_files(&args.run, &checkpoint, &settings, &experiment)?;
     let job_hash = |part: &Part| job::job_hash(experiment.scene().hash(), &settings.method, part.seed);
     if !checkpoint.book.parts.iter().all(|part| part.job_hash == job_hash(part)) {
         return Err(kept("its walks are not those of the job".into()));
@@ -85,20 +87,41 @@ pub fn audit(args: &AuditArgs) -> Result<Outcome, Fault> {
     Err(Fault::Audit { wrong: wrong.len(), leases: sample.len(), workers: blame(&wrong, &checkpoint, what) })
 }
 
-/// Whether the table beside a tally, if there is one, is made from it.
-fn check_table(
+/// Whether table, summary and picture beside a tally, those of them that are there, are made from it.
+fn check_files(
     run: &Path,
     checkpoint: &Checkpoint,
     settings: &Settings,
     experiment: &Experiment,
 ) -> Result<(), Fault> {
-    let Ok(table) = std::fs::read(run.join("patches.csv")) else { return Ok(()) };
     let level = settings.level(experiment.scene());
     let estimates = Estimates::new(experiment, &checkpoint.tally, level);
-    let mut expected = Vec::new();
-    report::write_patches(&mut expected, &estimates)
-        .map_err(|source| Fault::System { doing: "writing a table to memory", source })?;
-    if table == expected { Ok(()) } else { Err(Fault::OtherTable { run: run.into() }) }
+    let in_memory = |source| Fault::System { doing: "writing a file to memory", source };
+    let other = |file| Fault::OtherTable { run: run.into(), file };
+    if let Ok(table) = std::fs::read(run.join("patches.csv")) {
+        let mut expected = Vec::new();
+        report::write_patches(&mut expected, &estimates).map_err(in_memory)?;
+        if table != expected {
+            return Err(other("patches.csv"));
+        }
+    }
+    if let Ok(summary) = std::fs::read(run.join("summary.json")) {
+        let hash =
+            serde_json::from_slice::<Value>(&summary).ok().map(|summary| summary["tally_hash"].clone());
+        let expected = blake3::Hash::from_bytes(checkpoint.tally.hash()).to_hex();
+        if hash != Some(expected.as_str().into()) {
+            return Err(other("summary.json"));
+        }
+    }
+    if let Ok(picture) = std::fs::read(run.join("radiosity.png")) {
+        let mut expected = Vec::new();
+        let drawn = report::Picture::render(experiment.scene(), &shown(&estimates));
+        drawn.write_png(&mut expected).map_err(in_memory)?;
+        if picture != expected {
+            return Err(other("radiosity.png"));
+        }
+    }
+    Ok(())
 }
 
 fn fresh_seed() -> Result<u64, Fault> {

@@ -7,11 +7,12 @@ use judge::fit::misfits;
 use judge::{MOMENTS, target};
 use radiosity::{Experiment, Scene, Side};
 use report::words::counted;
-use report::{MethodWords, Model};
+use report::{MethodWords, Model, Units};
 
 use crate::args::CheckArgs;
 use crate::console::{Phase, say};
 use crate::fault::{Fault, Outcome};
+use crate::outputs::units;
 use crate::{doctor_report, losses, memory};
 
 /// Checks a file and describes it.
@@ -23,14 +24,14 @@ pub fn check(args: &CheckArgs) -> Result<Outcome, Fault> {
     let faults = match job::file_kind(&args.file)? {
         FileKind::Job => {
             let experiment = Experiment::new(job.build_scene()?, job.method.walks())?;
-            let faults = describe_scene(experiment.scene());
+            let faults = describe_scene(experiment.scene(), &units(job.light));
             describe_job(&job, &experiment);
             faults
         }
-        FileKind::Scene => describe_scene(&job.build_scene()?),
+        FileKind::Scene => describe_scene(&job.build_scene()?, &units(job.light)),
     };
     if args.fix_report || args.repair {
-        doctor_report::report(&job)?;
+        doctor_report::report(&job, args.out.as_deref())?;
     } else if faults.is_empty() {
         say("no fault found");
     }
@@ -47,16 +48,17 @@ fn describe_import(scene: &SceneFile) {
 }
 
 /// Returns what is wrong with its light, which is said.
-fn describe_scene(scene: &Scene) -> Vec<String> {
+fn describe_scene(scene: &Scene, units: &Units) -> Vec<String> {
     let fronts = || scene.faces().iter().filter(|face| face.side == Side::Front);
     let area: f64 = fronts().map(|patch| patch.area).sum();
     let emitters = fronts().filter(|patch| patch.emittance.is_lit()).count();
     say(&format!(
-        "scene: {}, {}, {area:.6} m², {} of {} W in all",
+        "scene: {}, {}, {area:.6} m², {} of {} {} in all",
         counted(scene.surfaces().len() as u64, "surface"),
         counted(scene.faces().patch_count() as u64, "patch"),
         counted(emitters as u64, "emitting patch"),
-        power(scene)
+        power(scene),
+        units.power
     ));
     Coincident::of(scene).lines().iter().for_each(|line| say(line));
     let faults = losses::warnings(scene);

@@ -207,7 +207,9 @@ impl Prepared {
 
     fn plan(&self) -> Result<Plan, Fault> {
         let level = self.settings.level(self.experiment.scene());
-        let mut observer = Observer::new(self.experiment.clone(), level, self.settings.target.clone());
+        let target = self.settings.target.clone();
+        let mut observer =
+            Observer::new(self.experiment.clone(), level, target).going_on_from(&self.past.tally);
         let walks = self.job.budget.paths / self.experiment.paths_per_walk();
         let judge = Box::new(move |tally: &Tally, seen: &[Look]| observer.look(tally, seen));
         plan(&self.identity, &self.job.budget, &self.experiment, looks(&self.experiment, walks), judge)
@@ -227,9 +229,10 @@ impl Prepared {
         mut reports: Reports,
         mut workers: Option<&mut LocalWorkers>,
     ) -> Result<Outcome, Fault> {
+        let plan = self.plan()?;
         let nothing = Past::none(Tally::new(0, self.past.tally.layout()));
         let past = std::mem::replace(&mut self.past, nothing);
-        let mut coordinator = Coordinator::new(self.plan()?, past);
+        let mut coordinator = Coordinator::new(plan, past);
         let interval = Duration::from_secs_f64(self.job.budget.checkpoint_seconds);
         let walks = coordinator.progress().walks;
         let folder = self.output.folder().clone();

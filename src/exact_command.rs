@@ -2,13 +2,14 @@
 
 use exact::{Accuracy, Bounds, ESTIMATORS, Exact, ExactError, SharedPath, WeightedWalk};
 use radiosity::{Scene, birth_probabilities};
-use report::{Check, ExactBounds, ExactColumns, ExactSummary, OutputFolder};
+use report::{Check, ExactBounds, ExactColumns, ExactSummary, OutputFolder, Units};
 use tracing::warn;
 
 use crate::args::ExactArgs;
 use crate::console::{Phase, say};
 use crate::coordinate::default_folder;
 use crate::fault::{Fault, Outcome};
+use crate::outputs::units;
 
 /// Solves a job's scene and writes `exact.csv` and `exact.json`; in colour, a pair for each channel.
 pub fn exact(args: &ExactArgs) -> Result<Outcome, Fault> {
@@ -29,7 +30,7 @@ pub fn exact(args: &ExactArgs) -> Result<Outcome, Fault> {
         let walk = walk.map_err(ExactError::from)?;
         let accuracy = Accuracy::of(exact);
         let columns = columns(exact, walk.as_ref(), &accuracy, &birth);
-        let summary = summary(exact, &accuracy, &scene);
+        let summary = summary(exact, &accuracy, &scene, units(job.light));
         folder.write(table, |file| report::write_exact(file, scene.faces(), &columns))?;
         folder.write(page, |file| summary.write(file))?;
         if !args.out.quiet {
@@ -68,7 +69,7 @@ fn describe(summary: &ExactSummary) {
 }
 
 /// What holds of the whole scene.
-fn summary(exact: &Exact, accuracy: &Accuracy, scene: &Scene) -> ExactSummary {
+fn summary(exact: &Exact, accuracy: &Accuracy, scene: &Scene, units: Units) -> ExactSummary {
     let [row_sum_min, row_sum_max] = accuracy.row_sums;
     let worst = accuracy.worst(exact);
     let worst_face = worst.map(|(face, _)| scene.faces().get(face));
@@ -79,6 +80,7 @@ fn summary(exact: &Exact, accuracy: &Accuracy, scene: &Scene) -> ExactSummary {
         patches: scene.faces().patch_count(),
         faces: exact.face_count(),
         total_power: exact.total_power(),
+        units,
         form_factors: accuracy.form_factors.to_string(),
         row_sum_min,
         row_sum_max,

@@ -236,14 +236,16 @@ pub enum Fault {
         /// Who delivered those that differ.
         workers: String,
     },
-    /// A table stands beside the tally of another run.
+    /// A table, summary or picture stands beside the tally of another run.
     #[error(
-        "{}/patches.csv is not made from the tally beside it (the run was not finished, the file was changed, or another version wrote it); go on with `radwalk run --resume`, or run the job again",
+        "{}/{file} is not made from the tally beside it (the run was not finished, the file was changed, or another version wrote it); go on with `radwalk run --resume`, or run the job again",
         run.display()
     )]
     OtherTable {
         /// The folder.
         run: PathBuf,
+        /// What is in it.
+        file: &'static str,
     },
     /// Some rows of the papers' tables came out otherwise.
     #[error(

@@ -21,6 +21,9 @@ const STEP: Duration = Duration::from_millis(250);
 /// Estimating the errors may take at most this part of the time.
 const ERROR_SHARE: u32 = 20;
 
+/// The end is foretold from at most so many faces: the coordinator must not keep its workers waiting.
+const MOST_FACES: usize = 50_000;
+
 /// Where a job stands. Numbers that are not known, or not finite, are `None`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Standing {
@@ -170,7 +173,7 @@ impl<'a> Gauge<'a> {
         let estimates = Estimates::new(self.experiment, coordinator.prefix(), self.level);
         self.precision = Some(estimates.precision());
         self.goal = self.settings.target.as_ref().map(|target| {
-            let prospect = Prospect::new(target, &estimates, self.level);
+            let prospect = Prospect::new(target, &estimates, self.level).thinned(MOST_FACES);
             let ending = foretell(self.experiment, &prospect, coordinator.looks());
             Goal {
                 relative_error: target.relative_error,

@@ -5,13 +5,14 @@ use std::sync::Arc;
 
 use cluster::checkpoint::{Book, Checkpoint};
 use cluster::roster::Contributor;
+use job::Light;
 use judge::bounces::bounces;
 use judge::checks::checks_of_result;
 use judge::target;
 use radiosity::{Estimates, Experiment, Precision};
 use report::{
-    Draft, Model, OutputFolder, PartSummary, Provenance, RunFacts, SessionSummary, Summary, WorkerSummary,
-    WorstPatch,
+    Draft, Model, OutputFolder, PartSummary, Provenance, RunFacts, SessionSummary, Summary, Units,
+    WorkerSummary, WorstPatch,
 };
 use tracing::warn;
 
@@ -170,7 +171,7 @@ impl RunOutput {
 }
 
 /// B of every patch and channel as the picture shows it; a patch that no walk could tell of shows what it emits.
-fn shown(estimates: &Estimates) -> Vec<f64> {
+pub fn shown(estimates: &Estimates) -> Vec<f64> {
     let shown = estimates.iter().flat_map(|(_, patch, known)| {
         let shown = move |c| known.map_or(patch.emittance[c], |known| known[c].radiosity);
         (0..estimates.scene().channels()).map(shown)
@@ -211,6 +212,7 @@ fn facts(settings: &Settings, estimates: &Estimates, precision: &Precision, book
         streams_reissued: book.effort.streams_reissued,
         target: settings.target.as_ref().map(|target| target::judge(target, estimates, paths)),
         import: settings.import.clone(),
+        units: units(settings.light),
         checks: checks_of_result(estimates, settings.note.as_deref(), precision, book, settings.seed),
         confidence: settings.confidence,
         simultaneous: settings.simultaneous,
@@ -240,5 +242,13 @@ fn provenance(book: &Book, paths_per_walk: u64) -> Provenance {
         parts: book.parts.iter().map(part).collect(),
         workers: book.workers.iter().map(worker).collect(),
         sessions: book.sessions.iter().map(session).collect(),
+    }
+}
+
+/// The units of what a job's numbers measure.
+pub fn units(light: Light) -> Units {
+    match light {
+        Light::Radiant => Units::RADIANT,
+        Light::Luminous => Units::LUMINOUS,
     }
 }

@@ -5,13 +5,15 @@ use judge::plan::bound::Bound;
 use judge::plan::pilot::Pilot;
 use judge::plan::resources::{Costs, Demand};
 use judge::target::scope;
-use radiosity::{Estimates, Experiment};
+use radiosity::{Estimates, Experiment, Memory};
+use report::Units;
 use serde_json::{Value, json};
 
 use crate::args::PlanArgs;
 use crate::console::{Phase, say};
 use crate::fault::{Fault, Outcome};
 use crate::memory;
+use crate::outputs::units;
 use crate::settings::Settings;
 use crate::work::cpu_seconds;
 use report::words::{duration, quantity};
@@ -21,6 +23,7 @@ const WORKERS: [u64; 5] = [1, 10, 100, 1_000, 10_000];
 
 /// A job's plan.
 struct Plan<'a> {
+    units: Units,
     target: Option<&'a Target>,
     /// Of the whole job.
     budget: u64,
@@ -29,6 +32,8 @@ struct Plan<'a> {
     pilot: Pilot,
     bound: Option<Bound>,
     costs: Costs,
+    memory: Memory,
+    tally_bytes: usize,
     /// Walks that the run will take, its budget permitting.
     walks: u64,
     demands: Vec<Demand>,
@@ -67,6 +72,9 @@ impl<'a> Plan<'a> {
         let stream = if experiment.batch_paths().is_some() { 1 } else { job.budget.stream_paths };
         let demand = |workers| costs.demand(walks as f64, stream as f64, workers);
         Plan {
+            units: units(job.light),
+            memory: experiment.scene().memory(),
+            tally_bytes: size_of_val(pilot.tally.sums()),
             target,
             budget,
             paths_per_walk,
@@ -111,6 +119,11 @@ impl<'a> Plan<'a> {
             })),
             "paths": self.paths(self.walks),
             "rays": self.rays(),
+            "memory_bytes": {
+                "surfaces": self.memory.surfaces,
+                "index": self.memory.index,
+                "tally": self.tally_bytes,
+            },
             "worker_memory_bytes": self.costs.memory_bytes,
             "workers": self.demands,
         })
@@ -126,15 +139,18 @@ impl<'a> Plan<'a> {
         ));
         self.describe_end();
         if let Some(bound) = &self.bound {
-            describe_bound(bound);
+            describe_bound(bound, &self.units);
         }
         say(&format!(
             "so: {} paths, about {} rays",
             quantity(self.paths(self.walks) as f64),
             quantity(self.rays())
         ));
+        let [surfaces, index, tally] = [self.memory.surfaces, self.memory.index, self.tally_bytes]
+            .map(|bytes| format!("{}B", quantity(bytes as f64)));
+        say(&format!("memory: {surfaces} for surfaces, {index} for the index of rays, {tally} for a tally"));
         if let Some(bytes) = self.costs.memory_bytes {
-            say(&format!("a worker of one thread holds {}B", quantity(bytes)));
+            say(&format!("a worker of one thread holds {}B at its peak", quantity(bytes)));
         }
         say("  workers       time   results in all   per second");
         for demand in &self.demands {
@@ -174,14 +190,16 @@ impl<'a> Plan<'a> {
 }
 
 /// What the theory of S97 guarantees.
-fn describe_bound(bound: &Bound) {
+fn describe_bound(bound: &Bound, units: &Units) {
     let rays = bound.rays.map_or(String::new(), |rays| format!(", {} rays", quantity(rays)));
     say(&format!(
-        "bound (S97 §§2.3, 3.3): no variance of a walk exceeds {:.3e} W²/m⁴; for {:.3e} (the darkest patch: {:.4} W/m²) \
+        "bound (S97 §§2.3, 3.3): no variance of a walk exceeds {:.3e} ({})²; for {:.3e} (the darkest patch: {:.4} {}) \
          {} paths{rays} always do, the run ends at {} at the latest",
         bound.variance,
+        units.radiosity,
         bound.threshold,
         bound.darkest,
+        units.radiosity,
         quantity(bound.walks),
         quantity(bound.ends as f64)
     ));

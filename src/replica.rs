@@ -35,8 +35,11 @@ pub fn pack(scene: &Scene, spec: &SceneSpec, settings: &Settings) -> Result<Vec<
 /// # Errors
 /// In words, where the bytes are no job or the scene is invalid.
 pub fn unpack(bytes: &[u8]) -> Result<(Settings, Experiment), String> {
-    // Jobs that were kept before imports were noted end before the list of these notes: one byte where it is empty.
-    let packed = decode_serde(bytes).or_else(|_| decode_serde(&[bytes, &[0]].concat()));
+    // Jobs that were kept before there were notes of imports and units of light end before these: a byte each where
+    // there are no notes and light is radiant.
+    let packed = decode_serde(bytes)
+        .or_else(|_| decode_serde(&[bytes, &[0]].concat()))
+        .or_else(|_| decode_serde(&[bytes, &[0, 0]].concat()));
     let Packed { scene, tree, settings } = packed.map_err(|error| error.to_string())?;
     let index = if tree { IndexChoice::Tree } else { IndexChoice::Flat };
     let scene = Scene::build(&scene, index).map_err(|error| error.to_string())?;

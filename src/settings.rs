@@ -1,7 +1,7 @@
 //! What a result has to be told with, beside the walks and their scene: it travels with the job and stays in
 //! `tally.bin`.
 
-use job::{Job, MethodTable, Target};
+use job::{Job, Light, MethodTable, Target};
 use radiosity::Scene;
 use serde::{Deserialize, Serialize};
 
@@ -28,6 +28,8 @@ pub struct Settings {
     pub note: Option<String>,
     /// What was left out, changed or assumed of meshes, a sentence each.
     pub import: Vec<String>,
+    /// What the numbers measure.
+    pub light: Light,
 }
 
 impl Settings {
@@ -44,6 +46,7 @@ impl Settings {
             target: job.target.clone(),
             note: job.note.clone(),
             import: job.scene.notes().to_vec(),
+            light: job.light,
         }
     }
 

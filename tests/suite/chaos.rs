@@ -1,11 +1,13 @@
-//! Everything that can go wrong with processes and connections, at random, over one job: the answer is that of a run
-//! that nothing happened to.
+//! Everything that can go wrong with processes, threads, connections, disks, clocks and peers, at random, over one job: the
+//! answer is that of a run that nothing happened to.
 //!
-//! Workers reach the coordinator through a relay that cuts, delays, repeats and alters what they send. A short version belongs to
+//! All the while two in ten of the coordinator's fsyncs fail. Workers reach the coordinator through a relay that cuts, delays, repeats and alters what they send. A short version belongs to
 //! the everyday suite; `scripts/chaos.sh` runs a long one and keeps its log.
+#![cfg(target_os = "linux")]
 
 use std::io::{Read, Write};
 use std::net::{Shutdown, TcpListener, TcpStream};
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Stdio};
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -13,15 +15,21 @@ use std::sync::{Arc, Mutex};
 use std::thread;
 use std::time::Duration;
 
-use crate::support::{answer, finish, path, radwalk, run_job, signal, summary, wait_for};
+use cluster::access::Access;
+use cluster::checkpoint::{self, Checkpoint};
+use cluster::worker::{Identity, Work, work};
+use radiosity::{Counts, Overflow, Tally};
+
+use crate::support::shim::{Shim, Wrong, busiest_threads};
+use crate::support::{answer, path, radwalk, signal, summary, wait_for};
 use tempfile::tempdir;
 
 const JOB: &str = "configs/cube54.toml";
 const WORKERS: usize = 3;
 /// Kinds of faults.
-const KINDS: u64 = 9;
-/// Faults of the everyday suite: each kind twice.
-const SHORT: usize = 2 * KINDS as usize;
+const KINDS: u64 = 16;
+/// Faults of the everyday suite: each kind once.
+const SHORT: usize = KINDS as usize;
 
 /// xorshift64*: the faults, not their moments, are the same in every run.
 struct Dice(u64);
@@ -120,22 +128,86 @@ fn read_record(mut stream: &TcpStream) -> std::io::Result<Vec<u8>> {
     Ok(record)
 }
 
+/// A worker with the key that lies.
+struct Liar {
+    hashes: ([u8; 32], [u8; 32]),
+    empty: Tally,
+    lie: Lie,
+}
+
+#[derive(Clone, Copy, Debug)]
+enum Lie {
+    /// A walk ended twice.
+    Counts,
+    /// A sum that no walks have.
+    Sums,
+    /// More rays than walks can have.
+    Rays,
+    /// It gets on for ever and brings nothing.
+    Progress,
+}
+
+impl Work for Liar {
+    type Board = u64;
+
+    fn hashes(&self) -> ([u8; 32], [u8; 32]) {
+        self.hashes
+    }
+    fn empty(&self) -> Tally {
+        self.empty.clone()
+    }
+    fn board(&self) -> u64 {
+        0
+    }
+    fn shoot(&self, walks: Range<u64>, board: &mut u64) {
+        *board += walks.end - walks.start;
+    }
+    fn shoot_while(&self, walks: Range<u64>, board: &mut u64, go_on: &dyn Fn() -> bool) {
+        while matches!(self.lie, Lie::Progress) && go_on() {
+            thread::sleep(Duration::from_millis(10));
+        }
+        self.shoot(walks, board);
+    }
+    fn hand_over(&self, board: &mut u64, tally: &mut Tally) -> Result<(), Overflow> {
+        let walks = std::mem::take(board);
+        let mut counts = Counts { walks, rays: 2 * walks, absorbed: walks, ..Counts::default() };
+        let mut sums = vec![u128::from(walks); self.empty.sums().len()];
+        match self.lie {
+            Lie::Counts => counts.absorbed += 1,
+            Lie::Sums => sums[0] = 1 << 90,
+            Lie::Rays => counts.rays = u64::MAX,
+            Lie::Progress => {}
+        }
+        let lie = Tally::from_parts(counts, self.empty.patches(), self.empty.layout(), sums);
+        tally.merge(&lie.expect("the shape of the job's")).map_err(|_| Overflow)
+    }
+}
+
 /// One job, its coordinator and its workers.
 struct Cluster {
     out: PathBuf,
     access: PathBuf,
     relayed: PathBuf,
     relay: Relay,
+    /// Before the coordinator and before workers.
+    shims: [Shim; 2],
     coordinator: Child,
     workers: Vec<Child>,
+    liars: u64,
 }
 
 impl Cluster {
     fn start(folder: &tempfile::TempDir) -> Self {
         let [out, access, relayed] = ["out", "access.json", "relayed.json"].map(|name| path(folder, name));
-        let coordinator = coordinate(&out, &access);
-        let mut cluster =
-            Cluster { out, access, relayed, relay: Relay::start(), coordinator, workers: vec![] };
+        let shims = ["coordinators", "workers"].map(|name| {
+            let folder = path(folder, name);
+            std::fs::create_dir(&folder).unwrap();
+            Shim::new(&folder)
+        });
+        shims[0].set(Wrong::SyncFails, 2);
+        let coordinator = coordinate(&out, &access, &shims[0]);
+        let (relay, workers) = (Relay::start(), vec![]);
+        let mut cluster = Cluster { out, access, relayed, relay, shims, coordinator, workers, liars: 0 };
         cluster.follow();
         cluster.tend();
         cluster
@@ -157,7 +229,8 @@ impl Cluster {
         self.workers.retain_mut(|worker| worker.try_wait().unwrap().is_none());
         while self.workers.len() < WORKERS {
             let mut command = radwalk();
-            command.args(["work", "--quiet", "--access"]).arg(&self.relayed).stderr(Stdio::null());
+            command.args(["work", "--quiet", "--threads", "2", "--access"]).arg(&self.relayed);
+            self.shims[1].stand_before(command.stderr(Stdio::null()));
             self.workers.push(command.spawn().unwrap());
         }
     }
@@ -166,7 +239,7 @@ impl Cluster {
         self.coordinator.kill().unwrap();
         self.coordinator.wait().unwrap();
         std::fs::remove_file(&self.access).unwrap();
-        self.coordinator = coordinate(&self.out, &self.access);
+        self.coordinator = coordinate(&self.out, &self.access, &self.shims[0]);
         self.follow();
     }
 
@@ -203,11 +276,62 @@ impl Cluster {
                 self.relay.state.alter.fetch_add(1, Ordering::Relaxed);
                 "a bit of a result flipped"
             }
-            _ => {
+            8 => {
                 self.relay.state.repeat.fetch_add(1, Ordering::Relaxed);
                 "a result sent twice"
             }
+            9 => {
+                self.stick(worker, pause);
+                "a thread of a worker stuck for a moment"
+            }
+            10 => {
+                self.stick(worker, Duration::from_secs(20));
+                "a thread of a worker stuck for 20 s"
+            }
+            11 => self.spell(Wrong::SyncMs, 400, 2 * pause, "a disk that takes 0.4 s for each fsync"),
+            12 => self.spell(Wrong::SyncFails, 10, 2 * pause, "a disk of which every fsync fails"),
+            13 => self.spell(Wrong::Full, 1, 2 * pause, "a full disk"),
+            14 => self.spell(Wrong::Clock, 1, pause, "a clock that jumps by a day, to and fro"),
+            _ => {
+                let lies = [Lie::Counts, Lie::Sums, Lie::Rays, Lie::Progress];
+                self.lie(lies[dice.below(4) as usize]);
+                "a liar with the key"
+            }
         }
+    }
+
+    /// The busiest thread of a worker is stuck.
+    fn stick(&self, worker: u32, time: Duration) {
+        self.shims[1].set(Wrong::StuckMs, time.as_millis() as i32);
+        if let Some(&(thread, _)) = busiest_threads(worker).first() {
+            self.shims[1].stick(worker, thread);
+            // It reads for how long before the next fault says otherwise.
+            thread::sleep(Duration::from_millis(20));
+        }
+    }
+
+    /// Something is wrong with the coordinator's system for a while.
+    fn spell(&self, wrong: Wrong, degree: i32, time: Duration, name: &'static str) -> &'static str {
+        self.shims[0].set(wrong, degree);
+        thread::sleep(time);
+        self.shims[0].set(wrong, if matches!(wrong, Wrong::SyncFails) { 2 } else { 0 });
+        name
+    }
+
+    /// A liar comes, and stays until it is found out or its connection is cut.
+    fn lie(&mut self, lie: Lie) {
+        // Another coordinator may have taken the place of the one whose access file this is.
+        let (Ok(access), Ok(Checkpoint { scene_hash, tally, book })) =
+            (Access::read(&self.relayed), checkpoint::read(&self.out.join("tally.bin")))
+        else {
+            return;
+        };
+        self.liars += 1;
+        let name = format!("liar {} of {lie:?}", self.liars);
+        let identity = Identity { build: access.build.clone(), name, threads: 1, leave: || false };
+        let empty = Tally::new(tally.patches(), tally.layout());
+        let liar = Liar { hashes: (scene_hash, book.parts[0].job_hash), empty, lie };
+        thread::spawn(move || work(&access, &identity, |_| Ok(liar), || 0.0));
     }
 }
 
@@ -220,8 +344,9 @@ impl Drop for Cluster {
     }
 }
 
-fn coordinate(out: &Path, access: &Path) -> Child {
+fn coordinate(out: &Path, access: &Path, shim: &Shim) -> Child {
     let mut command = radwalk();
+    shim.stand_before(&mut command);
     command.args(["coordinate", JOB, "--resume", "--quiet", "--listen", "127.0.0.1:0"]);
     command.args(["--paths", "1000000000000", "--set", "budget.checkpoint_seconds=0.1"]);
     command.arg("--out").arg(out).arg("--access").arg(access);
@@ -263,24 +388,30 @@ fn no_fault_leaves_a_trace_in_the_answer() {
         let RelayState { repeat, alter, .. } = &*cluster.relay.state;
         (repeat.load(Ordering::Relaxed) + alter.load(Ordering::Relaxed) == 0).then_some(())
     });
+    cluster.shims[0].set(Wrong::SyncFails, 0);
     signal("INT", cluster.coordinator.id());
     wait_for("the end", || cluster.coordinator.try_wait().unwrap());
     let out = cluster.out.clone();
-    let repeated = cluster.relay.state.repeated.load(Ordering::Relaxed);
+    let (repeated, liars) = (cluster.relay.state.repeated.load(Ordering::Relaxed), cluster.liars);
     drop(cluster);
 
     let stormy = summary(&out);
     let paths = stormy["paths"].as_u64().unwrap();
     let sessions = stormy["provenance"]["sessions"].as_array().unwrap().len();
     println!(
-        "{paths} paths, {sessions} coordinators, {} workers lost, {} streams leased again, {repeated} results sent twice",
+        "{paths} paths, {sessions} coordinators, {} workers lost, {} streams leased again, {repeated} results sent twice, {liars} liars",
         stormy["workers_lost"], stormy["streams_reissued"]
     );
     assert!(sessions > 1, "no coordinator died");
-    let audit = radwalk().args(["audit", "--share", "0.01"]).arg(&out).stdout(Stdio::null()).spawn().unwrap();
-    assert_eq!(finish(audit).0, 0, "an audit agrees");
+    assert!(liars > 0, "nobody lied");
+    // Both take as long as the storm has walked.
+    let mut audit = radwalk();
+    audit.args(["audit", "--share", "0.01"]).arg(&out).stdout(Stdio::null());
+    assert!(audit.status().unwrap().success(), "an audit agrees");
     let calm = path(&folder, "calm");
-    run_job(JOB, &calm, &["--paths", &paths.to_string()]);
+    let mut run = radwalk();
+    run.args(["run", JOB, "--quiet", "--paths", &paths.to_string(), "--out"]).arg(&calm);
+    assert!(run.status().unwrap().success());
     assert!(answer(&out) == answer(&calm), "the faults changed the answer");
     println!("tally {} and patches.csv are those of the undisturbed run", stormy["tally_hash"]);
 }

@@ -80,3 +80,22 @@ fn exact_tables_the_scene_of_squared_reflectances() {
         assert!((beta[i] / expected - 1.0).abs() < 1e-12 && beta[i] <= reflectance[i] * b[i], "row {i}");
     }
 }
+
+/// Light of two colours leaves the third channel dark; that is no fault of the scene.
+#[test]
+fn a_channel_without_light_is_dark() {
+    let folder = tempdir().unwrap();
+    let (scene, out) = (path(&folder, "scene.toml"), path(&folder, "out"));
+    let text = "[material.wall]\nreflectance = [0.8, 0.3, 0.1]\n[material.lamp]\nemittance = [1.0, 2.0, 0.0]\n\
+                [[surface]]\nmaterial = \"wall\"\nquad = [[0,0,0],[1,0,0],[0,1,0]]\n\
+                [[surface]]\nmaterial = \"lamp\"\nquad = [[0.2,0,1],[0.2,1,1],[1.1,0,1]]\n";
+    fs::write(&scene, text).unwrap();
+    let (code, _, stderr) =
+        run(&["exact", scene.to_str().unwrap(), "--quiet", "--out", out.to_str().unwrap()]);
+    assert_eq!(code, 0, "{stderr}");
+    let radiosity = |channel: &str| numbers(&columns(&out.join(format!("exact_{channel}.csv")))["radiosity"]);
+    let ([red, green, blue], share) = (["r", "g", "b"].map(radiosity), 0.3 / 0.8 * 2.0);
+    assert!(red[0] > 0.0 && blue == [0.0, 0.0]);
+    // Nothing is reflected twice, so that the channels differ by reflectance and emittance alone.
+    assert!((green[0] / red[0] - share).abs() < 1e-9, "{red:?} {green:?}");
+}

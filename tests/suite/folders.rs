@@ -39,16 +39,21 @@ fn a_run_that_replaces_another_and_dies_leaves_nothing_of_the_other() {
 }
 
 #[test]
-fn a_table_that_is_not_made_from_the_tally_beside_it_does_not_pass_an_audit() {
+fn what_is_not_made_from_the_tally_beside_it_does_not_pass_an_audit() {
     let folder = tempdir().unwrap();
     let [one, two] = ["one", "two"].map(|name| path(&folder, name));
     run_job(JOB, &one, &["--paths", "20000", "--seed", "1"]);
     run_job(JOB, &two, &["--paths", "20000", "--seed", "2"]);
     assert_eq!(run(&["audit", one.to_str().unwrap(), "--quiet"]).0, 0);
-    fs::copy(two.join("patches.csv"), one.join("patches.csv")).unwrap();
-    let (code, _, stderr) = run(&["audit", one.to_str().unwrap()]);
-    assert_eq!(code, 3, "{stderr}");
-    assert!(stderr.contains("patches.csv is not made from the tally"), "{stderr}");
+    for file in DERIVED {
+        let own = fs::read(one.join(file)).unwrap();
+        fs::copy(two.join(file), one.join(file)).unwrap();
+        let (code, _, stderr) = run(&["audit", one.to_str().unwrap()]);
+        assert_eq!(code, 3, "{stderr}");
+        assert!(stderr.contains(&format!("{file} is not made from the tally")), "{stderr}");
+        fs::write(one.join(file), own).unwrap();
+    }
+    assert_eq!(run(&["audit", one.to_str().unwrap(), "--quiet"]).0, 0);
 }
 
 #[test]
@@ -173,4 +178,70 @@ fn intervals_that_can_hardly_fail_are_wide_and_no_panic() {
     let folder = tempdir().unwrap();
     let sure = ["--set", "confidence=0.9999999999999999", "--set", "simultaneous=true", "--paths", "20000"];
     run_job(JOB, &path(&folder, "out"), &sure);
+}
+
+/// A process that fails while it knows a key leaves no image of its memory. Where the machine keeps none of any process, this
+/// says nothing.
+#[cfg(target_os = "linux")]
+#[test]
+fn no_core_dump_holds_a_key() {
+    use std::os::unix::process::ExitStatusExt;
+    use std::process::Command;
+
+    let folder = tempdir().unwrap();
+    let aborted = |words: &str, ready: &dyn Fn() -> bool| {
+        let mut shell = Command::new("sh");
+        shell.args(["-c", &format!("ulimit -c unlimited && exec {words}")]).current_dir(folder.path());
+        let mut child = shell.stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
+        wait_for("the process", || ready().then_some(()));
+        signal("ABRT", child.id());
+        child.wait().unwrap()
+    };
+    let began = std::time::Instant::now();
+    let control = aborted("sleep 60", &|| began.elapsed().as_millis() > 300);
+    if !control.core_dumped() {
+        println!("this machine keeps no core dumps");
+    }
+    let access = path(&folder, "access.json");
+    let words = format!(
+        "{} coordinate {}/{JOB} --quiet --access {} --out {}",
+        env!("CARGO_BIN_EXE_radwalk"),
+        env!("CARGO_MANIFEST_DIR"),
+        access.display(),
+        path(&folder, "out").display()
+    );
+    let status = aborted(&words, &|| access.exists());
+    assert_eq!((status.signal(), status.core_dumped()), (Some(6), false));
+}
+
+/// Sources that come without git, as in an archive, are named by what they are.
+#[test]
+fn builds_without_git_are_told_apart() {
+    use std::process::Command;
+
+    let folder = tempdir().unwrap();
+    let build = path(&folder, "build");
+    let script = concat!(env!("CARGO_MANIFEST_DIR"), "/build.rs");
+    let rustc = std::env::var("RUSTC").unwrap_or_else(|_| "rustc".into());
+    let built = Command::new(rustc).args(["--edition", "2024", script, "-o"]).arg(&build).status().unwrap();
+    assert!(built.success());
+    let archive = path(&folder, "archive");
+    fs::create_dir_all(archive.join("src")).unwrap();
+    let name = |source: &str| {
+        fs::write(archive.join("src/main.rs"), source).unwrap();
+        // No repository above the folder is asked.
+        let ceiling = folder.path();
+        let output = Command::new(&build)
+            .current_dir(&archive)
+            .env("GIT_CEILING_DIRECTORIES", ceiling)
+            .output()
+            .unwrap();
+        let said = String::from_utf8(output.stdout).unwrap();
+        let name = said.lines().find_map(|line| line.strip_prefix("cargo::rustc-env=RADWALK_GIT=")).unwrap();
+        assert!(name.starts_with("sources-"), "{name}");
+        name.to_owned()
+    };
+    let one = name("fn main() {}");
+    assert_eq!(name("fn main() {}"), one);
+    assert_ne!(name("fn main() { }"), one);
 }

@@ -1,8 +1,9 @@
 //! Meshes end to end: `run`, `check`, the doctor, `new`.
 
 use std::path::{Path, PathBuf};
+use std::process::Stdio;
 
-use crate::support::{columns, run, run_job};
+use crate::support::{self, columns, run, run_job};
 
 /// A folder that no other test uses.
 fn folder(name: &str) -> PathBuf {
@@ -69,7 +70,9 @@ fn the_doctor_finds_turns_and_names() {
     std::fs::write(&file, OBJ.replace("f 1 4 8 5", "f 5 8 4 1")).unwrap();
     let file = file.to_str().unwrap();
     let sides = ["--set", "import.up=z", "--set", "import.sides=1"];
-    let check = |more: &[&str]| run(&[&["check", file], &sides[..], more].concat());
+    let out = folder.join("found");
+    let out = ["--out", out.to_str().unwrap()];
+    let check = |more: &[&str]| run(&[&["check", file], &sides[..], &out[..], more].concat());
     let (code, said, _) = check(&["--fix-report"]);
     assert!(code == 0 && said.contains("flipped: Cube:3 is turned round"), "{said}");
     let (code, said, _) = check(&["--repair"]);
@@ -84,6 +87,82 @@ fn the_doctor_finds_turns_and_names() {
     assert!(said.contains("the doctor finds nothing wrong"), "{said}");
 }
 
+/// `import.repair` and `--repair` are in the test above. The folder has every finding, and a picture of each of the worst.
+#[test]
+fn the_doctor_draws_what_it_finds() {
+    let folder = written("pictures");
+    let file = folder.join("cube.obj");
+    std::fs::write(&file, OBJ.replace("f 1 4 8 5", "f 5 8 4 1")).unwrap();
+    let out = folder.join("found");
+    let args = ["--set", "import.up=z", "--set", "import.sides=1", "--fix-report", "--out"];
+    let (code, said, _) =
+        run(&[&["check", file.to_str().unwrap()], &args[..], &[out.to_str().unwrap()]].concat());
+    assert_eq!(code, 0, "{said}");
+    let text = std::fs::read_to_string(out.join("doctor.txt")).unwrap();
+    assert!(
+        text.starts_with("1. flipped: Cube:3 is turned round") && text.contains("1 more of Cube like it"),
+        "{text}"
+    );
+    let picture = std::fs::read(out.join("finding-01.png")).unwrap();
+    assert!(picture.starts_with(b"\x89PNG"));
+    // A sound scene leaves nothing behind.
+    let (code, said, _) = run(&[
+        "check",
+        folder.join("cube.toml").to_str().unwrap(),
+        "--fix-report",
+        "--out",
+        out.join("none").to_str().unwrap(),
+    ]);
+    assert!(code == 0 && said.contains("finds nothing wrong") && !out.join("none").exists(), "{said}");
+}
+
+/// The units of summary, check and plan; the numbers are those of the same scene in watts.
+#[test]
+fn lumens_in_lux_out() {
+    let folder = written("luminous");
+    let job = folder.join("cube.toml");
+    let job = job.to_str().unwrap();
+    let runs = ["radiant", "luminous"].map(|light| {
+        let out = folder.join(light);
+        let summary =
+            run_job(job, &out, &["--paths", "20000", "--workers", "1", "--set", &format!("light={light}")]);
+        (summary, std::fs::read(out.join("patches.csv")).unwrap())
+    });
+    assert!(runs[0].1 == runs[1].1 && runs[0].0["job_hash"] == runs[1].0["job_hash"]);
+    let units = |run: usize| runs[run].0["units"].to_string();
+    assert_eq!(units(0), r#"{"irradiance":"W/m²","light":"radiant","power":"W","radiosity":"W/m²"}"#);
+    assert_eq!(units(1), r#"{"irradiance":"lx","light":"luminous","power":"lm","radiosity":"lm/m²"}"#);
+    for (light, unit) in [("radiant", " W in all"), ("luminous", " lm in all")] {
+        let (_, said, _) = run(&["check", job, "--set", &format!("light={light}")]);
+        assert!(said.contains(unit), "{said}");
+    }
+}
+
+/// A worker in another folder, when the mesh is gone: it has the scene from the coordinator.
+#[test]
+fn workers_need_no_file() {
+    let folder = written("no-file");
+    let [out, access, elsewhere] = ["out", "access.json", "elsewhere"].map(|name| folder.join(name));
+    std::fs::create_dir(&elsewhere).unwrap();
+    let mut command = support::radwalk();
+    command.args(["coordinate", "--quiet", "--paths", "20000", "--set", "import.up=z"]);
+    command.arg(folder.join("cube.obj")).arg("--out").arg(&out).arg("--access").arg(&access);
+    let coordinator = command.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap();
+    support::wait_for("the access file", || access.exists().then_some(()));
+    std::fs::remove_file(folder.join("cube.obj")).unwrap();
+    std::fs::remove_file(folder.join("cube.mtl")).unwrap();
+    let worker = support::radwalk()
+        .current_dir(&elsewhere)
+        .args(["work", "--quiet", "--access"])
+        .arg(&access)
+        .spawn()
+        .unwrap();
+    let (code, _, stderr) = support::finish(coordinator);
+    assert_eq!(code, 0, "{stderr}");
+    assert_eq!(support::finish(worker).0, 0);
+    assert_eq!(support::summary(&out)["paths"].as_u64(), Some(20_000));
+}
+
 #[test]
 fn new_scenes_run_and_are_sound() {
     let folder = folder("new");
@@ -92,6 +171,15 @@ fn new_scenes_run_and_are_sound() {
         let (code, said, error) = run(&["new", kind, "--out", out]);
         assert_eq!(code, 0, "{said}{error}");
         let job = folder.join(format!("{kind}.toml"));
+        let first_line =
+            |file: &Path| std::fs::read_to_string(file).unwrap().lines().next().unwrap().to_owned();
+        for (file, schema) in [
+            (job.clone(), "schema/job.json"),
+            (folder.join(format!("scenes/{kind}.toml")), "../schema/scene.json"),
+        ] {
+            assert_eq!(first_line(&file), format!("#:schema {schema}"));
+            assert!(file.parent().unwrap().join(schema).exists(), "{}", file.display());
+        }
         let results = folder.join(kind);
         run_job(job.to_str().unwrap(), &results, &["--paths", "5000", "--workers", "1"]);
         let (code, _, error) = run(&["new", kind, "--out", out]);

@@ -39,4 +39,5 @@ mod run;
 mod sign;
 mod sobol_run;
 mod stability;
+mod stuck;
 mod voice;

@@ -37,7 +37,10 @@ fn the_job_runs_and_so_does_what_its_comments_offer() {
     let offered = job
         .replace("# final_gather", "final_gather")
         .replace("# batch_paths = 1_250_000", "batch_paths = 125_000");
-    let offered = offered.replace("# jacobi  =", "jacobi =").replace("\"shooting\"", "\"jacobi\"");
+    let offered = offered
+        .replace("# jacobi  =", "jacobi =")
+        .replace("\"shooting\"", "\"jacobi\"")
+        .replace("sampler ", "# sampler ");
     fs::write(&file, offered).unwrap();
     let short = ["--paths", "1e6", "--workers", "2", "--set", "target.relative_error=1"];
     let summary = run_job(file.to_str().unwrap(), &path(&folder, "offered"), &short);

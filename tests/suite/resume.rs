@@ -70,6 +70,24 @@ fn a_run_that_is_interrupted_goes_on_to_the_same_end() {
     }
 }
 
+/// The first look after a resume has walks to compare with, too.
+#[test]
+fn the_check_of_drift_says_the_same_kind_of_thing_after_a_resume() {
+    let folder = tempdir().unwrap();
+    let out = path(&folder, "out");
+    let drift = || {
+        let checks = summary(&out)["checks"].clone();
+        let drift = checks.as_array().unwrap().iter().find(|check| check["name"] == "drift").unwrap().clone();
+        (drift["ok"].clone(), drift["message"].as_str().unwrap().rsplit_once(':').unwrap().0.to_owned())
+    };
+    run_job(JOB, &out, &["--paths", "300000"]);
+    let straight = drift();
+    assert!(straight.1.starts_with("mean squared difference between halves of the run"), "{straight:?}");
+    // A look is at 2^19 walks, of which 224,288 are new.
+    run_job(JOB, &out, &["--paths", "600000", "--resume"]);
+    assert_eq!(drift(), straight);
+}
+
 #[test]
 fn a_finished_run_is_extended_without_tracing_again() {
     let folder = tempdir().unwrap();

@@ -158,6 +158,10 @@ fn help_tells_examples_exit_codes_and_environment() {
     for word in ["Examples:", "Exit codes:", "130", "Environment:", "RADWALK_LOG"] {
         assert!(stdout.contains(word), "{word} is not in: {stdout}");
     }
+    for command in ["run", "coordinate", "work", "relay", "check", "merge", "diff"] {
+        let (_, stdout, _) = run(&[command, "--help"]);
+        assert!(stdout.contains(&format!("Examples:\n  radwalk {command} ")), "{stdout}");
+    }
 }
 
 #[test]

@@ -958,29 +958,6 @@ fn a_relay_that_only_gives_back_is_dropped() {
     assert!(stage.notice().contains("too often"));
 }
 
-/// Fifty workers of 2,000 threads die at once, and others come: each lease takes the same time, however many were lost.
-#[test]
-fn a_hundred_thousand_slots_that_are_lost_at_once_are_leased_again_at_once() {
-    let mut coordinator = toy::coordinator(plan(1 << 50, 1000));
-    let lease_all = |coordinator: &mut Coordinator, ids: Range<PeerId>, now: Duration| {
-        let mut leased = 0;
-        for id in ids {
-            coordinator.on_connect(id);
-            coordinator.on_message(id, ToCoordinator::Hello(toy::hello(&format!("w{id}"), 64)), now);
-            leased += coordinator.on_message(id, READY, now).len();
-        }
-        leased
-    };
-    let peers = 1600;
-    assert_eq!(lease_all(&mut coordinator, 0..peers, Duration::ZERO), 2 * 64 * peers as usize);
-    for id in 0..peers {
-        coordinator.on_lost(id, "the power went", SECOND);
-    }
-    let began = std::time::Instant::now();
-    assert_eq!(lease_all(&mut coordinator, peers..2 * peers, SECOND), 2 * 64 * peers as usize);
-    println!("{} leases again in {:.2} s", 2 * 64 * peers, began.elapsed().as_secs_f64());
-}
-
 /// Shoots streams 0..10 of 100 walks by ten workers, whose results arrive in the given order, and asks for
 /// the target at 300, 600, 900 walks. Returns the looks and where the job ended.
 fn looks_in_order(order: &[usize], target: u64) -> (Vec<u64>, Ending, Tally) {

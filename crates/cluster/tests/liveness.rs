@@ -132,6 +132,8 @@ struct Worker {
     progress: u64,
     /// Its process is stopped until this tick.
     stopped: u64,
+    /// It offers results and sends none.
+    mute: bool,
 }
 
 struct Node {
@@ -257,7 +259,8 @@ impl World {
         let threads = (0..threads).map(|_| Thread::default()).collect::<Vec<_>>();
         let hello = hello(&format!("worker {id}"), threads.len() as u32);
         let (queue, sender) = (VecDeque::new(), Sender::default());
-        self.workers.insert(id, Worker { leader, queue, threads, sender, progress: 0, stopped: 0 });
+        self.workers
+            .insert(id, Worker { leader, queue, threads, sender, progress: 0, stopped: 0, mute: false });
         let Some(lead) = self.lead(leader) else { return };
         let actions = lead.on_connect(id);
         self.act(leader, actions);
@@ -311,7 +314,7 @@ impl World {
             return (vec![], false);
         }
         let (mut said, mut moves) = (Vec::new(), false);
-        let Worker { queue, threads, sender, progress, .. } = worker;
+        let Worker { queue, threads, sender, progress, mute, .. } = worker;
         *progress += threads.iter().filter(|thread| thread.stuck > tick && thread.claims).count() as u64;
         for thread in threads.iter_mut().filter(|thread| thread.stuck <= tick) {
             let here = |lease: &u64| {
@@ -340,7 +343,7 @@ impl World {
             }
             thread.at = None;
         }
-        let sent = sender.turn();
+        let sent = if *mute { None } else { sender.turn() };
         moves |= sent.is_some();
         said.extend(sent);
         if tick.is_multiple_of(TICKS_PER_SECOND) {
@@ -428,7 +431,8 @@ impl World {
             .any(|worker| sound(worker) && worker.threads.iter().any(|thread| thread.stuck <= tick));
         let all_sound = self.relays.iter().flatten().all(|node| node.stopped <= tick)
             && self.workers.values().all(|worker| {
-                worker.stopped <= tick && worker.threads.iter().all(|thread| thread.stuck <= tick)
+                let sound = worker.stopped <= tick && !worker.mute;
+                sound && worker.threads.iter().all(|thread| thread.stuck <= tick)
             });
         if !all_sound {
             self.unsound = tick;
@@ -458,7 +462,7 @@ impl World {
         }
         let (id, tick) = (ids[dice.below(ids.len() as u64) as usize], self.tick);
         self.faults += 1;
-        match dice.below(if relays.is_empty() { 8 } else { 10 }) {
+        match dice.below(if relays.is_empty() { 9 } else { 11 }) {
             0 | 1 => self.kill_worker(id),
             2 | 3 => {
                 let until = if dice.one_in(2) { u64::MAX } else { tick + dice.seconds(1..40) };
@@ -472,8 +476,9 @@ impl World {
                 let until = tick + dice.seconds(0..20);
                 self.held.push((self.coordinator.past(), until));
             }
-            8 => self.kill_relay(relays[dice.below(relays.len() as u64) as usize]),
-            9 => {
+            8 => self.workers.get_mut(&id).expect("a worker").mute = true,
+            9 => self.kill_relay(relays[dice.below(relays.len() as u64) as usize]),
+            10 => {
                 let at = relays[dice.below(relays.len() as u64) as usize];
                 self.relays[at].as_mut().expect("a relay").stopped = tick + dice.seconds(0..30);
             }

@@ -1,18 +1,17 @@
-//! Surfaces that cover each other, and edges that miss their neighbours.
+//! Edges that miss their neighbours.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
 use glam::DVec3;
-use radiosity::{Ray, Scene, SceneSpec, Shape, Side, Sides};
+use radiosity::{Ray, Scene, SceneSpec, Shape};
 
 use crate::finding::{Finding, Kind};
-use crate::nearby::{Near, Nearby};
+use crate::nearby::{Near, Nearby, triangles};
+use crate::pierce::pierces;
 use crate::pilot::{Draws, Pilot, extent};
 
-/// Points on every edge, and within every surface, where neighbours are looked for: in large scenes as many as
-/// [`MOST_POINTS`] in all allow.
+/// Points on every edge where neighbours are looked for: in large scenes as many as [`MOST_POINTS`] in all allow.
 const EDGE_POINTS: usize = 8;
-const INNER_POINTS: usize = 16;
 const MOST_POINTS: usize = 300_000;
 
 /// The most points by a gap that rays look for a way out from; of more, a regular sample.
@@ -37,17 +36,21 @@ struct Free {
     nearest: Option<Near>,
 }
 
-/// Two surfaces in one plane that share area.
-struct Cover {
-    surfaces: [u32; 2],
-    /// About the area that they share [m²].
-    area: f64,
+impl Free {
+    /// Whether the point's own surface reaches it only through the nearest one: a leg that ends beneath the floor leaves
+    /// no gap there.
+    fn is_beyond(&self, spec: &SceneSpec) -> bool {
+        let Some(near) = self.nearest else { return false };
+        let corners = spec.surfaces[self.surface as usize].shape.corners();
+        let middle = corners.iter().sum::<DVec3>() / corners.len() as f64;
+        let nearest = &spec.surfaces[near.surface as usize].shape;
+        triangles(nearest).iter().any(|triangle| pierces([middle, self.point], triangle))
+    }
 }
 
 /// All contacts of a scene.
 pub(crate) struct Contacts {
     free: Vec<Free>,
-    covers: Vec<Cover>,
     extent: f64,
 }
 
@@ -59,40 +62,17 @@ impl Contacts {
         let largest = corners.fold(extent, |largest, corner| largest.max(corner.abs().max_element()));
         let touch = largest / (1_u64 << 45) as f64;
         let count = spec.surfaces.len();
-        let points = |most: usize, places: usize| (MOST_POINTS / places).clamp(1, most) as u32;
-        let (on_edges, within) = (points(EDGE_POINTS, 4 * count), points(INNER_POINTS, count));
-        let mut contacts = Contacts { free: Vec::new(), covers: Vec::new(), extent };
-        let mut shared = BTreeMap::new();
+        let on_edges = (MOST_POINTS / (4 * count)).clamp(1, EDGE_POINTS) as u32;
+        let mut contacts = Contacts { free: Vec::new(), extent };
         for number in 0..count as u32 {
             let shape = &spec.surfaces[number as usize].shape;
             for (start, end) in edges(shape) {
                 let edge = Edge { surface: number, start, end, points: on_edges };
-                contacts.free.extend(edge.free_points(&nearby, touch, GAP * extent));
+                let free = edge.free_points(&nearby, touch, GAP * extent);
+                contacts.free.extend(free.filter(|free| !free.is_beyond(spec)));
             }
-            cover(spec, &nearby, number, within, touch, &mut shared);
         }
-        contacts.covers = shared.into_iter().map(|(surfaces, area)| Cover { surfaces, area }).collect();
         contacts
-    }
-
-    /// The surfaces that share area with another one in its plane.
-    pub(crate) fn covered_surfaces(&self) -> BTreeSet<u32> {
-        self.covers.iter().flat_map(|cover| cover.surfaces).collect()
-    }
-
-    /// Surfaces that share area with another one: light meets only one of them. Fronts back to back are two layers.
-    pub(crate) fn covered(&self, scene: &Scene) -> Vec<Finding> {
-        let finding = |cover: &Cover| {
-            let [a, b] = cover.surfaces.map(|surface| scene.surface_name(surface));
-            let power = cover.surfaces.iter().map(|&surface| emitted(scene, surface, cover.area)).sum();
-            Finding {
-                kind: Kind::Overlapping,
-                surfaces: cover.surfaces.to_vec(),
-                power,
-                message: format!("{a} and {b} lie in one plane and share about {:.3e} m²", cover.area),
-            }
-        };
-        self.covers.iter().map(finding).collect()
     }
 
     /// Gaps between an edge and its neighbour that light leaves the scene through, a finding for each pair of surfaces.
@@ -101,7 +81,9 @@ impl Contacts {
         let near_gaps = self.free.iter().filter(|free| free.nearest.is_some());
         let every = near_gaps.clone().count() / MOST_GAPS + 1;
         for free in near_gaps.step_by(every) {
-            let Some(near) = free.nearest.filter(|near| leads_out(scene, free, near)) else { continue };
+            let Some(near) = free.nearest.filter(|near| leads_out(scene, pilot, free, near)) else {
+                continue;
+            };
             let pair = [free.surface.min(near.surface), free.surface.max(near.surface)];
             let (area, width, _) = pairs.entry(pair).or_insert((0.0, 0.0, free.point));
             *area += near.distance * free.length * every as f64;
@@ -180,47 +162,9 @@ impl Edge {
     }
 }
 
-/// Adds the area that a surface shares with others in its plane, by points of its inside.
-fn cover(
-    spec: &SceneSpec,
-    nearby: &Nearby,
-    number: u32,
-    points: u32,
-    touch: f64,
-    shared: &mut BTreeMap<[u32; 2], f64>,
-) {
-    let surface = &spec.surfaces[number as usize];
-    let mut draws = Draws::new(0xC0_7E5 ^ u64::from(number));
-    let (corner, e_u, e_v) = surface.shape.edges();
-    let normal = e_u.cross(e_v).normalize();
-    for _ in 0..points {
-        let (mut u, mut v) = (draws.uniform(), draws.uniform());
-        if matches!(surface.shape, Shape::Triangle { .. }) && u + v > 1.0 {
-            (u, v) = (1.0 - u, 1.0 - v);
-        }
-        nearby.within(corner + e_u * u + e_v * v, touch, |near| {
-            let other = &spec.surfaces[near.surface as usize];
-            let (_, f_u, f_v) = other.shape.edges();
-            let along = normal.dot(f_u.cross(f_v).normalize());
-            let back_to_back = along < 0.0 && surface.sides == Sides::Front && other.sides == Sides::Front;
-            if near.surface != number && along.abs() > 1.0 - 1e-9 && !back_to_back {
-                let pair = [number.min(near.surface), number.max(near.surface)];
-                // Either of the two sees the other: the larger estimate stands.
-                *shared.entry(pair).or_default() += 0.5 * surface.shape.area() / f64::from(points);
-            }
-        });
-    }
-}
-
-/// Φ of an area of a surface, all channels [W].
-fn emitted(scene: &Scene, surface: u32, area: f64) -> f64 {
-    let first = scene.surfaces()[surface as usize].face(0, Side::Front);
-    let face = scene.faces().get(first as usize);
-    (0..scene.channels()).map(|channel| face.emittance[channel] * area).sum()
-}
-
-/// Whether rays from the middle of a gap leave the scene, and others arrive where light is.
-fn leads_out(scene: &Scene, free: &Free, near: &Near) -> bool {
+/// Whether rays from the middle of a gap leave the scene, and others arrive at sides that the pilot has seen lit: beneath
+/// a floor, by the foot of a leg that goes through it, they arrive at the floor's underside, where no light is.
+fn leads_out(scene: &Scene, pilot: &Pilot, free: &Free, near: &Near) -> bool {
     let middle = 0.5 * (free.point + near.point) - scene.origin();
     let mut draws = Draws::new(u64::from(free.surface) ^ middle.x.to_bits());
     let (mut out, mut inside) = (false, false);
@@ -231,11 +175,7 @@ fn leads_out(scene: &Scene, free: &Free, near: &Near) -> bool {
         let direction = DVec3::new(across * cos, across * sin, z);
         match scene.closest_hit(&Ray { origin: middle, direction, from: Ray::FREE }) {
             None => out = true,
-            Some(hit) => {
-                let active =
-                    hit.side == Side::Front || scene.surfaces()[hit.surface as usize].sides() == Sides::Both;
-                inside |= active && hit.t > near.distance;
-            }
+            Some(hit) => inside |= pilot.is_lit(hit.surface, hit.side) && hit.t > near.distance,
         }
     }
     out && inside

@@ -1,8 +1,11 @@
 //! What is wrong, in words.
 
+use std::collections::{BTreeMap, BTreeSet};
+
 use radiosity::Scene;
 
 use crate::contact::Contacts;
+use crate::cover::Covers;
 use crate::pilot::Pilot;
 use crate::votes::Votes;
 
@@ -84,7 +87,7 @@ pub(crate) fn flipped(scene: &Scene, pilot: &Pilot, flipped: &[u32]) -> Vec<Find
         surfaces: vec![surface],
         power: pilot.back(surface) + pilot.emission[surface as usize][0].lost,
         message: format!(
-            "{} is turned round: its front sees nothing that reflects, its back does",
+            "{} is turned round: its front sees no light, its back does",
             scene.surface_name(surface)
         ),
     };
@@ -119,8 +122,8 @@ pub(crate) fn dark_emitters(scene: &Scene, pilot: &Pilot, flipped: &[u32]) -> Ve
 }
 
 /// Surfaces that no light comes to.
-pub(crate) fn buried(scene: &Scene, votes: &Votes, flipped: &[u32], contacts: &Contacts) -> Vec<Finding> {
-    let covered = contacts.covered_surfaces();
+pub(crate) fn buried(scene: &Scene, votes: &Votes, flipped: &[u32], covers: &Covers) -> Vec<Finding> {
+    let covered = covers.surfaces();
     let is_buried = |surface: u32| {
         let front = votes.front(surface);
         votes.is_one_sided(surface)
@@ -149,6 +152,49 @@ pub(crate) fn backs(scene: &Scene, pilot: &Pilot, flipped: &[u32]) -> Vec<Findin
         message: format!("light ends on the back of {}, which has one side", scene.surface_name(surface)),
     };
     lost.map(finding).collect()
+}
+
+/// The findings, most power first. Those of one kind about the same parts of a mesh become one, which begins with the
+/// worst of them: a lamp of a thousand facets that all shine at a wall is one fault.
+pub(crate) fn gather(scene: &Scene, mut findings: Vec<Finding>) -> Vec<Finding> {
+    // Ties keep the order of surfaces.
+    findings.sort_by(|a, b| b.power.total_cmp(&a.power));
+    let mut first_of: BTreeMap<(Kind, Vec<&str>), usize> = BTreeMap::new();
+    let mut gathered: Vec<(Finding, usize)> = Vec::new();
+    for finding in findings {
+        let parts: BTreeSet<&str> =
+            finding.surfaces.iter().map(|&surface| part(scene.surface_name(surface))).collect();
+        let key = (finding.kind, parts.into_iter().collect());
+        match first_of.get(&key) {
+            Some(&first) => {
+                let (of_all, more) = &mut gathered[first];
+                of_all.power += finding.power;
+                of_all.surfaces.extend(finding.surfaces);
+                *more += 1;
+            }
+            None => {
+                first_of.insert(key, gathered.len());
+                gathered.push((finding, 0));
+            }
+        }
+    }
+    for ((_, parts), first) in first_of {
+        let (finding, more) = &mut gathered[first];
+        if *more > 0 {
+            finding.message += &format!(", and {more} more of {} like it", parts.join(" and "));
+            let mut seen = BTreeSet::new();
+            finding.surfaces.retain(|surface| seen.insert(*surface));
+        }
+    }
+    let mut findings: Vec<Finding> = gathered.into_iter().map(|(finding, _)| finding).collect();
+    findings.sort_by(|a, b| b.power.total_cmp(&a.power));
+    findings
+}
+
+/// The part of a mesh that a surface belongs to, by its name: `Chair` of `Chair:17`. Other surfaces are parts of their own.
+fn part(name: &str) -> &str {
+    let is_face = |(_, face): &(&str, &str)| face.bytes().all(|digit| digit.is_ascii_digit());
+    name.rsplit_once(':').filter(is_face).map_or(name, |(part, _)| part)
 }
 
 /// The opening that light leaves through, told by the edges around it.

@@ -1,16 +1,20 @@
 //! The doctor: what is wrong with the geometry of a scene, most power first.
 //!
-//! [`examine`] looks at a scene in three ways. A pilot ([`pilot`]) follows light from the emitters and finds where it is
+//! [`examine`] looks at a scene in four ways. A pilot ([`pilot`]) follows light from the emitters and finds where it is
 //! lost: at backs, and out of the scene. Votes ([`votes`]) are rays from both sides of every surface, and tell which
-//! side belongs inwards. Contacts ([`contact`]) are distances between surfaces: what covers another surface, and edges
-//! that miss their neighbour by a gap. [`repair`] turns flipped surfaces round and takes doubled ones out.
+//! side belongs inwards. Covers ([`cover`]) are the surfaces that the scene itself takes as layers of one plane. Contacts
+//! ([`contact`]) are distances between surfaces: edges that miss their neighbour by a gap. [`repair`] turns flipped
+//! surfaces round, with those that are connected to them ([`sheets`]), and takes doubled ones out.
 
 mod contact;
+mod cover;
 mod finding;
 mod losses;
 mod nearby;
+mod pierce;
 mod pilot;
 mod repair;
+mod sheets;
 mod votes;
 
 use radiosity::{IndexChoice, Scene, SceneError, SceneSpec};
@@ -20,6 +24,7 @@ pub use losses::{Losses, losses};
 pub use repair::{Repair, repair, turn_flipped};
 
 use crate::contact::Contacts;
+use crate::cover::Covers;
 use crate::pilot::Pilot;
 use crate::votes::Votes;
 
@@ -34,14 +39,15 @@ const CLOSED: f64 = 0.02;
 pub fn examine(spec: &SceneSpec) -> Result<Vec<Finding>, SceneError> {
     let scene = Scene::build(spec, IndexChoice::Auto)?;
     let pilot = Pilot::follow(&scene);
-    let votes = Votes::take(&scene);
+    let votes = Votes::take(&scene, &pilot);
     let contacts = Contacts::find(spec, &scene);
     let mut findings = Vec::new();
-    findings.extend(contacts.covered(&scene));
+    let covers = Covers::find(&scene);
+    findings.extend(covers.findings(&scene));
     let flipped = votes.flipped(&pilot);
     findings.extend(finding::flipped(&scene, &pilot, &flipped));
     findings.extend(finding::dark_emitters(&scene, &pilot, &flipped));
-    findings.extend(finding::buried(&scene, &votes, &flipped, &contacts));
+    findings.extend(finding::buried(&scene, &votes, &flipped, &covers));
     findings.extend(finding::backs(&scene, &pilot, &flipped));
     if pilot.escaped_part() > 0.0 && flipped.is_empty() {
         findings.extend(finding::opening(&scene, &pilot, &contacts));
@@ -49,7 +55,5 @@ pub fn examine(spec: &SceneSpec) -> Result<Vec<Finding>, SceneError> {
     if pilot.escaped_part() < CLOSED {
         findings.extend(contacts.leaks(&scene, &pilot));
     }
-    // Ties keep the order of surfaces.
-    findings.sort_by(|a, b| b.power.total_cmp(&a.power));
-    Ok(findings)
+    Ok(finding::gather(&scene, findings))
 }

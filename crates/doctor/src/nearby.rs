@@ -86,7 +86,8 @@ impl Nearby {
     }
 }
 
-fn triangles(shape: &Shape) -> Vec<[DVec3; 3]> {
+/// The triangles that a shape consists of.
+pub(crate) fn triangles(shape: &Shape) -> Vec<[DVec3; 3]> {
     match *shape {
         Shape::Triangle { a, b, c, .. } => vec![[a, b, c]],
         Shape::Parallelogram { corner, corner_u, corner_v, .. } => {

@@ -63,6 +63,8 @@ pub(crate) struct Pilot {
     escaped: f64,
     /// Power that arrived at the back of each surface.
     backs: Vec<f64>,
+    /// Whether light left or arrived at the sides of each surface: front, back.
+    lit: Vec<[bool; 2]>,
     /// The first rays of walks, by surface: front, back.
     pub(crate) emission: Vec<[Emission; 2]>,
     /// Some rays that left the scene: origin, direction, the surface they left [m, of the scene].
@@ -92,6 +94,7 @@ impl Pilot {
             power: emitters.iter().map(|(_, power)| power).sum(),
             escaped: 0.0,
             backs: vec![0.0; surfaces],
+            lit: vec![[false; 2]; surfaces],
             emission: vec![[Emission::default(); 2]; surfaces],
             ways_out: Vec::new(),
             close: 0.01 * extent(scene),
@@ -146,17 +149,23 @@ impl Pilot {
             Some(hit) if !scene.surfaces()[hit.surface as usize].is_active(hit.side) => {
                 self.backs[hit.surface as usize] += power;
             }
-            Some(_) => {}
+            Some(hit) => self.lit[hit.surface as usize][usize::from(hit.side == Side::Back)] = true,
         }
         hit
     }
 
     fn note_emission(&mut self, scene: &Scene, surface: u32, back: bool, hit: Option<Hit>, power: f64) {
+        self.lit[surface as usize][usize::from(back)] = true;
         let emission = &mut self.emission[surface as usize][usize::from(back)];
         emission.power += power;
         let is_lost = hit.is_none_or(|hit| !scene.surfaces()[hit.surface as usize].is_active(hit.side));
         emission.lost += if is_lost { power } else { 0.0 };
         emission.close += if hit.is_some_and(|hit| hit.t < self.close) { power } else { 0.0 };
+    }
+
+    /// Whether light left or arrived at an active side.
+    pub(crate) fn is_lit(&self, surface: u32, side: Side) -> bool {
+        self.lit[surface as usize][usize::from(side == Side::Back)]
     }
 
     /// Where power vanishes.

@@ -5,6 +5,7 @@ use std::collections::BTreeSet;
 use radiosity::{IndexChoice, Scene, SceneError, SceneSpec, Shape, SurfaceSpec};
 
 use crate::pilot::Pilot;
+use crate::sheets::Sheets;
 use crate::votes::Votes;
 
 /// Turning one surface round shows what others see: as many rounds as this are made.
@@ -32,7 +33,8 @@ pub fn repair(spec: &SceneSpec) -> Result<Repair, SceneError> {
     Ok(repair)
 }
 
-/// Turns round one-sided surfaces whose back is where light arrives, and returns their names.
+/// Turns round one-sided surfaces whose back is where light arrives, and with them those that are connected to them and
+/// that rays cannot judge. Returns their names.
 ///
 /// # Errors
 /// What [`Scene::build`] refuses.
@@ -40,11 +42,14 @@ pub fn turn_flipped(spec: &mut SceneSpec) -> Result<Vec<String>, SceneError> {
     let mut turned = BTreeSet::new();
     for _ in 0..ROUNDS {
         let scene = Scene::build(spec, IndexChoice::Auto)?;
-        let flipped = Votes::take(&scene).flipped(&Pilot::follow(&scene));
-        if flipped.is_empty() {
+        let pilot = Pilot::follow(&scene);
+        let votes = Votes::take(&scene, &pilot);
+        let flipped = votes.flipped(&pilot);
+        let wrong = Sheets::of(spec).turned(&flipped, |surface| votes.is_right(surface));
+        if wrong.is_empty() {
             break;
         }
-        for surface in flipped {
+        for surface in wrong {
             turn(&mut spec.surfaces[surface as usize]);
             // One that is turned twice is as it was.
             if !turned.remove(&surface) {

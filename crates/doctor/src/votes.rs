@@ -19,6 +19,8 @@ pub(crate) struct View {
     pub(crate) escaped: f64,
     /// The part that met the back of a one-sided surface.
     pub(crate) backs: f64,
+    /// The part that met sides which the pilot has seen lit.
+    pub(crate) lit: f64,
 }
 
 impl View {
@@ -35,13 +37,13 @@ pub(crate) struct Votes {
 }
 
 impl Votes {
-    pub(crate) fn take(scene: &Scene) -> Self {
+    pub(crate) fn take(scene: &Scene, pilot: &Pilot) -> Self {
         let is_asked = |surface: &Surface| surface.sides() == Sides::Front;
         let asked = scene.surfaces().iter().filter(|surface| is_asked(surface)).count();
         let rays = (MOST_RAYS / (2 * asked).max(1)).clamp(LEAST_RAYS, RAYS) as u32;
         // Of surfaces with two sides neither is the wrong one.
         let views = (0..).zip(scene.surfaces()).map(|(number, surface)| match is_asked(surface) {
-            true => [Side::Front, Side::Back].map(|side| view(scene, number, surface, side, rays)),
+            true => [Side::Front, Side::Back].map(|side| view(scene, pilot, number, surface, side, rays)),
             false => [View::default(); 2],
         });
         Votes {
@@ -58,23 +60,32 @@ impl Votes {
         self.one_sided[surface as usize]
     }
 
+    /// Whether the front of a surface sees a room with light in it, and its back sees nothing that reflects.
+    pub(crate) fn is_right(&self, surface: u32) -> bool {
+        let [front, back] = self.views[surface as usize];
+        self.is_one_sided(surface) && front.lost() <= 0.5 && front.lit > 0.0 && back.lost() >= MOST
+    }
+
     /// The one-sided surfaces whose back is where their front should be: light arrives at it; the front sees nothing that
-    /// reflects and the back does, or the front looks out of the scene and the back into it. Where all faces are flipped, no
-    /// light arrives at any back, since all of it leaves the scene at once.
+    /// reflects and the back does, or the front looks out of the scene and the back into it, or the front sees darkness, as
+    /// within a body that is inside out, and the back sees light. Where most faces are flipped, no light arrives at any
+    /// back, since all of it leaves the scene at once.
     pub(crate) fn flipped(&self, pilot: &Pilot) -> Vec<u32> {
-        let vanishes = pilot.losses().at_once >= MOST;
-        let is_flipped = |surface: u32| {
+        let is_wrong = |surface: u32| {
             let [front, back] = self.views[surface as usize];
             let turned = front.lost() >= MOST && back.lost() <= 0.5;
             let outwards = front.escaped >= MOST && back.escaped <= 1.0 - MOST;
-            let is_concerned = pilot.back(surface) > 0.0 || vanishes;
-            self.is_one_sided(surface) && is_concerned && (turned || outwards)
+            let in_the_dark = front.lit == 0.0 && back.lit >= 0.5;
+            self.is_one_sided(surface) && (turned || outwards || in_the_dark)
         };
-        (0..self.views.len() as u32).filter(|&surface| is_flipped(surface)).collect()
+        let wrong: Vec<u32> = (0..self.views.len() as u32).filter(|&surface| is_wrong(surface)).collect();
+        let one_sided = self.one_sided.iter().filter(|one_sided| **one_sided).count();
+        let all_are = pilot.losses().at_once >= MOST && 2 * wrong.len() > one_sided;
+        wrong.into_iter().filter(|&surface| all_are || pilot.back(surface) > 0.0).collect()
     }
 }
 
-fn view(scene: &Scene, number: u32, surface: &Surface, side: Side, rays: u32) -> View {
+fn view(scene: &Scene, pilot: &Pilot, number: u32, surface: &Surface, side: Side, rays: u32) -> View {
     let mut draws = Draws::new(0x51DE ^ (u64::from(number) << 1) ^ (side == Side::Back) as u64);
     let mut view = View::default();
     for _ in 0..rays {
@@ -85,6 +96,7 @@ fn view(scene: &Scene, number: u32, surface: &Surface, side: Side, rays: u32) ->
             Some(hit) => {
                 let is_active = scene.surfaces()[hit.surface as usize].is_active(hit.side);
                 view.backs += f64::from(u8::from(!is_active)) / f64::from(rays);
+                view.lit += f64::from(u8::from(pilot.is_lit(hit.surface, hit.side))) / f64::from(rays);
             }
         }
     }

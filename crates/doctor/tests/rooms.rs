@@ -119,6 +119,13 @@ fn ball(centre: [f64; 3], radius: f64, n: u32) -> Vec<SurfaceSpec> {
     facets
 }
 
+/// A leg of two-sided sheets from a place up, with its foot.
+fn leg(name: &str, corner: [f64; 3]) -> Vec<SurfaceSpec> {
+    let mut leg = cuboid([name; 6], corner, [0.02, 0.02, 0.5], true);
+    leg.iter_mut().for_each(|side| side.sides = Sides::Both);
+    leg
+}
+
 fn names(spec: &SceneSpec, finding: &Finding) -> Vec<String> {
     finding.surfaces.iter().map(|&surface| spec.surfaces[surface as usize].name.clone().unwrap()).collect()
 }
@@ -257,6 +264,12 @@ fn sound() -> Vec<(&'static str, SceneSpec)> {
         ("a room with two-sided walls", box_of_two_sides),
         ("a block in mid-air", with(block([1., 1., 0.5], [0.5; 3]))),
         ("a block on the floor", with(block([1., 1., 0.], [0.5; 3]))),
+        ("legs that end beneath a floor of two sides", {
+            let mut room = with(leg("leg", [1., 1., -0.001]));
+            room.surfaces.extend(leg("other leg", [1.5, 1., -0.0002]));
+            room.surfaces[..6].iter_mut().for_each(|wall| wall.sides = Sides::Both);
+            room
+        }),
         ("a curtain", with(vec![both(quad("curtain", [1., 1., 0.], [0., 1., 0.], [0., 0., 2.]))])),
         (
             "a T-junction without a gap",
@@ -307,6 +320,46 @@ fn sound_rooms_have_nothing() {
     for (case, spec) in sound() {
         assert_eq!(examine(&spec).unwrap(), [], "{case}");
     }
+}
+
+/// A rug of 1 m² that hangs over the edge of a floor of its own plane by a quarter: the areas are those of the scene's stacks.
+#[test]
+fn overlaps_are_exact() {
+    let mut rug = both(quad("rug", [3.25, 1., 0.], [1., 0., 0.], [0., 1., 0.]));
+    rug.reflectance = 0.2.into();
+    let findings = examine(&with(vec![rug])).unwrap();
+    let found = findings.iter().find(|finding| finding.kind == Kind::Overlapping).unwrap();
+    assert_eq!(found.message, "floor and rug lie in one plane and share 7.500e-1 m²");
+}
+
+/// A box with its fronts inside, 1 mm above the floor: no light is seen to arrive at its bottom, which follows its sides.
+#[test]
+fn connected_surfaces_are_turned_together() {
+    let place = |outwards| cuboid(BLOCK, [1., 1., 0.001], [0.5; 3], outwards);
+    let done = repair(&with(place(false))).unwrap();
+    assert_eq!(done.turned, BLOCK);
+    assert_eq!(done.spec, with(place(true)));
+}
+
+/// Parts of a mesh are one finding, which counts them.
+#[test]
+fn findings_about_one_part_are_one() {
+    let lamps = (0..3).map(|i| {
+        let mut one = lamp([1.0 + f64::from(i), 1.25, 2.49]);
+        one.name = Some(format!("Lamps:{i}"));
+        turned(one)
+    });
+    let findings = examine(&changed(|surfaces| {
+        surfaces.truncate(6);
+        surfaces.extend(lamps);
+    }))
+    .unwrap();
+    let emitters: Vec<&Finding> = findings.iter().filter(|finding| finding.kind == Kind::Emitter).collect();
+    assert_eq!(emitters.len(), 1, "{findings:#?}");
+    let mut surfaces = emitters[0].surfaces.clone();
+    surfaces.sort_unstable();
+    assert_eq!(surfaces, [6, 7, 8]);
+    assert!(emitters[0].message.ends_with("and 2 more of Lamps like it"), "{}", emitters[0].message);
 }
 
 #[test]

@@ -18,8 +18,14 @@ impl Faulty {
     /// those that face the same way are doubles.
     pub(crate) fn find(mesh: &Mesh, two_sided: &[bool]) -> Self {
         let merged = merge(&mesh.positions);
-        let degenerate: Vec<usize> =
-            (0..mesh.triangles.len()).filter(|&i| !has_area(&mesh.triangles[i], &mesh.positions)).collect();
+        let corners = mesh.triangles.iter().flat_map(|triangle| triangle.corners);
+        let largest = corners.fold(0.0_f64, |largest, corner| {
+            largest.max(mesh.positions[corner as usize].abs().max_element())
+        });
+        let least = largest * SMALLEST;
+        let degenerate: Vec<usize> = (0..mesh.triangles.len())
+            .filter(|&i| !has_area(&mesh.triangles[i], &mesh.positions, least))
+            .collect();
         let key = |i: usize| {
             let triangle = &mesh.triangles[i];
             let corners = triangle.corners.map(|corner| merged[corner as usize]);
@@ -77,12 +83,18 @@ fn sorted([a, b, c]: [u32; 3], any_way: bool) -> [u32; 3] {
     if any_way && b > c { [a, c, b] } else { [a, b, c] }
 }
 
-/// Whether the direction of a triangle's normal is more than rounding: the rule of [`radiosity::Scene::build`].
-fn has_area(triangle: &Triangle, positions: &[DVec3]) -> bool {
+/// Triangles whose edges are all shorter than this part of the scene's largest coordinate count as without area: a
+/// thousand times what coordinates there resolve.
+const SMALLEST: f64 = 1.0 / (1_u64 << 36) as f64;
+
+/// Whether the direction of a triangle's normal is more than rounding, by the rule of [`radiosity::Scene::build`], and an
+/// edge is as long as `least`.
+fn has_area(triangle: &Triangle, positions: &[DVec3], least: f64) -> bool {
     let corners = triangle.corners.map(|corner| positions[corner as usize]);
     let (e_u, e_v) = (corners[1] - corners[0], corners[2] - corners[0]);
     let (area, extent) = (e_u.cross(e_v).length(), e_u.length() * e_v.length());
     let largest = corners.iter().fold(0.0_f64, |max, corner| max.max(corner.abs().max_element()));
     let noise = 8.0 * f64::EPSILON * largest * e_u.length().max(e_v.length());
-    area.is_finite() && extent.is_finite() && area > noise && area > 1e-12 * extent
+    let is_large = e_u.length().max(e_v.length()) >= least;
+    is_large && area.is_finite() && extent.is_finite() && area > noise && area > 1e-12 * extent
 }

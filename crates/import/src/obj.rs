@@ -137,11 +137,21 @@ impl Reader {
         number
     }
 
-    /// Reads MTL files. A line may name several, or one with spaces in its name.
+    /// Reads MTL files. A line may name several, or one with spaces in its name; files that have moved name them by paths that
+    /// are no more, and have them beside them.
     fn library(&mut self, path: &Path, line: &str, files: &mut Files<'_>) -> Result<(), Error> {
         let mut found = files.beside(path, line).map(|found| vec![found]);
         if found.is_err() {
             found = line.split_whitespace().map(|file| files.beside(path, file)).collect();
+        }
+        if found.is_err() {
+            let moved = line.rsplit(['/', '\\']).next().unwrap_or(line);
+            found = files.beside(path, moved).map(|found| vec![found]);
+            if found.is_ok() {
+                let note =
+                    format!("line {}: {line:?} is not there; {moved:?} beside the file is read", self.line);
+                self.mesh.notes.push(note);
+            }
         }
         let Ok(found) = found else {
             self.mesh.notes.push(format!(

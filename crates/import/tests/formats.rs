@@ -41,6 +41,7 @@ fn every_kept_file_is_read() {
         ("ply/big.ply", 3),
         ("gltf/two.glb", 4),
         ("gltf/two.gltf", 4),
+        ("gltf/exported.gltf", 12),
     ] {
         assert_eq!(read(path, &corpus(path)).unwrap().triangles.len(), triangles, "{path}");
     }
@@ -200,6 +201,88 @@ fn mgf_surfaces_have_their_areas() {
     ] {
         assert!((area_of(statements) / expected - 1.0).abs() < 1e-3, "{statements}");
     }
+}
+
+/// A triangle of the positions that `extra` says more of.
+fn triangle_gltf(primitive: &str, accessor: &str, extra: &str) -> String {
+    format!(
+        r#"{{"scenes":[{{"nodes":[0]}}],"nodes":[{{"mesh":0}}],"meshes":[{{"primitives":[{{"attributes":{{"POSITION":0}}{primitive}}}]}}],
+        "accessors":[{{"componentType":5126,"count":3,"type":"VEC3"{accessor}}}],
+        "bufferViews":[{{"buffer":0,"byteLength":36}}]{extra}}}"#
+    )
+}
+
+const TRIANGLE: &str = "data:;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA";
+
+#[test]
+fn compressed_gltf_is_refused_unless_it_is_there_in_full() {
+    let draco = r#","extensions":{"KHR_draco_mesh_compression":{"bufferView":0}}"#;
+    let buffers = format!(r#","buffers":[{{"byteLength":36,"uri":"{TRIANGLE}"}}]"#);
+    let refused = |text: String| read("a.gltf", text.as_bytes()).unwrap_err().to_string();
+    let without = refused(triangle_gltf(draco, "", &buffers));
+    assert!(without.contains("meshes[0].primitives[0]") && without.contains("Draco"), "{without}");
+    let whole = read("a.gltf", triangle_gltf(draco, r#","bufferView":0"#, &buffers).as_bytes()).unwrap();
+    assert_eq!(whole.triangles.len(), 1);
+    let fallback =
+        r#","buffers":[{"byteLength":36,"extensions":{"EXT_meshopt_compression":{"fallback":true}}}]"#;
+    let meshopt = refused(triangle_gltf("", r#","bufferView":0"#, fallback));
+    assert!(meshopt.contains("buffers[0]") && meshopt.contains("EXT_meshopt_compression"), "{meshopt}");
+}
+
+/// Nodes of a mesh that is used twice, one of them below a mirror: the second scene, which the file calls the default.
+#[test]
+fn exported_gltf_has_strips_mirrors_and_quantised_vertices() {
+    let mesh = read("a.gltf", &corpus("gltf/exported.gltf")).unwrap();
+    assert_eq!(mesh.parts, ["Seat", "Copy"]);
+    let normal = |i: usize| {
+        let [a, b, c] = mesh.triangles[i].corners.map(|corner| mesh.positions[corner as usize]);
+        (b - a).cross(c - a)
+    };
+    // The first strip's first triangle faces z; its mirror image does, too, and the copy is turned about y.
+    assert!(normal(0).z > 0.99 && normal(6).z < -0.99, "{} {}", normal(0), normal(6));
+    assert_eq!(mesh.positions.iter().fold(0.0_f64, |most, p| most.max(p.x)), 1.0, "32767 stands for 1");
+    for told in ["points or lines", "morph targets", "skinned"] {
+        assert!(mesh.notes.iter().any(|note| note.contains(told)), "{told}: {:?}", mesh.notes);
+    }
+}
+
+#[test]
+fn exported_obj_keeps_its_parts_and_leaves_out_what_has_no_area() {
+    let mesh = corpus("obj/exported.obj");
+    let scene = scene("a.obj", mesh.split(|&byte| byte == 0).next().unwrap(), &Options::default()).unwrap();
+    let names: Vec<&str> =
+        scene.spec.surfaces.iter().map(|surface| surface.name.as_deref().unwrap()).collect();
+    assert_eq!(names, ["Room.001:0", "Room.001:0", "Lamp/shade hood:0", "Lamp/shade hood:2", "Lamp:0"]);
+    for told in ["1 triangles have no area", "2 points or lines", "no file defines it"] {
+        assert!(scene.notes.iter().any(|note| note.contains(told)), "{told}: {:?}", scene.notes);
+    }
+}
+
+/// A path of another machine: the library lies beside the file.
+#[test]
+fn a_library_that_has_moved_is_found_beside_the_file() {
+    let obj = format!("mtllib C:\\rooms\\my room.mtl\n{SQUARE}usemtl white\nf 1 2 3 4\n");
+    let mut files = |path: &Path| match path.to_str() {
+        Some("rooms/my room.mtl") => Ok(b"newmtl white\nKd 0.75 0.75 0.75\n".to_vec()),
+        _ => Err(io::Error::from(io::ErrorKind::NotFound)),
+    };
+    let path = Path::new("rooms/a.obj");
+    let mesh = import::read(path, obj.as_bytes(), Format::Obj, 0.0125, &mut Files::new(&mut files)).unwrap();
+    assert_eq!(mesh.materials[0].reflectance, 0.75.into());
+    assert!(
+        mesh.notes.iter().any(|note| note.contains("\"my room.mtl\" beside the file is read")),
+        "{:?}",
+        mesh.notes
+    );
+}
+
+/// An array whose copies double in size 72 times: the first are below what the coordinates of the last resolve.
+#[test]
+fn what_is_too_small_for_the_scene_has_no_area() {
+    let mgf = "m grey =\n\trd 0.5\n\ted 1\nv a =\n\tp 0 0 0\nv b =\n\tp 1 0 0\nv c =\n\tp 0 1 0\nm grey\nxf -a 72 -s 2\nf a b c\nxf\n";
+    let scene = scene("a.mgf", mgf.as_bytes(), &Options::default()).unwrap();
+    assert_eq!(scene.spec.surfaces.len(), 37, "{:?}", scene.notes);
+    assert!(scene.notes.iter().any(|note| note.contains("35 triangles have no area")), "{:?}", scene.notes);
 }
 
 /// (file name, content, what the message holds)

@@ -102,12 +102,15 @@ fn readers_stand_anything() {
     }
 }
 
-/// The same for as many seconds a format as `FUZZ_SECONDS` says.
+/// Many more changes, for as many seconds a format as `FUZZ_SECONDS` says, of the format alone that `FUZZ_FORMAT` names.
 #[test]
 #[ignore = "takes as long as one likes"]
 fn readers_stand_anything_for_long() {
     let seconds = std::env::var("FUZZ_SECONDS").map_or(60, |seconds| seconds.parse().unwrap());
-    for (name, target) in TARGETS {
+    let only = std::env::var("FUZZ_FORMAT").ok();
+    for (name, target) in
+        TARGETS.into_iter().filter(|(name, _)| only.as_deref().is_none_or(|only| only == *name))
+    {
         let (corpus, began) = (corpus(name), Instant::now());
         let mut number = 0;
         while began.elapsed() < Duration::from_secs(seconds) {

@@ -124,8 +124,10 @@ fn read_overrides(value: Value<'_>) -> Result<Vec<MaterialOverride>, Error> {
     values.into_iter().map(|(pattern, value)| read_override(pattern, value)).collect()
 }
 
+pub(crate) const OVERRIDE_KEYS: &[&str] = &["reflectance", "emittance", "power", "sides"];
+
 fn read_override(pattern: String, value: Value<'_>) -> Result<MaterialOverride, Error> {
-    let mut table = value.table(&["reflectance", "emittance", "power", "sides"])?;
+    let mut table = value.table(OVERRIDE_KEYS)?;
     let mut spectrum = |key| table.take(key).map(read_spectrum).transpose();
     let (reflectance, emittance) = (spectrum("reflectance")?, spectrum("emittance")?);
     let power = table.take("power");

@@ -1,5 +1,6 @@
 //! The job file.
 
+use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
 use import::{Format, Options};
@@ -29,7 +30,7 @@ pub const DEFAULT_STREAM_PATHS: u64 = 65_536;
 const DEFAULT_FRACTION: f64 = 0.99;
 
 /// The largest lease: lost with its worker, it would be traced again whole.
-const MAX_STREAM_PATHS: u64 = 1 << 24;
+pub(crate) const MAX_STREAM_PATHS: u64 = 1 << 24;
 
 /// Seconds between checkpoints of a job that names none.
 pub const DEFAULT_CHECKPOINT_SECONDS: f64 = 60.0;
@@ -42,6 +43,28 @@ const DEFAULT_MIN_HITS: u64 = 10;
 
 /// The longest wall time [s], some 30 years: what clocks can add to the present.
 const MAX_WALL_SECONDS: f64 = 1e9;
+
+/// What the numbers of a job measure. It changes labels and units, and no number.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Light {
+    /// Power in W, radiosity and irradiance in W/m².
+    #[default]
+    Radiant,
+    /// Luminous flux in lm, luminous exitance in lm/m², illuminance in lx.
+    Luminous,
+}
+
+impl Word for Light {
+    const ALL: &'static [Self] = &[Self::Radiant, Self::Luminous];
+
+    fn word(self) -> &'static str {
+        match self {
+            Light::Radiant => "radiant",
+            Light::Luminous => "luminous",
+        }
+    }
+}
 
 /// All that a job file and its scene say, checked.
 #[derive(Clone, Debug, PartialEq)]
@@ -68,6 +91,8 @@ pub struct Job {
     pub target: Option<Target>,
     /// How rays look for surfaces; the answer is the same with each.
     pub index: IndexChoice,
+    /// What the numbers measure. Default: luminous for a scene in MGF, whose format gives lm/m², else radiant.
+    pub light: Light,
 }
 
 /// The table `[budget]`.
@@ -140,6 +165,7 @@ pub(crate) const JOB_KEYS: &[&str] = &[
     "seed",
     "confidence",
     "simultaneous",
+    "light",
     "import",
     "method",
     "budget",
@@ -152,6 +178,8 @@ pub(crate) const BUDGET_KEYS: &[&str] =
 
 pub(crate) const TARGET_KEYS: &[&str] =
     &["relative_error", "fraction", "min_paths", "min_hits", "unhit", "patches"];
+
+pub(crate) const TRACING_KEYS: &[&str] = &["index"];
 
 /// Reads a job file and its scene, or a scene with the default of every key of jobs. Each override is a `key=value`, its key dotted, its value TOML or, failing
 /// that, a string without quotes; they replace keys of the job file before anything is checked.
@@ -173,7 +201,7 @@ pub fn load(path: &Path, overrides: &[String]) -> Result<Job, Error> {
     let method = table.table("method", METHOD_KEYS)?;
     let budget = table.table("budget", BUDGET_KEYS)?;
     let target = table.take("target").map(|value| value.table(TARGET_KEYS)).transpose()?;
-    let index = table.table("tracing", &["index"])?.take("index");
+    let index = table.table("tracing", TRACING_KEYS)?.take("index");
     let budget = read_budget(budget)?;
     let target = target.map(|mut table| Ok((table.take("patches"), read_target(table)?))).transpose()?;
     let index = index.map(|value| value.word()).transpose()?.unwrap_or_default();
@@ -181,6 +209,7 @@ pub fn load(path: &Path, overrides: &[String]) -> Result<Job, Error> {
     let seed = table.take("seed").map(|value| read_seed(&value)).transpose()?.unwrap_or(DEFAULT_SEED);
     let confidence = table.take("confidence").map(|value| read_confidence(&value)).transpose()?;
     let simultaneous = table.take("simultaneous").map(|value| value.boolean()).transpose()?.unwrap_or(false);
+    let light = table.take("light").map(|value| value.word()).transpose()?;
     let mut scene = match table.take("scene") {
         None if bare => load_scene_with(path, &options)?,
         named => read_scene(named, &table, path, &options)?,
@@ -188,6 +217,10 @@ pub fn load(path: &Path, overrides: &[String]) -> Result<Job, Error> {
     if repair {
         scene.turn_flipped()?;
     }
+    let light = light.unwrap_or_else(|| match Format::of(scene.path()) {
+        Some(Format::Mgf) => Light::Luminous,
+        _ => Light::Radiant,
+    });
     let (method, note) = read_method(method, scene.patch_count(), &budget)?;
     let about = |(patches, target): (Option<Value<'_>>, Target)| {
         let patches = patches.map(|value| read_target_patches(value, scene.patch_count(), &method));
@@ -207,6 +240,7 @@ pub fn load(path: &Path, overrides: &[String]) -> Result<Job, Error> {
         budget,
         target,
         index,
+        light,
     })
 }
 
@@ -347,6 +381,7 @@ fn read_target_patches(value: Value<'_>, patch_count: u64, method: &MethodTable)
     let (WalkKind::Gathering, Birth::Patches(born)) = (method.walk, &method.birth) else {
         return Ok(patches);
     };
+    let born: HashSet<u32> = born.iter().copied().collect();
     match patches.iter().find(|patch| !born.contains(patch)) {
         None => Ok(patches),
         Some(patch) => Err(Error::Refused {

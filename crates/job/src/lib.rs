@@ -12,15 +12,17 @@ mod kind;
 mod method;
 mod near;
 mod scene;
+mod schema;
 mod source;
 
 pub use error::{Error, Place, Spot};
 pub use import::Options as ImportOptions;
 pub use job::{
     Budget, DEFAULT_CHECKPOINT_SECONDS, DEFAULT_CONFIDENCE, DEFAULT_PATHS, DEFAULT_SEED,
-    DEFAULT_STREAM_PATHS, Job, Target, Unhit, load,
+    DEFAULT_STREAM_PATHS, Job, Light, Target, Unhit, load,
 };
 pub use kind::{FileKind, file_kind};
 pub use method::{MethodTable, WalkKind, Word, job_hash};
 pub use radiosity::Sampler;
 pub use scene::{SceneFile, load_scene, load_scene_with};
+pub use schema::{job_schema, scene_schema};

@@ -174,6 +174,8 @@ pub fn load_scene_with(path: &Path, options: &Options) -> Result<SceneFile, Erro
 
 pub(crate) const SCENE_KEYS: &[&str] = &["material", "surface", "mesh"];
 
+pub(crate) const MESH_KEYS: &[&str] = &["file", "material", "max_patch_area"];
+
 /// Those of them that are lists of tables.
 pub(crate) const LISTS: [&str; 2] = ["surface", "mesh"];
 
@@ -254,8 +256,7 @@ impl<'a, 'o> Reader<'a, 'o> {
     }
 
     fn mesh(&self, value: Value<'_>, number: usize) -> Result<(PathBuf, Imported), Error> {
-        let mut table =
-            value.table_called(format!("mesh {number}: "), &["file", "material", "max_patch_area"])?;
+        let mut table = value.table_called(format!("mesh {number}: "), MESH_KEYS)?;
         let file = table.require(
             "file",
             "a mesh is read from one",
@@ -350,9 +351,11 @@ fn read_materials(table: &mut Table<'_>) -> Result<Materials, Error> {
     Ok(materials)
 }
 
+pub(crate) const MATERIAL_KEYS: &[&str] = &["reflectance", "emittance"];
+
 fn read_material(value: Value<'_>) -> Result<Material, Error> {
     let mut lines = Lines { header: value.line(), keys: Vec::new() };
-    let mut table = value.table(&["reflectance", "emittance"])?;
+    let mut table = value.table(MATERIAL_KEYS)?;
     let mut spectrum = |key| {
         let Some(value) = table.take(key) else { return Ok(Spectrum::BLACK) };
         lines.keys.push((key, value.line()));
@@ -375,7 +378,8 @@ pub(crate) fn read_spectrum(value: Value<'_>) -> Result<Spectrum, Error> {
     Ok(Spectrum::rgb([r.number()?, g.number()?, b.number()?]))
 }
 
-const SURFACE_KEYS: &[&str] = &["name", "material", "quad", "triangle", "patches", "sides", "emit"];
+pub(crate) const SURFACE_KEYS: &[&str] =
+    &["name", "material", "quad", "triangle", "patches", "sides", "emit"];
 
 /// What messages call a surface.
 fn label(number: usize, name: Option<&str>) -> String {
@@ -514,13 +518,15 @@ fn read_sides(value: &Value<'_>) -> Result<Sides, Error> {
     }
 }
 
+pub(crate) const EMIT_KEYS: &[&str] = &["cell", "emittance"];
+
 /// (cell index, emittance [W/m²]) per entry.
 fn read_emit(value: Value<'_>, shape: &Shape) -> Result<Vec<(u32, Spectrum)>, Error> {
     let mut listed = BTreeSet::new();
     let mut emit = Vec::new();
     for value in value.array()? {
         let place = value.place();
-        let mut table = value.table(&["cell", "emittance"])?;
+        let mut table = value.table(EMIT_KEYS)?;
         let cell = table.require("cell", "an entry is about one cell", "cell = [i, j]")?;
         let emittance = table.require("emittance", "an entry changes it", "emittance = 1.0, in W/m²")?;
         let cell = read_cell(cell, shape)?;

@@ -296,6 +296,25 @@ fn methods_are_written_in_the_words_of_the_file() {
     assert_eq!(serde_json::from_value::<MethodTable>(written).unwrap(), MethodTable::default());
 }
 
+/// Each of 250,000 patches that a target is about is looked up among as many that walks are born on. One by one, that would take
+/// 3·10¹⁰ comparisons.
+#[test]
+fn a_target_may_be_about_very_many_patches() {
+    let folder = common::Folder::new("very-many-chosen");
+    let scene = "[material.w]\nreflectance = 0.5\nemittance = 1\n[[surface]]\nmaterial = \"w\"\n\
+                 quad = [[0,0,0],[1,0,0],[0,1,0]]\npatches = [500, 500]\n";
+    folder.write("s.toml", scene);
+    let all: Vec<String> = (0..250_000).map(|patch| patch.to_string()).collect();
+    let all = all.join(", ");
+    let job = format!(
+        "scene = \"s.toml\"\n[method]\nwalk = \"gathering\"\nbirth = {{ patches = [{all}] }}\n\
+         [budget]\npaths = 1000\n\
+         [target]\nrelative_error = 0.1\npatches = [{all}]\n"
+    );
+    let job = load(&folder.write("j.toml", job), &[]).unwrap();
+    assert_eq!(job.target.unwrap().patches.unwrap().len(), 250_000);
+}
+
 #[test]
 fn integers_may_have_exponents() {
     let path = written("exponents", JOB);

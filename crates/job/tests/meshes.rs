@@ -1,4 +1,5 @@
-//! Scenes from files: the same room in four formats, meshes within a scene, and the integrating sphere.
+//! Scenes from files: the same room in every format, every key of `[import]`, meshes within a scene, and the integrating
+//! sphere.
 
 mod common;
 
@@ -6,7 +7,7 @@ use std::fmt::Write;
 
 use common::Folder;
 use glam::DVec3;
-use job::{Job, load};
+use job::{Job, Light, load};
 use radiosity::{Estimates, Experiment, IndexChoice, SceneSpec, Sequence, Sides};
 
 /// A triangle of a material.
@@ -111,6 +112,31 @@ fn to_glb(faces: &[Face]) -> Vec<u8> {
     [b"glTF\x02\0\0\0", &(12 + chunks.len() as u32).to_le_bytes()[..], &chunks].concat()
 }
 
+/// Binary: a record for each triangle. STL has no materials.
+fn to_stl(faces: &[Face]) -> Vec<u8> {
+    let mut stl = vec![0; 80];
+    stl.extend((faces.len() as u32).to_le_bytes());
+    for (corners, _) in faces {
+        let numbers = corners.iter().flat_map(|corner| corner.to_array());
+        stl.extend([0; 12].into_iter().chain(numbers.flat_map(|x| (x as f32).to_le_bytes())).chain([0; 2]));
+    }
+    stl
+}
+
+/// ASCII, three vertices for each triangle. PLY has no materials.
+fn to_ply(faces: &[Face]) -> String {
+    let mut ply = format!(
+        "ply\nformat ascii 1.0\nelement vertex {}\nproperty double x\nproperty double y\nproperty double z\n\
+         element face {}\nproperty list uchar int vertex_indices\nend_header\n",
+        3 * faces.len(),
+        faces.len()
+    );
+    let corners = faces.iter().flat_map(|(corners, _)| corners);
+    corners.for_each(|corner| writeln!(ply, "{} {} {}", corner.x, corner.y, corner.z).unwrap());
+    (0..faces.len()).for_each(|i| writeln!(ply, "3 {} {} {}", 3 * i, 3 * i + 1, 3 * i + 2).unwrap());
+    ply
+}
+
 fn loaded(folder: &Folder, file: &str, overrides: &[&str]) -> Job {
     let overrides: Vec<String> = overrides.iter().map(|&text| text.to_owned()).collect();
     load(&folder.path().join(file), &overrides).unwrap()
@@ -122,7 +148,7 @@ fn nameless(spec: &SceneSpec) -> SceneSpec {
     spec
 }
 
-/// The four formats of a room, in a folder.
+/// A room in every format, in a folder.
 fn write_formats(name: &str) -> Folder {
     let folder = Folder::new(name);
     let faces = cornell();
@@ -132,6 +158,8 @@ fn write_formats(name: &str) -> Folder {
     folder.write("room.mtl", mtl);
     folder.write("room.mgf", to_mgf(&faces));
     folder.write("room.glb", to_glb(&faces));
+    folder.write("room.stl", to_stl(&faces));
+    folder.write("room.ply", to_ply(&faces));
     folder
 }
 
@@ -147,6 +175,97 @@ fn one_room_is_the_same_scene_in_every_format() {
         let name = job.scene.spec().surfaces[3].name.clone().unwrap();
         assert!(name.starts_with(if file == "room.mgf" { "room:" } else { "Room:" }), "{name}");
     }
+}
+
+#[test]
+fn formats_without_materials_have_the_same_triangles() {
+    let folder = write_formats("bare-triangles");
+    let toml = loaded(&folder, "room.toml", &[]);
+    for file in ["room.stl", "room.ply"] {
+        let job = loaded(&folder, file, &["import.sides=1", "import.material.default.emittance=2"]);
+        let expected = toml.scene.spec().surfaces.iter().map(|surface| surface.shape);
+        assert!(job.scene.spec().surfaces.iter().map(|surface| surface.shape).eq(expected), "{file}");
+        let finish = &job.scene.spec().surfaces[0];
+        assert_eq!((finish.reflectance, finish.emittance), (0.5.into(), 2.0.into()), "{file}");
+    }
+}
+
+/// A sheet of two triangles of the material `Sheet`, the lower one doubled, and one without area; and a file in which its
+/// front shows to the file's x.
+const SHEET: &str = "v 0 0 0\nv 0 2 0\nv 0 2 2\nv 0 0 2\nusemtl Sheet\nf 1 2 3\nf 1 3 4\nf 1 3 4\nf 1 1 2\n";
+
+/// What a key of `[import]` makes of the sheet's surfaces, by number: corner, sides, reflectance, emittance, cells.
+#[test]
+fn every_key_of_import_does_what_it_says() {
+    let folder = Folder::new("import-keys");
+    folder.write("sheet.obj", SHEET);
+    folder.write("sheet.mgf", "m Sheet =\n\tsides 1\n\trd 0.25\n\ted 1\nv a =\n\tp 0 0 0\nv b =\n\tp 0 2 0\nv c =\n\tp 0 2 2\nm Sheet\nf a b c\n");
+    let read = |file: &str, more: &[&str]| {
+        let mut keys = vec!["import.material.Sheet.emittance=1"];
+        keys.extend(more);
+        loaded(&folder, file, &keys).scene.spec().surfaces.clone()
+    };
+    let obj = |more: &[&str]| read("sheet.obj", more);
+    let normal = |surfaces: &[radiosity::SurfaceSpec]| {
+        let (_, u, v) = surfaces[0].shape.edges();
+        u.cross(v).normalize()
+    };
+    let default = obj(&[]);
+    assert_eq!((default.len(), default[0].sides, default[0].reflectance), (2, Sides::Both, 0.5.into()));
+
+    // up: OBJ is turned from y to z; MGF is taken as written.
+    let corner = |surfaces: &[radiosity::SurfaceSpec]| surfaces[0].shape.corners()[2];
+    assert_eq!(corner(&default), DVec3::new(0.0, -2.0, 2.0));
+    assert_eq!(corner(&obj(&["import.up=y"])), corner(&default));
+    assert_eq!(corner(&obj(&["import.up=z"])), DVec3::new(0.0, 2.0, 2.0));
+    assert_eq!(corner(&obj(&["import.up=x"])), DVec3::new(2.0, 2.0, 0.0));
+    assert_eq!(normal(&obj(&["import.up=x"])), DVec3::Z, "the file's x is up");
+    assert_eq!(corner(&read("sheet.mgf", &[])), DVec3::new(0.0, 2.0, 2.0));
+
+    // unit, sides
+    assert_eq!(corner(&obj(&["import.unit=0.5"])), DVec3::new(0.0, -1.0, 1.0));
+    assert_eq!(obj(&["import.sides=1"])[0].sides, Sides::Front);
+    assert_eq!(obj(&["import.sides=2"])[0].sides, Sides::Both);
+    let mgf = |more: &[&str]| read("sheet.mgf", more)[0].sides;
+    assert_eq!((mgf(&["import.sides=file"]), mgf(&["import.sides=2"])), (Sides::Front, Sides::Both));
+
+    // patch_size: the diagonal is 2.83 m. join: the square is one surface.
+    assert_eq!(obj(&["import.patch_size=1"])[0].shape.cell_count(), 9);
+    let joined = obj(&["import.join=true", "import.patch_size=1"]);
+    assert_eq!((joined.len(), joined[0].shape.cell_count()), (1, 4));
+
+    // reflectance_limit, curve_error, materials
+    assert_eq!(obj(&["import.reflectance_limit=0.25"])[0].reflectance, 0.25.into());
+    let emitted = |more: &[&str]| obj(more)[0].emittance;
+    assert_eq!(emitted(&["import.material.Sheet={ power = 8 }"]), 1.0.into(), "over both sides of 4 m²");
+    assert_eq!(emitted(&["import.material.Sheet={ power = 8, sides = 1 }"]), 2.0.into());
+    assert_eq!(obj(&["import.material.S*t.reflectance=0.75"])[0].reflectance, 0.75.into());
+    assert_eq!(obj(&["import.material.Sheet.emittance=[1, 2, 3]"])[0].emittance.channels(), [1.0, 2.0, 3.0]);
+    folder.write("ball.mgf", "m Sheet =\n\trd 0.25\n\ted 1\nv a =\n\tp 0 0 0\nm Sheet\nsph a 1\n");
+    let count = |error: &str| read("ball.mgf", &[&format!("import.curve_error={error}")]).len();
+    assert!(count("0.001") > 4 * count("0.0125"), "{} {}", count("0.001"), count("0.0125"));
+
+    // faults: what is dropped is told, or refused in one message.
+    let job = loaded(&folder, "sheet.obj", &["import.material.Sheet.emittance=1"]);
+    let notes = job.scene.notes().join("; ");
+    assert!(
+        notes.contains("1 triangles have no area") && notes.contains("1 triangles cover another one"),
+        "{notes}"
+    );
+    let refuse = ["import.material.Sheet.emittance=1", "import.faults=refuse"].map(str::to_owned);
+    let refused = load(&folder.path().join("sheet.obj"), &refuse).unwrap_err().to_string();
+    assert!(refused.contains("have no area") && refused.contains("cover another one"), "{refused}");
+}
+
+/// Lumens in, lux out: a word that changes no number. MGF gives lm/m², whose results are luminous unless the job says
+/// otherwise.
+#[test]
+fn light_is_luminous_where_the_format_says_so() {
+    let folder = write_formats("light");
+    let light = |file: &str, more: &[&str]| loaded(&folder, file, more).light;
+    assert_eq!((light("room.mgf", &[]), light("room.obj", &[])), (Light::Luminous, Light::Radiant));
+    assert_eq!(light("room.mgf", &["light=radiant"]), Light::Radiant);
+    assert_eq!(light("room.toml", &["light=luminous"]), Light::Luminous);
 }
 
 #[test]

@@ -9,7 +9,9 @@
 //! | slope of the largest scores above 3 | `tail`: visits fall off geometrically; the sample must stay within that law |
 
 use protocol::checkpoint::{Book, Look};
-use radiosity::{Apart, Counts, Estimate, Estimates, Experiment, Precision, Scene, Sequence, TINY, Tally};
+use radiosity::{
+    Apart, Counts, Estimate, Estimates, Experiment, Face, Precision, Scene, Sequence, Side, TINY, Tally,
+};
 use report::{Check, face_words};
 
 use crate::coincident::Coincident;
@@ -169,7 +171,7 @@ fn escape(experiment: &Experiment, tally: &Tally) -> Check {
                 "{percent:.2e} % of the {what} left the scene: if it is meant to be closed, it has a gap"
             ),
         ),
-        _ if counts.escaped >= counts.rays && !experiment.gathers() => check(
+        _ if counts.escaped >= counts.rays && lamps_face_away(experiment.scene()) => check(
             "escape",
             false,
             "all of the power left the scene at once: its lamps face away from it; turn them round (`radwalk check --repair` does), or write sides = 2, so that both sides live".into(),
@@ -183,6 +185,24 @@ fn escape(experiment: &Experiment, tally: &Tally) -> Check {
         ),
         _ => check("escape", true, format!("{percent:.1} % of the {what} left the scene")),
     }
+}
+
+/// Emitting faces that are asked where they face, at most.
+const LAMPS: usize = 64;
+
+/// Whether the lamps of a scene have nothing in front of them: their light cannot come back, however many walks there are. A
+/// lamp that is far away has the scene in front of it.
+fn lamps_face_away(scene: &Scene) -> bool {
+    let has_scene_in_front = |face: Face| {
+        let lamp = &scene.surfaces()[face.surface as usize];
+        let outwards = if face.side == Side::Front { lamp.normal() } else { -lamp.normal() };
+        let corner = lamp.outline().into_iter().next().expect("surfaces have corners");
+        let corners = || scene.surfaces().iter().flat_map(|surface| surface.outline());
+        let extent = corners().map(|point| (point - corner).length()).fold(0.0, f64::max);
+        corners().any(|point| (point - corner).dot(outwards) > 1e-9 * extent)
+    };
+    let lamps = || scene.faces().iter().filter(|face| face.emittance.is_lit()).take(LAMPS);
+    !lamps().any(has_scene_in_front)
 }
 
 /// Intervals hold what walks say; what was cut off is not in them.
@@ -373,7 +393,8 @@ fn efficiency(half: &[&Look]) -> Check {
 /// χ² of n differences over n has the standard deviation √(2/n). Differences of patches depend on each other; 5 standard
 /// deviations of 100 at most leave room for that.
 fn drift(scene: &Scene, half: &[&Look]) -> Check {
-    let Some(last) = half.last().filter(|look| look.drift.is_finite()) else {
+    // Right after a resume there may be too few walks to compare.
+    let Some(last) = half.iter().rfind(|look| look.drift.is_finite()) else {
         return check("drift", true, "too few looks to compare halves of the run".into());
     };
     let independent = scene.faces().len().min(100) as f64;

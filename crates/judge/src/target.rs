@@ -155,7 +155,7 @@ pub struct Observer {
     experiment: Experiment,
     level: f64,
     target: Option<Target>,
-    /// Of the look before.
+    /// Of the look before, or of where the run was resumed.
     before: Option<Sample>,
 }
 
@@ -163,6 +163,12 @@ impl Observer {
     /// Of a job whose intervals have this level each.
     pub fn new(experiment: Experiment, level: f64, target: Option<Target>) -> Self {
         Observer { experiment, level, target, before: None }
+    }
+
+    /// The observer of a job that is resumed: its first look compares the walks since with these.
+    pub fn going_on_from(self, past: &Tally) -> Self {
+        let before = (past.counts.walks > 0).then(|| Sample::new(past));
+        Observer { before, ..self }
     }
 
     /// Looks at the tally of a prefix.
@@ -247,6 +253,14 @@ impl Prospect {
         let excess = logs.iter().map(|[log, noise]| (log - mean).powi(2) - noise * noise);
         prospect.spread = Spread { mean, variance: (excess.sum::<f64>() / count).max(0.0) };
         prospect
+    }
+
+    /// Keeps every k-th face, so that at most so many are left: a running job is glanced at often.
+    #[must_use]
+    pub fn thinned(mut self, most: usize) -> Self {
+        let step = self.standings.len().div_ceil(most).max(1);
+        self.standings = self.standings.into_iter().step_by(step).collect();
+        self
     }
 
     /// Whether the run meets its target after so many walks; `noise`: the part by which errors are larger than the pilot
@@ -344,6 +358,34 @@ fn ladder(first: u64, walks: u64, least: usize) -> Vec<u64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// What decides is that of the whole, to the part of the area that one face of the thinned ones stands for.
+    #[test]
+    fn a_glance_sees_what_decides() {
+        let target = Target {
+            relative_error: 0.01,
+            fraction: 0.9,
+            min_paths: 0,
+            min_hits: 10,
+            unhit: Unhit::Infinite,
+            patches: None,
+        };
+        let standing = |i: u32| Standing { area: 1.0, error: f64::from(i), scores: 100.0, hits: 100 };
+        let whole = || Prospect {
+            standings: (0..10_000).map(|i| standing(i * 7 % 10_000)).collect(),
+            spread: Spread { mean: 0.0, variance: 1.0 },
+            walks: 1000,
+            level: 0.95,
+            target: target.clone(),
+            chains: false,
+            paths_per_walk: 1,
+        };
+        assert_eq!(whole().error(), 8999.0);
+        assert_eq!(whole().thinned(10_000).error(), 8999.0);
+        let glance = whole().thinned(1000);
+        assert_eq!(glance.standings.len(), 1000);
+        assert!((glance.error() - 8999.0).abs() <= 10.0, "{}", glance.error());
+    }
 
     #[test]
     fn looks_ascend_to_the_budget() {

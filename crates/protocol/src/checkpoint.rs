@@ -80,8 +80,8 @@ pub struct Look {
     pub median_relative_error: f64,
     /// The largest relative error.
     pub max_relative_error: f64,
-    /// Mean squared difference between the estimates of the walks since the look before and those up to it, over its
-    /// variance: about 1, if walks are independent. Not a number where there is none to compare with.
+    /// Mean squared difference between the estimates of the walks since the look before (or since the run was resumed, if
+    /// that was later) and those up to it, over its variance: about 1, if walks are independent. Not a number where there is none to compare with.
     pub drift: f64,
     /// Whether twice as many walks will do.
     pub promising: bool,

@@ -44,6 +44,9 @@ const BEATS_PER_RETURN: f64 = 10.0;
 const MAX_THREADS: usize = 4096;
 const MAX_RELAYED_THREADS: usize = 1 << 20;
 
+/// Leases that are worked on at once, by all workers: one that claims more threads than are left of these has one.
+const MOST_SLOTS: usize = 1 << 18;
+
 /// A relay's lease takes at most this many times as long as a worker's, whatever the relay asks for: each level of relays asks for
 /// four times what the level below takes.
 const LONGEST_RELAYED: f64 = 256.0;
@@ -339,7 +342,7 @@ impl Crew {
             (Stage::Working, ToCoordinator::Offer { lease, bytes }) => self.on_offer(id, lease, bytes),
             (Stage::Working, ToCoordinator::Piece { lease, sums }) => {
                 self.gets_on(id);
-                if sums.len() == PIECE && self.transfers.stage(id, lease, &sums) {
+                if sums.len() == PIECE && self.transfers.stage(id, lease, &sums, self.awake) {
                     return Step::Still(vec![]);
                 }
                 self.drop_peer(id, "sent a piece of a result that it was not asked for")
@@ -410,7 +413,6 @@ impl Crew {
         peer.relays = hello.relays;
         // A relay says later how many its workers have.
         peer.threads = if hello.relays { 0 } else { (hello.threads as usize).min(MAX_THREADS) };
-        peer.slots = peer.trusted_slots();
         let Terms { job, stream_walks, leases_per_thread, .. } = &self.terms;
         let (stream_walks, leases_per_thread) = (*stream_walks, *leases_per_thread as u32);
         vec![Action::Send(id, ToWorker::Welcome { job: job.clone(), stream_walks, leases_per_thread })]
@@ -428,9 +430,8 @@ impl Crew {
         let peer = self.peers.get_mut(&id).expect("the caller found it");
         peer.stage = Stage::Working;
         self.workers_now += 1;
-        self.threads += peer.trusted_threads();
-        self.slots += peer.slots;
         let joined = Notice::Joined { name: peer.name.clone(), threads: peer.threads };
+        self.believe(id);
         self.gets_on(id);
         self.consider(id);
         Step::Moved(vec![Action::Tell(joined)])
@@ -439,17 +440,31 @@ impl Crew {
     /// A relay's workers have come or gone.
     fn on_capacity(&mut self, id: PeerId, threads: u32, lease_seconds: f64) -> Step {
         let least = self.lease_seconds(self.ticked);
+        self.doubt(id);
         let peer = self.peers.get_mut(&id).expect("the caller found it");
-        self.threads -= peer.trusted_threads();
-        self.slots -= peer.slots;
         peer.threads = (threads as usize).min(MAX_RELAYED_THREADS);
-        peer.slots = peer.trusted_slots();
         let wanted = if lease_seconds.is_nan() { 0.0 } else { lease_seconds };
         peer.lease_seconds = wanted.clamp(0.0, LONGEST_RELAYED * least);
-        self.threads += peer.trusted_threads();
-        self.slots += peer.slots;
+        self.believe(id);
         self.consider(id);
         Step::Moved(vec![])
+    }
+
+    /// Counts the threads of a peer in, as far as they are believed. However many all claim, each has its share of
+    /// [`MOST_SLOTS`].
+    fn believe(&mut self, id: PeerId) {
+        let peer = self.peers.get_mut(&id).expect("the caller found it");
+        let left = MOST_SLOTS.saturating_sub(self.slots).max(1);
+        peer.slots = peer.trusted_slots().min(left);
+        self.threads += peer.trusted_threads();
+        self.slots += peer.slots;
+    }
+
+    /// Takes the threads of a peer out of the count.
+    fn doubt(&mut self, id: PeerId) {
+        let peer = &self.peers[&id];
+        self.threads -= peer.trusted_threads();
+        self.slots -= peer.slots;
     }
 
     /// A relay that has lost its workers gives a lease back.

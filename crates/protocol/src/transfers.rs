@@ -15,9 +15,12 @@ use crate::ledger::{LeaseId, Ledger};
 /// Large results that may be under way at once.
 const UNDER_WAY: usize = 16;
 
-/// Who was asked takes so long at most, and a second for so many bytes: others wait for the room.
+/// A worker that was asked takes so long at most, and a second for so many bytes: others wait for the room.
 const PATIENCE: Duration = Duration::from_secs(60);
 const BYTES_PER_SECOND: f64 = 1e5;
+
+/// A worker that was asked, and of which no piece comes for so long, is not going to send any.
+const PIECE_PATIENCE: Duration = Duration::from_secs(20);
 
 /// What may be held at once.
 #[derive(Clone, Copy, Debug)]
@@ -47,6 +50,8 @@ struct Transfer {
     staged: Vec<u8>,
     /// When it was asked for.
     since: Duration,
+    /// When the last piece came, or it was asked for.
+    heard: Duration,
 }
 
 /// All that is offered or under way.
@@ -91,19 +96,20 @@ impl Transfers {
             .map(|offer| {
                 let asked = (offer.peer, offer.lease);
                 let staged = Vec::with_capacity(offer.bytes);
-                self.under_way.insert(offer.lease, Transfer { offer, staged, since: now });
+                self.under_way.insert(offer.lease, Transfer { offer, staged, since: now, heard: now });
                 asked
             })
             .collect()
     }
 
     /// Stages a piece. Returns false where it was not asked for, or is more than was offered.
-    pub fn stage(&mut self, peer: PeerId, lease: LeaseId, piece: &[u8]) -> bool {
+    pub fn stage(&mut self, peer: PeerId, lease: LeaseId, piece: &[u8], now: Duration) -> bool {
         match self.under_way.get_mut(&lease) {
-            Some(Transfer { offer, staged, .. })
+            Some(Transfer { offer, staged, heard, .. })
                 if offer.peer == peer && staged.len() + piece.len() <= offer.bytes =>
             {
                 staged.extend_from_slice(piece);
+                *heard = now;
                 true
             }
             _ => false,
@@ -146,10 +152,9 @@ impl Transfers {
         keepers
     }
 
-    /// Whether the result of one of several leases of the same walks is kept by its worker or is being sent.
-    pub fn has_any(&self, start: u64, leases: &[LeaseId]) -> bool {
-        let mut leases = leases.iter();
-        leases.any(|&lease| self.offers.contains_key(&(start, lease)) || self.under_way.contains_key(&lease))
+    /// Whether the result of one of several leases of the same walks is kept by its worker.
+    pub fn keeps_any(&self, start: u64, leases: &[LeaseId]) -> bool {
+        leases.iter().any(|&lease| self.offers.contains_key(&(start, lease)))
     }
 
     /// Whether some result is being sent.
@@ -176,12 +181,15 @@ impl Transfers {
         self.offers.values().any(|offer| offer.peer == peer)
     }
 
-    /// Whether a peer takes too long to send what it was asked for.
+    /// Whether a peer takes too long to send what it was asked for, or sends nothing of it.
     pub fn is_overdue(&self, peer: PeerId, now: Duration) -> bool {
-        self.under_way.values().filter(|transfer| transfer.offer.peer == peer).any(|transfer| {
-            let allowed = PATIENCE + Duration::from_secs_f64(transfer.offer.bytes as f64 / BYTES_PER_SECOND);
-            now.saturating_sub(transfer.since) > allowed
-        })
+        let of_peer = || self.under_way.values().filter(|transfer| transfer.offer.peer == peer);
+        // A worker sends one result after the other.
+        let silent = of_peer().map(|transfer| transfer.heard).max();
+        let allowed =
+            |offer: &Offer| PATIENCE + Duration::from_secs_f64(offer.bytes as f64 / BYTES_PER_SECOND);
+        silent.is_some_and(|heard| now.saturating_sub(heard) > PIECE_PATIENCE)
+            || of_peer().any(|transfer| now.saturating_sub(transfer.since) > allowed(&transfer.offer))
     }
 
     /// Drops all that a peer has offered or begun to send.
@@ -200,6 +208,7 @@ mod tests {
     use crate::parcel::Parcel;
     use radiosity::{Counts, Layout, Tally};
 
+    const NOW: Duration = Duration::ZERO;
     const ROOM: Room = Room { islands: 1, bytes: 50 };
 
     /// Ten leases of ten walks.
@@ -274,25 +283,31 @@ mod tests {
         assert!(transfers.offer(Offer { peer: 7, lease: 0, walks: 0..10, bytes: 1_000_000 }));
         assert!(!transfers.is_overdue(7, 100 * PATIENCE), "it was not asked");
         assert_eq!(transfers.grant(&books, ROOM, PATIENCE), [(7, 0)]);
-        let allowed = PATIENCE + Duration::from_secs(10);
+        let second = Duration::from_secs(1);
+        assert!(!transfers.is_overdue(7, PATIENCE + PIECE_PATIENCE));
+        assert!(transfers.is_overdue(7, PATIENCE + PIECE_PATIENCE + second), "nothing of it comes");
+        let allowed = PATIENCE + 10 * second;
+        for at in (1..=70).step_by(10) {
+            assert!(transfers.stage(7, 0, &[1], PATIENCE + at * second));
+        }
         assert!(!transfers.is_overdue(7, PATIENCE + allowed));
-        assert!(transfers.is_overdue(7, PATIENCE + allowed + Duration::from_secs(1)));
+        assert!(transfers.is_overdue(7, PATIENCE + allowed + second), "it comes too slowly");
         assert!(!transfers.is_overdue(6, 100 * PATIENCE));
     }
 
     #[test]
     fn only_what_was_asked_for_is_staged_and_only_as_much() {
         let (books, mut transfers) = (books(), Transfers::default());
-        assert!(!transfers.stage(0, 0, &[1]), "not offered");
+        assert!(!transfers.stage(0, 0, &[1], NOW), "not offered");
         offer(&mut transfers, 0);
         assert!(!transfers.offer(Offer { peer: 0, lease: 0, walks: 0..10, bytes: 10 }), "twice");
-        assert!(!transfers.stage(0, 0, &[1]), "not asked for");
+        assert!(!transfers.stage(0, 0, &[1], NOW), "not asked for");
         assert_eq!(asked(&mut transfers, &books, ROOM), [0]);
         assert!(!transfers.offer(Offer { peer: 0, lease: 0, walks: 0..10, bytes: 10 }), "again");
-        assert!(!transfers.stage(1, 0, &[1]), "of another");
-        assert!(transfers.stage(0, 0, &[1, 2, 3, 4]));
-        assert!(!transfers.stage(0, 0, &[0; 7]), "too much");
-        assert!(transfers.stage(0, 0, &[5, 6]));
+        assert!(!transfers.stage(1, 0, &[1], NOW), "of another");
+        assert!(transfers.stage(0, 0, &[1, 2, 3, 4], NOW));
+        assert!(!transfers.stage(0, 0, &[0; 7], NOW), "too much");
+        assert!(transfers.stage(0, 0, &[5, 6], NOW));
         assert_eq!(transfers.finish(0, 0, &[7, 8, 9, 10]), Some(vec![1, 2, 3, 4, 5, 6, 7, 8, 9, 10]));
         assert_eq!(transfers.finish(0, 0, &[]), None, "taken");
         offer(&mut transfers, 0);

@@ -85,6 +85,13 @@ pub struct Sight {
     cosine: f64,
 }
 
+impl Sight {
+    /// Cosine between the ray and the surface's normal.
+    pub fn cosine(&self) -> f64 {
+        self.cosine
+    }
+}
+
 /// A perspective camera.
 #[derive(Clone, Debug)]
 pub struct Camera {
@@ -162,15 +169,16 @@ impl Camera {
         Some(Glance { point, direction, distance, from: Ray::FREE })
     }
 
-    /// Where a point is seen in the picture [pixels].
-    #[cfg(test)]
-    pub fn project(&self, point: DVec3) -> [f64; 2] {
+    /// Where a point is seen in the picture [pixels]; `None` behind the eye.
+    pub fn project(&self, point: DVec3) -> Option<[f64; 2]> {
         let sight = point - self.eye;
         let depth = sight.dot(self.forward);
-        [
-            (sight.dot(self.right) / depth - self.left) / self.pixel,
-            (self.top - sight.dot(self.up) / depth) / self.pixel,
-        ]
+        (depth > 0.0).then(|| {
+            [
+                (sight.dot(self.right) / depth - self.left) / self.pixel,
+                (self.top - sight.dot(self.up) / depth) / self.pixel,
+            ]
+        })
     }
 
     fn direction(&self, x: f64, y: f64) -> DVec3 {
@@ -330,7 +338,7 @@ mod tests {
     }
 
     fn patch_at(scene: &Scene, camera: &Camera, point: DVec3) -> Option<u32> {
-        let [x, y] = camera.project(point - scene.origin());
+        let [x, y] = camera.project(point - scene.origin()).expect("the eye looks at the scene");
         camera.look(scene, &[[x, y]])[0].map(|sight| sight.face)
     }
 
@@ -427,7 +435,7 @@ mod tests {
             let camera = frame.camera(&bounds, azimuth, elevation, false, 300);
             let [width, height] = camera.size.map(f64::from);
             assert!(width.max(height) == 300.0);
-            for [x, y] in bounds.corners().map(|corner| camera.project(corner)) {
+            for [x, y] in bounds.corners().map(|corner| camera.project(corner).unwrap()) {
                 assert!(x > 0.0 && x < width && y > 0.0 && y < height, "{x} {y}");
             }
         }

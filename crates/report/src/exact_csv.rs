@@ -7,7 +7,7 @@ use radiosity::{Faces, Side};
 use serde::{Serialize, Serializer};
 
 use crate::patches::side_name;
-use crate::summary::{Check, hex};
+use crate::summary::{Check, Units, hex};
 
 /// The columns, in the order of faces; all of one length. The variances are of B for one walk, in the order
 /// absorption, survival, collision, infinite; `None` leaves a column empty, and so does a variance that is
@@ -117,6 +117,8 @@ pub struct ExactSummary {
     pub faces: usize,
     /// Φ_T: total self-emitted power [W].
     pub total_power: f64,
+    /// What the numbers measure.
+    pub units: Units,
     /// How the form factors were found.
     pub form_factors: String,
     /// The least Σ_j F_ij: 1 in a closed scene.

@@ -7,6 +7,7 @@ mod camera;
 mod chart;
 mod error;
 mod exact_csv;
+mod mark;
 mod method;
 mod model;
 mod patches;
@@ -26,5 +27,5 @@ pub use patches::{face_words, flags, side_name, write_patches};
 pub use picture::Picture;
 pub use summary::{
     Check, Energy, PartSummary, PrecisionSummary, Provenance, RunFacts, SessionSummary, Summary, Target,
-    WorkerSummary, WorstPatch,
+    Units, WorkerSummary, WorstPatch,
 };

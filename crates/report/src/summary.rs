@@ -64,6 +64,8 @@ pub struct Summary {
     /// How well the non-emitting patches are known.
     #[serde(flatten)]
     pub precision: PrecisionSummary,
+    /// What the numbers measure, here and in the tables.
+    pub units: Units,
     /// Where the power went.
     pub energy: Energy,
     /// The target, if the job has one.
@@ -77,6 +79,29 @@ pub struct Summary {
     pub checks: Vec<Check>,
     /// Whose walks these are and where they came from.
     pub provenance: Provenance,
+}
+
+/// The units of a result. They are labels: no number depends on them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub struct Units {
+    /// `radiant` or `luminous`.
+    pub light: &'static str,
+    /// The unit of emitted power.
+    pub power: &'static str,
+    /// The unit of emittance and radiosity.
+    pub radiosity: &'static str,
+    /// The unit of irradiance.
+    pub irradiance: &'static str,
+}
+
+impl Units {
+    /// Energy: watts.
+    pub const RADIANT: Units =
+        Units { light: "radiant", power: "W", radiosity: "W/m²", irradiance: "W/m²" };
+
+    /// Light as the eye weighs it: lumens in, lux out.
+    pub const LUMINOUS: Units =
+        Units { light: "luminous", power: "lm", radiosity: "lm/m²", irradiance: "lx" };
 }
 
 /// Where the walks of a result came from.
@@ -251,6 +276,8 @@ pub struct RunFacts {
     pub model: Model,
     /// What was left out, changed or assumed of meshes.
     pub import: Vec<String>,
+    /// What the numbers measure.
+    pub units: Units,
     /// What was verified.
     pub checks: Vec<Check>,
     /// Level of every interval, or of all together.
@@ -292,6 +319,7 @@ impl Summary {
             confidence: facts.confidence,
             simultaneous: facts.simultaneous,
             precision: PrecisionSummary::new(scene, &precision),
+            units: facts.units,
             energy,
             target: facts.target,
             import: facts.import,
@@ -387,6 +415,7 @@ mod tests {
             streams_reissued: 3,
             target: None,
             import: Vec::new(),
+            units: Units::RADIANT,
             checks: vec![Check { name: "energy".into(), ok: true, message: "balanced".into() }],
             confidence: 0.95,
             simultaneous: false,
@@ -424,7 +453,7 @@ mod tests {
         const FIELDS: &str = "version git job_hash scene_hash tally_hash seed walk estimator space sampler \
             paths rays escaped absorbed_back truncated seconds cpu_seconds paths_per_second rays_per_second \
             workers_seen workers_lost streams streams_reissued confidence simultaneous rms_relative_error \
-            max_relative_error worst_patch error_quantiles unhit tiny energy target model checks provenance";
+            max_relative_error worst_patch error_quantiles unhit tiny units energy target model checks provenance";
         let scene = cube();
         let text = text(&Summary::new(&scene, &tally(&scene), Precision::default(), facts()));
         let top_level = text.lines().filter_map(|line| line.strip_prefix("  \"")?.split_once('"'));

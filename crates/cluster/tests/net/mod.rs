@@ -11,6 +11,7 @@ use cluster::access::Access;
 use cluster::channel::Inbound;
 use cluster::codec::frame;
 use cluster::coordinator::{Coordinator, Ending, Plan};
+use cluster::lead::Notice;
 use cluster::message::{ToCoordinator, ToWorker};
 use cluster::noise::{self, Greeting, HANDSHAKE_RECORD, Sealer};
 use cluster::server::{Wish, serve};
@@ -49,7 +50,12 @@ pub fn run(plan: Plan, stop: impl Fn(&Coordinator) -> bool, others: impl FnOnce(
                 () => Wish::Continue,
             }
         };
-        serve(listener, &access, &mut coordinator, owner, |notice| notices.push(notice.to_string())).unwrap()
+        let tell = |notice| match notice {
+            // That workers come is no news.
+            Notice::Joined { .. } => {}
+            notice => notices.push(notice.to_string()),
+        };
+        serve(listener, &access, &mut coordinator, owner, tell).unwrap()
     });
     Run { ending, coordinator, notices }
 }

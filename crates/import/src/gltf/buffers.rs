@@ -52,6 +52,7 @@ pub(super) fn buffers(
     let content = |(number, buffer): (usize, &super::json::Buffer)| {
         let at = |fault| (format!("buffers[{number}]"), fault);
         let content = match buffer.uri.as_deref() {
+            None if buffer.extensions.meshopt.is_some() => return Err(at(compressed())),
             None => binary.to_vec(),
             Some(uri) => match uri.strip_prefix("data:") {
                 Some(data) => decode_data(data).ok_or_else(|| at(bad_data()))?,
@@ -68,6 +69,11 @@ pub(super) fn buffers(
         Ok(content)
     };
     document.buffers.iter().enumerate().map(content).collect()
+}
+
+fn compressed() -> Fault {
+    let remedy = "export the file without mesh compression";
+    Fault::new("its meshes are compressed (EXT_meshopt_compression)", "that is not read", remedy)
 }
 
 fn bad_data() -> Fault {

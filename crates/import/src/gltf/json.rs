@@ -172,9 +172,18 @@ pub(super) struct BufferView {
     pub(super) byte_stride: Option<usize>,
 }
 
+/// Bytes without content of their own, which stand for those of compressed views.
+#[derive(Debug, Default, Deserialize)]
+#[serde(default)]
+pub(super) struct BufferExtensions {
+    #[serde(rename = "EXT_meshopt_compression")]
+    pub(super) meshopt: Option<serde_json::Value>,
+}
+
 #[derive(Debug, Default, Deserialize)]
 #[serde(default, rename_all = "camelCase")]
 pub(super) struct Buffer {
     pub(super) uri: Option<String>,
     pub(super) byte_length: usize,
+    pub(super) extensions: BufferExtensions,
 }

@@ -159,7 +159,7 @@ impl Walk<'_> {
             self.tally.count("primitives of points or lines (they have no area) were left out");
             return Ok(());
         }
-        if primitive.extensions.draco.is_some() && primitive.attributes.position.is_none() {
+        if primitive.extensions.draco.is_some() && !self.has_plain_positions(primitive) {
             let fault =
                 Fault::new("its mesh is compressed (Draco)", "that is not read", "export it uncompressed");
             return Err((path.into(), fault));
@@ -191,6 +191,13 @@ impl Walk<'_> {
             self.mesh.triangles.push(Triangle { corners, part, face, material, line: 0 });
         }
         room(&self.mesh).map_err(|fault| (path.into(), fault))
+    }
+
+    /// Whether a primitive that is compressed stands in the file without compression, too.
+    fn has_plain_positions(&self, primitive: &Primitive) -> bool {
+        let accessors = &self.data.document.accessors;
+        let accessor = primitive.attributes.position.and_then(|number| accessors.get(number));
+        accessor.is_some_and(|accessor| accessor.buffer_view.is_some() || accessor.sparse.is_some())
     }
 
     /// The vertices in the order of the triangles' corners.

@@ -10,7 +10,7 @@ use crate::error::Error;
 
 /// The word of a [`Solve`].
 #[derive(Clone, Copy)]
-enum SolveWord {
+pub(crate) enum SolveWord {
     Links,
     Iterations,
 }
@@ -26,6 +26,8 @@ impl Word for SolveWord {
     }
 }
 
+pub(crate) const SOLVE_KEYS: &[&str] = &["solve", "births", "regular"];
+
 /// What chains make of their rays; the sampler stands elsewhere.
 pub(super) fn read_solve(value: Value<'_>, walk: WalkKind) -> Result<Solve, Error> {
     if walk != WalkKind::Jacobi {
@@ -36,7 +38,7 @@ pub(super) fn read_solve(value: Value<'_>, walk: WalkKind) -> Result<Solve, Erro
             "remove it, or write walk = \"jacobi\"",
         ));
     }
-    let mut table = value.table(&["solve", "births", "regular"])?;
+    let mut table = value.table(SOLVE_KEYS)?;
     let solve: SolveWord = table
         .require("solve", "chains have two ways to a solution", "solve = \"iterations\" beside it")?
         .word()?;

@@ -13,9 +13,10 @@ use radiosity::{
 };
 use serde::{Deserialize, Serialize};
 
+pub(crate) use self::chains::{SOLVE_KEYS, SolveWord};
 pub use self::hash::job_hash;
 pub(crate) use self::read::{METHOD_KEYS, read_method};
-pub(crate) use self::walks::read_patches;
+pub(crate) use self::walks::{BIRTH_KEYS, EndWord, INFINITE_KEYS, read_patches};
 pub use self::word::Word;
 
 /// Which way walks run, and from where.

@@ -13,7 +13,7 @@ const DEFAULT_LENGTH: u32 = 20;
 
 /// The word of an [`InfiniteEnd`], before its number is known.
 #[derive(Clone, Copy)]
-enum EndWord {
+pub(crate) enum EndWord {
     Roulette,
     Cutoff,
     Length,
@@ -31,8 +31,10 @@ impl Word for EndWord {
     }
 }
 
+pub(crate) const INFINITE_KEYS: &[&str] = &["end", "threshold", "length"];
+
 pub(super) fn read_infinite(value: Value<'_>) -> Result<InfiniteEnd, Error> {
-    let mut table = value.table(&["end", "threshold", "length"])?;
+    let mut table = value.table(INFINITE_KEYS)?;
     let end: EndWord = table
         .require("end", "a number alone does not say how walks end", "end = \"roulette\" beside it")?
         .word()?;
@@ -70,6 +72,8 @@ fn read_length(value: &Value<'_>) -> Result<u32, Error> {
     Ok(length as u32)
 }
 
+pub(crate) const BIRTH_KEYS: &[&str] = &["patches"];
+
 pub(super) fn read_birth(value: Value<'_>, patch_count: u64) -> Result<Birth, Error> {
     if value.is_string() {
         return match value.string()? {
@@ -83,7 +87,7 @@ pub(super) fn read_birth(value: Value<'_>, patch_count: u64) -> Result<Birth, Er
             }),
         };
     }
-    let mut table = value.table(&["patches"])?;
+    let mut table = value.table(BIRTH_KEYS)?;
     let listed = table.require("patches", "walks must be born somewhere", "patches = [7, 12], by number")?;
     read_patches(listed, patch_count, "walks must be born somewhere", "write birth = \"area\"")
         .map(Birth::Patches)

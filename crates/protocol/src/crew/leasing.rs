@@ -203,7 +203,7 @@ impl Crew {
         let below = |&(start, _): &(u64, &[LeaseId])| start < below;
         let out = self.ledger.out().take_while(below).take(MOST_LOOKED_AT);
         // The walks of a result that is kept are done; it waits for those before it.
-        let undone = out.filter(|&(start, leases)| !self.transfers.has_any(start, leases));
+        let undone = out.filter(|&(start, leases)| !self.transfers.keeps_any(start, leases));
         undone
             .filter_map(|(start, leases)| self.look_at(start, leases, fastest, now))
             .filter(|late| late.is_late)
@@ -211,10 +211,10 @@ impl Crew {
             .collect()
     }
 
-    /// The lowest walks that are out and of which no result is kept or sent.
+    /// The lowest walks that are out and of which no result is kept.
     pub(super) fn gap(&self, now: Now) -> Option<Late> {
         let mut out = self.ledger.out().take(MOST_LOOKED_AT);
-        let (start, leases) = out.find(|&(start, leases)| !self.transfers.has_any(start, leases))?;
+        let (start, leases) = out.find(|&(start, leases)| !self.transfers.keeps_any(start, leases))?;
         self.look_at(start, leases, self.fastest(), now)
     }
 
@@ -241,7 +241,9 @@ impl Crew {
     fn patience(&self, lease: LeaseId, holder: PeerId, fastest: f64, now: Now) -> f64 {
         let (peer, range) = (&self.peers[&holder], self.ledger.range(lease).unwrap_or_default());
         let walking = (range.end - range.start) as f64 / (fastest * peer.lease_threads().max(1) as f64);
-        let seconds = self.lease_seconds(now).max(peer.lease_seconds).max(walking);
+        // What a relay says of its leases is believed when it has brought one.
+        let claimed = if peer.results > 0 { peer.lease_seconds } else { 0.0 };
+        let seconds = self.lease_seconds(now).max(claimed).max(walking);
         LATE * self.terms.leases_per_thread as f64 * seconds
     }
 }

@@ -98,14 +98,11 @@ impl Crew {
 
     /// A worker has brought a result.
     fn trust(&mut self, id: PeerId) {
+        self.doubt(id);
         let peer = self.peers.get_mut(&id).expect("the caller found it");
-        self.threads -= peer.trusted_threads();
-        self.slots -= peer.slots;
         peer.results = peer.results.saturating_add(1);
         peer.delivered = self.awake;
-        peer.slots = peer.trusted_slots();
-        self.threads += peer.trusted_threads();
-        self.slots += peer.slots;
+        self.believe(id);
         self.consider(id);
     }
 

@@ -71,6 +71,11 @@ pub struct Faces {
 }
 
 impl Faces {
+    /// What the faces take of memory [bytes].
+    pub(crate) fn bytes(&self) -> usize {
+        size_of_val(&self.surfaces[..]) + size_of_val(&self.backs[..]) + size_of_val(&self.single[..])
+    }
+
     /// The faces of a valid scene.
     pub(crate) fn new(spec: &SceneSpec) -> Self {
         let mut faces = Faces { surfaces: vec![], backs: vec![], single: vec![], patches: 0, len: 0 };

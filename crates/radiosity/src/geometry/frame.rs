@@ -13,6 +13,11 @@ const FRAME_NUMBERS: usize = 16;
 pub(crate) struct Frames(Table<FRAME_NUMBERS>);
 
 impl Frames {
+    /// What the frames take of memory [bytes].
+    pub(crate) fn bytes(&self) -> usize {
+        self.0.bytes()
+    }
+
     /// Those of surfaces in their order.
     pub(crate) fn new(frames: impl Iterator<Item = Frame<f64>>) -> Self {
         let numbers = |Frame { corner, edges: [edge_u, edge_v], tangent, normal }| {

@@ -37,6 +37,11 @@ pub(crate) struct Landings {
 }
 
 impl Landings {
+    /// What the landings take of memory [bytes].
+    pub(crate) fn bytes(&self) -> usize {
+        self.table.bytes()
+    }
+
     pub(crate) fn new(surfaces: &[Surface]) -> Self {
         let landings: Vec<Landing<f64>> = surfaces.iter().map(Landing::of).collect();
         let rows = landings.iter().any(|landing| landing.outline == TRIANGLE_IN_ROWS);

@@ -12,6 +12,11 @@ pub(crate) struct AliasTable {
 }
 
 impl AliasTable {
+    /// What the table takes of memory [bytes].
+    pub(crate) fn bytes(&self) -> usize {
+        size_of_val(&self.columns[..])
+    }
+
     /// A table over weights ≥ 0, at least one of them > 0.
     pub(crate) fn new(weights: &[f64]) -> Self {
         let mean = weights.iter().sum::<f64>() / weights.len() as f64;

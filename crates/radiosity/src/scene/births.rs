@@ -34,6 +34,11 @@ pub(crate) struct Births {
 }
 
 impl Births {
+    /// What the births take of memory [bytes].
+    pub(crate) fn bytes(&self) -> usize {
+        size_of_val(&self.cradles[..]) + size_of_val(&self.weights[..]) + self.choice.bytes()
+    }
+
     /// Births with a probability in proportion to `share` of each face. `None` where no share is above 0.
     pub(crate) fn new(surfaces: &[Surface], faces: &Faces, share: impl Fn(usize) -> f64) -> Option<Self> {
         Births::in_cradles(surfaces, faces, &share, |a, b| share(a) == share(b))

@@ -86,6 +86,15 @@ pub(crate) struct Parts {
     hash: [u8; 32],
 }
 
+/// What a scene takes of memory [bytes].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Memory {
+    /// Surfaces with their names, faces, and the tables that walks look them up in.
+    pub surfaces: usize,
+    /// What rays find the nearest surface by: the tree, where there is one.
+    pub index: usize,
+}
+
 impl Scene {
     /// Checks a scene and prepares it for walks.
     ///
@@ -201,6 +210,22 @@ impl Scene {
     /// How many boxes a node of that tree holds.
     pub fn tree_width(&self) -> Option<usize> {
         self.has_tree().then_some(crate::trace::tree::WIDTH)
+    }
+
+    /// What the scene takes of memory while it is walked in.
+    pub fn memory(&self) -> Memory {
+        let parts = &*self.parts;
+        let names: usize = parts.names.iter().map(|name| size_of::<String>() + name.capacity()).sum();
+        let stacks: usize = parts.stacks.iter().map(|stack| size_of_val(&stack.surfaces[..])).sum();
+        let tables = [
+            size_of_val(&parts.surfaces[..]),
+            parts.faces.bytes(),
+            parts.emitters.bytes(),
+            parts.frames.bytes(),
+            parts.landings.bytes(),
+            parts.facets.bytes(),
+        ];
+        Memory { surfaces: names + stacks + tables.iter().sum::<usize>(), index: parts.index.bytes() }
     }
 
     /// A digest of all that walks can see: geometry, cells, sides, reflectances, emittances.

@@ -24,6 +24,11 @@ impl<const K: usize> Table<K> {
         self.rows.len()
     }
 
+    /// What the table takes of memory [bytes].
+    pub(crate) fn bytes(&self) -> usize {
+        size_of_val(&self.rows[..]) + self.columns.as_ref().map_or(0, |columns| size_of_val(&**columns))
+    }
+
     /// A row; the last one for numbers beyond the table, which rays that meet nothing have.
     #[inline(always)]
     pub(crate) fn row(&self, number: u32) -> &[f64; K] {

@@ -83,6 +83,11 @@ pub(crate) struct Facets {
 }
 
 impl Facets {
+    /// What the facets take of memory [bytes].
+    pub(crate) fn bytes(&self) -> usize {
+        self.table.bytes() + self.layers.as_ref().map_or(0, Layers::bytes)
+    }
+
     /// The facets of surfaces of which some lie in the planes of stacks.
     pub(crate) fn new(surfaces: &[Surface], stacks: &[Stack], slack: f64) -> Self {
         let mut offsets: Vec<f64> = surfaces.iter().map(|s| s.normal().dot(s.corner())).collect();

@@ -29,6 +29,11 @@ pub(crate) struct Flat {
 }
 
 impl Flat {
+    /// What the sketches take of memory [bytes].
+    pub(crate) fn bytes(&self) -> usize {
+        size_of_val(&self.sketches[..])
+    }
+
     pub(crate) fn new(isa: Isa, surfaces: &[Surface], facets: &Facets) -> Self {
         // Without vectors of f32 to speak of, meeting facets in full takes less time.
         if isa == Isa::Portable || surfaces.len() > MOST_SKETCHES {

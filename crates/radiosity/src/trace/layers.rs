@@ -25,6 +25,11 @@ pub(crate) struct Layers {
 }
 
 impl Layers {
+    /// What the layers take of memory [bytes].
+    pub(crate) fn bytes(&self) -> usize {
+        self.table.bytes()
+    }
+
     /// `None` where no surfaces coincide. `facing` tells of a surface whether its front is on the side of a stack's normal.
     pub(crate) fn new(count: usize, stacks: &[Stack], facing: impl Fn(u32, &Stack) -> bool) -> Option<Self> {
         if stacks.is_empty() {

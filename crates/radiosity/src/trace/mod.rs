@@ -30,6 +30,14 @@ pub(crate) enum Index {
 }
 
 impl Index {
+    /// What the index takes of memory [bytes].
+    pub(crate) fn bytes(&self) -> usize {
+        match self {
+            Index::Flat(flat) => flat.bytes(),
+            Index::Tree(tree) => tree.bytes(),
+        }
+    }
+
     /// The least (t, rank) among the facets that each ray meets. Directions have a length of about 1;
     /// `scratch` is space that keeps its allocation from batch to batch.
     #[inline]

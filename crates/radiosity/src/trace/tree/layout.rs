@@ -18,6 +18,13 @@ pub(crate) struct Tree {
     pub(super) isa: Isa,
 }
 
+impl Tree {
+    /// What nodes and leaves take of memory [bytes].
+    pub(crate) fn bytes(&self) -> usize {
+        size_of_val(&self.lines[..])
+    }
+}
+
 /// A cache line of the tree.
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(64))]

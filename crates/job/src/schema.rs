@@ -1,0 +1,333 @@
+//! JSON schemas of job and scene files, by which editors complete keys and mark mistakes.
+//!
+//! They are made of the lists of keys and words that the readers use, so that neither knows a key that the other does not.
+//! What depends on several keys, such as which of them exclude each other, is left to the readers.
+
+use radiosity::{EstimatorKind, IndexChoice, RayBirths, Sampler, Space};
+use serde_json::{Value, json};
+
+use crate::imports::{IMPORT_KEYS, OVERRIDE_KEYS};
+use crate::job::{BUDGET_KEYS, JOB_KEYS, Light, MAX_STREAM_PATHS, TARGET_KEYS, TRACING_KEYS, Unhit};
+use crate::method::{BIRTH_KEYS, EndWord, INFINITE_KEYS, METHOD_KEYS, SOLVE_KEYS, SolveWord, WalkKind, Word};
+use crate::scene::{EMIT_KEYS, MATERIAL_KEYS, MESH_KEYS, SCENE_KEYS, SURFACE_KEYS};
+
+/// The dialect that the schemas are written in.
+const DIALECT: &str = "http://json-schema.org/draft-07/schema#";
+
+/// The schema of job files.
+pub fn job_schema() -> Value {
+    let mut schema = table(JOB_KEYS, &["scene", "budget"], job_key);
+    schema["$schema"] = json!(DIALECT);
+    schema["title"] = json!("A radwalk job");
+    schema
+}
+
+/// The schema of scene files.
+pub fn scene_schema() -> Value {
+    let mut schema = table(SCENE_KEYS, &[], scene_key);
+    schema["$schema"] = json!(DIALECT);
+    schema["title"] = json!("A radwalk scene");
+    schema
+}
+
+/// A table of known keys. A key that `of` has no schema for may hold anything.
+fn table(keys: &[&str], required: &[&str], of: fn(&str) -> Value) -> Value {
+    let properties: serde_json::Map<String, Value> =
+        keys.iter().map(|&key| (key.to_owned(), of(key))).collect();
+    json!({
+        "type": "object",
+        "properties": properties,
+        "required": required,
+        "additionalProperties": false,
+    })
+}
+
+/// A schema with the sentence that editors show beside the key.
+fn told(mut schema: Value, description: &str) -> Value {
+    schema["description"] = json!(description);
+    schema
+}
+
+fn word<W: Word>() -> Value {
+    json!({"enum": W::ALL.iter().map(|choice| choice.word()).collect::<Vec<_>>()})
+}
+
+fn integer(least: u64, most: u64) -> Value {
+    json!({"type": "integer", "minimum": least, "maximum": most})
+}
+
+fn count(least: u64) -> Value {
+    json!({"type": "integer", "minimum": least})
+}
+
+fn positive() -> Value {
+    json!({"type": "number", "exclusiveMinimum": 0})
+}
+
+fn list_of(items: Value, least: usize) -> Value {
+    json!({"type": "array", "items": items, "minItems": least})
+}
+
+fn exactly(items: Value, n: usize) -> Value {
+    json!({"type": "array", "items": items, "minItems": n, "maxItems": n})
+}
+
+fn patches() -> Value {
+    json!({"type": "array", "items": count(0), "minItems": 1, "uniqueItems": true})
+}
+
+/// A number, or three.
+fn spectrum(channel: Value) -> Value {
+    json!({"anyOf": [channel.clone(), exactly(channel, 3)]})
+}
+
+fn reflectance() -> Value {
+    spectrum(json!({"type": "number", "minimum": 0, "exclusiveMaximum": 1}))
+}
+
+fn light() -> Value {
+    spectrum(json!({"type": "number", "minimum": 0}))
+}
+
+fn boolean() -> Value {
+    json!({"type": "boolean"})
+}
+
+fn text() -> Value {
+    json!({"type": "string", "minLength": 1})
+}
+
+fn job_key(key: &str) -> Value {
+    match key {
+        "name" => told(text(), "Names the output folder. Default: the file's name."),
+        "scene" => told(
+            text(),
+            "The scene file, relative to this file: .toml, .obj, .gltf, .glb, .stl, .ply or .mgf.",
+        ),
+        "seed" => told(integer(0, i64::MAX as u64), "The seed of all random numbers. Default: 0."),
+        "confidence" => told(
+            json!({"type": "number", "minimum": 0.5, "exclusiveMaximum": 1}),
+            "The level of every interval. Default: 0.95.",
+        ),
+        "simultaneous" => told(boolean(), "Whether all intervals hold together. Default: false."),
+        "light" => told(
+            word::<Light>(),
+            "What the numbers measure: W and W/m², or lm and lx. No number depends on it. Default: luminous for .mgf, else radiant.",
+        ),
+        "import" => told(table(IMPORT_KEYS, &[], import_key), "How meshes are read."),
+        "method" => told(table(METHOD_KEYS, &[], method_key), "How the scene is solved."),
+        "budget" => told(table(BUDGET_KEYS, &["paths"], budget_key), "What the run may cost."),
+        "target" => told(
+            table(TARGET_KEYS, &["relative_error"], target_key),
+            "The accuracy at which the run ends. Default: the budget is spent.",
+        ),
+        "tracing" => told(table(TRACING_KEYS, &[], tracing_key), "How rays look for surfaces."),
+        _ => json!({}),
+    }
+}
+
+fn tracing_key(key: &str) -> Value {
+    match key {
+        "index" => told(word::<IndexChoice>(), "The answer is the same with each. Default: auto."),
+        _ => json!({}),
+    }
+}
+
+fn budget_key(key: &str) -> Value {
+    match key {
+        "paths" => told(count(1), "Walks of the whole job (jacobi: rays)."),
+        "first_path" => told(count(0), "The number of the first walk. Default: 0."),
+        "stream_paths" => told(integer(1, MAX_STREAM_PATHS), "Walks of a lease. Default: 65536."),
+        "wall_seconds" => told(positive(), "The run ends after this many seconds."),
+        "checkpoint_seconds" => told(positive(), "Seconds between checkpoints. Default: 60."),
+        _ => json!({}),
+    }
+}
+
+fn target_key(key: &str) -> Value {
+    match key {
+        "relative_error" => told(positive(), "Half of an interval's width over its estimate."),
+        "fraction" => told(
+            json!({"type": "number", "exclusiveMinimum": 0, "maximum": 1}),
+            "The part of the patch area that must meet it. Default: 0.99.",
+        ),
+        "min_paths" => told(count(0), "Walks before which no look is taken. Default: 1024."),
+        "min_hits" => told(count(0), "Scores without which a patch does not meet it. Default: 10."),
+        "unhit" => told(word::<Unhit>(), "What a patch counts for that no walk has hit. Default: infinite."),
+        "patches" => told(patches(), "The patches that it is about. Default: all that do not emit."),
+        _ => json!({}),
+    }
+}
+
+fn method_key(key: &str) -> Value {
+    match key {
+        "walk" => told(word::<WalkKind>(), "Which way walks run, and from where. Default: shooting."),
+        "estimator" => told(word::<EstimatorKind>(), "What a walk scores. Default: collision."),
+        "space" => told(
+            word::<Space>(),
+            "Where a walk goes on from: the patch, or the point hit. Default: discrete.",
+        ),
+        "sampler" => told(word::<Sampler>(), "Where walks take their numbers from. Default: random."),
+        "infinite" => told(
+            table(INFINITE_KEYS, &["end"], infinite_key),
+            "How the infinite estimator's walks end. Default: roulette below 0.001.",
+        ),
+        "birth" => told(
+            json!({"anyOf": [{"enum": ["area", "uniform"]}, table(BIRTH_KEYS, &["patches"], birth_key)]}),
+            "Where gathering walks are born. Default: area.",
+        ),
+        "mix" => told(
+            boolean(),
+            "Whether collision walks are scored by absorption and survival, too. Default: false.",
+        ),
+        "batch_paths" => {
+            told(integer(1, u32::MAX.into()), "Rays of a chain, or walks that share a Sobol sequence.")
+        }
+        "jacobi" => {
+            told(table(SOLVE_KEYS, &["solve"], solve_key), "What chains make of their rays. Default: links.")
+        }
+        "final_gather" => told(patches(), "Patches whose light rays of their own gather. Default: none."),
+        _ => json!({}),
+    }
+}
+
+fn infinite_key(key: &str) -> Value {
+    match key {
+        "end" => word::<EndWord>(),
+        "threshold" => json!({"type": "number", "exclusiveMinimum": 0, "exclusiveMaximum": 1}),
+        "length" => integer(1, u32::MAX.into()),
+        _ => json!({}),
+    }
+}
+
+fn birth_key(key: &str) -> Value {
+    match key {
+        "patches" => patches(),
+        _ => json!({}),
+    }
+}
+
+fn solve_key(key: &str) -> Value {
+    match key {
+        "solve" => word::<SolveWord>(),
+        "births" => word::<RayBirths>(),
+        "regular" => count(1),
+        _ => json!({}),
+    }
+}
+
+fn sides() -> Value {
+    json!({"enum": ["file", 1, 2]})
+}
+
+fn import_key(key: &str) -> Value {
+    match key {
+        "up" => told(
+            word::<import::Axis>(),
+            "The file's up axis, which becomes z. Default: y for glTF and OBJ, no turn for others.",
+        ),
+        "unit" => told(positive(), "Metres of a unit of the file. Default: 1."),
+        "sides" => told(sides(), "Which sides reflect and emit. Default: as the file says, else both."),
+        "patch_size" => {
+            told(positive(), "Faces are cut until no edge is longer [m]. Default: one patch a face.")
+        }
+        "faults" => told(
+            word::<import::Faults>(),
+            "Degenerate and doubled triangles: left out and told, or refused. Default: report.",
+        ),
+        "repair" => told(boolean(), "Whether flipped surfaces are turned round in memory. Default: false."),
+        "join" => told(boolean(), "Whether triangles that form a parallelogram become one. Default: false."),
+        "reflectance_limit" => told(
+            json!({"type": "number", "minimum": 0, "exclusiveMaximum": 1}),
+            "Reflectances are clamped to it. Default: those of 1 and more are refused.",
+        ),
+        "curve_error" => told(
+            json!({"type": "number", "minimum": 1e-6, "maximum": 0.3}),
+            "How far facets of curved surfaces may lie inside them, in parts of the radius. Default: 0.0125.",
+        ),
+        "material" => told(
+            json!({"type": "object", "additionalProperties": table(OVERRIDE_KEYS, &[], override_key)}),
+            "Changes of materials by name; * stands for any text, later entries win.",
+        ),
+        _ => json!({}),
+    }
+}
+
+fn override_key(key: &str) -> Value {
+    match key {
+        "reflectance" => told(reflectance(), "Replaces the file's reflectance."),
+        "emittance" => told(light(), "Replaces the file's emittance, per area."),
+        "power" => told(light(), "Replaces the emittance by a power over the area of all matching faces."),
+        "sides" => told(sides(), "Replaces the file's sides."),
+        _ => json!({}),
+    }
+}
+
+fn scene_key(key: &str) -> Value {
+    match key {
+        "material" => told(
+            json!({"type": "object", "additionalProperties": table(MATERIAL_KEYS, &[], material_key)}),
+            "Materials by name.",
+        ),
+        "surface" => told(
+            list_of(table(SURFACE_KEYS, &["material"], surface_key), 0),
+            "Flat surfaces, in the order of their patches.",
+        ),
+        "mesh" => told(
+            list_of(table(MESH_KEYS, &["file"], mesh_key), 0),
+            "Meshes, whose surfaces follow all others.",
+        ),
+        _ => json!({}),
+    }
+}
+
+fn material_key(key: &str) -> Value {
+    match key {
+        "reflectance" => told(reflectance(), "In [0, 1); a number, or [red, green, blue]. Default: 0."),
+        "emittance" => told(light(), "Emitted power per area; a number, or [red, green, blue]. Default: 0."),
+        _ => json!({}),
+    }
+}
+
+fn corners() -> Value {
+    exactly(exactly(json!({"type": "number"}), 3), 3)
+}
+
+fn surface_key(key: &str) -> Value {
+    let cells = || integer(1, u32::MAX.into());
+    match key {
+        "name" => told(text(), "Shown in the rows of its patches. Default: its number."),
+        "material" => told(text(), "The name of a material."),
+        "quad" => told(corners(), "A parallelogram: corner c, c + u, c + v; the front faces u × v."),
+        "triangle" => told(corners(), "A triangle: a, b, c; the front by the right-hand rule."),
+        "patches" => told(
+            json!({"anyOf": [exactly(cells(), 2), integer(1, u16::MAX.into())]}),
+            "Cells along u and v of a quad; k for the k² cells of a triangle. Default: one patch.",
+        ),
+        "sides" => {
+            told(json!({"enum": [1, 2]}), "1: the front reflects and emits; 2: both sides. Default: 1.")
+        }
+        "emit" => told(
+            list_of(table(EMIT_KEYS, EMIT_KEYS, emit_key), 0),
+            "Emittances of single cells, in place of the material's.",
+        ),
+        _ => json!({}),
+    }
+}
+
+fn emit_key(key: &str) -> Value {
+    match key {
+        "cell" => exactly(count(0), 2),
+        "emittance" => light(),
+        _ => json!({}),
+    }
+}
+
+fn mesh_key(key: &str) -> Value {
+    match key {
+        "file" => told(text(), "The mesh, relative to this file."),
+        "material" => told(text(), "The material of all its faces. Default: the file's own."),
+        "max_patch_area" => told(positive(), "Triangles are cut until no patch is larger [m²]."),
+        _ => json!({}),
+    }
+}

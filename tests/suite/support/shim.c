@@ -1,0 +1,64 @@
+/* Stands between the program and the system: disks that are slow, fail or are full, clocks that jump, threads that are stuck.
+ * What is wrong stands in the file SHIM_CONTROL, which may change at any time, or in SHIM_ variables. */
+#define _GNU_SOURCE
+#include <dlfcn.h>
+#include <errno.h>
+#include <fcntl.h>
+#include <signal.h>
+#include <stdlib.h>
+#include <sys/mman.h>
+#include <sys/stat.h>
+#include <time.h>
+#include <unistd.h>
+
+/* SYNC_MS: each fsync takes so long. SYNC_FAILS: so many in ten fail. CLOCK: the time of day jumps by a day, to and fro.
+ * FULL: nothing is written to files. STUCK_MS: a thread that gets SIGUSR1 is stuck for so long. */
+enum { SYNC_MS, SYNC_FAILS, CLOCK, FULL, STUCK_MS, WRONGS };
+static const char *const names[WRONGS] = {
+    "SHIM_SYNC_MS", "SHIM_SYNC_FAILS", "SHIM_CLOCK", "SHIM_FULL", "SHIM_STUCK_MS",
+};
+static int fixed[WRONGS];
+static volatile int *wrong = fixed;
+
+static void pass(long milliseconds) {
+    struct timespec left = { milliseconds / 1000, milliseconds % 1000 * 1000000 };
+    while (nanosleep(&left, &left) == -1 && errno == EINTR) { }
+}
+
+static void stick(int signal) { (void)signal; int kept = errno; pass(wrong[STUCK_MS]); errno = kept; }
+
+__attribute__((constructor)) static void begin(void) {
+    for (int i = 0; i < WRONGS; i++) { const char *text = getenv(names[i]); fixed[i] = text ? atoi(text) : 0; }
+    const char *control = getenv("SHIM_CONTROL");
+    int file = control ? open(control, O_RDONLY) : -1;
+    void *map = file < 0 ? MAP_FAILED : mmap(0, sizeof fixed, PROT_READ, MAP_SHARED, file, 0);
+    if (map != MAP_FAILED) wrong = map;
+    struct sigaction action = { .sa_handler = stick, .sa_flags = SA_RESTART };
+    sigaction(SIGUSR1, &action, 0);
+}
+
+int fsync(int file) {
+    static int calls;
+    static int (*real)(int);
+    if (!real) real = (int (*)(int))dlsym(RTLD_NEXT, "fsync");
+    pass(wrong[SYNC_MS]);
+    if (__sync_fetch_and_add(&calls, 1) * 7 % 10 < wrong[SYNC_FAILS]) { errno = EIO; return -1; }
+    return real(file);
+}
+
+ssize_t write(int file, const void *bytes, size_t count) {
+    static ssize_t (*real)(int, const void *, size_t);
+    struct stat status;
+    if (!real) real = (ssize_t (*)(int, const void *, size_t))dlsym(RTLD_NEXT, "write");
+    if (wrong[FULL] && fstat(file, &status) == 0 && S_ISREG(status.st_mode)) { errno = ENOSPC; return -1; }
+    return real(file, bytes, count);
+}
+
+int clock_gettime(clockid_t clock, struct timespec *now) {
+    static int calls;
+    static int (*real)(clockid_t, struct timespec *);
+    if (!real) real = (int (*)(clockid_t, struct timespec *))dlsym(RTLD_NEXT, "clock_gettime");
+    int done = real(clock, now);
+    if (clock == CLOCK_REALTIME && wrong[CLOCK] && __sync_fetch_and_add(&calls, 1) % 2) now->tv_sec -= 86400;
+    return done;
+}
