@@ -7,12 +7,12 @@ use judge::fit::misfits;
 use judge::{MOMENTS, target};
 use radiosity::{Experiment, Scene, Side};
 use report::words::counted;
-use report::{Method, Model, Units};
+use report::{MethodWords, Model, Units};
 
 use crate::args::CheckArgs;
 use crate::console::{Phase, say};
 use crate::fault::{Fault, Outcome};
-use crate::outputs::{self, units};
+use crate::outputs::units;
 use crate::{doctor_report, losses, memory};
 
 /// Checks a file and describes it.
@@ -74,9 +74,10 @@ fn power(scene: &Scene) -> String {
 
 fn describe_job(job: &Job, experiment: &Experiment) {
     let scene = experiment.scene();
-    let Method { walk, estimator, space, sampler, jacobi, final_gather } = outputs::method(&job.method);
+    let MethodWords { walk, estimator, space, sampler, chains } = MethodWords::of(experiment.method());
+    let final_gather = experiment.method().final_gather();
     let kind =
-        jacobi.map_or_else(|| format!("{space} {estimator} {walk}"), |chains| format!("{walk} ({chains})"));
+        chains.map_or_else(|| format!("{space} {estimator} {walk}"), |chains| format!("{walk} ({chains})"));
     say(&format!(
         "job: {} paths of {kind}, {sampler} numbers from seed {}, {} % intervals",
         job.budget.paths,
@@ -97,7 +98,7 @@ fn describe_job(job: &Job, experiment: &Experiment) {
     if let Some(note) = &job.note {
         say(&format!("note: {note}"));
     }
-    let model = Model::new(scene, &outputs::method(&job.method), MOMENTS, bounces(experiment));
+    let model = Model::new(scene, experiment.method(), MOMENTS, bounces(experiment));
     for line in model.lines().into_iter().chain(model.why) {
         say(&format!("model: {line}"));
     }

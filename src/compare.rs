@@ -98,7 +98,7 @@ fn command(args: &CompareArgs) -> String {
 fn load(args: &CompareArgs, path: &Path) -> Result<(Job, Scene), Fault> {
     let job = job::load(path, &args.set)?;
     let scene = job.build_scene()?;
-    Experiment::new(scene.clone(), job::Method::default().walks())?;
+    Experiment::new(scene.clone(), job::MethodTable::default().walks())?;
     Ok((job, scene))
 }
 

@@ -9,7 +9,7 @@ use cluster::access::{Access, random_bytes};
 use cluster::checkpoint::{self, Book, Checkpoint, CheckpointError, CheckpointFault, Look, Past};
 use cluster::coordinator::{Coordinator, Ending, Judge, Plan};
 use cluster::server::{Wish, serve};
-use job::{Budget, Job, Method};
+use job::{Budget, Job, MethodTable};
 use judge::limits::limits;
 use judge::target::{Observer, judge, looks};
 use radiosity::{Estimates, Experiment, Tally};
@@ -184,7 +184,7 @@ impl Prepared {
             let kept = checkpoint::read(&error.path).ok()?.book.job;
             let (theirs, _) = replica::unpack(&kept).ok()?;
             let rays = theirs.method.batch_paths?;
-            let method = Method { batch_paths: self.settings.method.batch_paths, ..theirs.method };
+            let method = MethodTable { batch_paths: self.settings.method.batch_paths, ..theirs.method };
             ((method, theirs.seed) == (self.settings.method.clone(), self.settings.seed)).then_some(rays)
         };
         match (self.experiment.batch_paths(), &error.fault) {

@@ -1,6 +1,6 @@
 //! `radwalk exact`: the radiosity system itself, without any randomness.
 
-use exact::{Accuracy, Bounds, Exact, ExactError, GatherEstimator, SharedPath, WalkEstimator, WeightedWalk};
+use exact::{Accuracy, Bounds, ESTIMATORS, Exact, ExactError, SharedPath, WeightedWalk};
 use radiosity::{Scene, birth_probabilities};
 use report::{Check, ExactBounds, ExactColumns, ExactSummary, OutputFolder, Units};
 use tracing::warn;
@@ -93,8 +93,8 @@ fn summary(exact: &Exact, accuracy: &Accuracy, scene: &Scene, units: Units) -> E
         bounds: ExactBounds {
             shooting_variance: bounds.shooting_variance(),
             gathering_variance: bounds.gathering_variance(),
-            shooting_mse: WalkEstimator::ALL.map(|estimator| bounds.shooting_error(estimator)),
-            gathering_mse: GatherEstimator::ALL.map(|estimator| bounds.gathering_error(estimator)),
+            shooting_mse: ESTIMATORS.map(|estimator| bounds.shooting_error(estimator)),
+            gathering_mse: ESTIMATORS.map(|estimator| bounds.gathering_error(estimator)),
         },
         checks: vec![rows_check(accuracy)],
     }
@@ -129,11 +129,14 @@ fn columns(
         reflected: solution.reflected.clone(),
         irradiance: solution.irradiance.clone(),
         xi: exact.xi().to_vec(),
-        var_shoot: WalkEstimator::ALL.map(|estimator| {
-            Some(walk.map_or_else(|| estimator.variances(exact), |walk| walk.shooting_variances(estimator)))
+        var_shoot: ESTIMATORS.map(|estimator| {
+            Some(walk.map_or_else(
+                || exact.shooting_variances(estimator),
+                |walk| walk.shooting_variances(estimator),
+            ))
         }),
-        var_gather: GatherEstimator::ALL.map(|estimator| {
-            let alone = || estimator.variances(exact, birth);
+        var_gather: ESTIMATORS.map(|estimator| {
+            let alone = || exact.gathering_variances(estimator, birth);
             Some(or_none(walk.map_or_else(alone, |walk| walk.gathering_variances(estimator, birth))))
         }),
         psi: squared.incoming.clone(),

@@ -6,11 +6,11 @@ use std::sync::Arc;
 use clap::ValueEnum;
 use cluster::checkpoint::{Book, Checkpoint, Look};
 use cluster::roster::Contributor;
-use job::{Light, Method, WalkKind, Word};
+use job::Light;
 use judge::bounces::bounces;
 use judge::checks::checks_of_result;
 use judge::target;
-use radiosity::{Estimates, Experiment, Iterations, Precision, Solve};
+use radiosity::{Estimates, Experiment, Precision};
 use report::{
     Draft, Milestone, Model, OutputFolder, Page, PartSummary, Provenance, RunFacts, SessionSummary, Smooth,
     Summary, Units, WorkerSummary, WorstPatch,
@@ -279,8 +279,8 @@ fn facts(settings: &Settings, estimates: &Estimates, precision: &Precision, book
         git: (!git.starts_with("sources-")).then(|| git.into()),
         job_hash: job::job_hash(scene.hash(), &settings.method, settings.seed),
         seed: settings.seed,
-        method: method(&settings.method),
-        model: Model::new(scene, &method(&settings.method), tally.layout().moments, bounces(experiment)),
+        method: experiment.method().clone(),
+        model: Model::new(scene, experiment.method(), tally.layout().moments, bounces(experiment)),
         paths,
         seconds: book.effort.seconds,
         cpu_seconds: book.effort.cpu_seconds,
@@ -328,22 +328,5 @@ pub fn units(light: Light) -> Units {
     match light {
         Light::Radiant => Units::RADIANT,
         Light::Luminous => Units::LUMINOUS,
-    }
-}
-
-/// The method in the words of job files.
-pub fn method(method: &Method) -> report::Method {
-    report::Method {
-        walk: method.walk.word().into(),
-        estimator: method.estimator.word().into(),
-        space: method.space.word().into(),
-        sampler: method.sampler.word().into(),
-        final_gather: method.final_gather.clone(),
-        jacobi: (method.walk == WalkKind::Jacobi).then(|| match method.jacobi {
-            Solve::Links => "links".into(),
-            Solve::Iterations(Iterations { births, regular, .. }) => {
-                format!("incremental iterations, then {regular} regular ones; {} births", births.word())
-            }
-        }),
     }
 }

@@ -181,7 +181,7 @@ mod tests {
         let mut spec = scenes::cube(1);
         spec.surfaces[2].sides = Sides::Both;
         let scene = Scene::build(&spec, IndexChoice::Auto).unwrap();
-        let method = job::Method::default().walks();
+        let method = job::MethodTable::default().walks();
         let experiment = Experiment::new(scene, method).unwrap();
         let fault = |sums: usize| {
             let tally = Tally::new(sums, experiment.layout::<MOMENTS>());

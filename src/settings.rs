@@ -1,7 +1,7 @@
 //! What a result has to be told with, beside the walks and their scene: it travels with the job and stays in
 //! `tally.bin`.
 
-use job::{Job, Light, Method, Target};
+use job::{Job, Light, MethodTable, Target};
 use radiosity::Scene;
 use serde::{Deserialize, Serialize};
 
@@ -11,7 +11,7 @@ pub struct Settings {
     /// Names the run.
     pub name: String,
     /// How it is solved.
-    pub method: Method,
+    pub method: MethodTable,
     /// The seed.
     pub seed: u64,
     /// Walks of the whole job (Jacobi: rays).

@@ -2,9 +2,9 @@
 //! as often as they say.
 
 use crate::common::{box_scene, collision, cube54, experiment, surface, walk};
-use exact::{Exact, WalkEstimator};
+use exact::Exact;
 use glam::DVec3;
-use radiosity::{Experiment, IndexChoice, SceneSpec, Solution, Space};
+use radiosity::{EstimatorKind, Experiment, IndexChoice, SceneSpec, Solution, Space};
 use stats::{Coverage, Interval, PowerSums, mean_squared_z};
 
 /// A scene and its exact radiosities.
@@ -136,7 +136,7 @@ fn variances_of_walks_are_those_of_the_closed_form() {
     const WALKS: u64 = 40_000_000;
     let cases = [Case::new("cube54", &cube54()), Case::new("cube6-r90", &cube6(0.9))];
     for case in &cases {
-        let predicted = WalkEstimator::ShootCollision.variances(&case.exact);
+        let predicted = case.exact.shooting_variances(EstimatorKind::Collision);
         let tally = walk::<4>(&case.experiment, 7, 0..WALKS);
         let mut worst = 0.0_f64;
         for (i, patch) in case.experiment.scene().faces().iter().enumerate() {

@@ -2,8 +2,8 @@
 //! estimators promise: direct light, and the best mix of absorption and survival.
 
 use crate::common::{box_scene, cube54, experiment, walk};
+use exact::shooting_covariance;
 use exact::{Exact, best_gathering_weights, best_shooting_weights, gathering_covariance};
-use exact::{GatherEstimator, WalkEstimator, shooting_covariance};
 use glam::DVec3;
 use radiosity::{
     Birth, Direction, Estimates, Estimator, EstimatorKind, Experiment, IndexChoice, InfiniteEnd, Method,
@@ -206,15 +206,14 @@ fn predicted_excess(exact: &Exact, experiment: &Experiment, best: &[f64]) -> Vec
     let [a, s, c, covariance] = match experiment.method().direction() {
         None => panic!("chains have no mix"),
         Some(Direction::Shooting) => {
-            let kinds =
-                [WalkEstimator::ShootAbsorption, WalkEstimator::ShootSurvival, WalkEstimator::ShootCollision];
-            let [a, s, c] = kinds.map(|kind| kind.variances(exact));
+            let kinds = [EstimatorKind::Absorption, EstimatorKind::Survival, EstimatorKind::Collision];
+            let [a, s, c] = kinds.map(|kind| exact.shooting_variances(kind));
             [a, s, c, shooting_covariance(exact)]
         }
         Some(Direction::Gathering(birth)) => {
             let p = birth_probabilities(experiment.scene(), birth);
-            let kinds = [GatherEstimator::Absorption, GatherEstimator::Survival, GatherEstimator::Collision];
-            let [a, s, c] = kinds.map(|kind| some(kind.variances(exact, &p)));
+            let kinds = [EstimatorKind::Absorption, EstimatorKind::Survival, EstimatorKind::Collision];
+            let [a, s, c] = kinds.map(|kind| some(exact.gathering_variances(kind, &p)));
             [a, s, c, some(gathering_covariance(exact, &p))]
         }
     };

@@ -1,7 +1,7 @@
 //! Every walk and estimator against the exact solution: unbiased, with the variance of the closed form.
 
 use crate::common::{box_scene, cube54, experiment, walk};
-use exact::{Exact, GatherEstimator, WalkEstimator};
+use exact::Exact;
 use glam::DVec3;
 use radiosity::{
     Birth, Direction, Estimator, EstimatorKind, IndexChoice, InfiniteEnd, Scene, SceneSpec, Solution, Walks,
@@ -27,26 +27,11 @@ fn scenes() -> [(&'static str, SceneSpec); 2] {
 /// The closed-form variance of B for one walk; `None` where no walk is born. For the infinite estimator it is that
 /// of endless walks; roulette below a weight of 0.001 adds less than a thousandth.
 fn predicted(exact: &Exact, scene: &Scene, method: &Walks) -> Vec<Option<f64>> {
+    let estimator = method.score.estimator().kind();
     match &method.direction {
-        Direction::Shooting => {
-            let estimator = match method.score.estimator().kind() {
-                EstimatorKind::Absorption => WalkEstimator::ShootAbsorption,
-                EstimatorKind::Survival => WalkEstimator::ShootSurvival,
-                EstimatorKind::Collision => WalkEstimator::ShootCollision,
-                EstimatorKind::Infinite => WalkEstimator::ShootInfinite,
-                EstimatorKind::Direct => unreachable!("not among KINDS"),
-            };
-            estimator.variances(exact).into_iter().map(Some).collect()
-        }
+        Direction::Shooting => exact.shooting_variances(estimator).into_iter().map(Some).collect(),
         Direction::Gathering(birth) => {
-            let estimator = match method.score.estimator().kind() {
-                EstimatorKind::Absorption => GatherEstimator::Absorption,
-                EstimatorKind::Survival => GatherEstimator::Survival,
-                EstimatorKind::Collision => GatherEstimator::Collision,
-                EstimatorKind::Infinite => GatherEstimator::Infinite,
-                EstimatorKind::Direct => unreachable!("not among KINDS"),
-            };
-            estimator.variances(exact, &birth_probabilities(scene, birth))
+            exact.gathering_variances(estimator, &birth_probabilities(scene, birth))
         }
     }
 }

@@ -2,10 +2,11 @@
 //! ones, where surfaces hide each other; two-sided surfaces.
 
 use crate::common::{box_scene, experiment, quad, rotation, surface, walk};
-use exact::{Accuracy, Exact, GatherEstimator, WalkEstimator};
+use exact::{Accuracy, Exact};
 use glam::DVec3;
 use radiosity::{
-    Birth, Direction, Estimator, IndexChoice, SceneSpec, Sides, Solution, Walks, birth_probabilities,
+    Birth, Direction, Estimator, EstimatorKind, IndexChoice, SceneSpec, Sides, Solution, Walks,
+    birth_probabilities,
 };
 use stats::mean_squared_z;
 
@@ -46,10 +47,10 @@ fn methods() -> [Walks; 3] {
 /// The closed-form variance of B for one walk of one of [`methods`].
 fn predicted(exact: &Exact, method: &Walks, birth: &[f64]) -> Vec<f64> {
     match (&method.direction, method.score.estimator()) {
-        (Direction::Shooting, Estimator::Survival) => WalkEstimator::ShootSurvival.variances(exact),
-        (Direction::Shooting, _) => WalkEstimator::ShootCollision.variances(exact),
+        (Direction::Shooting, Estimator::Survival) => exact.shooting_variances(EstimatorKind::Survival),
+        (Direction::Shooting, _) => exact.shooting_variances(EstimatorKind::Collision),
         (Direction::Gathering(_), _) => {
-            let variances = GatherEstimator::Collision.variances(exact, birth);
+            let variances = exact.gathering_variances(EstimatorKind::Collision, birth);
             variances.into_iter().map(|variance| variance.expect("a walk is born everywhere")).collect()
         }
     }

@@ -10,10 +10,11 @@ use mio::net::TcpStream;
 use crate::access::Access;
 use crate::channel::{Inbound, Outbound};
 use crate::codec::{CodecError, SHORT_FRAME};
+use crate::foreign::Foreign;
 use crate::lead::{Now, PeerId};
 use crate::line::Line;
 use crate::message::ToCoordinator;
-use crate::noise::{self, Foreign, HANDSHAKE_RECORD, NO_ENTRY};
+use crate::noise::{self, HANDSHAKE_RECORD, NO_ENTRY};
 
 /// So many may be here at once; the one that came first goes when another comes.
 const STRANGERS: usize = 1024;

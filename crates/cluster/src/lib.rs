@@ -4,32 +4,24 @@
 //! exact tallies; the coordinator merges them. Relays may stand in between. Nothing here knows more of physics than "shoot these walks,
 //! merge tallies", and nothing here can enter the answer: which worker shot what, when, and how often a
 //! lease was lost leaves no trace in it.
+//!
+//! What they agree on, and the state machines of coordinator and relay, are the crate `protocol`, whose modules stand here
+//! too; what is here are its shells: sockets, threads, and the channel that hides what passes.
 
 pub mod access;
 pub mod channel;
-pub mod checkpoint;
-pub mod codec;
-pub mod coordinator;
-pub mod crew;
-pub mod deliveries;
-pub mod digest;
 mod doorstep;
 mod gossip;
-pub mod lead;
-pub mod ledger;
-pub mod limits;
 mod line;
 mod link;
-pub mod merge;
-pub mod message;
 pub mod noise;
-pub mod pace;
-pub mod parcel;
-pub mod relay;
-pub mod roster;
 pub mod scrape;
 pub mod server;
-mod transfers;
 pub mod upstream;
-pub mod watch;
 pub mod worker;
+mod worker_error;
+
+pub use protocol::{
+    checkpoint, codec, coordinator, crew, deliveries, digest, foreign, lead, ledger, limits, merge, message,
+    pace, parcel, rejected, relay, roster, watch,
+};

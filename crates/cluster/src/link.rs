@@ -16,7 +16,7 @@ use crate::channel::Inbound;
 use crate::codec::{CodecError, frame};
 use crate::message::{LeaseResult, PIECE, ToCoordinator, ToWorker};
 use crate::noise::{Greeting, Sealer, Session};
-use crate::worker::WorkerError;
+use crate::worker_error::WorkerError;
 
 /// How often a worker says that it is alive.
 const HEARTBEAT: Duration = Duration::from_secs(1);

@@ -13,9 +13,9 @@
 use std::sync::Arc;
 
 use snow::{Builder, HandshakeState, StatelessTransportState};
-use thiserror::Error;
 
 use crate::access::Access;
+pub use crate::foreign::Foreign;
 
 /// Curve25519, ChaCha20 with Poly1305, BLAKE2s: all fast without special instructions.
 const PATTERN: &str = "Noise_NNpsk0_25519_ChaChaPoly_BLAKE2s";
@@ -37,26 +37,6 @@ pub const HANDSHAKE_RECORD: usize = LENGTH_BYTES + HANDSHAKE_BYTES;
 
 /// The answer to a first message that was not made with the key.
 pub const NO_ENTRY: [u8; LENGTH_BYTES] = [0; LENGTH_BYTES];
-
-/// Why bytes are not what the other end sent, or not from anybody who has the key.
-#[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
-pub enum Foreign {
-    /// They are no handshake.
-    #[error("it does not speak as radwalk does")]
-    Tongue,
-    /// The handshake was not made with our key.
-    #[error("it does not know the key of this run")]
-    Key,
-    /// The answer says so of us.
-    #[error("it says that our key is not its own")]
-    NoEntry,
-    /// A record has an impossible length.
-    #[error("a record of {0} bytes, which none can have (a foreign or faulty peer)")]
-    Length(usize),
-    /// A record does not open.
-    #[error("a record does not open: it was altered, replayed or moved on its way")]
-    Altered,
-}
 
 /// One end of a finished handshake.
 #[derive(Debug)]

@@ -17,7 +17,8 @@ use crate::link::{Ear, Link};
 use crate::message::{SMALL_TALLY, ToCoordinator, ToWorker};
 use crate::relay::{End, Relay};
 use crate::server::Shell;
-use crate::worker::{Hangup, Identity, Welcome, Work, WorkerError, build_from, join};
+use crate::worker::{Hangup, Identity, Welcome, Work, build_from, join};
+use crate::worker_error::WorkerError;
 
 /// Where a relay's workers come: a listener, and the access to it.
 pub type Door = (TcpListener, Access);

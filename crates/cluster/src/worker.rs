@@ -9,15 +9,15 @@ use std::time::{Duration, Instant};
 
 use crossbeam::channel::{Receiver, Select, Sender, bounded, unbounded};
 use radiosity::{Overflow, Tally};
-use thiserror::Error;
 
 use crate::access::Access;
-use crate::codec::{CodecError, MAX_FRAME, SHORT_FRAME, pack};
+use crate::codec::{MAX_FRAME, SHORT_FRAME, pack};
 use crate::digest::Digester;
 use crate::limits::Limits;
 use crate::link::{Ear, Link, connect};
 use crate::message::{Hello, LeaseResult, PROTOCOL, SMALL_TALLY, ToCoordinator, ToWorker};
-use crate::noise::Foreign;
+use crate::pace::MOST_KEPT;
+pub use crate::worker_error::WorkerError;
 
 /// Walks between two marks of progress, at first.
 const FIRST_CHUNK: u64 = 512;
@@ -30,10 +30,6 @@ const CHUNK_TIME: Duration = Duration::from_millis(5);
 
 /// The most walks between two emptyings of a board: its 64-bit sums must not wrap.
 const BOARD_WALKS: u64 = 1 << 22;
-
-/// Results that a thread keeps while it goes on with its next lease: the coordinator gives each two leases, and of two that
-/// are kept either may be the one that is asked for.
-pub(crate) const MOST_KEPT: usize = 2;
 
 /// What a worker does for a living. The cluster knows no more of physics than this.
 pub trait Work: Sync {
@@ -63,51 +59,6 @@ pub trait Work: Sync {
     /// # Errors
     /// Where a sum overflowed.
     fn hand_over(&self, board: &mut Self::Board, tally: &mut Tally) -> Result<(), Overflow>;
-}
-
-/// Why a worker left before the job was done.
-#[derive(Debug, Error)]
-pub enum WorkerError {
-    /// Nobody listens there.
-    #[error(
-        "cannot reach the coordinator at {address} ({source}); check that it runs and that the access file is its"
-    )]
-    Unreachable {
-        /// host:port.
-        address: String,
-        /// What the system says.
-        source: std::io::Error,
-    },
-    /// The coordinator is of another build.
-    #[error(
-        "the coordinator is radwalk {theirs}, this is {ours} (other builds may walk otherwise); use the same build"
-    )]
-    OtherBuild {
-        /// By the access file.
-        theirs: String,
-        /// Of this program.
-        ours: String,
-    },
-    /// The coordinator does not want this worker.
-    #[error("the coordinator refused this worker: {0}")]
-    Refused(String),
-    /// Whoever listens does not know the key.
-    #[error(
-        "whoever listens at the address of the access file is not its coordinator ({0}); use the access file of a running job"
-    )]
-    Impostor(#[from] Foreign),
-    /// The job that was sent cannot be built.
-    #[error("the job that the coordinator sent cannot be used: {0}")]
-    Job(String),
-    /// One of its threads failed.
-    #[error("this worker cannot go on: {0}")]
-    Failed(String),
-    /// The coordinator is gone.
-    #[error("lost the coordinator ({0}); its job goes on without this worker if it still runs")]
-    Lost(#[from] CodecError),
-    /// A message made no sense here.
-    #[error("the coordinator spoke out of turn (a foreign or faulty program)")]
-    Protocol,
 }
 
 /// How a worker introduces itself.

@@ -8,7 +8,8 @@ use robust::{Coord3D, orient3d};
 pub(crate) fn pierces([from, to]: [DVec3; 2], [a, b, c]: &[DVec3; 3]) -> bool {
     let volume = |p: DVec3, q: DVec3, r: DVec3, s: DVec3| orient3d(coord(p), coord(q), coord(r), coord(s));
     let (below, above) = (volume(*a, *b, *c, from), volume(*a, *b, *c, to));
-    if !(below < 0.0 && above > 0.0) && !(below > 0.0 && above < 0.0) {
+    let opposite = (below < 0.0 && above > 0.0) || (below > 0.0 && above < 0.0);
+    if !opposite {
         return false;
     }
     let turns = [volume(from, to, *a, *b), volume(from, to, *b, *c), volume(from, to, *c, *a)];

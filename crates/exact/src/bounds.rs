@@ -1,9 +1,8 @@
 //! What can be said of the error before anything is solved (S97 §§2.2–2.5, 3.3–3.8, table 4).
 
-use radiosity::Scene;
+use radiosity::{EstimatorKind, Scene};
 
 use crate::answer::Exact;
-use crate::variance::{GatherEstimator, WalkEstimator};
 
 /// The few numbers of a scene that S97's bounds depend on.
 #[derive(Clone, Debug, PartialEq)]
@@ -60,28 +59,28 @@ impl Bounds {
 
     /// No face has a higher variance of B_i [W²/m⁴] for one shooting walk: the closed forms with b_i ≤ R_iB̄, ξ_i ≤
     /// 1/(1 − R_i) and, of infinite walks, β_i ≤ R_i²B̄, all of the brightest and the smallest face there could be (as
-    /// S97 §§2.2, 2.5).
-    pub fn shooting_variance_of(&self, estimator: WalkEstimator) -> f64 {
+    /// S97 §§2.2, 2.5). Direct light alone scores no more than collision.
+    pub fn shooting_variance_of(&self, estimator: EstimatorKind) -> f64 {
         let r = self.max_reflectance;
         let factor = match estimator {
-            WalkEstimator::ShootAbsorption => r * r,
-            WalkEstimator::ShootSurvival => r * (1.0 + r),
-            WalkEstimator::ShootCollision | WalkEstimator::ShootInfinite => r * r * (1.0 + r),
+            EstimatorKind::Absorption => r * r,
+            EstimatorKind::Survival => r * (1.0 + r),
+            EstimatorKind::Collision | EstimatorKind::Infinite | EstimatorKind::Direct => r * r * (1.0 + r),
         };
         factor * self.total_power * self.max_radiosity / (self.min_area * (1.0 - r))
     }
 
     /// The same for one gathering walk, born on every face of interest with a probability of at least `least_birth`
     /// (as S97 §§3.3, 3.6); infinite for survival if a source does not reflect.
-    pub fn gathering_variance_of(&self, estimator: GatherEstimator, least_birth: f64) -> f64 {
+    pub fn gathering_variance_of(&self, estimator: EstimatorKind, least_birth: f64) -> f64 {
         let (r, b) = (self.max_reflectance, self.max_radiosity);
         let most = |c: fn(f64) -> f64| {
             self.sources.iter().map(|&[_, r_s, e]| (e + 2.0 * r_s * b) * c(r_s)).fold(0.0, f64::max)
         };
         let per_source = match estimator {
-            GatherEstimator::Absorption => b,
-            GatherEstimator::Survival => most(f64::recip),
-            GatherEstimator::Collision | GatherEstimator::Infinite => most(|_| 1.0),
+            EstimatorKind::Absorption => b,
+            EstimatorKind::Survival => most(f64::recip),
+            EstimatorKind::Collision | EstimatorKind::Infinite | EstimatorKind::Direct => most(|_| 1.0),
         };
         r * r * b * per_source / least_birth
     }
@@ -89,13 +88,13 @@ impl Bounds {
     /// No face has a higher variance of B_i [W²/m⁴] for one shooting walk scored by absorption (S97
     /// proposition 2.4): Φ_TB̄R_max²/(A_min(1 − R_max)).
     pub fn shooting_variance(&self) -> f64 {
-        self.shooting_variance_of(WalkEstimator::ShootAbsorption)
+        self.shooting_variance_of(EstimatorKind::Absorption)
     }
 
     /// No face has a higher variance of B_i [W²/m⁴] for one gathering walk, born with p_i = A_i/A_T and
     /// scored by absorption (S97 §3.3): A_TR_max²B̄²/A_min.
     pub fn gathering_variance(&self) -> f64 {
-        self.gathering_variance_of(GatherEstimator::Absorption, self.min_area / self.total_area)
+        self.gathering_variance_of(EstimatorKind::Absorption, self.min_area / self.total_area)
     }
 
     /// As many shooting walks by absorption bring every variance down to `variance` [W²/m⁴] (S97 §2.3).
@@ -110,29 +109,29 @@ impl Bounds {
 
     /// The area-weighted mean square error of one shooting walk [W²/m⁴] is expected to be below this (S97
     /// table 4).
-    pub fn shooting_error(&self, estimator: WalkEstimator) -> f64 {
+    pub fn shooting_error(&self, estimator: EstimatorKind) -> f64 {
         let r = self.max_reflectance;
         let scale = self.total_power * self.total_power / (self.total_area * self.min_area);
         let factor = match estimator {
-            WalkEstimator::ShootAbsorption => r * r / (1.0 - r).powi(2),
-            WalkEstimator::ShootSurvival => r * (1.0 + r) / (1.0 - r).powi(2),
-            WalkEstimator::ShootCollision => r * r * (1.0 + r) / (1.0 - r).powi(2),
-            WalkEstimator::ShootInfinite => r * r * (1.0 + r) / ((1.0 - r) * (1.0 - r * r)),
+            EstimatorKind::Absorption => r * r / (1.0 - r).powi(2),
+            EstimatorKind::Survival => r * (1.0 + r) / (1.0 - r).powi(2),
+            EstimatorKind::Collision | EstimatorKind::Direct => r * r * (1.0 + r) / (1.0 - r).powi(2),
+            EstimatorKind::Infinite => r * r * (1.0 + r) / ((1.0 - r) * (1.0 - r * r)),
         };
         scale * factor
     }
 
     /// The same for one gathering walk with p_i = A_i/A_T; infinite for survival if a source does not reflect.
-    pub fn gathering_error(&self, estimator: GatherEstimator) -> f64 {
+    pub fn gathering_error(&self, estimator: EstimatorKind) -> f64 {
         let (r, b) = (self.max_reflectance, self.max_radiosity);
         let over_sources = |c: fn(f64) -> f64| -> f64 {
             self.sources.iter().map(|&[phi, r_s, e]| phi * (e + 2.0 * r_s * b) * c(r_s)).sum()
         };
         let factor = match estimator {
-            GatherEstimator::Absorption => b * self.total_power / (1.0 - r),
-            GatherEstimator::Survival => over_sources(f64::recip) / (1.0 - r),
-            GatherEstimator::Collision => over_sources(|_| 1.0) / (1.0 - r),
-            GatherEstimator::Infinite => over_sources(|_| 1.0) / (1.0 - r * r),
+            EstimatorKind::Absorption => b * self.total_power / (1.0 - r),
+            EstimatorKind::Survival => over_sources(f64::recip) / (1.0 - r),
+            EstimatorKind::Collision | EstimatorKind::Direct => over_sources(|_| 1.0) / (1.0 - r),
+            EstimatorKind::Infinite => over_sources(|_| 1.0) / (1.0 - r * r),
         };
         r * r * factor / self.min_area
     }

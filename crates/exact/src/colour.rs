@@ -8,12 +8,13 @@
 //! The mean square of the weight then travels like light: Σ E W² over the hits on a face obeys the power system
 //! with reflectances Q_j = σ_j (R_j/σ_j)² = R_j²/σ_j and source powers p_sw_s². What a weight W on face i still
 //! returns to i in the mean is W R_iξ_i, ξ being the channel's own. So in every formula of
-//! [`crate::WalkEstimator`] and [`crate::GatherEstimator`] the light of the second moment is carried by Q where
+//! [`Exact::shooting_variances`] and [`Exact::gathering_variances`] the light of the second moment is carried by Q where
 //! it is by R for one channel: with σ = R and p_s = Φ_s/Φ_T, Q is R and w is 1.
+
+use radiosity::EstimatorKind;
 
 use crate::answer::Exact;
 use crate::system::{RadiositySystem, Singular};
-use crate::variance::{GatherEstimator, WalkEstimator};
 
 /// What decides the paths of walks, face by face.
 #[derive(Clone, Debug, PartialEq)]
@@ -81,19 +82,22 @@ impl<'a> WeightedWalk<'a> {
     }
 
     /// The variance of the channel's B_i [W²/m⁴] for one shooting walk, face by face; 0 where R_i = 0.
-    pub fn shooting_variances(&self, estimator: WalkEstimator) -> Vec<f64> {
-        let infinite = estimator == WalkEstimator::ShootInfinite;
-        let system = if infinite { &self.channel.squared().system } else { &self.squares };
-        let squares = system.solve(&self.births()).incoming;
+    pub fn shooting_variances(&self, estimator: EstimatorKind) -> Vec<f64> {
+        let squares = match estimator {
+            EstimatorKind::Infinite => self.channel.squared().system.solve(&self.births()).incoming,
+            EstimatorKind::Direct => self.channel.exchange().incoming(&self.births()),
+            _ => self.squares.solve(&self.births()).incoming,
+        };
+        let expected = self.channel.scored(estimator);
         let scored = self.returned(estimator, &squares);
         let variance = |i: usize| {
-            let (r, b) = (self.channel.reflectance()[i], self.channel.solution().reflected[i]);
+            let (r, b) = (self.channel.reflectance()[i], expected[i]);
             let sigma = self.path.survival[i];
             let value = match estimator {
-                WalkEstimator::ShootAbsorption => r * r / (1.0 - sigma),
+                EstimatorKind::Absorption => r * r / (1.0 - sigma),
                 // R²/σ is 0 where σ is.
-                WalkEstimator::ShootSurvival => self.squares.reflectance()[i],
-                WalkEstimator::ShootCollision | WalkEstimator::ShootInfinite => r * r,
+                EstimatorKind::Survival => self.squares.reflectance()[i],
+                EstimatorKind::Collision | EstimatorKind::Infinite | EstimatorKind::Direct => r * r,
             };
             value * scored[i] / self.channel.areas()[i].powi(2) - b * b
         };
@@ -106,22 +110,27 @@ impl<'a> WeightedWalk<'a> {
     ///
     /// # Panics
     /// Unless there is one probability per face.
-    pub fn gathering_variances(&self, estimator: GatherEstimator, birth: &[f64]) -> Vec<Option<f64>> {
+    pub fn gathering_variances(&self, estimator: EstimatorKind, birth: &[f64]) -> Vec<Option<f64>> {
         assert_eq!(birth.len(), self.channel.face_count(), "one probability per face");
         let lost = |(&e, &sigma): (&f64, &f64)| e > 0.0 && sigma == 0.0;
-        if estimator == GatherEstimator::Survival
+        if estimator == EstimatorKind::Survival
             && self.channel.emittance().iter().zip(&self.path.survival).any(lost)
         {
             return vec![None; birth.len()];
         }
         let squares = match estimator {
-            GatherEstimator::Absorption => self.gathered(&self.squares, |s| s.e / (1.0 - s.sigma)),
-            GatherEstimator::Survival => self.gathered(&self.squares, |s| (s.e + 2.0 * s.b) / s.sigma),
-            GatherEstimator::Collision => self.gathered(&self.squares, |s| s.e + 2.0 * s.b),
-            GatherEstimator::Infinite => self.gathered(&self.channel.squared().system, |s| s.e + 2.0 * s.b),
+            EstimatorKind::Absorption => self.gathered(&self.squares, |s| s.e / (1.0 - s.sigma)),
+            EstimatorKind::Survival => self.gathered(&self.squares, |s| (s.e + 2.0 * s.b) / s.sigma),
+            EstimatorKind::Collision => self.gathered(&self.squares, |s| s.e + 2.0 * s.b),
+            EstimatorKind::Infinite => self.gathered(&self.channel.squared().system, |s| s.e + 2.0 * s.b),
+            EstimatorKind::Direct => {
+                let incoming = self.channel.exchange().incoming(&self.gains(|s| s.e));
+                incoming.iter().zip(self.channel.areas()).map(|(phi, area)| phi / area).collect()
+            }
         };
+        let expected = self.channel.scored(estimator);
         let variance = |(i, &p): (usize, &f64)| {
-            let (r, b) = (self.channel.reflectance()[i], self.channel.solution().reflected[i]);
+            let (r, b) = (self.channel.reflectance()[i], expected[i]);
             (p > 0.0).then(|| r * r * squares[i] / p - b * b)
         };
         birth.iter().enumerate().map(variance).collect()
@@ -138,8 +147,8 @@ impl<'a> WeightedWalk<'a> {
 
     /// The mean squares that arrive on every face [W²], with what their walks still return to it: twice
     /// the product, unless a score ends the walk.
-    fn returned(&self, estimator: WalkEstimator, squares: &[f64]) -> Vec<f64> {
-        if estimator == WalkEstimator::ShootAbsorption {
+    fn returned(&self, estimator: EstimatorKind, squares: &[f64]) -> Vec<f64> {
+        if matches!(estimator, EstimatorKind::Absorption | EstimatorKind::Direct) {
             return squares.to_vec();
         }
         let terms = squares.iter().zip(self.channel.reflectance()).zip(self.channel.xi());
@@ -149,12 +158,16 @@ impl<'a> WeightedWalk<'a> {
     /// The mean square of what a walk gathers that is born on a face [W²/m⁴], if it gains c_sE_s on the sources
     /// it meets.
     fn gathered(&self, system: &RadiositySystem, c: impl Fn(Met) -> f64) -> Vec<f64> {
+        system.solve(&self.gains(c)).irradiance
+    }
+
+    /// c_sE_s of every face.
+    fn gains(&self, c: impl Fn(Met) -> f64) -> Vec<f64> {
         let gain = |(face, &e): (usize, &f64)| {
             let b = self.channel.solution().reflected[face];
             let sigma = self.path.survival[face];
             if e > 0.0 { c(Met { sigma, e, b }) * e } else { 0.0 }
         };
-        let gains: Vec<f64> = self.channel.emittance().iter().enumerate().map(gain).collect();
-        system.solve(&gains).irradiance
+        self.channel.emittance().iter().enumerate().map(gain).collect()
     }
 }

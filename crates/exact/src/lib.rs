@@ -3,7 +3,7 @@
 //!
 //! Data flows one way: geometry → [`ExchangeMatrix`] (form factors) → [`RadiositySystem`] (one set of
 //! reflectances) → [`Solution`] (one set of emittances); [`Exact`] holds one of each for a scene, and [`Accuracy`]
-//! says how far it may be off. Predictions about walks ([`WalkEstimator`], [`GatherEstimator`], [`WeightedWalk`],
+//! says how far it may be off. Predictions about walks ([`Exact::shooting_variances`], [`Exact::gathering_variances`], [`WeightedWalk`],
 //! [`Bounds`]) read an [`Exact`].
 //!
 //! The unknowns are faces, the active sides of patches, numbered as [`radiosity::Faces`] does: a two-sided patch has
@@ -59,6 +59,6 @@ pub use form_factor::{exchange_area, form_factor};
 pub use rectangle::{Facing, Rectangle};
 pub use system::{RadiositySystem, Singular, Solution};
 pub use variance::{
-    GatherEstimator, WalkEstimator, best_gathering_weights, best_shooting_weights, gathering_covariance,
-    jacobi_variances, shooting_covariance, systematic_jacobi_variances,
+    ESTIMATORS, best_gathering_weights, best_shooting_weights, gathering_covariance, jacobi_variances,
+    shooting_covariance, systematic_jacobi_variances,
 };

@@ -3,38 +3,18 @@
 //! Discrete walks, source-term suppression: the estimate is of b_i. Divide by the number of walks. A walk
 //! contributes the square of its whole score on a face.
 
+use radiosity::EstimatorKind;
+
 use crate::answer::Exact;
-use crate::system::{RadiositySystem, Solution};
+use crate::system::RadiositySystem;
 
-/// An unbiased way to score a shooting walk.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum WalkEstimator {
-    /// Shooting, φ_i += Φ_T/(1 − R_i) where the walk dies.
-    ShootAbsorption,
-    /// Shooting, φ_i += Φ_T/R_i at every hit but the last.
-    ShootSurvival,
-    /// Shooting, φ_i += Φ_T at every hit.
-    ShootCollision,
-    /// Shooting, φ_i += Φ_T·ΠR over the earlier hits, at every hit of a walk that never ends.
-    ShootInfinite,
-}
-
-/// An unbiased way to score a gathering walk, born on face i with probability p_i.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum GatherEstimator {
-    /// b_i += R_iE_s/(p_i(1 − R_s)) where the walk dies.
-    Absorption,
-    /// b_i += R_iE_s/(p_iR_s) at every hit but the last.
-    Survival,
-    /// b_i += R_iE_s/p_i at every hit.
-    Collision,
-    /// b_i += R_iE_s/p_i·ΠR over the earlier hits, at every hit of a walk that never ends.
-    Infinite,
-}
+/// The estimators of S97's tables 3 and 4, in their order.
+pub const ESTIMATORS: [EstimatorKind; 4] =
+    [EstimatorKind::Absorption, EstimatorKind::Survival, EstimatorKind::Collision, EstimatorKind::Infinite];
 
 /// What the variance of shooting on one face is made of.
 struct Terms {
-    /// b_i [W/m²], or β_i for the infinite walk.
+    /// b_i [W/m²]; β_i for the infinite walk, that of one bounce for direct light.
     b: f64,
     /// R_i.
     r: f64,
@@ -44,109 +24,102 @@ struct Terms {
     power_density: f64,
 }
 
-impl WalkEstimator {
-    /// Every estimator of shooting, in the order of tables.
-    pub const ALL: [WalkEstimator; 4] = [
-        WalkEstimator::ShootAbsorption,
-        WalkEstimator::ShootSurvival,
-        WalkEstimator::ShootCollision,
-        WalkEstimator::ShootInfinite,
-    ];
-
-    /// Its name in tables.
-    pub fn name(self) -> &'static str {
-        match self {
-            WalkEstimator::ShootAbsorption => "shoot_absorption",
-            WalkEstimator::ShootSurvival => "shoot_survival",
-            WalkEstimator::ShootCollision => "shoot_collision",
-            WalkEstimator::ShootInfinite => "shoot_infinite",
-        }
-    }
-
-    /// The variance of B_i [W²/m⁴] for one walk, face by face; 0 where R_i = 0.
-    pub fn variances(self, exact: &Exact) -> Vec<f64> {
-        let terms = match self {
-            WalkEstimator::ShootInfinite => Terms::of(exact, exact.squared_solution()),
-            _ => Terms::of(exact, exact.solution()),
+impl Exact {
+    /// The variance of B_i [W²/m⁴] for one shooting walk, face by face; 0 where R_i = 0.
+    pub fn shooting_variances(&self, estimator: EstimatorKind) -> Vec<f64> {
+        let terms = match estimator {
+            EstimatorKind::Infinite => Terms::of(self, &self.squared_solution().reflected),
+            EstimatorKind::Direct => Terms::of(self, &self.direct()),
+            _ => Terms::of(self, &self.solution().reflected),
         };
-        let variance = |(terms, b): (Terms, &f64)| self.second_moment(&terms) - b * b;
-        terms.into_iter().zip(&exact.solution().reflected).map(variance).collect()
+        let variance = |(terms, b): (Terms, f64)| shooting_second_moment(estimator, &terms) - b * b;
+        terms.into_iter().zip(self.scored(estimator)).map(variance).collect()
     }
 
-    /// The expected square of a walk's whole score on a face [W²/m⁴]; the expected score is b_i.
-    fn second_moment(self, &Terms { b, r, xi, power_density }: &Terms) -> f64 {
-        match self {
-            // S97 corollary 2.3
-            WalkEstimator::ShootAbsorption => b * r * power_density / (1.0 - r),
-            // S97 corollary 2.11; R_i (1/R_i + 2ξ_i) written so as to be finite at R_i = 0
-            WalkEstimator::ShootSurvival => b * power_density * (1.0 + 2.0 * r * xi),
-            // BS eq. (19)
-            WalkEstimator::ShootCollision => b * r * power_density * (1.0 + 2.0 * r * xi),
-            // SInf eq. (2), b being β
-            WalkEstimator::ShootInfinite => b * power_density * (1.0 + 2.0 * r * xi),
+    /// The variance of B_i [W²/m⁴] for one walk that is born on face i with probability `birth[i]`. `None` where no walk
+    /// is born; and everywhere, for survival, if a source does not reflect: its light would be lost.
+    ///
+    /// # Panics
+    /// Unless there is one probability per face.
+    pub fn gathering_variances(&self, estimator: EstimatorKind, birth: &[f64]) -> Vec<Option<f64>> {
+        if estimator == EstimatorKind::Survival && has_black_source(self) {
+            return vec![None; birth.len()];
+        }
+        per_birth(birth, gathering_second_moments(estimator, self), &self.scored(estimator))
+    }
+
+    /// b_i [W/m²] of light that was reflected once: R_i/A_i times what arrives from emitters.
+    pub fn direct(&self) -> Vec<f64> {
+        once(self, self.emittance())
+    }
+
+    /// What an estimator tells of every face: b_i [W/m²], or that of direct light.
+    pub(crate) fn scored(&self, estimator: EstimatorKind) -> Vec<f64> {
+        match estimator {
+            EstimatorKind::Direct => self.direct(),
+            _ => self.solution().reflected.clone(),
         }
     }
 }
 
+/// The expected square of a shooting walk's whole score on a face [W²/m⁴].
+fn shooting_second_moment(estimator: EstimatorKind, &Terms { b, r, xi, power_density }: &Terms) -> f64 {
+    match estimator {
+        // φ_i += Φ_T/(1 − R_i) where the walk dies: S97 corollary 2.3
+        EstimatorKind::Absorption => b * r * power_density / (1.0 - r),
+        // φ_i += Φ_T/R_i at every hit but the last: S97 corollary 2.11, R_i (1/R_i + 2ξ_i) written so as to be finite at
+        // R_i = 0
+        EstimatorKind::Survival => b * power_density * (1.0 + 2.0 * r * xi),
+        // φ_i += Φ_T at every hit: BS eq. (19)
+        EstimatorKind::Collision => b * r * power_density * (1.0 + 2.0 * r * xi),
+        // φ_i += Φ_T·ΠR over the earlier hits, at every hit of a walk that never ends: SInf eq. (2), b being β
+        EstimatorKind::Infinite => b * power_density * (1.0 + 2.0 * r * xi),
+        // φ_i += Φ_T at the first hit, which no other follows
+        EstimatorKind::Direct => b * r * power_density,
+    }
+}
+
+/// p_i times the expected square of a gathering walk's whole score for each face [W²/m⁴]. The sum over sources
+/// Σ_s c_s b_is is the radiosity b_i that emittances c_sE_s would cause, as b_is is linear in E_s.
+fn gathering_second_moments(estimator: EstimatorKind, exact: &Exact) -> Vec<f64> {
+    match estimator {
+        // b_i += R_iE_s/(p_i(1 − R_s)) where the walk dies: S97 eq. (10)
+        EstimatorKind::Absorption => reflected(exact, exact.system(), |s| s.e / (1.0 - s.r)),
+        // b_i += R_iE_s/(p_iR_s) at every hit but the last: S97 table 3
+        EstimatorKind::Survival => reflected(exact, exact.system(), |s| (s.e + 2.0 * s.b) / s.r),
+        // b_i += R_iE_s/p_i at every hit: S97 table 3
+        EstimatorKind::Collision => reflected(exact, exact.system(), |s| s.e + 2.0 * s.b),
+        // b_i += R_iE_s/p_i·ΠR over the earlier hits, at every hit of a walk that never ends: SInf eq. (3), β_is instead of
+        // R_ib_is
+        EstimatorKind::Infinite => {
+            let squared = &exact.squared().system;
+            squared.solve(&weighted_emittance(exact, |s| s.e + 2.0 * s.b)).reflected
+        }
+        // b_i += R_iE_s/p_i at the first hit alone
+        EstimatorKind::Direct => {
+            let sums = once(exact, &weighted_emittance(exact, |s| s.e));
+            sums.iter().zip(exact.reflectance()).map(|(sum, r)| r * sum).collect()
+        }
+    }
+}
+
+/// What every face reflects of light that comes straight from an emittance [W/m²].
+fn once(exact: &Exact, emittance: &[f64]) -> Vec<f64> {
+    let incoming = exact.exchange().incoming(emittance);
+    let densities = incoming.iter().zip(exact.areas()).map(|(phi, area)| phi / area);
+    densities.zip(exact.reflectance()).map(|(h, r)| r * h).collect()
+}
+
 impl Terms {
-    /// The terms of every face where b is that of `solution`.
-    fn of(exact: &Exact, solution: &Solution) -> Vec<Self> {
+    /// The terms of every face, b being given.
+    fn of(exact: &Exact, b: &[f64]) -> Vec<Self> {
         let face = |i: usize| Terms {
-            b: solution.reflected[i],
+            b: b[i],
             r: exact.reflectance()[i],
             xi: exact.xi()[i],
             power_density: exact.total_power() / exact.areas()[i],
         };
         (0..exact.face_count()).map(face).collect()
-    }
-}
-
-impl GatherEstimator {
-    /// Every estimator of gathering, in the order of tables.
-    pub const ALL: [GatherEstimator; 4] = [
-        GatherEstimator::Absorption,
-        GatherEstimator::Survival,
-        GatherEstimator::Collision,
-        GatherEstimator::Infinite,
-    ];
-
-    /// Its name in tables.
-    pub fn name(self) -> &'static str {
-        match self {
-            GatherEstimator::Absorption => "gather_absorption",
-            GatherEstimator::Survival => "gather_survival",
-            GatherEstimator::Collision => "gather_collision",
-            GatherEstimator::Infinite => "gather_infinite",
-        }
-    }
-
-    /// The variance of B_i [W²/m⁴] for one walk that is born on face i with probability `birth[i]`. `None` where no walk is born; and everywhere, for survival, if a
-    /// source does not reflect: its light would be lost.
-    ///
-    /// # Panics
-    /// Unless there is one probability per face.
-    pub fn variances(self, exact: &Exact, birth: &[f64]) -> Vec<Option<f64>> {
-        if self == GatherEstimator::Survival && has_black_source(exact) {
-            return vec![None; birth.len()];
-        }
-        per_birth(exact, birth, self.second_moments(exact))
-    }
-
-    /// p_i times the expected square of a walk's whole score for each face [W²/m⁴]. The sum over sources
-    /// Σ_s c_s b_is is the radiosity b_i that emittances c_sE_s would cause, as b_is is linear in E_s.
-    fn second_moments(self, exact: &Exact) -> Vec<f64> {
-        match self {
-            // S97 eq. (10)
-            GatherEstimator::Absorption => reflected(exact, exact.system(), |s| s.e / (1.0 - s.r)),
-            // S97 table 3
-            GatherEstimator::Survival => reflected(exact, exact.system(), |s| (s.e + 2.0 * s.b) / s.r),
-            GatherEstimator::Collision => reflected(exact, exact.system(), |s| s.e + 2.0 * s.b),
-            // SInf eq. (3): β_is instead of R_ib_is
-            GatherEstimator::Infinite => {
-                let squared = &exact.squared().system;
-                squared.solve(&weighted_emittance(exact, |s| s.e + 2.0 * s.b)).reflected
-            }
-        }
     }
 }
 
@@ -172,11 +145,11 @@ fn reflected(exact: &Exact, system: &RadiositySystem, c: impl Fn(Source) -> f64)
     sums.iter().zip(exact.reflectance()).map(|(sum, r)| r * sum).collect()
 }
 
-/// A second moment over p_i, less b_i²; `None` where p_i = 0.
-fn per_birth(exact: &Exact, birth: &[f64], moments: Vec<f64>) -> Vec<Option<f64>> {
-    assert_eq!(birth.len(), exact.face_count(), "one probability per face");
+/// A second moment over p_i, less the square of what is expected; `None` where p_i = 0.
+fn per_birth(birth: &[f64], moments: Vec<f64>, expected: &[f64]) -> Vec<Option<f64>> {
+    assert_eq!(birth.len(), expected.len(), "one probability per face");
     let central = |((moment, &b), &p): ((f64, &f64), &f64)| (p > 0.0).then(|| moment / p - b * b);
-    moments.into_iter().zip(&exact.solution().reflected).zip(birth).map(central).collect()
+    moments.into_iter().zip(expected).zip(birth).map(central).collect()
 }
 
 fn has_black_source(exact: &Exact) -> bool {
@@ -187,7 +160,7 @@ fn has_black_source(exact: &Exact) -> bool {
 /// (R_i/A_i)² (Φ_Tξ_iφ_i − φ_i²).
 pub fn shooting_covariance(exact: &Exact) -> Vec<f64> {
     let covariance = |Terms { b, r, xi, power_density }| r * power_density * xi * b - b * b;
-    Terms::of(exact, exact.solution()).into_iter().map(covariance).collect()
+    Terms::of(exact, &exact.solution().reflected).into_iter().map(covariance).collect()
 }
 
 /// The weight α of survival at which α·survival + (1 − α)·absorption has the least variance for shooting
@@ -197,7 +170,7 @@ pub fn best_shooting_weights(exact: &Exact) -> Vec<f64> {
 }
 
 /// The covariance of B_i [W²/m⁴] by absorption and by survival of one gathering walk (S97 §3.7):
-/// (R_i/p_i) Σ_s b_sb_is/R_s − b_i². `None` as in [`GatherEstimator::variances`] for survival.
+/// (R_i/p_i) Σ_s b_sb_is/R_s − b_i². `None` as in [`Exact::gathering_variances`] for survival.
 ///
 /// # Panics
 /// Unless there is one probability per face.
@@ -205,7 +178,7 @@ pub fn gathering_covariance(exact: &Exact, birth: &[f64]) -> Vec<Option<f64>> {
     if has_black_source(exact) {
         return vec![None; birth.len()];
     }
-    per_birth(exact, birth, reflected(exact, exact.system(), |s| s.b / s.r))
+    per_birth(birth, reflected(exact, exact.system(), |s| s.b / s.r), &exact.solution().reflected)
 }
 
 /// The weight α of survival at which α·survival + (1 − α)·absorption has the least variance for gathering

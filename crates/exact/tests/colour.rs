@@ -7,8 +7,8 @@ mod shapes;
 use std::sync::Arc;
 
 use common::{Numbers, assert_near, cube_54};
-use exact::{Exact, ExchangeMatrix, GatherEstimator, SharedPath, WalkEstimator, WeightedWalk};
-use radiosity::Sides;
+use exact::{ESTIMATORS, Exact, ExchangeMatrix, SharedPath, WeightedWalk};
+use radiosity::{EstimatorKind, Sides};
 use shapes::{grey, painted, quad, room};
 
 /// Where the never-ending walk is cut: what is left cannot show.
@@ -28,14 +28,14 @@ fn grey_is_the_case_of_one_channel() {
         let path = SharedPath::of(&[&exact]);
         let walk = WeightedWalk::new(&exact, &path).unwrap();
         let birth = vec![1.0 / exact.face_count() as f64; exact.face_count()];
-        for estimator in WalkEstimator::ALL {
-            let expected = estimator.variances(&exact);
+        for &estimator in EstimatorKind::ALL {
+            let expected = exact.shooting_variances(estimator);
             for (variance, expected) in walk.shooting_variances(estimator).iter().zip(&expected) {
                 assert_near(*variance, *expected, 1e-11 * expected.abs());
             }
         }
-        for estimator in GatherEstimator::ALL {
-            let expected = estimator.variances(&exact, &birth);
+        for &estimator in EstimatorKind::ALL {
+            let expected = exact.gathering_variances(estimator, &birth);
             for (variance, expected) in walk.gathering_variances(estimator, &birth).iter().zip(&expected) {
                 assert_near(variance.unwrap(), expected.unwrap(), 1e-11 * expected.unwrap().abs());
             }
@@ -225,10 +225,11 @@ fn coloured_walks_spread_as_predicted() {
     let mut count = 0;
     for (c, channel) in channels.iter().enumerate() {
         let walk = WeightedWalk::new(channel, &path).unwrap();
-        let shooting = WalkEstimator::ALL.map(|e| (e.name(), &shot, walk.shooting_variances(e)));
-        let gathering = GatherEstimator::ALL.map(|e| {
+        let shooting =
+            ESTIMATORS.map(|e| (format!("shooting {}", e.word()), &shot, walk.shooting_variances(e)));
+        let gathering = ESTIMATORS.map(|e| {
             let variances = walk.gathering_variances(e, &birth).into_iter().map(Option::unwrap).collect();
-            (e.name(), &gathered, variances)
+            (format!("gathering {}", e.word()), &gathered, variances)
         });
         for (k, (name, moments, predicted)) in shooting.iter().chain(&gathering).enumerate() {
             for i in 0..n {

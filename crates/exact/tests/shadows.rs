@@ -9,7 +9,7 @@ mod shapes;
 
 use common::{Numbers, assert_near};
 use exact::{Accuracy, Exact};
-use radiosity::{IndexChoice, Scene, SceneSpec, Sides};
+use radiosity::{EstimatorKind, IndexChoice, Scene, SceneSpec, Sides};
 use rays::{Rays, assert_rays_agree};
 use shapes::{bumpy_ball, grey, l_room, painted, quad, room, turned};
 
@@ -192,8 +192,8 @@ fn assert_walks_spread_as_predicted(spec: &SceneSpec) {
         gathered.add(&whole);
     }
     let birth = vec![1.0 / n as f64; n];
-    let of_gathering = exact::GatherEstimator::Collision.variances(&exact, &birth);
-    let of_shooting = exact::WalkEstimator::ShootCollision.variances(&exact);
+    let of_gathering = exact.gathering_variances(EstimatorKind::Collision, &birth);
+    let of_shooting = exact.shooting_variances(EstimatorKind::Collision);
     for i in 0..n {
         let b = exact.solution().reflected[i];
         for (name, moments, variance) in

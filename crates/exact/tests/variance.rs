@@ -6,11 +6,11 @@ use std::sync::Arc;
 
 use common::{Numbers, assert_near, cube_54, plain_box, random_box};
 use exact::{
-    Bounds, Exact, ExchangeMatrix, GatherEstimator, WalkEstimator, best_gathering_weights,
-    best_shooting_weights, gathering_covariance, jacobi_variances, shooting_covariance,
-    systematic_jacobi_variances,
+    Bounds, ESTIMATORS, Exact, ExchangeMatrix, best_gathering_weights, best_shooting_weights,
+    gathering_covariance, jacobi_variances, shooting_covariance, systematic_jacobi_variances,
 };
 use glam::DVec3;
+use radiosity::EstimatorKind;
 
 /// BS table 1: R; ζ; "RW theory", the mean square error per ray; and half a unit of the last digit of either.
 /// Where the paper prints 10.076 and 20.218, its formula gives 10.104 and 20.219.
@@ -32,7 +32,7 @@ fn bs_cube(r: f64) -> Exact {
 /// Variance for one walk times rays per walk, Σφ_i/Φ_T.
 fn collision_error_per_ray(exact: &Exact) -> f64 {
     let rays: f64 = exact.solution().incoming.iter().sum::<f64>() / exact.total_power();
-    rays * WalkEstimator::ShootCollision.variances(exact)[0]
+    rays * exact.shooting_variances(EstimatorKind::Collision)[0]
 }
 
 /// A box with a reflectance in [0.1, 0.9) on every surface and several emitters.
@@ -51,8 +51,8 @@ fn by_area(exact: &Exact) -> Vec<f64> {
     exact.areas().iter().map(|a| a / total).collect()
 }
 
-fn gathering(estimator: GatherEstimator, exact: &Exact) -> Vec<f64> {
-    estimator.variances(exact, &by_area(exact)).into_iter().map(Option::unwrap).collect()
+fn gathering(estimator: EstimatorKind, exact: &Exact) -> Vec<f64> {
+    exact.gathering_variances(estimator, &by_area(exact)).into_iter().map(Option::unwrap).collect()
 }
 
 #[test]
@@ -86,8 +86,8 @@ fn black_patches_have_no_variance() {
     let mut spec = cube_54();
     spec.surfaces[2].reflectance = 0.0.into();
     let exact = Exact::of_scene(&spec).unwrap();
-    for estimator in WalkEstimator::ALL {
-        assert_eq!(estimator.variances(&exact)[18..27], [0.0; 9], "{}", estimator.name());
+    for estimator in ESTIMATORS {
+        assert_eq!(exact.shooting_variances(estimator)[18..27], [0.0; 9], "{}", estimator.word());
     }
     assert!(exact.solution().irradiance[18..27].iter().all(|&h| h > 0.0));
 }
@@ -116,7 +116,7 @@ fn collision_is_the_sum_of_survival_and_absorption() {
     let mut numbers = Numbers(21);
     for _ in 0..5 {
         let exact = coloured_box(&mut numbers);
-        let [absorption, survival, collision, _] = WalkEstimator::ALL.map(|e| e.variances(&exact));
+        let [absorption, survival, collision, _] = ESTIMATORS.map(|e| exact.shooting_variances(e));
         let covariance = shooting_covariance(&exact);
         for (i, &r) in exact.reflectance().iter().enumerate() {
             let d = 1.0 - r;
@@ -125,7 +125,7 @@ fn collision_is_the_sum_of_survival_and_absorption() {
         }
     }
     let exact = Exact::of_scene(&cube_54()).unwrap();
-    let [absorption, survival, collision, _] = GatherEstimator::ALL.map(|e| gathering(e, &exact));
+    let [absorption, survival, collision, _] = ESTIMATORS.map(|e| gathering(e, &exact));
     let covariance = gathering_covariance(&exact, &by_area(&exact));
     let (r, d) = (0.3, 0.7);
     for i in 0..54 {
@@ -142,13 +142,13 @@ fn the_best_weights_are_stationary() {
         let slope = alpha * survival - (1.0 - alpha) * absorption + (1.0 - 2.0 * alpha) * covariance;
         assert_near(slope / survival, 0.0, 1e-12);
     };
-    let [absorption, survival, ..] = WalkEstimator::ALL.map(|e| e.variances(&exact));
+    let [absorption, survival, ..] = ESTIMATORS.map(|e| exact.shooting_variances(e));
     let covariance = shooting_covariance(&exact);
     for (i, alpha) in best_shooting_weights(&exact).into_iter().enumerate() {
         no_slope(alpha, survival[i], absorption[i], covariance[i]);
         assert_near(alpha / exact.reflectance()[i], 1.0, 0.1);
     }
-    let [absorption, survival, ..] = GatherEstimator::ALL.map(|e| gathering(e, &exact));
+    let [absorption, survival, ..] = ESTIMATORS.map(|e| gathering(e, &exact));
     let covariance = gathering_covariance(&exact, &by_area(&exact));
     for (i, alpha) in best_gathering_weights(&exact).unwrap().into_iter().enumerate() {
         no_slope(alpha, survival[i], absorption[i], covariance[i].unwrap());
@@ -163,13 +163,13 @@ fn the_order_of_the_estimators() {
     let mut numbers = Numbers(23);
     for _ in 0..5 {
         let exact = coloured_box(&mut numbers);
-        let [absorption, survival, collision, infinite] = WalkEstimator::ALL.map(|e| e.variances(&exact));
+        let [absorption, survival, collision, infinite] = ESTIMATORS.map(|e| exact.shooting_variances(e));
         for (i, &r) in exact.reflectance().iter().enumerate() {
             assert!(infinite[i] <= collision[i] && collision[i] <= survival[i], "patch {i}");
             // S97 proposition 2.20 says from 1/(1 − R) ≤ 1/R + 2ξ, here in full.
             assert_eq!(absorption[i] < survival[i], 1.0 / (1.0 - r) < 1.0 / r + 2.0 * exact.xi()[i]);
         }
-        let [_, survival, collision, infinite] = GatherEstimator::ALL.map(|e| gathering(e, &exact));
+        let [_, survival, collision, infinite] = ESTIMATORS.map(|e| gathering(e, &exact));
         for i in 0..survival.len() {
             assert!(infinite[i] <= collision[i] && collision[i] <= survival[i], "patch {i}");
         }
@@ -180,7 +180,7 @@ fn the_order_of_the_estimators() {
 #[test]
 fn after_one_bounce_infinite_walks_are_collision_walks() {
     let exact = Exact::of_scene(&plain_box(DVec3::ZERO, DVec3::ONE, [2, 2], 1e-6, 1.0)).unwrap();
-    let [.., collision, infinite] = WalkEstimator::ALL.map(|e| e.variances(&exact));
+    let [.., collision, infinite] = ESTIMATORS.map(|e| exact.shooting_variances(e));
     // β ≈ R²H against Rb = R²H.
     assert_near(infinite[0] / collision[0], 1.0, 1e-5);
 }
@@ -191,13 +191,13 @@ fn a_source_that_does_not_reflect_is_lost_to_gathering_by_survival() {
     spec.surfaces[0].reflectance = 0.0.into();
     let exact = Exact::of_scene(&spec).unwrap();
     let birth = by_area(&exact);
-    assert_eq!(GatherEstimator::Survival.variances(&exact, &birth), vec![None; 54]);
+    assert_eq!(exact.gathering_variances(EstimatorKind::Survival, &birth), vec![None; 54]);
     assert_eq!(gathering_covariance(&exact, &birth), vec![None; 54]);
     assert_eq!(best_gathering_weights(&exact), None);
-    for estimator in [GatherEstimator::Absorption, GatherEstimator::Collision, GatherEstimator::Infinite] {
-        let variances = estimator.variances(&exact, &birth);
-        assert_eq!(variances[..9], [Some(0.0); 9], "{}: black patches", estimator.name());
-        assert!(variances[9..].iter().all(|v| v.unwrap() > 0.0), "{}", estimator.name());
+    for estimator in [EstimatorKind::Absorption, EstimatorKind::Collision, EstimatorKind::Infinite] {
+        let variances = exact.gathering_variances(estimator, &birth);
+        assert_eq!(variances[..9], [Some(0.0); 9], "{}: black patches", estimator.word());
+        assert!(variances[9..].iter().all(|v| v.unwrap() > 0.0), "{}", estimator.word());
     }
 }
 
@@ -207,8 +207,8 @@ fn gathering_on_chosen_patches() {
     let exact = Exact::of_scene(&cube_54()).unwrap();
     let mut birth = vec![0.0; 54];
     (birth[7], birth[30]) = (0.5, 0.5);
-    for estimator in GatherEstimator::ALL {
-        let (chosen, all) = (estimator.variances(&exact, &birth), gathering(estimator, &exact));
+    for estimator in ESTIMATORS {
+        let (chosen, all) = (exact.gathering_variances(estimator, &birth), gathering(estimator, &exact));
         assert_eq!(chosen.iter().filter(|v| v.is_some()).count(), 2);
         for i in [7, 30] {
             let b2 = exact.solution().reflected[i].powi(2);
@@ -237,20 +237,20 @@ fn bounds_bound() {
         let bounds = Bounds::of(&exact);
         let birth = by_area(&exact);
         let mean = |variances: &[f64]| variances.iter().zip(&birth).map(|(v, p)| v * p).sum::<f64>();
-        for estimator in WalkEstimator::ALL {
-            assert!(mean(&estimator.variances(&exact)) <= bounds.shooting_error(estimator));
+        for estimator in ESTIMATORS {
+            assert!(mean(&exact.shooting_variances(estimator)) <= bounds.shooting_error(estimator));
         }
-        for estimator in GatherEstimator::ALL {
+        for estimator in ESTIMATORS {
             assert!(mean(&gathering(estimator, &exact)) <= bounds.gathering_error(estimator));
         }
         let below = |variances: &[f64], bound: f64| variances.iter().all(|&v| v <= bound);
-        assert!(below(&WalkEstimator::ShootAbsorption.variances(&exact), bounds.shooting_variance()));
-        assert!(below(&gathering(GatherEstimator::Absorption, &exact), bounds.gathering_variance()));
+        assert!(below(&exact.shooting_variances(EstimatorKind::Absorption), bounds.shooting_variance()));
+        assert!(below(&gathering(EstimatorKind::Absorption, &exact), bounds.gathering_variance()));
         let least = birth.iter().copied().fold(1.0, f64::min);
-        for estimator in WalkEstimator::ALL {
-            assert!(below(&estimator.variances(&exact), bounds.shooting_variance_of(estimator)));
+        for estimator in ESTIMATORS {
+            assert!(below(&exact.shooting_variances(estimator), bounds.shooting_variance_of(estimator)));
         }
-        for estimator in GatherEstimator::ALL {
+        for estimator in ESTIMATORS {
             assert!(below(&gathering(estimator, &exact), bounds.gathering_variance_of(estimator, least)));
         }
         for (b, r) in exact.solution().reflected.iter().zip(exact.reflectance()) {

@@ -5,11 +5,21 @@ mod common;
 use std::sync::Arc;
 
 use common::{Numbers, cube_54, plain_box};
-use exact::{Exact, ExchangeMatrix, GatherEstimator, WalkEstimator};
+use exact::{Exact, ExchangeMatrix};
 use glam::DVec3;
+use radiosity::EstimatorKind;
 
 /// Where the never-ending walk is cut: what is left cannot show.
 const NOTHING: f64 = 1e-9;
+
+/// Every estimator, that of direct light last.
+const KINDS: [EstimatorKind; 5] = [
+    EstimatorKind::Absorption,
+    EstimatorKind::Survival,
+    EstimatorKind::Collision,
+    EstimatorKind::Infinite,
+    EstimatorKind::Direct,
+];
 
 /// One walk: the patches it hits, for ever; a mortal one would die at hit number `mortal`.
 struct Path {
@@ -52,16 +62,16 @@ impl<'a> Walks<'a> {
     }
 
     /// Σ score … Σ score⁴ of B_i by estimator (shooting first) and patch.
-    fn moments(&mut self, walks: u32) -> [Vec<[f64; 4]>; 8] {
+    fn moments(&mut self, walks: u32) -> [Vec<[f64; 4]>; 10] {
         let n = self.exact.face_count();
         let powers = self.exact.emittance().iter().zip(self.exact.areas()).map(|(e, a)| e * a);
         let (sources, births) = (running_sums(powers), running_sums(self.exact.areas().iter().copied()));
-        let mut moments = [(); 8].map(|_| vec![[0.0; 4]; n]);
+        let mut moments = [(); 10].map(|_| vec![[0.0; 4]; n]);
         let mut whole = vec![0.0; n];
         for _ in 0..walks {
             let source = Self::choose(&mut self.numbers, &sources);
             let path = self.path(source);
-            for (k, estimator) in WalkEstimator::ALL.into_iter().enumerate() {
+            for (k, estimator) in KINDS.into_iter().enumerate() {
                 for (patch, score) in self.shooting_scores(estimator, &path) {
                     whole[patch] += score;
                 }
@@ -72,16 +82,16 @@ impl<'a> Walks<'a> {
             let birth = Self::choose(&mut self.numbers, &births);
             let path = self.path(birth);
             let p = self.exact.areas()[birth] / births[n - 1];
-            for (k, estimator) in GatherEstimator::ALL.into_iter().enumerate() {
+            for (k, estimator) in KINDS.into_iter().enumerate() {
                 let score = self.gathering_score(estimator, birth, &path) / p;
-                add_powers(&mut moments[4 + k][birth], score);
+                add_powers(&mut moments[KINDS.len() + k][birth], score);
             }
         }
         moments
     }
 
     /// Scores of B on the patches of a shooting walk, hit by hit.
-    fn shooting_scores(&self, estimator: WalkEstimator, path: &Path) -> Vec<(usize, f64)> {
+    fn shooting_scores(&self, estimator: EstimatorKind, path: &Path) -> Vec<(usize, f64)> {
         let value = |&i: &usize| {
             let r = self.exact.reflectance()[i];
             let unit = r * self.exact.total_power() / self.exact.areas()[i];
@@ -89,14 +99,15 @@ impl<'a> Walks<'a> {
         };
         let mortal = path.hits[..path.mortal].iter().map(value);
         match estimator {
-            WalkEstimator::ShootAbsorption => {
+            EstimatorKind::Absorption => {
                 mortal.skip(path.mortal - 1).map(|(i, r, unit)| (i, unit / (1.0 - r))).collect()
             }
-            WalkEstimator::ShootSurvival => {
+            EstimatorKind::Survival => {
                 mortal.take(path.mortal - 1).map(|(i, r, unit)| (i, unit / r)).collect()
             }
-            WalkEstimator::ShootCollision => mortal.map(|(i, _, unit)| (i, unit)).collect(),
-            WalkEstimator::ShootInfinite => {
+            EstimatorKind::Collision => mortal.map(|(i, _, unit)| (i, unit)).collect(),
+            EstimatorKind::Direct => mortal.take(1).map(|(i, _, unit)| (i, unit)).collect(),
+            EstimatorKind::Infinite => {
                 let mut weight = 1.0;
                 let weighted = path.hits.iter().map(value).map(|(i, r, unit)| {
                     let score = unit * weight;
@@ -109,14 +120,15 @@ impl<'a> Walks<'a> {
     }
 
     /// p_i times the whole score of a gathering walk.
-    fn gathering_score(&self, estimator: GatherEstimator, birth: usize, path: &Path) -> f64 {
+    fn gathering_score(&self, estimator: EstimatorKind, birth: usize, path: &Path) -> f64 {
         let value = |&s: &usize| (self.exact.reflectance()[s], self.exact.emittance()[s]);
         let mortal = path.hits[..path.mortal].iter().map(value);
         let sum: f64 = match estimator {
-            GatherEstimator::Absorption => mortal.skip(path.mortal - 1).map(|(r, e)| e / (1.0 - r)).sum(),
-            GatherEstimator::Survival => mortal.take(path.mortal - 1).map(|(r, e)| e / r).sum(),
-            GatherEstimator::Collision => mortal.map(|(_, e)| e).sum(),
-            GatherEstimator::Infinite => {
+            EstimatorKind::Absorption => mortal.skip(path.mortal - 1).map(|(r, e)| e / (1.0 - r)).sum(),
+            EstimatorKind::Survival => mortal.take(path.mortal - 1).map(|(r, e)| e / r).sum(),
+            EstimatorKind::Collision => mortal.map(|(_, e)| e).sum(),
+            EstimatorKind::Direct => mortal.take(1).map(|(_, e)| e).sum(),
+            EstimatorKind::Infinite => {
                 let mut weight = 1.0;
                 let weighted = path.hits.iter().map(value).map(|(r, e)| {
                     let score = e * weight;
@@ -159,22 +171,32 @@ fn z_of_mean(sums: &[f64; 4], walks: f64, expected: f64) -> f64 {
     (mean - expected) / ((square - mean * mean) / walks).sqrt()
 }
 
-/// Means and variances of all eight estimators. Some 10³ z-scores in all the tests together at |z| < 4.8:
-/// false-alarm rate 10⁻³, once and for all with this seed.
+/// Means and variances of all ten estimators. Some 1.9·10³ z-scores in all the tests together at |z| < 4.8:
+/// false-alarm rate 3·10⁻³, once and for all with this seed.
 #[track_caller]
 fn assert_walks_spread_as_predicted(exact: &Exact) {
     const WALKS: u32 = 350_000;
     let total: f64 = exact.areas().iter().sum();
     let birth: Vec<f64> = exact.areas().iter().map(|a| a / total).collect();
-    let shooting = WalkEstimator::ALL.map(|e| (e.name(), e.variances(exact)));
-    let gathering = GatherEstimator::ALL.map(|e| {
-        (e.name(), e.variances(exact, &birth).into_iter().map(Option::unwrap).collect::<Vec<f64>>())
+    let shooting = KINDS.map(|e| (e, exact.shooting_variances(e)));
+    let gathering = KINDS.map(|e| {
+        (e, exact.gathering_variances(e, &birth).into_iter().map(Option::unwrap).collect::<Vec<f64>>())
     });
     let moments = Walks::new(exact).moments(WALKS);
-    for ((name, predicted), moments) in shooting.iter().chain(&gathering).zip(&moments) {
+    for ((estimator, predicted), moments) in shooting.iter().chain(&gathering).zip(&moments) {
+        let name = estimator.word();
+        let expected = match estimator {
+            EstimatorKind::Direct => exact.direct(),
+            _ => exact.solution().reflected.clone(),
+        };
         let mut squares = 0.0;
         for (i, sums) in moments.iter().enumerate() {
-            let off_mean = z_of_mean(sums, f64::from(WALKS), exact.solution().reflected[i]);
+            if expected[i] == 0.0 {
+                // No light comes here straight from an emitter.
+                assert_eq!((predicted[i], *sums), (0.0, [0.0; 4]), "{name} on patch {i}");
+                continue;
+            }
+            let off_mean = z_of_mean(sums, f64::from(WALKS), expected[i]);
             let off = z_of_variance(sums, f64::from(WALKS), predicted[i]);
             assert!(off_mean.abs() < 4.8 && off.abs() < 4.8, "{name} on patch {i}: {off_mean}, {off}");
             squares += off * off;

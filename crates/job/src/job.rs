@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 use crate::document::{Table, Value};
 use crate::error::Error;
 use crate::imports::{IMPORT_KEYS, read_options};
-use crate::method::{METHOD_KEYS, Method, WalkKind, Word, read_method, read_patches};
+use crate::method::{METHOD_KEYS, MethodTable, WalkKind, Word, read_method, read_patches};
 use crate::scene::{SceneFile, is_toml, load_scene_with};
 use crate::source::Source;
 
@@ -82,7 +82,7 @@ pub struct Job {
     /// Whether `confidence` is that of all intervals together; default false: of each.
     pub simultaneous: bool,
     /// How it is solved.
-    pub method: Method,
+    pub method: MethodTable,
     /// What of the method is not done as asked, and why.
     pub note: Option<String>,
     /// What it may cost.
@@ -374,7 +374,7 @@ fn read_target(mut table: Table<'_>) -> Result<Target, Error> {
 }
 
 /// The patches that a target is about. Their number is known only when the scene is read.
-fn read_target_patches(value: Value<'_>, patch_count: u64, method: &Method) -> Result<Vec<u32>, Error> {
+fn read_target_patches(value: Value<'_>, patch_count: u64, method: &MethodTable) -> Result<Vec<u32>, Error> {
     let place = value.place();
     let patches =
         read_patches(value, patch_count, "a target is about some patch", "remove the key: all count")?;

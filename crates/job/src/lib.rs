@@ -22,7 +22,7 @@ pub use job::{
     DEFAULT_STREAM_PATHS, Job, Light, Target, Unhit, load,
 };
 pub use kind::{FileKind, file_kind};
-pub use method::{Method, WalkKind, Word, job_hash};
+pub use method::{MethodTable, WalkKind, Word, job_hash};
 pub use radiosity::Sampler;
 pub use scene::{SceneFile, load_scene, load_scene_with};
 pub use schema::{job_schema, scene_schema};

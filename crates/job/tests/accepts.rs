@@ -7,7 +7,8 @@ use std::path::PathBuf;
 use common::Folder;
 use glam::dvec3;
 use job::{
-    Budget, FileKind, Job, Method, Sampler, Target, Unhit, WalkKind, file_kind, job_hash, load, load_scene,
+    Budget, FileKind, Job, MethodTable, Sampler, Target, Unhit, WalkKind, file_kind, job_hash, load,
+    load_scene,
 };
 use radiosity::{Birth, EstimatorKind, IndexChoice, InfiniteEnd, Shape, Sides, Space, Spectrum};
 
@@ -119,7 +120,7 @@ fn the_documented_job() {
     let job = load_with(&written("documented", JOB), &[]);
     assert_eq!(job.name, "cornell");
     assert_eq!((job.seed, job.confidence, job.index), (42, 0.95, IndexChoice::Auto));
-    assert_eq!(job.method, Method::default());
+    assert_eq!(job.method, MethodTable::default());
     assert_eq!(job.budget, Budget { wall_seconds: Some(3600.0), ..budget(10_000_000) });
     assert_eq!(job.target, Some(target(0.01)));
     assert_eq!(job.build_scene().unwrap().faces().len(), 25);
@@ -243,18 +244,18 @@ fn jobs_and_scenes_are_told_apart() {
 #[test]
 fn the_hash_covers_scene_method_and_seed() {
     let scene = [7; 32];
-    let shooting = Method::default();
+    let shooting = MethodTable::default();
     let base = job_hash(scene, &shooting, 1);
     assert_eq!(base, job_hash(scene, &shooting.clone(), 1));
     assert_ne!(base, job_hash([8; 32], &shooting, 1));
     assert_ne!(base, job_hash(scene, &shooting, 2));
     let others = [
-        Method { walk: WalkKind::Gathering, ..shooting.clone() },
-        Method { estimator: EstimatorKind::Survival, ..shooting.clone() },
-        Method { space: Space::Continuous, ..shooting.clone() },
-        Method { sampler: Sampler::Sobol, ..shooting.clone() },
-        Method { final_gather: vec![3], ..shooting.clone() },
-        Method { final_gather: vec![4], ..shooting.clone() },
+        MethodTable { walk: WalkKind::Gathering, ..shooting.clone() },
+        MethodTable { estimator: EstimatorKind::Survival, ..shooting.clone() },
+        MethodTable { space: Space::Continuous, ..shooting.clone() },
+        MethodTable { sampler: Sampler::Sobol, ..shooting.clone() },
+        MethodTable { final_gather: vec![3], ..shooting.clone() },
+        MethodTable { final_gather: vec![4], ..shooting.clone() },
     ];
     for other in &others {
         assert_ne!(base, job_hash(scene, other, 1), "{other:?}");
@@ -263,36 +264,36 @@ fn the_hash_covers_scene_method_and_seed() {
 
 #[test]
 fn the_hash_covers_only_what_the_method_uses() {
-    let hash = |method: Method| job_hash([0; 32], &method, 0);
+    let hash = |method: MethodTable| job_hash([0; 32], &method, 0);
     let ends = [InfiniteEnd::Cutoff { threshold: 0.1 }, InfiniteEnd::Length { length: 3 }];
     let births = [Birth::Uniform, Birth::Patches(vec![1]), Birth::Patches(vec![2])];
     for infinite in ends {
-        let unused = Method { infinite, ..Method::default() };
-        assert_eq!(hash(unused.clone()), hash(Method::default()));
-        let plain = Method { estimator: EstimatorKind::Infinite, ..Method::default() };
-        assert_ne!(hash(Method { estimator: EstimatorKind::Infinite, ..unused }), hash(plain));
+        let unused = MethodTable { infinite, ..MethodTable::default() };
+        assert_eq!(hash(unused.clone()), hash(MethodTable::default()));
+        let plain = MethodTable { estimator: EstimatorKind::Infinite, ..MethodTable::default() };
+        assert_ne!(hash(MethodTable { estimator: EstimatorKind::Infinite, ..unused }), hash(plain));
     }
     for birth in births {
-        let unused = Method { birth, ..Method::default() };
-        assert_eq!(hash(unused.clone()), hash(Method::default()));
-        let plain = Method { walk: WalkKind::Gathering, ..Method::default() };
-        assert_ne!(hash(Method { walk: WalkKind::Gathering, ..unused }), hash(plain));
+        let unused = MethodTable { birth, ..MethodTable::default() };
+        assert_eq!(hash(unused.clone()), hash(MethodTable::default()));
+        let plain = MethodTable { walk: WalkKind::Gathering, ..MethodTable::default() };
+        assert_ne!(hash(MethodTable { walk: WalkKind::Gathering, ..unused }), hash(plain));
     }
-    let unused = Method { batch_paths: Some(8), ..Method::default() };
-    assert_eq!(hash(unused.clone()), hash(Method::default()));
-    let plain = Method { sampler: Sampler::Sobol, ..Method::default() };
-    assert_ne!(hash(Method { sampler: Sampler::Sobol, ..unused }), hash(plain));
+    let unused = MethodTable { batch_paths: Some(8), ..MethodTable::default() };
+    assert_eq!(hash(unused.clone()), hash(MethodTable::default()));
+    let plain = MethodTable { sampler: Sampler::Sobol, ..MethodTable::default() };
+    assert_ne!(hash(MethodTable { sampler: Sampler::Sobol, ..unused }), hash(plain));
 }
 
 #[test]
 fn methods_are_written_in_the_words_of_the_file() {
-    let written = serde_json::to_value(Method::default()).unwrap();
+    let written = serde_json::to_value(MethodTable::default()).unwrap();
     for (key, word) in
         [("walk", "shooting"), ("estimator", "collision"), ("space", "discrete"), ("sampler", "random")]
     {
         assert_eq!(written[key], word);
     }
-    assert_eq!(serde_json::from_value::<Method>(written).unwrap(), Method::default());
+    assert_eq!(serde_json::from_value::<MethodTable>(written).unwrap(), MethodTable::default());
 }
 
 /// Each of 250,000 patches that a target is about is looked up among as many that walks are born on. One by one, that would take

@@ -8,7 +8,7 @@
 //! | FOM constant; without trend | `efficiency`: 1/(R²·rays); rays are counted, time would differ from machine to machine |
 //! | slope of the largest scores above 3 | `tail`: visits fall off geometrically; the sample must stay within that law |
 
-use cluster::checkpoint::{Book, Look};
+use protocol::checkpoint::{Book, Look};
 use radiosity::{
     Apart, Counts, Estimate, Estimates, Experiment, Face, Precision, Scene, Sequence, Side, TINY, Tally,
 };

@@ -1,6 +1,6 @@
 //! What the walks of an experiment can come to at most, for the cluster to refuse results that cannot be.
 
-use cluster::limits::Limits;
+use protocol::limits::Limits;
 use radiosity::{Estimator, Experiment, InfiniteEnd};
 
 use crate::MOMENTS;

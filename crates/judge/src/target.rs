@@ -3,8 +3,8 @@
 //! The moment to stop is that of `stats::DoubleSampling`, which keeps intervals true. Looks happen at numbers of walks
 //! that the job fixes.
 
-use cluster::checkpoint::Look;
 use job::{Target, Unhit};
+use protocol::checkpoint::Look;
 use radiosity::{Channels, Estimate, Estimates, Experiment, Face, Tally};
 use report::WorstPatch;
 use stats::{DoubleSampling, foresight};

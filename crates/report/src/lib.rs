@@ -9,6 +9,7 @@ mod error;
 mod exact_csv;
 mod export;
 mod mark;
+mod method;
 mod model;
 mod page;
 mod patches;
@@ -25,12 +26,13 @@ pub use chart::{Axis, Chart, Point, Series, Style};
 pub use error::Error;
 pub use exact_csv::{ExactBounds, ExactColumns, ExactSummary, write_exact};
 pub use export::{write_glb, write_parquet, write_vtu};
+pub use method::MethodWords;
 pub use model::{Bounce, Model};
 pub use page::{Milestone, Page};
 pub use patches::{face_words, flags, side_name, write_patches};
 pub use picture::{Picture, Shot};
 pub use smooth::Smooth;
 pub use summary::{
-    Check, Energy, Method, PartSummary, PrecisionSummary, Provenance, RunFacts, SessionSummary, Summary,
-    Target, Units, WorkerSummary, WorstPatch,
+    Check, Energy, PartSummary, PrecisionSummary, Provenance, RunFacts, SessionSummary, Summary, Target,
+    Units, WorkerSummary, WorstPatch,
 };

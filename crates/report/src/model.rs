@@ -2,10 +2,10 @@
 
 use std::fmt;
 
-use radiosity::{Scene, Sides};
+use radiosity::{EstimatorKind, Method, Scene, Sides, Space};
 use serde::Serialize;
 
-use crate::summary::Method;
+use crate::method::MethodWords;
 
 /// What was modelled, and why so.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -17,9 +17,9 @@ pub struct Model {
     /// `flat` (every surface is met) or `tree`.
     pub index: &'static str,
     /// `discrete` or `continuous`.
-    pub space: String,
+    pub space: &'static str,
     /// `shooting`, …
-    pub walk: String,
+    pub walk: &'static str,
     /// Where chains of rays take the place of walks: `links`, or the kind of iterations.
     pub jacobi: Option<String>,
     /// Patches whose light rays of their own gather from what is found elsewhere; absent where there are none.
@@ -46,15 +46,16 @@ pub struct Model {
 impl Model {
     /// What a method models in a scene, with `moments` power sums per patch and `bounces` as a pilot tells.
     pub fn new(scene: &Scene, method: &Method, moments: usize, bounces: Option<Vec<Bounce>>) -> Self {
+        let words = MethodWords::of(method);
         let emitters = scene.faces().iter().filter(|patch| patch.emittance.is_lit()).count();
         let mut model = Model {
             channels: scene.channels(),
             sides: sides(scene),
             index: if scene.has_tree() { "tree" } else { "flat" },
-            space: method.space.clone(),
-            walk: method.walk.clone(),
-            jacobi: method.jacobi.clone(),
-            final_gather: method.final_gather.clone(),
+            space: words.space,
+            walk: words.walk,
+            jacobi: words.chains,
+            final_gather: method.final_gather().to_vec(),
             moments,
             patches: scene.faces().patch_count(),
             surfaces: scene.surfaces().len(),
@@ -81,7 +82,7 @@ impl Model {
             }
         };
         let linked = self.jacobi.as_deref() == Some("links");
-        let space = match self.space.as_str() {
+        let space = match self.space {
             _ if linked => {
                 "Chains of single rays count how patches are linked: the answer is that of the patches' radiosity system."
             }
@@ -184,10 +185,11 @@ fn unused(scene: &Scene, method: &Method) -> Vec<&'static str> {
         (!scene.has_tree(), "a tree"),
         (patches().all(|patch| patch.reflectance.is_lit()), "black surfaces"),
         (
-            method.estimator != "infinite" && scene.channels() == 1 && method.jacobi.is_none(),
+            scene.channels() == 1
+                && method.estimator_kind().is_some_and(|kind| kind != EstimatorKind::Infinite),
             "weights of walks",
         ),
-        (method.space != "continuous", "continuous walks"),
+        (method.space() != Space::Continuous, "continuous walks"),
     ];
     features.into_iter().filter(|(is_unused, _)| *is_unused).map(|(_, name)| name).collect()
 }
@@ -209,14 +211,7 @@ mod tests {
     use crate::scenes::{cornell, cube};
 
     fn method() -> Method {
-        Method {
-            walk: "shooting".into(),
-            estimator: "collision".into(),
-            space: "discrete".into(),
-            sampler: "random".into(),
-            jacobi: None,
-            final_gather: Vec::new(),
-        }
+        Method::shooting(EstimatorKind::Collision)
     }
 
     #[test]

@@ -3,9 +3,10 @@
 use std::collections::BTreeMap;
 use std::io::{self, Write};
 
-use radiosity::{Apart, Counts, Precision, Scene, Tally};
+use radiosity::{Apart, Counts, Direction, EstimatorKind, Method, Precision, Scene, Tally};
 use serde::{Serialize, Serializer};
 
+use crate::method::MethodWords;
 use crate::model::Model;
 use crate::patches::face_words;
 
@@ -29,7 +30,7 @@ pub struct Summary {
     pub seed: u64,
     /// How walks and scores are made.
     #[serde(flatten)]
-    pub method: Method,
+    pub method: MethodWords,
     /// Walks 0 … N − 1 are in the result; this is N. Jacobi: rays of all chains.
     pub paths: u64,
     /// Rays traced.
@@ -147,32 +148,6 @@ pub struct SessionSummary {
     pub began: u64,
     /// When it wrote its last checkpoint, likewise.
     pub ended: u64,
-}
-
-/// How walks and scores are made, in the words of job files.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
-pub struct Method {
-    /// `shooting`, `gathering`, …
-    pub walk: String,
-    /// `collision`, `absorption`, …
-    pub estimator: String,
-    /// `discrete` or `continuous`.
-    pub space: String,
-    /// `random`, …
-    pub sampler: String,
-    /// What chains of rays make of them, where they take the place of walks.
-    #[serde(skip)]
-    pub jacobi: Option<String>,
-    /// Patches whose light rays of their own gather.
-    #[serde(skip)]
-    pub final_gather: Vec<u32>,
-}
-
-impl Method {
-    /// Whether chains of rays take the place of walks.
-    fn is_jacobi(&self) -> bool {
-        self.jacobi.is_some()
-    }
 }
 
 /// [`Precision`] as the summary shows it.
@@ -327,7 +302,7 @@ impl Summary {
             tally_hash: tally.hash(),
             seed: facts.seed,
             model: facts.model,
-            method: facts.method,
+            method: MethodWords::of(&facts.method),
             paths,
             rays: counts.rays,
             escaped: counts.escaped,
@@ -366,12 +341,13 @@ impl Summary {
 impl Energy {
     /// The balance of some walks. Gathering walks carry importance: each sets out with 1.
     fn new(scene: &Scene, counts: &Counts, paths: u64, method: &Method) -> Self {
-        if method.estimator != "infinite" && !method.is_jacobi() {
+        if method.estimator_kind().is_some_and(|kind| kind != EstimatorKind::Infinite) {
             let absorbed = counts.absorbed + counts.absorbed_back;
             return Energy::Walks { emitted: paths, absorbed, escaped: counts.escaped };
         }
         let walks = counts.walks as f64;
-        let emitted = |c: usize| if method.walk == "gathering" { walks } else { scene.total_power(c) };
+        let gathers = matches!(method.direction(), Some(Direction::Gathering(_)));
+        let emitted = |c: usize| if gathers { walks } else { scene.total_power(c) };
         let escaped =
             |c: usize| emitted(c) * (counts.escaped_weight[c] as f64 / (walks * Counts::WEIGHT_UNITS));
         let all = |of: &dyn Fn(usize) -> f64| (0..scene.channels()).map(of).sum::<f64>();
@@ -422,14 +398,7 @@ mod tests {
     use crate::scenes::cube;
 
     fn facts() -> RunFacts {
-        let method = Method {
-            walk: "shooting".into(),
-            estimator: "collision".into(),
-            space: "discrete".into(),
-            sampler: "random".into(),
-            jacobi: None,
-            final_gather: Vec::new(),
-        };
+        let method = Method::shooting(EstimatorKind::Collision);
         RunFacts {
             model: Model::new(&cube(), &method, 2, None),
             version: "0.1.0".into(),

@@ -1,8 +1,8 @@
 //! What can be promised before a walk is shot, but for how dark the scene is (S97 §§2.2, 2.3, 3.3).
 
-use exact::{Bounds, GatherEstimator, WalkEstimator};
+use exact::Bounds;
 use job::Target;
-use radiosity::{Birth, Direction, Estimates, EstimatorKind, Experiment, birth_probabilities};
+use radiosity::{Birth, Direction, Estimates, Experiment, birth_probabilities};
 use stats::{foresight, normal_quantile};
 
 use crate::target::{about, looks};
@@ -58,21 +58,9 @@ impl Bound {
 fn variance(experiment: &Experiment, bounds: &Bounds) -> Option<f64> {
     let kind = experiment.method().estimator_kind()?;
     match experiment.method().direction()? {
-        Direction::Shooting => Some(bounds.shooting_variance_of(match kind {
-            EstimatorKind::Absorption => WalkEstimator::ShootAbsorption,
-            EstimatorKind::Survival => WalkEstimator::ShootSurvival,
-            // Direct light alone scores no more.
-            EstimatorKind::Collision | EstimatorKind::Direct => WalkEstimator::ShootCollision,
-            EstimatorKind::Infinite => WalkEstimator::ShootInfinite,
-        })),
+        Direction::Shooting => Some(bounds.shooting_variance_of(kind)),
         Direction::Gathering(birth) => {
-            let estimator = match kind {
-                EstimatorKind::Absorption => GatherEstimator::Absorption,
-                EstimatorKind::Survival => GatherEstimator::Survival,
-                EstimatorKind::Collision | EstimatorKind::Direct => GatherEstimator::Collision,
-                EstimatorKind::Infinite => GatherEstimator::Infinite,
-            };
-            Some(bounds.gathering_variance_of(estimator, least_birth(experiment, birth)))
+            Some(bounds.gathering_variance_of(kind, least_birth(experiment, birth)))
         }
     }
 }

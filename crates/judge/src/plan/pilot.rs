@@ -1,7 +1,7 @@
 //! The first walks of a job, and what they foretell of the rest.
 
-use cluster::checkpoint::Look;
 use job::Target;
+use protocol::checkpoint::Look;
 use radiosity::{Estimates, Experiment, Sequence, Tally};
 
 use crate::MOMENTS;

@@ -1,7 +1,7 @@
 //! Time, memory and traffic of a run, from what its pilot took on this machine.
 
-use cluster::codec::pack;
-use cluster::pace::{lease_seconds, taking_seconds};
+use protocol::codec::pack;
+use protocol::pace::{lease_seconds, taking_seconds};
 use radiosity::{Experiment, Tally};
 use serde::Serialize;
 

@@ -73,6 +73,7 @@ pub fn write_glb(mut writer: impl Write, estimates: &Estimates, shot: &Shot) -> 
             "material": 0
         }]}],
         "materials": [{
+            "name": "radiosity",
             "extensions": {"KHR_materials_unlit": {}},
             "pbrMetallicRoughness": {"baseColorFactor": [1.0, 1.0, 1.0, 1.0], "metallicFactor": 0.0}
         }],

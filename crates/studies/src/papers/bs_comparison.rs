@@ -1,7 +1,7 @@
 //! BS §5: continuous walks, discrete walks and stochastic Jacobi iterations at equal rays, and what recurrent potential
 //! makes of them.
 
-use exact::{Exact, WalkEstimator, jacobi_variances};
+use exact::{Exact, jacobi_variances};
 use radiosity::{
     Direction, EstimatorKind, IndexChoice, RayBirths, Scene, SceneSpec, Sequence, Space, Walks,
     stochastic_iteration,
@@ -109,7 +109,7 @@ fn compare(lab: &Lab, spec: &SceneSpec, exact: &Exact, runs: usize) -> Variances
         discrete: of_walks(lab, spec, exact, Space::Discrete, rays_per_walk, runs),
         iteration: of_iterations(lab, spec, exact, runs),
         theory: [
-            rays_per_walk * by_area(WalkEstimator::ShootCollision.variances(exact)),
+            rays_per_walk * by_area(exact.shooting_variances(EstimatorKind::Collision)),
             by_area(jacobi_variances(exact)),
         ],
     }

@@ -1,6 +1,6 @@
 //! BS table 1: the mean squared error per ray in a cube of six patches, R + E = 1.
 
-use exact::{Exact, WalkEstimator, jacobi_variances, systematic_jacobi_variances};
+use exact::{Exact, jacobi_variances, systematic_jacobi_variances};
 use radiosity::{Direction, EstimatorKind, IndexChoice, RayBirths, Scene, Sequence, stochastic_iteration};
 use stats::Measured;
 
@@ -89,7 +89,7 @@ fn walks(lab: &Lab, column: &Column, runs: usize) -> Claim {
     let squares = lab.runs(&experiment, 101, runs, walks as u64, |tally| {
         walks / (1.0 - r) * mean_square(reader.reflected(tally).into_iter().map(|b| b - r))
     });
-    let theory = WalkEstimator::ShootCollision.variances(&exact)[0] / (1.0 - r);
+    let theory = exact.shooting_variances(EstimatorKind::Collision)[0] / (1.0 - r);
     let label = format!("walks, R = {}", column.name);
     Claim::of(label, Measured::of(&squares), Bound::Is(theory)).published(column.walks.experiment)
 }

@@ -1,6 +1,6 @@
 //! S97's unfinished business: the efficiency of all estimators, the biased ones with their squared bias.
 
-use exact::{Exact, RadiositySystem};
+use exact::{ESTIMATORS, Exact, RadiositySystem};
 use radiosity::{
     Chains, Direction, Estimator, EstimatorKind, Experiment, InfiniteEnd, Iterations, Method, RayBirths,
     SceneSpec, Solve, Tally, Walks,
@@ -14,7 +14,7 @@ use crate::lab::Lab;
 use crate::numbers::number;
 use crate::papers::Chapter;
 use crate::papers::findings::{Figure, Findings};
-use crate::papers::walkers::{DIRECTIONS, ESTIMATORS, experiment, mean_by_area, method, name, predicted};
+use crate::papers::walkers::{DIRECTIONS, experiment, mean_by_area, method, name, predicted};
 use crate::series::point;
 use crate::walking::Reader;
 

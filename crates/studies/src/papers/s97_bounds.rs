@@ -1,6 +1,6 @@
 //! S97 table 4 and the bounds of §§2.2 and 3.3: what the bounds on errors are worth.
 
-use exact::{Bounds, Exact, GatherEstimator, WalkEstimator};
+use exact::{Bounds, ESTIMATORS, Exact};
 use radiosity::{Birth, Direction, EstimatorKind, Scene, SceneSpec};
 use report::{Axis, Chart, Series, Style};
 use stats::Measured;
@@ -10,9 +10,7 @@ use crate::claim::{Bound, Claim};
 use crate::lab::Lab;
 use crate::papers::Chapter;
 use crate::papers::findings::{Figure, Findings};
-use crate::papers::walkers::{
-    DIRECTIONS, ESTIMATORS, experiment, mean_by_area, method, name, predicted, rank,
-};
+use crate::papers::walkers::{DIRECTIONS, experiment, mean_by_area, method, name, predicted};
 use crate::series::point;
 use crate::walking::Reader;
 
@@ -106,8 +104,8 @@ fn errors(
 
 fn bound_on_error(bounds: &Bounds, direction: &Direction, estimator: EstimatorKind) -> f64 {
     match direction {
-        Direction::Shooting => bounds.shooting_error(WalkEstimator::ALL[rank(estimator)]),
-        _ => bounds.gathering_error(GatherEstimator::ALL[rank(estimator)]),
+        Direction::Shooting => bounds.shooting_error(estimator),
+        _ => bounds.gathering_error(estimator),
     }
 }
 

@@ -1,6 +1,6 @@
 //! S97 figs 2 and 3, SInf fig 1: the variance of every patch of the 54-patch cube under eight estimators.
 
-use exact::Exact;
+use exact::{ESTIMATORS, Exact};
 use radiosity::{Direction, EstimatorKind, InfiniteEnd};
 use report::{Axis, Chart, Series, Style};
 use stats::Measured;
@@ -10,9 +10,7 @@ use crate::claim::{Bound, Claim};
 use crate::lab::Lab;
 use crate::papers::Chapter;
 use crate::papers::findings::{Figure, Findings};
-use crate::papers::walkers::{
-    DIRECTIONS, ESTIMATORS, estimator_name, experiment, method, name, predicted, rank,
-};
+use crate::papers::walkers::{DIRECTIONS, experiment, method, name, predicted};
 use crate::series::point;
 use crate::walking::Reader;
 
@@ -149,11 +147,13 @@ fn rows_of(comparison: &Comparison) -> [Claim; 2] {
 /// Where the paper has it.
 fn panel_name(direction: &Direction, estimator: EstimatorKind) -> String {
     let shooting = *direction == Direction::Shooting;
-    match (estimator, shooting) {
-        (EstimatorKind::Infinite, true) => "SInf fig 1 a".into(),
-        (EstimatorKind::Infinite, false) => "SInf fig 1 b".into(),
-        _ => format!("S97 fig {} {}", if shooting { 2 } else { 3 }, ["a", "b", "c"][rank(estimator)]),
-    }
+    let letter = match estimator {
+        EstimatorKind::Infinite => return format!("SInf fig 1 {}", if shooting { "a" } else { "b" }),
+        EstimatorKind::Absorption => "a",
+        EstimatorKind::Survival => "b",
+        EstimatorKind::Collision | EstimatorKind::Direct => "c",
+    };
+    format!("S97 fig {} {letter}", if shooting { 2 } else { 3 })
 }
 
 /// What figs 2 d and 3 d are there to show: which estimator is better where.
@@ -168,8 +168,7 @@ fn orders(comparisons: &[Comparison]) -> Vec<Claim> {
                 found.expect("all are compared").errors_among(among)
             };
             let ([a_measured, a_theory], [b_measured, b_theory]) = (of(a), of(b));
-            let label =
-                format!("S97 fig {figure} d: {} over {}{where_}", estimator_name(a), estimator_name(b));
+            let label = format!("S97 fig {figure} d: {} over {}{where_}", a.word(), b.word());
             Claim::of(label, quotient(a_measured, b_measured), Bound::Is(a_theory.value / b_theory.value))
         };
     let all = |_: f64| true;
@@ -219,7 +218,7 @@ fn figures(comparisons: &[Comparison]) -> Vec<Figure> {
         let finite = mine.filter(|c| c.estimator != EstimatorKind::Infinite);
         let figure = if *direction == Direction::Shooting { 2 } else { 3 };
         let measured =
-            |c: &Comparison| series(estimator_name(c.estimator), c.measured.iter().map(|m| counted(m.value)));
+            |c: &Comparison| series(c.estimator.word(), c.measured.iter().map(|m| counted(m.value)));
         panel(&format!("S97 fig {figure} d: all three, measured"), finite.map(measured).collect())
     });
     panels.chain(together).collect()

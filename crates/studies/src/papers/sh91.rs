@@ -211,7 +211,6 @@ fn tiled(pictures: &[Picture], columns: usize) -> Vec<u8> {
 
 #[cfg(test)]
 mod tests {
-    use exact::WalkEstimator;
 
     use super::*;
 
@@ -219,7 +218,7 @@ mod tests {
     #[test]
     fn theory_is_that_of_the_exact_solution() {
         let exact = Exact::of_scene(&scenes::furnace(8, 0.5)).unwrap();
-        let variances = WalkEstimator::ShootCollision.variances(&exact);
+        let variances = exact.shooting_variances(EstimatorKind::Collision);
         let mean = variances.iter().sum::<f64>() / 384.0 / 384.0;
         assert!((theory(384.0, returns_to_zones()) / mean - 1.0).abs() < 1e-9);
     }

@@ -1,6 +1,6 @@
 //! The walks of S97's tables, their predicted variances, and scenes that are refined.
 
-use exact::{Exact, GatherEstimator, WalkEstimator};
+use exact::Exact;
 use radiosity::{
     Birth, Direction, Estimator, EstimatorKind, Experiment, Method, Scene, SceneSpec, Shape, Walks,
     birth_probabilities,
@@ -21,37 +21,22 @@ pub fn experiment(spec: &SceneSpec, method: impl Into<Method>) -> Experiment {
 /// Both directions of walks, births by area.
 pub const DIRECTIONS: [Direction; 2] = [Direction::Shooting, Direction::Gathering(Birth::Area)];
 
-/// The estimators in the order of S97's tables.
-pub const ESTIMATORS: [EstimatorKind; 4] =
-    [EstimatorKind::Absorption, EstimatorKind::Survival, EstimatorKind::Collision, EstimatorKind::Infinite];
-
 /// What an estimator is called in a direction.
 pub fn name(direction: &Direction, estimator: EstimatorKind) -> String {
     let direction = if *direction == Direction::Shooting { "shooting" } else { "gathering" };
-    format!("{direction}, {}", estimator_name(estimator))
-}
-
-/// What an estimator is called.
-pub fn estimator_name(estimator: EstimatorKind) -> &'static str {
-    estimator.word()
+    format!("{direction}, {}", estimator.word())
 }
 
 /// The closed-form variance of B for one discrete walk [W²/m⁴] of every patch.
 pub fn predicted(exact: &Exact, scene: &Scene, method: &Walks) -> Vec<f64> {
-    let place = rank(method.score.estimator().kind());
+    let estimator = method.score.estimator().kind();
     match &method.direction {
-        Direction::Shooting => WalkEstimator::ALL[place].variances(exact),
+        Direction::Shooting => exact.shooting_variances(estimator),
         Direction::Gathering(birth) => {
-            let estimator = GatherEstimator::ALL[place];
-            let variances = estimator.variances(exact, &birth_probabilities(scene, birth));
+            let variances = exact.gathering_variances(estimator, &birth_probabilities(scene, birth));
             variances.into_iter().map(|variance| variance.expect("walks are born everywhere")).collect()
         }
     }
-}
-
-/// Its place in [`ESTIMATORS`], which is that of `exact`.
-pub fn rank(estimator: EstimatorKind) -> usize {
-    ESTIMATORS.iter().position(|&other| other == estimator).expect("an estimator of S97")
 }
 
 /// Every cell cut in k × k, each emitting as the cell did.

@@ -1,6 +1,6 @@
 //! Absorption at R near 1.
 
-use exact::{Exact, WalkEstimator};
+use exact::Exact;
 use radiosity::{EstimatorKind, Method, SceneSpec};
 use report::{Axis, Chart};
 use stats::Measured;
@@ -27,10 +27,7 @@ pub fn scene(reflectance: f64) -> SceneSpec {
     spec
 }
 
-const KINDS: [(EstimatorKind, WalkEstimator, &str); 2] = [
-    (EstimatorKind::Absorption, WalkEstimator::ShootAbsorption, "absorption"),
-    (EstimatorKind::Collision, WalkEstimator::ShootCollision, "collision"),
-];
+const KINDS: [EstimatorKind; 2] = [EstimatorKind::Absorption, EstimatorKind::Collision];
 
 fn study(lab: &Lab) -> Result<Finding, Failure> {
     let sweep = lab.pick(vec![0.5, 0.99], vec![0.5, 0.9, 0.99, 0.999]);
@@ -42,17 +39,17 @@ fn study(lab: &Lab) -> Result<Finding, Failure> {
         let spec = scene(reflectance);
         let exact = Exact::of_scene(&spec)?;
         let walks = (rays * (1.0 - reflectance)) as u64;
-        for (k, (kind, estimator, name)) in KINDS.into_iter().enumerate() {
+        for (k, kind) in KINDS.into_iter().enumerate() {
             let experiment = experiment(&spec, Method::shooting(kind))?;
             let patches = receivers(&experiment);
-            let (variances, b) = (estimator.variances(&exact), &exact.solution().reflected);
+            let (variances, b) = (exact.shooting_variances(kind), &exact.solution().reflected);
             let predicted = patches.iter().map(|&i| variances[i] / (b[i] * b[i])).sum::<f64>()
                 / (patches.len() as f64 * walks as f64);
             let measured =
                 squared_error(lab, runs, &experiment, walks, &patches, &exact.solution().radiosity);
             let over = ratio(measured, predicted);
             claims.push(Claim::equal(
-                format!("R = {reflectance}: squared error of {name} over theory"),
+                format!("R = {reflectance}: squared error of {} over theory", kind.word()),
                 over,
                 1.0,
             ));
@@ -76,7 +73,7 @@ fn study(lab: &Lab) -> Result<Finding, Failure> {
         .instead(),
     );
     let series = (0..2).flat_map(|k| {
-        let name = KINDS[k].2;
+        let name = KINDS[k].word();
         [
             theory(&format!("{name}, S97 table 3"), lines[k].iter().copied()),
             seen(&format!("{name}, seen"), marks[k].iter().copied()),

@@ -1,6 +1,6 @@
 //! Areas of very unequal size: what Sh91 assumes away.
 
-use exact::{Exact, WalkEstimator};
+use exact::Exact;
 use radiosity::{Birth, EstimatorKind, Method, SceneSpec};
 use report::{Axis, Chart};
 use stats::Measured;
@@ -39,7 +39,7 @@ fn study(lab: &Lab) -> Result<Finding, Failure> {
         let spec = scene(part);
         let exact = Exact::of_scene(&spec)?;
         let truth = &exact.solution().radiosity;
-        let variance = WalkEstimator::ShootCollision.variances(&exact)[TILE] / walks as f64;
+        let variance = exact.shooting_variances(EstimatorKind::Collision)[TILE] / walks as f64;
         let predicted = variance.sqrt() / truth[TILE];
         let shoots = experiment(&spec, Method::shooting(EstimatorKind::Collision))?;
         let gathers = experiment(

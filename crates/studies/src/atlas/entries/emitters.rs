@@ -1,6 +1,6 @@
 //! Emitters that walks hardly find, or that hardly send any.
 
-use exact::{Exact, GatherEstimator, WalkEstimator};
+use exact::Exact;
 use radiosity::{Birth, EstimatorKind, Method, SceneSpec, birth_probabilities};
 use report::{Axis, Chart};
 use stats::Measured;
@@ -47,22 +47,20 @@ fn black(lab: &Lab) -> Result<Finding, Failure> {
     let birth = Birth::Patches(vec![PATCH as u32]);
     let sweep = lab.pick(vec![0.3, 0.03], vec![0.3, 0.1, 0.03, 0.01, 0.003]);
     let walks = lab.pick(200_000, 5_000_000);
-    let kinds = [
-        (EstimatorKind::Survival, GatherEstimator::Survival, "survival"),
-        (EstimatorKind::Collision, GatherEstimator::Collision, "collision"),
-    ];
+    let kinds = [EstimatorKind::Survival, EstimatorKind::Collision];
     let (mut lines, mut marks) = ([const { Vec::new() }; 2], [const { Vec::new() }; 2]);
     let mut claims = Vec::new();
     for &reflectance in &sweep {
         let spec = scene(reflectance);
         let exact = Exact::of_scene(&spec)?;
-        for (k, (kind, estimator, name)) in kinds.into_iter().enumerate() {
+        for (k, kind) in kinds.into_iter().enumerate() {
             let experiment = experiment(&spec, Method::gathering(birth.clone(), kind))?;
             let born = birth_probabilities(experiment.scene(), &birth);
-            let variance = estimator.variances(&exact, &born)[PATCH].ok_or("walks are born on the patch")?;
+            let variance =
+                exact.gathering_variances(kind, &born)[PATCH].ok_or("walks are born on the patch")?;
             let over = variance_over(&experiment, &walk::<4>(&experiment, 5, walks), PATCH, variance);
             claims.push(Claim::equal(
-                format!("R = {reflectance}: variance of {name} over theory"),
+                format!("R = {reflectance}: variance of {} over theory", kind.word()),
                 over,
                 1.0,
             ));
@@ -93,7 +91,7 @@ fn black(lab: &Lab) -> Result<Finding, Failure> {
         .instead(),
     );
     let series = (0..2).flat_map(|k| {
-        let name = kinds[k].2;
+        let name = kinds[k].word();
         [
             theory(&format!("{name}, S97 table 3"), lines[k].iter().copied()),
             seen(&format!("{name}, seen"), marks[k].iter().copied()),
@@ -147,7 +145,7 @@ fn tiny(lab: &Lab) -> Result<Finding, Failure> {
         let truth = &exact.solution().radiosity;
         let gathers = experiment(&spec, Method::gathering(Birth::Area, EstimatorKind::Collision))?;
         let born = birth_probabilities(gathers.scene(), &Birth::Area);
-        let variance = GatherEstimator::Collision.variances(&exact, &born)[CEILING];
+        let variance = exact.gathering_variances(EstimatorKind::Collision, &born)[CEILING];
         let predicted =
             variance.ok_or("walks are born on the ceiling")? / (walks as f64 * truth[CEILING].powi(2));
         let by_gathering = squared_error(lab, runs, &gathers, walks, &[CEILING], truth);
@@ -215,7 +213,7 @@ fn far(lab: &Lab) -> Result<Finding, Failure> {
     for &distance in &sweep {
         let (exact, experiment) = shoots(distance, 1.0)?;
         let truth = &exact.solution().radiosity;
-        let variance = WalkEstimator::ShootCollision.variances(&exact)[MIDDLE];
+        let variance = exact.shooting_variances(EstimatorKind::Collision)[MIDDLE];
         let predicted = variance / (walks as f64 * truth[MIDDLE].powi(2));
         let squared = squared_error(lab, runs, &experiment, walks, &[MIDDLE], truth);
         line.push((distance, predicted.sqrt()));
@@ -288,7 +286,7 @@ fn unequal(lab: &Lab) -> Result<Finding, Failure> {
         let spec = scenes::unequal_rooms(dim);
         let exact = Exact::of_scene(&spec)?;
         let truth = &exact.solution().radiosity;
-        let variance = WalkEstimator::ShootCollision.variances(&exact)[DIM];
+        let variance = exact.shooting_variances(EstimatorKind::Collision)[DIM];
         let predicted = variance / (walks as f64 * truth[DIM].powi(2));
         let of = |method| -> Result<Measured, Failure> {
             Ok(squared_error(lab, runs, &experiment(&spec, method)?, walks, &[DIM], truth))

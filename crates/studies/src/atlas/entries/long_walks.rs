@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use exact::{Exact, WalkEstimator};
+use exact::Exact;
 use radiosity::{EstimatorKind, Method, SceneSpec};
 use report::{Axis, Chart, Series};
 use stats::Measured;
@@ -75,7 +75,7 @@ impl Room {
             let walks = experiment(&spec, Method::shooting(EstimatorKind::Collision))?;
             let patches = receivers(&walks);
             let n = (rays as f64 * (1.0 - reflectance)) as u64;
-            let variances = WalkEstimator::ShootCollision.variances(&exact);
+            let variances = exact.shooting_variances(EstimatorKind::Collision);
             let relative = patches.iter().map(|&i| variances[i] / (truth[i] * truth[i])).sum::<f64>();
             let predicted = relative / (patches.len() as f64 * n as f64);
             let by_walks = squared_error(lab, runs, &walks, n, &patches, truth);

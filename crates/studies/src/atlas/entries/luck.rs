@@ -1,10 +1,10 @@
 //! Luck that is chosen: stopping at a lucky moment, the best of many seeds, the same walks twice.
 
-use cluster::checkpoint::{Book, Checkpoint, Part};
-use cluster::crew::Effort;
-use cluster::deliveries::Delivery;
-use cluster::roster::Contributor;
 use exact::Exact;
+use protocol::checkpoint::{Book, Checkpoint, Part};
+use protocol::crew::Effort;
+use protocol::deliveries::Delivery;
+use protocol::roster::Contributor;
 use radiosity::{Estimate, EstimatorKind, Experiment, Method, Solution};
 use rand_pcg::Pcg64Dxsm;
 use rand_pcg::rand_core::{Rng, SeedableRng};

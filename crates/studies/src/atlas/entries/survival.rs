@@ -1,6 +1,6 @@
 //! R → 0 under survival.
 
-use exact::{Exact, WalkEstimator};
+use exact::Exact;
 use radiosity::{EstimatorKind, Method, SceneSpec};
 use report::{Axis, Chart};
 use stats::Measured;
@@ -100,14 +100,14 @@ fn study(lab: &Lab) -> Result<Finding, Failure> {
 fn point(dark: f64, walks: u64) -> Result<Point, Failure> {
     let spec = scene(dark);
     let exact = Exact::of_scene(&spec)?;
-    let of = |kind, estimator: WalkEstimator| -> Result<(f64, Measured), Failure> {
-        let variance = estimator.variances(&exact)[PATCH];
+    let of = |kind: EstimatorKind| -> Result<(f64, Measured), Failure> {
+        let variance = exact.shooting_variances(kind)[PATCH];
         let experiment = experiment(&spec, Method::shooting(kind))?;
         let ratio = variance_over(&experiment, &walk::<4>(&experiment, 3, walks), PATCH, variance);
         Ok((variance / exact.solution().reflected[PATCH].powi(2), ratio))
     };
-    let survival = of(EstimatorKind::Survival, WalkEstimator::ShootSurvival)?;
-    let collision = of(EstimatorKind::Collision, WalkEstimator::ShootCollision)?;
+    let survival = of(EstimatorKind::Survival)?;
+    let collision = of(EstimatorKind::Collision)?;
     Ok(Point { dark, predicted: [survival.0, collision.0], ratio: [survival.1, collision.1] })
 }
 

@@ -4,8 +4,8 @@ use radiosity::{Counts, Layout, Overflow, Tally};
 
 use crate::codec::unpack;
 use crate::digest::{Digest, Digester};
-use crate::ledger::Rejected;
 use crate::limits::Limits;
+use crate::rejected::Rejected;
 
 /// The sums of a lease, packed. Whoever has one knows that they are what the worker sent off.
 #[derive(Debug)]

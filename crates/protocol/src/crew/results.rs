@@ -8,11 +8,12 @@ use radiosity::{Counts, MergeError};
 use super::peer::Peer;
 use super::{Crew, SILENCE, Step};
 use crate::lead::{Action, Now, PeerId};
-use crate::ledger::{LeaseId, Rejected};
+use crate::ledger::LeaseId;
 use crate::message::{LeaseResult, SMALL_TALLY, ToWorker};
+use crate::pace::MOST_KEPT;
 use crate::parcel::Parcel;
+use crate::rejected::Rejected;
 use crate::transfers::{Offer, Room};
-use crate::worker::MOST_KEPT;
 
 /// Bytes that a worker may cost here beside what all share: for islands, and for results under way.
 const ISLAND_SHARE: usize = 32 << 10;

@@ -11,7 +11,7 @@ use bincode::error::DecodeError;
 use bincode::{Decode, Encode};
 use thiserror::Error;
 
-use crate::noise::Foreign;
+use crate::foreign::Foreign;
 
 /// No frame may be longer, whatever its reader expects.
 pub const MAX_FRAME: usize = 1 << 30;

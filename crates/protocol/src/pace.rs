@@ -37,3 +37,7 @@ pub fn lease_seconds(sums: usize, senders: usize, age: f64) -> f64 {
     let sending = LEASE_SECONDS_PER_SUM * sums as f64;
     LEASE_SECONDS + sending + IDLENESS * taking_seconds(sums, senders) + LEASE_SHARE * age
 }
+
+/// Results that a thread keeps while it goes on with its next lease: the coordinator gives each two leases, and of two that
+/// are kept either may be the one that is asked for.
+pub const MOST_KEPT: usize = 2;

@@ -15,11 +15,10 @@ use radiosity::{Counts, MergeError, Tally};
 use crate::codec::pack;
 use crate::deliveries::{Deliveries, Delivery, Growing};
 use crate::digest::Digester;
+pub use crate::message::LeaseId;
 use crate::message::SMALL_TALLY;
 use crate::parcel::Parcel;
-
-/// A number that names one lease; never used twice.
-pub type LeaseId = u64;
+use crate::rejected::Rejected;
 
 /// What waits beyond a gap: an island.
 #[derive(Debug)]
@@ -96,37 +95,6 @@ impl Sums {
             Sums::Packed(_) => unreachable!("merged above"),
         }
     }
-}
-
-/// Why a result was not taken.
-#[derive(Debug, PartialEq, Eq, thiserror::Error)]
-pub enum Rejected {
-    /// No such lease is out: it was lost and given to others, or never was.
-    #[error("lease {0} is not out")]
-    NotLeased(LeaseId),
-    /// The result is for another number of walks than was leased.
-    #[error("the result holds {got} walks instead of {expected}")]
-    Walks {
-        /// Walks of the lease.
-        expected: u64,
-        /// Walks of the result.
-        got: u64,
-    },
-    /// The tally is not the one that the worker sent off.
-    #[error("its digest is not that of its sums: it was changed on its way")]
-    Digest,
-    /// The sums cannot be unpacked.
-    #[error("its sums are no numbers")]
-    Malformed,
-    /// No walks of the job come to this.
-    #[error("{0}")]
-    Impossible(&'static str),
-    /// Its counts exceed 64 bits.
-    #[error("its counts exceed 64 bits")]
-    Counts,
-    /// The tally does not fit.
-    #[error(transparent)]
-    Tally(#[from] MergeError),
 }
 
 /// The books of one job.
@@ -817,9 +785,10 @@ mod tests {
         soak(200_000);
     }
 
-    /// `cargo test --release -p cluster -- --ignored --nocapture hundred_million`
+    /// `cargo test --release -p protocol -- --ignored --nocapture hundred_million`
     #[test]
     #[ignore = "ten minutes"]
+    #[expect(clippy::disallowed_methods, reason = "it says how long it took")]
     fn a_hundred_million_leases() {
         let began = std::time::Instant::now();
         let books = soak(100_000_000);

@@ -1,7 +1,7 @@
 //! The protocol: everything that coordinator and workers say to each other.
 //!
 //! worker or relay                 coordinator or relay
-//! (a Noise handshake, see [`crate::noise`]; all that follows is sealed)
+//! (a Noise handshake, see `cluster::noise`; all that follows is sealed)
 //! Hello (who)         →
 //!                     ←  Welcome (job) or Refused
 //! Ready (hashes)      →
@@ -18,6 +18,9 @@ use std::sync::Arc;
 use bincode::{Decode, Encode};
 
 use crate::codec::LONGEST_SUM;
+
+/// A number that names one lease; never used twice.
+pub type LeaseId = u64;
 
 /// Changes whenever a message or what it means does.
 pub const PROTOCOL: u32 = 5;

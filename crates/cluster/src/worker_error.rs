@@ -1,0 +1,51 @@
+//! Why a worker cannot work.
+
+use thiserror::Error;
+
+use crate::codec::CodecError;
+use crate::foreign::Foreign;
+
+/// Why a worker left before the job was done.
+#[derive(Debug, Error)]
+pub enum WorkerError {
+    /// Nobody listens there.
+    #[error(
+        "cannot reach the coordinator at {address} ({source}); check that it runs and that the access file is its"
+    )]
+    Unreachable {
+        /// host:port.
+        address: String,
+        /// What the system says.
+        source: std::io::Error,
+    },
+    /// The coordinator is of another build.
+    #[error(
+        "the coordinator is radwalk {theirs}, this is {ours} (other builds may walk otherwise); use the same build"
+    )]
+    OtherBuild {
+        /// By the access file.
+        theirs: String,
+        /// Of this program.
+        ours: String,
+    },
+    /// The coordinator does not want this worker.
+    #[error("the coordinator refused this worker: {0}")]
+    Refused(String),
+    /// Whoever listens does not know the key.
+    #[error(
+        "whoever listens at the address of the access file is not its coordinator ({0}); use the access file of a running job"
+    )]
+    Impostor(#[from] Foreign),
+    /// The job that was sent cannot be built.
+    #[error("the job that the coordinator sent cannot be used: {0}")]
+    Job(String),
+    /// One of its threads failed.
+    #[error("this worker cannot go on: {0}")]
+    Failed(String),
+    /// The coordinator is gone.
+    #[error("lost the coordinator ({0}); its job goes on without this worker if it still runs")]
+    Lost(#[from] CodecError),
+    /// A message made no sense here.
+    #[error("the coordinator spoke out of turn (a foreign or faulty program)")]
+    Protocol,
+}

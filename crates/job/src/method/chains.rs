@@ -1,0 +1,104 @@
+//! What chains make of their rays, and which patches gather from what they find.
+
+use radiosity::{EstimatorKind, Iterations, Solve, Space};
+
+use super::read::word;
+use super::walks::read_patches;
+use super::{MethodTable, WalkKind, Word};
+use crate::document::Value;
+use crate::error::Error;
+
+/// The word of a [`Solve`].
+#[derive(Clone, Copy)]
+pub(crate) enum SolveWord {
+    Links,
+    Iterations,
+}
+
+impl Word for SolveWord {
+    const ALL: &'static [Self] = &[Self::Links, Self::Iterations];
+
+    fn word(self) -> &'static str {
+        match self {
+            SolveWord::Links => "links",
+            SolveWord::Iterations => "iterations",
+        }
+    }
+}
+
+pub(crate) const SOLVE_KEYS: &[&str] = &["solve", "births", "regular"];
+
+/// What chains make of their rays; the sampler stands elsewhere.
+pub(super) fn read_solve(value: Value<'_>, walk: WalkKind) -> Result<Solve, Error> {
+    if walk != WalkKind::Jacobi {
+        let problem = format!("walk = {:?} does not use this key", walk.word());
+        return Err(value.refuse(
+            problem,
+            "it says what chains make of their rays",
+            "remove it, or write walk = \"jacobi\"",
+        ));
+    }
+    let mut table = value.table(SOLVE_KEYS)?;
+    let solve: SolveWord = table
+        .require("solve", "chains have two ways to a solution", "solve = \"iterations\" beside it")?
+        .word()?;
+    let (births, regular) = (table.take("births"), table.take("regular"));
+    match (solve, births.as_ref().or(regular.as_ref())) {
+        (SolveWord::Links, Some(stray)) => Err(stray.refuse(
+            "solve = \"links\" does not use this key".into(),
+            "all rays of its chains go into one system, aimed by what is known",
+            "remove one of the two",
+        )),
+        (SolveWord::Links, None) => Ok(Solve::Links),
+        (SolveWord::Iterations, _) => {
+            let default = Iterations::default();
+            let regular = regular.map(|value| read_regular(&value)).transpose()?;
+            Ok(Solve::Iterations(Iterations {
+                births: word(births)?,
+                regular: regular.unwrap_or(default.regular),
+                ..default
+            }))
+        }
+    }
+}
+
+/// One in so many patches may be chosen for a final gather, so that each has several times the rays by which a batch tells
+/// of a patch.
+const FEW: u64 = 16;
+
+pub(super) fn read_final_gather(
+    value: Value<'_>,
+    method: &MethodTable,
+    patch_count: u64,
+) -> Result<Vec<u32>, Error> {
+    let fits = method.space == Space::Discrete && method.estimator == EstimatorKind::Collision && !method.mix;
+    if method.walk == WalkKind::Gathering || !fits {
+        return Err(value.refuse(
+            "a final gather is for discrete collision walks that are shot, and for chains".into(),
+            "it gathers what these have found of all other patches, and takes it for the patches' mean",
+            "remove it, or `walk`, `estimator`, `space` and `mix`",
+        ));
+    }
+    let place = value.place();
+    let instead = "remove the key: no light is gathered";
+    let mut patches = read_patches(value, patch_count, "somebody has to gather", instead)?;
+    let most = (patch_count / FEW).max(1);
+    if patches.len() as u64 > most {
+        return Err(Error::Refused {
+            place,
+            problem: format!("{} of {patch_count} patches are chosen", patches.len()),
+            why: "rays from so many are too few each to beat what walks and chains find by themselves",
+            remedy: format!("choose at most {most}, or remove the key"),
+        });
+    }
+    patches.sort_unstable();
+    Ok(patches)
+}
+
+/// More iterations would have fewer rays than there are patches, in scenes of any size.
+const MOST_ITERATIONS: u64 = 1 << 16;
+
+fn read_regular(value: &Value<'_>) -> Result<u32, Error> {
+    let why = "their results are averaged, and they share the rays of a chain";
+    value.integer(1..=MOST_ITERATIONS, why).map(|regular| regular as u32)
+}

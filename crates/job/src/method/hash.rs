@@ -1,0 +1,62 @@
+//! The digest that names an answer.
+
+use radiosity::{Birth, EstimatorKind, InfiniteEnd, Iterations, Solve};
+
+use super::{MethodTable, WalkKind, Word};
+
+/// Names an answer but for the number of walks: equal for equal scene, method and seed.
+///
+/// `scene_hash` is [`radiosity::Scene::hash`]. What the method does not use (where gathering walks are born,
+/// while they are shot) does not enter, nor do budget, target, confidence, index and names.
+pub fn job_hash(scene_hash: [u8; 32], method: &MethodTable, seed: u64) -> [u8; 32] {
+    let mut hasher = blake3::Hasher::new();
+    let mut field = |bytes: &[u8]| {
+        hasher.update(&(bytes.len() as u64).to_le_bytes());
+        hasher.update(bytes);
+    };
+    field(b"radwalk job");
+    field(&scene_hash);
+    field(&seed.to_le_bytes());
+    field(method.walk.word().as_bytes());
+    field(method.estimator.word().as_bytes());
+    field(method.space.word().as_bytes());
+    field(method.sampler.word().as_bytes());
+    if method.estimator == EstimatorKind::Infinite {
+        let (end, number) = match method.infinite {
+            InfiniteEnd::Roulette { threshold } => ("roulette", threshold),
+            InfiniteEnd::Cutoff { threshold } => ("cutoff", threshold),
+            InfiniteEnd::Length { length } => ("length", f64::from(length)),
+        };
+        field(end.as_bytes());
+        field(&number.to_bits().to_le_bytes());
+    }
+    if method.walk == WalkKind::Gathering {
+        match &method.birth {
+            Birth::Area => field(b"area"),
+            Birth::Uniform => field(b"uniform"),
+            Birth::Patches(patches) => {
+                field(b"patches");
+                field(&patches.iter().flat_map(|patch| patch.to_le_bytes()).collect::<Vec<_>>());
+            }
+        }
+    }
+    if method.mix {
+        field(b"mix");
+    }
+    if method.is_in_batches() {
+        // No number of walks is 0.
+        field(&method.batch_paths.unwrap_or(0).to_le_bytes());
+    }
+    if let (WalkKind::Jacobi, Solve::Iterations(Iterations { births, regular, .. })) =
+        (method.walk, method.jacobi)
+    {
+        field(b"iterations");
+        field(births.word().as_bytes());
+        field(&regular.to_le_bytes());
+    }
+    if !method.final_gather.is_empty() {
+        field(b"final gather");
+        field(&method.final_gather.iter().flat_map(|patch| patch.to_le_bytes()).collect::<Vec<_>>());
+    }
+    *hasher.finalize().as_bytes()
+}

@@ -1,0 +1,68 @@
+//! The table `[method]` as a whole.
+
+use radiosity::{Sampler, Solve};
+
+use super::batches::{Places, read_batch, read_sampler, settle_batches, settle_jacobi};
+use super::chains::{read_final_gather, read_solve};
+use super::walks::{read_birth, read_infinite};
+use super::{MethodTable, Word};
+use crate::document::{Table, Value};
+use crate::error::Error;
+use crate::job::Budget;
+
+pub(crate) const METHOD_KEYS: &[&str] = &[
+    "walk",
+    "estimator",
+    "space",
+    "sampler",
+    "infinite",
+    "birth",
+    "mix",
+    "batch_paths",
+    "jacobi",
+    "final_gather",
+];
+
+/// Reads `[method]`, for a scene of `patch_count` patches and a budget; says what was not done as asked.
+pub(crate) fn read_method(
+    mut table: Table<'_>,
+    patch_count: u64,
+    budget: &Budget,
+) -> Result<(MethodTable, Option<String>), Error> {
+    let walk = word(table.take("walk"))?;
+    let sampler = table.take("sampler");
+    let jacobi = table.take("jacobi").map(|value| read_solve(value, walk)).transpose()?.unwrap_or_default();
+    let places = Places { walk: table.place("walk"), batch: table.place("batch_paths") };
+    let final_gather = table.take("final_gather");
+    let mut method = MethodTable {
+        walk,
+        estimator: word(table.take("estimator"))?,
+        space: word(table.take("space"))?,
+        sampler: Sampler::default(),
+        infinite: table.take("infinite").map(read_infinite).transpose()?.unwrap_or_default(),
+        birth: table
+            .take("birth")
+            .map(|value| read_birth(value, patch_count))
+            .transpose()?
+            .unwrap_or_default(),
+        mix: table.take("mix").map(|value| value.boolean()).transpose()?.unwrap_or_default(),
+        batch_paths: table.take("batch_paths").map(|value| read_batch(&value)).transpose()?,
+        jacobi,
+        final_gather: Vec::new(),
+    };
+    if let Some(value) = final_gather {
+        method.final_gather = read_final_gather(value, &method, patch_count)?;
+    }
+    let note = settle_jacobi(&mut method, &places, patch_count, budget)?;
+    method.sampler = read_sampler(sampler, walk, &method)?;
+    settle_batches(&mut method, &places, budget)?;
+    if let Solve::Iterations(iterations) = &mut method.jacobi {
+        iterations.sampler = method.sampler;
+    }
+    Ok((method, note))
+}
+
+/// A choice, the default where the key is absent.
+pub(super) fn word<W: Word + Default>(value: Option<Value<'_>>) -> Result<W, Error> {
+    value.map_or(Ok(W::default()), |value| value.word())
+}

@@ -1,0 +1,80 @@
+//! Choices that files and outputs write as one word.
+
+use radiosity::{EstimatorKind, IndexChoice, RayBirths, Sampler, Space};
+
+use super::WalkKind;
+
+/// A choice that files and outputs write as one word.
+pub trait Word: Copy + 'static {
+    /// Every choice.
+    const ALL: &'static [Self];
+
+    /// The word of a choice, lower case.
+    fn word(self) -> &'static str;
+}
+
+impl Word for WalkKind {
+    const ALL: &'static [Self] = &[Self::Shooting, Self::Gathering, Self::Jacobi, Self::Auto];
+
+    fn word(self) -> &'static str {
+        match self {
+            WalkKind::Shooting => "shooting",
+            WalkKind::Gathering => "gathering",
+            WalkKind::Jacobi => "jacobi",
+            WalkKind::Auto => "auto",
+        }
+    }
+}
+
+impl Word for EstimatorKind {
+    const ALL: &'static [Self] = EstimatorKind::ALL;
+
+    fn word(self) -> &'static str {
+        EstimatorKind::word(self)
+    }
+}
+
+impl Word for Space {
+    const ALL: &'static [Self] = &[Self::Discrete, Self::Continuous];
+
+    fn word(self) -> &'static str {
+        match self {
+            Space::Discrete => "discrete",
+            Space::Continuous => "continuous",
+        }
+    }
+}
+
+impl Word for Sampler {
+    const ALL: &'static [Self] = &[Self::Random, Self::Sobol];
+
+    fn word(self) -> &'static str {
+        match self {
+            Sampler::Random => "random",
+            Sampler::Sobol => "sobol",
+        }
+    }
+}
+
+impl Word for RayBirths {
+    const ALL: &'static [Self] = &[Self::Systematic, Self::Multinomial];
+
+    fn word(self) -> &'static str {
+        match self {
+            RayBirths::Systematic => "systematic",
+            RayBirths::Multinomial => "multinomial",
+        }
+    }
+}
+
+impl Word for IndexChoice {
+    const ALL: &'static [Self] = &[Self::Auto, Self::Flat, Self::Tree];
+
+    fn word(self) -> &'static str {
+        match self {
+            IndexChoice::Auto => "auto",
+            IndexChoice::Flat => "flat",
+            IndexChoice::Tree => "tree",
+        }
+    }
+}
