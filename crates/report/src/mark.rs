@@ -110,7 +110,8 @@ mod tests {
     }
 
     fn is_red(pixel: &[u8]) -> bool {
-        pixel[0] > 2 * pixel[1] && pixel[0] > 2 * pixel[2]
+        let [red, green, blue] = [pixel[0], pixel[1], pixel[2]].map(u16::from);
+        red > 2 * green && red > 2 * blue
     }
 
     #[test]
