@@ -125,8 +125,12 @@ pub enum Command {
 fn count(typed: &str) -> Result<u64, String> {
     let largest = i64::MAX as u64;
     let too_large = || format!("it is above {largest}, the largest number of a job file");
+    let no_number = || Err("it is not a whole number; write 1000000, 1_000_000 or 1e6".into());
+    if typed.starts_with('_') {
+        return no_number();
+    }
     let digits = typed.replace('_', "");
-    if !digits.is_empty() && digits.bytes().all(|byte| byte.is_ascii_digit()) && !typed.starts_with('_') {
+    if !digits.is_empty() && digits.bytes().all(|byte| byte.is_ascii_digit()) {
         return digits.parse().ok().filter(|&n| n <= largest).ok_or_else(too_large);
     }
     match digits.parse::<f64>() {
@@ -135,7 +139,7 @@ fn count(typed: &str) -> Result<u64, String> {
         Ok(number) if number.fract() == 0.0 && (0.0..=9_007_199_254_740_992.0).contains(&number) => {
             Ok(number as u64)
         }
-        _ => Err("it is not a whole number; write 1000000, 1_000_000 or 1e6".into()),
+        _ => no_number(),
     }
 }
 

@@ -106,7 +106,7 @@ impl Page<'_> {
                 style => STYLE,
                 answer => self.answer(),
                 verdict => self.verdict(),
-                confidence => 100.0 * summary.confidence,
+                confidence => (100.0 * summary.confidence).to_string(),
                 quantiles => self.quantiles(),
                 worst => percent(summary.precision.max_relative_error),
                 apart => self.apart(),
