@@ -40,8 +40,11 @@ impl Spots {
     }
 }
 
-/// The most faults that a message lists one by one.
+/// The most faults that a note lists one by one; a refusal lists all.
 const LISTED: usize = 20;
+
+/// Letters of a name in a message.
+const LONGEST_NAME: usize = 60;
 
 /// The most cells along an edge of a triangle.
 const MAX_CELLS: u32 = u16::MAX as u32;
@@ -102,11 +105,13 @@ impl Mesh {
             return Ok(());
         }
         let found = [(&faulty.degenerate, "have no area"), (&faulty.doubled, "cover another one")];
+        let refused = options.faults == Faults::Refuse;
+        let listed = if refused { usize::MAX } else { LISTED };
         let found = found.iter().filter(|(faces, _)| !faces.is_empty());
         let told: Vec<String> = found
-            .map(|(faces, what)| format!("{} triangles {what}: {}", faces.len(), self.list(faces)))
+            .map(|(faces, what)| format!("{} triangles {what}: {}", faces.len(), self.list(faces, listed)))
             .collect();
-        if options.faults == Faults::Refuse {
+        if refused {
             return Err(Fault::new(
                 told.join("; "),
                 "they neither reflect nor emit",
@@ -123,11 +128,12 @@ impl Mesh {
         }
     }
 
-    fn list(&self, triangles: &[usize]) -> String {
+    /// The names of triangles, as many as are `listed`.
+    fn list(&self, triangles: &[usize], listed: usize) -> String {
         let mut names: Vec<String> =
-            triangles.iter().take(LISTED).map(|&i| self.name(&self.triangles[i])).collect();
-        if triangles.len() > LISTED {
-            names.push(format!("and {} more", triangles.len() - LISTED));
+            triangles.iter().take(listed).map(|&i| shortened(self.name(&self.triangles[i]))).collect();
+        if triangles.len() > listed {
+            names.push(format!("and {} more", triangles.len() - listed));
         }
         names.join(", ")
     }
@@ -377,5 +383,29 @@ fn sides(choice: SidesChoice, written: Option<Sides>) -> Sides {
         SidesChoice::File => written.unwrap_or(Sides::Both),
         SidesChoice::One => Sides::Front,
         SidesChoice::Two => Sides::Both,
+    }
+}
+
+/// A name of at most [`LONGEST_NAME`] letters: of a longer one its beginning and its end.
+fn shortened(name: String) -> String {
+    let letters: Vec<char> = name.chars().collect();
+    if letters.len() <= LONGEST_NAME {
+        return name;
+    }
+    let half = LONGEST_NAME / 2;
+    let end = &letters[letters.len() - half + 1..];
+    letters[..half].iter().chain(&['…']).chain(end).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn long_names_keep_both_ends() {
+        assert_eq!(shortened("room/table:12".into()), "room/table:12");
+        let long = shortened(format!("room/{}:12", "inner/".repeat(50)));
+        assert_eq!(long.chars().count(), LONGEST_NAME);
+        assert!(long.starts_with("room/inner/") && long.ends_with("inner/:12"), "{long}");
     }
 }
