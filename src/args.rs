@@ -134,7 +134,7 @@ fn count(typed: &str) -> Result<u64, String> {
         return digits.parse().ok().filter(|&n| n <= largest).ok_or_else(too_large);
     }
     match digits.parse::<f64>() {
-        Ok(number) if number >= largest as f64 => Err(too_large()),
+        Ok(number) if number.is_finite() && number >= largest as f64 => Err(too_large()),
         // Above, floats do not hold every integer.
         Ok(number) if number.fract() == 0.0 && (0.0..=9_007_199_254_740_992.0).contains(&number) => {
             Ok(number as u64)
