@@ -18,24 +18,11 @@ use report::{
 use tracing::warn;
 
 use crate::args::{Export, OutArgs};
-use crate::checkpoints::{self, CURRENT, Latest, PAGE, PREVIOUS};
+use crate::checkpoints::{self, CURRENT, DERIVED, Latest, PAGE, PREVIOUS};
 use crate::console::{Phase, emit, say};
 use crate::fault::Fault;
 use crate::settings::Settings;
 use report::words::{counted, duration, percent, quantity};
-
-/// The files of a run, in the order they are written: the tally first, since all else follows from it.
-const RUN_FILES: &[&str] = &[
-    CURRENT,
-    PREVIOUS,
-    "patches.csv",
-    "summary.json",
-    "radiosity.png",
-    PAGE,
-    "patches.vtu",
-    "scene.glb",
-    "patches.parquet",
-];
 
 /// Above this many patches the page takes longer to open than most want to wait, and is not written.
 const PAGE_UP_TO: usize = 200_000;
@@ -52,7 +39,8 @@ impl RunOutput {
     /// # Errors
     /// Where it holds results that may not be `replace`d.
     pub fn new(path: &Path, replace: bool, exports: &[Export]) -> Result<Self, Fault> {
-        let folder = OutputFolder::claim(path, RUN_FILES, replace)?.into();
+        let files = [&[CURRENT, PREVIOUS][..], &DERIVED].concat();
+        let folder = OutputFolder::claim(path, &files, replace)?.into();
         Ok(RunOutput { folder, exports: exports.into() })
     }
 

@@ -3,7 +3,8 @@
 use std::process::Stdio;
 
 use crate::support::{
-    answer, columns, finish, numbers, path, radwalk, run, run_job, signal, storms_leave_no_trace, summary,
+    answer, columns, finish, kill_until_done, numbers, path, radwalk, run, run_job, signal,
+    storms_leave_no_trace, summary,
 };
 use tempfile::tempdir;
 
@@ -108,23 +109,14 @@ fn chains_outlive_their_coordinator() {
     let (out, straight) = (path(&folder, "out"), path(&folder, "straight"));
     let job = [&JACOBI[..], &["--paths", "20000000", "--set", "method.batch_paths=50000"]].concat();
     let expected = run_job(CUBE, &straight, &job);
-    let mut killed = 0;
-    loop {
+    let start = || {
         let args = ["run", CUBE, "--resume", "--quiet", "--set", "budget.checkpoint_seconds=0.02", "--out"];
         let mut command = radwalk();
         command.args(args).arg(&out).args(["--workers", "2"]).args(&job);
-        let mut child = command.stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
-        std::thread::sleep(std::time::Duration::from_millis(300 + 50 * killed));
-        if let Some(status) = child.try_wait().unwrap() {
-            assert!(status.success());
-            break;
-        }
-        child.kill().unwrap();
-        child.wait().unwrap();
-        killed += 1;
-        assert!(killed < 100, "it gets nowhere");
-    }
-    assert!(killed > 0, "nobody was killed");
+        command.stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap()
+    };
+    let pause = |killed| std::time::Duration::from_millis(300 + 50 * killed);
+    let killed = kill_until_done(start, pause, 100);
     assert!(answer(&out) == answer(&straight), "after {killed} deaths");
     let resumed = summary(&out);
     assert_eq!(resumed["paths"], expected["paths"]);

@@ -4,7 +4,9 @@ use std::path::Path;
 use std::process::{Child, Stdio};
 use std::time::Duration;
 
-use crate::support::{answer, finish, path, radwalk, run, run_job, signal, summary, wait_for};
+use crate::support::{
+    answer, finish, kill_until_done, path, radwalk, run, run_job, signal, summary, wait_for,
+};
 use tempfile::tempdir;
 
 const JOB: &str = "configs/cube54.toml";
@@ -35,21 +37,10 @@ fn a_coordinator_that_is_killed_again_and_again_loses_nothing() {
     let (out, straight) = (path(&folder, "out"), path(&folder, "straight"));
     let job = ["--paths", "8000000"];
     run_job(JOB, &straight, &job);
-    let mut killed = 0;
-    loop {
-        let mut child = spawn_run(&out, &[&job[..], &["--resume", "--quiet"]].concat());
-        // Later each time, so that all phases are met: before the first checkpoint, between two, while one is written.
-        std::thread::sleep(Duration::from_millis(100 + 37 * killed));
-        if let Some(status) = child.try_wait().unwrap() {
-            assert!(status.success());
-            break;
-        }
-        child.kill().unwrap();
-        child.wait().unwrap();
-        killed += 1;
-        assert!(killed < 200, "it gets nowhere");
-    }
-    assert!(killed > 0, "nobody was killed");
+    // Later each time, so that all phases are met: before the first checkpoint, between two, while one is written.
+    let pause = |killed| Duration::from_millis(100 + 37 * killed);
+    let start = || spawn_run(&out, &[&job[..], &["--resume", "--quiet"]].concat());
+    let killed = kill_until_done(start, pause, 200);
     assert!(answer(&out) == answer(&straight), "after {killed} deaths");
 }
 

@@ -8,7 +8,7 @@ use crate::foreign::Foreign;
 /// Why a worker left before the job was done.
 #[derive(Debug, Error)]
 pub enum WorkerError {
-    /// Nobody listens there.
+    /// No process listens at the address.
     #[error(
         "cannot reach the coordinator at {address} ({source}); check that it runs and that the access file is its"
     )]
@@ -31,9 +31,9 @@ pub enum WorkerError {
     /// The coordinator does not want this worker.
     #[error("the coordinator refused this worker: {0}")]
     Refused(String),
-    /// Whoever listens does not know the key.
+    /// The process that listens at the address does not know the key.
     #[error(
-        "whoever listens at the address of the access file is not its coordinator ({0}); use the access file of a running job"
+        "the process that listens at the address of the access file is not its coordinator ({0}); use the access file of a running job"
     )]
     Impostor(#[from] Foreign),
     /// The job that was sent cannot be built.

@@ -14,7 +14,7 @@ use cluster::crew::{SILENCE, STALL};
 use cluster::lead::{Action, Lead, Notice, PeerId};
 use cluster::message::{Hello, LeaseResult, PROTOCOL, ToCoordinator, ToWorker};
 use radiosity::Tally;
-use toy::{JOB, JOB_HASH, PATCHES, READY, SCENE_HASH, hash, judge, plan, result, straight};
+use toy::{Dice, JOB, JOB_HASH, PATCHES, READY, SCENE_HASH, hash, judge, plan, result, straight};
 
 const SECOND: Duration = Duration::from_secs(1);
 
@@ -1004,24 +1004,6 @@ fn the_target_is_reached_at_the_same_walk_whatever_the_order_of_arrival() {
             assert_eq!((looked, ended), (looks.clone(), ending), "{order:?}");
             assert_eq!(prefix, straight(0..walks));
         }
-    }
-}
-
-/// Random numbers of one simulation.
-struct Dice(u64);
-
-impl Dice {
-    fn below(&mut self, n: u64) -> u64 {
-        self.0 += 1;
-        hash(self.0.wrapping_mul(0x2545_f491_4f6c_dd1d)) % n
-    }
-
-    fn one_in(&mut self, n: u64) -> bool {
-        self.below(n) == 0
-    }
-
-    fn pick<'a, T>(&mut self, of: &'a [T]) -> Option<&'a T> {
-        if of.is_empty() { None } else { Some(&of[self.below(of.len() as u64) as usize]) }
     }
 }
 

@@ -18,7 +18,7 @@ use cluster::limits::Limits;
 use cluster::message::{Hello, LeaseResult, PIECE, SMALL_TALLY, ToCoordinator, ToWorker};
 use cluster::relay::{End, Relay};
 use radiosity::{Counts, Tally};
-use toy::{BUILD, JOB, JOB_HASH, LAYOUT, READY, SCENE_HASH, coordinator, hash, hello, plan, result_of};
+use toy::{BUILD, Dice, JOB, JOB_HASH, LAYOUT, READY, SCENE_HASH, coordinator, hello, plan, result_of};
 
 const TICK: Duration = Duration::from_millis(50);
 const TICKS_PER_SECOND: u64 = 20;
@@ -37,22 +37,9 @@ const LARGE: usize = 4 * SMALL_TALLY;
 const SOUND: u64 = 15 * TICKS_PER_SECOND;
 const STUCK: u64 = 100 * TICKS_PER_SECOND;
 
-/// Random numbers of one schedule.
-struct Dice(u64);
-
-impl Dice {
-    fn below(&mut self, n: u64) -> u64 {
-        self.0 += 1;
-        hash(self.0.wrapping_mul(0x2545_f491_4f6c_dd1d)) % n
-    }
-
-    fn one_in(&mut self, n: u64) -> bool {
-        self.below(n) == 0
-    }
-
-    fn seconds(&mut self, range: Range<u64>) -> u64 {
-        TICKS_PER_SECOND * range.start + self.below(TICKS_PER_SECOND * (range.end - range.start))
-    }
+/// A number of ticks within a range of seconds.
+fn seconds(dice: &mut Dice, range: Range<u64>) -> u64 {
+    TICKS_PER_SECOND * range.start + dice.below(TICKS_PER_SECOND * (range.end - range.start))
 }
 
 /// The tally of some walks: three bytes a sum.
@@ -465,22 +452,22 @@ impl World {
         match dice.below(if relays.is_empty() { 9 } else { 11 }) {
             0 | 1 => self.kill_worker(id),
             2 | 3 => {
-                let until = if dice.one_in(2) { u64::MAX } else { tick + dice.seconds(1..40) };
+                let until = if dice.one_in(2) { u64::MAX } else { tick + seconds(dice, 1..40) };
                 let threads = &mut self.workers.get_mut(&id).expect("a worker").threads;
                 let at = dice.below(threads.len() as u64) as usize;
                 (threads[at].stuck, threads[at].claims) = (until, dice.one_in(3));
             }
-            4 => self.workers.get_mut(&id).expect("a worker").stopped = tick + dice.seconds(0..30),
+            4 => self.workers.get_mut(&id).expect("a worker").stopped = tick + seconds(dice, 0..30),
             // Slow disks; the next checkpoint may begin before this one is written.
             5..=7 if self.held.len() < 3 => {
-                let until = tick + dice.seconds(0..20);
+                let until = tick + seconds(dice, 0..20);
                 self.held.push((self.coordinator.past(), until));
             }
             8 => self.workers.get_mut(&id).expect("a worker").mute = true,
             9 => self.kill_relay(relays[dice.below(relays.len() as u64) as usize]),
             10 => {
                 let at = relays[dice.below(relays.len() as u64) as usize];
-                self.relays[at].as_mut().expect("a relay").stopped = tick + dice.seconds(0..30);
+                self.relays[at].as_mut().expect("a relay").stopped = tick + seconds(dice, 0..30);
             }
             _ => {}
         }

@@ -18,7 +18,8 @@ use crate::chart::{Axis, Chart, Point, Series, Style};
 use crate::patches::write_patches;
 use crate::picture::Shot;
 use crate::smooth::Smooth;
-use crate::summary::{Energy, Summary};
+use crate::summary::{ApartSummary, Energy, Summary};
+use crate::words::percent;
 
 const TEMPLATE: &str = include_str!("../assets/report.html");
 const STYLE: &str = include_str!("../assets/page.css");
@@ -178,7 +179,7 @@ impl Page<'_> {
             (&precision.unhit, "have been reached by no walk: only a bound of their light is known"),
             (&precision.tiny, "are each below a millionth of the area"),
         ];
-        let line = |(apart, why): (&crate::summary::ApartSummary, &str)| {
+        let line = |(apart, why): (&ApartSummary, &str)| {
             format!("{} patches, {} of the area, {why}.", apart.patches, percent(apart.area))
         };
         told.into_iter().filter(|(apart, _)| apart.patches > 0).map(line).collect()
@@ -335,17 +336,4 @@ fn shares(summary: &Summary) -> (Vec<Share>, String) {
     };
     let shown = kinds.into_iter().zip(amounts).filter(|&(_, amount)| amount > 0.0);
     (shown.map(share).collect(), unit)
-}
-
-/// A part in percent, in three digits.
-fn percent(part: f64) -> String {
-    if !part.is_finite() {
-        return "not known".into();
-    }
-    let value = 100.0 * part;
-    if value == 0.0 {
-        return "0 %".into();
-    }
-    let decimals = (2 - value.abs().log10().floor() as i32).clamp(0, 6) as usize;
-    format!("{value:.decimals$} %")
 }

@@ -141,3 +141,23 @@ pub fn storms_leave_no_trace(job: &str, set: &[&str]) {
     assert!(summary["workers_lost"].as_u64().unwrap() > 0, "the storm must have hit somebody: {summary}");
     assert!(answer(&stormy) == answer(&calm), "deaths changed the answer");
 }
+
+/// Starts a process again and again and kills it, `pause(n)` after its n-th start, until one comes to its end well. How
+/// many were killed: at least one.
+pub fn kill_until_done(mut start: impl FnMut() -> Child, pause: impl Fn(u64) -> Duration, most: u64) -> u64 {
+    let mut killed = 0;
+    loop {
+        let mut child = start();
+        std::thread::sleep(pause(killed));
+        if let Some(status) = child.try_wait().unwrap() {
+            assert!(status.success());
+            break;
+        }
+        child.kill().unwrap();
+        child.wait().unwrap();
+        killed += 1;
+        assert!(killed < most, "it gets nowhere");
+    }
+    assert!(killed > 0, "no process was killed");
+    killed
+}

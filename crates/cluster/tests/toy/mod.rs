@@ -29,6 +29,24 @@ pub fn hash(n: u64) -> u64 {
     z ^ (z >> 31)
 }
 
+/// Random numbers of one simulation.
+pub struct Dice(pub u64);
+
+impl Dice {
+    pub fn below(&mut self, n: u64) -> u64 {
+        self.0 += 1;
+        hash(self.0.wrapping_mul(0x2545_f491_4f6c_dd1d)) % n
+    }
+
+    pub fn one_in(&mut self, n: u64) -> bool {
+        self.below(n) == 0
+    }
+
+    pub fn pick<'a, T>(&mut self, of: &'a [T]) -> Option<&'a T> {
+        if of.is_empty() { None } else { Some(&of[self.below(of.len() as u64) as usize]) }
+    }
+}
+
 /// Where walks score.
 #[derive(Clone, Default)]
 pub struct Board {

@@ -79,7 +79,7 @@ export class Result {
     return this.halfWidths;
   }
 
-  /** The number of corners of a face: 3 or 4. The fourth of a triangle repeats the third. */
+  /** Whether a face is a triangle: its fourth corner repeats the third. */
   isTriangle(face) {
     const at = 12 * face;
     return [0, 1, 2].every((axis) => this.corners[at + 6 + axis] === this.corners[at + 9 + axis]);

@@ -1,6 +1,6 @@
 // The part of the page that moves: the view, what it shows, and the numbers of one face.
 
-import { gradient } from './colours.js';
+import { gradient, UNKNOWN } from './colours.js';
 import { load } from './data.js';
 import { quantities, shade } from './shades.js';
 import { View } from './view.js';
@@ -128,7 +128,7 @@ class Page {
       legend.append(bar, row);
     }
     const swatches = [...(entries ?? [])];
-    if (unknown) swatches.push({ colour: [214, 120, 190], words: 'no number: no walk could tell' });
+    if (unknown) swatches.push({ colour: UNKNOWN, words: 'no number: no walk could tell' });
     for (const { colour, words: meaning } of swatches) {
       const line = make('p', '', { class: 'swatch' });
       line.append(make('span', '', { style: `background: rgb(${colour})` }), meaning);

@@ -3,7 +3,7 @@
 import { areaQuantile, encode, scale, UNKNOWN } from './colours.js';
 
 const FLAGS = [
-  ['unsampled', 'no walk could tell: numbers are missing', [214, 120, 190]],
+  ['unsampled', 'no walk could tell: numbers are missing', UNKNOWN],
   ['bias', 'walks were cut off: the value may be too small', [213, 94, 0]],
   ['rare', 'fewer than 10 scores: trust the interval, not the value', [86, 180, 233]],
   ['emitter', 'emits light', [240, 228, 66]],
