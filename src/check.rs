@@ -1,5 +1,6 @@
 //! `radwalk check`: validates a job or a scene and says what would be modelled, and why.
 
+use console::{Phase, say};
 use job::{FileKind, Job, SceneFile};
 use judge::bounces::bounces;
 use judge::coincident::Coincident;
@@ -8,11 +9,10 @@ use judge::{MOMENTS, target};
 use radiosity::{Experiment, Scene, Side};
 use report::words::counted;
 use report::{MethodWords, Model, Units};
+use results::units;
 
 use crate::args::CheckArgs;
-use crate::console::{Phase, say};
 use crate::fault::{Fault, Outcome};
-use crate::outputs::units;
 use crate::{doctor_report, losses, memory};
 
 /// Checks a file and describes it.

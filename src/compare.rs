@@ -6,27 +6,27 @@ mod table;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
+use console::{Phase, emit, say};
 use job::Job;
 use radiosity::{Experiment, Scene};
 use report::OutputFolder;
+use report::words::percent;
 use serde_json::json;
 use studies::compare::contender::{self, Absent, Contender, Trial, contenders};
 use studies::compare::measure::{Judged, Point, point};
 use studies::compare::page::{self, Chapter, charts};
 use studies::compare::truth::Truth;
 use studies::compare::{Arena, Team};
+use tracing::warn;
 
 use self::shoot::shoot;
 use self::table::Table;
-use tracing::warn;
 
 use crate::args::CompareArgs;
-use crate::console::{Phase, emit, say};
 use crate::coordinate::processes;
 use crate::date::today;
 use crate::fault::{Fault, Outcome};
 use crate::signals;
-use report::words::percent;
 
 const PAGE: &str = "compare.md";
 const TABLE: &str = "compare.csv";
@@ -124,7 +124,7 @@ fn study(args: &CompareArgs, team: Team, arena: Arena<'_>, table: &mut Table<'_>
             let phase = Phase::begin(contender.name);
             let shot = shoot(team, &contender.trial, args.runs)?;
             drop(phase);
-            let fresh = point(crate::BUILD, key, rays, contender, &shot, truths.of(contender));
+            let fresh = point(crate::build::BUILD, key, rays, contender, &shot, truths.of(contender));
             table.add(fresh.clone())?;
             announce(args, &fresh);
             points.push(fresh);

@@ -1,32 +1,30 @@
 //! `radwalk run` and `radwalk coordinate`: a job from file to results.
 
-use std::net::{TcpListener, ToSocketAddrs};
+use std::net::TcpListener;
 use std::path::{Path, PathBuf};
-
 use std::time::Duration;
 
 use cluster::access::{Access, random_bytes};
 use cluster::checkpoint::{self, Book, Checkpoint, CheckpointError, CheckpointFault, Look, Past};
 use cluster::coordinator::{Coordinator, Ending, Judge, Plan};
+use cluster::listen;
+use cluster::scrape::{Page, publish};
 use cluster::server::{Wish, serve};
+use console::Phase;
 use job::{Budget, Job, MethodTable};
 use judge::limits::limits;
 use judge::target::{Observer, judge, looks};
+use monitor::{Description, Gauge, Publish, Reports};
 use radiosity::{Estimates, Experiment, Tally};
+use results::{Found, Identity, Keeper, Latest, RunOutput, Settings, check_shape};
 use tracing::{info, warn};
 
 use crate::args::{CoordinateArgs, ExportArgs, JobArgs, OutArgs, RunArgs};
-use crate::checkpoints::{self, Found, Identity, Keeper, Latest};
-use crate::console::Phase;
+use crate::build::{BUILD, GIT};
 use crate::fault::{Fault, Outcome};
-use crate::gauge::Gauge;
 use crate::local::LocalWorkers;
-use crate::outputs::RunOutput;
 use crate::progress::{Display, tell_notice};
-use crate::replica::check_shape;
-use crate::reports::{Description, Reports};
-use crate::settings::Settings;
-use crate::{losses, memory, replica, signals};
+use crate::{losses, memory, signals, summary};
 
 /// Between tries to write the results of a run.
 const FINAL_WAITS: [Duration; 4] =
@@ -39,8 +37,8 @@ pub fn run(args: &RunArgs) -> Result<Outcome, Fault> {
     let Door { listener, access, mut workers } = Door::open(&prepared.identity, workers, args.threads)?;
     signals::catch();
     signals::keep_memory_private();
-    let reports =
-        Reports::new(prepared.description(), &prepared.output, None, args.monitor.metrics.as_deref())?;
+    let page = args.monitor.metrics.as_deref().map(open_page).transpose()?;
+    let reports = Reports::new(prepared.description(), prepared.output.path(), None, page);
     prepared.serve(listener, access, &args.out, reports, Some(&mut workers))
 }
 
@@ -59,12 +57,8 @@ pub fn coordinate(args: &CoordinateArgs) -> Result<Outcome, Fault> {
     );
     signals::catch();
     signals::keep_memory_private();
-    let reports = Reports::new(
-        prepared.description(),
-        &prepared.output,
-        Some(&access_file),
-        args.monitor.metrics.as_deref(),
-    )?;
+    let page = args.monitor.metrics.as_deref().map(open_page).transpose()?;
+    let reports = Reports::new(prepared.description(), prepared.output.path(), Some(&access_file), page);
     let done = prepared.serve(listener, access.clone(), &args.out, reports, None);
     // The key is of no use any more. Where the file is gone, or another coordinator's by now, there is nothing to do.
     let _ = access.remove(&access_file);
@@ -138,7 +132,7 @@ impl Prepared {
         losses::warnings(experiment.scene()).iter().for_each(|warning| warn!("{warning}"));
         let settings = Settings::of(&job);
         let folder = out.out.clone().unwrap_or_else(|| default_folder(&job));
-        let output = RunOutput::new(&folder, out.force || resume, &export.export)?;
+        let output = RunOutput::new(&folder, out.force || resume, &export.export, GIT)?;
         let identity = identity(&job, &settings, &experiment)?;
         let past = Past::none(experiment.tally::<{ judge::MOMENTS }>());
         let mut prepared =
@@ -158,7 +152,7 @@ impl Prepared {
             check_shape(&checkpoint.tally, &self.experiment)
         };
         let Some(Found { checkpoint, passed_over }) =
-            checkpoints::find(self.output.path(), fits).map_err(|error| self.explain(error))?
+            results::find(self.output.path(), fits).map_err(|error| self.explain(error))?
         else {
             warn!("there is no checkpoint to resume from; the run begins at its first walk");
             return Ok(());
@@ -182,7 +176,7 @@ impl Prepared {
     fn explain(&self, error: CheckpointError) -> Fault {
         let theirs = || {
             let kept = checkpoint::read(&error.path).ok()?.book.job;
-            let (theirs, _) = replica::unpack(&kept).ok()?;
+            let (theirs, _) = results::unpack(&kept).ok()?;
             let rays = theirs.method.batch_paths?;
             let method = MethodTable { batch_paths: self.settings.method.batch_paths, ..theirs.method };
             ((method, theirs.seed) == (self.settings.method.clone(), self.settings.seed)).then_some(rays)
@@ -190,9 +184,9 @@ impl Prepared {
         match (self.experiment.batch_paths(), &error.fault) {
             (Some(ours), CheckpointFault::ForeignJob) => match theirs().filter(|&theirs| theirs != ours) {
                 Some(theirs) => Fault::OtherBatches { theirs, ours },
-                None => error.into(),
+                None => results::Error::from(error).into(),
             },
-            _ => error.into(),
+            _ => results::Error::from(error).into(),
         }
     }
 
@@ -208,7 +202,7 @@ impl Prepared {
         let deliveries = parts.into_iter().next().map(|part| part.deliveries).unwrap_or_default();
         self.past = Past { tally, deliveries, islands, workers, looks, effort };
         self.identity.sessions = sessions;
-        self.identity.sessions.push(checkpoints::session());
+        self.identity.sessions.push(results::session(BUILD));
     }
 
     fn plan(&self) -> Result<Plan, Fault> {
@@ -264,7 +258,7 @@ impl Prepared {
             }
             if let Err(fault) = keeper.tend(coordinator) {
                 // Memory that has failed once is not to be trusted with the rest.
-                broken |= matches!(fault, Fault::Checkpoint(_));
+                broken |= matches!(fault, results::Error::Checkpoint(_));
                 let rest = if broken { "the run ends" } else { "the run goes on, the one before is kept" };
                 gauge.checkpoint_failed();
                 warn!("no checkpoint: {fault}; {rest}");
@@ -298,8 +292,9 @@ impl Prepared {
     fn write(&self, checkpoint: &Checkpoint, latest: Latest, out: &OutArgs) -> Result<(), Fault> {
         let mut waits = FINAL_WAITS.into_iter();
         loop {
-            let fault = match self.output.write(&self.settings, &self.experiment, checkpoint, latest, out) {
-                Err(fault @ Fault::Report(report::Error::Io { .. })) => fault,
+            let Self { output, settings, experiment, .. } = self;
+            let fault = match summary::write(output, settings, experiment, checkpoint, latest, out) {
+                Err(fault @ Fault::Results(results::Error::Report(report::Error::Io { .. }))) => fault,
                 done => return done,
             };
             let Some(wait) = waits.next() else { return Err(fault) };
@@ -360,7 +355,7 @@ pub fn plan(
         job: identity.job.clone().into(),
         scene_hash: identity.scene_hash,
         job_hash: identity.job_hash,
-        build: crate::BUILD.into(),
+        build: BUILD.into(),
         first: identity.first,
         paths: looks.last().copied().unwrap_or(0),
         stream_paths,
@@ -381,44 +376,30 @@ fn listen(
     address: &str,
     advertise: Option<&str>,
 ) -> Result<(TcpListener, Access), Fault> {
-    let (listener, address) = bind(address, advertise)?;
-    let access = Access::new(address, crate::BUILD, identity.scene_hash)
+    let (listener, address) =
+        listen::bind(address, advertise).map_err(|error| Fault::listen(address, error))?;
+    let access = Access::new(address, BUILD, identity.scene_hash)
         .map_err(|source| Fault::System { doing: "drawing a random key", source })?;
     Ok((listener, access))
 }
 
-/// Listens at an address; returns by what others reach it, too: as `advertise` has it, or the address as it was typed. An
-/// address that stands for all of a machine's is of no use to another machine, so the machine's name takes its place.
-pub fn bind(address: &str, advertise: Option<&str>) -> Result<(TcpListener, String), Fault> {
-    let fault = |source| Fault::Listen { address: address.into(), option: "--listen", source };
-    let listener = TcpListener::bind(address).map_err(fault)?;
-    let bound = listener.local_addr().map_err(fault)?;
-    let port = bound.port();
-    let host = match advertise {
-        Some(gate) if port_of(gate).is_some() => return Ok((listener, gate.into())),
-        Some(host) if host.contains(':') && !host.starts_with('[') => format!("[{host}]"),
-        Some(host) => host.into(),
-        None if bound.ip().is_unspecified() => {
-            own_name().ok_or_else(|| Fault::NoName { address: address.into() })?
-        }
-        // A port of 0 was replaced by a free one; a host name stays as it was typed.
-        None => address.rsplit_once(':').map_or(address, |(host, _)| host).into(),
+/// Opens a page of metrics; returns what replaces its text. A port alone stands for one of the loopback address.
+fn open_page(address: &str) -> Result<Publish, Fault> {
+    let address = match address.trim_start_matches(':').parse::<u16>() {
+        Ok(port) => format!("127.0.0.1:{port}"),
+        Err(_) => address.to_owned(),
     };
-    Ok((listener, format!("{host}:{port}")))
-}
-
-/// The port behind a host name or an address, where there is one. Addresses of version 6 have colons of their own.
-fn port_of(address: &str) -> Option<u16> {
-    let (host, port) = address.rsplit_once(':')?;
-    let alone = !host.is_empty() && (!host.contains(':') || host.ends_with(']'));
-    port.parse().ok().filter(|_| alone)
-}
-
-/// What this machine is called, if that leads others to it.
-fn own_name() -> Option<String> {
-    let name = rustix::system::uname().nodename().to_string_lossy().into_owned();
-    let mut addresses = (&name[..], 0).to_socket_addrs().ok()?;
-    addresses.any(|address| !address.ip().is_loopback()).then_some(name)
+    let page = Page::default();
+    let open = || {
+        let listener = TcpListener::bind(&address)?;
+        let bound = listener.local_addr()?;
+        publish(listener, page.clone())?;
+        Ok(bound)
+    };
+    let bound =
+        open().map_err(|source| Fault::Listen { address: address.clone(), option: "--metrics", source })?;
+    info!(event = "metrics", "metrics are at http://{bound}/metrics");
+    Ok(Box::new(move |text| page.set(text)))
 }
 
 /// What the checkpoints of a job have in common.
@@ -427,7 +408,7 @@ fn own_name() -> Option<String> {
 /// Where the scene is too large to be sent.
 pub fn identity(job: &Job, settings: &Settings, experiment: &Experiment) -> Result<Identity, Fault> {
     let scene = experiment.scene();
-    let packed = replica::pack(scene, job.scene.spec(), settings)
+    let packed = results::pack(scene, job.scene.spec(), settings)
         .map_err(|error| Fault::System { doing: "packing the job", source: std::io::Error::other(error) })?;
     Ok(Identity {
         scene_hash: scene.hash(),
@@ -436,7 +417,7 @@ pub fn identity(job: &Job, settings: &Settings, experiment: &Experiment) -> Resu
         first: job.budget.first_path / experiment.paths_per_walk(),
         goal: settings.goal(),
         job: packed,
-        sessions: vec![checkpoints::session()],
+        sessions: vec![results::session(BUILD)],
     })
 }
 

@@ -1,105 +1,24 @@
 //! `radwalk diff`: two results of one scene, patch by patch.
-//!
-//! z is the difference of two radiosities over its standard error, √(σ₁² + σ₂²). Of m patches the largest |z| of two honest
-//! runs stays below a limit that each exceeds with the probability 1 − (1 − α)^(1/m) (Šidák 1967; patches that depend on each
-//! other exceed it less often), so that α bounds the rate of false alarms of the whole comparison.
 
-use std::fs;
-use std::path::Path;
-
-use cluster::checkpoint::{self, Checkpoint};
-use csv::StringRecord;
+use console::{Phase, say};
+use report::words::counted;
+use results::{Comparison, Difference, FALSE_ALARM, FEWEST_HITS, TOLD};
 use serde_json::{Value, json};
-use stats::{normal_quantile, student_quantile};
 
 use crate::args::DiffArgs;
-use crate::checkpoints::CURRENT;
-use crate::console::{Phase, say};
 use crate::fault::{Fault, Outcome};
-use report::words::counted;
-
-/// α: chance alone makes two honest runs differ once in so many comparisons at most.
-const FALSE_ALARM: f64 = 1e-3;
-
-/// Fewer scores than this say too little about their own spread for a z.
-const FEWEST_HITS: u64 = 30;
-
-/// Differences that are told one by one.
-const TOLD: usize = 10;
-
-/// The columns of radiosities and their errors, in grey and in colour.
-const COLUMNS: [(&str, &str); 4] = [
-    ("radiosity", "std_error"),
-    ("radiosity_r", "std_error_r"),
-    ("radiosity_g", "std_error_g"),
-    ("radiosity_b", "std_error_b"),
-];
-
-/// One radiosity of a result.
-#[derive(Clone, Debug, PartialEq)]
-struct Row {
-    /// Patch, surface, cell and side, as the table has them.
-    place: Vec<String>,
-    /// The column.
-    channel: &'static str,
-    /// Radiosity and standard error; `None` where no walk could tell, or too few did.
-    value: Option<(f64, f64)>,
-}
-
-/// A result.
-struct Side {
-    rows: Vec<Row>,
-    /// `None` of a deterministic solution.
-    tally: Option<Checkpoint>,
-}
-
-/// A comparison.
-struct Comparison {
-    /// Patches (times channels) that were compared.
-    compared: usize,
-    /// Those that were not, since too few walks tell of them.
-    skipped: usize,
-    limit: f64,
-    mean_squared: f64,
-    /// z of each row, the largest |z| first.
-    ranks: Vec<(f64, usize)>,
-}
 
 /// Compares two results, and fails where they differ.
 pub fn diff(args: &DiffArgs) -> Result<Outcome, Fault> {
     let phase = Phase::begin("reading the results");
-    let sides = [read(&args.first)?, read(&args.second)?];
-    let incomparable = |reason: String, remedy| Fault::Incomparable {
-        first: args.first.clone(),
-        second: args.second.clone(),
-        reason,
-        remedy,
-    };
-    check_places(&sides).map_err(|reason| incomparable(reason, "compare results of one scene"))?;
-    let same = match &sides {
-        [Side { tally: Some(a), .. }, Side { tally: Some(b), .. }] => {
-            let same = a.tally.hash() == b.tally.hash();
-            if !same && share_walks(a, b) {
-                let reason =
-                    "they hold some of the same walks, so that they differ less than chance has it".into();
-                return Err(incomparable(reason, "run one of them with another --seed"));
-            }
-            same
-        }
-        _ => false,
-    };
-    let comparison = compare(&sides);
+    let comparison = results::compare(&args.first, &args.second)?;
     drop(phase);
-    if comparison.compared == 0 {
-        let reason = format!("no patch has {FEWEST_HITS} scores in both");
-        return Err(incomparable(reason, "run them with more --paths"));
-    }
     if args.json {
-        say(&comparison.json(&sides, same).to_string());
+        say(&json(&comparison).to_string());
     } else {
-        comparison.describe(&sides, same);
+        describe(&comparison);
     }
-    match comparison.beyond() {
+    match comparison.beyond {
         0 => Ok(Outcome::Done),
         beyond => Err(Fault::Differ(format!(
             "{beyond} of {} by more than {:.2} standard errors, which chance alone does once in {:.0} comparisons",
@@ -110,217 +29,48 @@ pub fn diff(args: &DiffArgs) -> Result<Outcome, Fault> {
     }
 }
 
-/// Reads what a run left, or a deterministic solution.
-fn read(folder: &Path) -> Result<Side, Fault> {
-    let (table, exact) = (folder.join("patches.csv"), folder.join("exact.csv"));
-    if !table.exists() && exact.exists() {
-        return Ok(Side { rows: read_table(&exact)?, tally: None });
-    }
-    let rows = read_table(&table)?;
-    Ok(Side { rows, tally: Some(checkpoint::read(&folder.join(CURRENT))?) })
-}
-
-fn read_table(path: &Path) -> Result<Vec<Row>, Fault> {
-    let fault = |reason: String| Fault::NoTable { path: path.into(), reason };
-    let bytes = fs::read(path).map_err(|error| fault(error.to_string()))?;
-    let mut reader = csv::Reader::from_reader(&bytes[..]);
-    let header = reader.headers().map_err(|error| fault(error.to_string()))?.clone();
-    let column = |name: &str| header.iter().position(|column| column == name);
-    let places: Vec<usize> = ["patch", "side"].into_iter().filter_map(column).collect();
-    let channels: Vec<_> = COLUMNS
-        .into_iter()
-        .filter_map(|(value, error)| Some((value, column(value)?, column(error))))
-        .collect();
-    if channels.is_empty() {
-        return Err(fault("it has no column of radiosities".into()));
-    }
-    let hits = column("hits");
-    let mut rows = Vec::new();
-    for record in reader.records() {
-        let record = record.map_err(|error| fault(error.to_string()))?;
-        let place: Vec<String> = places.iter().map(|&i| record[i].to_owned()).collect();
-        for &(channel, value, error) in &channels {
-            let value = value_of(&record, value, error, hits).map_err(&fault)?;
-            rows.push(Row { place: place.clone(), channel, value });
-        }
-    }
-    Ok(rows)
-}
-
-/// A radiosity and its standard error, which is 0 where there is no such column.
-fn value_of(
-    record: &StringRecord,
-    value: usize,
-    error: Option<usize>,
-    hits: Option<usize>,
-) -> Result<Option<(f64, f64)>, String> {
-    let number = |i: usize| match &record[i] {
-        "" => Ok(None),
-        text => text.parse::<f64>().map(Some).map_err(|_| format!("{text:?} is no number")),
-    };
-    let error = error.map_or(Ok(Some(0.0)), number)?;
-    let hits = hits.map_or(Ok(None), number)?;
-    let value = number(value)?.zip(error);
-    // What is known without any walk is known well.
-    let few =
-        hits.is_some_and(|hits| hits < FEWEST_HITS as f64) && value.is_none_or(|(_, error)| error > 0.0);
-    Ok(value.filter(|_| !few))
-}
-
-/// Whether rows stand for the same faces.
-fn check_places([first, second]: &[Side; 2]) -> Result<(), String> {
-    if first.rows.len() != second.rows.len() {
-        return Err(format!("one has {} radiosities, the other {}", first.rows.len(), second.rows.len()));
-    }
-    let same = |(a, b): (&Row, &Row)| (&a.place, a.channel) == (&b.place, b.channel);
-    match first.rows.iter().zip(&second.rows).position(|rows| !same(rows)) {
-        None => Ok(()),
-        Some(row) => Err(format!("row {} is of other patches, sides or channels", row + 1)),
-    }
-}
-
-/// Whether two results hold a walk in common.
-fn share_walks(a: &Checkpoint, b: &Checkpoint) -> bool {
-    let parts = a.book.parts.iter().flat_map(|a| b.book.parts.iter().map(move |b| (a, b)));
-    parts.filter(|(a, b)| (a.job_hash, a.seed) == (b.job_hash, b.seed)).any(|(a, b)| {
-        a.first < b.first.saturating_add(b.walks()) && b.first < a.first.saturating_add(a.walks())
+fn json(comparison: &Comparison) -> Value {
+    let largest = comparison.largest.iter().map(|Difference { place, channel, z, values: [first, second] }| {
+        json!({"place": place, "column": channel, "z": z, "first": first, "second": second})
+    });
+    json!({
+        "same_tally": comparison.same_tally,
+        "compared": comparison.compared,
+        "skipped": comparison.skipped,
+        "limit": comparison.limit,
+        "false_alarm": FALSE_ALARM,
+        "beyond": comparison.beyond,
+        "mean_squared_z": comparison.mean_squared,
+        "agree": comparison.beyond == 0,
+        "largest": largest.collect::<Vec<_>>(),
     })
 }
 
-/// The chains or batches of a result, where its intervals are Student's; its paths tell.
-fn freedom(side: &Side) -> Option<u64> {
-    let Checkpoint { tally, .. } = side.tally.as_ref()?;
-    let ends =
-        tally.counts.absorbed + tally.counts.absorbed_back + tally.counts.escaped + tally.counts.truncated;
-    (ends > tally.counts.walks).then(|| tally.counts.walks.max(2) - 1)
-}
-
-fn compare(sides: &[Side; 2]) -> Comparison {
-    let [first, second] = sides;
-    let z = |(i, (a, b)): (usize, (&Row, &Row))| {
-        let ((x, dx), (y, dy)) = (a.value?, b.value?);
-        let error = dx.hypot(dy);
-        let z = match x - y {
-            // Both are known without walks, or to the last bit.
-            0.0 => 0.0,
-            off if off.abs() <= 1e-9 * x.abs().max(y.abs()) && error == 0.0 => 0.0,
-            off => off / error,
-        };
-        Some((z, i))
+fn describe(comparison: &Comparison) {
+    let &Comparison { same_tally, compared, skipped, limit, mean_squared, beyond, ref largest } = comparison;
+    if same_tally {
+        say("the tallies are the same, to the last bit");
+    }
+    let skipped = match skipped {
+        0 => String::new(),
+        skipped => format!("; {skipped} have fewer than {FEWEST_HITS} scores and are not"),
     };
-    let mut ranks: Vec<(f64, usize)> =
-        first.rows.iter().zip(&second.rows).enumerate().filter_map(z).collect();
-    ranks.sort_by(|a, b| b.0.abs().total_cmp(&a.0.abs()).then(a.1.cmp(&b.1)));
-    let compared = ranks.len();
-    let each = -f64::ln_1p(-FALSE_ALARM) / compared.max(1) as f64;
-    // 1 − (1 − α)^(1/m) = 1 − exp(−each).
-    let p = 1.0 + 0.5 * f64::exp_m1(-each);
-    // Of the smaller sample, whose intervals are the wider.
-    let freedom = sides.iter().filter_map(freedom).min();
-    let limit = freedom.map_or_else(|| normal_quantile(p), |freedom| student_quantile(p, freedom));
-    Comparison {
-        compared,
-        skipped: first.rows.len() - compared,
-        limit,
-        mean_squared: ranks.iter().map(|(z, _)| z * z).sum::<f64>() / compared.max(1) as f64,
-        ranks,
-    }
-}
-
-impl Comparison {
-    fn beyond(&self) -> usize {
-        self.ranks.iter().filter(|(z, _)| z.abs() > self.limit).count()
-    }
-
-    fn json(&self, sides: &[Side; 2], same: bool) -> Value {
-        let worst = self.ranks.iter().take(TOLD).map(|&(z, i)| {
-            let Row { place, channel, value } = &sides[0].rows[i];
-            let other = sides[1].rows[i].value;
-            json!({"place": place, "column": channel, "z": z, "first": value, "second": other})
-        });
-        json!({
-            "same_tally": same,
-            "compared": self.compared,
-            "skipped": self.skipped,
-            "limit": self.limit,
-            "false_alarm": FALSE_ALARM,
-            "beyond": self.beyond(),
-            "mean_squared_z": self.mean_squared,
-            "agree": self.beyond() == 0,
-            "largest": worst.collect::<Vec<_>>(),
-        })
-    }
-
-    fn describe(&self, sides: &[Side; 2], same: bool) {
-        if same {
-            say("the tallies are the same, to the last bit");
-        }
-        let skipped = match self.skipped {
-            0 => String::new(),
-            skipped => format!("; {skipped} have fewer than {FEWEST_HITS} scores and are not"),
-        };
-        say(&format!("{} compared{skipped}", counted(self.compared as u64, "radiosity")));
-        say(&format!("mean squared z: {:.3} (1 is expected of runs with other seeds)", self.mean_squared));
-        let beyond = self.beyond();
-        for &(z, i) in self.ranks.iter().take(beyond.clamp(1, TOLD)) {
-            let words = |side: &Side| {
-                side.rows[i]
-                    .value
-                    .map_or(String::new(), |(value, error)| format!("{value:.6e} ± {error:.1e}"))
-            };
-            let Row { place, channel, .. } = &sides[0].rows[i];
-            say(&format!(
-                "{} patch {}, {channel}: {} and {}, z = {z:.2}",
-                if beyond == 0 { "largest |z|:" } else { "beyond the limit:" },
-                place.join(" "),
-                words(&sides[0]),
-                words(&sides[1])
-            ));
-        }
-        if beyond > TOLD {
-            say(&format!("and {} more", beyond - TOLD));
-        }
-        let verdict = if beyond == 0 { "the results agree" } else { "the results differ" };
+    say(&format!("{} compared{skipped}", counted(compared as u64, "radiosity")));
+    say(&format!("mean squared z: {mean_squared:.3} (1 is expected of runs with other seeds)"));
+    for Difference { place, channel, z, values } in largest.iter().take(beyond.max(1)) {
+        let [first, second] = values.map(|(value, error)| format!("{value:.6e} ± {error:.1e}"));
         say(&format!(
-            "{verdict}: {beyond} beyond |z| = {:.2}, where chance alone brings any in 1 of {:.0} comparisons at most",
-            self.limit,
-            1.0 / FALSE_ALARM
+            "{} patch {}, {channel}: {first} and {second}, z = {z:.2}",
+            if beyond == 0 { "largest |z|:" } else { "beyond the limit:" },
+            place.join(" ")
         ));
     }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn side(values: &[Option<(f64, f64)>]) -> Side {
-        let row = |(i, &value): (usize, &Option<(f64, f64)>)| Row {
-            place: vec![i.to_string()],
-            channel: "radiosity",
-            value,
-        };
-        Side { rows: values.iter().enumerate().map(row).collect(), tally: None }
+    if beyond > TOLD {
+        say(&format!("and {} more", beyond - TOLD));
     }
-
-    #[test]
-    fn z_goes_by_both_errors() {
-        let sides = [
-            side(&[Some((1.0, 0.3)), Some((2.0, 0.0)), None, Some((5.0, 0.0))]),
-            side(&[Some((2.0, 0.4)), Some((2.0, 0.0)), Some((1.0, 0.1)), Some((6.0, 0.0))]),
-        ];
-        let comparison = compare(&sides);
-        assert_eq!((comparison.compared, comparison.skipped), (3, 1));
-        assert_eq!(comparison.ranks, [(f64::NEG_INFINITY, 3), (-2.0, 0), (0.0, 1)]);
-        assert_eq!(comparison.beyond(), 1, "what is known without error and differs, differs");
-        // Φ⁻¹(1 − 0.0005/3), for α/m to first order.
-        assert!((comparison.limit - 3.588).abs() < 0.01, "{}", comparison.limit);
-    }
-
-    #[test]
-    fn rows_are_of_the_same_patches() {
-        assert!(check_places(&[side(&[None]), side(&[None, None])]).unwrap_err().contains("one has 1"));
-        let mut other = side(&[None]);
-        other.rows[0].place = vec!["7".into()];
-        assert!(check_places(&[side(&[None]), other]).unwrap_err().contains("row 1"));
-    }
+    let verdict = if beyond == 0 { "the results agree" } else { "the results differ" };
+    say(&format!(
+        "{verdict}: {beyond} beyond |z| = {limit:.2}, where chance alone brings any in 1 of {:.0} comparisons at most",
+        1.0 / FALSE_ALARM
+    ));
 }

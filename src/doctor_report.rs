@@ -4,13 +4,13 @@ use std::fmt::Write as _;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
+use console::say;
 use doctor::{Finding, Repair};
 use job::Job;
 use report::{OutputFolder, Picture};
+use results::units;
 
-use crate::console::say;
 use crate::fault::Fault;
-use crate::outputs::units;
 
 /// The most findings that are told one by one; all of them are in the folder.
 const TOLD: usize = 200;

@@ -1,15 +1,15 @@
 //! `radwalk exact`: the radiosity system itself, without any randomness.
 
+use console::{Phase, say};
 use exact::{Accuracy, Bounds, ESTIMATORS, Exact, ExactError, SharedPath, WeightedWalk};
 use radiosity::{Scene, birth_probabilities};
 use report::{Check, ExactBounds, ExactColumns, ExactSummary, OutputFolder, Units};
+use results::units;
 use tracing::warn;
 
 use crate::args::ExactArgs;
-use crate::console::{Phase, say};
 use crate::coordinate::default_folder;
 use crate::fault::{Fault, Outcome};
-use crate::outputs::units;
 
 /// Solves a job's scene and writes `exact.csv` and `exact.json`; in colour, a pair for each channel.
 pub fn exact(args: &ExactArgs) -> Result<Outcome, Fault> {

@@ -1,51 +1,44 @@
-//! `radwalk`: arguments, progress, exit codes; the only place that prints.
+//! `radwalk`: arguments, processes, and what is printed.
 
 mod args;
 mod audit;
+mod build;
 mod check;
-mod checkpoints;
+mod clock;
 mod compare;
-mod console;
 mod coordinate;
 mod date;
 mod diff;
 mod doctor_report;
 mod exact_command;
 mod fault;
-mod gauge;
-mod launcher;
 mod local;
 mod losses;
 mod memory;
 mod merge;
 mod new;
-mod outputs;
 mod plan;
 mod progress;
 mod relay;
 mod replay;
-mod replica;
 mod report_command;
-mod reports;
 mod reproduce;
-mod settings;
+mod shift;
 mod signals;
 mod stability;
 mod status;
+mod summary;
 mod work;
 
 use std::io::IsTerminal;
 use std::process::ExitCode;
 
 use clap::Parser;
+use console::{Voice, emit, record, say, unsaid};
 use tracing::error;
 
 use crate::args::{Cli, Command};
-use crate::console::{Voice, emit, record, say, unsaid};
 use crate::fault::{Fault, Outcome};
-
-/// Version and commit: workers join only coordinators of the same build.
-pub const BUILD: &str = concat!(env!("CARGO_PKG_VERSION"), "+", env!("RADWALK_GIT"));
 
 fn main() -> ExitCode {
     let command = match Cli::try_parse() {

@@ -4,8 +4,9 @@ use std::fs::{self, File};
 use std::io::Write;
 use std::path::Path;
 
+use console::say;
+
 use crate::args::{Kind, NewArgs};
-use crate::console::say;
 use crate::fault::{Fault, Outcome};
 
 /// The name, the job and the scene of a kind; `None` where it is the schemas alone.

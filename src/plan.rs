@@ -1,5 +1,6 @@
 //! `radwalk plan`: what a job will take, before it is run.
 
+use console::{Phase, say};
 use job::{Job, Target};
 use judge::plan::bound::Bound;
 use judge::plan::pilot::Pilot;
@@ -7,16 +8,15 @@ use judge::plan::resources::{Costs, Demand};
 use judge::target::scope;
 use radiosity::{Estimates, Experiment, Memory};
 use report::Units;
+use report::words::{duration, quantity};
+use results::Settings;
+use results::units;
 use serde_json::{Value, json};
 
 use crate::args::PlanArgs;
-use crate::console::{Phase, say};
+use crate::clock::cpu_seconds;
 use crate::fault::{Fault, Outcome};
 use crate::memory;
-use crate::outputs::units;
-use crate::settings::Settings;
-use crate::work::cpu_seconds;
-use report::words::{duration, quantity};
 
 /// Workers that a plan is made for.
 const WORKERS: [u64; 5] = [1, 10, 100, 1_000, 10_000];

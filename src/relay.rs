@@ -4,17 +4,19 @@ use std::net::TcpListener;
 use std::path::Path;
 
 use cluster::access::Access;
+use cluster::listen;
 use cluster::upstream;
 use cluster::worker::Identity;
 use tracing::info;
 
 use crate::args::RelayArgs;
-use crate::coordinate::bind;
+use crate::build::BUILD;
+use crate::clock::WalkClock;
 use crate::fault::{Fault, Outcome};
 use crate::progress::tell_notice;
-use crate::replica::Replica;
+use crate::shift::Shift;
 use crate::signals;
-use crate::work::{WalkClock, keep_joining, name, read_access};
+use crate::work::{keep_joining, name, read_access};
 
 /// Relays until the coordinator's job is done. A coordinator that was lost without a word is looked for as workers do, and
 /// so do this relay's: each time it finds one, it lets its workers in with a new key.
@@ -24,7 +26,8 @@ pub fn relay(args: &RelayArgs) -> Result<Outcome, Fault> {
     if is_one_file(&args.access, &args.out_access) {
         return Err(Fault::OneAccessFile { path: args.access.clone() });
     }
-    let (listener, address) = bind(&args.listen, args.advertise.as_deref())?;
+    let (listener, address) = listen::bind(&args.listen, args.advertise.as_deref())
+        .map_err(|error| Fault::listen(&args.listen, error))?;
     let mut last = None;
     let done = keep_joining(args.wait, args.quiet, || join(args, &listener, &address, &mut last));
     // The key is of no use any more, and workers learn by this that it is over. There may never have been one, and by now it
@@ -48,14 +51,14 @@ fn join(
 ) -> Result<(), Fault> {
     let access = read_access(&args.access)?;
     let identity = Identity {
-        build: crate::BUILD.into(),
+        build: BUILD.into(),
         name: format!("relay {}", name(std::process::id())),
         threads: 0,
         leave: signals::stop_asked,
     };
     let mut unwritten = None;
     let open = |scene_hash| {
-        let own = Access::new(address.into(), crate::BUILD, scene_hash)?;
+        let own = Access::new(address.into(), BUILD, scene_hash)?;
         if let Err(error) = own.write(&args.out_access) {
             let told = Err(std::io::Error::other(error.to_string()));
             unwritten = Some(error);
@@ -73,7 +76,7 @@ fn join(
     let note = |notice: cluster::lead::Notice| {
         tell_notice(&notice);
     };
-    let build = |job: &[u8]| Replica::decode(job, WalkClock::default());
+    let build = |job: &[u8]| Shift::decode(job, WalkClock::default());
     let done = upstream::relay(&access, &identity, build, open, note);
     match unwritten {
         Some(source) => Err(Fault::AccessFileWrite { path: args.out_access.clone(), source }),

@@ -1,9 +1,9 @@
 //! `radwalk replay`: one walk of a job, in words.
 
+use console::say;
 use radiosity::{Experiment, Scene, Sequence, Step, WalkEnd};
 
 use crate::args::ReplayArgs;
-use crate::console::say;
 use crate::fault::{Fault, Outcome};
 
 /// Tells a walk of a job.

@@ -5,7 +5,9 @@ use std::num::NonZeroUsize;
 use std::path::PathBuf;
 use std::time::Instant;
 
+use console::{Phase, emit, say};
 use report::OutputFolder;
+use report::words::duration;
 use serde_json::json;
 use studies::claim::{Judge, Verdict};
 use studies::papers::{CHAPTERS, Chapter, Findings, page};
@@ -13,10 +15,8 @@ use studies::{Effort, Lab};
 use tracing::info;
 
 use crate::args::ReproduceArgs;
-use crate::console::{Phase, emit, say};
 use crate::date::today;
 use crate::fault::{Fault, Outcome};
-use report::words::duration;
 
 /// What people read.
 const PAGE: &str = "papers.md";

@@ -1,5 +1,6 @@
 //! `radwalk stability`: the atlas of failure.
 
+use console::{Phase, emit, say};
 use report::OutputFolder;
 use serde_json::json;
 use studies::atlas::page::{self, CHARTS};
@@ -7,7 +8,6 @@ use studies::atlas::{ALL, Entry, Finding};
 use studies::{Effort, Lab};
 
 use crate::args::StabilityArgs;
-use crate::console::{Phase, emit, say};
 use crate::date::today;
 use crate::fault::{Fault, Outcome};
 

@@ -1,34 +1,18 @@
 //! `radwalk status`: how a running job gets on, or how one ended.
 
-use std::fs;
-use std::path::{Path, PathBuf};
-use std::time::{Duration, Instant};
+use std::path::Path;
 
+use console::say;
+use monitor::{Faults, Found, Goal, Hand, Report, Standing, find, watched};
+use report::words::{counted, duration, percent, quantity};
+use results::unix_seconds;
 use serde_json::{Value, json};
 
 use crate::args::StatusArgs;
-use crate::console::say;
 use crate::fault::{Fault, Outcome};
-use crate::gauge::{Faults, unix_seconds};
-use crate::reports::{Report, STATUS, beside};
-use report::words::{counted, duration, percent, quantity};
-
-/// A coordinator reports every two seconds. One whose last report is older than this may be gone …
-const LATE: u64 = 10;
-
-/// … and is, where no other report comes in this time: clocks of machines differ.
-const WATCH: Duration = Duration::from_secs(6);
 
 /// Workers that are told one by one.
 const TOLD: usize = 40;
-
-/// What is known of a job.
-enum Found {
-    /// Its coordinator's last report.
-    Report(PathBuf, Box<Report>),
-    /// The summary of its result.
-    Summary(Value),
-}
 
 /// Says how the job of an access file or an output folder gets on.
 pub fn status(args: &StatusArgs) -> Result<Outcome, Fault> {
@@ -60,52 +44,6 @@ pub fn status(args: &StatusArgs) -> Result<Outcome, Fault> {
     }
 }
 
-/// The report of a running job, else the summary of one that has ended.
-fn find(of: &Path) -> Result<Found, Fault> {
-    let folder = if of.is_dir() { of } else { of.parent().unwrap_or(Path::new("")) };
-    let mut candidates = vec![folder.join(STATUS)];
-    if !of.is_dir() {
-        candidates.insert(0, beside(of));
-    }
-    let unknown = |reason: String| Fault::NoStatus { of: of.into(), reason };
-    if !of.exists() && !candidates[0].exists() {
-        return Err(unknown(
-            "there is nothing by that name, and access files are removed when a job ends".into(),
-        ));
-    }
-    for file in candidates {
-        let Ok(bytes) = fs::read(&file) else { continue };
-        let report = serde_json::from_slice(&bytes)
-            .map_err(|error| unknown(format!("{} is not a status file: {error}", file.display())))?;
-        return Ok(Found::Report(file, Box::new(report)));
-    }
-    let summary = folder.join("summary.json");
-    match fs::read(&summary) {
-        Ok(bytes) => serde_json::from_slice(&bytes)
-            .map(Found::Summary)
-            .map_err(|error| unknown(format!("{} is no summary: {error}", summary.display()))),
-        Err(_) => {
-            Err(unknown("no job has reported there: reports begin two seconds after its coordinator".into()))
-        }
-    }
-}
-
-/// The report, or one that comes later where it looks old, and whether its coordinator is alive.
-fn watched(file: &Path, report: Report) -> (Report, bool) {
-    if unix_seconds().abs_diff(report.time) <= LATE {
-        return (report, true);
-    }
-    let began = Instant::now();
-    while began.elapsed() < WATCH {
-        std::thread::sleep(Duration::from_millis(200));
-        let later = fs::read(file).ok().and_then(|bytes| serde_json::from_slice::<Report>(&bytes).ok());
-        if let Some(later) = later.filter(|later| later.time != report.time) {
-            return (later, true);
-        }
-    }
-    (report, false)
-}
-
 fn describe(report: &Report) {
     let Report { description, standing, crew, .. } = report;
     let part = 100.0 * standing.paths as f64 / standing.paths_total.max(1) as f64;
@@ -118,23 +56,38 @@ fn describe(report: &Report) {
         report.pid,
         report.host
     ));
-    if let Some(goal) = standing.target {
-        let expected = goal.paths_expected.map_or("nothing tells when yet".into(), |paths| {
-            format!("expected at {} paths", quantity(paths as f64))
-        });
-        say(&format!(
-            "target: {} of the area within {}, now within {}; {expected}",
-            percent(goal.fraction),
-            percent(goal.relative_error),
-            percent(goal.decisive_error.unwrap_or(f64::INFINITY))
-        ));
-    }
+    standing.target.iter().for_each(describe_target);
     let error = |error: Option<f64>| percent(error.unwrap_or(f64::INFINITY));
     say(&format!(
         "half of the area is known within {}, the worst face within {}",
         error(standing.median_relative_error),
         error(standing.max_relative_error)
     ));
+    describe_crew(standing, crew);
+    say(&standing.checkpoint.map_or("no checkpoint in this session yet".into(), |saved| {
+        format!(
+            "last checkpoint: {} ago, {} paths",
+            duration(saved.seconds_ago),
+            quantity(saved.paths as f64)
+        )
+    }));
+    describe_faults(standing.faults);
+}
+
+fn describe_target(goal: &Goal) {
+    let expected = goal.paths_expected.map_or("nothing tells when yet".into(), |paths| {
+        format!("expected at {} paths", quantity(paths as f64))
+    });
+    say(&format!(
+        "target: {} of the area within {}, now within {}; {expected}",
+        percent(goal.fraction),
+        percent(goal.relative_error),
+        percent(goal.decisive_error.unwrap_or(f64::INFINITY))
+    ));
+}
+
+/// The workers that are there, and how fast they walk.
+fn describe_crew(standing: &Standing, crew: &[Hand]) {
     if standing.workers == 0 {
         say("no worker is there: nothing is walked");
     } else {
@@ -163,14 +116,6 @@ fn describe(report: &Report) {
     if standing.workers > TOLD {
         say(&format!("  and {} more", standing.workers - TOLD));
     }
-    say(&standing.checkpoint.map_or("no checkpoint in this session yet".into(), |saved| {
-        format!(
-            "last checkpoint: {} ago, {} paths",
-            duration(saved.seconds_ago),
-            quantity(saved.paths as f64)
-        )
-    }));
-    describe_faults(standing.faults);
 }
 
 fn describe_faults(faults: Faults) {

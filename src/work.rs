@@ -2,19 +2,19 @@
 
 use std::io::{ErrorKind, Read};
 use std::path::Path;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
 use cluster::access::Access;
+use cluster::launcher;
 use cluster::worker::{self, Identity, WorkerError};
-use rustix::time::{ClockId, clock_gettime};
 use tracing::warn;
 
 use crate::args::WorkArgs;
+use crate::build::BUILD;
+use crate::clock::WalkClock;
 use crate::fault::{Fault, Outcome};
-use crate::replica::Replica;
-use crate::{launcher, signals};
+use crate::shift::Shift;
+use crate::signals;
 
 /// No access file is longer.
 const MOST_ACCESS_BYTES: u64 = 1 << 16;
@@ -88,13 +88,13 @@ fn may_come(fault: &Fault) -> bool {
 fn join(args: &WorkArgs) -> Result<(), Fault> {
     let access = read_access(&args.access)?;
     let identity = Identity {
-        build: crate::BUILD.into(),
+        build: BUILD.into(),
         name: name(std::process::id()),
         threads: args.threads as usize,
         leave: signals::stop_asked,
     };
     let clock = WalkClock::default();
-    Ok(worker::work(&access, &identity, |job| Replica::decode(job, clock.clone()), || clock.seconds())?)
+    Ok(worker::work(&access, &identity, |job| Shift::decode(job, clock.clone()), || clock.seconds())?)
 }
 
 /// What stands for an access file that comes by standard input.
@@ -120,33 +120,4 @@ pub fn name(pid: u32) -> String {
 
 fn variable(name: &str) -> Option<String> {
     std::env::var(name).ok()
-}
-
-/// CPU time of this process so far [s].
-pub fn cpu_seconds() -> f64 {
-    1e-9 * nanoseconds(ClockId::ProcessCPUTime) as f64
-}
-
-fn nanoseconds(clock: ClockId) -> u64 {
-    let time = clock_gettime(clock);
-    time.tv_sec as u64 * 1_000_000_000 + time.tv_nsec as u64
-}
-
-/// The processor time that threads have walked: without starting, building the scene, and talking.
-#[derive(Clone, Default)]
-pub struct WalkClock(Arc<AtomicU64>);
-
-impl WalkClock {
-    /// Adds the processor time that this thread takes for something.
-    pub fn time<T>(&self, walk: impl FnOnce() -> T) -> T {
-        let began = nanoseconds(ClockId::ThreadCPUTime);
-        let done = walk();
-        self.0.fetch_add(nanoseconds(ClockId::ThreadCPUTime) - began, Ordering::Relaxed);
-        done
-    }
-
-    /// What it comes to [s].
-    fn seconds(&self) -> f64 {
-        1e-9 * self.0.load(Ordering::Relaxed) as f64
-    }
 }

@@ -9,12 +9,12 @@ use cluster::coordinator::{Coordinator, Ending};
 use cluster::server::{Wish, serve};
 use judge::MOMENTS;
 use radiosity::{Counts, Tally};
+use results::Settings;
 use studies::compare::contender::Trial;
 use studies::compare::{Shot, Team};
 
 use crate::coordinate::{Door, identity, plan};
 use crate::fault::Fault;
-use crate::settings::Settings;
 use crate::signals;
 
 /// Walks a trial so many times.

@@ -4,9 +4,9 @@ use std::fs;
 
 use report::OutputFolder;
 use studies::compare::measure::Point;
+use tracing::warn;
 
 use super::TABLE;
-use tracing::warn;
 
 use crate::fault::Fault;
 
@@ -78,7 +78,7 @@ fn read(bytes: &[u8]) -> (Vec<Point>, usize) {
     let mut points = Vec::new();
     for row in csv::Reader::from_reader(&bytes[..whole]).deserialize::<Point>() {
         match row {
-            Ok(point) if point.build == crate::BUILD => points.push(point),
+            Ok(point) if point.build == crate::build::BUILD => points.push(point),
             _ => lost += 1,
         }
     }

@@ -6,19 +6,17 @@ use std::path::Path;
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, SyncSender, TryRecvError, sync_channel};
 use std::thread::JoinHandle;
-use std::time::{Duration, Instant};
+use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
-use cluster::checkpoint::{self, Book, Checkpoint, CheckpointError, CheckpointFault, Part, Past, Session};
-use cluster::coordinator::Coordinator;
-
+use protocol::checkpoint::{self, Book, Checkpoint, CheckpointError, CheckpointFault, Part, Past, Session};
+use protocol::coordinator::Coordinator;
 use report::OutputFolder;
 
-use crate::fault::Fault;
-use crate::gauge::unix_seconds;
+use crate::error::Error;
 
-/// The latest tally of a run, and the one before.
+/// The latest tally of a run.
 pub const CURRENT: &str = "tally.bin";
-/// Likewise.
+/// The tally before the latest, for the case that the latest is damaged.
 pub const PREVIOUS: &str = "tally.previous.bin";
 
 /// What a run's checkpoints have in common.
@@ -55,11 +53,16 @@ impl Identity {
     }
 }
 
-/// This process as a session that begins now.
-pub fn session() -> Session {
+/// This process, of a build of the program, as a session that begins now.
+pub fn session(build: &str) -> Session {
     let now = unix_seconds();
     let host = rustix::system::uname().nodename().to_string_lossy().into_owned();
-    Session { host, build: crate::BUILD.into(), began: now, ended: now }
+    Session { host, build: build.into(), began: now, ended: now }
+}
+
+/// Seconds since 1970. A clock before that says 0: times are told, never reckoned with.
+pub fn unix_seconds() -> u64 {
+    SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs())
 }
 
 /// What `--resume` found.
@@ -121,7 +124,7 @@ pub enum Latest {
 ///
 /// # Errors
 /// Where the books do not balance (nothing is written then) or the file cannot be written.
-pub fn write(folder: &OutputFolder, checkpoint: &Checkpoint, latest: Latest) -> Result<(), Fault> {
+pub fn write(folder: &OutputFolder, checkpoint: &Checkpoint, latest: Latest) -> Result<(), Error> {
     let path = folder.file(CURRENT);
     checkpoint.verify().map_err(|fault| CheckpointError { path: path.clone(), fault })?;
     folder.keep_hold()?;
@@ -145,7 +148,7 @@ pub struct Keeper {
     walks: u64,
     identity: Identity,
     checkpoints: SyncSender<Checkpoint>,
-    written: Receiver<Result<(), Fault>>,
+    written: Receiver<Result<(), Error>>,
     under_way: bool,
     /// When the latest one of this run was written, and its walks.
     saved: Option<(Instant, u64)>,
@@ -163,7 +166,7 @@ impl Keeper {
         identity: Identity,
         walks: u64,
         latest: Latest,
-    ) -> Result<Self, Fault> {
+    ) -> Result<Self, Error> {
         let (checkpoints, inbox) = sync_channel::<Checkpoint>(1);
         let (outbox, written) = sync_channel(1);
         let keep = move || {
@@ -180,7 +183,7 @@ impl Keeper {
         };
         let thread = std::thread::Builder::new()
             .spawn(keep)
-            .map_err(|source| Fault::System { doing: "starting a thread", source })?;
+            .map_err(|source| Error::System { doing: "starting a thread", source })?;
         let due = Instant::now() + interval;
         Ok(Keeper {
             interval,
@@ -199,7 +202,7 @@ impl Keeper {
     ///
     /// # Errors
     /// What went wrong with the one before. The run may go on: the latest good one is still there.
-    pub fn tend(&mut self, coordinator: &Coordinator) -> Result<(), Fault> {
+    pub fn tend(&mut self, coordinator: &Coordinator) -> Result<(), Error> {
         match self.written.try_recv() {
             Ok(done) => {
                 self.under_way = false;

@@ -1,18 +1,14 @@
-//! A job as it travels and as `tally.bin` keeps it, and the work that a process does with it.
+//! A job as it travels and as `tally.bin` keeps it, and the walks that a process makes of it.
 
 use std::ops::Range;
 
-use cluster::checkpoint::CheckpointFault;
-use cluster::codec::{CodecError, decode_serde, encode_serde};
-use cluster::limits::Limits;
-use cluster::worker::Work;
 use judge::MOMENTS;
-use judge::limits::limits;
+use protocol::checkpoint::CheckpointFault;
+use protocol::codec::{CodecError, decode_serde, encode_serde};
 use radiosity::{Board, Experiment, IndexChoice, Overflow, Scene, SceneSpec, Sequence, Tally};
 use serde::{Deserialize, Serialize};
 
 use crate::settings::Settings;
-use crate::work::WalkClock;
 
 /// All that a process has to know of a job.
 #[derive(Serialize, Deserialize)]
@@ -69,30 +65,37 @@ pub struct Replica {
     experiment: Experiment,
     sequence: Sequence,
     job_hash: [u8; 32],
-    wrong: Option<Wrong>,
-    clock: WalkClock,
 }
 
 impl Replica {
-    /// Builds the replica from what the coordinator sent; `clock` counts its walks.
+    /// Builds the replica from what the coordinator sent.
     ///
     /// # Errors
     /// As [`unpack`].
-    pub fn decode(bytes: &[u8], clock: WalkClock) -> Result<Self, String> {
+    pub fn decode(bytes: &[u8]) -> Result<Self, String> {
         let (settings, experiment) = unpack(bytes)?;
-        Ok(Replica { wrong: Wrong::asked_for(), clock, ..Replica::new(experiment, &settings, settings.seed) })
+        Ok(Replica::new(experiment, &settings, settings.seed))
     }
 
     /// A replica that walks as the settings say, but for the seed.
     pub fn new(experiment: Experiment, settings: &Settings, seed: u64) -> Self {
         let job_hash = job::job_hash(experiment.scene().hash(), &settings.method, seed);
-        Replica {
-            experiment,
-            sequence: Sequence::new(seed),
-            job_hash,
-            wrong: None,
-            clock: WalkClock::default(),
-        }
+        Replica { experiment, sequence: Sequence::new(seed), job_hash }
+    }
+
+    /// The method at work in the scene.
+    pub fn experiment(&self) -> &Experiment {
+        &self.experiment
+    }
+
+    /// Where its walks take their numbers from.
+    pub fn sequence(&self) -> &Sequence {
+        &self.sequence
+    }
+
+    /// The digest of scene, method and seed.
+    pub fn job_hash(&self) -> [u8; 32] {
+        self.job_hash
     }
 
     /// The tally of some walks.
@@ -102,71 +105,6 @@ impl Replica {
     pub fn trace(&self, walks: Range<u64>, board: &mut Board<MOMENTS>) -> Result<Tally, Overflow> {
         self.experiment.walk(&self.sequence, walks, board);
         board.take()
-    }
-}
-
-impl Work for Replica {
-    type Board = Board<MOMENTS>;
-
-    fn hashes(&self) -> ([u8; 32], [u8; 32]) {
-        (self.experiment.scene().hash(), self.job_hash)
-    }
-
-    fn empty(&self) -> Tally {
-        self.experiment.tally::<MOMENTS>()
-    }
-
-    fn limits(&self) -> Limits {
-        limits(&self.experiment)
-    }
-
-    fn board(&self) -> Self::Board {
-        self.experiment.board()
-    }
-
-    fn shoot(&self, walks: Range<u64>, board: &mut Self::Board) {
-        self.clock.time(|| self.experiment.walk(&self.sequence, walks, board));
-    }
-
-    fn shoot_while(&self, walks: Range<u64>, board: &mut Self::Board, go_on: &dyn Fn() -> bool) {
-        self.clock.time(|| self.experiment.walk_while(&self.sequence, walks, board, go_on));
-    }
-
-    fn hand_over(&self, board: &mut Self::Board, tally: &mut Tally) -> Result<(), Overflow> {
-        self.clock.time(|| match &self.wrong {
-            Some(wrong) => tally.merge(&wrong.spoil(board.take()?)).map_err(|_| Overflow),
-            None => board.add_to(tally),
-        })
-    }
-}
-
-/// A test hook of debug builds: a worker whose memory fails now and then. With `RADWALK_TEST_WRONG_WORKER=P` in its
-/// environment, about one in P of what it hands over has a bit flipped, before any digest is taken.
-struct Wrong {
-    one_in: u64,
-}
-
-impl Wrong {
-    #[cfg(not(debug_assertions))]
-    fn asked_for() -> Option<Self> {
-        None
-    }
-
-    #[cfg(debug_assertions)]
-    fn asked_for() -> Option<Self> {
-        let one_in = std::env::var("RADWALK_TEST_WRONG_WORKER").ok()?.parse().ok()?;
-        Some(Wrong { one_in })
-    }
-
-    fn spoil(&self, tally: Tally) -> Tally {
-        let lot = u64::from_le_bytes(tally.hash()[..8].try_into().expect("eight bytes"));
-        if !lot.is_multiple_of(self.one_in) {
-            return tally;
-        }
-        let (counts, patches, layout) = (tally.counts, tally.patches(), tally.layout());
-        let mut sums = tally.into_sums();
-        sums[0] ^= 1;
-        Tally::from_parts(counts, patches, layout, sums).expect("as many sums as before")
     }
 }
 
