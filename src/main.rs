@@ -1,34 +1,18 @@
 //! `radwalk`: arguments, processes, and what is printed.
 
 mod args;
-mod audit;
 mod build;
-mod check;
 mod clock;
-mod compare;
-mod coordinate;
+mod commands;
 mod date;
-mod diff;
-mod doctor_report;
-mod exact_command;
 mod fault;
 mod local;
 mod losses;
 mod memory;
-mod merge;
-mod new;
-mod plan;
 mod progress;
-mod relay;
-mod replay;
-mod report_command;
-mod reproduce;
 mod shift;
 mod signals;
-mod stability;
-mod status;
 mod summary;
-mod work;
 
 use std::io::IsTerminal;
 use std::process::ExitCode;
@@ -38,6 +22,10 @@ use console::{Voice, emit, record, say, unsaid};
 use tracing::error;
 
 use crate::args::{Cli, Command};
+use crate::commands::{
+    audit, check, compare, coordinate, diff, exact, merge, new, plan, relay, replay, report, reproduce,
+    stability, status, work,
+};
 use crate::fault::{Fault, Outcome};
 
 fn main() -> ExitCode {
@@ -53,12 +41,12 @@ fn main() -> ExitCode {
         Command::Coordinate(args) => coordinate::coordinate(&args),
         Command::Work(args) => work::work(&args),
         Command::Relay(args) => relay::relay(&args),
-        Command::Exact(args) => exact_command::exact(&args),
+        Command::Exact(args) => exact::exact(&args),
         Command::Status(args) => status::status(&args),
         Command::Diff(args) => diff::diff(&args),
         Command::Merge(args) => merge::merge(&args),
         Command::Audit(args) => audit::audit(&args),
-        Command::Report(args) => report_command::report(&args),
+        Command::Report(args) => report::report(&args),
         Command::Replay(args) => replay::replay(&args),
         Command::Plan(args) => plan::plan(&args),
         Command::Reproduce(args) => reproduce::reproduce(&args),

@@ -13,7 +13,7 @@ use results::Settings;
 use studies::compare::contender::Trial;
 use studies::compare::{Shot, Team};
 
-use crate::coordinate::{Door, identity, plan};
+use crate::commands::coordinate::{Door, identity, plan};
 use crate::fault::Fault;
 use crate::signals;
 

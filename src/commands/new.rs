@@ -12,18 +12,20 @@ use crate::fault::{Fault, Outcome};
 /// The name, the job and the scene of a kind; `None` where it is the schemas alone.
 fn files(kind: Kind) -> Option<(&'static str, &'static str, &'static str)> {
     Some(match kind {
-        Kind::Box => {
-            ("box", include_str!("../configs/new/box.toml"), include_str!("../configs/new/scenes/box.toml"))
-        }
+        Kind::Box => (
+            "box",
+            include_str!("../../configs/new/box.toml"),
+            include_str!("../../configs/new/scenes/box.toml"),
+        ),
         Kind::Room => (
             "room",
-            include_str!("../configs/new/room.toml"),
-            include_str!("../configs/new/scenes/room.toml"),
+            include_str!("../../configs/new/room.toml"),
+            include_str!("../../configs/new/scenes/room.toml"),
         ),
         Kind::Cornell => (
             "cornell",
-            include_str!("../configs/cornell.toml"),
-            include_str!("../configs/scenes/cornell.toml"),
+            include_str!("../../configs/cornell.toml"),
+            include_str!("../../configs/scenes/cornell.toml"),
         ),
         Kind::Schema => return None,
     })

@@ -23,7 +23,7 @@ use self::shoot::shoot;
 use self::table::Table;
 
 use crate::args::CompareArgs;
-use crate::coordinate::processes;
+use crate::commands::coordinate::processes;
 use crate::date::today;
 use crate::fault::{Fault, Outcome};
 use crate::signals;

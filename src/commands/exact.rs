@@ -8,7 +8,7 @@ use results::units;
 use tracing::warn;
 
 use crate::args::ExactArgs;
-use crate::coordinate::default_folder;
+use crate::commands::coordinate::default_folder;
 use crate::fault::{Fault, Outcome};
 
 /// Solves a job's scene and writes `exact.csv` and `exact.json`; in colour, a pair for each channel.

@@ -1,5 +1,7 @@
 //! `radwalk check`: validates a job or a scene and says what would be modelled, and why.
 
+mod doctor;
+
 use console::{Phase, say};
 use job::{FileKind, Job, SceneFile};
 use judge::bounces::bounces;
@@ -13,7 +15,7 @@ use results::units;
 
 use crate::args::CheckArgs;
 use crate::fault::{Fault, Outcome};
-use crate::{doctor_report, losses, memory};
+use crate::{losses, memory};
 
 /// Checks a file and describes it.
 pub fn check(args: &CheckArgs) -> Result<Outcome, Fault> {
@@ -31,13 +33,13 @@ pub fn check(args: &CheckArgs) -> Result<Outcome, Fault> {
         FileKind::Scene => describe_scene(&job.build_scene()?, &units(job.light)),
     };
     if args.fix_report || args.repair {
-        doctor_report::report(&job, args.out.as_deref())?;
+        doctor::report(&job, args.out.as_deref())?;
     } else if faults.is_empty() {
         say("no fault found");
     }
     drop(phase);
     if args.repair {
-        doctor_report::repair(&job)?;
+        doctor::repair(&job)?;
     }
     Ok(Outcome::Done)
 }

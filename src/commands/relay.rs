@@ -12,11 +12,11 @@ use tracing::info;
 use crate::args::RelayArgs;
 use crate::build::BUILD;
 use crate::clock::WalkClock;
+use crate::commands::work::{keep_joining, name, read_access};
 use crate::fault::{Fault, Outcome};
 use crate::progress::tell_notice;
 use crate::shift::Shift;
 use crate::signals;
-use crate::work::{keep_joining, name, read_access};
 
 /// Relays until the coordinator's job is done. A coordinator that was lost without a word is looked for as workers do, and
 /// so do this relay's: each time it finds one, it lets its workers in with a new key.
