@@ -4,9 +4,9 @@ use std::path::PathBuf;
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand, ValueEnum};
-use console::{Form, Voice};
 use report::Export;
 use tracing::level_filters::LevelFilter;
+use voice::{Form, Voice};
 
 /// What every help page ends with.
 const AFTER: &str = "\

@@ -4,13 +4,13 @@ use std::io::IsTerminal;
 use std::time::{Duration, Instant};
 
 use cluster::lead::Notice;
-use console::{emit, keep_below};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use monitor::Standing;
 use report::words::{counted, duration, percent, quantity};
 use rustix::termios::tcgetwinsize;
 use serde_json::{Value, json};
 use tracing::{info, warn};
+use voice::{emit, keep_below};
 
 use crate::args::OutArgs;
 

@@ -1,6 +1,5 @@
 //! What a run has come to: written to its folder, and said in a few lines.
 
-use console::{Phase, emit, say};
 use judge::target;
 use protocol::checkpoint::Checkpoint;
 use radiosity::Experiment;
@@ -8,6 +7,7 @@ use report::words::{counted, duration, percent, quantity};
 use report::{PrecisionSummary, Summary, Target, WorstPatch};
 use results::{Latest, RunOutput, Settings};
 use tracing::warn;
+use voice::{Phase, emit, say};
 
 use crate::args::OutArgs;
 use crate::fault::Fault;

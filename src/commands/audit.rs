@@ -1,8 +1,8 @@
 //! `radwalk audit`: traces a random sample of a result's walks again, and says whether it is as it was delivered.
 
 use cluster::access::random_bytes;
-use console::{Phase, say};
 use results::{Audit, Wrong};
+use voice::{Phase, say};
 
 use crate::args::AuditArgs;
 use crate::fault::{Fault, Outcome};

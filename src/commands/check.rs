@@ -2,7 +2,6 @@
 
 mod doctor;
 
-use console::{Phase, say};
 use job::{FileKind, Job, SceneFile};
 use judge::bounces::bounces;
 use judge::coincident::Coincident;
@@ -12,6 +11,7 @@ use radiosity::{Experiment, Scene, Side};
 use report::words::counted;
 use report::{MethodWords, Model, Units};
 use results::units;
+use voice::{Phase, say};
 
 use crate::args::CheckArgs;
 use crate::fault::{Fault, Outcome};

@@ -6,7 +6,6 @@ mod table;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use console::{Phase, emit, say};
 use job::Job;
 use radiosity::{Experiment, Scene};
 use report::OutputFolder;
@@ -18,6 +17,7 @@ use studies::compare::page::{self, Chapter, charts};
 use studies::compare::truth::Truth;
 use studies::compare::{Arena, Team};
 use tracing::warn;
+use voice::{Phase, emit, say};
 
 use self::shoot::shoot;
 use self::table::Table;

@@ -10,7 +10,6 @@ use cluster::coordinator::{Coordinator, Ending, Judge, Plan};
 use cluster::listen;
 use cluster::scrape::{Page, publish};
 use cluster::server::{Wish, serve};
-use console::Phase;
 use job::{Budget, Job, MethodTable};
 use judge::limits::limits;
 use judge::target::{Observer, judge, looks};
@@ -18,6 +17,7 @@ use monitor::{Description, Gauge, Publish, Reports};
 use radiosity::{Estimates, Experiment, Tally};
 use results::{Found, Identity, Keeper, Latest, RunOutput, Settings, check_shape};
 use tracing::{info, warn};
+use voice::Phase;
 
 use crate::args::{CoordinateArgs, ExportArgs, JobArgs, OutArgs, RunArgs};
 use crate::build::{BUILD, GIT};

@@ -1,9 +1,9 @@
 //! `radwalk diff`: two results of one scene, patch by patch.
 
-use console::{Phase, say};
 use report::words::counted;
 use results::{Comparison, Difference, FALSE_ALARM, FEWEST_HITS, TOLD};
 use serde_json::{Value, json};
+use voice::{Phase, say};
 
 use crate::args::DiffArgs;
 use crate::fault::{Fault, Outcome};

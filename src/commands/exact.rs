@@ -1,11 +1,11 @@
 //! `radwalk exact`: the radiosity system itself, without any randomness.
 
-use console::{Phase, say};
 use exact::{Accuracy, Bounds, ESTIMATORS, Exact, ExactError, SharedPath, WeightedWalk};
 use radiosity::{Scene, birth_probabilities};
 use report::{Check, ExactBounds, ExactColumns, ExactSummary, OutputFolder, Units};
 use results::units;
 use tracing::warn;
+use voice::{Phase, say};
 
 use crate::args::ExactArgs;
 use crate::commands::coordinate::default_folder;

@@ -1,7 +1,7 @@
 //! `radwalk merge`: several results as one.
 
-use console::Phase;
 use results::{Kept, Latest, RunOutput};
+use voice::Phase;
 
 use crate::args::{MergeArgs, OutArgs};
 use crate::fault::{Fault, Outcome};

@@ -4,7 +4,7 @@ use std::fs::{self, File};
 use std::io::Write;
 use std::path::Path;
 
-use console::say;
+use voice::say;
 
 use crate::args::{Kind, NewArgs};
 use crate::fault::{Fault, Outcome};

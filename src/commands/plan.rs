@@ -1,6 +1,5 @@
 //! `radwalk plan`: what a job will take, before it is run.
 
-use console::{Phase, say};
 use job::{Job, Target};
 use judge::plan::bound::Bound;
 use judge::plan::pilot::Pilot;
@@ -12,6 +11,7 @@ use report::words::{duration, quantity};
 use results::Settings;
 use results::units;
 use serde_json::{Value, json};
+use voice::{Phase, say};
 
 use crate::args::PlanArgs;
 use crate::clock::cpu_seconds;

@@ -1,7 +1,7 @@
 //! `radwalk replay`: one walk of a job, in words.
 
-use console::say;
 use radiosity::{Experiment, Scene, Sequence, Step, WalkEnd};
+use voice::say;
 
 use crate::args::ReplayArgs;
 use crate::fault::{Fault, Outcome};

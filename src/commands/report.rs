@@ -1,7 +1,7 @@
 //! `radwalk report`: makes table, summary, picture and page again, from the tally alone.
 
-use console::{Phase, say};
 use results::{Kept, RunOutput};
+use voice::{Phase, say};
 
 use crate::args::ReportArgs;
 use crate::build::GIT;

@@ -5,7 +5,6 @@ use std::num::NonZeroUsize;
 use std::path::PathBuf;
 use std::time::Instant;
 
-use console::{Phase, emit, say};
 use report::OutputFolder;
 use report::words::duration;
 use serde_json::json;
@@ -13,6 +12,7 @@ use studies::claim::{Judge, Verdict};
 use studies::papers::{CHAPTERS, Chapter, Findings, page};
 use studies::{Effort, Lab};
 use tracing::info;
+use voice::{Phase, emit, say};
 
 use crate::args::ReproduceArgs;
 use crate::date::today;

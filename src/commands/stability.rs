@@ -1,11 +1,11 @@
 //! `radwalk stability`: the atlas of failure.
 
-use console::{Phase, emit, say};
 use report::OutputFolder;
 use serde_json::json;
 use studies::atlas::page::{self, CHARTS};
 use studies::atlas::{ALL, Entry, Finding};
 use studies::{Effort, Lab};
+use voice::{Phase, emit, say};
 
 use crate::args::StabilityArgs;
 use crate::date::today;

@@ -2,11 +2,11 @@
 
 use std::path::Path;
 
-use console::say;
 use monitor::{Faults, Found, Goal, Hand, Report, Standing, find, watched};
 use report::words::{counted, duration, percent, quantity};
 use results::unix_seconds;
 use serde_json::{Value, json};
+use voice::say;
 
 use crate::args::StatusArgs;
 use crate::fault::{Fault, Outcome};

@@ -4,11 +4,11 @@ use std::fmt::Write as _;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
-use console::say;
 use doctor::{Finding, Repair};
 use job::Job;
 use report::{OutputFolder, Picture};
 use results::units;
+use voice::say;
 
 use crate::fault::Fault;
 
