@@ -30,7 +30,7 @@ Environment:
                   --quiet: warn]
   GLIBC_TUNABLES  as of the C library; where it is not set, workers of `radwalk run` ask for huge pages
 
-Jobs, scenes, output files and checks: README.md.";
+Jobs, scenes, output files and checks: docs/reference/.";
 
 const RUN: &str = "\
 Examples:
