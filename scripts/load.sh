@@ -1,9 +1,9 @@
 #!/usr/bin/env bash
 # What a coordinator can take: synthetic workers, many to a process, against a real coordinator on loopback. Prints a line of
 # JSON for each case: connections, results/s, bytes/s, processor time, memory against what is allowed (three tallies and
-# 64 KiB a worker), and whether every stream came in once. `docs/scale.md` says what they mean.
+# 64 KiB a worker), and whether every stream came in once. `docs/results/scale.md` says what they mean.
 #
-#     scripts/load.sh [WORKERS PATCHES STREAMS RATE [RELAYS]]      default: all cases of docs/scale.md, some minutes
+#     scripts/load.sh [WORKERS PATCHES STREAMS RATE [RELAYS]]      default: all cases of docs/results/scale.md, some minutes
 #
 # The last case needs 6 GB for the workers. As root it runs in a network namespace of its own, whose bytes are counted.
 set -euo pipefail

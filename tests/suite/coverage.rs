@@ -1,6 +1,6 @@
 //! How often intervals hold the truth, with and without stopping at a target: real walks against the exact solution.
 //!
-//! The tables of docs/coverage.md: `cargo test --release --test suite coverage:: -- --ignored --nocapture --test-threads 1`
+//! The tables of docs/results/coverage.md: `cargo test --release --test suite coverage:: -- --ignored --nocapture --test-threads 1`
 
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::thread;
@@ -167,13 +167,13 @@ fn percent(coverage: &Coverage) -> f64 {
 }
 
 #[test]
-#[ignore = "takes many minutes; docs/coverage.md has its output"]
+#[ignore = "takes many minutes; docs/results/coverage.md has its output"]
 fn table_of_shooting() {
     table(&Direction::Shooting);
 }
 
 #[test]
-#[ignore = "takes many minutes; docs/coverage.md has its output"]
+#[ignore = "takes many minutes; docs/results/coverage.md has its output"]
 fn table_of_gathering() {
     table(&Direction::Gathering(Birth::Area));
 }

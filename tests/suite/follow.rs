@@ -1,7 +1,7 @@
 //! The advice of a page of `radwalk compare`, followed: the commands of the page are run, with seeds that the page has not
 //! used, and must err as the page says, and take less time than the next method for the same error.
 //!
-//! `cargo test --release --test suite follow:: -- --ignored --nocapture` follows docs/compare.md, and writes what became of it to
+//! `cargo test --release --test suite follow:: -- --ignored --nocapture` follows docs/results/compare.md, and writes what became of it to
 //! the page's section "Followed". RADWALK_PAGE names another page.
 
 use std::fmt::Write;
@@ -239,7 +239,7 @@ const LIMIT: f64 = 6.0;
 #[test]
 #[ignore = "minutes, of a release build"]
 fn the_advice_holds_when_it_is_followed() {
-    let page = PathBuf::from(std::env::var("RADWALK_PAGE").unwrap_or("docs/compare.md".into()));
+    let page = PathBuf::from(std::env::var("RADWALK_PAGE").unwrap_or("docs/results/compare.md".into()));
     let commands = commands(&page);
     let mut section = format!(
         "{SECTION}\nCommands of this page that take up to {PATIENCE} s, run with {} seeds that it had not used (`cargo test \

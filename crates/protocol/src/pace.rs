@@ -9,7 +9,7 @@ const LEASE_SHARE: f64 = 1e-4;
 /// Added per sum of the tally, so that packing and sending large ones stays a small part of a lease.
 pub const LEASE_SECONDS_PER_SUM: f64 = 1e-6;
 
-/// What the coordinator needs to open, check and merge a result, and per sum of it (docs/scale.md).
+/// What the coordinator needs to open, check and merge a result, and per sum of it (docs/results/scale.md).
 const TAKING_SECONDS: f64 = 1e-4;
 const TAKING_SECONDS_PER_SUM: f64 = 4e-8;
 

@@ -1,5 +1,5 @@
 //! What chains of stochastic Jacobi gain over collision walks at equal processor time:
-//! `cargo run --release -p scenes --example gain -- docs` writes gain.csv and a chart of each scene into the folder
+//! `cargo run --release -p scenes --example gain -- docs/results` writes gain.csv and a chart of each scene into the folder
 //! named; scenes may be named after it. One core; half an hour for all.
 
 mod common;

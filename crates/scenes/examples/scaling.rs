@@ -1,4 +1,4 @@
-//! Time per ray against patches and against surfaces: `cargo run --release -p scenes --example scaling -- docs`
+//! Time per ray against patches and against surfaces: `cargo run --release -p scenes --example scaling -- docs/results`
 //! writes scaling.csv and scaling.svg into the folder named. One core, whole walks; some minutes.
 
 mod common;

@@ -1,0 +1,428 @@
+//! README and docs say what the program does: their TOML blocks and commands run, the reference names every command, flag, key,
+//! column, field, metric and check, and no link leads nowhere.
+//!
+//! `RADWALK_BLESS=1 cargo test --test suite documents::` writes the pages that are made of the program's own words.
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::io::{Read, Write};
+use std::net::TcpStream;
+use std::path::{Path, PathBuf};
+use std::process::Stdio;
+
+use serde_json::Value;
+use tempfile::tempdir;
+
+use crate::support::{path, radwalk, run, run_job, summary, wait_for};
+
+const ROOT: &str = env!("CARGO_MANIFEST_DIR");
+
+fn read(page: impl AsRef<Path>) -> String {
+    let page = Path::new(ROOT).join(page);
+    fs::read_to_string(&page).unwrap_or_else(|error| panic!("{}: {error}", page.display()))
+}
+
+/// The pages that people wrote, README first.
+fn pages() -> Vec<PathBuf> {
+    let mut pages = vec![PathBuf::from("README.md"), "docs/README.md".into()];
+    for shelf in ["docs/guide", "docs/reference", "docs/theory"] {
+        let mut files: Vec<PathBuf> =
+            fs::read_dir(Path::new(ROOT).join(shelf)).unwrap().map(|entry| entry.unwrap().path()).collect();
+        files.sort();
+        pages.extend(files.iter().map(|file| file.strip_prefix(ROOT).unwrap().to_owned()));
+    }
+    pages
+}
+
+/// The blocks of a page in a language.
+fn blocks(page: &Path, language: &str) -> Vec<String> {
+    let text = read(page);
+    let fence = format!("```{language}\n");
+    text.split(&fence).skip(1).map(|rest| rest.split("```").next().unwrap().to_owned()).collect()
+}
+
+/// A folder in which the jobs of the pages find what they name.
+fn workshop() -> tempfile::TempDir {
+    let folder = tempdir().unwrap();
+    fs::create_dir(path(&folder, "scenes")).unwrap();
+    fs::copy(Path::new(ROOT).join("configs/scenes/cornell.toml"), path(&folder, "scenes/cornell.toml"))
+        .unwrap();
+    let mesh = "mtllib two.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nv 0 1 1\nv 1 0 1\nusemtl Wall\nf 1 2 3\nusemtl Lamp1\nf 4 5 6\n";
+    fs::write(path(&folder, "two.obj"), mesh).unwrap();
+    fs::write(path(&folder, "two.mtl"), "newmtl Lamp1\nKd 0 0 0\nnewmtl Wall\nKd 0.5 0.5 0.5\n").unwrap();
+    folder
+}
+
+fn lit_part(summary: &Value) -> f64 {
+    1.0 - summary["unhit"]["area"].as_f64().unwrap()
+}
+
+#[test]
+fn every_toml_block_runs() {
+    let folder = workshop();
+    let short = ["--paths", "30000", "--workers", "2", "--set", "target.relative_error=1", "--force"];
+    let (mut jobs, mut scenes, mut imports) = (0, 0, 0);
+    for page in pages() {
+        for block in blocks(&page, "toml") {
+            let file = path(&folder, "block.toml");
+            let out = path(&folder, "out");
+            if block.contains("[[surface]]") {
+                scenes += 1;
+                fs::write(&file, &block).unwrap();
+                let (code, stdout, stderr) = run(&["check", file.to_str().unwrap(), "--fix-report"]);
+                assert_eq!(code, 0, "{page:?}: {stderr}");
+                assert!(!stdout.contains("coincident") && !stdout.contains("buried"), "{stdout}");
+                let summary = run_job(file.to_str().unwrap(), &out, &["--paths", "100000", "--force"]);
+                assert!(lit_part(&summary) > 0.99, "{page:?}: {summary}");
+            } else if block.starts_with("[import]") {
+                imports += 1;
+                fs::write(&file, format!("scene = \"two.obj\"\n[budget]\npaths = 10000\n{block}")).unwrap();
+                let summary = run_job(file.to_str().unwrap(), &out, &["--force"]);
+                // The wall has a back, which faces away from the lamp.
+                assert!((0.49..0.51).contains(&lit_part(&summary)), "{page:?}: {summary}");
+            } else {
+                jobs += 1;
+                fs::write(&file, &block).unwrap();
+                run_job(file.to_str().unwrap(), &out, &short);
+            }
+        }
+    }
+    assert!(jobs >= 3 && scenes >= 1 && imports >= 1, "{jobs} jobs, {scenes} scenes, {imports} imports");
+}
+
+#[test]
+fn what_the_comments_of_the_job_offer_runs_too() {
+    let folder = workshop();
+    let [job] = blocks(Path::new("docs/guide/methods.md"), "toml").try_into().unwrap();
+    let file = path(&folder, "job.toml");
+    // What is commented out is meant for chains.
+    let offered = job
+        .replace("# final_gather", "final_gather")
+        .replace("# batch_paths = 1_250_000", "batch_paths = 125_000")
+        .replace("# jacobi  =", "jacobi =")
+        .replace("\"shooting\"", "\"jacobi\"")
+        .replace("sampler ", "# sampler ");
+    fs::write(&file, offered).unwrap();
+    let short = ["--paths", "1e6", "--workers", "2", "--set", "target.relative_error=1"];
+    let summary = run_job(file.to_str().unwrap(), &path(&folder, "offered"), &short);
+    assert_eq!(summary["walk"], "jacobi");
+}
+
+/// The commands that the program knows.
+fn commands() -> Vec<String> {
+    let (_, help, _) = run(&["--help"]);
+    let list = help.split("Commands:\n").nth(1).unwrap().split("\n\n").next().unwrap();
+    let names = list.lines().filter(|line| line.starts_with("  ") && !line.starts_with("   "));
+    names
+        .map(|line| line.split_whitespace().next().unwrap().to_owned())
+        .filter(|name| name != "help")
+        .collect()
+}
+
+fn trimmed(text: &str) -> String {
+    text.lines().map(|line| line.trim_end().to_owned() + "\n").collect::<String>().trim_end().to_owned()
+}
+
+/// The page must be as the program would write it.
+fn hold(page: &str, expected: &str) {
+    if std::env::var_os("RADWALK_BLESS").is_some() {
+        fs::write(Path::new(ROOT).join(page), expected).unwrap();
+    }
+    let found = fs::read_to_string(Path::new(ROOT).join(page)).unwrap_or_default();
+    assert!(found == expected, "{page} is not what the program says: RADWALK_BLESS=1 writes it anew");
+}
+
+#[test]
+fn the_page_of_commands_is_their_help() {
+    let mut page = "# Commands\n\nThe program's own help, as `radwalk help COMMAND` prints it. A test writes this page.\n".to_owned();
+    let (_, help, _) = run(&["--help"]);
+    page += &format!("\n## radwalk\n\n```text\n{}\n```\n", trimmed(&help));
+    for command in commands() {
+        let (code, help, _) = run(&[&command, "--help"]);
+        assert_eq!(code, 0);
+        page += &format!("\n## radwalk {command}\n\n```text\n{}\n```\n", trimmed(&help));
+    }
+    hold("docs/reference/commands.md", &page);
+}
+
+/// What a schema allows, in a few words.
+fn kind(schema: &Value) -> String {
+    if let Some(words) = schema["enum"].as_array() {
+        return words.iter().map(|word| format!("`{word}`")).collect::<Vec<_>>().join(", ");
+    }
+    if let Some(choices) = schema["anyOf"].as_array() {
+        return choices.iter().map(kind).collect::<Vec<_>>().join(" or ");
+    }
+    let number = |key: &str| schema[key].as_f64();
+    match schema["type"].as_str() {
+        Some("array") => {
+            let items = kind(&schema["items"]);
+            match (schema["minItems"].as_u64(), schema["maxItems"].as_u64()) {
+                (Some(n), Some(most)) if n == most => format!("[{}]", vec![items; n as usize].join(", ")),
+                _ => format!("list of {items}"),
+            }
+        }
+        Some("object") => "table".into(),
+        Some(word) => {
+            let mut text = word.to_owned();
+            for (key, sign) in
+                [("minimum", "≥"), ("exclusiveMinimum", ">"), ("maximum", "≤"), ("exclusiveMaximum", "<")]
+            {
+                if let Some(bound) = number(key).filter(|bound| bound.abs() < 1e9) {
+                    text += &format!(" {sign} {bound}");
+                }
+            }
+            text
+        }
+        None => "any".into(),
+    }
+}
+
+/// The tables of keys below a schema, deeper ones after their own.
+fn tables(name: &str, schema: &Value, page: &mut String) {
+    let Some(keys) = schema["properties"].as_object() else { return };
+    let required: BTreeSet<&str> =
+        schema["required"].as_array().into_iter().flatten().filter_map(Value::as_str).collect();
+    *page += &format!("\n## {name}\n\n| key | holds | means |\n|---|---|---|\n");
+    for (key, value) in keys {
+        let must = if required.contains(key.as_str()) { " (required)" } else { "" };
+        let means = value["description"].as_str().unwrap_or("");
+        *page += &format!("| `{key}`{must} | {} | {means} |\n", kind(value).replace('|', "\\|"));
+    }
+    let below = |key: &str| {
+        if name.starts_with('[') {
+            format!("{}.{key}]", name.trim_end_matches(']'))
+        } else {
+            format!("[{key}]")
+        }
+    };
+    for (key, value) in keys {
+        tables(&below(key), value, page);
+        tables(&below(&format!("{key}.NAME")), &value["additionalProperties"], page);
+        let items = below(key);
+        tables(&format!("[{items}]"), &value["items"], page);
+        for choice in value["anyOf"].as_array().into_iter().flatten() {
+            tables(&below(key), choice, page);
+        }
+    }
+}
+
+#[test]
+fn the_pages_of_keys_are_the_schemas() {
+    let folder = tempdir().unwrap();
+    let (code, _, stderr) = run(&["new", "schema", "--out", folder.path().to_str().unwrap()]);
+    assert_eq!(code, 0, "{stderr}");
+    for (file, page, title) in
+        [("job", "docs/reference/job.md", "Job files"), ("scene", "docs/reference/scene.md", "Scene files")]
+    {
+        let schema = find(folder.path(), &format!("{file}.schema.json"));
+        let schema: Value = serde_json::from_slice(&fs::read(schema).unwrap()).unwrap();
+        let mut text = format!(
+            "# {title}\n\nEvery key that the program reads, made of the schema by which editors complete keys (`radwalk new schema`). Unknown\n\
+             keys are errors. A test writes this page.\n"
+        );
+        tables("Top of the file", &schema, &mut text);
+        hold(page, &text);
+    }
+}
+
+/// The file below a folder whose name ends so.
+fn find(folder: &Path, ending: &str) -> PathBuf {
+    let mut folders = vec![folder.to_owned()];
+    while let Some(folder) = folders.pop() {
+        for entry in fs::read_dir(folder).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_dir() {
+                folders.push(path);
+            } else if path.to_str().unwrap().ends_with(ending) {
+                return path;
+            }
+        }
+    }
+    panic!("no file ends in {ending}");
+}
+
+/// Asserts that a page has each of the words between backquotes.
+fn names(page: &str, words: impl IntoIterator<Item = String>) {
+    let text = read(page);
+    let missing: Vec<String> =
+        words.into_iter().filter(|word| !text.contains(&format!("`{word}`"))).collect();
+    assert!(missing.is_empty(), "{page} does not name {missing:?}");
+}
+
+fn header(csv: &Path) -> Vec<String> {
+    fs::read_to_string(csv).unwrap().lines().next().unwrap().split(',').map(str::to_owned).collect()
+}
+
+#[test]
+fn the_page_of_outputs_names_columns_fields_and_metrics() {
+    const OUTPUTS: &str = "docs/reference/outputs.md";
+    let folder = tempdir().unwrap();
+    let two_sided = path(&folder, "two-sided.toml");
+    let scene = blocks(Path::new("docs/guide/first-scene.md"), "toml")
+        .swap_remove(0)
+        .replace("sides    = 1", "sides = 2");
+    fs::write(&two_sided, scene).unwrap();
+    let two_sided = two_sided.to_str().unwrap();
+    let target = ["--paths", "20000", "--set", "target.relative_error=1", "--set", "target.fraction=0.5"];
+    let mixed = path(&folder, "mixed");
+    let summary = run_job(two_sided, &mixed, &[&target[..], &["--set", "method.mix=true"]].concat());
+    let cut = path(&folder, "cut");
+    let ends = [
+        "--set",
+        "method.estimator=infinite",
+        "--set",
+        "method.infinite.end=cutoff",
+        "--set",
+        "method.infinite.threshold=0.1",
+    ];
+    run_job(two_sided, &cut, &[&target[..], &ends].concat());
+    let (code, _, stderr) =
+        run(&["exact", two_sided, "--quiet", "--out", path(&folder, "exact").to_str().unwrap()]);
+    assert_eq!(code, 0, "{stderr}");
+    let tables = [mixed.join("patches.csv"), cut.join("patches.csv"), path(&folder, "exact/exact.csv")];
+    names(OUTPUTS, tables.iter().flat_map(|table| header(table)));
+    names(OUTPUTS, summary.as_object().unwrap().keys().cloned());
+    names(OUTPUTS, summary["model"].as_object().unwrap().keys().cloned());
+    names(OUTPUTS, metrics(&folder));
+}
+
+/// The names of all metrics of a running job.
+fn metrics(folder: &tempfile::TempDir) -> BTreeSet<String> {
+    let mut child = radwalk()
+        .args([
+            "run",
+            "configs/cube54.toml",
+            "--paths",
+            "1e12",
+            "--metrics",
+            "127.0.0.1:0",
+            "--set",
+            "target.relative_error=1e-9",
+        ])
+        .args(["--out", path(folder, "running").to_str().unwrap()])
+        .stderr(Stdio::piped())
+        .stdout(Stdio::null())
+        .spawn()
+        .unwrap();
+    let mut stderr = child.stderr.take().unwrap();
+    let mut said = String::new();
+    let address = wait_for("the address of the metrics", || {
+        let mut some = [0; 256];
+        let n = stderr.read(&mut some).unwrap();
+        said += &String::from_utf8_lossy(&some[..n]);
+        let rest = said.split("http://").nth(1)?;
+        rest.contains("/metrics").then(|| rest.split('/').next().unwrap().to_owned())
+    });
+    std::thread::spawn(move || std::io::copy(&mut stderr, &mut std::io::sink()));
+    let page = wait_for("metrics of both workers and errors", || {
+        let mut stream = TcpStream::connect(&address).ok()?;
+        stream.write_all(b"GET /metrics HTTP/1.0\r\n\r\n").ok()?;
+        let mut page = String::new();
+        stream.read_to_string(&mut page).ok()?;
+        (page.contains("radwalk_worker_paths_per_second{") && page.contains("radwalk_relative_error_max "))
+            .then_some(page)
+    });
+    child.kill().unwrap();
+    child.wait().unwrap();
+    let lines = page.lines().filter(|line| line.starts_with("radwalk_"));
+    lines.map(|line| line.split([' ', '{']).next().unwrap().to_owned()).collect()
+}
+
+#[test]
+fn the_page_of_checks_names_every_check() {
+    let folder = tempdir().unwrap();
+    let mut names_of_checks = BTreeSet::new();
+    for (name, set) in [("walks", "method.walk=shooting"), ("chains", "method.walk=jacobi")] {
+        let out = path(&folder, name);
+        run_job("configs/cube54.toml", &out, &["--paths", "200000", "--set", set]);
+        let checks = summary(&out)["checks"].as_array().unwrap().clone();
+        names_of_checks.extend(checks.iter().map(|check| check["name"].as_str().unwrap().to_owned()));
+    }
+    assert!(names_of_checks.contains("reciprocity") && names_of_checks.contains("vov"));
+    names("docs/reference/checks.md", names_of_checks);
+}
+
+/// The name by which a forge links to a heading.
+fn anchor(heading: &str) -> String {
+    let kept = heading
+        .to_lowercase()
+        .chars()
+        .filter(|c| c.is_alphanumeric() || " -_".contains(*c))
+        .collect::<String>();
+    kept.replace(' ', "-")
+}
+
+#[test]
+fn no_link_leads_nowhere() {
+    let mut generated = vec![PathBuf::from("ARCHITECTURE.md"), "CHANGELOG.md".into()];
+    for name in ["atlas", "compare", "coverage", "gain", "papers/papers", "reading", "scale", "speed"] {
+        generated.push(format!("docs/results/{name}.md").into());
+    }
+    let mut links = 0;
+    for page in pages().into_iter().chain(generated) {
+        let text = read(&page);
+        for link in text.split("](").skip(1).filter_map(|rest| rest.split(')').next()) {
+            if link.contains("://") || link.contains(' ') {
+                continue;
+            }
+            links += 1;
+            let (file, part) = link.split_once('#').unwrap_or((link, ""));
+            let target = if file.is_empty() { page.clone() } else { page.parent().unwrap().join(file) };
+            assert!(Path::new(ROOT).join(&target).exists(), "{page:?} links to {link}");
+            if !part.is_empty() {
+                let text = read(&target);
+                let mut headings = text.lines().filter_map(|line| line.strip_prefix('#'));
+                let found = headings.any(|rest| anchor(rest.trim_start_matches('#').trim()) == part)
+                    || text.contains(&format!("id=\"{part}\""));
+                assert!(found, "{page:?} links to {link}");
+            }
+        }
+    }
+    assert!(links > 60, "{links}");
+}
+
+/// Every command in the guide is one that the program takes: it is run where it is quick, else its words are read.
+#[test]
+fn every_command_of_the_pages_is_understood() {
+    let folder = workshop();
+    let (code, _, stderr) = run_in(&folder, "new box");
+    assert_eq!(code, 0, "{stderr}");
+    let mut seen = BTreeSet::new();
+    for page in pages() {
+        for line in blocks(&page, "sh").iter().flat_map(|block| block.lines()) {
+            let line = line.split('#').next().unwrap().trim();
+            for words in line.split("&&").filter_map(|part| part.trim().strip_prefix("radwalk ")) {
+                let command = words.split(' ').next().unwrap();
+                assert!(commands().iter().any(|known| known == command), "{page:?}: {line}");
+                seen.insert(command.to_owned());
+                // A flag that does not exist is refused before help is given.
+                let (code, _, stderr) = run_in(&folder, &format!("{words} --help"));
+                assert_eq!(code, 0, "{page:?}: {line}: {stderr}");
+                let flags = words.split(' ').filter(|word| word.starts_with("--"));
+                let (_, help, _) = run(&[command, "--help"]);
+                for flag in flags {
+                    assert!(help.contains(flag), "{page:?}: {line}: no {flag}");
+                }
+                if ["check", "run"].contains(&command) && words.contains("box.toml") {
+                    let quick = if command == "run" { " --paths 20000 --quiet" } else { "" };
+                    let (code, _, stderr) = run_in(&folder, &format!("{words}{quick}"));
+                    assert!(code < 2, "{page:?}: {line}: {stderr}");
+                }
+            }
+        }
+    }
+    assert!(seen.len() >= 6, "{seen:?}");
+}
+
+fn run_in(folder: &tempfile::TempDir, words: &str) -> (i32, String, String) {
+    let output = radwalk().current_dir(folder.path()).args(words.split_whitespace()).output().unwrap();
+    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+    (output.status.code().unwrap_or(-1), text(&output.stdout), text(&output.stderr))
+}
+
+#[test]
+fn the_readme_fits_a_page() {
+    let lines = read("README.md").lines().count();
+    assert!(lines <= 130, "{lines} lines");
+}
