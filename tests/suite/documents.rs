@@ -60,7 +60,7 @@ fn lit_part(summary: &Value) -> f64 {
 #[test]
 fn every_toml_block_runs() {
     let folder = workshop();
-    let short = ["--paths", "30000", "--workers", "2", "--set", "target.relative_error=1", "--force"];
+    let short = ["--paths", "300000", "--workers", "2", "--set", "target.relative_error=1", "--force"];
     let (mut jobs, mut scenes, mut imports) = (0, 0, 0);
     for page in pages() {
         for block in blocks(&page, "toml") {
@@ -158,7 +158,7 @@ fn kind(schema: &Value) -> String {
         Some("array") => {
             let items = kind(&schema["items"]);
             match (schema["minItems"].as_u64(), schema["maxItems"].as_u64()) {
-                (Some(n), Some(most)) if n == most => format!("[{}]", vec![items; n as usize].join(", ")),
+                (Some(n), Some(most)) if n == most => format!("{n} × {items}"),
                 _ => format!("list of {items}"),
             }
         }
@@ -189,18 +189,13 @@ fn tables(name: &str, schema: &Value, page: &mut String) {
         let means = value["description"].as_str().unwrap_or("");
         *page += &format!("| `{key}`{must} | {} | {means} |\n", kind(value).replace('|', "\\|"));
     }
-    let below = |key: &str| {
-        if name.starts_with('[') {
-            format!("{}.{key}]", name.trim_end_matches(']'))
-        } else {
-            format!("[{key}]")
-        }
-    };
+    let path =
+        if name.starts_with('[') { name.trim_matches(['[', ']']).to_owned() + "." } else { String::new() };
+    let below = |key: &str| format!("[{path}{key}]");
     for (key, value) in keys {
         tables(&below(key), value, page);
         tables(&below(&format!("{key}.NAME")), &value["additionalProperties"], page);
-        let items = below(key);
-        tables(&format!("[{items}]"), &value["items"], page);
+        tables(&format!("[{}]", below(key)), &value["items"], page);
         for choice in value["anyOf"].as_array().into_iter().flatten() {
             tables(&below(key), choice, page);
         }
@@ -215,7 +210,7 @@ fn the_pages_of_keys_are_the_schemas() {
     for (file, page, title) in
         [("job", "docs/reference/job.md", "Job files"), ("scene", "docs/reference/scene.md", "Scene files")]
     {
-        let schema = find(folder.path(), &format!("{file}.schema.json"));
+        let schema = find(folder.path(), &format!("schema/{file}.json"));
         let schema: Value = serde_json::from_slice(&fs::read(schema).unwrap()).unwrap();
         let mut text = format!(
             "# {title}\n\nEvery key that the program reads, made of the schema by which editors complete keys (`radwalk new schema`). Unknown\n\
