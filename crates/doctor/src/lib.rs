@@ -6,6 +6,8 @@
 //! ([`contact`]) are distances between surfaces: edges that miss their neighbour by a gap. [`repair`] turns flipped
 //! surfaces round, with those that are connected to them ([`sheets`]), and takes doubled ones out.
 
+#![warn(unreachable_pub, unnameable_types)]
+
 mod contact;
 mod cover;
 mod finding;
