@@ -13,6 +13,7 @@ mod job;
 mod kind;
 mod method;
 mod near;
+mod plain;
 mod scene;
 mod schema;
 mod source;
