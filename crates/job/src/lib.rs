@@ -4,16 +4,23 @@
 //! is one [`Error`], whose message names file, line and key, the problem, its reason and the remedy. Only the
 //! numbers that [`radiosity::Scene::build`] judges are left to [`SceneFile::build`], which finds their line.
 
+#![warn(unreachable_pub, unnameable_types)]
+
 mod document;
+mod emit;
 mod error;
 mod imports;
 mod job;
 mod kind;
+mod material;
 mod method;
 mod near;
+mod plain;
 mod scene;
 mod schema;
+mod site;
 mod source;
+mod word;
 
 pub use error::{Error, Place, Spot};
 pub use import::Options as ImportOptions;
@@ -22,7 +29,8 @@ pub use job::{
     DEFAULT_STREAM_PATHS, Job, Light, Target, Unhit, load,
 };
 pub use kind::{FileKind, file_kind};
-pub use method::{MethodTable, WalkKind, Word, job_hash};
+pub use method::{MethodTable, WalkKind, job_hash};
 pub use radiosity::Sampler;
 pub use scene::{SceneFile, load_scene, load_scene_with};
 pub use schema::{job_schema, scene_schema};
+pub use word::Word;
