@@ -25,7 +25,7 @@ const ALLOCATOR: &str = "GLIBC_TUNABLES";
 const HUGE_PAGES: &str = "glibc.malloc.hugetlb=1";
 
 /// The children of this process.
-pub struct LocalWorkers {
+pub(crate) struct LocalWorkers {
     /// What lets them in, as they read it. It goes by their standard input, so that no file is left behind whatever happens.
     access: Vec<u8>,
     threads: u32,
@@ -41,7 +41,7 @@ pub struct LocalWorkers {
 
 impl LocalWorkers {
     /// None yet; `access` lets them in.
-    pub fn new(access: &Access, wanted: usize, threads: u32) -> Self {
+    pub(crate) fn new(access: &Access, wanted: usize, threads: u32) -> Self {
         LocalWorkers {
             access: access.to_bytes(),
             threads,
@@ -55,7 +55,7 @@ impl LocalWorkers {
     }
 
     /// Starts what is missing; `walks` is how far the job is. Returns false when it is futile.
-    pub fn tend(&mut self, walks: u64) -> bool {
+    pub(crate) fn tend(&mut self, walks: u64) -> bool {
         self.bury(walks);
         while self.children.len() < self.wanted {
             if self.is_futile() {
@@ -135,12 +135,12 @@ impl LocalWorkers {
     }
 
     /// The most memory that one of them has taken [bytes], where the system tells.
-    pub fn peak_memory(&self) -> Option<u64> {
+    pub(crate) fn peak_memory(&self) -> Option<u64> {
         self.children.iter().filter_map(|child| peak_memory(child.id())).max()
     }
 
     /// A worker that the coordinator has given up is of no use any more, though its process may live on.
-    pub fn heed(&mut self, notice: &Notice) {
+    pub(crate) fn heed(&mut self, notice: &Notice) {
         if let Notice::Lost { name: lost, .. } = notice
             && let Some(child) = self.children.iter_mut().find(|child| name(child.id()) == *lost)
         {

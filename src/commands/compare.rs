@@ -42,7 +42,7 @@ const LEAST_RAYS: u64 = 1 << 20;
 const RAYS_PER_PATCH: u64 = 32 * 8;
 
 /// Compares the methods in the scene of each job; writes page, table and charts.
-pub fn compare(args: &CompareArgs) -> Result<Outcome, Fault> {
+pub(crate) fn compare(args: &CompareArgs) -> Result<Outcome, Fault> {
     let jobs = args.jobs.iter().map(|path| load(args, path)).collect::<Result<Vec<_>, _>>()?;
     let names: Vec<&str> = jobs.iter().map(|(job, _)| &job.name[..]).collect();
     if let Some(twin) = (1..names.len()).find(|&i| names[..i].contains(&names[i])) {

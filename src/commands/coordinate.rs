@@ -31,7 +31,7 @@ const FINAL_WAITS: [Duration; 4] =
     [Duration::from_secs(1), Duration::from_secs(2), Duration::from_secs(4), Duration::from_secs(8)];
 
 /// Runs a job on worker processes of this machine.
-pub fn run(args: &RunArgs) -> Result<Outcome, Fault> {
+pub(crate) fn run(args: &RunArgs) -> Result<Outcome, Fault> {
     let workers = processes(args.workers);
     let prepared = Prepared::new(&args.job, &args.out, &args.export, args.resume, workers)?;
     let Door { listener, access, mut workers } = Door::open(&prepared.identity, workers, args.threads)?;
@@ -43,7 +43,7 @@ pub fn run(args: &RunArgs) -> Result<Outcome, Fault> {
 }
 
 /// Coordinates workers that are started elsewhere.
-pub fn coordinate(args: &CoordinateArgs) -> Result<Outcome, Fault> {
+pub(crate) fn coordinate(args: &CoordinateArgs) -> Result<Outcome, Fault> {
     let prepared = Prepared::new(&args.job, &args.out, &args.export, args.resume, 0)?;
     let access_file = args.access.clone().unwrap_or_else(|| prepared.output.path().join("access.json"));
     let (listener, access) = listen(&prepared.identity, &args.listen, args.advertise.as_deref())?;
@@ -71,7 +71,7 @@ fn tell_notes(job: &Job) {
 }
 
 /// As many worker processes as were asked for, else one per core.
-pub fn processes(workers: Option<u32>) -> usize {
+pub(crate) fn processes(workers: Option<u32>) -> usize {
     workers.map_or_else(
         || std::thread::available_parallelism().map_or(1, usize::from),
         |workers| workers as usize,
@@ -79,7 +79,7 @@ pub fn processes(workers: Option<u32>) -> usize {
 }
 
 /// Where worker processes of this machine come in.
-pub struct Door {
+pub(crate) struct Door {
     /// Listens at the loopback address.
     pub listener: TcpListener,
     /// Lets them in.
@@ -93,7 +93,7 @@ impl Door {
     ///
     /// # Errors
     /// Where the system refuses.
-    pub fn open(identity: &Identity, workers: usize, threads: u32) -> Result<Self, Fault> {
+    pub(crate) fn open(identity: &Identity, workers: usize, threads: u32) -> Result<Self, Fault> {
         let (listener, access) = listen(identity, "127.0.0.1:0", None)?;
         let workers = LocalWorkers::new(&access, workers, threads);
         Ok(Door { listener, access, workers })
@@ -338,7 +338,7 @@ impl Prepared {
 ///
 /// # Errors
 /// Where the system has no random numbers.
-pub fn plan(
+pub(crate) fn plan(
     identity: &Identity,
     budget: &Budget,
     experiment: &Experiment,
@@ -406,7 +406,7 @@ fn open_page(address: &str) -> Result<Publish, Fault> {
 ///
 /// # Errors
 /// Where the scene is too large to be sent.
-pub fn identity(job: &Job, settings: &Settings, experiment: &Experiment) -> Result<Identity, Fault> {
+pub(crate) fn identity(job: &Job, settings: &Settings, experiment: &Experiment) -> Result<Identity, Fault> {
     let scene = experiment.scene();
     let packed = results::pack(scene, job.scene.spec(), settings)
         .map_err(|error| Fault::System { doing: "packing the job", source: std::io::Error::other(error) })?;
@@ -422,6 +422,6 @@ pub fn identity(job: &Job, settings: &Settings, experiment: &Experiment) -> Resu
 }
 
 /// out/<job name>.
-pub fn default_folder(job: &Job) -> PathBuf {
+pub(crate) fn default_folder(job: &Job) -> PathBuf {
     Path::new("out").join(&job.name)
 }

@@ -25,6 +25,7 @@
 //! SInf = Sbert, *Variance of two infinite path length random walk radiosity estimators*; BS = Bekaert & Seidel,
 //! *A Theoretical Comparison of Monte Carlo Radiosity Algorithms*.
 
+#![warn(unreachable_pub, unnameable_types)]
 #![allow(rustdoc::broken_intra_doc_links, reason = "units are written in square brackets")]
 
 mod accuracy;

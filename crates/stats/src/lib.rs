@@ -4,6 +4,8 @@
 //! A score `x` is a walk's whole score on one patch, counted in hits. Its power sums are integers, so they
 //! merge in any order without a trace; floating point begins where an answer is read off.
 
+#![warn(unreachable_pub, unnameable_types)]
+
 mod interval;
 mod judge;
 mod moments;

@@ -21,7 +21,7 @@ use crate::signals;
 ///
 /// # Errors
 /// Where the cluster fails, and where a signal ends it.
-pub fn shoot(team: Team, trial: &Trial, runs: usize) -> Result<Shot, Fault> {
+pub(crate) fn shoot(team: Team, trial: &Trial, runs: usize) -> Result<Shot, Fault> {
     let Trial { job, experiment } = trial;
     let identity = identity(job, &Settings::of(job), experiment)?;
     let ends = (1..=runs as u64).map(|run| run * trial.walks()).collect();

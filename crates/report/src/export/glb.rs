@@ -21,7 +21,7 @@ const ELEMENT_ARRAY_BUFFER: u32 = 34963;
 ///
 /// # Errors
 /// Those of `writer`; a scene whose buffers take more than 4 GiB, which the format cannot hold.
-pub fn write_glb(mut writer: impl Write, estimates: &Estimates, shot: &Shot) -> io::Result<()> {
+pub(crate) fn write_glb(mut writer: impl Write, estimates: &Estimates, shot: &Shot) -> io::Result<()> {
     let faces = estimates.scene().faces();
     let channels = estimates.scene().channels();
     let (mut places, mut colours, mut light, mut indices) = (vec![], vec![], vec![], vec![]);

@@ -19,7 +19,7 @@ use crate::series::point;
 use crate::walking::Reader;
 
 /// S97 §5, "to study the efficiency of biased estimators".
-pub const CHAPTER: Chapter = Chapter {
+pub(crate) const CHAPTER: Chapter = Chapter {
     name: "efficiency",
     title: "S97 §5, what was left to do: the efficiency of all estimators, biased ones too",
     run,
