@@ -20,7 +20,7 @@ use tracing::warn;
 use voice::{Phase, emit, say};
 
 use self::shoot::shoot;
-use self::table::Table;
+use self::table::{TABLE, Table};
 
 use crate::args::CompareArgs;
 use crate::commands::coordinate::processes;
@@ -29,7 +29,6 @@ use crate::fault::{Fault, Outcome};
 use crate::signals;
 
 const PAGE: &str = "compare.md";
-const TABLE: &str = "compare.csv";
 /// The charts' folder, beside the page.
 const CHARTS: &str = "compare";
 

@@ -7,6 +7,7 @@ use std::time::Duration;
 use cluster::access::{Access, random_bytes};
 use cluster::checkpoint::{self, Book, Checkpoint, CheckpointError, CheckpointFault, Look, Past};
 use cluster::coordinator::{Coordinator, Ending, Judge, Plan};
+use cluster::lead::Notice;
 use cluster::listen;
 use cluster::scrape::{Page, publish};
 use cluster::server::{Wish, serve};
@@ -226,44 +227,18 @@ impl Prepared {
         listener: TcpListener,
         access: Access,
         out: &OutArgs,
-        mut reports: Reports,
+        reports: Reports,
         mut workers: Option<&mut LocalWorkers>,
     ) -> Result<Outcome, Fault> {
         let plan = self.plan()?;
         let nothing = Past::none(Tally::new(0, self.past.tally.layout()));
         let past = std::mem::replace(&mut self.past, nothing);
         let mut coordinator = Coordinator::new(plan, past);
-        let interval = Duration::from_secs_f64(self.job.budget.checkpoint_seconds);
-        let walks = coordinator.progress().walks;
-        let folder = self.output.folder().clone();
-        let mut keeper = Keeper::new(folder, interval, self.identity.clone(), walks, self.latest)?;
-        let mut display = Display::new(out);
-        let mut gauge = Gauge::new(&self.experiment, &self.settings, self.job.budget.wall_seconds);
+        let mut watch = self.watch(&coordinator, reports, out)?;
         let notices = std::cell::RefCell::new(Vec::new());
-        let mut broken = false;
         let owner = |coordinator: &Coordinator| {
             let notices: Vec<_> = notices.borrow_mut().drain(..).collect();
-            for notice in &notices {
-                gauge.heed(notice);
-                tell_notice(notice);
-            }
-            gauge.follow(coordinator, keeper.saved());
-            if reports.are_due() || display.is_due() {
-                gauge.estimate(coordinator);
-                let standing = gauge.standing(coordinator);
-                if display.is_due() {
-                    display.show(&standing);
-                }
-                reports.write(&standing, coordinator);
-            }
-            if let Err(fault) = keeper.tend(coordinator) {
-                // Memory that has failed once is not to be trusted with the rest.
-                broken |= matches!(fault, results::Error::Checkpoint(_));
-                let rest = if broken { "the run ends" } else { "the run goes on, the one before is kept" };
-                gauge.checkpoint_failed();
-                warn!("no checkpoint: {fault}; {rest}");
-            }
-            if broken || signals::stop_asked() {
+            if !watch.look(coordinator, &notices) || signals::stop_asked() {
                 return Wish::Stop;
             }
             match &mut workers {
@@ -277,15 +252,27 @@ impl Prepared {
         let ending =
             serve(listener, &access, &mut coordinator, owner, |notice| notices.borrow_mut().push(notice))
                 .map_err(|source| Fault::System { doing: "serving the workers", source })?;
-        display.finish();
-        drop(reports);
-        let (identity, latest) = keeper.finish();
+        let (identity, latest) = watch.finish();
         let checkpoint = identity.checkpoint(coordinator.into_past());
         // After an overflow the sums are no longer those of any walks.
         if ending != Ending::Overflow {
             self.write(&checkpoint, latest, out)?;
         }
         self.outcome(ending, &checkpoint, workers)
+    }
+
+    /// What is done while the job is walked.
+    fn watch(&self, coordinator: &Coordinator, reports: Reports, out: &OutArgs) -> Result<Watch<'_>, Fault> {
+        let interval = Duration::from_secs_f64(self.job.budget.checkpoint_seconds);
+        let walks = coordinator.progress().walks;
+        let folder = self.output.folder().clone();
+        Ok(Watch {
+            keeper: Keeper::new(folder, interval, self.identity.clone(), walks, self.latest)?,
+            display: Display::new(out),
+            gauge: Gauge::new(&self.experiment, &self.settings, self.job.budget.wall_seconds),
+            reports,
+            broken: false,
+        })
     }
 
     /// Writes the results. A disk may be full for a moment only, and it would be a pity of the walks: it is tried for a while.
@@ -331,6 +318,50 @@ impl Prepared {
         let (scene, walks) = (self.experiment.scene(), tally.counts.walks);
         let estimates = Estimates::new(&self.experiment, tally, self.settings.level(scene));
         walks == 0 || !judge(target, &estimates, walks * self.experiment.paths_per_walk()).reached
+    }
+}
+
+/// What is done while a job is walked: it is measured, shown, reported, and kept.
+struct Watch<'a> {
+    gauge: Gauge<'a>,
+    display: Display,
+    reports: Reports,
+    keeper: Keeper,
+    /// Whether memory has failed.
+    broken: bool,
+}
+
+impl Watch<'_> {
+    /// Takes note of where the job stands and of what has happened. Returns whether the run may go on.
+    fn look(&mut self, coordinator: &Coordinator, notices: &[Notice]) -> bool {
+        for notice in notices {
+            self.gauge.heed(notice);
+            tell_notice(notice);
+        }
+        self.gauge.follow(coordinator, self.keeper.saved());
+        if self.reports.are_due() || self.display.is_due() {
+            self.gauge.estimate(coordinator);
+            let standing = self.gauge.standing(coordinator);
+            if self.display.is_due() {
+                self.display.show(&standing);
+            }
+            self.reports.write(&standing, coordinator);
+        }
+        if let Err(fault) = self.keeper.tend(coordinator) {
+            // Memory that has failed once is not to be trusted with the rest.
+            self.broken |= matches!(fault, results::Error::Checkpoint(_));
+            let rest = if self.broken { "the run ends" } else { "the run goes on, the one before is kept" };
+            self.gauge.checkpoint_failed();
+            warn!("no checkpoint: {fault}; {rest}");
+        }
+        !self.broken
+    }
+
+    /// Ends it. Returns what the last checkpoint is made from, and what the latest one on disk is.
+    fn finish(self) -> (Identity, Latest) {
+        self.display.finish();
+        drop(self.reports);
+        self.keeper.finish()
     }
 }
 

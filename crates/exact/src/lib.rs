@@ -39,6 +39,7 @@ mod dense;
 mod exchange;
 mod face;
 mod form_factor;
+mod found;
 mod general;
 mod layers;
 mod occlusion;
@@ -51,13 +52,14 @@ mod shapes;
 mod system;
 mod variance;
 
-pub use accuracy::{Accuracy, FormFactors};
+pub use accuracy::Accuracy;
 pub use answer::{Exact, ExactError, MAX_GENERAL_FACES, MAX_PATCHES};
 pub use bounds::Bounds;
 pub use box_scene::{BoxScene, NotABox};
 pub use colour::{SharedPath, WeightedWalk};
 pub use exchange::ExchangeMatrix;
 pub use form_factor::{exchange_area, form_factor};
+pub use found::FormFactors;
 pub use rectangle::{Facing, Rectangle};
 pub use system::{RadiositySystem, Singular, Solution};
 pub use variance::{

@@ -8,13 +8,15 @@
 
 mod interval;
 mod judge;
+mod measured;
 mod moments;
 mod normal;
 mod stopping;
 mod student;
 
 pub use interval::{Interval, mean_interval};
-pub use judge::{ChiSquare, Coverage, Measured, chi_square_uniform, mean_squared_z};
+pub use judge::{ChiSquare, Coverage, chi_square_uniform, mean_squared_z};
+pub use measured::Measured;
 pub use moments::{Moments, PowerSums};
 pub use normal::{normal_cdf, normal_quantile};
 pub use stopping::{DoubleSampling, foresight};

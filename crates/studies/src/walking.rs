@@ -86,6 +86,17 @@ impl Reader {
     }
 }
 
+/// What the solutions of runs of different seeds come to, one number each.
+fn of_runs(
+    lab: &Lab,
+    runs: u64,
+    experiment: &Experiment,
+    walks: u64,
+    read: impl Fn(&Solution) -> f64 + Sync,
+) -> Vec<f64> {
+    lab.each_seed(runs, |seed| read(&solve(experiment, seed, walks)))
+}
+
 /// The mean over some patches of the squared relative error of B, over runs of different seeds.
 pub(crate) fn squared_error(
     lab: &Lab,
@@ -95,12 +106,10 @@ pub(crate) fn squared_error(
     patches: &[usize],
     truth: &[f64],
 ) -> Measured {
-    let squares = lab.each_seed(runs, |seed| {
-        let solution = solve(experiment, seed, walks);
-        let square = |&i: &usize| (estimate(&solution, i).radiosity / truth[i] - 1.0).powi(2);
+    Measured::of(&of_runs(lab, runs, experiment, walks, |solution| {
+        let square = |&i: &usize| (estimate(solution, i).radiosity / truth[i] - 1.0).powi(2);
         patches.iter().map(square).sum::<f64>() / patches.len() as f64
-    });
-    Measured::of(&squares)
+    }))
 }
 
 /// Which part of the intervals of some patches holds the truth, over runs of different seeds.
@@ -112,11 +121,7 @@ pub(crate) fn coverage(
     patches: &[usize],
     truth: &[f64],
 ) -> Measured {
-    let covered = lab.each_seed(runs, |seed| {
-        let solution = solve(experiment, seed, walks);
-        covered(&solution, patches, truth)
-    });
-    proportion(&covered)
+    proportion(&of_runs(lab, runs, experiment, walks, |solution| covered(solution, patches, truth)))
 }
 
 /// Which part of the intervals of some patches holds the truth, as far as rounding lets it tell.

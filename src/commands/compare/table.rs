@@ -6,9 +6,10 @@ use report::OutputFolder;
 use studies::compare::measure::Point;
 use tracing::warn;
 
-use super::TABLE;
-
 use crate::fault::Fault;
+
+/// The name of the table.
+pub(crate) const TABLE: &str = "compare.csv";
 
 /// What a table becomes of which not all rows can be used.
 const PREVIOUS: &str = "compare.previous.csv";

@@ -137,7 +137,7 @@ struct Sweep {
 }
 
 /// What came of one shape.
-enum Outcome {
+enum Answer {
     /// The scene was refused.
     Refused(String),
     /// The mean B of the patch that is furthest off in standard errors (of none where nothing arrives), of how many, and
@@ -147,7 +147,7 @@ enum Outcome {
 
 /// What came of all shapes.
 #[derive(Default)]
-struct Outcomes {
+struct Answers {
     claims: Vec<Claim>,
     told: Vec<String>,
     radiosities: Vec<(f64, Measured)>,
@@ -157,15 +157,15 @@ struct Outcomes {
     refused: usize,
 }
 
-impl Outcomes {
-    fn add(&mut self, at: f64, is_safe: bool, outcome: Outcome, runs: u64) {
-        match outcome {
-            Outcome::Refused(why) => {
+impl Answers {
+    fn add(&mut self, at: f64, is_safe: bool, answer: Answer, runs: u64) {
+        match answer {
+            Answer::Refused(why) => {
                 self.claims.push(Claim::sure(format!("{at:e} is refused"), !is_safe));
                 self.told.push(format!("at {at:e}: {why}"));
                 self.refused += 1;
             }
-            Outcome::Walked { radiosity, among, escaped, told } => {
+            Answer::Walked { radiosity, among, escaped, told } => {
                 self.losses.push((at, escaped));
                 self.radiosities.extend(radiosity.map(|radiosity| (at, radiosity)));
                 let unknown = Measured { value: f64::NAN, standard_error: f64::NAN };
@@ -196,15 +196,15 @@ impl Outcomes {
 impl Sweep {
     fn study(self, lab: &Lab) -> Result<Finding, Failure> {
         let (runs, walks) = lab.pick((20, 10_000), (100, 100_000));
-        let mut outcomes = Outcomes::default();
+        let mut answers = Answers::default();
         for &at in &self.sweep {
-            outcomes.add(at, (self.safe)(at), outcome(lab, &(self.scene)(at), runs, walks), runs);
+            answers.add(at, (self.safe)(at), answer(lab, &(self.scene)(at), runs, walks), runs);
         }
         let (remedied, remedy) = self.remedied(lab, runs, walks)?;
-        let worst = outcomes.worst().ok_or("no point of the sweep is safe")?;
-        let (first, last) = (outcomes.safe[0].0, outcomes.safe[outcomes.safe.len() - 1].0);
-        let refused = outcomes.refused;
-        let Outcomes { mut claims, mut told, radiosities, losses, .. } = outcomes;
+        let worst = answers.worst().ok_or("no point of the sweep is safe")?;
+        let (first, last) = (answers.safe[0].0, answers.safe[answers.safe.len() - 1].0);
+        let refused = answers.refused;
+        let Answers { mut claims, mut told, radiosities, losses, .. } = answers;
         claims.extend(remedied);
         if told.is_empty() {
             told.push("nothing: every check passes, and the answer is right".into());
@@ -232,9 +232,9 @@ impl Sweep {
 
     /// What holds of the furnace that the remedy gives, and its B.
     fn remedied(&self, lab: &Lab, runs: u64, walks: u64) -> Result<([Claim; 2], Measured), Failure> {
-        match outcome(lab, &(self.remedy)(), runs, walks) {
-            Outcome::Refused(why) => Err(why.into()),
-            Outcome::Walked { radiosity, among, escaped, .. } => {
+        match answer(lab, &(self.remedy)(), runs, walks) {
+            Answer::Refused(why) => Err(why.into()),
+            Answer::Walked { radiosity, among, escaped, .. } => {
                 let closed = Claim::sure("no walk escapes", escaped == 0.0).instead();
                 let radiosity = radiosity.ok_or("nothing arrives anywhere")?;
                 let what = "B of the patch that is furthest off";
@@ -258,10 +258,10 @@ impl Sweep {
     }
 }
 
-fn outcome(lab: &Lab, spec: &SceneSpec, runs: u64, walks: u64) -> Outcome {
+fn answer(lab: &Lab, spec: &SceneSpec, runs: u64, walks: u64) -> Answer {
     let experiment = match experiment(spec, Method::shooting(EstimatorKind::Collision)) {
         Ok(experiment) => experiment,
-        Err(why) => return Outcome::Refused(why.to_string()),
+        Err(why) => return Answer::Refused(why.to_string()),
     };
     let patches = experiment.scene().faces().len();
     let found = lab.each_seed(runs, |seed| {
@@ -278,5 +278,5 @@ fn outcome(lab: &Lab, spec: &SceneSpec, runs: u64, walks: u64) -> Outcome {
     let doubt = |b: &Measured| b.z(1.0).abs();
     let radiosity = (0..patches).filter(often).map(of_patch).max_by(|a, b| doubt(a).total_cmp(&doubt(b)));
     let escaped = found.iter().map(|&(_, escaped)| escaped).sum::<f64>() / runs as f64;
-    Outcome::Walked { radiosity, among: patches, escaped, told: run(&experiment, 1, walks, None).told() }
+    Answer::Walked { radiosity, among: patches, escaped, told: run(&experiment, 1, walks, None).told() }
 }
