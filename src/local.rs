@@ -9,12 +9,13 @@ use cluster::lead::Notice;
 
 use crate::commands::work::{ACCESS_BY_INPUT, name};
 
-/// So many deaths in a row, times the number of workers, within no less than [`FUTILE_TIME`] and without any progress of the job,
-/// and no more are started: whatever kills them will kill the next.
+/// Deaths of each worker in a row, without any progress of the job, after which no more workers are started …
 const FUTILE_DEATHS: usize = 3;
+
+/// … where they took no less time than this: what has killed them will kill the next.
 const FUTILE_TIME: Duration = Duration::from_secs(10);
 
-/// After so many deaths in a row, times the number of workers, a worker that is missing is waited for before it is started.
+/// The wait before a missing worker is started, once each of the workers has died in a row.
 const RESTART_WAIT: Duration = Duration::from_millis(500);
 
 /// Where the C library's allocator is told what to do …
@@ -161,7 +162,7 @@ fn peak_memory(pid: u32) -> Option<u64> {
 impl Drop for LocalWorkers {
     fn drop(&mut self) {
         for child in &mut self.children {
-            // Workers leave by themselves when the job is done; whoever has not, has nothing left to do.
+            // Workers leave by themselves when the job is done; a worker that has not left has nothing to do.
             let _ = child.kill();
             let _ = child.wait();
         }

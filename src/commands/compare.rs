@@ -32,7 +32,7 @@ const PAGE: &str = "compare.md";
 /// The charts' folder, beside the page.
 const CHARTS: &str = "compare";
 
-/// Each of so many sizes has this many times the rays of the one before.
+/// The sizes of runs, each of which has [`STEP`] times the rays of the one before.
 const SIZES: u32 = 3;
 const STEP: u64 = 8;
 

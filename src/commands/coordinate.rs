@@ -90,7 +90,7 @@ pub(crate) struct Door {
 }
 
 impl Door {
-    /// For so many workers of a job.
+    /// For a number of workers of a job.
     ///
     /// # Errors
     /// Where the system refuses.

@@ -27,7 +27,7 @@ struct Plan<'a> {
     target: Option<&'a Target>,
     /// Of the whole job.
     budget: u64,
-    /// A walk counts as so many paths.
+    /// The paths that a walk counts as.
     paths_per_walk: u64,
     pilot: Pilot,
     bound: Option<Bound>,

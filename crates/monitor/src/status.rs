@@ -24,7 +24,7 @@ const WATCH: Duration = Duration::from_secs(6);
 pub struct Description {
     /// The name of the job.
     pub job: String,
-    /// A walk counts as so many paths: chains are walks of many rays.
+    /// The paths that a walk counts as: chains are walks of many rays.
     pub paths_per_walk: u64,
 }
 

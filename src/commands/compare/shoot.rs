@@ -17,7 +17,7 @@ use crate::commands::coordinate::{Door, identity, plan};
 use crate::fault::Fault;
 use crate::signals;
 
-/// Walks a trial so many times.
+/// Walks a trial, in a number of runs.
 ///
 /// # Errors
 /// Where the cluster fails, and where a signal ends it.

@@ -35,7 +35,7 @@ const METHODS: &[(&str, &str)] = &[
     ),
 ];
 
-/// Sobol batches need so many.
+/// The paths that Sobol batches need.
 const FEWEST_PATHS: u64 = 16;
 
 /// A method in a scene as a job.
@@ -47,7 +47,7 @@ pub struct Trial {
 }
 
 impl Trial {
-    /// The method of a job with so many paths.
+    /// The method of a job, with `paths` paths.
     ///
     /// # Errors
     /// In words, where the job is refused.
@@ -68,7 +68,7 @@ impl Trial {
         Ok(Trial { job, experiment })
     }
 
-    /// The method of a job with about so many rays.
+    /// The method of a job, for runs of about `rays` rays.
     ///
     /// # Errors
     /// In words, where the job is refused.
@@ -103,7 +103,7 @@ pub enum Kind {
 pub struct Contender {
     /// Names it in tables.
     pub name: &'static str,
-    /// The method in the scene, for runs of so many rays.
+    /// The method in the scene, for runs of some rays.
     pub trial: Trial,
 }
 

@@ -60,7 +60,7 @@ impl Curve<'_> {
             return Some(cost(a) * (slope * (wanted / a.squared_error).ln()).exp());
         }
         if wanted > self.points[0].squared_error {
-            // Chains need so many rays each: no run of them may be shorter than the first that there is.
+            // Chains need a number of rays each: no run of them may be shorter than the first that there is.
             let first = self.points[0];
             return Some(if last.kind == Kind::Chains { cost(first) } else { as_walks(first) });
         }

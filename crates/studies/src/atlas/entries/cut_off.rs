@@ -30,7 +30,7 @@ fn method(infinite: InfiniteEnd) -> Method {
     Method::shooting(Estimator::Infinite(infinite))
 }
 
-/// The part of the reflected radiosity of all receivers that comes after so many hits: Neumann's series, cut.
+/// The part of the reflected radiosity of all receivers that comes after `hits` hits: Neumann's series, cut.
 fn lost(exact: &Exact, patches: &[usize], hits: u32) -> f64 {
     let exchange = exact.exchange();
     let mut radiosity = exact.emittance().to_vec();

@@ -133,7 +133,7 @@ fn open(lab: &Lab) -> Result<Finding, Failure> {
     })
 }
 
-/// The 54-patch cube with so many of its last walls turned round, their patches the same.
+/// The 54-patch cube with the last `walls` of its walls turned round; patches keep their places.
 fn turned(walls: usize, sides: Sides) -> SceneSpec {
     let mut spec = scenes::cube(3);
     for surface in spec.surfaces.iter_mut().rev().take(walls) {

@@ -54,7 +54,7 @@ impl RareScore {
         -self.uniform().ln()
     }
 
-    /// Half-width over estimate, and whether the interval holds the truth, after so many walks.
+    /// Half-width over estimate, and whether the interval holds the truth, after some walks.
     fn look(&mut self, walks: u64) -> (f64, bool) {
         self.walks = walks;
         while self.next <= RATE * walks as f64 {
@@ -90,7 +90,7 @@ fn stops(seed: u64, target: f64) -> (f64, f64) {
     unreachable!("errors fall below any target")
 }
 
-/// The probability that some of so many looks, equally far apart, has an interval of 95 % that misses: P. Armitage, C. K.
+/// The probability that some of a number of looks, equally far apart, has an interval of 95 % that misses: P. Armitage, C. K.
 /// McPherson & B. C. Rowe, J. R. Statist. Soc. A 132 (1969) 235–244, table 2.
 const ARMITAGE: [(u64, f64); 7] =
     [(1, 0.050), (2, 0.083), (3, 0.107), (4, 0.126), (5, 0.142), (10, 0.193), (20, 0.248)];
@@ -169,7 +169,7 @@ fn moment(lab: &Lab) -> Result<Finding, Failure> {
     })
 }
 
-/// The patch whose answer somebody likes bright: in the middle of the last face of the 54-patch cube.
+/// The patch whose answer is wanted bright: in the middle of the last face of the 54-patch cube.
 const PATCH: usize = 49;
 
 fn cube() -> Result<(Experiment, Vec<f64>), Failure> {

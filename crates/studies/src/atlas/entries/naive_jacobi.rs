@@ -80,7 +80,7 @@ impl Iteration {
         }
     }
 
-    /// Variances of the mean over so many iterations, and the expected squares of what their spread says it is.
+    /// Variances of the mean over some iterations, and the expected squares of what their spread says it is.
     fn predicted(&self, iterations: usize) -> (Vec<f64>, Vec<f64>) {
         let n = self.power.len();
         let identity: Matrix =
@@ -104,7 +104,7 @@ impl Iteration {
         (of_mean, naive)
     }
 
-    /// The mean of so many iterations, and its naive variance, patch by patch.
+    /// The mean of some iterations, and its naive variance, patch by patch.
     fn chain(&self, seed: u64, iterations: usize) -> (Vec<f64>, Vec<f64>) {
         let mut rng = Pcg64Dxsm::seed_from_u64(seed);
         let mut uniform = || (rng.next_u64() >> 11) as f64 / (1_u64 << 53) as f64;
@@ -165,7 +165,7 @@ fn quadratic(m: &Matrix, c: &Matrix) -> Vec<f64> {
     mc.iter().zip(m).map(|(row, m)| row.iter().zip(m).map(|(x, y)| x * y).sum()).collect()
 }
 
-/// Of intervals that are so many times too narrow, the part that holds the truth.
+/// The part of naive intervals that holds the truth, where the variance is `ratio` times what they say.
 fn coverage_of(ratio: f64) -> f64 {
     2.0 * stats::normal_cdf(Z / ratio.sqrt()) - 1.0
 }
