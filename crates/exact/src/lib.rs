@@ -48,6 +48,7 @@ mod polygon;
 mod rectangle;
 #[cfg(test)]
 #[path = "../tests/common/shapes.rs"]
+#[allow(unreachable_pub, reason = "tests of their own crate share it")]
 mod shapes;
 mod system;
 mod variance;
