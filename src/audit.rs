@@ -14,11 +14,11 @@ use cluster::checkpoint::{self, Checkpoint, CheckpointError, Part};
 use cluster::deliveries::{Delivery, SEVERAL};
 use cluster::digest::{self, Digest, Digester};
 use judge::MOMENTS;
-use radiosity::{Estimates, Experiment, Overflow, Sequence};
+use radiosity::{Estimates, Experiment, Overflow, Readings, Sequence};
 use serde_json::Value;
 
 use crate::args::AuditArgs;
-use crate::checkpoints::CURRENT;
+use crate::checkpoints::{CURRENT, SENSORS};
 use crate::console::{Phase, say};
 use crate::fault::{Fault, Outcome};
 use crate::merge::builds;
@@ -51,7 +51,9 @@ pub fn audit(args: &AuditArgs) -> Result<Outcome, Fault> {
     let path = args.run.join(CURRENT);
     check_shape(&checkpoint.tally, &experiment).map_err(|fault| CheckpointError { path, fault })?;
     check_files(&args.run, &checkpoint, &settings, &experiment)?;
-    let job_hash = |part: &Part| job::job_hash(experiment.scene().hash(), &settings.method, part.seed);
+    let job_hash = |part: &Part| {
+        job::job_hash(experiment.scene().hash(), &settings.method, &settings.sensors, part.seed)
+    };
     if !checkpoint.book.parts.iter().all(|part| part.job_hash == job_hash(part)) {
         return Err(kept("its walks are not those of the job".into()));
     }
@@ -102,6 +104,14 @@ fn check_files(
         report::write_patches(&mut expected, &estimates).map_err(in_memory)?;
         if table != expected {
             return Err(other("patches.csv"));
+        }
+    }
+    let readings = Readings::new(experiment, &checkpoint.tally, settings.sensor_level(experiment));
+    if let (Some(readings), Ok(table)) = (readings, std::fs::read(run.join(SENSORS))) {
+        let mut expected = Vec::new();
+        report::write_sensors(&mut expected, &readings).map_err(in_memory)?;
+        if table != expected {
+            return Err(other(SENSORS));
         }
     }
     if let Ok(summary) = std::fs::read(run.join("summary.json")) {

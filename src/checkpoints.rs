@@ -99,8 +99,19 @@ pub fn find(
 }
 
 /// What is made from a tally. It does not stand beside that of another run.
-pub const DERIVED: [&str; 7] =
-    ["patches.csv", "summary.json", "radiosity.png", PAGE, "patches.vtu", "scene.glb", "patches.parquet"];
+pub const DERIVED: [&str; 8] = [
+    "patches.csv",
+    SENSORS,
+    "summary.json",
+    "radiosity.png",
+    PAGE,
+    "patches.vtu",
+    "scene.glb",
+    "patches.parquet",
+];
+
+/// What sensors read; absent where there are none.
+pub const SENSORS: &str = "sensors.csv";
 
 /// The page that shows a result.
 pub const PAGE: &str = "report.html";

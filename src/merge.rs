@@ -41,7 +41,7 @@ fn add(merged: &mut Checkpoint, other: Checkpoint, settings: &Settings) -> Resul
         return Err(MergeFault::Scene);
     }
     let is_ours = |part: &checkpoint::Part| {
-        part.job_hash == job::job_hash(merged.scene_hash, &settings.method, part.seed)
+        part.job_hash == job::job_hash(merged.scene_hash, &settings.method, &settings.sensors, part.seed)
     };
     if !other.book.parts.iter().all(is_ours) {
         return Err(MergeFault::Method);

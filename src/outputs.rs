@@ -10,15 +10,15 @@ use job::Light;
 use judge::bounces::bounces;
 use judge::checks::checks_of_result;
 use judge::target;
-use radiosity::{Estimates, Experiment, Precision};
+use radiosity::{Estimates, Experiment, Precision, Readings};
 use report::{
-    Draft, Milestone, Model, OutputFolder, Page, PartSummary, Provenance, RunFacts, SessionSummary, Smooth,
-    Summary, Units, WorkerSummary, WorstPatch,
+    Draft, Milestone, Model, OutputFolder, Page, PartSummary, Provenance, RunFacts, SensorSummary,
+    SensorsSummary, SessionSummary, Smooth, Summary, Units, WorkerSummary, WorstPatch,
 };
 use tracing::warn;
 
 use crate::args::{Export, OutArgs};
-use crate::checkpoints::{self, CURRENT, DERIVED, Latest, PAGE, PREVIOUS};
+use crate::checkpoints::{self, CURRENT, DERIVED, Latest, PAGE, PREVIOUS, SENSORS};
 use crate::console::{Phase, emit, say};
 use crate::fault::Fault;
 use crate::settings::Settings;
@@ -121,6 +121,7 @@ impl RunOutput {
         phase.now("drawing the picture");
         let smooth = Smooth::new(&estimates);
         let (picture, shot) = report::Picture::shoot(&estimates, &smooth);
+        let readings = readings(settings, &estimates);
         self.folder.keep_hold()?;
         phase.now("writing the results");
         let mut drafts = vec![
@@ -128,11 +129,19 @@ impl RunOutput {
             self.folder.draft("summary.json", |file| summary.write(file))?,
             self.folder.draft("radiosity.png", |file| picture.write_png(file))?,
         ];
+        match &readings {
+            Some(readings) => {
+                drafts.push(self.folder.draft(SENSORS, |file| report::write_sensors(file, readings))?);
+            }
+            // Those of an earlier result would show other numbers.
+            None => self.folder.remove(&[SENSORS])?,
+        }
         if scene.faces().patch_count() <= PAGE_UP_TO {
             let page = Page {
                 name: &settings.name,
                 summary: &summary,
                 estimates: &estimates,
+                readings: readings.as_ref(),
                 milestones: &milestones(&checkpoint.book, experiment),
                 command: &command(settings, &summary),
                 shot,
@@ -226,7 +235,31 @@ impl RunOutput {
             }
             target.worst.iter().filter(|_| !target.reached).for_each(describe_worst);
         }
+        if let Some(sensors) = &summary.sensors {
+            describe_sensors(sensors);
+        }
         say(&format!("written to {}", self.path().display()));
+    }
+}
+
+/// What sensors read, as far as their tallies tell.
+fn readings<'a>(settings: &Settings, estimates: &Estimates<'a>) -> Option<Readings<'a>> {
+    let experiment = estimates.experiment();
+    Readings::new(experiment, estimates.tally(), settings.sensor_level(experiment))
+}
+
+/// How well sensors are known.
+fn describe_sensors(sensors: &SensorsSummary) {
+    for SensorSummary { name, patches, relative_error, target } in &sensors.list {
+        let known = match relative_error.is_finite() {
+            true => format!("known within {}", percent(*relative_error)),
+            false => "not known yet in every patch".into(),
+        };
+        let asked = target.map_or(String::new(), |asked| format!(", {} is asked for", percent(asked)));
+        say(&format!("sensor {name:?} ({}): {known}{asked}", counted(*patches as u64, "patch")));
+    }
+    if let Some(reached) = sensors.reached {
+        say(&format!("target of sensors {}", if reached { "reached" } else { "not reached" }));
     }
 }
 
@@ -265,7 +298,7 @@ fn facts(settings: &Settings, estimates: &Estimates, precision: &Precision, book
     RunFacts {
         version: env!("CARGO_PKG_VERSION").into(),
         git: (!git.starts_with("sources-")).then(|| git.into()),
-        job_hash: job::job_hash(scene.hash(), &settings.method, settings.seed),
+        job_hash: job::job_hash(scene.hash(), &settings.method, &settings.sensors, settings.seed),
         seed: settings.seed,
         method: experiment.method().clone(),
         model: Model::new(scene, experiment.method(), tally.layout().moments, bounces(experiment)),
@@ -277,6 +310,10 @@ fn facts(settings: &Settings, estimates: &Estimates, precision: &Precision, book
         streams: paths.div_ceil(stream_paths),
         streams_reissued: book.effort.streams_reissued,
         target: settings.target.as_ref().map(|target| target::judge(target, estimates, paths)),
+        sensors: readings(settings, estimates).map(|readings| {
+            let goal = settings.sensor_goal(experiment);
+            target::judge_sensors(goal.as_ref(), &readings, experiment, tally)
+        }),
         import: settings.import.clone(),
         units: units(settings.light),
         checks: checks_of_result(estimates, settings.note.as_deref(), precision, book, settings.seed),

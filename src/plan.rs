@@ -44,7 +44,8 @@ pub fn plan(args: &PlanArgs) -> Result<Outcome, Fault> {
     let phase = Phase::begin("reading the scene");
     let job = job::load(&args.job.job, &args.job.overrides())?;
     memory::check(&job, 1)?;
-    let experiment = Experiment::new(job.build_scene()?, job.method.walks())?;
+    let experiment =
+        Experiment::new(job.build_scene()?, job.method.walks())?.with_sensors(job.scene.sensors())?;
     phase.now("shooting a pilot");
     let plan = Plan::new(&job, &experiment);
     drop(phase);

@@ -13,6 +13,7 @@ mod method;
 mod near;
 mod scene;
 mod schema;
+mod sensors;
 mod source;
 
 pub use error::{Error, Place, Spot};
@@ -26,3 +27,4 @@ pub use method::{MethodTable, WalkKind, Word, job_hash};
 pub use radiosity::Sampler;
 pub use scene::{SceneFile, load_scene, load_scene_with};
 pub use schema::{job_schema, scene_schema};
+pub use sensors::SensorTarget;

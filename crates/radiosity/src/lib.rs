@@ -43,7 +43,7 @@ pub use experiment::replay::{Replay, Step};
 pub use experiment::solution::{
     Apart, Channels, Estimate, Estimates, Mix, Precision, QUANTILES, Solution, TINY,
 };
-pub use experiment::{Board, Experiment, Meaning, Unfit, birth_probabilities};
+pub use experiment::{Board, Experiment, Meaning, SensorView, Unfit, birth_probabilities};
 pub use geometry::face::{Face, FaceIter, Faces};
 pub use geometry::sensor::{SensorCell, SensorError, SensorShape, SensorSpec, Sensors};
 pub use geometry::spec::{SceneSpec, Shape, Side, Sides, Spectrum, SurfaceSpec};

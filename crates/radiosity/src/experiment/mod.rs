@@ -14,6 +14,7 @@ mod unfit;
 pub use board::Board;
 pub use gathering::birth_probabilities;
 pub use meaning::Meaning;
+pub use sensing::SensorView;
 pub use unfit::Unfit;
 
 use std::sync::Arc;

@@ -54,6 +54,11 @@ impl<'a> Readings<'a> {
         self.sensors
     }
 
+    /// 1 where the scene is grey, else 3.
+    pub fn channels(&self) -> usize {
+        self.experiment.scene().channels()
+    }
+
     /// Independent samples that the intervals come from.
     pub fn samples(&self) -> u64 {
         samples(self.experiment, self.tally)

@@ -16,7 +16,9 @@ use crate::jacobi::faces::FaceTable;
 use crate::jacobi::final_gather::{Gathered, sense};
 use crate::method::Walks;
 use crate::random::rng::Sequence;
+use crate::random::sampling::cosine_direction;
 use crate::tally::{Layout, Overflow, Tally};
+use crate::trace::ray::{Hit, Ray};
 use crate::walk::score::fixed_units;
 
 /// Rays of sensors are this part of the rays of a sample, in all.
@@ -130,7 +132,42 @@ impl<const M: usize> Sensing<M> {
     }
 }
 
+/// What some rays of a sensor meet.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct SensorView {
+    /// Sides that reflect and emit.
+    pub active: u32,
+    /// Backs of one-sided surfaces.
+    pub backs: u32,
+    /// Nothing.
+    pub nothing: u32,
+}
+
 impl Experiment {
+    /// What so many rays of a sensor meet, which are the same at every call.
+    pub fn sensor_view(&self, sensor: usize, rays: u32) -> SensorView {
+        let mut view = SensorView::default();
+        let Some(sensors) = self.sensors() else { return view };
+        let mut rng = Sequence::new(0).walk(SENSING_RAYS + sensor as u64);
+        let mut ray = || {
+            let place = rng.pair();
+            let frame = sensors.frame(sensor);
+            let direction = frame.direction(1.0, cosine_direction(rng.bits()));
+            Ray { origin: frame.point(place).into(), direction: direction.into(), from: Ray::FREE }
+        };
+        let rays: Vec<Ray> = (0..rays).map(|_| ray()).collect();
+        for hit in self.scene.closest_hits(&rays) {
+            match hit {
+                None => view.nothing += 1,
+                Some(Hit { surface, side, .. }) => {
+                    let is_active = self.scene.surfaces()[surface as usize].is_active(side);
+                    *(if is_active { &mut view.active } else { &mut view.backs }) += 1;
+                }
+            }
+        }
+        view
+    }
+
     /// Walks that are samples of their own, where there are sensors. The walks of a sample are scored apart, and when the last
     /// of them is done, sensors gather what all of them have found. Those that another lease holds are walked once more.
     pub(super) fn sensed_walks<const M: usize>(
