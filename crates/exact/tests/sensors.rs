@@ -6,8 +6,8 @@ use exact::{BoxScene, Exact, Facing, Rectangle, form_factor};
 use glam::DVec3;
 use radiosity::{
     BatchScore, Batches, Birth, Chains, Direction, EstimatorKind, Experiment, IndexChoice, Iterations,
-    Method, Readings, Sampler, Scene, SceneSpec, Score, SensorShape, SensorSpec, Sequence, Shape, Sides,
-    Solve, Space, Spectrum, SurfaceSpec, Walks,
+    Method, Readings, Sampler, Scene, SceneSpec, SensorShape, SensorSpec, Sequence, Shape, Sides, Solve,
+    Space, Spectrum, SurfaceSpec, Walks,
 };
 
 const LEVEL: f64 = 0.95;
@@ -21,9 +21,7 @@ fn read(experiment: &Experiment, seed: u64, walks: u64) -> Vec<Read> {
     let tally = board.take().unwrap();
     let readings = Readings::new(experiment, &tally, LEVEL).unwrap();
     let cells = (0..readings.sensors().cell_count()).flat_map(|cell| readings.cell(cell));
-    cells
-        .map(|r| (r.irradiance.unwrap(), r.std_error.unwrap_or(f64::NAN), [r.ci_low, r.ci_high]))
-        .collect()
+    cells.map(|r| (r.irradiance.unwrap(), r.std_error.unwrap_or(f64::NAN), [r.ci_low, r.ci_high])).collect()
 }
 
 fn sensed(spec: &SceneSpec, method: impl Into<Method>, sensors: &[SensorSpec]) -> Experiment {
@@ -186,7 +184,8 @@ fn intervals_are_true(name: &str, experiment: &Experiment, truth: &[f64]) {
 /// A closed box 2 × 1 × 1, walls of 0.3 … 0.8, one of its patches a lamp.
 fn plain_box() -> SceneSpec {
     let (x, y, z) = (2.0 * DVec3::X, DVec3::Y, DVec3::Z);
-    let walls = [(DVec3::ZERO, x, y), (z, y, x), (DVec3::ZERO, z, x), (y, x, z), (DVec3::ZERO, y, z), (x, z, y)];
+    let walls =
+        [(DVec3::ZERO, x, y), (z, y, x), (DVec3::ZERO, z, x), (y, x, z), (DVec3::ZERO, y, z), (x, z, y)];
     let surface = |(i, (corner, u, v)): (usize, (DVec3, DVec3, DVec3))| {
         SurfaceSpec::new(Shape::parallelogram(corner, u, v, [3, 2]), 0.3 + 0.1 * i as f64)
     };
@@ -223,7 +222,6 @@ fn intervals_of_single_walks_are_true() {
         ("absorption", Method::shooting(EstimatorKind::Absorption)),
         ("infinite", Method::shooting(EstimatorKind::Infinite.ending(radiosity::InfiniteEnd::default()))),
         ("gathering", Method::gathering(Birth::Area, EstimatorKind::Collision)),
-        ("mix", Method::shooting(Score::Mix)),
     ] {
         intervals_are_true(name, &sensed(&spec, method, std::slice::from_ref(&plane)), &truth);
     }
@@ -234,7 +232,8 @@ fn intervals_of_batches_and_chains_are_true() {
     let spec = plain_box();
     let (plane, truth) = work_plane();
     let truth = truth(&spec);
-    let gathered = Batches { walks: 1 << 10, sampler: Sampler::Random, score: BatchScore::FinalGather(vec![0, 20]) };
+    let gathered =
+        Batches { walks: 1 << 10, sampler: Sampler::Random, score: BatchScore::FinalGather(vec![0, 20]) };
     let iterations = Solve::Iterations(Iterations::default());
     for (name, method) in [
         ("sobol", Method::batches(1 << 10, Sampler::Sobol)),

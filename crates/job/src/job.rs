@@ -367,15 +367,15 @@ struct Goals<'a> {
 impl<'a> Goals<'a> {
     fn read(mut table: Table<'a>) -> Result<Self, Error> {
         let [patches, sensors] = ["patches", "sensors"].map(|key| table.take(key));
-        let relative_error = match sensors.is_some() && !table.has_any(&["fraction", "min_hits"]) && patches.is_none()
-        {
-            true => table.take("relative_error"),
-            false => Some(table.require(
-                "relative_error",
-                "a target is an accuracy",
-                "relative_error = 0.01, or remove [target]",
-            )?),
-        };
+        let relative_error =
+            match sensors.is_some() && !table.has_any(&["fraction", "min_hits"]) && patches.is_none() {
+                true => table.take("relative_error"),
+                false => Some(table.require(
+                    "relative_error",
+                    "a target is an accuracy",
+                    "relative_error = 0.01, or remove [target]",
+                )?),
+            };
         let fraction = table.take("fraction").map(|value| read_fraction(&value)).transpose()?;
         let mut count = |key: &str, default: u64, why: &'static str| {
             table.take(key).map_or(Ok(default), |value| value.integer(0..=i64::MAX as u64, why))

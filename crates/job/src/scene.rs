@@ -5,9 +5,7 @@ use std::path::{Path, PathBuf};
 
 use glam::DVec3;
 use import::{Format, Imported, MaterialOverride, Options, Spots};
-use radiosity::{
-    IndexChoice, Scene, SceneError, SceneSpec, SensorSpec, Shape, Sides, Spectrum, SurfaceSpec,
-};
+use radiosity::{IndexChoice, Scene, SceneError, SceneSpec, SensorSpec, Shape, Sides, Spectrum, SurfaceSpec};
 
 use crate::document::{Table, Value};
 use crate::error::{Error, MESH_FORMATS, Place, Spot};

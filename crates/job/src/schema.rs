@@ -43,10 +43,12 @@ fn table(keys: &[&str], required: &[&str], of: fn(&str) -> Value) -> Value {
     })
 }
 
-/// A table that has one of these keys at least.
-fn any_of(mut table: Value, keys: &[&str]) -> Value {
-    table["anyOf"] = keys.iter().map(|key| json!({"required": [key]})).collect();
-    table
+/// A target asks for something, and what is about patches goes with an error of theirs.
+fn target_table() -> Value {
+    let mut schema = table(TARGET_KEYS, &[], target_key);
+    schema["anyOf"] = json!([{"required": ["relative_error"]}, {"required": ["sensors"]}]);
+    schema["dependencies"] = json!({"fraction": ["relative_error"], "min_hits": ["relative_error"], "patches": ["relative_error"]});
+    schema
 }
 
 /// A schema with the sentence that editors show beside the key.
@@ -124,10 +126,7 @@ fn job_key(key: &str) -> Value {
         "import" => told(table(IMPORT_KEYS, &[], import_key), "How meshes are read."),
         "method" => told(table(METHOD_KEYS, &[], method_key), "How the scene is solved."),
         "budget" => told(table(BUDGET_KEYS, &["paths"], budget_key), "What the run may cost."),
-        "target" => told(
-            any_of(table(TARGET_KEYS, &[], target_key), &["relative_error", "sensors"]),
-            "The accuracy at which the run ends. Default: the budget is spent.",
-        ),
+        "target" => told(target_table(), "The accuracy at which the run ends. Default: the budget is spent."),
         "tracing" => told(table(TRACING_KEYS, &[], tracing_key), "How rays look for surfaces."),
         _ => json!({}),
     }
@@ -339,7 +338,9 @@ fn sensor_key(key: &str) -> Value {
     match key {
         "name" => told(text(), "Shown in the rows of its patches. Default: its number."),
         "quad" => told(corners(), "A parallelogram: corner c, c + u, c + v; it faces u × v."),
-        "patches" => told(exactly(integer(1, u32::MAX.into()), 2), "Cells of the quad along u and v. Default: one."),
+        "patches" => {
+            told(exactly(integer(1, u32::MAX.into()), 2), "Cells of the quad along u and v. Default: one.")
+        }
         "point" => told(vector(), "A point, in place of a quad [m]."),
         "normal" => told(vector(), "The direction that the point faces, of any length."),
         _ => json!({}),

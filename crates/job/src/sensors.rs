@@ -103,8 +103,9 @@ fn read_shape(mut table: Table<'_>) -> Result<SensorShape, Error> {
             return Err(Error::MissingKey {
                 place: table.place("quad"),
                 why: "a sensor measures somewhere",
-                remedy: "quad = [[x, y, z], [x, y, z], [x, y, z]], or point = [x, y, z] and normal = [x, y, z]"
-                    .into(),
+                remedy:
+                    "quad = [[x, y, z], [x, y, z], [x, y, z]], or point = [x, y, z] and normal = [x, y, z]"
+                        .into(),
             });
         }
     };
@@ -141,7 +142,11 @@ pub(crate) fn read_sensor_errors(value: Value<'_>, sensors: &[SensorSpec]) -> Re
             value.refuse(
                 format!("the scene has no sensor {name:?}"),
                 "a target is about sensors by their names",
-                format!("{}choose from {}", near::hint(&name, names()), names().collect::<Vec<_>>().join(", ")),
+                format!(
+                    "{}choose from {}",
+                    near::hint(&name, names()),
+                    names().collect::<Vec<_>>().join(", ")
+                ),
             )
         })?;
         errors.push((number as u32, read_relative_error(&value)?));

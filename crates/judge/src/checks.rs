@@ -369,7 +369,10 @@ fn sensors(experiment: &Experiment, tally: &Tally) -> Option<Check> {
     let ok = samples >= FEWEST_SAMPLES;
     let message = format!("the intervals of sensors come from {samples} samples");
     let remedy = match experiment.sensors().filter(|_| experiment.unit().is_walk()) {
-        Some(sensors) => format!(", fewer than {FEWEST_SAMPLES}: give {} walks or more", FEWEST_SAMPLES * sensors.sample_walks()),
+        Some(sensors) => format!(
+            ", fewer than {FEWEST_SAMPLES}: give {} walks or more",
+            FEWEST_SAMPLES * sensors.sample_walks()
+        ),
         None => format!(", fewer than {FEWEST_SAMPLES}: give more paths"),
     };
     Some(check("sensors", ok, if ok { message } else { message + &remedy }))

@@ -53,6 +53,9 @@ mod tests {
         let found = warnings(&experiment.with_sensors(&sensors).unwrap());
         assert_eq!(found.len(), 2, "{found:?}");
         assert!(found[0].starts_with("sensor \"in a wall\": it faces away"), "{found:?}");
-        assert!(found[1].starts_with("sensor \"below\": ") && found[1].contains("behind a wall"), "{found:?}");
+        assert!(
+            found[1].starts_with("sensor \"below\": ") && found[1].contains("behind a wall"),
+            "{found:?}"
+        );
     }
 }

@@ -166,9 +166,8 @@ impl SensorGoal {
         let SensorTarget { sensors, min_paths, unhit } = &self.target;
         let paths = tally.counts.walks.saturating_mul(experiment.paths_per_walk());
         let ignore_dark = *unhit == Unhit::Ignore;
-        let known = |&(sensor, error): &(u32, f64)| {
-            readings.worst_error(sensor as usize, ignore_dark) <= part(error)
-        };
+        let known =
+            |&(sensor, error): &(u32, f64)| readings.worst_error(sensor as usize, ignore_dark) <= part(error);
         paths >= *min_paths && readings.samples() >= FEWEST_SAMPLES && sensors.iter().all(known)
     }
 
@@ -238,7 +237,8 @@ impl Observer {
 
     /// The observer of a job that is resumed: its first look compares the walks since with these.
     pub fn going_on_from(self, past: &Tally) -> Self {
-        let before = (past.counts.walks > 0).then(|| Sample::new(past, self.experiment.scene().faces().len()));
+        let before =
+            (past.counts.walks > 0).then(|| Sample::new(past, self.experiment.scene().faces().len()));
         Observer { before, ..self }
     }
 

@@ -140,8 +140,7 @@ mod tests {
     /// 100 walks have 100 samples at most, each of up to 2¹⁰ units and rays.
     #[test]
     fn sensors_score_no_more_than_their_samples_can() {
-        let limits =
-            Limits { sensors: Some(SensorLimits { first_row: 1, sample: 1 << 10 }), ..LIMITS };
+        let limits = Limits { sensors: Some(SensorLimits { first_row: 1, sample: 1 << 10 }), ..LIMITS };
         let breach = |sums: [u128; 4]| limits.breach_of_sums(&counts(), PAIR, sums.into_iter());
         assert_eq!(breach([300, 90_000, 100 << 10, 100 << 20]), None);
         assert!(breach([301, 90_000, 0, 0]).is_some(), "patches are as they were");

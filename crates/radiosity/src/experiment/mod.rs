@@ -4,8 +4,8 @@ mod batches;
 mod board;
 mod gathering;
 mod meaning;
-pub(crate) mod replay;
 pub(crate) mod readings;
+pub(crate) mod replay;
 mod run;
 mod sensing;
 pub(crate) mod solution;
@@ -131,9 +131,9 @@ impl Experiment {
 
     /// An empty board.
     pub fn board<const M: usize>(&self) -> Board<M> {
-        let sensing = self.sensors().map(|sensors| {
-            Sensing::new(self.scene.faces().len(), sensors.cell_count(), self.layout::<M>())
-        });
+        let sensing = self
+            .sensors()
+            .map(|sensors| Sensing::new(self.scene.faces().len(), sensors.cell_count(), self.layout::<M>()));
         Board { scores: self.scores(self.scene.faces().len()), sensing }
     }
 

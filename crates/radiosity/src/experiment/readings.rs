@@ -94,12 +94,7 @@ impl<'a> Readings<'a> {
         let largest = self.experiment.largest_radiosity[channel];
         let per_unit = largest / units(self.tally.layout().moments);
         let Told { mean, error, low, high } = self.student.told(&moments, per_unit, largest);
-        Reading {
-            irradiance: (moments.n > 0).then_some(mean),
-            std_error: error,
-            ci_low: low,
-            ci_high: high,
-        }
+        Reading { irradiance: (moments.n > 0).then_some(mean), std_error: error, ci_low: low, ci_high: high }
     }
 
     fn counted(&self, column: usize) -> u128 {

@@ -239,7 +239,14 @@ impl Experiment {
         (sequence, sample): (&Sequence, u64),
         go_on: &dyn Fn() -> bool,
     ) -> Option<Vec<Gathered>> {
-        sense(&FaceTable::new(&self.scene), sensors, reflected, rays, sequence.walk(SENSING_RAYS + sample), go_on)
+        sense(
+            &FaceTable::new(&self.scene),
+            sensors,
+            reflected,
+            rays,
+            sequence.walk(SENSING_RAYS + sample),
+            go_on,
+        )
     }
 
     /// b = R·H of every face, face-major and channel-minor [W/m²], as single walks tell it.

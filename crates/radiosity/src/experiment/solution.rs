@@ -382,7 +382,8 @@ impl Student {
     /// truth. What a single chain says, or chains that all say the same, is bounded by `most` alone.
     pub(super) fn told(&self, moments: &Moments, per_unit: f64, most: f64) -> Told {
         let mean = per_unit * moments.mean().unwrap_or(0.0);
-        let sample_error = moments.standard_error().map(|error| per_unit * error).filter(|&error| error > 0.0);
+        let sample_error =
+            moments.standard_error().map(|error| per_unit * error).filter(|&error| error > 0.0);
         let (low, high) = match sample_error.zip(self.quantile) {
             Some((error, quantile)) => ((mean - quantile * error).max(0.0), mean + quantile * error),
             None => (0.0, most.max(mean)),

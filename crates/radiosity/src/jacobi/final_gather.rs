@@ -190,12 +190,7 @@ impl<'a> Gatherer<'a> {
     }
 
     /// H of a station, whose rays are those of this number, in every channel, and the rays that met something.
-    fn irradiance(
-        &mut self,
-        number: u32,
-        station: &Station,
-        rng: &mut WalkRng,
-    ) -> Option<(Vec<f64>, u64)> {
+    fn irradiance(&mut self, number: u32, station: &Station, rng: &mut WalkRng) -> Option<(Vec<f64>, u64)> {
         let mut irradiance = vec![0.0; self.faces.scene.channels()];
         let landed = self.gather(number, station, numbers(rng), &mut irradiance)?;
         if self.rays[1] > 0 {
