@@ -2,10 +2,11 @@
 
 use std::path::PathBuf;
 
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand, ValueEnum};
+use report::Export;
 use tracing::level_filters::LevelFilter;
-
-use crate::console::{Form, Voice};
+use voice::{Form, Voice};
 
 /// What every help page ends with.
 const AFTER: &str = "\
@@ -70,7 +71,7 @@ Examples:
 
 /// Distributed Monte Carlo radiosity with confidence intervals that are true.
 #[derive(Parser)]
-#[command(version = crate::BUILD, arg_required_else_help = true, after_help = AFTER)]
+#[command(version = crate::build::BUILD, arg_required_else_help = true, after_help = AFTER)]
 pub struct Cli {
     #[command(subcommand)]
     pub command: Command,
@@ -211,30 +212,17 @@ pub struct OutArgs {
 #[derive(Args)]
 pub struct ExportArgs {
     /// Write the result for other programs, too; may be a list, e.g. --export vtu,glb
-    #[arg(long, value_name = "FORMAT", value_delimiter = ',')]
+    #[arg(long, value_name = "FORMAT", value_delimiter = ',', value_parser = exports())]
     pub export: Vec<Export>,
 }
 
-/// A format that other programs read.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum Export {
-    /// patches.vtu: ParaView and VTK
-    Vtu,
-    /// scene.glb: viewers and modellers
-    Glb,
-    /// patches.parquet: data frames
-    Parquet,
-}
-
-impl Export {
-    /// The name of the file.
-    pub fn file(self) -> &'static str {
-        match self {
-            Export::Vtu => "patches.vtu",
-            Export::Glb => "scene.glb",
-            Export::Parquet => "patches.parquet",
-        }
-    }
+/// The words of `--export`.
+fn exports() -> impl TypedValueParser<Value = Export> {
+    let word = |export: Export| {
+        PossibleValue::new(export.word()).help(format!("{}: {}", export.file(), export.readers()))
+    };
+    let named = |word: String| Export::ALL.into_iter().find(|export| export.word() == word);
+    PossibleValuesParser::new(Export::ALL.map(word)).map(move |word| named(word).expect("one of these words"))
 }
 
 /// Whom a job lets see how it gets on.

@@ -70,7 +70,7 @@ fn workers_leave_no_trace_in_sensors_nor_sensors_in_patches() {
         let table = std::fs::read(one.join("sensors.csv")).unwrap();
         std::fs::write(one.join("sensors.csv"), &table[1..]).unwrap();
         let (code, _, stderr) = run(&["audit", one.to_str().unwrap(), "--share", "0.01", "--quiet"]);
-        assert!(code == 2 && stderr.contains("sensors.csv"), "{code} {stderr}");
+        assert!(code == 3 && stderr.contains("sensors.csv"), "{code} {stderr}");
         assert_eq!(run(&["report", one.to_str().unwrap(), "--quiet"]).0, 0);
         assert_eq!(std::fs::read(one.join("sensors.csv")).unwrap(), table);
         let page = std::fs::read_to_string(one.join("report.html")).unwrap();

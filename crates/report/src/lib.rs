@@ -26,7 +26,7 @@ pub use camera::Viewpoint;
 pub use chart::{Axis, Chart, Point, Series, Style};
 pub use error::Error;
 pub use exact_csv::{ExactBounds, ExactColumns, ExactSummary, write_exact};
-pub use export::{write_glb, write_parquet, write_vtu};
+pub use export::Export;
 pub use method::MethodWords;
 pub use model::{Bounce, Model};
 pub use page::{Milestone, Page};
