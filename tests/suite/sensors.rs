@@ -166,7 +166,7 @@ fn a_target_on_sensors_stops_the_run() {
     assert_eq!(code, 1, "{stdout}{stderr}");
     assert!(stdout.contains("sensor \"desk\" (6 patches): known within"), "{stdout}");
     assert!(
-        stdout.contains("0.1 % is asked for") && stdout.contains("target of sensors not reached"),
+        stdout.contains("0.100 % is asked for") && stdout.contains("target of sensors not reached"),
         "{stdout}"
     );
 }
@@ -197,7 +197,7 @@ normal = [0, 0, -1]
         stdout.contains("target: relative half-width 0.05 on every patch of sensor \"desk\""),
         "{stdout}"
     );
-    assert!(stdout.contains("fault: sensor \"under the floor\": 100 % of what it faces"), "{stdout}");
+    assert!(stdout.contains("fault: sensor \"under the floor\": 100.000 % of what it faces"), "{stdout}");
     assert!(stdout.contains("behind a wall or inside one"), "{stdout}");
     assert!(stdout.contains("fault: sensor \"outwards\": it faces away from the scene"), "{stdout}");
     assert!(!stdout.contains("fault: sensor \"desk\"") && !stdout.contains("no fault found"), "{stdout}");

@@ -13,7 +13,7 @@ const FEWEST_SCORES: f64 = 30.0;
 pub struct Sample(Vec<Moments>);
 
 impl Sample {
-    /// Of a tally, whose first rows are those of so many patches.
+    /// Of a tally, whose first `patches` rows are those of patches.
     pub fn new(tally: &Tally, patches: usize) -> Self {
         let every = patches.div_ceil(TELLING_PATCHES).max(1);
         let scores = 0..tally.layout().scores;

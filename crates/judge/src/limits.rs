@@ -24,23 +24,22 @@ pub fn limits(experiment: &Experiment) -> Limits {
 }
 
 /// A sample of sensors scores H over the largest radiosity there can be: at most as if all light that is under way left one
-/// patch for the sensor, by rays of both kinds. Its rays are no more than a part of all, or so many of each cell.
+/// patch for the sensor, by rays of both kinds. A patch may look brighter than it is, the more so the fewer of the walks tell
+/// of it. That leaves room for the rays of a sample, too.
 fn of_sensors(experiment: &Experiment) -> Option<SensorLimits> {
     let sensors = experiment.sensors()?;
     let scene = experiment.scene();
     let paths = experiment.batch_paths().unwrap_or(sensors.sample_walks());
-    let rays = longest_walk(experiment).saturating_mul(paths).max(1 << 20) as f64;
     let least_area = scene.faces().iter().map(|face| face.area).fold(f64::INFINITY, f64::min);
-    let radiosity = |c: usize| {
+    let brightest = |c: usize| {
         let most = scene.max_reflectance()[c];
         let emittance = scene.faces().iter().map(|face| face.emittance[c]).fold(0.0, f64::max);
         let largest = if emittance > 0.0 { emittance / (1.0 - most) } else { 1.0 };
         1.0 + scene.total_power(c) / (1.0 - most) / least_area / largest
     };
-    let brightest = (0..scene.channels()).map(radiosity).fold(1.0, f64::max);
-    // Walks of a gathering job may find more of a patch than there is; so may few of them that are shot.
-    let units = FIXED_POINT as f64 * brightest * MARGIN * paths as f64;
-    Some(SensorLimits { first_row: scene.faces().len(), sample: units.max(MARGIN * rays) as u128 })
+    let brightest = (0..scene.channels()).map(brightest).fold(1.0, f64::max);
+    let sample = (FIXED_POINT as f64 * brightest * MARGIN * paths as f64) as u128;
+    Some(SensorLimits { first_row: scene.faces().len(), sample })
 }
 
 fn of_walks(experiment: &Experiment) -> Limits {
@@ -96,11 +95,14 @@ fn longest_walk(experiment: &Experiment) -> u64 {
 mod tests {
     use super::*;
     use job::Job;
-    use radiosity::Sequence;
+    use radiosity::{SensorShape, SensorSpec, Sequence};
 
     /// The tally of some walks, and whether it keeps the limits.
     fn breach(job: &Job) -> Option<&'static str> {
+        let middle = SensorShape::Point { point: [0.5, 0.5, 0.4].into(), normal: [0.3, 0.1, -1.0].into() };
+        let sensor = SensorSpec { name: "middle".into(), shape: middle };
         let experiment = Experiment::new(job.build_scene().unwrap(), job.method.walks()).unwrap();
+        let experiment = experiment.with_sensors(&[sensor]).unwrap();
         let mut board = experiment.board::<MOMENTS>();
         let walks = job.budget.paths / experiment.paths_per_walk();
         experiment.walk(&Sequence::new(7), 0..walks, &mut board);

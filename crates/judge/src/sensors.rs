@@ -6,19 +6,19 @@ use report::words::percent;
 /// Rays that look round from a sensor.
 const RAYS: u32 = 1 << 10;
 
-/// A sensor that faces no more of the scene than this part lies where nobody wants it.
-const TOO_LITTLE: f64 = 0.5;
+/// A sensor that faces more backs than this part of what it faces lies behind a wall, or inside one.
+const TOO_MANY: f64 = 0.5;
 
 /// What is wrong with where the sensors of an experiment lie: behind walls and inside of them, or facing away from the scene.
 pub fn warnings(experiment: &Experiment) -> Vec<String> {
     let specs = experiment.sensors().map_or(&[][..], |sensors| sensors.specs());
     let warning = |(number, name): (usize, &str)| {
         let SensorView { active, backs, nothing } = experiment.sensor_view(number, RAYS);
-        let part = |rays: u32| f64::from(rays) / f64::from(RAYS);
-        if part(backs) > TOO_LITTLE {
+        let part = f64::from(backs) / f64::from((active + backs).max(1));
+        if part > TOO_MANY {
             return Some(format!(
                 "sensor {name:?}: {} of what it faces is the backs of one-sided surfaces, which reflect and emit nothing: it lies behind a wall or inside one, or faces into one; move it, turn it round, or write sides = 2 there",
-                percent(part(backs))
+                percent(part)
             ));
         }
         (active == 0 && nothing > 0).then(|| {

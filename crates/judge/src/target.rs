@@ -282,7 +282,7 @@ fn meets(target: &Target, estimates: &Estimates) -> [bool; 2] {
     parts_within(standings, [met, foreseen]).map(|part| part >= fraction)
 }
 
-/// Whether a run ends after so many walks.
+/// Whether a run ends after this number of walks.
 fn ends(walks: u64, looks: &[Look], met: bool, promising: bool) -> bool {
     let mut rule = DoubleSampling::default();
     // What was met at earlier looks did not end the run.

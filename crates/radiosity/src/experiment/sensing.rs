@@ -24,8 +24,8 @@ use crate::walk::score::fixed_units;
 /// Rays of sensors are this part of the rays of a sample, in all.
 pub(super) const SENSING_PART: u64 = 4;
 
-/// The rays of sensors of sample n are those of walk 2⁶³ + 2⁶² + n: no job has so many walks, and no final gather so many
-/// batches.
+/// The rays of sensors of sample n are those of walk 2⁶³ + 2⁶² + n: no job has that number of walks, and no final
+/// gather that number of batches.
 const SENSING_RAYS: u64 = 3 << 62;
 
 /// Walks between two questions whether to go on.
@@ -43,7 +43,7 @@ pub(crate) struct Sensing<const M: usize> {
     layout: Layout,
 }
 
-/// Units of score in the largest radiosity, for boards of so many power sums.
+/// Units of score in the largest radiosity, for boards of `moments` power sums.
 pub(super) fn units(moments: usize) -> f64 {
     fixed_units(moments).min(UNITS)
 }
@@ -144,7 +144,7 @@ pub struct SensorView {
 }
 
 impl Experiment {
-    /// What so many rays of a sensor meet, which are the same at every call.
+    /// What `rays` rays of a sensor meet, which are equal at every call.
     pub fn sensor_view(&self, sensor: usize, rays: u32) -> SensorView {
         let mut view = SensorView::default();
         let Some(sensors) = self.sensors() else { return view };
