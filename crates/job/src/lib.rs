@@ -4,6 +4,8 @@
 //! is one [`Error`], whose message names file, line and key, the problem, its reason and the remedy. Only the
 //! numbers that [`radiosity::Scene::build`] judges are left to [`SceneFile::build`], which finds their line.
 
+#![warn(unreachable_pub, unnameable_types)]
+
 mod document;
 mod error;
 mod imports;
@@ -11,6 +13,7 @@ mod job;
 mod kind;
 mod method;
 mod near;
+mod plain;
 mod scene;
 mod schema;
 mod sensors;

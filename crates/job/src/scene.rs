@@ -1,5 +1,6 @@
 //! The scene file.
 
+use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
@@ -10,6 +11,7 @@ use radiosity::{IndexChoice, Scene, SceneError, SceneSpec, SensorSpec, Shape, Si
 use crate::document::{Table, Value};
 use crate::error::{Error, MESH_FORMATS, Place, Spot};
 use crate::imports::{import_scene, positive, read_mesh};
+use crate::plain::{PlainSurface, plain_surfaces};
 use crate::sensors::read_sensors;
 use crate::source::{Source, Split};
 
@@ -189,17 +191,25 @@ pub(crate) const LISTS: [&str; 3] = ["surface", "mesh", "sensor"];
 
 fn load_toml(path: &Path, options: &Options) -> Result<SceneFile, Error> {
     let source = Source::read(path, "[material.NAME] tables and [[surface]] tables")?;
-    let split = source.split();
-    if let Some((part, rest)) = split.rest(&source).filter(|(_, rest)| !rest.contains_key("surface"))
-        && let Some(scene) =
-            Reader::new(Table::part(part, rest, SCENE_KEYS)?, path, options)?.read_parts(&source, &split)?
-    {
-        return Ok(scene);
+    match read_parts(&source, options)? {
+        Some(scene) => Ok(scene),
+        None => read_whole(&source, options),
     }
-    // Where the parts are not TOML by themselves, the whole tells what is wrong.
-    let mut table = Table::root(&source, SCENE_KEYS)?;
+}
+
+/// Reads a scene part by part; `None` where a part is not TOML by itself.
+fn read_parts(source: &Source, options: &Options) -> Result<Option<SceneFile>, Error> {
+    let split = source.split();
+    let rest = split.rest(source).filter(|(_, rest)| !rest.contains_key("surface"));
+    let Some((part, rest)) = rest else { return Ok(None) };
+    Reader::new(Table::part(part, rest, SCENE_KEYS)?, source.file(), options)?.read_parts(source, &split)
+}
+
+/// Reads a scene as one document, which tells what is wrong with it.
+fn read_whole(source: &Source, options: &Options) -> Result<SceneFile, Error> {
+    let mut table = Table::root(source, SCENE_KEYS)?;
     let surfaces = table.take("surface");
-    let mut reader = Reader::new(table, path, options)?;
+    let mut reader = Reader::new(table, source.file(), options)?;
     surfaces.map_or(Ok(()), |surfaces| reader.surfaces(surfaces))?;
     reader.finish()
 }
@@ -233,14 +243,45 @@ impl<'a, 'o> Reader<'a, 'o> {
 
     /// Reads the surfaces part by part; `None` where a part is not TOML by itself.
     fn read_parts(mut self, source: &Source, split: &Split) -> Result<Option<SceneFile>, Error> {
-        for part in split.surfaces(source) {
-            let Some((part, table)) = part else { return Ok(None) };
+        for surfaces in split.surfaces() {
+            let (text, line) = surfaces.text(source);
+            if self.plain_surfaces(text, line).is_some() {
+                continue;
+            }
+            let Some((part, table)) = surfaces.document(source) else { return Ok(None) };
             let mut table = Table::part(part, table, SCENE_KEYS)?;
             if let Some(surfaces) = table.take("surface") {
                 self.surfaces(surfaces)?;
             }
         }
         self.finish().map(Some)
+    }
+
+    /// Reads surfaces without a document; `None` where any of them needs one.
+    fn plain_surfaces(&mut self, text: &str, line: u32) -> Option<()> {
+        let surfaces = plain_surfaces(text, line)?;
+        let materials: Vec<&Material> =
+            surfaces.iter().map(|surface| self.materials.get(&*surface.material)).collect::<Option<_>>()?;
+        let mut names = surfaces.iter().filter_map(|surface| surface.name.as_deref());
+        names.all(can_name_a_surface).then_some(())?;
+        for (surface, material) in surfaces.into_iter().zip(materials) {
+            let PlainSurface { name, shape, sides, header, outline, cells, .. } = surface;
+            let [quad, triangle] = match shape {
+                Shape::Parallelogram { .. } => [outline, 0],
+                Shape::Triangle { .. } => [0, outline],
+            };
+            let keys = [quad, triangle, cells.unwrap_or(0), 0];
+            self.scene.sites.push(SurfaceSite { material: material.number, header, keys });
+            self.scene.spec.surfaces.push(SurfaceSpec {
+                name: name.map(Cow::into_owned),
+                shape,
+                sides,
+                reflectance: material.reflectance,
+                emittance: material.emittance,
+                cell_emittance: Vec::new(),
+            });
+        }
+        Some(())
     }
 
     fn surfaces(&mut self, value: Value<'_>) -> Result<(), Error> {
@@ -425,7 +466,7 @@ fn read_surface(
 
 fn read_surface_name(value: &Value<'_>) -> Result<String, Error> {
     let name = value.string()?;
-    if name.trim().is_empty() || name.contains(char::is_control) {
+    if !can_name_a_surface(name) {
         return Err(value.refuse(
             format!("{name:?} cannot name a surface"),
             "it is shown in the rows of its patches",
@@ -433,6 +474,11 @@ fn read_surface_name(value: &Value<'_>) -> Result<String, Error> {
         ));
     }
     Ok(name.into())
+}
+
+/// Whether a name is visible, on one line.
+fn can_name_a_surface(name: &str) -> bool {
+    !name.trim().is_empty() && !name.contains(char::is_control)
 }
 
 fn read_material_name<'m>(table: &mut Table<'_>, materials: &'m Materials) -> Result<&'m Material, Error> {
@@ -567,4 +613,82 @@ fn read_cell(value: Value<'_>, shape: &Shape) -> Result<u32, Error> {
 
 fn read_step(value: &Value<'_>, last: u32) -> Result<u32, Error> {
     Ok(value.integer(0..=u64::from(last), "cells are counted from 0 within the surface")? as u32)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Surfaces in plain form and in others, with materials between them.
+    const SCENE: &str = "[material.a]\nreflectance = 0.5\n\n[[surface]]\nname = \"floor\"\nmaterial = \"a\" # grey\n\
+        quad = [[0, 0, 0], [1.5, 0, 0], [0, 1e0, -0.0]]\npatches = [2, 3]\n[[surface]]\nmaterial = 'b'\nsides = 2\n\
+        triangle = [[0, 0, 1], [1, 0, 1],\n  [0, 1, +1]]\n\n[material.b]\nemittance = [1, 2, 3]\n[[surface]]\n\
+        material = \"a\"\nname = \"w\\u0061ll\"\ntriangle = [[0, 0, 2], [1, 0, 2], [0, 1, 2]]\npatches = 4\n\
+        [[surface.emit]]\ncell = [1, 1]\nemittance = 2\n[[surface]]\nmaterial = \"b\"\r\n\
+        quad = [[0, 0, 0x3], [1, 0, 3], [0, 1_0, 3]]\n";
+
+    /// What changes put into the text.
+    const WORDS: &[&str] = &[
+        "\n",
+        " ",
+        "#",
+        "-",
+        "0",
+        "1",
+        ",",
+        "[",
+        "]",
+        "\"",
+        "'",
+        ".",
+        "e9",
+        "_",
+        "=",
+        "[[surface]]\n",
+        "name",
+        "inf",
+        "\t",
+    ];
+
+    /// splitmix64 (Steele, Lea and Flood 2014).
+    fn hash(n: u64) -> u64 {
+        let mut x = n.wrapping_mul(0x9E37_79B9_7F4A_7C15);
+        x = (x ^ (x >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        x = (x ^ (x >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+        x ^ (x >> 31)
+    }
+
+    /// The scene with a piece or two of up to two letters replaced.
+    fn changed(number: u64) -> String {
+        let mut text = SCENE.to_owned();
+        for change in 0..=hash(number) % 2 {
+            let lot = |n: u64, below: usize| (hash(hash(number) + 3 * change + n) % below as u64) as usize;
+            let start = lot(0, text.len());
+            let end = (start + lot(1, 3)).min(text.len());
+            text.replace_range(start..end, WORDS[lot(2, WORDS.len())]);
+        }
+        text
+    }
+
+    /// Scenes are read part by part, in plain form where they have it: what comes of it is what the document says.
+    #[test]
+    fn parts_say_what_the_whole_says() {
+        let options = Options::default();
+        let (mut accepted, mut refused) = (0, 0);
+        for number in 0..4_000 {
+            let text = if number == 0 { SCENE.into() } else { changed(number) };
+            let source = Source::of_scene(Path::new("s.toml"), &text);
+            let whole = read_whole(&source, &options);
+            match (read_parts(&source, &options), &whole) {
+                (Ok(Some(parts)), Ok(whole)) => {
+                    assert_eq!(parts, *whole, "{text}");
+                    accepted += 1;
+                }
+                (Ok(None), _) => {}
+                (Err(_), Err(_)) => refused += 1,
+                (parts, whole) => panic!("{parts:?}\n{whole:?}\n{text}"),
+            }
+        }
+        assert!(accepted > 200 && refused > 200, "{accepted} {refused}");
+    }
 }
