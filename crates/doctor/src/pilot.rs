@@ -91,7 +91,7 @@ impl<T> Sample<T> {
             });
             self.step *= 2;
         }
-        if self.offered % self.step == 0 {
+        if self.offered.is_multiple_of(self.step) {
             self.kept.push(item);
         }
         self.offered += 1;

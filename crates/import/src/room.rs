@@ -3,7 +3,7 @@
 use crate::error::Fault;
 use crate::mesh::{MAX_TRIANGLES, Mesh};
 
-/// Triangles that any file may make, however small it is: some 2 GB while they become a scene.
+/// Triangles that any file may make, however small it is: read in 2 s, 6 GB as a scene with its tree.
 const FREE_TRIANGLES: u64 = 1 << 22;
 
 /// The triangles that a file may make: [`FREE_TRIANGLES`], and one for each of its bytes. Files that repeat nothing need

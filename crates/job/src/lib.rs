@@ -7,16 +7,19 @@
 #![warn(unreachable_pub, unnameable_types)]
 
 mod document;
+mod emit;
 mod error;
 mod imports;
 mod job;
 mod kind;
+mod material;
 mod method;
 mod near;
 mod plain;
 mod scene;
 mod schema;
 mod sensors;
+mod site;
 mod source;
 
 pub use error::{Error, Place, Spot};

@@ -1,18 +1,20 @@
 //! The scene file.
 
 use std::borrow::Cow;
-use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 use glam::DVec3;
 use import::{Format, Imported, MaterialOverride, Options, Spots};
-use radiosity::{IndexChoice, Scene, SceneError, SceneSpec, SensorSpec, Shape, Sides, Spectrum, SurfaceSpec};
+use radiosity::{IndexChoice, Scene, SceneError, SceneSpec, SensorSpec, Shape, Sides, SurfaceSpec};
 
 use crate::document::{Table, Value};
+use crate::emit::read_emit;
 use crate::error::{Error, MESH_FORMATS, Place, Spot};
 use crate::imports::{import_scene, positive, read_mesh};
+use crate::material::{Material, Materials, find_material, read_materials};
 use crate::plain::{PlainSurface, plain_surfaces};
 use crate::sensors::read_sensors;
+use crate::site::{Lines, SITE_KEYS, SurfaceSite};
 use crate::source::{Source, Split};
 
 /// A scene as written, and where.
@@ -30,29 +32,6 @@ pub struct SceneFile {
     notes: Vec<String>,
 }
 
-/// Where a surface is written. There may be a million of them.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct SurfaceSite {
-    /// The number of its material.
-    material: u32,
-    /// The line of its header.
-    header: u32,
-    /// The lines of [`SITE_KEYS`]; 0 for one that is absent.
-    keys: [u32; 4],
-}
-
-/// The keys of surfaces that [`Scene::build`] may find at fault.
-const SITE_KEYS: [&str; 4] = ["quad", "triangle", "patches", "emit"];
-
-impl SurfaceSite {
-    /// The line of a key, or of the surface where the key is absent.
-    fn of(&self, key: &str) -> usize {
-        let known = SITE_KEYS.iter().position(|known| *known == key);
-        let line = known.map(|known| self.keys[known]).filter(|&line| line > 0);
-        line.unwrap_or(self.header) as usize
-    }
-}
-
 /// Where a mesh's surfaces come from.
 #[derive(Clone, Debug, PartialEq)]
 struct MeshSite {
@@ -60,20 +39,6 @@ struct MeshSite {
     /// The number of its first surface.
     first: usize,
     spots: Spots,
-}
-
-/// The lines of a table, from 1.
-#[derive(Clone, Debug, PartialEq)]
-struct Lines {
-    header: usize,
-    keys: Vec<(&'static str, usize)>,
-}
-
-impl Lines {
-    /// The line of a key, or of the table where the key is absent.
-    fn of(&self, key: &str) -> usize {
-        self.keys.iter().find(|(known, _)| *known == key).map_or(self.header, |&(_, line)| line)
-    }
 }
 
 impl SceneFile {
@@ -271,15 +236,16 @@ impl<'a, 'o> Reader<'a, 'o> {
                 Shape::Triangle { .. } => [0, outline],
             };
             let keys = [quad, triangle, cells.unwrap_or(0), 0];
-            self.scene.sites.push(SurfaceSite { material: material.number, header, keys });
-            self.scene.spec.surfaces.push(SurfaceSpec {
+            let site = SurfaceSite { material: material.number, header, keys };
+            let surface = SurfaceSpec {
                 name: name.map(Cow::into_owned),
                 shape,
                 sides,
                 reflectance: material.reflectance,
                 emittance: material.emittance,
                 cell_emittance: Vec::new(),
-            });
+            };
+            self.scene.push(surface, site);
         }
         Some(())
     }
@@ -288,8 +254,7 @@ impl<'a, 'o> Reader<'a, 'o> {
         for value in value.tables(LISTS[0])? {
             let number = self.scene.spec.surfaces.len();
             let (surface, site) = read_surface(value, number, &self.materials)?;
-            self.scene.spec.surfaces.push(surface);
-            self.scene.sites.push(site);
+            self.scene.push(surface, site);
         }
         Ok(())
     }
@@ -349,6 +314,12 @@ impl<'a, 'o> Reader<'a, 'o> {
 }
 
 impl SceneFile {
+    /// Adds a surface of the file itself.
+    fn push(&mut self, surface: SurfaceSpec, site: SurfaceSite) {
+        self.spec.surfaces.push(surface);
+        self.sites.push(site);
+    }
+
     /// Adds the surfaces of a mesh.
     fn add(&mut self, file: &Path, imported: Imported) {
         let Imported { spec, spots, notes } = imported;
@@ -376,56 +347,6 @@ fn unknown_format(path: &Path) -> Error {
             Error::SceneFormat { file: path.into(), format }
         }
     }
-}
-
-/// What `[material.NAME]` says.
-struct Material {
-    number: u32,
-    reflectance: Spectrum,
-    emittance: Spectrum,
-    lines: Lines,
-}
-
-/// Materials by name; their numbers are those of this order.
-type Materials = BTreeMap<String, Material>;
-
-fn read_materials(table: &mut Table<'_>) -> Result<Materials, Error> {
-    let Some(value) = table.take("material") else { return Ok(BTreeMap::new()) };
-    let mut materials: Materials = BTreeMap::new();
-    for (name, value) in value.any_table()?.into_values() {
-        materials.insert(name, read_material(value)?);
-    }
-    for (number, material) in (0..).zip(materials.values_mut()) {
-        material.number = number;
-    }
-    Ok(materials)
-}
-
-pub(crate) const MATERIAL_KEYS: &[&str] = &["reflectance", "emittance"];
-
-fn read_material(value: Value<'_>) -> Result<Material, Error> {
-    let mut lines = Lines { header: value.line(), keys: Vec::new() };
-    let mut table = value.table(MATERIAL_KEYS)?;
-    let mut spectrum = |key| {
-        let Some(value) = table.take(key) else { return Ok(Spectrum::BLACK) };
-        lines.keys.push((key, value.line()));
-        read_spectrum(value)
-    };
-    Ok(Material {
-        number: 0,
-        reflectance: spectrum("reflectance")?,
-        emittance: spectrum("emittance")?,
-        lines,
-    })
-}
-
-/// A number, or one for each of red, green and blue.
-pub(crate) fn read_spectrum(value: Value<'_>) -> Result<Spectrum, Error> {
-    if !value.is_array() {
-        return value.number().map(Spectrum::from);
-    }
-    let [r, g, b] = value.exactly("a number, or three: [r, g, b]")?;
-    Ok(Spectrum::rgb([r.number()?, g.number()?, b.number()?]))
 }
 
 pub(crate) const SURFACE_KEYS: &[&str] =
@@ -485,15 +406,6 @@ fn read_material_name<'m>(table: &mut Table<'_>, materials: &'m Materials) -> Re
     let value =
         table.require("material", "a surface takes its reflectance from it", "material = \"NAME\"")?;
     find_material(&value, materials)
-}
-
-fn find_material<'m>(value: &Value<'_>, materials: &'m Materials) -> Result<&'m Material, Error> {
-    let name = value.string()?;
-    materials.get(name).ok_or_else(|| Error::UnknownMaterial {
-        place: value.place(),
-        material: name.into(),
-        known: materials.keys().cloned().collect(),
-    })
 }
 
 fn read_shape(table: &mut Table<'_>) -> Result<Shape, Error> {
@@ -573,122 +485,5 @@ fn read_sides(value: &Value<'_>) -> Result<Sides, Error> {
     }
 }
 
-pub(crate) const EMIT_KEYS: &[&str] = &["cell", "emittance"];
-
-/// (cell index, emittance [W/m²]) per entry.
-fn read_emit(value: Value<'_>, shape: &Shape) -> Result<Vec<(u32, Spectrum)>, Error> {
-    let mut listed = BTreeSet::new();
-    let mut emit = Vec::new();
-    for value in value.array()? {
-        let place = value.place();
-        let mut table = value.table(EMIT_KEYS)?;
-        let cell = table.require("cell", "an entry is about one cell", "cell = [i, j]")?;
-        let emittance = table.require("emittance", "an entry changes it", "emittance = 1.0, in W/m²")?;
-        let cell = read_cell(cell, shape)?;
-        if !listed.insert(cell) {
-            let [i, j] = shape.cell_label(cell);
-            return Err(Error::Refused {
-                place,
-                problem: format!("cell [{i}, {j}] is listed twice"),
-                why: "it has one emittance",
-                remedy: "list it once".into(),
-            });
-        }
-        emit.push((cell, read_spectrum(emittance)?));
-    }
-    Ok(emit)
-}
-
-fn read_cell(value: Value<'_>, shape: &Shape) -> Result<u32, Error> {
-    let [i, j] = value.exactly("a cell: [iu, iv] of a quad, [row, position] of a triangle")?;
-    let label = match *shape {
-        Shape::Parallelogram { cells: [nu, nv], .. } => [read_step(&i, nu - 1)?, read_step(&j, nv - 1)?],
-        Shape::Triangle { rows, .. } => {
-            let row = read_step(&i, rows - 1)?;
-            [row, read_step(&j, 2 * row)?]
-        }
-    };
-    Ok(shape.cell_index(label).expect("a cell within bounds, as just found"))
-}
-
-fn read_step(value: &Value<'_>, last: u32) -> Result<u32, Error> {
-    Ok(value.integer(0..=u64::from(last), "cells are counted from 0 within the surface")? as u32)
-}
-
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Surfaces in plain form and in others, with materials between them.
-    const SCENE: &str = "[material.a]\nreflectance = 0.5\n\n[[surface]]\nname = \"floor\"\nmaterial = \"a\" # grey\n\
-        quad = [[0, 0, 0], [1.5, 0, 0], [0, 1e0, -0.0]]\npatches = [2, 3]\n[[surface]]\nmaterial = 'b'\nsides = 2\n\
-        triangle = [[0, 0, 1], [1, 0, 1],\n  [0, 1, +1]]\n\n[material.b]\nemittance = [1, 2, 3]\n[[surface]]\n\
-        material = \"a\"\nname = \"w\\u0061ll\"\ntriangle = [[0, 0, 2], [1, 0, 2], [0, 1, 2]]\npatches = 4\n\
-        [[surface.emit]]\ncell = [1, 1]\nemittance = 2\n[[surface]]\nmaterial = \"b\"\r\n\
-        quad = [[0, 0, 0x3], [1, 0, 3], [0, 1_0, 3]]\n";
-
-    /// What changes put into the text.
-    const WORDS: &[&str] = &[
-        "\n",
-        " ",
-        "#",
-        "-",
-        "0",
-        "1",
-        ",",
-        "[",
-        "]",
-        "\"",
-        "'",
-        ".",
-        "e9",
-        "_",
-        "=",
-        "[[surface]]\n",
-        "name",
-        "inf",
-        "\t",
-    ];
-
-    /// splitmix64 (Steele, Lea and Flood 2014).
-    fn hash(n: u64) -> u64 {
-        let mut x = n.wrapping_mul(0x9E37_79B9_7F4A_7C15);
-        x = (x ^ (x >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        x = (x ^ (x >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        x ^ (x >> 31)
-    }
-
-    /// The scene with a piece or two of up to two letters replaced.
-    fn changed(number: u64) -> String {
-        let mut text = SCENE.to_owned();
-        for change in 0..=hash(number) % 2 {
-            let lot = |n: u64, below: usize| (hash(hash(number) + 3 * change + n) % below as u64) as usize;
-            let start = lot(0, text.len());
-            let end = (start + lot(1, 3)).min(text.len());
-            text.replace_range(start..end, WORDS[lot(2, WORDS.len())]);
-        }
-        text
-    }
-
-    /// Scenes are read part by part, in plain form where they have it: what comes of it is what the document says.
-    #[test]
-    fn parts_say_what_the_whole_says() {
-        let options = Options::default();
-        let (mut accepted, mut refused) = (0, 0);
-        for number in 0..4_000 {
-            let text = if number == 0 { SCENE.into() } else { changed(number) };
-            let source = Source::of_scene(Path::new("s.toml"), &text);
-            let whole = read_whole(&source, &options);
-            match (read_parts(&source, &options), &whole) {
-                (Ok(Some(parts)), Ok(whole)) => {
-                    assert_eq!(parts, *whole, "{text}");
-                    accepted += 1;
-                }
-                (Ok(None), _) => {}
-                (Err(_), Err(_)) => refused += 1,
-                (parts, whole) => panic!("{parts:?}\n{whole:?}\n{text}"),
-            }
-        }
-        assert!(accepted > 200 && refused > 200, "{accepted} {refused}");
-    }
-}
+mod tests;
