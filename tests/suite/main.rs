@@ -42,4 +42,6 @@ mod sign;
 mod sobol_run;
 mod stability;
 mod stuck;
+#[cfg(target_os = "linux")]
+mod terminal;
 mod voice;
