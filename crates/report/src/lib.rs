@@ -2,6 +2,8 @@
 //!
 //! Nothing is printed here; errors name the file they are about.
 
+#![warn(unreachable_pub, unnameable_types)]
+
 mod atomic;
 mod camera;
 mod chart;
@@ -35,6 +37,6 @@ pub use picture::{Picture, Shot};
 pub use sensors::{SensorSummary, SensorsSummary, write_sensors};
 pub use smooth::Smooth;
 pub use summary::{
-    Check, Energy, PartSummary, PrecisionSummary, Provenance, RunFacts, SessionSummary, Summary, Target,
-    Units, WorkerSummary, WorstPatch,
+    ApartSummary, Check, Energy, PartSummary, PrecisionSummary, Provenance, RunFacts, SessionSummary,
+    Summary, Target, Units, WorkerSummary, WorstPatch,
 };
