@@ -18,6 +18,7 @@ mod patches;
 mod picture;
 #[cfg(test)]
 mod scenes;
+mod sensors;
 mod smooth;
 mod summary;
 pub mod words;
@@ -33,6 +34,7 @@ pub use model::{Bounce, Model};
 pub use page::{Milestone, Page};
 pub use patches::{face_words, flags, side_name, write_patches};
 pub use picture::{Picture, Shot};
+pub use sensors::{SensorSummary, SensorsSummary, write_sensors};
 pub use smooth::Smooth;
 pub use summary::{
     ApartSummary, Check, Energy, PartSummary, PrecisionSummary, Provenance, RunFacts, SessionSummary,

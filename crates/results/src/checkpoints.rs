@@ -102,8 +102,19 @@ pub fn find(
 }
 
 /// What is made from a tally. It does not stand beside that of another run.
-pub(crate) const DERIVED: [&str; 7] =
-    ["patches.csv", "summary.json", "radiosity.png", PAGE, "patches.vtu", "scene.glb", "patches.parquet"];
+pub(crate) const DERIVED: [&str; 8] = [
+    "patches.csv",
+    SENSORS,
+    "summary.json",
+    "radiosity.png",
+    PAGE,
+    "patches.vtu",
+    "scene.glb",
+    "patches.parquet",
+];
+
+/// What sensors read; absent where there are none.
+pub(crate) const SENSORS: &str = "sensors.csv";
 
 /// The page that shows a result.
 pub(crate) const PAGE: &str = "report.html";
