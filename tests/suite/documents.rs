@@ -61,7 +61,7 @@ fn lit_part(summary: &Value) -> f64 {
 fn every_toml_block_runs() {
     let folder = workshop();
     let short = ["--paths", "300000", "--workers", "2", "--set", "target.relative_error=1", "--force"];
-    let (mut jobs, mut scenes, mut imports) = (0, 0, 0);
+    let (mut jobs, mut scenes, mut sensors, mut imports) = (0, 0, 0, 0);
     for page in pages() {
         for block in blocks(&page, "toml") {
             let file = path(&folder, "block.toml");
@@ -74,6 +74,17 @@ fn every_toml_block_runs() {
                 assert!(!stdout.contains("coincident") && !stdout.contains("buried"), "{stdout}");
                 let summary = run_job(file.to_str().unwrap(), &out, &["--paths", "100000", "--force"]);
                 assert!(lit_part(&summary) > 0.99, "{page:?}: {summary}");
+            } else if block.contains("[[sensor]]") {
+                sensors += 1;
+                let scene = blocks(Path::new("docs/guide/first-scene.md"), "toml").swap_remove(0);
+                fs::write(&file, format!("{scene}\n{block}")).unwrap();
+                let summary = run_job(file.to_str().unwrap(), &out, &["--paths", "100000", "--force"]);
+                assert_eq!(
+                    (&summary["sensors"]["list"][0]["name"], &summary["sensors"]["samples"]),
+                    (&"desk".into(), &97.into())
+                );
+                let rows = fs::read_to_string(out.join("sensors.csv")).unwrap().lines().count();
+                assert_eq!(rows, 1 + 8 + 1);
             } else if block.starts_with("[import]") {
                 imports += 1;
                 fs::write(&file, format!("scene = \"two.obj\"\n[budget]\npaths = 10000\n{block}")).unwrap();
@@ -87,7 +98,8 @@ fn every_toml_block_runs() {
             }
         }
     }
-    assert!(jobs >= 3 && scenes >= 1 && imports >= 1, "{jobs} jobs, {scenes} scenes, {imports} imports");
+    let counts = (jobs >= 3, scenes, sensors, imports);
+    assert_eq!(counts, (true, 1, 1, 1), "{jobs} jobs");
 }
 
 #[test]
