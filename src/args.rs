@@ -2,7 +2,9 @@
 
 use std::path::PathBuf;
 
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand, ValueEnum};
+use job::{OutputFile, Word};
 use tracing::level_filters::LevelFilter;
 
 use crate::console::{Form, Voice};
@@ -207,34 +209,21 @@ pub struct OutArgs {
     pub json: bool,
 }
 
-/// What is written for other programs.
+/// What is written beside the files that the job names.
 #[derive(Args)]
 pub struct ExportArgs {
-    /// Write the result for other programs, too; may be a list, e.g. --export vtu,glb
-    #[arg(long, value_name = "FORMAT", value_delimiter = ',')]
-    pub export: Vec<Export>,
+    /// Write these files, too; may be a list, e.g. --export vtu,glb
+    #[arg(long, value_name = "FILE", value_delimiter = ',', value_parser = output_file())]
+    pub export: Vec<OutputFile>,
 }
 
-/// A format that other programs read.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum Export {
-    /// patches.vtu: ParaView and VTK
-    Vtu,
-    /// scene.glb: viewers and modellers
-    Glb,
-    /// patches.parquet: data frames
-    Parquet,
-}
-
-impl Export {
-    /// The name of the file.
-    pub fn file(self) -> &'static str {
-        match self {
-            Export::Vtu => "patches.vtu",
-            Export::Glb => "scene.glb",
-            Export::Parquet => "patches.parquet",
-        }
-    }
+/// The words of `[output] files`.
+fn output_file() -> impl TypedValueParser<Value = OutputFile> {
+    let words = OutputFile::ALL.iter().map(|file| PossibleValue::new(file.word()).help(file.name()));
+    PossibleValuesParser::new(words).map(|word| {
+        let found = OutputFile::ALL.iter().find(|file| file.word() == word);
+        *found.expect("the parser takes no other words")
+    })
 }
 
 /// Whom a job lets see how it gets on.
@@ -244,6 +233,10 @@ pub struct MonitorArgs {
     /// and nothing is asked of who reads it
     #[arg(long, value_name = "HOST:PORT")]
     pub metrics: Option<String>,
+    /// The report of the result so far at http://HOST:PORT/, which follows the run; a port alone: for this machine only.
+    /// Elsewhere the address that is told has a key; what is read is not encrypted
+    #[arg(long, value_name = "HOST:PORT")]
+    pub watch: Option<String>,
 }
 
 #[derive(Args)]

@@ -7,7 +7,7 @@ use judge::fit::misfits;
 use judge::{MOMENTS, target};
 use radiosity::{Experiment, Scene, Side};
 use report::words::counted;
-use report::{MethodWords, Model, Units};
+use report::{MethodWords, Model, Units, view_troubles};
 
 use crate::args::CheckArgs;
 use crate::console::{Phase, say};
@@ -95,6 +95,11 @@ fn describe_job(job: &Job, experiment: &Experiment) {
             target::scope(target.patches.as_deref())
         ));
     }
+    if let Some(files) = &job.files {
+        let names = ["tally.bin"].into_iter().chain(files.iter().map(|file| file.name()));
+        say(&format!("output: {}", names.collect::<Vec<_>>().join(", ")));
+    }
+    view_troubles(scene, &job.view).iter().for_each(|trouble| say(&format!("note: {trouble}")));
     if let Some(note) = &job.note {
         say(&format!("note: {note}"));
     }

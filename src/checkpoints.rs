@@ -99,11 +99,16 @@ pub fn find(
 }
 
 /// What is made from a tally. It does not stand beside that of another run.
-pub const DERIVED: [&str; 7] =
-    ["patches.csv", "summary.json", "radiosity.png", PAGE, "patches.vtu", "scene.glb", "patches.parquet"];
-
-/// The page that shows a result.
-pub const PAGE: &str = "report.html";
+pub const DERIVED: [&str; 8] = [
+    "patches.csv",
+    "summary.json",
+    "radiosity.png",
+    "report.html",
+    "radiosity.exr",
+    "patches.vtu",
+    "scene.glb",
+    "patches.parquet",
+];
 
 /// What the latest tally of a folder is to a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

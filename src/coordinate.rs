@@ -13,9 +13,10 @@ use job::{Budget, Job, MethodTable};
 use judge::limits::limits;
 use judge::target::{Observer, judge, looks};
 use radiosity::{Estimates, Experiment, Tally};
+use report::view_troubles;
 use tracing::{info, warn};
 
-use crate::args::{CoordinateArgs, ExportArgs, JobArgs, OutArgs, RunArgs};
+use crate::args::{CoordinateArgs, ExportArgs, JobArgs, MonitorArgs, OutArgs, RunArgs};
 use crate::checkpoints::{self, Found, Identity, Keeper, Latest};
 use crate::console::Phase;
 use crate::fault::{Fault, Outcome};
@@ -26,6 +27,7 @@ use crate::progress::{Display, tell_notice};
 use crate::replica::check_shape;
 use crate::reports::{Description, Reports};
 use crate::settings::Settings;
+use crate::watch::Watch;
 use crate::{losses, memory, replica, signals};
 
 /// Between tries to write the results of a run.
@@ -41,7 +43,8 @@ pub fn run(args: &RunArgs) -> Result<Outcome, Fault> {
     signals::keep_memory_private();
     let reports =
         Reports::new(prepared.description(), &prepared.output, None, args.monitor.metrics.as_deref())?;
-    prepared.serve(listener, access, &args.out, reports, Some(&mut workers))
+    let watch = prepared.watch(&args.monitor)?;
+    prepared.serve(listener, access, &args.out, (reports, watch), Some(&mut workers))
 }
 
 /// Coordinates workers that are started elsewhere.
@@ -65,7 +68,8 @@ pub fn coordinate(args: &CoordinateArgs) -> Result<Outcome, Fault> {
         Some(&access_file),
         args.monitor.metrics.as_deref(),
     )?;
-    let done = prepared.serve(listener, access.clone(), &args.out, reports, None);
+    let watch = prepared.watch(&args.monitor)?;
+    let done = prepared.serve(listener, access.clone(), &args.out, (reports, watch), None);
     // The key is of no use any more. Where the file is gone, or another coordinator's by now, there is nothing to do.
     let _ = access.remove(&access_file);
     done
@@ -137,6 +141,7 @@ impl Prepared {
         // What is wrong with the light comes before all that is made of it.
         losses::warnings(experiment.scene()).iter().for_each(|warning| warn!("{warning}"));
         let settings = Settings::of(&job);
+        view_troubles(experiment.scene(), &settings.view).iter().for_each(|trouble| warn!("{trouble}"));
         let folder = out.out.clone().unwrap_or_else(|| default_folder(&job));
         let output = RunOutput::new(&folder, out.force || resume, &export.export)?;
         let identity = identity(&job, &settings, &experiment)?;
@@ -226,13 +231,19 @@ impl Prepared {
         Description { job: self.job.name.clone(), paths_per_walk: self.experiment.paths_per_walk() }
     }
 
+    /// The page that follows the run, where one is wanted.
+    fn watch(&self, monitor: &MonitorArgs) -> Result<Option<Watch>, Fault> {
+        let open = |address: &String| Watch::open(address, &self.experiment, &self.settings);
+        monitor.watch.as_ref().map(open).transpose()
+    }
+
     /// Serves the job to its end and writes what came of it.
     fn serve(
         mut self,
         listener: TcpListener,
         access: Access,
         out: &OutArgs,
-        mut reports: Reports,
+        (mut reports, mut watch): (Reports, Option<Watch>),
         mut workers: Option<&mut LocalWorkers>,
     ) -> Result<Outcome, Fault> {
         let plan = self.plan()?;
@@ -261,6 +272,9 @@ impl Prepared {
                     display.show(&standing);
                 }
                 reports.write(&standing, coordinator);
+            }
+            if let Some(watch) = &mut watch {
+                watch.tend(coordinator, &self.identity);
             }
             if let Err(fault) = keeper.tend(coordinator) {
                 // Memory that has failed once is not to be trusted with the rest.

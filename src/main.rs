@@ -32,6 +32,7 @@ mod settings;
 mod signals;
 mod stability;
 mod status;
+mod watch;
 mod work;
 
 use std::io::IsTerminal;

@@ -3,34 +3,37 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use clap::ValueEnum;
 use cluster::checkpoint::{Book, Checkpoint, Look};
 use cluster::roster::Contributor;
-use job::Light;
+use job::{Light, OutputFile, Word};
 use judge::bounces::bounces;
 use judge::checks::checks_of_result;
 use judge::target;
 use radiosity::{Estimates, Experiment, Precision};
 use report::{
-    Draft, Milestone, Model, OutputFolder, Page, PartSummary, Provenance, RunFacts, SessionSummary, Smooth,
-    Summary, Units, WorkerSummary, WorstPatch,
+    Draft, Milestone, Model, OutputFolder, Page, PartSummary, Photo, Provenance, RunFacts, SessionSummary,
+    Shot, Smooth, Summary, Units, WorkerSummary, WorstPatch,
 };
 use tracing::warn;
 
-use crate::args::{Export, OutArgs};
-use crate::checkpoints::{self, CURRENT, DERIVED, Latest, PAGE, PREVIOUS};
+use crate::args::OutArgs;
+use crate::checkpoints::{self, CURRENT, DERIVED, Latest, PREVIOUS};
 use crate::console::{Phase, emit, say};
 use crate::fault::Fault;
 use crate::settings::Settings;
 use report::words::{counted, duration, percent, quantity};
 
-/// Above this many patches the page takes longer to open than most want to wait, and is not written.
+/// Above this many patches the page takes longer to open than most want to wait, and is written where it is asked for.
 const PAGE_UP_TO: usize = 200_000;
+
+/// The files that are written where a job names none; the page, while it opens quickly.
+const DEFAULT: [OutputFile; 4] =
+    [OutputFile::Csv, OutputFile::Summary, OutputFile::Picture, OutputFile::Report];
 
 /// The output folder of a run.
 pub struct RunOutput {
     folder: Arc<OutputFolder>,
-    exports: Vec<Export>,
+    exports: Vec<OutputFile>,
 }
 
 impl RunOutput {
@@ -38,7 +41,7 @@ impl RunOutput {
     ///
     /// # Errors
     /// Where it holds results that may not be `replace`d.
-    pub fn new(path: &Path, replace: bool, exports: &[Export]) -> Result<Self, Fault> {
+    pub fn new(path: &Path, replace: bool, exports: &[OutputFile]) -> Result<Self, Fault> {
         let files = [&[CURRENT, PREVIOUS][..], &DERIVED].concat();
         let folder = OutputFolder::claim(path, &files, replace)?.into();
         Ok(RunOutput { folder, exports: exports.into() })
@@ -77,13 +80,13 @@ impl RunOutput {
         let phase = Phase::begin("estimating every patch");
         let (summary, drafts) = self.drafts(settings, experiment, checkpoint, &phase)?;
         checkpoints::write(&self.folder, checkpoint, latest)?;
-        drafts.into_iter().try_for_each(Draft::place)?;
-        self.folder.sync()?;
+        self.place(drafts)?;
         drop(phase);
         if out.json {
             emit(&serde_json::json!({"event": "done", "out": self.path(), "paths": summary.paths}));
         } else if !out.quiet {
             self.describe(&summary, settings);
+            self.describe_left_out(settings, experiment);
         }
         Ok(())
     }
@@ -100,8 +103,25 @@ impl RunOutput {
     ) -> Result<(), Fault> {
         let phase = Phase::begin("estimating every patch");
         let (_, drafts) = self.drafts(settings, experiment, checkpoint, &phase)?;
-        drafts.into_iter().try_for_each(Draft::place)?;
+        self.place(drafts)
+    }
+
+    /// Puts files in their places, and takes away those of an earlier result that this one does not have.
+    fn place(&self, drafts: Vec<(OutputFile, Draft)>) -> Result<(), Fault> {
+        let written: Vec<OutputFile> = drafts.iter().map(|(file, _)| *file).collect();
+        drafts.into_iter().try_for_each(|(_, draft)| draft.place())?;
+        let others = OutputFile::ALL.iter().filter(|file| !written.contains(file));
+        self.folder.remove(&others.map(|file| file.name()).collect::<Vec<_>>())?;
         Ok(self.folder.sync()?)
+    }
+
+    /// The files that a result of this many patches has.
+    fn files(&self, settings: &Settings, patches: usize) -> Vec<OutputFile> {
+        let is_quick = |file: &OutputFile| *file != OutputFile::Report || patches <= PAGE_UP_TO;
+        let mut files =
+            settings.files.clone().unwrap_or_else(|| DEFAULT.into_iter().filter(is_quick).collect());
+        files.extend(&self.exports);
+        OutputFile::ALL.iter().copied().filter(|file| files.contains(file)).collect()
     }
 
     /// What follows from the tally of a checkpoint, written but not in its place.
@@ -111,51 +131,64 @@ impl RunOutput {
         experiment: &Experiment,
         checkpoint: &Checkpoint,
         phase: &Phase,
-    ) -> Result<(Summary, Vec<Draft>), Fault> {
+    ) -> Result<(Summary, Vec<(OutputFile, Draft)>), Fault> {
         let scene = experiment.scene();
         let estimates = Estimates::new(experiment, &checkpoint.tally, settings.level(scene));
-        let precision = estimates.precision();
+        let files = self.files(settings, scene.faces().patch_count());
         phase.now("checking the result");
-        let facts = facts(settings, &estimates, &precision, &checkpoint.book);
-        let summary = Summary::new(scene, &checkpoint.tally, precision, facts);
+        let mut summary = summarise(settings, &estimates, &checkpoint.book);
         phase.now("drawing the picture");
-        let smooth = Smooth::new(&estimates);
-        let (picture, shot) = report::Picture::shoot(&estimates, &smooth);
+        let view = Seen::of(&estimates, settings, &files);
+        summary.view = view.as_ref().map(Seen::shot);
         self.folder.keep_hold()?;
         phase.now("writing the results");
-        let mut drafts = vec![
-            self.folder.draft("patches.csv", |file| report::write_patches(file, &estimates))?,
-            self.folder.draft("summary.json", |file| summary.write(file))?,
-            self.folder.draft("radiosity.png", |file| picture.write_png(file))?,
-        ];
-        if scene.faces().patch_count() <= PAGE_UP_TO {
-            let page = Page {
-                name: &settings.name,
-                summary: &summary,
-                estimates: &estimates,
-                milestones: &milestones(&checkpoint.book, experiment),
-                command: &command(settings, &summary),
-                shot,
-                smooth: &smooth,
-            };
-            drafts.push(self.folder.draft(PAGE, |file| page.write(file))?);
-        } else {
-            // One of an earlier result would show other numbers.
-            self.folder.remove(&[PAGE])?;
-        }
-        for export in Export::value_variants() {
-            let file = export.file();
-            if !self.exports.contains(export) {
-                self.folder.remove(&[file])?;
-                continue;
-            }
-            drafts.push(self.folder.draft(file, |writer| match export {
-                Export::Vtu => report::write_vtu(writer, &estimates),
-                Export::Glb => report::write_glb(writer, &estimates, &shot),
-                Export::Parquet => report::write_parquet(writer, &estimates),
-            })?);
+        let mut drafts = Vec::new();
+        for &file in &files {
+            let draft = self.folder.draft(file.name(), |writer| match (file, &view) {
+                (OutputFile::Csv, _) => report::write_patches(writer, &estimates),
+                (OutputFile::Summary, _) => summary.write(writer),
+                (OutputFile::Vtu, _) => report::write_vtu(writer, &estimates),
+                (OutputFile::Parquet, _) => report::write_parquet(writer, &estimates),
+                (OutputFile::Picture, Some(Seen::Drawn(_, photo))) => photo.picture.write_png(writer),
+                (OutputFile::Exr, Some(Seen::Drawn(_, photo))) => {
+                    photo.values.write_exr(writer, summary.units.radiosity)
+                }
+                (OutputFile::Glb, Some(view)) => report::write_glb(writer, &estimates, &view.shot()),
+                (OutputFile::Report, Some(view)) => {
+                    page(settings, &summary, &estimates, &checkpoint.book, view).write(writer)
+                }
+                (OutputFile::Picture | OutputFile::Exr | OutputFile::Glb | OutputFile::Report, _) => {
+                    unreachable!("what needs a view has one")
+                }
+            });
+            drafts.push((file, draft?));
         }
         Ok((summary, drafts))
+    }
+
+    /// What is not there because the job does not name it, and what that is needed for.
+    fn describe_left_out(&self, settings: &Settings, experiment: &Experiment) {
+        let patches = experiment.scene().faces().patch_count();
+        let (written, usual) = (self.files(settings, patches), DEFAULT.into_iter());
+        let left_out: Vec<OutputFile> = usual.filter(|file| !written.contains(file)).collect();
+        if settings.files.is_none() || left_out.is_empty() {
+            return;
+        }
+        let list = |of: fn(OutputFile) -> &'static str, between: &str| {
+            left_out.iter().map(|&file| of(file)).collect::<Vec<_>>().join(between)
+        };
+        let needs = match (left_out.contains(&OutputFile::Csv), left_out.contains(&OutputFile::Summary)) {
+            (true, true) => "; diff needs patches.csv, and status summary.json",
+            (true, false) => "; diff needs patches.csv",
+            (false, true) => "; status needs summary.json",
+            (false, false) => "",
+        };
+        say(&format!(
+            "left out: {}; radwalk report {} --export {} makes them. Resume, merge and audit need tally.bin alone{needs}",
+            list(OutputFile::name, ", "),
+            self.path().display(),
+            list(OutputFile::word, ",")
+        ));
     }
 
     /// A few lines for people.
@@ -227,6 +260,74 @@ impl RunOutput {
             target.worst.iter().filter(|_| !target.reached).for_each(describe_worst);
         }
         say(&format!("written to {}", self.path().display()));
+    }
+}
+
+/// A result from where the picture is taken, as far as its files need it.
+pub enum Seen {
+    /// Aimed at, and not drawn.
+    Aimed(Smooth, Shot),
+    /// Drawn.
+    Drawn(Smooth, Box<Photo>),
+}
+
+impl Seen {
+    /// `None` where no file needs it.
+    fn of(estimates: &Estimates, settings: &Settings, files: &[OutputFile]) -> Option<Self> {
+        let needs = |some: &[OutputFile]| some.iter().any(|file| files.contains(file));
+        if needs(&[OutputFile::Picture, OutputFile::Exr]) {
+            let smooth = Smooth::new(estimates);
+            let photo = Photo::shoot(estimates, &smooth, &settings.view);
+            return Some(Seen::Drawn(smooth, photo.into()));
+        }
+        needs(&[OutputFile::Report, OutputFile::Glb]).then(|| Seen::aimed(estimates, settings))
+    }
+
+    /// Aimed at alone.
+    pub fn aimed(estimates: &Estimates, settings: &Settings) -> Self {
+        let shot = Shot::aim(estimates, &settings.view);
+        Seen::Aimed(Smooth::new(estimates), shot)
+    }
+
+    fn smooth(&self) -> &Smooth {
+        match self {
+            Seen::Aimed(smooth, _) | Seen::Drawn(smooth, _) => smooth,
+        }
+    }
+
+    /// How it is seen.
+    pub fn shot(&self) -> Shot {
+        match self {
+            Seen::Aimed(_, shot) => *shot,
+            Seen::Drawn(_, photo) => photo.shot,
+        }
+    }
+}
+
+/// The summary of a tally, but for the view.
+pub fn summarise(settings: &Settings, estimates: &Estimates, book: &Book) -> Summary {
+    let precision = estimates.precision();
+    let facts = facts(settings, estimates, &precision, book);
+    Summary::new(estimates.scene(), estimates.tally(), precision, facts)
+}
+
+/// The page that shows a tally.
+pub fn page<'a>(
+    settings: &'a Settings,
+    summary: &'a Summary,
+    estimates: &'a Estimates<'a>,
+    book: &Book,
+    view: &'a Seen,
+) -> Page<'a> {
+    Page {
+        name: &settings.name,
+        summary,
+        estimates,
+        milestones: milestones(book, estimates.experiment()),
+        command: command(settings, summary),
+        shot: view.shot(),
+        smooth: view.smooth(),
+        materials: &settings.finishes,
     }
 }
 

@@ -161,17 +161,23 @@ pub fn beside(access: &Path) -> PathBuf {
     access.with_extension(STATUS)
 }
 
-/// Listens for monitors: at the loopback address, where a port alone is given.
-fn open_page(address: &str) -> Result<Page, Fault> {
-    let address = match address.trim_start_matches(':').parse::<u16>() {
+/// The address itself; a port alone is that of the loopback address.
+pub fn at_loopback(address: &str) -> String {
+    match address.trim_start_matches(':').parse::<u16>() {
         Ok(port) => format!("127.0.0.1:{port}"),
         Err(_) => address.to_owned(),
-    };
+    }
+}
+
+/// Listens for monitors: at the loopback address, where a port alone is given.
+fn open_page(address: &str) -> Result<Page, Fault> {
+    let address = at_loopback(address);
     let page = Page::default();
     let open = || {
         let listener = TcpListener::bind(&address)?;
         let bound = listener.local_addr()?;
-        publish(listener, page.clone())?;
+        let told = page.clone();
+        publish(listener, "metrics", move |request| told.answer(request))?;
         Ok(bound)
     };
     let bound =

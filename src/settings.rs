@@ -1,7 +1,7 @@
 //! What a result has to be told with, beside the walks and their scene: it travels with the job and stays in
 //! `tally.bin`.
 
-use job::{Job, Light, MethodTable, Target};
+use job::{Finishes, Job, Light, MethodTable, OutputFile, Target, View};
 use radiosity::Scene;
 use serde::{Deserialize, Serialize};
 
@@ -30,6 +30,12 @@ pub struct Settings {
     pub import: Vec<String>,
     /// What the numbers measure.
     pub light: Light,
+    /// The files that are written beside the tally; `None`: the program chooses.
+    pub files: Option<Vec<OutputFile>>,
+    /// How the picture is taken.
+    pub view: View,
+    /// What the surfaces are made of.
+    pub finishes: Finishes,
 }
 
 impl Settings {
@@ -47,6 +53,9 @@ impl Settings {
             note: job.note.clone(),
             import: job.scene.notes().to_vec(),
             light: job.light,
+            files: job.files.clone(),
+            view: job.view,
+            finishes: job.scene.finishes().clone(),
         }
     }
 

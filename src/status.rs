@@ -7,6 +7,7 @@ use std::time::{Duration, Instant};
 use serde_json::{Value, json};
 
 use crate::args::StatusArgs;
+use crate::checkpoints::CURRENT;
 use crate::console::say;
 use crate::fault::{Fault, Outcome};
 use crate::gauge::{Faults, unix_seconds};
@@ -84,6 +85,9 @@ fn find(of: &Path) -> Result<Found, Fault> {
         Ok(bytes) => serde_json::from_slice(&bytes)
             .map(Found::Summary)
             .map_err(|error| unknown(format!("{} is no summary: {error}", summary.display()))),
+        Err(_) if folder.join(CURRENT).exists() => Err(unknown(
+            "its job has ended, and summary.json was left out; radwalk report OUT --export summary makes it".into(),
+        )),
         Err(_) => {
             Err(unknown("no job has reported there: reports begin two seconds after its coordinator".into()))
         }

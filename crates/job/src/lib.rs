@@ -6,16 +6,19 @@
 
 mod document;
 mod error;
+mod finishes;
 mod imports;
 mod job;
 mod kind;
 mod method;
 mod near;
+mod output;
 mod scene;
 mod schema;
 mod source;
 
 pub use error::{Error, Place, Spot};
+pub use finishes::Finishes;
 pub use import::Options as ImportOptions;
 pub use job::{
     Budget, DEFAULT_CHECKPOINT_SECONDS, DEFAULT_CONFIDENCE, DEFAULT_PATHS, DEFAULT_SEED,
@@ -23,6 +26,7 @@ pub use job::{
 };
 pub use kind::{FileKind, file_kind};
 pub use method::{MethodTable, WalkKind, Word, job_hash};
+pub use output::{OutputFile, Stand, View};
 pub use radiosity::Sampler;
 pub use scene::{SceneFile, load_scene, load_scene_with};
 pub use schema::{job_schema, scene_schema};

@@ -9,6 +9,7 @@ use radiosity::{IndexChoice, Scene, SceneError, SceneSpec, Shape, Sides, Spectru
 
 use crate::document::{Table, Value};
 use crate::error::{Error, MESH_FORMATS, Place, Spot};
+use crate::finishes::Finishes;
 use crate::imports::{import_scene, positive, read_mesh};
 use crate::source::{Source, Split};
 
@@ -23,6 +24,7 @@ pub struct SceneFile {
     meshes: Vec<MeshSite>,
     /// By number.
     materials: Vec<(String, Lines)>,
+    finishes: Finishes,
     notes: Vec<String>,
 }
 
@@ -81,6 +83,11 @@ impl SceneFile {
     /// What it says; its numbers are checked by [`SceneFile::build`].
     pub fn spec(&self) -> &SceneSpec {
         &self.spec
+    }
+
+    /// What its surfaces are made of.
+    pub fn finishes(&self) -> &Finishes {
+        &self.finishes
     }
 
     /// What was left out, changed or assumed of meshes, a sentence each.
@@ -166,9 +173,10 @@ pub fn load_scene_with(path: &Path, options: &Options) -> Result<SceneFile, Erro
         sites: Vec::new(),
         meshes: Vec::new(),
         materials: Vec::new(),
+        finishes: Finishes::default(),
         notes: Vec::new(),
     };
-    scene.add(path, import_scene(path, format, options)?);
+    scene.add(path, import_scene(path, format, options)?, None);
     Ok(scene)
 }
 
@@ -217,6 +225,7 @@ impl<'a, 'o> Reader<'a, 'o> {
                 .iter()
                 .map(|(name, material)| (name.clone(), material.lines.clone()))
                 .collect(),
+            finishes: Finishes::default(),
             notes: Vec::new(),
         };
         Ok(Reader { scene, materials, meshes: table.take("mesh"), options })
@@ -238,6 +247,7 @@ impl<'a, 'o> Reader<'a, 'o> {
         for value in value.tables(LISTS[0])? {
             let number = self.scene.spec.surfaces.len();
             let (surface, site) = read_surface(value, number, &self.materials)?;
+            self.scene.finishes.push(&self.scene.materials[site.material as usize].0);
             self.scene.spec.surfaces.push(surface);
             self.scene.sites.push(site);
         }
@@ -249,13 +259,14 @@ impl<'a, 'o> Reader<'a, 'o> {
         let meshes =
             self.meshes.take().map(|meshes| meshes.tables(LISTS[1])).transpose()?.unwrap_or_default();
         for (number, value) in meshes.into_iter().enumerate() {
-            let (file, imported) = self.mesh(value, number)?;
-            self.scene.add(&file, imported);
+            let (file, imported, finish) = self.mesh(value, number)?;
+            self.scene.add(&file, imported, finish.as_deref());
         }
         Ok(self.scene)
     }
 
-    fn mesh(&self, value: Value<'_>, number: usize) -> Result<(PathBuf, Imported), Error> {
+    /// The file of a mesh, its surfaces, and the material that all of them have, where the scene gives them one.
+    fn mesh(&self, value: Value<'_>, number: usize) -> Result<(PathBuf, Imported, Option<String>), Error> {
         let mut table = value.table_called(format!("mesh {number}: "), MESH_KEYS)?;
         let file = table.require(
             "file",
@@ -283,8 +294,10 @@ impl<'a, 'o> Reader<'a, 'o> {
             error => error,
         })?;
         options.materials.retain(|entry| mesh.has_material(&entry.pattern));
+        let mut finish = None;
         if let Some(value) = table.take("material") {
             let material = find_material(&value, &self.materials)?;
+            finish = Some(value.string()?.to_owned());
             options.materials.push(MaterialOverride {
                 pattern: "*".into(),
                 reflectance: Some(material.reflectance),
@@ -294,14 +307,16 @@ impl<'a, 'o> Reader<'a, 'o> {
             });
         }
         let imported = mesh.into_scene(&path, format, &options).map_err(Error::of_mesh)?;
-        Ok((path, imported))
+        Ok((path, imported, finish))
     }
 }
 
 impl SceneFile {
-    /// Adds the surfaces of a mesh.
-    fn add(&mut self, file: &Path, imported: Imported) {
-        let Imported { spec, spots, notes } = imported;
+    /// Adds the surfaces of a mesh, whose materials are its own unless all have one `finish`.
+    fn add(&mut self, file: &Path, imported: Imported, finish: Option<&str>) {
+        let Imported { spec, spots, notes, materials, names } = imported;
+        let name = |material: u32| finish.unwrap_or(&names[material as usize]);
+        materials.into_iter().for_each(|material| self.finishes.push(name(material)));
         self.meshes.push(MeshSite { file: file.into(), first: self.spec.surfaces.len(), spots });
         if self.spec.surfaces.is_empty() {
             self.spec = spec;
@@ -474,11 +489,11 @@ fn read_shape(table: &mut Table<'_>) -> Result<Shape, Error> {
 
 fn read_corners(value: Value<'_>) -> Result<[DVec3; 3], Error> {
     let [a, b, c] = value.exactly("three corners: [[x, y, z], [x, y, z], [x, y, z]]")?;
-    Ok([read_corner(a)?, read_corner(b)?, read_corner(c)?])
+    Ok([read_point(a)?, read_point(b)?, read_point(c)?])
 }
 
-fn read_corner(value: Value<'_>) -> Result<DVec3, Error> {
-    let [x, y, z] = value.exactly("a corner in metres: [x, y, z]")?;
+pub(crate) fn read_point(value: Value<'_>) -> Result<DVec3, Error> {
+    let [x, y, z] = value.exactly("a point in metres: [x, y, z]")?;
     Ok(DVec3::new(x.number()?, y.number()?, z.number()?))
 }
 
