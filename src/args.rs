@@ -6,8 +6,7 @@ use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use job::{OutputFile, Word};
 use tracing::level_filters::LevelFilter;
-
-use crate::console::{Form, Voice};
+use voice::{Form, Voice};
 
 /// What every help page ends with.
 const AFTER: &str = "\
@@ -72,7 +71,7 @@ Examples:
 
 /// Distributed Monte Carlo radiosity with confidence intervals that are true.
 #[derive(Parser)]
-#[command(version = crate::BUILD, arg_required_else_help = true, after_help = AFTER)]
+#[command(version = crate::build::BUILD, arg_required_else_help = true, after_help = AFTER)]
 pub struct Cli {
     #[command(subcommand)]
     pub command: Command,
@@ -219,11 +218,12 @@ pub struct ExportArgs {
 
 /// The words of `[output] files`.
 fn output_file() -> impl TypedValueParser<Value = OutputFile> {
-    let words = OutputFile::ALL.iter().map(|file| PossibleValue::new(file.word()).help(file.name()));
-    PossibleValuesParser::new(words).map(|word| {
-        let found = OutputFile::ALL.iter().find(|file| file.word() == word);
-        *found.expect("the parser takes no other words")
-    })
+    let word = |file: &OutputFile| {
+        PossibleValue::new(file.word()).help(format!("{}: {}", file.name(), file.purpose()))
+    };
+    let named = |word: String| OutputFile::ALL.iter().copied().find(|file| file.word() == word);
+    let words = PossibleValuesParser::new(OutputFile::ALL.iter().map(word));
+    words.map(move |word| named(word).expect("one of these words"))
 }
 
 /// Whom a job lets see how it gets on.

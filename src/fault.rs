@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use cluster::listen::ListenError;
 use thiserror::Error;
 
 /// How a command ended that did what it was asked to.
@@ -27,6 +28,12 @@ pub enum Fault {
     /// Results cannot be written.
     #[error(transparent)]
     Report(#[from] report::Error),
+    /// A result cannot be written, read, or believed.
+    #[error(transparent)]
+    Results(#[from] results::Error),
+    /// Nothing is known of a job.
+    #[error(transparent)]
+    NoStatus(#[from] monitor::NoStatus),
     /// The scene has no deterministic solution here.
     #[error(transparent)]
     Exact(#[from] exact::ExactError),
@@ -93,14 +100,6 @@ pub enum Fault {
         /// Workers on this machine.
         workers: usize,
     },
-    /// Nothing is known of a job.
-    #[error("nothing is known of a job at {} ({reason}); give the output folder of a job, or its access file", of.display())]
-    NoStatus {
-        /// What was typed.
-        of: PathBuf,
-        /// Why not.
-        reason: String,
-    },
     /// A coordinator does not report any more.
     #[error(
         "the coordinator, process {pid} of {host}, has not reported for {seconds} s (it was killed, or its disk is full); go on with `radwalk run --resume` or `coordinate --resume`"
@@ -112,29 +111,6 @@ pub enum Fault {
         pid: u32,
         /// Since its last report.
         seconds: u64,
-    },
-    /// Two results cannot be held against each other.
-    #[error("{} cannot be compared with {} ({reason}); {remedy}", second.display(), first.display())]
-    Incomparable {
-        /// A folder.
-        first: PathBuf,
-        /// Another.
-        second: PathBuf,
-        /// Why not.
-        reason: String,
-        /// What to do.
-        remedy: &'static str,
-    },
-    /// A table cannot be read.
-    #[error(
-        "{} cannot be read ({reason}); give the output folder of `radwalk run` or `merge`, and where the table was left out there, make it from the tally: radwalk report OUT --export csv",
-        path.display()
-    )]
-    NoTable {
-        /// The file.
-        path: PathBuf,
-        /// Why not.
-        reason: String,
     },
     /// Two results differ.
     #[error("the results differ: {0}")]
@@ -175,9 +151,6 @@ pub enum Fault {
         /// What it asks for.
         word: String,
     },
-    /// A tally cannot be used.
-    #[error(transparent)]
-    Checkpoint(#[from] cluster::checkpoint::CheckpointError),
     /// A run holds more walks than the job has.
     #[error(
         "the checkpoint holds {walks} paths, the job has {paths} (walks that are merged cannot be taken out); give --paths {walks} or more"
@@ -203,27 +176,6 @@ pub enum Fault {
         "a job of chains or Sobol batches has no walks to replay (what is within one depends on all of it); give --set method.walk=shooting --set method.sampler=random, or another job"
     )]
     NoWalks,
-    /// Runs cannot be merged.
-    #[error("cannot merge {}: {fault}", path.display())]
-    Merge {
-        /// The run that does not go with those before it.
-        path: PathBuf,
-        /// Why.
-        fault: cluster::merge::MergeFault,
-    },
-    /// The job that a tally keeps cannot be read.
-    #[error(
-        "the job kept in {} cannot be used ({reason}); it was written by radwalk {build}, use that",
-        path.display()
-    )]
-    Kept {
-        /// The folder.
-        path: PathBuf,
-        /// Why.
-        reason: String,
-        /// Who wrote it.
-        build: String,
-    },
     /// A part of the walks is no part.
     #[error("--share {0} is outside (0, 1] (it is the part of the walks to trace again); give 0.001, say")]
     Share(f64),
@@ -238,17 +190,6 @@ pub enum Fault {
         leases: usize,
         /// Who delivered those that differ.
         workers: String,
-    },
-    /// A table, summary or picture stands beside the tally of another run.
-    #[error(
-        "{}/{file} is not made from the tally beside it (the run was not finished, the file was changed, or another version wrote it); go on with `radwalk run --resume`, or run the job again",
-        run.display()
-    )]
-    OtherTable {
-        /// The folder.
-        run: PathBuf,
-        /// What is in it.
-        file: &'static str,
     },
     /// Some rows of the papers' tables came out otherwise.
     #[error(
@@ -342,32 +283,41 @@ impl Outcome {
 }
 
 impl Fault {
+    /// A coordinator or a relay cannot listen at an address.
+    pub fn listen(address: &str, error: ListenError) -> Self {
+        let address = address.into();
+        match error {
+            ListenError::Refused(source) => Fault::Listen { address, option: "--listen", source },
+            ListenError::NoName => Fault::NoName { address },
+        }
+    }
+
     /// 2 for bad input, 3 for a failed cluster.
     pub fn exit_code(&self) -> u8 {
         match self {
             Fault::Job(_) | Fault::Unfit(_) | Fault::Report(_) | Fault::Exact(_) => 2,
             Fault::AccessFile { .. } | Fault::AccessFileWrite { .. } | Fault::OneAccessFile { .. } => 2,
-            Fault::Checkpoint(_) | Fault::BeyondBudget { .. } | Fault::Merge { .. } => 2,
-            Fault::Kept { .. } | Fault::Share(_) | Fault::OtherBatches { .. } | Fault::NoWalks => 2,
+            Fault::BeyondBudget { .. } | Fault::Share(_) | Fault::OtherBatches { .. } | Fault::NoWalks => 2,
             Fault::NoEntry { .. } | Fault::Table { .. } | Fault::TwinJobs(_) => 2,
-            Fault::NoName { .. }
-            | Fault::NoRoom { .. }
-            | Fault::NoStatus { .. }
-            | Fault::Incomparable { .. }
-            | Fault::NoTable { .. } => 2,
-            Fault::Silent { .. } | Fault::Differ(_) => 3,
-            Fault::Taken { .. }
-            | Fault::NotWritten { .. }
-            | Fault::Unsaid { .. }
-            | Fault::LogLevel { .. } => 2,
-            Fault::OtherTable { .. }
-            | Fault::Audit { .. }
-            | Fault::Listen { .. }
-            | Fault::Worker(_)
-            | Fault::NoWorkers(_) => 3,
+            Fault::NoName { .. } | Fault::NoRoom { .. } | Fault::NoStatus(_) => 2,
+            Fault::Taken { .. } | Fault::NotWritten { .. } | Fault::Unsaid { .. } => 2,
+            Fault::LogLevel { .. } => 2,
+            Fault::Results(error) => exit_code_of(error),
+            Fault::Silent { .. } | Fault::Differ(_) | Fault::Audit { .. } => 3,
+            Fault::Listen { .. } | Fault::Worker(_) | Fault::NoWorkers(_) => 3,
             Fault::NotReproduced { .. } | Fault::Overflow | Fault::System { .. } | Fault::Stuck { .. } => 3,
             Fault::Study { .. } | Fault::Unfounded { .. } => 3,
             Fault::Interrupted => Outcome::Interrupted.exit_code(),
         }
+    }
+}
+
+/// A result that does not hold is no bad input.
+fn exit_code_of(error: &results::Error) -> u8 {
+    use results::Error;
+    match error {
+        Error::Report(_) | Error::Checkpoint(_) | Error::Kept { .. } | Error::Merge { .. } => 2,
+        Error::Incomparable { .. } | Error::NoTable { .. } => 2,
+        Error::OtherTable { .. } | Error::Overflow | Error::System { .. } => 3,
     }
 }

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use cluster::access::Access;
 use cluster::lead::Notice;
 
-use crate::work::{ACCESS_BY_INPUT, name};
+use crate::commands::work::{ACCESS_BY_INPUT, name};
 
 /// So many deaths in a row, times the number of workers, within no less than [`FUTILE_TIME`] and without any progress of the job,
 /// and no more are started: whatever kills them will kill the next.

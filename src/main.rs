@@ -1,52 +1,33 @@
-//! `radwalk`: arguments, progress, exit codes; the only place that prints.
+//! `radwalk`: arguments, processes, and what is printed.
 
 mod args;
-mod audit;
-mod check;
-mod checkpoints;
-mod compare;
-mod console;
-mod coordinate;
+mod build;
+mod clock;
+mod commands;
 mod date;
-mod diff;
-mod doctor_report;
-mod exact_command;
 mod fault;
-mod gauge;
-mod launcher;
 mod local;
 mod losses;
 mod memory;
-mod merge;
-mod new;
-mod outputs;
-mod plan;
 mod progress;
-mod relay;
-mod replay;
-mod replica;
-mod report_command;
-mod reports;
-mod reproduce;
-mod settings;
+mod shift;
 mod signals;
-mod stability;
-mod status;
+mod summary;
 mod watch;
-mod work;
 
 use std::io::IsTerminal;
 use std::process::ExitCode;
 
 use clap::Parser;
 use tracing::error;
+use voice::{Voice, emit, record, say, unsaid};
 
 use crate::args::{Cli, Command};
-use crate::console::{Voice, emit, record, say, unsaid};
+use crate::commands::{
+    audit, check, compare, coordinate, diff, exact, merge, new, plan, relay, replay, report, reproduce,
+    stability, status, work,
+};
 use crate::fault::{Fault, Outcome};
-
-/// Version and commit: workers join only coordinators of the same build.
-pub const BUILD: &str = concat!(env!("CARGO_PKG_VERSION"), "+", env!("RADWALK_GIT"));
 
 fn main() -> ExitCode {
     let command = match Cli::try_parse() {
@@ -61,12 +42,12 @@ fn main() -> ExitCode {
         Command::Coordinate(args) => coordinate::coordinate(&args),
         Command::Work(args) => work::work(&args),
         Command::Relay(args) => relay::relay(&args),
-        Command::Exact(args) => exact_command::exact(&args),
+        Command::Exact(args) => exact::exact(&args),
         Command::Status(args) => status::status(&args),
         Command::Diff(args) => diff::diff(&args),
         Command::Merge(args) => merge::merge(&args),
         Command::Audit(args) => audit::audit(&args),
-        Command::Report(args) => report_command::report(&args),
+        Command::Report(args) => report::report(&args),
         Command::Replay(args) => replay::replay(&args),
         Command::Plan(args) => plan::plan(&args),
         Command::Reproduce(args) => reproduce::reproduce(&args),

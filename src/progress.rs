@@ -5,14 +5,14 @@ use std::time::{Duration, Instant};
 
 use cluster::lead::Notice;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use monitor::Standing;
 use report::words::{counted, duration, percent, quantity};
 use rustix::termios::tcgetwinsize;
 use serde_json::{Value, json};
 use tracing::{info, warn};
+use voice::{emit, keep_below};
 
 use crate::args::OutArgs;
-use crate::console::{emit, keep_below};
-use crate::gauge::Standing;
 
 /// Between two updates of a bar or of JSON lines.
 const INTERVAL: Duration = Duration::from_millis(500);
@@ -178,7 +178,7 @@ fn short_percent(x: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::gauge::{Faults, Goal, Saved};
+    use monitor::{Faults, Goal, Saved};
 
     fn standing() -> Standing {
         Standing {

@@ -13,15 +13,12 @@ use cluster::access::random_bytes;
 use cluster::checkpoint::Checkpoint;
 use cluster::coordinator::Coordinator;
 use cluster::scrape::{Answer, Request, publish};
-use radiosity::{Estimates, Experiment};
-use report::Live;
+use radiosity::Experiment;
+use results::{Identity, LivePage, Settings};
 use tracing::{debug, info};
 
-use crate::checkpoints::Identity;
+use crate::build::GIT;
 use crate::fault::Fault;
-use crate::outputs::{Seen, page, summarise};
-use crate::reports::at_loopback;
-use crate::settings::Settings;
 
 /// Between two pages at least.
 const INTERVAL: Duration = Duration::from_secs(2);
@@ -89,7 +86,8 @@ impl Watch {
         let state = State { pages: None, due: Instant::now(), asked: None };
         let shared = Arc::new(Shared { key, state: Mutex::new(state), busy: AtomicBool::new(false) });
         let (tallies, inbox) = sync_channel(1);
-        let maker = Maker { shared: shared.clone(), experiment: experiment.clone(), settings: settings.clone() };
+        let maker =
+            Maker { shared: shared.clone(), experiment: experiment.clone(), settings: settings.clone() };
         let thread = std::thread::Builder::new().name("pages".into());
         let start = || {
             thread.spawn(move || maker.make_all(&inbox))?;
@@ -172,6 +170,14 @@ impl Shared {
     }
 }
 
+/// The address itself; a port alone is that of the loopback address.
+pub fn at_loopback(address: &str) -> String {
+    match address.trim_start_matches(':').parse::<u16>() {
+        Ok(port) => format!("127.0.0.1:{port}"),
+        Err(_) => address.to_owned(),
+    }
+}
+
 /// Whether a host with its port is this machine by its own names.
 fn is_here(host: &str) -> bool {
     let name = match host.rsplit_once(':') {
@@ -207,17 +213,11 @@ impl Maker {
     }
 
     fn make(&self, checkpoint: &Checkpoint) -> std::io::Result<Pages> {
-        let level = self.settings.level(self.experiment.scene());
-        let estimates = Estimates::new(&self.experiment, &checkpoint.tally, level);
-        let mut summary = summarise(&self.settings, &estimates, &checkpoint.book);
-        let view = Seen::aimed(&estimates, &self.settings);
-        summary.view = Some(view.shot());
-        let page = page(&self.settings, &summary, &estimates, &checkpoint.book, &view);
-        let live = Live { paths_total: self.settings.paths };
+        let LivePage { paths, page, news } = LivePage::of(&self.settings, &self.experiment, checkpoint, GIT)?;
         Ok(Pages {
-            tag: format!("\"{}\"", summary.paths),
-            page: page.render(Some(live))?.into_bytes().into(),
-            news: page.render_news(live)?.into_bytes().into(),
+            tag: format!("\"{paths}\""),
+            page: page.into_bytes().into(),
+            news: news.into_bytes().into(),
         })
     }
 }
@@ -231,7 +231,9 @@ mod tests {
         for host in ["localhost", "localhost:7600", "127.0.0.1:80", "[::1]:7600", "127.3.2.1"] {
             assert!(is_here(host), "{host}");
         }
-        for host in ["evil.example", "evil.example:80", "10.0.0.1:80", "localhost.evil.example", "[::2]:1", ""] {
+        for host in
+            ["evil.example", "evil.example:80", "10.0.0.1:80", "localhost.evil.example", "[::2]:1", ""]
+        {
             assert!(!is_here(host), "{host}");
         }
     }

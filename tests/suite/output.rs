@@ -78,7 +78,8 @@ fn a_tally_alone_is_resumed_merged_and_audited() {
 fn a_view_is_what_the_job_says() {
     let folder = tempdir().unwrap();
     let out = path(&folder, "out");
-    let view = "view={ eye = [0.5, 0.1, 0.5], look_at = [0.5, 0.9, 0.6], fov = 70, size = [64, 48], exposure = 2 }";
+    let view =
+        "view={ eye = [0.5, 0.1, 0.5], look_at = [0.5, 0.9, 0.6], fov = 70, size = [64, 48], exposure = 2 }";
     let set = ["--paths", "20000", "--set", view];
     let told = run_job(JOB, &out, &set)["view"].clone();
     assert_eq!((&told["eye"], &told["size"]), (&[0.5, 0.1, 0.5].into(), &[64, 48].into()));

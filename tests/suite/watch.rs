@@ -79,7 +79,10 @@ fn a_running_job_has_a_page_that_follows_it() {
     assert!(news.contains("id=\"table\"") && !news.contains("id=\"corners\"") && !news.contains("<style>"));
     assert_ne!(tag(&head), format!("\"{}\"", first["summary"]["paths"]));
     // What the page says is a prefix of the walks: its camera and scene are those of the first.
-    assert_eq!((&later["view"]["eye"], &later["summary"]["scene_hash"]), (&first["view"]["eye"], &first["summary"]["scene_hash"]));
+    assert_eq!(
+        (&later["view"]["eye"], &later["summary"]["scene_hash"]),
+        (&first["view"]["eye"], &first["summary"]["scene_hash"])
+    );
     assert!(ask(port, "/etc/passwd", &here).0.starts_with("HTTP/1.1 404"));
     // A name that somebody else gave to this address does not lead to the page.
     assert!(ask(port, "/", "Host: evil.example\r\n").0.starts_with("HTTP/1.1 403"));

@@ -1,8 +1,7 @@
 //! The form factors of a scene as one symmetric matrix.
 
-use faer::Mat;
-
 use crate::box_scene::BoxScene;
+use crate::dense::Matrix;
 use crate::form_factor::exchange_area;
 
 /// The areas of faces and the dense, symmetric matrix of exchange areas A_iF_ij. Geometry only: every set of
@@ -10,7 +9,7 @@ use crate::form_factor::exchange_area;
 #[derive(Clone, Debug)]
 pub struct ExchangeMatrix {
     areas: Vec<f64>,
-    exchange: Mat<f64>,
+    exchange: Matrix,
     /// The error of every exchange area relative to itself.
     relative_error: f64,
     /// Pairs that err by more.
@@ -30,7 +29,7 @@ impl ExchangeMatrix {
     /// i ≥ j; taken as exact.
     pub fn new(areas: Vec<f64>, exchange_area: impl Fn(usize, usize) -> f64) -> Self {
         let n = areas.len();
-        let mut exchange = Mat::zeros(n, n);
+        let mut exchange = Matrix::zeros(n, n);
         for j in 0..n {
             for i in j..n {
                 let area = exchange_area(i, j);
@@ -88,7 +87,7 @@ impl ExchangeMatrix {
     pub fn incoming(&self, radiosity: &[f64]) -> Vec<f64> {
         assert_eq!(radiosity.len(), self.face_count(), "one radiosity per face");
         // Row sums over columns, which are what lies together; the matrix is symmetric.
-        let product = |i: usize| self.exchange.col(i).iter().zip(radiosity).map(|(s, b)| s * b).sum();
+        let product = |i: usize| self.exchange.column(i).iter().zip(radiosity).map(|(s, b)| s * b).sum();
         (0..self.face_count()).map(product).collect()
     }
 

@@ -34,6 +34,7 @@ mod box_scene;
 mod colour;
 mod contour;
 mod cubature;
+mod dense;
 mod exchange;
 mod face;
 mod form_factor;

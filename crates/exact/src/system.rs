@@ -6,12 +6,9 @@
 
 use std::sync::Arc;
 
-use faer::dyn_stack::{MemBuffer, MemStack};
-use faer::linalg::cholesky::llt::factor::{cholesky_in_place, cholesky_in_place_scratch};
-use faer::linalg::triangular_solve::{solve_lower_triangular_in_place, solve_upper_triangular_in_place};
-use faer::{Mat, MatMut, Par};
 use thiserror::Error;
 
+use crate::dense::{Cholesky, Matrix};
 use crate::exchange::ExchangeMatrix;
 
 /// Right-hand sides solved for at a time: enough to be fast, few against the matrix.
@@ -32,8 +29,8 @@ pub struct RadiositySystem {
     reflectance: Vec<f64>,
     /// s_i = √(R_i/A_i).
     scale: Vec<f64>,
-    /// L with L Lᵀ = I − K, in the lower triangle; what is above it has no meaning.
-    factor: Mat<f64>,
+    /// L with L Lᵀ = I − K.
+    factor: Cholesky,
 }
 
 /// The solution of the radiosity system for one set of emittances, face by face.
@@ -63,11 +60,11 @@ impl RadiositySystem {
         let n = exchange.face_count();
         assert_eq!(reflectance.len(), n, "one reflectance per face");
         let scale: Vec<f64> = reflectance.iter().zip(exchange.areas()).map(|(r, a)| (r / a).sqrt()).collect();
-        let mut factor = Mat::from_fn(n, n, |i, j| {
+        let matrix = Matrix::from_fn(n, n, |i, j| {
             let identity = if i == j { 1.0 } else { 0.0 };
             identity - scale[i] * exchange.exchange_area(i, j) * scale[j]
         });
-        cholesky(factor.as_mut())?;
+        let factor = Cholesky::new(matrix).ok_or(Singular)?;
         Ok(RadiositySystem { exchange, reflectance, scale, factor })
     }
 
@@ -98,10 +95,11 @@ impl RadiositySystem {
     /// Unless there is one emittance per face.
     pub fn solve(&self, emittance: &[f64]) -> Solution {
         let direct = self.exchange.incoming(emittance);
-        let mut y = Mat::from_fn(direct.len(), 1, |i, _| self.scale[i] * direct[i]);
-        solve_lower_triangular_in_place(self.factor.as_ref(), y.as_mut(), Par::Seq);
-        solve_upper_triangular_in_place(self.factor.transpose(), y.as_mut(), Par::Seq);
-        let shot: Vec<f64> = (0..emittance.len()).map(|i| emittance[i] + self.scale[i] * y[(i, 0)]).collect();
+        let mut whitened = Matrix::from_fn(direct.len(), 1, |i, _| self.scale[i] * direct[i]);
+        self.factor.solve_lower(&mut whitened);
+        let mut y = whitened.column(0).to_vec();
+        self.factor.solve_transposed(&mut y);
+        let shot: Vec<f64> = (0..emittance.len()).map(|i| emittance[i] + self.scale[i] * y[i]).collect();
         self.gather(emittance, &shot)
     }
 
@@ -136,30 +134,19 @@ impl RadiositySystem {
         for block in faces.chunks(BLOCK) {
             let whitened = self.whitened(block);
             for (c, &i) in block.iter().enumerate() {
-                xi[i] += whitened.col(c).squared_norm_l2();
+                xi[i] += whitened.column(c).iter().map(|w| w * w).sum::<f64>();
             }
         }
         xi
     }
 
     /// L⁻¹k_i of some faces i, column by column.
-    fn whitened(&self, faces: &[usize]) -> Mat<f64> {
-        let mut k = Mat::from_fn(self.scale.len(), faces.len(), |j, c| {
+    fn whitened(&self, faces: &[usize]) -> Matrix {
+        let mut k = Matrix::from_fn(self.scale.len(), faces.len(), |j, c| {
             let i = faces[c];
             self.scale[j] * self.exchange.exchange_area(j, i) / self.exchange.areas()[i].sqrt()
         });
-        solve_lower_triangular_in_place(self.factor.as_ref(), k.as_mut(), Par::Seq);
+        self.factor.solve_lower(&mut k);
         k
-    }
-}
-
-/// Replaces the lower triangle of a symmetric matrix by its Cholesky factor.
-fn cholesky(matrix: MatMut<'_, f64>) -> Result<(), Singular> {
-    let scratch = cholesky_in_place_scratch::<f64>(matrix.nrows(), Par::Seq, Default::default());
-    let mut memory = MemBuffer::new(scratch);
-    let stack = MemStack::new(&mut memory);
-    match cholesky_in_place(matrix, Default::default(), Par::Seq, stack, Default::default()) {
-        Ok(_) => Ok(()),
-        Err(_) => Err(Singular),
     }
 }

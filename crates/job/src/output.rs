@@ -52,6 +52,22 @@ impl OutputFile {
     }
 }
 
+impl OutputFile {
+    /// What it is, or which programs read it.
+    pub fn purpose(self) -> &'static str {
+        match self {
+            OutputFile::Csv => "all patches",
+            OutputFile::Summary => "errors, checks, provenance",
+            OutputFile::Picture => "the scene as an eye sees it",
+            OutputFile::Report => "a page to look at",
+            OutputFile::Exr => "the radiosity behind the pixels",
+            OutputFile::Vtu => "ParaView and VTK",
+            OutputFile::Glb => "viewers and modellers",
+            OutputFile::Parquet => "data frames",
+        }
+    }
+}
+
 impl Word for OutputFile {
     const ALL: &'static [Self] = &[
         Self::Csv,

@@ -142,8 +142,7 @@ fn output_key(key: &str) -> Value {
 /// An eye looks at something; without one nothing is said of how it looks.
 fn view() -> Value {
     let mut view = table(VIEW_KEYS, &[], view_key);
-    view["dependencies"] =
-        json!({"eye": ["look_at"], "look_at": ["eye"], "up": ["eye"], "fov": ["eye"]});
+    view["dependencies"] = json!({"eye": ["look_at"], "look_at": ["eye"], "up": ["eye"], "fov": ["eye"]});
     view
 }
 

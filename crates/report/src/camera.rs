@@ -326,7 +326,11 @@ pub fn view_troubles(scene: &Scene, view: &View) -> Vec<String> {
     let first: Vec<Hit> = scene.closest_hits(&rays).into_iter().flatten().collect();
     let seen = camera.look(scene, &middles).into_iter().flatten().count();
     if seen == 0 {
-        let why = if first.is_empty() { "no surface is in front of it" } else { "surfaces show it only their backs" };
+        let why = if first.is_empty() {
+            "no surface is in front of it"
+        } else {
+            "surfaces show it only their backs"
+        };
         return vec![format!("[view] sees nothing: {why}; move eye or look_at, or remove [view]")];
     }
     let bounds = Bounds::of(scene);
@@ -335,7 +339,8 @@ pub fn view_troubles(scene: &Scene, view: &View) -> Vec<String> {
     let near = ON_A_WALL * bounds.size().max_element();
     let close = first.iter().filter(|hit| hit.t < near).count();
     if most(close) {
-        let wall = scene.surface_name(first.iter().min_by(|a, b| a.t.total_cmp(&b.t)).map_or(0, |hit| hit.surface));
+        let wall =
+            scene.surface_name(first.iter().min_by(|a, b| a.t.total_cmp(&b.t)).map_or(0, |hit| hit.surface));
         return vec![format!(
             "the eye of [view] stands on a wall: {} of what it sees is nearer than {near:.1e} m, \"{wall}\" first; move it away",
             share(close, first.len())
@@ -643,9 +648,8 @@ mod tests {
     #[test]
     fn a_size_changes_the_frame_and_not_the_direction() {
         let scene = build(&cornell());
-        let [free, wide] = [None, Some([600, 200])].map(|size| {
-            Camera::of_view(&scene, &View { size, ..View::default() }, |_| true)
-        });
+        let [free, wide] = [None, Some([600, 200])]
+            .map(|size| Camera::of_view(&scene, &View { size, ..View::default() }, |_| true));
         assert_eq!((free.eye, free.forward, wide.size), (wide.eye, wide.forward, [600, 200]));
         for corner in Bounds::of(&scene).corners() {
             let [x, y] = wide.project(corner).unwrap();
@@ -659,8 +663,14 @@ mod tests {
         let middle = DVec3::splat(0.5);
         let told = |eye: DVec3, look_at: DVec3| view_troubles(&scene, &view(eye, look_at)).join("; ");
         assert_eq!(told(DVec3::new(0.5, 0.1, 0.5), middle), "");
-        assert_eq!(told(DVec3::new(0.5, -3.0, 0.5), middle), "", "a room is seen through the backs of its walls");
-        assert!(told(DVec3::new(0.5, -3.0, 0.5), DVec3::new(0.5, -9.0, 0.5)).contains("no surface is in front"));
+        assert_eq!(
+            told(DVec3::new(0.5, -3.0, 0.5), middle),
+            "",
+            "a room is seen through the backs of its walls"
+        );
+        assert!(
+            told(DVec3::new(0.5, -3.0, 0.5), DVec3::new(0.5, -9.0, 0.5)).contains("no surface is in front")
+        );
         assert!(told(DVec3::new(0.5, 1e-5, 0.5), DVec3::new(0.5, -1.0, 0.5)).contains("stands on a wall"));
         // From inside a block one sees the room through its faces' backs.
         let scene = build(&cornell());

@@ -159,7 +159,10 @@ impl Spot {
     const NOTHING: u32 = u32::MAX;
 
     fn of(sight: Option<Sight>) -> Self {
-        sight.map_or(Spot { face: Spot::NOTHING, uv: [0.0; 2] }, |sight| Spot { face: sight.face, uv: sight.uv })
+        sight.map_or(Spot { face: Spot::NOTHING, uv: [0.0; 2] }, |sight| Spot {
+            face: sight.face,
+            uv: sight.uv,
+        })
     }
 
     /// What it is on.

@@ -71,8 +71,9 @@ impl Values {
         }
         list.push(0);
         let window = [0, 0, self.width as i32 - 1, self.height as i32 - 1].map(int).concat();
-        let comments =
-            format!("radwalk: radiosity in {unit}, a mean over each pixel; A: the part of it that shows the scene");
+        let comments = format!(
+            "radwalk: radiosity in {unit}, a mean over each pixel; A: the part of it that shows the scene"
+        );
         let mut header = MAGIC.to_vec();
         let mut attribute = |name: &str, kind: &str, value: &[u8]| {
             let length = int(value.len() as i32);
@@ -135,7 +136,8 @@ mod tests {
         for (channels, names) in [(1, &["A", "Y"][..]), (3, &["A", "B", "G", "R"])] {
             for of in [&noise as &dyn Fn(u32) -> f32, &shade] {
                 let pixel = |i: u32| [0, 1, 2, 3].map(|c| of(4 * i + c));
-                let values = Values { width: 13, height: 37, channels, values: (0..13 * 37).map(pixel).collect() };
+                let values =
+                    Values { width: 13, height: 37, channels, values: (0..13 * 37).map(pixel).collect() };
                 let file = tempfile::NamedTempFile::new().unwrap();
                 values.write_exr(file.as_file(), "W/m²").unwrap();
                 let layer = read_first_flat_layer_from_file(file.path()).unwrap().layer_data;
@@ -143,9 +145,11 @@ mod tests {
                 let list = layer.channel_data.list;
                 assert_eq!(list.iter().map(|channel| channel.name.to_string()).collect::<Vec<_>>(), names);
                 for channel in &list {
-                    let which = ["R", "G", "B", "A"].iter().position(|name| channel.name == **name).unwrap_or(0);
+                    let which =
+                        ["R", "G", "B", "A"].iter().position(|name| channel.name == **name).unwrap_or(0);
                     let FlatSamples::F32(samples) = &channel.sample_data else { panic!("32-bit floats") };
-                    let written: Vec<u32> = values.values.iter().map(|value| value[which].to_bits()).collect();
+                    let written: Vec<u32> =
+                        values.values.iter().map(|value| value[which].to_bits()).collect();
                     assert_eq!(samples.iter().map(|sample| sample.to_bits()).collect::<Vec<_>>(), written);
                 }
             }

@@ -1,0 +1,53 @@
+//! Where a process listens, and by what name others reach it.
+
+use std::io;
+use std::net::{TcpListener, ToSocketAddrs};
+
+/// Why a process cannot listen at an address.
+#[derive(Debug)]
+pub enum ListenError {
+    /// The system refuses.
+    Refused(io::Error),
+    /// The address stands for all of a machine's, and the machine's own name leads to none of them.
+    NoName,
+}
+
+impl From<io::Error> for ListenError {
+    fn from(error: io::Error) -> Self {
+        ListenError::Refused(error)
+    }
+}
+
+/// Listens at an address; returns by what others reach it, too: as `advertise` has it, or the address as it was typed. An
+/// address that stands for all of a machine's is of no use to another machine, so the machine's name takes its place.
+///
+/// # Errors
+/// Where the system refuses, and where nothing tells other machines where this one is.
+pub fn bind(address: &str, advertise: Option<&str>) -> Result<(TcpListener, String), ListenError> {
+    let listener = TcpListener::bind(address)?;
+    let bound = listener.local_addr()?;
+    let port = bound.port();
+    let host = match advertise {
+        Some(gate) if port_of(gate).is_some() => return Ok((listener, gate.into())),
+        Some(host) if host.contains(':') && !host.starts_with('[') => format!("[{host}]"),
+        Some(host) => host.into(),
+        None if bound.ip().is_unspecified() => own_name().ok_or(ListenError::NoName)?,
+        // A port of 0 was replaced by a free one; a host name stays as it was typed.
+        None => address.rsplit_once(':').map_or(address, |(host, _)| host).into(),
+    };
+    Ok((listener, format!("{host}:{port}")))
+}
+
+/// The port behind a host name or an address, where there is one. Addresses of version 6 have colons of their own.
+fn port_of(address: &str) -> Option<u16> {
+    let (host, port) = address.rsplit_once(':')?;
+    let alone = !host.is_empty() && (!host.contains(':') || host.ends_with(']'));
+    port.parse().ok().filter(|_| alone)
+}
+
+/// What this machine is called, if that leads others to it.
+fn own_name() -> Option<String> {
+    let name = rustix::system::uname().nodename().to_string_lossy().into_owned();
+    let mut addresses = (&name[..], 0).to_socket_addrs().ok()?;
+    addresses.any(|address| !address.ip().is_loopback()).then_some(name)
+}

@@ -1,0 +1,190 @@
+//! Measures a running job: rates over a window, and errors as often as they are cheap to estimate.
+
+use std::collections::VecDeque;
+use std::time::{Duration, Instant};
+
+use judge::plan::pilot::foretell;
+use judge::target::Prospect;
+use protocol::coordinator::Coordinator;
+use protocol::lead::Notice;
+use radiosity::{Estimates, Experiment, Precision};
+use results::Settings;
+
+use crate::standing::{Faults, Goal, Saved, Standing};
+
+/// Rates are those of the last so many seconds.
+const WINDOW: Duration = Duration::from_secs(30);
+
+/// Between two measurements of the rate.
+const STEP: Duration = Duration::from_millis(250);
+
+/// Estimating the errors may take at most this part of the time.
+const ERROR_SHARE: u32 = 20;
+
+/// The end is foretold from at most so many faces: the coordinator must not keep its workers waiting.
+const MOST_FACES: usize = 50_000;
+
+/// Measures one run.
+pub struct Gauge<'a> {
+    experiment: &'a Experiment,
+    settings: &'a Settings,
+    wall: Option<f64>,
+    level: f64,
+    began: Instant,
+    /// Walks that were in at some moments, the oldest first.
+    history: VecDeque<(Instant, u64)>,
+    /// The oldest of this session.
+    first: Option<(Instant, u64)>,
+    precision: Option<Precision>,
+    goal: Option<Goal>,
+    next_precision: Instant,
+    saved: Option<(Instant, u64)>,
+    faults: Faults,
+}
+
+impl<'a> Gauge<'a> {
+    /// A gauge of a run of so many seconds at most.
+    pub fn new(experiment: &'a Experiment, settings: &'a Settings, wall: Option<f64>) -> Self {
+        let now = Instant::now();
+        Gauge {
+            experiment,
+            settings,
+            wall,
+            level: settings.level(experiment.scene()),
+            began: now,
+            history: VecDeque::new(),
+            first: None,
+            precision: None,
+            goal: None,
+            next_precision: now,
+            saved: None,
+            faults: Faults::default(),
+        }
+    }
+
+    /// Takes note of what happened.
+    pub fn heed(&mut self, notice: &Notice) {
+        match notice {
+            Notice::Lost { .. } => self.faults.workers_lost += 1,
+            Notice::Refused { .. } => self.faults.workers_refused += 1,
+            Notice::Failed(_) => self.faults.connections_failed += 1,
+            Notice::Hushed(connections) => self.faults.connections_failed += *connections as u64,
+            Notice::Joined { .. } | Notice::Quiet { .. } => {}
+        }
+    }
+
+    /// Takes note of a checkpoint that could not be written.
+    pub fn checkpoint_failed(&mut self) {
+        self.faults.checkpoints_failed += 1;
+    }
+
+    /// Takes note of the latest checkpoint, and of the walks that are in.
+    pub fn follow(&mut self, coordinator: &Coordinator, saved: Option<(Instant, u64)>) {
+        self.saved = saved;
+        let now = Instant::now();
+        if self.history.back().is_some_and(|&(last, _)| now - last < STEP) {
+            return;
+        }
+        let walks = coordinator.progress().walks;
+        // What went by before anything came in tells of starting, not of walking.
+        if self.history.len() == 1 && self.history[0].1 == walks {
+            self.history.clear();
+            self.first = None;
+        }
+        self.first.get_or_insert((now, walks));
+        self.history.push_back((now, walks));
+        while self.history.len() > 2 && now - self.history[1].0 > WINDOW {
+            self.history.pop_front();
+        }
+    }
+
+    /// Estimates the errors of the prefix, as often as is cheap.
+    pub fn estimate(&mut self, coordinator: &Coordinator) {
+        let now = Instant::now();
+        if now < self.next_precision || coordinator.prefix().counts.walks == 0 {
+            return;
+        }
+        let estimates = Estimates::new(self.experiment, coordinator.prefix(), self.level);
+        self.precision = Some(estimates.precision());
+        self.goal = self.settings.target.as_ref().map(|target| {
+            let prospect = Prospect::new(target, &estimates, self.level).thinned(MOST_FACES);
+            let ending = foretell(self.experiment, &prospect, coordinator.looks());
+            Goal {
+                relative_error: target.relative_error,
+                fraction: target.fraction,
+                decisive_error: finite(prospect.error()),
+                paths_expected: ending
+                    .map(|ending| ending.walks().saturating_mul(self.experiment.paths_per_walk())),
+            }
+        });
+        self.next_precision = Instant::now() + now.elapsed() * ERROR_SHARE;
+    }
+
+    /// Where the job stands now.
+    pub fn standing(&self, coordinator: &Coordinator) -> Standing {
+        let progress = coordinator.progress();
+        // A chain of n rays counts as n paths.
+        let per_walk = self.experiment.paths_per_walk();
+        let paths = progress.walks * per_walk;
+        let paths_per_second = self.walks_per_second() * per_walk as f64;
+        let counts = coordinator.prefix().counts;
+        let rays_per_path = counts.rays as f64 / (counts.walks * per_walk).max(1) as f64;
+        let seconds = self.began.elapsed().as_secs_f64();
+        let end = self.goal.and_then(|goal| goal.paths_expected).unwrap_or(u64::MAX).min(self.settings.paths);
+        let left = seconds_left(progress.workers, paths, end, paths_per_second);
+        let wall = self.wall.map(|wall| (wall - seconds).max(0.0));
+        let error = |of: fn(&Precision) -> f64| self.precision.as_ref().map(of).and_then(finite);
+        Standing {
+            seconds,
+            paths,
+            paths_total: self.settings.paths,
+            paths_per_second,
+            rays_per_second: paths_per_second * rays_per_path,
+            workers: progress.workers,
+            median_relative_error: error(|precision| precision.quantiles[0]),
+            rms_relative_error: error(|precision| precision.rms_relative_error),
+            max_relative_error: error(|precision| precision.max_relative_error),
+            target: self.goal,
+            seconds_left: match (left, wall) {
+                (Some(left), Some(wall)) => Some(left.min(wall)),
+                (left, wall) => left.or(wall),
+            },
+            checkpoint: self.saved.map(|(when, walks)| Saved {
+                seconds_ago: when.elapsed().as_secs_f64(),
+                paths: walks * per_walk,
+            }),
+            faults: self.faults,
+        }
+    }
+
+    fn walks_per_second(&self) -> f64 {
+        let (Some(first), Some(last)) = (self.history.front(), self.history.back()) else { return 0.0 };
+        // Chains may take longer than the window: then the whole session tells.
+        let first = if first.1 == last.1 { self.first.unwrap_or(*first) } else { *first };
+        let seconds = (last.0 - first.0).as_secs_f64();
+        if seconds > 0.0 { (last.1 - first.1) as f64 / seconds } else { 0.0 }
+    }
+}
+
+/// How long it takes to come from `paths` to `end`. Nothing tells while nobody walks.
+fn seconds_left(workers: usize, paths: u64, end: u64, paths_per_second: f64) -> Option<f64> {
+    let known = workers > 0 && paths_per_second > 0.0;
+    known.then(|| end.saturating_sub(paths) as f64 / paths_per_second)
+}
+
+fn finite(number: f64) -> Option<f64> {
+    number.is_finite().then_some(number)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn without_workers_no_time_is_left() {
+        assert_eq!(seconds_left(0, 10, 100, 30.0), None);
+        assert_eq!(seconds_left(1, 10, 100, 0.0), None);
+        assert_eq!(seconds_left(2, 10, 100, 30.0), Some(3.0));
+        assert_eq!(seconds_left(2, 110, 100, 30.0), Some(0.0), "a target may be passed");
+    }
+}

@@ -1,0 +1,126 @@
+//! A report in the text format of Prometheus.
+
+use std::fmt::Write as _;
+
+use crate::standing::Standing;
+use crate::status::Report;
+
+/// One number: its name behind `radwalk_`, its kind, what it is, and its value where that is known.
+type Metric = (&'static str, &'static str, &'static str, Option<f64>);
+
+/// The page of a report.
+pub fn metrics(report: &Report) -> String {
+    let mut text = String::new();
+    // Numbers that are not known are left out.
+    for (name, kind, help, value) in numbers(&report.standing) {
+        let Some(value) = value else { continue };
+        add(&mut text, name, kind, help);
+        add_value(&mut text, name, "", value);
+    }
+    add(&mut text, "job_info", "gauge", "The job.");
+    add_value(&mut text, "job_info", &format!("job=\"{}\"", label(&report.description.job)), 1.0);
+    add(&mut text, "worker_paths_per_second", "gauge", "As far as each worker has shown.");
+    for hand in &report.crew {
+        let worker = format!("worker=\"{}\"", label(&hand.name));
+        add_value(&mut text, "worker_paths_per_second", &worker, hand.paths_per_second);
+    }
+    text
+}
+
+/// The lines that say what a number is. A string takes what it is given.
+fn add(text: &mut String, name: &str, kind: &str, help: &str) {
+    let _ = writeln!(text, "# HELP radwalk_{name} {help}\n# TYPE radwalk_{name} {kind}");
+}
+
+fn add_value(text: &mut String, name: &str, labels: &str, value: f64) {
+    let _ = match labels {
+        "" => writeln!(text, "radwalk_{name} {value}"),
+        _ => writeln!(text, "radwalk_{name}{{{labels}}} {value}"),
+    };
+}
+
+fn numbers(standing: &Standing) -> impl Iterator<Item = Metric> {
+    let groups = [progress(standing), errors(standing), ends(standing), faults(standing)];
+    groups.into_iter().flatten()
+}
+
+/// How far the job is, and how fast it goes.
+fn progress(standing: &Standing) -> Vec<Metric> {
+    vec![
+        ("seconds", "gauge", "Seconds since this coordinator began.", Some(standing.seconds)),
+        ("paths", "gauge", "Paths that are in, earlier sessions included.", Some(standing.paths as f64)),
+        ("paths_budget", "gauge", "Paths of the budget.", Some(standing.paths_total as f64)),
+        ("paths_per_second", "gauge", "Of the last half minute.", Some(standing.paths_per_second)),
+        ("rays_per_second", "gauge", "Of the last half minute.", Some(standing.rays_per_second)),
+        ("workers", "gauge", "Workers that walk now.", Some(standing.workers as f64)),
+    ]
+}
+
+/// How well the light is known, and how well it shall be.
+fn errors(standing: &Standing) -> Vec<Metric> {
+    let goal = standing.target;
+    let (median, max) = (standing.median_relative_error, standing.max_relative_error);
+    let decisive = goal.and_then(|goal| goal.decisive_error);
+    vec![
+        ("relative_error_median", "gauge", "Half of the area is known within this part.", median),
+        ("relative_error_max", "gauge", "Half-width over estimate of the worst face.", max),
+        ("relative_error_target", "gauge", "Asked for.", goal.map(|goal| goal.relative_error)),
+        ("relative_error_decisive", "gauge", "What the target's part of the area is known within.", decisive),
+    ]
+}
+
+/// Where the job will end, and from where it could go on.
+fn ends(standing: &Standing) -> Vec<Metric> {
+    let expected = standing.target.and_then(|goal| goal.paths_expected).map(|paths| paths as f64);
+    let saved = standing.checkpoint;
+    let age = saved.map(|saved| saved.seconds_ago);
+    let paths = saved.map(|saved| saved.paths as f64);
+    vec![
+        ("paths_expected", "gauge", "Where the target will probably be reached.", expected),
+        ("seconds_left", "gauge", "To the target or the end of the budget.", standing.seconds_left),
+        ("checkpoint_age_seconds", "gauge", "Since the last checkpoint of this session.", age),
+        ("checkpoint_paths", "gauge", "Paths of the last checkpoint.", paths),
+    ]
+}
+
+/// What went wrong.
+fn faults(standing: &Standing) -> Vec<Metric> {
+    let faults = standing.faults;
+    let count = |number: u64| Some(number as f64);
+    vec![
+        (
+            "workers_lost_total",
+            "counter",
+            "Workers that were lost or left early.",
+            count(faults.workers_lost),
+        ),
+        ("workers_refused_total", "counter", "Workers that were not let in.", count(faults.workers_refused)),
+        (
+            "connections_failed_total",
+            "counter",
+            "Connections that came to nothing.",
+            count(faults.connections_failed),
+        ),
+        (
+            "checkpoints_failed_total",
+            "counter",
+            "Checkpoints that could not be written.",
+            count(faults.checkpoints_failed),
+        ),
+    ]
+}
+
+/// The value of a label, with its marks escaped.
+fn label(value: &str) -> String {
+    value.replace('\\', "\\\\").replace('"', "\\\"").replace('\n', "\\n")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn labels_are_escaped() {
+        assert_eq!(label("a\"b\\c\nd"), "a\\\"b\\\\c\\nd");
+    }
+}

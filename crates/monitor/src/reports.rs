@@ -1,0 +1,105 @@
+//! What a running job leaves for others to see, every two seconds: a status file, and a page of metrics.
+
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use protocol::coordinator::Coordinator;
+use results::unix_seconds;
+use tracing::debug;
+
+use crate::metrics::metrics;
+use crate::standing::Standing;
+use crate::status::{Description, Hand, Report, STATUS, beside};
+
+/// Between two reports.
+const INTERVAL: Duration = Duration::from_secs(2);
+
+/// Workers beyond this are told of by their number only.
+const NAMED: usize = 1000;
+
+/// Replaces a page of metrics by a new text.
+pub type Publish = Box<dyn FnMut(String)>;
+
+/// Where reports go.
+pub struct Reports {
+    description: Description,
+    files: Vec<PathBuf>,
+    page: Option<Publish>,
+    due: Instant,
+}
+
+impl Reports {
+    /// Reports to the output folder; beside the access file, where that lies elsewhere; and to a page, where one is wanted.
+    pub fn new(
+        description: Description,
+        output: &Path,
+        access: Option<&Path>,
+        page: Option<Publish>,
+    ) -> Self {
+        let mut files = vec![output.join(STATUS)];
+        files.extend(access.filter(|access| access.parent() != Some(output)).map(beside));
+        Reports { description, files, page, due: Instant::now() + INTERVAL }
+    }
+
+    /// Whether it is time for a report.
+    pub fn are_due(&self) -> bool {
+        Instant::now() >= self.due
+    }
+
+    /// Reports, where it is time to.
+    pub fn write(&mut self, standing: &Standing, coordinator: &Coordinator) {
+        if !self.are_due() {
+            return;
+        }
+        self.due = Instant::now() + INTERVAL;
+        let report = self.report(standing, coordinator);
+        let bytes = serde_json::to_vec_pretty(&report).expect("numbers and names");
+        for file in &self.files {
+            // A disk may be full for a while, and the run does not depend on this.
+            if let Err(error) = report::write_soon(file, &bytes) {
+                debug!("no status is written to {}: {error}", file.display());
+            }
+        }
+        if let Some(publish) = &mut self.page {
+            publish(metrics(&report));
+        }
+    }
+
+    fn report(&self, standing: &Standing, coordinator: &Coordinator) -> Report {
+        let per_walk = self.description.paths_per_walk;
+        let mut known: HashMap<&str, (u64, u64)> = HashMap::new();
+        for worker in coordinator.contributors() {
+            known.insert(&worker.name, (worker.walks, worker.faults));
+        }
+        let crew = coordinator.present().into_iter().take(NAMED).map(|present| {
+            let (walks, faults) = known.get(&present.name[..]).copied().unwrap_or_default();
+            Hand {
+                threads: present.threads,
+                leases: present.leases,
+                paths_per_second: present.walks_per_second * per_walk as f64,
+                paths: walks.saturating_mul(per_walk),
+                faults,
+                name: present.name,
+            }
+        });
+        Report {
+            description: self.description.clone(),
+            host: rustix::system::uname().nodename().to_string_lossy().into_owned(),
+            pid: std::process::id(),
+            time: unix_seconds(),
+            standing: standing.clone(),
+            crew: crew.collect(),
+        }
+    }
+}
+
+impl Drop for Reports {
+    /// What the files say is over.
+    fn drop(&mut self) {
+        for file in &self.files {
+            // One that was never written is not there.
+            let _ = std::fs::remove_file(file);
+        }
+    }
+}

@@ -1,0 +1,239 @@
+//! `tally.bin` as checkpoint: written now and then while a run goes on, found again by `--resume`.
+
+use std::fs::File;
+use std::io::{self, BufReader};
+use std::path::Path;
+use std::sync::Arc;
+use std::sync::mpsc::{Receiver, SyncSender, TryRecvError, sync_channel};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
+
+use protocol::checkpoint::{self, Book, Checkpoint, CheckpointError, CheckpointFault, Part, Past, Session};
+use protocol::coordinator::Coordinator;
+use report::OutputFolder;
+
+use crate::error::Error;
+
+/// The latest tally of a run.
+pub const CURRENT: &str = "tally.bin";
+/// The tally before the latest, for the case that the latest is damaged.
+pub const PREVIOUS: &str = "tally.previous.bin";
+
+/// What a run's checkpoints have in common.
+#[derive(Clone)]
+pub struct Identity {
+    /// The scene.
+    pub scene_hash: [u8; 32],
+    /// Scene, method and seed.
+    pub job_hash: [u8; 32],
+    /// The seed.
+    pub seed: u64,
+    /// The first walk.
+    pub first: u64,
+    /// Names the target.
+    pub goal: [u8; 32],
+    /// The job as it travels.
+    pub job: Vec<u8>,
+    /// The processes that coordinated it, this one last.
+    pub sessions: Vec<Session>,
+}
+
+impl Identity {
+    /// A checkpoint of these books.
+    pub fn checkpoint(&self, past: Past) -> Checkpoint {
+        let Past { tally, deliveries, islands, workers, looks, effort } = past;
+        let mut sessions = self.sessions.clone();
+        if let Some(session) = sessions.last_mut() {
+            session.ended = unix_seconds();
+        }
+        let part = Part { job_hash: self.job_hash, seed: self.seed, first: self.first, deliveries };
+        let (goal, job) = (self.goal, self.job.clone());
+        let book = Book { parts: vec![part], islands, workers, looks, goal, effort, sessions, job };
+        Checkpoint { scene_hash: self.scene_hash, tally, book }
+    }
+}
+
+/// This process, of a build of the program, as a session that begins now.
+pub fn session(build: &str) -> Session {
+    let now = unix_seconds();
+    let host = rustix::system::uname().nodename().to_string_lossy().into_owned();
+    Session { host, build: build.into(), began: now, ended: now }
+}
+
+/// Seconds since 1970. A clock before that says 0: times are told, never reckoned with.
+pub fn unix_seconds() -> u64 {
+    SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs())
+}
+
+/// What `--resume` found.
+pub struct Found {
+    /// The checkpoint.
+    pub checkpoint: Checkpoint,
+    /// Why the latest one was not used, where it was not.
+    pub passed_over: Option<CheckpointError>,
+}
+
+/// Looks for the latest usable checkpoint in a folder; `None` where there is none at all.
+///
+/// # Errors
+/// Where there are files, but none that can be used: why the latest cannot.
+pub fn find(
+    folder: &Path,
+    fits: impl Fn(&Checkpoint) -> Result<(), CheckpointFault>,
+) -> Result<Option<Found>, CheckpointError> {
+    let read = |name: &str| {
+        let path = folder.join(name);
+        let checkpoint = checkpoint::read(&path)?;
+        fits(&checkpoint).map_err(|fault| CheckpointError { path, fault })?;
+        Ok(checkpoint)
+    };
+    let (current, previous) = (folder.join(CURRENT), folder.join(PREVIOUS));
+    if !current.exists() && !previous.exists() {
+        return Ok(None);
+    }
+    match read(CURRENT) {
+        Ok(checkpoint) => Ok(Some(Found { checkpoint, passed_over: None })),
+        Err(error) => match read(PREVIOUS) {
+            Ok(checkpoint) => Ok(Some(Found { checkpoint, passed_over: Some(error) })),
+            Err(other) if !current.exists() => Err(other),
+            Err(_) => Err(error),
+        },
+    }
+}
+
+/// What is made from a tally. It does not stand beside that of another run.
+pub const DERIVED: [&str; 8] = [
+    "patches.csv",
+    "summary.json",
+    "radiosity.png",
+    "report.html",
+    "radiosity.exr",
+    "patches.vtu",
+    "scene.glb",
+    "patches.parquet",
+];
+
+/// What the latest tally of a folder is to a run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Latest {
+    /// The run goes on from it: it becomes the previous one.
+    Good,
+    /// It is damaged, and the previous one is not.
+    Damaged,
+    /// It is another run's, as is all that is made from it, or there is none.
+    Foreign,
+}
+
+/// Writes a checkpoint in place of the latest one, which is kept as the previous one where it is good. It is read back
+/// before that: a checkpoint that cannot be resumed from takes no other's place.
+///
+/// # Errors
+/// Where the books do not balance (nothing is written then) or the file cannot be written.
+pub fn write(folder: &OutputFolder, checkpoint: &Checkpoint, latest: Latest) -> Result<(), Error> {
+    let path = folder.file(CURRENT);
+    checkpoint.verify().map_err(|fault| CheckpointError { path: path.clone(), fault })?;
+    folder.keep_hold()?;
+    let previous = (latest == Latest::Good).then(|| folder.file(PREVIOUS));
+    let prove = |file: &File| {
+        let length = file.metadata()?.len();
+        checkpoint::prove(BufReader::new(file), length).map_err(io::Error::other)
+    };
+    report::replace_atomically(&path, previous.as_deref(), |file| checkpoint.write(file), prove)?;
+    if latest == Latest::Foreign {
+        folder.remove(&[&DERIVED[..], &[PREVIOUS]].concat())?;
+    }
+    Ok(())
+}
+
+/// Writes checkpoints beside a run, in a thread of its own: the run only pays for a copy of its books.
+pub struct Keeper {
+    interval: Duration,
+    due: Instant,
+    /// Walks of the last checkpoint, those beyond gaps included.
+    walks: u64,
+    identity: Identity,
+    checkpoints: SyncSender<Checkpoint>,
+    written: Receiver<Result<(), Error>>,
+    under_way: bool,
+    /// When the latest one of this run was written, and its walks.
+    saved: Option<(Instant, u64)>,
+    thread: JoinHandle<Latest>,
+}
+
+impl Keeper {
+    /// A keeper of a run that has `walks` in its latest checkpoint.
+    ///
+    /// # Errors
+    /// Where no thread can be started.
+    pub fn new(
+        folder: Arc<OutputFolder>,
+        interval: Duration,
+        identity: Identity,
+        walks: u64,
+        latest: Latest,
+    ) -> Result<Self, Error> {
+        let (checkpoints, inbox) = sync_channel::<Checkpoint>(1);
+        let (outbox, written) = sync_channel(1);
+        let keep = move || {
+            let mut latest = latest;
+            for checkpoint in inbox {
+                let done = write(&folder, &checkpoint, latest);
+                if done.is_ok() {
+                    latest = Latest::Good;
+                }
+                // A run that has ended does not listen.
+                let _ = outbox.send(done);
+            }
+            latest
+        };
+        let thread = std::thread::Builder::new()
+            .spawn(keep)
+            .map_err(|source| Error::System { doing: "starting a thread", source })?;
+        let due = Instant::now() + interval;
+        Ok(Keeper {
+            interval,
+            due,
+            walks,
+            identity,
+            checkpoints,
+            written,
+            under_way: false,
+            saved: None,
+            thread,
+        })
+    }
+
+    /// Begins a checkpoint where one is due.
+    ///
+    /// # Errors
+    /// What went wrong with the one before. The run may go on: the latest good one is still there.
+    pub fn tend(&mut self, coordinator: &Coordinator) -> Result<(), Error> {
+        match self.written.try_recv() {
+            Ok(done) => {
+                self.under_way = false;
+                self.due = Instant::now() + self.interval;
+                done?;
+                self.saved = Some((Instant::now(), self.walks));
+            }
+            Err(TryRecvError::Empty | TryRecvError::Disconnected) => {}
+        }
+        let walks = coordinator.progress().walks;
+        if !self.under_way && walks > self.walks && Instant::now() >= self.due {
+            self.walks = walks;
+            // A thread that is gone will be noticed at the end.
+            self.under_way = self.checkpoints.try_send(self.identity.checkpoint(coordinator.past())).is_ok();
+        }
+        Ok(())
+    }
+
+    /// When the latest checkpoint of this run was written, and its walks, those beyond gaps included.
+    pub fn saved(&self) -> Option<(Instant, u64)> {
+        self.saved
+    }
+
+    /// Ends the thread. Returns what the last checkpoint of the run is made from, and what the latest one on disk is.
+    pub fn finish(self) -> (Identity, Latest) {
+        drop((self.checkpoints, self.written));
+        (self.identity, self.thread.join().unwrap_or(Latest::Damaged))
+    }
+}

@@ -1,0 +1,277 @@
+//! Two results of one scene, held against each other patch by patch.
+//!
+//! z is the difference of two radiosities over its standard error, √(σ₁² + σ₂²). Of m patches the largest |z| of two honest
+//! runs stays below a limit that each exceeds with the probability 1 − (1 − α)^(1/m) (Šidák 1967; patches that depend on each
+//! other exceed it less often), so that α bounds the rate of false alarms of the whole comparison.
+
+use std::fs;
+use std::path::Path;
+
+use csv::StringRecord;
+use protocol::checkpoint::{self, Checkpoint};
+use stats::{normal_quantile, student_quantile};
+
+use crate::checkpoints::CURRENT;
+use crate::error::Error;
+
+/// α: the probability that chance alone makes two honest runs differ is this at most.
+pub const FALSE_ALARM: f64 = 1e-3;
+
+/// Fewer scores than this say too little about their own spread for a z.
+pub const FEWEST_HITS: u64 = 30;
+
+/// Differences that are told one by one.
+pub const TOLD: usize = 10;
+
+/// The columns of radiosities and their errors, in grey and in colour.
+const COLUMNS: [(&str, &str); 4] = [
+    ("radiosity", "std_error"),
+    ("radiosity_r", "std_error_r"),
+    ("radiosity_g", "std_error_g"),
+    ("radiosity_b", "std_error_b"),
+];
+
+/// One radiosity of a result.
+#[derive(Clone, Debug, PartialEq)]
+struct Row {
+    /// Patch, surface, cell and side, as the table has them.
+    place: Vec<String>,
+    /// The column.
+    channel: &'static str,
+    /// Radiosity and standard error; `None` where no walk could tell, or too few did.
+    value: Option<(f64, f64)>,
+}
+
+/// A result.
+struct Side {
+    rows: Vec<Row>,
+    /// `None` of a deterministic solution.
+    tally: Option<Checkpoint>,
+}
+
+/// A comparison of two results.
+#[derive(Clone, Debug)]
+pub struct Comparison {
+    /// Whether the tallies are the same, to the last bit.
+    pub same_tally: bool,
+    /// Patches (times channels) that were compared.
+    pub compared: usize,
+    /// Those that were not, since too few walks tell of them.
+    pub skipped: usize,
+    /// |z| that two honest runs exceed anywhere with the probability [`FALSE_ALARM`] at most.
+    pub limit: f64,
+    /// The mean of z² over what was compared: 1 is expected.
+    pub mean_squared: f64,
+    /// Those beyond the limit.
+    pub beyond: usize,
+    /// The largest |z|, those first, [`TOLD`] at most.
+    pub largest: Vec<Difference>,
+}
+
+/// One radiosity in two results.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Difference {
+    /// Patch and side, as the table has them.
+    pub place: Vec<String>,
+    /// The column.
+    pub channel: &'static str,
+    /// The difference over its standard error.
+    pub z: f64,
+    /// Radiosity and standard error in either result.
+    pub values: [(f64, f64); 2],
+}
+
+/// Compares the results in two output folders.
+///
+/// # Errors
+/// Where one cannot be read, and where the two cannot be held against each other.
+pub fn compare(first: &Path, second: &Path) -> Result<Comparison, Error> {
+    let sides = [read(first)?, read(second)?];
+    let incomparable = |reason: String, remedy| Error::Incomparable {
+        first: first.into(),
+        second: second.into(),
+        reason,
+        remedy,
+    };
+    check_places(&sides).map_err(|reason| incomparable(reason, "compare results of one scene"))?;
+    let same_tally = match &sides {
+        [Side { tally: Some(a), .. }, Side { tally: Some(b), .. }] => {
+            let same = a.tally.hash() == b.tally.hash();
+            if !same && share_walks(a, b) {
+                let reason =
+                    "they hold some of the same walks, so that they differ less than chance has it".into();
+                return Err(incomparable(reason, "run one of them with another --seed"));
+            }
+            same
+        }
+        _ => false,
+    };
+    let comparison = Comparison { same_tally, ..compare_rows(&sides) };
+    if comparison.compared == 0 {
+        let reason = format!("no patch has {FEWEST_HITS} scores in both");
+        return Err(incomparable(reason, "run them with more --paths"));
+    }
+    Ok(comparison)
+}
+
+/// Reads what a run left, or a deterministic solution.
+fn read(folder: &Path) -> Result<Side, Error> {
+    let (table, exact) = (folder.join("patches.csv"), folder.join("exact.csv"));
+    if !table.exists() && exact.exists() {
+        return Ok(Side { rows: read_table(&exact)?, tally: None });
+    }
+    let rows = read_table(&table)?;
+    Ok(Side { rows, tally: Some(checkpoint::read(&folder.join(CURRENT))?) })
+}
+
+fn read_table(path: &Path) -> Result<Vec<Row>, Error> {
+    let fault = |reason: String| Error::NoTable { path: path.into(), reason };
+    let bytes = fs::read(path).map_err(|error| fault(error.to_string()))?;
+    let mut reader = csv::Reader::from_reader(&bytes[..]);
+    let header = reader.headers().map_err(|error| fault(error.to_string()))?.clone();
+    let column = |name: &str| header.iter().position(|column| column == name);
+    let places: Vec<usize> = ["patch", "side"].into_iter().filter_map(column).collect();
+    let channels: Vec<_> = COLUMNS
+        .into_iter()
+        .filter_map(|(value, error)| Some((value, column(value)?, column(error))))
+        .collect();
+    if channels.is_empty() {
+        return Err(fault("it has no column of radiosities".into()));
+    }
+    let hits = column("hits");
+    let mut rows = Vec::new();
+    for record in reader.records() {
+        let record = record.map_err(|error| fault(error.to_string()))?;
+        let place: Vec<String> = places.iter().map(|&i| record[i].to_owned()).collect();
+        for &(channel, value, error) in &channels {
+            let value = value_of(&record, value, error, hits).map_err(&fault)?;
+            rows.push(Row { place: place.clone(), channel, value });
+        }
+    }
+    Ok(rows)
+}
+
+/// A radiosity and its standard error, which is 0 where there is no such column.
+fn value_of(
+    record: &StringRecord,
+    value: usize,
+    error: Option<usize>,
+    hits: Option<usize>,
+) -> Result<Option<(f64, f64)>, String> {
+    let number = |i: usize| match &record[i] {
+        "" => Ok(None),
+        text => text.parse::<f64>().map(Some).map_err(|_| format!("{text:?} is no number")),
+    };
+    let error = error.map_or(Ok(Some(0.0)), number)?;
+    let hits = hits.map_or(Ok(None), number)?;
+    let value = number(value)?.zip(error);
+    // What is known without any walk is known well.
+    let few =
+        hits.is_some_and(|hits| hits < FEWEST_HITS as f64) && value.is_none_or(|(_, error)| error > 0.0);
+    Ok(value.filter(|_| !few))
+}
+
+/// Whether rows stand for the same faces.
+fn check_places([first, second]: &[Side; 2]) -> Result<(), String> {
+    if first.rows.len() != second.rows.len() {
+        return Err(format!("one has {} radiosities, the other {}", first.rows.len(), second.rows.len()));
+    }
+    let same = |(a, b): (&Row, &Row)| (&a.place, a.channel) == (&b.place, b.channel);
+    match first.rows.iter().zip(&second.rows).position(|rows| !same(rows)) {
+        None => Ok(()),
+        Some(row) => Err(format!("row {} is of other patches, sides or channels", row + 1)),
+    }
+}
+
+/// Whether two results hold a walk in common.
+fn share_walks(a: &Checkpoint, b: &Checkpoint) -> bool {
+    let parts = a.book.parts.iter().flat_map(|a| b.book.parts.iter().map(move |b| (a, b)));
+    parts.filter(|(a, b)| (a.job_hash, a.seed) == (b.job_hash, b.seed)).any(|(a, b)| {
+        a.first < b.first.saturating_add(b.walks()) && b.first < a.first.saturating_add(a.walks())
+    })
+}
+
+/// The chains or batches of a result, where its intervals are Student's; its paths tell.
+fn freedom(side: &Side) -> Option<u64> {
+    let Checkpoint { tally, .. } = side.tally.as_ref()?;
+    let ends =
+        tally.counts.absorbed + tally.counts.absorbed_back + tally.counts.escaped + tally.counts.truncated;
+    (ends > tally.counts.walks).then(|| tally.counts.walks.max(2) - 1)
+}
+
+fn compare_rows([first, second]: &[Side; 2]) -> Comparison {
+    let of_row = |(i, (a, b)): (usize, (&Row, &Row))| Some((z([a.value?, b.value?]), i));
+    let mut ranks: Vec<(f64, usize)> =
+        first.rows.iter().zip(&second.rows).enumerate().filter_map(of_row).collect();
+    ranks.sort_by(|a, b| b.0.abs().total_cmp(&a.0.abs()).then(a.1.cmp(&b.1)));
+    let compared = ranks.len();
+    let each = -f64::ln_1p(-FALSE_ALARM) / compared.max(1) as f64;
+    // 1 − (1 − α)^(1/m) = 1 − exp(−each).
+    let p = 1.0 + 0.5 * f64::exp_m1(-each);
+    // Of the smaller sample, whose intervals are the wider.
+    let freedom = [first, second].into_iter().filter_map(freedom).min();
+    let limit = freedom.map_or_else(|| normal_quantile(p), |freedom| student_quantile(p, freedom));
+    let difference = |&(z, i): &(f64, usize)| {
+        let Row { place, channel, value } = &first.rows[i];
+        let values = [(*value)?, second.rows[i].value?];
+        Some(Difference { place: place.clone(), channel, z, values })
+    };
+    Comparison {
+        same_tally: false,
+        compared,
+        skipped: first.rows.len() - compared,
+        limit,
+        mean_squared: ranks.iter().map(|(z, _)| z * z).sum::<f64>() / compared.max(1) as f64,
+        beyond: ranks.iter().filter(|(z, _)| z.abs() > limit).count(),
+        largest: ranks.iter().take(TOLD).filter_map(difference).collect(),
+    }
+}
+
+/// The difference of two radiosities over its standard error.
+fn z([(x, dx), (y, dy)]: [(f64, f64); 2]) -> f64 {
+    let error = dx.hypot(dy);
+    match x - y {
+        // Both are known without walks, or to the last bit.
+        0.0 => 0.0,
+        off if off.abs() <= 1e-9 * x.abs().max(y.abs()) && error == 0.0 => 0.0,
+        off => off / error,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn side(values: &[Option<(f64, f64)>]) -> Side {
+        let row = |(i, &value): (usize, &Option<(f64, f64)>)| Row {
+            place: vec![i.to_string()],
+            channel: "radiosity",
+            value,
+        };
+        Side { rows: values.iter().enumerate().map(row).collect(), tally: None }
+    }
+
+    #[test]
+    fn z_goes_by_both_errors() {
+        let sides = [
+            side(&[Some((1.0, 0.3)), Some((2.0, 0.0)), None, Some((5.0, 0.0))]),
+            side(&[Some((2.0, 0.4)), Some((2.0, 0.0)), Some((1.0, 0.1)), Some((6.0, 0.0))]),
+        ];
+        let comparison = compare_rows(&sides);
+        assert_eq!((comparison.compared, comparison.skipped), (3, 1));
+        let largest: Vec<(f64, &str)> =
+            comparison.largest.iter().map(|difference| (difference.z, &difference.place[0][..])).collect();
+        assert_eq!(largest, [(f64::NEG_INFINITY, "3"), (-2.0, "0"), (0.0, "1")]);
+        assert_eq!(comparison.beyond, 1, "what is known without error and differs, differs");
+        // Φ⁻¹(1 − 0.0005/3), for α/m to first order.
+        assert!((comparison.limit - 3.588).abs() < 0.01, "{}", comparison.limit);
+    }
+
+    #[test]
+    fn rows_are_of_the_same_patches() {
+        assert!(check_places(&[side(&[None]), side(&[None, None])]).unwrap_err().contains("one has 1"));
+        let mut other = side(&[None]);
+        other.rows[0].place = vec!["7".into()];
+        assert!(check_places(&[side(&[None]), other]).unwrap_err().contains("row 1"));
+    }
+}

@@ -1,0 +1,85 @@
+//! What can go wrong with results: every message says what is wrong, why, and what to do.
+
+use std::path::PathBuf;
+
+use protocol::checkpoint::CheckpointError;
+use protocol::merge::MergeFault;
+
+/// A result that cannot be written, read, or believed.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// A file of the output folder cannot be written.
+    #[error(transparent)]
+    Report(#[from] report::Error),
+    /// A tally cannot be used.
+    #[error(transparent)]
+    Checkpoint(#[from] CheckpointError),
+    /// The job that a tally keeps cannot be read.
+    #[error(
+        "the job kept in {} cannot be used ({reason}); it was written by radwalk {build}, use that",
+        path.display()
+    )]
+    Kept {
+        /// The folder.
+        path: PathBuf,
+        /// Why.
+        reason: String,
+        /// The build that wrote it.
+        build: String,
+    },
+    /// Runs cannot be merged.
+    #[error("cannot merge {}: {fault}", path.display())]
+    Merge {
+        /// The run that does not go with those before it.
+        path: PathBuf,
+        /// Why.
+        fault: MergeFault,
+    },
+    /// A table, summary or picture stands beside the tally of another run.
+    #[error(
+        "{}/{file} is not made from the tally beside it (the run was not finished, the file was changed, or another version wrote it); go on with `radwalk run --resume`, or run the job again",
+        run.display()
+    )]
+    OtherTable {
+        /// The folder.
+        run: PathBuf,
+        /// What is in it.
+        file: &'static str,
+    },
+    /// A sum of walks that are traced again overflows.
+    #[error(
+        "a sum of the tally overflowed (scores are too many or too large to be kept exactly); use fewer paths"
+    )]
+    Overflow,
+    /// Two results cannot be held against each other.
+    #[error("{} cannot be compared with {} ({reason}); {remedy}", second.display(), first.display())]
+    Incomparable {
+        /// A folder.
+        first: PathBuf,
+        /// Another.
+        second: PathBuf,
+        /// Why not.
+        reason: String,
+        /// What to do.
+        remedy: &'static str,
+    },
+    /// A table cannot be read.
+    #[error(
+        "{} cannot be read ({reason}); give the output folder of `radwalk run` or `merge`, and where the table was left out there, make it from the tally: radwalk report OUT --export csv",
+        path.display()
+    )]
+    NoTable {
+        /// The file.
+        path: PathBuf,
+        /// Why not.
+        reason: String,
+    },
+    /// The system refused something that it should not.
+    #[error("{doing} failed ({source}); this is a fault of the system, not of the job")]
+    System {
+        /// What was done.
+        doing: &'static str,
+        /// What the system says.
+        source: std::io::Error,
+    },
+}

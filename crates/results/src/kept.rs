@@ -1,0 +1,48 @@
+//! A result that was kept: the tally of an output folder, and the job that it was walked for.
+
+use std::path::Path;
+
+use protocol::checkpoint::{self, Checkpoint, CheckpointError};
+use radiosity::Experiment;
+
+use crate::checkpoints::CURRENT;
+use crate::error::Error;
+use crate::replica::{self, check_shape};
+use crate::settings::Settings;
+
+/// What stands in a `tally.bin`.
+pub struct Kept {
+    /// Tally and books.
+    pub checkpoint: Checkpoint,
+    /// The settings of its job.
+    pub settings: Settings,
+    /// The method at work in its scene.
+    pub experiment: Experiment,
+}
+
+impl Kept {
+    /// Reads the result of a run from its output folder.
+    ///
+    /// # Errors
+    /// Where there is none, and where it cannot be used.
+    pub fn open(run: &Path) -> Result<Self, Error> {
+        let path = run.join(CURRENT);
+        let checkpoint = checkpoint::read(&path)?;
+        let (settings, experiment) =
+            replica::unpack(&checkpoint.book.job).map_err(|reason| unusable(run, &checkpoint, reason))?;
+        check_shape(&checkpoint.tally, &experiment).map_err(|fault| CheckpointError { path, fault })?;
+        Ok(Kept { checkpoint, settings, experiment })
+    }
+}
+
+/// The job that a tally keeps cannot be used, for a reason.
+pub fn unusable(run: &Path, checkpoint: &Checkpoint, reason: String) -> Error {
+    Error::Kept { path: run.into(), reason, build: builds(checkpoint) }
+}
+
+/// The builds that wrote a result.
+fn builds(checkpoint: &Checkpoint) -> String {
+    let mut builds: Vec<&str> = checkpoint.book.sessions.iter().map(|session| &session.build[..]).collect();
+    builds.dedup();
+    builds.join(", ")
+}

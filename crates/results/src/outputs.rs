@@ -1,0 +1,340 @@
+//! What a run leaves behind: its output folder.
+
+use std::io;
+use std::path::Path;
+use std::sync::Arc;
+
+use job::{Light, OutputFile, Word};
+use judge::bounces::bounces;
+use judge::checks::checks_of_result;
+use judge::target;
+use protocol::checkpoint::{Book, Checkpoint, Look, Part, Session};
+use protocol::roster::Contributor;
+use radiosity::{Estimates, Experiment, Precision};
+use report::{
+    Draft, Live, Milestone, Model, OutputFolder, Page, PartSummary, Photo, Provenance, RunFacts,
+    SessionSummary, Shot, Smooth, Summary, Units, WorkerSummary,
+};
+
+use crate::checkpoints::{self, CURRENT, DERIVED, Latest, PREVIOUS};
+use crate::error::Error;
+use crate::kept::Kept;
+use crate::settings::Settings;
+
+/// Above this many patches the page takes longer to open than most want to wait, and is written where it is asked for.
+const PAGE_UP_TO: usize = 200_000;
+
+/// The files that are written where a job names none; the page, while it opens quickly.
+const DEFAULT: [OutputFile; 4] =
+    [OutputFile::Csv, OutputFile::Summary, OutputFile::Picture, OutputFile::Report];
+
+/// The output folder of a run.
+pub struct RunOutput {
+    folder: Arc<OutputFolder>,
+    exports: Vec<OutputFile>,
+    /// The commit of the program, for the summary.
+    git: &'static str,
+}
+
+impl RunOutput {
+    /// Claims the folder for results of a program that was built from a commit.
+    ///
+    /// # Errors
+    /// Where it holds results that may not be `replace`d.
+    pub fn new(path: &Path, replace: bool, exports: &[OutputFile], git: &'static str) -> Result<Self, Error> {
+        let files = [&[CURRENT, PREVIOUS][..], &DERIVED].concat();
+        let folder = OutputFolder::claim(path, &files, replace)?.into();
+        Ok(RunOutput { folder, exports: exports.into(), git })
+    }
+
+    /// The folder itself.
+    pub fn folder(&self) -> &Arc<OutputFolder> {
+        &self.folder
+    }
+
+    /// Where it is.
+    pub fn path(&self) -> &Path {
+        self.folder.path()
+    }
+
+    /// Writes the results of some walks, and returns what they are. All files take their places when all are written, so
+    /// that a full disk leaves those that were there. `now` hears what is being done.
+    ///
+    /// # Errors
+    /// Where the books do not balance or a file cannot be written.
+    pub fn write(
+        &self,
+        settings: &Settings,
+        experiment: &Experiment,
+        checkpoint: &Checkpoint,
+        latest: Latest,
+        now: &dyn Fn(&'static str),
+    ) -> Result<Summary, Error> {
+        let (summary, drafts) = self.drafts(settings, experiment, checkpoint, now)?;
+        checkpoints::write(&self.folder, checkpoint, latest)?;
+        self.place(drafts)?;
+        Ok(summary)
+    }
+
+    /// Makes what follows from a tally again: all files but the tally.
+    ///
+    /// # Errors
+    /// Where a file cannot be written.
+    pub fn rebuild(&self, kept: &Kept, now: &dyn Fn(&'static str)) -> Result<(), Error> {
+        let (_, drafts) = self.drafts(&kept.settings, &kept.experiment, &kept.checkpoint, now)?;
+        self.place(drafts)
+    }
+
+    /// Puts files in their places, and takes away those of an earlier result that this one does not have.
+    fn place(&self, drafts: Vec<(OutputFile, Draft)>) -> Result<(), Error> {
+        let written: Vec<OutputFile> = drafts.iter().map(|(file, _)| *file).collect();
+        drafts.into_iter().try_for_each(|(_, draft)| draft.place())?;
+        let others = OutputFile::ALL.iter().filter(|file| !written.contains(file));
+        self.folder.remove(&others.map(|file| file.name()).collect::<Vec<_>>())?;
+        Ok(self.folder.sync()?)
+    }
+
+    /// The files that a result of this many patches has.
+    fn files(&self, settings: &Settings, patches: usize) -> Vec<OutputFile> {
+        let mut files = settings.files.clone().unwrap_or_else(|| usual(patches));
+        files.extend(&self.exports);
+        OutputFile::ALL.iter().copied().filter(|file| files.contains(file)).collect()
+    }
+
+    /// The usual files that a job leaves out.
+    pub fn left_out(&self, settings: &Settings, patches: usize) -> Vec<OutputFile> {
+        let written = self.files(settings, patches);
+        usual(patches).into_iter().filter(|file| !written.contains(file)).collect()
+    }
+
+    /// What follows from the tally of a checkpoint, written but not in its place.
+    fn drafts(
+        &self,
+        settings: &Settings,
+        experiment: &Experiment,
+        checkpoint: &Checkpoint,
+        now: &dyn Fn(&'static str),
+    ) -> Result<(Summary, Vec<(OutputFile, Draft)>), Error> {
+        now("estimating every patch");
+        let scene = experiment.scene();
+        let estimates = Estimates::new(experiment, &checkpoint.tally, settings.level(scene));
+        let files = self.files(settings, scene.faces().patch_count());
+        now("checking the result");
+        let mut summary = summarise(settings, &estimates, &checkpoint.book, self.git);
+        now("drawing the picture");
+        let view = Seen::of(&estimates, settings, &files);
+        summary.view = view.as_ref().map(Seen::shot);
+        self.folder.keep_hold()?;
+        now("writing the results");
+        let mut drafts = Vec::new();
+        for &file in &files {
+            let draft = self.folder.draft(file.name(), |writer| match (file, &view) {
+                (OutputFile::Csv, _) => report::write_patches(writer, &estimates),
+                (OutputFile::Summary, _) => summary.write(writer),
+                (OutputFile::Vtu, _) => report::write_vtu(writer, &estimates),
+                (OutputFile::Parquet, _) => report::write_parquet(writer, &estimates),
+                (OutputFile::Picture, Some(Seen::Drawn(_, photo))) => photo.picture.write_png(writer),
+                (OutputFile::Exr, Some(Seen::Drawn(_, photo))) => {
+                    photo.values.write_exr(writer, summary.units.radiosity)
+                }
+                (OutputFile::Glb, Some(view)) => report::write_glb(writer, &estimates, &view.shot()),
+                (OutputFile::Report, Some(view)) => {
+                    page(settings, &summary, &estimates, &checkpoint.book, view).write(writer)
+                }
+                (OutputFile::Picture | OutputFile::Exr | OutputFile::Glb | OutputFile::Report, _) => {
+                    unreachable!("what needs a view has one")
+                }
+            });
+            drafts.push((file, draft?));
+        }
+        Ok((summary, drafts))
+    }
+}
+
+/// The files of a result of this many patches whose job names none.
+fn usual(patches: usize) -> Vec<OutputFile> {
+    let is_quick = |file: &OutputFile| *file != OutputFile::Report || patches <= PAGE_UP_TO;
+    DEFAULT.into_iter().filter(is_quick).collect()
+}
+
+/// A result from where the picture is taken, as far as its files need it.
+enum Seen {
+    /// Aimed at, and not drawn.
+    Aimed(Smooth, Shot),
+    /// Drawn.
+    Drawn(Smooth, Box<Photo>),
+}
+
+impl Seen {
+    /// `None` where no file needs it.
+    fn of(estimates: &Estimates, settings: &Settings, files: &[OutputFile]) -> Option<Self> {
+        let needs = |some: &[OutputFile]| some.iter().any(|file| files.contains(file));
+        if needs(&[OutputFile::Picture, OutputFile::Exr]) {
+            let smooth = Smooth::new(estimates);
+            let photo = Photo::shoot(estimates, &smooth, &settings.view);
+            return Some(Seen::Drawn(smooth, photo.into()));
+        }
+        needs(&[OutputFile::Report, OutputFile::Glb]).then(|| Seen::aimed(estimates, settings))
+    }
+
+    fn aimed(estimates: &Estimates, settings: &Settings) -> Self {
+        let shot = Shot::aim(estimates, &settings.view);
+        Seen::Aimed(Smooth::new(estimates), shot)
+    }
+
+    fn smooth(&self) -> &Smooth {
+        match self {
+            Seen::Aimed(smooth, _) | Seen::Drawn(smooth, _) => smooth,
+        }
+    }
+
+    fn shot(&self) -> Shot {
+        match self {
+            Seen::Aimed(_, shot) => *shot,
+            Seen::Drawn(_, photo) => photo.shot,
+        }
+    }
+}
+
+/// The page of a run that goes on.
+pub struct LivePage {
+    /// Paths of the tally.
+    pub paths: u64,
+    /// The whole page.
+    pub page: String,
+    /// What changes from one page to the next.
+    pub news: String,
+}
+
+impl LivePage {
+    /// The page of a tally, by a program that was built from a commit.
+    ///
+    /// # Errors
+    /// Where the parts of the page cannot be packed.
+    pub fn of(
+        settings: &Settings,
+        experiment: &Experiment,
+        checkpoint: &Checkpoint,
+        git: &'static str,
+    ) -> io::Result<Self> {
+        let level = settings.level(experiment.scene());
+        let estimates = Estimates::new(experiment, &checkpoint.tally, level);
+        let mut summary = summarise(settings, &estimates, &checkpoint.book, git);
+        let view = Seen::aimed(&estimates, settings);
+        summary.view = Some(view.shot());
+        let page = page(settings, &summary, &estimates, &checkpoint.book, &view);
+        let live = Live { paths_total: settings.paths };
+        Ok(LivePage { paths: summary.paths, page: page.render(Some(live))?, news: page.render_news(live)? })
+    }
+}
+
+/// The summary of a tally, but for the view.
+fn summarise(settings: &Settings, estimates: &Estimates, book: &Book, git: &str) -> Summary {
+    let precision = estimates.precision();
+    let facts = facts(settings, estimates, &precision, book, git);
+    Summary::new(estimates.scene(), estimates.tally(), precision, facts)
+}
+
+/// The page that shows a tally.
+fn page<'a>(
+    settings: &'a Settings,
+    summary: &'a Summary,
+    estimates: &'a Estimates<'a>,
+    book: &Book,
+    view: &'a Seen,
+) -> Page<'a> {
+    Page {
+        name: &settings.name,
+        summary,
+        estimates,
+        milestones: milestones(book, estimates.experiment()),
+        command: command(settings, summary),
+        shot: view.shot(),
+        smooth: view.smooth(),
+        materials: &settings.finishes,
+    }
+}
+
+/// What a summary says of a run beside its numbers.
+fn facts(
+    settings: &Settings,
+    estimates: &Estimates,
+    precision: &Precision,
+    book: &Book,
+    git: &str,
+) -> RunFacts {
+    let (experiment, tally, scene) = (estimates.experiment(), estimates.tally(), estimates.scene());
+    let paths = tally.counts.walks.saturating_mul(experiment.paths_per_walk());
+    // A batch is a stream of its own.
+    let stream_paths = experiment.batch_paths().unwrap_or(settings.stream_paths);
+    RunFacts {
+        version: env!("CARGO_PKG_VERSION").into(),
+        git: (!git.starts_with("sources-")).then(|| git.into()),
+        job_hash: job::job_hash(scene.hash(), &settings.method, settings.seed),
+        seed: settings.seed,
+        method: experiment.method().clone(),
+        model: Model::new(scene, experiment.method(), tally.layout().moments, bounces(experiment)),
+        paths,
+        seconds: book.effort.seconds,
+        cpu_seconds: book.effort.cpu_seconds,
+        workers_seen: book.effort.workers_seen,
+        workers_lost: book.effort.workers_lost,
+        streams: paths.div_ceil(stream_paths),
+        streams_reissued: book.effort.streams_reissued,
+        target: settings.target.as_ref().map(|target| target::judge(target, estimates, paths)),
+        import: settings.import.clone(),
+        units: units(settings.light),
+        checks: checks_of_result(estimates, settings.note.as_deref(), precision, book, settings.seed),
+        confidence: settings.confidence,
+        simultaneous: settings.simultaneous,
+        provenance: provenance(book, experiment.paths_per_walk()),
+    }
+}
+
+/// The errors at the looks of a run.
+fn milestones(book: &Book, experiment: &Experiment) -> Vec<Milestone> {
+    let milestone = |look: &Look| Milestone {
+        paths: look.walks as f64 * experiment.paths_per_walk() as f64,
+        median_relative_error: look.median_relative_error,
+        max_relative_error: look.max_relative_error,
+    };
+    book.looks.iter().map(milestone).collect()
+}
+
+/// The command that makes the same numbers again.
+fn command(settings: &Settings, summary: &Summary) -> String {
+    format!("radwalk run {}.toml --seed {} --paths {}", settings.name, settings.seed, summary.paths)
+}
+
+/// Whose walks these are, each counted as so many paths.
+fn provenance(book: &Book, paths_per_walk: u64) -> Provenance {
+    let worker = |worker: &Contributor| WorkerSummary {
+        name: worker.name.clone(),
+        paths: worker.walks.saturating_mul(paths_per_walk),
+        leases: worker.leases,
+    };
+    let part = |part: &Part| PartSummary {
+        seed: part.seed,
+        first_path: part.first.saturating_mul(paths_per_walk),
+        paths: part.walks().saturating_mul(paths_per_walk),
+    };
+    let session = |session: &Session| SessionSummary {
+        host: session.host.clone(),
+        build: session.build.clone(),
+        began: session.began,
+        ended: session.ended,
+    };
+    Provenance {
+        parts: book.parts.iter().map(part).collect(),
+        workers: book.workers.iter().map(worker).collect(),
+        sessions: book.sessions.iter().map(session).collect(),
+    }
+}
+
+/// The units of what a job's numbers measure.
+pub fn units(light: Light) -> Units {
+    match light {
+        Light::Radiant => Units::RADIANT,
+        Light::Luminous => Units::LUMINOUS,
+    }
+}

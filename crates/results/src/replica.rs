@@ -1,0 +1,136 @@
+//! A job as it travels and as `tally.bin` keeps it, and the walks that a process makes of it.
+
+use std::ops::Range;
+
+use judge::MOMENTS;
+use protocol::checkpoint::CheckpointFault;
+use protocol::codec::{CodecError, decode_serde, encode_serde};
+use radiosity::{Board, Experiment, IndexChoice, Overflow, Scene, SceneSpec, Sequence, Tally};
+use serde::{Deserialize, Serialize};
+
+use crate::settings::Settings;
+
+/// All that a process has to know of a job.
+#[derive(Serialize, Deserialize)]
+struct Packed {
+    scene: SceneSpec,
+    tree: bool,
+    settings: Settings,
+}
+
+/// Bytes of settings that came after the first format 5 of `tally.bin`: notes of imports, units of light, files, the three
+/// parts of the view, and the two of the materials.
+const LATER_SETTINGS: usize = 8;
+
+/// The bytes of a job.
+///
+/// # Errors
+/// Where the scene is too large for one message.
+pub fn pack(scene: &Scene, spec: &SceneSpec, settings: &Settings) -> Result<Vec<u8>, CodecError> {
+    encode_serde(&Packed { scene: spec.clone(), tree: scene.has_tree(), settings: settings.clone() })
+}
+
+/// Settings and scene with the method that was packed.
+///
+/// # Errors
+/// In words, where the bytes are no job or the scene is invalid.
+pub fn unpack(bytes: &[u8]) -> Result<(Settings, Experiment), String> {
+    // Jobs that were kept before the last settings were there end before these, each of which is a byte of 0 where the job
+    // says nothing of it.
+    let packed = decode_serde(bytes);
+    let longer = |more: usize| decode_serde(&[bytes, &vec![0; more]].concat()).ok();
+    let packed = packed.or_else(|error| (1..=LATER_SETTINGS).find_map(longer).ok_or(error));
+    let Packed { scene, tree, settings } = packed.map_err(|error| error.to_string())?;
+    let index = if tree { IndexChoice::Tree } else { IndexChoice::Flat };
+    let scene = Scene::build(&scene, index).map_err(|error| error.to_string())?;
+    let experiment = Experiment::new(scene, settings.method.walks()).map_err(|error| error.to_string())?;
+    Ok((settings, experiment))
+}
+
+/// Whether a tally has the patches and sums of an experiment: one that was forged may not.
+///
+/// # Errors
+/// Where it has others.
+pub fn check_shape(tally: &Tally, experiment: &Experiment) -> Result<(), CheckpointFault> {
+    let expected = (experiment.layout::<MOMENTS>(), experiment.scene().faces().len());
+    if (tally.layout(), tally.patches()) == expected {
+        Ok(())
+    } else if tally.patches() == experiment.scene().faces().patch_count() {
+        Err(CheckpointFault::Superseded(
+            "it has one sum for both sides of a two-sided patch, and each side is an unknown of its own now",
+        ))
+    } else {
+        Err(CheckpointFault::Contradiction("its sums are not those of its scene and method"))
+    }
+}
+
+/// A process's replica of a job.
+pub struct Replica {
+    experiment: Experiment,
+    sequence: Sequence,
+    job_hash: [u8; 32],
+}
+
+impl Replica {
+    /// Builds the replica from what the coordinator sent.
+    ///
+    /// # Errors
+    /// As [`unpack`].
+    pub fn decode(bytes: &[u8]) -> Result<Self, String> {
+        let (settings, experiment) = unpack(bytes)?;
+        Ok(Replica::new(experiment, &settings, settings.seed))
+    }
+
+    /// A replica that walks as the settings say, but for the seed.
+    pub fn new(experiment: Experiment, settings: &Settings, seed: u64) -> Self {
+        let job_hash = job::job_hash(experiment.scene().hash(), &settings.method, seed);
+        Replica { experiment, sequence: Sequence::new(seed), job_hash }
+    }
+
+    /// The method at work in the scene.
+    pub fn experiment(&self) -> &Experiment {
+        &self.experiment
+    }
+
+    /// Where its walks take their numbers from.
+    pub fn sequence(&self) -> &Sequence {
+        &self.sequence
+    }
+
+    /// The digest of scene, method and seed.
+    pub fn job_hash(&self) -> [u8; 32] {
+        self.job_hash
+    }
+
+    /// The tally of some walks.
+    ///
+    /// # Errors
+    /// Where a sum overflows.
+    pub fn trace(&self, walks: Range<u64>, board: &mut Board<MOMENTS>) -> Result<Tally, Overflow> {
+        self.experiment.walk(&self.sequence, walks, board);
+        board.take()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use radiosity::Sides;
+
+    use super::*;
+
+    #[test]
+    fn one_sum_for_both_sides_is_of_an_earlier_version() {
+        let mut spec = scenes::cube(1);
+        spec.surfaces[2].sides = Sides::Both;
+        let scene = Scene::build(&spec, IndexChoice::Auto).unwrap();
+        let method = job::MethodTable::default().walks();
+        let experiment = Experiment::new(scene, method).unwrap();
+        let fault = |sums: usize| {
+            let tally = Tally::new(sums, experiment.layout::<MOMENTS>());
+            check_shape(&tally, &experiment).map_err(|fault| fault.to_string())
+        };
+        assert!(fault(6).unwrap_err().contains("one sum for both sides"));
+        assert!(fault(5).unwrap_err().contains("not those of its scene"));
+        assert_eq!(fault(7), Ok(()));
+    }
+}

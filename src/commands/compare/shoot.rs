@@ -1,0 +1,85 @@
+//! Runs on worker processes. All runs of one method and size are one job of the cluster, one after the other along its
+//! walks: so workers are started and the scene is sent once, and what a run comes to depends on the job alone.
+
+use std::cell::RefCell;
+use std::sync::mpsc::channel;
+
+use cluster::checkpoint::{Look, Past};
+use cluster::coordinator::{Coordinator, Ending};
+use cluster::server::{Wish, serve};
+use judge::MOMENTS;
+use radiosity::{Counts, Tally};
+use results::Settings;
+use studies::compare::contender::Trial;
+use studies::compare::{Shot, Team};
+
+use crate::commands::coordinate::{Door, identity, plan};
+use crate::fault::Fault;
+use crate::signals;
+
+/// Walks a trial so many times.
+///
+/// # Errors
+/// Where the cluster fails, and where a signal ends it.
+pub fn shoot(team: Team, trial: &Trial, runs: usize) -> Result<Shot, Fault> {
+    let Trial { job, experiment } = trial;
+    let identity = identity(job, &Settings::of(job), experiment)?;
+    let ends = (1..=runs as u64).map(|run| run * trial.walks()).collect();
+    let (out, prefixes) = channel();
+    let judge = move |prefix: &Tally, _: &[Look]| {
+        // Whoever receives waits for the end.
+        let _ = out.send(prefix.clone());
+        Look { walks: prefix.counts.walks, rays: prefix.counts.rays, ..Look::default() }
+    };
+    let plan = plan(&identity, &job.budget, experiment, ends, Box::new(judge))?;
+    let mut coordinator = Coordinator::new(plan, Past::none(experiment.tally::<MOMENTS>()));
+    let mut door = Door::open(&identity, team.workers, team.threads)?;
+    let notices = RefCell::new(Vec::new());
+    let mut memory = None;
+    let owner = |coordinator: &Coordinator| {
+        notices.borrow_mut().drain(..).for_each(|notice| door.workers.heed(&notice));
+        if coordinator.ending().is_some() {
+            // Nobody has heard of it yet, so everybody is still there.
+            memory = door.workers.peak_memory();
+        } else if signals::stop_asked() {
+            return Wish::Stop;
+        } else if !door.workers.tend(coordinator.progress().walks) {
+            return Wish::GiveUp;
+        }
+        Wish::Continue
+    };
+    let tell = |notice| notices.borrow_mut().push(notice);
+    let ending = serve(door.listener, &door.access, &mut coordinator, owner, tell)
+        .map_err(|source| Fault::System { doing: "serving the workers", source })?;
+    match ending {
+        Ending::BudgetSpent => {}
+        Ending::Interrupted => return Err(Fault::Interrupted),
+        Ending::Overflow => return Err(Fault::Overflow),
+        Ending::NoWorkers | Ending::Stuck | Ending::TargetReached | Ending::WallClock => {
+            return Err(Fault::NoWorkers(door.workers.trouble.clone()));
+        }
+    }
+    let (seconds, received) = (coordinator.effort().cpu_seconds, coordinator.received());
+    drop(coordinator);
+    let empty = experiment.tally::<MOMENTS>();
+    let tallies = prefixes.iter().scan(empty, |before, now| {
+        let run = since(before, &now);
+        *before = now;
+        Some(run)
+    });
+    Ok(Shot {
+        tallies: tallies.collect(),
+        seconds: seconds / runs as f64,
+        memory,
+        traffic: received / runs as u64,
+    })
+}
+
+/// The walks of `now` that are not those of `before`.
+fn since(before: &Tally, now: &Tally) -> Tally {
+    let (earlier, later) = (before.counts.to_array(), now.counts.to_array());
+    let counts = Counts::from_array(std::array::from_fn(|i| later[i] - earlier[i]));
+    let sums = now.sums().iter().zip(before.sums()).map(|(now, before)| now - before).collect();
+    let counts = counts.expect("fewer walks than before are counted where those were");
+    Tally::from_parts(counts, now.patches(), now.layout(), sums).expect("as many sums as before")
+}

@@ -1,0 +1,86 @@
+//! `compare.csv`: the rows that are there, kept in the file as they come.
+
+use std::fs;
+
+use report::OutputFolder;
+use studies::compare::measure::Point;
+use tracing::warn;
+
+use super::TABLE;
+
+use crate::fault::Fault;
+
+/// What a table becomes of which not all rows can be used.
+const PREVIOUS: &str = "compare.previous.csv";
+
+/// The rows of an output folder.
+pub struct Table<'a> {
+    folder: &'a OutputFolder,
+    points: Vec<Point>,
+}
+
+impl<'a> Table<'a> {
+    /// Empty, or with what can be used of the rows that are there.
+    ///
+    /// # Errors
+    /// Where the file cannot be read.
+    pub fn new(folder: &'a OutputFolder, resume: bool) -> Result<Self, Fault> {
+        let mut table = Table { folder, points: Vec::new() };
+        let path = folder.file(TABLE);
+        if resume && path.exists() {
+            let bytes = fs::read(&path).map_err(|source| Fault::Table { path: path.clone(), source })?;
+            let (points, lost) = read(&bytes);
+            if lost > 0 {
+                let previous = folder.file(PREVIOUS);
+                fs::copy(&path, &previous).map_err(|source| Fault::Table { path: path.clone(), source })?;
+                warn!(
+                    "{lost} rows of {} cannot be used (damaged, or measured by another build); they are measured \
+                     again, the table is kept as {}",
+                    path.display(),
+                    previous.display()
+                );
+            }
+            table.points = points;
+        }
+        Ok(table)
+    }
+
+    /// How many rows there are.
+    pub fn len(&self) -> usize {
+        self.points.len()
+    }
+
+    /// A row that was measured before.
+    pub fn find(&self, key: &str, method: &str, rays: u64, runs: usize) -> Option<&Point> {
+        let is_it = |p: &&Point| (&p.key[..], &p.method[..], p.rays, p.runs) == (key, method, rays, runs);
+        self.points.iter().find(is_it)
+    }
+
+    /// Adds a row, on disk too.
+    ///
+    /// # Errors
+    /// Where it cannot be written.
+    pub fn add(&mut self, point: Point) -> Result<(), Fault> {
+        self.points.push(point);
+        Ok(self.folder.write(TABLE, |file| {
+            let mut writer = csv::Writer::from_writer(file);
+            self.points.iter().try_for_each(|point| writer.serialize(point))?;
+            writer.flush()
+        })?)
+    }
+}
+
+/// The rows of this build, and how many others there are.
+fn read(bytes: &[u8]) -> (Vec<Point>, usize) {
+    // A line without an end may lack digits of its last number.
+    let whole = bytes.iter().rposition(|&byte| byte == b'\n').map_or(0, |end| end + 1);
+    let mut lost = usize::from(whole < bytes.len());
+    let mut points = Vec::new();
+    for row in csv::Reader::from_reader(&bytes[..whole]).deserialize::<Point>() {
+        match row {
+            Ok(point) if point.build == crate::build::BUILD => points.push(point),
+            _ => lost += 1,
+        }
+    }
+    (points, lost)
+}

@@ -1,0 +1,439 @@
+//! `radwalk run` and `radwalk coordinate`: a job from file to results.
+
+use std::net::TcpListener;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use cluster::access::{Access, random_bytes};
+use cluster::checkpoint::{self, Book, Checkpoint, CheckpointError, CheckpointFault, Look, Past};
+use cluster::coordinator::{Coordinator, Ending, Judge, Plan};
+use cluster::listen;
+use cluster::scrape::{Page, publish};
+use cluster::server::{Wish, serve};
+use job::{Budget, Job, MethodTable};
+use judge::limits::limits;
+use judge::target::{Observer, judge, looks};
+use monitor::{Description, Gauge, Publish, Reports};
+use radiosity::{Estimates, Experiment, Tally};
+use report::view_troubles;
+use results::{Found, Identity, Keeper, Latest, RunOutput, Settings, check_shape};
+use tracing::{info, warn};
+use voice::Phase;
+
+use crate::args::{CoordinateArgs, ExportArgs, JobArgs, MonitorArgs, OutArgs, RunArgs};
+use crate::build::{BUILD, GIT};
+use crate::fault::{Fault, Outcome};
+use crate::local::LocalWorkers;
+use crate::progress::{Display, tell_notice};
+use crate::watch::{Watch, at_loopback};
+use crate::{losses, memory, signals, summary};
+
+/// Between tries to write the results of a run.
+const FINAL_WAITS: [Duration; 4] =
+    [Duration::from_secs(1), Duration::from_secs(2), Duration::from_secs(4), Duration::from_secs(8)];
+
+/// Runs a job on worker processes of this machine.
+pub fn run(args: &RunArgs) -> Result<Outcome, Fault> {
+    let workers = processes(args.workers);
+    let prepared = Prepared::new(&args.job, &args.out, &args.export, args.resume, workers)?;
+    let Door { listener, access, mut workers } = Door::open(&prepared.identity, workers, args.threads)?;
+    signals::catch();
+    signals::keep_memory_private();
+    let page = args.monitor.metrics.as_deref().map(open_page).transpose()?;
+    let reports = Reports::new(prepared.description(), prepared.output.path(), None, page);
+    let watch = prepared.watch(&args.monitor)?;
+    prepared.serve(listener, access, &args.out, (reports, watch), Some(&mut workers))
+}
+
+/// Coordinates workers that are started elsewhere.
+pub fn coordinate(args: &CoordinateArgs) -> Result<Outcome, Fault> {
+    let prepared = Prepared::new(&args.job, &args.out, &args.export, args.resume, 0)?;
+    let access_file = args.access.clone().unwrap_or_else(|| prepared.output.path().join("access.json"));
+    let (listener, access) = listen(&prepared.identity, &args.listen, args.advertise.as_deref())?;
+    access
+        .write(&access_file)
+        .map_err(|source| Fault::AccessFileWrite { path: access_file.clone(), source })?;
+    info!(
+        "listening at {}; start workers with: radwalk work --access {}",
+        access.address,
+        access_file.display()
+    );
+    signals::catch();
+    signals::keep_memory_private();
+    let page = args.monitor.metrics.as_deref().map(open_page).transpose()?;
+    let reports = Reports::new(prepared.description(), prepared.output.path(), Some(&access_file), page);
+    let watch = prepared.watch(&args.monitor)?;
+    let done = prepared.serve(listener, access.clone(), &args.out, (reports, watch), None);
+    // The key is of no use any more. Where the file is gone, or another coordinator's by now, there is nothing to do.
+    let _ = access.remove(&access_file);
+    done
+}
+
+/// Says what was left out, changed or assumed of meshes.
+fn tell_notes(job: &Job) {
+    job.scene.notes().iter().for_each(|note| info!("note: {note}"));
+}
+
+/// As many worker processes as were asked for, else one per core.
+pub fn processes(workers: Option<u32>) -> usize {
+    workers.map_or_else(
+        || std::thread::available_parallelism().map_or(1, usize::from),
+        |workers| workers as usize,
+    )
+}
+
+/// Where worker processes of this machine come in.
+pub struct Door {
+    /// Listens at the loopback address.
+    pub listener: TcpListener,
+    /// Lets them in.
+    pub access: Access,
+    /// None of them yet.
+    pub workers: LocalWorkers,
+}
+
+impl Door {
+    /// For so many workers of a job.
+    ///
+    /// # Errors
+    /// Where the system refuses.
+    pub fn open(identity: &Identity, workers: usize, threads: u32) -> Result<Self, Fault> {
+        let (listener, access) = listen(identity, "127.0.0.1:0", None)?;
+        let workers = LocalWorkers::new(&access, workers, threads);
+        Ok(Door { listener, access, workers })
+    }
+}
+
+/// A job that is ready to be shot.
+struct Prepared {
+    job: Job,
+    settings: Settings,
+    experiment: Experiment,
+    output: RunOutput,
+    identity: Identity,
+    past: Past,
+    /// What the latest tally of the output folder is to this run.
+    latest: Latest,
+}
+
+impl Prepared {
+    /// `workers` is how many will work on this machine.
+    fn new(
+        args: &JobArgs,
+        out: &OutArgs,
+        export: &ExportArgs,
+        resume: bool,
+        workers: usize,
+    ) -> Result<Self, Fault> {
+        let phase = Phase::begin("reading the scene");
+        let job = job::load(&args.job, &args.overrides())?;
+        tell_notes(&job);
+        memory::check(&job, workers)?;
+        phase.now("building the scene");
+        let experiment = Experiment::new(job.build_scene()?, job.method.walks())?;
+        phase.now("following light from the lamps");
+        // What is wrong with the light comes before all that is made of it.
+        losses::warnings(experiment.scene()).iter().for_each(|warning| warn!("{warning}"));
+        let settings = Settings::of(&job);
+        view_troubles(experiment.scene(), &settings.view).iter().for_each(|trouble| warn!("{trouble}"));
+        let folder = out.out.clone().unwrap_or_else(|| default_folder(&job));
+        let output = RunOutput::new(&folder, out.force || resume, &export.export, GIT)?;
+        let identity = identity(&job, &settings, &experiment)?;
+        let past = Past::none(experiment.tally::<{ judge::MOMENTS }>());
+        let mut prepared =
+            Prepared { job, settings, experiment, output, identity, past, latest: Latest::Foreign };
+        if resume {
+            phase.now("reading the checkpoint");
+            prepared.resume()?;
+        }
+        Ok(prepared)
+    }
+
+    /// Goes on from the latest usable checkpoint; from the beginning, where there is none yet.
+    fn resume(&mut self) -> Result<(), Fault> {
+        let Identity { scene_hash, job_hash, first, .. } = &self.identity;
+        let fits = |checkpoint: &Checkpoint| {
+            checkpoint.check_job(scene_hash, job_hash, *first)?;
+            check_shape(&checkpoint.tally, &self.experiment)
+        };
+        let Some(Found { checkpoint, passed_over }) =
+            results::find(self.output.path(), fits).map_err(|error| self.explain(error))?
+        else {
+            warn!("there is no checkpoint to resume from; the run begins at its first walk");
+            return Ok(());
+        };
+        let walks = checkpoint.tally.counts.walks.saturating_mul(self.experiment.paths_per_walk());
+        if walks > self.job.budget.paths {
+            return Err(Fault::BeyondBudget { walks, paths: self.job.budget.paths });
+        }
+        if let Some(error) = passed_over {
+            warn!("{error}; the previous checkpoint is used instead");
+            self.latest = Latest::Damaged;
+        } else {
+            self.latest = Latest::Good;
+        }
+        info!("resumed after {walks} paths");
+        self.go_on_from(checkpoint);
+        Ok(())
+    }
+
+    /// Why a checkpoint is of no use: the length of batches may have changed with the budget alone.
+    fn explain(&self, error: CheckpointError) -> Fault {
+        let theirs = || {
+            let kept = checkpoint::read(&error.path).ok()?.book.job;
+            let (theirs, _) = results::unpack(&kept).ok()?;
+            let rays = theirs.method.batch_paths?;
+            let method = MethodTable { batch_paths: self.settings.method.batch_paths, ..theirs.method };
+            ((method, theirs.seed) == (self.settings.method.clone(), self.settings.seed)).then_some(rays)
+        };
+        match (self.experiment.batch_paths(), &error.fault) {
+            (Some(ours), CheckpointFault::ForeignJob) => match theirs().filter(|&theirs| theirs != ours) {
+                Some(theirs) => Fault::OtherBatches { theirs, ours },
+                None => results::Error::from(error).into(),
+            },
+            _ => results::Error::from(error).into(),
+        }
+    }
+
+    fn go_on_from(&mut self, Checkpoint { tally, book, .. }: Checkpoint) {
+        let walks = tally.counts.walks;
+        let Book { parts, islands, workers, mut looks, goal, effort, sessions, .. } = book;
+        // Looks at another target have decided nothing.
+        if goal != self.identity.goal {
+            looks.iter_mut().for_each(|look| (look.promising, look.reached) = (false, false));
+        }
+        looks.retain(|look| look.walks <= walks);
+        // Of this job there is one part: that was checked.
+        let deliveries = parts.into_iter().next().map(|part| part.deliveries).unwrap_or_default();
+        self.past = Past { tally, deliveries, islands, workers, looks, effort };
+        self.identity.sessions = sessions;
+        self.identity.sessions.push(results::session(BUILD));
+    }
+
+    fn plan(&self) -> Result<Plan, Fault> {
+        let level = self.settings.level(self.experiment.scene());
+        let target = self.settings.target.clone();
+        let mut observer =
+            Observer::new(self.experiment.clone(), level, target).going_on_from(&self.past.tally);
+        let walks = self.job.budget.paths / self.experiment.paths_per_walk();
+        let judge = Box::new(move |tally: &Tally, seen: &[Look]| observer.look(tally, seen));
+        plan(&self.identity, &self.job.budget, &self.experiment, looks(&self.experiment, walks), judge)
+    }
+
+    /// What status files say of the job itself.
+    fn description(&self) -> Description {
+        Description { job: self.job.name.clone(), paths_per_walk: self.experiment.paths_per_walk() }
+    }
+
+    /// The page that follows the run, where one is wanted.
+    fn watch(&self, monitor: &MonitorArgs) -> Result<Option<Watch>, Fault> {
+        let open = |address: &String| Watch::open(address, &self.experiment, &self.settings);
+        monitor.watch.as_ref().map(open).transpose()
+    }
+
+    /// Serves the job to its end and writes what came of it.
+    fn serve(
+        mut self,
+        listener: TcpListener,
+        access: Access,
+        out: &OutArgs,
+        (mut reports, mut watch): (Reports, Option<Watch>),
+        mut workers: Option<&mut LocalWorkers>,
+    ) -> Result<Outcome, Fault> {
+        let plan = self.plan()?;
+        let nothing = Past::none(Tally::new(0, self.past.tally.layout()));
+        let past = std::mem::replace(&mut self.past, nothing);
+        let mut coordinator = Coordinator::new(plan, past);
+        let interval = Duration::from_secs_f64(self.job.budget.checkpoint_seconds);
+        let walks = coordinator.progress().walks;
+        let folder = self.output.folder().clone();
+        let mut keeper = Keeper::new(folder, interval, self.identity.clone(), walks, self.latest)?;
+        let mut display = Display::new(out);
+        let mut gauge = Gauge::new(&self.experiment, &self.settings, self.job.budget.wall_seconds);
+        let notices = std::cell::RefCell::new(Vec::new());
+        let mut broken = false;
+        let owner = |coordinator: &Coordinator| {
+            let notices: Vec<_> = notices.borrow_mut().drain(..).collect();
+            for notice in &notices {
+                gauge.heed(notice);
+                tell_notice(notice);
+            }
+            gauge.follow(coordinator, keeper.saved());
+            if reports.are_due() || display.is_due() {
+                gauge.estimate(coordinator);
+                let standing = gauge.standing(coordinator);
+                if display.is_due() {
+                    display.show(&standing);
+                }
+                reports.write(&standing, coordinator);
+            }
+            if let Some(watch) = &mut watch {
+                watch.tend(coordinator, &self.identity);
+            }
+            if let Err(fault) = keeper.tend(coordinator) {
+                // Memory that has failed once is not to be trusted with the rest.
+                broken |= matches!(fault, results::Error::Checkpoint(_));
+                let rest = if broken { "the run ends" } else { "the run goes on, the one before is kept" };
+                gauge.checkpoint_failed();
+                warn!("no checkpoint: {fault}; {rest}");
+            }
+            if broken || signals::stop_asked() {
+                return Wish::Stop;
+            }
+            match &mut workers {
+                Some(workers) => {
+                    notices.iter().for_each(|notice| workers.heed(notice));
+                    if workers.tend(coordinator.progress().walks) { Wish::Continue } else { Wish::GiveUp }
+                }
+                None => Wish::Continue,
+            }
+        };
+        let ending =
+            serve(listener, &access, &mut coordinator, owner, |notice| notices.borrow_mut().push(notice))
+                .map_err(|source| Fault::System { doing: "serving the workers", source })?;
+        display.finish();
+        drop(reports);
+        let (identity, latest) = keeper.finish();
+        let checkpoint = identity.checkpoint(coordinator.into_past());
+        // After an overflow the sums are no longer those of any walks.
+        if ending != Ending::Overflow {
+            self.write(&checkpoint, latest, out)?;
+        }
+        self.outcome(ending, &checkpoint, workers)
+    }
+
+    /// Writes the results. A disk may be full for a moment only, and it would be a pity of the walks: it is tried for a while.
+    fn write(&self, checkpoint: &Checkpoint, latest: Latest, out: &OutArgs) -> Result<(), Fault> {
+        let mut waits = FINAL_WAITS.into_iter();
+        loop {
+            let Self { output, settings, experiment, .. } = self;
+            let fault = match summary::write(output, settings, experiment, checkpoint, latest, out) {
+                Err(fault @ Fault::Results(results::Error::Report(report::Error::Io { .. }))) => fault,
+                done => return done,
+            };
+            let Some(wait) = waits.next() else { return Err(fault) };
+            warn!("{fault}; it is tried again in {} s", wait.as_secs());
+            std::thread::sleep(wait);
+        }
+    }
+
+    fn outcome(
+        &self,
+        ending: Ending,
+        checkpoint: &Checkpoint,
+        workers: Option<&mut LocalWorkers>,
+    ) -> Result<Outcome, Fault> {
+        match ending {
+            Ending::NoWorkers => {
+                Err(Fault::NoWorkers(workers.map_or(String::new(), |workers| workers.trouble.clone())))
+            }
+            Ending::Overflow => Err(Fault::Overflow),
+            Ending::Stuck => Err(Fault::Stuck { out: self.output.path().into() }),
+            Ending::Interrupted => Ok(Outcome::Interrupted),
+            Ending::TargetReached => Ok(Outcome::Done),
+            // The clock ran out before anything was known.
+            Ending::WallClock if checkpoint.tally.counts.walks == 0 => Ok(Outcome::TargetMissed),
+            Ending::BudgetSpent | Ending::WallClock => {
+                Ok(if self.target_missed(checkpoint) { Outcome::TargetMissed } else { Outcome::Done })
+            }
+        }
+    }
+
+    /// Whether there is a target that these walks do not meet.
+    fn target_missed(&self, Checkpoint { tally, .. }: &Checkpoint) -> bool {
+        let Some(target) = &self.settings.target else { return false };
+        let (scene, walks) = (self.experiment.scene(), tally.counts.walks);
+        let estimates = Estimates::new(&self.experiment, tally, self.settings.level(scene));
+        walks == 0 || !judge(target, &estimates, walks * self.experiment.paths_per_walk()).reached
+    }
+}
+
+/// The walks of a job up to the last of some looks, at which `judge` is asked.
+///
+/// # Errors
+/// Where the system has no random numbers.
+pub fn plan(
+    identity: &Identity,
+    budget: &Budget,
+    experiment: &Experiment,
+    looks: Vec<u64>,
+    judge: Judge,
+) -> Result<Plan, Fault> {
+    // A batch is leased as a walk is, whole and alone.
+    let (stream_paths, leases_per_thread) = match experiment.batch_paths() {
+        Some(_) => (1, 1),
+        None => (budget.stream_paths, 2),
+    };
+    let lots = random_bytes().map_err(|source| Fault::System { doing: "drawing lots", source })?;
+    Ok(Plan {
+        job: identity.job.clone().into(),
+        scene_hash: identity.scene_hash,
+        job_hash: identity.job_hash,
+        build: BUILD.into(),
+        first: identity.first,
+        paths: looks.last().copied().unwrap_or(0),
+        stream_paths,
+        leases_per_thread,
+        patches: experiment.scene().faces().len(),
+        layout: experiment.layout::<{ judge::MOMENTS }>(),
+        limits: limits(experiment),
+        wall: budget.wall_seconds.map(Duration::from_secs_f64),
+        lots: u64::from_le_bytes(lots[..8].try_into().expect("eight bytes")),
+        looks,
+        judge,
+    })
+}
+
+/// Listens at an address; returns what lets workers in.
+fn listen(
+    identity: &Identity,
+    address: &str,
+    advertise: Option<&str>,
+) -> Result<(TcpListener, Access), Fault> {
+    let (listener, address) =
+        listen::bind(address, advertise).map_err(|error| Fault::listen(address, error))?;
+    let access = Access::new(address, BUILD, identity.scene_hash)
+        .map_err(|source| Fault::System { doing: "drawing a random key", source })?;
+    Ok((listener, access))
+}
+
+/// Opens a page of metrics; returns what replaces its text. A port alone stands for one of the loopback address.
+fn open_page(address: &str) -> Result<Publish, Fault> {
+    let address = at_loopback(address);
+    let page = Page::default();
+    let open = || {
+        let listener = TcpListener::bind(&address)?;
+        let bound = listener.local_addr()?;
+        let told = page.clone();
+        publish(listener, "metrics", move |request| told.answer(request))?;
+        Ok(bound)
+    };
+    let bound =
+        open().map_err(|source| Fault::Listen { address: address.clone(), option: "--metrics", source })?;
+    info!(event = "metrics", "metrics are at http://{bound}/metrics");
+    Ok(Box::new(move |text| page.set(text)))
+}
+
+/// What the checkpoints of a job have in common.
+///
+/// # Errors
+/// Where the scene is too large to be sent.
+pub fn identity(job: &Job, settings: &Settings, experiment: &Experiment) -> Result<Identity, Fault> {
+    let scene = experiment.scene();
+    let packed = results::pack(scene, job.scene.spec(), settings)
+        .map_err(|error| Fault::System { doing: "packing the job", source: std::io::Error::other(error) })?;
+    Ok(Identity {
+        scene_hash: scene.hash(),
+        job_hash: job::job_hash(scene.hash(), &job.method, job.seed),
+        seed: job.seed,
+        first: job.budget.first_path / experiment.paths_per_walk(),
+        goal: settings.goal(),
+        job: packed,
+        sessions: vec![results::session(BUILD)],
+    })
+}
+
+/// out/<job name>.
+pub fn default_folder(job: &Job) -> PathBuf {
+    Path::new("out").join(&job.name)
+}

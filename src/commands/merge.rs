@@ -1,0 +1,20 @@
+//! `radwalk merge`: several results as one.
+
+use results::{Kept, Latest, RunOutput};
+use voice::Phase;
+
+use crate::args::{MergeArgs, OutArgs};
+use crate::fault::{Fault, Outcome};
+use crate::summary::write;
+
+/// Merges the runs in the order given; settings are those of the first.
+pub fn merge(args: &MergeArgs) -> Result<Outcome, Fault> {
+    let phase = Phase::begin("reading the results");
+    let (first, others) = args.runs.split_first().expect("at least one is required");
+    let Kept { checkpoint, settings, experiment } = results::merge(first, others)?;
+    drop(phase);
+    let output = RunOutput::new(&args.out, args.force, &args.export.export, crate::build::GIT)?;
+    let out = OutArgs { out: None, force: args.force, quiet: args.quiet, json: false };
+    write(&output, &settings, &experiment, &checkpoint, Latest::Foreign, &out)?;
+    Ok(Outcome::Done)
+}

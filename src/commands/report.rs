@@ -1,0 +1,20 @@
+//! `radwalk report`: makes table, summary, picture and page again, from the tally alone.
+
+use results::{Kept, RunOutput};
+use voice::{Phase, say};
+
+use crate::args::ReportArgs;
+use crate::build::GIT;
+use crate::fault::{Fault, Outcome};
+
+/// Makes the files of a result again that follow from its tally.
+pub fn report(args: &ReportArgs) -> Result<Outcome, Fault> {
+    let kept = Kept::open(&args.run)?;
+    let phase = Phase::begin("estimating every patch");
+    RunOutput::new(&args.run, true, &args.export.export, GIT)?.rebuild(&kept, &|doing| phase.now(doing))?;
+    drop(phase);
+    if !args.quiet {
+        say(&format!("written to {}", args.run.display()));
+    }
+    Ok(Outcome::Done)
+}

@@ -1,0 +1,111 @@
+//! `radwalk reproduce`: the papers' tables and figures, measured again.
+
+use std::io::Write;
+use std::num::NonZeroUsize;
+use std::path::PathBuf;
+use std::time::Instant;
+
+use report::OutputFolder;
+use report::words::duration;
+use serde_json::json;
+use studies::claim::{Judge, Verdict};
+use studies::papers::{CHAPTERS, Chapter, Findings, page};
+use studies::{Effort, Lab};
+use tracing::info;
+use voice::{Phase, emit, say};
+
+use crate::args::ReproduceArgs;
+use crate::date::today;
+use crate::fault::{Fault, Outcome};
+
+/// What people read.
+const PAGE: &str = "papers.md";
+
+/// What programs read.
+const TABLE: &str = "papers.json";
+
+/// Runs every chapter; writes the page, its figures and the rows as JSON. Rows that differ are a fault.
+pub fn reproduce(args: &ReproduceArgs) -> Result<Outcome, Fault> {
+    let effort = if args.quick { Effort::Quick } else { Effort::Full };
+    let lab = Lab::new(effort, args.threads.map(|threads| threads as usize));
+    let path = args.out.out.clone().unwrap_or_else(|| PathBuf::from("out/papers"));
+    let folder = OutputFolder::claim(&path, &[PAGE, TABLE], args.out.force)?;
+    let began = Instant::now();
+    let done: Vec<(&Chapter, Findings)> =
+        CHAPTERS.iter().map(|chapter| (chapter, run(args, chapter, &lab))).collect();
+    let judge = page::judge(done.iter().map(|(_, findings)| findings));
+    for (chapter, findings) in &done {
+        findings.figures.iter().try_for_each(|f| folder.write(&f.file, |file| file.write_all(&f.content)))?;
+        if !args.out.quiet {
+            describe(chapter, findings, judge);
+        }
+    }
+    let entries: Vec<page::Entry<'_>> =
+        done.iter().map(|(c, findings)| (c.name, c.title, findings)).collect();
+    let origin = origin(args, &lab, began.elapsed().as_secs_f64());
+    let table = page::table(&entries, judge);
+    folder.write(TABLE, |file| Ok(serde_json::to_writer_pretty(file, &table)?))?;
+    folder.write(PAGE, |file| file.write_all(page::write(&origin, &entries, judge).as_bytes()))?;
+    if !args.out.quiet {
+        say(&format!("written to {}", folder.file(PAGE).display()));
+    }
+    let differ = done.iter().flat_map(|(_, f)| &f.rows).filter(|row| judge.verdict(row) == Verdict::Differs);
+    match differ.map(|row| row.label.clone()).collect::<Vec<_>>() {
+        rows if rows.is_empty() => Ok(Outcome::Done),
+        rows => Err(Fault::NotReproduced { page: folder.file(PAGE), rows }),
+    }
+}
+
+/// One chapter, with a word before and after.
+fn run(args: &ReproduceArgs, chapter: &Chapter, lab: &Lab) -> Findings {
+    let began = Instant::now();
+    if args.out.json {
+        emit(&json!({"event": "chapter", "name": chapter.name}));
+    } else if !args.out.quiet {
+        info!("{} …", chapter.title);
+    }
+    let phase = Phase::begin(chapter.title);
+    let findings = (chapter.run)(lab);
+    drop(phase);
+    if args.out.json {
+        let seconds = began.elapsed().as_secs_f64();
+        emit(&json!({"event": "chapter done", "name": chapter.name, "seconds": seconds}));
+    }
+    findings
+}
+
+/// The rows of a chapter as a table for a terminal.
+fn describe(chapter: &Chapter, findings: &Findings, judge: Judge) {
+    say(&format!("\n{}", chapter.title));
+    let heads = page::HEADS.map(String::from);
+    let rows: Vec<[String; 6]> =
+        std::iter::once(heads).chain(findings.rows.iter().map(|row| page::cells(row, judge))).collect();
+    let width = |column: usize| rows.iter().map(|row| row[column].chars().count()).max().unwrap_or(0);
+    let widths: [usize; 6] = std::array::from_fn(width);
+    for row in &rows {
+        let cells = row.iter().zip(widths).map(|(cell, width)| format!("{cell:width$}"));
+        say(format!("  {}", cells.collect::<Vec<_>>().join("  ")).trim_end());
+    }
+}
+
+/// Which command made the page, when and where.
+fn origin(args: &ReproduceArgs, lab: &Lab, seconds: f64) -> String {
+    let quick = if args.quick { " --quick" } else { "" };
+    format!(
+        "Made by `radwalk reproduce{quick}`, version {}, on {}, in {} on {} threads of: {}.",
+        env!("CARGO_PKG_VERSION"),
+        today(),
+        duration(seconds),
+        lab.threads,
+        machine()
+    )
+}
+
+/// The class of this machine, as far as it tells.
+fn machine() -> String {
+    let cores = std::thread::available_parallelism().map_or(1, NonZeroUsize::get);
+    let known = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+    let model = known.lines().find_map(|line| line.strip_prefix("model name")?.split_once(':'));
+    let model = model.map_or(std::env::consts::ARCH, |(_, model)| model.trim());
+    format!("{model}, {cores} cores, {}", std::env::consts::OS)
+}

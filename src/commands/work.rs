@@ -1,0 +1,123 @@
+//! `radwalk work`: one worker process.
+
+use std::io::{ErrorKind, Read};
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+use cluster::access::Access;
+use cluster::launcher;
+use cluster::worker::{self, Identity, WorkerError};
+use tracing::warn;
+
+use crate::args::WorkArgs;
+use crate::build::BUILD;
+use crate::clock::WalkClock;
+use crate::fault::{Fault, Outcome};
+use crate::shift::Shift;
+use crate::signals;
+
+/// No access file is longer.
+const MOST_ACCESS_BYTES: u64 = 1 << 16;
+
+/// Between two looks for a coordinator that has gone.
+const RETRY: Duration = Duration::from_millis(500);
+
+/// How long a coordinator is looked for, unless `--wait` says otherwise.
+const PATIENCE: Duration = Duration::from_secs(600);
+
+/// Works until the coordinator's job is done. A coordinator that was lost without a word may come back: it is looked for
+/// by the access file, which a restarted one writes anew. Launchers start everybody at once, so their workers look for a
+/// coordinator that is not there yet, too, as do those that were told how long; others hear at once what is wrong.
+pub fn work(args: &WorkArgs) -> Result<Outcome, Fault> {
+    signals::catch();
+    signals::keep_memory_private();
+    keep_joining(args.wait, args.quiet, || join(args))
+}
+
+/// Joins a coordinator, again where it was lost without a word.
+pub fn keep_joining(
+    wait: Option<u64>,
+    quiet: bool,
+    mut join: impl FnMut() -> Result<(), Fault>,
+) -> Result<Outcome, Fault> {
+    let patience = wait.map_or(PATIENCE, Duration::from_secs);
+    let mut since = (wait.is_some() || launcher::is_there(variable)).then(Instant::now);
+    let (mut joined, mut told) = (false, quiet);
+    loop {
+        let fault = match join() {
+            Ok(()) => return Ok(Outcome::Done),
+            Err(_) if signals::stop_asked() => return Ok(Outcome::Interrupted),
+            Err(fault) => fault,
+        };
+        match &fault {
+            Fault::Worker(WorkerError::Lost(_)) => {
+                // It was found, or found again: patience begins anew.
+                (joined, since) = (true, Some(Instant::now()));
+            }
+            // Coordinators remove it when they end in good order.
+            Fault::AccessFile { source, .. } if joined && source.kind() == ErrorKind::NotFound => {
+                return Ok(Outcome::Done);
+            }
+            _ if joined || may_come(&fault) => {}
+            _ => return Err(fault),
+        }
+        match since {
+            Some(since) if since.elapsed() < patience => {}
+            _ => return Err(fault),
+        }
+        if !std::mem::replace(&mut told, true) {
+            warn!("{fault}; waiting for it");
+        }
+        std::thread::sleep(RETRY);
+        if signals::stop_asked() {
+            return Ok(Outcome::Interrupted);
+        }
+    }
+}
+
+/// Whether a coordinator that begins later would change this.
+fn may_come(fault: &Fault) -> bool {
+    match fault {
+        Fault::AccessFile { source, .. } => source.kind() == ErrorKind::NotFound,
+        Fault::Worker(error) => matches!(error, WorkerError::Unreachable { .. }),
+        _ => false,
+    }
+}
+
+/// Works for the coordinator of the access file as long as it is there.
+fn join(args: &WorkArgs) -> Result<(), Fault> {
+    let access = read_access(&args.access)?;
+    let identity = Identity {
+        build: BUILD.into(),
+        name: name(std::process::id()),
+        threads: args.threads as usize,
+        leave: signals::stop_asked,
+    };
+    let clock = WalkClock::default();
+    Ok(worker::work(&access, &identity, |job| Shift::decode(job, clock.clone()), || clock.seconds())?)
+}
+
+/// What stands for an access file that comes by standard input.
+pub const ACCESS_BY_INPUT: &str = "-";
+
+/// What the coordinator wrote for its workers.
+pub fn read_access(path: &Path) -> Result<Access, Fault> {
+    let read = || match path.to_str() {
+        Some(ACCESS_BY_INPUT) => {
+            let mut bytes = Vec::new();
+            std::io::stdin().take(MOST_ACCESS_BYTES).read_to_end(&mut bytes)?;
+            Access::from_bytes(&bytes)
+        }
+        _ => Access::read(path),
+    };
+    read().map_err(|source| Fault::AccessFile { path: path.into(), source })
+}
+
+/// What the worker process `pid` of this machine is called.
+pub fn name(pid: u32) -> String {
+    launcher::name(variable, &rustix::system::uname().nodename().to_string_lossy(), pid)
+}
+
+fn variable(name: &str) -> Option<String> {
+    std::env::var(name).ok()
+}

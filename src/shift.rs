@@ -1,0 +1,96 @@
+//! What a worker process does with its replica of a job: it walks leases against a clock.
+
+use std::ops::Range;
+
+use cluster::limits::Limits;
+use cluster::worker::Work;
+use judge::MOMENTS;
+use judge::limits::limits;
+use radiosity::{Board, Overflow, Tally};
+use results::Replica;
+
+use crate::clock::WalkClock;
+
+/// The work of a process.
+pub struct Shift {
+    replica: Replica,
+    clock: WalkClock,
+    wrong: Option<Wrong>,
+}
+
+impl Shift {
+    /// Builds the replica from what the coordinator sent; `clock` counts its walks.
+    ///
+    /// # Errors
+    /// In words, where the bytes are no job or the scene is invalid.
+    pub fn decode(bytes: &[u8], clock: WalkClock) -> Result<Self, String> {
+        Ok(Shift { replica: Replica::decode(bytes)?, clock, wrong: Wrong::asked_for() })
+    }
+}
+
+impl Work for Shift {
+    type Board = Board<MOMENTS>;
+
+    fn hashes(&self) -> ([u8; 32], [u8; 32]) {
+        (self.replica.experiment().scene().hash(), self.replica.job_hash())
+    }
+
+    fn empty(&self) -> Tally {
+        self.replica.experiment().tally::<MOMENTS>()
+    }
+
+    fn limits(&self) -> Limits {
+        limits(self.replica.experiment())
+    }
+
+    fn board(&self) -> Self::Board {
+        self.replica.experiment().board()
+    }
+
+    fn shoot(&self, walks: Range<u64>, board: &mut Self::Board) {
+        let (experiment, sequence) = (self.replica.experiment(), self.replica.sequence());
+        self.clock.time(|| experiment.walk(sequence, walks, board));
+    }
+
+    fn shoot_while(&self, walks: Range<u64>, board: &mut Self::Board, go_on: &dyn Fn() -> bool) {
+        let (experiment, sequence) = (self.replica.experiment(), self.replica.sequence());
+        self.clock.time(|| experiment.walk_while(sequence, walks, board, go_on));
+    }
+
+    fn hand_over(&self, board: &mut Self::Board, tally: &mut Tally) -> Result<(), Overflow> {
+        self.clock.time(|| match &self.wrong {
+            Some(wrong) => tally.merge(&wrong.spoil(board.take()?)).map_err(|_| Overflow),
+            None => board.add_to(tally),
+        })
+    }
+}
+
+/// A test hook of debug builds: a worker whose memory fails now and then. With `RADWALK_TEST_WRONG_WORKER=P` in its
+/// environment, about one in P of what it hands over has a bit flipped, before any digest is taken.
+struct Wrong {
+    one_in: u64,
+}
+
+impl Wrong {
+    #[cfg(not(debug_assertions))]
+    fn asked_for() -> Option<Self> {
+        None
+    }
+
+    #[cfg(debug_assertions)]
+    fn asked_for() -> Option<Self> {
+        let one_in = std::env::var("RADWALK_TEST_WRONG_WORKER").ok()?.parse().ok()?;
+        Some(Wrong { one_in })
+    }
+
+    fn spoil(&self, tally: Tally) -> Tally {
+        let lot = u64::from_le_bytes(tally.hash()[..8].try_into().expect("eight bytes"));
+        if !lot.is_multiple_of(self.one_in) {
+            return tally;
+        }
+        let (counts, patches, layout) = (tally.counts, tally.patches(), tally.layout());
+        let mut sums = tally.into_sums();
+        sums[0] ^= 1;
+        Tally::from_parts(counts, patches, layout, sums).expect("as many sums as before")
+    }
+}

@@ -1,0 +1,158 @@
+//! What a run has come to: written to its folder, and said in a few lines.
+
+use job::{OutputFile, Word};
+use judge::target;
+use protocol::checkpoint::Checkpoint;
+use radiosity::Experiment;
+use report::words::{counted, duration, percent, quantity};
+use report::{PrecisionSummary, Summary, Target, WorstPatch};
+use results::{Latest, RunOutput, Settings};
+use tracing::warn;
+use voice::{Phase, emit, say};
+
+use crate::args::OutArgs;
+use crate::fault::Fault;
+
+/// Writes the results of some walks, and says what they are. Nothing is written where there are none.
+///
+/// # Errors
+/// Where the books do not balance or a file cannot be written.
+pub fn write(
+    output: &RunOutput,
+    settings: &Settings,
+    experiment: &Experiment,
+    checkpoint: &Checkpoint,
+    latest: Latest,
+    out: &OutArgs,
+) -> Result<(), Fault> {
+    if checkpoint.tally.counts.walks == 0 {
+        warn!(
+            "no walk was finished, so nothing is written to {}; what is there is from before",
+            output.path().display()
+        );
+        return Ok(());
+    }
+    let phase = Phase::begin("estimating every patch");
+    let summary = output.write(settings, experiment, checkpoint, latest, &|doing| phase.now(doing))?;
+    drop(phase);
+    if out.json {
+        emit(&serde_json::json!({"event": "done", "out": output.path(), "paths": summary.paths}));
+    } else if !out.quiet {
+        describe(&summary, settings);
+        say(&format!("written to {}", output.path().display()));
+        describe_left_out(output, settings, experiment);
+    }
+    Ok(())
+}
+
+/// What is not there because the job does not name it, and what that is needed for.
+fn describe_left_out(output: &RunOutput, settings: &Settings, experiment: &Experiment) {
+    let left_out = output.left_out(settings, experiment.scene().faces().patch_count());
+    if left_out.is_empty() {
+        return;
+    }
+    let list = |of: fn(OutputFile) -> &'static str, between: &str| {
+        left_out.iter().map(|&file| of(file)).collect::<Vec<_>>().join(between)
+    };
+    let needs = match (left_out.contains(&OutputFile::Csv), left_out.contains(&OutputFile::Summary)) {
+        (true, true) => "; diff needs patches.csv, and status summary.json",
+        (true, false) => "; diff needs patches.csv",
+        (false, true) => "; status needs summary.json",
+        (false, false) => "",
+    };
+    say(&format!(
+        "left out: {}; radwalk report {} --export {} makes them. Resume, merge and audit need tally.bin alone{needs}",
+        list(OutputFile::name, ", "),
+        output.path().display(),
+        list(OutputFile::word, ",")
+    ));
+}
+
+/// A few lines for people.
+fn describe(summary: &Summary, settings: &Settings) {
+    let whole =
+        if summary.paths < settings.paths { format!(" of {}", settings.paths) } else { String::new() };
+    say(&format!(
+        "{}{whole} paths, {} rays in {} by {}: {} paths/s, {} rays/s",
+        summary.paths,
+        summary.rays,
+        duration(summary.seconds),
+        counted(summary.workers_seen, "worker"),
+        quantity(summary.paths_per_second),
+        quantity(summary.rays_per_second)
+    ));
+    describe_precision(summary);
+    for line in summary.model.lines() {
+        say(&format!("model: {line}"));
+    }
+    for check in summary.checks.iter().filter(|check| !check.ok) {
+        say(&format!("note: {}", check.message));
+    }
+    if let Some(target) = &summary.target {
+        describe_target(target, summary);
+    }
+}
+
+/// How well the patches are known.
+fn describe_precision(summary: &Summary) {
+    let precision = &summary.precision;
+    // Of light that was never there, nothing is known to any part of itself.
+    if precision.error_quantiles["0.99"].is_finite() || precision.unhit.area < 1.0 - 1e-12 {
+        say(&format!(
+            "half-widths of the {}{} % intervals: half of the area within {}, 9 tenths within {}, {}",
+            if summary.simultaneous { "simultaneous " } else { "" },
+            100.0 * summary.confidence,
+            percent(precision.error_quantiles["0.5"]),
+            percent(precision.error_quantiles["0.9"]),
+            worst(precision)
+        ));
+    } else {
+        say("no patch that reflects was reached by any walk: nothing is known of its light but upper bounds");
+    }
+    for (apart, why) in [
+        (precision.unhit, "that no walk has reached"),
+        (precision.tiny, "each below a millionth of the area"),
+    ] {
+        if apart.patches > 0 {
+            let area = percent(apart.area);
+            say(&format!("told apart: {} patches {why}, {area} of the area in all", apart.patches));
+        }
+    }
+}
+
+/// The worst patch. While some patch is unknown, the worst is that one, and says nothing of the others.
+fn worst(precision: &PrecisionSummary) -> String {
+    match &precision.worst_place {
+        Some(place) if precision.max_relative_error.is_finite() => {
+            format!("worst {} ({place})", percent(precision.max_relative_error))
+        }
+        _ => format!("99 hundredths within {}", percent(precision.error_quantiles["0.99"])),
+    }
+}
+
+/// Whether the target is reached, and what it still takes.
+fn describe_target(target: &Target, summary: &Summary) {
+    let verdict = if target.reached { "reached" } else { "not reached" };
+    say(&format!(
+        "target {verdict}: {:.2} % of {} is within {}",
+        100.0 * target.achieved,
+        target::scope(target.patches.as_deref()),
+        percent(target.relative_error)
+    ));
+    if let Some(paths) = target.paths_needed {
+        let seconds = (paths - summary.paths as f64) / summary.paths_per_second;
+        say(&format!("it takes about {} paths: {} more", quantity(paths), duration(seconds.max(0.0))));
+    }
+    target.worst.iter().filter(|_| !target.reached).for_each(describe_worst);
+}
+
+/// One of the patches that keep a target from being reached.
+fn describe_worst(worst: &WorstPatch) {
+    let WorstPatch { words, relative_error, hits, paths_needed, .. } = worst;
+    let needed = if paths_needed.is_finite() {
+        format!("about {} paths", quantity(*paths_needed))
+    } else {
+        "an unknown number of paths".into()
+    };
+    say(&format!("  {words}: {} after {hits} hits, takes {needed}", percent(*relative_error)));
+}
