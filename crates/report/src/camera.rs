@@ -158,6 +158,8 @@ pub struct Camera {
     pub size: [u32; 2],
     /// Nothing is seen before a ray enters this box.
     cut: Option<Bounds>,
+    /// Eye and target as the job has them, in the coordinates of its scene.
+    said: Option<[DVec3; 2]>,
 }
 
 impl Camera {
@@ -192,6 +194,7 @@ impl Camera {
             pixel: 2.0 * top / height,
             size,
             cut: None,
+            said: Some([stand.eye, stand.look_at]),
         }
     }
 
@@ -225,12 +228,14 @@ impl Camera {
 
     /// Where it stands.
     pub fn viewpoint(&self, scene: &Scene) -> Viewpoint {
-        let eye = self.eye + scene.origin();
-        let distance = (self.target - self.eye).dot(self.forward);
+        let [eye, look_at] = self.said.unwrap_or_else(|| {
+            let eye = self.eye + scene.origin();
+            [eye, eye + self.forward * (self.target - self.eye).dot(self.forward)]
+        });
         let half_height = 0.5 * f64::from(self.size[1]) * self.pixel;
         Viewpoint {
             eye: eye.to_array(),
-            look_at: (eye + self.forward * distance).to_array(),
+            look_at: look_at.to_array(),
             up: self.vertical.to_array(),
             fov: 2.0 * half_height.atan().to_degrees(),
         }
@@ -432,6 +437,7 @@ impl Frame {
                 min: bounds.min + CUT * bounds.size(),
                 max: bounds.max - CUT * bounds.size(),
             }),
+            said: None,
         }
     }
 }
