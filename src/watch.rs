@@ -1,4 +1,4 @@
-//! `--watch`: the page of a running job, which follows the run while somebody looks at it.
+//! `--watch`: the page of a running job, which follows the run while a browser looks at it.
 //!
 //! The coordinator's loop gives away a copy of the tally now and then, where a browser has asked for the page lately. A thread makes
 //! the page of it, and others answer the browsers (`cluster::scrape`). Making pages takes at most a twentieth of the time.
@@ -100,7 +100,7 @@ impl Watch {
         Ok(Watch { shared, tallies, walks: 0 })
     }
 
-    /// Gives away a copy of the tally where a page is due and somebody asks for it.
+    /// Gives away a copy of the tally where a page is due and a browser asks for it.
     pub fn tend(&mut self, coordinator: &Coordinator, identity: &Identity) {
         let walks = coordinator.prefix().counts.walks;
         if walks == self.walks || self.shared.busy.load(Ordering::Acquire) || !self.shared.is_due() {

@@ -84,7 +84,7 @@ fn a_running_job_has_a_page_that_follows_it() {
         (&first["view"]["eye"], &first["summary"]["scene_hash"])
     );
     assert!(ask(port, "/etc/passwd", &here).0.starts_with("HTTP/1.1 404"));
-    // A name that somebody else gave to this address does not lead to the page.
+    // A name that another page gave to this address does not lead to the page.
     assert!(ask(port, "/", "Host: evil.example\r\n").0.starts_with("HTTP/1.1 403"));
     signal("INT", child.id());
     assert_eq!(finish(child).0, 130);

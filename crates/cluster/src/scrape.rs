@@ -21,7 +21,7 @@ const MOST_BYTES: usize = 8 << 10;
 /// Connections at once. Others are closed.
 const MOST_CONNECTIONS: usize = 32;
 
-/// What somebody asks for with GET or HEAD.
+/// What a reader asks for with GET or HEAD.
 #[derive(Clone, Copy, Debug)]
 pub struct Request<'a> {
     /// The path, from its slash.

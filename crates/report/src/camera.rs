@@ -467,7 +467,7 @@ impl Window {
         }
     }
 
-    /// Grows to the shape of a picture of so many pixels; returns the size of one.
+    /// Grows to the shape of a picture of this size in pixels; returns the size of one pixel.
     fn grow_to(&mut self, size: [u32; 2]) -> f64 {
         let sizes = self.size();
         let pixel = (sizes[0] / f64::from(size[0])).max(sizes[1] / f64::from(size[1]));

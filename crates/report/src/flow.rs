@@ -287,7 +287,7 @@ mod tests {
         let mut finishes = Finishes::default();
         for surface in 0..scene.surfaces().len() {
             let name = scene.surface_name(surface as u32);
-            finishes.push(if ["dark", "light", "lamp"].contains(&&name[..]) { &name } else { "<white>" });
+            finishes.push(if ["dark", "light", "lamp"].contains(&name) { name } else { "<white>" });
         }
         let flow = flow(&scene, &finishes);
         let words: Vec<&str> = flow.parts.iter().map(|part| &part.words[..]).collect();
