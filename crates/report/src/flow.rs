@@ -237,7 +237,7 @@ fn escaped(text: &str) -> String {
 
 #[cfg(test)]
 mod tests {
-    use radiosity::{IndexChoice, Precision, Scene};
+    use radiosity::{IndexChoice, Precision, Scene, Spectrum};
 
     use super::*;
     use crate::model::Model;
@@ -282,7 +282,7 @@ mod tests {
     #[test]
     fn what_is_emitted_ends_somewhere() {
         let mut coloured = cornell();
-        coloured.surfaces[3].reflectance = [0.7, 0.1, 0.05].into();
+        coloured.surfaces[3].reflectance = Spectrum::rgb([0.7, 0.1, 0.05]);
         let [grey, coloured] =
             [cornell(), coloured].map(|spec| Scene::build(&spec, IndexChoice::Auto).unwrap());
         for scene in [cube(), grey, coloured] {
