@@ -60,6 +60,50 @@ Examples:
   radwalk check room.glb --fix-report                        flipped, doubled, buried and leaking surfaces, dark lamps
   radwalk check room.glb --repair                            writes room.repaired.toml";
 
+const STATUS: &str = "\
+Examples:
+  radwalk status out/box                                     a run on this machine, by its output folder
+  radwalk status shared/box.json --json                      a job of `radwalk coordinate`, by its access file";
+
+const EXACT: &str = "\
+Examples:
+  radwalk exact box.toml --out out/exact                     exact.csv: radiosities without noise, and variances of walks";
+
+const AUDIT: &str = "\
+Examples:
+  radwalk audit out/box                                      traces one walk in a thousand again
+  radwalk audit out/box --share 1                            traces all of them; names who delivered a wrong one";
+
+const REPORT: &str = "\
+Examples:
+  radwalk report out/box                                     makes report.html and the rest again
+  radwalk report out/box --export vtu,glb                    for ParaView, and for glTF viewers";
+
+const REPLAY: &str = "\
+Examples:
+  radwalk replay box.toml --walk 7                           where walk 7 is born, what it meets, where it ends";
+
+const PLAN: &str = "\
+Examples:
+  radwalk plan box.toml                                      what the target of the job will take
+  radwalk plan box.toml --set target.relative_error=0.01 --json";
+
+const REPRODUCE: &str = "\
+Examples:
+  radwalk reproduce --out out/papers                         a page with the papers' tables and figures";
+
+const NEW: &str = "\
+Examples:
+  radwalk new box                                            box.toml, which `radwalk run box.toml` takes";
+
+const STABILITY: &str = "\
+Examples:
+  radwalk stability --out out/atlas                          a page of all failures and their remedies";
+
+const COMPARE: &str = "\
+Examples:
+  radwalk compare box.toml --out out/compare                 charts of time and rays against error, with a verdict";
+
 const MERGE: &str = "\
 Examples:
   radwalk merge out/seed1 out/seed2 --out out/both           runs of other seeds, or of other ranges of walks";
@@ -92,33 +136,43 @@ pub enum Command {
     #[command(after_help = RELAY)]
     Relay(RelayArgs),
     /// Say how a running job gets on: workers, rates, errors, time left, last checkpoint, faults
+    #[command(after_help = STATUS)]
     Status(StatusArgs),
     /// Hold two results of one scene against each other, patch by patch
     #[command(after_help = DIFF)]
     Diff(DiffArgs),
     /// Solve the radiosity system of a small scene without any randomness
+    #[command(after_help = EXACT)]
     Exact(ExactArgs),
     /// Combine runs of one scene and method into one result
     #[command(after_help = MERGE)]
     Merge(MergeArgs),
     /// Trace a random sample of a result's walks again and compare exactly
+    #[command(after_help = AUDIT)]
     Audit(AuditArgs),
     /// Make table, summary, picture and page of a result again from its tally
+    #[command(after_help = REPORT)]
     Report(ReportArgs),
     /// Trace one walk in words
+    #[command(after_help = REPLAY)]
     Replay(ReplayArgs),
     /// Say what a job will take: walks, rays, time, memory and traffic, by bounds and by a pilot
+    #[command(after_help = PLAN)]
     Plan(PlanArgs),
     /// Measure the papers' tables and figures again and hold them to theory
+    #[command(after_help = REPRODUCE)]
     Reproduce(ReproduceArgs),
     /// Write a job and a scene to begin with
+    #[command(after_help = NEW)]
     New(NewArgs),
     /// Check a job or a scene and say what would be modelled, and why
     #[command(after_help = CHECK)]
     Check(CheckArgs),
     /// Drive methods to where they fail: what theory predicts, what is seen, what is said, what to do instead
+    #[command(after_help = STABILITY)]
     Stability(StabilityArgs),
     /// Chart speed against accuracy of every method that fits a scene, and say what to use when
+    #[command(after_help = COMPARE)]
     Compare(CompareArgs),
 }
 
@@ -537,6 +591,8 @@ impl Command {
 
 #[cfg(test)]
 mod tests {
+    use clap::CommandFactory;
+
     use super::*;
 
     #[test]
@@ -559,6 +615,29 @@ mod tests {
         }
         for typed in ["9223372036854775808", "99999999999999999999", "1e30"] {
             assert!(count(typed).unwrap_err().contains("largest number"), "{typed}");
+        }
+    }
+
+    /// Every command has examples, and what they show can be typed.
+    #[test]
+    fn the_examples_of_every_command_are_commands() {
+        let cli = Cli::command();
+        let shown =
+            |command: &clap::Command| command.get_after_help().map(ToString::to_string).unwrap_or_default();
+        for command in cli.get_subcommands() {
+            let (name, help) = (command.get_name(), shown(command));
+            let own = format!("  radwalk {name} ");
+            assert!(help.starts_with("Examples:") && help.contains(&own), "radwalk {name} --help: {help}");
+        }
+        let all = cli.get_subcommands().map(shown).chain([shown(&cli)]).collect::<Vec<_>>().join("\n");
+        let typed = all.lines().filter_map(|line| line.strip_prefix("  radwalk"));
+        // What is beside it says what it does.
+        let typed = typed.map(|line| line.split("  ").next().unwrap()).filter(|line| !line.contains("&&"));
+        for line in typed {
+            let words = ["radwalk"].into_iter().chain(line.split_whitespace());
+            if let Err(error) = Cli::try_parse_from(words) {
+                panic!("radwalk{line}: {error}");
+            }
         }
     }
 }

@@ -101,6 +101,7 @@ pub fn tell_notice(notice: &Notice) {
     match notice {
         Notice::Joined { name, .. } => info!(event = "joined", worker = &name[..], "{notice}"),
         Notice::Lost { name, .. } => info!(event = "lost", worker = &name[..], "{notice}"),
+        Notice::Left { name } => info!(event = "left", worker = &name[..], "{notice}"),
         Notice::Refused { name, .. } => info!(event = "refused", worker = &name[..], "{notice}"),
         Notice::Failed(_) | Notice::Hushed(_) => info!(event = "connection", "{notice}"),
         Notice::Quiet { seconds, .. } => warn!(event = "quiet", seconds, "{notice}"),

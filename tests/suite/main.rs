@@ -42,5 +42,7 @@ mod sign;
 mod sobol_run;
 mod stability;
 mod stuck;
+#[cfg(target_os = "linux")]
+mod terminal;
 mod voice;
 mod watch;

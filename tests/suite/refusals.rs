@@ -116,3 +116,29 @@ fn check_says_what_will_be_modelled() {
         assert!(stdout.contains("patches") && stdout.contains("no fault found"), "{stdout}");
     }
 }
+
+/// Surfaces of 4·10⁸ patches, as many as it takes to need more memory than there is: 80 bytes a patch. It would take minutes, and
+/// then the machine, to make them.
+#[test]
+#[cfg(target_os = "linux")]
+fn a_scene_beyond_the_memory_is_refused_before_it_is_made() {
+    let folder = tempdir().unwrap();
+    let meminfo = std::fs::read_to_string("/proc/meminfo").unwrap();
+    let kilobytes = meminfo.lines().find_map(|line| line.strip_prefix("MemTotal:")).unwrap();
+    let bytes = 1024 * kilobytes.trim().trim_end_matches(" kB").parse::<u64>().unwrap();
+    let surfaces = bytes / (80 * 400_000_000) + 1;
+    let quad = |n: u64| {
+        format!(
+            "[[surface]]\nmaterial = \"white\"\nquad = [[0,0,{n}], [1,0,{n}], [0,1,{n}]]\npatches = [20000, 20000]\n"
+        )
+    };
+    let material = "[material.white]\nreflectance = 0.5\nemittance = 1.0\n".to_owned();
+    let scene = (0..surfaces).map(quad).fold(material, |scene, quad| scene + &quad);
+    let file = path(&folder, "vast.toml");
+    std::fs::write(&file, scene).unwrap();
+    for command in ["check", "plan"] {
+        let told = refused(2, &[command, file.to_str().unwrap()]);
+        assert!(told.contains(&format!("{} patches", surfaces * 400_000_000)), "{told}");
+        assert!(told.contains("GB") && told.contains("use coarser patches"), "{told}");
+    }
+}

@@ -6,6 +6,7 @@ use std::thread;
 use std::time::Duration;
 
 use crate::support::{answer, finish, path, radwalk, run, run_job, signal, summary, wait_for};
+use cluster::checkpoint;
 use tempfile::{TempDir, tempdir};
 
 const JOB: &str = "configs/cube54.toml";
@@ -89,6 +90,65 @@ fn relays_that_come_and_go_leave_no_trace_in_the_answer() {
     let calm = path(&folder, "calm");
     run_job(JOB, &calm, &["--paths", &seen["paths"].to_string()]);
     assert!(answer(&out) == answer(&calm), "relays changed the answer");
+    let (code, _, told) = run(&["audit", out.to_str().unwrap(), "--share", "0.1", "--quiet"]);
+    assert_eq!(code, 0, "every lease behind a relay is as it was delivered: {told}");
+}
+
+/// A worker whose memory fails, with every lease.
+fn lie(access: &Path) -> Child {
+    let mut command = radwalk();
+    command.args(["work", "--quiet", "--wait", "60", "--access"]).arg(access);
+    command.env("RADWALK_TEST_WRONG_WORKER", "1").spawn().unwrap()
+}
+
+/// Whether a lease in the latest checkpoint is by a worker whose name ends so.
+fn has_brought(out: &Path, name: &str) -> bool {
+    let Ok(checkpoint) = checkpoint::read(&out.join("tally.bin")) else { return false };
+    checkpoint.book.workers.iter().any(|worker| worker.name.ends_with(name) && worker.leases > 0)
+}
+
+/// The coordinator leads a worker and a relay; that relay two workers and a relay, which leads two workers: one worker behind
+/// each relay delivers wrong sums.
+#[test]
+#[cfg_attr(not(debug_assertions), ignore = "release builds have no hook that spoils sums")]
+fn audits_name_liars_behind_relays_and_behind_relays_of_relays() {
+    let folder = tempdir().unwrap();
+    let (out, access) = (path(&folder, "out"), path(&folder, "access.json"));
+    let coordinator = coordinate(&out, &access);
+    wait_for("the access file", || access.exists().then_some(()));
+    let start = |name: &str, upstream: &Path| {
+        let access = path(&folder, name);
+        let mut relay = radwalk();
+        relay.args(["relay", "--quiet", "--wait", "60", "--access"]).arg(upstream);
+        let relay = relay.arg("--out-access").arg(&access).spawn().unwrap();
+        let workers = [work(&access), lie(&access)];
+        (access, relay, workers)
+    };
+    let (outer_access, outer, outer_workers) = start("outer.json", &access);
+    let (_, inner, inner_workers) = start("inner.json", &outer_access);
+    let direct = work(&access);
+    let ends = |child: &Child| format!(":{}", child.id());
+    let [honest, liar] = outer_workers.each_ref().map(ends);
+    let [inner_honest, inner_liar] = inner_workers.each_ref().map(ends);
+    let (relay, inner_relay) = (ends(&outer), ends(&inner));
+    for name in [&honest, &liar, &inner_honest, &inner_liar, &ends(&direct)] {
+        wait_for("leases of all workers", || has_brought(&out, name).then_some(()));
+    }
+    signal("INT", coordinator.id());
+    assert_eq!(finish(coordinator).0, 130);
+    for process in [direct, outer, inner].into_iter().chain(outer_workers).chain(inner_workers) {
+        assert_eq!(finish(process).0, 0);
+    }
+
+    let (code, _, told) = run(&["audit", out.to_str().unwrap(), "--share", "1", "--quiet"]);
+    assert_eq!(code, 3, "{told}");
+    let host = rustix::system::uname().nodename().to_string_lossy().into_owned();
+    let behind = format!("relay {host}{relay} > {host}{liar}: ");
+    let behind_two = format!("relay {host}{relay} > relay {host}{inner_relay} > {host}{inner_liar}: ");
+    assert!(told.contains(&behind) && told.contains(&behind_two), "{told} names {behind} and {behind_two}");
+    let named = told.matches(&format!("{host}{relay}")).count();
+    assert_eq!(named, 2, "nobody else is named: {told}");
+    assert!(told.contains("the word of the relay"), "{told}");
 }
 
 #[test]

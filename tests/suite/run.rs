@@ -245,7 +245,7 @@ fn a_worker_that_is_told_to_end_says_so_and_leaves() {
     hear("\"workers\":1");
     signal("TERM", leaver.id());
     assert_eq!(finish(leaver).0, 130);
-    assert!(hear("lost worker").contains("asked to leave"));
+    assert!(hear(" left, as it was told to").contains("worker"));
     let other = work();
     assert_eq!(finish(other).0, 0);
     hear("done");

@@ -122,11 +122,12 @@ pub fn coordinator(bytes: &[u8]) {
         });
     } else {
         let mut given = 0;
-        play(rest, &mut Relay::new(terms(patches, layout)), |relay, now| {
+        play(rest, &mut Relay::new(terms(patches, layout), 1), |relay, now| {
             for said in relay.take_outbox() {
                 match said {
-                    ToCoordinator::Result(LeaseResult { lease, counts, .. }) => {
+                    ToCoordinator::Result(LeaseResult { lease, counts, provenance, digest, .. }) => {
                         assert!(lease < given && counts[0] == 100, "whole leases are passed on");
+                        assert_eq!(provenance.breach(100, digest), None);
                     }
                     ToCoordinator::Return { lease } => assert!(lease < given),
                     ToCoordinator::Capacity { .. } => {}
@@ -200,7 +201,7 @@ fn play<L: Lead>(mut rest: &[u8], lead: &mut L, mut then: impl FnMut(&mut L, Dur
                 Action::Tell(_) => {}
             }
         }
-        assert!(lead.frame_cap() <= LONG_FRAME);
+        assert!(open.iter().all(|&id| lead.frame_cap(id) <= LONG_FRAME));
     }
 }
 

@@ -25,5 +25,5 @@ mod worker_error;
 
 pub use protocol::{
     checkpoint, codec, coordinator, crew, deliveries, digest, foreign, lead, ledger, limits, merge, message,
-    pace, parcel, rejected, relay, roster, watch,
+    pace, parcel, provenance, rejected, relay, roster, watch,
 };

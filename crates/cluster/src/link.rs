@@ -200,11 +200,21 @@ impl Link {
         let _ = lock(&self.kept).as_mut().and_then(|kept| kept.remove(&lease));
     }
 
-    /// Tells the coordinator why this worker leaves, and remembers it.
+    /// Tells the coordinator why this worker cannot go on, and remembers it.
     pub fn give_up(&self, reason: String) -> WorkerError {
+        let message = ToCoordinator::Failed { reason: reason.clone() };
+        self.end(reason, &message)
+    }
+
+    /// Tells the coordinator that this worker leaves because it was told to.
+    pub fn leave(&self) -> WorkerError {
+        self.end("it was asked to leave".into(), &ToCoordinator::Leave)
+    }
+
+    fn end(&self, reason: String, message: &ToCoordinator) -> WorkerError {
         let reason = lock(&self.failure).get_or_insert(reason).clone();
         // Whether or not it hears, this worker is of no more use. It hangs up when it has heard.
-        let _ = self.send(&ToCoordinator::Failed { reason: reason.clone() });
+        let _ = self.send(message);
         self.over.store(true, Ordering::Relaxed);
         WorkerError::Failed(reason)
     }
@@ -219,7 +229,7 @@ impl Link {
         let mut due = Instant::now();
         loop {
             if leave() {
-                self.give_up("it was asked to leave".into());
+                self.leave();
                 let _ = stop.recv_timeout(FAREWELL);
                 return self.hang_up();
             }

@@ -259,7 +259,7 @@ impl<'a, T: FnMut(Notice)> Shell<'a, T> {
             lead.on_bytes(bytes);
         }
         while let Some(line) = self.lines.get_mut(&id)
-            && let Some(message) = line.next(lead.frame_cap())?
+            && let Some(message) = line.next(lead.frame_cap(id))?
         {
             let actions = lead.on_message(id, message, self.now());
             self.act(actions);

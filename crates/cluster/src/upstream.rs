@@ -8,7 +8,7 @@ use std::thread;
 use crossbeam::channel::{Receiver, Sender, unbounded};
 use radiosity::Tally;
 
-use crate::access::Access;
+use crate::access::{Access, random_bytes};
 use crate::codec::SHORT_FRAME;
 use crate::crew::Terms;
 use crate::lead::Notice;
@@ -44,7 +44,9 @@ pub fn relay<W: Work>(
         let unserved = |error| link.give_up(format!("its own workers cannot be served ({error})"));
         let (listener, own) = open(scene_hash).map_err(unserved)?;
         let large = empty.sums().len() > SMALL_TALLY;
-        let mut relay = Relay::new(terms(welcome, identity, (scene_hash, job_hash), &empty, limits));
+        let lots = random_bytes().map_err(unserved)?;
+        let lots = u64::from_le_bytes(lots[..8].try_into().expect("eight bytes"));
+        let mut relay = Relay::new(terms(welcome, identity, (scene_hash, job_hash), &empty, limits), lots);
         let mut shell = Shell::new(listener, &own, tell).map_err(unserved)?;
         // Where this fails, whoever listens learns why: the job may have been done meanwhile.
         let _ = link.send(&ToCoordinator::Ready { scene_hash, job_hash });
@@ -64,7 +66,7 @@ pub fn relay<W: Work>(
             let ended = loop {
                 shell.turn(&mut relay).map_err(unserved)?;
                 if (identity.leave)() {
-                    link.give_up("it was asked to leave".into());
+                    link.leave();
                     shell.act(relay.finish(End::Told));
                 }
                 while relay.end().is_none()

@@ -17,6 +17,7 @@ use crate::limits::Limits;
 use crate::link::{Ear, Link, connect};
 use crate::message::{Hello, LeaseResult, PROTOCOL, SMALL_TALLY, ToCoordinator, ToWorker};
 use crate::pace::MOST_KEPT;
+use crate::provenance::Provenance;
 pub use crate::worker_error::WorkerError;
 
 /// Walks between two marks of progress, at first.
@@ -292,6 +293,7 @@ fn shoot_queue<W: Work>(work: &W, leases: &Receiver<Lease>, link: &Link, cpu_sec
             digest: digester.digest(&tally),
             counts: Box::new(tally.counts.to_array()),
             sums: pack(tally.sums()),
+            provenance: Provenance::default(),
         };
         let sent = if tally.sums().len() <= SMALL_TALLY {
             link.send(&ToCoordinator::Result(result))

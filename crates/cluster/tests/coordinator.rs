@@ -11,8 +11,10 @@ use cluster::checkpoint::Past;
 use cluster::codec::{pack, unpack};
 use cluster::coordinator::{Coordinator, Ending, Plan};
 use cluster::crew::{SILENCE, STALL};
+use cluster::deliveries::Delivery;
 use cluster::lead::{Action, Lead, Notice, PeerId};
 use cluster::message::{Hello, LeaseResult, PROTOCOL, ToCoordinator, ToWorker};
+use cluster::provenance::Provenance;
 use radiosity::Tally;
 use toy::{Dice, JOB, JOB_HASH, PATCHES, READY, SCENE_HASH, hash, judge, plan, result, straight};
 
@@ -956,6 +958,38 @@ fn a_relay_that_only_gives_back_is_dropped() {
     }
     assert!(stage.closed.contains_key(&relay));
     assert!(stage.notice().contains("too often"));
+}
+
+#[test]
+fn what_a_relay_brought_that_lied_is_walked_again_whoever_was_behind_it() {
+    let mut stage = Stage::new(plan(10_000, 10));
+    let honest = stage.join(1);
+    let relay = stage.introduce(|hello| Hello { relays: true, threads: 0, name: "relay".into(), ..hello });
+    stage.hear(relay);
+    stage.say(relay, READY);
+    stage.say(relay, ToCoordinator::Capacity { threads: 1, lease_seconds: 0.0 });
+    let leases = stage.leases(relay);
+    let result = |lease: &Lease| {
+        let result = result(lease.id, lease.walks.clone());
+        let part = Delivery::lease(lease.walks.end - lease.walks.start, 0, result.digest);
+        let provenance = Provenance { names: vec!["w".into()], parts: vec![part] };
+        LeaseResult { provenance, ..result }
+    };
+    stage.out.retain(|(id, _)| *id != relay);
+    let first = result(&leases[0]);
+    stage.say(relay, ToCoordinator::Result(first));
+    let waits = stage.coordinator.progress().walks;
+    assert!(waits > 0 && stage.coordinator.prefix().counts.walks == 0, "it waits for the honest worker's");
+    let mut second = result(&leases[1]);
+    second.provenance.parts[0].digest ^= 1;
+    stage.say(relay, ToCoordinator::Result(second));
+    assert_eq!(stage.coordinator.progress().walks, 0);
+    assert!(stage.closed.contains_key(&relay));
+    assert!(stage.notice().contains("the digests of its parts"));
+    for lease in stage.leases(honest) {
+        stage.finish(honest, &lease);
+    }
+    assert!(stage.coordinator.prefix().counts.walks > 0);
 }
 
 /// Shoots streams 0..10 of 100 walks by ten workers, whose results arrive in the given order, and asks for

@@ -9,8 +9,10 @@ use std::thread;
 
 use cluster::access::Access;
 use cluster::coordinator::Plan;
+use cluster::deliveries::{Delivery, MOST_PARTS};
 use cluster::limits::Limits;
 use cluster::message::{Hello, LeaseResult, PIECE, ToCoordinator, ToWorker};
+use cluster::provenance::Provenance;
 use cluster::worker::work;
 use net::{BULK, Bulky, Raw, Run, SINGLE, assert_done, bulky, honest, identity, never, run};
 use toy::{JOB_HASH, READY, SCENE_HASH, hello, plan, result, result_of, sealed};
@@ -140,6 +142,51 @@ fn results_that_cannot_be_are_refused_and_their_senders_banned() {
     changed("too many patches", |mut result| {
         result.sums.extend(cluster::codec::pack(&[1, 1]));
         result
+    });
+}
+
+/// A relay that tells of its first lease what cannot be.
+fn told(name: &str, change: impl FnOnce(&mut Provenance) + Send) {
+    against(name, Banned, true, |access, hello| {
+        let (mut raw, lease, walks) = join(access, hello);
+        let mut result = result(lease, walks.clone());
+        let part = Delivery::lease(walks.end - walks.start, 0, result.digest);
+        result.provenance = Provenance { names: vec!["w".into()], parts: vec![part] };
+        change(&mut result.provenance);
+        raw.say(&ToCoordinator::Result(result));
+        Some(raw)
+    });
+}
+
+#[test]
+fn relays_that_tell_what_cannot_be_of_their_workers_are_banned() {
+    told("of nobody", |told| *told = Provenance::default());
+    told("of other walks", |told| told.parts[0].walks += 1);
+    told("of walks without end", |told| told.parts = vec![Delivery { walks: u64::MAX, ..told.parts[0] }; 2]);
+    told("of another digest", |told| told.parts[0].digest ^= 1);
+    told("of a digest that is none", |told| told.parts[0].digest = u64::MAX);
+    told("of a worker that it does not name", |told| told.parts[0].worker = 1);
+    told("of one lease as many", |told| told.parts[0].leases = u64::MAX);
+    told("of too many parts", |told| {
+        let rest = Delivery { walks: 0, digest: 0, ..told.parts[0] };
+        told.parts.extend([rest; MOST_PARTS]);
+    });
+    told("of names in colour", |told| told.names[0] = "\u{1b}[31mred".into());
+    told("of a worker behind too many", |told| told.names[0] = ["w"; 9].join(" > "));
+    changed("a worker with parts", |result| {
+        let parts = vec![Delivery::lease(u64::from(result.counts[0] as u32), 0, result.digest)];
+        LeaseResult { provenance: Provenance { names: vec!["w".into()], parts }, ..result }
+    });
+    // No frame is so long.
+    against("of a name without end", Dropped, true, |access, hello| {
+        let (mut raw, lease, walks) = join(access, hello);
+        let names = vec!["w".repeat(1 << 20)];
+        let result = result(lease, walks);
+        let result = LeaseResult { provenance: Provenance { names, parts: vec![] }, ..result };
+        let said = raw.sealed(&ToCoordinator::Result(result));
+        // The coordinator may hang up in the midst of it.
+        let _ = std::io::Write::write_all(&mut raw.stream, &said);
+        Some(raw)
     });
 }
 

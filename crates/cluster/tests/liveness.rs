@@ -258,7 +258,7 @@ impl World {
     fn add_relay(&mut self) {
         let id = self.next;
         self.next += 1;
-        let relay = Relay::new(self.terms.clone());
+        let relay = Relay::new(self.terms.clone(), id);
         let (sender, orders, mail) = (Sender::default(), VecDeque::new(), VecDeque::new());
         self.relays.push(Some(Node { relay, id, sender, orders, mail, stopped: 0 }));
         let actions = self.coordinator.on_connect(id);

@@ -3,12 +3,15 @@
 
 mod toy;
 
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::{BTreeMap, HashSet, VecDeque};
 use std::ops::Range;
 use std::time::Duration;
 
+use cluster::checkpoint::Past;
 use cluster::coordinator::{Coordinator, Ending, Plan};
 use cluster::crew::Terms;
+use cluster::deliveries::MOST_PARTS;
+use cluster::digest::Digester;
 use cluster::lead::{Action, Lead, PeerId};
 use cluster::message::{Hello, LeaseResult, ToCoordinator, ToWorker};
 use cluster::relay::{End, Relay};
@@ -57,6 +60,11 @@ struct World {
     stream: u64,
     leases_per_thread: usize,
     sent_home: usize,
+    /// Who walked what, as the coordinator should call it.
+    walked: Vec<(Range<u64>, String)>,
+    /// Results that came to the coordinator, and the most parts of one.
+    results: usize,
+    most_parts: usize,
 }
 
 impl World {
@@ -64,8 +72,19 @@ impl World {
         let (stream, leases_per_thread) = (plan.stream_paths, plan.leases_per_thread);
         let (relays, workers) = (vec![], BTreeMap::new());
         let coordinator = coordinator(plan);
-        let (next, now, sent_home) = (0, Duration::ZERO, 0);
-        World { coordinator, relays, workers, next, now, stream, leases_per_thread, sent_home }
+        World {
+            coordinator,
+            relays,
+            workers,
+            next: 0,
+            now: Duration::ZERO,
+            stream,
+            leases_per_thread,
+            sent_home: 0,
+            walked: vec![],
+            results: 0,
+            most_parts: 0,
+        }
     }
 
     fn lead(&mut self, leader: usize) -> Option<&mut dyn Lead> {
@@ -123,6 +142,10 @@ impl World {
 
     fn say(&mut self, leader: usize, id: PeerId, message: ToCoordinator) {
         let now = self.now;
+        if let (0, ToCoordinator::Result(result)) = (leader, &message) {
+            self.results += 1;
+            self.most_parts = self.most_parts.max(result.provenance.parts.len());
+        }
         if let Some(lead) = self.lead(leader) {
             let actions = lead.on_message(id, message, now);
             self.act(leader, actions);
@@ -146,7 +169,7 @@ impl World {
 
     fn add_relay(&mut self) -> usize {
         self.next += 1;
-        let relay = Relay::new(terms(self.stream, self.leases_per_thread));
+        let relay = Relay::new(terms(self.stream, self.leases_per_thread), self.next);
         let (orders, said) = (VecDeque::new(), VecDeque::new());
         self.relays.push(Some(Node { relay, id: self.next, orders, said }));
         self.greet(0, Hello { relays: true, ..hello("relay", 0) });
@@ -157,6 +180,8 @@ impl World {
     fn work(&mut self, leader: usize, id: PeerId, seconds: f64) {
         let next = self.workers.get_mut(&(leader, id)).and_then(VecDeque::pop_front);
         let Some((lease, walks)) = next else { return };
+        let name = if leader == 0 { format!("worker {id}") } else { format!("relay > worker {id}") };
+        self.walked.push((walks.clone(), name));
         self.say(leader, id, ToCoordinator::Result(LeaseResult { seconds, ..toy::result(lease, walks) }));
     }
 
@@ -282,6 +307,26 @@ impl World {
         assert_eq!(self.coordinator.ending(), Some(ending));
         let walks = self.coordinator.prefix().counts.walks;
         assert_eq!(self.coordinator.prefix(), &straight(0..walks));
+        self.is_accounted_for();
+    }
+
+    /// Every entry of the book has the digest of its walks, and every single lease its worker, also behind relays.
+    fn is_accounted_for(&self) {
+        let Past { deliveries, workers, .. } = self.coordinator.past();
+        let digester = Digester::new(&SCENE_HASH);
+        let by: HashSet<_> =
+            self.walked.iter().map(|(walks, name)| (walks.start, walks.end, &name[..])).collect();
+        let mut next = 0;
+        for entry in deliveries.entries() {
+            let walks = next..next + entry.walks;
+            next = walks.end;
+            assert_eq!(entry.digest, digester.digest(&straight(walks.clone())), "{walks:?}");
+            if entry.spared {
+                let name = &workers[entry.worker as usize].name[..];
+                assert!(by.contains(&(walks.start, walks.end, name)), "{walks:?} are not by {name}");
+            }
+        }
+        assert_eq!(next, self.coordinator.prefix().counts.walks);
     }
 }
 
@@ -376,7 +421,7 @@ fn a_worker_that_lives_and_never_delivers_does_not_hold_its_relay() {
 
 #[test]
 fn a_lease_that_meets_a_relay_without_workers_comes_back() {
-    let mut relay = Relay::new(terms(10, 2));
+    let mut relay = Relay::new(terms(10, 2), 1);
     assert!(relay.on_lease(7, 0, 10, Duration::ZERO).is_empty());
     assert_eq!(relay.take_outbox(), [ToCoordinator::Return { lease: 7 }]);
 }
@@ -411,6 +456,24 @@ fn numbers_that_a_relay_invents_do_no_harm() {
             assert!(walks <= 100 << 20, "a stream for each of so many threads as are believed");
         }
     }
+}
+
+/// A relay of 150 workers has some 600 leases out at once, and tells of them in 256 parts at most.
+#[test]
+fn a_relay_of_many_workers_tells_of_some_leases_and_of_all_walks() {
+    let mut world = World::new(plan(400_000, 10));
+    let relay = world.add_relay();
+    (0..150).for_each(|_| _ = world.join(relay));
+    world.work_off();
+    world.ends(Ending::BudgetSpent);
+    let past = world.coordinator.past();
+    let leases: u64 = past.deliveries.entries().iter().map(|entry| entry.leases).sum();
+    assert_eq!(leases, world.walked.len() as u64, "none was walked twice");
+    let folded = past.deliveries.entries().iter().map(|entry| entry.leases).max().unwrap();
+    assert!((MOST_PARTS / 4..=MOST_PARTS).contains(&world.most_parts), "{}", world.most_parts);
+    assert!(folded > 1, "more leases came at once than are told of");
+    let named = past.workers.iter().filter(|worker| worker.name.starts_with("relay > ")).count();
+    assert!(named > 100, "{named}");
 }
 
 /// Anything may happen to workers and relays, at any time.
@@ -492,7 +555,7 @@ fn workers_behind_relays_are_as_busy_as_others() {
             world.walk_all(walks, ticks);
             world.ends(Ending::BudgetSpent);
             assert_eq!(world.coordinator.effort().streams_reissued, 0);
-            (world.now.as_secs_f64(), world.coordinator.past().deliveries.entries().len())
+            (world.now.as_secs_f64(), world.results)
         };
         let (without, results) = ran(0);
         let ideal = plan_of().paths as f64 / 16.0 * f64::from(ticks) / walks as f64 * TICK.as_secs_f64();

@@ -10,6 +10,7 @@ use std::thread::{self, Scope, ScopedJoinHandle};
 
 use cluster::access::Access;
 use cluster::coordinator::{Coordinator, Ending, Plan};
+use cluster::digest::Digester;
 use cluster::limits::Limits;
 use cluster::message::{ToCoordinator, ToWorker};
 use cluster::upstream::relay;
@@ -17,7 +18,7 @@ use cluster::worker::{Identity, Work, WorkerError, work};
 use net::{
     BULK, Bulky, Raw, SINGLE, Toy, access_of, assert_done, await_that, bulky, honest, identity, never, run,
 };
-use toy::{READY, plan, welcome};
+use toy::{READY, SCENE_HASH, plan, straight, welcome};
 
 type Ended<'s> = ScopedJoinHandle<'s, Result<(), WorkerError>>;
 
@@ -78,6 +79,26 @@ fn relays_of_relays_and_workers_come_to_the_same_tally() {
     assert_eq!(run.notices, [""; 0]);
     let effort = run.coordinator.effort();
     assert_eq!((effort.workers_seen, effort.workers_lost), (3, 0));
+    is_accounted_for(&run.coordinator);
+}
+
+/// Every single lease of the book has the digest of its walks; all workers of the tree are named.
+fn is_accounted_for(coordinator: &Coordinator) {
+    let past = coordinator.past();
+    let digester = Digester::new(&SCENE_HASH);
+    let mut next = 0;
+    for entry in past.deliveries.entries() {
+        let walks = next..next + entry.walks;
+        next = walks.end;
+        assert_eq!(entry.digest, digester.digest(&straight(walks)));
+    }
+    let mut names: Vec<&str> = past.workers.iter().map(|worker| &worker.name[..]).collect();
+    names.sort_unstable();
+    assert_eq!(
+        names,
+        ["a relay > a relay > a worker", "a relay > a worker", "a worker"],
+        "all are called so"
+    );
 }
 
 #[test]
@@ -126,7 +147,7 @@ fn a_relay_that_leaves_sends_its_workers_home_and_others_do_its_walks() {
     assert!(walks > 3_000_000);
     assert_eq!(run.coordinator.prefix(), &toy::straight(0..walks));
     assert_eq!(run.notices.len(), 1, "{:?}", run.notices);
-    assert!(run.notices[0].contains("a relay: gave up: it was asked to leave"));
+    assert!(run.notices[0].contains("worker a relay left"));
 }
 
 #[test]
@@ -156,6 +177,9 @@ fn a_relay_whose_coordinator_vanishes_leaves_its_workers_without_a_word() {
         let expected = toy::result(5, 100..400);
         assert_eq!((result.lease, result.counts), (5, expected.counts));
         assert_eq!((result.sums, result.digest), (expected.sums, expected.digest));
+        let parts = &result.provenance.parts;
+        assert_eq!(result.provenance.names, ["a worker"]);
+        assert_eq!(parts.iter().map(|part| part.walks).sum::<u64>(), 300);
         drop(raw);
         assert!(matches!(ended.join().unwrap(), Err(WorkerError::Lost(_))));
         // It may come back: its workers look for it again.

@@ -8,6 +8,8 @@
 //! | FOM constant; without trend | `efficiency`: 1/(R²·rays); rays are counted, time would differ from machine to machine |
 //! | slope of the largest scores above 3 | `tail`: visits fall off geometrically; the sample must stay within that law |
 
+use std::collections::HashMap;
+
 use protocol::checkpoint::{Book, Look};
 use radiosity::{
     Apart, Counts, Estimate, Estimates, Experiment, Face, Precision, Scene, Sequence, Side, TINY, Tally,
@@ -81,9 +83,17 @@ fn gap(book: &Book, paths_per_walk: u64) -> Check {
 
 /// A worker that sent what cannot be may have sent what is wrong before.
 fn workers(book: &Book, paths_per_walk: u64) -> Check {
-    let faulty = || book.workers.iter().filter(|worker| worker.faults > 0 && worker.walks > 0);
-    let names: Vec<String> = faulty()
-        .map(|worker| format!("{} ({} paths)", worker.name, worker.walks.saturating_mul(paths_per_walk)))
+    // Those behind a relay came over its connection.
+    let mut over: HashMap<&str, u64> = HashMap::new();
+    for worker in &book.workers {
+        let walks = over.entry(worker.peer()).or_default();
+        *walks = walks.saturating_add(worker.walks);
+    }
+    let faulty = book.workers.iter().filter(|worker| worker.faults > 0);
+    let names: Vec<String> = faulty
+        .map(|worker| (&worker.name, over.get(&worker.name[..]).copied().unwrap_or(0)))
+        .filter(|&(_, walks)| walks > 0)
+        .map(|(name, walks)| format!("{name} ({} paths)", walks.saturating_mul(paths_per_walk)))
         .collect();
     let message = match names.len() {
         0 => "no worker with paths in the result sent any that cannot be".into(),

@@ -65,7 +65,7 @@ impl<'a> Gauge<'a> {
     /// Takes note of what happened.
     pub fn heed(&mut self, notice: &Notice) {
         match notice {
-            Notice::Lost { .. } => self.faults.workers_lost += 1,
+            Notice::Lost { .. } | Notice::Left { .. } => self.faults.workers_lost += 1,
             Notice::Refused { .. } => self.faults.workers_refused += 1,
             Notice::Failed(_) => self.faults.connections_failed += 1,
             Notice::Hushed(connections) => self.faults.connections_failed += *connections as u64,

@@ -70,7 +70,10 @@ impl Reports {
         let per_walk = self.description.paths_per_walk;
         let mut known: HashMap<&str, (u64, u64)> = HashMap::new();
         for worker in coordinator.contributors() {
-            known.insert(&worker.name, (worker.walks, worker.faults));
+            // What workers behind a relay brought came over its connection.
+            let (walks, faults) = known.entry(worker.peer()).or_default();
+            *walks += worker.walks;
+            *faults += worker.faults;
         }
         let crew = coordinator.present().into_iter().take(NAMED).map(|present| {
             let (walks, faults) = known.get(&present.name[..]).copied().unwrap_or_default();

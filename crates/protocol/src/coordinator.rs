@@ -367,7 +367,7 @@ impl Lead for Coordinator {
         actions
     }
 
-    fn frame_cap(&self) -> usize {
-        self.crew.frame_cap()
+    fn frame_cap(&self, id: PeerId) -> usize {
+        self.crew.frame_cap(id)
     }
 }

@@ -19,6 +19,7 @@ use crate::lead::{Action, Notice, Now, PeerId};
 use crate::ledger::{LeaseId, Ledger};
 use crate::limits::Limits;
 use crate::message::{Hello, PIECE, PROTOCOL, ToCoordinator, ToWorker};
+use crate::provenance::{self, NAME_CHARS, plain_name};
 use crate::roster::{Contributor, Roster};
 use crate::transfers::Transfers;
 
@@ -54,8 +55,7 @@ const LONGEST_RELAYED: f64 = 256.0;
 /// The most names of workers that are not let in again.
 const MOST_BANNED: usize = 1 << 16;
 
-/// Names and builds are shown to this length, reasons to the next.
-const NAME_CHARS: usize = 80;
+/// Reasons are shown to this length.
 const REASON_CHARS: usize = 400;
 
 /// What workers have to know and to be.
@@ -309,10 +309,12 @@ impl Crew {
         }
     }
 
-    /// The largest frame that a worker may send: what a piece of a tally of this job can hold, and what stands around
-    /// it.
-    pub fn frame_cap(&self) -> usize {
-        SHORT_FRAME + self.terms.most_bytes().min(PIECE)
+    /// The largest frame that a peer may send: what a piece of a tally of this job can hold, what stands around it, and what a
+    /// relay tells of its workers.
+    pub fn frame_cap(&self, id: PeerId) -> usize {
+        let relays = self.peers.get(&id).is_some_and(|peer| peer.relays);
+        let provenance = if relays { provenance::MOST_BYTES } else { 0 };
+        SHORT_FRAME + self.terms.most_bytes().min(PIECE) + provenance
     }
 
     /// Somebody who knows the key has connected.
@@ -358,6 +360,7 @@ impl Crew {
                 }
                 Step::Still(vec![])
             }
+            (Stage::Welcomed | Stage::Working, ToCoordinator::Leave) => self.see_off(id),
             (_, ToCoordinator::Failed { reason }) => self.drop_peer(id, &format!("gave up: {reason}")),
             _ => self.drop_peer(id, "spoke out of turn (a foreign or faulty program)"),
         }
@@ -382,6 +385,7 @@ impl Crew {
 
     /// A peer introduces itself: can it walk as we do?
     fn on_hello(&mut self, id: PeerId, hello: Hello) -> Vec<Action> {
+        let name = plain_name(&hello.name);
         let refusal = if hello.protocol != PROTOCOL {
             Some(format!(
                 "it speaks protocol {}, this coordinator {PROTOCOL}; use the same radwalk",
@@ -393,7 +397,7 @@ impl Crew {
                 printable(&hello.build, NAME_CHARS),
                 self.terms.build
             ))
-        } else if self.banned.contains(&printable(&hello.name, NAME_CHARS)) {
+        } else if self.banned.contains(&name) {
             Some(
                 "it sent a result that cannot be (faulty memory, or another program); use another machine"
                     .into(),
@@ -405,11 +409,11 @@ impl Crew {
         };
         if let Some(reason) = refusal {
             self.peers.remove(&id);
-            return refuse(id, printable(&hello.name, NAME_CHARS), reason);
+            return refuse(id, name, reason);
         }
         let peer = self.peers.get_mut(&id).expect("the caller found it");
         peer.stage = Stage::Welcomed;
-        peer.name = printable(&hello.name, NAME_CHARS);
+        peer.name = name;
         peer.relays = hello.relays;
         // A relay says later how many its workers have.
         peer.threads = if hello.relays { 0 } else { (hello.threads as usize).min(MAX_THREADS) };
@@ -494,6 +498,13 @@ impl Crew {
         Step::Moved(self.forget(id, reason))
     }
 
+    /// Lets a worker go that leaves by itself.
+    fn see_off(&mut self, id: PeerId) -> Step {
+        let Some(peer) = self.take_out(id) else { return Step::Still(vec![]) };
+        self.spent.workers_lost += 1;
+        Step::Moved(vec![Action::Close(id), Action::Tell(Notice::Left { name: peer.name })])
+    }
+
     /// Gives up a worker that sent what cannot be. What it brought that waits beyond gaps is walked again; what is in the prefix
     /// cannot be told from the rest.
     fn ban(&mut self, id: PeerId, reason: &str) -> Step {
@@ -503,8 +514,9 @@ impl Crew {
         }
         let number = self.roster.number(&peer.name);
         self.roster.blame(number);
-        self.ledger.lose_waiting_of(number);
-        let walks = self.roster.workers()[number as usize].walks;
+        let workers = self.roster.workers();
+        self.ledger.lose_waiting_of(|worker| workers[worker as usize].peer() == peer.name);
+        let walks = self.roster.walks_over(&peer.name);
         let rest = match walks {
             0 => String::new(),
             _ => format!("; {walks} walks of it are in the result already, which `radwalk audit` can check"),
@@ -515,9 +527,9 @@ impl Crew {
         )
     }
 
-    /// Closes a connection and takes its leases back.
-    fn forget(&mut self, id: PeerId, reason: &str) -> Vec<Action> {
-        let Some(peer) = self.peers.remove(&id) else { return vec![] };
+    /// Takes a connection out of the books, and its leases back.
+    fn take_out(&mut self, id: PeerId) -> Option<Peer> {
+        let mut peer = self.peers.remove(&id)?;
         self.transfers.forget(id);
         if peer.is_working() {
             self.workers_now -= 1;
@@ -526,10 +538,16 @@ impl Crew {
             self.hungry.remove(&id);
         }
         self.spent.cpu_seconds += peer.cpu_seconds;
-        for lease in peer.leases.into_keys() {
+        for lease in std::mem::take(&mut peer.leases).into_keys() {
             self.holders.remove(&lease);
             self.ledger.lose(lease);
         }
+        Some(peer)
+    }
+
+    /// Closes a connection and tells why.
+    fn forget(&mut self, id: PeerId, reason: &str) -> Vec<Action> {
+        let Some(peer) = self.take_out(id) else { return vec![] };
         let reason = printable(reason, REASON_CHARS);
         let notice = if matches!(peer.stage, Stage::Admitted) {
             Notice::Failed(reason)

@@ -11,6 +11,9 @@ use crate::digest::{self, Digest};
 /// At most this many entries are kept of one range of walks.
 pub const MOST: usize = 1 << 15;
 
+/// A relay passes on at most this many entries of a lease.
+pub const MOST_PARTS: usize = 1 << 8;
+
 /// The worker of an entry that holds leases of several workers.
 pub const SEVERAL: u32 = u32::MAX;
 
@@ -83,9 +86,9 @@ impl Deliveries {
         self.entries.iter().all(|entry| entry.walks > 0 && entry.leases > 0 && known(entry.worker))
     }
 
-    /// Whether a worker may have brought some of the walks.
-    pub fn may_be_of(&self, worker: u32) -> bool {
-        self.entries.iter().any(|entry| entry.worker == worker || entry.worker == SEVERAL)
+    /// Whether one of some workers may have brought some of the walks.
+    pub fn may_be_of(&self, is_meant: impl Fn(u32) -> bool) -> bool {
+        self.entries.iter().any(|entry| entry.worker == SEVERAL || is_meant(entry.worker))
     }
 
     /// Changes the places of the workers.
@@ -126,7 +129,12 @@ impl Growing {
         delivery.spared &= (0..self.deliveries.rounds).all(|round| self.spares(self.end, round));
         self.end += delivery.walks;
         self.place(delivery);
-        while self.deliveries.entries.len() > MOST {
+        self.fold_to(MOST);
+    }
+
+    /// Folds entries until at most this many are left.
+    pub fn fold_to(&mut self, most: usize) {
+        while self.deliveries.entries.len() > most.max(1) {
             self.fold_again();
         }
     }

@@ -54,6 +54,11 @@ impl Digester {
     }
 }
 
+/// Whether a number is a digest.
+pub fn is_one(number: u64) -> bool {
+    number < MODULUS
+}
+
 /// The digest of what two digests stand for, merged.
 pub fn add(a: Digest, b: Digest) -> Digest {
     (a + b) % MODULUS

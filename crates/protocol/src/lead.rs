@@ -40,6 +40,11 @@ pub enum Notice {
         /// Why.
         reason: String,
     },
+    /// A worker has left because its owner told it to.
+    Left {
+        /// As it called itself.
+        name: String,
+    },
     /// Somebody was not let in.
     Refused {
         /// As it called itself.
@@ -69,6 +74,9 @@ impl fmt::Display for Notice {
             Notice::Lost { name, reason } => {
                 write!(f, "lost worker {name}: {reason}; its walks go to others")
             }
+            Notice::Left { name } => {
+                write!(f, "worker {name} left, as it was told to; its walks go to others")
+            }
             Notice::Refused { name, reason } => write!(f, "refused worker {name}: {reason}"),
             Notice::Failed(reason) => write!(f, "a connection came to nothing: {reason}"),
             Notice::Quiet { seconds, why } => write!(f, "no walk has come in for {seconds} s: {why}"),
@@ -94,6 +102,6 @@ pub trait Lead {
     fn on_lost(&mut self, id: PeerId, reason: &str, now: Now) -> Vec<Action>;
     /// Time goes by.
     fn on_tick(&mut self, now: Now) -> Vec<Action>;
-    /// The largest frame that a worker may send.
-    fn frame_cap(&self) -> usize;
+    /// The largest frame that a peer may send.
+    fn frame_cap(&self, id: PeerId) -> usize;
 }

@@ -13,7 +13,7 @@ use bincode::{Decode, Encode};
 use radiosity::{Counts, MergeError, Tally};
 
 use crate::codec::pack;
-use crate::deliveries::{Deliveries, Delivery, Growing};
+use crate::deliveries::{Deliveries, Delivery, Growing, MOST_PARTS};
 use crate::digest::Digester;
 pub use crate::message::LeaseId;
 use crate::message::SMALL_TALLY;
@@ -235,7 +235,7 @@ impl Ledger {
         true
     }
 
-    /// Takes off the prefix, which ends at a look: the next begins there.
+    /// Takes off the prefix, which ends at a look, and who brought it in at most [`MOST_PARTS`] entries: the next begins there.
     pub fn take_off(&mut self) -> (Arc<Tally>, Deliveries) {
         let empty = Tally::new(self.prefix.patches(), self.prefix.layout());
         self.begin = self.prefix_walks();
@@ -244,8 +244,9 @@ impl Ledger {
         let of_use = self.numbers.range(..=self.begin).next_back().map_or(0, |(&from, _)| from);
         self.numbers.retain(|&from, _| from >= of_use);
         let begun = Growing::new(Deliveries::default(), self.begin, self.lots);
-        let deliveries = std::mem::replace(&mut self.deliveries, begun).into_deliveries();
-        (std::mem::replace(&mut self.prefix, empty.into()), deliveries)
+        let mut deliveries = std::mem::replace(&mut self.deliveries, begun);
+        deliveries.fold_to(MOST_PARTS);
+        (std::mem::replace(&mut self.prefix, empty.into()), deliveries.into_deliveries())
     }
 
     /// Walks between the looks around the one that is leased next; none where all are out or in.
@@ -340,12 +341,12 @@ impl Ledger {
         end.min(look).min(available)
     }
 
-    /// Takes the result of a lease, from the worker of that number.
+    /// Takes the result of a lease, and who brought it: one entry, or the parts of a relay's lease, which come to the parcel.
     ///
     /// # Errors
     /// Where the lease is not out or the parcel does not fit; nothing is changed then, except that an overflow
     /// of the prefix ends the job.
-    pub fn accept(&mut self, id: LeaseId, parcel: Parcel, worker: u32) -> Result<(), Rejected> {
+    pub fn accept(&mut self, id: LeaseId, parcel: Parcel, brought: &[Delivery]) -> Result<(), Rejected> {
         let range = self.out.get(&id).ok_or(Rejected::NotLeased(id))?.clone();
         let (expected, got) = (range.end - range.start, parcel.counts().walks);
         if expected != got {
@@ -358,7 +359,7 @@ impl Ledger {
             self.out.remove(&copy);
         }
         let mut deliveries = Growing::new(Deliveries::default(), range.start, self.lots);
-        deliveries.push(Delivery::lease(got, worker, parcel.digest()));
+        brought.iter().for_each(|&part| deliveries.push(part));
         self.waiting_walks += got;
         self.wait(range.start, Waiting { end: range.end, sums: Sums::Packed(parcel), deliveries })?;
         Ok(())
@@ -510,9 +511,10 @@ impl Ledger {
         self.lost.insert(start, end);
     }
 
-    /// Gives up all that waits beyond gaps and that a worker may have had a part in. Returns how many walks.
-    pub fn lose_waiting_of(&mut self, worker: u32) -> u64 {
-        let suspect = |waiting: &Waiting| waiting.deliveries.deliveries().may_be_of(worker);
+    /// Gives up all that waits beyond gaps and that some workers, by their numbers, may have had a part in. Returns how many
+    /// walks.
+    pub fn lose_waiting_of(&mut self, is_meant: impl Fn(u32) -> bool) -> u64 {
+        let suspect = |waiting: &Waiting| waiting.deliveries.deliveries().may_be_of(&is_meant);
         let suspects: Vec<Range<u64>> = self
             .waiting
             .iter()
@@ -569,8 +571,15 @@ mod tests {
         Parcel::new(tally.counts, pack(tally.sums()), digest, &DIGESTER()).unwrap()
     }
 
+    /// Takes a result from the worker of that number.
+    fn take(books: &mut Ledger, id: LeaseId, tally: &Tally, worker: u32) -> Result<(), Rejected> {
+        let parcel = parcel(tally);
+        let brought = Delivery::lease(tally.counts.walks, worker, parcel.digest());
+        books.accept(id, parcel, &[brought])
+    }
+
     fn accept(books: &mut Ledger, id: LeaseId, range: &Range<u64>) -> Result<(), Rejected> {
-        books.accept(id, parcel(&tally(range)), 7)
+        take(books, id, &tally(range), 7)
     }
 
     /// Every walk of the prefix belongs to one delivery, with the digest it came with.
@@ -647,10 +656,7 @@ mod tests {
         assert_eq!(accept(&mut books, id, &(0..9)), Err(Rejected::Walks { expected: 10, got: 9 }));
         let mut foreign = Tally::new(2, PAIR);
         foreign.counts.walks = 10;
-        assert!(matches!(
-            books.accept(id, parcel(&foreign), 0),
-            Err(Rejected::Tally(MergeError::Shape(2, 4)))
-        ));
+        assert!(matches!(take(&mut books, id, &foreign, 0), Err(Rejected::Tally(MergeError::Shape(2, 4)))));
         accept(&mut books, id, &range).unwrap();
     }
 
@@ -772,7 +778,7 @@ mod tests {
                 books.lose(id);
                 continue;
             }
-            books.accept(id, parcel(&one(range.start)), (id % 300) as u32).unwrap();
+            take(&mut books, id, &one(range.start), (id % 300) as u32).unwrap();
             while books.advance(|_| {}).unwrap() {}
         }
         assert_eq!(books.deliveries().walks(), u128::from(leases));
@@ -835,10 +841,10 @@ mod tests {
         let mut books = ledger(1000, 100, &[]);
         let leases: Vec<_> = std::iter::from_fn(|| books.lease(100)).collect();
         for (n, worker) in [(0, 1), (2, 1), (3, 2), (5, 2), (7, 1)] {
-            books.accept(leases[n].0, parcel(&tally(&leases[n].1)), worker).unwrap();
+            take(&mut books, leases[n].0, &tally(&leases[n].1), worker).unwrap();
         }
         while books.advance(|_| {}).unwrap() {}
-        assert_eq!(books.lose_waiting_of(1), 300, "two of them with another's");
+        assert_eq!(books.lose_waiting_of(|worker| worker == 1), 300, "two of them with another's");
         assert_eq!((books.walks_in(), books.unleased()), (200, 300));
     }
 }

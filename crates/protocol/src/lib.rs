@@ -1,8 +1,8 @@
 //! What coordinator, relays and workers agree on, as pure functions of what they hear: messages and their bytes, exact books
 //! of walks, and the state machines that lead workers.
 //!
-//! From the ground up: [`message`] and its bytes ([`codec`]), [`digest`]s of tallies, [`deliveries`] and the [`roster`] of
-//! those who delivered, the [`ledger`] of walks, the [`crew`] of workers with their leases, and at the top [`coordinator`] and
+//! From the ground up: [`digest`]s of tallies, [`deliveries`] and the [`roster`] of those who delivered, what a relay tells of its
+//! workers ([`provenance`]), [`message`] and its bytes ([`codec`]), the [`ledger`] of walks, the [`crew`] of workers with their leases, and at the top [`coordinator`] and
 //! [`relay`]: events and a time go in, actions come out ([`lead`]). A [`checkpoint`] is all of it as a file.
 //!
 //! There are no sockets, threads or clocks here, and clippy holds that (`clippy.toml`). The crate `cluster` is the shell.
@@ -21,6 +21,7 @@ pub mod merge;
 pub mod message;
 pub mod pace;
 pub mod parcel;
+pub mod provenance;
 pub mod rejected;
 pub mod relay;
 pub mod roster;

@@ -7,6 +7,7 @@
 //! Ready (hashes)      →
 //!                     ←  Lease, Lease, …
 //! Result, Alive, …    →
+//! Leave or Failed     →
 //! Offer               →
 //!                     ←  Send, when there is room
 //! Piece, …, Result    →
@@ -17,19 +18,23 @@ use std::sync::Arc;
 
 use bincode::{Decode, Encode};
 
-use crate::codec::LONGEST_SUM;
+use crate::codec::{LONG_FRAME, LONGEST_SUM, SHORT_FRAME};
+use crate::provenance::{self, Provenance};
 
 /// A number that names one lease; never used twice.
 pub type LeaseId = u64;
 
 /// Changes whenever a message or what it means does.
-pub const PROTOCOL: u32 = 5;
+pub const PROTOCOL: u32 = 6;
 
 /// Tallies of at most so many sums are sent without asking.
 pub const SMALL_TALLY: usize = 2048;
 
 /// Bytes of packed sums in a piece: what a small tally takes at most.
 pub const PIECE: usize = SMALL_TALLY * LONGEST_SUM;
+
+// No peer may send a longer frame, of whatever job.
+const _: () = assert!(SHORT_FRAME + PIECE + provenance::MOST_BYTES <= LONG_FRAME);
 
 /// What a worker says.
 #[derive(Clone, Debug, PartialEq, Encode, Decode)]
@@ -69,6 +74,8 @@ pub enum ToCoordinator {
         /// Why, in words.
         reason: String,
     },
+    /// Leaves because its owner told it to.
+    Leave,
     /// Of a relay: what its workers come to now. It is leased nothing before.
     Capacity {
         /// Threads that shoot there; without any it is leased nothing.
@@ -113,6 +120,8 @@ pub struct LeaseResult {
     pub sums: Vec<u8>,
     /// The digest of counts and sums.
     pub digest: u64,
+    /// Of a relay: who walked its parts.
+    pub provenance: Provenance,
 }
 
 /// What the coordinator says.

@@ -6,7 +6,6 @@
 //! have done of the next waits beside it, as with a coordinator. What a relay holds is bounded in the same way.
 
 use std::collections::VecDeque;
-use std::sync::Arc;
 
 use radiosity::Tally;
 
@@ -17,6 +16,7 @@ use crate::lead::{Action, Lead, Now, PeerId};
 use crate::ledger::{LeaseId, Ledger};
 use crate::message::{LeaseResult, ToCoordinator};
 use crate::pace::RELAY_ROUNDS;
+use crate::provenance::Provenance;
 
 /// A lease that was given to the relay.
 struct Held {
@@ -28,6 +28,7 @@ struct Held {
 /// The state of a relay.
 pub struct Relay {
     crew: Crew,
+    lots: u64,
     /// In the order in which they came.
     held: VecDeque<Held>,
     /// What is to be said to whoever leads.
@@ -49,11 +50,12 @@ pub enum End {
 }
 
 impl Relay {
-    /// A relay of a job, without workers.
-    pub fn new(terms: Terms) -> Self {
-        let ledger = books(&terms);
+    /// A relay of a job, without workers. `lots` are drawn at random and kept secret: they decide which leases of its workers
+    /// are told of one by one, where these are many.
+    pub fn new(terms: Terms, lots: u64) -> Self {
+        let ledger = books(&terms, lots);
         let crew = Crew::new(terms, ledger, Ledger::span, vec![], Effort::default());
-        Relay { crew, held: VecDeque::new(), outbox: vec![], told: 0, over: None }
+        Relay { crew, lots, held: VecDeque::new(), outbox: vec![], told: 0, over: None }
     }
 
     /// Why it ended, once it has.
@@ -127,7 +129,16 @@ impl Relay {
         let rate = self.crew.rate();
         let seconds = if rate > 0.0 { walks as f64 / rate } else { (now - since).as_secs_f64() };
         let cpu_seconds = self.crew.effort().cpu_seconds;
-        let result = result_of(lease, &tally, &deliveries, seconds, cpu_seconds);
+        let result = LeaseResult {
+            lease,
+            seconds,
+            cpu_seconds,
+            counts: Box::new(tally.counts.to_array()),
+            sums: pack(tally.sums()),
+            // Had anything been changed here, whoever leads would find out: these are the digests that came with the parts.
+            digest: deliveries.digest(),
+            provenance: Provenance::new(&deliveries, self.crew.workers()),
+        };
         self.outbox.push(ToCoordinator::Result(result));
     }
 
@@ -146,34 +157,15 @@ impl Relay {
         if threads == 0 {
             let held = self.held.drain(..);
             self.outbox.extend(held.map(|held| ToCoordinator::Return { lease: held.lease }));
-            self.crew.ledger = books(self.crew.terms());
+            self.crew.ledger = books(self.crew.terms(), self.lots);
         }
     }
 }
 
 /// Books without walks.
-fn books(terms: &Terms) -> Ledger {
+fn books(terms: &Terms, lots: u64) -> Ledger {
     let empty = Tally::new(terms.patches, terms.layout);
-    Ledger::new(0, terms.stream_walks.max(1), vec![], empty.into(), Deliveries::default())
-}
-
-/// A merged result. Its digest is the sum of those that came with its parts: had anything been changed here, whoever leads
-/// would find out.
-fn result_of(
-    lease: LeaseId,
-    tally: &Arc<Tally>,
-    deliveries: &Deliveries,
-    seconds: f64,
-    cpu_seconds: f64,
-) -> LeaseResult {
-    LeaseResult {
-        lease,
-        seconds,
-        cpu_seconds,
-        counts: Box::new(tally.counts.to_array()),
-        sums: pack(tally.sums()),
-        digest: deliveries.digest(),
-    }
+    Ledger::new(0, terms.stream_walks.max(1), vec![], empty.into(), Deliveries::default()).drawn_by(lots)
 }
 
 impl Lead for Relay {
@@ -221,7 +213,7 @@ impl Lead for Relay {
         actions
     }
 
-    fn frame_cap(&self) -> usize {
-        self.crew.frame_cap()
+    fn frame_cap(&self, id: PeerId) -> usize {
+        self.crew.frame_cap(id)
     }
 }

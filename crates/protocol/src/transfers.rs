@@ -203,7 +203,7 @@ impl Transfers {
 mod tests {
     use super::*;
     use crate::codec::pack;
-    use crate::deliveries::Deliveries;
+    use crate::deliveries::{Deliveries, Delivery};
     use crate::digest::Digester;
     use crate::parcel::Parcel;
     use radiosity::{Counts, Layout, Tally};
@@ -223,7 +223,8 @@ mod tests {
         let digester = Digester::new(&[7; 32]);
         let counts = Counts { walks: 10, ..Counts::default() };
         let digest = digester.digest_sums(&counts, [1].into_iter());
-        books.accept(lease, Parcel::new(counts, pack(&[1]), digest, &digester).unwrap(), 0).unwrap();
+        let parcel = Parcel::new(counts, pack(&[1]), digest, &digester).unwrap();
+        books.accept(lease, parcel, &[Delivery::lease(10, 0, digest)]).unwrap();
         while books.advance(|_| {}).unwrap() {}
     }
 

@@ -9,6 +9,7 @@ use cluster::coordinator::{Coordinator, Plan};
 use cluster::digest::Digester;
 use cluster::limits::Limits;
 use cluster::message::{Hello, LeaseResult, PROTOCOL, ToCoordinator, ToWorker};
+use cluster::provenance::Provenance;
 use radiosity::{Counts, Layout, Tally};
 
 pub const PATCHES: usize = 3;
@@ -145,6 +146,7 @@ pub fn result_of(lease: u64, tally: &Tally) -> LeaseResult {
         digest: Digester::new(&SCENE_HASH).digest(tally),
         counts: Box::new(tally.counts.to_array()),
         sums: pack(tally.sums()),
+        provenance: Provenance::default(),
     }
 }
 

@@ -7,11 +7,13 @@ use radiosity::{Counts, MergeError};
 
 use super::peer::Peer;
 use super::{Crew, SILENCE, Step};
+use crate::deliveries::Delivery;
 use crate::lead::{Action, Now, PeerId};
 use crate::ledger::LeaseId;
 use crate::message::{LeaseResult, SMALL_TALLY, ToWorker};
 use crate::pace::MOST_KEPT;
 use crate::parcel::Parcel;
+use crate::provenance::Provenance;
 use crate::rejected::Rejected;
 use crate::transfers::{Offer, Room};
 
@@ -60,23 +62,9 @@ impl Crew {
         // No worker walks faster than its results come: one lease waits while another is walked.
         let taken = now.saturating_sub(since.now).as_secs_f64() / (2.0 * self.terms.leases_per_thread as f64);
         let seconds = result.seconds.max(taken);
-        let name = peer.name.clone();
         self.gets_on(id);
         self.consider(id);
-        let accepted = Counts::from_array(*result.counts)
-            .ok_or(Rejected::Counts)
-            .and_then(|counts| Parcel::new(counts, result.sums, result.digest, &self.digester))
-            .and_then(|parcel| {
-                let walks = parcel.counts().walks;
-                if self.ledger.range(lease).is_none() {
-                    return Err(Rejected::NotLeased(lease));
-                }
-                match parcel.breach(&self.terms.limits, self.terms.layout) {
-                    Some(breach) => Err(Rejected::Impossible(breach)),
-                    None => self.ledger.accept(lease, parcel, self.roster.number(&name)).map(|()| walks),
-                }
-            });
-        match accepted {
+        match self.accept(id, result) {
             Ok(walks) => {
                 let peer = self.peers.get_mut(&id).expect("the caller found it");
                 // Not a number is no less than any, and so becomes the least time, too.
@@ -94,6 +82,34 @@ impl Crew {
                 self.ban(id, &rejected.to_string())
             }
         }
+    }
+
+    /// Enters a result in the books, where it may be what it says. Returns its walks.
+    fn accept(&mut self, id: PeerId, result: LeaseResult) -> Result<u64, Rejected> {
+        let LeaseResult { lease, counts, sums, digest, provenance, .. } = result;
+        let counts = Counts::from_array(*counts).ok_or(Rejected::Counts)?;
+        let parcel = Parcel::new(counts, sums, digest, &self.digester)?;
+        let range = self.ledger.range(lease).ok_or(Rejected::NotLeased(lease))?;
+        let (walks, Peer { name, relays, .. }) = (counts.walks, &self.peers[&id]);
+        if walks != range.end - range.start {
+            return Err(Rejected::Walks { expected: range.end - range.start, got: walks });
+        }
+        if let Some(breach) = parcel.breach(&self.terms.limits, self.terms.layout) {
+            return Err(Rejected::Impossible(breach));
+        }
+        let brought = match relays {
+            true => {
+                provenance
+                    .breach(walks, digest)
+                    .map_or(Ok(()), |breach| Err(Rejected::Impossible(breach)))?;
+                provenance.entered(name, &mut self.roster)
+            }
+            false if provenance == Provenance::default() => {
+                vec![Delivery::lease(walks, self.roster.number(name), digest)]
+            }
+            false => return Err(Rejected::Impossible("it is in parts, though no relay sent it")),
+        };
+        self.ledger.accept(lease, parcel, &brought).map(|()| walks)
     }
 
     /// A worker has brought a result.

@@ -1,0 +1,220 @@
+//! Who walked a relay's lease: the parts of it that the relay's own workers brought, each with its digest.
+//!
+//! A relay sends this up with the result. The coordinator keeps the parts in its book as if their workers were its own, under
+//! names such as `relay a:7 > b:9`, so that an audit can trace single leases behind relays and name who brought them. Which
+//! worker brought a part is the relay's word: that the parts make up the result is checked, the names cannot be.
+
+use std::collections::HashMap;
+
+use bincode::{Decode, Encode};
+
+use crate::deliveries::{Deliveries, Delivery, MOST_PARTS, SEVERAL};
+use crate::digest::{self, Digest};
+use crate::roster::{BEHIND, Contributor, Roster};
+
+/// A peer's name is shown to this length.
+pub const NAME_CHARS: usize = 80;
+
+/// A name on its way up tells of at most this many processes, one behind the other. What is further down is left out.
+const MOST_LEVELS: usize = 8;
+
+/// All names of a result together take at most this many bytes. Parts of workers whose names do not fit are the relay's.
+const MOST_NAME_BYTES: usize = 1 << 14;
+
+/// What a part takes at most in a message: three numbers of 64 bits, one of 32 bits and a byte; and what stands before a name.
+const PART_BYTES: usize = 3 * 9 + 5 + 1;
+const NAME_LENGTH_BYTES: usize = 3;
+
+/// What a provenance takes at most in a message.
+pub const MOST_BYTES: usize =
+    2 * NAME_LENGTH_BYTES + MOST_PARTS * (PART_BYTES + NAME_LENGTH_BYTES) + MOST_NAME_BYTES;
+
+/// The parts of a relay's lease, in the order of walks. Of a worker's lease there are none.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Encode, Decode)]
+pub struct Provenance {
+    /// The workers that parts name, as the relay calls them.
+    pub names: Vec<String>,
+    /// The parts. Their workers are places among `names`, or [`SEVERAL`] where the relay names none.
+    pub parts: Vec<Delivery>,
+}
+
+impl Provenance {
+    /// What a relay tells of a lease that its `workers` brought in at most [`MOST_PARTS`] parts.
+    pub fn new(deliveries: &Deliveries, workers: &[Contributor]) -> Self {
+        let entries = deliveries.entries();
+        // An audit traces single leases first: their workers are named first.
+        let (single, folded): (Vec<&Delivery>, Vec<&Delivery>) =
+            entries.iter().partition(|entry| entry.spared);
+        let (mut names, mut places) = (Vec::new(), HashMap::new());
+        let mut room = MOST_NAME_BYTES;
+        for entry in single.into_iter().chain(folded).filter(|entry| entry.worker != SEVERAL) {
+            let name = upper_levels(&workers[entry.worker as usize].name);
+            if name.len() <= room && !places.contains_key(name) {
+                room -= name.len();
+                places.insert(name, names.len() as u32);
+                names.push(name.to_owned());
+            }
+        }
+        let named = |worker: u32| {
+            let name = workers.get(worker as usize).map(|worker| upper_levels(&worker.name));
+            name.and_then(|name| places.get(name).copied()).unwrap_or(SEVERAL)
+        };
+        let parts = entries.iter().map(|&entry| Delivery { worker: named(entry.worker), ..entry }).collect();
+        Provenance { names, parts }
+    }
+
+    /// Why these are not the parts of a result, if they are not.
+    pub fn breach(&self, walks: u64, digest: Digest) -> Option<&'static str> {
+        let known = |worker: u32| worker == SEVERAL || (worker as usize) < self.names.len();
+        let is_sound = |part: &Delivery| {
+            let leases = if part.spared { 1..=1 } else { 1..=part.walks };
+            leases.contains(&part.leases)
+                && part.walks > 0
+                && digest::is_one(part.digest)
+                && known(part.worker)
+        };
+        let all = || self.parts.iter();
+        match () {
+            () if self.parts.len() > MOST_PARTS => Some("it is in too many parts"),
+            () if self.names.len() > self.parts.len() => Some("it names more workers than it has parts"),
+            () if self.names.iter().map(String::len).sum::<usize>() > MOST_NAME_BYTES => {
+                Some("the names of its workers are too long")
+            }
+            () if !self.names.iter().all(|name| is_name(name)) => Some("a name of its workers is none"),
+            () if !all().all(is_sound) => Some("a part of it is none"),
+            () if all().map(|part| u128::from(part.walks)).sum::<u128>() != u128::from(walks) => {
+                Some("its parts are not its walks")
+            }
+            () if all().fold(0, |sum, part| digest::add(sum, part.digest)) != digest => {
+                Some("the digests of its parts are not that of its sums")
+            }
+            () => None,
+        }
+    }
+
+    /// The parts as entries of a book whose roster knows the relay as `relay`.
+    pub fn entered(self, relay: &str, roster: &mut Roster) -> Vec<Delivery> {
+        let own = roster.number(relay);
+        let numbers: Vec<u32> = self.names.iter().map(|name| roster.number_behind(relay, name)).collect();
+        let number = |worker: u32| numbers.get(worker as usize).copied().unwrap_or(own);
+        self.parts.into_iter().map(|part| Delivery { worker: number(part.worker), ..part }).collect()
+    }
+}
+
+/// A peer's name as it is kept and shown: short, and without what has a meaning on terminals or between relays.
+pub fn plain_name(name: &str) -> String {
+    name.chars().filter(|&c| is_plain(c)).take(NAME_CHARS).collect()
+}
+
+fn is_plain(c: char) -> bool {
+    !c.is_control() && c != '>'
+}
+
+/// A name without the levels that are too far down to be told of.
+fn upper_levels(name: &str) -> &str {
+    name.match_indices(BEHIND).nth(MOST_LEVELS - 1).map_or(name, |(end, _)| &name[..end])
+}
+
+/// Whether relays call workers so.
+fn is_name(name: &str) -> bool {
+    let mut levels = name.split(BEHIND);
+    let is_level = |level: &str| level.chars().all(is_plain) && level.chars().count() <= NAME_CHARS;
+    levels.by_ref().take(MOST_LEVELS).all(is_level) && levels.next().is_none()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::codec::encode;
+    use crate::deliveries::Growing;
+
+    fn workers(names: &[&str]) -> Vec<Contributor> {
+        names.iter().map(|&name| Contributor { name: name.into(), ..Contributor::default() }).collect()
+    }
+
+    fn deliveries(parts: impl IntoIterator<Item = Delivery>) -> Deliveries {
+        let mut growing = Growing::new(Deliveries::default(), 0, 1);
+        parts.into_iter().for_each(|part| growing.push(part));
+        growing.into_deliveries()
+    }
+
+    /// Three leases of two workers, one of which is a relay's.
+    fn sound() -> Provenance {
+        let parts = [(10, 1, 5), (20, 0, 6), (30, 1, 7)];
+        let parts = parts.map(|(walks, worker, digest)| Delivery::lease(walks, worker, digest));
+        Provenance::new(&deliveries(parts), &workers(&["unused", "b:1"]))
+    }
+
+    #[test]
+    fn parts_are_entered_under_the_name_of_their_relay() {
+        let sound = sound();
+        assert_eq!(sound.breach(60, 18), None);
+        assert_eq!(sound.names, ["b:1", "unused"]);
+        let mut roster = Roster::new(workers(&["direct"]));
+        let entered = sound.entered("relay a", &mut roster);
+        let name = |part: &Delivery| roster.workers()[part.worker as usize].name.clone();
+        let named: Vec<_> = entered.iter().map(|part| (name(part), part.walks, part.digest)).collect();
+        let (b, other) = ("relay a > b:1", "relay a > unused");
+        assert_eq!(named, [(b.into(), 10, 5), (other.into(), 20, 6), (b.into(), 30, 7)]);
+        // What the relay names nobody for is its own.
+        let several = Delivery { worker: SEVERAL, ..Delivery::lease(3, 0, 1) };
+        let of_many = Provenance::new(&deliveries([several]), &[]);
+        assert_eq!((of_many.breach(3, 1), of_many.names.len()), (None, 0));
+        let entered = of_many.entered("relay a", &mut roster);
+        assert_eq!(roster.workers()[entered[0].worker as usize].name, "relay a");
+    }
+
+    #[test]
+    fn parts_that_are_not_those_of_the_result_are_refused() {
+        let refused = |change: &dyn Fn(&mut Provenance)| {
+            let mut changed = sound();
+            change(&mut changed);
+            changed.breach(60, 18).expect("a breach")
+        };
+        assert!(refused(&|changed| changed.parts.clear()).contains("more workers than"));
+        assert!(refused(&|changed| _ = changed.parts.pop()).contains("not its walks"));
+        assert!(refused(&|changed| changed.parts[0].walks = u64::MAX).contains("not its walks"));
+        assert!(refused(&|changed| changed.parts[0].digest += 1).contains("digests"));
+        assert!(refused(&|changed| changed.parts[0].digest = u64::MAX).contains("a part of it"));
+        assert!(refused(&|changed| changed.parts[0].leases = 2).contains("a part of it"));
+        assert!(refused(&|changed| changed.parts[0].leases = 0).contains("a part of it"));
+        assert!(refused(&|changed| changed.parts[0].worker = 2).contains("a part of it"));
+        let folded = |leases| Delivery { leases, spared: false, ..Delivery::lease(10, 0, 5) };
+        assert!(refused(&|changed| changed.parts[0] = folded(11)).contains("a part of it"));
+        assert!(refused(&|changed| changed.parts[0].walks = 0).contains("a part of it"));
+        assert!(
+            refused(&|changed| changed.parts = vec![folded(1); MOST_PARTS + 1]).contains("too many parts")
+        );
+        let long = "x".repeat(NAME_CHARS + 1);
+        for name in ["a\nb", "a>b", &long[..], &["a"; MOST_LEVELS + 1].join(BEHIND)] {
+            assert!(refused(&|changed| changed.names[0] = name.into()).contains("a name"), "{name}");
+        }
+        for name in ["", "a b", &["a"; MOST_LEVELS].join(BEHIND), &long[1..]] {
+            assert!(is_name(name) && is_name(&plain_name(name)), "{name}");
+        }
+        let many = Provenance { names: vec![[&long[1..]; 4].join(BEHIND); 60], parts: vec![folded(1); 60] };
+        assert!(many.breach(600, 300).unwrap().contains("too long"));
+    }
+
+    /// However many workers a relay has and whatever they are called, what it sends up is believed and fits into a frame.
+    #[test]
+    fn what_a_relay_tells_is_bounded() {
+        let deep = |n: usize| vec![format!("{n:080}"); 12].join(BEHIND);
+        let names: Vec<String> = (0..1000).map(deep).collect();
+        let workers = workers(&names.iter().map(String::as_str).collect::<Vec<_>>());
+        let far = |n: u32| Delivery::lease(1 << 50, n, (1 << 61) - 2 - u64::from(n));
+        let mut growing = Growing::new(Deliveries::default(), 0, 1);
+        (0..1000).for_each(|n| growing.push(far(n)));
+        growing.fold_to(MOST_PARTS);
+        let (deliveries, all) = (growing.deliveries(), Provenance::new(growing.deliveries(), &workers));
+        assert!(all.parts.len() <= MOST_PARTS && !all.names.is_empty());
+        assert_eq!(all.breach(1000 << 50, deliveries.digest()), None);
+        let named = |spared: bool| {
+            let named = all.parts.iter().filter(|part| part.worker != SEVERAL);
+            named.filter(|part| part.spared == spared).count()
+        };
+        assert_eq!((named(true), named(false)), (all.names.len(), 0), "single leases first");
+        let bytes = encode(&all).unwrap().len();
+        assert!(bytes <= MOST_BYTES, "{bytes}");
+    }
+}

@@ -1,0 +1,73 @@
+//! What a person sees at a terminal of 80 columns.
+
+use std::fs::File;
+use std::io::Read;
+use std::os::fd::{AsFd, OwnedFd};
+use std::process::Stdio;
+
+use rustix::pty::{OpenptFlags, grantpt, ioctl_tiocgptpeer, openpt, unlockpt};
+use rustix::termios::{Winsize, tcsetwinsize};
+use tempfile::tempdir;
+
+use crate::support::{finish, path, radwalk, signal};
+
+const COLUMNS: usize = 80;
+
+/// Both ends of a terminal.
+fn terminal() -> (File, OwnedFd) {
+    let flags = OpenptFlags::RDWR | OpenptFlags::NOCTTY;
+    let owner = openpt(flags).unwrap();
+    grantpt(&owner).unwrap();
+    unlockpt(&owner).unwrap();
+    let user = ioctl_tiocgptpeer(&owner, flags).unwrap();
+    let size = Winsize { ws_row: 24, ws_col: COLUMNS as u16, ws_xpixel: 0, ws_ypixel: 0 };
+    tcsetwinsize(user.as_fd(), size).unwrap();
+    (owner.into(), user)
+}
+
+/// What is drawn between carriage returns and line feeds, without escape sequences.
+fn lines(bytes: &[u8]) -> Vec<String> {
+    let text = String::from_utf8_lossy(bytes);
+    let mut plain = String::new();
+    let mut rest = text.chars();
+    while let Some(c) = rest.next() {
+        match c {
+            // Escape sequences end with a letter.
+            '\u{1b}' => _ = rest.by_ref().find(char::is_ascii_alphabetic),
+            _ => plain.push(c),
+        }
+    }
+    plain.split(['\r', '\n']).map(|line| line.trim_end().to_owned()).filter(|line| !line.is_empty()).collect()
+}
+
+/// The bar shows whole facts: the last one ends as one of them does.
+fn is_whole(line: &str) -> bool {
+    ["%", "left", "worker", "workers", "rays/s", "paths/s", "ago"].iter().any(|end| line.ends_with(end))
+}
+
+#[test]
+fn the_bar_fits_eighty_columns_and_no_fact_is_cut() {
+    let folder = tempdir().unwrap();
+    let (mut owner, user) = terminal();
+    let mut command = radwalk();
+    command.args(["run", "configs/cube54.toml", "--paths", "1e9", "--workers", "2", "--out"]);
+    command.arg(path(&folder, "out")).env("TERM", "xterm-256color").stdout(Stdio::null()).stderr(user);
+    let run = command.spawn().unwrap();
+    // It holds the other end, without which the terminal would never end.
+    drop(command);
+    let (mut drawn, mut buffer, mut stopped) = (Vec::new(), [0; 4096], false);
+    // Linux fails where the last user of a terminal is gone.
+    while let Ok(bytes @ 1..) = owner.read(&mut buffer) {
+        drawn.extend_from_slice(&buffer[..bytes]);
+        if !stopped && lines(&drawn).iter().any(|line| line.contains(" % ") && line.contains("workers")) {
+            signal("INT", run.id());
+            stopped = true;
+        }
+    }
+    assert_eq!(finish(run).0, 130);
+    let lines = lines(&drawn);
+    let bars: Vec<&String> =
+        lines.iter().filter(|line| line.contains(" % ") && line.contains("worker")).collect();
+    let fits = |line: &str| line.chars().count() <= COLUMNS && is_whole(line);
+    assert!(!bars.is_empty() && bars.iter().all(|line| fits(line)), "{bars:#?}");
+}
