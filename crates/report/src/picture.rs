@@ -171,6 +171,13 @@ impl Spot {
     }
 }
 
+/// What is seen at a corner of pixels: its radiosity [W/m²], light and shade (encoded light) by channels.
+struct Corner {
+    seen: Option<[f64; 3]>,
+    light: Light,
+    shade: [f64; 3],
+}
+
 /// A pixel: its light, and the mean radiosity behind it with the part of it that shows the scene.
 struct Pixel {
     light: Light,
@@ -235,8 +242,16 @@ impl<'a> Studio<'a> {
 
     /// Some rows of pixels.
     fn band(&self, rows: Range<u32>) -> Vec<Pixel> {
-        let grid: Vec<[u32; 2]> = rows.flat_map(|y| (0..self.camera.size[0]).map(move |x| [x, y])).collect();
-        let mut pixels: Vec<Option<Pixel>> = grid.iter().map(|&pixel| self.even_pixel(pixel)).collect();
+        let stride = self.camera.size[0] as usize + 1;
+        let spots = &self.corners[rows.start as usize * stride..(rows.end as usize + 1) * stride];
+        let corners: Vec<Corner> = spots.iter().map(|&spot| self.corner(spot)).collect();
+        let grid: Vec<[u32; 2]> =
+            rows.clone().flat_map(|y| (0..self.camera.size[0]).map(move |x| [x, y])).collect();
+        let even = |&[x, y]: &[u32; 2]| {
+            let first = (y - rows.start) as usize * stride + x as usize;
+            self.even_pixel([first, first + 1, first + stride, first + stride + 1].map(|i| &corners[i]))
+        };
+        let mut pixels: Vec<Option<Pixel>> = grid.iter().map(even).collect();
         let (edges, places): (Vec<usize>, Vec<[u32; 2]>) =
             (0..).zip(&grid).filter(|&(i, _)| pixels[i].is_none()).unzip();
         for (edge, pixel) in edges.into_iter().zip(self.fine_pixels(&places)) {
@@ -245,19 +260,26 @@ impl<'a> Studio<'a> {
         pixels.into_iter().flatten().collect()
     }
 
+    fn corner(&self, spot: Spot) -> Corner {
+        let seen = self.radiosity(spot);
+        let light = self.light(seen);
+        let channels = self.scene.channels();
+        let shade = std::array::from_fn(|c| if c < channels { encode(light[c]) } else { 0.0 });
+        Corner { seen, light, shade }
+    }
+
     /// One pixel whose corners look alike: it needs no further look. `None` where they do not.
-    fn even_pixel(&self, [x, y]: [u32; 2]) -> Option<Pixel> {
-        let stride = self.camera.size[0] as usize + 1;
-        let first = y as usize * stride + x as usize;
-        let spots = [first, first + 1, first + stride, first + stride + 1].map(|i| self.corners[i]);
-        let seen = spots.map(|spot| self.radiosity(spot));
-        let lights = seen.map(|seen| self.light(seen));
+    fn even_pixel(&self, corners: [&Corner; 4]) -> Option<Pixel> {
         let alike = |c: usize| {
-            let darkest = lights.iter().fold(1.0, |min: f64, light| min.min(light[c]));
-            let brightest = lights.iter().fold(0.0, |max: f64, light| max.max(light[c]));
-            darkest == brightest || encode(brightest) - encode(darkest) < SAME_SHADE
+            let shades = corners.map(|corner| corner.shade[c]);
+            let darkest = shades.iter().copied().fold(1.0, f64::min);
+            let brightest = shades.iter().copied().fold(0.0, f64::max);
+            darkest == brightest || brightest - darkest < SAME_SHADE
         };
-        (0..3).all(alike).then(|| Pixel { light: mean(&lights), value: value(&seen) })
+        (0..self.scene.channels()).all(alike).then(|| Pixel {
+            light: mean(&corners.map(|corner| corner.light)),
+            value: value(&corners.map(|corner| corner.seen)),
+        })
     }
 
     /// Pixels that edges go through, by several looks each.
