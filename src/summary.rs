@@ -17,7 +17,7 @@ use crate::fault::Fault;
 ///
 /// # Errors
 /// Where the books do not balance or a file cannot be written.
-pub fn write(
+pub(crate) fn write(
     output: &RunOutput,
     settings: &Settings,
     experiment: &Experiment,

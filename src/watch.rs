@@ -37,7 +37,7 @@ const WAITING: &str = "<!doctype html><html lang=\"en\"><head><meta charset=\"ut
     <title>radwalk</title></head><body><p>The run has begun. The page comes with its first walks.</p></body></html>\n";
 
 /// The page of a running job.
-pub struct Watch {
+pub(crate) struct Showing {
     shared: Arc<Shared>,
     tallies: SyncSender<Checkpoint>,
     /// Walks of the page.
@@ -70,12 +70,12 @@ struct Pages {
     news: Arc<[u8]>,
 }
 
-impl Watch {
+impl Showing {
     /// Opens the page of a job at an address: at the loopback address where a port alone is given, elsewhere behind a key.
     ///
     /// # Errors
     /// Where the address cannot be listened at, and where the system has no random numbers or threads.
-    pub fn open(address: &str, experiment: &Experiment, settings: &Settings) -> Result<Self, Fault> {
+    pub(crate) fn open(address: &str, experiment: &Experiment, settings: &Settings) -> Result<Self, Fault> {
         let address = at_loopback(address);
         let fault = |source| Fault::Listen { address: address.clone(), option: "--watch", source };
         let listener = TcpListener::bind(&address).map_err(fault)?;
@@ -97,11 +97,11 @@ impl Watch {
         start().map_err(|source| Fault::System { doing: "starting a thread", source })?;
         let url = shared.url(bound);
         info!(event = "watch", "the result so far is at {url}");
-        Ok(Watch { shared, tallies, walks: 0 })
+        Ok(Showing { shared, tallies, walks: 0 })
     }
 
     /// Gives away a copy of the tally where a page is due and a browser asks for it.
-    pub fn tend(&mut self, coordinator: &Coordinator, identity: &Identity) {
+    pub(crate) fn tend(&mut self, coordinator: &Coordinator, identity: &Identity) {
         let walks = coordinator.prefix().counts.walks;
         if walks == self.walks || self.shared.busy.load(Ordering::Acquire) || !self.shared.is_due() {
             return;
@@ -171,7 +171,7 @@ impl Shared {
 }
 
 /// The address itself; a port alone is that of the loopback address.
-pub fn at_loopback(address: &str) -> String {
+pub(crate) fn at_loopback(address: &str) -> String {
     match address.trim_start_matches(':').parse::<u16>() {
         Ok(port) => format!("127.0.0.1:{port}"),
         Err(_) => address.to_owned(),

@@ -18,7 +18,7 @@ use crate::fault::{Fault, Outcome};
 use crate::{losses, memory};
 
 /// Checks a file and describes it.
-pub fn check(args: &CheckArgs) -> Result<Outcome, Fault> {
+pub(crate) fn check(args: &CheckArgs) -> Result<Outcome, Fault> {
     let phase = Phase::begin("checking the scene");
     let job = job::load(&args.file, &args.set)?;
     memory::check(&job, 1)?;

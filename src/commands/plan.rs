@@ -27,7 +27,7 @@ struct Plan<'a> {
     target: Option<&'a Target>,
     /// Of the whole job.
     budget: u64,
-    /// A walk counts as so many paths.
+    /// The paths that a walk counts as.
     paths_per_walk: u64,
     pilot: Pilot,
     bound: Option<Bound>,
@@ -40,7 +40,7 @@ struct Plan<'a> {
 }
 
 /// Plans a job and says so. Nothing is written.
-pub fn plan(args: &PlanArgs) -> Result<Outcome, Fault> {
+pub(crate) fn plan(args: &PlanArgs) -> Result<Outcome, Fault> {
     let phase = Phase::begin("reading the scene");
     let job = job::load(&args.job.job, &args.job.overrides())?;
     memory::check(&job, 1)?;

@@ -9,9 +9,9 @@ use toml::Spanned;
 use toml::de::{DeFloat, DeInteger, DeTable, DeValue};
 
 use crate::error::{Error, Place, Spot};
-use crate::method::Word;
 use crate::near;
 use crate::source::{Part, Source};
+use crate::word::Word;
 
 /// A table whose keys have been found to be known.
 pub(crate) struct Table<'a> {

@@ -22,6 +22,7 @@ mod scene;
 mod schema;
 mod site;
 mod source;
+mod word;
 
 pub use error::{Error, Place, Spot};
 pub use finishes::Finishes;
@@ -31,8 +32,9 @@ pub use job::{
     DEFAULT_STREAM_PATHS, Job, Light, Target, Unhit, load,
 };
 pub use kind::{FileKind, file_kind};
-pub use method::{MethodTable, WalkKind, Word, job_hash};
+pub use method::{MethodTable, WalkKind, job_hash};
 pub use output::{OutputFile, Stand, View};
 pub use radiosity::Sampler;
 pub use scene::{SceneFile, load_scene, load_scene_with};
 pub use schema::{job_schema, scene_schema};
+pub use word::Word;

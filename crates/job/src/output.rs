@@ -5,8 +5,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::document::{Table, Value};
 use crate::error::Error;
-use crate::method::Word;
 use crate::scene::read_point;
+use crate::word::Word;
 
 /// The pixels of a picture's side at most.
 pub(crate) const MAX_PIXELS: u64 = 4096;

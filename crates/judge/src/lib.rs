@@ -7,6 +7,7 @@
 //!
 //! Nothing here reads files, clocks or sockets, and nothing is printed.
 
+#![warn(unreachable_pub, unnameable_types)]
 #![allow(rustdoc::broken_intra_doc_links, reason = "units are written in square brackets")]
 
 pub mod bounces;

@@ -58,6 +58,6 @@ pub use trace::ray::{Hit, Ray};
 pub use trace::stack::Stack;
 pub use walk::Space;
 pub use walk::batch::WalkEnd;
-pub use walk::estimator::{Estimator, EstimatorKind};
+pub use walk::estimator::{Course, Estimator, EstimatorKind, Event};
 pub use walk::fate::InfiniteEnd;
 pub use walk::plain::walk as plain_walk;

@@ -97,7 +97,7 @@ impl Bounds {
 
 /// How large a picture is [pixels].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Size {
+pub(crate) enum Size {
     /// Its longer side; the shape is that of the scene.
     Longest(u32),
     /// Width and height.
@@ -106,7 +106,7 @@ pub enum Size {
 
 /// What a camera sees along a ray.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Sight {
+pub(crate) struct Sight {
     /// The nearest face that faces the camera.
     pub face: u32,
     /// Where on the face's surface it is, in local coordinates.
@@ -132,14 +132,14 @@ pub struct Viewpoint {
 
 impl Sight {
     /// Cosine between the ray and the surface's normal.
-    pub fn cosine(&self) -> f64 {
+    pub(crate) fn cosine(&self) -> f64 {
         self.cosine
     }
 }
 
 /// A perspective camera.
 #[derive(Clone, Debug)]
-pub struct Camera {
+pub(crate) struct Camera {
     eye: DVec3,
     right: DVec3,
     up: DVec3,
@@ -164,7 +164,7 @@ pub struct Camera {
 
 impl Camera {
     /// The camera that a job asks for; without a stand the one that sees most.
-    pub fn of_view(scene: &Scene, view: &View, lit: impl Fn(u32) -> bool + Sync) -> Self {
+    pub(crate) fn of_view(scene: &Scene, view: &View, lit: impl Fn(u32) -> bool + Sync) -> Self {
         match &view.stand {
             Some(stand) => Camera::at(scene, stand, view.size.unwrap_or(STAND_SIZE)),
             None => Camera::best(scene, lit, view.size.map_or(Size::Longest(SIZE), Size::Exactly)),
@@ -199,7 +199,7 @@ impl Camera {
     }
 
     /// The camera that sees most of a scene. `lit` tells whether a surface has anything to show.
-    pub fn best(scene: &Scene, lit: impl Fn(u32) -> bool + Sync, size: Size) -> Self {
+    pub(crate) fn best(scene: &Scene, lit: impl Fn(u32) -> bool + Sync, size: Size) -> Self {
         let bounds = Bounds::of(scene);
         let frame = Frame::of(scene, &bounds);
         let heights = [false, true].into_iter().flat_map(|cut| ELEVATIONS.map(|elevation| (elevation, cut)));
@@ -221,13 +221,13 @@ impl Camera {
     }
 
     /// As it is, with pixels that many times larger.
-    pub fn coarser(&self, times: u32) -> Self {
+    pub(crate) fn coarser(&self, times: u32) -> Self {
         let size = self.size.map(|side| side.div_ceil(times));
         Camera { pixel: self.pixel * f64::from(times), size, ..self.clone() }
     }
 
     /// Where it stands.
-    pub fn viewpoint(&self, scene: &Scene) -> Viewpoint {
+    pub(crate) fn viewpoint(&self, scene: &Scene) -> Viewpoint {
         let [eye, look_at] = self.said.unwrap_or_else(|| {
             let eye = self.eye + scene.origin();
             [eye, eye + self.forward * (self.target - self.eye).dot(self.forward)]
@@ -242,7 +242,7 @@ impl Camera {
     }
 
     /// What is seen at points of the picture: x, y in pixels, from the upper left corner.
-    pub fn look(&self, scene: &Scene, points: &[[f64; 2]]) -> Vec<Option<Sight>> {
+    pub(crate) fn look(&self, scene: &Scene, points: &[[f64; 2]]) -> Vec<Option<Sight>> {
         let mut sights = vec![None; points.len()];
         let mut glances: Vec<Glance> =
             (0..).zip(points).filter_map(|(point, &place)| self.glance(point, place)).collect();
@@ -279,7 +279,7 @@ impl Camera {
     }
 
     /// Where a point is seen in the picture [pixels]; `None` behind the eye.
-    pub fn project(&self, point: DVec3) -> Option<[f64; 2]> {
+    pub(crate) fn project(&self, point: DVec3) -> Option<[f64; 2]> {
         let sight = point - self.eye;
         let depth = sight.dot(self.forward);
         (depth > 0.0).then(|| {

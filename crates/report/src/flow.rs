@@ -32,7 +32,7 @@ const BAR: f64 = 14.0;
 
 /// The parts that the emitted power ends in.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Flow {
+pub(crate) struct Flow {
     /// Φ, all channels together [W].
     emitted: f64,
     unit: &'static str,
@@ -54,7 +54,7 @@ struct Part {
 
 /// A row of the table.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
-pub struct Row {
+pub(crate) struct Row {
     words: String,
     colour: &'static str,
     share: String,
@@ -64,7 +64,7 @@ pub struct Row {
 
 impl Flow {
     /// The flows of a result; `None` where it does not tell irradiance, or nothing is emitted.
-    pub fn of(estimates: &Estimates, summary: &Summary, finishes: &Finishes) -> Option<Self> {
+    pub(crate) fn of(estimates: &Estimates, summary: &Summary, finishes: &Finishes) -> Option<Self> {
         let scene = estimates.scene();
         let emitted: f64 = (0..scene.channels()).map(|c| scene.total_power(c)).sum();
         let finish = finishes.of_surfaces();
@@ -113,7 +113,7 @@ impl Flow {
     }
 
     /// The rows of the table.
-    pub fn rows(&self) -> Vec<Row> {
+    pub(crate) fn rows(&self) -> Vec<Row> {
         let row = |part: &Part| Row {
             words: part.words.clone(),
             colour: part.colour,
@@ -125,7 +125,7 @@ impl Flow {
     }
 
     /// What the rows do not tell.
-    pub fn notes(&self) -> Vec<String> {
+    pub(crate) fn notes(&self) -> Vec<String> {
         let sum: f64 = self.parts.iter().map(|part| part.power).sum();
         let mut notes = vec![format!(
             "{:.6} {} are emitted. The shares are estimates, of {} in all; they add up to the whole but for chance.",
@@ -140,7 +140,7 @@ impl Flow {
     }
 
     /// The diagram. Each flow is as high as its share; the words stand beside it, so that no colour has to be told.
-    pub fn svg(&self) -> String {
+    pub(crate) fn svg(&self) -> String {
         let sum: f64 = self.parts.iter().map(|part| part.power).sum();
         let scale = HEIGHT / sum.max(self.emitted);
         let rows: Vec<f64> = self.parts.iter().map(|part| (part.power * scale).max(ROW)).collect();

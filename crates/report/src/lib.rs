@@ -2,6 +2,8 @@
 //!
 //! Nothing is printed here; errors name the file they are about.
 
+#![warn(unreachable_pub, unnameable_types)]
+
 mod atomic;
 mod camera;
 mod chart;
@@ -36,7 +38,7 @@ pub use patches::{face_words, flags, side_name, write_patches};
 pub use picture::{Photo, Picture, Shot};
 pub use smooth::Smooth;
 pub use summary::{
-    Check, Energy, PartSummary, PrecisionSummary, Provenance, RunFacts, SessionSummary, Summary, Target,
-    Units, WorkerSummary, WorstPatch,
+    ApartSummary, Check, Energy, PartSummary, PrecisionSummary, Provenance, RunFacts, SessionSummary,
+    Summary, Target, Units, WorkerSummary, WorstPatch,
 };
 pub use values::Values;

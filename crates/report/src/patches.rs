@@ -98,10 +98,10 @@ fn per_channel(name: &str, channels: usize) -> Vec<String> {
     }
 }
 
-/// The columns [`PLACE`] and [`SIDE`].
-type Place<'a> = (u32, &'a str, [u32; 2], Vec<&'static str>, [f64; 3], f64);
+/// The values of the columns [`PLACE`] and [`SIDE`].
+type Columns<'a> = (u32, &'a str, [u32; 2], Vec<&'static str>, [f64; 3], f64);
 
-fn place<'a>(scene: &'a Scene, face: &Face) -> Place<'a> {
+fn place<'a>(scene: &'a Scene, face: &Face) -> Columns<'a> {
     let side = if scene.faces().two_sided() { vec![side_name(face.side)] } else { Vec::new() };
     let name = scene.surface_name(face.surface);
     (face.patch, name, face.cell, side, face.centroid.to_array(), face.area)

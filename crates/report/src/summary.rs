@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::io::{self, Write};
 
-use radiosity::{Apart, Counts, Direction, EstimatorKind, Method, Precision, Scene, Tally};
+use radiosity::{Apart, Counts, Course, Direction, Method, Precision, Scene, Tally};
 use serde::{Serialize, Serializer};
 
 use crate::method::MethodWords;
@@ -346,7 +346,7 @@ impl Summary {
 impl Energy {
     /// The balance of some walks. Gathering walks carry importance: each sets out with 1.
     fn new(scene: &Scene, counts: &Counts, paths: u64, method: &Method) -> Self {
-        if method.estimator_kind().is_some_and(|kind| kind != EstimatorKind::Infinite) {
+        if method.estimator_kind().is_some_and(|kind| kind.course() != Course::Weighted) {
             let absorbed = counts.absorbed + counts.absorbed_back;
             return Energy::Walks { emitted: paths, absorbed, escaped: counts.escaped };
         }
@@ -396,7 +396,7 @@ pub(crate) fn hex<S: Serializer>(hash: &[u8; 32], serializer: S) -> Result<S::Ok
 
 #[cfg(test)]
 mod tests {
-    use radiosity::{Counts, Layout};
+    use radiosity::{Counts, EstimatorKind, Layout};
     use serde_json::{Value, json};
 
     use super::*;

@@ -17,7 +17,7 @@ use crate::error::Error;
 /// The latest tally of a run.
 pub const CURRENT: &str = "tally.bin";
 /// The tally before the latest, for the case that the latest is damaged.
-pub const PREVIOUS: &str = "tally.previous.bin";
+pub(crate) const PREVIOUS: &str = "tally.previous.bin";
 
 /// What a run's checkpoints have in common.
 #[derive(Clone)]
@@ -102,7 +102,7 @@ pub fn find(
 }
 
 /// What is made from a tally. It does not stand beside that of another run.
-pub const DERIVED: [&str; 8] = [
+pub(crate) const DERIVED: [&str; 8] = [
     "patches.csv",
     "summary.json",
     "radiosity.png",
@@ -129,7 +129,7 @@ pub enum Latest {
 ///
 /// # Errors
 /// Where the books do not balance (nothing is written then) or the file cannot be written.
-pub fn write(folder: &OutputFolder, checkpoint: &Checkpoint, latest: Latest) -> Result<(), Error> {
+pub(crate) fn write(folder: &OutputFolder, checkpoint: &Checkpoint, latest: Latest) -> Result<(), Error> {
     let path = folder.file(CURRENT);
     checkpoint.verify().map_err(|fault| CheckpointError { path: path.clone(), fault })?;
     folder.keep_hold()?;

@@ -306,7 +306,7 @@ fn command(settings: &Settings, summary: &Summary) -> String {
     format!("radwalk run {}.toml --seed {} --paths {}", settings.name, settings.seed, summary.paths)
 }
 
-/// Whose walks these are, each counted as so many paths.
+/// The workers, seeds and sessions of the walks; a walk counts as `paths_per_walk` paths.
 fn provenance(book: &Book, paths_per_walk: u64) -> Provenance {
     let worker = |worker: &Contributor| WorkerSummary {
         name: worker.name.clone(),

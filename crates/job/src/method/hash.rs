@@ -1,6 +1,6 @@
 //! The digest that names an answer.
 
-use radiosity::{Birth, EstimatorKind, InfiniteEnd, Iterations, Solve};
+use radiosity::{Birth, Course, InfiniteEnd, Iterations, Solve};
 
 use super::{MethodTable, WalkKind, Word};
 
@@ -21,7 +21,7 @@ pub fn job_hash(scene_hash: [u8; 32], method: &MethodTable, seed: u64) -> [u8; 3
     field(method.estimator.word().as_bytes());
     field(method.space.word().as_bytes());
     field(method.sampler.word().as_bytes());
-    if method.estimator == EstimatorKind::Infinite {
+    if method.estimator.course() == Course::Weighted {
         let (end, number) = match method.infinite {
             InfiniteEnd::Roulette { threshold } => ("roulette", threshold),
             InfiniteEnd::Cutoff { threshold } => ("cutoff", threshold),

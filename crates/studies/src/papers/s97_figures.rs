@@ -15,7 +15,7 @@ use crate::series::point;
 use crate::walking::Reader;
 
 /// S97 figs 2, 3 and SInf fig 1.
-pub const CHAPTER: Chapter = Chapter {
+pub(crate) const CHAPTER: Chapter = Chapter {
     name: "s97-figures",
     title: "S97 figs 2 and 3, SInf fig 1: variances in the 54-patch cube",
     run,
