@@ -131,10 +131,12 @@ impl Prepared {
         tell_notes(&job);
         memory::check(&job, workers)?;
         phase.now("building the scene");
-        let experiment = Experiment::new(job.build_scene()?, job.method.walks())?;
+        let experiment =
+            Experiment::new(job.build_scene()?, job.method.walks())?.with_sensors(job.scene.sensors())?;
         phase.now("following light from the lamps");
         // What is wrong with the light comes before all that is made of it.
         losses::warnings(experiment.scene()).iter().for_each(|warning| warn!("{warning}"));
+        judge::sensors::warnings(&experiment).iter().for_each(|warning| warn!("{warning}"));
         let settings = Settings::of(&job);
         view_troubles(experiment.scene(), &settings.view).iter().for_each(|trouble| warn!("{trouble}"));
         let folder = out.out.clone().unwrap_or_else(|| default_folder(&job));
@@ -214,8 +216,9 @@ impl Prepared {
     fn plan(&self) -> Result<Plan, Fault> {
         let level = self.settings.level(self.experiment.scene());
         let target = self.settings.target.clone();
-        let mut observer =
-            Observer::new(self.experiment.clone(), level, target).going_on_from(&self.past.tally);
+        let mut observer = Observer::new(self.experiment.clone(), level, target)
+            .with_sensors(self.settings.sensor_goal(&self.experiment))
+            .going_on_from(&self.past.tally);
         let walks = self.job.budget.paths / self.experiment.paths_per_walk();
         let judge = Box::new(move |tally: &Tally, seen: &[Look]| observer.look(tally, seen));
         plan(&self.identity, &self.job.budget, &self.experiment, looks(&self.experiment, walks), judge)
@@ -333,6 +336,10 @@ impl Prepared {
 
     /// Whether there is a target that these walks do not meet.
     fn target_missed(&self, Checkpoint { tally, .. }: &Checkpoint) -> bool {
+        let goal = self.settings.sensor_goal(&self.experiment);
+        if goal.is_some_and(|goal| !goal.is_met(&self.experiment, tally)) {
+            return true;
+        }
         let Some(target) = &self.settings.target else { return false };
         let (scene, walks) = (self.experiment.scene(), tally.counts.walks);
         let estimates = Estimates::new(&self.experiment, tally, self.settings.level(scene));
@@ -415,7 +422,7 @@ pub(crate) fn plan(
         paths: looks.last().copied().unwrap_or(0),
         stream_paths,
         leases_per_thread,
-        patches: experiment.scene().faces().len(),
+        patches: experiment.rows(),
         layout: experiment.layout::<{ judge::MOMENTS }>(),
         limits: limits(experiment),
         wall: budget.wall_seconds.map(Duration::from_secs_f64),
@@ -465,7 +472,7 @@ pub(crate) fn identity(job: &Job, settings: &Settings, experiment: &Experiment) 
         .map_err(|error| Fault::System { doing: "packing the job", source: std::io::Error::other(error) })?;
     Ok(Identity {
         scene_hash: scene.hash(),
-        job_hash: job::job_hash(scene.hash(), &job.method, job.seed),
+        job_hash: job::job_hash(scene.hash(), &job.method, job.scene.sensors(), job.seed),
         seed: job.seed,
         first: job.budget.first_path / experiment.paths_per_walk(),
         goal: settings.goal(),

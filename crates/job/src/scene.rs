@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use glam::DVec3;
 use import::{Format, Imported, MaterialOverride, Options, Spots};
-use radiosity::{IndexChoice, Scene, SceneError, SceneSpec, Shape, Sides, SurfaceSpec};
+use radiosity::{IndexChoice, Scene, SceneError, SceneSpec, SensorSpec, Shape, Sides, SurfaceSpec};
 
 use crate::document::{Table, Value};
 use crate::emit::read_emit;
@@ -14,6 +14,7 @@ use crate::finishes::Finishes;
 use crate::imports::{import_scene, positive, read_mesh};
 use crate::material::{Material, Materials, find_material, read_materials};
 use crate::plain::{PlainSurface, plain_surfaces};
+use crate::sensors::read_sensors;
 use crate::site::{Lines, SITE_KEYS, SurfaceSite};
 use crate::source::{Source, Split};
 
@@ -29,6 +30,7 @@ pub struct SceneFile {
     /// By number.
     materials: Vec<(String, Lines)>,
     finishes: Finishes,
+    sensors: Vec<SensorSpec>,
     notes: Vec<String>,
 }
 
@@ -55,6 +57,11 @@ impl SceneFile {
     /// What its surfaces are made of.
     pub fn finishes(&self) -> &Finishes {
         &self.finishes
+    }
+
+    /// Places where light is measured, in the order of the file.
+    pub fn sensors(&self) -> &[SensorSpec] {
+        &self.sensors
     }
 
     /// What was left out, changed or assumed of meshes, a sentence each.
@@ -141,18 +148,19 @@ pub fn load_scene_with(path: &Path, options: &Options) -> Result<SceneFile, Erro
         meshes: Vec::new(),
         materials: Vec::new(),
         finishes: Finishes::default(),
+        sensors: Vec::new(),
         notes: Vec::new(),
     };
     scene.add(path, import_scene(path, format, options)?, None);
     Ok(scene)
 }
 
-pub(crate) const SCENE_KEYS: &[&str] = &["material", "surface", "mesh"];
+pub(crate) const SCENE_KEYS: &[&str] = &["material", "surface", "mesh", "sensor"];
 
 pub(crate) const MESH_KEYS: &[&str] = &["file", "material", "max_patch_area"];
 
 /// Those of them that are lists of tables.
-pub(crate) const LISTS: [&str; 2] = ["surface", "mesh"];
+pub(crate) const LISTS: [&str; 3] = ["surface", "mesh", "sensor"];
 
 fn load_toml(path: &Path, options: &Options) -> Result<SceneFile, Error> {
     let source = Source::read(path, "[material.NAME] tables and [[surface]] tables")?;
@@ -201,6 +209,7 @@ impl<'a, 'o> Reader<'a, 'o> {
                 .map(|(name, material)| (name.clone(), material.lines.clone()))
                 .collect(),
             finishes: Finishes::default(),
+            sensors: table.take("sensor").map_or(Ok(Vec::new()), read_sensors)?,
             notes: Vec::new(),
         };
         Ok(Reader { scene, materials, meshes: table.take("mesh"), options })
@@ -445,7 +454,7 @@ fn read_shape(table: &mut Table<'_>) -> Result<Shape, Error> {
     Ok(shape)
 }
 
-fn read_corners(value: Value<'_>) -> Result<[DVec3; 3], Error> {
+pub(crate) fn read_corners(value: Value<'_>) -> Result<[DVec3; 3], Error> {
     let [a, b, c] = value.exactly("three corners: [[x, y, z], [x, y, z], [x, y, z]]")?;
     Ok([read_point(a)?, read_point(b)?, read_point(c)?])
 }
@@ -458,7 +467,7 @@ pub(crate) fn read_point(value: Value<'_>) -> Result<DVec3, Error> {
 /// Patch numbers are 32 bits wide, and so are the numbers that count them.
 const CELLS_WIDTH: &str = "a surface has at least one patch, and patch numbers are 32 bits wide";
 
-fn read_grid(value: Value<'_>) -> Result<[u32; 2], Error> {
+pub(crate) fn read_grid(value: Value<'_>) -> Result<[u32; 2], Error> {
     let place = value.place();
     let [nu, nv] = value.exactly("the cells of a quad along u and v: [nu, nv]")?;
     let [nu, nv] = [read_cells(&nu)?, read_cells(&nv)?];

@@ -20,6 +20,7 @@ mod patches;
 mod picture;
 #[cfg(test)]
 mod scenes;
+mod sensors;
 mod smooth;
 mod summary;
 mod values;
@@ -36,6 +37,7 @@ pub use model::{Bounce, Model};
 pub use page::{Live, Milestone, Page};
 pub use patches::{face_words, flags, side_name, write_patches};
 pub use picture::{Photo, Picture, Shot};
+pub use sensors::{SensorSummary, SensorsSummary, write_sensors};
 pub use smooth::Smooth;
 pub use summary::{
     ApartSummary, Check, Energy, PartSummary, PrecisionSummary, Provenance, RunFacts, SessionSummary,

@@ -91,7 +91,7 @@ fn header(scene: &Scene, extras: Extras) -> Vec<String> {
     names
 }
 
-fn per_channel(name: &str, channels: usize) -> Vec<String> {
+pub(crate) fn per_channel(name: &str, channels: usize) -> Vec<String> {
     match channels {
         1 => vec![name.into()],
         _ => CHANNELS.iter().map(|channel| format!("{name}_{channel}")).collect(),

@@ -10,6 +10,7 @@ use crate::method::MethodWords;
 use crate::model::Model;
 use crate::patches::face_words;
 use crate::picture::Shot;
+use crate::sensors::SensorsSummary;
 
 /// All of `summary.json`, in its order. Numbers that are not finite become null.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -71,6 +72,9 @@ pub struct Summary {
     pub energy: Energy,
     /// The target, if the job has one.
     pub target: Option<Target>,
+    /// The sensors; absent where there are none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sensors: Option<SensorsSummary>,
     /// What was modelled.
     pub model: Model,
     /// What was left out, changed or assumed of meshes; absent where nothing was.
@@ -276,6 +280,8 @@ pub struct RunFacts {
     pub streams_reissued: u64,
     /// The target, if the job has one.
     pub target: Option<Target>,
+    /// The sensors, if the scene has any.
+    pub sensors: Option<SensorsSummary>,
     /// What was modelled.
     pub model: Model,
     /// What was left out, changed or assumed of meshes.
@@ -326,6 +332,7 @@ impl Summary {
             units: facts.units,
             energy,
             target: facts.target,
+            sensors: facts.sensors,
             import: facts.import,
             checks: facts.checks,
             view: None,
@@ -419,6 +426,7 @@ mod tests {
             streams: 16,
             streams_reissued: 3,
             target: None,
+            sensors: None,
             import: Vec::new(),
             units: Units::RADIANT,
             checks: vec![Check { name: "energy".into(), ok: true, message: "balanced".into() }],

@@ -102,8 +102,9 @@ pub fn find(
 }
 
 /// What is made from a tally. It does not stand beside that of another run.
-pub(crate) const DERIVED: [&str; 8] = [
+pub(crate) const DERIVED: [&str; 9] = [
     "patches.csv",
+    SENSORS,
     "summary.json",
     "radiosity.png",
     "report.html",
@@ -112,6 +113,9 @@ pub(crate) const DERIVED: [&str; 8] = [
     "scene.glb",
     "patches.parquet",
 ];
+
+/// What sensors read; absent where there are none.
+pub(crate) const SENSORS: &str = "sensors.csv";
 
 /// What the latest tally of a folder is to a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -10,13 +10,13 @@ use judge::checks::checks_of_result;
 use judge::target;
 use protocol::checkpoint::{Book, Checkpoint, Look, Part, Session};
 use protocol::roster::Contributor;
-use radiosity::{Estimates, Experiment, Precision};
+use radiosity::{Estimates, Experiment, Precision, Readings};
 use report::{
     Draft, Live, Milestone, Model, OutputFolder, Page, PartSummary, Photo, Provenance, RunFacts,
     SessionSummary, Shot, Smooth, Summary, Units, WorkerSummary,
 };
 
-use crate::checkpoints::{self, CURRENT, DERIVED, Latest, PREVIOUS};
+use crate::checkpoints::{self, CURRENT, DERIVED, Latest, PREVIOUS, SENSORS};
 use crate::error::Error;
 use crate::kept::Kept;
 use crate::settings::Settings;
@@ -86,11 +86,11 @@ impl RunOutput {
     }
 
     /// Puts files in their places, and takes away those of an earlier result that this one does not have.
-    fn place(&self, drafts: Vec<(OutputFile, Draft)>) -> Result<(), Error> {
-        let written: Vec<OutputFile> = drafts.iter().map(|(file, _)| *file).collect();
+    fn place(&self, drafts: Vec<(&'static str, Draft)>) -> Result<(), Error> {
+        let written: Vec<&str> = drafts.iter().map(|(name, _)| *name).collect();
         drafts.into_iter().try_for_each(|(_, draft)| draft.place())?;
-        let others = OutputFile::ALL.iter().filter(|file| !written.contains(file));
-        self.folder.remove(&others.map(|file| file.name()).collect::<Vec<_>>())?;
+        let others: Vec<&str> = DERIVED.into_iter().filter(|name| !written.contains(name)).collect();
+        self.folder.remove(&others)?;
         Ok(self.folder.sync()?)
     }
 
@@ -114,7 +114,7 @@ impl RunOutput {
         experiment: &Experiment,
         checkpoint: &Checkpoint,
         now: &dyn Fn(&'static str),
-    ) -> Result<(Summary, Vec<(OutputFile, Draft)>), Error> {
+    ) -> Result<(Summary, Vec<(&'static str, Draft)>), Error> {
         now("estimating every patch");
         let scene = experiment.scene();
         let estimates = Estimates::new(experiment, &checkpoint.tally, settings.level(scene));
@@ -122,11 +122,16 @@ impl RunOutput {
         now("checking the result");
         let mut summary = summarise(settings, &estimates, &checkpoint.book, self.git);
         now("drawing the picture");
+        let readings = readings(settings, &estimates);
         let view = Seen::of(&estimates, settings, &files);
         summary.view = view.as_ref().map(Seen::shot);
         self.folder.keep_hold()?;
         now("writing the results");
         let mut drafts = Vec::new();
+        if let Some(readings) = &readings {
+            let draft = self.folder.draft(SENSORS, |writer| report::write_sensors(writer, readings))?;
+            drafts.push((SENSORS, draft));
+        }
         for &file in &files {
             let draft = self.folder.draft(file.name(), |writer| match (file, &view) {
                 (OutputFile::Csv, _) => report::write_patches(writer, &estimates),
@@ -139,13 +144,14 @@ impl RunOutput {
                 }
                 (OutputFile::Glb, Some(view)) => report::write_glb(writer, &estimates, &view.shot()),
                 (OutputFile::Report, Some(view)) => {
-                    page(settings, &summary, &estimates, &checkpoint.book, view).write(writer)
+                    page(settings, &summary, &estimates, readings.as_ref(), &checkpoint.book, view)
+                        .write(writer)
                 }
                 (OutputFile::Picture | OutputFile::Exr | OutputFile::Glb | OutputFile::Report, _) => {
                     unreachable!("what needs a view has one")
                 }
             });
-            drafts.push((file, draft?));
+            drafts.push((file.name(), draft?));
         }
         Ok((summary, drafts))
     }
@@ -222,7 +228,8 @@ impl LivePage {
         let mut summary = summarise(settings, &estimates, &checkpoint.book, git);
         let view = Seen::aimed(&estimates, settings);
         summary.view = Some(view.shot());
-        let page = page(settings, &summary, &estimates, &checkpoint.book, &view);
+        let readings = readings(settings, &estimates);
+        let page = page(settings, &summary, &estimates, readings.as_ref(), &checkpoint.book, &view);
         let live = Live { paths_total: settings.paths };
         Ok(LivePage { paths: summary.paths, page: page.render(Some(live))?, news: page.render_news(live)? })
     }
@@ -240,6 +247,7 @@ fn page<'a>(
     settings: &'a Settings,
     summary: &'a Summary,
     estimates: &'a Estimates<'a>,
+    readings: Option<&'a Readings<'a>>,
     book: &Book,
     view: &'a Seen,
 ) -> Page<'a> {
@@ -247,6 +255,7 @@ fn page<'a>(
         name: &settings.name,
         summary,
         estimates,
+        readings,
         milestones: milestones(book, estimates.experiment()),
         command: command(settings, summary),
         shot: view.shot(),
@@ -270,7 +279,7 @@ fn facts(
     RunFacts {
         version: env!("CARGO_PKG_VERSION").into(),
         git: (!git.starts_with("sources-")).then(|| git.into()),
-        job_hash: job::job_hash(scene.hash(), &settings.method, settings.seed),
+        job_hash: job::job_hash(scene.hash(), &settings.method, &settings.sensors, settings.seed),
         seed: settings.seed,
         method: experiment.method().clone(),
         model: Model::new(scene, experiment.method(), tally.layout().moments, bounces(experiment)),
@@ -282,6 +291,10 @@ fn facts(
         streams: paths.div_ceil(stream_paths),
         streams_reissued: book.effort.streams_reissued,
         target: settings.target.as_ref().map(|target| target::judge(target, estimates, paths)),
+        sensors: readings(settings, estimates).map(|readings| {
+            let goal = settings.sensor_goal(experiment);
+            target::judge_sensors(goal.as_ref(), &readings, experiment, tally)
+        }),
         import: settings.import.clone(),
         units: units(settings.light),
         checks: checks_of_result(estimates, settings.note.as_deref(), precision, book, settings.seed),
@@ -289,6 +302,12 @@ fn facts(
         simultaneous: settings.simultaneous,
         provenance: provenance(book, experiment.paths_per_walk()),
     }
+}
+
+/// What sensors read, where there are any.
+fn readings<'a>(settings: &Settings, estimates: &Estimates<'a>) -> Option<Readings<'a>> {
+    let experiment = estimates.experiment();
+    Readings::new(experiment, estimates.tally(), settings.sensor_level(experiment))
 }
 
 /// The errors at the looks of a run.

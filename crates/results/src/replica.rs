@@ -18,9 +18,9 @@ struct Packed {
     settings: Settings,
 }
 
-/// Bytes of settings that came after the first format 5 of `tally.bin`: notes of imports, units of light, files, the three
-/// parts of the view, and the two of the materials.
-const LATER_SETTINGS: usize = 8;
+/// Bytes of settings that came after the first format 5 of `tally.bin`: notes of imports, units of light, sensors and what is
+/// asked of them, files, the three parts of the view, and the two of the materials.
+const LATER_SETTINGS: usize = 10;
 
 /// The bytes of a job.
 ///
@@ -43,7 +43,9 @@ pub fn unpack(bytes: &[u8]) -> Result<(Settings, Experiment), String> {
     let Packed { scene, tree, settings } = packed.map_err(|error| error.to_string())?;
     let index = if tree { IndexChoice::Tree } else { IndexChoice::Flat };
     let scene = Scene::build(&scene, index).map_err(|error| error.to_string())?;
-    let experiment = Experiment::new(scene, settings.method.walks()).map_err(|error| error.to_string())?;
+    let experiment = Experiment::new(scene, settings.method.walks())
+        .and_then(|experiment| experiment.with_sensors(&settings.sensors))
+        .map_err(|error| error.to_string())?;
     Ok((settings, experiment))
 }
 
@@ -52,7 +54,7 @@ pub fn unpack(bytes: &[u8]) -> Result<(Settings, Experiment), String> {
 /// # Errors
 /// Where it has others.
 pub fn check_shape(tally: &Tally, experiment: &Experiment) -> Result<(), CheckpointFault> {
-    let expected = (experiment.layout::<MOMENTS>(), experiment.scene().faces().len());
+    let expected = (experiment.layout::<MOMENTS>(), experiment.rows());
     if (tally.layout(), tally.patches()) == expected {
         Ok(())
     } else if tally.patches() == experiment.scene().faces().patch_count() {
@@ -83,7 +85,7 @@ impl Replica {
 
     /// A replica that walks as the settings say, but for the seed.
     pub fn new(experiment: Experiment, settings: &Settings, seed: u64) -> Self {
-        let job_hash = job::job_hash(experiment.scene().hash(), &settings.method, seed);
+        let job_hash = job::job_hash(experiment.scene().hash(), &settings.method, &settings.sensors, seed);
         Replica { experiment, sequence: Sequence::new(seed), job_hash }
     }
 

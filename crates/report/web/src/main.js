@@ -13,7 +13,7 @@ const LISTED = 20;
 const GRID_UP_TO = 400;
 
 /** Parts of the page that a run changes. */
-const PARTS = ['head', 'known', 'checks', 'energy', 'model', 'origin'];
+const PARTS = ['head', 'known', 'sensors', 'checks', 'energy', 'model', 'origin'];
 /** Between two questions for news, and where the page is not in sight [ms]. */
 const PAUSES = { visible: 2000, hidden: 15000 };
 /** Questions without an answer after which the run is over. */
@@ -220,6 +220,8 @@ class Page {
     this.choices = quantities(result);
     for (const id of PARTS) {
       const part = element(id);
+      // A page without sensors has no such part.
+      if (part === null) continue;
       // What is being read by keyboard stays until it is left.
       if (!part.contains(document.activeElement)) part.replaceChildren(...page.getElementById(id).childNodes);
     }
