@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand, ValueEnum};
-use report::Export;
+use job::{OutputFile, Word};
 use tracing::level_filters::LevelFilter;
 use voice::{Form, Voice};
 
@@ -262,21 +262,22 @@ pub(crate) struct OutArgs {
     pub json: bool,
 }
 
-/// What is written for other programs.
+/// What is written beside the files that the job names.
 #[derive(Args)]
 pub(crate) struct ExportArgs {
-    /// Write the result for other programs, too; may be a list, e.g. --export vtu,glb
-    #[arg(long, value_name = "FORMAT", value_delimiter = ',', value_parser = exports())]
-    pub export: Vec<Export>,
+    /// Write these files, too; may be a list, e.g. --export vtu,glb
+    #[arg(long, value_name = "FILE", value_delimiter = ',', value_parser = output_file())]
+    pub export: Vec<OutputFile>,
 }
 
-/// The words of `--export`.
-fn exports() -> impl TypedValueParser<Value = Export> {
-    let word = |export: Export| {
-        PossibleValue::new(export.word()).help(format!("{}: {}", export.file(), export.readers()))
+/// The words of `[output] files`.
+fn output_file() -> impl TypedValueParser<Value = OutputFile> {
+    let word = |file: &OutputFile| {
+        PossibleValue::new(file.word()).help(format!("{}: {}", file.name(), file.purpose()))
     };
-    let named = |word: String| Export::ALL.into_iter().find(|export| export.word() == word);
-    PossibleValuesParser::new(Export::ALL.map(word)).map(move |word| named(word).expect("one of these words"))
+    let named = |word: String| OutputFile::ALL.iter().copied().find(|file| file.word() == word);
+    let words = PossibleValuesParser::new(OutputFile::ALL.iter().map(word));
+    words.map(move |word| named(word).expect("one of these words"))
 }
 
 /// Whom a job lets see how it gets on.
@@ -286,6 +287,10 @@ pub(crate) struct MonitorArgs {
     /// and nothing is asked of who reads it
     #[arg(long, value_name = "HOST:PORT")]
     pub metrics: Option<String>,
+    /// The report of the result so far at http://HOST:PORT/, which follows the run; a port alone: for this machine only.
+    /// Elsewhere the address that is told has a key; what is read is not encrypted
+    #[arg(long, value_name = "HOST:PORT")]
+    pub watch: Option<String>,
 }
 
 #[derive(Args)]

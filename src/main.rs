@@ -15,6 +15,7 @@ mod progress;
 mod shift;
 mod signals;
 mod summary;
+mod watch;
 
 use std::io::IsTerminal;
 use std::process::ExitCode;

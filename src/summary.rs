@@ -1,5 +1,6 @@
 //! What a run has come to: written to its folder, and said in a few lines.
 
+use job::{OutputFile, Word};
 use judge::target;
 use protocol::checkpoint::Checkpoint;
 use radiosity::Experiment;
@@ -39,8 +40,32 @@ pub(crate) fn write(
     } else if !out.quiet {
         describe(&summary, settings);
         say(&format!("written to {}", output.path().display()));
+        describe_left_out(output, settings, experiment);
     }
     Ok(())
+}
+
+/// What is not there because the job does not name it, and what that is needed for.
+fn describe_left_out(output: &RunOutput, settings: &Settings, experiment: &Experiment) {
+    let left_out = output.left_out(settings, experiment.scene().faces().patch_count());
+    if left_out.is_empty() {
+        return;
+    }
+    let list = |of: fn(OutputFile) -> &'static str, between: &str| {
+        left_out.iter().map(|&file| of(file)).collect::<Vec<_>>().join(between)
+    };
+    let needs = match (left_out.contains(&OutputFile::Csv), left_out.contains(&OutputFile::Summary)) {
+        (true, true) => "; diff needs patches.csv, and status summary.json",
+        (true, false) => "; diff needs patches.csv",
+        (false, true) => "; status needs summary.json",
+        (false, false) => "",
+    };
+    say(&format!(
+        "left out: {}; radwalk report {} --export {} makes them. Resume, merge and audit need tally.bin alone{needs}",
+        list(OutputFile::name, ", "),
+        output.path().display(),
+        list(OutputFile::word, ",")
+    ));
 }
 
 /// A few lines for people.

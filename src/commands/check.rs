@@ -9,7 +9,7 @@ use judge::fit::misfits;
 use judge::{MOMENTS, target};
 use radiosity::{Experiment, Scene, SensorShape, Side};
 use report::words::counted;
-use report::{MethodWords, Model, Units};
+use report::{MethodWords, Model, Units, view_troubles};
 use results::units;
 use voice::{Phase, say};
 
@@ -117,6 +117,11 @@ fn describe_job(job: &Job, experiment: &Experiment) {
     if let Some(target) = &job.sensor_target {
         say(&format!("target: {}", target::asked_of_sensors(target, job.scene.sensors())));
     }
+    if let Some(files) = &job.files {
+        let names = ["tally.bin"].into_iter().chain(files.iter().map(|file| file.name()));
+        say(&format!("output: {}", names.collect::<Vec<_>>().join(", ")));
+    }
+    view_troubles(scene, &job.view).iter().for_each(|trouble| say(&format!("note: {trouble}")));
     if let Some(note) = &job.note {
         say(&format!("note: {note}"));
     }

@@ -16,15 +16,17 @@ use judge::limits::limits;
 use judge::target::{Observer, judge, looks};
 use monitor::{Description, Gauge, Publish, Reports};
 use radiosity::{Estimates, Experiment, Tally};
+use report::view_troubles;
 use results::{Found, Identity, Keeper, Latest, RunOutput, Settings, check_shape};
 use tracing::{info, warn};
 use voice::Phase;
 
-use crate::args::{CoordinateArgs, ExportArgs, JobArgs, OutArgs, RunArgs};
+use crate::args::{CoordinateArgs, ExportArgs, JobArgs, MonitorArgs, OutArgs, RunArgs};
 use crate::build::{BUILD, GIT};
 use crate::fault::{Fault, Outcome};
 use crate::local::LocalWorkers;
 use crate::progress::{Display, tell_notice};
+use crate::watch::{Showing, at_loopback};
 use crate::{losses, memory, signals, summary};
 
 /// Between tries to write the results of a run.
@@ -40,7 +42,8 @@ pub(crate) fn run(args: &RunArgs) -> Result<Outcome, Fault> {
     signals::keep_memory_private();
     let page = args.monitor.metrics.as_deref().map(open_page).transpose()?;
     let reports = Reports::new(prepared.description(), prepared.output.path(), None, page);
-    prepared.serve(listener, access, &args.out, reports, Some(&mut workers))
+    let showing = prepared.showing(&args.monitor)?;
+    prepared.serve(listener, access, &args.out, (reports, showing), Some(&mut workers))
 }
 
 /// Coordinates workers that are started elsewhere.
@@ -60,7 +63,8 @@ pub(crate) fn coordinate(args: &CoordinateArgs) -> Result<Outcome, Fault> {
     signals::keep_memory_private();
     let page = args.monitor.metrics.as_deref().map(open_page).transpose()?;
     let reports = Reports::new(prepared.description(), prepared.output.path(), Some(&access_file), page);
-    let done = prepared.serve(listener, access.clone(), &args.out, reports, None);
+    let showing = prepared.showing(&args.monitor)?;
+    let done = prepared.serve(listener, access.clone(), &args.out, (reports, showing), None);
     // The key is of no use any more. Where the file is gone, or another coordinator's by now, there is nothing to do.
     let _ = access.remove(&access_file);
     done
@@ -134,6 +138,7 @@ impl Prepared {
         losses::warnings(experiment.scene()).iter().for_each(|warning| warn!("{warning}"));
         judge::sensors::warnings(&experiment).iter().for_each(|warning| warn!("{warning}"));
         let settings = Settings::of(&job);
+        view_troubles(experiment.scene(), &settings.view).iter().for_each(|trouble| warn!("{trouble}"));
         let folder = out.out.clone().unwrap_or_else(|| default_folder(&job));
         let output = RunOutput::new(&folder, out.force || resume, &export.export, GIT)?;
         let identity = identity(&job, &settings, &experiment)?;
@@ -224,20 +229,26 @@ impl Prepared {
         Description { job: self.job.name.clone(), paths_per_walk: self.experiment.paths_per_walk() }
     }
 
+    /// The page that follows the run, where one is wanted.
+    fn showing(&self, monitor: &MonitorArgs) -> Result<Option<Showing>, Fault> {
+        let open = |address: &String| Showing::open(address, &self.experiment, &self.settings);
+        monitor.watch.as_ref().map(open).transpose()
+    }
+
     /// Serves the job to its end and writes what came of it.
     fn serve(
         mut self,
         listener: TcpListener,
         access: Access,
         out: &OutArgs,
-        reports: Reports,
+        (reports, showing): (Reports, Option<Showing>),
         mut workers: Option<&mut LocalWorkers>,
     ) -> Result<Outcome, Fault> {
         let plan = self.plan()?;
         let nothing = Past::none(Tally::new(0, self.past.tally.layout()));
         let past = std::mem::replace(&mut self.past, nothing);
         let mut coordinator = Coordinator::new(plan, past);
-        let mut watch = self.watch(&coordinator, reports, out)?;
+        let mut watch = self.watch(&coordinator, reports, showing, out)?;
         let notices = std::cell::RefCell::new(Vec::new());
         let owner = |coordinator: &Coordinator| {
             let notices: Vec<_> = notices.borrow_mut().drain(..).collect();
@@ -265,7 +276,13 @@ impl Prepared {
     }
 
     /// What is done while the job is walked.
-    fn watch(&self, coordinator: &Coordinator, reports: Reports, out: &OutArgs) -> Result<Watch<'_>, Fault> {
+    fn watch(
+        &self,
+        coordinator: &Coordinator,
+        reports: Reports,
+        showing: Option<Showing>,
+        out: &OutArgs,
+    ) -> Result<Watch<'_>, Fault> {
         let interval = Duration::from_secs_f64(self.job.budget.checkpoint_seconds);
         let walks = coordinator.progress().walks;
         let folder = self.output.folder().clone();
@@ -274,6 +291,8 @@ impl Prepared {
             display: Display::new(out),
             gauge: Gauge::new(&self.experiment, &self.settings, self.job.budget.wall_seconds),
             reports,
+            showing,
+            identity: &self.identity,
             broken: false,
         })
     }
@@ -333,6 +352,8 @@ struct Watch<'a> {
     gauge: Gauge<'a>,
     display: Display,
     reports: Reports,
+    showing: Option<Showing>,
+    identity: &'a Identity,
     keeper: Keeper,
     /// Whether memory has failed.
     broken: bool,
@@ -353,6 +374,9 @@ impl Watch<'_> {
                 self.display.show(&standing);
             }
             self.reports.write(&standing, coordinator);
+        }
+        if let Some(showing) = &mut self.showing {
+            showing.tend(coordinator, self.identity);
         }
         if let Err(fault) = self.keeper.tend(coordinator) {
             // Memory that has failed once is not to be trusted with the rest.
@@ -423,15 +447,13 @@ fn listen(
 
 /// Opens a page of metrics; returns what replaces its text. A port alone stands for one of the loopback address.
 fn open_page(address: &str) -> Result<Publish, Fault> {
-    let address = match address.trim_start_matches(':').parse::<u16>() {
-        Ok(port) => format!("127.0.0.1:{port}"),
-        Err(_) => address.to_owned(),
-    };
+    let address = at_loopback(address);
     let page = Page::default();
     let open = || {
         let listener = TcpListener::bind(&address)?;
         let bound = listener.local_addr()?;
-        publish(listener, page.clone())?;
+        let told = page.clone();
+        publish(listener, "metrics", move |request| told.answer(request))?;
         Ok(bound)
     };
     let bound =

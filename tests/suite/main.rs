@@ -29,6 +29,7 @@ mod jacobi_iterations;
 mod jacobi_run;
 mod normals;
 mod operators;
+mod output;
 mod plan;
 mod refusals;
 mod relay;
@@ -45,3 +46,4 @@ mod stuck;
 #[cfg(target_os = "linux")]
 mod terminal;
 mod voice;
+mod watch;

@@ -1,20 +1,66 @@
-//! A page of text by HTTP, for monitors that come and ask: the metrics of a coordinator.
+//! Pages by HTTP, for monitors and browsers that come and ask: the metrics of a coordinator, and its page.
 //!
-//! One thread answers one request after the other, and gives each two seconds. That is all such a page needs, and less code
-//! to trust than a web server; the crates that would do it (tiny_http, hyper) bring queues, pools and an executor.
+//! Each connection has a thread, two seconds to say what it wants, and a minute to read it. That is all such pages need, and less
+//! code to trust than a web server; the crates that would do it (tiny_http, hyper) bring queues, pools and an executor.
 
 use std::io::{self, Read, Write};
 use std::net::{TcpListener, TcpStream};
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-/// What a request may take.
+/// What a request may take, and what a reader may keep silent.
 const PATIENCE: Duration = Duration::from_secs(2);
+
+/// What the reading of an answer may take.
+const LONGEST_ANSWER: Duration = Duration::from_secs(60);
 
 /// What a request may say.
 const MOST_BYTES: usize = 8 << 10;
 
-/// The page, which its owner replaces when there is news.
+/// Connections at once. Others are closed.
+const MOST_CONNECTIONS: usize = 32;
+
+/// What a reader asks for with GET or HEAD.
+#[derive(Clone, Copy, Debug)]
+pub struct Request<'a> {
+    /// The path, from its slash.
+    pub path: &'a str,
+    /// What stands behind the question mark.
+    pub query: &'a str,
+    head: &'a str,
+}
+
+impl Request<'_> {
+    /// The value of a header.
+    pub fn header(&self, name: &str) -> Option<&str> {
+        let fields = self.head.lines().skip(1).filter_map(|line| line.split_once(':'));
+        fields.into_iter().find(|(known, _)| known.eq_ignore_ascii_case(name)).map(|(_, value)| value.trim())
+    }
+}
+
+/// What is answered.
+#[derive(Clone, Debug)]
+pub struct Answer {
+    /// Code and words.
+    pub status: &'static str,
+    /// The type of the body.
+    pub kind: &'static str,
+    /// Names this state of the body.
+    pub tag: Option<String>,
+    /// The body.
+    pub body: Arc<[u8]>,
+}
+
+impl Answer {
+    /// A line of text.
+    pub fn text(status: &'static str, line: &str) -> Self {
+        let body = line.as_bytes().into();
+        Answer { status, kind: "text/plain; charset=utf-8", tag: None, body }
+    }
+}
+
+/// A page of text, which its owner replaces when there is news.
 #[derive(Clone, Default)]
 pub struct Page(Arc<Mutex<String>>);
 
@@ -24,45 +70,91 @@ impl Page {
         *self.0.lock().unwrap_or_else(PoisonError::into_inner) = text;
     }
 
-    fn get(&self) -> String {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    /// Answers requests for the page at `/metrics`, in the format of Prometheus.
+    pub fn answer(&self, request: &Request) -> Answer {
+        match request.path {
+            "/metrics" | "/" => Answer {
+                status: "200 OK",
+                kind: "text/plain; version=0.0.4; charset=utf-8",
+                tag: None,
+                body: self.0.lock().unwrap_or_else(PoisonError::into_inner).as_bytes().into(),
+            },
+            _ => Answer::text("404 Not Found", "The page is /metrics.\n"),
+        }
     }
 }
 
-/// Answers requests for the page at `/metrics` until the process ends, in a thread of its own.
+/// Answers requests until the process ends, in threads of its own.
 ///
 /// # Errors
 /// Where no thread can be started.
-pub fn publish(listener: TcpListener, page: Page) -> io::Result<()> {
+pub fn publish(
+    listener: TcpListener,
+    name: &str,
+    answer: impl Fn(&Request) -> Answer + Send + Sync + 'static,
+) -> io::Result<()> {
+    let answer = Arc::new(answer);
+    let open = Arc::new(AtomicUsize::new(0));
     let answer_all = move || {
         for stream in listener.incoming() {
-            match stream {
-                // A monitor that is gone asks again.
-                Ok(stream) => drop(answer(stream, &page)),
-                // Too many files are open: it may be better soon.
-                Err(_) => std::thread::sleep(PATIENCE),
+            // Too many files are open: it may be better soon.
+            let Ok(stream) = stream else {
+                std::thread::sleep(PATIENCE);
+                continue;
+            };
+            if open.fetch_add(1, Ordering::Relaxed) >= MOST_CONNECTIONS {
+                open.fetch_sub(1, Ordering::Relaxed);
+                continue;
+            }
+            let (answer, taken) = (answer.clone(), open.clone());
+            let serve = move || {
+                // A reader that is gone asks again.
+                let _ = serve(stream, &*answer);
+                taken.fetch_sub(1, Ordering::Relaxed);
+            };
+            if std::thread::Builder::new().spawn(serve).is_err() {
+                open.fetch_sub(1, Ordering::Relaxed);
             }
         }
     };
-    std::thread::Builder::new().name("metrics".into()).spawn(answer_all).map(drop)
+    std::thread::Builder::new().name(name.into()).spawn(answer_all).map(drop)
 }
 
-fn answer(mut stream: TcpStream, page: &Page) -> io::Result<()> {
+fn serve(mut stream: TcpStream, answer: &impl Fn(&Request) -> Answer) -> io::Result<()> {
     let head = read_head(&mut stream)?;
     let mut words = head.split_whitespace();
-    let (status, text) = match (words.next(), words.next()) {
-        (Some("GET" | "HEAD"), Some("/metrics" | "/")) => ("200 OK", page.get()),
-        (Some("GET" | "HEAD"), Some(_)) => ("404 Not Found", "The page is /metrics.\n".into()),
-        _ => ("405 Method Not Allowed", "Pages are read with GET.\n".into()),
+    let answered = match (words.next(), words.next()) {
+        (Some("GET" | "HEAD"), Some(target)) => {
+            let (path, query) = target.split_once('?').unwrap_or((target, ""));
+            let request = Request { path, query, head: &head };
+            let answered = answer(&request);
+            match (&answered.tag, request.header("if-none-match")) {
+                (Some(tag), Some(known)) if tag == known => {
+                    Answer { status: "304 Not Modified", body: [].into(), ..answered }
+                }
+                _ => answered,
+            }
+        }
+        _ => Answer::text("405 Method Not Allowed", "Pages are read with GET.\n"),
     };
-    let body = if head.starts_with("HEAD") { "" } else { &text };
+    let Answer { status, kind, tag, body } = answered;
+    let tag = tag.map_or(String::new(), |tag| format!("ETag: {tag}\r\n"));
+    let sent: &[u8] = if head.starts_with("HEAD") { &[] } else { &body };
     stream.set_write_timeout(Some(PATIENCE))?;
     write!(
         stream,
-        "HTTP/1.1 {status}\r\nContent-Type: text/plain; version=0.0.4; charset=utf-8\r\nContent-Length: {}\r\n\
-         Connection: close\r\n\r\n{body}",
-        text.len()
-    )
+        "HTTP/1.1 {status}\r\nContent-Type: {kind}\r\nContent-Length: {}\r\n{tag}Cache-Control: no-store\r\n\
+         Referrer-Policy: no-referrer\r\nX-Content-Type-Options: nosniff\r\nConnection: close\r\n\r\n",
+        body.len()
+    )?;
+    let began = Instant::now();
+    for part in sent.chunks(1 << 16) {
+        if began.elapsed() > LONGEST_ANSWER {
+            return Err(io::ErrorKind::TimedOut.into());
+        }
+        stream.write_all(part)?;
+    }
+    Ok(())
 }
 
 /// What is asked for, with its headers.
@@ -87,20 +179,25 @@ fn read_head(stream: &mut TcpStream) -> io::Result<String> {
 mod tests {
     use super::*;
 
-    #[test]
-    fn the_page_is_read_and_nothing_else_is() {
+    /// Answers to requests as they come over the wire.
+    fn asked(answer: impl Fn(&Request) -> Answer + Send + Sync + 'static) -> impl Fn(&str) -> String {
         let listener = TcpListener::bind("127.0.0.1:0").unwrap();
         let address = listener.local_addr().unwrap();
-        let page = Page::default();
-        publish(listener, page.clone()).unwrap();
-        page.set("radwalk_workers 2\n".into());
-        let ask = |request: &str| {
+        publish(listener, "pages", answer).unwrap();
+        move |request: &str| {
             let mut stream = TcpStream::connect(address).unwrap();
             let mut answer = String::new();
             // A connection that is let go early may be reset.
             let _ = stream.write_all(request.as_bytes()).and_then(|()| stream.read_to_string(&mut answer));
             answer
-        };
+        }
+    }
+
+    #[test]
+    fn the_page_is_read_and_nothing_else_is() {
+        let page = Page::default();
+        page.set("radwalk_workers 2\n".into());
+        let ask = asked(move |request| page.answer(request));
         let answer = ask("GET /metrics HTTP/1.1\r\nHost: x\r\n\r\n");
         assert!(
             answer.starts_with("HTTP/1.1 200 OK\r\n") && answer.ends_with("\r\n\r\nradwalk_workers 2\n"),
@@ -109,8 +206,37 @@ mod tests {
         assert!(ask("HEAD / HTTP/1.1\r\n\r\n").ends_with("\r\n\r\n"));
         assert!(ask("GET /../etc/passwd HTTP/1.1\r\n\r\n").starts_with("HTTP/1.1 404"));
         assert!(ask("DELETE /metrics HTTP/1.1\r\n\r\n").starts_with("HTTP/1.1 405"));
-        // Who says nothing of use is let go, and the next is heard.
+        // A reader that says nothing of use is let go, and the next is heard.
         assert_eq!(ask(&"x".repeat(2 * MOST_BYTES)), "");
         assert!(ask("GET /metrics HTTP/1.0\r\n\r\n").contains("radwalk_workers 2"));
+    }
+
+    #[test]
+    fn what_a_reader_has_is_not_sent_again() {
+        let ask = asked(|request| Answer {
+            status: "200 OK",
+            kind: "text/html",
+            tag: Some("\"7\"".into()),
+            body: format!("{} {}", request.path, request.query).into_bytes().into(),
+        });
+        let first = ask("GET /news?key=a HTTP/1.1\r\n\r\n");
+        assert!(first.contains("\r\nETag: \"7\"\r\n") && first.ends_with("\r\n\r\n/news key=a"), "{first}");
+        let again = ask("GET /news HTTP/1.1\r\nif-none-match: \"7\"\r\n\r\n");
+        assert!(again.starts_with("HTTP/1.1 304") && again.ends_with("\r\n\r\n"), "{again}");
+        assert!(ask("GET /news HTTP/1.1\r\nIf-None-Match: \"6\"\r\n\r\n").starts_with("HTTP/1.1 200"));
+    }
+
+    /// A reader that connects and says nothing holds up no other one.
+    #[test]
+    fn silent_readers_hold_up_no_other() {
+        let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+        let address = listener.local_addr().unwrap();
+        publish(listener, "pages", |_| Answer::text("200 OK", "here\n")).unwrap();
+        let _silent: Vec<TcpStream> = (0..8).map(|_| TcpStream::connect(address).unwrap()).collect();
+        let mut stream = TcpStream::connect(address).unwrap();
+        stream.write_all(b"GET / HTTP/1.1\r\n\r\n").unwrap();
+        let mut answer = String::new();
+        stream.read_to_string(&mut answer).unwrap();
+        assert!(answer.ends_with("here\n"), "{answer}");
     }
 }

@@ -20,6 +20,10 @@ pub struct Imported {
     pub spots: Spots,
     /// What was left out, changed or assumed, a sentence each.
     pub notes: Vec<String>,
+    /// The material of each surface, by its number.
+    pub materials: Vec<u32>,
+    /// The names of the materials.
+    pub names: Vec<String>,
 }
 
 /// The spots of surfaces in a file.
@@ -78,11 +82,14 @@ impl Mesh {
             spec: SceneSpec { surfaces: Vec::with_capacity(faces.len()) },
             spots: Spots { lines: Vec::with_capacity(faces.len()) },
             notes,
+            materials: Vec::with_capacity(faces.len()),
+            names: self.materials.iter().map(|material| material.name.clone()).collect(),
         };
         for face in &faces {
             let shape = face.cut(options).map_err(at)?;
             imported.spec.surfaces.push(self.surface(face, shape, &finish));
             imported.spots.lines.push(self.triangles[face.triangle].line);
+            imported.materials.push(self.triangles[face.triangle].material);
         }
         Ok(imported)
     }

@@ -11,6 +11,7 @@ use crate::document::{Table, Value};
 use crate::error::Error;
 use crate::imports::{IMPORT_KEYS, read_options};
 use crate::method::{METHOD_KEYS, MethodTable, WalkKind, Word, read_method, read_patches};
+use crate::output::{OUTPUT_KEYS, OutputFile, VIEW_KEYS, View, read_output, read_view};
 use crate::scene::{SceneFile, is_toml, load_scene_with};
 use crate::sensors::{SensorTarget, read_sensor_errors};
 use crate::source::Source;
@@ -96,6 +97,10 @@ pub struct Job {
     pub index: IndexChoice,
     /// What the numbers measure. Default: luminous for a scene in MGF, whose format gives lm/m², else radiant.
     pub light: Light,
+    /// The files that are written beside the tally; `None`: the program chooses.
+    pub files: Option<Vec<OutputFile>>,
+    /// How the picture is taken.
+    pub view: View,
 }
 
 /// The table `[budget]`.
@@ -174,6 +179,8 @@ pub(crate) const JOB_KEYS: &[&str] = &[
     "budget",
     "target",
     "tracing",
+    "output",
+    "view",
 ];
 
 pub(crate) const BUDGET_KEYS: &[&str] =
@@ -205,6 +212,8 @@ pub fn load(path: &Path, overrides: &[String]) -> Result<Job, Error> {
     let budget = table.table("budget", BUDGET_KEYS)?;
     let target = table.take("target").map(|value| value.table(TARGET_KEYS)).transpose()?;
     let index = table.table("tracing", TRACING_KEYS)?.take("index");
+    let files = read_output(table.table("output", OUTPUT_KEYS)?)?;
+    let view = read_view(table.table("view", VIEW_KEYS)?)?;
     let budget = read_budget(budget)?;
     let target = target.map(Goals::read).transpose()?.unwrap_or_default();
     let index = index.map(|value| value.word()).transpose()?.unwrap_or_default();
@@ -241,6 +250,8 @@ pub fn load(path: &Path, overrides: &[String]) -> Result<Job, Error> {
         sensor_target,
         index,
         light,
+        files,
+        view,
     })
 }
 

@@ -9,12 +9,14 @@
 mod document;
 mod emit;
 mod error;
+mod finishes;
 mod imports;
 mod job;
 mod kind;
 mod material;
 mod method;
 mod near;
+mod output;
 mod plain;
 mod scene;
 mod schema;
@@ -24,6 +26,7 @@ mod source;
 mod word;
 
 pub use error::{Error, Place, Spot};
+pub use finishes::Finishes;
 pub use import::Options as ImportOptions;
 pub use job::{
     Budget, DEFAULT_CHECKPOINT_SECONDS, DEFAULT_CONFIDENCE, DEFAULT_PATHS, DEFAULT_SEED,
@@ -31,6 +34,7 @@ pub use job::{
 };
 pub use kind::{FileKind, file_kind};
 pub use method::{MethodTable, WalkKind, job_hash};
+pub use output::{OutputFile, Stand, View};
 pub use radiosity::Sampler;
 pub use scene::{SceneFile, load_scene, load_scene_with};
 pub use schema::{job_schema, scene_schema};

@@ -10,6 +10,7 @@ use radiosity::{IndexChoice, Scene, SceneError, SceneSpec, SensorSpec, Shape, Si
 use crate::document::{Table, Value};
 use crate::emit::read_emit;
 use crate::error::{Error, MESH_FORMATS, Place, Spot};
+use crate::finishes::Finishes;
 use crate::imports::{import_scene, positive, read_mesh};
 use crate::material::{Material, Materials, find_material, read_materials};
 use crate::plain::{PlainSurface, plain_surfaces};
@@ -28,6 +29,7 @@ pub struct SceneFile {
     meshes: Vec<MeshSite>,
     /// By number.
     materials: Vec<(String, Lines)>,
+    finishes: Finishes,
     sensors: Vec<SensorSpec>,
     notes: Vec<String>,
 }
@@ -50,6 +52,11 @@ impl SceneFile {
     /// What it says; its numbers are checked by [`SceneFile::build`].
     pub fn spec(&self) -> &SceneSpec {
         &self.spec
+    }
+
+    /// What its surfaces are made of.
+    pub fn finishes(&self) -> &Finishes {
+        &self.finishes
     }
 
     /// Places where light is measured, in the order of the file.
@@ -140,10 +147,11 @@ pub fn load_scene_with(path: &Path, options: &Options) -> Result<SceneFile, Erro
         sites: Vec::new(),
         meshes: Vec::new(),
         materials: Vec::new(),
+        finishes: Finishes::default(),
         sensors: Vec::new(),
         notes: Vec::new(),
     };
-    scene.add(path, import_scene(path, format, options)?);
+    scene.add(path, import_scene(path, format, options)?, None);
     Ok(scene)
 }
 
@@ -200,6 +208,7 @@ impl<'a, 'o> Reader<'a, 'o> {
                 .iter()
                 .map(|(name, material)| (name.clone(), material.lines.clone()))
                 .collect(),
+            finishes: Finishes::default(),
             sensors: table.take("sensor").map_or(Ok(Vec::new()), read_sensors)?,
             notes: Vec::new(),
         };
@@ -264,13 +273,14 @@ impl<'a, 'o> Reader<'a, 'o> {
         let meshes =
             self.meshes.take().map(|meshes| meshes.tables(LISTS[1])).transpose()?.unwrap_or_default();
         for (number, value) in meshes.into_iter().enumerate() {
-            let (file, imported) = self.mesh(value, number)?;
-            self.scene.add(&file, imported);
+            let (file, imported, finish) = self.mesh(value, number)?;
+            self.scene.add(&file, imported, finish.as_deref());
         }
         Ok(self.scene)
     }
 
-    fn mesh(&self, value: Value<'_>, number: usize) -> Result<(PathBuf, Imported), Error> {
+    /// The file of a mesh, its surfaces, and the material that all of them have, where the scene gives them one.
+    fn mesh(&self, value: Value<'_>, number: usize) -> Result<(PathBuf, Imported, Option<String>), Error> {
         let mut table = value.table_called(format!("mesh {number}: "), MESH_KEYS)?;
         let file = table.require(
             "file",
@@ -298,8 +308,10 @@ impl<'a, 'o> Reader<'a, 'o> {
             error => error,
         })?;
         options.materials.retain(|entry| mesh.has_material(&entry.pattern));
+        let mut finish = None;
         if let Some(value) = table.take("material") {
             let material = find_material(&value, &self.materials)?;
+            finish = Some(value.string()?.to_owned());
             options.materials.push(MaterialOverride {
                 pattern: "*".into(),
                 reflectance: Some(material.reflectance),
@@ -309,20 +321,23 @@ impl<'a, 'o> Reader<'a, 'o> {
             });
         }
         let imported = mesh.into_scene(&path, format, &options).map_err(Error::of_mesh)?;
-        Ok((path, imported))
+        Ok((path, imported, finish))
     }
 }
 
 impl SceneFile {
     /// Adds a surface of the file itself.
     fn push(&mut self, surface: SurfaceSpec, site: SurfaceSite) {
+        self.finishes.push(&self.materials[site.material as usize].0);
         self.spec.surfaces.push(surface);
         self.sites.push(site);
     }
 
-    /// Adds the surfaces of a mesh.
-    fn add(&mut self, file: &Path, imported: Imported) {
-        let Imported { spec, spots, notes } = imported;
+    /// Adds the surfaces of a mesh, whose materials are its own unless all have one `finish`.
+    fn add(&mut self, file: &Path, imported: Imported, finish: Option<&str>) {
+        let Imported { spec, spots, notes, materials, names } = imported;
+        let name = |material: u32| finish.unwrap_or(&names[material as usize]);
+        materials.into_iter().for_each(|material| self.finishes.push(name(material)));
         self.meshes.push(MeshSite { file: file.into(), first: self.spec.surfaces.len(), spots });
         if self.spec.surfaces.is_empty() {
             self.spec = spec;
@@ -441,11 +456,11 @@ fn read_shape(table: &mut Table<'_>) -> Result<Shape, Error> {
 
 pub(crate) fn read_corners(value: Value<'_>) -> Result<[DVec3; 3], Error> {
     let [a, b, c] = value.exactly("three corners: [[x, y, z], [x, y, z], [x, y, z]]")?;
-    Ok([read_corner(a)?, read_corner(b)?, read_corner(c)?])
+    Ok([read_point(a)?, read_point(b)?, read_point(c)?])
 }
 
-pub(crate) fn read_corner(value: Value<'_>) -> Result<DVec3, Error> {
-    let [x, y, z] = value.exactly("a corner in metres: [x, y, z]")?;
+pub(crate) fn read_point(value: Value<'_>) -> Result<DVec3, Error> {
+    let [x, y, z] = value.exactly("a point in metres: [x, y, z]")?;
     Ok(DVec3::new(x.number()?, y.number()?, z.number()?))
 }
 

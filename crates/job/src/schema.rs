@@ -11,6 +11,7 @@ use crate::imports::{IMPORT_KEYS, OVERRIDE_KEYS};
 use crate::job::{BUDGET_KEYS, JOB_KEYS, Light, MAX_STREAM_PATHS, TARGET_KEYS, TRACING_KEYS, Unhit};
 use crate::material::MATERIAL_KEYS;
 use crate::method::{BIRTH_KEYS, EndWord, INFINITE_KEYS, METHOD_KEYS, SOLVE_KEYS, SolveWord, WalkKind, Word};
+use crate::output::{FOV, MAX_PIXELS, OUTPUT_KEYS, OutputFile, VIEW_KEYS};
 use crate::scene::{MESH_KEYS, SCENE_KEYS, SURFACE_KEYS};
 use crate::sensors::SENSOR_KEYS;
 
@@ -130,6 +131,46 @@ fn job_key(key: &str) -> Value {
         "budget" => told(table(BUDGET_KEYS, &["paths"], budget_key), "What the run may cost."),
         "target" => told(target_table(), "The accuracy at which the run ends. Default: the budget is spent."),
         "tracing" => told(table(TRACING_KEYS, &[], tracing_key), "How rays look for surfaces."),
+        "output" => told(table(OUTPUT_KEYS, &[], output_key), "What is written beside the tally."),
+        "view" => told(view(), "How the picture is taken. What is absent is chosen from the scene."),
+        _ => json!({}),
+    }
+}
+
+fn output_key(key: &str) -> Value {
+    match key {
+        "files" => told(
+            json!({"type": "array", "items": word::<OutputFile>(), "uniqueItems": true}),
+            "The files that are written. Default: csv, summary, picture and, up to 200,000 patches, report.",
+        ),
+        _ => json!({}),
+    }
+}
+
+/// An eye looks at something; without one nothing is said of how it looks.
+fn view() -> Value {
+    let mut view = table(VIEW_KEYS, &[], view_key);
+    view["dependencies"] = json!({"eye": ["look_at"], "look_at": ["eye"], "up": ["eye"], "fov": ["eye"]});
+    view
+}
+
+fn view_key(key: &str) -> Value {
+    match key {
+        "eye" => told(point(), "Where the camera stands [m]."),
+        "look_at" => told(point(), "The point in the middle of the picture [m]."),
+        "up" => told(point(), "The direction that is up in the picture. Default: that of the scene."),
+        "fov" => told(
+            json!({"type": "number", "minimum": FOV[0], "maximum": FOV[1]}),
+            "The angle between the lower and the upper edge [degrees]. Default: 40.",
+        ),
+        "size" => told(
+            exactly(integer(1, MAX_PIXELS), 2),
+            "Width and height [pixels]. Default: 800 on the longer side.",
+        ),
+        "exposure" => told(
+            positive(),
+            "The light of the picture, 1 being white, over the radiosity. Default: nearly all that reflects stays below white.",
+        ),
         _ => json!({}),
     }
 }
@@ -310,7 +351,11 @@ fn material_key(key: &str) -> Value {
 }
 
 fn corners() -> Value {
-    exactly(exactly(json!({"type": "number"}), 3), 3)
+    exactly(point(), 3)
+}
+
+fn point() -> Value {
+    exactly(json!({"type": "number"}), 3)
 }
 
 fn surface_key(key: &str) -> Value {

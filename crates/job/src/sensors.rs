@@ -9,7 +9,7 @@ use crate::document::{Table, Value};
 use crate::error::Error;
 use crate::job::{Unhit, read_relative_error};
 use crate::near;
-use crate::scene::{LISTS, read_corner, read_corners, read_grid};
+use crate::scene::{LISTS, read_corners, read_grid, read_point};
 
 pub(crate) const SENSOR_KEYS: &[&str] = &["name", "quad", "patches", "point", "normal"];
 
@@ -90,7 +90,7 @@ fn read_shape(mut table: Table<'_>) -> Result<SensorShape, Error> {
                 why: "a point measures what arrives on the side that it faces",
                 remedy: "normal = [0, 0, 1], for one that faces up".into(),
             })?;
-            SensorShape::Point { point: read_corner(point)?, normal: read_corner(normal)? }
+            SensorShape::Point { point: read_point(point)?, normal: read_point(normal)? }
         }
         (Some(_), Some(point)) => {
             return Err(point.refuse(

@@ -85,7 +85,9 @@ const JOB: &str = "name = \"a\"\nscene = \"s.toml\"\nseed = 3\nconfidence = 0.9\
     [target]\nrelative_error = 0.1\nfraction = 0.5\nmin_paths = 1\nmin_hits = 0\nunhit = \"ignore\"\npatches = [2]\n\
     sensors = { desk = 0.2 }\n[tracing]\nindex = \"tree\"\n\
     [import]\nup = \"x\"\nunit = 0.5\nsides = \"file\"\npatch_size = 2\nfaults = \"refuse\"\nrepair = true\njoin = true\n\
-    reflectance_limit = 0.9\ncurve_error = 0.1\n";
+    reflectance_limit = 0.9\ncurve_error = 0.1\n\
+    [output]\nfiles = [\"csv\", \"exr\"]\n\
+    [view]\neye = [0, 0, 3]\nlook_at = [0.1, 0.1, 0]\nup = [0, 1, 0]\nfov = 50\nsize = [640, 480]\nexposure = 0.5\n";
 
 /// A change of one of the two files, and whether both reader and schema take it.
 const CHANGES: &[(&str, &str, bool)] = &[
@@ -124,6 +126,20 @@ const CHANGES: &[(&str, &str, bool)] = &[
     ("faults = \"refuse\"", "faults = \"ignore\"", false),
     ("reflectance_limit = 0.9", "reflectance_limit = 1", false),
     ("curve_error = 0.1", "curve_error = 0.5", false),
+    ("files = [\"csv\", \"exr\"]", "files = []", true),
+    ("files = [\"csv\", \"exr\"]", "files = [\"png\"]", false),
+    ("files = [\"csv\", \"exr\"]", "files = [\"csv\", \"csv\"]", false),
+    ("files = [\"csv\", \"exr\"]", "file = [\"csv\"]", false),
+    ("eye = [0, 0, 3]", "eye = [0, 0]", false),
+    ("eye = [0, 0, 3]\n", "", false),
+    ("look_at = [0.1, 0.1, 0]\n", "", false),
+    ("up = [0, 1, 0]\n", "", true),
+    ("fov = 50", "fov = 0", false),
+    ("fov = 50", "fov = 171", false),
+    ("size = [640, 480]", "size = [640, 0]", false),
+    ("size = [640, 480]", "size = 640", false),
+    ("exposure = 0.5", "exposure = 0", false),
+    ("exposure = 0.5", "sharpness = 1", false),
     ("reflectance = [0.5, 0.4, 0.3]", "reflectance = [0.5, 0.4]", false),
     ("reflectance = [0.5, 0.4, 0.3]", "reflectance = 1", false),
     ("emittance = 1\n", "emittance = -1\n", false),

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use results::unix_seconds;
+use results::{CURRENT, unix_seconds};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
@@ -109,6 +109,10 @@ pub fn find(of: &Path) -> Result<Found, NoStatus> {
         Ok(bytes) => serde_json::from_slice(&bytes)
             .map(Found::Summary)
             .map_err(|error| unknown(format!("{} is no summary: {error}", summary.display()))),
+        Err(_) if folder.join(CURRENT).exists() => Err(unknown(
+            "its job has ended, and summary.json was left out; radwalk report OUT --export summary makes it"
+                .into(),
+        )),
         Err(_) => {
             Err(unknown("no job has reported there: reports begin two seconds after its coordinator".into()))
         }

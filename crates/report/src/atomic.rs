@@ -13,13 +13,14 @@ use crate::error::Error;
 const TEMPORARY: (&str, &str) = (".radwalk-", ".tmp");
 
 /// Every file that radwalk writes into an output folder; these may stand beside each other.
-const OWN_FILES: [&str; 12] = [
+const OWN_FILES: [&str; 13] = [
     "patches.csv",
     "exact.csv",
     "summary.json",
     "tally.bin",
     "tally.previous.bin",
     "radiosity.png",
+    "radiosity.exr",
     "report.html",
     "patches.vtu",
     "patches.parquet",

@@ -3,13 +3,17 @@
 //! A camera stands outside of the scene's bounding box and looks at its middle in perspective, upright. Backs
 //! of one-sided surfaces are see-through, so that one looks into a closed room as into a doll's house. Where
 //! walls are two-sided that does not help: a *cut* leaves out what lies within a thin shell of the box on the
-//! near side. Of a fixed set of directions, cut and uncut, the camera takes the one that sees most lit area.
+//! near side. Of a fixed set of directions, cut and uncut, the camera takes the one that sees most lit area. A job may
+//! say where the camera stands instead.
 //!
 //! Coordinates are relative to [`Scene::origin`].
 
 use glam::DVec3;
-use radiosity::{Ray, Scene};
+use job::{Stand, View};
+use radiosity::{Hit, Ray, Scene};
 use serde::Serialize;
+
+use crate::cores::on_all_cores;
 
 /// Half the field of view: tan 20°, about that of a 50 mm lens.
 const TAN_HALF_VIEW: f64 = 0.363_970_234_266_202_36;
@@ -35,6 +39,18 @@ const CLEARLY_MORE: f64 = 1.03;
 
 /// Rays along the longer side of a trial picture.
 const TRIAL_SIZE: u32 = 40;
+
+/// The longer side of a picture whose size nothing says [pixels].
+const SIZE: u32 = 800;
+
+/// Width and height of a picture from a stand, where nothing says them [pixels].
+const STAND_SIZE: [u32; 2] = [800, 600];
+
+/// An eye nearer to what it sees than this part of the scene's size stands on it.
+const ON_A_WALL: f64 = 1e-3;
+
+/// The sine of the smallest angle between the direction of view and the one that is up.
+const PARALLEL: f64 = 1e-6;
 
 /// The box that holds a scene [m].
 #[derive(Clone, Copy, Debug)]
@@ -67,12 +83,25 @@ impl Bounds {
         })
     }
 
+    fn contains(&self, point: DVec3) -> bool {
+        point.cmpge(self.min).all() && point.cmple(self.max).all()
+    }
+
     /// Where a ray enters the box [ray parameter]; `None` where it misses it.
     fn entry(&self, origin: DVec3, direction: DVec3) -> Option<f64> {
         let (t0, t1) = ((self.min - origin) / direction, (self.max - origin) / direction);
         let (enter, leave) = (t0.min(t1).max_element(), t0.max(t1).min_element());
         (enter <= leave && leave >= 0.0).then_some(enter.max(0.0))
     }
+}
+
+/// How large a picture is [pixels].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Size {
+    /// Its longer side; the shape is that of the scene.
+    Longest(u32),
+    /// Width and height.
+    Exactly([u32; 2]),
 }
 
 /// What a camera sees along a ray.
@@ -93,7 +122,7 @@ pub(crate) struct Sight {
 pub struct Viewpoint {
     /// The eye [m].
     pub eye: [f64; 3],
-    /// The middle of the scene [m].
+    /// The middle of the picture: that of the scene, unless a job says another point [m].
     pub look_at: [f64; 3],
     /// The direction that is up, of length 1.
     pub up: [f64; 3],
@@ -116,7 +145,9 @@ pub(crate) struct Camera {
     up: DVec3,
     /// The direction that the scene calls up.
     vertical: DVec3,
-    /// From the eye to the middle of the scene, length 1.
+    /// What the eye looks at.
+    target: DVec3,
+    /// From the eye to the target, length 1.
     forward: DVec3,
     /// The left and upper edge of the picture, on the plane at distance 1 from the eye.
     left: f64,
@@ -127,38 +158,84 @@ pub(crate) struct Camera {
     pub size: [u32; 2],
     /// Nothing is seen before a ray enters this box.
     cut: Option<Bounds>,
+    /// Eye and target as the job has them, in the coordinates of its scene.
+    said: Option<[DVec3; 2]>,
 }
 
 impl Camera {
-    /// The camera that sees most of a scene. `lit` tells whether a surface has anything to show; the longer
-    /// side of the picture is `size` pixels.
-    pub(crate) fn best(scene: &Scene, lit: impl Fn(u32) -> bool, size: u32) -> Self {
+    /// The camera that a job asks for; without a stand the one that sees most.
+    pub(crate) fn of_view(scene: &Scene, view: &View, lit: impl Fn(u32) -> bool + Sync) -> Self {
+        match &view.stand {
+            Some(stand) => Camera::at(scene, stand, view.size.unwrap_or(STAND_SIZE)),
+            None => Camera::best(scene, lit, view.size.map_or(Size::Longest(SIZE), Size::Exactly)),
+        }
+    }
+
+    /// A camera that stands where a job says.
+    fn at(scene: &Scene, stand: &Stand, size: [u32; 2]) -> Self {
+        let [eye, target] = [stand.eye, stand.look_at].map(|point| point - scene.origin());
+        let forward = (target - eye).normalize();
+        let frame = Frame::of(scene, &Bounds::of(scene));
+        // From above, what is in front of the scene is below in the picture.
+        let level = forward.cross(frame.up).length() > PARALLEL;
+        let vertical = stand.up.unwrap_or(if level { frame.up } else { -frame.front });
+        let right = forward.cross(vertical).normalize();
+        let [width, height] = size.map(f64::from);
+        let top = (0.5 * stand.fov).to_radians().tan();
+        Camera {
+            eye,
+            right,
+            up: right.cross(forward),
+            vertical: vertical.normalize(),
+            target,
+            forward,
+            left: -top * width / height,
+            top,
+            pixel: 2.0 * top / height,
+            size,
+            cut: None,
+            said: Some([stand.eye, stand.look_at]),
+        }
+    }
+
+    /// The camera that sees most of a scene. `lit` tells whether a surface has anything to show.
+    pub(crate) fn best(scene: &Scene, lit: impl Fn(u32) -> bool + Sync, size: Size) -> Self {
         let bounds = Bounds::of(scene);
         let frame = Frame::of(scene, &bounds);
-        let mut best = (0.0, frame.camera(&bounds, 0.0, 0.0, false, size));
-        for cut in [false, true] {
-            for elevation in ELEVATIONS {
-                for azimuth in AZIMUTHS {
-                    let trial = frame.camera(&bounds, azimuth, elevation, cut, TRIAL_SIZE);
-                    let area = trial.visible_area(scene, &lit);
-                    if area > best.0 * CLEARLY_MORE {
-                        best = (area, frame.camera(&bounds, azimuth, elevation, cut, size));
-                    }
-                }
+        let heights = [false, true].into_iter().flat_map(|cut| ELEVATIONS.map(|elevation| (elevation, cut)));
+        let trials = heights.flat_map(|(elevation, cut)| AZIMUTHS.map(|azimuth| (azimuth, elevation, cut)));
+        let trials: Vec<(f64, f64, bool)> = trials.collect();
+        let areas = on_all_cores(trials.len(), |i| {
+            let (azimuth, elevation, cut) = trials[i];
+            let trial = frame.camera(&bounds, azimuth, elevation, cut, Size::Longest(TRIAL_SIZE));
+            trial.visible_area(scene, &lit)
+        });
+        let mut best = (0.0, (0.0, 0.0, false));
+        for (trial, area) in trials.into_iter().zip(areas) {
+            if area > best.0 * CLEARLY_MORE {
+                best = (area, trial);
             }
         }
-        best.1
+        let (azimuth, elevation, cut) = best.1;
+        frame.camera(&bounds, azimuth, elevation, cut, size)
+    }
+
+    /// As it is, with pixels that many times larger.
+    pub(crate) fn coarser(&self, times: u32) -> Self {
+        let size = self.size.map(|side| side.div_ceil(times));
+        Camera { pixel: self.pixel * f64::from(times), size, ..self.clone() }
     }
 
     /// Where it stands.
     pub(crate) fn viewpoint(&self, scene: &Scene) -> Viewpoint {
-        let eye = self.eye + scene.origin();
-        let bounds = Bounds::of(scene);
-        let distance = (bounds.middle() - self.eye).dot(self.forward);
+        let [eye, look_at] = self.said.unwrap_or_else(|| {
+            let eye = self.eye + scene.origin();
+            [eye, eye + self.forward * (self.target - self.eye).dot(self.forward)]
+        });
         let half_height = 0.5 * f64::from(self.size[1]) * self.pixel;
         Viewpoint {
             eye: eye.to_array(),
-            look_at: (eye + self.forward * distance).to_array(),
+            look_at: look_at.to_array(),
             up: self.vertical.to_array(),
             fov: 2.0 * half_height.atan().to_degrees(),
         }
@@ -236,6 +313,56 @@ impl Camera {
     }
 }
 
+/// What is wrong with where a job lets the camera stand: a sentence each.
+pub fn view_troubles(scene: &Scene, view: &View) -> Vec<String> {
+    let Some(stand) = &view.stand else { return Vec::new() };
+    let camera = Camera::at(scene, stand, view.size.unwrap_or(STAND_SIZE).map(|side| side.min(TRIAL_SIZE)));
+    let [width, height] = camera.size;
+    let middles = (0..height).flat_map(|y| (0..width).map(move |x| [x, y].map(|k| f64::from(k) + 0.5)));
+    let middles: Vec<[f64; 2]> = middles.collect();
+    let rays: Vec<Ray> = middles
+        .iter()
+        .map(|&[x, y]| Ray {
+            origin: camera.eye,
+            direction: camera.direction(x, y).normalize(),
+            from: Ray::FREE,
+        })
+        .collect();
+    let first: Vec<Hit> = scene.closest_hits(&rays).into_iter().flatten().collect();
+    let seen = camera.look(scene, &middles).into_iter().flatten().count();
+    if seen == 0 {
+        let why = if first.is_empty() {
+            "no surface is in front of it"
+        } else {
+            "surfaces show it only their backs"
+        };
+        return vec![format!("[view] sees nothing: {why}; move eye or look_at, or remove [view]")];
+    }
+    let bounds = Bounds::of(scene);
+    let share = |part: usize, whole: usize| format!("{:.0} %", 100.0 * part as f64 / whole as f64);
+    let most = |hits: usize| hits > 0 && 2 * hits > first.len();
+    let near = ON_A_WALL * bounds.size().max_element();
+    let close = first.iter().filter(|hit| hit.t < near).count();
+    if most(close) {
+        let wall =
+            scene.surface_name(first.iter().min_by(|a, b| a.t.total_cmp(&b.t)).map_or(0, |hit| hit.surface));
+        return vec![format!(
+            "the eye of [view] stands on a wall: {} of what it sees is nearer than {near:.1e} m, \"{wall}\" first; move it away",
+            share(close, first.len())
+        )];
+    }
+    let is_back = |hit: &&Hit| !scene.surfaces()[hit.surface as usize].is_active(hit.side);
+    let backs = first.iter().filter(is_back).count();
+    if bounds.contains(camera.eye) && most(backs) {
+        return vec![format!(
+            "the eye of [view] stands inside a wall or a block: {} of what it meets first are backs of one-sided surfaces, \
+             which are left out of the picture; move it to where fronts face it",
+            share(backs, first.len())
+        )];
+    }
+    Vec::new()
+}
+
 /// A look that is under way.
 struct Glance {
     /// Which point of the picture it goes through.
@@ -274,7 +401,7 @@ impl Frame {
     }
 
     /// A camera in a direction [degrees], as near as shows the whole box.
-    fn camera(&self, bounds: &Bounds, azimuth: f64, elevation: f64, cut: bool, size: u32) -> Camera {
+    fn camera(&self, bounds: &Bounds, azimuth: f64, elevation: f64, cut: bool, size: Size) -> Camera {
         let (sin_a, cos_a) = azimuth.to_radians().sin_cos();
         let (sin_e, cos_e) = elevation.to_radians().sin_cos();
         let level = self.front * cos_a + self.right * sin_a;
@@ -287,22 +414,30 @@ impl Frame {
         });
         let reach = points.map(|[x, y, z]| z + x.abs().max(y.abs()) / TAN_HALF_VIEW);
         let distance = reach.into_iter().fold(0.0, f64::max);
-        let window = Window::around(points.map(|[x, y, z]| [x / (distance - z), y / (distance - z)]));
-        let pixel = window.longest() / f64::from(size);
+        let mut window = Window::around(points.map(|[x, y, z]| [x / (distance - z), y / (distance - z)]));
+        let (pixel, size) = match size {
+            Size::Longest(longest) => {
+                let pixel = window.longest() / f64::from(longest);
+                (pixel, window.size().map(|length| (length / pixel).round() as u32))
+            }
+            Size::Exactly(size) => (window.grow_to(size), size),
+        };
         Camera {
             eye: bounds.middle() + back * distance,
             right,
             up,
             vertical: self.up,
+            target: bounds.middle(),
             forward: -back,
             left: window.min[0],
             top: window.max[1],
             pixel,
-            size: window.size().map(|length| (length / pixel).round() as u32),
+            size,
             cut: cut.then(|| Bounds {
                 min: bounds.min + CUT * bounds.size(),
                 max: bounds.max - CUT * bounds.size(),
             }),
+            said: None,
         }
     }
 }
@@ -330,6 +465,18 @@ impl Window {
             min: [tight.min[0] - grow[0], tight.min[1] - grow[1]],
             max: [tight.max[0] + grow[0], tight.max[1] + grow[1]],
         }
+    }
+
+    /// Grows to the shape of a picture of this size in pixels; returns the size of one pixel.
+    fn grow_to(&mut self, size: [u32; 2]) -> f64 {
+        let sizes = self.size();
+        let pixel = (sizes[0] / f64::from(size[0])).max(sizes[1] / f64::from(size[1]));
+        for axis in [0, 1] {
+            let more = 0.5 * (pixel * f64::from(size[axis]) - sizes[axis]);
+            self.min[axis] -= more;
+            self.max[axis] += more;
+        }
+        pixel
     }
 
     fn size(&self) -> [f64; 2] {
@@ -367,7 +514,7 @@ mod tests {
     }
 
     fn best(scene: &Scene) -> Camera {
-        Camera::best(scene, |_| true, 200)
+        Camera::best(scene, |_| true, Size::Longest(200))
     }
 
     fn patch_at(scene: &Scene, camera: &Camera, point: DVec3) -> Option<u32> {
@@ -422,7 +569,7 @@ mod tests {
     #[test]
     fn unlit_sides_do_not_draw_the_camera() {
         let scene = cube();
-        let camera = Camera::best(&scene, |surface| surface == 0, 200);
+        let camera = Camera::best(&scene, |surface| surface == 0, Size::Longest(200));
         assert!(camera.forward.z < -0.5, "{camera:?}");
     }
 
@@ -465,13 +612,78 @@ mod tests {
         let bounds = Bounds::of(&scene);
         let frame = Frame::of(&scene, &bounds);
         for (azimuth, elevation) in [(0.0, 0.0), (30.0, 20.0), (240.0, 55.0)] {
-            let camera = frame.camera(&bounds, azimuth, elevation, false, 300);
+            let camera = frame.camera(&bounds, azimuth, elevation, false, Size::Longest(300));
             let [width, height] = camera.size.map(f64::from);
             assert!(width.max(height) == 300.0);
             for [x, y] in bounds.corners().map(|corner| camera.project(corner).unwrap()) {
                 assert!(x > 0.0 && x < width && y > 0.0 && y < height, "{x} {y}");
             }
         }
+    }
+
+    fn view(eye: DVec3, look_at: DVec3) -> View {
+        View { stand: Some(Stand { eye, look_at, up: None, fov: 60.0 }), ..View::default() }
+    }
+
+    #[test]
+    fn a_stand_sees_what_it_looks_at_upright() {
+        let scene = cube();
+        let eye = DVec3::new(0.5, 0.1, 0.5);
+        let [wall, lamp] = [DVec3::new(0.5, 1.0, 0.5), DVec3::new(0.5, 0.5, 1.0)];
+        for up in [None, Some(DVec3::new(0.0, -0.3, 2.0))] {
+            let mut level = view(eye, wall);
+            level.stand.as_mut().unwrap().up = up;
+            level.size = Some([300, 200]);
+            let camera = Camera::of_view(&scene, &level, |_| true);
+            let at = |point: DVec3| camera.project(point - scene.origin()).unwrap();
+            let [x, y] = at(wall);
+            assert!((x - 150.0).abs() < 1e-9 && (y - 100.0).abs() < 1e-9, "{x} {y}");
+            // 60° from the lower to the upper edge, 0.9 m away; x grows to the right, z upwards.
+            let half = 0.9 * 30_f64.to_radians().tan();
+            assert!(at(wall + DVec3::Z * half)[1].abs() < 1e-9);
+            assert!(at(wall + DVec3::X * half)[0] > 249.0);
+            let shown = camera.viewpoint(&scene);
+            assert!((shown.fov - 60.0).abs() < 1e-9 && (DVec3::from(shown.look_at) - wall).length() < 1e-9);
+        }
+        // Straight up, where the scene's own up tells nothing.
+        let camera = Camera::of_view(&scene, &view(DVec3::new(0.5, 0.5, 0.1), lamp), |_| true);
+        let middle = camera.look(&scene, &[camera.size.map(|side| f64::from(side) / 2.0)])[0].unwrap();
+        assert!(scene.faces().get(middle.face as usize).emittance.is_lit());
+    }
+
+    #[test]
+    fn a_size_changes_the_frame_and_not_the_direction() {
+        let scene = build(&cornell());
+        let [free, wide] = [None, Some([600, 200])]
+            .map(|size| Camera::of_view(&scene, &View { size, ..View::default() }, |_| true));
+        assert_eq!((free.eye, free.forward, wide.size), (wide.eye, wide.forward, [600, 200]));
+        for corner in Bounds::of(&scene).corners() {
+            let [x, y] = wide.project(corner).unwrap();
+            assert!(x > 0.0 && x < 600.0 && y > 0.0 && y < 200.0, "{x} {y}");
+        }
+    }
+
+    #[test]
+    fn stands_that_show_nothing_are_told() {
+        let scene = cube();
+        let middle = DVec3::splat(0.5);
+        let told = |eye: DVec3, look_at: DVec3| view_troubles(&scene, &view(eye, look_at)).join("; ");
+        assert_eq!(told(DVec3::new(0.5, 0.1, 0.5), middle), "");
+        assert_eq!(
+            told(DVec3::new(0.5, -3.0, 0.5), middle),
+            "",
+            "a room is seen through the backs of its walls"
+        );
+        assert!(
+            told(DVec3::new(0.5, -3.0, 0.5), DVec3::new(0.5, -9.0, 0.5)).contains("no surface is in front")
+        );
+        assert!(told(DVec3::new(0.5, 1e-5, 0.5), DVec3::new(0.5, -1.0, 0.5)).contains("stands on a wall"));
+        // From inside a block one sees the room through its faces' backs.
+        let scene = build(&cornell());
+        let block = view(DVec3::new(0.67, 0.15, 0.28), DVec3::new(0.5, 0.2, 1.0));
+        let told = view_troubles(&scene, &block).join("; ");
+        assert!(told.contains("inside a wall or a block"), "{told}");
+        assert!(view_troubles(&scene, &View::default()).is_empty());
     }
 
     #[test]
@@ -489,7 +701,7 @@ mod tests {
         plate.emittance = 1.0.into();
         let scene = build(&SceneSpec { surfaces: vec![plate] });
         let bounds = Bounds::of(&scene);
-        let camera = Frame::of(&scene, &bounds).camera(&bounds, 30.0, 35.0, false, 400);
+        let camera = Frame::of(&scene, &bounds).camera(&bounds, 30.0, 35.0, false, Size::Longest(400));
         let mut area = 0.0;
         for (x, y) in (0..camera.size[1]).flat_map(|y| (0..camera.size[0]).map(move |x| (x, y))) {
             let [x, y] = [x, y].map(f64::from);

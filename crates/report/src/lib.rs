@@ -7,9 +7,11 @@
 mod atomic;
 mod camera;
 mod chart;
+mod cores;
 mod error;
 mod exact_csv;
 mod export;
+mod flow;
 mod mark;
 mod method;
 mod model;
@@ -21,22 +23,24 @@ mod scenes;
 mod sensors;
 mod smooth;
 mod summary;
+mod values;
 pub mod words;
 
 pub use atomic::{Draft, OutputFolder, replace_atomically, write_atomically, write_soon};
-pub use camera::Viewpoint;
+pub use camera::{Viewpoint, view_troubles};
 pub use chart::{Axis, Chart, Point, Series, Style};
 pub use error::Error;
 pub use exact_csv::{ExactBounds, ExactColumns, ExactSummary, write_exact};
-pub use export::Export;
+pub use export::{write_glb, write_parquet, write_vtu};
 pub use method::MethodWords;
 pub use model::{Bounce, Model};
-pub use page::{Milestone, Page};
+pub use page::{Live, Milestone, Page};
 pub use patches::{face_words, flags, side_name, write_patches};
-pub use picture::{Picture, Shot};
+pub use picture::{Photo, Picture, Shot};
 pub use sensors::{SensorSummary, SensorsSummary, write_sensors};
 pub use smooth::Smooth;
 pub use summary::{
     ApartSummary, Check, Energy, PartSummary, PrecisionSummary, Provenance, RunFacts, SessionSummary,
     Summary, Target, Units, WorkerSummary, WorstPatch,
 };
+pub use values::Values;

@@ -10,11 +10,13 @@ use base64::engine::general_purpose::STANDARD;
 use flate2::Compression;
 use flate2::read::GzDecoder;
 use flate2::write::ZlibEncoder;
+use job::Finishes;
 use minijinja::{AutoEscape, Environment, context};
 use radiosity::{Estimates, Reading, Readings};
 use serde::Serialize;
 
 use crate::chart::{Axis, Chart, Point, Series, Style};
+use crate::flow::Flow;
 use crate::patches::{per_channel, write_patches};
 use crate::picture::Shot;
 use crate::smooth::Smooth;
@@ -40,7 +42,7 @@ pub struct Milestone {
 }
 
 /// What the page shows.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct Page<'a> {
     /// The name of the job.
     pub name: &'a str,
@@ -51,13 +53,22 @@ pub struct Page<'a> {
     /// What sensors read, where there are any.
     pub readings: Option<&'a Readings<'a>>,
     /// The errors at the looks of the run, in the order of walks.
-    pub milestones: &'a [Milestone],
+    pub milestones: Vec<Milestone>,
     /// The command that makes the same numbers again.
-    pub command: &'a str,
+    pub command: String,
     /// How the scene is seen at first.
     pub shot: Shot,
     /// Radiosity at the corners of faces.
     pub smooth: &'a Smooth,
+    /// What surfaces are made of.
+    pub materials: &'a Finishes,
+}
+
+/// The page of a run that goes on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub struct Live {
+    /// Paths of the budget.
+    pub paths_total: u64,
 }
 
 /// The parts of the page's data that its script reads as JSON.
@@ -65,6 +76,8 @@ pub struct Page<'a> {
 struct Facts<'a> {
     summary: &'a Summary,
     view: Shot,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    live: Option<Live>,
 }
 
 /// A part of the area and the error that it keeps within.
@@ -106,41 +119,79 @@ impl Page<'_> {
     /// # Errors
     /// Those of `writer`.
     pub fn write(&self, mut writer: impl Write) -> io::Result<()> {
+        writer.write_all(self.render(None)?.as_bytes())
+    }
+
+    /// The page; that of a run that goes on asks for news by itself.
+    ///
+    /// # Errors
+    /// Where the parts cannot be packed.
+    pub fn render(&self, live: Option<Live>) -> io::Result<String> {
+        let fixed = context! { style => STYLE, corners => self.corners()?, script => script()? };
+        self.rendered(live, fixed)
+    }
+
+    /// What changes from one page of a run to the next: the page without style, script and the corners of the faces.
+    ///
+    /// # Errors
+    /// As [`Page::render`].
+    pub fn render_news(&self, live: Live) -> io::Result<String> {
+        self.rendered(Some(live), context! { news => true })
+    }
+
+    fn rendered(&self, live: Option<Live>, fixed: minijinja::Value) -> io::Result<String> {
         let summary = self.summary;
         let (energy, energy_unit) = shares(summary);
         let mut checks = summary.checks.clone();
         checks.sort_by_key(|check| check.ok);
-        let page = environment().render_named_str(
-            "report.html",
-            TEMPLATE,
-            context! {
-                name => self.name,
-                summary => summary,
-                style => STYLE,
-                answer => self.answer(),
-                verdict => self.verdict(),
-                confidence => (100.0 * summary.confidence).to_string(),
-                quantiles => self.quantiles(),
-                worst => percent(summary.precision.max_relative_error),
-                apart => self.apart(),
-                charts => self.figures(),
-                sensors => self.sensors(),
-                passed => checks.iter().filter(|check| check.ok).count(),
-                checks => checks,
-                energy => energy,
-                energy_unit => energy_unit,
-                model => summary.model.lines(),
-                seconds => format!("{:.1}", summary.seconds),
-                cpu_seconds => format!("{:.1}", summary.cpu_seconds),
-                command => self.command,
-                facts => self.facts()?,
-                table => self.table()?,
-                corners => self.corners()?,
-                smooth => self.smooth()?,
-                script => script()?,
-            },
-        );
-        writer.write_all(page.map_err(io::Error::other)?.as_bytes())
+        let flow = Flow::of(self.estimates, summary, self.materials);
+        let parts = context! {
+            name => self.name,
+            summary => summary,
+            live => live,
+            answer => self.answer(),
+            verdict => self.verdict(),
+            confidence => (100.0 * summary.confidence).to_string(),
+            quantiles => self.quantiles(),
+            worst => percent(summary.precision.max_relative_error),
+            apart => self.apart(),
+            charts => self.figures(),
+            sensors => self.sensors(),
+            passed => checks.iter().filter(|check| check.ok).count(),
+            checks => checks,
+            energy => energy,
+            energy_unit => energy_unit,
+            flow => flow.as_ref().map(Flow::rows),
+            flow_svg => flow.as_ref().map(Flow::svg),
+            flow_notes => flow.as_ref().map(Flow::notes),
+            model => summary.model.lines(),
+            seconds => format!("{:.1}", summary.seconds),
+            cpu_seconds => format!("{:.1}", summary.cpu_seconds),
+            command => &self.command,
+            picture => self.taken(),
+            facts => self.facts(live)?,
+            table => self.table()?,
+            smooth => self.smooth()?,
+        };
+        let page = environment().render_named_str("report.html", TEMPLATE, context! { ..fixed, ..parts });
+        page.map_err(io::Error::other)
+    }
+
+    /// How bright white is, and where the picture is taken from.
+    fn taken(&self) -> String {
+        let Shot { viewpoint, white, .. } = self.shot;
+        let channels = self.estimates.scene().channels();
+        let white: Vec<String> = white.iter().take(channels).map(|white| format!("{white:.4}")).collect();
+        let point = |point: [f64; 3]| point.map(|x| format!("{x:.3}")).join(", ");
+        format!(
+            "white is {} {} and above{}; seen from ({}) towards ({}) m, {:.0}° high",
+            white.join(", "),
+            self.summary.units.radiosity,
+            if channels > 1 { " (red, green, blue)" } else { "" },
+            point(viewpoint.eye),
+            point(viewpoint.look_at),
+            viewpoint.fov
+        )
     }
 
     /// The answer in one sentence.
@@ -296,8 +347,8 @@ impl Page<'_> {
         })
     }
 
-    fn facts(&self) -> io::Result<String> {
-        let facts = Facts { summary: self.summary, view: self.shot };
+    fn facts(&self, live: Option<Live>) -> io::Result<String> {
+        let facts = Facts { summary: self.summary, view: self.shot, live };
         // Nothing in it ends the element that holds it.
         Ok(serde_json::to_string(&facts)?.replace('<', "\\u003c"))
     }

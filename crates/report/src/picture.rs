@@ -1,18 +1,25 @@
 //! `radiosity.png`: the scene, shaded by the radiosity of its patches.
 
 use std::io::{self, Write};
+use std::ops::Range;
 
+use job::View;
 use radiosity::{Estimates, Scene};
 use serde::Serialize;
 
 use crate::camera::{Camera, Sight, Viewpoint};
+use crate::cores::on_all_cores;
 use crate::smooth::Smooth;
-
-/// The longer side of a picture [pixels].
-const SIZE: u32 = 800;
+use crate::values::Values;
 
 /// Samples along each side of a pixel that an edge goes through.
 const FINE: u32 = 3;
+
+/// Rows of pixels that are looked at together.
+const BAND: usize = 16;
+
+/// Where no picture is drawn its exposure is measured on a picture this much coarser.
+const COARSE: u32 = 4;
 
 /// Shades (0 … 1, encoded) that differ by less than this make no edge.
 const SAME_SHADE: f64 = 1.5 / 255.0;
@@ -46,30 +53,7 @@ impl Picture {
     /// The exposure is such that nearly all that is seen of non-emitting patches stays below white; lamps clip
     /// to white. The same arguments give the same picture.
     pub fn render(scene: &Scene, radiosity: &[f64]) -> Self {
-        Picture::take(scene, radiosity, None).0
-    }
-
-    /// Renders what is estimated of a scene as [`Picture::render`] does, without steps between patches, and says how. A face
-    /// that no walk could tell of shows what it emits.
-    pub fn shoot(estimates: &Estimates, smooth: &Smooth) -> (Self, Shot) {
-        let scene = estimates.scene();
-        let shown = estimates.iter().flat_map(|(_, face, known)| {
-            let shown = move |c| known.map_or(face.emittance[c], |known| known[c].radiosity);
-            (0..scene.channels()).map(shown)
-        });
-        Picture::take(scene, &shown.collect::<Vec<f64>>(), Some(smooth))
-    }
-
-    fn take(scene: &Scene, radiosity: &[f64], smooth: Option<&Smooth>) -> (Self, Shot) {
-        // By surface: while few walks were shot, which patches are lit is noise.
-        let mut lit = vec![false; scene.surfaces().len()];
-        for (patch, radiosity) in scene.faces().iter().zip(radiosity.chunks_exact(scene.channels())) {
-            lit[patch.surface as usize] |= radiosity.iter().any(|&radiosity| radiosity > 0.0);
-        }
-        let camera = Camera::best(scene, |surface| lit[surface as usize], SIZE);
-        let viewpoint = camera.viewpoint(scene);
-        let studio = Studio::new(scene, radiosity, smooth, camera);
-        (studio.picture(), Shot { viewpoint, exposure: studio.exposure })
+        Photo::take(scene, radiosity, None, &View::default()).picture
     }
 
     /// Writes the picture as PNG.
@@ -88,14 +72,64 @@ impl Picture {
     }
 }
 
+/// A picture, what it was made from, and how it was taken.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Photo {
+    /// What an eye sees.
+    pub picture: Picture,
+    /// The radiosity behind it.
+    pub values: Values,
+    /// How it was taken.
+    pub shot: Shot,
+}
+
+impl Photo {
+    /// Renders what is estimated of a scene as [`Picture::render`] does, without steps between patches, from where a job
+    /// lets the camera stand. A face that no walk could tell of shows what it emits.
+    pub fn shoot(estimates: &Estimates, smooth: &Smooth, view: &View) -> Self {
+        Photo::take(estimates.scene(), &shown(estimates), Some(smooth), view)
+    }
+
+    fn take(scene: &Scene, radiosity: &[f64], smooth: Option<&Smooth>, view: &View) -> Self {
+        let camera = Studio::camera(scene, radiosity, view);
+        let studio = Studio::expose(scene, radiosity, smooth, camera, view);
+        let (picture, values) = studio.develop();
+        Photo { picture, values, shot: studio.shot() }
+    }
+}
+
+/// B of every face [W/m²], the channels of a face side by side; what it emits where no walk could tell.
+fn shown(estimates: &Estimates) -> Vec<f64> {
+    let channels = estimates.scene().channels();
+    let shown = estimates.iter().flat_map(|(_, face, known)| {
+        let shown = move |c| known.map_or(face.emittance[c], |known| known[c].radiosity);
+        (0..channels).map(shown)
+    });
+    shown.collect()
+}
+
 /// How a picture was taken.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Shot {
     /// Where the scene is seen from.
     #[serde(flatten)]
     pub viewpoint: Viewpoint,
+    /// Width and height [pixels].
+    pub size: [u32; 2],
     /// Light, 1 being white, over radiosity, channel by channel [m²/W].
     pub exposure: [f64; 3],
+    /// The radiosity that is white, channel by channel [W/m²].
+    pub white: [f64; 3],
+}
+
+impl Shot {
+    /// How a picture would be taken that is not drawn: the exposure is measured on every [`COARSE`]th pixel of every such row.
+    pub fn aim(estimates: &Estimates, view: &View) -> Self {
+        let (scene, radiosity) = (estimates.scene(), shown(estimates));
+        let camera = Studio::camera(scene, &radiosity, view);
+        let coarse = Studio::expose(scene, &radiosity, None, camera.coarser(COARSE), view);
+        Shot { size: camera.size, ..coarse.shot() }
+    }
 }
 
 /// A scene in front of a camera, with its light measured.
@@ -106,71 +140,176 @@ struct Studio<'a> {
     smooth: Option<&'a Smooth>,
     camera: Camera,
     /// What is seen at the corners of the pixels, row by row: (width + 1) × (height + 1).
-    corners: Vec<Option<Sight>>,
+    corners: Vec<Spot>,
     /// Light over radiosity, channel by channel.
     exposure: [f64; 3],
 }
 
+/// What is seen at a point of the picture.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Spot {
+    /// The face, or [`Spot::NOTHING`].
+    face: u32,
+    /// Where on the face's surface.
+    uv: [f64; 2],
+}
+
+impl Spot {
+    /// In place of a face.
+    const NOTHING: u32 = u32::MAX;
+
+    fn of(sight: Option<Sight>) -> Self {
+        sight.map_or(Spot { face: Spot::NOTHING, uv: [0.0; 2] }, |sight| Spot {
+            face: sight.face,
+            uv: sight.uv,
+        })
+    }
+
+    /// What it is on.
+    fn face(&self) -> Option<usize> {
+        (self.face != Spot::NOTHING).then_some(self.face as usize)
+    }
+}
+
+/// What is seen at a corner of pixels: its radiosity [W/m²], light and shade (encoded light) by channels.
+struct Corner {
+    seen: Option<[f64; 3]>,
+    light: Light,
+    shade: [f64; 3],
+}
+
+/// A pixel: its light, and the mean radiosity behind it with the part of it that shows the scene.
+struct Pixel {
+    light: Light,
+    value: [f32; 4],
+}
+
 impl<'a> Studio<'a> {
-    fn new(scene: &'a Scene, radiosity: &'a [f64], smooth: Option<&'a Smooth>, camera: Camera) -> Self {
-        let [width, height] = camera.size;
-        let grid = (0..=height).flat_map(|y| (0..=width).map(move |x| [x, y].map(f64::from)));
-        let corners = camera.look(scene, &grid.collect::<Vec<_>>());
-        let exposure = exposure(scene, radiosity, &corners);
+    fn camera(scene: &Scene, radiosity: &[f64], view: &View) -> Camera {
+        // By surface: while few walks were shot, which patches are lit is noise.
+        let mut lit = vec![false; scene.surfaces().len()];
+        for (patch, radiosity) in scene.faces().iter().zip(radiosity.chunks_exact(scene.channels())) {
+            lit[patch.surface as usize] |= radiosity.iter().any(|&radiosity| radiosity > 0.0);
+        }
+        Camera::of_view(scene, view, |surface| lit[surface as usize])
+    }
+
+    fn expose(
+        scene: &'a Scene,
+        radiosity: &'a [f64],
+        smooth: Option<&'a Smooth>,
+        camera: Camera,
+        view: &View,
+    ) -> Self {
+        let [width, height] = camera.size.map(|side| side as usize);
+        let bands = on_all_cores((height + 1).div_ceil(BAND), |band| {
+            let rows = band * BAND..((band + 1) * BAND).min(height + 1);
+            let grid = rows.flat_map(|y| (0..=width).map(move |x| [x as f64, y as f64]));
+            let sights = camera.look(scene, &grid.collect::<Vec<_>>());
+            sights.into_iter().map(Spot::of).collect::<Vec<_>>()
+        });
+        let corners = bands.concat();
+        let exposure = match view.exposure {
+            Some(exposure) => white_balance(scene).map(|gain| gain * exposure),
+            None => exposure(scene, radiosity, &corners),
+        };
         Studio { scene, radiosity, smooth, camera, corners, exposure }
     }
 
-    fn picture(&self) -> Picture {
-        let [width, height] = self.camera.size;
-        let grid: Vec<[u32; 2]> = (0..height).flat_map(|y| (0..width).map(move |x| [x, y])).collect();
-        let mut lights: Vec<Option<Light>> = grid.iter().map(|&pixel| self.even_pixel(pixel)).collect();
-        let (edges, places): (Vec<usize>, Vec<[u32; 2]>) =
-            (0..).zip(&grid).filter(|&(i, _)| lights[i].is_none()).unzip();
-        for (edge, light) in edges.into_iter().zip(self.fine_pixels(&places)) {
-            lights[edge] = Some(light);
+    fn shot(&self) -> Shot {
+        Shot {
+            viewpoint: self.camera.viewpoint(self.scene),
+            size: self.camera.size,
+            exposure: self.exposure,
+            white: self.exposure.map(|exposure| 1.0 / exposure),
         }
-        let channels = self.scene.channels();
-        let pixels = lights.into_iter().flatten().flat_map(|light| {
-            light.into_iter().take(channels).map(|light| (encode(light) * 255.0).round() as u8)
+    }
+
+    fn develop(&self) -> (Picture, Values) {
+        let [width, height] = self.camera.size;
+        let bands = on_all_cores((height as usize).div_ceil(BAND), |band| {
+            let first = (band * BAND) as u32;
+            self.band(first..(first + BAND as u32).min(height))
         });
-        Picture { width, height, channels, pixels: pixels.collect() }
+        let channels = self.scene.channels();
+        let (mut pixels, mut values) = (Vec::new(), Vec::new());
+        for Pixel { light, value } in bands.into_iter().flatten() {
+            pixels.extend(light.iter().take(channels).map(|&light| (encode(light) * 255.0).round() as u8));
+            values.push(value);
+        }
+        (Picture { width, height, channels, pixels }, Values { width, height, channels, values })
     }
 
-    /// The light of one pixel whose corners look alike: it needs no further look. `None` where they do not.
-    fn even_pixel(&self, [x, y]: [u32; 2]) -> Option<Light> {
+    /// Some rows of pixels.
+    fn band(&self, rows: Range<u32>) -> Vec<Pixel> {
         let stride = self.camera.size[0] as usize + 1;
-        let first = y as usize * stride + x as usize;
-        let lights =
-            [first, first + 1, first + stride, first + stride + 1].map(|i| self.light(self.corners[i]));
-        let alike = |c: usize| {
-            let darkest = lights.iter().fold(1.0, |min: f64, light| min.min(light[c]));
-            let brightest = lights.iter().fold(0.0, |max: f64, light| max.max(light[c]));
-            darkest == brightest || encode(brightest) - encode(darkest) < SAME_SHADE
+        let spots = &self.corners[rows.start as usize * stride..(rows.end as usize + 1) * stride];
+        let corners: Vec<Corner> = spots.iter().map(|&spot| self.corner(spot)).collect();
+        let grid: Vec<[u32; 2]> =
+            rows.clone().flat_map(|y| (0..self.camera.size[0]).map(move |x| [x, y])).collect();
+        let even = |&[x, y]: &[u32; 2]| {
+            let first = (y - rows.start) as usize * stride + x as usize;
+            self.even_pixel([first, first + 1, first + stride, first + stride + 1].map(|i| &corners[i]))
         };
-        (0..3).all(alike).then(|| mean(&lights))
+        let mut pixels: Vec<Option<Pixel>> = grid.iter().map(even).collect();
+        let (edges, places): (Vec<usize>, Vec<[u32; 2]>) =
+            (0..).zip(&grid).filter(|&(i, _)| pixels[i].is_none()).unzip();
+        for (edge, pixel) in edges.into_iter().zip(self.fine_pixels(&places)) {
+            pixels[edge] = Some(pixel);
+        }
+        pixels.into_iter().flatten().collect()
     }
 
-    /// The light of pixels that edges go through, by several looks each.
-    fn fine_pixels(&self, pixels: &[[u32; 2]]) -> Vec<Light> {
+    fn corner(&self, spot: Spot) -> Corner {
+        let seen = self.radiosity(spot);
+        let light = self.light(seen);
+        let channels = self.scene.channels();
+        let shade = std::array::from_fn(|c| if c < channels { encode(light[c]) } else { 0.0 });
+        Corner { seen, light, shade }
+    }
+
+    /// One pixel whose corners look alike: it needs no further look. `None` where they do not.
+    fn even_pixel(&self, corners: [&Corner; 4]) -> Option<Pixel> {
+        let alike = |c: usize| {
+            let shades = corners.map(|corner| corner.shade[c]);
+            let darkest = shades.iter().copied().fold(1.0, f64::min);
+            let brightest = shades.iter().copied().fold(0.0, f64::max);
+            darkest == brightest || brightest - darkest < SAME_SHADE
+        };
+        (0..self.scene.channels()).all(alike).then(|| Pixel {
+            light: mean(&corners.map(|corner| corner.light)),
+            value: value(&corners.map(|corner| corner.seen)),
+        })
+    }
+
+    /// Pixels that edges go through, by several looks each.
+    fn fine_pixels(&self, pixels: &[[u32; 2]]) -> Vec<Pixel> {
         let offset = |k: u32| (f64::from(k) + 0.5) / f64::from(FINE);
         let within = |&[x, y]: &[u32; 2]| {
             (0..FINE * FINE).map(move |k| [f64::from(x) + offset(k % FINE), f64::from(y) + offset(k / FINE)])
         };
         let samples: Vec<[f64; 2]> = pixels.iter().flat_map(within).collect();
-        let lights = self.camera.look(self.scene, &samples).into_iter().map(|sight| self.light(sight));
-        let lights: Vec<Light> = lights.collect();
-        lights.chunks_exact((FINE * FINE) as usize).map(mean).collect()
+        let sights = self.camera.look(self.scene, &samples).into_iter();
+        let seen: Vec<Option<[f64; 3]>> = sights.map(|sight| self.radiosity(Spot::of(sight))).collect();
+        let pixel = |seen: &[Option<[f64; 3]>]| {
+            let lights: Vec<Light> = seen.iter().map(|&seen| self.light(seen)).collect();
+            Pixel { light: mean(&lights), value: value(seen) }
+        };
+        seen.chunks_exact((FINE * FINE) as usize).map(pixel).collect()
+    }
+
+    /// B in three channels at what is seen [W/m²]; `None` beyond the scene.
+    fn radiosity(&self, spot: Spot) -> Option<[f64; 3]> {
+        let face = spot.face()?;
+        Some(match self.smooth {
+            Some(smooth) => smooth.at(face as u32, self.scene.faces().corner_weights(face, spot.uv)),
+            None => of_face(self.scene, self.radiosity, face),
+        })
     }
 
     /// Light from what is seen.
-    fn light(&self, sight: Option<Sight>) -> Light {
-        sight.map_or([BACKGROUND; 3], |sight| {
-            let radiosity = match self.smooth {
-                Some(smooth) => {
-                    smooth.at(sight.face, self.scene.faces().corner_weights(sight.face as usize, sight.uv))
-                }
-                None => of_face(self.scene, self.radiosity, sight.face as usize),
-            };
+    fn light(&self, radiosity: Option<[f64; 3]>) -> Light {
+        radiosity.map_or([BACKGROUND; 3], |radiosity| {
             std::array::from_fn(|c| (radiosity[c] * self.exposure[c]).min(1.0))
         })
     }
@@ -183,6 +322,16 @@ fn mean(lights: &[Light]) -> Light {
     std::array::from_fn(|c| lights.iter().map(|light| light[c]).sum::<f64>() / lights.len() as f64)
 }
 
+/// The mean radiosity of samples that show the scene, over all samples, and the part of them that do.
+fn value(seen: &[Option<[f64; 3]>]) -> [f32; 4] {
+    let count = seen.len() as f64;
+    let shown = || seen.iter().flatten();
+    std::array::from_fn(|c| match c {
+        3 => (shown().count() as f64 / count) as f32,
+        _ => (shown().map(|radiosity| radiosity[c]).sum::<f64>() / count) as f32,
+    })
+}
+
 /// B of a patch in three channels [W/m²].
 fn of_face(scene: &Scene, radiosity: &[f64], patch: usize) -> [f64; 3] {
     let channels = scene.channels();
@@ -191,9 +340,9 @@ fn of_face(scene: &Scene, radiosity: &[f64], patch: usize) -> [f64; 3] {
 
 /// The exposure for what is seen, by its brightest channel, white being the colour of all emitted light together.
 /// Where nothing but lamps shows any light, it is theirs.
-fn exposure(scene: &Scene, radiosity: &[f64], seen: &[Option<Sight>]) -> [f64; 3] {
+fn exposure(scene: &Scene, radiosity: &[f64], seen: &[Spot]) -> [f64; 3] {
     let balance = white_balance(scene);
-    let patches = || seen.iter().flatten().map(|sight| sight.face as usize);
+    let patches = || seen.iter().filter_map(Spot::face);
     let reflecting = patches().filter(|&patch| !scene.faces().get(patch).emittance.is_lit());
     let brightest = |patch| {
         let balanced = of_face(scene, radiosity, patch).into_iter().zip(balance).map(|(b, gain)| b * gain);
@@ -298,6 +447,26 @@ mod tests {
         for light in [EXPOSED_LIGHT, 0.5 * EXPOSED_LIGHT] {
             assert!(picture.pixels.contains(&shade_of(light)));
         }
+    }
+
+    #[test]
+    fn values_are_radiosities_and_an_exposure_is_what_a_job_says() {
+        let scene = cube();
+        let radiosity = vec![3.0; scene.faces().len()];
+        let view = View { size: Some([120, 90]), exposure: Some(0.1), ..View::default() };
+        let photo = Photo::take(&scene, &radiosity, None, &view);
+        assert_eq!((photo.shot.size, photo.shot.exposure), ([120, 90], [0.1; 3]));
+        assert!((photo.shot.white[0] - 10.0).abs() < 1e-12);
+        let shade_of = |light: f64| (encode(light) * 255.0).round() as u8;
+        let mut whole = 0;
+        for (pixel, [b, _, _, part]) in photo.picture.pixels.iter().zip(&photo.values.values) {
+            assert!((b - 3.0 * part).abs() < 1e-5, "{b} over {part} of a pixel");
+            if *part == 1.0 {
+                whole += 1;
+                assert_eq!(*pixel, shade_of(0.3));
+            }
+        }
+        assert!(whole > 120 * 90 / 2 && whole < 120 * 90, "{whole}");
     }
 
     #[test]

@@ -9,6 +9,7 @@ use serde::{Serialize, Serializer};
 use crate::method::MethodWords;
 use crate::model::Model;
 use crate::patches::face_words;
+use crate::picture::Shot;
 use crate::sensors::SensorsSummary;
 
 /// All of `summary.json`, in its order. Numbers that are not finite become null.
@@ -81,6 +82,9 @@ pub struct Summary {
     pub import: Vec<String>,
     /// What was verified.
     pub checks: Vec<Check>,
+    /// How the picture was taken; absent where none was.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub view: Option<Shot>,
     /// Whose walks these are and where they came from.
     pub provenance: Provenance,
 }
@@ -331,6 +335,7 @@ impl Summary {
             sensors: facts.sensors,
             import: facts.import,
             checks: facts.checks,
+            view: None,
             provenance: facts.provenance,
         }
     }

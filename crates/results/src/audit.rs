@@ -136,7 +136,8 @@ fn check_files(run: &Path, Kept { checkpoint, settings, experiment }: &Kept) -> 
     }
     if let Ok(picture) = std::fs::read(run.join("radiosity.png")) {
         let mut expected = Vec::new();
-        let (drawn, _) = report::Picture::shoot(&estimates, &report::Smooth::new(&estimates));
+        let smooth = report::Smooth::new(&estimates);
+        let drawn = report::Photo::shoot(&estimates, &smooth, &settings.view).picture;
         drawn.write_png(&mut expected).map_err(in_memory)?;
         if picture != expected {
             return Err(other("radiosity.png"));

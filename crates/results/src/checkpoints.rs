@@ -15,7 +15,7 @@ use report::OutputFolder;
 use crate::error::Error;
 
 /// The latest tally of a run.
-pub(crate) const CURRENT: &str = "tally.bin";
+pub const CURRENT: &str = "tally.bin";
 /// The tally before the latest, for the case that the latest is damaged.
 pub(crate) const PREVIOUS: &str = "tally.previous.bin";
 
@@ -102,12 +102,13 @@ pub fn find(
 }
 
 /// What is made from a tally. It does not stand beside that of another run.
-pub(crate) const DERIVED: [&str; 8] = [
+pub(crate) const DERIVED: [&str; 9] = [
     "patches.csv",
     SENSORS,
     "summary.json",
     "radiosity.png",
-    PAGE,
+    "report.html",
+    "radiosity.exr",
     "patches.vtu",
     "scene.glb",
     "patches.parquet",
@@ -115,9 +116,6 @@ pub(crate) const DERIVED: [&str; 8] = [
 
 /// What sensors read; absent where there are none.
 pub(crate) const SENSORS: &str = "sensors.csv";
-
-/// The page that shows a result.
-pub(crate) const PAGE: &str = "report.html";
 
 /// What the latest tally of a folder is to a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

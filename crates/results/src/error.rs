@@ -64,7 +64,10 @@ pub enum Error {
         remedy: &'static str,
     },
     /// A table cannot be read.
-    #[error("{} cannot be read ({reason}); give the output folder of `radwalk run` or `merge`", path.display())]
+    #[error(
+        "{} cannot be read ({reason}); give the output folder of `radwalk run` or `merge`, and where the table was left out there, make it from the tally: radwalk report OUT --export csv",
+        path.display()
+    )]
     NoTable {
         /// The file.
         path: PathBuf,

@@ -20,11 +20,11 @@ mod replica;
 mod settings;
 
 pub use audit::{Audit, Extent, Wrong, audit};
-pub use checkpoints::{Found, Identity, Keeper, Latest, find, session, unix_seconds};
+pub use checkpoints::{CURRENT, Found, Identity, Keeper, Latest, find, session, unix_seconds};
 pub use diff::{Comparison, Difference, FALSE_ALARM, FEWEST_HITS, TOLD, compare};
 pub use error::Error;
 pub use kept::Kept;
 pub use merge::merge;
-pub use outputs::{RunOutput, units};
+pub use outputs::{LivePage, RunOutput, units};
 pub use replica::{Replica, check_shape, pack, unpack};
 pub use settings::Settings;

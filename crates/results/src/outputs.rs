@@ -1,9 +1,10 @@
 //! What a run leaves behind: its output folder.
 
+use std::io;
 use std::path::Path;
 use std::sync::Arc;
 
-use job::Light;
+use job::{Light, OutputFile, Word};
 use judge::bounces::bounces;
 use judge::checks::checks_of_result;
 use judge::target;
@@ -11,22 +12,26 @@ use protocol::checkpoint::{Book, Checkpoint, Look, Part, Session};
 use protocol::roster::Contributor;
 use radiosity::{Estimates, Experiment, Precision, Readings};
 use report::{
-    Draft, Export, Milestone, Model, OutputFolder, Page, PartSummary, Provenance, RunFacts, SessionSummary,
-    Smooth, Summary, Units, WorkerSummary,
+    Draft, Live, Milestone, Model, OutputFolder, Page, PartSummary, Photo, Provenance, RunFacts,
+    SessionSummary, Shot, Smooth, Summary, Units, WorkerSummary,
 };
 
-use crate::checkpoints::{self, CURRENT, DERIVED, Latest, PAGE, PREVIOUS, SENSORS};
+use crate::checkpoints::{self, CURRENT, DERIVED, Latest, PREVIOUS, SENSORS};
 use crate::error::Error;
 use crate::kept::Kept;
 use crate::settings::Settings;
 
-/// Above this many patches the page takes longer to open than most want to wait, and is not written.
+/// Above this many patches the page takes longer to open than most want to wait, and is written where it is asked for.
 const PAGE_UP_TO: usize = 200_000;
+
+/// The files that are written where a job names none; the page, while it opens quickly.
+const DEFAULT: [OutputFile; 4] =
+    [OutputFile::Csv, OutputFile::Summary, OutputFile::Picture, OutputFile::Report];
 
 /// The output folder of a run.
 pub struct RunOutput {
     folder: Arc<OutputFolder>,
-    exports: Vec<Export>,
+    exports: Vec<OutputFile>,
     /// The commit of the program, for the summary.
     git: &'static str,
 }
@@ -36,7 +41,7 @@ impl RunOutput {
     ///
     /// # Errors
     /// Where it holds results that may not be `replace`d.
-    pub fn new(path: &Path, replace: bool, exports: &[Export], git: &'static str) -> Result<Self, Error> {
+    pub fn new(path: &Path, replace: bool, exports: &[OutputFile], git: &'static str) -> Result<Self, Error> {
         let files = [&[CURRENT, PREVIOUS][..], &DERIVED].concat();
         let folder = OutputFolder::claim(path, &files, replace)?.into();
         Ok(RunOutput { folder, exports: exports.into(), git })
@@ -67,8 +72,7 @@ impl RunOutput {
     ) -> Result<Summary, Error> {
         let (summary, drafts) = self.drafts(settings, experiment, checkpoint, now)?;
         checkpoints::write(&self.folder, checkpoint, latest)?;
-        drafts.into_iter().try_for_each(Draft::place)?;
-        self.folder.sync()?;
+        self.place(drafts)?;
         Ok(summary)
     }
 
@@ -78,8 +82,29 @@ impl RunOutput {
     /// Where a file cannot be written.
     pub fn rebuild(&self, kept: &Kept, now: &dyn Fn(&'static str)) -> Result<(), Error> {
         let (_, drafts) = self.drafts(&kept.settings, &kept.experiment, &kept.checkpoint, now)?;
-        drafts.into_iter().try_for_each(Draft::place)?;
+        self.place(drafts)
+    }
+
+    /// Puts files in their places, and takes away those of an earlier result that this one does not have.
+    fn place(&self, drafts: Vec<(&'static str, Draft)>) -> Result<(), Error> {
+        let written: Vec<&str> = drafts.iter().map(|(name, _)| *name).collect();
+        drafts.into_iter().try_for_each(|(_, draft)| draft.place())?;
+        let others: Vec<&str> = DERIVED.into_iter().filter(|name| !written.contains(name)).collect();
+        self.folder.remove(&others)?;
         Ok(self.folder.sync()?)
+    }
+
+    /// The files that a result of this many patches has.
+    fn files(&self, settings: &Settings, patches: usize) -> Vec<OutputFile> {
+        let mut files = settings.files.clone().unwrap_or_else(|| usual(patches));
+        files.extend(&self.exports);
+        OutputFile::ALL.iter().copied().filter(|file| files.contains(file)).collect()
+    }
+
+    /// The usual files that a job leaves out.
+    pub fn left_out(&self, settings: &Settings, patches: usize) -> Vec<OutputFile> {
+        let written = self.files(settings, patches);
+        usual(patches).into_iter().filter(|file| !written.contains(file)).collect()
     }
 
     /// What follows from the tally of a checkpoint, written but not in its place.
@@ -89,97 +114,193 @@ impl RunOutput {
         experiment: &Experiment,
         checkpoint: &Checkpoint,
         now: &dyn Fn(&'static str),
-    ) -> Result<(Summary, Vec<Draft>), Error> {
+    ) -> Result<(Summary, Vec<(&'static str, Draft)>), Error> {
         now("estimating every patch");
         let scene = experiment.scene();
         let estimates = Estimates::new(experiment, &checkpoint.tally, settings.level(scene));
-        let precision = estimates.precision();
+        let files = self.files(settings, scene.faces().patch_count());
         now("checking the result");
-        let facts = self.facts(settings, &estimates, &precision, &checkpoint.book);
-        let summary = Summary::new(scene, &checkpoint.tally, precision, facts);
+        let mut summary = summarise(settings, &estimates, &checkpoint.book, self.git);
         now("drawing the picture");
-        let smooth = Smooth::new(&estimates);
-        let (picture, shot) = report::Picture::shoot(&estimates, &smooth);
         let readings = readings(settings, &estimates);
+        let view = Seen::of(&estimates, settings, &files);
+        summary.view = view.as_ref().map(Seen::shot);
         self.folder.keep_hold()?;
         now("writing the results");
-        let mut drafts = vec![
-            self.folder.draft("patches.csv", |file| report::write_patches(file, &estimates))?,
-            self.folder.draft("summary.json", |file| summary.write(file))?,
-            self.folder.draft("radiosity.png", |file| picture.write_png(file))?,
-        ];
-        match &readings {
-            Some(readings) => {
-                drafts.push(self.folder.draft(SENSORS, |file| report::write_sensors(file, readings))?);
-            }
-            // Those of an earlier result would show other numbers.
-            None => self.folder.remove(&[SENSORS])?,
+        let mut drafts = Vec::new();
+        if let Some(readings) = &readings {
+            let draft = self.folder.draft(SENSORS, |writer| report::write_sensors(writer, readings))?;
+            drafts.push((SENSORS, draft));
         }
-        if scene.faces().patch_count() <= PAGE_UP_TO {
-            let page = Page {
-                name: &settings.name,
-                summary: &summary,
-                estimates: &estimates,
-                readings: readings.as_ref(),
-                milestones: &milestones(&checkpoint.book, experiment),
-                command: &command(settings, &summary),
-                shot,
-                smooth: &smooth,
-            };
-            drafts.push(self.folder.draft(PAGE, |file| page.write(file))?);
-        } else {
-            // One of an earlier result would show other numbers.
-            self.folder.remove(&[PAGE])?;
-        }
-        for export in Export::ALL {
-            let file = export.file();
-            if !self.exports.contains(&export) {
-                self.folder.remove(&[file])?;
-                continue;
-            }
-            drafts.push(self.folder.draft(file, |writer| export.write(writer, &estimates, &shot))?);
+        for &file in &files {
+            let draft = self.folder.draft(file.name(), |writer| match (file, &view) {
+                (OutputFile::Csv, _) => report::write_patches(writer, &estimates),
+                (OutputFile::Summary, _) => summary.write(writer),
+                (OutputFile::Vtu, _) => report::write_vtu(writer, &estimates),
+                (OutputFile::Parquet, _) => report::write_parquet(writer, &estimates),
+                (OutputFile::Picture, Some(Seen::Drawn(_, photo))) => photo.picture.write_png(writer),
+                (OutputFile::Exr, Some(Seen::Drawn(_, photo))) => {
+                    photo.values.write_exr(writer, summary.units.radiosity)
+                }
+                (OutputFile::Glb, Some(view)) => report::write_glb(writer, &estimates, &view.shot()),
+                (OutputFile::Report, Some(view)) => {
+                    page(settings, &summary, &estimates, readings.as_ref(), &checkpoint.book, view)
+                        .write(writer)
+                }
+                (OutputFile::Picture | OutputFile::Exr | OutputFile::Glb | OutputFile::Report, _) => {
+                    unreachable!("what needs a view has one")
+                }
+            });
+            drafts.push((file.name(), draft?));
         }
         Ok((summary, drafts))
     }
+}
 
-    /// What a summary says of a run beside its numbers.
-    fn facts(
-        &self,
-        settings: &Settings,
-        estimates: &Estimates,
-        precision: &Precision,
-        book: &Book,
-    ) -> RunFacts {
-        let (experiment, tally, scene) = (estimates.experiment(), estimates.tally(), estimates.scene());
-        let paths = tally.counts.walks.saturating_mul(experiment.paths_per_walk());
-        // A batch is a stream of its own.
-        let stream_paths = experiment.batch_paths().unwrap_or(settings.stream_paths);
-        RunFacts {
-            version: env!("CARGO_PKG_VERSION").into(),
-            git: (!self.git.starts_with("sources-")).then(|| self.git.into()),
-            job_hash: job::job_hash(scene.hash(), &settings.method, &settings.sensors, settings.seed),
-            seed: settings.seed,
-            method: experiment.method().clone(),
-            model: Model::new(scene, experiment.method(), tally.layout().moments, bounces(experiment)),
-            paths,
-            seconds: book.effort.seconds,
-            cpu_seconds: book.effort.cpu_seconds,
-            workers_seen: book.effort.workers_seen,
-            workers_lost: book.effort.workers_lost,
-            streams: paths.div_ceil(stream_paths),
-            streams_reissued: book.effort.streams_reissued,
-            target: settings.target.as_ref().map(|target| target::judge(target, estimates, paths)),
-            sensors: readings(settings, estimates).map(|readings| {
-                let goal = settings.sensor_goal(experiment);
-                target::judge_sensors(goal.as_ref(), &readings, experiment, tally)
-            }),
-            import: settings.import.clone(),
-            units: units(settings.light),
-            checks: checks_of_result(estimates, settings.note.as_deref(), precision, book, settings.seed),
-            confidence: settings.confidence,
-            simultaneous: settings.simultaneous,
-            provenance: provenance(book, experiment.paths_per_walk()),
+/// The files of a result of this many patches whose job names none.
+fn usual(patches: usize) -> Vec<OutputFile> {
+    let is_quick = |file: &OutputFile| *file != OutputFile::Report || patches <= PAGE_UP_TO;
+    DEFAULT.into_iter().filter(is_quick).collect()
+}
+
+/// A result from where the picture is taken, as far as its files need it.
+enum Seen {
+    /// Aimed at, and not drawn.
+    Aimed(Smooth, Shot),
+    /// Drawn.
+    Drawn(Smooth, Box<Photo>),
+}
+
+impl Seen {
+    /// `None` where no file needs it.
+    fn of(estimates: &Estimates, settings: &Settings, files: &[OutputFile]) -> Option<Self> {
+        let needs = |some: &[OutputFile]| some.iter().any(|file| files.contains(file));
+        if needs(&[OutputFile::Picture, OutputFile::Exr]) {
+            let smooth = Smooth::new(estimates);
+            let photo = Photo::shoot(estimates, &smooth, &settings.view);
+            return Some(Seen::Drawn(smooth, photo.into()));
         }
+        needs(&[OutputFile::Report, OutputFile::Glb]).then(|| Seen::aimed(estimates, settings))
+    }
+
+    fn aimed(estimates: &Estimates, settings: &Settings) -> Self {
+        let shot = Shot::aim(estimates, &settings.view);
+        Seen::Aimed(Smooth::new(estimates), shot)
+    }
+
+    fn smooth(&self) -> &Smooth {
+        match self {
+            Seen::Aimed(smooth, _) | Seen::Drawn(smooth, _) => smooth,
+        }
+    }
+
+    fn shot(&self) -> Shot {
+        match self {
+            Seen::Aimed(_, shot) => *shot,
+            Seen::Drawn(_, photo) => photo.shot,
+        }
+    }
+}
+
+/// The page of a run that goes on.
+pub struct LivePage {
+    /// Paths of the tally.
+    pub paths: u64,
+    /// The whole page.
+    pub page: String,
+    /// What changes from one page to the next.
+    pub news: String,
+}
+
+impl LivePage {
+    /// The page of a tally, by a program that was built from a commit.
+    ///
+    /// # Errors
+    /// Where the parts of the page cannot be packed.
+    pub fn of(
+        settings: &Settings,
+        experiment: &Experiment,
+        checkpoint: &Checkpoint,
+        git: &'static str,
+    ) -> io::Result<Self> {
+        let level = settings.level(experiment.scene());
+        let estimates = Estimates::new(experiment, &checkpoint.tally, level);
+        let mut summary = summarise(settings, &estimates, &checkpoint.book, git);
+        let view = Seen::aimed(&estimates, settings);
+        summary.view = Some(view.shot());
+        let readings = readings(settings, &estimates);
+        let page = page(settings, &summary, &estimates, readings.as_ref(), &checkpoint.book, &view);
+        let live = Live { paths_total: settings.paths };
+        Ok(LivePage { paths: summary.paths, page: page.render(Some(live))?, news: page.render_news(live)? })
+    }
+}
+
+/// The summary of a tally, but for the view.
+fn summarise(settings: &Settings, estimates: &Estimates, book: &Book, git: &str) -> Summary {
+    let precision = estimates.precision();
+    let facts = facts(settings, estimates, &precision, book, git);
+    Summary::new(estimates.scene(), estimates.tally(), precision, facts)
+}
+
+/// The page that shows a tally.
+fn page<'a>(
+    settings: &'a Settings,
+    summary: &'a Summary,
+    estimates: &'a Estimates<'a>,
+    readings: Option<&'a Readings<'a>>,
+    book: &Book,
+    view: &'a Seen,
+) -> Page<'a> {
+    Page {
+        name: &settings.name,
+        summary,
+        estimates,
+        readings,
+        milestones: milestones(book, estimates.experiment()),
+        command: command(settings, summary),
+        shot: view.shot(),
+        smooth: view.smooth(),
+        materials: &settings.finishes,
+    }
+}
+
+/// What a summary says of a run beside its numbers.
+fn facts(
+    settings: &Settings,
+    estimates: &Estimates,
+    precision: &Precision,
+    book: &Book,
+    git: &str,
+) -> RunFacts {
+    let (experiment, tally, scene) = (estimates.experiment(), estimates.tally(), estimates.scene());
+    let paths = tally.counts.walks.saturating_mul(experiment.paths_per_walk());
+    // A batch is a stream of its own.
+    let stream_paths = experiment.batch_paths().unwrap_or(settings.stream_paths);
+    RunFacts {
+        version: env!("CARGO_PKG_VERSION").into(),
+        git: (!git.starts_with("sources-")).then(|| git.into()),
+        job_hash: job::job_hash(scene.hash(), &settings.method, &settings.sensors, settings.seed),
+        seed: settings.seed,
+        method: experiment.method().clone(),
+        model: Model::new(scene, experiment.method(), tally.layout().moments, bounces(experiment)),
+        paths,
+        seconds: book.effort.seconds,
+        cpu_seconds: book.effort.cpu_seconds,
+        workers_seen: book.effort.workers_seen,
+        workers_lost: book.effort.workers_lost,
+        streams: paths.div_ceil(stream_paths),
+        streams_reissued: book.effort.streams_reissued,
+        target: settings.target.as_ref().map(|target| target::judge(target, estimates, paths)),
+        sensors: readings(settings, estimates).map(|readings| {
+            let goal = settings.sensor_goal(experiment);
+            target::judge_sensors(goal.as_ref(), &readings, experiment, tally)
+        }),
+        import: settings.import.clone(),
+        units: units(settings.light),
+        checks: checks_of_result(estimates, settings.note.as_deref(), precision, book, settings.seed),
+        confidence: settings.confidence,
+        simultaneous: settings.simultaneous,
+        provenance: provenance(book, experiment.paths_per_walk()),
     }
 }
 

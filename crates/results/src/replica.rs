@@ -18,6 +18,10 @@ struct Packed {
     settings: Settings,
 }
 
+/// Bytes of settings that came after the first format 5 of `tally.bin`: notes of imports, units of light, sensors and what is
+/// asked of them, files, the three parts of the view, and the two of the materials.
+const LATER_SETTINGS: usize = 10;
+
 /// The bytes of a job.
 ///
 /// # Errors
@@ -31,11 +35,11 @@ pub fn pack(scene: &Scene, spec: &SceneSpec, settings: &Settings) -> Result<Vec<
 /// # Errors
 /// In words, where the bytes are no job or the scene is invalid.
 pub fn unpack(bytes: &[u8]) -> Result<(Settings, Experiment), String> {
-    // Jobs that were kept before there were notes of imports, units of light, sensors and what is asked of them end before
-    // these: a byte each where there are no notes, light is radiant, and there are no sensors.
-    let packed = (1..=4).fold(decode_serde(bytes), |packed, missing| {
-        packed.or_else(|_| decode_serde(&[bytes, &[0; 4][..missing]].concat()))
-    });
+    // Jobs that were kept before the last settings were there end before these, each of which is a byte of 0 where the job
+    // says nothing of it.
+    let packed = decode_serde(bytes);
+    let longer = |more: usize| decode_serde(&[bytes, &vec![0; more]].concat()).ok();
+    let packed = packed.or_else(|error| (1..=LATER_SETTINGS).find_map(longer).ok_or(error));
     let Packed { scene, tree, settings } = packed.map_err(|error| error.to_string())?;
     let index = if tree { IndexChoice::Tree } else { IndexChoice::Flat };
     let scene = Scene::build(&scene, index).map_err(|error| error.to_string())?;

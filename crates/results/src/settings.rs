@@ -1,7 +1,7 @@
 //! What a result has to be told with, beside the walks and their scene: it travels with the job and stays in
 //! `tally.bin`.
 
-use job::{Job, Light, MethodTable, SensorTarget, Target};
+use job::{Finishes, Job, Light, MethodTable, OutputFile, SensorTarget, Target, View};
 use judge::target::SensorGoal;
 use radiosity::{Experiment, Scene, SensorSpec};
 use serde::{Deserialize, Serialize};
@@ -35,6 +35,12 @@ pub struct Settings {
     pub sensors: Vec<SensorSpec>,
     /// The accuracy that is asked of them.
     pub sensor_target: Option<SensorTarget>,
+    /// The files that are written beside the tally; `None`: the program chooses.
+    pub files: Option<Vec<OutputFile>>,
+    /// How the picture is taken.
+    pub view: View,
+    /// What the surfaces are made of.
+    pub finishes: Finishes,
 }
 
 impl Settings {
@@ -54,6 +60,9 @@ impl Settings {
             light: job.light,
             sensors: job.scene.sensors().to_vec(),
             sensor_target: job.sensor_target.clone(),
+            files: job.files.clone(),
+            view: job.view,
+            finishes: job.scene.finishes().clone(),
         }
     }
 

@@ -21,7 +21,7 @@ const ELEMENT_ARRAY_BUFFER: u32 = 34963;
 ///
 /// # Errors
 /// Those of `writer`; a scene whose buffers take more than 4 GiB, which the format cannot hold.
-pub(crate) fn write_glb(mut writer: impl Write, estimates: &Estimates, shot: &Shot) -> io::Result<()> {
+pub fn write_glb(mut writer: impl Write, estimates: &Estimates, shot: &Shot) -> io::Result<()> {
     let corners = Corners::of(estimates, shot);
     let (views, buffer) = corners.buffer();
     let scene = corners.scene(views, buffer.len(), shot);

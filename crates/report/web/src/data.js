@@ -1,11 +1,11 @@
 // What the page was made from: the summary, the table and the corners of the faces, all inside the page itself.
 
 /** Text of an element that holds data. */
-const text = (id) => document.getElementById(id).textContent;
+const text = (page, id) => page.getElementById(id).textContent;
 
 /** Bytes of an element that holds base64 of a zlib stream. */
-async function inflate(id) {
-  const packed = Uint8Array.from(atob(text(id)), (letter) => letter.charCodeAt(0));
+async function inflate(page, id) {
+  const packed = Uint8Array.from(atob(text(page, id)), (letter) => letter.charCodeAt(0));
   const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream('deflate'));
   return new Response(stream).arrayBuffer();
 }
@@ -29,11 +29,12 @@ function cells(line) {
   return found;
 }
 
-/** Everything the page shows. */
-export async function load() {
-  const facts = JSON.parse(text('facts'));
-  const [table, corners, smooth] = await Promise.all(['table', 'corners', 'smooth'].map(inflate));
-  return new Result(facts, new TextDecoder().decode(table), new Float32Array(corners), new Float32Array(smooth));
+/** Everything a page shows. News of a run come without corners: those of its first page stay. */
+export async function load(page, known = null) {
+  const facts = JSON.parse(text(page, 'facts'));
+  const [table, smooth] = await Promise.all(['table', 'smooth'].map((id) => inflate(page, id)));
+  const corners = known ?? new Float32Array(await inflate(page, 'corners'));
+  return new Result(facts, new TextDecoder().decode(table), corners, new Float32Array(smooth));
 }
 
 /** A result: a row a face, and the corners of the faces, with the radiosity there, in the order of rows. */

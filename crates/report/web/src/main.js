@@ -12,6 +12,13 @@ const LISTED = 20;
 /** Above this many faces the edges of patches are not drawn until asked for. */
 const GRID_UP_TO = 400;
 
+/** Parts of the page that a run changes. */
+const PARTS = ['head', 'known', 'sensors', 'checks', 'energy', 'model', 'origin'];
+/** Between two questions for news, and where the page is not in sight [ms]. */
+const PAUSES = { visible: 2000, hidden: 15000 };
+/** Questions without an answer after which the run is over. */
+const PATIENCE = 3;
+
 const element = (id) => document.getElementById(id);
 
 /** A new element with text and attributes. */
@@ -51,7 +58,8 @@ class Page {
       if (row < 0) element('numbers').textContent = `There is no patch ${element('number').value}.`;
       else this.pin(row, true);
     });
-    element('save').addEventListener('click', () => this.save());
+    // Its part of the page is replaced while a run goes on.
+    document.addEventListener('click', (event) => { if (event.target.id === 'save') this.save(); });
     this.listenToPointer();
     element('view').addEventListener('keydown', (event) => this.key(event));
   }
@@ -190,6 +198,7 @@ class Page {
     const listed = [...widths.keys()].filter((i) => Number.isFinite(widths[i]) && result.area[i] > TINY * total && hits[i] > 0);
     listed.sort((a, b) => widths[b] - widths[a] || a - b);
     const body = element('worst');
+    body.replaceChildren();
     for (const face of listed.slice(0, LISTED)) {
       const row = make('tr');
       const button = make('button', result.columns.patch[face] + (result.columns.side ? `, ${result.columns.side[face]}` : ''), { type: 'button' });
@@ -204,6 +213,23 @@ class Page {
     }
   }
 
+  /** Shows what a later page of the same run has, from where one looks now. */
+  renew(page, result) {
+    this.result = result;
+    this.view.result = result;
+    this.choices = quantities(result);
+    for (const id of PARTS) {
+      const part = element(id);
+      // A page without sensors has no such part.
+      if (part === null) continue;
+      // What is being read by keyboard stays until it is left.
+      if (!part.contains(document.activeElement)) part.replaceChildren(...page.getElementById(id).childNodes);
+    }
+    if (!element('known').contains(document.activeElement)) this.listWorst();
+    this.recolour();
+    this.tell(this.pinned);
+  }
+
   /** Gives the table that is in the page as a file. */
   save() {
     const link = make('a', '', { download: 'patches.csv', href: URL.createObjectURL(new Blob([this.result.csv], { type: 'text/csv' })) });
@@ -212,14 +238,37 @@ class Page {
   }
 }
 
+/** Follows a run until it cannot be reached. */
+async function follow(page) {
+  const live = element('live');
+  let [tag, missed] = [null, 0];
+  while (missed < PATIENCE) {
+    await new Promise((done) => { setTimeout(done, PAUSES[document.visibilityState] ?? PAUSES.hidden); });
+    try {
+      const answer = await fetch(`news${window.location.search}`, { cache: 'no-store', headers: tag ? { 'If-None-Match': tag } : {} });
+      if (!answer.ok && answer.status !== 304) throw new Error(answer.statusText);
+      missed = 0;
+      if (answer.status === 304) continue;
+      const news = new DOMParser().parseFromString(await answer.text(), 'text/html');
+      page.renew(news, await load(news, page.result.corners));
+      tag = answer.headers.get('etag');
+      live.textContent = `${news.getElementById('live').textContent} As of ${new Date().toLocaleTimeString()}.`;
+    } catch {
+      missed += 1;
+    }
+  }
+  live.textContent = 'The run has ended, or cannot be reached: this is the last that was heard of it.';
+}
+
 try {
-  const result = await load();
+  const result = await load(document);
   const page = new Page(result, new View(element('view'), result));
   page.tell(null);
   element('loading').remove();
   document.documentElement.dataset.ready = 'yes';
   // For scripts that look at the page.
   window.radwalk = page;
+  if (result.facts.live) follow(page);
 } catch (fault) {
   element('loading').textContent = `The scene cannot be shown: ${fault.message}. The numbers below are complete without it; a browser with WebGL shows it.`;
   document.documentElement.dataset.ready = 'no';

@@ -200,6 +200,10 @@ export class View {
     if (width === 0 || height === 0) return;
     this.renderer.setSize(width, height, false);
     this.camera.aspect = width / height;
+    // A stage that is narrower than the picture shows all of its width.
+    const { fov, size } = this.result.facts.view;
+    const shown = Math.max(1, size[0] / size[1] / this.camera.aspect);
+    this.camera.fov = (2 * Math.atan(shown * Math.tan((fov * Math.PI) / 360)) * 180) / Math.PI;
     this.camera.updateProjectionMatrix();
     this.draw();
   }

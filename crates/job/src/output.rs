@@ -1,0 +1,228 @@
+//! The tables `[output]` and `[view]`: which files a run writes, and from where its picture is taken.
+
+use glam::DVec3;
+use serde::{Deserialize, Serialize};
+
+use crate::document::{Table, Value};
+use crate::error::Error;
+use crate::scene::read_point;
+use crate::word::Word;
+
+/// The pixels of a picture's side at most.
+pub(crate) const MAX_PIXELS: u64 = 4096;
+
+/// The fields of view that a picture may have [degrees].
+pub(crate) const FOV: [f64; 2] = [1.0, 170.0];
+
+/// A file of a result that follows from its tally.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum OutputFile {
+    /// The table of all patches.
+    Csv,
+    /// Counts, errors, checks, provenance.
+    Summary,
+    /// The scene as an eye sees it.
+    Picture,
+    /// The page that shows the result.
+    Report,
+    /// The radiosity behind every pixel of the picture.
+    Exr,
+    /// The patches for ParaView and VTK.
+    Vtu,
+    /// The scene for viewers and modellers.
+    Glb,
+    /// The table for data frames.
+    Parquet,
+}
+
+impl OutputFile {
+    /// The name of the file.
+    pub fn name(self) -> &'static str {
+        match self {
+            OutputFile::Csv => "patches.csv",
+            OutputFile::Summary => "summary.json",
+            OutputFile::Picture => "radiosity.png",
+            OutputFile::Report => "report.html",
+            OutputFile::Exr => "radiosity.exr",
+            OutputFile::Vtu => "patches.vtu",
+            OutputFile::Glb => "scene.glb",
+            OutputFile::Parquet => "patches.parquet",
+        }
+    }
+}
+
+impl OutputFile {
+    /// What it is, or which programs read it.
+    pub fn purpose(self) -> &'static str {
+        match self {
+            OutputFile::Csv => "all patches",
+            OutputFile::Summary => "errors, checks, provenance",
+            OutputFile::Picture => "the scene as an eye sees it",
+            OutputFile::Report => "a page to look at",
+            OutputFile::Exr => "the radiosity behind the pixels",
+            OutputFile::Vtu => "ParaView and VTK",
+            OutputFile::Glb => "viewers and modellers",
+            OutputFile::Parquet => "data frames",
+        }
+    }
+}
+
+impl Word for OutputFile {
+    const ALL: &'static [Self] = &[
+        Self::Csv,
+        Self::Summary,
+        Self::Picture,
+        Self::Report,
+        Self::Exr,
+        Self::Vtu,
+        Self::Glb,
+        Self::Parquet,
+    ];
+
+    fn word(self) -> &'static str {
+        match self {
+            OutputFile::Csv => "csv",
+            OutputFile::Summary => "summary",
+            OutputFile::Picture => "picture",
+            OutputFile::Report => "report",
+            OutputFile::Exr => "exr",
+            OutputFile::Vtu => "vtu",
+            OutputFile::Glb => "glb",
+            OutputFile::Parquet => "parquet",
+        }
+    }
+}
+
+/// The table `[view]`: how the picture is taken. What is absent is chosen from the scene.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct View {
+    /// Where the camera stands. Default: outside of the scene, where most of what is lit is seen.
+    pub stand: Option<Stand>,
+    /// Width and height of the picture [pixels]. Default: 800 on the longer side.
+    pub size: Option<[u32; 2]>,
+    /// The light of the picture, 1 being white, over the radiosity [m²/W], in the channel that most power is emitted in.
+    /// Default: nearly all that reflects stays below white.
+    pub exposure: Option<f64>,
+}
+
+/// Where a camera stands.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Stand {
+    /// The eye [m].
+    pub eye: DVec3,
+    /// The point in the middle of the picture [m].
+    pub look_at: DVec3,
+    /// The direction that is up in the picture. Default: that of the scene.
+    pub up: Option<DVec3>,
+    /// The angle between the lower and the upper edge [degrees].
+    pub fov: f64,
+}
+
+/// The field of view of a stand that names none [degrees].
+const DEFAULT_FOV: f64 = 40.0;
+
+/// The sine of the smallest angle between the direction of view and the one that is up.
+const PARALLEL: f64 = 1e-6;
+
+pub(crate) const OUTPUT_KEYS: &[&str] = &["files"];
+
+pub(crate) const VIEW_KEYS: &[&str] = &["eye", "look_at", "up", "fov", "size", "exposure"];
+
+/// Reads `[output]`; `None` where the job leaves the choice of files to the program.
+pub(crate) fn read_output(mut table: Table<'_>) -> Result<Option<Vec<OutputFile>>, Error> {
+    let Some(value) = table.take("files") else { return Ok(None) };
+    let mut files = Vec::new();
+    for value in value.array()? {
+        let file: OutputFile = value.word()?;
+        if files.contains(&file) {
+            return Err(value.refuse(
+                format!("{:?} is there twice", file.word()),
+                "each file is written once",
+                "remove one of them",
+            ));
+        }
+        files.push(file);
+    }
+    Ok(Some(files))
+}
+
+/// Reads `[view]`.
+pub(crate) fn read_view(mut table: Table<'_>) -> Result<View, Error> {
+    let size = table.take("size").map(read_size).transpose()?;
+    let exposure = table.take("exposure").map(|value| read_exposure(&value)).transpose()?;
+    Ok(View { stand: read_stand(table)?, size, exposure })
+}
+
+fn read_stand(mut table: Table<'_>) -> Result<Option<Stand>, Error> {
+    let Some(eye) = table.take("eye") else {
+        let Some((key, value)) = VIEW_KEYS.iter().find_map(|key| Some((*key, table.take(key)?))) else {
+            return Ok(None);
+        };
+        return Err(value.refuse(
+            format!("{key} without eye"),
+            "it tells how an eye looks that stands somewhere",
+            "add eye = [x, y, z] and look_at = [x, y, z], or remove the key: the camera is then chosen from the scene",
+        ));
+    };
+    let look_at = table.require("look_at", "an eye looks at something", "look_at = [x, y, z] in metres")?;
+    let (eye, aim) = (read_point(eye)?, look_at.place());
+    let look_at = read_point(look_at)?;
+    let way = look_at - eye;
+    if way == DVec3::ZERO || !way.length().is_finite() {
+        return Err(Error::Refused {
+            place: aim,
+            problem: "eye and look_at are one point, or without end apart".into(),
+            why: "that is no direction",
+            remedy: "move one of them".into(),
+        });
+    }
+    let up = table.take("up").map(|value| read_up(value, way)).transpose()?;
+    let fov = table.take("fov").map(|value| read_fov(&value)).transpose()?.unwrap_or(DEFAULT_FOV);
+    Ok(Some(Stand { eye, look_at, up, fov }))
+}
+
+fn read_up(value: Value<'_>, way: DVec3) -> Result<DVec3, Error> {
+    let place = value.place();
+    let up = read_point(value)?;
+    if way.cross(up).length() > PARALLEL * way.length() * up.length() {
+        return Ok(up);
+    }
+    Err(Error::Refused {
+        place,
+        problem: "up is along the direction of view, or no direction".into(),
+        why: "the picture could be turned any way then",
+        remedy: "give another direction, such as [0, 1, 0] for a view from above".into(),
+    })
+}
+
+fn read_size(value: Value<'_>) -> Result<[u32; 2], Error> {
+    let elements = value.exactly::<2>("two integers: [width, height] in pixels")?;
+    let why = "pictures have pixels, and must fit the memory";
+    let [width, height] = elements.map(|element| element.integer(1..=MAX_PIXELS, why));
+    Ok([width? as u32, height? as u32])
+}
+
+fn read_exposure(value: &Value<'_>) -> Result<f64, Error> {
+    let exposure = value.number()?;
+    if exposure > 0.0 {
+        return Ok(exposure);
+    }
+    Err(value.refuse(
+        format!("{exposure} is not above 0"),
+        "it is the light of the picture, 1 being white, over the radiosity",
+        "choose 1/B, B being the radiosity that is to be white, or remove the key",
+    ))
+}
+
+fn read_fov(value: &Value<'_>) -> Result<f64, Error> {
+    let fov = value.number()?;
+    if (FOV[0]..=FOV[1]).contains(&fov) {
+        return Ok(fov);
+    }
+    Err(value.refuse(
+        format!("{fov} is outside [{}, {}]", FOV[0], FOV[1]),
+        "it is the angle between the lower and the upper edge of the picture, in degrees",
+        "choose one such as 40",
+    ))
+}

@@ -1,0 +1,330 @@
+//! Where the emitted power ends, material by material: a diagram of flows and the rows behind it.
+//!
+//! A face absorbs a = A (1 − R) H, with A its area [m²], R its reflectance and H its irradiance [W/m²], summed over the channels. The
+//! standard error of a sum is at most the sum of the standard errors, however its parts depend on each other; that bound is shown.
+
+use std::fmt::Write as _;
+
+use job::Finishes;
+use radiosity::{Counts, Estimates};
+use serde::Serialize;
+
+use crate::summary::Summary;
+
+/// Materials that are shown by name: those that absorb most.
+const NAMED: usize = 8;
+
+/// Colours that are told apart without colour vision (Okabe and Ito 2008), and greys for the rest.
+const COLOURS: [&str; NAMED] =
+    ["#0072b2", "#e69f00", "#009e73", "#cc79a7", "#56b4e9", "#d55e00", "#f0e442", "#7a5195"];
+const OTHERS: &str = "#8a8a8a";
+const ESCAPED: &str = "#b58900";
+const BACKS: &str = "#cc3311";
+const CUT: &str = "#555555";
+
+/// The drawing [pixels]: its width, where flows begin and end, the height of all of them, and the least height of a row.
+const WIDTH: f64 = 760.0;
+const FROM: f64 = 150.0;
+const TO: f64 = 430.0;
+const HEIGHT: f64 = 240.0;
+const ROW: f64 = 22.0;
+const BAR: f64 = 14.0;
+
+/// The parts that the emitted power ends in.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Flow {
+    /// Φ, all channels together [W].
+    emitted: f64,
+    unit: &'static str,
+    parts: Vec<Part>,
+    /// Patches of which nothing is known.
+    unknown: usize,
+}
+
+/// A part.
+#[derive(Clone, Debug, PartialEq)]
+struct Part {
+    words: String,
+    colour: &'static str,
+    /// [W].
+    power: f64,
+    /// At least its standard error [W].
+    error: f64,
+}
+
+/// A row of the table.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub(crate) struct Row {
+    words: String,
+    colour: &'static str,
+    share: String,
+    error: String,
+    power: String,
+}
+
+impl Flow {
+    /// The flows of a result; `None` where it does not tell irradiance, or nothing is emitted.
+    pub(crate) fn of(estimates: &Estimates, summary: &Summary, finishes: &Finishes) -> Option<Self> {
+        let scene = estimates.scene();
+        let emitted: f64 = (0..scene.channels()).map(|c| scene.total_power(c)).sum();
+        let finish = finishes.of_surfaces();
+        let mut absorbed: Vec<Part> = Vec::new();
+        let mut of_name: std::collections::HashMap<String, usize> = std::collections::HashMap::new();
+        let (mut unknown, mut told) = (0, false);
+        for (_, face, known) in estimates.iter() {
+            let Some(known) = known else {
+                unknown += 1;
+                continue;
+            };
+            // Results from before materials were kept tell them by what they reflect.
+            let name = match finish.get(face.surface as usize) {
+                Some(&number) => finishes.names()[number as usize].clone(),
+                None => format!("reflectance {}", face.reflectance[0]),
+            };
+            let part = *of_name.entry(name).or_insert_with_key(|name| {
+                absorbed.push(Part { words: name.clone(), colour: OTHERS, power: 0.0, error: 0.0 });
+                absorbed.len() - 1
+            });
+            for (c, estimate) in known.iter().enumerate() {
+                let taken = face.area * (1.0 - face.reflectance[c]);
+                let Some(irradiance) = estimate.irradiance else { continue };
+                told = true;
+                absorbed[part].power += taken * irradiance;
+                absorbed[part].error += taken * estimate.irradiance_error.unwrap_or(f64::INFINITY);
+            }
+        }
+        if !told || emitted <= 0.0 || summary.method.estimator == "direct" {
+            return None;
+        }
+        absorbed.sort_by(|a, b| b.power.total_cmp(&a.power));
+        let rest = absorbed.split_off(absorbed.len().min(NAMED));
+        absorbed.iter_mut().zip(COLOURS).for_each(|(part, colour)| part.colour = colour);
+        if !rest.is_empty() {
+            absorbed.push(Part {
+                words: format!("{} other materials", rest.len()),
+                colour: OTHERS,
+                power: rest.iter().map(|part| part.power).sum(),
+                error: rest.iter().map(|part| part.error).sum(),
+            });
+        }
+        absorbed.extend(losses(estimates, summary));
+        absorbed.retain(|part| part.power > 0.0);
+        Some(Flow { emitted, unit: summary.units.power, parts: absorbed, unknown })
+    }
+
+    /// The rows of the table.
+    pub(crate) fn rows(&self) -> Vec<Row> {
+        let row = |part: &Part| Row {
+            words: part.words.clone(),
+            colour: part.colour,
+            share: share(part.power / self.emitted),
+            error: if part.error.is_finite() { share(part.error / self.emitted) } else { "unknown".into() },
+            power: format!("{:.6}", part.power),
+        };
+        self.parts.iter().map(row).collect()
+    }
+
+    /// What the rows do not tell.
+    pub(crate) fn notes(&self) -> Vec<String> {
+        let sum: f64 = self.parts.iter().map(|part| part.power).sum();
+        let mut notes = vec![format!(
+            "{:.6} {} are emitted. The shares are estimates, of {} in all; they add up to the whole but for chance.",
+            self.emitted,
+            self.unit,
+            share(sum / self.emitted)
+        )];
+        if self.unknown > 0 {
+            notes.push(format!("Of {} faces no walk could tell; what they absorb is missing.", self.unknown));
+        }
+        notes
+    }
+
+    /// The diagram. Each flow is as high as its share; the words stand beside it, so that no colour has to be told.
+    pub(crate) fn svg(&self) -> String {
+        let sum: f64 = self.parts.iter().map(|part| part.power).sum();
+        let scale = HEIGHT / sum.max(self.emitted);
+        let rows: Vec<f64> = self.parts.iter().map(|part| (part.power * scale).max(ROW)).collect();
+        let total: f64 = rows.iter().sum::<f64>() + 6.0 * rows.len() as f64;
+        let height = total.max(HEIGHT) + 8.0;
+        let mut y_from = 0.5 * (height - sum * scale);
+        let first = y_from;
+        let mut y_to = 4.0;
+        let mut drawn = String::new();
+        let mut told = Vec::new();
+        for (part, row) in self.parts.iter().zip(rows) {
+            let thick = part.power * scale;
+            let end = y_to + 0.5 * (row - thick);
+            let (middle, colour) = (0.5 * (FROM + BAR + TO), part.colour);
+            let share = share(part.power / self.emitted);
+            // A string takes what it is given.
+            let _ = write!(
+                drawn,
+                "<path d=\"M{x0:.1} {y_from:.1}C{middle:.1} {y_from:.1} {middle:.1} {end:.1} {TO:.1} {end:.1}v{thick:.2}\
+                 C{middle:.1} {back:.1} {middle:.1} {below:.1} {x0:.1} {below:.1}z\" fill=\"{colour}\" fill-opacity=\"0.45\"/>\
+                 <rect x=\"{TO:.1}\" y=\"{end:.1}\" width=\"{BAR}\" height=\"{thick:.2}\" fill=\"{colour}\"/>\
+                 <text x=\"{x_text:.1}\" y=\"{y_text:.1}\" dominant-baseline=\"middle\">{words}, {share}</text>",
+                x0 = FROM + BAR,
+                back = end + thick,
+                below = y_from + thick,
+                x_text = TO + BAR + 8.0,
+                y_text = y_to + 0.5 * row,
+                words = escaped(&part.words),
+            );
+            told.push(format!("{} {share}", part.words));
+            y_from += thick;
+            y_to += row + 6.0;
+        }
+        format!(
+            "<svg class=\"flow\" viewBox=\"0 0 {WIDTH} {height:.0}\" role=\"img\" aria-labelledby=\"flow-words\">\
+             <title id=\"flow-words\">Where the emitted power ends: {}</title>\
+             <rect x=\"{FROM}\" y=\"{first:.1}\" width=\"{BAR}\" height=\"{:.2}\" fill=\"currentColor\"/>\
+             <text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"end\" dominant-baseline=\"middle\">emitted</text>\
+             <text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"end\" dominant-baseline=\"middle\">{:.4} {}</text>{drawn}</svg>",
+            escaped(&told.join(", ")),
+            sum * scale,
+            FROM - 8.0,
+            0.5 * height - 10.0,
+            FROM - 8.0,
+            0.5 * height + 10.0,
+            self.emitted,
+            self.unit
+        )
+    }
+}
+
+/// What no material absorbs, by the weights with which walks ended: Φ w/n, w the weight of all n walks in a channel. Where walks
+/// carry importance, they tell nothing of power.
+fn losses(estimates: &Estimates, summary: &Summary) -> Vec<Part> {
+    let (scene, counts) = (estimates.scene(), estimates.tally().counts);
+    if summary.method.walk == "gathering" {
+        return Vec::new();
+    }
+    let walks = counts.walks as f64;
+    // One walk's weight w has a mean p and is at most 1, in colour 3: its variance is at most p (1 − p), in colour 3 p.
+    let variance = |p: f64| match (summary.method.walk, scene.channels()) {
+        ("jacobi", _) => f64::INFINITY,
+        (_, 1) => p * (1.0 - p).max(0.0),
+        _ => 3.0 * p,
+    };
+    let part = |(words, colour, weights): (&str, &'static str, [u128; 3])| {
+        let channel = |c: usize| {
+            let (power, p) = (scene.total_power(c), weights[c] as f64 / (walks * Counts::WEIGHT_UNITS));
+            [power * p, if p > 0.0 { power * (variance(p) / walks).sqrt() } else { 0.0 }]
+        };
+        let channels: Vec<[f64; 2]> = (0..scene.channels()).map(channel).collect();
+        let [power, error] = [0, 1].map(|which| channels.iter().map(|channel| channel[which]).sum());
+        Part { words: words.into(), colour, power, error }
+    };
+    let kinds = [
+        ("left the scene", ESCAPED, counts.escaped_weight),
+        ("ended on backs of one-sided surfaces", BACKS, counts.absorbed_back_weight),
+        ("cut off", CUT, counts.truncated_weight),
+    ];
+    kinds.into_iter().map(part).collect()
+}
+
+fn share(part: f64) -> String {
+    match 100.0 * part {
+        percent if percent < 0.1 => format!("{percent:.4} %"),
+        percent => format!("{percent:.2} %"),
+    }
+}
+
+/// Text as XML has it.
+fn escaped(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+}
+
+#[cfg(test)]
+mod tests {
+    use radiosity::{IndexChoice, Precision, Scene, Spectrum};
+
+    use super::*;
+    use crate::model::Model;
+    use crate::scenes::{cornell, cube, experiment, shot};
+    use crate::summary::{Provenance, RunFacts, Units};
+
+    fn flow(scene: &Scene, finishes: &Finishes) -> Flow {
+        let experiment = experiment(scene);
+        let tally = shot(&experiment);
+        let facts = RunFacts {
+            model: Model::new(scene, experiment.method(), 2, None),
+            version: String::new(),
+            git: None,
+            job_hash: [0; 32],
+            seed: 1,
+            method: experiment.method().clone(),
+            paths: tally.counts.walks,
+            seconds: 1.0,
+            cpu_seconds: 1.0,
+            workers_seen: 1,
+            workers_lost: 0,
+            streams: 1,
+            streams_reissued: 0,
+            target: None,
+            sensors: None,
+            import: Vec::new(),
+            units: Units::RADIANT,
+            checks: Vec::new(),
+            confidence: 0.95,
+            simultaneous: false,
+            provenance: Provenance::default(),
+        };
+        let summary = Summary::new(scene, &tally, Precision::default(), facts);
+        Flow::of(&Estimates::new(&experiment, &tally, 0.95), &summary, finishes).unwrap()
+    }
+
+    fn sum(flow: &Flow) -> f64 {
+        flow.parts.iter().map(|part| part.power).sum()
+    }
+
+    /// 100,000 walks of one seed: the sum of all shares errs by fewer than 5 of the sums of the bounds, which are at least the
+    /// standard error (a false alarm has a probability of 6·10⁻⁷, once and for all).
+    #[test]
+    fn what_is_emitted_ends_somewhere() {
+        let mut coloured = cornell();
+        coloured.surfaces[3].reflectance = Spectrum::rgb([0.7, 0.1, 0.05]);
+        let [grey, coloured] =
+            [cornell(), coloured].map(|spec| Scene::build(&spec, IndexChoice::Auto).unwrap());
+        for scene in [cube(), grey, coloured] {
+            let flow = flow(&scene, &Finishes::default());
+            let error: f64 = flow.parts.iter().map(|part| part.error).sum();
+            assert!(error > 0.0 && error < 0.1 * flow.emitted, "{flow:?}");
+            assert!((sum(&flow) - flow.emitted).abs() < 5.0 * error, "{} of {}", sum(&flow), flow.emitted);
+        }
+    }
+
+    #[test]
+    fn materials_have_their_names_and_what_escapes_is_told() {
+        let scene = Scene::build(&cornell(), IndexChoice::Auto).unwrap();
+        let mut finishes = Finishes::default();
+        for surface in 0..scene.surfaces().len() {
+            let name = scene.surface_name(surface as u32);
+            finishes.push(if ["dark", "light", "lamp"].contains(&name) { name } else { "<white>" });
+        }
+        let flow = flow(&scene, &finishes);
+        let words: Vec<&str> = flow.parts.iter().map(|part| &part.words[..]).collect();
+        assert!(words.starts_with(&["<white>"]) || words.starts_with(&["dark"]), "{words:?}");
+        for name in ["<white>", "dark", "light", "left the scene"] {
+            assert!(words.contains(&name), "{name} is not in {words:?}");
+        }
+        let svg = flow.svg();
+        assert!(svg.contains("&lt;white&gt;, ") && !svg.contains("<white>") && !svg.contains("NaN"));
+        assert_eq!(svg.matches("<path").count(), flow.parts.len());
+    }
+
+    #[test]
+    fn many_materials_are_told_together() {
+        let scene = cube();
+        let mut finishes = Finishes::default();
+        (0..scene.surfaces().len()).for_each(|surface| finishes.push(&format!("m{surface}")));
+        assert_eq!(flow(&scene, &finishes).parts.len(), 6);
+        let spec = cornell();
+        let scene = Scene::build(&spec, IndexChoice::Auto).unwrap();
+        let mut finishes = Finishes::default();
+        (0..scene.surfaces().len()).for_each(|surface| finishes.push(&format!("m{surface}")));
+        let flow = flow(&scene, &finishes);
+        let others = scene.surfaces().len() - NAMED;
+        assert!(flow.parts.iter().any(|part| part.words == format!("{others} other materials")), "{flow:?}");
+    }
+}

@@ -1,0 +1,51 @@
+#!/usr/bin/env bash
+# A release: one static binary, its checksum, and a container image where podman or docker is there.
+#
+#     scripts/dist.sh [FOLDER]      default: dist
+#
+# The binary is linked against musl and runs on any x86-64 (or AArch64) Linux. Where the compiler's target for musl cannot be had
+# it is linked statically against glibc, and this says so.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+folder="${1:-dist}"
+machine="$(uname -m)"
+version="$(sed -n '/^\[workspace.package\]/,/^\[/s/^version = "\(.*\)"/\1/p' Cargo.toml)"
+
+target="$machine-unknown-linux-musl"
+flags="-C target-feature=+crt-static"
+if ! rustc --print target-libdir --target "$target" | xargs test -d; then
+    rustup target add "$target" || {
+        target="$machine-unknown-linux-gnu"
+        echo "dist: there is no standard library for musl here: static against glibc instead" >&2
+    }
+fi
+RUSTFLAGS="$flags" cargo build --release --locked --target "$target" --bin radwalk
+built="$(cargo metadata --no-deps --format-version 1 --locked | sed 's/.*"target_directory":"\([^"]*\)".*/\1/')/$target/release/radwalk"
+
+name="radwalk-$version-$target"
+mkdir -p "$folder"
+install -m 755 "$built" "$folder/$name"
+strip "$folder/$name" 2>/dev/null || echo "dist: without strip the binary keeps its line tables" >&2
+if readelf -lW "$folder/$name" | grep -q INTERP; then
+    echo "dist: $folder/$name asks for a dynamic loader: it is not static" >&2
+    exit 1
+fi
+
+# It has to run, and to find the answer that the tests know, before anything is made of it.
+scratch="$(mktemp -d)"
+trap 'rm -rf "$scratch"' EXIT
+"$folder/$name" run configs/cube54.toml --paths 100000 --out "$scratch/out" --quiet
+"$folder/$name" audit "$scratch/out" --share 1 --quiet
+(cd "$folder" && sha256sum "$name" > "$name.sha256")
+echo "dist: $folder/$name, $(stat -c %s "$folder/$name") bytes"
+
+engine="$(command -v podman || command -v docker || true)"
+if [ -z "$engine" ]; then
+    echo "dist: no container image: neither podman nor docker is there"
+    exit 0
+fi
+mkdir "$scratch/image"
+install -m 755 "$folder/$name" "$scratch/image/radwalk"
+"$engine" build --tag "radwalk:$version" --file scripts/Containerfile "$scratch/image"
+"$engine" save "radwalk:$version" | gzip > "$folder/radwalk-$version-image.tar.gz"
+echo "dist: $folder/radwalk-$version-image.tar.gz, image radwalk:$version"

@@ -1,0 +1,240 @@
+//! `--watch`: the page of a running job, which follows the run while a browser looks at it.
+//!
+//! The coordinator's loop gives away a copy of the tally now and then, where a browser has asked for the page lately. A thread makes
+//! the page of it, and others answer the browsers (`cluster::scrape`). Making pages takes at most a twentieth of the time.
+
+use std::net::{IpAddr, SocketAddr, TcpListener};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
+
+use cluster::access::random_bytes;
+use cluster::checkpoint::Checkpoint;
+use cluster::coordinator::Coordinator;
+use cluster::scrape::{Answer, Request, publish};
+use radiosity::Experiment;
+use results::{Identity, LivePage, Settings};
+use tracing::{debug, info};
+
+use crate::build::GIT;
+use crate::fault::Fault;
+
+/// Between two pages at least.
+const INTERVAL: Duration = Duration::from_secs(2);
+
+/// Making pages takes at most this part of the time.
+const SHARE: u32 = 20;
+
+/// A browser that has not asked for this long is gone.
+const LATELY: Duration = Duration::from_secs(20);
+
+/// Letters of a key.
+const KEY_LETTERS: usize = 32;
+
+/// What a browser is shown before there is anything to show. It asks again by itself.
+const WAITING: &str = "<!doctype html><html lang=\"en\"><head><meta charset=\"utf-8\"><meta http-equiv=\"refresh\" content=\"2\">\
+    <title>radwalk</title></head><body><p>The run has begun. The page comes with its first walks.</p></body></html>\n";
+
+/// The page of a running job.
+pub(crate) struct Showing {
+    shared: Arc<Shared>,
+    tallies: SyncSender<Checkpoint>,
+    /// Walks of the page.
+    walks: u64,
+}
+
+/// What the threads share.
+struct Shared {
+    /// The key without which nothing is told.
+    key: Option<String>,
+    state: Mutex<State>,
+    /// Whether a page is being made.
+    busy: AtomicBool,
+}
+
+/// The latest page, and when it is due and was asked for.
+struct State {
+    pages: Option<Pages>,
+    due: Instant,
+    asked: Option<Instant>,
+}
+
+/// A page.
+#[derive(Clone)]
+struct Pages {
+    tag: String,
+    /// The whole.
+    page: Arc<[u8]>,
+    /// What changes from one to the next.
+    news: Arc<[u8]>,
+}
+
+impl Showing {
+    /// Opens the page of a job at an address: at the loopback address where a port alone is given, elsewhere behind a key.
+    ///
+    /// # Errors
+    /// Where the address cannot be listened at, and where the system has no random numbers or threads.
+    pub(crate) fn open(address: &str, experiment: &Experiment, settings: &Settings) -> Result<Self, Fault> {
+        let address = at_loopback(address);
+        let fault = |source| Fault::Listen { address: address.clone(), option: "--watch", source };
+        let listener = TcpListener::bind(&address).map_err(fault)?;
+        let bound = listener.local_addr().map_err(fault)?;
+        let drawn = (!bound.ip().is_loopback()).then(random_bytes).transpose();
+        let drawn = drawn.map_err(|source| Fault::System { doing: "drawing a random key", source })?;
+        let key = drawn.map(|bytes| blake3::Hash::from(bytes).to_hex()[..KEY_LETTERS].to_owned());
+        let state = State { pages: None, due: Instant::now(), asked: None };
+        let shared = Arc::new(Shared { key, state: Mutex::new(state), busy: AtomicBool::new(false) });
+        let (tallies, inbox) = sync_channel(1);
+        let maker =
+            Maker { shared: shared.clone(), experiment: experiment.clone(), settings: settings.clone() };
+        let thread = std::thread::Builder::new().name("pages".into());
+        let start = || {
+            thread.spawn(move || maker.make_all(&inbox))?;
+            let told = shared.clone();
+            publish(listener, "watch", move |request| told.answer(request))
+        };
+        start().map_err(|source| Fault::System { doing: "starting a thread", source })?;
+        let url = shared.url(bound);
+        info!(event = "watch", "the result so far is at {url}");
+        Ok(Showing { shared, tallies, walks: 0 })
+    }
+
+    /// Gives away a copy of the tally where a page is due and a browser asks for it.
+    pub(crate) fn tend(&mut self, coordinator: &Coordinator, identity: &Identity) {
+        let walks = coordinator.prefix().counts.walks;
+        if walks == self.walks || self.shared.busy.load(Ordering::Acquire) || !self.shared.is_due() {
+            return;
+        }
+        let checkpoint = identity.checkpoint(coordinator.glimpse());
+        self.shared.busy.store(true, Ordering::Release);
+        if self.tallies.try_send(checkpoint).is_ok() {
+            self.walks = walks;
+        }
+    }
+}
+
+impl Shared {
+    fn state(&self) -> MutexGuard<'_, State> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn is_due(&self) -> bool {
+        let state = self.state();
+        let asked = state.asked.is_some_and(|asked| asked.elapsed() < LATELY);
+        // The first page is made without being asked for, so that the first browser finds one.
+        (asked || state.pages.is_none()) && Instant::now() >= state.due
+    }
+
+    fn url(&self, bound: SocketAddr) -> String {
+        let query = self.key.as_ref().map_or(String::new(), |key| format!("?key={key}"));
+        match bound.ip() {
+            ip if ip.is_unspecified() => {
+                let name = rustix::system::uname().nodename().to_string_lossy().into_owned();
+                format!("http://{name}:{}/{query}", bound.port())
+            }
+            _ => format!("http://{bound}/{query}"),
+        }
+    }
+
+    /// Answers a browser.
+    fn answer(&self, request: &Request) -> Answer {
+        if !self.lets_in(request) {
+            let line = "This page has a key: open the address that radwalk told when the run began.\n";
+            return Answer::text("403 Forbidden", line);
+        }
+        if !matches!(request.path, "/" | "/news") {
+            return Answer::text("404 Not Found", "The page is /.\n");
+        }
+        let mut state = self.state();
+        state.asked = Some(Instant::now());
+        let Some(pages) = state.pages.clone() else {
+            return Answer { kind: "text/html; charset=utf-8", ..Answer::text("200 OK", WAITING) };
+        };
+        let body = if request.path == "/news" { pages.news } else { pages.page };
+        Answer { status: "200 OK", kind: "text/html; charset=utf-8", tag: Some(pages.tag), body }
+    }
+
+    /// Where there is a key, it decides. At the loopback address the name does by which a browser comes: a page from
+    /// elsewhere may have given that address a name of its own.
+    fn lets_in(&self, request: &Request) -> bool {
+        match &self.key {
+            // Hashes tell by their time nothing of the key.
+            Some(key) => request
+                .query
+                .split('&')
+                .filter_map(|part| part.strip_prefix("key="))
+                .any(|typed| blake3::hash(typed.as_bytes()) == blake3::hash(key.as_bytes())),
+            None => request.header("host").is_none_or(is_here),
+        }
+    }
+}
+
+/// The address itself; a port alone is that of the loopback address.
+pub(crate) fn at_loopback(address: &str) -> String {
+    match address.trim_start_matches(':').parse::<u16>() {
+        Ok(port) => format!("127.0.0.1:{port}"),
+        Err(_) => address.to_owned(),
+    }
+}
+
+/// Whether a host with its port is this machine by its own names.
+fn is_here(host: &str) -> bool {
+    let name = match host.rsplit_once(':') {
+        Some((name, port)) if port.bytes().all(|letter| letter.is_ascii_digit()) => name,
+        _ => host,
+    };
+    let name = name.trim_start_matches('[').trim_end_matches(']');
+    name == "localhost" || name.parse::<IpAddr>().is_ok_and(|ip| ip.is_loopback())
+}
+
+/// Makes pages of tallies.
+struct Maker {
+    shared: Arc<Shared>,
+    experiment: Experiment,
+    settings: Settings,
+}
+
+impl Maker {
+    fn make_all(&self, tallies: &Receiver<Checkpoint>) {
+        for checkpoint in tallies {
+            let began = Instant::now();
+            let made = self.make(&checkpoint);
+            drop(checkpoint);
+            let mut state = self.shared.state();
+            state.due = Instant::now() + INTERVAL.max(began.elapsed() * SHARE);
+            match made {
+                Ok(pages) => state.pages = Some(pages),
+                Err(error) => debug!("no page is made: {error}"),
+            }
+            drop(state);
+            self.shared.busy.store(false, Ordering::Release);
+        }
+    }
+
+    fn make(&self, checkpoint: &Checkpoint) -> std::io::Result<Pages> {
+        let LivePage { paths, page, news } = LivePage::of(&self.settings, &self.experiment, checkpoint, GIT)?;
+        Ok(Pages {
+            tag: format!("\"{paths}\""),
+            page: page.into_bytes().into(),
+            news: news.into_bytes().into(),
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn hosts_are_here_by_their_own_names() {
+        for host in ["localhost", "localhost:7600", "127.0.0.1:80", "[::1]:7600", "127.3.2.1"] {
+            assert!(is_here(host), "{host}");
+        }
+        for host in
+            ["evil.example", "evil.example:80", "10.0.0.1:80", "localhost.evil.example", "[::2]:1", ""]
+        {
+            assert!(!is_here(host), "{host}");
+        }
+    }
+}

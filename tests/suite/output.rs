@@ -1,0 +1,114 @@
+//! `[output]` and `[view]`: which files a run writes, what can be done without the others, and how the picture is taken.
+
+use std::collections::BTreeSet;
+use std::path::Path;
+
+use tempfile::tempdir;
+
+use crate::support::{answer, path, run, run_job, summary};
+
+const JOB: &str = "configs/cube54.toml";
+
+/// The files of a folder.
+fn files(folder: &Path) -> BTreeSet<String> {
+    let names = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().file_name());
+    names.map(|name| name.into_string().unwrap()).collect()
+}
+
+fn set_of(names: &[&str]) -> BTreeSet<String> {
+    names.iter().map(|name| (*name).to_owned()).collect()
+}
+
+fn text(path: &Path) -> &str {
+    path.to_str().unwrap()
+}
+
+#[test]
+fn a_job_chooses_its_files_and_the_rest_is_made_from_the_tally() {
+    let folder = tempdir().unwrap();
+    let out = path(&folder, "out");
+    let short = ["run", JOB, "--paths", "20000", "--out", text(&out)];
+    let chosen = ["--set", "output.files=[\"csv\", \"exr\"]", "--export", "vtu"];
+    let (code, stdout, stderr) = run(&[&short[..], &chosen].concat());
+    assert_eq!(code, 0, "{stderr}");
+    assert_eq!(files(&out), set_of(&["tally.bin", "patches.csv", "radiosity.exr", "patches.vtu"]));
+    let told = "left out: summary.json, radiosity.png, report.html; radwalk report";
+    assert!(stdout.contains(told) && stdout.contains("status needs summary.json"), "{stdout}");
+    assert_eq!(std::fs::read(out.join("radiosity.exr")).unwrap()[..4], [0x76, 0x2f, 0x31, 0x01]);
+    let (code, _, stderr) = run(&["status", text(&out)]);
+    assert!(code == 2 && stderr.contains("--export summary"), "{stderr}");
+    // What the job names is made again, with what is asked for beside it; an export of another time goes.
+    let (code, _, stderr) = run(&["report", text(&out), "--export", "summary,picture"]);
+    assert_eq!(code, 0, "{stderr}");
+    let made = ["tally.bin", "patches.csv", "radiosity.exr", "summary.json", "radiosity.png"];
+    assert_eq!(files(&out), set_of(&made));
+    let (code, _, stderr) = run(&["audit", text(&out), "--share", "1"]);
+    assert_eq!(code, 0, "{stderr}");
+    let (_, told, _) = run(&["check", JOB, "--set", "output.files=[\"glb\"]"]);
+    assert!(told.contains("output: tally.bin, scene.glb"), "{told}");
+}
+
+/// Resume, merge and audit need the tally alone, and end with the answer of a run that wrote everything.
+#[test]
+fn a_tally_alone_is_resumed_merged_and_audited() {
+    let folder = tempdir().unwrap();
+    let [whole, alone, rest, merged] = ["whole", "alone", "rest", "merged"].map(|name| path(&folder, name));
+    run_job(JOB, &whole, &["--paths", "60000"]);
+    let bare = ["--quiet", "--set", "output.files=[]"];
+    for (more, paths) in [(&["--force"][..], "20000"), (&["--resume"], "40000")] {
+        let args = [&["run", JOB, "--paths", paths, "--out", text(&alone)], more, &bare].concat();
+        let (code, _, stderr) = run(&args);
+        assert_eq!(code, 0, "{stderr}");
+    }
+    assert_eq!(files(&alone), set_of(&["tally.bin", "tally.previous.bin"]));
+    let (code, _, stderr) = run(&["audit", text(&alone), "--share", "1", "--quiet"]);
+    assert_eq!(code, 0, "{stderr}");
+    let (code, _, stderr) = run(&["diff", text(&whole), text(&alone)]);
+    assert!(code == 2 && stderr.contains("--export csv"), "{stderr}");
+    let range = ["run", JOB, "--paths", "20000", "--set", "budget.first_path=40000", "--out", text(&rest)];
+    assert_eq!(run(&[&range[..], &bare].concat()).0, 0);
+    let all = ["merge", text(&alone), text(&rest), "--out", text(&merged), "--quiet"];
+    let (code, _, stderr) = run(&[&all[..], &["--export", "csv,summary"]].concat());
+    assert_eq!(code, 0, "{stderr}");
+    assert_eq!(files(&merged), set_of(&["tally.bin", "patches.csv", "summary.json"]));
+    assert!(answer(&merged) == answer(&whole), "the same walks have the same answer");
+}
+
+#[test]
+fn a_view_is_what_the_job_says() {
+    let folder = tempdir().unwrap();
+    let out = path(&folder, "out");
+    let view =
+        "view={ eye = [0.5, 0.1, 0.5], look_at = [0.5, 0.9, 0.6], fov = 70, size = [64, 48], exposure = 2 }";
+    let set = ["--paths", "20000", "--set", view];
+    let told = run_job(JOB, &out, &set)["view"].clone();
+    assert_eq!((&told["eye"], &told["size"]), (&[0.5, 0.1, 0.5].into(), &[64, 48].into()));
+    assert_eq!((&told["exposure"], &told["white"]), (&[2.0; 3].into(), &[0.5; 3].into()));
+    assert!((told["fov"].as_f64().unwrap() - 70.0).abs() < 1e-9);
+    let png = std::fs::read(out.join("radiosity.png")).unwrap();
+    assert_eq!(png[16..24], [0, 0, 0, 64, 0, 0, 0, 48], "width and height");
+    // The camera travels with the tally: what is made again is the same picture.
+    let (code, _, stderr) = run(&["report", text(&out), "--quiet"]);
+    assert_eq!(code, 0, "{stderr}");
+    assert!(std::fs::read(out.join("radiosity.png")).unwrap() == png);
+    let page = std::fs::read_to_string(out.join("report.html")).unwrap();
+    assert!(page.contains("\"eye\":[0.5,0.1,0.5]"));
+    // Without a view the camera stands outside, and the summary says how bright white is.
+    let free = path(&folder, "free");
+    let told = run_job(JOB, &free, &["--paths", "20000"])["view"].clone();
+    assert!(told["white"][0].as_f64() > Some(0.0) && told["size"][0].as_u64() <= Some(800), "{told}");
+    assert_eq!(summary(&free)["tally_hash"], summary(&out)["tally_hash"]);
+}
+
+#[test]
+fn a_view_that_shows_nothing_is_told_before_the_run() {
+    let folder = tempdir().unwrap();
+    let out = path(&folder, "out");
+    let away = "view={ eye = [0.5, -3, 0.5], look_at = [0.5, -9, 0.5], size = [32, 32] }";
+    let (code, _, stderr) = run(&["run", JOB, "--paths", "1000", "--out", text(&out), "--set", away]);
+    assert!(code == 0 && stderr.contains("[view] sees nothing"), "{stderr}");
+    let (code, told, _) = run(&["check", JOB, "--set", away]);
+    assert!(code == 0 && told.contains("[view] sees nothing"), "{told}");
+    let (code, _, stderr) = run(&["check", JOB, "--set", "view.fov=40"]);
+    assert!(code == 2 && stderr.contains("fov without eye"), "{stderr}");
+}
