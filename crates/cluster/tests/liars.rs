@@ -2,6 +2,7 @@
 //! and what the liar did is told of under its name. Who sent what cannot be is not let in again.
 
 mod net;
+#[path = "../../protocol/tests/toy/mod.rs"]
 mod toy;
 
 use std::ops::Range;

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use thiserror::Error;
 
 use crate::checkpoint::{Checkpoint, Part};
-use crate::crew::Effort;
+use crate::effort::Effort;
 use crate::deliveries::Growing;
 
 /// Why two results do not go together.

@@ -7,14 +7,14 @@ use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::ops::Range;
 use std::time::Duration;
 
-use cluster::checkpoint::Past;
-use cluster::codec::{pack, unpack};
-use cluster::coordinator::{Coordinator, Ending, Plan};
-use cluster::crew::{SILENCE, STALL};
-use cluster::deliveries::Delivery;
-use cluster::lead::{Action, Lead, Notice, PeerId};
-use cluster::message::{Hello, LeaseResult, PROTOCOL, ToCoordinator, ToWorker};
-use cluster::provenance::Provenance;
+use protocol::checkpoint::Past;
+use protocol::codec::{pack, unpack};
+use protocol::coordinator::{Coordinator, Ending, Plan};
+use protocol::crew::{SILENCE, STALL};
+use protocol::deliveries::Delivery;
+use protocol::lead::{Action, Lead, Notice, PeerId};
+use protocol::message::{Hello, LeaseResult, PROTOCOL, ToCoordinator, ToWorker};
+use protocol::provenance::Provenance;
 use radiosity::Tally;
 use toy::{Dice, JOB, JOB_HASH, PATCHES, READY, SCENE_HASH, hash, judge, plan, result, straight};
 
