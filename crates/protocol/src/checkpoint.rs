@@ -35,9 +35,9 @@ use radiosity::{Counts, Layout, Tally};
 use thiserror::Error;
 
 use crate::codec::{decode_book, encode};
-use crate::effort::Effort;
 use crate::deliveries::Deliveries;
 use crate::digest::{self, Digest, Digester};
+use crate::effort::Effort;
 use crate::ledger::Island;
 use crate::roster::Contributor;
 

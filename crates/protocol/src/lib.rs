@@ -7,6 +7,8 @@
 //!
 //! There are no sockets, threads or clocks here, and clippy holds that (`clippy.toml`). The crate `cluster` is the shell.
 
+#![warn(unreachable_pub, unnameable_types)]
+
 pub mod captain;
 pub mod checkpoint;
 pub mod codec;

@@ -9,8 +9,8 @@ use std::collections::VecDeque;
 
 use radiosity::Tally;
 
-use crate::codec::pack;
 use crate::captain::Captain;
+use crate::codec::pack;
 use crate::crew::Crew;
 use crate::deliveries::Deliveries;
 use crate::effort::Effort;

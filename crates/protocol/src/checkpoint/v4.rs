@@ -4,12 +4,12 @@ use bincode::Decode;
 
 use super::{Book, Look, Part, Session};
 use crate::codec::decode_book;
-use crate::effort::Effort;
 use crate::deliveries::{Deliveries, Delivery, Growing};
 use crate::digest::Digest;
+use crate::effort::Effort;
 use crate::roster::Roster;
 
-pub const VERSION: u32 = 4;
+pub(super) const VERSION: u32 = 4;
 
 #[derive(Decode)]
 struct OldBook {
@@ -38,7 +38,7 @@ struct OldDelivery {
 }
 
 /// The book as it would be kept now.
-pub fn book(bytes: &[u8]) -> Option<Book> {
+pub(super) fn book(bytes: &[u8]) -> Option<Book> {
     let OldBook { parts, workers, looks, goal, effort, sessions, job } = decode_book(bytes).ok()?;
     let mut roster = Roster::new(vec![]);
     let numbers: Vec<u32> = workers.iter().map(|name| roster.number(name)).collect();

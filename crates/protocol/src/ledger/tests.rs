@@ -7,8 +7,7 @@ const PAIR: Layout = Layout { scores: 1, moments: 2, events: false };
 
 /// A stand-in tally: patch sums are functions of the walk numbers, so that any mix-up shows.
 fn tally(range: &Range<u64>) -> Tally {
-    let counts =
-        Counts { walks: range.end - range.start, rays: range.clone().sum(), ..Counts::default() };
+    let counts = Counts { walks: range.end - range.start, rays: range.clone().sum(), ..Counts::default() };
     let sums = vec![range.clone().map(u128::from).sum(), range.clone().map(|n| u128::from(n * n)).sum()];
     Tally::from_parts(counts, 1, PAIR, sums).unwrap()
 }
@@ -67,9 +66,7 @@ fn any_order_of_arrival_and_loss_gives_the_same_tally() {
                         let (id, range) = out[random(out.len() as u64) as usize].clone();
                         let again = books.lease_again(id);
                         assert_eq!(again.as_ref().map(|(_, range)| range), books.range(id).as_ref());
-                        assert!(
-                            again.as_ref().is_none_or(|(other, again)| *other != id && *again == range)
-                        );
+                        assert!(again.as_ref().is_none_or(|(other, again)| *other != id && *again == range));
                         out.extend(again);
                     }
                     2 if !out.is_empty() => {
