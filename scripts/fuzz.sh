@@ -14,12 +14,12 @@ fuzz() {
     megabytes="$2"
     shift 2
     for target in "$@"; do
-        mkdir -p "fuzz/found/$target"
-        cargo +nightly fuzz run "$target" "fuzz/found/$target" "fuzz/corpus/$target" -- \
+        mkdir -p "fuzz/found/$target" "fuzz/greedy/$target"
+        cargo +nightly fuzz run "$target" "fuzz/found/$target" "fuzz/corpus/$target" "fuzz/greedy/$target" -- \
             -max_total_time="$seconds" -rss_limit_mb=$((8 * megabytes)) -malloc_limit_mb="$megabytes" -timeout=10 \
             -max_len=4096
     done
 }
 
 fuzz cluster 64 decoder handshake coordinator
-fuzz import 256 obj gltf stl ply mgf
+fuzz import 1024 obj gltf stl ply mgf

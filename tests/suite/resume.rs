@@ -253,27 +253,31 @@ fn workers_find_a_restarted_coordinator() {
     assert!(answer(&out) == answer(&straight));
 }
 
-/// `tests/data/tally.v4.bin`: 5,000 paths of the cube in streams of 1,000, as radwalk 0.1 wrote them in format 4.
+/// `tests/data/tally.v4.bin`: 5,000 paths of the cube in streams of 1,000, as radwalk 0.1 wrote them in format 4;
+/// `tally.v5.bin`: as many that came through a relay when relays did not tell of their workers, in format 5.
 #[test]
-fn a_tally_of_the_format_before_is_audited_merged_and_gone_on_from() {
+fn tallies_of_earlier_versions_are_audited_merged_and_gone_on_from() {
     let folder = tempdir().unwrap();
-    let [out, straight, rest, merged] = ["out", "straight", "rest", "merged"].map(|name| path(&folder, name));
-    std::fs::create_dir(&out).unwrap();
-    std::fs::copy("tests/data/tally.v4.bin", out.join("tally.bin")).unwrap();
-    let (code, stdout, stderr) = run(&["audit", out.to_str().unwrap(), "--share", "1"]);
-    assert_eq!(code, 0, "{stderr}");
-    assert!(stdout.contains("5000 of 5000 paths"), "{stdout}");
+    let [straight, rest] = ["straight", "rest"].map(|name| path(&folder, name));
     run_job(JOB, &straight, &["--paths", "20000"]);
     run_job(JOB, &rest, &["--paths", "15000", "--set", "budget.first_path=5000"]);
-    let runs = [out.to_str().unwrap(), rest.to_str().unwrap()];
-    assert_eq!(run(&["merge", runs[0], runs[1], "--quiet", "--out", merged.to_str().unwrap()]).0, 0);
-    assert!(answer(&merged) == answer(&straight));
-    let said = resume(&out, &["--paths", "20000"]);
-    assert!(said.contains("resumed after 5000 paths"), "{said}");
-    assert!(answer(&out) == answer(&straight));
-    assert_eq!(std::fs::read(out.join("tally.bin")).unwrap()[8], 5, "it is written anew in this format");
-    let (code, ..) = run(&["audit", out.to_str().unwrap(), "--share", "1", "--quiet"]);
-    assert_eq!(code, 0);
+    for version in ["v4", "v5"] {
+        let [out, merged] = ["out", "merged"].map(|name| path(&folder, &format!("{name}.{version}")));
+        std::fs::create_dir(&out).unwrap();
+        std::fs::copy(format!("tests/data/tally.{version}.bin"), out.join("tally.bin")).unwrap();
+        let (code, stdout, stderr) = run(&["audit", out.to_str().unwrap(), "--share", "1"]);
+        assert_eq!(code, 0, "{stderr}");
+        assert!(stdout.contains("5000 of 5000 paths"), "{stdout}");
+        let runs = [out.to_str().unwrap(), rest.to_str().unwrap()];
+        assert_eq!(run(&["merge", runs[0], runs[1], "--quiet", "--out", merged.to_str().unwrap()]).0, 0);
+        assert!(answer(&merged) == answer(&straight));
+        let said = resume(&out, &["--paths", "20000"]);
+        assert!(said.contains("resumed after 5000 paths"), "{said}");
+        assert!(answer(&out) == answer(&straight));
+        assert_eq!(std::fs::read(out.join("tally.bin")).unwrap()[8], 5, "it is written anew in this format");
+        let (code, ..) = run(&["audit", out.to_str().unwrap(), "--share", "1", "--quiet"]);
+        assert_eq!(code, 0);
+    }
 }
 
 #[test]

@@ -2,9 +2,11 @@
 
 use std::collections::BTreeSet;
 
+use glam::DVec3;
 use radiosity::{Overlap, Scene, Side, Sides};
 
 use crate::finding::{Finding, Kind};
+use crate::pilot::Pilot;
 
 /// The pairs of surfaces that overlap in one plane, with the exact areas that they share.
 pub(crate) struct Covers {
@@ -12,16 +14,27 @@ pub(crate) struct Covers {
 }
 
 impl Covers {
-    /// Takes the overlaps of the stacks. Two one-sided surfaces back to back are the two sides of a wall and no fault.
-    pub(crate) fn find(scene: &Scene) -> Self {
+    /// Takes the overlaps of the stacks. Two one-sided surfaces back to back are the two sides of a wall and no fault. Nor
+    /// are bodies that touch, as a cupboard and the floor that it stands on: to where they touch no light comes, from
+    /// either side.
+    pub(crate) fn find(scene: &Scene, pilot: &Pilot) -> Self {
         let surfaces = scene.surfaces();
         let one_sided = |surface: u32| surfaces[surface as usize].sides() == Sides::Front;
         let back_to_back = |overlap: &Overlap| {
             let [upper, lower] = [overlap.upper, overlap.lower].map(|i| surfaces[i as usize].normal());
             one_sided(overlap.upper) && one_sided(overlap.lower) && upper.dot(lower) < 0.0
         };
-        let overlaps = scene.stacks().iter().flat_map(|stack| stack.overlaps(surfaces));
-        Covers { overlaps: overlaps.filter(|overlap| !back_to_back(overlap)).collect() }
+        let mut overlaps = Vec::new();
+        for stack in scene.stacks() {
+            let faults = stack
+                .overlaps(surfaces)
+                .into_iter()
+                .filter(|overlap| !back_to_back(overlap) && comes_light(scene, pilot, overlap, stack.normal));
+            overlaps.extend(faults);
+        }
+        // Of overlaps between the same parts of meshes the largest is the one that is told.
+        overlaps.sort_by(|a, b| b.area.total_cmp(&a.area));
+        Covers { overlaps }
     }
 
     /// The surfaces that share area with another one in its plane.
@@ -43,6 +56,18 @@ impl Covers {
         };
         self.overlaps.iter().map(finding).collect()
     }
+}
+
+/// Whether light comes to the middle of an overlap, from above its upper surface or from below its lower one; `up` is the
+/// normal of their plane.
+fn comes_light(scene: &Scene, pilot: &Pilot, overlap: &Overlap, up: DVec3) -> bool {
+    let surfaces = scene.surfaces();
+    let origin = overlap.middle(surfaces);
+    [(overlap.upper, up), (overlap.lower, -up)].into_iter().any(|(surface, outwards)| {
+        let is_front = surfaces[surface as usize].normal().dot(outwards) > 0.0;
+        let side = if is_front { Side::Front } else { Side::Back };
+        pilot.comes_light(scene, origin, surface, side)
+    })
 }
 
 /// Φ of an area of a surface, all channels [W].

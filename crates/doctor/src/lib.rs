@@ -6,8 +6,11 @@
 //! ([`contact`]) are distances between surfaces: edges that miss their neighbour by a gap. [`repair`] turns flipped
 //! surfaces round, with those that are connected to them ([`sheets`]), and takes doubled ones out.
 
+#![warn(unreachable_pub, unnameable_types)]
+
 mod contact;
 mod cover;
+mod faults;
 mod finding;
 mod losses;
 mod nearby;
@@ -42,15 +45,15 @@ pub fn examine(spec: &SceneSpec) -> Result<Vec<Finding>, SceneError> {
     let votes = Votes::take(&scene, &pilot);
     let contacts = Contacts::find(spec, &scene);
     let mut findings = Vec::new();
-    let covers = Covers::find(&scene);
+    let covers = Covers::find(&scene, &pilot);
     findings.extend(covers.findings(&scene));
     let flipped = votes.flipped(&pilot);
-    findings.extend(finding::flipped(&scene, &pilot, &flipped));
-    findings.extend(finding::dark_emitters(&scene, &pilot, &flipped));
-    findings.extend(finding::buried(&scene, &votes, &flipped, &covers));
-    findings.extend(finding::backs(&scene, &pilot, &flipped));
+    findings.extend(faults::flipped(&scene, &pilot, &flipped));
+    findings.extend(faults::dark_emitters(&scene, &pilot, &flipped));
+    findings.extend(faults::buried(&scene, &votes, &flipped, &covers));
+    findings.extend(faults::backs(&scene, &pilot, &flipped));
     if pilot.escaped_part() > 0.0 && flipped.is_empty() {
-        findings.extend(finding::opening(&scene, &pilot, &contacts));
+        findings.extend(faults::opening(&scene, &pilot, &contacts));
     }
     if pilot.escaped_part() < CLOSED {
         findings.extend(contacts.leaks(&scene, &pilot));

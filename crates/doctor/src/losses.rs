@@ -24,5 +24,21 @@ pub struct Losses {
 
 /// Follows light from the emitters of a scene. The answer depends on the scene alone.
 pub fn losses(scene: &Scene) -> Losses {
-    Pilot::follow_some(scene, WALKS..=WALKS).losses()
+    Losses::of(&Pilot::follow_some(scene, WALKS..=WALKS))
+}
+
+impl Losses {
+    pub(crate) fn of(pilot: &Pilot) -> Self {
+        let ranked = |power: &dyn Fn(u32) -> f64| {
+            let lossy = (0..pilot.emission.len() as u32).map(|surface| (surface, power(surface)));
+            let mut ranked: Vec<(u32, f64)> = lossy.filter(|&(_, power)| power > 0.0).collect();
+            // Ties keep the order of surfaces.
+            ranked.sort_by(|a, b| b.1.total_cmp(&a.1));
+            ranked
+        };
+        let lamps = ranked(&|surface| pilot.lost_at_once(surface));
+        let backs = ranked(&|surface| pilot.back(surface));
+        let part = |ranked: &[(u32, f64)]| ranked.iter().map(|(_, power)| power).sum::<f64>() / pilot.power;
+        Losses { at_once: part(&lamps), on_backs: part(&backs), power: pilot.power, lamps, backs }
+    }
 }

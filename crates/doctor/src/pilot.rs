@@ -5,8 +5,6 @@ use std::ops::RangeInclusive;
 use glam::DVec3;
 use radiosity::{Face, Hit, Ray, Scene, Side};
 
-use crate::losses::Losses;
-
 /// Walks from each emitting patch, where there are few of them …
 const WALKS_EACH: u64 = 256;
 
@@ -22,6 +20,12 @@ const LONGEST: u32 = 16;
 
 /// Ways out that are kept to tell where they lead.
 const MOST_WAYS_OUT: usize = 256;
+
+/// Distances that differ by less than this part are those of one point; rays closer to their surface are grazing.
+const NEAR: f64 = 1e-6;
+
+/// Places where light arrived that are kept, at most.
+const MOST_LIT_PLACES: usize = 1024;
 
 /// Numbers for rays: splitmix64 (Steele, Lea and Flood 2014).
 pub(crate) struct Draws(u64);
@@ -55,6 +59,45 @@ pub(crate) struct Emission {
     pub(crate) lost: f64,
 }
 
+/// A place where light arrived.
+#[derive(Clone, Copy, Debug)]
+struct LitPlace {
+    /// [m, of the scene].
+    point: DVec3,
+    surface: u32,
+    side: Side,
+}
+
+/// At most [`MOST_LIT_PLACES`] of what is offered, at equal steps.
+struct Sample<T> {
+    kept: Vec<T>,
+    offered: usize,
+    step: usize,
+}
+
+impl<T> Default for Sample<T> {
+    fn default() -> Self {
+        Sample { kept: Vec::new(), offered: 0, step: 1 }
+    }
+}
+
+impl<T> Sample<T> {
+    fn offer(&mut self, item: T) {
+        if self.kept.len() == MOST_LIT_PLACES {
+            let mut number = 0_usize;
+            self.kept.retain(|_| {
+                number += 1;
+                number % 2 == 1
+            });
+            self.step *= 2;
+        }
+        if self.offered.is_multiple_of(self.step) {
+            self.kept.push(item);
+        }
+        self.offered += 1;
+    }
+}
+
 /// Where light went. Powers are sums over channels [W].
 pub(crate) struct Pilot {
     /// Φ_T.
@@ -65,6 +108,8 @@ pub(crate) struct Pilot {
     backs: Vec<f64>,
     /// Whether light left or arrived at the sides of each surface: front, back.
     lit: Vec<[bool; 2]>,
+    /// Some places where light arrived at an active side.
+    lit_places: Sample<LitPlace>,
     /// The first rays of walks, by surface: front, back.
     pub(crate) emission: Vec<[Emission; 2]>,
     /// Some rays that left the scene: origin, direction, the surface they left [m, of the scene].
@@ -95,6 +140,7 @@ impl Pilot {
             escaped: 0.0,
             backs: vec![0.0; surfaces],
             lit: vec![[false; 2]; surfaces],
+            lit_places: Sample::default(),
             emission: vec![[Emission::default(); 2]; surfaces],
             ways_out: Vec::new(),
             close: 0.01 * extent(scene),
@@ -149,7 +195,11 @@ impl Pilot {
             Some(hit) if !scene.surfaces()[hit.surface as usize].is_active(hit.side) => {
                 self.backs[hit.surface as usize] += power;
             }
-            Some(hit) => self.lit[hit.surface as usize][usize::from(hit.side == Side::Back)] = true,
+            Some(hit) => {
+                self.lit[hit.surface as usize][usize::from(hit.side == Side::Back)] = true;
+                let point = ray.origin + ray.direction * hit.t;
+                self.lit_places.offer(LitPlace { point, surface: hit.surface, side: hit.side });
+            }
         }
         hit
     }
@@ -168,20 +218,42 @@ impl Pilot {
         self.lit[surface as usize][usize::from(side == Side::Back)]
     }
 
-    /// Where power vanishes.
-    pub(crate) fn losses(&self) -> Losses {
-        let of_lamp =
-            |surface: usize| self.emission[surface].iter().map(|emission| emission.lost).sum::<f64>();
-        let ranked = |power: &dyn Fn(usize) -> f64| {
-            let lossy = (0..self.backs.len()).map(|surface| (surface as u32, power(surface)));
-            let mut ranked: Vec<(u32, f64)> = lossy.filter(|&(_, power)| power > 0.0).collect();
-            // Ties keep the order of surfaces.
-            ranked.sort_by(|a, b| b.1.total_cmp(&a.1));
-            ranked
-        };
-        let (lamps, backs) = (ranked(&of_lamp), ranked(&|surface| self.backs[surface]));
-        let part = |ranked: &[(u32, f64)]| ranked.iter().map(|(_, power)| power).sum::<f64>() / self.power;
-        Losses { at_once: part(&lamps), on_backs: part(&backs), power: self.power, lamps, backs }
+    /// Whether light comes to a point of a side: whether it sees a place where light arrived, or sees a point that does.
+    pub(crate) fn comes_light(&self, scene: &Scene, origin: DVec3, from: u32, side: Side) -> bool {
+        const RAYS: u32 = 16;
+        if self.sees_lit_place(scene, origin, from, side) {
+            return true;
+        }
+        let surface = &scene.surfaces()[from as usize];
+        let mut draws = Draws::new(u64::from(from) ^ origin.x.to_bits() ^ origin.y.to_bits().rotate_left(20));
+        (0..RAYS).any(|_| {
+            let direction = surface.direction(side, draws.bits());
+            scene.closest_hit(&Ray { origin, direction, from }).is_some_and(|hit| {
+                self.sees_lit_place(scene, origin + direction * hit.t, hit.surface, hit.side)
+            })
+        })
+    }
+
+    fn sees_lit_place(&self, scene: &Scene, origin: DVec3, from: u32, side: Side) -> bool {
+        let normal = scene.surfaces()[from as usize].normal();
+        let outwards = if side == Side::Front { normal } else { -normal };
+        self.lit_places.kept.iter().any(|lit| {
+            let towards = lit.point - origin;
+            let distance = towards.length();
+            if towards.dot(outwards) <= NEAR * distance || distance <= 0.0 {
+                return false;
+            }
+            let hit = scene.closest_hit(&Ray { origin, direction: towards / distance, from });
+            hit.is_some_and(|hit| {
+                (hit.surface, hit.side) == (lit.surface, lit.side)
+                    && (hit.t - distance).abs() <= NEAR * distance
+            })
+        })
+    }
+
+    /// Power of a surface that meets no active side at once [W].
+    pub(crate) fn lost_at_once(&self, surface: u32) -> f64 {
+        self.emission[surface as usize].iter().map(|emission| emission.lost).sum()
     }
 
     /// The part of all power that leaves the scene.

@@ -2,6 +2,7 @@
 
 use radiosity::{Ray, Scene, Side, Sides, Surface};
 
+use crate::losses::Losses;
 use crate::pilot::{Draws, Pilot};
 
 /// Rays from each side of a one-sided surface, and of all together, where there are many: then fewer each.
@@ -80,7 +81,7 @@ impl Votes {
         };
         let wrong: Vec<u32> = (0..self.views.len() as u32).filter(|&surface| is_wrong(surface)).collect();
         let one_sided = self.one_sided.iter().filter(|one_sided| **one_sided).count();
-        let all_are = pilot.losses().at_once >= MOST && 2 * wrong.len() > one_sided;
+        let all_are = Losses::of(pilot).at_once >= MOST && 2 * wrong.len() > one_sided;
         wrong.into_iter().filter(|&surface| all_are || pilot.back(surface) > 0.0).collect()
     }
 }

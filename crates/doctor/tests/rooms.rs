@@ -191,6 +191,17 @@ fn broken() -> Vec<(&'static str, SceneSpec, Kind, &'static str)> {
             "rug",
         ),
         (
+            "a cupboard of two sides whose side lies in a wall",
+            with({
+                let mut cupboard = block([0., 1., 0.5], [0.5, 0.5, 1.]);
+                cupboard.iter_mut().for_each(|side| side.sides = Sides::Both);
+                cupboard.remove(5);
+                cupboard
+            }),
+            Kind::Overlapping,
+            "b-west",
+        ),
+        (
             "two walls that overlap",
             changed(|s| {
                 s[3] = quad("north", [0., 3., 0.], [3., 0., 0.], [0., 0., 2.5]);
@@ -264,6 +275,16 @@ fn sound() -> Vec<(&'static str, SceneSpec)> {
         ("a room with two-sided walls", box_of_two_sides),
         ("a block in mid-air", with(block([1., 1., 0.5], [0.5; 3]))),
         ("a block on the floor", with(block([1., 1., 0.], [0.5; 3]))),
+        ("a cupboard of two-sided sheets on a floor of two sides, with a glass on its top", {
+            let mut room = with(block([1., 1., 0.], [0.5, 0.5, 1.]));
+            room.surfaces.extend(leg("glass", [1.2, 1.2, 1.]));
+            room.surfaces.iter_mut().for_each(|surface| {
+                if !surface.emittance.is_lit() {
+                    surface.sides = Sides::Both;
+                }
+            });
+            room
+        }),
         ("legs that end beneath a floor of two sides", {
             let mut room = with(leg("leg", [1., 1., -0.001]));
             room.surfaces.extend(leg("other leg", [1.5, 1., -0.0002]));

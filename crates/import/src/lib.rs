@@ -5,6 +5,8 @@
 //! else a file names. What the radiosity method cannot model (specular reflection, textures, transparency) is reduced
 //! to its diffuse part and told in notes; what is wrong is one [`Error`] with file and line, or element.
 
+#![warn(unreachable_pub, unnameable_types)]
+
 mod bytes;
 mod clean;
 mod error;
@@ -17,6 +19,7 @@ mod obj;
 mod options;
 mod ply;
 mod polygon;
+mod room;
 mod scene;
 mod stl;
 mod tally;

@@ -1,13 +1,16 @@
 //! What every reader makes of its format: triangles with materials and names, in the units and axes of the file.
 
+use std::borrow::Cow;
 use std::collections::HashMap;
 
 use glam::DVec3;
 use radiosity::{Sides, Spectrum};
 
-/// The most triangles that a mesh may have: their numbers are 32 bits wide, and a file of a few bytes can ask for
-/// as many as it likes.
-pub const MAX_TRIANGLES: usize = 1 << 26;
+/// The most triangles that a mesh may have. A scene takes 1.3 kB for each (`docs/reading.md`): some 22 GB.
+pub const MAX_TRIANGLES: usize = 1 << 24;
+
+/// The most bytes of a part's name: every surface of the part holds one.
+const LONGEST_NAME: usize = 200;
 
 /// The triangles of a file.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -98,14 +101,21 @@ pub(crate) struct Parts {
     names: Names,
     faces: Vec<u32>,
     current: Option<u32>,
+    /// Whether a name was longer than parts have them.
+    cut: bool,
 }
 
 impl Parts {
     /// Makes a part the current one, new or known.
     pub(crate) fn enter(&mut self, mesh: &mut Mesh, name: &str) {
-        let (number, new) = self.names.number(name);
+        let short = short(name);
+        if short.len() < name.len() && !self.cut {
+            self.cut = true;
+            mesh.notes.push(format!("names of parts are cut behind {LONGEST_NAME} bytes, such as {short}"));
+        }
+        let (number, new) = self.names.number(&short);
         if new {
-            mesh.parts.push(visible(name));
+            mesh.parts.push(visible(&short));
             self.faces.push(0);
         }
         self.current = Some(number);
@@ -122,6 +132,15 @@ impl Parts {
         *count += 1;
         (part, face)
     }
+}
+
+/// A name, cut where it is longer than names of parts are. Parts of names that begin alike up to there become one.
+pub(crate) fn short(name: &str) -> Cow<'_, str> {
+    if name.len() <= LONGEST_NAME {
+        return name.into();
+    }
+    let end = (0..=LONGEST_NAME - '…'.len_utf8()).rev().find(|&end| name.is_char_boundary(end));
+    format!("{}…", &name[..end.unwrap_or(0)]).into()
 }
 
 /// A name without characters that would break a line.

@@ -7,7 +7,7 @@ use glam::DVec3;
 use crate::bytes::Bytes;
 use crate::error::{Error, Fault, Spot};
 use crate::mesh::{Material, Mesh, Parts, Triangle};
-use crate::tally::room;
+use crate::room::room;
 use crate::text::{Lines, name, numbers, rest, words};
 
 /// Bytes before the first triangle of a binary file, its count included.

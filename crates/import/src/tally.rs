@@ -5,8 +5,12 @@ use std::collections::{BTreeMap, BTreeSet};
 use glam::DVec3;
 
 use crate::error::Fault;
-use crate::mesh::{MAX_TRIANGLES, Mesh, Triangle};
+use crate::mesh::{Mesh, Triangle};
 use crate::polygon;
+use crate::room::room;
+
+/// The most corners of a polygon. Cutting one takes up to a second, and more than four times as long for twice as many.
+const MAX_CORNERS: usize = 1 << 14;
 
 /// Counts by what happened, told once each at the end.
 #[derive(Debug, Default)]
@@ -24,7 +28,7 @@ impl Tally {
     /// Adds the triangles of a polygon; `holes` as [`polygon::cut`] has them.
     ///
     /// # Errors
-    /// Where there are more triangles than [`MAX_TRIANGLES`].
+    /// Where there are more corners than a polygon or more triangles than a mesh may have.
     pub(crate) fn polygon(
         &mut self,
         mesh: &mut Mesh,
@@ -35,6 +39,13 @@ impl Tally {
         if let &[a, b, c] = corners {
             mesh.triangles.push(triangle([a, b, c]));
             return room(mesh);
+        }
+        if corners.len() > MAX_CORNERS {
+            return Err(Fault::new(
+                format!("a face of {} corners", corners.len()),
+                format!("to cut one of more than {MAX_CORNERS} into triangles takes time beyond measure"),
+                "cut it into triangles before",
+            ));
         }
         let points: Vec<DVec3> = corners.iter().map(|&corner| mesh.positions[corner as usize]).collect();
         let cut = polygon::cut(&points, holes);
@@ -58,16 +69,4 @@ impl Tally {
             material.dropped.push("no file defines it: reflectance 0.5 is assumed".into());
         }
     }
-}
-
-/// Refuses a mesh that has outgrown its numbers.
-pub(crate) fn room(mesh: &Mesh) -> Result<(), Fault> {
-    if mesh.triangles.len() <= MAX_TRIANGLES && mesh.positions.len() <= u32::MAX as usize / 2 {
-        return Ok(());
-    }
-    Err(Fault::new(
-        format!("the file has more than {MAX_TRIANGLES} triangles"),
-        "such a mesh does not fit the memory of most machines",
-        "split or simplify it",
-    ))
 }

@@ -309,10 +309,104 @@ const REFUSED: &[(&str, &str, &[&str])] = &[
     ("a.mgf", "xf\n", &["a.mgf:1: ", "ends no transform"]),
     ("a.mgf", "xf -q 1\n", &["a.mgf:1: ", "\"-q\" is no transform"]),
     ("a.mgf", "xf -a 99999999 -t 1 0 0\n", &["a.mgf:1: ", "copies"]),
+    ("a.mgf", "xf -a 4096\nxf -a 4096\nxf -a 4096\n", &["a.mgf:2: ", "16777216 times", "a.mgf:1 makes 4096"]),
     ("a.mgf", "i other.mgf\n", &["a.mgf:1: ", "other.mgf cannot be included"]),
     ("a.mgf", "v a =\nsph a x\n", &["a.mgf:2: ", "\"x\""]),
     ("a.mgf", "v a =\nring a 0 1\n", &["a.mgf:2: ", "no normal"]),
 ];
+
+/// A sphere of 360 triangles.
+const SPHERE: &str = "v a =\n\tp 0 0 0\nsph a 1\n";
+
+/// Files that ask for gigabytes or for hours (name, content, what the refusal says).
+const GREEDY: &[(&str, &str, &[&str])] = &[
+    (
+        "a.mgf",
+        "v a =\n\tp 0 0 0\nxf -a 200 -t 1 0 0 -a 10 -t 0 1 0\nxf -a 10 -t 0 0 1\nsph a 1\nxf\nxf\n",
+        &[
+            "a.mgf:5: ",
+            "360 triangles of this surface, 20000 times",
+            "7200000",
+            "4194",
+            "a.mgf:3 makes 2000 copies, a.mgf:4 makes 10",
+        ],
+    ),
+    (
+        "a.mgf",
+        "c\nxf -a 1000000\ncct 5000\n",
+        &["a.mgf:3: ", "1000000 times", "steps", "a.mgf:2 makes 1000000 copies"],
+    ),
+    ("a.mgf", "xf -a 16777216 -t 1 0 0 -a 4 -rx 1\nxf\n", &["a.mgf:1: ", "67108864 times", "steps"]),
+    (
+        "a.gltf",
+        r#"{"accessors":[{"componentType":5126,"count":90000000,"type":"VEC3"}],"meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],"nodes":[{"mesh":0}]}"#,
+        &[
+            "a.gltf: ",
+            "meshes[0].primitives[0]",
+            "90000000 vertices",
+            "4194304 and one for each byte",
+            "simplify",
+        ],
+    ),
+    (
+        "a.gltf",
+        r#"{"accessors":[{"componentType":5126,"count":6000000,"type":"VEC3"}],"meshes":[{"primitives":[{"attributes":{"POSITION":0}, "mode": 5}]}],"nodes":[{"mesh":0}]}"#,
+        &["a.gltf: ", "5999998 triangles", "4194304 and one for each byte"],
+    ),
+];
+
+#[test]
+fn small_files_cannot_ask_for_much() {
+    for (path, content, parts) in GREEDY {
+        let message = read(path, content.as_bytes()).unwrap_err().to_string();
+        parts
+            .iter()
+            .for_each(|part| assert!(message.contains(part), "{content:?}: {part:?} not in {message}"));
+    }
+    let spheres = |copies: u32| format!("{SPHERE}xf -a {copies} -t 1 0 0\nsph a 1\nxf\n");
+    assert_eq!(read("a.mgf", spheres(2000).as_bytes()).unwrap().triangles.len(), 2001 * 360);
+    assert!(read("a.mgf", spheres(12_000).as_bytes()).is_err());
+    let corners = " 1 2 3 4".repeat(5000);
+    let message = read("a.obj", format!("{SQUARE}f{corners}\n").as_bytes()).unwrap_err().to_string();
+    assert!(message.contains("a.obj:5: a face of 20000 corners"), "{message}");
+}
+
+/// The copies of an include are counted before the second is made: what it includes is read once.
+#[test]
+fn copies_are_counted_before_they_are_made() {
+    let mut reads = 0;
+    let mut open = |path: &Path| {
+        reads += 1;
+        let content = if path.ends_with("row.mgf") { "i ball.mgf -a 1000 -t 1 0 0\n" } else { SPHERE };
+        Ok(content.into())
+    };
+    let (path, content) = (Path::new("a.mgf"), b"i row.mgf -a 1000 -t 0 1 0\n");
+    let read = import::read(path, content, Format::Mgf, 0.0125, &mut Files::new(&mut open));
+    let message = read.unwrap_err().to_string();
+    assert!(
+        message.starts_with("ball.mgf:3: with the 360 triangles of this surface, 1000000 times"),
+        "{message}"
+    );
+    assert_eq!(reads, 2);
+}
+
+/// Objects that each copy opens and leaves open end with it: the names of later copies do not grow.
+#[test]
+fn open_objects_end_with_their_copy() {
+    let mesh = read("a.mgf", b"v a =\no room\nxf -a 3 -t 1 0 0\no inner\nsph a 1\nxf\nsph a 1\n").unwrap();
+    assert_eq!(mesh.parts, ["room", "room/inner"]);
+    assert_eq!(mesh.triangles.last().map(|last| (last.part, last.face)), Some((0, 0)));
+    assert!(mesh.notes[0].starts_with("3 objects were left open"), "{:?}", mesh.notes);
+}
+
+#[test]
+fn long_names_are_cut_and_told() {
+    let mesh = read("a.obj", &corpus("obj/long-names.obj")).unwrap();
+    assert_eq!(mesh.parts.len(), 1, "{:?}", mesh.parts);
+    assert!(mesh.parts[0].starts_with("long long") && mesh.parts[0].len() <= 200, "{:?}", mesh.parts);
+    assert!(mesh.notes.iter().any(|note| note.starts_with("names of parts are cut")), "{:?}", mesh.notes);
+    assert_eq!(mesh.triangles.iter().map(|triangle| triangle.face).collect::<Vec<_>>(), [0, 1]);
+}
 
 #[test]
 fn refusals_say_where_what_and_what_to_do() {

@@ -4,15 +4,21 @@
 //! is one [`Error`], whose message names file, line and key, the problem, its reason and the remedy. Only the
 //! numbers that [`radiosity::Scene::build`] judges are left to [`SceneFile::build`], which finds their line.
 
+#![warn(unreachable_pub, unnameable_types)]
+
 mod document;
+mod emit;
 mod error;
 mod imports;
 mod job;
 mod kind;
+mod material;
 mod method;
 mod near;
+mod plain;
 mod scene;
 mod schema;
+mod site;
 mod source;
 
 pub use error::{Error, Place, Spot};

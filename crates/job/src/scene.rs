@@ -1,15 +1,19 @@
 //! The scene file.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
 use glam::DVec3;
 use import::{Format, Imported, MaterialOverride, Options, Spots};
-use radiosity::{IndexChoice, Scene, SceneError, SceneSpec, Shape, Sides, Spectrum, SurfaceSpec};
+use radiosity::{IndexChoice, Scene, SceneError, SceneSpec, Shape, Sides, SurfaceSpec};
 
 use crate::document::{Table, Value};
+use crate::emit::read_emit;
 use crate::error::{Error, MESH_FORMATS, Place, Spot};
 use crate::imports::{import_scene, positive, read_mesh};
+use crate::material::{Material, Materials, find_material, read_materials};
+use crate::plain::{PlainSurface, plain_surfaces};
+use crate::site::{Lines, SITE_KEYS, SurfaceSite};
 use crate::source::{Source, Split};
 
 /// A scene as written, and where.
@@ -26,29 +30,6 @@ pub struct SceneFile {
     notes: Vec<String>,
 }
 
-/// Where a surface is written. There may be a million of them.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct SurfaceSite {
-    /// The number of its material.
-    material: u32,
-    /// The line of its header.
-    header: u32,
-    /// The lines of [`SITE_KEYS`]; 0 for one that is absent.
-    keys: [u32; 4],
-}
-
-/// The keys of surfaces that [`Scene::build`] may find at fault.
-const SITE_KEYS: [&str; 4] = ["quad", "triangle", "patches", "emit"];
-
-impl SurfaceSite {
-    /// The line of a key, or of the surface where the key is absent.
-    fn of(&self, key: &str) -> usize {
-        let known = SITE_KEYS.iter().position(|known| *known == key);
-        let line = known.map(|known| self.keys[known]).filter(|&line| line > 0);
-        line.unwrap_or(self.header) as usize
-    }
-}
-
 /// Where a mesh's surfaces come from.
 #[derive(Clone, Debug, PartialEq)]
 struct MeshSite {
@@ -56,20 +37,6 @@ struct MeshSite {
     /// The number of its first surface.
     first: usize,
     spots: Spots,
-}
-
-/// The lines of a table, from 1.
-#[derive(Clone, Debug, PartialEq)]
-struct Lines {
-    header: usize,
-    keys: Vec<(&'static str, usize)>,
-}
-
-impl Lines {
-    /// The line of a key, or of the table where the key is absent.
-    fn of(&self, key: &str) -> usize {
-        self.keys.iter().find(|(known, _)| *known == key).map_or(self.header, |&(_, line)| line)
-    }
 }
 
 impl SceneFile {
@@ -181,17 +148,25 @@ pub(crate) const LISTS: [&str; 2] = ["surface", "mesh"];
 
 fn load_toml(path: &Path, options: &Options) -> Result<SceneFile, Error> {
     let source = Source::read(path, "[material.NAME] tables and [[surface]] tables")?;
-    let split = source.split();
-    if let Some((part, rest)) = split.rest(&source).filter(|(_, rest)| !rest.contains_key("surface"))
-        && let Some(scene) =
-            Reader::new(Table::part(part, rest, SCENE_KEYS)?, path, options)?.read_parts(&source, &split)?
-    {
-        return Ok(scene);
+    match read_parts(&source, options)? {
+        Some(scene) => Ok(scene),
+        None => read_whole(&source, options),
     }
-    // Where the parts are not TOML by themselves, the whole tells what is wrong.
-    let mut table = Table::root(&source, SCENE_KEYS)?;
+}
+
+/// Reads a scene part by part; `None` where a part is not TOML by itself.
+fn read_parts(source: &Source, options: &Options) -> Result<Option<SceneFile>, Error> {
+    let split = source.split();
+    let rest = split.rest(source).filter(|(_, rest)| !rest.contains_key("surface"));
+    let Some((part, rest)) = rest else { return Ok(None) };
+    Reader::new(Table::part(part, rest, SCENE_KEYS)?, source.file(), options)?.read_parts(source, &split)
+}
+
+/// Reads a scene as one document, which tells what is wrong with it.
+fn read_whole(source: &Source, options: &Options) -> Result<SceneFile, Error> {
+    let mut table = Table::root(source, SCENE_KEYS)?;
     let surfaces = table.take("surface");
-    let mut reader = Reader::new(table, path, options)?;
+    let mut reader = Reader::new(table, source.file(), options)?;
     surfaces.map_or(Ok(()), |surfaces| reader.surfaces(surfaces))?;
     reader.finish()
 }
@@ -224,8 +199,12 @@ impl<'a, 'o> Reader<'a, 'o> {
 
     /// Reads the surfaces part by part; `None` where a part is not TOML by itself.
     fn read_parts(mut self, source: &Source, split: &Split) -> Result<Option<SceneFile>, Error> {
-        for part in split.surfaces(source) {
-            let Some((part, table)) = part else { return Ok(None) };
+        for surfaces in split.surfaces() {
+            let (text, line) = surfaces.text(source);
+            if self.plain_surfaces(text, line).is_some() {
+                continue;
+            }
+            let Some((part, table)) = surfaces.document(source) else { return Ok(None) };
             let mut table = Table::part(part, table, SCENE_KEYS)?;
             if let Some(surfaces) = table.take("surface") {
                 self.surfaces(surfaces)?;
@@ -234,12 +213,39 @@ impl<'a, 'o> Reader<'a, 'o> {
         self.finish().map(Some)
     }
 
+    /// Reads surfaces without a document; `None` where any of them needs one.
+    fn plain_surfaces(&mut self, text: &str, line: u32) -> Option<()> {
+        let surfaces = plain_surfaces(text, line)?;
+        let materials: Vec<&Material> =
+            surfaces.iter().map(|surface| self.materials.get(&*surface.material)).collect::<Option<_>>()?;
+        let mut names = surfaces.iter().filter_map(|surface| surface.name.as_deref());
+        names.all(can_name_a_surface).then_some(())?;
+        for (surface, material) in surfaces.into_iter().zip(materials) {
+            let PlainSurface { name, shape, sides, header, outline, cells, .. } = surface;
+            let [quad, triangle] = match shape {
+                Shape::Parallelogram { .. } => [outline, 0],
+                Shape::Triangle { .. } => [0, outline],
+            };
+            let keys = [quad, triangle, cells.unwrap_or(0), 0];
+            let site = SurfaceSite { material: material.number, header, keys };
+            let surface = SurfaceSpec {
+                name: name.map(Cow::into_owned),
+                shape,
+                sides,
+                reflectance: material.reflectance,
+                emittance: material.emittance,
+                cell_emittance: Vec::new(),
+            };
+            self.scene.push(surface, site);
+        }
+        Some(())
+    }
+
     fn surfaces(&mut self, value: Value<'_>) -> Result<(), Error> {
         for value in value.tables(LISTS[0])? {
             let number = self.scene.spec.surfaces.len();
             let (surface, site) = read_surface(value, number, &self.materials)?;
-            self.scene.spec.surfaces.push(surface);
-            self.scene.sites.push(site);
+            self.scene.push(surface, site);
         }
         Ok(())
     }
@@ -299,6 +305,12 @@ impl<'a, 'o> Reader<'a, 'o> {
 }
 
 impl SceneFile {
+    /// Adds a surface of the file itself.
+    fn push(&mut self, surface: SurfaceSpec, site: SurfaceSite) {
+        self.spec.surfaces.push(surface);
+        self.sites.push(site);
+    }
+
     /// Adds the surfaces of a mesh.
     fn add(&mut self, file: &Path, imported: Imported) {
         let Imported { spec, spots, notes } = imported;
@@ -326,56 +338,6 @@ fn unknown_format(path: &Path) -> Error {
             Error::SceneFormat { file: path.into(), format }
         }
     }
-}
-
-/// What `[material.NAME]` says.
-struct Material {
-    number: u32,
-    reflectance: Spectrum,
-    emittance: Spectrum,
-    lines: Lines,
-}
-
-/// Materials by name; their numbers are those of this order.
-type Materials = BTreeMap<String, Material>;
-
-fn read_materials(table: &mut Table<'_>) -> Result<Materials, Error> {
-    let Some(value) = table.take("material") else { return Ok(BTreeMap::new()) };
-    let mut materials: Materials = BTreeMap::new();
-    for (name, value) in value.any_table()?.into_values() {
-        materials.insert(name, read_material(value)?);
-    }
-    for (number, material) in (0..).zip(materials.values_mut()) {
-        material.number = number;
-    }
-    Ok(materials)
-}
-
-pub(crate) const MATERIAL_KEYS: &[&str] = &["reflectance", "emittance"];
-
-fn read_material(value: Value<'_>) -> Result<Material, Error> {
-    let mut lines = Lines { header: value.line(), keys: Vec::new() };
-    let mut table = value.table(MATERIAL_KEYS)?;
-    let mut spectrum = |key| {
-        let Some(value) = table.take(key) else { return Ok(Spectrum::BLACK) };
-        lines.keys.push((key, value.line()));
-        read_spectrum(value)
-    };
-    Ok(Material {
-        number: 0,
-        reflectance: spectrum("reflectance")?,
-        emittance: spectrum("emittance")?,
-        lines,
-    })
-}
-
-/// A number, or one for each of red, green and blue.
-pub(crate) fn read_spectrum(value: Value<'_>) -> Result<Spectrum, Error> {
-    if !value.is_array() {
-        return value.number().map(Spectrum::from);
-    }
-    let [r, g, b] = value.exactly("a number, or three: [r, g, b]")?;
-    Ok(Spectrum::rgb([r.number()?, g.number()?, b.number()?]))
 }
 
 pub(crate) const SURFACE_KEYS: &[&str] =
@@ -416,7 +378,7 @@ fn read_surface(
 
 fn read_surface_name(value: &Value<'_>) -> Result<String, Error> {
     let name = value.string()?;
-    if name.trim().is_empty() || name.contains(char::is_control) {
+    if !can_name_a_surface(name) {
         return Err(value.refuse(
             format!("{name:?} cannot name a surface"),
             "it is shown in the rows of its patches",
@@ -426,19 +388,15 @@ fn read_surface_name(value: &Value<'_>) -> Result<String, Error> {
     Ok(name.into())
 }
 
+/// Whether a name is visible, on one line.
+fn can_name_a_surface(name: &str) -> bool {
+    !name.trim().is_empty() && !name.contains(char::is_control)
+}
+
 fn read_material_name<'m>(table: &mut Table<'_>, materials: &'m Materials) -> Result<&'m Material, Error> {
     let value =
         table.require("material", "a surface takes its reflectance from it", "material = \"NAME\"")?;
     find_material(&value, materials)
-}
-
-fn find_material<'m>(value: &Value<'_>, materials: &'m Materials) -> Result<&'m Material, Error> {
-    let name = value.string()?;
-    materials.get(name).ok_or_else(|| Error::UnknownMaterial {
-        place: value.place(),
-        material: name.into(),
-        known: materials.keys().cloned().collect(),
-    })
 }
 
 fn read_shape(table: &mut Table<'_>) -> Result<Shape, Error> {
@@ -518,44 +476,5 @@ fn read_sides(value: &Value<'_>) -> Result<Sides, Error> {
     }
 }
 
-pub(crate) const EMIT_KEYS: &[&str] = &["cell", "emittance"];
-
-/// (cell index, emittance [W/m²]) per entry.
-fn read_emit(value: Value<'_>, shape: &Shape) -> Result<Vec<(u32, Spectrum)>, Error> {
-    let mut listed = BTreeSet::new();
-    let mut emit = Vec::new();
-    for value in value.array()? {
-        let place = value.place();
-        let mut table = value.table(EMIT_KEYS)?;
-        let cell = table.require("cell", "an entry is about one cell", "cell = [i, j]")?;
-        let emittance = table.require("emittance", "an entry changes it", "emittance = 1.0, in W/m²")?;
-        let cell = read_cell(cell, shape)?;
-        if !listed.insert(cell) {
-            let [i, j] = shape.cell_label(cell);
-            return Err(Error::Refused {
-                place,
-                problem: format!("cell [{i}, {j}] is listed twice"),
-                why: "it has one emittance",
-                remedy: "list it once".into(),
-            });
-        }
-        emit.push((cell, read_spectrum(emittance)?));
-    }
-    Ok(emit)
-}
-
-fn read_cell(value: Value<'_>, shape: &Shape) -> Result<u32, Error> {
-    let [i, j] = value.exactly("a cell: [iu, iv] of a quad, [row, position] of a triangle")?;
-    let label = match *shape {
-        Shape::Parallelogram { cells: [nu, nv], .. } => [read_step(&i, nu - 1)?, read_step(&j, nv - 1)?],
-        Shape::Triangle { rows, .. } => {
-            let row = read_step(&i, rows - 1)?;
-            [row, read_step(&j, 2 * row)?]
-        }
-    };
-    Ok(shape.cell_index(label).expect("a cell within bounds, as just found"))
-}
-
-fn read_step(value: &Value<'_>, last: u32) -> Result<u32, Error> {
-    Ok(value.integer(0..=u64::from(last), "cells are counted from 0 within the surface")? as u32)
-}
+#[cfg(test)]
+mod tests;

@@ -6,10 +6,12 @@
 use radiosity::{EstimatorKind, IndexChoice, RayBirths, Sampler, Space};
 use serde_json::{Value, json};
 
+use crate::emit::EMIT_KEYS;
 use crate::imports::{IMPORT_KEYS, OVERRIDE_KEYS};
 use crate::job::{BUDGET_KEYS, JOB_KEYS, Light, MAX_STREAM_PATHS, TARGET_KEYS, TRACING_KEYS, Unhit};
+use crate::material::MATERIAL_KEYS;
 use crate::method::{BIRTH_KEYS, EndWord, INFINITE_KEYS, METHOD_KEYS, SOLVE_KEYS, SolveWord, WalkKind, Word};
-use crate::scene::{EMIT_KEYS, MATERIAL_KEYS, MESH_KEYS, SCENE_KEYS, SURFACE_KEYS};
+use crate::scene::{MESH_KEYS, SCENE_KEYS, SURFACE_KEYS};
 
 /// The dialect that the schemas are written in.
 const DIALECT: &str = "http://json-schema.org/draft-07/schema#";

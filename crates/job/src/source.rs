@@ -1,5 +1,6 @@
 //! A file's text, and what was typed over it.
 
+use std::cell::OnceCell;
 use std::fs;
 use std::io;
 use std::ops::Range;
@@ -18,21 +19,34 @@ use crate::scene::{LISTS, SCENE_KEYS};
 pub(crate) struct Source {
     file: PathBuf,
     text: String,
-    line_starts: Vec<usize>,
+    /// Found when the first line is asked for.
+    line_starts: OnceCell<Vec<usize>>,
     overrides: Vec<Override>,
 }
 
-/// A part of a source that was parsed alone: its spans count from `start`.
+/// A text that was parsed alone: pieces of a source, one behind the other.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Part<'a> {
     source: &'a Source,
+    pieces: &'a [Piece],
+}
+
+/// A piece of a source.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Piece {
+    /// Where it begins in its part.
+    at: usize,
+    /// Where it begins in the source.
     start: usize,
 }
+
+/// The piece that is all of a source.
+const WHOLE: &[Piece] = &[Piece { at: 0, start: 0 }];
 
 impl<'a> Part<'a> {
     /// All of a source.
     pub(crate) fn whole(source: &'a Source) -> Self {
-        Part { source, start: 0 }
+        Part { source, pieces: WHOLE }
     }
 
     pub(crate) fn file(&self) -> &'a Path {
@@ -40,37 +54,60 @@ impl<'a> Part<'a> {
     }
 
     pub(crate) fn place(&self, offset: usize, key: impl Into<String>) -> Box<Place> {
-        self.source.place(self.start + offset, key)
+        self.source.place(self.in_source(offset), key)
     }
 
     pub(crate) fn line(&self, offset: usize) -> usize {
-        self.source.line(self.start + offset)
+        self.source.line(self.in_source(offset))
+    }
+
+    fn in_source(&self, offset: usize) -> usize {
+        let piece = self.pieces[self.pieces.partition_point(|piece| piece.at <= offset) - 1];
+        piece.start + (offset - piece.at)
     }
 }
 
 /// A scene's text in two: its surfaces, and all else.
+#[derive(Default)]
 pub(crate) struct Split {
-    /// The text with every surface blanked out: spans are those of the text.
+    /// The text without surfaces, and the pieces that it is of.
     rest: String,
-    /// Ranges of the text that hold nothing but surfaces, in order.
-    surfaces: Vec<Range<usize>>,
+    pieces: Vec<Piece>,
+    /// Runs of surfaces, in order.
+    surfaces: Vec<Surfaces>,
+}
+
+/// A piece of a scene that holds nothing but surfaces.
+pub(crate) struct Surfaces {
+    range: Range<usize>,
+    piece: [Piece; 1],
+    /// The line that it begins on.
+    line: u32,
+}
+
+impl Surfaces {
+    /// Its text, and the line that this begins on.
+    pub(crate) fn text<'a>(&self, source: &'a Source) -> (&'a str, u32) {
+        (&source.text[self.range.clone()], self.line)
+    }
+
+    /// As a document; `None` where it is not TOML by itself.
+    pub(crate) fn document<'a>(&'a self, source: &'a Source) -> Option<(Part<'a>, DeTable<'a>)> {
+        let table = DeTable::parse(self.text(source).0).ok()?.into_inner();
+        Some((Part { source, pieces: &self.piece }, table))
+    }
 }
 
 impl Split {
     /// What is no surface.
     pub(crate) fn rest<'a>(&'a self, source: &'a Source) -> Option<(Part<'a>, DeTable<'a>)> {
-        Some((Part::whole(source), DeTable::parse(&self.rest).ok()?.into_inner()))
+        let pieces = if self.pieces.is_empty() { WHOLE } else { &self.pieces };
+        Some((Part { source, pieces }, DeTable::parse(&self.rest).ok()?.into_inner()))
     }
 
-    /// The surfaces, parsed range by range. `None` stands for a range that is not TOML by itself.
-    pub(crate) fn surfaces<'a>(
-        &'a self,
-        source: &'a Source,
-    ) -> impl Iterator<Item = Option<(Part<'a>, DeTable<'a>)>> {
-        self.surfaces.iter().map(|range| {
-            let table = DeTable::parse(&source.text[range.clone()]).ok()?.into_inner();
-            Some((Part { source, start: range.start }, table))
-        })
+    /// Runs of surfaces, in order.
+    pub(crate) fn surfaces(&self) -> &[Surfaces] {
+        &self.surfaces
     }
 }
 
@@ -105,14 +142,12 @@ impl Source {
         if text.trim().is_empty() {
             return Err(Error::Empty { file: file.into(), expected });
         }
-        let line_starts =
-            std::iter::once(0).chain(text.match_indices('\n').map(|(newline, _)| newline + 1)).collect();
-        Ok(Source { file: file.into(), text, line_starts, overrides: Vec::new() })
+        Ok(Source { file: file.into(), text, line_starts: OnceCell::new(), overrides: Vec::new() })
     }
 
     /// A job that has the default of every key, for the scene in a file.
     pub(crate) fn of_scene(file: &Path, text: &str) -> Self {
-        Source { file: file.into(), text: text.into(), line_starts: vec![0], overrides: Vec::new() }
+        Source { file: file.into(), text: text.into(), line_starts: OnceCell::new(), overrides: Vec::new() }
     }
 
     /// Whether the file is a scene: it opens a table that only scenes have, or has such a key and none of jobs.
@@ -131,26 +166,30 @@ impl Source {
     /// Splits a scene's text at the lines that open tables. A line of a string that looks like one makes a part that
     /// is not TOML by itself.
     pub(crate) fn split(&self) -> Split {
-        let mut split = Split { rest: String::with_capacity(self.text.len()), surfaces: Vec::new() };
-        let (mut in_surface, mut count, mut start) = (false, 0, 0);
-        for line in self.text.split_inclusive('\n') {
+        let mut split = Split::default();
+        let (mut in_surface, mut in_rest, mut count, mut start) = (false, false, 0, 0);
+        for (number, line) in (1..).zip(self.text.split_inclusive('\n')) {
             let end = start + line.len();
             if let Some(name) = opened(line) {
                 let begins = name == "surface" && line.trim_start().starts_with("[[surface]]");
                 if begins && (!in_surface || count == SURFACES_AT_ONCE) {
-                    split.surfaces.push(start..start);
+                    let piece = [Piece { at: 0, start }];
+                    split.surfaces.push(Surfaces { range: start..start, piece, line: number });
                     count = 0;
                 }
                 count += usize::from(begins);
                 in_surface = begins || (in_surface && name == "surface");
             }
             match split.surfaces.last_mut().filter(|_| in_surface) {
-                Some(range) => {
-                    range.end = end;
-                    split.rest.extend(line.bytes().map(|byte| if byte == b'\n' { '\n' } else { ' ' }));
+                Some(surfaces) => surfaces.range.end = end,
+                None => {
+                    if !in_rest {
+                        split.pieces.push(Piece { at: split.rest.len(), start });
+                    }
+                    split.rest.push_str(line);
                 }
-                None => split.rest.push_str(line),
             }
+            in_rest = !in_surface;
             start = end;
         }
         split
@@ -191,7 +230,11 @@ impl Source {
 
     /// The line of a byte of the file, from 1.
     pub(crate) fn line(&self, offset: usize) -> usize {
-        self.line_starts.partition_point(|&start| start <= offset)
+        let starts = self.line_starts.get_or_init(|| {
+            let newlines = self.text.match_indices('\n').map(|(newline, _)| newline + 1);
+            std::iter::once(0).chain(newlines).collect()
+        });
+        starts.partition_point(|&start| start <= offset)
     }
 
     fn syntax(&self, error: &toml::de::Error) -> Error {

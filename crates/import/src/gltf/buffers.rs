@@ -1,6 +1,8 @@
 //! The bytes of glTF: the container GLB, buffers inside and beside the file, accessors.
 
+use std::collections::HashMap;
 use std::path::Path;
+use std::rc::Rc;
 
 use super::json::{Accessor, BufferView, Document};
 use super::{At, element};
@@ -42,23 +44,35 @@ pub(super) fn unpack(content: &[u8]) -> Result<(&[u8], &[u8]), Fault> {
     Ok((json.ok_or_else(Fault::short)?, binary))
 }
 
-/// The content of every buffer.
+/// The content of a buffer, which others may share.
+pub(super) type Shared = Rc<[u8]>;
+
+/// The content of every buffer, and the bytes of all files that were read for it.
 pub(super) fn buffers(
     document: &Document,
     binary: &[u8],
     path: &Path,
     files: &mut Files<'_>,
-) -> Result<Vec<Vec<u8>>, At> {
+) -> Result<(Vec<Shared>, usize), At> {
+    let binary: Shared = binary.into();
+    // Buffers that name one file share its content.
+    let mut known: HashMap<String, Shared> = HashMap::new();
     let content = |(number, buffer): (usize, &super::json::Buffer)| {
         let at = |fault| (format!("buffers[{number}]"), fault);
         let content = match buffer.uri.as_deref() {
             None if buffer.extensions.meshopt.is_some() => return Err(at(compressed())),
-            None => binary.to_vec(),
+            None => binary.clone(),
             Some(uri) => match uri.strip_prefix("data:") {
-                Some(data) => decode_data(data).ok_or_else(|| at(bad_data()))?,
+                Some(data) => decode_data(data).ok_or_else(|| at(bad_data()))?.into(),
                 None => {
                     let uri = decode_percent(uri);
-                    files.beside(path, &uri).map_err(|error| at(missing(&uri, &error)))?.1
+                    match known.get(&uri) {
+                        Some(content) => content.clone(),
+                        None => {
+                            let read = files.beside(path, &uri).map_err(|error| at(missing(&uri, &error)))?;
+                            known.entry(uri).or_insert(read.1.into()).clone()
+                        }
+                    }
                 }
             },
         };
@@ -68,7 +82,8 @@ pub(super) fn buffers(
         }
         Ok(content)
     };
-    document.buffers.iter().enumerate().map(content).collect()
+    let buffers = document.buffers.iter().enumerate().map(content).collect::<Result<_, At>>()?;
+    Ok((buffers, known.values().map(|content| content.len()).sum()))
 }
 
 fn compressed() -> Fault {
@@ -128,7 +143,7 @@ fn decode_percent(uri: &str) -> String {
 /// Accessors of a document whose buffers are at hand.
 pub(super) struct Data<'a> {
     pub(super) document: &'a Document,
-    pub(super) buffers: &'a [Vec<u8>],
+    pub(super) buffers: &'a [Shared],
 }
 
 impl Data<'_> {
@@ -156,7 +171,6 @@ impl Data<'_> {
         };
         let mut rows = match accessor.buffer_view {
             Some(_) => (0..accessor.count).map(|row| component.row(bytes, row * stride)).collect(),
-            None if accessor.count > crate::mesh::MAX_TRIANGLES => return Err(Fault::short()),
             None => vec![[0.0; N]; accessor.count],
         };
         self.overwrite(accessor, &mut rows)?;

@@ -4,6 +4,8 @@ mod buffers;
 mod json;
 mod material;
 
+use std::collections::HashMap;
+use std::ops::Range;
 use std::path::Path;
 
 use glam::{DAffine3, DMat4, DQuat, DVec3};
@@ -12,8 +14,9 @@ use self::buffers::{Data, buffers, unpack};
 use self::json::{Document, Node, Primitive};
 use crate::error::{Error, Fault, Spot};
 use crate::files::Files;
-use crate::mesh::{Material, Mesh, Parts, Triangle};
-use crate::tally::{Tally, room};
+use crate::mesh::{Material, Mesh, Parts, Triangle, short};
+use crate::room::{Room, room};
+use crate::tally::Tally;
 
 /// A fault with the path of the JSON element at fault.
 type At = (String, Fault);
@@ -41,11 +44,20 @@ pub(crate) fn read(path: &Path, content: &[u8], files: &mut Files<'_>) -> Result
     let document: Document = serde_json::from_slice(json).map_err(|error| not_gltf(path, &error))?;
     let at = |(element, fault): At| fault.at(path, Spot::Element(element));
     refuse_extensions(&document).map_err(at)?;
-    let buffers = buffers(&document, binary, path, files).map_err(at)?;
+    let (buffers, beside) = buffers(&document, binary, path, files).map_err(at)?;
     let data = Data { document: &document, buffers: &buffers };
     let mesh = Mesh { materials: material::materials(&document), ..Mesh::default() };
     let visited = vec![false; document.nodes.len()];
-    let mut walk = Walk { data, mesh, parts: Parts::default(), tally: Tally::default(), visited };
+    let mut walk = Walk {
+        data,
+        room: Room::of(content.len() + beside),
+        rows: 0,
+        vertices: HashMap::new(),
+        mesh,
+        parts: Parts::default(),
+        tally: Tally::default(),
+        visited,
+    };
     walk.roots().map_err(at)?;
     let Walk { mut mesh, tally, .. } = walk;
     tally.report(&mut mesh);
@@ -88,6 +100,11 @@ fn element<'a, T>(list: &'a [T], number: usize, name: &str, from: &str) -> Resul
 /// The nodes on the way to their triangles.
 struct Walk<'a> {
     data: Data<'a>,
+    room: Room,
+    /// Vertices and indices that were read so far: of a mesh that several nodes have, for each of them.
+    rows: u64,
+    /// The vertices of the mesh that is read, by the number of their accessor: primitives share them.
+    vertices: HashMap<usize, Range<u32>>,
     mesh: Mesh,
     parts: Parts,
     tally: Tally,
@@ -147,6 +164,7 @@ impl Walk<'_> {
         let document = self.data.document;
         let mesh = element(&document.meshes, number, "meshes", &format!("node {path:?}.mesh"))?;
         self.parts.enter(&mut self.mesh, name);
+        self.vertices.clear();
         for (i, primitive) in mesh.primitives.iter().enumerate() {
             self.primitive(primitive, &format!("meshes[{number}].primitives[{i}]"), place)?;
         }
@@ -171,17 +189,10 @@ impl Walk<'_> {
             self.tally.count("primitives without positions were left out");
             return Ok(());
         };
-        let first = self.mesh.positions.len() as u32;
-        let vertices = self.data.rows::<3>(position, path)?;
-        for vertex in &vertices {
-            self.mesh.positions.push(place.transform_point3(DVec3::from_array(*vertex)));
-        }
-        if self.mesh.positions[first as usize..].iter().any(|position| !position.is_finite()) {
-            let fault =
-                Fault::new("a vertex is not a finite number", "it is nowhere", "export the file again");
-            return Err((path.into(), fault));
-        }
-        let indices = self.indices(primitive, vertices.len(), path)?;
+        let Range { start: first, end } = self.vertices(position, path, place)?;
+        let indices = self.indices(primitive, end - first, path)?;
+        let triangles = count(mode, indices.len()) as u64 + self.mesh.triangles.len() as u64;
+        self.within(triangles, 1, "triangles", path)?;
         let material = self.material(primitive, path)?;
         let mirrored = place.matrix3.determinant() < 0.0;
         for [a, b, c] in triples(mode, &indices) {
@@ -193,6 +204,47 @@ impl Walk<'_> {
         room(&self.mesh).map_err(|fault| (path.into(), fault))
     }
 
+    /// The numbers of an accessor's vertices in the mesh, where they are put.
+    fn vertices(&mut self, accessor: usize, path: &str, place: &DAffine3) -> Result<Range<u32>, At> {
+        if let Some(known) = self.vertices.get(&accessor) {
+            return Ok(known.clone());
+        }
+        self.count_rows(accessor, path)?;
+        let first = self.mesh.positions.len();
+        for vertex in self.data.rows::<3>(accessor, path)? {
+            self.mesh.positions.push(place.transform_point3(DVec3::from_array(vertex)));
+        }
+        if self.mesh.positions[first..].iter().any(|position| !position.is_finite()) {
+            let fault =
+                Fault::new("a vertex is not a finite number", "it is nowhere", "export the file again");
+            return Err((path.into(), fault));
+        }
+        let range = first as u32..self.mesh.positions.len() as u32;
+        self.vertices.insert(accessor, range.clone());
+        Ok(range)
+    }
+
+    /// Counts the rows of an accessor before they are read.
+    fn count_rows(&mut self, accessor: usize, path: &str) -> Result<(), At> {
+        let accessor = element(&self.data.document.accessors, accessor, "accessors", path)?;
+        self.rows = self.rows.saturating_add(accessor.count as u64);
+        self.within(self.rows, 3, "vertices and indices", path)
+    }
+
+    /// Refuses to go beyond `times` as many as the file may make triangles.
+    fn within(&self, count: u64, times: u64, what: &str, path: &str) -> Result<(), At> {
+        if count <= times * self.room.most() {
+            return Ok(());
+        }
+        let problem = format!("with those of this primitive the scene has {count} {what}");
+        let why = match times {
+            1 => self.room.why(),
+            _ => format!("there are at most {times} for each triangle; {}", self.room.why()),
+        };
+        let remedy = "remove nodes that repeat a mesh, or simplify the mesh";
+        Err((path.into(), Fault::new(problem, why, remedy)))
+    }
+
     /// Whether a primitive that is compressed stands in the file without compression, too.
     fn has_plain_positions(&self, primitive: &Primitive) -> bool {
         let accessors = &self.data.document.accessors;
@@ -201,11 +253,12 @@ impl Walk<'_> {
     }
 
     /// The vertices in the order of the triangles' corners.
-    fn indices(&self, primitive: &Primitive, vertices: usize, path: &str) -> Result<Vec<u32>, At> {
-        let Some(number) = primitive.indices else { return Ok((0..vertices as u32).collect()) };
+    fn indices(&mut self, primitive: &Primitive, vertices: u32, path: &str) -> Result<Vec<u32>, At> {
+        let Some(number) = primitive.indices else { return Ok((0..vertices).collect()) };
+        self.count_rows(number, path)?;
         let rows = self.data.rows::<1>(number, path)?;
         let indices: Vec<u32> = rows.into_iter().map(|[index]| index as u32).collect();
-        match indices.iter().find(|&&index| index as usize >= vertices) {
+        match indices.iter().find(|&&index| index >= vertices) {
             None => Ok(indices),
             Some(index) => Err((
                 format!("{path}.indices"),
@@ -253,8 +306,9 @@ fn orphans(document: &Document) -> Vec<usize> {
 }
 
 fn node_name(document: &Document, node: &Node, number: usize) -> String {
-    let mesh = node.mesh.and_then(|mesh| document.meshes.get(mesh)?.name.clone());
-    node.name.clone().or(mesh).filter(|name| !name.is_empty()).unwrap_or_else(|| format!("node {number}"))
+    let mesh = node.mesh.and_then(|mesh| document.meshes.get(mesh)?.name.as_deref());
+    let written = node.name.as_deref().or(mesh).filter(|name| !name.is_empty());
+    written.map_or_else(|| format!("node {number}"), |name| short(name).into_owned())
 }
 
 fn refuse_node(node: &Node) -> Result<(), Fault> {
@@ -285,6 +339,11 @@ fn placement(node: &Node) -> DAffine3 {
     DAffine3::from_scale_rotation_translation(scale, rotation, translation)
 }
 
+/// The number of triangles that [`triples`] makes of as many indices.
+fn count(mode: u32, indices: usize) -> usize {
+    if mode == TRIANGLES { indices / 3 } else { indices.saturating_sub(2) }
+}
+
 /// Triangles of a list, a strip (every other one turned round) or a fan.
 fn triples(mode: u32, indices: &[u32]) -> Vec<[u32; 3]> {
     let window = |i: usize| [indices[i], indices[i + 1], indices[i + 2]];
@@ -310,5 +369,8 @@ mod tests {
         assert_eq!(triples(STRIP, &[0, 1, 2, 3]), [[0, 1, 2], [1, 3, 2]]);
         assert_eq!(triples(FAN, &[0, 1, 2, 3]), [[0, 1, 2], [0, 2, 3]]);
         assert_eq!(triples(TRIANGLES, &[0, 1, 2, 3]), [[0, 1, 2]]);
+        for (mode, made) in [(STRIP, 2), (FAN, 2), (TRIANGLES, 1)] {
+            assert_eq!((count(mode, 4), count(mode, 0)), (made, 0));
+        }
     }
 }

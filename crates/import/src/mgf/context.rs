@@ -2,8 +2,17 @@
 
 use std::collections::HashMap;
 
+use glam::DVec3;
+
 use crate::error::Fault;
 use crate::text::name;
+
+/// A vertex and the normal there.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Vertex {
+    pub(super) point: DVec3,
+    pub(super) normal: DVec3,
+}
 
 /// The values of one kind.
 #[derive(Debug, Default)]

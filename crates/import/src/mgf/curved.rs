@@ -18,6 +18,16 @@ pub(super) fn segments(error: f64) -> usize {
     (least.ceil() as usize).max(4)
 }
 
+/// The most triangles that a surface of some kind is made of, where a polygon of n sides stands for a circle.
+pub(super) fn most_triangles(keyword: &[u8], n: u64) -> u64 {
+    match keyword {
+        b"sph" => 2 * n * (n.div_ceil(2) - 1),
+        b"torus" => 2 * n * n,
+        // Cylinders, cones and rings have two circles.
+        _ => 2 * n,
+    }
+}
+
 impl Facets {
     /// The side of a cone between two circles about one axis, which may be points.
     pub(super) fn cone(low: DVec3, low_radius: f64, high: DVec3, high_radius: f64, n: usize) -> Self {

@@ -5,7 +5,7 @@ use glam::{DAffine3, DMat3, DVec3};
 use crate::error::Fault;
 use crate::text::number;
 
-/// The most copies that one array makes.
+/// The largest number of copies that an array may name.
 const MAX_COPIES: u64 = 1 << 24;
 
 /// The placements of an `xf` or an include, one for each element of its arrays, the last array running fastest.
@@ -45,16 +45,22 @@ impl Placements {
             let last = groups.last_mut().expect("the first one");
             last.place = step(flag, &mut rest)? * last.place;
         }
-        let copies = counts.iter().try_fold(1_u64, |copies, &count| copies.checked_mul(count));
-        if copies.is_none_or(|copies| copies > MAX_COPIES) {
-            return Err(Fault::new(
-                "the array has too many copies",
-                format!("more than {MAX_COPIES} fit no scene"),
-                "make it smaller",
-            ));
-        }
-        let next = (copies != Some(0)).then(|| vec![0; counts.len()]);
+        let next = (!counts.contains(&0)).then(|| vec![0; counts.len()]);
         Ok(Placements { groups, counts, next })
+    }
+
+    /// How many they are; 2⁶⁴ − 1 stands for all larger numbers.
+    pub(super) fn copies(&self) -> u64 {
+        if self.next.is_none() {
+            0
+        } else {
+            self.counts.iter().fold(1, |product, &count| product.saturating_mul(count))
+        }
+    }
+
+    /// How much work it is to find one of them, by the numbers that are multiplied.
+    pub(super) fn steps(&self) -> u64 {
+        4 * self.groups.len() as u64
     }
 
     fn place(&self, copy: &[u64]) -> DAffine3 {

@@ -32,6 +32,18 @@ pub struct Overlap {
     pub area: f64,
 }
 
+impl Overlap {
+    /// A point in the middle of what the two have in common [m, of the scene].
+    pub fn middle(&self, surfaces: &[Surface]) -> DVec3 {
+        let [upper, lower] =
+            [self.upper, self.lower].map(|surface| Outline::new(&surfaces[surface as usize]));
+        let (x, y) = upper.normal.any_orthonormal_pair();
+        let part = common_part(&upper.flat([x, y]), &lower.flat([x, y]));
+        let middle = part.iter().sum::<DVec2>() / part.len().max(1) as f64;
+        x * middle.x + y * middle.y + upper.normal * upper.offset()
+    }
+}
+
 impl Stack {
     /// Every two surfaces of the stack that overlap, given the surfaces of the scene.
     pub fn overlaps(&self, surfaces: &[Surface]) -> Vec<Overlap> {
@@ -41,7 +53,7 @@ impl Stack {
         let mut overlaps = Vec::new();
         for (i, &upper) in self.surfaces.iter().enumerate() {
             for (j, &lower) in self.surfaces.iter().enumerate().skip(i + 1) {
-                let area = common_area(&outlines[i], &outlines[j]);
+                let area = signed_area(&common_part(&outlines[i], &outlines[j])).abs();
                 // Neighbours that share an edge overlap by rounding.
                 let smaller = signed_area(&outlines[i]).abs().min(signed_area(&outlines[j]).abs());
                 if area > 1e-9 * smaller {
@@ -53,9 +65,9 @@ impl Stack {
     }
 }
 
-/// The area that two convex polygons have in common (I. E. Sutherland & G. W. Hodgman, *Reentrant polygon clipping*,
+/// What two convex polygons have in common (I. E. Sutherland & G. W. Hodgman, *Reentrant polygon clipping*,
 /// CACM 17 (1974)).
-fn common_area(p: &[DVec2], q: &[DVec2]) -> f64 {
+fn common_part(p: &[DVec2], q: &[DVec2]) -> Vec<DVec2> {
     let mut part = q.to_vec();
     let turn = signed_area(p).signum();
     for (&from, &to) in p.iter().zip(p.iter().cycle().skip(1)) {
@@ -71,7 +83,7 @@ fn common_area(p: &[DVec2], q: &[DVec2]) -> f64 {
             }
         }
     }
-    signed_area(&part).abs()
+    part
 }
 
 /// Positive where the corners run counterclockwise.
