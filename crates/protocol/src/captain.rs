@@ -18,7 +18,7 @@ pub trait Captain {
     fn overflow(&mut self) -> Vec<Action>;
     /// Does what time brings about.
     fn tick(&mut self, now: Now) -> Vec<Action>;
-    /// So many bytes of peers have come in.
+    /// Bytes of peers have come in.
     fn count(&mut self, bytes: usize) {
         let _ = bytes;
     }

@@ -114,7 +114,7 @@ impl Relay {
             cpu_seconds,
             counts: Box::new(tally.counts.to_array()),
             sums: pack(tally.sums()),
-            // Had anything been changed here, whoever leads would find out: these are the digests that came with the parts.
+            // These are the digests that came with the parts: where a sum was changed here, the leader finds out.
             digest: deliveries.digest(),
             provenance: Provenance::new(&deliveries, self.crew.workers()),
         };

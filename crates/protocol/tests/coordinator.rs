@@ -961,7 +961,7 @@ fn a_relay_that_only_gives_back_is_dropped() {
 }
 
 #[test]
-fn what_a_relay_brought_that_lied_is_walked_again_whoever_was_behind_it() {
+fn what_a_lying_relay_brought_is_walked_again_with_all_that_is_behind_it() {
     let mut stage = Stage::new(plan(10_000, 10));
     let honest = stage.join(1);
     let relay = stage.introduce(|hello| Hello { relays: true, threads: 0, name: "relay".into(), ..hello });
