@@ -80,10 +80,20 @@ fn relays_of_relays_and_workers_come_to_the_same_tally() {
     assert_eq!(run.notices, [""; 0]);
     let effort = run.coordinator.effort();
     assert_eq!((effort.workers_seen, effort.workers_lost), (3, 0));
+}
+
+/// The job goes on until workers at every level have brought something.
+#[test]
+fn workers_behind_relays_and_relays_of_relays_are_in_the_book() {
+    let all = |coordinator: &Coordinator| {
+        coordinator.contributors().len() == 3 && coordinator.prefix().counts.walks > 0
+    };
+    let run = run(plan(1 << 50, 100), all, |access| tree(access, || Toy));
+    assert_eq!(run.ending, Ending::Interrupted);
     is_accounted_for(&run.coordinator);
 }
 
-/// Every single lease of the book has the digest of its walks; all workers of the tree are named.
+/// Every entry of the book has the digest of its walks; all workers of the tree are named.
 fn is_accounted_for(coordinator: &Coordinator) {
     let past = coordinator.past();
     let digester = Digester::new(&SCENE_HASH);
