@@ -94,9 +94,9 @@ impl Provenance {
 
     /// The parts as entries of a book whose roster knows the relay as `relay`.
     pub fn entered(self, relay: &str, roster: &mut Roster) -> Vec<Delivery> {
-        let own = roster.number(relay);
         let numbers: Vec<u32> = self.names.iter().map(|name| roster.number_behind(relay, name)).collect();
-        let number = |worker: u32| numbers.get(worker as usize).copied().unwrap_or(own);
+        let mut number =
+            |worker: u32| numbers.get(worker as usize).copied().unwrap_or_else(|| roster.number(relay));
         self.parts.into_iter().map(|part| Delivery { worker: number(part.worker), ..part }).collect()
     }
 }
