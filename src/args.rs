@@ -116,13 +116,13 @@ Examples:
 /// Distributed Monte Carlo radiosity with confidence intervals that are true.
 #[derive(Parser)]
 #[command(version = crate::build::BUILD, arg_required_else_help = true, after_help = AFTER)]
-pub struct Cli {
+pub(crate) struct Cli {
     #[command(subcommand)]
     pub command: Command,
 }
 
 #[derive(Subcommand)]
-pub enum Command {
+pub(crate) enum Command {
     /// Shoot a job on worker processes of this machine and write its results
     #[command(after_help = RUN)]
     Run(RunArgs),
@@ -222,7 +222,7 @@ fn rays(typed: &str) -> Result<u64, String> {
 
 /// A job and what to change in it.
 #[derive(Args)]
-pub struct JobArgs {
+pub(crate) struct JobArgs {
     /// The job file
     pub job: PathBuf,
     /// Total walks (budget.paths): 1000000, 1_000_000 or 1e6
@@ -238,7 +238,7 @@ pub struct JobArgs {
 
 impl JobArgs {
     /// Every change as KEY=VALUE.
-    pub fn overrides(&self) -> Vec<String> {
+    pub(crate) fn overrides(&self) -> Vec<String> {
         let paths = self.paths.map(|paths| format!("budget.paths={paths}"));
         let seed = self.seed.map(|seed| format!("seed={seed}"));
         self.set.iter().cloned().chain(paths).chain(seed).collect()
@@ -247,7 +247,7 @@ impl JobArgs {
 
 /// Where results go and what is said on the way.
 #[derive(Args)]
-pub struct OutArgs {
+pub(crate) struct OutArgs {
     /// The output folder [default: out/<job name>; of reproduce: out/papers]
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
@@ -264,7 +264,7 @@ pub struct OutArgs {
 
 /// What is written for other programs.
 #[derive(Args)]
-pub struct ExportArgs {
+pub(crate) struct ExportArgs {
     /// Write the result for other programs, too; may be a list, e.g. --export vtu,glb
     #[arg(long, value_name = "FORMAT", value_delimiter = ',', value_parser = exports())]
     pub export: Vec<Export>,
@@ -281,7 +281,7 @@ fn exports() -> impl TypedValueParser<Value = Export> {
 
 /// Whom a job lets see how it gets on.
 #[derive(Args)]
-pub struct MonitorArgs {
+pub(crate) struct MonitorArgs {
     /// Metrics for Prometheus at http://HOST:PORT/metrics; a port alone: for this machine only. Nothing is secret there,
     /// and nothing is asked of who reads it
     #[arg(long, value_name = "HOST:PORT")]
@@ -289,7 +289,7 @@ pub struct MonitorArgs {
 }
 
 #[derive(Args)]
-pub struct RunArgs {
+pub(crate) struct RunArgs {
     #[command(flatten)]
     pub job: JobArgs,
     #[command(flatten)]
@@ -310,7 +310,7 @@ pub struct RunArgs {
 }
 
 #[derive(Args)]
-pub struct CoordinateArgs {
+pub(crate) struct CoordinateArgs {
     #[command(flatten)]
     pub job: JobArgs,
     #[command(flatten)]
@@ -335,7 +335,7 @@ pub struct CoordinateArgs {
 }
 
 #[derive(Args)]
-pub struct WorkArgs {
+pub(crate) struct WorkArgs {
     /// The access file that the coordinator wrote; - reads it from standard input
     #[arg(long, value_name = "FILE")]
     pub access: PathBuf,
@@ -352,7 +352,7 @@ pub struct WorkArgs {
 }
 
 #[derive(Args)]
-pub struct RelayArgs {
+pub(crate) struct RelayArgs {
     /// The access file that the coordinator (or another relay) wrote
     #[arg(long, value_name = "FILE")]
     pub access: PathBuf,
@@ -375,7 +375,7 @@ pub struct RelayArgs {
 }
 
 #[derive(Args)]
-pub struct StatusArgs {
+pub(crate) struct StatusArgs {
     /// The access file or the output folder of the job
     #[arg(value_name = "ACCESS-or-OUT")]
     pub of: PathBuf,
@@ -385,7 +385,7 @@ pub struct StatusArgs {
 }
 
 #[derive(Args)]
-pub struct DiffArgs {
+pub(crate) struct DiffArgs {
     /// The output folder of a run
     pub first: PathBuf,
     /// The output folder of another run of the same scene
@@ -396,7 +396,7 @@ pub struct DiffArgs {
 }
 
 #[derive(Args)]
-pub struct MergeArgs {
+pub(crate) struct MergeArgs {
     /// Output folders of runs of one scene and method
     #[arg(required = true, num_args = 1.., value_name = "OUT")]
     pub runs: Vec<PathBuf>,
@@ -414,7 +414,7 @@ pub struct MergeArgs {
 }
 
 #[derive(Args)]
-pub struct AuditArgs {
+pub(crate) struct AuditArgs {
     /// The output folder of a run
     pub run: PathBuf,
     /// The part of the walks to trace again, drawn at random
@@ -429,7 +429,7 @@ pub struct AuditArgs {
 }
 
 #[derive(Args)]
-pub struct ReportArgs {
+pub(crate) struct ReportArgs {
     /// The output folder of a run
     pub run: PathBuf,
     #[command(flatten)]
@@ -440,7 +440,7 @@ pub struct ReportArgs {
 }
 
 #[derive(Args)]
-pub struct ReplayArgs {
+pub(crate) struct ReplayArgs {
     #[command(flatten)]
     pub job: JobArgs,
     /// The number of the walk
@@ -449,7 +449,7 @@ pub struct ReplayArgs {
 }
 
 #[derive(Args)]
-pub struct ExactArgs {
+pub(crate) struct ExactArgs {
     #[command(flatten)]
     pub job: JobArgs,
     #[command(flatten)]
@@ -457,7 +457,7 @@ pub struct ExactArgs {
 }
 
 #[derive(Args)]
-pub struct PlanArgs {
+pub(crate) struct PlanArgs {
     #[command(flatten)]
     pub job: JobArgs,
     /// The plan as JSON on stdout
@@ -466,7 +466,7 @@ pub struct PlanArgs {
 }
 
 #[derive(Args)]
-pub struct ReproduceArgs {
+pub(crate) struct ReproduceArgs {
     /// Everything at reduced size: a minute
     #[arg(long)]
     pub quick: bool,
@@ -478,7 +478,7 @@ pub struct ReproduceArgs {
 }
 
 #[derive(Args)]
-pub struct CompareArgs {
+pub(crate) struct CompareArgs {
     /// Job files: their scenes are compared in, whatever their methods
     #[arg(required = true, num_args = 1.., value_name = "JOB")]
     pub jobs: Vec<PathBuf>,
@@ -505,7 +505,7 @@ pub struct CompareArgs {
 }
 
 #[derive(Args)]
-pub struct StabilityArgs {
+pub(crate) struct StabilityArgs {
     #[command(flatten)]
     pub out: OutArgs,
     /// Fewer walks and shorter sweeps
@@ -517,7 +517,7 @@ pub struct StabilityArgs {
 }
 
 #[derive(Args)]
-pub struct CheckArgs {
+pub(crate) struct CheckArgs {
     /// A job file or a scene file
     pub file: PathBuf,
     /// Set any key of the job
@@ -535,7 +535,7 @@ pub struct CheckArgs {
 }
 
 #[derive(Args)]
-pub struct NewArgs {
+pub(crate) struct NewArgs {
     /// What to begin with
     pub kind: Kind,
     /// Where to write the job and its scene
@@ -545,7 +545,7 @@ pub struct NewArgs {
 
 /// The kinds of beginnings.
 #[derive(Clone, Copy, ValueEnum)]
-pub enum Kind {
+pub(crate) enum Kind {
     /// An empty cube with a lamp in its ceiling
     Box,
     /// A room with a window, a table and a lamp
@@ -558,7 +558,7 @@ pub enum Kind {
 
 impl Command {
     /// In what voice the command tells what it does.
-    pub fn voice(&self) -> Voice {
+    pub(crate) fn voice(&self) -> Voice {
         let of = |out: &OutArgs, long| Voice::new(out.json, out.quiet, long);
         match self {
             Command::Run(args) => of(&args.out, true),

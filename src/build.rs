@@ -1,7 +1,7 @@
 //! Of what sources this program was built.
 
 /// The commit.
-pub const GIT: &str = env!("RADWALK_GIT");
+pub(crate) const GIT: &str = env!("RADWALK_GIT");
 
 /// Version and commit: workers join only coordinators of the same build.
-pub const BUILD: &str = concat!(env!("CARGO_PKG_VERSION"), "+", env!("RADWALK_GIT"));
+pub(crate) const BUILD: &str = concat!(env!("CARGO_PKG_VERSION"), "+", env!("RADWALK_GIT"));

@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use rustix::time::{ClockId, clock_gettime};
 
 /// CPU time of this process so far [s].
-pub fn cpu_seconds() -> f64 {
+pub(crate) fn cpu_seconds() -> f64 {
     1e-9 * nanoseconds(ClockId::ProcessCPUTime) as f64
 }
 
@@ -17,11 +17,11 @@ fn nanoseconds(clock: ClockId) -> u64 {
 
 /// The processor time that threads have walked: without starting, building the scene, and talking.
 #[derive(Clone, Default)]
-pub struct WalkClock(Arc<AtomicU64>);
+pub(crate) struct WalkClock(Arc<AtomicU64>);
 
 impl WalkClock {
     /// Adds the processor time that this thread takes for something.
-    pub fn time<T>(&self, walk: impl FnOnce() -> T) -> T {
+    pub(crate) fn time<T>(&self, walk: impl FnOnce() -> T) -> T {
         let began = nanoseconds(ClockId::ThreadCPUTime);
         let done = walk();
         self.0.fetch_add(nanoseconds(ClockId::ThreadCPUTime) - began, Ordering::Relaxed);
@@ -29,7 +29,7 @@ impl WalkClock {
     }
 
     /// What it comes to [s].
-    pub fn seconds(&self) -> f64 {
+    pub(crate) fn seconds(&self) -> f64 {
         1e-9 * self.0.load(Ordering::Relaxed) as f64
     }
 }

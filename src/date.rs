@@ -3,6 +3,6 @@
 use std::time::SystemTime;
 
 /// Today, UTC.
-pub fn today() -> time::Date {
+pub(crate) fn today() -> time::Date {
     time::OffsetDateTime::from(SystemTime::now()).date()
 }

@@ -7,7 +7,7 @@ use thiserror::Error;
 
 /// How a command ended that did what it was asked to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Outcome {
+pub(crate) enum Outcome {
     /// Done, and the target, if any, is reached.
     Done,
     /// The budget or the wall clock ended the job before its target was reached.
@@ -18,7 +18,7 @@ pub enum Outcome {
 
 /// Why a command could not do what it was asked to.
 #[derive(Debug, Error)]
-pub enum Fault {
+pub(crate) enum Fault {
     /// The job or its scene is not usable.
     #[error(transparent)]
     Job(#[from] job::Error),
@@ -273,7 +273,7 @@ pub enum Fault {
 
 impl Outcome {
     /// 0, 1 or 130.
-    pub fn exit_code(self) -> u8 {
+    pub(crate) fn exit_code(self) -> u8 {
         match self {
             Outcome::Done => 0,
             Outcome::TargetMissed => 1,
@@ -284,7 +284,7 @@ impl Outcome {
 
 impl Fault {
     /// A coordinator or a relay cannot listen at an address.
-    pub fn listen(address: &str, error: ListenError) -> Self {
+    pub(crate) fn listen(address: &str, error: ListenError) -> Self {
         let address = address.into();
         match error {
             ListenError::Refused(source) => Fault::Listen { address, option: "--listen", source },
@@ -293,7 +293,7 @@ impl Fault {
     }
 
     /// 2 for bad input, 3 for a failed cluster.
-    pub fn exit_code(&self) -> u8 {
+    pub(crate) fn exit_code(&self) -> u8 {
         match self {
             Fault::Job(_) | Fault::Unfit(_) | Fault::Report(_) | Fault::Exact(_) => 2,
             Fault::AccessFile { .. } | Fault::AccessFileWrite { .. } | Fault::OneAccessFile { .. } => 2,

@@ -9,12 +9,13 @@ use cluster::lead::Notice;
 
 use crate::commands::work::{ACCESS_BY_INPUT, name};
 
-/// So many deaths in a row, times the number of workers, within no less than [`FUTILE_TIME`] and without any progress of the job,
-/// and no more are started: whatever kills them will kill the next.
+/// Deaths of each worker in a row, without any progress of the job, after which no more workers are started …
 const FUTILE_DEATHS: usize = 3;
+
+/// … where they took no less time than this: what has killed them will kill the next.
 const FUTILE_TIME: Duration = Duration::from_secs(10);
 
-/// After so many deaths in a row, times the number of workers, a worker that is missing is waited for before it is started.
+/// The wait before a missing worker is started, once each of the workers has died in a row.
 const RESTART_WAIT: Duration = Duration::from_millis(500);
 
 /// Where the C library's allocator is told what to do …
@@ -25,7 +26,7 @@ const ALLOCATOR: &str = "GLIBC_TUNABLES";
 const HUGE_PAGES: &str = "glibc.malloc.hugetlb=1";
 
 /// The children of this process.
-pub struct LocalWorkers {
+pub(crate) struct LocalWorkers {
     /// What lets them in, as they read it. It goes by their standard input, so that no file is left behind whatever happens.
     access: Vec<u8>,
     threads: u32,
@@ -41,7 +42,7 @@ pub struct LocalWorkers {
 
 impl LocalWorkers {
     /// None yet; `access` lets them in.
-    pub fn new(access: &Access, wanted: usize, threads: u32) -> Self {
+    pub(crate) fn new(access: &Access, wanted: usize, threads: u32) -> Self {
         LocalWorkers {
             access: access.to_bytes(),
             threads,
@@ -55,7 +56,7 @@ impl LocalWorkers {
     }
 
     /// Starts what is missing; `walks` is how far the job is. Returns false when it is futile.
-    pub fn tend(&mut self, walks: u64) -> bool {
+    pub(crate) fn tend(&mut self, walks: u64) -> bool {
         self.bury(walks);
         while self.children.len() < self.wanted {
             if self.is_futile() {
@@ -135,12 +136,12 @@ impl LocalWorkers {
     }
 
     /// The most memory that one of them has taken [bytes], where the system tells.
-    pub fn peak_memory(&self) -> Option<u64> {
+    pub(crate) fn peak_memory(&self) -> Option<u64> {
         self.children.iter().filter_map(|child| peak_memory(child.id())).max()
     }
 
     /// A worker that the coordinator has given up is of no use any more, though its process may live on.
-    pub fn heed(&mut self, notice: &Notice) {
+    pub(crate) fn heed(&mut self, notice: &Notice) {
         if let Notice::Lost { name: lost, .. } = notice
             && let Some(child) = self.children.iter_mut().find(|child| name(child.id()) == *lost)
         {
@@ -161,7 +162,7 @@ fn peak_memory(pid: u32) -> Option<u64> {
 impl Drop for LocalWorkers {
     fn drop(&mut self) {
         for child in &mut self.children {
-            // Workers leave by themselves when the job is done; whoever has not, has nothing left to do.
+            // Workers leave by themselves when the job is done; a worker that has not left has nothing to do.
             let _ = child.kill();
             let _ = child.wait();
         }

@@ -16,7 +16,7 @@ const WORTH_A_WORD: f64 = 0.01;
 const NAMED: usize = 5;
 
 /// What becomes of the light of a scene that is of no use, a sentence each; nothing where it serves.
-pub fn warnings(scene: &Scene) -> Vec<String> {
+pub(crate) fn warnings(scene: &Scene) -> Vec<String> {
     if scene.faces().len() > MOST_FACES {
         return Vec::new();
     }

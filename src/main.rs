@@ -1,5 +1,7 @@
 //! `radwalk`: arguments, processes, and what is printed.
 
+#![warn(unreachable_pub, unnameable_types)]
+
 mod args;
 mod build;
 mod clock;

@@ -16,7 +16,7 @@ const WORKER: u64 = 48;
 ///
 /// # Errors
 /// With the memory that it would take.
-pub fn check(job: &Job, workers: usize) -> Result<(), Fault> {
+pub(crate) fn check(job: &Job, workers: usize) -> Result<(), Fault> {
     let patches = job.scene.patch_count();
     let needed = patches.saturating_mul(COORDINATOR + WORKER.saturating_mul(workers as u64));
     match there() {

@@ -37,14 +37,14 @@ enum Style {
 }
 
 /// The display of one run.
-pub struct Display {
+pub(crate) struct Display {
     style: Style,
     shown: Instant,
 }
 
 impl Display {
     /// A display in the style that was asked for and that stderr can show.
-    pub fn new(args: &OutArgs) -> Self {
+    pub(crate) fn new(args: &OutArgs) -> Self {
         let style = match () {
             () if args.json => Style::Json,
             () if args.quiet => Style::Quiet,
@@ -58,7 +58,7 @@ impl Display {
     }
 
     /// Whether it is time to show where the job stands.
-    pub fn is_due(&self) -> bool {
+    pub(crate) fn is_due(&self) -> bool {
         let interval = match self.style {
             Style::Quiet => return false,
             Style::Plain => PLAIN_INTERVAL,
@@ -68,7 +68,7 @@ impl Display {
     }
 
     /// Shows where the job stands.
-    pub fn show(&mut self, standing: &Standing) {
+    pub(crate) fn show(&mut self, standing: &Standing) {
         self.shown = Instant::now();
         match &self.style {
             Style::Quiet => {}
@@ -88,7 +88,7 @@ impl Display {
     }
 
     /// Clears the display at the end.
-    pub fn finish(&self) {
+    pub(crate) fn finish(&self) {
         if let Style::Bar(bar) = &self.style {
             bar.finish_and_clear();
             keep_below(None);
@@ -97,7 +97,7 @@ impl Display {
 }
 
 /// Says what happened to a worker.
-pub fn tell_notice(notice: &Notice) {
+pub(crate) fn tell_notice(notice: &Notice) {
     match notice {
         Notice::Joined { name, .. } => info!(event = "joined", worker = &name[..], "{notice}"),
         Notice::Lost { name, .. } => info!(event = "lost", worker = &name[..], "{notice}"),

@@ -12,7 +12,7 @@ use results::Replica;
 use crate::clock::WalkClock;
 
 /// The work of a process.
-pub struct Shift {
+pub(crate) struct Shift {
     replica: Replica,
     clock: WalkClock,
     wrong: Option<Wrong>,
@@ -23,7 +23,7 @@ impl Shift {
     ///
     /// # Errors
     /// In words, where the bytes are no job or the scene is invalid.
-    pub fn decode(bytes: &[u8], clock: WalkClock) -> Result<Self, String> {
+    pub(crate) fn decode(bytes: &[u8], clock: WalkClock) -> Result<Self, String> {
         Ok(Shift { replica: Replica::decode(bytes)?, clock, wrong: Wrong::asked_for() })
     }
 }

@@ -16,7 +16,7 @@ const INTERRUPTED: i32 = 130;
 const SAME: Duration = Duration::from_secs(1);
 
 /// Begins to catch signals. Where that is impossible, signals end the program as they always did.
-pub fn catch() {
+pub(crate) fn catch() {
     let first = OnceLock::new();
     let caught = ctrlc::set_handler(move || {
         let since = first.get_or_init(Instant::now).elapsed();
@@ -32,7 +32,7 @@ pub fn catch() {
 }
 
 /// Keeps what this process holds in memory, an access key above all, out of core dumps.
-pub fn keep_memory_private() {
+pub(crate) fn keep_memory_private() {
     #[cfg(target_os = "linux")]
     {
         use rustix::process::{DumpableBehavior, set_dumpable_behavior};
@@ -42,6 +42,6 @@ pub fn keep_memory_private() {
 }
 
 /// Whether an end was asked for.
-pub fn stop_asked() -> bool {
+pub(crate) fn stop_asked() -> bool {
     SIGNALS.load(Ordering::Relaxed) > 0
 }

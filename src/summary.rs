@@ -4,7 +4,7 @@ use judge::target;
 use protocol::checkpoint::Checkpoint;
 use radiosity::Experiment;
 use report::words::{counted, duration, percent, quantity};
-use report::{PrecisionSummary, Summary, Target, WorstPatch};
+use report::{PrecisionSummary, SensorSummary, SensorsSummary, Summary, Target, WorstPatch};
 use results::{Latest, RunOutput, Settings};
 use tracing::warn;
 use voice::{Phase, emit, say};
@@ -16,7 +16,7 @@ use crate::fault::Fault;
 ///
 /// # Errors
 /// Where the books do not balance or a file cannot be written.
-pub fn write(
+pub(crate) fn write(
     output: &RunOutput,
     settings: &Settings,
     experiment: &Experiment,
@@ -65,6 +65,24 @@ fn describe(summary: &Summary, settings: &Settings) {
     }
     if let Some(target) = &summary.target {
         describe_target(target, summary);
+    }
+    if let Some(sensors) = &summary.sensors {
+        describe_sensors(sensors);
+    }
+}
+
+/// How well sensors are known.
+fn describe_sensors(sensors: &SensorsSummary) {
+    for SensorSummary { name, patches, relative_error, target } in &sensors.list {
+        let known = match relative_error.is_finite() {
+            true => format!("known within {}", percent(*relative_error)),
+            false => "not known yet in every patch".into(),
+        };
+        let asked = target.map_or(String::new(), |asked| format!(", {} is asked for", percent(asked)));
+        say(&format!("sensor {name:?} ({}): {known}{asked}", counted(*patches as u64, "patch")));
+    }
+    if let Some(reached) = sensors.reached {
+        say(&format!("target of sensors {}", if reached { "reached" } else { "not reached" }));
     }
 }
 

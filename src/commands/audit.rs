@@ -8,7 +8,7 @@ use crate::args::AuditArgs;
 use crate::fault::{Fault, Outcome};
 
 /// Audits a result.
-pub fn audit(args: &AuditArgs) -> Result<Outcome, Fault> {
+pub(crate) fn audit(args: &AuditArgs) -> Result<Outcome, Fault> {
     if !(args.share > 0.0 && args.share <= 1.0) {
         return Err(Fault::Share(args.share));
     }

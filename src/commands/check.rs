@@ -7,7 +7,7 @@ use judge::bounces::bounces;
 use judge::coincident::Coincident;
 use judge::fit::misfits;
 use judge::{MOMENTS, target};
-use radiosity::{Experiment, Scene, Side};
+use radiosity::{Experiment, Scene, SensorShape, Side};
 use report::words::counted;
 use report::{MethodWords, Model, Units};
 use results::units;
@@ -18,19 +18,24 @@ use crate::fault::{Fault, Outcome};
 use crate::{losses, memory};
 
 /// Checks a file and describes it.
-pub fn check(args: &CheckArgs) -> Result<Outcome, Fault> {
+pub(crate) fn check(args: &CheckArgs) -> Result<Outcome, Fault> {
     let phase = Phase::begin("checking the scene");
     let job = job::load(&args.file, &args.set)?;
     memory::check(&job, 1)?;
     describe_import(&job.scene);
     let faults = match job::file_kind(&args.file)? {
         FileKind::Job => {
-            let experiment = Experiment::new(job.build_scene()?, job.method.walks())?;
-            let faults = describe_scene(experiment.scene(), &units(job.light));
+            let experiment =
+                Experiment::new(job.build_scene()?, job.method.walks())?.with_sensors(job.scene.sensors())?;
+            let faults = describe_scene(&experiment, &units(job.light));
             describe_job(&job, &experiment);
             faults
         }
-        FileKind::Scene => describe_scene(&job.build_scene()?, &units(job.light)),
+        FileKind::Scene => {
+            let walks = job::MethodTable::default().walks();
+            let experiment = Experiment::new(job.build_scene()?, walks)?.with_sensors(job.scene.sensors())?;
+            describe_scene(&experiment, &units(job.light))
+        }
     };
     if args.fix_report || args.repair {
         doctor::report(&job, args.out.as_deref())?;
@@ -49,8 +54,9 @@ fn describe_import(scene: &SceneFile) {
     scene.notes().iter().for_each(|note| say(&format!("note: {note}")));
 }
 
-/// Returns what is wrong with its light, which is said.
-fn describe_scene(scene: &Scene, units: &Units) -> Vec<String> {
+/// Returns what is wrong with its light and with its sensors, which is said.
+fn describe_scene(experiment: &Experiment, units: &Units) -> Vec<String> {
+    let scene = experiment.scene();
     let fronts = || scene.faces().iter().filter(|face| face.side == Side::Front);
     let area: f64 = fronts().map(|patch| patch.area).sum();
     let emitters = fronts().filter(|patch| patch.emittance.is_lit()).count();
@@ -63,7 +69,18 @@ fn describe_scene(scene: &Scene, units: &Units) -> Vec<String> {
         units.power
     ));
     Coincident::of(scene).lines().iter().for_each(|line| say(line));
-    let faults = losses::warnings(scene);
+    let sensors = experiment.sensors();
+    for (number, spec) in sensors.iter().flat_map(|sensors| sensors.specs().iter().enumerate()) {
+        let what = match spec.shape {
+            SensorShape::Point { .. } => "a point".into(),
+            SensorShape::Quad { .. } => {
+                let cells = sensors.map_or(0..0, |sensors| sensors.cells_of(number));
+                counted(cells.len() as u64, "patch")
+            }
+        };
+        say(&format!("sensor {:?}: {what}", spec.name));
+    }
+    let faults = [losses::warnings(scene), judge::sensors::warnings(experiment)].concat();
     faults.iter().for_each(|fault| say(&format!("fault: {fault}")));
     faults
 }
@@ -96,6 +113,9 @@ fn describe_job(job: &Job, experiment: &Experiment) {
             target.fraction,
             target::scope(target.patches.as_deref())
         ));
+    }
+    if let Some(target) = &job.sensor_target {
+        say(&format!("target: {}", target::asked_of_sensors(target, job.scene.sensors())));
     }
     if let Some(note) = &job.note {
         say(&format!("note: {note}"));

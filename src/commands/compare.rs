@@ -20,7 +20,7 @@ use tracing::warn;
 use voice::{Phase, emit, say};
 
 use self::shoot::shoot;
-use self::table::Table;
+use self::table::{TABLE, Table};
 
 use crate::args::CompareArgs;
 use crate::commands::coordinate::processes;
@@ -29,11 +29,10 @@ use crate::fault::{Fault, Outcome};
 use crate::signals;
 
 const PAGE: &str = "compare.md";
-const TABLE: &str = "compare.csv";
 /// The charts' folder, beside the page.
 const CHARTS: &str = "compare";
 
-/// Each of so many sizes has this many times the rays of the one before.
+/// The sizes of runs, each of which has [`STEP`] times the rays of the one before.
 const SIZES: u32 = 3;
 const STEP: u64 = 8;
 
@@ -42,7 +41,7 @@ const LEAST_RAYS: u64 = 1 << 20;
 const RAYS_PER_PATCH: u64 = 32 * 8;
 
 /// Compares the methods in the scene of each job; writes page, table and charts.
-pub fn compare(args: &CompareArgs) -> Result<Outcome, Fault> {
+pub(crate) fn compare(args: &CompareArgs) -> Result<Outcome, Fault> {
     let jobs = args.jobs.iter().map(|path| load(args, path)).collect::<Result<Vec<_>, _>>()?;
     let names: Vec<&str> = jobs.iter().map(|(job, _)| &job.name[..]).collect();
     if let Some(twin) = (1..names.len()).find(|&i| names[..i].contains(&names[i])) {
@@ -150,7 +149,7 @@ fn study(args: &CompareArgs, team: Team, arena: Arena<'_>, table: &mut Table<'_>
 /// Names all that a row depends on beside method and rays: the job, and the rays that its reference goes by.
 fn key(Trial { job, experiment }: &Trial, most: u64) -> String {
     let mut hasher = blake3::Hasher::new();
-    hasher.update(&job::job_hash(experiment.scene().hash(), &job.method, job.seed));
+    hasher.update(&job::job_hash(experiment.scene().hash(), &job.method, job.scene.sensors(), job.seed));
     hasher.update(&most.to_le_bytes());
     hasher.finalize().to_hex()[..16].to_string()
 }

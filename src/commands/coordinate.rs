@@ -7,6 +7,7 @@ use std::time::Duration;
 use cluster::access::{Access, random_bytes};
 use cluster::checkpoint::{self, Book, Checkpoint, CheckpointError, CheckpointFault, Look, Past};
 use cluster::coordinator::{Coordinator, Ending, Judge, Plan};
+use cluster::lead::Notice;
 use cluster::listen;
 use cluster::scrape::{Page, publish};
 use cluster::server::{Wish, serve};
@@ -31,7 +32,7 @@ const FINAL_WAITS: [Duration; 4] =
     [Duration::from_secs(1), Duration::from_secs(2), Duration::from_secs(4), Duration::from_secs(8)];
 
 /// Runs a job on worker processes of this machine.
-pub fn run(args: &RunArgs) -> Result<Outcome, Fault> {
+pub(crate) fn run(args: &RunArgs) -> Result<Outcome, Fault> {
     let workers = processes(args.workers);
     let prepared = Prepared::new(&args.job, &args.out, &args.export, args.resume, workers)?;
     let Door { listener, access, mut workers } = Door::open(&prepared.identity, workers, args.threads)?;
@@ -43,7 +44,7 @@ pub fn run(args: &RunArgs) -> Result<Outcome, Fault> {
 }
 
 /// Coordinates workers that are started elsewhere.
-pub fn coordinate(args: &CoordinateArgs) -> Result<Outcome, Fault> {
+pub(crate) fn coordinate(args: &CoordinateArgs) -> Result<Outcome, Fault> {
     let prepared = Prepared::new(&args.job, &args.out, &args.export, args.resume, 0)?;
     let access_file = args.access.clone().unwrap_or_else(|| prepared.output.path().join("access.json"));
     let (listener, access) = listen(&prepared.identity, &args.listen, args.advertise.as_deref())?;
@@ -71,7 +72,7 @@ fn tell_notes(job: &Job) {
 }
 
 /// As many worker processes as were asked for, else one per core.
-pub fn processes(workers: Option<u32>) -> usize {
+pub(crate) fn processes(workers: Option<u32>) -> usize {
     workers.map_or_else(
         || std::thread::available_parallelism().map_or(1, usize::from),
         |workers| workers as usize,
@@ -79,7 +80,7 @@ pub fn processes(workers: Option<u32>) -> usize {
 }
 
 /// Where worker processes of this machine come in.
-pub struct Door {
+pub(crate) struct Door {
     /// Listens at the loopback address.
     pub listener: TcpListener,
     /// Lets them in.
@@ -89,11 +90,11 @@ pub struct Door {
 }
 
 impl Door {
-    /// For so many workers of a job.
+    /// For a number of workers of a job.
     ///
     /// # Errors
     /// Where the system refuses.
-    pub fn open(identity: &Identity, workers: usize, threads: u32) -> Result<Self, Fault> {
+    pub(crate) fn open(identity: &Identity, workers: usize, threads: u32) -> Result<Self, Fault> {
         let (listener, access) = listen(identity, "127.0.0.1:0", None)?;
         let workers = LocalWorkers::new(&access, workers, threads);
         Ok(Door { listener, access, workers })
@@ -126,10 +127,12 @@ impl Prepared {
         tell_notes(&job);
         memory::check(&job, workers)?;
         phase.now("building the scene");
-        let experiment = Experiment::new(job.build_scene()?, job.method.walks())?;
+        let experiment =
+            Experiment::new(job.build_scene()?, job.method.walks())?.with_sensors(job.scene.sensors())?;
         phase.now("following light from the lamps");
         // What is wrong with the light comes before all that is made of it.
         losses::warnings(experiment.scene()).iter().for_each(|warning| warn!("{warning}"));
+        judge::sensors::warnings(&experiment).iter().for_each(|warning| warn!("{warning}"));
         let settings = Settings::of(&job);
         let folder = out.out.clone().unwrap_or_else(|| default_folder(&job));
         let output = RunOutput::new(&folder, out.force || resume, &export.export, GIT)?;
@@ -208,8 +211,9 @@ impl Prepared {
     fn plan(&self) -> Result<Plan, Fault> {
         let level = self.settings.level(self.experiment.scene());
         let target = self.settings.target.clone();
-        let mut observer =
-            Observer::new(self.experiment.clone(), level, target).going_on_from(&self.past.tally);
+        let mut observer = Observer::new(self.experiment.clone(), level, target)
+            .with_sensors(self.settings.sensor_goal(&self.experiment))
+            .going_on_from(&self.past.tally);
         let walks = self.job.budget.paths / self.experiment.paths_per_walk();
         let judge = Box::new(move |tally: &Tally, seen: &[Look]| observer.look(tally, seen));
         plan(&self.identity, &self.job.budget, &self.experiment, looks(&self.experiment, walks), judge)
@@ -226,44 +230,18 @@ impl Prepared {
         listener: TcpListener,
         access: Access,
         out: &OutArgs,
-        mut reports: Reports,
+        reports: Reports,
         mut workers: Option<&mut LocalWorkers>,
     ) -> Result<Outcome, Fault> {
         let plan = self.plan()?;
         let nothing = Past::none(Tally::new(0, self.past.tally.layout()));
         let past = std::mem::replace(&mut self.past, nothing);
         let mut coordinator = Coordinator::new(plan, past);
-        let interval = Duration::from_secs_f64(self.job.budget.checkpoint_seconds);
-        let walks = coordinator.progress().walks;
-        let folder = self.output.folder().clone();
-        let mut keeper = Keeper::new(folder, interval, self.identity.clone(), walks, self.latest)?;
-        let mut display = Display::new(out);
-        let mut gauge = Gauge::new(&self.experiment, &self.settings, self.job.budget.wall_seconds);
+        let mut watch = self.watch(&coordinator, reports, out)?;
         let notices = std::cell::RefCell::new(Vec::new());
-        let mut broken = false;
         let owner = |coordinator: &Coordinator| {
             let notices: Vec<_> = notices.borrow_mut().drain(..).collect();
-            for notice in &notices {
-                gauge.heed(notice);
-                tell_notice(notice);
-            }
-            gauge.follow(coordinator, keeper.saved());
-            if reports.are_due() || display.is_due() {
-                gauge.estimate(coordinator);
-                let standing = gauge.standing(coordinator);
-                if display.is_due() {
-                    display.show(&standing);
-                }
-                reports.write(&standing, coordinator);
-            }
-            if let Err(fault) = keeper.tend(coordinator) {
-                // Memory that has failed once is not to be trusted with the rest.
-                broken |= matches!(fault, results::Error::Checkpoint(_));
-                let rest = if broken { "the run ends" } else { "the run goes on, the one before is kept" };
-                gauge.checkpoint_failed();
-                warn!("no checkpoint: {fault}; {rest}");
-            }
-            if broken || signals::stop_asked() {
+            if !watch.look(coordinator, &notices) || signals::stop_asked() {
                 return Wish::Stop;
             }
             match &mut workers {
@@ -277,15 +255,27 @@ impl Prepared {
         let ending =
             serve(listener, &access, &mut coordinator, owner, |notice| notices.borrow_mut().push(notice))
                 .map_err(|source| Fault::System { doing: "serving the workers", source })?;
-        display.finish();
-        drop(reports);
-        let (identity, latest) = keeper.finish();
+        let (identity, latest) = watch.finish();
         let checkpoint = identity.checkpoint(coordinator.into_past());
         // After an overflow the sums are no longer those of any walks.
         if ending != Ending::Overflow {
             self.write(&checkpoint, latest, out)?;
         }
         self.outcome(ending, &checkpoint, workers)
+    }
+
+    /// What is done while the job is walked.
+    fn watch(&self, coordinator: &Coordinator, reports: Reports, out: &OutArgs) -> Result<Watch<'_>, Fault> {
+        let interval = Duration::from_secs_f64(self.job.budget.checkpoint_seconds);
+        let walks = coordinator.progress().walks;
+        let folder = self.output.folder().clone();
+        Ok(Watch {
+            keeper: Keeper::new(folder, interval, self.identity.clone(), walks, self.latest)?,
+            display: Display::new(out),
+            gauge: Gauge::new(&self.experiment, &self.settings, self.job.budget.wall_seconds),
+            reports,
+            broken: false,
+        })
     }
 
     /// Writes the results. A disk may be full for a moment only, and it would be a pity of the walks: it is tried for a while.
@@ -327,6 +317,10 @@ impl Prepared {
 
     /// Whether there is a target that these walks do not meet.
     fn target_missed(&self, Checkpoint { tally, .. }: &Checkpoint) -> bool {
+        let goal = self.settings.sensor_goal(&self.experiment);
+        if goal.is_some_and(|goal| !goal.is_met(&self.experiment, tally)) {
+            return true;
+        }
         let Some(target) = &self.settings.target else { return false };
         let (scene, walks) = (self.experiment.scene(), tally.counts.walks);
         let estimates = Estimates::new(&self.experiment, tally, self.settings.level(scene));
@@ -334,11 +328,55 @@ impl Prepared {
     }
 }
 
+/// What is done while a job is walked: it is measured, shown, reported, and kept.
+struct Watch<'a> {
+    gauge: Gauge<'a>,
+    display: Display,
+    reports: Reports,
+    keeper: Keeper,
+    /// Whether memory has failed.
+    broken: bool,
+}
+
+impl Watch<'_> {
+    /// Takes note of where the job stands and of what has happened. Returns whether the run may go on.
+    fn look(&mut self, coordinator: &Coordinator, notices: &[Notice]) -> bool {
+        for notice in notices {
+            self.gauge.heed(notice);
+            tell_notice(notice);
+        }
+        self.gauge.follow(coordinator, self.keeper.saved());
+        if self.reports.are_due() || self.display.is_due() {
+            self.gauge.estimate(coordinator);
+            let standing = self.gauge.standing(coordinator);
+            if self.display.is_due() {
+                self.display.show(&standing);
+            }
+            self.reports.write(&standing, coordinator);
+        }
+        if let Err(fault) = self.keeper.tend(coordinator) {
+            // Memory that has failed once is not to be trusted with the rest.
+            self.broken |= matches!(fault, results::Error::Checkpoint(_));
+            let rest = if self.broken { "the run ends" } else { "the run goes on, the one before is kept" };
+            self.gauge.checkpoint_failed();
+            warn!("no checkpoint: {fault}; {rest}");
+        }
+        !self.broken
+    }
+
+    /// Ends it. Returns what the last checkpoint is made from, and what the latest one on disk is.
+    fn finish(self) -> (Identity, Latest) {
+        self.display.finish();
+        drop(self.reports);
+        self.keeper.finish()
+    }
+}
+
 /// The walks of a job up to the last of some looks, at which `judge` is asked.
 ///
 /// # Errors
 /// Where the system has no random numbers.
-pub fn plan(
+pub(crate) fn plan(
     identity: &Identity,
     budget: &Budget,
     experiment: &Experiment,
@@ -360,7 +398,7 @@ pub fn plan(
         paths: looks.last().copied().unwrap_or(0),
         stream_paths,
         leases_per_thread,
-        patches: experiment.scene().faces().len(),
+        patches: experiment.rows(),
         layout: experiment.layout::<{ judge::MOMENTS }>(),
         limits: limits(experiment),
         wall: budget.wall_seconds.map(Duration::from_secs_f64),
@@ -406,13 +444,13 @@ fn open_page(address: &str) -> Result<Publish, Fault> {
 ///
 /// # Errors
 /// Where the scene is too large to be sent.
-pub fn identity(job: &Job, settings: &Settings, experiment: &Experiment) -> Result<Identity, Fault> {
+pub(crate) fn identity(job: &Job, settings: &Settings, experiment: &Experiment) -> Result<Identity, Fault> {
     let scene = experiment.scene();
     let packed = results::pack(scene, job.scene.spec(), settings)
         .map_err(|error| Fault::System { doing: "packing the job", source: std::io::Error::other(error) })?;
     Ok(Identity {
         scene_hash: scene.hash(),
-        job_hash: job::job_hash(scene.hash(), &job.method, job.seed),
+        job_hash: job::job_hash(scene.hash(), &job.method, job.scene.sensors(), job.seed),
         seed: job.seed,
         first: job.budget.first_path / experiment.paths_per_walk(),
         goal: settings.goal(),
@@ -422,6 +460,6 @@ pub fn identity(job: &Job, settings: &Settings, experiment: &Experiment) -> Resu
 }
 
 /// out/<job name>.
-pub fn default_folder(job: &Job) -> PathBuf {
+pub(crate) fn default_folder(job: &Job) -> PathBuf {
     Path::new("out").join(&job.name)
 }

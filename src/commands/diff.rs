@@ -9,7 +9,7 @@ use crate::args::DiffArgs;
 use crate::fault::{Fault, Outcome};
 
 /// Compares two results, and fails where they differ.
-pub fn diff(args: &DiffArgs) -> Result<Outcome, Fault> {
+pub(crate) fn diff(args: &DiffArgs) -> Result<Outcome, Fault> {
     let phase = Phase::begin("reading the results");
     let comparison = results::compare(&args.first, &args.second)?;
     drop(phase);

@@ -12,7 +12,7 @@ use crate::commands::coordinate::default_folder;
 use crate::fault::{Fault, Outcome};
 
 /// Solves a job's scene and writes `exact.csv` and `exact.json`; in colour, a pair for each channel.
-pub fn exact(args: &ExactArgs) -> Result<Outcome, Fault> {
+pub(crate) fn exact(args: &ExactArgs) -> Result<Outcome, Fault> {
     let phase = Phase::begin("reading the scene");
     let job = job::load(&args.job.job, &args.job.overrides())?;
     // The job's own error messages know the line of the file that is at fault.

@@ -8,7 +8,7 @@ use crate::fault::{Fault, Outcome};
 use crate::summary::write;
 
 /// Merges the runs in the order given; settings are those of the first.
-pub fn merge(args: &MergeArgs) -> Result<Outcome, Fault> {
+pub(crate) fn merge(args: &MergeArgs) -> Result<Outcome, Fault> {
     let phase = Phase::begin("reading the results");
     let (first, others) = args.runs.split_first().expect("at least one is required");
     let Kept { checkpoint, settings, experiment } = results::merge(first, others)?;

@@ -1,18 +1,18 @@
 //! A file for each command.
 
-pub mod audit;
-pub mod check;
-pub mod compare;
-pub mod coordinate;
-pub mod diff;
-pub mod exact;
-pub mod merge;
-pub mod new;
-pub mod plan;
-pub mod relay;
-pub mod replay;
-pub mod report;
-pub mod reproduce;
-pub mod stability;
-pub mod status;
-pub mod work;
+pub(crate) mod audit;
+pub(crate) mod check;
+pub(crate) mod compare;
+pub(crate) mod coordinate;
+pub(crate) mod diff;
+pub(crate) mod exact;
+pub(crate) mod merge;
+pub(crate) mod new;
+pub(crate) mod plan;
+pub(crate) mod relay;
+pub(crate) mod replay;
+pub(crate) mod report;
+pub(crate) mod reproduce;
+pub(crate) mod stability;
+pub(crate) mod status;
+pub(crate) mod work;

@@ -37,7 +37,7 @@ const SCENE_SCHEMA: &str = "schema/scene.json";
 
 /// Writes a job and its scene with the schemas that editors complete their keys by, or the schemas alone. Jobs and scenes
 /// that are there are not replaced.
-pub fn new(args: &NewArgs) -> Result<Outcome, Fault> {
+pub(crate) fn new(args: &NewArgs) -> Result<Outcome, Fault> {
     let Some((name, job, scene)) = files(args.kind) else {
         write_schemas(&args.out)?;
         say(&format!("wrote {} and {}", JOB_SCHEMA, SCENE_SCHEMA));
@@ -72,7 +72,7 @@ fn write_schemas(folder: &Path) -> Result<(), Fault> {
 ///
 /// # Errors
 /// Where it is, or cannot be written.
-pub fn write_new(path: &Path, text: &str) -> Result<(), Fault> {
+pub(crate) fn write_new(path: &Path, text: &str) -> Result<(), Fault> {
     let fault = |source: std::io::Error| match source.kind() {
         std::io::ErrorKind::AlreadyExists => Fault::Taken { path: path.into() },
         _ => Fault::NotWritten { path: path.into(), source },

@@ -4,7 +4,7 @@ use job::{Job, Target};
 use judge::plan::bound::Bound;
 use judge::plan::pilot::Pilot;
 use judge::plan::resources::{Costs, Demand};
-use judge::target::scope;
+use judge::target::{asked_of_sensors, scope};
 use radiosity::{Estimates, Experiment, Memory};
 use report::Units;
 use report::words::{duration, quantity};
@@ -25,9 +25,11 @@ const WORKERS: [u64; 5] = [1, 10, 100, 1_000, 10_000];
 struct Plan<'a> {
     units: Units,
     target: Option<&'a Target>,
+    /// What is asked of sensors, in words.
+    of_sensors: Option<String>,
     /// Of the whole job.
     budget: u64,
-    /// A walk counts as so many paths.
+    /// The paths that a walk counts as.
     paths_per_walk: u64,
     pilot: Pilot,
     bound: Option<Bound>,
@@ -40,11 +42,12 @@ struct Plan<'a> {
 }
 
 /// Plans a job and says so. Nothing is written.
-pub fn plan(args: &PlanArgs) -> Result<Outcome, Fault> {
+pub(crate) fn plan(args: &PlanArgs) -> Result<Outcome, Fault> {
     let phase = Phase::begin("reading the scene");
     let job = job::load(&args.job.job, &args.job.overrides())?;
     memory::check(&job, 1)?;
-    let experiment = Experiment::new(job.build_scene()?, job.method.walks())?;
+    let experiment =
+        Experiment::new(job.build_scene()?, job.method.walks())?.with_sensors(job.scene.sensors())?;
     phase.now("shooting a pilot");
     let plan = Plan::new(&job, &experiment);
     drop(phase);
@@ -68,7 +71,10 @@ impl<'a> Plan<'a> {
         let estimates = Estimates::new(experiment, &pilot.tally, level);
         let bound = target.and_then(|target| Bound::new(experiment, target, &estimates, level));
         let costs = Costs::new(experiment, &pilot, peak_memory());
-        let walks = pilot.ending.map_or(budget, |ending| ending.walks().min(budget));
+        let sensors = job.sensor_target.as_ref();
+        let of_sensors = sensors.map(|target| asked_of_sensors(target, job.scene.sensors()));
+        let ending = pilot.ending.filter(|_| of_sensors.is_none());
+        let walks = ending.map_or(budget, |ending| ending.walks().min(budget));
         let stream = if experiment.batch_paths().is_some() { 1 } else { job.budget.stream_paths };
         let demand = |workers| costs.demand(walks as f64, stream as f64, workers);
         Plan {
@@ -76,6 +82,7 @@ impl<'a> Plan<'a> {
             memory: experiment.scene().memory(),
             tally_bytes: size_of_val(pilot.tally.sums()),
             target,
+            of_sensors,
             budget,
             paths_per_walk,
             bound,
@@ -163,8 +170,14 @@ impl<'a> Plan<'a> {
 
     /// Where the run ends, and why.
     fn describe_end(&self) {
+        if let Some(sensors) = &self.of_sensors {
+            say(&format!("{sensors}: pilots do not tell when; the run goes on until then, or to its budget"));
+        }
         let Some(target) = self.target else {
-            return say("no target: the whole budget will be spent");
+            if self.of_sensors.is_none() {
+                say("no target: the whole budget will be spent");
+            }
+            return;
         };
         let what = format!(
             "relative half-widths of {} on {} of {}",

@@ -20,7 +20,7 @@ use crate::signals;
 
 /// Relays until the coordinator's job is done. A coordinator that was lost without a word is looked for as workers do, and
 /// so do this relay's: each time it finds one, it lets its workers in with a new key.
-pub fn relay(args: &RelayArgs) -> Result<Outcome, Fault> {
+pub(crate) fn relay(args: &RelayArgs) -> Result<Outcome, Fault> {
     signals::catch();
     signals::keep_memory_private();
     if is_one_file(&args.access, &args.out_access) {

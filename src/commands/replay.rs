@@ -7,7 +7,7 @@ use crate::args::ReplayArgs;
 use crate::fault::{Fault, Outcome};
 
 /// Tells a walk of a job.
-pub fn replay(args: &ReplayArgs) -> Result<Outcome, Fault> {
+pub(crate) fn replay(args: &ReplayArgs) -> Result<Outcome, Fault> {
     let job = job::load(&args.job.job, &args.job.overrides())?;
     let experiment = Experiment::new(job.build_scene()?, job.method.walks())?;
     if experiment.batch_paths().is_some() {

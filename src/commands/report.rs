@@ -8,7 +8,7 @@ use crate::build::GIT;
 use crate::fault::{Fault, Outcome};
 
 /// Makes the files of a result again that follow from its tally.
-pub fn report(args: &ReportArgs) -> Result<Outcome, Fault> {
+pub(crate) fn report(args: &ReportArgs) -> Result<Outcome, Fault> {
     let kept = Kept::open(&args.run)?;
     let phase = Phase::begin("estimating every patch");
     RunOutput::new(&args.run, true, &args.export.export, GIT)?.rebuild(&kept, &|doing| phase.now(doing))?;

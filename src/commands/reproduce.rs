@@ -25,7 +25,7 @@ const PAGE: &str = "papers.md";
 const TABLE: &str = "papers.json";
 
 /// Runs every chapter; writes the page, its figures and the rows as JSON. Rows that differ are a fault.
-pub fn reproduce(args: &ReproduceArgs) -> Result<Outcome, Fault> {
+pub(crate) fn reproduce(args: &ReproduceArgs) -> Result<Outcome, Fault> {
     let effort = if args.quick { Effort::Quick } else { Effort::Full };
     let lab = Lab::new(effort, args.threads.map(|threads| threads as usize));
     let path = args.out.out.clone().unwrap_or_else(|| PathBuf::from("out/papers"));

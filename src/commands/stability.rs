@@ -15,7 +15,7 @@ const PAGE: &str = "atlas.md";
 const NUMBERS: &str = "atlas.json";
 
 /// Studies the entries asked for and writes their page, charts and claims.
-pub fn stability(args: &StabilityArgs) -> Result<Outcome, Fault> {
+pub(crate) fn stability(args: &StabilityArgs) -> Result<Outcome, Fault> {
     let entries = chosen(&args.only)?;
     let path = args.out.out.clone().unwrap_or_else(|| "out/stability".into());
     let folder = OutputFolder::claim(&path, &[PAGE, NUMBERS], args.out.force)?;

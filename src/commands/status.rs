@@ -15,7 +15,7 @@ use crate::fault::{Fault, Outcome};
 const TOLD: usize = 40;
 
 /// Says how the job of an access file or an output folder gets on.
-pub fn status(args: &StatusArgs) -> Result<Outcome, Fault> {
+pub(crate) fn status(args: &StatusArgs) -> Result<Outcome, Fault> {
     match find(&args.of)? {
         Found::Summary(summary) => {
             if args.json {

@@ -28,14 +28,14 @@ const PATIENCE: Duration = Duration::from_secs(600);
 /// Works until the coordinator's job is done. A coordinator that was lost without a word may come back: it is looked for
 /// by the access file, which a restarted one writes anew. Launchers start everybody at once, so their workers look for a
 /// coordinator that is not there yet, too, as do those that were told how long; others hear at once what is wrong.
-pub fn work(args: &WorkArgs) -> Result<Outcome, Fault> {
+pub(crate) fn work(args: &WorkArgs) -> Result<Outcome, Fault> {
     signals::catch();
     signals::keep_memory_private();
     keep_joining(args.wait, args.quiet, || join(args))
 }
 
 /// Joins a coordinator, again where it was lost without a word.
-pub fn keep_joining(
+pub(crate) fn keep_joining(
     wait: Option<u64>,
     quiet: bool,
     mut join: impl FnMut() -> Result<(), Fault>,
@@ -98,10 +98,10 @@ fn join(args: &WorkArgs) -> Result<(), Fault> {
 }
 
 /// What stands for an access file that comes by standard input.
-pub const ACCESS_BY_INPUT: &str = "-";
+pub(crate) const ACCESS_BY_INPUT: &str = "-";
 
 /// What the coordinator wrote for its workers.
-pub fn read_access(path: &Path) -> Result<Access, Fault> {
+pub(crate) fn read_access(path: &Path) -> Result<Access, Fault> {
     let read = || match path.to_str() {
         Some(ACCESS_BY_INPUT) => {
             let mut bytes = Vec::new();
@@ -114,7 +114,7 @@ pub fn read_access(path: &Path) -> Result<Access, Fault> {
 }
 
 /// What the worker process `pid` of this machine is called.
-pub fn name(pid: u32) -> String {
+pub(crate) fn name(pid: u32) -> String {
     launcher::name(variable, &rustix::system::uname().nodename().to_string_lossy(), pid)
 }
 

@@ -37,6 +37,7 @@ mod reproduce;
 mod resume;
 mod rooms;
 mod run;
+mod sensors;
 mod sign;
 mod sobol_run;
 mod stability;

@@ -7,8 +7,8 @@ use tempfile::tempdir;
 
 use crate::support::{path, run, run_job};
 
-/// The TOML blocks of the README, in its order: a job, a scene, the import.
-fn blocks() -> [String; 3] {
+/// The TOML blocks of the README, in its order: a job, a scene, sensors in it, the import.
+fn blocks() -> [String; 4] {
     let readme = fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/README.md")).unwrap();
     let blocks = readme.split("```toml\n").skip(1).map(|rest| rest.split("```").next().unwrap().to_owned());
     blocks.collect::<Vec<_>>().try_into().expect("every block is tested here: add the new one")
@@ -50,7 +50,7 @@ fn the_job_runs_and_so_does_what_its_comments_offer() {
 #[test]
 fn the_scene_is_lit() {
     let folder = tempdir().unwrap();
-    let [_, scene, _] = blocks();
+    let [_, scene, ..] = blocks();
     let file = path(&folder, "scene.toml");
     fs::write(&file, scene).unwrap();
     let (code, stdout, stderr) = run(&["check", file.to_str().unwrap(), "--fix-report"]);
@@ -59,6 +59,21 @@ fn the_scene_is_lit() {
     let summary = run_job(file.to_str().unwrap(), &path(&folder, "out"), &["--paths", "100000"]);
     // The ceiling sees the floor and the sail, which fronts it.
     assert!(lit_part(&summary) > 0.99, "{summary}");
+}
+
+#[test]
+fn the_sensors_read_its_light() {
+    let folder = tempdir().unwrap();
+    let [_, scene, sensors, _] = blocks();
+    let file = path(&folder, "scene.toml");
+    fs::write(&file, format!("{scene}\n{sensors}")).unwrap();
+    let summary = run_job(file.to_str().unwrap(), &path(&folder, "out"), &["--paths", "100000"]);
+    assert_eq!(
+        (&summary["sensors"]["list"][0]["name"], &summary["sensors"]["samples"]),
+        (&"desk".into(), &97.into())
+    );
+    let rows = fs::read_to_string(path(&folder, "out/sensors.csv")).unwrap().lines().count();
+    assert_eq!(rows, 1 + 8 + 1);
 }
 
 #[test]

@@ -1,38 +1,10 @@
 //! What a solution says about its own errors.
 
-use std::fmt;
-
 use crate::answer::Exact;
-use crate::box_scene::NotABox;
+use crate::found::FormFactors;
 
 /// What sums of form factors that are taken as exact may be off, and radiosities relative to the greatest.
 const ROUNDING: f64 = 1e-12;
-
-/// How the form factors of a scene were found.
-#[derive(Clone, Debug, PartialEq)]
-pub enum FormFactors {
-    /// They were given.
-    Given,
-    /// In closed form: the scene is a closed box of axis-aligned rectangles.
-    ClosedForm,
-    /// In closed form, by contour integrals or by cubature, pair by pair.
-    General {
-        /// Why the closed form of boxes does not apply.
-        because: NotABox,
-    },
-}
-
-impl fmt::Display for FormFactors {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            FormFactors::Given => f.write_str("as given"),
-            FormFactors::ClosedForm => f.write_str("in closed form"),
-            FormFactors::General { .. } => f.write_str(
-                "pair by pair: in closed form, by contour integrals or, where hidden in part, by cubature",
-            ),
-        }
-    }
-}
 
 /// The errors of a solution of the radiosity system. They do not include the discretisation: the system takes
 /// the radiosity of a face to be uniform.

@@ -5,9 +5,9 @@ use std::sync::{Arc, OnceLock};
 use radiosity::{IndexChoice, Scene, SceneError, SceneSpec};
 use thiserror::Error;
 
-use crate::accuracy::FormFactors;
 use crate::box_scene::{BoxScene, NotABox};
 use crate::exchange::ExchangeMatrix;
+use crate::found::FormFactors;
 use crate::general;
 use crate::system::{RadiositySystem, Singular, Solution};
 

@@ -1,6 +1,6 @@
 //! What can be said of the error before anything is solved (S97 §§2.2–2.5, 3.3–3.8, table 4).
 
-use radiosity::{EstimatorKind, Scene};
+use radiosity::{Course, EstimatorKind, Event, Scene};
 
 use crate::answer::Exact;
 
@@ -62,10 +62,10 @@ impl Bounds {
     /// S97 §§2.2, 2.5). Direct light alone scores no more than collision.
     pub fn shooting_variance_of(&self, estimator: EstimatorKind) -> f64 {
         let r = self.max_reflectance;
-        let factor = match estimator {
-            EstimatorKind::Absorption => r * r,
-            EstimatorKind::Survival => r * (1.0 + r),
-            EstimatorKind::Collision | EstimatorKind::Infinite | EstimatorKind::Direct => r * r * (1.0 + r),
+        let factor = match estimator.event() {
+            Event::Absorption => r * r,
+            Event::Survival => r * (1.0 + r),
+            Event::Arrival => r * r * (1.0 + r),
         };
         factor * self.total_power * self.max_radiosity / (self.min_area * (1.0 - r))
     }
@@ -77,10 +77,10 @@ impl Bounds {
         let most = |c: fn(f64) -> f64| {
             self.sources.iter().map(|&[_, r_s, e]| (e + 2.0 * r_s * b) * c(r_s)).fold(0.0, f64::max)
         };
-        let per_source = match estimator {
-            EstimatorKind::Absorption => b,
-            EstimatorKind::Survival => most(f64::recip),
-            EstimatorKind::Collision | EstimatorKind::Infinite | EstimatorKind::Direct => most(|_| 1.0),
+        let per_source = match estimator.event() {
+            Event::Absorption => b,
+            Event::Survival => most(f64::recip),
+            Event::Arrival => most(|_| 1.0),
         };
         r * r * b * per_source / least_birth
     }
@@ -112,11 +112,11 @@ impl Bounds {
     pub fn shooting_error(&self, estimator: EstimatorKind) -> f64 {
         let r = self.max_reflectance;
         let scale = self.total_power * self.total_power / (self.total_area * self.min_area);
-        let factor = match estimator {
-            EstimatorKind::Absorption => r * r / (1.0 - r).powi(2),
-            EstimatorKind::Survival => r * (1.0 + r) / (1.0 - r).powi(2),
-            EstimatorKind::Collision | EstimatorKind::Direct => r * r * (1.0 + r) / (1.0 - r).powi(2),
-            EstimatorKind::Infinite => r * r * (1.0 + r) / ((1.0 - r) * (1.0 - r * r)),
+        let factor = match (estimator.course(), estimator.event()) {
+            (Course::Weighted, _) => r * r * (1.0 + r) / ((1.0 - r) * (1.0 - r * r)),
+            (_, Event::Absorption) => r * r / (1.0 - r).powi(2),
+            (_, Event::Survival) => r * (1.0 + r) / (1.0 - r).powi(2),
+            (_, Event::Arrival) => r * r * (1.0 + r) / (1.0 - r).powi(2),
         };
         scale * factor
     }
@@ -127,11 +127,11 @@ impl Bounds {
         let over_sources = |c: fn(f64) -> f64| -> f64 {
             self.sources.iter().map(|&[phi, r_s, e]| phi * (e + 2.0 * r_s * b) * c(r_s)).sum()
         };
-        let factor = match estimator {
-            EstimatorKind::Absorption => b * self.total_power / (1.0 - r),
-            EstimatorKind::Survival => over_sources(f64::recip) / (1.0 - r),
-            EstimatorKind::Collision | EstimatorKind::Direct => over_sources(|_| 1.0) / (1.0 - r),
-            EstimatorKind::Infinite => over_sources(|_| 1.0) / (1.0 - r * r),
+        let factor = match (estimator.course(), estimator.event()) {
+            (Course::Weighted, _) => over_sources(|_| 1.0) / (1.0 - r * r),
+            (_, Event::Absorption) => b * self.total_power / (1.0 - r),
+            (_, Event::Survival) => over_sources(f64::recip) / (1.0 - r),
+            (_, Event::Arrival) => over_sources(|_| 1.0) / (1.0 - r),
         };
         r * r * factor / self.min_area
     }

@@ -11,7 +11,7 @@
 //! [`Exact::shooting_variances`] and [`Exact::gathering_variances`] the light of the second moment is carried by Q where
 //! it is by R for one channel: with σ = R and p_s = Φ_s/Φ_T, Q is R and w is 1.
 
-use radiosity::EstimatorKind;
+use radiosity::{Course, EstimatorKind, Event};
 
 use crate::answer::Exact;
 use crate::system::{RadiositySystem, Singular};
@@ -83,21 +83,21 @@ impl<'a> WeightedWalk<'a> {
 
     /// The variance of the channel's B_i [W²/m⁴] for one shooting walk, face by face; 0 where R_i = 0.
     pub fn shooting_variances(&self, estimator: EstimatorKind) -> Vec<f64> {
-        let squares = match estimator {
-            EstimatorKind::Infinite => self.channel.squared().system.solve(&self.births()).incoming,
-            EstimatorKind::Direct => self.channel.exchange().incoming(&self.births()),
-            _ => self.squares.solve(&self.births()).incoming,
+        let squares = match estimator.course() {
+            Course::Chance => self.squares.solve(&self.births()).incoming,
+            Course::Weighted => self.channel.squared().system.solve(&self.births()).incoming,
+            Course::FirstHit => self.channel.exchange().incoming(&self.births()),
         };
         let expected = self.channel.scored(estimator);
         let scored = self.returned(estimator, &squares);
         let variance = |i: usize| {
             let (r, b) = (self.channel.reflectance()[i], expected[i]);
             let sigma = self.path.survival[i];
-            let value = match estimator {
-                EstimatorKind::Absorption => r * r / (1.0 - sigma),
+            let value = match estimator.event() {
+                Event::Absorption => r * r / (1.0 - sigma),
                 // R²/σ is 0 where σ is.
-                EstimatorKind::Survival => self.squares.reflectance()[i],
-                EstimatorKind::Collision | EstimatorKind::Infinite | EstimatorKind::Direct => r * r,
+                Event::Survival => self.squares.reflectance()[i],
+                Event::Arrival => r * r,
             };
             value * scored[i] / self.channel.areas()[i].powi(2) - b * b
         };
@@ -113,18 +113,20 @@ impl<'a> WeightedWalk<'a> {
     pub fn gathering_variances(&self, estimator: EstimatorKind, birth: &[f64]) -> Vec<Option<f64>> {
         assert_eq!(birth.len(), self.channel.face_count(), "one probability per face");
         let lost = |(&e, &sigma): (&f64, &f64)| e > 0.0 && sigma == 0.0;
-        if estimator == EstimatorKind::Survival
+        if estimator.event() == Event::Survival
             && self.channel.emittance().iter().zip(&self.path.survival).any(lost)
         {
             return vec![None; birth.len()];
         }
-        let squares = match estimator {
-            EstimatorKind::Absorption => self.gathered(&self.squares, |s| s.e / (1.0 - s.sigma)),
-            EstimatorKind::Survival => self.gathered(&self.squares, |s| (s.e + 2.0 * s.b) / s.sigma),
-            EstimatorKind::Collision => self.gathered(&self.squares, |s| s.e + 2.0 * s.b),
-            EstimatorKind::Infinite => self.gathered(&self.channel.squared().system, |s| s.e + 2.0 * s.b),
-            EstimatorKind::Direct => {
-                let incoming = self.channel.exchange().incoming(&self.gains(|s| s.e));
+        let c = |s: Met| {
+            let later = if estimator.scores_again() { 2.0 * s.b } else { 0.0 };
+            (s.e + later) / estimator.event().probability(s.sigma)
+        };
+        let squares = match estimator.course() {
+            Course::Chance => self.gathered(&self.squares, c),
+            Course::Weighted => self.gathered(&self.channel.squared().system, c),
+            Course::FirstHit => {
+                let incoming = self.channel.exchange().incoming(&self.gains(c));
                 incoming.iter().zip(self.channel.areas()).map(|(phi, area)| phi / area).collect()
             }
         };
@@ -148,7 +150,7 @@ impl<'a> WeightedWalk<'a> {
     /// The mean squares that arrive on every face [W²], with what their walks still return to it: twice
     /// the product, unless a score ends the walk.
     fn returned(&self, estimator: EstimatorKind, squares: &[f64]) -> Vec<f64> {
-        if matches!(estimator, EstimatorKind::Absorption | EstimatorKind::Direct) {
+        if !estimator.scores_again() {
             return squares.to_vec();
         }
         let terms = squares.iter().zip(self.channel.reflectance()).zip(self.channel.xi());

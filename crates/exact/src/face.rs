@@ -50,7 +50,7 @@ pub(crate) struct FaceScene {
 
 impl FaceScene {
     /// The faces of a scene that [`radiosity::Scene::build`] accepts, given its stacks of coincident surfaces.
-    pub fn new(spec: &SceneSpec, stacks: &[Stack]) -> Self {
+    pub(crate) fn new(spec: &SceneSpec, stacks: &[Stack]) -> Self {
         let corners: Vec<DVec3> = spec.surfaces.iter().flat_map(|surface| surface.shape.corners()).collect();
         let low = corners.iter().copied().fold(DVec3::INFINITY, DVec3::min);
         let high = corners.iter().copied().fold(DVec3::NEG_INFINITY, DVec3::max);
@@ -96,7 +96,7 @@ impl Face {
     }
 
     /// All of it as a part of its surface.
-    pub fn whole(&self) -> Part<'_> {
+    pub(crate) fn whole(&self) -> Part<'_> {
         Part { surface: self.surface, side: self.side, polygon: &self.polygon }
     }
 }

@@ -32,7 +32,7 @@ pub(crate) struct Part<'a> {
 impl Layers {
     /// The layers of surfaces with these outlines, counterclockwise seen from their fronts. Lengths below `tolerance` [m]
     /// count as 0: surfaces that are nearer to each other without being in one of the `stacks` are layers by height.
-    pub fn new(outlines: &[Polygon], stacks: &[Stack], tolerance: f64) -> Self {
+    pub(crate) fn new(outlines: &[Polygon], stacks: &[Stack], tolerance: f64) -> Self {
         let mut layers = Layers { surfaces: vec![Layer::default(); outlines.len()], tolerance };
         let mut stack_of = vec![None; outlines.len()];
         for (number, stack) in stacks.iter().enumerate() {
@@ -84,13 +84,13 @@ impl Layers {
     }
 
     /// What no layer in front covers of a part of a surface, in convex pieces.
-    pub fn exposed(&self, part: &Part) -> Vec<Polygon> {
+    pub(crate) fn exposed(&self, part: &Part) -> Vec<Polygon> {
         self.uncovered(part.polygon.to_vec(), self.covers(part))
     }
 
     /// A_iF_ij [m²] of parts of two layers that face each other: the area of their overlap that no layer between covers.
     /// `None` unless each has the other in front.
-    pub fn exchange_area(&self, i: &Part, j: &Part) -> Option<f64> {
+    pub(crate) fn exchange_area(&self, i: &Part, j: &Part) -> Option<f64> {
         let (before_i, before_j) = (self.covers(i), self.covers(j));
         if !before_i.contains(&j.surface) || !before_j.contains(&i.surface) {
             return None;

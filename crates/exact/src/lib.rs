@@ -25,6 +25,7 @@
 //! SInf = Sbert, *Variance of two infinite path length random walk radiosity estimators*; BS = Bekaert & Seidel,
 //! *A Theoretical Comparison of Monte Carlo Radiosity Algorithms*.
 
+#![warn(unreachable_pub, unnameable_types)]
 #![allow(rustdoc::broken_intra_doc_links, reason = "units are written in square brackets")]
 
 mod accuracy;
@@ -38,6 +39,7 @@ mod dense;
 mod exchange;
 mod face;
 mod form_factor;
+mod found;
 mod general;
 mod layers;
 mod occlusion;
@@ -46,17 +48,19 @@ mod polygon;
 mod rectangle;
 #[cfg(test)]
 #[path = "../tests/common/shapes.rs"]
+#[allow(unreachable_pub, reason = "tests of their own crate share it")]
 mod shapes;
 mod system;
 mod variance;
 
-pub use accuracy::{Accuracy, FormFactors};
+pub use accuracy::Accuracy;
 pub use answer::{Exact, ExactError, MAX_GENERAL_FACES, MAX_PATCHES};
 pub use bounds::Bounds;
 pub use box_scene::{BoxScene, NotABox};
 pub use colour::{SharedPath, WeightedWalk};
 pub use exchange::ExchangeMatrix;
 pub use form_factor::{exchange_area, form_factor};
+pub use found::FormFactors;
 pub use rectangle::{Facing, Rectangle};
 pub use system::{RadiositySystem, Singular, Solution};
 pub use variance::{

@@ -52,7 +52,7 @@ pub(crate) enum Between {
 impl Occluders {
     /// The occluders among surfaces with these outlines; lengths below `tolerance` [m] count as 0. A surface
     /// that has the whole scene on one side occludes nothing: a convex scene has no occluders.
-    pub fn new(outlines: &[Polygon], tolerance: f64) -> Self {
+    pub(crate) fn new(outlines: &[Polygon], tolerance: f64) -> Self {
         let corners: Vec<DVec3> = outlines.iter().flatten().copied().collect();
         let occluders = outlines.iter().map(|outline| Occluder::new(outline.clone()));
         let inside = |occluder: &Occluder| {
@@ -64,7 +64,7 @@ impl Occluders {
 
     /// What is between two convex polygons `p` and `q`. An occluder in none of whose points a line from one to
     /// the other may meet it is left out.
-    pub fn between(&self, p: &[DVec3], q: &[DVec3]) -> Between {
+    pub(crate) fn between(&self, p: &[DVec3], q: &[DVec3]) -> Between {
         let ((from, r_p), (to, r_q)) = (bounding_sphere(p), bounding_sphere(q));
         let hull: Polygon = p.iter().chain(q).copied().collect();
         let mut candidates = vec![];
@@ -91,7 +91,7 @@ impl Occluders {
     }
 
     /// A polygon cut along the planes of those occluders that touch it: what its points see jumps there.
-    pub fn cut(&self, polygon: &[DVec3], occluders: &[usize]) -> Vec<Polygon> {
+    pub(crate) fn cut(&self, polygon: &[DVec3], occluders: &[usize]) -> Vec<Polygon> {
         let touches = |occluder: &&Occluder| {
             let section = occluder.section(polygon, self.tolerance);
             section.is_some_and(|section| occluder.meets(section, -self.tolerance))
@@ -107,7 +107,7 @@ impl Occluders {
     }
 
     /// The parts of a polygon that a point sees past some occluders.
-    pub fn visible(&self, point: DVec3, polygon: &[DVec3], occluders: &[usize]) -> Vec<Polygon> {
+    pub(crate) fn visible(&self, point: DVec3, polygon: &[DVec3], occluders: &[usize]) -> Vec<Polygon> {
         let mut visible = vec![polygon.to_vec()];
         for &number in occluders {
             let Some(shadow) = self.occluders[number].shadow(point, self.tolerance) else { continue };

@@ -34,7 +34,7 @@ pub(crate) struct Estimated {
 
 impl Estimated {
     /// An integral without an error worth mentioning.
-    pub fn certain(value: f64) -> Self {
+    pub(crate) fn certain(value: f64) -> Self {
         Estimated { value, error: 0.0 }
     }
 
@@ -45,7 +45,7 @@ impl Estimated {
     }
 
     /// The sum of two integrals, and of their errors.
-    pub fn plus(self, other: Estimated) -> Self {
+    pub(crate) fn plus(self, other: Estimated) -> Self {
         Estimated { value: self.value + other.value, error: self.error + other.error }
     }
 }
@@ -62,7 +62,12 @@ impl Penumbra<'_> {
     /// Integrated over `p` and, independently, over `q`, more finely until both agree: where all points of one
     /// miss a sliver of light, those of the other need not. The triangles of one are no mirror image of the
     /// other's, so that the errors are not, either. No error below the tolerance is claimed.
-    pub fn exchange_area(&self, p: (&[DVec3], &Plane), q: (&[DVec3], &Plane), tolerance: f64) -> Estimated {
+    pub(crate) fn exchange_area(
+        &self,
+        p: (&[DVec3], &Plane),
+        q: (&[DVec3], &Plane),
+        tolerance: f64,
+    ) -> Estimated {
         let towards_q = View { normal: p.1.normal, target: q.0 };
         let towards_p = View { normal: q.1.normal, target: p.0 };
         let both = |round: u32| {

@@ -17,23 +17,23 @@ pub(crate) struct Plane {
 
 impl Plane {
     /// The plane through a point with a normal of any length above 0.
-    pub fn through(point: DVec3, normal: DVec3) -> Self {
+    pub(crate) fn through(point: DVec3, normal: DVec3) -> Self {
         let normal = normal.normalize();
         Plane { normal, offset: normal.dot(point) }
     }
 
     /// How far a point is in front [m].
-    pub fn height(&self, point: DVec3) -> f64 {
+    pub(crate) fn height(&self, point: DVec3) -> f64 {
         self.normal.dot(point) - self.offset
     }
 
     /// The same plane seen from behind.
-    pub fn flipped(&self) -> Self {
+    pub(crate) fn flipped(&self) -> Self {
         Plane { normal: -self.normal, offset: -self.offset }
     }
 
     /// The lowest and the highest of some points.
-    pub fn range(&self, points: &[DVec3]) -> [f64; 2] {
+    pub(crate) fn range(&self, points: &[DVec3]) -> [f64; 2] {
         points.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], &point| {
             let height = self.height(point);
             [low.min(height), high.max(height)]

@@ -3,7 +3,7 @@
 //! Discrete walks, source-term suppression: the estimate is of b_i. Divide by the number of walks. A walk
 //! contributes the square of its whole score on a face.
 
-use radiosity::EstimatorKind;
+use radiosity::{Course, EstimatorKind, Event};
 
 use crate::answer::Exact;
 use crate::system::RadiositySystem;
@@ -27,10 +27,10 @@ struct Terms {
 impl Exact {
     /// The variance of B_i [W²/m⁴] for one shooting walk, face by face; 0 where R_i = 0.
     pub fn shooting_variances(&self, estimator: EstimatorKind) -> Vec<f64> {
-        let terms = match estimator {
-            EstimatorKind::Infinite => Terms::of(self, &self.squared_solution().reflected),
-            EstimatorKind::Direct => Terms::of(self, &self.direct()),
-            _ => Terms::of(self, &self.solution().reflected),
+        let terms = match estimator.course() {
+            Course::Chance => Terms::of(self, &self.solution().reflected),
+            Course::Weighted => Terms::of(self, &self.squared_solution().reflected),
+            Course::FirstHit => Terms::of(self, &self.direct()),
         };
         let variance = |(terms, b): (Terms, f64)| shooting_second_moment(estimator, &terms) - b * b;
         terms.into_iter().zip(self.scored(estimator)).map(variance).collect()
@@ -42,7 +42,7 @@ impl Exact {
     /// # Panics
     /// Unless there is one probability per face.
     pub fn gathering_variances(&self, estimator: EstimatorKind, birth: &[f64]) -> Vec<Option<f64>> {
-        if estimator == EstimatorKind::Survival && has_black_source(self) {
+        if estimator.event() == Event::Survival && has_black_source(self) {
             return vec![None; birth.len()];
         }
         per_birth(birth, gathering_second_moments(estimator, self), &self.scored(estimator))
@@ -55,49 +55,47 @@ impl Exact {
 
     /// What an estimator tells of every face: b_i [W/m²], or that of direct light.
     pub(crate) fn scored(&self, estimator: EstimatorKind) -> Vec<f64> {
-        match estimator {
-            EstimatorKind::Direct => self.direct(),
-            _ => self.solution().reflected.clone(),
+        match estimator.course() {
+            Course::FirstHit => self.direct(),
+            Course::Chance | Course::Weighted => self.solution().reflected.clone(),
         }
     }
 }
 
-/// The expected square of a shooting walk's whole score on a face [W²/m⁴].
+/// The expected square of a shooting walk's whole score on a face [W²/m⁴]: that of one score, times 1 + 2R_iξ_i where the walk
+/// may come back and score again.
 fn shooting_second_moment(estimator: EstimatorKind, &Terms { b, r, xi, power_density }: &Terms) -> f64 {
-    match estimator {
+    let once = match (estimator.course(), estimator.event()) {
+        // φ_i += Φ_T·ΠR over the earlier hits, at every hit of a walk that never ends: SInf eq. (2), b being β
+        (Course::Weighted, _) => b * power_density,
         // φ_i += Φ_T/(1 − R_i) where the walk dies: S97 corollary 2.3
-        EstimatorKind::Absorption => b * r * power_density / (1.0 - r),
+        (_, Event::Absorption) => b * r * power_density / (1.0 - r),
         // φ_i += Φ_T/R_i at every hit but the last: S97 corollary 2.11, R_i (1/R_i + 2ξ_i) written so as to be finite at
         // R_i = 0
-        EstimatorKind::Survival => b * power_density * (1.0 + 2.0 * r * xi),
-        // φ_i += Φ_T at every hit: BS eq. (19)
-        EstimatorKind::Collision => b * r * power_density * (1.0 + 2.0 * r * xi),
-        // φ_i += Φ_T·ΠR over the earlier hits, at every hit of a walk that never ends: SInf eq. (2), b being β
-        EstimatorKind::Infinite => b * power_density * (1.0 + 2.0 * r * xi),
-        // φ_i += Φ_T at the first hit, which no other follows
-        EstimatorKind::Direct => b * r * power_density,
-    }
+        (_, Event::Survival) => b * power_density,
+        // φ_i += Φ_T at every hit: BS eq. (19); at the first one, b being that of one bounce
+        (_, Event::Arrival) => b * r * power_density,
+    };
+    if estimator.scores_again() { once * (1.0 + 2.0 * r * xi) } else { once }
 }
 
 /// p_i times the expected square of a gathering walk's whole score for each face [W²/m⁴]. The sum over sources
 /// Σ_s c_s b_is is the radiosity b_i that emittances c_sE_s would cause, as b_is is linear in E_s.
 fn gathering_second_moments(estimator: EstimatorKind, exact: &Exact) -> Vec<f64> {
-    match estimator {
-        // b_i += R_iE_s/(p_i(1 − R_s)) where the walk dies: S97 eq. (10)
-        EstimatorKind::Absorption => reflected(exact, exact.system(), |s| s.e / (1.0 - s.r)),
-        // b_i += R_iE_s/(p_iR_s) at every hit but the last: S97 table 3
-        EstimatorKind::Survival => reflected(exact, exact.system(), |s| (s.e + 2.0 * s.b) / s.r),
-        // b_i += R_iE_s/p_i at every hit: S97 table 3
-        EstimatorKind::Collision => reflected(exact, exact.system(), |s| s.e + 2.0 * s.b),
+    // b_i += R_iE_s/(p_ip) at an event of probability p on a source: where the walk dies, S97 eq. (10); at every hit but the
+    // last and at every hit, S97 table 3. 2b_s is what the walk still gathers.
+    let c = |s: Source| {
+        let later = if estimator.scores_again() { 2.0 * s.b } else { 0.0 };
+        (s.e + later) / estimator.event().probability(s.r)
+    };
+    match estimator.course() {
+        Course::Chance => reflected(exact, exact.system(), c),
         // b_i += R_iE_s/p_i·ΠR over the earlier hits, at every hit of a walk that never ends: SInf eq. (3), β_is instead of
         // R_ib_is
-        EstimatorKind::Infinite => {
-            let squared = &exact.squared().system;
-            squared.solve(&weighted_emittance(exact, |s| s.e + 2.0 * s.b)).reflected
-        }
-        // b_i += R_iE_s/p_i at the first hit alone
-        EstimatorKind::Direct => {
-            let sums = once(exact, &weighted_emittance(exact, |s| s.e));
+        Course::Weighted => exact.squared().system.solve(&weighted_emittance(exact, c)).reflected,
+        // At the first hit alone.
+        Course::FirstHit => {
+            let sums = once(exact, &weighted_emittance(exact, c));
             sums.iter().zip(exact.reflectance()).map(|(sum, r)| r * sum).collect()
         }
     }

@@ -76,6 +76,7 @@ pub fn read(
     curve_error: f64,
     files: &mut Files<'_>,
 ) -> Result<Mesh, Error> {
+    let content = text::without_mark(content);
     let mesh = match format {
         Format::Obj => obj::read(path, content, files),
         Format::Gltf => gltf::read(path, content, files),

@@ -46,6 +46,9 @@ const LISTED: usize = 20;
 /// Letters of a name in a message.
 const LONGEST_NAME: usize = 60;
 
+/// Meshes that extend over more than this [m] are told of: their unit may be no metre.
+const VAST: f64 = 1000.0;
+
 /// The most cells along an edge of a triangle.
 const MAX_CELLS: u32 = u16::MAX as u32;
 
@@ -64,6 +67,7 @@ impl Mesh {
         let at = |fault: Fault| fault.at(path, Spot::File);
         self.place(format, options);
         let mut notes = std::mem::take(&mut self.notes);
+        notes.extend(self.note_size());
         let mut finish = Finishes::new(&self, options).map_err(at)?;
         self.drop_faults(&finish, options, &mut notes).map_err(at)?;
         finish.spread_power(&self, options).map_err(at)?;
@@ -91,6 +95,20 @@ impl Mesh {
             // Adding 0 turns −0 into 0.
             *position = up.turn(*position) * options.unit + DVec3::ZERO;
         }
+    }
+
+    /// What is told of a mesh so large that it was hardly meant in metres.
+    fn note_size(&self) -> Option<String> {
+        let corners = || {
+            let corners = self.triangles.iter().flat_map(|triangle| triangle.corners);
+            corners.map(|corner| self.positions[corner as usize])
+        };
+        let extent =
+            corners().fold(DVec3::NEG_INFINITY, DVec3::max) - corners().fold(DVec3::INFINITY, DVec3::min);
+        let extent = extent.max_element();
+        (extent > VAST).then(|| {
+            format!("the mesh extends over {extent} m: where a unit of the file is no metre, set import.unit (millimetres: 0.001)")
+        })
     }
 
     fn drop_faults(

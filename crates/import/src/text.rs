@@ -10,9 +10,14 @@ pub(crate) struct Lines<'a> {
     joined: Vec<u8>,
 }
 
+/// A text without the mark of its byte order, which editors on Windows put before UTF-8.
+pub(crate) fn without_mark(text: &[u8]) -> &[u8] {
+    text.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(text)
+}
+
 impl<'a> Lines<'a> {
     pub(crate) fn new(text: &'a [u8]) -> Self {
-        Lines { rest: text, number: 0, joined: Vec::new() }
+        Lines { rest: without_mark(text), number: 0, joined: Vec::new() }
     }
 
     /// The next line that holds something, with its number.

@@ -133,6 +133,30 @@ fn patch_sizes_and_joining() {
     assert!(small.iter().all(|surface| surface.shape.cell_count() == 25));
 }
 
+/// Rooms in millimetres are four kilometres long: that is told, unless `unit` makes metres of it.
+#[test]
+fn vast_meshes_are_told_of() {
+    let obj = "v 0 0 0\nv 4000 0 0\nv 0 3000 0\nf 1 2 3\n";
+    let told = |unit: f64| {
+        let options = Options { unit, ..Options::default() };
+        let notes = scene("a.obj", obj.as_bytes(), &options).unwrap().notes;
+        notes
+            .iter()
+            .any(|note| note.starts_with("the mesh extends over 4000 m: ") && note.contains("import.unit"))
+    };
+    assert!(told(1.0) && !told(0.001));
+}
+
+/// Editors on Windows put a mark before the first statement.
+#[test]
+fn marks_of_byte_order_are_no_part_of_the_text() {
+    let marked = |content: &[u8]| [b"\xEF\xBB\xBF", content].concat();
+    let kept = ["obj/room.obj", "mgf/all.mgf", "stl/ascii.stl", "ply/ascii.ply", "gltf/two.gltf"];
+    for path in kept {
+        assert_eq!(read(path, &marked(&corpus(path))), read(path, &corpus(path)), "{path}");
+    }
+}
+
 #[test]
 fn units_and_axes() {
     let options = Options { unit: 0.01, ..Options::default() };

@@ -9,9 +9,9 @@ use toml::Spanned;
 use toml::de::{DeFloat, DeInteger, DeTable, DeValue};
 
 use crate::error::{Error, Place, Spot};
-use crate::method::Word;
 use crate::near;
 use crate::source::{Part, Source};
+use crate::word::Word;
 
 /// A table whose keys have been found to be known.
 pub(crate) struct Table<'a> {
@@ -96,6 +96,19 @@ impl<'a> Table<'a> {
         }
     }
 
+    /// Whether any of these keys is there.
+    pub(crate) fn has_any(&self, keys: &[&str]) -> bool {
+        keys.iter().any(|&key| self.entries.contains_key(key))
+    }
+
+    /// The place of a key, or of the table where the key is absent.
+    pub(crate) fn place_of(&self, key: &str) -> Box<Place> {
+        match self.entries.get(key) {
+            Some(value) => self.source.place(value.span().start, format!("{}{key}", self.prefix)),
+            None => self.place(key),
+        }
+    }
+
     /// The line of a key, from 1; `None` where it is absent.
     pub(crate) fn line(&self, key: &str) -> Option<usize> {
         self.entries.get(key).map(|value| self.source.line(value.span().start))
@@ -158,6 +171,10 @@ impl<'a> Value<'a> {
 
     pub(crate) fn is_array(&self) -> bool {
         matches!(self.inner, DeValue::Array(_))
+    }
+
+    pub(crate) fn is_table(&self) -> bool {
+        matches!(self.inner, DeValue::Table(_))
     }
 
     pub(crate) fn is_string(&self) -> bool {

@@ -9,8 +9,8 @@ use import::{Axis, Faults, Files, Format, Imported, MaterialOverride, Mesh, Opti
 use crate::document::{Table, Value};
 use crate::error::Error;
 use crate::material::read_spectrum;
-use crate::method::Word;
 use crate::near;
+use crate::word::Word;
 
 pub(crate) const IMPORT_KEYS: &[&str] = &[
     "up",

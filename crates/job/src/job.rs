@@ -4,7 +4,7 @@ use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
 use import::{Format, Options};
-use radiosity::{Birth, IndexChoice, Scene};
+use radiosity::{Birth, IndexChoice, Scene, SensorSpec};
 use serde::{Deserialize, Serialize};
 
 use crate::document::{Table, Value};
@@ -12,6 +12,7 @@ use crate::error::Error;
 use crate::imports::{IMPORT_KEYS, read_options};
 use crate::method::{METHOD_KEYS, MethodTable, WalkKind, Word, read_method, read_patches};
 use crate::scene::{SceneFile, is_toml, load_scene_with};
+use crate::sensors::{SensorTarget, read_sensor_errors};
 use crate::source::Source;
 
 /// The seed of a job that names none: runs repeat unless asked not to.
@@ -87,8 +88,10 @@ pub struct Job {
     pub note: Option<String>,
     /// What it may cost.
     pub budget: Budget,
-    /// When it is accurate enough; `None`: the budget is spent whole.
+    /// When its patches are known well enough; `None`: nothing is asked of them.
     pub target: Option<Target>,
+    /// When its sensors are; `None`: nothing is asked of them. Where nothing is asked of either, the budget is spent whole.
+    pub sensor_target: Option<SensorTarget>,
     /// How rays look for surfaces; the answer is the same with each.
     pub index: IndexChoice,
     /// What the numbers measure. Default: luminous for a scene in MGF, whose format gives lm/m², else radiant.
@@ -177,7 +180,7 @@ pub(crate) const BUDGET_KEYS: &[&str] =
     &["first_path", "paths", "stream_paths", "wall_seconds", "checkpoint_seconds"];
 
 pub(crate) const TARGET_KEYS: &[&str] =
-    &["relative_error", "fraction", "min_paths", "min_hits", "unhit", "patches"];
+    &["relative_error", "fraction", "min_paths", "min_hits", "unhit", "patches", "sensors"];
 
 pub(crate) const TRACING_KEYS: &[&str] = &["index"];
 
@@ -203,7 +206,7 @@ pub fn load(path: &Path, overrides: &[String]) -> Result<Job, Error> {
     let target = table.take("target").map(|value| value.table(TARGET_KEYS)).transpose()?;
     let index = table.table("tracing", TRACING_KEYS)?.take("index");
     let budget = read_budget(budget)?;
-    let target = target.map(|mut table| Ok((table.take("patches"), read_target(table)?))).transpose()?;
+    let target = target.map(Goals::read).transpose()?.unwrap_or_default();
     let index = index.map(|value| value.word()).transpose()?.unwrap_or_default();
     let name = read_name(&mut table, path)?;
     let seed = table.take("seed").map(|value| read_seed(&value)).transpose()?.unwrap_or(DEFAULT_SEED);
@@ -222,11 +225,7 @@ pub fn load(path: &Path, overrides: &[String]) -> Result<Job, Error> {
         _ => Light::Radiant,
     });
     let (method, note) = read_method(method, scene.patch_count(), &budget)?;
-    let about = |(patches, target): (Option<Value<'_>>, Target)| {
-        let patches = patches.map(|value| read_target_patches(value, scene.patch_count(), &method));
-        Ok(Target { patches: patches.transpose()?, ..target })
-    };
-    let target = target.map(about).transpose()?;
+    let (target, sensor_target) = target.about(scene.patch_count(), &method, scene.sensors())?;
     let confidence = confidence.unwrap_or(DEFAULT_CONFIDENCE);
     Ok(Job {
         path: path.into(),
@@ -239,6 +238,7 @@ pub fn load(path: &Path, overrides: &[String]) -> Result<Job, Error> {
         note,
         budget,
         target,
+        sensor_target,
         index,
         light,
     })
@@ -354,23 +354,60 @@ fn read_seconds(value: &Value<'_>) -> Result<f64, Error> {
     ))
 }
 
-fn read_target(mut table: Table<'_>) -> Result<Target, Error> {
-    let why = "a target is an accuracy";
-    let relative_error = table.require("relative_error", why, "relative_error = 0.01, or remove [target]")?;
-    let fraction = table.take("fraction").map(|value| read_fraction(&value)).transpose()?;
-    let mut count = |key: &str, default: u64, why: &'static str| {
-        table.take(key).map_or(Ok(default), |value| value.integer(0..=i64::MAX as u64, why))
-    };
-    let min_paths = count("min_paths", DEFAULT_MIN_PATHS, "it is a number of walks")?;
-    let min_hits = count("min_hits", DEFAULT_MIN_HITS, "it is a number of scores")?;
-    Ok(Target {
-        relative_error: read_relative_error(&relative_error)?,
-        fraction: fraction.unwrap_or(DEFAULT_FRACTION),
-        min_paths,
-        min_hits,
-        unhit: table.take("unhit").map(|value| value.word()).transpose()?.unwrap_or_default(),
-        patches: None,
-    })
+/// The table `[target]` before the scene is read: which patches and sensors there are is known only then.
+#[derive(Default)]
+struct Goals<'a> {
+    patches: Option<Value<'a>>,
+    sensors: Option<Value<'a>>,
+    of_patches: Option<Target>,
+    min_paths: u64,
+    unhit: Unhit,
+}
+
+impl<'a> Goals<'a> {
+    fn read(mut table: Table<'a>) -> Result<Self, Error> {
+        let [patches, sensors] = ["patches", "sensors"].map(|key| table.take(key));
+        let relative_error =
+            match sensors.is_some() && !table.has_any(&["fraction", "min_hits"]) && patches.is_none() {
+                true => table.take("relative_error"),
+                false => Some(table.require(
+                    "relative_error",
+                    "a target is an accuracy",
+                    "relative_error = 0.01, or remove [target]",
+                )?),
+            };
+        let fraction = table.take("fraction").map(|value| read_fraction(&value)).transpose()?;
+        let mut count = |key: &str, default: u64, why: &'static str| {
+            table.take(key).map_or(Ok(default), |value| value.integer(0..=i64::MAX as u64, why))
+        };
+        let min_paths = count("min_paths", DEFAULT_MIN_PATHS, "it is a number of walks")?;
+        let min_hits = count("min_hits", DEFAULT_MIN_HITS, "it is a number of scores")?;
+        let relative_error = relative_error.map(|value| read_relative_error(&value)).transpose()?;
+        let unhit = table.take("unhit").map(|value| value.word()).transpose()?.unwrap_or_default();
+        let of_patches = relative_error.map(|relative_error| Target {
+            relative_error,
+            fraction: fraction.unwrap_or(DEFAULT_FRACTION),
+            min_paths,
+            min_hits,
+            unhit,
+            patches: None,
+        });
+        Ok(Goals { patches, sensors, of_patches, min_paths, unhit })
+    }
+
+    /// What is asked of patches and of sensors.
+    fn about(
+        self,
+        patch_count: u64,
+        method: &MethodTable,
+        sensors: &[SensorSpec],
+    ) -> Result<(Option<Target>, Option<SensorTarget>), Error> {
+        let Goals { patches, min_paths, unhit, .. } = self;
+        let patches = patches.map(|value| read_target_patches(value, patch_count, method)).transpose()?;
+        let target = self.of_patches.map(|target| Target { patches, ..target });
+        let errors = self.sensors.map(|value| read_sensor_errors(value, sensors)).transpose()?;
+        Ok((target, errors.map(|sensors| SensorTarget { sensors, min_paths, unhit })))
+    }
 }
 
 /// The patches that a target is about. Their number is known only when the scene is read.
@@ -393,7 +430,7 @@ fn read_target_patches(value: Value<'_>, patch_count: u64, method: &MethodTable)
     }
 }
 
-fn read_relative_error(value: &Value<'_>) -> Result<f64, Error> {
+pub(crate) fn read_relative_error(value: &Value<'_>) -> Result<f64, Error> {
     let relative_error = value.number()?;
     if relative_error > 0.0 {
         return Ok(relative_error);

@@ -18,8 +18,10 @@ mod near;
 mod plain;
 mod scene;
 mod schema;
+mod sensors;
 mod site;
 mod source;
+mod word;
 
 pub use error::{Error, Place, Spot};
 pub use import::Options as ImportOptions;
@@ -28,7 +30,9 @@ pub use job::{
     DEFAULT_STREAM_PATHS, Job, Light, Target, Unhit, load,
 };
 pub use kind::{FileKind, file_kind};
-pub use method::{MethodTable, WalkKind, Word, job_hash};
+pub use method::{MethodTable, WalkKind, job_hash};
 pub use radiosity::Sampler;
 pub use scene::{SceneFile, load_scene, load_scene_with};
 pub use schema::{job_schema, scene_schema};
+pub use sensors::SensorTarget;
+pub use word::Word;

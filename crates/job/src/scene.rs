@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use glam::DVec3;
 use import::{Format, Imported, MaterialOverride, Options, Spots};
-use radiosity::{IndexChoice, Scene, SceneError, SceneSpec, Shape, Sides, SurfaceSpec};
+use radiosity::{IndexChoice, Scene, SceneError, SceneSpec, SensorSpec, Shape, Sides, SurfaceSpec};
 
 use crate::document::{Table, Value};
 use crate::emit::read_emit;
@@ -13,6 +13,7 @@ use crate::error::{Error, MESH_FORMATS, Place, Spot};
 use crate::imports::{import_scene, positive, read_mesh};
 use crate::material::{Material, Materials, find_material, read_materials};
 use crate::plain::{PlainSurface, plain_surfaces};
+use crate::sensors::read_sensors;
 use crate::site::{Lines, SITE_KEYS, SurfaceSite};
 use crate::source::{Source, Split};
 
@@ -27,6 +28,7 @@ pub struct SceneFile {
     meshes: Vec<MeshSite>,
     /// By number.
     materials: Vec<(String, Lines)>,
+    sensors: Vec<SensorSpec>,
     notes: Vec<String>,
 }
 
@@ -48,6 +50,11 @@ impl SceneFile {
     /// What it says; its numbers are checked by [`SceneFile::build`].
     pub fn spec(&self) -> &SceneSpec {
         &self.spec
+    }
+
+    /// Places where light is measured, in the order of the file.
+    pub fn sensors(&self) -> &[SensorSpec] {
+        &self.sensors
     }
 
     /// What was left out, changed or assumed of meshes, a sentence each.
@@ -133,18 +140,19 @@ pub fn load_scene_with(path: &Path, options: &Options) -> Result<SceneFile, Erro
         sites: Vec::new(),
         meshes: Vec::new(),
         materials: Vec::new(),
+        sensors: Vec::new(),
         notes: Vec::new(),
     };
     scene.add(path, import_scene(path, format, options)?);
     Ok(scene)
 }
 
-pub(crate) const SCENE_KEYS: &[&str] = &["material", "surface", "mesh"];
+pub(crate) const SCENE_KEYS: &[&str] = &["material", "surface", "mesh", "sensor"];
 
 pub(crate) const MESH_KEYS: &[&str] = &["file", "material", "max_patch_area"];
 
 /// Those of them that are lists of tables.
-pub(crate) const LISTS: [&str; 2] = ["surface", "mesh"];
+pub(crate) const LISTS: [&str; 3] = ["surface", "mesh", "sensor"];
 
 fn load_toml(path: &Path, options: &Options) -> Result<SceneFile, Error> {
     let source = Source::read(path, "[material.NAME] tables and [[surface]] tables")?;
@@ -192,6 +200,7 @@ impl<'a, 'o> Reader<'a, 'o> {
                 .iter()
                 .map(|(name, material)| (name.clone(), material.lines.clone()))
                 .collect(),
+            sensors: table.take("sensor").map_or(Ok(Vec::new()), read_sensors)?,
             notes: Vec::new(),
         };
         Ok(Reader { scene, materials, meshes: table.take("mesh"), options })
@@ -430,12 +439,12 @@ fn read_shape(table: &mut Table<'_>) -> Result<Shape, Error> {
     Ok(shape)
 }
 
-fn read_corners(value: Value<'_>) -> Result<[DVec3; 3], Error> {
+pub(crate) fn read_corners(value: Value<'_>) -> Result<[DVec3; 3], Error> {
     let [a, b, c] = value.exactly("three corners: [[x, y, z], [x, y, z], [x, y, z]]")?;
     Ok([read_corner(a)?, read_corner(b)?, read_corner(c)?])
 }
 
-fn read_corner(value: Value<'_>) -> Result<DVec3, Error> {
+pub(crate) fn read_corner(value: Value<'_>) -> Result<DVec3, Error> {
     let [x, y, z] = value.exactly("a corner in metres: [x, y, z]")?;
     Ok(DVec3::new(x.number()?, y.number()?, z.number()?))
 }
@@ -443,7 +452,7 @@ fn read_corner(value: Value<'_>) -> Result<DVec3, Error> {
 /// Patch numbers are 32 bits wide, and so are the numbers that count them.
 const CELLS_WIDTH: &str = "a surface has at least one patch, and patch numbers are 32 bits wide";
 
-fn read_grid(value: Value<'_>) -> Result<[u32; 2], Error> {
+pub(crate) fn read_grid(value: Value<'_>) -> Result<[u32; 2], Error> {
     let place = value.place();
     let [nu, nv] = value.exactly("the cells of a quad along u and v: [nu, nv]")?;
     let [nu, nv] = [read_cells(&nu)?, read_cells(&nv)?];

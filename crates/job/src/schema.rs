@@ -12,6 +12,7 @@ use crate::job::{BUDGET_KEYS, JOB_KEYS, Light, MAX_STREAM_PATHS, TARGET_KEYS, TR
 use crate::material::MATERIAL_KEYS;
 use crate::method::{BIRTH_KEYS, EndWord, INFINITE_KEYS, METHOD_KEYS, SOLVE_KEYS, SolveWord, WalkKind, Word};
 use crate::scene::{MESH_KEYS, SCENE_KEYS, SURFACE_KEYS};
+use crate::sensors::SENSOR_KEYS;
 
 /// The dialect that the schemas are written in.
 const DIALECT: &str = "http://json-schema.org/draft-07/schema#";
@@ -42,6 +43,14 @@ fn table(keys: &[&str], required: &[&str], of: fn(&str) -> Value) -> Value {
         "required": required,
         "additionalProperties": false,
     })
+}
+
+/// A target asks for something, and what is about patches goes with an error of theirs.
+fn target_table() -> Value {
+    let mut schema = table(TARGET_KEYS, &[], target_key);
+    schema["anyOf"] = json!([{"required": ["relative_error"]}, {"required": ["sensors"]}]);
+    schema["dependencies"] = json!({"fraction": ["relative_error"], "min_hits": ["relative_error"], "patches": ["relative_error"]});
+    schema
 }
 
 /// A schema with the sentence that editors show beside the key.
@@ -119,10 +128,7 @@ fn job_key(key: &str) -> Value {
         "import" => told(table(IMPORT_KEYS, &[], import_key), "How meshes are read."),
         "method" => told(table(METHOD_KEYS, &[], method_key), "How the scene is solved."),
         "budget" => told(table(BUDGET_KEYS, &["paths"], budget_key), "What the run may cost."),
-        "target" => told(
-            table(TARGET_KEYS, &["relative_error"], target_key),
-            "The accuracy at which the run ends. Default: the budget is spent.",
-        ),
+        "target" => told(target_table(), "The accuracy at which the run ends. Default: the budget is spent."),
         "tracing" => told(table(TRACING_KEYS, &[], tracing_key), "How rays look for surfaces."),
         _ => json!({}),
     }
@@ -157,6 +163,14 @@ fn target_key(key: &str) -> Value {
         "min_hits" => told(count(0), "Scores without which a patch does not meet it. Default: 10."),
         "unhit" => told(word::<Unhit>(), "What a patch counts for that no walk has hit. Default: infinite."),
         "patches" => told(patches(), "The patches that it is about. Default: all that do not emit."),
+        "sensors" => told(
+            json!({"anyOf": [positive(), {
+                "type": "object",
+                "additionalProperties": positive(),
+                "minProperties": 1,
+            }]}),
+            "Half of an interval's width over its estimate: of all sensors, or of some by name.",
+        ),
         _ => json!({}),
     }
 }
@@ -279,6 +293,10 @@ fn scene_key(key: &str) -> Value {
             list_of(table(MESH_KEYS, &["file"], mesh_key), 0),
             "Meshes, whose surfaces follow all others.",
         ),
+        "sensor" => told(
+            list_of(table(SENSOR_KEYS, &[], sensor_key), 0),
+            "Places where light is measured that block none.",
+        ),
         _ => json!({}),
     }
 }
@@ -313,6 +331,20 @@ fn surface_key(key: &str) -> Value {
             list_of(table(EMIT_KEYS, EMIT_KEYS, emit_key), 0),
             "Emittances of single cells, in place of the material's.",
         ),
+        _ => json!({}),
+    }
+}
+
+fn sensor_key(key: &str) -> Value {
+    let vector = || exactly(json!({"type": "number"}), 3);
+    match key {
+        "name" => told(text(), "Shown in the rows of its patches. Default: its number."),
+        "quad" => told(corners(), "A parallelogram: corner c, c + u, c + v; it faces u × v."),
+        "patches" => {
+            told(exactly(integer(1, u32::MAX.into()), 2), "Cells of the quad along u and v. Default: one.")
+        }
+        "point" => told(vector(), "A point, in place of a quad [m]."),
+        "normal" => told(vector(), "The direction that the point faces, of any length."),
         _ => json!({}),
     }
 }

@@ -5,12 +5,14 @@ mod common;
 use std::path::PathBuf;
 
 use common::Folder;
-use glam::dvec3;
+use glam::{DVec3, dvec3};
 use job::{
-    Budget, FileKind, Job, MethodTable, Sampler, Target, Unhit, WalkKind, file_kind, job_hash, load,
-    load_scene,
+    Budget, FileKind, Job, MethodTable, Sampler, SensorTarget, Target, Unhit, WalkKind, file_kind, job_hash,
+    load, load_scene,
 };
-use radiosity::{Birth, EstimatorKind, IndexChoice, InfiniteEnd, Shape, Sides, Space, Spectrum};
+use radiosity::{
+    Birth, EstimatorKind, IndexChoice, InfiniteEnd, SensorShape, SensorSpec, Shape, Sides, Space, Spectrum,
+};
 
 const SCENE: &str = r#"
 [material.white]
@@ -245,10 +247,10 @@ fn jobs_and_scenes_are_told_apart() {
 fn the_hash_covers_scene_method_and_seed() {
     let scene = [7; 32];
     let shooting = MethodTable::default();
-    let base = job_hash(scene, &shooting, 1);
-    assert_eq!(base, job_hash(scene, &shooting.clone(), 1));
-    assert_ne!(base, job_hash([8; 32], &shooting, 1));
-    assert_ne!(base, job_hash(scene, &shooting, 2));
+    let base = job_hash(scene, &shooting, &[], 1);
+    assert_eq!(base, job_hash(scene, &shooting.clone(), &[], 1));
+    assert_ne!(base, job_hash([8; 32], &shooting, &[], 1));
+    assert_ne!(base, job_hash(scene, &shooting, &[], 2));
     let others = [
         MethodTable { walk: WalkKind::Gathering, ..shooting.clone() },
         MethodTable { estimator: EstimatorKind::Survival, ..shooting.clone() },
@@ -258,13 +260,55 @@ fn the_hash_covers_scene_method_and_seed() {
         MethodTable { final_gather: vec![4], ..shooting.clone() },
     ];
     for other in &others {
-        assert_ne!(base, job_hash(scene, other, 1), "{other:?}");
+        assert_ne!(base, job_hash(scene, other, &[], 1), "{other:?}");
     }
 }
 
 #[test]
+fn sensors_and_what_is_asked_of_them() {
+    let folder = Folder::new("sensors");
+    let scene = format!(
+        "{SCENE}\n[[sensor]]\nname = \"desk\"\nquad = [[0, 0, 1], [1, 0, 1], [0, 1, 1]]\npatches = [3, 2]\n\
+         [[sensor]]\npoint = [0.5, 0, 1]\nnormal = [0, 0, -2]\n"
+    );
+    folder.write("s.toml", scene);
+    let path = folder.write("j.toml", "scene = \"s.toml\"\n[budget]\npaths = 1000\n");
+    let job = load_with(&path, &[]);
+    let quad = SensorShape::Quad {
+        corner: DVec3::Z,
+        corner_u: DVec3::new(1.0, 0.0, 1.0),
+        corner_v: DVec3::new(0.0, 1.0, 1.0),
+        cells: [3, 2],
+    };
+    let point = SensorShape::Point { point: DVec3::new(0.5, 0.0, 1.0), normal: -2.0 * DVec3::Z };
+    let sensor = |name: &str, shape| SensorSpec { name: name.into(), shape };
+    assert_eq!(job.scene.sensors(), [sensor("desk", quad), sensor("1", point)]);
+    assert_eq!((&job.target, &job.sensor_target), (&None, &None));
+    let asked = |set: &[&str]| load_with(&path, set).sensor_target.unwrap();
+    let all = asked(&["target.sensors=0.05"]);
+    let expected =
+        SensorTarget { sensors: vec![(0, 0.05), (1, 0.05)], min_paths: 1024, unhit: Unhit::Infinite };
+    assert_eq!(all, expected);
+    let some = asked(&["target.sensors.1=0.1", "target.min_paths=7", "target.unhit=ignore"]);
+    assert_eq!(some, SensorTarget { sensors: vec![(1, 0.1)], min_paths: 7, unhit: Unhit::Ignore });
+    let both = load_with(&path, &["target.sensors=0.05", "target.relative_error=0.01"]);
+    assert_eq!((both.target, both.sensor_target), (Some(target(0.01)), Some(all)));
+    let unknown = load(&path, &["target.sensors.desc=0.1".into()]).unwrap_err().to_string();
+    for part in ["target.sensors.desc", "no sensor \"desc\"", "did you mean \"desk\"", "desk, 1"] {
+        assert!(unknown.contains(part), "{unknown}");
+    }
+    // Sensors are no part of the scene.
+    let plain = folder.write("plain.toml", SCENE);
+    let bare = job::load_scene(&plain).unwrap();
+    let [with, without] = [&job.scene, &bare].map(|scene| scene.build(IndexChoice::Auto).unwrap().hash());
+    assert_eq!(with, without);
+    let hash = |sensors: &[SensorSpec]| job_hash(with, &job.method, sensors, 0);
+    assert_ne!(hash(&[]), hash(job.scene.sensors()));
+}
+
+#[test]
 fn the_hash_covers_only_what_the_method_uses() {
-    let hash = |method: MethodTable| job_hash([0; 32], &method, 0);
+    let hash = |method: MethodTable| job_hash([0; 32], &method, &[], 0);
     let ends = [InfiniteEnd::Cutoff { threshold: 0.1 }, InfiniteEnd::Length { length: 3 }];
     let births = [Birth::Uniform, Birth::Patches(vec![1]), Birth::Patches(vec![2])];
     for infinite in ends {

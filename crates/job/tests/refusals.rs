@@ -164,6 +164,8 @@ const OVERRIDES: &[(&str, &[&str])] = &[
     ("target={relative_error=0.1,patches=[1]}", &["target.patches[0]", "out of range", "0 to 0"]),
     ("target={relative_error=0.1,patches=3}", &["target.patches", "array"]),
     ("target=0.01", &["target", "the number 0.01", "table"]),
+    ("target.sensors=0.05", &["target.sensors", "no sensors", "[[sensor]]", "remove the key"]),
+    ("target={sensors=0.05,fraction=0.5}", &["target.relative_error", "missing"]),
     ("tracing.index=grid", &["tracing.index", "\"auto\" or \"flat\" or \"tree\""]),
 ];
 
@@ -194,6 +196,53 @@ const SCENES: &[(&str, &str, &[&str])] = &[
         "[[surface]]",
         "[[mesh]]\nfile = \"x.obj\"\n[[surface]]",
         &["s.toml:5: mesh 0: file", "no file", "x.obj", "relative to the scene"],
+    ),
+    ("[[surface]]", "[sensor]\npoint = [0,0,1]\n[[surface]]", &["s.toml:4: sensor", "write [[sensor]]"]),
+    (
+        "[[surface]]",
+        "[[sensor]]\nname = \"desk\"\n[[surface]]",
+        &["s.toml:4: sensor 0 (\"desk\"): quad", "missing", "or point"],
+    ),
+    ("[[surface]]", "[[sensor]]\nname = \" \"\n[[surface]]", &["s.toml:5: sensor 0: name", "visible"]),
+    (
+        "[[surface]]",
+        "[[sensor]]\npoint = [0,0,1]\n[[surface]]",
+        &["s.toml:4: sensor 0 (\"0\"): normal", "missing", "[0, 0, 1]"],
+    ),
+    (
+        "[[surface]]",
+        "[[sensor]]\npoint = [0,0,1]\nnormal = [0,0,0]\n[[surface]]",
+        &["s.toml:6: sensor 0 (\"0\"): normal", "no direction"],
+    ),
+    (
+        "[[surface]]",
+        "[[sensor]]\npoint = [0,0,1]\nnormal = [0,0,1]\npatches = [1, 1]\n[[surface]]",
+        &["s.toml:7: sensor 0 (\"0\"): patches", "one place", "write a quad"],
+    ),
+    (
+        "[[surface]]",
+        "[[sensor]]\nquad = [[0,0,0],[1,0,0],[2,0,0]]\n[[surface]]",
+        &["s.toml:5: sensor 0 (\"0\"): quad", "no area"],
+    ),
+    (
+        "[[surface]]",
+        "[[sensor]]\nquad = [[0,0,0],[1,0,0],[0,1,0]]\nnormal = [0,0,1]\n[[surface]]",
+        &["s.toml:6: sensor 0 (\"0\"): normal", "u × v", "swap"],
+    ),
+    (
+        "[[surface]]",
+        "[[sensor]]\nquad = [[0,0,0],[1,0,0],[0,1,0]]\npoint = [0,0,1]\n[[surface]]",
+        &["s.toml:6: sensor 0 (\"0\"): point", "a quad too", "two [[sensor]]"],
+    ),
+    (
+        "[[surface]]",
+        "[[sensor]]\nname = \"1\"\npoint = [0,0,1]\nnormal = [0,0,1]\n[[sensor]]\npoint = [0,0,1]\nnormal = [0,0,1]\n[[surface]]",
+        &["s.toml:8: sensor 1: name", "called \"1\"", "of its own"],
+    ),
+    (
+        "[[surface]]",
+        "[[sensor]]\ncolour = 1\n[[surface]]",
+        &["s.toml:5: sensor 0: colour", "unknown key", "normal"],
     ),
     (
         "reflectance = 0.5",

@@ -73,7 +73,9 @@ fn every_key_of_the_readers_has_a_schema() {
 }
 
 const SCENE: &str = "[material.m]\nreflectance = [0.5, 0.4, 0.3]\nemittance = 1\n[[surface]]\nmaterial = \"m\"\n\
-    sides = 2\ntriangle = [[0,0,0],[1,0,0],[0,1,0]]\npatches = 4\nemit = [{ cell = [0, 0], emittance = 2 }]\n";
+    sides = 2\ntriangle = [[0,0,0],[1,0,0],[0,1,0]]\npatches = 4\nemit = [{ cell = [0, 0], emittance = 2 }]\n\
+    [[sensor]]\nname = \"desk\"\nquad = [[0,0,1],[1,0,1],[0,1,1]]\npatches = [3, 2]\n\
+    [[sensor]]\npoint = [0,0,1]\nnormal = [0,0,-1]\n";
 
 const JOB: &str = "name = \"a\"\nscene = \"s.toml\"\nseed = 3\nconfidence = 0.9\nsimultaneous = true\n\
     light = \"luminous\"\n\
@@ -81,7 +83,7 @@ const JOB: &str = "name = \"a\"\nscene = \"s.toml\"\nseed = 3\nconfidence = 0.9\
     infinite = { end = \"length\", length = 5 }\nbirth = { patches = [1, 2] }\n\
     [budget]\npaths = 100000\nstream_paths = 10\nwall_seconds = 1.5\nfirst_path = 7\ncheckpoint_seconds = 2\n\
     [target]\nrelative_error = 0.1\nfraction = 0.5\nmin_paths = 1\nmin_hits = 0\nunhit = \"ignore\"\npatches = [2]\n\
-    [tracing]\nindex = \"tree\"\n\
+    sensors = { desk = 0.2 }\n[tracing]\nindex = \"tree\"\n\
     [import]\nup = \"x\"\nunit = 0.5\nsides = \"file\"\npatch_size = 2\nfaults = \"refuse\"\nrepair = true\njoin = true\n\
     reflectance_limit = 0.9\ncurve_error = 0.1\n";
 
@@ -107,6 +109,14 @@ const CHANGES: &[(&str, &str, bool)] = &[
     ("relative_error = 0.1", "", false),
     ("fraction = 0.5", "fraction = 1.5", false),
     ("patches = [2]", "patches = [2, 2]", false),
+    ("sensors = { desk = 0.2 }", "sensors = 0.2", true),
+    ("sensors = { desk = 0.2 }", "sensors = 0", false),
+    ("sensors = { desk = 0.2 }", "sensors = {}", false),
+    ("sensors = { desk = 0.2 }", "sensors = { desk = \"well\" }", false),
+    ("patches = [3, 2]", "patches = [3, 0]", false),
+    ("patches = [3, 2]", "cells = [3, 2]", false),
+    ("[[0,0,1],[1,0,1],[0,1,1]]", "[[0,0,1],[1,0,1]]", false),
+    ("point = [0,0,1]", "point = [0,0]", false),
     ("index = \"tree\"", "index = \"hash\"", false),
     ("up = \"x\"", "up = \"w\"", false),
     ("unit = 0.5", "unit = 0", false),

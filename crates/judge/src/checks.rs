@@ -12,12 +12,14 @@ use std::collections::HashMap;
 
 use protocol::checkpoint::{Book, Look};
 use radiosity::{
-    Apart, Counts, Estimate, Estimates, Experiment, Face, Precision, Scene, Sequence, Side, TINY, Tally,
+    Apart, Counts, Estimate, Estimates, Experiment, Face, Precision, Readings, Scene, Sequence, Side, TINY,
+    Tally,
 };
 use report::{Check, face_words};
 
 use crate::coincident::Coincident;
 use crate::fit::misfits;
+use crate::target::FEWEST_SAMPLES;
 
 /// Standard error over estimate, beyond which MCNP calls a tally questionable; the same number bounds the VOV.
 const QUESTIONABLE: f64 = 0.1;
@@ -121,6 +123,7 @@ pub fn checks(
     checks.extend([unhit(scene, precision), rare(scene, &doubts)]);
     checks.extend([error(scene, &doubts), vov(experiment, &doubts)]);
     checks.push(tail(experiment, tally));
+    checks.extend(sensors(experiment, tally));
     let telling = experiment.batch_paths().map_or(0, |_| TELLING_BATCHES);
     let half: Vec<&Look> = looks
         .iter()
@@ -368,6 +371,21 @@ fn tail(experiment: &Experiment, tally: &Tally) -> Check {
         None => "walks can make (visits fall off geometrically)",
     };
     check("tail", heavy == 0, format!("{heavy} estimates have larger scores than {limit}"))
+}
+
+/// `None` where there are no sensors.
+fn sensors(experiment: &Experiment, tally: &Tally) -> Option<Check> {
+    let samples = Readings::new(experiment, tally, 0.5)?.samples();
+    let ok = samples >= FEWEST_SAMPLES;
+    let message = format!("the intervals of sensors come from {samples} samples");
+    let remedy = match experiment.sensors().filter(|_| experiment.unit().is_walk()) {
+        Some(sensors) => format!(
+            ", fewer than {FEWEST_SAMPLES}: give {} walks or more",
+            FEWEST_SAMPLES * sensors.sample_walks()
+        ),
+        None => format!(", fewer than {FEWEST_SAMPLES}: give more paths"),
+    };
+    Some(check("sensors", ok, if ok { message } else { message + &remedy }))
 }
 
 /// The largest of some values over the least.

@@ -13,11 +13,11 @@ const FEWEST_SCORES: f64 = 30.0;
 pub struct Sample(Vec<Moments>);
 
 impl Sample {
-    /// Of a tally.
-    pub fn new(tally: &Tally) -> Self {
-        let every = tally.patches().div_ceil(TELLING_PATCHES).max(1);
+    /// Of a tally, whose first `patches` rows are those of patches.
+    pub fn new(tally: &Tally, patches: usize) -> Self {
+        let every = patches.div_ceil(TELLING_PATCHES).max(1);
         let scores = 0..tally.layout().scores;
-        let each = (0..tally.patches()).step_by(every).flat_map(|i| scores.clone().map(move |s| (i, s)));
+        let each = (0..patches).step_by(every).flat_map(|i| scores.clone().map(move |s| (i, s)));
         let moments = each.map(|(patch, score)| {
             let sums = tally.patch(patch, score);
             Moments { n: tally.counts.walks, sum: sums[0], sum_sq: sums[1] }

@@ -1,6 +1,6 @@
 //! What the walks of an experiment can come to at most, for the cluster to refuse results that cannot be.
 
-use protocol::limits::Limits;
+use protocol::limits::{Limits, SensorLimits};
 use radiosity::{Estimator, Experiment, InfiniteEnd};
 
 use crate::MOMENTS;
@@ -16,10 +16,30 @@ const FIXED_POINT: u128 = 1 << 48;
 
 /// The limits of an experiment.
 pub fn limits(experiment: &Experiment) -> Limits {
-    match experiment.batch_paths() {
+    let limits = match experiment.batch_paths() {
         Some(paths) => of_batches(experiment, paths),
         None => of_walks(experiment),
-    }
+    };
+    Limits { sensors: of_sensors(experiment), ..limits }
+}
+
+/// A sample of sensors scores H over the largest radiosity there can be: at most as if all light that is under way left one
+/// patch for the sensor, by rays of both kinds. A patch may look brighter than it is, the more so the fewer of the walks tell
+/// of it. That leaves room for the rays of a sample, too.
+fn of_sensors(experiment: &Experiment) -> Option<SensorLimits> {
+    let sensors = experiment.sensors()?;
+    let scene = experiment.scene();
+    let paths = experiment.batch_paths().unwrap_or(sensors.sample_walks());
+    let least_area = scene.faces().iter().map(|face| face.area).fold(f64::INFINITY, f64::min);
+    let brightest = |c: usize| {
+        let most = scene.max_reflectance()[c];
+        let emittance = scene.faces().iter().map(|face| face.emittance[c]).fold(0.0, f64::max);
+        let largest = if emittance > 0.0 { emittance / (1.0 - most) } else { 1.0 };
+        1.0 + scene.total_power(c) / (1.0 - most) / least_area / largest
+    };
+    let brightest = (0..scene.channels()).map(brightest).fold(1.0, f64::max);
+    let sample = (FIXED_POINT as f64 * brightest * MARGIN * paths as f64) as u128;
+    Some(SensorLimits { first_row: scene.faces().len(), sample })
 }
 
 fn of_walks(experiment: &Experiment) -> Limits {
@@ -30,7 +50,7 @@ fn of_walks(experiment: &Experiment) -> Limits {
         (false, true) => 2,
         (false, false) => 1,
     };
-    Limits { ends: 1, rays, ray_score, walk_score: ray_score.saturating_mul(rays.into()) }
+    Limits { ends: 1, rays, ray_score, walk_score: ray_score.saturating_mul(rays.into()), sensors: None }
 }
 
 /// A batch scores H over the largest radiosity there can be, at most as if all light that is under way met one patch.
@@ -48,7 +68,7 @@ fn of_batches(experiment: &Experiment, paths: u64) -> Limits {
     let rays = paths.saturating_mul(longest).saturating_mul(MARGIN as u64);
     // A float that is too large becomes the largest number.
     let walk_score = (largest * MARGIN * 1024.0 * longest as f64) as u128;
-    Limits { ends: paths, rays, ray_score: u128::MAX, walk_score }
+    Limits { ends: paths, rays, ray_score: u128::MAX, walk_score, sensors: None }
 }
 
 /// Rays of the longest walk: it survives with the largest reflectance there is; infinite walks go on while their weight is
@@ -75,11 +95,14 @@ fn longest_walk(experiment: &Experiment) -> u64 {
 mod tests {
     use super::*;
     use job::Job;
-    use radiosity::Sequence;
+    use radiosity::{SensorShape, SensorSpec, Sequence};
 
     /// The tally of some walks, and whether it keeps the limits.
     fn breach(job: &Job) -> Option<&'static str> {
+        let middle = SensorShape::Point { point: [0.5, 0.5, 0.4].into(), normal: [0.3, 0.1, -1.0].into() };
+        let sensor = SensorSpec { name: "middle".into(), shape: middle };
         let experiment = Experiment::new(job.build_scene().unwrap(), job.method.walks()).unwrap();
+        let experiment = experiment.with_sensors(&[sensor]).unwrap();
         let mut board = experiment.board::<MOMENTS>();
         let walks = job.budget.paths / experiment.paths_per_walk();
         experiment.walk(&Sequence::new(7), 0..walks, &mut board);

@@ -3,10 +3,10 @@
 //! The moment to stop is that of `stats::DoubleSampling`, which keeps intervals true. Looks happen at numbers of walks
 //! that the job fixes.
 
-use job::{Target, Unhit};
+use job::{SensorTarget, Target, Unhit};
 use protocol::checkpoint::Look;
-use radiosity::{Channels, Estimate, Estimates, Experiment, Face, Tally};
-use report::WorstPatch;
+use radiosity::{Channels, Estimate, Estimates, Experiment, Face, Readings, SensorSpec, Tally};
+use report::{SensorSummary, SensorsSummary, WorstPatch};
 use stats::{DoubleSampling, foresight};
 
 use crate::drift::{Sample, drift};
@@ -150,11 +150,76 @@ pub fn judge(target: &Target, estimates: &Estimates, paths: u64) -> report::Targ
     }
 }
 
+/// What is asked of sensors, and the level of each of their intervals.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SensorGoal {
+    /// What is asked.
+    pub target: SensorTarget,
+    /// In (0, 1).
+    pub level: f64,
+}
+
+impl SensorGoal {
+    /// Whether every sensor that it is about keeps within `part` of the error that is asked for, by samples enough to tell.
+    fn is_met_within(&self, part: impl Fn(f64) -> f64, experiment: &Experiment, tally: &Tally) -> bool {
+        let Some(readings) = Readings::new(experiment, tally, self.level) else { return true };
+        let SensorTarget { sensors, min_paths, unhit } = &self.target;
+        let paths = tally.counts.walks.saturating_mul(experiment.paths_per_walk());
+        let ignore_dark = *unhit == Unhit::Ignore;
+        let known =
+            |&(sensor, error): &(u32, f64)| readings.worst_error(sensor as usize, ignore_dark) <= part(error);
+        paths >= *min_paths && readings.samples() >= FEWEST_SAMPLES && sensors.iter().all(known)
+    }
+
+    /// Whether a tally meets it.
+    pub fn is_met(&self, experiment: &Experiment, tally: &Tally) -> bool {
+        self.is_met_within(|error| error, experiment, tally)
+    }
+}
+
+/// What a tally says of sensors, and how they do on what is asked of them.
+pub fn judge_sensors(
+    goal: Option<&SensorGoal>,
+    readings: &Readings,
+    experiment: &Experiment,
+    tally: &Tally,
+) -> SensorsSummary {
+    let sensors = readings.sensors();
+    let asked = |number: usize| {
+        let asked = goal?.target.sensors.iter().find(|(sensor, _)| *sensor as usize == number);
+        asked.map(|&(_, error)| error)
+    };
+    let list = sensors.specs().iter().enumerate().map(|(number, spec)| SensorSummary {
+        name: spec.name.clone(),
+        patches: sensors.cells_of(number).len(),
+        relative_error: readings.worst_error(number, false),
+        target: asked(number),
+    });
+    SensorsSummary {
+        samples: readings.samples(),
+        rays: readings.rays(),
+        reached: goal.map(|goal| goal.is_met(experiment, tally)),
+        list: list.collect(),
+    }
+}
+
+/// What is asked of sensors, in words.
+pub fn asked_of_sensors(target: &SensorTarget, sensors: &[SensorSpec]) -> String {
+    let asked = target.sensors.iter().map(|&(sensor, error)| {
+        format!("relative half-width {error} on every patch of sensor {:?}", sensors[sensor as usize].name)
+    });
+    asked.collect::<Vec<_>>().join(", ")
+}
+
+/// What fewer samples of sensors differ by says nothing.
+pub const FEWEST_SAMPLES: u64 = 8;
+
 /// Looks at prefixes of one job.
 pub struct Observer {
     experiment: Experiment,
     level: f64,
     target: Option<Target>,
+    sensors: Option<SensorGoal>,
     /// Of the look before, or of where the run was resumed.
     before: Option<Sample>,
 }
@@ -162,12 +227,18 @@ pub struct Observer {
 impl Observer {
     /// Of a job whose intervals have this level each.
     pub fn new(experiment: Experiment, level: f64, target: Option<Target>) -> Self {
-        Observer { experiment, level, target, before: None }
+        Observer { experiment, level, target, sensors: None, before: None }
+    }
+
+    /// The observer of a job that asks for sensors, too.
+    pub fn with_sensors(self, sensors: Option<SensorGoal>) -> Self {
+        Observer { sensors, ..self }
     }
 
     /// The observer of a job that is resumed: its first look compares the walks since with these.
     pub fn going_on_from(self, past: &Tally) -> Self {
-        let before = (past.counts.walks > 0).then(|| Sample::new(past));
+        let before =
+            (past.counts.walks > 0).then(|| Sample::new(past, self.experiment.scene().faces().len()));
         Observer { before, ..self }
     }
 
@@ -176,13 +247,17 @@ impl Observer {
         let walks = tally.counts.walks;
         let estimates = Estimates::new(&self.experiment, tally, self.level);
         let precision = estimates.precision();
-        let (promising, reached) = match &self.target {
-            Some(target) if walks * self.experiment.paths_per_walk() >= target.min_paths => {
-                decide(target, &estimates, walks, looks)
-            }
-            _ => (false, false),
-        };
-        let now = Sample::new(tally);
+        let of_patches = self.target.as_ref().map(|target| {
+            let early = walks * self.experiment.paths_per_walk() < target.min_paths;
+            if early { [false; 2] } else { meets(target, &estimates) }
+        });
+        let of_sensors = self.sensors.as_ref().map(|goal| {
+            [goal.is_met(&self.experiment, tally), goal.is_met_within(foresight, &self.experiment, tally)]
+        });
+        let asked = of_patches.into_iter().chain(of_sensors).reduce(|a, b| [a[0] && b[0], a[1] && b[1]]);
+        let (promising, reached) =
+            asked.map_or((false, false), |[met, promising]| (promising, ends(walks, looks, met, promising)));
+        let now = Sample::new(tally, self.experiment.scene().faces().len());
         let drift = self.before.as_ref().map_or(f64::NAN, |before| drift(before, &now));
         self.before = Some(now);
         Look {
@@ -197,20 +272,24 @@ impl Observer {
     }
 }
 
-/// Whether twice these walks will do, and whether the run ends here.
-fn decide(target: &Target, estimates: &Estimates, walks: u64, looks: &[Look]) -> (bool, bool) {
+/// Whether a target is met, and whether twice these walks will meet it.
+fn meets(target: &Target, estimates: &Estimates) -> [bool; 2] {
     let Target { relative_error, fraction, .. } = *target;
     let scores = target.min_hits as f64;
     let met = Bar { error: relative_error, scores };
     let foreseen = Bar { error: foresight(relative_error), scores: 0.5 * scores };
     let standings = standings(estimates, target).map(|(_, standing)| standing);
-    let [met, promising] = parts_within(standings, [met, foreseen]).map(|part| part >= fraction);
+    parts_within(standings, [met, foreseen]).map(|part| part >= fraction)
+}
+
+/// Whether a run ends after this number of walks.
+fn ends(walks: u64, looks: &[Look], met: bool, promising: bool) -> bool {
     let mut rule = DoubleSampling::default();
     // What was met at earlier looks did not end the run.
     for look in looks {
         rule.look(look.walks, look.promising, false);
     }
-    (promising, rule.look(walks, promising, met))
+    rule.look(walks, promising, met)
 }
 
 /// What a pilot foretells of its run: errors that fall as 1/√walks (of chains, with Student's t besides).

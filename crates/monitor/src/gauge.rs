@@ -12,7 +12,7 @@ use results::Settings;
 
 use crate::standing::{Faults, Goal, Saved, Standing};
 
-/// Rates are those of the last so many seconds.
+/// Rates are those of this time, up to now.
 const WINDOW: Duration = Duration::from_secs(30);
 
 /// Between two measurements of the rate.
@@ -21,7 +21,7 @@ const STEP: Duration = Duration::from_millis(250);
 /// Estimating the errors may take at most this part of the time.
 const ERROR_SHARE: u32 = 20;
 
-/// The end is foretold from at most so many faces: the coordinator must not keep its workers waiting.
+/// The end is foretold from this many faces at most: the coordinator must not keep its workers waiting.
 const MOST_FACES: usize = 50_000;
 
 /// Measures one run.
@@ -43,7 +43,7 @@ pub struct Gauge<'a> {
 }
 
 impl<'a> Gauge<'a> {
-    /// A gauge of a run of so many seconds at most.
+    /// A gauge of a run that may take `wall` seconds, where its job says so.
     pub fn new(experiment: &'a Experiment, settings: &'a Settings, wall: Option<f64>) -> Self {
         let now = Instant::now();
         Gauge {
@@ -166,7 +166,7 @@ impl<'a> Gauge<'a> {
     }
 }
 
-/// How long it takes to come from `paths` to `end`. Nothing tells while nobody walks.
+/// How long it takes to come from `paths` to `end`. Nothing tells while no worker walks.
 fn seconds_left(workers: usize, paths: u64, end: u64, paths_per_second: f64) -> Option<f64> {
     let known = workers > 0 && paths_per_second > 0.0;
     known.then(|| end.saturating_sub(paths) as f64 / paths_per_second)

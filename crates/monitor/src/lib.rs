@@ -5,6 +5,8 @@
 //!
 //! Nothing is printed here.
 
+#![warn(unreachable_pub, unnameable_types)]
+
 mod gauge;
 mod metrics;
 mod reports;

@@ -9,7 +9,7 @@ use crate::status::Report;
 type Metric = (&'static str, &'static str, &'static str, Option<f64>);
 
 /// The page of a report.
-pub fn metrics(report: &Report) -> String {
+pub(crate) fn metrics(report: &Report) -> String {
     let mut text = String::new();
     // Numbers that are not known are left out.
     for (name, kind, help, value) in numbers(&report.standing) {

@@ -11,7 +11,7 @@ use serde_json::Value;
 use crate::standing::Standing;
 
 /// The name of a status file in an output folder.
-pub const STATUS: &str = "status.json";
+pub(crate) const STATUS: &str = "status.json";
 
 /// A coordinator reports every two seconds. One whose last report is older than this may be gone …
 const LATE: u64 = 10;
@@ -24,7 +24,7 @@ const WATCH: Duration = Duration::from_secs(6);
 pub struct Description {
     /// The name of the job.
     pub job: String,
-    /// A walk counts as so many paths: chains are walks of many rays.
+    /// The paths that a walk counts as: chains are walks of many rays.
     pub paths_per_walk: u64,
 }
 
@@ -132,7 +132,7 @@ pub fn watched(file: &Path, report: Report) -> (Report, bool) {
 }
 
 /// `box.json` → `box.status.json`.
-pub fn beside(access: &Path) -> PathBuf {
+pub(crate) fn beside(access: &Path) -> PathBuf {
     access.with_extension(STATUS)
 }
 

@@ -16,6 +16,17 @@ pub struct Limits {
     pub ray_score: u128,
     /// Units of a walk's score on a patch, at most.
     pub walk_score: u128,
+    /// What the rows of sensors can come to, which follow those of patches; `None` where there are none.
+    pub sensors: Option<SensorLimits>,
+}
+
+/// What sensors can score at most.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct SensorLimits {
+    /// The rows before theirs.
+    pub first_row: usize,
+    /// Units of a sample's score on a cell, and its rays, at most. No walk has more samples than one.
+    pub sample: u128,
 }
 
 /// Weights that ended are kept in 2⁻⁴⁰; no walk carries more than this.
@@ -23,7 +34,8 @@ const MOST_WEIGHT: u128 = 1 << 48;
 
 impl Limits {
     /// Of work of which nothing is known but that its walks end once.
-    pub const NONE: Limits = Limits { ends: 1, rays: u64::MAX, ray_score: u128::MAX, walk_score: u128::MAX };
+    pub const NONE: Limits =
+        Limits { ends: 1, rays: u64::MAX, ray_score: u128::MAX, walk_score: u128::MAX, sensors: None };
 
     /// Why counts cannot be, if they cannot.
     pub fn breach_of_counts(&self, counts: &Counts) -> Option<&'static str> {
@@ -54,14 +66,22 @@ impl Limits {
         let (walks, rays) = (u128::from(counts.walks), u128::from(counts.rays));
         let most = rays.saturating_mul(self.ray_score).min(walks.saturating_mul(self.walk_score));
         let scores = layout.scores * layout.moments;
+        let (first_of_sensors, sample) = match self.sensors {
+            Some(SensorLimits { first_row, sample }) => (first_row * layout.columns(), sample),
+            None => (usize::MAX, 0),
+        };
         let (mut column, mut before) = (0, 0_u128);
-        for sum in sums {
+        for (number, sum) in sums.enumerate() {
+            let of_sensor = number >= first_of_sensors;
             let (is_first, is_event) = (column % layout.moments == 0, column == scores);
+            let largest = if of_sensor { sample } else { self.walk_score };
             let (least, limit) = match () {
+                () if of_sensor && (is_first || is_event) => (0, walks.saturating_mul(sample)),
                 () if is_event => (0, rays.max(walks)),
                 () if is_first => (0, most),
-                // Scores are whole numbers: their squares are no less, and no more than the largest times the score.
-                () => (before, before.saturating_mul(self.walk_score)),
+                // Scores are whole numbers: their squares are no less, and no more than the largest times the score. So it is
+                // with the samples of sensors and their rays.
+                () => (before, before.saturating_mul(largest)),
             };
             if sum > limit {
                 return Some("its walks cannot score so much");
@@ -80,7 +100,7 @@ impl Limits {
 mod tests {
     use super::*;
 
-    const LIMITS: Limits = Limits { ends: 1, rays: 1000, ray_score: 1, walk_score: 1000 };
+    const LIMITS: Limits = Limits { ends: 1, rays: 1000, ray_score: 1, walk_score: 1000, sensors: None };
     const PAIR: Layout = Layout { scores: 1, moments: 2, events: false };
 
     fn counts() -> Counts {
@@ -115,6 +135,18 @@ mod tests {
             "each ray of a chain"
         );
         assert!(batch.breach_of_counts(&Counts { absorbed: 69, ..of_batches }).is_some());
+    }
+
+    /// 100 walks have 100 samples at most, each of up to 2¹⁰ units and rays.
+    #[test]
+    fn sensors_score_no_more_than_their_samples_can() {
+        let limits = Limits { sensors: Some(SensorLimits { first_row: 1, sample: 1 << 10 }), ..LIMITS };
+        let breach = |sums: [u128; 4]| limits.breach_of_sums(&counts(), PAIR, sums.into_iter());
+        assert_eq!(breach([300, 90_000, 100 << 10, 100 << 20]), None);
+        assert!(breach([301, 90_000, 0, 0]).is_some(), "patches are as they were");
+        assert!(breach([0, 0, (100 << 10) + 1, 100 << 20]).is_some());
+        assert!(breach([0, 0, 1 << 10, (1 << 20) + 1]).is_some());
+        assert!(breach([0, 0, 10, 9]).is_some());
     }
 
     #[test]

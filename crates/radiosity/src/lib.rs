@@ -38,12 +38,14 @@ mod tally;
 mod trace;
 mod walk;
 
+pub use experiment::readings::{Reading, Readings};
 pub use experiment::replay::{Replay, Step};
 pub use experiment::solution::{
     Apart, Channels, Estimate, Estimates, Mix, Precision, QUANTILES, Solution, TINY,
 };
-pub use experiment::{Board, Experiment, Meaning, Unfit, birth_probabilities};
+pub use experiment::{Board, Experiment, Meaning, SensorView, Unfit, birth_probabilities};
 pub use geometry::face::{Face, FaceIter, Faces};
+pub use geometry::sensor::{SensorCell, SensorError, SensorShape, SensorSpec, Sensors};
 pub use geometry::spec::{SceneSpec, Shape, Side, Sides, Spectrum, SurfaceSpec};
 pub use geometry::surface::Surface;
 pub use jacobi::plan::{Iterations, RayBirths, Solve};
@@ -58,6 +60,6 @@ pub use trace::ray::{Hit, Ray};
 pub use trace::stack::Stack;
 pub use walk::Space;
 pub use walk::batch::WalkEnd;
-pub use walk::estimator::{Estimator, EstimatorKind};
+pub use walk::estimator::{Course, Estimator, EstimatorKind, Event};
 pub use walk::fate::InfiniteEnd;
 pub use walk::plain::walk as plain_walk;

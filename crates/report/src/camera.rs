@@ -77,7 +77,7 @@ impl Bounds {
 
 /// What a camera sees along a ray.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Sight {
+pub(crate) struct Sight {
     /// The nearest face that faces the camera.
     pub face: u32,
     /// Where on the face's surface it is, in local coordinates.
@@ -103,14 +103,14 @@ pub struct Viewpoint {
 
 impl Sight {
     /// Cosine between the ray and the surface's normal.
-    pub fn cosine(&self) -> f64 {
+    pub(crate) fn cosine(&self) -> f64 {
         self.cosine
     }
 }
 
 /// A perspective camera.
 #[derive(Clone, Debug)]
-pub struct Camera {
+pub(crate) struct Camera {
     eye: DVec3,
     right: DVec3,
     up: DVec3,
@@ -132,7 +132,7 @@ pub struct Camera {
 impl Camera {
     /// The camera that sees most of a scene. `lit` tells whether a surface has anything to show; the longer
     /// side of the picture is `size` pixels.
-    pub fn best(scene: &Scene, lit: impl Fn(u32) -> bool, size: u32) -> Self {
+    pub(crate) fn best(scene: &Scene, lit: impl Fn(u32) -> bool, size: u32) -> Self {
         let bounds = Bounds::of(scene);
         let frame = Frame::of(scene, &bounds);
         let mut best = (0.0, frame.camera(&bounds, 0.0, 0.0, false, size));
@@ -151,7 +151,7 @@ impl Camera {
     }
 
     /// Where it stands.
-    pub fn viewpoint(&self, scene: &Scene) -> Viewpoint {
+    pub(crate) fn viewpoint(&self, scene: &Scene) -> Viewpoint {
         let eye = self.eye + scene.origin();
         let bounds = Bounds::of(scene);
         let distance = (bounds.middle() - self.eye).dot(self.forward);
@@ -165,7 +165,7 @@ impl Camera {
     }
 
     /// What is seen at points of the picture: x, y in pixels, from the upper left corner.
-    pub fn look(&self, scene: &Scene, points: &[[f64; 2]]) -> Vec<Option<Sight>> {
+    pub(crate) fn look(&self, scene: &Scene, points: &[[f64; 2]]) -> Vec<Option<Sight>> {
         let mut sights = vec![None; points.len()];
         let mut glances: Vec<Glance> =
             (0..).zip(points).filter_map(|(point, &place)| self.glance(point, place)).collect();
@@ -202,7 +202,7 @@ impl Camera {
     }
 
     /// Where a point is seen in the picture [pixels]; `None` behind the eye.
-    pub fn project(&self, point: DVec3) -> Option<[f64; 2]> {
+    pub(crate) fn project(&self, point: DVec3) -> Option<[f64; 2]> {
         let sight = point - self.eye;
         let depth = sight.dot(self.forward);
         (depth > 0.0).then(|| {

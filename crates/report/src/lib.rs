@@ -2,6 +2,8 @@
 //!
 //! Nothing is printed here; errors name the file they are about.
 
+#![warn(unreachable_pub, unnameable_types)]
+
 mod atomic;
 mod camera;
 mod chart;
@@ -16,6 +18,7 @@ mod patches;
 mod picture;
 #[cfg(test)]
 mod scenes;
+mod sensors;
 mod smooth;
 mod summary;
 pub mod words;
@@ -31,8 +34,9 @@ pub use model::{Bounce, Model};
 pub use page::{Milestone, Page};
 pub use patches::{face_words, flags, side_name, write_patches};
 pub use picture::{Picture, Shot};
+pub use sensors::{SensorSummary, SensorsSummary, write_sensors};
 pub use smooth::Smooth;
 pub use summary::{
-    Check, Energy, PartSummary, PrecisionSummary, Provenance, RunFacts, SessionSummary, Summary, Target,
-    Units, WorkerSummary, WorstPatch,
+    ApartSummary, Check, Energy, PartSummary, PrecisionSummary, Provenance, RunFacts, SessionSummary,
+    Summary, Target, Units, WorkerSummary, WorstPatch,
 };

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use radiosity::{EstimatorKind, Method, Scene, Sides, Space};
+use radiosity::{Course, Method, Scene, Sides, Space};
 use serde::Serialize;
 
 use crate::method::MethodWords;
@@ -186,7 +186,7 @@ fn unused(scene: &Scene, method: &Method) -> Vec<&'static str> {
         (patches().all(|patch| patch.reflectance.is_lit()), "black surfaces"),
         (
             scene.channels() == 1
-                && method.estimator_kind().is_some_and(|kind| kind != EstimatorKind::Infinite),
+                && method.estimator_kind().is_some_and(|kind| kind.course() != Course::Weighted),
             "weights of walks",
         ),
         (method.space() != Space::Continuous, "continuous walks"),
@@ -205,7 +205,7 @@ fn sides(scene: &Scene) -> &'static str {
 
 #[cfg(test)]
 mod tests {
-    use radiosity::IndexChoice;
+    use radiosity::{EstimatorKind, IndexChoice};
 
     use super::*;
     use crate::scenes::{cornell, cube};

@@ -11,11 +11,11 @@ use flate2::Compression;
 use flate2::read::GzDecoder;
 use flate2::write::ZlibEncoder;
 use minijinja::{AutoEscape, Environment, context};
-use radiosity::Estimates;
+use radiosity::{Estimates, Reading, Readings};
 use serde::Serialize;
 
 use crate::chart::{Axis, Chart, Point, Series, Style};
-use crate::patches::write_patches;
+use crate::patches::{per_channel, write_patches};
 use crate::picture::Shot;
 use crate::smooth::Smooth;
 use crate::summary::{ApartSummary, Energy, Summary};
@@ -48,6 +48,8 @@ pub struct Page<'a> {
     pub summary: &'a Summary,
     /// What is known of every face.
     pub estimates: &'a Estimates<'a>,
+    /// What sensors read, where there are any.
+    pub readings: Option<&'a Readings<'a>>,
     /// The errors at the looks of the run, in the order of walks.
     pub milestones: &'a [Milestone],
     /// The command that makes the same numbers again.
@@ -69,6 +71,16 @@ struct Facts<'a> {
 #[derive(Serialize)]
 struct Quantile {
     part: String,
+    error: String,
+}
+
+/// A sensor, with what its patches read at most and at least.
+#[derive(Serialize)]
+struct SensorRow {
+    name: String,
+    patches: usize,
+    least: String,
+    most: String,
     error: String,
 }
 
@@ -112,6 +124,7 @@ impl Page<'_> {
                 worst => percent(summary.precision.max_relative_error),
                 apart => self.apart(),
                 charts => self.figures(),
+                sensors => self.sensors(),
                 passed => checks.iter().filter(|check| check.ok).count(),
                 checks => checks,
                 energy => energy,
@@ -183,6 +196,33 @@ impl Page<'_> {
             format!("{} patches, {} of the area, {why}.", apart.patches, percent(apart.area))
         };
         told.into_iter().filter(|(apart, _)| apart.patches > 0).map(line).collect()
+    }
+
+    /// A row for each sensor, and each channel of it.
+    fn sensors(&self) -> Vec<SensorRow> {
+        let Some(readings) = self.readings else { return Vec::new() };
+        let sensors = readings.sensors();
+        let rows = sensors.specs().iter().enumerate().flat_map(|(number, spec)| {
+            let names = per_channel(&spec.name, readings.channels());
+            names.into_iter().enumerate().map(move |(channel, name)| {
+                let read: Vec<Reading> =
+                    sensors.cells_of(number).map(|cell| readings.cell(cell)[channel]).collect();
+                let by_light = |a: &&Reading, b: &&Reading| {
+                    let [a, b] = [a, b].map(|reading| reading.irradiance.unwrap_or(0.0));
+                    a.total_cmp(&b)
+                };
+                let words = |reading: Option<&Reading>| reading.map_or(String::new(), with_interval);
+                let error = read.iter().map(Reading::relative_error).fold(0.0, f64::max);
+                SensorRow {
+                    name,
+                    patches: read.len(),
+                    least: words(read.iter().min_by(by_light)),
+                    most: words(read.iter().max_by(by_light)),
+                    error: percent(error),
+                }
+            })
+        });
+        rows.collect()
     }
 
     fn figures(&self) -> Vec<Figure> {
@@ -287,6 +327,15 @@ impl Page<'_> {
             let mut values = faces.by_patch().flat_map(|face| self.smooth.corners(face));
             values.try_for_each(|&b| zlib.write_all(&(b as f32).to_le_bytes()))
         })
+    }
+}
+
+/// An estimate with its interval.
+fn with_interval(reading: &Reading) -> String {
+    let [low, high] = [reading.ci_low, reading.ci_high].map(|h| format!("{h:.4}"));
+    match reading.irradiance {
+        Some(irradiance) => format!("{irradiance:.4} ({low} … {high})"),
+        None => format!("between {low} and {high}"),
     }
 }
 

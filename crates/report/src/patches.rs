@@ -91,17 +91,17 @@ fn header(scene: &Scene, extras: Extras) -> Vec<String> {
     names
 }
 
-fn per_channel(name: &str, channels: usize) -> Vec<String> {
+pub(crate) fn per_channel(name: &str, channels: usize) -> Vec<String> {
     match channels {
         1 => vec![name.into()],
         _ => CHANNELS.iter().map(|channel| format!("{name}_{channel}")).collect(),
     }
 }
 
-/// The columns [`PLACE`] and [`SIDE`].
-type Place<'a> = (u32, &'a str, [u32; 2], Vec<&'static str>, [f64; 3], f64);
+/// The values of the columns [`PLACE`] and [`SIDE`].
+type Columns<'a> = (u32, &'a str, [u32; 2], Vec<&'static str>, [f64; 3], f64);
 
-fn place<'a>(scene: &'a Scene, face: &Face) -> Place<'a> {
+fn place<'a>(scene: &'a Scene, face: &Face) -> Columns<'a> {
     let side = if scene.faces().two_sided() { vec![side_name(face.side)] } else { Vec::new() };
     let name = scene.surface_name(face.surface);
     (face.patch, name, face.cell, side, face.centroid.to_array(), face.area)

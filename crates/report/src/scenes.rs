@@ -7,7 +7,7 @@ use radiosity::{
 };
 
 /// A one-sided grey parallelogram: corner c, c + u, c + v.
-pub fn quad(name: &str, corners: [[f64; 3]; 3], cells: [u32; 2], reflectance: f64) -> SurfaceSpec {
+pub(crate) fn quad(name: &str, corners: [[f64; 3]; 3], cells: [u32; 2], reflectance: f64) -> SurfaceSpec {
     let [corner, corner_u, corner_v] = corners.map(DVec3::from);
     SurfaceSpec {
         name: Some(name.into()),
@@ -20,11 +20,11 @@ pub fn quad(name: &str, corners: [[f64; 3]; 3], cells: [u32; 2], reflectance: f6
 }
 
 /// The unit cube in 54 patches of reflectance ½, the middle of its ceiling (z = 1) emitting.
-pub fn cube() -> Scene {
+pub(crate) fn cube() -> Scene {
     Scene::build(&cube_spec(), IndexChoice::Auto).unwrap()
 }
 
-pub fn cube_spec() -> SceneSpec {
+pub(crate) fn cube_spec() -> SceneSpec {
     let corners = [
         ("floor, \"new\"", [[0., 0., 0.], [1., 0., 0.], [0., 1., 0.]]),
         ("ceiling", [[0., 0., 1.], [0., 1., 1.], [1., 0., 1.]]),
@@ -41,7 +41,7 @@ pub fn cube_spec() -> SceneSpec {
 
 /// A box like Cornell's: y is up, open towards −z, a dark wall at x = 0, a light one at x = 1, two blocks, a
 /// lamp below the ceiling.
-pub fn cornell() -> SceneSpec {
+pub(crate) fn cornell() -> SceneSpec {
     let n = [8, 8];
     let mut lamp = quad("lamp", [[0.35, 0.999, 0.35], [0.65, 0.999, 0.35], [0.35, 0.999, 0.65]], [2, 2], 0.0);
     lamp.emittance = 20.0.into();
@@ -74,19 +74,19 @@ fn block(name: &str, [x, z]: [f64; 2], width: f64, height: f64, turn: f64) -> Ve
 }
 
 /// Collision shooting.
-pub fn experiment(scene: &Scene) -> Experiment {
+pub(crate) fn experiment(scene: &Scene) -> Experiment {
     Experiment::new(scene.clone(), Method::shooting(EstimatorKind::Collision)).unwrap()
 }
 
 /// The tally of 100,000 walks.
-pub fn shot(experiment: &Experiment) -> Tally {
+pub(crate) fn shot(experiment: &Experiment) -> Tally {
     let mut board = experiment.board::<2>();
     experiment.walk(&Sequence::new(1), 0..100_000, &mut board);
     board.take().unwrap()
 }
 
 /// B of every patch [W/m²].
-pub fn radiosities(scene: &Scene) -> Vec<f64> {
+pub(crate) fn radiosities(scene: &Scene) -> Vec<f64> {
     let experiment = experiment(scene);
     let solution = Solution::new(&experiment, &shot(&experiment), 0.95);
     solution.estimates.iter().flatten().map(|estimate| estimate.radiosity).collect()

@@ -3,12 +3,13 @@
 use std::collections::BTreeMap;
 use std::io::{self, Write};
 
-use radiosity::{Apart, Counts, Direction, EstimatorKind, Method, Precision, Scene, Tally};
+use radiosity::{Apart, Counts, Course, Direction, Method, Precision, Scene, Tally};
 use serde::{Serialize, Serializer};
 
 use crate::method::MethodWords;
 use crate::model::Model;
 use crate::patches::face_words;
+use crate::sensors::SensorsSummary;
 
 /// All of `summary.json`, in its order. Numbers that are not finite become null.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -70,6 +71,9 @@ pub struct Summary {
     pub energy: Energy,
     /// The target, if the job has one.
     pub target: Option<Target>,
+    /// The sensors; absent where there are none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sensors: Option<SensorsSummary>,
     /// What was modelled.
     pub model: Model,
     /// What was left out, changed or assumed of meshes; absent where nothing was.
@@ -272,6 +276,8 @@ pub struct RunFacts {
     pub streams_reissued: u64,
     /// The target, if the job has one.
     pub target: Option<Target>,
+    /// The sensors, if the scene has any.
+    pub sensors: Option<SensorsSummary>,
     /// What was modelled.
     pub model: Model,
     /// What was left out, changed or assumed of meshes.
@@ -322,6 +328,7 @@ impl Summary {
             units: facts.units,
             energy,
             target: facts.target,
+            sensors: facts.sensors,
             import: facts.import,
             checks: facts.checks,
             provenance: facts.provenance,
@@ -341,7 +348,7 @@ impl Summary {
 impl Energy {
     /// The balance of some walks. Gathering walks carry importance: each sets out with 1.
     fn new(scene: &Scene, counts: &Counts, paths: u64, method: &Method) -> Self {
-        if method.estimator_kind().is_some_and(|kind| kind != EstimatorKind::Infinite) {
+        if method.estimator_kind().is_some_and(|kind| kind.course() != Course::Weighted) {
             let absorbed = counts.absorbed + counts.absorbed_back;
             return Energy::Walks { emitted: paths, absorbed, escaped: counts.escaped };
         }
@@ -391,7 +398,7 @@ pub(crate) fn hex<S: Serializer>(hash: &[u8; 32], serializer: S) -> Result<S::Ok
 
 #[cfg(test)]
 mod tests {
-    use radiosity::{Counts, Layout};
+    use radiosity::{Counts, EstimatorKind, Layout};
     use serde_json::{Value, json};
 
     use super::*;
@@ -414,6 +421,7 @@ mod tests {
             streams: 16,
             streams_reissued: 3,
             target: None,
+            sensors: None,
             import: Vec::new(),
             units: Units::RADIANT,
             checks: vec![Check { name: "energy".into(), ok: true, message: "balanced".into() }],

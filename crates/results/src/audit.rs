@@ -14,9 +14,10 @@ use protocol::checkpoint::{Checkpoint, Part};
 use protocol::deliveries::{Delivery, SEVERAL};
 use protocol::digest::{self, Digest, Digester};
 use protocol::roster::{BEHIND, Contributor};
-use radiosity::{Estimates, Experiment, Overflow, Sequence};
+use radiosity::{Estimates, Experiment, Overflow, Readings, Sequence};
 use serde_json::Value;
 
+use crate::checkpoints::SENSORS;
 use crate::error::Error;
 use crate::kept::{Kept, unusable};
 use crate::replica::Replica;
@@ -77,7 +78,9 @@ pub fn audit(run: &Path, share: f64, seed: u64, now: &dyn Fn(&'static str)) -> R
     let kept = Kept::open(run)?;
     let Kept { checkpoint, settings, experiment } = &kept;
     check_files(run, &kept)?;
-    let job_hash = |part: &Part| job::job_hash(experiment.scene().hash(), &settings.method, part.seed);
+    let job_hash = |part: &Part| {
+        job::job_hash(experiment.scene().hash(), &settings.method, &settings.sensors, part.seed)
+    };
     if !checkpoint.book.parts.iter().all(|part| part.job_hash == job_hash(part)) {
         return Err(unusable(run, checkpoint, "its walks are not those of the job".into()));
     }
@@ -113,6 +116,14 @@ fn check_files(run: &Path, Kept { checkpoint, settings, experiment }: &Kept) -> 
         report::write_patches(&mut expected, &estimates).map_err(in_memory)?;
         if table != expected {
             return Err(other("patches.csv"));
+        }
+    }
+    let readings = Readings::new(experiment, &checkpoint.tally, settings.sensor_level(experiment));
+    if let (Some(readings), Ok(table)) = (readings, std::fs::read(run.join(SENSORS))) {
+        let mut expected = Vec::new();
+        report::write_sensors(&mut expected, &readings).map_err(in_memory)?;
+        if table != expected {
+            return Err(other(SENSORS));
         }
     }
     if let Ok(summary) = std::fs::read(run.join("summary.json")) {

@@ -15,9 +15,9 @@ use report::OutputFolder;
 use crate::error::Error;
 
 /// The latest tally of a run.
-pub const CURRENT: &str = "tally.bin";
+pub(crate) const CURRENT: &str = "tally.bin";
 /// The tally before the latest, for the case that the latest is damaged.
-pub const PREVIOUS: &str = "tally.previous.bin";
+pub(crate) const PREVIOUS: &str = "tally.previous.bin";
 
 /// What a run's checkpoints have in common.
 #[derive(Clone)]
@@ -102,11 +102,22 @@ pub fn find(
 }
 
 /// What is made from a tally. It does not stand beside that of another run.
-pub const DERIVED: [&str; 7] =
-    ["patches.csv", "summary.json", "radiosity.png", PAGE, "patches.vtu", "scene.glb", "patches.parquet"];
+pub(crate) const DERIVED: [&str; 8] = [
+    "patches.csv",
+    SENSORS,
+    "summary.json",
+    "radiosity.png",
+    PAGE,
+    "patches.vtu",
+    "scene.glb",
+    "patches.parquet",
+];
+
+/// What sensors read; absent where there are none.
+pub(crate) const SENSORS: &str = "sensors.csv";
 
 /// The page that shows a result.
-pub const PAGE: &str = "report.html";
+pub(crate) const PAGE: &str = "report.html";
 
 /// What the latest tally of a folder is to a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -124,7 +135,7 @@ pub enum Latest {
 ///
 /// # Errors
 /// Where the books do not balance (nothing is written then) or the file cannot be written.
-pub fn write(folder: &OutputFolder, checkpoint: &Checkpoint, latest: Latest) -> Result<(), Error> {
+pub(crate) fn write(folder: &OutputFolder, checkpoint: &Checkpoint, latest: Latest) -> Result<(), Error> {
     let path = folder.file(CURRENT);
     checkpoint.verify().map_err(|fault| CheckpointError { path: path.clone(), fault })?;
     folder.keep_hold()?;

@@ -36,7 +36,7 @@ impl Kept {
 }
 
 /// The job that a tally keeps cannot be used, for a reason.
-pub fn unusable(run: &Path, checkpoint: &Checkpoint, reason: String) -> Error {
+pub(crate) fn unusable(run: &Path, checkpoint: &Checkpoint, reason: String) -> Error {
     Error::Kept { path: run.into(), reason, build: builds(checkpoint) }
 }
 

@@ -7,6 +7,8 @@
 //!
 //! Nothing is printed here.
 
+#![warn(unreachable_pub, unnameable_types)]
+
 mod audit;
 mod checkpoints;
 mod diff;

@@ -30,8 +30,9 @@ fn add(merged: &mut Checkpoint, other: Checkpoint, settings: &Settings) -> Resul
     if merged.scene_hash != other.scene_hash {
         return Err(MergeFault::Scene);
     }
-    let is_ours =
-        |part: &Part| part.job_hash == job::job_hash(merged.scene_hash, &settings.method, part.seed);
+    let is_ours = |part: &Part| {
+        part.job_hash == job::job_hash(merged.scene_hash, &settings.method, &settings.sensors, part.seed)
+    };
     if !other.book.parts.iter().all(is_ours) {
         return Err(MergeFault::Method);
     }

@@ -9,13 +9,13 @@ use judge::checks::checks_of_result;
 use judge::target;
 use protocol::checkpoint::{Book, Checkpoint, Look, Part, Session};
 use protocol::roster::Contributor;
-use radiosity::{Estimates, Experiment, Precision};
+use radiosity::{Estimates, Experiment, Precision, Readings};
 use report::{
     Draft, Export, Milestone, Model, OutputFolder, Page, PartSummary, Provenance, RunFacts, SessionSummary,
     Smooth, Summary, Units, WorkerSummary,
 };
 
-use crate::checkpoints::{self, CURRENT, DERIVED, Latest, PAGE, PREVIOUS};
+use crate::checkpoints::{self, CURRENT, DERIVED, Latest, PAGE, PREVIOUS, SENSORS};
 use crate::error::Error;
 use crate::kept::Kept;
 use crate::settings::Settings;
@@ -100,6 +100,7 @@ impl RunOutput {
         now("drawing the picture");
         let smooth = Smooth::new(&estimates);
         let (picture, shot) = report::Picture::shoot(&estimates, &smooth);
+        let readings = readings(settings, &estimates);
         self.folder.keep_hold()?;
         now("writing the results");
         let mut drafts = vec![
@@ -107,11 +108,19 @@ impl RunOutput {
             self.folder.draft("summary.json", |file| summary.write(file))?,
             self.folder.draft("radiosity.png", |file| picture.write_png(file))?,
         ];
+        match &readings {
+            Some(readings) => {
+                drafts.push(self.folder.draft(SENSORS, |file| report::write_sensors(file, readings))?);
+            }
+            // Those of an earlier result would show other numbers.
+            None => self.folder.remove(&[SENSORS])?,
+        }
         if scene.faces().patch_count() <= PAGE_UP_TO {
             let page = Page {
                 name: &settings.name,
                 summary: &summary,
                 estimates: &estimates,
+                readings: readings.as_ref(),
                 milestones: &milestones(&checkpoint.book, experiment),
                 command: &command(settings, &summary),
                 shot,
@@ -148,7 +157,7 @@ impl RunOutput {
         RunFacts {
             version: env!("CARGO_PKG_VERSION").into(),
             git: (!self.git.starts_with("sources-")).then(|| self.git.into()),
-            job_hash: job::job_hash(scene.hash(), &settings.method, settings.seed),
+            job_hash: job::job_hash(scene.hash(), &settings.method, &settings.sensors, settings.seed),
             seed: settings.seed,
             method: experiment.method().clone(),
             model: Model::new(scene, experiment.method(), tally.layout().moments, bounces(experiment)),
@@ -160,6 +169,10 @@ impl RunOutput {
             streams: paths.div_ceil(stream_paths),
             streams_reissued: book.effort.streams_reissued,
             target: settings.target.as_ref().map(|target| target::judge(target, estimates, paths)),
+            sensors: readings(settings, estimates).map(|readings| {
+                let goal = settings.sensor_goal(experiment);
+                target::judge_sensors(goal.as_ref(), &readings, experiment, tally)
+            }),
             import: settings.import.clone(),
             units: units(settings.light),
             checks: checks_of_result(estimates, settings.note.as_deref(), precision, book, settings.seed),
@@ -168,6 +181,12 @@ impl RunOutput {
             provenance: provenance(book, experiment.paths_per_walk()),
         }
     }
+}
+
+/// What sensors read, where there are any.
+fn readings<'a>(settings: &Settings, estimates: &Estimates<'a>) -> Option<Readings<'a>> {
+    let experiment = estimates.experiment();
+    Readings::new(experiment, estimates.tally(), settings.sensor_level(experiment))
 }
 
 /// The errors at the looks of a run.
@@ -185,7 +204,7 @@ fn command(settings: &Settings, summary: &Summary) -> String {
     format!("radwalk run {}.toml --seed {} --paths {}", settings.name, settings.seed, summary.paths)
 }
 
-/// Whose walks these are, each counted as so many paths.
+/// The workers, seeds and sessions of the walks; a walk counts as `paths_per_walk` paths.
 fn provenance(book: &Book, paths_per_walk: u64) -> Provenance {
     let worker = |worker: &Contributor| WorkerSummary {
         name: worker.name.clone(),

@@ -31,15 +31,17 @@ pub fn pack(scene: &Scene, spec: &SceneSpec, settings: &Settings) -> Result<Vec<
 /// # Errors
 /// In words, where the bytes are no job or the scene is invalid.
 pub fn unpack(bytes: &[u8]) -> Result<(Settings, Experiment), String> {
-    // Jobs that were kept before there were notes of imports and units of light end before these: a byte each where
-    // there are no notes and light is radiant.
-    let packed = decode_serde(bytes)
-        .or_else(|_| decode_serde(&[bytes, &[0]].concat()))
-        .or_else(|_| decode_serde(&[bytes, &[0, 0]].concat()));
+    // Jobs that were kept before there were notes of imports, units of light, sensors and what is asked of them end before
+    // these: a byte each where there are no notes, light is radiant, and there are no sensors.
+    let packed = (1..=4).fold(decode_serde(bytes), |packed, missing| {
+        packed.or_else(|_| decode_serde(&[bytes, &[0; 4][..missing]].concat()))
+    });
     let Packed { scene, tree, settings } = packed.map_err(|error| error.to_string())?;
     let index = if tree { IndexChoice::Tree } else { IndexChoice::Flat };
     let scene = Scene::build(&scene, index).map_err(|error| error.to_string())?;
-    let experiment = Experiment::new(scene, settings.method.walks()).map_err(|error| error.to_string())?;
+    let experiment = Experiment::new(scene, settings.method.walks())
+        .and_then(|experiment| experiment.with_sensors(&settings.sensors))
+        .map_err(|error| error.to_string())?;
     Ok((settings, experiment))
 }
 
@@ -48,7 +50,7 @@ pub fn unpack(bytes: &[u8]) -> Result<(Settings, Experiment), String> {
 /// # Errors
 /// Where it has others.
 pub fn check_shape(tally: &Tally, experiment: &Experiment) -> Result<(), CheckpointFault> {
-    let expected = (experiment.layout::<MOMENTS>(), experiment.scene().faces().len());
+    let expected = (experiment.layout::<MOMENTS>(), experiment.rows());
     if (tally.layout(), tally.patches()) == expected {
         Ok(())
     } else if tally.patches() == experiment.scene().faces().patch_count() {
@@ -79,7 +81,7 @@ impl Replica {
 
     /// A replica that walks as the settings say, but for the seed.
     pub fn new(experiment: Experiment, settings: &Settings, seed: u64) -> Self {
-        let job_hash = job::job_hash(experiment.scene().hash(), &settings.method, seed);
+        let job_hash = job::job_hash(experiment.scene().hash(), &settings.method, &settings.sensors, seed);
         Replica { experiment, sequence: Sequence::new(seed), job_hash }
     }
 

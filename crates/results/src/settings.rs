@@ -1,8 +1,9 @@
 //! What a result has to be told with, beside the walks and their scene: it travels with the job and stays in
 //! `tally.bin`.
 
-use job::{Job, Light, MethodTable, Target};
-use radiosity::Scene;
+use job::{Job, Light, MethodTable, SensorTarget, Target};
+use judge::target::SensorGoal;
+use radiosity::{Experiment, Scene, SensorSpec};
 use serde::{Deserialize, Serialize};
 
 /// The settings of a job.
@@ -30,6 +31,10 @@ pub struct Settings {
     pub import: Vec<String>,
     /// What the numbers measure.
     pub light: Light,
+    /// Places where light is measured.
+    pub sensors: Vec<SensorSpec>,
+    /// The accuracy that is asked of them.
+    pub sensor_target: Option<SensorTarget>,
 }
 
 impl Settings {
@@ -47,6 +52,8 @@ impl Settings {
             note: job.note.clone(),
             import: job.scene.notes().to_vec(),
             light: job.light,
+            sensors: job.scene.sensors().to_vec(),
+            sensor_target: job.sensor_target.clone(),
         }
     }
 
@@ -58,14 +65,37 @@ impl Settings {
         }
         let channels = 0..scene.channels();
         let unknown = |c: usize| scene.faces().iter().filter(move |patch| patch.reflectance[c] > 0.0).count();
-        let unknown: usize = channels.map(unknown).sum();
+        self.level_of_each(channels.map(unknown).sum())
+    }
+
+    /// The level of each interval of sensors, which hold all together by themselves: those of patches do not depend on where
+    /// light is measured besides.
+    pub fn sensor_level(&self, experiment: &Experiment) -> f64 {
+        if !self.simultaneous {
+            return self.confidence;
+        }
+        let cells = experiment.sensors().map_or(0, |sensors| sensors.cell_count());
+        self.level_of_each(cells * experiment.scene().channels())
+    }
+
+    fn level_of_each(&self, unknown: usize) -> f64 {
         // Levels so near to 1 are told apart by no number: the largest below 1 stands for them.
         (1.0 - (1.0 - self.confidence) / unknown.max(1) as f64).min(1.0_f64.next_down())
+    }
+
+    /// What is asked of sensors.
+    pub fn sensor_goal(&self, experiment: &Experiment) -> Option<SensorGoal> {
+        let target = self.sensor_target.clone()?;
+        Some(SensorGoal { target, level: self.sensor_level(experiment) })
     }
 
     /// Names the target, so that looks at another one are told apart.
     pub fn goal(&self) -> [u8; 32] {
         let goal = (&self.target, self.confidence, self.simultaneous);
-        *blake3::hash(&serde_json::to_vec(&goal).expect("numbers and words")).as_bytes()
+        let goal = match &self.sensor_target {
+            None => serde_json::to_vec(&goal),
+            Some(of_sensors) => serde_json::to_vec(&(goal, of_sensors)),
+        };
+        *blake3::hash(&goal.expect("numbers and words")).as_bytes()
     }
 }

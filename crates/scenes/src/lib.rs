@@ -3,6 +3,8 @@
 //! Coordinates are whole multiples of 2⁻¹⁸ m wherever a curve was rounded to triangles, so that a scene is the
 //! same on every machine and exact in 32-bit floating point, which other tracers take.
 
+#![warn(unreachable_pub, unnameable_types)]
+
 mod boxes;
 mod furniture;
 mod interior;

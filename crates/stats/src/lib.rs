@@ -4,15 +4,19 @@
 //! A score `x` is a walk's whole score on one patch, counted in hits. Its power sums are integers, so they
 //! merge in any order without a trace; floating point begins where an answer is read off.
 
+#![warn(unreachable_pub, unnameable_types)]
+
 mod interval;
 mod judge;
+mod measured;
 mod moments;
 mod normal;
 mod stopping;
 mod student;
 
 pub use interval::{Interval, mean_interval};
-pub use judge::{ChiSquare, Coverage, Measured, chi_square_uniform, mean_squared_z};
+pub use judge::{ChiSquare, Coverage, chi_square_uniform, mean_squared_z};
+pub use measured::Measured;
 pub use moments::{Moments, PowerSums};
 pub use normal::{normal_cdf, normal_quantile};
 pub use stopping::{DoubleSampling, foresight};

@@ -1,6 +1,6 @@
 //! Exact power sums of whole scores, and what is read off them.
 
-use crate::judge::Measured;
+use crate::measured::Measured;
 
 /// The sums of one patch's scores x over n walks. Whole numbers of hits, so that they merge exactly.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -9,6 +9,7 @@
 //! *A Theoretical Comparison of Monte Carlo Radiosity Algorithms*; Sh91 = Shirley, *Time Complexity of Monte Carlo
 //! Radiosity* (1991).
 
+#![warn(unreachable_pub, unnameable_types)]
 #![allow(rustdoc::broken_intra_doc_links, reason = "units are written in square brackets")]
 
 mod arithmetic;

@@ -2,28 +2,32 @@
 
 /// A page that is written from top to bottom.
 #[derive(Default)]
-pub struct Page(String);
+pub(crate) struct Page(String);
 
 impl Page {
     /// A line as it stands.
-    pub fn line(&mut self, line: impl AsRef<str>) {
+    pub(crate) fn line(&mut self, line: impl AsRef<str>) {
         self.0.push_str(line.as_ref());
         self.0.push('\n');
     }
 
     /// A paragraph, with the empty line behind it.
-    pub fn paragraph(&mut self, text: impl AsRef<str>) {
+    pub(crate) fn paragraph(&mut self, text: impl AsRef<str>) {
         self.line(text);
         self.line("");
     }
 
     /// A heading: of the page at level 1, of a chapter at level 2.
-    pub fn heading(&mut self, level: usize, title: &str) {
+    pub(crate) fn heading(&mut self, level: usize, title: &str) {
         self.paragraph(format!("{} {title}", "#".repeat(level)));
     }
 
     /// A table, with the empty line behind it.
-    pub fn table<const N: usize>(&mut self, heads: [&str; N], rows: impl IntoIterator<Item = [String; N]>) {
+    pub(crate) fn table<const N: usize>(
+        &mut self,
+        heads: [&str; N],
+        rows: impl IntoIterator<Item = [String; N]>,
+    ) {
         self.line(row(&heads.map(String::from)));
         self.line(format!("|{}", "---|".repeat(N)));
         rows.into_iter().for_each(|cells| self.line(row(&cells)));
@@ -31,12 +35,12 @@ impl Page {
     }
 
     /// A drawing and what it shows.
-    pub fn drawing(&mut self, caption: &str, file: &str) {
+    pub(crate) fn drawing(&mut self, caption: &str, file: &str) {
         self.paragraph(format!("![{caption}]({file})"));
     }
 
     /// The text of the page.
-    pub fn text(self) -> String {
+    pub(crate) fn text(self) -> String {
         let mut text = self.0;
         text.truncate(text.trim_end().len());
         text.push('\n');

@@ -9,7 +9,7 @@ use report::Check;
 use crate::walking::{CONFIDENCE, advance};
 
 /// A run that was looked at as jobs are.
-pub struct Run {
+pub(crate) struct Run {
     /// Where its walks ended.
     pub tally: Tally,
     /// What they say.
@@ -21,7 +21,7 @@ pub struct Run {
 }
 
 /// Runs a job of `walks` at most, with its looks and checks.
-pub fn run(experiment: &Experiment, seed: u64, walks: u64, target: Option<Target>) -> Run {
+pub(crate) fn run(experiment: &Experiment, seed: u64, walks: u64, target: Option<Target>) -> Run {
     let mut observer = Observer::new(experiment.clone(), CONFIDENCE, target);
     let (mut tally, mut seen, mut reached) = (experiment.tally::<2>(), Vec::new(), false);
     for mark in looks(experiment, walks) {
@@ -41,18 +41,18 @@ pub fn run(experiment: &Experiment, seed: u64, walks: u64, target: Option<Target
 
 impl Run {
     /// The checks that did not pass, as summaries have them.
-    pub fn told(&self) -> Vec<String> {
+    pub(crate) fn told(&self) -> Vec<String> {
         let failed = self.checks.iter().filter(|check| !check.ok);
         failed.map(|check| format!("check `{}`: {}", check.name, check.message)).collect()
     }
 
     /// Whether a check failed.
-    pub fn fails(&self, name: &str) -> bool {
+    pub(crate) fn fails(&self, name: &str) -> bool {
         self.checks.iter().any(|check| check.name == name && !check.ok)
     }
 
     /// The flags of a patch in `patches.csv`.
-    pub fn flags(&self, experiment: &Experiment, patch: usize) -> String {
+    pub(crate) fn flags(&self, experiment: &Experiment, patch: usize) -> String {
         let known = self.solution.face(patch);
         report::flags(&experiment.scene().faces().get(patch), known.as_deref())
     }

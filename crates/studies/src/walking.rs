@@ -7,7 +7,7 @@ use crate::arithmetic::{proportion, ratio};
 use crate::lab::Lab;
 
 /// The level of intervals.
-pub const CONFIDENCE: f64 = 0.95;
+pub(crate) const CONFIDENCE: f64 = 0.95;
 
 /// Walks scored on one board before it is emptied.
 const AT_A_TIME: u64 = 1 << 20;
@@ -19,19 +19,19 @@ pub type Failure = Box<dyn std::error::Error + Send + Sync>;
 ///
 /// # Errors
 /// Where the scene or the method is refused.
-pub fn experiment(spec: &SceneSpec, method: impl Into<Method>) -> Result<Experiment, Failure> {
+pub(crate) fn experiment(spec: &SceneSpec, method: impl Into<Method>) -> Result<Experiment, Failure> {
     Ok(Experiment::new(Scene::build(spec, IndexChoice::Auto)?, method)?)
 }
 
 /// The tally of walks 0 … `walks` − 1, with M power sums.
-pub fn walk<const M: usize>(experiment: &Experiment, seed: u64, walks: u64) -> Tally {
+pub(crate) fn walk<const M: usize>(experiment: &Experiment, seed: u64, walks: u64) -> Tally {
     let mut tally = experiment.tally::<M>();
     advance::<M>(experiment, seed, walks, &mut tally);
     tally
 }
 
 /// Walks on, from the walks of `tally` up to `walks` in all.
-pub fn advance<const M: usize>(experiment: &Experiment, seed: u64, walks: u64, tally: &mut Tally) {
+pub(crate) fn advance<const M: usize>(experiment: &Experiment, seed: u64, walks: u64, tally: &mut Tally) {
     let (sequence, mut board) = (Sequence::new(seed), experiment.board::<M>());
     while tally.counts.walks < walks {
         let first = tally.counts.walks;
@@ -41,7 +41,7 @@ pub fn advance<const M: usize>(experiment: &Experiment, seed: u64, walks: u64, t
 }
 
 /// What walks 0 … `walks` − 1 say.
-pub fn solve(experiment: &Experiment, seed: u64, walks: u64) -> Solution {
+pub(crate) fn solve(experiment: &Experiment, seed: u64, walks: u64) -> Solution {
     Solution::new(experiment, &walk::<2>(experiment, seed, walks), CONFIDENCE)
 }
 
@@ -49,12 +49,12 @@ pub fn solve(experiment: &Experiment, seed: u64, walks: u64) -> Solution {
 ///
 /// # Panics
 /// Where no walk could tell.
-pub fn estimate(solution: &Solution, patch: usize) -> Estimate {
+pub(crate) fn estimate(solution: &Solution, patch: usize) -> Estimate {
     solution.face(patch).expect("walks tell of this patch")[0]
 }
 
 /// The patches that reflect and do not emit.
-pub fn receivers(experiment: &Experiment) -> Vec<usize> {
+pub(crate) fn receivers(experiment: &Experiment) -> Vec<usize> {
     let patches = experiment.scene().faces().iter().enumerate();
     let receives =
         |(_, patch): &(usize, radiosity::Face)| !patch.emittance.is_lit() && patch.reflectance.is_lit();
@@ -62,14 +62,14 @@ pub fn receivers(experiment: &Experiment) -> Vec<usize> {
 }
 
 /// What the sums of a grey experiment's tallies are worth.
-pub struct Reader {
+pub(crate) struct Reader {
     /// b over the mean score [W/m²] of every patch.
     per_unit: Vec<f64>,
 }
 
 impl Reader {
     /// Of an experiment whose walks tell of every patch.
-    pub fn new(experiment: &Experiment) -> Self {
+    pub(crate) fn new(experiment: &Experiment) -> Self {
         let empty = experiment.tally::<2>();
         let worth = |(i, patch): (usize, radiosity::Face)| {
             let meaning = experiment.meaning(i, 0, &empty).expect("walks are born everywhere");
@@ -79,15 +79,26 @@ impl Reader {
     }
 
     /// b of every patch [W/m²].
-    pub fn reflected(&self, tally: &Tally) -> Vec<f64> {
+    pub(crate) fn reflected(&self, tally: &Tally) -> Vec<f64> {
         let walks = tally.counts.walks as f64;
         let sums = (0..self.per_unit.len()).map(|i| tally.patch(i, 0)[0] as f64);
         sums.zip(&self.per_unit).map(|(sum, unit)| unit * sum / walks).collect()
     }
 }
 
+/// What the solutions of runs of different seeds come to, one number each.
+fn of_runs(
+    lab: &Lab,
+    runs: u64,
+    experiment: &Experiment,
+    walks: u64,
+    read: impl Fn(&Solution) -> f64 + Sync,
+) -> Vec<f64> {
+    lab.each_seed(runs, |seed| read(&solve(experiment, seed, walks)))
+}
+
 /// The mean over some patches of the squared relative error of B, over runs of different seeds.
-pub fn squared_error(
+pub(crate) fn squared_error(
     lab: &Lab,
     runs: u64,
     experiment: &Experiment,
@@ -95,16 +106,14 @@ pub fn squared_error(
     patches: &[usize],
     truth: &[f64],
 ) -> Measured {
-    let squares = lab.each_seed(runs, |seed| {
-        let solution = solve(experiment, seed, walks);
-        let square = |&i: &usize| (estimate(&solution, i).radiosity / truth[i] - 1.0).powi(2);
+    Measured::of(&of_runs(lab, runs, experiment, walks, |solution| {
+        let square = |&i: &usize| (estimate(solution, i).radiosity / truth[i] - 1.0).powi(2);
         patches.iter().map(square).sum::<f64>() / patches.len() as f64
-    });
-    Measured::of(&squares)
+    }))
 }
 
 /// Which part of the intervals of some patches holds the truth, over runs of different seeds.
-pub fn coverage(
+pub(crate) fn coverage(
     lab: &Lab,
     runs: u64,
     experiment: &Experiment,
@@ -112,15 +121,11 @@ pub fn coverage(
     patches: &[usize],
     truth: &[f64],
 ) -> Measured {
-    let covered = lab.each_seed(runs, |seed| {
-        let solution = solve(experiment, seed, walks);
-        covered(&solution, patches, truth)
-    });
-    proportion(&covered)
+    proportion(&of_runs(lab, runs, experiment, walks, |solution| covered(solution, patches, truth)))
 }
 
 /// Which part of the intervals of some patches holds the truth, as far as rounding lets it tell.
-pub fn covered(solution: &Solution, patches: &[usize], truth: &[f64]) -> f64 {
+pub(crate) fn covered(solution: &Solution, patches: &[usize], truth: &[f64]) -> f64 {
     let holds = |&&i: &&usize| {
         let Estimate { ci_low, ci_high, .. } = estimate(solution, i);
         let slack = 1e-12 * truth[i];
@@ -131,7 +136,7 @@ pub fn covered(solution: &Solution, patches: &[usize], truth: &[f64]) -> f64 {
 
 /// Mean and variance of the score of a walk on a patch: B [W/m²], and the variance of B for one walk over `expected`,
 /// judged by the sample's own fourth moment.
-pub fn variance_over(experiment: &Experiment, tally: &Tally, patch: usize, expected: f64) -> Measured {
+pub(crate) fn variance_over(experiment: &Experiment, tally: &Tally, patch: usize, expected: f64) -> Measured {
     let meaning = experiment.meaning(patch, 0, tally).expect("walks tell of this patch");
     let per_event = meaning.irradiance_per_event.expect("the estimator can tell");
     let unit = experiment.scene().faces().get(patch).reflectance[0] * per_event * meaning.unit;

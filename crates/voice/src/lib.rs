@@ -3,6 +3,8 @@
 //! A reader that has gone away is no reason to end a run. Results that cannot be written are remembered, and the command
 //! fails at its end.
 
+#![warn(unreachable_pub, unnameable_types)]
+
 use std::fmt::{self, Write as _};
 use std::io::{self, ErrorKind, IsTerminal, Write};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, OnceLock, PoisonError};

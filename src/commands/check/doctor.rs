@@ -29,7 +29,7 @@ const FILE: &str = "doctor.txt";
 ///
 /// # Errors
 /// A scene that cannot be built, and a folder that cannot be written.
-pub fn report(job: &Job, out: Option<&Path>) -> Result<(), Fault> {
+pub(crate) fn report(job: &Job, out: Option<&Path>) -> Result<(), Fault> {
     let findings = doctor::examine(job.scene.spec()).map_err(|error| job.scene.locate(error))?;
     let unit = units(job.light).power;
     findings.iter().take(TOLD).for_each(|finding| say(&sentence(finding, unit, NUMBERED)));
@@ -93,7 +93,7 @@ fn sentence(finding: &Finding, unit: &str, most: usize) -> String {
 ///
 /// # Errors
 /// A copy that is there already, or cannot be written.
-pub fn repair(job: &Job) -> Result<(), Fault> {
+pub(crate) fn repair(job: &Job) -> Result<(), Fault> {
     let Repair { spec, turned, removed } =
         doctor::repair(job.scene.spec()).map_err(|error| job.scene.locate(error))?;
     if turned.is_empty() && removed.is_empty() {

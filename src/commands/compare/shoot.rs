@@ -17,11 +17,11 @@ use crate::commands::coordinate::{Door, identity, plan};
 use crate::fault::Fault;
 use crate::signals;
 
-/// Walks a trial so many times.
+/// Walks a trial, in a number of runs.
 ///
 /// # Errors
 /// Where the cluster fails, and where a signal ends it.
-pub fn shoot(team: Team, trial: &Trial, runs: usize) -> Result<Shot, Fault> {
+pub(crate) fn shoot(team: Team, trial: &Trial, runs: usize) -> Result<Shot, Fault> {
     let Trial { job, experiment } = trial;
     let identity = identity(job, &Settings::of(job), experiment)?;
     let ends = (1..=runs as u64).map(|run| run * trial.walks()).collect();

@@ -6,15 +6,16 @@ use report::OutputFolder;
 use studies::compare::measure::Point;
 use tracing::warn;
 
-use super::TABLE;
-
 use crate::fault::Fault;
+
+/// The name of the table.
+pub(crate) const TABLE: &str = "compare.csv";
 
 /// What a table becomes of which not all rows can be used.
 const PREVIOUS: &str = "compare.previous.csv";
 
 /// The rows of an output folder.
-pub struct Table<'a> {
+pub(crate) struct Table<'a> {
     folder: &'a OutputFolder,
     points: Vec<Point>,
 }
@@ -24,7 +25,7 @@ impl<'a> Table<'a> {
     ///
     /// # Errors
     /// Where the file cannot be read.
-    pub fn new(folder: &'a OutputFolder, resume: bool) -> Result<Self, Fault> {
+    pub(crate) fn new(folder: &'a OutputFolder, resume: bool) -> Result<Self, Fault> {
         let mut table = Table { folder, points: Vec::new() };
         let path = folder.file(TABLE);
         if resume && path.exists() {
@@ -46,12 +47,12 @@ impl<'a> Table<'a> {
     }
 
     /// How many rows there are.
-    pub fn len(&self) -> usize {
+    pub(crate) fn len(&self) -> usize {
         self.points.len()
     }
 
     /// A row that was measured before.
-    pub fn find(&self, key: &str, method: &str, rays: u64, runs: usize) -> Option<&Point> {
+    pub(crate) fn find(&self, key: &str, method: &str, rays: u64, runs: usize) -> Option<&Point> {
         let is_it = |p: &&Point| (&p.key[..], &p.method[..], p.rays, p.runs) == (key, method, rays, runs);
         self.points.iter().find(is_it)
     }
@@ -60,7 +61,7 @@ impl<'a> Table<'a> {
     ///
     /// # Errors
     /// Where it cannot be written.
-    pub fn add(&mut self, point: Point) -> Result<(), Fault> {
+    pub(crate) fn add(&mut self, point: Point) -> Result<(), Fault> {
         self.points.push(point);
         Ok(self.folder.write(TABLE, |file| {
             let mut writer = csv::Writer::from_writer(file);

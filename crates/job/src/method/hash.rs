@@ -1,14 +1,15 @@
 //! The digest that names an answer.
 
-use radiosity::{Birth, EstimatorKind, InfiniteEnd, Iterations, Solve};
+use radiosity::{Birth, Course, InfiniteEnd, Iterations, SensorSpec, Sensors, Solve};
 
 use super::{MethodTable, WalkKind, Word};
 
-/// Names an answer but for the number of walks: equal for equal scene, method and seed.
+/// Names an answer but for the number of walks: equal for equal scene, method, seed and sensors.
 ///
 /// `scene_hash` is [`radiosity::Scene::hash`]. What the method does not use (where gathering walks are born,
-/// while they are shot) does not enter, nor do budget, target, confidence, index and names.
-pub fn job_hash(scene_hash: [u8; 32], method: &MethodTable, seed: u64) -> [u8; 32] {
+/// while they are shot) does not enter, nor do budget, target, confidence, index and names. Sensors are no part of the scene,
+/// but tallies hold what they gather.
+pub fn job_hash(scene_hash: [u8; 32], method: &MethodTable, sensors: &[SensorSpec], seed: u64) -> [u8; 32] {
     let mut hasher = blake3::Hasher::new();
     let mut field = |bytes: &[u8]| {
         hasher.update(&(bytes.len() as u64).to_le_bytes());
@@ -21,7 +22,7 @@ pub fn job_hash(scene_hash: [u8; 32], method: &MethodTable, seed: u64) -> [u8; 3
     field(method.estimator.word().as_bytes());
     field(method.space.word().as_bytes());
     field(method.sampler.word().as_bytes());
-    if method.estimator == EstimatorKind::Infinite {
+    if method.estimator.course() == Course::Weighted {
         let (end, number) = match method.infinite {
             InfiniteEnd::Roulette { threshold } => ("roulette", threshold),
             InfiniteEnd::Cutoff { threshold } => ("cutoff", threshold),
@@ -57,6 +58,10 @@ pub fn job_hash(scene_hash: [u8; 32], method: &MethodTable, seed: u64) -> [u8; 3
     if !method.final_gather.is_empty() {
         field(b"final gather");
         field(&method.final_gather.iter().flat_map(|patch| patch.to_le_bytes()).collect::<Vec<_>>());
+    }
+    if !sensors.is_empty() {
+        field(b"sensors");
+        field(&Sensors::hash(sensors));
     }
     *hasher.finalize().as_bytes()
 }

@@ -5,7 +5,6 @@ mod chains;
 mod hash;
 mod read;
 mod walks;
-mod word;
 
 use radiosity::{
     BatchScore, Batches, Birth, Chains, Direction, EstimatorKind, InfiniteEnd, Sampler, Score, Solve, Space,
@@ -17,7 +16,7 @@ pub(crate) use self::chains::{SOLVE_KEYS, SolveWord};
 pub use self::hash::job_hash;
 pub(crate) use self::read::{METHOD_KEYS, read_method};
 pub(crate) use self::walks::{BIRTH_KEYS, EndWord, INFINITE_KEYS, read_patches};
-pub use self::word::Word;
+pub(crate) use crate::word::Word;
 
 /// Which way walks run, and from where.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -32,6 +31,19 @@ pub enum WalkKind {
     Jacobi,
     /// Whichever of them takes the least counted work.
     Auto,
+}
+
+impl Word for WalkKind {
+    const ALL: &'static [Self] = &[Self::Shooting, Self::Gathering, Self::Jacobi, Self::Auto];
+
+    fn word(self) -> &'static str {
+        match self {
+            WalkKind::Shooting => "shooting",
+            WalkKind::Gathering => "gathering",
+            WalkKind::Jacobi => "jacobi",
+            WalkKind::Auto => "auto",
+        }
+    }
 }
 
 /// The table `[method]`.

@@ -6,6 +6,7 @@ use super::Experiment;
 use super::board::with_board;
 use super::meaning::Meaning;
 use super::run::Source;
+use super::sensing::{SENSING_PART, Sensing};
 use crate::geometry::face::Face;
 use crate::jacobi::faces::FaceTable;
 use crate::jacobi::final_gather::{Gathered, final_gather};
@@ -37,7 +38,7 @@ impl Experiment {
         &self,
         sequence: &Sequence,
         batches: Range<u64>,
-        board: &mut ChainBoard<M>,
+        (board, sensing): (&mut ChainBoard<M>, &mut Option<Sensing<M>>),
         one: impl Fn(u64) -> Option<Outcome>,
         go_on: &dyn Fn() -> bool,
     ) -> Counts {
@@ -45,6 +46,13 @@ impl Experiment {
         for batch in batches {
             let outcome = one(batch).and_then(|outcome| self.gathered(outcome, sequence, batch, go_on));
             let Some(outcome) = outcome else { break };
+            if let Some((sensors, sensing)) = self.sensors().zip(sensing.as_mut()) {
+                let reflected = self.reflected(&outcome);
+                let rays = outcome.counts.rays / SENSING_PART;
+                let gathered = self.sense(sensors, &reflected, rays, (sequence, batch), go_on);
+                let Some(gathered) = gathered else { break };
+                sensing.add(&self.largest_radiosity, &gathered);
+            }
             board.add(&self.largest_radiosity, &outcome);
             counts.add(&outcome.counts).expect("64 bits outlast any process");
         }
@@ -73,7 +81,7 @@ impl Experiment {
         let (walks, (estimator, space)) = (plan.walks, plan.score.of_walks());
         let score = Score::Of(estimator);
         let numbers = Quasi::new(sequence, batch, walks);
-        let mut board = self.board_of_walks::<2>(score, self.scene.faces().len());
+        let mut board = self.scores_of_walks::<2>(score, self.scene.faces().len());
         let mut tally: Option<Tally> = None;
         for first in (0..walks).step_by(WALKS_AT_ONCE) {
             if !go_on() {
@@ -134,11 +142,7 @@ impl Experiment {
             return Some(outcome);
         }
         let (faces, channels) = (FaceTable::new(&self.scene), self.scene.channels());
-        let of_face = |(face, h): (&Face, &[f64])| {
-            h.iter().enumerate().map(|(c, h)| face.reflectance[c] * h).collect::<Vec<f64>>()
-        };
-        let reflected: Vec<f64> =
-            faces.list.iter().zip(outcome.irradiance.chunks_exact(channels)).flat_map(of_face).collect();
+        let reflected = self.reflected(&outcome);
         let chosen: Vec<u32> = chosen.iter().flat_map(|&patch| self.scene.faces().of_patch(patch)).collect();
         let rng = sequence.walk(GATHERING_RAYS + batch);
         let rays = outcome.counts.rays / GATHERING_PART;
@@ -150,6 +154,15 @@ impl Experiment {
             outcome.counts.rays += rays;
         }
         Some(outcome)
+    }
+
+    /// b = R·H of every face, face-major and channel-minor [W/m²].
+    fn reflected(&self, outcome: &Outcome) -> Vec<f64> {
+        let of_face = |(face, h): (Face, &[f64])| {
+            h.iter().enumerate().map(|(c, h)| face.reflectance[c] * h).collect::<Vec<f64>>()
+        };
+        let by_face = outcome.irradiance.chunks_exact(self.scene.channels());
+        self.scene.faces().iter().zip(by_face).flat_map(of_face).collect()
     }
 
     /// Whether the rays of chains see both ways, which their links take for granted; `None` where the method has no links.

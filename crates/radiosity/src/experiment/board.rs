@@ -1,12 +1,22 @@
 //! The board that an experiment scores on.
 
+use super::sensing::Sensing;
 use crate::jacobi::ChainBoard;
 use crate::tally::{Overflow, Scoreboard, Tally};
 use crate::walk::score::RELATED;
 
 /// The board that an experiment scores on; M power sums per score.
 #[derive(Clone, Debug)]
-pub enum Board<const M: usize> {
+pub struct Board<const M: usize> {
+    /// Of faces.
+    pub(super) scores: Scores<M>,
+    /// Of sensors, where there are any.
+    pub(super) sensing: Option<Sensing<M>>,
+}
+
+/// Where the faces of a scene score.
+#[derive(Clone, Debug)]
+pub(super) enum Scores<const M: usize> {
     /// Grey analog shooting: whole hits.
     Hits(Scoreboard<u64, (), 1, M>),
     /// The same with three estimators at once.
@@ -21,16 +31,16 @@ pub enum Board<const M: usize> {
     Chains(ChainBoard<M>),
 }
 
-/// Does the same with whichever board it is.
+/// Does the same with every kind of scores.
 macro_rules! with_board {
     ($self:expr, $board:ident => $body:expr) => {
         match $self {
-            $crate::experiment::board::Board::Hits($board) => $body,
-            $crate::experiment::board::Board::RelatedHits($board) => $body,
-            $crate::experiment::board::Board::Fixed($board) => $body,
-            $crate::experiment::board::Board::RelatedFixed($board) => $body,
-            $crate::experiment::board::Board::Coloured($board) => $body,
-            $crate::experiment::board::Board::Chains($board) => $body,
+            $crate::experiment::board::Scores::Hits($board) => $body,
+            $crate::experiment::board::Scores::RelatedHits($board) => $body,
+            $crate::experiment::board::Scores::Fixed($board) => $body,
+            $crate::experiment::board::Scores::RelatedFixed($board) => $body,
+            $crate::experiment::board::Scores::Coloured($board) => $body,
+            $crate::experiment::board::Scores::Chains($board) => $body,
         }
     };
 }
@@ -43,7 +53,10 @@ impl<const M: usize> Board<M> {
     /// # Errors
     /// Where a sum may have wrapped.
     pub fn take(&mut self) -> Result<Tally, Overflow> {
-        with_board!(self, board => board.take())
+        match &mut self.sensing {
+            None => self.scores.take(),
+            Some(sensing) => sensing.take(&mut self.scores),
+        }
     }
 
     /// Adds all that was scored to a tally of the same experiment and empties the board.
@@ -51,6 +64,21 @@ impl<const M: usize> Board<M> {
     /// # Errors
     /// Where a sum may have wrapped or leaves its range; then the tally is unusable.
     pub fn add_to(&mut self, tally: &mut Tally) -> Result<(), Overflow> {
+        match &mut self.sensing {
+            None => self.scores.add_to(tally),
+            Some(sensing) => tally.merge(&sensing.take(&mut self.scores)?).map_err(|_| Overflow),
+        }
+    }
+}
+
+impl<const M: usize> Scores<M> {
+    /// Hands over what faces have scored.
+    pub(super) fn take(&mut self) -> Result<Tally, Overflow> {
+        with_board!(self, board => board.take())
+    }
+
+    /// Adds what faces have scored to a tally of faces.
+    pub(super) fn add_to(&mut self, tally: &mut Tally) -> Result<(), Overflow> {
         with_board!(self, board => board.add_to(tally))
     }
 }

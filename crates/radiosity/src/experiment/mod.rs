@@ -4,25 +4,32 @@ mod batches;
 mod board;
 mod gathering;
 mod meaning;
+pub(crate) mod readings;
 pub(crate) mod replay;
 mod run;
+mod sensing;
 pub(crate) mod solution;
 mod unfit;
 
 pub use board::Board;
 pub use gathering::birth_probabilities;
 pub use meaning::Meaning;
+pub use sensing::SensorView;
 pub use unfit::Unfit;
 
+use std::sync::Arc;
+
+use crate::geometry::sensor::{SensorSpec, Sensors};
 use crate::jacobi;
 use crate::method::{Direction, Method, Score, Unit};
 use crate::scene::Scene;
 use crate::scene::births::Births;
 use crate::tally::{Layout, Scoreboard, Tally};
 use crate::walk::estimator::Estimator;
-use board::with_board;
+use board::{Scores, with_board};
 use gathering::Gathering;
-use unfit::check;
+use sensing::Sensing;
+use unfit::{check, check_sensors};
 
 /// A scene and a method that fits it.
 #[derive(Clone, Debug)]
@@ -35,6 +42,8 @@ pub struct Experiment {
     largest_radiosity: [f64; 3],
     /// Of a face [m²].
     least_area: f64,
+    /// Places where light is measured; `None` where there are none.
+    sensors: Option<Arc<Sensors>>,
 }
 
 impl Experiment {
@@ -54,7 +63,25 @@ impl Experiment {
         };
         let largest_radiosity = jacobi::largest_radiosity(&scene);
         let least_area = scene.faces().iter().map(|face| face.area).fold(f64::INFINITY, f64::min);
-        Ok(Experiment { scene, method, gathering, largest_radiosity, least_area })
+        Ok(Experiment { scene, method, gathering, largest_radiosity, least_area, sensors: None })
+    }
+
+    /// The experiment with sensors, whose light rays of their own gather from what its walks have found. What is found of
+    /// faces stays as it is.
+    ///
+    /// # Errors
+    /// A sensor that cannot be, or walks that do not tell of every face.
+    pub fn with_sensors(mut self, specs: &[SensorSpec]) -> Result<Self, Unfit> {
+        self.sensors = Sensors::new(&self.scene, specs)?.map(Arc::new);
+        if self.sensors.is_some() {
+            check_sensors(&self.method)?;
+        }
+        Ok(self)
+    }
+
+    /// The sensors, where there are any.
+    pub fn sensors(&self) -> Option<&Sensors> {
+        self.sensors.as_deref()
     }
 
     /// The scene.
@@ -89,38 +116,46 @@ impl Experiment {
 
     /// What a tally of M power sums keeps of each patch.
     pub fn layout<const M: usize>(&self) -> Layout {
-        with_board!(&self.board_of::<M>(0), board => board.layout())
+        with_board!(&self.scores::<M>(0), board => board.layout())
+    }
+
+    /// Rows of a tally: the faces, and where there are sensors one that counts their samples, and their cells.
+    pub fn rows(&self) -> usize {
+        self.scene.faces().len() + self.sensors().map_or(0, |sensors| 1 + sensors.cell_count())
     }
 
     /// An empty tally of M power sums.
     pub fn tally<const M: usize>(&self) -> Tally {
-        Tally::new(self.scene.faces().len(), self.layout::<M>())
+        Tally::new(self.rows(), self.layout::<M>())
     }
 
     /// An empty board.
     pub fn board<const M: usize>(&self) -> Board<M> {
-        self.board_of(self.scene.faces().len())
+        let sensing = self
+            .sensors()
+            .map(|sensors| Sensing::new(self.scene.faces().len(), sensors.cell_count(), self.layout::<M>()));
+        Board { scores: self.scores(self.scene.faces().len()), sensing }
     }
 
-    fn board_of<const M: usize>(&self, faces: usize) -> Board<M> {
+    fn scores<const M: usize>(&self, faces: usize) -> Scores<M> {
         match &self.method {
-            Method::Walks(walks) => self.board_of_walks(walks.score, faces),
+            Method::Walks(walks) => self.scores_of_walks(walks.score, faces),
             Method::Batches(_) | Method::Chains(_) => {
-                Board::Chains(jacobi::ChainBoard::new(faces, self.scene.channels()))
+                Scores::Chains(jacobi::ChainBoard::new(faces, self.scene.channels()))
             }
         }
     }
 
-    /// The board of single walks.
-    fn board_of_walks<const M: usize>(&self, score: Score, faces: usize) -> Board<M> {
+    /// Where single walks score.
+    fn scores_of_walks<const M: usize>(&self, score: Score, faces: usize) -> Scores<M> {
         let hits = !self.gathers();
         match (self.scene.channels(), score) {
-            (1, Score::Mix) if hits => Board::RelatedHits(Scoreboard::new(faces)),
-            (1, Score::Mix) => Board::RelatedFixed(Scoreboard::new(faces)),
-            (1, Score::Of(Estimator::Infinite(_))) => Board::Fixed(Scoreboard::new(faces)),
-            (1, Score::Of(_)) if hits => Board::Hits(Scoreboard::new(faces)),
-            (1, Score::Of(_)) => Board::Fixed(Scoreboard::new(faces)),
-            _ => Board::Coloured(Scoreboard::new(faces)),
+            (1, Score::Mix) if hits => Scores::RelatedHits(Scoreboard::new(faces)),
+            (1, Score::Mix) => Scores::RelatedFixed(Scoreboard::new(faces)),
+            (1, Score::Of(Estimator::Infinite(_))) => Scores::Fixed(Scoreboard::new(faces)),
+            (1, Score::Of(_)) if hits => Scores::Hits(Scoreboard::new(faces)),
+            (1, Score::Of(_)) => Scores::Fixed(Scoreboard::new(faces)),
+            _ => Scores::Coloured(Scoreboard::new(faces)),
         }
     }
 

@@ -2,7 +2,7 @@
 
 use crate::experiment::Experiment;
 use crate::random::rng::{Sequence, WalkRng};
-use crate::simd::batch::{Outcome, WIDTH};
+use crate::simd::batch::{Decisions, WIDTH};
 use crate::walk::batch::{WalkEnd, walk_all};
 use crate::walk::estimator::{Estimator, with_estimator};
 use crate::walk::fate::{Analog, Coloured, Fate};
@@ -42,7 +42,7 @@ impl<const C: usize> Scorer<C> for Recorder {
         self.birth = birth;
     }
 
-    fn score(&mut self, patches: &[u32; WIDTH], outcome: &Outcome, weights: &[[f64; C]; WIDTH]) {
+    fn score(&mut self, patches: &[u32; WIDTH], outcome: &Decisions, weights: &[[f64; C]; WIDTH]) {
         outcome.arrived.each(|lane| {
             let survives = outcome.survived.has(lane);
             self.steps.push(Step { patch: patches[lane], weights: weights[lane].to_vec(), survives });

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use super::Experiment;
-use super::board::{Board, with_board};
+use super::board::{Board, Scores, with_board};
 use super::gathering::{Gathering, Values};
 use super::solution::Solution;
 use crate::method::{Method, Score, Walks};
@@ -66,24 +66,44 @@ impl Experiment {
         board: &mut Board<M>,
         go_on: &dyn Fn() -> bool,
     ) {
-        let counts = match (&self.method, &self.gathering, board as &mut Board<M>) {
-            (Method::Walks(plan), None, board) => {
-                self.shoot(plan.score, plan.space, &Source::Random(sequence, walks), board)
+        let Board { scores, sensing } = board;
+        let counts = match (&self.method, &mut *scores) {
+            (Method::Walks(plan), scores) => {
+                return match self.sensors().zip(sensing.as_mut()) {
+                    None => self.single_walks(plan, sequence, walks, scores),
+                    Some((sensors, sensing)) => {
+                        let onto = (scores, sensing);
+                        self.sensed_walks((plan, sensors), sequence, walks, onto, go_on);
+                    }
+                };
             }
-            (Method::Walks(plan), Some(gathering), board) => {
-                self.gather(plan, gathering, &Source::Random(sequence, walks), board)
-            }
-            (Method::Batches(plan), _, Board::Chains(board)) => {
+            (Method::Batches(plan), Scores::Chains(scores)) => {
                 let batch = |batch| self.batch_of_walks(sequence, batch, plan, go_on);
-                self.batches(sequence, walks, board, batch, go_on)
+                self.batches(sequence, walks, (scores, sensing), batch, go_on)
             }
-            (Method::Chains(plan), _, Board::Chains(board)) => {
+            (Method::Chains(plan), Scores::Chains(scores)) => {
                 let chain = |chain| self.chain(sequence, chain, plan, go_on);
-                self.batches(sequence, walks, board, chain, go_on)
+                self.batches(sequence, walks, (scores, sensing), chain, go_on)
             }
             _ => wrong_board(),
         };
-        with_board!(board, board => board.counts.add(&counts)).expect("64 bits outlast any process");
+        with_board!(scores, board => board.counts.add(&counts)).expect("64 bits outlast any process");
+    }
+
+    /// Walks that are samples each, onto the scores of faces.
+    pub(super) fn single_walks<const M: usize>(
+        &self,
+        plan: &Walks,
+        sequence: &Sequence,
+        walks: Range<u64>,
+        scores: &mut Scores<M>,
+    ) {
+        let source = Source::Random(sequence, walks);
+        let counts = match &self.gathering {
+            None => self.shoot(plan.score, plan.space, &source, scores),
+            Some(gathering) => self.gather(plan, gathering, &source, scores),
+        };
+        with_board!(scores, board => board.counts.add(&counts)).expect("64 bits outlast any process");
     }
 
     /// Walks from the emitters.
@@ -92,24 +112,24 @@ impl Experiment {
         score: Score,
         space: Space,
         source: &Source,
-        board: &mut Board<M>,
+        board: &mut Scores<M>,
     ) -> Counts {
         let births = self.scene.emitters();
         match (board, score) {
-            (Board::Hits(board), Score::Of(estimator)) => {
+            (Scores::Hits(board), Score::Of(estimator)) => {
                 with_estimator!(estimator, Analog, |Event, fate| {
                     let mut score = ShootHits::<Event, M>::new(self.scene.parts.isa, board);
                     self.walk_all(births, space, source, fate, &mut score)
                 })
             }
-            (Board::RelatedHits(board), Score::Mix) => {
+            (Scores::RelatedHits(board), Score::Mix) => {
                 self.walk_all(births, space, source, Analog, &mut ShootRelated::new(board))
             }
-            (Board::Fixed(board), Score::Of(Estimator::Infinite(end))) => {
+            (Scores::Fixed(board), Score::Of(Estimator::Infinite(end))) => {
                 let mut score = ShootWeights::<OnArrival, 1, M>::new(board);
                 self.walk_all(births, space, source, Infinite::new(end), &mut score)
             }
-            (Board::Coloured(board), Score::Of(estimator)) => {
+            (Scores::Coloured(board), Score::Of(estimator)) => {
                 with_estimator!(estimator, Coloured::new(), |Event, fate| {
                     let mut score = ShootWeights::<Event, 3, M>::new(board);
                     self.walk_all(births, space, source, fate, &mut score)
@@ -125,23 +145,23 @@ impl Experiment {
         plan: &Walks,
         gathering: &Gathering,
         source: &Source,
-        board: &mut Board<M>,
+        board: &mut Scores<M>,
     ) -> Counts {
         let (births, space) = (&gathering.births, plan.space);
         match (board, &gathering.values, plan.score) {
-            (Board::Fixed(board), Values::Grey(values), Score::Of(estimator)) => {
+            (Scores::Fixed(board), Values::Grey(values), Score::Of(estimator)) => {
                 with_estimator!(estimator, Analog, |Event, fate| {
                     let mut score = Gather::<Event, 1, M>::new(board, values);
                     self.walk_all(births, space, source, fate, &mut score)
                 })
             }
-            (Board::Coloured(board), Values::Coloured(values), Score::Of(estimator)) => {
+            (Scores::Coloured(board), Values::Coloured(values), Score::Of(estimator)) => {
                 with_estimator!(estimator, Coloured::new(), |Event, fate| {
                     let mut score = Gather::<Event, 3, M>::new(board, values);
                     self.walk_all(births, space, source, fate, &mut score)
                 })
             }
-            (Board::RelatedFixed(board), Values::Related(values), Score::Mix) => {
+            (Scores::RelatedFixed(board), Values::Related(values), Score::Mix) => {
                 self.walk_all(births, space, source, Analog, &mut GatherRelated::new(board, values))
             }
             _ => wrong_board(),

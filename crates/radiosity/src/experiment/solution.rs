@@ -362,7 +362,7 @@ fn estimate(
 
 /// What the mean of n independent chains says: it errs as Student's t of n − 1 degrees of freedom.
 #[derive(Clone, Debug)]
-struct Student {
+pub(super) struct Student {
     /// Half-width of the interval, in standard errors of the mean; `None` of a single chain.
     quantile: Option<f64>,
     /// √(ν/(ν − 2)): the standard deviation of t; `None` where that is infinite, of 3 chains or fewer.
@@ -370,17 +370,38 @@ struct Student {
 }
 
 impl Student {
-    fn new(chains: u64, confidence: f64) -> Self {
+    pub(super) fn new(chains: u64, confidence: f64) -> Self {
         let freedom = chains.saturating_sub(1);
         let quantile = (freedom > 0).then(|| stats::student_quantile(0.5 + 0.5 * confidence, freedom));
         let deviation = (freedom > 2).then(|| (freedom as f64 / (freedom - 2) as f64).sqrt());
         Student { quantile, deviation }
     }
+
+    /// What scores of `per_unit` each tell of a mean that is at most `most`. The standard error is that of the whole
+    /// distribution, √(ν/(ν − 2)) times s/√n: it would be too small by as much, had the sample's own been taken for the
+    /// truth. What a single chain says, or chains that all say the same, is bounded by `most` alone.
+    pub(super) fn told(&self, moments: &Moments, per_unit: f64, most: f64) -> Told {
+        let mean = per_unit * moments.mean().unwrap_or(0.0);
+        let sample_error =
+            moments.standard_error().map(|error| per_unit * error).filter(|&error| error > 0.0);
+        let (low, high) = match sample_error.zip(self.quantile) {
+            Some((error, quantile)) => ((mean - quantile * error).max(0.0), mean + quantile * error),
+            None => (0.0, most.max(mean)),
+        };
+        let error = sample_error.zip(self.deviation).map(|(error, deviation)| deviation * error);
+        Told { mean, error, low, high }
+    }
 }
 
-/// The mean of the chains and its Student interval. The standard error is that of the whole distribution, √(ν/(ν − 2))
-/// times s/√n: it would be too small by as much, had the sample's own been taken for the truth. What a single chain
-/// says, or chains that all say the same, is bounded by the largest radiosity alone.
+/// A mean, its standard error, and its interval.
+pub(super) struct Told {
+    pub(super) mean: f64,
+    pub(super) error: Option<f64>,
+    pub(super) low: f64,
+    pub(super) high: f64,
+}
+
+/// The mean of the chains and its Student interval.
 fn estimate_of_chains(
     face: &Face,
     channel: usize,
@@ -390,15 +411,8 @@ fn estimate_of_chains(
     student: &Student,
 ) -> Estimate {
     let per_event = meaning.irradiance_per_event.unwrap_or(0.0);
-    let per_unit = meaning.unit * per_event;
     let (emitted, reflectance) = (face.emittance[channel], face.reflectance[channel]);
-    let mean = per_unit * moments.mean().unwrap_or(0.0);
-    let sample_error = moments.standard_error().map(|error| per_unit * error).filter(|&error| error > 0.0);
-    let (low, high) = match sample_error.zip(student.quantile) {
-        Some((error, quantile)) => ((mean - quantile * error).max(0.0), mean + quantile * error),
-        None => (0.0, per_event.max(mean)),
-    };
-    let error = sample_error.zip(student.deviation).map(|(error, deviation)| deviation * error);
+    let Told { mean, error, low, high } = student.told(moments, meaning.unit * per_event, per_event);
     Estimate {
         radiosity: emitted + reflectance * mean,
         std_error: error.map(|error| reflectance * error),

@@ -2,6 +2,7 @@
 
 use thiserror::Error;
 
+use crate::geometry::sensor::SensorError;
 use crate::method::{Birth, Direction, Method, Walks};
 use crate::scene::Scene;
 
@@ -29,6 +30,14 @@ pub enum Unfit {
         /// Patches of the scene.
         patches: usize,
     },
+    /// A sensor that cannot be.
+    #[error(transparent)]
+    Sensor(#[from] SensorError),
+    /// A sensor sees all patches.
+    #[error(
+        "sensors gather the light of every patch that they see, and gathering walks that are born on chosen patches tell of no others; remove `birth`, or the sensors"
+    )]
+    SensorsOfFewPatches,
 }
 
 /// Whether a method's answer would be right, but for emitters that [`super::gathering`] refuses.
@@ -40,6 +49,16 @@ pub(super) fn check(scene: &Scene, method: &Method) -> Result<(), Unfit> {
         check_patches(chosen, scene)?;
     }
     check_patches(method.final_gather(), scene)
+}
+
+/// Whether walks tell of all that sensors may see.
+pub(super) fn check_sensors(method: &Method) -> Result<(), Unfit> {
+    match method {
+        Method::Walks(Walks { direction: Direction::Gathering(Birth::Patches(_)), .. }) => {
+            Err(Unfit::SensorsOfFewPatches)
+        }
+        _ => Ok(()),
+    }
 }
 
 /// Whether every chosen patch is one of the scene.

@@ -91,4 +91,9 @@ impl Frame<f64> {
         let [corner, tangent, normal] = [corner, tangent, normal].map(|vector| vector.to_array());
         Frame { corner, edges: edges.map(|edge| edge.to_array()), tangent, normal }
     }
+
+    /// Unit normal of the front.
+    pub(crate) fn normal(&self) -> DVec3 {
+        self.normal.into()
+    }
 }

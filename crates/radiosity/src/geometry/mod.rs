@@ -4,5 +4,6 @@ pub(crate) mod cells;
 pub(crate) mod face;
 pub(crate) mod frame;
 pub(crate) mod landing;
+pub(crate) mod sensor;
 pub(crate) mod spec;
 pub(crate) mod surface;

@@ -1,6 +1,6 @@
-//! A final gather: rays from a few chosen faces that bring in what a solution says of the faces they meet.
+//! A final gather: rays from a few chosen faces, or from sensors, that bring in what a solution says of the faces they meet.
 //!
-//! H_i = Σ_j F_ij B_j, and a ray from face i meets face j with probability F_ij. What is known of B by other rays is
+//! H_i = Σ_j F_ij B_j, and a ray from face (or sensor cell) i meets face j with probability F_ij. What is known of B by other rays is
 //! independent of these: the mean of what they bring is unbiased where the solution is, and its noise is averaged over all
 //! that face i sees, of which a walk or a link tells by the few rays that happen to join i.
 //!
@@ -12,6 +12,8 @@
 use glam::DVec3;
 
 use crate::geometry::face::Face;
+use crate::geometry::frame::Frames;
+use crate::geometry::sensor::{SensorCell, Sensors};
 use crate::geometry::spec::Side;
 use crate::geometry::spec::Sides;
 use crate::geometry::surface::Surface;
@@ -35,8 +37,12 @@ pub(crate) const LIGHT_BY_SHADOW_RAYS: f64 = 1.0 / (SHADOW_SHARE - 1) as f64;
 /// The fewest rays of a face.
 const FEWEST: u64 = 64;
 
-/// What rays from one face brought.
+/// The fewest rays of a cell of a sensor, of which there may be many.
+const FEWEST_OF_CELL: u64 = 16;
+
+/// What rays from one face, or one cell of a sensor, brought.
 pub(crate) struct Gathered {
+    /// The number of the face or the cell.
     pub(crate) face: u32,
     /// H [W/m²] of each channel.
     pub(crate) irradiance: Vec<f64>,
@@ -58,10 +64,96 @@ pub(crate) fn final_gather(
     let per_face = (rays / chosen.len().max(1) as u64).max(FEWEST);
     let mut gatherer = Gatherer::new(faces, reflected, per_face, go_on);
     let gathered = chosen.iter().map(|&face| {
-        let (irradiance, landed) = gatherer.face(face, &mut rng)?;
+        let station = Station::Face(faces.scene, faces.list[face as usize]);
+        let (irradiance, landed) = gatherer.irradiance(face, &station, &mut rng)?;
         Some(Gathered { face, irradiance, landed, rays: per_face })
     });
     gathered.collect()
+}
+
+/// Gathers H of every cell of sensors as [`final_gather`] does of faces.
+pub(crate) fn sense(
+    faces: &FaceTable,
+    sensors: &Sensors,
+    reflected: &[f64],
+    rays: u64,
+    mut rng: WalkRng,
+    go_on: &dyn Fn() -> bool,
+) -> Option<Vec<Gathered>> {
+    let per_cell = (rays / sensors.cell_count() as u64).max(FEWEST_OF_CELL);
+    let mut gatherer = Gatherer::new(faces, reflected, per_cell, go_on);
+    let gathered = (0..sensors.cell_count() as u32).map(|number| {
+        let station = Station::Cell(sensors, sensors.cell(number as usize));
+        let (irradiance, landed) = gatherer.irradiance(number, &station, &mut rng)?;
+        Some(Gathered { face: number, irradiance, landed, rays: per_cell })
+    });
+    gathered.collect()
+}
+
+/// Where rays set out from.
+enum Station<'a> {
+    /// A face of a scene.
+    Face(&'a Scene, Face),
+    /// A cell of a sensor.
+    Cell(&'a Sensors, SensorCell),
+}
+
+impl Station<'_> {
+    /// The frames that departures look theirs up in.
+    fn frames(&self) -> &Frames {
+        match self {
+            Station::Face(scene, _) => &scene.parts.frames,
+            Station::Cell(sensors, _) => sensors.frames(),
+        }
+    }
+
+    /// The number of its frame there.
+    fn frame(&self) -> u32 {
+        match self {
+            Station::Face(_, face) => face.surface,
+            Station::Cell(_, cell) => cell.sensor as u32,
+        }
+    }
+
+    /// The surface that rays leave.
+    fn surface(&self) -> u32 {
+        match self {
+            Station::Face(_, face) => face.surface,
+            Station::Cell(..) => Ray::FREE,
+        }
+    }
+
+    /// 1 where rays leave the front of the frame, −1 where the back.
+    fn facing(&self) -> f64 {
+        match self {
+            Station::Face(_, face) => face.side.sign(),
+            Station::Cell(..) => 1.0,
+        }
+    }
+
+    /// Local coordinates of a uniform point.
+    fn place(&self, numbers: [u32; 2]) -> [f64; 2] {
+        match self {
+            Station::Face(scene, face) => place(scene, face, numbers),
+            Station::Cell(sensors, cell) => sensors.place(cell, numbers),
+        }
+    }
+
+    /// The point with these local coordinates [m].
+    fn point(&self, uv: [f64; 2]) -> DVec3 {
+        match self {
+            Station::Face(scene, face) => surface(scene, face).point(uv),
+            Station::Cell(sensors, cell) => sensors.frame(cell.sensor).point(uv).into(),
+        }
+    }
+
+    /// The unit normal of the frame's front.
+    fn normal(&self) -> DVec3 {
+        match self {
+            Station::Face(scene, face) => surface(scene, face).normal(),
+            Station::Cell(sensors, cell) => sensors.frame(cell.sensor).normal(),
+        }
+    }
 }
 
 struct Gatherer<'a> {
@@ -73,6 +165,9 @@ struct Gatherer<'a> {
     rays: [u64; 2],
     /// The part of shadow rays that go to each face; empty where nothing emits.
     share: Vec<f64>,
+    /// The faces that have a part, and the parts.
+    lamps: Vec<u32>,
+    parts: Vec<f64>,
     batch: Box<Batch>,
 }
 
@@ -89,37 +184,44 @@ impl<'a> Gatherer<'a> {
     fn new(faces: &'a FaceTable, reflected: &'a [f64], per_face: u64, go_on: &'a dyn Fn() -> bool) -> Self {
         let share = emitted_shares(faces);
         let shadow = if share.is_empty() { 0 } else { per_face / SHADOW_SHARE };
-        Gatherer { faces, reflected, go_on, rays: [per_face - shadow, shadow], share, batch: Box::default() }
+        let (lamps, parts) = (0..).zip(&share).filter(|&(_, &share)| share > 0.0).unzip();
+        let rays = [per_face - shadow, shadow];
+        Gatherer { faces, reflected, go_on, rays, share, lamps, parts, batch: Box::default() }
     }
 
-    /// H of one face in every channel, and the rays that met something.
-    fn face(&mut self, number: u32, rng: &mut WalkRng) -> Option<(Vec<f64>, u64)> {
+    /// H of a station, whose rays are those of this number, in every channel, and the rays that met something.
+    fn irradiance(&mut self, number: u32, station: &Station, rng: &mut WalkRng) -> Option<(Vec<f64>, u64)> {
         let mut irradiance = vec![0.0; self.faces.scene.channels()];
-        let landed = self.gather(number, numbers(rng), &mut irradiance)?;
+        let landed = self.gather(number, station, numbers(rng), &mut irradiance)?;
         if self.rays[1] > 0 {
             let offset = rng.pair()[0];
-            self.light(number, numbers(rng), offset, &mut irradiance)?;
+            self.light(station, numbers(rng), offset, &mut irradiance)?;
         }
         Some((irradiance, landed))
     }
 
-    /// Cosine-distributed rays from uniform points of a face.
-    fn gather(&mut self, number: u32, mut numbers: SobolNumbers, irradiance: &mut [f64]) -> Option<u64> {
+    /// Cosine-distributed rays from uniform points of a station.
+    fn gather(
+        &mut self,
+        number: u32,
+        station: &Station,
+        mut numbers: SobolNumbers,
+        irradiance: &mut [f64],
+    ) -> Option<u64> {
         let (scene, count) = (self.faces.scene, self.rays[0]);
-        let face = self.faces.list[number as usize];
         numbers.leave(number, 0);
         let mut landed = 0;
         for first in (0..count).step_by(WIDTH) {
             let len = (count - first).min(WIDTH as u64) as usize;
             (0..len).for_each(|i| numbers.draw(i));
-            self.batch.leave(scene, &face, len, numbers.points(scene.parts.isa));
+            self.batch.leave(scene, station, len, numbers.points(scene.parts.isa));
             self.batch.trace(scene);
             for i in 0..len {
                 let Some(met) = self.batch.met(scene, i) else { continue };
                 landed += 1;
                 let emittance = self.faces.list[met as usize].emittance;
                 let weight = if emittance.is_lit() {
-                    self.balance(met, self.batch.kernel(scene, &face, i))
+                    self.balance(met, self.batch.kernel(scene, station, i))
                 } else {
                     0.0
                 };
@@ -135,32 +237,32 @@ impl<'a> Gatherer<'a> {
         Some(landed)
     }
 
-    /// Shadow rays from uniform points of a face to uniform points of emitting faces, each of which gets its share.
+    /// Shadow rays from uniform points of a station to uniform points of emitting faces, each of which gets its share.
     fn light(
         &mut self,
-        number: u32,
+        station: &Station,
         mut numbers: SobolNumbers,
         offset: f64,
         irradiance: &mut [f64],
     ) -> Option<()> {
         let [count, shadow] = self.rays;
         let scene = self.faces.scene;
-        let face = self.faces.list[number as usize];
-        let quotas = systematic(&self.share, shadow, offset);
-        for (lamp, quota) in (0..).zip(quotas).filter(|&(_, quota)| quota > 0) {
+        let quotas = systematic(&self.parts, shadow, offset);
+        for (i, quota) in quotas.into_iter().enumerate().filter(|&(_, quota)| quota > 0) {
+            let lamp = self.lamps[i];
             let emitter = self.faces.list[lamp as usize];
             numbers.leave(lamp, 0);
             for first in (0..quota).step_by(WIDTH) {
                 let len = (quota - first).min(WIDTH as u32) as usize;
                 (0..len).for_each(|i| numbers.draw(i));
-                self.batch.aim(scene, [&face, &emitter], len, numbers.points(scene.parts.isa));
+                self.batch.aim(scene, station, &emitter, len, numbers.points(scene.parts.isa));
                 self.batch.trace(scene);
                 for i in 0..len {
                     let Hits { surface, facing, .. } = &self.batch.hits;
                     if (surface[i], facing[i]) != (emitter.surface, emitter.side.sign()) {
                         continue;
                     }
-                    let kernel = self.batch.kernel(scene, &face, i);
+                    let kernel = self.batch.kernel(scene, station, i);
                     if kernel.is_infinite() {
                         continue;
                     }
@@ -191,28 +293,29 @@ impl<'a> Gatherer<'a> {
 }
 
 impl Batch {
-    /// Turns points into cosine-distributed rays from a face.
-    fn leave(&mut self, scene: &Scene, face: &Face, len: usize, points: &Points) {
+    /// Turns points into cosine-distributed rays from a station.
+    fn leave(&mut self, scene: &Scene, station: &Station, len: usize, points: &Points) {
         let [across, along, polar, turn] = points;
         for i in 0..len {
-            self.departures.surface[i] = face.surface;
-            self.departures.facing[i] = face.side.sign();
-            let place = place(scene, face, [across[i], along[i]]);
+            self.departures.surface[i] = station.frame();
+            self.departures.facing[i] = station.facing();
+            let place = station.place([across[i], along[i]]);
             self.departures.uv.iter_mut().zip(place).for_each(|(row, x)| row[i] = x);
             self.departures.direction[i] = u64::from(polar[i]) << 32 | u64::from(turn[i]);
         }
-        self.departures.leave(scene.parts.isa, &scene.parts.frames, len, &mut self.rays);
+        self.departures.leave(scene.parts.isa, station.frames(), len, &mut self.rays);
+        self.rays.from[..len].fill(station.surface());
     }
 
-    /// Turns points into rays from one face to another.
-    fn aim(&mut self, scene: &Scene, [from, to]: [&Face; 2], len: usize, points: &Points) {
+    /// Turns points into rays from a station to a face.
+    fn aim(&mut self, scene: &Scene, from: &Station, to: &Face, len: usize, points: &Points) {
         let [across, along, polar, turn] = points;
-        let point = |face: &Face, numbers| surface(scene, face).point(place(scene, face, numbers));
         self.rays.len = 0;
         for i in 0..len {
-            let origin = point(from, [across[i], along[i]]);
-            let direction = (point(to, [polar[i], turn[i]]) - origin).normalize_or(DVec3::X);
-            self.rays.push(&Ray { origin, direction, from: from.surface });
+            let origin = from.point(from.place([across[i], along[i]]));
+            let end = surface(scene, to).point(place(scene, to, [polar[i], turn[i]]));
+            let direction = (end - origin).normalize_or(DVec3::X);
+            self.rays.push(&Ray { origin, direction, from: from.surface() });
         }
     }
 
@@ -234,11 +337,11 @@ impl Batch {
         Some(surface.face(cell, if facing > 0.0 { Side::Front } else { Side::Back }))
     }
 
-    /// k = cos θ cos θ′/(πr²) between the ends of ray i [1/m²]; 0 where it leaves below the face, infinite where both ends
-    /// are one point.
-    fn kernel(&self, scene: &Scene, from: &Face, i: usize) -> f64 {
+    /// k = cos θ cos θ′/(πr²) between the ends of ray i [1/m²]; 0 where it leaves below the station, infinite where both
+    /// ends are one point.
+    fn kernel(&self, scene: &Scene, from: &Station, i: usize) -> f64 {
         let direction = self.rays.get(i).direction;
-        let leaves = surface(scene, from).normal().dot(direction) * from.side.sign();
+        let leaves = from.normal().dot(direction) * from.facing();
         let met = &scene.surfaces()[self.hits.surface[i] as usize];
         let arrives = -met.normal().dot(direction) * self.hits.facing[i];
         let distance = self.hits.t[i];

@@ -87,7 +87,7 @@ impl BitOr for Lanes {
 
 /// What became of the walks of a batch where their rays have led them.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Outcome {
+pub(crate) struct Decisions {
     /// Arrived at an active side. Of these:
     pub(crate) arrived: Lanes,
     /// go on,

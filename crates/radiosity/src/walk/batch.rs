@@ -9,7 +9,7 @@ use std::ops::Range;
 use crate::random::rng::{Generators, Numbers, Sequence, unit_32};
 use crate::scene::Scene;
 use crate::scene::births::{Births, Origin};
-use crate::simd::batch::{Lanes, Outcome, WIDTH};
+use crate::simd::batch::{Decisions, Lanes, WIDTH};
 use crate::simd::isa::Isa;
 use crate::tally::Counts;
 use crate::trace::ray::{Hits, Rays};
@@ -157,9 +157,9 @@ impl<N: Numbers, E: Scorer<C>, F: Fate<C>, const C: usize> Walker<'_, N, E, F, C
             self.generators.arrivals(self.isa, &mut draws);
             arrivals.locate(self.isa, self.scene, self.space, self.len, &hits, &draws);
             self.estimator.expect(&arrivals.face[..self.len]);
-            let (outcome, ended) = self.decide(&hits, &arrivals);
+            let (decided, ended) = self.decide(&hits, &arrivals);
             self.go_on(&hits, &arrivals, &draws[2]);
-            self.estimator.score(&arrivals.face, &outcome, &self.weights);
+            self.estimator.score(&arrivals.face, &decided, &self.weights);
             self.replace(ended, fate, newborns);
         }
     }
@@ -194,13 +194,13 @@ impl<N: Numbers, E: Scorer<C>, F: Fate<C>, const C: usize> Walker<'_, N, E, F, C
 
     /// What becomes of the walks where they have arrived, and which of them have ended.
     #[inline(always)]
-    fn decide(&mut self, hits: &Hits, arrivals: &Arrivals) -> (Outcome, Lanes) {
+    fn decide(&mut self, hits: &Hits, arrivals: &Arrivals) -> (Decisions, Lanes) {
         let all = Lanes::first(self.len);
         let arrived = arrivals.active & all;
-        let mut outcome = Outcome { arrived, ..Outcome::default() };
+        let mut decided = Decisions { arrived, ..Decisions::default() };
         if F::CHANCE {
-            outcome.survived = arrived & arrivals.survives;
-            outcome.died = arrived.without(outcome.survived);
+            decided.survived = arrived & arrivals.survives;
+            decided.died = arrived.without(decided.survived);
         } else {
             let surfaces = self.scene.surfaces();
             arrived.each(|lane| {
@@ -208,15 +208,15 @@ impl<N: Numbers, E: Scorer<C>, F: Fate<C>, const C: usize> Walker<'_, N, E, F, C
                 self.weights[lane] = fate.weights();
                 let survives = arrivals.survives.has(lane);
                 match fate.decide(&surfaces[hits.surface[lane] as usize], survives) {
-                    Next::Survives => outcome.survived.insert(lane),
-                    Next::Dies => outcome.died.insert(lane),
+                    Next::Survives => decided.survived.insert(lane),
+                    Next::Dies => decided.died.insert(lane),
                     Next::Truncated => {}
                 }
             });
         }
-        self.counts.absorbed += outcome.died.count();
+        self.counts.absorbed += decided.died.count();
         let met = arrivals.met & all;
-        let truncated = outcome.arrived.without(outcome.survived | outcome.died);
+        let truncated = decided.arrived.without(decided.survived | decided.died);
         for (end, lanes) in [
             (WalkEnd::Escaped, all.without(met)),
             (WalkEnd::AbsorbedBack, met.without(arrived)),
@@ -224,7 +224,7 @@ impl<N: Numbers, E: Scorer<C>, F: Fate<C>, const C: usize> Walker<'_, N, E, F, C
         ] {
             lanes.each(|lane| self.counts.end(end, self.fates[lane].weights()));
         }
-        (outcome, all.without(outcome.survived))
+        (decided, all.without(decided.survived))
     }
 
     /// All leave from where they have arrived; those that have ended are replaced.

@@ -1,4 +1,5 @@
-//! The estimators: what a walk scores, where, and what that is worth. All that tells one estimator from another is here.
+//! The estimators: what a walk scores, where, and what that is worth. All that tells one estimator from another is here:
+//! the [`Event`] that scores, and the [`Course`] of its walks. Predictions of variances (the crate `exact`) go by these two.
 //!
 //! A shooting walk carries Φ_T, a gathering walk looks for E. Each scores at one kind of [`Event`], whose probability after
 //! an arrival on face j is p_j; a score is worth 1/p_j of what the walk carries, so that its expectation does not depend on
@@ -50,10 +51,24 @@ pub enum Estimator {
 
 /// What happens to a walk where it has arrived.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Event {
+pub enum Event {
+    /// It has arrived.
     Arrival,
+    /// It survives.
     Survival,
+    /// It is absorbed.
     Absorption,
+}
+
+/// How a walk goes on where it has arrived.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Course {
+    /// It survives by chance.
+    Chance,
+    /// It always survives, and loses weight.
+    Weighted,
+    /// It ends with its first arrival.
+    FirstHit,
 }
 
 /// How often one walk may score on the same face.
@@ -94,7 +109,8 @@ impl EstimatorKind {
         }
     }
 
-    pub(crate) fn event(self) -> Event {
+    /// The event that scores.
+    pub fn event(self) -> Event {
         match self {
             EstimatorKind::Absorption => Event::Absorption,
             EstimatorKind::Survival => Event::Survival,
@@ -102,17 +118,31 @@ impl EstimatorKind {
         }
     }
 
-    pub(crate) fn repeats(self) -> Repeats {
+    /// How its walks go on.
+    pub fn course(self) -> Course {
         match self {
-            EstimatorKind::Absorption | EstimatorKind::Direct => Repeats::Never,
-            EstimatorKind::Survival | EstimatorKind::Collision => Repeats::Equal,
-            EstimatorKind::Infinite => Repeats::Weakening,
+            EstimatorKind::Absorption | EstimatorKind::Survival | EstimatorKind::Collision => Course::Chance,
+            EstimatorKind::Infinite => Course::Weighted,
+            EstimatorKind::Direct => Course::FirstHit,
         }
+    }
+
+    pub(crate) fn repeats(self) -> Repeats {
+        match (self.course(), self.event()) {
+            (Course::FirstHit, _) | (Course::Chance, Event::Absorption) => Repeats::Never,
+            (Course::Chance, Event::Arrival | Event::Survival) => Repeats::Equal,
+            (Course::Weighted, _) => Repeats::Weakening,
+        }
+    }
+
+    /// Whether one walk may score several times on the same face.
+    pub fn scores_again(self) -> bool {
+        self.repeats() != Repeats::Never
     }
 
     /// Whether walks may go on after their first hit.
     pub fn goes_on(self) -> bool {
-        self != EstimatorKind::Direct
+        self.course() != Course::FirstHit
     }
 
     /// The probability that a walk scores where it has arrived, on a surface that walks survive with probability σ.
@@ -123,7 +153,7 @@ impl EstimatorKind {
 
 impl Event {
     /// The probability of the event after an arrival, on a surface that walks survive with probability σ.
-    pub(crate) fn probability(self, survival: f64) -> f64 {
+    pub fn probability(self, survival: f64) -> f64 {
         match self {
             Event::Arrival => 1.0,
             Event::Survival => survival,
@@ -133,7 +163,7 @@ impl Event {
 }
 
 impl Estimator {
-    /// The same without what it needs to know.
+    /// The estimator without what it needs to know.
     pub fn kind(self) -> EstimatorKind {
         match self {
             Estimator::Absorption => EstimatorKind::Absorption,

@@ -7,7 +7,7 @@
 use std::marker::PhantomData;
 
 use crate::random::rng::WalkRng;
-use crate::simd::batch::{Lanes, Outcome, WIDTH};
+use crate::simd::batch::{Decisions, Lanes, WIDTH};
 use crate::simd::isa::{Isa, on_isa};
 use crate::simd::real::Real;
 use crate::tally::{Scoreboard, Word};
@@ -23,7 +23,7 @@ pub(crate) trait Scorer<const C: usize> {
     /// Walk `lane` was born on face `birth`.
     fn begin(&mut self, lane: usize, birth: u32);
     /// The walks have arrived on these faces with these weights, and this became of them.
-    fn score(&mut self, faces: &[u32; WIDTH], outcome: &Outcome, weights: &[[f64; C]; WIDTH]);
+    fn score(&mut self, faces: &[u32; WIDTH], decided: &Decisions, weights: &[[f64; C]; WIDTH]);
     /// Walk `lane` has ended.
     fn end(&mut self, lane: usize, rng: WalkRng);
     /// Walk `from` goes on as walk `to`.
@@ -65,7 +65,7 @@ fn empty_paths<U: Clone>() -> Vec<Path<U>> {
 /// Which event of a walk scores.
 pub(crate) trait Event {
     /// The walks that score.
-    fn scoring(outcome: &Outcome) -> Lanes;
+    fn scoring(decided: &Decisions) -> Lanes;
 }
 
 /// Every hit scores.
@@ -77,20 +77,20 @@ pub(crate) struct OnAbsorption;
 
 impl Event for OnArrival {
     #[inline(always)]
-    fn scoring(outcome: &Outcome) -> Lanes {
-        outcome.arrived
+    fn scoring(decided: &Decisions) -> Lanes {
+        decided.arrived
     }
 }
 impl Event for OnSurvival {
     #[inline(always)]
-    fn scoring(outcome: &Outcome) -> Lanes {
-        outcome.survived
+    fn scoring(decided: &Decisions) -> Lanes {
+        decided.survived
     }
 }
 impl Event for OnAbsorption {
     #[inline(always)]
-    fn scoring(outcome: &Outcome) -> Lanes {
-        outcome.died
+    fn scoring(decided: &Decisions) -> Lanes {
+        decided.died
     }
 }
 
@@ -184,9 +184,9 @@ impl<V: Event, const M: usize> Scorer<1> for ShootHits<'_, V, M> {
     }
 
     #[inline(always)]
-    fn score(&mut self, faces: &[u32; WIDTH], outcome: &Outcome, _: &[[f64; 1]; WIDTH]) {
+    fn score(&mut self, faces: &[u32; WIDTH], decided: &Decisions, _: &[[f64; 1]; WIDTH]) {
         let earlier = self.visits.earlier(self.isa, faces);
-        V::scoring(outcome).each(|lane| {
+        V::scoring(decided).each(|lane| {
             if self.visits.push(lane, faces[lane]) {
                 self.board.add_one(faces[lane], earlier[lane].into());
             }
@@ -231,8 +231,8 @@ impl<V: Event, const C: usize, const M: usize> Scorer<C> for ShootWeights<'_, V,
     }
 
     #[inline(always)]
-    fn score(&mut self, faces: &[u32; WIDTH], outcome: &Outcome, weights: &[[f64; C]; WIDTH]) {
-        V::scoring(outcome).each(|lane| {
+    fn score(&mut self, faces: &[u32; WIDTH], decided: &Decisions, weights: &[[f64; C]; WIDTH]) {
+        V::scoring(decided).each(|lane| {
             let units = weights[lane].map(|weight| (weight * fixed_units(M) + 0.5) as u64);
             self.paths[lane].push(faces[lane], units);
         });
@@ -301,8 +301,8 @@ impl<V: Event, const C: usize, const M: usize> Scorer<C> for Gather<'_, V, C, M>
     }
 
     #[inline(always)]
-    fn score(&mut self, faces: &[u32; WIDTH], outcome: &Outcome, weights: &[[f64; C]; WIDTH]) {
-        V::scoring(outcome).each(|lane| {
+    fn score(&mut self, faces: &[u32; WIDTH], decided: &Decisions, weights: &[[f64; C]; WIDTH]) {
+        V::scoring(decided).each(|lane| {
             let values = self.values[faces[lane] as usize];
             let scores = self.gathered[lane].scores.iter_mut();
             for ((score, weight), value) in scores.zip(weights[lane]).zip(values) {
@@ -345,9 +345,9 @@ impl<const M: usize> Scorer<1> for ShootRelated<'_, M> {
         self.paths[lane].clear();
     }
 
-    fn score(&mut self, faces: &[u32; WIDTH], outcome: &Outcome, _: &[[f64; 1]; WIDTH]) {
-        outcome.survived.each(|lane| self.paths[lane].push(faces[lane], [1, 0, 1, 1]));
-        outcome.died.each(|lane| self.paths[lane].push(faces[lane], [1, 1, 0, 1]));
+    fn score(&mut self, faces: &[u32; WIDTH], decided: &Decisions, _: &[[f64; 1]; WIDTH]) {
+        decided.survived.each(|lane| self.paths[lane].push(faces[lane], [1, 0, 1, 1]));
+        decided.died.each(|lane| self.paths[lane].push(faces[lane], [1, 1, 0, 1]));
     }
 
     fn end(&mut self, lane: usize, _: WalkRng) {
@@ -380,8 +380,8 @@ impl<const M: usize> Scorer<1> for GatherRelated<'_, M> {
         self.board.count(birth);
     }
 
-    fn score(&mut self, faces: &[u32; WIDTH], outcome: &Outcome, _: &[[f64; 1]; WIDTH]) {
-        for (kind, scoring) in [outcome.arrived, outcome.died, outcome.survived].into_iter().enumerate() {
+    fn score(&mut self, faces: &[u32; WIDTH], decided: &Decisions, _: &[[f64; 1]; WIDTH]) {
+        for (kind, scoring) in [decided.arrived, decided.died, decided.survived].into_iter().enumerate() {
             scoring.each(|lane| {
                 self.gathered[lane].scores[kind] += self.values[faces[lane] as usize][kind];
             });

@@ -6,7 +6,7 @@
 use std::io::{self, Write};
 
 use radiosity::Estimates;
-use serde_json::json;
+use serde_json::{Value, json};
 
 use super::table::corners;
 use crate::picture::Shot;
@@ -21,72 +21,100 @@ const ELEMENT_ARRAY_BUFFER: u32 = 34963;
 ///
 /// # Errors
 /// Those of `writer`; a scene whose buffers take more than 4 GiB, which the format cannot hold.
-pub fn write_glb(mut writer: impl Write, estimates: &Estimates, shot: &Shot) -> io::Result<()> {
-    let faces = estimates.scene().faces();
-    let channels = estimates.scene().channels();
-    let (mut places, mut colours, mut light, mut indices) = (vec![], vec![], vec![], vec![]);
-    let (mut low, mut high) = ([f32::INFINITY; 3], [f32::NEG_INFINITY; 3]);
-    for (face, corners) in faces.by_patch().zip(corners(estimates)) {
-        let known = estimates.face(face);
-        let emittance = faces.get(face).emittance;
-        let radiosity = |c: usize| known.as_deref().map_or(emittance[c], |known| known[c].radiosity);
-        let mean = (0..channels).map(radiosity).sum::<f64>() / channels as f64;
-        let first = light.len() as u32;
-        for corner in &corners {
-            let place = corner.to_array().map(|x| x as f32);
-            low = std::array::from_fn(|axis| low[axis].min(place[axis]));
-            high = std::array::from_fn(|axis| high[axis].max(place[axis]));
-            places.extend(place);
-            colours.extend(
-                [0, 1, 2]
-                    .map(|c| (radiosity(c % channels) * shot.exposure[c % channels]).clamp(0.0, 1.0) as f32),
-            );
-            light.push(mean as f32);
-        }
-        (2..corners.len() as u32).for_each(|i| indices.extend([first, first + i - 1, first + i]));
-    }
-    let count = light.len();
-    let bytes = |values: &[f32]| values.iter().flat_map(|value| value.to_le_bytes()).collect::<Vec<u8>>();
-    let parts = [
-        (bytes(&places), ARRAY_BUFFER),
-        (bytes(&colours), ARRAY_BUFFER),
-        (bytes(&light), ARRAY_BUFFER),
-        (indices.iter().flat_map(|index| index.to_le_bytes()).collect(), ELEMENT_ARRAY_BUFFER),
-    ];
-    let mut buffer = Vec::new();
-    let mut views = Vec::new();
-    for (part, target) in parts {
-        views.push(
-            json!({"buffer": 0, "byteOffset": buffer.len(), "byteLength": part.len(), "target": target}),
-        );
-        buffer.extend(part);
-    }
-    let scene = json!({
-        "asset": {"version": "2.0", "generator": concat!("radwalk ", env!("CARGO_PKG_VERSION"))},
-        "extensionsUsed": ["KHR_materials_unlit"],
-        "scene": 0,
-        "scenes": [{"nodes": [0]}],
-        "nodes": [{"mesh": 0, "rotation": upright(shot.viewpoint.up)}],
-        "meshes": [{"primitives": [{
-            "attributes": {"POSITION": 0, "COLOR_0": 1, "_RADIOSITY": 2},
-            "indices": 3,
-            "material": 0
-        }]}],
-        "materials": [{
-            "name": "radiosity",
-            "extensions": {"KHR_materials_unlit": {}},
-            "pbrMetallicRoughness": {"baseColorFactor": [1.0, 1.0, 1.0, 1.0], "metallicFactor": 0.0}
-        }],
-        "accessors": [
-            {"bufferView": 0, "componentType": FLOAT, "count": count, "type": "VEC3", "min": low, "max": high},
-            {"bufferView": 1, "componentType": FLOAT, "count": count, "type": "VEC3"},
-            {"bufferView": 2, "componentType": FLOAT, "count": count, "type": "SCALAR"},
-            {"bufferView": 3, "componentType": UNSIGNED_INT, "count": indices.len(), "type": "SCALAR"}
-        ],
-        "bufferViews": views,
-        "buffers": [{"byteLength": buffer.len()}]
-    });
+pub(crate) fn write_glb(mut writer: impl Write, estimates: &Estimates, shot: &Shot) -> io::Result<()> {
+    let corners = Corners::of(estimates, shot);
+    let (views, buffer) = corners.buffer();
+    let scene = corners.scene(views, buffer.len(), shot);
     container(&mut writer, &scene, buffer)
+}
+
+/// What the corners of the faces are drawn by, in the order of the table.
+#[derive(Default)]
+struct Corners {
+    places: Vec<f32>,
+    colours: Vec<f32>,
+    /// B [W/m²], the mean over the channels.
+    light: Vec<f32>,
+    /// Corners of triangles.
+    indices: Vec<u32>,
+    /// The box around all places.
+    low: [f32; 3],
+    high: [f32; 3],
+}
+
+impl Corners {
+    fn of(estimates: &Estimates, shot: &Shot) -> Self {
+        let faces = estimates.scene().faces();
+        let channels = estimates.scene().channels();
+        let mut all = Corners { low: [f32::INFINITY; 3], high: [f32::NEG_INFINITY; 3], ..Corners::default() };
+        for (face, corners) in faces.by_patch().zip(corners(estimates)) {
+            let known = estimates.face(face);
+            let emittance = faces.get(face).emittance;
+            let radiosity = |c: usize| known.as_deref().map_or(emittance[c], |known| known[c].radiosity);
+            let shown = |c: usize| (radiosity(c) * shot.exposure[c]).clamp(0.0, 1.0) as f32;
+            let mean = (0..channels).map(radiosity).sum::<f64>() / channels as f64;
+            let first = all.light.len() as u32;
+            for corner in &corners {
+                let place = corner.to_array().map(|x| x as f32);
+                all.low = std::array::from_fn(|axis| all.low[axis].min(place[axis]));
+                all.high = std::array::from_fn(|axis| all.high[axis].max(place[axis]));
+                all.places.extend(place);
+                all.colours.extend([0, 1, 2].map(|c| shown(c % channels)));
+                all.light.push(mean as f32);
+            }
+            (2..corners.len() as u32).for_each(|i| all.indices.extend([first, first + i - 1, first + i]));
+        }
+        all
+    }
+
+    /// All numbers one after the other, and where each kind of them lies.
+    fn buffer(&self) -> (Vec<Value>, Vec<u8>) {
+        let bytes = |values: &[f32]| values.iter().flat_map(|value| value.to_le_bytes()).collect::<Vec<u8>>();
+        let parts = [
+            (bytes(&self.places), ARRAY_BUFFER),
+            (bytes(&self.colours), ARRAY_BUFFER),
+            (bytes(&self.light), ARRAY_BUFFER),
+            (self.indices.iter().flat_map(|index| index.to_le_bytes()).collect(), ELEMENT_ARRAY_BUFFER),
+        ];
+        let (mut views, mut buffer) = (Vec::new(), Vec::new());
+        for (part, target) in parts {
+            views.push(
+                json!({"buffer": 0, "byteOffset": buffer.len(), "byteLength": part.len(), "target": target}),
+            );
+            buffer.extend(part);
+        }
+        (views, buffer)
+    }
+
+    /// The document that says what the numbers are.
+    fn scene(&self, views: Vec<Value>, bytes: usize, shot: &Shot) -> Value {
+        let (count, low, high) = (self.light.len(), self.low, self.high);
+        json!({
+            "asset": {"version": "2.0", "generator": concat!("radwalk ", env!("CARGO_PKG_VERSION"))},
+            "extensionsUsed": ["KHR_materials_unlit"],
+            "scene": 0,
+            "scenes": [{"nodes": [0]}],
+            "nodes": [{"mesh": 0, "rotation": upright(shot.viewpoint.up)}],
+            "meshes": [{"primitives": [{
+                "attributes": {"POSITION": 0, "COLOR_0": 1, "_RADIOSITY": 2},
+                "indices": 3,
+                "material": 0
+            }]}],
+            "materials": [{
+                "name": "radiosity",
+                "extensions": {"KHR_materials_unlit": {}},
+                "pbrMetallicRoughness": {"baseColorFactor": [1.0, 1.0, 1.0, 1.0], "metallicFactor": 0.0}
+            }],
+            "accessors": [
+                {"bufferView": 0, "componentType": FLOAT, "count": count, "type": "VEC3", "min": low, "max": high},
+                {"bufferView": 1, "componentType": FLOAT, "count": count, "type": "VEC3"},
+                {"bufferView": 2, "componentType": FLOAT, "count": count, "type": "SCALAR"},
+                {"bufferView": 3, "componentType": UNSIGNED_INT, "count": self.indices.len(), "type": "SCALAR"}
+            ],
+            "bufferViews": views,
+            "buffers": [{"byteLength": bytes}]
+        })
+    }
 }
 
 /// The rotation that turns a scene's up to glTF's, which is y, as a quaternion [x, y, z, w].

@@ -20,7 +20,7 @@ use super::table::{Cells, Column, columns, corners};
 ///
 /// # Errors
 /// Those of `writer`.
-pub fn write_parquet(writer: impl Write + Send, estimates: &Estimates) -> std::io::Result<()> {
+pub(crate) fn write_parquet(writer: impl Write + Send, estimates: &Estimates) -> std::io::Result<()> {
     let mut columns = columns(estimates)?;
     columns.extend(corner_columns(estimates));
     write(writer, &columns).map_err(std::io::Error::other)

@@ -10,7 +10,7 @@ use radiosity::Estimates;
 use crate::patches::write_patches;
 
 /// A column of the table.
-pub struct Column {
+pub(crate) struct Column {
     /// Its header.
     pub name: String,
     /// Its cells, in the order of rows.
@@ -18,7 +18,7 @@ pub struct Column {
 }
 
 /// The cells of a column.
-pub enum Cells {
+pub(crate) enum Cells {
     /// Whole numbers; a cell is missing where no walk could tell.
     Whole(Vec<Option<i64>>),
     /// Numbers as the table has them; a cell is missing where no walk could tell.
@@ -34,7 +34,7 @@ const WHOLE: &[&str] = &["patch", "u", "v", "hits"];
 const WORDS: &[&str] = &["surface", "side", "flags"];
 
 /// The columns of `patches.csv`.
-pub fn columns(estimates: &Estimates) -> io::Result<Vec<Column>> {
+pub(crate) fn columns(estimates: &Estimates) -> io::Result<Vec<Column>> {
     let mut csv = Vec::new();
     write_patches(&mut csv, estimates)?;
     let mut reader = csv::Reader::from_reader(csv.as_slice());
@@ -70,7 +70,7 @@ fn parse<T: std::str::FromStr>(cell: &str) -> io::Result<Option<T>> {
 }
 
 /// The corners of the faces in the order of rows [m], as [`radiosity::Faces::corners`] has them.
-pub fn corners<'a>(estimates: &'a Estimates) -> impl Iterator<Item = Vec<DVec3>> + 'a {
+pub(crate) fn corners<'a>(estimates: &'a Estimates) -> impl Iterator<Item = Vec<DVec3>> + 'a {
     let faces = estimates.scene().faces();
     faces.by_patch().map(|face| faces.corners(face))
 }

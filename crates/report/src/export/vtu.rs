@@ -24,7 +24,7 @@ const FLAGS: [&str; 4] = ["emitter", "rare", "unsampled", "bias"];
 ///
 /// # Errors
 /// Those of `writer`.
-pub fn write_vtu(mut writer: impl Write, estimates: &Estimates) -> io::Result<()> {
+pub(crate) fn write_vtu(mut writer: impl Write, estimates: &Estimates) -> io::Result<()> {
     let (mut points, mut connectivity, mut offsets, mut types) = (vec![], vec![], vec![], vec![]);
     for corners in corners(estimates) {
         for corner in &corners {

@@ -1,10 +1,12 @@
 //! The methods that are compared: as overrides of the job, so that whatever a job refuses is refused here in its words.
 
+use ::judge::MOMENTS;
 use job::Job;
 use radiosity::{Experiment, Space};
+use serde::{Deserialize, Serialize};
 
 use super::Arena;
-use super::measure::{Kind, rays_per_walk};
+use crate::walking::walk;
 
 /// A kind of walk with its settings, by name.
 const METHODS: &[(&str, &str)] = &[
@@ -33,7 +35,7 @@ const METHODS: &[(&str, &str)] = &[
     ),
 ];
 
-/// Sobol batches need so many.
+/// The paths that Sobol batches need.
 const FEWEST_PATHS: u64 = 16;
 
 /// A method in a scene as a job.
@@ -45,7 +47,7 @@ pub struct Trial {
 }
 
 impl Trial {
-    /// The method of a job with so many paths.
+    /// The method of a job, with `paths` paths.
     ///
     /// # Errors
     /// In words, where the job is refused.
@@ -66,10 +68,10 @@ impl Trial {
         Ok(Trial { job, experiment })
     }
 
-    /// The same with about so many rays.
+    /// The method of a job, for runs of about `rays` rays.
     ///
     /// # Errors
-    /// Likewise.
+    /// In words, where the job is refused.
     pub fn of_rays(arena: &Arena<'_>, method: &str, rays: u64) -> Result<Self, String> {
         let trial = Trial::new(arena, method, rays)?;
         if trial.experiment.chain_rays().is_some() {
@@ -85,11 +87,23 @@ impl Trial {
     }
 }
 
+/// How errors fall with the rays.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Kind {
+    /// As 1/√rays.
+    Walks,
+    /// To a bias.
+    Biased,
+    /// Faster: links, Sobol sequences.
+    Chains,
+}
+
 /// A method that can be run.
 pub struct Contender {
     /// Names it in tables.
     pub name: &'static str,
-    /// The method in the scene, for runs of so many rays.
+    /// The method in the scene, for runs of some rays.
     pub trial: Trial,
 }
 
@@ -138,4 +152,13 @@ pub fn contenders(arena: &Arena<'_>, rays: u64) -> (Vec<Contender>, Vec<Absent>)
         }
     }
     (able, absent)
+}
+
+/// How many rays a walk takes, by a pilot.
+fn rays_per_walk(experiment: &Experiment) -> f64 {
+    const SAMPLE: u64 = 20_000;
+    // Batches are walked whole.
+    let units = SAMPLE.div_ceil(experiment.paths_per_walk());
+    let rays = walk::<MOMENTS>(experiment, 3, units).counts.rays;
+    rays as f64 / (units * experiment.paths_per_walk()) as f64
 }

@@ -1,6 +1,7 @@
 //! Which method to use when.
 
-use super::measure::{Kind, Point};
+use super::contender::Kind;
+use super::measure::Point;
 
 /// The rms relative errors that advice is given for.
 pub const LEVELS: [f64; 5] = [0.3, 0.1, 0.03, 0.01, 0.003];
@@ -37,7 +38,7 @@ impl Curve<'_> {
         self.cost_to(rms, |point| point.seconds)
     }
 
-    /// Likewise, the paths of a job.
+    /// The paths of a job that an rms relative error takes.
     pub fn paths_to(&self, rms: f64) -> Option<u64> {
         Some(self.cost_to(rms, |point| point.paths as f64)?.round().max(1.0) as u64)
     }
@@ -59,7 +60,7 @@ impl Curve<'_> {
             return Some(cost(a) * (slope * (wanted / a.squared_error).ln()).exp());
         }
         if wanted > self.points[0].squared_error {
-            // Chains need so many rays each: no run of them may be shorter than the first that there is.
+            // Chains need a number of rays each: no run of them may be shorter than the first that there is.
             let first = self.points[0];
             return Some(if last.kind == Kind::Chains { cost(first) } else { as_walks(first) });
         }

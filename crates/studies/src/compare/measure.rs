@@ -1,14 +1,12 @@
 //! What the runs of one method and size came to: their time and their errors.
 
-use ::judge::MOMENTS;
-use radiosity::{Estimates, Experiment, Scene, Tally};
+use radiosity::{Estimates, Scene, Tally};
 use serde::{Deserialize, Serialize};
 use stats::Measured;
 
 use super::Shot;
-use super::contender::{Contender, Trial};
+use super::contender::{Contender, Kind, Trial};
 use super::truth::Truth;
-use crate::walking::walk;
 
 /// Patches darker than this part of the mean say nothing of relative errors.
 const DARK: f64 = 1e-3;
@@ -48,18 +46,6 @@ pub struct Point {
     pub memory: Option<u64>,
     /// What workers sent for a run [bytes].
     pub traffic: u64,
-}
-
-/// How errors fall with the rays.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Kind {
-    /// As 1/√rays.
-    Walks,
-    /// To a bias.
-    Biased,
-    /// Faster: links, Sobol sequences.
-    Chains,
 }
 
 impl Point {
@@ -171,13 +157,4 @@ pub fn point(
         memory: shot.memory,
         traffic: shot.traffic,
     }
-}
-
-/// How many rays a walk takes, by a pilot.
-pub fn rays_per_walk(experiment: &Experiment) -> f64 {
-    const SAMPLE: u64 = 20_000;
-    // Batches are walked whole.
-    let units = SAMPLE.div_ceil(experiment.paths_per_walk());
-    let rays = walk::<MOMENTS>(experiment, 3, units).counts.rays;
-    rays as f64 / (units * experiment.paths_per_walk()) as f64
 }

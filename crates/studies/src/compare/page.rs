@@ -32,7 +32,7 @@ pub struct Chapter {
     pub absent: Vec<Absent>,
     /// What the errors of discrete methods are measured against.
     pub truth: String,
-    /// Likewise, of continuous ones.
+    /// What errors of continuous walks are measured against.
     pub continuous_truth: String,
 }
 

@@ -10,7 +10,7 @@ use super::{Arena, Shot};
 /// The most patches of a scene that is no box for which form factors are worth their time.
 const FEW_PATCHES: usize = 400;
 
-/// The reference has so many times the rays of the longest run.
+/// The rays of the reference over those of the longest run.
 const LONGER: u64 = 16;
 
 /// References have a seed that is so far from that of the runs.

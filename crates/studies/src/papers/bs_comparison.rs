@@ -19,7 +19,7 @@ use crate::series::point;
 use crate::walking::Reader;
 
 /// BS §5.
-pub const CHAPTER: Chapter = Chapter {
+pub(crate) const CHAPTER: Chapter = Chapter {
     name: "bs-comparison",
     title: "BS §5: continuous walks, discrete walks and stochastic Jacobi at equal rays",
     run,

@@ -12,7 +12,7 @@ use crate::papers::walkers::{experiment, method};
 use crate::walking::Reader;
 
 /// BS table 1.
-pub const CHAPTER: Chapter =
+pub(crate) const CHAPTER: Chapter =
     Chapter { name: "bs-table1", title: "BS table 1: error per ray in the uniform cube", run };
 
 /// A column of the table: what the paper prints.

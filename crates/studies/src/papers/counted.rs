@@ -10,7 +10,7 @@ use radiosity::{
 
 /// What tracing took.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Work {
+pub(crate) struct Work {
     /// Rays.
     pub rays: u64,
     /// Boxes that a ray was tested against, in a tree of the surfaces.
@@ -38,7 +38,7 @@ struct Facet {
 }
 
 /// A scene of parallelograms that counts what is done in it.
-pub struct Counted {
+pub(crate) struct Counted {
     scene: Scene,
     facets: Vec<Facet>,
     cells: Vec<[u32; 2]>,
@@ -47,7 +47,7 @@ pub struct Counted {
 
 impl Counted {
     /// Of a closed scene.
-    pub fn new(spec: &SceneSpec) -> Self {
+    pub(crate) fn new(spec: &SceneSpec) -> Self {
         let scene = Scene::build(spec, IndexChoice::Tree).expect("scenes made by rule are valid");
         let facet = |shape: &Shape| {
             let (corner, u, v) = shape.edges();
@@ -64,7 +64,7 @@ impl Counted {
     }
 
     /// What `walks` discrete analog walks of a direction take.
-    pub fn walk(&self, direction: &Direction, seed: u64, walks: u64) -> Work {
+    pub(crate) fn walk(&self, direction: &Direction, seed: u64, walks: u64) -> Work {
         let births = self.births(direction);
         let sequence = Sequence::new(seed);
         let mut work = Work::default();

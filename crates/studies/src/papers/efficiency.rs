@@ -19,7 +19,7 @@ use crate::series::point;
 use crate::walking::Reader;
 
 /// S97 §5, "to study the efficiency of biased estimators".
-pub const CHAPTER: Chapter = Chapter {
+pub(crate) const CHAPTER: Chapter = Chapter {
     name: "efficiency",
     title: "S97 §5, what was left to do: the efficiency of all estimators, biased ones too",
     run,
@@ -34,7 +34,7 @@ struct Way {
 }
 
 /// What a way came to in a scene.
-struct Outcome {
+struct Entrant {
     name: String,
     biased: bool,
     /// Mean squared error × rays, by area [W²/m⁴].
@@ -48,7 +48,7 @@ struct Outcome {
 /// A scene with what all ways came to in it, collision shooting first.
 struct Contest {
     scene: &'static str,
-    results: Vec<Outcome>,
+    results: Vec<Entrant>,
 }
 
 fn run(lab: &Lab) -> Findings {
@@ -136,7 +136,7 @@ fn result(
     way: Way,
     seed: u64,
     [rays, runs]: [u64; 2],
-) -> Outcome {
+) -> Entrant {
     let experiment = experiment(spec, way.method.clone());
     let (walks, rays_per_walk) = length(lab, &experiment, exact, rays);
     let (errors, mean) = errors(lab, &experiment, exact, seed, runs as usize, walks);
@@ -151,7 +151,7 @@ fn result(
     let theory = way
         .known
         .map(|walks| rays_per_walk * mean_by_area(exact, predicted(exact, experiment.scene(), &walks)));
-    Outcome {
+    Entrant {
         biased: experiment.is_biased(),
         name: way.name,
         error,
@@ -160,7 +160,7 @@ fn result(
     }
 }
 
-/// Walks of a run of so many rays, and rays of a walk: analog ones by theory, others by a sample.
+/// Walks of a run of `rays` rays, and rays of a walk: analog ones by theory, others by a sample.
 fn length(lab: &Lab, experiment: &Experiment, exact: &Exact, rays: u64) -> (u64, f64) {
     if experiment.batch_paths().is_some() {
         return (1, rays as f64);
@@ -207,7 +207,7 @@ fn errors(
 /// Efficiencies, held to theory where there is one.
 fn rows_of(contest: &Contest) -> Vec<Claim> {
     let first = &contest.results[0];
-    let row = |result: &Outcome| {
+    let row = |result: &Entrant| {
         let efficiency = quotient(first.error, result.error);
         let claim = match (first.theory, result.theory) {
             (Some(reference), Some(theory)) => Bound::Is(reference / theory),
@@ -273,7 +273,7 @@ fn table(contests: &[Contest]) -> String {
 
 /// Where each wins.
 fn winners(contests: &[Contest], rays: u64) -> String {
-    let best = |contest: &Contest, among: &dyn Fn(&&Outcome) -> bool| {
+    let best = |contest: &Contest, among: &dyn Fn(&&Entrant) -> bool| {
         let best =
             contest.results.iter().filter(among).min_by(|a, b| a.error.value.total_cmp(&b.error.value));
         best.map_or("nothing".into(), |best| {

@@ -15,7 +15,7 @@ use crate::series::point;
 use crate::walking::Reader;
 
 /// S97 table 4.
-pub const CHAPTER: Chapter = Chapter {
+pub(crate) const CHAPTER: Chapter = Chapter {
     name: "s97-bounds",
     title: "S97 table 4 and §§2.2, 3.3: bounds on errors, and how loose they are",
     run,

@@ -15,7 +15,7 @@ use crate::papers::walkers::{DIRECTIONS, method, predicted, refined};
 use crate::series::point;
 
 /// S97 tables 1 and 2.
-pub const CHAPTER: Chapter =
+pub(crate) const CHAPTER: Chapter =
     Chapter { name: "s97-complexity", title: "S97 tables 1 and 2: growth of counted work", run };
 
 /// The variance that every patch is to have [W²/m⁴]; only its constancy matters.

@@ -1,7 +1,7 @@
 //! S97 figs 2 and 3, SInf fig 1: the variance of every patch of the 54-patch cube under eight estimators.
 
 use exact::{ESTIMATORS, Exact};
-use radiosity::{Direction, EstimatorKind, InfiniteEnd};
+use radiosity::{Course, Direction, EstimatorKind, Event, InfiniteEnd};
 use report::{Axis, Chart, Series, Style};
 use stats::Measured;
 
@@ -15,7 +15,7 @@ use crate::series::point;
 use crate::walking::Reader;
 
 /// S97 figs 2, 3 and SInf fig 1.
-pub const CHAPTER: Chapter = Chapter {
+pub(crate) const CHAPTER: Chapter = Chapter {
     name: "s97-figures",
     title: "S97 figs 2 and 3, SInf fig 1: variances in the 54-patch cube",
     run,
@@ -147,11 +147,11 @@ fn rows_of(comparison: &Comparison) -> [Claim; 2] {
 /// Where the paper has it.
 fn panel_name(direction: &Direction, estimator: EstimatorKind) -> String {
     let shooting = *direction == Direction::Shooting;
-    let letter = match estimator {
-        EstimatorKind::Infinite => return format!("SInf fig 1 {}", if shooting { "a" } else { "b" }),
-        EstimatorKind::Absorption => "a",
-        EstimatorKind::Survival => "b",
-        EstimatorKind::Collision | EstimatorKind::Direct => "c",
+    let letter = match (estimator.course(), estimator.event()) {
+        (Course::Weighted, _) => return format!("SInf fig 1 {}", if shooting { "a" } else { "b" }),
+        (_, Event::Absorption) => "a",
+        (_, Event::Survival) => "b",
+        (_, Event::Arrival) => "c",
     };
     format!("S97 fig {} {letter}", if shooting { 2 } else { 3 })
 }

@@ -15,7 +15,7 @@ use crate::series::point;
 use crate::walking::Reader;
 
 /// Sh91 §4.
-pub const CHAPTER: Chapter =
+pub(crate) const CHAPTER: Chapter =
     Chapter { name: "sh91", title: "Sh91 §4: variance in the closed cube, and the image grid", run };
 
 /// What `experiment`s of a cube came to.

@@ -9,26 +9,26 @@ use radiosity::{
 use crate::walking;
 
 /// Discrete walks of one direction and estimator; infinite ones end by roulette at 0.001.
-pub fn method(direction: Direction, estimator: impl Into<Estimator>) -> Walks {
+pub(crate) fn method(direction: Direction, estimator: impl Into<Estimator>) -> Walks {
     Walks { direction, ..Walks::shooting(estimator.into()) }
 }
 
 /// A method in a scene that was made for it.
-pub fn experiment(spec: &SceneSpec, method: impl Into<Method>) -> Experiment {
+pub(crate) fn experiment(spec: &SceneSpec, method: impl Into<Method>) -> Experiment {
     walking::experiment(spec, method).expect("the method was chosen for the scene")
 }
 
 /// Both directions of walks, births by area.
-pub const DIRECTIONS: [Direction; 2] = [Direction::Shooting, Direction::Gathering(Birth::Area)];
+pub(crate) const DIRECTIONS: [Direction; 2] = [Direction::Shooting, Direction::Gathering(Birth::Area)];
 
 /// What an estimator is called in a direction.
-pub fn name(direction: &Direction, estimator: EstimatorKind) -> String {
+pub(crate) fn name(direction: &Direction, estimator: EstimatorKind) -> String {
     let direction = if *direction == Direction::Shooting { "shooting" } else { "gathering" };
     format!("{direction}, {}", estimator.word())
 }
 
 /// The closed-form variance of B for one discrete walk [W²/m⁴] of every patch.
-pub fn predicted(exact: &Exact, scene: &Scene, method: &Walks) -> Vec<f64> {
+pub(crate) fn predicted(exact: &Exact, scene: &Scene, method: &Walks) -> Vec<f64> {
     let estimator = method.score.estimator().kind();
     match &method.direction {
         Direction::Shooting => exact.shooting_variances(estimator),
@@ -40,7 +40,7 @@ pub fn predicted(exact: &Exact, scene: &Scene, method: &Walks) -> Vec<f64> {
 }
 
 /// Every cell cut in k × k, each emitting as the cell did.
-pub fn refined(spec: &SceneSpec, k: u32) -> SceneSpec {
+pub(crate) fn refined(spec: &SceneSpec, k: u32) -> SceneSpec {
     let mut fine = spec.clone();
     for surface in &mut fine.surfaces {
         let Shape::Parallelogram { cells: [nu, nv], .. } = &mut surface.shape else {
@@ -60,7 +60,7 @@ pub fn refined(spec: &SceneSpec, k: u32) -> SceneSpec {
 }
 
 /// The means by area of what holds of the k × k cells of every patch of a scene that was refined.
-pub fn coarsened(values: &[f64], spec: &SceneSpec, k: u32) -> Vec<f64> {
+pub(crate) fn coarsened(values: &[f64], spec: &SceneSpec, k: u32) -> Vec<f64> {
     let mut means = Vec::new();
     let mut first = 0;
     for surface in &spec.surfaces {
@@ -77,7 +77,7 @@ pub fn coarsened(values: &[f64], spec: &SceneSpec, k: u32) -> Vec<f64> {
 }
 
 /// The mean over patches, by area.
-pub fn mean_by_area(exact: &Exact, values: impl IntoIterator<Item = f64>) -> f64 {
+pub(crate) fn mean_by_area(exact: &Exact, values: impl IntoIterator<Item = f64>) -> f64 {
     let total: f64 = exact.areas().iter().sum();
     values.into_iter().zip(exact.areas()).map(|(value, area)| value * area).sum::<f64>() / total
 }

@@ -10,11 +10,11 @@ use crate::atlas::entry::{Entry, Finding};
 use crate::claim::Claim;
 use crate::lab::Lab;
 use crate::numbers::{measured, number};
-use crate::series::{seen, theory};
+use crate::series::{Curve, seen};
 use crate::told::run;
 use crate::walking::{Failure, coverage, experiment, squared_error};
 
-pub const ENTRY: Entry = Entry {
+pub(crate) const ENTRY: Entry = Entry {
     name: "area-ratios",
     title: "Area ratios down to 10⁻⁸: walks that are shot miss the small patch",
     study,
@@ -30,53 +30,82 @@ fn scene(part: f64) -> SceneSpec {
     spec
 }
 
-fn study(lab: &Lab) -> Result<Finding, Failure> {
-    let sweep = lab.pick(vec![1e-2, 1e-4, 1e-8], vec![1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8]);
-    let (runs, walks) = lab.pick((200, 20_000), (400, 50_000));
-    let (mut line, mut shot, mut gathered, mut covers) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
-    let mut claims = Vec::new();
-    for &part in &sweep {
-        let spec = scene(part);
+/// The sweep over sizes of the small patch.
+struct Sweep {
+    walks: u64,
+    parts: Vec<f64>,
+    shot: Curve,
+    gathered: Vec<(f64, Measured)>,
+    /// Coverage of the intervals of shooting.
+    covers: Vec<(f64, Measured)>,
+    claims: Vec<Claim>,
+}
+
+impl Sweep {
+    fn drive(lab: &Lab) -> Result<Self, Failure> {
+        let parts = lab.pick(vec![1e-2, 1e-4, 1e-8], vec![1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8]);
+        let (runs, walks) = lab.pick((200, 20_000), (400, 50_000));
+        let (shot, gathered, covers, claims) = Default::default();
+        let mut sweep = Sweep { walks, parts, shot, gathered, covers, claims };
+        for part in sweep.parts.clone() {
+            sweep.at(lab, part, runs)?;
+        }
+        Ok(sweep)
+    }
+
+    fn at(&mut self, lab: &Lab, part: f64, runs: u64) -> Result<(), Failure> {
+        let (walks, spec) = (self.walks, scene(part));
         let exact = Exact::of_scene(&spec)?;
         let truth = &exact.solution().radiosity;
         let variance = exact.shooting_variances(EstimatorKind::Collision)[TILE] / walks as f64;
         let predicted = variance.sqrt() / truth[TILE];
         let shoots = experiment(&spec, Method::shooting(EstimatorKind::Collision))?;
-        let gathers = experiment(
-            &spec,
-            Method::gathering(Birth::Patches(vec![TILE as u32]), EstimatorKind::Collision),
-        )?;
+        let born = Birth::Patches(vec![TILE as u32]);
+        let gathers = experiment(&spec, Method::gathering(born, EstimatorKind::Collision))?;
         let of = |experiment| squared_error(lab, runs, experiment, walks, &[TILE], truth);
         let squared = of(&shoots);
-        line.push((part, predicted));
-        shot.push((part, root(squared)));
-        gathered.push((part, root(of(&gathers))));
+        self.shot.push(part, predicted, root(squared));
+        self.gathered.push((part, root(of(&gathers))));
         let rate = coverage(lab, runs, &shoots, walks, &[TILE], truth);
-        claims.push(Claim::at_least(
-            format!("{part:e} of the area: coverage of shooting's intervals"),
-            rate,
-            0.95,
-        ));
-        covers.push(rate);
+        let what = format!("{part:e} of the area: coverage of shooting's intervals");
+        self.claims.push(Claim::at_least(what, rate, 0.95));
+        self.covers.push((part, rate));
         if predicted < 1.0 {
             let over = ratio(squared, predicted * predicted);
-            claims.push(Claim::equal(format!("{part:e} of the area: squared error over theory"), over, 1.0));
+            let what = format!("{part:e} of the area: squared error over theory");
+            self.claims.push(Claim::equal(what, over, 1.0));
+        }
+        Ok(())
+    }
+
+    fn chart(self) -> Chart {
+        let [line, shot] = self.shot.series("shooting, S97 table 3", "shooting, seen");
+        Chart {
+            title: format!("Error of a small patch after {} walks", self.walks),
+            x: Axis::log("area of the patch over that of the scene"),
+            y: Axis::log("rms relative error of B"),
+            series: vec![
+                line,
+                shot,
+                seen("gathering from the patch", self.gathered),
+                seen("coverage of shooting's 95 % intervals", self.covers),
+            ],
         }
     }
-    let told =
-        run(&experiment(&scene(1e-8), Method::shooting(EstimatorKind::Collision))?, 1, walks, None).told();
+}
+
+fn study(lab: &Lab) -> Result<Finding, Failure> {
+    let sweep = Sweep::drive(lab)?;
+    let (walks, mut claims) = (sweep.walks, sweep.claims.clone());
+    let smallest_of_all = experiment(&scene(1e-8), Method::shooting(EstimatorKind::Collision))?;
+    let told = run(&smallest_of_all, 1, walks, None).told();
     claims.push(Claim::told(&told, "`unhit`"));
     claims.push(Claim::told(&told, "about as rarely hit"));
-    let [largest, smallest] = [gathered[0].1, gathered[gathered.len() - 1].1];
-    claims.push(
-        Claim::below(
-            "relative error of gathering at the smallest, twice that at the largest",
-            smallest,
-            2.0 * largest.value,
-        )
-        .instead(),
-    );
-    let smallest_shot = shot[shot.len() - 1].1;
+    let last = sweep.parts.len() - 1;
+    let [largest, smallest] = [0, last].map(|point| sweep.gathered[point].1);
+    let what = "relative error of gathering at the smallest, twice that at the largest";
+    claims.push(Claim::below(what, smallest, 2.0 * largest.value).instead());
+    let smallest_shot = sweep.shot.last();
     Ok(Finding {
         predicted: "Sh91's linear time assumes area ratios that are bounded; S97's bound N ≥ V⁻¹A_min⁻¹… has the \
                     smallest area in it. Shooting hits a patch φ_i/Φ_T times a walk, in proportion to A_i, so that \
@@ -86,7 +115,7 @@ fn study(lab: &Lab) -> Result<Finding, Failure> {
             "With {walks} walks into a cube whose floor has one small patch, its relative error is {} at 10⁻⁸ of the \
              area; its interval still covers in {} of runs, being an upper bound where nothing hit.",
             measured(smallest_shot),
-            measured(covers[covers.len() - 1])
+            measured(sweep.covers[last].1)
         ),
         told,
         instead: format!(
@@ -97,20 +126,6 @@ fn study(lab: &Lab) -> Result<Finding, Failure> {
             number(smallest_shot.value / smallest.value)
         ),
         claims,
-        chart: Chart {
-            title: format!("Error of a small patch after {walks} walks"),
-            x: Axis::log("area of the patch over that of the scene"),
-            y: Axis::log("rms relative error of B"),
-            series: vec![
-                theory("shooting, S97 table 3", line),
-                seen("shooting, seen", shot),
-                seen("gathering from the patch", gathered),
-                seen("coverage of shooting's 95 % intervals", covers.iter().zip(&sweep).map(coverage_at)),
-            ],
-        },
+        chart: sweep.chart(),
     })
-}
-
-fn coverage_at((rate, part): (&Measured, &f64)) -> (f64, Measured) {
-    (*part, *rate)
 }

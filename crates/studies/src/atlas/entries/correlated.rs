@@ -13,7 +13,7 @@ use crate::numbers::{measured, number};
 use crate::series::{seen, theory};
 use crate::walking::Failure;
 
-pub const ENTRY: Entry =
+pub(crate) const ENTRY: Entry =
     Entry { name: "correlated-sequences", title: "Sequences of walks that are not independent", study };
 
 /// Sequences side by side.
@@ -32,35 +32,51 @@ fn excess(steps: usize, mut draw: impl FnMut(usize) -> f64) -> Measured {
     Measured::of(&squares)
 }
 
+/// What is seen of PCG64 whose sequences are 2^`power` draws apart.
+fn placed(power: u32, steps: usize) -> Measured {
+    let mut states: Vec<Pcg64> = Vec::new();
+    let mut state = Pcg64::seed_from_u64(7);
+    for _ in 0..SEQUENCES {
+        states.push(state.clone());
+        state.advance(1 << power);
+    }
+    excess(steps, |i| (states[i].next_u64() >> 11) as f64 / (1_u64 << 53) as f64)
+}
+
+/// What is seen of radwalk's walks.
+fn placed_by_golden_ratio(steps: usize) -> Measured {
+    let sequence = Sequence::new(7);
+    let mut walks: Vec<_> = sequence.walks_from(0).take(SEQUENCES as usize).collect();
+    excess(steps, |i| walks[i].pair()[0])
+}
+
+fn chart(marks: Vec<(f64, Measured)>, ours: Measured) -> Chart {
+    let first = marks[0].0;
+    Chart {
+        title: format!("Means over {SEQUENCES} sequences that are placed 2^k draws apart"),
+        x: Axis::linear("k"),
+        y: Axis::log("variance over that of independent numbers"),
+        series: vec![
+            theory("independent", marks.iter().map(|&(power, _)| (power, 1.0))),
+            seen("PCG64 (XSL-RR)", marks),
+            seen("PCG64-DXSM, walks placed by the golden ratio", [(first, ours)]),
+        ],
+    }
+}
+
 fn study(lab: &Lab) -> Result<Finding, Failure> {
     let steps = lab.pick(2000, 20_000);
     let distances = lab.pick(vec![64, 100], vec![40, 52, 64, 76, 88, 100, 112, 120]);
-    let placed = |power: u32| {
-        let mut states: Vec<Pcg64> = Vec::new();
-        let mut state = Pcg64::seed_from_u64(7);
-        for _ in 0..SEQUENCES {
-            states.push(state.clone());
-            state.advance(1 << power);
-        }
-        excess(steps, |i| (states[i].next_u64() >> 11) as f64 / (1_u64 << 53) as f64)
-    };
     let marks: Vec<(f64, Measured)> =
-        distances.iter().map(|&power| (f64::from(power), placed(power))).collect();
-    let sequence = Sequence::new(7);
-    let mut walks: Vec<_> = sequence.walks_from(0).take(SEQUENCES as usize).collect();
-    let ours = excess(steps, |i| walks[i].pair()[0]);
-    let worst = marks.iter().max_by(|a, b| a.1.value.total_cmp(&b.1.value)).expect("a sweep has points");
+        distances.iter().map(|&power| (f64::from(power), placed(power, steps))).collect();
+    let ours = placed_by_golden_ratio(steps);
+    let &worst = marks.iter().max_by(|a, b| a.1.value.total_cmp(&b.1.value)).expect("a sweep has points");
+    let third = worst.1.value / 3.0;
+    let narrow = marks.iter().any(|(power, found)| *power == 100.0 && found.value > 4.0);
     let claims = vec![
         Claim::equal("radwalk's walks: variance over that of independent numbers", ours, 1.0).instead(),
-        Claim::below(
-            "independent ones have less than a third of the worst of the sweep",
-            ours,
-            worst.1.value / 3.0,
-        ),
-        Claim::sure(
-            "2^100 draws apart intervals are more than twice too narrow",
-            marks.iter().any(|(power, found)| *power == 100.0 && found.value > 4.0),
-        ),
+        Claim::below("independent ones have less than a third of the worst of the sweep", ours, third),
+        Claim::sure("2^100 draws apart intervals are more than twice too narrow", narrow),
     ];
     Ok(Finding {
         predicted: "The mean of m independent uniform numbers has the variance 1/(12m). Sequences of one linear \
@@ -85,15 +101,6 @@ fn study(lab: &Lab) -> Result<Finding, Failure> {
             measured(ours)
         ),
         claims,
-        chart: Chart {
-            title: format!("Means over {SEQUENCES} sequences that are placed 2^k draws apart"),
-            x: Axis::linear("k"),
-            y: Axis::log("variance over that of independent numbers"),
-            series: vec![
-                theory("independent", distances.iter().map(|&k| (f64::from(k), 1.0))),
-                seen("PCG64 (XSL-RR)", marks),
-                seen("PCG64-DXSM, walks placed by the golden ratio", [(f64::from(distances[0]), ours)]),
-            ],
-        },
+        chart: chart(marks, ours),
     })
 }

@@ -10,11 +10,11 @@ use crate::atlas::entry::{Entry, Finding};
 use crate::claim::Claim;
 use crate::lab::Lab;
 use crate::numbers::{measured, number};
-use crate::series::{seen, theory};
+use crate::series::{Curve, seen, theory};
 use crate::told::run;
 use crate::walking::{Failure, estimate, experiment, receivers, solve};
 
-pub const ENTRY: Entry = Entry {
+pub(crate) const ENTRY: Entry = Entry {
     name: "cut-off",
     title: "Infinite walks that are cut off lose light, whatever their intervals say",
     study,
@@ -30,7 +30,7 @@ fn method(infinite: InfiniteEnd) -> Method {
     Method::shooting(Estimator::Infinite(infinite))
 }
 
-/// The part of the reflected radiosity of all receivers that comes after so many hits: Neumann's series, cut.
+/// The part of the reflected radiosity of all receivers that comes after `hits` hits: Neumann's series, cut.
 fn lost(exact: &Exact, patches: &[usize], hits: u32) -> f64 {
     let exchange = exact.exchange();
     let mut radiosity = exact.emittance().to_vec();
@@ -68,42 +68,73 @@ fn missing(
     Ok((Measured::of(&found.iter().map(|&(part, _)| part).collect::<Vec<_>>()), bound))
 }
 
+/// The sweep over the hits before a walk is cut.
+struct Sweep {
+    /// Hits, runs, and walks of each.
+    lengths: Vec<u32>,
+    runs: u64,
+    walks: u64,
+    /// Parts of the light that are lost where a walk is cut after some hits, and below the weight that it has then.
+    cut: Curve,
+    short: Vec<(f64, Measured)>,
+    /// What is said to be lost at most.
+    bounds: Vec<(f64, f64)>,
+    claims: Vec<Claim>,
+}
+
+impl Sweep {
+    fn drive(lab: &Lab, exact: &Exact, patches: &[usize]) -> Result<Self, Failure> {
+        let lengths = lab.pick(vec![2, 8], vec![1, 2, 4, 8, 12, 16, 24, 32]);
+        let (runs, walks) = lab.pick((20, 10_000), (100, 30_000));
+        let (cut, short, bounds, claims) = Default::default();
+        let mut sweep = Sweep { lengths, runs, walks, cut, short, bounds, claims };
+        for length in sweep.lengths.clone() {
+            let (at, predicted) = (f64::from(length), lost(exact, patches, length));
+            let (part, bound) = missing(lab, runs, walks, InfiniteEnd::Length { length }, exact)?;
+            sweep.claims.push(Claim::equal(format!("light lost after {length} hits"), part, predicted));
+            let what = format!("the bound after {length} hits, {}, is above it", number(bound));
+            sweep.claims.push(Claim::sure(what, bound >= predicted));
+            // Every wall reflects alike: the weight falls below this threshold with that hit.
+            let threshold = REFLECTANCE.powi(length as i32) * 1.001;
+            let (by_weight, _) = missing(lab, runs, walks, InfiniteEnd::Cutoff { threshold }, exact)?;
+            let what = format!("light lost below a weight of {}", number(threshold));
+            sweep.claims.push(Claim::equal(what, by_weight, predicted));
+            sweep.cut.push(at, predicted, part);
+            sweep.short.push((at, by_weight));
+            sweep.bounds.push((at, bound));
+        }
+        Ok(sweep)
+    }
+
+    fn chart(self) -> Chart {
+        let [line, cut] = self.cut.series("rest of Neumann's series", "end = \"length\", seen");
+        Chart {
+            title: format!("Light that walks lose when they are cut off, R = {REFLECTANCE}"),
+            x: Axis::linear("hits before the cut"),
+            y: Axis::log("part of the reflected light that is lost"),
+            series: vec![
+                line,
+                theory("bias_bound, as reported", self.bounds),
+                cut,
+                seen("end = \"cutoff\", seen", self.short),
+            ],
+        }
+    }
+}
+
 fn study(lab: &Lab) -> Result<Finding, Failure> {
     let exact = Exact::of_scene(&scene())?;
     let patches = receivers(&experiment(&scene(), Method::shooting(EstimatorKind::Collision))?);
-    let lengths = lab.pick(vec![2, 8], vec![1, 2, 4, 8, 12, 16, 24, 32]);
-    let (runs, walks) = lab.pick((20, 10_000), (100, 30_000));
-    let (mut line, mut cut, mut short, mut bounds) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
-    let mut claims = Vec::new();
-    for &length in &lengths {
-        let predicted = lost(&exact, &patches, length);
-        let (part, bound) = missing(lab, runs, walks, InfiniteEnd::Length { length }, &exact)?;
-        claims.push(Claim::equal(format!("light lost after {length} hits"), part, predicted));
-        claims.push(Claim::sure(
-            format!("the bound after {length} hits, {}, is above it", number(bound)),
-            bound >= predicted,
-        ));
-        // Every wall reflects alike: the weight falls below this threshold with that hit.
-        let threshold = REFLECTANCE.powi(length as i32) * 1.001;
-        let (by_weight, _) = missing(lab, runs, walks, InfiniteEnd::Cutoff { threshold }, &exact)?;
-        claims.push(Claim::equal(
-            format!("light lost below a weight of {}", number(threshold)),
-            by_weight,
-            predicted,
-        ));
-        line.push((f64::from(length), predicted));
-        cut.push((f64::from(length), part));
-        short.push((f64::from(length), by_weight));
-        bounds.push((f64::from(length), bound));
-    }
+    let sweep = Sweep::drive(lab, &exact, &patches)?;
+    let mut claims = sweep.claims.clone();
     let biased = experiment(&scene(), method(InfiniteEnd::Length { length: 2 }))?;
-    let biased_run = run(&biased, 1, walks, None);
+    let biased_run = run(&biased, 1, sweep.walks, None);
     let flags = biased_run.flags(&biased, 20);
     let mut told = biased_run.told();
     told.push(format!("flags of patch 20 in patches.csv: `{flags}`"));
     claims.push(Claim::told(&told, "walks were cut off"));
     claims.push(Claim::sure("the patch is flagged `bias`", flags.split('|').any(|flag| flag == "bias")));
-    let (roulette, _) = missing(lab, runs, walks, InfiniteEnd::default(), &exact)?;
+    let (roulette, _) = missing(lab, sweep.runs, sweep.walks, InfiniteEnd::default(), &exact)?;
     claims.push(Claim::equal("light lost under roulette", roulette, 0.0).instead());
     Ok(Finding {
         predicted: format!(
@@ -115,9 +146,9 @@ fn study(lab: &Lab) -> Result<Finding, Failure> {
         seen: format!(
             "After {} hits the runs miss {} of it; a weight threshold that is crossed there, {}. No interval knows: \
              their standard errors fall with the walks, the bias stays. `bias_bound` is above it everywhere.",
-            lengths[0],
-            measured(cut[0].1),
-            measured(short[0].1)
+            sweep.lengths[0],
+            measured(sweep.cut.seen_at(0)),
+            measured(sweep.short[0].1)
         ),
         told,
         instead: format!(
@@ -125,16 +156,6 @@ fn study(lab: &Lab) -> Result<Finding, Failure> {
             measured(roulette)
         ),
         claims,
-        chart: Chart {
-            title: format!("Light that walks lose when they are cut off, R = {REFLECTANCE}"),
-            x: Axis::linear("hits before the cut"),
-            y: Axis::log("part of the reflected light that is lost"),
-            series: vec![
-                theory("rest of Neumann's series", line),
-                theory("bias_bound, as reported", bounds),
-                seen("end = \"length\", seen", cut),
-                seen("end = \"cutoff\", seen", short),
-            ],
-        },
+        chart: sweep.chart(),
     })
 }

@@ -32,7 +32,7 @@ fn with_sheet(part: f64) -> SceneSpec {
     spec
 }
 
-pub const FAR_ORIGIN: Entry = Entry {
+pub(crate) const FAR_ORIGIN: Entry = Entry {
     name: "far-from-the-origin",
     title: "Coordinates offset by 10⁶ m and more",
     study: |lab| {
@@ -57,7 +57,7 @@ pub const FAR_ORIGIN: Entry = Entry {
     },
 };
 
-pub const SCALES: Entry = Entry {
+pub(crate) const SCALES: Entry = Entry {
     name: "scales",
     title: "Scales of 10⁻⁶ m, 10⁶ m, and far beyond",
     study: |lab| {
@@ -77,7 +77,7 @@ pub const SCALES: Entry = Entry {
     },
 };
 
-pub const SLIVERS: Entry = Entry {
+pub(crate) const SLIVERS: Entry = Entry {
     name: "slivers",
     title: "Slivers: boxes and triangles of aspect 10²…10¹³",
     study: |lab| {
@@ -99,7 +99,7 @@ pub const SLIVERS: Entry = Entry {
     },
 };
 
-pub const WEDGES: Entry = Entry {
+pub(crate) const WEDGES: Entry = Entry {
     name: "wedges",
     title: "Acute wedges: two walls that meet at 10⁻¹…10⁻¹³ rad",
     study: |lab| {
@@ -137,7 +137,7 @@ struct Sweep {
 }
 
 /// What came of one shape.
-enum Outcome {
+enum Answer {
     /// The scene was refused.
     Refused(String),
     /// The mean B of the patch that is furthest off in standard errors (of none where nothing arrives), of how many, and
@@ -145,55 +145,67 @@ enum Outcome {
     Walked { radiosity: Option<Measured>, among: usize, escaped: f64, told: Vec<String> },
 }
 
-impl Sweep {
-    fn study(self, lab: &Lab) -> Result<Finding, Failure> {
-        let (runs, walks) = lab.pick((20, 10_000), (100, 100_000));
-        let outcomes: Vec<(f64, Outcome)> =
-            self.sweep.iter().map(|&at| (at, outcome(lab, &(self.scene)(at), runs, walks))).collect();
-        let (mut claims, mut told, mut radiosities, mut losses) =
-            (Vec::new(), Vec::new(), Vec::new(), Vec::new());
-        let mut safe = Vec::new();
-        for (at, outcome) in &outcomes {
-            match outcome {
-                Outcome::Refused(why) => {
-                    claims.push(Claim::sure(format!("{at:e} is refused"), !(self.safe)(*at)));
-                    told.push(format!("at {at:e}: {why}"));
-                }
-                Outcome::Walked { radiosity, among, escaped, told: words } => {
-                    losses.push((*at, *escaped));
-                    radiosities.extend(radiosity.map(|radiosity| (*at, radiosity)));
-                    let unknown = Measured { value: f64::NAN, standard_error: f64::NAN };
-                    let what = format!("{at:e}: B of the patch that is furthest off");
-                    let right = Claim::furthest(&what, radiosity.unwrap_or(unknown), 1.0, *among, runs);
-                    if (self.safe)(*at) {
-                        claims.push(Claim::sure(format!("{at:e}: no walk escapes"), *escaped == 0.0));
-                        claims.push(right);
-                        safe.push(*at);
-                    } else {
-                        let said = words.iter().any(|line| line.contains("left the scene"));
-                        let what = format!("{at:e}: B is right, or the program says that it may not be");
-                        claims.push(Claim::sure(what, said || Judge::EACH.passes(&right)));
-                        told.extend(
-                            words.iter().filter(|_| *escaped > 0.0).map(|line| format!("at {at:e}: {line}")),
-                        );
-                    }
+/// What came of all shapes.
+#[derive(Default)]
+struct Answers {
+    claims: Vec<Claim>,
+    told: Vec<String>,
+    radiosities: Vec<(f64, Measured)>,
+    losses: Vec<(f64, f64)>,
+    /// Points of the sweep where nothing may go wrong, with the B that is seen there.
+    safe: Vec<(f64, Option<Measured>)>,
+    refused: usize,
+}
+
+impl Answers {
+    fn add(&mut self, at: f64, is_safe: bool, answer: Answer, runs: u64) {
+        match answer {
+            Answer::Refused(why) => {
+                self.claims.push(Claim::sure(format!("{at:e} is refused"), !is_safe));
+                self.told.push(format!("at {at:e}: {why}"));
+                self.refused += 1;
+            }
+            Answer::Walked { radiosity, among, escaped, told } => {
+                self.losses.push((at, escaped));
+                self.radiosities.extend(radiosity.map(|radiosity| (at, radiosity)));
+                let unknown = Measured { value: f64::NAN, standard_error: f64::NAN };
+                let what = format!("{at:e}: B of the patch that is furthest off");
+                let right = Claim::furthest(&what, radiosity.unwrap_or(unknown), 1.0, among, runs);
+                if is_safe {
+                    self.claims.push(Claim::sure(format!("{at:e}: no walk escapes"), escaped == 0.0));
+                    self.claims.push(right);
+                    self.safe.push((at, radiosity));
+                } else {
+                    let said = told.iter().any(|line| line.contains("left the scene"));
+                    let what = format!("{at:e}: B is right, or the program says that it may not be");
+                    self.claims.push(Claim::sure(what, said || Judge::EACH.passes(&right)));
+                    let told = told.iter().filter(|_| escaped > 0.0);
+                    self.told.extend(told.map(|line| format!("at {at:e}: {line}")));
                 }
             }
         }
-        let remedy = match outcome(lab, &(self.remedy)(), runs, walks) {
-            Outcome::Refused(why) => return Err(why.into()),
-            Outcome::Walked { radiosity, among, escaped, .. } => {
-                claims.push(Claim::sure("no walk escapes", escaped == 0.0).instead());
-                let radiosity = radiosity.ok_or("nothing arrives anywhere")?;
-                let what = "B of the patch that is furthest off";
-                claims.push(Claim::furthest(what, radiosity, 1.0, among, runs).instead());
-                radiosity
-            }
-        };
-        let worst = radiosities.iter().filter(|(at, _)| safe.contains(at));
-        let worst = worst.map(|(_, b)| *b).max_by(|a, b| a.z(1.0).abs().total_cmp(&b.z(1.0).abs()));
-        let worst = worst.ok_or("no point of the sweep is safe")?;
-        let refused = outcomes.iter().filter(|(_, o)| matches!(o, Outcome::Refused(_))).count();
+    }
+
+    /// B that is furthest off where nothing may go wrong.
+    fn worst(&self) -> Option<Measured> {
+        let known = self.safe.iter().filter_map(|(_, radiosity)| *radiosity);
+        known.max_by(|a, b| a.z(1.0).abs().total_cmp(&b.z(1.0).abs()))
+    }
+}
+
+impl Sweep {
+    fn study(self, lab: &Lab) -> Result<Finding, Failure> {
+        let (runs, walks) = lab.pick((20, 10_000), (100, 100_000));
+        let mut answers = Answers::default();
+        for &at in &self.sweep {
+            answers.add(at, (self.safe)(at), answer(lab, &(self.scene)(at), runs, walks), runs);
+        }
+        let (remedied, remedy) = self.remedied(lab, runs, walks)?;
+        let worst = answers.worst().ok_or("no point of the sweep is safe")?;
+        let (first, last) = (answers.safe[0].0, answers.safe[answers.safe.len() - 1].0);
+        let refused = answers.refused;
+        let Answers { mut claims, mut told, radiosities, losses, .. } = answers;
+        claims.extend(remedied);
         if told.is_empty() {
             told.push("nothing: every check passes, and the answer is right".into());
         }
@@ -202,8 +214,8 @@ impl Sweep {
             seen: format!(
                 "From {} to {} B = {} on the patch that is furthest off, and none of {} walks escapes. Of the rest \
                  of the sweep {refused} scenes are refused.",
-                number(safe[0]),
-                number(safe[safe.len() - 1]),
+                number(first),
+                number(last),
                 measured(worst),
                 runs * walks
             ),
@@ -214,24 +226,42 @@ impl Sweep {
                 measured(remedy)
             ),
             claims,
-            chart: Chart {
-                title: self.title.into(),
-                x: Axis::log(self.axis),
-                y: Axis::linear("B [W/m²]; part of the walks that escape"),
-                series: vec![
-                    theory("E/(1 − R)", self.sweep.iter().map(|&at| (at, 1.0))),
-                    seen("B, seen", radiosities),
-                    theory("part of the walks that escape", losses),
-                ],
-            },
+            chart: self.chart(radiosities, losses),
         })
+    }
+
+    /// What holds of the furnace that the remedy gives, and its B.
+    fn remedied(&self, lab: &Lab, runs: u64, walks: u64) -> Result<([Claim; 2], Measured), Failure> {
+        match answer(lab, &(self.remedy)(), runs, walks) {
+            Answer::Refused(why) => Err(why.into()),
+            Answer::Walked { radiosity, among, escaped, .. } => {
+                let closed = Claim::sure("no walk escapes", escaped == 0.0).instead();
+                let radiosity = radiosity.ok_or("nothing arrives anywhere")?;
+                let what = "B of the patch that is furthest off";
+                let right = Claim::furthest(what, radiosity, 1.0, among, runs).instead();
+                Ok(([closed, right], radiosity))
+            }
+        }
+    }
+
+    fn chart(&self, radiosities: Vec<(f64, Measured)>, losses: Vec<(f64, f64)>) -> Chart {
+        Chart {
+            title: self.title.into(),
+            x: Axis::log(self.axis),
+            y: Axis::linear("B [W/m²]; part of the walks that escape"),
+            series: vec![
+                theory("E/(1 − R)", self.sweep.iter().map(|&at| (at, 1.0))),
+                seen("B, seen", radiosities),
+                theory("part of the walks that escape", losses),
+            ],
+        }
     }
 }
 
-fn outcome(lab: &Lab, spec: &SceneSpec, runs: u64, walks: u64) -> Outcome {
+fn answer(lab: &Lab, spec: &SceneSpec, runs: u64, walks: u64) -> Answer {
     let experiment = match experiment(spec, Method::shooting(EstimatorKind::Collision)) {
         Ok(experiment) => experiment,
-        Err(why) => return Outcome::Refused(why.to_string()),
+        Err(why) => return Answer::Refused(why.to_string()),
     };
     let patches = experiment.scene().faces().len();
     let found = lab.each_seed(runs, |seed| {
@@ -248,5 +278,5 @@ fn outcome(lab: &Lab, spec: &SceneSpec, runs: u64, walks: u64) -> Outcome {
     let doubt = |b: &Measured| b.z(1.0).abs();
     let radiosity = (0..patches).filter(often).map(of_patch).max_by(|a, b| doubt(a).total_cmp(&doubt(b)));
     let escaped = found.iter().map(|&(_, escaped)| escaped).sum::<f64>() / runs as f64;
-    Outcome::Walked { radiosity, among: patches, escaped, told: run(&experiment, 1, walks, None).told() }
+    Answer::Walked { radiosity, among: patches, escaped, told: run(&experiment, 1, walks, None).told() }
 }

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use exact::Exact;
 use radiosity::{EstimatorKind, Method, SceneSpec};
-use report::{Axis, Chart, Series};
+use report::{Axis, Chart};
 use stats::Measured;
 
 use super::absorption;
@@ -13,11 +13,11 @@ use crate::atlas::entry::{Entry, Finding};
 use crate::claim::Claim;
 use crate::lab::Lab;
 use crate::numbers::{measured, number};
-use crate::series::{seen, theory};
+use crate::series::{Curve, seen};
 use crate::told::run;
 use crate::walking::{Failure, experiment, receivers, squared_error};
 
-pub const ONE_ROOM: Entry = Entry {
+pub(crate) const ONE_ROOM: Entry = Entry {
     name: "long-walks",
     title: "R → 1: the scores of a long walk hang together",
     study: |lab| {
@@ -35,7 +35,7 @@ pub const ONE_ROOM: Entry = Entry {
     },
 };
 
-pub const TWO_ROOMS: Entry = Entry {
+pub(crate) const TWO_ROOMS: Entry = Entry {
     name: "two-rooms",
     title: "R → 1 in two rooms that exchange 1 %",
     study: |lab| {
@@ -59,16 +59,25 @@ struct Room {
     title: &'static str,
 }
 
-impl Room {
-    fn study(self, lab: &Lab) -> Result<Finding, Failure> {
-        let sweep = lab.pick(vec![0.9, 0.999], vec![0.9, 0.99, 0.999, 0.9999]);
+/// The sweep over reflectances, from equal rays.
+struct Sweep {
+    rays: u64,
+    reflectances: Vec<f64>,
+    walked: Curve,
+    chained: Vec<(f64, Measured)>,
+    claims: Vec<Claim>,
+}
+
+impl Sweep {
+    fn drive(lab: &Lab, scene: fn(f64) -> SceneSpec) -> Result<Self, Failure> {
+        let reflectances = lab.pick(vec![0.9, 0.999], vec![0.9, 0.99, 0.999, 0.9999]);
         let (runs, rays) = lab.pick((60, 1_u64 << 14), (200, 1 << 17));
-        let exact = Exact::of_scene(&(self.scene)(0.5))?;
+        let exact = Exact::of_scene(&scene(0.5))?;
         let exchange = Arc::new(exact.exchange().clone());
-        let (mut line, mut walked, mut chained) = (Vec::new(), Vec::new(), Vec::new());
-        let mut claims = Vec::new();
-        for &reflectance in &sweep {
-            let spec = (self.scene)(reflectance);
+        let (walked, chained, claims) = Default::default();
+        let mut sweep = Sweep { rays, reflectances, walked, chained, claims };
+        for reflectance in sweep.reflectances.clone() {
+            let spec = scene(reflectance);
             let all = vec![reflectance; exact.face_count()];
             let exact = Exact::new(exchange.clone(), all, exact.emittance().to_vec())?;
             let truth = &exact.solution().radiosity;
@@ -82,50 +91,53 @@ impl Room {
             let eight = experiment(&spec, Method::chains(rays / 8))?;
             let by_chains = squared_error(lab, runs, &eight, 8, &patches, truth);
             let what = format!("R = {reflectance}: squared error of walks over theory");
-            claims.push(Claim::equal(&what, ratio(by_walks, predicted), 1.0));
-            line.push((1.0 - reflectance, predicted.sqrt()));
-            walked.push((1.0 - reflectance, root(by_walks)));
-            chained.push((1.0 - reflectance, root(by_chains)));
+            sweep.claims.push(Claim::equal(&what, ratio(by_walks, predicted), 1.0));
+            sweep.walked.push(1.0 - reflectance, predicted.sqrt(), root(by_walks));
+            sweep.chained.push((1.0 - reflectance, root(by_chains)));
         }
-        let last = |series: &[(f64, Measured)]| series[series.len() - 1].1;
-        let (walks, chain, brightest) = (last(&walked), last(&chained), sweep[sweep.len() - 1]);
-        claims.push(
-            Claim::below("error of chains at the brightest, half that of walks", chain, 0.5 * walks.value)
-                .instead(),
-        );
-        let told =
-            run(&experiment(&(self.scene)(0.999), Method::shooting(EstimatorKind::Collision))?, 1, 20, None)
-                .told();
+        Ok(sweep)
+    }
+
+    fn chart(self, title: &str) -> Chart {
+        let [line, walked] = self.walked.series("walks, S97 table 3", "walks, seen");
+        Chart {
+            title: format!("{title}: errors of {} rays", self.rays),
+            x: Axis::log("1 − R"),
+            y: Axis::log("rms relative error of B"),
+            series: vec![line, walked, seen("eight chains", self.chained)],
+        }
+    }
+}
+
+impl Room {
+    fn study(self, lab: &Lab) -> Result<Finding, Failure> {
+        let sweep = Sweep::drive(lab, self.scene)?;
+        let (rays, mut claims) = (sweep.rays, sweep.claims.clone());
+        let last = sweep.reflectances.len() - 1;
+        let (first, brightest) = (sweep.reflectances[0], sweep.reflectances[last]);
+        let (walks, chain) = (sweep.walked.last(), sweep.chained[last].1);
+        let what = "error of chains at the brightest, half that of walks";
+        claims.push(Claim::below(what, chain, 0.5 * walks.value).instead());
+        let bright = experiment(&(self.scene)(0.999), Method::shooting(EstimatorKind::Collision))?;
+        let told = run(&bright, 1, 20, None).told();
         claims.push(Claim::told(&told, "a walk may take 1000 rays"));
-        let series: Vec<Series> = vec![
-            theory("walks, S97 table 3", line),
-            seen("walks, seen", walked.clone()),
-            seen("eight chains", chained.clone()),
-        ];
         Ok(Finding {
             predicted: self.theory.into(),
             seen: format!(
-                "{} the rms relative error of {rays} rays is {} by walks at R = {}, {} at R = {brightest}.",
+                "{} the rms relative error of {rays} rays is {} by walks at R = {first}, {} at R = {brightest}.",
                 self.what,
-                measured(walked[0].1),
-                sweep[0],
+                measured(sweep.walked.seen_at(0)),
                 measured(walks)
             ),
             told,
             instead: format!(
-                "walk = \"jacobi\": {} at R = {} and {} at R = {brightest}, from as many rays: {} times less.",
-                measured(chained[0].1),
-                sweep[0],
+                "walk = \"jacobi\": {} at R = {first} and {} at R = {brightest}, from as many rays: {} times less.",
+                measured(sweep.chained[0].1),
                 measured(chain),
                 number(walks.value / chain.value)
             ),
             claims,
-            chart: Chart {
-                title: format!("{}: errors of {rays} rays", self.title),
-                x: Axis::log("1 − R"),
-                y: Axis::log("rms relative error of B"),
-                series,
-            },
+            chart: sweep.chart(self.title),
         })
     }
 }

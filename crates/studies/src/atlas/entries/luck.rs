@@ -9,7 +9,7 @@ use radiosity::{Estimate, EstimatorKind, Experiment, Method, Solution};
 use rand_pcg::Pcg64Dxsm;
 use rand_pcg::rand_core::{Rng, SeedableRng};
 use report::{Axis, Chart};
-use stats::{DoubleSampling, Moments, foresight, mean_interval, normal_cdf};
+use stats::{DoubleSampling, Measured, Moments, foresight, mean_interval, normal_cdf};
 
 use crate::arithmetic::proportion;
 use crate::atlas::entry::{Entry, Finding};
@@ -19,11 +19,13 @@ use crate::numbers::measured;
 use crate::series::{seen, theory};
 use crate::walking::{CONFIDENCE, Failure, covered, estimate, experiment, receivers, solve, walk};
 
-pub const MOMENT: Entry = Entry { name: "lucky-moment", title: "Stopping at a lucky moment", study: moment };
+pub(crate) const MOMENT: Entry =
+    Entry { name: "lucky-moment", title: "Stopping at a lucky moment", study: moment };
 
-pub const SEED: Entry = Entry { name: "best-seed", title: "Choosing the best seed", study: seed };
+pub(crate) const SEED: Entry = Entry { name: "best-seed", title: "Choosing the best seed", study: seed };
 
-pub const TWICE: Entry = Entry { name: "overlapping-runs", title: "Merging runs that overlap", study: twice };
+pub(crate) const TWICE: Entry =
+    Entry { name: "overlapping-runs", title: "Merging runs that overlap", study: twice };
 
 /// A rare score: hits are a Poisson count whose mean grows with the walks, looked at as jobs are looked at.
 struct RareScore {
@@ -52,7 +54,7 @@ impl RareScore {
         -self.uniform().ln()
     }
 
-    /// Half-width over estimate, and whether the interval holds the truth, after so many walks.
+    /// Half-width over estimate, and whether the interval holds the truth, after some walks.
     fn look(&mut self, walks: u64) -> (f64, bool) {
         self.walks = walks;
         while self.next <= RATE * walks as f64 {
@@ -88,7 +90,7 @@ fn stops(seed: u64, target: f64) -> (f64, f64) {
     unreachable!("errors fall below any target")
 }
 
-/// The probability that some of so many looks, equally far apart, has an interval of 95 % that misses: P. Armitage, C. K.
+/// The probability that some of a number of looks, equally far apart, has an interval of 95 % that misses: P. Armitage, C. K.
 /// McPherson & B. C. Rowe, J. R. Statist. Soc. A 132 (1969) 235–244, table 2.
 const ARMITAGE: [(u64, f64); 7] =
     [(1, 0.050), (2, 0.083), (3, 0.107), (4, 0.126), (5, 0.142), (10, 0.193), (20, 0.248)];
@@ -167,7 +169,7 @@ fn moment(lab: &Lab) -> Result<Finding, Failure> {
     })
 }
 
-/// The patch whose answer somebody likes bright: in the middle of the last face of the 54-patch cube.
+/// The patch whose answer is wanted bright: in the middle of the last face of the 54-patch cube.
 const PATCH: usize = 49;
 
 fn cube() -> Result<(Experiment, Vec<f64>), Failure> {
@@ -176,45 +178,77 @@ fn cube() -> Result<(Experiment, Vec<f64>), Failure> {
     Ok((experiment(&spec, Method::shooting(EstimatorKind::Collision))?, truth))
 }
 
-fn seed(lab: &Lab) -> Result<Finding, Failure> {
-    let (experiment, truth) = cube()?;
-    let sweep = lab.pick(vec![1_usize, 8], vec![1, 2, 4, 8, 16, 32]);
-    let most = sweep[sweep.len() - 1];
-    let (groups, walks) = lab.pick((300, 3000), (1000, 5000));
-    let holds = |estimate: &Estimate| {
-        f64::from(u8::from((estimate.ci_low..=estimate.ci_high).contains(&truth[PATCH])))
-    };
-    let found = lab.each_seed(groups, |group| {
-        let seeds = (0..most as u64).map(|i| group * 1000 + i);
-        let tallies: Vec<_> = seeds.map(|seed| walk::<2>(&experiment, seed, walks)).collect();
-        let of = |tally| estimate(&Solution::new(&experiment, tally, CONFIDENCE), PATCH);
-        let estimates: Vec<Estimate> = tallies.iter().map(of).collect();
-        let best = |n: &usize| {
-            let brightest = estimates[..*n].iter().max_by(|a, b| a.radiosity.total_cmp(&b.radiosity));
-            holds(brightest.expect("a seed at least"))
+/// The coverage of the brightest of some runs.
+struct Brightest {
+    /// Runs to choose from.
+    most: usize,
+    marks: Vec<(f64, Measured)>,
+    /// The coverage of all runs merged.
+    merged: Measured,
+    claims: Vec<Claim>,
+}
+
+/// All intervals reach down to the truth or all but one; the brightest of n is below its upper tail.
+fn coverage_of_brightest(n: usize) -> f64 {
+    0.975f64.powi(n as i32) - 0.025f64.powi(n as i32)
+}
+
+impl Brightest {
+    fn drive(lab: &Lab) -> Result<Self, Failure> {
+        let (experiment, truth) = cube()?;
+        let sweep = lab.pick(vec![1_usize, 8], vec![1, 2, 4, 8, 16, 32]);
+        let most = sweep[sweep.len() - 1];
+        let (groups, walks) = lab.pick((300, 3000), (1000, 5000));
+        let holds = |estimate: &Estimate| {
+            f64::from(u8::from((estimate.ci_low..=estimate.ci_high).contains(&truth[PATCH])))
         };
-        let mut all = experiment.tally::<2>();
-        tallies.iter().for_each(|tally| all.merge(tally).expect("one experiment"));
-        (sweep.iter().map(best).collect::<Vec<f64>>(), holds(&of(&all)))
-    });
-    let marks: Vec<_> = (0..sweep.len())
-        .map(|k| (sweep[k] as f64, proportion(&found.iter().map(|f| f.0[k]).collect::<Vec<_>>())))
-        .collect();
-    let merged = proportion(&found.iter().map(|f| f.1).collect::<Vec<_>>());
-    // All intervals reach down to the truth or all but one; the brightest of n is below its upper tail.
-    let predicted = |n: usize| 0.975f64.powi(n as i32) - 0.025f64.powi(n as i32);
-    let mut claims: Vec<Claim> = sweep
-        .iter()
-        .zip(&marks)
-        .map(|(&n, &(_, found))| Claim::equal(format!("the brightest of {n}: coverage"), found, predicted(n)))
-        .collect();
-    claims.push(Claim::equal("all seeds merged: coverage", merged, 0.95).instead());
-    let last = marks[marks.len() - 1].1;
+        let found = lab.each_seed(groups, |group| {
+            let seeds = (0..most as u64).map(|i| group * 1000 + i);
+            let tallies: Vec<_> = seeds.map(|seed| walk::<2>(&experiment, seed, walks)).collect();
+            let of = |tally| estimate(&Solution::new(&experiment, tally, CONFIDENCE), PATCH);
+            let estimates: Vec<Estimate> = tallies.iter().map(of).collect();
+            let best = |n: &usize| {
+                let brightest = estimates[..*n].iter().max_by(|a, b| a.radiosity.total_cmp(&b.radiosity));
+                holds(brightest.expect("a seed at least"))
+            };
+            let mut all = experiment.tally::<2>();
+            tallies.iter().for_each(|tally| all.merge(tally).expect("one experiment"));
+            (sweep.iter().map(best).collect::<Vec<f64>>(), holds(&of(&all)))
+        });
+        let of = |k: usize| proportion(&found.iter().map(|f| f.0[k]).collect::<Vec<_>>());
+        let marks: Vec<_> = sweep.iter().enumerate().map(|(k, &n)| (n as f64, of(k))).collect();
+        let merged = proportion(&found.iter().map(|f| f.1).collect::<Vec<_>>());
+        let claim = |(&n, &(_, found)): (&usize, &(f64, Measured))| {
+            Claim::equal(format!("the brightest of {n}: coverage"), found, coverage_of_brightest(n))
+        };
+        let mut claims: Vec<Claim> = sweep.iter().zip(&marks).map(claim).collect();
+        claims.push(Claim::equal("all seeds merged: coverage", merged, 0.95).instead());
+        Ok(Brightest { most, marks, merged, claims })
+    }
+
+    fn chart(self) -> Chart {
+        let most = self.most;
+        Chart {
+            title: "The brightest of n runs of the 54-patch cube".into(),
+            x: Axis::log("runs to choose from"),
+            y: Axis::linear("part of the 95 % intervals that hold the truth"),
+            series: vec![
+                theory("0.975ⁿ − 0.025ⁿ", (1..=most).map(|n| (n as f64, coverage_of_brightest(n)))),
+                seen("the brightest, seen", self.marks),
+                seen("all merged", [(most as f64, self.merged)]),
+            ],
+        }
+    }
+}
+
+fn seed(lab: &Lab) -> Result<Finding, Failure> {
+    let sweep = Brightest::drive(lab)?;
+    let (most, last) = (sweep.most, sweep.marks[sweep.marks.len() - 1].1);
     Ok(Finding {
         predicted: format!(
             "The interval of the brightest of n runs holds the truth only if no run is too bright: 0.975ⁿ − 0.025ⁿ, {:.3} \
              for n = {most}. The same with any other choice by what runs say.",
-            predicted(most)
+            coverage_of_brightest(most)
         ),
         seen: format!("The brightest of {most} runs covers {}.", measured(last)),
         told: vec![
@@ -224,19 +258,10 @@ fn seed(lab: &Lab) -> Result<Finding, Failure> {
         ],
         instead: format!(
             "Choose the seed before the first run, or merge all of them: `radwalk merge` of all {most} covers {}.",
-            measured(merged)
+            measured(sweep.merged)
         ),
-        claims,
-        chart: Chart {
-            title: "The brightest of n runs of the 54-patch cube".into(),
-            x: Axis::log("runs to choose from"),
-            y: Axis::linear("part of the 95 % intervals that hold the truth"),
-            series: vec![
-                theory("0.975ⁿ − 0.025ⁿ", (1..=most).map(|n| (n as f64, predicted(n)))),
-                seen("the brightest, seen", marks),
-                seen("all merged", [(most as f64, merged)]),
-            ],
-        },
+        claims: sweep.claims.clone(),
+        chart: sweep.chart(),
     })
 }
 

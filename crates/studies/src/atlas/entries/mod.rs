@@ -2,9 +2,10 @@
 
 mod absorption;
 mod area_ratios;
+mod black_emitters;
 mod correlated;
 mod cut_off;
-mod emitters;
+mod far_lamp;
 mod few_walks;
 mod geometry;
 mod leaks;
@@ -14,6 +15,8 @@ mod naive_jacobi;
 mod plates;
 mod slit;
 mod survival;
+mod tiny_emitter;
+mod unequal_emitters;
 
 use super::entry::Entry;
 
@@ -23,11 +26,11 @@ pub const ALL: &[Entry] = &[
     long_walks::TWO_ROOMS,
     absorption::ENTRY,
     survival::ENTRY,
-    emitters::BLACK,
+    black_emitters::ENTRY,
     area_ratios::ENTRY,
-    emitters::TINY,
-    emitters::FAR,
-    emitters::UNEQUAL,
+    tiny_emitter::ENTRY,
+    far_lamp::ENTRY,
+    unequal_emitters::ENTRY,
     slit::ENTRY,
     few_walks::ENTRY,
     plates::ENTRY,

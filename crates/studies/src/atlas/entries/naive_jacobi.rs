@@ -13,11 +13,11 @@ use crate::atlas::entry::{Entry, Finding};
 use crate::claim::Claim;
 use crate::lab::Lab;
 use crate::numbers::{measured, number};
-use crate::series::{seen, theory};
+use crate::series::{Curve, seen, theory};
 use crate::told::run;
 use crate::walking::{Failure, coverage, experiment, receivers};
 
-pub const ENTRY: Entry = Entry {
+pub(crate) const ENTRY: Entry = Entry {
     name: "naive-jacobi",
     title: "Intervals from the spread between the iterations of one chain",
     study,
@@ -80,7 +80,7 @@ impl Iteration {
         }
     }
 
-    /// Variances of the mean over so many iterations, and the expected squares of what their spread says it is.
+    /// Variances of the mean over some iterations, and the expected squares of what their spread says it is.
     fn predicted(&self, iterations: usize) -> (Vec<f64>, Vec<f64>) {
         let n = self.power.len();
         let identity: Matrix =
@@ -104,7 +104,7 @@ impl Iteration {
         (of_mean, naive)
     }
 
-    /// The mean of so many iterations, and its naive variance, patch by patch.
+    /// The mean of some iterations, and its naive variance, patch by patch.
     fn chain(&self, seed: u64, iterations: usize) -> (Vec<f64>, Vec<f64>) {
         let mut rng = Pcg64Dxsm::seed_from_u64(seed);
         let mut uniform = || (rng.next_u64() >> 11) as f64 / (1_u64 << 53) as f64;
@@ -165,75 +165,101 @@ fn quadratic(m: &Matrix, c: &Matrix) -> Vec<f64> {
     mc.iter().zip(m).map(|(row, m)| row.iter().zip(m).map(|(x, y)| x * y).sum()).collect()
 }
 
-/// Of intervals that are so many times too narrow, the part that holds the truth.
+/// The part of naive intervals that holds the truth, where the variance is `ratio` times what they say.
 fn coverage_of(ratio: f64) -> f64 {
     2.0 * stats::normal_cdf(Z / ratio.sqrt()) - 1.0
+}
+
+/// A patch far from the lamp.
+const PATCH: usize = 20;
+
+/// The sweep over iterations of one chain.
+struct Sweep {
+    iterations: Vec<usize>,
+    /// Coverage of the naive intervals.
+    coverage: Curve,
+    /// At the end of the sweep: the variance over what the spread says of it.
+    excess: f64,
+    claims: Vec<Claim>,
+}
+
+impl Sweep {
+    fn drive(lab: &Lab, iteration: &Iteration) -> Self {
+        let all = lab.pick(vec![10, 40], vec![5, 10, 20, 40, 80, 160, 320]);
+        let runs = lab.pick(200, 1000);
+        let (mut coverage, mut claims, mut excess) = (Curve::new(), Vec::new(), 0.0);
+        for &iterations in &all {
+            let (variance, naive) = iteration.predicted(iterations);
+            let found = lab.each_seed(runs, |seed| {
+                let (mean, naive) = iteration.chain(seed, iterations);
+                let off = mean[PATCH] - iteration.power[PATCH];
+                (off * off, naive[PATCH], f64::from(u8::from(off.abs() <= Z * naive[PATCH].sqrt())))
+            });
+            let of =
+                |pick: fn(&(f64, f64, f64)) -> f64| Measured::of(&found.iter().map(pick).collect::<Vec<_>>());
+            let what = format!("{iterations} iterations: variance over that predicted");
+            claims.push(Claim::equal(what, ratio(of(|f| f.0), variance[PATCH]), 1.0));
+            let what =
+                format!("{iterations} iterations: what the spread says, over what it is expected to say");
+            claims.push(Claim::equal(what, ratio(of(|f| f.1), naive[PATCH]), 1.0));
+            let covers = proportion(&found.iter().map(|f| f.2).collect::<Vec<_>>());
+            excess = variance[PATCH] / naive[PATCH];
+            coverage.push(iterations as f64, coverage_of(excess), covers);
+        }
+        claims.push(Claim::below("coverage at the end of the sweep", coverage.last(), 0.9));
+        Sweep { iterations: all, coverage, excess, claims }
+    }
+
+    /// The ends of the sweep.
+    fn ends(&self) -> [usize; 2] {
+        [self.iterations[0], self.iterations[self.iterations.len() - 1]]
+    }
+
+    fn chart(self, honest: Measured) -> Chart {
+        let ends = self.ends().map(|iterations| iterations as f64);
+        let [line, marks] = self.coverage.series("predicted", "seen, one chain");
+        Chart {
+            title: "Two rooms, R = 0.95: naive intervals of one chain".into(),
+            x: Axis::log("iterations of the chain"),
+            y: Axis::linear("part of the 95 % intervals that hold the truth"),
+            series: vec![
+                line,
+                marks,
+                seen("remedy: eight independent chains", ends.map(|end| (end, honest))),
+                theory("95 %", ends.map(|end| (end, 0.95))),
+            ],
+        }
+    }
 }
 
 fn study(lab: &Lab) -> Result<Finding, Failure> {
     let spec = scenes::two_rooms(0.1, REFLECTANCE);
     let exact = Exact::of_scene(&spec)?;
-    let iteration = Iteration::new(&exact);
-    let sweep = lab.pick(vec![10, 40], vec![5, 10, 20, 40, 80, 160, 320]);
-    let runs = lab.pick(200, 1000);
-    // Far from the lamp.
-    const PATCH: usize = 20;
-    let (mut line, mut marks) = (Vec::new(), Vec::new());
-    let mut claims = Vec::new();
-    let mut excess = (0.0, Measured { value: 0.0, standard_error: 0.0 });
-    for &iterations in &sweep {
-        let (variance, naive) = iteration.predicted(iterations);
-        let found = lab.each_seed(runs, |seed| {
-            let (mean, naive) = iteration.chain(seed, iterations);
-            let off = mean[PATCH] - iteration.power[PATCH];
-            (off * off, naive[PATCH], f64::from(u8::from(off.abs() <= Z * naive[PATCH].sqrt())))
-        });
-        let of =
-            |pick: fn(&(f64, f64, f64)) -> f64| Measured::of(&found.iter().map(pick).collect::<Vec<_>>());
-        let true_variance = of(|f| f.0);
-        claims.push(Claim::equal(
-            format!("{iterations} iterations: variance over that predicted"),
-            ratio(true_variance, variance[PATCH]),
-            1.0,
-        ));
-        let told_variance = of(|f| f.1);
-        claims.push(Claim::equal(
-            format!("{iterations} iterations: what the spread says, over what it is expected to say"),
-            ratio(told_variance, naive[PATCH]),
-            1.0,
-        ));
-        let covers = proportion(&found.iter().map(|f| f.2).collect::<Vec<_>>());
-        line.push((iterations as f64, coverage_of(variance[PATCH] / naive[PATCH])));
-        marks.push((iterations as f64, covers));
-        excess = (variance[PATCH] / naive[PATCH], covers);
-    }
-    claims.push(Claim::below("coverage at the end of the sweep", excess.1, 0.9));
+    let sweep = Sweep::drive(lab, &Iteration::new(&exact));
+    let mut claims = sweep.claims.clone();
     let eight = experiment(&spec, Method::chains(1 << 12))?;
     let patches = receivers(&eight);
     let honest = coverage(lab, lab.pick(40, 200), &eight, 8, &patches, &exact.solution().radiosity);
     claims.push(Claim::at_least("coverage of eight chains' intervals", honest, 0.94).instead());
-    let told: Vec<String> = run(&eight, 1, 8, None)
-        .checks
-        .iter()
-        .filter(|check| check.name == "vov")
-        .map(|check| format!("check `vov`, passes: {}", check.message))
-        .collect();
+    let checks = run(&eight, 1, 8, None).checks;
+    let of_spread = checks.iter().filter(|check| check.name == "vov");
+    let told: Vec<String> =
+        of_spread.map(|check| format!("check `vov`, passes: {}", check.message)).collect();
     claims.push(Claim::told(&told, "Student's"));
-    let last = sweep[sweep.len() - 1];
+    let [first, last] = sweep.ends();
     Ok(Finding {
         predicted: format!(
             "An iteration carries the error of the one before, times R: in two rooms that exchange 1 %, R = \
              {REFLECTANCE}, errors live for dozens of iterations, and the mean of n iterations varies by far more \
              than s²/n. From the exact form factors, with P' = Φ + TP + ε and the covariance of ε of BS §4: {} times \
              after {last} iterations. Intervals of ± {Z}s/√n then cover 2Φ({Z}/√ratio) − 1 of the truths.",
-            number(excess.0)
+            number(sweep.excess)
         ),
         seen: format!(
-            "Of the naive 95 % intervals of a patch in the second room {} cover after {} iterations of {RAYS} rays, {} \
+            "Of the naive 95 % intervals of a patch in the second room {} cover after {first} iterations of {RAYS} rays, {} \
              after {last}.",
-            measured(marks[0].1),
-            sweep[0],
-            measured(excess.1)
+            measured(sweep.coverage.seen_at(0)),
+            measured(sweep.coverage.last())
         ),
         told,
         instead: format!(
@@ -243,16 +269,6 @@ fn study(lab: &Lab) -> Result<Finding, Failure> {
             measured(honest)
         ),
         claims,
-        chart: Chart {
-            title: "Two rooms, R = 0.95: naive intervals of one chain".into(),
-            x: Axis::log("iterations of the chain"),
-            y: Axis::linear("part of the 95 % intervals that hold the truth"),
-            series: vec![
-                theory("predicted", line),
-                seen("seen, one chain", marks),
-                seen("remedy: eight independent chains", [(sweep[0] as f64, honest), (last as f64, honest)]),
-                theory("95 %", [(sweep[0] as f64, 0.95), (last as f64, 0.95)]),
-            ],
-        },
+        chart: sweep.chart(honest),
     })
 }

@@ -11,11 +11,11 @@ use crate::atlas::entry::{Entry, Finding};
 use crate::claim::Claim;
 use crate::lab::Lab;
 use crate::numbers::{measured, number};
-use crate::series::{seen, theory};
+use crate::series::{Curve, seen, theory};
 use crate::told::{Run, run};
 use crate::walking::{Failure, covered, estimate, experiment, receivers, solve};
 
-pub const ENTRY: Entry = Entry {
+pub(crate) const ENTRY: Entry = Entry {
     name: "slit",
     title: "Two rooms through a slit: intervals that look converged and are not",
     study,
@@ -74,35 +74,60 @@ impl Rooms {
     }
 }
 
-fn study(lab: &Lab) -> Result<Finding, Failure> {
-    let rooms = Rooms::new()?;
-    let sweep = lab.pick(vec![0.3, 3.0], vec![0.1, 0.3, 1.0, 3.0, 10.0, 30.0]);
-    let runs = lab.pick(100, 300);
-    let (mut line, mut normal, mut ours) = (Vec::new(), Vec::new(), Vec::new());
-    let mut claims = Vec::new();
-    for &hits in &sweep {
-        let walks = (hits / rooms.mean_rate()) as u64;
-        let found = lab.each_seed(runs, |seed| {
-            let solution = solve(&rooms.experiment, seed, walks);
-            [
-                normal_coverage(&solution, &rooms.dark, &rooms.truth),
-                covered(&solution, &rooms.dark, &rooms.truth),
-            ]
-        });
-        let of = |k: usize| proportion(&found.iter().map(|both| both[k]).collect::<Vec<_>>());
-        let expected = rooms.rates.iter().map(|rate| poisson_coverage(rate * walks as f64)).sum::<f64>();
-        line.push((hits, expected / rooms.rates.len() as f64));
-        normal.push((hits, of(0)));
-        ours.push((hits, of(1)));
-        claims.push(Claim::at_least(
-            format!("{hits} hits a patch: coverage of radwalk's intervals"),
-            of(1),
-            0.95,
-        ));
+/// The sweep over expected hits of a patch.
+struct Sweep {
+    hits: Vec<f64>,
+    /// Coverage of the usual intervals, as Poisson counts have it and as it is seen.
+    normal: Curve,
+    /// Coverage of radwalk's intervals.
+    ours: Vec<(f64, Measured)>,
+    claims: Vec<Claim>,
+}
+
+impl Sweep {
+    fn drive(lab: &Lab, rooms: &Rooms) -> Self {
+        let hits = lab.pick(vec![0.3, 3.0], vec![0.1, 0.3, 1.0, 3.0, 10.0, 30.0]);
+        let runs = lab.pick(100, 300);
+        let mut sweep = Sweep { hits, normal: Curve::new(), ours: Vec::new(), claims: Vec::new() };
+        for &hits in &sweep.hits {
+            let walks = (hits / rooms.mean_rate()) as u64;
+            let found = lab.each_seed(runs, |seed| {
+                let solution = solve(&rooms.experiment, seed, walks);
+                [
+                    normal_coverage(&solution, &rooms.dark, &rooms.truth),
+                    covered(&solution, &rooms.dark, &rooms.truth),
+                ]
+            });
+            let of = |k: usize| proportion(&found.iter().map(|both| both[k]).collect::<Vec<_>>());
+            let expected = rooms.rates.iter().map(|rate| poisson_coverage(rate * walks as f64)).sum::<f64>();
+            sweep.normal.push(hits, expected / rooms.rates.len() as f64, of(0));
+            sweep.ours.push((hits, of(1)));
+            let what = format!("{hits} hits a patch: coverage of radwalk's intervals");
+            sweep.claims.push(Claim::at_least(what, of(1), 0.95));
+        }
+        let what = "coverage of ± 1.96 standard errors at the fewest hits";
+        sweep.claims.push(Claim::below(what, sweep.normal.seen_at(0), 0.5));
+        sweep
     }
-    let at = |series: &[(f64, Measured)], k: usize| series[k].1;
-    claims.push(Claim::below("coverage of ± 1.96 standard errors at the fewest hits", at(&normal, 0), 0.5));
-    let (few, told) = silence(lab, &rooms, 3.0 / rooms.mean_rate(), &mut claims);
+
+    fn chart(self) -> Chart {
+        let [line, normal] = self.normal.series("k ± 1.96√k, Poisson counts", "± 1.96 standard errors");
+        Chart {
+            title: "Patches of the room behind the hole".into(),
+            x: Axis::log("expected hits of a patch"),
+            y: Axis::linear("part of the 95 % intervals that hold the truth"),
+            series: vec![
+                line,
+                normal,
+                seen("radwalk", self.ours),
+                theory("95 %", self.hits.iter().map(|&hits| (hits, 0.95))),
+            ],
+        }
+    }
+}
+
+/// Runs that a target ends: the coverage of their intervals, the part that reach it, and their walks.
+fn stopped(lab: &Lab, rooms: &Rooms) -> [Measured; 3] {
     let target = Target {
         relative_error: 0.5,
         fraction: 1.0,
@@ -114,14 +139,18 @@ fn study(lab: &Lab) -> Result<Finding, Failure> {
     let most = (3000.0 / rooms.mean_rate()) as u64;
     let stopped = lab.each_seed(lab.pick(16, 60), |seed| {
         let run = run(&rooms.experiment, seed, most, Some(target.clone()));
-        (
-            covered(&run.solution, &rooms.dark, &rooms.truth),
-            f64::from(run.reached),
-            run.tally.counts.walks as f64,
-        )
+        let covers = covered(&run.solution, &rooms.dark, &rooms.truth);
+        [covers, f64::from(run.reached), run.tally.counts.walks as f64]
     });
-    let of = |pick: fn(&(f64, f64, f64)) -> f64| proportion(&stopped.iter().map(pick).collect::<Vec<_>>());
-    let (remedy, reached, taken) = (of(|s| s.0), of(|s| s.1), of(|s| s.2));
+    [0, 1, 2].map(|k: usize| proportion(&stopped.iter().map(|run| run[k]).collect::<Vec<_>>()))
+}
+
+fn study(lab: &Lab) -> Result<Finding, Failure> {
+    let rooms = Rooms::new()?;
+    let sweep = Sweep::drive(lab, &rooms);
+    let mut claims = sweep.claims.clone();
+    let (few, told) = silence(lab, &rooms, 3.0 / rooms.mean_rate(), &mut claims);
+    let [remedy, reached, taken] = stopped(lab, &rooms);
     claims.push(Claim::at_least("coverage where a target ends the run", remedy, 0.95).instead());
     claims.push(Claim::equal("runs that reach the target", reached, 1.0).instead());
     Ok(Finding {
@@ -131,12 +160,12 @@ fn study(lab: &Lab) -> Result<Finding, Failure> {
             .into(),
         seen: format!(
             "Intervals of ± 1.96 standard errors cover {} at {} hits a patch and {} at {}; radwalk's cover {} and {}.",
-            measured(at(&normal, 0)),
-            sweep[0],
-            measured(at(&normal, 1)),
-            sweep[1],
-            measured(at(&ours, 0)),
-            measured(at(&ours, 1))
+            measured(sweep.normal.seen_at(0)),
+            sweep.hits[0],
+            measured(sweep.normal.seen_at(1)),
+            sweep.hits[1],
+            measured(sweep.ours[0].1),
+            measured(sweep.ours[1].1)
         ),
         told,
         instead: format!(
@@ -147,17 +176,7 @@ fn study(lab: &Lab) -> Result<Finding, Failure> {
             measured(remedy)
         ),
         claims,
-        chart: Chart {
-            title: "Patches of the room behind the hole".into(),
-            x: Axis::log("expected hits of a patch"),
-            y: Axis::linear("part of the 95 % intervals that hold the truth"),
-            series: vec![
-                theory("k ± 1.96√k, Poisson counts", line),
-                seen("± 1.96 standard errors", normal),
-                seen("radwalk", ours),
-                theory("95 %", sweep.iter().map(|&hits| (hits, 0.95))),
-            ],
-        },
+        chart: sweep.chart(),
     })
 }
 

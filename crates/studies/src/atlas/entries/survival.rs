@@ -14,7 +14,7 @@ use crate::series::{seen, theory};
 use crate::told::run;
 use crate::walking::{Failure, estimate, experiment, solve, variance_over, walk};
 
-pub const ENTRY: Entry = Entry {
+pub(crate) const ENTRY: Entry = Entry {
     name: "survival-in-the-dark",
     title: "R → 0: survival shooting waits for walks that survive on dark patches",
     study,

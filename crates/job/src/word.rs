@@ -2,8 +2,6 @@
 
 use radiosity::{EstimatorKind, IndexChoice, RayBirths, Sampler, Space};
 
-use super::WalkKind;
-
 /// A choice that files and outputs write as one word.
 pub trait Word: Copy + 'static {
     /// Every choice.
@@ -11,19 +9,6 @@ pub trait Word: Copy + 'static {
 
     /// The word of a choice, lower case.
     fn word(self) -> &'static str;
-}
-
-impl Word for WalkKind {
-    const ALL: &'static [Self] = &[Self::Shooting, Self::Gathering, Self::Jacobi, Self::Auto];
-
-    fn word(self) -> &'static str {
-        match self {
-            WalkKind::Shooting => "shooting",
-            WalkKind::Gathering => "gathering",
-            WalkKind::Jacobi => "jacobi",
-            WalkKind::Auto => "auto",
-        }
-    }
 }
 
 impl Word for EstimatorKind {

@@ -1,0 +1,31 @@
+//! How form factors were found.
+
+use std::fmt;
+
+use crate::box_scene::NotABox;
+
+/// How the form factors of a scene were found.
+#[derive(Clone, Debug, PartialEq)]
+pub enum FormFactors {
+    /// They were given.
+    Given,
+    /// In closed form: the scene is a closed box of axis-aligned rectangles.
+    ClosedForm,
+    /// In closed form, by contour integrals or by cubature, pair by pair.
+    General {
+        /// Why the closed form of boxes does not apply.
+        because: NotABox,
+    },
+}
+
+impl fmt::Display for FormFactors {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            FormFactors::Given => f.write_str("as given"),
+            FormFactors::ClosedForm => f.write_str("in closed form"),
+            FormFactors::General { .. } => f.write_str(
+                "pair by pair: in closed form, by contour integrals or, where hidden in part, by cubature",
+            ),
+        }
+    }
+}

@@ -1,0 +1,61 @@
+//! Where sensors lie, in words.
+
+use radiosity::{Experiment, SensorView};
+use report::words::percent;
+
+/// Rays that look round from a sensor.
+const RAYS: u32 = 1 << 10;
+
+/// A sensor that faces more backs than this part of what it faces lies behind a wall, or inside one.
+const TOO_MANY: f64 = 0.5;
+
+/// What is wrong with where the sensors of an experiment lie: behind walls and inside of them, or facing away from the scene.
+pub fn warnings(experiment: &Experiment) -> Vec<String> {
+    let specs = experiment.sensors().map_or(&[][..], |sensors| sensors.specs());
+    let warning = |(number, name): (usize, &str)| {
+        let SensorView { active, backs, nothing } = experiment.sensor_view(number, RAYS);
+        let part = f64::from(backs) / f64::from((active + backs).max(1));
+        if part > TOO_MANY {
+            return Some(format!(
+                "sensor {name:?}: {} of what it faces is the backs of one-sided surfaces, which reflect and emit nothing: it lies behind a wall or inside one, or faces into one; move it, turn it round, or write sides = 2 there",
+                percent(part)
+            ));
+        }
+        (active == 0 && nothing > 0).then(|| {
+            format!("sensor {name:?}: it faces away from the scene and will read 0; turn it round or move it")
+        })
+    };
+    specs.iter().enumerate().filter_map(|(number, spec)| warning((number, &spec.name))).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use radiosity::{EstimatorKind, IndexChoice, Method, Scene, SceneSpec, SensorShape, SensorSpec};
+
+    use super::*;
+
+    #[test]
+    fn sensors_behind_walls_and_without_a_view_are_told() {
+        let mut open = SceneSpec::furnace(1, 0.5);
+        open.surfaces.truncate(5);
+        let scene = Scene::build(&open, IndexChoice::Auto).unwrap();
+        let experiment = Experiment::new(scene, Method::shooting(EstimatorKind::Collision)).unwrap();
+        let point = |name: &str, point: [f64; 3], normal: [f64; 3]| SensorSpec {
+            name: name.into(),
+            shape: SensorShape::Point { point: point.into(), normal: normal.into() },
+        };
+        let sensors = [
+            point("inside", [0.5; 3], [0.0, 0.0, -1.0]),
+            point("on a wall", [0.0, 0.5, 0.5], [1.0, 0.0, 0.0]),
+            point("in a wall", [0.0, 0.5, 0.5], [-1.0, 0.0, 0.0]),
+            point("below", [0.5, 0.5, -1.0], [0.0, 0.0, 1.0]),
+        ];
+        let found = warnings(&experiment.with_sensors(&sensors).unwrap());
+        assert_eq!(found.len(), 2, "{found:?}");
+        assert!(found[0].starts_with("sensor \"in a wall\": it faces away"), "{found:?}");
+        assert!(
+            found[1].starts_with("sensor \"below\": ") && found[1].contains("behind a wall"),
+            "{found:?}"
+        );
+    }
+}

@@ -1,0 +1,330 @@
+//! Sensors: places where light is measured that nothing is made of. No ray meets a sensor.
+
+use glam::DVec3;
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+use crate::geometry::cells::in_grid_step;
+use crate::geometry::frame::{Frame, Frames};
+use crate::random::rng::unit_32;
+use crate::scene::Scene;
+
+/// Where a sensor measures.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub enum SensorShape {
+    /// On the front of a parallelogram, cell by cell: the mean irradiance of each.
+    Quad {
+        /// The corner c [m].
+        corner: DVec3,
+        /// c + u, the next corner along u [m].
+        corner_u: DVec3,
+        /// c + v, the next corner along v [m]; the front faces u × v.
+        corner_v: DVec3,
+        /// Cells along u and v; cell number = i_u·n_v + i_v.
+        cells: [u32; 2],
+    },
+    /// At a point.
+    Point {
+        /// The point [m].
+        point: DVec3,
+        /// The direction that it faces, of any length.
+        normal: DVec3,
+    },
+}
+
+impl SensorShape {
+    /// How many cells it is cut into; a point is one.
+    pub fn cell_count(&self) -> u64 {
+        match *self {
+            SensorShape::Quad { cells: [nu, nv], .. } => u64::from(nu) * u64::from(nv),
+            SensorShape::Point { .. } => 1,
+        }
+    }
+
+    /// The key of scene files that is at fault, and the problem.
+    ///
+    /// # Errors
+    /// A number that is not finite, a quad without area or cells, a normal without direction.
+    pub fn check(&self) -> Result<(), (&'static str, String)> {
+        match *self {
+            SensorShape::Quad { corner, corner_u, corner_v, cells } => {
+                let corners = [corner, corner_u, corner_v];
+                if !corners.iter().all(|corner| corner.is_finite()) {
+                    return Err(("quad", "a corner is not a finite number".into()));
+                }
+                let (u, v) = (corner_u - corner, corner_v - corner);
+                let (area, extent) = (u.cross(v).length(), u.length() * v.length());
+                if !(area.is_finite() && extent.is_finite() && area > 1e-12 * extent) {
+                    return Err(("quad", format!("the sensor has no area ({area:e} m²)")));
+                }
+                if cells.contains(&0) {
+                    return Err(("patches", "a sensor must have at least one patch".into()));
+                }
+            }
+            SensorShape::Point { point, normal } => {
+                if !point.is_finite() {
+                    return Err(("point", "a coordinate is not a finite number".into()));
+                }
+                let length = normal.length();
+                if !(length.is_finite() && length > 0.0 && normal.normalize().is_finite()) {
+                    return Err(("normal", "the normal has no direction".into()));
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+/// A sensor as it is written.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SensorSpec {
+    /// The name that outputs show.
+    pub name: String,
+    /// Where it measures.
+    pub shape: SensorShape,
+}
+
+/// A sensor that cannot be.
+#[derive(Clone, Debug, Error, PartialEq)]
+#[error("sensor {name:?}: {problem}")]
+pub struct SensorError {
+    /// Its name.
+    pub name: String,
+    /// What is wrong.
+    pub problem: String,
+}
+
+/// The most cells that the sensors of a job have in all: every sample sends rays from each.
+const MOST_CELLS: u64 = 1 << 20;
+
+/// A sensor starts this many slacks in front of its plane, so that surfaces in that plane lie behind it: from a start
+/// within one slack a ray would meet them.
+const LIFT: f64 = 4.0;
+
+/// A cell of a sensor, or its point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SensorCell {
+    /// The number of the sensor.
+    pub sensor: usize,
+    /// Its index along u and v; 0, 0 of a point.
+    pub cell: [u32; 2],
+    /// Its middle, in the coordinates of the file [m].
+    pub middle: DVec3,
+    /// Its area [m²]; 0 of a point.
+    pub area: f64,
+}
+
+/// The sensors of a job, ready for rays.
+#[derive(Clone, Debug)]
+pub struct Sensors {
+    specs: Vec<SensorSpec>,
+    /// The number of the first cell of each, and of all cells.
+    first_cells: Vec<u32>,
+    frames: Vec<Frame<f64>>,
+    table: Frames,
+    sample_walks: u64,
+}
+
+impl Sensors {
+    /// Prepares sensors for a scene; `None` where there are none.
+    ///
+    /// # Errors
+    /// A shape that [`SensorShape::check`] refuses, or more than 2²⁰ cells.
+    pub fn new(scene: &Scene, specs: &[SensorSpec]) -> Result<Option<Self>, SensorError> {
+        if specs.is_empty() {
+            return Ok(None);
+        }
+        let mut first_cells = vec![0];
+        let mut cells = 0;
+        for SensorSpec { name, shape } in specs {
+            let error = |problem| SensorError { name: name.clone(), problem };
+            shape.check().map_err(|(_, problem)| error(problem))?;
+            cells += shape.cell_count();
+            if cells > MOST_CELLS {
+                return Err(error(format!(
+                    "up to this one the sensors have {cells} patches, more than {MOST_CELLS} (every sample sends rays from each); choose coarser `patches`"
+                )));
+            }
+            first_cells.push(cells as u32);
+        }
+        let frames: Vec<Frame<f64>> = specs.iter().map(|spec| frame(&spec.shape, scene)).collect();
+        Ok(Some(Sensors {
+            specs: specs.into(),
+            first_cells,
+            table: Frames::new(frames.iter().copied()),
+            frames,
+            sample_walks: sample_walks(scene.faces().len() as u64, cells),
+        }))
+    }
+
+    /// As they are written.
+    pub fn specs(&self) -> &[SensorSpec] {
+        &self.specs
+    }
+
+    /// The number of cells of all sensors together.
+    pub fn cell_count(&self) -> usize {
+        self.first_cells[self.specs.len()] as usize
+    }
+
+    /// The numbers of the cells of a sensor.
+    pub fn cells_of(&self, sensor: usize) -> std::ops::Range<usize> {
+        self.first_cells[sensor] as usize..self.first_cells[sensor + 1] as usize
+    }
+
+    /// Walks of a sample, where walks are samples of their own.
+    pub fn sample_walks(&self) -> u64 {
+        self.sample_walks
+    }
+
+    /// The cell with a number.
+    pub fn cell(&self, number: usize) -> SensorCell {
+        let sensor = self.first_cells.partition_point(|&first| first as usize <= number) - 1;
+        let cell = number as u32 - self.first_cells[sensor];
+        match self.specs[sensor].shape {
+            SensorShape::Point { point, .. } => SensorCell { sensor, cell: [0, 0], middle: point, area: 0.0 },
+            SensorShape::Quad { corner, corner_u, corner_v, cells: [nu, nv] } => {
+                let cell = [cell / nv, cell % nv];
+                let (u, v) = (corner_u - corner, corner_v - corner);
+                let [x, y] = [(cell[0], nu), (cell[1], nv)].map(|(i, n)| (f64::from(i) + 0.5) / f64::from(n));
+                let area = u.cross(v).length() / (f64::from(nu) * f64::from(nv));
+                SensorCell { sensor, cell, middle: corner + u * x + v * y, area }
+            }
+        }
+    }
+
+    /// What departures look frames up in, by the number of the sensor.
+    pub(crate) fn frames(&self) -> &Frames {
+        &self.table
+    }
+
+    /// The frame of a sensor, just in front of its plane.
+    pub(crate) fn frame(&self, sensor: usize) -> &Frame<f64> {
+        &self.frames[sensor]
+    }
+
+    /// Local coordinates, on the sensor, of a uniform point of a cell.
+    pub(crate) fn place(&self, &SensorCell { sensor, cell, .. }: &SensorCell, numbers: [u32; 2]) -> [f64; 2] {
+        match self.specs[sensor].shape {
+            SensorShape::Point { .. } => [0.0, 0.0],
+            SensorShape::Quad { cells, .. } => std::array::from_fn(|i| {
+                in_grid_step(f64::from(cell[i]), unit_32(numbers[i]), 1.0 / f64::from(cells[i]))
+            }),
+        }
+    }
+
+    /// A digest of where they measure, in what order; names do not enter.
+    pub fn hash(specs: &[SensorSpec]) -> [u8; 32] {
+        let mut hasher = blake3::Hasher::new();
+        for SensorSpec { shape, .. } in specs {
+            let (kind, vectors, cells) = match *shape {
+                SensorShape::Quad { corner, corner_u, corner_v, cells } => {
+                    (0_u32, vec![corner, corner_u, corner_v], cells)
+                }
+                SensorShape::Point { point, normal } => (1, vec![point, normal], [1, 1]),
+            };
+            [kind, cells[0], cells[1]].iter().for_each(|n| _ = hasher.update(&n.to_le_bytes()));
+            for x in vectors.iter().flat_map(|vector| vector.to_array()) {
+                hasher.update(&x.to_bits().to_le_bytes());
+            }
+        }
+        *hasher.finalize().as_bytes()
+    }
+}
+
+/// A sample takes time for every face and every cell, which its walks should outweigh; more walks than these are no better,
+/// and may belong to several leases.
+fn sample_walks(faces: u64, cells: u64) -> u64 {
+    faces.max(16 * cells).clamp(1 << 10, 1 << 16).next_power_of_two()
+}
+
+/// The frame of a sensor in the coordinates of a scene, just in front of its plane.
+fn frame(shape: &SensorShape, scene: &Scene) -> Frame<f64> {
+    let (corner, edges, normal) = match *shape {
+        SensorShape::Quad { corner, corner_u, corner_v, .. } => {
+            let edges = [corner_u - corner, corner_v - corner];
+            (corner, edges, edges[0].cross(edges[1]).normalize())
+        }
+        SensorShape::Point { point, normal } => (point, [DVec3::ZERO; 2], normal.normalize()),
+    };
+    let tangent = match shape {
+        SensorShape::Quad { .. } => edges[0].normalize(),
+        SensorShape::Point { .. } => normal.any_orthonormal_vector(),
+    };
+    let corner = corner - scene.origin();
+    let corners = [corner, corner + edges[0], corner + edges[1]];
+    let largest = corners.iter().fold(0.0_f64, |most, corner| most.max(corner.abs().max_element()));
+    let lift = LIFT * scene.parts.facets.slack().max(largest / (1_u64 << 46) as f64);
+    Frame::new(corner + normal * lift, edges, tangent, normal)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{IndexChoice, SceneSpec};
+
+    fn quad(cells: [u32; 2]) -> SensorShape {
+        SensorShape::Quad {
+            corner: DVec3::new(0.0, 0.0, 0.5),
+            corner_u: DVec3::new(1.0, 0.0, 0.5),
+            corner_v: DVec3::new(0.0, 1.0, 0.5),
+            cells,
+        }
+    }
+
+    fn spec(shape: SensorShape) -> SensorSpec {
+        SensorSpec { name: "s".into(), shape }
+    }
+
+    #[test]
+    fn cells_are_numbered_sensor_by_sensor_and_row_by_row() {
+        let scene = Scene::build(&SceneSpec::furnace(1, 0.5), IndexChoice::Auto).unwrap();
+        let point = SensorShape::Point { point: DVec3::splat(0.25), normal: DVec3::Z };
+        let sensors = Sensors::new(&scene, &[spec(quad([2, 3])), spec(point)]).unwrap().unwrap();
+        assert_eq!((sensors.cell_count(), sensors.cells_of(0), sensors.cells_of(1)), (7, 0..6, 6..7));
+        let last = sensors.cell(5);
+        assert_eq!((last.sensor, last.cell), (0, [1, 2]));
+        assert!((last.middle - DVec3::new(0.75, 5.0 / 6.0, 0.5)).length() < 1e-15);
+        assert!((last.area - 1.0 / 6.0).abs() < 1e-15);
+        assert_eq!(sensors.cell(6).middle, DVec3::splat(0.25));
+        let [u, v] = sensors.place(&last, [u32::MAX / 2; 2]);
+        assert!((u - 0.75).abs() < 1e-9 && (v - 5.0 / 6.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn shapes_that_cannot_be_are_refused_by_key() {
+        let at_fault = |shape: SensorShape| shape.check().unwrap_err().0;
+        assert_eq!(at_fault(quad([2, 0])), "patches");
+        let line = SensorShape::Quad {
+            corner: DVec3::ZERO,
+            corner_u: DVec3::X,
+            corner_v: 2.0 * DVec3::X,
+            cells: [1, 1],
+        };
+        assert_eq!(at_fault(line), "quad");
+        let point = |point, normal| at_fault(SensorShape::Point { point, normal });
+        assert_eq!(point(DVec3::NAN, DVec3::Z), "point");
+        assert_eq!(point(DVec3::ZERO, DVec3::ZERO), "normal");
+        let scene = Scene::build(&SceneSpec::furnace(1, 0.5), IndexChoice::Auto).unwrap();
+        let many = Sensors::new(&scene, &[spec(quad([1 << 10, 1 << 10])), spec(quad([1, 1]))]);
+        assert!(many.unwrap_err().to_string().contains("1048577 patches"));
+    }
+
+    #[test]
+    fn a_sample_outweighs_what_each_costs() {
+        assert_eq!(sample_walks(54, 1), 1 << 10);
+        assert_eq!(sample_walks(54, 100), 1 << 11);
+        assert_eq!(sample_walks(3000, 1), 1 << 12);
+        assert_eq!(sample_walks(1_000_000, 1_000_000), 1 << 16);
+    }
+
+    #[test]
+    fn the_digest_is_of_places_alone() {
+        let hash = |specs: &[SensorSpec]| Sensors::hash(specs);
+        let (a, b) = (spec(quad([1, 1])), spec(quad([1, 2])));
+        let renamed = SensorSpec { name: "other".into(), ..a.clone() };
+        assert_eq!(hash(&[a.clone()]), hash(&[renamed]));
+        assert_ne!(hash(&[a.clone()]), hash(&[b.clone()]));
+        assert_ne!(hash(&[a.clone(), b.clone()]), hash(&[b, a]));
+    }
+}
