@@ -147,7 +147,7 @@ fn audits_name_liars_behind_relays_and_behind_relays_of_relays() {
     let behind_two = format!("relay {host}{relay} > relay {host}{inner_relay} > {host}{inner_liar}: ");
     assert!(told.contains(&behind) && told.contains(&behind_two), "{told} names {behind} and {behind_two}");
     let named = told.matches(&format!("{host}{relay}")).count();
-    assert_eq!(named, 2, "nobody else is named: {told}");
+    assert_eq!(named, 2, "no other worker is named: {told}");
     assert!(told.contains("the word of the relay"), "{told}");
 }
 

@@ -20,7 +20,7 @@ use crate::noise::{self, HANDSHAKE_RECORD, NO_ENTRY};
 const STRANGERS: usize = 1024;
 
 /// Whoever is not let in after so long goes.
-pub const PATIENCE: Duration = Duration::from_secs(10);
+pub(crate) const PATIENCE: Duration = Duration::from_secs(10);
 
 /// All that is read of anybody before it has proved to know the key.
 const MOST_BYTES: usize = SHORT_FRAME;
@@ -45,14 +45,14 @@ enum Stage {
 
 /// Who stands at the door.
 #[derive(Default)]
-pub struct Doorstep {
+pub(crate) struct Doorstep {
     /// By the order of arrival.
     strangers: BTreeMap<PeerId, Stranger>,
     greetings: HashSet<[u8; HANDSHAKE_RECORD]>,
 }
 
 /// What came of serving a stranger.
-pub enum Served {
+pub(crate) enum Served {
     /// It has more to say.
     Waits,
     /// It is a worker; this is what it said first.
@@ -63,17 +63,17 @@ pub enum Served {
 
 impl Doorstep {
     /// Whether nobody is here.
-    pub fn is_empty(&self) -> bool {
+    pub(crate) fn is_empty(&self) -> bool {
         self.strangers.is_empty()
     }
 
     /// Whether a connection is a stranger's.
-    pub fn holds(&self, id: PeerId) -> bool {
+    pub(crate) fn holds(&self, id: PeerId) -> bool {
         self.strangers.contains_key(&id)
     }
 
     /// Somebody connected. Returns false where the one that came first had to go.
-    pub fn arrived(&mut self, id: PeerId, stream: TcpStream, now: Now) -> bool {
+    pub(crate) fn arrived(&mut self, id: PeerId, stream: TcpStream, now: Now) -> bool {
         let room = self.strangers.len() < STRANGERS || !self.drop_first();
         let stage = Stage::Silent(Vec::new());
         self.strangers.insert(id, Stranger { stream, since: now, bytes: 0, stage });
@@ -81,12 +81,12 @@ impl Doorstep {
     }
 
     /// Turns away whoever came first. Returns whether there was anybody.
-    pub fn drop_first(&mut self) -> bool {
+    pub(crate) fn drop_first(&mut self) -> bool {
         self.strangers.pop_first().is_some()
     }
 
     /// Turns away those that have been here for too long. Returns how many.
-    pub fn tidy(&mut self, now: Now) -> usize {
+    pub(crate) fn tidy(&mut self, now: Now) -> usize {
         let mut gone = 0;
         while let Some(first) = self.strangers.first_entry()
             && now.saturating_sub(first.get().since) > PATIENCE
@@ -98,7 +98,7 @@ impl Doorstep {
     }
 
     /// Reads what a stranger says.
-    pub fn serve(&mut self, id: PeerId, access: &Access) -> Served {
+    pub(crate) fn serve(&mut self, id: PeerId, access: &Access) -> Served {
         let Some(mut stranger) = self.strangers.remove(&id) else { return Served::Waits };
         match stranger.listen(access, &mut self.greetings) {
             Ok(None) => {

@@ -10,7 +10,7 @@ const PER_SECOND: f64 = 0.5;
 
 /// What was told of late.
 #[derive(Debug)]
-pub struct Gossip {
+pub(crate) struct Gossip {
     left: f64,
     since: Now,
     hushed: usize,
@@ -18,12 +18,12 @@ pub struct Gossip {
 
 impl Gossip {
     /// Nothing yet.
-    pub fn new() -> Self {
+    pub(crate) fn new() -> Self {
         Gossip { left: BURST, since: Duration::ZERO, hushed: 0 }
     }
 
     /// Passes a notice on, or counts it.
-    pub fn pass(&mut self, notice: Notice, now: Now, tell: &mut impl FnMut(Notice)) {
+    pub(crate) fn pass(&mut self, notice: Notice, now: Now, tell: &mut impl FnMut(Notice)) {
         let stranger = matches!(notice, Notice::Failed(_) | Notice::Refused { .. });
         if !stranger {
             return tell(notice);
@@ -40,7 +40,7 @@ impl Gossip {
     }
 
     /// Tells how many have not been told of.
-    pub fn finish(&mut self, tell: &mut impl FnMut(Notice)) {
+    pub(crate) fn finish(&mut self, tell: &mut impl FnMut(Notice)) {
         if self.hushed > 0 {
             tell(Notice::Hushed(self.hushed));
             self.hushed = 0;

@@ -8,6 +8,8 @@
 //! What they agree on, and the state machines of coordinator and relay, are the crate `protocol`, whose modules stand here
 //! too; what is here are its shells: sockets, threads, and the channel that hides what passes.
 
+#![warn(unreachable_pub, unnameable_types)]
+
 pub mod access;
 pub mod channel;
 mod doorstep;

@@ -17,14 +17,14 @@ const WRITE_PATIENCE: Duration = Duration::from_secs(30);
 
 /// After the last message to a peer, its own are read and thrown away for so long: a connection that is
 /// closed with bytes unread is reset, and the reset may overtake the message.
-pub const LINGER: Duration = Duration::from_secs(2);
+pub(crate) const LINGER: Duration = Duration::from_secs(2);
 
 /// Bytes that are read of one peer before it is the next one's turn.
-pub const TURN_BYTES: usize = 1 << 16;
+pub(crate) const TURN_BYTES: usize = 1 << 16;
 
 /// Whether a peer may have more to say now.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Heard {
+pub(crate) enum Heard {
     /// Wait for an event.
     All,
     /// So many bytes; its turn is over, but it may have said more.
@@ -32,7 +32,7 @@ pub enum Heard {
 }
 
 /// A connection that is let in.
-pub struct Line {
+pub(crate) struct Line {
     stream: TcpStream,
     inbound: Inbound,
     outbound: Outbound,
@@ -45,22 +45,22 @@ pub struct Line {
 
 impl Line {
     /// A connection after its handshake.
-    pub fn new(stream: TcpStream, inbound: Inbound, outbound: Outbound) -> Self {
+    pub(crate) fn new(stream: TcpStream, inbound: Inbound, outbound: Outbound) -> Self {
         Line { stream, inbound, outbound, taken: None, closing: None, shut: false }
     }
 
     /// Adds a frame to what is to be sent.
-    pub fn push(&mut self, frame: Arc<[u8]>) {
+    pub(crate) fn push(&mut self, frame: Arc<[u8]>) {
         self.outbound.push(frame);
     }
 
     /// Whether anything may still be said.
-    pub fn is_open(&self) -> bool {
+    pub(crate) fn is_open(&self) -> bool {
         self.closing.is_none()
     }
 
     /// Sends what is still to be sent, then closes; hears nothing more.
-    pub fn close(&mut self, now: Now) {
+    pub(crate) fn close(&mut self, now: Now) {
         self.closing.get_or_insert(now);
     }
 
@@ -68,7 +68,7 @@ impl Line {
     ///
     /// # Errors
     /// Where the connection fails, or the peer has not taken anything for too long.
-    pub fn flush(&mut self, now: Now) -> Result<usize, CodecError> {
+    pub(crate) fn flush(&mut self, now: Now) -> Result<usize, CodecError> {
         let written = self.outbound.write_to(&mut self.stream)?;
         if self.outbound.is_empty() {
             self.taken = None;
@@ -89,7 +89,7 @@ impl Line {
     ///
     /// # Errors
     /// Where the connection ended or fails.
-    pub fn hear(&mut self, buffer: &mut [u8]) -> Result<Heard, CodecError> {
+    pub(crate) fn hear(&mut self, buffer: &mut [u8]) -> Result<Heard, CodecError> {
         match self.stream.read(buffer) {
             Ok(0) => Err(CodecError::Closed),
             Ok(bytes) => {
@@ -108,12 +108,12 @@ impl Line {
     ///
     /// # Errors
     /// Where it is none or too long.
-    pub fn next(&mut self, cap: usize) -> Result<Option<ToCoordinator>, CodecError> {
+    pub(crate) fn next(&mut self, cap: usize) -> Result<Option<ToCoordinator>, CodecError> {
         if self.closing.is_some() { Ok(None) } else { self.inbound.next(cap) }
     }
 
     /// Whether a connection that is closing has had its time.
-    pub fn is_over(&self, now: Now) -> bool {
+    pub(crate) fn is_over(&self, now: Now) -> bool {
         self.closing.is_some_and(|since| now.saturating_sub(since) > LINGER)
     }
 }

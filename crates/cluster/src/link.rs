@@ -44,14 +44,14 @@ const FAREWELL: Duration = Duration::from_millis(400);
 const READ_BYTES: usize = 1 << 16;
 
 /// The half that listens.
-pub struct Ear {
+pub(crate) struct Ear {
     stream: TcpStream,
     inbound: Inbound,
     buffer: Vec<u8>,
 }
 
 /// The half that speaks.
-pub struct Link {
+pub(crate) struct Link {
     stream: TcpStream,
     /// Held while a message is sealed and written, so that messages go out whole and in the order of their records.
     sealer: Mutex<Sealer>,
@@ -72,7 +72,7 @@ struct Kept {
 }
 
 /// Connects to the coordinator of `access`, and proves both ends to each other.
-pub fn connect(access: &Access) -> Result<(Ear, Link), WorkerError> {
+pub(crate) fn connect(access: &Access) -> Result<(Ear, Link), WorkerError> {
     let began = Instant::now();
     loop {
         let failure = match try_connect(&access.address) {
@@ -136,7 +136,7 @@ fn halves(stream: TcpStream, session: Session) -> Result<(Ear, Link), CodecError
 
 impl Ear {
     /// The next message, of at most `cap` bytes.
-    pub fn hear(&mut self, cap: usize) -> Result<ToWorker, CodecError> {
+    pub(crate) fn hear(&mut self, cap: usize) -> Result<ToWorker, CodecError> {
         loop {
             if let Some(message) = self.inbound.next(cap)? {
                 return Ok(message);
@@ -151,14 +151,14 @@ impl Ear {
     }
 
     /// From now on only heartbeats may come for a long time; without those, nobody is there.
-    pub fn be_patient(&self) -> Result<(), CodecError> {
+    pub(crate) fn be_patient(&self) -> Result<(), CodecError> {
         Ok(self.stream.set_read_timeout(Some(PATIENCE))?)
     }
 }
 
 impl Link {
     /// Sends a message.
-    pub fn send(&self, message: &ToCoordinator) -> Result<(), CodecError> {
+    pub(crate) fn send(&self, message: &ToCoordinator) -> Result<(), CodecError> {
         // Outside the lock, which heartbeats wait for, too.
         let frame = frame(message)?;
         let mut sealer = lock(&self.sealer);
@@ -168,7 +168,7 @@ impl Link {
     }
 
     /// Keeps a large result and offers it. What is returned ends when the result is gone.
-    pub fn offer(&self, result: LeaseResult) -> Result<Receiver<Infallible>, CodecError> {
+    pub(crate) fn offer(&self, result: LeaseResult) -> Result<Receiver<Infallible>, CodecError> {
         let (lease, bytes) = (result.lease, result.sums.len() as u64);
         let (_gone, gone) = bounded(0);
         match &mut *lock(&self.kept) {
@@ -180,7 +180,7 @@ impl Link {
     }
 
     /// Sends a result that was kept, piece by piece.
-    pub fn send_kept(&self, lease: u64) -> Result<(), CodecError> {
+    pub(crate) fn send_kept(&self, lease: u64) -> Result<(), CodecError> {
         let kept = lock(&self.kept).as_mut().and_then(|kept| kept.remove(&lease));
         let Some(Kept { mut result, .. }) = kept else { return Ok(()) };
         let sums = std::mem::take(&mut result.sums);
@@ -196,18 +196,18 @@ impl Link {
     }
 
     /// Drops a result that nobody needs.
-    pub fn drop_kept(&self, lease: u64) {
+    pub(crate) fn drop_kept(&self, lease: u64) {
         let _ = lock(&self.kept).as_mut().and_then(|kept| kept.remove(&lease));
     }
 
     /// Tells the coordinator why this worker cannot go on, and remembers it.
-    pub fn give_up(&self, reason: String) -> WorkerError {
+    pub(crate) fn give_up(&self, reason: String) -> WorkerError {
         let message = ToCoordinator::Failed { reason: reason.clone() };
         self.end(reason, &message)
     }
 
     /// Tells the coordinator that this worker leaves because it was told to.
-    pub fn leave(&self) -> WorkerError {
+    pub(crate) fn leave(&self) -> WorkerError {
         self.end("it was asked to leave".into(), &ToCoordinator::Leave)
     }
 
@@ -220,12 +220,12 @@ impl Link {
     }
 
     /// The first thing that went wrong here.
-    pub fn failure(&self) -> Option<String> {
+    pub(crate) fn failure(&self) -> Option<String> {
         lock(&self.failure).take()
     }
 
     /// Says that the worker is alive, until it is over, is to leave, or nobody listens.
-    pub fn beat(&self, stop: &Receiver<Infallible>, leave: fn() -> bool) {
+    pub(crate) fn beat(&self, stop: &Receiver<Infallible>, leave: fn() -> bool) {
         let mut due = Instant::now();
         loop {
             if leave() {
@@ -247,7 +247,7 @@ impl Link {
     }
 
     /// Ends everything that waits for the other end, or shoots for it.
-    pub fn hang_up(&self) {
+    pub(crate) fn hang_up(&self) {
         self.over.store(true, Ordering::Relaxed);
         lock(&self.kept).take();
         let _ = self.stream.shutdown(Shutdown::Both);

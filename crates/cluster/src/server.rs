@@ -119,7 +119,7 @@ pub(crate) struct Shell<'a, T> {
 
 impl<'a, T: FnMut(Notice)> Shell<'a, T> {
     /// Nobody yet.
-    pub fn new(listener: TcpListener, access: &'a Access, tell: T) -> io::Result<Self> {
+    pub(crate) fn new(listener: TcpListener, access: &'a Access, tell: T) -> io::Result<Self> {
         listener.set_nonblocking(true)?;
         raise_file_limit();
         let mut listener = mio::net::TcpListener::from_std(listener);
@@ -146,12 +146,12 @@ impl<'a, T: FnMut(Notice)> Shell<'a, T> {
     }
 
     /// Time since it began.
-    pub fn now(&self) -> Now {
+    pub(crate) fn now(&self) -> Now {
         self.began.elapsed()
     }
 
     /// Waits for something to happen, not for long, and hears everybody who has something to say.
-    pub fn turn(&mut self, lead: &mut impl Lead) -> io::Result<()> {
+    pub(crate) fn turn(&mut self, lead: &mut impl Lead) -> io::Result<()> {
         let mut events = Events::with_capacity(EVENTS);
         let wait =
             if self.ready.is_empty() && (!self.knocking || self.starved) { TICK } else { Duration::ZERO };
@@ -301,7 +301,7 @@ impl<'a, T: FnMut(Notice)> Shell<'a, T> {
     }
 
     /// Does what is to be done.
-    pub fn act(&mut self, actions: Vec<Action>) {
+    pub(crate) fn act(&mut self, actions: Vec<Action>) {
         for action in actions {
             match action {
                 Action::Send(id, message) => self.send(id, &message),
@@ -335,7 +335,7 @@ impl<'a, T: FnMut(Notice)> Shell<'a, T> {
     }
 
     /// Lets the last messages go out, and tells those that come now that it is over.
-    pub fn finish(mut self, lead: &mut impl Lead) -> io::Result<()> {
+    pub(crate) fn finish(mut self, lead: &mut impl Lead) -> io::Result<()> {
         let ended = Instant::now();
         loop {
             self.knocking = true;

@@ -41,7 +41,7 @@ pub fn relay<W: Work>(
         let work = build_from(&welcome.job, link, build)?;
         let ((scene_hash, job_hash), empty, limits) = (work.hashes(), work.empty(), work.limits());
         drop(work);
-        let unserved = |error| link.give_up(format!("its own workers cannot be served ({error})"));
+        let unserved = |error: io::Error| unserved(link, &error);
         let (listener, own) = open(scene_hash).map_err(unserved)?;
         let large = empty.sums().len() > SMALL_TALLY;
         let lots = random_bytes().map_err(unserved)?;
@@ -63,34 +63,7 @@ pub fn relay<W: Work>(
             thread::Builder::new()
                 .spawn_scoped(scope, move || speak(link, mail, large))
                 .map_err(unstarted)?;
-            let ended = loop {
-                shell.turn(&mut relay).map_err(unserved)?;
-                if (identity.leave)() {
-                    link.leave();
-                    shell.act(relay.finish(End::Told));
-                }
-                while relay.end().is_none()
-                    && let Ok(heard) = inbox.try_recv()
-                {
-                    let actions = match heard? {
-                        ToWorker::Lease { id, first_walk, walks } => {
-                            relay.on_lease(id, first_walk, walks, shell.now())
-                        }
-                        ToWorker::Done => relay.finish(End::Told),
-                        ToWorker::Refused { reason } => return Err(WorkerError::Refused(reason)),
-                        _ => return Err(WorkerError::Protocol),
-                    };
-                    shell.act(actions);
-                }
-                if let Some(end) = relay.end() {
-                    break end;
-                }
-                link.progress.store(relay.progress(), Ordering::Relaxed);
-                for message in relay.take_outbox() {
-                    // A thread that is gone has told why.
-                    let _ = outbox.send(Mail::Message(message));
-                }
-            };
+            let ended = lead(&mut relay, &mut shell, link, identity.leave, (&inbox, &outbox))?;
             drop(outbox);
             shell.finish(&mut relay).map_err(unserved)?;
             match (ended, link.failure()) {
@@ -101,6 +74,49 @@ pub fn relay<W: Work>(
             }
         })
     })
+}
+
+/// Serves workers and does what whoever leads says, until it is over.
+fn lead<T: FnMut(Notice)>(
+    relay: &mut Relay,
+    shell: &mut Shell<T>,
+    link: &Link,
+    leave: fn() -> bool,
+    (inbox, outbox): (&Receiver<Result<ToWorker, WorkerError>>, &Sender<Mail>),
+) -> Result<End, WorkerError> {
+    loop {
+        shell.turn(relay).map_err(|error| unserved(link, &error))?;
+        if leave() {
+            link.leave();
+            shell.act(relay.finish(End::Told));
+        }
+        while relay.end().is_none()
+            && let Ok(heard) = inbox.try_recv()
+        {
+            let actions = match heard? {
+                ToWorker::Lease { id, first_walk, walks } => {
+                    relay.on_lease(id, first_walk, walks, shell.now())
+                }
+                ToWorker::Done => relay.finish(End::Told),
+                ToWorker::Refused { reason } => return Err(WorkerError::Refused(reason)),
+                _ => return Err(WorkerError::Protocol),
+            };
+            shell.act(actions);
+        }
+        if let Some(end) = relay.end() {
+            return Ok(end);
+        }
+        link.progress.store(relay.progress(), Ordering::Relaxed);
+        for message in relay.take_outbox() {
+            // A thread that is gone has told why.
+            let _ = outbox.send(Mail::Message(message));
+        }
+    }
+}
+
+/// Its own workers cannot be served.
+fn unserved(link: &Link, error: &io::Error) -> WorkerError {
+    link.give_up(format!("its own workers cannot be served ({error})"))
 }
 
 /// What this relay's workers have to know.

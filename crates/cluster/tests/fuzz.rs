@@ -2,6 +2,7 @@
 
 #[path = "../fuzz/targets.rs"]
 mod targets;
+#[path = "../../protocol/tests/toy/mod.rs"]
 mod toy;
 
 use std::path::Path;

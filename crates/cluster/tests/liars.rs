@@ -2,6 +2,7 @@
 //! and what the liar did is told of under its name. Who sent what cannot be is not let in again.
 
 mod net;
+#[path = "../../protocol/tests/toy/mod.rs"]
 mod toy;
 
 use std::ops::Range;
@@ -160,7 +161,7 @@ fn told(name: &str, change: impl FnOnce(&mut Provenance) + Send) {
 
 #[test]
 fn relays_that_tell_what_cannot_be_of_their_workers_are_banned() {
-    told("of nobody", |told| *told = Provenance::default());
+    told("of no parts", |told| *told = Provenance::default());
     told("of other walks", |told| told.parts[0].walks += 1);
     told("of walks without end", |told| told.parts = vec![Delivery { walks: u64::MAX, ..told.parts[0] }; 2]);
     told("of another digest", |told| told.parts[0].digest ^= 1);

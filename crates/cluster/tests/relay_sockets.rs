@@ -1,6 +1,7 @@
 //! Relays over real sockets of this machine, in one process.
 
 mod net;
+#[path = "../../protocol/tests/toy/mod.rs"]
 mod toy;
 
 use std::net::TcpListener;

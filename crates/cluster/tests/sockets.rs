@@ -2,6 +2,7 @@
 //! between them. No deadline here decides anything but that a test hangs.
 
 mod net;
+#[path = "../../protocol/tests/toy/mod.rs"]
 mod toy;
 
 use std::io::{Read, Write};

@@ -7,15 +7,17 @@ use std::time::Duration;
 
 use radiosity::{Layout, Tally};
 
+use crate::captain::Captain;
 use crate::checkpoint::{Look, Past};
-use crate::crew::{Crew, Effort, Present, Step, Terms, farewell};
+use crate::crew::{Crew, Present};
 use crate::digest::Digester;
-use crate::lead::{Action, Lead, Notice, Now, PeerId};
+use crate::effort::Effort;
+use crate::lead::{Action, Notice, Now};
 use crate::ledger::Ledger;
 use crate::limits::Limits;
-use crate::message::ToCoordinator;
 use crate::pace::LEASE_SECONDS_PER_SUM;
 use crate::roster::Contributor;
+use crate::terms::Terms;
 use crate::watch::{Watch, Watched};
 
 /// After a stop, results that workers keep or send are waited for, and leases that fill a gap below these or others; no
@@ -219,47 +221,6 @@ impl Coordinator {
         self.crew.effort()
     }
 
-    /// Goes on after an event.
-    fn after(&mut self, step: Step, now: Now) -> Vec<Action> {
-        match step {
-            Step::Still(actions) => actions,
-            Step::Moved(mut actions) => {
-                actions.extend(self.advance(now));
-                actions
-            }
-            Step::Overflow => self.finish(Ending::Overflow),
-        }
-    }
-
-    /// Moves the prefix on, looks at the target where the job says so, and gives out more work.
-    fn advance(&mut self, now: Now) -> Vec<Action> {
-        loop {
-            match self.crew.advance() {
-                Ok(true) => {}
-                Ok(false) => break,
-                Err(_) => return self.finish(Ending::Overflow),
-            }
-            if self.crew.ledger.at_look() {
-                let look = (self.judge)(self.crew.ledger.prefix(), &self.looks);
-                self.looks.push(look);
-                if look.reached {
-                    return self.finish(Ending::TargetReached);
-                }
-            }
-        }
-        if self.crew.ledger.is_complete() {
-            return self.finish(Ending::BudgetSpent);
-        }
-        let mut actions = self.crew.go_on(now);
-        // A job that is stopping ends once nothing more can be saved.
-        if let Some((ending, _)) = self.stopping
-            && !self.crew.gap_may_close()
-        {
-            actions.extend(self.finish(ending));
-        }
-        actions
-    }
-
     fn stop_grace(&self) -> Duration {
         STOP_GRACE + Duration::from_secs_f64(2.0 * LEASE_SECONDS_PER_SUM * self.crew.terms().sums() as f64)
     }
@@ -312,46 +273,54 @@ impl Coordinator {
     }
 }
 
-impl Lead for Coordinator {
-    fn on_connect(&mut self, id: PeerId) -> Vec<Action> {
-        if self.ending.is_some() {
-            return farewell(id).into();
+impl Captain for Coordinator {
+    fn crew(&mut self) -> &mut Crew {
+        &mut self.crew
+    }
+
+    fn its_crew(&self) -> &Crew {
+        &self.crew
+    }
+
+    fn is_over(&self) -> bool {
+        self.ending.is_some()
+    }
+
+    /// Moves the prefix on, looks at the target where the job says so, and gives out more work.
+    fn advance(&mut self, now: Now) -> Vec<Action> {
+        loop {
+            match self.crew.advance() {
+                Ok(true) => {}
+                Ok(false) => break,
+                Err(_) => return self.finish(Ending::Overflow),
+            }
+            if self.crew.ledger.at_look() {
+                let look = (self.judge)(self.crew.ledger.prefix(), &self.looks);
+                self.looks.push(look);
+                if look.reached {
+                    return self.finish(Ending::TargetReached);
+                }
+            }
         }
-        self.crew.on_connect(id);
-        vec![]
-    }
-
-    fn on_message(&mut self, id: PeerId, message: ToCoordinator, now: Now) -> Vec<Action> {
-        // The prefix stays what it was when the job ended.
-        if self.ending.is_some() {
-            return vec![];
+        if self.crew.ledger.is_complete() {
+            return self.finish(Ending::BudgetSpent);
         }
-        let step = self.crew.on_message(id, message, now);
-        self.after(step, now)
-    }
-
-    fn on_stir(&mut self, id: PeerId) {
-        self.crew.on_stir(id);
-    }
-
-    fn on_bytes(&mut self, bytes: usize) {
-        self.received += bytes as u64;
-    }
-
-    fn on_lost(&mut self, id: PeerId, reason: &str, now: Now) -> Vec<Action> {
-        // After the end everybody leaves.
-        if self.ending.is_some() {
-            return vec![];
+        let mut actions = self.crew.go_on(now);
+        // A job that is stopping ends once nothing more can be saved.
+        if let Some((ending, _)) = self.stopping
+            && !self.crew.gap_may_close()
+        {
+            actions.extend(self.finish(ending));
         }
-        let step = self.crew.on_lost(id, reason);
-        self.after(step, now)
+        actions
+    }
+
+    fn overflow(&mut self) -> Vec<Action> {
+        self.finish(Ending::Overflow)
     }
 
     /// Notices silence, stalls, the wall clock and the end of a stop's grace.
-    fn on_tick(&mut self, now: Now) -> Vec<Action> {
-        if self.ending.is_some() {
-            return vec![];
-        }
+    fn tick(&mut self, now: Now) -> Vec<Action> {
         let mut actions = self.crew.tick(now);
         let wall_is_over = self.wall.is_some_and(|wall| now >= wall);
         actions.extend(match self.stopping {
@@ -367,7 +336,7 @@ impl Lead for Coordinator {
         actions
     }
 
-    fn frame_cap(&self, id: PeerId) -> usize {
-        self.crew.frame_cap(id)
+    fn count(&mut self, bytes: usize) {
+        self.received += bytes as u64;
     }
 }

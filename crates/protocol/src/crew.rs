@@ -1,26 +1,26 @@
 //! The workers of whoever leads: who is there, what each was given, and what becomes of it. What results amount to, and
-//! when it is over, is for the coordinator ([`crate::coordinator`]) or the relay ([`crate::relay`]) to say.
+//! when it is over, is for the coordinator or the relay to say.
 
+mod admission;
 mod leasing;
 mod peer;
 mod results;
 
 use std::collections::{BTreeSet, HashMap, HashSet};
-use std::sync::Arc;
 use std::time::Duration;
 
-use bincode::{Decode, Encode};
-use radiosity::{Layout, MergeError};
+use radiosity::MergeError;
 
 use self::peer::{Peer, Stage};
-use crate::codec::{LONGEST_SUM, SHORT_FRAME};
+use crate::codec::SHORT_FRAME;
 use crate::digest::Digester;
+pub use crate::effort::Effort;
 use crate::lead::{Action, Notice, Now, PeerId};
 use crate::ledger::{LeaseId, Ledger};
-use crate::limits::Limits;
-use crate::message::{Hello, PIECE, PROTOCOL, ToCoordinator, ToWorker};
-use crate::provenance::{self, NAME_CHARS, plain_name};
+use crate::message::{PIECE, ToCoordinator, ToWorker};
+use crate::provenance;
 use crate::roster::{Contributor, Roster};
+pub use crate::terms::Terms;
 use crate::transfers::Transfers;
 
 /// A worker that says nothing for so long is lost. Workers speak every second.
@@ -38,75 +38,11 @@ const BLINK: Duration = Duration::from_secs(1);
 const BEATS: f64 = 10_000.0;
 const BEATS_PER_SECOND: f64 = 100.0;
 
-/// What a returned lease counts as.
-const BEATS_PER_RETURN: f64 = 10.0;
-
-/// A worker is leased work for at most so many threads, whatever it claims to have; a relay for so many.
-const MAX_THREADS: usize = 4096;
-const MAX_RELAYED_THREADS: usize = 1 << 20;
-
-/// Leases that are worked on at once, by all workers: one that claims more threads than are left of these has one.
-const MOST_SLOTS: usize = 1 << 18;
-
-/// A relay's lease takes at most this many times as long as a worker's, whatever the relay asks for: each level of relays asks for
-/// four times what the level below takes.
-const LONGEST_RELAYED: f64 = 256.0;
-
 /// The most names of workers that are not let in again.
 const MOST_BANNED: usize = 1 << 16;
 
 /// Reasons are shown to this length.
 const REASON_CHARS: usize = 400;
-
-/// What workers have to know and to be.
-#[derive(Clone)]
-pub struct Terms {
-    /// The job as workers read it.
-    pub job: Arc<[u8]>,
-    /// What a worker's replica must hash to.
-    pub scene_hash: [u8; 32],
-    /// Likewise.
-    pub job_hash: [u8; 32],
-    /// The only build that may join.
-    pub build: String,
-    /// Walks per stream.
-    pub stream_walks: u64,
-    /// Leases per worker thread that are out at once.
-    pub leases_per_thread: usize,
-    /// Patches of the scene.
-    pub patches: usize,
-    /// What a tally of the job keeps of each.
-    pub layout: Layout,
-    /// What its walks can come to at most.
-    pub limits: Limits,
-}
-
-impl Terms {
-    /// Numbers in a tally of the job.
-    pub fn sums(&self) -> usize {
-        self.patches * self.layout.columns()
-    }
-
-    /// What the packed sums of a result can take.
-    fn most_bytes(&self) -> usize {
-        LONGEST_SUM * self.sums()
-    }
-}
-
-/// What a run took, its earlier sessions included.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Encode, Decode)]
-pub struct Effort {
-    /// From the first lease to the last result that was merged.
-    pub seconds: f64,
-    /// Processor time that all workers walked.
-    pub cpu_seconds: f64,
-    /// Workers that ever shot.
-    pub workers_seen: u64,
-    /// Workers that were lost while the job ran.
-    pub workers_lost: u64,
-    /// Streams of lost leases.
-    pub streams_reissued: u64,
-}
 
 /// A worker that is there now.
 #[derive(Clone, Debug, PartialEq)]
@@ -381,111 +317,6 @@ impl Crew {
         if let Some(peer) = self.peers.get_mut(&id) {
             peer.progressed = self.awake;
         }
-    }
-
-    /// A peer introduces itself: can it walk as we do?
-    fn on_hello(&mut self, id: PeerId, hello: Hello) -> Vec<Action> {
-        let name = plain_name(&hello.name);
-        let refusal = if hello.protocol != PROTOCOL {
-            Some(format!(
-                "it speaks protocol {}, this coordinator {PROTOCOL}; use the same radwalk",
-                hello.protocol
-            ))
-        } else if hello.build != self.terms.build {
-            Some(format!(
-                "it is radwalk {}, this coordinator {} (other builds may walk otherwise); use the same build",
-                printable(&hello.build, NAME_CHARS),
-                self.terms.build
-            ))
-        } else if self.banned.contains(&name) {
-            Some(
-                "it sent a result that cannot be (faulty memory, or another program); use another machine"
-                    .into(),
-            )
-        } else if hello.threads == 0 && !hello.relays {
-            Some("it has no threads".into())
-        } else {
-            None
-        };
-        if let Some(reason) = refusal {
-            self.peers.remove(&id);
-            return refuse(id, name, reason);
-        }
-        let peer = self.peers.get_mut(&id).expect("the caller found it");
-        peer.stage = Stage::Welcomed;
-        peer.name = name;
-        peer.relays = hello.relays;
-        // A relay says later how many its workers have.
-        peer.threads = if hello.relays { 0 } else { (hello.threads as usize).min(MAX_THREADS) };
-        let Terms { job, stream_walks, leases_per_thread, .. } = &self.terms;
-        let (stream_walks, leases_per_thread) = (*stream_walks, *leases_per_thread as u32);
-        vec![Action::Send(id, ToWorker::Welcome { job: job.clone(), stream_walks, leases_per_thread })]
-    }
-
-    /// A peer has built its replica: is it the same scene and job?
-    fn on_ready(&mut self, id: PeerId, scene_hash: [u8; 32], job_hash: [u8; 32]) -> Step {
-        if (scene_hash, job_hash) != (self.terms.scene_hash, self.terms.job_hash) {
-            self.spent.workers_lost += 1;
-            let peer = self.peers.remove(&id).expect("the caller found it");
-            let reason = "its replica of the scene differs (its build or memory is faulty)";
-            return Step::Still(refuse(id, peer.name, reason.into()));
-        }
-        self.spent.workers_seen += 1;
-        let peer = self.peers.get_mut(&id).expect("the caller found it");
-        peer.stage = Stage::Working;
-        self.workers_now += 1;
-        let joined = Notice::Joined { name: peer.name.clone(), threads: peer.threads };
-        self.believe(id);
-        self.gets_on(id);
-        self.consider(id);
-        Step::Moved(vec![Action::Tell(joined)])
-    }
-
-    /// A relay's workers have come or gone.
-    fn on_capacity(&mut self, id: PeerId, threads: u32, lease_seconds: f64) -> Step {
-        let least = self.lease_seconds(self.ticked);
-        self.doubt(id);
-        let peer = self.peers.get_mut(&id).expect("the caller found it");
-        peer.threads = (threads as usize).min(MAX_RELAYED_THREADS);
-        let wanted = if lease_seconds.is_nan() { 0.0 } else { lease_seconds };
-        peer.lease_seconds = wanted.clamp(0.0, LONGEST_RELAYED * least);
-        self.believe(id);
-        self.consider(id);
-        Step::Moved(vec![])
-    }
-
-    /// Counts the threads of a peer in, as far as they are believed. However many all claim, each has its share of
-    /// [`MOST_SLOTS`].
-    fn believe(&mut self, id: PeerId) {
-        let peer = self.peers.get_mut(&id).expect("the caller found it");
-        let left = MOST_SLOTS.saturating_sub(self.slots).max(1);
-        peer.slots = peer.trusted_slots().min(left);
-        self.threads += peer.trusted_threads();
-        self.slots += peer.slots;
-    }
-
-    /// Takes the threads of a peer out of the count.
-    fn doubt(&mut self, id: PeerId) {
-        let peer = &self.peers[&id];
-        self.threads -= peer.trusted_threads();
-        self.slots -= peer.slots;
-    }
-
-    /// A relay that has lost its workers gives a lease back.
-    fn on_return(&mut self, id: PeerId, lease: LeaseId) -> Step {
-        let peer = self.peers.get_mut(&id).expect("the caller found it");
-        // It costs as much as some heartbeats: a relay that only gives back is faulty.
-        peer.beats -= BEATS_PER_RETURN;
-        if peer.beats < 0.0 {
-            return self.drop_peer(id, "gives back leases too often (a faulty program)");
-        }
-        if peer.leases.remove(&lease).is_none() {
-            return self.drop_peer(id, "returned a lease that it did not have");
-        }
-        self.holders.remove(&lease);
-        self.ledger.lose(lease);
-        self.consider(id);
-        Step::Moved(vec![])
     }
 
     /// A connection is gone.

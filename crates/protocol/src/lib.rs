@@ -7,12 +7,16 @@
 //!
 //! There are no sockets, threads or clocks here, and clippy holds that (`clippy.toml`). The crate `cluster` is the shell.
 
+#![warn(unreachable_pub, unnameable_types)]
+
+pub mod captain;
 pub mod checkpoint;
 pub mod codec;
 pub mod coordinator;
 pub mod crew;
 pub mod deliveries;
 pub mod digest;
+pub mod effort;
 pub mod foreign;
 pub mod lead;
 pub mod ledger;
@@ -25,5 +29,6 @@ pub mod provenance;
 pub mod rejected;
 pub mod relay;
 pub mod roster;
+pub mod terms;
 mod transfers;
 pub mod watch;

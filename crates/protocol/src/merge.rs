@@ -5,8 +5,8 @@ use std::sync::Arc;
 use thiserror::Error;
 
 use crate::checkpoint::{Checkpoint, Part};
-use crate::crew::Effort;
 use crate::deliveries::Growing;
+use crate::effort::Effort;
 
 /// Why two results do not go together.
 #[derive(Debug, Error, PartialEq, Eq)]

@@ -156,7 +156,7 @@ mod tests {
         let named: Vec<_> = entered.iter().map(|part| (name(part), part.walks, part.digest)).collect();
         let (b, other) = ("relay a > b:1", "relay a > unused");
         assert_eq!(named, [(b.into(), 10, 5), (other.into(), 20, 6), (b.into(), 30, 7)]);
-        // What the relay names nobody for is its own.
+        // A part without a worker's name is the relay's own.
         let several = Delivery { worker: SEVERAL, ..Delivery::lease(3, 0, 1) };
         let of_many = Provenance::new(&deliveries([several]), &[]);
         assert_eq!((of_many.breach(3, 1), of_many.names.len()), (None, 0));

@@ -9,14 +9,17 @@ use std::collections::VecDeque;
 
 use radiosity::Tally;
 
+use crate::captain::Captain;
 use crate::codec::pack;
-use crate::crew::{Crew, Effort, Step, Terms, farewell};
+use crate::crew::Crew;
 use crate::deliveries::Deliveries;
-use crate::lead::{Action, Lead, Now, PeerId};
+use crate::effort::Effort;
+use crate::lead::{Action, Now};
 use crate::ledger::{LeaseId, Ledger};
 use crate::message::{LeaseResult, ToCoordinator};
 use crate::pace::RELAY_ROUNDS;
 use crate::provenance::Provenance;
+use crate::terms::Terms;
 
 /// A lease that was given to the relay.
 struct Held {
@@ -97,30 +100,6 @@ impl Relay {
         self.crew.dismiss()
     }
 
-    /// Goes on after an event.
-    fn after(&mut self, step: Step, now: Now) -> Vec<Action> {
-        match step {
-            Step::Still(actions) => actions,
-            Step::Moved(mut actions) => {
-                actions.extend(self.advance(now));
-                actions
-            }
-            Step::Overflow => self.finish(End::Overflow),
-        }
-    }
-
-    /// Merges what is in, sends on what is whole, and gives out more work.
-    fn advance(&mut self, now: Now) -> Vec<Action> {
-        loop {
-            match self.crew.advance() {
-                Ok(true) if self.crew.ledger.at_look() => self.send_on(now),
-                Ok(true) => {}
-                Ok(false) => return self.crew.go_on(now),
-                Err(_) => return self.finish(End::Overflow),
-            }
-        }
-    }
-
     /// Sends on the result of the first lease.
     fn send_on(&mut self, now: Now) {
         let (tally, deliveries) = self.crew.ledger.take_off();
@@ -135,7 +114,7 @@ impl Relay {
             cpu_seconds,
             counts: Box::new(tally.counts.to_array()),
             sums: pack(tally.sums()),
-            // Had anything been changed here, whoever leads would find out: these are the digests that came with the parts.
+            // These are the digests that came with the parts: where a sum was changed here, the leader finds out.
             digest: deliveries.digest(),
             provenance: Provenance::new(&deliveries, self.crew.workers()),
         };
@@ -168,40 +147,37 @@ fn books(terms: &Terms, lots: u64) -> Ledger {
     Ledger::new(0, terms.stream_walks.max(1), vec![], empty.into(), Deliveries::default()).drawn_by(lots)
 }
 
-impl Lead for Relay {
-    fn on_connect(&mut self, id: PeerId) -> Vec<Action> {
-        if self.over.is_some() {
-            return farewell(id).into();
-        }
-        self.crew.on_connect(id);
-        vec![]
+impl Captain for Relay {
+    fn crew(&mut self) -> &mut Crew {
+        &mut self.crew
     }
 
-    fn on_message(&mut self, id: PeerId, message: ToCoordinator, now: Now) -> Vec<Action> {
-        if self.over.is_some() {
-            return vec![];
-        }
-        let step = self.crew.on_message(id, message, now);
-        self.after(step, now)
+    fn its_crew(&self) -> &Crew {
+        &self.crew
     }
 
-    fn on_stir(&mut self, id: PeerId) {
-        self.crew.on_stir(id);
+    fn is_over(&self) -> bool {
+        self.over.is_some()
     }
 
-    fn on_lost(&mut self, id: PeerId, reason: &str, now: Now) -> Vec<Action> {
-        if self.over.is_some() {
-            return vec![];
+    /// Merges what is in, sends on what is whole, and gives out more work.
+    fn advance(&mut self, now: Now) -> Vec<Action> {
+        loop {
+            match self.crew.advance() {
+                Ok(true) if self.crew.ledger.at_look() => self.send_on(now),
+                Ok(true) => {}
+                Ok(false) => return self.crew.go_on(now),
+                Err(_) => return self.finish(End::Overflow),
+            }
         }
-        let step = self.crew.on_lost(id, reason);
-        self.after(step, now)
+    }
+
+    fn overflow(&mut self) -> Vec<Action> {
+        self.finish(End::Overflow)
     }
 
     /// Notices silence and stalls, and tells whoever leads how many work here.
-    fn on_tick(&mut self, now: Now) -> Vec<Action> {
-        if self.over.is_some() {
-            return vec![];
-        }
+    fn tick(&mut self, now: Now) -> Vec<Action> {
         let mut actions = self.crew.tick(now);
         if !actions.is_empty() {
             actions.extend(self.advance(now));
@@ -211,9 +187,5 @@ impl Lead for Relay {
         }
         self.tell_capacity(now);
         actions
-    }
-
-    fn frame_cap(&self, id: PeerId) -> usize {
-        self.crew.frame_cap(id)
     }
 }

@@ -24,7 +24,7 @@ const PIECE_PATIENCE: Duration = Duration::from_secs(20);
 
 /// What may be held at once.
 #[derive(Clone, Copy, Debug)]
-pub struct Room {
+pub(crate) struct Room {
     /// Islands.
     pub islands: usize,
     /// Bytes of packed results under way; one of any size may always be.
@@ -33,7 +33,7 @@ pub struct Room {
 
 /// A result that a worker keeps.
 #[derive(Debug)]
-pub struct Offer {
+pub(crate) struct Offer {
     /// The worker.
     pub peer: PeerId,
     /// The lease.
@@ -56,7 +56,7 @@ struct Transfer {
 
 /// All that is offered or under way.
 #[derive(Debug, Default)]
-pub struct Transfers {
+pub(crate) struct Transfers {
     /// By the first walk: the lowest is asked for first. The same walks may be offered under several leases.
     offers: BTreeMap<(u64, LeaseId), Offer>,
     under_way: HashMap<LeaseId, Transfer>,
@@ -64,13 +64,13 @@ pub struct Transfers {
 
 impl Transfers {
     /// Notes an offer. Returns false where the lease was offered before.
-    pub fn offer(&mut self, offer: Offer) -> bool {
+    pub(crate) fn offer(&mut self, offer: Offer) -> bool {
         !self.under_way.contains_key(&offer.lease)
             && self.offers.insert((offer.walks.start, offer.lease), offer).is_none()
     }
 
     /// Chooses what to ask for now, by the waking clock.
-    pub fn grant(&mut self, ledger: &Ledger, room: Room, now: Duration) -> Vec<(PeerId, LeaseId)> {
+    pub(crate) fn grant(&mut self, ledger: &Ledger, room: Room, now: Duration) -> Vec<(PeerId, LeaseId)> {
         let mut bytes: usize = self.under_way.values().map(|transfer| transfer.offer.bytes).sum();
         let founding = |offer: &Offer| !ledger.adjoins(&offer.walks);
         let mut islands =
@@ -103,7 +103,7 @@ impl Transfers {
     }
 
     /// Stages a piece. Returns false where it was not asked for, or is more than was offered.
-    pub fn stage(&mut self, peer: PeerId, lease: LeaseId, piece: &[u8], now: Duration) -> bool {
+    pub(crate) fn stage(&mut self, peer: PeerId, lease: LeaseId, piece: &[u8], now: Duration) -> bool {
         match self.under_way.get_mut(&lease) {
             Some(Transfer { offer, staged, heard, .. })
                 if offer.peer == peer && staged.len() + piece.len() <= offer.bytes =>
@@ -118,7 +118,7 @@ impl Transfers {
 
     /// The whole packed sums of a lease, of which `rest` is what pieces have left; `None` where they were not asked
     /// for or are not what was offered.
-    pub fn finish(&mut self, peer: PeerId, lease: LeaseId, rest: &[u8]) -> Option<Vec<u8>> {
+    pub(crate) fn finish(&mut self, peer: PeerId, lease: LeaseId, rest: &[u8]) -> Option<Vec<u8>> {
         let asked = self.under_way.get(&lease).is_some_and(|transfer| transfer.offer.peer == peer);
         let Transfer { offer, mut staged, .. } = self.under_way.remove(&lease).filter(|_| asked)?;
         staged.extend_from_slice(rest);
@@ -126,7 +126,7 @@ impl Transfers {
     }
 
     /// Takes out what is offered of leases that are no longer out: others have brought their walks.
-    pub fn take_void(&mut self, ledger: &Ledger) -> Vec<(PeerId, LeaseId)> {
+    pub(crate) fn take_void(&mut self, ledger: &Ledger) -> Vec<(PeerId, LeaseId)> {
         let is_void = |offer: &&Offer| ledger.range(offer.lease).is_none();
         let void: Vec<_> =
             self.offers.values().filter(is_void).map(|offer| (offer.peer, offer.lease)).collect();
@@ -135,41 +135,41 @@ impl Transfers {
     }
 
     /// Where what workers keep or send ends.
-    pub fn end(&self) -> Option<u64> {
+    pub(crate) fn end(&self) -> Option<u64> {
         let under_way = self.under_way.values().map(|transfer| &transfer.offer);
         self.offers.values().chain(under_way).map(|offer| offer.walks.end).max()
     }
 
     /// Results that workers keep.
-    pub fn kept(&self) -> usize {
+    pub(crate) fn kept(&self) -> usize {
         self.offers.len()
     }
 
     /// How many results each worker keeps that keeps any.
-    pub fn keepers(&self) -> HashMap<PeerId, usize> {
+    pub(crate) fn keepers(&self) -> HashMap<PeerId, usize> {
         let mut keepers = HashMap::new();
         self.offers.values().for_each(|offer| *keepers.entry(offer.peer).or_default() += 1);
         keepers
     }
 
     /// Whether the result of one of several leases of the same walks is kept by its worker.
-    pub fn keeps_any(&self, start: u64, leases: &[LeaseId]) -> bool {
+    pub(crate) fn keeps_any(&self, start: u64, leases: &[LeaseId]) -> bool {
         leases.iter().any(|&lease| self.offers.contains_key(&(start, lease)))
     }
 
     /// Whether some result is being sent.
-    pub fn is_receiving(&self) -> bool {
+    pub(crate) fn is_receiving(&self) -> bool {
         !self.under_way.is_empty()
     }
 
     /// Takes out all offers of the peer that has the one furthest from the prefix.
-    pub fn take_furthest(&mut self) -> Vec<(PeerId, LeaseId)> {
+    pub(crate) fn take_furthest(&mut self) -> Vec<(PeerId, LeaseId)> {
         let Some(peer) = self.offers.values().next_back().map(|offer| offer.peer) else { return vec![] };
         self.take_of(peer)
     }
 
     /// Takes out all offers of a peer.
-    pub fn take_of(&mut self, peer: PeerId) -> Vec<(PeerId, LeaseId)> {
+    pub(crate) fn take_of(&mut self, peer: PeerId) -> Vec<(PeerId, LeaseId)> {
         let taken = self.offers.values().filter(|offer| offer.peer == peer);
         let taken = taken.map(|offer| (offer.peer, offer.lease)).collect();
         self.offers.retain(|_, offer| offer.peer != peer);
@@ -177,12 +177,12 @@ impl Transfers {
     }
 
     /// Whether a peer waits to be asked.
-    pub fn keeps_waiting(&self, peer: PeerId) -> bool {
+    pub(crate) fn keeps_waiting(&self, peer: PeerId) -> bool {
         self.offers.values().any(|offer| offer.peer == peer)
     }
 
     /// Whether a peer takes too long to send what it was asked for, or sends nothing of it.
-    pub fn is_overdue(&self, peer: PeerId, now: Duration) -> bool {
+    pub(crate) fn is_overdue(&self, peer: PeerId, now: Duration) -> bool {
         let of_peer = || self.under_way.values().filter(|transfer| transfer.offer.peer == peer);
         // A worker sends one result after the other.
         let silent = of_peer().map(|transfer| transfer.heard).max();
@@ -193,7 +193,7 @@ impl Transfers {
     }
 
     /// Drops all that a peer has offered or begun to send.
-    pub fn forget(&mut self, peer: PeerId) {
+    pub(crate) fn forget(&mut self, peer: PeerId) {
         self.offers.retain(|_, offer| offer.peer != peer);
         self.under_way.retain(|_, transfer| transfer.offer.peer != peer);
     }

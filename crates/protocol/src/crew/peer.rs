@@ -8,7 +8,7 @@ use crate::ledger::LeaseId;
 
 /// Where a connection stands.
 #[derive(Debug)]
-pub enum Stage {
+pub(super) enum Stage {
     /// Knows the key.
     Admitted,
     /// Is building its replica.
@@ -22,7 +22,7 @@ const FIRST_THREADS: usize = 64;
 
 /// When a lease was given.
 #[derive(Clone, Copy, Debug)]
-pub struct Since {
+pub(super) struct Since {
     /// By the waking clock.
     pub awake: Duration,
     pub now: Now,
@@ -30,7 +30,7 @@ pub struct Since {
 
 /// A connection, and what its worker was given.
 #[derive(Debug)]
-pub struct Peer {
+pub(super) struct Peer {
     pub stage: Stage,
     pub name: String,
     /// Whether it has others work for it.
@@ -62,7 +62,7 @@ pub struct Peer {
 
 impl Peer {
     /// Somebody who knows the key, at a time of the waking clock.
-    pub fn new(id: PeerId, now: Duration, beats: f64) -> Self {
+    pub(super) fn new(id: PeerId, now: Duration, beats: f64) -> Self {
         Peer {
             stage: Stage::Admitted,
             name: format!("peer {id}"),
@@ -83,27 +83,27 @@ impl Peer {
         }
     }
 
-    pub fn is_working(&self) -> bool {
+    pub(super) fn is_working(&self) -> bool {
         matches!(self.stage, Stage::Working)
     }
 
     /// Threads that are believed: more with every result, so that a claim alone costs nothing.
-    pub fn trusted_threads(&self) -> usize {
+    pub(super) fn trusted_threads(&self) -> usize {
         self.threads.min(FIRST_THREADS.saturating_mul(1 + self.results))
     }
 
     /// Leases that it may work on at once.
-    pub fn trusted_slots(&self) -> usize {
+    pub(super) fn trusted_slots(&self) -> usize {
         if self.relays { self.threads.min(1) } else { self.trusted_threads() }
     }
 
     /// Threads that share a lease.
-    pub fn lease_threads(&self) -> usize {
+    pub(super) fn lease_threads(&self) -> usize {
         if self.relays { self.trusted_threads() } else { 1 }
     }
 
     /// Walks per second of those that share a lease.
-    pub fn lease_rate(&self) -> f64 {
+    pub(super) fn lease_rate(&self) -> f64 {
         self.rate * self.lease_threads() as f64
     }
 }

@@ -7,14 +7,14 @@ use std::collections::{BTreeMap, HashSet, VecDeque};
 use std::ops::Range;
 use std::time::Duration;
 
-use cluster::checkpoint::Past;
-use cluster::coordinator::{Coordinator, Ending, Plan};
-use cluster::crew::Terms;
-use cluster::deliveries::MOST_PARTS;
-use cluster::digest::Digester;
-use cluster::lead::{Action, Lead, PeerId};
-use cluster::message::{Hello, LeaseResult, ToCoordinator, ToWorker};
-use cluster::relay::{End, Relay};
+use protocol::checkpoint::Past;
+use protocol::coordinator::{Coordinator, Ending, Plan};
+use protocol::crew::Terms;
+use protocol::deliveries::MOST_PARTS;
+use protocol::digest::Digester;
+use protocol::lead::{Action, Lead, PeerId};
+use protocol::message::{Hello, LeaseResult, ToCoordinator, ToWorker};
+use protocol::relay::{End, Relay};
 use toy::{
     BUILD, JOB, JOB_HASH, LAYOUT, LIMITS, PATCHES, READY, SCENE_HASH, coordinator, hash, hello, plan,
     straight,

@@ -1,5 +1,7 @@
 //! What a coordinator's state takes where workers are many, or claim to be: bytes, counted by the allocator, and time.
 
+#![expect(clippy::disallowed_methods, reason = "it says how long losing many workers takes")]
+
 mod toy;
 
 use std::alloc::{GlobalAlloc, Layout, System};
@@ -8,9 +10,9 @@ use std::ops::Range;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
-use cluster::coordinator::Coordinator;
-use cluster::lead::{Action, Lead, PeerId};
-use cluster::message::{ToCoordinator, ToWorker};
+use protocol::coordinator::Coordinator;
+use protocol::lead::{Action, Lead, PeerId};
+use protocol::message::{ToCoordinator, ToWorker};
 use toy::{READY, coordinator, hello, plan, result};
 
 /// Counts what is held.

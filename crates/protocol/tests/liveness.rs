@@ -10,13 +10,13 @@ use std::collections::{BTreeMap, VecDeque};
 use std::ops::Range;
 use std::time::Duration;
 
-use cluster::checkpoint::Past;
-use cluster::coordinator::{Coordinator, Ending, Plan};
-use cluster::crew::Terms;
-use cluster::lead::{Action, Lead, Notice, PeerId};
-use cluster::limits::Limits;
-use cluster::message::{Hello, LeaseResult, PIECE, SMALL_TALLY, ToCoordinator, ToWorker};
-use cluster::relay::{End, Relay};
+use protocol::checkpoint::Past;
+use protocol::coordinator::{Coordinator, Ending, Plan};
+use protocol::crew::Terms;
+use protocol::lead::{Action, Lead, Notice, PeerId};
+use protocol::limits::Limits;
+use protocol::message::{Hello, LeaseResult, PIECE, SMALL_TALLY, ToCoordinator, ToWorker};
+use protocol::relay::{End, Relay};
 use radiosity::{Counts, Tally};
 use toy::{BUILD, Dice, JOB, JOB_HASH, LAYOUT, READY, SCENE_HASH, coordinator, hello, plan, result_of};
 

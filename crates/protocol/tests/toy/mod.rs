@@ -3,13 +3,13 @@
 
 use std::ops::Range;
 
-use cluster::checkpoint::{Look, Past};
-use cluster::codec::{pack, unpack};
-use cluster::coordinator::{Coordinator, Plan};
-use cluster::digest::Digester;
-use cluster::limits::Limits;
-use cluster::message::{Hello, LeaseResult, PROTOCOL, ToCoordinator, ToWorker};
-use cluster::provenance::Provenance;
+use protocol::checkpoint::{Look, Past};
+use protocol::codec::{pack, unpack};
+use protocol::coordinator::{Coordinator, Plan};
+use protocol::digest::Digester;
+use protocol::limits::Limits;
+use protocol::message::{Hello, LeaseResult, PROTOCOL, ToCoordinator, ToWorker};
+use protocol::provenance::Provenance;
 use radiosity::{Counts, Layout, Tally};
 
 pub const PATCHES: usize = 3;
@@ -110,7 +110,7 @@ pub fn plan(paths: u64, stream_paths: u64) -> Plan {
 }
 
 /// A judge that only says whether the target is met.
-pub fn judge(mut met: impl FnMut(&Tally) -> bool + 'static) -> cluster::coordinator::Judge {
+pub fn judge(mut met: impl FnMut(&Tally) -> bool + 'static) -> protocol::coordinator::Judge {
     Box::new(move |tally, _| Look { walks: tally.counts.walks, reached: met(tally), ..Look::default() })
 }
 

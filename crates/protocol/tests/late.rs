@@ -6,10 +6,10 @@ use std::collections::{BTreeMap, VecDeque};
 use std::ops::Range;
 use std::time::Duration;
 
-use cluster::coordinator::{Coordinator, Ending, Plan};
-use cluster::crew::SILENCE;
-use cluster::lead::{Action, Lead, Notice, PeerId};
-use cluster::message::{LeaseResult, PIECE, ToCoordinator, ToWorker};
+use protocol::coordinator::{Coordinator, Ending, Plan};
+use protocol::crew::SILENCE;
+use protocol::lead::{Action, Lead, Notice, PeerId};
+use protocol::message::{LeaseResult, PIECE, ToCoordinator, ToWorker};
 use radiosity::{Counts, Tally};
 use toy::{LAYOUT, READY, coordinator, hello, plan, result, result_of, straight};
 

@@ -7,14 +7,14 @@ use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::ops::Range;
 use std::time::Duration;
 
-use cluster::checkpoint::Past;
-use cluster::codec::{pack, unpack};
-use cluster::coordinator::{Coordinator, Ending, Plan};
-use cluster::crew::{SILENCE, STALL};
-use cluster::deliveries::Delivery;
-use cluster::lead::{Action, Lead, Notice, PeerId};
-use cluster::message::{Hello, LeaseResult, PROTOCOL, ToCoordinator, ToWorker};
-use cluster::provenance::Provenance;
+use protocol::checkpoint::Past;
+use protocol::codec::{pack, unpack};
+use protocol::coordinator::{Coordinator, Ending, Plan};
+use protocol::crew::{SILENCE, STALL};
+use protocol::deliveries::Delivery;
+use protocol::lead::{Action, Lead, Notice, PeerId};
+use protocol::message::{Hello, LeaseResult, PROTOCOL, ToCoordinator, ToWorker};
+use protocol::provenance::Provenance;
 use radiosity::Tally;
 use toy::{Dice, JOB, JOB_HASH, PATCHES, READY, SCENE_HASH, hash, judge, plan, result, straight};
 
@@ -961,7 +961,7 @@ fn a_relay_that_only_gives_back_is_dropped() {
 }
 
 #[test]
-fn what_a_relay_brought_that_lied_is_walked_again_whoever_was_behind_it() {
+fn what_a_lying_relay_brought_is_walked_again_with_all_that_is_behind_it() {
     let mut stage = Stage::new(plan(10_000, 10));
     let honest = stage.join(1);
     let relay = stage.introduce(|hello| Hello { relays: true, threads: 0, name: "relay".into(), ..hello });

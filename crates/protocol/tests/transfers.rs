@@ -5,11 +5,11 @@ mod toy;
 use std::collections::{BTreeMap, VecDeque};
 use std::time::Duration;
 
-use cluster::coordinator::{Coordinator, Ending, Plan};
-use cluster::crew::STALL;
-use cluster::lead::{Action, Lead, PeerId};
-use cluster::limits::Limits;
-use cluster::message::{PIECE, SMALL_TALLY, ToCoordinator, ToWorker};
+use protocol::coordinator::{Coordinator, Ending, Plan};
+use protocol::crew::STALL;
+use protocol::lead::{Action, Lead, PeerId};
+use protocol::limits::Limits;
+use protocol::message::{PIECE, SMALL_TALLY, ToCoordinator, ToWorker};
 use radiosity::{Counts, Layout, Tally};
 use toy::{LAYOUT, READY, coordinator, hash, plan, result_of};
 

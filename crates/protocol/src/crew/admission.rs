@@ -1,0 +1,130 @@
+//! Who is let in, and how much of what it claims is believed.
+
+use super::peer::Stage;
+use super::{Crew, Step, printable, refuse};
+use crate::lead::{Action, Notice, PeerId};
+use crate::ledger::LeaseId;
+use crate::message::{Hello, PROTOCOL, ToWorker};
+use crate::provenance::{NAME_CHARS, plain_name};
+use crate::terms::Terms;
+
+/// What a returned lease counts as.
+const BEATS_PER_RETURN: f64 = 10.0;
+
+/// A worker is leased work for at most so many threads, whatever it claims to have; a relay for so many.
+const MAX_THREADS: usize = 4096;
+const MAX_RELAYED_THREADS: usize = 1 << 20;
+
+/// Leases that are worked on at once, by all workers: one that claims more threads than are left of these has one.
+const MOST_SLOTS: usize = 1 << 18;
+
+/// A relay's lease takes at most this many times as long as a worker's, whatever the relay asks for: each level of relays asks for
+/// four times what the level below takes.
+const LONGEST_RELAYED: f64 = 256.0;
+
+impl Crew {
+    /// A peer introduces itself: can it walk as we do?
+    pub(super) fn on_hello(&mut self, id: PeerId, hello: Hello) -> Vec<Action> {
+        let name = plain_name(&hello.name);
+        let refusal = if hello.protocol != PROTOCOL {
+            Some(format!(
+                "it speaks protocol {}, this coordinator {PROTOCOL}; use the same radwalk",
+                hello.protocol
+            ))
+        } else if hello.build != self.terms.build {
+            Some(format!(
+                "it is radwalk {}, this coordinator {} (other builds may walk otherwise); use the same build",
+                printable(&hello.build, NAME_CHARS),
+                self.terms.build
+            ))
+        } else if self.banned.contains(&name) {
+            Some(
+                "it sent a result that cannot be (faulty memory, or another program); use another machine"
+                    .into(),
+            )
+        } else if hello.threads == 0 && !hello.relays {
+            Some("it has no threads".into())
+        } else {
+            None
+        };
+        if let Some(reason) = refusal {
+            self.peers.remove(&id);
+            return refuse(id, name, reason);
+        }
+        let peer = self.peers.get_mut(&id).expect("the caller found it");
+        peer.stage = Stage::Welcomed;
+        peer.name = name;
+        peer.relays = hello.relays;
+        // A relay says later how many its workers have.
+        peer.threads = if hello.relays { 0 } else { (hello.threads as usize).min(MAX_THREADS) };
+        let Terms { job, stream_walks, leases_per_thread, .. } = &self.terms;
+        let (stream_walks, leases_per_thread) = (*stream_walks, *leases_per_thread as u32);
+        vec![Action::Send(id, ToWorker::Welcome { job: job.clone(), stream_walks, leases_per_thread })]
+    }
+
+    /// A peer has built its replica: is it the same scene and job?
+    pub(super) fn on_ready(&mut self, id: PeerId, scene_hash: [u8; 32], job_hash: [u8; 32]) -> Step {
+        if (scene_hash, job_hash) != (self.terms.scene_hash, self.terms.job_hash) {
+            self.spent.workers_lost += 1;
+            let peer = self.peers.remove(&id).expect("the caller found it");
+            let reason = "its replica of the scene differs (its build or memory is faulty)";
+            return Step::Still(refuse(id, peer.name, reason.into()));
+        }
+        self.spent.workers_seen += 1;
+        let peer = self.peers.get_mut(&id).expect("the caller found it");
+        peer.stage = Stage::Working;
+        self.workers_now += 1;
+        let joined = Notice::Joined { name: peer.name.clone(), threads: peer.threads };
+        self.believe(id);
+        self.gets_on(id);
+        self.consider(id);
+        Step::Moved(vec![Action::Tell(joined)])
+    }
+
+    /// A relay's workers have come or gone.
+    pub(super) fn on_capacity(&mut self, id: PeerId, threads: u32, lease_seconds: f64) -> Step {
+        let least = self.lease_seconds(self.ticked);
+        self.doubt(id);
+        let peer = self.peers.get_mut(&id).expect("the caller found it");
+        peer.threads = (threads as usize).min(MAX_RELAYED_THREADS);
+        let wanted = if lease_seconds.is_nan() { 0.0 } else { lease_seconds };
+        peer.lease_seconds = wanted.clamp(0.0, LONGEST_RELAYED * least);
+        self.believe(id);
+        self.consider(id);
+        Step::Moved(vec![])
+    }
+
+    /// Counts the threads of a peer in, as far as they are believed. However many all claim, each has its share of
+    /// [`MOST_SLOTS`].
+    pub(super) fn believe(&mut self, id: PeerId) {
+        let peer = self.peers.get_mut(&id).expect("the caller found it");
+        let left = MOST_SLOTS.saturating_sub(self.slots).max(1);
+        peer.slots = peer.trusted_slots().min(left);
+        self.threads += peer.trusted_threads();
+        self.slots += peer.slots;
+    }
+
+    /// Takes the threads of a peer out of the count.
+    pub(super) fn doubt(&mut self, id: PeerId) {
+        let peer = &self.peers[&id];
+        self.threads -= peer.trusted_threads();
+        self.slots -= peer.slots;
+    }
+
+    /// A relay that has lost its workers gives a lease back.
+    pub(super) fn on_return(&mut self, id: PeerId, lease: LeaseId) -> Step {
+        let peer = self.peers.get_mut(&id).expect("the caller found it");
+        // It costs as much as some heartbeats: a relay that only gives back is faulty.
+        peer.beats -= BEATS_PER_RETURN;
+        if peer.beats < 0.0 {
+            return self.drop_peer(id, "gives back leases too often (a faulty program)");
+        }
+        if peer.leases.remove(&lease).is_none() {
+            return self.drop_peer(id, "returned a lease that it did not have");
+        }
+        self.holders.remove(&lease);
+        self.ledger.lose(lease);
+        self.consider(id);
+        Step::Moved(vec![])
+    }
+}

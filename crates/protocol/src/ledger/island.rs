@@ -1,0 +1,96 @@
+//! What waits beyond a gap: an island of results, merged with their neighbours.
+
+use bincode::{Decode, Encode};
+use radiosity::{Counts, MergeError, Tally};
+
+use crate::codec::pack;
+use crate::deliveries::{Deliveries, Growing};
+use crate::digest::Digester;
+use crate::parcel::Parcel;
+
+/// What waits beyond a gap: an island.
+#[derive(Debug)]
+pub(super) struct Waiting {
+    pub(super) end: u64,
+    pub(super) sums: Sums,
+    pub(super) deliveries: Growing,
+}
+
+/// An island as a checkpoint keeps it.
+#[derive(Clone, Debug, PartialEq, Eq, Encode, Decode)]
+pub struct Island {
+    /// Its first walk.
+    pub first: u64,
+    /// How its walks ended ([`Counts::to_array`]).
+    pub counts: Box<[u128; 15]>,
+    /// Its sums, packed ([`crate::codec::pack`]).
+    pub sums: Vec<u8>,
+    /// Who brought its walks.
+    pub deliveries: Deliveries,
+}
+
+impl Island {
+    /// Its sums as they may be merged, where they are those that were delivered.
+    pub fn parcel(&self, digester: &Digester) -> Option<Parcel> {
+        let counts = Counts::from_array(*self.counts)?;
+        let parcel = Parcel::new(counts, self.sums.clone(), self.deliveries.digest(), digester).ok()?;
+        (u128::from(counts.walks) == self.deliveries.walks() && counts.walks > 0).then_some(parcel)
+    }
+}
+
+/// A lease that has no neighbours yet stays packed: most are added to the prefix at once, and the others take less room.
+#[derive(Debug)]
+pub(super) enum Sums {
+    Packed(Parcel),
+    Merged(Tally),
+}
+
+impl Sums {
+    pub(super) fn add_to(&self, tally: &mut Tally) -> Result<(), MergeError> {
+        match self {
+            Sums::Packed(parcel) => Ok(parcel.add_to(tally)?),
+            Sums::Merged(merged) => tally.merge(merged),
+        }
+    }
+
+    pub(super) fn counts(&self) -> &Counts {
+        match self {
+            Sums::Packed(parcel) => parcel.counts(),
+            Sums::Merged(merged) => &merged.counts,
+        }
+    }
+
+    pub(super) fn packed(&self) -> Vec<u8> {
+        match self {
+            Sums::Packed(parcel) => parcel.packed().to_vec(),
+            Sums::Merged(merged) => pack(merged.sums()),
+        }
+    }
+
+    /// Adds other sums; `empty` has the shape of both.
+    fn add(&mut self, mut other: Sums, empty: impl Fn() -> Tally) -> Result<(), MergeError> {
+        // Where there is a tally already, no further one is made.
+        if matches!((&*self, &other), (Sums::Packed(_), Sums::Merged(_))) {
+            std::mem::swap(self, &mut other);
+        }
+        if let Sums::Packed(parcel) = self {
+            let mut tally = empty();
+            parcel.add_to(&mut tally)?;
+            *self = Sums::Merged(tally);
+        }
+        match self {
+            Sums::Merged(tally) => other.add_to(tally),
+            Sums::Packed(_) => unreachable!("merged above"),
+        }
+    }
+}
+
+impl Waiting {
+    /// Takes up the range that follows.
+    pub(super) fn append(&mut self, later: Waiting, empty: impl Fn() -> Tally) -> Result<(), MergeError> {
+        self.sums.add(later.sums, empty)?;
+        self.deliveries.append(later.deliveries.deliveries());
+        self.end = later.end;
+        Ok(())
+    }
+}
