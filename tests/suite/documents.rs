@@ -60,7 +60,17 @@ fn lit_part(summary: &Value) -> f64 {
 #[test]
 fn every_toml_block_runs() {
     let folder = workshop();
-    let short = ["--paths", "300000", "--workers", "2", "--set", "target.relative_error=1", "--force"];
+    let short = [
+        "--paths",
+        "300000",
+        "--workers",
+        "2",
+        "--set",
+        "target.relative_error=1",
+        "--set",
+        "target.fraction=0.5",
+        "--force",
+    ];
     let (mut jobs, mut scenes, mut sensors, mut imports) = (0, 0, 0, 0);
     for page in pages() {
         for block in blocks(&page, "toml") {

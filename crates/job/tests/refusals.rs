@@ -64,7 +64,8 @@ const JOBS: &[(&str, &[&str])] = &[
     ("[budget]\npath = 1\n", &["j.toml:2: budget.path", "unknown key", "paths"]),
     ("[target]\nerror = 1\n", &["j.toml:2: target.error", "unknown key", "relative_error"]),
     ("[tracing]\ntree = true\n", &["j.toml:2: tracing.tree", "unknown key", "index"]),
-    ("[output]\n", &["j.toml:1: output", "unknown key"]),
+    ("[outputs]\n", &["j.toml:1: outputs", "unknown key"]),
+    ("[output]\nfile = []\n", &["j.toml:2: output.file", "unknown key", "files"]),
     ("method = 3\n", &["j.toml:1: method", "the integer 3", "table"]),
     ("scene = 3\n[budget]\npaths = 1\n", &["j.toml:1: scene", "the integer 3", "string"]),
     (
