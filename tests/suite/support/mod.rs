@@ -17,7 +17,7 @@ const HANG: Duration = Duration::from_secs(900);
 /// The program under test.
 pub fn radwalk() -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_radwalk"));
-    command.current_dir(env!("CARGO_MANIFEST_DIR")).stdin(Stdio::null());
+    command.current_dir(env!("CARGO_MANIFEST_DIR")).stdin(Stdio::null()).env_remove("COLUMNS");
     command
 }
 
