@@ -21,6 +21,9 @@ use crate::error::Error;
 use crate::kept::Kept;
 use crate::settings::Settings;
 
+/// Files by name, written but not in their places.
+type Drafts = Vec<(&'static str, Draft)>;
+
 /// Above this many patches the page takes longer to open than most want to wait, and is written where it is asked for.
 const PAGE_UP_TO: usize = 200_000;
 
@@ -86,7 +89,7 @@ impl RunOutput {
     }
 
     /// Puts files in their places, and takes away those of an earlier result that this one does not have.
-    fn place(&self, drafts: Vec<(&'static str, Draft)>) -> Result<(), Error> {
+    fn place(&self, drafts: Drafts) -> Result<(), Error> {
         let written: Vec<&str> = drafts.iter().map(|(name, _)| *name).collect();
         drafts.into_iter().try_for_each(|(_, draft)| draft.place())?;
         let others: Vec<&str> = DERIVED.into_iter().filter(|name| !written.contains(name)).collect();
@@ -114,7 +117,7 @@ impl RunOutput {
         experiment: &Experiment,
         checkpoint: &Checkpoint,
         now: &dyn Fn(&'static str),
-    ) -> Result<(Summary, Vec<(&'static str, Draft)>), Error> {
+    ) -> Result<(Summary, Drafts), Error> {
         now("estimating every patch");
         let scene = experiment.scene();
         let estimates = Estimates::new(experiment, &checkpoint.tally, settings.level(scene));

@@ -323,8 +323,8 @@ mod tests {
         let hash = |specs: &[SensorSpec]| Sensors::hash(specs);
         let (a, b) = (spec(quad([1, 1])), spec(quad([1, 2])));
         let renamed = SensorSpec { name: "other".into(), ..a.clone() };
-        assert_eq!(hash(&[a.clone()]), hash(&[renamed]));
-        assert_ne!(hash(&[a.clone()]), hash(&[b.clone()]));
+        assert_eq!(hash(std::slice::from_ref(&a)), hash(&[renamed]));
+        assert_ne!(hash(std::slice::from_ref(&a)), hash(std::slice::from_ref(&b)));
         assert_ne!(hash(&[a.clone(), b.clone()]), hash(&[b, a]));
     }
 }
