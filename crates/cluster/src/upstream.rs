@@ -76,7 +76,7 @@ pub fn relay<W: Work>(
     })
 }
 
-/// Serves workers and does what whoever leads says, until it is over.
+/// Serves workers and follows the coordinator or relay above, until the job is over.
 fn lead<T: FnMut(Notice)>(
     relay: &mut Relay,
     shell: &mut Shell<T>,
@@ -139,7 +139,7 @@ enum Mail {
     Send(u64),
 }
 
-/// Hears what whoever leads says, to the end.
+/// Reads the messages of the coordinator or relay above, to the end.
 fn listen(mut ear: Ear, link: &Link, orders: &Sender<Result<ToWorker, WorkerError>>, asked: &Sender<Mail>) {
     loop {
         match ear.hear(SHORT_FRAME) {

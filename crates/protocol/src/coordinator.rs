@@ -34,9 +34,9 @@ pub type Judge = Box<dyn FnMut(&Tally, &[Look]) -> Look>;
 pub struct Plan {
     /// The job as workers read it.
     pub job: Arc<[u8]>,
-    /// What a worker's replica must hash to.
+    /// The digest that the scene of a worker's replica must have.
     pub scene_hash: [u8; 32],
-    /// Likewise.
+    /// The digest that the job of a worker's replica must have.
     pub job_hash: [u8; 32],
     /// The only build that may join.
     pub build: String,

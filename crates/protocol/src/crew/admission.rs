@@ -11,8 +11,9 @@ use crate::terms::Terms;
 /// What a returned lease counts as.
 const BEATS_PER_RETURN: f64 = 10.0;
 
-/// A worker is leased work for at most so many threads, whatever it claims to have; a relay for so many.
+/// The most threads of a worker that are leased work, however many it claims.
 const MAX_THREADS: usize = 4096;
+/// The most threads behind a relay that are leased work.
 const MAX_RELAYED_THREADS: usize = 1 << 20;
 
 /// Leases that are worked on at once, by all workers: one that claims more threads than are left of these has one.

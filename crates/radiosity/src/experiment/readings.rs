@@ -13,7 +13,7 @@ use crate::tally::Tally;
 pub struct Reading {
     /// H, the mean over the cell [W/m²]; `None` where no sample is whole.
     pub irradiance: Option<f64>,
-    /// Its standard error for the whole run [W/m²]; `None` of fewer than four samples, and where all say the same.
+    /// Its standard error for the whole run [W/m²]; `None` where there are fewer than four samples, or all samples agree.
     pub std_error: Option<f64>,
     /// Confidence interval of H [W/m²].
     pub ci_low: f64,

@@ -7,11 +7,11 @@ use super::sums::{Layout, Tally};
 pub trait Word: Copy + Default + Into<u128> {
     /// Of a small number.
     fn from_units(units: f64) -> Self;
-    /// Modular arithmetic.
+    /// The sum, modulo the width.
     fn plus(self, other: Self) -> Self;
-    /// Likewise.
+    /// The difference, modulo the width.
     fn minus(self, other: Self) -> Self;
-    /// Likewise.
+    /// The product, modulo the width.
     fn times(self, other: Self) -> Self;
     /// Whether its square fits.
     fn is_small(self) -> bool;
