@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use cluster::listen::ListenError;
+use monitor::NoPage;
 use thiserror::Error;
 
 /// How a command ended that did what it was asked to.
@@ -289,6 +290,14 @@ impl Fault {
         match error {
             ListenError::Refused(source) => Fault::Listen { address, option: "--listen", source },
             ListenError::NoName => Fault::NoName { address },
+        }
+    }
+
+    /// A page of a running job cannot be opened; `option` asked for it.
+    pub(crate) fn page(option: &'static str, error: NoPage) -> Self {
+        match error {
+            NoPage::Listen { address, source } => Fault::Listen { address, option, source },
+            NoPage::System { doing, source } => Fault::System { doing, source },
         }
     }
 

@@ -9,12 +9,11 @@ use cluster::checkpoint::{self, Book, Checkpoint, CheckpointError, CheckpointFau
 use cluster::coordinator::{Coordinator, Ending, Judge, Plan};
 use cluster::lead::Notice;
 use cluster::listen;
-use cluster::scrape::{Page, publish};
 use cluster::server::{Wish, serve};
 use job::{Budget, Job, MethodTable};
 use judge::limits::limits;
 use judge::target::{Observer, judge, looks};
-use monitor::{Description, Gauge, Publish, Reports};
+use monitor::{Description, Gauge, Page, Reports, Showing};
 use radiosity::{Estimates, Experiment, Tally};
 use report::view_troubles;
 use results::{Found, Identity, Keeper, Latest, RunOutput, Settings, check_shape};
@@ -26,8 +25,7 @@ use crate::build::{BUILD, GIT};
 use crate::fault::{Fault, Outcome};
 use crate::local::LocalWorkers;
 use crate::progress::{Display, tell_notice};
-use crate::watch::{Showing, at_loopback};
-use crate::{losses, memory, signals, summary};
+use crate::{memory, signals, summary};
 
 /// Between tries to write the results of a run.
 const FINAL_WAITS: [Duration; 4] =
@@ -135,7 +133,7 @@ impl Prepared {
             Experiment::new(job.build_scene()?, job.method.walks())?.with_sensors(job.scene.sensors())?;
         phase.now("following light from the lamps");
         // What is wrong with the light comes before all that is made of it.
-        losses::warnings(experiment.scene()).iter().for_each(|warning| warn!("{warning}"));
+        doctor::warnings(experiment.scene()).iter().for_each(|warning| warn!("{warning}"));
         judge::sensors::warnings(&experiment).iter().for_each(|warning| warn!("{warning}"));
         let settings = Settings::of(&job);
         view_troubles(experiment.scene(), &settings.view).iter().for_each(|trouble| warn!("{trouble}"));
@@ -231,8 +229,11 @@ impl Prepared {
 
     /// The page that follows the run, where one is wanted.
     fn showing(&self, monitor: &MonitorArgs) -> Result<Option<Showing>, Fault> {
-        let open = |address: &String| Showing::open(address, &self.experiment, &self.settings);
-        monitor.watch.as_ref().map(open).transpose()
+        let Some(address) = &monitor.watch else { return Ok(None) };
+        let showing = Showing::open(address, GIT, &self.experiment, &self.settings)
+            .map_err(|error| Fault::page("--watch", error))?;
+        info!(event = "watch", "the result so far is at {}", showing.url());
+        Ok(Some(showing))
     }
 
     /// Serves the job to its end and writes what came of it.
@@ -445,21 +446,11 @@ fn listen(
     Ok((listener, access))
 }
 
-/// Opens a page of metrics; returns what replaces its text. A port alone stands for one of the loopback address.
-fn open_page(address: &str) -> Result<Publish, Fault> {
-    let address = at_loopback(address);
-    let page = Page::default();
-    let open = || {
-        let listener = TcpListener::bind(&address)?;
-        let bound = listener.local_addr()?;
-        let told = page.clone();
-        publish(listener, "metrics", move |request| told.answer(request))?;
-        Ok(bound)
-    };
-    let bound =
-        open().map_err(|source| Fault::Listen { address: address.clone(), option: "--metrics", source })?;
+/// Opens a page of metrics, and says where.
+fn open_page(address: &str) -> Result<Page, Fault> {
+    let (page, bound) = monitor::open_metrics(address).map_err(|error| Fault::page("--metrics", error))?;
     info!(event = "metrics", "metrics are at http://{bound}/metrics");
-    Ok(Box::new(move |text| page.set(text)))
+    Ok(page)
 }
 
 /// What the checkpoints of a job have in common.
