@@ -44,12 +44,7 @@ pub struct Reports {
 
 impl Reports {
     /// Reports to the output folder; beside the access file, where that lies elsewhere; and to a page, where one is wanted.
-    pub fn new(
-        description: Description,
-        output: &Path,
-        access: Option<&Path>,
-        page: Option<Page>,
-    ) -> Self {
+    pub fn new(description: Description, output: &Path, access: Option<&Path>, page: Option<Page>) -> Self {
         let mut files = vec![output.join(STATUS)];
         files.extend(access.filter(|access| access.parent() != Some(output)).map(beside));
         Reports { description, files, page, due: Instant::now() + INTERVAL }

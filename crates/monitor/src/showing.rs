@@ -218,7 +218,8 @@ impl Maker {
     }
 
     fn make(&self, checkpoint: &Checkpoint) -> io::Result<Pages> {
-        let LivePage { paths, page, news } = LivePage::of(&self.settings, &self.experiment, checkpoint, self.git)?;
+        let LivePage { paths, page, news } =
+            LivePage::of(&self.settings, &self.experiment, checkpoint, self.git)?;
         Ok(Pages {
             tag: format!("\"{paths}\""),
             page: page.into_bytes().into(),
