@@ -3,7 +3,10 @@
 mod batches;
 mod board;
 mod gathering;
+mod groups;
+pub(crate) mod influence;
 mod meaning;
+mod mixture;
 pub(crate) mod readings;
 pub(crate) mod replay;
 mod run;
@@ -13,6 +16,7 @@ mod unfit;
 
 pub use board::Board;
 pub use gathering::birth_probabilities;
+pub use groups::{Groups, Material, PatchGroup};
 pub use meaning::Meaning;
 pub use sensing::SensorView;
 pub use unfit::Unfit;
@@ -25,9 +29,11 @@ use crate::method::{Direction, Method, Score, Unit};
 use crate::scene::Scene;
 use crate::scene::births::Births;
 use crate::tally::{Layout, Scoreboard, Tally};
+use crate::walk::apart::MarkBoard;
 use crate::walk::estimator::Estimator;
-use board::{Scores, with_board};
+use board::{Apart, Scores, with_board};
 use gathering::Gathering;
+use mixture::Mixture;
 use sensing::Sensing;
 use unfit::{check, check_sensors};
 
@@ -44,6 +50,10 @@ pub struct Experiment {
     least_area: f64,
     /// Places where light is measured; `None` where there are none.
     sensors: Option<Arc<Sensors>>,
+    /// Groups of patches that are told apart; `None` where there are none.
+    groups: Option<Arc<Groups>>,
+    /// What is estimated in place of the light of the scene; `None`: that light.
+    mixture: Option<Arc<Mixture>>,
 }
 
 impl Experiment {
@@ -63,7 +73,16 @@ impl Experiment {
         };
         let largest_radiosity = jacobi::largest_radiosity(&scene);
         let least_area = scene.faces().iter().map(|face| face.area).fold(f64::INFINITY, f64::min);
-        Ok(Experiment { scene, method, gathering, largest_radiosity, least_area, sensors: None })
+        Ok(Experiment {
+            scene,
+            method,
+            gathering,
+            largest_radiosity,
+            least_area,
+            sensors: None,
+            groups: None,
+            mixture: None,
+        })
     }
 
     /// The experiment with sensors, whose light rays of their own gather from what its walks have found. What is found of
@@ -76,7 +95,29 @@ impl Experiment {
         if self.sensors.is_some() {
             check_sensors(&self.method)?;
         }
-        Ok(self)
+        self.check_groups()
+    }
+
+    /// The experiment with sources that are told apart, and materials whose influence is measured. What is found of faces stays
+    /// as it is.
+    ///
+    /// # Errors
+    /// Groups that cannot be told apart, or a method whose samples belong to several of them.
+    pub fn with_groups(mut self, sources: &[PatchGroup], materials: &[PatchGroup]) -> Result<Self, Unfit> {
+        self.groups = Groups::new(&self.scene, &self.method, (sources, materials))?.map(Arc::new);
+        self.check_groups()
+    }
+
+    fn check_groups(self) -> Result<Self, Unfit> {
+        match self.sensors.is_some() && self.groups.is_some() {
+            true => Err(Unfit::SourcesOfSensors),
+            false => Ok(self),
+        }
+    }
+
+    /// The groups of patches that are told apart, where there are any.
+    pub fn groups(&self) -> Option<&Groups> {
+        self.groups.as_deref()
     }
 
     /// The sensors, where there are any.
@@ -119,9 +160,12 @@ impl Experiment {
         with_board!(&self.scores::<M>(0), board => board.layout())
     }
 
-    /// Rows of a tally: the faces, and where there are sensors one that counts their samples, and their cells.
+    /// Rows of a tally: the faces; where there are sensors one that counts their samples, and their cells; where groups are
+    /// told apart those of every class but the first, and of materials.
     pub fn rows(&self) -> usize {
-        self.scene.faces().len() + self.sensors().map_or(0, |sensors| 1 + sensors.cell_count())
+        let of_sensors = self.sensors().map_or(0, |sensors| 1 + sensors.cell_count());
+        let of_groups = self.groups().map_or(0, |groups| groups.class_rows() + groups.material_rows());
+        self.scene.faces().len() + of_sensors + of_groups
     }
 
     /// An empty tally of M power sums.
@@ -134,7 +178,21 @@ impl Experiment {
         let sensing = self
             .sensors()
             .map(|sensors| Sensing::new(self.scene.faces().len(), sensors.cell_count(), self.layout::<M>()));
-        Board { scores: self.scores(self.scene.faces().len()), sensing }
+        let faces = self.scene.faces().len();
+        let slots = faces + self.groups().map_or(0, Groups::class_rows);
+        Board {
+            scores: self.scores(slots),
+            sensing,
+            apart: self.groups().map(|groups| self.apart::<M>(groups)),
+        }
+    }
+
+    fn apart<const M: usize>(&self, groups: &Groups) -> Apart {
+        let (faces, layout) = (self.scene.faces().len(), self.layout::<M>());
+        let materials = groups.materials().len();
+        let marks =
+            (materials > 0).then(|| MarkBoard::new([faces, materials], M, layout.columns(), !layout.events));
+        Apart { faces, marks }
     }
 
     fn scores<const M: usize>(&self, faces: usize) -> Scores<M> {
