@@ -26,9 +26,8 @@ use crate::scene::Scene;
 use crate::scene::births::Births;
 use crate::tally::{Layout, Scoreboard, Tally};
 use crate::walk::estimator::Estimator;
-use board::{Scores, with_board};
+use board::{Scores, Sensing, with_board};
 use gathering::Gathering;
-use sensing::Sensing;
 use unfit::{check, check_sensors};
 
 /// A scene and a method that fits it.
