@@ -3,13 +3,14 @@
 use std::path::{Path, PathBuf};
 
 use import::{Format, Options};
-use radiosity::{IndexChoice, Scene};
+use radiosity::{IndexChoice, PatchGroup, Scene};
 use serde::{Deserialize, Serialize};
 
 use crate::budget::{Budget, read_budget};
 use crate::document::{Table, Value};
 use crate::error::Error;
 use crate::goals::Goals;
+use crate::groups::{read_sensitivity, read_sources};
 use crate::imports::{IMPORT_KEYS, read_options};
 use crate::keys::{BUDGET_KEYS, JOB_KEYS, METHOD_KEYS, TARGET_KEYS, TRACING_KEYS};
 use crate::method::{MethodTable, read_method};
@@ -84,6 +85,10 @@ pub struct Job {
     pub files: Option<Vec<OutputFile>>,
     /// How the picture is taken.
     pub view: View,
+    /// Groups of emitters that are told apart.
+    pub sources: Vec<PatchGroup>,
+    /// Materials whose influence is measured, each as the group of its patches.
+    pub sensitivity: Vec<PatchGroup>,
 }
 
 impl Job {
@@ -140,6 +145,9 @@ pub fn load(path: &Path, overrides: &[String]) -> Result<Job, Error> {
     });
     let (method, note) = read_method(method, scene.patch_count(), &budget)?;
     let (target, sensor_target) = target.about(scene.patch_count(), &method, scene.sensors())?;
+    let sources = table.take("source").map(|value| read_sources(value, &scene)).transpose()?;
+    let sensitivity = table.take("sensitivity").map(|value| read_sensitivity(value, &scene)).transpose()?;
+    let [sources, sensitivity] = [sources, sensitivity].map(Option::unwrap_or_default);
     let confidence = confidence.unwrap_or(DEFAULT_CONFIDENCE);
     Ok(Job {
         path: path.into(),
@@ -157,6 +165,8 @@ pub fn load(path: &Path, overrides: &[String]) -> Result<Job, Error> {
         light,
         files,
         view,
+        sources,
+        sensitivity,
     })
 }
 

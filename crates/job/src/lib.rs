@@ -12,6 +12,7 @@ mod emit;
 mod error;
 mod finishes;
 mod goals;
+mod groups;
 mod imports;
 mod job;
 mod keys;

@@ -1,16 +1,23 @@
 //! The digest that names an answer.
 
-use radiosity::{Birth, Course, InfiniteEnd, Iterations, SensorSpec, Sensors, Solve};
+use radiosity::{Birth, Course, InfiniteEnd, Iterations, PatchGroup, SensorSpec, Sensors, Solve};
 
 use super::table::{MethodTable, WalkKind};
 use crate::word::Word;
 
-/// Names an answer but for the number of walks: equal for equal scene, method, seed and sensors.
+/// Names an answer but for the number of walks: equal for equal scene, method, seed, sensors, sources and materials whose
+/// influence is measured (`groups`).
 ///
 /// `scene_hash` is [`radiosity::Scene::hash`]. What the method does not use (where gathering walks are born,
 /// while they are shot) does not enter, nor do budget, target, confidence, index and names. Sensors are no part of the scene,
-/// but tallies hold what they gather.
-pub fn job_hash(scene_hash: [u8; 32], method: &MethodTable, sensors: &[SensorSpec], seed: u64) -> [u8; 32] {
+/// but tallies hold what they gather; so it is with groups.
+pub fn job_hash(
+    scene_hash: [u8; 32],
+    method: &MethodTable,
+    sensors: &[SensorSpec],
+    groups: [&[PatchGroup]; 2],
+    seed: u64,
+) -> [u8; 32] {
     let mut hasher = blake3::Hasher::new();
     let mut field = |bytes: &[u8]| {
         hasher.update(&(bytes.len() as u64).to_le_bytes());
@@ -63,6 +70,12 @@ pub fn job_hash(scene_hash: [u8; 32], method: &MethodTable, sensors: &[SensorSpe
     if !sensors.is_empty() {
         field(b"sensors");
         field(&Sensors::hash(sensors));
+    }
+    for (word, groups) in [&b"sources"[..], b"materials"].into_iter().zip(groups) {
+        if !groups.is_empty() {
+            field(word);
+            field(&PatchGroup::hash(groups));
+        }
     }
     *hasher.finalize().as_bytes()
 }

@@ -89,9 +89,8 @@ impl<'a> Influences<'a> {
     /// The mean mark over R_m, times what a score is worth.
     ///
     /// The bound on E\[y²\]/E\[y\] of marks y: let u_k be what the k-th score on the face is marked with, at most L·w for walks
-    /// of at most L rays and weights of at most w. y² ≤ 2Σ_k u_k Σ_{l ≥ k} u_l, and u_l is u_k and the reflections between,
-    /// L at most. After each score there are at most m in the mean, m = 1/(1 − σ_i·σ_max) (`meaning_of_shooting`), so that
-    /// E\[y²\] ≤ 4·L·m·w·E\[y\].
+    /// of at most L rays and weights of at most w. y² ≤ 2Σ_k u_k Σ_{l ≥ k} u_l. From each score on there are at most m in the
+    /// mean, m = 1/(1 − σ_i·σ_max) (`meaning_of_shooting`), so that E\[y²\] ≤ 2·L·m·w·E\[y\].
     fn by_reflectance(&self, number: usize, (i, face): (usize, &Face), c: usize) -> Option<Derivative> {
         let (experiment, tally) = (self.estimates.experiment(), self.estimates.tally());
         let reflectance = self.groups.materials()[number].reflectance[c];
@@ -106,7 +105,7 @@ impl<'a> Influences<'a> {
         let most = experiment.scene().max_reflectance().max();
         let visits = 1.0 / (1.0 - face.reflectance.max() * most);
         let weight = experiment.scene().emitters().largest_weights()[c].max(1.0);
-        let bound = 4.0 * self.longest * visits * weight;
+        let bound = 2.0 * self.longest * visits * weight;
         let sample = stats::Sample { counts: false, ..(&moments).into() };
         let interval = mean_interval(sample, meaning.unit, self.confidence, bound);
         let per_mark = face.reflectance[c] / reflectance * meaning.irradiance_per_event.unwrap_or(0.0);

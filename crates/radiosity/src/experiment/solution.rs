@@ -168,7 +168,22 @@ impl<'a> Estimates<'a> {
 
     /// What is known of face i; `None` where no walk could tell.
     pub fn face(&self, i: usize) -> Option<Channels> {
-        self.of(i, &self.shown(i, self.scene().faces().get(i)))
+        self.told(i).1
+    }
+
+    /// Face i as it is estimated, and what is known of it.
+    pub fn told(&self, i: usize) -> (Face, Option<Channels>) {
+        let face = self.shown(i, self.scene().faces().get(i));
+        (face, self.of(i, &face))
+    }
+
+    /// Whether anything emits in a channel.
+    fn is_lit(&self, channel: usize) -> bool {
+        let emits = |(i, face): (usize, Face)| self.shown(i, face).emittance[channel] > 0.0;
+        match self.shares {
+            None => self.scene().total_power(channel) > 0.0,
+            Some(_) => self.scene().faces().iter().enumerate().any(emits),
+        }
     }
 
     /// The face, without what it emits where that is not estimated.
@@ -235,7 +250,8 @@ impl<'a> Estimates<'a> {
     pub fn precision(&self) -> Precision {
         let mut precision = Precision::default();
         let (mut weighted, mut area) = (0.0, 0.0);
-        let lit = |channel: usize| self.scene().total_power(channel) > 0.0;
+        let is_lit: Vec<bool> = (0..self.scene().channels()).map(|c| self.is_lit(c)).collect();
+        let lit = |channel: usize| is_lit[channel];
         let mut ranks = Vec::new();
         let total = self.reflecting_area();
         for (i, face, channels) in self.known().filter(|(_, face, _)| !face.emittance.is_lit()) {
