@@ -11,8 +11,15 @@ use crate::method::read_patches;
 use crate::near;
 use crate::scene::SceneFile;
 
+/// What a job says of sources, and of materials whose influence is measured.
+pub(crate) fn read_groups(table: &mut Table<'_>, scene: &SceneFile) -> Result<[Vec<PatchGroup>; 2], Error> {
+    let sources = table.take("source").map(|value| read_sources(value, scene)).transpose()?;
+    let sensitivity = table.take("sensitivity").map(|value| read_sensitivity(value, scene)).transpose()?;
+    Ok([sources, sensitivity].map(Option::unwrap_or_default))
+}
+
 /// Reads `[[source]]` tables. That sources have emitters, and share none, is seen when the scene is built.
-pub(crate) fn read_sources(value: Value<'_>, scene: &SceneFile) -> Result<Vec<PatchGroup>, Error> {
+fn read_sources(value: Value<'_>, scene: &SceneFile) -> Result<Vec<PatchGroup>, Error> {
     let mut names = BTreeSet::new();
     let mut sources = Vec::new();
     for (number, value) in value.tables(JOB_LISTS[0])?.into_iter().enumerate() {
@@ -147,7 +154,7 @@ fn runs(patches: &BTreeSet<u32>) -> Vec<(u32, u32)> {
 }
 
 /// Reads `[sensitivity]`: the materials whose influence on every patch is measured, each as the group of its patches.
-pub(crate) fn read_sensitivity(value: Value<'_>, scene: &SceneFile) -> Result<Vec<PatchGroup>, Error> {
+fn read_sensitivity(value: Value<'_>, scene: &SceneFile) -> Result<Vec<PatchGroup>, Error> {
     let mut table = value.table(SENSITIVITY_KEYS)?;
     let materials = table.require(
         "materials",

@@ -10,7 +10,7 @@ use crate::budget::{Budget, read_budget};
 use crate::document::{Table, Value};
 use crate::error::Error;
 use crate::goals::Goals;
-use crate::groups::{read_sensitivity, read_sources};
+use crate::groups::read_groups;
 use crate::imports::{IMPORT_KEYS, read_options};
 use crate::keys::{BUDGET_KEYS, JOB_KEYS, METHOD_KEYS, TARGET_KEYS, TRACING_KEYS};
 use crate::method::{MethodTable, read_method};
@@ -129,7 +129,7 @@ pub fn load(path: &Path, overrides: &[String]) -> Result<Job, Error> {
     let index = index.map(|value| value.word()).transpose()?.unwrap_or_default();
     let name = read_name(&mut table, path)?;
     let seed = table.take("seed").map(|value| read_seed(&value)).transpose()?.unwrap_or(DEFAULT_SEED);
-    let confidence = table.take("confidence").map(|value| read_confidence(&value)).transpose()?;
+    let confidence = table.take("confidence").as_ref().map_or(Ok(DEFAULT_CONFIDENCE), read_confidence)?;
     let simultaneous = table.take("simultaneous").map(|value| value.boolean()).transpose()?.unwrap_or(false);
     let light = table.take("light").map(|value| value.word()).transpose()?;
     let mut scene = match table.take("scene") {
@@ -145,10 +145,7 @@ pub fn load(path: &Path, overrides: &[String]) -> Result<Job, Error> {
     });
     let (method, note) = read_method(method, scene.patch_count(), &budget)?;
     let (target, sensor_target) = target.about(scene.patch_count(), &method, scene.sensors())?;
-    let sources = table.take("source").map(|value| read_sources(value, &scene)).transpose()?;
-    let sensitivity = table.take("sensitivity").map(|value| read_sensitivity(value, &scene)).transpose()?;
-    let [sources, sensitivity] = [sources, sensitivity].map(Option::unwrap_or_default);
-    let confidence = confidence.unwrap_or(DEFAULT_CONFIDENCE);
+    let [sources, sensitivity] = read_groups(&mut table, &scene)?;
     Ok(Job {
         path: path.into(),
         name,

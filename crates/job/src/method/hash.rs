@@ -26,16 +26,27 @@ pub fn job_hash(
     field(b"radwalk job");
     field(&scene_hash);
     field(&seed.to_le_bytes());
+    hash_method(method, &mut field);
+    if !sensors.is_empty() {
+        field(b"sensors");
+        field(&Sensors::hash(sensors));
+    }
+    for (word, groups) in [&b"sources"[..], b"materials"].into_iter().zip(groups) {
+        if !groups.is_empty() {
+            field(word);
+            field(&PatchGroup::hash(groups));
+        }
+    }
+    *hasher.finalize().as_bytes()
+}
+
+fn hash_method(method: &MethodTable, field: &mut impl FnMut(&[u8])) {
     field(method.walk.word().as_bytes());
     field(method.estimator.word().as_bytes());
     field(method.space.word().as_bytes());
     field(method.sampler.word().as_bytes());
     if method.estimator.course() == Course::Weighted {
-        let (end, number) = match method.infinite {
-            InfiniteEnd::Roulette { threshold } => ("roulette", threshold),
-            InfiniteEnd::Cutoff { threshold } => ("cutoff", threshold),
-            InfiniteEnd::Length { length } => ("length", f64::from(length)),
-        };
+        let (end, number) = words_of_end(method.infinite);
         field(end.as_bytes());
         field(&number.to_bits().to_le_bytes());
     }
@@ -45,7 +56,7 @@ pub fn job_hash(
             Birth::Uniform => field(b"uniform"),
             Birth::Patches(patches) => {
                 field(b"patches");
-                field(&patches.iter().flat_map(|patch| patch.to_le_bytes()).collect::<Vec<_>>());
+                field(&numbers(patches));
             }
         }
     }
@@ -65,17 +76,18 @@ pub fn job_hash(
     }
     if !method.final_gather.is_empty() {
         field(b"final gather");
-        field(&method.final_gather.iter().flat_map(|patch| patch.to_le_bytes()).collect::<Vec<_>>());
+        field(&numbers(&method.final_gather));
     }
-    if !sensors.is_empty() {
-        field(b"sensors");
-        field(&Sensors::hash(sensors));
+}
+
+fn words_of_end(end: InfiniteEnd) -> (&'static str, f64) {
+    match end {
+        InfiniteEnd::Roulette { threshold } => ("roulette", threshold),
+        InfiniteEnd::Cutoff { threshold } => ("cutoff", threshold),
+        InfiniteEnd::Length { length } => ("length", f64::from(length)),
     }
-    for (word, groups) in [&b"sources"[..], b"materials"].into_iter().zip(groups) {
-        if !groups.is_empty() {
-            field(word);
-            field(&PatchGroup::hash(groups));
-        }
-    }
-    *hasher.finalize().as_bytes()
+}
+
+fn numbers(patches: &[u32]) -> Vec<u8> {
+    patches.iter().flat_map(|patch| patch.to_le_bytes()).collect()
 }

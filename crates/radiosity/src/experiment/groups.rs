@@ -13,6 +13,7 @@ use crate::geometry::spec::Spectrum;
 use crate::method::{Direction, Method, Score, Walks};
 use crate::scene::Scene;
 use crate::tally::Tally;
+use crate::walk::apart::NO_MATERIAL;
 
 /// A group of patches, by name.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -41,8 +42,14 @@ pub(super) struct Class {
     pub(super) material: u32,
 }
 
-/// Stands for no group.
-pub(crate) const NONE: u32 = u32::MAX;
+/// The sources of a scene by other measures.
+#[derive(Clone, Debug)]
+pub(super) struct Mixture {
+    /// Of the emittance of each source.
+    pub(super) factors: Vec<f64>,
+    /// The scene with these emittances.
+    pub(super) scene: Scene,
+}
 
 /// The groups of an experiment.
 #[derive(Clone, Debug)]
@@ -52,7 +59,7 @@ pub struct Groups {
     pub(super) classes: Vec<Class>,
     /// For each face that emits, the first row of its class among the slots of a board; 0 for others.
     pub(super) first_slots: Vec<u32>,
-    /// The material of each face, or [`NONE`].
+    /// The material of each face, or [`NO_MATERIAL`].
     pub(super) material_of_face: Vec<u32>,
 }
 
@@ -200,10 +207,10 @@ fn sources_of_patches(scene: &Scene, groups: &[PatchGroup]) -> Result<Vec<u32>, 
     Ok(sources)
 }
 
-/// The material of every patch, or [`NONE`], and what the materials are.
+/// The material of every patch, or [`NO_MATERIAL`], and what the materials are.
 fn materials_of_patches(scene: &Scene, groups: &[PatchGroup]) -> Result<(Vec<u32>, Vec<Material>), Unfit> {
     let faces = scene.faces();
-    let mut numbers = vec![NONE; faces.patch_count()];
+    let mut numbers = vec![NO_MATERIAL; faces.patch_count()];
     let mut materials = Vec::new();
     for (number, group) in (0..).zip(groups) {
         check_range(scene, group)?;

@@ -6,21 +6,13 @@
 
 use stats::Sample;
 
-use super::groups::{Class, Groups};
-use super::{Experiment, Meaning};
+use super::Experiment;
+use super::groups::{Class, Groups, Mixture};
+use super::meaning::Meaning;
 use crate::geometry::face::Face;
 use crate::geometry::spec::{SceneSpec, Spectrum, SurfaceSpec};
 use crate::scene::{IndexChoice, Scene, SceneError};
 use crate::tally::Tally;
-
-/// The sources of a scene by other measures.
-#[derive(Clone, Debug)]
-pub(super) struct Mixture {
-    /// Of the emittance of each source.
-    pub(super) factors: Vec<f64>,
-    /// The scene with these emittances.
-    pub(super) scene: Scene,
-}
 
 /// How much of what each class has scored counts.
 #[derive(Clone, Debug)]

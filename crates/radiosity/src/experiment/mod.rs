@@ -33,7 +33,7 @@ use crate::walk::apart::MarkBoard;
 use crate::walk::estimator::Estimator;
 use board::{Apart, Scores, Sensing, with_board};
 use gathering::Gathering;
-use mixture::Mixture;
+use groups::Mixture;
 use unfit::{check, check_sensors};
 
 /// A scene and a method that fits it.

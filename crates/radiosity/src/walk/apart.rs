@@ -7,6 +7,10 @@ use super::estimator::Event;
 use super::score::{Scorer, fixed_units};
 use crate::random::rng::WalkRng;
 use crate::simd::batch::{Decisions, Lanes, WIDTH};
+use crate::simd::prefetch::prefetch;
+
+/// Of a face that is of no material whose influence is measured.
+pub(crate) const NO_MATERIAL: u32 = u32::MAX;
 
 /// Hands the scores of each walk to the class that the walk belongs to: face i of a class is the slot i of a board, counted
 /// from the first slot of the class.
@@ -78,21 +82,34 @@ pub(crate) struct MarkBoard {
 }
 
 impl MarkBoard {
-    /// An empty board of rows of so many columns. Marks count as hits do, or in fixed point.
+    /// An empty board. Marks count as hits do, or in fixed point.
     pub(crate) fn new([faces, materials]: [usize; 2], moments: usize, columns: usize, counts: bool) -> Self {
         let units = if counts { 1.0 } else { fixed_units(moments) };
         let sums = vec![0; materials * faces * columns];
         MarkBoard { faces, moments, columns, units, sums, fits: true }
     }
 
+    /// Asks for a row ahead of time.
+    #[inline(always)]
+    fn expect(&self, row: u32) {
+        prefetch(self.sums.as_ptr().wrapping_add(row as usize * self.columns), 1);
+    }
+
     /// Adds what a whole walk has scored in one row.
+    #[inline(always)]
     fn add<const C: usize>(&mut self, row: usize, marks: [f64; C]) {
         let row = &mut self.sums[row * self.columns..][..self.columns];
         for (sums, mark) in row.chunks_exact_mut(self.moments).zip(marks) {
-            let x = (mark * self.units + 0.5) as u128;
-            let mut power = Some(1_u128);
-            for sum in sums {
-                power = power.and_then(|power| power.checked_mul(x));
+            // The square of 64 bits has 128; higher powers may not fit.
+            let x = (mark * self.units + 0.5) as u64;
+            self.fits &= x < u64::MAX;
+            let mut power = Some(u128::from(x));
+            for (k, sum) in sums.iter_mut().enumerate() {
+                power = match k {
+                    0 => power,
+                    1 => Some(u128::from(x) * u128::from(x)),
+                    _ => power.and_then(|power| power.checked_mul(x.into())),
+                };
                 match power.and_then(|power| sum.checked_add(power)) {
                     Some(raised) => *sum = raised,
                     None => self.fits = false,
@@ -162,15 +179,17 @@ impl<'a, const C: usize> Marks<'a, C> {
         for &Arrival { face, weights, scores, survives } in &self.walks[lane] {
             let material = self.material_of_face[face as usize];
             let row = |material: u32| material * self.board.faces as u32 + face;
-            let has_material = material != u32::MAX;
+            let has_material = material != NO_MATERIAL;
             if scores {
                 let mut is_met = !has_material;
                 for &(met, times) in &self.reflections {
                     let times = times + f64::from(u8::from(met == material));
                     is_met |= met == material;
+                    self.board.expect(row(met));
                     self.marks.push((row(met), weights.map(|weight| weight * times)));
                 }
                 if !is_met {
+                    self.board.expect(row(material));
                     self.marks.push((row(material), weights));
                 }
             }
@@ -181,7 +200,9 @@ impl<'a, const C: usize> Marks<'a, C> {
                 }
             }
         }
-        self.marks.sort_unstable_by_key(|&(row, _)| row);
+        if self.marks.len() > 1 {
+            self.marks.sort_unstable_by_key(|&(row, _)| row);
+        }
         for of_row in self.marks.chunk_by(|(a, _), (b, _)| a == b) {
             let sum = |c: usize| of_row.iter().map(|(_, marks)| marks[c]).sum();
             self.board.add::<C>(of_row[0].0 as usize, std::array::from_fn(sum));
