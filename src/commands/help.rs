@@ -1,6 +1,6 @@
 //! `radwalk help`: the help of a command, and the words that the program uses.
 
-use clap::CommandFactory;
+use clap::{CommandFactory, Parser};
 use voice::say;
 
 use crate::args::{Cli, HelpArgs};
@@ -17,13 +17,14 @@ pub(crate) fn help(args: &HelpArgs) -> Result<Outcome, Fault> {
         say(&format!("\nWords: {} (radwalk help WORD)", words().collect::<Vec<_>>().join(", ")));
         return Ok(Outcome::Done);
     }
-    let command = Cli::command().find_subcommand(&word).cloned();
+    let is_command = Cli::command().find_subcommand(&word).is_some();
     let entry = entries().find(|(title, _)| *title == word || singular(&word) == *title);
-    if command.is_none() && entry.is_none() {
+    if !is_command && entry.is_none() {
         return Err(Fault::NoWord { word, known: words().collect::<Vec<_>>().join(", ") });
     }
-    let command =
-        command.map(|command| command.bin_name(format!("radwalk {word}")).render_long_help().to_string());
+    // What clap prints of itself, it calls an error.
+    let asked = is_command.then(|| Cli::try_parse_from(["radwalk", &word, "--help"]).err()).flatten();
+    let command = asked.map(|help| help.to_string());
     let entry = entry.map(|(title, text)| format!("{title}\n\n{text}"));
     let told: Vec<String> = command.into_iter().chain(entry).map(|text| text.trim_end().to_owned()).collect();
     say(&told.join("\n\n"));
