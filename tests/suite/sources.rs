@@ -213,7 +213,7 @@ fn what_cannot_be_told_apart_is_refused() {
     says(&job, &["method.walk=jacobi"], &["chains", "walk = \"shooting\""]);
     says(&job, &["method.sampler=sobol"], &["batches", "sampler = \"random\""]);
     let source = |body: &str| room(&folder, &format!("[[source]]\nname = \"s\"\n{body}\n"));
-    says(&source(""), &[], &["room.toml:7", "surfaces", "missing"]);
+    says(&source(""), &[], &["room.toml:6", "surfaces", "missing"]);
     says(&source("surfaces = [\"lamp-lefd\"]"), &[], &["room.toml:8", "did you mean \"lamp-left\""]);
     says(&source("materials = [\"lampe\"]"), &[], &["room.toml:8", "did you mean \"lamp\""]);
     says(&source("surfaces = [\"floor\"]"), &[], &["\"s\"", "no patch that emits"]);

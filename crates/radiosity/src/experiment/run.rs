@@ -14,7 +14,7 @@ use crate::tally::{Counts, Overflow};
 use crate::walk::Space;
 use crate::walk::apart::{ByClass, MarkBoard, Marks};
 use crate::walk::batch::{walk_all, walk_each};
-use crate::walk::estimator::{Estimator, EstimatorKind, Event, with_estimator};
+use crate::walk::estimator::{EstimatorKind, Event, with_estimator};
 use crate::walk::fate::{Analog, Coloured, Fate, Infinite};
 use crate::walk::score::{Gather, GatherRelated, OnArrival, Scorer, ShootHits, ShootRelated, ShootWeights};
 
@@ -127,7 +127,8 @@ impl Experiment {
             (Scores::RelatedHits(board), Score::Mix) => {
                 self.shoot_all(space, source, Analog, (&mut ShootRelated::new(board), marks))
             }
-            (Scores::Fixed(board), Score::Of(Estimator::Infinite(end))) => {
+            (Scores::Fixed(board), Score::Of(estimator)) => {
+                let end = estimator.infinite_end().unwrap_or_else(|| wrong_board());
                 let mut score = ShootWeights::<OnArrival, 1, M>::new(board);
                 self.shoot_all(space, source, Infinite::new(end), (&mut score, marks))
             }
