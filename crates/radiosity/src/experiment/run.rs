@@ -67,6 +67,9 @@ impl Experiment {
         go_on: &dyn Fn() -> bool,
     ) {
         let Board { scores, sensing } = board;
+        if let Some(exchange) = &self.exchange {
+            return self.exchange_walks(exchange, sequence, walks, scores);
+        }
         let counts = match (&self.method, &mut *scores) {
             (Method::Walks(plan), scores) => {
                 return match self.sensors().zip(sensing.as_mut()) {
@@ -191,7 +194,7 @@ impl Experiment {
 
 /// A board is of no use to an experiment that scores in another way.
 #[cold]
-fn wrong_board() -> ! {
+pub(super) fn wrong_board() -> ! {
     panic!(
         "the board was made by an experiment that scores in another way; take the one of `Experiment::board`"
     )
