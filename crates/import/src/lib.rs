@@ -32,7 +32,7 @@ use radiosity::Spectrum;
 pub use error::{Error, Spot};
 pub use files::Files;
 pub use mesh::{DEFAULT_REFLECTANCE, MAX_TRIANGLES, Material, Mesh, Triangle};
-pub use options::{Axis, Faults, MaterialOverride, Options, SidesChoice};
+pub use options::{Axis, Faults, MaterialOverride, Options, SidesChoice, matches};
 pub use scene::{Imported, Spots};
 
 /// The formats, told by the extension of a file's name.

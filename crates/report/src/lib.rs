@@ -20,6 +20,7 @@ mod patches;
 mod picture;
 #[cfg(test)]
 mod scenes;
+mod factors;
 mod sensors;
 mod smooth;
 mod summary;
@@ -37,6 +38,10 @@ pub use model::{Bounce, Model};
 pub use page::{Live, Milestone, Page};
 pub use patches::{face_words, flags, side_name, write_patches};
 pub use picture::{Photo, Picture, Shot};
+pub use factors::{
+    BACK, ESCAPE, FactorsSummary, GroupRow, SmoothingSummary, ToleranceSummary, is_outside, write_exact_factors,
+    write_factors, write_groups, write_thermal,
+};
 pub use sensors::{SensorSummary, SensorsSummary, write_sensors};
 pub use smooth::Smooth;
 pub use summary::{

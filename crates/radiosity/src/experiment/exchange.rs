@@ -132,9 +132,12 @@ impl Exchange {
         let segments = self.spec.segments.iter().zip(&self.ends).skip(first);
         segments.map_while(move |(segment, &end)| {
             let begin = end - segment.walks;
+            if begin >= walks.end {
+                return None;
+            }
             let [from, to] = [walks.start.max(begin), walks.end.min(end)].map(|walk| walk - begin);
             let of_group = u64::from(segment.group) * WALKS_OF_A_GROUP + segment.first;
-            (begin < walks.end).then_some((segment.group, of_group + from..of_group + to))
+            Some((segment.group, of_group + from..of_group + to))
         })
     }
 
