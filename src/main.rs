@@ -25,8 +25,8 @@ use voice::{Voice, emit, record, say, unsaid};
 
 use crate::args::{Cli, Command};
 use crate::commands::{
-    audit, check, compare, coordinate, diff, exact, factors, merge, new, plan, relay, replay, report, reproduce,
-    stability, status, work,
+    audit, check, compare, coordinate, diff, exact, factors, merge, new, plan, relay, replay, report,
+    reproduce, stability, status, work,
 };
 use crate::fault::{Fault, Outcome};
 

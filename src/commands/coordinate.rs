@@ -172,14 +172,14 @@ impl Prepared {
         let mut observer = Observer::new(self.experiment.clone(), level, target)
             .with_sensors(self.settings.sensor_goal(&self.experiment))
             .going_on_from(&self.past.tally);
-        let walks = self.job.budget.paths / self.experiment.paths_per_walk();
+        let walks = self.job.budget.paths / self.experiment.unit().paths();
         let judge = Box::new(move |tally: &Tally, seen: &[Look]| observer.look(tally, seen));
         plan(&self.identity, &self.job.budget, &self.experiment, looks(&self.experiment, walks), judge)
     }
 
     /// What status files say of the job itself.
     fn description(&self) -> Description {
-        Description { job: self.job.name.clone(), paths_per_walk: self.experiment.paths_per_walk() }
+        Description { job: self.job.name.clone(), paths_per_walk: self.experiment.unit().paths() }
     }
 
     /// The page that follows the run, where one is wanted.
@@ -299,7 +299,7 @@ impl Prepared {
         let Some(target) = &self.settings.target else { return false };
         let (scene, walks) = (self.experiment.scene(), tally.counts.walks);
         let estimates = Estimates::new(&self.experiment, tally, self.settings.level(scene));
-        walks == 0 || !judge(target, &estimates, walks * self.experiment.paths_per_walk()).reached
+        walks == 0 || !judge(target, &estimates, walks * self.experiment.unit().paths()).reached
     }
 }
 
@@ -364,7 +364,7 @@ pub(crate) fn plan(
     judge: Judge,
 ) -> Result<Plan, Fault> {
     // A batch is leased as a walk is, whole and alone.
-    let (stream_paths, leases_per_thread) = match experiment.batch_paths() {
+    let (stream_paths, leases_per_thread) = match experiment.unit().batch() {
         Some(_) => (1, 1),
         None => (budget.stream_paths, 2),
     };

@@ -38,7 +38,8 @@ pub(crate) fn exact(args: &ExactArgs) -> Result<Outcome, Fault> {
         folder.write(table, |file| report::write_exact(file, scene.faces(), &columns))?;
         folder.write(page, |file| summary.write(file))?;
         if let Some(names) = &names {
-            folder.write(factors, |file| report::write_exact_factors(file, names, |i| factors_of(exact, i)))?;
+            folder
+                .write(factors, |file| report::write_exact_factors(file, names, |i| factors_of(exact, i)))?;
         }
         if !args.out.quiet {
             describe(&summary);
@@ -67,7 +68,8 @@ fn factors_of(exact: &Exact, i: usize) -> Vec<[f64; 2]> {
     let mut emittance = vec![0.0; exact.face_count()];
     emittance[i] = 1.0 / exact.areas()[i];
     let incoming = exact.system().solve(&emittance).incoming;
-    let absorbed = incoming.iter().zip(exact.reflectance()).map(|(phi, reflectance)| (1.0 - reflectance) * phi);
+    let absorbed =
+        incoming.iter().zip(exact.reflectance()).map(|(phi, reflectance)| (1.0 - reflectance) * phi);
     absorbed.enumerate().map(|(j, absorbed)| [exact.exchange().form_factor(i, j), absorbed]).collect()
 }
 

@@ -164,10 +164,16 @@ impl<'a> Answer<'a> {
         let worst = (0..groups).map(|i| factors.row_error(i)).enumerate().max_by(|a, b| a.1.total_cmp(&b.1));
         if let Some((i, error)) = worst {
             let name = &self.question.groups.names[i];
-            say(&format!("known within {} of themselves, in the mean square of the worst row ({name})", percent(error)));
+            say(&format!(
+                "known within {} of themselves, in the mean square of the worst row ({name})",
+                percent(error)
+            ));
         }
         if self.back() > 0.0 {
-            warn!("{} of the walks end on backs of one-sided surfaces (rows to `back`)", percent(self.back()));
+            warn!(
+                "{} of the walks end on backs of one-sided surfaces (rows to `back`)",
+                percent(self.back())
+            );
         }
         if let Some(smoothing) = self.smoothed.as_ref().map(|smoothed| self.smoothing(smoothed)) {
             let SmoothingSummary { outside, largest_move } = smoothing;

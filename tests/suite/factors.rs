@@ -101,7 +101,10 @@ fn a_corner_has_the_factors_of_the_catalogue() {
     let smoothed = numbers(&rows["smoothed"]);
     assert!((smoothed[1] - smoothed[4]).abs() < 1e-12, "unit squares: {smoothed:?}");
     let groups = columns(&out.join("groups.csv"));
-    assert_eq!((&groups["group"][..], &groups["faces"][..]), (&["floor".into(), "wall".into()][..], &["2".into(), "1".into()][..]));
+    assert_eq!(
+        (&groups["group"][..], &groups["faces"][..]),
+        (&["floor".into(), "wall".into()][..], &["2".into(), "1".into()][..])
+    );
     assert_eq!(numbers(&groups["absorptance"]), [0.5, 0.19999999999999996]);
     let walks: f64 = numbers(&groups["walks"]).iter().sum();
     assert_eq!(summary(&out)["walks"].as_f64().unwrap(), walks);
@@ -114,7 +117,16 @@ fn gebharts_factors_are_those_of_exact() {
     let job = "configs/cube6-r90.toml";
     let [out, exact] = ["out", "exact"].map(|name| path(&folder, name).to_str().unwrap().to_owned());
     let (code, _, stderr) = run(&[
-        "factors", job, "--reflections", "--paths", "2e6", "--set", "confidence=0.9999", "--quiet", "--out", &out,
+        "factors",
+        job,
+        "--reflections",
+        "--paths",
+        "2e6",
+        "--set",
+        "confidence=0.9999",
+        "--quiet",
+        "--out",
+        &out,
     ]);
     assert_eq!(code, 0, "{stderr}");
     let (code, _, stderr) = run(&["exact", job, "--quiet", "--out", &exact]);
@@ -138,7 +150,9 @@ fn gebharts_factors_are_those_of_exact() {
 fn the_answer_is_a_function_of_the_job() {
     let folder = scenes(&[("corner.toml", CORNER)]);
     let job = "corner.toml --reflections --tolerance 0.02 --paths 1e8 --quiet";
-    for (out, how) in [("out1", "--workers 1"), ("out2", "--workers 3 --threads 2 --set budget.stream_paths=777")] {
+    for (out, how) in
+        [("out1", "--workers 1"), ("out2", "--workers 3 --threads 2 --set budget.stream_paths=777")]
+    {
         let (code, _, stderr) = factors(&folder, &format!("{job} --out {out} {how}"));
         assert_eq!(code, 0, "{stderr}");
     }
@@ -183,14 +197,17 @@ fn a_tolerance_on_a_pair_gives_its_rays_to_its_row() {
 /// Groups by a file: surfaces by pattern, materials, patches; what is left is `rest`. Escape is what a group of nothing sees.
 #[test]
 fn groups_come_from_a_file() {
-    let groups = "[[group]]\nname = \"west\"\npatches = [0]\n[[group]]\nname = \"walls\"\nsurfaces = [\"wa*\"]\n";
+    let groups =
+        "[[group]]\nname = \"west\"\npatches = [0]\n[[group]]\nname = \"walls\"\nsurfaces = [\"wa*\"]\n";
     let folder = scenes(&[("corner.toml", CORNER), ("groups.toml", groups)]);
-    let (code, _, stderr) = factors(&folder, "corner.toml --groups groups.toml --paths 1e5 --quiet --out out");
+    let (code, _, stderr) =
+        factors(&folder, "corner.toml --groups groups.toml --paths 1e5 --quiet --out out");
     assert_eq!(code, 0, "{stderr}");
     let named = columns(&path(&folder, "out").join("groups.csv"));
     assert_eq!(named["group"], ["west", "walls", "rest"]);
     assert_eq!(numbers(&named["area"]), [0.5, 1.0, 0.5]);
-    let (code, _, stderr) = factors(&folder, "corner.toml --groups by-material --paths 1e5 --quiet --out out2");
+    let (code, _, stderr) =
+        factors(&folder, "corner.toml --groups by-material --paths 1e5 --quiet --out out2");
     assert_eq!(code, 0, "{stderr}");
     assert_eq!(columns(&path(&folder, "out2").join("groups.csv"))["group"], ["floor", "wall"]);
 }
@@ -205,8 +222,19 @@ fn heat_flows_from_hot_to_cold() {
     let (heat, out) = (path(&folder, "heat.toml"), path(&folder, "out"));
     let [heat, named] = [&heat, &out].map(|path| path.to_str().unwrap());
     let (code, _, stderr) = run(&[
-        "factors", "configs/cube6-r90.toml", "--groups", "by-surface", "--temperatures", heat, "--paths", "4e6", "--quiet",
-        "--set", "confidence=0.9999", "--out", named,
+        "factors",
+        "configs/cube6-r90.toml",
+        "--groups",
+        "by-surface",
+        "--temperatures",
+        heat,
+        "--paths",
+        "4e6",
+        "--quiet",
+        "--set",
+        "confidence=0.9999",
+        "--out",
+        named,
     ]);
     assert_eq!(code, 0, "{stderr}");
     let table = columns(&out.join("thermal.csv"));
@@ -245,7 +273,10 @@ fn what_cannot_be_counted_is_refused() {
         ("corner.toml --groups doubled.toml", "patch 1 is in group \"a\" and in group \"b\""),
         ("corner.toml --groups missing.toml", "there is no such file"),
         ("corner.toml --groups by-surface --temperatures cold.toml", "write kelvin"),
-        ("corner.toml --groups by-surface --temperatures left-out.toml", "nothing is given of group \"floor\""),
+        (
+            "corner.toml --groups by-surface --temperatures left-out.toml",
+            "nothing is given of group \"floor\"",
+        ),
         ("corner.toml --groups by-surface --temperatures adiabatic.toml", "below 0 K"),
         ("corner.toml --tolerance 0.1 --pairs 0:7", "no pair of groups"),
         ("corner.toml --tolerance 2", "between 0 and 1"),
@@ -289,7 +320,8 @@ fn a_sky_lights_an_open_scene() {
         assert!(low <= 100.0 && 100.0 <= high && high - low < 3.0, "{name}: {low} {high}");
     }
     let exact = path(&folder, "exact");
-    let (code, _, stderr) = run(&["exact", job.to_str().unwrap(), "--quiet", "--out", exact.to_str().unwrap()]);
+    let (code, _, stderr) =
+        run(&["exact", job.to_str().unwrap(), "--quiet", "--out", exact.to_str().unwrap()]);
     assert_eq!(code, 0, "{stderr}");
     let b = numbers(&columns(&exact.join("exact.csv"))["radiosity"]);
     assert!((b[0] - 0.5 * truth).abs() < 1e-6 * truth, "{b:?}");

@@ -150,8 +150,7 @@ mod tests {
     /// A row that is certain gets nothing, the others all there is: powers of two that the budget holds.
     #[test]
     fn the_budget_goes_where_the_variance_is() {
-        let known =
-            counts(&[vec![0, 64, 0, 0, 0], vec![32, 0, 32, 0, 0], vec![8, 8, 16, 16, 16]]);
+        let known = counts(&[vec![0, 64, 0, 0, 0], vec![32, 0, 32, 0, 0], vec![8, 8, 16, 16, 16]]);
         let plan = Plan::next(&known, 10_000, None).unwrap();
         let walks = plan.walks();
         assert!(walks.iter().all(|walks| walks.is_power_of_two()), "{walks:?}");

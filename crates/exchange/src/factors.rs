@@ -55,7 +55,8 @@ impl<'a> Factors<'a> {
     /// The relative error of a whole row: the half-width of each interval over its factor, in the mean square, each factor
     /// counting by its size. Infinite where no walk has been taken.
     pub fn row_error(&self, i: usize) -> f64 {
-        let squares = (0..self.counts.row(i).len()).map(|j| self.get(i, j)).filter(|known| known.factor > 0.0);
+        let squares =
+            (0..self.counts.row(i).len()).map(|j| self.get(i, j)).filter(|known| known.factor > 0.0);
         let (sum, whole) = squares.fold((0.0, 0.0), |(sum, whole), known| {
             (sum + known.half_width().powi(2) / known.factor, whole + known.factor)
         });

@@ -146,11 +146,8 @@ mod tests {
 
     #[test]
     fn smoothed_factors_are_reciprocal_and_add_up() {
-        let known = counts(&[
-            vec![0, 270, 545, 0, 209],
-            vec![90, 98, 57, 0, 11],
-            vec![580, 170, 0, 100, 1198],
-        ]);
+        let known =
+            counts(&[vec![0, 270, 545, 0, 209], vec![90, 98, 57, 0, 11], vec![580, 170, 0, 100, 1198]]);
         let areas = [2.0, 1.5, 4.0];
         let Smoothed { factors, errors } = smooth(&known, &areas).unwrap();
         for i in 0..3 {
@@ -172,7 +169,8 @@ mod tests {
     /// Two groups that see nothing but each other: both rows say that x = A.
     #[test]
     fn rows_may_say_the_same_twice() {
-        let Smoothed { factors, .. } = smooth(&counts(&[vec![0, 8, 0, 0], vec![16, 0, 0, 0]]), &[3.0, 3.0]).unwrap();
+        let Smoothed { factors, .. } =
+            smooth(&counts(&[vec![0, 8, 0, 0], vec![16, 0, 0, 0]]), &[3.0, 3.0]).unwrap();
         assert!((factors[0][1] - 1.0).abs() < 1e-12 && (factors[1][0] - 1.0).abs() < 1e-12, "{factors:?}");
     }
 

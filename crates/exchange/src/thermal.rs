@@ -163,7 +163,8 @@ impl Balance<'_> {
     /// The variance of r_i [W²].
     fn noise(&self, i: usize, emitted: &[f64]) -> f64 {
         let of = |power| {
-            let term = |(j, place): (usize, usize)| self.factor(i, j) * (emitted[i] - emitted[place]).powi(power);
+            let term =
+                |(j, place): (usize, usize)| self.factor(i, j) * (emitted[i] - emitted[place]).powi(power);
             self.columns().map(term).sum::<f64>()
         };
         let walks = self.counts.walks(i) as f64;
@@ -241,7 +242,10 @@ mod tests {
     #[test]
     fn what_cannot_be_solved_is_told() {
         let pair = |back, escape| [vec![0, 64 - back, back, 0], vec![64 - escape, 0, 0, escape]];
-        assert_eq!(solve(&pair(1, 0), &[1.0; 2], &[Temperature(1.0); 2]), Err(ThermalFault::Backs { group: 0 }));
+        assert_eq!(
+            solve(&pair(1, 0), &[1.0; 2], &[Temperature(1.0); 2]),
+            Err(ThermalFault::Backs { group: 0 })
+        );
         assert_eq!(solve(&pair(0, 0), &[1.0; 2], &[Flux(1.0), Flux(-1.0)]), Err(ThermalFault::Undetermined));
         assert_eq!(
             solve(&pair(0, 0), &[1.0; 2], &[Temperature(10.0), Flux(-1.0)]),

@@ -105,9 +105,13 @@ fn factors_are_those_of_exact() {
                             z.push((known.factor - p) / (p * (1.0 - p) / WALKS as f64).sqrt());
                         }
                     }
-                    let lost = factors.get(i, grouped.groups).factor + factors.get(i, grouped.groups + 1).factor;
+                    let lost =
+                        factors.get(i, grouped.groups).factor + factors.get(i, grouped.groups + 1).factor;
                     let error = (row[grouped.groups].max(1e-6) / WALKS as f64).sqrt();
-                    assert!((lost - row[grouped.groups]).abs() < 6.0 * error + 1e-6, "{name}: row {i}: {lost}");
+                    assert!(
+                        (lost - row[grouped.groups]).abs() < 6.0 * error + 1e-6,
+                        "{name}: row {i}: {lost}"
+                    );
                 }
             }
             let tried = z.len() as f64;
@@ -134,7 +138,11 @@ fn factors_of_groups_are_means_over_their_births() {
         let factors = Factors::new(&counts, 0.9999);
         for (i, row) in truth.iter().enumerate() {
             for (j, &p) in row[..2].iter().enumerate() {
-                assert!(factors.get(i, j).interval.contains(p), "{kind:?} {i} {j}: {:?} {p}", factors.get(i, j));
+                assert!(
+                    factors.get(i, j).interval.contains(p),
+                    "{kind:?} {i} {j}: {:?} {p}",
+                    factors.get(i, j)
+                );
             }
         }
     }
@@ -163,7 +171,9 @@ fn walks_of_a_group_have_places_of_their_own() {
     for kind in KINDS {
         let whole = grouped.count(kind, 6, 0, 1 << 12);
         let mut pieces = grouped.count(kind, 6, 0, 1 << 10);
-        let rows = |counts: &exchange::Counts| (0..grouped.groups).map(|i| counts.row(i).to_vec()).collect::<Vec<_>>();
+        let rows = |counts: &exchange::Counts| {
+            (0..grouped.groups).map(|i| counts.row(i).to_vec()).collect::<Vec<_>>()
+        };
         pieces.add(&rows(&grouped.count(kind, 6, 1 << 10, 1 << 11)));
         pieces.add(&rows(&grouped.count(kind, 6, 3 << 10, 1 << 10)));
         assert_eq!(whole, pieces);
@@ -196,7 +206,9 @@ fn smoothing_lowers_the_error() {
             }
             let squares = mean_squared_z(z).unwrap();
             let gain = smoothed / raw;
-            println!("{name} {kind:?}: mean squared error times {gain:.3}, {squares:?}, {outside} of {cells} outside");
+            println!(
+                "{name} {kind:?}: mean squared error times {gain:.3}, {squares:?}, {outside} of {cells} outside"
+            );
             assert!(gain < 0.65, "{name} {kind:?}: {gain}");
             // Each pair counts twice, and the cells of a row depend on each other.
             assert!((squares.value - 1.0).abs() < 0.1, "{name} {kind:?}: {squares:?}");

@@ -6,12 +6,12 @@ mod common;
 #[path = "../../exact/tests/common/shapes.rs"]
 mod shapes;
 
+use BoundaryCondition::{Flux, Temperature};
 use common::Grouped;
 use exchange::{Balance, BoundaryCondition, SIGMA, Thermal};
 use radiosity::{FactorKind, SceneSpec, Shape};
 use shapes::{grey, painted, quad, room};
 use stats::{Coverage, Interval, mean_squared_z};
-use BoundaryCondition::{Flux, Temperature};
 
 /// F between opposed unit squares at distance 1.
 const OPPOSED: f64 = 0.199_824_895_698_387_46;
@@ -95,7 +95,8 @@ fn grey_plates_with_insulated_walls() {
 fn black_plates_in_a_black_box() {
     let grouped = plates([1.0; 3]);
     let given = [Temperature(500.0), Temperature(300.0), Temperature(350.0)];
-    let net = OPPOSED * (emitted(500.0) - emitted(300.0)) + (1.0 - OPPOSED) * (emitted(500.0) - emitted(350.0));
+    let net =
+        OPPOSED * (emitted(500.0) - emitted(300.0)) + (1.0 - OPPOSED) * (emitted(500.0) - emitted(350.0));
     judge(&grouped, &given, net, |thermal| thermal.fluxes[0]);
 }
 

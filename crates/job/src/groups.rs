@@ -106,7 +106,8 @@ impl<'a> Reader<'a> {
     }
 
     fn read(mut self, path: &Path) -> Result<Groups, Error> {
-        let source = Source::read(path, "[[group]] tables, each with a name and surfaces, materials or patches")?;
+        let source =
+            Source::read(path, "[[group]] tables, each with a name and surfaces, materials or patches")?;
         let mut file = Table::root(&source, FILE_KEYS)?;
         let list = file.require("group", "a file of groups holds them", "[[group]] with name = \"walls\"")?;
         for (number, value) in list.tables("group")?.into_iter().enumerate() {
@@ -125,7 +126,11 @@ impl<'a> Reader<'a> {
     fn group(&mut self, mut table: Table<'_>) -> Result<(), Error> {
         let value = table.require("name", "tables of factors tell groups by it", "name = \"walls\"")?;
         let name = value.string()?.to_owned();
-        if name.trim().is_empty() || name.contains(char::is_control) || name == REST || self.names.contains(&name) {
+        if name.trim().is_empty()
+            || name.contains(char::is_control)
+            || name == REST
+            || self.names.contains(&name)
+        {
             return Err(value.refuse(
                 format!("{name:?} cannot name a group"),
                 "each has a visible name of its own on one line; \"rest\" is what no group names",
@@ -166,9 +171,8 @@ impl<'a> Reader<'a> {
         name: impl Fn(u32) -> String,
     ) -> Result<(), Error> {
         let pattern = value.string()?;
-        let matching: Vec<bool> = (0..self.scene.surfaces().len() as u32)
-            .map(|surface| matches(pattern, &name(surface)))
-            .collect();
+        let matching: Vec<bool> =
+            (0..self.scene.surfaces().len() as u32).map(|surface| matches(pattern, &name(surface))).collect();
         if !matching.contains(&true) {
             return Err(value.refuse(
                 format!("no {what} is called {pattern:?}"),

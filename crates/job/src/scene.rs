@@ -16,8 +16,8 @@ use crate::material::{Material, Materials, find_material, read_materials};
 use crate::plain::{PlainSurface, plain_surfaces};
 use crate::sensors::read_sensors;
 use crate::shape::{read_corners, read_grid, read_rows};
-use crate::sky::{SKY, read_sky, sky_box};
 use crate::site::{Lines, SITE_KEYS, SurfaceSite};
+use crate::sky::{SKY, read_sky, sky_box};
 use crate::source::{Source, Split};
 
 /// A scene as written, and where.

@@ -42,7 +42,11 @@ pub(crate) fn read_sky(value: Value<'_>) -> Result<Spectrum, Error> {
 }
 
 /// The box around surfaces and sensors.
-pub(crate) fn sky_box(surfaces: &[SurfaceSpec], sensors: &[SensorSpec], emittance: Spectrum) -> Vec<SurfaceSpec> {
+pub(crate) fn sky_box(
+    surfaces: &[SurfaceSpec],
+    sensors: &[SensorSpec],
+    emittance: Spectrum,
+) -> Vec<SurfaceSpec> {
     let of_sensor = |sensor: &SensorSpec| match sensor.shape {
         SensorShape::Quad { corner, corner_u, corner_v, .. } => {
             vec![corner, corner_u, corner_v, corner_u + corner_v - corner]

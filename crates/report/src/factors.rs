@@ -155,9 +155,8 @@ pub fn write_groups(writer: impl Write, groups: &[GroupRow<'_>]) -> io::Result<(
 /// Those of `writer`.
 pub fn write_thermal(writer: impl Write, names: &[String], thermal: &Thermal) -> io::Result<()> {
     let mut table = csv::Writer::from_writer(writer);
-    let columns = ["temperature", "flux"].map(|of| {
-        [of.to_owned(), format!("{of}_error"), format!("{of}_low"), format!("{of}_high")]
-    });
+    let columns = ["temperature", "flux"]
+        .map(|of| [of.to_owned(), format!("{of}_error"), format!("{of}_low"), format!("{of}_high")]);
     table.write_record(["group".to_owned()].iter().chain(columns.as_flattened()))?;
     let cells = |known: &Estimate| (known.value, known.std_error, known.low, known.high);
     for (name, known) in names.iter().zip(thermal.temperatures.iter().zip(&thermal.fluxes)) {
@@ -201,7 +200,9 @@ mod tests {
         let smoothed = smooth(&counts, &[4.0, 3.0]).unwrap();
         write_factors(&mut text, &names, &Factors::new(&counts, 0.95), Some(&smoothed)).unwrap();
         let text = String::from_utf8(text).unwrap();
-        assert!(text.starts_with("from,to,factor,std_error,ci_low,ci_high,smoothed,smoothed_error,outside\n"));
+        assert!(
+            text.starts_with("from,to,factor,std_error,ci_low,ci_high,smoothed,smoothed_error,outside\n")
+        );
         assert!(text.lines().all(|line| line.replace("a, b", "").split(',').count() == 9), "{text}");
     }
 }

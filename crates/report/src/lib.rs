@@ -5,12 +5,14 @@
 #![warn(unreachable_pub, unnameable_types)]
 
 mod atomic;
+mod bounds;
 mod camera;
 mod chart;
 mod cores;
 mod error;
 mod exact_csv;
 mod export;
+mod factors;
 mod flow;
 mod mark;
 mod method;
@@ -20,7 +22,6 @@ mod patches;
 mod picture;
 #[cfg(test)]
 mod scenes;
-mod factors;
 mod sensors;
 mod smooth;
 mod summary;
@@ -33,15 +34,15 @@ pub use chart::{Axis, Chart, Point, Series, Style};
 pub use error::Error;
 pub use exact_csv::{ExactBounds, ExactColumns, ExactSummary, write_exact};
 pub use export::{write_glb, write_parquet, write_vtu};
+pub use factors::{
+    BACK, ESCAPE, FactorsSummary, GroupRow, SmoothingSummary, ToleranceSummary, is_outside,
+    write_exact_factors, write_factors, write_groups, write_thermal,
+};
 pub use method::MethodWords;
 pub use model::{Bounce, Model};
 pub use page::{Live, Milestone, Page};
 pub use patches::{face_words, flags, side_name, write_patches};
 pub use picture::{Photo, Picture, Shot};
-pub use factors::{
-    BACK, ESCAPE, FactorsSummary, GroupRow, SmoothingSummary, ToleranceSummary, is_outside, write_exact_factors,
-    write_factors, write_groups, write_thermal,
-};
 pub use sensors::{SensorSummary, SensorsSummary, write_sensors};
 pub use smooth::Smooth;
 pub use summary::{

@@ -55,7 +55,7 @@ impl Identity {
             scene_hash: scene.hash(),
             job_hash: job::job_hash(scene.hash(), &job.method, job.scene.sensors(), job.seed),
             seed: job.seed,
-            first: job.budget.first_path / experiment.paths_per_walk(),
+            first: job.budget.first_path / experiment.unit().paths(),
             goal: settings.goal(),
             job: packed,
             sessions: vec![session(build)],

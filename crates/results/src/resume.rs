@@ -42,7 +42,7 @@ pub fn resume(
     };
     let found = find(folder, fits).map_err(|error| explain(error, settings, experiment))?;
     let Some(Found { checkpoint, passed_over }) = found else { return Ok(None) };
-    let paths = checkpoint.tally.counts.walks.saturating_mul(experiment.paths_per_walk());
+    let paths = checkpoint.tally.counts.walks.saturating_mul(experiment.unit().paths());
     if paths > budget {
         return Err(Error::BeyondBudget { walks: paths, paths: budget });
     }
@@ -59,7 +59,7 @@ fn explain(error: CheckpointError, settings: &Settings, experiment: &Experiment)
         let method = MethodTable { batch_paths: settings.method.batch_paths, ..theirs.method };
         ((method, theirs.seed) == (settings.method.clone(), settings.seed)).then_some(rays)
     };
-    match (experiment.batch_paths(), &error.fault) {
+    match (experiment.unit().batch(), &error.fault) {
         (Some(ours), CheckpointFault::ForeignJob) => match theirs().filter(|&theirs| theirs != ours) {
             Some(theirs) => Error::OtherBatches { theirs, ours },
             None => error.into(),

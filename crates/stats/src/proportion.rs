@@ -56,7 +56,8 @@ mod tests {
         }
         // From a hundredth of an expected hit on, of many trials, and from a hundredth of an expected miss.
         for expected in [0.01, 0.1, 0.5, 1.0, 2.0, 5.0, 20.0] {
-            for covered in [coverage(100_000, expected / 1e5, 0.95), coverage(1000, 1.0 - expected / 1e3, 0.95)]
+            for covered in
+                [coverage(100_000, expected / 1e5, 0.95), coverage(1000, 1.0 - expected / 1e3, 0.95)]
             {
                 assert!(covered > 0.95, "{expected} expected: {covered}");
             }

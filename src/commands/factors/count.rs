@@ -6,7 +6,7 @@ use std::time::Instant;
 
 use cluster::checkpoint::Look;
 use exchange::{Counts, Plan};
-use radiosity::{Experiment, ExchangeSpec, Segment, Tally, exchange_counts};
+use radiosity::{ExchangeSpec, Experiment, Segment, Tally, exchange_counts};
 use report::OutputFolder;
 use results::{Identity, Settings};
 use serde::{Deserialize, Serialize};

@@ -139,7 +139,10 @@ fn reflectances(enclosure: &Enclosure, groups: &Groups, scene: &Scene) -> Result
         }
     }
     let emissivity = |group: Option<u32>| group.and_then(|group| enclosure.emissivities[group as usize]);
-    Ok(group_of_surface.into_iter().map(|group| emissivity(group).map(|emissivity| 1.0 - emissivity)).collect())
+    Ok(group_of_surface
+        .into_iter()
+        .map(|group| emissivity(group).map(|emissivity| 1.0 - emissivity))
+        .collect())
 }
 
 /// A pair of groups: numbers and names. The second may be backs or what escapes.

@@ -27,10 +27,9 @@ use crate::scene::Scene;
 use crate::scene::births::Births;
 use crate::tally::{Layout, Scoreboard, Tally};
 use crate::walk::estimator::Estimator;
-use board::{Scores, with_board};
+use board::{Scores, Sensing, with_board};
 use exchange::Exchange;
 use gathering::Gathering;
-use sensing::Sensing;
 use unfit::{check, check_sensors};
 
 /// A scene and a method that fits it.
@@ -67,7 +66,15 @@ impl Experiment {
         };
         let largest_radiosity = jacobi::largest_radiosity(&scene);
         let least_area = scene.faces().iter().map(|face| face.area).fold(f64::INFINITY, f64::min);
-        Ok(Experiment { scene, method, gathering, largest_radiosity, least_area, sensors: None, exchange: None })
+        Ok(Experiment {
+            scene,
+            method,
+            gathering,
+            largest_radiosity,
+            least_area,
+            sensors: None,
+            exchange: None,
+        })
     }
 
     /// The experiment with sensors, whose light rays of their own gather from what its walks have found. What is found of
@@ -166,24 +173,5 @@ impl Experiment {
             (1, Score::Of(_)) => Scores::Fixed(Scoreboard::new(faces)),
             _ => Scores::Coloured(Scoreboard::new(faces)),
         }
-    }
-
-    /// Rays of a chain, where chains take the place of walks.
-    pub fn chain_rays(&self) -> Option<u64> {
-        match self.unit() {
-            Unit::Chain { rays } => Some(rays),
-            Unit::Walk | Unit::Batch { .. } => None,
-        }
-    }
-
-    /// Paths of a batch, where batches take the place of walks: rays of a chain, or walks that share a Sobol sequence.
-    /// Batches are independent, what is within one is not.
-    pub fn batch_paths(&self) -> Option<u64> {
-        (!self.unit().is_walk()).then(|| self.unit().paths())
-    }
-
-    /// What a walk counts as in jobs: one path; a batch counts as all of its own.
-    pub fn paths_per_walk(&self) -> u64 {
-        self.unit().paths()
     }
 }

@@ -138,9 +138,9 @@ fn cradles(
     faces: &Faces,
     alike: impl Fn(usize, usize) -> bool,
 ) -> impl Iterator<Item = (usize, Cradle)> {
-    let sides = (0..).zip(surfaces.iter().map(Surface::cell_count)).flat_map(|(surface, cells)| {
-        [Side::Front, Side::Back].map(|side| (surface, side, cells as usize))
-    });
+    let sides = (0..)
+        .zip(surfaces.iter().map(Surface::cell_count))
+        .flat_map(|(surface, cells)| [Side::Front, Side::Back].map(|side| (surface, side, cells as usize)));
     let runs = sides.filter_map(|(surface, side, cells)| {
         let first = faces.first_on(surface, side)? as usize;
         Some((surface, side, first, first + cells))
