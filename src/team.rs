@@ -28,7 +28,7 @@ pub(crate) struct Walked {
     pub memory: Option<u64>,
 }
 
-/// Walks an experiment on the processes of a team, and asks `judge` at every look.
+/// Walks an experiment on the processes of a team, and asks `judge` at every look; `watch` is told how many walks are in.
 ///
 /// # Errors
 /// Where the cluster fails, and where a signal ends it.
@@ -38,6 +38,7 @@ pub(crate) fn walk(
     budget: &Budget,
     experiment: &Experiment,
     (looks, judge): (Vec<u64>, Judge),
+    watch: &dyn Fn(u64),
 ) -> Result<Walked, Fault> {
     let plan = plan(identity, budget, experiment, looks, judge)?;
     let mut coordinator = Coordinator::new(plan, Past::none(experiment.tally::<MOMENTS>()));
@@ -45,6 +46,7 @@ pub(crate) fn walk(
     let notices = RefCell::new(Vec::new());
     let mut memory = None;
     let owner = |coordinator: &Coordinator| {
+        watch(coordinator.progress().walks);
         notices.borrow_mut().drain(..).for_each(|notice| door.workers.heed(&notice));
         if coordinator.ending().is_some() {
             // The workers have not heard of the end yet, and are still there.

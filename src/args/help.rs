@@ -102,7 +102,8 @@ Examples:
 /// Under the help of `radwalk reproduce`.
 pub(super) const REPRODUCE: &str = "\
 Examples:
-  radwalk reproduce --out out/papers                         a page with the papers' tables and figures";
+  radwalk reproduce --out out/papers                         a page with the papers' tables and figures
+  radwalk reproduce --validation                             a page of configurations with closed forms";
 
 /// Under the help of `radwalk new`.
 pub(super) const NEW: &str = "\

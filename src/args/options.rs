@@ -304,6 +304,9 @@ pub(crate) struct ReproduceArgs {
     /// Everything at reduced size: a minute
     #[arg(long)]
     pub quick: bool,
+    /// Configurations with closed forms in place of the papers: the scorecard [default folder: out/validation]
+    #[arg(long)]
+    pub validation: bool,
     #[command(flatten)]
     pub out: OutArgs,
     /// Threads; the answer does not depend on them [default: one per core]

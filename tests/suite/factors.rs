@@ -216,8 +216,8 @@ fn groups_come_from_a_file() {
 #[test]
 fn heat_flows_from_hot_to_cold() {
     let heat = "environment = 280.0\n[[group]]\nname = \"*\"\nflux = 0.0\n\
-                [[group]]\nname = \"0\"\ntemperature = 400.0\nemissivity = 0.8\n\
-                [[group]]\nname = \"1\"\ntemperature = 300.0\nemissivity = 0.5\n";
+                [[group]]\nname = \"z0\"\ntemperature = 400.0\nemissivity = 0.8\n\
+                [[group]]\nname = \"z1\"\ntemperature = 300.0\nemissivity = 0.5\n";
     let folder = scenes(&[("heat.toml", heat)]);
     let (heat, out) = (path(&folder, "heat.toml"), path(&folder, "out"));
     let [heat, named] = [&heat, &out].map(|path| path.to_str().unwrap());

@@ -28,7 +28,7 @@ pub(crate) fn shoot(team: Team, trial: &Trial, runs: usize) -> Result<Shot, Faul
         let _ = out.send(prefix.clone());
         Look { walks: prefix.counts.walks, rays: prefix.counts.rays, ..Look::default() }
     };
-    let walked = walk(team, &identity, &job.budget, experiment, (ends, Box::new(judge)))?;
+    let walked = walk(team, &identity, &job.budget, experiment, (ends, Box::new(judge)), &|_| ())?;
     let empty = experiment.tally::<MOMENTS>();
     let tallies = prefixes.iter().scan(empty, |before, now| {
         let run = since(before, &now);

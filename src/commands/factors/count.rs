@@ -70,7 +70,7 @@ pub(super) fn count(
             _ => Plan::next(&counts, budget, question.tolerance.as_ref()),
         };
         let Some(plan) = plan else { break };
-        match look(question, team, &plan, &counts) {
+        match look(question, team, (&plan, &counts), &|part| phase.done(part)) {
             Ok((rows, of_look)) => {
                 counts.add(&rows);
                 cost.rays += of_look.rays;
@@ -80,7 +80,6 @@ pub(super) fn count(
             Err(Fault::Interrupted) => return Ok(Counted { counts, cost, interrupted: true }),
             Err(fault) => return Err(fault),
         }
-        phase.done(counts.total() as f64 / budget as f64);
         let rows = (0..groups).map(|i| counts.row(i).to_vec()).collect();
         let kept = Kept { question: digest(question), rows, cost };
         folder.write(COUNTS, |file| {
@@ -91,12 +90,12 @@ pub(super) fn count(
     Ok(Counted { counts, cost, interrupted: false })
 }
 
-/// The walks that a plan has beyond what is counted, as one job of the cluster.
+/// The walks that a plan has beyond what is counted, as one job of the cluster; `watch` is told what part of the plan is done.
 fn look(
     question: &Question,
     team: Team,
-    plan: &Plan,
-    counts: &Counts,
+    (plan, counts): (&Plan, &Counts),
+    watch: &dyn Fn(f64),
 ) -> Result<(Vec<Vec<u64>>, Cost), Fault> {
     let Question { job, scene, groups, kind, .. } = question;
     let segment = |(group, &walks): (usize, &u64)| {
@@ -120,7 +119,9 @@ fn look(
         Look { walks: counts.walks, rays: counts.rays, ..Look::default() }
     };
     let began = Instant::now();
-    let walked = walk(team, &identity, &job.budget, &experiment, (vec![walks], Box::new(judge)))?;
+    let whole = (counts.total() + walks) as f64;
+    let watch = |walks| watch((counts.total() + walks) as f64 / whole);
+    let walked = walk(team, &identity, &job.budget, &experiment, (vec![walks], Box::new(judge)), &watch)?;
     let seconds = began.elapsed().as_secs_f64();
     let cost = Cost { rays: walked.tally.counts.rays, seconds, cpu_seconds: walked.cpu_seconds };
     Ok((exchange_counts(&walked.tally, number), cost))
