@@ -66,7 +66,7 @@ pub(super) fn count(
     let phase = Phase::begin("counting walks between groups");
     loop {
         let plan = match counts.total() {
-            0 => Some(Plan::pilot(groups, budget).ok_or(FactorsFault::FewWalks { paths: budget, groups })?),
+            0 => Plan::pilot(groups, budget),
             _ => Plan::next(&counts, budget, question.tolerance.as_ref()),
         };
         let Some(plan) = plan else { break };

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use exchange::Tolerance;
+use exchange::{Plan, Tolerance};
 use job::{Enclosure, Grouping, Groups, Job, MethodTable, load_enclosure};
 use radiosity::{Face, FactorKind, Scene};
 use report::{BACK, ESCAPE, GroupRow};
@@ -51,6 +51,9 @@ impl Question {
         (job.budget.first_path, job.budget.wall_seconds) = (0, None);
         let mut scene = job.build_scene()?;
         let groups = groups_of(args, &job, &scene)?;
+        if Plan::pilot(groups.count(), job.budget.paths).is_none() {
+            return Err(FactorsFault::FewWalks { paths: job.budget.paths, groups: groups.count() }.into());
+        }
         let enclosure = args.temperatures.as_deref();
         let enclosure = enclosure.map(|path| load_enclosure(path, &groups.names)).transpose()?;
         if let Some(enclosure) = enclosure.as_ref().filter(|it| it.emissivities.iter().any(Option::is_some)) {
