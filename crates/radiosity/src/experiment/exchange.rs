@@ -11,8 +11,6 @@ use std::ops::Range;
 
 use serde::{Deserialize, Serialize};
 
-use super::Experiment;
-use super::board::Scores;
 use super::unfit::Unfit;
 use crate::geometry::face::Face;
 use crate::random::rng::Sequence;
@@ -91,7 +89,7 @@ pub(super) struct Exchange {
 }
 
 impl Exchange {
-    fn new(scene: &Scene, spec: ExchangeSpec) -> Result<Self, Unfit> {
+    pub(super) fn new(scene: &Scene, spec: ExchangeSpec) -> Result<Self, Unfit> {
         let ExchangeSpec { kind, group_of_face, groups, segments } = &spec;
         let fits = *groups <= MOST_GROUPS
             && group_of_face.len() == scene.faces().len()
@@ -141,7 +139,8 @@ impl Exchange {
         })
     }
 
-    fn walk<const M: usize>(
+    /// Some walks of a sequence onto a board with these rows.
+    pub(super) fn walk<const M: usize>(
         &self,
         scene: &Scene,
         space: Space,
@@ -164,30 +163,6 @@ impl Exchange {
             board.add_walks_of_one(backs + 1, counts.escaped);
             board.counts.add(&counts).expect("64 bits outlast any process");
         }
-    }
-}
-
-impl Experiment {
-    /// The experiment whose walks count exchange factors, in place of those of its method: of this, only the space that walks go
-    /// on in is used. Light plays no part.
-    ///
-    /// # Errors
-    /// A scene in colour, or groups and walks that cannot be.
-    pub fn with_exchange(mut self, spec: ExchangeSpec) -> Result<Self, Unfit> {
-        self.exchange = Some(Exchange::new(&self.scene, spec)?.into());
-        Ok(self)
-    }
-
-    /// Walks that count exchange factors.
-    pub(super) fn exchange_walks<const M: usize>(
-        &self,
-        exchange: &Exchange,
-        sequence: &Sequence,
-        walks: Range<u64>,
-        scores: &mut Scores<M>,
-    ) {
-        let Scores::Hits(board) = scores else { super::run::wrong_board() };
-        exchange.walk(&self.scene, self.method.space(), (sequence, walks), board);
     }
 }
 

@@ -28,7 +28,7 @@ use crate::scene::births::Births;
 use crate::tally::{Layout, Scoreboard, Tally};
 use crate::walk::estimator::Estimator;
 use board::{Scores, Sensing, with_board};
-use exchange::Exchange;
+use exchange::{Exchange, ExchangeSpec};
 use gathering::Gathering;
 use unfit::{check, check_sensors};
 
@@ -90,6 +90,16 @@ impl Experiment {
         Ok(self)
     }
 
+    /// The experiment whose walks count exchange factors, in place of those of its method: of this, only the space that walks go
+    /// on in is used. Light plays no part.
+    ///
+    /// # Errors
+    /// A scene in colour, or groups and walks that cannot be.
+    pub fn with_exchange(mut self, spec: ExchangeSpec) -> Result<Self, Unfit> {
+        self.exchange = Some(Exchange::new(&self.scene, spec)?.into());
+        Ok(self)
+    }
+
     /// The sensors, where there are any.
     pub fn sensors(&self) -> Option<&Sensors> {
         self.sensors.as_deref()
@@ -131,7 +141,7 @@ impl Experiment {
     }
 
     /// Rows of a tally: the faces, and where there are sensors one that counts their samples, and their cells. Of exchange
-    /// factors: those of [`ExchangeSpec`](crate::ExchangeSpec).
+    /// factors: those of [`ExchangeSpec`].
     pub fn rows(&self) -> usize {
         if let Some(exchange) = &self.exchange {
             return exchange.rows();

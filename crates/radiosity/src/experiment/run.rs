@@ -68,7 +68,8 @@ impl Experiment {
     ) {
         let Board { scores, sensing } = board;
         if let Some(exchange) = &self.exchange {
-            return self.exchange_walks(exchange, sequence, walks, scores);
+            let Scores::Hits(board) = scores else { wrong_board() };
+            return exchange.walk(&self.scene, self.method.space(), (sequence, walks), board);
         }
         let counts = match (&self.method, &mut *scores) {
             (Method::Walks(plan), scores) => {
@@ -194,7 +195,7 @@ impl Experiment {
 
 /// A board is of no use to an experiment that scores in another way.
 #[cold]
-pub(super) fn wrong_board() -> ! {
+fn wrong_board() -> ! {
     panic!(
         "the board was made by an experiment that scores in another way; take the one of `Experiment::board`"
     )
