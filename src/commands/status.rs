@@ -123,7 +123,7 @@ fn describe_faults(faults: Faults) {
     let told = [
         (workers_lost, "worker", "lost or left early"),
         (workers_refused, "worker", "not let in"),
-        (connections_failed, "connection", "came to nothing"),
+        (connections_failed, "connection", "failed"),
         (checkpoints_failed, "checkpoint", "could not be written"),
     ];
     let told = told.iter().filter(|(number, ..)| *number > 0);

@@ -130,7 +130,7 @@ impl Stranger {
             let mut buffer = [0; MOST_BYTES];
             let bytes = match self.stream.read(&mut buffer[..most]) {
                 Ok(0) if most == 0 => {
-                    return Err(format!("it said more than {MOST_BYTES} bytes but not who it is"));
+                    return Err(format!("it sent {MOST_BYTES} bytes without introducing itself"));
                 }
                 Ok(0) => return Err("the connection was closed".into()),
                 Ok(bytes) => bytes,
@@ -169,7 +169,7 @@ impl Stranger {
         greetings: &mut HashSet<[u8; HANDSHAKE_RECORD]>,
     ) -> Result<(Inbound, Outbound), String> {
         if greetings.contains(record) {
-            return Err("it repeats what a worker said before".into());
+            return Err("it repeats a worker's first message".into());
         }
         let (session, answer) = noise::answer(access, record).map_err(|foreign| {
             // The stranger may be a worker with another run's access file. Its connection ends even if it does not read
@@ -185,7 +185,7 @@ impl Stranger {
         // The send buffer of a new connection always has room for the answer.
         match self.stream.write(&answer) {
             Ok(HANDSHAKE_RECORD) => Ok((Inbound::new(session.opener), Outbound::new(session.sealer))),
-            _ => Err("it does not take an answer".into()),
+            _ => Err("it did not take the answer to its first message".into()),
         }
     }
 }

@@ -213,7 +213,7 @@ impl<'a, T: FnMut(Notice)> Shell<'a, T> {
         }
         let now = self.now();
         if !self.doorstep.arrived(id, stream, now) {
-            let reason = "too many others have not introduced themselves either";
+            let reason = "too many connections have not introduced themselves";
             self.tell(Notice::Failed(reason.into()));
         }
     }

@@ -10,7 +10,7 @@ use crate::foreign::Foreign;
 pub enum WorkerError {
     /// No process listens at the address.
     #[error(
-        "cannot reach the coordinator at {address} ({source}); check that it runs and that the access file is its"
+        "cannot reach the coordinator at {address} ({source}); check that it runs and that this is its access file"
     )]
     Unreachable {
         /// The address as host:port.
@@ -20,7 +20,7 @@ pub enum WorkerError {
     },
     /// The coordinator is of another build.
     #[error(
-        "the coordinator is radwalk {theirs}, this is {ours} (other builds may walk otherwise); use the same build"
+        "the coordinator is radwalk {theirs}, this is {ours} (another build may walk differently); use the same build"
     )]
     OtherBuild {
         /// The coordinator's build, from the access file.
@@ -46,6 +46,6 @@ pub enum WorkerError {
     #[error("lost the coordinator ({0}); its job goes on without this worker if it still runs")]
     Lost(#[from] CodecError),
     /// The coordinator sent a message that does not fit here.
-    #[error("the coordinator spoke out of turn (a foreign or faulty program)")]
+    #[error("the coordinator sent an unexpected message (a foreign or faulty program)")]
     Protocol,
 }

@@ -184,7 +184,7 @@ fn what_was_recorded_is_of_no_use() {
     });
     assert_done(&run, 100_000);
     let told = |words: &str| run.notices.iter().any(|notice| notice.contains(words));
-    assert!(told("repeats what a worker said"), "{:?}", run.notices);
+    assert!(told("repeats a worker's first message"), "{:?}", run.notices);
     assert!(told("does not know the key"), "{:?}", run.notices);
     assert_eq!(run.coordinator.effort().workers_seen, 2);
 }

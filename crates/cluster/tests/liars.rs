@@ -75,7 +75,7 @@ fn against(name: &str, fate: Fate, relays: bool, lie: impl FnOnce(&Access, Hello
             again.say(&ToCoordinator::Hello(hello));
             let told = again.told();
             assert!(
-                matches!(&told, ToWorker::Refused { reason } if reason.contains("cannot be")),
+                matches!(&told, ToWorker::Refused { reason } if reason.contains("impossible result")),
                 "{told:?}"
             );
         }

@@ -103,9 +103,9 @@ fn strangers_are_dropped_and_the_run_goes_on() {
     assert_eq!(run.coordinator.effort().workers_seen, 1);
     assert_eq!(run.coordinator.effort().workers_lost, 0);
     let told = |words: &str| run.notices.iter().any(|notice| notice.contains(words));
-    assert!(told("does not speak as radwalk does"), "{:?}", run.notices);
+    assert!(told("does not speak radwalk's protocol"), "{:?}", run.notices);
     assert!(told("exceeds the limit of 4096"), "{:?}", run.notices);
-    assert!(told("LimitExceeded") && told("out of turn"), "{:?}", run.notices);
+    assert!(told("LimitExceeded") && told("unexpected message"), "{:?}", run.notices);
 }
 
 #[test]

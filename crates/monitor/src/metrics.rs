@@ -95,12 +95,7 @@ fn faults(standing: &Standing) -> Vec<Metric> {
             count(faults.workers_lost),
         ),
         ("workers_refused_total", "counter", "Workers that were not let in.", count(faults.workers_refused)),
-        (
-            "connections_failed_total",
-            "counter",
-            "Connections that came to nothing.",
-            count(faults.connections_failed),
-        ),
+        ("connections_failed_total", "counter", "Connections that failed.", count(faults.connections_failed)),
         (
             "checkpoints_failed_total",
             "counter",

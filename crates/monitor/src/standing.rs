@@ -62,7 +62,7 @@ pub struct Faults {
     pub workers_lost: u64,
     /// Workers that were not let in.
     pub workers_refused: u64,
-    /// Connections that came to nothing.
+    /// The number of connections that failed.
     pub connections_failed: u64,
     /// Checkpoints that could not be written.
     pub checkpoints_failed: u64,

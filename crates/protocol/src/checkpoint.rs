@@ -296,10 +296,10 @@ impl Book {
             return fault("not every walk ended once");
         }
         if deliveries().map(Deliveries::walks).sum::<u128>() != u128::from(counts.walks) {
-            return fault("its walks are not those of its ledger");
+            return fault("the number of its walks is not that of its book");
         }
         if !deliveries().chain(islands()).all(|deliveries| deliveries.is_sound(self.workers.len())) {
-            return fault("nobody delivered some of its walks");
+            return fault("no worker delivered some of its walks");
         }
         if deliveries().fold(0, |sum, deliveries| digest::add(sum, deliveries.digest())) != digest {
             return fault("its sums are not those that were delivered");

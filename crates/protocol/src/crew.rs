@@ -270,7 +270,7 @@ impl Crew {
         if matches!(message, ToCoordinator::Alive { .. } | ToCoordinator::Capacity { .. }) {
             peer.beats -= 1.0;
             if peer.beats < 0.0 {
-                return self.drop_peer(id, "says too often that it is alive (a faulty program)");
+                return self.drop_peer(id, "sent heartbeats too often (a faulty program)");
             }
         }
         match (&peer.stage, message) {
@@ -300,7 +300,7 @@ impl Crew {
             }
             (Stage::Welcomed | Stage::Working, ToCoordinator::Leave) => self.see_off(id),
             (_, ToCoordinator::Failed { reason }) => self.drop_peer(id, &format!("gave up: {reason}")),
-            _ => self.drop_peer(id, "spoke out of turn (a foreign or faulty program)"),
+            _ => self.drop_peer(id, "sent an unexpected message (a foreign or faulty program)"),
         }
     }
 
@@ -352,7 +352,9 @@ impl Crew {
         let walks = self.roster.walks_over(&peer.name);
         let rest = match walks {
             0 => String::new(),
-            _ => format!("; {walks} walks of it are in the result already, which `radwalk audit` can check"),
+            _ => format!(
+                "; {walks} of its walks are already in the result, where `radwalk audit` can check them"
+            ),
         };
         self.drop_peer(
             id,

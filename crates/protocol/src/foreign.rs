@@ -6,16 +6,16 @@ use thiserror::Error;
 #[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
 pub enum Foreign {
     /// The bytes are no handshake.
-    #[error("it does not speak as radwalk does")]
+    #[error("it does not speak radwalk's protocol")]
     Tongue,
     /// The handshake was made with another key.
     #[error("it does not know the key of this run")]
     Key,
     /// The other end answered that our key is not its own.
-    #[error("it says that our key is not its own")]
+    #[error("it answered that it has another key")]
     NoEntry,
     /// A record has a length that no record can have.
-    #[error("a record of {0} bytes, which none can have (a foreign or faulty peer)")]
+    #[error("a record has the impossible length of {0} bytes (a foreign or faulty peer)")]
     Length(usize),
     /// A record does not open with the key of the connection.
     #[error("a record does not open: it was altered, replayed or moved on its way")]

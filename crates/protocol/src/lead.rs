@@ -78,9 +78,9 @@ impl fmt::Display for Notice {
                 write!(f, "worker {name} left, as it was told to; its walks go to others")
             }
             Notice::Refused { name, reason } => write!(f, "refused worker {name}: {reason}"),
-            Notice::Failed(reason) => write!(f, "a connection came to nothing: {reason}"),
-            Notice::Quiet { seconds, why } => write!(f, "no walk has come in for {seconds} s: {why}"),
-            Notice::Hushed(connections) => write!(f, "{connections} more connections came to nothing"),
+            Notice::Failed(reason) => write!(f, "a connection failed: {reason}"),
+            Notice::Quiet { seconds, why } => write!(f, "no result has come in for {seconds} s: {why}"),
+            Notice::Hushed(connections) => write!(f, "{connections} more connections failed"),
         }
     }
 }

@@ -51,7 +51,7 @@ impl Limits {
             () if ended != paths && !by_ray => Some("not every walk of it ended once"),
             () if rays > u128::from(walks) * u128::from(self.rays) => Some("its walks are too long"),
             () if weights.as_flattened().iter().any(|&weight| weight > most) => {
-                Some("its walks are too heavy")
+                Some("its walks carry too much weight")
             }
             () => None,
         }
@@ -85,10 +85,10 @@ impl Limits {
                 () => (before, before.saturating_mul(largest)),
             };
             if sum > limit {
-                return Some("its walks cannot score so much");
+                return Some("its scores are more than its walks can make");
             }
             if sum < least {
-                return Some("its squares are less than its scores");
+                return Some("its sums of squares are less than its sums of scores");
             }
             before = sum;
             column = (column + 1) % layout.columns();
@@ -166,7 +166,7 @@ mod tests {
         assert!(breach([300, 300, 301]).is_some());
         assert_eq!(
             Limits::NONE.breach_of_sums(&counts(), counted, [u128::MAX; 3].into_iter()),
-            Some("its walks cannot score so much"),
+            Some("its scores are more than its walks can make"),
             "events"
         );
     }

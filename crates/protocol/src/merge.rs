@@ -12,11 +12,11 @@ use crate::effort::Effort;
 #[derive(Debug, Error, PartialEq, Eq)]
 pub enum MergeFault {
     /// The results are of different scenes.
-    #[error("it is of another scene (its patches mean other things); merge runs of one scene")]
+    #[error("it is of another scene (its patches are other patches); merge runs of one scene")]
     Scene,
     /// The results were walked by different methods.
     #[error(
-        "its walks score otherwise (another walk, estimator, space, mix or length of chains); merge runs of one method"
+        "its walks were scored differently (another walk, estimator, space, mix or length of chains); merge runs of one method"
     )]
     Method,
     /// Some walks are in both results.
@@ -32,7 +32,7 @@ pub enum MergeFault {
         to: u64,
     },
     /// A sum of both exceeds 128 bits.
-    #[error("the sums of all are too large (more than 2^128 units); merge fewer walks")]
+    #[error("the merged sums are too large (more than 2^128 units); merge fewer walks")]
     Overflow,
 }
 

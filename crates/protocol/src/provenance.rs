@@ -81,13 +81,15 @@ impl Provenance {
             () if self.names.iter().map(String::len).sum::<usize>() > MOST_NAME_BYTES => {
                 Some("the names of its workers are too long")
             }
-            () if !self.names.iter().all(|name| is_name(name)) => Some("a name of its workers is none"),
-            () if !all().all(is_sound) => Some("a part of it is none"),
+            () if !self.names.iter().all(|name| is_name(name)) => {
+                Some("the name of one of its workers is not valid")
+            }
+            () if !all().all(is_sound) => Some("a part of it is not valid"),
             () if all().map(|part| u128::from(part.walks)).sum::<u128>() != u128::from(walks) => {
-                Some("its parts are not its walks")
+                Some("the walks of its parts do not add up to its own")
             }
             () if all().fold(0, |sum, part| digest::add(sum, part.digest)) != digest => {
-                Some("the digests of its parts are not that of its sums")
+                Some("the digests of its parts do not add up to that of its sums")
             }
             () => None,
         }
@@ -174,8 +176,8 @@ mod tests {
             changed.breach(60, 18).expect("a breach")
         };
         assert!(refused(&|changed| changed.parts.clear()).contains("more workers than"));
-        assert!(refused(&|changed| _ = changed.parts.pop()).contains("not its walks"));
-        assert!(refused(&|changed| changed.parts[0].walks = u64::MAX).contains("not its walks"));
+        assert!(refused(&|changed| _ = changed.parts.pop()).contains("do not add up to its own"));
+        assert!(refused(&|changed| changed.parts[0].walks = u64::MAX).contains("do not add up to its own"));
         assert!(refused(&|changed| changed.parts[0].digest += 1).contains("digests"));
         assert!(refused(&|changed| changed.parts[0].digest = u64::MAX).contains("a part of it"));
         assert!(refused(&|changed| changed.parts[0].leases = 2).contains("a part of it"));
@@ -189,7 +191,10 @@ mod tests {
         );
         let long = "x".repeat(NAME_CHARS + 1);
         for name in ["a\nb", "a>b", &long[..], &["a"; MOST_LEVELS + 1].join(BEHIND)] {
-            assert!(refused(&|changed| changed.names[0] = name.into()).contains("a name"), "{name}");
+            assert!(
+                refused(&|changed| changed.names[0] = name.into()).contains("name of one of its workers"),
+                "{name}"
+            );
         }
         for name in ["", "a b", &["a"; MOST_LEVELS].join(BEHIND), &long[1..]] {
             assert!(is_name(name) && is_name(&plain_name(name)), "{name}");

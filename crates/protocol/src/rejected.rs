@@ -19,10 +19,10 @@ pub enum Rejected {
         got: u64,
     },
     /// The tally is not the one that the worker sent.
-    #[error("its digest is not that of its sums: it was changed on its way")]
+    #[error("its digest does not match its sums: it was changed on its way")]
     Digest,
     /// The sums cannot be unpacked.
-    #[error("its sums are no numbers")]
+    #[error("its packed sums cannot be read")]
     Malformed,
     /// No walks of the job can come to this result.
     #[error("{0}")]

@@ -363,13 +363,13 @@ fn who_speaks_out_of_turn_is_dropped() {
         let stranger = stage.connect();
         stage.say(stranger, message);
         assert!(stage.closed.contains_key(&stranger));
-        assert!(stage.notice().contains("spoke out of turn"));
+        assert!(stage.notice().contains("sent an unexpected message"));
     }
     for message in [unasked, ToCoordinator::Hello(stage.hello(0))] {
         let builder = stage.welcome(1);
         stage.say(builder, message);
         assert!(stage.closed.contains_key(&builder));
-        assert!(stage.notice().contains("spoke out of turn"));
+        assert!(stage.notice().contains("sent an unexpected message"));
     }
     let worker = stage.join(1);
     stage.say(worker, READY);
@@ -383,7 +383,7 @@ fn a_stranger_that_fails_says_nothing_to_terminals() {
     let stranger = stage.connect();
     stage.say(stranger, ToCoordinator::Failed { reason: "\u{1b}]0;owned\u{7}".repeat(300) });
     let notice = stage.notice();
-    assert!(notice.starts_with("a connection came to nothing: gave up: ]0;owned]0;"), "{notice}");
+    assert!(notice.starts_with("a connection failed: gave up: ]0;owned]0;"), "{notice}");
     assert!(notice.len() < 500);
 }
 
@@ -824,7 +824,9 @@ fn a_result_that_cannot_be_is_refused_and_its_worker_named_and_banned() {
         assert!(told.contains(&format!("lost worker liar {n}: sent a result that does not fit")), "{told}");
         assert!(stage.coordinator.progress().walks < walks, "what waits is walked again");
         let again = stage.introduce(|hello| Hello { name: format!("liar {n}"), ..hello });
-        assert!(matches!(stage.hear(again), ToWorker::Refused { reason } if reason.contains("cannot be")));
+        assert!(
+            matches!(stage.hear(again), ToWorker::Refused { reason } if reason.contains("impossible result"))
+        );
         stage.notice();
     }
     stage.work_off(&[honest]);
@@ -877,14 +879,14 @@ fn a_job_that_stands_still_says_so_every_minute() {
     stage.pass(SECOND * 59, &[]);
     assert!(stage.quiet.is_empty());
     stage.pass(SECOND * 2, &[]);
-    assert_eq!(stage.quiet, ["no walk has come in for 60 s: no worker is there"]);
+    assert_eq!(stage.quiet, ["no result has come in for 60 s: no worker is there"]);
     // A worker that reports progress and delivers nothing is not given up, but the owner is told.
     let worker = stage.join(1);
     stage.pass(SECOND * 60, &[worker]);
     assert_eq!(
         stage.quiet[1..],
         [
-            "no walk has come in for 120 s: 1 workers hold 2 leases, and keep 0 results that wait for those before them"
+            "no result has come in for 120 s: 1 workers hold 2 leases, and keep 0 results that wait for those before them"
         ]
     );
     stage.goes_on();

@@ -30,22 +30,22 @@ impl Crew {
         let name = plain_name(&hello.name);
         let refusal = if hello.protocol != PROTOCOL {
             Some(format!(
-                "it speaks protocol {}, this coordinator {PROTOCOL}; use the same radwalk",
+                "it speaks protocol {}, this coordinator speaks {PROTOCOL}; use the same version of radwalk",
                 hello.protocol
             ))
         } else if hello.build != self.terms.build {
             Some(format!(
-                "it is radwalk {}, this coordinator {} (other builds may walk otherwise); use the same build",
+                "it is radwalk {}, this coordinator is {} (another build may walk differently); use the same build",
                 printable(&hello.build, NAME_CHARS),
                 self.terms.build
             ))
         } else if self.banned.contains(&name) {
             Some(
-                "it sent a result that cannot be (faulty memory, or another program); use another machine"
+                "it sent an impossible result before (faulty memory, or another program); use another machine"
                     .into(),
             )
         } else if hello.threads == 0 && !hello.relays {
-            Some("it has no threads".into())
+            Some("it has no threads; give it at least one".into())
         } else {
             None
         };
@@ -119,7 +119,7 @@ impl Crew {
         // A return costs as much as some heartbeats: a relay that only gives leases back is faulty.
         peer.beats -= BEATS_PER_RETURN;
         if peer.beats < 0.0 {
-            return self.drop_peer(id, "gives back leases too often (a faulty program)");
+            return self.drop_peer(id, "gave leases back too often (a faulty program)");
         }
         if peer.leases.remove(&lease).is_none() {
             return self.drop_peer(id, "returned a lease that it did not have");
