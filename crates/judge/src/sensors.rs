@@ -1,15 +1,16 @@
-//! Where sensors lie, in words.
+//! Warnings about badly placed sensors, in words.
 
 use radiosity::{Experiment, SensorView};
 use report::words::percent;
 
-/// Rays that look round from a sensor.
+/// The number of rays that each sensor sends out to look round.
 const RAYS: u32 = 1 << 10;
 
-/// A sensor that faces more backs than this part of what it faces lies behind a wall, or inside one.
+/// The part of backs among the surfaces that a sensor sees above which it lies behind or inside a wall.
 const TOO_MANY: f64 = 0.5;
 
-/// What is wrong with where the sensors of an experiment lie: behind walls and inside of them, or facing away from the scene.
+/// The warnings about an experiment's sensors: those behind walls or inside them, and those that face away from the
+/// scene.
 pub fn warnings(experiment: &Experiment) -> Vec<String> {
     let specs = experiment.sensors().map_or(&[][..], |sensors| sensors.specs());
     let warning = |(number, name): (usize, &str)| {

@@ -49,7 +49,7 @@ const REASON_CHARS: usize = 400;
 pub struct Present {
     /// The name that the worker gave.
     pub name: String,
-    /// The worker's threads.
+    /// The number of the worker's threads.
     pub threads: usize,
     /// The leases that the worker has.
     pub leases: usize,

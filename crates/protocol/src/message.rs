@@ -93,7 +93,7 @@ pub enum ToCoordinator {
 /// How a worker introduces itself.
 #[derive(Clone, Debug, PartialEq, Encode, Decode)]
 pub struct Hello {
-    /// The worker's [`PROTOCOL`].
+    /// The [`PROTOCOL`] that the worker speaks.
     pub protocol: u32,
     /// The version and commit of the worker's program.
     pub build: String,

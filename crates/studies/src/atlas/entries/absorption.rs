@@ -1,4 +1,4 @@
-//! Absorption at R near 1.
+//! Entry of the atlas: absorption at R near 1.
 
 use exact::Exact;
 use radiosity::{EstimatorKind, Method, SceneSpec};
@@ -28,11 +28,11 @@ pub(crate) fn scene(reflectance: f64) -> SceneSpec {
 
 const KINDS: [EstimatorKind; 2] = [EstimatorKind::Absorption, EstimatorKind::Collision];
 
-/// The sweep over reflectances, from equal rays.
+/// The sweep over reflectances, with equal rays.
 struct Sweep {
     rays: f64,
     brightest: f64,
-    /// Mean squared relative errors of either kind of score.
+    /// The mean squared relative errors of either kind of score.
     curves: [Curve; 2],
     claims: Vec<Claim>,
 }

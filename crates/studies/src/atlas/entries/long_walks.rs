@@ -1,4 +1,4 @@
-//! R → 1: walks that take 1/(1 − R) rays, in one room and in two that hardly exchange.
+//! Entries of the atlas: R → 1, walks that take 1/(1 − R) rays, in one room and in two that hardly exchange light.
 
 use std::sync::Arc;
 

@@ -1,4 +1,4 @@
-//! Emitters of unequal power, of which the dim one hardly sends any walks.
+//! Entry of the atlas: emitters of unequal power, of which the dim one sends hardly any walks.
 
 use exact::Exact;
 use radiosity::{Birth, EstimatorKind, Method};
