@@ -21,7 +21,7 @@ use crate::walking::Reader;
 /// The chapter of S97 §5, "to study the efficiency of biased estimators".
 pub(crate) const CHAPTER: Chapter = Chapter {
     name: "efficiency",
-    title: "S97 §5, what was left to do: the efficiency of all estimators, biased ones too",
+    title: "S97 §5: the efficiency of all estimators, biased ones included",
     run,
 };
 

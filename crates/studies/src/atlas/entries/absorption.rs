@@ -15,7 +15,7 @@ use crate::walking::{Failure, experiment, receivers, squared_error};
 
 pub(crate) const ENTRY: Entry = Entry {
     name: "absorption-in-the-bright",
-    title: "R → 1: absorption shooting hears of a walk once, at its end",
+    title: "R → 1: absorption shooting scores once per walk, at its end",
     study,
 };
 

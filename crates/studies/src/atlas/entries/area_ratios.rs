@@ -16,7 +16,7 @@ use crate::walking::{Failure, coverage, experiment, squared_error};
 
 pub(crate) const ENTRY: Entry = Entry {
     name: "area-ratios",
-    title: "Area ratios down to 10⁻⁸: walks that are shot miss the small patch",
+    title: "Area ratios down to 10⁻⁸: shooting walks miss the small patch",
     study,
 };
 

@@ -16,7 +16,7 @@ use crate::walking::{Failure, estimate, experiment, receivers, solve};
 
 pub(crate) const ENTRY: Entry = Entry {
     name: "cut-off",
-    title: "Infinite walks that are cut off lose light, whatever their intervals say",
+    title: "Infinite walks that are cut off: lost light that intervals do not include",
     study,
 };
 

@@ -15,7 +15,7 @@ use crate::told::run;
 use crate::walking::{Failure, experiment, squared_error};
 
 pub(crate) const ENTRY: Entry =
-    Entry { name: "far-lamp", title: "A far lamp: walks that are shot pass the scene by", study };
+    Entry { name: "far-lamp", title: "A far lamp: most shooting walks miss the scene", study };
 
 /// The patch in the middle of the floor.
 const MIDDLE: usize = 4;

@@ -112,8 +112,8 @@ pub(crate) const WEDGES: Entry = Entry {
             axis: "angle [rad]",
             title: "A furnace in a wedge",
             predicted: "In a closed wedge of angle θ light goes to and fro between its sides, F = 1 − sin(θ/2) for \
-                        long ones, and near the edge over any distance, however short. B = 1 all the same. Rays that \
-                        start within slack/θ of the edge cannot tell its sides apart.",
+                        long ones, and near the edge over any distance, however short. B is still 1. Rays that start \
+                        within slack/θ of the edge cannot tell its sides apart.",
             instead: "Walls that are meant to lie on each other are one wall with `sides = 2`. On both sides of one \
                       that divides the furnace, and on its walls,",
             remedy: || with_sheet(1.0),

@@ -19,7 +19,7 @@ use crate::walking::{Failure, experiment, receivers, squared_error};
 
 pub(crate) const ONE_ROOM: Entry = Entry {
     name: "long-walks",
-    title: "R → 1: the scores of a long walk hang together",
+    title: "R → 1: the scores of a long walk depend on each other",
     study: |lab| {
         Room {
             scene: absorption::scene,

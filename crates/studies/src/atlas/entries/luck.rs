@@ -133,10 +133,10 @@ fn moment(lab: &Lab) -> Result<Finding, Failure> {
     claims.push(Claim::at_least("a target of 0.6: coverage by double sampling", double, 0.95).instead());
     let last = marks[marks.len() - 1];
     Ok(Finding {
-        predicted: "Whoever looks again and again, and stops as soon as an interval says what they hope for (that B is \
-                    not what it is), finds it in the end: of 20 looks some 95 % interval misses with the probability \
-                    0.248 (Armitage, McPherson & Rowe 1969). Stopping at a relative error is milder: a count that \
-                    happens to be high meets it early."
+        predicted: "A user who looks again and again, and stops as soon as an interval excludes the true B, succeeds \
+                    in the end: of 20 looks some 95 % interval misses with the probability 0.248 (Armitage, McPherson \
+                    & Rowe 1969). Stopping at a relative error is milder: a count that happens to be high meets it \
+                    early."
             .into(),
         seen: format!(
             "Of runs that are looked at 20 times and stopped at the first interval that misses, {} hold the truth \

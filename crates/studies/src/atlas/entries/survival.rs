@@ -16,7 +16,7 @@ use crate::walking::{Failure, estimate, experiment, solve, variance_over, walk};
 
 pub(crate) const ENTRY: Entry = Entry {
     name: "survival-in-the-dark",
-    title: "R → 0: survival shooting waits for walks that survive on dark patches",
+    title: "R → 0: survival shooting scores only walks that survive on dark patches",
     study,
 };
 

@@ -15,7 +15,7 @@ use crate::told::run;
 use crate::walking::{Failure, experiment, squared_error};
 
 pub(crate) const ENTRY: Entry =
-    Entry { name: "tiny-emitter", title: "A tiny emitter: walks that gather hardly ever find it", study };
+    Entry { name: "tiny-emitter", title: "A tiny emitter: gathering walks hardly ever find it", study };
 
 /// The patch of the ceiling.
 const CEILING: usize = 3;

@@ -16,7 +16,7 @@ use crate::walking::{Failure, experiment, squared_error};
 
 pub(crate) const ENTRY: Entry = Entry {
     name: "unequal-emitters",
-    title: "Many emitters of unequal power: walks go where the power is",
+    title: "Emitters of unequal power: the dim one gets few walks",
     study,
 };
 
