@@ -8,7 +8,7 @@ Examples:
   radwalk plan box.toml                        what its target will take
   radwalk coordinate box.toml --listen node1:7600 --access box.json
   radwalk work --access box.json --threads 8   on every other machine
-  radwalk status box.json                      how it gets on
+  radwalk status box.json                      the state of the job
 
 Exit codes:
   0    done, and the target, if any, is reached; comparisons and audits agree

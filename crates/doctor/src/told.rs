@@ -27,7 +27,7 @@ pub fn warnings(scene: &Scene) -> Vec<String> {
         warnings.push(format!(
             "{} of the light vanishes at once: it leaves its lamps and meets no side that reflects. By power: {}. Their fronts \
              face away from the room, or they are far from it; turn them round (`radwalk check SCENE --fix-report` says which \
-             surfaces are flipped, `--repair` writes a copy without), or write sides = 2, so that both sides live",
+             surfaces are flipped, `--repair` writes a copy without), or write sides = 2, so that both sides are active",
             part(losses.at_once),
             named(scene, &losses.lamps, &losses)
         ));
@@ -36,7 +36,7 @@ pub fn warnings(scene: &Scene) -> Vec<String> {
         warnings.push(format!(
             "{} of the light ends on the backs of one-sided surfaces, and is lost. By power: {}. Turn them round \
              (`radwalk check SCENE --fix-report` says which are flipped, `--repair` writes a copy without), or write sides = 2, \
-             so that both sides live",
+             so that both sides are active",
             part(losses.on_backs),
             named(scene, &losses.backs, &losses)
         ));

@@ -68,7 +68,7 @@ fn reciprocity(experiment: &Experiment, seed: u64) -> Option<Check> {
         "what leaves {} patches and what arrives there differ by {:.2} of their variance in the mean{place}",
         found.faces, found.mean_squared_z
     );
-    let remedy = "; chains take for granted that these agree: do not trust this result, use walks, and tell the makers";
+    let remedy = "; chains assume that these agree: do not trust this result, use walks, and report this fault of the program";
     Some(check("reciprocity", ok, if ok { message } else { message + remedy }))
 }
 
@@ -100,9 +100,9 @@ fn workers(book: &Book, paths_per_walk: u64) -> Check {
         .map(|(name, walks)| format!("{name} ({} paths)", walks.saturating_mul(paths_per_walk)))
         .collect();
     let message = match names.len() {
-        0 => "no worker with paths in the result sent any that cannot be".into(),
+        0 => "no worker with paths in the result sent an impossible result".into(),
         _ => format!(
-            "sent results that cannot be, and have others in this one: {}; hold them against `radwalk audit --share 1`",
+            "these workers sent impossible results, and others of theirs are in this result: {}; check them with `radwalk audit --share 1`",
             names.join(", ")
         ),
     };
@@ -190,13 +190,13 @@ fn escape(experiment: &Experiment, tally: &Tally) -> Check {
         _ if counts.escaped >= counts.rays && lamps_face_away(experiment.scene()) => check(
             "escape",
             false,
-            "all of the power left the scene at once: its lamps face away from it; turn them round (`radwalk check --repair` does), or write sides = 2, so that both sides live".into(),
+            "all of the power left the scene at once: its lamps face away from it; turn them round (`radwalk check --repair` does), or write sides = 2, so that both sides are active".into(),
         ),
         part if part > SPENT => check(
             "escape",
             false,
             format!(
-                "{percent:.3} % of the {what} left the scene, and the rest has to tell all; give the scene a lamp that is smaller and nearer, or turn one round that faces away from it (`radwalk check` names them)"
+                "{percent:.3} % of the {what} left the scene, and only the rest is left to estimate from; give the scene a lamp that is smaller and nearer, or turn one round that faces away from it (`radwalk check` names them)"
             ),
         ),
         _ => check("escape", true, format!("{percent:.1} % of the {what} left the scene")),
@@ -248,7 +248,7 @@ fn books(experiment: &Experiment, tally: &Tally) -> [Check; 2] {
             match counts.absorbed_back {
                 0 => format!("0 {what} ended on the back of a one-sided surface"),
                 some => format!(
-                    "{some} {what} ended on the back of a one-sided surface; `radwalk check --fix-report` names the surfaces, `--repair` turns flipped ones round, and with sides = 2 both sides live"
+                    "{some} {what} ended on the back of a one-sided surface; `radwalk check --fix-report` names the surfaces, `--repair` turns flipped ones round, and with sides = 2 both sides are active"
                 ),
             },
         ),

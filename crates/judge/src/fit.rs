@@ -55,7 +55,7 @@ fn length(experiment: &Experiment) -> Vec<String> {
         return Vec::new();
     }
     vec![format!(
-        "reflectances reach {most}: a walk may take {:.0} rays, whose scores hang together; those of chains do not (walk = \"jacobi\")",
+        "reflectances reach {most}: a walk may take {:.0} rays, whose scores depend on each other; those of chains do not (walk = \"jacobi\")",
         1.0 / (1.0 - most)
     )]
 }

@@ -18,7 +18,7 @@ pub fn warnings(experiment: &Experiment) -> Vec<String> {
         let part = f64::from(backs) / f64::from((active + backs).max(1));
         if part > TOO_MANY {
             return Some(format!(
-                "sensor {name:?}: {} of what it faces is the backs of one-sided surfaces, which reflect and emit nothing: it lies behind a wall or inside one, or faces into one; move it, turn it round, or write sides = 2 there",
+                "sensor {name:?}: {} of the surfaces that it faces are backs of one-sided ones, which reflect and emit nothing: it lies behind a wall or inside one, or faces into one; move it, turn it round, or write sides = 2 there",
                 percent(part)
             ));
         }

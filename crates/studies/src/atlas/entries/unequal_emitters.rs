@@ -14,11 +14,8 @@ use crate::series::{Curve, seen};
 use crate::told::run;
 use crate::walking::{Failure, experiment, squared_error};
 
-pub(crate) const ENTRY: Entry = Entry {
-    name: "unequal-emitters",
-    title: "Emitters of unequal power: the dim one gets few walks",
-    study,
-};
+pub(crate) const ENTRY: Entry =
+    Entry { name: "unequal-emitters", title: "Emitters of unequal power: the dim one gets few walks", study };
 
 /// The ceiling of the dim room.
 const DIM: usize = 7;
