@@ -55,7 +55,7 @@ pub(crate) enum Fault {
     },
     /// An access file cannot be written.
     #[error(
-        "cannot write the access file {path} ({source}); choose a place that can be written with --access (of a relay, --out-access)"
+        "cannot write the access file {path} ({source}); choose a place that can be written with --access (for a relay, --out-access)"
     )]
     AccessFileWrite {
         /// The file.
@@ -85,7 +85,7 @@ pub(crate) enum Fault {
     },
     /// Nothing tells other machines where this one is.
     #[error(
-        "--listen {address} stands for every address of this machine (no other machine can connect to it), and this machine's own name leads to none; say by what name or address others reach it, with --advertise HOST"
+        "--listen {address} stands for every address of this machine (no other machine can connect to it), and this machine's own name leads to none of them; give the name or address by which others reach it, with --advertise HOST"
     )]
     NoName {
         /// host:port.
@@ -93,7 +93,7 @@ pub(crate) enum Fault {
     },
     /// The tallies of a job do not fit the memory.
     #[error(
-        "the tallies of {patches} patches take {} at least, on this machine, which has {} (for the coordinator and {}); use coarser patches or fewer workers here",
+        "the tallies of {patches} patches need at least {}, and this machine has {} (for the coordinator and {}); use coarser patches or fewer workers here",
         report::words::bytes(*needed), report::words::bytes(*there), report::words::counted(*workers as u64, "worker")
     )]
     NoRoom {
@@ -128,7 +128,7 @@ pub(crate) enum Fault {
     #[error("no worker is left ({0}); see the messages above, then run the job again")]
     NoWorkers(String),
     /// A file would be written over.
-    #[error("{} is there already (nothing is replaced without being asked); move it away", path.display())]
+    #[error("{} is there already (nothing is replaced unless asked for); move it away", path.display())]
     Taken {
         /// The file.
         path: PathBuf,
@@ -143,7 +143,7 @@ pub(crate) enum Fault {
     },
     /// Results could not be said.
     #[error(
-        "stdout cannot be written ({source}), so what was said there is not complete; send it to a place that has room"
+        "stdout cannot be written ({source}), so the output there is incomplete; send it to a place that has room"
     )]
     Unsaid {
         /// What the system says.
@@ -159,7 +159,7 @@ pub(crate) enum Fault {
     },
     /// Neither chains nor batches are walks.
     #[error(
-        "a job of chains or Sobol batches has no walks to replay (what is within one depends on all of it); give --set method.walk=shooting --set method.sampler=random, or another job"
+        "a job of chains or Sobol batches has no walks to replay (the walks of one depend on each other); give --set method.walk=shooting --set method.sampler=random, or another job"
     )]
     NoWalks,
     /// A part of the walks is no part.
@@ -179,7 +179,7 @@ pub(crate) enum Fault {
     },
     /// Some rows of the papers' tables came out otherwise.
     #[error(
-        "{} rows differ from what theory says by more than chance explains ({}); see {}, then find out which is wrong",
+        "{} rows differ from theory by more than chance explains ({}); see {}, then find out which is wrong",
         rows.len(), rows.join("; "), page.display()
     )]
     NotReproduced {
@@ -250,7 +250,7 @@ pub(crate) enum Fault {
     Overflow,
     /// Nothing happened any more.
     #[error(
-        "no worker gets on though walks are left (a fault of the program); what is known is in {}: run the job again with --resume",
+        "no worker makes progress though walks are left (a fault of the program); the result so far is in {}: run the job again with --resume",
         out.display()
     )]
     Stuck {

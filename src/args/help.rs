@@ -8,7 +8,7 @@ Examples:
   radwalk plan box.toml                        what its target will take
   radwalk coordinate box.toml --listen node1:7600 --access box.json
   radwalk work --access box.json --threads 8   on every other machine
-  radwalk status box.json                      how it gets on
+  radwalk status box.json                      the state of the job
   radwalk help target                          what a word means: walk, interval, target, chain, access file …
 
 Exit codes:

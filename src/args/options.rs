@@ -57,15 +57,15 @@ pub(crate) struct ExportArgs {
     pub export: Vec<OutputFile>,
 }
 
-/// Whom a job lets see how it gets on.
+/// The pages on which a job shows its state.
 #[derive(Args)]
 pub(crate) struct MonitorArgs {
-    /// Metrics for Prometheus at http://HOST:PORT/metrics; a port alone: for this machine only. Nothing is secret there,
-    /// and nothing is asked of who reads it
+    /// Metrics for Prometheus at http://HOST:PORT/metrics; a port alone: for this machine only. The page holds
+    /// no secrets and asks for no key
     #[arg(long, value_name = "HOST:PORT")]
     pub metrics: Option<String>,
     /// The report of the result so far at http://HOST:PORT/, which follows the run; a port alone: for this machine only.
-    /// Elsewhere the address that is told has a key; what is read is not encrypted
+    /// Elsewhere the address that is printed has a key; the page is not encrypted
     #[arg(long, value_name = "HOST:PORT")]
     pub watch: Option<String>,
 }
@@ -102,8 +102,8 @@ pub(crate) struct CoordinateArgs {
     /// Where to listen for workers: the name by which they reach this machine, e.g. node1:7600 (port 0: any free one)
     #[arg(long, value_name = "HOST:PORT", default_value = "127.0.0.1:0")]
     pub listen: String,
-    /// The name or address by which others reach this machine, where that is not the one of --listen; with a port, where
-    /// a gate in between has another
+    /// The name or address by which others reach this machine, if that is not the one of --listen; with a port, if
+    /// a gateway in between has another
     #[arg(long, value_name = "HOST")]
     pub advertise: Option<String>,
     /// The access file to write for workers [default: <output folder>/access.json]
@@ -144,8 +144,8 @@ pub(crate) struct RelayArgs {
     /// Where to listen for workers: the name by which they reach this machine, e.g. node1:7600 (port 0: any free one)
     #[arg(long, value_name = "HOST:PORT", default_value = "127.0.0.1:0")]
     pub listen: String,
-    /// The name or address by which others reach this machine, where that is not the one of --listen; with a port, where
-    /// a gate in between has another
+    /// The name or address by which others reach this machine, if that is not the one of --listen; with a port, if
+    /// a gateway in between has another
     #[arg(long, value_name = "HOST")]
     pub advertise: Option<String>,
     /// Say nothing but errors
@@ -316,7 +316,7 @@ pub(crate) struct ReproduceArgs {
 
 #[derive(Args)]
 pub(crate) struct CompareArgs {
-    /// Job files: their scenes are compared in, whatever their methods
+    /// Job files; methods are compared in their scenes, whatever methods the jobs have
     #[arg(required = true, num_args = 1.., value_name = "JOB")]
     pub jobs: Vec<PathBuf>,
     #[command(flatten)]
@@ -336,7 +336,7 @@ pub(crate) struct CompareArgs {
     /// Threads of each worker
     #[arg(long, value_name = "T", default_value_t = 1, value_parser = threads)]
     pub threads: u32,
-    /// Keep what is measured already
+    /// Keep the rows that are measured already
     #[arg(long, conflicts_with = "force")]
     pub resume: bool,
 }
@@ -360,7 +360,7 @@ pub(crate) struct CheckArgs {
     /// Set any key of the job
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub set: Vec<String>,
-    /// Look for what is wrong with the geometry: flipped, doubled, buried and leaking surfaces, dark lamps
+    /// Look for faults of the geometry: flipped, doubled, buried and leaking surfaces, dark lamps
     #[arg(long)]
     pub fix_report: bool,
     /// Where the findings and pictures of the worst are written [default: out/<job name>-doctor]

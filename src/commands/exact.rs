@@ -82,10 +82,10 @@ fn describe(summary: &ExactSummary) {
         summary.row_sum_min, summary.row_sum_max, summary.row_error
     ));
     if let (Some(error), Some(face)) = (summary.max_relative_error, summary.worst_face()) {
-        say(&format!("so radiosities err by at most {error:.1e} of themselves ({face})"));
+        say(&format!("so the relative error of radiosities is at most {error:.1e} ({face})"));
     }
     if summary.undetermined > 0 {
-        say(&format!("{} faces are too dark to tell: their errors exceed them", summary.undetermined));
+        say(&format!("{} faces are too dark: their errors exceed their radiosities", summary.undetermined));
     }
     for check in summary.checks.iter().filter(|check| !check.ok) {
         warn!("{}", check.message);

@@ -1,7 +1,7 @@
-//! README and docs say what the program does: their TOML blocks and commands run, the reference names every command, flag, key,
-//! column, field, metric and check, and no link leads nowhere.
+//! Tests of README and docs: their TOML blocks and commands run, the reference names every command, flag, key, column,
+//! field, metric and check, and no link leads nowhere.
 //!
-//! `RADWALK_BLESS=1 cargo test --test suite documents::` writes the pages that are made of the program's own words.
+//! `RADWALK_BLESS=1 cargo test --test suite documents::` writes the pages that consist of the program's own words.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -34,14 +34,14 @@ fn pages() -> Vec<PathBuf> {
     pages
 }
 
-/// The blocks of a page in a language.
+/// The code blocks of a page in a language.
 fn blocks(page: &Path, language: &str) -> Vec<String> {
     let text = read(page);
     let fence = format!("```{language}\n");
     text.split(&fence).skip(1).map(|rest| rest.split("```").next().unwrap().to_owned()).collect()
 }
 
-/// A folder in which the jobs of the pages find what they name.
+/// A folder with the files that the jobs of the pages name.
 fn workshop() -> tempfile::TempDir {
     let folder = tempdir().unwrap();
     fs::create_dir(path(&folder, "scenes")).unwrap();
@@ -151,7 +151,7 @@ fn what_the_comments_of_the_job_offer_runs_too() {
     let folder = workshop();
     let [job] = blocks(Path::new("docs/guide/methods.md"), "toml").try_into().unwrap();
     let file = path(&folder, "job.toml");
-    // What is commented out is meant for chains.
+    // The lines that are commented out are meant for chains.
     let offered = job
         .replace("# final_gather", "final_gather")
         .replace("# batch_paths = 1_250_000", "batch_paths = 125_000")
@@ -176,7 +176,7 @@ fn trimmed(text: &str) -> String {
     text.lines().map(|line| line.trim_end().to_owned() + "\n").collect::<String>().trim_end().to_owned()
 }
 
-/// The page must be as the program would write it.
+/// Asserts that the page is as the program would write it.
 fn hold(page: &str, expected: &str) {
     if std::env::var_os("RADWALK_BLESS").is_some() {
         fs::write(Path::new(ROOT).join(page), expected).unwrap();
@@ -226,7 +226,7 @@ fn help_explains_commands_and_words() {
     assert!(stderr.contains("\"photon\"") && stderr.contains("interval"), "{stderr}");
 }
 
-/// What a schema allows, in a few words.
+/// The values that a schema allows, in a few words.
 fn kind(schema: &Value) -> String {
     if let Some(words) = schema["enum"].as_array() {
         return words.iter().map(|word| format!("`{word}`")).collect::<Vec<_>>().join(", ");
@@ -302,7 +302,7 @@ fn the_pages_of_keys_are_the_schemas() {
     }
 }
 
-/// The file below a folder whose name ends so.
+/// The file below a folder whose name has this ending.
 fn find(folder: &Path, ending: &str) -> PathBuf {
     let mut folders = vec![folder.to_owned()];
     while let Some(folder) = folders.pop() {
@@ -469,7 +469,7 @@ fn no_link_leads_nowhere() {
     assert!(links > 60, "{links}");
 }
 
-/// Every command in the guide is one that the program takes: it is run where it is quick, else its words are read.
+/// Every command in the guide is one that the program accepts: quick ones are run, of the others the words are parsed.
 #[test]
 fn every_command_of_the_pages_is_understood() {
     let folder = workshop();

@@ -1,4 +1,4 @@
-//! The program and its crates as a whole: one binary, since thirty of them would each link everything.
+//! Tests of the program and its crates as a whole, in one binary: thirty binaries would each link everything.
 
 #[path = "../../crates/radiosity/tests/common/mod.rs"]
 mod common;

@@ -1,10 +1,10 @@
-//! The papers' tables and figures at reduced size. A minute of processor time.
+//! Tests of the papers' tables and figures at reduced size. They take a minute of processor time.
 
 use crate::support::run;
 use serde_json::Value;
 
 /// Every row that is held to a claim agrees with it. That any of them differs by chance alone has a probability below
-/// 10⁻³, for all together (Šidák's bound, by which the command judges), once and for all with its seeds.
+/// 10⁻³ for all together (Šidák's bound, by which the command judges), once and for all with its seeds.
 #[test]
 fn every_row_of_the_papers_agrees() {
     let dir = tempfile::tempdir().unwrap();

@@ -1,5 +1,5 @@
-//! Statistics of walks: exact moments of integer scores, confidence intervals that are true from no hit to
-//! many, and the tests by which simulations are judged.
+//! Statistics of walks: exact moments of integer scores, confidence intervals that hold from no hit to many, and the
+//! tests by which simulations are judged.
 //!
 //! A score `x` is a walk's whole score on one patch, counted in hits. Its power sums are integers, so they
 //! merge in any order without a trace; floating point begins where an answer is read off.
