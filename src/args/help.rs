@@ -8,7 +8,7 @@ Examples:
   radwalk plan box.toml                        what its target will take
   radwalk coordinate box.toml --listen node1:7600 --access box.json
   radwalk work --access box.json --threads 8   on every other machine
-  radwalk status box.json                      how it gets on
+  radwalk status box.json                      the state of the job
   radwalk help target                          what a word means: walk, interval, target, chain, access file …
 
 Exit codes:
@@ -69,6 +69,14 @@ pub(super) const EXACT: &str = "\
 Examples:
   radwalk exact box.toml --out out/exact                     exact.csv: radiosities without noise, and variances of walks";
 
+/// Under the help of `radwalk factors`.
+pub(super) const FACTORS: &str = "\
+Examples:
+  radwalk factors box.toml                                   form factors of every pair of patches: factors.csv
+  radwalk factors box.toml --groups by-surface --reflections --smooth
+  radwalk factors box.toml --groups by-surface --tolerance 0.01 --pairs floor:ceiling
+  radwalk factors box.toml --groups by-surface --temperatures heat.toml";
+
 /// Under the help of `radwalk audit`.
 pub(super) const AUDIT: &str = "\
 Examples:
@@ -95,7 +103,8 @@ Examples:
 /// Under the help of `radwalk reproduce`.
 pub(super) const REPRODUCE: &str = "\
 Examples:
-  radwalk reproduce --out out/papers                         a page with the papers' tables and figures";
+  radwalk reproduce --out out/papers                         a page with the papers' tables and figures
+  radwalk reproduce --validation                             a page of configurations with closed forms";
 
 /// Under the help of `radwalk new`.
 pub(super) const NEW: &str = "\

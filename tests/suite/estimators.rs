@@ -1,4 +1,4 @@
-//! Every walk and estimator against the exact solution: unbiased, with the variance of the closed form.
+//! Tests of every walk and estimator against the exact solution: unbiased, with the variance of the closed form.
 
 use crate::common::{box_scene, cube54, experiment, walk};
 use exact::Exact;
@@ -26,7 +26,7 @@ fn scenes() -> [(&'static str, SceneSpec); 2] {
     [("cube54", cube54()), ("flat box", flat)]
 }
 
-/// The closed-form variance of B for one walk; `None` where no walk is born. For the infinite estimator it is that
+/// The closed-form variance of B for one walk; `None` if no walk is born there. For the infinite estimator it is that
 /// of endless walks; roulette below a weight of 0.001 adds less than a thousandth.
 fn predicted(exact: &Exact, scene: &Scene, method: &Walks) -> Vec<Option<f64>> {
     let estimator = method.score.estimator().kind();
@@ -97,7 +97,7 @@ fn every_variance_is_that_of_the_closed_form() {
         let exact = Exact::of_scene(&spec).unwrap();
         for direction in directions() {
             for kind in kinds() {
-                // A threshold that no walk of the length seen here reaches: the endless walk of theory.
+                // No walk of the length seen here reaches this threshold, so that walks are the endless ones of theory.
                 let endless = InfiniteEnd::Roulette { threshold: 1e-9 };
                 let method = method(direction.clone(), kind.ending(endless));
                 let experiment = experiment(&spec, IndexChoice::Auto, method.clone());
@@ -126,7 +126,7 @@ fn every_variance_is_that_of_the_closed_form() {
     }
 }
 
-/// Walks that are cut off lose light: no more than the bound that is reported, and here visibly more than chance.
+/// Walks that are cut off lose light: no more than the reported bound, and here visibly more than chance.
 #[test]
 fn cut_off_walks_are_biased_within_their_bound() {
     let exact = Exact::of_scene(&cube54()).unwrap();
@@ -178,8 +178,8 @@ fn the_furnace_at_r_09999_is_right_by_every_estimator() {
     }
 }
 
-/// Gathering by survival cannot see an emitter that does not reflect: it is refused, in words. Every other method
-/// takes it, and a patch of reflectance 0 has b = 0 exactly, its irradiance known to all but survival.
+/// Gathering by survival cannot see an emitter that does not reflect, and is refused in words. Every other method takes
+/// it. A patch of reflectance 0 has b = 0 exactly, and its irradiance is known to every method but survival.
 #[test]
 fn black_emitters_and_black_patches() {
     let mut spec = cube54();

@@ -1,200 +1,207 @@
-//! Groups of patches that a job names: `[[source]]` and `[sensitivity]`.
+//! Groups of faces, between which exchange factors are counted.
 
-use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
 
-use radiosity::{Groups, PatchGroup};
+use import::matches;
+use radiosity::{Faces, Scene, Side};
 
 use crate::document::{Table, Value};
 use crate::error::Error;
-use crate::keys::{JOB_LISTS, SENSITIVITY_KEYS, SOURCE_KEYS};
-use crate::method::read_patches;
-use crate::near;
 use crate::scene::SceneFile;
+use crate::source::Source;
 
-/// What a job says of sources, and of materials whose influence is measured.
-pub(crate) fn read_groups(table: &mut Table<'_>, scene: &SceneFile) -> Result<[Vec<PatchGroup>; 2], Error> {
-    let sources = table.take("source").map(|value| read_sources(value, scene)).transpose()?;
-    let sensitivity = table.take("sensitivity").map(|value| read_sensitivity(value, scene)).transpose()?;
-    Ok([sources, sensitivity].map(Option::unwrap_or_default))
+/// How faces are put in groups.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Grouping {
+    /// Each face is a group.
+    ByPatch,
+    /// Surfaces of one name are a group, with both of their sides.
+    BySurface,
+    /// Surfaces of one material are a group, with both of their sides.
+    ByMaterial,
+    /// As a file says.
+    File(PathBuf),
 }
 
-/// Reads `[[source]]` tables. That sources have emitters, and share none, is seen when the scene is built.
-fn read_sources(value: Value<'_>, scene: &SceneFile) -> Result<Vec<PatchGroup>, Error> {
-    let mut names = BTreeSet::new();
-    let mut sources = Vec::new();
-    for (number, value) in value.tables(JOB_LISTS[0])?.into_iter().enumerate() {
-        let mut table = value.table_called(format!("source {number}: "), SOURCE_KEYS)?;
-        let name = table.require(
-            "name",
-            "outputs and `radwalk combine` tell sources by their names",
-            "name = \"lamp\", or another",
-        )?;
-        let written = read_name(&name)?;
-        if !names.insert(written.clone()) {
-            return Err(name.refuse(
-                format!("a source before this one is called {written:?}, too"),
-                "outputs and `radwalk combine` tell sources by their names",
-                "give each a name of its own",
-            ));
-        }
-        table.rename(format!("source {number} ({written:?}): "));
-        sources.push(PatchGroup { name: written, patches: runs(&read_members(table, scene)?) });
-    }
-    Ok(sources)
+/// Groups of faces.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Groups {
+    /// Of each group.
+    pub names: Vec<String>,
+    /// The group of each face.
+    pub of_face: Vec<u32>,
 }
 
-fn read_name(value: &Value<'_>) -> Result<String, Error> {
-    let name = value.string()?;
-    if name.trim().is_empty() || name.contains(char::is_control) {
-        return Err(value.refuse(
-            format!("{name:?} cannot name a source"),
-            "it is shown in the rows of its light",
-            "write a visible name on one line",
-        ));
-    }
-    if name == Groups::REST {
-        return Err(value.refuse(
-            format!("{name:?} cannot name a source"),
-            "the emitters that no source holds are called so",
-            "write another name",
-        ));
-    }
-    Ok(name.into())
-}
+/// What a file of groups does not name.
+const REST: &str = "rest";
 
-/// The patches of the surfaces, materials and patches that a source names, in ascending order.
-fn read_members(mut table: Table<'_>, scene: &SceneFile) -> Result<BTreeSet<u32>, Error> {
-    let place = table.place("surfaces");
-    let [surfaces, materials, patches] = ["surfaces", "materials", "patches"].map(|key| table.take(key));
-    if surfaces.is_none() && materials.is_none() && patches.is_none() {
-        return Err(Error::MissingKey {
-            place,
-            why: "a source is a group of emitters",
-            remedy: "surfaces = [\"…\"], materials = [\"…\"] or patches = [0, 1]".into(),
-        });
-    }
-    let first_patches = first_patches(scene);
-    let mut members = BTreeSet::new();
-    let mut add = |surface: usize| members.extend(first_patches[surface]..first_patches[surface + 1]);
-    for value in surfaces.map(Value::array).transpose()?.unwrap_or_default() {
-        surfaces_of(&value, scene)?.into_iter().for_each(&mut add);
-    }
-    for value in materials.map(Value::array).transpose()?.unwrap_or_default() {
-        let names = materials_of(&value, scene)?;
-        let of_surfaces = scene.finishes().of_surfaces().into_iter().enumerate();
-        of_surfaces.filter(|(_, material)| names.contains(material)).for_each(|(surface, _)| add(surface));
-    }
-    if let Some(patches) = patches {
-        let (why, instead) = ("a source holds some patch", "remove the key");
-        members.extend(read_patches(patches, scene.patch_count(), why, instead)?);
-    }
-    Ok(members)
-}
+const FILE_KEYS: &[&str] = &["group"];
+const GROUP_KEYS: &[&str] = &["name", "surfaces", "materials", "patches"];
 
-/// The number of the first patch of every surface, and the number of all patches. A scene of more patches than have numbers
-/// is refused when it is built.
-fn first_patches(scene: &SceneFile) -> Vec<u32> {
-    let cells = scene.spec().surfaces.iter().map(|surface| surface.shape.cell_count());
-    let ends = cells.scan(0_u64, |end, cells| {
-        *end += cells;
-        Some(u32::try_from(*end).unwrap_or(u32::MAX))
-    });
-    std::iter::once(0).chain(ends).collect()
-}
-
-/// Surfaces by number, or by a name in which `*` stands for any text.
-fn surfaces_of(value: &Value<'_>, scene: &SceneFile) -> Result<Vec<usize>, Error> {
-    let surfaces = &scene.spec().surfaces;
-    if !value.is_string() {
-        let last = surfaces.len().saturating_sub(1) as u64;
-        return Ok(vec![value.integer(0..=last, "the scene's surfaces are numbered from 0")? as usize]);
-    }
-    let pattern = value.string()?;
-    let name_of = |surface: usize| surfaces[surface].name.as_deref();
-    let is_meant = |&surface: &usize| name_of(surface).is_some_and(|name| import::matches(pattern, name));
-    let meant: Vec<usize> = (0..surfaces.len()).filter(is_meant).collect();
-    if meant.is_empty() {
-        let hint = near::hint(pattern, (0..surfaces.len()).filter_map(name_of));
-        return Err(value.refuse(
-            format!("no surface is called {pattern:?}"),
-            "a source holds surfaces by their names or numbers",
-            format!("{hint}write the name of a surface, a part of it and *, or a number"),
-        ));
-    }
-    Ok(meant)
-}
-
-/// Materials by a name in which `*` stands for any text.
-fn materials_of(value: &Value<'_>, scene: &SceneFile) -> Result<Vec<u32>, Error> {
-    let pattern = value.string()?;
-    let names = scene.finishes().names();
-    let meant: Vec<u32> =
-        (0..).zip(names).filter(|(_, name)| import::matches(pattern, name)).map(|(i, _)| i).collect();
-    if meant.is_empty() {
-        let hint = near::hint(pattern, names.iter().map(|name| &name[..]));
-        return Err(value.refuse(
-            format!("no surface is of a material {pattern:?}"),
-            "materials are told by the names that surfaces have them by",
-            format!("{hint}choose from {}", names.join(", ")),
-        ));
-    }
-    Ok(meant)
-}
-
-/// Numbers that follow each other, as runs.
-fn runs(patches: &BTreeSet<u32>) -> Vec<(u32, u32)> {
-    let mut runs: Vec<(u32, u32)> = Vec::new();
-    for &patch in patches {
-        match runs.last_mut() {
-            Some((_, last)) if *last + 1 == patch => *last = patch,
-            _ => runs.push((patch, patch)),
-        }
-    }
-    runs
-}
-
-/// Reads `[sensitivity]`: the materials whose influence on every patch is measured, each as the group of its patches.
-fn read_sensitivity(value: Value<'_>, scene: &SceneFile) -> Result<Vec<PatchGroup>, Error> {
-    let mut table = value.table(SENSITIVITY_KEYS)?;
-    let materials = table.require(
-        "materials",
-        "it says what light is sensitive to",
-        "materials = \"all\", or a list of materials",
-    )?;
-    let place = materials.place();
-    let numbers: BTreeSet<u32> = match materials.is_string() {
-        true if materials.string()? == "all" => (0..scene.finishes().names().len() as u32).collect(),
-        true => {
-            return Err(materials.refuse(
-                "this is neither \"all\" nor a list".into(),
-                "it names materials",
-                "write materials = \"all\", or materials = [\"…\"]",
-            ));
-        }
-        false => {
-            let mut numbers = BTreeSet::new();
-            for value in materials.array()? {
-                numbers.extend(materials_of(&value, scene)?);
+impl Groups {
+    /// The groups of a scene.
+    ///
+    /// # Errors
+    /// Of a file: one that cannot be read, or says what is unknown, or puts a face in two groups.
+    pub fn of(grouping: &Grouping, file: &SceneFile, scene: &Scene) -> Result<Self, Error> {
+        match grouping {
+            Grouping::ByPatch => Ok(Groups::by_patch(scene.faces())),
+            Grouping::BySurface => {
+                Ok(Groups::by_name(scene, |surface| scene.surface_name(surface).to_owned()))
             }
-            numbers
+            Grouping::ByMaterial => {
+                let finishes = file.finishes();
+                let of = finishes.of_surfaces();
+                Ok(Groups::by_name(scene, |surface| finishes.names()[of[surface as usize] as usize].clone()))
+            }
+            Grouping::File(path) => Reader::new(file, scene).read(path),
         }
-    };
-    if numbers.is_empty() {
-        return Err(Error::Refused {
-            place,
-            problem: "it names no material".into(),
-            why: "light is sensitive to materials",
-            remedy: "name a material of the scene, or remove [sensitivity]".into(),
-        });
     }
-    let first_patches = first_patches(scene);
-    let of_surfaces = scene.finishes().of_surfaces();
-    let group = |number: u32| {
-        let is_of = |&surface: &usize| of_surfaces[surface] == number;
-        let surfaces = (0..of_surfaces.len()).filter(is_of);
-        let patches =
-            surfaces.flat_map(|surface| first_patches[surface]..first_patches[surface + 1]).collect();
-        PatchGroup { name: scene.finishes().names()[number as usize].clone(), patches: runs(&patches) }
-    };
-    Ok(numbers.into_iter().map(group).collect())
+
+    fn by_patch(faces: &Faces) -> Self {
+        let name = |face: radiosity::Face| match (faces.back_of(face.patch), face.side) {
+            (None, _) => face.patch.to_string(),
+            (Some(_), Side::Front) => format!("{} front", face.patch),
+            (Some(_), Side::Back) => format!("{} back", face.patch),
+        };
+        Groups { names: faces.iter().map(name).collect(), of_face: (0..faces.len() as u32).collect() }
+    }
+
+    /// A group for each name, in the order of the first surfaces that have it.
+    fn by_name(scene: &Scene, name: impl Fn(u32) -> String) -> Self {
+        let (mut names, mut numbers) = (Vec::new(), std::collections::HashMap::new());
+        let of_surface: Vec<u32> = (0..scene.surfaces().len() as u32)
+            .map(|surface| {
+                let name = name(surface);
+                *numbers.entry(name.clone()).or_insert_with(|| {
+                    names.push(name);
+                    names.len() as u32 - 1
+                })
+            })
+            .collect();
+        let of_face = scene.faces().iter().map(|face| of_surface[face.surface as usize]).collect();
+        Groups { names, of_face }
+    }
+
+    /// How many there are.
+    pub fn count(&self) -> usize {
+        self.names.len()
+    }
+}
+
+/// Reads a file of groups.
+struct Reader<'a> {
+    file: &'a SceneFile,
+    scene: &'a Scene,
+    /// The material of each surface.
+    materials: Vec<u32>,
+    names: Vec<String>,
+    of_face: Vec<Option<u32>>,
+}
+
+impl<'a> Reader<'a> {
+    fn new(file: &'a SceneFile, scene: &'a Scene) -> Self {
+        let of_face = vec![None; scene.faces().len()];
+        Reader { file, scene, materials: file.finishes().of_surfaces(), names: Vec::new(), of_face }
+    }
+
+    fn read(mut self, path: &Path) -> Result<Groups, Error> {
+        let source =
+            Source::read(path, "[[group]] tables, each with a name and surfaces, materials or patches")?;
+        let mut file = Table::root(&source, FILE_KEYS)?;
+        let list = file.require("group", "a file of groups holds them", "[[group]] with name = \"walls\"")?;
+        for (number, value) in list.tables("group")?.into_iter().enumerate() {
+            self.group(value.table_called(format!("group {number}: "), GROUP_KEYS)?)?;
+        }
+        if self.of_face.contains(&None) {
+            self.names.push(REST.into());
+        }
+        let rest = self.names.len() as u32 - 1;
+        Ok(Groups {
+            of_face: self.of_face.into_iter().map(|group| group.unwrap_or(rest)).collect(),
+            names: self.names,
+        })
+    }
+
+    fn group(&mut self, mut table: Table<'_>) -> Result<(), Error> {
+        let value = table.require("name", "tables of factors tell groups by it", "name = \"walls\"")?;
+        let name = value.string()?.to_owned();
+        if name.trim().is_empty()
+            || name.contains(char::is_control)
+            || name == REST
+            || self.names.contains(&name)
+        {
+            return Err(value.refuse(
+                format!("{name:?} cannot name a group"),
+                "each has a visible name of its own on one line; \"rest\" is what no group names",
+                "choose another name",
+            ));
+        }
+        self.names.push(name);
+        let place = table.place("surfaces");
+        let (surfaces, materials, patches) =
+            (table.take("surfaces"), table.take("materials"), table.take("patches"));
+        if surfaces.is_none() && materials.is_none() && patches.is_none() {
+            let remedy = "surfaces = [\"floor\"], materials = [\"white\"] or patches = [0, 1]".into();
+            return Err(Error::MissingKey { place, why: "a group holds something", remedy });
+        }
+        let (scene, names) = (self.scene, self.file.finishes().names());
+        for value in surfaces.map(Value::array).transpose()?.into_iter().flatten() {
+            self.take_surfaces(&value, "surface", |surface| scene.surface_name(surface).to_owned())?;
+        }
+        let of = self.materials.clone();
+        for value in materials.map(Value::array).transpose()?.into_iter().flatten() {
+            self.take_surfaces(&value, "material", |surface| names[of[surface as usize] as usize].clone())?;
+        }
+        for value in patches.map(Value::array).transpose()?.into_iter().flatten() {
+            let last = scene.faces().patch_count() as u64 - 1;
+            let patch = value.integer(0..=last, "patches are numbered from 0 in the scene")? as u32;
+            for face in scene.faces().of_patch(patch) {
+                self.take(&value, face)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Takes the faces of surfaces whose name, or whose material's, matches.
+    fn take_surfaces(
+        &mut self,
+        value: &Value<'_>,
+        what: &str,
+        name: impl Fn(u32) -> String,
+    ) -> Result<(), Error> {
+        let pattern = value.string()?;
+        let matching: Vec<bool> =
+            (0..self.scene.surfaces().len() as u32).map(|surface| matches(pattern, &name(surface))).collect();
+        if !matching.contains(&true) {
+            return Err(value.refuse(
+                format!("no {what} is called {pattern:?}"),
+                "a group holds faces of the scene",
+                "correct the name (* stands for any text)",
+            ));
+        }
+        for (number, face) in self.scene.faces().iter().enumerate() {
+            if matching[face.surface as usize] {
+                self.take(value, number as u32)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Takes a face for the last group.
+    fn take(&mut self, value: &Value<'_>, face: u32) -> Result<(), Error> {
+        let group = self.names.len() as u32 - 1;
+        match self.of_face[face as usize].replace(group) {
+            Some(other) if other != group => {
+                let patch = self.scene.faces().get(face as usize).patch;
+                let [first, second] = [other, group].map(|group| &self.names[group as usize]);
+                Err(value.refuse(
+                    format!("patch {patch} is in group {first:?} and in group {second:?}"),
+                    "what arrives on a patch is counted for one group",
+                    "name it once",
+                ))
+            }
+            _ => Ok(()),
+        }
+    }
 }

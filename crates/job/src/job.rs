@@ -10,7 +10,6 @@ use crate::budget::{Budget, read_budget};
 use crate::document::{Table, Value};
 use crate::error::Error;
 use crate::goals::Goals;
-use crate::groups::read_groups;
 use crate::imports::{IMPORT_KEYS, read_options};
 use crate::keys::{BUDGET_KEYS, JOB_KEYS, METHOD_KEYS, TARGET_KEYS, TRACING_KEYS};
 use crate::method::{MethodTable, read_method};
@@ -18,6 +17,7 @@ use crate::output::{OUTPUT_KEYS, OutputFile, VIEW_KEYS, View, read_output, read_
 use crate::scene::{SceneFile, is_toml, load_scene_with};
 use crate::sensors::SensorTarget;
 use crate::source::Source;
+use crate::sources::read_groups;
 use crate::target::Target;
 use crate::word::Word;
 

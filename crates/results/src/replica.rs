@@ -19,9 +19,9 @@ struct Packed {
 }
 
 /// Bytes of settings that came after the first format 5 of `tally.bin`: notes of imports, units of light, sensors and what is
-/// asked of them, files, the three parts of the view, the two of the materials,
-/// sources, materials whose influence is measured, and the factors of a mixture.
-const LATER_SETTINGS: usize = 13;
+/// asked of them, files, the three parts of the view, the two of the materials, exchange factors, sources, materials whose
+/// influence is measured, and the factors of a mixture.
+const LATER_SETTINGS: usize = 14;
 
 /// The bytes of a job.
 ///
@@ -61,6 +61,10 @@ pub(crate) fn unpack(bytes: &[u8]) -> Result<(Settings, Experiment), String> {
     let experiment = Experiment::new(scene, settings.method.walks())
         .and_then(|experiment| experiment.with_sensors(&settings.sensors))
         .and_then(|experiment| experiment.with_groups(&settings.sources, &settings.sensitivity))
+        .and_then(|experiment| match &settings.exchange {
+            Some(exchange) => experiment.with_exchange(exchange.clone()),
+            None => Ok(experiment),
+        })
         .map_err(|error| error.to_string())?;
     let experiment = match settings.mixture.is_empty() {
         true => experiment,

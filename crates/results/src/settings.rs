@@ -3,7 +3,7 @@
 
 use job::{Finishes, Job, Light, MethodTable, OutputFile, SensorTarget, Target, View};
 use judge::target::SensorGoal;
-use radiosity::{Experiment, Groups, PatchGroup, Scene, SensorSpec};
+use radiosity::{ExchangeSpec, Experiment, Groups, PatchGroup, Scene, SensorSpec};
 use serde::{Deserialize, Serialize};
 
 /// The settings of a job.
@@ -41,6 +41,8 @@ pub struct Settings {
     pub view: View,
     /// What the surfaces are made of.
     pub finishes: Finishes,
+    /// Exchange factors that are counted in place of light.
+    pub exchange: Option<ExchangeSpec>,
     /// Groups of emitters that are told apart.
     pub sources: Vec<PatchGroup>,
     /// Materials whose influence is measured.
@@ -69,6 +71,7 @@ impl Settings {
             files: job.files.clone(),
             view: job.view,
             finishes: job.scene.finishes().clone(),
+            exchange: None,
             sources: job.sources.clone(),
             sensitivity: job.sensitivity.clone(),
             mixture: Vec::new(),

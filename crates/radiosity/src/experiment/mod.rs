@@ -2,6 +2,7 @@
 
 mod batches;
 mod board;
+pub(crate) mod exchange;
 mod gathering;
 mod groups;
 pub(crate) mod influence;
@@ -32,6 +33,7 @@ use crate::tally::{Layout, Scoreboard, Tally};
 use crate::walk::apart::MarkBoard;
 use crate::walk::estimator::Course;
 use board::{Apart, Scores, Sensing, with_board};
+use exchange::{Exchange, ExchangeSpec};
 use gathering::Gathering;
 use groups::Mixture;
 use unfit::{check, check_sensors};
@@ -53,6 +55,8 @@ pub struct Experiment {
     groups: Option<Arc<Groups>>,
     /// What is estimated in place of the light of the scene; `None`: that light.
     mixture: Option<Arc<Mixture>>,
+    /// Groups of faces that walks are counted by; `None` where faces score.
+    exchange: Option<Arc<Exchange>>,
 }
 
 impl Experiment {
@@ -81,6 +85,7 @@ impl Experiment {
             sensors: None,
             groups: None,
             mixture: None,
+            exchange: None,
         })
     }
 
@@ -117,6 +122,16 @@ impl Experiment {
     /// The groups of patches that are told apart, where there are any.
     pub fn groups(&self) -> Option<&Groups> {
         self.groups.as_deref()
+    }
+
+    /// The experiment whose walks count exchange factors, in place of those of its method: of this, only the space that walks go
+    /// on in is used. Light plays no part.
+    ///
+    /// # Errors
+    /// A scene in colour, or groups and walks that cannot be.
+    pub fn with_exchange(mut self, spec: ExchangeSpec) -> Result<Self, Unfit> {
+        self.exchange = Some(Exchange::new(&self.scene, spec)?.into());
+        Ok(self)
     }
 
     /// The sensors, where there are any.
@@ -160,8 +175,11 @@ impl Experiment {
     }
 
     /// Rows of a tally: the faces; where there are sensors one that counts their samples, and their cells; where groups are
-    /// told apart those of every class but the first, and of materials.
+    /// told apart those of every class but the first, and of materials. Of exchange factors: those of [`ExchangeSpec`].
     pub fn rows(&self) -> usize {
+        if let Some(exchange) = &self.exchange {
+            return exchange.rows();
+        }
         let of_sensors = self.sensors().map_or(0, |sensors| 1 + sensors.cell_count());
         let of_groups = self.groups().map_or(0, |groups| groups.class_rows() + groups.material_rows());
         self.scene.faces().len() + of_sensors + of_groups
@@ -177,13 +195,11 @@ impl Experiment {
         let sensing = self
             .sensors()
             .map(|sensors| Sensing::new(self.scene.faces().len(), sensors.cell_count(), self.layout::<M>()));
-        let faces = self.scene.faces().len();
-        let slots = faces + self.groups().map_or(0, Groups::class_rows);
-        Board {
-            scores: self.scores(slots),
-            sensing,
-            apart: self.groups().map(|groups| self.apart::<M>(groups)),
-        }
+        let faces = self.exchange.as_ref().map_or(self.scene.faces().len(), |exchange| exchange.rows());
+        // Exchange factors are counted in place of light.
+        let groups = self.groups().filter(|_| self.exchange.is_none());
+        let slots = faces + groups.map_or(0, Groups::class_rows);
+        Board { scores: self.scores(slots), sensing, apart: groups.map(|groups| self.apart::<M>(groups)) }
     }
 
     fn apart<const M: usize>(&self, groups: &Groups) -> Apart {
