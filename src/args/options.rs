@@ -268,6 +268,9 @@ pub(crate) struct FactorsArgs {
     /// Solve for the heat between the groups: a file of temperatures [K] or fluxes [W] of each; implies --reflections
     #[arg(long, value_name = "FILE")]
     pub temperatures: Option<PathBuf>,
+    /// Write the factors as matrices, too; may be a list
+    #[arg(long, value_name = "FILE", value_delimiter = ',', value_enum)]
+    pub export: Vec<MatrixFile>,
     /// Worker processes [default: one per core]
     #[arg(long, value_name = "N", value_parser = workers)]
     pub workers: Option<u32>,
@@ -277,6 +280,15 @@ pub(crate) struct FactorsArgs {
     /// Go on from the counts in the output folder
     #[arg(long, conflicts_with = "force")]
     pub resume: bool,
+}
+
+/// A format of matrices.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum MatrixFile {
+    /// factors.npz: arrays of factors, errors and names for NumPy
+    Npz,
+    /// factors.mtx: the factors that are not 0, in the format of Matrix Market
+    Mtx,
 }
 
 /// A channel of a scene in colour.

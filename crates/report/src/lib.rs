@@ -36,7 +36,7 @@ pub use exact_csv::{ExactBounds, ExactColumns, ExactSummary, write_exact};
 pub use export::{write_glb, write_parquet, write_vtu};
 pub use factors::{
     BACK, ESCAPE, FactorsSummary, GroupRow, SmoothingSummary, ToleranceSummary, is_outside,
-    write_exact_factors, write_factors, write_groups, write_thermal,
+    write_exact_factors, write_factors, write_factors_mtx, write_factors_npz, write_groups, write_thermal,
 };
 pub use method::MethodWords;
 pub use model::{Bounce, Model};
