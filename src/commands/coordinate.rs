@@ -141,7 +141,7 @@ impl Prepared {
         view_troubles(experiment.scene(), &settings.view).iter().for_each(|trouble| warn!("{trouble}"));
         let folder = out.out.clone().unwrap_or_else(|| default_folder(&job));
         let output = RunOutput::new(&folder, out.force || resume, &export.export, GIT)?;
-        let identity = identity(&job, &settings, &experiment)?;
+        let identity = Identity::of(&job, &settings, &experiment, BUILD)?;
         let past = Past::none(experiment.tally::<{ judge::MOMENTS }>());
         let mut prepared =
             Prepared { job, settings, experiment, output, identity, past, latest: Latest::Foreign };
@@ -460,25 +460,6 @@ fn open_page(address: &str) -> Result<Publish, Fault> {
         open().map_err(|source| Fault::Listen { address: address.clone(), option: "--metrics", source })?;
     info!(event = "metrics", "metrics are at http://{bound}/metrics");
     Ok(Box::new(move |text| page.set(text)))
-}
-
-/// What the checkpoints of a job have in common.
-///
-/// # Errors
-/// Where the scene is too large to be sent.
-pub(crate) fn identity(job: &Job, settings: &Settings, experiment: &Experiment) -> Result<Identity, Fault> {
-    let scene = experiment.scene();
-    let packed = results::pack(scene, job.scene.spec(), settings)
-        .map_err(|error| Fault::System { doing: "packing the job", source: std::io::Error::other(error) })?;
-    Ok(Identity {
-        scene_hash: scene.hash(),
-        job_hash: job::job_hash(scene.hash(), &job.method, job.scene.sensors(), job.seed),
-        seed: job.seed,
-        first: job.budget.first_path / experiment.paths_per_walk(),
-        goal: settings.goal(),
-        job: packed,
-        sessions: vec![results::session(BUILD)],
-    })
 }
 
 /// out/<job name>.

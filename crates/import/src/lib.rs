@@ -1,12 +1,13 @@
 //! Scenes from mesh files: OBJ with MTL, glTF 2.0 and GLB, STL, PLY, MGF.
 //!
-//! [`read`] makes a [`Mesh`] of any of them; [`Mesh::into_scene`] turns it into the surfaces of a
+//! [`read`] makes a [`Mesh`] of any of them, [`from_arrays`] of what is in memory; [`Mesh::into_scene`] turns it into the surfaces of a
 //! [`radiosity::SceneSpec`] as [`Options`] ask for. Nothing is opened here: content comes in, and [`Files`] has what
 //! else a file names. What the radiosity method cannot model (specular reflection, textures, transparency) is reduced
 //! to its diffuse part and told in notes; what is wrong is one [`Error`] with file and line, or element.
 
 #![warn(unreachable_pub, unnameable_types)]
 
+mod arrays;
 mod bytes;
 mod clean;
 mod error;
@@ -29,6 +30,7 @@ use std::path::Path;
 
 use radiosity::Spectrum;
 
+pub use arrays::from_arrays;
 pub use error::{Error, Spot};
 pub use files::Files;
 pub use mesh::{DEFAULT_REFLECTANCE, MAX_TRIANGLES, Material, Mesh, Triangle};

@@ -4,7 +4,7 @@ use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
 use glam::DVec3;
-use import::{Format, Imported, MaterialOverride, Options, Spots};
+use import::{Format, Imported, MaterialOverride, Mesh, Options, Spots};
 use radiosity::{IndexChoice, Scene, SceneError, SceneSpec, SensorSpec, Shape, Sides, SurfaceSpec};
 
 use crate::document::{Table, Value};
@@ -141,18 +141,7 @@ pub fn load_scene_with(path: &Path, options: &Options) -> Result<SceneFile, Erro
         return load_toml(path, options);
     }
     let Some(format) = Format::of(path) else { return Err(unknown_format(path)) };
-    let mut scene = SceneFile {
-        path: path.into(),
-        spec: SceneSpec { surfaces: Vec::new() },
-        sites: Vec::new(),
-        meshes: Vec::new(),
-        materials: Vec::new(),
-        finishes: Finishes::default(),
-        sensors: Vec::new(),
-        notes: Vec::new(),
-    };
-    scene.add(path, import_scene(path, format, options)?, None);
-    Ok(scene)
+    Ok(SceneFile::of_import(path, import_scene(path, format, options)?))
 }
 
 pub(crate) const SCENE_KEYS: &[&str] = &["material", "surface", "mesh", "sensor"];
@@ -326,6 +315,29 @@ impl<'a, 'o> Reader<'a, 'o> {
 }
 
 impl SceneFile {
+    /// The scene of a mesh in memory; `name` stands for its file.
+    pub(crate) fn of_mesh(name: &Path, mesh: Mesh, options: &Options) -> Result<Self, Error> {
+        // Arrays say as little of an axis as PLY does: their vertices are taken as they are.
+        let imported = mesh.into_scene(name, Format::Ply, options).map_err(Error::of_mesh)?;
+        Ok(SceneFile::of_import(name, imported))
+    }
+
+    /// The scene that is one mesh.
+    fn of_import(file: &Path, imported: Imported) -> Self {
+        let mut scene = SceneFile {
+            path: file.into(),
+            spec: SceneSpec { surfaces: Vec::new() },
+            sites: Vec::new(),
+            meshes: Vec::new(),
+            materials: Vec::new(),
+            finishes: Finishes::default(),
+            sensors: Vec::new(),
+            notes: Vec::new(),
+        };
+        scene.add(file, imported, None);
+        scene
+    }
+
     /// Adds a surface of the file itself.
     fn push(&mut self, surface: SurfaceSpec, site: SurfaceSite) {
         self.finishes.push(&self.materials[site.material as usize].0);

@@ -31,7 +31,7 @@ pub use camera::{Viewpoint, view_troubles};
 pub use chart::{Axis, Chart, Point, Series, Style};
 pub use error::Error;
 pub use exact_csv::{ExactBounds, ExactColumns, ExactSummary, write_exact};
-pub use export::{write_glb, write_parquet, write_vtu};
+pub use export::{Cells, Column, columns, corners, read_table, write_glb, write_parquet, write_vtu};
 pub use method::MethodWords;
 pub use model::{Bounce, Model};
 pub use page::{Live, Milestone, Page};

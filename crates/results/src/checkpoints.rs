@@ -8,11 +8,15 @@ use std::sync::mpsc::{Receiver, SyncSender, TryRecvError, sync_channel};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
+use job::Job;
 use protocol::checkpoint::{self, Book, Checkpoint, CheckpointError, CheckpointFault, Part, Past, Session};
 use protocol::coordinator::Coordinator;
+use radiosity::Experiment;
 use report::OutputFolder;
 
 use crate::error::Error;
+use crate::replica::pack;
+use crate::settings::Settings;
 
 /// The latest tally of a run.
 pub const CURRENT: &str = "tally.bin";
@@ -39,6 +43,25 @@ pub struct Identity {
 }
 
 impl Identity {
+    /// That of a job whose walks this process begins, a build of the program.
+    ///
+    /// # Errors
+    /// Where the scene is too large to travel.
+    pub fn of(job: &Job, settings: &Settings, experiment: &Experiment, build: &str) -> Result<Self, Error> {
+        let scene = experiment.scene();
+        let packed = pack(scene, job.scene.spec(), settings)
+            .map_err(|error| Error::System { doing: "packing the job", source: io::Error::other(error) })?;
+        Ok(Identity {
+            scene_hash: scene.hash(),
+            job_hash: job::job_hash(scene.hash(), &job.method, job.scene.sensors(), job.seed),
+            seed: job.seed,
+            first: job.budget.first_path / experiment.paths_per_walk(),
+            goal: settings.goal(),
+            job: packed,
+            sessions: vec![session(build)],
+        })
+    }
+
     /// A checkpoint of these books.
     pub fn checkpoint(&self, past: Past) -> Checkpoint {
         let Past { tally, deliveries, islands, workers, looks, effort } = past;
