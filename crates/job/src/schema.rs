@@ -6,14 +6,18 @@
 use radiosity::{EstimatorKind, IndexChoice, RayBirths, Sampler, Space};
 use serde_json::{Value, json};
 
+use crate::budget::MAX_STREAM_PATHS;
 use crate::emit::EMIT_KEYS;
 use crate::imports::{IMPORT_KEYS, OVERRIDE_KEYS};
-use crate::job::{BUDGET_KEYS, JOB_KEYS, Light, MAX_STREAM_PATHS, TARGET_KEYS, TRACING_KEYS, Unhit};
+use crate::job::Light;
+use crate::keys::{BUDGET_KEYS, JOB_KEYS, METHOD_KEYS, SCENE_KEYS, TARGET_KEYS, TRACING_KEYS};
 use crate::material::MATERIAL_KEYS;
-use crate::method::{BIRTH_KEYS, EndWord, INFINITE_KEYS, METHOD_KEYS, SOLVE_KEYS, SolveWord, WalkKind, Word};
+use crate::method::{BIRTH_KEYS, EndWord, INFINITE_KEYS, SOLVE_KEYS, SolveWord, WalkKind};
 use crate::output::{FOV, MAX_PIXELS, OUTPUT_KEYS, OutputFile, VIEW_KEYS};
-use crate::scene::{MESH_KEYS, SCENE_KEYS, SURFACE_KEYS};
+use crate::scene::{MESH_KEYS, SURFACE_KEYS};
 use crate::sensors::SENSOR_KEYS;
+use crate::target::Unhit;
+use crate::word::Word;
 
 /// The dialect that the schemas are written in.
 const DIALECT: &str = "http://json-schema.org/draft-07/schema#";

@@ -164,7 +164,7 @@ impl SensorGoal {
     fn is_met_within(&self, part: impl Fn(f64) -> f64, experiment: &Experiment, tally: &Tally) -> bool {
         let Some(readings) = Readings::new(experiment, tally, self.level) else { return true };
         let SensorTarget { sensors, min_paths, unhit } = &self.target;
-        let paths = tally.counts.walks.saturating_mul(experiment.paths_per_walk());
+        let paths = tally.counts.walks.saturating_mul(experiment.unit().paths());
         let ignore_dark = *unhit == Unhit::Ignore;
         let known =
             |&(sensor, error): &(u32, f64)| readings.worst_error(sensor as usize, ignore_dark) <= part(error);
@@ -248,7 +248,7 @@ impl Observer {
         let estimates = Estimates::new(&self.experiment, tally, self.level);
         let precision = estimates.precision();
         let of_patches = self.target.as_ref().map(|target| {
-            let early = walks * self.experiment.paths_per_walk() < target.min_paths;
+            let early = walks * self.experiment.unit().paths() < target.min_paths;
             if early { [false; 2] } else { meets(target, &estimates) }
         });
         let of_sensors = self.sensors.as_ref().map(|goal| {
@@ -322,8 +322,8 @@ impl Prospect {
             walks,
             level,
             target: target.clone(),
-            chains: experiment.batch_paths().is_some(),
-            paths_per_walk: experiment.paths_per_walk(),
+            chains: !experiment.unit().is_walk(),
+            paths_per_walk: experiment.unit().paths(),
         };
         let known = prospect.standings.iter().filter(|s| s.error.is_finite() && s.error > 0.0);
         let logs: Vec<[f64; 2]> = known.map(|s| [s.error.ln(), prospect.noise_of(s)]).collect();
@@ -420,7 +420,7 @@ fn student(level: f64, chains: u64) -> f64 {
 /// The numbers of walks (or chains) at which a run of so many is looked at. Fewer walks than patches tell nothing of most
 /// of them, and a look at many patches takes its time; a chain tells of every patch, and takes longer than a look.
 pub fn looks(experiment: &Experiment, walks: u64) -> Vec<u64> {
-    match experiment.batch_paths() {
+    match experiment.unit().batch() {
         Some(_) => ladder(FIRST_LOOK_AT_CHAINS, walks, 0),
         None => ladder(FIRST_LOOK, walks, experiment.scene().faces().len()),
     }

@@ -19,6 +19,9 @@ pub(crate) struct Answer {
     pub(crate) kept: Kept,
     /// Why its walks ended; `None` where it was opened from a folder, which does not say.
     pub(crate) ending: Option<Ending>,
+    /// What was to be said of the scene before it was walked, a sentence each.
+    #[pyo3(get)]
+    pub(crate) warnings: Vec<String>,
 }
 
 /// Corners, and how many of them each row has.

@@ -8,7 +8,7 @@ use crossbeam::channel::{RecvTimeoutError, bounded};
 use job::Job;
 use pyo3::prelude::*;
 use radiosity::Experiment;
-use results::{Ending, Kept, Stage, walk_here};
+use results::{Kept, Stage, walk_here};
 
 use crate::answer::Answer;
 use crate::mesh::Mesh;
@@ -67,34 +67,33 @@ pub(crate) fn run(
     let done = py.detach(|| walk(&job, threads, &mut ask));
     match (trouble, done?) {
         (Some(trouble), _) => Err(trouble),
-        (None, Some((kept, ending))) => Ok(Answer { kept, ending: Some(ending) }),
+        (None, Some(answer)) => Ok(answer),
         (None, None) => unreachable!("walks are given up for trouble alone"),
     }
 }
 
-fn walk(
-    job: &Job,
-    threads: usize,
-    watch: &mut dyn FnMut(Stage) -> bool,
-) -> PyResult<Option<(Kept, Ending)>> {
+fn walk(job: &Job, threads: usize, watch: &mut dyn FnMut(Stage) -> bool) -> PyResult<Option<Answer>> {
     let scene = job.build_scene().map_err(refuse)?;
     let experiment = Experiment::new(scene, job.method.walks())
         .and_then(|experiment| experiment.with_sensors(job.scene.sensors()))
         .map_err(refuse)?;
+    let warnings =
+        [doctor::warnings(experiment.scene()), judge::sensors::warnings(&experiment)].concat();
     let walked = walk_here(job, experiment, threads, BUILD, watch).map_err(refuse)?;
-    match walked {
-        Some((kept, _)) if kept.checkpoint.tally.counts.walks == 0 => Err(refuse(
+    let Some((kept, ending)) = walked else { return Ok(None) };
+    if kept.checkpoint.tally.counts.walks == 0 {
+        return Err(refuse(
             "no walk was finished in the wall time (nothing is known without one); give a larger budget.wall_seconds",
-        )),
-        walked => Ok(walked),
+        ));
     }
+    Ok(Some(Answer { kept, ending: Some(ending), warnings }))
 }
 
 /// Opens the result of a run by its output folder.
 #[pyfunction]
 pub(crate) fn load(py: Python<'_>, folder: PathBuf) -> PyResult<Answer> {
     let kept = py.detach(|| Kept::open(&folder)).map_err(refuse)?;
-    Ok(Answer { kept, ending: None })
+    Ok(Answer { kept, ending: None, warnings: Vec::new() })
 }
 
 /// The table and the summary of a channel.

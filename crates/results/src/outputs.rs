@@ -283,9 +283,9 @@ fn facts(
     git: &str,
 ) -> RunFacts {
     let (experiment, tally, scene) = (estimates.experiment(), estimates.tally(), estimates.scene());
-    let paths = tally.counts.walks.saturating_mul(experiment.paths_per_walk());
+    let paths = tally.counts.walks.saturating_mul(experiment.unit().paths());
     // A batch is a stream of its own.
-    let stream_paths = experiment.batch_paths().unwrap_or(settings.stream_paths);
+    let stream_paths = experiment.unit().batch().unwrap_or(settings.stream_paths);
     RunFacts {
         version: env!("CARGO_PKG_VERSION").into(),
         git: (!git.starts_with("sources-")).then(|| git.into()),
@@ -310,7 +310,7 @@ fn facts(
         checks: checks_of_result(estimates, settings.note.as_deref(), precision, book, settings.seed),
         confidence: settings.confidence,
         simultaneous: settings.simultaneous,
-        provenance: provenance(book, experiment.paths_per_walk()),
+        provenance: provenance(book, experiment.unit().paths()),
     }
 }
 
@@ -323,7 +323,7 @@ fn readings<'a>(settings: &Settings, estimates: &Estimates<'a>) -> Option<Readin
 /// The errors at the looks of a run.
 fn milestones(book: &Book, experiment: &Experiment) -> Vec<Milestone> {
     let milestone = |look: &Look| Milestone {
-        paths: look.walks as f64 * experiment.paths_per_walk() as f64,
+        paths: look.walks as f64 * experiment.unit().paths() as f64,
         median_relative_error: look.median_relative_error,
         max_relative_error: look.max_relative_error,
     };

@@ -85,7 +85,7 @@ pub fn walk_here(
     watch: &mut dyn FnMut(Stage) -> bool,
 ) -> Result<Option<(Kept, Ending)>, Error> {
     let settings = Settings::of(job);
-    let identity = Identity::of(job, &settings, &experiment, build)?;
+    let identity = Identity::new(job, &settings, &experiment, build)?;
     let replica = Replica::new(experiment, &settings, settings.seed);
     let hall = Hall::new(&replica, &settings, &job.budget);
     let goes_on = thread::scope(|scope| {
@@ -149,12 +149,12 @@ struct Books {
 impl<'a> Hall<'a> {
     fn new(replica: &'a Replica, settings: &Settings, budget: &Budget) -> Self {
         let experiment = replica.experiment();
-        let one_by_one = experiment.batch_paths().is_some();
+        let one_by_one = !experiment.unit().is_walk();
         let stream_walks = if one_by_one { 1 } else { budget.stream_paths };
-        let looks = looks(experiment, budget.paths / experiment.paths_per_walk());
+        let looks = looks(experiment, budget.paths / experiment.unit().paths());
         let walks = looks.last().copied().unwrap_or(0);
         let empty = Arc::new(experiment.tally::<MOMENTS>());
-        let first = budget.first_path / experiment.paths_per_walk();
+        let first = budget.first_path / experiment.unit().paths();
         let ledger = Ledger::new(walks, stream_walks, looks, empty, Deliveries::default());
         let level = settings.level(experiment.scene());
         let observer = Observer::new(experiment.clone(), level, settings.target.clone())
@@ -215,7 +215,7 @@ impl<'a> Hall<'a> {
     }
 
     fn stage(&self, Books { ledger, looks, .. }: &Books) -> Stage {
-        let paths_per_walk = self.replica.experiment().paths_per_walk();
+        let paths_per_walk = self.replica.experiment().unit().paths();
         Stage {
             paths: ledger.walks_in().saturating_mul(paths_per_walk),
             paths_total: ledger.total().saturating_mul(paths_per_walk),

@@ -24,7 +24,7 @@ use crate::signals;
 /// Where the cluster fails, and where a signal ends it.
 pub(crate) fn shoot(team: Team, trial: &Trial, runs: usize) -> Result<Shot, Fault> {
     let Trial { job, experiment } = trial;
-    let identity = Identity::of(job, &Settings::of(job), experiment, BUILD)?;
+    let identity = Identity::new(job, &Settings::of(job), experiment, BUILD)?;
     let ends = (1..=runs as u64).map(|run| run * trial.walks()).collect();
     let (out, prefixes) = channel();
     let judge = move |prefix: &Tally, _: &[Look]| {

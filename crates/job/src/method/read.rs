@@ -4,24 +4,11 @@ use radiosity::{Sampler, Solve};
 
 use super::batches::{Places, read_batch, read_sampler, settle_batches, settle_jacobi};
 use super::chains::{read_final_gather, read_solve};
+use super::table::MethodTable;
 use super::walks::{read_birth, read_infinite};
-use super::{MethodTable, Word};
-use crate::document::{Table, Value};
+use crate::budget::Budget;
+use crate::document::Table;
 use crate::error::Error;
-use crate::job::Budget;
-
-pub(crate) const METHOD_KEYS: &[&str] = &[
-    "walk",
-    "estimator",
-    "space",
-    "sampler",
-    "infinite",
-    "birth",
-    "mix",
-    "batch_paths",
-    "jacobi",
-    "final_gather",
-];
 
 /// Reads `[method]`, for a scene of `patch_count` patches and a budget; says what was not done as asked.
 pub(crate) fn read_method(
@@ -29,15 +16,15 @@ pub(crate) fn read_method(
     patch_count: u64,
     budget: &Budget,
 ) -> Result<(MethodTable, Option<String>), Error> {
-    let walk = word(table.take("walk"))?;
+    let walk = table.word("walk")?;
     let sampler = table.take("sampler");
     let jacobi = table.take("jacobi").map(|value| read_solve(value, walk)).transpose()?.unwrap_or_default();
     let places = Places { walk: table.place("walk"), batch: table.place("batch_paths") };
     let final_gather = table.take("final_gather");
     let mut method = MethodTable {
         walk,
-        estimator: word(table.take("estimator"))?,
-        space: word(table.take("space"))?,
+        estimator: table.word("estimator")?,
+        space: table.word("space")?,
         sampler: Sampler::default(),
         infinite: table.take("infinite").map(read_infinite).transpose()?.unwrap_or_default(),
         birth: table
@@ -60,9 +47,4 @@ pub(crate) fn read_method(
         iterations.sampler = method.sampler;
     }
     Ok((method, note))
-}
-
-/// A choice, the default where the key is absent.
-pub(super) fn word<W: Word + Default>(value: Option<Value<'_>>) -> Result<W, Error> {
-    value.map_or(Ok(W::default()), |value| value.word())
 }

@@ -15,7 +15,7 @@ from .scene import Scene
 
 
 class Doubt(UserWarning):
-    """A check of a result has failed: what it says is open to doubt."""
+    """A result is open to doubt: light is lost, a sensor lies behind a wall, or a check of the result has failed."""
 
 
 class Progress(NamedTuple):
@@ -50,7 +50,7 @@ def run(job_or_scene, *, threads=None, progress=None, **keys):
         ``target=0.01`` is the relative error of ``[target]``.
 
     Walks release the interpreter's lock. Ctrl-C ends them with ``KeyboardInterrupt``. What the program refuses raises
-    :class:`Error`; a check of the result that fails warns with :class:`Doubt`.
+    :class:`Error`; what makes a result doubtful warns with :class:`Doubt`.
     """
     typed = overrides(keys)
     shown = show(progress)
@@ -60,6 +60,8 @@ def run(job_or_scene, *, threads=None, progress=None, **keys):
     finally:
         if isinstance(shown, Line):
             shown.close()
+    for warning in answer.warnings:
+        warnings.warn(warning, Doubt, stacklevel=2)
     result = Result(answer)
     for check in result.summary["checks"]:
         if not check["ok"]:
