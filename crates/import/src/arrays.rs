@@ -22,7 +22,8 @@ pub fn from_arrays(
 ) -> Result<Mesh, Error> {
     let whole = |fault: Fault| fault.at(name, Spot::File);
     check_counts(faces.len(), of_face.len()).map_err(whole)?;
-    let at = |kind: &str, number: usize, fault: Fault| fault.at(name, Spot::Element(format!("{kind} {number}")));
+    let at =
+        |kind: &str, number: usize, fault: Fault| fault.at(name, Spot::Element(format!("{kind} {number}")));
     if let Some(bad) = vertices.iter().position(|vertex| vertex.iter().any(|x| !x.is_finite())) {
         let found = format!("{:?} is no point", vertices[bad]);
         return Err(at("vertex", bad, Fault::new(found, "surfaces lie at finite places", "correct it")));
@@ -84,14 +85,20 @@ mod tests {
     fn faces_become_triangles_in_their_order() {
         let mesh = told(&VERTICES, &[[0, 1, 2], [2, 1, 0]], &[0, 0]).unwrap();
         assert_eq!(mesh.parts, ["desk"]);
-        assert_eq!(mesh.triangles[1], Triangle { corners: [2, 1, 0], part: 0, face: 1, material: 0, line: 0 });
+        assert_eq!(
+            mesh.triangles[1],
+            Triangle { corners: [2, 1, 0], part: 0, face: 1, material: 0, line: 0 }
+        );
     }
 
     #[test]
     fn arrays_that_do_not_fit_are_refused_by_element() {
         let nan = [VERTICES[0], [f64::NAN, 0.0, 0.0], VERTICES[2]];
         for (found, expected) in [
-            (told(&VERTICES, &[], &[]), "desk: there are no faces (light needs surfaces to meet); give triangles"),
+            (
+                told(&VERTICES, &[], &[]),
+                "desk: there are no faces (light needs surfaces to meet); give triangles",
+            ),
             (told(&VERTICES, &[[0, 1, 2]], &[]), "desk: 0 materials do not fit 1 faces"),
             (told(&VERTICES, &[[0, 1, 3]], &[0]), "desk: face 0: there is no vertex 3 (there are 3 vertices"),
             (told(&VERTICES, &[[0, -1, 2]], &[0]), "desk: face 0: there is no vertex -1"),

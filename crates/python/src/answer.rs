@@ -82,7 +82,7 @@ impl Answer {
             let found = OutputFile::ALL.iter().copied().find(|file| file.word() == word);
             found.ok_or_else(|| {
                 let known: Vec<&str> = OutputFile::ALL.iter().map(|file| file.word()).collect();
-                refuse(format!("there is no output file {word:?}; choose from {}", known.join(", ")))
+                refuse(format!("there is no output file {word:?} (results are written as tables, pictures and pages); choose from {}", known.join(", ")))
             })
         };
         let files = export.iter().map(file).collect::<PyResult<Vec<_>>>()?;

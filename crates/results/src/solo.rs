@@ -15,7 +15,7 @@ use protocol::codec::pack;
 use protocol::deliveries::{Deliveries, Delivery};
 use protocol::digest::Digester;
 use protocol::effort::Effort;
-use protocol::ledger::{Ledger, LeaseId};
+use protocol::ledger::{LeaseId, Ledger};
 use protocol::parcel::Parcel;
 use protocol::roster::Roster;
 use radiosity::{Board, Experiment, Overflow, Tally};
@@ -188,30 +188,37 @@ impl<'a> Hall<'a> {
         self.books.lock().expect("no thread panics while it holds this")
     }
 
-    /// Tells where the job stands until it has ended. Returns whether the watcher let it end.
+    /// Tells where the job stands until it has ended, and once more then. Returns whether the watcher let it end.
     fn watch(&self, watch: &mut dyn FnMut(Stage) -> bool) -> bool {
-        let mut goes_on = true;
-        let mut books = self.books();
-        while books.threads > 0 {
-            books = self.news.wait_timeout(books, WATCH).expect("no thread panics while it holds this").0;
-            if self.wall.is_some_and(|wall| self.began.elapsed() >= wall) {
-                books.closed = true;
+        let (mut goes_on, mut ended) = (true, false);
+        while !ended {
+            let mut books = self.books();
+            if books.threads > 0 {
+                books = self.news.wait_timeout(books, WATCH).expect("no thread panics while it holds this").0;
             }
-            if self.wall.is_some_and(|wall| self.began.elapsed() >= wall + GRACE) {
-                self.over.store(true, Ordering::Relaxed);
-            }
+            ended = books.threads == 0;
+            self.heed_clock(&mut books, ended);
             let stage = self.stage(&books);
             drop(books);
             if goes_on && !watch(stage) {
                 goes_on = false;
                 self.over.store(true, Ordering::Relaxed);
             }
-            books = self.books();
-        }
-        if books.closed {
-            books.ending.get_or_insert(Ok(Ending::WallClock));
         }
         goes_on
+    }
+
+    /// Gives no more leases when the wall clock has run out, and gives walks up where the last ones take too long.
+    fn heed_clock(&self, books: &mut Books, ended: bool) {
+        let Some(wall) = self.wall else { return };
+        let age = self.began.elapsed();
+        books.closed |= age >= wall;
+        if age >= wall.saturating_add(GRACE) {
+            self.over.store(true, Ordering::Relaxed);
+        }
+        if ended && books.closed {
+            books.ending.get_or_insert(Ok(Ending::WallClock));
+        }
     }
 
     fn stage(&self, Books { ledger, looks, .. }: &Books) -> Stage {

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import sys
-import time
 import warnings
 from typing import NamedTuple
 
@@ -119,13 +118,9 @@ class Line:
 
     def __init__(self, handle):
         self.handle = handle
-        self.began = time.monotonic()
         self.width = 0
 
     def __call__(self, progress):
-        # What is over at once needs no line.
-        if self.width == 0 and time.monotonic() - self.began < 0.5:
-            return
         text = str(progress)
         if self.handle is not None:
             shown = {"text/plain": text}

@@ -9,7 +9,11 @@ fn job(overrides: &[&str]) -> Job {
     job::load(&path, &overrides).unwrap()
 }
 
-fn walked(overrides: &[&str], threads: usize, watch: &mut dyn FnMut(Stage) -> bool) -> Option<(Kept, Ending)> {
+fn walked(
+    overrides: &[&str],
+    threads: usize,
+    watch: &mut dyn FnMut(Stage) -> bool,
+) -> Option<(Kept, Ending)> {
     let job = job(overrides);
     let experiment = Experiment::new(job.build_scene().unwrap(), job.method.walks()).unwrap();
     walk_here(&job, experiment, threads, "test", watch).unwrap()
