@@ -1,5 +1,7 @@
 //! `radwalk exact`: the radiosity system itself, without any randomness.
 
+use exact::Exact;
+use job::{Grouping, Groups};
 use report::{ExactSummary, OutputFolder};
 use results::ExactAnswer;
 use tracing::warn;
@@ -16,12 +18,19 @@ pub(crate) fn exact(args: &ExactArgs) -> Result<Outcome, Fault> {
     // The job's own error messages know the line of the file that is at fault.
     let scene = job.build_scene()?;
     let path = args.out.out.clone().unwrap_or_else(|| default_folder(&job));
-    let files: &[[&str; 2]] = if scene.channels() == 1 { &GREY_FILES } else { &CHANNEL_FILES };
+    let files: &[[&str; 3]] = if scene.channels() == 1 { &GREY_FILES } else { &CHANNEL_FILES };
     let folder = OutputFolder::claim(&path, files.as_flattened(), args.out.force)?;
     let answers = results::solve(&job, &scene, &|doing| phase.now(doing), &|part| phase.done(part))?;
-    for (ExactAnswer { columns, summary }, [table, page]) in answers.iter().zip(files) {
+    let names = (scene.faces().len() <= MOST_FACTORS)
+        .then(|| Groups::of(&Grouping::ByPatch, &job.scene, &scene).map(|groups| groups.names))
+        .transpose()?;
+    for (ExactAnswer { exact, columns, summary }, [table, page, factors]) in answers.iter().zip(files) {
         folder.write(table, |file| report::write_exact(file, scene.faces(), columns))?;
         folder.write(page, |file| summary.write(file))?;
+        if let Some(names) = &names {
+            folder
+                .write(factors, |file| report::write_exact_factors(file, names, |i| factors_of(exact, i)))?;
+        }
         if !args.out.quiet {
             describe(summary);
         }
@@ -33,10 +42,26 @@ pub(crate) fn exact(args: &ExactArgs) -> Result<Outcome, Fault> {
     Ok(Outcome::Done)
 }
 
-const GREY_FILES: [[&str; 2]; 1] = [["exact.csv", "exact.json"]];
+/// The most faces whose factors are written: every pair of them is a row.
+const MOST_FACTORS: usize = 512;
 
-const CHANNEL_FILES: [[&str; 2]; 3] =
-    [["exact_r.csv", "exact_r.json"], ["exact_g.csv", "exact_g.json"], ["exact_b.csv", "exact_b.json"]];
+const GREY_FILES: [[&str; 3]; 1] = [["exact.csv", "exact.json", "exact-factors.csv"]];
+
+const CHANNEL_FILES: [[&str; 3]; 3] = [
+    ["exact_r.csv", "exact_r.json", "exact-factors_r.csv"],
+    ["exact_g.csv", "exact_g.json", "exact-factors_g.csv"],
+    ["exact_b.csv", "exact_b.json", "exact-factors_b.csv"],
+];
+
+/// F_ij and B_ij from face i to every face: what meets it first, and what it absorbs of what face i alone emits.
+fn factors_of(exact: &Exact, i: usize) -> Vec<[f64; 2]> {
+    let mut emittance = vec![0.0; exact.face_count()];
+    emittance[i] = 1.0 / exact.areas()[i];
+    let incoming = exact.system().solve(&emittance).incoming;
+    let absorbed =
+        incoming.iter().zip(exact.reflectance()).map(|(phi, reflectance)| (1.0 - reflectance) * phi);
+    absorbed.enumerate().map(|(j, absorbed)| [exact.exchange().form_factor(i, j), absorbed]).collect()
+}
 
 /// A few lines for people.
 fn describe(summary: &ExactSummary) {
@@ -47,10 +72,10 @@ fn describe(summary: &ExactSummary) {
         summary.row_sum_min, summary.row_sum_max, summary.row_error
     ));
     if let (Some(error), Some(face)) = (summary.max_relative_error, summary.worst_face()) {
-        say(&format!("so radiosities err by at most {error:.1e} of themselves ({face})"));
+        say(&format!("so the relative error of radiosities is at most {error:.1e} ({face})"));
     }
     if summary.undetermined > 0 {
-        say(&format!("{} faces are too dark to tell: their errors exceed them", summary.undetermined));
+        say(&format!("{} faces are too dark: their errors exceed their radiosities", summary.undetermined));
     }
     for check in summary.checks.iter().filter(|check| !check.ok) {
         warn!("{}", check.message);

@@ -8,8 +8,9 @@ use report::{Check, ExactBounds, ExactColumns, ExactSummary, Units};
 use crate::outputs::units;
 
 /// The solution of one channel.
-#[derive(Clone, Debug)]
 pub struct ExactAnswer {
+    /// The solution itself.
+    pub exact: Exact,
     /// What `exact.csv` holds.
     pub columns: ExactColumns,
     /// What `exact.json` holds.
@@ -32,13 +33,14 @@ pub fn solve(
     now("predicting variances");
     let shared = (channels.len() > 1).then(|| SharedPath::of(&channels.iter().collect::<Vec<_>>()));
     let birth = birth_probabilities(scene, &job.method.birth);
-    let answer = |exact: &Exact| {
-        let walk = shared.as_ref().map(|shared| WeightedWalk::new(exact, shared)).transpose()?;
-        let accuracy = Accuracy::of(exact);
-        let columns = columns(exact, walk.as_ref(), &accuracy, &birth);
-        Ok(ExactAnswer { columns, summary: summary(exact, &accuracy, scene, units(job.light)) })
+    let answer = |exact: Exact| {
+        let walk = shared.as_ref().map(|shared| WeightedWalk::new(&exact, shared)).transpose()?;
+        let accuracy = Accuracy::of(&exact);
+        let columns = columns(&exact, walk.as_ref(), &accuracy, &birth);
+        let summary = summary(&exact, &accuracy, scene, units(job.light));
+        Ok(ExactAnswer { exact, columns, summary })
     };
-    channels.iter().map(answer).collect()
+    channels.into_iter().map(answer).collect()
 }
 
 /// What holds of the whole scene.
