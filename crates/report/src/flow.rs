@@ -41,12 +41,12 @@ pub(crate) struct Flow {
     unknown: usize,
 }
 
-/// A part.
+/// A part of the power, as the page lists it.
 #[derive(Clone, Debug, PartialEq)]
 struct Part {
     words: String,
     colour: &'static str,
-    /// [W].
+    /// The power of the part [W].
     power: f64,
     /// At least its standard error [W].
     error: f64,

@@ -36,9 +36,9 @@ const EXPOSED_LIGHT: f64 = 0.7;
 /// A picture of a scene: grey, or in colour where the scene is.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Picture {
-    /// Pixels per row.
+    /// The number of pixels per row.
     pub width: u32,
-    /// Rows.
+    /// The number of rows.
     pub height: u32,
     /// 1: grey; 3: red, green, blue.
     pub channels: usize,

@@ -24,7 +24,7 @@ pub struct SensorsSummary {
 /// What is told of one sensor.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SensorSummary {
-    /// Its name.
+    /// The name of the sensor.
     pub name: String,
     /// How many patches it has.
     pub patches: usize,

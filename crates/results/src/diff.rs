@@ -36,13 +36,13 @@ const COLUMNS: [(&str, &str); 4] = [
 struct Row {
     /// Patch, surface, cell and side, as the table has them.
     place: Vec<String>,
-    /// The column.
+    /// The column of the radiosity.
     channel: &'static str,
     /// Radiosity and standard error; `None` where no walk could tell, or too few did.
     value: Option<(f64, f64)>,
 }
 
-/// A result.
+/// A result as its table has it.
 struct Side {
     rows: Vec<Row>,
     /// `None` of a deterministic solution.
@@ -73,7 +73,7 @@ pub struct Comparison {
 pub struct Difference {
     /// Patch and side, as the table has them.
     pub place: Vec<String>,
-    /// The column.
+    /// The column of the radiosity.
     pub channel: &'static str,
     /// The difference over its standard error.
     pub z: f64,

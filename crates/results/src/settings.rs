@@ -9,15 +9,15 @@ use serde::{Deserialize, Serialize};
 /// The settings of a job.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Settings {
-    /// Names the run.
+    /// The name of the job, which names the run.
     pub name: String,
     /// How it is solved.
     pub method: MethodTable,
-    /// The seed.
+    /// The seed of the job.
     pub seed: u64,
     /// Walks of the whole job (Jacobi: rays).
     pub paths: u64,
-    /// Walks per stream.
+    /// The number of walks in a stream.
     pub stream_paths: u64,
     /// The level of every interval, or of all together.
     pub confidence: f64,

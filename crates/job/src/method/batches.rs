@@ -30,7 +30,7 @@ fn rays_per_patch(solve: Solve) -> u64 {
 /// Rays of a patch are counted in 32 bits.
 const MOST_CHAIN_RAYS: u64 = u32::MAX as u64;
 
-/// Up to so many patches are joined by so few links that chains may be as long as they like.
+/// Up to this number of patches there are so few pairs to link that chains may have any length.
 const FEW_PATCHES: u64 = 1 << 12;
 
 /// Among more patches every ray may be a link, which takes memory: more rays make more chains, not longer ones, unless
@@ -110,7 +110,8 @@ pub(super) fn read_sampler(
 /// Batches of a job of walks that does not say how many walks each has: between 16 and 31.
 const BATCHES: u64 = 16;
 
-/// Puts the number of walks of a batch: a power of 2 where the job names none, since so many points of a Sobol sequence are
+/// Puts the number of walks of a batch: a power of 2 if the job names none, since that number of points of a Sobol
+/// sequence is
 /// spread most evenly.
 pub(super) fn settle_batches(
     method: &mut MethodTable,

@@ -35,7 +35,7 @@ use unfit::{check, check_sensors};
 pub struct Experiment {
     scene: Scene,
     method: Method,
-    /// Of gathering walks.
+    /// The births and values of gathering walks; `None` for other methods.
     gathering: Option<Gathering>,
     /// What batches and chains score H over [W/m²], per channel.
     largest_radiosity: [f64; 3],
@@ -83,12 +83,12 @@ impl Experiment {
         self.sensors.as_deref()
     }
 
-    /// The scene.
+    /// The scene of the experiment.
     pub fn scene(&self) -> &Scene {
         &self.scene
     }
 
-    /// The method.
+    /// The method of the experiment.
     pub fn method(&self) -> &Method {
         &self.method
     }
@@ -128,7 +128,7 @@ impl Experiment {
         Tally::new(self.rows(), self.layout::<M>())
     }
 
-    /// An empty board.
+    /// An empty board for one thread to score on.
     pub fn board<const M: usize>(&self) -> Board<M> {
         let sensing = self
             .sensors()

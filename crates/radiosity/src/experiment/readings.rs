@@ -49,7 +49,7 @@ impl<'a> Readings<'a> {
         Some(Readings { experiment, sensors, tally, student: Student::new(samples, confidence) })
     }
 
-    /// The sensors.
+    /// The sensors that are read.
     pub fn sensors(&self) -> &'a Sensors {
         self.sensors
     }

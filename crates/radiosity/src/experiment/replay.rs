@@ -15,14 +15,14 @@ pub struct Replay {
     pub birth: u32,
     /// Its arrivals at active sides, in order.
     pub steps: Vec<Step>,
-    /// How it ended.
+    /// How the walk ended.
     pub end: WalkEnd,
 }
 
-/// An arrival.
+/// An arrival of the walk at an active side.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Step {
-    /// The patch.
+    /// The patch of the arrival.
     pub patch: u32,
     /// The weight of each channel, on arrival.
     pub weights: Vec<f64>,

@@ -75,7 +75,7 @@ pub const TINY: f64 = 1e-6;
 /// Faces that are told apart.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Apart {
-    /// How many.
+    /// The number of these faces.
     pub faces: u64,
     /// Their part of the area of all reflecting faces that do not emit.
     pub area: f64,
@@ -125,7 +125,7 @@ impl<'a> Estimates<'a> {
         Estimates { experiment, tally, confidence, student }
     }
 
-    /// The scene.
+    /// The scene of the estimates.
     pub fn scene(&self) -> &'a Scene {
         self.experiment.scene()
     }
@@ -135,7 +135,7 @@ impl<'a> Estimates<'a> {
         self.experiment
     }
 
-    /// What was scored.
+    /// The tally that the estimates are made from.
     pub fn tally(&self) -> &'a Tally {
         self.tally
     }
@@ -264,7 +264,7 @@ fn quantiles(mut ranks: Vec<(f64, f64)>) -> [f64; 3] {
 pub struct Solution {
     /// By number, the channels of a face side by side; `None` where no walk could tell.
     pub estimates: Vec<Option<Estimate>>,
-    /// 1 or 3.
+    /// Channels per face: 1 or 3.
     pub channels: usize,
 }
 
@@ -341,7 +341,7 @@ fn estimate(
     confidence: f64,
 ) -> Estimate {
     let Meaning { unit, irradiance_per_event, ratio_bound, bias_bound } = *meaning;
-    // A face that the estimator cannot tell the irradiance of has R = 0, so that b = 0 all the same.
+    // Where the estimator gives no irradiance the face has R = 0, so that b = 0 is still right.
     let reflected_per_event = face.reflectance[channel] * irradiance_per_event.unwrap_or(0.0);
     let interval = stats::mean_interval(moments, unit, confidence, ratio_bound);
     let mean = unit * moments.mean().unwrap_or(0.0);

@@ -14,7 +14,7 @@ pub enum Unfit {
         "patch {patch} emits and has reflectance 0, and gathering by survival scores only where walks survive (its light would be lost); choose another estimator"
     )]
     BlackEmitter {
-        /// The emitter.
+        /// The patch that emits.
         patch: usize,
     },
     /// The best mix of absorption and survival is a matter of one channel.
@@ -25,7 +25,7 @@ pub enum Unfit {
     /// No walk can be born, and nothing gathered, where there is no patch.
     #[error("patch {patch} is chosen, but the scene has {patches} patches; choose from 0 to {last}", last = patches - 1)]
     NoSuchPatch {
-        /// The patch.
+        /// The number of the chosen patch.
         patch: u32,
         /// Patches of the scene.
         patches: usize,

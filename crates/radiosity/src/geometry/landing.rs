@@ -5,7 +5,7 @@ use super::surface::Surface;
 use crate::simd::real::Real;
 use crate::simd::table::Table;
 
-/// Kinds of outline.
+/// The outline is a parallelogram of cells.
 const PARALLELOGRAM: f64 = 0.0;
 /// A triangle that is one cell.
 const TRIANGLE: f64 = 1.0;
@@ -84,7 +84,7 @@ impl Landing<f64> {
 }
 
 impl<R: Real> Landing<R> {
-    /// One for each.
+    /// Looks up the landing of each surface.
     #[inline(always)]
     pub(crate) fn each(landings: &Landings, surfaces: &[u32]) -> Self {
         let [nu, nv, iu, iv, first_face, survival, to_back, outline] = R::rows(&landings.table, surfaces);

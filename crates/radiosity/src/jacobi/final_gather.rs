@@ -28,7 +28,7 @@ use crate::trace::ray::{Hits, Ray, Rays};
 use crate::trace::tree::Scratch;
 use crate::walk::depart::Departures;
 
-/// One in so many rays of a face is a shadow ray.
+/// One in this many rays of a face is a shadow ray.
 const SHADOW_SHARE: u64 = 4;
 
 /// Shadow rays bring at most this part of the largest emittance: each counts at most as one gathering ray that meets it.
@@ -158,7 +158,7 @@ impl Station<'_> {
 
 struct Gatherer<'a> {
     faces: &'a FaceTable<'a>,
-    /// Face-major, channel-minor.
+    /// The reflected radiosity of faces [W/m²], face-major, channel-minor.
     reflected: &'a [f64],
     go_on: &'a dyn Fn() -> bool,
     /// Rays of a face that gather, and shadow rays.

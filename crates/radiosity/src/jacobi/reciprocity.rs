@@ -35,7 +35,9 @@ pub(crate) fn reciprocity(faces: &FaceTable, rng: WalkRng, rays: u64) -> Recipro
     let shares: Vec<f64> = faces.areas.iter().map(|area| area / total + 1.0 / count).collect();
     let offset = caster.rng().pair()[0];
     let births = systematic(&shares, rays, offset);
-    caster.cast(&births, &|| true, |from, to| table.count(from, to)).expect("nobody says no");
+    caster
+        .cast(&births, &|| true, |from, to| table.count(from, to))
+        .expect("the rays are never told to stop");
     table.end_row();
     compare(table.links(), &caster.shot, &faces.areas)
 }

@@ -126,7 +126,7 @@ impl<'a, const C: usize> System<'a, C> {
         b
     }
 
-    /// y = (matrix)·x.
+    /// y = (matrix of the system)·x.
     fn apply(&self, x: &[[f64; C]], y: &mut [[f64; C]]) {
         y.copy_from_slice(&self.diagonal);
         each(y, x, |y, x, _| *y *= x);

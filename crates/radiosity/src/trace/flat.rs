@@ -19,7 +19,7 @@ use crate::trace::ray::{Hits, Rays};
 /// Scenes of more surfaces are traced flat only to check the tree: there every facet is met in full.
 const MOST_SKETCHES: usize = 4096;
 
-/// Meets every facet.
+/// The flat index: every ray meets every facet.
 #[derive(Clone, Debug)]
 pub(crate) struct Flat {
     /// What rays are traced with.
@@ -73,7 +73,7 @@ impl Flat {
 
 /// Which facets are walls of a closed room: all corners lie before their planes or on them, nothing else is on the same
 /// plane, and the areas of all such, as vectors along their normals, cancel. Where a lid is missing they do not, and rays that
-/// leave through it would be sketched in vain. Where this is wrong answers take longer and are the same.
+/// leave through it would be sketched in vain. Where this test is wrong, tracing takes longer and finds the same hits.
 fn walls(surfaces: &[Surface], corners: &[DVec3], facets: &Facets) -> Vec<bool> {
     /// 1 − cos of the angle between planes that are told apart.
     const APART: f64 = 1e-6;
@@ -110,7 +110,7 @@ const SKETCHED: usize = 16;
 /// The bounds below add these up and double the sum.
 #[derive(Clone, Debug)]
 struct Sketch {
-    /// Of the surface.
+    /// The number of the surface.
     number: u32,
     /// The least surface in its plane, where surfaces coincide.
     plane: u32,
@@ -137,7 +137,7 @@ enum Part {
 
 /// The bound on the error of n·d.
 const APPROACH_MARGIN: f32 = 2.0 * 5.0 * 1.7320509 * EPSILON;
-/// Unit roundoff.
+/// The unit roundoff of f32.
 const EPSILON: f32 = f32::EPSILON / 2.0;
 
 impl Sketch {
@@ -196,7 +196,7 @@ fn distinct<R: Real>(flat: &Flat, facets: &Facets, rays: &Rays, hits: &mut Hits)
     closest_hits::<R, false>(flat, facets, None, rays, hits);
 }
 
-/// Where some do.
+/// Finds the closest hits where some surfaces coincide.
 #[inline(always)]
 fn layered<R: Real>(flat: &Flat, facets: &Facets, layers: &Layers, rays: &Rays, hits: &mut Hits) {
     closest_hits::<R, true>(flat, facets, Some(layers), rays, hits);

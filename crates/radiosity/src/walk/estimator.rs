@@ -25,7 +25,7 @@ pub enum EstimatorKind {
     Absorption,
     /// Every hit that it survives.
     Survival,
-    /// Every hit.
+    /// Every hit of a walk.
     #[default]
     Collision,
     /// Every hit of a walk that is never absorbed, by weight (SInf).
@@ -41,7 +41,7 @@ pub enum Estimator {
     Absorption,
     /// Every hit that a walk survives scores.
     Survival,
-    /// Every hit scores.
+    /// Every hit of a walk scores.
     Collision,
     /// Every hit scores, by weight, of a walk that is never absorbed (SInf) until this end.
     Infinite(InfiniteEnd),
@@ -52,11 +52,11 @@ pub enum Estimator {
 /// What happens to a walk where it has arrived.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Event {
-    /// It has arrived.
+    /// The walk has arrived.
     Arrival,
-    /// It survives.
+    /// The walk survives the hit.
     Survival,
-    /// It is absorbed.
+    /// The walk is absorbed.
     Absorption,
 }
 
@@ -74,16 +74,16 @@ pub enum Course {
 /// How often one walk may score on the same face.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Repeats {
-    /// Once at most.
+    /// Once at most per walk.
     Never,
-    /// At every visit, all worth the same.
+    /// At every visit, and each score has the same value.
     Equal,
     /// At every visit, each worth less by the reflectances between.
     Weakening,
 }
 
 impl EstimatorKind {
-    /// Every estimator.
+    /// All estimators, in the order in which messages list them.
     pub const ALL: &'static [Self] =
         &[Self::Absorption, Self::Survival, Self::Collision, Self::Infinite, Self::Direct];
 

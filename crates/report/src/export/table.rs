@@ -11,7 +11,7 @@ use crate::patches::write_patches;
 
 /// A column of the table.
 pub(crate) struct Column {
-    /// Its header.
+    /// The name in the header of the table.
     pub name: String,
     /// Its cells, in the order of rows.
     pub cells: Cells,
@@ -23,14 +23,14 @@ pub(crate) enum Cells {
     Whole(Vec<Option<i64>>),
     /// Numbers as the table has them; a cell is missing where no walk could tell.
     Number(Vec<Option<f64>>),
-    /// Words.
+    /// Words, one for each row.
     Words(Vec<String>),
 }
 
 /// Columns of whole numbers.
 const WHOLE: &[&str] = &["patch", "u", "v", "hits"];
 
-/// Columns of words.
+/// The columns that hold words.
 const WORDS: &[&str] = &["surface", "side", "flags"];
 
 /// The columns of `patches.csv`.
