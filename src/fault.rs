@@ -43,7 +43,7 @@ pub(crate) enum Fault {
         "cannot use the access file {path} ({source}); give the file that `radwalk coordinate` or `relay` wrote"
     )]
     AccessFile {
-        /// The file.
+        /// The path of the access file.
         path: PathBuf,
         /// What is wrong with it.
         source: std::io::Error,
@@ -53,7 +53,7 @@ pub(crate) enum Fault {
         "cannot write the access file {path} ({source}); choose a place that can be written with --access (for a relay, --out-access)"
     )]
     AccessFileWrite {
-        /// The file.
+        /// The path of the access file.
         path: PathBuf,
         /// What is wrong with it.
         source: std::io::Error,
@@ -63,7 +63,7 @@ pub(crate) enum Fault {
         "--access and --out-access name the same file, {path} (a relay reads one and writes the other); give its workers another"
     )]
     OneAccessFile {
-        /// The file.
+        /// The path of the access file.
         path: PathBuf,
     },
     /// The address cannot be listened at.
@@ -71,7 +71,7 @@ pub(crate) enum Fault {
         "cannot listen at {address} ({source}); write {option} HOST:PORT, with an address of this machine and a free port"
     )]
     Listen {
-        /// host:port.
+        /// The address as host:port.
         address: String,
         /// The option that says where.
         option: &'static str,
@@ -83,7 +83,7 @@ pub(crate) enum Fault {
         "--listen {address} stands for every address of this machine (no other machine can connect to it), and this machine's own name leads to none of them; give the name or address by which others reach it, with --advertise HOST"
     )]
     NoName {
-        /// host:port.
+        /// The address as host:port.
         address: String,
     },
     /// The tallies of a job do not fit the memory.
@@ -106,14 +106,14 @@ pub(crate) enum Fault {
         "the coordinator, process {pid} of {host}, has not reported for {seconds} s (it was killed, or its disk is full); go on with `radwalk run --resume` or `coordinate --resume`"
     )]
     Silent {
-        /// Its machine.
+        /// The machine of the coordinator.
         host: String,
-        /// Its process.
+        /// The process number of the coordinator.
         pid: u32,
         /// Since its last report.
         seconds: u64,
     },
-    /// Two results differ.
+    /// The two results of `diff` differ.
     #[error("the results differ: {0}")]
     Differ(String),
     /// This worker could not work.
@@ -125,13 +125,13 @@ pub(crate) enum Fault {
     /// A file would be written over.
     #[error("{} is there already (nothing is replaced unless asked for); move it away", path.display())]
     Taken {
-        /// The file.
+        /// The path of the file.
         path: PathBuf,
     },
     /// A file cannot be written.
     #[error("cannot write {} ({source}); choose a place that can be written", path.display())]
     NotWritten {
-        /// The file.
+        /// The path of the file.
         path: PathBuf,
         /// What the system says.
         source: std::io::Error,
@@ -165,7 +165,7 @@ pub(crate) enum Fault {
         "{wrong} of {leases} leases that were traced again differ from what was delivered (by {workers}: faulty memory, or another program); do not trust this result, run the job again without them"
     )]
     Audit {
-        /// Leases that differ.
+        /// The number of leases that differ.
         wrong: usize,
         /// Leases that were traced.
         leases: usize,
@@ -178,23 +178,23 @@ pub(crate) enum Fault {
         rows.len(), rows.join("; "), page.display()
     )]
     NotReproduced {
-        /// The page.
+        /// The path of the page.
         page: PathBuf,
-        /// What they are.
+        /// The names of these rows.
         rows: Vec<String>,
     },
     /// The atlas has no such entry.
     #[error("the atlas has no entry \"{name}\" (--only takes names of entries); choose from {known}")]
     NoEntry {
-        /// What was typed.
+        /// The name that was typed.
         name: String,
-        /// All there are.
+        /// The names of all entries.
         known: String,
     },
     /// A table of earlier measurements cannot be read.
     #[error("cannot go on from {} ({source}); remove it, or start afresh with --force", path.display())]
     Table {
-        /// The table.
+        /// The path of the table.
         path: PathBuf,
         /// What is wrong with it.
         source: std::io::Error,
@@ -213,9 +213,9 @@ pub(crate) enum Fault {
         entries.len(), entries.join(", "), page.display()
     )]
     Unfounded {
-        /// The entries.
+        /// The names of these entries.
         entries: Vec<&'static str>,
-        /// The page.
+        /// The path of the page.
         page: PathBuf,
     },
     /// An entry of the atlas cannot be studied.
@@ -223,9 +223,9 @@ pub(crate) enum Fault {
         "the entry \"{entry}\" of the atlas cannot be studied ({source}); this is a fault of the program"
     )]
     Study {
-        /// The entry.
+        /// The name of the entry.
         entry: &'static str,
-        /// Why not.
+        /// Why the entry cannot be studied.
         source: Box<dyn std::error::Error + Send + Sync>,
     },
     /// A sum of the tally overflowed.
@@ -239,13 +239,13 @@ pub(crate) enum Fault {
         out.display()
     )]
     Stuck {
-        /// The output folder.
+        /// The output folder of the run.
         out: PathBuf,
     },
     /// The system refused something that it should not.
     #[error("{doing} failed ({source}); this is a fault of the system, not of the job")]
     System {
-        /// What was done.
+        /// What the program was doing.
         doing: &'static str,
         /// What the system says.
         source: std::io::Error,

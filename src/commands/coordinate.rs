@@ -85,7 +85,7 @@ pub(crate) fn processes(workers: Option<u32>) -> usize {
 pub(crate) struct Door {
     /// Listens at the loopback address.
     pub listener: TcpListener,
-    /// Lets them in.
+    /// The access file that lets them in.
     pub access: Access,
     /// None of them yet.
     pub workers: LocalWorkers,
@@ -408,7 +408,7 @@ fn open_page(address: &str) -> Result<Page, Fault> {
     Ok(page)
 }
 
-/// out/<job name>.
+/// The default output folder: out/<job name>.
 pub(crate) fn default_folder(job: &Job) -> PathBuf {
     Path::new("out").join(&job.name)
 }

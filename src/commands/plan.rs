@@ -21,7 +21,7 @@ use crate::memory;
 /// Workers that a plan is made for.
 const WORKERS: [u64; 5] = [1, 10, 100, 1_000, 10_000];
 
-/// A job's plan.
+/// The plan of a job, as `--json` prints it.
 struct Plan<'a> {
     units: Units,
     target: Option<&'a Target>,

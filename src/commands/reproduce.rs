@@ -18,10 +18,10 @@ use crate::args::ReproduceArgs;
 use crate::date::today;
 use crate::fault::{Fault, Outcome};
 
-/// What people read.
+/// The page for people to read.
 const PAGE: &str = "papers.md";
 
-/// What programs read.
+/// The table for programs to read.
 const TABLE: &str = "papers.json";
 
 /// Runs every chapter; writes the page, its figures and the rows as JSON. Rows that differ are a fault.

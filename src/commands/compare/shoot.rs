@@ -28,7 +28,7 @@ pub(crate) fn shoot(team: Team, trial: &Trial, runs: usize) -> Result<Shot, Faul
     let ends = (1..=runs as u64).map(|run| run * trial.walks()).collect();
     let (out, prefixes) = channel();
     let judge = move |prefix: &Tally, _: &[Look]| {
-        // Whoever receives waits for the end.
+        // The other end of the channel is read when the job has ended.
         let _ = out.send(prefix.clone());
         Look { walks: prefix.counts.walks, rays: prefix.counts.rays, ..Look::default() }
     };
@@ -40,7 +40,7 @@ pub(crate) fn shoot(team: Team, trial: &Trial, runs: usize) -> Result<Shot, Faul
     let owner = |coordinator: &Coordinator| {
         notices.borrow_mut().drain(..).for_each(|notice| door.workers.heed(&notice));
         if coordinator.ending().is_some() {
-            // Nobody has heard of it yet, so everybody is still there.
+            // The coordinator has just decided to end, and no worker has been told yet: all of them still run.
             memory = door.workers.peak_memory();
         } else if signals::stop_asked() {
             return Wish::Stop;
