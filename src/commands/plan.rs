@@ -172,7 +172,7 @@ impl<'a> Plan<'a> {
     fn describe_end(&self) {
         if let Some(sensors) = &self.of_sensors {
             say(&format!(
-                "{sensors}: pilots cannot foretell this; the run goes on until it is met, or to its budget"
+                "{sensors}: a pilot cannot predict when; the run goes on until this is reached, or to its budget"
             ));
         }
         let Some(target) = self.target else {
@@ -188,7 +188,7 @@ impl<'a> Plan<'a> {
             scope(target.patches.as_deref())
         );
         let Some(ending) = self.pilot.ending else {
-            return say(&format!("{what}: this pilot cannot tell when; the budget is planned for"));
+            return say(&format!("{what}: this pilot cannot predict when; the plan is for the whole budget"));
         };
         let [least, most] = [ending.least, ending.most].map(|walks| quantity(self.paths(walks) as f64));
         let range = if least == most { least } else { format!("{least} … {most}") };

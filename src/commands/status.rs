@@ -75,7 +75,7 @@ fn describe(report: &Report) {
 }
 
 fn describe_target(goal: &Goal) {
-    let expected = goal.paths_expected.map_or("nothing tells when yet".into(), |paths| {
+    let expected = goal.paths_expected.map_or("no walk count can be predicted yet".into(), |paths| {
         format!("expected at {} paths", quantity(paths as f64))
     });
     say(&format!(
