@@ -183,6 +183,16 @@ pub(crate) enum Fault {
         /// The names of these rows.
         rows: Vec<String>,
     },
+    /// There is no help on a word.
+    #[error(
+        "there is no command and no word \"{word}\" (the words are those of docs/reference/glossary.md); choose a command, or {known}"
+    )]
+    NoWord {
+        /// What was typed.
+        word: String,
+        /// The words that have an entry.
+        known: String,
+    },
     /// The atlas has no such entry.
     #[error("the atlas has no entry \"{name}\" (--only takes names of entries); choose from {known}")]
     NoEntry {
@@ -287,7 +297,7 @@ impl Fault {
             Fault::Job(_) | Fault::Unfit(_) | Fault::Report(_) | Fault::Exact(_) => 2,
             Fault::AccessFile { .. } | Fault::AccessFileWrite { .. } | Fault::OneAccessFile { .. } => 2,
             Fault::Share(_) | Fault::NoWalks => 2,
-            Fault::NoEntry { .. } | Fault::Table { .. } | Fault::TwinJobs(_) => 2,
+            Fault::NoWord { .. } | Fault::NoEntry { .. } | Fault::Table { .. } | Fault::TwinJobs(_) => 2,
             Fault::NoName { .. } | Fault::NoRoom { .. } | Fault::NoStatus(_) => 2,
             Fault::Taken { .. } | Fault::NotWritten { .. } | Fault::Unsaid { .. } => 2,
             Fault::LogLevel { .. } => 2,

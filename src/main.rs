@@ -24,7 +24,7 @@ use voice::{Voice, emit, record, say, unsaid};
 
 use crate::args::{Cli, Command};
 use crate::commands::{
-    audit, check, compare, coordinate, diff, exact, merge, new, plan, relay, replay, report, reproduce,
+    audit, check, compare, coordinate, diff, exact, help, merge, new, plan, relay, replay, report, reproduce,
     stability, status, work,
 };
 use crate::fault::{Fault, Outcome};
@@ -55,6 +55,7 @@ fn main() -> ExitCode {
         Command::Check(args) => check::check(&args),
         Command::Stability(args) => stability::stability(&args),
         Command::Compare(args) => compare::compare(&args),
+        Command::Help(args) => help::help(&args),
     })
 }
 

@@ -9,6 +9,7 @@ Examples:
   radwalk coordinate box.toml --listen node1:7600 --access box.json
   radwalk work --access box.json --threads 8   on every other machine
   radwalk status box.json                      the state of the job
+  radwalk help target                          what a word means: walk, interval, target, chain, access file …
 
 Exit codes:
   0    done, and the target, if any, is reached; comparisons and audits agree
@@ -121,3 +122,10 @@ pub(super) const DIFF: &str = "\
 Examples:
   radwalk diff out/seed1 out/seed2                           two runs with other seeds agree, but for chance
   radwalk diff out/box out/exact                             a run and the output folder of `radwalk exact`";
+
+/// Under the help of `radwalk help`.
+pub(super) const HELP: &str = "\
+Examples:
+  radwalk help interval                                      what an interval says
+  radwalk help access file                                   how workers join a job
+  radwalk help run                                           as radwalk run --help";

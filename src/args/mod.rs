@@ -13,7 +13,7 @@ pub(crate) use self::options::*;
 
 /// Distributed Monte Carlo radiosity with confidence intervals that are true.
 #[derive(Parser)]
-#[command(version = crate::build::BUILD, arg_required_else_help = true, after_help = AFTER)]
+#[command(version = crate::build::BUILD, arg_required_else_help = true, disable_help_subcommand = true, after_help = AFTER)]
 pub(crate) struct Cli {
     #[command(subcommand)]
     pub command: Command,
@@ -72,6 +72,9 @@ pub(crate) enum Command {
     /// Chart speed against accuracy of every method that fits a scene, and say what to use when
     #[command(after_help = COMPARE)]
     Compare(CompareArgs),
+    /// Explain a command, or a word that radwalk uses
+    #[command(after_help = HELP)]
+    Help(HelpArgs),
 }
 
 impl Command {
@@ -97,7 +100,9 @@ impl Command {
             Command::Merge(args) => Voice::new(false, args.quiet, false),
             Command::Audit(args) => Voice::new(false, args.quiet, false),
             Command::Report(args) => Voice::new(false, args.quiet, false),
-            Command::Replay(_) | Command::New(_) | Command::Check(_) => Voice::new(false, false, false),
+            Command::Replay(_) | Command::New(_) | Command::Check(_) | Command::Help(_) => {
+                Voice::new(false, false, false)
+            }
         }
     }
 }

@@ -325,6 +325,13 @@ pub(crate) struct NewArgs {
     pub out: PathBuf,
 }
 
+#[derive(Args)]
+pub(crate) struct HelpArgs {
+    /// A command (run, plan, …) or a word (walk, interval, access file, …) [default: the commands, and a list of the words]
+    #[arg(value_name = "COMMAND or WORD")]
+    pub word: Vec<String>,
+}
+
 /// The kinds of beginnings.
 #[derive(Clone, Copy, ValueEnum)]
 pub(crate) enum Kind {

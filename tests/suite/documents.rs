@@ -135,10 +135,7 @@ fn commands() -> Vec<String> {
     let (_, help, _) = run(&["--help"]);
     let list = help.split("Commands:\n").nth(1).unwrap().split("\n\n").next().unwrap();
     let names = list.lines().filter(|line| line.starts_with("  ") && !line.starts_with("   "));
-    names
-        .map(|line| line.split_whitespace().next().unwrap().to_owned())
-        .filter(|name| name != "help")
-        .collect()
+    names.map(|line| line.split_whitespace().next().unwrap().to_owned()).collect()
 }
 
 fn trimmed(text: &str) -> String {
@@ -165,6 +162,34 @@ fn the_page_of_commands_is_their_help() {
         page += &format!("\n## radwalk {command}\n\n```text\n{}\n```\n", trimmed(&help));
     }
     hold("docs/reference/commands.md", &page);
+}
+
+/// `radwalk help` prints every entry of the glossary, whose pages are there, and the help of every command.
+#[test]
+fn help_explains_commands_and_words() {
+    let glossary = fs::read_to_string(Path::new(ROOT).join("docs/reference/glossary.md")).unwrap();
+    let entries = || glossary.split("\n## ").skip(1).map(|entry| entry.split_once('\n').unwrap());
+    let words: Vec<&str> = entries().map(|(word, _)| word).collect();
+    assert!(words.len() > 20 && words.is_sorted(), "{words:?}");
+    for (word, text) in entries() {
+        let typed: Vec<&str> = ["help"].into_iter().chain(word.split(' ')).collect();
+        let (code, stdout, _) = run(&typed);
+        let entry = format!("{word}\n\n{}", text.trim());
+        assert!(code == 0 && stdout.trim_end().ends_with(&entry), "{word}: {stdout}");
+        let pages = text.split_whitespace().filter(|word| word.starts_with("docs/"));
+        for page in pages.map(|page| page.trim_end_matches('.')) {
+            assert!(Path::new(ROOT).join(page).exists(), "{word}: {page}");
+        }
+    }
+    assert_eq!(run(&["help", "Walks"]).1, run(&["help", "walk"]).1);
+    for command in commands() {
+        let help = run(&[&command, "--help"]).1;
+        assert!(run(&["help", &command]).1.starts_with(&help), "{command}: {help}");
+    }
+    assert!(run(&["help"]).1.contains("Words: access file, "));
+    let (code, stdout, stderr) = run(&["help", "photon"]);
+    assert_eq!((code, &stdout[..]), (2, ""));
+    assert!(stderr.contains("\"photon\"") && stderr.contains("interval"), "{stderr}");
 }
 
 /// The values that a schema allows, in a few words.

@@ -4,13 +4,14 @@
 mod toy;
 
 use std::collections::{BTreeMap, VecDeque};
+use std::ops::Range;
 use std::time::Duration;
 
 use protocol::coordinator::{Coordinator, Ending, Plan};
 use protocol::crew::STALL;
 use protocol::lead::{Action, Lead, PeerId};
 use protocol::limits::Limits;
-use protocol::message::{PIECE, SMALL_TALLY, ToCoordinator, ToWorker};
+use protocol::message::{LeaseResult, PIECE, SMALL_TALLY, ToCoordinator, ToWorker};
 use radiosity::{Counts, Layout, Tally};
 use toy::{LAYOUT, READY, coordinator, hash, plan, result_of};
 
@@ -291,5 +292,139 @@ fn what_continues_the_prefix_is_asked_for_though_a_checkpoint_reads_it() {
         while !workers.asked.is_empty() {
             workers.send(&mut coordinator, 0, now);
         }
+    }
+}
+
+/// The tally of walks of a large scene, by what each of them scores: any mix-up of walks shows.
+fn distinct(walks: Range<u64>) -> Tally {
+    let number = walks.end - walks.start;
+    let counts = Counts { walks: number, rays: number, absorbed: number, ..Counts::default() };
+    let score = walks.map(|n| u128::from(toy::hash(n) >> 40)).sum();
+    let sums = vec![score; PATCHES * LAYOUT.columns()];
+    Tally::from_parts(counts, PATCHES, LAYOUT, sums).unwrap()
+}
+
+/// How a worker dies that has offered a result.
+#[derive(Clone, Copy, Debug)]
+enum Death {
+    /// Its connection closes.
+    Closed,
+    /// Its connection closes when a part of the result has come.
+    HalfSent,
+    /// Nothing is heard from it.
+    Silent,
+}
+
+/// A coordinator and honest workers, whose results tell their walks apart.
+struct Stage {
+    coordinator: Coordinator,
+    /// By peer and number.
+    leases: BTreeMap<(PeerId, u64), Range<u64>>,
+    /// Leases that are not offered yet.
+    given: VecDeque<(PeerId, u64)>,
+    /// Offers that the coordinator has room for.
+    asked: VecDeque<(PeerId, u64)>,
+}
+
+impl Stage {
+    fn new(paths: u64, workers: u64) -> Self {
+        let coordinator = coordinator(large_plan(paths));
+        let mut stage =
+            Stage { coordinator, leases: BTreeMap::new(), given: VecDeque::new(), asked: VecDeque::new() };
+        for id in 0..workers {
+            let actions = stage.coordinator.on_connect(id);
+            stage.read(actions);
+            stage.hear(id, ToCoordinator::Hello(toy::hello("large", 1)), Duration::ZERO);
+            stage.hear(id, READY, Duration::ZERO);
+        }
+        stage
+    }
+
+    fn read(&mut self, actions: Vec<Action>) {
+        for action in actions {
+            match action {
+                Action::Send(id, ToWorker::Lease { id: lease, first_walk, walks }) => {
+                    self.leases.insert((id, lease), first_walk..first_walk + walks);
+                    self.given.push_back((id, lease));
+                }
+                Action::Send(id, ToWorker::Send { lease }) => self.asked.push_back((id, lease)),
+                _ => {}
+            }
+        }
+    }
+
+    fn hear(&mut self, id: PeerId, message: ToCoordinator, now: Duration) {
+        let actions = self.coordinator.on_message(id, message, now);
+        self.read(actions);
+    }
+
+    fn result(&self, (id, lease): (PeerId, u64)) -> LeaseResult {
+        result_of(lease, &distinct(self.leases[&(id, lease)].clone()))
+    }
+
+    fn offer(&mut self, (id, lease): (PeerId, u64), now: Duration) {
+        let bytes = self.result((id, lease)).sums.len() as u64;
+        self.hear(id, ToCoordinator::Offer { lease, bytes }, now);
+    }
+
+    fn deliver(&mut self, (id, lease): (PeerId, u64), now: Duration) {
+        let mut result = self.result((id, lease));
+        while result.sums.len() > PIECE {
+            let sums = result.sums.drain(..PIECE).collect();
+            self.hear(id, ToCoordinator::Piece { lease, sums }, now);
+        }
+        self.hear(id, ToCoordinator::Result(result), now);
+    }
+}
+
+/// Two workers, of which the first dies between the offer of its first result and the delivery. The other one does the rest: it walks
+/// the dead worker's walks, too, and the tally is that of walks 0 … N − 1, each once.
+#[test]
+fn a_worker_that_dies_between_offer_and_delivery_leaves_no_trace() {
+    const PATHS: u64 = 400;
+    for death in [Death::Closed, Death::HalfSent, Death::Silent] {
+        let mut stage = Stage::new(PATHS, 2);
+        let at = stage.given.iter().position(|&(id, _)| id == 0).expect("a lease of the first worker");
+        let first = stage.given.remove(at).unwrap();
+        let lost = stage.leases[&first].clone();
+        stage.offer(first, Duration::ZERO);
+        assert_eq!(stage.asked.pop_front(), Some(first), "the prefix waits for it: it is asked for");
+        let mut now = Duration::from_secs(1);
+        if let Death::HalfSent = death {
+            let sums = stage.result(first).sums[..PIECE].to_vec();
+            stage.hear(0, ToCoordinator::Piece { lease: first.1, sums }, now);
+        }
+        let actions = match death {
+            Death::Closed | Death::HalfSent => stage.coordinator.on_lost(0, "its connection closed", now),
+            Death::Silent => {
+                now = Duration::from_secs(30);
+                stage.hear(1, ToCoordinator::Alive { progress: 1 }, now);
+                stage.coordinator.on_tick(now)
+            }
+        };
+        stage.read(actions);
+        stage.given.retain(|&(id, _)| id == 1);
+        let mut walked_again = false;
+        while stage.coordinator.ending().is_none() {
+            now += Duration::from_millis(1);
+            if let Some(asked) = stage.asked.pop_front() {
+                stage.deliver(asked, now);
+            } else if let Some(lease) = stage.given.pop_front() {
+                walked_again |= stage.leases[&lease].contains(&lost.start);
+                stage.offer(lease, now);
+            } else {
+                now += Duration::from_secs(1);
+                assert!(
+                    now < Duration::from_secs(300),
+                    "{death:?}: no lease comes, and the job does not end"
+                );
+                stage.hear(1, ToCoordinator::Alive { progress: now.as_secs() }, now);
+                let actions = stage.coordinator.on_tick(now);
+                stage.read(actions);
+            }
+        }
+        assert_eq!(stage.coordinator.ending(), Some(Ending::BudgetSpent), "{death:?}");
+        assert!(walked_again, "{death:?}");
+        assert_eq!(stage.coordinator.prefix(), &distinct(0..PATHS), "{death:?}");
     }
 }

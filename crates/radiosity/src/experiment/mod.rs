@@ -25,7 +25,7 @@ use crate::method::{Direction, Method, Score, Unit};
 use crate::scene::Scene;
 use crate::scene::births::Births;
 use crate::tally::{Layout, Scoreboard, Tally};
-use crate::walk::estimator::Estimator;
+use crate::walk::estimator::Course;
 use board::{Scores, Sensing, with_board};
 use gathering::Gathering;
 use unfit::{check, check_sensors};
@@ -151,9 +151,10 @@ impl Experiment {
         match (self.scene.channels(), score) {
             (1, Score::Mix) if hits => Scores::RelatedHits(Scoreboard::new(faces)),
             (1, Score::Mix) => Scores::RelatedFixed(Scoreboard::new(faces)),
-            (1, Score::Of(Estimator::Infinite(_))) => Scores::Fixed(Scoreboard::new(faces)),
-            (1, Score::Of(_)) if hits => Scores::Hits(Scoreboard::new(faces)),
-            (1, Score::Of(_)) => Scores::Fixed(Scoreboard::new(faces)),
+            (1, Score::Of(estimator)) => match estimator.kind().course() {
+                Course::Chance | Course::FirstHit if hits => Scores::Hits(Scoreboard::new(faces)),
+                Course::Chance | Course::FirstHit | Course::Weighted => Scores::Fixed(Scoreboard::new(faces)),
+            },
             _ => Scores::Coloured(Scoreboard::new(faces)),
         }
     }

@@ -13,7 +13,7 @@ use crate::scene::births::Births;
 use crate::tally::{Counts, Overflow};
 use crate::walk::Space;
 use crate::walk::batch::{walk_all, walk_each};
-use crate::walk::estimator::{Estimator, with_estimator};
+use crate::walk::estimator::with_estimator;
 use crate::walk::fate::{Analog, Coloured, Fate, Infinite};
 use crate::walk::score::{Gather, GatherRelated, OnArrival, Scorer, ShootHits, ShootRelated, ShootWeights};
 
@@ -125,7 +125,8 @@ impl Experiment {
             (Scores::RelatedHits(board), Score::Mix) => {
                 self.walk_all(births, space, source, Analog, &mut ShootRelated::new(board))
             }
-            (Scores::Fixed(board), Score::Of(Estimator::Infinite(end))) => {
+            (Scores::Fixed(board), Score::Of(estimator)) => {
+                let end = estimator.infinite_end().unwrap_or_else(|| wrong_board());
                 let mut score = ShootWeights::<OnArrival, 1, M>::new(board);
                 self.walk_all(births, space, source, Infinite::new(end), &mut score)
             }
