@@ -188,7 +188,7 @@ pub(crate) enum Fault {
         "there is no command and no word \"{word}\" (the words are those of docs/reference/glossary.md); choose a command, or {known}"
     )]
     NoWord {
-        /// What was typed.
+        /// The word that was typed.
         word: String,
         /// The words that have an entry.
         known: String,
