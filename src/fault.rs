@@ -78,7 +78,7 @@ pub(crate) enum Fault {
         /// What the system says.
         source: std::io::Error,
     },
-    /// Nothing tells other machines where this one is.
+    /// The address stands for all addresses of the machine, and its own name leads to none of them.
     #[error(
         "--listen {address} stands for every address of this machine (no other machine can connect to it), and this machine's own name leads to none of them; give the name or address by which others reach it, with --advertise HOST"
     )]
@@ -136,7 +136,7 @@ pub(crate) enum Fault {
         /// What the system says.
         source: std::io::Error,
     },
-    /// Results could not be said.
+    /// Results could not be written to stdout.
     #[error(
         "stdout cannot be written ({source}), so the output there is incomplete; send it to a place that has room"
     )]
@@ -209,7 +209,7 @@ pub(crate) enum Fault {
         /// What is wrong with it.
         source: std::io::Error,
     },
-    /// Two jobs to compare in cannot be told apart.
+    /// Two jobs to compare in have the same name.
     #[error(
         "two jobs are called \"{0}\" (one's charts would replace the other's); give one of them another `name`"
     )]

@@ -32,7 +32,7 @@ impl JobArgs {
     }
 }
 
-/// Where results go and what is said on the way.
+/// Where results go, and which messages are shown.
 #[derive(Args)]
 pub(crate) struct OutArgs {
     /// The output folder [default: out/<job name>; of reproduce: out/papers]

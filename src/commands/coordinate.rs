@@ -401,7 +401,7 @@ fn listen(
     Ok((listener, access))
 }
 
-/// Opens a page of metrics, and says where.
+/// Opens a page of metrics, and prints its address.
 fn open_page(address: &str) -> Result<Page, Fault> {
     let (page, bound) = monitor::open_metrics(address).map_err(|error| Fault::page("--metrics", error))?;
     info!(event = "metrics", "metrics are at http://{bound}/metrics");

@@ -41,7 +41,7 @@ struct Plan<'a> {
     demands: Vec<Demand>,
 }
 
-/// Plans a job and says so. Nothing is written.
+/// Plans a job and prints the plan. Nothing is written.
 pub(crate) fn plan(args: &PlanArgs) -> Result<Outcome, Fault> {
     let phase = Phase::begin("reading the scene");
     let job = job::load(&args.job.job, &args.job.overrides())?;
@@ -220,7 +220,7 @@ fn describe_bound(bound: &Bound, units: &Units) {
     ));
 }
 
-/// The most memory that this process has held; Linux tells.
+/// The most memory that this process has held, on Linux.
 fn peak_memory() -> Option<f64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;

@@ -1,4 +1,4 @@
-//! What can be said of the error before anything is solved (S97 §§2.2–2.5, 3.3–3.8, table 4).
+//! Bounds on the error that hold before anything is solved (S97 §§2.2–2.5, 3.3–3.8, table 4).
 
 use radiosity::{Course, EstimatorKind, Event, Scene};
 

@@ -1,4 +1,4 @@
-//! What kind of sample, and what it scores: the choices of a job, of which only those can be written that exist.
+//! The kind of sample and its scores: the choices of a job. Types allow only combinations that are correct.
 
 use serde::{Deserialize, Serialize};
 

@@ -124,7 +124,7 @@ impl Flow {
         self.parts.iter().map(row).collect()
     }
 
-    /// What the rows do not tell.
+    /// The facts that the rows do not show.
     pub(crate) fn notes(&self) -> Vec<String> {
         let sum: f64 = self.parts.iter().map(|part| part.power).sum();
         let mut notes = vec![format!(

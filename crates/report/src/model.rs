@@ -171,7 +171,7 @@ impl fmt::Display for Bounce {
     }
 }
 
-/// What the program can do and this job has no use for: none of it costs anything.
+/// Features of the program that this job does not use; they cost nothing.
 fn unused(scene: &Scene, method: &Method) -> Vec<&'static str> {
     let surfaces = || scene.surfaces().iter();
     let patches = || scene.faces().iter();

@@ -85,7 +85,7 @@ pub struct Photo {
 
 impl Photo {
     /// Renders what is estimated of a scene as [`Picture::render`] does, without steps between patches, from where a job
-    /// lets the camera stand. A face that no walk could tell of shows what it emits.
+    /// lets the camera stand. A face without an estimate shows its own emission.
     pub fn shoot(estimates: &Estimates, smooth: &Smooth, view: &View) -> Self {
         Photo::take(estimates.scene(), &shown(estimates), Some(smooth), view)
     }
@@ -98,7 +98,7 @@ impl Photo {
     }
 }
 
-/// B of every face [W/m²], the channels of a face side by side; what it emits where no walk could tell.
+/// B of every face [W/m²], the channels of a face side by side; E for a face without an estimate.
 fn shown(estimates: &Estimates) -> Vec<f64> {
     let channels = estimates.scene().channels();
     let shown = estimates.iter().flat_map(|(_, face, known)| {

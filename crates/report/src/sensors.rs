@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use crate::patches::per_channel;
 
-/// What is told of the sensors of a run.
+/// The summary of the sensors of a run.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SensorsSummary {
     /// Independent samples that their intervals come from.
@@ -21,7 +21,7 @@ pub struct SensorsSummary {
     pub list: Vec<SensorSummary>,
 }
 
-/// What is told of one sensor.
+/// The summary of one sensor.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SensorSummary {
     /// The name of the sensor.

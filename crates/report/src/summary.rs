@@ -170,7 +170,7 @@ pub struct PrecisionSummary {
     /// The same as messages name it.
     #[serde(skip)]
     pub worst_place: Option<String>,
-    /// What parts of the area of the reflecting patches do not exceed, but for those told apart below.
+    /// What parts of the area of the reflecting patches do not exceed, without those counted separately below.
     pub error_quantiles: BTreeMap<&'static str, f64>,
     /// Reflecting patches that no walk has hit, and their part of the area.
     pub unhit: ApartSummary,
@@ -368,7 +368,7 @@ impl Energy {
     }
 }
 
-/// Patches that are told apart.
+/// Patches that are counted separately.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct ApartSummary {
     /// The number of these patches.

@@ -83,7 +83,7 @@ pub(crate) fn session(build: &str) -> Session {
     Session { host, build: build.into(), began: now, ended: now }
 }
 
-/// Seconds since 1970. A clock before that says 0: times are told, never reckoned with.
+/// Seconds since 1970. A clock before that gives 0: times are reported, never computed with.
 pub fn unix_seconds() -> u64 {
     SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs())
 }

@@ -267,7 +267,7 @@ fn page<'a>(
     }
 }
 
-/// What a summary says of a run beside its numbers.
+/// The facts of a summary beside its numbers.
 fn facts(
     settings: &Settings,
     estimates: &Estimates,

@@ -13,7 +13,7 @@ pub(super) struct Places {
     pub(super) batch: Box<Place>,
 }
 
-/// Chains of a job that does not say how many rays each has, if they are not too long then; fewer make no interval.
+/// Chains of a job without `batch_paths`, unless they would be too long; fewer make no interval.
 const CHAINS: u64 = 8;
 
 /// Rays per patch and chain below which intervals are too narrow where light hides: in two rooms that exchange 1 %, R =
@@ -107,7 +107,7 @@ pub(super) fn read_sampler(
     }
 }
 
-/// Batches of a job of walks that does not say how many walks each has: between 16 and 31.
+/// Batches of a job of walks without `batch_paths`: between 16 and 31.
 const BATCHES: u64 = 16;
 
 /// Puts the number of walks of a batch: a power of 2 if the job names none, since that number of points of a Sobol

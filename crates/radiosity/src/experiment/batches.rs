@@ -60,7 +60,7 @@ impl Experiment {
         counts
     }
 
-    /// What one chain says of H.
+    /// The H that one chain gives.
     pub(super) fn chain(
         &self,
         sequence: &Sequence,
@@ -71,7 +71,7 @@ impl Experiment {
         jacobi::chain(&self.scene, sequence.walk(chain), plan.rays, plan.solve, go_on)
     }
 
-    /// What the walks of one batch say of H.
+    /// The H that the walks of one batch give.
     pub(super) fn batch_of_walks(
         &self,
         sequence: &Sequence,

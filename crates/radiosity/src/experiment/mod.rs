@@ -1,4 +1,4 @@
-//! A method at work in a scene: which walks to shoot, onto what board, and what a tally of them says.
+//! A method applied to a scene: the walks to shoot, the board that they score on, and the solution from their tally.
 
 mod batches;
 mod board;
@@ -69,7 +69,7 @@ impl Experiment {
     /// faces stays as it is.
     ///
     /// # Errors
-    /// A sensor that cannot be, or walks that do not tell of every face.
+    /// An impossible sensor, or walks that do not estimate every face.
     pub fn with_sensors(mut self, specs: &[SensorSpec]) -> Result<Self, Unfit> {
         self.sensors = Sensors::new(&self.scene, specs)?.map(Arc::new);
         if self.sensors.is_some() {

@@ -8,7 +8,7 @@ use crate::walk::estimator::{Estimator, with_estimator};
 use crate::walk::fate::{Analog, Coloured, Fate};
 use crate::walk::score::Scorer;
 
-/// A walk, told from its birth to its end.
+/// A walk, described from its birth to its end.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Replay {
     /// The patch it was born on.

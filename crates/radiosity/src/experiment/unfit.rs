@@ -30,7 +30,7 @@ pub enum Unfit {
         /// Patches of the scene.
         patches: usize,
     },
-    /// A sensor that cannot be.
+    /// An impossible sensor.
     #[error(transparent)]
     Sensor(#[from] SensorError),
     /// A sensor sees all patches.
@@ -51,7 +51,7 @@ pub(super) fn check(scene: &Scene, method: &Method) -> Result<(), Unfit> {
     check_patches(method.final_gather(), scene)
 }
 
-/// Whether walks tell of all that sensors may see.
+/// Whether the walks estimate every face that sensors may see.
 pub(super) fn check_sensors(method: &Method) -> Result<(), Unfit> {
     match method {
         Method::Walks(Walks { direction: Direction::Gathering(Birth::Patches(_)), .. }) => {

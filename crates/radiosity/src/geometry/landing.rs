@@ -97,7 +97,7 @@ impl<R: Real> Landing<R> {
         [grid_step(u, self.cells[0]), grid_step(v, self.cells[1])]
     }
 
-    /// The numbers of the faces of cells, on the sides that `facing` tells.
+    /// The numbers of the faces of cells, on the sides that `facing` gives.
     #[inline(always)]
     pub(crate) fn face(&self, cell: [R; 2], facing: R) -> R {
         let zero = R::splat(0.0);
@@ -105,7 +105,7 @@ impl<R: Real> Landing<R> {
         cell[0] * self.cells[1] + cell[1] + self.first_face + side
     }
 
-    /// Whether the sides that `facing` tells are active.
+    /// Whether the sides that `facing` gives are active.
     #[inline(always)]
     pub(crate) fn is_active(&self, facing: R) -> R::Mask {
         // Above 0: the front, or a back that is active.

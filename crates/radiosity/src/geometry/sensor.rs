@@ -75,7 +75,7 @@ impl SensorShape {
     }
 }
 
-/// A sensor as it is written.
+/// A sensor as the scene file describes it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SensorSpec {
     /// The name that outputs show.
@@ -84,7 +84,7 @@ pub struct SensorSpec {
     pub shape: SensorShape,
 }
 
-/// A sensor that cannot be.
+/// An impossible sensor.
 #[derive(Clone, Debug, Error, PartialEq)]
 #[error("sensor {name:?}: {problem}")]
 pub struct SensorError {

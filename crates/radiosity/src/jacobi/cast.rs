@@ -110,7 +110,7 @@ impl<'a, N: Numbers> Caster<'a, N> {
         Some(())
     }
 
-    /// Traces the batch and tells where its rays land.
+    /// Traces the batch and reports where its rays land.
     fn trace(&mut self, land: &mut impl FnMut(u32, u32)) {
         let (scene, batch) = (self.faces.scene, &mut *self.batch);
         let len = std::mem::take(&mut batch.len);

@@ -7,7 +7,7 @@
 //! Reflected light is gathered so. Light that comes straight from an emitter is a spike that few such rays would meet;
 //! it is sampled by *shadow rays* to points of emitters as well, and both are combined by the balance heuristic (E. Veach
 //! & L. J. Guibas, *Optimally combining sampling techniques for Monte Carlo rendering*, SIGGRAPH 1995). Its weights are
-//! densities in closed form, not chosen by what was found, so that no bias comes of them.
+//! densities in closed form, not chosen by what was found, so that they cause no bias.
 
 use glam::DVec3;
 
@@ -52,7 +52,7 @@ pub(crate) struct Gathered {
 }
 
 /// Gathers H of the `chosen` faces by `rays` rays in all, given the `reflected` light of all faces, face-major and
-/// channel-minor [W/m²]. `None` once `go_on` says no, which is asked for every batch.
+/// channel-minor [W/m²]. `None` once `go_on`, which is asked for every batch, returns false.
 pub(crate) fn final_gather(
     faces: &FaceTable,
     chosen: &[u32],

@@ -44,7 +44,7 @@ pub struct Iteration {
 /// Power of every face [W], channel by channel.
 type Power = Vec<Vec<f64>>;
 
-/// One chain of `rays` rays; `observe` sees φ of each face [W] after each iteration. `None` once `go_on` says no.
+/// One chain of `rays` rays; `observe` sees φ of each face [W] after each iteration. `None` once `go_on` returns false.
 pub(crate) fn chain(
     faces: &FaceTable,
     rng: WalkRng,
@@ -220,7 +220,7 @@ impl<'a, N: Numbers> Shooter<'a, N> {
             .collect()
     }
 
-    /// Of a channel's power, what escapes and what ends on backs [W], as the rays of the whole chain tell.
+    /// Of a channel's power, what escapes and what ends on backs [W], estimated from the rays of the whole chain.
     fn lost(&self, power: &[f64]) -> [f64; 2] {
         let rays = self.caster.lost.iter().zip(&self.caster.shot).zip(power);
         rays.fold([0.0; 2], |sum, ((lost, &shot), power)| {

@@ -28,7 +28,7 @@ pub struct Overlap {
     pub upper: u32,
     /// The one that is farther from that side.
     pub lower: u32,
-    /// Of what they have in common [m²].
+    /// The area that they have in common [m²].
     pub area: f64,
 }
 

@@ -1,4 +1,4 @@
-//! Where rays have arrived: the faces that hold the hit points, who survives there, and the points from which
+//! Where rays have arrived: the faces that hold the hit points, which walks survive there, and the points from which
 //! survivors go on; many side by side.
 
 use crate::geometry::landing::{Landing, Landings};

@@ -1,4 +1,4 @@
-//! The estimators: what a walk scores, where, and what that is worth. All that tells one estimator from another is here:
+//! The estimators: what a walk scores, where, and what that is worth. All differences between estimators are here:
 //! the [`Event`] that scores, and the [`Course`] of its walks. Predictions of variances (the crate `exact`) go by these two.
 //!
 //! A shooting walk carries Φ_T, a gathering walk looks for E. Each scores at one kind of [`Event`], whose probability after
@@ -167,7 +167,7 @@ impl Event {
 }
 
 impl Estimator {
-    /// The estimator without what it needs to know.
+    /// The kind of the estimator, without its parameters.
     pub fn kind(self) -> EstimatorKind {
         match self {
             Estimator::Absorption => EstimatorKind::Absorption,
@@ -188,7 +188,7 @@ impl Estimator {
 }
 
 impl From<EstimatorKind> for Estimator {
-    /// Infinite walks end as they do in a job that does not say how.
+    /// Infinite walks end as by default in a job.
     fn from(kind: EstimatorKind) -> Self {
         kind.ending(InfiniteEnd::default())
     }

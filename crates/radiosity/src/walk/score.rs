@@ -326,7 +326,7 @@ impl<V: Event, const C: usize, const M: usize> Scorer<C> for Gather<'_, V, C, M>
 }
 
 /// The scores of [`ShootRelated`] and [`GatherRelated`], in this order: collision, absorption, survival, and the
-/// sum of the last two, whose square tells their covariance.
+/// sum of the last two, whose square gives their covariance.
 pub(crate) const RELATED: usize = 4;
 
 /// Collision, absorption and survival shooting of the same grey walks, in hits.

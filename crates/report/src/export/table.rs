@@ -19,9 +19,9 @@ pub(crate) struct Column {
 
 /// The cells of a column.
 pub(crate) enum Cells {
-    /// Whole numbers; a cell is missing where no walk could tell.
+    /// Whole numbers; a cell is missing if no walk gives an estimate.
     Whole(Vec<Option<i64>>),
-    /// Numbers as the table has them; a cell is missing where no walk could tell.
+    /// Numbers as the table has them; a cell is missing if no walk gives an estimate.
     Number(Vec<Option<f64>>),
     /// Words, one for each row.
     Words(Vec<String>),
