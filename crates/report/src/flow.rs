@@ -128,13 +128,13 @@ impl Flow {
     pub(crate) fn notes(&self) -> Vec<String> {
         let sum: f64 = self.parts.iter().map(|part| part.power).sum();
         let mut notes = vec![format!(
-            "{:.6} {} are emitted. The shares are estimates, of {} in all; they add up to the whole but for chance.",
+            "{:.6} {} are emitted. The shares are estimates; their sum is {}, which differs from 100 % by chance.",
             self.emitted,
             self.unit,
             share(sum / self.emitted)
         )];
         if self.unknown > 0 {
-            notes.push(format!("Of {} faces no walk could tell; what they absorb is missing.", self.unknown));
+            notes.push(format!("{} faces have no estimate; the power that they absorb is missing.", self.unknown));
         }
         notes
     }
