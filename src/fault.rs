@@ -6,6 +6,8 @@ use cluster::listen::ListenError;
 use monitor::NoPage;
 use thiserror::Error;
 
+use crate::commands::factors::FactorsFault;
+
 /// How a command ended that did what it was asked to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Outcome {
@@ -35,6 +37,9 @@ pub(crate) enum Fault {
     /// Nothing is known of a job.
     #[error(transparent)]
     NoStatus(#[from] monitor::NoStatus),
+    /// Exchange factors cannot be counted, or say nothing of heat.
+    #[error(transparent)]
+    Factors(#[from] FactorsFault),
     /// The scene has no deterministic solution here.
     #[error(transparent)]
     Exact(#[from] exact::ExactError),
@@ -300,7 +305,7 @@ impl Fault {
             Fault::NoWord { .. } | Fault::NoEntry { .. } | Fault::Table { .. } | Fault::TwinJobs(_) => 2,
             Fault::NoName { .. } | Fault::NoRoom { .. } | Fault::NoStatus(_) => 2,
             Fault::Taken { .. } | Fault::NotWritten { .. } | Fault::Unsaid { .. } => 2,
-            Fault::LogLevel { .. } => 2,
+            Fault::LogLevel { .. } | Fault::Factors(_) => 2,
             Fault::Results(error) => exit_code_of(error),
             Fault::Silent { .. } | Fault::Differ(_) | Fault::Audit { .. } => 3,
             Fault::Listen { .. } | Fault::Worker(_) | Fault::NoWorkers(_) => 3,

@@ -69,6 +69,14 @@ pub(super) const EXACT: &str = "\
 Examples:
   radwalk exact box.toml --out out/exact                     exact.csv: radiosities without noise, and variances of walks";
 
+/// Under the help of `radwalk factors`.
+pub(super) const FACTORS: &str = "\
+Examples:
+  radwalk factors box.toml                                   form factors of every pair of patches: factors.csv
+  radwalk factors box.toml --groups by-surface --reflections --smooth
+  radwalk factors box.toml --groups by-surface --tolerance 0.01 --pairs floor:ceiling
+  radwalk factors box.toml --groups by-surface --temperatures heat.toml";
+
 /// Under the help of `radwalk audit`.
 pub(super) const AUDIT: &str = "\
 Examples:
@@ -95,7 +103,8 @@ Examples:
 /// Under the help of `radwalk reproduce`.
 pub(super) const REPRODUCE: &str = "\
 Examples:
-  radwalk reproduce --out out/papers                         a page with the papers' tables and figures";
+  radwalk reproduce --out out/papers                         a page with the papers' tables and figures
+  radwalk reproduce --validation                             a page of configurations with closed forms";
 
 /// Under the help of `radwalk new`.
 pub(super) const NEW: &str = "\

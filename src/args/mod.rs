@@ -42,6 +42,9 @@ pub(crate) enum Command {
     /// Solve the radiosity system of a small scene without any randomness
     #[command(after_help = EXACT)]
     Exact(ExactArgs),
+    /// Count exchange factors between groups of surfaces, and the heat between them
+    #[command(after_help = FACTORS)]
+    Factors(FactorsArgs),
     /// Combine runs of one scene and method into one result
     #[command(after_help = MERGE)]
     Merge(MergeArgs),
@@ -91,6 +94,7 @@ impl Command {
             Command::Work(_) => Voice::new(false, false, true),
             Command::Relay(args) => Voice::new(false, args.quiet, true),
             Command::Exact(args) => of(&args.out, false),
+            Command::Factors(args) => of(&args.out, false),
             Command::Reproduce(args) => of(&args.out, false),
             Command::Stability(args) => of(&args.out, false),
             Command::Compare(args) => of(&args.out, false),

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 use job::OutputFile;
 
-use super::values::{count, output_file, rays, threads, workers};
+use super::values::{count, output_file, rays, threads, tolerance, workers};
 
 /// A job and what to change in it.
 #[derive(Args)]
@@ -238,6 +238,58 @@ pub(crate) struct ExactArgs {
     pub out: OutArgs,
 }
 
+/// What `radwalk factors` counts.
+#[derive(Args)]
+pub(crate) struct FactorsArgs {
+    #[command(flatten)]
+    pub job: JobArgs,
+    #[command(flatten)]
+    pub out: OutArgs,
+    /// Between what: by-patch, by-surface, by-material, or a file of [[group]] tables [default: by-patch up to 256 faces, else
+    /// by-surface]
+    #[arg(long, value_name = "GROUPS")]
+    pub groups: Option<String>,
+    /// Count where walks are absorbed after reflections (Gebhart's factors), not what they hit first
+    #[arg(long)]
+    pub reflections: bool,
+    /// Of a scene in colour: the channel whose reflectances hold
+    #[arg(long, value_enum)]
+    pub channel: Option<ChannelWord>,
+    /// End where the half-width of intervals is this part of their factors; of each row in the mean square, unless --pairs
+    /// names some
+    #[arg(long, value_name = "PART", value_parser = tolerance)]
+    pub tolerance: Option<f64>,
+    /// Pairs of groups that the tolerance is asked of, each of them; may be a list, e.g. --pairs floor:ceiling,lamp:floor
+    #[arg(long, value_name = "FROM:TO", value_delimiter = ',', requires = "tolerance")]
+    pub pairs: Vec<String>,
+    /// Add columns of factors that are adjusted to each other: reciprocal, and adding up to 1
+    #[arg(long)]
+    pub smooth: bool,
+    /// Solve for the heat between the groups: a file of temperatures [K] or fluxes [W] of each; implies --reflections
+    #[arg(long, value_name = "FILE")]
+    pub temperatures: Option<PathBuf>,
+    /// Worker processes [default: one per core]
+    #[arg(long, value_name = "N", value_parser = workers)]
+    pub workers: Option<u32>,
+    /// Threads of each worker
+    #[arg(long, value_name = "T", default_value_t = 1, value_parser = threads)]
+    pub threads: u32,
+    /// Go on from the counts in the output folder
+    #[arg(long, conflicts_with = "force")]
+    pub resume: bool,
+}
+
+/// A channel of a scene in colour.
+#[derive(Clone, Copy, ValueEnum)]
+pub(crate) enum ChannelWord {
+    /// Red
+    R,
+    /// Green
+    G,
+    /// Blue
+    B,
+}
+
 #[derive(Args)]
 pub(crate) struct PlanArgs {
     #[command(flatten)]
@@ -252,6 +304,9 @@ pub(crate) struct ReproduceArgs {
     /// Everything at reduced size: a minute
     #[arg(long)]
     pub quick: bool,
+    /// Configurations with closed forms in place of the papers: the scorecard [default folder: out/validation]
+    #[arg(long)]
+    pub validation: bool,
     #[command(flatten)]
     pub out: OutArgs,
     /// Threads; the answer does not depend on them [default: one per core]

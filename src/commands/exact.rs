@@ -1,9 +1,9 @@
 //! `radwalk exact`: the radiosity system itself, without any randomness.
 
-use exact::{Accuracy, Bounds, ESTIMATORS, Exact, ExactError, SharedPath, WeightedWalk};
-use radiosity::{Scene, birth_probabilities};
-use report::{Check, ExactBounds, ExactColumns, ExactSummary, OutputFolder, Units};
-use results::units;
+use exact::Exact;
+use job::{Grouping, Groups};
+use report::{ExactSummary, OutputFolder};
+use results::ExactAnswer;
 use tracing::warn;
 use voice::{Phase, say};
 
@@ -18,23 +18,21 @@ pub(crate) fn exact(args: &ExactArgs) -> Result<Outcome, Fault> {
     // The job's own error messages know the line of the file that is at fault.
     let scene = job.build_scene()?;
     let path = args.out.out.clone().unwrap_or_else(|| default_folder(&job));
-    let files: &[[&str; 2]] = if scene.channels() == 1 { &GREY_FILES } else { &CHANNEL_FILES };
+    let files: &[[&str; 3]] = if scene.channels() == 1 { &GREY_FILES } else { &CHANNEL_FILES };
     let folder = OutputFolder::claim(&path, files.as_flattened(), args.out.force)?;
-    phase.now("finding form factors and solving for light");
-    let channels = Exact::of_channels(job.scene.spec(), &|part| phase.done(part))?;
-    phase.now("predicting variances");
-    let shared = (channels.len() > 1).then(|| SharedPath::of(&channels.iter().collect::<Vec<_>>()));
-    let birth = birth_probabilities(&scene, &job.method.birth);
-    for (exact, [table, page]) in channels.iter().zip(files) {
-        let walk = shared.as_ref().map(|shared| WeightedWalk::new(exact, shared)).transpose();
-        let walk = walk.map_err(ExactError::from)?;
-        let accuracy = Accuracy::of(exact);
-        let columns = columns(exact, walk.as_ref(), &accuracy, &birth);
-        let summary = summary(exact, &accuracy, &scene, units(job.light));
-        folder.write(table, |file| report::write_exact(file, scene.faces(), &columns))?;
+    let answers = results::solve(&job, &scene, &|doing| phase.now(doing), &|part| phase.done(part))?;
+    let names = (scene.faces().len() <= MOST_FACTORS)
+        .then(|| Groups::of(&Grouping::ByPatch, &job.scene, &scene).map(|groups| groups.names))
+        .transpose()?;
+    for (ExactAnswer { exact, columns, summary }, [table, page, factors]) in answers.iter().zip(files) {
+        folder.write(table, |file| report::write_exact(file, scene.faces(), columns))?;
         folder.write(page, |file| summary.write(file))?;
+        if let Some(names) = &names {
+            folder
+                .write(factors, |file| report::write_exact_factors(file, names, |i| factors_of(exact, i)))?;
+        }
         if !args.out.quiet {
-            describe(&summary);
+            describe(summary);
         }
     }
     drop(phase);
@@ -44,10 +42,26 @@ pub(crate) fn exact(args: &ExactArgs) -> Result<Outcome, Fault> {
     Ok(Outcome::Done)
 }
 
-const GREY_FILES: [[&str; 2]; 1] = [["exact.csv", "exact.json"]];
+/// The most faces whose factors are written: every pair of them is a row.
+const MOST_FACTORS: usize = 512;
 
-const CHANNEL_FILES: [[&str; 2]; 3] =
-    [["exact_r.csv", "exact_r.json"], ["exact_g.csv", "exact_g.json"], ["exact_b.csv", "exact_b.json"]];
+const GREY_FILES: [[&str; 3]; 1] = [["exact.csv", "exact.json", "exact-factors.csv"]];
+
+const CHANNEL_FILES: [[&str; 3]; 3] = [
+    ["exact_r.csv", "exact_r.json", "exact-factors_r.csv"],
+    ["exact_g.csv", "exact_g.json", "exact-factors_g.csv"],
+    ["exact_b.csv", "exact_b.json", "exact-factors_b.csv"],
+];
+
+/// F_ij and B_ij from face i to every face: what meets it first, and what it absorbs of what face i alone emits.
+fn factors_of(exact: &Exact, i: usize) -> Vec<[f64; 2]> {
+    let mut emittance = vec![0.0; exact.face_count()];
+    emittance[i] = 1.0 / exact.areas()[i];
+    let incoming = exact.system().solve(&emittance).incoming;
+    let absorbed =
+        incoming.iter().zip(exact.reflectance()).map(|(phi, reflectance)| (1.0 - reflectance) * phi);
+    absorbed.enumerate().map(|(j, absorbed)| [exact.exchange().form_factor(i, j), absorbed]).collect()
+}
 
 /// A few lines for people.
 fn describe(summary: &ExactSummary) {
@@ -65,82 +79,5 @@ fn describe(summary: &ExactSummary) {
     }
     for check in summary.checks.iter().filter(|check| !check.ok) {
         warn!("{}", check.message);
-    }
-}
-
-/// What holds of the whole scene.
-fn summary(exact: &Exact, accuracy: &Accuracy, scene: &Scene, units: Units) -> ExactSummary {
-    let [row_sum_min, row_sum_max] = accuracy.row_sums;
-    let worst = accuracy.worst(exact);
-    let worst_face = worst.map(|(face, _)| scene.faces().get(face));
-    let bounds = Bounds::of(exact);
-    ExactSummary {
-        version: env!("CARGO_PKG_VERSION").into(),
-        scene_hash: scene.hash(),
-        patches: scene.faces().patch_count(),
-        faces: exact.face_count(),
-        total_power: exact.total_power(),
-        units,
-        form_factors: accuracy.form_factors.to_string(),
-        row_sum_min,
-        row_sum_max,
-        row_error: accuracy.row_error,
-        residual: accuracy.residual,
-        max_relative_error: worst.map(|(_, error)| error),
-        worst_patch: worst_face.map(|face| face.patch),
-        worst_side: worst_face.filter(|_| scene.faces().two_sided()).map(|face| face.side),
-        undetermined: accuracy.undetermined(exact),
-        bounds: ExactBounds {
-            shooting_variance: bounds.shooting_variance(),
-            gathering_variance: bounds.gathering_variance(),
-            shooting_mse: ESTIMATORS.map(|estimator| bounds.shooting_error(estimator)),
-            gathering_mse: ESTIMATORS.map(|estimator| bounds.gathering_error(estimator)),
-        },
-        checks: vec![rows_check(accuracy)],
-    }
-}
-
-/// Whether the rows of form factors can be.
-fn rows_check(accuracy: &Accuracy) -> Check {
-    let message = if accuracy.rows_possible {
-        "no row of form factors sums to more than 1 by more than its error"
-    } else {
-        "a row of form factors sums to more than 1 by more than its error (surfaces that cross may be \
-         the reason); do not trust this solution"
-    };
-    Check { name: "rows".into(), ok: accuracy.rows_possible, message: message.into() }
-}
-
-/// The columns of `exact.csv`; `birth` is p_i of every face. In colour the variances are those of `walk`, which
-/// serves all channels.
-fn columns(
-    exact: &Exact,
-    walk: Option<&WeightedWalk<'_>>,
-    accuracy: &Accuracy,
-    birth: &[f64],
-) -> ExactColumns {
-    let solution = exact.solution();
-    let squared = exact.squared_solution();
-    // What is not defined is no number, and becomes an empty cell.
-    let or_none =
-        |variances: Vec<Option<f64>>| variances.into_iter().map(|v| v.unwrap_or(f64::NAN)).collect();
-    ExactColumns {
-        radiosity: solution.radiosity.clone(),
-        reflected: solution.reflected.clone(),
-        irradiance: solution.irradiance.clone(),
-        xi: exact.xi().to_vec(),
-        var_shoot: ESTIMATORS.map(|estimator| {
-            Some(walk.map_or_else(
-                || exact.shooting_variances(estimator),
-                |walk| walk.shooting_variances(estimator),
-            ))
-        }),
-        var_gather: ESTIMATORS.map(|estimator| {
-            let alone = || exact.gathering_variances(estimator, birth);
-            Some(or_none(walk.map_or_else(alone, |walk| walk.gathering_variances(estimator, birth))))
-        }),
-        psi: squared.incoming.clone(),
-        beta: squared.reflected.clone(),
-        radiosity_error: accuracy.radiosity_error.clone(),
     }
 }

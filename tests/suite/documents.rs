@@ -72,6 +72,7 @@ fn every_toml_block_runs() {
         "--force",
     ];
     let (mut jobs, mut scenes, mut sensors, mut imports) = (0, 0, 0, 0);
+    let (mut groups, mut skies) = (0, 0);
     for page in pages() {
         for block in blocks(&page, "toml") {
             let file = path(&folder, "block.toml");
@@ -95,6 +96,38 @@ fn every_toml_block_runs() {
                 );
                 let rows = fs::read_to_string(out.join("sensors.csv")).unwrap().lines().count();
                 assert_eq!(rows, 1 + 8 + 1);
+            } else if block.contains("[[group]]") {
+                groups += 1;
+                let scene = path(&folder, "scene.toml");
+                fs::write(&scene, blocks(Path::new("docs/guide/first-scene.md"), "toml").swap_remove(0))
+                    .unwrap();
+                fs::write(&file, &block).unwrap();
+                let heat = block.contains("temperature");
+                let of = if heat {
+                    ["--groups", "by-surface", "--temperatures"]
+                } else {
+                    ["--paths", "50000", "--groups"]
+                };
+                let (code, _, stderr) = run(&[
+                    &[
+                        "factors",
+                        scene.to_str().unwrap(),
+                        "--quiet",
+                        "--force",
+                        "--out",
+                        out.to_str().unwrap(),
+                    ][..],
+                    &of,
+                    &[file.to_str().unwrap()],
+                ]
+                .concat());
+                assert_eq!(code, 0, "{page:?}: {stderr}");
+            } else if block.starts_with("[sky]") {
+                skies += 1;
+                let scene = blocks(Path::new("docs/guide/first-scene.md"), "toml").swap_remove(0);
+                fs::write(&file, format!("{scene}\n{block}")).unwrap();
+                let summary = run_job(file.to_str().unwrap(), &out, &["--paths", "100000", "--force"]);
+                assert_eq!(summary["escaped"], 0, "{summary}");
             } else if block.starts_with("[import]") {
                 imports += 1;
                 fs::write(&file, format!("scene = \"two.obj\"\n[budget]\npaths = 10000\n{block}")).unwrap();
@@ -110,6 +143,7 @@ fn every_toml_block_runs() {
     }
     let counts = (jobs >= 3, scenes, sensors, imports);
     assert_eq!(counts, (true, 1, 1, 1), "{jobs} jobs");
+    assert_eq!((groups, skies), (2, 1));
 }
 
 #[test]
@@ -323,6 +357,17 @@ fn the_page_of_outputs_names_columns_fields_and_metrics() {
         run(&["exact", two_sided, "--quiet", "--out", path(&folder, "exact").to_str().unwrap()]);
     assert_eq!(code, 0, "{stderr}");
     let tables = [mixed.join("patches.csv"), cut.join("patches.csv"), path(&folder, "exact/exact.csv")];
+    let (smoothed, heat) = (path(&folder, "factors"), path(&folder, "heat.toml"));
+    fs::write(&heat, "[[group]]\nname = \"*\"\ntemperature = 300.0\n").unwrap();
+    let words = ["factors", "configs/cube6-r90.toml", "--smooth", "--paths", "10000", "--quiet"];
+    let rest = ["--temperatures", heat.to_str().unwrap(), "--out", smoothed.to_str().unwrap()];
+    let (code, _, stderr) = run(&[&words[..], &rest].concat());
+    assert_eq!(code, 0, "{stderr}");
+    let of_factors = ["factors.csv", "groups.csv", "thermal.csv"].map(|name| smoothed.join(name));
+    names(OUTPUTS, of_factors.iter().flat_map(|table| header(table)));
+    let told: Value = serde_json::from_slice(&fs::read(smoothed.join("factors.json")).unwrap()).unwrap();
+    names(OUTPUTS, told.as_object().unwrap().keys().cloned());
+    names(OUTPUTS, header(&path(&folder, "exact/exact-factors.csv")));
     names(OUTPUTS, tables.iter().flat_map(|table| header(table)));
     names(OUTPUTS, summary.as_object().unwrap().keys().cloned());
     names(OUTPUTS, summary["model"].as_object().unwrap().keys().cloned());

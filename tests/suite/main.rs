@@ -18,6 +18,7 @@ mod disk;
 mod documents;
 mod estimators;
 mod exact_command;
+mod factors;
 mod final_gather;
 mod folders;
 mod follow;

@@ -1,6 +1,7 @@
 //! Files → a validated [`Job`]: what to solve, how, and how long.
 //!
-//! [`load`] reads a job file and the scene it names, or a scene with the defaults of jobs; [`load_scene`] a scene alone. Whatever a file says wrongly
+//! [`load`] reads a job file and the scene it names, or a scene with the defaults of jobs; [`load_mesh`] makes a job of a mesh in memory;
+//! [`load_scene`] reads a scene alone. Whatever a file says wrongly
 //! is one [`Error`], whose message names file, line and key, the problem, its reason and the remedy. Only the
 //! numbers that [`radiosity::Scene::build`] judges are left to [`SceneFile::build`], which finds their line.
 
@@ -12,6 +13,7 @@ mod emit;
 mod error;
 mod finishes;
 mod goals;
+mod groups;
 mod imports;
 mod job;
 mod keys;
@@ -26,15 +28,18 @@ mod schema;
 mod sensors;
 mod shape;
 mod site;
+mod sky;
 mod source;
 mod target;
+mod thermal;
 mod word;
 
 pub use budget::{Budget, DEFAULT_CHECKPOINT_SECONDS, DEFAULT_STREAM_PATHS};
 pub use error::{Error, Place, Spot};
 pub use finishes::Finishes;
+pub use groups::{Grouping, Groups};
 pub use import::Options as ImportOptions;
-pub use job::{DEFAULT_CONFIDENCE, DEFAULT_PATHS, DEFAULT_SEED, Job, Light, load};
+pub use job::{DEFAULT_CONFIDENCE, DEFAULT_PATHS, DEFAULT_SEED, Job, Light, load, load_mesh};
 pub use kind::{FileKind, file_kind};
 pub use method::{MethodTable, WalkKind, job_hash};
 pub use output::{OutputFile, Stand, View};
@@ -43,4 +48,5 @@ pub use scene::{SceneFile, load_scene, load_scene_with};
 pub use schema::{job_schema, scene_schema};
 pub use sensors::SensorTarget;
 pub use target::{Target, Unhit};
+pub use thermal::{Enclosure, load_enclosure};
 pub use word::Word;

@@ -12,6 +12,7 @@ mod cores;
 mod error;
 mod exact_csv;
 mod export;
+mod factors;
 mod flow;
 mod mark;
 mod method;
@@ -32,7 +33,11 @@ pub use camera::{Viewpoint, view_troubles};
 pub use chart::{Axis, Chart, Point, Series, Style};
 pub use error::Error;
 pub use exact_csv::{ExactBounds, ExactColumns, ExactSummary, write_exact};
-pub use export::{write_glb, write_parquet, write_vtu};
+pub use export::{Cells, Column, columns, corners, read_table, write_glb, write_parquet, write_vtu};
+pub use factors::{
+    BACK, ESCAPE, FactorsSummary, GroupRow, SmoothingSummary, ToleranceSummary, is_outside,
+    write_exact_factors, write_factors, write_groups, write_thermal,
+};
 pub use method::MethodWords;
 pub use model::{Bounce, Model};
 pub use page::{Live, Milestone, Page};

@@ -238,6 +238,13 @@ impl LivePage {
     }
 }
 
+impl Kept {
+    /// The summary but for the view, by a program that was built from a commit.
+    pub fn summary(&self, git: &str) -> Summary {
+        summarise(&self.settings, &self.estimates(), &self.checkpoint.book, git)
+    }
+}
+
 /// The summary of a tally, but for the view.
 fn summarise(settings: &Settings, estimates: &Estimates, book: &Book, git: &str) -> Summary {
     let precision = estimates.precision();

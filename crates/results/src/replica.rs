@@ -19,8 +19,8 @@ struct Packed {
 }
 
 /// Bytes of settings that came after the first format 5 of `tally.bin`: notes of imports, units of light, sensors and what is
-/// asked of them, files, the three parts of the view, and the two of the materials.
-const LATER_SETTINGS: usize = 10;
+/// asked of them, files, the three parts of the view, the two of the materials, and exchange factors.
+const LATER_SETTINGS: usize = 11;
 
 /// The bytes of a job.
 ///
@@ -45,6 +45,10 @@ pub(crate) fn unpack(bytes: &[u8]) -> Result<(Settings, Experiment), String> {
     let scene = Scene::build(&scene, index).map_err(|error| error.to_string())?;
     let experiment = Experiment::new(scene, settings.method.walks())
         .and_then(|experiment| experiment.with_sensors(&settings.sensors))
+        .and_then(|experiment| match &settings.exchange {
+            Some(exchange) => experiment.with_exchange(exchange.clone()),
+            None => Ok(experiment),
+        })
         .map_err(|error| error.to_string())?;
     Ok((settings, experiment))
 }
@@ -92,6 +96,11 @@ impl Replica {
     /// The method at work in the scene.
     pub fn experiment(&self) -> &Experiment {
         &self.experiment
+    }
+
+    /// The experiment itself.
+    pub fn into_experiment(self) -> Experiment {
+        self.experiment
     }
 
     /// Where its walks take their numbers from.

@@ -3,7 +3,7 @@
 
 use job::{Finishes, Job, Light, MethodTable, OutputFile, SensorTarget, Target, View};
 use judge::target::SensorGoal;
-use radiosity::{Experiment, Scene, SensorSpec};
+use radiosity::{ExchangeSpec, Experiment, Scene, SensorSpec};
 use serde::{Deserialize, Serialize};
 
 /// The settings of a job.
@@ -41,6 +41,8 @@ pub struct Settings {
     pub view: View,
     /// What the surfaces are made of.
     pub finishes: Finishes,
+    /// Exchange factors that are counted in place of light.
+    pub exchange: Option<ExchangeSpec>,
 }
 
 impl Settings {
@@ -63,6 +65,7 @@ impl Settings {
             files: job.files.clone(),
             view: job.view,
             finishes: job.scene.finishes().clone(),
+            exchange: None,
         }
     }
 

@@ -11,6 +11,7 @@ mod judge;
 mod measured;
 mod moments;
 mod normal;
+mod proportion;
 mod stopping;
 mod student;
 
@@ -19,5 +20,6 @@ pub use judge::{ChiSquare, Coverage, chi_square_uniform, mean_squared_z};
 pub use measured::Measured;
 pub use moments::{Moments, PowerSums};
 pub use normal::{normal_cdf, normal_quantile};
+pub use proportion::proportion_interval;
 pub use stopping::{DoubleSampling, foresight};
 pub use student::student_quantile;

@@ -1,5 +1,5 @@
 //! Studies of the methods: [`papers`] measures the published tables and figures again, [`atlas`] drives methods to where
-//! they fail, [`compare`] ranks them by speed and accuracy.
+//! they fail, [`compare`] ranks them by speed and accuracy, [`validation`] holds walks to closed forms.
 //!
 //! This crate prints nothing and writes no files. Seeds are fixed, so that an answer depends on the size of a study
 //! alone, not on threads or machines. Times are the exception, and are never judged.
@@ -23,6 +23,7 @@ mod page;
 pub mod papers;
 mod series;
 mod told;
+pub mod validation;
 mod walking;
 
 pub use lab::{Effort, Lab};

@@ -67,6 +67,10 @@ impl Experiment {
         go_on: &dyn Fn() -> bool,
     ) {
         let Board { scores, sensing } = board;
+        if let Some(exchange) = &self.exchange {
+            let Scores::Hits(board) = scores else { wrong_board() };
+            return exchange.walk(&self.scene, self.method.space(), (sequence, walks), board);
+        }
         let counts = match (&self.method, &mut *scores) {
             (Method::Walks(plan), scores) => {
                 return match self.sensors().zip(sensing.as_mut()) {

@@ -8,4 +8,5 @@ mod vtu;
 
 pub use glb::write_glb;
 pub use parquet::write_parquet;
+pub use table::{Cells, Column, columns, corners, read_table};
 pub use vtu::write_vtu;

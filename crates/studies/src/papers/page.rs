@@ -22,12 +22,12 @@ pub fn judge<'a>(chapters: impl IntoIterator<Item = &'a Findings>) -> Judge {
     Judge::of_all(FALSE_ALARM, rows.filter(|row| row.is_judged()).count(), FEWEST_RUNS)
 }
 
-/// Writes the page; `how` says which command made it, when and where.
-pub fn write(how: &str, chapters: &[Entry<'_>], judge: Judge) -> String {
+/// Writes the page with a title; `how` says which command made it, when and where.
+pub fn write((title, how): (&str, &str), chapters: &[Entry<'_>], judge: Judge) -> String {
     let verdicts = || chapters.iter().flat_map(|(.., f)| &f.rows).map(|row| judge.verdict(row));
     let count = |verdict: Verdict| verdicts().filter(|&v| v == verdict).count();
     let mut page = Page::default();
-    page.heading(1, "The papers, reproduced");
+    page.heading(1, title);
     page.paragraph(how);
     page.paragraph(format!(
         "Of {} rows that are held to a claim {} agree and {} differ; {} more are shown without one. *Ours* is \
