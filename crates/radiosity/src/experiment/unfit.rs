@@ -40,7 +40,7 @@ pub enum Unfit {
         "the groups of the exchange factors are not those of the scene (each face belongs to one, each has a face), or one walks more than 2⁴⁰ walks; change groups or walks"
     )]
     NoSuchGroups,
-    /// An impossible sensor.
+    /// A sensor that cannot measure anything.
     #[error(transparent)]
     Sensor(#[from] SensorError),
     /// A sensor sees all patches.

@@ -84,7 +84,7 @@ pub struct SensorSpec {
     pub shape: SensorShape,
 }
 
-/// An impossible sensor.
+/// A sensor of impossible shape or place.
 #[derive(Clone, Debug, Error, PartialEq)]
 #[error("sensor {name:?}: {problem}")]
 pub struct SensorError {
