@@ -134,7 +134,10 @@ impl Flow {
             share(sum / self.emitted)
         )];
         if self.unknown > 0 {
-            notes.push(format!("{} faces have no estimate; the power that they absorb is missing.", self.unknown));
+            notes.push(format!(
+                "{} faces have no estimate; the power that they absorb is missing.",
+                self.unknown
+            ));
         }
         notes
     }

@@ -6,7 +6,7 @@ use radiosity::{SceneSpec, Shape, Sides, SurfaceSpec};
 /// Endless, in units of the other sides.
 const ENDLESS: f64 = 1e5;
 
-/// A grey surface without emission.
+/// A grey surface that emits 1 W/m².
 pub(super) fn grey(shape: Shape, reflectance: f64) -> SurfaceSpec {
     SurfaceSpec {
         name: None,
