@@ -85,7 +85,7 @@ pub(crate) fn processes(workers: Option<u32>) -> usize {
 pub(crate) struct Door {
     /// Listens at the loopback address.
     pub listener: TcpListener,
-    /// Lets them in.
+    /// The access file that lets them in.
     pub access: Access,
     /// None of them yet.
     pub workers: LocalWorkers,
@@ -405,14 +405,14 @@ fn listen(
     Ok((listener, access))
 }
 
-/// Opens a page of metrics, and says where.
+/// Opens a page of metrics, and prints its address.
 fn open_page(address: &str) -> Result<Page, Fault> {
     let (page, bound) = monitor::open_metrics(address).map_err(|error| Fault::page("--metrics", error))?;
     info!(event = "metrics", "metrics are at http://{bound}/metrics");
     Ok(page)
 }
 
-/// out/<job name>.
+/// The default output folder: out/<job name>.
 pub(crate) fn default_folder(job: &Job) -> PathBuf {
     Path::new("out").join(&job.name)
 }

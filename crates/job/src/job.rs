@@ -1,4 +1,4 @@
-//! The job file.
+//! The job file, read and checked.
 
 use std::path::{Path, PathBuf};
 
@@ -54,11 +54,11 @@ impl Word for Light {
 /// All that a job file and its scene say, checked.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Job {
-    /// The job file.
+    /// The path of the job file.
     pub path: PathBuf,
     /// Names the output folder; default: the file's name without extension.
     pub name: String,
-    /// What is solved.
+    /// The scene that is solved.
     pub scene: SceneFile,
     /// In [0, 2⁶³); default [`DEFAULT_SEED`].
     pub seed: u64,

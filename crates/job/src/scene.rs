@@ -1,4 +1,4 @@
-//! The scene file.
+//! The scene file, read and checked.
 
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
@@ -29,7 +29,7 @@ pub struct SceneFile {
     sites: Vec<SurfaceSite>,
     /// The meshes, whose surfaces follow.
     meshes: Vec<MeshSite>,
-    /// By number.
+    /// Name and lines of each material, by its number.
     materials: Vec<(String, Lines)>,
     finishes: Finishes,
     sensors: Vec<SensorSpec>,
@@ -48,7 +48,7 @@ struct MeshSite {
 }
 
 impl SceneFile {
-    /// The scene file.
+    /// The path of the scene file.
     pub fn path(&self) -> &Path {
         &self.path
     }

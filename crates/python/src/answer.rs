@@ -13,7 +13,7 @@ use crate::table::{PyColumn, to_python};
 /// The commit of the program, for summaries.
 const GIT: &str = env!("RADWALK_GIT");
 
-/// A result.
+/// A result of a job, as Python sees it.
 #[pyclass(frozen, module = "radwalk._radwalk")]
 pub(crate) struct Answer {
     pub(crate) kept: Kept,

@@ -15,7 +15,7 @@ use crate::mesh::Mesh;
 use crate::refuse;
 use crate::table::{PyColumn, to_python};
 
-/// Version and commit.
+/// Version and commit of the program.
 const BUILD: &str = concat!(env!("CARGO_PKG_VERSION"), "+", env!("RADWALK_GIT"));
 
 /// Between two questions whether Ctrl-C was pressed.
@@ -24,7 +24,7 @@ const ASKED: Duration = Duration::from_millis(100);
 /// What a job is made of.
 #[derive(FromPyObject)]
 pub(crate) enum Source<'py> {
-    /// Arrays.
+    /// A mesh of arrays.
     Mesh(PyRef<'py, Mesh>),
     /// A job file, or a scene.
     File(PathBuf),

@@ -19,20 +19,20 @@ pub const ESCAPE: &str = "escape";
 /// How exchange factors were counted.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct FactorsSummary {
-    /// Of the program.
+    /// The version of the program.
     pub version: String,
     /// Digest of the surfaces.
     #[serde(serialize_with = "hex")]
     pub scene_hash: [u8; 32],
-    /// The seed.
+    /// The seed of the walks.
     pub seed: u64,
-    /// `first_hit` or `absorbed`.
+    /// The kind of factor: `first_hit` or `absorbed`.
     pub kind: &'static str,
     /// How many groups there are.
     pub groups: usize,
     /// Walks of all groups.
     pub walks: u64,
-    /// Rays of these.
+    /// The number of rays of these walks.
     pub rays: u64,
     /// Wall time of the walks [s].
     pub seconds: f64,
@@ -61,7 +61,7 @@ pub struct ToleranceSummary {
     pub reached: bool,
 }
 
-/// What smoothing did.
+/// The changes that smoothing made.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SmoothingSummary {
     /// Factors that it moved out of their intervals.
@@ -70,14 +70,14 @@ pub struct SmoothingSummary {
     pub largest_move: f64,
 }
 
-/// One group.
+/// One group as a row of its table.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct GroupRow<'a> {
-    /// Its name.
+    /// The name of the group.
     pub group: &'a str,
     /// How many faces it has.
     pub faces: usize,
-    /// Their area [m²].
+    /// The area of these faces [m²].
     pub area: f64,
     /// Their mean absorptance 1 − R, which is their emissivity.
     pub absorptance: f64,

@@ -9,11 +9,11 @@ use crate::outputs::units;
 
 /// The solution of one channel.
 pub struct ExactAnswer {
-    /// The solution itself.
+    /// The solution of the radiosity system.
     pub exact: Exact,
-    /// What `exact.csv` holds.
+    /// The columns of `exact.csv`, as numbers.
     pub columns: ExactColumns,
-    /// What `exact.json` holds.
+    /// The fields of `exact.json`, as values.
     pub summary: ExactSummary,
 }
 

@@ -12,7 +12,7 @@ use crate::settings::Settings;
 
 /// What stands in a `tally.bin`.
 pub struct Kept {
-    /// Tally and books.
+    /// The tally and its books.
     pub checkpoint: Checkpoint,
     /// The settings of its job.
     pub settings: Settings,

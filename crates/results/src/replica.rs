@@ -98,7 +98,7 @@ impl Replica {
         &self.experiment
     }
 
-    /// The experiment itself.
+    /// The experiment itself, without the replica.
     pub fn into_experiment(self) -> Experiment {
         self.experiment
     }

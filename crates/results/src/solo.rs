@@ -135,7 +135,7 @@ struct Books {
     observer: Observer,
     looks: Vec<Look>,
     roster: Roster,
-    /// Threads that walk.
+    /// The number of threads that walk.
     threads: usize,
     /// Whether no more leases are given.
     closed: bool,
@@ -340,7 +340,7 @@ impl Drop for Leaving<'_> {
     }
 }
 
-/// How many walks to take next, where so many took so long and should take another time.
+/// The number of walks to take next, if `walks` walks took the time `took` and the next should take about `wanted`.
 fn paced(walks: u64, took: Duration, wanted: Duration) -> u64 {
     match took {
         took if took < wanted / 2 => walks.saturating_mul(2),

@@ -11,7 +11,7 @@ use crate::patches::write_patches;
 
 /// A column of a table.
 pub struct Column {
-    /// Its header.
+    /// The name in the header of the table.
     pub name: String,
     /// Its cells, in the order of rows.
     pub cells: Cells,
@@ -19,18 +19,18 @@ pub struct Column {
 
 /// The cells of a column.
 pub enum Cells {
-    /// Whole numbers; a cell is missing where no walk could tell.
+    /// Whole numbers; a cell is missing if no walk gives an estimate.
     Whole(Vec<Option<i64>>),
-    /// Numbers as the table has them; a cell is missing where no walk could tell.
+    /// Numbers as the table has them; a cell is missing if no walk gives an estimate.
     Number(Vec<Option<f64>>),
-    /// Words.
+    /// Words, one for each row.
     Words(Vec<String>),
 }
 
 /// Columns of whole numbers.
 const WHOLE: &[&str] = &["patch", "u", "v", "hits"];
 
-/// Columns of words.
+/// The columns that hold words.
 const WORDS: &[&str] = &["surface", "side", "flags", "sensor"];
 
 /// The columns of `patches.csv`.
