@@ -51,11 +51,11 @@ word!(u128);
 pub trait Events: Copy + Default {
     /// Whether there is one.
     const COUNTED: bool;
-    /// One more.
+    /// Counts one more event.
     fn increment(&mut self);
     /// Those of another count, too.
     fn join(&mut self, others: Self);
-    /// How many.
+    /// The number of events counted.
     fn total(self) -> u128;
 }
 
@@ -131,7 +131,7 @@ const SHORT_PATH: usize = 64;
 impl<W: Word, E: Events, const S: usize, const M: usize> Scoreboard<W, E, S, M> {
     const LAYOUT: Layout = Layout { scores: S, moments: M, events: E::COUNTED };
 
-    /// An empty board.
+    /// A board of `patches` patches without scores.
     pub fn new(patches: usize) -> Self {
         Scoreboard { counts: Counts::default(), cells: vec![Cell::empty(); patches], largest: 0 }
     }
