@@ -5,7 +5,7 @@ use judge::target;
 use protocol::checkpoint::Checkpoint;
 use radiosity::Experiment;
 use report::words::{counted, duration, percent, quantity};
-use report::{PrecisionSummary, SensorSummary, SensorsSummary, Summary, Target, WorstPatch};
+use report::{AccuracySummary, PrecisionSummary, SensorSummary, SensorsSummary, Summary, Target, WorstPatch};
 use results::{Latest, RunOutput, Settings};
 use tracing::warn;
 use voice::{Phase, emit, say};
@@ -82,6 +82,14 @@ fn describe(summary: &Summary, settings: &Settings) {
         quantity(summary.rays_per_second)
     ));
     describe_precision(summary);
+    if let Some(AccuracySummary { noise, discretisation, total, .. }) = summary.accuracy {
+        say(&format!(
+            "relative errors of the means, over the area: noise {}, discretisation {}, total {}",
+            percent(noise),
+            percent(discretisation),
+            percent(total)
+        ));
+    }
     for line in summary.model.lines() {
         say(&format!("model: {line}"));
     }

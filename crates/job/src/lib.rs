@@ -33,7 +33,7 @@ pub use job::{
     DEFAULT_STREAM_PATHS, Job, Light, Target, Unhit, load,
 };
 pub use kind::{FileKind, file_kind};
-pub use method::{MethodTable, WalkKind, job_hash};
+pub use method::{Beside, MethodTable, WalkKind, job_hash};
 pub use output::{OutputFile, Stand, View};
 pub use radiosity::Sampler;
 pub use scene::{SceneFile, load_scene, load_scene_with};

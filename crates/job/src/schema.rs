@@ -10,7 +10,9 @@ use crate::emit::EMIT_KEYS;
 use crate::imports::{IMPORT_KEYS, OVERRIDE_KEYS};
 use crate::job::{BUDGET_KEYS, JOB_KEYS, Light, MAX_STREAM_PATHS, TARGET_KEYS, TRACING_KEYS, Unhit};
 use crate::material::MATERIAL_KEYS;
-use crate::method::{BIRTH_KEYS, EndWord, INFINITE_KEYS, METHOD_KEYS, SOLVE_KEYS, SolveWord, WalkKind, Word};
+use crate::method::{
+    BIRTH_KEYS, Basis, EndWord, INFINITE_KEYS, METHOD_KEYS, SOLVE_KEYS, SolveWord, WalkKind, Word,
+};
 use crate::output::{FOV, MAX_PIXELS, OUTPUT_KEYS, OutputFile, VIEW_KEYS};
 use crate::scene::{MESH_KEYS, SCENE_KEYS, SURFACE_KEYS};
 use crate::sensors::SENSOR_KEYS;
@@ -236,6 +238,10 @@ fn method_key(key: &str) -> Value {
         "mix" => told(
             boolean(),
             "Whether collision walks are scored by absorption and survival, too. Default: false.",
+        ),
+        "basis" => told(
+            word::<Basis>(),
+            "What is estimated of the light on a patch: its mean, or two gradients and its spread, too. Default: constant.",
         ),
         "batch_paths" => {
             told(integer(1, u32::MAX.into()), "Rays of a chain, or walks that share a Sobol sequence.")

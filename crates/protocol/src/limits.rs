@@ -66,19 +66,30 @@ impl Limits {
         let (walks, rays) = (u128::from(counts.walks), u128::from(counts.rays));
         let most = rays.saturating_mul(self.ray_score).min(walks.saturating_mul(self.walk_score));
         let scores = layout.scores * layout.moments;
+        let events = layout.columns() - usize::from(layout.events);
         let (first_of_sensors, sample) = match self.sensors {
             Some(SensorLimits { first_row, sample }) => (first_row * layout.columns(), sample),
             None => (usize::MAX, 0),
         };
+        let slope_units = u128::from(layout.slope_units());
+        // The scores of this patch, which its slopes are held to.
+        let mut scored = vec![0_u128; layout.scores];
         let (mut column, mut before) = (0, 0_u128);
         for (number, sum) in sums.enumerate() {
             let of_sensor = number >= first_of_sensors;
-            let (is_first, is_event) = (column % layout.moments == 0, column == scores);
+            let (is_first, is_event) = (column % layout.moments == 0, column == events);
             let largest = if of_sensor { sample } else { self.walk_score };
             let (least, limit) = match () {
                 () if of_sensor && (is_first || is_event) => (0, walks.saturating_mul(sample)),
                 () if is_event => (0, rays.max(walks)),
-                () if is_first => (0, most),
+                () if is_first && column < scores => (0, most),
+                () if column >= scores => {
+                    // |d| ≤ x for a slope d of a score x, so that x + d ≤ 2x and d² ≤ x².
+                    let channel = (column - scores) / layout.moments * layout.scores / layout.slopes;
+                    let score = scored[channel].saturating_mul(slope_units);
+                    let each = if is_first { 2 } else { largest.saturating_mul(slope_units) };
+                    (0, score.saturating_mul(each))
+                }
                 // Scores are whole numbers: their squares are no less, and no more than the largest times the score. So it is
                 // with the samples of sensors and their rays.
                 () => (before, before.saturating_mul(largest)),
@@ -88,6 +99,9 @@ impl Limits {
             }
             if sum < least {
                 return Some("its squares are less than its scores");
+            }
+            if is_first && column < scores {
+                scored[column / layout.moments] = sum;
             }
             before = sum;
             column = (column + 1) % layout.columns();
@@ -101,7 +115,7 @@ mod tests {
     use super::*;
 
     const LIMITS: Limits = Limits { ends: 1, rays: 1000, ray_score: 1, walk_score: 1000, sensors: None };
-    const PAIR: Layout = Layout { scores: 1, moments: 2, events: false };
+    const PAIR: Layout = Layout { scores: 1, moments: 2, slopes: 0, events: false };
 
     fn counts() -> Counts {
         Counts {

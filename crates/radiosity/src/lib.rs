@@ -40,6 +40,7 @@ mod walk;
 
 pub use experiment::readings::{Reading, Readings};
 pub use experiment::replay::{Replay, Step};
+pub use experiment::slopes::{Accuracy, Slopes};
 pub use experiment::solution::{
     Apart, Channels, Estimate, Estimates, Mix, Precision, QUANTILES, Solution, TINY,
 };

@@ -262,6 +262,7 @@ mod tests {
             streams: 1,
             streams_reissued: 0,
             target: None,
+            accuracy: None,
             sensors: None,
             import: Vec::new(),
             units: Units::RADIANT,

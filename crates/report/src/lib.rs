@@ -40,7 +40,7 @@ pub use picture::{Photo, Picture, Shot};
 pub use sensors::{SensorSummary, SensorsSummary, write_sensors};
 pub use smooth::Smooth;
 pub use summary::{
-    ApartSummary, Check, Energy, PartSummary, PrecisionSummary, Provenance, RunFacts, SessionSummary,
-    Summary, Target, Units, WorkerSummary, WorstPatch,
+    AccuracySummary, ApartSummary, Check, Energy, PartSummary, PrecisionSummary, Provenance, RunFacts,
+    SessionSummary, Summary, Target, Units, WorkerSummary, WorstPatch,
 };
 pub use values::Values;

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::io::{self, Write};
 
-use radiosity::{Apart, Counts, Course, Direction, Method, Precision, Scene, Tally};
+use radiosity::{Accuracy, Apart, Counts, Course, Direction, Method, Precision, Scene, Tally};
 use serde::{Serialize, Serializer};
 
 use crate::method::MethodWords;
@@ -66,6 +66,9 @@ pub struct Summary {
     /// How well the non-emitting patches are known.
     #[serde(flatten)]
     pub precision: PrecisionSummary,
+    /// Noise and discretisation; absent where the method does not tell them apart.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub accuracy: Option<AccuracySummary>,
     /// What the numbers measure, here and in the tables.
     pub units: Units,
     /// Where the power went.
@@ -178,6 +181,26 @@ pub struct PrecisionSummary {
     pub tiny: ApartSummary,
 }
 
+/// [`Accuracy`] as the summary shows it.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct AccuracySummary {
+    /// What walks leave unknown of the means of patches.
+    pub noise: f64,
+    /// What these means leave out of the light's spread over the patches.
+    pub discretisation: f64,
+    /// Both together.
+    pub total: f64,
+    /// The noise of the linear fits.
+    pub linear_noise: f64,
+}
+
+impl From<Accuracy> for AccuracySummary {
+    fn from(accuracy: Accuracy) -> Self {
+        let Accuracy { noise, discretisation, total, linear_noise } = accuracy;
+        AccuracySummary { noise, discretisation, total, linear_noise }
+    }
+}
+
 /// Where the walks or their power went: emitted = absorbed + escaped.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(untagged)]
@@ -280,6 +303,8 @@ pub struct RunFacts {
     pub streams_reissued: u64,
     /// The target, if the job has one.
     pub target: Option<Target>,
+    /// Noise and discretisation, if the method tells them apart.
+    pub accuracy: Option<Accuracy>,
     /// The sensors, if the scene has any.
     pub sensors: Option<SensorsSummary>,
     /// What was modelled.
@@ -329,6 +354,7 @@ impl Summary {
             confidence: facts.confidence,
             simultaneous: facts.simultaneous,
             precision: PrecisionSummary::new(scene, &precision),
+            accuracy: facts.accuracy.map(Into::into),
             units: facts.units,
             energy,
             target: facts.target,
@@ -426,6 +452,7 @@ mod tests {
             streams: 16,
             streams_reissued: 3,
             target: None,
+            accuracy: None,
             sensors: None,
             import: Vec::new(),
             units: Units::RADIANT,
@@ -445,7 +472,7 @@ mod tests {
             escaped: 15,
             ..Counts::default()
         };
-        let pair = Layout { scores: 1, moments: 2, events: false };
+        let pair = Layout { scores: 1, moments: 2, slopes: 0, events: false };
         Tally::from_parts(counts, scene.faces().len(), pair, vec![0; 2 * scene.faces().len()]).unwrap()
     }
 

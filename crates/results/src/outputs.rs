@@ -294,6 +294,7 @@ fn facts(
         streams: paths.div_ceil(stream_paths),
         streams_reissued: book.effort.streams_reissued,
         target: settings.target.as_ref().map(|target| target::judge(target, estimates, paths)),
+        accuracy: estimates.accuracy(),
         sensors: readings(settings, estimates).map(|readings| {
             let goal = settings.sensor_goal(experiment);
             target::judge_sensors(goal.as_ref(), &readings, experiment, tally)

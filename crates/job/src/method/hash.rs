@@ -2,7 +2,7 @@
 
 use radiosity::{Birth, Course, InfiniteEnd, Iterations, SensorSpec, Sensors, Solve};
 
-use super::{MethodTable, WalkKind, Word};
+use super::{Beside, MethodTable, WalkKind, Word};
 
 /// Names an answer but for the number of walks: equal for equal scene, method, seed and sensors.
 ///
@@ -41,8 +41,10 @@ pub fn job_hash(scene_hash: [u8; 32], method: &MethodTable, sensors: &[SensorSpe
             }
         }
     }
-    if method.mix {
-        field(b"mix");
+    match method.beside {
+        Beside::Nothing => {}
+        Beside::Mix => field(b"mix"),
+        Beside::Slopes => field(b"linear"),
     }
     if method.is_in_batches() {
         // No number of walks is 0.

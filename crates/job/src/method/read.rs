@@ -5,7 +5,7 @@ use radiosity::{Sampler, Solve};
 use super::batches::{Places, read_batch, read_sampler, settle_batches, settle_jacobi};
 use super::chains::{read_final_gather, read_solve};
 use super::walks::{read_birth, read_infinite};
-use super::{MethodTable, Word};
+use super::{Basis, Beside, MethodTable, Word};
 use crate::document::{Table, Value};
 use crate::error::Error;
 use crate::job::Budget;
@@ -18,6 +18,7 @@ pub(crate) const METHOD_KEYS: &[&str] = &[
     "infinite",
     "birth",
     "mix",
+    "basis",
     "batch_paths",
     "jacobi",
     "final_gather",
@@ -45,7 +46,7 @@ pub(crate) fn read_method(
             .map(|value| read_birth(value, patch_count))
             .transpose()?
             .unwrap_or_default(),
-        mix: table.take("mix").map(|value| value.boolean()).transpose()?.unwrap_or_default(),
+        beside: read_beside(table.take("mix"), table.take("basis"))?,
         batch_paths: table.take("batch_paths").map(|value| read_batch(&value)).transpose()?,
         jacobi,
         final_gather: Vec::new(),
@@ -60,6 +61,24 @@ pub(crate) fn read_method(
         iterations.sampler = method.sampler;
     }
     Ok((method, note))
+}
+
+/// What is found out beside the means: one thing at most.
+fn read_beside(mix: Option<Value<'_>>, basis: Option<Value<'_>>) -> Result<Beside, Error> {
+    let mix = mix.map(|value| value.boolean()).transpose()?.unwrap_or_default();
+    match (mix, basis) {
+        (mix, None) => Ok(if mix { Beside::Mix } else { Beside::Nothing }),
+        (mix, Some(basis)) => match (mix, basis.word()?) {
+            (true, Basis::Linear) => Err(basis.refuse(
+                "mix = true has no linear basis".into(),
+                "the best mix is one of the means of patches",
+                "remove one of the two",
+            )),
+            (true, Basis::Constant) => Ok(Beside::Mix),
+            (false, Basis::Linear) => Ok(Beside::Slopes),
+            (false, Basis::Constant) => Ok(Beside::Nothing),
+        },
+    }
 }
 
 /// A choice, the default where the key is absent.

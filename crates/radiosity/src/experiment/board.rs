@@ -2,7 +2,7 @@
 
 use super::sensing::Sensing;
 use crate::jacobi::ChainBoard;
-use crate::tally::{Overflow, Scoreboard, Tally};
+use crate::tally::{LinearBoard, Overflow, Scoreboard, Tally};
 use crate::walk::score::RELATED;
 
 /// The board that an experiment scores on; M power sums per score.
@@ -27,6 +27,12 @@ pub(super) enum Scores<const M: usize> {
     RelatedFixed(Scoreboard<u128, u64, RELATED, M>),
     /// Three channels.
     Coloured(Scoreboard<u128, u64, 3, M>),
+    /// Grey analog shooting with slopes.
+    LinearHits(LinearBoard<u64, (), 1>),
+    /// Other grey walks with slopes.
+    LinearFixed(LinearBoard<u128, u64, 1>),
+    /// Three channels with slopes.
+    LinearColoured(LinearBoard<u128, u64, 3>),
     /// Whole chains of stochastic Jacobi.
     Chains(ChainBoard<M>),
 }
@@ -40,6 +46,9 @@ macro_rules! with_board {
             $crate::experiment::board::Scores::Fixed($board) => $body,
             $crate::experiment::board::Scores::RelatedFixed($board) => $body,
             $crate::experiment::board::Scores::Coloured($board) => $body,
+            $crate::experiment::board::Scores::LinearHits($board) => $body,
+            $crate::experiment::board::Scores::LinearFixed($board) => $body,
+            $crate::experiment::board::Scores::LinearColoured($board) => $body,
             $crate::experiment::board::Scores::Chains($board) => $body,
         }
     };

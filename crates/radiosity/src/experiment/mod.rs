@@ -8,6 +8,7 @@ pub(crate) mod readings;
 pub(crate) mod replay;
 mod run;
 mod sensing;
+pub(crate) mod slopes;
 pub(crate) mod solution;
 mod unfit;
 
@@ -24,7 +25,7 @@ use crate::jacobi;
 use crate::method::{Direction, Method, Score, Unit};
 use crate::scene::Scene;
 use crate::scene::births::Births;
-use crate::tally::{Layout, Scoreboard, Tally};
+use crate::tally::{Layout, LinearBoard, Scoreboard, Tally};
 use crate::walk::estimator::Estimator;
 use board::{Scores, with_board};
 use gathering::Gathering;
@@ -141,7 +142,8 @@ impl Experiment {
         match &self.method {
             Method::Walks(walks) => self.scores_of_walks(walks.score, faces),
             Method::Batches(_) | Method::Chains(_) => {
-                Scores::Chains(jacobi::ChainBoard::new(faces, self.scene.channels()))
+                let slopes = if self.method.is_linear() { 2 } else { 0 };
+                Scores::Chains(jacobi::ChainBoard::new(faces, self.scene.channels(), slopes))
             }
         }
     }
@@ -155,6 +157,10 @@ impl Experiment {
             (1, Score::Of(Estimator::Infinite(_))) => Scores::Fixed(Scoreboard::new(faces)),
             (1, Score::Of(_)) if hits => Scores::Hits(Scoreboard::new(faces)),
             (1, Score::Of(_)) => Scores::Fixed(Scoreboard::new(faces)),
+            (1, Score::Linear(Estimator::Infinite(_))) => Scores::LinearFixed(LinearBoard::new(faces)),
+            (1, Score::Linear(_)) if hits => Scores::LinearHits(LinearBoard::new(faces)),
+            (1, Score::Linear(_)) => Scores::LinearFixed(LinearBoard::new(faces)),
+            (_, Score::Linear(_)) => Scores::LinearColoured(LinearBoard::new(faces)),
             _ => Scores::Coloured(Scoreboard::new(faces)),
         }
     }

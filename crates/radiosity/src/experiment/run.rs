@@ -15,6 +15,7 @@ use crate::walk::Space;
 use crate::walk::batch::{walk_all, walk_each};
 use crate::walk::estimator::{Estimator, with_estimator};
 use crate::walk::fate::{Analog, Coloured, Fate, Infinite};
+use crate::walk::linear::{GatherLinear, ShootLinearHits, ShootLinearWeights};
 use crate::walk::score::{Gather, GatherRelated, OnArrival, Scorer, ShootHits, ShootRelated, ShootWeights};
 
 /// Where the numbers of walks come from, and which walks.
@@ -129,6 +130,22 @@ impl Experiment {
                 let mut score = ShootWeights::<OnArrival, 1, M>::new(board);
                 self.walk_all(births, space, source, Infinite::new(end), &mut score)
             }
+            (Scores::LinearHits(board), Score::Linear(estimator)) => {
+                with_estimator!(estimator, Analog, |Event, fate| {
+                    let mut score = ShootLinearHits::<Event>::new(self.scene.parts.isa, board);
+                    self.walk_all(births, space, source, fate, &mut score)
+                })
+            }
+            (Scores::LinearFixed(board), Score::Linear(Estimator::Infinite(end))) => {
+                let mut score = ShootLinearWeights::<OnArrival, 1>::new(board);
+                self.walk_all(births, space, source, Infinite::new(end), &mut score)
+            }
+            (Scores::LinearColoured(board), Score::Linear(estimator)) => {
+                with_estimator!(estimator, Coloured::new(), |Event, fate| {
+                    let mut score = ShootLinearWeights::<Event, 3>::new(board);
+                    self.walk_all(births, space, source, fate, &mut score)
+                })
+            }
             (Scores::Coloured(board), Score::Of(estimator)) => {
                 with_estimator!(estimator, Coloured::new(), |Event, fate| {
                     let mut score = ShootWeights::<Event, 3, M>::new(board);
@@ -158,6 +175,18 @@ impl Experiment {
             (Scores::Coloured(board), Values::Coloured(values), Score::Of(estimator)) => {
                 with_estimator!(estimator, Coloured::new(), |Event, fate| {
                     let mut score = Gather::<Event, 3, M>::new(board, values);
+                    self.walk_all(births, space, source, fate, &mut score)
+                })
+            }
+            (Scores::LinearFixed(board), Values::Grey(values), Score::Linear(estimator)) => {
+                with_estimator!(estimator, Analog, |Event, fate| {
+                    let mut score = GatherLinear::<Event, 1>::new(board, values);
+                    self.walk_all(births, space, source, fate, &mut score)
+                })
+            }
+            (Scores::LinearColoured(board), Values::Coloured(values), Score::Linear(estimator)) => {
+                with_estimator!(estimator, Coloured::new(), |Event, fate| {
+                    let mut score = GatherLinear::<Event, 3>::new(board, values);
                     self.walk_all(births, space, source, fate, &mut score)
                 })
             }

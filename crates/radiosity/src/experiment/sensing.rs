@@ -87,7 +87,8 @@ impl<const M: usize> Sensing<M> {
 
     /// Scores what one sample of every cell has gathered: H over `largest`.
     pub(super) fn add(&mut self, largest: &[f64; 3], gathered: &[Gathered]) {
-        let Layout { scores, moments, events } = self.layout;
+        let Layout { moments, events, .. } = self.layout;
+        let last = self.layout.columns() - 1;
         let Some(sums) = &mut self.sums else { return };
         let mut rows = sums.chunks_exact_mut(self.layout.columns());
         let mut fits = true;
@@ -108,7 +109,7 @@ impl<const M: usize> Sensing<M> {
                 }
             }
             if events {
-                add(&mut row[scores * moments], Some(u128::from(*landed)));
+                add(&mut row[last], Some(u128::from(*landed)));
             }
         }
         if !fits {
