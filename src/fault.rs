@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use cluster::listen::ListenError;
+use monitor::NoPage;
 use thiserror::Error;
 
 /// How a command ended that did what it was asked to.
@@ -151,26 +152,6 @@ pub(crate) enum Fault {
         /// What it asks for.
         word: String,
     },
-    /// A run holds more walks than the job has.
-    #[error(
-        "the checkpoint holds {walks} paths, the job has {paths} (walks that are merged cannot be taken out); give --paths {walks} or more"
-    )]
-    BeyondBudget {
-        /// Walks of the checkpoint.
-        walks: u64,
-        /// Walks of the job.
-        paths: u64,
-    },
-    /// A checkpoint holds chains, or batches of walks, of another length.
-    #[error(
-        "the checkpoint holds chains or batches of {theirs} paths, the job asks for {ours} (a part of budget.paths unless it says otherwise; only equal ones are one sample); give --set method.batch_paths={theirs}"
-    )]
-    OtherBatches {
-        /// Paths of a batch in the checkpoint.
-        theirs: u64,
-        /// Paths of a batch of the job.
-        ours: u64,
-    },
     /// Neither chains nor batches are walks.
     #[error(
         "a job of chains or Sobol batches has no walks to replay (what is within one depends on all of it); give --set method.walk=shooting --set method.sampler=random, or another job"
@@ -292,12 +273,20 @@ impl Fault {
         }
     }
 
+    /// A page of a running job cannot be opened; `option` asked for it.
+    pub(crate) fn page(option: &'static str, error: NoPage) -> Self {
+        match error {
+            NoPage::Listen { address, source } => Fault::Listen { address, option, source },
+            NoPage::System { doing, source } => Fault::System { doing, source },
+        }
+    }
+
     /// 2 for bad input, 3 for a failed cluster.
     pub(crate) fn exit_code(&self) -> u8 {
         match self {
             Fault::Job(_) | Fault::Unfit(_) | Fault::Report(_) | Fault::Exact(_) => 2,
             Fault::AccessFile { .. } | Fault::AccessFileWrite { .. } | Fault::OneAccessFile { .. } => 2,
-            Fault::BeyondBudget { .. } | Fault::Share(_) | Fault::OtherBatches { .. } | Fault::NoWalks => 2,
+            Fault::Share(_) | Fault::NoWalks => 2,
             Fault::NoEntry { .. } | Fault::Table { .. } | Fault::TwinJobs(_) => 2,
             Fault::NoName { .. } | Fault::NoRoom { .. } | Fault::NoStatus(_) => 2,
             Fault::Taken { .. } | Fault::NotWritten { .. } | Fault::Unsaid { .. } => 2,
@@ -318,6 +307,7 @@ fn exit_code_of(error: &results::Error) -> u8 {
     match error {
         Error::Report(_) | Error::Checkpoint(_) | Error::Kept { .. } | Error::Merge { .. } => 2,
         Error::Incomparable { .. } | Error::NoTable { .. } => 2,
+        Error::BeyondBudget { .. } | Error::OtherBatches { .. } => 2,
         Error::OtherTable { .. } | Error::Overflow | Error::System { .. } => 3,
     }
 }

@@ -9,13 +9,11 @@ mod commands;
 mod date;
 mod fault;
 mod local;
-mod losses;
 mod memory;
 mod progress;
 mod shift;
 mod signals;
 mod summary;
-mod watch;
 
 use std::io::IsTerminal;
 use std::process::ExitCode;

@@ -15,7 +15,7 @@ use voice::{Phase, say};
 
 use crate::args::CheckArgs;
 use crate::fault::{Fault, Outcome};
-use crate::{losses, memory};
+use crate::memory;
 
 /// Checks a file and describes it.
 pub(crate) fn check(args: &CheckArgs) -> Result<Outcome, Fault> {
@@ -80,7 +80,7 @@ fn describe_scene(experiment: &Experiment, units: &Units) -> Vec<String> {
         };
         say(&format!("sensor {:?}: {what}", spec.name));
     }
-    let faults = [losses::warnings(scene), judge::sensors::warnings(experiment)].concat();
+    let faults = [::doctor::warnings(scene), judge::sensors::warnings(experiment)].concat();
     faults.iter().for_each(|fault| say(&format!("fault: {fault}")));
     faults
 }
@@ -116,6 +116,9 @@ fn describe_job(job: &Job, experiment: &Experiment) {
     }
     if let Some(target) = &job.sensor_target {
         say(&format!("target: {}", target::asked_of_sensors(target, job.scene.sensors())));
+    }
+    if let Some(target) = &job.total_target {
+        say(&format!("target: relative error {} of noise and discretisation together", target.total_error));
     }
     if let Some(files) = &job.files {
         let names = ["tally.bin"].into_iter().chain(files.iter().map(|file| file.name()));

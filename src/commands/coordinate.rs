@@ -5,19 +5,18 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use cluster::access::{Access, random_bytes};
-use cluster::checkpoint::{self, Book, Checkpoint, CheckpointError, CheckpointFault, Look, Past};
+use cluster::checkpoint::{Checkpoint, Look, Past};
 use cluster::coordinator::{Coordinator, Ending, Judge, Plan};
 use cluster::lead::Notice;
 use cluster::listen;
-use cluster::scrape::{Page, publish};
 use cluster::server::{Wish, serve};
-use job::{Budget, Job, MethodTable};
+use job::{Budget, Job};
 use judge::limits::limits;
-use judge::target::{Observer, judge, looks};
-use monitor::{Description, Gauge, Publish, Reports};
+use judge::target::{Observer, judge, looks, total_is_met};
+use monitor::{Description, Gauge, Page, Reports, Showing};
 use radiosity::{Estimates, Experiment, Tally};
 use report::view_troubles;
-use results::{Found, Identity, Keeper, Latest, RunOutput, Settings, check_shape};
+use results::{Identity, Keeper, Latest, RunOutput, Settings};
 use tracing::{info, warn};
 use voice::Phase;
 
@@ -26,8 +25,7 @@ use crate::build::{BUILD, GIT};
 use crate::fault::{Fault, Outcome};
 use crate::local::LocalWorkers;
 use crate::progress::{Display, tell_notice};
-use crate::watch::{Showing, at_loopback};
-use crate::{losses, memory, signals, summary};
+use crate::{memory, signals, summary};
 
 /// Between tries to write the results of a run.
 const FINAL_WAITS: [Duration; 4] =
@@ -135,13 +133,13 @@ impl Prepared {
             Experiment::new(job.build_scene()?, job.method.walks())?.with_sensors(job.scene.sensors())?;
         phase.now("following light from the lamps");
         // What is wrong with the light comes before all that is made of it.
-        losses::warnings(experiment.scene()).iter().for_each(|warning| warn!("{warning}"));
+        doctor::warnings(experiment.scene()).iter().for_each(|warning| warn!("{warning}"));
         judge::sensors::warnings(&experiment).iter().for_each(|warning| warn!("{warning}"));
         let settings = Settings::of(&job);
         view_troubles(experiment.scene(), &settings.view).iter().for_each(|trouble| warn!("{trouble}"));
         let folder = out.out.clone().unwrap_or_else(|| default_folder(&job));
         let output = RunOutput::new(&folder, out.force || resume, &export.export, GIT)?;
-        let identity = identity(&job, &settings, &experiment)?;
+        let identity = Identity::new(&job, &settings, &experiment, BUILD)?;
         let past = Past::none(experiment.tally::<{ judge::MOMENTS }>());
         let mut prepared =
             Prepared { job, settings, experiment, output, identity, past, latest: Latest::Foreign };
@@ -154,63 +152,18 @@ impl Prepared {
 
     /// Goes on from the latest usable checkpoint; from the beginning, where there is none yet.
     fn resume(&mut self) -> Result<(), Fault> {
-        let Identity { scene_hash, job_hash, first, .. } = &self.identity;
-        let fits = |checkpoint: &Checkpoint| {
-            checkpoint.check_job(scene_hash, job_hash, *first)?;
-            check_shape(&checkpoint.tally, &self.experiment)
-        };
-        let Some(Found { checkpoint, passed_over }) =
-            results::find(self.output.path(), fits).map_err(|error| self.explain(error))?
-        else {
+        let job = (&self.settings, &self.experiment);
+        let (folder, budget) = (self.output.path(), self.job.budget.paths);
+        let Some(resumed) = results::resume(folder, &mut self.identity, job, budget, BUILD)? else {
             warn!("there is no checkpoint to resume from; the run begins at its first walk");
             return Ok(());
         };
-        let walks = checkpoint.tally.counts.walks.saturating_mul(self.experiment.paths_per_walk());
-        if walks > self.job.budget.paths {
-            return Err(Fault::BeyondBudget { walks, paths: self.job.budget.paths });
-        }
-        if let Some(error) = passed_over {
+        if let Some(error) = resumed.passed_over {
             warn!("{error}; the previous checkpoint is used instead");
-            self.latest = Latest::Damaged;
-        } else {
-            self.latest = Latest::Good;
         }
-        info!("resumed after {walks} paths");
-        self.go_on_from(checkpoint);
+        info!("resumed after {} paths", resumed.paths);
+        (self.past, self.latest) = (resumed.past, resumed.latest);
         Ok(())
-    }
-
-    /// Why a checkpoint is of no use: the length of batches may have changed with the budget alone.
-    fn explain(&self, error: CheckpointError) -> Fault {
-        let theirs = || {
-            let kept = checkpoint::read(&error.path).ok()?.book.job;
-            let (theirs, _) = results::unpack(&kept).ok()?;
-            let rays = theirs.method.batch_paths?;
-            let method = MethodTable { batch_paths: self.settings.method.batch_paths, ..theirs.method };
-            ((method, theirs.seed) == (self.settings.method.clone(), self.settings.seed)).then_some(rays)
-        };
-        match (self.experiment.batch_paths(), &error.fault) {
-            (Some(ours), CheckpointFault::ForeignJob) => match theirs().filter(|&theirs| theirs != ours) {
-                Some(theirs) => Fault::OtherBatches { theirs, ours },
-                None => results::Error::from(error).into(),
-            },
-            _ => results::Error::from(error).into(),
-        }
-    }
-
-    fn go_on_from(&mut self, Checkpoint { tally, book, .. }: Checkpoint) {
-        let walks = tally.counts.walks;
-        let Book { parts, islands, workers, mut looks, goal, effort, sessions, .. } = book;
-        // Looks at another target have decided nothing.
-        if goal != self.identity.goal {
-            looks.iter_mut().for_each(|look| (look.promising, look.reached) = (false, false));
-        }
-        looks.retain(|look| look.walks <= walks);
-        // Of this job there is one part: that was checked.
-        let deliveries = parts.into_iter().next().map(|part| part.deliveries).unwrap_or_default();
-        self.past = Past { tally, deliveries, islands, workers, looks, effort };
-        self.identity.sessions = sessions;
-        self.identity.sessions.push(results::session(BUILD));
     }
 
     fn plan(&self) -> Result<Plan, Fault> {
@@ -218,21 +171,25 @@ impl Prepared {
         let target = self.settings.target.clone();
         let mut observer = Observer::new(self.experiment.clone(), level, target)
             .with_sensors(self.settings.sensor_goal(&self.experiment))
+            .with_total(self.settings.total_target)
             .going_on_from(&self.past.tally);
-        let walks = self.job.budget.paths / self.experiment.paths_per_walk();
+        let walks = self.job.budget.paths / self.experiment.unit().paths();
         let judge = Box::new(move |tally: &Tally, seen: &[Look]| observer.look(tally, seen));
         plan(&self.identity, &self.job.budget, &self.experiment, looks(&self.experiment, walks), judge)
     }
 
     /// What status files say of the job itself.
     fn description(&self) -> Description {
-        Description { job: self.job.name.clone(), paths_per_walk: self.experiment.paths_per_walk() }
+        Description { job: self.job.name.clone(), paths_per_walk: self.experiment.unit().paths() }
     }
 
     /// The page that follows the run, where one is wanted.
     fn showing(&self, monitor: &MonitorArgs) -> Result<Option<Showing>, Fault> {
-        let open = |address: &String| Showing::open(address, &self.experiment, &self.settings);
-        monitor.watch.as_ref().map(open).transpose()
+        let Some(address) = &monitor.watch else { return Ok(None) };
+        let showing = Showing::open(address, GIT, &self.experiment, &self.settings)
+            .map_err(|error| Fault::page("--watch", error))?;
+        info!(event = "watch", "the result so far is at {}", showing.url());
+        Ok(Some(showing))
     }
 
     /// Serves the job to its end and writes what came of it.
@@ -340,10 +297,15 @@ impl Prepared {
         if goal.is_some_and(|goal| !goal.is_met(&self.experiment, tally)) {
             return true;
         }
-        let Some(target) = &self.settings.target else { return false };
+        let Settings { target, total_target, .. } = &self.settings;
+        if target.is_none() && total_target.is_none() {
+            return false;
+        }
         let (scene, walks) = (self.experiment.scene(), tally.counts.walks);
+        let paths = walks * self.experiment.unit().paths();
         let estimates = Estimates::new(&self.experiment, tally, self.settings.level(scene));
-        walks == 0 || !judge(target, &estimates, walks * self.experiment.paths_per_walk()).reached
+        let total_missed = total_target.is_some_and(|total| !total_is_met(&total, &estimates, paths));
+        walks == 0 || total_missed || target.as_ref().is_some_and(|t| !judge(t, &estimates, paths).reached)
     }
 }
 
@@ -408,7 +370,7 @@ pub(crate) fn plan(
     judge: Judge,
 ) -> Result<Plan, Fault> {
     // A batch is leased as a walk is, whole and alone.
-    let (stream_paths, leases_per_thread) = match experiment.batch_paths() {
+    let (stream_paths, leases_per_thread) = match experiment.unit().batch() {
         Some(_) => (1, 1),
         None => (budget.stream_paths, 2),
     };
@@ -445,40 +407,11 @@ fn listen(
     Ok((listener, access))
 }
 
-/// Opens a page of metrics; returns what replaces its text. A port alone stands for one of the loopback address.
-fn open_page(address: &str) -> Result<Publish, Fault> {
-    let address = at_loopback(address);
-    let page = Page::default();
-    let open = || {
-        let listener = TcpListener::bind(&address)?;
-        let bound = listener.local_addr()?;
-        let told = page.clone();
-        publish(listener, "metrics", move |request| told.answer(request))?;
-        Ok(bound)
-    };
-    let bound =
-        open().map_err(|source| Fault::Listen { address: address.clone(), option: "--metrics", source })?;
+/// Opens a page of metrics, and says where.
+fn open_page(address: &str) -> Result<Page, Fault> {
+    let (page, bound) = monitor::open_metrics(address).map_err(|error| Fault::page("--metrics", error))?;
     info!(event = "metrics", "metrics are at http://{bound}/metrics");
-    Ok(Box::new(move |text| page.set(text)))
-}
-
-/// What the checkpoints of a job have in common.
-///
-/// # Errors
-/// Where the scene is too large to be sent.
-pub(crate) fn identity(job: &Job, settings: &Settings, experiment: &Experiment) -> Result<Identity, Fault> {
-    let scene = experiment.scene();
-    let packed = results::pack(scene, job.scene.spec(), settings)
-        .map_err(|error| Fault::System { doing: "packing the job", source: std::io::Error::other(error) })?;
-    Ok(Identity {
-        scene_hash: scene.hash(),
-        job_hash: job::job_hash(scene.hash(), &job.method, job.scene.sensors(), job.seed),
-        seed: job.seed,
-        first: job.budget.first_path / experiment.paths_per_walk(),
-        goal: settings.goal(),
-        job: packed,
-        sessions: vec![results::session(BUILD)],
-    })
+    Ok(page)
 }
 
 /// out/<job name>.

@@ -64,7 +64,7 @@ impl<'a> Plan<'a> {
         let settings = Settings::of(job);
         let level = settings.level(experiment.scene());
         let target = job.target.as_ref();
-        let paths_per_walk = experiment.paths_per_walk();
+        let paths_per_walk = experiment.unit().paths();
         let budget = job.budget.paths / paths_per_walk;
         let first = job.budget.first_path / paths_per_walk;
         let pilot = Pilot::shoot(experiment, job.seed, first, budget, target, level, cpu_seconds);
@@ -73,9 +73,9 @@ impl<'a> Plan<'a> {
         let costs = Costs::new(experiment, &pilot, peak_memory());
         let sensors = job.sensor_target.as_ref();
         let of_sensors = sensors.map(|target| asked_of_sensors(target, job.scene.sensors()));
-        let ending = pilot.ending.filter(|_| of_sensors.is_none());
+        let ending = pilot.ending.filter(|_| of_sensors.is_none() && job.total_target.is_none());
         let walks = ending.map_or(budget, |ending| ending.walks().min(budget));
-        let stream = if experiment.batch_paths().is_some() { 1 } else { job.budget.stream_paths };
+        let stream = if experiment.unit().is_walk() { job.budget.stream_paths } else { 1 };
         let demand = |workers| costs.demand(walks as f64, stream as f64, workers);
         Plan {
             units: units(job.light),

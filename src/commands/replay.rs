@@ -10,7 +10,7 @@ use crate::fault::{Fault, Outcome};
 pub(crate) fn replay(args: &ReplayArgs) -> Result<Outcome, Fault> {
     let job = job::load(&args.job.job, &args.job.overrides())?;
     let experiment = Experiment::new(job.build_scene()?, job.method.walks())?;
-    if experiment.batch_paths().is_some() {
+    if !experiment.unit().is_walk() {
         return Err(Fault::NoWalks);
     }
     let replay = experiment.replay(&Sequence::new(job.seed), args.walk);

@@ -119,7 +119,7 @@ fn a_face_and_its_twin_together_have_the_light_of_the_plain_cube() {
                     if method.space() == Space::Discrete { IndexChoice::Flat } else { IndexChoice::Tree };
                 let experiment = experiment(&spec, index, method.clone());
                 let solution = Solution::new(&experiment, &walk::<2>(&experiment, 7, 0..walks), 0.95);
-                let limit = if experiment.batch_paths().is_some() { 8.0 } else { 4.5 };
+                let limit = if experiment.unit().is_walk() { 4.5 } else { 8.0 };
                 for (wall, [power, variance]) in
                     power_on(&walls, &experiment, &solution).into_iter().enumerate()
                 {

@@ -261,3 +261,41 @@ fn gradients_are_extended_merged_and_audited() {
         assert!(answer(&head) == answer(&straight), "{set}");
     }
 }
+
+/// More walks make the noise less, and the patches no finer.
+#[test]
+fn a_total_error_ends_a_run_where_patches_are_fine_enough() {
+    let folder = tempdir().unwrap();
+    let [known, ended, missed] = ["known", "ended", "missed"].map(|name| path(&folder, name));
+    let summary_of = run_job(CUBE, &known, &LINEAR);
+    let discretisation = summary_of["accuracy"]["discretisation"].as_f64().unwrap();
+    let run_to = |out: &std::path::Path, error: f64| {
+        let target = format!("target.total_error={error}");
+        let out = out.to_str().unwrap();
+        run(&[
+            "run",
+            CUBE,
+            "--out",
+            out,
+            "--set",
+            "method.basis=linear",
+            "--set",
+            &target,
+            "--paths",
+            "3000000",
+        ])
+    };
+    let (code, stdout, stderr) = run_to(&ended, 1.1 * discretisation);
+    assert_eq!(code, 0, "{stderr}");
+    assert!(stdout.contains("target reached: a total error of"), "{stdout}");
+    let told = summary(&ended);
+    assert!(told["paths"].as_u64().unwrap() < 1_000_000 && told["accuracy"]["reached"] == true, "{told}");
+    assert!(told["accuracy"]["total"].as_f64().unwrap() <= 1.1 * discretisation);
+    let (code, stdout, stderr) = run_to(&missed, 0.8 * discretisation);
+    assert_eq!(code, 1, "{stderr}");
+    assert!(stdout.contains("takes finer patches, not more walks"), "{stdout}");
+    assert_eq!(summary(&missed)["accuracy"]["reached"], false);
+    let (code, _, stderr) = run(&["run", CUBE, "--set", "target.total_error=0.1", "--out", "never"]);
+    assert_eq!(code, 2);
+    assert!(stderr.contains("write basis = \"linear\""), "{stderr}");
+}

@@ -19,7 +19,6 @@ mod line;
 mod link;
 pub mod listen;
 pub mod noise;
-pub mod scrape;
 pub mod server;
 pub mod upstream;
 pub mod worker;

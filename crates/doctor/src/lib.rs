@@ -4,7 +4,8 @@
 //! lost: at backs, and out of the scene. Votes ([`votes`]) are rays from both sides of every surface, and tell which
 //! side belongs inwards. Covers ([`cover`]) are the surfaces that the scene itself takes as layers of one plane. Contacts
 //! ([`contact`]) are distances between surfaces: edges that miss their neighbour by a gap. [`repair`] turns flipped
-//! surfaces round, with those that are connected to them ([`sheets`]), and takes doubled ones out.
+//! surfaces round, with those that are connected to them ([`sheets`]), and takes doubled ones out. [`warnings`] tells in a
+//! sentence or two, before a run, how much of the light is lost.
 
 #![warn(unreachable_pub, unnameable_types)]
 
@@ -18,13 +19,14 @@ mod pierce;
 mod pilot;
 mod repair;
 mod sheets;
+mod told;
 mod votes;
 
 use radiosity::{IndexChoice, Scene, SceneError, SceneSpec};
 
 pub use finding::{Finding, Kind};
-pub use losses::{Losses, losses};
 pub use repair::{Repair, repair, turn_flipped};
+pub use told::warnings;
 
 use crate::contact::Contacts;
 use crate::cover::Covers;

@@ -9,21 +9,21 @@ const WALKS: u64 = 8192;
 
 /// Power that serves nothing. All channels together.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Losses {
+pub(crate) struct Losses {
     /// Φ_T [W].
-    pub power: f64,
+    pub(crate) power: f64,
     /// The part of it that leaves its lamp and meets no side that reflects.
-    pub at_once: f64,
+    pub(crate) at_once: f64,
     /// The part of it that ends on the backs of one-sided surfaces, sooner or later.
-    pub on_backs: f64,
+    pub(crate) on_backs: f64,
     /// The surfaces whose light is lost at once, and how much [W], the most first.
-    pub lamps: Vec<(u32, f64)>,
+    pub(crate) lamps: Vec<(u32, f64)>,
     /// The surfaces whose backs take power, and how much [W], the most first.
-    pub backs: Vec<(u32, f64)>,
+    pub(crate) backs: Vec<(u32, f64)>,
 }
 
 /// Follows light from the emitters of a scene. The answer depends on the scene alone.
-pub fn losses(scene: &Scene) -> Losses {
+pub(crate) fn losses(scene: &Scene) -> Losses {
     Losses::of(&Pilot::follow_some(scene, WALKS..=WALKS))
 }
 

@@ -54,6 +54,11 @@ impl<'a> Table<'a> {
         Some(Value::new(self.source, format!("{}{key}", self.prefix), value))
     }
 
+    /// [`Table::take`] of a choice; the default where the key is absent.
+    pub(crate) fn word<W: Word + Default>(&mut self, key: &str) -> Result<W, Error> {
+        self.take(key).map_or(Ok(W::default()), |value| value.word())
+    }
+
     /// [`Table::take`] of a key without default.
     pub(crate) fn require(
         &mut self,

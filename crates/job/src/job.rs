@@ -1,20 +1,24 @@
 //! The job file.
 
-use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
 use import::{Format, Options};
-use radiosity::{Birth, IndexChoice, Scene, SensorSpec};
+use radiosity::{IndexChoice, Scene};
 use serde::{Deserialize, Serialize};
 
+use crate::budget::{Budget, read_budget};
 use crate::document::{Table, Value};
 use crate::error::Error;
+use crate::goals::Goals;
 use crate::imports::{IMPORT_KEYS, read_options};
-use crate::method::{METHOD_KEYS, MethodTable, WalkKind, Word, read_method, read_patches};
+use crate::keys::{BUDGET_KEYS, JOB_KEYS, METHOD_KEYS, TARGET_KEYS, TRACING_KEYS};
+use crate::method::{MethodTable, read_method};
 use crate::output::{OUTPUT_KEYS, OutputFile, VIEW_KEYS, View, read_output, read_view};
 use crate::scene::{SceneFile, is_toml, load_scene_with};
-use crate::sensors::{SensorTarget, read_sensor_errors};
+use crate::sensors::SensorTarget;
 use crate::source::Source;
+use crate::target::{Target, TotalTarget};
+use crate::word::Word;
 
 /// The seed of a job that names none: runs repeat unless asked not to.
 pub const DEFAULT_SEED: u64 = 0;
@@ -24,27 +28,6 @@ pub const DEFAULT_PATHS: u64 = 10_000_000;
 
 /// The level of every interval of a job that names none.
 pub const DEFAULT_CONFIDENCE: f64 = 0.95;
-
-/// Walks per lease of a job that names no number.
-pub const DEFAULT_STREAM_PATHS: u64 = 65_536;
-
-/// The part of the patch area that must meet a target that names none.
-const DEFAULT_FRACTION: f64 = 0.99;
-
-/// The largest lease: lost with its worker, it would be traced again whole.
-pub(crate) const MAX_STREAM_PATHS: u64 = 1 << 24;
-
-/// Seconds between checkpoints of a job that names none.
-pub const DEFAULT_CHECKPOINT_SECONDS: f64 = 60.0;
-
-/// Fewer walks than this say little about how little they say: the first look at a target.
-const DEFAULT_MIN_PATHS: u64 = 1 << 10;
-
-/// Fewer scores on a patch than this say little about their own spread.
-const DEFAULT_MIN_HITS: u64 = 10;
-
-/// The longest wall time [s], some 30 years: what clocks can add to the present.
-const MAX_WALL_SECONDS: f64 = 1e9;
 
 /// What the numbers of a job measure. It changes labels and units, and no number.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -93,6 +76,8 @@ pub struct Job {
     pub target: Option<Target>,
     /// When its sensors are; `None`: nothing is asked of them. Where nothing is asked of either, the budget is spent whole.
     pub sensor_target: Option<SensorTarget>,
+    /// When noise and discretisation together are small enough; `None`: nothing is asked of them.
+    pub total_target: Option<TotalTarget>,
     /// How rays look for surfaces; the answer is the same with each.
     pub index: IndexChoice,
     /// What the numbers measure. Default: luminous for a scene in MGF, whose format gives lm/m², else radiant.
@@ -101,60 +86,6 @@ pub struct Job {
     pub files: Option<Vec<OutputFile>>,
     /// How the picture is taken.
     pub view: View,
-}
-
-/// The table `[budget]`.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Budget {
-    /// The number of the first walk (Jacobi: ray); default 0. Runs of other ranges of one job can be merged.
-    pub first_path: u64,
-    /// Walks of the whole job (Jacobi: rays), at least 1.
-    pub paths: u64,
-    /// Walks per lease, in [1, 2²⁴]; default [`DEFAULT_STREAM_PATHS`].
-    pub stream_paths: u64,
-    /// Wall time in seconds, above 0 and at most 10⁹.
-    pub wall_seconds: Option<f64>,
-    /// Seconds between checkpoints, above 0 and at most 10⁹; default [`DEFAULT_CHECKPOINT_SECONDS`].
-    pub checkpoint_seconds: f64,
-}
-
-/// The table `[target]`.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Target {
-    /// Half-width of the interval over the estimate, above 0.
-    pub relative_error: f64,
-    /// The part of the patch area that must meet it, in (0, 1]; default 0.99.
-    pub fraction: f64,
-    /// Walks (Jacobi: rays) before which no look is taken; default 1024.
-    pub min_paths: u64,
-    /// Effective scores without which a patch does not meet it; default 10.
-    pub min_hits: u64,
-    /// What a reflecting patch counts for that no walk has hit.
-    pub unhit: Unhit,
-    /// The patches that it is about, by number, whether they emit or not; `None`: all that do not.
-    pub patches: Option<Vec<u32>>,
-}
-
-/// What a target makes of patches that no walk has hit.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Unhit {
-    /// Their error is infinite.
-    #[default]
-    Infinite,
-    /// They are left out.
-    Ignore,
-}
-
-impl Word for Unhit {
-    const ALL: &'static [Self] = &[Self::Infinite, Self::Ignore];
-
-    fn word(self) -> &'static str {
-        match self {
-            Unhit::Infinite => "infinite",
-            Unhit::Ignore => "ignore",
-        }
-    }
 }
 
 impl Job {
@@ -166,30 +97,6 @@ impl Job {
         self.scene.build(self.index)
     }
 }
-
-pub(crate) const JOB_KEYS: &[&str] = &[
-    "name",
-    "scene",
-    "seed",
-    "confidence",
-    "simultaneous",
-    "light",
-    "import",
-    "method",
-    "budget",
-    "target",
-    "tracing",
-    "output",
-    "view",
-];
-
-pub(crate) const BUDGET_KEYS: &[&str] =
-    &["first_path", "paths", "stream_paths", "wall_seconds", "checkpoint_seconds"];
-
-pub(crate) const TARGET_KEYS: &[&str] =
-    &["relative_error", "fraction", "min_paths", "min_hits", "unhit", "patches", "sensors"];
-
-pub(crate) const TRACING_KEYS: &[&str] = &["index"];
 
 /// Reads a job file and its scene, or a scene with the default of every key of jobs. Each override is a `key=value`, its key dotted, its value TOML or, failing
 /// that, a string without quotes; they replace keys of the job file before anything is checked.
@@ -234,7 +141,8 @@ pub fn load(path: &Path, overrides: &[String]) -> Result<Job, Error> {
         _ => Light::Radiant,
     });
     let (method, note) = read_method(method, scene.patch_count(), &budget)?;
-    let (target, sensor_target) = target.about(scene.patch_count(), &method, scene.sensors())?;
+    let (target, sensor_target, total_target) =
+        target.about(scene.patch_count(), &method, scene.sensors())?;
     let confidence = confidence.unwrap_or(DEFAULT_CONFIDENCE);
     Ok(Job {
         path: path.into(),
@@ -248,6 +156,7 @@ pub fn load(path: &Path, overrides: &[String]) -> Result<Job, Error> {
         budget,
         target,
         sensor_target,
+        total_target,
         index,
         light,
         files,
@@ -320,147 +229,4 @@ fn read_scene(
         ),
         error => error,
     })
-}
-
-fn read_budget(mut table: Table<'_>) -> Result<Budget, Error> {
-    let paths = table.require(
-        "paths",
-        "it bounds the work, also where a target may end the job earlier",
-        "[budget] paths = 10_000_000, the number of walks",
-    )?;
-    let paths = paths.integer(1..=i64::MAX as u64, "without a walk there is no estimate")?;
-    let first_path = table.take("first_path").map(|value| read_first_path(&value, paths)).transpose()?;
-    let stream_paths = table.take("stream_paths").map(|value| read_stream_paths(&value)).transpose()?;
-    let checkpoint_seconds =
-        table.take("checkpoint_seconds").map(|value| read_seconds(&value)).transpose()?;
-    Ok(Budget {
-        first_path: first_path.unwrap_or(0),
-        paths,
-        stream_paths: stream_paths.unwrap_or(DEFAULT_STREAM_PATHS),
-        wall_seconds: table.take("wall_seconds").map(|value| read_seconds(&value)).transpose()?,
-        checkpoint_seconds: checkpoint_seconds.unwrap_or(DEFAULT_CHECKPOINT_SECONDS),
-    })
-}
-
-fn read_first_path(value: &Value<'_>, paths: u64) -> Result<u64, Error> {
-    value.integer(0..=i64::MAX as u64 - paths, "walks are numbered from 0 to 2⁶³ − 1")
-}
-
-fn read_stream_paths(value: &Value<'_>) -> Result<u64, Error> {
-    value.integer(
-        1..=MAX_STREAM_PATHS,
-        "a lease holds at least one walk, and a lost one is traced again whole",
-    )
-}
-
-fn read_seconds(value: &Value<'_>) -> Result<f64, Error> {
-    let seconds = value.number()?;
-    if seconds > 0.0 && seconds <= MAX_WALL_SECONDS {
-        return Ok(seconds);
-    }
-    Err(value.refuse(
-        format!("{seconds} s is outside (0, {MAX_WALL_SECONDS}]"),
-        "a run takes time, and clocks end",
-        "choose a positive number of seconds, or remove the key",
-    ))
-}
-
-/// The table `[target]` before the scene is read: which patches and sensors there are is known only then.
-#[derive(Default)]
-struct Goals<'a> {
-    patches: Option<Value<'a>>,
-    sensors: Option<Value<'a>>,
-    of_patches: Option<Target>,
-    min_paths: u64,
-    unhit: Unhit,
-}
-
-impl<'a> Goals<'a> {
-    fn read(mut table: Table<'a>) -> Result<Self, Error> {
-        let [patches, sensors] = ["patches", "sensors"].map(|key| table.take(key));
-        let relative_error =
-            match sensors.is_some() && !table.has_any(&["fraction", "min_hits"]) && patches.is_none() {
-                true => table.take("relative_error"),
-                false => Some(table.require(
-                    "relative_error",
-                    "a target is an accuracy",
-                    "relative_error = 0.01, or remove [target]",
-                )?),
-            };
-        let fraction = table.take("fraction").map(|value| read_fraction(&value)).transpose()?;
-        let mut count = |key: &str, default: u64, why: &'static str| {
-            table.take(key).map_or(Ok(default), |value| value.integer(0..=i64::MAX as u64, why))
-        };
-        let min_paths = count("min_paths", DEFAULT_MIN_PATHS, "it is a number of walks")?;
-        let min_hits = count("min_hits", DEFAULT_MIN_HITS, "it is a number of scores")?;
-        let relative_error = relative_error.map(|value| read_relative_error(&value)).transpose()?;
-        let unhit = table.take("unhit").map(|value| value.word()).transpose()?.unwrap_or_default();
-        let of_patches = relative_error.map(|relative_error| Target {
-            relative_error,
-            fraction: fraction.unwrap_or(DEFAULT_FRACTION),
-            min_paths,
-            min_hits,
-            unhit,
-            patches: None,
-        });
-        Ok(Goals { patches, sensors, of_patches, min_paths, unhit })
-    }
-
-    /// What is asked of patches and of sensors.
-    fn about(
-        self,
-        patch_count: u64,
-        method: &MethodTable,
-        sensors: &[SensorSpec],
-    ) -> Result<(Option<Target>, Option<SensorTarget>), Error> {
-        let Goals { patches, min_paths, unhit, .. } = self;
-        let patches = patches.map(|value| read_target_patches(value, patch_count, method)).transpose()?;
-        let target = self.of_patches.map(|target| Target { patches, ..target });
-        let errors = self.sensors.map(|value| read_sensor_errors(value, sensors)).transpose()?;
-        Ok((target, errors.map(|sensors| SensorTarget { sensors, min_paths, unhit })))
-    }
-}
-
-/// The patches that a target is about. Their number is known only when the scene is read.
-fn read_target_patches(value: Value<'_>, patch_count: u64, method: &MethodTable) -> Result<Vec<u32>, Error> {
-    let place = value.place();
-    let patches =
-        read_patches(value, patch_count, "a target is about some patch", "remove the key: all count")?;
-    let (WalkKind::Gathering, Birth::Patches(born)) = (method.walk, &method.birth) else {
-        return Ok(patches);
-    };
-    let born: HashSet<u32> = born.iter().copied().collect();
-    match patches.iter().find(|patch| !born.contains(patch)) {
-        None => Ok(patches),
-        Some(patch) => Err(Error::Refused {
-            place,
-            problem: format!("no walk is born on patch {patch}"),
-            why: "gathering walks tell of the patch that they are born on, and of no other",
-            remedy: format!("add {patch} to method.birth.patches, or take it out here"),
-        }),
-    }
-}
-
-pub(crate) fn read_relative_error(value: &Value<'_>) -> Result<f64, Error> {
-    let relative_error = value.number()?;
-    if relative_error > 0.0 {
-        return Ok(relative_error);
-    }
-    Err(value.refuse(
-        format!("{relative_error} is not above 0"),
-        "no finite number of walks is exact",
-        "choose relative_error > 0, such as 0.01",
-    ))
-}
-
-fn read_fraction(value: &Value<'_>) -> Result<f64, Error> {
-    let fraction = value.number()?;
-    if fraction > 0.0 && fraction <= 1.0 {
-        return Ok(fraction);
-    }
-    Err(value.refuse(
-        format!("{fraction} is outside (0, 1]"),
-        "it is the part of the patch area that must meet the target",
-        "choose 0 < fraction ≤ 1",
-    ))
 }

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use crate::error::Error;
-use crate::job::JOB_KEYS;
+use crate::keys::JOB_KEYS;
 use crate::scene::is_toml;
 use crate::source::Source;
 

@@ -6,12 +6,15 @@
 
 #![warn(unreachable_pub, unnameable_types)]
 
+mod budget;
 mod document;
 mod emit;
 mod error;
 mod finishes;
+mod goals;
 mod imports;
 mod job;
+mod keys;
 mod kind;
 mod material;
 mod method;
@@ -21,17 +24,17 @@ mod plain;
 mod scene;
 mod schema;
 mod sensors;
+mod shape;
 mod site;
 mod source;
+mod target;
 mod word;
 
+pub use budget::{Budget, DEFAULT_CHECKPOINT_SECONDS, DEFAULT_STREAM_PATHS};
 pub use error::{Error, Place, Spot};
 pub use finishes::Finishes;
 pub use import::Options as ImportOptions;
-pub use job::{
-    Budget, DEFAULT_CHECKPOINT_SECONDS, DEFAULT_CONFIDENCE, DEFAULT_PATHS, DEFAULT_SEED,
-    DEFAULT_STREAM_PATHS, Job, Light, Target, Unhit, load,
-};
+pub use job::{DEFAULT_CONFIDENCE, DEFAULT_PATHS, DEFAULT_SEED, Job, Light, load};
 pub use kind::{FileKind, file_kind};
 pub use method::{Beside, MethodTable, WalkKind, job_hash};
 pub use output::{OutputFile, Stand, View};
@@ -39,4 +42,5 @@ pub use radiosity::Sampler;
 pub use scene::{SceneFile, load_scene, load_scene_with};
 pub use schema::{job_schema, scene_schema};
 pub use sensors::SensorTarget;
+pub use target::{Target, TotalTarget, Unhit};
 pub use word::Word;

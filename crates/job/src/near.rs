@@ -1,7 +1,6 @@
 //! What a misspelt word was probably meant to be.
 
-use crate::job::{BUDGET_KEYS, JOB_KEYS, TARGET_KEYS};
-use crate::method::METHOD_KEYS;
+use crate::keys::{BUDGET_KEYS, JOB_KEYS, METHOD_KEYS, TARGET_KEYS};
 
 /// Words less similar than this (Jaro and Winkler's measure) are not taken for one another.
 const SIMILAR: f64 = 0.82;

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::document::{Table, Value};
 use crate::error::Error;
-use crate::scene::read_point;
+use crate::shape::read_point;
 use crate::word::Word;
 
 /// The pixels of a picture's side at most.

@@ -3,7 +3,6 @@
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
-use glam::DVec3;
 use import::{Format, Imported, MaterialOverride, Options, Spots};
 use radiosity::{IndexChoice, Scene, SceneError, SceneSpec, SensorSpec, Shape, Sides, SurfaceSpec};
 
@@ -12,9 +11,11 @@ use crate::emit::read_emit;
 use crate::error::{Error, MESH_FORMATS, Place, Spot};
 use crate::finishes::Finishes;
 use crate::imports::{import_scene, positive, read_mesh};
+use crate::keys::{LISTS, SCENE_KEYS};
 use crate::material::{Material, Materials, find_material, read_materials};
 use crate::plain::{PlainSurface, plain_surfaces};
 use crate::sensors::read_sensors;
+use crate::shape::{read_corners, read_grid, read_rows};
 use crate::site::{Lines, SITE_KEYS, SurfaceSite};
 use crate::source::{Source, Split};
 
@@ -155,12 +156,7 @@ pub fn load_scene_with(path: &Path, options: &Options) -> Result<SceneFile, Erro
     Ok(scene)
 }
 
-pub(crate) const SCENE_KEYS: &[&str] = &["material", "surface", "mesh", "sensor"];
-
 pub(crate) const MESH_KEYS: &[&str] = &["file", "material", "max_patch_area"];
-
-/// Those of them that are lists of tables.
-pub(crate) const LISTS: [&str; 3] = ["surface", "mesh", "sensor"];
 
 fn load_toml(path: &Path, options: &Options) -> Result<SceneFile, Error> {
     let source = Source::read(path, "[material.NAME] tables and [[surface]] tables")?;
@@ -452,45 +448,6 @@ fn read_shape(table: &mut Table<'_>) -> Result<Shape, Error> {
         }
     };
     Ok(shape)
-}
-
-pub(crate) fn read_corners(value: Value<'_>) -> Result<[DVec3; 3], Error> {
-    let [a, b, c] = value.exactly("three corners: [[x, y, z], [x, y, z], [x, y, z]]")?;
-    Ok([read_point(a)?, read_point(b)?, read_point(c)?])
-}
-
-pub(crate) fn read_point(value: Value<'_>) -> Result<DVec3, Error> {
-    let [x, y, z] = value.exactly("a point in metres: [x, y, z]")?;
-    Ok(DVec3::new(x.number()?, y.number()?, z.number()?))
-}
-
-/// Patch numbers are 32 bits wide, and so are the numbers that count them.
-const CELLS_WIDTH: &str = "a surface has at least one patch, and patch numbers are 32 bits wide";
-
-pub(crate) fn read_grid(value: Value<'_>) -> Result<[u32; 2], Error> {
-    let place = value.place();
-    let [nu, nv] = value.exactly("the cells of a quad along u and v: [nu, nv]")?;
-    let [nu, nv] = [read_cells(&nu)?, read_cells(&nv)?];
-    if nu.checked_mul(nv).is_none() {
-        return Err(Error::Refused {
-            place,
-            problem: format!("{nu} × {nv} patches are too many"),
-            why: CELLS_WIDTH,
-            remedy: "choose fewer".into(),
-        });
-    }
-    Ok([nu, nv])
-}
-
-fn read_cells(value: &Value<'_>) -> Result<u32, Error> {
-    Ok(value.integer(1..=u64::from(u32::MAX), CELLS_WIDTH)? as u32)
-}
-
-fn read_rows(value: &Value<'_>) -> Result<u32, Error> {
-    if value.is_array() {
-        return Err(value.wrong_type("the rows of a triangle: one integer k, for k² patches"));
-    }
-    Ok(value.integer(1..=u64::from(u16::MAX), CELLS_WIDTH)? as u32)
 }
 
 fn read_sides(value: &Value<'_>) -> Result<Sides, Error> {

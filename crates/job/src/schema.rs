@@ -6,16 +6,18 @@
 use radiosity::{EstimatorKind, IndexChoice, RayBirths, Sampler, Space};
 use serde_json::{Value, json};
 
+use crate::budget::MAX_STREAM_PATHS;
 use crate::emit::EMIT_KEYS;
 use crate::imports::{IMPORT_KEYS, OVERRIDE_KEYS};
-use crate::job::{BUDGET_KEYS, JOB_KEYS, Light, MAX_STREAM_PATHS, TARGET_KEYS, TRACING_KEYS, Unhit};
+use crate::job::Light;
+use crate::keys::{BUDGET_KEYS, JOB_KEYS, METHOD_KEYS, SCENE_KEYS, TARGET_KEYS, TRACING_KEYS};
 use crate::material::MATERIAL_KEYS;
-use crate::method::{
-    BIRTH_KEYS, Basis, EndWord, INFINITE_KEYS, METHOD_KEYS, SOLVE_KEYS, SolveWord, WalkKind, Word,
-};
+use crate::method::{BIRTH_KEYS, Basis, EndWord, INFINITE_KEYS, SOLVE_KEYS, SolveWord, WalkKind};
 use crate::output::{FOV, MAX_PIXELS, OUTPUT_KEYS, OutputFile, VIEW_KEYS};
-use crate::scene::{MESH_KEYS, SCENE_KEYS, SURFACE_KEYS};
+use crate::scene::{MESH_KEYS, SURFACE_KEYS};
 use crate::sensors::SENSOR_KEYS;
+use crate::target::Unhit;
+use crate::word::Word;
 
 /// The dialect that the schemas are written in.
 const DIALECT: &str = "http://json-schema.org/draft-07/schema#";
@@ -51,7 +53,8 @@ fn table(keys: &[&str], required: &[&str], of: fn(&str) -> Value) -> Value {
 /// A target asks for something, and what is about patches goes with an error of theirs.
 fn target_table() -> Value {
     let mut schema = table(TARGET_KEYS, &[], target_key);
-    schema["anyOf"] = json!([{"required": ["relative_error"]}, {"required": ["sensors"]}]);
+    schema["anyOf"] =
+        json!([{"required": ["relative_error"]}, {"required": ["sensors"]}, {"required": ["total_error"]}]);
     schema["dependencies"] = json!({"fraction": ["relative_error"], "min_hits": ["relative_error"], "patches": ["relative_error"]});
     schema
 }
@@ -213,6 +216,10 @@ fn target_key(key: &str) -> Value {
                 "minProperties": 1,
             }]}),
             "Half of an interval's width over its estimate: of all sensors, or of some by name.",
+        ),
+        "total_error" => told(
+            positive(),
+            "The relative error over the area, noise and discretisation together. For basis = \"linear\".",
         ),
         _ => json!({}),
     }

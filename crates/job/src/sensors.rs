@@ -7,9 +7,10 @@ use serde::{Deserialize, Serialize};
 
 use crate::document::{Table, Value};
 use crate::error::Error;
-use crate::job::{Unhit, read_relative_error};
+use crate::keys::LISTS;
 use crate::near;
-use crate::scene::{LISTS, read_corners, read_grid, read_point};
+use crate::shape::{read_corners, read_grid, read_point};
+use crate::target::{Unhit, read_relative_error};
 
 pub(crate) const SENSOR_KEYS: &[&str] = &["name", "quad", "patches", "point", "normal"];
 

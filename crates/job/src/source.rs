@@ -10,8 +10,7 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 use crate::error::{Error, Place, Spot};
-use crate::job::JOB_KEYS;
-use crate::scene::{LISTS, SCENE_KEYS};
+use crate::keys::{JOB_KEYS, LISTS, SCENE_KEYS};
 
 /// The text of a TOML file, followed by the overrides: one numbering of bytes for all of them, so that a span
 /// tells where a value was written.

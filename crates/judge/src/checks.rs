@@ -39,7 +39,7 @@ pub fn checks_of_result(
     book: &Book,
     seed: u64,
 ) -> Vec<Check> {
-    let paths_per_walk = estimates.experiment().paths_per_walk();
+    let paths_per_walk = estimates.experiment().unit().paths();
     let mut checks = checks(estimates, note, precision, &book.looks);
     checks.extend(reciprocity(estimates.experiment(), seed));
     checks.extend([gap(book, paths_per_walk), workers(book, paths_per_walk)]);
@@ -127,7 +127,7 @@ pub fn checks(
     let (fine_enough, message) = resolution(estimates);
     checks.push(check("resolution", fine_enough, message));
     checks.extend(sensors(experiment, tally));
-    let telling = experiment.batch_paths().map_or(0, |_| TELLING_BATCHES);
+    let telling = experiment.unit().batch().map_or(0, |_| TELLING_BATCHES);
     let half: Vec<&Look> = looks
         .iter()
         .filter(|look| look.walks >= telling.max(tally.counts.walks.div_ceil(2)))
@@ -237,8 +237,8 @@ fn bias(experiment: &Experiment, Doubts { bias, .. }: &Doubts) -> Check {
 fn books(experiment: &Experiment, tally: &Tally) -> [Check; 2] {
     let counts = tally.counts;
     // The rays of a chain end one by one, as the walks of a batch do.
-    let began = counts.walks.saturating_mul(experiment.paths_per_walk());
-    let what = if experiment.chain_rays().is_some() { "rays" } else { "walks" };
+    let began = counts.walks.saturating_mul(experiment.unit().paths());
+    let what = if experiment.unit().is_chain() { "rays" } else { "walks" };
     let ended = counts.absorbed + counts.absorbed_back + counts.escaped + counts.truncated;
     [
         check("energy", ended == began, format!("{began} {what} were emitted, {ended} absorbed or escaped")),
@@ -338,7 +338,7 @@ fn error(scene: &Scene, Doubts { rough, .. }: &Doubts) -> Check {
 
 /// Batches and chains differ like normal numbers, and their intervals allow for what few of them can tell (Student's t).
 fn vov(experiment: &Experiment, Doubts { volatile, .. }: &Doubts) -> Check {
-    if experiment.batch_paths().is_some() {
+    if !experiment.unit().is_walk() {
         let message = "the intervals of batches are Student's: they allow for the variance of the variance";
         return check("vov", true, message.into());
     }
@@ -369,7 +369,7 @@ fn tail(experiment: &Experiment, tally: &Tally) -> Check {
         sum > 0.0 && meaning.unit * squares / sum > meaning.ratio_bound * (1.0 + 5.0 / scores.sqrt())
     };
     let heavy = patches.flat_map(|patch| (0..channels).map(move |c| (patch, c))).filter(heavy).count();
-    let limit = match experiment.batch_paths() {
+    let limit = match experiment.unit().batch() {
         Some(_) => "batches can make (all light that is under way)",
         None => "walks can make (visits fall off geometrically)",
     };

@@ -16,7 +16,7 @@ const FIXED_POINT: u128 = 1 << 48;
 
 /// The limits of an experiment.
 pub fn limits(experiment: &Experiment) -> Limits {
-    let limits = match experiment.batch_paths() {
+    let limits = match experiment.unit().batch() {
         Some(paths) => of_batches(experiment, paths),
         None => of_walks(experiment),
     };
@@ -29,7 +29,7 @@ pub fn limits(experiment: &Experiment) -> Limits {
 fn of_sensors(experiment: &Experiment) -> Option<SensorLimits> {
     let sensors = experiment.sensors()?;
     let scene = experiment.scene();
-    let paths = experiment.batch_paths().unwrap_or(sensors.sample_walks());
+    let paths = experiment.unit().batch().unwrap_or(sensors.sample_walks());
     let least_area = scene.faces().iter().map(|face| face.area).fold(f64::INFINITY, f64::min);
     let brightest = |c: usize| {
         let most = scene.max_reflectance()[c];
@@ -63,7 +63,7 @@ fn of_batches(experiment: &Experiment, paths: u64) -> Limits {
         .filter_map(|(patch, c)| experiment.meaning(patch, c, &tally))
         .map(|meaning| meaning.ratio_bound / meaning.unit)
         .fold(1.0, f64::max);
-    let longest = if experiment.chain_rays().is_some() { 1 } else { longest_walk(experiment) };
+    let longest = if experiment.unit().is_chain() { 1 } else { longest_walk(experiment) };
     // Rays of a final gather come on top.
     let rays = paths.saturating_mul(longest).saturating_mul(MARGIN as u64);
     // A float that is too large becomes the largest number.
@@ -104,7 +104,7 @@ mod tests {
         let experiment = Experiment::new(job.build_scene().unwrap(), job.method.walks()).unwrap();
         let experiment = experiment.with_sensors(&[sensor]).unwrap();
         let mut board = experiment.board::<MOMENTS>();
-        let walks = job.budget.paths / experiment.paths_per_walk();
+        let walks = job.budget.paths / experiment.unit().paths();
         experiment.walk(&Sequence::new(7), 0..walks, &mut board);
         let tally = board.take().unwrap();
         let limits = limits(&experiment);
@@ -134,6 +134,10 @@ mod tests {
                 "walk=gathering estimator=collision",
                 "walk=gathering estimator=infinite",
                 "walk=gathering mix=true",
+                "walk=shooting basis=linear",
+                "walk=shooting basis=linear estimator=infinite",
+                "walk=gathering basis=linear",
+                "walk=shooting basis=linear sampler=sobol",
                 "walk=shooting sampler=sobol",
                 "walk=jacobi",
                 "walk=jacobi jacobi.solve=iterations",

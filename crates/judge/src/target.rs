@@ -3,9 +3,9 @@
 //! The moment to stop is that of `stats::DoubleSampling`, which keeps intervals true. Looks happen at numbers of walks
 //! that the job fixes.
 
-use job::{SensorTarget, Target, Unhit};
+use job::{SensorTarget, Target, TotalTarget, Unhit};
 use protocol::checkpoint::Look;
-use radiosity::{Channels, Estimate, Estimates, Experiment, Face, Readings, SensorSpec, Tally};
+use radiosity::{Accuracy, Channels, Estimate, Estimates, Experiment, Face, Readings, SensorSpec, Tally};
 use report::{SensorSummary, SensorsSummary, WorstPatch};
 use stats::{DoubleSampling, foresight};
 
@@ -164,7 +164,7 @@ impl SensorGoal {
     fn is_met_within(&self, part: impl Fn(f64) -> f64, experiment: &Experiment, tally: &Tally) -> bool {
         let Some(readings) = Readings::new(experiment, tally, self.level) else { return true };
         let SensorTarget { sensors, min_paths, unhit } = &self.target;
-        let paths = tally.counts.walks.saturating_mul(experiment.paths_per_walk());
+        let paths = tally.counts.walks.saturating_mul(experiment.unit().paths());
         let ignore_dark = *unhit == Unhit::Ignore;
         let known =
             |&(sensor, error): &(u32, f64)| readings.worst_error(sensor as usize, ignore_dark) <= part(error);
@@ -220,6 +220,7 @@ pub struct Observer {
     level: f64,
     target: Option<Target>,
     sensors: Option<SensorGoal>,
+    total: Option<TotalTarget>,
     /// Of the look before, or of where the run was resumed.
     before: Option<Sample>,
 }
@@ -227,12 +228,17 @@ pub struct Observer {
 impl Observer {
     /// Of a job whose intervals have this level each.
     pub fn new(experiment: Experiment, level: f64, target: Option<Target>) -> Self {
-        Observer { experiment, level, target, sensors: None, before: None }
+        Observer { experiment, level, target, sensors: None, total: None, before: None }
     }
 
     /// The observer of a job that asks for sensors, too.
     pub fn with_sensors(self, sensors: Option<SensorGoal>) -> Self {
         Observer { sensors, ..self }
+    }
+
+    /// The observer of a job that asks for a total error, too.
+    pub fn with_total(self, total: Option<TotalTarget>) -> Self {
+        Observer { total, ..self }
     }
 
     /// The observer of a job that is resumed: its first look compares the walks since with these.
@@ -248,13 +254,21 @@ impl Observer {
         let estimates = Estimates::new(&self.experiment, tally, self.level);
         let precision = estimates.precision();
         let of_patches = self.target.as_ref().map(|target| {
-            let early = walks * self.experiment.paths_per_walk() < target.min_paths;
+            let early = walks * self.experiment.unit().paths() < target.min_paths;
             if early { [false; 2] } else { meets(target, &estimates) }
         });
         let of_sensors = self.sensors.as_ref().map(|goal| {
             [goal.is_met(&self.experiment, tally), goal.is_met_within(foresight, &self.experiment, tally)]
         });
-        let asked = of_patches.into_iter().chain(of_sensors).reduce(|a, b| [a[0] && b[0], a[1] && b[1]]);
+        let of_total = self.total.as_ref().map(|target| {
+            let early = walks * self.experiment.unit().paths() < target.min_paths;
+            if early { [false; 2] } else { meets_total(target, &estimates) }
+        });
+        let asked = of_patches
+            .into_iter()
+            .chain(of_sensors)
+            .chain(of_total)
+            .reduce(|a, b| [a[0] && b[0], a[1] && b[1]]);
         let (promising, reached) =
             asked.map_or((false, false), |[met, promising]| (promising, ends(walks, looks, met, promising)));
         let now = Sample::new(tally, self.experiment.scene().faces().len());
@@ -280,6 +294,19 @@ fn meets(target: &Target, estimates: &Estimates) -> [bool; 2] {
     let foreseen = Bar { error: foresight(relative_error), scores: 0.5 * scores };
     let standings = standings(estimates, target).map(|(_, standing)| standing);
     parts_within(standings, [met, foreseen]).map(|part| part >= fraction)
+}
+
+/// Whether noise and discretisation keep within a total, and whether twice these walks will: they make the noise less, and the
+/// patches no finer.
+fn meets_total(target: &TotalTarget, estimates: &Estimates) -> [bool; 2] {
+    let Some(Accuracy { noise, discretisation, .. }) = estimates.accuracy() else { return [false; 2] };
+    let left = (target.total_error * target.total_error - discretisation * discretisation).max(0.0).sqrt();
+    [left, foresight(left)].map(|left| left > 0.0 && noise <= left)
+}
+
+/// Whether a tally meets a total error, after `paths` paths.
+pub fn total_is_met(target: &TotalTarget, estimates: &Estimates, paths: u64) -> bool {
+    paths >= target.min_paths && meets_total(target, estimates)[0]
 }
 
 /// Whether a run ends after this number of walks.
@@ -322,8 +349,8 @@ impl Prospect {
             walks,
             level,
             target: target.clone(),
-            chains: experiment.batch_paths().is_some(),
-            paths_per_walk: experiment.paths_per_walk(),
+            chains: !experiment.unit().is_walk(),
+            paths_per_walk: experiment.unit().paths(),
         };
         let known = prospect.standings.iter().filter(|s| s.error.is_finite() && s.error > 0.0);
         let logs: Vec<[f64; 2]> = known.map(|s| [s.error.ln(), prospect.noise_of(s)]).collect();
@@ -420,7 +447,7 @@ fn student(level: f64, chains: u64) -> f64 {
 /// The numbers of walks (or chains) at which a run of so many is looked at. Fewer walks than patches tell nothing of most
 /// of them, and a look at many patches takes its time; a chain tells of every patch, and takes longer than a look.
 pub fn looks(experiment: &Experiment, walks: u64) -> Vec<u64> {
-    match experiment.batch_paths() {
+    match experiment.unit().batch() {
         Some(_) => ladder(FIRST_LOOK_AT_CHAINS, walks, 0),
         None => ladder(FIRST_LOOK, walks, experiment.scene().faces().len()),
     }

@@ -114,7 +114,7 @@ impl<'a> Gauge<'a> {
                 fraction: target.fraction,
                 decisive_error: finite(prospect.error()),
                 paths_expected: ending
-                    .map(|ending| ending.walks().saturating_mul(self.experiment.paths_per_walk())),
+                    .map(|ending| ending.walks().saturating_mul(self.experiment.unit().paths())),
             }
         });
         self.next_precision = Instant::now() + now.elapsed() * ERROR_SHARE;
@@ -124,7 +124,7 @@ impl<'a> Gauge<'a> {
     pub fn standing(&self, coordinator: &Coordinator) -> Standing {
         let progress = coordinator.progress();
         // A chain of n rays counts as n paths.
-        let per_walk = self.experiment.paths_per_walk();
+        let per_walk = self.experiment.unit().paths();
         let paths = progress.walks * per_walk;
         let paths_per_second = self.walks_per_second() * per_walk as f64;
         let counts = coordinator.prefix().counts;

@@ -1,6 +1,7 @@
 //! What a running job leaves for others to see, every two seconds: a status file, and a page of metrics.
 
 use std::collections::HashMap;
+use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -8,7 +9,9 @@ use protocol::coordinator::Coordinator;
 use results::unix_seconds;
 use tracing::debug;
 
+use crate::address::{NoPage, listen};
 use crate::metrics::metrics;
+use crate::scrape::{Page, publish};
 use crate::standing::Standing;
 use crate::status::{Description, Hand, Report, STATUS, beside};
 
@@ -18,25 +21,30 @@ const INTERVAL: Duration = Duration::from_secs(2);
 /// Workers beyond this are told of by their number only.
 const NAMED: usize = 1000;
 
-/// Replaces a page of metrics by a new text.
-pub type Publish = Box<dyn FnMut(String)>;
+/// Opens a page of metrics at an address; returns where it is, too.
+///
+/// # Errors
+/// Where the address cannot be listened at, and where no thread can be started.
+pub fn open_metrics(address: &str) -> Result<(Page, SocketAddr), NoPage> {
+    let (listener, bound) = listen(address)?;
+    let page = Page::default();
+    let told = page.clone();
+    publish(listener, "metrics", move |request| told.answer(request))
+        .map_err(|source| NoPage::System { doing: "starting a thread", source })?;
+    Ok((page, bound))
+}
 
 /// Where reports go.
 pub struct Reports {
     description: Description,
     files: Vec<PathBuf>,
-    page: Option<Publish>,
+    page: Option<Page>,
     due: Instant,
 }
 
 impl Reports {
     /// Reports to the output folder; beside the access file, where that lies elsewhere; and to a page, where one is wanted.
-    pub fn new(
-        description: Description,
-        output: &Path,
-        access: Option<&Path>,
-        page: Option<Publish>,
-    ) -> Self {
+    pub fn new(description: Description, output: &Path, access: Option<&Path>, page: Option<Page>) -> Self {
         let mut files = vec![output.join(STATUS)];
         files.extend(access.filter(|access| access.parent() != Some(output)).map(beside));
         Reports { description, files, page, due: Instant::now() + INTERVAL }
@@ -61,8 +69,8 @@ impl Reports {
                 debug!("no status is written to {}: {error}", file.display());
             }
         }
-        if let Some(publish) = &mut self.page {
-            publish(metrics(&report));
+        if let Some(page) = &self.page {
+            page.set(metrics(&report));
         }
     }
 

@@ -166,6 +166,24 @@ impl Unit {
         self == Unit::Walk
     }
 
+    /// Whether it is a chain.
+    pub fn is_chain(self) -> bool {
+        self.chain().is_some()
+    }
+
+    /// Paths that depend on each other, where a walk is no sample of its own: walks of a batch, or rays of a chain.
+    pub fn batch(self) -> Option<u64> {
+        (!self.is_walk()).then(|| self.paths())
+    }
+
+    /// Rays of a chain.
+    pub fn chain(self) -> Option<u64> {
+        match self {
+            Unit::Chain { rays } => Some(rays),
+            Unit::Walk | Unit::Batch { .. } => None,
+        }
+    }
+
     /// Several of them, in a word.
     pub fn word(self) -> &'static str {
         match self {

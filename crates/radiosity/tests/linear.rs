@@ -86,7 +86,7 @@ fn means_are_those_of_a_constant_job() {
     for spec in [room(), coloured(room())] {
         for [constant, linear] in methods() {
             let [constant, linear] = [constant, linear].map(|method| experiment(&spec, method));
-            let samples = 6_000 / constant.paths_per_walk();
+            let samples = 6_000 / constant.unit().paths();
             let [a, b] = [&constant, &linear].map(|experiment| tally(experiment, 7, 3..samples));
             assert_eq!(a.counts, b.counts);
             for face in 0..constant.scene().faces().len() {
@@ -150,16 +150,18 @@ fn slopes_are_those_of_the_hits() {
 fn methods_agree_on_gradients() {
     for spec in [room(), coloured(room())] {
         for space in [Space::Discrete, Space::Continuous] {
-            let solve = |method: Method, samples: u64| {
+            // Walks number 10⁷ and on, for others than those of the reference.
+            let solve = |method: Method, first: u64, samples: u64| {
                 let experiment = experiment(&spec, method);
-                let tally = tally(&experiment, 5, 0..samples);
+                let first = first / experiment.unit().paths();
+                let tally = tally(&experiment, 5, first..first + samples);
                 let estimates = Estimates::new(&experiment, &tally, 0.95);
                 let faces = 0..experiment.scene().faces().len();
                 let channels = faces.flat_map(|i| estimates.slopes(i).unwrap());
                 channels.map(|s| (s.gradient, s.gradient_error.unwrap())).collect::<Vec<_>>()
             };
             let shooting = |estimator| walks(Direction::Shooting, space, Score::Linear(estimator));
-            let reference = solve(shooting(Estimator::Collision), 400_000);
+            let reference = solve(shooting(Estimator::Collision), 0, 400_000);
             let gathering = Direction::Gathering(Birth::Uniform);
             let batches = Batches {
                 walks: 5_000,
@@ -167,22 +169,13 @@ fn methods_agree_on_gradients() {
                 score: BatchScore::Linear(Estimator::Collision, space),
             };
             for (method, samples) in [
-                (shooting(Estimator::Absorption), 400_001),
-                (shooting(ROULETTE), 200_001),
-                (walks(gathering, space, Score::Linear(EstimatorKind::Collision.into())), 1_500_001),
+                (shooting(Estimator::Absorption), 400_000),
+                (shooting(ROULETTE), 200_000),
+                (walks(gathering, space, Score::Linear(EstimatorKind::Collision.into())), 1_500_000),
                 (batches.into(), 60),
             ] {
-                // Other walks than those of the reference.
                 let words = format!("{method:?}");
-                let other = {
-                    let experiment = experiment(&spec, method);
-                    let first = 10_000_000 / experiment.paths_per_walk();
-                    let tally = tally(&experiment, 5, first..first + samples);
-                    let estimates = Estimates::new(&experiment, &tally, 0.95);
-                    let faces = 0..experiment.scene().faces().len();
-                    let channels = faces.flat_map(|i| estimates.slopes(i).unwrap());
-                    channels.map(|s| (s.gradient, s.gradient_error.unwrap())).collect::<Vec<_>>()
-                };
+                let other = solve(method, 10_000_000, samples);
                 let z = reference.iter().zip(&other).flat_map(|((a, a_error), (b, b_error))| {
                     (0..2).map(move |k| (a[k] - b[k]) / a_error[k].hypot(b_error[k]))
                 });

@@ -263,6 +263,7 @@ mod tests {
             streams_reissued: 0,
             target: None,
             accuracy: None,
+            total: None,
             sensors: None,
             import: Vec::new(),
             units: Units::RADIANT,

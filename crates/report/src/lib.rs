@@ -41,6 +41,6 @@ pub use sensors::{SensorSummary, SensorsSummary, write_sensors};
 pub use smooth::Smooth;
 pub use summary::{
     AccuracySummary, ApartSummary, Check, Energy, PartSummary, PrecisionSummary, Provenance, RunFacts,
-    SessionSummary, Summary, Target, Units, WorkerSummary, WorstPatch,
+    SessionSummary, Summary, Target, TotalSummary, Units, WorkerSummary, WorstPatch,
 };
 pub use values::Values;

@@ -192,12 +192,24 @@ pub struct AccuracySummary {
     pub total: f64,
     /// The noise of the linear fits.
     pub linear_noise: f64,
+    /// What is asked of the total; absent where nothing is.
+    #[serde(flatten, skip_serializing_if = "Option::is_none")]
+    pub asked: Option<TotalSummary>,
 }
 
-impl From<Accuracy> for AccuracySummary {
-    fn from(accuracy: Accuracy) -> Self {
+/// A total error that is asked for.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct TotalSummary {
+    /// The relative error.
+    pub target: f64,
+    /// Whether noise and discretisation together keep within it.
+    pub reached: bool,
+}
+
+impl AccuracySummary {
+    fn new(accuracy: Accuracy, asked: Option<TotalSummary>) -> Self {
         let Accuracy { noise, discretisation, total, linear_noise } = accuracy;
-        AccuracySummary { noise, discretisation, total, linear_noise }
+        AccuracySummary { noise, discretisation, total, linear_noise, asked }
     }
 }
 
@@ -305,6 +317,8 @@ pub struct RunFacts {
     pub target: Option<Target>,
     /// Noise and discretisation, if the method tells them apart.
     pub accuracy: Option<Accuracy>,
+    /// What is asked of their total, if anything.
+    pub total: Option<TotalSummary>,
     /// The sensors, if the scene has any.
     pub sensors: Option<SensorsSummary>,
     /// What was modelled.
@@ -354,7 +368,7 @@ impl Summary {
             confidence: facts.confidence,
             simultaneous: facts.simultaneous,
             precision: PrecisionSummary::new(scene, &precision),
-            accuracy: facts.accuracy.map(Into::into),
+            accuracy: facts.accuracy.map(|accuracy| AccuracySummary::new(accuracy, facts.total)),
             units: facts.units,
             energy,
             target: facts.target,
@@ -453,6 +467,7 @@ mod tests {
             streams_reissued: 3,
             target: None,
             accuracy: None,
+            total: None,
             sensors: None,
             import: Vec::new(),
             units: Units::RADIANT,

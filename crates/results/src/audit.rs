@@ -91,9 +91,9 @@ pub fn audit(run: &Path, share: f64, seed: u64, now: &dyn Fn(&'static str)) -> R
     let extent = |leases: &[Lease]| Extent {
         leases: leases.iter().map(|lease| lease.leases).sum(),
         paths: leases.iter().map(|lease| lease.walks.end - lease.walks.start).sum::<u64>()
-            * experiment.paths_per_walk(),
+            * experiment.unit().paths(),
     };
-    let unit = if experiment.batch_paths().is_some() { "batches" } else { "walks" };
+    let unit = if experiment.unit().is_walk() { "walks" } else { "batches" };
     Ok(Audit {
         traced: extent(&sample),
         all: extent(&all),

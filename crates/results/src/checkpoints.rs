@@ -8,11 +8,15 @@ use std::sync::mpsc::{Receiver, SyncSender, TryRecvError, sync_channel};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
+use job::Job;
 use protocol::checkpoint::{self, Book, Checkpoint, CheckpointError, CheckpointFault, Part, Past, Session};
 use protocol::coordinator::Coordinator;
+use radiosity::Experiment;
 use report::OutputFolder;
 
 use crate::error::Error;
+use crate::replica::pack;
+use crate::settings::Settings;
 
 /// The latest tally of a run.
 pub const CURRENT: &str = "tally.bin";
@@ -39,6 +43,25 @@ pub struct Identity {
 }
 
 impl Identity {
+    /// Those of a job whose checkpoints this `build` writes.
+    ///
+    /// # Errors
+    /// Where the scene is too large to be sent.
+    pub fn new(job: &Job, settings: &Settings, experiment: &Experiment, build: &str) -> Result<Self, Error> {
+        let scene = experiment.scene();
+        let packed = pack(scene, job.scene.spec(), settings)
+            .map_err(|error| Error::System { doing: "packing the job", source: io::Error::other(error) })?;
+        Ok(Identity {
+            scene_hash: scene.hash(),
+            job_hash: job::job_hash(scene.hash(), &job.method, job.scene.sensors(), job.seed),
+            seed: job.seed,
+            first: job.budget.first_path / experiment.unit().paths(),
+            goal: settings.goal(),
+            job: packed,
+            sessions: vec![session(build)],
+        })
+    }
+
     /// A checkpoint of these books.
     pub fn checkpoint(&self, past: Past) -> Checkpoint {
         let Past { tally, deliveries, islands, workers, looks, effort } = past;
@@ -54,7 +77,7 @@ impl Identity {
 }
 
 /// This process, of a build of the program, as a session that begins now.
-pub fn session(build: &str) -> Session {
+pub(crate) fn session(build: &str) -> Session {
     let now = unix_seconds();
     let host = rustix::system::uname().nodename().to_string_lossy().into_owned();
     Session { host, build: build.into(), began: now, ended: now }
@@ -66,18 +89,18 @@ pub fn unix_seconds() -> u64 {
 }
 
 /// What `--resume` found.
-pub struct Found {
+pub(crate) struct Found {
     /// The checkpoint.
-    pub checkpoint: Checkpoint,
+    pub(crate) checkpoint: Checkpoint,
     /// Why the latest one was not used, where it was not.
-    pub passed_over: Option<CheckpointError>,
+    pub(crate) passed_over: Option<CheckpointError>,
 }
 
 /// Looks for the latest usable checkpoint in a folder; `None` where there is none at all.
 ///
 /// # Errors
 /// Where there are files, but none that can be used: why the latest cannot.
-pub fn find(
+pub(crate) fn find(
     folder: &Path,
     fits: impl Fn(&Checkpoint) -> Result<(), CheckpointFault>,
 ) -> Result<Option<Found>, CheckpointError> {

@@ -27,6 +27,26 @@ pub enum Error {
         /// The build that wrote it.
         build: String,
     },
+    /// A run holds more walks than the job has.
+    #[error(
+        "the checkpoint holds {walks} paths, the job has {paths} (walks that are merged cannot be taken out); give --paths {walks} or more"
+    )]
+    BeyondBudget {
+        /// Walks of the checkpoint.
+        walks: u64,
+        /// Walks of the job.
+        paths: u64,
+    },
+    /// A checkpoint holds chains, or batches of walks, of another length.
+    #[error(
+        "the checkpoint holds chains or batches of {theirs} paths, the job asks for {ours} (a part of budget.paths unless it says otherwise; only equal ones are one sample); give --set method.batch_paths={theirs}"
+    )]
+    OtherBatches {
+        /// Paths of a batch in the checkpoint.
+        theirs: u64,
+        /// Paths of a batch of the job.
+        ours: u64,
+    },
     /// Runs cannot be merged.
     #[error("cannot merge {}: {fault}", path.display())]
     Merge {

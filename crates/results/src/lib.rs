@@ -1,7 +1,7 @@
 //! What a run leaves, and what is done with it later.
 //!
 //! A job travels to workers, and stays in `tally.bin`, as its [`Settings`] and its scene; a [`Replica`] walks it. While a
-//! run goes on, a [`Keeper`] writes checkpoints; at the end [`RunOutput`] writes the files of the output folder, all of which
+//! run goes on, a [`Keeper`] writes checkpoints, from which another run can [`resume`]; at the end [`RunOutput`] writes the files of the output folder, all of which
 //! follow from the tally. Later, results are opened ([`Kept`]), [`merge`]d, held against each other ([`compare`]), and
 //! audited ([`audit`]: some of their walks are traced again).
 //!
@@ -17,14 +17,16 @@ mod kept;
 mod merge;
 mod outputs;
 mod replica;
+mod resume;
 mod settings;
 
 pub use audit::{Audit, Extent, Wrong, audit};
-pub use checkpoints::{CURRENT, Found, Identity, Keeper, Latest, find, session, unix_seconds};
+pub use checkpoints::{CURRENT, Identity, Keeper, Latest, unix_seconds};
 pub use diff::{Comparison, Difference, FALSE_ALARM, FEWEST_HITS, TOLD, compare};
 pub use error::Error;
 pub use kept::Kept;
 pub use merge::merge;
 pub use outputs::{LivePage, RunOutput, units};
-pub use replica::{Replica, check_shape, pack, unpack};
+pub use replica::Replica;
+pub use resume::{Resumed, resume};
 pub use settings::Settings;

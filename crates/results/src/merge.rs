@@ -21,7 +21,7 @@ pub fn merge(first: &Path, others: &[PathBuf]) -> Result<Kept, Error> {
         let other = checkpoint::read(&run.join(CURRENT))?;
         add(checkpoint, other, settings).map_err(|fault| Error::Merge { path: run.clone(), fault })?;
     }
-    settings.paths = checkpoint.tally.counts.walks.saturating_mul(experiment.paths_per_walk());
+    settings.paths = checkpoint.tally.counts.walks.saturating_mul(experiment.unit().paths());
     settings.seed = checkpoint.book.parts.first().map_or(settings.seed, |part| part.seed);
     Ok(merged)
 }

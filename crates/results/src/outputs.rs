@@ -13,7 +13,7 @@ use protocol::roster::Contributor;
 use radiosity::{Estimates, Experiment, Precision, Readings};
 use report::{
     Draft, Live, Milestone, Model, OutputFolder, Page, PartSummary, Photo, Provenance, RunFacts,
-    SessionSummary, Shot, Smooth, Summary, Units, WorkerSummary,
+    SessionSummary, Shot, Smooth, Summary, TotalSummary, Units, WorkerSummary,
 };
 
 use crate::checkpoints::{self, CURRENT, DERIVED, Latest, PREVIOUS, SENSORS};
@@ -276,9 +276,9 @@ fn facts(
     git: &str,
 ) -> RunFacts {
     let (experiment, tally, scene) = (estimates.experiment(), estimates.tally(), estimates.scene());
-    let paths = tally.counts.walks.saturating_mul(experiment.paths_per_walk());
+    let paths = tally.counts.walks.saturating_mul(experiment.unit().paths());
     // A batch is a stream of its own.
-    let stream_paths = experiment.batch_paths().unwrap_or(settings.stream_paths);
+    let stream_paths = experiment.unit().batch().unwrap_or(settings.stream_paths);
     RunFacts {
         version: env!("CARGO_PKG_VERSION").into(),
         git: (!git.starts_with("sources-")).then(|| git.into()),
@@ -295,6 +295,10 @@ fn facts(
         streams_reissued: book.effort.streams_reissued,
         target: settings.target.as_ref().map(|target| target::judge(target, estimates, paths)),
         accuracy: estimates.accuracy(),
+        total: settings.total_target.map(|target| TotalSummary {
+            target: target.total_error,
+            reached: target::total_is_met(&target, estimates, paths),
+        }),
         sensors: readings(settings, estimates).map(|readings| {
             let goal = settings.sensor_goal(experiment);
             target::judge_sensors(goal.as_ref(), &readings, experiment, tally)
@@ -304,7 +308,7 @@ fn facts(
         checks: checks_of_result(estimates, settings.note.as_deref(), precision, book, settings.seed),
         confidence: settings.confidence,
         simultaneous: settings.simultaneous,
-        provenance: provenance(book, experiment.paths_per_walk()),
+        provenance: provenance(book, experiment.unit().paths()),
     }
 }
 
@@ -317,7 +321,7 @@ fn readings<'a>(settings: &Settings, estimates: &Estimates<'a>) -> Option<Readin
 /// The errors at the looks of a run.
 fn milestones(book: &Book, experiment: &Experiment) -> Vec<Milestone> {
     let milestone = |look: &Look| Milestone {
-        paths: look.walks as f64 * experiment.paths_per_walk() as f64,
+        paths: look.walks as f64 * experiment.unit().paths() as f64,
         median_relative_error: look.median_relative_error,
         max_relative_error: look.max_relative_error,
     };

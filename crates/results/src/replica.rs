@@ -19,14 +19,14 @@ struct Packed {
 }
 
 /// Bytes of settings that came after the first format 5 of `tally.bin`: notes of imports, units of light, sensors and what is
-/// asked of them, files, the three parts of the view, and the two of the materials.
-const LATER_SETTINGS: usize = 10;
+/// asked of them, files, the three parts of the view, the two of the materials, and the total error.
+const LATER_SETTINGS: usize = 11;
 
 /// The bytes of a job.
 ///
 /// # Errors
 /// Where the scene is too large for one message.
-pub fn pack(scene: &Scene, spec: &SceneSpec, settings: &Settings) -> Result<Vec<u8>, CodecError> {
+pub(crate) fn pack(scene: &Scene, spec: &SceneSpec, settings: &Settings) -> Result<Vec<u8>, CodecError> {
     encode_serde(&Packed { scene: spec.clone(), tree: scene.has_tree(), settings: settings.clone() })
 }
 
@@ -34,7 +34,7 @@ pub fn pack(scene: &Scene, spec: &SceneSpec, settings: &Settings) -> Result<Vec<
 ///
 /// # Errors
 /// In words, where the bytes are no job or the scene is invalid.
-pub fn unpack(bytes: &[u8]) -> Result<(Settings, Experiment), String> {
+pub(crate) fn unpack(bytes: &[u8]) -> Result<(Settings, Experiment), String> {
     // Jobs that were kept before the last settings were there end before these, each of which is a byte of 0 where the job
     // says nothing of it.
     let packed = decode_serde(bytes);
@@ -53,7 +53,7 @@ pub fn unpack(bytes: &[u8]) -> Result<(Settings, Experiment), String> {
 ///
 /// # Errors
 /// Where it has others.
-pub fn check_shape(tally: &Tally, experiment: &Experiment) -> Result<(), CheckpointFault> {
+pub(crate) fn check_shape(tally: &Tally, experiment: &Experiment) -> Result<(), CheckpointFault> {
     let expected = (experiment.layout::<MOMENTS>(), experiment.rows());
     if (tally.layout(), tally.patches()) == expected {
         Ok(())

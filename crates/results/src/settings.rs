@@ -1,7 +1,7 @@
 //! What a result has to be told with, beside the walks and their scene: it travels with the job and stays in
 //! `tally.bin`.
 
-use job::{Finishes, Job, Light, MethodTable, OutputFile, SensorTarget, Target, View};
+use job::{Finishes, Job, Light, MethodTable, OutputFile, SensorTarget, Target, TotalTarget, View};
 use judge::target::SensorGoal;
 use radiosity::{Experiment, Scene, SensorSpec};
 use serde::{Deserialize, Serialize};
@@ -41,6 +41,8 @@ pub struct Settings {
     pub view: View,
     /// What the surfaces are made of.
     pub finishes: Finishes,
+    /// What is asked of noise and discretisation together.
+    pub total_target: Option<TotalTarget>,
 }
 
 impl Settings {
@@ -63,6 +65,7 @@ impl Settings {
             files: job.files.clone(),
             view: job.view,
             finishes: job.scene.finishes().clone(),
+            total_target: job.total_target,
         }
     }
 
@@ -104,6 +107,10 @@ impl Settings {
         let goal = match &self.sensor_target {
             None => serde_json::to_vec(&goal),
             Some(of_sensors) => serde_json::to_vec(&(goal, of_sensors)),
+        };
+        let goal = match &self.total_target {
+            None => goal,
+            Some(total) => goal.and_then(|goal| serde_json::to_vec(&(goal, total))),
         };
         *blake3::hash(&goal.expect("numbers and words")).as_bytes()
     }

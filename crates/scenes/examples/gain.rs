@@ -131,7 +131,7 @@ fn measure(study: &Study) -> Result<Vec<Point>, Failure> {
                 Way::OneChain => (chains(&scene, rays)?, 1),
                 Way::Chains => (chains(&scene, rays / CHAINS)?, CHAINS),
             };
-            let shortest = experiment.chain_rays().unwrap_or(u64::MAX);
+            let shortest = experiment.unit().chain().unwrap_or(u64::MAX);
             if shortest < RAYS_PER_PATCH * scene.faces().len() as u64 {
                 continue;
             }

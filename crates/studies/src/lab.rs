@@ -74,7 +74,7 @@ impl Lab {
     /// The tally, with M power sums, of walks 0 … `walks` − 1 of the sequence of `seed`.
     pub fn tally<const M: usize>(&self, experiment: &Experiment, seed: u64, walks: u64) -> Tally {
         let sequence = Sequence::new(seed);
-        let piece = if experiment.batch_paths().is_some() { 1 } else { PIECE };
+        let piece = if experiment.unit().is_walk() { PIECE } else { 1 };
         let whole = Mutex::new(experiment.tally::<M>());
         self.each(
             walks.div_ceil(piece) as usize,

@@ -9,11 +9,12 @@ use cluster::coordinator::{Coordinator, Ending};
 use cluster::server::{Wish, serve};
 use judge::MOMENTS;
 use radiosity::{Counts, Tally};
-use results::Settings;
+use results::{Identity, Settings};
 use studies::compare::contender::Trial;
 use studies::compare::{Shot, Team};
 
-use crate::commands::coordinate::{Door, identity, plan};
+use crate::build::BUILD;
+use crate::commands::coordinate::{Door, plan};
 use crate::fault::Fault;
 use crate::signals;
 
@@ -23,7 +24,7 @@ use crate::signals;
 /// Where the cluster fails, and where a signal ends it.
 pub(crate) fn shoot(team: Team, trial: &Trial, runs: usize) -> Result<Shot, Fault> {
     let Trial { job, experiment } = trial;
-    let identity = identity(job, &Settings::of(job), experiment)?;
+    let identity = Identity::new(job, &Settings::of(job), experiment, BUILD)?;
     let ends = (1..=runs as u64).map(|run| run * trial.walks()).collect();
     let (out, prefixes) = channel();
     let judge = move |prefix: &Tally, _: &[Look]| {

@@ -4,8 +4,7 @@ use std::collections::HashMap;
 use std::path::Path;
 use std::rc::Rc;
 
-use super::json::{Accessor, BufferView, Document};
-use super::{At, element};
+use super::json::{Accessor, At, BufferView, Document, element};
 use crate::bytes::Bytes;
 use crate::error::Fault;
 use crate::files::Files;

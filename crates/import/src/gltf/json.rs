@@ -5,6 +5,20 @@
 
 use serde::Deserialize;
 
+use crate::error::Fault;
+
+/// A fault with the path of the JSON element at fault.
+pub(super) type At = (String, Fault);
+
+/// An element of a JSON array; `from` is the path of the index.
+pub(super) fn element<'a, T>(list: &'a [T], number: usize, name: &str, from: &str) -> Result<&'a T, At> {
+    list.get(number).ok_or_else(|| {
+        let problem = format!("there is no {name}[{number}]");
+        let why = format!("the file has {} of them, counted from 0", list.len());
+        (from.to_owned(), Fault::new(problem, why, "export the file again"))
+    })
+}
+
 /// The whole document.
 #[derive(Debug, Default, Deserialize)]
 #[serde(default, rename_all = "camelCase")]

@@ -11,15 +11,12 @@ use std::path::Path;
 use glam::{DAffine3, DMat4, DQuat, DVec3};
 
 use self::buffers::{Data, buffers, unpack};
-use self::json::{Document, Node, Primitive};
+use self::json::{At, Document, Node, Primitive, element};
 use crate::error::{Error, Fault, Spot};
 use crate::files::Files;
 use crate::mesh::{Material, Mesh, Parts, Triangle, short};
 use crate::room::{Room, room};
 use crate::tally::Tally;
-
-/// A fault with the path of the JSON element at fault.
-type At = (String, Fault);
 
 /// Extensions that a file may require: those that are read, and those that say nothing of geometry or diffuse light.
 const UNDERSTOOD: &[&str] = &[
@@ -86,15 +83,6 @@ fn refuse_extensions(document: &Document) -> Result<(), At> {
         ));
     }
     Ok(())
-}
-
-/// An element of a JSON array; `from` is the path of the index.
-fn element<'a, T>(list: &'a [T], number: usize, name: &str, from: &str) -> Result<&'a T, At> {
-    list.get(number).ok_or_else(|| {
-        let problem = format!("there is no {name}[{number}]");
-        let why = format!("the file has {} of them, counted from 0", list.len());
-        (from.to_owned(), Fault::new(problem, why, "export the file again"))
-    })
 }
 
 /// The nodes on the way to their triangles.

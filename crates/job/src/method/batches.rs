@@ -2,10 +2,10 @@
 
 use radiosity::{EstimatorKind, Iterations, RayBirths, Sampler, Solve, Space};
 
-use super::{Beside, MethodTable, WalkKind};
+use super::table::{Beside, MethodTable, WalkKind};
+use crate::budget::Budget;
 use crate::document::Value;
 use crate::error::{Error, Place};
-use crate::job::Budget;
 
 /// Where the keys stand that chains may be refused by.
 pub(super) struct Places {

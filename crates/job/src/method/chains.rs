@@ -2,11 +2,11 @@
 
 use radiosity::{EstimatorKind, Iterations, Solve, Space};
 
-use super::read::word;
+use super::table::{Beside, MethodTable, WalkKind};
 use super::walks::read_patches;
-use super::{Beside, MethodTable, WalkKind, Word};
 use crate::document::Value;
 use crate::error::Error;
+use crate::word::Word;
 
 /// The word of a [`Solve`].
 #[derive(Clone, Copy)]
@@ -54,7 +54,7 @@ pub(super) fn read_solve(value: Value<'_>, walk: WalkKind) -> Result<Solve, Erro
             let default = Iterations::default();
             let regular = regular.map(|value| read_regular(&value)).transpose()?;
             Ok(Solve::Iterations(Iterations {
-                births: word(births)?,
+                births: births.map(|value| value.word()).transpose()?.unwrap_or_default(),
                 regular: regular.unwrap_or(default.regular),
                 ..default
             }))

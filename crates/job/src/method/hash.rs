@@ -2,7 +2,8 @@
 
 use radiosity::{Birth, Course, InfiniteEnd, Iterations, SensorSpec, Sensors, Solve};
 
-use super::{Beside, MethodTable, WalkKind, Word};
+use super::table::{Beside, MethodTable, WalkKind};
+use crate::word::Word;
 
 /// Names an answer but for the number of walks: equal for equal scene, method, seed and sensors.
 ///

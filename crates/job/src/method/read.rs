@@ -4,25 +4,11 @@ use radiosity::{Sampler, Solve};
 
 use super::batches::{Places, read_batch, read_sampler, settle_batches, settle_jacobi};
 use super::chains::{read_final_gather, read_solve};
+use super::table::{Basis, Beside, MethodTable};
 use super::walks::{read_birth, read_infinite};
-use super::{Basis, Beside, MethodTable, Word};
+use crate::budget::Budget;
 use crate::document::{Table, Value};
 use crate::error::Error;
-use crate::job::Budget;
-
-pub(crate) const METHOD_KEYS: &[&str] = &[
-    "walk",
-    "estimator",
-    "space",
-    "sampler",
-    "infinite",
-    "birth",
-    "mix",
-    "basis",
-    "batch_paths",
-    "jacobi",
-    "final_gather",
-];
 
 /// Reads `[method]`, for a scene of `patch_count` patches and a budget; says what was not done as asked.
 pub(crate) fn read_method(
@@ -30,15 +16,15 @@ pub(crate) fn read_method(
     patch_count: u64,
     budget: &Budget,
 ) -> Result<(MethodTable, Option<String>), Error> {
-    let walk = word(table.take("walk"))?;
+    let walk = table.word("walk")?;
     let sampler = table.take("sampler");
     let jacobi = table.take("jacobi").map(|value| read_solve(value, walk)).transpose()?.unwrap_or_default();
     let places = Places { walk: table.place("walk"), batch: table.place("batch_paths") };
     let final_gather = table.take("final_gather");
     let mut method = MethodTable {
         walk,
-        estimator: word(table.take("estimator"))?,
-        space: word(table.take("space"))?,
+        estimator: table.word("estimator")?,
+        space: table.word("space")?,
         sampler: Sampler::default(),
         infinite: table.take("infinite").map(read_infinite).transpose()?.unwrap_or_default(),
         birth: table
@@ -66,22 +52,15 @@ pub(crate) fn read_method(
 /// What is found out beside the means: one thing at most.
 fn read_beside(mix: Option<Value<'_>>, basis: Option<Value<'_>>) -> Result<Beside, Error> {
     let mix = mix.map(|value| value.boolean()).transpose()?.unwrap_or_default();
-    match (mix, basis) {
-        (mix, None) => Ok(if mix { Beside::Mix } else { Beside::Nothing }),
-        (mix, Some(basis)) => match (mix, basis.word()?) {
-            (true, Basis::Linear) => Err(basis.refuse(
-                "mix = true has no linear basis".into(),
-                "the best mix is one of the means of patches",
-                "remove one of the two",
-            )),
-            (true, Basis::Constant) => Ok(Beside::Mix),
-            (false, Basis::Linear) => Ok(Beside::Slopes),
-            (false, Basis::Constant) => Ok(Beside::Nothing),
-        },
+    let Some(basis) = basis else { return Ok(if mix { Beside::Mix } else { Beside::Nothing }) };
+    match (mix, basis.word()?) {
+        (true, Basis::Linear) => Err(basis.refuse(
+            "mix = true has no linear basis".into(),
+            "the best mix is one of the means of patches",
+            "remove one of the two",
+        )),
+        (true, Basis::Constant) => Ok(Beside::Mix),
+        (false, Basis::Linear) => Ok(Beside::Slopes),
+        (false, Basis::Constant) => Ok(Beside::Nothing),
     }
-}
-
-/// A choice, the default where the key is absent.
-pub(super) fn word<W: Word + Default>(value: Option<Value<'_>>) -> Result<W, Error> {
-    value.map_or(Ok(W::default()), |value| value.word())
 }

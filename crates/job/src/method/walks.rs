@@ -4,9 +4,9 @@ use std::collections::HashSet;
 
 use radiosity::{Birth, InfiniteEnd};
 
-use super::Word;
 use crate::document::Value;
 use crate::error::Error;
+use crate::word::Word;
 
 /// Reflections of an infinite walk of fixed length, unless the job says otherwise.
 const DEFAULT_LENGTH: u32 = 20;

@@ -96,10 +96,10 @@ impl Pilot {
 /// they cost.
 fn affordable(experiment: &Experiment, walks: u64) -> Vec<u64> {
     let ladder = looks(experiment, walks);
-    if experiment.batch_paths().is_some_and(|batch| batch.saturating_mul(ladder[0]) > MOST_RAYS) {
+    if experiment.unit().batch().is_some_and(|batch| batch.saturating_mul(ladder[0]) > MOST_RAYS) {
         return vec![1];
     }
-    let most = MOST_RAYS / experiment.paths_per_walk();
+    let most = MOST_RAYS / experiment.unit().paths();
     let first = ladder[0].min(most);
     std::iter::once(first).chain(ladder.into_iter().filter(|&look| look > first && look <= most)).collect()
 }

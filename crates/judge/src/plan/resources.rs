@@ -49,7 +49,7 @@ impl Costs {
     pub fn new(experiment: &Experiment, pilot: &Pilot, memory_bytes: Option<f64>) -> Self {
         let (walk_seconds, sums) =
             (pilot.seconds / pilot.tally.counts.walks as f64, pilot.tally.sums().len());
-        let chains = experiment.batch_paths().is_some();
+        let chains = !experiment.unit().is_walk();
         let lease_walks = if chains { 1.0 } else { lease_seconds(sums, 1, 0.0) / walk_seconds };
         let lease_bytes = (MESSAGE + bytes_of(&pilot.tally, lease_walks)) as f64;
         Costs { walk_seconds, lease_bytes, sums, chains, memory_bytes }

@@ -3,10 +3,11 @@
 use std::ops::Range;
 
 use super::Experiment;
+use super::board::Sensing;
 use super::board::with_board;
 use super::meaning::Meaning;
 use super::run::Source;
-use super::sensing::{SENSING_PART, Sensing};
+use super::sensing::SENSING_PART;
 use crate::geometry::face::Face;
 use crate::jacobi::faces::FaceTable;
 use crate::jacobi::final_gather::{Gathered, final_gather};

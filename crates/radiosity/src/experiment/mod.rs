@@ -27,9 +27,8 @@ use crate::scene::Scene;
 use crate::scene::births::Births;
 use crate::tally::{Layout, LinearBoard, Scoreboard, Tally};
 use crate::walk::estimator::Estimator;
-use board::{Scores, with_board};
+use board::{Scores, Sensing, with_board};
 use gathering::Gathering;
-use sensing::Sensing;
 use unfit::{check, check_sensors};
 
 /// A scene and a method that fits it.
@@ -163,24 +162,5 @@ impl Experiment {
             (_, Score::Linear(_)) => Scores::LinearColoured(LinearBoard::new(faces)),
             _ => Scores::Coloured(Scoreboard::new(faces)),
         }
-    }
-
-    /// Rays of a chain, where chains take the place of walks.
-    pub fn chain_rays(&self) -> Option<u64> {
-        match self.unit() {
-            Unit::Chain { rays } => Some(rays),
-            Unit::Walk | Unit::Batch { .. } => None,
-        }
-    }
-
-    /// Paths of a batch, where batches take the place of walks: rays of a chain, or walks that share a Sobol sequence.
-    /// Batches are independent, what is within one is not.
-    pub fn batch_paths(&self) -> Option<u64> {
-        (!self.unit().is_walk()).then(|| self.unit().paths())
-    }
-
-    /// What a walk counts as in jobs: one path; a batch counts as all of its own.
-    pub fn paths_per_walk(&self) -> u64 {
-        self.unit().paths()
     }
 }

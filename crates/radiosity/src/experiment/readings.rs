@@ -3,7 +3,7 @@
 use stats::Moments;
 
 use super::Experiment;
-use super::sensing::units;
+use super::board::units;
 use super::solution::{Student, Told};
 use crate::geometry::sensor::Sensors;
 use crate::tally::Tally;

@@ -8,18 +8,16 @@
 use std::ops::Range;
 
 use super::Experiment;
-use super::board::Scores;
+use super::board::{Scores, Sensing};
 use crate::geometry::face::Face;
 use crate::geometry::sensor::Sensors;
-use crate::jacobi::UNITS;
 use crate::jacobi::faces::FaceTable;
 use crate::jacobi::final_gather::{Gathered, sense};
 use crate::method::Walks;
 use crate::random::rng::Sequence;
 use crate::random::sampling::cosine_direction;
-use crate::tally::{Layout, Overflow, Tally};
+use crate::tally::Tally;
 use crate::trace::ray::{Hit, Ray};
-use crate::walk::score::fixed_units;
 
 /// Rays of sensors are this part of the rays of a sample, in all.
 pub(super) const SENSING_PART: u64 = 4;
@@ -30,108 +28,6 @@ const SENSING_RAYS: u64 = 3 << 62;
 
 /// Walks between two questions whether to go on.
 const WALKS_AT_ONCE: usize = 1 << 12;
-
-/// What a board keeps for sensors.
-#[derive(Clone, Debug)]
-pub(crate) struct Sensing<const M: usize> {
-    /// The walks that the scores of faces hold, where walks are samples of their own: those of a sample that is not done.
-    pub(super) open: Range<u64>,
-    /// What faces have scored before.
-    done: Tally,
-    /// The rows of sensors; `None` once a sum has left its range.
-    sums: Option<Vec<u128>>,
-    layout: Layout,
-}
-
-/// Units of score in the largest radiosity, for boards of `moments` power sums.
-pub(super) fn units(moments: usize) -> f64 {
-    fixed_units(moments).min(UNITS)
-}
-
-impl<const M: usize> Sensing<M> {
-    pub(super) fn new(faces: usize, cells: usize, layout: Layout) -> Self {
-        Sensing {
-            open: 0..0,
-            done: Tally::new(faces, layout),
-            sums: Some(vec![0; (1 + cells) * layout.columns()]),
-            layout,
-        }
-    }
-
-    /// The next walk is number `walk`. Where it does not follow the open ones, their sample will be done elsewhere.
-    pub(super) fn open_at(&mut self, walk: u64, scores: &mut Scores<M>) {
-        if self.open.end != walk {
-            if !self.open.is_empty() && scores.add_to(&mut self.done).is_err() {
-                self.sums = None;
-            }
-            self.open = walk..walk;
-        }
-    }
-
-    /// The sample of the open walks is done: all of it, those `before` the open ones included.
-    pub(super) fn close(&mut self, scores: &mut Scores<M>, mut before: Tally) -> Result<Tally, Overflow> {
-        self.open = self.open.end..self.open.end;
-        let mut add = || {
-            let own = scores.take()?;
-            self.done.merge(&own).map_err(|_| Overflow)?;
-            before.merge(&own).map_err(|_| Overflow)
-        };
-        match add() {
-            Ok(()) => Ok(before),
-            Err(Overflow) => {
-                self.sums = None;
-                Err(Overflow)
-            }
-        }
-    }
-
-    /// Scores what one sample of every cell has gathered: H over `largest`.
-    pub(super) fn add(&mut self, largest: &[f64; 3], gathered: &[Gathered]) {
-        let Layout { moments, events, .. } = self.layout;
-        let last = self.layout.columns() - 1;
-        let Some(sums) = &mut self.sums else { return };
-        let mut rows = sums.chunks_exact_mut(self.layout.columns());
-        let mut fits = true;
-        let mut add = |sum: &mut u128, x: Option<u128>| match x.and_then(|x| sum.checked_add(x)) {
-            Some(raised) => *sum = raised,
-            None => fits = false,
-        };
-        let count = rows.next().expect("the row of samples");
-        add(&mut count[0], Some(1));
-        add(&mut count[1], Some(gathered.iter().map(|cell| u128::from(cell.rays)).sum()));
-        for (row, Gathered { irradiance, landed, .. }) in rows.zip(gathered) {
-            for (c, h) in irradiance.iter().enumerate() {
-                let x = (h / largest[c] * units(M) + 0.5) as u128;
-                let mut power = Some(1_u128);
-                for sum in &mut row[c * moments..(c + 1) * moments] {
-                    power = power.and_then(|power| power.checked_mul(x));
-                    add(sum, power);
-                }
-            }
-            if events {
-                add(&mut row[last], Some(u128::from(*landed)));
-            }
-        }
-        if !fits {
-            self.sums = None;
-        }
-    }
-
-    /// Hands over all that faces and sensors have scored.
-    pub(super) fn take(&mut self, scores: &mut Scores<M>) -> Result<Tally, Overflow> {
-        self.open = 0..0;
-        let faces = self.done.patches();
-        scores.add_to(&mut self.done)?;
-        let done = std::mem::replace(&mut self.done, Tally::new(faces, self.layout));
-        let rows = self.sums.as_ref().ok_or(Overflow)?.len();
-        let of_sensors = self.sums.replace(vec![0; rows]).ok_or(Overflow)?;
-        let counts = done.counts;
-        let mut sums = done.into_sums();
-        sums.extend(of_sensors);
-        let patches = faces + rows / self.layout.columns();
-        Ok(Tally::from_parts(counts, patches, self.layout, sums).expect("the layout is the board's own"))
-    }
-}
 
 /// What some rays of a sensor meet.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

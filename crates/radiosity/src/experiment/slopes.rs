@@ -84,6 +84,19 @@ impl Slopes {
         self.energy.max(0.0).sqrt()
     }
 
+    /// What the linear fit adds to the mean at the corners of the face, in their order [W/m²], as far as it is likely: the fit
+    /// is shrunk by the part of its square that is noise.
+    pub fn at_corners(&self, is_triangle: bool) -> Vec<f64> {
+        let seen = self.energy.max(0.0);
+        let likely = if seen > 0.0 { seen / (seen + self.noise) } else { 0.0 };
+        let Slopes { gradient: [u, v], .. } = *self;
+        let offsets: &[[f64; 2]] = match is_triangle {
+            true => &[[-1.0 / 3.0, -0.5], [2.0 / 3.0, 0.0], [-1.0 / 3.0, 0.5]],
+            false => &[[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]],
+        };
+        offsets.iter().map(|[s, t]| likely * (u * s + v * t)).collect()
+    }
+
     /// By how much the spread may be larger: one standard error of its square [W/m²].
     pub fn spread_error(&self) -> Option<f64> {
         self.energy_error.map(|error| (self.energy.max(0.0) + error).sqrt() - self.spread())

@@ -74,7 +74,7 @@ impl Trial {
     /// In words, where the job is refused.
     pub fn of_rays(arena: &Arena<'_>, method: &str, rays: u64) -> Result<Self, String> {
         let trial = Trial::new(arena, method, rays)?;
-        if trial.experiment.chain_rays().is_some() {
+        if trial.experiment.unit().is_chain() {
             return Ok(trial);
         }
         let paths = (rays as f64 / rays_per_walk(&trial.experiment)) as u64;
@@ -83,7 +83,7 @@ impl Trial {
 
     /// Walks, chains or batches of a run.
     pub fn walks(&self) -> u64 {
-        self.job.budget.paths / self.experiment.paths_per_walk()
+        self.job.budget.paths / self.experiment.unit().paths()
     }
 }
 
@@ -111,7 +111,7 @@ impl Contender {
     /// How its error falls.
     pub fn kind(&self) -> Kind {
         let experiment = &self.trial.experiment;
-        match experiment.batch_paths() {
+        match experiment.unit().batch() {
             Some(_) => Kind::Chains,
             None if experiment.is_biased() => Kind::Biased,
             None => Kind::Walks,
@@ -158,7 +158,7 @@ pub fn contenders(arena: &Arena<'_>, rays: u64) -> (Vec<Contender>, Vec<Absent>)
 fn rays_per_walk(experiment: &Experiment) -> f64 {
     const SAMPLE: u64 = 20_000;
     // Batches are walked whole.
-    let units = SAMPLE.div_ceil(experiment.paths_per_walk());
+    let units = SAMPLE.div_ceil(experiment.unit().paths());
     let rays = walk::<MOMENTS>(experiment, 3, units).counts.rays;
-    rays as f64 / (units * experiment.paths_per_walk()) as f64
+    rays as f64 / (units * experiment.unit().paths()) as f64
 }

@@ -101,7 +101,7 @@ fn by_run<E>(
         radiosity.extend(known.iter().map(|estimate| estimate.radiosity));
         variance.extend(known.iter().map(|estimate| estimate.std_error.unwrap_or(0.0).powi(2)));
     }
-    let what = match (experiment.chain_rays(), experiment.method().space()) {
+    let what = match (experiment.unit().chain(), experiment.method().space()) {
         (Some(_), _) => format!("{} chains", trial.walks()),
         (None, Space::Discrete) => "discrete collision walks".into(),
         (None, Space::Continuous) => "continuous collision walks".into(),

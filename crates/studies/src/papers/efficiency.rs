@@ -162,7 +162,7 @@ fn result(
 
 /// Walks of a run of `rays` rays, and rays of a walk: analog ones by theory, others by a sample.
 fn length(lab: &Lab, experiment: &Experiment, exact: &Exact, rays: u64) -> (u64, f64) {
-    if experiment.batch_paths().is_some() {
+    if !experiment.unit().is_walk() {
         return (1, rays as f64);
     }
     let method = experiment.method();

@@ -23,17 +23,17 @@ const MOST_CONNECTIONS: usize = 32;
 
 /// What a reader asks for with GET or HEAD.
 #[derive(Clone, Copy, Debug)]
-pub struct Request<'a> {
+pub(crate) struct Request<'a> {
     /// The path, from its slash.
-    pub path: &'a str,
+    pub(crate) path: &'a str,
     /// What stands behind the question mark.
-    pub query: &'a str,
+    pub(crate) query: &'a str,
     head: &'a str,
 }
 
 impl Request<'_> {
     /// The value of a header.
-    pub fn header(&self, name: &str) -> Option<&str> {
+    pub(crate) fn header(&self, name: &str) -> Option<&str> {
         let fields = self.head.lines().skip(1).filter_map(|line| line.split_once(':'));
         fields.into_iter().find(|(known, _)| known.eq_ignore_ascii_case(name)).map(|(_, value)| value.trim())
     }
@@ -41,20 +41,20 @@ impl Request<'_> {
 
 /// What is answered.
 #[derive(Clone, Debug)]
-pub struct Answer {
+pub(crate) struct Answer {
     /// Code and words.
-    pub status: &'static str,
+    pub(crate) status: &'static str,
     /// The type of the body.
-    pub kind: &'static str,
+    pub(crate) kind: &'static str,
     /// Names this state of the body.
-    pub tag: Option<String>,
+    pub(crate) tag: Option<String>,
     /// The body.
-    pub body: Arc<[u8]>,
+    pub(crate) body: Arc<[u8]>,
 }
 
 impl Answer {
     /// A line of text.
-    pub fn text(status: &'static str, line: &str) -> Self {
+    pub(crate) fn text(status: &'static str, line: &str) -> Self {
         let body = line.as_bytes().into();
         Answer { status, kind: "text/plain; charset=utf-8", tag: None, body }
     }
@@ -66,12 +66,12 @@ pub struct Page(Arc<Mutex<String>>);
 
 impl Page {
     /// Replaces the text.
-    pub fn set(&self, text: String) {
+    pub(crate) fn set(&self, text: String) {
         *self.0.lock().unwrap_or_else(PoisonError::into_inner) = text;
     }
 
     /// Answers requests for the page at `/metrics`, in the format of Prometheus.
-    pub fn answer(&self, request: &Request) -> Answer {
+    pub(crate) fn answer(&self, request: &Request) -> Answer {
         match request.path {
             "/metrics" | "/" => Answer {
                 status: "200 OK",
@@ -88,7 +88,7 @@ impl Page {
 ///
 /// # Errors
 /// Where no thread can be started.
-pub fn publish(
+pub(crate) fn publish(
     listener: TcpListener,
     name: &str,
     answer: impl Fn(&Request) -> Answer + Send + Sync + 'static,

@@ -1,7 +1,8 @@
 //! Power that vanishes, in words: on backs, or at once.
 
-use doctor::Losses;
 use radiosity::Scene;
+
+use crate::losses::{Losses, losses};
 
 /// Faces beyond this number are not looked at one by one before a run.
 const MOST_FACES: usize = 20_000_000;
@@ -16,11 +17,11 @@ const WORTH_A_WORD: f64 = 0.01;
 const NAMED: usize = 5;
 
 /// What becomes of the light of a scene that is of no use, a sentence each; nothing where it serves.
-pub(crate) fn warnings(scene: &Scene) -> Vec<String> {
+pub fn warnings(scene: &Scene) -> Vec<String> {
     if scene.faces().len() > MOST_FACES {
         return Vec::new();
     }
-    let losses = doctor::losses(scene);
+    let losses = losses(scene);
     let mut warnings = Vec::new();
     if losses.at_once >= VANISHES {
         warnings.push(format!(

@@ -1,24 +1,23 @@
 //! `--watch`: the page of a running job, which follows the run while a browser looks at it.
 //!
 //! The coordinator's loop gives away a copy of the tally now and then, where a browser has asked for the page lately. A thread makes
-//! the page of it, and others answer the browsers (`cluster::scrape`). Making pages takes at most a twentieth of the time.
+//! the page of it, and others answer the browsers ([`crate::scrape`]). Making pages takes at most a twentieth of the time.
 
-use std::net::{IpAddr, SocketAddr, TcpListener};
+use std::io;
+use std::net::{IpAddr, SocketAddr};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-use cluster::access::random_bytes;
-use cluster::checkpoint::Checkpoint;
-use cluster::coordinator::Coordinator;
-use cluster::scrape::{Answer, Request, publish};
+use protocol::checkpoint::Checkpoint;
+use protocol::coordinator::Coordinator;
 use radiosity::Experiment;
 use results::{Identity, LivePage, Settings};
-use tracing::{debug, info};
+use tracing::debug;
 
-use crate::build::GIT;
-use crate::fault::Fault;
+use crate::address::{NoPage, listen};
+use crate::scrape::{Answer, Request, publish};
 
 /// Between two pages at least.
 const INTERVAL: Duration = Duration::from_secs(2);
@@ -37,7 +36,8 @@ const WAITING: &str = "<!doctype html><html lang=\"en\"><head><meta charset=\"ut
     <title>radwalk</title></head><body><p>The run has begun. The page comes with its first walks.</p></body></html>\n";
 
 /// The page of a running job.
-pub(crate) struct Showing {
+pub struct Showing {
+    url: String,
     shared: Arc<Shared>,
     tallies: SyncSender<Checkpoint>,
     /// Walks of the page.
@@ -71,37 +71,42 @@ struct Pages {
 }
 
 impl Showing {
-    /// Opens the page of a job at an address: at the loopback address where a port alone is given, elsewhere behind a key.
+    /// Opens the page of a job at an address: at the loopback address where a port alone is given, elsewhere behind a key. `git` names
+    /// the program's sources.
     ///
     /// # Errors
     /// Where the address cannot be listened at, and where the system has no random numbers or threads.
-    pub(crate) fn open(address: &str, experiment: &Experiment, settings: &Settings) -> Result<Self, Fault> {
-        let address = at_loopback(address);
-        let fault = |source| Fault::Listen { address: address.clone(), option: "--watch", source };
-        let listener = TcpListener::bind(&address).map_err(fault)?;
-        let bound = listener.local_addr().map_err(fault)?;
-        let drawn = (!bound.ip().is_loopback()).then(random_bytes).transpose();
-        let drawn = drawn.map_err(|source| Fault::System { doing: "drawing a random key", source })?;
-        let key = drawn.map(|bytes| blake3::Hash::from(bytes).to_hex()[..KEY_LETTERS].to_owned());
+    pub fn open(
+        address: &str,
+        git: &'static str,
+        experiment: &Experiment,
+        settings: &Settings,
+    ) -> Result<Self, NoPage> {
+        let (listener, bound) = listen(address)?;
+        let key = (!bound.ip().is_loopback()).then(draw_key).transpose();
+        let key = key.map_err(|source| NoPage::System { doing: "drawing a random key", source })?;
         let state = State { pages: None, due: Instant::now(), asked: None };
         let shared = Arc::new(Shared { key, state: Mutex::new(state), busy: AtomicBool::new(false) });
         let (tallies, inbox) = sync_channel(1);
-        let maker =
-            Maker { shared: shared.clone(), experiment: experiment.clone(), settings: settings.clone() };
+        let (experiment, settings) = (experiment.clone(), settings.clone());
+        let maker = Maker { shared: shared.clone(), git, experiment, settings };
         let thread = std::thread::Builder::new().name("pages".into());
         let start = || {
             thread.spawn(move || maker.make_all(&inbox))?;
             let told = shared.clone();
             publish(listener, "watch", move |request| told.answer(request))
         };
-        start().map_err(|source| Fault::System { doing: "starting a thread", source })?;
-        let url = shared.url(bound);
-        info!(event = "watch", "the result so far is at {url}");
-        Ok(Showing { shared, tallies, walks: 0 })
+        start().map_err(|source| NoPage::System { doing: "starting a thread", source })?;
+        Ok(Showing { url: shared.url(bound), shared, tallies, walks: 0 })
+    }
+
+    /// Where a browser finds it, with its key.
+    pub fn url(&self) -> &str {
+        &self.url
     }
 
     /// Gives away a copy of the tally where a page is due and a browser asks for it.
-    pub(crate) fn tend(&mut self, coordinator: &Coordinator, identity: &Identity) {
+    pub fn tend(&mut self, coordinator: &Coordinator, identity: &Identity) {
         let walks = coordinator.prefix().counts.walks;
         if walks == self.walks || self.shared.busy.load(Ordering::Acquire) || !self.shared.is_due() {
             return;
@@ -170,12 +175,11 @@ impl Shared {
     }
 }
 
-/// The address itself; a port alone is that of the loopback address.
-pub(crate) fn at_loopback(address: &str) -> String {
-    match address.trim_start_matches(':').parse::<u16>() {
-        Ok(port) => format!("127.0.0.1:{port}"),
-        Err(_) => address.to_owned(),
-    }
+/// Draws a key from the operating system's generator.
+fn draw_key() -> io::Result<String> {
+    let mut bytes = [0; 32];
+    getrandom::fill(&mut bytes).map_err(|error| io::Error::other(error.to_string()))?;
+    Ok(blake3::Hash::from(bytes).to_hex()[..KEY_LETTERS].to_owned())
 }
 
 /// Whether a host with its port is this machine by its own names.
@@ -191,6 +195,7 @@ fn is_here(host: &str) -> bool {
 /// Makes pages of tallies.
 struct Maker {
     shared: Arc<Shared>,
+    git: &'static str,
     experiment: Experiment,
     settings: Settings,
 }
@@ -212,8 +217,9 @@ impl Maker {
         }
     }
 
-    fn make(&self, checkpoint: &Checkpoint) -> std::io::Result<Pages> {
-        let LivePage { paths, page, news } = LivePage::of(&self.settings, &self.experiment, checkpoint, GIT)?;
+    fn make(&self, checkpoint: &Checkpoint) -> io::Result<Pages> {
+        let LivePage { paths, page, news } =
+            LivePage::of(&self.settings, &self.experiment, checkpoint, self.git)?;
         Ok(Pages {
             tag: format!("\"{paths}\""),
             page: page.into_bytes().into(),

@@ -1,0 +1,131 @@
+//! The table `[method]`, and the walks that it takes.
+
+use radiosity::{
+    BatchScore, Batches, Birth, Chains, Direction, EstimatorKind, InfiniteEnd, Sampler, Score, Solve, Space,
+    Walks,
+};
+use serde::{Deserialize, Serialize};
+
+use crate::word::Word;
+
+/// Which way walks run, and from where.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum WalkKind {
+    /// From the emitters.
+    #[default]
+    Shooting,
+    /// From the patches.
+    Gathering,
+    /// Stochastic Jacobi iteration.
+    Jacobi,
+    /// Whichever of them takes the least counted work.
+    Auto,
+}
+
+impl Word for WalkKind {
+    const ALL: &'static [Self] = &[Self::Shooting, Self::Gathering, Self::Jacobi, Self::Auto];
+
+    fn word(self) -> &'static str {
+        match self {
+            WalkKind::Shooting => "shooting",
+            WalkKind::Gathering => "gathering",
+            WalkKind::Jacobi => "jacobi",
+            WalkKind::Auto => "auto",
+        }
+    }
+}
+
+/// What walks find out beside the means of patches. Kept as a number, where earlier versions kept whether there is a mix.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Beside {
+    /// No more.
+    #[default]
+    Nothing,
+    /// How absorption and survival score the same walks, and the best mix of both: `mix = true`.
+    Mix,
+    /// How the light is spread over patches: `basis = "linear"`.
+    Slopes,
+}
+
+/// The functions that light is estimated by on a patch.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) enum Basis {
+    /// One number.
+    #[default]
+    Constant,
+    /// And two gradients.
+    Linear,
+}
+
+impl Word for Basis {
+    const ALL: &'static [Self] = &[Self::Constant, Self::Linear];
+
+    fn word(self) -> &'static str {
+        match self {
+            Basis::Constant => "constant",
+            Basis::Linear => "linear",
+        }
+    }
+}
+
+/// The table `[method]`.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct MethodTable {
+    /// Default: shooting.
+    pub walk: WalkKind,
+    /// Default: collision.
+    pub estimator: EstimatorKind,
+    /// Default: discrete.
+    pub space: Space,
+    /// Default: random.
+    pub sampler: Sampler,
+    /// Of the infinite estimator only. Default: roulette below a weight of 0.001.
+    pub infinite: InfiniteEnd,
+    /// Of gathering walks only. Default: by area.
+    pub birth: Birth,
+    /// What walks find out beside the means of patches. Default: nothing.
+    pub beside: Beside,
+    /// Rays of a chain, or walks that share a Sobol sequence: [`crate::load`] puts it where the job names none. Random
+    /// walks have none.
+    pub batch_paths: Option<u64>,
+    /// What chains make of their rays; of Jacobi only. Default: links.
+    pub jacobi: Solve,
+    /// Patches, in ascending order, whose light rays of their own gather from what each batch or chain has found. Default:
+    /// none.
+    pub final_gather: Vec<u32>,
+}
+
+impl MethodTable {
+    /// The walks, batches or chains that it takes, for the walk and sampler that are built.
+    pub fn walks(&self) -> radiosity::Method {
+        let (estimator, paths) = (self.estimator.ending(self.infinite), self.batch_paths.unwrap_or(0));
+        let score = match self.beside {
+            Beside::Nothing => Score::Of(estimator),
+            Beside::Mix => Score::Mix,
+            Beside::Slopes => Score::Linear(estimator),
+        };
+        let direction = match &self.walk {
+            WalkKind::Jacobi => {
+                let final_gather = self.final_gather.clone();
+                return Chains { rays: paths, solve: self.jacobi, final_gather }.into();
+            }
+            WalkKind::Gathering => Direction::Gathering(self.birth.clone()),
+            WalkKind::Shooting | WalkKind::Auto => Direction::Shooting,
+        };
+        if !self.is_in_batches() {
+            return Walks { direction, space: self.space, score }.into();
+        }
+        let score = match (self.final_gather.is_empty(), self.beside) {
+            (true, Beside::Slopes) => BatchScore::Linear(estimator, self.space),
+            (true, Beside::Nothing | Beside::Mix) => BatchScore::Of(estimator, self.space),
+            (false, _) => BatchScore::FinalGather(self.final_gather.clone()),
+        };
+        Batches { walks: paths, sampler: self.sampler, score }.into()
+    }
+
+    /// Whether batches or chains take the place of walks.
+    pub(super) fn is_in_batches(&self) -> bool {
+        self.walk == WalkKind::Jacobi || self.sampler == Sampler::Sobol || !self.final_gather.is_empty()
+    }
+}

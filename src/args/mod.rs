@@ -1,0 +1,133 @@
+//! What can be typed.
+
+mod help;
+mod options;
+mod values;
+
+use clap::{Parser, Subcommand};
+use tracing::level_filters::LevelFilter;
+use voice::{Form, Voice};
+
+use self::help::*;
+pub(crate) use self::options::*;
+
+/// Distributed Monte Carlo radiosity with confidence intervals that are true.
+#[derive(Parser)]
+#[command(version = crate::build::BUILD, arg_required_else_help = true, after_help = AFTER)]
+pub(crate) struct Cli {
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+#[derive(Subcommand)]
+pub(crate) enum Command {
+    /// Shoot a job on worker processes of this machine and write its results
+    #[command(after_help = RUN)]
+    Run(RunArgs),
+    /// Coordinate a job for workers that are started elsewhere (`radwalk work`)
+    #[command(after_help = COORDINATE)]
+    Coordinate(CoordinateArgs),
+    /// Work for the coordinator of an access file until its job is done
+    #[command(after_help = WORK)]
+    Work(WorkArgs),
+    /// Be one worker to a coordinator, and a coordinator to workers of its own
+    #[command(after_help = RELAY)]
+    Relay(RelayArgs),
+    /// Say how a running job gets on: workers, rates, errors, time left, last checkpoint, faults
+    #[command(after_help = STATUS)]
+    Status(StatusArgs),
+    /// Hold two results of one scene against each other, patch by patch
+    #[command(after_help = DIFF)]
+    Diff(DiffArgs),
+    /// Solve the radiosity system of a small scene without any randomness
+    #[command(after_help = EXACT)]
+    Exact(ExactArgs),
+    /// Combine runs of one scene and method into one result
+    #[command(after_help = MERGE)]
+    Merge(MergeArgs),
+    /// Trace a random sample of a result's walks again and compare exactly
+    #[command(after_help = AUDIT)]
+    Audit(AuditArgs),
+    /// Make table, summary, picture and page of a result again from its tally
+    #[command(after_help = REPORT)]
+    Report(ReportArgs),
+    /// Trace one walk in words
+    #[command(after_help = REPLAY)]
+    Replay(ReplayArgs),
+    /// Say what a job will take: walks, rays, time, memory and traffic, by bounds and by a pilot
+    #[command(after_help = PLAN)]
+    Plan(PlanArgs),
+    /// Measure the papers' tables and figures again and hold them to theory
+    #[command(after_help = REPRODUCE)]
+    Reproduce(ReproduceArgs),
+    /// Write a job and a scene to begin with
+    #[command(after_help = NEW)]
+    New(NewArgs),
+    /// Check a job or a scene and say what would be modelled, and why
+    #[command(after_help = CHECK)]
+    Check(CheckArgs),
+    /// Drive methods to where they fail: what theory predicts, what is seen, what is said, what to do instead
+    #[command(after_help = STABILITY)]
+    Stability(StabilityArgs),
+    /// Chart speed against accuracy of every method that fits a scene, and say what to use when
+    #[command(after_help = COMPARE)]
+    Compare(CompareArgs),
+}
+
+impl Command {
+    /// In what voice the command tells what it does.
+    pub(crate) fn voice(&self) -> Voice {
+        let of = |out: &OutArgs, long| Voice::new(out.json, out.quiet, long);
+        match self {
+            Command::Run(args) => of(&args.out, true),
+            Command::Coordinate(args) => of(&args.out, true),
+            // The coordinator that started a quiet worker says what becomes of it.
+            Command::Work(WorkArgs { quiet: true, .. }) => {
+                Voice { form: Form::Plain, level: LevelFilter::OFF }
+            }
+            Command::Work(_) => Voice::new(false, false, true),
+            Command::Relay(args) => Voice::new(false, args.quiet, true),
+            Command::Exact(args) => of(&args.out, false),
+            Command::Reproduce(args) => of(&args.out, false),
+            Command::Stability(args) => of(&args.out, false),
+            Command::Compare(args) => of(&args.out, false),
+            Command::Plan(args) => Voice::new(args.json, false, false),
+            Command::Status(args) => Voice::new(args.json, false, false),
+            Command::Diff(args) => Voice::new(args.json, false, false),
+            Command::Merge(args) => Voice::new(false, args.quiet, false),
+            Command::Audit(args) => Voice::new(false, args.quiet, false),
+            Command::Report(args) => Voice::new(false, args.quiet, false),
+            Command::Replay(_) | Command::New(_) | Command::Check(_) => Voice::new(false, false, false),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::CommandFactory;
+
+    use super::*;
+
+    /// Every command has examples, and what they show can be typed.
+    #[test]
+    fn the_examples_of_every_command_are_commands() {
+        let cli = Cli::command();
+        let shown =
+            |command: &clap::Command| command.get_after_help().map(ToString::to_string).unwrap_or_default();
+        for command in cli.get_subcommands() {
+            let (name, help) = (command.get_name(), shown(command));
+            let own = format!("  radwalk {name} ");
+            assert!(help.starts_with("Examples:") && help.contains(&own), "radwalk {name} --help: {help}");
+        }
+        let all = cli.get_subcommands().map(shown).chain([shown(&cli)]).collect::<Vec<_>>().join("\n");
+        let typed = all.lines().filter_map(|line| line.strip_prefix("  radwalk"));
+        // What is beside it says what it does.
+        let typed = typed.map(|line| line.split("  ").next().unwrap()).filter(|line| !line.contains("&&"));
+        for line in typed {
+            let words = ["radwalk"].into_iter().chain(line.split_whitespace());
+            if let Err(error) = Cli::try_parse_from(words) {
+                panic!("radwalk{line}: {error}");
+            }
+        }
+    }
+}

@@ -1,0 +1,339 @@
+//! What each command takes.
+
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+use job::OutputFile;
+
+use super::values::{count, output_file, rays, threads, workers};
+
+/// A job and what to change in it.
+#[derive(Args)]
+pub(crate) struct JobArgs {
+    /// The job file
+    pub job: PathBuf,
+    /// Total walks (budget.paths): 1000000, 1_000_000 or 1e6
+    #[arg(long, value_name = "N", value_parser = count, allow_negative_numbers = true)]
+    pub paths: Option<u64>,
+    /// The seed
+    #[arg(long, value_name = "S", value_parser = count, allow_negative_numbers = true)]
+    pub seed: Option<u64>,
+    /// Set any key of the job, e.g. --set method.space=continuous
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    pub set: Vec<String>,
+}
+
+impl JobArgs {
+    /// Every change as KEY=VALUE.
+    pub(crate) fn overrides(&self) -> Vec<String> {
+        let paths = self.paths.map(|paths| format!("budget.paths={paths}"));
+        let seed = self.seed.map(|seed| format!("seed={seed}"));
+        self.set.iter().cloned().chain(paths).chain(seed).collect()
+    }
+}
+
+/// Where results go and what is said on the way.
+#[derive(Args)]
+pub(crate) struct OutArgs {
+    /// The output folder [default: out/<job name>; of reproduce: out/papers]
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Replace results that are in the output folder
+    #[arg(long)]
+    pub force: bool,
+    /// Say nothing but errors
+    #[arg(long)]
+    pub quiet: bool,
+    /// Report progress as JSON lines on stderr
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// What is written beside the files that the job names.
+#[derive(Args)]
+pub(crate) struct ExportArgs {
+    /// Write these files, too; may be a list, e.g. --export vtu,glb
+    #[arg(long, value_name = "FILE", value_delimiter = ',', value_parser = output_file())]
+    pub export: Vec<OutputFile>,
+}
+
+/// Whom a job lets see how it gets on.
+#[derive(Args)]
+pub(crate) struct MonitorArgs {
+    /// Metrics for Prometheus at http://HOST:PORT/metrics; a port alone: for this machine only. Nothing is secret there,
+    /// and nothing is asked of who reads it
+    #[arg(long, value_name = "HOST:PORT")]
+    pub metrics: Option<String>,
+    /// The report of the result so far at http://HOST:PORT/, which follows the run; a port alone: for this machine only.
+    /// Elsewhere the address that is told has a key; what is read is not encrypted
+    #[arg(long, value_name = "HOST:PORT")]
+    pub watch: Option<String>,
+}
+
+#[derive(Args)]
+pub(crate) struct RunArgs {
+    #[command(flatten)]
+    pub job: JobArgs,
+    #[command(flatten)]
+    pub out: OutArgs,
+    #[command(flatten)]
+    pub export: ExportArgs,
+    /// Worker processes [default: one per core]
+    #[arg(long, value_name = "N", value_parser = workers)]
+    pub workers: Option<u32>,
+    /// Threads of each worker
+    #[arg(long, value_name = "T", default_value_t = 1, value_parser = threads)]
+    pub threads: u32,
+    /// Go on from the checkpoint in the output folder; with more --paths, also from its end
+    #[arg(long, conflicts_with = "force")]
+    pub resume: bool,
+    #[command(flatten)]
+    pub monitor: MonitorArgs,
+}
+
+#[derive(Args)]
+pub(crate) struct CoordinateArgs {
+    #[command(flatten)]
+    pub job: JobArgs,
+    #[command(flatten)]
+    pub out: OutArgs,
+    #[command(flatten)]
+    pub export: ExportArgs,
+    /// Where to listen for workers: the name by which they reach this machine, e.g. node1:7600 (port 0: any free one)
+    #[arg(long, value_name = "HOST:PORT", default_value = "127.0.0.1:0")]
+    pub listen: String,
+    /// The name or address by which others reach this machine, where that is not the one of --listen; with a port, where
+    /// a gate in between has another
+    #[arg(long, value_name = "HOST")]
+    pub advertise: Option<String>,
+    /// The access file to write for workers [default: <output folder>/access.json]
+    #[arg(long, value_name = "FILE")]
+    pub access: Option<PathBuf>,
+    /// Go on from the checkpoint in the output folder; with more --paths, also from its end
+    #[arg(long, conflicts_with = "force")]
+    pub resume: bool,
+    #[command(flatten)]
+    pub monitor: MonitorArgs,
+}
+
+#[derive(Args)]
+pub(crate) struct WorkArgs {
+    /// The access file that the coordinator wrote; - reads it from standard input
+    #[arg(long, value_name = "FILE")]
+    pub access: PathBuf,
+    /// Threads
+    #[arg(long, value_name = "T", default_value_t = 1, value_parser = threads)]
+    pub threads: u32,
+    /// Say nothing but panics; the coordinator reports what goes wrong
+    #[arg(long)]
+    pub quiet: bool,
+    /// How long to look for a coordinator that is not there yet, or went away without a word [default: 600; started by
+    /// hand, 0 for one that is not there yet]
+    #[arg(long, value_name = "SECONDS")]
+    pub wait: Option<u64>,
+}
+
+#[derive(Args)]
+pub(crate) struct RelayArgs {
+    /// The access file that the coordinator (or another relay) wrote
+    #[arg(long, value_name = "FILE")]
+    pub access: PathBuf,
+    /// The access file to write for this relay's workers
+    #[arg(long, value_name = "FILE")]
+    pub out_access: PathBuf,
+    /// Where to listen for workers: the name by which they reach this machine, e.g. node1:7600 (port 0: any free one)
+    #[arg(long, value_name = "HOST:PORT", default_value = "127.0.0.1:0")]
+    pub listen: String,
+    /// The name or address by which others reach this machine, where that is not the one of --listen; with a port, where
+    /// a gate in between has another
+    #[arg(long, value_name = "HOST")]
+    pub advertise: Option<String>,
+    /// Say nothing but errors
+    #[arg(long)]
+    pub quiet: bool,
+    /// How long to look for a coordinator, as workers do
+    #[arg(long, value_name = "SECONDS")]
+    pub wait: Option<u64>,
+}
+
+#[derive(Args)]
+pub(crate) struct StatusArgs {
+    /// The access file or the output folder of the job
+    #[arg(value_name = "ACCESS-or-OUT")]
+    pub of: PathBuf,
+    /// The status as JSON on stdout
+    #[arg(long)]
+    pub json: bool,
+}
+
+#[derive(Args)]
+pub(crate) struct DiffArgs {
+    /// The output folder of a run
+    pub first: PathBuf,
+    /// The output folder of another run of the same scene
+    pub second: PathBuf,
+    /// The comparison as JSON on stdout
+    #[arg(long)]
+    pub json: bool,
+}
+
+#[derive(Args)]
+pub(crate) struct MergeArgs {
+    /// Output folders of runs of one scene and method
+    #[arg(required = true, num_args = 1.., value_name = "OUT")]
+    pub runs: Vec<PathBuf>,
+    /// The output folder
+    #[arg(long, value_name = "DIR", required = true)]
+    pub out: PathBuf,
+    #[command(flatten)]
+    pub export: ExportArgs,
+    /// Replace results that are in the output folder
+    #[arg(long)]
+    pub force: bool,
+    /// Say nothing but errors
+    #[arg(long)]
+    pub quiet: bool,
+}
+
+#[derive(Args)]
+pub(crate) struct AuditArgs {
+    /// The output folder of a run
+    pub run: PathBuf,
+    /// The part of the walks to trace again, drawn at random
+    #[arg(long, value_name = "FRACTION", default_value_t = 0.001)]
+    pub share: f64,
+    /// Draw the same leases as another audit [default: a seed drawn anew]
+    #[arg(long, value_name = "S", value_parser = count, allow_negative_numbers = true)]
+    pub seed: Option<u64>,
+    /// Say nothing but errors
+    #[arg(long)]
+    pub quiet: bool,
+}
+
+#[derive(Args)]
+pub(crate) struct ReportArgs {
+    /// The output folder of a run
+    pub run: PathBuf,
+    #[command(flatten)]
+    pub export: ExportArgs,
+    /// Say nothing but errors
+    #[arg(long)]
+    pub quiet: bool,
+}
+
+#[derive(Args)]
+pub(crate) struct ReplayArgs {
+    #[command(flatten)]
+    pub job: JobArgs,
+    /// The number of the walk
+    #[arg(long, value_name = "N", value_parser = count, allow_negative_numbers = true)]
+    pub walk: u64,
+}
+
+#[derive(Args)]
+pub(crate) struct ExactArgs {
+    #[command(flatten)]
+    pub job: JobArgs,
+    #[command(flatten)]
+    pub out: OutArgs,
+}
+
+#[derive(Args)]
+pub(crate) struct PlanArgs {
+    #[command(flatten)]
+    pub job: JobArgs,
+    /// The plan as JSON on stdout
+    #[arg(long)]
+    pub json: bool,
+}
+
+#[derive(Args)]
+pub(crate) struct ReproduceArgs {
+    /// Everything at reduced size: a minute
+    #[arg(long)]
+    pub quick: bool,
+    #[command(flatten)]
+    pub out: OutArgs,
+    /// Threads; the answer does not depend on them [default: one per core]
+    #[arg(long, value_name = "T", value_parser = threads)]
+    pub threads: Option<u32>,
+}
+
+#[derive(Args)]
+pub(crate) struct CompareArgs {
+    /// Job files: their scenes are compared in, whatever their methods
+    #[arg(required = true, num_args = 1.., value_name = "JOB")]
+    pub jobs: Vec<PathBuf>,
+    #[command(flatten)]
+    pub out: OutArgs,
+    /// Rays of the longest runs [default: 2^20, or 256 per patch]
+    #[arg(long, value_name = "N", value_parser = rays)]
+    pub rays: Option<u64>,
+    /// Runs of every method and size
+    #[arg(long, value_name = "N", default_value_t = 8, value_parser = clap::builder::RangedU64ValueParser::<usize>::new().range(2..))]
+    pub runs: usize,
+    /// Set any key of the jobs
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    pub set: Vec<String>,
+    /// Worker processes [default: one per core]
+    #[arg(long, value_name = "N", value_parser = workers)]
+    pub workers: Option<u32>,
+    /// Threads of each worker
+    #[arg(long, value_name = "T", default_value_t = 1, value_parser = threads)]
+    pub threads: u32,
+    /// Keep what is measured already
+    #[arg(long, conflicts_with = "force")]
+    pub resume: bool,
+}
+
+#[derive(Args)]
+pub(crate) struct StabilityArgs {
+    #[command(flatten)]
+    pub out: OutArgs,
+    /// Fewer walks and shorter sweeps
+    #[arg(long)]
+    pub quick: bool,
+    /// This entry only; may be repeated
+    #[arg(long, value_name = "NAME")]
+    pub only: Vec<String>,
+}
+
+#[derive(Args)]
+pub(crate) struct CheckArgs {
+    /// A job file or a scene file
+    pub file: PathBuf,
+    /// Set any key of the job
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    pub set: Vec<String>,
+    /// Look for what is wrong with the geometry: flipped, doubled, buried and leaking surfaces, dark lamps
+    #[arg(long)]
+    pub fix_report: bool,
+    /// Where the findings and pictures of the worst are written [default: out/<job name>-doctor]
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Write a copy of the scene with flipped surfaces turned round and doubled ones taken out: NAME.repaired.toml
+    #[arg(long)]
+    pub repair: bool,
+}
+
+#[derive(Args)]
+pub(crate) struct NewArgs {
+    /// What to begin with
+    pub kind: Kind,
+    /// Where to write the job and its scene
+    #[arg(long, value_name = "DIR", default_value = ".")]
+    pub out: PathBuf,
+}
+
+/// The kinds of beginnings.
+#[derive(Clone, Copy, ValueEnum)]
+pub(crate) enum Kind {
+    /// An empty cube with a lamp in its ceiling
+    Box,
+    /// A room with a window, a table and a lamp
+    Room,
+    /// The Cornell box, in colour
+    Cornell,
+    /// The JSON schemas of job and scene files alone, for editors
+    Schema,
+}

@@ -1,0 +1,86 @@
+//! Numbers and words as people type them.
+
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
+use job::{OutputFile, Word};
+
+/// A whole number as people write it: 1000000, 1_000_000 or 1e6. TOML holds none beyond 63 bits.
+pub(super) fn count(typed: &str) -> Result<u64, String> {
+    let largest = i64::MAX as u64;
+    let too_large = || format!("it is above {largest}, the largest number of a job file");
+    let no_number = || Err("it is not a whole number; write 1000000, 1_000_000 or 1e6".into());
+    if typed.starts_with('_') {
+        return no_number();
+    }
+    let digits = typed.replace('_', "");
+    if !digits.is_empty() && digits.bytes().all(|byte| byte.is_ascii_digit()) {
+        return digits.parse().ok().filter(|&n| n <= largest).ok_or_else(too_large);
+    }
+    match digits.parse::<f64>() {
+        Ok(number) if number.is_finite() && number >= largest as f64 => Err(too_large()),
+        // Above, floats do not hold every integer.
+        Ok(number) if number.fract() == 0.0 && (0.0..=9_007_199_254_740_992.0).contains(&number) => {
+            Ok(number as u64)
+        }
+        _ => no_number(),
+    }
+}
+
+/// A number of worker processes.
+pub(super) fn workers(typed: &str) -> Result<u32, String> {
+    within(typed, 4096)
+}
+
+/// A number of threads.
+pub(super) fn threads(typed: &str) -> Result<u32, String> {
+    within(typed, 1024)
+}
+
+fn within(typed: &str, most: u32) -> Result<u32, String> {
+    let number = count(typed).ok().and_then(|number| u32::try_from(number).ok());
+    number
+        .filter(|number| (1..=most).contains(number))
+        .ok_or(format!("write a whole number from 1 to {most}"))
+}
+
+/// The rays of a comparison's longest runs.
+pub(super) fn rays(typed: &str) -> Result<u64, String> {
+    count(typed)?.checked_sub(1024).map(|more| more + 1024).ok_or("fewer than 1024 rays tell nothing".into())
+}
+
+/// The words of `[output] files`.
+pub(super) fn output_file() -> impl TypedValueParser<Value = OutputFile> {
+    let word = |file: &OutputFile| {
+        PossibleValue::new(file.word()).help(format!("{}: {}", file.name(), file.purpose()))
+    };
+    let named = |word: String| OutputFile::ALL.iter().copied().find(|file| file.word() == word);
+    let words = PossibleValuesParser::new(OutputFile::ALL.iter().map(word));
+    words.map(move |word| named(word).expect("one of these words"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn counts_are_written_as_people_write_them() {
+        for (typed, number) in [
+            ("0", 0),
+            ("1_000_000", 1_000_000),
+            ("1e6", 1_000_000),
+            ("2.5E3", 2500),
+            ("9223372036854775807", i64::MAX as u64),
+        ] {
+            assert_eq!(count(typed), Ok(number), "{typed}");
+        }
+        for typed in ["", "_1", "-1", "1.5", "1e-3", "many", "inf", "nan", "0x10"] {
+            assert!(count(typed).unwrap_err().contains("1_000_000"), "{typed}");
+        }
+        assert_eq!((workers("4096"), threads("1e3")), (Ok(4096), Ok(1000)));
+        for typed in ["0", "4097", "many", "-1"] {
+            assert_eq!(workers(typed), Err("write a whole number from 1 to 4096".into()), "{typed}");
+        }
+        for typed in ["9223372036854775808", "99999999999999999999", "1e30"] {
+            assert!(count(typed).unwrap_err().contains("largest number"), "{typed}");
+        }
+    }
+}
