@@ -13,6 +13,7 @@ use job::{Stand, View};
 use radiosity::{Hit, Ray, Scene};
 use serde::Serialize;
 
+use crate::bounds::Bounds;
 use crate::cores::on_all_cores;
 
 /// Half the field of view: tan 20°, about that of a 50 mm lens.
@@ -51,49 +52,6 @@ const ON_A_WALL: f64 = 1e-3;
 
 /// The sine of the smallest angle between the direction of view and the one that is up.
 const PARALLEL: f64 = 1e-6;
-
-/// The box that holds a scene [m].
-#[derive(Clone, Copy, Debug)]
-struct Bounds {
-    min: DVec3,
-    max: DVec3,
-}
-
-impl Bounds {
-    fn of(scene: &Scene) -> Self {
-        let corners = || scene.surfaces().iter().flat_map(|surface| surface.outline());
-        Bounds {
-            min: corners().fold(DVec3::INFINITY, DVec3::min),
-            max: corners().fold(DVec3::NEG_INFINITY, DVec3::max),
-        }
-    }
-
-    fn middle(&self) -> DVec3 {
-        0.5 * (self.min + self.max)
-    }
-
-    fn size(&self) -> DVec3 {
-        self.max - self.min
-    }
-
-    fn corners(&self) -> [DVec3; 8] {
-        std::array::from_fn(|i| {
-            let pick = |axis: usize| if i >> axis & 1 == 0 { self.min[axis] } else { self.max[axis] };
-            DVec3::new(pick(0), pick(1), pick(2))
-        })
-    }
-
-    fn contains(&self, point: DVec3) -> bool {
-        point.cmpge(self.min).all() && point.cmple(self.max).all()
-    }
-
-    /// Where a ray enters the box [ray parameter]; `None` where it misses it.
-    fn entry(&self, origin: DVec3, direction: DVec3) -> Option<f64> {
-        let (t0, t1) = ((self.min - origin) / direction, (self.max - origin) / direction);
-        let (enter, leave) = (t0.min(t1).max_element(), t0.max(t1).min_element());
-        (enter <= leave && leave >= 0.0).then_some(enter.max(0.0))
-    }
-}
 
 /// How large a picture is [pixels].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

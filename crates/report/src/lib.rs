@@ -5,6 +5,7 @@
 #![warn(unreachable_pub, unnameable_types)]
 
 mod atomic;
+mod bounds;
 mod camera;
 mod chart;
 mod cores;

@@ -291,10 +291,7 @@ pub(crate) fn meet<R: Real>(
     number: R,
     best: &mut Best<R>,
 ) {
-    let crossing = Crossing::new(facet, slack, rays);
-    let (place, met) = crossing.inside(facet, rays);
-    let nearer = met & rays.from.ne(number) & place[0].lt(best.t);
-    best.take(nearer, number, place, crossing.approach, R::splat(0.0));
+    keep(facet, slack, rays, [number, R::splat(0.0)], best, |best, t| t.lt(best.t));
 }
 
 /// What [`meet`] does, but for surfaces in any order.
@@ -306,10 +303,23 @@ fn meet_unordered<R: Real>(
     number: R,
     best: &mut Best<R>,
 ) {
+    keep(facet, slack, rays, [number, number], best, |best, t| best.comes_after(t, number));
+}
+
+/// Keeps of `best` and what rays meet of facets what `is_nearer` says of `best` and a t.
+#[inline(always)]
+fn keep<R: Real>(
+    facet: &FacetLanes<R>,
+    slack: f64,
+    rays: &RayLanes<R>,
+    [number, rank]: [R; 2],
+    best: &mut Best<R>,
+    is_nearer: impl FnOnce(&Best<R>, R) -> R::Mask,
+) {
     let crossing = Crossing::new(facet, slack, rays);
     let (place, met) = crossing.inside(facet, rays);
-    let nearer = met & rays.from.ne(number) & best.comes_after(place[0], number);
-    best.take(nearer, number, place, crossing.approach, number);
+    let nearer = met & rays.from.ne(number) & is_nearer(best, place[0]);
+    best.take(nearer, number, place, crossing.approach, rank);
 }
 
 /// What [`meet_unordered`] does where some surfaces coincide, given the layers of the facets and of what the rays leave.
