@@ -12,7 +12,8 @@ use cluster::listen;
 use cluster::server::{Wish, serve};
 use job::{Budget, Job};
 use judge::limits::limits;
-use judge::target::{Observer, judge, looks, total_is_met};
+use judge::target::{Observer, judge, looks};
+use judge::total;
 use monitor::{Description, Gauge, Page, Reports, Showing};
 use radiosity::{Estimates, Experiment, Tally};
 use report::view_troubles;
@@ -304,7 +305,7 @@ impl Prepared {
         let (scene, walks) = (self.experiment.scene(), tally.counts.walks);
         let paths = walks * self.experiment.unit().paths();
         let estimates = Estimates::new(&self.experiment, tally, self.settings.level(scene));
-        let total_missed = total_target.is_some_and(|total| !total_is_met(&total, &estimates, paths));
+        let total_missed = total_target.is_some_and(|total| !total::is_met(&total, &estimates, paths));
         walks == 0 || total_missed || target.as_ref().is_some_and(|t| !judge(t, &estimates, paths).reached)
     }
 }

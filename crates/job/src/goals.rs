@@ -30,6 +30,13 @@ pub(crate) struct Goals<'a> {
     unhit: Unhit,
 }
 
+/// What is asked of the parts of a result; `None` where nothing is.
+pub(crate) struct Asked {
+    pub(crate) target: Option<Target>,
+    pub(crate) sensor_target: Option<SensorTarget>,
+    pub(crate) total_target: Option<TotalTarget>,
+}
+
 impl<'a> Goals<'a> {
     pub(crate) fn read(mut table: Table<'a>) -> Result<Self, Error> {
         let [patches, sensors, total_error] =
@@ -69,7 +76,7 @@ impl<'a> Goals<'a> {
         patch_count: u64,
         method: &MethodTable,
         sensors: &[SensorSpec],
-    ) -> Result<(Option<Target>, Option<SensorTarget>, Option<TotalTarget>), Error> {
+    ) -> Result<Asked, Error> {
         let Goals { patches, min_paths, unhit, .. } = self;
         let patches = patches.map(|value| read_target_patches(value, patch_count, method)).transpose()?;
         let target = self.of_patches.map(|target| Target { patches, ..target });
@@ -77,7 +84,7 @@ impl<'a> Goals<'a> {
         let of_sensors = errors.map(|sensors| SensorTarget { sensors, min_paths, unhit });
         let total_error = self.total_error.map(|value| read_total_error(&value, method)).transpose()?;
         let total = total_error.map(|total_error| TotalTarget { total_error, min_paths });
-        Ok((target, of_sensors, total))
+        Ok(Asked { target, sensor_target: of_sensors, total_target: total })
     }
 }
 

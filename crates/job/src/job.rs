@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use crate::budget::{Budget, read_budget};
 use crate::document::{Table, Value};
 use crate::error::Error;
-use crate::goals::Goals;
+use crate::goals::{Asked, Goals};
 use crate::imports::{IMPORT_KEYS, read_options};
 use crate::keys::{BUDGET_KEYS, JOB_KEYS, METHOD_KEYS, TARGET_KEYS, TRACING_KEYS};
 use crate::method::{MethodTable, read_method};
@@ -141,7 +141,7 @@ pub fn load(path: &Path, overrides: &[String]) -> Result<Job, Error> {
         _ => Light::Radiant,
     });
     let (method, note) = read_method(method, scene.patch_count(), &budget)?;
-    let (target, sensor_target, total_target) =
+    let Asked { target, sensor_target, total_target } =
         target.about(scene.patch_count(), &method, scene.sensors())?;
     let confidence = confidence.unwrap_or(DEFAULT_CONFIDENCE);
     Ok(Job {

@@ -20,6 +20,7 @@ pub mod plan;
 mod resolution;
 pub mod sensors;
 pub mod target;
+pub mod total;
 
 /// Σx and Σx²: what intervals need.
 pub const MOMENTS: usize = 2;

@@ -5,11 +5,12 @@
 
 use job::{SensorTarget, Target, TotalTarget, Unhit};
 use protocol::checkpoint::Look;
-use radiosity::{Accuracy, Channels, Estimate, Estimates, Experiment, Face, Readings, SensorSpec, Tally};
+use radiosity::{Channels, Estimate, Estimates, Experiment, Face, Readings, SensorSpec, Tally};
 use report::{SensorSummary, SensorsSummary, WorstPatch};
 use stats::{DoubleSampling, foresight};
 
 use crate::drift::{Sample, drift};
+use crate::total;
 
 /// The first look at a run. Few walks say little, also about how little they say.
 const FIRST_LOOK: u64 = 1 << 10;
@@ -262,7 +263,7 @@ impl Observer {
         });
         let of_total = self.total.as_ref().map(|target| {
             let early = walks * self.experiment.unit().paths() < target.min_paths;
-            if early { [false; 2] } else { meets_total(target, &estimates) }
+            if early { [false; 2] } else { total::meets(target, &estimates) }
         });
         let asked = of_patches
             .into_iter()
@@ -294,19 +295,6 @@ fn meets(target: &Target, estimates: &Estimates) -> [bool; 2] {
     let foreseen = Bar { error: foresight(relative_error), scores: 0.5 * scores };
     let standings = standings(estimates, target).map(|(_, standing)| standing);
     parts_within(standings, [met, foreseen]).map(|part| part >= fraction)
-}
-
-/// Whether noise and discretisation keep within a total, and whether twice these walks will: they make the noise less, and the
-/// patches no finer.
-fn meets_total(target: &TotalTarget, estimates: &Estimates) -> [bool; 2] {
-    let Some(Accuracy { noise, discretisation, .. }) = estimates.accuracy() else { return [false; 2] };
-    let left = (target.total_error * target.total_error - discretisation * discretisation).max(0.0).sqrt();
-    [left, foresight(left)].map(|left| left > 0.0 && noise <= left)
-}
-
-/// Whether a tally meets a total error, after `paths` paths.
-pub fn total_is_met(target: &TotalTarget, estimates: &Estimates, paths: u64) -> bool {
-    paths >= target.min_paths && meets_total(target, estimates)[0]
 }
 
 /// Whether a run ends after this number of walks.

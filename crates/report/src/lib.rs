@@ -4,6 +4,7 @@
 
 #![warn(unreachable_pub, unnameable_types)]
 
+mod accuracy;
 mod atomic;
 mod bounds;
 mod camera;
@@ -27,6 +28,7 @@ mod summary;
 mod values;
 pub mod words;
 
+pub use accuracy::{AccuracySummary, TotalSummary};
 pub use atomic::{Draft, OutputFolder, replace_atomically, write_atomically, write_soon};
 pub use camera::{Viewpoint, view_troubles};
 pub use chart::{Axis, Chart, Point, Series, Style};
@@ -41,7 +43,7 @@ pub use picture::{Photo, Picture, Shot};
 pub use sensors::{SensorSummary, SensorsSummary, write_sensors};
 pub use smooth::Smooth;
 pub use summary::{
-    AccuracySummary, ApartSummary, Check, Energy, PartSummary, PrecisionSummary, Provenance, RunFacts,
-    SessionSummary, Summary, Target, TotalSummary, Units, WorkerSummary, WorstPatch,
+    ApartSummary, Check, Energy, PartSummary, PrecisionSummary, Provenance, RunFacts, SessionSummary,
+    Summary, Target, Units, WorkerSummary, WorstPatch,
 };
 pub use values::Values;

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use job::{Light, OutputFile, Word};
 use judge::bounces::bounces;
 use judge::checks::checks_of_result;
-use judge::target;
+use judge::{target, total};
 use protocol::checkpoint::{Book, Checkpoint, Look, Part, Session};
 use protocol::roster::Contributor;
 use radiosity::{Estimates, Experiment, Precision, Readings};
@@ -297,7 +297,7 @@ fn facts(
         accuracy: estimates.accuracy(),
         total: settings.total_target.map(|target| TotalSummary {
             target: target.total_error,
-            reached: target::total_is_met(&target, estimates, paths),
+            reached: total::is_met(&target, estimates, paths),
         }),
         sensors: readings(settings, estimates).map(|readings| {
             let goal = settings.sensor_goal(experiment);
