@@ -26,7 +26,7 @@ fail() {
     tail -n 4 "$scratch"/*.log 2>/dev/null || true
 }
 
-# Whether a process is there, and more than a body that nobody has buried.
+# Whether a process is there, and no zombie.
 alive() { [ -d "/proc/$1" ] && ! grep -q '^State:.Z' "/proc/$1/status" 2>/dev/null; }
 
 # until_true SECONDS COMMAND…: whether the command succeeds before the time is over.
@@ -92,7 +92,7 @@ coordinate() {
     pids+=("$coordinator")
 }
 
-# Whether the last that was heard of a run is that so many workers are at it, and some walks are in.
+# Whether the last event of a run says that $1 workers are at work and that some walks are in.
 at_work() { tail -n 1 "$events" 2>/dev/null | grep -q "\"paths\":[1-9].*\"workers\":$1[,}]"; }
 
 told() { grep -q "$1" "$events"; }
@@ -335,7 +335,7 @@ on_three_hosts() {
     until_true 30 at_work 3
 }
 
-# Nobody can end the run while all links are down.
+# While all links are down, the run cannot end.
 all_links_cut() {
     local began
     on_three_hosts storm || true

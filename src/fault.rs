@@ -6,6 +6,8 @@ use cluster::listen::ListenError;
 use monitor::NoPage;
 use thiserror::Error;
 
+use crate::commands::factors::FactorsFault;
+
 /// How a command ended that did what it was asked to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Outcome {
@@ -35,6 +37,9 @@ pub(crate) enum Fault {
     /// Nothing is known of a job.
     #[error(transparent)]
     NoStatus(#[from] monitor::NoStatus),
+    /// Exchange factors cannot be counted, or say nothing of heat.
+    #[error(transparent)]
+    Factors(#[from] FactorsFault),
     /// The scene has no deterministic solution here.
     #[error(transparent)]
     Exact(#[from] exact::ExactError),
@@ -50,7 +55,7 @@ pub(crate) enum Fault {
     },
     /// An access file cannot be written.
     #[error(
-        "cannot write the access file {path} ({source}); choose a place that can be written with --access (of a relay, --out-access)"
+        "cannot write the access file {path} ({source}); choose a place that can be written with --access (for a relay, --out-access)"
     )]
     AccessFileWrite {
         /// The file.
@@ -80,7 +85,7 @@ pub(crate) enum Fault {
     },
     /// Nothing tells other machines where this one is.
     #[error(
-        "--listen {address} stands for every address of this machine (no other machine can connect to it), and this machine's own name leads to none; say by what name or address others reach it, with --advertise HOST"
+        "--listen {address} stands for every address of this machine (no other machine can connect to it), and this machine's own name leads to none of them; give the name or address by which others reach it, with --advertise HOST"
     )]
     NoName {
         /// host:port.
@@ -88,7 +93,7 @@ pub(crate) enum Fault {
     },
     /// The tallies of a job do not fit the memory.
     #[error(
-        "the tallies of {patches} patches take {} at least, on this machine, which has {} (for the coordinator and {}); use coarser patches or fewer workers here",
+        "the tallies of {patches} patches need at least {}, and this machine has {} (for the coordinator and {}); use coarser patches or fewer workers here",
         report::words::bytes(*needed), report::words::bytes(*there), report::words::counted(*workers as u64, "worker")
     )]
     NoRoom {
@@ -123,7 +128,7 @@ pub(crate) enum Fault {
     #[error("no worker is left ({0}); see the messages above, then run the job again")]
     NoWorkers(String),
     /// A file would be written over.
-    #[error("{} is there already (nothing is replaced without being asked); move it away", path.display())]
+    #[error("{} is there already (nothing is replaced unless asked for); move it away", path.display())]
     Taken {
         /// The file.
         path: PathBuf,
@@ -138,7 +143,7 @@ pub(crate) enum Fault {
     },
     /// Results could not be said.
     #[error(
-        "stdout cannot be written ({source}), so what was said there is not complete; send it to a place that has room"
+        "stdout cannot be written ({source}), so the output there is incomplete; send it to a place that has room"
     )]
     Unsaid {
         /// What the system says.
@@ -154,7 +159,7 @@ pub(crate) enum Fault {
     },
     /// Neither chains nor batches are walks.
     #[error(
-        "a job of chains or Sobol batches has no walks to replay (what is within one depends on all of it); give --set method.walk=shooting --set method.sampler=random, or another job"
+        "a job of chains or Sobol batches has no walks to replay (the walks of one depend on each other); give --set method.walk=shooting --set method.sampler=random, or another job"
     )]
     NoWalks,
     /// A part of the walks is no part.
@@ -174,7 +179,7 @@ pub(crate) enum Fault {
     },
     /// Some rows of the papers' tables came out otherwise.
     #[error(
-        "{} rows differ from what theory says by more than chance explains ({}); see {}, then find out which is wrong",
+        "{} rows differ from theory by more than chance explains ({}); see {}, then find out which is wrong",
         rows.len(), rows.join("; "), page.display()
     )]
     NotReproduced {
@@ -182,6 +187,16 @@ pub(crate) enum Fault {
         page: PathBuf,
         /// What they are.
         rows: Vec<String>,
+    },
+    /// There is no help on a word.
+    #[error(
+        "there is no command and no word \"{word}\" (the words are those of docs/reference/glossary.md); choose a command, or {known}"
+    )]
+    NoWord {
+        /// What was typed.
+        word: String,
+        /// The words that have an entry.
+        known: String,
     },
     /// The atlas has no such entry.
     #[error("the atlas has no entry \"{name}\" (--only takes names of entries); choose from {known}")]
@@ -235,7 +250,7 @@ pub(crate) enum Fault {
     Overflow,
     /// Nothing happened any more.
     #[error(
-        "no worker gets on though walks are left (a fault of the program); what is known is in {}: run the job again with --resume",
+        "no worker makes progress though walks are left (a fault of the program); the result so far is in {}: run the job again with --resume",
         out.display()
     )]
     Stuck {
@@ -287,10 +302,10 @@ impl Fault {
             Fault::Job(_) | Fault::Unfit(_) | Fault::Report(_) | Fault::Exact(_) => 2,
             Fault::AccessFile { .. } | Fault::AccessFileWrite { .. } | Fault::OneAccessFile { .. } => 2,
             Fault::Share(_) | Fault::NoWalks => 2,
-            Fault::NoEntry { .. } | Fault::Table { .. } | Fault::TwinJobs(_) => 2,
+            Fault::NoWord { .. } | Fault::NoEntry { .. } | Fault::Table { .. } | Fault::TwinJobs(_) => 2,
             Fault::NoName { .. } | Fault::NoRoom { .. } | Fault::NoStatus(_) => 2,
             Fault::Taken { .. } | Fault::NotWritten { .. } | Fault::Unsaid { .. } => 2,
-            Fault::LogLevel { .. } => 2,
+            Fault::LogLevel { .. } | Fault::Factors(_) => 2,
             Fault::Results(error) => exit_code_of(error),
             Fault::Silent { .. } | Fault::Differ(_) | Fault::Audit { .. } => 3,
             Fault::Listen { .. } | Fault::Worker(_) | Fault::NoWorkers(_) => 3,

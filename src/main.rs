@@ -14,6 +14,7 @@ mod progress;
 mod shift;
 mod signals;
 mod summary;
+mod team;
 
 use std::io::IsTerminal;
 use std::process::ExitCode;
@@ -24,8 +25,8 @@ use voice::{Voice, emit, record, say, unsaid};
 
 use crate::args::{Cli, Command};
 use crate::commands::{
-    audit, check, compare, coordinate, diff, exact, merge, new, plan, relay, replay, report, reproduce,
-    stability, status, work,
+    audit, check, compare, coordinate, diff, exact, factors, help, merge, new, plan, relay, replay, report,
+    reproduce, stability, status, work,
 };
 use crate::fault::{Fault, Outcome};
 
@@ -43,6 +44,7 @@ fn main() -> ExitCode {
         Command::Work(args) => work::work(&args),
         Command::Relay(args) => relay::relay(&args),
         Command::Exact(args) => exact::exact(&args),
+        Command::Factors(args) => factors::factors(&args),
         Command::Status(args) => status::status(&args),
         Command::Diff(args) => diff::diff(&args),
         Command::Merge(args) => merge::merge(&args),
@@ -55,6 +57,7 @@ fn main() -> ExitCode {
         Command::Check(args) => check::check(&args),
         Command::Stability(args) => stability::stability(&args),
         Command::Compare(args) => compare::compare(&args),
+        Command::Help(args) => help::help(&args),
     })
 }
 

@@ -22,7 +22,7 @@ pub(crate) fn catch() {
         let since = first.get_or_init(Instant::now).elapsed();
         SIGNALS.fetch_add(1, Ordering::Relaxed);
         if since > SAME {
-            warn!("a second signal: it quits at once; what the last checkpoint holds stays");
+            warn!("a second signal: the run quits at once; its last checkpoint is kept");
             std::process::exit(INTERRUPTED);
         }
     });

@@ -162,7 +162,7 @@ fn describe_precision(summary: &Summary) {
             worst(precision)
         ));
     } else {
-        say("no patch that reflects was reached by any walk: nothing is known of its light but upper bounds");
+        say("no walk reached any patch that reflects: only upper bounds of its light are known");
     }
     for (apart, why) in [
         (precision.unhit, "that no walk has reached"),
@@ -170,7 +170,7 @@ fn describe_precision(summary: &Summary) {
     ] {
         if apart.patches > 0 {
             let area = percent(apart.area);
-            say(&format!("told apart: {} patches {why}, {area} of the area in all", apart.patches));
+            say(&format!("listed apart: {} patches {why}, {area} of the area in all", apart.patches));
         }
     }
 }

@@ -8,7 +8,8 @@ Examples:
   radwalk plan box.toml                        what its target will take
   radwalk coordinate box.toml --listen node1:7600 --access box.json
   radwalk work --access box.json --threads 8   on every other machine
-  radwalk status box.json                      how it gets on
+  radwalk status box.json                      the state of the job
+  radwalk help target                          what a word means: walk, interval, target, chain, access file …
 
 Exit codes:
   0    done, and the target, if any, is reached; comparisons and audits agree
@@ -68,6 +69,14 @@ pub(super) const EXACT: &str = "\
 Examples:
   radwalk exact box.toml --out out/exact                     exact.csv: radiosities without noise, and variances of walks";
 
+/// Under the help of `radwalk factors`.
+pub(super) const FACTORS: &str = "\
+Examples:
+  radwalk factors box.toml                                   form factors of every pair of patches: factors.csv
+  radwalk factors box.toml --groups by-surface --reflections --smooth
+  radwalk factors box.toml --groups by-surface --tolerance 0.01 --pairs floor:ceiling
+  radwalk factors box.toml --groups by-surface --temperatures heat.toml";
+
 /// Under the help of `radwalk audit`.
 pub(super) const AUDIT: &str = "\
 Examples:
@@ -94,7 +103,8 @@ Examples:
 /// Under the help of `radwalk reproduce`.
 pub(super) const REPRODUCE: &str = "\
 Examples:
-  radwalk reproduce --out out/papers                         a page with the papers' tables and figures";
+  radwalk reproduce --out out/papers                         a page with the papers' tables and figures
+  radwalk reproduce --validation                             a page of configurations with closed forms";
 
 /// Under the help of `radwalk new`.
 pub(super) const NEW: &str = "\
@@ -121,3 +131,10 @@ pub(super) const DIFF: &str = "\
 Examples:
   radwalk diff out/seed1 out/seed2                           two runs with other seeds agree, but for chance
   radwalk diff out/box out/exact                             a run and the output folder of `radwalk exact`";
+
+/// Under the help of `radwalk help`.
+pub(super) const HELP: &str = "\
+Examples:
+  radwalk help interval                                      what an interval says
+  radwalk help access file                                   how workers join a job
+  radwalk help run                                           as radwalk run --help";

@@ -13,7 +13,7 @@ pub(crate) use self::options::*;
 
 /// Distributed Monte Carlo radiosity with confidence intervals that are true.
 #[derive(Parser)]
-#[command(version = crate::build::BUILD, arg_required_else_help = true, after_help = AFTER)]
+#[command(version = crate::build::BUILD, arg_required_else_help = true, disable_help_subcommand = true, after_help = AFTER)]
 pub(crate) struct Cli {
     #[command(subcommand)]
     pub command: Command,
@@ -30,18 +30,21 @@ pub(crate) enum Command {
     /// Work for the coordinator of an access file until its job is done
     #[command(after_help = WORK)]
     Work(WorkArgs),
-    /// Be one worker to a coordinator, and a coordinator to workers of its own
+    /// Join a coordinator as one worker, and coordinate workers of its own
     #[command(after_help = RELAY)]
     Relay(RelayArgs),
-    /// Say how a running job gets on: workers, rates, errors, time left, last checkpoint, faults
+    /// Show the state of a running job: workers, rates, errors, time left, last checkpoint, faults
     #[command(after_help = STATUS)]
     Status(StatusArgs),
-    /// Hold two results of one scene against each other, patch by patch
+    /// Compare two results of one scene, patch by patch
     #[command(after_help = DIFF)]
     Diff(DiffArgs),
     /// Solve the radiosity system of a small scene without any randomness
     #[command(after_help = EXACT)]
     Exact(ExactArgs),
+    /// Count exchange factors between groups of surfaces, and the heat between them
+    #[command(after_help = FACTORS)]
+    Factors(FactorsArgs),
     /// Combine runs of one scene and method into one result
     #[command(after_help = MERGE)]
     Merge(MergeArgs),
@@ -66,12 +69,15 @@ pub(crate) enum Command {
     /// Check a job or a scene and say what would be modelled, and why
     #[command(after_help = CHECK)]
     Check(CheckArgs),
-    /// Drive methods to where they fail: what theory predicts, what is seen, what is said, what to do instead
+    /// Drive methods to where they fail, and show prediction, measurement, messages and remedy
     #[command(after_help = STABILITY)]
     Stability(StabilityArgs),
     /// Chart speed against accuracy of every method that fits a scene, and say what to use when
     #[command(after_help = COMPARE)]
     Compare(CompareArgs),
+    /// Explain a command, or a word that radwalk uses
+    #[command(after_help = HELP)]
+    Help(HelpArgs),
 }
 
 impl Command {
@@ -88,6 +94,7 @@ impl Command {
             Command::Work(_) => Voice::new(false, false, true),
             Command::Relay(args) => Voice::new(false, args.quiet, true),
             Command::Exact(args) => of(&args.out, false),
+            Command::Factors(args) => of(&args.out, false),
             Command::Reproduce(args) => of(&args.out, false),
             Command::Stability(args) => of(&args.out, false),
             Command::Compare(args) => of(&args.out, false),
@@ -97,7 +104,9 @@ impl Command {
             Command::Merge(args) => Voice::new(false, args.quiet, false),
             Command::Audit(args) => Voice::new(false, args.quiet, false),
             Command::Report(args) => Voice::new(false, args.quiet, false),
-            Command::Replay(_) | Command::New(_) | Command::Check(_) => Voice::new(false, false, false),
+            Command::Replay(_) | Command::New(_) | Command::Check(_) | Command::Help(_) => {
+                Voice::new(false, false, false)
+            }
         }
     }
 }

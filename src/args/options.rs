@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 use job::OutputFile;
 
-use super::values::{count, output_file, rays, threads, workers};
+use super::values::{count, output_file, rays, threads, tolerance, workers};
 
 /// A job and what to change in it.
 #[derive(Args)]
@@ -57,15 +57,15 @@ pub(crate) struct ExportArgs {
     pub export: Vec<OutputFile>,
 }
 
-/// Whom a job lets see how it gets on.
+/// The pages on which a job shows its state.
 #[derive(Args)]
 pub(crate) struct MonitorArgs {
-    /// Metrics for Prometheus at http://HOST:PORT/metrics; a port alone: for this machine only. Nothing is secret there,
-    /// and nothing is asked of who reads it
+    /// Metrics for Prometheus at http://HOST:PORT/metrics; a port alone: for this machine only. The page holds
+    /// no secrets and asks for no key
     #[arg(long, value_name = "HOST:PORT")]
     pub metrics: Option<String>,
     /// The report of the result so far at http://HOST:PORT/, which follows the run; a port alone: for this machine only.
-    /// Elsewhere the address that is told has a key; what is read is not encrypted
+    /// Elsewhere the address that is printed has a key; the page is not encrypted
     #[arg(long, value_name = "HOST:PORT")]
     pub watch: Option<String>,
 }
@@ -102,8 +102,8 @@ pub(crate) struct CoordinateArgs {
     /// Where to listen for workers: the name by which they reach this machine, e.g. node1:7600 (port 0: any free one)
     #[arg(long, value_name = "HOST:PORT", default_value = "127.0.0.1:0")]
     pub listen: String,
-    /// The name or address by which others reach this machine, where that is not the one of --listen; with a port, where
-    /// a gate in between has another
+    /// The name or address by which others reach this machine, if that is not the one of --listen; with a port, if
+    /// a gateway in between has another
     #[arg(long, value_name = "HOST")]
     pub advertise: Option<String>,
     /// The access file to write for workers [default: <output folder>/access.json]
@@ -144,8 +144,8 @@ pub(crate) struct RelayArgs {
     /// Where to listen for workers: the name by which they reach this machine, e.g. node1:7600 (port 0: any free one)
     #[arg(long, value_name = "HOST:PORT", default_value = "127.0.0.1:0")]
     pub listen: String,
-    /// The name or address by which others reach this machine, where that is not the one of --listen; with a port, where
-    /// a gate in between has another
+    /// The name or address by which others reach this machine, if that is not the one of --listen; with a port, if
+    /// a gateway in between has another
     #[arg(long, value_name = "HOST")]
     pub advertise: Option<String>,
     /// Say nothing but errors
@@ -238,6 +238,58 @@ pub(crate) struct ExactArgs {
     pub out: OutArgs,
 }
 
+/// What `radwalk factors` counts.
+#[derive(Args)]
+pub(crate) struct FactorsArgs {
+    #[command(flatten)]
+    pub job: JobArgs,
+    #[command(flatten)]
+    pub out: OutArgs,
+    /// Between what: by-patch, by-surface, by-material, or a file of [[group]] tables [default: by-patch up to 256 faces, else
+    /// by-surface]
+    #[arg(long, value_name = "GROUPS")]
+    pub groups: Option<String>,
+    /// Count where walks are absorbed after reflections (Gebhart's factors), not what they hit first
+    #[arg(long)]
+    pub reflections: bool,
+    /// Of a scene in colour: the channel whose reflectances hold
+    #[arg(long, value_enum)]
+    pub channel: Option<ChannelWord>,
+    /// End where the half-width of intervals is this part of their factors; of each row in the mean square, unless --pairs
+    /// names some
+    #[arg(long, value_name = "PART", value_parser = tolerance)]
+    pub tolerance: Option<f64>,
+    /// Pairs of groups that the tolerance is asked of, each of them; may be a list, e.g. --pairs floor:ceiling,lamp:floor
+    #[arg(long, value_name = "FROM:TO", value_delimiter = ',', requires = "tolerance")]
+    pub pairs: Vec<String>,
+    /// Add columns of factors that are adjusted to each other: reciprocal, and adding up to 1
+    #[arg(long)]
+    pub smooth: bool,
+    /// Solve for the heat between the groups: a file of temperatures [K] or fluxes [W] of each; implies --reflections
+    #[arg(long, value_name = "FILE")]
+    pub temperatures: Option<PathBuf>,
+    /// Worker processes [default: one per core]
+    #[arg(long, value_name = "N", value_parser = workers)]
+    pub workers: Option<u32>,
+    /// Threads of each worker
+    #[arg(long, value_name = "T", default_value_t = 1, value_parser = threads)]
+    pub threads: u32,
+    /// Go on from the counts in the output folder
+    #[arg(long, conflicts_with = "force")]
+    pub resume: bool,
+}
+
+/// A channel of a scene in colour.
+#[derive(Clone, Copy, ValueEnum)]
+pub(crate) enum ChannelWord {
+    /// Red
+    R,
+    /// Green
+    G,
+    /// Blue
+    B,
+}
+
 #[derive(Args)]
 pub(crate) struct PlanArgs {
     #[command(flatten)]
@@ -252,6 +304,9 @@ pub(crate) struct ReproduceArgs {
     /// Everything at reduced size: a minute
     #[arg(long)]
     pub quick: bool,
+    /// Configurations with closed forms in place of the papers: the scorecard [default folder: out/validation]
+    #[arg(long)]
+    pub validation: bool,
     #[command(flatten)]
     pub out: OutArgs,
     /// Threads; the answer does not depend on them [default: one per core]
@@ -261,7 +316,7 @@ pub(crate) struct ReproduceArgs {
 
 #[derive(Args)]
 pub(crate) struct CompareArgs {
-    /// Job files: their scenes are compared in, whatever their methods
+    /// Job files; methods are compared in their scenes, whatever methods the jobs have
     #[arg(required = true, num_args = 1.., value_name = "JOB")]
     pub jobs: Vec<PathBuf>,
     #[command(flatten)]
@@ -281,7 +336,7 @@ pub(crate) struct CompareArgs {
     /// Threads of each worker
     #[arg(long, value_name = "T", default_value_t = 1, value_parser = threads)]
     pub threads: u32,
-    /// Keep what is measured already
+    /// Keep the rows that are measured already
     #[arg(long, conflicts_with = "force")]
     pub resume: bool,
 }
@@ -305,7 +360,7 @@ pub(crate) struct CheckArgs {
     /// Set any key of the job
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub set: Vec<String>,
-    /// Look for what is wrong with the geometry: flipped, doubled, buried and leaking surfaces, dark lamps
+    /// Look for faults of the geometry: flipped, doubled, buried and leaking surfaces, dark lamps
     #[arg(long)]
     pub fix_report: bool,
     /// Where the findings and pictures of the worst are written [default: out/<job name>-doctor]
@@ -323,6 +378,13 @@ pub(crate) struct NewArgs {
     /// Where to write the job and its scene
     #[arg(long, value_name = "DIR", default_value = ".")]
     pub out: PathBuf,
+}
+
+#[derive(Args)]
+pub(crate) struct HelpArgs {
+    /// A command (run, plan, …) or a word (walk, interval, access file, …) [default: the commands, and a list of the words]
+    #[arg(value_name = "COMMAND or WORD")]
+    pub word: Vec<String>,
 }
 
 /// The kinds of beginnings.

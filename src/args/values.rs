@@ -35,6 +35,14 @@ pub(super) fn threads(typed: &str) -> Result<u32, String> {
     within(typed, 1024)
 }
 
+/// An accuracy relative to what is known.
+pub(super) fn tolerance(typed: &str) -> Result<f64, String> {
+    let number: Option<f64> = typed.parse().ok();
+    number
+        .filter(|number| *number > 0.0 && *number < 1.0)
+        .ok_or("write a number between 0 and 1, such as 0.01".into())
+}
+
 fn within(typed: &str, most: u32) -> Result<u32, String> {
     let number = count(typed).ok().and_then(|number| u32::try_from(number).ok());
     number

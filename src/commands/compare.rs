@@ -106,7 +106,7 @@ fn study(args: &CompareArgs, team: Team, arena: Arena<'_>, table: &mut Table<'_>
     let Arena { path, job, scene, .. } = arena;
     let patches = scene.faces().len();
     let most = args.rays.unwrap_or(LEAST_RAYS.max(RAYS_PER_PATCH * patches as u64));
-    let phase = Phase::begin("finding what the methods are held against");
+    let phase = Phase::begin("computing the reference solution");
     let truths = Truths::new(arena, team, most)?;
     drop(phase);
     let (mut points, mut missing) = (Vec::new(), Vec::new());

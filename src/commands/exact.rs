@@ -1,6 +1,7 @@
 //! `radwalk exact`: the radiosity system itself, without any randomness.
 
 use exact::{Accuracy, Bounds, ESTIMATORS, Exact, ExactError, SharedPath, WeightedWalk};
+use job::{Grouping, Groups};
 use radiosity::{Scene, birth_probabilities};
 use report::{Check, ExactBounds, ExactColumns, ExactSummary, OutputFolder, Units};
 use results::units;
@@ -18,14 +19,17 @@ pub(crate) fn exact(args: &ExactArgs) -> Result<Outcome, Fault> {
     // The job's own error messages know the line of the file that is at fault.
     let scene = job.build_scene()?;
     let path = args.out.out.clone().unwrap_or_else(|| default_folder(&job));
-    let files: &[[&str; 2]] = if scene.channels() == 1 { &GREY_FILES } else { &CHANNEL_FILES };
+    let files: &[[&str; 3]] = if scene.channels() == 1 { &GREY_FILES } else { &CHANNEL_FILES };
     let folder = OutputFolder::claim(&path, files.as_flattened(), args.out.force)?;
     phase.now("finding form factors and solving for light");
     let channels = Exact::of_channels(job.scene.spec(), &|part| phase.done(part))?;
     phase.now("predicting variances");
     let shared = (channels.len() > 1).then(|| SharedPath::of(&channels.iter().collect::<Vec<_>>()));
+    let names = (scene.faces().len() <= MOST_FACTORS)
+        .then(|| Groups::of(&Grouping::ByPatch, &job.scene, &scene).map(|groups| groups.names))
+        .transpose()?;
     let birth = birth_probabilities(&scene, &job.method.birth);
-    for (exact, [table, page]) in channels.iter().zip(files) {
+    for (exact, [table, page, factors]) in channels.iter().zip(files) {
         let walk = shared.as_ref().map(|shared| WeightedWalk::new(exact, shared)).transpose();
         let walk = walk.map_err(ExactError::from)?;
         let accuracy = Accuracy::of(exact);
@@ -33,6 +37,10 @@ pub(crate) fn exact(args: &ExactArgs) -> Result<Outcome, Fault> {
         let summary = summary(exact, &accuracy, &scene, units(job.light));
         folder.write(table, |file| report::write_exact(file, scene.faces(), &columns))?;
         folder.write(page, |file| summary.write(file))?;
+        if let Some(names) = &names {
+            folder
+                .write(factors, |file| report::write_exact_factors(file, names, |i| factors_of(exact, i)))?;
+        }
         if !args.out.quiet {
             describe(&summary);
         }
@@ -44,10 +52,26 @@ pub(crate) fn exact(args: &ExactArgs) -> Result<Outcome, Fault> {
     Ok(Outcome::Done)
 }
 
-const GREY_FILES: [[&str; 2]; 1] = [["exact.csv", "exact.json"]];
+/// The most faces whose factors are written: every pair of them is a row.
+const MOST_FACTORS: usize = 512;
 
-const CHANNEL_FILES: [[&str; 2]; 3] =
-    [["exact_r.csv", "exact_r.json"], ["exact_g.csv", "exact_g.json"], ["exact_b.csv", "exact_b.json"]];
+const GREY_FILES: [[&str; 3]; 1] = [["exact.csv", "exact.json", "exact-factors.csv"]];
+
+const CHANNEL_FILES: [[&str; 3]; 3] = [
+    ["exact_r.csv", "exact_r.json", "exact-factors_r.csv"],
+    ["exact_g.csv", "exact_g.json", "exact-factors_g.csv"],
+    ["exact_b.csv", "exact_b.json", "exact-factors_b.csv"],
+];
+
+/// F_ij and B_ij from face i to every face: what meets it first, and what it absorbs of what face i alone emits.
+fn factors_of(exact: &Exact, i: usize) -> Vec<[f64; 2]> {
+    let mut emittance = vec![0.0; exact.face_count()];
+    emittance[i] = 1.0 / exact.areas()[i];
+    let incoming = exact.system().solve(&emittance).incoming;
+    let absorbed =
+        incoming.iter().zip(exact.reflectance()).map(|(phi, reflectance)| (1.0 - reflectance) * phi);
+    absorbed.enumerate().map(|(j, absorbed)| [exact.exchange().form_factor(i, j), absorbed]).collect()
+}
 
 /// A few lines for people.
 fn describe(summary: &ExactSummary) {
@@ -58,10 +82,10 @@ fn describe(summary: &ExactSummary) {
         summary.row_sum_min, summary.row_sum_max, summary.row_error
     ));
     if let (Some(error), Some(face)) = (summary.max_relative_error, summary.worst_face()) {
-        say(&format!("so radiosities err by at most {error:.1e} of themselves ({face})"));
+        say(&format!("so the relative error of radiosities is at most {error:.1e} ({face})"));
     }
     if summary.undetermined > 0 {
-        say(&format!("{} faces are too dark to tell: their errors exceed them", summary.undetermined));
+        say(&format!("{} faces are too dark: their errors exceed their radiosities", summary.undetermined));
     }
     for check in summary.checks.iter().filter(|check| !check.ok) {
         warn!("{}", check.message);

@@ -6,6 +6,8 @@ pub(crate) mod compare;
 pub(crate) mod coordinate;
 pub(crate) mod diff;
 pub(crate) mod exact;
+pub(crate) mod factors;
+pub(crate) mod help;
 pub(crate) mod merge;
 pub(crate) mod new;
 pub(crate) mod plan;

@@ -171,7 +171,9 @@ impl<'a> Plan<'a> {
     /// Where the run ends, and why.
     fn describe_end(&self) {
         if let Some(sensors) = &self.of_sensors {
-            say(&format!("{sensors}: pilots do not tell when; the run goes on until then, or to its budget"));
+            say(&format!(
+                "{sensors}: pilots cannot foretell this; the run goes on until it is met, or to its budget"
+            ));
         }
         let Some(target) = self.target else {
             if self.of_sensors.is_none() {

@@ -9,8 +9,8 @@ use report::OutputFolder;
 use report::words::duration;
 use serde_json::json;
 use studies::claim::{Judge, Verdict};
-use studies::papers::{CHAPTERS, Chapter, Findings, page};
-use studies::{Effort, Lab};
+use studies::papers::{self, Chapter, Findings, page};
+use studies::{Effort, Lab, validation};
 use tracing::info;
 use voice::{Phase, emit, say};
 
@@ -18,21 +18,45 @@ use crate::args::ReproduceArgs;
 use crate::date::today;
 use crate::fault::{Fault, Outcome};
 
-/// What people read.
-const PAGE: &str = "papers.md";
+/// A page and what is on it.
+struct Edition {
+    title: &'static str,
+    /// Names its files: a page for people, a table for programs.
+    files: [&'static str; 2],
+    /// The output folder unless another is chosen.
+    folder: &'static str,
+    chapters: &'static [Chapter],
+    /// The option that asks for it.
+    option: &'static str,
+}
 
-/// What programs read.
-const TABLE: &str = "papers.json";
+const PAPERS: Edition = Edition {
+    title: "The papers, reproduced",
+    files: ["papers.md", "papers.json"],
+    folder: "out/papers",
+    chapters: &papers::CHAPTERS,
+    option: "",
+};
+
+const VALIDATION: Edition = Edition {
+    title: "The scorecard: closed forms",
+    files: ["validation.md", "validation.json"],
+    folder: "out/validation",
+    chapters: &validation::CHAPTERS,
+    option: " --validation",
+};
 
 /// Runs every chapter; writes the page, its figures and the rows as JSON. Rows that differ are a fault.
 pub(crate) fn reproduce(args: &ReproduceArgs) -> Result<Outcome, Fault> {
     let effort = if args.quick { Effort::Quick } else { Effort::Full };
     let lab = Lab::new(effort, args.threads.map(|threads| threads as usize));
-    let path = args.out.out.clone().unwrap_or_else(|| PathBuf::from("out/papers"));
-    let folder = OutputFolder::claim(&path, &[PAGE, TABLE], args.out.force)?;
+    let edition = if args.validation { &VALIDATION } else { &PAPERS };
+    let [people, programs] = edition.files;
+    let path = args.out.out.clone().unwrap_or_else(|| PathBuf::from(edition.folder));
+    let folder = OutputFolder::claim(&path, &edition.files, args.out.force)?;
     let began = Instant::now();
     let done: Vec<(&Chapter, Findings)> =
-        CHAPTERS.iter().map(|chapter| (chapter, run(args, chapter, &lab))).collect();
+        edition.chapters.iter().map(|chapter| (chapter, run(args, chapter, &lab))).collect();
     let judge = page::judge(done.iter().map(|(_, findings)| findings));
     for (chapter, findings) in &done {
         findings.figures.iter().try_for_each(|f| folder.write(&f.file, |file| file.write_all(&f.content)))?;
@@ -42,17 +66,18 @@ pub(crate) fn reproduce(args: &ReproduceArgs) -> Result<Outcome, Fault> {
     }
     let entries: Vec<page::Entry<'_>> =
         done.iter().map(|(c, findings)| (c.name, c.title, findings)).collect();
-    let origin = origin(args, &lab, began.elapsed().as_secs_f64());
+    let origin = origin(args, edition, &lab, began.elapsed().as_secs_f64());
     let table = page::table(&entries, judge);
-    folder.write(TABLE, |file| Ok(serde_json::to_writer_pretty(file, &table)?))?;
-    folder.write(PAGE, |file| file.write_all(page::write(&origin, &entries, judge).as_bytes()))?;
+    folder.write(programs, |file| Ok(serde_json::to_writer_pretty(file, &table)?))?;
+    let text = page::write((edition.title, &origin), &entries, judge);
+    folder.write(people, |file| file.write_all(text.as_bytes()))?;
     if !args.out.quiet {
-        say(&format!("written to {}", folder.file(PAGE).display()));
+        say(&format!("written to {}", folder.file(people).display()));
     }
     let differ = done.iter().flat_map(|(_, f)| &f.rows).filter(|row| judge.verdict(row) == Verdict::Differs);
     match differ.map(|row| row.label.clone()).collect::<Vec<_>>() {
         rows if rows.is_empty() => Ok(Outcome::Done),
-        rows => Err(Fault::NotReproduced { page: folder.file(PAGE), rows }),
+        rows => Err(Fault::NotReproduced { page: folder.file(people), rows }),
     }
 }
 
@@ -89,10 +114,11 @@ fn describe(chapter: &Chapter, findings: &Findings, judge: Judge) {
 }
 
 /// Which command made the page, when and where.
-fn origin(args: &ReproduceArgs, lab: &Lab, seconds: f64) -> String {
+fn origin(args: &ReproduceArgs, edition: &Edition, lab: &Lab, seconds: f64) -> String {
     let quick = if args.quick { " --quick" } else { "" };
     format!(
-        "Made by `radwalk reproduce{quick}`, version {}, on {}, in {} on {} threads of: {}.",
+        "Made by `radwalk reproduce{}{quick}`, version {}, on {}, in {} on {} threads of: {}.",
+        edition.option,
         env!("CARGO_PKG_VERSION"),
         today(),
         duration(seconds),

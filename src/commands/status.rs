@@ -1,4 +1,4 @@
-//! `radwalk status`: how a running job gets on, or how one ended.
+//! `radwalk status`: the state of a running job, or the end of one.
 
 use std::path::Path;
 
@@ -14,7 +14,7 @@ use crate::fault::{Fault, Outcome};
 /// Workers that are told one by one.
 const TOLD: usize = 40;
 
-/// Says how the job of an access file or an output folder gets on.
+/// Prints the state of the job of an access file or an output folder.
 pub(crate) fn status(args: &StatusArgs) -> Result<Outcome, Fault> {
     match find(&args.of)? {
         Found::Summary(summary) => {
@@ -102,7 +102,7 @@ fn describe_crew(standing: &Standing, crew: &[Hand]) {
     for hand in crew.iter().take(TOLD) {
         let faults = match hand.faults {
             0 => String::new(),
-            faults => format!(", {faults} of its results cannot be"),
+            faults => format!(", {faults} of its results were impossible"),
         };
         say(&format!(
             "  {}: {}, {} paths/s, {} paths in the result, {}{faults}",
@@ -123,7 +123,7 @@ fn describe_faults(faults: Faults) {
     let told = [
         (workers_lost, "worker", "lost or left early"),
         (workers_refused, "worker", "not let in"),
-        (connections_failed, "connection", "came to nothing"),
+        (connections_failed, "connection", "failed"),
         (checkpoints_failed, "checkpoint", "could not be written"),
     ];
     let told = told.iter().filter(|(number, ..)| *number > 0);

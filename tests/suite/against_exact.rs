@@ -1,5 +1,5 @@
-//! Walks against the exact solution: unbiased, with the variance of the closed form, and intervals that cover
-//! as often as they say.
+//! Tests of walks against the exact solution: estimates are unbiased, their variance is that of the closed form, and
+//! intervals cover as often as they say.
 
 use crate::common::{box_scene, collision, cube54, experiment, surface, walk};
 use exact::Exact;

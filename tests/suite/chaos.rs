@@ -1,5 +1,5 @@
-//! Everything that can go wrong with processes, threads, connections, disks, clocks and peers, at random, over one job: the
-//! answer is that of a run that nothing happened to.
+//! Tests of one job to which everything happens at random that can go wrong with processes, threads, connections,
+//! disks, clocks and peers: the answer is that of a run to which nothing happened.
 //!
 //! All the while two in ten of the coordinator's fsyncs fail. Workers reach the coordinator through a relay that cuts, delays, repeats and alters what they send. A short version belongs to
 //! the everyday suite; `scripts/chaos.sh` runs a long one and keeps its log.
@@ -26,12 +26,12 @@ use tempfile::tempdir;
 
 const JOB: &str = "configs/cube54.toml";
 const WORKERS: usize = 3;
-/// Kinds of faults.
+/// The number of kinds of faults.
 const KINDS: u64 = 16;
-/// Faults of the everyday suite: each kind once.
+/// The faults of the everyday suite: each kind once.
 const SHORT: usize = KINDS as usize;
 
-/// xorshift64*: the faults, not their moments, are the same in every run.
+/// xorshift64*: the kinds of faults are the same in every run, their moments are not.
 struct Dice(u64);
 
 impl Dice {
@@ -43,7 +43,7 @@ impl Dice {
     }
 }
 
-/// Where workers go: passes records on to wherever the coordinator listens now.
+/// A relay of bytes between the workers and the coordinator: passes records on to the coordinator's present address.
 struct Relay {
     address: String,
     state: Arc<RelayState>,
@@ -53,12 +53,12 @@ struct Relay {
 struct RelayState {
     coordinator: Mutex<String>,
     streams: Mutex<Vec<TcpStream>>,
-    /// Milliseconds that the next record is held up.
+    /// The milliseconds by which the next record is held up.
     delay: AtomicU64,
-    /// Records that are still to be sent twice.
+    /// The number of records that are still to be sent twice.
     repeat: AtomicU64,
     repeated: AtomicU64,
-    /// Records of which a bit is still to be flipped.
+    /// The number of records of which a bit is still to be flipped.
     alter: AtomicU64,
 }
 
@@ -74,7 +74,7 @@ impl Relay {
         Relay { address, state }
     }
 
-    /// Cuts every connection.
+    /// Cuts every connection through the relay.
     fn cut(&self) {
         for stream in self.state.streams.lock().unwrap().drain(..) {
             let _ = stream.shutdown(Shutdown::Both);
@@ -84,7 +84,7 @@ impl Relay {
 
 fn connect(worker: TcpStream, state: &Arc<RelayState>) {
     let address = state.coordinator.lock().unwrap().clone();
-    // Where nobody listens, the worker is hung up on.
+    // If no coordinator listens, the worker's connection is closed.
     let Ok(coordinator) = TcpStream::connect(address) else { return };
     let copy = |stream: &TcpStream| stream.try_clone().unwrap();
     state.streams.lock().unwrap().push(copy(&worker));
@@ -114,7 +114,7 @@ fn connect(worker: TcpStream, state: &Arc<RelayState>) {
     });
 }
 
-/// Whether one more is to be done, which is then counted.
+/// Whether one more is to be done; counts it if so.
 fn due(left: &AtomicU64) -> bool {
     left.fetch_update(Ordering::Relaxed, Ordering::Relaxed, |n| n.checked_sub(1)).is_ok()
 }
@@ -137,13 +137,13 @@ struct Liar {
 
 #[derive(Clone, Copy, Debug)]
 enum Lie {
-    /// A walk ended twice.
+    /// Lies that a walk ended twice.
     Counts,
-    /// A sum that no walks have.
+    /// Sends a sum that no walks have.
     Sums,
-    /// More rays than walks can have.
+    /// Sends more rays than walks can have.
     Rays,
-    /// It gets on for ever and brings nothing.
+    /// Reports progress for ever and brings nothing.
     Progress,
 }
 
@@ -189,7 +189,7 @@ struct Cluster {
     access: PathBuf,
     relayed: PathBuf,
     relay: Relay,
-    /// Before the coordinator and before workers.
+    /// The shims before the coordinator and before workers.
     shims: [Shim; 2],
     coordinator: Child,
     workers: Vec<Child>,
@@ -213,7 +213,7 @@ impl Cluster {
         cluster
     }
 
-    /// Waits for the coordinator's access file and makes of it one that leads through the relay.
+    /// Waits for the coordinator's access file, and makes one of it that leads through the relay.
     fn follow(&mut self) {
         let text = wait_for("the access file", || std::fs::read(&self.access).ok());
         let mut access: serde_json::Value = serde_json::from_slice(&text).unwrap();
@@ -224,7 +224,7 @@ impl Cluster {
         std::fs::rename(draft, &self.relayed).unwrap();
     }
 
-    /// Starts workers in place of those that have gone.
+    /// Starts workers in place of those that have ended.
     fn tend(&mut self) {
         self.workers.retain_mut(|worker| worker.try_wait().unwrap().is_none());
         while self.workers.len() < WORKERS {
@@ -243,7 +243,7 @@ impl Cluster {
         self.follow();
     }
 
-    /// One fault; returns its name.
+    /// Causes one fault. Returns its name.
     fn strike(&mut self, kind: u64, dice: &mut Dice) -> &'static str {
         let worker = self.workers[dice.below(self.workers.len() as u64) as usize].id();
         let pause = Duration::from_millis(100 + dice.below(900));
@@ -300,17 +300,17 @@ impl Cluster {
         }
     }
 
-    /// The busiest thread of a worker is stuck.
+    /// Stops the busiest thread of a worker for a while.
     fn stick(&self, worker: u32, time: Duration) {
         self.shims[1].set(Wrong::StuckMs, time.as_millis() as i32);
         if let Some(&(thread, _)) = busiest_threads(worker).first() {
             self.shims[1].stick(worker, thread);
-            // It reads for how long before the next fault says otherwise.
+            // The thread reads the duration before the next fault sets another.
             thread::sleep(Duration::from_millis(20));
         }
     }
 
-    /// Something is wrong with the coordinator's system for a while.
+    /// Lets the coordinator's system fail in one way for a while.
     fn spell(&self, wrong: Wrong, degree: i32, time: Duration, name: &'static str) -> &'static str {
         self.shims[0].set(wrong, degree);
         thread::sleep(time);
@@ -318,9 +318,9 @@ impl Cluster {
         name
     }
 
-    /// A liar comes, and stays until it is found out or its connection is cut.
+    /// Lets a liar join; it stays until it is found out or its connection is cut.
     fn lie(&mut self, lie: Lie) {
-        // Another coordinator may have taken the place of the one whose access file this is.
+        // Another coordinator may have replaced the one that wrote this access file.
         let (Ok(access), Ok(Checkpoint { scene_hash, tally, book })) =
             (Access::read(&self.relayed), checkpoint::read(&self.out.join("tally.bin")))
         else {
@@ -359,7 +359,7 @@ fn stop_for(pid: u32, pause: Duration) {
     signal("CONT", pid);
 }
 
-/// `RADWALK_CHAOS_FAULTS` says how many.
+/// The number of faults, from `RADWALK_CHAOS_FAULTS`.
 fn faults() -> usize {
     std::env::var("RADWALK_CHAOS_FAULTS").map_or(SHORT, |faults| faults.parse().expect("a number of faults"))
 }
@@ -372,7 +372,7 @@ fn no_fault_leaves_a_trace_in_the_answer() {
     wait_for("a checkpoint", || cluster.out.join("tally.bin").exists().then_some(()));
     let mut kinds: Vec<u64> = Vec::new();
     for number in 1..=faults() {
-        // In rounds of all kinds, each round in another order.
+        // Faults come in rounds of all kinds, each round in another order.
         if kinds.is_empty() {
             kinds.extend(0..KINDS);
         }
@@ -382,7 +382,7 @@ fn no_fault_leaves_a_trace_in_the_answer() {
         thread::sleep(Duration::from_millis(50 + dice.below(350)));
         cluster.tend();
     }
-    // Each that was asked for is sent twice or altered before the end, so that none is forgotten.
+    // Each of these records is sent twice or altered before the end, so that none is left out.
     wait_for("the last spoilt result", || {
         cluster.tend();
         let RelayState { repeat, alter, .. } = &*cluster.relay.state;
@@ -403,7 +403,7 @@ fn no_fault_leaves_a_trace_in_the_answer() {
         stormy["workers_lost"], stormy["streams_reissued"]
     );
     assert!(sessions > 1, "no coordinator died");
-    assert!(liars > 0, "nobody lied");
+    assert!(liars > 0, "no liar came");
     // Both take as long as the storm has walked.
     let mut audit = radwalk();
     audit.args(["audit", "--share", "0.01"]).arg(&out).stdout(Stdio::null());

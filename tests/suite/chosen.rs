@@ -1,4 +1,4 @@
-//! Chosen patches: targets that are about them alone, and methods that gather on them.
+//! Tests of chosen patches: targets on them alone, and methods that gather on them.
 
 use crate::support::{answer, columns, numbers, path, run, run_job, storms_leave_no_trace};
 use serde_json::Value;
@@ -6,7 +6,7 @@ use tempfile::tempdir;
 
 const CUBE: &str = "configs/cube54.toml";
 
-/// Half-width over estimate of every patch in a table.
+/// The half-width over the estimate for every patch in a table.
 fn relative_errors(out: &std::path::Path) -> Vec<f64> {
     let table = columns(&out.join("patches.csv"));
     let [low, high, b] = ["ci_low", "ci_high", "radiosity"].map(|name| numbers(&table[name]));
@@ -19,7 +19,7 @@ fn a_target_of_chosen_patches_is_judged_and_planned_on_them_alone() {
     let [all, chosen, straight] = ["all", "chosen", "straight"].map(|name| path(&folder, name));
     let target = ["--paths", "2000000", "--set", "target.relative_error=0.05", "--set", "target.fraction=1"];
     let whole = run_job(CUBE, &all, &target);
-    // The two patches that are known best.
+    // The two patches with the smallest relative errors.
     let errors = relative_errors(&all);
     let mut order: Vec<usize> = (0..errors.len()).collect();
     order.sort_by(|&a, &b| errors[a].total_cmp(&errors[b]));
@@ -35,7 +35,7 @@ fn a_target_of_chosen_patches_is_judged_and_planned_on_them_alone() {
     let errors = relative_errors(&chosen);
     assert!(best.iter().all(|&i| errors[i] <= 0.05), "{errors:?}");
     assert!(errors.iter().any(|&error| error > 0.05), "the other patches are not waited for: {errors:?}");
-    // The target says when to stop, not what to find.
+    // The target sets when to stop, not the walks.
     assert_eq!(summary["job_hash"], whole["job_hash"]);
     run_job(CUBE, &straight, &["--paths", &paths.to_string()]);
     assert!(answer(&straight) == answer(&chosen));
@@ -58,7 +58,7 @@ fn a_target_of_patches_that_no_walk_is_born_on_is_refused() {
 
 const GATHER: [&str; 2] = ["--set", "method.final_gather=[53, 0]"];
 
-/// Walks in batches, and chains.
+/// Tests walks in batches, and chains.
 #[test]
 fn workers_leave_no_trace_in_a_final_gather() {
     let folder = tempdir().unwrap();

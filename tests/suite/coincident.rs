@@ -1,5 +1,5 @@
-//! Coincident surfaces are layers with infinitely thin gaps: whatever is doubled, overlaps or touches, a place has the
-//! light of the scene without twins, by every method.
+//! Tests of coincident surfaces, which are layers with infinitely thin gaps: whatever is doubled, overlaps or touches,
+//! a place has the light of the scene without twins, by every method.
 
 use crate::common::{box_scene, collision, experiment, flipped, quad, rotation, surface, walk};
 use exact::Exact;
@@ -12,13 +12,13 @@ use radiosity::{
 
 const R: f64 = 0.8;
 
-/// How the walls of a cube are doubled, but for the lamp's.
+/// The ways in which the walls of a cube are doubled, all but the lamp's.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Twin {
     None,
     SameWay,
     BackToBack,
-    /// The same way, 0.1 mm outside.
+    /// The twin faces the same way, 0.1 mm outside.
     Near,
 }
 
@@ -55,7 +55,7 @@ fn cube(twin: Twin, sides: Sides) -> SceneSpec {
     SceneSpec { surfaces }
 }
 
-/// Φ on all faces in the plane of each of some walls [W], and its variance.
+/// The power Φ on all faces in the plane of each of some walls [W], and its variance.
 fn power_on(walls: &[Shape], experiment: &Experiment, solution: &Solution) -> Vec<[f64; 2]> {
     let mut power = vec![[0.0; 2]; walls.len()];
     for (face, estimate) in experiment.scene().faces().iter().zip(&solution.estimates) {
@@ -75,7 +75,7 @@ fn method(direction: Direction, estimator: EstimatorKind, space: Space) -> Metho
     Walks { direction, space, score: estimator.into() }.into()
 }
 
-/// Every kind of walk, with how many walks (or chains) tell enough.
+/// Every kind of walk, with a number of walks (or chains) that is enough.
 fn methods() -> Vec<(Method, u64)> {
     use EstimatorKind::{Absorption, Collision, Infinite, Survival};
     let mut methods = Vec::new();
@@ -99,9 +99,10 @@ fn methods() -> Vec<(Method, u64)> {
     methods
 }
 
-/// 24 methods × 8 scenes × 6 walls, each within 4.5 standard errors (Student's t of 15 degrees of freedom for batches and
-/// chains: 8): false-alarm rate below 1 %, once and for all with this seed. In discrete walks each wall is one patch; in
-/// continuous ones the walls differ from that by what the plain cube differs, which is measured by 10⁶ walks.
+/// 24 methods × 8 scenes × 6 walls, each within 4.5 standard errors (Student's t of 15 degrees of freedom for batches
+/// and chains: 8): false-alarm rate below 1 %, once and for all with this seed. In discrete walks each wall is one
+/// patch. In continuous walks the walls differ from that as those of the plain cube do, by a difference that 10⁶ walks
+/// measure.
 #[test]
 fn a_face_and_its_twin_together_have_the_light_of_the_plain_cube() {
     let plain = cube(Twin::None, Sides::Front);
@@ -166,7 +167,8 @@ fn unit(rng: &mut WalkRng) -> f64 {
 /// A rectangle (or half of one) in the plane of a wall.
 fn twin(wall: &SurfaceSpec, rng: &mut WalkRng) -> SurfaceSpec {
     let (corner, u, v) = wall.shape.edges();
-    // Whole quarters, so that edges often lie on each other and on the wall's; now and then any number.
+    // Places are mostly whole quarters, so that edges often lie on each other and on the wall's; now and then any
+    // number.
     let mut place = |most: f64| {
         let at = most * unit(rng);
         if unit(rng) < 0.7 { (4.0 * at).round() / 4.0 } else { at }
@@ -185,8 +187,9 @@ fn twin(wall: &SurfaceSpec, rng: &mut WalkRng) -> SurfaceSpec {
     SurfaceSpec { shape, sides, ..surface(wall.shape, wall.reflectance[0]) }
 }
 
-/// 40 cluttered boxes against the same without clutter: power that comes in on each wall's plane, 240 differences. Of
-/// standard normal ones none exceeds 4.5 (false-alarm rate 1.6·10⁻³, once and for all with these seeds). No ray is lost.
+/// 40 cluttered boxes against the same boxes without clutter: the power that arrives on each wall's plane, in 240
+/// differences. Of standard normal numbers none exceeds 4.5 (false-alarm rate 1.6·10⁻³, once and for all with these
+/// seeds). No ray is lost.
 #[test]
 fn clutter_in_the_planes_of_walls_changes_nothing() {
     const WALKS: u64 = 100_000;
@@ -230,7 +233,7 @@ fn stacks_hold_what_overlaps_in_one_plane_and_nothing_else() {
     let (x, y, z) = (DVec3::X, DVec3::Y, DVec3::Z);
     let tile = |i: f64, j: f64| quad(x * i + y * j, x, y, [1, 1]);
     let (front, both) = (Sides::Front, Sides::Both);
-    // Tiles that share edges and corners, a wall on their edge, a plate 0.1 µm above: nothing overlaps.
+    // Tiles share edges and corners, a wall stands on their edge, a plate is 0.1 µm above: nothing overlaps.
     let wall = quad(DVec3::ZERO, x, z, [1, 1]);
     let plate = shifted(tile(0.0, 0.0), 1e-7 * z);
     let apart = [
@@ -241,8 +244,8 @@ fn stacks_hold_what_overlaps_in_one_plane_and_nothing_else() {
         (plate, both),
     ];
     assert!(stacks(&apart).is_empty());
-    // Fronts outermost, the least number first; two-sided ones between; those that face down at the bottom, the least
-    // number last. The normal is that of surface 0.
+    // The order is: fronts outermost, the least number first; two-sided surfaces between; those that face down at the
+    // bottom, the least number last. The normal is that of surface 0.
     let half = tile(0.5, 0.5);
     let down = flipped(half);
     let layers = [
@@ -254,7 +257,7 @@ fn stacks_hold_what_overlaps_in_one_plane_and_nothing_else() {
         (tile(0.0, 0.0), both),
     ];
     assert_eq!(stacks(&layers), [[0, 4, 1, 5, 3, 2]]);
-    // Two planes, each with a stack; the chain of overlaps 0 – 1 – 2 is one.
+    // There are two planes, each with a stack; the chain of overlaps 0 – 1 – 2 is one.
     let chain = [
         (tile(0.0, 0.0), front),
         (tile(0.7, 0.0), front),
@@ -265,12 +268,12 @@ fn stacks_hold_what_overlaps_in_one_plane_and_nothing_else() {
     assert_eq!(stacks(&chain), [vec![0, 1, 2], vec![3, 4]]);
 }
 
-/// A twin that is in the plane but for the rounding of its corners is a twin, in any pose.
+/// A surface that is in the plane but for the rounding of its corners is a twin, in any pose.
 #[test]
 fn twins_are_found_in_any_pose() {
     for scale in [1e-3, 1.0, 1e4] {
         let mut spec = cube(Twin::BackToBack, Sides::Front);
-        // Halves of a wall, cut along a line that rounding puts elsewhere.
+        // These are halves of a wall, cut along a line that rounding moves.
         let wall = spec.surfaces[0].shape;
         let (corner, u, v) = wall.edges();
         spec.surfaces.push(surface(quad(corner, u / 3.0, v, [1, 1]), R));

@@ -1,5 +1,5 @@
-//! Colour: one walk serves three channels, each as if it had walked alone. And what other relations between
-//! estimators promise: direct light, and the best mix of absorption and survival.
+//! Tests of colour: one walk serves three channels, each as if it had walked alone. The file also tests other relations
+//! between estimators: direct light, and the best mix of absorption and survival.
 
 use crate::common::{box_scene, cube54, experiment, walk};
 use exact::shooting_covariance;
@@ -46,7 +46,7 @@ fn methods() -> Vec<Walks> {
     all.collect()
 }
 
-/// B of every patch and channel.
+/// B of every patch and channel [W/m²], by the exact solution.
 fn truth(spec: &SceneSpec) -> Vec<[f64; 3]> {
     let channels = [0, 1, 2].map(|c| Exact::of_scene(&spec.channel(c)).unwrap());
     let patches = 0..channels[0].face_count();
@@ -92,7 +92,7 @@ fn every_channel_is_as_if_it_had_walked_alone() {
     }
 }
 
-/// A scene of equal channels is grey, whatever it is written as: the same bits, one channel.
+/// A scene of equal channels is grey, however it is written: it has the bits of one channel.
 #[test]
 fn equal_channels_are_one() {
     let mut triple = cube54();
@@ -107,8 +107,8 @@ fn equal_channels_are_one() {
     assert_eq!(tallies[0], tallies[1]);
 }
 
-/// Where only the colours of the light differ, every weight is Φ_sc/Φ_Tc/p_s and no channel pays for another: with
-/// one emitter all weights are 1, and each channel has the hits of a grey run.
+/// If only the colours of the light differ, every weight is Φ_sc/Φ_Tc/p_s and no channel pays for another. With one
+/// emitter all weights are 1, and each channel has the hits of a grey run.
 #[test]
 fn grey_walls_in_coloured_light_cost_no_variance() {
     let mut spec = cube54();
@@ -126,7 +126,7 @@ fn grey_walls_in_coloured_light_cost_no_variance() {
     }
 }
 
-/// A channel without any light is dark, exactly.
+/// A channel without any light is exactly dark.
 #[test]
 fn an_unlit_channel_is_dark() {
     let mut spec = cube54();
@@ -171,13 +171,13 @@ fn direct_light_is_the_first_bounce() {
     }
 }
 
-/// The best weight α and what it gains over collision, against theory (S97 §2.6, §3.7), from 4·10⁶ walks: α is a
-/// ratio of sample moments with an error of a few thousandths, found here by the spread between 16 parts of the
-/// walks (a t-quantile for 15 degrees of freedom, |t| < 6.5: 10⁻⁵ a patch, 10⁻³ in all).
+/// Tests the best weight α and its gain over collision against theory (S97 §2.6, §3.7), from 4·10⁶ walks. α is a ratio
+/// of sample moments with an error of a few thousandths, found here by the spread between 16 parts of the walks (a
+/// t-quantile for 15 degrees of freedom, |t| < 6.5: 10⁻⁵ a patch, 10⁻³ in all).
 #[test]
 fn the_best_mix_is_that_of_theory() {
     let mut spec = cube54();
-    // All sources share R: only then is there one best weight for gathering.
+    // All sources share R: only then does gathering have a single best weight.
     spec.surfaces[0].cell_emittance = vec![(4, 1.0.into()), (0, 0.3.into())];
     let exact = Exact::of_scene(&spec).unwrap();
     let direction = Direction::Gathering(Birth::Area);
@@ -200,7 +200,7 @@ fn the_best_mix_is_that_of_theory() {
     }
 }
 
-/// Var(collision)/Var(best mix), by the closed forms.
+/// The ratio Var(collision)/Var(best mix), by the closed forms.
 fn predicted_excess(exact: &Exact, experiment: &Experiment, best: &[f64]) -> Vec<f64> {
     let some = |variances: Vec<Option<f64>>| variances.into_iter().map(Option::unwrap).collect::<Vec<_>>();
     let [a, s, c, covariance] = match experiment.method().direction() {
@@ -224,7 +224,7 @@ fn predicted_excess(exact: &Exact, experiment: &Experiment, best: &[f64]) -> Vec
     (0..best.len()).map(excess).collect()
 }
 
-/// How many of its standard errors the mean of some values is off.
+/// The number of standard errors by which the mean of some values is off.
 fn t_of(values: Vec<f64>, expected: f64) -> f64 {
     let n = values.len() as f64;
     let mean = values.iter().sum::<f64>() / n;
@@ -239,7 +239,7 @@ fn a_mix_is_refused_where_it_has_no_meaning() {
     assert!(matches!(refused, Err(Unfit::MixInColour)));
 }
 
-/// Cut off early, every channel is too small by no more than its bound.
+/// If walks are cut off early, every channel is too small by no more than its bound.
 #[test]
 fn cut_off_walks_are_biased_within_the_bound_of_their_channel() {
     let spec = coloured_box();

@@ -1,4 +1,4 @@
-//! `radwalk compare` on worker processes: its table against theory, and what becomes of it when it is disturbed.
+//! Tests of `radwalk compare` on worker processes: its table against theory, and after disturbances.
 
 use std::collections::HashMap;
 use std::fs;
@@ -9,7 +9,7 @@ use crate::support::{children, finish, numbers, path, radwalk, run, signal, wait
 /// The cube of 54 patches, whose variances are known.
 const JOB: &str = "configs/cube54.toml";
 
-/// What the machine enters.
+/// The columns that depend on the machine.
 const MEASURED: [&str; 3] = ["seconds", "memory", "traffic"];
 
 type Row = HashMap<String, String>;
@@ -24,7 +24,7 @@ fn rows(out: &Path) -> Vec<Row> {
     csv::Reader::from_path(out.join("compare.csv")).unwrap().deserialize().map(Result::unwrap).collect()
 }
 
-/// The rows without what the machine enters, in the order of their names.
+/// The rows without the columns of the machine, in the order of their names.
 fn answers(out: &Path) -> Vec<Vec<(String, String)>> {
     let answer = |row: Row| {
         let mut columns: Vec<_> =
@@ -41,7 +41,7 @@ fn number(row: &Row, column: &str) -> f64 {
     row[column].parse().unwrap_or_else(|_| panic!("{column} of {row:?}"))
 }
 
-/// The squared relative error of the receivers that theory has for one walk: S97's variances over B².
+/// The squared relative error of the receivers in theory for one walk: S97's variances over B².
 fn expected(out: &Path) -> impl Fn(&str) -> f64 {
     let exact = out.join("exact");
     let (code, stdout, stderr) = run(&["exact", JOB, "--quiet", "--out", exact.to_str().unwrap()]);
@@ -56,10 +56,10 @@ fn expected(out: &Path) -> impl Fn(&str) -> f64 {
     }
 }
 
-/// Sixteen runs of each method and size. Errors are told with standard errors of 15 degrees of freedom: of the 18 that
-/// theory is held against, one is off by 6 of them once in 2,000 times (Student's t).
+/// Sixteen runs of each method and size. Errors are known with standard errors of 15 degrees of freedom: of the 18 that
+/// are held to theory, one is off by 6 of them once in 2,000 times (Student's t).
 #[test]
-fn errors_are_those_of_theory_whoever_walks() {
+fn errors_are_those_of_theory_with_any_workers() {
     let folder = tempfile::tempdir().unwrap();
     let [one, two] = ["one", "two"].map(|name| path(&folder, name));
     for (out, team) in [(&one, ["--workers", "1"]), (&two, ["--workers", "2"])] {
@@ -92,7 +92,7 @@ fn errors_are_those_of_theory_whoever_walks() {
     }
     for row in &rows {
         assert!(number(row, "seconds") > 0.0 && number(row, "traffic") > 0.0, "{row:?}");
-        // The program alone is more than a megabyte; where the system does not tell, nothing is said.
+        // The program alone takes more than a megabyte; if the system does not tell, the field is empty.
         assert!(row["memory"].is_empty() || number(row, "memory") > 1e6, "{row:?}");
         let [rms, p99, worst] =
             [number(row, "squared_error").sqrt(), number(row, "p99"), number(row, "worst")];
@@ -101,7 +101,7 @@ fn errors_are_those_of_theory_whoever_walks() {
     check_page(&two);
 }
 
-/// The page gives advice for every error, in words, and its charts are there.
+/// Checks that the page gives advice for every error, in words, and that its charts are there.
 fn check_page(out: &Path) {
     let page = fs::read_to_string(out.join("compare.md")).unwrap();
     for words in [
@@ -126,7 +126,7 @@ fn check_page(out: &Path) {
     }
 }
 
-/// A table that was cut in the middle of a number, with a row of another build: both are measured again, no other is.
+/// A table is cut in the middle of a number and has a row of another build: both rows are measured again, no other is.
 #[test]
 fn rows_that_are_there_are_kept() {
     let folder = tempfile::tempdir().unwrap();
@@ -148,7 +148,7 @@ fn rows_that_are_there_are_kept() {
     let broken = broken.join("\n");
     let cut = &broken[..broken.len() - 1];
     fs::write(out.join("compare.csv"), cut).unwrap();
-    // What a crash leaves of a file that was being written.
+    // A crash leaves such a file when it was being written.
     fs::write(out.join(".radwalk-half.tmp"), "build,job").unwrap();
     let (code, stdout, stderr) = compare(&out, &["--runs", "2", "--resume"]);
     assert_eq!(code, 0, "{stdout}{stderr}");

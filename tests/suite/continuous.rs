@@ -1,4 +1,4 @@
-//! Walks that go on from the point they hit: what they converge to, and what theory says of their variance.
+//! Tests of walks that go on from the point they hit: their limit, and the theory of their variance.
 
 use crate::common::{box_scene, collision, experiment, walk};
 use exact::Exact;
@@ -14,7 +14,7 @@ fn lit_box(cells: u32) -> SceneSpec {
     spec
 }
 
-/// B averaged over each wall.
+/// B averaged over each wall [W/m²].
 fn wall_means(spec: &SceneSpec) -> Vec<f64> {
     let exact = Exact::of_scene(spec).unwrap();
     let walls = exact.solution().radiosity.chunks(exact.face_count() / 6);
@@ -49,7 +49,7 @@ fn discrete_answers_converge_to_continuous_ones() {
     }
 }
 
-/// Continuous absorption gathering onto one patch.
+/// A tally of continuous absorption gathering onto one patch.
 fn gathered(spec: &SceneSpec, seed: u64) -> (Tally, f64) {
     let birth = Birth::Patches(vec![TARGET as u32]);
     let method = Walks { space: Space::Continuous, ..Walks::gathering(birth, Estimator::Absorption) };

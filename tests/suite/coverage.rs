@@ -1,4 +1,5 @@
-//! How often intervals hold the truth, with and without stopping at a target: real walks against the exact solution.
+//! Tests of how often intervals hold the truth, with and without stopping at a target: real walks against the exact
+//! solution.
 //!
 //! The tables of docs/results/coverage.md: `cargo test --release --test suite coverage:: -- --ignored --nocapture --test-threads 1`
 
@@ -15,8 +16,8 @@ use stats::{Coverage, DoubleSampling, Interval, foresight};
 
 const CONFIDENCE: f64 = 0.95;
 
-/// Looks of a run, in parts of the walks that make the expected scores. The first is moved from run to run, so that the
-/// moment at which a target is met has every phase between two looks.
+/// The looks of a run, in parts of the walks that make the expected scores. The first is moved from run to run, so that
+/// the moment at which a target is met has every phase between two looks.
 const LOOKS: [f64; 13] = [0.0625, 0.09375, 0.125, 0.1875, 0.25, 0.375, 0.5, 0.75, 1.0, 1.5, 2.0, 3.0, 4.0];
 
 /// One scene, one method, its exact radiosities, and the scores per walk of its receivers.
@@ -25,7 +26,7 @@ struct Case {
     experiment: Experiment,
     truth: Vec<f64>,
     receivers: Vec<usize>,
-    /// Effective scores per walk of each receiver.
+    /// The effective scores per walk of each receiver.
     rates: Vec<f64>,
 }
 
@@ -33,7 +34,8 @@ impl Case {
     fn new(direction: Direction, estimator: EstimatorKind, cells: [u32; 2]) -> Self {
         let mut spec = box_scene(DVec3::ONE, cells);
         if direction != Direction::Shooting && cells == [1, 1] {
-            // Most walks that gather meet an emitter, or many scores would take too many of them.
+            // The wall emits so that most gathering walks meet an emitter; otherwise many scores would take too many
+            // walks.
             spec.surfaces[1].emittance = 1.0.into();
             spec.surfaces[2].emittance = 1.0.into();
         }
@@ -52,14 +54,14 @@ impl Case {
         Case { name, experiment, truth, receivers, rates }
     }
 
-    /// The receiver in the middle of all by its scores decides how many walks a run takes.
+    /// The walks of a run, by the receiver in the middle of all by its scores.
     fn walks(&self, scores: f64) -> f64 {
         let mut rates = self.rates.clone();
         rates.sort_by(f64::total_cmp);
         scores / rates[rates.len() / 2]
     }
 
-    /// The receivers that expect about as many scores as the one in the middle.
+    /// The receivers that expect about as many scores as that one.
     fn typical(&self) -> Vec<usize> {
         let middle = 1.0 / self.walks(1.0);
         let near = self.receivers.iter().zip(&self.rates);
@@ -71,15 +73,15 @@ impl Case {
     }
 }
 
-/// How intervals of runs of a fixed length, and of runs that stop, hold the truth.
+/// The coverage of runs of a fixed length, and of runs that stop at a target.
 #[derive(Default)]
 struct Cell {
     fixed: Coverage,
     stopped: Coverage,
 }
 
-/// The worst case of stopping: every patch has a run of its own, which ends when **it** meets the target, at the budget
-/// of four times the expected scores at the latest.
+/// The worst case of stopping: every patch has a run of its own, which ends when this patch meets the target, or at the
+/// budget of four times the expected scores.
 fn run(case: &Case, scores: f64, seed: u64, cell: &mut Cell) {
     let target = 1.4 * 1.96 / scores.sqrt();
     // The golden ratio fills the phases evenly.
@@ -154,7 +156,8 @@ fn cell(case: &Case, scores: f64, intervals: usize) -> Cell {
     sum
 }
 
-/// Limits, and four standard errors of `n` intervals: where the true coverage is just at a limit, an alarm in 30,000.
+/// The limit, less four standard errors of `n` intervals: if the true coverage is just at a limit, there is one alarm
+/// in 30,000.
 fn assert_true(coverage: &Coverage, scores: f64, what: &str) {
     let (low, high) = if scores >= 100.0 { (0.944, 0.956) } else { (0.94, 1.0) };
     let rate = coverage.rate(0.95).unwrap();
@@ -185,7 +188,7 @@ fn table(direction: &Direction) {
     println!("|---|{}", "---|".repeat(SCORES.len()));
     for kind in [Absorption, Survival, Collision, Infinite] {
         let many = Case::new(direction.clone(), kind, [3, 3]);
-        // Fewer patches for many scores each: they take a sixth of the walks each.
+        // Fewer patches for many scores each, which take a sixth of the walks each.
         let few = Case::new(direction.clone(), kind, [1, 1]);
         let cells = SCORES.map(|scores| cell(if scores >= 100.0 { &few } else { &many }, scores, 20_000));
         let row = |of: fn(&Cell) -> &Coverage| {
@@ -201,7 +204,7 @@ fn table(direction: &Direction) {
     }
 }
 
-/// The same for one estimator and fewer intervals, in the everyday suite.
+/// One estimator with fewer intervals, in the everyday suite.
 #[test]
 fn stopping_at_a_target_keeps_intervals_true() {
     for (direction, kind) in
@@ -216,8 +219,8 @@ fn stopping_at_a_target_keeps_intervals_true() {
     }
 }
 
-/// Simultaneous intervals of the cube's 53 receivers, each of level 1 − 0.05/53: all hold the truth in 95 % of 1,000 runs
-/// at least, less four standard errors (3 %).
+/// Simultaneous intervals of the cube's 53 receivers, each of level 1 − 0.05/53: all hold the truth in at least 95 % of
+/// 1,000 runs, less four standard errors (3 %).
 #[test]
 fn simultaneous_intervals_hold_all_together() {
     let case = Case::new(Direction::Shooting, EstimatorKind::Collision, [3, 3]);

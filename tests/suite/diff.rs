@@ -1,4 +1,4 @@
-//! Results held against each other.
+//! Tests of `radwalk diff`, which compares results.
 
 use std::path::Path;
 
@@ -13,8 +13,8 @@ fn diff(first: &Path, second: &Path, args: &[&str]) -> (i32, String, String) {
     run(&[&["diff", first.to_str().unwrap(), second.to_str().unwrap()], args].concat())
 }
 
-/// Walks, batches of few, and the exact solution: ten comparisons, each of which raises a false alarm once in 1,000 at
-/// most; for these seeds once and for all.
+/// Walks, batches of few, and the exact solution: ten comparisons, each of which raises a false alarm at most once in
+/// 1,000, once and for all for these seeds.
 #[test]
 fn honest_results_agree() {
     let folder = tempdir().unwrap();
@@ -30,7 +30,7 @@ fn honest_results_agree() {
         let (code, stdout, stderr) = diff(&out(&format!("{i}-1")), &out(&format!("{i}-2")), &[]);
         assert_eq!(code, 0, "{set}: {stdout}{stderr}");
         assert!(stdout.contains("the results agree") && stdout.contains("1 of 1000 comparisons"), "{stdout}");
-        // Runs of different methods, too.
+        // Results of different methods are compared, too.
         assert_eq!(diff(&out("0-1"), &out(&format!("{i}-2")), &[]).0, 0, "{set}");
     }
     let exact = out("exact");
@@ -68,7 +68,7 @@ fn wrong_results_are_named() {
         stderr.contains("1 of 54 radiosities by more than") && stderr.contains("1000 comparisons"),
         "{stderr}"
     );
-    // What holds the same walks is no other sample.
+    // A result with some of the same walks is no independent sample.
     run_job(JOB, &darker, &["--paths", "300000", "--seed", "1"]);
     let (code, _, stderr) = diff(&a, &darker, &[]);
     assert!(code == 2 && stderr.contains("the same walks") && stderr.contains("--seed"), "{stderr}");

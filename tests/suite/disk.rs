@@ -1,4 +1,5 @@
-//! Disks that are slow or fail, and clocks that jump (`support/shim.rs`): the same bytes, or a clean end that says why.
+//! Tests with disks that are slow or fail, and clocks that jump (`support/shim.rs`): the bytes do not change, or the
+//! run ends and says why.
 #![cfg(target_os = "linux")]
 
 use std::path::Path;
@@ -8,10 +9,10 @@ use crate::support::shim::{Shim, Wrong};
 use crate::support::{answer, finish, path, radwalk, run_job};
 use tempfile::tempdir;
 
-/// The coloured Cornell box has tallies that are offered before they are sent.
+/// A job whose tallies are large enough to be offered before they are sent: the coloured Cornell box.
 const LARGE: &str = "configs/cornell.toml";
 
-/// Runs the job with a shim before it; returns its exit code and what it said.
+/// Runs the job with a shim before it. Returns its exit code and its words.
 fn run_with(shim: &Shim, wrong: &[(Wrong, i32)], out: &Path, args: &[&str]) -> (i32, String) {
     for fault in [Wrong::SyncMs, Wrong::SyncFails, Wrong::Clock] {
         shim.set(fault, wrong.iter().find(|(other, _)| *other as usize == fault as usize).map_or(0, |w| w.1));

@@ -1,7 +1,7 @@
-//! README and docs say what the program does: their TOML blocks and commands run, the reference names every command, flag, key,
-//! column, field, metric and check, and no link leads nowhere.
+//! Tests of README and docs: their TOML blocks and commands run, the reference names every command, flag, key, column,
+//! field, metric and check, and no link leads nowhere.
 //!
-//! `RADWALK_BLESS=1 cargo test --test suite documents::` writes the pages that are made of the program's own words.
+//! `RADWALK_BLESS=1 cargo test --test suite documents::` writes the pages that consist of the program's own words.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -34,14 +34,14 @@ fn pages() -> Vec<PathBuf> {
     pages
 }
 
-/// The blocks of a page in a language.
+/// The code blocks of a page in a language.
 fn blocks(page: &Path, language: &str) -> Vec<String> {
     let text = read(page);
     let fence = format!("```{language}\n");
     text.split(&fence).skip(1).map(|rest| rest.split("```").next().unwrap().to_owned()).collect()
 }
 
-/// A folder in which the jobs of the pages find what they name.
+/// A folder with the files that the jobs of the pages name.
 fn workshop() -> tempfile::TempDir {
     let folder = tempdir().unwrap();
     fs::create_dir(path(&folder, "scenes")).unwrap();
@@ -72,6 +72,7 @@ fn every_toml_block_runs() {
         "--force",
     ];
     let (mut jobs, mut scenes, mut sensors, mut imports) = (0, 0, 0, 0);
+    let (mut groups, mut skies) = (0, 0);
     for page in pages() {
         for block in blocks(&page, "toml") {
             let file = path(&folder, "block.toml");
@@ -95,6 +96,38 @@ fn every_toml_block_runs() {
                 );
                 let rows = fs::read_to_string(out.join("sensors.csv")).unwrap().lines().count();
                 assert_eq!(rows, 1 + 8 + 1);
+            } else if block.contains("[[group]]") {
+                groups += 1;
+                let scene = path(&folder, "scene.toml");
+                fs::write(&scene, blocks(Path::new("docs/guide/first-scene.md"), "toml").swap_remove(0))
+                    .unwrap();
+                fs::write(&file, &block).unwrap();
+                let heat = block.contains("temperature");
+                let of = if heat {
+                    ["--groups", "by-surface", "--temperatures"]
+                } else {
+                    ["--paths", "50000", "--groups"]
+                };
+                let (code, _, stderr) = run(&[
+                    &[
+                        "factors",
+                        scene.to_str().unwrap(),
+                        "--quiet",
+                        "--force",
+                        "--out",
+                        out.to_str().unwrap(),
+                    ][..],
+                    &of,
+                    &[file.to_str().unwrap()],
+                ]
+                .concat());
+                assert_eq!(code, 0, "{page:?}: {stderr}");
+            } else if block.starts_with("[sky]") {
+                skies += 1;
+                let scene = blocks(Path::new("docs/guide/first-scene.md"), "toml").swap_remove(0);
+                fs::write(&file, format!("{scene}\n{block}")).unwrap();
+                let summary = run_job(file.to_str().unwrap(), &out, &["--paths", "100000", "--force"]);
+                assert_eq!(summary["escaped"], 0, "{summary}");
             } else if block.starts_with("[import]") {
                 imports += 1;
                 fs::write(&file, format!("scene = \"two.obj\"\n[budget]\npaths = 10000\n{block}")).unwrap();
@@ -110,6 +143,7 @@ fn every_toml_block_runs() {
     }
     let counts = (jobs >= 3, scenes, sensors, imports);
     assert_eq!(counts, (true, 1, 1, 1), "{jobs} jobs");
+    assert_eq!((groups, skies), (2, 1));
 }
 
 #[test]
@@ -117,7 +151,7 @@ fn what_the_comments_of_the_job_offer_runs_too() {
     let folder = workshop();
     let [job] = blocks(Path::new("docs/guide/methods.md"), "toml").try_into().unwrap();
     let file = path(&folder, "job.toml");
-    // What is commented out is meant for chains.
+    // The lines that are commented out are meant for chains.
     let offered = job
         .replace("# final_gather", "final_gather")
         .replace("# batch_paths = 1_250_000", "batch_paths = 125_000")
@@ -135,17 +169,14 @@ fn commands() -> Vec<String> {
     let (_, help, _) = run(&["--help"]);
     let list = help.split("Commands:\n").nth(1).unwrap().split("\n\n").next().unwrap();
     let names = list.lines().filter(|line| line.starts_with("  ") && !line.starts_with("   "));
-    names
-        .map(|line| line.split_whitespace().next().unwrap().to_owned())
-        .filter(|name| name != "help")
-        .collect()
+    names.map(|line| line.split_whitespace().next().unwrap().to_owned()).collect()
 }
 
 fn trimmed(text: &str) -> String {
     text.lines().map(|line| line.trim_end().to_owned() + "\n").collect::<String>().trim_end().to_owned()
 }
 
-/// The page must be as the program would write it.
+/// Asserts that the page is as the program would write it.
 fn hold(page: &str, expected: &str) {
     if std::env::var_os("RADWALK_BLESS").is_some() {
         fs::write(Path::new(ROOT).join(page), expected).unwrap();
@@ -167,7 +198,35 @@ fn the_page_of_commands_is_their_help() {
     hold("docs/reference/commands.md", &page);
 }
 
-/// What a schema allows, in a few words.
+/// `radwalk help` prints every entry of the glossary, whose pages are there, and the help of every command.
+#[test]
+fn help_explains_commands_and_words() {
+    let glossary = fs::read_to_string(Path::new(ROOT).join("docs/reference/glossary.md")).unwrap();
+    let entries = || glossary.split("\n## ").skip(1).map(|entry| entry.split_once('\n').unwrap());
+    let words: Vec<&str> = entries().map(|(word, _)| word).collect();
+    assert!(words.len() > 20 && words.is_sorted(), "{words:?}");
+    for (word, text) in entries() {
+        let typed: Vec<&str> = ["help"].into_iter().chain(word.split(' ')).collect();
+        let (code, stdout, _) = run(&typed);
+        let entry = format!("{word}\n\n{}", text.trim());
+        assert!(code == 0 && stdout.trim_end().ends_with(&entry), "{word}: {stdout}");
+        let pages = text.split_whitespace().filter(|word| word.starts_with("docs/"));
+        for page in pages.map(|page| page.trim_end_matches('.')) {
+            assert!(Path::new(ROOT).join(page).exists(), "{word}: {page}");
+        }
+    }
+    assert_eq!(run(&["help", "Walks"]).1, run(&["help", "walk"]).1);
+    for command in commands() {
+        let help = run(&[&command, "--help"]).1;
+        assert!(run(&["help", &command]).1.starts_with(&help), "{command}: {help}");
+    }
+    assert!(run(&["help"]).1.contains("Words: access file, "));
+    let (code, stdout, stderr) = run(&["help", "photon"]);
+    assert_eq!((code, &stdout[..]), (2, ""));
+    assert!(stderr.contains("\"photon\"") && stderr.contains("interval"), "{stderr}");
+}
+
+/// The values that a schema allows, in a few words.
 fn kind(schema: &Value) -> String {
     if let Some(words) = schema["enum"].as_array() {
         return words.iter().map(|word| format!("`{word}`")).collect::<Vec<_>>().join(", ");
@@ -243,7 +302,7 @@ fn the_pages_of_keys_are_the_schemas() {
     }
 }
 
-/// The file below a folder whose name ends so.
+/// The file below a folder whose name has this ending.
 fn find(folder: &Path, ending: &str) -> PathBuf {
     let mut folders = vec![folder.to_owned()];
     while let Some(folder) = folders.pop() {
@@ -298,6 +357,17 @@ fn the_page_of_outputs_names_columns_fields_and_metrics() {
         run(&["exact", two_sided, "--quiet", "--out", path(&folder, "exact").to_str().unwrap()]);
     assert_eq!(code, 0, "{stderr}");
     let tables = [mixed.join("patches.csv"), cut.join("patches.csv"), path(&folder, "exact/exact.csv")];
+    let (smoothed, heat) = (path(&folder, "factors"), path(&folder, "heat.toml"));
+    fs::write(&heat, "[[group]]\nname = \"*\"\ntemperature = 300.0\n").unwrap();
+    let words = ["factors", "configs/cube6-r90.toml", "--smooth", "--paths", "10000", "--quiet"];
+    let rest = ["--temperatures", heat.to_str().unwrap(), "--out", smoothed.to_str().unwrap()];
+    let (code, _, stderr) = run(&[&words[..], &rest].concat());
+    assert_eq!(code, 0, "{stderr}");
+    let of_factors = ["factors.csv", "groups.csv", "thermal.csv"].map(|name| smoothed.join(name));
+    names(OUTPUTS, of_factors.iter().flat_map(|table| header(table)));
+    let told: Value = serde_json::from_slice(&fs::read(smoothed.join("factors.json")).unwrap()).unwrap();
+    names(OUTPUTS, told.as_object().unwrap().keys().cloned());
+    names(OUTPUTS, header(&path(&folder, "exact/exact-factors.csv")));
     names(OUTPUTS, tables.iter().flat_map(|table| header(table)));
     names(OUTPUTS, summary.as_object().unwrap().keys().cloned());
     names(OUTPUTS, summary["model"].as_object().unwrap().keys().cloned());
@@ -399,7 +469,7 @@ fn no_link_leads_nowhere() {
     assert!(links > 60, "{links}");
 }
 
-/// Every command in the guide is one that the program takes: it is run where it is quick, else its words are read.
+/// Every command in the guide is one that the program accepts: quick ones are run, of the others the words are parsed.
 #[test]
 fn every_command_of_the_pages_is_understood() {
     let folder = workshop();

@@ -1,4 +1,4 @@
-//! `radwalk exact` on a scene that is no box: what it writes and says of its own accuracy.
+//! Tests of `radwalk exact` on a scene that is no box: its output, and the accuracy that it claims.
 
 use std::fs;
 
@@ -6,7 +6,7 @@ use crate::support::{columns, numbers, path, run};
 use serde_json::Value;
 use tempfile::tempdir;
 
-/// Two squares opposite each other, a two-sided screen between them that hides half.
+/// Two squares face each other; a two-sided screen between them hides half.
 const SCENE: &str = r#"
 [material.lamp]
 reflectance = 0.5
@@ -57,7 +57,7 @@ fn exact_states_its_accuracy() {
     let relative = errors.iter().zip(&b).map(|(error, b)| error / b).fold(0.0, f64::max);
     assert!((relative / number("max_relative_error") - 1.0).abs() < 1e-12);
     assert!(stdout.contains("err by at most"), "{stdout}");
-    // The row of a face is found by its patch and side, as the file names them.
+    // The row of a face is found by its patch and side, as in the file.
     let worst = (0..7).find(|&i| errors[i] / b[i] == relative).unwrap();
     assert_eq!(summary["worst_patch"].to_string(), table["patch"][worst]);
     assert_eq!(summary["worst_side"], *table["side"][worst]);
@@ -71,7 +71,7 @@ fn exact_tables_the_scene_of_squared_reflectances() {
     let (_, table, _) = solved();
     let of = |name: &str| numbers(&table[name]);
     let (h, b, psi, beta) = (of("irradiance"), of("reflected"), of("psi"), of("beta"));
-    // Faces of 1/4 m² in reflectance 1/2, of 1 m² in 0.7, and the two of the screen.
+    // The faces have 1/4 m² at reflectance 1/2, 1 m² at 0.7, and there are the two of the screen.
     let area = [0.25, 0.25, 0.25, 0.25, 1.0, 4.5, 4.5];
     let reflectance = [0.5, 0.5, 0.5, 0.5, 0.7, 0.7, 0.7];
     for i in 0..7 {
@@ -81,7 +81,7 @@ fn exact_tables_the_scene_of_squared_reflectances() {
     }
 }
 
-/// Light of two colours leaves the third channel dark; that is no fault of the scene.
+/// If light has only two colours, the third channel is dark, which is no fault of the scene.
 #[test]
 fn a_channel_without_light_is_dark() {
     let folder = tempdir().unwrap();
@@ -96,6 +96,6 @@ fn a_channel_without_light_is_dark() {
     let radiosity = |channel: &str| numbers(&columns(&out.join(format!("exact_{channel}.csv")))["radiosity"]);
     let ([red, green, blue], share) = (["r", "g", "b"].map(radiosity), 0.3 / 0.8 * 2.0);
     assert!(red[0] > 0.0 && blue == [0.0, 0.0]);
-    // Nothing is reflected twice, so that the channels differ by reflectance and emittance alone.
+    // Light is reflected at most once, so that the channels differ by reflectance and emittance alone.
     assert!((green[0] / red[0] - share).abs() < 1e-9, "{red:?} {green:?}");
 }

@@ -1,4 +1,4 @@
-//! A final gather against exact solutions: the chosen patches and all others, by walks and by chains.
+//! Tests of a final gather against exact solutions: the chosen patches and all others, by walks and by chains.
 
 use crate::common::{box_scene, quad, surface};
 use crate::verdict::{Mean, Truth, exactly, judge_those, solve};
@@ -8,7 +8,7 @@ use radiosity::{
     Sides, Solve, Spectrum, SurfaceSpec, Unfit,
 };
 
-/// Corners beside and across from the emitter of the cube, and the middle of a wall.
+/// The chosen patches: corners beside and across from the emitter of the cube, and the middle of a wall.
 const CHOSEN: [u32; 3] = [0, 31, 53];
 
 fn walks(walks: u64, sampler: Sampler, chosen: &[u32]) -> Method {
@@ -23,7 +23,8 @@ fn experiment(spec: &SceneSpec, method: Method) -> Experiment {
     Experiment::new(Scene::build(spec, IndexChoice::Auto).unwrap(), method).unwrap()
 }
 
-/// Mean squared z and coverage of chosen patches and of others; `blunt` bounds the standard error of the former's.
+/// Checks the mean squared z and the coverage of chosen patches and of others; `blunt` bounds the standard error of the
+/// former's.
 fn both_are_true(experiment: &Experiment, truth: &Truth, seeds: u64, blunt: f64) {
     let chosen = experiment.method().final_gather();
     judge_those(experiment, truth, seeds, |patch| chosen.contains(&patch)).agrees(blunt);
@@ -48,8 +49,8 @@ fn intervals_are_true_with_chains() {
     }
 }
 
-/// Colour; a two-sided wall that hides the emitter from some, whose own two sides are gathered from; an emitter that is
-/// gathered on, and one that a chosen patch touches.
+/// The scene has colour, a two-sided wall that hides the emitter from some patches and is gathered from on both sides,
+/// an emitter that is gathered on, and one that a chosen patch touches.
 #[test]
 fn intervals_are_true_in_any_scene() {
     let mut coloured = scenes::cube(3);
@@ -57,7 +58,7 @@ fn intervals_are_true_in_any_scene() {
     coloured.surfaces[0].cell_emittance.push((0, Spectrum::rgb([0.0, 0.5, 2.0])));
     let channels: Vec<Truth> = (0..3).map(|c| exactly(&coloured.channel(c))).collect();
     let truth: Truth = (0..54).flat_map(|i| channels.iter().map(move |channel| channel[i])).collect();
-    // Patch 1 is beside both emitters, 18 touches the second at a right angle.
+    // Patch 1 is beside both emitters; 18 touches the second at a right angle.
     for method in [walks(1 << 11, Sampler::Random, &[1, 18, 40]), chains(1 << 12, Solve::Links, &[1, 18, 40])]
     {
         both_are_true(&experiment(&coloured, method), &truth, 300, 0.1);
@@ -73,7 +74,7 @@ fn intervals_are_true_in_any_scene() {
     both_are_true(&experiment(&parted, walks(1 << 12, Sampler::Random, &chosen)), &truth, 300, 0.2);
 }
 
-/// What a patch gains, and what the others do not lose.
+/// Tests the gain of a chosen patch, and that the others lose nothing.
 #[test]
 fn the_chosen_err_less_and_the_others_as_before() {
     let cube = scenes::cube(3);
@@ -98,7 +99,7 @@ fn the_chosen_err_less_and_the_others_as_before() {
     }
     let [before, after] = errors.map(|errors| Mean::of(&errors));
     println!("{before:?} {after:?}");
-    // 17 ± 2 times less; 4.7 standard errors above what is asked for: false-alarm rate 10⁻⁶.
+    // The factor is 17 ± 2, 4.7 standard errors above the limit: false-alarm rate 10⁻⁶.
     assert!(6.0 * after.value < before.value);
 }
 

@@ -1,4 +1,5 @@
-//! Output folders and access files under runs that go wrong: results of one run never stand beside those of another.
+//! Tests of output folders and access files in runs that go wrong: results of one run never stand beside those of
+//! another.
 
 use std::fs;
 use std::path::Path;
@@ -62,7 +63,7 @@ fn a_folder_that_is_replaced_under_a_run_keeps_the_results_of_its_own_run() {
     let out = path(&folder, "out");
     let first = long_run(&out, &["--seed", "1"]);
     wait_for("a checkpoint", || out.join("tally.bin").exists().then_some(()));
-    // Moved away at once: the run may write at any moment.
+    // The folder is moved away in one step, since the run may write at any moment.
     fs::rename(&out, path(&folder, "away")).unwrap();
     fs::create_dir(&out).unwrap();
     fs::write(out.join("mine.txt"), "mine").unwrap();
@@ -116,7 +117,7 @@ fn a_coordinator_leaves_the_access_file_of_another_alone() {
     assert!(!access.exists());
 }
 
-/// `timeout` signals its child and then the child's group.
+/// The command `timeout` signals its child and then the child's group.
 #[test]
 fn a_signal_that_comes_twice_is_one() {
     let folder = tempdir().unwrap();
@@ -132,7 +133,7 @@ fn a_signal_that_comes_twice_is_one() {
     }
 }
 
-/// The checksum of a forged tally is right.
+/// The forged tally has a right checksum.
 #[test]
 fn a_forged_tally_is_refused_in_words() {
     let folder = tempdir().unwrap();
@@ -180,8 +181,8 @@ fn intervals_that_can_hardly_fail_are_wide_and_no_panic() {
     run_job(JOB, &path(&folder, "out"), &sure);
 }
 
-/// A process that fails while it knows a key leaves no image of its memory. Where the machine keeps none of any process, this
-/// says nothing.
+/// A process that fails while it knows a key leaves no image of its memory. If the machine keeps no images of any
+/// process, this test shows nothing.
 #[cfg(target_os = "linux")]
 #[test]
 fn no_core_dump_holds_a_key() {
@@ -214,7 +215,7 @@ fn no_core_dump_holds_a_key() {
     assert_eq!((status.signal(), status.core_dumped()), (Some(6), false));
 }
 
-/// Sources that come without git, as in an archive, are named by what they are.
+/// A build from sources without git, as from an archive, is named by a digest of its sources.
 #[test]
 fn builds_without_git_are_told_apart() {
     use std::process::Command;
@@ -229,7 +230,7 @@ fn builds_without_git_are_told_apart() {
     fs::create_dir_all(archive.join("src")).unwrap();
     let name = |source: &str| {
         fs::write(archive.join("src/main.rs"), source).unwrap();
-        // No repository above the folder is asked.
+        // A repository above the folder must not be used.
         let ceiling = folder.path();
         let output = Command::new(&build)
             .current_dir(&archive)

@@ -1,8 +1,8 @@
-//! The advice of a page of `radwalk compare`, followed: the commands of the page are run, with seeds that the page has not
-//! used, and must err as the page says, and take less time than the next method for the same error.
+//! Tests of the advice of a page of `radwalk compare`: the commands of the page are run, with seeds that the page has
+//! not used. They must err as the page says, and take less time than the next method for the same error.
 //!
-//! `cargo test --release --test suite follow:: -- --ignored --nocapture` follows docs/results/compare.md, and writes what became of it to
-//! the page's section "Followed". RADWALK_PAGE names another page.
+//! `cargo test --release --test suite follow:: -- --ignored --nocapture` follows docs/results/compare.md, and writes
+//! the outcome to the page's section "Followed". RADWALK_PAGE names another page.
 
 use std::fmt::Write;
 use std::fs;
@@ -12,11 +12,11 @@ use crate::support::{columns, numbers};
 use serde_json::Value;
 use stats::Measured;
 
-/// Seeds of runs; the page has its jobs' own, and those 2⁴⁰ further on for references.
+/// The seeds of runs; the page uses its jobs' own, and those 2⁴⁰ further on for references.
 const SEEDS: std::ops::Range<u64> = 900_001..900_009;
 
-/// References have so many times the paths of the runs, at least so many paths (errors are relative to them, and must not be
-/// ruled by their own), and this seed.
+/// The factor of a reference's paths over those of the runs, its fewest paths (errors are relative to it, and must not
+/// be ruled by its own error), and its seed.
 const LONGER: u64 = 4;
 const FEWEST_PATHS: u64 = 1 << 26;
 const REFERENCE_SEED: u64 = 800_001;
@@ -24,41 +24,41 @@ const REFERENCE_SEED: u64 = 800_001;
 /// The most patches of a scene whose exact solution is quickly found.
 const FEW_PATCHES: usize = 400;
 
-/// What takes longer than this by the page is not followed [s].
+/// The time by the page above which a command is not followed [s].
 const PATIENCE: f64 = 10.0;
 
-/// Patches darker than this part of the mean say nothing of relative errors.
+/// The part of the mean radiosity below which patches are left out of relative errors.
 const DARK: f64 = 1e-3;
 
 const SECTION: &str = "\n## Followed\n";
 
-/// A command of the page, and what it is to reach.
+/// A command of the page, and the error that it is to reach.
 #[derive(Clone)]
 struct Command {
-    /// The job's file.
+    /// The path of the job's file.
     job: String,
-    /// A value of --set.
+    /// A value of the option --set.
     set: String,
     paths: u64,
-    /// What the page calls it.
+    /// The name of the method on the page.
     method: String,
-    /// The rms relative error [%].
+    /// The rms relative error that the command is to reach [%].
     error: f64,
     /// The processor time that it is to take [s].
     seconds: f64,
-    /// The relative standard error that the page has of a squared error of the method, at the worst.
+    /// The largest relative standard error of a squared error that the page has for the method.
     doubt: f64,
-    /// Whether it is the one that is advised, not the one that is next.
+    /// Whether this is the advised command, not the next best one.
     best: bool,
 }
 
-/// What of a line stands between two words.
+/// The part of a line between two words.
 fn between<'a>(line: &'a str, before: &str, after: &str) -> Option<&'a str> {
     let (_, rest) = line.split_once(before)?;
     Some(rest.split_once(after)?.0)
 }
 
-/// A number as pages have it: 0.0123 or 1.2·10^-4.
+/// Reads a number as pages write it: 0.0123 or 1.2·10^-4.
 fn number(text: &str) -> f64 {
     text.replace("·10^", "e").parse().unwrap_or_else(|_| panic!("{text} is no number"))
 }
@@ -119,14 +119,14 @@ struct Answer {
     counts: Vec<bool>,
 }
 
-/// Of a table of patches: channels one after the other.
+/// Reads a table of patches; channels follow each other.
 fn answer(folder: &Path) -> Answer {
     let table = columns(&folder.join("patches.csv"));
     let suffixes: &[&str] = if table.contains_key("radiosity") { &[""] } else { &["_r", "_g", "_b"] };
     let all = |name: &str| -> Vec<f64> {
         let of = |suffix: &&str| {
             let column = table.get(&format!("{name}{suffix}")).or_else(|| table.get(name)).unwrap();
-            // Nothing is written where no walk could tell.
+            // Fields are empty if no walk could tell.
             column.iter().map(|number| number.parse().unwrap_or(f64::NAN)).collect::<Vec<f64>>()
         };
         suffixes.iter().flat_map(of).collect()
@@ -145,7 +145,8 @@ fn answer(folder: &Path) -> Answer {
 }
 
 impl Answer {
-    /// Which values are judged, as `compare` judges: those of reflecting patches that do not emit and are not dark.
+    /// The numbers of the values that are judged, as `compare` judges: those of reflecting patches that do not emit and
+    /// are not dark.
     fn judged(&self, channels: usize) -> Vec<usize> {
         let n = self.radiosity.len() / channels;
         let mean = |c: usize| {
@@ -174,7 +175,7 @@ fn radwalk(args: &[&str]) -> bool {
     crate::support::radwalk().args(args).stderr(std::process::Stdio::null()).status().unwrap().success()
 }
 
-/// Runs a job; returns where its results are, and its summary.
+/// Runs a job. Returns the folder of its results, and its summary.
 fn shoot(folder: &Path, job: &str, set: &str, paths: u64, seed: u64) -> (PathBuf, Value) {
     let out = folder.join(format!("{seed}"));
     let (paths, seed) = (paths.to_string(), seed.to_string());
@@ -185,7 +186,7 @@ fn shoot(folder: &Path, job: &str, set: &str, paths: u64, seed: u64) -> (PathBuf
     (out, summary)
 }
 
-/// The reference of a command's job: exact where that is quick and known, else a longer run.
+/// The reference of a command's job: exact if that is quick and known, else a longer run.
 fn reference(folder: &Path, command: &Command) -> Answer {
     let is_biased = ["cutoff", "length"].iter().any(|end| command.set.contains(end));
     let set = if is_biased { "method={ estimator = \"infinite\" }" } else { &command.set };
@@ -194,7 +195,7 @@ fn reference(folder: &Path, command: &Command) -> Answer {
     if !command.set.contains("continuous") && short.radiosity.len() <= FEW_PATCHES {
         let exact = folder.join("exact");
         assert!(radwalk(&["exact", &command.job, "--quiet", "--out", exact.to_str().unwrap()]));
-        // Colour has other tables.
+        // A coloured scene has other tables.
         if exact.join("exact.csv").exists() {
             let radiosity = numbers(&columns(&exact.join("exact.csv"))["radiosity"]);
             return Answer { variance: vec![0.0; radiosity.len()], radiosity, ..short };
@@ -203,7 +204,7 @@ fn reference(folder: &Path, command: &Command) -> Answer {
     shoot(FEWEST_PATHS.max(LONGER * command.paths))
 }
 
-/// What runs of a command came to.
+/// The result of a command's runs.
 struct Followed {
     squared_error: Measured,
     seconds: f64,
@@ -232,8 +233,8 @@ fn follow(folder: &Path, command: &Command, truth: &Answer) -> Followed {
     }
 }
 
-/// Squared errors may differ by so many standard errors of both, page and runs: Student's t of 7 degrees of freedom
-/// exceeds this once in 2,000 times, and a page has some 16 commands.
+/// The most standard errors of both, page and runs, by which squared errors may differ: Student's t of 7 degrees of
+/// freedom exceeds this once in 2,000 times, and a page has some 16 commands.
 const LIMIT: f64 = 6.0;
 
 #[test]

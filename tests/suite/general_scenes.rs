@@ -1,4 +1,4 @@
-//! Walks against the exact solution of scenes that are no boxes: open ones, where light is lost; furnished
+//! Tests of walks against the exact solution of scenes that are no boxes: open ones, where light is lost; furnished
 //! ones, where surfaces hide each other; two-sided surfaces.
 
 use crate::common::{box_scene, experiment, quad, rotation, surface, walk};
@@ -21,7 +21,7 @@ fn open() -> SceneSpec {
 fn occluded() -> SceneSpec {
     let mut spec = box_scene(DVec3::new(2.0, 1.0, 1.0), [2, 2]);
     let block = box_scene(DVec3::new(0.4, 0.3, 0.5), [1, 1]);
-    // Mirrored, what faced inwards faces out.
+    // After the mirror, faces that faced inwards face out.
     let placed = crate::common::map_corners(&block, |corner| {
         let mirrored = (corner - DVec3::new(0.2, 0.15, 0.25)) * DVec3::new(1.0, 1.0, -1.0);
         DVec3::new(1.2, 0.5, 0.5) + 0.8 * (rotation() * mirrored)

@@ -1,4 +1,4 @@
-//! Meshes end to end: `run`, `check`, the doctor, `new`.
+//! Tests of meshes end to end: `run`, `check`, the doctor, `new`.
 
 use std::path::{Path, PathBuf};
 use std::process::Stdio;
@@ -21,7 +21,7 @@ const OBJ: &str = "mtllib cube.mtl\no Cube\n\
 
 const MTL: &str = "newmtl wall\nKd 0.5 0.5 0.5\nKs 0.25 0.25 0.25\nnewmtl lamp\nKd 0 0 0\nKe 3 3 3\n";
 
-/// The same cube as a scene.
+/// The OBJ cube as a scene file.
 fn toml() -> String {
     let corners = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]];
     let faces = [[1, 2, 3, 4], [1, 5, 6, 2], [4, 3, 7, 8], [1, 4, 8, 5], [2, 6, 7, 3], [5, 8, 7, 6]];
@@ -87,7 +87,8 @@ fn the_doctor_finds_turns_and_names() {
     assert!(said.contains("the doctor finds nothing wrong"), "{said}");
 }
 
-/// `import.repair` and `--repair` are in the test above. The folder has every finding, and a picture of each of the worst.
+/// The test above covers `import.repair` and `--repair`. The folder has every finding, and a picture of each of the
+/// worst.
 #[test]
 fn the_doctor_draws_what_it_finds() {
     let folder = written("pictures");
@@ -105,7 +106,7 @@ fn the_doctor_draws_what_it_finds() {
     );
     let picture = std::fs::read(out.join("finding-01.png")).unwrap();
     assert!(picture.starts_with(b"\x89PNG"));
-    // A sound scene leaves nothing behind.
+    // A sound scene leaves no folder behind.
     let (code, said, _) = run(&[
         "check",
         folder.join("cube.toml").to_str().unwrap(),
@@ -116,7 +117,7 @@ fn the_doctor_draws_what_it_finds() {
     assert!(code == 0 && said.contains("finds nothing wrong") && !out.join("none").exists(), "{said}");
 }
 
-/// The units of summary, check and plan; the numbers are those of the same scene in watts.
+/// Tests the units of summary, check and plan; the numbers are those of the scene in watts.
 #[test]
 fn lumens_in_lux_out() {
     let folder = written("luminous");
@@ -138,7 +139,7 @@ fn lumens_in_lux_out() {
     }
 }
 
-/// A worker in another folder, when the mesh is gone: it has the scene from the coordinator.
+/// A worker runs in another folder after the mesh was removed: it gets the scene from the coordinator.
 #[test]
 fn workers_need_no_file() {
     let folder = written("no-file");

@@ -1,5 +1,6 @@
-//! Walks against a second tracer: brute force in f64, its own random numbers, directions and triangle test; of the kernel
-//! it knows nothing but what a scene is. Where surfaces coincide it moves them apart, by gaps of 10⁻⁷ m.
+//! Tests of walks against a second tracer: brute force in f64 with its own random numbers, directions and triangle
+//! test. It shares only the definition of a scene with the kernel. If surfaces coincide, it moves them apart by gaps of
+//! 10⁻⁷ m.
 
 use crate::common::{collision, experiment, quad, surface, walk};
 use glam::DVec3;
@@ -24,12 +25,13 @@ struct Triangle {
     ab: DVec3,
     ac: DVec3,
     normal: DVec3,
-    /// Of the surface that it is (half of).
+    /// The number of the surface that the triangle is, or is half of.
     surface: usize,
 }
 
 impl Triangle {
-    /// t and which side is met: Möller & Trumbore, *Fast, minimum storage ray–triangle intersection* (1997).
+    /// The t of the hit and whether the front was met: Möller & Trumbore, *Fast, minimum storage ray–triangle
+    /// intersection* (1997).
     fn meet(&self, origin: DVec3, direction: DVec3) -> Option<(f64, bool)> {
         let p = direction.cross(self.ac);
         let determinant = self.ab.dot(p);
@@ -43,16 +45,16 @@ impl Triangle {
     }
 }
 
-/// Surfaces of one patch each, all of one reflectance and grey.
+/// A tracer of surfaces of one patch each, all grey and of one reflectance.
 struct Tracer<'a> {
     surfaces: &'a [SurfaceSpec],
     triangles: Vec<Triangle>,
-    /// Power of each surface's front and back, cumulated [W].
+    /// The cumulative power of each surface's front and back [W].
     power: Vec<f64>,
 }
 
 impl<'a> Tracer<'a> {
-    /// `lifts`: by how much each surface is moved along its normal [m].
+    /// A tracer of a scene; `lifts` are the distances by which surfaces are moved along their normals [m].
     fn new(spec: &'a SceneSpec, lifts: &[f64]) -> Self {
         let mut triangles = Vec::new();
         for (number, (surface, lift)) in spec.surfaces.iter().zip(lifts).enumerate() {
@@ -72,7 +74,7 @@ impl<'a> Tracer<'a> {
         Tracer { surfaces: &spec.surfaces, power: power.collect(), triangles }
     }
 
-    /// Which faces a continuous walk meets: surfaces, and whether their fronts.
+    /// Adds the faces that a continuous walk meets: surfaces, and whether their fronts.
     fn walk(&self, random: &mut Random, hits: &mut Vec<(usize, bool)>) {
         hits.clear();
         let lot = random.unit() * self.power.last().unwrap();
@@ -169,7 +171,7 @@ fn a_furnished_room_is_as_a_second_tracer_finds_it() {
     assert_alike("interior", &grey(room), &lifts, 12_000);
 }
 
-/// A box of 64 × 6 tiles that are each written twice, back to back.
+/// A box of 64 × 6 tiles, each written twice, back to back.
 #[test]
 fn a_box_of_doubled_tiles_is_as_a_second_tracer_finds_it() {
     let mut spec = SceneSpec { surfaces: vec![] };
@@ -190,8 +192,8 @@ fn a_box_of_doubled_tiles_is_as_a_second_tracer_finds_it() {
     assert_alike("doubled tiles", &spec, &lifts, 150_000);
 }
 
-/// Triangles of all sizes and poses that nobody has arranged, slivers among them, in a box; half of them written twice:
-/// the second one, two-sided as the first, lies below it.
+/// Triangles of all sizes in random poses, slivers among them, in a box. Half of them are written twice: the second,
+/// two-sided as the first, lies below it.
 #[test]
 fn a_soup_of_triangles_is_as_a_second_tracer_finds_it() {
     let mut random = Random(5);
@@ -220,7 +222,7 @@ fn a_soup_of_triangles_is_as_a_second_tracer_finds_it() {
     assert_alike("soup", &spec, &lifts, 100_000);
 }
 
-/// The scene that the first channel sees, each surface one patch.
+/// The scene of the first channel, with each surface as one patch.
 fn grey(spec: SceneSpec) -> SceneSpec {
     let mut grey = spec.channel(0);
     for surface in &mut grey.surfaces {

@@ -1,5 +1,6 @@
-//! Chains of stochastic Jacobi against exact solutions, against walks and against themselves: means, standard errors,
-//! intervals. Long versions: `cargo test --release --test suite jacobi:: -- --ignored --nocapture`, some minutes.
+//! Tests of chains of stochastic Jacobi against exact solutions, against walks and against themselves: means, standard
+//! errors, intervals. Long versions: `cargo test --release --test suite jacobi:: -- --ignored --nocapture`, some
+//! minutes.
 
 use crate::common::{box_scene, collision, quad, surface};
 use crate::verdict::{CONFIDENCE, Mean, Truth, exactly, judge, long_run, run, solve};
@@ -14,18 +15,18 @@ fn experiment(spec: &SceneSpec, method: impl Into<Method>) -> Experiment {
     Experiment::new(Scene::build(spec, IndexChoice::Auto).unwrap(), method).unwrap()
 }
 
-/// Chains of so many rays.
+/// An experiment of chains with `chain_rays` rays each.
 fn chains(spec: &SceneSpec, chain_rays: u64) -> Experiment {
     experiment(spec, Method::chains(chain_rays))
 }
 
-/// The same by iterations.
+/// An experiment of chains by iterations.
 fn iterations(spec: &SceneSpec, chain_rays: u64, plan: Iterations) -> Experiment {
     let solve = Solve::Iterations(plan);
     experiment(spec, Chains { rays: chain_rays, solve, final_gather: Vec::new() })
 }
 
-/// Batches of so many shooting walks.
+/// An experiment of batches with `walks` shooting walks each.
 fn sobol(spec: &SceneSpec, walks: u64, estimator: impl Into<Estimator>, space: Space) -> Experiment {
     let score = BatchScore::Of(estimator.into(), space);
     experiment(spec, Batches { walks, sampler: Sampler::Sobol, score })
@@ -47,7 +48,7 @@ fn intervals_are_true_where_light_hides() {
     judge(&chains(&rooms, 1 << 14), &truth, 60).agrees(0.3);
 }
 
-/// BS §4's own iterations, by both births and both kinds of numbers.
+/// Tests BS §4's own iterations, with both kinds of births and of numbers.
 #[test]
 fn intervals_of_iterations_are_true() {
     let cube = scenes::cube(3);
@@ -60,8 +61,8 @@ fn intervals_of_iterations_are_true() {
     }
 }
 
-/// Iterations of one chain begin where others have ended: in rooms that light leaves slowly they err together. Intervals
-/// from their spread cover two thirds of the truth, those from the spread of chains what they say.
+/// Iterations of one chain begin where others have ended: in rooms that light leaves slowly they err together.
+/// Intervals from their spread cover two thirds of the truth; those from the spread of chains cover what they say.
 #[test]
 fn the_spread_of_iterations_is_no_error() {
     let rooms = two_rooms();
@@ -76,7 +77,7 @@ fn the_spread_of_iterations_is_no_error() {
             let b: Vec<f64> = regular.iter().map(|iteration| 0.95 * iteration.irradiance[*i]).collect();
             Mean::of(&b).is(truth[*i].0, quantile)
         };
-        // Patch 0 emits.
+        // Patch 0 is the emitter.
         (1..truth.len()).filter(covers).count() as f64 / (truth.len() - 1) as f64
     };
     let naive = Mean::of(&(0..60).map(coverage).collect::<Vec<_>>());
@@ -85,7 +86,7 @@ fn the_spread_of_iterations_is_no_error() {
     judge(&experiment, &truth, 60).agrees(0.3);
 }
 
-/// Walks that share Sobol sequences, by several estimators; continuous ones against random ones.
+/// Tests walks that share Sobol sequences, by several estimators, and continuous ones against random ones.
 #[test]
 fn intervals_of_sobol_walks_are_true() {
     let cube = scenes::cube(3);
@@ -97,7 +98,7 @@ fn intervals_of_sobol_walks_are_true() {
     judge(&sobol(&cube, 1 << 12, Estimator::Collision, Space::Continuous), &truth, 60).agrees(0.06);
 }
 
-/// Open, hidden, two-sided, coloured.
+/// Tests open, hidden, two-sided and coloured scenes.
 #[test]
 fn intervals_are_true_in_any_scene() {
     let mut open = box_scene(DVec3::new(2.0, 1.0, 1.0), [3, 2]);
@@ -117,7 +118,7 @@ fn intervals_are_true_in_any_scene() {
     judge(&chains(&coloured, 1 << 12), &truth, 100).agrees(0.06);
 }
 
-/// Uniform E and R in a closed scene: B = E/(1 − R) whatever the rays do, since no difference goes along a link.
+/// In a closed scene with uniform E and R, B = E/(1 − R) whatever the rays do, since no difference goes along a link.
 #[test]
 fn a_furnace_is_exact_with_any_rays() {
     let mut spec = box_scene(DVec3::new(2.0, 1.0, 1.0), [3, 2]);
@@ -130,8 +131,8 @@ fn a_furnace_is_exact_with_any_rays() {
     }
 }
 
-/// Emitted = absorbed + escaped, chain by chain. A black lamp hangs in an open box: what it absorbs is known to within
-/// noise, a thousandth of all; what the walls absorb, to the tolerance of the solver.
+/// Power is emitted = absorbed + escaped, chain by chain. A black lamp hangs in an open box: the power that the lamp
+/// absorbs is known to within noise, a thousandth of all, and that of the walls to the tolerance of the solver.
 #[test]
 fn energy_is_conserved() {
     let mut spec = box_scene(DVec3::new(2.0, 1.0, 1.0), [3, 2]);
@@ -154,7 +155,7 @@ fn energy_is_conserved() {
     }
 }
 
-/// Of 8 chains, the first 3 are the same in a run of 3.
+/// The first 3 of 8 chains are those of a run of 3.
 #[test]
 fn chains_are_a_function_of_their_number() {
     let experiment = chains(&scenes::cube(3), 2000);
@@ -173,7 +174,7 @@ fn chains_are_a_function_of_their_number() {
     assert_eq!((0..54).map(|patch| whole.events(patch)).sum::<u128>(), 16_000, "no ray escapes a cube");
 }
 
-/// One chain cannot tell its error: all that is known is that no radiosity exceeds max E/(1 − max R).
+/// One chain cannot tell its error: the only bound is that no radiosity exceeds max E/(1 − max R).
 #[test]
 fn a_single_chain_claims_nothing() {
     let experiment = chains(&scenes::cube(3), 2000);
@@ -229,7 +230,7 @@ fn long_iterations_and_sobol_walks() {
     }
 }
 
-/// How many rays per patch and chain intervals need where hardly any ray goes through: the hole between two rooms.
+/// Measures how many rays per patch and chain intervals need if hardly any ray goes through the hole between two rooms.
 #[test]
 #[ignore = "minutes; run with --release"]
 fn long_few_rays_in_two_rooms() {
@@ -250,7 +251,7 @@ fn long_few_rays_in_two_rooms() {
     }
 }
 
-/// Against walks, which know nothing of links.
+/// Tests chains against walks, which have no links.
 #[test]
 #[ignore = "minutes; run with --release"]
 fn long_cornell() {
@@ -259,7 +260,7 @@ fn long_cornell() {
     judge(&chains(&cornell, 1 << 17), &truth, 200).is_true();
 }
 
-/// Two rooms that exchange 1 %, R = 0.95.
+/// A scene of two rooms that exchange 1 % of their light, with R = 0.95.
 fn two_rooms() -> SceneSpec {
     scenes::two_rooms(0.1, 0.95)
 }

@@ -1,11 +1,11 @@
-//! Single iterations of BS §4: the variance of each.
+//! Tests of the variance of single iterations of BS §4.
 
 use crate::common::box_scene;
 use exact::{Exact, jacobi_variances, systematic_jacobi_variances};
 use glam::DVec3;
 use radiosity::{IndexChoice, RayBirths, Scene, SceneSpec, Sequence, stochastic_iteration};
 
-/// R of BS table 1.
+/// The reflectances R of BS table 1.
 const TABLE_1: [f64; 6] = [0.1, 1.0 / 3.0, 0.5, 2.0 / 3.0, 0.9, 0.95];
 
 /// The cube of BS table 1: six patches, R + E = 1, so that B = 1.
@@ -18,9 +18,8 @@ fn bs_cube(reflectance: f64) -> SceneSpec {
     spec
 }
 
-/// Mean squared error of b of one ray, over the prediction: BS eq. (22) where births are multinomial, 5R² here; 4.8R²
-/// where they are systematic. A seed in 4,000 would be four standard errors off in one of the twelve cases, once and for
-/// all.
+/// The mean squared error of b of one ray, over the prediction: BS eq. (22) for multinomial births, 5R² here; 4.8R² for
+/// systematic births. One seed in 4,000 would be four standard errors off in one of the twelve cases, once and for all.
 #[test]
 fn one_iteration_errs_as_predicted() {
     const RAYS: u64 = 6000;

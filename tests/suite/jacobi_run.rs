@@ -1,4 +1,4 @@
-//! `walk = "jacobi"` on a cluster: the same bytes whatever happens to the workers.
+//! Tests of `walk = "jacobi"` on a cluster: the bytes do not depend on what happens to the workers.
 
 use std::process::Stdio;
 
@@ -43,7 +43,7 @@ fn workers_and_threads_leave_no_trace_in_the_answer() {
     }
 }
 
-/// BS §4's own iterations, in grey and in colour, in either way to have births and numbers.
+/// Tests BS §4's own iterations, in grey and in colour, with both kinds of births and numbers.
 #[test]
 fn workers_leave_no_trace_in_iterations() {
     let folder = tempdir().unwrap();
@@ -87,7 +87,7 @@ fn workers_killed_at_random_leave_no_trace_in_iterations() {
     storms_leave_no_trace(CUBE, &[&JACOBI[..], &iterations, &["--paths", "12000000"]].concat());
 }
 
-/// A chain lasts; a run is to end all the same when it is asked to, with the chains that are in.
+/// A chain takes long; a run must still end when it is asked to, with the chains that are in.
 #[test]
 fn a_signal_ends_a_run_in_mid_chain() {
     let folder = tempdir().unwrap();
@@ -102,7 +102,7 @@ fn a_signal_ends_a_run_in_mid_chain() {
     assert!(asked.elapsed().as_secs() < 10, "a chain was waited for");
 }
 
-/// Chains that are in are kept through any number of deaths of the coordinator, the others shot again.
+/// Chains that are in survive any number of deaths of the coordinator; the others are shot again.
 #[test]
 fn chains_outlive_their_coordinator() {
     let folder = tempdir().unwrap();
@@ -229,7 +229,8 @@ fn a_target_is_looked_at_chain_by_chain() {
     let reached = summary["paths"].as_u64().unwrap() / 2000;
     let power = 1 << reached.ilog2();
     assert!(reached >= 8 && (reached == power || reached == power + power / 2), "{reached} chains");
-    // Stopped at the first look and gone on with, it ends at the same chain; once more, there is nothing left to do.
+    // A run that was stopped at the first look and resumed ends at the same chain. Resumed once more, it has nothing
+    // left to do.
     let again = path(&folder, "again");
     let first = ["--paths", "16000", "--set", "method.batch_paths=2000", "--quiet", "--out"];
     let (code, ..) =

@@ -1,4 +1,4 @@
-//! The program and its crates as a whole: one binary, since thirty of them would each link everything.
+//! Tests of the program and its crates as a whole, in one binary: thirty binaries would each link everything.
 
 #[path = "../../crates/radiosity/tests/common/mod.rs"]
 mod common;
@@ -18,6 +18,7 @@ mod disk;
 mod documents;
 mod estimators;
 mod exact_command;
+mod factors;
 mod final_gather;
 mod folders;
 mod follow;

@@ -1,4 +1,4 @@
-//! Scenes whose light vanishes: it is said before anything else, with names, and with what mends it.
+//! Tests of scenes whose light vanishes: the program says so before anything else, with names and the remedy.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -71,7 +71,7 @@ fn a_flipped_wall_is_named_before_the_run() {
     let scene = fs::read_to_string(inside_out(folder.path())).unwrap();
     let sound =
         fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/configs/scenes/cube54.toml")).unwrap();
-    // The last surface as it is flipped, all others as they were.
+    // Only the last surface is flipped.
     let split = |text: &str| text.rfind("[[surface]]").unwrap();
     let file = path(&folder, "one.toml");
     fs::write(&file, format!("{}{}", &sound[..split(&sound)], &scene[split(&scene)..])).unwrap();
@@ -85,7 +85,7 @@ fn a_flipped_wall_is_named_before_the_run() {
     assert!(stdout.contains("no fault found"), "{stdout}");
 }
 
-/// What cannot fit is refused before it is begun.
+/// A scene that does not fit into memory is refused before it is built.
 #[test]
 fn what_cannot_fit_is_refused_with_its_memory() {
     let folder = tempdir().unwrap();

@@ -1,4 +1,4 @@
-//! What operators see of a running job: status, metrics, logs, addresses.
+//! Tests of what operators see of a running job: status, metrics, logs, addresses.
 
 use std::io::{Read, Write};
 use std::net::TcpStream;
@@ -51,13 +51,13 @@ fn a_running_job_is_seen_in_status_metrics_and_log() {
     let coordinator = coordinate(&out, &access, &log, &target);
     let events = || -> Vec<Value> {
         let text = std::fs::read_to_string(&log).unwrap();
-        // The last line may be on its way.
+        // The last line may still be incomplete.
         text.split_inclusive('\n')
             .filter(|line| line.ends_with('\n'))
             .map(|line| serde_json::from_str(line).unwrap())
             .collect()
     };
-    // Nobody works yet: no time is foretold, and the job is there.
+    // No worker is there yet: no time is foretold, and the job is listed.
     let idle = wait_for("the first status", || status(&out));
     assert_eq!(
         (&idle["workers"], &idle["seconds_left"], &idle["state"]),
@@ -68,7 +68,7 @@ fn a_running_job_is_seen_in_status_metrics_and_log() {
 
     let workers = [work(&access), work(&access)];
     let name = |worker: &Child| format!(":{}", worker.id());
-    // Both have delivered, a checkpoint is written, and the target is in sight.
+    // Both workers have delivered, a checkpoint is written, and the end is foretold.
     let busy = wait_for("a busy status", || {
         status(&access).filter(|status| {
             let crew = status["crew"].as_array().unwrap();
@@ -110,7 +110,7 @@ fn a_running_job_is_seen_in_status_metrics_and_log() {
     assert!(page.contains("# TYPE radwalk_paths gauge\nradwalk_paths "), "{page}");
     assert!(page.contains("radwalk_worker_paths_per_second{worker=\""), "{page}");
 
-    // A worker dies, and that is told once.
+    // A worker dies, and one message says so.
     let [victim, other] = workers;
     let dead = name(&victim);
     signal("KILL", victim.id());
@@ -125,7 +125,7 @@ fn a_running_job_is_seen_in_status_metrics_and_log() {
     };
     assert_eq!((of("joined").len(), of("lost").len()), (2, 1));
     assert!(of("lost")[0].ends_with(&dead));
-    // What ended says so, and leaves no status behind.
+    // A run that ended says so, and leaves no status behind.
     assert!(!out.join("status.json").exists() && !path(&folder, "shared.status.json").exists());
     let (code, words, _) = run(&["status", out.to_str().unwrap()]);
     assert!(code == 0 && words.contains("target not reached"), "{words}");
@@ -133,7 +133,7 @@ fn a_running_job_is_seen_in_status_metrics_and_log() {
     assert!(code == 2 && told.contains("removed when a job ends"), "{told}");
 }
 
-/// A coordinator that was killed cannot take its status file away.
+/// A coordinator that was killed cannot remove its status file.
 #[test]
 fn a_coordinator_that_is_gone_is_told_from_one_that_works() {
     let folder = tempdir().unwrap();
@@ -172,7 +172,7 @@ fn access_files_hold_addresses_that_others_can_use() {
     assert_eq!(begin("gate", &["--listen", "127.0.0.1:0", "--advertise", "gate:7601"]), "gate:7601");
     assert!(begin("v6", &["--listen", "127.0.0.1:0", "--advertise", "fe80::1"]).starts_with("[fe80::1]:"));
 
-    // Without a name this machine's own is found, or the address is refused: 0.0.0.0 leads nowhere.
+    // Without a name this machine's own is used, or the address is refused: 0.0.0.0 leads nowhere.
     let [out, access, log] = ["out", "access.json", "log"].map(|name| path(&folder, name));
     let mut coordinator = coordinate(&out, &access, &log, &["--listen", "0.0.0.0:0"]);
     let known = wait_for("an access file, or the end", || match coordinator.try_wait().unwrap() {

@@ -1,4 +1,5 @@
-//! `[output]` and `[view]`: which files a run writes, what can be done without the others, and how the picture is taken.
+//! Tests of `[output]` and `[view]`: the files that a run writes, the commands that work without the others, and the
+//! view of the picture.
 
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -37,7 +38,8 @@ fn a_job_chooses_its_files_and_the_rest_is_made_from_the_tally() {
     assert_eq!(std::fs::read(out.join("radiosity.exr")).unwrap()[..4], [0x76, 0x2f, 0x31, 0x01]);
     let (code, _, stderr) = run(&["status", text(&out)]);
     assert!(code == 2 && stderr.contains("--export summary"), "{stderr}");
-    // What the job names is made again, with what is asked for beside it; an export of another time goes.
+    // The files that the job names are made again, with those asked for beside them; an export of another time is
+    // removed.
     let (code, _, stderr) = run(&["report", text(&out), "--export", "summary,picture"]);
     assert_eq!(code, 0, "{stderr}");
     let made = ["tally.bin", "patches.csv", "radiosity.exr", "summary.json", "radiosity.png"];
@@ -87,7 +89,7 @@ fn a_view_is_what_the_job_says() {
     assert!((told["fov"].as_f64().unwrap() - 70.0).abs() < 1e-9);
     let png = std::fs::read(out.join("radiosity.png")).unwrap();
     assert_eq!(png[16..24], [0, 0, 0, 64, 0, 0, 0, 48], "width and height");
-    // The camera travels with the tally: what is made again is the same picture.
+    // The camera is kept with the tally, so the picture that is made again is the same picture.
     let (code, _, stderr) = run(&["report", text(&out), "--quiet"]);
     assert_eq!(code, 0, "{stderr}");
     assert!(std::fs::read(out.join("radiosity.png")).unwrap() == png);

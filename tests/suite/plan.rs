@@ -1,9 +1,9 @@
-//! `radwalk plan`, tested by running what it planned. Some seconds of processor time.
+//! Tests of `radwalk plan`, by running what it planned. They take some seconds of processor time.
 
 use crate::support::{run, run_job};
 use serde_json::Value;
 
-/// What is changed in a job so that its target ends it, not its budget.
+/// The changes of a job so that its target ends it, not its budget.
 struct Case {
     job: &'static str,
     set: &'static [&'static str],
@@ -45,10 +45,10 @@ impl Case {
     }
 }
 
-/// The pilot foretells walks within 20 % of what the run takes (rays within as much, and half a percent for the pilot's
-/// mean length of walks); the bound is never below. Runs end at steps of 4/3 and 3/2: where a pilot cannot tell two apart,
-/// the plan is between them, 20 % from both at most. It errs where errors are more than two standard errors from what it
-/// saw, once in 20 plans at most; these jobs and their seeds are fixed.
+/// The pilot foretells the walks within 20 % of what the run takes (rays within as much, and half a percent for the
+/// pilot's mean length of walks); the bound is never below. Runs end at steps of 4/3 and 3/2: if a pilot cannot tell
+/// two steps apart, the plan is between them, at most 20 % from both. A plan is wrong if errors are more than two
+/// standard errors from the pilot's, at most once in 20 plans; these jobs and their seeds are fixed.
 #[test]
 fn runs_take_what_was_planned() {
     let dir = tempfile::tempdir().unwrap();
@@ -85,7 +85,7 @@ fn more_workers_take_less_time_and_never_less_traffic() {
     for pair in workers.windows(2) {
         let of = |i: usize, key: &str| pair[i][key].as_f64().unwrap();
         assert!(of(1, "traffic_bytes") >= of(0, "traffic_bytes"), "{plan}");
-        // What the coordinator needs for the last result of each worker grows with them, by a millisecond here.
+        // The coordinator's time for the last result of each worker grows with the workers, by a millisecond here.
         assert!(of(1, "seconds") <= of(0, "seconds") + 0.05, "{plan}");
     }
 }

@@ -1,11 +1,11 @@
-//! Bad input of any kind: exit code 2, one message with the problem, the reason and the remedy, nothing lost.
+//! Tests of bad input of any kind: exit code 2, one message with the problem, the reason and the remedy, and no loss.
 
 use std::fs;
 
 use crate::support::{path, run};
 use tempfile::tempdir;
 
-/// Runs what must be refused; returns the message.
+/// Runs a command that must be refused. Returns the message.
 fn refused(code: i32, args: &[&str]) -> String {
     let (got, stdout, stderr) = run(args);
     assert_eq!(got, code, "{args:?}: {stdout}{stderr}");
@@ -117,8 +117,8 @@ fn check_says_what_will_be_modelled() {
     }
 }
 
-/// Surfaces of 4·10⁸ patches, as many as it takes to need more memory than there is: 80 bytes a patch. It would take minutes, and
-/// then the machine, to make them.
+/// Surfaces of 4·10⁸ patches, enough of them to need more memory than there is, at 80 bytes per patch. To build them
+/// would take minutes, and then the machine.
 #[test]
 #[cfg(target_os = "linux")]
 fn a_scene_beyond_the_memory_is_refused_before_it_is_made() {

@@ -1,4 +1,5 @@
-//! Relays as processes: workers and relays are killed and stopped, and the answer is that of a run without any.
+//! Tests of relays as processes: workers and relays are killed and stopped, and the answer is that of a run without
+//! any.
 
 use std::path::{Path, PathBuf};
 use std::process::{Child, Stdio};
@@ -11,7 +12,7 @@ use tempfile::{TempDir, tempdir};
 
 const JOB: &str = "configs/cube54.toml";
 
-/// Long enough for some leases.
+/// A time that is long enough for some leases.
 const WHILE: Duration = Duration::from_millis(300);
 
 fn coordinate(out: &Path, access: &Path) -> Child {
@@ -26,7 +27,7 @@ fn work(access: &Path) -> Child {
     radwalk().args(["work", "--quiet", "--wait", "60", "--access"]).arg(access).spawn().unwrap()
 }
 
-/// A relay and two workers of it.
+/// A relay and its two workers.
 struct Branch {
     access: PathBuf,
     relay: Child,
@@ -70,7 +71,7 @@ fn relays_that_come_and_go_leave_no_trace_in_the_answer() {
     assert!(two.access.exists());
     let three = Branch::start(&folder, "three.json", &access);
     thread::sleep(WHILE);
-    // A relay is stopped: its walks go to others, its workers home.
+    // A relay is stopped: its walks go to others, and its workers end.
     signal("INT", one.relay.id());
     assert_eq!(finish(one.relay).0, 130);
     assert_eq!(finish(rest).0, 0);
@@ -94,21 +95,21 @@ fn relays_that_come_and_go_leave_no_trace_in_the_answer() {
     assert_eq!(code, 0, "every lease behind a relay is as it was delivered: {told}");
 }
 
-/// A worker whose memory fails, with every lease.
+/// Starts a worker whose memory fails with every lease.
 fn lie(access: &Path) -> Child {
     let mut command = radwalk();
     command.args(["work", "--quiet", "--wait", "60", "--access"]).arg(access);
     command.env("RADWALK_TEST_WRONG_WORKER", "1").spawn().unwrap()
 }
 
-/// Whether a lease in the latest checkpoint is by a worker whose name ends so.
+/// Whether a lease in the latest checkpoint is by a worker whose name has this ending.
 fn has_brought(out: &Path, name: &str) -> bool {
     let Ok(checkpoint) = checkpoint::read(&out.join("tally.bin")) else { return false };
     checkpoint.book.workers.iter().any(|worker| worker.name.ends_with(name) && worker.leases > 0)
 }
 
-/// The coordinator leads a worker and a relay; that relay two workers and a relay, which leads two workers: one worker behind
-/// each relay delivers wrong sums.
+/// The coordinator leads a worker and a relay. That relay leads two workers and a relay, which leads two workers. One
+/// worker behind each relay delivers wrong sums.
 #[test]
 #[cfg_attr(not(debug_assertions), ignore = "release builds have no hook that spoils sums")]
 fn audits_name_liars_behind_relays_and_behind_relays_of_relays() {

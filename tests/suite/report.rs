@@ -1,4 +1,5 @@
-//! The page and the files for other programs: they hold the numbers of the table, and are made again from the tally.
+//! Tests of the page and the files for other programs: they hold the numbers of the table, and are made again from the
+//! tally.
 
 use std::io::Read;
 use std::path::Path;
@@ -65,7 +66,7 @@ fn the_page_holds_the_table_the_summary_and_the_corners() {
             assert!((middle - centroid).abs() < 1e-6, "row {row}: {middle}, not {centroid}");
         }
     }
-    // Nothing is fetched from elsewhere.
+    // The page fetches nothing from elsewhere.
     assert!(!page.contains("src=") && !page.contains("<link"));
 }
 
@@ -81,7 +82,7 @@ fn what_is_derived_is_made_again_from_the_tally() {
     for ((name, before), after) in DERIVED.iter().zip(before).zip(read()) {
         assert!(before == after, "{name} differs");
     }
-    // Exports that are not asked for do not stay beside a result that is new.
+    // Exports that are not asked for do not stay beside a new result.
     let (code, _, _) = run(&["report", text(dir.path())]);
     assert_eq!(code, 0);
     assert!(!dir.path().join("scene.glb").exists() && dir.path().join("report.html").exists());
@@ -118,7 +119,7 @@ fn a_scene_that_was_exported_is_read_again() {
     let dir = tempdir().unwrap();
     run_with_exports("configs/cube54.toml", dir.path());
     let scene = dir.path().join("scene.glb");
-    // It is white in no light of its own, which no job takes.
+    // The mesh is white with no light of its own, which no job accepts.
     let grey = ["import.reflectance_limit=0.5", "import.material.radiosity.emittance=1"];
     let (code, stdout, stderr) = run(&["check", text(&scene), "--set", grey[0], "--set", grey[1]]);
     assert_eq!(code, 0, "{stderr}");

@@ -1,4 +1,4 @@
-//! Runs that are stopped, killed, damaged and resumed: the same bytes as if nothing had happened.
+//! Tests of runs that are stopped, killed, damaged and resumed: they end with the bytes of an undisturbed run.
 
 use std::path::Path;
 use std::process::{Child, Stdio};
@@ -10,7 +10,7 @@ use crate::support::{
 use tempfile::tempdir;
 
 const JOB: &str = "configs/cube54.toml";
-/// Checkpoints as often as they can be written.
+/// The setting by which checkpoints are written as often as possible.
 const OFTEN: [&str; 2] = ["--set", "budget.checkpoint_seconds=0.02"];
 
 fn spawn_run(out: &Path, args: &[&str]) -> Child {
@@ -19,7 +19,7 @@ fn spawn_run(out: &Path, args: &[&str]) -> Child {
     command.stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap()
 }
 
-/// Resumes a run that must succeed; returns what it said on stderr.
+/// Resumes a run that must succeed. Returns its words on stderr.
 fn resume(out: &Path, args: &[&str]) -> String {
     let all = [&["run", JOB, "--resume", "--workers", "2", "--out", out.to_str().unwrap()], args].concat();
     let (code, stdout, stderr) = run(&all);
@@ -37,7 +37,8 @@ fn a_coordinator_that_is_killed_again_and_again_loses_nothing() {
     let (out, straight) = (path(&folder, "out"), path(&folder, "straight"));
     let job = ["--paths", "8000000"];
     run_job(JOB, &straight, &job);
-    // Later each time, so that all phases are met: before the first checkpoint, between two, while one is written.
+    // Each kill comes later, so that all phases are met: before the first checkpoint, between two, while one is
+    // written.
     let pause = |killed| Duration::from_millis(100 + 37 * killed);
     let start = || spawn_run(&out, &[&job[..], &["--resume", "--quiet"]].concat());
     let killed = kill_until_done(start, pause, 200);
@@ -61,7 +62,7 @@ fn a_run_that_is_interrupted_goes_on_to_the_same_end() {
     }
 }
 
-/// The first look after a resume has walks to compare with, too.
+/// The first look after a resume also has walks to compare with.
 #[test]
 fn the_check_of_drift_says_the_same_kind_of_thing_after_a_resume() {
     let folder = tempdir().unwrap();
@@ -74,7 +75,7 @@ fn the_check_of_drift_says_the_same_kind_of_thing_after_a_resume() {
     run_job(JOB, &out, &["--paths", "300000"]);
     let straight = drift();
     assert!(straight.1.starts_with("mean squared difference between halves of the run"), "{straight:?}");
-    // A look is at 2^19 walks, of which 224,288 are new.
+    // There is a look at 2^19 walks, of which 224,288 are new.
     run_job(JOB, &out, &["--paths", "600000", "--resume"]);
     assert_eq!(drift(), straight);
 }
@@ -83,7 +84,7 @@ fn the_check_of_drift_says_the_same_kind_of_thing_after_a_resume() {
 fn a_finished_run_is_extended_without_tracing_again() {
     let folder = tempdir().unwrap();
     let (out, straight) = (path(&folder, "out"), path(&folder, "straight"));
-    // No whole number of streams: the last one is begun anew in its middle.
+    // The walks are no whole number of streams: the last stream is begun anew in its middle.
     let first = run_job(JOB, &out, &["--paths", "100001"]);
     let old: Vec<_> = first["provenance"]["workers"].as_array().unwrap().to_vec();
     resume(&out, &["--paths", "300000", "--quiet"]);
@@ -120,7 +121,7 @@ fn a_target_is_reached_at_the_same_walk_through_any_number_of_deaths() {
     }
     assert_eq!(summary(&out)["paths"], expected["paths"]);
     assert!(answer(&out) == answer(&straight));
-    // Once more: there is nothing left to do.
+    // Resumed once more, the run has nothing left to do.
     resume(&out, &[&job[..], &["--quiet"]].concat());
     assert!(answer(&out) == answer(&straight));
 }
@@ -131,7 +132,8 @@ fn two_checkpoints(out: &Path) {
     resume(out, &["--paths", "150000", "--quiet"]);
 }
 
-/// One byte of every region of the file, the first and last bytes of all included, and cuts at the same places.
+/// Damages one byte of every region of the file, the first and last bytes included, and cuts the file at the same
+/// places.
 #[test]
 fn damage_anywhere_is_noticed_and_the_previous_checkpoint_used() {
     let folder = tempdir().unwrap();
@@ -193,8 +195,8 @@ fn foreign_and_hopeless_checkpoints_are_refused_with_the_reason() {
     assert_eq!(code, 2, "{stderr}");
 }
 
-/// The system refuses files of more than 1 KiB, as a full disk would: the run ends with an error, and what was there
-/// before is what it goes on from.
+/// The system refuses files of more than 1 KiB, as a full disk would. The run ends with an error, and can be resumed
+/// from the files that were there before.
 #[test]
 fn a_full_disk_leaves_the_checkpoint_before() {
     let folder = tempdir().unwrap();
@@ -253,8 +255,8 @@ fn workers_find_a_restarted_coordinator() {
     assert!(answer(&out) == answer(&straight));
 }
 
-/// `tests/data/tally.v4.bin`: 5,000 paths of the cube in streams of 1,000, as radwalk 0.1 wrote them in format 4;
-/// `tally.v5.bin`: as many that came through a relay when relays did not tell of their workers, in format 5.
+/// `tests/data/tally.v4.bin` has 5,000 paths of the cube in streams of 1,000, as radwalk 0.1 wrote them in format 4.
+/// `tally.v5.bin` has as many that came through a relay before relays reported their workers, in format 5.
 #[test]
 fn tallies_of_earlier_versions_are_audited_merged_and_gone_on_from() {
     let folder = tempdir().unwrap();

@@ -1,5 +1,5 @@
-//! Rooms as people furnish them: cupboards on floors and against walls, two-sided shelves, boxes that touch, rugs. All
-//! methods against the exact solution, face by face.
+//! Tests of furnished rooms: cupboards on floors and against walls, two-sided shelves, boxes that touch, rugs. All
+//! methods are held to the exact solution, face by face.
 
 use crate::common::{box_walls, quad, surface};
 use crate::verdict::{Truth, exactly, judge};
@@ -21,7 +21,7 @@ fn room() -> SceneSpec {
     SceneSpec { surfaces }
 }
 
-/// A panel of furniture.
+/// A panel of a piece of furniture.
 fn panel(c: DVec3, u: DVec3, v: DVec3, sides: Sides) -> SurfaceSpec {
     SurfaceSpec { sides, ..surface(quad(c, u, v, [1, 1]), 0.5) }
 }
@@ -86,7 +86,7 @@ fn rugs_and_a_doubled_wall() -> SceneSpec {
     spec
 }
 
-/// A wall of one sheet that leaves a dark room behind it, lit through a door; and a tent in the lit one.
+/// A scene with a wall of one sheet that leaves a dark room behind it, lit through a door, and a tent in the lit room.
 fn a_wall_and_a_tent() -> SceneSpec {
     let mut spec = room();
     spec.surfaces.push(panel(DVec3::new(0.0, 0.75, 0.0), 0.75 * X, 1.0 * Z, Sides::Both));
@@ -99,8 +99,8 @@ fn experiment(spec: &SceneSpec, method: Method) -> Experiment {
     Experiment::new(Scene::build(spec, IndexChoice::Auto).unwrap(), method).unwrap()
 }
 
-/// Mean squared z and coverage of chains and of batches of walks, 8 a seed, within 4 standard errors of what they should be
-/// (false-alarm rate 10⁻⁴ each, once and for all with these seeds).
+/// Checks the mean squared z and the coverage of chains and of batches of walks, 8 per seed, within 4 standard errors
+/// of their expectation (false-alarm rate 10⁻⁴ each, once and for all with these seeds).
 fn all_methods_are_true(spec: &SceneSpec) {
     let truth: Truth = exactly(spec);
     let scene = Scene::build(spec, IndexChoice::Auto).unwrap();

@@ -1,4 +1,4 @@
-//! `radwalk run` and its processes: the same bytes whatever happens to the workers.
+//! Tests of `radwalk run` and its processes: the bytes do not depend on what happens to the workers.
 
 use std::io::{BufRead, BufReader};
 use std::process::Stdio;
@@ -88,12 +88,12 @@ fn workers_killed_at_random_leave_no_trace_in_the_answer() {
     let (code, ..) = finish(child);
     assert_eq!(code, 0);
     let summary = summary(&stormy);
-    assert!(summary["workers_lost"].as_u64().unwrap() > 0, "the storm must have hit somebody: {summary}");
+    assert!(summary["workers_lost"].as_u64().unwrap() > 0, "the storm must have hit some worker: {summary}");
     assert!(answer(&stormy) == answer(&calm), "deaths changed the answer");
 }
 
-/// A stopped worker says nothing and keeps its connection. Before its silence gives it away, its leases are late, and
-/// given to others, too: it does not hold the end.
+/// A stopped worker says nothing and keeps its connection. Before it is given up for its silence, its leases are late
+/// and go to other workers, too, so that it does not hold up the end.
 #[test]
 fn a_worker_that_hangs_is_done_without() {
     let folder = tempdir().unwrap();
@@ -195,7 +195,7 @@ fn separate_coordinator_and_workers_give_the_same_answer() {
         .collect();
     for worker in workers {
         let (code, _, stderr) = finish(worker);
-        // One that came when all was done already is told so; one that came later finds nobody.
+        // A worker that came when everything was done is told so; one that came later finds no coordinator.
         assert!(code == 0 || stderr.contains("cannot reach"), "{code} {stderr}");
     }
     let (code, _, stderr) = finish(coordinator);
@@ -275,7 +275,7 @@ fn a_run_leaves_the_files_of_the_format() {
     let table = columns(&out.join("patches.csv"));
     let patches = table["patch"].len();
     assert_eq!(summary["model"]["patches"], patches);
-    // B = E/(1 − R): all patches alike, whatever their shape. The sum over all is good to 0.1 %.
+    // B = E/(1 − R) on all patches, whatever their shape. The sum over all is good to 0.1 %.
     let (b, e, r) =
         (numbers(&table["radiosity"]), numbers(&table["emittance"]), numbers(&table["reflectance"]));
     let areas = numbers(&table["area"]);

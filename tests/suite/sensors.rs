@@ -1,4 +1,4 @@
-//! Sensors as users meet them: tables, targets, workers that come and go, and what `check` says.
+//! Tests of sensors as users meet them: tables, targets, workers that come and go, and the words of `check`.
 
 use std::path::{Path, PathBuf};
 
@@ -18,7 +18,7 @@ point  = [0.5, 0.1, 0.6]
 normal = [0, 1, 0]
 ";
 
-/// The 54-patch cube with these tables behind its surfaces.
+/// The 54-patch cube with these tables after its surfaces.
 fn cube_with(folder: &TempDir, sensors: &str) -> PathBuf {
     let configs = Path::new(env!("CARGO_MANIFEST_DIR")).join("configs");
     let scene = std::fs::read_to_string(configs.join("scenes/cube54.toml")).unwrap();
@@ -29,7 +29,7 @@ fn cube_with(folder: &TempDir, sensors: &str) -> PathBuf {
     path
 }
 
-/// What must not depend on how a job was run, the table of its sensors included.
+/// The outputs that must not depend on how a job was run, the table of its sensors included.
 fn all(out: &Path) -> (String, Vec<u8>, Vec<u8>) {
     let (hash, patches) = answer(out);
     (hash, patches, std::fs::read(out.join("sensors.csv")).unwrap())
@@ -39,7 +39,7 @@ fn sensed(job: &Path, out: &Path, args: &[&str]) -> Value {
     run_job(job.to_str().unwrap(), out, args)
 }
 
-/// Walks, whose samples begin and end within leases, and chains.
+/// Tests walks, whose samples begin and end within leases, and chains.
 #[test]
 fn workers_leave_no_trace_in_sensors_nor_sensors_in_patches() {
     let folder = tempdir().unwrap();
@@ -57,7 +57,7 @@ fn workers_leave_no_trace_in_sensors_nor_sensors_in_patches() {
         assert_eq!(summary["sensors"]["list"][0]["name"], "desk");
         assert!(summary["checks"].as_array().unwrap().iter().all(|check| check["ok"] == true), "{summary}");
 
-        // Other leases, more workers, a run in two parts.
+        // The second run has other leases, more workers, and two parts.
         sensed(&job, &many, &[set, &["--workers", "3", "--set", "budget.stream_paths=1777"]].concat());
         assert!(all(&many) == all(&one), "{method}: 3 workers");
         sensed(&job, &part, &[set, &["--paths", "110000"]].concat());
@@ -66,7 +66,7 @@ fn workers_leave_no_trace_in_sensors_nor_sensors_in_patches() {
         let (code, _, stderr) = run(&["audit", part.to_str().unwrap(), "--share", "1", "--quiet"]);
         assert_eq!(code, 0, "{stderr}");
 
-        // The same files from the tally alone; a table that was changed is found.
+        // The files can be made again from the tally alone; a table that was changed is found.
         let table = std::fs::read(one.join("sensors.csv")).unwrap();
         std::fs::write(one.join("sensors.csv"), &table[1..]).unwrap();
         let (code, _, stderr) = run(&["audit", one.to_str().unwrap(), "--share", "0.01", "--quiet"]);
@@ -76,7 +76,7 @@ fn workers_leave_no_trace_in_sensors_nor_sensors_in_patches() {
         let page = std::fs::read_to_string(one.join("report.html")).unwrap();
         assert!(page.contains("<th scope=\"row\">desk</th><td>6</td>"), "{method}");
 
-        // What patches get does not depend on where light is measured besides.
+        // The results of patches do not depend on sensors.
         let plain = path(&folder, &format!("plain-{method}"));
         let without = [set, &["--set", "scene=plain.toml"]].concat();
         let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("configs/scenes/cube54.toml");
@@ -132,7 +132,8 @@ fn the_table_has_a_row_a_patch_and_three_columns_in_colour() {
     assert!(red.iter().zip(&blue).all(|(red, blue)| red > blue), "{text}");
 }
 
-/// A target of sensors ends the run before its budget, patches known or not; one of both waits for both.
+/// A target on sensors ends the run before its budget, whether patches are known or not; with targets on both, the run
+/// waits for both.
 #[test]
 fn a_target_on_sensors_stops_the_run() {
     let folder = tempdir().unwrap();
@@ -155,7 +156,7 @@ fn a_target_on_sensors_stops_the_run() {
     let (both, ..) = stopped("both", &both);
     assert!(both > one, "{both}");
 
-    // The target says when to stop, not what to find; and a budget that ends before it is told by the exit code.
+    // The target sets when to stop, not the walks; if the budget ends first, the exit code says so.
     let straight = path(&folder, "straight");
     sensed(&job, &straight, &["--paths", &all.to_string()]);
     assert!(self::all(&straight) == self::all(&out));

@@ -1,4 +1,4 @@
-//! Answers that can be signed: audits, merges and replays of real runs.
+//! Tests of audits, merges and replays of real runs.
 
 use crate::support::{answer, path, radwalk, run, run_job, summary};
 use std::path::Path;
@@ -58,7 +58,7 @@ fn an_audit_of_no_share_is_refused() {
     assert_eq!(audit(folder.path(), &[]).0, 2, "no run there");
 }
 
-/// Ranges of one job, in any order, are the job; what they were merged from can be audited and resumed.
+/// Ranges of one job, in any order, merge to the job; the merged result can be audited and resumed.
 #[test]
 fn ranges_of_walks_merge_to_the_whole_run() {
     let folder = tempdir().unwrap();

@@ -1,4 +1,4 @@
-//! `sampler = "sobol"` for walks on a cluster: batches are leased whole, and the same bytes come of any workers.
+//! Tests of `sampler = "sobol"` for walks on a cluster: batches are leased whole, and any workers give the same bytes.
 
 use crate::support::{answer, path, run, run_job, storms_leave_no_trace, summary};
 use tempfile::tempdir;
@@ -11,7 +11,7 @@ fn workers_leave_no_trace_in_sobol_walks() {
     let folder = tempdir().unwrap();
     let base = path(&folder, "base");
     let first = run_job(CUBE, &base, &[&SOBOL[..], &["--workers", "1"]].concat());
-    // Batches of 2¹⁴, of which 300,000 has 18.
+    // Batches have 2¹⁴ paths, and 300,000 paths hold 18 of them.
     assert_eq!((&first["paths"], &first["streams"]), (&294_912.into(), &18.into()));
     assert_eq!((&first["walk"], &first["sampler"]), (&"shooting".into(), &"sobol".into()));
     let energy = &first["energy"];

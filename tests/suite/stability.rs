@@ -1,10 +1,11 @@
-//! The atlas of failure at reduced size: every entry asserts what theory predicts, what is seen and what is said. Each
-//! claim carries the probability that it fails by chance alone, once and for all with its seeds: together below 10⁻³.
+//! Tests of the atlas of failure at reduced size: every entry asserts the prediction of theory, the measurement and the
+//! program's words. Each claim carries the probability that it fails by chance alone, once and for all with its seeds:
+//! together below 10⁻³.
 
 use crate::support::run;
 use serde_json::Value;
 
-/// The names of all entries, which a wrong one is answered with.
+/// The names of all entries, as the program answers a wrong name.
 fn names() -> Vec<String> {
     let (code, _, stderr) = run(&["stability", "--only", "nonsense"]);
     assert_eq!(code, 2);
@@ -12,7 +13,7 @@ fn names() -> Vec<String> {
     names.trim().split(", ").map(String::from).collect()
 }
 
-/// Entry by entry, each with its own page.
+/// Runs entry by entry, each with its own page.
 #[test]
 fn every_entry_holds() {
     let folder = tempfile::tempdir().unwrap();
@@ -33,10 +34,7 @@ fn every_entry_holds() {
             assert_eq!(claim["holds"], true, "{name}: {claim}");
             false_alarms += claim["false_alarm"].as_f64().unwrap();
         }
-        assert!(
-            claims.iter().any(|claim| claim["remedy"] == true),
-            "{name}: nobody tried what to do instead"
-        );
+        assert!(claims.iter().any(|claim| claim["remedy"] == true), "{name}: no claim is about the remedy");
         let told = entry["told"].as_array().unwrap();
         assert!(!told.is_empty(), "{name}: silence is the only wrong answer");
         let page = std::fs::read_to_string(out.join("atlas.md")).unwrap();

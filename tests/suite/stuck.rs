@@ -1,5 +1,5 @@
-//! One thread of a worker is stuck, for ever: nothing else is. A library that is preloaded stops it (`support/shim.rs`); its
-//! worker says that it is alive, and makes progress with its other threads.
+//! Tests of one thread of a worker that is stuck for ever, while everything else works. A preloaded library stops it
+//! (`support/shim.rs`); its worker sends heartbeats, and makes progress with its other threads.
 #![cfg(target_os = "linux")]
 
 use std::process::Stdio;
@@ -43,7 +43,7 @@ fn a_thread_that_is_stuck_holds_up_neither_checkpoints_nor_the_end() {
         Some((prefix, islands.unwrap_or(0).max(prefix)))
     };
     wait_for("a checkpoint", kept);
-    // Three threads walk; the others of the process have hardly taken any time.
+    // Three threads walk; the others of the process have taken hardly any time.
     let threads = wait_for("three threads that walk", || {
         let threads = busiest_threads(worker.id());
         threads.get(2).is_some_and(|&(_, time)| time > 20).then_some(threads)
@@ -51,7 +51,7 @@ fn a_thread_that_is_stuck_holds_up_neither_checkpoints_nor_the_end() {
     let stuck = threads[0].0;
     shim.stick(worker.id(), stuck);
     let time = || busiest_threads(worker.id()).into_iter().find(|thread| thread.0 == stuck).unwrap().1;
-    // A thread that walks runs, or waits to: one that sleeps whenever it is looked at is stuck.
+    // A walking thread runs or waits to run: a thread that sleeps whenever it is looked at is stuck.
     let mut asleep = 0;
     wait_for("the thread to be stuck", || {
         asleep = if sleeps(worker.id(), stuck) { asleep + 1 } else { 0 };
@@ -59,7 +59,7 @@ fn a_thread_that_is_stuck_holds_up_neither_checkpoints_nor_the_end() {
     });
     let before = time();
 
-    // What is in after two seconds lies beyond the walks that it had. The prefix gets there all the same.
+    // The results after two seconds lie beyond the walks that the stuck thread had. The prefix gets there all the same.
     thread::sleep(Duration::from_secs(2));
     let (_, reached) = kept().expect("a checkpoint");
     wait_for("a prefix beyond the stuck thread's walks", || kept().filter(|&(prefix, _)| prefix > reached));

@@ -1,4 +1,4 @@
-//! What a person sees at a terminal of 80 columns.
+//! Tests of what a person sees at a terminal of 80 columns.
 
 use std::fs::File;
 use std::io::Read;
@@ -13,7 +13,7 @@ use crate::support::{finish, path, radwalk, signal};
 
 const COLUMNS: usize = 80;
 
-/// Both ends of a terminal.
+/// Both ends of a pseudo-terminal.
 fn terminal() -> (File, OwnedFd) {
     let flags = OpenptFlags::RDWR | OpenptFlags::NOCTTY;
     let owner = openpt(flags).unwrap();
@@ -25,7 +25,7 @@ fn terminal() -> (File, OwnedFd) {
     (owner.into(), user)
 }
 
-/// What is drawn between carriage returns and line feeds, without escape sequences.
+/// The text that is drawn between carriage returns and line feeds, without escape sequences.
 fn lines(bytes: &[u8]) -> Vec<String> {
     let text = String::from_utf8_lossy(bytes);
     let mut plain = String::new();
@@ -40,7 +40,7 @@ fn lines(bytes: &[u8]) -> Vec<String> {
     plain.split(['\r', '\n']).map(|line| line.trim_end().to_owned()).filter(|line| !line.is_empty()).collect()
 }
 
-/// The bar shows whole facts: the last one ends as one of them does.
+/// Whether a line of the bar shows whole facts: it ends as one of them does.
 fn is_whole(line: &str) -> bool {
     ["%", "left", "worker", "workers", "rays/s", "paths/s", "ago"].iter().any(|end| line.ends_with(end))
 }
@@ -53,10 +53,10 @@ fn the_bar_fits_eighty_columns_and_no_fact_is_cut() {
     command.args(["run", "configs/cube54.toml", "--paths", "1e9", "--workers", "2", "--out"]);
     command.arg(path(&folder, "out")).env("TERM", "xterm-256color").stdout(Stdio::null()).stderr(user);
     let run = command.spawn().unwrap();
-    // It holds the other end, without which the terminal would never end.
+    // The command holds the other end; while it does, the terminal never ends.
     drop(command);
     let (mut drawn, mut buffer, mut stopped) = (Vec::new(), [0; 4096], false);
-    // Linux fails where the last user of a terminal is gone.
+    // Linux returns an error when the last user of a terminal is gone.
     while let Ok(bytes @ 1..) = owner.read(&mut buffer) {
         drawn.extend_from_slice(&buffer[..bytes]);
         if !stopped && lines(&drawn).iter().any(|line| line.contains(" % ") && line.contains("workers")) {

@@ -1,5 +1,5 @@
-//! What the program says, and to whom: results that cannot be written fail a command, and `--json` leaves nothing but JSON
-//! on stderr.
+//! Tests of the program's output: results that cannot be written fail a command, and with `--json` only JSON is on
+//! stderr.
 
 use std::fs::OpenOptions;
 use std::path::Path;
@@ -75,7 +75,7 @@ fn json_streams_hold_nothing_but_json() {
     let fresh = |name: &str| path(&folder, name).to_str().unwrap().to_owned();
     let [out, used, exact, compared, atlas] = ["out", "used", "exact", "compared", "atlas"].map(fresh);
     run_job(JOB, Path::new(&used), &["--paths", "3000"]);
-    // A gap, so that a note is told; and a target that is missed.
+    // The scene has a gap, so that there is a note; and the target is missed.
     let scene = fresh("open.toml");
     let room = "[material.m]\nreflectance = 0.5\nemittance = 1\n[[surface]]\nmaterial = \"m\"\nquad = [[0,0,0],[1,0,0],[0,1,0]]\n";
     std::fs::write(&scene, room).unwrap();

@@ -1,4 +1,4 @@
-//! `--watch`: the page of a running job, as a plain HTTP client reads it.
+//! Tests of `--watch`: the page of a running job, as a plain HTTP client reads it.
 
 use std::io::{Read, Write};
 use std::net::TcpStream;
@@ -10,7 +10,7 @@ use tempfile::tempdir;
 
 use crate::support::{finish, path, radwalk, signal, wait_for};
 
-/// A run that does not end by itself, and the URL that it tells.
+/// A run that does not end by itself, and the URL that it prints.
 fn watched(out: &Path, log: &Path, address: &str) -> (Child, String) {
     let child = radwalk()
         .args(["run", "configs/cube54.toml", "--paths", "1e15", "--json", "--watch", address, "--out"])
@@ -28,7 +28,7 @@ fn watched(out: &Path, log: &Path, address: &str) -> (Child, String) {
     (child, url)
 }
 
-/// An answer: its head and its body.
+/// An answer's head and its body.
 fn ask(port: u16, target: &str, headers: &str) -> (String, String) {
     let mut stream = TcpStream::connect(("127.0.0.1", port)).unwrap();
     write!(stream, "GET {target} HTTP/1.1\r\n{headers}\r\n").unwrap();
@@ -69,7 +69,7 @@ fn a_running_job_has_a_page_that_follows_it() {
     let first = facts(&page);
     assert_eq!(first["live"]["paths_total"], 1_000_000_000_000_000_u64);
     assert_eq!(first["summary"]["model"]["patches"], 54);
-    // News are of a later state, and have what changes alone.
+    // News are of a later state, and hold only what changes.
     let (head, news) = wait_for("news", || {
         let (head, news) = ask(port, "/news", &format!("{here}If-None-Match: {}\r\n", tag(&head)));
         head.starts_with("HTTP/1.1 200").then_some((head, news))
@@ -78,7 +78,7 @@ fn a_running_job_has_a_page_that_follows_it() {
     assert!(later["summary"]["paths"].as_u64() > first["summary"]["paths"].as_u64(), "{later}");
     assert!(news.contains("id=\"table\"") && !news.contains("id=\"corners\"") && !news.contains("<style>"));
     assert_ne!(tag(&head), format!("\"{}\"", first["summary"]["paths"]));
-    // What the page says is a prefix of the walks: its camera and scene are those of the first.
+    // The page shows a prefix of the walks: its camera and scene are those of the first page.
     assert_eq!(
         (&later["view"]["eye"], &later["summary"]["scene_hash"]),
         (&first["view"]["eye"], &first["summary"]["scene_hash"])

@@ -1,8 +1,9 @@
-//! What a coordinator can take: a real one, and synthetic workers that trace nothing. They sleep as long as walks would
-//! take and send tallies that are made up from the numbers of streams, so that any that is lost or counted twice shows.
+//! Measures the load that a coordinator can take: a real coordinator, and synthetic workers that trace nothing. They
+//! sleep as long as walks would take and send tallies that are made up from the numbers of streams, so that any stream
+//! that is lost or counted twice shows.
 //!
 //!     load coordinate ACCESS PATCHES STREAMS       prints what it took, as a line of JSON
-//!     load relay ACCESS OUT-ACCESS                 a relay; prints what it took likewise
+//!     load relay ACCESS OUT-ACCESS                 a relay; prints what it took, as a line of JSON
 //!     load work ACCESS WORKERS WALKS-PER-SECOND    that many workers in one process
 //!
 //! `scripts/load.sh` runs both.
@@ -28,10 +29,11 @@ const LAYOUT: Layout = Layout { scores: 1, moments: 2, slopes: 0, events: false 
 const BUILD: &str = "load test";
 const HASH: [u8; 32] = [7; 32];
 
-/// Walks of a stream, as by default.
+/// The walks of a stream, as by default.
 const STREAM: u64 = 1 << 16;
 
-/// What every sum grows by with every stream: leases of a second hold some hundreds, which take three bytes on the wire.
+/// The growth of every sum with every stream: leases of a second hold some hundreds, which take three bytes on the
+/// wire.
 const SCORE: u128 = 20;
 
 type Done = Result<(), Box<dyn Error>>;
@@ -49,13 +51,13 @@ fn main() -> Done {
     }
 }
 
-/// The patch on which a stream leaves its mark.
+/// The patch whose sum shows that a stream came in, and the amount.
 fn mark(stream: u64, patches: usize) -> (usize, u128) {
     let z = (stream + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
     ((z >> 20) as usize % patches, u128::from(stream))
 }
 
-/// Adds the streams that begin within some walks.
+/// Adds the streams that begin within a range of walks.
 fn add(sums: &mut [u128], walks: &Range<u64>) {
     let streams = walks.start.div_ceil(STREAM)..walks.end.div_ceil(STREAM);
     let all = SCORE * u128::from(streams.end - streams.start);
@@ -66,7 +68,7 @@ fn add(sums: &mut [u128], walks: &Range<u64>) {
     }
 }
 
-/// A tally with further walks.
+/// A tally with the given walks added.
 fn with(total: Tally, walks: &Range<u64>) -> Tally {
     let (patches, mut counts, count) = (total.patches(), total.counts, walks.end - walks.start);
     counts
@@ -147,22 +149,23 @@ fn coordinate(access_file: &Path, patches: usize, streams: u64) -> Done {
     if complete { Ok(()) } else { Err("the tally is not that of all streams".into()) }
 }
 
-/// A line of `/proc/self/status`, in bytes.
+/// The value of a line of `/proc/self/status` [bytes].
 fn status(name: &str) -> u64 {
     let status = fs::read_to_string("/proc/self/status").unwrap_or_default();
     let line = status.lines().find_map(|line| line.strip_prefix(name)).unwrap_or_default();
     line.split_whitespace().nth(1).and_then(|kilobytes| kilobytes.parse::<u64>().ok()).unwrap_or(0) * 1024
 }
 
-/// Processor time of this process.
+/// The processor time of this process [s].
 fn cpu_seconds() -> Result<f64, Box<dyn Error>> {
     let stat = fs::read_to_string("/proc/self/stat")?;
-    // After the name, which may hold blanks: user and system time are the fields 14 and 15, in hundredths.
+    // The fields follow the name, which may hold blanks: user and system time are fields 14 and 15, in hundredths of a
+    // second.
     let fields: Vec<&str> = stat.rsplit(')').next().unwrap_or_default().split_whitespace().collect();
     Ok((fields[11].parse::<f64>()? + fields[12].parse::<f64>()?) / 100.0)
 }
 
-/// What loopback has carried; that of this namespace alone, where `scripts/load.sh` could make one.
+/// The bytes that loopback has carried; those of this namespace alone, if `scripts/load.sh` could make one.
 fn loopback_bytes() -> u64 {
     let table = fs::read_to_string("/proc/net/dev").unwrap_or_default();
     let line = table.lines().find_map(|line| line.trim().strip_prefix("lo:")).unwrap_or_default();
@@ -201,7 +204,7 @@ fn relay_between(access_file: &Path, out_access_file: &Path) -> Done {
     Ok(())
 }
 
-/// Waits for whoever writes an access file.
+/// Waits for the access file to be written.
 fn await_access(file: &Path) -> Access {
     loop {
         match Access::read(file) {
@@ -215,12 +218,12 @@ fn await_access(file: &Path) -> Access {
 
 struct Synthetic {
     patches: usize,
-    /// Walks a second.
+    /// The walks per second of the worker.
     rate: f64,
 }
 
 impl Synthetic {
-    /// Of the job as it travels.
+    /// The synthetic work of a job, read from its encoding.
     fn of(job: &[u8], rate: f64) -> Result<Self, String> {
         let patches = std::str::from_utf8(job).ok().and_then(|text| text.parse().ok());
         Ok(Synthetic { patches: patches.ok_or("no number of patches")?, rate })
@@ -262,12 +265,13 @@ fn work_many(access_file: &Path, workers: usize, rate: f64) -> Done {
         let access = &access;
         let threads: Vec<_> = (0..workers)
             .map(|n| {
-                // As machines would come, and not all with their first results at once.
+                // Workers join over ten seconds, as machines would, so that their first results do not come all at
+                // once.
                 thread::sleep(Duration::from_secs_f64(10.0 / workers as f64));
                 scope.spawn(move || {
                     let name = format!("synthetic {}:{n}", std::process::id());
                     let identity = Identity { build: BUILD.into(), name, threads: 1, leave: || false };
-                    // Some are half as fast as others.
+                    // Some workers are half as fast as others.
                     let rate = rate * (1.0 - 0.5 * n as f64 / workers as f64);
                     work(access, &identity, |job| Synthetic::of(job, rate), || 0.0)
                 })

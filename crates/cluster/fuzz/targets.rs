@@ -1,5 +1,5 @@
-//! What is fuzzed, by libFuzzer (`scripts/fuzz.sh`) and, for a moment and with fixed bytes, by the test suite
-//! (`tests/fuzz.rs`). Each target takes any bytes and panics where it finds a fault.
+//! The fuzz targets, run by libFuzzer (`scripts/fuzz.sh`) and, briefly and with fixed bytes, by the test suite
+//! (`tests/fuzz.rs`). Each target takes any bytes and panics if it finds a fault.
 #![allow(dead_code, reason = "each target is a program of its own")]
 
 use std::time::Duration;
@@ -19,13 +19,14 @@ use cluster::parcel::Parcel;
 use cluster::relay::Relay;
 use radiosity::{Counts, Layout, Tally};
 
-/// Bytes as messages, frames and packed sums.
+/// Reads bytes as messages, frames and packed sums.
 pub fn decoder(bytes: &[u8]) {
-    // What decodes means the same when it is sent on. (Encodings are not unique, and not every number equals itself.)
+    // A decoded message means the same when it is sent on. (Encodings are not unique, and not every number equals
+    // itself.)
     if let Ok(message) = codec::decode::<ToCoordinator>(bytes) {
         let once = codec::encode(&message).expect("what was decoded is short");
         let again = codec::decode::<ToCoordinator>(&once).expect("what was encoded is a message");
-        assert_eq!(codec::encode(&again).expect("likewise"), once);
+        assert_eq!(codec::encode(&again).expect("what was decoded is short"), once);
     }
     if let Ok(message) = codec::decode::<ToWorker>(bytes) {
         let once = codec::encode(&message).expect("what was decoded is short");
@@ -49,7 +50,7 @@ pub fn decoder(bytes: &[u8]) {
     }
 }
 
-/// Bytes as what a stranger says, as a coordinator's answer, as records, and as what is in records.
+/// Reads bytes as a stranger's messages, as a coordinator's answer, as records, and as the content of records.
 pub fn handshake(bytes: &[u8]) {
     let access: Access = serde_json::from_str(
         r#"{ "address": "nowhere:1", "run": "fuzz", "build": "fuzz", "scene": "",
@@ -59,14 +60,14 @@ pub fn handshake(bytes: &[u8]) {
     let mut first = [0; HANDSHAKE_RECORD];
     let length = bytes.len().min(HANDSHAKE_RECORD);
     first[..length].copy_from_slice(&bytes[..length]);
-    assert!(noise::answer(&access, &first).is_err(), "nobody makes a greeting without the key");
+    assert!(noise::answer(&access, &first).is_err(), "no greeting is made without the key");
 
     assert!(Greeting::new(&access).0.finish(bytes).is_err(), "nor an answer");
 
     let (greeting, first) = Greeting::new(&access);
     let (mut coordinator, answer) = noise::answer(&access, &first).expect("the key is right");
     let mut worker = greeting.finish(&answer[2..]).expect("the key is right");
-    // The first byte cuts the others in two: what is in records, and what stands on the wire after them.
+    // The first byte cuts the others in two: the content of records, and the bytes that follow them on the wire.
     let (&cut, rest) = bytes.split_first().unwrap_or((&0, &[]));
     let (inside, outside) = rest.split_at(rest.len() * usize::from(cut) / 255);
     let mut wire = Vec::new();
@@ -82,7 +83,7 @@ pub fn handshake(bytes: &[u8]) {
         loop {
             match inbound.next::<ToCoordinator>(LONG_FRAME) {
                 Ok(Some(message)) => {
-                    // It is what was sealed, and nothing that stands outside.
+                    // What opens is what was sealed, and nothing that stands outside.
                     let (expected, used) = codec::first_message::<ToCoordinator>(content, LONG_FRAME)
                         .expect("a message")
                         .expect("all of it");
@@ -99,17 +100,17 @@ pub fn handshake(bytes: &[u8]) {
             }
         }
     }
-    // The other way a record of the coordinator opens once.
+    // In the other direction, a record of the coordinator opens once.
     let (mut record, mut opened) = (Vec::new(), Vec::new());
     coordinator.sealer.seal(b"done", &mut record);
     assert_eq!(worker.opener.open(&record, &mut opened), Ok(Some(record.len())));
     assert!(worker.opener.open(&record, &mut opened).is_err());
 }
 
-/// Patches of the jobs below: one whose results are sent at once, one whose results are offered.
+/// The numbers of patches of the jobs below: one whose results are sent at once, one whose results are offered.
 const PATCHES: [usize; 2] = [3, 2000];
 
-/// Bytes as what peers that know the key say to a coordinator, or to a relay, in any order.
+/// Reads bytes as messages of peers that know the key, to a coordinator or to a relay, in any order.
 pub fn coordinator(bytes: &[u8]) {
     let (&kind, rest) = bytes.split_first().unwrap_or((&0, &[]));
     let layout = Layout { scores: 1, moments: 2, slopes: 0, events: false };
@@ -140,7 +141,7 @@ pub fn coordinator(bytes: &[u8]) {
     }
 }
 
-/// Lets bytes happen to a leader, and `then` what follows on each event.
+/// Feeds bytes to a leader as events, and runs `then` after each event.
 fn play<L: Lead>(mut rest: &[u8], lead: &mut L, mut then: impl FnMut(&mut L, Duration) -> Vec<Action>) {
     let mut open = std::collections::BTreeSet::new();
     let (mut now, mut next) = (Duration::ZERO, 0);
@@ -158,7 +159,7 @@ fn play<L: Lead>(mut rest: &[u8], lead: &mut L, mut then: impl FnMut(&mut L, Dur
                 now += Duration::from_millis(u64::from(length) * 50);
                 lead.on_tick(now)
             }
-            // A worker, or a relay, that knows how to begin.
+            // A worker or relay that introduces itself properly.
             3 => {
                 open.insert(next);
                 let id = next;
@@ -169,7 +170,7 @@ fn play<L: Lead>(mut rest: &[u8], lead: &mut L, mut then: impl FnMut(&mut L, Dur
                 }
                 actions
             }
-            // Something about a lease that may be out, or about capacity.
+            // A message about a lease that may be out, or about capacity.
             4 => {
                 let bytes = 4000 + u64::from(length % 4);
                 let lease_seconds = f64::from_bits(u64::from(length) << 56);

@@ -1,4 +1,4 @@
-//! The access file: where the coordinator listens, and the key that lets workers in.
+//! The access file: the coordinator's address, and the key that lets workers in.
 
 use std::fs::OpenOptions;
 use std::io::{self, Write};
@@ -10,15 +10,15 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Access {
-    /// host:port of the coordinator.
+    /// The coordinator's address as host:port.
     pub address: String,
-    /// Names this run of a coordinator.
+    /// A random name of this run of a coordinator.
     pub run: String,
-    /// Version and commit of the coordinator, the only build that may join.
+    /// The version and commit of the coordinator, the only build that may join.
     pub build: String,
-    /// Hash of the scene, in hexadecimal.
+    /// The hash of the scene, in hexadecimal.
     pub scene: String,
-    /// 32 random bytes in hexadecimal; never sent.
+    /// The key: 32 random bytes in hexadecimal; it is never sent.
     key: String,
 }
 
@@ -73,7 +73,7 @@ impl Access {
         written
     }
 
-    /// Removes the file where it is still that of this run: another coordinator may have written its own meanwhile.
+    /// Removes the file if it is still that of this run: another coordinator may have written its own meanwhile.
     ///
     /// # Errors
     /// Where it cannot be read or removed.
@@ -89,12 +89,12 @@ impl Access {
         Access::from_bytes(&std::fs::read(path)?)
     }
 
-    /// What the file holds.
+    /// The content of the access file.
     pub fn to_bytes(&self) -> Vec<u8> {
         serde_json::to_vec_pretty(self).expect("strings are JSON")
     }
 
-    /// The inverse of [`Access::to_bytes`].
+    /// Reads what [`Access::to_bytes`] returned.
     ///
     /// # Errors
     /// Where the bytes are something else.
@@ -106,12 +106,12 @@ impl Access {
         Ok(access)
     }
 
-    /// The key.
+    /// The key as bytes.
     pub(crate) fn key(&self) -> [u8; 32] {
         *blake3::Hash::from_hex(&self.key).expect("checked when the access was made").as_bytes()
     }
 
-    /// All that both ends must have read the same of, beside the key.
+    /// Everything beside the key that both ends must have read alike.
     pub(crate) fn prologue(&self) -> Vec<u8> {
         let Access { run, build, scene, .. } = self;
         format!("radwalk\n{run}\n{build}\n{scene}").into_bytes()

@@ -1,4 +1,4 @@
-//! Messages over records, without sockets: bytes in, messages out, and the other way round.
+//! Messages over encrypted records, without sockets: bytes to messages, and messages to bytes.
 
 use std::collections::VecDeque;
 use std::io::{self, Write};
@@ -9,7 +9,7 @@ use bincode::Decode;
 use crate::codec::{CodecError, first_message};
 use crate::noise::{Opener, RECORD_CONTENT, Sealer};
 
-/// Bytes that are taken from the front.
+/// A buffer whose bytes are taken from the front.
 #[derive(Debug, Default)]
 struct Backlog {
     bytes: Vec<u8>,
@@ -24,12 +24,12 @@ impl Backlog {
     fn take(&mut self, bytes: usize) {
         self.taken += bytes;
         if self.taken == self.bytes.len() {
-            // Thousands of connections that have nothing to say hold no memory.
+            // Thousands of idle connections then hold no memory.
             *self = Backlog::default();
         }
     }
 
-    /// Where more is added.
+    /// The buffer to which more bytes are added.
     fn end(&mut self) -> &mut Vec<u8> {
         self.bytes.drain(..self.taken);
         self.taken = 0;
@@ -37,7 +37,7 @@ impl Backlog {
     }
 }
 
-/// What arrives: at most one frame and two records of it are held.
+/// The receiving side of a channel: it holds at most one frame and two records of it.
 #[derive(Debug)]
 pub struct Inbound {
     opener: Opener,
@@ -46,17 +46,17 @@ pub struct Inbound {
 }
 
 impl Inbound {
-    /// Nothing yet.
+    /// A receiving side that has not received anything.
     pub fn new(opener: Opener) -> Self {
         Inbound { opener, wire: Backlog::default(), content: Backlog::default() }
     }
 
-    /// Takes bytes as they come off a socket. Call [`Inbound::next`] until there is nothing more before the next.
+    /// Takes bytes as they come from a socket. Call [`Inbound::next`] until it returns no message before taking more.
     pub fn arrived(&mut self, bytes: &[u8]) {
         self.wire.end().extend_from_slice(bytes);
     }
 
-    /// The next message, of at most `cap` bytes; `None` where it is not all there yet.
+    /// The next message, of at most `cap` bytes; `None` if it is not complete yet.
     ///
     /// # Errors
     /// Where the bytes are not what the other end sent, or too many, or no message. Nothing more can be read then.
@@ -72,34 +72,34 @@ impl Inbound {
     }
 }
 
-/// What is to be sent: frames, sealed record by record when the socket takes them, so that a job on its way to a
-/// thousand workers is held once.
+/// The sending side of a channel: frames, sealed record by record when the socket takes them, so that a job on its way
+/// to a thousand workers is held once.
 #[derive(Debug)]
 pub struct Outbound {
     sealer: Sealer,
     frames: VecDeque<Arc<[u8]>>,
-    /// Bytes of the first frame that are sealed.
+    /// The number of bytes of the first frame that are sealed.
     sealed: usize,
     wire: Backlog,
 }
 
 impl Outbound {
-    /// Nothing yet.
+    /// A sending side with nothing to send.
     pub fn new(sealer: Sealer) -> Self {
         Outbound { sealer, frames: VecDeque::new(), sealed: 0, wire: Backlog::default() }
     }
 
-    /// Adds a frame.
+    /// Adds a frame to those that are to be sent.
     pub fn push(&mut self, frame: Arc<[u8]>) {
         self.frames.push_back(frame);
     }
 
-    /// Whether all is sent.
+    /// Whether everything is sent.
     pub fn is_empty(&self) -> bool {
         self.frames.is_empty() && self.wire.rest().is_empty()
     }
 
-    /// Writes as much as `stream` takes. Returns how many bytes it took.
+    /// Writes as much as `stream` takes. Returns the number of bytes.
     ///
     /// # Errors
     /// Where the stream fails; a stream that would block has not.
@@ -120,7 +120,7 @@ impl Outbound {
         Ok(written)
     }
 
-    /// Seals the next record where the one before is gone. Returns whether there is anything to write.
+    /// Seals the next record once the one before is written. Returns whether there is anything to write.
     fn fill(&mut self) -> bool {
         while self.wire.rest().is_empty() {
             let Some(frame) = self.frames.front() else { return false };
@@ -145,7 +145,7 @@ mod tests {
     use crate::message::ToWorker;
     use crate::noise::{Greeting, answer};
 
-    /// Takes a few bytes, then would block.
+    /// A stream that takes a few bytes and then would block.
     struct Narrow(Vec<u8>, usize);
 
     impl Write for Narrow {

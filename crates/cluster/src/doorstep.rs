@@ -1,5 +1,6 @@
-//! Connections of nobody knows whom. They share one thread; each costs a file descriptor and what it has sent, which
-//! is little; and there are only so many. Whoever says nothing, or not what a worker would say, is turned away.
+//! Connections whose other end has not proved that it knows the key. They share one thread; each costs a file
+//! descriptor and the few bytes that it has sent, and their number is bounded. A stranger that sends nothing, or not
+//! what a worker would send, is turned away.
 
 use std::collections::{BTreeMap, HashSet};
 use std::io::{self, Read, Write};
@@ -16,19 +17,19 @@ use crate::line::Line;
 use crate::message::ToCoordinator;
 use crate::noise::{self, HANDSHAKE_RECORD, NO_ENTRY};
 
-/// So many may be here at once; the one that came first goes when another comes.
+/// The most strangers at once; the one that came first is dropped when another comes.
 const STRANGERS: usize = 1024;
 
-/// Whoever is not let in after so long goes.
+/// The time after which a stranger that was not let in is dropped.
 pub(crate) const PATIENCE: Duration = Duration::from_secs(10);
 
-/// All that is read of anybody before it has proved to know the key.
+/// The most bytes that are read of a connection before it has proved that it knows the key.
 const MOST_BYTES: usize = SHORT_FRAME;
 
-/// First messages of workers that are remembered, so that none is taken twice.
+/// The number of workers' first messages that are remembered, so that none is taken twice.
 const REMEMBERED: usize = 1 << 16;
 
-/// A connection that has not proved to know the key.
+/// A connection that has not proved that it knows the key.
 struct Stranger {
     stream: TcpStream,
     since: Now,
@@ -37,32 +38,32 @@ struct Stranger {
 }
 
 enum Stage {
-    /// The part of its first record that is here.
+    /// The stranger has sent this part of its first record.
     Silent(Vec<u8>),
-    /// It was answered. What it says next shows whether it can read the answer.
+    /// The stranger was answered; its next message shows whether it can read the answer.
     Answered(Box<(Inbound, Outbound)>),
 }
 
-/// Who stands at the door.
+/// All connections that have not proved that they know the key.
 #[derive(Default)]
 pub(crate) struct Doorstep {
-    /// By the order of arrival.
+    /// The strangers in their order of arrival.
     strangers: BTreeMap<PeerId, Stranger>,
     greetings: HashSet<[u8; HANDSHAKE_RECORD]>,
 }
 
-/// What came of serving a stranger.
+/// The outcome of serving a stranger.
 pub(crate) enum Served {
-    /// It has more to say.
+    /// The stranger has not sent enough yet.
     Waits,
-    /// It is a worker; this is what it said first.
+    /// The stranger is a worker, and this is its first message.
     Admitted(Box<Line>, ToCoordinator),
-    /// It was turned away.
+    /// The stranger was turned away, for this reason.
     Gone(String),
 }
 
 impl Doorstep {
-    /// Whether nobody is here.
+    /// Whether there are no strangers.
     pub(crate) fn is_empty(&self) -> bool {
         self.strangers.is_empty()
     }
@@ -72,7 +73,7 @@ impl Doorstep {
         self.strangers.contains_key(&id)
     }
 
-    /// Somebody connected. Returns false where the one that came first had to go.
+    /// Takes in a new connection. Returns false if the oldest one was dropped for it.
     pub(crate) fn arrived(&mut self, id: PeerId, stream: TcpStream, now: Now) -> bool {
         let room = self.strangers.len() < STRANGERS || !self.drop_first();
         let stage = Stage::Silent(Vec::new());
@@ -80,12 +81,12 @@ impl Doorstep {
         room
     }
 
-    /// Turns away whoever came first. Returns whether there was anybody.
+    /// Drops the stranger that came first. Returns whether there was one.
     pub(crate) fn drop_first(&mut self) -> bool {
         self.strangers.pop_first().is_some()
     }
 
-    /// Turns away those that have been here for too long. Returns how many.
+    /// Drops the strangers that have been here for too long. Returns their number.
     pub(crate) fn tidy(&mut self, now: Now) -> usize {
         let mut gone = 0;
         while let Some(first) = self.strangers.first_entry()
@@ -97,7 +98,7 @@ impl Doorstep {
         gone
     }
 
-    /// Reads what a stranger says.
+    /// Reads what a stranger has sent.
     pub(crate) fn serve(&mut self, id: PeerId, access: &Access) -> Served {
         let Some(mut stranger) = self.strangers.remove(&id) else { return Served::Waits };
         match stranger.listen(access, &mut self.greetings) {
@@ -114,14 +115,14 @@ impl Doorstep {
 }
 
 impl Stranger {
-    /// Reads until it would block or the stranger has said what a worker says first.
+    /// Reads until the stream would block or the stranger has sent a worker's first message.
     fn listen(
         &mut self,
         access: &Access,
         greetings: &mut HashSet<[u8; HANDSHAKE_RECORD]>,
     ) -> Result<Option<(ToCoordinator, Inbound, Outbound)>, String> {
         loop {
-            // What follows a first record is not read before that is answered.
+            // Bytes after the first record are not read before that record is answered.
             let most = match &self.stage {
                 Stage::Silent(record) => HANDSHAKE_RECORD - record.len(),
                 Stage::Answered(_) => MOST_BYTES - self.bytes,
@@ -129,7 +130,7 @@ impl Stranger {
             let mut buffer = [0; MOST_BYTES];
             let bytes = match self.stream.read(&mut buffer[..most]) {
                 Ok(0) if most == 0 => {
-                    return Err(format!("it said more than {MOST_BYTES} bytes but not who it is"));
+                    return Err(format!("it sent {MOST_BYTES} bytes without introducing itself"));
                 }
                 Ok(0) => return Err("the connection was closed".into()),
                 Ok(bytes) => bytes,
@@ -168,22 +169,23 @@ impl Stranger {
         greetings: &mut HashSet<[u8; HANDSHAKE_RECORD]>,
     ) -> Result<(Inbound, Outbound), String> {
         if greetings.contains(record) {
-            return Err("it repeats what a worker said before".into());
+            return Err("it repeats a worker's first message".into());
         }
         let (session, answer) = noise::answer(access, record).map_err(|foreign| {
-            // It may be a worker with another run's access file. If it does not hear, its connection ends all the same.
+            // The stranger may be a worker with another run's access file. Its connection ends even if it does not read
+            // this.
             let _ = self.stream.write(&NO_ENTRY);
             format!("{foreign}; use this run's access file")
         })?;
         if greetings.len() == REMEMBERED {
-            // To take a replay costs some time, no more.
+            // Accepting a replay costs some time and does no harm.
             greetings.clear();
         }
         greetings.insert(*record);
-        // A new connection has room for so little.
+        // The send buffer of a new connection always has room for the answer.
         match self.stream.write(&answer) {
             Ok(HANDSHAKE_RECORD) => Ok((Inbound::new(session.opener), Outbound::new(session.sealer))),
-            _ => Err("it does not take an answer".into()),
+            _ => Err("it did not take the answer to its first message".into()),
         }
     }
 }

@@ -1,14 +1,14 @@
-//! What is told of strangers: a little of it at once, so that nobody can fill a terminal or a log.
+//! Notices about strangers, at a bounded rate, so that no stranger can fill a terminal or a log.
 
 use std::time::Duration;
 
 use crate::lead::{Notice, Now};
 
-/// So much may be told at once, and then so much a second.
+/// The number of notices that may be passed on at once, and the number per second after that.
 const BURST: f64 = 20.0;
 const PER_SECOND: f64 = 0.5;
 
-/// What was told of late.
+/// The state of the bounded rate.
 #[derive(Debug)]
 pub(crate) struct Gossip {
     left: f64,
@@ -17,12 +17,12 @@ pub(crate) struct Gossip {
 }
 
 impl Gossip {
-    /// Nothing yet.
+    /// The state before any notice.
     pub(crate) fn new() -> Self {
         Gossip { left: BURST, since: Duration::ZERO, hushed: 0 }
     }
 
-    /// Passes a notice on, or counts it.
+    /// Passes a notice on, or counts it where the rate is exceeded.
     pub(crate) fn pass(&mut self, notice: Notice, now: Now, tell: &mut impl FnMut(Notice)) {
         let stranger = matches!(notice, Notice::Failed(_) | Notice::Refused { .. });
         if !stranger {
@@ -39,7 +39,7 @@ impl Gossip {
         self.finish(tell);
     }
 
-    /// Tells how many have not been told of.
+    /// Passes on the number of notices that were held back.
     pub(crate) fn finish(&mut self, tell: &mut impl FnMut(Notice)) {
         if self.hushed > 0 {
             tell(Notice::Hushed(self.hushed));

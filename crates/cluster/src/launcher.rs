@@ -1,8 +1,8 @@
-//! Who started this process, as its environment tells: what workers call themselves by.
+//! The launcher that started this process, read from the environment; workers are named after it.
 
-/// The places that launchers give to their processes: who, and the variables of rank and size. The first that is there
-/// counts. mpirun within sbatch leaves a Slurm rank to its processes that is not theirs, so Slurm comes after MPI; srun
-/// may speak PMI too, where the ranks are the same.
+/// The launchers: name, and the variables of rank and size. The first that is set counts. mpirun within sbatch leaves
+/// its processes a Slurm rank that is not theirs, so Slurm comes after MPI; srun may speak PMI too, and its PMI ranks
+/// equal its Slurm ranks.
 const RANKS: [(&str, &str, Option<&str>); 5] = [
     ("Open MPI", "OMPI_COMM_WORLD_RANK", Some("OMPI_COMM_WORLD_SIZE")),
     ("PMIx", "PMIX_RANK", None),
@@ -11,8 +11,8 @@ const RANKS: [(&str, &str, Option<&str>); 5] = [
     ("Kubernetes", "JOB_COMPLETION_INDEX", None),
 ];
 
-/// What a worker is called: its place among those of its launcher, if there was one, then machine and process. `variable`
-/// looks into the environment.
+/// The name of a worker: its rank under its launcher, if any, then machine and process. `variable` looks up the
+/// environment.
 pub fn name(variable: impl Fn(&str) -> Option<String>, host: &str, pid: u32) -> String {
     let process = format!("{host}:{pid}");
     let words: Vec<String> = slurm_job(&variable).into_iter().chain(rank(&variable)).collect();
@@ -24,10 +24,10 @@ pub fn is_there(variable: impl Fn(&str) -> Option<String>) -> bool {
     rank(&variable).is_some()
 }
 
-/// The Slurm job as Slurm's own commands write it: JOB, JOB_TASK of an array; with the step, where there is one.
+/// The Slurm job as Slurm's own commands write it: JOB, or JOB_TASK of an array; then the step, if there is one.
 fn slurm_job(variable: &impl Fn(&str) -> Option<String>) -> Option<String> {
     let number = |name| number(variable, name);
-    // Every task of an array, and every part of a heterogeneous job, has a job number of its own beside this one.
+    // Every task of an array, and every part of a heterogeneous job, also has a job number of its own.
     let array = || Some(format!("{}_{}", number("SLURM_ARRAY_JOB_ID")?, number("SLURM_ARRAY_TASK_ID")?));
     let job = array().or_else(|| number("SLURM_JOB_ID"))?;
     let step = number("SLURM_STEP_ID").map_or(String::new(), |step| format!(".{step}"));
@@ -45,7 +45,7 @@ fn rank(variable: &impl Fn(&str) -> Option<String>) -> Option<String> {
     })
 }
 
-/// A variable that holds a number; anything else is none of a launcher's.
+/// A variable that holds a number; no launcher sets anything else.
 fn number(variable: &impl Fn(&str) -> Option<String>, name: &str) -> Option<String> {
     variable(name).filter(|value| !value.is_empty() && value.bytes().all(|byte| byte.is_ascii_digit()))
 }
@@ -54,7 +54,7 @@ fn number(variable: &impl Fn(&str) -> Option<String>, name: &str) -> Option<Stri
 mod tests {
     use super::*;
 
-    /// What a worker with these variables, written as `env` prints them, would be called.
+    /// The name of a worker with these variables, written as `env` prints them.
     fn named(environment: &str) -> String {
         let variables: Vec<(&str, &str)> =
             environment.split_whitespace().map(|line| line.split_once('=').unwrap()).collect();

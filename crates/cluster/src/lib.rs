@@ -1,12 +1,12 @@
-//! Coordinator and workers: separate processes that split a job's walks over TCP.
+//! The cluster: a coordinator and workers, separate processes that split a job's walks over TCP.
 //!
-//! The coordinator leases ranges of walks; workers shoot them on their replica of the scene and send back
-//! exact tallies; the coordinator merges them. Relays may stand in between. Nothing here knows more of physics than "shoot these walks,
-//! merge tallies", and nothing here can enter the answer: which worker shot what, when, and how often a
-//! lease was lost leaves no trace in it.
+//! The coordinator leases ranges of walks; workers shoot them on their replica of the scene and send back exact
+//! tallies; the coordinator merges them. Relays may stand in between. This crate knows no more of physics than "shoot
+//! these walks, merge tallies", and nothing in it can change the answer: which worker shot which walks, when, and how
+//! often a lease was lost leaves no trace in it.
 //!
-//! What they agree on, and the state machines of coordinator and relay, are the crate `protocol`, whose modules stand here
-//! too; what is here are its shells: sockets, threads, and the channel that hides what passes.
+//! The messages and the state machines of coordinator and relay are in the crate `protocol`, whose modules are
+//! re-exported here. This crate holds the shells around them: sockets, threads, and the encrypted channel.
 
 #![warn(unreachable_pub, unnameable_types)]
 

@@ -1,4 +1,4 @@
-//! The coordinator's side of a worker's connection.
+//! The leader's end of a worker's connection.
 
 use std::io::{self, Read};
 use std::net::Shutdown;
@@ -12,33 +12,33 @@ use crate::codec::CodecError;
 use crate::lead::Now;
 use crate::message::ToCoordinator;
 
-/// A peer that does not take what it is sent for so long is cut off.
+/// The time after which a peer that reads nothing is cut off.
 const WRITE_PATIENCE: Duration = Duration::from_secs(30);
 
-/// After the last message to a peer, its own are read and thrown away for so long: a connection that is
-/// closed with bytes unread is reset, and the reset may overtake the message.
+/// The time after the last message to a peer in which its own messages are read and thrown away. A connection that is
+/// closed with unread bytes is reset, and the reset may overtake the last message.
 pub(crate) const LINGER: Duration = Duration::from_secs(2);
 
-/// Bytes that are read of one peer before it is the next one's turn.
+/// The most bytes that are read of one peer before the next one is served.
 pub(crate) const TURN_BYTES: usize = 1 << 16;
 
-/// Whether a peer may have more to say now.
+/// The outcome of reading from a peer once.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Heard {
-    /// Wait for an event.
+    /// Everything was read: the next event tells of more.
     All,
-    /// So many bytes; its turn is over, but it may have said more.
+    /// This number of bytes was read; there may be more.
     Part(usize),
 }
 
-/// A connection that is let in.
+/// A connection that was let in.
 pub(crate) struct Line {
     stream: TcpStream,
     inbound: Inbound,
     outbound: Outbound,
-    /// When the peer last took something, or had nothing to take.
+    /// The time at which the peer last took bytes; `None` if there are none to take.
     taken: Option<Now>,
-    /// When nothing more was to be sent, and nothing heard.
+    /// The time at which the connection was told to close.
     closing: Option<Now>,
     shut: bool,
 }
@@ -49,22 +49,22 @@ impl Line {
         Line { stream, inbound, outbound, taken: None, closing: None, shut: false }
     }
 
-    /// Adds a frame to what is to be sent.
+    /// Adds a frame to those that are to be sent.
     pub(crate) fn push(&mut self, frame: Arc<[u8]>) {
         self.outbound.push(frame);
     }
 
-    /// Whether anything may still be said.
+    /// Whether the connection may still be used for messages.
     pub(crate) fn is_open(&self) -> bool {
         self.closing.is_none()
     }
 
-    /// Sends what is still to be sent, then closes; hears nothing more.
+    /// Sends the frames that are left, then closes; reads no more messages.
     pub(crate) fn close(&mut self, now: Now) {
         self.closing.get_or_insert(now);
     }
 
-    /// Writes what the socket takes. Returns how many bytes.
+    /// Writes what the socket takes. Returns the number of bytes.
     ///
     /// # Errors
     /// Where the connection fails, or the peer has not taken anything for too long.
@@ -85,7 +85,7 @@ impl Line {
         }
     }
 
-    /// Reads once, at most `buffer`.
+    /// Reads once, as many bytes as `buffer` holds.
     ///
     /// # Errors
     /// Where the connection ended or fails.
@@ -104,7 +104,7 @@ impl Line {
         }
     }
 
-    /// The next message of what was heard.
+    /// The next message of those that were read.
     ///
     /// # Errors
     /// Where it is none or too long.
@@ -112,7 +112,7 @@ impl Line {
         if self.closing.is_some() { Ok(None) } else { self.inbound.next(cap) }
     }
 
-    /// Whether a connection that is closing has had its time.
+    /// Whether a closing connection has been given its time.
     pub(crate) fn is_over(&self, now: Now) -> bool {
         self.closing.is_some_and(|since| now.saturating_sub(since) > LINGER)
     }

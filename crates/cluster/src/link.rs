@@ -18,67 +18,67 @@ use crate::message::{LeaseResult, PIECE, ToCoordinator, ToWorker};
 use crate::noise::{Greeting, Sealer, Session};
 use crate::worker_error::WorkerError;
 
-/// How often a worker says that it is alive.
+/// The time between two heartbeats of a worker.
 const HEARTBEAT: Duration = Duration::from_secs(1);
 
-/// A coordinator that cannot be reached, or hangs up at once, is tried for so long.
+/// The time for which a worker tries to reach a coordinator that does not answer or hangs up at once.
 const CONNECT_PATIENCE: Duration = Duration::from_secs(5);
 
-/// Between two tries.
+/// The time between two tries.
 const RETRY: Duration = Duration::from_millis(100);
 
-/// Until the job has arrived, a coordinator that says nothing for so long is none.
+/// The longest silence of a coordinator before the job has arrived.
 const HANDSHAKE_PATIENCE: Duration = Duration::from_secs(30);
 
-/// A coordinator that says nothing for so long is gone, or the way to it is cut. It speaks every second, but large merges
-/// and looks hold it up.
+/// The longest silence of a coordinator after that; then it is gone, or the connection is cut. It sends a heartbeat
+/// every second, but large merges and looks hold it up.
 const PATIENCE: Duration = Duration::from_secs(60);
 
-/// How often a worker is asked whether it is to leave.
+/// The time between two checks whether the worker is to leave.
 const LEAVE_LOOK: Duration = Duration::from_millis(200);
 
-/// A worker that leaves waits so long for the coordinator to hear of it. Launchers kill after a second.
+/// The time that a leaving worker waits for the coordinator to read its message. Launchers kill after a second.
 const FAREWELL: Duration = Duration::from_millis(400);
 
-/// Bytes that are read at once.
+/// The most bytes that are read at once.
 const READ_BYTES: usize = 1 << 16;
 
-/// The half that listens.
+/// The receiving half of a worker's connection.
 pub(crate) struct Ear {
     stream: TcpStream,
     inbound: Inbound,
     buffer: Vec<u8>,
 }
 
-/// The half that speaks.
+/// The sending half of a worker's connection.
 pub(crate) struct Link {
     stream: TcpStream,
     /// Held while a message is sealed and written, so that messages go out whole and in the order of their records.
     sealer: Mutex<Sealer>,
-    /// Chunks of walks that were shot.
+    /// The number of chunks of walks that were shot.
     pub progress: AtomicU64,
-    /// Whether nobody wants results any more.
+    /// Whether no more results are wanted.
     pub over: AtomicBool,
-    /// The first thing that went wrong here.
+    /// The first failure of this worker.
     failure: Mutex<Option<String>>,
-    /// Large results that were offered; none any more once the link is over.
+    /// The large results that were offered; `None` once the link is over.
     kept: Mutex<Option<HashMap<u64, Kept>>>,
 }
 
-/// A large result that waits to be asked for; its shooter hears when it is gone.
+/// A large result that waits to be asked for. Its shooter notices when it is dropped.
 struct Kept {
     result: LeaseResult,
     _gone: Sender<Infallible>,
 }
 
-/// Connects to the coordinator of `access`, and proves both ends to each other.
+/// Connects to the coordinator of `access`; each end proves to the other that it knows the key.
 pub(crate) fn connect(access: &Access) -> Result<(Ear, Link), WorkerError> {
     let began = Instant::now();
     loop {
         let failure = match try_connect(&access.address) {
             Ok(stream) => match shake_hands(&stream, access) {
                 Ok(session) => return Ok(halves(stream, session)?),
-                // It may have had too many strangers at its door.
+                // The coordinator may have had too many strangers.
                 Err(failure @ (CodecError::Closed | CodecError::Io(_))) => WorkerError::Lost(failure),
                 Err(CodecError::Foreign(foreign)) => return Err(WorkerError::Impostor(foreign)),
                 Err(failure) => return Err(failure.into()),
@@ -105,7 +105,7 @@ fn try_connect(address: &str) -> io::Result<TcpStream> {
 }
 
 fn shake_hands(mut stream: &TcpStream, access: &Access) -> Result<Session, CodecError> {
-    // Without it small messages wait for company; with a failure they only come later.
+    // Without this, small messages are delayed; if it fails, they only come later.
     let _ = stream.set_nodelay(true);
     stream.set_read_timeout(Some(HANDSHAKE_PATIENCE))?;
     let (greeting, record) = Greeting::new(access);
@@ -150,16 +150,16 @@ impl Ear {
         }
     }
 
-    /// From now on only heartbeats may come for a long time; without those, nobody is there.
+    /// Waits longer from now on: only heartbeats may come for a long time. Without them the coordinator is gone.
     pub(crate) fn be_patient(&self) -> Result<(), CodecError> {
         Ok(self.stream.set_read_timeout(Some(PATIENCE))?)
     }
 }
 
 impl Link {
-    /// Sends a message.
+    /// Sends a message to the coordinator.
     pub(crate) fn send(&self, message: &ToCoordinator) -> Result<(), CodecError> {
-        // Outside the lock, which heartbeats wait for, too.
+        // This is done outside the lock, for which heartbeats wait, too.
         let frame = frame(message)?;
         let mut sealer = lock(&self.sealer);
         let mut wire = Vec::new();
@@ -167,7 +167,7 @@ impl Link {
         Ok((&self.stream).write_all(&wire)?)
     }
 
-    /// Keeps a large result and offers it. What is returned ends when the result is gone.
+    /// Keeps a large result and offers it. The returned channel closes when the result is gone.
     pub(crate) fn offer(&self, result: LeaseResult) -> Result<Receiver<Infallible>, CodecError> {
         let (lease, bytes) = (result.lease, result.sums.len() as u64);
         let (_gone, gone) = bounded(0);
@@ -195,12 +195,12 @@ impl Link {
         self.send(&ToCoordinator::Result(result))
     }
 
-    /// Drops a result that nobody needs.
+    /// Drops a result that is not needed any more.
     pub(crate) fn drop_kept(&self, lease: u64) {
         let _ = lock(&self.kept).as_mut().and_then(|kept| kept.remove(&lease));
     }
 
-    /// Tells the coordinator why this worker cannot go on, and remembers it.
+    /// Tells the coordinator why this worker cannot go on, and remembers the reason.
     pub(crate) fn give_up(&self, reason: String) -> WorkerError {
         let message = ToCoordinator::Failed { reason: reason.clone() };
         self.end(reason, &message)
@@ -213,18 +213,19 @@ impl Link {
 
     fn end(&self, reason: String, message: &ToCoordinator) -> WorkerError {
         let reason = lock(&self.failure).get_or_insert(reason).clone();
-        // Whether or not it hears, this worker is of no more use. It hangs up when it has heard.
+        // This worker is of no more use, whether or not the coordinator reads this. The coordinator hangs up when it
+        // has.
         let _ = self.send(message);
         self.over.store(true, Ordering::Relaxed);
         WorkerError::Failed(reason)
     }
 
-    /// The first thing that went wrong here.
+    /// The first failure of this worker.
     pub(crate) fn failure(&self) -> Option<String> {
         lock(&self.failure).take()
     }
 
-    /// Says that the worker is alive, until it is over, is to leave, or nobody listens.
+    /// Sends heartbeats until the worker is done, is to leave, or the connection fails.
     pub(crate) fn beat(&self, stop: &Receiver<Infallible>, leave: fn() -> bool) {
         let mut due = Instant::now();
         loop {
@@ -254,7 +255,7 @@ impl Link {
     }
 }
 
-/// Locks what no panic can leave half done: a sealer seals in memory.
+/// Locks a mutex whose content no panic can leave half done: a sealer seals in memory.
 fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

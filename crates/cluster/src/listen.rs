@@ -1,14 +1,14 @@
-//! Where a process listens, and by what name others reach it.
+//! The address at which a process listens, and the one by which others reach it.
 
 use std::io;
 use std::net::{TcpListener, ToSocketAddrs};
 
-/// Why a process cannot listen at an address.
+/// The reason why a process cannot listen at an address.
 #[derive(Debug)]
 pub enum ListenError {
-    /// The system refuses.
+    /// The system refuses the address.
     Refused(io::Error),
-    /// The address stands for all of a machine's, and the machine's own name leads to none of them.
+    /// The address stands for all addresses of the machine, and the machine's own name leads to none of them.
     NoName,
 }
 
@@ -18,8 +18,9 @@ impl From<io::Error> for ListenError {
     }
 }
 
-/// Listens at an address; returns by what others reach it, too: as `advertise` has it, or the address as it was typed. An
-/// address that stands for all of a machine's is of no use to another machine, so the machine's name takes its place.
+/// Listens at an address. Returns the listener and the address by which others reach it: `advertise`, or the address as
+/// it was typed. An address that stands for all addresses of a machine is of no use to another machine, so the
+/// machine's name replaces it.
 ///
 /// # Errors
 /// Where the system refuses, and where nothing tells other machines where this one is.
@@ -38,14 +39,14 @@ pub fn bind(address: &str, advertise: Option<&str>) -> Result<(TcpListener, Stri
     Ok((listener, format!("{host}:{port}")))
 }
 
-/// The port behind a host name or an address, where there is one. Addresses of version 6 have colons of their own.
+/// The port behind a host name or an address, if there is one. IPv6 addresses have colons of their own.
 fn port_of(address: &str) -> Option<u16> {
     let (host, port) = address.rsplit_once(':')?;
     let alone = !host.is_empty() && (!host.contains(':') || host.ends_with(']'));
     port.parse().ok().filter(|_| alone)
 }
 
-/// What this machine is called, if that leads others to it.
+/// The name of this machine, if it leads others here.
 fn own_name() -> Option<String> {
     let name = rustix::system::uname().nodename().to_string_lossy().into_owned();
     let mut addresses = (&name[..], 0).to_socket_addrs().ok()?;

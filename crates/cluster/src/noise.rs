@@ -1,13 +1,14 @@
-//! Who is let in, and what nobody else can read or change: the Noise protocol (noiseprotocol.org, revision 34)
-//! by the pattern NNpsk0, with the key of the access file as pre-shared key.
+//! Authentication and encryption of connections: the Noise protocol (noiseprotocol.org, revision 34) by the pattern
+//! NNpsk0, with the key of the access file as pre-shared key.
 //!
-//! The worker speaks first. Its message can only be made with the key, so that a coordinator refuses a stranger
-//! before it reckons with curves; the answer can only be made with the key, too. Keys for the traffic come from
-//! two fresh ephemeral ones: who learns the access file's later cannot read what was recorded. A worker's first
-//! message may be a replay; whoever replays it cannot read the answer, and so cannot say anything.
+//! The worker speaks first. Its message can only be made with the key, so that a coordinator refuses a stranger before
+//! it computes with curves; the answer can only be made with the key, too. Keys for the traffic come from two fresh
+//! ephemeral ones: an attacker that learns the access file's key later cannot read recorded traffic. A worker's first
+//! message may be a replay; the attacker that replays it cannot read the answer, and so cannot send anything that
+//! opens.
 //!
-//! Traffic is a stream of records: a 16-bit little-endian length, and so many bytes of one Noise message. Each
-//! end numbers its records, and a record opens as the next one only: what was altered, replayed, left out or
+//! Traffic is a stream of records: a 16-bit little-endian length, and that many bytes of one Noise message. Each end
+//! numbers its records, and a record opens only with its own number: a record that was altered, replayed, left out or
 //! moved does not open.
 
 use std::sync::Arc;
@@ -17,22 +18,22 @@ use snow::{Builder, HandshakeState, StatelessTransportState};
 use crate::access::Access;
 pub use crate::foreign::Foreign;
 
-/// Curve25519, ChaCha20 with Poly1305, BLAKE2s: all fast without special instructions.
+/// The Noise pattern: Curve25519, ChaCha20 with Poly1305, and BLAKE2s are all fast without special instructions.
 const PATTERN: &str = "Noise_NNpsk0_25519_ChaChaPoly_BLAKE2s";
 
-/// What a record takes beyond its content.
+/// The bytes that a record takes beyond its content.
 const TAG_BYTES: usize = 16;
 
-/// What a record begins with: its length, little-endian.
+/// The bytes at the start of a record: its length, little-endian.
 const LENGTH_BYTES: usize = 2;
 
-/// The most that a record holds. Noise allows 65,519 bytes, but each connection has to keep a record.
+/// The most content of a record in bytes. Noise allows 65,519, but each connection has to keep a record.
 pub const RECORD_CONTENT: usize = 1 << 14;
 
-/// Both messages of a handshake: a public key and a tag.
+/// The bytes of each message of a handshake: a public key and a tag.
 const HANDSHAKE_BYTES: usize = 32 + TAG_BYTES;
 
-/// A message of a handshake with its length.
+/// The bytes of a handshake's message with its length.
 pub const HANDSHAKE_RECORD: usize = LENGTH_BYTES + HANDSHAKE_BYTES;
 
 /// The answer to a first message that was not made with the key.
@@ -41,9 +42,9 @@ pub const NO_ENTRY: [u8; LENGTH_BYTES] = [0; LENGTH_BYTES];
 /// One end of a finished handshake.
 #[derive(Debug)]
 pub struct Session {
-    /// For what is sent.
+    /// The sealer of what is sent.
     pub sealer: Sealer,
-    /// For what arrives.
+    /// The opener of what arrives.
     pub opener: Opener,
 }
 
@@ -62,14 +63,14 @@ impl Session {
 pub struct Greeting(HandshakeState);
 
 impl Greeting {
-    /// A worker's first record.
+    /// The state of a worker, and its first record.
     pub fn new(access: &Access) -> (Self, [u8; HANDSHAKE_RECORD]) {
         let mut handshake = begin(access, |builder| builder.build_initiator());
         let record = handshake_record(&mut handshake);
         (Greeting(handshake), record)
     }
 
-    /// How long the answer is, by its first two bytes.
+    /// The number of bytes of the answer, by its first two bytes.
     ///
     /// # Errors
     /// Where it is none, or says that our key is wrong.
@@ -81,7 +82,7 @@ impl Greeting {
         }
     }
 
-    /// Takes the answer, without its length.
+    /// Reads the coordinator's answer, without its length.
     ///
     /// # Errors
     /// Where it was not made with our key.
@@ -91,7 +92,7 @@ impl Greeting {
     }
 }
 
-/// What a coordinator makes of a worker's first record. Returns the answer.
+/// Reads a worker's first record. Returns the coordinator's session and its answer.
 ///
 /// # Errors
 /// Where it is none, or was not made with our key.
@@ -109,7 +110,7 @@ pub fn answer(
     Ok((Session::new(handshake), record))
 }
 
-/// Whether a first record can begin so.
+/// Whether a first record can begin with these bytes.
 pub fn speaks(bytes: &[u8]) -> bool {
     let length = (HANDSHAKE_BYTES as u16).to_le_bytes();
     bytes.iter().zip(&length).all(|(byte, expected)| byte == expected)
@@ -128,7 +129,7 @@ fn begin(
         .expect("the pattern takes one pre-shared key and no other")
 }
 
-/// Our next message of a handshake.
+/// The next message of this end in a handshake.
 fn handshake_record(handshake: &mut HandshakeState) -> [u8; HANDSHAKE_RECORD] {
     let mut record = [0; HANDSHAKE_RECORD];
     record[..LENGTH_BYTES].copy_from_slice(&(HANDSHAKE_BYTES as u16).to_le_bytes());
@@ -137,14 +138,14 @@ fn handshake_record(handshake: &mut HandshakeState) -> [u8; HANDSHAKE_RECORD] {
     record
 }
 
-/// Seals what is sent.
+/// Seals the records that are sent.
 pub struct Sealer {
     cipher: Arc<StatelessTransportState>,
     records: u64,
 }
 
 impl Sealer {
-    /// Adds a record to `wire`.
+    /// Seals a record and adds it to `wire`.
     ///
     /// # Panics
     /// Where the content is longer than [`RECORD_CONTENT`].
@@ -159,21 +160,21 @@ impl Sealer {
         self.records += 1;
     }
 
-    /// Adds the records of a whole frame to `wire`.
+    /// Seals a whole frame and adds its records to `wire`.
     pub fn seal_all(&mut self, frame: &[u8], wire: &mut Vec<u8>) {
         frame.chunks(RECORD_CONTENT).for_each(|content| self.seal(content, wire));
     }
 }
 
-/// Opens what arrives.
+/// Opens the records that arrive.
 pub struct Opener {
     cipher: Arc<StatelessTransportState>,
     records: u64,
 }
 
 impl Opener {
-    /// Adds the content of the first record in `wire` to `content`. Returns how many bytes of `wire` it took; `None`
-    /// where it is not there yet.
+    /// Opens the first record in `wire` and adds its content to `content`. Returns the number of bytes of `wire` that
+    /// it took; `None` if the record is not complete yet.
     ///
     /// # Errors
     /// Where it is not the next record of the other end.
@@ -223,7 +224,7 @@ mod tests {
     }
 
     #[test]
-    fn both_ends_read_each_other_and_nobody_else_reads_them() {
+    fn both_ends_read_each_other_and_no_third_party_reads_them() {
         let (mut worker, mut coordinator) = sessions(&access());
         let (mut wire, mut content) = (Vec::new(), Vec::new());
         let words = b"four score and seven".repeat(3000);
@@ -249,7 +250,7 @@ mod tests {
         for other in others {
             let (_, first) = Greeting::new(&other);
             assert_eq!(answer(&ours, &first).err(), Some(Foreign::Key));
-            // An impostor that has seen our first message, but has another key for its answer.
+            // An impostor has seen our first message, but has another key for its answer.
             let (greeting, _) = Greeting::new(&ours);
             let (_, second) = answer(&other, &first).unwrap();
             assert_eq!(greeting.finish(&second[LENGTH_BYTES..]).err(), Some(Foreign::Key));
@@ -260,7 +261,7 @@ mod tests {
     }
 
     #[test]
-    fn whoever_replays_a_first_message_can_say_nothing() {
+    fn a_replayed_first_message_lets_the_attacker_send_nothing() {
         let access = access();
         let (greeting, first) = Greeting::new(&access);
         let (mut theirs, second) = answer(&access, &first).unwrap();

@@ -1,6 +1,6 @@
-//! The sockets of whoever leads workers: one loop that turns what connections say into events for the state machine, and
-//! does what that asks for. One thread serves all, so that what a connection can cost is a file descriptor and what is
-//! held of it; and a peer is read only as fast as what it says is handled.
+//! The sockets of a leader of workers: one loop that turns messages on connections into events for the state machine,
+//! and carries out its actions. One thread serves all connections, so that each costs only a file descriptor and its
+//! buffers; a peer is read only as fast as its messages are handled.
 
 use std::collections::{BTreeSet, HashMap};
 use std::io;
@@ -20,39 +20,39 @@ use crate::lead::{Action, Lead, Notice, Now, PeerId};
 use crate::line::{Heard, LINGER, Line, TURN_BYTES};
 use crate::message::ToWorker;
 
-/// How often time is looked at.
+/// The time between two ticks of the state machine.
 const TICK: Duration = Duration::from_millis(50);
 
-/// How often workers hear that somebody is here.
+/// The time between two heartbeats to workers.
 const HEARTBEAT: Duration = Duration::from_secs(1);
 
-/// Connections that are accepted before others are heard.
+/// The most connections that are accepted before others are served.
 const ACCEPTED_AT_ONCE: usize = 256;
 
-/// So many workers, and no more.
+/// The most workers that may be connected at once.
 const MOST_WORKERS: usize = 1 << 15;
 
-/// After the end, those that have just come have so long to introduce themselves and hear of it.
+/// After the end, new connections have this long to introduce themselves and be told of it.
 const LATE: Duration = Duration::from_millis(500);
 
-/// Events that are fetched at once.
+/// The most events that are fetched at once.
 const EVENTS: usize = 1024;
 
 const LISTENER: Token = Token(usize::MAX);
 
-/// What the owner of the run wants, asked at every turn of the loop.
+/// The owner's wish, asked for at every turn of the loop.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Wish {
-    /// Go on.
+    /// The run goes on.
     Continue,
-    /// End in good order.
+    /// The run is to end in good order.
     Stop,
-    /// No worker will come any more: end when none is left.
+    /// No worker will come any more: the run ends when none is left.
     GiveUp,
 }
 
 /// Serves a job to its end, to workers that know the key of `access`. `owner` is called at every turn, at least every
-/// 50 ms, and says what it wants; `tell` gets what the owner should know.
+/// 50 ms, and returns its wish; `tell` receives the notices for the owner.
 ///
 /// # Errors
 /// Where the listener fails.
@@ -80,18 +80,18 @@ pub fn serve(
     Ok(ending)
 }
 
-/// Every worker takes a file, and many systems begin with 1,024 and allow far more.
+/// Raises the limit of open files: every worker takes one, and many systems begin with 1,024 and allow far more.
 fn raise_file_limit() {
     #[cfg(unix)]
     {
         use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
         let Rlimit { maximum, .. } = getrlimit(Resource::Nofile);
-        // Where it is refused, strangers make room for workers.
+        // If this is refused, strangers are dropped to make room for workers.
         let _ = setrlimit(Resource::Nofile, Rlimit { current: maximum, maximum });
     }
 }
 
-/// Sockets around a state machine that leads workers.
+/// The sockets around a state machine that leads workers.
 pub(crate) struct Shell<'a, T> {
     access: &'a Access,
     tell: T,
@@ -99,26 +99,26 @@ pub(crate) struct Shell<'a, T> {
     began: Instant,
     poll: Poll,
     listener: mio::net::TcpListener,
-    /// Whether somebody may wait to be accepted.
+    /// Whether a connection may wait to be accepted.
     knocking: bool,
-    /// Whether there are too many open files for that.
+    /// Whether too many files are open to accept it.
     starved: bool,
     next_peer: PeerId,
     doorstep: Doorstep,
     lines: HashMap<PeerId, Line>,
-    /// Connections that may have something to say or to take.
+    /// The connections that may have something to read or to write.
     ready: BTreeSet<PeerId>,
-    /// When time was last looked at.
+    /// The time of the last tick.
     ticked: Now,
-    /// When workers last heard that somebody is here.
+    /// The time of the last heartbeat to workers.
     beaten: Now,
-    /// The frame that every worker gets first.
+    /// The frame of the welcome, which all workers share.
     welcome: Option<Arc<[u8]>>,
     buffer: Vec<u8>,
 }
 
 impl<'a, T: FnMut(Notice)> Shell<'a, T> {
-    /// Nobody yet.
+    /// A shell without connections around a listener.
     pub(crate) fn new(listener: TcpListener, access: &'a Access, tell: T) -> io::Result<Self> {
         listener.set_nonblocking(true)?;
         raise_file_limit();
@@ -145,12 +145,12 @@ impl<'a, T: FnMut(Notice)> Shell<'a, T> {
         })
     }
 
-    /// Time since it began.
+    /// The time since the shell was made.
     pub(crate) fn now(&self) -> Now {
         self.began.elapsed()
     }
 
-    /// Waits for something to happen, not for long, and hears everybody who has something to say.
+    /// Waits for an event, for one tick at most, and serves every connection that is ready.
     pub(crate) fn turn(&mut self, lead: &mut impl Lead) -> io::Result<()> {
         let mut events = Events::with_capacity(EVENTS);
         let wait =
@@ -191,7 +191,7 @@ impl<'a, T: FnMut(Notice)> Shell<'a, T> {
                     self.knocking = false;
                     return;
                 }
-                // There are too many open files, or whoever knocked is gone.
+                // There are too many open files, or the connection is gone already.
                 Err(_) => {
                     self.starved = !self.doorstep.drop_first();
                     if self.starved {
@@ -205,7 +205,7 @@ impl<'a, T: FnMut(Notice)> Shell<'a, T> {
     fn arrived(&mut self, mut stream: TcpStream) {
         let id = self.next_peer;
         self.next_peer += 1;
-        // Without it small messages wait for company; with a failure they only come later.
+        // Without this, small messages are delayed; if it fails, they only come later.
         let _ = stream.set_nodelay(true);
         let interest = Interest::READABLE | Interest::WRITABLE;
         if let Err(error) = self.poll.registry().register(&mut stream, Token(id as usize), interest) {
@@ -213,7 +213,7 @@ impl<'a, T: FnMut(Notice)> Shell<'a, T> {
         }
         let now = self.now();
         if !self.doorstep.arrived(id, stream, now) {
-            let reason = "too many others have not introduced themselves either";
+            let reason = "too many connections have not introduced themselves";
             self.tell(Notice::Failed(reason.into()));
         }
     }
@@ -230,13 +230,13 @@ impl<'a, T: FnMut(Notice)> Shell<'a, T> {
                 let mut actions = lead.on_connect(id);
                 actions.extend(lead.on_message(id, message, self.now()));
                 self.act(actions);
-                // It may have said more.
+                // The worker may have sent more already.
                 self.ready.insert(id);
             }
         }
     }
 
-    /// Takes a connection's turn: sends what it takes, hears what it says.
+    /// Serves a connection: sends what its socket takes and reads its messages.
     fn serve_line(&mut self, id: PeerId, lead: &mut impl Lead) {
         match self.exchange(id, lead) {
             Ok(Heard::All) => {}
@@ -278,7 +278,7 @@ impl<'a, T: FnMut(Notice)> Shell<'a, T> {
 
     fn tick(&mut self, lead: &mut impl Lead) {
         let now = self.now();
-        // What follows looks at everybody.
+        // The rest looks at every connection, so it runs once per tick.
         if now.saturating_sub(self.ticked) < TICK {
             return;
         }
@@ -300,7 +300,7 @@ impl<'a, T: FnMut(Notice)> Shell<'a, T> {
         self.act(actions);
     }
 
-    /// Does what is to be done.
+    /// Carries out the actions of the state machine.
     pub(crate) fn act(&mut self, actions: Vec<Action>) {
         for action in actions {
             match action {
@@ -325,7 +325,7 @@ impl<'a, T: FnMut(Notice)> Shell<'a, T> {
             _ => encoded(),
         };
         line.push(frame);
-        // What goes wrong in sending shows when it is its turn.
+        // A failure to send shows when the connection is served.
         self.ready.insert(id);
     }
 
@@ -334,7 +334,7 @@ impl<'a, T: FnMut(Notice)> Shell<'a, T> {
         self.gossip.pass(notice, now, &mut self.tell);
     }
 
-    /// Lets the last messages go out, and tells those that come now that it is over.
+    /// Lets the last messages go out, and tells new connections that the run is over.
     pub(crate) fn finish(mut self, lead: &mut impl Lead) -> io::Result<()> {
         let ended = Instant::now();
         loop {

@@ -1,4 +1,4 @@
-//! A relay's sockets: it joins whoever leads it as a worker does, and serves its own workers as a coordinator does.
+//! A relay's sockets: it joins its leader as a worker does, and serves its own workers as a coordinator does.
 
 use std::io;
 use std::net::TcpListener;
@@ -20,16 +20,16 @@ use crate::server::Shell;
 use crate::worker::{Hangup, Identity, Welcome, Work, build_from, join};
 use crate::worker_error::WorkerError;
 
-/// Where a relay's workers come: a listener, and the access to it.
+/// The listener for a relay's workers, and the access to it.
 pub type Door = (TcpListener, Access);
 
-/// Relays between the coordinator (or relay) of `access` and workers of its own, until the job is done. `build` makes of
-/// the job what workers make of it; `open` lets workers come, once the scene's hash is known; `tell` gets what the owner
-/// should know of them.
+/// Relays between the coordinator (or relay) of `access` and workers of its own, until the job is done. `build` makes
+/// the work from the job, as workers do; `open` lets workers come, once the scene's hash is known; `tell` receives the
+/// notices for the owner.
 ///
 /// # Errors
-/// As of [`crate::worker::work`], and where its own workers cannot be served. Those are left without a word, to look for a
-/// relay again.
+/// As for [`crate::worker::work`], and if its own workers cannot be served. These are left without a message, so that
+/// they look for a relay again.
 pub fn relay<W: Work>(
     access: &Access,
     identity: &Identity,
@@ -48,12 +48,12 @@ pub fn relay<W: Work>(
         let lots = u64::from_le_bytes(lots[..8].try_into().expect("eight bytes"));
         let mut relay = Relay::new(terms(welcome, identity, (scene_hash, job_hash), &empty, limits), lots);
         let mut shell = Shell::new(listener, &own, tell).map_err(unserved)?;
-        // Where this fails, whoever listens learns why: the job may have been done meanwhile.
+        // If this fails, the listening thread learns why: the job may have been done meanwhile.
         let _ = link.send(&ToCoordinator::Ready { scene_hash, job_hash });
         let (orders, inbox) = unbounded();
         let (outbox, mail) = unbounded();
         thread::scope(|scope| {
-            // Whatever ends this, both threads end with the link.
+            // However this ends, both threads end with the link.
             let _hangup = Hangup { link };
             let asked = outbox.clone();
             let unstarted = |error| link.give_up(format!("a thread cannot be started ({error})"));
@@ -76,7 +76,7 @@ pub fn relay<W: Work>(
     })
 }
 
-/// Serves workers and follows the coordinator or relay above, until the job is over.
+/// Serves workers and follows the leader above, until the job is over.
 fn lead<T: FnMut(Notice)>(
     relay: &mut Relay,
     shell: &mut Shell<T>,
@@ -108,18 +108,18 @@ fn lead<T: FnMut(Notice)>(
         }
         link.progress.store(relay.progress(), Ordering::Relaxed);
         for message in relay.take_outbox() {
-            // A thread that is gone has told why.
+            // If the speaking thread is gone, it has reported why.
             let _ = outbox.send(Mail::Message(message));
         }
     }
 }
 
-/// Its own workers cannot be served.
+/// The error that the relay's own workers cannot be served; the leader is told.
 fn unserved(link: &Link, error: &io::Error) -> WorkerError {
     link.give_up(format!("its own workers cannot be served ({error})"))
 }
 
-/// What this relay's workers have to know.
+/// What this relay's workers must know and be.
 fn terms(
     Welcome { job, stream_walks, leases_per_thread }: Welcome,
     identity: &Identity,
@@ -132,26 +132,26 @@ fn terms(
     Terms { job, scene_hash, job_hash, build, stream_walks, leases_per_thread, patches, layout, limits }
 }
 
-/// What is to be said to whoever leads.
+/// A task for the thread that speaks to the relay's leader.
 enum Mail {
     Message(ToCoordinator),
-    /// A large result was asked for.
+    /// Send a large result that the leader asked for.
     Send(u64),
 }
 
-/// Reads the messages of the coordinator or relay above, to the end.
+/// Reads the messages of the relay's leader, to the end.
 fn listen(mut ear: Ear, link: &Link, orders: &Sender<Result<ToWorker, WorkerError>>, asked: &Sender<Mail>) {
     loop {
         match ear.hear(SHORT_FRAME) {
             Ok(ToWorker::Alive) => {}
             Ok(ToWorker::Send { lease }) => {
-                // Who speaks has left where this fails.
+                // If this fails, the speaking thread has ended.
                 let _ = asked.send(Mail::Send(lease));
             }
             Ok(ToWorker::Drop { lease }) => link.drop_kept(lease),
             heard => {
                 let failed = heard.is_err();
-                // Likewise, who serves.
+                // If this fails, the serving loop has ended.
                 if orders.send(heard.map_err(WorkerError::from)).is_err() || failed {
                     return;
                 }
@@ -160,10 +160,10 @@ fn listen(mut ear: Ear, link: &Link, orders: &Sender<Result<ToWorker, WorkerErro
     }
 }
 
-/// Says what is to be said, beside the loop that serves workers.
+/// Sends messages to the relay's leader, beside the loop that serves workers.
 fn speak(link: &Link, mail: Receiver<Mail>, large: bool) {
     for letter in mail {
-        // A link that fails here fails for the ear, too, which tells.
+        // If the link fails here, it fails for the listening thread too, which reports it.
         let _ = match letter {
             Mail::Message(ToCoordinator::Result(result)) if large => link.offer(result).map(drop),
             Mail::Message(message) => link.send(&message),

@@ -1,4 +1,4 @@
-//! The worker: joins a coordinator, shoots the walks it is leased, sends what they came to.
+//! The worker: joins a coordinator, shoots the walks that it is leased, and sends their tallies.
 
 use std::convert::Infallible;
 use std::ops::Range;
@@ -20,62 +20,63 @@ use crate::pace::MOST_KEPT;
 use crate::provenance::Provenance;
 pub use crate::worker_error::WorkerError;
 
-/// Walks between two marks of progress, at first.
+/// The first number of walks between two marks of progress.
 const FIRST_CHUNK: u64 = 512;
 
-/// At most so many: a batch of walks that is nearly done has idle places, but hardly any after so many walks.
+/// The most walks between two marks of progress. The last walks of a chunk leave places of a batch idle; in chunks this
+/// long the loss is small.
 const LARGEST_CHUNK: u64 = 1 << 16;
 
-/// Chunks that take less than this grow, those that take ten times as long shrink.
+/// The time under which chunks grow; chunks that take ten times as long shrink.
 const CHUNK_TIME: Duration = Duration::from_millis(5);
 
 /// The most walks between two emptyings of a board: its 64-bit sums must not wrap.
 const BOARD_WALKS: u64 = 1 << 22;
 
-/// What a worker does for a living. The cluster knows no more of physics than this.
+/// The work of a job. The cluster knows no more of physics than this.
 pub trait Work: Sync {
-    /// Where the walks of one thread score.
+    /// The board on which the walks of one thread score.
     type Board: Send;
 
-    /// (scene hash, job hash) of this replica.
+    /// The hash of the scene and the hash of the job of this replica.
     fn hashes(&self) -> ([u8; 32], [u8; 32]);
-    /// An empty tally.
+    /// An empty tally of the job.
     fn empty(&self) -> Tally;
-    /// What its walks can come to at most.
+    /// The most that the walks can come to.
     fn limits(&self) -> Limits {
         Limits::NONE
     }
-    /// An empty board.
+    /// An empty board for one thread.
     fn board(&self) -> Self::Board;
-    /// Shoots walks by number.
+    /// Shoots a range of walks onto the board.
     fn shoot(&self, walks: Range<u64>, board: &mut Self::Board);
-    /// The same for walks that take long: asks `go_on` many times a second, which marks progress, and may leave the
-    /// board as it is once that says no, since nobody will ask for it.
+    /// Shoots walks that take long. It calls `go_on` many times a second, which marks progress. Once `go_on` returns
+    /// false the board may be left as it is, since it is not used any more.
     fn shoot_while(&self, walks: Range<u64>, board: &mut Self::Board, go_on: &dyn Fn() -> bool) {
         let _ = go_on;
         self.shoot(walks, board);
     }
-    /// Empties the board onto a tally.
+    /// Moves the board's scores onto a tally and empties the board.
     ///
     /// # Errors
     /// Where a sum overflowed.
     fn hand_over(&self, board: &mut Self::Board, tally: &mut Tally) -> Result<(), Overflow>;
 }
 
-/// How a worker introduces itself.
+/// The introduction of a worker.
 pub struct Identity {
-    /// Version and commit; must be the coordinator's.
+    /// The version and commit of the program; it must be the coordinator's.
     pub build: String,
-    /// For messages to people.
+    /// The name of the worker in messages to people.
     pub name: String,
-    /// Leases to work on at once.
+    /// The leases that the worker works on at once.
     pub threads: usize,
-    /// Whether to leave before the job is done; asked some times a second.
+    /// Whether to leave before the job is done; it is called a few times per second.
     pub leave: fn() -> bool,
 }
 
-/// Works for the coordinator of `access` until the job is done. `build` makes the work from what the
-/// coordinator sends; `cpu_seconds` tells the processor time of its walks so far.
+/// Works for the coordinator of `access` until the job is done. `build` makes the work from the job that the
+/// coordinator sends; `cpu_seconds` returns the processor time of all walks so far [s].
 ///
 /// # Errors
 /// Where the coordinator cannot be reached, refuses, or goes away.
@@ -89,21 +90,20 @@ pub fn work<W: Work>(
         let work = build_from(&job, link, build)?;
         drop(job);
         let (scene_hash, job_hash) = work.hashes();
-        // Where this fails, whoever receives learns why: the job may have been done meanwhile.
+        // If this fails, the receiving thread learns why: the job may have been done meanwhile.
         let _ = link.send(&ToCoordinator::Ready { scene_hash, job_hash });
         shoot_leases(&work, identity.threads, ear, link, &cpu_seconds)
     })
 }
 
-/// What whoever is let in learns.
+/// The coordinator's answer to a worker that it lets in.
 pub(crate) struct Welcome {
     pub job: Arc<[u8]>,
     pub stream_walks: u64,
     pub leases_per_thread: usize,
 }
 
-/// Joins the coordinator (or relay) of `access`, and does what there is to do there while a thread beside it says that it
-/// lives.
+/// Joins the coordinator (or relay) of `access` and runs `live` there, while another thread sends heartbeats.
 pub(crate) fn join(
     access: &Access,
     identity: &Identity,
@@ -118,7 +118,7 @@ pub(crate) fn join(
     let Some(welcome) = introduce(&mut ear, &link, identity, relays)? else { return Ok(()) };
     ear.be_patient()?;
     thread::scope(|scope| {
-        // The heartbeat ends when `_beating` goes.
+        // The heartbeat ends when `_beating` is dropped.
         let (link, (_beating, stop)) = (&link, bounded(0));
         let _hangup = Hangup { link };
         thread::Builder::new()
@@ -128,7 +128,7 @@ pub(crate) fn join(
     })
 }
 
-/// Makes the work from the job; tells the other end where that fails.
+/// Makes the work from the job; tells the coordinator if that fails.
 pub(crate) fn build_from<W: Work>(
     job: &[u8],
     link: &Link,
@@ -140,7 +140,7 @@ pub(crate) fn build_from<W: Work>(
     })
 }
 
-/// Says who this is. Returns what it learns, or `None` where the job is over already.
+/// Introduces the worker. Returns the coordinator's answer, or `None` if the job is over already.
 fn introduce(
     ear: &mut Ear,
     link: &Link,
@@ -164,7 +164,8 @@ fn introduce(
     }
 }
 
-/// Ends the connection, also where the job's own code panics: a worker that only seems to be alive would be waited for.
+/// Ends the connection when dropped, also if the job's own code panics: the coordinator would wait for a worker that
+/// only seems to be alive.
 pub(crate) struct Hangup<'a> {
     pub link: &'a Link,
 }
@@ -181,7 +182,7 @@ struct Lease {
     walks: Range<u64>,
 }
 
-/// Receives leases and lets the threads shoot them until the coordinator says that all is done.
+/// Receives leases and lets the threads shoot them until the coordinator says that the job is done.
 fn shoot_leases<W: Work>(
     work: &W,
     threads: usize,
@@ -207,10 +208,10 @@ fn shoot_leases<W: Work>(
                 }
             }
         }
-        // Beside the shooters, which are at their next leases when a result is asked for.
+        // This thread runs beside the shooters, which are busy with their next leases when a result is asked for.
         let send = move || {
             for lease in wanted {
-                // A link that fails here fails for the receiving thread too, which reports it.
+                // If the link fails here, it fails for the receiving thread too, which reports it.
                 let _ = link.send_kept(lease);
             }
         };
@@ -221,19 +222,19 @@ fn shoot_leases<W: Work>(
         // A thread may be waiting for the coordinator to take its result.
         link.hang_up();
         for shooter in shooters {
-            // Its alarm has told of the panic.
+            // The thread's alarm has reported the panic.
             let _ = shooter.join();
         }
         done
     });
-    // The coordinator hangs up on a worker that has failed; that is not what went wrong.
+    // The coordinator hangs up on a worker that has failed; the failure itself is the reason to report.
     match link.failure() {
         Some(reason) => Err(WorkerError::Failed(reason)),
         None => done,
     }
 }
 
-/// Hands over leases to the shooters, and what is asked for to whoever sends it.
+/// Passes leases to the shooters, and requests for results to the thread that sends them.
 fn receive_leases(
     ear: &mut Ear,
     link: &Link,
@@ -244,11 +245,11 @@ fn receive_leases(
         match ear.hear(SHORT_FRAME)? {
             ToWorker::Lease { id, first_walk, walks } => {
                 let lease = Lease { id, walks: first_walk..first_walk.saturating_add(walks) };
-                // Threads that are gone have told why.
+                // If the shooters are gone, they have reported why.
                 let _ = queue.send(lease);
             }
             ToWorker::Send { lease } => {
-                // Likewise.
+                // If the sending thread is gone, it has reported why.
                 let _ = asked.send(lease);
             }
             ToWorker::Drop { lease } => link.drop_kept(lease),
@@ -260,7 +261,7 @@ fn receive_leases(
     }
 }
 
-/// Tells the coordinator where a thread panics: its lease would never come in.
+/// Tells the coordinator if a thread panics, since its lease would never come in.
 struct Alarm<'a>(&'a Link);
 
 impl Drop for Alarm<'_> {
@@ -271,7 +272,7 @@ impl Drop for Alarm<'_> {
     }
 }
 
-/// One thread's work: lease after lease, until there are no more or the link is over.
+/// The work of one thread: lease after lease, until there are no more or the link is over.
 fn shoot_queue<W: Work>(work: &W, leases: &Receiver<Lease>, link: &Link, cpu_seconds: &impl Fn() -> f64) {
     let (mut board, mut chunk) = (work.board(), FIRST_CHUNK);
     let digester = Digester::new(&work.hashes().0);
@@ -304,7 +305,7 @@ fn shoot_queue<W: Work>(work: &W, leases: &Receiver<Lease>, link: &Link, cpu_sec
                 await_room(&mut kept);
             })
         };
-        // A link that fails here fails for the receiving thread too, which reports it.
+        // If the link fails here, it fails for the receiving thread too, which reports it.
         if sent.is_err() {
             return;
         }
@@ -321,7 +322,7 @@ fn await_room(kept: &mut Vec<Receiver<Infallible>>) {
     }
 }
 
-/// Shoots a lease, so many walks at a time; `None` where the job was over before it was done.
+/// Shoots a lease, `chunk_walks` walks at a time; `None` if the job was over before the lease was done.
 fn shoot_lease<W: Work>(
     work: &W,
     walks: Range<u64>,
@@ -353,7 +354,7 @@ fn shoot_lease<W: Work>(
     Ok(Some(total.unwrap_or_else(|| work.empty())))
 }
 
-/// How many walks to shoot next, where so many took so long.
+/// The number of walks in the next chunk, after `walks` walks took `time`.
 fn paced(walks: u64, time: Duration) -> u64 {
     match time {
         time if time < CHUNK_TIME => (2 * walks).min(LARGEST_CHUNK),

@@ -1,34 +1,34 @@
-//! Why a worker cannot work.
+//! The errors of a worker.
 
 use thiserror::Error;
 
 use crate::codec::CodecError;
 use crate::foreign::Foreign;
 
-/// Why a worker left before the job was done.
+/// The reason why a worker left before the job was done.
 #[derive(Debug, Error)]
 pub enum WorkerError {
     /// No process listens at the address.
     #[error(
-        "cannot reach the coordinator at {address} ({source}); check that it runs and that the access file is its"
+        "cannot reach the coordinator at {address} ({source}); check that it runs and that this is its access file"
     )]
     Unreachable {
-        /// host:port.
+        /// The address as host:port.
         address: String,
-        /// What the system says.
+        /// The error of the operating system.
         source: std::io::Error,
     },
     /// The coordinator is of another build.
     #[error(
-        "the coordinator is radwalk {theirs}, this is {ours} (other builds may walk otherwise); use the same build"
+        "the coordinator is radwalk {theirs}, this is {ours} (another build may walk differently); use the same build"
     )]
     OtherBuild {
-        /// By the access file.
+        /// The coordinator's build, from the access file.
         theirs: String,
-        /// Of this program.
+        /// The build of this program.
         ours: String,
     },
-    /// The coordinator does not want this worker.
+    /// The coordinator refuses this worker.
     #[error("the coordinator refused this worker: {0}")]
     Refused(String),
     /// The process that listens at the address does not know the key.
@@ -39,13 +39,13 @@ pub enum WorkerError {
     /// The job that was sent cannot be built.
     #[error("the job that the coordinator sent cannot be used: {0}")]
     Job(String),
-    /// One of its threads failed.
+    /// One of the worker's threads failed.
     #[error("this worker cannot go on: {0}")]
     Failed(String),
-    /// The coordinator is gone.
+    /// The connection to the coordinator ended.
     #[error("lost the coordinator ({0}); its job goes on without this worker if it still runs")]
     Lost(#[from] CodecError),
-    /// A message made no sense here.
-    #[error("the coordinator spoke out of turn (a foreign or faulty program)")]
+    /// The coordinator sent a message that does not fit here.
+    #[error("the coordinator sent an unexpected message (a foreign or faulty program)")]
     Protocol,
 }

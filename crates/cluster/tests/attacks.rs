@@ -1,5 +1,5 @@
-//! Strangers, somebody in between, and workers that are not sound: whatever they do, the honest run comes to the same
-//! tally. No deadline here decides anything but that a test hangs.
+//! Tests with strangers, attackers between the two ends, and unsound workers: whatever they do, the honest run comes to
+//! the same tally. Deadlines here only end a test that hangs.
 
 mod net;
 #[path = "../../protocol/tests/toy/mod.rs"]
@@ -24,18 +24,18 @@ use net::{
 };
 use toy::{BUILD, READY, SCENE_HASH, hash, plan, result_of};
 
-/// What somebody in between does to a record.
+/// What an attacker in between does to a record.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Attack {
-    /// Flips a bit of its n-th byte from the end.
+    /// Flips a bit of the record's n-th byte from the end.
     Flip(usize),
-    /// Sends it twice.
+    /// Sends the record twice.
     Replay,
-    /// Leaves it out.
+    /// Leaves the record out.
     Drop,
-    /// Sends it after the next.
+    /// Sends the record after the next.
     Swap,
-    /// Sends half of it and hangs up.
+    /// Sends half of the record and hangs up.
     Cut,
 }
 
@@ -43,15 +43,15 @@ enum Attack {
 struct Plot {
     /// Whether it is done to what the worker sends.
     to_coordinator: bool,
-    /// Which record, in the order they pass.
+    /// The number of the record, in the order in which they pass.
     record: usize,
     attack: Attack,
 }
 
-/// Somebody in between.
+/// An attacker between a worker and the coordinator.
 struct Relay {
     access: Access,
-    /// What to do to the next connection.
+    /// The attack on the next connection.
     plot: Arc<Mutex<Option<Plot>>>,
 }
 
@@ -111,9 +111,9 @@ fn read_record(mut stream: &TcpStream) -> Option<Vec<u8>> {
 }
 
 #[test]
-fn nothing_that_somebody_in_between_does_is_taken_for_what_was_said() {
+fn no_change_by_an_attacker_in_between_is_taken_for_a_message() {
     use Attack::{Cut, Drop, Flip, Replay, Swap};
-    // The handshake, who it is and the job; then heartbeats and hashes, results, and leases.
+    // The records are the handshake, the introduction and the job; then heartbeats and hashes, results, and leases.
     let to_coordinator: [(usize, &[Attack]); 4] = [
         (0, &[Flip(0), Flip(40), Replay]),
         (1, &[Flip(0), Flip(20), Replay, Cut]),
@@ -138,7 +138,7 @@ fn nothing_that_somebody_in_between_does_is_taken_for_what_was_said() {
                 }
             }
         }
-        // With nobody in between, and with somebody who only listens.
+        // One worker connects directly, and one through an attacker that only listens.
         thread::scope(|scope| {
             scope.spawn(|| honest(access, 1));
             scope.spawn(|| honest(&relay.access, 1));
@@ -151,7 +151,7 @@ fn nothing_that_somebody_in_between_does_is_taken_for_what_was_said() {
 #[test]
 fn what_was_recorded_is_of_no_use() {
     let run = run(plan(100_000, 1000), never, |access| {
-        // A session, kept by somebody who listens: its worker died at its first lease.
+        // An attacker has recorded this session, whose worker died at its first lease.
         let mut stream = knock(access);
         let (greeting, mut recorded) = Greeting::new(access);
         stream.write_all(&recorded).unwrap();
@@ -175,23 +175,24 @@ fn what_was_recorded_is_of_no_use() {
             until_dropped(stream);
         };
         replay(&recorded);
-        // Passed off as another's.
+        // The recording is passed off as another worker's.
         recorded[2] ^= 1;
         replay(&recorded);
-        // Without the beginning.
+        // The recording is sent without its beginning.
         replay(&[]);
         honest(access, 2);
     });
     assert_done(&run, 100_000);
     let told = |words: &str| run.notices.iter().any(|notice| notice.contains(words));
-    assert!(told("repeats what a worker said"), "{:?}", run.notices);
+    assert!(told("repeats a worker's first message"), "{:?}", run.notices);
     assert!(told("does not know the key"), "{:?}", run.notices);
     assert_eq!(run.coordinator.effort().workers_seen, 2);
 }
 
-/// Hundreds of connections that say nothing, a part, or enough but not who they are; all stay to the end.
+/// Hundreds of connections send nothing, a part of the handshake, or a handshake without an introduction; all stay to
+/// the end.
 #[test]
-fn the_silent_and_the_slow_hold_up_nobody() {
+fn silent_and_slow_connections_hold_up_no_worker() {
     let run = run(plan(200_000, 1000), never, |access| {
         let silent: Vec<TcpStream> = (0..200).map(|_| knock(access)).collect();
         let begun: Vec<TcpStream> = (0..100)
@@ -217,13 +218,13 @@ fn the_silent_and_the_slow_hold_up_nobody() {
     });
     assert_done(&run, 200_000);
     assert_eq!((run.coordinator.effort().workers_seen, run.coordinator.effort().workers_lost), (1, 0));
-    // Who fills the doorstep does not fill the terminal.
+    // Many strangers do not fill the terminal.
     assert!(run.notices.len() < 40 && run.notices.last().unwrap().contains("more connections"));
 }
 
-/// One byte every half second: it never falls silent, and is turned away all the same, after ten seconds.
+/// A stranger sends one byte every half second: it never falls silent, and is turned away after ten seconds.
 #[test]
-fn whoever_takes_its_time_to_say_who_it_is_is_turned_away() {
+fn a_stranger_that_introduces_itself_too_slowly_is_turned_away() {
     let turned_away = AtomicBool::new(false);
     let run = run(
         plan(1 << 60, 1000),
@@ -249,11 +250,11 @@ fn whoever_takes_its_time_to_say_who_it_is_is_turned_away() {
     assert!(run.notices.iter().any(|notice| notice.contains("within 10 s")), "{:?}", run.notices);
 }
 
-/// Says nothing, and waits to be turned away.
+/// Connects, sends nothing, and waits to be turned away.
 fn until_dropped_by_patience(access: &Access) {
     let began = Instant::now();
     until_dropped(knock(access));
-    // Not at once.
+    // The stranger is not turned away at once.
     assert!(began.elapsed() > Duration::from_secs(5));
 }
 
@@ -277,7 +278,7 @@ fn workers_that_are_not_sound_are_dropped_with_what_they_sent() {
         };
         let piece = |lease, sums: &[u8]| ToCoordinator::Piece { lease, sums: sums.into() };
 
-        // What nobody asked for.
+        // The coordinator asked for no piece.
         let (mut raw, lease, result) = join();
         raw.say(&piece(lease, &result.sums[..PIECE]));
         raw.until_dropped();
@@ -292,7 +293,7 @@ fn workers_that_are_not_sound_are_dropped_with_what_they_sent() {
         let (mut raw, lease, _) = join();
         raw.say(&ToCoordinator::Offer { lease, bytes: u64::MAX });
         raw.until_dropped();
-        // Twice, and of another's lease.
+        // An offer comes twice; another one is of a lease that this worker does not have.
         let (mut raw, lease, result) = join();
         let bytes = result.sums.len() as u64;
         offer(&mut raw, lease, bytes);
@@ -301,7 +302,7 @@ fn workers_that_are_not_sound_are_dropped_with_what_they_sent() {
         let (mut raw, lease, _) = join();
         raw.say(&ToCoordinator::Offer { lease: lease + 1000, bytes });
         raw.until_dropped();
-        // Pieces that are too short, and too many.
+        // Pieces are too short, or too many.
         let (mut raw, lease, result) = join();
         offer(&mut raw, lease, bytes);
         raw.say(&piece(lease, &result.sums[..PIECE - 1]));
@@ -310,7 +311,7 @@ fn workers_that_are_not_sound_are_dropped_with_what_they_sent() {
         offer(&mut raw, lease, bytes);
         (0..=bytes as usize / PIECE).for_each(|_| raw.say(&piece(lease, &result.sums[..PIECE])));
         raw.until_dropped();
-        // All of it but the end, half of it, and all with a byte changed.
+        // The result comes without its end, by half, and whole with a byte changed.
         for (sent, changed) in [(bytes as usize / PIECE, 0), (bytes as usize / PIECE / 2, 0), (usize::MAX, 1)]
         {
             let (mut raw, lease, mut result) = join();
@@ -332,17 +333,17 @@ fn workers_that_are_not_sound_are_dropped_with_what_they_sent() {
     assert_eq!((effort.workers_seen, effort.workers_lost), (12, 11));
 }
 
-/// Connections that say nothing, of which the doorstep holds but some.
+/// The number of connections that send nothing; the doorstep holds only some of them.
 const SILENT: usize = 10_000;
 
-/// CPU seconds of this thread (Linux).
+/// The processor time of this thread on Linux [s].
 fn thread_seconds() -> f64 {
     let stat = std::fs::read_to_string("/proc/thread-self/schedstat").unwrap_or_default();
     stat.split(' ').next().and_then(|nanos| nanos.parse::<f64>().ok()).unwrap_or(f64::NAN) * 1e-9
 }
 
-/// One worker's walks per second, and the part of a core that the coordinator takes, undisturbed or while ten thousand
-/// connections say nothing and a thousand a second bring replays and noise.
+/// One worker's walks per second, and the part of a core that the coordinator takes: undisturbed, or while ten thousand
+/// connections send nothing and a thousand a second bring replays and noise.
 fn walks_per_second(attacked: bool) -> (f64, f64) {
     const TIME: Duration = Duration::from_secs(5);
     let (ready, rate) = (AtomicBool::new(false), Mutex::new((0.0, 0.0)));
@@ -352,7 +353,7 @@ fn walks_per_second(attacked: bool) -> (f64, f64) {
         if !ready.load(Ordering::Relaxed) || walks == 0 {
             return false;
         }
-        // The coordinator's own thread asks this.
+        // The coordinator's own thread calls this.
         let (since, before, cpu) =
             *began.lock().unwrap().get_or_insert((Instant::now(), walks, thread_seconds()));
         if since.elapsed() < TIME {
@@ -391,7 +392,7 @@ fn walks_per_second(attacked: bool) -> (f64, f64) {
     rate.into_inner().unwrap()
 }
 
-/// `scripts/attack.sh` runs it.
+/// A measurement, which `scripts/attack.sh` runs.
 #[test]
 #[ignore = "takes two minutes, 11,500 files, and a machine of its own"]
 fn throughput_under_attack() {

@@ -1,4 +1,5 @@
-//! What libFuzzer does for minutes (`scripts/fuzz.sh`), for a moment: the kept corpus, and fixed changes of it.
+//! The fuzz targets that libFuzzer runs for minutes (`scripts/fuzz.sh`), run briefly: the kept corpus, and fixed
+//! changes of it.
 
 #[path = "../fuzz/targets.rs"]
 mod targets;

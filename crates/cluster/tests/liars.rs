@@ -1,5 +1,6 @@
-//! Peers that know the key and lie, over sockets: each comes while an honest worker works. The tally is that of the honest one,
-//! and what the liar did is told of under its name. Who sent what cannot be is not let in again.
+//! Tests with peers that know the key and lie, over sockets: each lies while an honest worker works. The tally is that
+//! of the honest worker, and the owner is told of the liar by its name. A peer that sent an impossible result is not
+//! let in again.
 
 mod net;
 #[path = "../../protocol/tests/toy/mod.rs"]
@@ -40,26 +41,26 @@ fn join(access: &Access, hello: Hello) -> (Raw, u64, Range<u64>) {
     (raw, id, first_walk..first_walk + walks)
 }
 
-/// What becomes of a liar.
+/// The fate of a liar.
 #[derive(Clone, Copy, PartialEq)]
 enum Fate {
-    /// It is found out, named, and not let in again.
+    /// The liar is found out, named, and not let in again.
     Banned,
-    /// It is dropped and named.
+    /// The liar is dropped and named.
     Dropped,
-    /// It does no harm.
+    /// The liar does no harm.
     Harmless,
 }
 use Fate::{Banned, Dropped, Harmless};
 
-/// Runs a job of an honest worker and a liar, which returns once it has lied; the honest one comes when it has.
+/// Runs a job of an honest worker and a liar. `lie` returns once it has lied; the honest worker comes then.
 fn against(name: &str, fate: Fate, relays: bool, lie: impl FnOnce(&Access, Hello) -> Option<Raw> + Send) {
     let hello = Hello { relays, ..hello(name, u32::from(!relays)) };
     let run = run(plan(PATHS, 10), never, |access| {
         let raw = lie(access, hello.clone());
         match raw {
             Some(raw) if fate != Harmless => raw.until_dropped(),
-            // It stays to the end, and says nothing more.
+            // The liar stays to the end, and sends nothing more.
             Some(raw) => {
                 thread::scope(|scope| {
                     scope.spawn(|| honest(access, 1));
@@ -74,7 +75,7 @@ fn against(name: &str, fate: Fate, relays: bool, lie: impl FnOnce(&Access, Hello
             again.say(&ToCoordinator::Hello(hello));
             let told = again.told();
             assert!(
-                matches!(&told, ToWorker::Refused { reason } if reason.contains("cannot be")),
+                matches!(&told, ToWorker::Refused { reason } if reason.contains("impossible result")),
                 "{told:?}"
             );
         }
@@ -96,12 +97,12 @@ fn against(name: &str, fate: Fate, relays: bool, lie: impl FnOnce(&Access, Hello
     assert_eq!(faults("a worker"), 0);
 }
 
-/// How often a worker is told of.
+/// The number of notices about a worker.
 fn notices(run: &Run, name: &str) -> usize {
     run.notices.iter().filter(|notice| notice.contains(name)).count()
 }
 
-/// A liar that changes the result of its first lease.
+/// Checks a liar that changes the result of its first lease.
 fn changed(name: &str, change: impl FnOnce(LeaseResult) -> LeaseResult + Send) {
     against(name, Banned, false, |access, hello| {
         let (mut raw, lease, walks) = join(access, hello);
@@ -146,7 +147,7 @@ fn results_that_cannot_be_are_refused_and_their_senders_banned() {
     });
 }
 
-/// A relay that tells of its first lease what cannot be.
+/// Checks a relay that reports an impossible provenance of its first lease.
 fn told(name: &str, change: impl FnOnce(&mut Provenance) + Send) {
     against(name, Banned, true, |access, hello| {
         let (mut raw, lease, walks) = join(access, hello);
@@ -178,14 +179,14 @@ fn relays_that_tell_what_cannot_be_of_their_workers_are_banned() {
         let parts = vec![Delivery::lease(u64::from(result.counts[0] as u32), 0, result.digest)];
         LeaseResult { provenance: Provenance { names: vec!["w".into()], parts }, ..result }
     });
-    // No frame is so long.
+    // No frame may be that long.
     against("of a name without end", Dropped, true, |access, hello| {
         let (mut raw, lease, walks) = join(access, hello);
         let names = vec!["w".repeat(1 << 20)];
         let result = result(lease, walks);
         let result = LeaseResult { provenance: Provenance { names, parts: vec![] }, ..result };
         let said = raw.sealed(&ToCoordinator::Result(result));
-        // The coordinator may hang up in the midst of it.
+        // The coordinator may hang up in the middle of it.
         let _ = std::io::Write::write_all(&mut raw.stream, &said);
         Some(raw)
     });
@@ -210,7 +211,7 @@ fn results_that_were_not_asked_for_are_not_taken() {
         raw.say(&ToCoordinator::Result(result(lease, walks)));
         Some(raw)
     });
-    // A lease of a connection that has ended is another's, or nobody's.
+    // A lease of a connection that has ended belongs to another worker, or to none.
     against("stale", Dropped, false, |access, hello| {
         let (first, lease, walks) = join(access, Hello { name: "before".into(), ..hello.clone() });
         drop(first);
@@ -245,7 +246,7 @@ fn floods_are_cut_off() {
             if std::io::Write::write_all(&mut raw.stream, &said).is_err() {
                 break;
             }
-            // In answer to each there is another lease, as long as it is believed.
+            // Each is answered with another lease, as long as the relay is believed.
             match next_lease(&mut raw) {
                 Some(next) => lease = next,
                 None => break,
@@ -255,7 +256,7 @@ fn floods_are_cut_off() {
     });
 }
 
-/// Says more than anybody may; the coordinator may hang up in the midst of it.
+/// Sends more messages than any peer may; the coordinator may hang up in the middle of it.
 fn flood(raw: &mut Raw, message: impl Fn(u64) -> ToCoordinator) {
     for n in 0..50_000 {
         let said = raw.sealed(&message(n));
@@ -265,7 +266,7 @@ fn flood(raw: &mut Raw, message: impl Fn(u64) -> ToCoordinator) {
     }
 }
 
-/// The number of the next lease; `None` where the coordinator has hung up.
+/// The number of the next lease; `None` if the coordinator has hung up.
 fn next_lease(raw: &mut Raw) -> Option<u64> {
     loop {
         if let Some(message) = raw.inbound.next::<ToWorker>(1 << 20).unwrap() {
@@ -298,7 +299,7 @@ fn claims_and_promises_do_no_harm() {
         raw.say(&ToCoordinator::Result(result));
         Some(raw)
     });
-    // It gets on for ever and brings nothing.
+    // The worker reports progress for ever and brings nothing.
     against("heartbeats alone", Harmless, false, |access, hello| {
         let (mut raw, ..) = join(access, hello);
         for progress in 0..100 {
@@ -333,8 +334,8 @@ fn who_is_not_of_this_job_or_speaks_out_of_turn_is_sent_away() {
     });
 }
 
-/// Large results come in pieces: in another order they are not what was digested, and what is never sent holds up nobody for
-/// long (`liveness.rs` has those).
+/// Large results come in pieces. Pieces in another order do not match the digest; `liveness.rs` tests pieces that are
+/// never sent.
 #[test]
 fn pieces_out_of_order_are_found_out() {
     let plan = Plan { patches: BULK, layout: SINGLE, limits: Limits::NONE, ..plan(400, 10) };
@@ -364,7 +365,7 @@ fn pieces_out_of_order_are_found_out() {
     assert_eq!(notices(&run, "shuffles"), 2, "{:?}", run.notices);
 }
 
-/// Ten liars that come back under other names, while honest workers work.
+/// Ten liars come back under other names, while honest workers work.
 #[test]
 fn many_liars_at_once_do_not_change_the_tally() {
     let run = run(plan(10 * PATHS, 10), never, |access| {

@@ -1,4 +1,4 @@
-//! Relays over real sockets of this machine, in one process.
+//! Tests of relays over real sockets of this machine, in one process.
 
 mod net;
 #[path = "../../protocol/tests/toy/mod.rs"]
@@ -23,7 +23,7 @@ use toy::{READY, SCENE_HASH, plan, straight, welcome};
 
 type Ended<'s> = ScopedJoinHandle<'s, Result<(), WorkerError>>;
 
-/// Starts a relay; what its workers need comes when it has joined.
+/// Starts a relay; the access for its workers comes once it has joined.
 fn start<'s, W: Work + 's>(
     scope: &'s Scope<'s, '_>,
     access: Access,
@@ -42,7 +42,7 @@ fn start<'s, W: Work + 's>(
     (ended, receiver)
 }
 
-/// Workers of a relay, and one beside it; none delivers before all are in.
+/// The workers of a relay, and one beside it; none delivers before all are in.
 fn tree<W: Work + 'static>(access: &Access, make: fn() -> W) {
     let all_in = std::sync::Barrier::new(6);
     thread::scope(|scope| {
@@ -61,7 +61,7 @@ fn tree<W: Work + 'static>(access: &Access, make: fn() -> W) {
             (0..2).for_each(|_| spawn(own.clone()));
             relays.push((ended, own));
         }
-        // A relay of a relay.
+        // This relay joins another relay.
         let (ended, open) = start(scope, relays[0].1.clone(), || false, make);
         let own = open.recv().unwrap();
         spawn(own.clone());
@@ -93,7 +93,7 @@ fn workers_behind_relays_and_relays_of_relays_are_in_the_book() {
     is_accounted_for(&run.coordinator);
 }
 
-/// Every entry of the book has the digest of its walks; all workers of the tree are named.
+/// Checks that every entry of the book has the digest of its walks, and that all workers of the tree are named.
 fn is_accounted_for(coordinator: &Coordinator) {
     let past = coordinator.past();
     let digester = Digester::new(&SCENE_HASH);
@@ -113,7 +113,7 @@ fn is_accounted_for(coordinator: &Coordinator) {
 }
 
 #[test]
-fn large_results_pass_relays_and_a_stop_in_their_midst_harms_nobody() {
+fn large_results_pass_relays_and_a_stop_during_a_transfer_does_no_harm() {
     let bulky_plan = |paths| Plan { patches: BULK, layout: SINGLE, limits: Limits::NONE, ..plan(paths, 10) };
     let done = run(bulky_plan(400), never, |access| tree(access, || Bulky));
     assert_eq!(done.ending, Ending::BudgetSpent);
@@ -193,7 +193,7 @@ fn a_relay_whose_coordinator_vanishes_leaves_its_workers_without_a_word() {
         assert_eq!(parts.iter().map(|part| part.walks).sum::<u64>(), 300);
         drop(raw);
         assert!(matches!(ended.join().unwrap(), Err(WorkerError::Lost(_))));
-        // It may come back: its workers look for it again.
+        // The relay may come back, so its workers look for it again.
         assert!(matches!(worker.join().unwrap(), Err(WorkerError::Lost(_))));
     });
 }

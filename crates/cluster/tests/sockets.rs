@@ -1,5 +1,5 @@
-//! Coordinator and workers over real sockets of this machine, in one process, with all that may go wrong
-//! between them. No deadline here decides anything but that a test hangs.
+//! Tests of coordinator and workers over real sockets of this machine, in one process, with everything that may go
+//! wrong between them. Deadlines here only end a test that hangs.
 
 mod net;
 #[path = "../../protocol/tests/toy/mod.rs"]
@@ -30,13 +30,13 @@ use toy::{
     straight,
 };
 
-/// Stops when the prefix has come so far.
+/// Whether the prefix has reached `walks` walks, to stop there.
 fn far(walks: u64) -> impl Fn(&Coordinator) -> bool {
     move |coordinator| coordinator.prefix().counts.walks >= walks
 }
 
-/// Several workers, of so many threads each. None begins before all have been let in: the first alone might
-/// end the job before the last has found the door.
+/// Several workers with the given numbers of threads. None begins before all have been let in: the first alone might
+/// end the job before the last has connected.
 fn together<W: Work>(access: &Access, threads: &[usize], make: impl Fn() -> W + Sync) {
     let all_in = Barrier::new(threads.len());
     thread::scope(|scope| {
@@ -63,9 +63,9 @@ fn workers_of_any_number_of_threads_come_to_the_same_tally() {
 #[test]
 fn strangers_are_dropped_and_the_run_goes_on() {
     let run = run(plan(50_000, 1000), never, |access| {
-        // Say nothing and stay to the end, before and after the handshake.
+        // Two connections send nothing and stay to the end, one before and one after the handshake.
         let silent = (knock(access), Raw::connect(access));
-        // Says nothing and leaves.
+        // One connection sends nothing and leaves.
         drop(knock(access));
 
         let mut garbage = knock(access);
@@ -82,12 +82,12 @@ fn strangers_are_dropped_and_the_run_goes_on() {
         huge.say_bytes(&u32::MAX.to_le_bytes());
         huge.until_dropped();
 
-        // A short frame that claims to hold 2³⁰ bytes of a reason.
+        // A short frame claims to hold a reason of 2³⁰ bytes.
         let mut swollen = Raw::connect(access);
         swollen.say_bytes(&[6, 0, 0, 0, 6, 252, 0, 0, 0, 64]);
         swollen.until_dropped();
 
-        // Says no word, but many records.
+        // This connection sends no message, but many records.
         let mut verbose = Raw::connect(access);
         (0..1000).for_each(|_| verbose.say_bytes(&[0]));
         verbose.until_dropped();
@@ -103,9 +103,9 @@ fn strangers_are_dropped_and_the_run_goes_on() {
     assert_eq!(run.coordinator.effort().workers_seen, 1);
     assert_eq!(run.coordinator.effort().workers_lost, 0);
     let told = |words: &str| run.notices.iter().any(|notice| notice.contains(words));
-    assert!(told("does not speak as radwalk does"), "{:?}", run.notices);
+    assert!(told("does not speak radwalk's protocol"), "{:?}", run.notices);
     assert!(told("exceeds the limit of 4096"), "{:?}", run.notices);
-    assert!(told("LimitExceeded") && told("out of turn"), "{:?}", run.notices);
+    assert!(told("LimitExceeded") && told("unexpected message"), "{:?}", run.notices);
 }
 
 #[test]
@@ -117,7 +117,7 @@ fn a_worker_with_another_key_or_build_is_told_why_it_is_refused() {
         let old = Identity { build: "0.0.1".into(), ..identity(1) };
         let error = work(access, &old, toy_of, || 0.0).unwrap_err();
         assert!(matches!(&error, WorkerError::OtherBuild { ours, .. } if ours == "0.0.1"), "{error}");
-        // Another build whose access file was made to fit is found out by the coordinator.
+        // The coordinator finds out another build whose access file was made to fit.
         let mut lying = Raw::connect(access);
         lying.say(&ToCoordinator::Hello(Hello { build: "0.0.1".into(), ..toy::hello("old", 1) }));
         assert!(matches!(lying.told(), ToWorker::Refused { reason } if reason.contains("0.0.1")));
@@ -131,7 +131,7 @@ fn a_worker_with_another_key_or_build_is_told_why_it_is_refused() {
     assert_eq!(run.notices.len(), 4, "{:?}", run.notices);
 }
 
-/// Has built something else.
+/// Work of another scene than the coordinator's.
 struct Stranger;
 
 impl Work for Stranger {
@@ -161,7 +161,7 @@ fn a_result_that_is_cut_short_is_not_taken() {
             raw.stream.write_all(&whole[..kept.min(whole.len() - 1)]).unwrap();
             drop(raw);
         }
-        // The last is whole, but its sender is gone when it arrives.
+        // The last result is whole, but its sender is gone when it arrives.
         let (mut raw, lease, walks) = Raw::join(access);
         raw.say(&ToCoordinator::Result(result(lease, walks)));
         drop(raw);
@@ -175,7 +175,7 @@ fn a_result_that_is_cut_short_is_not_taken() {
 
 #[test]
 fn a_worker_that_is_cut_off_while_it_shoots_leaves_nothing_behind() {
-    // A fake coordinator that hands out an endless lease and vanishes.
+    // A fake coordinator hands out an endless lease and vanishes.
     for farewell in [None, Some(ToWorker::Done), Some(toy::welcome(10))] {
         let listener = TcpListener::bind("127.0.0.1:0").unwrap();
         let access = access_of(&listener);
@@ -187,7 +187,7 @@ fn a_worker_that_is_cut_off_while_it_shoots_leaves_nothing_behind() {
             assert_eq!(raw.hear::<ToCoordinator>(), ToCoordinator::Hello(toy::hello("a worker", 3)));
             raw.say(&toy::welcome(10));
             for id in 0..6 {
-                // Beyond all numbers.
+                // The lease goes beyond all numbers of walks.
                 let lease = ToWorker::Lease { id, first_walk: 1 << 60, walks: u64::MAX };
                 raw.say(&lease);
             }
@@ -195,7 +195,7 @@ fn a_worker_that_is_cut_off_while_it_shoots_leaves_nothing_behind() {
             let expect_ok = farewell == Some(ToWorker::Done);
             if let Some(farewell) = &farewell {
                 raw.say(farewell);
-                // It does not wait for the connection to close.
+                // The worker does not wait for the connection to close.
                 assert_eq!(worker.join().unwrap().is_ok(), expect_ok);
             } else {
                 drop(raw);
@@ -205,7 +205,7 @@ fn a_worker_that_is_cut_off_while_it_shoots_leaves_nothing_behind() {
     }
 }
 
-/// Shoots for ever.
+/// Work whose walks never end.
 struct Endless<'a> {
     shooting: &'a AtomicU64,
 }
@@ -230,7 +230,7 @@ impl Work for Endless<'_> {
 }
 
 /// A worker of one thread that keeps two results shoots its next lease as soon as either is taken: the other may wait
-/// beyond a gap that nobody else is free to fill.
+/// beyond a gap that only this worker is free to fill.
 #[test]
 fn a_worker_goes_on_when_either_of_its_results_is_taken_or_dropped() {
     let offer = |raw: &mut Raw, id| {
@@ -271,7 +271,7 @@ fn an_impostor_is_found_out() {
     let access = access_of(&listener);
     thread::scope(|scope| {
         let worker = scope.spawn(|| work(&access, &identity(1), toy_of, || 0.0));
-        // It has the address, but not the key; all else it has learnt.
+        // The fake coordinator has the address and all the rest, but not the key.
         let (mut stream, _) = listener.accept().unwrap();
         let mut record = [0; HANDSHAKE_RECORD];
         stream.read_exact(&mut record).unwrap();
@@ -328,7 +328,7 @@ fn work_that_fails_or_panics_takes_its_worker_down_and_no_other() {
                 BuildPanics => panic!("trouble that the test asked for"),
                 _ => Ok(Troubled(trouble)),
             };
-            // It returns before the job is done, which needs another worker.
+            // The worker returns before the job is done, which needs another worker.
             let ended =
                 thread::scope(|scope| scope.spawn(|| work(access, &identity(3), build, || 0.0)).join());
             match (trouble, ended) {
@@ -355,7 +355,7 @@ fn work_that_fails_or_panics_takes_its_worker_down_and_no_other() {
 
 #[test]
 fn after_a_stop_every_worker_goes_home_in_peace() {
-    // The job would take years.
+    // The whole job would take years.
     let run = run(plan(1 << 60, 1000), far(20_000), |access| together(access, &[1, 2, 2], || Toy));
     assert_eq!(run.ending, Ending::Interrupted);
     let walks = run.coordinator.prefix().counts.walks;
@@ -365,7 +365,7 @@ fn after_a_stop_every_worker_goes_home_in_peace() {
 }
 
 #[test]
-fn large_results_come_in_whole_and_a_stop_in_their_midst_harms_nobody() {
+fn large_results_come_in_whole_and_a_stop_during_a_transfer_does_no_harm() {
     let bulky_plan = |paths| Plan { patches: BULK, layout: SINGLE, limits: Limits::NONE, ..plan(paths, 10) };
     let workers = |access: &Access| together(access, &[2, 2, 2], || Bulky);
     let done = run(bulky_plan(400), never, workers);
@@ -379,7 +379,7 @@ fn large_results_come_in_whole_and_a_stop_in_their_midst_harms_nobody() {
 }
 
 #[test]
-fn a_target_that_is_reached_sends_everybody_home() {
+fn a_target_that_is_reached_dismisses_all_workers() {
     let mut plan = plan(1 << 60, 1000);
     plan.looks = (1..20).map(|k| k * 4321).collect();
     plan.judge = judge(|tally| tally.counts.walks > 10_000);
@@ -392,7 +392,7 @@ fn a_target_that_is_reached_sends_everybody_home() {
 fn a_worker_that_sits_still_does_not_hold_up_the_end() {
     let (sender, sitting) = std::sync::mpsc::channel();
     let run = run(plan(1 << 60, 1000), far(1000), |access| {
-        // It is let in, says nothing more, and hangs up only when the run is over.
+        // The worker is let in, sends nothing more, and hangs up only when the run is over.
         sender.send(Raw::enter(access)).unwrap();
         honest(access, 1);
     });
@@ -409,7 +409,7 @@ fn who_knocks_as_the_job_ends_is_told_so() {
     thread::scope(|scope| {
         for _ in 0..20 {
             scope.spawn(|| {
-                // Connected, but not accepted yet.
+                // The stream is connected, but not accepted yet.
                 let stream = knock(&access);
                 all_in.wait();
                 let mut raw = Raw::greet(stream, &access);
@@ -444,7 +444,7 @@ fn the_last_results_of_a_worker_that_died_are_counted() {
     assert_done(&run, 20);
 }
 
-/// Says that it gets on, for ever.
+/// Work that reports progress for ever and never ends.
 struct Sisyphus<'a>(&'a AtomicU64);
 
 impl Work for Sisyphus<'_> {
@@ -471,7 +471,8 @@ impl Work for Sisyphus<'_> {
     }
 }
 
-/// Nobody would ever give such a worker up. Without leases that are given twice the job would wait for it for ever.
+/// The coordinator would never give such a worker up. Unless late leases are given out twice, the job would wait for it
+/// for ever.
 #[test]
 fn a_worker_that_lives_and_never_delivers_does_not_hold_the_end() {
     let shooting = AtomicU64::new(0);

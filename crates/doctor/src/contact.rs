@@ -1,4 +1,4 @@
-//! Edges that miss their neighbours.
+//! Contacts: edges that miss their neighbours.
 
 use std::collections::BTreeMap;
 
@@ -10,20 +10,21 @@ use crate::nearby::{Near, Nearby, triangles};
 use crate::pierce::pierces;
 use crate::pilot::{Draws, Pilot, extent};
 
-/// Points on every edge where neighbours are looked for: in large scenes as many as [`MOST_POINTS`] in all allow.
+/// The number of points on every edge at which neighbours are looked for; in large scenes fewer, [`MOST_POINTS`] in
+/// all.
 const EDGE_POINTS: usize = 8;
 const MOST_POINTS: usize = 300_000;
 
-/// The most points by a gap that rays look for a way out from; of more, a regular sample.
+/// The most points at gaps from which rays look for a way out; of more points, a regular sample.
 const MOST_GAPS: usize = 4096;
 
-/// Edges closer than this part of the scene's extent to another surface were meant to touch it.
+/// The part of the scene's extent below which an edge was meant to touch another surface.
 const GAP: f64 = 5e-3;
 
-/// Gaps below this part of the extent are cracks: vertices that were not merged, or T-junctions.
+/// The part of the extent below which gaps are cracks: vertices that were not merged, or T-junctions.
 const CRACK: f64 = 1e-4;
 
-/// Rays that look for a way out of a gap.
+/// The number of rays that look for a way out of a gap.
 const GAP_RAYS: u32 = 256;
 
 /// A point on an edge that no other surface touches.
@@ -57,7 +58,8 @@ pub(crate) struct Contacts {
 impl Contacts {
     pub(crate) fn find(spec: &SceneSpec, scene: &Scene) -> Self {
         let (nearby, extent) = (Nearby::new(spec), extent(scene));
-        // What touches but for rounding; facets are larger than their surfaces by 2⁻⁴⁶ of the largest coordinate.
+        // Edges touch if only rounding parts them; facets are larger than their surfaces by 2⁻⁴⁶ of the largest
+        // coordinate.
         let corners = spec.surfaces.iter().flat_map(|surface| surface.shape.corners());
         let largest = corners.fold(extent, |largest, corner| largest.max(corner.abs().max_element()));
         let touch = largest / (1_u64 << 45) as f64;
@@ -95,7 +97,7 @@ impl Contacts {
             Finding {
                 kind,
                 surfaces: vec![a, b],
-                // As if the gap were a part of the walls: light is everywhere about alike.
+                // The power is taken as if the gap were a part of the walls: light is about alike everywhere.
                 power: pilot.power * area / walls,
                 message: format!(
                     "between {} and {} is a gap of {width:.3e} m near {}: light gets out",
@@ -110,7 +112,7 @@ impl Contacts {
 
     /// The surfaces whose free edges pass nearest to rays out of the scene, most rays first.
     pub(crate) fn rims(&self, scene: &Scene, ways_out: &[Ray]) -> Vec<u32> {
-        // Many free edges are looked at by sample.
+        // Of many free edges, a sample is examined.
         let every = self.free.len() / 4096 + 1;
         let mut counts: BTreeMap<u32, u32> = BTreeMap::new();
         for ray in ways_out {
@@ -135,7 +137,7 @@ fn edges(shape: &Shape) -> Vec<(DVec3, DVec3)> {
     (0..corners.len()).map(|i| (corners[i], corners[(i + 1) % corners.len()])).collect()
 }
 
-/// An edge and the number of points that it is looked at by.
+/// An edge and the number of points at which it is examined.
 struct Edge {
     surface: u32,
     start: DVec3,

@@ -1,4 +1,4 @@
-//! Surfaces that lie on each other: what the scene's own stacks say of them.
+//! Covers: surfaces that lie on each other, as the scene's own stacks tell.
 
 use std::collections::BTreeSet;
 
@@ -32,7 +32,7 @@ impl Covers {
                 .filter(|overlap| !back_to_back(overlap) && comes_light(scene, pilot, overlap, stack.normal));
             overlaps.extend(faults);
         }
-        // Of overlaps between the same parts of meshes the largest is the one that is told.
+        // Of overlaps between the same parts of meshes the largest is reported.
         overlaps.sort_by(|a, b| b.area.total_cmp(&a.area));
         Covers { overlaps }
     }
@@ -70,7 +70,7 @@ fn comes_light(scene: &Scene, pilot: &Pilot, overlap: &Overlap, up: DVec3) -> bo
     })
 }
 
-/// Φ of an area of a surface, all channels [W].
+/// The power Φ that an area of a surface emits, all channels [W].
 fn emitted(scene: &Scene, surface: u32, area: f64) -> f64 {
     let first = scene.surfaces()[surface as usize].face(0, Side::Front);
     let face = scene.faces().get(first as usize);

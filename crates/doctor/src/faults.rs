@@ -1,4 +1,4 @@
-//! Faults that light tells of: surfaces that are turned round or buried, lamps that shine at nothing, openings.
+//! Faults that light shows: surfaces that are turned round or buried, lamps that shine at nothing, openings.
 
 use radiosity::Scene;
 
@@ -8,10 +8,10 @@ use crate::finding::{Finding, Kind};
 use crate::pilot::Pilot;
 use crate::votes::Votes;
 
-/// A part of the scene's power below which losses are not told one by one.
+/// The part of the scene's power below which losses are not reported one by one.
 const TOLD: f64 = 1e-4;
 
-/// An emitter's side is dark where this part of its light is lost or shaded.
+/// The part of an emitting side's light that must be lost or shaded for the side to be dark.
 const DARK: f64 = 0.9;
 
 pub(crate) fn flipped(scene: &Scene, pilot: &Pilot, flipped: &[u32]) -> Vec<Finding> {
@@ -27,7 +27,7 @@ pub(crate) fn flipped(scene: &Scene, pilot: &Pilot, flipped: &[u32]) -> Vec<Find
     flipped.iter().map(finding).collect()
 }
 
-/// Emitters whose light goes nowhere.
+/// Finds emitters whose light goes nowhere.
 pub(crate) fn dark_emitters(scene: &Scene, pilot: &Pilot, flipped: &[u32]) -> Vec<Finding> {
     let mut findings = Vec::new();
     for (surface, sides) in (0..).zip(&pilot.emission) {
@@ -54,7 +54,7 @@ pub(crate) fn dark_emitters(scene: &Scene, pilot: &Pilot, flipped: &[u32]) -> Ve
     findings
 }
 
-/// Surfaces that no light comes to.
+/// Finds surfaces that no light comes to.
 pub(crate) fn buried(scene: &Scene, votes: &Votes, flipped: &[u32], covers: &Covers) -> Vec<Finding> {
     let covered = covers.surfaces();
     let is_buried = |surface: u32| {
@@ -73,7 +73,7 @@ pub(crate) fn buried(scene: &Scene, votes: &Votes, flipped: &[u32], covers: &Cov
     (0..scene.surfaces().len() as u32).filter(|&surface| is_buried(surface)).map(finding).collect()
 }
 
-/// Backs that light is lost at, those of flipped surfaces aside.
+/// Finds backs at which light is lost, those of flipped surfaces aside.
 pub(crate) fn backs(scene: &Scene, pilot: &Pilot, flipped: &[u32]) -> Vec<Finding> {
     let lost = (0..scene.surfaces().len() as u32)
         .map(|surface| (surface, pilot.back(surface)))
@@ -87,7 +87,7 @@ pub(crate) fn backs(scene: &Scene, pilot: &Pilot, flipped: &[u32]) -> Vec<Findin
     lost.map(finding).collect()
 }
 
-/// The opening that light leaves through, told by the edges around it.
+/// Finds the opening through which light leaves, described by the edges around it.
 pub(crate) fn opening(scene: &Scene, pilot: &Pilot, contacts: &Contacts) -> Option<Finding> {
     const NAMED: usize = 6;
     let mut surfaces = contacts.rims(scene, &pilot.ways_out);

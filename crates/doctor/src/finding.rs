@@ -1,19 +1,19 @@
-//! What is wrong, in words.
+//! Findings of the doctor, in words.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use radiosity::Scene;
 
-/// One thing that is wrong with a scene.
+/// One fault of a scene.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Finding {
-    /// What it is.
+    /// The kind of the fault.
     pub kind: Kind,
     /// The surfaces concerned, by number.
     pub surfaces: Vec<u32>,
-    /// About the power that it costs, all channels together [W].
+    /// About the power that the fault costs, all channels together [W].
     pub power: f64,
-    /// What is wrong and where.
+    /// The fault and its place, in words.
     pub message: String,
 }
 
@@ -39,7 +39,7 @@ pub enum Kind {
 }
 
 impl Kind {
-    /// The word for it.
+    /// The word for this kind of fault.
     pub fn word(self) -> &'static str {
         match self {
             Kind::Flipped => "flipped",
@@ -53,7 +53,7 @@ impl Kind {
         }
     }
 
-    /// What to do about it.
+    /// The remedy for this kind of fault.
     pub fn remedy(self) -> &'static str {
         match self {
             Kind::Flipped => "turn it round (--repair does), or give it two sides",
@@ -70,8 +70,8 @@ impl Kind {
     }
 }
 
-/// The findings, most power first. Those of one kind about the same parts of a mesh become one, which begins with the
-/// worst of them: a lamp of a thousand facets that all shine at a wall is one fault.
+/// Sorts findings by power, the most first, and joins those of one kind about the same parts of a mesh into one, which
+/// begins with the worst of them: a lamp of a thousand facets that all shine at a wall is one fault.
 pub(crate) fn gather(scene: &Scene, mut findings: Vec<Finding>) -> Vec<Finding> {
     // Ties keep the order of surfaces.
     findings.sort_by(|a, b| b.power.total_cmp(&a.power));

@@ -1,4 +1,4 @@
-//! The doctor: what is wrong with the geometry of a scene, most power first.
+//! The doctor: faults in the geometry of a scene, those that cost the most power first.
 //!
 //! [`examine`] looks at a scene in four ways. A pilot ([`pilot`]) follows light from the emitters and finds where it is
 //! lost: at backs, and out of the scene. Votes ([`votes`]) are rays from both sides of every surface, and tell which
@@ -33,8 +33,8 @@ use crate::cover::Covers;
 use crate::pilot::Pilot;
 use crate::votes::Votes;
 
-/// Scenes that lose less than this part of their light count as closed: there, a gap that light gets out through is a
-/// leak, and not one more opening.
+/// The part of its light below which a scene that loses it counts as closed: in such a scene, a gap through which light
+/// leaves is a leak, and not one more opening.
 const CLOSED: f64 = 0.02;
 
 /// Examines a scene. The findings depend on the scene alone.

@@ -1,16 +1,16 @@
-//! Where the power of a scene vanishes, in a few thousand walks: for those that are about to run it.
+//! Losses of a scene's power, by a few thousand walks before a run.
 
 use radiosity::Scene;
 
 use crate::pilot::Pilot;
 
-/// Walks that are followed. A part of a hundredth is known to a tenth of itself.
+/// The number of walks that are followed. A part of a hundredth is known to a tenth of itself.
 const WALKS: u64 = 8192;
 
-/// Power that serves nothing. All channels together.
+/// The power that is lost, summed over channels.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Losses {
-    /// Φ_T [W].
+    /// The power Φ_T of all emitters [W].
     pub(crate) power: f64,
     /// The part of it that leaves its lamp and meets no side that reflects.
     pub(crate) at_once: f64,

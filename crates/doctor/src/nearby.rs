@@ -3,7 +3,7 @@
 use glam::DVec3;
 use radiosity::{SceneSpec, Shape};
 
-/// Surfaces in a leaf.
+/// The most surfaces in a leaf.
 const LEAF: usize = 4;
 
 /// The triangles of every surface in a binary tree of boxes.
@@ -15,7 +15,7 @@ pub(crate) struct Nearby {
 struct Node {
     min: DVec3,
     max: DVec3,
-    /// The triangles below.
+    /// The first of the triangles below the node.
     start: usize,
     end: usize,
     /// The second child; the first follows its parent. `None` for a leaf.
@@ -27,7 +27,7 @@ struct Node {
 pub(crate) struct Near {
     pub(crate) surface: u32,
     pub(crate) point: DVec3,
-    /// From the point that was asked about [m].
+    /// The distance from the point that was asked about [m].
     pub(crate) distance: f64,
 }
 

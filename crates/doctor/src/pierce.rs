@@ -29,7 +29,7 @@ mod tests {
         let triangle = [DVec3::ZERO, DVec3::X, DVec3::Y];
         let at = |z: f64| DVec3::new(0.25, 0.25, z);
         assert!(pierces([at(1.0), at(-1.0)], &triangle) && pierces([at(-1.0), at(1.0)], &triangle));
-        // The products of such heights underflow.
+        // The products of such heights underflow in floating point.
         assert!(pierces([at(1e-200), at(-1e-200)], &triangle));
         assert!(!pierces([at(1.0), at(0.0)], &triangle) && !pierces([at(1.0), at(0.5)], &triangle));
         assert!(!pierces([at(1.0) + DVec3::X, at(-1.0) + DVec3::X], &triangle));

@@ -1,33 +1,33 @@
-//! Light followed from the emitters: where it is lost.
+//! The pilot: light followed from the emitters, to find where it is lost.
 
 use std::ops::RangeInclusive;
 
 use glam::DVec3;
 use radiosity::{Face, Hit, Ray, Scene, Side};
 
-/// Walks from each emitting patch, where there are few of them …
+/// The number of walks from each emitting patch, within the two limits below.
 const WALKS_EACH: u64 = 256;
 
-/// … and in all, at least and at most.
+/// The fewest and the most walks in all.
 const LEAST_WALKS: u64 = 20_000;
 const MOST_WALKS: u64 = 60_000;
 
-/// A walk ends when this is left of its power.
+/// The part of its power at which a walk ends.
 const FAINT: f64 = 0.02;
 
-/// A walk ends after this many reflections.
+/// The number of reflections after which a walk ends.
 const LONGEST: u32 = 16;
 
-/// Ways out that are kept to tell where they lead.
+/// The most rays out of the scene that are kept to tell where they lead.
 const MOST_WAYS_OUT: usize = 256;
 
-/// Distances that differ by less than this part are those of one point; rays closer to their surface are grazing.
+/// The relative difference below which two distances are those of one point; rays closer to their surface are grazing.
 const NEAR: f64 = 1e-6;
 
-/// Places where light arrived that are kept, at most.
+/// The most places where light arrived that are kept.
 const MOST_LIT_PLACES: usize = 1024;
 
-/// Numbers for rays: splitmix64 (Steele, Lea and Flood 2014).
+/// Random numbers for rays: splitmix64 (Steele, Lea and Flood 2014).
 pub(crate) struct Draws(u64);
 
 impl Draws {
@@ -42,7 +42,7 @@ impl Draws {
         x ^ (x >> 31)
     }
 
-    /// A number in (0, 1).
+    /// A uniform number in (0, 1).
     pub(crate) fn uniform(&mut self) -> f64 {
         ((self.bits() >> 11) as f64 + 0.5) / (1_u64 << 53) as f64
     }
@@ -51,24 +51,24 @@ impl Draws {
 /// What became of one side's own light.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Emission {
-    /// Power that left the side [W].
+    /// The power that left the side [W].
     pub(crate) power: f64,
-    /// Power that met something within [`Pilot::close`] [W].
+    /// The power that met something within [`Pilot::close`] [W].
     pub(crate) close: f64,
-    /// Power that met no active side [W].
+    /// The power that met no active side [W].
     pub(crate) lost: f64,
 }
 
 /// A place where light arrived.
 #[derive(Clone, Copy, Debug)]
 struct LitPlace {
-    /// [m, of the scene].
+    /// The point in coordinates of the scene [m].
     point: DVec3,
     surface: u32,
     side: Side,
 }
 
-/// At most [`MOST_LIT_PLACES`] of what is offered, at equal steps.
+/// At most [`MOST_LIT_PLACES`] of the items that are offered, at equal steps.
 struct Sample<T> {
     kept: Vec<T>,
     offered: usize,
@@ -98,13 +98,13 @@ impl<T> Sample<T> {
     }
 }
 
-/// Where light went. Powers are sums over channels [W].
+/// The pilot's findings. Powers are sums over channels [W].
 pub(crate) struct Pilot {
-    /// Φ_T.
+    /// The power Φ_T of all emitters [W].
     pub(crate) power: f64,
-    /// Power that left the scene.
+    /// The power that left the scene [W].
     escaped: f64,
-    /// Power that arrived at the back of each surface.
+    /// The power that arrived at the back of each surface [W].
     backs: Vec<f64>,
     /// Whether light left or arrived at the sides of each surface: front, back.
     lit: Vec<[bool; 2]>,
@@ -149,7 +149,7 @@ impl Pilot {
         let step = pilot.power / walks as f64;
         let (mut passed, mut emitter) = (0.0, 0);
         for walk in 0..walks {
-            // Births at equal steps of power: every emitter gets its share.
+            // Births are at equal steps of power: every emitter gets its share.
             let at = (walk as f64 + 0.5) * step;
             while emitter + 1 < emitters.len() && passed + emitters[emitter].1 < at {
                 passed += emitters[emitter].1;
@@ -236,7 +236,7 @@ impl Pilot {
         })
     }
 
-    /// One in `step` of the places is looked at.
+    /// Whether a point of a side sees a lit place, of which one in `step` is tried.
     fn sees_lit_place(&self, scene: &Scene, origin: DVec3, from: u32, side: Side, step: usize) -> bool {
         let normal = scene.surfaces()[from as usize].normal();
         let outwards = if side == Side::Front { normal } else { -normal };

@@ -1,4 +1,4 @@
-//! What can be put right without asking.
+//! Repairs that need no question.
 
 use std::collections::BTreeSet;
 
@@ -8,7 +8,7 @@ use crate::pilot::Pilot;
 use crate::sheets::Sheets;
 use crate::votes::Votes;
 
-/// Turning one surface round shows what others see: as many rounds as this are made.
+/// The most rounds of turning: a surface that is turned round changes what others see.
 const ROUNDS: usize = 8;
 
 /// A repaired scene and what was done to it.
@@ -51,7 +51,7 @@ pub fn turn_flipped(spec: &mut SceneSpec) -> Result<Vec<String>, SceneError> {
         }
         for surface in wrong {
             turn(&mut spec.surfaces[surface as usize]);
-            // One that is turned twice is as it was.
+            // A surface that is turned twice is as it was.
             if !turned.remove(&surface) {
                 turned.insert(surface);
             }

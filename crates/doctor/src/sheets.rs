@@ -5,10 +5,10 @@ use std::collections::HashMap;
 use glam::DVec3;
 use radiosity::{SceneSpec, Sides};
 
-/// Corners that differ by less than this part of the largest coordinate are one vertex.
+/// The part of the largest coordinate below which two corners are one vertex.
 const SAME: f64 = 1.0 / (1_u64 << 40) as f64;
 
-/// A sheet is turned as a whole where the surfaces whose own view says so outnumber the others by this factor.
+/// The factor by which the surfaces that are to be turned must outnumber the others for a whole sheet to be turned.
 const CLEARLY: usize = 4;
 
 /// The sheets of a scene.
@@ -28,7 +28,7 @@ impl Sheets {
                 links.entry(vertices).or_default().push((surface, backwards));
             }
         }
-        // Where three surfaces or more meet, an edge says nothing of their sides.
+        // If three surfaces or more meet at an edge, the edge says nothing of their sides.
         let mut neighbours: HashMap<u32, Vec<(u32, bool)>> = HashMap::new();
         for pair in links.into_values() {
             if let [(a, a_backwards), (b, b_backwards)] = pair[..] {
@@ -51,7 +51,7 @@ impl Sheets {
         let mut turned: Vec<u32> = flipped.to_vec();
         for sheet in &self.sheets {
             let is_flipped = |surface: u32| flipped.binary_search(&surface).is_ok();
-            // A flipped surface that faces the other way than the first speaks for the first.
+            // A flipped surface that faces the other way than the first is a vote for the first.
             let for_first = sheet.iter().filter(|&&(surface, other)| match other {
                 false => right(surface),
                 true => is_flipped(surface),
@@ -132,7 +132,7 @@ mod tests {
 
     use super::*;
 
-    /// The four faces of a tetrahedron, fronts outside, those of `turned` inside.
+    /// The four faces of a tetrahedron: fronts outside, but those of `turned` inside.
     fn tetrahedron(turned: &[usize]) -> SceneSpec {
         let [o, x, y, z] = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z];
         let faces = [[o, y, x], [o, x, z], [o, z, y], [x, y, z]];

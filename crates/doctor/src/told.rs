@@ -1,22 +1,22 @@
-//! Power that vanishes, in words: on backs, or at once.
+//! Warnings about power that vanishes, in words: on backs, or at once.
 
 use radiosity::Scene;
 
 use crate::losses::{Losses, losses};
 
-/// Faces beyond this number are not looked at one by one before a run.
+/// The most faces of a scene that is examined before a run.
 const MOST_FACES: usize = 20_000_000;
 
-/// Less than this part of the power that is lost at once is what open scenes lose.
+/// The part of the power lost at once from which a warning is due; open scenes lose less.
 const VANISHES: f64 = 0.9;
 
-/// Less than this part of the power on backs is not worth a word before a run; the check `backs` counts it.
+/// The part of the power on backs from which a warning before a run is due; the check `backs` counts less.
 const WORTH_A_WORD: f64 = 0.01;
 
-/// Surfaces that are named.
+/// The most surfaces that are named.
 const NAMED: usize = 5;
 
-/// What becomes of the light of a scene that is of no use, a sentence each; nothing where it serves.
+/// The warnings about a scene whose light is lost, a sentence each; none if the scene is sound.
 pub fn warnings(scene: &Scene) -> Vec<String> {
     if scene.faces().len() > MOST_FACES {
         return Vec::new();
@@ -27,7 +27,7 @@ pub fn warnings(scene: &Scene) -> Vec<String> {
         warnings.push(format!(
             "{} of the light vanishes at once: it leaves its lamps and meets no side that reflects. By power: {}. Their fronts \
              face away from the room, or they are far from it; turn them round (`radwalk check SCENE --fix-report` says which \
-             surfaces are flipped, `--repair` writes a copy without), or write sides = 2, so that both sides live",
+             surfaces are flipped, `--repair` writes a copy without), or write sides = 2, so that both sides are active",
             part(losses.at_once),
             named(scene, &losses.lamps, &losses)
         ));
@@ -36,7 +36,7 @@ pub fn warnings(scene: &Scene) -> Vec<String> {
         warnings.push(format!(
             "{} of the light ends on the backs of one-sided surfaces, and is lost. By power: {}. Turn them round \
              (`radwalk check SCENE --fix-report` says which are flipped, `--repair` writes a copy without), or write sides = 2, \
-             so that both sides live",
+             so that both sides are active",
             part(losses.on_backs),
             named(scene, &losses.backs, &losses)
         ));
@@ -44,7 +44,7 @@ pub fn warnings(scene: &Scene) -> Vec<String> {
     warnings
 }
 
-/// The first surfaces, with their parts of all power.
+/// The first surfaces, with their parts of all power, in words.
 fn named(scene: &Scene, surfaces: &[(u32, f64)], losses: &Losses) -> String {
     let told = surfaces.iter().take(NAMED);
     let told = told

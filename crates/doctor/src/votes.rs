@@ -1,16 +1,17 @@
-//! What the two sides of a surface see.
+//! Votes: what rays from the two sides of each surface see.
 
 use radiosity::{Ray, Scene, Side, Sides, Surface};
 
 use crate::losses::Losses;
 use crate::pilot::{Draws, Pilot};
 
-/// Rays from each side of a one-sided surface, and of all together, where there are many: then fewer each.
+/// The number of rays from each side of a one-sided surface, and the most of all together; in large scenes each side
+/// has fewer.
 const RAYS: usize = 48;
 const MOST_RAYS: usize = 2_000_000;
 const LEAST_RAYS: usize = 12;
 
-/// A side is judged by this part of its rays.
+/// The part of a side's rays that decides its view.
 const MOST: f64 = 0.9;
 
 /// What became of the rays from one side.
@@ -31,7 +32,7 @@ impl View {
     }
 }
 
-/// The views of every surface: front, back.
+/// The views of every surface: front and back.
 pub(crate) struct Votes {
     views: Vec<[View; 2]>,
     one_sided: Vec<bool>,
@@ -42,7 +43,7 @@ impl Votes {
         let is_asked = |surface: &Surface| surface.sides() == Sides::Front;
         let asked = scene.surfaces().iter().filter(|surface| is_asked(surface)).count();
         let rays = (MOST_RAYS / (2 * asked).max(1)).clamp(LEAST_RAYS, RAYS) as u32;
-        // Of surfaces with two sides neither is the wrong one.
+        // Neither side of a two-sided surface is the wrong one.
         let views = (0..).zip(scene.surfaces()).map(|(number, surface)| match is_asked(surface) {
             true => [Side::Front, Side::Back].map(|side| view(scene, pilot, number, surface, side, rays)),
             false => [View::default(); 2],
@@ -67,10 +68,10 @@ impl Votes {
         self.is_one_sided(surface) && front.lost() <= 0.5 && front.lit > 0.0 && back.lost() >= MOST
     }
 
-    /// The one-sided surfaces whose back is where their front should be: light arrives at it; the front sees nothing that
-    /// reflects and the back does, or the front looks out of the scene and the back into it, or the front sees darkness, as
-    /// within a body that is inside out, and the back sees light. Where most faces are flipped, no light arrives at any
-    /// back, since all of it leaves the scene at once.
+    /// The one-sided surfaces whose back is where their front should be. Light arrives at the back, and one of these
+    /// holds: the front sees nothing that reflects and the back does; the front looks out of the scene and the back
+    /// into it; or the front sees darkness, as within a body that is inside out, and the back sees light. If most faces
+    /// are flipped, no light arrives at any back, since all of it leaves the scene at once.
     pub(crate) fn flipped(&self, pilot: &Pilot) -> Vec<u32> {
         let is_wrong = |surface: u32| {
             let [front, back] = self.views[surface as usize];

@@ -1,4 +1,4 @@
-//! Rooms that were broken on purpose, and sound ones.
+//! Tests with rooms that were broken on purpose, and with sound ones.
 
 use doctor::{Finding, Kind, examine, repair};
 use glam::DVec3;
@@ -343,7 +343,8 @@ fn sound_rooms_have_nothing() {
     }
 }
 
-/// A rug of 1 m² that hangs over the edge of a floor of its own plane by a quarter: the areas are those of the scene's stacks.
+/// A rug of 1 m² hangs over the edge of a floor in its own plane by a quarter: the areas are those of the scene's
+/// stacks.
 #[test]
 fn overlaps_are_exact() {
     let mut rug = both(quad("rug", [3.25, 1., 0.], [1., 0., 0.], [0., 1., 0.]));
@@ -353,7 +354,7 @@ fn overlaps_are_exact() {
     assert_eq!(found.message, "floor and rug lie in one plane and share 7.500e-1 m²");
 }
 
-/// A box with its fronts inside, 1 mm above the floor: no light is seen to arrive at its bottom, which follows its sides.
+/// The lowest face of a box with its fronts inside, 1 mm above the floor, sees no light arrive, and follows its sides.
 #[test]
 fn connected_surfaces_are_turned_together() {
     let place = |outwards| cuboid(BLOCK, [1., 1., 0.001], [0.5; 3], outwards);

@@ -73,7 +73,7 @@ fn shooting_second_moment(estimator: EstimatorKind, &Terms { b, r, xi, power_den
         // φ_i += Φ_T/R_i at every hit but the last: S97 corollary 2.11, R_i (1/R_i + 2ξ_i) written so as to be finite at
         // R_i = 0
         (_, Event::Survival) => b * power_density,
-        // φ_i += Φ_T at every hit: BS eq. (19); at the first one, b being that of one bounce
+        // φ_i += Φ_T at every hit: S97 corollary 2.16, BS eq. (19); at the first one, b being that of one bounce
         (_, Event::Arrival) => b * r * power_density,
     };
     if estimator.scores_again() { once * (1.0 + 2.0 * r * xi) } else { once }
@@ -83,7 +83,7 @@ fn shooting_second_moment(estimator: EstimatorKind, &Terms { b, r, xi, power_den
 /// Σ_s c_s b_is is the radiosity b_i that emittances c_sE_s would cause, as b_is is linear in E_s.
 fn gathering_second_moments(estimator: EstimatorKind, exact: &Exact) -> Vec<f64> {
     // b_i += R_iE_s/(p_ip) at an event of probability p on a source: where the walk dies, S97 eq. (10); at every hit but the
-    // last and at every hit, S97 table 3. 2b_s is what the walk still gathers.
+    // last, eq. (13); at every hit, eq. (14). 2b_s is what the walk still gathers.
     let c = |s: Source| {
         let later = if estimator.scores_again() { 2.0 * s.b } else { 0.0 };
         (s.e + later) / estimator.event().probability(s.r)

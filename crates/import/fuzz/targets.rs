@@ -1,4 +1,5 @@
-// What any file may hold, thrown at the readers: nothing may panic, run for ever or take memory without end.
+// The fuzz targets of the readers: whatever a file holds, a reader must not panic, run for ever or take memory without
+// end.
 
 use std::io;
 use std::path::Path;
@@ -6,7 +7,7 @@ use std::path::Path;
 use import::{Faults, Files, Format, Options};
 use radiosity::{IndexChoice, Scene};
 
-/// Reads some content, and builds the scene where there is one. What follows a NUL is the content of every file that
+/// Reads some content, and builds the scene if there is one. The bytes after a NUL are the content of every file that
 /// the first part names.
 fn mesh(content: &[u8], format: Format) {
     let (content, named) = match content.iter().position(|&byte| byte == 0) {

@@ -1,8 +1,8 @@
-//! Numbers of binary formats, never read beyond the end.
+//! A reader of numbers in binary formats, which never reads beyond the end.
 
 use crate::error::Fault;
 
-/// What is left to read.
+/// The bytes that are left to read.
 pub(crate) struct Bytes<'a> {
     rest: &'a [u8],
 }

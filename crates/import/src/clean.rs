@@ -1,21 +1,21 @@
-//! Faces that cannot be modelled: those without area, and those that are there twice.
+//! Faces that cannot be modelled: those without area, and those that cover an earlier one.
 
 use glam::DVec3;
 
 use crate::mesh::{Mesh, Triangle};
 
-/// The faults of a mesh, by index of its triangles.
+/// The faulty triangles of a mesh, by their indices.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Faulty {
-    /// Triangles without area.
+    /// The triangles without area.
     pub(crate) degenerate: Vec<usize>,
-    /// Triangles that cover an earlier one.
+    /// The triangles that cover an earlier one.
     pub(crate) doubled: Vec<usize>,
 }
 
 impl Faulty {
-    /// Finds the faults. `two_sided` tells of each material whether both sides are active; of one-sided triangles only
-    /// those that face the same way are doubles.
+    /// Finds the faulty triangles. `two_sided` says for each material whether both sides are active; a one-sided
+    /// triangle is a double only of one that faces the same way.
     pub(crate) fn find(mesh: &Mesh, two_sided: &[bool]) -> Self {
         let merged = merge(&mesh.positions);
         let corners = mesh.triangles.iter().flat_map(|triangle| triangle.corners);
@@ -53,7 +53,7 @@ impl Faulty {
     }
 }
 
-/// The least index of a vertex at the same place, for each vertex.
+/// For each vertex, the least index of a vertex at the same place.
 pub(crate) fn merge(positions: &[DVec3]) -> Vec<u32> {
     // Adding 0 turns −0 into 0.
     let bits = |i: u32| positions[i as usize].to_array().map(|x| (x + 0.0).to_bits());
@@ -70,7 +70,7 @@ pub(crate) fn merge(positions: &[DVec3]) -> Vec<u32> {
     merged
 }
 
-/// The corners in an order that equal triangles share: the least first; turned round at will where both sides count.
+/// The corners in an order that equal triangles share: the least first; if both sides count, in either orientation.
 fn sorted([a, b, c]: [u32; 3], any_way: bool) -> [u32; 3] {
     let least = a.min(b).min(c);
     let [a, b, c] = if least == a {
@@ -83,8 +83,8 @@ fn sorted([a, b, c]: [u32; 3], any_way: bool) -> [u32; 3] {
     if any_way && b > c { [a, c, b] } else { [a, b, c] }
 }
 
-/// Triangles whose edges are all shorter than this part of the scene's largest coordinate count as without area: a
-/// thousand times what coordinates there resolve.
+/// The part of the scene's largest coordinate below which a triangle's edges count as no length: a thousand times what
+/// coordinates there resolve.
 const SMALLEST: f64 = 1.0 / (1_u64 << 36) as f64;
 
 /// Whether the direction of a triangle's normal is more than rounding, by the rule of [`radiosity::Scene::build`], and an

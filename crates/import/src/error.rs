@@ -1,23 +1,23 @@
-//! What can be wrong with a mesh file, as one message: problem, why it is one, what to do.
+//! The error of a mesh file, as one message: problem, reason and remedy.
 
 use std::fmt;
 use std::path::PathBuf;
 
 use thiserror::Error;
 
-/// A mesh file that cannot be used.
+/// The error of a mesh file that cannot be used.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 #[error("{}{spot}: {problem} ({why}); {remedy}", file.display())]
 pub struct Error {
     /// The file at fault.
     pub file: PathBuf,
-    /// The spot in the file.
+    /// The spot of the problem in the file.
     pub spot: Spot,
-    /// What was found.
+    /// The problem: what was found.
     pub problem: String,
-    /// Why it cannot be used.
+    /// The reason why it cannot be used.
     pub why: String,
-    /// What to do.
+    /// The remedy for the problem.
     pub remedy: String,
 }
 

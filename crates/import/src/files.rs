@@ -1,4 +1,4 @@
-//! Where readers get bytes from: the disk, or a test.
+//! The source of a reader's bytes: the disk, or a test.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -9,7 +9,7 @@ pub struct Files<'a> {
 }
 
 impl<'a> Files<'a> {
-    /// Files by a function from path to content.
+    /// Reads files by a function from path to content.
     pub fn new(read: &'a mut dyn FnMut(&Path) -> io::Result<Vec<u8>>) -> Self {
         Files { read }
     }

@@ -1,9 +1,10 @@
 //! Scenes from mesh files: OBJ with MTL, glTF 2.0 and GLB, STL, PLY, MGF.
 //!
 //! [`read`] makes a [`Mesh`] of any of them; [`Mesh::into_scene`] turns it into the surfaces of a
-//! [`radiosity::SceneSpec`] as [`Options`] ask for. Nothing is opened here: content comes in, and [`Files`] has what
-//! else a file names. What the radiosity method cannot model (specular reflection, textures, transparency) is reduced
-//! to its diffuse part and told in notes; what is wrong is one [`Error`] with file and line, or element.
+//! [`radiosity::SceneSpec`] as [`Options`] ask for. This crate opens no files: the caller passes content in, and
+//! [`Files`] reads what a file names. What the radiosity method cannot model (specular reflection, textures,
+//! transparency) is reduced to its diffuse part and listed in notes; a fault is one [`Error`] with file and line, or
+//! element.
 
 #![warn(unreachable_pub, unnameable_types)]
 
@@ -32,26 +33,26 @@ use radiosity::Spectrum;
 pub use error::{Error, Spot};
 pub use files::Files;
 pub use mesh::{DEFAULT_REFLECTANCE, MAX_TRIANGLES, Material, Mesh, Triangle};
-pub use options::{Axis, Faults, MaterialOverride, Options, SidesChoice};
+pub use options::{Axis, Faults, MaterialOverride, Options, SidesChoice, matches};
 pub use scene::{Imported, Spots};
 
-/// The formats, told by the extension of a file's name.
+/// The formats of mesh files, chosen by the extension of the file's name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Format {
-    /// Wavefront OBJ.
+    /// The format Wavefront OBJ.
     Obj,
-    /// glTF 2.0, also in its container GLB.
+    /// The format glTF 2.0, also in its container GLB.
     Gltf,
-    /// STL, binary or ASCII.
+    /// The format STL, binary or ASCII.
     Stl,
-    /// PLY, binary or ASCII.
+    /// The format PLY, binary or ASCII.
     Ply,
-    /// The Materials and Geometry Format.
+    /// The Materials and Geometry Format, MGF.
     Mgf,
 }
 
 impl Format {
-    /// The format of a file by its name; `None` where it is none of these.
+    /// The format of a file by its name; `None` if it is none of these.
     pub fn of(path: &Path) -> Option<Self> {
         match path.extension()?.to_str()?.to_lowercase().as_str() {
             "obj" => Some(Format::Obj),

@@ -1,4 +1,4 @@
-//! What every reader makes of its format: triangles with materials and names, in the units and axes of the file.
+//! The mesh that every reader makes: triangles with materials and names, in the units and axes of the file.
 
 use std::borrow::Cow;
 use std::collections::HashMap;
@@ -23,22 +23,22 @@ pub struct Mesh {
     pub parts: Vec<String>,
     /// The materials, also those that no triangle has.
     pub materials: Vec<Material>,
-    /// What of the file was left out or changed, a sentence each.
+    /// The parts of the file that were left out or changed, a sentence each.
     pub notes: Vec<String>,
 }
 
 /// One triangle; its front is where its corners run counter-clockwise.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Triangle {
-    /// Indices of positions.
+    /// The indices of the corners' positions.
     pub corners: [u32; 3],
-    /// The index of its part.
+    /// The index of the triangle's part.
     pub part: u32,
     /// The number of its face within the part, from 0. Triangles of one polygon share it.
     pub face: u32,
-    /// The index of its material.
+    /// The index of the triangle's material.
     pub material: u32,
-    /// The line of its face, from 1; 0 in files without lines.
+    /// The line of its face, from 1; 0 if the file has no lines.
     pub line: u32,
 }
 
@@ -51,13 +51,13 @@ pub struct Material {
     pub reflectance: Spectrum,
     /// Emittance [W/m²] of each active side.
     pub emittance: Spectrum,
-    /// The active sides; `None` where the file does not say.
+    /// The active sides; `None` if the file does not say.
     pub sides: Option<Sides>,
-    /// What was dropped of it, a clause each: `specular reflectance 0.04`.
+    /// The parts of the material that were dropped, a clause each: `specular reflectance 0.04`.
     pub dropped: Vec<String>,
 }
 
-/// The reflectance of faces whose file says nothing of it.
+/// The reflectance of faces whose file gives none.
 pub const DEFAULT_REFLECTANCE: f64 = 0.5;
 
 impl Material {
@@ -101,7 +101,7 @@ pub(crate) struct Parts {
     names: Names,
     faces: Vec<u32>,
     current: Option<u32>,
-    /// Whether a name was longer than parts have them.
+    /// Whether a name was longer than names of parts may be.
     cut: bool,
 }
 
@@ -134,7 +134,7 @@ impl Parts {
     }
 }
 
-/// A name, cut where it is longer than names of parts are. Parts of names that begin alike up to there become one.
+/// A name, cut if it is longer than names of parts may be. Parts whose names begin alike up to there become one.
 pub(crate) fn short(name: &str) -> Cow<'_, str> {
     if name.len() <= LONGEST_NAME {
         return name.into();

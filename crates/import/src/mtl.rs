@@ -27,11 +27,11 @@ fn statement(line: &[u8], materials: &mut Vec<Material>) -> Result<(), Fault> {
             name if name.is_empty() => "default".into(),
             name => name,
         };
-        // What the format's own defaults say of a material without Kd.
+        // The format's default of a material without Kd is black.
         materials.push(Material { reflectance: Spectrum::BLACK, ..Material::unknown(name) });
         return Ok(());
     }
-    // Lines before the first material say nothing of any.
+    // Lines before the first material belong to none.
     let Some(material) = materials.last_mut() else { return Ok(()) };
     match keyword.as_slice() {
         b"kd" => material.reflectance = colour(&mut arguments)?,
@@ -47,7 +47,7 @@ fn statement(line: &[u8], materials: &mut Vec<Material>) -> Result<(), Fault> {
     Ok(())
 }
 
-/// Three channels, or one for all.
+/// Reads three channels, or one number for all.
 fn colour<'a>(words: &mut impl Iterator<Item = &'a [u8]>) -> Result<Spectrum, Fault> {
     let first = words.next();
     if let Some(kind @ (b"spectral" | b"xyz")) = first {
@@ -63,7 +63,7 @@ fn colour<'a>(words: &mut impl Iterator<Item = &'a [u8]>) -> Result<Spectrum, Fa
     Ok(Spectrum::rgb([red, green, blue]))
 }
 
-/// A number, perhaps behind the word `-halo`.
+/// Reads a number, perhaps after the word `-halo`.
 fn opacity<'a>(words: &mut impl Iterator<Item = &'a [u8]>) -> Result<f64, Fault> {
     let first = words.next();
     number(if first == Some(b"-halo") { words.next() } else { first })

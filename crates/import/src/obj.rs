@@ -1,6 +1,6 @@
 //! Wavefront OBJ: polygons of objects and groups; their materials are in MTL files ([`crate::mtl`]).
 //!
-//! Written here rather than taken from a crate, since refusals name the line.
+//! This reader is written here rather than taken from a crate, since refusals name the line.
 
 use std::path::Path;
 
@@ -56,7 +56,7 @@ struct Reader {
     group: String,
     materials: Names,
     material: Option<u32>,
-    /// The corners of the face that is read, kept for its allocation.
+    /// The corners of the current face, kept for its allocation.
     corners: Vec<u32>,
     tally: Tally,
 }
@@ -81,7 +81,7 @@ impl Reader {
         Ok(())
     }
 
-    /// A part is an object, a group of no object, or a group of an object: `object/group`.
+    /// Enters a part: an object, a group outside of objects, or a group of an object as `object/group`.
     fn enter(&mut self, object: Option<String>, group: Option<String>) {
         if let Some(object) = object {
             self.object = object;
@@ -126,7 +126,7 @@ impl Reader {
         })
     }
 
-    /// The material of a name, also of one that no MTL file has defined yet.
+    /// The number of a material by its name, also of one that no MTL file has defined yet.
     fn material_number(&mut self, name: &str) -> u32 {
         let name = if name.is_empty() { "default" } else { name };
         let (number, new) = self.materials.number(name);
@@ -137,8 +137,8 @@ impl Reader {
         number
     }
 
-    /// Reads MTL files. A line may name several, or one with spaces in its name; files that have moved name them by paths that
-    /// are no more, and have them beside them.
+    /// Reads MTL files. A line may name several files, or one with spaces in its name. A file that was moved may name
+    /// them by old paths; then they are looked for beside it.
     fn library(&mut self, path: &Path, line: &str, files: &mut Files<'_>) -> Result<(), Error> {
         let mut found = files.beside(path, line).map(|found| vec![found]);
         if found.is_err() {

@@ -1,28 +1,28 @@
-//! How a mesh becomes a scene: the keys of `[import]`.
+//! The options by which a mesh becomes a scene: the keys of `[import]`.
 
 use glam::DVec3;
 use radiosity::Spectrum;
 
-/// What `[import]` says.
+/// The keys of `[import]`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Options {
-    /// The file's up axis, which becomes z; `None`: y for glTF and OBJ, else z.
+    /// The file's up axis, which becomes z; `None` means y for glTF and OBJ, and z for the others.
     pub up: Option<Axis>,
-    /// Metres per unit of the file.
+    /// The length of the file's unit in metres.
     pub unit: f64,
-    /// Which sides are active.
+    /// The choice of active sides.
     pub sides: SidesChoice,
-    /// The longest edge that a patch may have [m]; `None`: one patch a face.
+    /// The longest edge that a patch may have [m]; with `None` each face is one patch.
     pub patch_size: Option<f64>,
-    /// The largest area that a patch may have [m²]; `None`: any.
+    /// The largest area that a patch may have [m²]; `None` sets no limit.
     pub max_patch_area: Option<f64>,
-    /// What to do with faces that cannot be modelled.
+    /// The treatment of faces that cannot be modelled.
     pub faults: Faults,
     /// Whether neighbouring triangles that form a parallelogram become one.
     pub join: bool,
-    /// What reflectances are clamped to; `None`: those of 1 and more are refused.
+    /// The limit that reflectances are clamped to; with `None` those of 1 and more are refused.
     pub reflectance_limit: Option<f64>,
-    /// How far facets of curved surfaces may lie inside them, in parts of their radius.
+    /// The most distance of facets within a curved surface, in parts of its radius.
     pub curve_error: f64,
     /// Changes of materials, in the order in which they apply.
     pub materials: Vec<MaterialOverride>,
@@ -51,11 +51,11 @@ impl Default for Options {
 /// An axis of the file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Axis {
-    /// The first coordinate.
+    /// The axis of the first coordinate.
     X,
-    /// The second coordinate.
+    /// The axis of the second coordinate.
     Y,
-    /// The third coordinate.
+    /// The axis of the third coordinate.
     Z,
 }
 
@@ -70,48 +70,48 @@ impl Axis {
     }
 }
 
-/// The sides of imported faces.
+/// The sides of imported faces that are active.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SidesChoice {
-    /// What the file says, and both where it does not.
+    /// The sides that the file gives; both if it gives none.
     File,
-    /// The front only.
+    /// The front only, whatever the file says.
     One,
-    /// Both.
+    /// Both sides, whatever the file says.
     Two,
 }
 
-/// What to do with degenerate and doubled faces.
+/// The treatment of degenerate and doubled faces.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Faults {
-    /// Leave them out and say so.
+    /// They are left out, and a note says so.
     Report,
-    /// Refuse the file, all of them in one message.
+    /// The file is refused, with all of them in one message.
     Refuse,
 }
 
-/// One table `[import.material."PATTERN"]`.
+/// The changes of one table `[import.material."PATTERN"]`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MaterialOverride {
     /// Names of materials; `*` stands for any text.
     pub pattern: String,
-    /// Replaces the reflectance.
+    /// The reflectance that replaces the material's.
     pub reflectance: Option<Spectrum>,
-    /// Replaces the emittance [W/m²].
+    /// The emittance that replaces the material's [W/m²].
     pub emittance: Option<Spectrum>,
-    /// Replaces the emittance by this power [W] over the active sides of all faces of matching materials.
+    /// The power [W] over the active sides of all faces of matching materials, which replaces the emittance.
     pub power: Option<Spectrum>,
-    /// Replaces the sides.
+    /// The sides that replace the material's.
     pub sides: Option<SidesChoice>,
 }
 
 /// Whether a name matches a pattern in which `*` stands for any text.
-pub(crate) fn matches(pattern: &str, name: &str) -> bool {
+pub fn matches(pattern: &str, name: &str) -> bool {
     let mut parts = pattern.split('*');
     let first = parts.next().unwrap_or_default();
     let Some(mut rest) = name.strip_prefix(first) else { return false };
     let Some(last) = parts.next_back() else { return rest.is_empty() };
-    // Taking the first place of each part leaves most room for those that follow.
+    // Taking the first place of each part leaves the most room for the parts after it.
     for part in parts {
         let Some(at) = rest.find(part) else { return false };
         rest = &rest[at + part.len()..];

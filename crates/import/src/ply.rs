@@ -1,6 +1,7 @@
 //! PLY, ASCII and binary of both byte orders: vertices and the faces that list them.
 //!
-//! Written here rather than taken from a crate, since refusals name the line and a million faces pass in a second.
+//! This reader is written here rather than taken from a crate, since refusals name the line, and a million faces are
+//! read in a second.
 
 use std::path::Path;
 
@@ -12,7 +13,7 @@ use crate::mesh::{Material, Mesh, Triangle};
 use crate::tally::Tally;
 use crate::text::{name, number, words};
 
-/// How numbers are written.
+/// The encoding of numbers in the body.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Encoding {
     Ascii,
@@ -51,9 +52,9 @@ struct Element {
 struct Header {
     encoding: Encoding,
     elements: Vec<Element>,
-    /// Lines of the header.
+    /// The number of lines in the header.
     lines: usize,
-    /// Where data begin.
+    /// The place where the data begin.
     end: usize,
 }
 
@@ -78,7 +79,7 @@ pub(crate) fn read(path: &Path, content: &[u8]) -> Result<Mesh, Error> {
     body.finish(&header).map_err(|fault| fault.at(path, Spot::File))
 }
 
-/// Words with the lines that they stand on; `above` lines precede the text.
+/// The words of a text with their lines; `above` lines precede the text.
 fn words_of(text: &[u8], above: usize) -> impl Iterator<Item = (usize, &[u8])> {
     let lines = (above + 1..).zip(text.split(|&byte| byte == b'\n'));
     lines.flat_map(|(number, line)| words(line).map(move |word| (number, word)))
@@ -172,7 +173,7 @@ fn read_scalar(word: &[u8]) -> Result<Scalar, Fault> {
     }
 }
 
-/// The numbers behind the header, one after the other.
+/// The numbers after the header, one by one.
 struct Numbers<'a> {
     encoding: Encoding,
     bytes: Bytes<'a>,
@@ -217,12 +218,12 @@ impl Numbers<'_> {
     }
 }
 
-/// What the elements have said so far.
+/// What was read from the elements so far.
 #[derive(Default)]
 struct Body {
     mesh: Mesh,
     tally: Tally,
-    /// The corners of the face that is read.
+    /// The corners of the current face.
     corners: Vec<u32>,
 }
 
@@ -250,13 +251,13 @@ impl Body {
         }
     }
 
-    /// Reads a list; that of a face's vertices is kept.
+    /// Reads a list, and keeps that of a face's vertices.
     fn list(&mut self, property: &Property, length: Scalar, numbers: &mut Numbers<'_>) -> Result<(), Fault> {
         let is_face = matches!(property.name.as_slice(), b"vertex_indices" | b"vertex_index");
         for _ in 0..numbers.next(length)?.max(0.0) as u64 {
             let value = numbers.next(property.scalar)?;
             if is_face {
-                // No mesh has vertex u32::MAX: it is refused with those that are too large.
+                // No mesh has a vertex u32::MAX: it is refused with those that are too large.
                 self.corners.push(if value < 0.0 { u32::MAX } else { value as u32 });
             }
         }

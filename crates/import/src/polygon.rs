@@ -1,11 +1,11 @@
-//! Polygons, also with holes, cut into triangles.
+//! Cutting of polygons, also with holes, into triangles.
 
 use glam::{DVec2, DVec3};
 
-/// How a polygon was cut.
+/// The triangles of a polygon, and its faults.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Cut {
-    /// Indices into the polygon's corners.
+    /// The triangles, as indices of the polygon's corners.
     pub(crate) triangles: Vec<[usize; 3]>,
     /// Whether corners lie off the common plane by more than [`FLAT`] of the polygon's size.
     pub(crate) bent: bool,
@@ -13,10 +13,10 @@ pub(crate) struct Cut {
     pub(crate) crossed: bool,
 }
 
-/// How far corners may lie off the plane of their polygon, in parts of its size, before that is reported.
+/// The most distance of corners from the plane of their polygon, in parts of its size, that is not reported.
 const FLAT: f64 = 1e-3;
 
-/// How far areas may differ before an outline counts as crossed.
+/// The most relative difference of areas before an outline counts as crossed.
 const SAME_AREA: f64 = 1e-6;
 
 /// Cuts a polygon into triangles that keep its orientation. Corners from `holes[i]` on, to the next hole or the end,
@@ -42,7 +42,7 @@ pub(crate) fn cut(corners: &[DVec3], holes: &[usize]) -> Cut {
     Cut { triangles, bent, crossed }
 }
 
-/// The unit normal of an outline that runs counter-clockwise seen from its front; `None` without area.
+/// The unit normal of an outline that runs counter-clockwise seen from its front; `None` if it has no area.
 pub(crate) fn normal(outline: &[DVec3]) -> Option<DVec3> {
     newell(outline).try_normalize()
 }
@@ -80,7 +80,7 @@ fn is_convex(flat: &[DVec2]) -> bool {
     let n = flat.len();
     let edge = |i: usize| flat[(i + 1) % n] - flat[i % n];
     let left = |i: usize| edge(i).perp_dot(edge(i + 1)) > 1e-12 * edge(i).length() * edge(i + 1).length();
-    // Outlines that wind round twice turn left everywhere, too.
+    // Outlines that wind round twice also turn left everywhere.
     let turn: f64 = (0..n).map(|i| edge(i).angle_to(edge(i + 1))).sum();
     (0..n).all(left) && turn < 1.5 * std::f64::consts::TAU
 }

@@ -1,4 +1,4 @@
-//! How large a mesh may become: files repeat what they hold, and a small one could ask for any amount.
+//! The most triangles of a mesh: files repeat what they hold, and a small one could ask for any amount.
 
 use crate::error::Fault;
 use crate::mesh::{MAX_TRIANGLES, Mesh};
@@ -19,12 +19,12 @@ impl Room {
         Room { bytes: bytes as u64 }
     }
 
-    /// The most triangles.
+    /// The most triangles that the file may make.
     pub(crate) fn most(self) -> u64 {
         self.bytes.saturating_add(FREE_TRIANGLES).min(MAX_TRIANGLES as u64)
     }
 
-    /// Why there are not to be more, for messages.
+    /// The reason for the limit, for messages.
     pub(crate) fn why(self) -> String {
         match self.most() == MAX_TRIANGLES as u64 {
             true => too_many(),
@@ -43,7 +43,7 @@ fn too_many() -> String {
     format!("a mesh has at most {MAX_TRIANGLES}: a scene takes 1.3 kB for each triangle")
 }
 
-/// Refuses a mesh that has outgrown its numbers.
+/// Refuses a mesh that has more triangles or vertices than indices can number.
 pub(crate) fn room(mesh: &Mesh) -> Result<(), Fault> {
     if mesh.triangles.len() <= MAX_TRIANGLES && mesh.positions.len() <= 3 * MAX_TRIANGLES {
         return Ok(());

@@ -1,4 +1,4 @@
-//! A mesh as the surfaces of a scene.
+//! The conversion of a mesh to the surfaces of a scene.
 
 use std::path::Path;
 
@@ -11,14 +11,14 @@ use crate::mesh::{Mesh, Triangle};
 use crate::options::{Axis, Faults, MaterialOverride, Options, SidesChoice, matches};
 use crate::{Format, in_words};
 
-/// A scene that was a mesh.
+/// A scene that was made from a mesh.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Imported {
     /// The surfaces, in the order of the file's faces.
     pub spec: SceneSpec,
-    /// Where each surface is in the file, for messages.
+    /// The spots of the surfaces in the file, for messages.
     pub spots: Spots,
-    /// What was left out, changed or assumed, a sentence each.
+    /// The parts that were left out, changed or assumed, a sentence each.
     pub notes: Vec<String>,
     /// The material of each surface, by its number.
     pub materials: Vec<u32>,
@@ -34,7 +34,7 @@ pub struct Spots {
 }
 
 impl Spots {
-    /// Where a surface is in the file; `name` is the surface's.
+    /// The spot of a surface in the file; `name` is the surface's.
     pub fn of(&self, surface: usize, name: Option<&str>) -> Spot {
         match (self.lines.get(surface), name) {
             (Some(&line), _) if line > 0 => Spot::Line(line as usize),
@@ -47,10 +47,10 @@ impl Spots {
 /// The most faults that a note lists one by one; a refusal lists all.
 const LISTED: usize = 20;
 
-/// Letters of a name in a message.
+/// The most letters of a name in a message.
 const LONGEST_NAME: usize = 60;
 
-/// Meshes that extend over more than this [m] are told of: their unit may be no metre.
+/// The extent above which a note asks whether the mesh's unit is a metre [m].
 const VAST: f64 = 1000.0;
 
 /// The most cells along an edge of a triangle.
@@ -94,7 +94,7 @@ impl Mesh {
         Ok(imported)
     }
 
-    /// Puts vertices in metres, z up.
+    /// Converts vertices to metres, with z up.
     fn place(&mut self, format: Format, options: &Options) {
         let default = if matches!(format, Format::Gltf | Format::Obj) { Axis::Y } else { Axis::Z };
         let up = options.up.unwrap_or(default);
@@ -104,7 +104,7 @@ impl Mesh {
         }
     }
 
-    /// What is told of a mesh so large that it was hardly meant in metres.
+    /// The note about a mesh so large that it was hardly meant in metres.
     fn note_size(&self) -> Option<String> {
         let corners = || {
             let corners = self.triangles.iter().flat_map(|triangle| triangle.corners);
@@ -153,7 +153,7 @@ impl Mesh {
         }
     }
 
-    /// The names of triangles, as many as are `listed`.
+    /// The names of some triangles, at most `listed` of them.
     fn list(&self, triangles: &[usize], listed: usize) -> String {
         let mut names: Vec<String> =
             triangles.iter().take(listed).map(|&i| shortened(self.name(&self.triangles[i]))).collect();
@@ -163,7 +163,7 @@ impl Mesh {
         names.join(", ")
     }
 
-    /// What outputs call the face of a triangle.
+    /// The name of a triangle's face in outputs.
     fn name(&self, triangle: &Triangle) -> String {
         format!("{}:{}", self.parts[triangle.part as usize], triangle.face)
     }
@@ -185,7 +185,7 @@ impl Mesh {
         triangle.corners.map(|corner| self.positions[corner as usize])
     }
 
-    /// Every triangle as a face.
+    /// Makes a face of every triangle.
     fn single(&self) -> Vec<Face> {
         let face = |triangle: usize| {
             let corners = self.corners(&self.triangles[triangle]);
@@ -194,8 +194,8 @@ impl Mesh {
         (0..self.triangles.len()).map(face).collect()
     }
 
-    /// Every triangle as a face, but two that follow each other and form a parallelogram as one. Its fourth corner may
-    /// be off by the slack of scenes, 2⁻⁴⁶ of the largest coordinate: nothing falls through that.
+    /// Makes a face of every triangle, but one of two that follow each other and form a parallelogram. Its fourth
+    /// corner may be off by the slack of scenes, 2⁻⁴⁶ of the largest coordinate; no ray passes through that.
     fn join(&self) -> Vec<Face> {
         let largest = self.positions.iter().fold(0.0_f64, |max, p| max.max(p.abs().max_element()));
         let slack = largest / (1_u64 << 46) as f64;
@@ -219,8 +219,8 @@ impl Mesh {
     }
 }
 
-/// The corner of a parallelogram and its two neighbours, where two triangles form one: they share the edge opposite
-/// the corner, and face the same way.
+/// The corner of a parallelogram and its two neighbours, if two triangles form one: they share the edge opposite the
+/// corner, and face the same way.
 fn parallelogram(first: [DVec3; 3], second: [DVec3; 3], slack: f64) -> Option<[DVec3; 3]> {
     let turned = |[a, b, c]: [DVec3; 3]| [[a, b, c], [b, c, a], [c, a, b]];
     turned(first).into_iter().find(|&[a, b, c]| {
@@ -233,9 +233,9 @@ fn parallelogram(first: [DVec3; 3], second: [DVec3; 3], slack: f64) -> Option<[D
 
 /// A face on its way to a surface.
 struct Face {
-    /// The first triangle of it.
+    /// The first triangle of the face.
     triangle: usize,
-    /// Of a parallelogram, a corner and its neighbours.
+    /// The corners of a triangle, or a corner of a parallelogram and its neighbours.
     corners: [DVec3; 3],
     parallelogram: bool,
 }
@@ -259,17 +259,17 @@ impl Face {
     }
 }
 
-/// How many cells an edge is cut into so that none is longer than `size` [m].
+/// The number of cells of an edge such that none is longer than `size` [m].
 fn cells(length: f64, size: Option<f64>) -> Result<u32, Fault> {
     size.map_or(Ok(1), |size| count(length / size, "patch_size"))
 }
 
-/// By how much cells of an area have to be cut along both edges so that none is larger than `most` [m²].
+/// The factor by which cells of an area must be cut along both edges such that none is larger than `most` [m²].
 fn finer(area: f64, most: Option<f64>) -> Result<u32, Fault> {
     most.map_or(Ok(1), |most| count((area / most).sqrt(), "max_patch_area"))
 }
 
-/// A number of cells; ratios that are whole but for rounding stay so.
+/// A number of cells; a ratio that is an integer but for rounding stays that integer.
 fn count(ratio: f64, key: &str) -> Result<u32, Fault> {
     let count = (ratio * (1.0 - 1e-12)).ceil().max(1.0);
     if count <= f64::from(MAX_CELLS) {
@@ -282,13 +282,13 @@ fn count(ratio: f64, key: &str) -> Result<u32, Fault> {
     ))
 }
 
-/// What a material has become.
+/// A material after the overrides.
 #[derive(Clone, Copy, Debug)]
 struct Finish {
     reflectance: Spectrum,
     emittance: Spectrum,
     sides: Sides,
-    /// The override that gives its power.
+    /// The number of the override that gives its power.
     power: Option<usize>,
 }
 
@@ -376,7 +376,7 @@ impl Finishes {
         Ok(())
     }
 
-    /// Says of every material that faces have what of it is not modelled.
+    /// Adds a note for each used material that lost a part of it.
     fn note_dropped(&self, mesh: &Mesh, notes: &mut Vec<String>) {
         let mut used = vec![false; self.of.len()];
         mesh.triangles.iter().for_each(|triangle| used[triangle.material as usize] = true);
@@ -411,7 +411,7 @@ fn sides(choice: SidesChoice, written: Option<Sides>) -> Sides {
     }
 }
 
-/// A name of at most [`LONGEST_NAME`] letters: of a longer one its beginning and its end.
+/// A name of at most [`LONGEST_NAME`] letters; a longer one keeps its beginning and its end.
 fn shortened(name: String) -> String {
     let letters: Vec<char> = name.chars().collect();
     if letters.len() <= LONGEST_NAME {

@@ -10,10 +10,10 @@ use crate::mesh::{Material, Mesh, Parts, Triangle};
 use crate::room::room;
 use crate::text::{Lines, name, numbers, rest, words};
 
-/// Bytes before the first triangle of a binary file, its count included.
+/// The bytes before the first triangle of a binary file, its count included.
 const HEADER: usize = 84;
 
-/// Bytes of a triangle in a binary file: normal, three corners, an attribute.
+/// The bytes of a triangle in a binary file: normal, three corners, an attribute.
 const RECORD: usize = 50;
 
 /// Reads an STL file.
@@ -29,7 +29,7 @@ pub(crate) fn read(path: &Path, content: &[u8]) -> Result<Mesh, Error> {
     Ok(mesh)
 }
 
-/// Binary files may begin with `solid`, too; their length tells.
+/// Whether a file is binary. Binary files may begin with `solid`, too, so the length decides.
 fn is_binary(content: &[u8]) -> bool {
     let announced =
         content.get(80..HEADER).map(|count| u32::from_le_bytes(count.try_into().expect("4 bytes")));
@@ -60,7 +60,7 @@ fn binary(content: &[u8], stem: &str) -> Result<Mesh, Fault> {
     Ok(mesh)
 }
 
-/// A triangle of the last three positions.
+/// Adds the triangle of the last three positions.
 fn push(mesh: &mut Mesh, part: u32, face: u32, line: u32) -> Result<(), Fault> {
     let end = mesh.positions.len() as u32;
     mesh.triangles.push(Triangle { corners: [end - 3, end - 2, end - 1], part, face, material: 0, line });

@@ -1,4 +1,4 @@
-//! What readers come across that has to be told, and polygons on their way to triangles.
+//! The tally of a reader: counts of what notes must say, and the cutting of polygons.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -12,7 +12,7 @@ use crate::room::room;
 /// The most corners of a polygon. Cutting one takes up to a second, and more than four times as long for twice as many.
 const MAX_CORNERS: usize = 1 << 14;
 
-/// Counts by what happened, told once each at the end.
+/// Counts by kind; each becomes one note at the end.
 #[derive(Debug, Default)]
 pub(crate) struct Tally {
     counts: BTreeMap<&'static str, u64>,
@@ -25,10 +25,10 @@ impl Tally {
         *self.counts.entry(what).or_default() += 1;
     }
 
-    /// Adds the triangles of a polygon; `holes` as [`polygon::cut`] has them.
+    /// Adds the triangles of a polygon; `holes` as in [`polygon::cut`].
     ///
     /// # Errors
-    /// Where there are more corners than a polygon or more triangles than a mesh may have.
+    /// If there are more corners than a polygon, or more triangles than a mesh may have.
     pub(crate) fn polygon(
         &mut self,
         mesh: &mut Mesh,

@@ -10,7 +10,7 @@ pub(crate) struct Lines<'a> {
     joined: Vec<u8>,
 }
 
-/// A text without the mark of its byte order, which editors on Windows put before UTF-8.
+/// The text without a byte order mark, which editors on Windows put before UTF-8.
 pub(crate) fn without_mark(text: &[u8]) -> &[u8] {
     text.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(text)
 }
@@ -20,7 +20,7 @@ impl<'a> Lines<'a> {
         Lines { rest: without_mark(text), number: 0, joined: Vec::new() }
     }
 
-    /// The next line that holds something, with its number.
+    /// The next line that is not blank, with its number.
     pub(crate) fn next(&mut self) -> Option<(usize, &[u8])> {
         loop {
             let line = self.raw()?;
@@ -64,18 +64,18 @@ pub(crate) fn words(line: &[u8]) -> impl Iterator<Item = &[u8]> {
     words.take_while(|word| word[0] != b'#')
 }
 
-/// What follows the first word of a line, with its inner spaces.
+/// The rest of a line after its first word, with its inner spaces.
 pub(crate) fn rest(line: &[u8]) -> String {
     let end = line.iter().position(u8::is_ascii_whitespace).unwrap_or(line.len());
     name(line[end..].trim_ascii())
 }
 
-/// Bytes as a name: what is not UTF-8 becomes �.
+/// Bytes as a name: any that are not UTF-8 become �.
 pub(crate) fn name(bytes: &[u8]) -> String {
     String::from_utf8_lossy(bytes).into_owned()
 }
 
-/// A finite number.
+/// Reads a finite number.
 pub(crate) fn number(word: Option<&[u8]>) -> Result<f64, Fault> {
     let Some(word) = word else {
         return Err(Fault::new("a number is missing", "the line ends before it", "complete the line"));
@@ -90,7 +90,7 @@ pub(crate) fn number(word: Option<&[u8]>) -> Result<f64, Fault> {
     })
 }
 
-/// As many numbers as there are places.
+/// Reads N finite numbers from words.
 pub(crate) fn numbers<'a, const N: usize>(
     words: &mut impl Iterator<Item = &'a [u8]>,
 ) -> Result<[f64; N], Fault> {

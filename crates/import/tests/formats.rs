@@ -1,4 +1,4 @@
-//! What the readers make of each format.
+//! Tests of the readers of each format.
 
 use std::io;
 use std::path::Path;
@@ -26,7 +26,7 @@ fn area(scene: &Imported) -> f64 {
 
 const SQUARE: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n";
 
-/// A square of two triangles of the material `white`, a degenerate one, and the first one twice.
+/// A square of two triangles of the material `white`, a degenerate one, and the first triangle again.
 fn faulty() -> String {
     format!("{SQUARE}usemtl white\no square\nf 1 2 3\nf 1 3 4\nf 1 2 2\nf 3 1 2\n")
 }
@@ -79,7 +79,7 @@ fn nodes_transform_and_mirrors_keep_fronts() {
         let (corner, u, v) = surface.shape.edges();
         assert!(u.cross(v).z > 0.0 && (corner.z - 3.0).abs() < 1e-12);
     }
-    // Seen from above, a mirrored node turns the other way round; its front stays where it was.
+    // Seen from above, a mirrored node turns the other way; its front stays where it was.
     let (_, u, v) = scene.spec.surfaces[1].shape.edges();
     assert!(u.cross(v).z > 0.0);
     let grey = scene.spec.surfaces[0].reflectance.channels();
@@ -133,7 +133,7 @@ fn patch_sizes_and_joining() {
     assert!(small.iter().all(|surface| surface.shape.cell_count() == 25));
 }
 
-/// Rooms in millimetres are four kilometres long: that is told, unless `unit` makes metres of it.
+/// A room in millimetres is four kilometres long: a note says so, unless `unit` makes metres of it.
 #[test]
 fn vast_meshes_are_told_of() {
     let obj = "v 0 0 0\nv 4000 0 0\nv 0 3000 0\nf 1 2 3\n";
@@ -147,7 +147,7 @@ fn vast_meshes_are_told_of() {
     assert!(told(1.0) && !told(0.001));
 }
 
-/// Editors on Windows put a mark before the first statement.
+/// Editors on Windows put a byte order mark before the first statement.
 #[test]
 fn marks_of_byte_order_are_no_part_of_the_text() {
     let marked = |content: &[u8]| [b"\xEF\xBB\xBF", content].concat();
@@ -227,7 +227,7 @@ fn mgf_surfaces_have_their_areas() {
     }
 }
 
-/// A triangle of the positions that `extra` says more of.
+/// A triangle whose positions have the JSON `extra`.
 fn triangle_gltf(primitive: &str, accessor: &str, extra: &str) -> String {
     format!(
         r#"{{"scenes":[{{"nodes":[0]}}],"nodes":[{{"mesh":0}}],"meshes":[{{"primitives":[{{"attributes":{{"POSITION":0}}{primitive}}}]}}],
@@ -253,7 +253,8 @@ fn compressed_gltf_is_refused_unless_it_is_there_in_full() {
     assert!(meshopt.contains("buffers[0]") && meshopt.contains("EXT_meshopt_compression"), "{meshopt}");
 }
 
-/// Nodes of a mesh that is used twice, one of them below a mirror: the second scene, which the file calls the default.
+/// The nodes of a mesh that is used twice, one of them below a mirror; they are in the second scene, which the file
+/// makes the default.
 #[test]
 fn exported_gltf_has_strips_mirrors_and_quantised_vertices() {
     let mesh = read("a.gltf", &corpus("gltf/exported.gltf")).unwrap();
@@ -262,7 +263,7 @@ fn exported_gltf_has_strips_mirrors_and_quantised_vertices() {
         let [a, b, c] = mesh.triangles[i].corners.map(|corner| mesh.positions[corner as usize]);
         (b - a).cross(c - a)
     };
-    // The first strip's first triangle faces z; its mirror image does, too, and the copy is turned about y.
+    // The first triangle of the first strip faces z; its mirror image does, too, and the copy is turned about y.
     assert!(normal(0).z > 0.99 && normal(6).z < -0.99, "{} {}", normal(0), normal(6));
     assert_eq!(mesh.positions.iter().fold(0.0_f64, |most, p| most.max(p.x)), 1.0, "32767 stands for 1");
     for told in ["points or lines", "morph targets", "skinned"] {
@@ -282,7 +283,7 @@ fn exported_obj_keeps_its_parts_and_leaves_out_what_has_no_area() {
     }
 }
 
-/// A path of another machine: the library lies beside the file.
+/// The path is of another machine; the library lies beside the file.
 #[test]
 fn a_library_that_has_moved_is_found_beside_the_file() {
     let obj = format!("mtllib C:\\rooms\\my room.mtl\n{SQUARE}usemtl white\nf 1 2 3 4\n");
@@ -309,7 +310,7 @@ fn what_is_too_small_for_the_scene_has_no_area() {
     assert!(scene.notes.iter().any(|note| note.contains("35 triangles have no area")), "{:?}", scene.notes);
 }
 
-/// (file name, content, what the message holds)
+/// The refused files: name, content, and words of the message.
 const REFUSED: &[(&str, &str, &[&str])] = &[
     ("a.obj", "v 0 0\n", &["a.obj:1: ", "a number is missing"]),
     ("a.obj", "v 0 0 x\n", &["a.obj:1: ", "\"x\" is not a finite number"]),
@@ -342,7 +343,7 @@ const REFUSED: &[(&str, &str, &[&str])] = &[
 /// A sphere of 360 triangles.
 const SPHERE: &str = "v a =\n\tp 0 0 0\nsph a 1\n";
 
-/// Files that ask for gigabytes or for hours (name, content, what the refusal says).
+/// Files that ask for gigabytes or for hours: name, content, and words of the refusal.
 const GREEDY: &[(&str, &str, &[&str])] = &[
     (
         "a.mgf",
@@ -395,7 +396,7 @@ fn small_files_cannot_ask_for_much() {
     assert!(message.contains("a.obj:5: a face of 20000 corners"), "{message}");
 }
 
-/// The copies of an include are counted before the second is made: what it includes is read once.
+/// The copies of an include are counted before the second is made: the included file is read once.
 #[test]
 fn copies_are_counted_before_they_are_made() {
     let mut reads = 0;
@@ -414,7 +415,7 @@ fn copies_are_counted_before_they_are_made() {
     assert_eq!(reads, 2);
 }
 
-/// Objects that each copy opens and leaves open end with it: the names of later copies do not grow.
+/// Objects that a copy opens and leaves open end with the copy: the names of later copies do not grow.
 #[test]
 fn open_objects_end_with_their_copy() {
     let mesh = read("a.mgf", b"v a =\no room\nxf -a 3 -t 1 0 0\no inner\nsph a 1\nxf\nsph a 1\n").unwrap();

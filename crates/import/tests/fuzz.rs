@@ -1,4 +1,5 @@
-//! What libFuzzer does for minutes (`scripts/fuzz.sh`), for a moment: the kept corpus, and fixed changes of it.
+//! The fuzz targets that libFuzzer runs for minutes (`scripts/fuzz.sh`), run briefly: the kept corpus, and fixed
+//! changes of it.
 
 #[path = "../fuzz/targets.rs"]
 mod targets;
@@ -13,7 +14,7 @@ fn corpus(target: &str) -> Vec<Vec<u8>> {
     files
 }
 
-/// Kept inputs of a target that ask for more than there is. Changes of them may be granted, and take seconds.
+/// The kept inputs of a target that ask for too much. Some changes of them are not refused, and take seconds.
 fn greedy(target: &str) -> Vec<Vec<u8>> {
     kept("greedy", target)
 }
@@ -26,7 +27,7 @@ fn kept(folder: &str, target: &str) -> Vec<Vec<u8>> {
     files.into_iter().map(|file| std::fs::read(file).unwrap()).collect()
 }
 
-/// splitmix64 (Steele, Lea and Flood 2014).
+/// A hash of a number: splitmix64 (Steele, Lea and Flood 2014).
 fn hash(n: u64) -> u64 {
     let mut x = n.wrapping_mul(0x9E37_79B9_7F4A_7C15);
     x = (x ^ (x >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
@@ -34,7 +35,7 @@ fn hash(n: u64) -> u64 {
     x ^ (x >> 31)
 }
 
-/// Words that readers take for something.
+/// Words that have a meaning for some reader.
 const WORDS: &[&[u8]] = &[
     b" ",
     b"\n",
@@ -93,7 +94,7 @@ fn changed(corpus: &[Vec<u8>], number: u64) -> Vec<u8> {
     bytes
 }
 
-/// A reader by the name of its corpus.
+/// A reader's target by the name of its corpus.
 type Target = (&'static str, fn(&[u8]));
 
 const TARGETS: [Target; 5] = [
@@ -113,7 +114,7 @@ fn readers_stand_anything() {
     }
 }
 
-/// Many more changes, for as many seconds a format as `FUZZ_SECONDS` says, of the format alone that `FUZZ_FORMAT` names.
+/// Tries many more changes, for `FUZZ_SECONDS` seconds per format, of the one format `FUZZ_FORMAT` if it is set.
 #[test]
 #[ignore = "takes as long as one likes"]
 fn readers_stand_anything_for_long() {

@@ -44,7 +44,7 @@ pub(crate) const METHOD_KEYS: &[&str] = &[
 ];
 
 /// Of a scene.
-pub(crate) const SCENE_KEYS: &[&str] = &["material", "surface", "mesh", "sensor"];
+pub(crate) const SCENE_KEYS: &[&str] = &["material", "surface", "mesh", "sensor", "sky"];
 
 /// Those of them that are lists of tables.
 pub(crate) const LISTS: [&str; 3] = ["surface", "mesh", "sensor"];

@@ -4,7 +4,7 @@ use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
 use import::{Format, Imported, MaterialOverride, Options, Spots};
-use radiosity::{IndexChoice, Scene, SceneError, SceneSpec, SensorSpec, Shape, Sides, SurfaceSpec};
+use radiosity::{IndexChoice, Scene, SceneError, SceneSpec, SensorSpec, Shape, Sides, Spectrum, SurfaceSpec};
 
 use crate::document::{Table, Value};
 use crate::emit::read_emit;
@@ -17,6 +17,7 @@ use crate::plain::{PlainSurface, plain_surfaces};
 use crate::sensors::read_sensors;
 use crate::shape::{read_corners, read_grid, read_rows};
 use crate::site::{Lines, SITE_KEYS, SurfaceSite};
+use crate::sky::{SKY, read_sky, sky_box};
 use crate::source::{Source, Split};
 
 /// A scene as written, and where.
@@ -32,6 +33,8 @@ pub struct SceneFile {
     materials: Vec<(String, Lines)>,
     finishes: Finishes,
     sensors: Vec<SensorSpec>,
+    /// The number of the first surface of the sky, behind all others; `None` without one.
+    sky: Option<usize>,
     notes: Vec<String>,
 }
 
@@ -83,6 +86,18 @@ impl SceneFile {
         Scene::build(&self.spec, index).map_err(|error| self.locate(error))
     }
 
+    /// The same surfaces in one channel, all of which emit 1 W/m², without sensors: exchange factors are about surfaces, not
+    /// about their light. `reflectance` replaces that of a surface.
+    pub fn for_exchange(&self, channel: usize, reflectance: impl Fn(usize) -> Option<f64>) -> Self {
+        let mut scene = SceneFile { sensors: Vec::new(), ..self.clone() };
+        for (number, surface) in scene.spec.surfaces.iter_mut().enumerate() {
+            surface.reflectance = reflectance(number).unwrap_or(surface.reflectance[channel]).into();
+            surface.emittance = 1.0.into();
+            surface.cell_emittance.clear();
+        }
+        scene
+    }
+
     /// Turns round what the doctor finds flipped, in memory: the file stays as it is.
     pub(crate) fn turn_flipped(&mut self) -> Result<(), Error> {
         let turned = doctor::turn_flipped(&mut self.spec).map_err(|error| self.locate(error))?;
@@ -108,6 +123,9 @@ impl SceneFile {
     fn locate_key(&self, surface: usize, key: &str) -> Place {
         let name = self.spec.surfaces[surface].name.as_deref();
         let label = label(surface, name);
+        if self.sky.is_some_and(|sky| sky <= surface) {
+            return Place { file: self.path.clone(), spot: Spot::File, key: format!("sky, {label}: {key}") };
+        }
         let Some(site) = self.sites.get(surface) else {
             let mesh = self.meshes.iter().rfind(|mesh| mesh.first <= surface);
             let mesh = mesh.expect("surfaces that the file does not hold are those of a mesh");
@@ -150,6 +168,7 @@ pub fn load_scene_with(path: &Path, options: &Options) -> Result<SceneFile, Erro
         materials: Vec::new(),
         finishes: Finishes::default(),
         sensors: Vec::new(),
+        sky: None,
         notes: Vec::new(),
     };
     scene.add(path, import_scene(path, format, options)?, None);
@@ -188,6 +207,7 @@ struct Reader<'a, 'o> {
     scene: SceneFile,
     materials: Materials,
     meshes: Option<Value<'a>>,
+    sky: Option<Spectrum>,
     options: &'o Options,
 }
 
@@ -206,9 +226,11 @@ impl<'a, 'o> Reader<'a, 'o> {
                 .collect(),
             finishes: Finishes::default(),
             sensors: table.take("sensor").map_or(Ok(Vec::new()), read_sensors)?,
+            sky: None,
             notes: Vec::new(),
         };
-        Ok(Reader { scene, materials, meshes: table.take("mesh"), options })
+        let sky = table.take("sky").map(read_sky).transpose()?;
+        Ok(Reader { scene, materials, meshes: table.take("mesh"), sky, options })
     }
 
     /// Reads the surfaces part by part; `None` where a part is not TOML by itself.
@@ -264,13 +286,16 @@ impl<'a, 'o> Reader<'a, 'o> {
         Ok(())
     }
 
-    /// Adds the meshes behind all surfaces.
+    /// Adds the meshes behind all surfaces, and the sky behind these.
     fn finish(mut self) -> Result<SceneFile, Error> {
         let meshes =
             self.meshes.take().map(|meshes| meshes.tables(LISTS[1])).transpose()?.unwrap_or_default();
         for (number, value) in meshes.into_iter().enumerate() {
             let (file, imported, finish) = self.mesh(value, number)?;
             self.scene.add(&file, imported, finish.as_deref());
+        }
+        if let Some(emittance) = self.sky {
+            self.scene.add_sky(emittance);
         }
         Ok(self.scene)
     }
@@ -327,6 +352,18 @@ impl SceneFile {
         self.finishes.push(&self.materials[site.material as usize].0);
         self.spec.surfaces.push(surface);
         self.sites.push(site);
+    }
+
+    /// Adds the sky behind all surfaces. A scene without any has nothing that it could light.
+    fn add_sky(&mut self, emittance: Spectrum) {
+        if self.spec.surfaces.is_empty() {
+            return;
+        }
+        self.sky = Some(self.spec.surfaces.len());
+        for side in sky_box(&self.spec.surfaces, &self.sensors, emittance) {
+            self.finishes.push(SKY);
+            self.spec.surfaces.push(side);
+        }
     }
 
     /// Adds the surfaces of a mesh, whose materials are its own unless all have one `finish`.

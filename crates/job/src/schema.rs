@@ -16,6 +16,7 @@ use crate::method::{BIRTH_KEYS, Basis, EndWord, INFINITE_KEYS, SOLVE_KEYS, Solve
 use crate::output::{FOV, MAX_PIXELS, OUTPUT_KEYS, OutputFile, VIEW_KEYS};
 use crate::scene::{MESH_KEYS, SURFACE_KEYS};
 use crate::sensors::SENSOR_KEYS;
+use crate::sky::SKY_KEYS;
 use crate::target::Unhit;
 use crate::word::Word;
 
@@ -350,6 +351,20 @@ fn scene_key(key: &str) -> Value {
         "sensor" => told(
             list_of(table(SENSOR_KEYS, &[], sensor_key), 0),
             "Places where light is measured that block none.",
+        ),
+        "sky" => told(
+            table(SKY_KEYS, &["emittance"], sky_key),
+            "A uniform environment that lights the scene: six black surfaces around everything, behind all others.",
+        ),
+        _ => json!({}),
+    }
+}
+
+fn sky_key(key: &str) -> Value {
+    match key {
+        "emittance" => told(
+            light(),
+            "What a horizontal plane receives from all of the sky [W/m²]; a number, or [red, green, blue].",
         ),
         _ => json!({}),
     }

@@ -1,18 +1,19 @@
-//! Which part of the power arrives after how many reflections, by a pilot of single walks.
+//! The parts of the power that arrive after 0, 1, 2 and more reflections, by a pilot of single walks.
 
 use radiosity::{Experiment, Sequence};
 use report::Bounce;
 
-/// Walks of the pilot; fewer where they are long.
+/// The most walks of the pilot; it ends earlier if walks are long.
 const WALKS: u64 = 1000;
 
-/// Arrivals that are enough.
+/// The number of arrivals at which the pilot ends.
 const ARRIVALS: usize = 20_000;
 
-/// Told apart: direct light, one reflection, two; the rest is one.
+/// The number of rows: direct light, one reflection, two, and the rest.
 const TOLD: usize = 4;
 
-/// The shares of a method's power. `None` of gathering walks, which carry importance, and where nothing arrives.
+/// The shares of a method's power by number of reflections. `None` for gathering walks, which carry importance, and if
+/// nothing arrives.
 pub fn bounces(experiment: &Experiment) -> Option<Vec<Bounce>> {
     if experiment.gathers() {
         return None;
@@ -33,7 +34,7 @@ pub fn bounces(experiment: &Experiment) -> Option<Vec<Bounce>> {
     let total: f64 = walks.iter().flatten().sum();
     let share = |reflections: usize| {
         let part = walks.iter().map(|power| power[reflections]).sum::<f64>() / total;
-        // Of a quotient of two sums over walks.
+        // The standard error of a quotient of two sums over walks.
         let off = |power: &[f64; TOLD]| (power[reflections] - part * power.iter().sum::<f64>()).powi(2);
         let std_error = walks.iter().map(off).sum::<f64>().sqrt() / total;
         Bounce { reflections, or_more: reflections == TOLD - 1, part, std_error }
@@ -41,7 +42,7 @@ pub fn bounces(experiment: &Experiment) -> Option<Vec<Bounce>> {
     (total > 0.0).then(|| (0..TOLD).map(share).collect())
 }
 
-/// The power that a walk brings along, over that of a walk at its birth: all channels together.
+/// The power that a walk brings to a face, over that of a walk at its birth, summed over channels.
 fn arriving(experiment: &Experiment, weights: &[f64]) -> f64 {
     let power = |c: usize| experiment.scene().total_power(c);
     let channels = 0..weights.len();

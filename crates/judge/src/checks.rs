@@ -1,4 +1,4 @@
-//! What is verified of every run, in words: after MCNP's ten statistical checks, adapted to what is known of walks.
+//! The checks of every run, in words: after MCNP's ten statistical checks, adapted to what is known of walks.
 //!
 //! | MCNP asks of a tally | here |
 //! |---|---|
@@ -22,16 +22,17 @@ use crate::fit::misfits;
 use crate::resolution::resolution;
 use crate::target::FEWEST_SAMPLES;
 
-/// Standard error over estimate, beyond which MCNP calls a tally questionable; the same number bounds the VOV.
+/// The relative standard error beyond which MCNP calls a tally questionable; the same number bounds the VOV.
 const QUESTIONABLE: f64 = 0.1;
 
-/// How far R·√N and the figure of merit may wander over the last half of a run. Fewer looks than two say nothing.
+/// The most factor by which R·√N and the figure of merit may vary over the last half of a run. A single look says
+/// nothing.
 const STEADY: f64 = 1.5;
 
-/// What fewer batches differ by is too rough to tell how errors fall.
+/// The fewest batches at which a look counts: the spread of fewer is too rough to tell how errors fall.
 const TELLING_BATCHES: u64 = 32;
 
-/// The checks of a result: those of its statistics, and what its books say of its walks.
+/// All checks of a result: those of its statistics, and those of its book.
 pub fn checks_of_result(
     estimates: &Estimates,
     note: Option<&str>,
@@ -46,13 +47,14 @@ pub fn checks_of_result(
     checks
 }
 
-/// A difference of more standard errors than this, or a larger mean of their squares, means that faces do not see each
-/// other both ways. Rays along Sobol
-/// sequences differ by less than random ones, and no random ones by so much.
+/// The limits beyond which faces do not see each other both ways: on one face's difference in standard errors, and on
+/// the mean square of all. Rays along Sobol sequences differ by less than random ones, and random ones never by this
+/// much.
 const ONE_WAY: f64 = 8.0;
 const ONE_WAY_IN_THE_MEAN: f64 = 1.5;
 
-/// Chains use what they count in both directions. `None` where the method does not.
+/// Checks that what leaves and what reaches a patch agree, since chains use their counts in both directions. `None` if
+/// the method has no chains.
 fn reciprocity(experiment: &Experiment, seed: u64) -> Option<Check> {
     let found = experiment.reciprocity(&Sequence::new(seed))?;
     let ok = found.worst < ONE_WAY && found.mean_squared_z < ONE_WAY_IN_THE_MEAN;
@@ -67,11 +69,11 @@ fn reciprocity(experiment: &Experiment, seed: u64) -> Option<Check> {
         "what leaves {} patches and what arrives there differ by {:.2} of their variance in the mean{place}",
         found.faces, found.mean_squared_z
     );
-    let remedy = "; chains take for granted that these agree: do not trust this result, use walks, and tell the makers";
+    let remedy = "; chains assume that these agree: do not trust this result, use walks, and report this fault of the program";
     Some(check("reciprocity", ok, if ok { message } else { message + remedy }))
 }
 
-/// What waits beyond a gap is not in the result.
+/// Checks whether walks wait beyond a gap, which are not in the result.
 fn gap(book: &Book, paths_per_walk: u64) -> Check {
     let walks: u128 = book.islands.iter().map(|island| island.deliveries.walks()).sum();
     let message = match walks {
@@ -84,9 +86,9 @@ fn gap(book: &Book, paths_per_walk: u64) -> Check {
     check("gap", walks == 0, message)
 }
 
-/// A worker that sent what cannot be may have sent what is wrong before.
+/// Checks for workers that sent an impossible result: their other results may be wrong, too.
 fn workers(book: &Book, paths_per_walk: u64) -> Check {
-    // Those behind a relay came over its connection.
+    // The results of workers behind a relay came over its connection.
     let mut over: HashMap<&str, u64> = HashMap::new();
     for worker in &book.workers {
         let walks = over.entry(worker.peer()).or_default();
@@ -99,16 +101,16 @@ fn workers(book: &Book, paths_per_walk: u64) -> Check {
         .map(|(name, walks)| format!("{name} ({} paths)", walks.saturating_mul(paths_per_walk)))
         .collect();
     let message = match names.len() {
-        0 => "no worker with paths in the result sent any that cannot be".into(),
+        0 => "no worker with paths in the result sent an impossible result".into(),
         _ => format!(
-            "sent results that cannot be, and have others in this one: {}; hold them against `radwalk audit --share 1`",
+            "these workers sent impossible results, and others of theirs are in this result: {}; check them with `radwalk audit --share 1`",
             names.join(", ")
         ),
     };
     check("workers", names.is_empty(), message)
 }
 
-/// The outcome of every check of the statistics; `note` says what of the method was not done as asked.
+/// The checks of the statistics; `note` says which part of the method was not done as asked.
 pub fn checks(
     estimates: &Estimates,
     note: Option<&str>,
@@ -152,7 +154,7 @@ fn fit(experiment: &Experiment) -> Check {
     check("fit", misfits.is_empty(), message)
 }
 
-/// Light that is emitted under another surface is never seen.
+/// Checks for light that is emitted under another surface, where it is never seen.
 fn buried(scene: &Scene) -> Check {
     let part = Coincident::of(scene).buried_power();
     let message = match part {
@@ -165,12 +167,13 @@ fn buried(scene: &Scene) -> Check {
     check("buried", part == 0.0, message)
 }
 
-/// Less than this part of the light leaves through a gap that nobody meant to leave; more than the other, and hardly
-/// anything is left to be known.
+/// The bounds of the part of the light that escapes: below the first, the gap is probably a mistake; above the second,
+/// hardly any light is left to estimate from.
 const LEAK: f64 = 0.01;
 const SPENT: f64 = 0.99;
 
-/// What left the scene, by power: the last rays of infinite walks, and those of chains, may carry little.
+/// Checks the power that left the scene. Power counts, not rays: the last rays of infinite walks and of chains may
+/// carry little.
 fn escape(experiment: &Experiment, tally: &Tally) -> Check {
     let counts = tally.counts;
     let channels = 0..experiment.scene().channels();
@@ -190,24 +193,24 @@ fn escape(experiment: &Experiment, tally: &Tally) -> Check {
         _ if counts.escaped >= counts.rays && lamps_face_away(experiment.scene()) => check(
             "escape",
             false,
-            "all of the power left the scene at once: its lamps face away from it; turn them round (`radwalk check --repair` does), or write sides = 2, so that both sides live".into(),
+            "all of the power left the scene at once: its lamps face away from it; turn them round (`radwalk check --repair` does), or write sides = 2, so that both sides are active".into(),
         ),
         part if part > SPENT => check(
             "escape",
             false,
             format!(
-                "{percent:.3} % of the {what} left the scene, and the rest has to tell all; give the scene a lamp that is smaller and nearer, or turn one round that faces away from it (`radwalk check` names them)"
+                "{percent:.3} % of the {what} left the scene, and only the rest is left to estimate from; give the scene a lamp that is smaller and nearer, or turn one round that faces away from it (`radwalk check` names them)"
             ),
         ),
         _ => check("escape", true, format!("{percent:.1} % of the {what} left the scene")),
     }
 }
 
-/// Emitting faces that are asked where they face, at most.
+/// The most emitting faces whose direction is examined.
 const LAMPS: usize = 64;
 
-/// Whether the lamps of a scene have nothing in front of them: their light cannot come back, however many walks there are. A
-/// lamp that is far away has the scene in front of it.
+/// Whether no lamp has any of the scene in front of it: its light cannot come back, however many walks there are. A
+/// lamp far away has the scene in front of it.
 fn lamps_face_away(scene: &Scene) -> bool {
     let has_scene_in_front = |face: Face| {
         let lamp = &scene.surfaces()[face.surface as usize];
@@ -221,7 +224,7 @@ fn lamps_face_away(scene: &Scene) -> bool {
     !lamps().any(has_scene_in_front)
 }
 
-/// Intervals hold what walks say; what was cut off is not in them.
+/// Checks for walks that were cut off: intervals do not include the light that these would have carried.
 fn bias(experiment: &Experiment, Doubts { bias, .. }: &Doubts) -> Check {
     if !experiment.is_biased() {
         return check("bias", true, "no walk was cut off".into());
@@ -233,7 +236,7 @@ fn bias(experiment: &Experiment, Doubts { bias, .. }: &Doubts) -> Check {
     check("bias", false, message)
 }
 
-/// Whether every walk is accounted for, and none got behind a surface.
+/// Checks that every walk is accounted for, and that none got behind a surface.
 fn books(experiment: &Experiment, tally: &Tally) -> [Check; 2] {
     let counts = tally.counts;
     // The rays of a chain end one by one, as the walks of a batch do.
@@ -248,25 +251,25 @@ fn books(experiment: &Experiment, tally: &Tally) -> [Check; 2] {
             match counts.absorbed_back {
                 0 => format!("0 {what} ended on the back of a one-sided surface"),
                 some => format!(
-                    "{some} {what} ended on the back of a one-sided surface; `radwalk check --fix-report` names the surfaces, `--repair` turns flipped ones round, and with sides = 2 both sides live"
+                    "{some} {what} ended on the back of a one-sided surface; `radwalk check --fix-report` names the surfaces, `--repair` turns flipped ones round, and with sides = 2 both sides are active"
                 ),
             },
         ),
     ]
 }
 
-/// In a scene of so few faces each was laid out by a person, and each matters; in a mesh areas do.
+/// The most faces of a scene that a person has laid out, where each face matters; in a larger mesh areas do.
 const LAID_OUT: usize = 1000;
 
-/// Less than this part of the area of a mesh is not worth a word.
+/// The least part of a mesh's area that is worth a warning.
 const WORTH_A_WORD: f64 = 1e-3;
 
-/// Whether faces that are open to doubt deserve a person's attention.
+/// Whether doubtful faces deserve a person's attention.
 fn matters(scene: &Scene, doubtful: Apart) -> bool {
     doubtful.area > WORTH_A_WORD || (doubtful.faces > 0 && scene.faces().len() <= LAID_OUT)
 }
 
-/// Some faces in words.
+/// The number and area of some faces, in words.
 fn faces(Apart { faces, area }: Apart) -> String {
     let noun = if faces == 1 { "patch" } else { "patches" };
     format!("{faces} {noun} ({:.2} % of the area)", 100.0 * area)
@@ -280,16 +283,17 @@ fn unhit(scene: &Scene, Precision { unhit, .. }: &Precision) -> Check {
     check("unhit", !matters(scene, *unhit), message)
 }
 
-/// Which estimates are open to doubt, and why. Emitters, and faces that are told apart ([`Precision`]), are not asked.
+/// The estimates that are open to doubt, by reason. Emitters, and faces that are listed apart ([`Precision`]), are left
+/// out.
 #[derive(Default)]
 struct Doubts {
-    /// Faces with some scores, fewer than 10.
+    /// The faces with some scores, but fewer than 10.
     rare: Apart,
-    /// With a large standard error.
+    /// The faces with a large standard error.
     rough: Apart,
-    /// With a large variance of the variance.
+    /// The faces with a large variance of the variance.
     volatile: Apart,
-    /// The largest bound on a bias, over the estimate.
+    /// The largest bound on a bias, as a part of the estimate.
     bias: f64,
 }
 
@@ -336,7 +340,8 @@ fn error(scene: &Scene, Doubts { rough, .. }: &Doubts) -> Check {
     check("error", !matters(scene, *rough), message)
 }
 
-/// Batches and chains differ like normal numbers, and their intervals allow for what few of them can tell (Student's t).
+/// Checks the variance of the variance. Batches and chains differ like normal numbers, and their intervals allow for
+/// what few of them can tell (Student's t).
 fn vov(experiment: &Experiment, Doubts { volatile, .. }: &Doubts) -> Check {
     if !experiment.unit().is_walk() {
         let message = "the intervals of batches are Student's: they allow for the variance of the variance";
@@ -346,8 +351,9 @@ fn vov(experiment: &Experiment, Doubts { volatile, .. }: &Doubts) -> Check {
     check("vov", !matters(experiment.scene(), *volatile), message)
 }
 
-/// VOV = Σ(x − x̄)⁴/(Σ(x − x̄)²)² − 1/N. The walks that reach a patch visit it a geometric number of times, of mean m:
-/// Σx²/Σx = 2m − 1, and Σx⁴/Σx = 24m³ − 36m² + 14m − 1. Central moments of scores that most walks miss are those about 0.
+/// The variance of the variance: VOV = Σ(x − x̄)⁴/(Σ(x − x̄)²)² − 1/N over scores x of N walks. The walks that reach a
+/// patch visit it a geometric number of times with mean m: Σx²/Σx = 2m − 1, and Σx⁴/Σx = 24m³ − 36m² + 14m − 1. If most
+/// walks miss the patch, central moments equal those about 0.
 fn variance_of_variance(tally: &Tally, patch: usize, channel: usize) -> f64 {
     let sums = tally.patch(patch, channel);
     let size = sums[1] as f64 / sums[0] as f64;
@@ -357,7 +363,7 @@ fn variance_of_variance(tally: &Tally, patch: usize, channel: usize) -> f64 {
     fourth / (hits * (2.0 * m - 1.0).powi(2))
 }
 
-/// Whether Σx²/Σx stays below what it can be at most, by more than 5 standard errors of about 1/√scores.
+/// Checks that Σx²/Σx is not above its bound by more than 5 standard errors of about 1/√scores.
 fn tail(experiment: &Experiment, tally: &Tally) -> Check {
     let patches = 0..experiment.scene().faces().len();
     let channels = experiment.scene().channels();
@@ -376,7 +382,7 @@ fn tail(experiment: &Experiment, tally: &Tally) -> Check {
     check("tail", heavy == 0, format!("{heavy} estimates have larger scores than {limit}"))
 }
 
-/// `None` where there are no sensors.
+/// Checks that sensors have samples enough; `None` if there are no sensors.
 fn sensors(experiment: &Experiment, tally: &Tally) -> Option<Check> {
     let samples = Readings::new(experiment, tally, 0.5)?.samples();
     let ok = samples >= FEWEST_SAMPLES;
@@ -391,7 +397,7 @@ fn sensors(experiment: &Experiment, tally: &Tally) -> Option<Check> {
     Some(check("sensors", ok, if ok { message } else { message + &remedy }))
 }
 
-/// The largest of some values over the least.
+/// The largest of some values, divided by the least.
 fn spread(values: impl Iterator<Item = f64> + Clone) -> f64 {
     values.clone().fold(0.0, f64::max) / values.fold(f64::INFINITY, f64::min)
 }
@@ -421,8 +427,8 @@ fn efficiency(half: &[&Look]) -> Check {
     )
 }
 
-/// χ² of n differences over n has the standard deviation √(2/n). Differences of patches depend on each other; 5 standard
-/// deviations of 100 at most leave room for that.
+/// Checks that the halves of the run agree. χ² of n differences, divided by n, has the standard deviation √(2/n).
+/// Differences of patches depend on each other; 5 standard deviations of at most 100 leave room for that.
 fn drift(scene: &Scene, half: &[&Look]) -> Check {
     // Right after a resume there may be too few walks to compare.
     let Some(last) = half.iter().rfind(|look| look.drift.is_finite()) else {

@@ -1,4 +1,4 @@
-//! Surfaces that coincide, in words.
+//! Reports on surfaces that coincide, in words.
 
 use radiosity::{Overlap, Scene, Side};
 use report::words::counted;
@@ -6,28 +6,28 @@ use report::words::counted;
 /// The number of overlaps that are named.
 const NAMED: usize = 10;
 
-/// A side is buried where one surface covers so much of it.
+/// The part of a side that one surface must cover for the side to count as buried.
 const BURIED: f64 = 1.0 - 1e-6;
 
-/// What lies on what.
+/// The overlaps between coincident surfaces of a scene.
 pub struct Coincident<'a> {
     scene: &'a Scene,
     planes: usize,
-    /// The largest first.
+    /// The overlaps, the largest first.
     overlaps: Vec<Overlap>,
-    /// Active sides that are wholly covered by another surface: surface and side.
+    /// The active sides that another surface covers wholly: surface and side.
     buried: Vec<(u32, Side)>,
 }
 
 impl<'a> Coincident<'a> {
-    /// Looks at a scene.
+    /// Finds the overlaps of a scene.
     pub fn of(scene: &'a Scene) -> Self {
         let mut coincident =
             Coincident { scene, planes: scene.stacks().len(), overlaps: vec![], buried: vec![] };
         for stack in scene.stacks() {
             for overlap in stack.overlaps(scene.surfaces()) {
                 let Overlap { upper, lower, area } = overlap;
-                // The upper one's lower side, and the lower one's upper side.
+                // The upper surface's lower side touches the lower surface's upper side.
                 let up = |surface: u32| scene.surfaces()[surface as usize].normal().dot(stack.normal) > 0.0;
                 for (surface, faces_other) in [(upper, !up(upper)), (lower, up(lower))] {
                     let side = if faces_other { Side::Front } else { Side::Back };
@@ -45,7 +45,7 @@ impl<'a> Coincident<'a> {
         coincident
     }
 
-    /// The part of the emitted power whose faces are buried.
+    /// The part of the emitted power that buried faces emit.
     pub fn buried_power(&self) -> f64 {
         let faces = self.scene.faces();
         let power = |&(surface, side): &(u32, Side)| {
@@ -57,7 +57,7 @@ impl<'a> Coincident<'a> {
         if total > 0.0 { self.buried.iter().map(power).sum::<f64>() / total } else { 0.0 }
     }
 
-    /// Pairs, areas, and what is buried; nothing where no surfaces coincide.
+    /// The report: pairs, areas and buried sides; no lines if no surfaces coincide.
     pub fn lines(&self) -> Vec<String> {
         if self.overlaps.is_empty() {
             return Vec::new();

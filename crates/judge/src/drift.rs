@@ -1,19 +1,19 @@
-//! Whether the second half of a run says the same as the first.
+//! Drift: whether the second half of a run agrees with the first.
 
 use radiosity::Tally;
 use stats::Moments;
 
-/// So many patches tell whether a run drifts.
+/// The most patches in a sample: enough to tell whether a run drifts.
 const TELLING_PATCHES: usize = 1 << 16;
 
-/// Patches with fewer scores to be expected in one of the halves are left out: their differences are not normal.
+/// The fewest scores expected in either half; patches with fewer are left out, since their differences are not normal.
 const FEWEST_SCORES: f64 = 30.0;
 
-/// The moments of every patch, or of every so manieth where there are very many.
+/// The moments of every patch, or of every k-th patch if there are more than [`TELLING_PATCHES`].
 pub struct Sample(Vec<Moments>);
 
 impl Sample {
-    /// Of a tally, whose first `patches` rows are those of patches.
+    /// The sample of a tally whose first `patches` rows are patches.
     pub fn new(tally: &Tally, patches: usize) -> Self {
         let every = patches.div_ceil(TELLING_PATCHES).max(1);
         let scores = 0..tally.layout().scores;
@@ -26,23 +26,23 @@ impl Sample {
     }
 }
 
-/// The mean of z² over patches and scores, z being the difference between the walks of `before` and those that came
-/// since, up to `now`, over its standard error. About 1 where walks are independent, whatever they score; not a number
-/// where no patch has enough scores.
+/// The mean of z² over patches and scores. z = the difference between the means of the walks of `before` and of the
+/// walks since then, up to `now`, over its standard error. The result is about 1 if walks are independent, whatever
+/// they score; it is not a number if no patch has enough scores.
 pub fn drift(before: &Sample, now: &Sample) -> f64 {
     let z = before.0.iter().zip(&now.0).filter_map(|(before, now)| z(*before, *now));
     stats::mean_squared_z(z).map_or(f64::NAN, |drift| drift.value)
 }
 
-/// Of one score on one patch.
+/// The z of one score on one patch; `None` if it has too few scores.
 fn z(before: Moments, now: Moments) -> Option<f64> {
     let since = Moments {
         n: now.n.checked_sub(before.n)?,
         sum: now.sum.checked_sub(before.sum)?,
         sum_sq: now.sum_sq.checked_sub(before.sum_sq)?,
     };
-    // By the scores of both together, which do not tell how they are shared: by those of each, patches would be chosen
-    // that have too many of them by chance.
+    // The expected scores come from both halves together, which do not tell how scores are shared; the scores of each
+    // half would select patches that have too many by chance.
     let scores = now.sum as f64 * (now.sum as f64 / now.sum_sq.max(1) as f64);
     if scores * before.n.min(since.n) as f64 / (now.n as f64) < FEWEST_SCORES {
         return None;
@@ -66,9 +66,9 @@ mod tests {
         assert_eq!(z(hits(1000, 100), hits(900, 100)), None, "no second half");
     }
 
-    /// Patches that are hit with probabilities of 2 … 10 %, by 2,000 walks and then 500: those that are told by do not
-    /// depend on what they tell. The mean of some 20,000 z² has a standard error of about 0.01, so that chance alone fails
-    /// this once in 10⁶.
+    /// Patches are hit with probabilities of 2 … 10 %, by 2,000 walks and then 500. Which patches are used must not
+    /// depend on their difference. The mean of some 20,000 z² has a standard error of about 0.01, so that chance alone
+    /// fails this once in 10⁶.
     #[test]
     fn patches_are_not_chosen_for_what_they_say() {
         let mut state = 1_u64;

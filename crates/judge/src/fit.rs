@@ -1,23 +1,23 @@
-//! Whether a method suits a scene, by what theory says of its variance before any walk is walked.
+//! Fit: whether a method suits a scene, by what theory says of its variance before any walk is shot.
 
 use radiosity::{Direction, EstimatorKind, Experiment, Face};
 
-/// Another method has to promise so many times less variance, or shorter walks, to be named.
+/// The least factor in variance, or in the length of walks, by which another method must be better to be named.
 const WORTH_NAMING: f64 = 10.0;
 
-/// The least reflectance at which walks that are analog are called long.
+/// The least reflectance at which analog walks are called long.
 const LONG_WALKS: f64 = 0.95;
 
 /// The least part of the area that a walk may be expected to find by chance.
 const FINDABLE: f64 = 1e-3;
 
-/// Patches smaller than this part of the area are not hit by any usual number of walks.
+/// The part of the area below which no usual number of walks hits a patch.
 const HITTABLE: f64 = 1e-6;
 
-/// What theory holds against a method in a scene, a sentence and a remedy each.
+/// The reasons that theory has against a method in a scene, each a sentence with a remedy.
 pub fn misfits(experiment: &Experiment) -> Vec<String> {
     match experiment.method().direction() {
-        // Chains aim their rays themselves, and know no estimators.
+        // Chains aim their rays themselves, and use no estimators.
         None => Vec::new(),
         Some(Direction::Shooting) => [scoring(experiment), length(experiment), smallest(experiment)].concat(),
         Some(Direction::Gathering(_)) => {
@@ -26,8 +26,9 @@ pub fn misfits(experiment: &Experiment) -> Vec<String> {
     }
 }
 
-/// Survival scores the part R of the events where it scores, absorption the part 1 − R: their variances are about 1/R
-/// and 1/(1 − R) times that of collision (S97 tables 3, 4). They score on patches when shot, on emitters when gathered.
+/// The reason against an estimator that scores rarely. Survival scores the part R of the events, and absorption the part
+/// 1 − R: their variances are about 1/R and 1/(1 − R) times that of collision (S97 tables 3, 4). Shooting scores on
+/// patches, gathering on emitters.
 fn scoring(experiment: &Experiment) -> Vec<String> {
     let gathers = experiment.gathers();
     let Some(kind) = experiment.method().estimator_kind() else { return Vec::new() };
@@ -46,22 +47,24 @@ fn scoring(experiment: &Experiment) -> Vec<String> {
     )]
 }
 
-/// A walk takes up to 1/(1 − R) rays, and near R = 1 all of them tell little more than one.
+/// The reason against long walks: a walk takes up to 1/(1 − R) rays, and near R = 1 all of them tell little more than
+/// one.
 fn length(experiment: &Experiment) -> Vec<String> {
     let most = experiment.scene().max_reflectance().max();
     if most < LONG_WALKS || !experiment.method().estimator_kind().is_some_and(EstimatorKind::goes_on) {
         return Vec::new();
     }
     vec![format!(
-        "reflectances reach {most}: a walk may take {:.0} rays, whose scores hang together; those of chains do not (walk = \"jacobi\")",
+        "reflectances reach {most}: a walk may take {:.0} rays, whose scores depend on each other; those of chains do not (walk = \"jacobi\")",
         1.0 / (1.0 - most)
     )]
 }
 
-/// A scene with more patches that small is a mesh, in which single patches are of no interest.
+/// The most patches that are too small to be hit before the scene counts as a mesh, where single patches are of no
+/// interest.
 const MESH: usize = 8;
 
-/// Sh91 assumes that areas differ by bounded factors.
+/// The reason against very small patches: Sh91 assumes that areas differ by bounded factors.
 fn smallest(experiment: &Experiment) -> Vec<String> {
     let patches = || experiment.scene().faces().iter();
     let area: f64 = patches().map(|patch| patch.area).sum();
@@ -81,7 +84,7 @@ fn smallest(experiment: &Experiment) -> Vec<String> {
     )]
 }
 
-/// A gathering walk meets emitters by chance.
+/// The reason against gathering with small emitters, which a gathering walk meets by chance.
 fn emitters(experiment: &Experiment) -> Vec<String> {
     let patches = || experiment.scene().faces().iter();
     let area = |patches: &mut dyn Iterator<Item = Face>| patches.map(|p| p.area).sum::<f64>();

@@ -1,17 +1,18 @@
-//! What the walks of an experiment can come to at most, for the cluster to refuse results that cannot be.
+//! The limits of what an experiment's walks can come to, for the cluster to refuse impossible results.
 
 use protocol::limits::{Limits, SensorLimits};
 use radiosity::{Estimator, Experiment, InfiniteEnd};
 
 use crate::MOMENTS;
 
-/// Room above what theory says: a bound that is broken by an honest worker would end its work.
+/// The factor above what theory says: if an honest worker broke a limit, its work would end.
 const MARGIN: f64 = 4.0;
 
-/// No walk of all that can ever be walked lasts longer, but for one chance in 2^this.
+/// The exponent of certainty: one walk lasts longer than the limit with probability 2^−128, so that none of all that can
+/// ever be shot does.
 const CERTAINTY: f64 = 128.0;
 
-/// Units of fixed-point scores: 2⁻⁴⁰ of the largest score of a ray; weights of channels are below 2⁸.
+/// The most units of one ray's fixed-point score: 2⁴⁰ for the largest score, times weights of channels below 2⁸.
 const FIXED_POINT: u128 = 1 << 48;
 
 /// The limits of an experiment.
@@ -23,9 +24,9 @@ pub fn limits(experiment: &Experiment) -> Limits {
     Limits { sensors: of_sensors(experiment), ..limits }
 }
 
-/// A sample of sensors scores H over the largest radiosity there can be: at most as if all light that is under way left one
-/// patch for the sensor, by rays of both kinds. A patch may look brighter than it is, the more so the fewer of the walks tell
-/// of it. That leaves room for the rays of a sample, too.
+/// The limits of a sensor's sample. A sample scores H over the largest radiosity there can be: at most as if all light
+/// under way left one patch for the sensor, by rays of both kinds. A patch may look brighter than it is, the more so
+/// the fewer walks reach it. The limit leaves room for the rays of a sample, too.
 fn of_sensors(experiment: &Experiment) -> Option<SensorLimits> {
     let sensors = experiment.sensors()?;
     let scene = experiment.scene();
@@ -46,14 +47,15 @@ fn of_walks(experiment: &Experiment) -> Limits {
     let rays = longest_walk(experiment);
     let ray_score = match (experiment.layout::<MOMENTS>().events, experiment.method().is_mix()) {
         (true, _) => FIXED_POINT,
-        // The best mix counts the sum of two scores, too.
+        // The best mix also counts the sum of two scores.
         (false, true) => 2,
         (false, false) => 1,
     };
     Limits { ends: 1, rays, ray_score, walk_score: ray_score.saturating_mul(rays.into()), sensors: None }
 }
 
-/// A batch scores H over the largest radiosity there can be, at most as if all light that is under way met one patch.
+/// The limits of a batch. A batch scores H over the largest radiosity there can be, at most as if all light under way
+/// met one patch.
 fn of_batches(experiment: &Experiment, paths: u64) -> Limits {
     let tally = experiment.tally::<MOMENTS>();
     let scene = experiment.scene();
@@ -64,15 +66,15 @@ fn of_batches(experiment: &Experiment, paths: u64) -> Limits {
         .map(|meaning| meaning.ratio_bound / meaning.unit)
         .fold(1.0, f64::max);
     let longest = if experiment.unit().is_chain() { 1 } else { longest_walk(experiment) };
-    // Rays of a final gather come on top.
+    // The rays of a final gather are added.
     let rays = paths.saturating_mul(longest).saturating_mul(MARGIN as u64);
-    // A float that is too large becomes the largest number.
+    // A float that is too large becomes the largest integer.
     let walk_score = (largest * MARGIN * 1024.0 * longest as f64) as u128;
     Limits { ends: paths, rays, ray_score: u128::MAX, walk_score, sensors: None }
 }
 
-/// Rays of the longest walk: it survives with the largest reflectance there is; infinite walks go on while their weight is
-/// above a threshold, or for a fixed length.
+/// The most rays of a walk. It survives with the largest reflectance of the scene; infinite walks go on while their
+/// weight is above a threshold, or for a fixed length.
 fn longest_walk(experiment: &Experiment) -> u64 {
     let scene = experiment.scene();
     let patches = scene.faces();
@@ -97,7 +99,7 @@ mod tests {
     use job::Job;
     use radiosity::{SensorShape, SensorSpec, Sequence};
 
-    /// The tally of some walks, and whether it keeps the limits.
+    /// Shoots a job's walks and returns the breach of the limits, if there is one.
     fn breach(job: &Job) -> Option<&'static str> {
         let middle = SensorShape::Point { point: [0.5, 0.5, 0.4].into(), normal: [0.3, 0.1, -1.0].into() };
         let sensor = SensorSpec { name: "middle".into(), shape: middle };
@@ -114,7 +116,7 @@ mod tests {
             .or_else(|| limits.breach_of_sums(&tally.counts, tally.layout(), sums))
     }
 
-    /// A bound that an honest worker breaks would end every job of its kind.
+    /// If an honest worker broke a limit, every job of that kind would end.
     #[test]
     fn walks_of_every_kind_keep_the_limits() {
         let mut tried = 0;
@@ -146,7 +148,7 @@ mod tests {
                 let set = method.split(' ').map(|set| format!("method.{set}"));
                 let set: Vec<String> = set.chain(["budget.paths=100000".into()]).collect();
                 let path = format!("{}/../../configs/{file}.toml", env!("CARGO_MANIFEST_DIR"));
-                // Not every method fits every scene.
+                // Some methods do not fit some scenes.
                 let Ok(job) = job::load(path.as_ref(), &set) else { continue };
                 let Ok(scene) = job.build_scene() else { continue };
                 if Experiment::new(scene, job.method.walks()).is_err() {

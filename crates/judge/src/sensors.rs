@@ -1,15 +1,16 @@
-//! Where sensors lie, in words.
+//! Warnings about badly placed sensors, in words.
 
 use radiosity::{Experiment, SensorView};
 use report::words::percent;
 
-/// Rays that look round from a sensor.
+/// The number of rays that each sensor sends out to look round.
 const RAYS: u32 = 1 << 10;
 
-/// A sensor that faces more backs than this part of what it faces lies behind a wall, or inside one.
+/// The part of backs among the surfaces that a sensor sees above which it lies behind or inside a wall.
 const TOO_MANY: f64 = 0.5;
 
-/// What is wrong with where the sensors of an experiment lie: behind walls and inside of them, or facing away from the scene.
+/// The warnings about an experiment's sensors: those behind walls or inside them, and those that face away from the
+/// scene.
 pub fn warnings(experiment: &Experiment) -> Vec<String> {
     let specs = experiment.sensors().map_or(&[][..], |sensors| sensors.specs());
     let warning = |(number, name): (usize, &str)| {
@@ -17,7 +18,7 @@ pub fn warnings(experiment: &Experiment) -> Vec<String> {
         let part = f64::from(backs) / f64::from((active + backs).max(1));
         if part > TOO_MANY {
             return Some(format!(
-                "sensor {name:?}: {} of what it faces is the backs of one-sided surfaces, which reflect and emit nothing: it lies behind a wall or inside one, or faces into one; move it, turn it round, or write sides = 2 there",
+                "sensor {name:?}: {} of the surfaces that it faces are backs of one-sided ones, which reflect and emit nothing: it lies behind a wall or inside one, or faces into one; move it, turn it round, or write sides = 2 there",
                 percent(part)
             ));
         }

@@ -1,7 +1,7 @@
-//! When a job is accurate enough, and what it still takes.
+//! Targets: whether a job is accurate enough, and what it still takes.
 //!
-//! The moment to stop is that of `stats::DoubleSampling`, which keeps intervals true. Looks happen at numbers of walks
-//! that the job fixes.
+//! `stats::DoubleSampling` decides when to stop, so that intervals stay true. Looks happen at walk counts that the job
+//! fixes.
 
 use job::{SensorTarget, Target, TotalTarget, Unhit};
 use protocol::checkpoint::Look;
@@ -12,28 +12,28 @@ use stats::{DoubleSampling, foresight};
 use crate::drift::{Sample, drift};
 use crate::total;
 
-/// The first look at a run. Few walks say little, also about how little they say.
+/// The number of walks at the first look. Fewer walks tell little, even about how little they tell.
 const FIRST_LOOK: u64 = 1 << 10;
 
-/// The first look at chains: what fewer differ by says nothing.
+/// The number of chains at the first look; the spread of fewer tells nothing.
 const FIRST_LOOK_AT_CHAINS: u64 = 8;
 
-/// So many of the patches that are furthest from a target are named.
+/// The number of patches furthest from a target that are named.
 const NAMED: usize = 5;
 
-/// How far one patch is from being known.
+/// The accuracy of one face.
 #[derive(Clone, Copy, Debug)]
 struct Standing {
     area: f64,
-    /// The largest of its channels; infinite where no walk has hit it.
+    /// The largest relative error of its channels; infinite if no walk has hit it.
     error: f64,
-    /// The fewest effective scores of its channels; infinite where it is known without any.
+    /// The fewest effective scores of its channels; infinite if it is known without any.
     scores: f64,
     hits: u128,
 }
 
 impl Standing {
-    /// `None` where the patch may stay unhit, and did.
+    /// The accuracy of a face; `None` if it has no score and the target ignores such faces.
     fn new(patch: &Face, channels: &Channels, unhit: Unhit) -> Option<Self> {
         let unknown = || channels.iter().filter(|e| e.ci_high > e.ci_low);
         let error = unknown().map(Estimate::relative_error).fold(0.0, f64::max);
@@ -43,7 +43,7 @@ impl Standing {
     }
 }
 
-/// Every face that a target is about: the chosen ones, or all that do not emit; as far as walks could tell of them.
+/// All faces that a target is about and that walks can tell of: the chosen ones, or all that do not emit.
 pub fn about<'a>(
     estimates: &'a Estimates,
     target: &'a Target,
@@ -78,7 +78,7 @@ fn standings<'a>(
         .filter_map(move |(i, patch, channels)| Some((i, Standing::new(&patch, &channels, unhit)?)))
 }
 
-/// What is asked of a patch: at most this relative error, from so many scores at least.
+/// The requirements on one face: at most this relative error, from at least this many scores.
 #[derive(Clone, Copy, Debug)]
 struct Bar {
     error: f64,
@@ -91,7 +91,7 @@ impl Bar {
     }
 }
 
-/// The parts of the area that meet each of some bars.
+/// The parts of the area that meet each of several requirements.
 fn parts_within<const N: usize>(standings: impl Iterator<Item = Standing>, bars: [Bar; N]) -> [f64; N] {
     let (mut within, mut all) = ([0.0; N], 0.0);
     for standing in standings {
@@ -103,7 +103,7 @@ fn parts_within<const N: usize>(standings: impl Iterator<Item = Standing>, bars:
     within.map(|within| if all > 0.0 { within / all } else { 1.0 })
 }
 
-/// How a tally does on a target, after so many paths.
+/// Judges a tally of `paths` paths by a target.
 pub fn judge(target: &Target, estimates: &Estimates, paths: u64) -> report::Target {
     let scene = estimates.scene();
     let Target { relative_error, fraction, unhit, .. } = *target;
@@ -130,7 +130,7 @@ pub fn judge(target: &Target, estimates: &Estimates, paths: u64) -> report::Targ
     });
     let total: f64 = standings(estimates, target).map(|(_, standing)| standing.area).sum();
     let mut spared = (1.0 - fraction) * total;
-    // The worst may stay as they are, as long as the rest makes up the fraction.
+    // The worst faces may stay as they are, as long as the rest makes up the fraction.
     let mut decisive = worst_first().filter(|(_, standing)| {
         spared -= standing.area;
         spared < -1e-9 * total
@@ -151,17 +151,17 @@ pub fn judge(target: &Target, estimates: &Estimates, paths: u64) -> report::Targ
     }
 }
 
-/// What is asked of sensors, and the level of each of their intervals.
+/// A target on sensors, and the level of each of their intervals.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SensorGoal {
-    /// What is asked.
+    /// The target of the job.
     pub target: SensorTarget,
-    /// In (0, 1).
+    /// The level of each interval, in (0, 1).
     pub level: f64,
 }
 
 impl SensorGoal {
-    /// Whether every sensor that it is about keeps within `part` of the error that is asked for, by samples enough to tell.
+    /// Whether every sensor of the target is within `part` of its error, with samples enough to tell.
     fn is_met_within(&self, part: impl Fn(f64) -> f64, experiment: &Experiment, tally: &Tally) -> bool {
         let Some(readings) = Readings::new(experiment, tally, self.level) else { return true };
         let SensorTarget { sensors, min_paths, unhit } = &self.target;
@@ -172,13 +172,13 @@ impl SensorGoal {
         paths >= *min_paths && readings.samples() >= FEWEST_SAMPLES && sensors.iter().all(known)
     }
 
-    /// Whether a tally meets it.
+    /// Whether a tally meets the target.
     pub fn is_met(&self, experiment: &Experiment, tally: &Tally) -> bool {
         self.is_met_within(|error| error, experiment, tally)
     }
 }
 
-/// What a tally says of sensors, and how they do on what is asked of them.
+/// The result of a tally's sensors, and whether they meet their target.
 pub fn judge_sensors(
     goal: Option<&SensorGoal>,
     readings: &Readings,
@@ -204,7 +204,7 @@ pub fn judge_sensors(
     }
 }
 
-/// What is asked of sensors, in words.
+/// A target on sensors, in words.
 pub fn asked_of_sensors(target: &SensorTarget, sensors: &[SensorSpec]) -> String {
     let asked = target.sensors.iter().map(|&(sensor, error)| {
         format!("relative half-width {error} on every patch of sensor {:?}", sensors[sensor as usize].name)
@@ -212,37 +212,37 @@ pub fn asked_of_sensors(target: &SensorTarget, sensors: &[SensorSpec]) -> String
     asked.collect::<Vec<_>>().join(", ")
 }
 
-/// What fewer samples of sensors differ by says nothing.
+/// The fewest samples of sensors whose spread tells anything.
 pub const FEWEST_SAMPLES: u64 = 8;
 
-/// Looks at prefixes of one job.
+/// The observer of one job: it looks at the job's prefixes.
 pub struct Observer {
     experiment: Experiment,
     level: f64,
     target: Option<Target>,
     sensors: Option<SensorGoal>,
     total: Option<TotalTarget>,
-    /// Of the look before, or of where the run was resumed.
+    /// The sample of the previous look, or of the tally that the run was resumed from.
     before: Option<Sample>,
 }
 
 impl Observer {
-    /// Of a job whose intervals have this level each.
+    /// An observer of a job whose intervals have this level each.
     pub fn new(experiment: Experiment, level: f64, target: Option<Target>) -> Self {
         Observer { experiment, level, target, sensors: None, total: None, before: None }
     }
 
-    /// The observer of a job that asks for sensors, too.
+    /// Adds the job's target on sensors.
     pub fn with_sensors(self, sensors: Option<SensorGoal>) -> Self {
         Observer { sensors, ..self }
     }
 
-    /// The observer of a job that asks for a total error, too.
+    /// Adds the job's target on noise and discretisation together.
     pub fn with_total(self, total: Option<TotalTarget>) -> Self {
         Observer { total, ..self }
     }
 
-    /// The observer of a job that is resumed: its first look compares the walks since with these.
+    /// Sets the tally that a resumed job goes on from: the first look compares the walks since then with it.
     pub fn going_on_from(self, past: &Tally) -> Self {
         let before =
             (past.counts.walks > 0).then(|| Sample::new(past, self.experiment.scene().faces().len()));
@@ -300,35 +300,35 @@ fn meets(target: &Target, estimates: &Estimates) -> [bool; 2] {
 /// Whether a run ends after this number of walks.
 fn ends(walks: u64, looks: &[Look], met: bool, promising: bool) -> bool {
     let mut rule = DoubleSampling::default();
-    // What was met at earlier looks did not end the run.
+    // Targets that were met at earlier looks did not end the run.
     for look in looks {
         rule.look(look.walks, look.promising, false);
     }
     rule.look(walks, promising, met)
 }
 
-/// What a pilot foretells of its run: errors that fall as 1/√walks (of chains, with Student's t besides).
+/// The errors that a pilot foretells for its run: they fall as 1/√walks (for chains, with Student's t besides).
 pub struct Prospect {
     standings: Vec<Standing>,
     spread: Spread,
     walks: u64,
-    /// The level of intervals.
+    /// The level of the intervals, in (0, 1).
     level: f64,
     target: Target,
     chains: bool,
     paths_per_walk: u64,
 }
 
-/// How the logarithms of errors spread over patches: a part of it is the pilot's own noise, and will be gone.
+/// The spread of the logarithms of errors over patches: a part of it is the pilot's own noise, which fades.
 #[derive(Clone, Copy, Debug)]
 struct Spread {
     mean: f64,
-    /// The variance without the noise.
+    /// The variance without the pilot's noise.
     variance: f64,
 }
 
 impl Prospect {
-    /// Of a tally of the first walks of a job.
+    /// The prospect of a job, by the tally of its first walks.
     pub fn new(target: &Target, estimates: &Estimates, level: f64) -> Self {
         let (experiment, walks) = (estimates.experiment(), estimates.tally().counts.walks);
         let mut prospect = Prospect {
@@ -349,7 +349,7 @@ impl Prospect {
         prospect
     }
 
-    /// Keeps every k-th face, so that at most so many are left: a running job is glanced at often.
+    /// Keeps every k-th face, so that at most `most` are left: a running job is examined often.
     #[must_use]
     pub fn thinned(mut self, most: usize) -> Self {
         let step = self.standings.len().div_ceil(most).max(1);
@@ -357,13 +357,13 @@ impl Prospect {
         self
     }
 
-    /// Whether the run meets its target after so many walks; `noise`: the part by which errors are larger than the pilot
+    /// Whether the run meets its target after `walks` walks, if errors are larger by the part `noise` than the pilot
     /// says.
     pub fn is_met(&self, walks: u64, noise: f64) -> bool {
         self.meets(walks, noise, self.target.relative_error, self.target.min_hits as f64)
     }
 
-    /// Whether a look after so many walks shows that twice as many will do.
+    /// Whether a look after `walks` walks shows that twice as many will do.
     pub fn is_promising(&self, walks: u64, noise: f64) -> bool {
         walks.saturating_mul(self.paths_per_walk) >= self.target.min_paths
             && self.meets(
@@ -380,8 +380,8 @@ impl Prospect {
         part >= self.target.fraction
     }
 
-    /// How a patch will stand after so many walks. The largest of many errors is large by luck too, and luck fades: the
-    /// spread of what is seen is √(true variance + noise²), of which the noise falls as the walks grow.
+    /// The accuracy of a face after `walks` walks. The largest of many errors is partly large by chance, and this part
+    /// fades: the observed spread is √(true variance + noise²), and the noise falls as the walks grow.
     fn later(&self, standing: &Standing, walks: u64, noise: f64) -> Standing {
         let growth = walks as f64 / self.walks as f64;
         let Spread { mean, variance } = self.spread;
@@ -397,7 +397,8 @@ impl Prospect {
         }
     }
 
-    /// The standard error of a patch's error, as a part of it: with h scores about 1/(2√h); of n chains, 1/√(2(n − 1)).
+    /// The standard error of a face's error, as a part of it: about 1/(2√h) with h scores, and 1/√(2(n − 1)) for n
+    /// chains.
     fn noise_of(&self, standing: &Standing) -> f64 {
         match self.chains {
             true => (0.5 / (self.walks.max(2) - 1) as f64).sqrt(),
@@ -410,12 +411,12 @@ impl Prospect {
         self.decisive().map_or(0.0, |standing| self.noise_of(standing))
     }
 
-    /// The error that decides; 0 where there is none.
+    /// The error that decides; 0 if there are no faces.
     pub fn error(&self) -> f64 {
         self.decisive().map_or(0.0, |standing| standing.error)
     }
 
-    /// The face with the error that decides: the largest but for those in the part of the area that may be missed.
+    /// The face whose error decides: the largest error outside the part of the area that may miss the target.
     fn decisive(&self) -> Option<&Standing> {
         let mut worst_first: Vec<&Standing> = self.standings.iter().collect();
         worst_first.sort_by(|a, b| b.error.total_cmp(&a.error));
@@ -432,8 +433,8 @@ fn student(level: f64, chains: u64) -> f64 {
     stats::student_quantile(0.5 + 0.5 * level, chains.max(2) - 1)
 }
 
-/// The numbers of walks (or chains) at which a run of so many is looked at. Fewer walks than patches tell nothing of most
-/// of them, and a look at many patches takes its time; a chain tells of every patch, and takes longer than a look.
+/// The walk (or chain) counts at which a run of `walks` walks is looked at. Fewer walks than patches tell nothing of
+/// most patches, and a look at many patches takes time; a chain tells of every patch, and takes longer than a look.
 pub fn looks(experiment: &Experiment, walks: u64) -> Vec<u64> {
     match experiment.unit().batch() {
         Some(_) => ladder(FIRST_LOOK_AT_CHAINS, walks, 0),
@@ -441,7 +442,7 @@ pub fn looks(experiment: &Experiment, walks: u64) -> Vec<u64> {
     }
 }
 
-/// 2^k and 3·2^(k−1) from `first` and from `least` on, fixed by the job alone.
+/// The numbers 2^k and 3·2^(k−1) from both `first` and `least` on, up to `walks`: they depend on the job alone.
 fn ladder(first: u64, walks: u64, least: usize) -> Vec<u64> {
     let powers = std::iter::successors(Some(first), |n| n.checked_mul(2));
     let steps = powers.flat_map(|n| [n, n.saturating_add(n / 2)]);
@@ -453,7 +454,8 @@ fn ladder(first: u64, walks: u64, least: usize) -> Vec<u64> {
 mod tests {
     use super::*;
 
-    /// What decides is that of the whole, to the part of the area that one face of the thinned ones stands for.
+    /// The deciding error of the thinned faces is that of all faces, but for the part of the area that one thinned face
+    /// stands for.
     #[test]
     fn a_glance_sees_what_decides() {
         let target = Target {

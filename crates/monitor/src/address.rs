@@ -1,32 +1,32 @@
-//! Where pages are opened, and why one cannot be.
+//! The addresses of pages, and the errors of opening one.
 
 use std::io;
 use std::net::{SocketAddr, TcpListener};
 
 use thiserror::Error;
 
-/// Why a page cannot be opened.
+/// The reason why a page cannot be opened.
 #[derive(Debug, Error)]
 pub enum NoPage {
-    /// The address cannot be listened at.
+    /// The system refuses to listen at the address.
     #[error("cannot listen at {address} ({source})")]
     Listen {
-        /// host:port.
+        /// The address as host:port.
         address: String,
-        /// What the system says.
+        /// The error of the operating system.
         source: io::Error,
     },
     /// The system refused something that it should not.
     #[error("{doing} failed ({source})")]
     System {
-        /// What was done.
+        /// The step that the system refused.
         doing: &'static str,
-        /// What the system says.
+        /// The error of the operating system.
         source: io::Error,
     },
 }
 
-/// Listens at an address. A port alone is one of the loopback address.
+/// Listens at an address; a port alone means the loopback address.
 pub(crate) fn listen(address: &str) -> Result<(TcpListener, SocketAddr), NoPage> {
     let address = at_loopback(address);
     let open = || {
@@ -37,7 +37,7 @@ pub(crate) fn listen(address: &str) -> Result<(TcpListener, SocketAddr), NoPage>
     open().map_err(|source| NoPage::Listen { address: address.clone(), source })
 }
 
-/// The address itself; a port alone is that of the loopback address.
+/// The address itself, or a port at the loopback address.
 fn at_loopback(address: &str) -> String {
     match address.trim_start_matches(':').parse::<u16>() {
         Ok(port) => format!("127.0.0.1:{port}"),

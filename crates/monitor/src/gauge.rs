@@ -1,4 +1,4 @@
-//! Measures a running job: rates over a window, and errors as often as they are cheap to estimate.
+//! The gauge of a running job: rates over a window, and errors as often as they are cheap to estimate.
 
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
@@ -12,28 +12,28 @@ use results::Settings;
 
 use crate::standing::{Faults, Goal, Saved, Standing};
 
-/// Rates are those of this time, up to now.
+/// The length of the window over which rates are measured, up to now.
 const WINDOW: Duration = Duration::from_secs(30);
 
-/// Between two measurements of the rate.
+/// The least time between two measurements of the rate.
 const STEP: Duration = Duration::from_millis(250);
 
-/// Estimating the errors may take at most this part of the time.
+/// The inverse of the part of the time that estimating errors may take.
 const ERROR_SHARE: u32 = 20;
 
-/// The end is foretold from this many faces at most: the coordinator must not keep its workers waiting.
+/// The most faces from which the end is foretold: the coordinator must not keep its workers waiting.
 const MOST_FACES: usize = 50_000;
 
-/// Measures one run.
+/// The gauge of one run.
 pub struct Gauge<'a> {
     experiment: &'a Experiment,
     settings: &'a Settings,
     wall: Option<f64>,
     level: f64,
     began: Instant,
-    /// Walks that were in at some moments, the oldest first.
+    /// The walks that were in at some moments, the oldest first.
     history: VecDeque<(Instant, u64)>,
-    /// The oldest of this session.
+    /// The oldest such moment of this session.
     first: Option<(Instant, u64)>,
     precision: Option<Precision>,
     goal: Option<Goal>,
@@ -43,7 +43,7 @@ pub struct Gauge<'a> {
 }
 
 impl<'a> Gauge<'a> {
-    /// A gauge of a run that may take `wall` seconds, where its job says so.
+    /// A gauge of a run that may take `wall` seconds, if its job sets a limit.
     pub fn new(experiment: &'a Experiment, settings: &'a Settings, wall: Option<f64>) -> Self {
         let now = Instant::now();
         Gauge {
@@ -62,7 +62,7 @@ impl<'a> Gauge<'a> {
         }
     }
 
-    /// Takes note of what happened.
+    /// Counts what a notice reports.
     pub fn heed(&mut self, notice: &Notice) {
         match notice {
             Notice::Lost { .. } | Notice::Left { .. } => self.faults.workers_lost += 1,
@@ -73,12 +73,12 @@ impl<'a> Gauge<'a> {
         }
     }
 
-    /// Takes note of a checkpoint that could not be written.
+    /// Counts a checkpoint that could not be written.
     pub fn checkpoint_failed(&mut self) {
         self.faults.checkpoints_failed += 1;
     }
 
-    /// Takes note of the latest checkpoint, and of the walks that are in.
+    /// Notes the latest checkpoint and the walks that are in.
     pub fn follow(&mut self, coordinator: &Coordinator, saved: Option<(Instant, u64)>) {
         self.saved = saved;
         let now = Instant::now();
@@ -86,7 +86,7 @@ impl<'a> Gauge<'a> {
             return;
         }
         let walks = coordinator.progress().walks;
-        // What went by before anything came in tells of starting, not of walking.
+        // The time before the first result measures the start, not the walking.
         if self.history.len() == 1 && self.history[0].1 == walks {
             self.history.clear();
             self.first = None;
@@ -120,7 +120,7 @@ impl<'a> Gauge<'a> {
         self.next_precision = Instant::now() + now.elapsed() * ERROR_SHARE;
     }
 
-    /// Where the job stands now.
+    /// The state of the job now.
     pub fn standing(&self, coordinator: &Coordinator) -> Standing {
         let progress = coordinator.progress();
         // A chain of n rays counts as n paths.
@@ -159,14 +159,14 @@ impl<'a> Gauge<'a> {
 
     fn walks_per_second(&self) -> f64 {
         let (Some(first), Some(last)) = (self.history.front(), self.history.back()) else { return 0.0 };
-        // Chains may take longer than the window: then the whole session tells.
+        // A chain may take longer than the window; then the rate is that of the whole session.
         let first = if first.1 == last.1 { self.first.unwrap_or(*first) } else { *first };
         let seconds = (last.0 - first.0).as_secs_f64();
         if seconds > 0.0 { (last.1 - first.1) as f64 / seconds } else { 0.0 }
     }
 }
 
-/// How long it takes to come from `paths` to `end`. Nothing tells while no worker walks.
+/// The time from `paths` to `end` [s]; `None` while no worker walks.
 fn seconds_left(workers: usize, paths: u64, end: u64, paths_per_second: f64) -> Option<f64> {
     let known = workers > 0 && paths_per_second > 0.0;
     known.then(|| end.saturating_sub(paths) as f64 / paths_per_second)

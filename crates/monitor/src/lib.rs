@@ -1,9 +1,10 @@
-//! How a running job gets on.
+//! Monitoring of a running job.
 //!
-//! A [`Gauge`] measures where it stands ([`Standing`]); [`Reports`] leave that every two seconds in status files and on a
-//! page of metrics; [`Showing`] serves the report of the result so far; [`find`] reads a status file in another process, which opens no connection and needs no key.
+//! A [`Gauge`] measures the state of the job ([`Standing`]); [`Reports`] writes it every two seconds to status files
+//! and to a page of metrics; [`Showing`] serves the report of the result so far; [`find`] reads a status file in
+//! another process, without a connection or a key.
 //!
-//! Nothing is printed here.
+//! This crate prints nothing.
 
 #![warn(unreachable_pub, unnameable_types)]
 

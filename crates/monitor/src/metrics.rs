@@ -1,14 +1,14 @@
-//! A report in the text format of Prometheus.
+//! A report as metrics in the text format of Prometheus.
 
 use std::fmt::Write as _;
 
 use crate::standing::Standing;
 use crate::status::Report;
 
-/// One number: its name behind `radwalk_`, its kind, what it is, and its value where that is known.
+/// One metric: its name after `radwalk_`, its kind, its help text, and its value if that is known.
 type Metric = (&'static str, &'static str, &'static str, Option<f64>);
 
-/// The page of a report.
+/// The page of metrics of a report.
 pub(crate) fn metrics(report: &Report) -> String {
     let mut text = String::new();
     // Numbers that are not known are left out.
@@ -27,7 +27,7 @@ pub(crate) fn metrics(report: &Report) -> String {
     text
 }
 
-/// The lines that say what a number is. A string takes what it is given.
+/// Adds the lines that describe a metric. Writing to a string cannot fail.
 fn add(text: &mut String, name: &str, kind: &str, help: &str) {
     let _ = writeln!(text, "# HELP radwalk_{name} {help}\n# TYPE radwalk_{name} {kind}");
 }
@@ -44,7 +44,7 @@ fn numbers(standing: &Standing) -> impl Iterator<Item = Metric> {
     groups.into_iter().flatten()
 }
 
-/// How far the job is, and how fast it goes.
+/// The metrics of the job's progress and speed.
 fn progress(standing: &Standing) -> Vec<Metric> {
     vec![
         ("seconds", "gauge", "Seconds since this coordinator began.", Some(standing.seconds)),
@@ -56,7 +56,7 @@ fn progress(standing: &Standing) -> Vec<Metric> {
     ]
 }
 
-/// How well the light is known, and how well it shall be.
+/// The metrics of its errors and of its target.
 fn errors(standing: &Standing) -> Vec<Metric> {
     let goal = standing.target;
     let (median, max) = (standing.median_relative_error, standing.max_relative_error);
@@ -69,7 +69,7 @@ fn errors(standing: &Standing) -> Vec<Metric> {
     ]
 }
 
-/// Where the job will end, and from where it could go on.
+/// The metrics of its end and of its last checkpoint.
 fn ends(standing: &Standing) -> Vec<Metric> {
     let expected = standing.target.and_then(|goal| goal.paths_expected).map(|paths| paths as f64);
     let saved = standing.checkpoint;
@@ -83,7 +83,7 @@ fn ends(standing: &Standing) -> Vec<Metric> {
     ]
 }
 
-/// What went wrong.
+/// The metrics of its faults.
 fn faults(standing: &Standing) -> Vec<Metric> {
     let faults = standing.faults;
     let count = |number: u64| Some(number as f64);
@@ -95,12 +95,7 @@ fn faults(standing: &Standing) -> Vec<Metric> {
             count(faults.workers_lost),
         ),
         ("workers_refused_total", "counter", "Workers that were not let in.", count(faults.workers_refused)),
-        (
-            "connections_failed_total",
-            "counter",
-            "Connections that came to nothing.",
-            count(faults.connections_failed),
-        ),
+        ("connections_failed_total", "counter", "Connections that failed.", count(faults.connections_failed)),
         (
             "checkpoints_failed_total",
             "counter",
@@ -110,7 +105,7 @@ fn faults(standing: &Standing) -> Vec<Metric> {
     ]
 }
 
-/// The value of a label, with its marks escaped.
+/// The value of a label, with its quotes escaped.
 fn label(value: &str) -> String {
     value.replace('\\', "\\\\").replace('"', "\\\"").replace('\n', "\\n")
 }

@@ -1,4 +1,4 @@
-//! What a running job leaves for others to see, every two seconds: a status file, and a page of metrics.
+//! The reports of a running job, every two seconds: a status file, and a page of metrics.
 
 use std::collections::HashMap;
 use std::net::SocketAddr;
@@ -15,16 +15,16 @@ use crate::scrape::{Page, publish};
 use crate::standing::Standing;
 use crate::status::{Description, Hand, Report, STATUS, beside};
 
-/// Between two reports.
+/// The time between two reports.
 const INTERVAL: Duration = Duration::from_secs(2);
 
-/// Workers beyond this are told of by their number only.
+/// The most workers that a report names; the others are only counted.
 const NAMED: usize = 1000;
 
-/// Opens a page of metrics at an address; returns where it is, too.
+/// Opens a page of metrics at an address. Returns the page and the address that it got.
 ///
 /// # Errors
-/// Where the address cannot be listened at, and where no thread can be started.
+/// If the system refuses to listen at the address, or to start a thread.
 pub fn open_metrics(address: &str) -> Result<(Page, SocketAddr), NoPage> {
     let (listener, bound) = listen(address)?;
     let page = Page::default();
@@ -34,7 +34,7 @@ pub fn open_metrics(address: &str) -> Result<(Page, SocketAddr), NoPage> {
     Ok((page, bound))
 }
 
-/// Where reports go.
+/// The places that reports go to.
 pub struct Reports {
     description: Description,
     files: Vec<PathBuf>,
@@ -43,19 +43,20 @@ pub struct Reports {
 }
 
 impl Reports {
-    /// Reports to the output folder; beside the access file, where that lies elsewhere; and to a page, where one is wanted.
+    /// Reports to the output folder; to a file beside the access file, if that lies elsewhere; and to a page, if one is
+    /// wanted.
     pub fn new(description: Description, output: &Path, access: Option<&Path>, page: Option<Page>) -> Self {
         let mut files = vec![output.join(STATUS)];
         files.extend(access.filter(|access| access.parent() != Some(output)).map(beside));
         Reports { description, files, page, due: Instant::now() + INTERVAL }
     }
 
-    /// Whether it is time for a report.
+    /// Whether the next report is due.
     pub fn are_due(&self) -> bool {
         Instant::now() >= self.due
     }
 
-    /// Reports, where it is time to.
+    /// Writes a report if one is due.
     pub fn write(&mut self, standing: &Standing, coordinator: &Coordinator) {
         if !self.are_due() {
             return;
@@ -64,7 +65,7 @@ impl Reports {
         let report = self.report(standing, coordinator);
         let bytes = serde_json::to_vec_pretty(&report).expect("numbers and names");
         for file in &self.files {
-            // A disk may be full for a while, and the run does not depend on this.
+            // A disk may be full for a while, and the run does not depend on the report.
             if let Err(error) = report::write_soon(file, &bytes) {
                 debug!("no status is written to {}: {error}", file.display());
             }
@@ -78,7 +79,7 @@ impl Reports {
         let per_walk = self.description.paths_per_walk;
         let mut known: HashMap<&str, (u64, u64)> = HashMap::new();
         for worker in coordinator.contributors() {
-            // What workers behind a relay brought came over its connection.
+            // The results of workers behind a relay came over its connection.
             let (walks, faults) = known.entry(worker.peer()).or_default();
             *walks += worker.walks;
             *faults += worker.faults;
@@ -106,10 +107,10 @@ impl Reports {
 }
 
 impl Drop for Reports {
-    /// What the files say is over.
+    /// Removes the status files, since the run is over.
     fn drop(&mut self) {
         for file in &self.files {
-            // One that was never written is not there.
+            // A file that was never written is not there.
             let _ = std::fs::remove_file(file);
         }
     }

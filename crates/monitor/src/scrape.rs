@@ -1,7 +1,8 @@
-//! Pages by HTTP, for monitors and browsers that come and ask: the metrics of a coordinator, and its page.
+//! Pages over HTTP, for monitors and browsers: the metrics of a coordinator, and the page of its job.
 //!
-//! Each connection has a thread, two seconds to say what it wants, and a minute to read it. That is all such pages need, and less
-//! code to trust than a web server; the crates that would do it (tiny_http, hyper) bring queues, pools and an executor.
+//! Each connection has a thread, two seconds to send its request, and a minute to read the answer. Such pages need no
+//! more, and this is less code to trust than a web server; the crates that would do it (tiny_http, hyper) bring queues,
+//! pools and an executor.
 
 use std::io::{self, Read, Write};
 use std::net::{TcpListener, TcpStream};
@@ -9,51 +10,51 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-/// What a request may take, and what a reader may keep silent.
+/// The longest time of a request, and the longest silence of a reader.
 const PATIENCE: Duration = Duration::from_secs(2);
 
-/// What the reading of an answer may take.
+/// The longest time for reading an answer.
 const LONGEST_ANSWER: Duration = Duration::from_secs(60);
 
-/// What a request may say.
+/// The most bytes of a request.
 const MOST_BYTES: usize = 8 << 10;
 
-/// Connections at once. Others are closed.
+/// The most connections at once; others are closed.
 const MOST_CONNECTIONS: usize = 32;
 
-/// What a reader asks for with GET or HEAD.
+/// A request by GET or HEAD.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Request<'a> {
-    /// The path, from its slash.
+    /// The path, from its slash on.
     pub(crate) path: &'a str,
-    /// What stands behind the question mark.
+    /// The query after the question mark.
     pub(crate) query: &'a str,
     head: &'a str,
 }
 
 impl Request<'_> {
-    /// The value of a header.
+    /// The value of a header, if the request has it.
     pub(crate) fn header(&self, name: &str) -> Option<&str> {
         let fields = self.head.lines().skip(1).filter_map(|line| line.split_once(':'));
         fields.into_iter().find(|(known, _)| known.eq_ignore_ascii_case(name)).map(|(_, value)| value.trim())
     }
 }
 
-/// What is answered.
+/// An answer to a request.
 #[derive(Clone, Debug)]
 pub(crate) struct Answer {
-    /// Code and words.
+    /// The status: code and words.
     pub(crate) status: &'static str,
-    /// The type of the body.
+    /// The media type of the body.
     pub(crate) kind: &'static str,
-    /// Names this state of the body.
+    /// The tag that names this state of the body.
     pub(crate) tag: Option<String>,
-    /// The body.
+    /// The bytes of the body.
     pub(crate) body: Arc<[u8]>,
 }
 
 impl Answer {
-    /// A line of text.
+    /// An answer that is one line of text.
     pub(crate) fn text(status: &'static str, line: &str) -> Self {
         let body = line.as_bytes().into();
         Answer { status, kind: "text/plain; charset=utf-8", tag: None, body }
@@ -65,7 +66,7 @@ impl Answer {
 pub struct Page(Arc<Mutex<String>>);
 
 impl Page {
-    /// Replaces the text.
+    /// Replaces the text of the page.
     pub(crate) fn set(&self, text: String) {
         *self.0.lock().unwrap_or_else(PoisonError::into_inner) = text;
     }
@@ -87,7 +88,7 @@ impl Page {
 /// Answers requests until the process ends, in threads of its own.
 ///
 /// # Errors
-/// Where no thread can be started.
+/// If no thread can be started.
 pub(crate) fn publish(
     listener: TcpListener,
     name: &str,
@@ -97,7 +98,7 @@ pub(crate) fn publish(
     let open = Arc::new(AtomicUsize::new(0));
     let answer_all = move || {
         for stream in listener.incoming() {
-            // Too many files are open: it may be better soon.
+            // Too many files are open: this may be better soon.
             let Ok(stream) = stream else {
                 std::thread::sleep(PATIENCE);
                 continue;
@@ -157,7 +158,7 @@ fn serve(mut stream: TcpStream, answer: &impl Fn(&Request) -> Answer) -> io::Res
     Ok(())
 }
 
-/// What is asked for, with its headers.
+/// Reads a request line with its headers.
 fn read_head(stream: &mut TcpStream) -> io::Result<String> {
     let began = Instant::now();
     let (mut head, mut buffer) = (Vec::new(), [0; 1024]);
@@ -179,7 +180,7 @@ fn read_head(stream: &mut TcpStream) -> io::Result<String> {
 mod tests {
     use super::*;
 
-    /// Answers to requests as they come over the wire.
+    /// A function that sends a request and returns the whole answer.
     fn asked(answer: impl Fn(&Request) -> Answer + Send + Sync + 'static) -> impl Fn(&str) -> String {
         let listener = TcpListener::bind("127.0.0.1:0").unwrap();
         let address = listener.local_addr().unwrap();
@@ -187,7 +188,7 @@ mod tests {
         move |request: &str| {
             let mut stream = TcpStream::connect(address).unwrap();
             let mut answer = String::new();
-            // A connection that is let go early may be reset.
+            // A connection that is closed early may be reset.
             let _ = stream.write_all(request.as_bytes()).and_then(|()| stream.read_to_string(&mut answer));
             answer
         }
@@ -206,7 +207,7 @@ mod tests {
         assert!(ask("HEAD / HTTP/1.1\r\n\r\n").ends_with("\r\n\r\n"));
         assert!(ask("GET /../etc/passwd HTTP/1.1\r\n\r\n").starts_with("HTTP/1.1 404"));
         assert!(ask("DELETE /metrics HTTP/1.1\r\n\r\n").starts_with("HTTP/1.1 405"));
-        // A reader that says nothing of use is let go, and the next is heard.
+        // A reader that sends nothing of use is dropped, and the next one is served.
         assert_eq!(ask(&"x".repeat(2 * MOST_BYTES)), "");
         assert!(ask("GET /metrics HTTP/1.0\r\n\r\n").contains("radwalk_workers 2"));
     }
@@ -226,7 +227,7 @@ mod tests {
         assert!(ask("GET /news HTTP/1.1\r\nIf-None-Match: \"6\"\r\n\r\n").starts_with("HTTP/1.1 200"));
     }
 
-    /// A reader that connects and says nothing holds up no other one.
+    /// A reader that connects and sends nothing holds up no other one.
     #[test]
     fn silent_readers_hold_up_no_other() {
         let listener = TcpListener::bind("127.0.0.1:0").unwrap();

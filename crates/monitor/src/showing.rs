@@ -1,7 +1,8 @@
 //! `--watch`: the page of a running job, which follows the run while a browser looks at it.
 //!
-//! The coordinator's loop gives away a copy of the tally now and then, where a browser has asked for the page lately. A thread makes
-//! the page of it, and others answer the browsers ([`crate::scrape`]). Making pages takes at most a twentieth of the time.
+//! If a browser has asked for the page lately, the coordinator's loop now and then hands a copy of the tally to a
+//! thread that makes the page; other threads answer the browsers ([`crate::scrape`]). Making pages takes at most a
+//! twentieth of the time.
 
 use std::io;
 use std::net::{IpAddr, SocketAddr};
@@ -19,63 +20,63 @@ use tracing::debug;
 use crate::address::{NoPage, listen};
 use crate::scrape::{Answer, Request, publish};
 
-/// Between two pages at least.
+/// The least time between two pages.
 const INTERVAL: Duration = Duration::from_secs(2);
 
-/// Making pages takes at most this part of the time.
+/// The inverse of the part of the time that making pages may take.
 const SHARE: u32 = 20;
 
-/// A browser that has not asked for this long is gone.
+/// The time without a request after which a browser counts as gone.
 const LATELY: Duration = Duration::from_secs(20);
 
-/// Letters of a key.
+/// The number of letters in a key.
 const KEY_LETTERS: usize = 32;
 
-/// What a browser is shown before there is anything to show. It asks again by itself.
+/// The page for a browser before there is anything to show. It asks again by itself.
 const WAITING: &str = "<!doctype html><html lang=\"en\"><head><meta charset=\"utf-8\"><meta http-equiv=\"refresh\" content=\"2\">\
     <title>radwalk</title></head><body><p>The run has begun. The page comes with its first walks.</p></body></html>\n";
 
-/// The page of a running job.
+/// The page of a running job, as the coordinator's loop sees it.
 pub struct Showing {
     url: String,
     shared: Arc<Shared>,
     tallies: SyncSender<Checkpoint>,
-    /// Walks of the page.
+    /// The number of walks in the latest page.
     walks: u64,
 }
 
-/// What the threads share.
+/// The state that the threads share.
 struct Shared {
-    /// The key without which nothing is told.
+    /// The key without which no request is answered with data; `None` at the loopback address.
     key: Option<String>,
     state: Mutex<State>,
-    /// Whether a page is being made.
+    /// Whether a page is being made now.
     busy: AtomicBool,
 }
 
-/// The latest page, and when it is due and was asked for.
+/// The latest pages, when the next is due, and when a browser last asked.
 struct State {
     pages: Option<Pages>,
     due: Instant,
     asked: Option<Instant>,
 }
 
-/// A page.
+/// The page in its two forms.
 #[derive(Clone)]
 struct Pages {
     tag: String,
-    /// The whole.
+    /// The whole page as HTML.
     page: Arc<[u8]>,
-    /// What changes from one to the next.
+    /// The parts that change from one page to the next.
     news: Arc<[u8]>,
 }
 
 impl Showing {
-    /// Opens the page of a job at an address: at the loopback address where a port alone is given, elsewhere behind a key. `git` names
-    /// the program's sources.
+    /// Opens the page of a job at an address: at the loopback address if only a port is given, elsewhere behind a key.
+    /// `git` names the program's sources.
     ///
     /// # Errors
-    /// Where the address cannot be listened at, and where the system has no random numbers or threads.
+    /// If the system refuses to listen at the address, or has no random numbers or threads.
     pub fn open(
         address: &str,
         git: &'static str,
@@ -100,12 +101,12 @@ impl Showing {
         Ok(Showing { url: shared.url(bound), shared, tallies, walks: 0 })
     }
 
-    /// Where a browser finds it, with its key.
+    /// The address of the page for a browser, with its key.
     pub fn url(&self) -> &str {
         &self.url
     }
 
-    /// Gives away a copy of the tally where a page is due and a browser asks for it.
+    /// Hands over a copy of the tally if a page is due and a browser asks for it.
     pub fn tend(&mut self, coordinator: &Coordinator, identity: &Identity) {
         let walks = coordinator.prefix().counts.walks;
         if walks == self.walks || self.shared.busy.load(Ordering::Acquire) || !self.shared.is_due() {
@@ -127,7 +128,7 @@ impl Shared {
     fn is_due(&self) -> bool {
         let state = self.state();
         let asked = state.asked.is_some_and(|asked| asked.elapsed() < LATELY);
-        // The first page is made without being asked for, so that the first browser finds one.
+        // The first page is made without a request, so that the first browser finds one.
         (asked || state.pages.is_none()) && Instant::now() >= state.due
     }
 
@@ -142,7 +143,7 @@ impl Shared {
         }
     }
 
-    /// Answers a browser.
+    /// Answers the request of a browser.
     fn answer(&self, request: &Request) -> Answer {
         if !self.lets_in(request) {
             let line = "This page has a key: open the address that radwalk told when the run began.\n";
@@ -160,11 +161,11 @@ impl Shared {
         Answer { status: "200 OK", kind: "text/html; charset=utf-8", tag: Some(pages.tag), body }
     }
 
-    /// Where there is a key, it decides. At the loopback address the name does by which a browser comes: a page from
-    /// elsewhere may have given that address a name of its own.
+    /// Whether a request may see the page. If there is a key, the key decides. At the loopback address the host name in
+    /// the request does: a page from elsewhere may have given that address a name of its own.
     fn lets_in(&self, request: &Request) -> bool {
         match &self.key {
-            // Hashes tell by their time nothing of the key.
+            // Comparing hashes takes a time that tells nothing of the key.
             Some(key) => request
                 .query
                 .split('&')
@@ -182,7 +183,7 @@ fn draw_key() -> io::Result<String> {
     Ok(blake3::Hash::from(bytes).to_hex()[..KEY_LETTERS].to_owned())
 }
 
-/// Whether a host with its port is this machine by its own names.
+/// Whether a host with its port is this machine by one of its local names.
 fn is_here(host: &str) -> bool {
     let name = match host.rsplit_once(':') {
         Some((name, port)) if port.bytes().all(|letter| letter.is_ascii_digit()) => name,
@@ -192,7 +193,7 @@ fn is_here(host: &str) -> bool {
     name == "localhost" || name.parse::<IpAddr>().is_ok_and(|ip| ip.is_loopback())
 }
 
-/// Makes pages of tallies.
+/// The thread that makes pages of tallies.
 struct Maker {
     shared: Arc<Shared>,
     git: &'static str,

@@ -1,69 +1,70 @@
-//! Where a job stands while it runs: what displays, status files and metrics show.
+//! The state of a running job, as displays, status files and metrics show it.
 
 use serde::{Deserialize, Serialize};
 
-/// Where a job stands. Numbers that are not known, or not finite, are `None`.
+/// The state of a running job. Numbers that are not known, or not finite, are `None`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Standing {
-    /// Since this coordinator began [s].
+    /// The time since this coordinator started [s].
     pub seconds: f64,
-    /// Walks that are in (Jacobi: rays).
+    /// The paths that are in (for Jacobi: rays).
     pub paths: u64,
-    /// The budget.
+    /// The paths of the budget.
     pub paths_total: u64,
-    /// Of the last half minute.
+    /// The paths per second over the last half minute.
     pub paths_per_second: f64,
-    /// Of the last half minute.
+    /// The rays per second over the last half minute.
     pub rays_per_second: f64,
-    /// Workers that walk now.
+    /// The number of workers that walk now.
     pub workers: usize,
-    /// Half of the area is known within this part of itself.
+    /// The relative error that half of the area does not exceed.
     pub median_relative_error: Option<f64>,
-    /// Area-weighted, of the faces that were hit.
+    /// The root mean square of relative errors over the faces that were hit, weighted by area.
     pub rms_relative_error: Option<f64>,
-    /// Of the worst face.
+    /// The relative error of the worst face.
     pub max_relative_error: Option<f64>,
-    /// What is asked for.
+    /// The target of the job.
     pub target: Option<Goal>,
-    /// To the target, the end of the budget or the wall clock, whichever comes first; `None` where nothing tells.
+    /// The time to the target, the end of the budget or the wall clock, whichever comes first [s]; `None` if it is not
+    /// known.
     pub seconds_left: Option<f64>,
-    /// The latest one of this session.
+    /// The latest checkpoint of this session.
     pub checkpoint: Option<Saved>,
-    /// What went wrong.
+    /// The faults of this session.
     pub faults: Faults,
 }
 
-/// How far a target is.
+/// A target, and the distance to it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Goal {
-    /// Asked for.
+    /// The relative error that the target asks for.
     pub relative_error: f64,
-    /// The part of the area that must have it.
+    /// The part of the area that must reach it.
     pub fraction: f64,
-    /// The error that decides: what this part of the area is known within now.
+    /// The error that decides: the one that this part of the area does not exceed now.
     pub decisive_error: Option<f64>,
-    /// Where the run will probably end (`radwalk plan` foretells by the same rule).
+    /// The paths at which the run will probably end (`radwalk plan` foretells by the same rule).
     pub paths_expected: Option<u64>,
 }
 
-/// A checkpoint.
+/// A checkpoint that was written.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Saved {
-    /// Since it was written.
+    /// The time since it was written [s].
     pub seconds_ago: f64,
-    /// Its walks (Jacobi: rays).
+    /// The paths in it (for Jacobi: rays).
     pub paths: u64,
 }
 
-/// What went wrong in this session.
+/// The faults of this session, by kind.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Faults {
-    /// Workers that were lost, or left early.
+    /// The number of workers that were lost, or left early.
     pub workers_lost: u64,
-    /// Workers that were not let in.
+    /// The number of workers that were not let in.
     pub workers_refused: u64,
-    /// Connections that came to nothing.
+    /// The number of connections that failed.
     pub connections_failed: u64,
-    /// Checkpoints that could not be written.
+    /// The number of checkpoints that could not be written.
     pub checkpoints_failed: u64,
 }

@@ -1,4 +1,4 @@
-//! Status files: what a coordinator says of its job, and how another process finds and reads it.
+//! Status files: the state of a job as its coordinator writes it, and how another process finds and reads it.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -13,79 +13,80 @@ use crate::standing::Standing;
 /// The name of a status file in an output folder.
 pub(crate) const STATUS: &str = "status.json";
 
-/// A coordinator reports every two seconds. One whose last report is older than this may be gone …
+/// The age in seconds from which a report is late. A coordinator reports every two seconds, so it may be gone.
 const LATE: u64 = 10;
 
-/// … and is, where no other report comes in this time: clocks of machines differ.
+/// The time to wait for another report; without one the coordinator is gone. Clocks of machines differ, so age alone
+/// does not tell.
 const WATCH: Duration = Duration::from_secs(6);
 
-/// What a report says of the job itself.
+/// The part of a report that describes the job.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Description {
     /// The name of the job.
     pub job: String,
-    /// The paths that a walk counts as: chains are walks of many rays.
+    /// The paths that one walk counts as: chains are walks of many rays.
     pub paths_per_walk: u64,
 }
 
-/// A status file.
+/// The content of a status file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Report {
-    /// What runs.
+    /// The description of the job.
     #[serde(flatten)]
     pub description: Description,
     /// The machine of the coordinator.
     pub host: String,
-    /// Its process there.
+    /// The number of the coordinator's process there.
     pub pid: u32,
-    /// When this was written, in seconds since 1970.
+    /// The time of writing, in seconds since 1970-01-01 UTC.
     pub time: u64,
-    /// Where the job stands.
+    /// The state of the job.
     #[serde(flatten)]
     pub standing: Standing,
-    /// The workers that are there, a thousand at most.
+    /// The workers that are connected, a thousand at most.
     pub crew: Vec<Hand>,
 }
 
-/// A worker that is there.
+/// A worker that is connected.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Hand {
-    /// As it called itself.
+    /// The name that the worker gave.
     pub name: String,
-    /// Its threads.
+    /// The number of the worker's threads.
     pub threads: usize,
-    /// Leases that it has.
+    /// The leases that the worker has.
     pub leases: usize,
-    /// As far as it has shown.
+    /// The worker's paths per second, learnt from its results.
     pub paths_per_second: f64,
-    /// Its walks in the result so far.
+    /// The worker's paths in the result so far.
     pub paths: u64,
-    /// Results of it that cannot be.
+    /// The number of the worker's impossible results.
     pub faults: u64,
 }
 
-/// What is known of a job.
+/// What is known of a job: a report or a summary.
 pub enum Found {
-    /// Its coordinator's last report.
+    /// The job runs: its coordinator's last report and the file that holds it.
     Report(PathBuf, Box<Report>),
-    /// The summary of its result.
+    /// The job has ended: the summary of its result.
     Summary(Value),
 }
 
-/// Nothing is known of a job.
+/// The error that nothing is known of a job.
 #[derive(Debug, thiserror::Error)]
 #[error("nothing is known of a job at {} ({reason}); give the output folder of a job, or its access file", of.display())]
 pub struct NoStatus {
     /// The access file or output folder that was given.
     pub of: PathBuf,
-    /// Why not.
+    /// The reason why nothing is known.
     pub reason: String,
 }
 
-/// The report of a running job, else the summary of one that has ended.
+/// The report of a running job, or the summary of one that has ended.
 ///
 /// # Errors
-/// Where there is neither, and where it cannot be read.
+/// If there is neither, or it cannot be read.
 pub fn find(of: &Path) -> Result<Found, NoStatus> {
     let folder = if of.is_dir() { of } else { of.parent().unwrap_or(Path::new("")) };
     let mut candidates = vec![folder.join(STATUS)];
@@ -119,7 +120,7 @@ pub fn find(of: &Path) -> Result<Found, NoStatus> {
     }
 }
 
-/// The report, or one that comes later where it looks old, and whether its coordinator is alive.
+/// The report, or a later one if it looks old; and whether its coordinator is alive.
 pub fn watched(file: &Path, report: Report) -> (Report, bool) {
     if unix_seconds().abs_diff(report.time) <= LATE {
         return (report, true);
@@ -135,7 +136,7 @@ pub fn watched(file: &Path, report: Report) -> (Report, bool) {
     (report, false)
 }
 
-/// `box.json` → `box.status.json`.
+/// The status file beside an access file: `box.json` → `box.status.json`.
 pub(crate) fn beside(access: &Path) -> PathBuf {
     access.with_extension(STATUS)
 }

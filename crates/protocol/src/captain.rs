@@ -1,30 +1,30 @@
-//! What coordinator and relay have in common as leaders of a crew: which events reach it, and what follows from them.
+//! What coordinator and relay share as leaders of a crew: how events reach the crew, and what follows from them.
 
 use crate::crew::{Crew, Step, farewell};
 use crate::lead::{Action, Lead, Now, PeerId};
 use crate::message::ToCoordinator;
 
-/// A leader of a crew. Each is a [`Lead`].
+/// A leader of a crew: the coordinator or a relay. Each is a [`Lead`].
 pub trait Captain {
-    /// Its workers.
+    /// The leader's crew, to be changed.
     fn crew(&mut self) -> &mut Crew;
-    /// Its workers.
+    /// The leader's crew, to be read.
     fn its_crew(&self) -> &Crew;
-    /// Whether its job has ended: its books stay what they were.
+    /// Whether the leader's job has ended; its books no longer change then.
     fn is_over(&self) -> bool;
-    /// Goes on after results or walks came in or back.
+    /// Goes on after results or walks came in or back: merges, and gives out leases.
     fn advance(&mut self, now: Now) -> Vec<Action>;
-    /// Ends the job, since a sum overflowed.
+    /// Ends the job because a sum overflowed.
     fn overflow(&mut self) -> Vec<Action>;
-    /// Does what time brings about.
+    /// Does what is due at a time.
     fn tick(&mut self, now: Now) -> Vec<Action>;
-    /// Bytes of peers have come in.
+    /// Counts bytes that peers have sent.
     fn count(&mut self, bytes: usize) {
         let _ = bytes;
     }
 }
 
-/// Goes on after an event.
+/// Carries out what an event in the crew asks for.
 fn after(captain: &mut impl Captain, step: Step, now: Now) -> Vec<Action> {
     match step {
         Step::Still(actions) => actions,
@@ -62,7 +62,7 @@ impl<C: Captain> Lead for C {
     }
 
     fn on_lost(&mut self, id: PeerId, reason: &str, now: Now) -> Vec<Action> {
-        // After the end all leave.
+        // After the end all peers leave, which is no loss.
         if self.is_over() {
             return vec![];
         }

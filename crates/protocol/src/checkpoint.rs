@@ -17,11 +17,11 @@
 //! | L | the book, in bincode: whose walks these are, who delivered them, what waits beyond gaps, looks, sessions, the job |
 //! | 32 | BLAKE3 of all the bytes before |
 //!
-//! Where chains of rays take the place of walks, N counts chains, and absorbed … truncated count rays; where batches of
-//! walks do, N counts batches.
+//! If chains of rays take the place of walks, N counts chains, and absorbed … truncated count rays; if batches of walks
+//! do, N counts batches.
 //!
-//! A file is believed when its checksum is right, the walks of its parts add up to N, and the digests of all deliveries
-//! to that of its tally. Files of format 4, which had an entry for every lease and nothing beyond gaps, are read as well.
+//! A file is accepted if its checksum is right, the walks of its parts add up to N, and the digests of all deliveries
+//! add up to that of its tally. Files of format 4, which had an entry for every lease and no islands, are read as well.
 
 mod v4;
 
@@ -46,21 +46,21 @@ const VERSION: u32 = 5;
 const HEADER_BYTES: usize = 304;
 const HASH_BYTES: usize = 32;
 
-/// Some consecutive walks of one job.
+/// A range of consecutive walks of one job.
 #[derive(Clone, Debug, PartialEq, Eq, Encode, Decode)]
 pub struct Part {
-    /// The job.
+    /// The hash of the job.
     pub job_hash: [u8; 32],
-    /// Its seed.
+    /// The seed of the job.
     pub seed: u64,
     /// The number of the first walk.
     pub first: u64,
-    /// Who brought the walks.
+    /// The workers that brought the walks, and their digests.
     pub deliveries: Deliveries,
 }
 
 impl Part {
-    /// How many walks.
+    /// The number of walks in the part.
     pub fn walks(&self) -> u64 {
         u64::try_from(self.deliveries.walks()).unwrap_or(u64::MAX)
     }
@@ -71,149 +71,150 @@ impl Part {
     }
 }
 
-/// What was seen of a prefix at a number of walks that the job fixes.
+/// What was seen of a prefix at one of the walk counts that the job fixes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Encode, Decode)]
 pub struct Look {
-    /// Walks of the prefix.
+    /// The number of walks in the prefix.
     pub walks: u64,
-    /// Their rays.
+    /// The number of rays in the prefix.
     pub rays: u64,
-    /// The relative error that half of the area does not exceed; infinite where nothing is known yet.
+    /// The relative error that half of the area does not exceed; infinite if nothing is known yet.
     pub median_relative_error: f64,
-    /// The largest relative error.
+    /// The largest relative error of a patch.
     pub max_relative_error: f64,
-    /// Mean squared difference between the estimates of the walks since the look before (or since the run was resumed, if
-    /// that was later) and those up to it, over its variance: about 1, if walks are independent. Not a number where there is none to compare with.
+    /// The mean squared difference between the estimates of the walks since the previous look (or since the run was
+    /// resumed, if that was later) and those of the walks before, over its variance: about 1 if walks are independent.
+    /// It is not a number if there is no previous look.
     pub drift: f64,
-    /// Whether twice as many walks will do.
+    /// Whether twice as many walks will reach the target.
     pub promising: bool,
-    /// Whether the job ends here: its target is reached.
+    /// Whether the job ends here because its target is reached.
     pub reached: bool,
 }
 
-/// One process that coordinated a part of the run.
+/// A process that coordinated a part of the run.
 #[derive(Clone, Debug, PartialEq, Eq, Encode, Decode)]
 pub struct Session {
-    /// The machine.
+    /// The name of the machine.
     pub host: String,
-    /// Version and commit of the program.
+    /// The version and commit of the program.
     pub build: String,
-    /// Seconds since 1970-01-01 UTC.
+    /// The time of its start, in seconds since 1970-01-01 UTC.
     pub began: u64,
-    /// Likewise, of the last checkpoint.
+    /// The time of its last checkpoint, in seconds since 1970-01-01 UTC.
     pub ended: u64,
 }
 
-/// The books of a prefix, which a coordinator begins with and leaves behind.
+/// The books of a prefix, with which a coordinator begins and which it leaves behind.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Past {
     /// The tally of the prefix.
     pub tally: Arc<Tally>,
-    /// Who brought it.
+    /// The deliveries of the prefix.
     pub deliveries: Deliveries,
-    /// What waits beyond gaps, in the order of walks.
+    /// The islands beyond gaps, in the order of walks.
     pub islands: Vec<Island>,
-    /// The workers that deliveries name.
+    /// The workers that deliveries name by number.
     pub workers: Vec<Contributor>,
     /// The looks so far.
     pub looks: Vec<Look>,
-    /// What it took.
+    /// What the run has taken so far.
     pub effort: Effort,
 }
 
 impl Past {
-    /// Of a job that begins; `tally` is empty.
+    /// The past of a new job; `tally` is empty.
     pub fn none(tally: Tally) -> Self {
         let (deliveries, effort) = (Deliveries::default(), Effort::default());
         Past { tally: tally.into(), deliveries, islands: vec![], workers: vec![], looks: vec![], effort }
     }
 }
 
-/// What a tally file holds.
+/// The content of a tally file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Checkpoint {
-    /// The scene of the walks.
+    /// The hash of the scene of the walks.
     pub scene_hash: [u8; 32],
-    /// The sums.
+    /// The exact sums of all walks.
     pub tally: Arc<Tally>,
-    /// All beside the sums.
+    /// Everything beside the sums.
     pub book: Book,
 }
 
-/// Whose walks these are, and how they came here.
+/// The jobs that the walks belong to, the workers that delivered them, and the looks at them.
 #[derive(Clone, Debug, PartialEq, Encode, Decode)]
 pub struct Book {
     /// The walks, by job and number.
     pub parts: Vec<Part>,
-    /// What waits beyond gaps, in the order of walks; its first walks count from the first of the only part. Where there are
-    /// several parts there is none.
+    /// The islands beyond gaps, in the order of walks; their first walks count from the first walk of the only part.
+    /// With several parts there are none.
     pub islands: Vec<Island>,
-    /// The workers that deliveries name.
+    /// The workers that deliveries name by number.
     pub workers: Vec<Contributor>,
-    /// What was seen on the way.
+    /// The looks at the prefix so far.
     pub looks: Vec<Look>,
-    /// Names the target that the looks were held against.
+    /// A digest of the target that the looks were judged by.
     pub goal: [u8; 32],
-    /// What it took.
+    /// What the run has taken.
     pub effort: Effort,
-    /// The processes that coordinated it.
+    /// The processes that coordinated the run.
     pub sessions: Vec<Session>,
-    /// The job, for the program to read.
+    /// The job, encoded for the program to read.
     pub job: Vec<u8>,
 }
 
-/// A tally file that cannot be used.
+/// The error of a tally file that cannot be used.
 #[derive(Debug, Error)]
 #[error("cannot use the tally {}: {fault}", path.display())]
 pub struct CheckpointError {
-    /// The file.
+    /// The path of the file.
     pub path: PathBuf,
-    /// What is wrong with it.
+    /// The fault of the file.
     #[source]
     pub fault: CheckpointFault,
 }
 
-/// What can be wrong with a tally file.
+/// The faults that a tally file can have.
 #[derive(Debug, Error)]
 pub enum CheckpointFault {
-    /// The operating system refused.
+    /// The operating system could not read the file.
     #[error("{0}; check that the file exists and is readable")]
     Io(#[from] io::Error),
-    /// It begins with other bytes.
+    /// The file does not begin as a tally file.
     #[error("it is not a tally file (it does not begin as one); give the folder of a run")]
     Magic,
-    /// It is of another format.
+    /// The file is of a format that this program does not know.
     #[error("it is of format {0} (this program knows {old} and {VERSION}); use the program that wrote it", old = v4::VERSION)]
     Version(u32),
-    /// It is shorter or longer than its header says.
+    /// The file is shorter or longer than its header says.
     #[error("it has {found} bytes instead of {expected} (it was cut off or added to); start the run anew")]
     Length {
-        /// Bytes that its header asks for.
+        /// The bytes that its header asks for.
         expected: u64,
-        /// Bytes that it has.
+        /// The bytes that the file has.
         found: u64,
     },
-    /// Its content is not what was written.
+    /// The content is not what was written.
     #[error("its checksum is wrong (bytes were changed after it was written); start the run anew")]
     Checksum,
     /// Its parts contradict each other.
     #[error("{0} (memory failed when it was written, or it was forged); start the run anew")]
     Contradiction(&'static str),
-    /// What it holds is kept in another way now.
+    /// The file keeps something that is now kept in another way.
     #[error("{0} (it was written by an earlier version); start the run anew, or read it with that version")]
     Superseded(&'static str),
-    /// It belongs to another job.
+    /// The file belongs to another job.
     #[error(
         "its walks are those of another job (method, seed or first walk differ); use the job that it was written by"
     )]
     ForeignJob,
-    /// It belongs to another scene.
+    /// The file belongs to another scene.
     #[error("its walks ran in another scene (the scene file has changed); restore the scene or start anew")]
     ForeignScene,
 }
 
 impl Checkpoint {
-    /// Writes the file.
+    /// Writes the checkpoint.
     ///
     /// # Errors
     /// Those of `writer`.
@@ -246,8 +247,8 @@ impl Checkpoint {
         header
     }
 
-    /// Whether the books balance: every walk is accounted for once and ended once, and the digests of the deliveries
-    /// add up to that of the tally.
+    /// Checks that the books balance: every walk is accounted for once and ended once, and the digests of the
+    /// deliveries add up to that of the tally.
     ///
     /// # Errors
     /// Where they do not: the memory that held them failed.
@@ -256,7 +257,7 @@ impl Checkpoint {
         self.book.balances(&self.scene_hash, &self.tally.counts, digest, self.tally.sums().len())
     }
 
-    /// Whether these are the first walks of a job from its walk `first` on.
+    /// Checks that these are the first walks of a job from its walk `first` on.
     ///
     /// # Errors
     /// Where they are others.
@@ -277,7 +278,7 @@ impl Checkpoint {
 }
 
 impl Book {
-    /// Whether the book accounts for a tally with these counts, this digest and this number of sums.
+    /// Checks that the book accounts for a tally with these counts, this digest and this number of sums.
     fn balances(
         &self,
         scene_hash: &[u8; 32],
@@ -294,10 +295,10 @@ impl Book {
             return fault("not every walk ended once");
         }
         if deliveries().map(Deliveries::walks).sum::<u128>() != u128::from(counts.walks) {
-            return fault("its walks are not those of its ledger");
+            return fault("the number of its walks is not that of its book");
         }
         if !deliveries().chain(islands()).all(|deliveries| deliveries.is_sound(self.workers.len())) {
-            return fault("nobody delivered some of its walks");
+            return fault("no worker delivered some of its walks");
         }
         if deliveries().fold(0, |sum, deliveries| digest::add(sum, deliveries.digest())) != digest {
             return fault("its sums are not those that were delivered");
@@ -309,7 +310,7 @@ impl Book {
     }
 }
 
-/// A walk ends once. Where batches take the place of walks, each of their rays or walks does.
+/// Whether each walk ended once or, with batches in place of walks, each of their rays or walks.
 fn each_walk_ended(counts: &Counts) -> bool {
     let Counts { walks, rays, absorbed, absorbed_back, escaped, truncated, .. } = *counts;
     let ended: u128 = [absorbed, absorbed_back, escaped, truncated].into_iter().map(u128::from).sum();
@@ -317,7 +318,7 @@ fn each_walk_ended(counts: &Counts) -> bool {
     alike || ended == u128::from(rays)
 }
 
-/// How many sums are hashed and written at a time.
+/// The number of sums that are hashed and written at a time.
 const CHUNK_SUMS: usize = 4096;
 
 struct HashingWriter<'a, W> {
@@ -332,7 +333,7 @@ impl<W: Write> HashingWriter<'_, W> {
     }
 }
 
-/// Reads a tally file, whatever job it belongs to.
+/// Reads a tally file of any job.
 ///
 /// # Errors
 /// Where the file cannot be read, is no tally of a known format, is damaged or contradicts itself.
@@ -372,10 +373,10 @@ fn parse(tally: impl Read, length: u64) -> Result<Checkpoint, CheckpointFault> {
     Ok(checkpoint)
 }
 
-/// Bytes that are read at once.
+/// The number of bytes that are read at once.
 const READ_BYTES: usize = 1 << 18;
 
-/// What a file begins with.
+/// The header of a tally file.
 struct Header {
     version: u32,
     layout: Layout,
@@ -386,11 +387,11 @@ struct Header {
     counts: Counts,
 }
 
-/// A file that is being read.
+/// A tally file that is being read.
 struct Incoming<R> {
     inner: R,
     hasher: blake3::Hasher,
-    /// Its size.
+    /// The size of the file in bytes.
     found: u64,
 }
 
@@ -445,12 +446,13 @@ impl<R: Read> Incoming<R> {
         if scores == 0 || moments == 0 {
             return Err(contradiction("its patches keep no sums"));
         }
-        // They fit: the file is no shorter.
+        // They fit into a `usize`: the file is no shorter.
         let (patches, sums, book_bytes) = (patches as usize, sums as usize, book_bytes as usize);
         Ok(Header { version, layout, patches, sums, book_bytes, scene_hash, counts })
     }
 
-    /// Before anything of that size is allocated: a damaged header may ask for more than there is memory.
+    /// Checks the length before anything of that size is allocated: a damaged header may ask for more than there is
+    /// memory.
     fn check_length(&self, sums: u64, book_bytes: u64) -> Result<(), CheckpointFault> {
         let around = (HEADER_BYTES + HASH_BYTES) as u64;
         let expected = sums.saturating_mul(16).saturating_add(book_bytes).saturating_add(around);
@@ -462,7 +464,7 @@ impl<R: Read> Incoming<R> {
         Ok(u128::from_le_bytes(self.take()?))
     }
 
-    /// The book, where the checksum of all is right.
+    /// The book of the file, if the checksum of the whole file is right.
     fn book(mut self, header: &Header) -> Result<Book, CheckpointFault> {
         let mut bytes = vec![0; header.book_bytes];
         self.fill(&mut bytes)?;

@@ -1,9 +1,9 @@
-//! The one place that knows bincode, and the one that reads lengths off a socket.
+//! The one module that uses bincode, and the one that reads lengths from a socket.
 //!
-//! A frame is a 32-bit little-endian length and that many bytes of one bincode message (varint integers).
-//! Lengths are checked against the reader's cap before anything is allocated, and bincode is bounded again: a
-//! message may claim to hold far more than its bytes, and room is made for what it claims. Sums of tallies travel
-//! packed: one varint after the other, so that nobody has to hold them unpacked.
+//! A frame is a 32-bit little-endian length and that many bytes of one bincode message (varint integers). Lengths are
+//! checked against the reader's cap before anything is allocated, and bincode is bounded again: a message may claim to
+//! hold far more than its bytes, and bincode allocates what it claims. Sums of tallies travel packed, one varint after
+//! the other, so that no process has to hold them unpacked.
 
 use std::io;
 
@@ -13,32 +13,32 @@ use thiserror::Error;
 
 use crate::foreign::Foreign;
 
-/// No frame may be longer, whatever its reader expects.
+/// The longest frame that is ever read or written.
 pub const MAX_FRAME: usize = 1 << 30;
 
-/// What a frame begins with: the length of its message, little-endian.
+/// The bytes at the start of a frame: the length of its message, little-endian.
 const LENGTH_BYTES: usize = 4;
 
 /// The longest frame of all messages but jobs and results.
 pub const SHORT_FRAME: usize = 4096;
 
-/// What a short frame may claim to hold: a 128-bit number takes one byte at least.
+/// The most bytes of memory that a short frame may claim: a 128-bit number takes one byte at least.
 const SHORT_CLAIM: usize = 16 * SHORT_FRAME;
 
 /// The longest frame that a worker may send, whatever the job.
 pub const LONG_FRAME: usize = 1 << 16;
 
-/// What a long frame may claim to hold.
+/// The most bytes of memory that a long frame may claim.
 const LONG_CLAIM: usize = 16 * LONG_FRAME;
 
-/// The most bytes that a packed number takes.
+/// The most bytes of one packed number.
 pub const LONGEST_SUM: usize = 17;
 
 fn config() -> impl bincode::config::Config {
     bincode::config::standard().with_limit::<MAX_FRAME>()
 }
 
-/// Why a message could not be read or written.
+/// The reason why a message could not be read or written.
 #[derive(Debug, Error)]
 pub enum CodecError {
     /// The other end closed the connection, or its process died.
@@ -47,21 +47,21 @@ pub enum CodecError {
     /// The other end has neither sent nor taken anything for too long.
     #[error("the other end does not answer")]
     Silent,
-    /// The connection failed.
+    /// The operating system reported an error of the connection.
     #[error("the connection failed: {0}")]
     Io(io::Error),
-    /// The bytes are not the other end's.
+    /// The bytes are not what the other end sent.
     #[error(transparent)]
     Foreign(#[from] Foreign),
-    /// The peer announced more than it may send.
+    /// The peer announced a longer frame than it may send.
     #[error("a frame of {length} bytes exceeds the limit of {cap} (a foreign or faulty peer)")]
     TooLong {
-        /// Announced length.
+        /// The announced length in bytes.
         length: usize,
-        /// What the reader allows.
+        /// The longest frame that the reader allows, in bytes.
         cap: usize,
     },
-    /// The bytes are no message.
+    /// The bytes do not decode to a message.
     #[error("a frame does not decode ({0})")]
     Malformed(String),
 }
@@ -76,7 +76,7 @@ impl From<io::Error> for CodecError {
     }
 }
 
-/// The bytes of a value, for [`decode`].
+/// Encodes a value, for [`decode`].
 ///
 /// # Errors
 /// Where the value exceeds [`MAX_FRAME`].
@@ -89,7 +89,7 @@ pub fn encode<T: Encode>(value: &T) -> Result<Vec<u8>, CodecError> {
     Ok(bytes)
 }
 
-/// The value of a whole buffer.
+/// Decodes a value from a whole buffer.
 ///
 /// # Errors
 /// Where the bytes are not exactly one value.
@@ -105,8 +105,8 @@ pub fn decode<T: Decode<()>>(bytes: &[u8]) -> Result<T, CodecError> {
     whole(decoded, bytes)
 }
 
-/// The value of a whole buffer that was checked against a checksum: a book, whose entries may take a thirty-second part of the
-/// memory that they are decoded to. Nothing is allocated beyond that.
+/// Decodes a book from a buffer whose checksum was verified. Entries may take a thirty-second part of the memory that
+/// they decode to; nothing is allocated beyond that.
 ///
 /// # Errors
 /// Where the bytes are not exactly one value.
@@ -121,7 +121,7 @@ pub fn decode_book<T: Decode<()>>(bytes: &[u8]) -> Result<T, CodecError> {
     whole(decoded, bytes)
 }
 
-/// The value, if decoding it took every byte.
+/// The decoded value, if it took every byte.
 fn whole<T>(decoded: Result<(T, usize), DecodeError>, bytes: &[u8]) -> Result<T, CodecError> {
     match decoded {
         Ok((value, used)) if used == bytes.len() => Ok(value),
@@ -130,7 +130,7 @@ fn whole<T>(decoded: Result<(T, usize), DecodeError>, bytes: &[u8]) -> Result<T,
     }
 }
 
-/// The bytes of a value that serde describes: what a job is sent as.
+/// Encodes a value by serde, as jobs are sent.
 ///
 /// # Errors
 /// Where the value exceeds [`MAX_FRAME`].
@@ -138,7 +138,7 @@ pub fn encode_serde<T: serde::Serialize>(value: &T) -> Result<Vec<u8>, CodecErro
     bincode::serde::encode_to_vec(value, config()).map_err(|error| CodecError::Malformed(error.to_string()))
 }
 
-/// The inverse of [`encode_serde`].
+/// Decodes what [`encode_serde`] encoded.
 ///
 /// # Errors
 /// Where the bytes are not exactly one such value.
@@ -156,7 +156,7 @@ pub fn pack(numbers: &[u128]) -> Vec<u8> {
     packed
 }
 
-/// The numbers that were packed, one after the other.
+/// Unpacks numbers one after the other; an error is the last item.
 pub fn unpack(mut packed: &[u8]) -> impl Iterator<Item = Result<u128, CodecError>> {
     std::iter::from_fn(move || {
         // Most numbers are small.
@@ -192,7 +192,7 @@ pub fn frame<T: Encode>(message: &T) -> Result<Vec<u8>, CodecError> {
     Ok(frame)
 }
 
-/// The first message in `bytes`, where all of it is there, and how many of them it took.
+/// The first message in `bytes` and the number of bytes that it took; `None` until all of it is there.
 ///
 /// # Errors
 /// Where it is longer than `cap`, which shows before it is there, or no message.

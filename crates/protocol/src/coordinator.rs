@@ -1,6 +1,6 @@
-//! The coordinator as a pure state machine: events in, actions out, time as a number. Sockets are a thin
-//! shell around it ([`crate::server`]), so that every fault can be tested without one. Its workers are its crew
-//! ([`crate::crew`]); here is what their results amount to, and when the job is over.
+//! The coordinator as a pure state machine: events in, actions out, time as a number. The sockets are a thin shell
+//! around it (`cluster::server`), so that every fault can be tested without one. Its workers are its crew
+//! ([`crate::crew`]); the coordinator decides what their results amount to and when the job is over.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -20,80 +20,80 @@ use crate::roster::Contributor;
 use crate::terms::Terms;
 use crate::watch::{Watch, Watched};
 
-/// After a stop, results that workers keep or send are waited for, and leases that fill a gap below these or others; no
-/// longer than this and the time that the messages of two leases take.
+/// The longest that a stopping job waits for results that workers keep or send, and for leases that fill a gap below
+/// them; the time that the messages of two leases take is added.
 const STOP_GRACE: Duration = Duration::from_secs(3);
 
-/// What waits beyond gaps is kept in checkpoints, lowest first, as far as this many bytes hold it.
+/// The most bytes of islands in a checkpoint; the lowest islands are kept.
 const MOST_ISLAND_BYTES: usize = 256 << 20;
 
-/// Looks at the tally of a prefix, knowing the looks before.
+/// A function that judges the tally of a prefix, given the looks before.
 pub type Judge = Box<dyn FnMut(&Tally, &[Look]) -> Look>;
 
-/// What the coordinator has to see done.
+/// The job that the coordinator is to see done.
 pub struct Plan {
-    /// The job as workers read it.
+    /// The job, encoded as workers read it.
     pub job: Arc<[u8]>,
     /// The digest that the scene of a worker's replica must have.
     pub scene_hash: [u8; 32],
     /// The digest that the job of a worker's replica must have.
     pub job_hash: [u8; 32],
-    /// The only build that may join.
+    /// The build of the program; workers of another build are refused.
     pub build: String,
-    /// The first walk of the job; all other numbers of walks here count from it.
+    /// The number of the job's first walk; all other walk numbers here count from it.
     pub first: u64,
-    /// Total walks.
+    /// The total number of walks.
     pub paths: u64,
-    /// Walks per stream.
+    /// The number of walks per stream.
     pub stream_paths: u64,
-    /// Leases per worker thread that are out at once: 2, one under way and one waiting, so that no worker waits; 1
-    /// where a walk is so long that one waiting here would be missed elsewhere.
+    /// The leases that each worker thread may have at once: 2, one under way and one waiting, so that no thread waits;
+    /// 1 if a walk takes so long that a waiting one would be missed elsewhere.
     pub leases_per_thread: usize,
-    /// Patches of the scene.
+    /// The number of patches in the scene.
     pub patches: usize,
-    /// What a tally of the job keeps of each.
+    /// The columns that a tally of the job keeps for each patch.
     pub layout: Layout,
-    /// What its walks can come to at most.
+    /// The most that the walks of the job can come to.
     pub limits: Limits,
-    /// When to stop, whatever has been reached.
+    /// The time at which the job stops, whatever has been reached.
     pub wall: Option<Duration>,
-    /// Drawn at random and kept secret: it decides which leases keep an entry of their own among the deliveries of a long run.
+    /// A secret random number: it decides which leases keep an entry of their own among the deliveries of a long run.
     pub lots: u64,
-    /// Numbers of walks at which `judge` is asked, ascending.
+    /// The walk counts at which `judge` looks at the prefix, ascending.
     pub looks: Vec<u64>,
-    /// What the tally of a prefix amounts to. Asked at looks only.
+    /// The judge of a prefix's tally. It is called at looks only.
     pub judge: Judge,
 }
 
-/// Why a job ended.
+/// The reason why a job ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Ending {
     /// Every walk is in.
     BudgetSpent,
     /// The target was met at a look.
     TargetReached,
-    /// The wall-clock limit came first.
+    /// The wall-clock limit was reached.
     WallClock,
-    /// Somebody asked for a stop.
+    /// The owner of the run asked for a stop.
     Interrupted,
-    /// No worker is left and none will come.
+    /// No worker is left, and none will come.
     NoWorkers,
     /// Workers are there and walks are left, but nothing happens: a fault of the program.
     Stuck,
-    /// A sum overflowed; the prefix is of no use.
+    /// A sum overflowed, so that the prefix is of no use.
     Overflow,
 }
 
-/// A snapshot for progress displays.
+/// A snapshot of the job for progress displays.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Progress {
-    /// Walks that are in.
+    /// The walks that are in, those beyond gaps included.
     pub walks: u64,
-    /// Workers at work now.
+    /// The workers that shoot walks now.
     pub workers: usize,
 }
 
-/// The state of one job.
+/// The state of one job and its crew.
 pub struct Coordinator {
     crew: Crew,
     wall: Option<Duration>,
@@ -102,12 +102,12 @@ pub struct Coordinator {
     stopping: Option<(Ending, Now)>,
     ending: Option<Ending>,
     watch: Watch,
-    /// Bytes that workers have sent.
+    /// The bytes that workers have sent.
     received: u64,
 }
 
 impl Coordinator {
-    /// A coordinator for a plan that goes on from the `past`, an empty one for a new job.
+    /// A coordinator for a plan that goes on from the `past`, which is empty for a new job.
     pub fn new(plan: Plan, past: Past) -> Self {
         let Plan { job, scene_hash, job_hash, build, patches, layout, limits, leases_per_thread, .. } = plan;
         let stream_walks = plan.stream_paths;
@@ -145,8 +145,8 @@ impl Coordinator {
         }
     }
 
-    /// The books of the prefix: what another coordinator needs to go on from here. A large tally is not copied; the
-    /// prefix moves on when whoever has it is done with it.
+    /// The books of the prefix: all that another coordinator needs to go on from here. A large tally is shared, not
+    /// copied; the prefix then moves on only after the reader has dropped it.
     pub fn past(&self) -> Past {
         let ledger = &self.crew.ledger;
         Past {
@@ -159,7 +159,7 @@ impl Coordinator {
         }
     }
 
-    /// The books without what waits beyond gaps, and a copy of the tally: whatever is done with it holds up nothing here.
+    /// The books without islands, and with a copy of the tally, so that a slow reader holds up nothing here.
     pub fn glimpse(&self) -> Past {
         let ledger = &self.crew.ledger;
         Past {
@@ -172,7 +172,7 @@ impl Coordinator {
         }
     }
 
-    /// The books themselves, where the job is over.
+    /// The books themselves, after the job is over.
     pub fn into_past(self) -> Past {
         let effort = self.effort();
         let (ledger, workers) = self.crew.into_books();
@@ -181,7 +181,7 @@ impl Coordinator {
         Past { tally, deliveries, islands, workers, looks: self.looks, effort }
     }
 
-    /// Why the job ended, once it has.
+    /// The reason why the job ended, once it has.
     pub fn ending(&self) -> Option<Ending> {
         self.ending
     }
@@ -191,32 +191,32 @@ impl Coordinator {
         self.crew.ledger.prefix()
     }
 
-    /// For progress displays.
+    /// A snapshot for progress displays.
     pub fn progress(&self) -> Progress {
         Progress { walks: self.crew.ledger.walks_in(), workers: self.crew.workers_now() }
     }
 
-    /// The workers that are there now.
+    /// The workers that are connected now.
     pub fn present(&self) -> Vec<Present> {
         self.crew.present()
     }
 
-    /// The workers that ever brought a result, earlier sessions included.
+    /// The workers that ever brought a result, in earlier sessions too.
     pub fn contributors(&self) -> &[Contributor] {
         self.crew.workers()
     }
 
-    /// The looks so far.
+    /// All looks so far.
     pub fn looks(&self) -> &[Look] {
         &self.looks
     }
 
-    /// Bytes of workers that have come in, after they were let in.
+    /// The bytes that workers have sent since they were let in.
     pub fn received(&self) -> u64 {
         self.received
     }
 
-    /// What the run has taken so far.
+    /// What the run has taken so far, its earlier sessions included.
     pub fn effort(&self) -> Effort {
         self.crew.effort()
     }
@@ -225,8 +225,8 @@ impl Coordinator {
         STOP_GRACE + Duration::from_secs_f64(2.0 * LEASE_SECONDS_PER_SUM * self.crew.terms().sums() as f64)
     }
 
-    /// Ends the job early, in good order: no new leases but of lost gaps; what is walked is waited for, and what fills a gap
-    /// below it, for a while.
+    /// Ends the job early, in good order: only lost gaps are leased from now on. For a while the coordinator waits for
+    /// results that are walked already and for leases that fill gaps below them.
     pub fn stop(&mut self, ending: Ending, now: Now) -> Vec<Action> {
         if self.stopping.is_some() || self.ending.is_some() {
             return vec![];
@@ -236,8 +236,8 @@ impl Coordinator {
         self.advance(now)
     }
 
-    /// No worker will come any more. Ends the job once none is left: what the last ones sent may still be
-    /// unread, and others may have joined that the owner does not know.
+    /// Notes that no worker will come any more. Ends the job once none is left: messages of the last workers may still
+    /// be unread, and workers may have joined that the owner does not know of.
     pub fn on_no_workers(&mut self) -> Vec<Action> {
         if !self.crew.is_empty() || self.ending.is_some() {
             return vec![];
@@ -248,8 +248,8 @@ impl Coordinator {
         actions
     }
 
-    /// Says where nothing comes in for long, and ends the job where nothing can any more. A relay without workers waits for
-    /// them, and workers may have to wait for a slow disk.
+    /// Tells the owner when nothing comes in for long, and ends the job when nothing can come in any more. A relay
+    /// without workers waits for them, and workers may have to wait for a slow disk.
     fn keep_watch(&mut self) -> Vec<Action> {
         let Crew { ledger, .. } = &self.crew;
         let walks = ledger.walks_in();
@@ -286,7 +286,7 @@ impl Captain for Coordinator {
         self.ending.is_some()
     }
 
-    /// Moves the prefix on, looks at the target where the job says so, and gives out more work.
+    /// Moves the prefix on, judges it at each look, and gives out more work.
     fn advance(&mut self, now: Now) -> Vec<Action> {
         loop {
             match self.crew.advance() {
@@ -306,7 +306,7 @@ impl Captain for Coordinator {
             return self.finish(Ending::BudgetSpent);
         }
         let mut actions = self.crew.go_on(now);
-        // A job that is stopping ends once nothing more can be saved.
+        // A stopping job ends once nothing more can be saved.
         if let Some((ending, _)) = self.stopping
             && !self.crew.gap_may_close()
         {

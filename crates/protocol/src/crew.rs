@@ -1,5 +1,5 @@
-//! The workers of whoever leads: who is there, what each was given, and what becomes of it. What results amount to, and
-//! when it is over, is for the coordinator or the relay to say.
+//! The workers of a coordinator or relay: their connections, their leases, and what becomes of their results. The
+//! coordinator or relay itself decides what results amount to and when the job is over.
 
 mod admission;
 mod leasing;
@@ -23,92 +23,94 @@ use crate::roster::{Contributor, Roster};
 pub use crate::terms::Terms;
 use crate::transfers::Transfers;
 
-/// A worker that says nothing for so long is lost. Workers speak every second.
+/// A worker that sends nothing for this long is lost. Workers send a heartbeat every second.
 pub const SILENCE: Duration = Duration::from_secs(10);
 
-/// A worker that holds leases and makes no progress for so long is lost.
+/// A worker that holds leases and makes no progress for this long is lost.
 pub const STALL: Duration = Duration::from_secs(60);
 
-/// At most so much time between two ticks is held against peers. Whoever leads may be held up itself (it
-/// was stopped, it merged, the machine was busy), and what peers said meanwhile is still unread then.
+/// The most time between two ticks that counts as silence of peers. The leader itself may be held up (stopped, merging,
+/// on a busy machine), and messages of peers are then still unread.
 const BLINK: Duration = Duration::from_secs(1);
 
-/// Heartbeats come once a second. So many more may come at once, when either end was held up, and so many a second;
-/// who sends more is faulty.
+/// The heartbeats that a peer may save up, and those that it gains each second. Workers send one a second; many may
+/// arrive at once after either end was held up. A peer that sends more is faulty.
 const BEATS: f64 = 10_000.0;
 const BEATS_PER_SECOND: f64 = 100.0;
 
-/// The most names of workers that are not let in again.
+/// The most names of workers that are refused for good.
 const MOST_BANNED: usize = 1 << 16;
 
-/// Reasons are shown to this length.
+/// The most characters of a peer's reason that are shown.
 const REASON_CHARS: usize = 400;
 
-/// A worker that is there now.
+/// A worker that is connected now.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Present {
-    /// As it called itself.
+    /// The name that the worker gave.
     pub name: String,
-    /// Its threads.
+    /// The number of the worker's threads.
     pub threads: usize,
-    /// Leases that it has.
+    /// The leases that the worker has.
     pub leases: usize,
-    /// Walks a second, as far as it has shown; 0 before its first result.
+    /// The worker's walks per second, learnt from its results; 0 before the first.
     pub walks_per_second: f64,
 }
 
-/// What an event came to.
+/// The outcome of an event for the crew.
 pub enum Step {
-    /// There is nothing new to give out, or to do with results.
+    /// There is no new work to give out and no new result to merge.
     Still(Vec<Action>),
-    /// Results or walks came in or back, or somebody is free: see what can be done now.
+    /// Results or walks came in or back, or a worker is free: the leader goes on from there.
     Moved(Vec<Action>),
-    /// A sum overflowed; no result is of any use.
+    /// A sum overflowed, so that no result is of any use.
     Overflow,
 }
 
-/// Workers and their leases.
+/// The workers of a leader, their leases and the ledger.
 pub struct Crew {
     terms: Terms,
-    /// The walks.
+    /// The ledger of all walks.
     pub ledger: Ledger,
-    /// The walks that all share now, by the books.
+    /// The number of walks that all workers share now, read from the ledger.
     in_hand: fn(&Ledger) -> u64,
     transfers: Transfers,
     peers: HashMap<PeerId, Peer>,
-    /// How many of the peers shoot, or have others shoot.
+    /// The number of peers that shoot walks, or lead workers that do.
     workers_now: usize,
-    /// All threads that shoot, as far as they are believed.
+    /// All threads that shoot walks, as far as their claims are believed.
     threads: usize,
-    /// All leases that are worked on at once.
+    /// The number of leases that are worked on at once.
     slots: usize,
-    /// Who has which lease.
+    /// The peer that has each lease.
     holders: HashMap<LeaseId, PeerId>,
-    /// Names of workers that sent a result that cannot be.
+    /// The names of workers that sent an impossible result.
     banned: HashSet<String>,
-    /// Those that have room for a lease.
+    /// The peers that have room for another lease.
     hungry: BTreeSet<PeerId>,
-    /// Whether no walk is leased any more that does not fill a gap below what is walked.
+    /// Whether walks are leased only to fill gaps below those that are in.
     fills_gaps: bool,
-    /// The last tick.
+    /// The time of the last tick.
     ticked: Now,
-    /// When late leases were last looked for.
+    /// The time at which late leases were last looked for.
     sought: Now,
-    /// The waking clock: time without what went by unnoticed between ticks. Silence and stalls go by it.
+    /// The waking clock: the time so far, of which at most [`BLINK`] counts between two ticks. It measures silence and
+    /// stalls.
     awake: Duration,
-    /// Grows while anybody makes progress.
+    /// A counter that grows whenever any peer makes progress.
     progress: u64,
     first_lease: Option<Now>,
     last_result: Now,
     digester: Digester,
-    /// The workers that brought something, as deliveries name them.
+    /// The workers that delivered something, by the numbers that deliveries use.
     roster: Roster,
-    /// What earlier sessions and workers that have gone took.
+    /// What earlier sessions and workers that have left took.
     spent: Effort,
 }
 
 impl Crew {
-    /// Nobody yet, for the walks of a ledger. `in_hand` says how many walks all share now: leases grow smaller with it.
+    /// A crew without workers for the walks of a ledger. `in_hand` returns the walks that all workers share now; leases
+    /// shrink as it does.
     pub fn new(
         terms: Terms,
         ledger: Ledger,
@@ -141,22 +143,22 @@ impl Crew {
         }
     }
 
-    /// What workers have to know.
+    /// What workers must know and be to join.
     pub fn terms(&self) -> &Terms {
         &self.terms
     }
 
-    /// Whoever worked, as deliveries name them.
+    /// All workers that delivered, by the numbers that deliveries use.
     pub fn workers(&self) -> &[Contributor] {
         self.roster.workers()
     }
 
-    /// The books, and whoever worked.
+    /// The ledger and all workers that delivered.
     pub fn into_books(self) -> (Ledger, Vec<Contributor>) {
         (self.ledger, self.roster.into_workers())
     }
 
-    /// Moves the prefix on ([`Ledger::advance`]), to the credit of those that brought its walks.
+    /// Moves the prefix on ([`Ledger::advance`]) and credits its walks to the workers that delivered them.
     ///
     /// # Errors
     /// Where a sum overflows; the job cannot go on.
@@ -165,12 +167,12 @@ impl Crew {
         ledger.advance(|delivery| roster.credit(delivery))
     }
 
-    /// How many shoot now, or have others shoot.
+    /// The number of peers that shoot walks now, or lead workers that do.
     pub fn workers_now(&self) -> usize {
         self.workers_now
     }
 
-    /// Those that shoot now, or have others shoot, by name.
+    /// The peers that shoot walks now, or lead workers that do, sorted by name.
     pub fn present(&self) -> Vec<Present> {
         let working = self.peers.values().filter(|peer| peer.is_working());
         let mut present: Vec<Present> = working
@@ -185,27 +187,27 @@ impl Crew {
         present
     }
 
-    /// All threads that shoot now.
+    /// The number of threads that shoot walks now.
     pub fn threads(&self) -> usize {
         self.threads
     }
 
-    /// Whether nobody is here who was let in.
+    /// Whether no peer is connected that was let in.
     pub fn is_empty(&self) -> bool {
         self.peers.values().all(|peer| matches!(peer.stage, Stage::Admitted))
     }
 
-    /// Grows while anybody makes progress.
+    /// A counter that grows whenever any peer makes progress.
     pub fn progress(&self) -> u64 {
         self.progress
     }
 
-    /// The waking clock.
+    /// The time on the waking clock.
     pub fn awake(&self) -> Duration {
         self.awake
     }
 
-    /// What all are at, in words.
+    /// What the workers are doing, for a message that nothing comes in.
     pub fn standstill(&self) -> String {
         let leases = self.peers.values().map(|peer| peer.leases.len()).sum::<usize>();
         match (self.workers_now, self.ledger.walks_in() == self.ledger.total()) {
@@ -223,17 +225,17 @@ impl Crew {
         }
     }
 
-    /// The last tick.
+    /// The time of the last tick.
     pub fn ticked(&self) -> Now {
         self.ticked
     }
 
-    /// Walks per second of all workers, as far as they have shown.
+    /// The walks per second of all workers, learnt from their results.
     pub fn rate(&self) -> f64 {
         self.peers.values().map(|peer| peer.rate * peer.threads as f64).sum()
     }
 
-    /// What all took so far.
+    /// What the run has taken so far.
     pub fn effort(&self) -> Effort {
         let began = self.first_lease.unwrap_or(self.last_result);
         Effort {
@@ -245,21 +247,21 @@ impl Crew {
         }
     }
 
-    /// The largest frame that a peer may send: what a piece of a tally of this job can hold, what stands around it, and what a
-    /// relay tells of its workers.
+    /// The largest frame that a peer may send [bytes]: a piece of a tally of this job, the message around it, and a
+    /// relay's provenance.
     pub fn frame_cap(&self, id: PeerId) -> usize {
         let relays = self.peers.get(&id).is_some_and(|peer| peer.relays);
         let provenance = if relays { provenance::MOST_BYTES } else { 0 };
         SHORT_FRAME + self.terms.most_bytes().min(PIECE) + provenance
     }
 
-    /// Somebody who knows the key has connected.
+    /// Takes up a connection whose other end has proved that it knows the key.
     pub fn on_connect(&mut self, id: PeerId) {
         let peer = Peer::new(id, self.awake, BEATS);
         self.peers.insert(id, peer);
     }
 
-    /// A peer said something.
+    /// Handles a message of a peer.
     pub fn on_message(&mut self, id: PeerId, message: ToCoordinator, now: Now) -> Step {
         let Some(peer) = self.peers.get_mut(&id) else { return Step::Still(vec![]) };
         let quiet = (self.awake - peer.heard).as_secs_f64();
@@ -268,7 +270,7 @@ impl Crew {
         if matches!(message, ToCoordinator::Alive { .. } | ToCoordinator::Capacity { .. }) {
             peer.beats -= 1.0;
             if peer.beats < 0.0 {
-                return self.drop_peer(id, "says too often that it is alive (a faulty program)");
+                return self.drop_peer(id, "sent heartbeats too often (a faulty program)");
             }
         }
         match (&peer.stage, message) {
@@ -298,12 +300,12 @@ impl Crew {
             }
             (Stage::Welcomed | Stage::Working, ToCoordinator::Leave) => self.see_off(id),
             (_, ToCoordinator::Failed { reason }) => self.drop_peer(id, &format!("gave up: {reason}")),
-            _ => self.drop_peer(id, "spoke out of turn (a foreign or faulty program)"),
+            _ => self.drop_peer(id, "sent an unexpected message (a foreign or faulty program)"),
         }
     }
 
-    /// A long message to a peer gets on. It may say nothing until it has all of it, so this is a sign of life and of
-    /// progress.
+    /// Notes that a peer has read more of a long message. A peer may send nothing until it has the whole message, so
+    /// this counts as a sign of life and of progress.
     pub fn on_stir(&mut self, id: PeerId) {
         if let Some(peer) = self.peers.get_mut(&id) {
             peer.heard = self.awake;
@@ -311,7 +313,7 @@ impl Crew {
         }
     }
 
-    /// A peer makes progress.
+    /// Notes that a peer makes progress.
     fn gets_on(&mut self, id: PeerId) {
         self.progress += 1;
         if let Some(peer) = self.peers.get_mut(&id) {
@@ -319,25 +321,25 @@ impl Crew {
         }
     }
 
-    /// A connection is gone.
+    /// Takes a connection that has ended out of the books.
     pub fn on_lost(&mut self, id: PeerId, reason: &str) -> Step {
         if self.peers.contains_key(&id) { self.drop_peer(id, reason) } else { Step::Still(vec![]) }
     }
 
-    /// Closes a connection, so that its leases go to others.
+    /// Closes a connection; its leases go to other workers.
     fn drop_peer(&mut self, id: PeerId, reason: &str) -> Step {
         Step::Moved(self.forget(id, reason))
     }
 
-    /// Lets a worker go that leaves by itself.
+    /// Lets a worker leave that announced it.
     fn see_off(&mut self, id: PeerId) -> Step {
         let Some(peer) = self.take_out(id) else { return Step::Still(vec![]) };
         self.spent.workers_lost += 1;
         Step::Moved(vec![Action::Close(id), Action::Tell(Notice::Left { name: peer.name })])
     }
 
-    /// Gives up a worker that sent what cannot be. What it brought that waits beyond gaps is walked again; what is in the prefix
-    /// cannot be told from the rest.
+    /// Gives up a worker that sent an impossible result, and refuses its name from now on. What it delivered beyond
+    /// gaps is walked again; its share of the prefix cannot be separated from the rest.
     fn ban(&mut self, id: PeerId, reason: &str) -> Step {
         let Some(peer) = self.peers.get(&id) else { return Step::Still(vec![]) };
         if self.banned.len() < MOST_BANNED {
@@ -350,7 +352,9 @@ impl Crew {
         let walks = self.roster.walks_over(&peer.name);
         let rest = match walks {
             0 => String::new(),
-            _ => format!("; {walks} walks of it are in the result already, which `radwalk audit` can check"),
+            _ => format!(
+                "; {walks} of its walks are already in the result, where `radwalk audit` can check them"
+            ),
         };
         self.drop_peer(
             id,
@@ -376,7 +380,7 @@ impl Crew {
         Some(peer)
     }
 
-    /// Closes a connection and tells why.
+    /// Closes a connection and tells the owner why.
     fn forget(&mut self, id: PeerId, reason: &str) -> Vec<Action> {
         let Some(peer) = self.take_out(id) else { return vec![] };
         let reason = printable(reason, REASON_CHARS);
@@ -389,8 +393,8 @@ impl Crew {
         vec![Action::Close(id), Action::Tell(notice)]
     }
 
-    /// Time goes by: gives up those that are silent, stall or take too long. All are gone before any lease is given to
-    /// others, lest one of them gets it.
+    /// Advances the clocks and gives up peers that are silent, stalled or too slow to send a result. All of them are
+    /// removed before any lease is given out again, so that none of them gets one.
     pub fn tick(&mut self, now: Now) -> Vec<Action> {
         self.awake += now.saturating_sub(self.ticked).min(BLINK);
         self.ticked = now;
@@ -415,7 +419,7 @@ impl Crew {
         given_up.iter().flat_map(|&(id, reason)| self.forget(id, reason)).collect()
     }
 
-    /// Sends everybody home.
+    /// Tells every peer that the job is done, and closes its connection.
     pub fn dismiss(&mut self) -> Vec<Action> {
         let mut ids: Vec<PeerId> = self.peers.keys().copied().collect();
         ids.sort_unstable();
@@ -423,7 +427,7 @@ impl Crew {
     }
 }
 
-/// It is over.
+/// The last two actions for a peer: the job is done, and its connection closes.
 pub fn farewell(id: PeerId) -> [Action; 2] {
     [Action::Send(id, ToWorker::Done), Action::Close(id)]
 }
@@ -433,7 +437,7 @@ fn refuse(id: PeerId, name: String, reason: String) -> Vec<Action> {
     vec![Action::Send(id, message), Action::Close(id), Action::Tell(Notice::Refused { name, reason })]
 }
 
-/// What a peer says as it may be shown on a terminal.
+/// A peer's words without control characters and cut to `chars`, to be shown on a terminal.
 fn printable(words: &str, chars: usize) -> String {
     words.chars().filter(|c| !c.is_control()).take(chars).collect()
 }

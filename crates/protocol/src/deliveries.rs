@@ -1,44 +1,44 @@
-//! Who brought which walks, in a bounded list.
+//! Deliveries: the workers that brought each range of walks, in a bounded list.
 //!
-//! Each lease that comes in is an entry: its walks, its worker, its digest. A long run has too many leases to keep them all,
-//! so entries are folded into their neighbours: walks and digests add up. Which leases keep an entry of their own is decided
-//! by lots that workers do not know, so that those are a fair sample for `radwalk audit`.
+//! Each lease that comes in is an entry: its walks, its worker, its digest. A long run has too many leases to keep them
+//! all, so entries are folded into their neighbours: walks and digests add up. Lots that workers do not know decide
+//! which leases keep an entry of their own, so that these are a fair sample for `radwalk audit`.
 
 use bincode::{Decode, Encode};
 
 use crate::digest::{self, Digest};
 
-/// At most this many entries are kept of one range of walks.
+/// The most entries that are kept of one range of walks.
 pub const MOST: usize = 1 << 15;
 
-/// A relay passes on at most this many entries of a lease.
+/// The most entries of one lease that a relay passes on.
 pub const MOST_PARTS: usize = 1 << 8;
 
 /// The worker of an entry that holds leases of several workers.
 pub const SEVERAL: u32 = u32::MAX;
 
-/// Some consecutive walks as they came in: one lease, or several that were folded.
+/// A range of consecutive walks as they came in: one lease, or several that were folded.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode)]
 pub struct Delivery {
-    /// How many walks.
+    /// The number of walks in the entry.
     pub walks: u64,
-    /// How many leases.
+    /// The number of leases in the entry.
     pub leases: u64,
     /// The worker that brought them, by its place in the list of workers, or [`SEVERAL`].
     pub worker: u32,
-    /// The digest of their tally.
+    /// The digest of the entry's tally.
     pub digest: Digest,
-    /// Whether this is a single lease whose lots have spared it so far: one of the sample that stays.
+    /// Whether this is a single lease that the lots have spared so far, so that it stays in the sample.
     pub spared: bool,
 }
 
 impl Delivery {
-    /// A lease.
+    /// The entry of a single lease.
     pub fn lease(walks: u64, worker: u32, digest: Digest) -> Self {
         Delivery { walks, leases: 1, worker, digest, spared: true }
     }
 
-    /// Takes up the entry that follows.
+    /// Folds the entry that follows into this one.
     fn fold(&mut self, later: Delivery) {
         self.walks += later.walks;
         self.leases += later.leases;
@@ -54,7 +54,7 @@ impl Delivery {
 #[derive(Clone, Debug, Default, PartialEq, Eq, Encode, Decode)]
 pub struct Deliveries {
     entries: Vec<Delivery>,
-    /// A lease has kept its own entry with a probability of 2^−rounds.
+    /// The rounds of folding so far: a lease has kept its own entry with a probability of 2^−rounds.
     rounds: u32,
 }
 
@@ -65,17 +65,17 @@ impl From<Delivery> for Deliveries {
 }
 
 impl Deliveries {
-    /// All entries.
+    /// All entries, in the order of their walks.
     pub fn entries(&self) -> &[Delivery] {
         &self.entries
     }
 
-    /// How many walks.
+    /// The number of walks in all entries.
     pub fn walks(&self) -> u128 {
         self.entries.iter().map(|entry| u128::from(entry.walks)).sum()
     }
 
-    /// The digest of all walks.
+    /// The digest of all walks together.
     pub fn digest(&self) -> Digest {
         self.entries.iter().fold(0, |sum, entry| digest::add(sum, entry.digest))
     }
@@ -86,45 +86,45 @@ impl Deliveries {
         self.entries.iter().all(|entry| entry.walks > 0 && entry.leases > 0 && known(entry.worker))
     }
 
-    /// Whether one of some workers may have brought some of the walks.
+    /// Whether one of the given workers may have brought some of these walks.
     pub fn may_be_of(&self, is_meant: impl Fn(u32) -> bool) -> bool {
         self.entries.iter().any(|entry| entry.worker == SEVERAL || is_meant(entry.worker))
     }
 
-    /// Changes the places of the workers.
+    /// Replaces the number of each worker.
     pub fn rename(&mut self, place: impl Fn(u32) -> u32) {
         let named = self.entries.iter_mut().filter(|entry| entry.worker != SEVERAL);
         named.for_each(|entry| entry.worker = place(entry.worker));
     }
 }
 
-/// Entries of a range of walks that grows at its end.
+/// The entries of a range of walks that grows at its end.
 #[derive(Clone, Debug)]
 pub struct Growing {
     deliveries: Deliveries,
-    /// The walk after the last.
+    /// The number of the walk after the last.
     end: u64,
-    /// Drawn by the coordinator; workers do not know it.
+    /// The lots, drawn by the coordinator; workers do not know them.
     lots: u64,
 }
 
 impl Growing {
-    /// Goes on from the deliveries of the walks before `end`.
+    /// Entries that go on from the deliveries of the walks before `end`.
     pub fn new(deliveries: Deliveries, end: u64, lots: u64) -> Self {
         Growing { deliveries, end, lots }
     }
 
-    /// What it has grown to.
+    /// The deliveries so far.
     pub fn deliveries(&self) -> &Deliveries {
         &self.deliveries
     }
 
-    /// What it has grown to.
+    /// The deliveries so far, taken out.
     pub fn into_deliveries(self) -> Deliveries {
         self.deliveries
     }
 
-    /// Adds the next entry.
+    /// Adds the entry of the next walks.
     pub fn push(&mut self, mut delivery: Delivery) {
         delivery.spared &= (0..self.deliveries.rounds).all(|round| self.spares(self.end, round));
         self.end += delivery.walks;
@@ -132,7 +132,7 @@ impl Growing {
         self.fold_to(MOST);
     }
 
-    /// Folds entries until at most this many are left.
+    /// Folds entries until at most `most` are left.
     pub fn fold_to(&mut self, most: usize) {
         while self.deliveries.entries.len() > most.max(1) {
             self.fold_again();
@@ -147,7 +147,7 @@ impl Growing {
         later.entries.iter().for_each(|&delivery| self.push(delivery));
     }
 
-    /// Adds an entry at the end, or folds it into the last one where neither is spared.
+    /// Adds an entry at the end, or folds it into the last one if neither is spared.
     fn place(&mut self, delivery: Delivery) {
         match self.deliveries.entries.last_mut() {
             Some(last) if !last.spared && !delivery.spared => last.fold(delivery),
@@ -155,7 +155,7 @@ impl Growing {
         }
     }
 
-    /// Folds about half of the leases that still have their own entries.
+    /// Folds about half of the leases that still have entries of their own.
     fn fold_again(&mut self) {
         let round = self.deliveries.rounds;
         self.deliveries.rounds += 1;
@@ -168,7 +168,7 @@ impl Growing {
         }
     }
 
-    /// Whether the lots of a round spare the lease that begins with a walk.
+    /// Whether the lots of a round spare the lease that begins with walk `first`.
     fn spares(&self, first: u64, round: u32) -> bool {
         let mixed = |z: u64| {
             let z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
@@ -183,7 +183,7 @@ impl Growing {
 mod tests {
     use super::*;
 
-    /// Leases of one to three walks, by five workers.
+    /// Lease n of one to three walks, by one of five workers.
     fn lease(n: u64) -> Delivery {
         Delivery::lease(1 + n % 3, (n * n % 5) as u32, n * 7919)
     }

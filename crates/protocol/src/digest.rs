@@ -1,28 +1,28 @@
 //! Linear digests of tallies: Σ c_i·t_i modulo a prime, over all counts and sums t_i of a tally.
 //!
-//! The digest of merged tallies is the sum of their digests. So the digests of single leases, kept by the ledger,
-//! add up to that of the final tally, through any order of arrival, merges, stops and restarts; and whoever traces one
-//! lease anew can hold it against what was delivered without having any other. A tally that differs has another digest
-//! but for one chance in 2⁶¹ (Carter & Wegman, J. Comput. Syst. Sci. 18 (1979) 143–154, for coefficients drawn at random;
-//! here they are drawn once for each scene, so that digests of all seeds add up). That is proof against faults,
-//! not against somebody who knows the coefficients and forges a result on purpose.
+//! The digest of merged tallies is the sum of their digests. So the digests of single leases, kept by the ledger, add
+//! up to that of the final tally, through any order of arrival, merges, stops and restarts; and an audit that traces
+//! one lease anew can compare it with its digest without any other lease. A tally that differs has another digest but
+//! for one chance in 2⁶¹ (Carter & Wegman, J. Comput. Syst. Sci. 18 (1979) 143–154, for coefficients drawn at random;
+//! here they are drawn once for each scene, so that digests of all seeds add up). Digests protect against faults, not
+//! against an attacker who knows the coefficients and forges a result on purpose.
 
 use radiosity::{Counts, Tally};
 
-/// 2⁶¹ − 1, a prime.
+/// The modulus of all digests: 2⁶¹ − 1, a prime.
 const MODULUS: u64 = (1 << 61) - 1;
 
-/// The digest of a tally, below 2⁶¹ − 1. An empty tally's is 0.
+/// The digest of a tally, below 2⁶¹ − 1; that of an empty tally is 0.
 pub type Digest = u64;
 
-/// The coefficients of one scene.
+/// The coefficients of one scene's digests.
 #[derive(Clone, Copy, Debug)]
 pub struct Digester {
     key: [u64; 2],
 }
 
 impl Digester {
-    /// The coefficients that belong to a scene.
+    /// The coefficients for a scene with this hash.
     pub fn new(scene_hash: &[u8; 32]) -> Self {
         let bytes = blake3::derive_key("radwalk 2026 coefficients of linear digests", scene_hash);
         let word = |from: usize| u64::from_le_bytes(bytes[from..from + 8].try_into().expect("eight bytes"));
@@ -34,7 +34,7 @@ impl Digester {
         self.digest_sums(&tally.counts, tally.sums().iter().copied())
     }
 
-    /// The digest of a tally by its parts.
+    /// The digest of a tally that is given by its counts and sums.
     pub fn digest_sums(&self, counts: &Counts, sums: impl Iterator<Item = u128>) -> Digest {
         let terms = counts.to_array().into_iter().chain(sums).enumerate();
         terms
@@ -42,7 +42,7 @@ impl Digester {
             .fold(0, |digest, (i, sum)| add(digest, times(self.coefficient(i as u64), remainder(sum))))
     }
 
-    /// c_i: the finaliser of splitmix64 (Steele, Lea & Flood, OOPSLA 2014), keyed before and in between.
+    /// Coefficient c_i: the finaliser of splitmix64 (Steele, Lea & Flood, OOPSLA 2014), keyed before and in between.
     fn coefficient(&self, i: u64) -> u64 {
         let mixed = |z: u64| {
             let z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
@@ -54,12 +54,12 @@ impl Digester {
     }
 }
 
-/// Whether a number is a digest.
+/// Whether a number can be a digest: it is below 2⁶¹ − 1.
 pub fn is_one(number: u64) -> bool {
     number < MODULUS
 }
 
-/// The digest of what two digests stand for, merged.
+/// The digest of two merged tallies, by their digests.
 pub fn add(a: Digest, b: Digest) -> Digest {
     (a + b) % MODULUS
 }
@@ -68,7 +68,7 @@ fn times(a: u64, b: u64) -> u64 {
     remainder(u128::from(a) * u128::from(b))
 }
 
-/// Modulo 2⁶¹ − 1 the three digits of base 2⁶¹ just add up.
+/// The remainder modulo 2⁶¹ − 1: the three digits of base 2⁶¹ add up to it.
 fn remainder(x: u128) -> u64 {
     let digit = |shift: u32| (x >> shift) as u64 & MODULUS;
     (digit(0) + digit(61) + digit(122)) % MODULUS

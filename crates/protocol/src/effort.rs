@@ -1,18 +1,18 @@
-//! What a run took.
+//! The effort of a run: its time, its workers and what was walked twice.
 
 use bincode::{Decode, Encode};
 
-/// What a run took, its earlier sessions included.
+/// The effort of a run, its earlier sessions included.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Encode, Decode)]
 pub struct Effort {
-    /// From the first lease to the last result that was merged.
+    /// The time from the first lease to the last result that was merged [s].
     pub seconds: f64,
-    /// Processor time that all workers walked.
+    /// The processor time of all workers' walks [s].
     pub cpu_seconds: f64,
-    /// Workers that ever shot.
+    /// The number of workers that ever joined.
     pub workers_seen: u64,
-    /// Workers that were lost while the job ran.
+    /// The number of workers that were lost while the job ran.
     pub workers_lost: u64,
-    /// Streams of lost leases.
+    /// The number of streams that were leased again.
     pub streams_reissued: u64,
 }

@@ -1,67 +1,67 @@
-//! Whoever leads workers, as its sockets see it: what connections say goes in, what is to be done comes out, and time is a
-//! number. The coordinator and relays are such; [`crate::server`] is the shell around them.
+//! The interface between a leader of workers (the coordinator or a relay) and its sockets: messages go in, actions come
+//! out, and time is a number. The module `cluster::server` holds the sockets.
 
 use std::fmt;
 use std::time::Duration;
 
 use crate::message::{ToCoordinator, ToWorker};
 
-/// A connection, named by the shell; never used twice.
+/// The number of a connection, given by the sockets; it is never used twice.
 pub type PeerId = u64;
 
-/// Time since whoever leads began.
+/// The time since the leader started.
 pub type Now = Duration;
 
-/// What the shell has to do.
+/// What the leader asks its sockets to do.
 #[derive(Debug, PartialEq)]
 pub enum Action {
-    /// Send a message.
+    /// Send a message to a peer.
     Send(PeerId, ToWorker),
-    /// Close a connection, after what was sent has gone out.
+    /// Close a connection once everything sent over it has gone out.
     Close(PeerId),
-    /// Tell the owner of the run.
+    /// Tell the owner of the run about an event.
     Tell(Notice),
 }
 
-/// What the owner of a run should know about its workers.
+/// An event that the owner of a run should know about.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Notice {
-    /// A worker has built its replica, and gets walks from now on.
+    /// A worker has built its replica and gets walks from now on.
     Joined {
-        /// As it called itself.
+        /// The name that the worker gave.
         name: String,
-        /// Its threads; 0 of a relay, whose workers come later.
+        /// The worker's threads; 0 for a relay, whose workers join later.
         threads: usize,
     },
-    /// A worker is gone, or was given up.
+    /// A worker's connection ended, or the leader gave it up.
     Lost {
-        /// As it called itself.
+        /// The name that the worker gave.
         name: String,
-        /// Why.
+        /// The reason, as a person may read it.
         reason: String,
     },
     /// A worker has left because its owner told it to.
     Left {
-        /// As it called itself.
+        /// The name that the worker gave.
         name: String,
     },
-    /// Somebody was not let in.
+    /// A worker was not let in.
     Refused {
-        /// As it called itself.
+        /// The name that the worker gave.
         name: String,
-        /// Why.
+        /// The reason, as a person may read it.
         reason: String,
     },
-    /// A connection ended before anybody was introduced.
+    /// A connection ended before the other end introduced itself.
     Failed(String),
-    /// No walk has come in for long.
+    /// No result has come in for a long time.
     Quiet {
-        /// For how long [s].
+        /// The time since the last result [s].
         seconds: u64,
-        /// What all are at.
+        /// What the workers are doing meanwhile.
         why: String,
     },
-    /// So many connections were refused or ended of which nothing was told.
+    /// The number of connections that failed without a notice of their own.
     Hushed(usize),
 }
 
@@ -78,30 +78,30 @@ impl fmt::Display for Notice {
                 write!(f, "worker {name} left, as it was told to; its walks go to others")
             }
             Notice::Refused { name, reason } => write!(f, "refused worker {name}: {reason}"),
-            Notice::Failed(reason) => write!(f, "a connection came to nothing: {reason}"),
-            Notice::Quiet { seconds, why } => write!(f, "no walk has come in for {seconds} s: {why}"),
-            Notice::Hushed(connections) => write!(f, "{connections} more connections came to nothing"),
+            Notice::Failed(reason) => write!(f, "a connection failed: {reason}"),
+            Notice::Quiet { seconds, why } => write!(f, "no result has come in for {seconds} s: {why}"),
+            Notice::Hushed(connections) => write!(f, "{connections} more connections failed"),
         }
     }
 }
 
-/// A state machine that leads workers.
+/// A state machine that leads workers: a coordinator or a relay.
 pub trait Lead {
-    /// Somebody who knows the key has connected.
+    /// Takes up a connection whose other end has proved that it knows the key.
     fn on_connect(&mut self, id: PeerId) -> Vec<Action>;
-    /// A peer said something.
+    /// Handles a message of a peer.
     fn on_message(&mut self, id: PeerId, message: ToCoordinator, now: Now) -> Vec<Action>;
-    /// A long message to a peer gets on. It may say nothing until it has all of it, so this is a sign of life and of
-    /// progress.
+    /// Notes that a peer has read more of a long message. A peer may send nothing until it has the whole message, so
+    /// this counts as a sign of life and of progress.
     fn on_stir(&mut self, id: PeerId);
-    /// So many bytes of peers have come in.
+    /// Counts bytes that peers have sent.
     fn on_bytes(&mut self, bytes: usize) {
         let _ = bytes;
     }
-    /// A connection is gone.
+    /// Takes a connection that has ended out of the books.
     fn on_lost(&mut self, id: PeerId, reason: &str, now: Now) -> Vec<Action>;
-    /// Time goes by.
+    /// Does what is due at a time: gives up silent peers, looks for late leases.
     fn on_tick(&mut self, now: Now) -> Vec<Action>;
-    /// The largest frame that a peer may send.
+    /// The largest frame that a peer may send [bytes].
     fn frame_cap(&self, id: PeerId) -> usize;
 }

@@ -22,7 +22,7 @@ use crate::message::SMALL_TALLY;
 use crate::parcel::Parcel;
 use crate::rejected::Rejected;
 
-/// The books of one job.
+/// The books of one job: its walks, its leases and the tally of its prefix.
 #[derive(Debug)]
 pub struct Ledger {
     total: u64,
@@ -32,27 +32,27 @@ pub struct Ledger {
     next: u64,
     next_lease: LeaseId,
     out: HashMap<LeaseId, Range<u64>>,
-    /// The leases that are out by their first walk: several where their walks are out more than once.
+    /// The leases that are out, by their first walk: several if the same walks are out more than once.
     out_from: BTreeMap<u64, Vec<LeaseId>>,
-    /// Lost ranges by their first walk, to be leased again before new ones. Neighbours are one range.
+    /// The ranges of lost walks by their first walk; they are leased again before new ones. Neighbours are one range.
     lost: BTreeMap<u64, u64>,
-    /// Walks of all lost ranges.
+    /// The number of walks in all lost ranges.
     lost_walks: u64,
     waiting: BTreeMap<u64, Waiting>,
-    /// Walks of all that waits.
+    /// The number of walks in all islands.
     waiting_walks: u64,
     prefix: Arc<Tally>,
     /// Whether the prefix moves on even where that takes a copy of it.
     hurried: bool,
-    /// Of the prefix.
+    /// The deliveries of the prefix.
     deliveries: Growing,
     /// Decides which leases keep an entry of their own.
     lots: u64,
-    /// Where the prefix begins: what was before is taken off.
+    /// The walk at which the prefix begins; what was before was taken off.
     begin: u64,
-    /// What walks are called outside: those from a key on are numbered on from its value.
+    /// The numbers of walks outside: walks from a key on are numbered on from its value.
     numbers: BTreeMap<u64, u64>,
-    /// Streams of leases that were lost.
+    /// The number of streams that were leased again.
     pub streams_reissued: u64,
 }
 
@@ -89,7 +89,7 @@ impl Ledger {
         }
     }
 
-    /// The same for walks that are called `first` … outside.
+    /// Numbers walk 0 as `first` outside, and the others on from there.
     pub fn numbered_from(mut self, first: u64) -> Self {
         self.numbers = BTreeMap::from([(0, first)]);
         self
@@ -103,8 +103,8 @@ impl Ledger {
         self
     }
 
-    /// Takes up the islands of a checkpoint, in their order: the walks between them are leased first. An island that is not of
-    /// this job any more, because it ends at fewer walks or is looked at elsewhere, is walked again.
+    /// Takes up the islands of a checkpoint, in their order; the walks between them are leased first. An island that no
+    /// longer fits the job, because the job ends earlier or has a look within the island, is dropped and walked again.
     pub fn with_islands(mut self, islands: &[Island], digester: &Digester) -> Self {
         for island in islands {
             let Some(parcel) = island.parcel(digester) else { continue };
@@ -127,7 +127,7 @@ impl Ledger {
         self
     }
 
-    /// The islands, lowest first, as far as `bytes` bytes hold them.
+    /// The islands, lowest first, as many as fit into `bytes` bytes.
     pub fn kept_islands(&self, bytes: usize) -> Vec<Island> {
         let mut left = bytes;
         let mut islands = Vec::new();
@@ -144,14 +144,14 @@ impl Ledger {
         islands
     }
 
-    /// What a walk is called outside.
+    /// The number of a walk outside.
     pub fn number(&self, walk: u64) -> u64 {
         let (&from, &number) = self.numbers.range(..=walk).next_back().expect("from the prefix on");
         number.saturating_add(walk - from)
     }
 
-    /// Adds walks that are called `first` … outside. No lease holds some of them and some of those before; where they
-    /// begin and end is looked at. Returns whether there are so many numbers.
+    /// Adds walks that are numbered `first` … outside. No lease crosses their beginning, and there is a look at both of
+    /// their ends. Returns false if the numbers of walks run out.
     pub fn extend(&mut self, first: u64, walks: u64) -> bool {
         let Some(end) = self.total.checked_add(walks) else { return false };
         self.numbers.insert(self.total, first);
@@ -160,12 +160,13 @@ impl Ledger {
         true
     }
 
-    /// Takes off the prefix, which ends at a look, and who brought it in at most [`MOST_PARTS`] entries: the next begins there.
+    /// Takes off the prefix, which ends at a look, with its deliveries in at most [`MOST_PARTS`] entries. The next
+    /// prefix begins there.
     pub fn take_off(&mut self) -> (Arc<Tally>, Deliveries) {
         let empty = Tally::new(self.prefix.patches(), self.prefix.layout());
         self.begin = self.prefix_walks();
         self.looks.retain(|&look| look > self.begin);
-        // The last of those that begin here or before is still of use.
+        // The last entry that begins here or before is still needed.
         let of_use = self.numbers.range(..=self.begin).next_back().map_or(0, |(&from, _)| from);
         self.numbers.retain(|&from, _| from >= of_use);
         let begun = Growing::new(Deliveries::default(), self.begin, self.lots);
@@ -174,7 +175,7 @@ impl Ledger {
         (std::mem::replace(&mut self.prefix, empty.into()), deliveries.into_deliveries())
     }
 
-    /// Walks between the looks around the one that is leased next; none where all are out or in.
+    /// The number of walks between the looks before and after the next walk to lease; 0 if all walks are out or in.
     pub fn span(&self) -> u64 {
         let next = self.lost.keys().next().copied().unwrap_or(self.next);
         let end = self.looks.iter().copied().find(|&look| look > next);
@@ -182,32 +183,32 @@ impl Ledger {
         end.map_or(0, |end| end - start)
     }
 
-    /// Walks 0 … N − 1 that are in without a gap, merged.
+    /// The merged tally of walks 0 … N − 1, which are in without a gap.
     pub fn prefix(&self) -> &Arc<Tally> {
         &self.prefix
     }
 
-    /// Who brought the walks of the prefix.
+    /// The deliveries of the prefix.
     pub fn deliveries(&self) -> &Deliveries {
         self.deliveries.deliveries()
     }
 
-    /// The prefix and who brought it.
+    /// The prefix and its deliveries, taken out of the ledger.
     pub fn into_prefix(self) -> (Arc<Tally>, Deliveries) {
         (self.prefix, self.deliveries.into_deliveries())
     }
 
-    /// N of the prefix.
+    /// The number N of walks in the prefix.
     pub fn prefix_walks(&self) -> u64 {
         self.begin + self.prefix.counts.walks
     }
 
-    /// Walks that are in, those beyond a gap included.
+    /// The number of walks that are in, those beyond a gap included.
     pub fn walks_in(&self) -> u64 {
         self.prefix_walks() + self.waiting_walks
     }
 
-    /// Walks of the whole job.
+    /// The number of walks of the whole job.
     pub fn total(&self) -> u64 {
         self.total
     }
@@ -217,13 +218,13 @@ impl Ledger {
         self.prefix_walks() == self.total
     }
 
-    /// Walks that nobody has yet.
+    /// The number of walks that no worker has yet.
     pub fn unleased(&self) -> u64 {
         self.total - self.next + self.lost_walks
     }
 
-    /// Leases about `walks` walks, rounded up to whole streams: lost ones first, lowest first. `None` when
-    /// all are out or in.
+    /// Leases about `walks` walks, rounded up to whole streams: lost walks first, lowest first. Returns `None` if all
+    /// walks are out or in.
     pub fn lease(&mut self, walks: u64) -> Option<(LeaseId, Range<u64>)> {
         let (start, available) = match self.lost.pop_first() {
             Some((start, end)) => {
@@ -250,15 +251,16 @@ impl Ledger {
         (id, range)
     }
 
-    /// Leases the walks of a lease that is out once more, under a number of its own: whichever comes in first counts,
-    /// and the others are no longer out then. `None` where it is not out.
+    /// Leases the walks of a lease that is out once more, under a new number. The first result counts, and the other
+    /// leases of these walks are then no longer out. Returns `None` if the lease is not out.
     pub fn lease_again(&mut self, id: LeaseId) -> Option<(LeaseId, Range<u64>)> {
         let range = self.out.get(&id)?.clone();
         self.streams_reissued += (range.end - range.start).div_ceil(self.stream_walks);
         Some(self.give_out(range))
     }
 
-    /// The end of a lease from `start`: on a stream boundary, before the next look, within what is available.
+    /// The end of a lease from `start`: on a boundary of streams, no later than the next look, within the available
+    /// walks.
     fn lease_end(&self, start: u64, walks: u64, available: u64) -> u64 {
         let streams = start.saturating_add(walks.max(1)).div_ceil(self.stream_walks);
         let end = streams.saturating_mul(self.stream_walks);
@@ -266,7 +268,8 @@ impl Ledger {
         end.min(look).min(available)
     }
 
-    /// Takes the result of a lease, and who brought it: one entry, or the parts of a relay's lease, which come to the parcel.
+    /// Takes the result of a lease and its deliveries: one entry, or the parts of a relay's lease, which add up to the
+    /// parcel.
     ///
     /// # Errors
     /// Where the lease is not out or the parcel does not fit; nothing is changed then, except that an overflow
@@ -295,30 +298,31 @@ impl Ledger {
         self.out.get(&id).cloned()
     }
 
-    /// Ranges that wait beyond a gap.
+    /// The number of ranges that wait beyond a gap.
     pub fn islands(&self) -> usize {
         self.waiting.len()
     }
 
-    /// Whether a range would be added to the prefix or to what waits beyond a gap: it makes no new island. What continues the
-    /// prefix always does, so that it is always asked for; where the prefix is being read, it waits beside it.
+    /// Whether a range would be added to the prefix or to an island, so that it makes no new island. A range that
+    /// continues the prefix always does, and so is always asked for; while the prefix is being read, the range waits
+    /// beside it.
     pub fn adjoins(&self, range: &Range<u64>) -> bool {
         let continues = range.start == self.prefix_walks();
         continues || self.before(range.start).is_some() || self.follows(range.end)
     }
 
-    /// Where the island begins that ends at a walk, but for looks.
+    /// The first walk of the island that ends at a walk, unless there is a look at that walk.
     fn before(&self, walk: u64) -> Option<u64> {
         let (&start, earlier) = self.waiting.range(..walk).next_back()?;
         (earlier.end == walk && !self.looks.contains(&walk)).then_some(start)
     }
 
-    /// Whether an island begins at a walk, but for looks.
+    /// Whether an island begins at a walk, and there is no look at that walk.
     fn follows(&self, walk: u64) -> bool {
         self.waiting.contains_key(&walk) && !self.looks.contains(&walk)
     }
 
-    /// Puts a range beside the prefix, merged with its neighbours.
+    /// Puts a range beside the prefix and merges it with its neighbours.
     fn wait(&mut self, mut start: u64, mut range: Waiting) -> Result<(), MergeError> {
         let (patches, layout) = (self.prefix.patches(), self.prefix.layout());
         let empty = || Tally::new(patches, layout);
@@ -335,8 +339,8 @@ impl Ledger {
         Ok(())
     }
 
-    /// Moves the prefix on, at most to the next look. Returns whether it moved; call it until it does not,
-    /// looking at the prefix in between. `credit` hears who brought what the prefix gains.
+    /// Moves the prefix on, at most to the next look. Returns whether it moved; the caller repeats this until it does
+    /// not, and judges the prefix in between. `credit` is called with each delivery that the prefix gains.
     ///
     /// # Errors
     /// Where a sum overflows; the job cannot go on.
@@ -353,18 +357,18 @@ impl Ledger {
         Ok(true)
     }
 
-    /// Whether there is anything to move the prefix on with.
+    /// Whether the prefix can move on now.
     pub fn may_advance(&self) -> bool {
         self.waiting.contains_key(&self.prefix_walks()) && !self.is_held()
     }
 
-    /// Whether somebody else still reads the prefix, to write a checkpoint, and it is too large to be copied for that:
-    /// what comes in waits beside it meanwhile.
+    /// Whether another owner still reads the prefix, to write a checkpoint, and it is too large to be copied for that.
+    /// Results then wait beside it.
     pub fn is_held(&self) -> bool {
         !self.hurried && self.prefix.sums().len() > SMALL_TALLY && Arc::strong_count(&self.prefix) > 1
     }
 
-    /// From now on nothing waits for readers of the prefix.
+    /// Lets the prefix move on from now on even while it is being read.
     pub fn hurry(&mut self) {
         self.hurried = true;
     }
@@ -374,17 +378,17 @@ impl Ledger {
         self.looks.binary_search(&self.prefix_walks()).is_ok()
     }
 
-    /// Where what waits beyond gaps ends.
+    /// The end of the last range that waits beyond a gap.
     pub fn last_waiting(&self) -> Option<u64> {
         self.waiting.values().next_back().map(|waiting| waiting.end)
     }
 
-    /// Whether a gap before a walk could still be filled by a lease that is out.
+    /// Whether a lease that is out could still fill a gap before a walk.
     pub fn gap_is_out(&self, before: u64) -> bool {
         self.out_from.keys().next().is_some_and(|&start| start < before)
     }
 
-    /// Whether walks that were lost are to be leased again.
+    /// Whether lost walks wait to be leased again.
     pub fn has_lost(&self) -> bool {
         !self.lost.is_empty()
     }
@@ -394,17 +398,18 @@ impl Ledger {
         self.lost.keys().next().is_some_and(|&start| start < before)
     }
 
-    /// As [`Ledger::lease`], but only of what was lost before a walk: none is shot any more that does not save others.
+    /// As [`Ledger::lease`], but only of walks that were lost before a given one: a stopping job shoots only what saves
+    /// other results.
     pub fn lease_gap(&mut self, walks: u64, before: u64) -> Option<(LeaseId, Range<u64>)> {
         if self.gap_is_lost(before) { self.lease(walks) } else { None }
     }
 
-    /// The leases that are out by their first walk, lowest first: several where their walks are out more than once.
+    /// The leases that are out by their first walk, lowest first: several if the same walks are out more than once.
     pub fn out(&self) -> impl Iterator<Item = (u64, &[LeaseId])> {
         self.out_from.iter().map(|(&start, leases)| (start, &leases[..]))
     }
 
-    /// Gives up a lease: its walks are leased again, unless others have them already.
+    /// Gives up a lease: its walks are leased again, unless another worker has them already.
     pub fn lose(&mut self, id: LeaseId) {
         let Some(range) = self.out.remove(&id) else { return };
         let copies =
@@ -418,7 +423,7 @@ impl Ledger {
         self.set_lost(range);
     }
 
-    /// Walks that are to be leased again, together with their neighbours.
+    /// Marks walks to be leased again, in one range with their neighbours.
     fn set_lost(&mut self, Range { mut start, mut end }: Range<u64>) {
         if start == end {
             return;
@@ -436,8 +441,7 @@ impl Ledger {
         self.lost.insert(start, end);
     }
 
-    /// Gives up all that waits beyond gaps and that some workers, by their numbers, may have had a part in. Returns how many
-    /// walks.
+    /// Gives up everything beyond gaps in which given workers may have had a part. Returns the number of its walks.
     pub fn lose_waiting_of(&mut self, is_meant: impl Fn(u32) -> bool) -> u64 {
         let suspect = |waiting: &Waiting| waiting.deliveries.deliveries().may_be_of(&is_meant);
         let suspects: Vec<Range<u64>> = self

@@ -1,9 +1,10 @@
-//! What coordinator, relays and workers agree on, as pure functions of what they hear: messages and their bytes, exact books
-//! of walks, and the state machines that lead workers.
+//! The protocol between coordinator, relays and workers, as pure functions of the messages that arrive: messages and
+//! their bytes, exact books of walks, and the state machines that lead workers.
 //!
-//! From the ground up: [`digest`]s of tallies, [`deliveries`] and the [`roster`] of those who delivered, what a relay tells of its
-//! workers ([`provenance`]), [`message`] and its bytes ([`codec`]), the [`ledger`] of walks, the [`crew`] of workers with their leases, and at the top [`coordinator`] and
-//! [`relay`]: events and a time go in, actions come out ([`lead`]). A [`checkpoint`] is all of it as a file.
+//! From the ground up: the [`digest`] of a tally, the [`deliveries`] and the [`roster`] of the workers that delivered,
+//! the [`provenance`] that a relay sends of its workers, the [`message`] and its bytes ([`codec`]), the [`ledger`] of
+//! walks, the [`crew`] of workers with their leases, and at the top [`coordinator`] and [`relay`]: events and a time go
+//! in, actions come out ([`lead`]). A [`checkpoint`] holds all of this state in a file.
 //!
 //! There are no sockets, threads or clocks here, and clippy holds that (`clippy.toml`). The crate `cluster` is the shell.
 

@@ -1,43 +1,44 @@
-//! What the walks of a job can come to at most, so that a result that cannot be is refused when it arrives.
+//! Limits of what the walks of a job can come to, so that an impossible result is refused when it arrives.
 //!
-//! Bounds are generous: a result that breaks one is wrong beyond doubt. One that keeps them may still be wrong, which
-//! `radwalk audit` finds.
+//! The limits are generous: a result that exceeds one is wrong beyond doubt. A result within them may still be wrong;
+//! `radwalk audit` finds that.
 
 use radiosity::{Counts, Layout};
 
-/// Walks end one by one, or, where batches take the place of walks, their rays or walks do.
+/// The most that the walks of a job can come to. Walks end one by one; where batches take the place of walks, their
+/// rays or walks do.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Limits {
-    /// Ends of a walk: 1; of a batch as many as it has paths.
+    /// The ends of one walk: 1; of a batch the number of its paths.
     pub ends: u64,
-    /// Rays of a walk, at most.
+    /// The most rays of one walk.
     pub rays: u64,
-    /// Units that a ray adds to the scores of a patch, at most.
+    /// The most units that one ray adds to the scores of a patch.
     pub ray_score: u128,
-    /// Units of a walk's score on a patch, at most.
+    /// The most units of one walk's score on a patch.
     pub walk_score: u128,
-    /// What the rows of sensors can come to, which follow those of patches; `None` where there are none.
+    /// The limits of the sensors' rows, which follow those of patches; `None` if there are no sensors.
     pub sensors: Option<SensorLimits>,
 }
 
-/// What sensors can score at most.
+/// The most that sensors can score.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SensorLimits {
-    /// The rows before theirs.
+    /// The number of rows before those of sensors.
     pub first_row: usize,
-    /// Units of a sample's score on a cell, and its rays, at most. No walk has more samples than one.
+    /// The most units of one sample's score on a cell, and the most rays of it. A walk has at most one sample.
     pub sample: u128,
 }
 
-/// Weights that ended are kept in 2⁻⁴⁰; no walk carries more than this.
+/// The most weight of one walk, in units of 2⁻⁴⁰.
 const MOST_WEIGHT: u128 = 1 << 48;
 
 impl Limits {
-    /// Of work of which nothing is known but that its walks end once.
+    /// Limits of work of which nothing is known but that each walk ends once.
     pub const NONE: Limits =
         Limits { ends: 1, rays: u64::MAX, ray_score: u128::MAX, walk_score: u128::MAX, sensors: None };
 
-    /// Why counts cannot be, if they cannot.
+    /// Why a result's counts are impossible, if they are.
     pub fn breach_of_counts(&self, counts: &Counts) -> Option<&'static str> {
         let Counts { walks, rays, absorbed, absorbed_back, escaped, truncated, .. } = *counts;
         let ended: u128 = [absorbed, absorbed_back, escaped, truncated].into_iter().map(u128::from).sum();
@@ -50,13 +51,13 @@ impl Limits {
             () if ended != paths && !by_ray => Some("not every walk of it ended once"),
             () if rays > u128::from(walks) * u128::from(self.rays) => Some("its walks are too long"),
             () if weights.as_flattened().iter().any(|&weight| weight > most) => {
-                Some("its walks are too heavy")
+                Some("its walks carry too much weight")
             }
             () => None,
         }
     }
 
-    /// Why sums, patch-major, cannot be those of such walks, if they cannot.
+    /// Why a result's sums, patch-major, are impossible, if they are.
     pub fn breach_of_sums(
         &self,
         counts: &Counts,
@@ -90,15 +91,15 @@ impl Limits {
                     let each = if is_first { 2 } else { largest.saturating_mul(slope_units) };
                     (0, score.saturating_mul(each))
                 }
-                // Scores are whole numbers: their squares are no less, and no more than the largest times the score. So it is
-                // with the samples of sensors and their rays.
+                // Scores are whole numbers: the sum of their squares is no less than their sum, and no more than their
+                // sum times the largest score. The samples of sensors and their rays obey this, too.
                 () => (before, before.saturating_mul(largest)),
             };
             if sum > limit {
-                return Some("its walks cannot score so much");
+                return Some("its scores are more than its walks can make");
             }
             if sum < least {
-                return Some("its squares are less than its scores");
+                return Some("its sums of squares are less than its sums of scores");
             }
             if is_first && column < scores {
                 scored[column / layout.moments] = sum;
@@ -151,7 +152,7 @@ mod tests {
         assert!(batch.breach_of_counts(&Counts { absorbed: 69, ..of_batches }).is_some());
     }
 
-    /// 100 walks have 100 samples at most, each of up to 2¹⁰ units and rays.
+    /// 100 walks take at most 100 samples, each of up to 2¹⁰ units and rays.
     #[test]
     fn sensors_score_no_more_than_their_samples_can() {
         let limits = Limits { sensors: Some(SensorLimits { first_row: 1, sample: 1 << 10 }), ..LIMITS };
@@ -179,7 +180,7 @@ mod tests {
         assert!(breach([300, 300, 301]).is_some());
         assert_eq!(
             Limits::NONE.breach_of_sums(&counts(), counted, [u128::MAX; 3].into_iter()),
-            Some("its walks cannot score so much"),
+            Some("its scores are more than its walks can make"),
             "events"
         );
     }

@@ -1,4 +1,4 @@
-//! Several results as one: parts of a job that ran elsewhere or later, and the same walks under other seeds.
+//! Merging of several results: parts of a job that ran elsewhere or later, and the same walks under other seeds.
 
 use std::sync::Arc;
 
@@ -8,37 +8,37 @@ use crate::checkpoint::{Checkpoint, Part};
 use crate::deliveries::Growing;
 use crate::effort::Effort;
 
-/// Why two results do not go together.
+/// The reason why two results cannot be merged.
 #[derive(Debug, Error, PartialEq, Eq)]
 pub enum MergeFault {
-    /// They are of different scenes.
-    #[error("it is of another scene (its patches mean other things); merge runs of one scene")]
+    /// The results are of different scenes.
+    #[error("it is of another scene (its patches are other patches); merge runs of one scene")]
     Scene,
-    /// They were walked by different methods.
+    /// The results were walked by different methods.
     #[error(
-        "its walks score otherwise (another walk, estimator, space, mix or length of chains); merge runs of one method"
+        "its walks were scored differently (another walk, estimator, space, mix or length of chains); merge runs of one method"
     )]
     Method,
-    /// Some walks are in both.
+    /// Some walks are in both results.
     #[error(
         "walks {from} to {to} of seed {seed} are in two of the runs (they would count twice); leave one out"
     )]
     Overlap {
-        /// The seed.
+        /// The seed of these walks.
         seed: u64,
-        /// The first of them.
+        /// The first walk in both.
         from: u64,
-        /// The last.
+        /// The last walk in both.
         to: u64,
     },
-    /// The sums leave their range.
-    #[error("the sums of all are too large (more than 2^128 units); merge fewer walks")]
+    /// A sum of both exceeds 128 bits.
+    #[error("the merged sums are too large (more than 2^128 units); merge fewer walks")]
     Overflow,
 }
 
 impl Checkpoint {
-    /// Adds the walks of another result. That both are of one method is for the caller to know. Looks are forgotten, since
-    /// no look was at these walks together, and so is what waits beyond gaps.
+    /// Adds the walks of another result; the caller must know that both are of one method. Looks are dropped, since
+    /// none was taken of these walks together, and so are islands.
     ///
     /// # Errors
     /// Where they do not go together; nothing is changed then, but for an overflow.
@@ -63,7 +63,7 @@ impl Checkpoint {
     }
 }
 
-/// The same walks in the fewest parts, by seed and number.
+/// The same walks in the fewest parts, sorted by seed, job and first walk.
 fn united(mut parts: Vec<Part>) -> Result<Vec<Part>, MergeFault> {
     parts.sort_by_key(|part| (part.seed, part.job_hash, part.first));
     let mut united: Vec<Part> = Vec::with_capacity(parts.len());

@@ -1,4 +1,4 @@
-//! The protocol: everything that coordinator and workers say to each other.
+//! The protocol: all messages between a coordinator (or relay) and its workers.
 //!
 //! worker or relay                 coordinator or relay
 //! (a Noise handshake, see `cluster::noise`; all that follows is sealed)
@@ -21,71 +21,71 @@ use bincode::{Decode, Encode};
 use crate::codec::{LONG_FRAME, LONGEST_SUM, SHORT_FRAME};
 use crate::provenance::{self, Provenance};
 
-/// A number that names one lease; never used twice.
+/// A number that names one lease; it is never used twice.
 pub type LeaseId = u64;
 
-/// Changes whenever a message or what it means does.
+/// The version of the protocol. It changes whenever a message or its meaning changes.
 pub const PROTOCOL: u32 = 6;
 
-/// Tallies of at most so many sums are sent without asking.
+/// The most sums of a tally that a worker sends without being asked.
 pub const SMALL_TALLY: usize = 2048;
 
-/// Bytes of packed sums in a piece: what a small tally takes at most.
+/// The most bytes of packed sums in one piece: what a tally of [`SMALL_TALLY`] sums takes at most.
 pub const PIECE: usize = SMALL_TALLY * LONGEST_SUM;
 
-// No peer may send a longer frame, of whatever job.
+// The longest frame of any job must stay within what a peer may send.
 const _: () = assert!(SHORT_FRAME + PIECE + provenance::MOST_BYTES <= LONG_FRAME);
 
-/// What a worker says.
+/// A message from a worker or relay to its coordinator.
 #[derive(Clone, Debug, PartialEq, Encode, Decode)]
 pub enum ToCoordinator {
-    /// Introduces itself.
+    /// The worker introduces itself.
     Hello(Hello),
-    /// Has built its replica; these are the hashes it came to.
+    /// The worker has built its replica of the scene and sends the hashes of it.
     Ready {
-        /// Hash of its scene.
+        /// The hash of the worker's scene.
         scene_hash: [u8; 32],
-        /// Hash of its job.
+        /// The hash of the worker's job.
         job_hash: [u8; 32],
     },
-    /// The walks of one lease, whole, or the end of what pieces have brought.
+    /// The tally of one lease, whole, or the last part of one that came in pieces.
     Result(LeaseResult),
-    /// A lease is done, and its tally is too large to send without asking.
+    /// A lease is done, but its tally is too large to be sent without being asked for.
     Offer {
-        /// The lease.
+        /// The lease that is done.
         lease: u64,
-        /// What its packed sums take.
+        /// The bytes of the lease's packed sums.
         bytes: u64,
     },
-    /// The next [`PIECE`] bytes of the packed sums of a lease that was asked for.
+    /// The next [`PIECE`] bytes of the packed sums of a lease that the coordinator asked for.
     Piece {
-        /// The lease.
+        /// The lease that the piece belongs to.
         lease: u64,
-        /// The bytes.
+        /// The bytes of the piece.
         sums: Vec<u8>,
     },
-    /// Still there; `progress` counts chunks of walks finished so far.
+    /// A heartbeat: the worker is alive.
     Alive {
-        /// Grows while the worker works.
+        /// The chunks of walks that the worker has finished so far.
         progress: u64,
     },
-    /// Cannot go on.
+    /// The worker cannot go on.
     Failed {
-        /// Why, in words.
+        /// The reason, as a person may read it.
         reason: String,
     },
-    /// Leaves because its owner told it to.
+    /// The worker leaves because its owner told it to.
     Leave,
-    /// Of a relay: what its workers come to now. It is leased nothing before.
+    /// A relay says how many threads its workers have now. It gets no lease before it has said so.
     Capacity {
-        /// Threads that shoot there; without any it is leased nothing.
+        /// The threads that shoot walks behind the relay; a relay with 0 gets no lease.
         threads: u32,
-        /// How long its leases should take at least, to be split among them [s].
+        /// The least time that one of the relay's leases should take, since it is split among its workers [s].
         lease_seconds: f64,
     },
-    /// Of a relay: nobody is left there to walk this lease.
+    /// A relay gives a lease back, because it has no worker left to walk it.
     Return {
-        /// The lease.
+        /// The lease that is given back.
         lease: u64,
     },
 }
@@ -93,75 +93,75 @@ pub enum ToCoordinator {
 /// How a worker introduces itself.
 #[derive(Clone, Debug, PartialEq, Encode, Decode)]
 pub struct Hello {
-    /// Its [`PROTOCOL`].
+    /// The [`PROTOCOL`] that the worker speaks.
     pub protocol: u32,
-    /// Its version and commit.
+    /// The version and commit of the worker's program.
     pub build: String,
-    /// What to call it in messages to people.
+    /// The worker's name in messages to people.
     pub name: String,
-    /// How many leases it works on at once.
+    /// The threads of the worker; each works on one lease at once.
     pub threads: u32,
-    /// Whether others walk for it: it works on one lease at once, with as many threads as it says later.
+    /// Whether this is a relay: it works on one lease at once, with as many threads as it reports later.
     pub relays: bool,
 }
 
-/// What a lease came to.
+/// The result of a lease.
 #[derive(Clone, Debug, PartialEq, Encode, Decode)]
 pub struct LeaseResult {
-    /// The lease.
+    /// The lease that was walked.
     pub lease: u64,
-    /// Time it took [s].
+    /// The time that the lease took [s].
     pub seconds: f64,
-    /// Processor time that the worker's threads have walked so far [s].
+    /// The processor time of all walks that the worker has shot so far [s].
     pub cpu_seconds: f64,
     /// How its walks ended ([`radiosity::Counts::to_array`]).
     pub counts: Box<[u128; 15]>,
-    /// All sums, patch-major, packed ([`crate::codec::pack`]); after pieces, what they have left.
+    /// All sums, patch-major, packed ([`crate::codec::pack`]); after pieces, the bytes that follow them.
     pub sums: Vec<u8>,
-    /// The digest of counts and sums.
+    /// The digest of the counts and sums.
     pub digest: u64,
-    /// Of a relay: who walked its parts.
+    /// The parts of a relay's lease and the workers that walked them; empty for a worker's lease.
     pub provenance: Provenance,
 }
 
-/// What the coordinator says.
+/// A message from the coordinator to a worker.
 #[derive(Clone, Debug, PartialEq, Encode, Decode)]
 pub enum ToWorker {
-    /// Come in.
+    /// The coordinator lets the worker in.
     Welcome {
-        /// The job, for the program to read.
+        /// The job, encoded for the worker's program.
         job: Arc<[u8]>,
-        /// Walks per stream.
+        /// The walks per stream.
         stream_walks: u64,
-        /// Leases per thread that are out at once.
+        /// The leases that each thread of the worker may have at once.
         leases_per_thread: u32,
     },
-    /// Go away.
+    /// The coordinator turns the worker away.
     Refused {
-        /// Why, in words.
+        /// The reason, as a person may read it.
         reason: String,
     },
-    /// Shoot these walks.
+    /// The coordinator gives the worker a lease.
     Lease {
-        /// To be named in the result.
+        /// The lease's number, which its result names.
         id: u64,
-        /// Number of the first walk.
+        /// The number of the lease's first walk.
         first_walk: u64,
-        /// How many.
+        /// The number of walks in the lease.
         walks: u64,
     },
-    /// There is room for what was offered.
+    /// The coordinator has room for an offered result and asks for it.
     Send {
-        /// The lease.
+        /// The lease whose result is asked for.
         lease: u64,
     },
-    /// Nobody needs what was offered any more: others were faster.
+    /// The worker may drop an offered result, because another worker's result of the same walks came first.
     Drop {
-        /// The lease.
+        /// The lease whose result may be dropped.
         lease: u64,
     },
-    /// Still there.
+    /// A heartbeat: the coordinator is alive.
     Alive,
-    /// The job is done; leave.
+    /// The job is done, and the worker is to leave.
     Done,
 }

@@ -1,4 +1,4 @@
-//! A tally as it arrives: packed, and checked before it is taken.
+//! A parcel: a tally as it arrives, packed, and checked before it is taken.
 
 use radiosity::{Counts, Layout, Overflow, Tally};
 
@@ -7,7 +7,7 @@ use crate::digest::{Digest, Digester};
 use crate::limits::Limits;
 use crate::rejected::Rejected;
 
-/// The sums of a lease, packed. Whoever has one knows that they are what the worker sent off.
+/// The packed sums of a lease, whose digest was checked: they are what the worker sent.
 #[derive(Debug)]
 pub struct Parcel {
     counts: Counts,
@@ -41,33 +41,33 @@ impl Parcel {
         }
     }
 
-    /// How its walks ended.
+    /// The counts of the walks, by how they ended.
     pub fn counts(&self) -> &Counts {
         &self.counts
     }
 
-    /// The packed sums.
+    /// The packed sums as bytes.
     pub fn packed(&self) -> &[u8] {
         &self.packed
     }
 
-    /// Why no walks of a job can come to this, if they cannot.
+    /// Why no walks of a job can come to this parcel, if they cannot.
     pub fn breach(&self, limits: &Limits, layout: Layout) -> Option<&'static str> {
         let sums = unpack(&self.packed).map_while(Result::ok);
         limits.breach_of_counts(&self.counts).or_else(|| limits.breach_of_sums(&self.counts, layout, sums))
     }
 
-    /// How many sums there are.
+    /// The number of sums in the parcel.
     pub fn sums(&self) -> usize {
         self.sums
     }
 
-    /// The digest of counts and sums.
+    /// The digest of the counts and sums.
     pub fn digest(&self) -> Digest {
         self.digest
     }
 
-    /// Adds it to a tally of its shape.
+    /// Adds the parcel to a tally of its shape.
     ///
     /// # Errors
     /// Where a sum overflows; then the tally is unusable.

@@ -1,8 +1,8 @@
-//! Who walked a relay's lease: the parts of it that the relay's own workers brought, each with its digest.
+//! The provenance of a relay's lease: the parts that the relay's own workers brought, each with its digest.
 //!
-//! A relay sends this up with the result. The coordinator keeps the parts in its book as if their workers were its own, under
-//! names such as `relay a:7 > b:9`, so that an audit can trace single leases behind relays and name who brought them. Which
-//! worker brought a part is the relay's word: that the parts make up the result is checked, the names cannot be.
+//! A relay sends the provenance with the result. The coordinator enters the parts in its book under names such as
+//! `relay a:7 > b:9`, so that an audit can trace single leases behind relays and name their workers. The coordinator
+//! checks that the parts make up the result; which worker brought a part is the relay's word, which cannot be checked.
 
 use std::collections::HashMap;
 
@@ -12,37 +12,38 @@ use crate::deliveries::{Deliveries, Delivery, MOST_PARTS, SEVERAL};
 use crate::digest::{self, Digest};
 use crate::roster::{BEHIND, Contributor, Roster};
 
-/// A peer's name is shown to this length.
+/// The most characters of a peer's name that are kept.
 pub const NAME_CHARS: usize = 80;
 
-/// A name on its way up tells of at most this many processes, one behind the other. What is further down is left out.
+/// The most processes, one behind the other, that a name on its way up tells of. Those further down are left out.
 const MOST_LEVELS: usize = 8;
 
-/// All names of a result together take at most this many bytes. Parts of workers whose names do not fit are the relay's.
+/// The most bytes of all names in one result. Parts of workers whose names do not fit are entered as the relay's.
 const MOST_NAME_BYTES: usize = 1 << 14;
 
-/// What a part takes at most in a message: three numbers of 64 bits, one of 32 bits and a byte; and what stands before a name.
+/// The most bytes of a part in a message (three numbers of 64 bits, one of 32 bits and a byte), and of the length
+/// before a name.
 const PART_BYTES: usize = 3 * 9 + 5 + 1;
 const NAME_LENGTH_BYTES: usize = 3;
 
-/// What a provenance takes at most in a message.
+/// The most bytes of a provenance in a message.
 pub const MOST_BYTES: usize =
     2 * NAME_LENGTH_BYTES + MOST_PARTS * (PART_BYTES + NAME_LENGTH_BYTES) + MOST_NAME_BYTES;
 
-/// The parts of a relay's lease, in the order of walks. Of a worker's lease there are none.
+/// The parts of a relay's lease, in the order of walks; a worker's lease has none.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Encode, Decode)]
 pub struct Provenance {
-    /// The workers that parts name, as the relay calls them.
+    /// The names of the workers of the parts, as the relay calls them.
     pub names: Vec<String>,
-    /// The parts. Their workers are places among `names`, or [`SEVERAL`] where the relay names none.
+    /// The parts of the lease. Their workers are places among `names`, or [`SEVERAL`] if the relay names none.
     pub parts: Vec<Delivery>,
 }
 
 impl Provenance {
-    /// What a relay tells of a lease that its `workers` brought in at most [`MOST_PARTS`] parts.
+    /// The provenance of a lease that `workers` brought in at most [`MOST_PARTS`] parts.
     pub fn new(deliveries: &Deliveries, workers: &[Contributor]) -> Self {
         let entries = deliveries.entries();
-        // An audit traces single leases first: their workers are named first.
+        // An audit traces single leases first, so their workers are named first.
         let (single, folded): (Vec<&Delivery>, Vec<&Delivery>) =
             entries.iter().partition(|entry| entry.spared);
         let (mut names, mut places) = (Vec::new(), HashMap::new());
@@ -63,7 +64,7 @@ impl Provenance {
         Provenance { names, parts }
     }
 
-    /// Why these are not the parts of a result, if they are not.
+    /// Why these cannot be the parts of a result, if they cannot.
     pub fn breach(&self, walks: u64, digest: Digest) -> Option<&'static str> {
         let known = |worker: u32| worker == SEVERAL || (worker as usize) < self.names.len();
         let is_sound = |part: &Delivery| {
@@ -80,13 +81,15 @@ impl Provenance {
             () if self.names.iter().map(String::len).sum::<usize>() > MOST_NAME_BYTES => {
                 Some("the names of its workers are too long")
             }
-            () if !self.names.iter().all(|name| is_name(name)) => Some("a name of its workers is none"),
-            () if !all().all(is_sound) => Some("a part of it is none"),
+            () if !self.names.iter().all(|name| is_name(name)) => {
+                Some("the name of one of its workers is not valid")
+            }
+            () if !all().all(is_sound) => Some("a part of it is not valid"),
             () if all().map(|part| u128::from(part.walks)).sum::<u128>() != u128::from(walks) => {
-                Some("its parts are not its walks")
+                Some("the walks of its parts do not add up to its own")
             }
             () if all().fold(0, |sum, part| digest::add(sum, part.digest)) != digest => {
-                Some("the digests of its parts are not that of its sums")
+                Some("the digests of its parts do not add up to that of its sums")
             }
             () => None,
         }
@@ -101,7 +104,8 @@ impl Provenance {
     }
 }
 
-/// A peer's name as it is kept and shown: short, and without what has a meaning on terminals or between relays.
+/// A peer's name as it is kept and shown: short, and without characters that have a meaning on terminals or between
+/// relays.
 pub fn plain_name(name: &str) -> String {
     name.chars().filter(|&c| is_plain(c)).take(NAME_CHARS).collect()
 }
@@ -110,12 +114,12 @@ fn is_plain(c: char) -> bool {
     !c.is_control() && c != '>'
 }
 
-/// A name without the levels that are too far down to be told of.
+/// A name cut to its first [`MOST_LEVELS`] levels.
 fn upper_levels(name: &str) -> &str {
     name.match_indices(BEHIND).nth(MOST_LEVELS - 1).map_or(name, |(end, _)| &name[..end])
 }
 
-/// Whether relays call workers so.
+/// Whether a name has the form that relays give to workers.
 fn is_name(name: &str) -> bool {
     let mut levels = name.split(BEHIND);
     let is_level = |level: &str| level.chars().all(is_plain) && level.chars().count() <= NAME_CHARS;
@@ -138,7 +142,7 @@ mod tests {
         growing.into_deliveries()
     }
 
-    /// Three leases of two workers, one of which is a relay's.
+    /// Three leases of two workers, as their relay reports them.
     fn sound() -> Provenance {
         let parts = [(10, 1, 5), (20, 0, 6), (30, 1, 7)];
         let parts = parts.map(|(walks, worker, digest)| Delivery::lease(walks, worker, digest));
@@ -156,7 +160,7 @@ mod tests {
         let named: Vec<_> = entered.iter().map(|part| (name(part), part.walks, part.digest)).collect();
         let (b, other) = ("relay a > b:1", "relay a > unused");
         assert_eq!(named, [(b.into(), 10, 5), (other.into(), 20, 6), (b.into(), 30, 7)]);
-        // A part without a worker's name is the relay's own.
+        // A part without a worker's name is entered as the relay's own.
         let several = Delivery { worker: SEVERAL, ..Delivery::lease(3, 0, 1) };
         let of_many = Provenance::new(&deliveries([several]), &[]);
         assert_eq!((of_many.breach(3, 1), of_many.names.len()), (None, 0));
@@ -172,8 +176,8 @@ mod tests {
             changed.breach(60, 18).expect("a breach")
         };
         assert!(refused(&|changed| changed.parts.clear()).contains("more workers than"));
-        assert!(refused(&|changed| _ = changed.parts.pop()).contains("not its walks"));
-        assert!(refused(&|changed| changed.parts[0].walks = u64::MAX).contains("not its walks"));
+        assert!(refused(&|changed| _ = changed.parts.pop()).contains("do not add up to its own"));
+        assert!(refused(&|changed| changed.parts[0].walks = u64::MAX).contains("do not add up to its own"));
         assert!(refused(&|changed| changed.parts[0].digest += 1).contains("digests"));
         assert!(refused(&|changed| changed.parts[0].digest = u64::MAX).contains("a part of it"));
         assert!(refused(&|changed| changed.parts[0].leases = 2).contains("a part of it"));
@@ -187,7 +191,10 @@ mod tests {
         );
         let long = "x".repeat(NAME_CHARS + 1);
         for name in ["a\nb", "a>b", &long[..], &["a"; MOST_LEVELS + 1].join(BEHIND)] {
-            assert!(refused(&|changed| changed.names[0] = name.into()).contains("a name"), "{name}");
+            assert!(
+                refused(&|changed| changed.names[0] = name.into()).contains("name of one of its workers"),
+                "{name}"
+            );
         }
         for name in ["", "a b", &["a"; MOST_LEVELS].join(BEHIND), &long[1..]] {
             assert!(is_name(name) && is_name(&plain_name(name)), "{name}");
@@ -196,7 +203,7 @@ mod tests {
         assert!(many.breach(600, 300).unwrap().contains("too long"));
     }
 
-    /// However many workers a relay has and whatever they are called, what it sends up is believed and fits into a frame.
+    /// However many workers a relay has and whatever their names, its provenance is valid and fits into a frame.
     #[test]
     fn what_a_relay_tells_is_bounded() {
         let deep = |n: usize| vec![format!("{n:080}"); 12].join(BEHIND);

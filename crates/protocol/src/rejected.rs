@@ -1,36 +1,36 @@
-//! Why a result is not taken.
+//! The reasons why a result is not taken.
 
 use radiosity::MergeError;
 
 use crate::message::LeaseId;
 
-/// Why a result was not taken.
+/// The reason why a result was not taken.
 #[derive(Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Rejected {
-    /// No such lease is out: it was lost and given to others, or never was.
+    /// No such lease is out: it was lost and given to another worker, or it never was.
     #[error("lease {0} is not out")]
     NotLeased(LeaseId),
-    /// The result is for another number of walks than was leased.
+    /// The result holds another number of walks than the lease.
     #[error("the result holds {got} walks instead of {expected}")]
     Walks {
-        /// Walks of the lease.
+        /// The number of walks in the lease.
         expected: u64,
-        /// Walks of the result.
+        /// The number of walks in the result.
         got: u64,
     },
-    /// The tally is not the one that the worker sent off.
-    #[error("its digest is not that of its sums: it was changed on its way")]
+    /// The tally is not the one that the worker sent.
+    #[error("its digest does not match its sums: it was changed on its way")]
     Digest,
     /// The sums cannot be unpacked.
-    #[error("its sums are no numbers")]
+    #[error("its packed sums cannot be read")]
     Malformed,
-    /// No walks of the job come to this.
+    /// No walks of the job can come to this result.
     #[error("{0}")]
     Impossible(&'static str),
-    /// Its counts exceed 64 bits.
+    /// A count of the result exceeds 64 bits.
     #[error("its counts exceed 64 bits")]
     Counts,
-    /// The tally does not fit.
+    /// The tally does not fit the job's.
     #[error(transparent)]
     Tally(#[from] MergeError),
 }

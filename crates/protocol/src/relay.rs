@@ -1,9 +1,10 @@
-//! A relay as a pure state machine: one worker to whoever leads it, and a leader to its own workers. It splits each lease
-//! that it is given among them, merges what they bring, and passes on one result.
+//! A relay as a pure state machine: a worker to its leader, and a leader to its own workers. It splits each lease that
+//! it is given among its workers, merges their results, and passes on one result.
 //!
-//! Its books stand on end: leases follow each other in the order in which they came, whatever walks they hold, and looks are
-//! where one ends. So the prefix is what has come in of the first; at a look it is taken off and sent on; what workers
-//! have done of the next waits beside it, as with a coordinator. What a relay holds is bounded in the same way.
+//! A relay's ledger holds leases one after the other, in the order in which they came, whatever the numbers of their
+//! walks; each lease ends at a look. So the prefix is what has come in of the first lease. At a look the prefix is
+//! taken off and sent on. Results of the next lease wait beside it, as with a coordinator, and what a relay holds is
+//! bounded in the same way.
 
 use std::collections::VecDeque;
 
@@ -21,65 +22,67 @@ use crate::pace::RELAY_ROUNDS;
 use crate::provenance::Provenance;
 use crate::terms::Terms;
 
-/// A lease that was given to the relay.
+/// A lease that the relay was given.
 struct Held {
     lease: LeaseId,
     walks: u64,
     since: Now,
 }
 
-/// The state of a relay.
+/// The state of a relay and its crew.
 pub struct Relay {
     crew: Crew,
     lots: u64,
-    /// In the order in which they came.
+    /// The leases that the relay has, in the order in which they came.
     held: VecDeque<Held>,
-    /// What is to be said to whoever leads.
+    /// Messages that are to be sent to the relay's leader.
     outbox: Vec<ToCoordinator>,
-    /// Threads of its workers that whoever leads knows of.
+    /// The number of its workers' threads that the relay last reported to its leader.
     told: usize,
     over: Option<End>,
 }
 
-/// Why a relay ends by itself.
+/// The reason why a relay ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum End {
-    /// It was told that the job is done, or to leave.
+    /// The leader or the relay's owner told it to end.
     Told,
-    /// A sum overflowed.
+    /// A sum overflowed, so that no result is of any use.
     Overflow,
-    /// Whoever leads gave it more walks than there are numbers.
+    /// The leader gave it more walks than there are numbers.
     Excess,
 }
 
 impl Relay {
-    /// A relay of a job, without workers. `lots` are drawn at random and kept secret: they decide which leases of its workers
-    /// are told of one by one, where these are many.
+    /// A relay of a job, without workers. `lots` is a secret random number: it decides which of many leases of its
+    /// workers are reported one by one.
     pub fn new(terms: Terms, lots: u64) -> Self {
         let ledger = books(&terms, lots);
         let crew = Crew::new(terms, ledger, Ledger::span, vec![], Effort::default());
         Relay { crew, lots, held: VecDeque::new(), outbox: vec![], told: 0, over: None }
     }
 
-    /// Why it ended, once it has.
+    /// The reason why the relay ended, once it has.
     pub fn end(&self) -> Option<End> {
         self.over
     }
 
-    /// Grows while its workers get on.
+    /// A counter that grows whenever any of its workers makes progress.
     pub fn progress(&self) -> u64 {
         self.crew.progress()
     }
 
-    /// What is to be said to whoever leads, in this order. Large results are to be offered first.
+    /// Takes the messages for the relay's leader, in the order in which they are to be sent. Large results must be
+    /// offered first.
     pub fn take_outbox(&mut self) -> Vec<ToCoordinator> {
         std::mem::take(&mut self.outbox)
     }
 
-    /// Whoever leads gave it a lease.
+    /// Takes up a lease from the relay's leader.
     pub fn on_lease(&mut self, lease: LeaseId, first: u64, walks: u64, now: Now) -> Vec<Action> {
         if self.crew.threads() == 0 {
-            // The last of its workers left while this was under way. Whoever leads is to know before it is given it back.
+            // The last worker left while this lease was under way. The leader must learn that before the lease comes
+            // back.
             self.tell_capacity(now);
             self.outbox.push(ToCoordinator::Return { lease });
             return vec![];
@@ -91,7 +94,7 @@ impl Relay {
         self.crew.go_on(now)
     }
 
-    /// Sends everybody home.
+    /// Ends the relay and tells all its workers that the job is done.
     pub fn finish(&mut self, end: End) -> Vec<Action> {
         if self.over.is_some() {
             return vec![];
@@ -104,7 +107,7 @@ impl Relay {
     fn send_on(&mut self, now: Now) {
         let (tally, deliveries) = self.crew.ledger.take_off();
         let Held { lease, walks, since } = self.held.pop_front().expect("each look is the end of a lease");
-        // By what its workers can do: some of this lease was done while the one before was not yet whole.
+        // The time by its workers' rate: some of this lease was walked before the one before was whole.
         let rate = self.crew.rate();
         let seconds = if rate > 0.0 { walks as f64 / rate } else { (now - since).as_secs_f64() };
         let cpu_seconds = self.crew.effort().cpu_seconds;
@@ -114,15 +117,15 @@ impl Relay {
             cpu_seconds,
             counts: Box::new(tally.counts.to_array()),
             sums: pack(tally.sums()),
-            // These are the digests that came with the parts: where a sum was changed here, the leader finds out.
+            // These are the digests that came with the parts: if a sum was changed in this relay, the leader finds out.
             digest: deliveries.digest(),
             provenance: Provenance::new(&deliveries, self.crew.workers()),
         };
         self.outbox.push(ToCoordinator::Result(result));
     }
 
-    /// Says how many threads work here, where whoever leads knows another number. Without any, leases go back, and what was
-    /// done of them is dropped.
+    /// Reports the number of threads to the relay's leader when it has changed. With none left, all leases go back, and
+    /// their results so far are dropped.
     fn tell_capacity(&mut self, now: Now) {
         let threads = self.crew.threads();
         if threads == self.told {
@@ -141,7 +144,7 @@ impl Relay {
     }
 }
 
-/// Books without walks.
+/// A ledger without walks.
 fn books(terms: &Terms, lots: u64) -> Ledger {
     let empty = Tally::new(terms.patches, terms.layout);
     Ledger::new(0, terms.stream_walks.max(1), vec![], empty.into(), Deliveries::default()).drawn_by(lots)
@@ -160,7 +163,7 @@ impl Captain for Relay {
         self.over.is_some()
     }
 
-    /// Merges what is in, sends on what is whole, and gives out more work.
+    /// Merges the results that are in, sends on the leases that are whole, and gives out more work.
     fn advance(&mut self, now: Now) -> Vec<Action> {
         loop {
             match self.crew.advance() {
@@ -176,7 +179,7 @@ impl Captain for Relay {
         self.finish(End::Overflow)
     }
 
-    /// Notices silence and stalls, and tells whoever leads how many work here.
+    /// Notices silence and stalls, and reports the number of threads to the relay's leader.
     fn tick(&mut self, now: Now) -> Vec<Action> {
         let mut actions = self.crew.tick(now);
         if !actions.is_empty() {

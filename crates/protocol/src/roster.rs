@@ -1,4 +1,4 @@
-//! Who contributed to a result.
+//! The roster: the workers that contributed to a result.
 
 use std::collections::HashMap;
 
@@ -6,34 +6,34 @@ use bincode::{Decode, Encode};
 
 use crate::deliveries::{Delivery, SEVERAL};
 
-/// The most names that are kept. Workers that come later are counted together.
+/// The most names that are kept. Workers that come later are counted together as [`OTHERS`].
 const MOST_NAMES: usize = 1 << 16;
 
-/// What workers are called that came after [`MOST_NAMES`] others, or whose leases were folded before they were counted.
+/// The name for workers that came after [`MOST_NAMES`] others, or whose leases were folded before they were counted.
 const OTHERS: &str = "others";
 
-/// What names behind relays may take in all, where each counts as at least the next [bytes].
+/// The most bytes that names behind relays take in all; each name counts as at least [`LEAST_BYTES_BEHIND`].
 const MOST_BYTES_BEHIND: usize = 4 << 20;
 const LEAST_BYTES_BEHIND: usize = 128;
 
-/// Between a relay's name and that of a worker behind it.
+/// The separator between a relay's name and that of a worker behind it.
 pub const BEHIND: &str = " > ";
 
-/// A worker, and what it brought.
+/// A worker, and what it brought to the result.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Encode, Decode)]
 pub struct Contributor {
-    /// As it called itself.
+    /// The name that the worker gave.
     pub name: String,
-    /// Its walks in the result.
+    /// The worker's walks in the result.
     pub walks: u64,
-    /// Its leases.
+    /// The worker's leases in the result.
     pub leases: u64,
-    /// Results of it that cannot be: its other walks are in doubt, too.
+    /// The worker's results that were impossible; its other walks are in doubt, too.
     pub faults: u64,
 }
 
 impl Contributor {
-    /// The name of the peer that answers for it: its own, or that of the relay that it is behind.
+    /// The name of the peer that answers for the worker: its own, or that of its relay.
     pub fn peer(&self) -> &str {
         self.name.split(BEHIND).next().expect("a string has a first part")
     }
@@ -43,17 +43,17 @@ fn bytes_behind(name: &str) -> usize {
     name.len().max(LEAST_BYTES_BEHIND)
 }
 
-/// The workers that brought something, by number and by name.
+/// All workers that brought something, by number and by name.
 #[derive(Debug)]
 pub struct Roster {
     workers: Vec<Contributor>,
     numbers: HashMap<String, u32>,
-    /// What names behind relays take of [`MOST_BYTES_BEHIND`].
+    /// The bytes of names behind relays, counted against [`MOST_BYTES_BEHIND`].
     bytes_behind: usize,
 }
 
 impl Roster {
-    /// Goes on from the workers of earlier sessions.
+    /// A roster that goes on from the workers of earlier sessions.
     pub fn new(workers: Vec<Contributor>) -> Self {
         let numbers = workers.iter().zip(0..).map(|(worker, number)| (worker.name.clone(), number)).collect();
         let behind = workers.iter().filter(|worker| worker.peer() != worker.name);
@@ -61,17 +61,17 @@ impl Roster {
         Roster { workers, numbers, bytes_behind }
     }
 
-    /// All workers; deliveries name them by their place here.
+    /// All workers; deliveries name a worker by its place in this list.
     pub fn workers(&self) -> &[Contributor] {
         &self.workers
     }
 
-    /// All workers.
+    /// All workers, taken out of the roster.
     pub fn into_workers(self) -> Vec<Contributor> {
         self.workers
     }
 
-    /// The place of a worker, which it gets where it has none.
+    /// The number of a worker; a new worker is entered.
     pub fn number(&mut self, name: &str) -> u32 {
         let name =
             if self.workers.len() < MOST_NAMES || self.numbers.contains_key(name) { name } else { OTHERS };
@@ -84,8 +84,8 @@ impl Roster {
         number
     }
 
-    /// The place of a worker that a relay names. Where names behind relays take all the room that they may, it is the relay's,
-    /// so that no relay leaves others without names.
+    /// The number of a worker behind a relay. Once names behind relays fill their room, it is the relay's number, so
+    /// that no relay leaves others without names.
     pub fn number_behind(&mut self, relay: &str, name: &str) -> u32 {
         let whole = format!("{relay}{BEHIND}{name}");
         let bytes = bytes_behind(&whole);
@@ -99,13 +99,13 @@ impl Roster {
         }
     }
 
-    /// Walks in the result that came over a peer's connection: its own and those of workers behind it.
+    /// The walks in the result that came over a peer's connection: its own and those of workers behind it.
     pub fn walks_over(&self, peer: &str) -> u64 {
         let of_peer = self.workers.iter().filter(|worker| worker.peer() == peer);
         of_peer.fold(0, |walks, worker| walks.saturating_add(worker.walks))
     }
 
-    /// What was delivered became a part of the result.
+    /// Credits a worker with a delivery that became a part of the result.
     pub fn credit(&mut self, delivery: &Delivery) {
         let number = match delivery.worker {
             SEVERAL => self.number(OTHERS),
@@ -116,7 +116,7 @@ impl Roster {
         worker.leases = worker.leases.saturating_add(delivery.leases);
     }
 
-    /// A worker brought a result that cannot be.
+    /// Counts an impossible result against a worker.
     pub fn blame(&mut self, number: u32) {
         self.workers[number as usize].faults += 1;
     }
@@ -127,7 +127,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn names_are_bounded_and_everybody_is_counted() {
+    fn names_are_bounded_and_every_worker_is_counted() {
         let mut roster = Roster::new(vec![]);
         for n in 0..MOST_NAMES + 1000 {
             let number = roster.number(&format!("worker {n}"));

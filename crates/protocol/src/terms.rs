@@ -1,4 +1,4 @@
-//! What workers have to know and to be.
+//! What a worker must know and be to join a job.
 
 use std::sync::Arc;
 
@@ -7,36 +7,36 @@ use radiosity::Layout;
 use crate::codec::LONGEST_SUM;
 use crate::limits::Limits;
 
-/// What workers of a job have to know and to be.
+/// What a worker must know and be to join a job.
 #[derive(Clone)]
 pub struct Terms {
-    /// The job as workers read it.
+    /// The job, encoded as workers read it.
     pub job: Arc<[u8]>,
     /// The digest that the scene of a worker's replica must have.
     pub scene_hash: [u8; 32],
     /// The digest that the job of a worker's replica must have.
     pub job_hash: [u8; 32],
-    /// The only build that may join.
+    /// The build of the program; workers of another build are refused.
     pub build: String,
-    /// Walks per stream.
+    /// The number of walks per stream.
     pub stream_walks: u64,
-    /// Leases per worker thread that are out at once.
+    /// The leases that each worker thread may have at once.
     pub leases_per_thread: usize,
-    /// Patches of the scene.
+    /// The number of patches in the scene.
     pub patches: usize,
-    /// What a tally of the job keeps of each.
+    /// The columns that a tally of the job keeps for each patch.
     pub layout: Layout,
-    /// What its walks can come to at most.
+    /// The most that the walks of the job can come to.
     pub limits: Limits,
 }
 
 impl Terms {
-    /// Numbers in a tally of the job.
+    /// The number of sums in a tally of the job.
     pub fn sums(&self) -> usize {
         self.patches * self.layout.columns()
     }
 
-    /// What the packed sums of a result can take.
+    /// The most bytes that the packed sums of a result can take.
     pub fn most_bytes(&self) -> usize {
         LONGEST_SUM * self.sums()
     }

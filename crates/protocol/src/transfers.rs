@@ -1,9 +1,9 @@
-//! Large results on their way: offered by workers, asked for when there is room, staged as they arrive.
+//! Transfers of large results: offered by workers, asked for when there is room, staged as they arrive.
 //!
-//! The coordinator holds the tally of the prefix, what waits beyond gaps (islands), and what is under way, packed.
-//! A result that continues the prefix or an island needs no further tally; one that would found an island is asked
-//! for only where another island may be. Until then its worker keeps it, and goes on with its next lease. The one
-//! that continues the prefix is always asked for, so that the job goes on.
+//! The leader holds the tally of the prefix, the islands beyond gaps, and packed results under way. A result that
+//! continues the prefix or an island needs no further tally; one that would found an island is asked for only when
+//! there is room for one. Until then its worker keeps the result and goes on with its next lease. The result that
+//! continues the prefix is always asked for, so that the job goes on.
 
 use std::collections::{BTreeMap, HashMap};
 use std::ops::Range;
@@ -12,35 +12,36 @@ use std::time::Duration;
 use crate::lead::PeerId;
 use crate::ledger::{LeaseId, Ledger};
 
-/// Large results that may be under way at once.
+/// The most large results that may be under way at once.
 const UNDER_WAY: usize = 16;
 
-/// A worker that was asked takes so long at most, and a second for so many bytes: others wait for the room.
+/// The longest that a worker may take to send a result, beside one second per [`BYTES_PER_SECOND`] bytes: other results
+/// wait for its room.
 const PATIENCE: Duration = Duration::from_secs(60);
 const BYTES_PER_SECOND: f64 = 1e5;
 
-/// A worker that was asked, and of which no piece comes for so long, is not going to send any.
+/// The longest wait for the next piece of a result; a worker that sends none for so long will not send any.
 const PIECE_PATIENCE: Duration = Duration::from_secs(20);
 
-/// What may be held at once.
+/// The room for large results.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Room {
-    /// Islands.
+    /// The most islands that may be held.
     pub islands: usize,
-    /// Bytes of packed results under way; one of any size may always be.
+    /// The most bytes of packed results under way; one result of any size is always allowed.
     pub bytes: usize,
 }
 
 /// A result that a worker keeps.
 #[derive(Debug)]
 pub(crate) struct Offer {
-    /// The worker.
+    /// The peer of the worker.
     pub peer: PeerId,
-    /// The lease.
+    /// The lease of the result.
     pub lease: LeaseId,
-    /// Its walks.
+    /// The walks of the lease.
     pub walks: Range<u64>,
-    /// What its packed sums take.
+    /// The bytes of the lease's packed sums.
     pub bytes: usize,
 }
 
@@ -48,28 +49,28 @@ pub(crate) struct Offer {
 struct Transfer {
     offer: Offer,
     staged: Vec<u8>,
-    /// When it was asked for.
+    /// The time at which the result was asked for.
     since: Duration,
-    /// When the last piece came, or it was asked for.
+    /// The time at which the last piece came or, before the first, the result was asked for.
     heard: Duration,
 }
 
-/// All that is offered or under way.
+/// All results that are offered or under way.
 #[derive(Debug, Default)]
 pub(crate) struct Transfers {
-    /// By the first walk: the lowest is asked for first. The same walks may be offered under several leases.
+    /// The offers by first walk: the lowest is asked for first. The same walks may be offered under several leases.
     offers: BTreeMap<(u64, LeaseId), Offer>,
     under_way: HashMap<LeaseId, Transfer>,
 }
 
 impl Transfers {
-    /// Notes an offer. Returns false where the lease was offered before.
+    /// Notes an offer. Returns false if the lease was offered before.
     pub(crate) fn offer(&mut self, offer: Offer) -> bool {
         !self.under_way.contains_key(&offer.lease)
             && self.offers.insert((offer.walks.start, offer.lease), offer).is_none()
     }
 
-    /// Chooses what to ask for now, by the waking clock.
+    /// Chooses the results to ask for at `now` of the waking clock.
     pub(crate) fn grant(&mut self, ledger: &Ledger, room: Room, now: Duration) -> Vec<(PeerId, LeaseId)> {
         let mut bytes: usize = self.under_way.values().map(|transfer| transfer.offer.bytes).sum();
         let founding = |offer: &Offer| !ledger.adjoins(&offer.walks);
@@ -102,7 +103,7 @@ impl Transfers {
             .collect()
     }
 
-    /// Stages a piece. Returns false where it was not asked for, or is more than was offered.
+    /// Stages a piece. Returns false if it was not asked for or exceeds the offer.
     pub(crate) fn stage(&mut self, peer: PeerId, lease: LeaseId, piece: &[u8], now: Duration) -> bool {
         match self.under_way.get_mut(&lease) {
             Some(Transfer { offer, staged, heard, .. })
@@ -116,8 +117,8 @@ impl Transfers {
         }
     }
 
-    /// The whole packed sums of a lease, of which `rest` is what pieces have left; `None` where they were not asked
-    /// for or are not what was offered.
+    /// The whole packed sums of a lease, of which `rest` follows the pieces; `None` if they were not asked for or are
+    /// not as long as offered.
     pub(crate) fn finish(&mut self, peer: PeerId, lease: LeaseId, rest: &[u8]) -> Option<Vec<u8>> {
         let asked = self.under_way.get(&lease).is_some_and(|transfer| transfer.offer.peer == peer);
         let Transfer { offer, mut staged, .. } = self.under_way.remove(&lease).filter(|_| asked)?;
@@ -125,7 +126,7 @@ impl Transfers {
         (staged.len() == offer.bytes).then_some(staged)
     }
 
-    /// Takes out what is offered of leases that are no longer out: others have brought their walks.
+    /// Takes out the offers of leases that are no longer out, because other workers have brought their walks.
     pub(crate) fn take_void(&mut self, ledger: &Ledger) -> Vec<(PeerId, LeaseId)> {
         let is_void = |offer: &&Offer| ledger.range(offer.lease).is_none();
         let void: Vec<_> =
@@ -134,35 +135,35 @@ impl Transfers {
         void
     }
 
-    /// Where what workers keep or send ends.
+    /// The end of the furthest walks that workers keep or send.
     pub(crate) fn end(&self) -> Option<u64> {
         let under_way = self.under_way.values().map(|transfer| &transfer.offer);
         self.offers.values().chain(under_way).map(|offer| offer.walks.end).max()
     }
 
-    /// Results that workers keep.
+    /// The number of results that workers keep.
     pub(crate) fn kept(&self) -> usize {
         self.offers.len()
     }
 
-    /// How many results each worker keeps that keeps any.
+    /// The number of results that each worker keeps, for workers that keep any.
     pub(crate) fn keepers(&self) -> HashMap<PeerId, usize> {
         let mut keepers = HashMap::new();
         self.offers.values().for_each(|offer| *keepers.entry(offer.peer).or_default() += 1);
         keepers
     }
 
-    /// Whether the result of one of several leases of the same walks is kept by its worker.
+    /// Whether a worker keeps the result of one of several leases of the same walks.
     pub(crate) fn keeps_any(&self, start: u64, leases: &[LeaseId]) -> bool {
         leases.iter().any(|&lease| self.offers.contains_key(&(start, lease)))
     }
 
-    /// Whether some result is being sent.
+    /// Whether any result is being sent.
     pub(crate) fn is_receiving(&self) -> bool {
         !self.under_way.is_empty()
     }
 
-    /// Takes out all offers of the peer that has the one furthest from the prefix.
+    /// Takes out all offers of the peer whose kept result is furthest from the prefix.
     pub(crate) fn take_furthest(&mut self) -> Vec<(PeerId, LeaseId)> {
         let Some(peer) = self.offers.values().next_back().map(|offer| offer.peer) else { return vec![] };
         self.take_of(peer)
@@ -176,12 +177,12 @@ impl Transfers {
         taken
     }
 
-    /// Whether a peer waits to be asked.
+    /// Whether a peer waits for one of its results to be asked for.
     pub(crate) fn keeps_waiting(&self, peer: PeerId) -> bool {
         self.offers.values().any(|offer| offer.peer == peer)
     }
 
-    /// Whether a peer takes too long to send what it was asked for, or sends nothing of it.
+    /// Whether a peer takes too long to send what it was asked for, or has stopped sending.
     pub(crate) fn is_overdue(&self, peer: PeerId, now: Duration) -> bool {
         let of_peer = || self.under_way.values().filter(|transfer| transfer.offer.peer == peer);
         // A worker sends one result after the other.
@@ -192,7 +193,7 @@ impl Transfers {
             || of_peer().any(|transfer| now.saturating_sub(transfer.since) > allowed(&transfer.offer))
     }
 
-    /// Drops all that a peer has offered or begun to send.
+    /// Drops everything that a peer has offered or begun to send.
     pub(crate) fn forget(&mut self, peer: PeerId) {
         self.offers.retain(|_, offer| offer.peer != peer);
         self.under_way.retain(|_, transfer| transfer.offer.peer != peer);
@@ -211,7 +212,7 @@ mod tests {
     const NOW: Duration = Duration::ZERO;
     const ROOM: Room = Room { islands: 1, bytes: 50 };
 
-    /// Ten leases of ten walks.
+    /// A ledger of which ten leases of ten walks are out.
     fn books() -> Ledger {
         let layout = Layout { scores: 1, moments: 1, slopes: 0, events: false };
         let mut books = Ledger::new(100, 10, vec![], Tally::new(1, layout).into(), Deliveries::default());
@@ -228,7 +229,7 @@ mod tests {
         while books.advance(|_| {}).unwrap() {}
     }
 
-    /// Peer n offers lease n.
+    /// Lets peer n offer the result of lease n.
     fn offer(transfers: &mut Transfers, lease: LeaseId) {
         let walks = 10 * lease..10 * lease + 10;
         assert!(transfers.offer(Offer { peer: lease, lease, walks, bytes: 10 }));
@@ -279,7 +280,7 @@ mod tests {
     }
 
     #[test]
-    fn whoever_was_asked_has_its_time() {
+    fn a_worker_that_was_asked_is_given_time() {
         let (books, mut transfers) = (books(), Transfers::default());
         assert!(transfers.offer(Offer { peer: 7, lease: 0, walks: 0..10, bytes: 1_000_000 }));
         assert!(!transfers.is_overdue(7, 100 * PATIENCE), "it was not asked");

@@ -1,25 +1,26 @@
-//! The coordinator's watchdog: no job stands still without a word.
+//! The coordinator's watchdog: it reports a job that stands still.
 
 use std::time::Duration;
 
-/// Where no walk comes in for this long, it is said, and again after as long.
+/// The time without results after which the owner is told, and told again.
 pub const QUIET: Duration = Duration::from_secs(60);
 
-/// Where no worker gets on for this long either, none will: workers that hold leases are given up after half of it.
+/// The time without progress of any worker after which none is expected. Workers that hold leases are given up after
+/// less than half of it.
 pub const STILL: Duration = Duration::from_secs(150);
 
-/// What was seen.
+/// What the watchdog found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Watched {
-    /// Walks come in, or it was said of late that none do.
+    /// Results come in, or the owner was told of late that none do.
     Well,
-    /// No walk has come in for long.
+    /// No result has come in for a long time.
     Quiet,
-    /// Nor does any worker get on.
+    /// No result has come in for a long time, and no worker makes progress.
     Still,
 }
 
-/// What was last seen, by the waking clock.
+/// What the watchdog last saw, by the waking clock.
 #[derive(Debug, Default)]
 pub struct Watch {
     walks: (u64, Duration),
@@ -28,7 +29,7 @@ pub struct Watch {
 }
 
 impl Watch {
-    /// Looks at how many walks are in, and at a number that grows while any worker gets on.
+    /// Looks at the number of walks that are in, and at a counter that grows with any worker's progress.
     pub fn look(&mut self, awake: Duration, walks: u64, progress: u64) -> Watched {
         if walks != self.walks.0 {
             self.walks = (walks, awake);
@@ -44,7 +45,7 @@ impl Watch {
         if awake - self.progress.1 >= STILL { Watched::Still } else { Watched::Quiet }
     }
 
-    /// How long no walk has come in.
+    /// The time since the last result came in.
     pub fn quiet(&self, awake: Duration) -> Duration {
         awake - self.walks.1
     }

@@ -1,5 +1,5 @@
-//! The coordinator's state machine against a fake transport: every message that it sends is one that the
-//! test expects, and time is a number.
+//! Tests of the coordinator's state machine with a fake transport: every message that the coordinator sends is one that
+//! the test expects, and time is a number.
 
 mod toy;
 
@@ -27,34 +27,34 @@ struct Lease {
     walks: Range<u64>,
 }
 
-/// The fake transport. It holds the coordinator to what no sequence of events may break: nothing is sent to
-/// who is gone, no walk is out again once it is in, nor twice but as a whole lease with different workers, and nothing
-/// but farewells follows the end.
+/// The fake transport. It checks what no sequence of events may break: nothing is sent to a peer that is gone; no walk
+/// is leased again once it is in; walks are out twice only as a whole lease with different workers; and only farewells
+/// follow the end.
 struct Stage {
     coordinator: Coordinator,
     now: Duration,
     next_peer: PeerId,
     stream: u64,
-    /// What every open connection was sent and has not read.
+    /// The messages that every open connection was sent and has not read.
     wires: BTreeMap<PeerId, VecDeque<ToWorker>>,
-    /// What those that are closed had been sent.
+    /// The messages that closed connections had been sent.
     closed: BTreeMap<PeerId, VecDeque<ToWorker>>,
-    /// What is out, by peer.
+    /// The leases that are out, by peer.
     out: Vec<(PeerId, Lease)>,
-    /// What is in.
+    /// The ranges of walks that are in.
     taken: Vec<Range<u64>>,
-    /// How many leases were given out a second time.
+    /// The number of leases that were given out a second time.
     again: u64,
-    /// Workers that sent what cannot be: what they brought may be out again.
+    /// The number of workers that sent an impossible result; their walks may be out again.
     liars: u64,
-    /// Whether a thread may be given what another of the same worker has.
+    /// Whether a thread may be given the walks that another thread of the same worker has.
     several_threads: bool,
-    /// Leases whose walks others have brought.
+    /// The leases whose walks another worker has brought.
     stale: BTreeSet<u64>,
-    /// Results that came in.
+    /// The number of results that came in.
     done: u64,
     notices: Vec<Notice>,
-    /// What was said of standstills.
+    /// The notices of standstills.
     quiet: Vec<String>,
 }
 
@@ -87,7 +87,7 @@ impl Stage {
         }
     }
 
-    /// Does what the coordinator asks for.
+    /// Carries out the coordinator's actions.
     fn act(&mut self, actions: Vec<Action>) {
         for action in actions {
             match action {
@@ -130,7 +130,7 @@ impl Stage {
         self.out.push((peer, lease));
     }
 
-    /// The result of what is out there comes in; only the first of the same walks counts.
+    /// Takes the result of a lease that is out; only the first of the same walks counts.
     fn take(&mut self, out: usize) {
         let (_, lease) = self.out.swap_remove(out);
         self.done += 1;
@@ -141,7 +141,7 @@ impl Stage {
         }
     }
 
-    /// Somebody who knows the key connects.
+    /// Connects a peer that knows the key.
     fn connect(&mut self) -> PeerId {
         let id = self.next_peer;
         self.next_peer += 1;
@@ -180,14 +180,14 @@ impl Stage {
         id
     }
 
-    /// A worker joins.
+    /// Lets a worker join and build its replica.
     fn join(&mut self, threads: u32) -> PeerId {
         let id = self.welcome(threads);
         self.say(id, READY);
         id
     }
 
-    /// Everything that a worker was sent, which must be leases.
+    /// Reads everything that a worker was sent, which must be leases.
     fn leases(&mut self, id: PeerId) -> Vec<Lease> {
         let wire = std::mem::take(self.wires.get_mut(&id).expect("an open connection"));
         wire.into_iter()
@@ -226,7 +226,7 @@ impl Stage {
         self.act(actions);
     }
 
-    /// Time goes by in ticks of at most a second; `alive` speak, and make progress.
+    /// Lets time pass in ticks of at most a second; the peers in `alive` send heartbeats with progress.
     fn pass(&mut self, time: Duration, alive: &[PeerId]) {
         let until = self.now + time;
         while self.now < until && self.coordinator.ending().is_none() {
@@ -254,7 +254,7 @@ impl Stage {
                     }
                 }
             }
-            assert!(self.done > before, "nobody has anything to do");
+            assert!(self.done > before, "no worker has anything to do");
         }
     }
 
@@ -263,12 +263,12 @@ impl Stage {
         self.notices.remove(0).to_string()
     }
 
-    /// The job has ended for a reason, with a tally of so many walks, and everybody was sent home.
+    /// Checks that the job has ended for a reason, with a tally of `walks` walks, and that every worker was told so.
     #[track_caller]
     fn ends(&mut self, ending: Ending, walks: u64) {
         assert_eq!(self.coordinator.ending(), Some(ending));
         assert_eq!(self.coordinator.prefix(), &straight(0..walks));
-        assert!(self.wires.is_empty(), "somebody was left behind");
+        assert!(self.wires.is_empty(), "a connection is left open");
         let late = self.connect();
         assert_eq!(self.hear(late), ToWorker::Done);
         assert!(self.closed.contains_key(&late));
@@ -304,7 +304,7 @@ fn three_workers_of_several_threads_share_the_work() {
 }
 
 #[test]
-fn everybody_gets_something_when_there_is_little() {
+fn every_worker_gets_a_lease_when_there_is_little() {
     let mut stage = Stage::new(plan(3, 1));
     let first = stage.welcome(1);
     let second = stage.join(1);
@@ -336,7 +336,7 @@ fn foreigners_are_refused_with_the_reason() {
         assert!(reason.contains(words), "{reason}");
         assert!(stage.closed[&id].is_empty(), "nothing follows");
         assert_eq!(stage.notice(), format!("refused worker worker {id}: {reason}"));
-        // It does not take no for an answer.
+        // The refused worker goes on as if it had been let in.
         stage.say(id, READY);
     }
     assert_eq!(stage.coordinator.effort().workers_seen, 0);
@@ -363,13 +363,13 @@ fn who_speaks_out_of_turn_is_dropped() {
         let stranger = stage.connect();
         stage.say(stranger, message);
         assert!(stage.closed.contains_key(&stranger));
-        assert!(stage.notice().contains("spoke out of turn"));
+        assert!(stage.notice().contains("sent an unexpected message"));
     }
     for message in [unasked, ToCoordinator::Hello(stage.hello(0))] {
         let builder = stage.welcome(1);
         stage.say(builder, message);
         assert!(stage.closed.contains_key(&builder));
-        assert!(stage.notice().contains("spoke out of turn"));
+        assert!(stage.notice().contains("sent an unexpected message"));
     }
     let worker = stage.join(1);
     stage.say(worker, READY);
@@ -383,7 +383,7 @@ fn a_stranger_that_fails_says_nothing_to_terminals() {
     let stranger = stage.connect();
     stage.say(stranger, ToCoordinator::Failed { reason: "\u{1b}]0;owned\u{7}".repeat(300) });
     let notice = stage.notice();
-    assert!(notice.starts_with("a connection came to nothing: gave up: ]0;owned]0;"), "{notice}");
+    assert!(notice.starts_with("a connection failed: gave up: ]0;owned]0;"), "{notice}");
     assert!(notice.len() < 500);
 }
 
@@ -391,7 +391,7 @@ fn a_stranger_that_fails_says_nothing_to_terminals() {
 fn a_flood_of_heartbeats_is_cut_off_but_not_those_of_a_long_sleep() {
     let mut stage = Stage::new(plan(100, 10));
     let (faulty, sound) = (stage.join(1), stage.join(1));
-    // Either end slept for two hours.
+    // Either end was suspended for two hours.
     (0..7200).for_each(|progress| stage.say(sound, ToCoordinator::Alive { progress }));
     (0..10_000).for_each(|_| stage.say(faulty, ToCoordinator::Alive { progress: 1 }));
     assert!(stage.wires.contains_key(&faulty));
@@ -454,12 +454,12 @@ fn a_result_that_does_not_fit_is_not_taken_and_its_walks_go_to_others() {
     let cases: [fn(&mut LeaseResult); 7] = [
         |result| result.counts[0] -= 1,
         |result| result.counts[0] = u64::MAX.into(),
-        // Changed on its way: the digest is still that of what was sent off.
+        // The result was changed on its way: the digest is still that of what was sent.
         |result| result.sums[0] ^= 1,
         |result| result.counts[1] += 1,
         |result| result.sums.push(0),
         |result| result.sums.clear(),
-        // As many sums, but fewer powers of more patches.
+        // A count that exceeds 64 bits.
         |result| result.counts[1] = u128::MAX,
     ];
     let mut stage = Stage::new(plan(100, 10));
@@ -534,7 +534,7 @@ fn silence_is_loss_and_the_leases_go_to_others() {
     stage.ends(Ending::BudgetSpent, 60);
     let effort = stage.coordinator.effort();
     assert_eq!((effort.workers_seen, effort.workers_lost), (3, 2));
-    // Neither of the two was handed the other's leases on the way.
+    // Neither of the two was given the other's leases on the way.
     assert_eq!(effort.streams_reissued, lost.len() as u64);
 }
 
@@ -568,13 +568,13 @@ fn a_worker_without_progress_is_given_up() {
     stage.say(idle, ToCoordinator::Alive { progress: 3 });
     stage.pass(SECOND, &[]);
     assert!(stage.notice().contains("no progress"));
-    // Who had nothing to do has not stalled.
+    // A worker that had nothing to do has not stalled.
     stage.work_off(&[idle]);
     stage.ends(Ending::BudgetSpent, 60);
 }
 
 #[test]
-fn a_coordinator_that_was_held_up_blames_nobody() {
+fn a_coordinator_that_was_held_up_gives_up_no_worker() {
     let mut stage = Stage::new(plan(60, 10));
     let worker = stage.join(1);
     for _ in 0..5 {
@@ -660,7 +660,7 @@ fn a_stop_waits_for_the_leases_that_fill_gaps_and_for_no_other() {
     stage.ends(Ending::Interrupted, walks);
 }
 
-/// A stage with a stop asked for, walks 0..10 out at a first worker, 10..20 too, 20..30 in.
+/// A stage after a stop, with walks 0..10 and 10..20 out at a first worker and 20..30 in.
 fn stage_with_gap() -> (Stage, PeerId, PeerId, Vec<Lease>) {
     let mut stage = Stage::new(plan(100, 10));
     let (first, second) = (stage.join(1), stage.join(1));
@@ -692,7 +692,7 @@ fn a_gap_that_is_lost_while_stopping_is_shot_by_others() {
 }
 
 #[test]
-fn a_gap_that_nobody_can_fill_is_not_waited_for() {
+fn a_gap_that_no_worker_can_fill_is_not_waited_for() {
     let (mut stage, first, second, _) = stage_with_gap();
     stage.cut(second);
     stage.goes_on();
@@ -747,19 +747,20 @@ fn without_workers_the_job_ends_only_when_none_is_left() {
     let lease = stage.leases(worker).remove(0);
     give_up(&mut stage);
     stage.goes_on();
-    // What it had sent before it died arrives.
+    // The result that the worker had sent before it died arrives.
     stage.finish(worker, &lease);
     stage.cut(worker);
     give_up(&mut stage);
     stage.goes_on();
     stage.cut(builder);
     give_up(&mut stage);
-    // A stranger on the doorstep is no worker.
+    // A connection that was not let in is no worker.
     stage.ends(Ending::NoWorkers, 10);
 }
 
-/// After every result the coordinator dies, and another goes on from its books: none of their walks is leased again
-/// (the stage sees to that), every look is taken once, and the end is the same.
+/// Checks resuming at every point: after each result the coordinator dies, and another goes on from its books. No walk
+/// is leased again (the stage checks that), every look is taken once, and the job ends as it would have without a
+/// death.
 #[test]
 fn coordinators_that_go_on_from_the_books_of_others_come_to_the_same_end() {
     let job =
@@ -786,7 +787,7 @@ fn coordinators_that_go_on_from_the_books_of_others_come_to_the_same_end() {
     panic!("the job gets nowhere");
 }
 
-/// What a worker may claim that no walks come to. Each is digested as it is, as memory that fails before would leave it.
+/// Claims of a worker that no walks can come to. Each result is digested as it is, as failing memory would leave it.
 #[test]
 fn a_result_that_cannot_be_is_refused_and_its_worker_named_and_banned() {
     let with_sum = |result: &mut LeaseResult, place: usize, change: fn(u128) -> u128| {
@@ -823,7 +824,9 @@ fn a_result_that_cannot_be_is_refused_and_its_worker_named_and_banned() {
         assert!(told.contains(&format!("lost worker liar {n}: sent a result that does not fit")), "{told}");
         assert!(stage.coordinator.progress().walks < walks, "what waits is walked again");
         let again = stage.introduce(|hello| Hello { name: format!("liar {n}"), ..hello });
-        assert!(matches!(stage.hear(again), ToWorker::Refused { reason } if reason.contains("cannot be")));
+        assert!(
+            matches!(stage.hear(again), ToWorker::Refused { reason } if reason.contains("impossible result"))
+        );
         stage.notice();
     }
     stage.work_off(&[honest]);
@@ -844,7 +847,7 @@ fn one_thread_that_is_stuck_does_not_hold_the_prefix() {
             todo.extend(stage.leases(id).into_iter().map(|lease| (id, lease)));
         }
         let stuck = todo[0].1.clone();
-        // A second for ten leases; everybody says that it gets on.
+        // Ten leases take a second; every worker reports progress.
         for _ in 0..30 {
             for _ in 0..10 {
                 let Some(at) = todo.iter().position(|(_, lease)| lease.id != stuck.id) else { break };
@@ -876,20 +879,20 @@ fn a_job_that_stands_still_says_so_every_minute() {
     stage.pass(SECOND * 59, &[]);
     assert!(stage.quiet.is_empty());
     stage.pass(SECOND * 2, &[]);
-    assert_eq!(stage.quiet, ["no walk has come in for 60 s: no worker is there"]);
-    // A worker that gets on and delivers nothing is not given up, but told of.
+    assert_eq!(stage.quiet, ["no result has come in for 60 s: no worker is there"]);
+    // A worker that reports progress and delivers nothing is not given up, but the owner is told.
     let worker = stage.join(1);
     stage.pass(SECOND * 60, &[worker]);
     assert_eq!(
         stage.quiet[1..],
         [
-            "no walk has come in for 120 s: 1 workers hold 2 leases, and keep 0 results that wait for those before them"
+            "no result has come in for 120 s: 1 workers hold 2 leases, and keep 0 results that wait for those before them"
         ]
     );
     stage.goes_on();
 }
 
-/// Whatever fault of the program it was: a worker is there, walks are left, and it is given none.
+/// A fault of the program, whatever its cause: a worker is there, walks are left, and the worker is given none.
 #[test]
 fn the_watchdog_ends_a_job_in_which_nothing_can_move() {
     let mut stage = Stage::new(Plan { leases_per_thread: 0, ..plan(100, 10) });
@@ -937,7 +940,7 @@ fn a_claim_of_many_threads_or_of_long_leases_is_believed_as_far_as_results_bear_
     stage.say(relay, READY);
     stage.say(relay, ToCoordinator::Capacity { threads: u32::MAX, lease_seconds: 1e300 });
     let walks: u64 = stage.leases(relay).iter().map(|lease| lease.walks.end - lease.walks.start).sum();
-    assert!(walks <= 4 * 4 * 64, "{walks} walks for somebody who has done nothing yet");
+    assert!(walks <= 4 * 4 * 64, "{walks} walks for a relay that has brought nothing yet");
 }
 
 #[test]
@@ -992,8 +995,8 @@ fn what_a_lying_relay_brought_is_walked_again_with_all_that_is_behind_it() {
     assert!(stage.coordinator.prefix().counts.walks > 0);
 }
 
-/// Shoots streams 0..10 of 100 walks by ten workers, whose results arrive in the given order, and asks for
-/// the target at 300, 600, 900 walks. Returns the looks and where the job ended.
+/// Shoots streams 0..10 of 100 walks by ten workers, whose results arrive in the given order, with a target that is met
+/// at `target` walks and looks at 300, 600, 900. Returns the looks, the ending and the tally.
 fn looks_in_order(order: &[usize], target: u64) -> (Vec<u64>, Ending, Tally) {
     let (told, looked) = std::sync::mpsc::channel();
     let met = move |tally: &Tally| {
@@ -1002,7 +1005,7 @@ fn looks_in_order(order: &[usize], target: u64) -> (Vec<u64>, Ending, Tally) {
     };
     let looks = vec![300, 600, 900];
     let mut stage = Stage::new(Plan { looks, judge: judge(met), ..plan(1000, 100) });
-    // Workers hold two leases each; five have all ten streams.
+    // Workers hold two leases each; five workers have all ten streams.
     let workers: Vec<PeerId> = (0..5).map(|_| stage.join(1)).collect();
     let mut leases: Vec<(PeerId, Lease)> =
         workers.iter().flat_map(|&id| stage.leases(id).into_iter().map(move |lease| (id, lease))).collect();
@@ -1045,9 +1048,9 @@ fn the_target_is_reached_at_the_same_walk_whatever_the_order_of_arrival() {
 #[derive(Clone, Copy, PartialEq, Debug)]
 enum Mood {
     Honest,
-    /// Says nothing any more.
+    /// The worker sends nothing any more.
     Silent,
-    /// Says that it lives, but does nothing.
+    /// The worker sends heartbeats but does nothing.
     Stuck,
 }
 
@@ -1064,16 +1067,16 @@ struct Simulation {
     stage: Stage,
     dice: Dice,
     actors: Vec<Actor>,
-    /// What workers that are gone may still send.
+    /// The leases of workers that are gone, whose results may still arrive.
     ghosts: Vec<(PeerId, Lease)>,
     faults: u64,
 }
 
-/// Faults of a simulation, after which all that is new goes well.
+/// The number of faults in a simulation, after which everything goes well.
 const FAULTS: u64 = 1000;
 
 impl Simulation {
-    /// Reads what the coordinator has sent, and notices who was dropped.
+    /// Reads what the coordinator has sent, and notes the workers that were dropped.
     fn deliver(&mut self) {
         let Simulation { stage, actors, ghosts, .. } = self;
         actors.retain_mut(|actor| {
@@ -1099,7 +1102,7 @@ impl Simulation {
         });
     }
 
-    /// Something goes well: a heartbeat, a replica, a result, a newcomer.
+    /// Lets something go well: a heartbeat, a replica, a result, a new worker.
     fn work(&mut self) {
         if self.actors.iter().filter(|actor| actor.mood == Mood::Honest).count() < 4 {
             return self.join();
@@ -1112,7 +1115,7 @@ impl Simulation {
         if std::mem::take(&mut actor.building) {
             self.stage.say(actor.id, READY);
         } else if !actor.todo.is_empty() {
-            // Threads of a worker finish in any order.
+            // The threads of a worker finish in any order.
             let lease = actor.todo.swap_remove(self.dice.below(actor.todo.len() as u64) as usize);
             let seconds = [0.0, 0.01, 1.0, f64::NAN][self.dice.below(4) as usize];
             let honest = result(lease.id, lease.walks.clone());
@@ -1123,12 +1126,12 @@ impl Simulation {
         }
     }
 
-    /// Something goes wrong.
+    /// Lets something go wrong.
     fn fail(&mut self) {
         self.faults += 1;
         let kind = self.dice.below(10);
         if kind == 0 {
-            // A stranger comes, says something or nothing, and stays until it is thrown out.
+            // A stranger connects, sends something or nothing, and stays until it is dropped.
             let stranger = self.stage.connect();
             match self.dice.below(4) {
                 0 => self.stage.say(stranger, READY),
@@ -1139,7 +1142,7 @@ impl Simulation {
             return;
         }
         if kind == 1 {
-            // Somebody who is gone sends what it was working on.
+            // The result of a worker that is gone arrives.
             if let Some((id, lease)) = self.dice.pick(&self.ghosts).cloned() {
                 self.stage.say(id, ToCoordinator::Result(result(lease.id, lease.walks)));
             }
@@ -1156,20 +1159,20 @@ impl Simulation {
             4 => actor.mood = Mood::Silent,
             5 => actor.mood = Mood::Stuck,
             6 => self.stage.say(id, ToCoordinator::Failed { reason: "bad luck".into() }),
-            // Twice the same.
+            // A result is sent twice.
             7 => {
                 if let Some(lease) = self.dice.pick(&actor.done).cloned() {
                     self.stage.say(id, ToCoordinator::Result(result(lease.id, lease.walks)));
                 }
             }
-            // What another was asked for.
+            // The worker sends the result of another worker's lease.
             8 => {
                 if let Some((_, lease)) = self.dice.pick(&self.stage.out).cloned().filter(|(of, _)| *of != id)
                 {
                     self.stage.say(id, ToCoordinator::Result(result(lease.id, lease.walks)));
                 }
             }
-            // Not what was asked for.
+            // The worker sends something else than it was asked for.
             _ => {
                 if let Some(lease) = actor.todo.pop() {
                     let mut result = result(lease.id, lease.walks);
@@ -1185,7 +1188,7 @@ impl Simulation {
         }
     }
 
-    /// Time goes by, and workers say that they live.
+    /// Lets time pass, with heartbeats of the workers.
     fn pass(&mut self) {
         for actor in &mut self.actors {
             actor.progress += u64::from(actor.mood == Mood::Honest);
@@ -1200,11 +1203,11 @@ impl Simulation {
         self.stage.act(actions);
     }
 
-    /// Plays until the job ends; asks for a stop after so many steps.
+    /// Plays until the job ends; a stop is asked for after `stop_after` steps.
     fn play(mut self, stop_after: Option<u64>) -> Self {
         for step in 0.. {
             assert!(step < 200_000, "the job does not end");
-            // What the last event brought about, before anything else can happen.
+            // Carry out what the last event brought about before the next one.
             if self.stage.coordinator.ending().is_some() {
                 return self;
             }
@@ -1259,7 +1262,7 @@ fn no_sequence_of_faults_changes_the_tally_or_hangs_the_job() {
         again += stage.again;
         stage.ends(ending, walks);
     }
-    // The simulation is worth its name.
+    // The simulation must have covered such cases.
     assert!(again > 300, "{again}");
     assert!(faults > 60_000 && lost > 30_000 && reissued > 90_000, "{faults} {lost} {reissued}");
 }

@@ -1,4 +1,5 @@
-//! The end of a job: walks that are late are leased again to workers that have nothing else to do, and come in once.
+//! Tests of a job's end: walks that are late are leased again to workers that have nothing else to do, and come in
+//! once.
 
 mod toy;
 
@@ -15,15 +16,15 @@ use toy::{LAYOUT, READY, coordinator, hello, plan, result, result_of, straight};
 
 const TICK: Duration = Duration::from_millis(50);
 
-/// What a worker was asked to do and has not done.
+/// The leases that a worker was given and has not walked.
 type Todo = VecDeque<(u64, Range<u64>)>;
 
-/// Workers of a coordinator that take their time.
+/// A coordinator and its workers, some of which are slow.
 struct Farm {
     coordinator: Coordinator,
     now: Duration,
     todo: BTreeMap<PeerId, Todo>,
-    /// What workers were told beside leases.
+    /// The messages that workers were sent beside leases.
     told: BTreeMap<PeerId, Vec<ToWorker>>,
     lost: usize,
 }
@@ -66,7 +67,7 @@ impl Farm {
         self.act(actions);
     }
 
-    /// A worker does the first thing that it has to do, if any, at a pace of 0.1 s a hundred walks.
+    /// Lets a worker walk its first lease, if it has any, at a pace of 0.1 s per hundred walks.
     fn work(&mut self, id: PeerId) -> Option<Range<u64>> {
         let (lease, walks) = self.todo.get_mut(&id)?.pop_front()?;
         let seconds = 1e-3 * (walks.end - walks.start) as f64;
@@ -74,12 +75,12 @@ impl Farm {
         Some(walks)
     }
 
-    /// Workers do all they have to do until they have nothing.
+    /// Lets workers walk until they have no leases.
     fn work_off(&mut self, workers: Range<PeerId>) {
         while workers.clone().any(|id| self.work(id).is_some()) {}
     }
 
-    /// Time goes by; all speak but the `silent`.
+    /// Lets time pass; all workers but the `silent` send heartbeats.
     fn pass(&mut self, time: Duration, silent: &[PeerId]) {
         let until = self.now + time;
         while self.now < until {
@@ -97,18 +98,18 @@ impl Farm {
     fn ends(&self, walks: u64) {
         assert_eq!(self.coordinator.ending(), Some(Ending::BudgetSpent));
         assert_eq!(self.coordinator.prefix(), &straight(0..walks));
-        assert_eq!(self.lost, 0, "nobody had to be given up");
+        assert_eq!(self.lost, 0, "no worker was given up");
     }
 }
 
 #[test]
 fn a_silent_worker_does_not_hold_the_end() {
     let mut farm = Farm::new(plan(10_000, 100), 3);
-    // Worker 0 falls silent at once; the others do all the rest.
+    // Worker 0 falls silent at once; the others walk all the rest.
     farm.work_off(1..3);
     assert!(farm.coordinator.progress().walks < 10_000, "it holds leases");
     let held = farm.todo[&0].clone();
-    // In time, it is waited for: two leases, of 0.25 s each, twice.
+    // The coordinator waits for it until it is late: two leases of 0.25 s each, twice.
     farm.pass(Duration::from_millis(900), &[0]);
     assert!(farm.todo[&1].is_empty() && farm.todo[&2].is_empty(), "nothing is late yet");
     farm.pass(Duration::from_millis(300), &[0]);
@@ -118,13 +119,13 @@ fn a_silent_worker_does_not_hold_the_end() {
     farm.work_off(1..3);
     farm.ends(10_000);
     assert!(farm.now < SILENCE);
-    // 100 walks a stream; a lease of the silent one is one or more.
+    // A stream has 100 walks; a lease of the silent worker is one or more streams.
     let streams: u64 = held.iter().map(|walks| (walks.end - walks.start).div_ceil(100)).sum();
     assert_eq!(farm.coordinator.effort().streams_reissued, streams);
 }
 
 #[test]
-fn whoever_is_first_counts_and_the_slow_one_is_not_punished() {
+fn the_first_result_counts_and_the_slow_worker_is_not_punished() {
     for slow_is_first in [false, true] {
         let mut farm = Farm::new(plan(1000, 100), 2);
         farm.work_off(1..2);
@@ -137,7 +138,7 @@ fn whoever_is_first_counts_and_the_slow_one_is_not_punished() {
         }
         assert!(farm.coordinator.ending().is_none() && farm.lost == 0, "the second of the same is dropped");
         assert_eq!(farm.coordinator.progress().walks, 1000 - (walks.end - walks.start));
-        // Worker 1 may have another copy by now; whoever does it, the job ends.
+        // Worker 1 may have another copy by now; either worker's result ends the job.
         farm.pass(Duration::from_millis(1200), &[]);
         farm.work(if slow_is_first { 1 } else { 0 }).unwrap();
         farm.ends(1000);
@@ -150,13 +151,14 @@ fn whoever_is_first_counts_and_the_slow_one_is_not_punished() {
 #[test]
 fn a_late_lease_is_given_ever_more_rarely_and_never_twice_to_one_thread() {
     let mut farm = Farm::new(plan(700, 100), 6);
-    // Six workers with one lease each, and one with a second; five of them wait, and fall silent with what they get.
+    // Six workers have one lease each, and one has a second; five of them wait for leases and fall silent with what
+    // they get.
     farm.work_off(1..6);
     farm.pass(Duration::from_secs(8), &[]);
     let held = farm.todo[&0].clone();
     for (_, walks) in &held {
         let copies = farm.todo.values().filter(|todo| todo.iter().any(|(_, other)| other == walks)).count();
-        // After one second, two more and four more.
+        // Two more copies are given out after one second, and four more after that.
         assert!((3..=4).contains(&copies), "{walks:?}: {copies}");
     }
     for todo in farm.todo.values() {
@@ -164,7 +166,7 @@ fn a_late_lease_is_given_ever_more_rarely_and_never_twice_to_one_thread() {
         walks.dedup();
         assert_eq!(walks.len(), todo.len());
     }
-    // A copy whose worker is lost makes room for another; its walks stay out with the others.
+    // A copy whose worker is lost makes room for another; its walks stay out with the other copies.
     let holder = *farm.todo.iter().find(|(id, todo)| **id != 0 && !todo.is_empty()).unwrap().0;
     let walks = farm.todo[&holder][0].1.clone();
     let actions = farm.coordinator.on_lost(holder, "gone", farm.now);
@@ -186,7 +188,7 @@ fn while_there_is_something_new_to_do_only_what_holds_up_the_prefix_for_long_is_
         farm.pass(Duration::from_millis(250), &[]);
         reissued.push(farm.coordinator.effort().streams_reissued);
     }
-    // Four seconds are four times what late leases have at the end.
+    // Four seconds are four times the patience with late leases at the end.
     assert_eq!(reissued[14], 0);
     assert!(reissued[39] > 0 && farm.coordinator.prefix().counts.walks > 0);
 }
@@ -219,10 +221,10 @@ fn a_large_result_that_others_have_brought_is_not_asked_for() {
         let first = offer(&mut farm, 1, 200..300);
         bring(&mut farm, 1, first);
         farm.pass(Duration::from_secs(3), &[]);
-        // Worker 1 has nothing else to do, and does the first lease of worker 0, too.
+        // Worker 1 has nothing else to do, and also walks the first lease of worker 0.
         let copy = offer(&mut farm, 1, 0..100);
         let lease = if offered_before {
-            // There is no room for both.
+            // There is no room for both results.
             let (lease, _) = offer(&mut farm, 0, 0..100);
             bring(&mut farm, 1, copy);
             lease

@@ -1,8 +1,8 @@
-//! Liveness without sockets: a coordinator, relays and workers as state machines, whose checkpoints, threads, processes and
-//! machines fail at random. While walks are left and a worker could walk, something moves.
+//! Tests of liveness without sockets: a coordinator, relays and workers as state machines, whose checkpoints, threads,
+//! processes and machines fail at random. While walks are left and a worker could walk, something moves.
 //!
-//! Workers do as real ones do: a thread that keeps two large results begins no third lease, results are sent piece by piece
-//! beside the walking, and what is dropped or asked for is heard of whatever the threads are at.
+//! Workers behave as real ones do: a thread that keeps two large results begins no third lease; results are sent piece
+//! by piece beside the walking; and a worker reads messages whatever its threads are doing.
 
 mod toy;
 
@@ -23,26 +23,26 @@ use toy::{BUILD, Dice, JOB, JOB_HASH, LAYOUT, READY, SCENE_HASH, coordinator, he
 const TICK: Duration = Duration::from_millis(50);
 const TICKS_PER_SECOND: u64 = 20;
 
-/// Walks of a thread in a tick.
+/// The walks of one thread in one tick.
 const PACE: u64 = 2;
 
-/// Results that a thread of a worker keeps, as in `worker.rs`.
+/// The results that a thread of a worker keeps, as in `worker.rs`.
 const MOST_KEPT: usize = 2;
 
-/// Patches of a scene with large tallies. Islands of few of them find room beside the prefix.
+/// The patches of a scene with large tallies. A few of their islands find room beside the prefix.
 const LARGE: usize = 4 * SMALL_TALLY;
 
-/// For this long nothing may move: where all are sound, where some worker was stuck of late (who is asked for a result has
-/// a minute, and a worker that makes no progress another), in ticks.
+/// The longest that nothing may move, in ticks: if all workers are sound, and if some worker was stuck of late (a
+/// worker that was asked for a result has a minute, and one that makes no progress another).
 const SOUND: u64 = 15 * TICKS_PER_SECOND;
 const STUCK: u64 = 100 * TICKS_PER_SECOND;
 
-/// A number of ticks within a range of seconds.
+/// A random number of ticks within a range of seconds.
 fn seconds(dice: &mut Dice, range: Range<u64>) -> u64 {
     TICKS_PER_SECOND * range.start + dice.below(TICKS_PER_SECOND * (range.end - range.start))
 }
 
-/// The tally of some walks: three bytes a sum.
+/// The tally of a number of walks: three bytes per sum.
 fn tally(patches: usize, walks: u64) -> Tally {
     let counts = Counts { walks, rays: walks, absorbed: walks, ..Counts::default() };
     let sums = vec![u128::from(walks) << 8; patches * LAYOUT.columns()];
@@ -72,25 +72,25 @@ struct Lease {
 /// A thread of a worker.
 #[derive(Default)]
 struct Thread {
-    /// What it walks, and how many ticks are left of it.
+    /// The lease that the thread walks, and the ticks that are left of it.
     at: Option<(Lease, u64)>,
     kept: Vec<u64>,
-    /// It is stuck until this tick, and may claim to get on.
+    /// The tick until which the thread is stuck; it may report progress meanwhile.
     stuck: u64,
     claims: bool,
 }
 
-/// A worker, or a relay as its leader sees it: what it keeps and sends.
+/// A worker, or a relay as its leader sees it: the results that it keeps and sends.
 #[derive(Default)]
 struct Sender {
     kept: BTreeMap<u64, LeaseResult>,
     asked: VecDeque<u64>,
-    /// What is being sent.
+    /// The result that is being sent.
     sending: Option<LeaseResult>,
 }
 
 impl Sender {
-    /// What it says in a tick: the next piece of what was asked for.
+    /// The worker's message of one tick: the next piece of a result that was asked for.
     fn turn(&mut self) -> Option<ToCoordinator> {
         if self.sending.is_none() {
             self.sending = self.asked.pop_front().and_then(|lease| self.kept.remove(&lease));
@@ -103,7 +103,7 @@ impl Sender {
         self.sending.take().map(ToCoordinator::Result)
     }
 
-    /// Offers a large result.
+    /// Keeps a large result and offers it.
     fn offer(&mut self, result: LeaseResult) -> ToCoordinator {
         let (lease, bytes) = (result.lease, result.sums.len() as u64);
         self.kept.insert(lease, result);
@@ -117,41 +117,41 @@ struct Worker {
     threads: Vec<Thread>,
     sender: Sender,
     progress: u64,
-    /// Its process is stopped until this tick.
+    /// The tick until which the worker's process is stopped.
     stopped: u64,
-    /// It offers results and sends none.
+    /// Whether the worker offers results and sends none.
     mute: bool,
 }
 
 struct Node {
     relay: Relay,
-    /// What the coordinator calls it.
+    /// The relay's number at the coordinator.
     id: PeerId,
     sender: Sender,
-    /// What it was sent, and what its workers have said, that it has not read.
+    /// The messages that it was sent, and those of its workers, that it has not read.
     orders: VecDeque<ToWorker>,
     mail: VecDeque<(PeerId, ToCoordinator)>,
     stopped: u64,
 }
 
-/// The coordinator is leader 0; relays, those that are gone among them, are leaders 1 ….
+/// All leaders and workers. The coordinator is leader 0; relays, those that are gone included, are leaders 1 ….
 struct World {
     patches: usize,
     coordinator: Coordinator,
     terms: Terms,
     relays: Vec<Option<Node>>,
     workers: BTreeMap<PeerId, Worker>,
-    /// Checkpoints that are being written, and until which tick.
+    /// The checkpoints that are being written, and the tick at which each is done.
     held: Vec<(Past, u64)>,
     next: PeerId,
     tick: u64,
-    /// When something last moved, and when all were last not sound.
+    /// The tick at which something last moved, and the one at which some worker was last not sound.
     moved: u64,
     unsound: u64,
-    /// The longest that nothing moved though somebody could have.
+    /// The longest time without any move although a worker could have moved.
     stillest: u64,
     quiet: Vec<String>,
-    /// What happened, for the messages of failures and for the proof that it did.
+    /// The events so far, for messages of failures and to prove that faults happened.
     dropped: u64,
     faults: u64,
 }
@@ -267,7 +267,7 @@ impl World {
         self.say(0, id, READY);
     }
 
-    /// A relay is gone, and with it its workers.
+    /// Lets a relay vanish, and its workers with it.
     fn vanish(&mut self, at: usize) {
         self.relays[at] = None;
         self.workers.retain(|_, worker| worker.leader != at + 1);
@@ -293,7 +293,7 @@ impl World {
         (0..self.relays.len()).filter(|&at| self.relays[at].is_some()).collect()
     }
 
-    /// A worker's threads do what they can in a tick; returns what it says, and whether it moves.
+    /// Lets a worker's threads work for one tick. Returns the worker's messages, and whether it moves.
     fn work(&mut self, id: PeerId) -> (Vec<ToCoordinator>, bool) {
         let (large, patches, tick) = (self.is_large(), self.patches, self.tick);
         let worker = self.workers.get_mut(&id).expect("a worker");
@@ -339,7 +339,7 @@ impl World {
         (said, moves)
     }
 
-    /// A relay reads what it was sent, and says what it has to say; returns whether it moves.
+    /// Lets a relay read its messages and send its own. Returns whether it moves.
     fn relay(&mut self, at: usize) -> bool {
         let (now, tick, large) = (self.now(), self.tick, self.is_large());
         while let Some((id, message)) = self.relays[at].as_mut().and_then(|node| node.mail.pop_front()) {
@@ -385,7 +385,8 @@ impl World {
         moves
     }
 
-    /// A tick goes by. The oracle: while a worker could walk, and no checkpoint is being written, something moves.
+    /// Lets a tick pass and checks liveness: while a worker could walk, and no checkpoint is being written, something
+    /// moves.
     fn pass(&mut self) {
         self.tick += 1;
         let tick = self.tick;
@@ -440,7 +441,7 @@ impl World {
         );
     }
 
-    /// Something goes wrong.
+    /// Lets something go wrong.
     fn fail(&mut self, dice: &mut Dice) {
         let ids: Vec<PeerId> = self.workers.keys().copied().collect();
         let relays = self.alive_relays();
@@ -458,7 +459,7 @@ impl World {
                 (threads[at].stuck, threads[at].claims) = (until, dice.one_in(3));
             }
             4 => self.workers.get_mut(&id).expect("a worker").stopped = tick + seconds(dice, 0..30),
-            // Slow disks; the next checkpoint may begin before this one is written.
+            // Disks are slow; the next checkpoint may begin before this one is written.
             5..=7 if self.held.len() < 3 => {
                 let until = tick + seconds(dice, 0..20);
                 self.held.push((self.coordinator.past(), until));
@@ -473,8 +474,8 @@ impl World {
         }
     }
 
-    /// Plays until the job ends: `crew` workers, some of them behind `relays`, with a fault in so many ticks for the first
-    /// five minutes.
+    /// Plays until the job ends: `crew` workers, some of them behind `relays`, with one fault every `faults` ticks on
+    /// average during the first five minutes.
     fn play(mut self, dice: &mut Dice, crew: usize, relays: usize, faults: u64) -> Self {
         while self.coordinator.ending().is_none() {
             assert!(self.tick < 3600 * TICKS_PER_SECOND, "the job does not end: {:?}", self.quiet);
@@ -497,7 +498,8 @@ impl World {
     }
 }
 
-/// Plays schedules of faults of jobs with tallies of so many patches, and tells what they came to.
+/// Plays a schedule of faults for each seed, with tallies of `patches` patches. Returns the number of faults, and that
+/// of results that were dropped.
 fn play_all(seeds: Range<u64>, patches: usize, walks: u64, most_relays: u64) -> (u64, u64) {
     let (mut faults, mut dropped, mut stillest) = (0, 0, 0);
     for seed in seeds {
@@ -539,7 +541,7 @@ fn whatever_fails_the_job_moves_on_behind_relays() {
     }
 }
 
-/// A disk that takes ten minutes: workers keep what there is no room for, and the job waits and says so.
+/// A disk that takes ten minutes: workers keep results for which there is no room, and the job waits and says so.
 #[test]
 fn a_disk_that_hangs_is_waited_for_and_told_of() {
     let looks = vec![500, 1000, 1500];

@@ -1,4 +1,4 @@
-//! What a coordinator's state takes where workers are many, or claim to be: bytes, counted by the allocator, and time.
+//! Tests of a coordinator's memory and time when workers are many, or claim to be; bytes are counted by the allocator.
 
 #![expect(clippy::disallowed_methods, reason = "it says how long losing many workers takes")]
 
@@ -15,7 +15,7 @@ use protocol::lead::{Action, Lead, PeerId};
 use protocol::message::{ToCoordinator, ToWorker};
 use toy::{READY, coordinator, hello, plan, result};
 
-/// Counts what is held.
+/// An allocator that counts the bytes in use.
 struct Counting;
 
 static HELD: AtomicUsize = AtomicUsize::new(0);
@@ -40,12 +40,12 @@ unsafe impl GlobalAlloc for Counting {
 #[global_allocator]
 static COUNTING: Counting = Counting;
 
-/// What has been held at most since `MOST` was set.
+/// A number of bytes in MiB.
 fn megabytes(bytes: usize) -> f64 {
     bytes as f64 / f64::from(1 << 20)
 }
 
-/// Workers join; returns how many leases they get.
+/// Lets workers join. Returns the number of leases that they get.
 fn join(coordinator: &mut Coordinator, ids: Range<PeerId>, threads: u32, now: Duration) -> usize {
     ids.map(|id| {
         coordinator.on_connect(id);
@@ -56,10 +56,11 @@ fn join(coordinator: &mut Coordinator, ids: Range<PeerId>, threads: u32, now: Du
     .sum()
 }
 
-/// One test, so that no other's memory is counted.
+/// All in one test, so that no other test's memory is counted.
 ///
-/// 1,600 workers of 64 threads die at once, and others come, ten times over: a lease takes the same time and memory however
-/// many were lost before. Then 170 workers claim a billion threads each, and deliver, so that they are believed more and more.
+/// First, 1,600 workers of 64 threads die at once and others come, ten times over: a lease takes the same time and
+/// memory however many were lost before. Then 170 workers claim a billion threads each and deliver results, so that
+/// ever more of their threads are believed.
 #[test]
 fn a_hundred_thousand_slots_come_and_go_and_claims_are_bounded() {
     let (peers, threads) = (1600, 64);
@@ -103,7 +104,7 @@ fn a_hundred_thousand_slots_come_and_go_and_claims_are_bounded() {
         read(&mut todo, actions);
     }
     assert_eq!(todo.len(), 170 * 128, "64 threads each are believed");
-    // Of each, 63 results: then it would be believed all that it claims, 4,096.
+    // After 63 results of each worker, its whole claim of 4,096 threads would be believed.
     let mut brought = vec![0; 170];
     let mut out = todo.len();
     for _ in 0..170 * 128 {
@@ -111,7 +112,7 @@ fn a_hundred_thousand_slots_come_and_go_and_claims_are_bounded() {
         let place = (peer - boasters.start) as usize;
         if brought[place] < 63 {
             brought[place] += 1;
-            // Walks of streams that begin alike would take long to score: the counts are what matters.
+            // Walks of streams that begin alike would take long to score; only the counts matter here.
             let actions = coordinator.on_message(peer, ToCoordinator::Result(result(lease, walks)), now);
             out -= 1;
             let before = todo.len();

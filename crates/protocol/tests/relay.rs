@@ -1,5 +1,5 @@
-//! Relays without sockets: a coordinator, relays and workers as state machines, whatever happens to them and in whatever
-//! order what they say arrives.
+//! Tests of relays without sockets: a coordinator, relays and workers as state machines, with any faults and any order
+//! of messages.
 
 mod toy;
 
@@ -36,33 +36,33 @@ fn terms(stream_walks: u64, leases_per_thread: usize) -> Terms {
     }
 }
 
-/// What a leader has told somebody to walk.
+/// The leases that a worker was given and has not walked.
 type Todo = VecDeque<(u64, Range<u64>)>;
 
 struct Node {
     relay: Relay,
-    /// What it is called by the coordinator.
+    /// The relay's number at the coordinator.
     id: PeerId,
-    /// What it was sent and has not read.
+    /// The messages that the relay was sent and has not read.
     orders: VecDeque<ToWorker>,
-    /// What it has said that has not arrived.
+    /// The messages that the relay has sent and that have not arrived.
     said: VecDeque<ToCoordinator>,
 }
 
-/// The coordinator is leader 0; relays, those that are gone among them, are leaders 1 ….
+/// All leaders and workers. The coordinator is leader 0; relays, those that are gone included, are leaders 1 ….
 struct World {
     coordinator: Coordinator,
     relays: Vec<Option<Node>>,
-    /// By leader and name there.
+    /// The workers, by their leader and their number there.
     workers: BTreeMap<(usize, PeerId), Todo>,
     next: PeerId,
     now: Duration,
     stream: u64,
     leases_per_thread: usize,
     sent_home: usize,
-    /// Who walked what, as the coordinator should call it.
+    /// The walks that were done, and the name that the coordinator should give to each one's worker.
     walked: Vec<(Range<u64>, String)>,
-    /// Results that came to the coordinator, and the most parts of one.
+    /// The results that reached the coordinator, and the most parts of one.
     results: usize,
     most_parts: usize,
 }
@@ -118,13 +118,13 @@ impl World {
         }
     }
 
-    /// A leader hangs up on somebody.
+    /// Carries out a leader's order to close a connection.
     fn close(&mut self, leader: usize, id: PeerId) {
         self.workers.remove(&(leader, id));
         if leader == 0
             && let Some(at) = self.relays.iter().position(|node| node.as_ref().is_some_and(|n| n.id == id))
         {
-            // It hears what it was sent before.
+            // The relay reads what it was sent before.
             while self.relays[at].as_ref().is_some_and(|node| !node.orders.is_empty()) {
                 self.order(at);
             }
@@ -132,7 +132,7 @@ impl World {
         }
     }
 
-    /// A relay is gone, and with it its workers.
+    /// Lets a relay vanish, and its workers with it.
     fn vanish(&mut self, at: usize) {
         if let Some(node) = self.relays[at].take() {
             assert!(self.coordinator.ending().is_none() || node.relay.end() == Some(End::Told));
@@ -176,7 +176,7 @@ impl World {
         self.relays.len()
     }
 
-    /// A worker has done the first thing that it had to do, in so much time.
+    /// Lets a worker finish its first lease, within a number of `seconds`.
     fn work(&mut self, leader: usize, id: PeerId, seconds: f64) {
         let next = self.workers.get_mut(&(leader, id)).and_then(VecDeque::pop_front);
         let Some((lease, walks)) = next else { return };
@@ -185,7 +185,7 @@ impl World {
         self.say(leader, id, ToCoordinator::Result(LeaseResult { seconds, ..toy::result(lease, walks) }));
     }
 
-    /// The same at 1,000 walks a second.
+    /// Lets a worker finish its first lease at 1,000 walks per second.
     fn work_fast(&mut self, leader: usize, id: PeerId) {
         if let Some((_, walks)) = self.workers.get(&(leader, id)).and_then(VecDeque::front) {
             let seconds = 1e-3 * (walks.end - walks.start) as f64;
@@ -193,7 +193,7 @@ impl World {
         }
     }
 
-    /// A relay reads the next of what it was sent.
+    /// Lets a relay read its next message.
     fn order(&mut self, at: usize) {
         let now = self.now;
         let Some(node) = &mut self.relays[at] else { return };
@@ -207,7 +207,7 @@ impl World {
         self.act(at + 1, actions);
     }
 
-    /// The next of what a relay has said arrives.
+    /// Lets the next message of a relay arrive.
     fn pass_on(&mut self, at: usize) -> bool {
         let Some(node) = &mut self.relays[at] else { return false };
         node.said.extend(node.relay.take_outbox());
@@ -217,7 +217,7 @@ impl World {
         true
     }
 
-    /// Time goes by; all are alive.
+    /// Lets time pass; all workers and relays send heartbeats.
     fn pass(&mut self, time: Duration) {
         let until = self.now + time;
         while self.now < until {
@@ -242,7 +242,7 @@ impl World {
         }
     }
 
-    /// All that was said arrives.
+    /// Lets all messages arrive.
     fn settle(&mut self) {
         for _ in 0..10 {
             for at in 0..self.relays.len() {
@@ -252,7 +252,7 @@ impl World {
         }
     }
 
-    /// Works until the job ends.
+    /// Lets all workers walk until the job ends.
     fn work_off(&mut self) {
         for _ in 0..10_000 {
             let workers: Vec<_> = self.workers.keys().copied().collect();
@@ -266,7 +266,7 @@ impl World {
         panic!("the job does not end");
     }
 
-    /// Lets time pass until the job ends. All work on, so many walks in so many ticks.
+    /// Lets time pass until the job ends, while each worker shoots `walks` walks every `ticks` ticks.
     fn walk_all(&mut self, walks: u64, ticks: u32) {
         let mut done: BTreeMap<(usize, PeerId), u64> = BTreeMap::new();
         while self.coordinator.ending().is_none() {
@@ -292,7 +292,7 @@ impl World {
         }
     }
 
-    /// Leases of a relay.
+    /// The number of walks in each lease of a relay.
     fn held(&self, at: usize) -> Vec<u64> {
         let orders = &self.relays[at].as_ref().unwrap().orders;
         let walks = orders.iter().filter_map(|order| match order {
@@ -310,7 +310,7 @@ impl World {
         self.is_accounted_for();
     }
 
-    /// Every entry of the book has the digest of its walks, and every single lease its worker, also behind relays.
+    /// Checks the book: every entry has the digest of its walks, and every single lease its worker, also behind relays.
     fn is_accounted_for(&self) {
         let Past { deliveries, workers, .. } = self.coordinator.past();
         let digester = Digester::new(&SCENE_HASH);
@@ -344,7 +344,7 @@ fn relays_and_workers_side_by_side_come_to_the_same_tally() {
     assert_eq!(world.sent_home, 5);
     let effort = world.coordinator.effort();
     assert_eq!((effort.workers_seen, effort.workers_lost, effort.streams_reissued), (3, 0, 0));
-    // Each of five workers says 0.25 s.
+    // Each of five workers reports 0.25 s.
     assert_eq!(effort.cpu_seconds, 1.25);
 }
 
@@ -364,7 +364,7 @@ fn a_relay_is_leased_nothing_before_it_has_workers_and_then_more_for_more_of_the
         "one under way and one waiting, a stream for each of its threads"
     );
     world.settle();
-    // Its leases take longer than those of its workers do, of a quarter of a second: so it brings fewer results.
+    // The relay's leases take longer than those of its workers, a quarter of a second, so it brings fewer results.
     let mut longest = 0;
     for _ in 0..50 {
         let workers: Vec<_> = world.workers.keys().copied().collect();
@@ -374,7 +374,7 @@ fn a_relay_is_leased_nothing_before_it_has_workers_and_then_more_for_more_of_the
         longest = world.held(0).into_iter().fold(longest, u64::max);
         world.settle();
     }
-    // 1,000 walks a second each, four times 0.25 s, and what taking results adds.
+    // The lease is 1,000 walks a second for each worker, times four times 0.25 s, and the time to take results.
     assert!((10_000..11_000).contains(&longest), "{longest}");
 }
 
@@ -453,12 +453,12 @@ fn numbers_that_a_relay_invents_do_no_harm() {
         let actions = coordinator.on_message(0, capacity, Duration::ZERO);
         for action in actions {
             let Action::Send(0, ToWorker::Lease { walks, .. }) = action else { panic!("{action:?}") };
-            assert!(walks <= 100 << 20, "a stream for each of so many threads as are believed");
+            assert!(walks <= 100 << 20, "a stream for each thread that is believed");
         }
     }
 }
 
-/// A relay of 150 workers has some 600 leases out at once, and tells of them in 256 parts at most.
+/// A relay of 150 workers has some 600 leases out at once, and reports them in 256 parts at most.
 #[test]
 fn a_relay_of_many_workers_tells_of_some_leases_and_of_all_walks() {
     let mut world = World::new(plan(400_000, 10));
@@ -476,7 +476,7 @@ fn a_relay_of_many_workers_tells_of_some_leases_and_of_all_walks() {
     assert!(named > 100, "{named}");
 }
 
-/// Anything may happen to workers and relays, at any time.
+/// Checks trees of relays whose workers and relays fail at any time.
 #[test]
 fn no_fault_of_relays_or_workers_changes_the_tally_or_hangs_the_job() {
     let (mut relays_lost, mut reissued) = (0, 0);
@@ -540,8 +540,8 @@ fn no_fault_of_relays_or_workers_changes_the_tally_or_hangs_the_job() {
     assert!(relays_lost > 100 && reissued > 100, "{relays_lost} {reissued}");
 }
 
-/// Sixteen workers, in as many ticks as they would need if none ever waited: of many short walks, and of few long ones
-/// (chains), of which each thread has one at once.
+/// Sixteen workers finish in about the time that they would need without any waiting, with many short walks and with
+/// few long ones (chains), of which each thread has one at once.
 #[test]
 fn workers_behind_relays_are_as_busy_as_others() {
     for (plan_of, walks, ticks) in [
@@ -563,7 +563,7 @@ fn workers_behind_relays_are_as_busy_as_others() {
         for relays in [1, 2, 4] {
             let (with, passed_on) = ran(relays);
             assert!(with < 1.02 * without, "{relays} relays: {with} s, without {without} s");
-            // Leases of a relay are of all its workers.
+            // A relay's lease is for all of its workers.
             assert!(16 * passed_on < 2 * relays * results, "{relays} relays: {passed_on} of {results}");
         }
     }

@@ -38,6 +38,7 @@ mod tally;
 mod trace;
 mod walk;
 
+pub use experiment::exchange::{ExchangeSpec, FactorKind, Segment, exchange_counts};
 pub use experiment::readings::{Reading, Readings};
 pub use experiment::replay::{Replay, Step};
 pub use experiment::slopes::{Accuracy, Slopes};

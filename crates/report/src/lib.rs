@@ -13,6 +13,7 @@ mod cores;
 mod error;
 mod exact_csv;
 mod export;
+mod factors;
 mod flow;
 mod mark;
 mod method;
@@ -35,6 +36,10 @@ pub use chart::{Axis, Chart, Point, Series, Style};
 pub use error::Error;
 pub use exact_csv::{ExactBounds, ExactColumns, ExactSummary, write_exact};
 pub use export::{write_glb, write_parquet, write_vtu};
+pub use factors::{
+    BACK, ESCAPE, FactorsSummary, GroupRow, SmoothingSummary, ToleranceSummary, is_outside,
+    write_exact_factors, write_factors, write_groups, write_thermal,
+};
 pub use method::MethodWords;
 pub use model::{Bounce, Model};
 pub use page::{Live, Milestone, Page};

@@ -19,8 +19,8 @@ struct Packed {
 }
 
 /// Bytes of settings that came after the first format 5 of `tally.bin`: notes of imports, units of light, sensors and what is
-/// asked of them, files, the three parts of the view, the two of the materials, and the total error.
-const LATER_SETTINGS: usize = 11;
+/// asked of them, files, the three parts of the view, the two of the materials, exchange factors, and the total error.
+const LATER_SETTINGS: usize = 12;
 
 /// The bytes of a job.
 ///
@@ -45,6 +45,10 @@ pub(crate) fn unpack(bytes: &[u8]) -> Result<(Settings, Experiment), String> {
     let scene = Scene::build(&scene, index).map_err(|error| error.to_string())?;
     let experiment = Experiment::new(scene, settings.method.walks())
         .and_then(|experiment| experiment.with_sensors(&settings.sensors))
+        .and_then(|experiment| match &settings.exchange {
+            Some(exchange) => experiment.with_exchange(exchange.clone()),
+            None => Ok(experiment),
+        })
         .map_err(|error| error.to_string())?;
     Ok((settings, experiment))
 }

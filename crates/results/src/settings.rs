@@ -3,7 +3,7 @@
 
 use job::{Finishes, Job, Light, MethodTable, OutputFile, SensorTarget, Target, TotalTarget, View};
 use judge::target::SensorGoal;
-use radiosity::{Experiment, Scene, SensorSpec};
+use radiosity::{ExchangeSpec, Experiment, Scene, SensorSpec};
 use serde::{Deserialize, Serialize};
 
 /// The settings of a job.
@@ -41,6 +41,8 @@ pub struct Settings {
     pub view: View,
     /// What the surfaces are made of.
     pub finishes: Finishes,
+    /// Exchange factors that are counted in place of light.
+    pub exchange: Option<ExchangeSpec>,
     /// What is asked of noise and discretisation together.
     pub total_target: Option<TotalTarget>,
 }
@@ -65,6 +67,7 @@ impl Settings {
             files: job.files.clone(),
             view: job.view,
             finishes: job.scene.finishes().clone(),
+            exchange: None,
             total_target: job.total_target,
         }
     }

@@ -17,7 +17,7 @@ fn main() {
     divan::main();
 }
 
-/// The scenes that walks are timed in, by name.
+/// The names of the scenes in which walks are timed.
 const SCENES: [&str; 4] = ["cube54", "cornell", "interior-57k", "interior-1M"];
 
 fn spec(name: &str) -> SceneSpec {
@@ -126,8 +126,8 @@ fn method(direction: Direction, estimator: EstimatorKind, space: Space) -> Walks
     Walks { direction, space, score: estimator.into() }
 }
 
-/// Ever further walks onto one board, so that no cache learns them by heart. Rays are counted by the mean of the
-/// first 65,536 walks, good to half a percent.
+/// Ever further walks onto one board, so that no cache keeps them. Rays are counted by the mean of the first 65,536
+/// walks, good to half a percent.
 fn bench_walks(bencher: Bencher, scene: Scene, method: Walks) {
     const WALKS: u64 = 16_384;
     let experiment = Experiment::new(scene, method).expect("the method fits the scene");

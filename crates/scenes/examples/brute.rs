@@ -13,7 +13,7 @@ use std::thread;
 use radiosity::{Board, Estimator, Experiment, IndexChoice, Scene, Sequence, Space, Walks};
 use scenes::interior;
 
-/// Walks between two comparisons.
+/// The number of walks between two comparisons.
 const PART: u64 = 4_096;
 
 fn main() -> Result<(), Box<dyn Error>> {

@@ -1,12 +1,12 @@
-//! Does a walk ever fall out of a closed scene? `cargo run --release -p scenes --example closed -- 1000000000` traces so
-//! many rays in each of three scenes.
+//! Searches for walks that fall out of a closed scene: `cargo run --release -p scenes --example closed -- 1000000000`
+//! traces that many rays in each of three scenes.
 
 use std::error::Error;
 
 use radiosity::{Board, Estimator, Experiment, IndexChoice, Method, Scene, Sequence};
 use scenes::{cube, interior};
 
-/// Walks between two looks.
+/// The number of walks between two looks.
 const PART: u64 = 1 << 20;
 
 fn main() -> Result<(), Box<dyn Error>> {

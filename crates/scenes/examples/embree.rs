@@ -1,5 +1,5 @@
-//! Whole walks against a tracer that only traces: dumps the rays of diffuse walks, has `scripts/embree/compare.cpp`
-//! trace them, and measures whole walks in between. Started by `scripts/embree.sh`.
+//! Compares whole walks with a tracer that only traces: dumps the rays of diffuse walks, has
+//! `scripts/embree/compare.cpp` trace them, and measures whole walks in between. `scripts/embree.sh` starts it.
 
 mod common;
 
@@ -13,10 +13,10 @@ use glam::DVec3;
 use radiosity::{Face, IndexChoice, Ray, Scene, SceneSpec, Sequence, Shape, Side, WalkRng};
 use scenes::{cornell, cube, interior};
 
-/// Rays to trace in each scene.
+/// The number of rays to trace in each scene.
 const RAYS: usize = 2_000_000;
 
-/// How well Embree builds its trees.
+/// The qualities with which Embree builds its trees.
 const QUALITIES: [&str; 2] = ["medium", "high"];
 
 /// The modes of Embree that are timed, in the order of the table.
@@ -71,7 +71,7 @@ fn compare_scene(name: &str, spec: &SceneSpec, compare: &Path, rounds: usize) ->
     let mut ours = Walks::new(collision_shooting(scene)?);
     let mut rows = QUALITIES.map(|_| Row::default());
     for _ in 0..rounds {
-        // Jobs walk on and on; what 50 ms of walks take depends on what ran before them.
+        // Jobs walk on and on; the time of 50 ms of walks depends on what ran before them.
         let walks = ours.rate(10 * RAYS as u64)?;
         for (row, quality) in rows.iter_mut().zip(QUALITIES) {
             row.round(walks, quality, &mut embree)?;
@@ -83,14 +83,14 @@ fn compare_scene(name: &str, spec: &SceneSpec, compare: &Path, rounds: usize) ->
     Ok(())
 }
 
-/// What was measured against Embree's trees of one quality.
+/// The measurements against Embree's trees of one quality.
 #[derive(Default)]
 struct Row {
     walks: Vec<f64>,
     modes: [Vec<f64>; MODES.len()],
     over_robust: Vec<f64>,
     over_fast: Vec<f64>,
-    /// "off lost" of each mode, the same in every round.
+    /// The faults "off lost" of each mode, equal in every round.
     faults: [String; MODES.len()],
 }
 
@@ -141,7 +141,7 @@ impl Embree {
         let orders = process.stdin.take().expect("it is piped");
         let answers = BufReader::new(process.stdout.take().expect("it is piped"));
         let mut embree = Embree { process, orders, answers };
-        // Version and native widths: by then its trees are built.
+        // The answer is the version and native widths; its trees are built by then.
         embree.answer()?;
         Ok(embree)
     }
@@ -154,7 +154,7 @@ impl Embree {
         Ok(line.trim().to_owned())
     }
 
-    /// Rays per second in a mode, and what it found wrongly: "off lost".
+    /// The rays per second in a mode, and its wrong hits: "off lost".
     fn trace(&mut self, mode: &str) -> Result<(f64, String), Failure> {
         writeln!(self.orders, "{mode}")?;
         let answer = self.answer()?;
@@ -165,7 +165,7 @@ impl Embree {
 
 impl Drop for Embree {
     fn drop(&mut self) {
-        // It is only listening; whether it could still be told to stop is all the same now.
+        // The process only listens now, so a failure to stop it does no harm.
         let _ = self.process.kill();
         let _ = self.process.wait();
     }
@@ -181,7 +181,7 @@ fn write_dump(path: &Path, spec: &SceneSpec, scene: &Scene) -> Result<usize, Fai
     let mut file = BufWriter::new(File::create(path)?);
     file.write_all(&(triangles.len() as u32).to_le_bytes())?;
     file.write_all(&(RAYS as u32).to_le_bytes())?;
-    // Far enough to keep rays that 32 bits have moved from meeting what they leave.
+    // The offset is large enough to keep rays that 32 bits have moved from meeting the surface that they leave.
     write_floats(&mut file, [diagonal / 131_072.0])?;
     for corner in triangles.iter().flatten() {
         write_floats(&mut file, corner.to_array())?;
@@ -224,7 +224,7 @@ fn triangles(spec: &SceneSpec, origin: DVec3) -> Vec<[DVec3; 3]> {
     all.map(|corners| corners.map(|corner| corner - origin)).collect()
 }
 
-/// Emitting patches and the power of each with all before it.
+/// The emitting patches, and the power of each added to all before it.
 struct Emitters {
     patches: Vec<usize>,
     cumulative: Vec<f64>,
@@ -245,14 +245,14 @@ impl Emitters {
         Emitters { patches: emitting, cumulative }
     }
 
-    /// An emitter, with probability Φ_s/Φ_T.
+    /// Chooses an emitter, with probability Φ_s/Φ_T.
     fn choose(&self, rng: &mut WalkRng) -> usize {
         let power = rng.pair()[0] * self.cumulative[self.cumulative.len() - 1];
         self.patches[self.cumulative.partition_point(|&sum| sum <= power).min(self.patches.len() - 1)]
     }
 }
 
-/// A discrete collision walk by the public parts of the kernel; tells each ray and the t of its hit.
+/// A discrete collision walk by the public parts of the kernel; calls back with each ray and the t of its hit.
 fn walk(
     scene: &Scene,
     emitters: &Emitters,

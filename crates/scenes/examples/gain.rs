@@ -1,6 +1,6 @@
-//! What chains of stochastic Jacobi gain over collision walks at equal processor time:
-//! `cargo run --release -p scenes --example gain -- docs/results` writes gain.csv and a chart of each scene into the folder
-//! named; scenes may be named after it. One core; half an hour for all.
+//! Measures the gain of chains of stochastic Jacobi over collision walks at equal processor time:
+//! `cargo run --release -p scenes --example gain -- docs/results` writes gain.csv and a chart of each scene into the
+//! folder named; scenes may be named after it. One core; half an hour for all.
 
 mod common;
 
@@ -13,23 +13,23 @@ use plotters::prelude::*;
 use radiosity::{Board, Experiment, Face, IndexChoice, Method, Scene, SceneSpec, Sequence, Solution};
 use scenes::{cornell, corridor, cube, interior, two_rooms};
 
-/// Chains of a run that has intervals.
+/// The number of chains in a run that has intervals.
 const CHAINS: u64 = 8;
 
-/// With fewer rays per patch and chain, jobs fall back to walks.
+/// The rays per patch and chain below which jobs fall back to walks.
 const RAYS_PER_PATCH: u64 = 32;
 
-/// A scene with the numbers of rays that runs are made of, as powers of 2, and how often each.
+/// A scene with the numbers of rays of its runs, as powers of 2, and the number of runs for each.
 struct Study {
     name: &'static str,
     spec: SceneSpec,
     powers: Vec<u32>,
     runs: u64,
-    /// Rays of each chain of the reference solution; `None` where the scene is solved exactly.
+    /// The rays of each chain of the reference solution; `None` if the scene is solved exactly.
     reference_rays: Option<u64>,
 }
 
-/// How a run spends its rays.
+/// The way in which a run spends its rays.
 #[derive(Clone, Copy, PartialEq)]
 enum Way {
     Walks,
@@ -49,15 +49,15 @@ impl Way {
     }
 }
 
-/// What runs of one way and size came to.
+/// The results of all runs of one way and size.
 struct Point {
     way: Way,
     rays: u64,
-    /// Processor time of a run [s].
+    /// The processor time of a run [s].
     seconds: f64,
-    /// Mean squared relative error over non-emitting patches, by area; and its standard error.
+    /// The mean squared relative error over non-emitting patches, by area; and its standard error.
     relative: [f64; 2],
-    /// Mean squared error over the square of the mean radiosity, likewise.
+    /// The mean squared error over the square of the mean radiosity, by area; and its standard error.
     absolute: [f64; 2],
 }
 
@@ -95,7 +95,7 @@ fn studies() -> Vec<Study> {
         small("cube54-R95", bright, 40),
         small("cube3456", cube(24), 12),
         small("corridor", corridor(8), 40),
-        // Walks are long: what little light goes through the hole is in few of them.
+        // Walks are long: few of them carry the little light that goes through the hole.
         Study { reference_rays: Some(1 << 22), ..small("two-rooms", two_rooms(0.1, 0.95), 40) },
         Study {
             name: "cornell",
@@ -173,8 +173,8 @@ fn radiosities(experiment: &Experiment, seed: u64, units: std::ops::Range<u64>) 
     Ok(solution.estimates.into_iter().flatten().map(|estimate| estimate.radiosity).collect())
 }
 
-/// Relative and absolute mean squared errors of runs, each with the standard error that the runs tell. A patch that the
-/// truth has in the dark (below 10⁻³ of the mean) says nothing of relative errors.
+/// Relative and absolute mean squared errors of runs, each with the standard error that the runs give. A patch that is
+/// dark in the reference (below 10⁻³ of the mean) is left out of relative errors.
 fn squared_errors(scene: &Scene, truth: &[f64], runs: &[Vec<f64>]) -> [[f64; 2]; 2] {
     let patches: Vec<Face> = scene.faces().iter().collect();
     let judged: Vec<usize> = (0..truth.len())
@@ -199,8 +199,8 @@ fn mean_and_error(values: &[f64]) -> [f64; 2] {
     [mean, (variance / n).sqrt()]
 }
 
-/// How many times smaller the mean squared error is than that of walks in the same time; and its standard error. The
-/// error of walks falls as their time grows, exactly.
+/// The factor by which the mean squared error is smaller than that of walks in the same time; and its standard error.
+/// The error of walks falls exactly as their time grows.
 fn gain(walks: &Point, point: &Point, of: impl Fn(&Point) -> [f64; 2]) -> [f64; 2] {
     let ([walked, walked_error], [found, found_error]) = (of(walks), of(point));
     let gain = walked * walks.seconds / (found * point.seconds);
@@ -229,7 +229,7 @@ fn write_rows(csv: &mut String, scene: &str, points: &[Point]) {
     }
 }
 
-/// Error against time.
+/// Draws the chart of error against time.
 fn draw(path: &Path, scene: &str, points: &[Point]) -> Result<(), Failure> {
     let at = |point: &Point| (point.seconds, point.relative[0].sqrt());
     let range = |values: &dyn Fn(&Point) -> f64| {

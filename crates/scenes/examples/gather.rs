@@ -1,6 +1,6 @@
-//! What a final gather gains for a chosen patch: `cargo run --release -p scenes --example gather -- [SCENE…]`. Mean squared
-//! relative errors of one patch over runs of their own, times processor time, over those of collision walks. One core; ten
-//! minutes for all.
+//! Measures the gain of a final gather for a chosen patch:
+//! `cargo run --release -p scenes --example gather -- [SCENE…]`. Mean squared relative errors of one patch over
+//! independent runs, times processor time, over those of collision walks. One core; ten minutes for all.
 
 mod common;
 
@@ -14,16 +14,16 @@ use radiosity::{
 };
 use scenes::{cornell, corridor, cube};
 
-/// Batches of walks, and chains, of a run.
+/// The numbers of batches of walks, and of chains, in a run.
 const BATCHES: u64 = 16;
 const CHAINS: u64 = 8;
 
 struct Study {
     name: &'static str,
     spec: SceneSpec,
-    /// Numbers, and what they are.
+    /// The numbers of the patches, with a word for each.
     patches: &'static [(u32, &'static str)],
-    /// Rays of a run of walks.
+    /// The number of rays in a run of walks.
     rays: u64,
     runs: u64,
 }
@@ -73,7 +73,7 @@ fn measure(study: &Study) -> Result<(), Failure> {
     let plain = walks.method().clone();
     let (_, rays) = solve(&walks, 3, 0..20_000)?;
     let count = (study.rays as f64 * 20_000.0 / rays as f64) as u64;
-    // Hidden pairs of thousands of patches take too long.
+    // Solving hidden pairs of thousands of patches takes too long.
     let exact = (study.name != "Cornell box").then(|| Exact::of_scene(&study.spec)).transpose()?;
     for &(patch, what) in study.patches {
         let links = |rays: u64| Method::chains(rays / CHAINS);
@@ -127,7 +127,7 @@ fn measure(study: &Study) -> Result<(), Failure> {
     Ok(())
 }
 
-/// B of every patch [W/m²], 0 where nobody can tell, and the rays.
+/// B of every patch [W/m²], 0 where it is not known, and the number of rays.
 fn solve(experiment: &Experiment, seed: u64, units: Range<u64>) -> Result<(Vec<f64>, u64), Failure> {
     let mut board: Board<2> = experiment.board();
     experiment.walk(&Sequence::new(seed), units, &mut board);

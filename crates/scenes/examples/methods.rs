@@ -1,6 +1,6 @@
-//! What walks of other kinds cost: rays per second over those of grey discrete collision shooting in the same scene,
-//! on one core: `cargo run --release -p scenes --example methods`. All are timed in turn, five rounds of processor
-//! time; medians of the rounds' ratios.
+//! Measures the cost of other kinds of walks: rays per second over those of grey discrete collision shooting in the
+//! same scene, on one core: `cargo run --release -p scenes --example methods`. All are timed in turn, in five rounds of
+//! processor time; medians of the rounds' ratios.
 
 mod common;
 
@@ -12,7 +12,7 @@ use scenes::{cornell, cube, interior};
 
 const ROUNDS: usize = 5;
 
-/// Rays of one timing.
+/// The number of rays in one timing.
 const RAYS: u64 = 2_000_000;
 
 fn main() -> Result<(), Failure> {
@@ -57,7 +57,7 @@ fn measure(spec: &SceneSpec) -> Result<Vec<(&'static str, f64)>, Failure> {
     Ok(kinds.into_iter().map(|(name, _, ratios)| (name, median(&ratios))).collect())
 }
 
-/// The same scene with a little less green and blue.
+/// The scene with a little less green and blue.
 fn tinted(spec: &SceneSpec) -> SceneSpec {
     let mut spec = spec.clone();
     for surface in &mut spec.surfaces {

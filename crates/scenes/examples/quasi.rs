@@ -1,7 +1,7 @@
-//! What Sobol sequences gain over random numbers, in discrete and in continuous walks and in stochastic Jacobi
-//! iterations: `cargo run --release -p scenes --example quasi -- [SCENE…]`. Variances of whole batches (chains), relative,
-//! as means by area over the patches that do not emit; processor time of one core, both timed in turn. A quarter of an hour
-//! for all.
+//! Measures the gain of Sobol sequences over random numbers, in discrete and in continuous walks and in stochastic
+//! Jacobi iterations: `cargo run --release -p scenes --example quasi -- [SCENE…]`. Relative variances of whole batches
+//! (chains), as means by area over the patches that do not emit; processor time of one core, both timed in turn. A
+//! quarter of an hour for all.
 
 mod common;
 
@@ -88,7 +88,7 @@ fn radiosities(experiment: &Experiment, units: Range<u64>) -> Result<(Vec<f64>, 
     Ok((b, tally.counts.rays))
 }
 
-/// Of either kind of runs the mean relative variance, and its standard error as the runs tell it.
+/// The mean relative variance of either kind of runs, and its standard error as the runs give it.
 fn variances(scene: &Scene, all: &[Vec<Vec<f64>>; 2]) -> [[f64; 2]; 2] {
     let patches: Vec<Face> = scene.faces().iter().collect();
     let mean = |runs: &[Vec<f64>], i: usize| runs.iter().map(|run| run[i]).sum::<f64>() / runs.len() as f64;

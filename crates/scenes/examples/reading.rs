@@ -1,8 +1,8 @@
 //! Times and memory of reading scenes of 10⁴, 10⁵ and 10⁶ triangles in every format, as a table of Markdown:
 //! `cargo run --release -p scenes --example reading -- [TRIANGLES…]`.
 //!
-//! Each file is read in a process of its own, which is also how one file is measured: `… -- read FILE`. Times are of the
-//! processor, so that what else the machine does has little part in them.
+//! Each file is read in a process of its own, which is also how one file is measured: `… -- read FILE`. Times are
+//! processor times, so that other work of the machine has little part in them.
 
 use std::collections::HashMap;
 use std::fmt::Write as _;
@@ -44,7 +44,7 @@ fn main() -> io::Result<()> {
     Ok(())
 }
 
-/// Processor time of this process [s].
+/// The processor time of this process [s].
 fn now() -> f64 {
     let time = clock_gettime(ClockId::ProcessCPUTime);
     time.tv_sec as f64 + 1e-9 * time.tv_nsec as f64
@@ -96,7 +96,7 @@ fn read(file: &Path) -> io::Result<()> {
     Ok(())
 }
 
-/// STL and PLY have no materials: all faces shine.
+/// The material of all faces in STL and PLY, which have none: all faces emit.
 fn lamp() -> import::MaterialOverride {
     import::MaterialOverride {
         pattern: "*".into(),
@@ -107,14 +107,14 @@ fn lamp() -> import::MaterialOverride {
     }
 }
 
-/// The most memory that this process has held, in bytes; 0 where the system does not tell.
+/// The most memory that this process has held, in bytes; 0 if the system does not tell.
 fn peak_memory() -> f64 {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
     let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:").map(str::to_owned));
     line.and_then(|line| line.split_whitespace().next()?.parse::<f64>().ok()).map_or(0.0, |kb| 1024.0 * kb)
 }
 
-/// Triangles of [`interior`], evenly chosen where there are to be fewer than it has, and all its lamps.
+/// Triangles of [`interior`] and all its lamps, evenly chosen if fewer are asked for than it has.
 fn part_of_interior(triangles: usize) -> Vec<SurfaceSpec> {
     let surfaces = interior(triangles.max(LEAST)).surfaces;
     let every = (surfaces.len() / triangles).max(1);
@@ -203,7 +203,7 @@ fn to_obj(mesh: &Indexed) -> (String, String) {
     (obj, mtl)
 }
 
-/// One primitive for each material.
+/// The mesh as a binary glTF file, with one primitive for each material.
 fn to_glb(mesh: &Indexed) -> Vec<u8> {
     let mut binary: Vec<u8> =
         mesh.vertices.iter().flat_map(|v| v.to_array().map(|x| (x as f32).to_le_bytes())).flatten().collect();

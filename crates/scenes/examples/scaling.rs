@@ -11,16 +11,16 @@ use plotters::prelude::*;
 use radiosity::{IndexChoice, Scene, SceneSpec};
 use scenes::{cube, cube_of_surfaces, interior};
 
-/// Timings of each scene; their median counts.
+/// The number of timings of each scene; their median counts.
 const ROUNDS: usize = 5;
 
-/// Rays of one timing.
+/// The number of rays in one timing.
 const RAYS: u64 = 1_000_000;
 
-/// Time per ray where one number of a family of scenes grows.
+/// The time per ray, as one number of a family of scenes grows.
 struct Series {
     name: &'static str,
-    /// (that number, time per ray [ns]).
+    /// The points: (that number, time per ray [ns]).
     points: Vec<(f64, f64)>,
 }
 
@@ -39,7 +39,7 @@ fn main() -> Result<(), Failure> {
     Ok(())
 }
 
-/// Times walks in a family of scenes, over the number of patches of each.
+/// Times walks in a family of scenes, against the number of patches of each.
 fn measure(name: &'static str, sizes: &[u32], family: impl Fn(u32) -> SceneSpec) -> Result<Series, Failure> {
     let mut points = Vec::new();
     for &size in sizes {

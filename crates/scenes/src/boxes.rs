@@ -26,8 +26,8 @@ pub fn cube(n: u32) -> SceneSpec {
     SceneSpec { surfaces }
 }
 
-/// The same cube where every patch has reflectance R and emits 1 − R W/m²: B = 1 everywhere. n = 1 is the cube of BS
-/// table 1 (Bekaert & Seidel), R = ½ that of Sh91 (Shirley 1991).
+/// The cube of [`cube`] where every patch has reflectance R and emits 1 − R W/m²: B = 1 everywhere. n = 1 is the cube
+/// of BS table 1 (Bekaert & Seidel), R = ½ that of Sh91 (Shirley 1991).
 ///
 /// # Panics
 /// Where n is 0.

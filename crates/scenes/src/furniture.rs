@@ -1,5 +1,5 @@
-//! What stands in the rooms of the interior: bodies that are closed, face outwards and nowhere touch, each in
-//! coordinates of its own with its foot at z = 0. Lengths in metres.
+//! The furniture of the interior: bodies that are closed, face outwards and nowhere touch, each in coordinates of its
+//! own with its foot at z = 0. Lengths are in metres.
 
 use std::f64::consts::{PI, TAU};
 
@@ -9,7 +9,7 @@ use radiosity::WalkRng;
 use crate::material::Material;
 use crate::mesh::Mesh;
 
-/// Air between bodies: a patch that lay half under another body would send walks into it.
+/// The air between bodies [m]: a patch that lay half under another body would send walks into it.
 pub(crate) const GAP: f64 = 0.002;
 
 const WOOD: Material = Material::new(0.42);
@@ -23,28 +23,28 @@ const RUBBER: Material = Material::new(0.12);
 const LEAF: Material = Material::new(0.35);
 const LAMP: Material = Material::new(0.8).emitting(100.0);
 
-/// How finely curves are cut: numbers of segments are in proportion.
+/// The fineness of curves: numbers of segments are in proportion to it.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Detail(pub(crate) f64);
 
 impl Detail {
-    /// `base` segments at detail 1, at least 4.
+    /// The number of segments: `base` at detail 1, and at least 4.
     fn segments(self, base: u32) -> u32 {
         ((f64::from(base) * self.0).round() as u32).max(4)
     }
 
-    /// `base` things at detail 1, where their number goes as that of a curved surface's triangles.
+    /// The number of things: `base` at detail 1, growing as the triangles of a curved surface do.
     fn count(self, base: u32) -> u32 {
         ((f64::from(base) * self.0 * self.0).round() as u32).max(1)
     }
 }
 
-/// A uniform number between two.
+/// A uniform number between `low` and `high`.
 pub(crate) fn between(rng: &mut WalkRng, low: f64, high: f64) -> f64 {
     low + (high - low) * rng.pair()[0]
 }
 
-/// `n` + 1 points of a curve over [0, 1].
+/// The `n` + 1 points of a curve over [0, 1].
 fn curve<T>(n: u32, point: impl Fn(f64) -> T) -> Vec<T> {
     (0..=n).map(|i| point(f64::from(i) / f64::from(n))).collect()
 }
@@ -136,7 +136,7 @@ pub(crate) fn vase(detail: Detail, rng: &mut WalkRng) -> Mesh {
     mesh
 }
 
-/// A bowl of fruit.
+/// A bowl with fruit in it.
 pub(crate) fn fruit_bowl(detail: Detail) -> Mesh {
     let mut mesh = Mesh::default();
     let radius = |s: f64| 0.06 + 0.1 * s.sqrt();

@@ -1,4 +1,4 @@
-//! A large scene by rule: furnished rooms.
+//! A large generated scene: furnished rooms.
 
 use std::f64::consts::PI;
 
@@ -9,16 +9,16 @@ use crate::furniture::{self, Detail, GAP, between};
 use crate::material::Material;
 use crate::mesh::Mesh;
 
-/// Inside measures of a room, x, y, z [m].
+/// The inside measures of a room: x, y, z [m].
 const ROOM: DVec3 = DVec3::new(6.0, 5.0, 2.75);
 
-/// Thickness of the walls [m].
+/// The thickness of the walls [m].
 const WALL: f64 = 0.25;
 
-/// Height of the doorways [m].
+/// The height of the doorways [m].
 const DOOR: f64 = 2.125;
 
-/// Where doorways begin and end, along x in the walls between rooms of neighbouring y, and along y [m].
+/// The ends of doorways: along x in the walls between rooms of neighbouring y, and along y in the others [m].
 const DOOR_X: [f64; 2] = [4.5, 5.5];
 const DOOR_Y: [f64; 2] = [2.0, 3.0];
 
@@ -40,7 +40,7 @@ pub fn interior(triangles: usize) -> SceneSpec {
 /// The detail that comes nearest to a number of triangles, by bisection.
 fn detail_for(triangles: usize, rooms: [u32; 2]) -> Detail {
     let walls = shell(rooms).len();
-    // Rooms are alike but for what chance puts on the shelves.
+    // Rooms differ only in what chance puts on the shelves.
     let (mut low, mut high) = (0.25, 16.0);
     for _ in 0..14 {
         let middle = 0.5 * (low + high);
@@ -116,7 +116,7 @@ fn face(grid: &[Vec<f64>; 3], cell: [i64; 3], axis: usize, step: i64) -> [DVec3;
     if step == 0 { [a, b, c, d] } else { [a, d, c, b] }
 }
 
-/// What stands in the rooms, so many along x and y.
+/// The furniture of `rooms` rooms along x and y.
 fn furnish(rooms: [u32; 2], detail: Detail) -> Mesh {
     let sequence = Sequence::new(2026);
     let mut mesh = Mesh::default();
@@ -131,7 +131,7 @@ fn furnish(rooms: [u32; 2], detail: Detail) -> Mesh {
     mesh
 }
 
-/// What stands in one room, from its corner (0, 0, 0).
+/// The furniture of one room, from the room's corner (0, 0, 0).
 fn furnish_room(detail: Detail, rng: &mut WalkRng) -> Mesh {
     let mut mesh = Mesh::default();
     dining_place(&mut mesh, detail, rng);
@@ -139,7 +139,7 @@ fn furnish_room(detail: Detail, rng: &mut WalkRng) -> Mesh {
     mesh.add(furniture::wire_rack(detail, rng), DVec3::new(1.2, 3.75, 0.0), 0.0);
     mesh.add(furniture::curtain(detail), DVec3::new(0.3, 0.16, 0.0), 0.0);
     mesh.add(furniture::blind(), DVec3::new(2.4, 0.06, 0.9), 0.0);
-    // Turned by −90°, what lay along x lies along −y and looks towards +x.
+    // After a turn by −90°, what lay along x lies along −y and looks towards +x.
     mesh.add(furniture::sideboard(detail, rng), DVec3::new(GAP, 1.9, 0.0), -0.5 * PI);
     mesh.add(furniture::sofa(detail), DVec3::new(GAP, 2.9, 0.0), 0.0);
     let jitter = |rng: &mut WalkRng| DVec3::new(between(rng, -0.05, 0.05), between(rng, -0.05, 0.05), 0.0);

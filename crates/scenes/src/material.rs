@@ -1,8 +1,8 @@
-//! What surfaces are made of.
+//! The materials of generated surfaces.
 
 use radiosity::{Shape, Sides, SurfaceSpec};
 
-/// Reflectance, emittance [W/m²] and active sides.
+/// A material: reflectance, emittance [W/m²] and active sides.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Material {
     reflectance: f64,
@@ -11,17 +11,17 @@ pub(crate) struct Material {
 }
 
 impl Material {
-    /// Reflects with its front.
+    /// A material that reflects with its front only.
     pub(crate) const fn new(reflectance: f64) -> Self {
         Material { reflectance, emittance: 0.0, sides: Sides::Front }
     }
 
-    /// Reflects with both sides: leaves, cloth.
+    /// The material reflecting with both sides, as leaves and cloth do.
     pub(crate) const fn two_sided(self) -> Self {
         Material { sides: Sides::Both, ..self }
     }
 
-    /// Emits `emittance` [W/m²] too.
+    /// The material that also emits `emittance` [W/m²].
     pub(crate) const fn emitting(self, emittance: f64) -> Self {
         Material { emittance, ..self }
     }

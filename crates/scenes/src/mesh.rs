@@ -7,7 +7,7 @@ use radiosity::{Shape, SurfaceSpec};
 
 use crate::material::Material;
 
-/// Vertices are rounded to this [m]: exact in 32-bit floating point up to 64 m from the origin.
+/// The step to which vertices are rounded [m]: exact in 32-bit floating point up to 64 m from the origin.
 const STEP: f64 = 1.0 / (1 << 18) as f64;
 
 /// Triangles with their materials.
@@ -38,8 +38,8 @@ impl Mesh {
             .extend(mesh.triangles.into_iter().map(|(corners, material)| (corners.map(place), material)));
     }
 
-    /// Joins rings of equally many points, counter-clockwise about the way from the first ring to the last, by
-    /// a skin that faces outwards. A ring may repeat one point: there the skin closes.
+    /// Joins rings of the same number of points, counter-clockwise about the way from the first ring to the last, by a
+    /// skin that faces outwards. A ring may repeat one point: there the skin closes.
     pub(crate) fn skin(&mut self, rings: &[Vec<DVec3>], material: Material) {
         for pair in rings.windows(2) {
             let (low, high) = (&pair[0], &pair[1]);
@@ -84,7 +84,7 @@ impl Mesh {
         self.skin(&rings, material);
     }
 
-    /// A closed tube round a path, of a radius for each of its points.
+    /// A closed tube round a path, with a radius for each of its points.
     pub(crate) fn tube(
         &mut self,
         path: &[DVec3],
@@ -94,7 +94,7 @@ impl Mesh {
     ) {
         let last = path.len() - 1;
         let tangent = |i: usize| (path[(i + 1).min(last)] - path[i.saturating_sub(1)]).normalize();
-        // Carried along the path, so that rings do not twist.
+        // The vector is carried along the path, so that rings do not twist.
         let mut across = tangent(0).any_orthonormal_vector();
         let point = |at: DVec3| vec![at; sides as usize];
         let mut rings = vec![point(path[0])];

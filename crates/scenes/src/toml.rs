@@ -1,4 +1,4 @@
-//! Scenes as the text that scene files hold.
+//! Scenes as the text of scene files.
 
 use std::collections::HashMap;
 use std::fmt::Write;
@@ -6,7 +6,7 @@ use std::fmt::Write;
 use glam::DVec3;
 use radiosity::{SceneSpec, Shape, Sides, SurfaceSpec};
 
-/// A scene as a scene file. Numbers are the shortest that read back the same.
+/// The text of a scene as a scene file. Numbers have the fewest digits from which the same number is read back.
 pub fn to_toml(spec: &SceneSpec) -> String {
     let mut text = String::new();
     let mut materials = HashMap::new();

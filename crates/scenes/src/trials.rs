@@ -17,8 +17,8 @@ fn walls() -> [Shape; 6] {
         .map(|(corner, u, v)| quad(corner, u, v, [1, 1]))
 }
 
-/// All reflects R and emits 1 − R between two unit squares that meet at an angle [rad], the third side and the two ends closed: B = 1 W/m²
-/// everywhere.
+/// A wedge: two unit squares that meet at an angle [rad], with the third side and the two ends closed. Everything
+/// reflects R and emits 1 − R, so that B = 1 W/m² everywhere.
 pub fn wedge(angle: f64, reflectance: f64) -> SceneSpec {
     let material = Material::new(reflectance).emitting(1.0 - reflectance);
     let slope = DVec3::new(angle.cos(), 0.0, angle.sin());
@@ -113,7 +113,7 @@ pub fn two_rooms(hole: f64, reflectance: f64) -> SceneSpec {
     SceneSpec { surfaces }
 }
 
-/// The same scene with every corner moved.
+/// The given scene with every corner moved.
 pub fn moved(scene: &SceneSpec, to: impl Fn(DVec3) -> DVec3) -> SceneSpec {
     let shape = |shape: &Shape| match *shape {
         Shape::Parallelogram { corner, corner_u, corner_v, cells } => {

@@ -1,4 +1,5 @@
-//! The small scenes are valid and as described; scene files say the same as the scenes they are written from.
+//! Tests that the small scenes are valid and as described, and that scene files describe the scenes they are written
+//! from.
 
 use radiosity::{Birth, Estimator, Experiment, IndexChoice, Method, Scene, Sequence};
 use scenes::{cornell, corridor, cube, cube_of_surfaces, furnace, in_cells, interior, room, to_toml};

@@ -1,4 +1,4 @@
-//! The interior is what it says: as large as asked, closed, well oriented, the same everywhere.
+//! Tests of the interior: it is as large as asked, closed, well oriented, and alike on every machine.
 
 use radiosity::{Estimator, Experiment, IndexChoice, Scene, Sequence, Shape, Space, Walks};
 use scenes::interior;
@@ -24,7 +24,7 @@ fn not_one_walk_escapes_or_meets_a_back() {
     }
 }
 
-/// Rounded vertices make it the same on every machine; other tracers get the very same triangles.
+/// Rounded vertices make the scene alike on every machine; other tracers get the very same triangles.
 #[test]
 fn its_corners_are_exact_in_32_bits() {
     for surface in interior(50_000).surfaces {

@@ -3,12 +3,12 @@
 use crate::moments::Moments;
 use crate::normal::normal_quantile;
 
-/// A closed interval, in hits per walk.
+/// A closed interval of the mean score, in hits per walk.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Interval {
-    /// Its lower end.
+    /// The lower end of the interval.
     pub low: f64,
-    /// Its upper end.
+    /// The upper end of the interval.
     pub high: f64,
 }
 
@@ -64,7 +64,7 @@ pub fn mean_interval(moments: &Moments, unit: f64, confidence: f64, ratio_bound:
     if moments.sum == 0 {
         return Interval { low: 0.0, high: -ratio_bound * (tail.ln() / n).exp_m1() };
     }
-    // What counts as one hit: for scores that are no counts, the size that those seen have where it matters.
+    // The size of one hit: 1 for counts; for other scores, the size that the seen scores have where it matters.
     let hit = if unit == 1.0 { 1.0 } else { unit * moments.sum_sq as f64 / moments.sum as f64 };
     let per_hit = unit / hit;
     let ratio_bound = (ratio_bound / hit).max(1.0);
@@ -151,8 +151,8 @@ mod tests {
         }
     }
 
-    /// What caution adds where hits are few is gone where they are many: the width at 2,000 rare single hits is
-    /// 2z√2000. Half a step to either side would be 1.1 % more.
+    /// The width that caution adds at few hits is gone at many: the width at 2,000 rare single hits is 2z√2000. Half a
+    /// step to either side would be 1.1 % more.
     #[test]
     fn caution_fades_with_the_hits() {
         let moments = Moments { n: 1_000_000_000_000, sum: 2000, sum_sq: 2000 };
@@ -169,7 +169,7 @@ mod tests {
         assert!(one(8).contains(8.0));
     }
 
-    /// Every pair of sums that few walks can have, and bounds from tight to absurd.
+    /// Tests every pair of sums that few walks can have, with bounds from tight to absurd.
     #[test]
     fn the_estimate_lies_inside_and_the_interval_within_its_bounds() {
         for n in [1, 2, 3, 10, 1_000_000] {

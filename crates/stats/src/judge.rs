@@ -1,4 +1,4 @@
-//! Whether a simulation agrees with what theory says of it.
+//! Tests whether a simulation agrees with theory.
 //!
 //! Every verdict ends in a z: about standard normal if theory and simulation agree, far from zero if not. A
 //! test that asks for |z| < 4 raises a false alarm once in 16,000.
@@ -14,23 +14,23 @@ pub fn mean_squared_z(z: impl IntoIterator<Item = f64>) -> Option<Measured> {
     Some(Measured { value: sum / n, standard_error: (2.0 / n).sqrt() })
 }
 
-/// How many of a number of intervals held the truth.
+/// The number of intervals that held the truth, among a number of trials.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Coverage {
-    /// Intervals that held it.
+    /// The number of intervals that held the truth.
     pub covered: u64,
-    /// Intervals tried.
+    /// The number of intervals that were tried.
     pub trials: u64,
 }
 
 impl Coverage {
-    /// Count one interval.
+    /// Counts one interval, and whether it holds the truth.
     pub fn record(&mut self, interval: &Interval, truth: f64) {
         self.covered += u64::from(interval.contains(truth));
         self.trials += 1;
     }
 
-    /// Add another count.
+    /// Adds the counts of another coverage.
     pub fn merge(&mut self, other: &Coverage) {
         self.covered += other.covered;
         self.trials += other.trials;
@@ -48,9 +48,9 @@ impl Coverage {
 /// Pearson's statistic Σ(observed − expected)²/expected.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ChiSquare {
-    /// The statistic.
+    /// The value of the statistic.
     pub statistic: f64,
-    /// Its degrees of freedom, which are also its expectation.
+    /// The degrees of freedom, which are also the statistic's expectation.
     pub degrees: f64,
 }
 

@@ -1,5 +1,5 @@
-//! Statistics of walks: exact moments of integer scores, confidence intervals that are true from no hit to
-//! many, and the tests by which simulations are judged.
+//! Statistics of walks: exact moments of integer scores, confidence intervals that hold from no hit to many, and the
+//! tests by which simulations are judged.
 //!
 //! A score `x` is a walk's whole score on one patch, counted in hits. Its power sums are integers, so they
 //! merge in any order without a trace; floating point begins where an answer is read off.
@@ -11,6 +11,7 @@ mod judge;
 mod measured;
 mod moments;
 mod normal;
+mod proportion;
 mod stopping;
 mod student;
 
@@ -19,5 +20,6 @@ pub use judge::{ChiSquare, Coverage, chi_square_uniform, mean_squared_z};
 pub use measured::Measured;
 pub use moments::{Moments, PowerSums};
 pub use normal::{normal_cdf, normal_quantile};
+pub use proportion::proportion_interval;
 pub use stopping::{DoubleSampling, foresight};
 pub use student::student_quantile;

@@ -1,15 +1,15 @@
-//! Exact power sums of whole scores, and what is read off them.
+//! Exact power sums of integer scores, and the statistics that follow from them.
 
 use crate::measured::Measured;
 
 /// The sums of one patch's scores x over n walks. Whole numbers of hits, so that they merge exactly.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Moments {
-    /// Walks, those that scored nothing included.
+    /// The number n of walks, those that scored nothing included.
     pub n: u64,
-    /// Σx.
+    /// The sum Σx of the scores.
     pub sum: u128,
-    /// Σx², each walk's whole score squared.
+    /// The sum Σx² of each walk's whole score squared.
     pub sum_sq: u128,
 }
 
@@ -31,7 +31,7 @@ impl Moments {
         Some(spread.to_f64() / (n * (n - 1)) as f64)
     }
 
-    /// The standard error of the mean score per walk, √(variance/n); `None` where the variance is.
+    /// The standard error of the mean score per walk, √(variance/n); `None` if the variance is `None`.
     pub fn standard_error(&self) -> Option<f64> {
         Some((self.variance()? / self.n as f64).sqrt())
     }
@@ -40,14 +40,14 @@ impl Moments {
 /// The sums of the first four powers of whole scores, for tests of their variance.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct PowerSums {
-    /// Walks.
+    /// The number n of walks.
     pub n: u64,
-    /// Σx, Σx², Σx³, Σx⁴.
+    /// The sums Σx, Σx², Σx³, Σx⁴.
     pub sums: [u128; 4],
 }
 
 impl PowerSums {
-    /// The first two.
+    /// The sums of the first two powers.
     pub fn moments(&self) -> Moments {
         Moments { n: self.n, sum: self.sums[0], sum_sq: self.sums[1] }
     }
@@ -63,7 +63,7 @@ impl PowerSums {
         Some(Measured { value: variance, standard_error: of_variance.max(0.0).sqrt() })
     }
 
-    /// Σ(x − x̄)⁴/n, of at least one walk.
+    /// The fourth central moment Σ(x − x̄)⁴/n of at least one walk.
     ///
     /// The sums are first moved to the whole number a nearest the mean. That is exact: arithmetic modulo 2¹²⁸
     /// gives every Σ(x − a)ᵏ that fits. What is left to subtract in floating point is |δ| ≤ ½ away, and as
@@ -90,7 +90,7 @@ impl PowerSums {
     }
 }
 
-/// An unsigned number of 256 bits.
+/// An unsigned integer of 256 bits.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct U256 {
     high: u128,
@@ -98,7 +98,7 @@ struct U256 {
 }
 
 impl U256 {
-    /// a·b, by the schoolbook in halves of 64 bits.
+    /// The product a·b, by long multiplication in halves of 64 bits.
     fn product(a: u128, b: u128) -> Self {
         let halves = |x: u128| (x >> 64, x & u128::from(u64::MAX));
         let ((a1, a0), (b1, b0)) = (halves(a), halves(b));
@@ -114,7 +114,7 @@ impl U256 {
         Some(U256 { high, low })
     }
 
-    /// The nearest f64. Bits below the top 128 only count as "some", which is all that rounding asks of them.
+    /// The nearest f64. Bits below the top 128 only count as "some", which is all that rounding needs.
     fn to_f64(self) -> f64 {
         if self.high == 0 {
             return self.low as f64;

@@ -34,7 +34,7 @@ pub fn normal_cdf(x: f64) -> f64 {
     0.5 * (low + high)
 }
 
-/// Horner's rule, constant term first.
+/// Evaluates a polynomial by Horner's rule; the constant term comes first.
 fn polynomial(coefficients: &[f64; 8], x: f64) -> f64 {
     coefficients.iter().rev().fold(0.0, |value, c| value * x + c)
 }

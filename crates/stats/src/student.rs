@@ -1,11 +1,11 @@
-//! Student's t distribution.
+//! The quantiles of Student's t distribution.
 
 use crate::normal::normal_quantile;
 
-/// From so many degrees of freedom on, the quantile is expanded about the normal one.
+/// The degrees of freedom from which the quantile is expanded about the normal one.
 const MANY: u64 = 200;
 
-/// The number that t of `freedom` degrees stays below with probability `p`, good to 10⁻⁹.
+/// The number that t with `freedom` degrees of freedom stays below with probability `p`, good to 10⁻⁹.
 ///
 /// # Panics
 /// If `p` is not between 0 and 1, or `freedom` is 0.
@@ -22,7 +22,7 @@ pub fn student_quantile(p: f64, freedom: u64) -> f64 {
     while probability_below(high, freedom) < p {
         (low, high) = (high, 2.0 * high);
     }
-    // Halving ends where no number lies between.
+    // Halving ends when no number lies between.
     loop {
         let middle = 0.5 * (low + high);
         if middle <= low || middle >= high {
@@ -32,7 +32,8 @@ pub fn student_quantile(p: f64, freedom: u64) -> f64 {
     }
 }
 
-/// M. Abramowitz & I. Stegun, *Handbook of Mathematical Functions* (1964), 26.7.5.
+/// The expansion about the normal quantile z: M. Abramowitz & I. Stegun, *Handbook of Mathematical Functions* (1964),
+/// eq. 26.7.5.
 fn expanded(z: f64, freedom: f64) -> f64 {
     let z2 = z * z;
     let terms = [
@@ -44,12 +45,12 @@ fn expanded(z: f64, freedom: f64) -> f64 {
     z + z * terms.iter().rev().fold(0.0, |sum, term| (sum + term) / freedom)
 }
 
-/// P(T ≤ t) for t ≥ 0, by the finite series 26.7.3 and 26.7.4 of the same.
+/// P(T ≤ t) for t ≥ 0, by the finite series of Abramowitz & Stegun (1964), eqs. 26.7.3 and 26.7.4.
 fn probability_below(t: f64, freedom: u64) -> f64 {
     let angle = (t / (freedom as f64).sqrt()).atan();
     let (sin, cos) = angle.sin_cos();
     let odd = freedom % 2 == 1;
-    // Terms of the series: each follows from the one before.
+    // Each term of the series follows from the one before.
     let (mut term, mut sum) = if odd { (cos, 0.0) } else { (1.0, 0.0) };
     let mut k = if odd { 1 } else { 0 };
     while k + 2 <= freedom {

@@ -1,4 +1,4 @@
-//! Do the intervals hold the truth as often as they say? By summation where the distribution is simple, by
+//! Tests whether intervals hold the truth as often as they say: by summation if the distribution is simple, by
 //! simulation of the walks' scores elsewhere.
 
 use std::iter::successors;
@@ -11,7 +11,7 @@ use stats::{
 
 const CONFIDENCE: f64 = 0.95;
 
-/// Walks that reach a patch with probability `q` and then hit it a geometric number of times, `m` in the mean.
+/// Walks that reach a patch with probability `q` and then hit it a geometric number of times, `m` on average.
 #[derive(Clone, Copy, Debug)]
 struct Patch {
     q: f64,
@@ -23,7 +23,7 @@ impl Patch {
         self.q * self.m
     }
 
-    /// E[x²]/E[x].
+    /// The ratio E[x²]/E[x] of the scores.
     fn ratio(&self) -> f64 {
         2.0 * self.m - 1.0
     }
@@ -41,7 +41,7 @@ impl Patch {
         moments
     }
 
-    /// How many of `trials` intervals from n walks each hold the mean.
+    /// The number of `trials` intervals, from n walks each, that hold the mean.
     fn coverage(&self, n: u64, ratio_bound: f64, trials: u64, rng: &mut Pcg64Dxsm) -> Coverage {
         let mut coverage = Coverage::default();
         for _ in 0..trials {
@@ -60,7 +60,7 @@ fn distance(p: f64, rng: &mut Pcg64Dxsm) -> f64 {
     1.0 + (uniform(rng).ln() / (-p).ln_1p()).floor()
 }
 
-/// In (0, 1).
+/// A uniform number in (0, 1).
 fn uniform(rng: &mut Pcg64Dxsm) -> f64 {
     ((rng.next_u64() >> 11) as f64 + 0.5) / (1u64 << 53) as f64
 }
@@ -68,7 +68,7 @@ fn uniform(rng: &mut Pcg64Dxsm) -> f64 {
 const VISIT_PROBABILITIES: [f64; 6] = [1e-6, 1e-4, 0.01, 0.1, 0.5, 0.9];
 const MEAN_VISITS: [f64; 6] = [1.0, 1.1, 1.5, 2.4, 5.0, 10.0];
 
-/// Expected hits, and intervals tried of each patch.
+/// The expected hits, and the number of intervals tried for each patch.
 const TRIALS: [(f64, u64); 8] = [
     (0.5, 10_000),
     (1.0, 10_000),
@@ -80,25 +80,25 @@ const TRIALS: [(f64, u64); 8] = [
     (1e4, 200),
 ];
 
-/// Every patch of the two lists.
+/// All patches of the two lists.
 fn patches() -> impl Iterator<Item = Patch> {
     VISIT_PROBABILITIES.into_iter().flat_map(|q| MEAN_VISITS.map(|m| Patch { q, m }))
 }
 
-/// The standard errors a coverage may lie outside its limits. A rule whose coverage is just at a limit fails
-/// with probability 3e-5 per check; with the 700 checks made here, 1 in 45 if all were just there. The seeds
-/// are fixed: a failure means that the rule has changed.
+/// The standard errors by which a coverage may lie outside its limits. A rule whose coverage is just at a limit fails
+/// with probability 3e-5 per check; with the 700 checks made here, 1 in 45 if all were just there. The seeds are fixed:
+/// a failure means that the rule has changed.
 const TOLERANCE: f64 = 4.0;
 
-/// Assert that a coverage is at least `limit`.
+/// Asserts that a coverage is at least `limit`.
 fn assert_at_least(limit: f64, coverage: &Coverage, what: &str) {
     let rate = coverage.rate(limit).unwrap();
     assert!(rate.z(limit) > -TOLERANCE, "{what}: {rate:?}");
 }
 
-/// Walks of all kinds, from half an expected hit to ten thousand; with the bound exact, and with 9.5, that of
-/// reflectances 0.9 (m ≤ 1/(1 − 0.81)). Up to a hundred expected hits, each patch by itself must reach 94 %;
-/// from there on, all patches together 94.4–95.6 %.
+/// Tests walks of all kinds, from half an expected hit to ten thousand, with the exact bound and with 9.5, that of
+/// reflectances 0.9 (m ≤ 1/(1 − 0.81)). Up to a hundred expected hits, each patch by itself must reach 94 %; from there
+/// on, all patches together 94.4–95.6 %.
 #[test]
 fn intervals_hold_the_mean_at_every_number_of_hits() {
     let mut rng = Pcg64Dxsm::new(1997, 0);
@@ -138,7 +138,7 @@ fn intervals_hold_the_mean_at_every_number_of_hits() {
     }
 }
 
-/// Patches that most walks hit, many times over, and hardly any walks: 94 % each.
+/// Tests patches that most walks hit many times over, with hardly any walks: 94 % each.
 #[test]
 fn intervals_hold_the_mean_of_few_walks_with_many_hits() {
     let mut rng = Pcg64Dxsm::new(1991, 0);
@@ -183,8 +183,9 @@ fn exact_coverage(n: u64, q: f64, confidence: f64, ratio_bound: f64) -> f64 {
     covered / total
 }
 
-/// Rare single hits, Poisson counts: 94 % at every mean up to 500, and 94.4–95.6 % over the means from 100.
-/// Likewise near 90 and 99 %.
+/// Tests rare single hits, which are Poisson counts: 94 % at every mean up to 500, and 94.4–95.6 % over the means from
+/// 100. At levels of 90 and 99 %, the limits are 88.5 and 98.5 % at every mean, and 89.4–91 and 98.8–99.2 % over the means
+/// from 100.
 #[test]
 fn rare_single_hits_are_covered_at_every_mean() {
     let n = 1_000_000_000u64;
@@ -206,7 +207,7 @@ fn rare_single_hits_are_covered_at_every_mean() {
     }
 }
 
-/// Single hits of any probability: 94 %, also where hardly any walk misses.
+/// Tests single hits of any probability: 94 %, also if hardly any walk misses.
 #[test]
 fn single_hits_are_covered_at_every_probability() {
     let towards_one = (0..300).map(|i| 1.0 - 0.3 * 0.97f64.powi(i));
@@ -221,8 +222,8 @@ fn single_hits_are_covered_at_every_probability() {
     }
 }
 
-/// The levels that simultaneous intervals of many patches have each: rare single hits miss at most 1.2 times as often as
-/// they may, down to one in ten million.
+/// Tests the levels that simultaneous intervals of many patches have each: rare single hits miss at most 1.2 times as
+/// often as they may, down to one in ten million.
 #[test]
 fn extreme_levels_are_true_too() {
     let n = 1_000_000_000_000u64;
@@ -237,8 +238,9 @@ fn extreme_levels_are_true_too() {
     }
 }
 
-/// Chains that differ by a normal relative spread, looked at when 2^k and 3·2^(k−1) are in, from 8 on; the run ends at
-/// 5 % as double sampling says. The hardest case: one patch decides alone, and few chains tell its spread badly.
+/// Tests chains that differ by a normal relative spread, looked at when 2^k and 3·2^(k−1) are in, from 8 on; the run
+/// ends at 5 % by double sampling. This is the hardest case: one patch decides alone, and few chains tell its spread
+/// badly.
 #[test]
 fn chains_that_stop_at_a_target_cover_nearly_as_they_say() {
     const TARGET: f64 = 0.05;
@@ -246,7 +248,7 @@ fn chains_that_stop_at_a_target_cover_nearly_as_they_say() {
     let steps = successors(Some(8_u64), |n| n.checked_mul(2)).flat_map(|n| [n, n + n / 2]).take(14);
     let looks: Vec<(u64, f64)> =
         steps.map(|n| (n, student_quantile(0.5 + 0.5 * CONFIDENCE, n - 1))).collect();
-    // Chains that an interval of that width takes, were the spread known.
+    // The number of chains that an interval of that width would take if the spread were known.
     for chains in [10.0, 20.0, 40.0, 160.0] {
         let spread = TARGET * f64::sqrt(chains) / 1.96;
         let mut coverage = Coverage::default();

@@ -1,8 +1,8 @@
-//! Numbers with standard errors, calculated with.
+//! Arithmetic of numbers with standard errors.
 
 use stats::Measured;
 
-/// A number that no chance has a part in.
+/// A number without any statistical error.
 pub(crate) fn counted(value: f64) -> Measured {
     Measured { value, standard_error: 0.0 }
 }
@@ -14,18 +14,18 @@ pub(crate) fn quotient(a: Measured, b: Measured) -> Measured {
     Measured { value, standard_error: value.abs() * relative }
 }
 
-/// A measurement over what is expected of it.
+/// The ratio of a measurement to its expectation.
 pub(crate) fn ratio(measured: Measured, expected: f64) -> Measured {
     Measured { value: measured.value / expected, standard_error: measured.standard_error / expected }
 }
 
-/// The root of a mean square, with its standard error.
+/// The root mean square of a mean square, with its standard error.
 pub(crate) fn root(square: Measured) -> Measured {
     let value = square.value.sqrt();
     Measured { value, standard_error: 0.5 * square.standard_error / value }
 }
 
-/// The mean of parts of runs. Where all runs say the same, the error is that of the rule of three.
+/// The mean of parts over runs. If all runs agree, the error is that of the rule of three.
 pub(crate) fn proportion(parts: &[f64]) -> Measured {
     let measured = Measured::of(parts);
     Measured { standard_error: measured.standard_error.max(1.0 / parts.len() as f64), ..measured }

@@ -1,86 +1,86 @@
-//! What a study holds to theory, and how that is judged.
+//! Claims of studies, and their verdicts.
 
 use stats::Measured;
 
 use crate::numbers::{measured, number};
 
-/// What a measurement is held to.
+/// The bound that a measurement is held to.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Bound {
-    /// It is this, but for chance.
+    /// The measurement is this number, but for chance.
     Is(f64),
-    /// It is no more than this, but for chance.
+    /// The measurement is at most this number, but for chance.
     AtMost(f64),
-    /// It is no less than this, but for chance.
+    /// The measurement is at least this number, but for chance.
     AtLeast(f64),
-    /// It lies between both, but for chance.
+    /// The measurement lies between both numbers, but for chance.
     Between(f64, f64),
-    /// It is below this, beyond chance.
+    /// The measurement is below this number, beyond chance.
     ClearlyBelow(f64),
-    /// Theory says this, only nearly: nothing is judged.
+    /// Theory gives this number only approximately: the claim is not judged.
     About(f64),
-    /// Nothing.
+    /// The measurement is held to nothing.
     Nothing,
 }
 
-/// What has to hold.
+/// The test of a claim.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Test {
-    /// A statement that chance has no part in, and whether it holds.
+    /// A statement without statistical error, and whether it holds.
     Sure(bool),
-    /// A measurement that is held to a bound. A standard error of 0 leaves nothing to chance.
+    /// A measurement with its bound. A standard error of 0 leaves nothing to chance.
     Measured(Measured, Bound),
-    /// The one that is furthest off among several measurements, all of which are this number: it may be off by the given
-    /// number of standard errors.
+    /// The measurement that is furthest off among several, all of which should be this number: it may be off by the
+    /// given number of standard errors.
     Furthest(Measured, f64, Limit),
 }
 
-/// A number of standard errors.
+/// A limit as a number of standard errors.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Limit(f64);
 
-/// Something that a study holds to theory, or shows beside it.
+/// A claim: a result that a study holds to theory, or shows beside it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Claim {
-    /// What it is of.
+    /// The subject of the claim.
     pub label: String,
-    /// What has to hold.
+    /// The test that the claim must pass.
     pub test: Test,
-    /// What was measured when it was published.
+    /// The measurement that was published.
     pub published: Option<f64>,
-    /// Whether it is of what to do instead.
+    /// Whether the claim is about the remedy.
     pub remedy: bool,
 }
 
-/// What becomes of a claim.
+/// The verdict on a claim.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Verdict {
-    /// It holds.
+    /// The claim holds within its limit.
     Agrees,
-    /// It does not, and not by chance.
+    /// The claim does not hold, and not by chance.
     Differs,
-    /// Nothing was claimed.
+    /// The claim is only shown, not judged.
     Shown,
 }
 
-/// Judges claims by standard errors.
+/// The judge of claims, by standard errors.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Judge {
     /// The standard errors that a measurement may be off by.
     pub limit: f64,
-    /// The probability that a two-sided claim fails although it is true, for seeds drawn at random.
+    /// The probability that a true two-sided claim fails, for seeds drawn at random.
     pub false_alarm: f64,
-    /// The part of what is expected that a measurement may be off by beside chance: scores in fixed point are rounded.
+    /// The part of its expectation that a measurement may be off by beside chance: scores in fixed point are rounded.
     rounding: f64,
 }
 
-/// The standard errors by which something is clearly below a bound.
+/// The standard errors by which a measurement must be below a bound to be clearly below.
 const CLEARLY: f64 = 5.0;
 
 impl Judge {
-    /// One limit for all of a number of independent claims, so that any of them fails by chance with the probability
+    /// One limit for a number of independent claims, so that any of them fails by chance with the probability
     /// `false_alarm` (Šidák 1967): each may fail with 1 − (1 − p)^(1/m). Dependent claims fail less often, as do those
-    /// whose standard errors are better known than by `runs` runs (Student's t).
+    /// whose standard errors are known better than by `runs` runs (Student's t).
     pub fn of_all(false_alarm: f64, claims: usize, runs: usize) -> Self {
         let each = -((-false_alarm).ln_1p() / claims.max(1) as f64).exp_m1();
         let limit = stats::student_quantile(1.0 - 0.5 * each, runs as u64 - 1);
@@ -91,7 +91,7 @@ impl Judge {
     /// probability 1.2·10⁻⁶. So no measurement may be of fewer than 20 runs.
     pub const EACH: Judge = Judge { limit: 7.0, false_alarm: 1.2e-6, rounding: 1e-9 };
 
-    /// How a claim does.
+    /// The verdict on a claim.
     pub fn verdict(self, claim: &Claim) -> Verdict {
         let (ours, bound, limit) = match claim.test {
             Test::Sure(holds) => return if holds { Verdict::Agrees } else { Verdict::Differs },
@@ -111,13 +111,13 @@ impl Judge {
         if agrees { Verdict::Agrees } else { Verdict::Differs }
     }
 
-    /// Whether nothing is wrong with a claim.
+    /// Whether a claim agrees or is only shown.
     pub fn passes(self, claim: &Claim) -> bool {
         self.verdict(claim) != Verdict::Differs
     }
 
-    /// The probability that a claim fails by chance alone; 0 where chance has no part, or where it would have to be
-    /// against what is claimed by more than [`CLEARLY`].
+    /// The probability that a claim fails by chance alone; 0 if chance has no part, or if the measurement would have to
+    /// be off by more than [`CLEARLY`] to fail.
     pub fn false_alarm(self, claim: &Claim) -> f64 {
         match claim.test {
             Test::Measured(_, Bound::Is(_) | Bound::Between(..)) | Test::Furthest(..) => self.false_alarm,
@@ -132,18 +132,18 @@ impl Claim {
         Claim { label: label.into(), test, published: None, remedy: false }
     }
 
-    /// A measurement that is held to a bound.
+    /// A claim that a measurement keeps a bound.
     pub fn of(label: impl Into<String>, ours: Measured, bound: Bound) -> Self {
         Claim::new(label, Test::Measured(ours, bound))
     }
 
-    /// A statement that chance has no part in.
+    /// A claim without statistical error.
     pub fn sure(label: impl Into<String>, holds: bool) -> Self {
         Claim::new(label, Test::Sure(holds))
     }
 
-    /// The measurement that is furthest off among `measurements`, each the mean over `runs` runs, all of which are
-    /// `expected`: judged as one of them by [`Judge::EACH`] (Bonferroni, Student's t).
+    /// A claim on the measurement that is furthest off among `measurements`, each the mean over `runs` runs, all of
+    /// which should be `expected`: judged as one of them by [`Judge::EACH`] (Bonferroni, Student's t).
     pub fn furthest(
         label: impl Into<String>,
         ours: Measured,
@@ -155,43 +155,43 @@ impl Claim {
         Claim::new(label, Test::Furthest(ours, expected, Limit(stats::student_quantile(level, runs - 1))))
     }
 
-    /// A measurement that is this number.
+    /// A claim that a measurement is this number.
     pub fn equal(label: impl Into<String>, ours: Measured, expected: f64) -> Self {
         Claim::of(label, ours, Bound::Is(expected))
     }
 
-    /// A measurement that is not below a bound.
+    /// A claim that a measurement is not below a bound.
     pub fn at_least(label: impl Into<String>, ours: Measured, least: f64) -> Self {
         Claim::of(label, ours, Bound::AtLeast(least))
     }
 
-    /// A measurement that is below a bound, beyond chance.
+    /// A claim that a measurement is below a bound, beyond chance.
     pub fn below(label: impl Into<String>, ours: Measured, bound: f64) -> Self {
         Claim::of(label, ours, Bound::ClearlyBelow(bound))
     }
 
-    /// That the program says a word.
+    /// A claim that the program's words hold a word.
     pub fn told(told: &[String], word: &str) -> Self {
         let holds = told.iter().any(|line| line.contains(word));
         Claim::sure(format!("the program says “{word}”"), holds)
     }
 
-    /// The claim with what was published.
+    /// The claim with the published measurement.
     pub fn published(self, published: f64) -> Self {
         Claim { published: Some(published), ..self }
     }
 
-    /// The claim as one of what to do instead.
+    /// The claim as one about the remedy.
     pub fn instead(self) -> Self {
         Claim { remedy: true, ..self }
     }
 
-    /// Whether a verdict is asked for.
+    /// Whether the claim is judged.
     pub fn is_judged(&self) -> bool {
         !matches!(self.test, Test::Measured(_, Bound::About(_) | Bound::Nothing))
     }
 
-    /// What was measured, where something was.
+    /// The measurement, if the claim has one.
     pub fn ours(&self) -> Option<Measured> {
         match self.test {
             Test::Measured(ours, _) | Test::Furthest(ours, ..) => Some(ours),
@@ -199,7 +199,7 @@ impl Claim {
         }
     }
 
-    /// What the measurement is held to.
+    /// The bound of the measurement.
     pub fn bound(&self) -> Bound {
         match self.test {
             Test::Measured(_, bound) => bound,
@@ -208,7 +208,7 @@ impl Claim {
         }
     }
 
-    /// Standard errors from what is claimed, where that is one number and chance has a part.
+    /// The standard errors from the claimed number, if the claim is one number and chance has a part.
     pub fn z(&self) -> Option<f64> {
         let ours = self.ours().filter(|ours| ours.standard_error > 0.0)?;
         match self.bound() {
@@ -217,7 +217,7 @@ impl Claim {
         }
     }
 
-    /// The measurement over what is claimed, where that is one number.
+    /// The measurement over the claimed number, if the claim is one number.
     pub fn ratio(&self) -> Option<f64> {
         match self.bound() {
             Bound::Is(x)

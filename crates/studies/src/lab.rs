@@ -1,42 +1,42 @@
-//! Where experiments are run: on the threads of this machine, with an answer that does not depend on them.
+//! The laboratory: runs experiments on the threads of this machine, with answers that do not depend on the threads.
 
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use radiosity::{Experiment, Sequence, Tally};
 
-/// How much is done.
+/// The size of a study.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Effort {
-    /// Everything, at reduced size: a minute.
+    /// Everything is done at reduced size, in a minute.
     Quick,
-    /// As published, and more where chance would hide what is looked for.
+    /// Everything is done as published, and more where chance would hide the effect.
     Full,
 }
 
-/// Threads to run experiments on.
+/// The threads that run experiments.
 #[derive(Clone, Copy, Debug)]
 pub struct Lab {
-    /// How much is done.
+    /// The size of a study.
     pub effort: Effort,
-    /// The threads.
+    /// The number of threads.
     pub threads: usize,
 }
 
-/// Walks (of chains: one chain) that a thread takes at a time towards one tally.
+/// The walks (of chains: one chain) that a thread takes at a time towards one tally.
 const PIECE: u64 = 1 << 20;
 
 /// The seed of the first run.
 const FIRST_SEED: u64 = 1000;
 
 impl Lab {
-    /// A laboratory of `threads` threads; of all cores where that is not said.
+    /// A laboratory of `threads` threads, or of all cores for `None`.
     pub fn new(effort: Effort, threads: Option<usize>) -> Self {
         let cores = || std::thread::available_parallelism().map_or(1, usize::from);
         Lab { effort, threads: threads.unwrap_or_else(cores) }
     }
 
-    /// The first where little is done, else the second.
+    /// The first argument for a quick study, the second for a full one.
     pub fn pick<T>(&self, quick: T, full: T) -> T {
         match self.effort {
             Effort::Quick => quick,
@@ -44,8 +44,8 @@ impl Lab {
         }
     }
 
-    /// What independent runs come to, in their order: run r has walks r·`walks` … (r + 1)·`walks` − 1 of the
-    /// sequence of `seed`.
+    /// The results of independent runs, in their order: run r has walks r·`walks` … (r + 1)·`walks` − 1 of the sequence
+    /// of `seed`.
     pub fn runs<T: Send>(
         &self,
         experiment: &Experiment,
@@ -66,7 +66,7 @@ impl Lab {
         )
     }
 
-    /// Something for each of `runs` seeds, in their order.
+    /// The results of `of` for `runs` seeds, in their order.
     pub fn each_seed<T: Send>(&self, runs: u64, of: impl Fn(u64) -> T + Sync) -> Vec<T> {
         self.each(runs as usize, || (), |(), run| of(FIRST_SEED + run as u64))
     }
@@ -90,7 +90,8 @@ impl Lab {
         whole.into_inner().expect("no thread has panicked")
     }
 
-    /// Does `count` independent things, each with what `prepare` made for its thread, and returns them in order.
+    /// Does `count` independent tasks, each with the value that `prepare` made for its thread. Returns the results in
+    /// order.
     pub fn each<S, T: Send>(
         &self,
         count: usize,

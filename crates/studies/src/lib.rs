@@ -1,7 +1,7 @@
 //! Studies of the methods: [`papers`] measures the published tables and figures again, [`atlas`] drives methods to where
-//! they fail, [`compare`] ranks them by speed and accuracy.
+//! they fail, [`compare`] ranks them by speed and accuracy, [`validation`] holds walks to closed forms.
 //!
-//! Nothing is printed and no file is written here. Seeds are fixed, so that an answer depends on the size of a study
+//! This crate prints nothing and writes no files. Seeds are fixed, so that an answer depends on the size of a study
 //! alone, not on threads or machines. Times are the exception, and are never judged.
 //!
 //! Papers are cited by key: S97 = Sbert, *Error and Complexity of Random Walk Monte Carlo Radiosity* (1997);
@@ -23,6 +23,7 @@ mod page;
 pub mod papers;
 mod series;
 mod told;
+pub mod validation;
 mod walking;
 
 pub use lab::{Effort, Lab};

@@ -1,4 +1,4 @@
-//! Numbers as pages have them.
+//! The form of numbers on pages.
 
 use stats::Measured;
 
@@ -7,13 +7,13 @@ pub(crate) fn number(x: f64) -> String {
     if x == 0.0 { "0".into() } else { to_digit(x, x.abs().log10().floor() as i32 - 3) }
 }
 
-/// A number as it was printed, or to four digits where it is longer.
+/// A number as it was printed, or to four digits if it is longer.
 pub(crate) fn printed(x: f64) -> String {
     let whole = x.to_string();
     if whole.len() <= 7 { whole } else { number(x) }
 }
 
-/// A number as far as its error, of which two digits, leaves it.
+/// A number to the digit that two digits of its error allow.
 pub(crate) fn measured(Measured { value, standard_error }: Measured) -> String {
     if standard_error == 0.0 || !standard_error.is_finite() {
         return number(value);

@@ -1,28 +1,28 @@
-//! Pages in Markdown.
+//! The writer of pages in Markdown.
 
 /// A page that is written from top to bottom.
 #[derive(Default)]
 pub(crate) struct Page(String);
 
 impl Page {
-    /// A line as it stands.
+    /// Adds a line as it is.
     pub(crate) fn line(&mut self, line: impl AsRef<str>) {
         self.0.push_str(line.as_ref());
         self.0.push('\n');
     }
 
-    /// A paragraph, with the empty line behind it.
+    /// Adds a paragraph, with an empty line after it.
     pub(crate) fn paragraph(&mut self, text: impl AsRef<str>) {
         self.line(text);
         self.line("");
     }
 
-    /// A heading: of the page at level 1, of a chapter at level 2.
+    /// Adds a heading: of the page at level 1, of a chapter at level 2.
     pub(crate) fn heading(&mut self, level: usize, title: &str) {
         self.paragraph(format!("{} {title}", "#".repeat(level)));
     }
 
-    /// A table, with the empty line behind it.
+    /// Adds a table, with an empty line after it.
     pub(crate) fn table<const N: usize>(
         &mut self,
         heads: [&str; N],
@@ -34,7 +34,7 @@ impl Page {
         self.line("");
     }
 
-    /// A drawing and what it shows.
+    /// Adds a drawing and its caption.
     pub(crate) fn drawing(&mut self, caption: &str, file: &str) {
         self.paragraph(format!("![{caption}]({file})"));
     }

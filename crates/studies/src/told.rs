@@ -1,4 +1,4 @@
-//! A run in this process, told of as `radwalk run` tells.
+//! Runs in this process, judged as `radwalk run` judges.
 
 use job::Target;
 use judge::checks::checks;
@@ -8,19 +8,19 @@ use report::Check;
 
 use crate::walking::{CONFIDENCE, advance};
 
-/// A run that was looked at as jobs are.
+/// A run with the looks of a job.
 pub(crate) struct Run {
-    /// Where its walks ended.
+    /// The tally at its end.
     pub tally: Tally,
-    /// What they say.
+    /// The solution of the tally.
     pub solution: Solution,
-    /// What was verified.
+    /// The checks of the run.
     pub checks: Vec<Check>,
     /// Whether its target, if any, ended it.
     pub reached: bool,
 }
 
-/// Runs a job of `walks` at most, with its looks and checks.
+/// Runs a job of at most `walks` walks, with its looks and checks.
 pub(crate) fn run(experiment: &Experiment, seed: u64, walks: u64, target: Option<Target>) -> Run {
     let mut observer = Observer::new(experiment.clone(), CONFIDENCE, target);
     let (mut tally, mut seen, mut reached) = (experiment.tally::<2>(), Vec::new(), false);
@@ -40,7 +40,7 @@ pub(crate) fn run(experiment: &Experiment, seed: u64, walks: u64, target: Option
 }
 
 impl Run {
-    /// The checks that did not pass, as summaries have them.
+    /// The checks that did not pass, in the words of summaries.
     pub(crate) fn told(&self) -> Vec<String> {
         let failed = self.checks.iter().filter(|check| !check.ok);
         failed.map(|check| format!("check `{}`: {}", check.name, check.message)).collect()

@@ -1,4 +1,4 @@
-//! Walks walked in this process, and what their tallies say.
+//! Walks that are shot in this process, and what their tallies say.
 
 use radiosity::{Estimate, Experiment, IndexChoice, Method, Scene, SceneSpec, Sequence, Solution, Tally};
 use stats::Measured;
@@ -6,19 +6,19 @@ use stats::Measured;
 use crate::arithmetic::{proportion, ratio};
 use crate::lab::Lab;
 
-/// The level of intervals.
+/// The level of the intervals.
 pub(crate) const CONFIDENCE: f64 = 0.95;
 
-/// Walks scored on one board before it is emptied.
+/// The walks scored on one board before it is emptied.
 const AT_A_TIME: u64 = 1 << 20;
 
-/// What keeps a study from being done.
+/// The error that keeps a study from being done.
 pub type Failure = Box<dyn std::error::Error + Send + Sync>;
 
-/// A method in a scene.
+/// An experiment of a method in a scene.
 ///
 /// # Errors
-/// Where the scene or the method is refused.
+/// If the scene or the method is refused.
 pub(crate) fn experiment(spec: &SceneSpec, method: impl Into<Method>) -> Result<Experiment, Failure> {
     Ok(Experiment::new(Scene::build(spec, IndexChoice::Auto)?, method)?)
 }
@@ -40,15 +40,15 @@ pub(crate) fn advance<const M: usize>(experiment: &Experiment, seed: u64, walks:
     }
 }
 
-/// What walks 0 … `walks` − 1 say.
+/// The solution of walks 0 … `walks` − 1.
 pub(crate) fn solve(experiment: &Experiment, seed: u64, walks: u64) -> Solution {
     Solution::new(experiment, &walk::<2>(experiment, seed, walks), CONFIDENCE)
 }
 
-/// The first channel of a patch.
+/// The estimate of a patch's first channel.
 ///
 /// # Panics
-/// Where no walk could tell.
+/// If no walk can tell of the patch.
 pub(crate) fn estimate(solution: &Solution, patch: usize) -> Estimate {
     solution.face(patch).expect("walks tell of this patch")[0]
 }
@@ -61,14 +61,14 @@ pub(crate) fn receivers(experiment: &Experiment) -> Vec<usize> {
     patches.filter(receives).map(|(i, _)| i).collect()
 }
 
-/// What the sums of a grey experiment's tallies are worth.
+/// The reader of a grey experiment's tallies.
 pub(crate) struct Reader {
-    /// b over the mean score [W/m²] of every patch.
+    /// The value of b per unit of mean score [W/m²], for every patch.
     per_unit: Vec<f64>,
 }
 
 impl Reader {
-    /// Of an experiment whose walks tell of every patch.
+    /// The reader of an experiment whose walks tell of every patch.
     pub(crate) fn new(experiment: &Experiment) -> Self {
         let empty = experiment.tally::<2>();
         let worth = |(i, patch): (usize, radiosity::Face)| {
@@ -78,7 +78,7 @@ impl Reader {
         Reader { per_unit: experiment.scene().faces().iter().enumerate().map(worth).collect() }
     }
 
-    /// b of every patch [W/m²].
+    /// The b of every patch [W/m²].
     pub(crate) fn reflected(&self, tally: &Tally) -> Vec<f64> {
         let walks = tally.counts.walks as f64;
         let sums = (0..self.per_unit.len()).map(|i| tally.patch(i, 0)[0] as f64);
@@ -86,7 +86,7 @@ impl Reader {
     }
 }
 
-/// What the solutions of runs of different seeds come to, one number each.
+/// One number for each of several runs of different seeds, made from its solution.
 fn of_runs(
     lab: &Lab,
     runs: u64,
@@ -112,7 +112,7 @@ pub(crate) fn squared_error(
     }))
 }
 
-/// Which part of the intervals of some patches holds the truth, over runs of different seeds.
+/// The part of the intervals of some patches that holds the truth, over runs of different seeds.
 pub(crate) fn coverage(
     lab: &Lab,
     runs: u64,
@@ -124,7 +124,7 @@ pub(crate) fn coverage(
     proportion(&of_runs(lab, runs, experiment, walks, |solution| covered(solution, patches, truth)))
 }
 
-/// Which part of the intervals of some patches holds the truth, as far as rounding lets it tell.
+/// The part of the intervals of some patches that holds the truth, as far as rounding allows.
 pub(crate) fn covered(solution: &Solution, patches: &[usize], truth: &[f64]) -> f64 {
     let holds = |&&i: &&usize| {
         let Estimate { ci_low, ci_high, .. } = estimate(solution, i);
@@ -134,8 +134,7 @@ pub(crate) fn covered(solution: &Solution, patches: &[usize], truth: &[f64]) -> 
     patches.iter().filter(holds).count() as f64 / patches.len() as f64
 }
 
-/// Mean and variance of the score of a walk on a patch: B [W/m²], and the variance of B for one walk over `expected`,
-/// judged by the sample's own fourth moment.
+/// The variance of B for one walk on a patch over `expected`, judged by the sample's own fourth moment.
 pub(crate) fn variance_over(experiment: &Experiment, tally: &Tally, patch: usize, expected: f64) -> Measured {
     let meaning = experiment.meaning(patch, 0, tally).expect("walks tell of this patch");
     let per_event = meaning.irradiance_per_event.expect("the estimator can tell");

@@ -1,7 +1,8 @@
-//! What the program says: results on stdout, all else on stderr as `tracing` events, in the form that was asked for.
+//! The program's output: results on stdout, everything else on stderr as `tracing` events, in the form that was asked
+//! for.
 //!
-//! A reader that has gone away is no reason to end a run. Results that cannot be written are remembered, and the command
-//! fails at its end.
+//! If the reader of the output goes away, the run goes on. Results that cannot be written are remembered, and the
+//! command fails at its end.
 
 #![warn(unreachable_pub, unnameable_types)]
 
@@ -19,40 +20,40 @@ use tracing::level_filters::LevelFilter;
 use tracing::{Event, Level, Subscriber, info};
 use tracing_subscriber::layer::{Context, Layer, SubscriberExt};
 
-/// Sets the level of what is told, whatever `--quiet` says.
+/// The environment variable that sets the level of messages, whatever `--quiet` says.
 pub const LOG_VARIABLE: &str = "RADWALK_LOG";
 
-/// The first line on stdout that could not be written.
+/// The error of the first line on stdout that could not be written.
 static UNSAID: Mutex<Option<io::Error>> = Mutex::new(None);
 
-/// How lines on stderr look.
+/// The form of lines on stderr.
 static FORM: OnceLock<Form> = OnceLock::new();
 
-/// The bar on the terminal, which lines go above.
+/// The progress bar on the terminal; lines go above it.
 static BAR: Mutex<Option<ProgressBar>> = Mutex::new(None);
 
-/// How lines on stderr look.
+/// The form of lines on stderr.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Form {
-    /// Sentences.
+    /// Lines are sentences without time and level.
     Plain,
-    /// Sentences behind the time and the level: logs of long runs.
+    /// Lines begin with the time and the level: logs of long runs.
     Stamped,
-    /// A JSON object each, and nothing else.
+    /// Each line is a JSON object, and nothing else is written.
     Json,
 }
 
-/// What is told, and how.
+/// The form and the level of messages.
 #[derive(Clone, Copy, Debug)]
 pub struct Voice {
-    /// How.
+    /// The form of lines on stderr.
     pub form: Form,
-    /// The least level that is told.
+    /// The least level of messages that are written.
     pub level: LevelFilter,
 }
 
 impl Voice {
-    /// The voice of a command. `long` commands stamp their lines where stderr is no terminal.
+    /// The voice of a command. `long` commands stamp their lines if stderr is no terminal.
     pub fn new(json: bool, quiet: bool, long: bool) -> Self {
         let form = match () {
             () if json => Form::Json,
@@ -62,37 +63,37 @@ impl Voice {
         Voice { form, level: if quiet { LevelFilter::WARN } else { LevelFilter::INFO } }
     }
 
-    /// Tells from here on what this voice tells.
+    /// Writes the messages of this process with this voice from now on.
     ///
     /// # Errors
-    /// Where the environment asks for a level that there is not.
+    /// If the environment asks for an unknown level.
     pub fn begin(self) -> Result<(), String> {
-        // Quiet workers inherit the environment of the coordinator that started them, and leave the telling to it.
+        // Quiet workers inherit the environment of the coordinator that started them, and leave messages to it.
         let asked = std::env::var(LOG_VARIABLE).ok().filter(|_| self.level != LevelFilter::OFF);
         let level = asked.as_deref().map(|word| word.parse().map_err(|_| word.to_owned())).transpose();
         let _ = FORM.set(self.form);
         let printer = Printer { form: self.form };
         let voice = |level| tracing_subscriber::registry().with(level).with(printer);
-        // It is set once, before anything is told.
+        // It is set once, before any message.
         let set = |level| tracing::subscriber::set_global_default(voice(level));
         let _ = set(level.clone().ok().flatten().unwrap_or(self.level));
         level.map(|_| ())
     }
 }
 
-/// Before the first word on something that takes its time, and between two of them on a terminal and in JSON.
+/// The time before the first message on a long phase, and between two messages on a terminal and in JSON.
 const PULSE: Duration = Duration::from_secs(2);
 
-/// Between two words at most, where lines stay.
+/// The longest time between two messages if lines stay.
 const LONGEST_PULSE: Duration = Duration::from_secs(30);
 
-/// Something that may take long, and is told of while it does.
+/// A phase that may take long, with messages while it lasts.
 pub struct Phase {
     state: Arc<(Mutex<Doing>, Condvar)>,
     teller: Option<JoinHandle<()>>,
 }
 
-/// What is done, since when.
+/// The phase of the moment, and its start.
 struct Doing {
     what: &'static str,
     since: Instant,
@@ -101,24 +102,24 @@ struct Doing {
 }
 
 impl Phase {
-    /// Something begins.
+    /// Begins the first phase.
     pub fn begin(what: &'static str) -> Self {
         let doing = Doing { what, since: Instant::now(), part: None, over: false };
         let state = Arc::new((Mutex::new(doing), Condvar::new()));
         let told = Arc::clone(&state);
-        // Without a thread nothing is told, and nothing else is lost.
+        // Without a thread there are no messages; the work itself goes on.
         let teller = std::thread::Builder::new().spawn(move || tell_phases(&told)).ok();
         Phase { state, teller }
     }
 
-    /// Something else begins.
+    /// Ends the phase and begins another.
     pub fn now(&self, what: &'static str) {
         let mut doing = held(&self.state.0);
         (doing.what, doing.since, doing.part) = (what, Instant::now(), None);
         self.state.1.notify_all();
     }
 
-    /// A part of it is done.
+    /// Notes the part of the phase that is done.
     pub fn done(&self, part: f64) {
         held(&self.state.0).part = Some(part);
     }
@@ -132,7 +133,8 @@ impl Drop for Phase {
     }
 }
 
-/// Tells what is done while it takes long: in a line that is replaced on a terminal, else in lines that come ever later.
+/// Writes messages while a phase takes long: on a terminal in a line that is replaced, else in lines at growing
+/// intervals.
 fn tell_phases((state, changed): &(Mutex<Doing>, Condvar)) {
     let lasts = FORM.get() != Some(&Form::Plain) || !io::stderr().is_terminal();
     let steps = FORM.get() == Some(&Form::Json) || !lasts;
@@ -169,7 +171,7 @@ fn tell_phases((state, changed): &(Mutex<Doing>, Condvar)) {
     }
 }
 
-/// A line on stdout: results.
+/// Writes a line of results on stdout.
 pub fn say(line: &str) {
     let write = || writeln!(io::stdout(), "{}", harmless(line));
     let written = match held(&BAR).as_ref() {
@@ -183,18 +185,18 @@ pub fn say(line: &str) {
     }
 }
 
-/// Why a result could not be said, where one could not.
+/// The error of the first result that could not be written, if there is one.
 pub fn unsaid() -> Option<io::Error> {
     held(&UNSAID).take()
 }
 
-/// A JSON line on stderr.
+/// Writes a JSON line on stderr.
 pub fn emit(event: &Value) {
-    // What a reader that is gone does not read, it does not miss.
+    // A reader that is gone needs no message.
     let _ = writeln!(io::stderr(), "{event}");
 }
 
-/// Lines go above this bar from here on; without one, to the end of the terminal.
+/// Keeps lines above this progress bar from now on; `None` ends that.
 pub fn keep_below(bar: Option<ProgressBar>) {
     *held(&BAR) = bar;
 }
@@ -203,12 +205,12 @@ fn held<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Text without what commands a terminal: names in files may hold anything.
+/// Text without control characters, which could command a terminal: names in files may hold any.
 fn harmless(text: &str) -> String {
     text.chars().filter(|c| !c.is_control() || matches!(c, '\n' | '\t')).collect()
 }
 
-/// Now, in UTC, to the second: 2026-01-31T23:59:59Z.
+/// The current time in UTC to the second, as 2026-01-31T23:59:59Z.
 fn stamp() -> String {
     let now = OffsetDateTime::now_utc();
     let (date, time) = (now.date(), now.time());
@@ -223,19 +225,19 @@ fn stamp() -> String {
     )
 }
 
-/// A line of a log as JSON.
+/// The JSON object of a line of a log.
 pub fn record(level: &str, event: &str, text: &str) -> Map<String, Value> {
     let line = json!({"event": event, "level": level, "time": stamp(), "text": text});
     let Value::Object(line) = line else { unreachable!("it was written as an object") };
     line
 }
 
-/// Writes events to stderr.
+/// The subscriber that writes events to stderr.
 struct Printer {
     form: Form,
 }
 
-/// The parts of an event.
+/// The parts of an event: its text and its fields.
 #[derive(Default)]
 struct Parts {
     text: String,
@@ -245,7 +247,7 @@ struct Parts {
 impl Visit for Parts {
     fn record_debug(&mut self, field: &Field, value: &dyn fmt::Debug) {
         if field.name() == "message" {
-            // A string takes what it is given.
+            // Writing to a string cannot fail.
             let _ = write!(self.text, "{value:?}");
         } else {
             self.fields.insert(field.name().into(), format!("{value:?}").into());
@@ -267,7 +269,7 @@ impl<S: Subscriber> Layer<S> for Printer {
         event.record(&mut parts);
         let line = self.line(*event.metadata().level(), &parts);
         let write = || {
-            // As in `emit`.
+            // A reader that is gone is no error, as in `emit`.
             let _ = writeln!(io::stderr(), "{line}");
         };
         match held(&BAR).as_ref() {
@@ -293,7 +295,7 @@ impl Printer {
                 line.extend(fields.clone());
                 Value::Object(line).to_string()
             }
-            // The end of a command is its message alone.
+            // The last line of a command is its message alone.
             Form::Stamped if level > Level::ERROR => format!("{} {word:<5} {text}", stamp()),
             Form::Stamped | Form::Plain => format!("{prefix}{text}"),
         }

@@ -1,12 +1,9 @@
 //! Runs on worker processes. All runs of one method and size are one job of the cluster, one after the other along its
 //! walks: so workers are started and the scene is sent once, and what a run comes to depends on the job alone.
 
-use std::cell::RefCell;
 use std::sync::mpsc::channel;
 
-use cluster::checkpoint::{Look, Past};
-use cluster::coordinator::{Coordinator, Ending};
-use cluster::server::{Wish, serve};
+use cluster::checkpoint::Look;
 use judge::MOMENTS;
 use radiosity::{Counts, Tally};
 use results::{Identity, Settings};
@@ -14,9 +11,8 @@ use studies::compare::contender::Trial;
 use studies::compare::{Shot, Team};
 
 use crate::build::BUILD;
-use crate::commands::coordinate::{Door, plan};
 use crate::fault::Fault;
-use crate::signals;
+use crate::team::walk;
 
 /// Walks a trial, in a number of runs.
 ///
@@ -32,36 +28,7 @@ pub(crate) fn shoot(team: Team, trial: &Trial, runs: usize) -> Result<Shot, Faul
         let _ = out.send(prefix.clone());
         Look { walks: prefix.counts.walks, rays: prefix.counts.rays, ..Look::default() }
     };
-    let plan = plan(&identity, &job.budget, experiment, ends, Box::new(judge))?;
-    let mut coordinator = Coordinator::new(plan, Past::none(experiment.tally::<MOMENTS>()));
-    let mut door = Door::open(&identity, team.workers, team.threads)?;
-    let notices = RefCell::new(Vec::new());
-    let mut memory = None;
-    let owner = |coordinator: &Coordinator| {
-        notices.borrow_mut().drain(..).for_each(|notice| door.workers.heed(&notice));
-        if coordinator.ending().is_some() {
-            // Nobody has heard of it yet, so everybody is still there.
-            memory = door.workers.peak_memory();
-        } else if signals::stop_asked() {
-            return Wish::Stop;
-        } else if !door.workers.tend(coordinator.progress().walks) {
-            return Wish::GiveUp;
-        }
-        Wish::Continue
-    };
-    let tell = |notice| notices.borrow_mut().push(notice);
-    let ending = serve(door.listener, &door.access, &mut coordinator, owner, tell)
-        .map_err(|source| Fault::System { doing: "serving the workers", source })?;
-    match ending {
-        Ending::BudgetSpent => {}
-        Ending::Interrupted => return Err(Fault::Interrupted),
-        Ending::Overflow => return Err(Fault::Overflow),
-        Ending::NoWorkers | Ending::Stuck | Ending::TargetReached | Ending::WallClock => {
-            return Err(Fault::NoWorkers(door.workers.trouble.clone()));
-        }
-    }
-    let (seconds, received) = (coordinator.effort().cpu_seconds, coordinator.received());
-    drop(coordinator);
+    let walked = walk(team, &identity, &job.budget, experiment, (ends, Box::new(judge)), &|_| ())?;
     let empty = experiment.tally::<MOMENTS>();
     let tallies = prefixes.iter().scan(empty, |before, now| {
         let run = since(before, &now);
@@ -70,9 +37,9 @@ pub(crate) fn shoot(team: Team, trial: &Trial, runs: usize) -> Result<Shot, Faul
     });
     Ok(Shot {
         tallies: tallies.collect(),
-        seconds: seconds / runs as f64,
-        memory,
-        traffic: received / runs as u64,
+        seconds: walked.cpu_seconds / runs as f64,
+        memory: walked.memory,
+        traffic: walked.received / runs as u64,
     })
 }
 

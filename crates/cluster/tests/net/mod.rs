@@ -1,4 +1,4 @@
-//! Coordinators and workers over real sockets of this machine, and connections that a test speaks on itself.
+//! Coordinators and workers over real sockets of this machine, and connections on which a test itself sends messages.
 #![allow(dead_code, reason = "each test file uses its own part")]
 
 use std::io::{self, Read, Write};
@@ -22,17 +22,17 @@ use crate::toy::{
     self, BUILD, Board, JOB, JOB_HASH, LAYOUT, PATCHES, READY, SCENE_HASH, coordinator, straight,
 };
 
-/// A test that takes so long hangs.
+/// The time after which a test is taken to hang.
 pub const HANG: Duration = Duration::from_secs(120);
 
-/// What came of a run.
+/// The outcome of a run.
 pub struct Run {
     pub ending: Ending,
     pub coordinator: Coordinator,
     pub notices: Vec<String>,
 }
 
-/// Serves a job to workers and others, who know how to get in, until it is done or `stop` says so.
+/// Serves a job to workers and `others`, which get the access, until it is done or `stop` returns true.
 pub fn run(plan: Plan, stop: impl Fn(&Coordinator) -> bool, others: impl FnOnce(&Access) + Send) -> Run {
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
     let access = access_of(&listener);
@@ -51,7 +51,7 @@ pub fn run(plan: Plan, stop: impl Fn(&Coordinator) -> bool, others: impl FnOnce(
             }
         };
         let tell = |notice| match notice {
-            // That workers come is no news.
+            // Notices of new workers are left out.
             Notice::Joined { .. } => {}
             notice => notices.push(notice.to_string()),
         };
@@ -60,7 +60,7 @@ pub fn run(plan: Plan, stop: impl Fn(&Coordinator) -> bool, others: impl FnOnce(
     Run { ending, coordinator, notices }
 }
 
-/// The access to a coordinator that listens there.
+/// The access to a coordinator that listens at `listener`.
 pub fn access_of(listener: &TcpListener) -> Access {
     Access::new(listener.local_addr().unwrap().to_string(), BUILD, SCENE_HASH).unwrap()
 }
@@ -77,7 +77,7 @@ pub fn await_that(condition: impl Fn() -> bool) {
     }
 }
 
-/// The job without physics.
+/// The work of the job without physics.
 pub struct Toy;
 
 impl Work for Toy {
@@ -113,7 +113,7 @@ pub fn honest(access: &Access, threads: usize) {
     work(access, &identity(threads), toy_of, || 1.0).unwrap();
 }
 
-/// A connection that a test speaks on itself.
+/// A connection on which a test itself sends messages.
 pub struct Raw {
     pub stream: TcpStream,
     pub sealer: Sealer,
@@ -121,7 +121,7 @@ pub struct Raw {
 }
 
 impl Raw {
-    /// A connection that has shown to know the key, but has not said who it is.
+    /// A connection that has proved that it knows the key, but has not introduced itself.
     pub fn connect(access: &Access) -> Self {
         Raw::greet(knock(access), access)
     }
@@ -135,7 +135,7 @@ impl Raw {
         Raw { stream, sealer: session.sealer, inbound: Inbound::new(session.opener) }
     }
 
-    /// The other end of a connection, of a coordinator that a test plays.
+    /// The coordinator's end of a connection, played by a test.
     pub fn accept(listener: &TcpListener, access: &Access) -> Self {
         let (mut stream, _) = listener.accept().unwrap();
         stream.set_read_timeout(Some(HANG)).unwrap();
@@ -146,7 +146,7 @@ impl Raw {
         Raw { stream, sealer: session.sealer, inbound: Inbound::new(session.opener) }
     }
 
-    /// A worker that is let in.
+    /// A connection as a worker that is let in.
     pub fn enter(access: &Access) -> Self {
         let mut raw = Raw::connect(access);
         raw.say(&ToCoordinator::Hello(toy::hello("raw", 1)));
@@ -154,7 +154,7 @@ impl Raw {
         raw
     }
 
-    /// A worker that has been given its first lease.
+    /// A connection as a worker that has its first lease.
     pub fn join(access: &Access) -> (Self, u64, Range<u64>) {
         let mut raw = Raw::enter(access);
         raw.say(&READY);
@@ -162,7 +162,7 @@ impl Raw {
         (raw, id, first_walk..first_walk + walks)
     }
 
-    /// Records of a message.
+    /// The sealed records of a message.
     pub fn sealed(&mut self, message: &impl bincode::Encode) -> Vec<u8> {
         let mut wire = Vec::new();
         self.sealer.seal_all(&frame(message).unwrap(), &mut wire);
@@ -174,7 +174,7 @@ impl Raw {
         self.stream.write_all(&wire).unwrap();
     }
 
-    /// Says what is no message.
+    /// Sends bytes that are no message.
     pub fn say_bytes(&mut self, frame: &[u8]) {
         let mut wire = Vec::new();
         self.sealer.seal_all(frame, &mut wire);
@@ -182,7 +182,7 @@ impl Raw {
         let _ = self.stream.write_all(&wire);
     }
 
-    /// The next message of a coordinator, but for signs of life.
+    /// The next message of a coordinator, heartbeats left out.
     pub fn told(&mut self) -> ToWorker {
         loop {
             match self.hear() {
@@ -229,7 +229,7 @@ pub fn assert_done(run: &Run, paths: u64) {
     assert_eq!(run.coordinator.prefix(), &straight(0..paths));
 }
 
-/// A job whose results are far larger than what sockets hold: every walk scores a large number everywhere.
+/// Work whose results are far larger than what sockets hold: every walk scores a large number everywhere.
 pub struct Bulky;
 
 pub const BULK: usize = 200_000;

@@ -9,7 +9,7 @@ use crate::bytes::Bytes;
 use crate::error::Fault;
 use crate::files::Files;
 
-/// `glTF` in ASCII.
+/// The first bytes of a GLB file: `glTF` in ASCII.
 const MAGIC: &[u8] = b"glTF";
 
 /// The types of chunks in a GLB file: `JSON` and `BIN\0`.
@@ -43,7 +43,7 @@ pub(super) fn unpack(content: &[u8]) -> Result<(&[u8], &[u8]), Fault> {
     Ok((json.ok_or_else(Fault::short)?, binary))
 }
 
-/// The content of a buffer, which others may share.
+/// The content of a buffer, which several buffers may share.
 pub(super) type Shared = Rc<[u8]>;
 
 /// The content of every buffer, and the bytes of all files that were read for it.
@@ -126,7 +126,7 @@ fn decode_data(data: &str) -> Option<Vec<u8>> {
     Some(decoded)
 }
 
-/// `%20` and the like.
+/// Decodes percent-encoded characters, such as `%20`.
 fn decode_percent(uri: &str) -> String {
     let mut decoded = Vec::new();
     let mut rest = uri.as_bytes();
@@ -139,14 +139,14 @@ fn decode_percent(uri: &str) -> String {
     String::from_utf8_lossy(&decoded).into_owned()
 }
 
-/// Accessors of a document whose buffers are at hand.
+/// The accessors of a document whose buffers were read.
 pub(super) struct Data<'a> {
     pub(super) document: &'a Document,
     pub(super) buffers: &'a [Shared],
 }
 
 impl Data<'_> {
-    /// The rows of an accessor of N components each.
+    /// Reads an accessor whose rows have N components each.
     pub(super) fn rows<const N: usize>(&self, number: usize, from: &str) -> Result<Vec<[f64; N]>, At> {
         let accessor = element(&self.document.accessors, number, "accessors", from)?;
         let path = format!("accessors[{number}]");
@@ -219,7 +219,7 @@ impl Data<'_> {
     }
 }
 
-/// Rows of numbers in a buffer.
+/// The rows of numbers in a part of a buffer.
 struct Part<'a> {
     bytes: &'a [u8],
     stride: usize,
@@ -262,7 +262,7 @@ impl Component {
         }
     }
 
-    /// N numbers from a place within `bytes`.
+    /// The N numbers from a place in `bytes` on.
     fn row<const N: usize>(self, bytes: &[u8], start: usize) -> [f64; N] {
         std::array::from_fn(|i| {
             let bytes = &bytes[start + i * self.size()..];

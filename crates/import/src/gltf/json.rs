@@ -19,7 +19,7 @@ pub(super) fn element<'a, T>(list: &'a [T], number: usize, name: &str, from: &st
     })
 }
 
-/// The whole document.
+/// The whole JSON document.
 #[derive(Debug, Default, Deserialize)]
 #[serde(default, rename_all = "camelCase")]
 pub(super) struct Document {
@@ -186,7 +186,7 @@ pub(super) struct BufferView {
     pub(super) byte_stride: Option<usize>,
 }
 
-/// Bytes without content of their own, which stand for those of compressed views.
+/// A buffer without content of its own, which stands for that of compressed views.
 #[derive(Debug, Default, Deserialize)]
 #[serde(default)]
 pub(super) struct BufferExtensions {

@@ -11,7 +11,8 @@ pub(super) fn materials(document: &Document) -> Vec<Material> {
     document.materials.iter().enumerate().map(|(number, json)| material(number, json)).collect()
 }
 
-/// Reflectance is what of the base colour is no metal; emittance [W/m²] is emissiveFactor × emissiveStrength.
+/// Reads a material. Its reflectance is the part of the base colour that is no metal; its emittance [W/m²] is
+/// emissiveFactor × emissiveStrength.
 fn material(number: usize, json: &MaterialJson) -> Material {
     let mut dropped = Vec::new();
     let reflectance = reflectance(json, &mut dropped);

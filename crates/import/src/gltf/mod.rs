@@ -89,7 +89,7 @@ fn refuse_extensions(document: &Document) -> Result<(), At> {
 struct Walk<'a> {
     data: Data<'a>,
     room: Room,
-    /// Vertices and indices that were read so far: of a mesh that several nodes have, for each of them.
+    /// The number of vertices and indices that were read so far; a mesh that several nodes use counts for each of them.
     rows: u64,
     /// The vertices of the mesh that is read, by the number of their accessor: primitives share them.
     vertices: HashMap<usize, Range<u32>>,
@@ -100,14 +100,14 @@ struct Walk<'a> {
 }
 
 impl Walk<'_> {
-    /// Walks the scene of the file: the default one, else the first, else all nodes that are no children.
+    /// Walks the scene of the file: the default one; without it the first; without any, all nodes that are no children.
     fn roots(&mut self) -> Result<(), At> {
         let document = self.data.document;
         let roots = match document.scene.or((!document.scenes.is_empty()).then_some(0)) {
             Some(scene) => element(&document.scenes, scene, "scenes", "scene")?.nodes.clone(),
             None => orphans(document),
         };
-        // Nodes wait on a stack: trees may be deeper than the program's own.
+        // Nodes wait on a stack of their own, since trees may be deeper than the program's stack allows.
         let mut waiting: Vec<Waiting> = roots
             .into_iter()
             .rev()
@@ -125,7 +125,7 @@ impl Walk<'_> {
         let node = element(&document.nodes, number, "nodes", &above)?;
         let name = node_name(document, node, number);
         let path = if above == "scene" { name.clone() } else { format!("{above}/{name}") };
-        // Paths of long chains are cut, or they would take room in the square of their number.
+        // Paths of long chains are cut; otherwise they would take memory in the square of their number.
         let path = if path.len() > 200 { format!("…/{name}") } else { path };
         if std::mem::replace(&mut self.visited[number], true) {
             let fault = Fault::new("the node has two parents", "nodes form a tree", "export the file again");
@@ -184,7 +184,7 @@ impl Walk<'_> {
         let material = self.material(primitive, path)?;
         let mirrored = place.matrix3.determinant() < 0.0;
         for [a, b, c] in triples(mode, &indices) {
-            // A mirror turns the order of corners round, and with it what is the front.
+            // A mirror reverses the order of corners, and with it the front.
             let corners = if mirrored { [a, c, b] } else { [a, b, c] }.map(|corner| first + corner);
             let (part, face) = self.parts.next_face(&mut self.mesh, "mesh");
             self.mesh.triangles.push(Triangle { corners, part, face, material, line: 0 });
@@ -192,7 +192,7 @@ impl Walk<'_> {
         room(&self.mesh).map_err(|fault| (path.into(), fault))
     }
 
-    /// The numbers of an accessor's vertices in the mesh, where they are put.
+    /// The range of an accessor's vertices in the mesh, to which they are added.
     fn vertices(&mut self, accessor: usize, path: &str, place: &DAffine3) -> Result<Range<u32>, At> {
         if let Some(known) = self.vertices.get(&accessor) {
             return Ok(known.clone());
@@ -219,7 +219,7 @@ impl Walk<'_> {
         self.within(self.rows, 3, "vertices and indices", path)
     }
 
-    /// Refuses to go beyond `times` as many as the file may make triangles.
+    /// Refuses more than `times` times as many items as the file may have triangles.
     fn within(&self, count: u64, times: u64, what: &str, path: &str) -> Result<(), At> {
         if count <= times * self.room.most() {
             return Ok(());
@@ -233,7 +233,7 @@ impl Walk<'_> {
         Err((path.into(), Fault::new(problem, why, remedy)))
     }
 
-    /// Whether a primitive that is compressed stands in the file without compression, too.
+    /// Whether a compressed primitive is also in the file without compression.
     fn has_plain_positions(&self, primitive: &Primitive) -> bool {
         let accessors = &self.data.document.accessors;
         let accessor = primitive.attributes.position.and_then(|number| accessors.get(number));
@@ -259,7 +259,7 @@ impl Walk<'_> {
         }
     }
 
-    /// The number of a primitive's material; one without has the last of all, made when it is needed.
+    /// The number of a primitive's material. A primitive without one gets a default material after all others.
     fn material(&mut self, primitive: &Primitive, path: &str) -> Result<u32, At> {
         let written = self.data.document.materials.len();
         if let Some(material) = primitive.material {
@@ -275,10 +275,10 @@ impl Walk<'_> {
     }
 }
 
-/// A node to be walked.
+/// A node that waits to be walked.
 struct Waiting {
     node: usize,
-    /// The path of its parent.
+    /// The path of the node's parent.
     above: String,
     place: DAffine3,
 }

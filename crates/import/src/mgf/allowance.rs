@@ -1,5 +1,5 @@
-//! What an MGF file may ask for. Arrays and includes multiply what they hold, so that a few bytes can ask for any
-//! amount. All copies of a statement are counted when its first copy is read, before the others are made.
+//! The work that an MGF file may ask for. Arrays and includes multiply what they hold, so that a few bytes can ask for
+//! any amount. All copies of a statement are counted when its first copy is read, before the others are made.
 
 use std::path::Path;
 use std::rc::Rc;
@@ -7,10 +7,10 @@ use std::rc::Rc;
 use crate::error::Fault;
 use crate::room::Room;
 
-/// Steps that any file may take. A step is about as much work as a short statement, some 50 ns.
+/// The steps that any file may take. A step is about as much work as a short statement, some 50 ns.
 const STEPS: u64 = 1 << 26;
 
-/// Steps that a file may take for each of its bytes, beside [`STEPS`].
+/// The steps that a file may take for each of its bytes, beside [`STEPS`].
 const STEPS_PER_BYTE: u64 = 64;
 
 /// What the statements read so far ask for, and the arrays and includes that are open.
@@ -20,7 +20,7 @@ pub(super) struct Allowance {
     triangles: u64,
     steps: u64,
     open: Vec<Open>,
-    /// How many of the open arrays are beyond their first copy.
+    /// The number of open arrays that are beyond their first copy.
     beyond: usize,
 }
 
@@ -29,7 +29,7 @@ struct Open {
     path: Rc<Path>,
     line: u32,
     copies: u64,
-    /// The copies of what stands in it: the product over all that are open.
+    /// The copies of the statements in it: the product over all open arrays and includes.
     in_all: u64,
     is_beyond: bool,
 }
@@ -42,7 +42,7 @@ impl Allowance {
         Allowance { room, most_steps, triangles: 0, steps: 0, open: Vec::new(), beyond: 0 }
     }
 
-    /// How many arrays and includes are open.
+    /// The number of open arrays and includes.
     pub(super) fn depth(&self) -> usize {
         self.open.len()
     }
@@ -53,20 +53,20 @@ impl Allowance {
         self.open.push(Open { path: path.clone(), line, copies, in_all, is_beyond: false });
     }
 
-    /// Goes on to the next copy of the innermost.
+    /// Goes on to the next copy of the innermost array or include.
     pub(super) fn next_copy(&mut self) {
         let innermost = self.open.last_mut().expect("an open array");
         self.beyond += usize::from(!innermost.is_beyond);
         innermost.is_beyond = true;
     }
 
-    /// Closes the innermost.
+    /// Closes the innermost array or include.
     pub(super) fn close(&mut self) {
         let closed = self.open.pop().expect("an open array");
         self.beyond -= usize::from(closed.is_beyond);
     }
 
-    /// The copies of the statement that is read, all of which count with the first one: for a later copy 0.
+    /// The copies of the current statement. All of them are counted with the first; for a later copy this is 0.
     fn counted(&self) -> u64 {
         if self.beyond > 0 { 0 } else { self.in_all() }
     }
@@ -114,7 +114,7 @@ impl Allowance {
         Err(Fault::new(problem, why, self.smaller_arrays()))
     }
 
-    /// Names the arrays and includes that multiply what stands here.
+    /// Names the arrays and includes that multiply the current statement.
     fn smaller_arrays(&self) -> String {
         const NAMED: usize = 4;
         let arrays = self.open.iter().filter(|open| open.copies > 1);

@@ -12,7 +12,8 @@ pub(super) struct Colour {
     pub(super) y: f64,
 }
 
-/// How far a chromaticity may be from equal energy (1/3, 1/3) and still be grey: files round to three digits.
+/// The most distance of a chromaticity from equal energy (1/3, 1/3) that still counts as grey: files round to three
+/// digits.
 const GREY: f64 = 1e-3;
 
 /// Red, green and blue, as the chromaticities of MGF's own converters, with white at equal energy.
@@ -29,24 +30,24 @@ impl Default for Colour {
 }
 
 impl Colour {
-    /// The chromaticity of X, Y, Z; `None` where they are no light.
+    /// The chromaticity of X, Y, Z; `None` if they are no light.
     pub(super) fn of(xyz: DVec3) -> Option<Self> {
         let sum = xyz.element_sum();
         (sum > 0.0 && sum.is_finite()).then(|| Colour { x: xyz.x / sum, y: xyz.y / sum })
     }
 
-    /// X, Y, Z of this chromaticity with luminance Y = 1.
+    /// The X, Y, Z of this chromaticity at luminance Y = 1.
     pub(super) fn xyz(self) -> DVec3 {
         let y = self.y.max(1e-6);
         DVec3::new(self.x / y, 1.0, (1.0 - self.x - self.y) / y)
     }
 
-    /// A reflectance of luminance Y, and how much of its colour had to go for every channel to lie in [0, 1).
+    /// A reflectance of luminance Y, and the part of grey that was mixed in for every channel to lie in [0, 1).
     pub(super) fn reflectance(self, luminance: f64) -> (Spectrum, f64) {
         self.within(luminance, BRIGHTEST.max(luminance))
     }
 
-    /// An emittance of luminance Y, and how much of its colour had to go for no channel to be negative.
+    /// An emittance of luminance Y, and the part of grey that was mixed in for no channel to be negative.
     pub(super) fn emittance(self, luminance: f64) -> (Spectrum, f64) {
         self.within(luminance, f64::INFINITY)
     }
@@ -64,13 +65,13 @@ impl Colour {
         };
         let grey = rgb.to_array().map(beyond).into_iter().fold(0.0, f64::max);
         let mixed = rgb.lerp(DVec3::splat(luminance), grey).to_array();
-        // What rounding leaves of nothing is nothing.
+        // A channel that rounding has left of 0 is 0.
         let channel = |channel: f64| if channel > 1e-12 * luminance { channel } else { 0.0 };
         (Spectrum::rgb(mixed.map(channel)), grey)
     }
 }
 
-/// X, Y, Z → red, green, blue; equal energy is (1, 1, 1).
+/// The matrix from X, Y, Z to red, green, blue; equal energy is (1, 1, 1).
 static TO_RGB: LazyLock<DMat3> = LazyLock::new(|| {
     let [red, green, blue] = PRIMARIES.map(|primary| primary.xyz() * primary.y);
     let primaries = DMat3::from_cols(red, green, blue);
@@ -96,7 +97,7 @@ pub(super) fn of_spectrum(low: f64, high: f64, values: &[f64]) -> Option<Colour>
 
 /// The colour of a black body at a temperature [K], by Planck's law.
 pub(super) fn of_black_body(temperature: f64) -> Option<Colour> {
-    // hc/k in nm·K.
+    // The second radiation constant hc/k [nm·K].
     const SECOND_RADIATION: f64 = 1.438_776_877e7;
     Colour::of(integrate(|wavelength| {
         let hottest = 560.0_f64;
@@ -104,7 +105,7 @@ pub(super) fn of_black_body(temperature: f64) -> Option<Colour> {
     }))
 }
 
-/// X, Y, Z of a spectrum over wavelength [nm].
+/// The X, Y, Z of a spectrum over wavelength [nm].
 fn integrate(spectrum: impl Fn(f64) -> f64) -> DVec3 {
     (380..=780).step_by(2).map(|nm| matching(f64::from(nm)) * spectrum(f64::from(nm))).sum()
 }

@@ -7,14 +7,14 @@ use glam::DVec3;
 use crate::error::Fault;
 use crate::text::name;
 
-/// A vertex and the normal there.
+/// A vertex and its normal.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Vertex {
     pub(super) point: DVec3,
     pub(super) normal: DVec3,
 }
 
-/// The values of one kind.
+/// The named values of one kind, and the current one.
 #[derive(Debug, Default)]
 pub(super) struct Context<T> {
     known: HashMap<Vec<u8>, T>,

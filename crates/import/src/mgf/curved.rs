@@ -1,10 +1,10 @@
-//! MGF's curved surfaces as facets whose corners lie on them.
+//! MGF's curved surfaces as facets whose corners lie on the surface.
 
 use std::f64::consts::{PI, TAU};
 
 use glam::DVec3;
 
-/// Facets of one surface: points and the triangles between them, fronts outwards.
+/// The facets of one surface: points and the triangles between them, fronts outwards.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Facets {
     pub(super) points: Vec<DVec3>,
@@ -18,7 +18,7 @@ pub(super) fn segments(error: f64) -> usize {
     (least.ceil() as usize).max(4)
 }
 
-/// The most triangles that a surface of some kind is made of, where a polygon of n sides stands for a circle.
+/// The most triangles of a surface of some kind, if a polygon of n sides stands for a circle.
 pub(super) fn most_triangles(keyword: &[u8], n: u64) -> u64 {
     match keyword {
         b"sph" => 2 * n * (n.div_ceil(2) - 1),
@@ -29,7 +29,7 @@ pub(super) fn most_triangles(keyword: &[u8], n: u64) -> u64 {
 }
 
 impl Facets {
-    /// The side of a cone between two circles about one axis, which may be points.
+    /// The side of a cone between two circles about one axis; a circle may be a point.
     pub(super) fn cone(low: DVec3, low_radius: f64, high: DVec3, high_radius: f64, n: usize) -> Self {
         let (u, v) = across((high - low).normalize());
         let mut facets = Facets::default();
@@ -39,7 +39,7 @@ impl Facets {
         facets
     }
 
-    /// A sphere.
+    /// A sphere about its centre.
     pub(super) fn sphere(centre: DVec3, radius: f64, n: usize) -> Self {
         let mut facets = Facets::default();
         let rows = n.div_ceil(2);
@@ -53,7 +53,7 @@ impl Facets {
         facets
     }
 
-    /// A flat ring about an axis, which its front faces; a disk where the inner radius is 0.
+    /// A flat ring about an axis, which its front faces; a disk if the inner radius is 0.
     pub(super) fn ring(centre: DVec3, axis: DVec3, inner: f64, outer: f64, n: usize) -> Self {
         let (u, v) = across(axis);
         let mut facets = Facets::default();
@@ -85,7 +85,7 @@ impl Facets {
         }));
     }
 
-    /// Joins two rows of n points each; what has shrunk to a line is left out.
+    /// Joins two rows of n points each; triangles that have shrunk to a line are left out.
     fn skin(&mut self, low: u32, high: u32, n: u32) {
         for (j, next) in (0..n).map(|j| (j, (j + 1) % n)) {
             self.triangle([low + j, low + next, high + next]);

@@ -12,25 +12,25 @@ pub(super) struct Tinted {
     pub(super) colour: Colour,
 }
 
-/// What an MGF file says of a material.
+/// The optical properties that an MGF file gives a material.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Optics {
-    /// Diffuse reflectance.
+    /// The diffuse reflectance, with its colour.
     pub(super) rd: Tinted,
-    /// Diffuse transmittance.
+    /// The diffuse transmittance, in [0, 1].
     pub(super) td: f64,
-    /// Specular reflectance.
+    /// The specular reflectance, in [0, 1].
     pub(super) rs: f64,
-    /// Specular transmittance.
+    /// The specular transmittance, in [0, 1].
     pub(super) ts: f64,
-    /// Diffuse emittance [lm/m²].
+    /// The diffuse emittance [lm/m²], with its colour.
     pub(super) ed: Tinted,
-    /// Whether only the front is there.
+    /// Whether the material has a front only.
     pub(super) one_sided: bool,
 }
 
 impl Optics {
-    /// The part that is diffuse.
+    /// The diffuse part of the material.
     pub(super) fn material(&self, name: &str) -> Material {
         let mut dropped = Vec::new();
         let parts = [

@@ -26,14 +26,15 @@ use crate::mesh::{Mesh, Parts, short};
 use crate::tally::Tally;
 use crate::text::{name, number, numbers, rest, words};
 
-/// How deep transforms and includes may be nested, and how deep objects may be.
+/// The most nesting of transforms and includes, and of objects.
 const MAX_DEPTH: usize = 64;
 
-/// Steps of a statement beside those for its bytes: a colour by its spectrum, and a material that has to be known again.
+/// The steps of a statement beside those for its bytes: for a colour by its spectrum, and for a material that must be
+/// looked up again.
 const SPECTRUM_STEPS: u64 = 512;
 const MATERIAL_STEPS: u64 = 8;
 
-/// Bytes of a statement that are read in a step.
+/// The bytes of a statement that are read in one step.
 const BYTES_A_STEP: u64 = 16;
 
 /// Reads an MGF file and those that it includes.
@@ -68,7 +69,7 @@ pub(crate) fn read(
 struct Reader<'a, 'f> {
     files: &'a mut Files<'f>,
     stem: String,
-    /// Sides of the polygon that stands for a circle.
+    /// The number of sides of the polygon that stands for a circle.
     segments: usize,
     allowance: Allowance,
     mesh: Mesh,
@@ -77,13 +78,13 @@ struct Reader<'a, 'f> {
     vertices: Context<Vertex>,
     colours: Context<Colour>,
     materials: Context<Optics>,
-    /// The mesh's numbers of materials, by all that is said of them.
+    /// The mesh's number of each material, by all of its properties.
     numbers: HashMap<String, u32>,
-    /// The mesh's number of the current material; `None` since it changed.
+    /// The mesh's number of the current material; `None` after it changed.
     material: Option<u32>,
     objects: Vec<String>,
     place: DAffine3,
-    /// Triangles of curved surfaces.
+    /// The number of triangles of curved surfaces.
     facets: u64,
 }
 
@@ -110,7 +111,8 @@ impl Reader<'_, '_> {
         Ok(())
     }
 
-    /// Executes what an `xf` encloses, once for each of its placements; returns the index of the closing `xf`.
+    /// Executes the statements that an `xf` encloses, once for each of its placements. Returns the index of the closing
+    /// `xf`.
     fn transformed(&mut self, text: &Text, start: usize, arguments: &[&[u8]]) -> Result<usize, Error> {
         let statement = &text.statements[start];
         let at = |fault: Fault| fault.at(&*text.path, Spot::Line(statement.line as usize));
@@ -124,7 +126,7 @@ impl Reader<'_, '_> {
         Ok(statement.end)
     }
 
-    /// Executes what a transform or an include on a statement of `text` encloses, once for each of its placements.
+    /// Executes the statements that a transform or include in `text` encloses, once for each of its placements.
     fn place_each(
         &mut self,
         placements: Placements,
@@ -220,7 +222,7 @@ impl Reader<'_, '_> {
         self.parts.enter(&mut self.mesh, &part);
     }
 
-    /// Closes objects but for the first `kept`: those that an array or include has opened and left open.
+    /// Closes all objects but the first `kept`: those that an array or include has opened and left open.
     fn close_objects(&mut self, kept: usize) {
         if self.objects.len() > kept {
             self.objects.truncate(kept);
@@ -280,7 +282,7 @@ impl Reader<'_, '_> {
             b"rs" => optics.rs = amount,
             b"ts" => optics.ts = amount,
             b"sides" => optics.one_sided = amount == 1.0,
-            // The index of refraction says nothing of diffuse light.
+            // The index of refraction does not matter for diffuse light.
             _ => {}
         }
         Ok(())
@@ -294,7 +296,7 @@ impl Reader<'_, '_> {
         }
         let name = self.materials.name().map_or("default".into(), name);
         let material = self.materials.current().material(&short(&name));
-        // Rust writes numbers such that they can be told apart.
+        // Rust writes different numbers differently, so the text tells materials apart.
         let number = *self.numbers.entry(format!("{material:?}")).or_insert_with(|| {
             self.mesh.materials.push(material);
             self.mesh.materials.len() as u32 - 1
@@ -320,7 +322,7 @@ fn three(arguments: &[&[u8]]) -> Result<DVec3, Fault> {
     Ok(DVec3::from_array(numbers(&mut arguments.iter().copied())?))
 }
 
-/// About how much work a statement is, that of triangles aside.
+/// The work of a statement in steps, without that of triangles.
 fn steps(keyword: &[u8], bytes: &[u8]) -> u64 {
     let more = match keyword {
         b"cspec" | b"cct" => SPECTRUM_STEPS,

@@ -5,12 +5,12 @@ use std::rc::Rc;
 
 use crate::text::{Lines, words};
 
-/// A text that is read.
+/// The statements of one file.
 pub(super) struct Text {
-    /// Its file, for messages.
+    /// The path of the file, for messages.
     pub(super) path: Rc<Path>,
     pub(super) statements: Vec<Statement>,
-    /// The statements, one behind the other.
+    /// The bytes of all statements, one after the other.
     bytes: Vec<u8>,
 }
 
@@ -18,7 +18,8 @@ pub(super) struct Statement {
     pub(super) line: u32,
     start: usize,
     length: usize,
-    /// Of an `xf` that opens a transform, the number of the `xf` that closes it; that of the text's end without one.
+    /// The number of the `xf` that closes the transform which this `xf` opens; the number of the text's end if there is
+    /// none.
     pub(super) end: usize,
 }
 
@@ -50,7 +51,7 @@ impl Text {
         }
     }
 
-    /// The bytes of a statement.
+    /// The bytes of one statement.
     pub(super) fn of(&self, statement: &Statement) -> &[u8] {
         &self.bytes[statement.start..statement.start + statement.length]
     }

@@ -10,7 +10,7 @@ use crate::mesh::Triangle;
 use crate::room::room;
 use crate::text::number;
 
-/// Cutting a polygon takes about the square of its corners over this, in steps.
+/// Cutting a polygon of n corners takes about n² steps, divided by this.
 const CORNERS_A_STEP: u64 = 16;
 
 impl Reader<'_, '_> {
@@ -80,7 +80,7 @@ impl Reader<'_, '_> {
         Err(Fault::new("a point is not a finite number", "the transforms put it nowhere", "correct them"))
     }
 
-    /// Turns triangles round where the open transforms mirror them, so that fronts stay fronts.
+    /// Reverses triangles if the open transforms mirror them, so that fronts stay fronts.
     fn turn_mirrored(&mut self, start: usize) {
         if self.place.matrix3.determinant() < 0.0 {
             self.mesh.triangles[start..].iter_mut().for_each(|triangle| triangle.corners.swap(1, 2));
@@ -88,7 +88,7 @@ impl Reader<'_, '_> {
     }
 
     /// A closed right prism: the polygon, its copy moved against its normal by the length, and the sides between. All
-    /// faces point outwards, or inwards where the length is negative.
+    /// faces point outwards, or inwards if the length is negative.
     fn prism(&mut self, arguments: &[&[u8]], triangle: &impl Fn([u32; 3]) -> Triangle) -> Result<(), Fault> {
         let Some((length, names)) = arguments.split_last() else {
             return Err(Fault::new("a prism of nothing", "it has a base and a length", "complete the line"));
@@ -151,14 +151,14 @@ impl Reader<'_, '_> {
     }
 }
 
-/// The direction of a normal.
+/// The unit vector of a normal.
 fn axis(normal: DVec3) -> Result<DVec3, Fault> {
     normal.try_normalize().ok_or_else(|| {
         Fault::new("the vertex has no normal", "the surface turns about it", "give it one with `n`")
     })
 }
 
-/// Two radii of one sign, the inner one first.
+/// Two radii of one sign, the smaller one first.
 fn in_order(inner: f64, outer: f64) -> Result<[f64; 2], Fault> {
     if inner * outer >= 0.0 && inner.abs() < outer.abs() {
         return Ok([inner, outer]);

@@ -15,7 +15,7 @@ pub(super) struct Placements {
     next: Option<Vec<u64>>,
 }
 
-/// What follows an `-i` or `-a`, to be applied as often as it says.
+/// The moves after an `-i` or `-a`, to be applied as often as it says.
 struct Group {
     place: DAffine3,
     repeat: Repeat,
@@ -23,7 +23,7 @@ struct Group {
 
 enum Repeat {
     Times(u64),
-    /// As many times as the number of the copy in this array.
+    /// Applied as many times as the number of the copy in this array.
     Array(usize),
 }
 
@@ -49,7 +49,7 @@ impl Placements {
         Ok(Placements { groups, counts, next })
     }
 
-    /// How many they are; 2⁶⁴ − 1 stands for all larger numbers.
+    /// The number of placements; 2⁶⁴ − 1 stands for all larger numbers.
     pub(super) fn copies(&self) -> u64 {
         if self.next.is_none() {
             0
@@ -58,7 +58,7 @@ impl Placements {
         }
     }
 
-    /// How much work it is to find one of them, by the numbers that are multiplied.
+    /// The work of finding one placement, in matrices that are multiplied.
     pub(super) fn steps(&self) -> u64 {
         4 * self.groups.len() as u64
     }

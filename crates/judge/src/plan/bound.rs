@@ -1,4 +1,4 @@
-//! What can be promised before a walk is shot, but for how dark the scene is (S97 §§2.2, 2.3, 3.3).
+//! Bounds on the number of walks that hold before any walk is shot, given how dark the scene is (S97 §§2.2, 2.3, 3.3).
 
 use exact::Bounds;
 use job::Target;
@@ -7,25 +7,26 @@ use stats::{foresight, normal_quantile};
 
 use crate::target::{about, looks};
 
-/// Walks with which every variance is below a threshold, whatever the scene does with its light.
+/// The number of walks with which every variance is below a threshold, whatever the scene does with its light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bound {
-    /// B of the darkest patch that the target is about, as the pilot saw it [W/m²].
+    /// B of the darkest patch that the target is about, as the pilot estimates it [W/m²].
     pub darkest: f64,
-    /// The variance of B that is asked for [W²/m⁴].
+    /// The variance of B that the target asks for [W²/m⁴].
     pub threshold: f64,
-    /// No patch has a higher variance of B for one walk [W²/m⁴].
+    /// The bound on any patch's variance of B for one walk [W²/m⁴].
     pub variance: f64,
-    /// Walks that bring every variance below the threshold.
+    /// The number of walks that brings every variance below the threshold.
     pub walks: f64,
-    /// Where a run that needs so many ends, by its rule of stopping.
+    /// The walk count at which a run that needs these walks ends by its rule of stopping.
     pub ends: u64,
-    /// Rays of those walks in expectation, at most; for shooting.
+    /// The most rays of these walks in expectation; for shooting only.
     pub rays: Option<f64>,
 }
 
 impl Bound {
-    /// Of a grey scene and walks; `None` in colour, of chains, of a final gather, and where the pilot has not seen the darkest patch.
+    /// The bound for walks in a grey scene. `None` in colour, for chains, with a final gather, and if the pilot has not
+    /// seen the darkest patch.
     pub fn new(experiment: &Experiment, target: &Target, estimates: &Estimates, level: f64) -> Option<Self> {
         let scene = experiment.scene();
         if scene.channels() > 1 || !experiment.method().final_gather().is_empty() {
@@ -34,12 +35,12 @@ impl Bound {
         let bounds = Bounds::of_scene(scene, 0);
         let variance = variance(experiment, &bounds)?;
         let darkest = darkest(estimates, target).filter(|&b| b > 0.0)?;
-        // Half the interval is z standard errors.
+        // Half of the interval is z standard errors.
         let z = normal_quantile(0.5 + 0.5 * level);
         let threshold = (target.relative_error * darkest / z).powi(2);
         let by_scores = target.min_hits as f64 * (variance / darkest.powi(2) + 1.0);
         let walks = (variance / threshold).max(by_scores).max(target.min_paths as f64);
-        // The look that shows that twice its walks will do: foresight asks for a little more than half.
+        // This is the look that shows that twice its walks will do; foresight asks for a little more than half.
         let promising = walks * (target.relative_error / foresight(target.relative_error)).powi(2);
         let look = looks(experiment, u64::MAX).into_iter().find(|&look| look as f64 >= promising)?;
         let shooting = experiment.method().direction() == Some(&Direction::Shooting);
@@ -54,7 +55,7 @@ impl Bound {
     }
 }
 
-/// The largest variance that any patch can have for one walk.
+/// The largest variance that any patch can have for one walk [W²/m⁴].
 fn variance(experiment: &Experiment, bounds: &Bounds) -> Option<f64> {
     let kind = experiment.method().estimator_kind()?;
     match experiment.method().direction()? {
@@ -70,7 +71,8 @@ fn least_birth(experiment: &Experiment, birth: &Birth) -> f64 {
     births.into_iter().filter(|&p| p > 0.0).fold(1.0, f64::min)
 }
 
-/// B of the darkest patch that has to be known, as it looks so far: the darkest part of the area may be spared.
+/// B of the darkest patch that the target needs, as the pilot estimates it: the darkest part of the area may miss the
+/// target.
 fn darkest(estimates: &Estimates, target: &Target) -> Option<f64> {
     let dark = about(estimates, target).filter(|(_, patch, _)| patch.reflectance.is_lit());
     let mut patches: Vec<(f64, f64)> = dark.map(|(_, patch, b)| (b[0].radiosity, patch.area)).collect();

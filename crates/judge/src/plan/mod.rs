@@ -1,4 +1,4 @@
-//! What a job will take, before it is run: bounds of theory, a pilot, and what the pilot's walks cost.
+//! The plan of a job, before it is run: bounds of theory, a pilot, and the cost of the pilot's walks.
 
 pub mod bound;
 pub mod pilot;

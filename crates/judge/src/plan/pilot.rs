@@ -1,4 +1,4 @@
-//! The first walks of a job, and what they foretell of the rest.
+//! The pilot: the first walks of a job, and what they foretell of the rest.
 
 use job::Target;
 use protocol::checkpoint::Look;
@@ -7,40 +7,40 @@ use radiosity::{Estimates, Experiment, Sequence, Tally};
 use crate::MOMENTS;
 use crate::target::{Observer, Prospect, looks};
 
-/// A pilot takes no more than this part of the run that it foretells, where that is more than …
+/// A pilot of more than [`FREE_RAYS`] rays takes at most one of this many parts of the run that it foretells.
 const SHARE: u64 = 8;
 
-/// … so many rays, which are a fraction of a second …
+/// The rays that any pilot may take: a fraction of a second.
 const FREE_RAYS: u64 = 1 << 20;
 
-/// … nor more rays than this (of chains: one chain).
+/// The most rays of a pilot (for chains: at least one chain).
 const MOST_RAYS: u64 = 1 << 26;
 
-/// Ends are foretold for errors this many standard errors above and below what the pilot shows.
+/// The number of standard errors above and below the pilot's errors for which ends are foretold.
 const MARGIN: f64 = 2.0;
 
 /// Walks that were shot to see what all of them will take.
 pub struct Pilot {
-    /// What they came to.
+    /// The tally of the pilot's walks.
     pub tally: Tally,
-    /// Processor time that they took [s].
+    /// The processor time that the pilot took [s].
     pub seconds: f64,
-    /// Where the run will end; `None` without a target, or where the walks cannot tell.
+    /// The end of the run; `None` without a target, or if the walks cannot tell.
     pub ending: Option<Ending>,
 }
 
-/// After how many walks a run will end, as its rule of stopping has it (`stats::DoubleSampling`).
+/// The walk counts at which a run may end, by its rule of stopping (`stats::DoubleSampling`).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Ending {
-    /// If errors turn out smaller than the pilot shows.
+    /// The walk count if errors turn out smaller than the pilot shows.
     pub least: u64,
-    /// If they turn out larger.
+    /// The walk count if errors turn out larger than the pilot shows.
     pub most: u64,
 }
 
 impl Ending {
-    /// One number for both ends: their harmonic mean, of which neither differs by a larger part than the other; of two
-    /// neighbouring steps, by 1/7 or 1/5.
+    /// One number for both ends: their harmonic mean, from which both differ by the same part; for two neighbouring
+    /// steps, by 1/7 or 1/5.
     pub fn walks(self) -> u64 {
         let [least, most] = [self.least, self.most].map(|walks| walks as f64);
         (2.0 / (1.0 / least + 1.0 / most)).round() as u64
@@ -48,8 +48,8 @@ impl Ending {
 }
 
 impl Pilot {
-    /// Shoots walks from the first on, look by look, until the end is plain, or as many as a pilot may take. Depends on
-    /// the job alone, but for the processor time that `clock` reads [s].
+    /// Shoots walks from the first on, look by look, until the end is plain, or as many as a pilot may take. The result
+    /// depends on the job alone, but for the processor time that `clock` reads [s].
     pub fn shoot(
         experiment: &Experiment,
         seed: u64,
@@ -86,14 +86,14 @@ impl Pilot {
         Pilot { tally, seconds: clock() - began, ending }
     }
 
-    /// Rays of a walk (or chain).
+    /// The mean number of rays of a walk (or chain).
     pub fn rays_per_walk(&self) -> f64 {
         self.tally.counts.rays as f64 / self.tally.counts.walks as f64
     }
 }
 
-/// The looks of a run of so many walks that a pilot may go to; the first at least, and of chains one, which tells what
-/// they cost.
+/// The looks of a run of `walks` walks that a pilot can afford: at least the first one; for chains at least one chain,
+/// whose cost it measures.
 fn affordable(experiment: &Experiment, walks: u64) -> Vec<u64> {
     let ladder = looks(experiment, walks);
     if experiment.unit().batch().is_some_and(|batch| batch.saturating_mul(ladder[0]) > MOST_RAYS) {
@@ -104,7 +104,7 @@ fn affordable(experiment: &Experiment, walks: u64) -> Vec<u64> {
     std::iter::once(first).chain(ladder.into_iter().filter(|&look| look > first && look <= most)).collect()
 }
 
-/// Where the run will end, by the looks that were taken and those that the last of them foretells.
+/// The end of the run, by the looks that were taken and those that the last of them foretells.
 pub fn foretell(experiment: &Experiment, prospect: &Prospect, seen: &[Look]) -> Option<Ending> {
     let last = seen.last().map_or(0, |look| look.walks);
     let ladder = looks(experiment, u64::MAX);

@@ -7,45 +7,45 @@ use serde::Serialize;
 
 use crate::plan::pilot::Pilot;
 
-/// Beyond tracing a run takes this long: processes, handshakes, tables, picture [s].
+/// The time that a run takes beside tracing: processes, handshakes, tables, picture [s].
 const OVERHEAD: f64 = 0.2;
 
-/// Bytes of a result beside its sums: counts, times, digest, frame and seal, about.
+/// The bytes of a result beside its sums, about: counts, times, digest, frame and seal.
 const MESSAGE: usize = 150;
 
-/// What a run takes with so many workers of one thread each.
+/// The time and traffic of a run with a number of workers of one thread each.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Demand {
-    /// Workers.
+    /// The number of workers.
     pub workers: u64,
-    /// Wall time [s].
+    /// The wall-clock time [s].
     pub seconds: f64,
-    /// Leases.
+    /// The number of leases.
     pub leases: f64,
-    /// Bytes from workers to coordinator in all.
+    /// The bytes from workers to coordinator in all.
     pub traffic_bytes: f64,
-    /// The same per second.
+    /// The bytes from workers to coordinator per second.
     pub bytes_per_second: f64,
 }
 
-/// What every worker and every lease costs.
+/// The cost of every worker and every lease.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Costs {
-    /// Processor time of a walk [s].
+    /// The processor time of a walk [s].
     walk_seconds: f64,
-    /// Bytes of the result of a lease.
+    /// The bytes of a lease's result.
     lease_bytes: f64,
-    /// Sums of a tally.
+    /// The number of sums in a tally.
     sums: usize,
-    /// Whether a lease is a chain, however long.
+    /// Whether a lease is a chain, however long it takes.
     chains: bool,
-    /// Peak memory of a worker of one thread, bytes; `None` where the system does not tell.
+    /// The peak memory of a worker of one thread in bytes; `None` if the system does not tell.
     pub memory_bytes: Option<f64>,
 }
 
 impl Costs {
-    /// As the pilot of an experiment showed them. A worker holds what the process of the pilot does: scene, board, tally; at its
-    /// peak, `memory_bytes`.
+    /// The costs as the pilot of an experiment showed them. A worker holds what the process of the pilot does: scene,
+    /// board, tally; `memory_bytes` at its peak.
     pub fn new(experiment: &Experiment, pilot: &Pilot, memory_bytes: Option<f64>) -> Self {
         let (walk_seconds, sums) =
             (pilot.seconds / pilot.tally.counts.walks as f64, pilot.tally.sums().len());
@@ -55,7 +55,7 @@ impl Costs {
         Costs { walk_seconds, lease_bytes, sums, chains, memory_bytes }
     }
 
-    /// What `walks` walks take, leased by `stream` walks at least.
+    /// The demand of `walks` walks, leased by at least `stream` walks, with a number of workers.
     pub fn demand(&self, walks: f64, stream: f64, workers: u64) -> Demand {
         let streams = (walks / stream).max(1.0).ceil();
         let work = walks * self.walk_seconds;
@@ -65,7 +65,7 @@ impl Costs {
         // Leases grow with the threads, so that the coordinator keeps up.
         let lease = lease_seconds(self.sums, busy as usize, tracing);
         let by_time = if self.chains { streams } else { work / lease };
-        // Two leases for each thread at least, as far as there are streams.
+        // Each thread gets at least two leases, as far as there are streams.
         let leases = by_time.max(2.0 * workers as f64).min(streams);
         let seconds = OVERHEAD + tracing + taking_seconds(self.sums, busy as usize);
         let traffic_bytes = leases * self.lease_bytes;
@@ -73,7 +73,7 @@ impl Costs {
     }
 }
 
-/// Bytes of the sums that a lease of so many walks sends: those of the pilot, in proportion.
+/// The bytes of the sums that a lease of `walks` walks sends, in proportion to the pilot's.
 fn bytes_of(tally: &Tally, walks: f64) -> usize {
     let part = walks / tally.counts.walks as f64;
     let sums: Vec<u128> = tally.sums().iter().map(|&sum| (sum as f64 * part) as u128).collect();

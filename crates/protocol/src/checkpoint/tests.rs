@@ -22,7 +22,7 @@ fn delivered(walks: u64, digest: Digest) -> Deliveries {
     Delivery::lease(walks, 0, digest).into()
 }
 
-/// Ten walks that wait beyond a gap.
+/// An island of ten walks.
 fn island(sums: usize) -> Island {
     let counts = Counts { walks: 10, rays: 20, absorbed: 10, ..Counts::default() };
     let tally = Tally::from_parts(counts, sums / 2, PAIR, vec![3; sums]).unwrap();
@@ -87,7 +87,7 @@ fn more_sums_than_one_chunk_are_read_in_order() {
     assert_eq!(parse(&bytes_of(&checkpoint)).unwrap(), checkpoint);
 }
 
-/// Of chains every ray ends once, or every walk of walks; nothing in between.
+/// Every ray of a chain ends once, or every walk of a batch; nothing in between is accepted.
 #[test]
 fn chains_of_rays_are_read_where_every_ray_ended_once() {
     let ended = |absorbed: u64| {
@@ -149,7 +149,7 @@ fn any_flipped_bit_is_noticed() {
     assert!(matches!(fault_of(&changed), CheckpointFault::Checksum));
 }
 
-/// As memory that fails before the checksum is taken would leave it.
+/// Memory that fails before the checksum is taken would leave such sums.
 #[test]
 fn sums_that_were_not_delivered_are_refused_though_the_checksum_is_right() {
     let contradicts = |change: &dyn Fn(&mut Checkpoint)| {
@@ -182,7 +182,7 @@ fn what_waits_beyond_a_gap_is_kept_and_believed_where_it_was_delivered() {
     contradicts(&|changed| *changed = island(4));
 }
 
-/// A file may be forged, checksum and all.
+/// Files may be forged together with their checksums.
 #[test]
 fn a_tally_without_sums_or_with_a_book_that_claims_too_much_is_refused() {
     let forge = |change: &dyn Fn(&mut Vec<u8>)| {
@@ -200,8 +200,8 @@ fn a_tally_without_sums_or_with_a_book_that_claims_too_much_is_refused() {
     forge(&|bytes| bytes[book..book + 9].copy_from_slice(&[253, 0, 0, 0, 0, 0, 0, 0, 1]));
 }
 
-/// The book that ended runs of weeks: 44.7 million leases, of which the file took less than a gigabyte and the
-/// reader more.
+/// A book of 45 million leases, as a run of weeks has. If each lease kept an entry, the file would take almost a
+/// gigabyte.
 #[test]
 fn the_book_of_a_run_of_weeks_is_small_and_read_back() {
     let mut growing = Growing::new(Deliveries::default(), 0, 1);
@@ -217,7 +217,7 @@ fn the_book_of_a_run_of_weeks_is_small_and_read_back() {
     let mut bytes = Vec::new();
     checkpoint.write(&mut bytes).unwrap();
     assert!(bytes.len() < 2 << 20, "{} bytes", bytes.len());
-    // Its digests are made up.
+    // The digests of these leases are made up.
     assert!(matches!(
         fault_of(&bytes),
         CheckpointFault::Contradiction("its sums are not those that were delivered")

@@ -1,4 +1,4 @@
-//! Books of format 4: an entry for every lease, names of workers alone, and nothing beyond gaps.
+//! Books of format 4: an entry for every lease, the names of workers alone, and no islands.
 
 use bincode::Decode;
 
@@ -37,7 +37,7 @@ struct OldDelivery {
     digest: Digest,
 }
 
-/// The book as it would be kept now.
+/// Reads a book of format 4 into today's form.
 pub(super) fn book(bytes: &[u8]) -> Option<Book> {
     let OldBook { parts, workers, looks, goal, effort, sessions, job } = decode_book(bytes).ok()?;
     let mut roster = Roster::new(vec![]);

@@ -1,4 +1,4 @@
-//! Who is let in, and how much of what it claims is believed.
+//! Admission: which peers are let in, and how much of what they claim is believed.
 
 use super::peer::Stage;
 use super::{Crew, Step, printable, refuse};
@@ -8,43 +8,44 @@ use crate::message::{Hello, PROTOCOL, ToWorker};
 use crate::provenance::{NAME_CHARS, plain_name};
 use crate::terms::Terms;
 
-/// What a returned lease counts as.
+/// The heartbeats that one returned lease counts as.
 const BEATS_PER_RETURN: f64 = 10.0;
 
-/// The most threads of a worker that are leased work, however many it claims.
+/// The most threads of one worker that get leases, whatever the worker claims.
 const MAX_THREADS: usize = 4096;
-/// The most threads behind a relay that are leased work.
+/// The most threads behind one relay that get leases.
 const MAX_RELAYED_THREADS: usize = 1 << 20;
 
-/// Leases that are worked on at once, by all workers: one that claims more threads than are left of these has one.
+/// The most leases that all workers work on at once. A worker that claims more threads than are left of these gets one
+/// lease.
 const MOST_SLOTS: usize = 1 << 18;
 
-/// A relay's lease takes at most this many times as long as a worker's, whatever the relay asks for: each level of relays asks for
-/// four times what the level below takes.
+/// The most times that a relay's lease may last longer than a worker's, whatever the relay asks for. Each level of
+/// relays asks for four times what the level below takes.
 const LONGEST_RELAYED: f64 = 256.0;
 
 impl Crew {
-    /// A peer introduces itself: can it walk as we do?
+    /// Decides whether a peer that introduces itself may join: it must run the same protocol and build.
     pub(super) fn on_hello(&mut self, id: PeerId, hello: Hello) -> Vec<Action> {
         let name = plain_name(&hello.name);
         let refusal = if hello.protocol != PROTOCOL {
             Some(format!(
-                "it speaks protocol {}, this coordinator {PROTOCOL}; use the same radwalk",
+                "it speaks protocol {}, this coordinator speaks {PROTOCOL}; use the same version of radwalk",
                 hello.protocol
             ))
         } else if hello.build != self.terms.build {
             Some(format!(
-                "it is radwalk {}, this coordinator {} (other builds may walk otherwise); use the same build",
+                "it is radwalk {}, this coordinator is {} (another build may walk differently); use the same build",
                 printable(&hello.build, NAME_CHARS),
                 self.terms.build
             ))
         } else if self.banned.contains(&name) {
             Some(
-                "it sent a result that cannot be (faulty memory, or another program); use another machine"
+                "it sent an impossible result before (faulty memory, or another program); use another machine"
                     .into(),
             )
         } else if hello.threads == 0 && !hello.relays {
-            Some("it has no threads".into())
+            Some("it has no threads; give it at least one".into())
         } else {
             None
         };
@@ -56,14 +57,14 @@ impl Crew {
         peer.stage = Stage::Welcomed;
         peer.name = name;
         peer.relays = hello.relays;
-        // A relay says later how many its workers have.
+        // A relay reports later how many threads its workers have.
         peer.threads = if hello.relays { 0 } else { (hello.threads as usize).min(MAX_THREADS) };
         let Terms { job, stream_walks, leases_per_thread, .. } = &self.terms;
         let (stream_walks, leases_per_thread) = (*stream_walks, *leases_per_thread as u32);
         vec![Action::Send(id, ToWorker::Welcome { job: job.clone(), stream_walks, leases_per_thread })]
     }
 
-    /// A peer has built its replica: is it the same scene and job?
+    /// Starts a peer that has built its replica, if its hashes of scene and job are ours.
     pub(super) fn on_ready(&mut self, id: PeerId, scene_hash: [u8; 32], job_hash: [u8; 32]) -> Step {
         if (scene_hash, job_hash) != (self.terms.scene_hash, self.terms.job_hash) {
             self.spent.workers_lost += 1;
@@ -82,7 +83,7 @@ impl Crew {
         Step::Moved(vec![Action::Tell(joined)])
     }
 
-    /// A relay's workers have come or gone.
+    /// Takes up a relay's new number of threads.
     pub(super) fn on_capacity(&mut self, id: PeerId, threads: u32, lease_seconds: f64) -> Step {
         let least = self.lease_seconds(self.ticked);
         self.doubt(id);
@@ -95,8 +96,8 @@ impl Crew {
         Step::Moved(vec![])
     }
 
-    /// Counts the threads of a peer in, as far as they are believed. However many all claim, each has its share of
-    /// [`MOST_SLOTS`].
+    /// Adds the believed threads of a peer to the totals. Each peer keeps a share of [`MOST_SLOTS`], whatever the
+    /// others claim.
     pub(super) fn believe(&mut self, id: PeerId) {
         let peer = self.peers.get_mut(&id).expect("the caller found it");
         let left = MOST_SLOTS.saturating_sub(self.slots).max(1);
@@ -105,20 +106,20 @@ impl Crew {
         self.slots += peer.slots;
     }
 
-    /// Takes the threads of a peer out of the count.
+    /// Takes the threads of a peer out of the totals.
     pub(super) fn doubt(&mut self, id: PeerId) {
         let peer = &self.peers[&id];
         self.threads -= peer.trusted_threads();
         self.slots -= peer.slots;
     }
 
-    /// A relay that has lost its workers gives a lease back.
+    /// Takes a lease back from a relay that has lost its workers.
     pub(super) fn on_return(&mut self, id: PeerId, lease: LeaseId) -> Step {
         let peer = self.peers.get_mut(&id).expect("the caller found it");
-        // It costs as much as some heartbeats: a relay that only gives back is faulty.
+        // A return costs as much as some heartbeats: a relay that only gives leases back is faulty.
         peer.beats -= BEATS_PER_RETURN;
         if peer.beats < 0.0 {
-            return self.drop_peer(id, "gives back leases too often (a faulty program)");
+            return self.drop_peer(id, "gave leases back too often (a faulty program)");
         }
         if peer.leases.remove(&lease).is_none() {
             return self.drop_peer(id, "returned a lease that it did not have");

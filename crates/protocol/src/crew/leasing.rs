@@ -1,4 +1,4 @@
-//! Who gets which walks: leases by pace, gaps where a job is stopping, and copies of what is late.
+//! Leasing: the size of leases by a worker's pace, gaps while a job is stopping, and copies of late leases.
 
 use std::ops::Range;
 use std::time::Duration;
@@ -10,27 +10,28 @@ use crate::ledger::LeaseId;
 use crate::message::ToWorker;
 use crate::pace::{LATE, LEASE_GROWTH, lease_seconds, taking_seconds};
 
-/// A gap below what is in may be this many times as late as a lease at the end, where workers have nothing else to do.
+/// A lease in a gap below what is in may be this many times as late as one at the end, where workers have nothing else
+/// to do.
 const GAP_PATIENCE: f64 = 4.0;
 
-/// The most leases that are looked at for that. Walks are leased in their order, so that the lowest have been out for longest.
+/// The most leases that are examined for lateness. Walks are leased in order, so the lowest have been out for longest.
 const MOST_LOOKED_AT: usize = 4096;
 
-/// The most leases that are given once more at a time.
+/// The most late leases that are given out once more at a time.
 const MOST_LATE: usize = 64;
 
-/// How often late leases are looked for.
+/// The time between two searches for late leases.
 const LATE_LOOK: Duration = Duration::from_millis(100);
 
-/// Walks that are out, and how late they are.
+/// A range of walks that is out, and how late it is.
 pub(super) struct Late {
     start: u64,
     lease: LeaseId,
-    /// The workers that are at these walks.
+    /// The workers that have these walks.
     pub(super) holders: Vec<PeerId>,
-    /// Whether a worker that has nothing else to do should take them.
+    /// Whether an idle worker should take these walks.
     is_late: bool,
-    /// Whether they are so late that workers with other work should take them.
+    /// Whether these walks are so late that even a busy worker should take them.
     pub(super) holds_up: bool,
 }
 
@@ -41,7 +42,7 @@ impl Late {
 }
 
 impl Crew {
-    /// Notes whether a peer has room for a lease.
+    /// Notes whether a peer has room for another lease.
     pub(super) fn consider(&mut self, id: PeerId) {
         let Some(peer) = self.peers.get(&id) else { return };
         if peer.is_working() && peer.leases.len() < self.terms.leases_per_thread * peer.slots {
@@ -51,20 +52,20 @@ impl Crew {
         }
     }
 
-    /// Asks for what is kept and gives out what there is to do.
+    /// Asks for kept results and gives out leases.
     pub fn go_on(&mut self, now: Now) -> Vec<Action> {
         let mut actions = self.ask();
         actions.extend(self.hand_out(now));
         actions
     }
 
-    /// From now on no walk is leased that does not fill a gap below others.
+    /// Leases no walks from now on but those that fill a gap below others.
     pub fn fill_gaps(&mut self) {
         self.fills_gaps = true;
         self.ledger.hurry();
     }
 
-    /// Where what is walked ends: what is in, and what workers keep or are sending.
+    /// The end of all walks that are in, kept by workers or being sent.
     fn walked(&self) -> u64 {
         self.ledger.last_waiting().max(self.transfers.end()).unwrap_or(0)
     }
@@ -75,8 +76,8 @@ impl Crew {
         self.ledger.gap_is_out(walked) || (self.ledger.gap_is_lost(walked) && self.workers_now > 0)
     }
 
-    /// Fills every working peer up with leases, the idlest first. While stopping, with those alone that fill
-    /// gaps below what is walked.
+    /// Gives every working peer as many leases as it may have, the idlest peer first. While a job is stopping, only
+    /// gaps below what is walked are leased.
     pub(super) fn hand_out(&mut self, now: Now) -> Vec<Action> {
         let mut actions = Vec::new();
         if self.ledger.unleased() == 0 {
@@ -101,7 +102,7 @@ impl Crew {
         actions
     }
 
-    /// How many walks to lease to a peer: by its rate, but ever fewer towards the end so that all finish
+    /// The walks of a peer's next lease: by its rate, but ever fewer towards the end, so that all workers finish
     /// together. Only the pace depends on it, never the answer.
     fn lease_walks(&self, id: PeerId, now: Now) -> u64 {
         let peer = &self.peers[&id];
@@ -110,20 +111,20 @@ impl Crew {
         let by_growth = peer.longest_lease.max(streams) as f64 * LEASE_GROWTH;
         let parts = (self.terms.leases_per_thread * self.threads).max(1) as u128;
         let share = u128::from((self.in_hand)(&self.ledger)) * peer.lease_threads() as u128 / parts;
-        // Results must not come faster than they are taken, towards the end either.
+        // Results must not come faster than the leader takes them, not even towards the end.
         let least = (peer.lease_rate() * taking_seconds(self.terms.sums(), self.slots)) as u64;
-        // Rounded up to whole streams, that is one for every thread.
+        // Rounded up to whole streams, this is one stream for every thread.
         let one_each = streams.saturating_sub(self.terms.stream_walks - 1);
         (by_rate.min(by_growth) as u64).min((share as u64).max(least)).max(one_each)
     }
 
-    /// How long a lease should take.
+    /// The time that a lease should take [s].
     pub fn lease_seconds(&self, now: Now) -> f64 {
         let age = self.spent.seconds + now.as_secs_f64();
         lease_seconds(self.terms.sums(), self.slots, age)
     }
 
-    /// How long leases take that are out now, at most [s].
+    /// The longest time that any lease now out should take [s].
     pub fn longest_lease_seconds(&self, now: Now) -> f64 {
         self.peers.values().map(|peer| peer.lease_seconds).fold(self.lease_seconds(now), f64::max)
     }
@@ -142,10 +143,10 @@ impl Crew {
         Action::Send(id, ToWorker::Lease { id: lease, first_walk: self.ledger.number(range.start), walks })
     }
 
-    /// Gives walks that are late to other workers as well; the first result counts. Walks that others wait for, because they
-    /// are a gap below what is in, go to those that have just brought a result; towards the end, when all walks are out, any go
-    /// to those that have nothing to do. So neither prefix nor end waits for a worker, or one of its threads, that is slow or
-    /// silent.
+    /// Gives late walks to other workers as well; the first result counts. Walks in a gap below what is in go to
+    /// workers that have just brought a result, since all later results wait for them. At the end, when all walks are
+    /// out, late walks go to idle workers. So neither the prefix nor the end waits for a slow or silent worker, or for
+    /// one slow thread of a worker.
     pub(super) fn lease_late(&mut self, now: Now) -> Vec<Action> {
         if now.saturating_sub(self.sought) < LATE_LOOK {
             return vec![];
@@ -168,7 +169,7 @@ impl Crew {
                 None if late.start >= gap_end || !late.holds_up => continue,
                 None => {
                     let busy = busy.get_or_insert_with(|| self.diligent());
-                    // Another thread of the same worker may do it where no other worker is there.
+                    // Another thread of the same worker may do it if no other worker is there.
                     let others = |id: &PeerId| self.peers[id].slots > late.copies_at(*id);
                     let Some(at) = busy.iter().position(free).or_else(|| busy.iter().position(others)) else {
                         continue;
@@ -183,7 +184,7 @@ impl Crew {
         actions
     }
 
-    /// Some of those that brought a result, those first that have just done so.
+    /// Workers that have brought a result, those first that brought one last.
     fn diligent(&self) -> Vec<PeerId> {
         let mut busy: Vec<PeerId> = self
             .peers
@@ -196,13 +197,13 @@ impl Crew {
         busy
     }
 
-    /// Leases below a walk that should have been in long ago, lowest first, since all wait for the lowest. Of walks that are out
-    /// more than once, the last lease counts, and each takes twice the patience of the one before.
+    /// The late leases below a walk, lowest first, since everything waits for the lowest. Of walks that are out more
+    /// than once the last lease counts, and each copy is given twice the patience of the one before.
     fn late(&self, now: Now, below: u64) -> Vec<Late> {
         let fastest = self.fastest();
         let below = |&(start, _): &(u64, &[LeaseId])| start < below;
         let out = self.ledger.out().take_while(below).take(MOST_LOOKED_AT);
-        // The walks of a result that is kept are done; it waits for those before it.
+        // A kept result's walks are done; it only waits for those before it.
         let undone = out.filter(|&(start, leases)| !self.transfers.keeps_any(start, leases));
         undone
             .filter_map(|(start, leases)| self.look_at(start, leases, fastest, now))
@@ -211,7 +212,7 @@ impl Crew {
             .collect()
     }
 
-    /// The lowest walks that are out and of which no result is kept.
+    /// The lowest walks that are out and of which no worker keeps a result.
     pub(super) fn gap(&self, now: Now) -> Option<Late> {
         let mut out = self.ledger.out().take(MOST_LOOKED_AT);
         let (start, leases) = out.find(|&(start, leases)| !self.transfers.keeps_any(start, leases))?;
@@ -223,7 +224,7 @@ impl Crew {
         self.peers.values().map(|peer| peer.rate).fold(0.0, f64::max)
     }
 
-    /// How late the walks of some leases are.
+    /// Looks up how late the walks of some leases are.
     fn look_at(&self, start: u64, leases: &[LeaseId], fastest: f64, now: Now) -> Option<Late> {
         let holders: Vec<PeerId> =
             leases.iter().filter_map(|lease| self.holders.get(lease).copied()).collect();
@@ -237,11 +238,11 @@ impl Crew {
         Some(Late { start, lease: leases[0], holders, is_late, holds_up })
     }
 
-    /// How long a lease may take before it is late [s].
+    /// The time that a lease may take before it is late [s].
     fn patience(&self, lease: LeaseId, holder: PeerId, fastest: f64, now: Now) -> f64 {
         let (peer, range) = (&self.peers[&holder], self.ledger.range(lease).unwrap_or_default());
         let walking = (range.end - range.start) as f64 / (fastest * peer.lease_threads().max(1) as f64);
-        // What a relay says of its leases is believed when it has brought one.
+        // What a relay says of its leases is believed once it has brought a result.
         let claimed = if peer.results > 0 { peer.lease_seconds } else { 0.0 };
         let seconds = self.lease_seconds(now).max(claimed).max(walking);
         LATE * self.terms.leases_per_thread as f64 * seconds

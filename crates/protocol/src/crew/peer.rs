@@ -1,4 +1,4 @@
-//! What is known of one connection.
+//! What the leader knows of one connection.
 
 use std::collections::HashMap;
 use std::time::Duration;
@@ -6,62 +6,63 @@ use std::time::Duration;
 use crate::lead::{Now, PeerId};
 use crate::ledger::LeaseId;
 
-/// Where a connection stands.
+/// The state of a connection.
 #[derive(Debug)]
 pub(super) enum Stage {
-    /// Knows the key.
+    /// The peer has proved that it knows the key.
     Admitted,
-    /// Is building its replica.
+    /// The peer was let in and builds its replica of the scene.
     Welcomed,
-    /// Shoots.
+    /// The peer shoots walks.
     Working,
 }
 
-/// Threads that are believed of a worker that has not delivered anything.
+/// The threads that are believed of a worker that has not delivered anything.
 const FIRST_THREADS: usize = 64;
 
-/// When a lease was given.
+/// The time at which a lease was given out.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Since {
-    /// By the waking clock.
+    /// The time by the waking clock.
     pub awake: Duration,
     pub now: Now,
 }
 
-/// A connection, and what its worker was given.
+/// A connection, and the leases of its worker.
 #[derive(Debug)]
 pub(super) struct Peer {
     pub stage: Stage,
     pub name: String,
-    /// Whether it has others work for it.
+    /// Whether the peer is a relay, whose own workers shoot its walks.
     pub relays: bool,
-    /// Threads that shoot there.
+    /// The threads that shoot walks there.
     pub threads: usize,
-    /// Leases that it works on at once: one a thread; of a relay one in all, none while it has no workers.
+    /// The leases that the peer works on at once: one per thread; for a relay one in all, and none while it has no
+    /// workers.
     pub slots: usize,
-    /// How long its leases take at least [s].
+    /// The least time that one of the peer's leases should take [s].
     pub lease_seconds: f64,
-    /// What it was given and has not answered for, and when. Some of it others may have done since.
+    /// The leases that the peer has not answered for. Other workers may have brought some of them since.
     pub leases: HashMap<LeaseId, Since>,
-    /// When it last spoke, by the waking clock.
+    /// The time of the peer's last message, by the waking clock.
     pub heard: Duration,
     pub progress: u64,
-    /// When it last made progress, by the waking clock.
+    /// The time of the peer's last progress, by the waking clock.
     pub progressed: Duration,
-    /// Walks per second of one thread; 0 before the first result.
+    /// The walks per second of one thread; 0 before the first result.
     pub rate: f64,
     pub longest_lease: u64,
     pub cpu_seconds: f64,
-    /// Results that it brought.
+    /// The number of results that the peer brought.
     pub results: usize,
-    /// When it last brought one, by the waking clock.
+    /// The time of the peer's last result, by the waking clock.
     pub delivered: Duration,
-    /// Heartbeats that it may send now.
+    /// The heartbeats that the peer may send now.
     pub beats: f64,
 }
 
 impl Peer {
-    /// Somebody who knows the key, at a time of the waking clock.
+    /// A peer that has just proved that it knows the key, at `now` of the waking clock.
     pub(super) fn new(id: PeerId, now: Duration, beats: f64) -> Self {
         Peer {
             stage: Stage::Admitted,
@@ -87,22 +88,22 @@ impl Peer {
         matches!(self.stage, Stage::Working)
     }
 
-    /// Threads that are believed: more with every result, so that a claim alone costs nothing.
+    /// The threads that are believed: more with every result, so that a claim alone gains nothing.
     pub(super) fn trusted_threads(&self) -> usize {
         self.threads.min(FIRST_THREADS.saturating_mul(1 + self.results))
     }
 
-    /// Leases that it may work on at once.
+    /// The leases that the peer may work on at once.
     pub(super) fn trusted_slots(&self) -> usize {
         if self.relays { self.threads.min(1) } else { self.trusted_threads() }
     }
 
-    /// Threads that share a lease.
+    /// The threads that share one lease.
     pub(super) fn lease_threads(&self) -> usize {
         if self.relays { self.trusted_threads() } else { 1 }
     }
 
-    /// Walks per second of those that share a lease.
+    /// The walks per second of the threads that share one lease.
     pub(super) fn lease_rate(&self) -> f64 {
         self.rate * self.lease_threads() as f64
     }

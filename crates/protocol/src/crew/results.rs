@@ -1,5 +1,4 @@
-//! What becomes of results: small ones come by themselves, large ones are offered, asked for where there is room, and taken
-//! whole.
+//! Results: small ones arrive unasked; large ones are offered, asked for when there is room, and taken whole.
 
 use std::collections::HashMap;
 
@@ -17,18 +16,18 @@ use crate::provenance::Provenance;
 use crate::rejected::Rejected;
 use crate::transfers::{Offer, Room};
 
-/// Bytes that a worker may cost here beside what all share: for islands, and for results under way.
+/// The bytes of memory that each worker adds to the leader's room for islands, and for results under way.
 const ISLAND_SHARE: usize = 32 << 10;
 const STAGING_SHARE: usize = 8 << 10;
 
 impl Crew {
-    /// A worker has a large result.
+    /// Notes a worker's offer of a large result, and asks for it when there is room.
     pub(super) fn on_offer(&mut self, id: PeerId, lease: LeaseId, bytes: u64) -> Step {
         let sums = self.terms.sums();
         let bytes = usize::try_from(bytes).unwrap_or(usize::MAX);
         let peer = &self.peers[&id];
         let offered = match self.ledger.range(lease) {
-            // Others were faster.
+            // Another worker was faster.
             None if peer.leases.contains_key(&lease) => return Step::Moved(vec![self.spare(id, lease)]),
             Some(walks)
                 if peer.leases.contains_key(&lease) && (sums..=self.terms.most_bytes()).contains(&bytes) =>
@@ -44,7 +43,7 @@ impl Crew {
         }
     }
 
-    /// The result of a lease: taken whole or not at all.
+    /// Takes the result of a lease, whole or not at all.
     pub(super) fn on_result(&mut self, id: PeerId, mut result: LeaseResult, now: Now) -> Step {
         let peer = self.peers.get_mut(&id).expect("the caller found it");
         let lease = result.lease;
@@ -67,14 +66,14 @@ impl Crew {
         match self.accept(id, result) {
             Ok(walks) => {
                 let peer = self.peers.get_mut(&id).expect("the caller found it");
-                // Not a number is no less than any, and so becomes the least time, too.
+                // A time that is not a number becomes the least time here.
                 let rate = walks as f64 / seconds.max(1e-6) / peer.lease_threads().max(1) as f64;
                 peer.rate = if peer.rate == 0.0 { rate } else { 0.5 * (peer.rate + rate) };
                 self.last_result = now;
                 self.trust(id);
                 Step::Moved(vec![])
             }
-            // Others were faster, or it was given up and is back.
+            // Another worker was faster, or this worker was given up and is back.
             Err(Rejected::NotLeased(_)) => Step::Moved(vec![]),
             Err(Rejected::Tally(MergeError::Overflow(_))) => Step::Overflow,
             Err(rejected) => {
@@ -84,7 +83,7 @@ impl Crew {
         }
     }
 
-    /// Enters a result in the books, where it may be what it says. Returns its walks.
+    /// Checks a result and enters it in the ledger. Returns the number of its walks.
     fn accept(&mut self, id: PeerId, result: LeaseResult) -> Result<u64, Rejected> {
         let LeaseResult { lease, counts, sums, digest, provenance, .. } = result;
         let counts = Counts::from_array(*counts).ok_or(Rejected::Counts)?;
@@ -112,7 +111,7 @@ impl Crew {
         self.ledger.accept(lease, parcel, &brought).map(|()| walks)
     }
 
-    /// A worker has brought a result.
+    /// Notes that a worker has brought a result, so that more of its threads are believed.
     fn trust(&mut self, id: PeerId) {
         self.doubt(id);
         let peer = self.peers.get_mut(&id).expect("the caller found it");
@@ -122,7 +121,7 @@ impl Crew {
         self.consider(id);
     }
 
-    /// Lets a worker drop a large result that others have brought.
+    /// Lets a worker drop a large result whose walks another worker has brought.
     fn spare(&mut self, id: PeerId, lease: LeaseId) -> Action {
         if let Some(peer) = self.peers.get_mut(&id) {
             peer.leases.remove(&lease);
@@ -133,7 +132,7 @@ impl Crew {
         Action::Send(id, ToWorker::Drop { lease })
     }
 
-    /// Asks for large results where there is room.
+    /// Asks for large results for which there is room.
     pub(super) fn ask(&mut self) -> Vec<Action> {
         let void = self.transfers.take_void(&self.ledger);
         let mut actions: Vec<Action> = void.into_iter().map(|(id, lease)| self.spare(id, lease)).collect();
@@ -148,8 +147,8 @@ impl Crew {
         actions
     }
 
-    /// Does what time brings about, whatever else happens: gives out late leases once more, asks for what is kept, and makes room
-    /// where all wait for each other.
+    /// Does what is due as time passes, whatever else happens: gives out copies of late leases, asks for kept results,
+    /// and makes room where all workers wait for each other.
     pub fn keep_going(&mut self, now: Now) -> Vec<Action> {
         let mut actions = self.lease_late(now);
         actions.extend(self.ask());
@@ -157,9 +156,10 @@ impl Crew {
         actions
     }
 
-    /// Where workers keep results beyond a gap, none may be free to fill the gap. A worker that has the gap's walks behind
-    /// results that it keeps drops these, where the gap is held up for long or no worker is at anything else; where no worker
-    /// has the gap, because its walks are lost, the one that keeps the furthest drops its own. What is dropped is leased again.
+    /// Frees a worker to fill a gap, where all workers keep results beyond it. If a worker has the gap's walks behind
+    /// results that it keeps, it drops these, once the gap is held up for long or no worker does anything else. If no
+    /// worker has the gap, because its walks are lost, the worker whose kept results lie furthest drops them. Dropped
+    /// walks are leased again.
     fn make_room(&mut self, now: Now) -> Vec<Action> {
         if self.transfers.kept() == 0 {
             return vec![];
@@ -181,7 +181,7 @@ impl Crew {
         actions
     }
 
-    /// Whether no worker has room for a lease, sends a result, or is at a lease whose result it does not keep.
+    /// Whether no worker has room for a lease, sends a result, or walks a lease whose result it does not keep.
     fn is_still(&self, keepers: &HashMap<PeerId, usize>) -> bool {
         let kept = |id| keepers.get(id).copied().unwrap_or(0);
         self.hungry.is_empty()
@@ -189,8 +189,8 @@ impl Crew {
             && !self.peers.iter().any(|(id, peer)| self.walks_on(peer, kept(id)))
     }
 
-    /// Whether a worker that keeps so many results is at another lease: it has one, a thread that may begin it, and has made
-    /// progress of late. A thread that is stuck holds its lease for ever.
+    /// Whether a worker that keeps `kept` results walks another lease: it has one, a thread that may begin it, and has
+    /// made progress of late. A stuck thread holds its lease for ever.
     fn walks_on(&self, peer: &Peer, kept: usize) -> bool {
         let may_begin = peer.relays || kept < MOST_KEPT * peer.slots.max(1);
         may_begin && kept < peer.leases.len() && self.awake - peer.progressed < SILENCE

@@ -1,4 +1,4 @@
-//! What waits beyond a gap: an island of results, merged with their neighbours.
+//! An island: results that wait beyond a gap, merged with their neighbours.
 
 use bincode::{Decode, Encode};
 use radiosity::{Counts, MergeError, Tally};
@@ -8,7 +8,7 @@ use crate::deliveries::{Deliveries, Growing};
 use crate::digest::Digester;
 use crate::parcel::Parcel;
 
-/// What waits beyond a gap: an island.
+/// A range of walks that waits beyond a gap: an island.
 #[derive(Debug)]
 pub(super) struct Waiting {
     pub(super) end: u64,
@@ -19,18 +19,18 @@ pub(super) struct Waiting {
 /// An island as a checkpoint keeps it.
 #[derive(Clone, Debug, PartialEq, Eq, Encode, Decode)]
 pub struct Island {
-    /// Its first walk.
+    /// The number of the island's first walk.
     pub first: u64,
     /// How its walks ended ([`Counts::to_array`]).
     pub counts: Box<[u128; 15]>,
-    /// Its sums, packed ([`crate::codec::pack`]).
+    /// The island's sums, packed ([`crate::codec::pack`]).
     pub sums: Vec<u8>,
-    /// Who brought its walks.
+    /// The deliveries of the island's walks.
     pub deliveries: Deliveries,
 }
 
 impl Island {
-    /// Its sums as they may be merged, where they are those that were delivered.
+    /// The island's sums, ready to be merged; `None` if they are not those that were delivered.
     pub fn parcel(&self, digester: &Digester) -> Option<Parcel> {
         let counts = Counts::from_array(*self.counts)?;
         let parcel = Parcel::new(counts, self.sums.clone(), self.deliveries.digest(), digester).ok()?;
@@ -38,7 +38,8 @@ impl Island {
     }
 }
 
-/// A lease that has no neighbours yet stays packed: most are added to the prefix at once, and the others take less room.
+/// The sums of an island. Those of a single lease stay packed: most are soon added to the prefix, and the others take
+/// less memory.
 #[derive(Debug)]
 pub(super) enum Sums {
     Packed(Parcel),
@@ -67,9 +68,9 @@ impl Sums {
         }
     }
 
-    /// Adds other sums; `empty` has the shape of both.
+    /// Adds other sums to these; `empty` makes a tally of the same shape.
     fn add(&mut self, mut other: Sums, empty: impl Fn() -> Tally) -> Result<(), MergeError> {
-        // Where there is a tally already, no further one is made.
+        // If either side has a tally already, no further one is made.
         if matches!((&*self, &other), (Sums::Packed(_), Sums::Merged(_))) {
             std::mem::swap(self, &mut other);
         }
@@ -86,7 +87,7 @@ impl Sums {
 }
 
 impl Waiting {
-    /// Takes up the range that follows.
+    /// Adds the range that follows this one.
     pub(super) fn append(&mut self, later: Waiting, empty: impl Fn() -> Tally) -> Result<(), MergeError> {
         self.sums.add(later.sums, empty)?;
         self.deliveries.append(later.deliveries.deliveries());

@@ -1,4 +1,4 @@
-//! A job without physics: what a walk scores is a hash of its number, so that any mix-up of walks shows.
+//! A job without physics: the score of a walk is a hash of its number, so that any mix-up of walks shows.
 #![allow(dead_code, reason = "each test file uses its own part")]
 
 use std::ops::Range;
@@ -15,7 +15,7 @@ use radiosity::{Counts, Layout, Tally};
 pub const PATCHES: usize = 3;
 pub const MOMENTS: usize = 2;
 pub const LAYOUT: Layout = Layout { scores: 1, moments: MOMENTS, slopes: 0, events: false };
-/// What a walk of [`Board::shoot`] can come to.
+/// The limits of the walks of [`Board::shoot`].
 pub const LIMITS: Limits =
     Limits { ends: 1, rays: 7, ray_score: 1 << 24, walk_score: 1 << 24, sensors: None };
 pub const BUILD: &str = "0.1.0 (toy)";
@@ -23,7 +23,7 @@ pub const JOB: &[u8] = b"a toy job";
 pub const SCENE_HASH: [u8; 32] = [1; 32];
 pub const JOB_HASH: [u8; 32] = [2; 32];
 
-/// splitmix64
+/// The finaliser of splitmix64, as a hash of a number.
 pub fn hash(n: u64) -> u64 {
     let z = n.wrapping_add(0x9e37_79b9_7f4a_7c15);
     let z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
@@ -31,7 +31,7 @@ pub fn hash(n: u64) -> u64 {
     z ^ (z >> 31)
 }
 
-/// Random numbers of one simulation.
+/// The random numbers of one simulation.
 pub struct Dice(pub u64);
 
 impl Dice {
@@ -49,7 +49,7 @@ impl Dice {
     }
 }
 
-/// Where walks score.
+/// The board on which walks score.
 #[derive(Clone, Default)]
 pub struct Board {
     counts: Counts,
@@ -81,7 +81,7 @@ impl Board {
     }
 }
 
-/// The tally of some walks, shot straight.
+/// The tally of some walks, shot in one go.
 pub fn straight(walks: Range<u64>) -> Tally {
     let mut board = Board::default();
     board.shoot(walks);
@@ -114,23 +114,23 @@ pub fn judge(mut met: impl FnMut(&Tally) -> bool + 'static) -> protocol::coordin
     Box::new(move |tally, _| Look { walks: tally.counts.walks, reached: met(tally), ..Look::default() })
 }
 
-/// A coordinator of a job that begins.
+/// A coordinator of a new job.
 pub fn coordinator(plan: Plan) -> Coordinator {
     let past = Past::none(Tally::new(plan.patches, plan.layout));
     Coordinator::new(plan, past)
 }
 
-/// The introduction of a worker that belongs here.
+/// The introduction of a worker of the right build.
 pub fn hello(name: &str, threads: u32) -> Hello {
     Hello { protocol: PROTOCOL, build: BUILD.into(), name: name.into(), threads, relays: false }
 }
 
-/// What whoever belongs here is told by a coordinator of [`plan`].
+/// The answer of a coordinator of [`plan`] to a worker of the right build.
 pub fn welcome(stream_walks: u64) -> ToWorker {
     ToWorker::Welcome { job: JOB.into(), stream_walks, leases_per_thread: 2 }
 }
 
-/// What a worker says when it has built the right replica.
+/// The message of a worker that has built the right replica.
 pub const READY: ToCoordinator = ToCoordinator::Ready { scene_hash: SCENE_HASH, job_hash: JOB_HASH };
 
 /// The result of a lease as an honest worker sends it.
@@ -138,7 +138,7 @@ pub fn result(lease: u64, walks: Range<u64>) -> LeaseResult {
     result_of(lease, &straight(walks))
 }
 
-/// A tally as an honest worker sends it.
+/// The result of a lease with a given tally, as an honest worker sends it.
 pub fn result_of(lease: u64, tally: &Tally) -> LeaseResult {
     LeaseResult {
         lease,
@@ -151,7 +151,7 @@ pub fn result_of(lease: u64, tally: &Tally) -> LeaseResult {
     }
 }
 
-/// A result that was changed before it was sent off, with the digest that it then has.
+/// A result that was changed before it was sent, with the digest that it then has.
 pub fn sealed(result: LeaseResult) -> LeaseResult {
     let counts = Counts::from_array(*result.counts).unwrap();
     let sums = unpack(&result.sums).collect::<Result<_, _>>().unwrap();

@@ -83,7 +83,7 @@ impl Experiment {
         }
     }
 
-    /// b_i = (R_i/A_i)φ_i (S97 corollary 2.3), φ_i = Φ_T/p_i × the mean score, p_i the probability of the event after an
+    /// b_i = (R_i/A_i)φ_i, φ_i = Φ_T/p_i × the mean score, p_i the probability of the event after an
     /// arrival (S97 propositions 2.1, 2.9, 2.14).
     ///
     /// A planar face cannot hit itself, so between two visits a walk survives on it and on another face: it

@@ -2,6 +2,7 @@
 
 mod batches;
 mod board;
+pub(crate) mod exchange;
 mod gathering;
 mod meaning;
 pub(crate) mod readings;
@@ -26,8 +27,9 @@ use crate::method::{Direction, Method, Score, Unit};
 use crate::scene::Scene;
 use crate::scene::births::Births;
 use crate::tally::{Layout, LinearBoard, Scoreboard, Tally};
-use crate::walk::estimator::Estimator;
+use crate::walk::estimator::Course;
 use board::{Scores, Sensing, with_board};
+use exchange::{Exchange, ExchangeSpec};
 use gathering::Gathering;
 use unfit::{check, check_sensors};
 
@@ -44,6 +46,8 @@ pub struct Experiment {
     least_area: f64,
     /// Places where light is measured; `None` where there are none.
     sensors: Option<Arc<Sensors>>,
+    /// Groups of faces that walks are counted by; `None` where faces score.
+    exchange: Option<Arc<Exchange>>,
 }
 
 impl Experiment {
@@ -63,7 +67,15 @@ impl Experiment {
         };
         let largest_radiosity = jacobi::largest_radiosity(&scene);
         let least_area = scene.faces().iter().map(|face| face.area).fold(f64::INFINITY, f64::min);
-        Ok(Experiment { scene, method, gathering, largest_radiosity, least_area, sensors: None })
+        Ok(Experiment {
+            scene,
+            method,
+            gathering,
+            largest_radiosity,
+            least_area,
+            sensors: None,
+            exchange: None,
+        })
     }
 
     /// The experiment with sensors, whose light rays of their own gather from what its walks have found. What is found of
@@ -76,6 +88,16 @@ impl Experiment {
         if self.sensors.is_some() {
             check_sensors(&self.method)?;
         }
+        Ok(self)
+    }
+
+    /// The experiment whose walks count exchange factors, in place of those of its method: of this, only the space that walks go
+    /// on in is used. Light plays no part.
+    ///
+    /// # Errors
+    /// A scene in colour, or groups and walks that cannot be.
+    pub fn with_exchange(mut self, spec: ExchangeSpec) -> Result<Self, Unfit> {
+        self.exchange = Some(Exchange::new(&self.scene, spec)?.into());
         Ok(self)
     }
 
@@ -119,8 +141,12 @@ impl Experiment {
         with_board!(&self.scores::<M>(0), board => board.layout())
     }
 
-    /// Rows of a tally: the faces, and where there are sensors one that counts their samples, and their cells.
+    /// Rows of a tally: the faces, and where there are sensors one that counts their samples, and their cells. Of exchange
+    /// factors: those of [`ExchangeSpec`].
     pub fn rows(&self) -> usize {
+        if let Some(exchange) = &self.exchange {
+            return exchange.rows();
+        }
         self.scene.faces().len() + self.sensors().map_or(0, |sensors| 1 + sensors.cell_count())
     }
 
@@ -134,7 +160,8 @@ impl Experiment {
         let sensing = self
             .sensors()
             .map(|sensors| Sensing::new(self.scene.faces().len(), sensors.cell_count(), self.layout::<M>()));
-        Board { scores: self.scores(self.scene.faces().len()), sensing }
+        let faces = self.exchange.as_ref().map_or(self.scene.faces().len(), |exchange| exchange.rows());
+        Board { scores: self.scores(faces), sensing }
     }
 
     fn scores<const M: usize>(&self, faces: usize) -> Scores<M> {
@@ -153,12 +180,16 @@ impl Experiment {
         match (self.scene.channels(), score) {
             (1, Score::Mix) if hits => Scores::RelatedHits(Scoreboard::new(faces)),
             (1, Score::Mix) => Scores::RelatedFixed(Scoreboard::new(faces)),
-            (1, Score::Of(Estimator::Infinite(_))) => Scores::Fixed(Scoreboard::new(faces)),
-            (1, Score::Of(_)) if hits => Scores::Hits(Scoreboard::new(faces)),
-            (1, Score::Of(_)) => Scores::Fixed(Scoreboard::new(faces)),
-            (1, Score::Linear(Estimator::Infinite(_))) => Scores::LinearFixed(LinearBoard::new(faces)),
-            (1, Score::Linear(_)) if hits => Scores::LinearHits(LinearBoard::new(faces)),
-            (1, Score::Linear(_)) => Scores::LinearFixed(LinearBoard::new(faces)),
+            (1, Score::Of(estimator)) => match estimator.kind().course() {
+                Course::Chance | Course::FirstHit if hits => Scores::Hits(Scoreboard::new(faces)),
+                Course::Chance | Course::FirstHit | Course::Weighted => Scores::Fixed(Scoreboard::new(faces)),
+            },
+            (1, Score::Linear(estimator)) => match estimator.kind().course() {
+                Course::Chance | Course::FirstHit if hits => Scores::LinearHits(LinearBoard::new(faces)),
+                Course::Chance | Course::FirstHit | Course::Weighted => {
+                    Scores::LinearFixed(LinearBoard::new(faces))
+                }
+            },
             (_, Score::Linear(_)) => Scores::LinearColoured(LinearBoard::new(faces)),
             _ => Scores::Coloured(Scoreboard::new(faces)),
         }

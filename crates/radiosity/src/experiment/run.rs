@@ -13,7 +13,7 @@ use crate::scene::births::Births;
 use crate::tally::{Counts, Overflow};
 use crate::walk::Space;
 use crate::walk::batch::{walk_all, walk_each};
-use crate::walk::estimator::{Estimator, with_estimator};
+use crate::walk::estimator::with_estimator;
 use crate::walk::fate::{Analog, Coloured, Fate, Infinite};
 use crate::walk::linear::{GatherLinear, ShootLinearHits, ShootLinearWeights};
 use crate::walk::score::{Gather, GatherRelated, OnArrival, Scorer, ShootHits, ShootRelated, ShootWeights};
@@ -68,6 +68,10 @@ impl Experiment {
         go_on: &dyn Fn() -> bool,
     ) {
         let Board { scores, sensing } = board;
+        if let Some(exchange) = &self.exchange {
+            let Scores::Hits(board) = scores else { wrong_board() };
+            return exchange.walk(&self.scene, self.method.space(), (sequence, walks), board);
+        }
         let counts = match (&self.method, &mut *scores) {
             (Method::Walks(plan), scores) => {
                 return match self.sensors().zip(sensing.as_mut()) {
@@ -126,7 +130,8 @@ impl Experiment {
             (Scores::RelatedHits(board), Score::Mix) => {
                 self.walk_all(births, space, source, Analog, &mut ShootRelated::new(board))
             }
-            (Scores::Fixed(board), Score::Of(Estimator::Infinite(end))) => {
+            (Scores::Fixed(board), Score::Of(estimator)) => {
+                let end = estimator.infinite_end().unwrap_or_else(|| wrong_board());
                 let mut score = ShootWeights::<OnArrival, 1, M>::new(board);
                 self.walk_all(births, space, source, Infinite::new(end), &mut score)
             }
@@ -136,7 +141,8 @@ impl Experiment {
                     self.walk_all(births, space, source, fate, &mut score)
                 })
             }
-            (Scores::LinearFixed(board), Score::Linear(Estimator::Infinite(end))) => {
+            (Scores::LinearFixed(board), Score::Linear(estimator)) => {
+                let end = estimator.infinite_end().unwrap_or_else(|| wrong_board());
                 let mut score = ShootLinearWeights::<OnArrival, 1>::new(board);
                 self.walk_all(births, space, source, Infinite::new(end), &mut score)
             }

@@ -30,6 +30,16 @@ pub enum Unfit {
         /// Patches of the scene.
         patches: usize,
     },
+    /// Exchange factors belong to one channel.
+    #[error(
+        "exchange factors are those of one reflectance for each surface, and the scene has three channels; choose one of them"
+    )]
+    ExchangeInColour,
+    /// Groups that leave faces out, are empty, or walk more than their share of the sequence.
+    #[error(
+        "the groups of the exchange factors are not those of the scene (each face belongs to one, each has a face), or one walks more than 2⁴⁰ walks; change groups or walks"
+    )]
+    NoSuchGroups,
     /// A sensor that cannot be.
     #[error(transparent)]
     Sensor(#[from] SensorError),

@@ -51,22 +51,30 @@ impl Births {
         share: impl Fn(usize) -> f64,
         alike: impl Fn(usize, usize) -> bool,
     ) -> Option<Self> {
-        let (mut cradles, mut shares) = (Vec::new(), Vec::new());
-        for (surface, all_cells) in (0..).zip(surfaces.iter().map(Surface::cell_count)) {
-            for side in [Side::Front, Side::Back] {
-                let Some(first) = faces.first_on(surface, side).map(|first| first as usize) else { continue };
-                let (mut next, end) = (first, first + all_cells as usize);
-                while next < end {
-                    let face = next;
-                    next += (face..end).take_while(|&other| alike(face, other)).count();
-                    if share(face) > 0.0 {
-                        let (first_cell, cells) = ((face - first) as u32, (next - face) as u32);
-                        cradles.push(Cradle { surface, side, first_cell, cells });
-                        shares.push(share(face) * f64::from(cells));
-                    }
-                }
-            }
+        let chosen = cradles(surfaces, faces, alike).filter(|&(face, _)| share(face) > 0.0);
+        Births::choosing(chosen.map(|(face, cradle)| (cradle, share(face) * f64::from(cradle.cells))))
+    }
+
+    /// The births of each of `count` groups of faces: within a group with a probability in proportion to `share`. `None` for a
+    /// group in which no share is above 0.
+    pub(crate) fn of_groups(
+        surfaces: &[Surface],
+        faces: &Faces,
+        (group_of_face, count): (&[u32], u32),
+        share: impl Fn(usize) -> f64,
+    ) -> Vec<Option<Self>> {
+        let group = |face: usize| group_of_face[face];
+        let alike = |a, b| (group(a), share(a)) == (group(b), share(b));
+        let mut groups = vec![Vec::new(); count as usize];
+        for (face, cradle) in cradles(surfaces, faces, alike).filter(|&(face, _)| share(face) > 0.0) {
+            groups[group(face) as usize].push((cradle, share(face) * f64::from(cradle.cells)));
         }
+        groups.into_iter().map(|chosen| Births::choosing(chosen.into_iter())).collect()
+    }
+
+    /// Births in cradles that are chosen in proportion to their shares; `None` without a cradle.
+    fn choosing(chosen: impl Iterator<Item = (Cradle, f64)>) -> Option<Self> {
+        let (cradles, shares): (Vec<_>, Vec<_>) = chosen.unzip();
         (!cradles.is_empty()).then(|| Births {
             choice: AliasTable::new(&shares),
             cradles,
@@ -122,4 +130,30 @@ impl Births {
     pub(crate) fn largest_weights(&self) -> [f64; 3] {
         self.largest_weights
     }
+}
+
+/// The cells of all surfaces, each run of them that are alike at a birth with its first face.
+fn cradles(
+    surfaces: &[Surface],
+    faces: &Faces,
+    alike: impl Fn(usize, usize) -> bool,
+) -> impl Iterator<Item = (usize, Cradle)> {
+    let sides = (0..)
+        .zip(surfaces.iter().map(Surface::cell_count))
+        .flat_map(|(surface, cells)| [Side::Front, Side::Back].map(|side| (surface, side, cells as usize)));
+    let runs = sides.filter_map(|(surface, side, cells)| {
+        let first = faces.first_on(surface, side)? as usize;
+        Some((surface, side, first, first + cells))
+    });
+    runs.flat_map(move |(surface, side, first, end)| {
+        let mut cradles = Vec::new();
+        let mut next = first;
+        while next < end {
+            let face = next;
+            next += (face..end).take_while(|&other| alike(face, other)).count();
+            let (first_cell, cells) = ((face - first) as u32, (next - face) as u32);
+            cradles.push((face, Cradle { surface, side, first_cell, cells }));
+        }
+        cradles
+    })
 }

@@ -168,6 +168,15 @@ impl<W: Word, E: Events, const S: usize, const M: usize> Scoreboard<W, E, S, M> 
         self.raise(patch, [earlier; S], [W::from_units(1.0); S]);
     }
 
+    /// Adds one unit to each score of `walks` walks, fewer than 2⁵³, that score nothing else on the patch: every power sum grows
+    /// by their number.
+    pub(crate) fn add_walks_of_one(&mut self, patch: u32, walks: u64) {
+        self.largest = self.largest.max(1);
+        for sum in self.cells[patch as usize].sums.as_flattened_mut() {
+            *sum = sum.plus(W::from_units(walks as f64));
+        }
+    }
+
     fn add_long_path(&mut self, patches: &[u32], units: impl Fn(usize) -> [W; S]) {
         let mut order: Vec<usize> = (0..patches.len()).collect();
         order.sort_unstable_by_key(|&i| patches[i]);

@@ -5,13 +5,17 @@
 //! an arrival on face j is p_j; a score is worth 1/p_j of what the walk carries, so that its expectation does not depend on
 //! the kind of event (S97 propositions 2.1, 2.9, 2.14 for shooting; 3.1, 3.5, 3.6 for gathering):
 //!
-//! | estimator | event | p_j | shooting: φ_j += | gathering: b_i += (weight 1) | variance |
-//! |---|---|---|---|---|---|
-//! | absorption | the walk dies | 1 − R_j | Φ_T/(1 − R_j) | R_i E_j/(p_i (1 − R_j)) | S97 corollary 2.3, eq. (10) |
-//! | survival | it survives | R_j | Φ_T/R_j | R_i E_j/(p_i R_j) | S97 proposition 2.10, eq. (13) |
-//! | collision | it arrives | 1 | Φ_T | R_i E_j/p_i | S97 corollary 2.16, eq. (14) |
-//! | infinite | it arrives, with weight ΠR | 1 | Φ_T·ΠR | R_i ΠR E_j/p_i | SInf eqs. (2), (3) |
-//! | direct | it arrives for the first time | 1 | Φ_T | R_i E_j/p_i | that of collision without 2R_iξ_i |
+//! | estimator | event | p_j | shooting: φ_j += | its variance | gathering: b_i += (weight 1) | its variance |
+//! |---|---|---|---|---|---|---|
+//! | absorption | the walk dies | 1 − R_j | Φ_T/(1 − R_j) | S97 corollary 2.3 | R_i E_j/(p_i (1 − R_j)) | S97 eq. (10) |
+//! | survival | it survives | R_j | Φ_T/R_j | S97 corollary 2.11 | R_i E_j/(p_i R_j) | S97 eq. (13) |
+//! | collision | it arrives | 1 | Φ_T | S97 corollary 2.16, BS eq. (19) | R_i E_j/p_i | S97 eq. (14) |
+//! | infinite | it arrives, with weight ΠR | 1 | Φ_T·ΠR | SInf eq. (2) | R_i ΠR E_j/p_i | SInf eq. (3) |
+//! | direct | it arrives for the first time | 1 | Φ_T | collision's without 2R_iξ_i | R_i E_j/p_i | collision's without 2b_s |
+//!
+//! These five pairs of an event and a course are all that there are. A walk by weights survives surely until it ends, and a walk
+//! that ends with its first arrival never survives: 1/p_j with the p_j above would be the wrong worth of their survivals and
+//! absorptions.
 
 use serde::{Deserialize, Serialize};
 

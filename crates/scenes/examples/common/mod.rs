@@ -1,4 +1,4 @@
-//! Timing whole walks.
+//! Timing of whole walks.
 #![allow(dead_code, reason = "each example uses its own part")]
 
 use std::error::Error;
@@ -8,7 +8,7 @@ use rustix::time::{ClockId, clock_gettime};
 
 pub type Failure = Box<dyn Error>;
 
-/// Discrete collision shooting in a scene.
+/// An experiment of discrete collision shooting in a scene.
 pub fn collision_shooting(scene: Scene) -> Result<Experiment, Failure> {
     Ok(Experiment::new(scene, Method::shooting(Estimator::Collision))?)
 }
@@ -27,7 +27,7 @@ impl Walks {
         Walks { experiment, sequence: Sequence::new(1), board, next: 0 }
     }
 
-    /// Rays per second of processor time, over at least so many rays.
+    /// The rays per second of processor time, over at least `at_least` rays.
     pub fn rate(&mut self, at_least: u64) -> Result<f64, Failure> {
         const PART: u64 = 65_536;
         let (mut rays, mut seconds) = (0, 0.0);
@@ -42,13 +42,13 @@ impl Walks {
     }
 }
 
-/// Processor time of this thread [s]: what else runs on the machine does not count.
+/// The processor time of this thread [s]: other work of the machine does not count.
 pub fn processor_seconds() -> f64 {
     let now = clock_gettime(ClockId::ThreadCPUTime);
     now.tv_sec as f64 + 1e-9 * now.tv_nsec as f64
 }
 
-/// The middle one of some values, the upper of two.
+/// The middle one of some values, or the upper of two middle ones.
 pub fn median(values: &[f64]) -> f64 {
     let mut sorted = values.to_vec();
     sorted.sort_by(f64::total_cmp);

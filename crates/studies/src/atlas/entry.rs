@@ -1,4 +1,4 @@
-//! What an entry of the atlas says.
+//! The form of an entry of the atlas.
 
 use report::Chart;
 
@@ -6,34 +6,34 @@ use crate::claim::{Claim, Judge};
 use crate::lab::Lab;
 use crate::walking::Failure;
 
-/// One way in which a method fails.
+/// An entry: one way in which a method fails.
 pub struct Entry {
-    /// Names it on the command line and its chart.
+    /// The name of the entry on the command line and of its chart.
     pub name: &'static str,
-    /// A sentence.
+    /// The title of the entry, one sentence.
     pub title: &'static str,
-    /// Drives the method there.
+    /// The study that drives the method there.
     pub study: fn(&Lab) -> Result<Finding, Failure>,
 }
 
-/// What became of it.
+/// The findings of an entry's study.
 pub struct Finding {
-    /// What theory says will happen, and who says so.
+    /// The prediction of theory, with its source.
     pub predicted: String,
-    /// What happened, with standard errors.
+    /// The measurement, with standard errors.
     pub seen: String,
-    /// What the program told its user, word by word.
+    /// The program's words to its user, verbatim.
     pub told: Vec<String>,
-    /// What to do instead, and what that gave.
+    /// The remedy, and what it gave.
     pub instead: String,
-    /// What has to hold of all this.
+    /// The claims that must hold.
     pub claims: Vec<Claim>,
-    /// The sweep.
+    /// The chart of the sweep.
     pub chart: Chart,
 }
 
 impl Finding {
-    /// Whether all of it holds.
+    /// Whether all claims hold.
     pub fn holds(&self) -> bool {
         self.failed().next().is_none()
     }

@@ -1,4 +1,4 @@
-//! The atlas as a page, and as JSON.
+//! The page of the atlas, in Markdown and as JSON.
 
 use serde_json::{Value, json};
 
@@ -6,10 +6,10 @@ use super::entry::{Entry, Finding};
 use crate::claim::Judge;
 use crate::page::Page;
 
-/// Where the charts of the page are, beside it.
+/// The folder of the page's charts, beside the page.
 pub const CHARTS: &str = "atlas";
 
-/// The page: what `command` found on `date`.
+/// Writes the page of the findings of `command` on `date`.
 pub fn write(command: &str, date: &str, findings: &[(&Entry, Finding)]) -> String {
     let mut page = Page::default();
     page.heading(1, "An atlas of failure");
@@ -49,7 +49,7 @@ fn chapter(page: &mut Page, entry: &Entry, finding: &Finding) {
     }
 }
 
-/// Every entry with its claims.
+/// All entries with their claims, as JSON.
 pub fn table(findings: &[(&Entry, Finding)]) -> Value {
     let entry = |(entry, finding): &(&Entry, Finding)| {
         let claims = finding.claims.iter().map(|claim| {

@@ -1,4 +1,4 @@
-//! The methods that are compared: as overrides of the job, so that whatever a job refuses is refused here in its words.
+//! The methods that are compared, as overrides of the job, so that a job's own refusals apply here.
 
 use ::judge::MOMENTS;
 use job::Job;
@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use super::Arena;
 use crate::walking::walk;
 
-/// A kind of walk with its settings, by name.
+/// The kinds of walks with their settings, by name.
 const METHODS: &[(&str, &str)] = &[
     ("collision", r#"{ estimator = "collision" }"#),
     ("absorption", r#"{ estimator = "absorption" }"#),
@@ -35,14 +35,14 @@ const METHODS: &[(&str, &str)] = &[
     ),
 ];
 
-/// The paths that Sobol batches need.
+/// The fewest paths of a Sobol batch.
 const FEWEST_PATHS: u64 = 16;
 
-/// A method in a scene as a job.
+/// A method in a scene, as a job.
 pub struct Trial {
-    /// With the method and the paths of a run.
+    /// The job with the method and the paths of a run.
     pub job: Job,
-    /// The same for walking.
+    /// The experiment of that job.
     pub experiment: Experiment,
 }
 
@@ -50,7 +50,7 @@ impl Trial {
     /// The method of a job, with `paths` paths.
     ///
     /// # Errors
-    /// In words, where the job is refused.
+    /// If the job is refused, the reason in words.
     pub fn new(arena: &Arena<'_>, method: &str, paths: u64) -> Result<Self, String> {
         let mut overrides = arena.set.to_vec();
         overrides.extend([
@@ -71,7 +71,7 @@ impl Trial {
     /// The method of a job, for runs of about `rays` rays.
     ///
     /// # Errors
-    /// In words, where the job is refused.
+    /// If the job is refused, the reason in words.
     pub fn of_rays(arena: &Arena<'_>, method: &str, rays: u64) -> Result<Self, String> {
         let trial = Trial::new(arena, method, rays)?;
         if trial.experiment.unit().is_chain() {
@@ -81,34 +81,34 @@ impl Trial {
         Trial::new(arena, method, paths.max(FEWEST_PATHS))
     }
 
-    /// Walks, chains or batches of a run.
+    /// The number of walks, chains or batches in a run.
     pub fn walks(&self) -> u64 {
         self.job.budget.paths / self.experiment.unit().paths()
     }
 }
 
-/// How errors fall with the rays.
+/// The way in which errors fall with the rays.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Kind {
-    /// As 1/√rays.
+    /// Errors fall as 1/√rays.
     Walks,
-    /// To a bias.
+    /// Errors fall to a bias.
     Biased,
-    /// Faster: links, Sobol sequences.
+    /// Errors fall faster: links, Sobol sequences.
     Chains,
 }
 
 /// A method that can be run.
 pub struct Contender {
-    /// Names it in tables.
+    /// The name of the method in tables.
     pub name: &'static str,
     /// The method in the scene, for runs of some rays.
     pub trial: Trial,
 }
 
 impl Contender {
-    /// How its error falls.
+    /// The way in which its error falls.
     pub fn kind(&self) -> Kind {
         let experiment = &self.trial.experiment;
         match experiment.unit().batch() {
@@ -118,26 +118,26 @@ impl Contender {
         }
     }
 
-    /// Whether its answer is that of the integral equation, not of the patches' system.
+    /// Whether its answer is that of the integral equation, not that of the patches' radiosity system.
     pub fn is_continuous(&self) -> bool {
         self.trial.experiment.method().space() == Space::Continuous
     }
 }
 
-/// A method that cannot, and why.
+/// A method that cannot be run, and the reason.
 pub struct Absent {
-    /// Its name.
+    /// The name of the method.
     pub name: &'static str,
-    /// Why not.
+    /// The reason why it cannot be run.
     pub why: String,
 }
 
-/// A method by its name, as jobs have it.
+/// The settings of a method by its name, as jobs have them.
 pub fn method(name: &str) -> Option<&'static str> {
     METHODS.iter().find(|(known, _)| *known == name).map(|&(_, method)| method)
 }
 
-/// All names, in the order of tables.
+/// The names of all methods, in the order of tables.
 pub fn names() -> Vec<&'static str> {
     METHODS.iter().map(|&(name, _)| name).collect()
 }
@@ -154,10 +154,10 @@ pub fn contenders(arena: &Arena<'_>, rays: u64) -> (Vec<Contender>, Vec<Absent>)
     (able, absent)
 }
 
-/// How many rays a walk takes, by a pilot.
+/// The mean number of rays per walk, by a pilot.
 fn rays_per_walk(experiment: &Experiment) -> f64 {
     const SAMPLE: u64 = 20_000;
-    // Batches are walked whole.
+    // Batches are shot whole.
     let units = SAMPLE.div_ceil(experiment.unit().paths());
     let rays = walk::<MOMENTS>(experiment, 3, units).counts.rays;
     rays as f64 / (units * experiment.unit().paths()) as f64

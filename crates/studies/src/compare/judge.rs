@@ -1,20 +1,20 @@
-//! Which method to use when.
+//! The ranking of methods by the time they take.
 
 use super::contender::Kind;
 use super::measure::Point;
 
-/// The rms relative errors that advice is given for.
+/// The rms relative errors for which methods are ranked.
 pub const LEVELS: [f64; 5] = [0.3, 0.1, 0.03, 0.01, 0.003];
 
-/// The points of one method, by rays.
+/// The points of one method, sorted by rays.
 pub struct Curve<'a> {
-    /// The method.
+    /// The name of the method.
     pub method: &'a str,
-    /// At least one.
+    /// The points, of which there is at least one.
     pub points: Vec<&'a Point>,
 }
 
-/// The curves of some points, in the order of their first.
+/// The curves of some points, in the order of each curve's first point.
 pub fn curves(points: &[Point]) -> Vec<Curve<'_>> {
     let mut curves: Vec<Curve<'_>> = Vec::new();
     for point in points {
@@ -28,29 +28,29 @@ pub fn curves(points: &[Point]) -> Vec<Curve<'_>> {
 }
 
 impl Curve<'_> {
-    /// The point of the most rays.
+    /// The point with the most rays.
     pub fn last(&self) -> &Point {
         self.points.last().expect("a curve has points")
     }
 
-    /// The processor time that an rms relative error takes [s]; `None` where a bias keeps the method from it.
+    /// The processor time that an rms relative error takes [s]; `None` if a bias keeps the method from it.
     pub fn time_to(&self, rms: f64) -> Option<f64> {
         self.cost_to(rms, |point| point.seconds)
     }
 
-    /// The paths of a job that an rms relative error takes.
+    /// The number of paths of a job that an rms relative error takes.
     pub fn paths_to(&self, rms: f64) -> Option<u64> {
         Some(self.cost_to(rms, |point| point.paths as f64)?.round().max(1.0) as u64)
     }
 
-    /// What an rms relative error takes. Walks: by the merit of all their points. Others go along their points, and as
-    /// walks do beyond them.
+    /// The cost of an rms relative error. For walks it follows from the merit of all their points. Other methods follow
+    /// their points, and beyond these fall as walks do.
     fn cost_to(&self, rms: f64, cost: fn(&Point) -> f64) -> Option<f64> {
         let wanted = rms * rms;
         let as_walks = |point: &Point| cost(point) * point.squared_error / wanted;
         let last = self.last();
         if last.kind == Kind::Walks {
-            // Longer runs err less in what they say of their error, relative to it: all weigh alike.
+            // Relative to the squared error itself, longer runs know it no better, so all points weigh alike.
             let costs = self.points.iter().map(|point| as_walks(point).ln());
             return Some((costs.sum::<f64>() / self.points.len() as f64).exp());
         }
@@ -60,14 +60,14 @@ impl Curve<'_> {
             return Some(cost(a) * (slope * (wanted / a.squared_error).ln()).exp());
         }
         if wanted > self.points[0].squared_error {
-            // Chains need a number of rays each: no run of them may be shorter than the first that there is.
+            // Chains need a number of rays each: no run of them may be shorter than the first point.
             let first = self.points[0];
             return Some(if last.kind == Kind::Chains { cost(first) } else { as_walks(first) });
         }
         (last.kind == Kind::Chains).then(|| as_walks(last))
     }
 
-    /// How far off such a time may be, as a factor: by the standard errors of the squared errors.
+    /// The uncertainty of such a time as a factor, by the standard errors of the squared errors.
     fn doubt(&self) -> f64 {
         let doubts = self.points.iter().map(|p| p.squared_error_error / p.squared_error);
         1.0 + 2.0 * doubts.fold(0.0, f64::max) / (self.points.len() as f64).sqrt()
@@ -89,13 +89,13 @@ pub fn front(points: &[Point]) -> Vec<&Point> {
     front
 }
 
-/// The methods for one error.
+/// The ranking of methods for one error.
 pub struct Advice<'a> {
-    /// The rms relative error.
+    /// The rms relative error that is asked for.
     pub rms: f64,
-    /// Methods by the time they take [s], the best first.
+    /// The methods by the time that they take [s], the best first.
     pub ranking: Vec<(&'a Curve<'a>, f64)>,
-    /// How many of them the measurement cannot tell from the best.
+    /// The number of methods that the measurement cannot tell from the best.
     pub alike: usize,
 }
 
@@ -155,13 +155,13 @@ mod tests {
         let curves = curves(&points);
         let times = |rms: f64| curves.iter().map(|curve| curve.time_to(rms)).collect::<Vec<_>>();
         let close = |a: Option<f64>, b: f64| (a.unwrap() / b - 1.0).abs() < 1e-12;
-        // Walks: time·error² = 0.01. Chains: a tenth of the time costs a hundred times the squared error.
+        // For walks, time·error² = 0.01. For chains, a tenth of the time costs a hundred times the squared error.
         let at = times(1e-3f64.sqrt());
         assert!(close(at[0], 10.0) && close(at[1], 2.0 * 10f64.sqrt()) && at[2].is_none(), "{at:?}");
         let beyond = times(1e-5f64.sqrt());
         assert!(close(beyond[0], 1000.0) && close(beyond[1], 200.0) && beyond[2].is_none(), "{beyond:?}");
         assert!(close(times(0.2)[2], 0.125));
-        // A run has one path.
+        // A run of the first curve has one path.
         assert_eq!((curves[0].paths_to(0.1), curves[1].paths_to(1e-2)), (Some(1), Some(10)));
         assert!(close(times(0.3)[1], 2.0), "chains have a shortest length");
     }

@@ -1,4 +1,4 @@
-//! What the runs of one method and size came to: their time and their errors.
+//! The measured points of a comparison: time and errors of the runs of one method and size.
 
 use radiosity::{Estimates, Scene, Tally};
 use serde::{Deserialize, Serialize};
@@ -8,43 +8,43 @@ use super::Shot;
 use super::contender::{Contender, Kind, Trial};
 use super::truth::Truth;
 
-/// Patches darker than this part of the mean say nothing of relative errors.
+/// The part of the mean radiosity below which patches are left out of relative errors.
 const DARK: f64 = 1e-3;
 
-/// What the runs of a contender came to: a row of `compare.csv`.
+/// The result of a contender's runs: a row of `compare.csv`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Point {
-    /// The program that measured it.
+    /// The build of the program that measured it.
     pub build: String,
-    /// The job.
+    /// The name of the job.
     pub job: String,
-    /// Names all else that it depends on: scene, settings, seed and what errors are measured against.
+    /// A key of everything else that the point depends on: scene, settings, seed and the reference.
     pub key: String,
-    /// The contender.
+    /// The name of the contender.
     pub method: String,
-    /// Rays of a run that were asked for.
+    /// The rays of a run that were asked for.
     pub rays: u64,
-    /// Runs.
+    /// The number of runs.
     pub runs: usize,
-    /// How its error falls.
+    /// The way in which its error falls.
     pub kind: Kind,
-    /// Paths of a run, as a job's budget has them.
+    /// The paths of a run, as in a job's budget.
     pub paths: u64,
-    /// Rays of a run.
+    /// The rays that a run traced.
     pub traced: u64,
-    /// Processor time that workers walked, of a run [s].
+    /// The processor time of a run's walks [s].
     pub seconds: f64,
-    /// Mean squared relative error by area.
+    /// The mean squared relative error by area.
     pub squared_error: f64,
-    /// Its standard error, as the runs tell it.
+    /// The standard error of that mean, as the runs give it.
     pub squared_error_error: f64,
     /// The largest root mean square of a patch's relative error.
     pub worst: f64,
-    /// The root mean square that 99 % of the area stay below.
+    /// The root mean square that 99 % of the area do not exceed.
     pub p99: f64,
-    /// The most memory that a worker process took [bytes], where the system tells.
+    /// The most memory that a worker process took [bytes], if the system tells.
     pub memory: Option<u64>,
-    /// What workers sent for a run [bytes].
+    /// The bytes that workers sent for a run.
     pub traffic: u64,
 }
 
@@ -64,15 +64,15 @@ impl Point {
     }
 }
 
-/// The estimates that are judged: of reflecting patches that do not emit and are not dark; with weights by area that sum
-/// to 1.
+/// The estimates that are judged: those of reflecting patches that do not emit and are not dark, with weights by area
+/// that sum to 1.
 pub struct Judged {
     estimates: Vec<usize>,
     weights: Vec<f64>,
 }
 
 impl Judged {
-    /// Those of a scene.
+    /// The judged estimates of a scene.
     pub fn new(scene: &Scene, truth: &Truth) -> Self {
         let channels = scene.channels();
         let mean = |c: usize| {
@@ -103,7 +103,7 @@ impl Judged {
     }
 }
 
-/// What the runs of a contender came to, as `build` measured it.
+/// The point of a contender's runs, as `build` measured it.
 pub fn point(
     build: &str,
     key: String,

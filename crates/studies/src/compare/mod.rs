@@ -1,6 +1,6 @@
 //! Speed against accuracy: the methods that fit a scene, ranked by the time that they take to an error.
 //!
-//! Who walks is not decided here: runs come as [`Shot`]s.
+//! The caller decides which processes walk: runs come as [`Shot`]s.
 
 use std::path::Path;
 
@@ -13,36 +13,36 @@ pub mod measure;
 pub mod page;
 pub mod truth;
 
-/// A job to compare methods in.
+/// A job in which methods are compared.
 #[derive(Clone, Copy)]
 pub struct Arena<'a> {
-    /// The job's file.
+    /// The path of the job's file.
     pub path: &'a Path,
-    /// What is changed in it, as KEY=VALUE.
+    /// The changes of the job, as KEY=VALUE.
     pub set: &'a [String],
-    /// The job, with its changes.
+    /// The job with its changes.
     pub job: &'a Job,
-    /// Its scene.
+    /// The scene of the job.
     pub scene: &'a Scene,
 }
 
-/// Who walks.
+/// The processes that walk.
 #[derive(Clone, Copy)]
 pub struct Team {
-    /// Worker processes.
+    /// The number of worker processes.
     pub workers: usize,
-    /// Threads of each.
+    /// The threads of each worker process.
     pub threads: u32,
 }
 
-/// What some runs of a trial came to.
+/// The result of some runs of a trial.
 pub struct Shot {
-    /// The tally of each.
+    /// The tally of each run.
     pub tallies: Vec<Tally>,
-    /// Processor time that workers walked, of one run [s].
+    /// The processor time of one run's walks [s].
     pub seconds: f64,
-    /// The most memory that a worker process took [bytes], where the system tells.
+    /// The most memory that a worker process took [bytes], if the system tells.
     pub memory: Option<u64>,
-    /// What workers sent for one run [bytes].
+    /// The bytes that workers sent for one run.
     pub traffic: u64,
 }

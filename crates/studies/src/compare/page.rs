@@ -1,4 +1,4 @@
-//! What was compared, in words, tables and charts.
+//! The page of a comparison, in words, tables and charts.
 
 use std::path::{Path, PathBuf};
 
@@ -15,35 +15,35 @@ use crate::page::Page;
 use crate::series::{seen, theory};
 use report::words::{bytes, percent, quantity};
 
-/// Curves in one chart: as many as can be told apart.
+/// The most curves in one chart: as many as can be told apart.
 const DRAWN: usize = 8;
 
-/// What is told of one job.
+/// The chapter of one job.
 pub struct Chapter {
-    /// The job's name.
+    /// The name of the job.
     pub job: String,
-    /// Its file.
+    /// The path of the job's file.
     pub path: PathBuf,
-    /// Patches and surfaces of its scene.
+    /// The numbers of patches and surfaces in its scene.
     pub size: [usize; 2],
-    /// All points.
+    /// All points of the job.
     pub points: Vec<Point>,
-    /// Methods that could not be compared, at any size.
+    /// The methods that could not be compared at any size.
     pub absent: Vec<Absent>,
-    /// What the errors of discrete methods are measured against.
+    /// The reference for the errors of discrete methods, in words.
     pub truth: String,
-    /// What errors of continuous walks are measured against.
+    /// The reference for the errors of continuous walks, in words.
     pub continuous_truth: String,
 }
 
-/// Where charts go and what is against which axis: file and chart.
+/// The charts of a chapter, each with its file.
 pub fn charts(chapter: &Chapter) -> [(String, Chart); 2] {
     let curves = best(&chapter.points);
     let series = |x: fn(&Point) -> f64| -> Vec<Series> {
         let of =
             |curve: &Curve<'_>| seen(curve.method, curve.points.iter().map(|point| (x(point), point.rms())));
         let mut series: Vec<Series> = curves.iter().map(of).collect();
-        // Slope −1/2 from the first point of the first curve, below all others.
+        // The slope −1/2 from the first point of the first curve, below all others.
         let [first, last] = [curves[0].points[0], curves[0].last()];
         let scale = first.rms().value * x(first).sqrt();
         let guide = [x(first), x(last)].map(|x| (x, scale / x.sqrt()));
@@ -62,7 +62,7 @@ pub fn charts(chapter: &Chapter) -> [(String, Chart); 2] {
     ]
 }
 
-/// The curves of the best merit at their ends, the first method always among them.
+/// The curves with the best merit at their ends, and always the first method.
 fn best(points: &[Point]) -> Vec<Curve<'_>> {
     let mut curves = curves(points);
     let first = curves.remove(0);
@@ -70,7 +70,7 @@ fn best(points: &[Point]) -> Vec<Curve<'_>> {
     std::iter::once(first).chain(curves).take(DRAWN).collect()
 }
 
-/// The page of all chapters.
+/// Writes the page of all chapters.
 pub fn write(how: &str, date: &str, team: Team, chapters: &[Chapter]) -> String {
     let mut page = Page::default();
     let workers = plural(team.workers, "worker");
@@ -154,7 +154,7 @@ fn row(point: &Point, points: &[Point]) -> [String; 10] {
     ]
 }
 
-/// Time to every error, method by method.
+/// Writes the time to every error, method by method.
 fn write_times(page: &mut Page, curves: &[Curve<'_>]) {
     page.paragraph("Seconds of one core to an rms error of (– where a bias is in the way):");
     let levels = super::judge::LEVELS.map(|rms| format!("{} %", 100.0 * rms));
@@ -169,7 +169,8 @@ fn write_times(page: &mut Page, curves: &[Curve<'_>]) {
     );
 }
 
-/// The advice: errors that ask for the same method share one item, with the very commands for the first and the last.
+/// Writes the advice: errors that ask for the same method share one item, with the exact commands for the first and the
+/// last.
 fn write_advice(page: &mut Page, path: &Path, advice: &[Advice<'_>]) {
     page.paragraph("**What to use.**");
     for group in advice.chunk_by(|a, b| a.ranking[0].0.method == b.ranking[0].0.method) {
@@ -187,7 +188,7 @@ fn write_advice(page: &mut Page, path: &Path, advice: &[Advice<'_>]) {
     page.line("");
 }
 
-/// What to type for one error, and what is next.
+/// Writes the command for one error, and the next best method.
 fn write_level(page: &mut Page, path: &Path, Advice { rms, ranking, alike }: &Advice<'_>) {
     let (ahead, behind) = ranking.split_at((*alike).max(1));
     let (best, time) = ahead[0];
@@ -205,7 +206,7 @@ fn write_level(page: &mut Page, path: &Path, Advice { rms, ranking, alike }: &Ad
     }
 }
 
-/// What to type for a method to reach an error.
+/// The command by which a method reaches an error.
 fn command(path: &Path, curve: &Curve<'_>, rms: f64) -> String {
     let method = contender::method(curve.method).expect("only known methods are ranked");
     let paths = curve.paths_to(rms).expect("only methods that reach an error are ranked for it");

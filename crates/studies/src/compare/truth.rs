@@ -1,4 +1,4 @@
-//! What errors are measured against.
+//! The references that errors are measured against.
 
 use exact::Exact;
 use job::Job;
@@ -7,32 +7,32 @@ use radiosity::{Estimates, Scene, Space};
 use super::contender::Trial;
 use super::{Arena, Shot};
 
-/// The most patches of a scene that is no box for which form factors are worth their time.
+/// The most patches of a scene that is no box for which computing form factors is worth the time.
 const FEW_PATCHES: usize = 400;
 
-/// The rays of the reference over those of the longest run.
+/// The factor by which the reference has more rays than the longest run.
 const LONGER: u64 = 16;
 
-/// References have a seed that is so far from that of the runs.
+/// The distance of the reference's seed from that of the runs.
 const SEED: u64 = 1 << 40;
 
-/// What references are walked by, the first that a job takes.
+/// The methods of references; the first that a job takes is used.
 const DISCRETE: [&str; 2] = [r#"{ walk = "jacobi" }"#, r#"{ estimator = "collision" }"#];
 const CONTINUOUS: [&str; 1] = [r#"{ estimator = "collision", space = "continuous" }"#];
 
-/// B of every patch and channel, and how it is known.
+/// B of every patch and channel, and the way in which it is known.
 pub struct Truth {
     /// B [W/m²], the channels of a patch side by side.
     pub radiosity: Vec<f64>,
-    /// The squared standard error of each [W²/m⁴]; 0 where it is exact.
+    /// The squared standard error of each [W²/m⁴]; 0 if it is exact.
     pub variance: Vec<f64>,
-    /// How, in words.
+    /// The way in which B is known, in words.
     pub how: String,
 }
 
 impl Truth {
-    /// Of the patches' radiosity system: exact where that is quickly found, else by chains, by walks where chains are not
-    /// long enough; runs have up to `rays` rays.
+    /// The solution of the patches' radiosity system: exact if that is quickly found, else by chains, or by walks if
+    /// chains would be too short. Runs have up to `rays` rays.
     ///
     /// # Errors
     /// As `shoot`.
@@ -47,7 +47,7 @@ impl Truth {
         }
     }
 
-    /// Of the integral equation, by walks.
+    /// The solution of the integral equation, by walks.
     ///
     /// # Errors
     /// As `shoot`.
@@ -82,7 +82,7 @@ fn exact_words(exact: &Exact) -> String {
     exact::Accuracy::of(exact).form_factors.to_string()
 }
 
-/// By one run of the first method that the scene takes; `shoot` walks it.
+/// The solution by one run of the first method that the scene takes; `shoot` runs it.
 fn by_run<E>(
     arena: &Arena<'_>,
     methods: &[&str],

@@ -1,5 +1,5 @@
-//! BS §5: continuous walks, discrete walks and stochastic Jacobi iterations at equal rays, and what recurrent potential
-//! makes of them.
+//! BS §5: continuous walks, discrete walks and stochastic Jacobi iterations at equal rays, and the effect of recurrent
+//! potential on them.
 
 use exact::{Exact, jacobi_variances};
 use radiosity::{
@@ -18,25 +18,25 @@ use crate::papers::walkers::{coarsened, experiment, mean_by_area, method, refine
 use crate::series::point;
 use crate::walking::Reader;
 
-/// BS §5.
+/// The chapter of BS §5.
 pub(crate) const CHAPTER: Chapter = Chapter {
     name: "bs-comparison",
     title: "BS §5: continuous walks, discrete walks and stochastic Jacobi at equal rays",
     run,
 };
 
-/// Rays of a run.
+/// The rays of a run.
 const RAYS: u64 = 10_000;
 
-/// Reflectances of the six-patch cube, those of BS table 1.
+/// The reflectances of the six-patch cube, those of BS table 1.
 const REFLECTANCES: [f64; 6] = [0.1, 1.0 / 3.0, 0.5, 2.0 / 3.0, 0.9, 0.95];
 
-/// Variances of B per ray, means over patches by area [W²/m⁴].
+/// The variances of B per ray, as means over patches by area [W²/m⁴].
 struct Variances {
     continuous: Measured,
     discrete: Measured,
     iteration: Measured,
-    /// Of discrete walks and of iterations, by their closed forms.
+    /// The variances of discrete walks and of iterations, by their closed forms.
     theory: [f64; 2],
 }
 
@@ -94,14 +94,14 @@ const REMARK: &str = "Recurrent potential is what tells walks from iterations: w
     on survival one by one and iterations for all rays together. This holds of a single iteration, its input known; \
     what a chain of them or links achieve is in the chapter on efficiency.";
 
-/// What discrete walks of a scene return to each patch: R_iξ_i.
+/// The power that discrete walks of a scene return to each patch: R_iξ_i.
 fn zeta(exact: &Exact) -> Vec<f64> {
     exact.reflectance().iter().zip(exact.xi()).map(|(r, xi)| r * xi).collect()
 }
 
 fn compare(lab: &Lab, spec: &SceneSpec, exact: &Exact, runs: usize) -> Variances {
     let powers: f64 = exact.areas().iter().zip(&exact.solution().radiosity).map(|(a, b)| a * b).sum();
-    // P_T/Φ_T rays a walk (BS §5).
+    // A walk takes P_T/Φ_T rays (BS §5).
     let rays_per_walk = powers / exact.total_power();
     let by_area = |variances: Vec<f64>| mean_by_area(exact, variances);
     Variances {
@@ -162,9 +162,9 @@ fn of_iterations(lab: &Lab, spec: &SceneSpec, exact: &Exact, runs: usize) -> Mea
 /// The uniform cube with one patch a face.
 struct Cube {
     reflectance: f64,
-    /// Recurrent potential of discrete and of continuous walks.
+    /// The recurrent potential ζ of discrete and of continuous walks.
     zeta: [f64; 2],
-    /// Variances per ray of both over that of an iteration, 5R².
+    /// The variances per ray of both over that of an iteration, 5R².
     measured: [Measured; 2],
     theory: [f64; 2],
 }
@@ -196,10 +196,10 @@ impl Cube {
     }
 }
 
-/// R times what comes back to a face of n × n cells of a unit of power that it sends out evenly.
+/// R times the power that returns to a face of n × n cells, of one unit of power that it sends out evenly.
 fn returns(reflectance: f64, n: u32) -> f64 {
     let mut spec = scenes::furnace(n, reflectance);
-    // A face has 1 m².
+    // A face has an area of 1 m².
     spec.surfaces
         .iter_mut()
         .enumerate()
@@ -208,7 +208,7 @@ fn returns(reflectance: f64, n: u32) -> f64 {
     reflectance * exact.solution().incoming[..(n * n) as usize].iter().sum::<f64>()
 }
 
-/// By how much the solutions of continuous and discrete walks differ.
+/// The difference between the solutions of continuous and of discrete walks.
 fn discretisation(name: &str, spec: &SceneSpec) -> [Claim; 2] {
     let coarse = Exact::of_scene(spec).expect("a closed box");
     let fine = Exact::of_scene(&refined(spec, 2)).expect("a closed box");
@@ -223,7 +223,7 @@ fn discretisation(name: &str, spec: &SceneSpec) -> [Claim; 2] {
     })
 }
 
-/// Walks over iterations against ζ.
+/// The chart of walks over iterations, against ζ.
 fn figure(cubes: &[Cube; 6]) -> Figure {
     let line = |which: usize| cubes.iter().map(move |c| point(c.zeta[which], counted(c.theory[which])));
     let marks = |which: usize| cubes.iter().map(move |c| point(c.zeta[which], c.measured[which]));

@@ -11,20 +11,20 @@ use crate::papers::findings::Findings;
 use crate::papers::walkers::{experiment, method};
 use crate::walking::Reader;
 
-/// BS table 1.
+/// The chapter of BS table 1.
 pub(crate) const CHAPTER: Chapter =
     Chapter { name: "bs-table1", title: "BS table 1: error per ray in the uniform cube", run };
 
-/// A column of the table: what the paper prints.
+/// A column of the table, as the paper prints it.
 struct Column {
     name: &'static str,
     reflectance: f64,
     walks: Published,
-    /// Of stochastic Jacobi iterations.
+    /// The entries of stochastic Jacobi iterations.
     iterations: f64,
 }
 
-/// Theory and experiment.
+/// The entries of theory and of experiment.
 struct Published {
     theory: f64,
     experiment: f64,
@@ -43,7 +43,7 @@ const TABLE: [Column; 6] = [
     column("19/20", 0.95, [20.218, 20.088], 4.323),
 ];
 
-/// Rays of a run, as published.
+/// The rays of a run, as published.
 const RAYS: u64 = 10_000;
 
 fn run(lab: &Lab) -> Findings {
@@ -78,7 +78,7 @@ const SECOND: &str = "*After an iteration*: the input is the result of another i
     and come back as 0.2R·Σ_{j≠i} e_j = −0.2R·e_i. The variance is 5R²(1 + 0.04R²), up to 4 % more than that of a single \
     iteration: too little for the paper to see.";
 
-/// Squared errors of walks per ray.
+/// The claim on squared errors of walks per ray.
 fn walks(lab: &Lab, column: &Column, runs: usize) -> Claim {
     let r = column.reflectance;
     let spec = scenes::furnace(1, r);
@@ -94,7 +94,7 @@ fn walks(lab: &Lab, column: &Column, runs: usize) -> Claim {
     Claim::of(label, Measured::of(&squares), Bound::Is(theory)).published(column.walks.experiment)
 }
 
-/// Squared errors of an iteration per ray.
+/// The claim on squared errors of an iteration per ray.
 fn iteration(lab: &Lab, column: &Column, births: RayBirths, seed: u64, runs: usize) -> Claim {
     let exact = Exact::of_scene(&scenes::furnace(1, column.reflectance)).expect("a closed box");
     let (word, theory) = match births {
@@ -108,7 +108,7 @@ fn iteration(lab: &Lab, column: &Column, births: RayBirths, seed: u64, runs: usi
     Claim::of(label, measured, Bound::Is(theory)).published(column.iterations)
 }
 
-/// The same of an iteration after another.
+/// The claim on squared errors per ray of an iteration after another one.
 fn second_iteration(lab: &Lab, column: &Column, seed: u64, runs: usize) -> Claim {
     let r = column.reflectance;
     let measured = iterations(lab, r, runs, |scene, run| {
@@ -122,7 +122,7 @@ fn second_iteration(lab: &Lab, column: &Column, seed: u64, runs: usize) -> Claim
     Claim::of(label, measured, Bound::Is(5.0 * r * r * (1.0 + 0.04 * r * r)))
 }
 
-/// Squared errors per ray of what `shoot` makes of the cube in run after run: H of every face.
+/// The squared errors per ray of the H of every face, for run after run of `shoot`.
 fn iterations(
     lab: &Lab,
     reflectance: f64,
@@ -142,13 +142,13 @@ fn iterations(
     Measured::of(&squares)
 }
 
-/// Of the six faces.
+/// The mean square of the six faces' errors.
 fn mean_square(errors: impl Iterator<Item = f64>) -> f64 {
     errors.map(|error| error * error).sum::<f64>() / 6.0
 }
 
-/// What the paper's own experiments say of each other. An iteration whose input is B = 1 is the same experiment for every
-/// R, but for the factor R².
+/// The scatter of the paper's own experiments. An iteration whose input is B = 1 is the same experiment for every R,
+/// but for the factor R².
 fn scatter_of_theirs() -> String {
     let over_r2: Vec<f64> = TABLE.iter().map(|c| c.iterations / c.reflectance.powi(2)).collect();
     let over_theory: Vec<f64> =
@@ -167,13 +167,13 @@ fn scatter_of_theirs() -> String {
     )
 }
 
-/// 6R²(1 + 2ζ) − R²/(1 − R) with ζ = 0.2R²/(1 − 0.2R(4 + R)) (BS §5).
+/// The closed form 6R²(1 + 2ζ) − R²/(1 − R) with ζ = 0.2R²/(1 − 0.2R(4 + R)) (BS §5).
 fn closed_form(r: f64) -> f64 {
     let zeta = 0.2 * r * r / (1.0 - 0.2 * r * (4.0 + r));
     6.0 * r * r * (1.0 + 2.0 * zeta) - r * r / (1.0 - r)
 }
 
-/// Where the printed theory is not what its formula gives.
+/// The places where the printed theory differs from its formula.
 fn printed_theory() -> String {
     let wrong = TABLE.iter().filter(|column| {
         let formula = closed_form(column.reflectance);

@@ -1,23 +1,23 @@
 //! Walks whose work is counted: box tests, facet tests, steps to the patch.
 //!
-//! The program's own tree has sixteen children a node and no time to count. This one is the tree of S97's argument: two
-//! children a node, one ray at a time.
+//! The program's own tree has sixteen children per node and counts nothing. This one is the tree of S97's argument: two
+//! children per node, one ray at a time.
 
 use glam::DVec3;
 use radiosity::{
     Direction, IndexChoice, Ray, Scene, SceneSpec, Sequence, Shape, Side, WalkRng, birth_probabilities,
 };
 
-/// What tracing took.
+/// The work of tracing, counted.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Work {
-    /// Rays.
+    /// The number of rays.
     pub rays: u64,
-    /// Boxes that a ray was tested against, in a tree of the surfaces.
+    /// The number of boxes that rays were tested against, in a tree of the surfaces.
     pub boxes: u64,
-    /// Surfaces that a ray was tested against in it.
+    /// The number of surfaces that rays were tested against in it.
     pub facets: u64,
-    /// Quarters that were chosen to find a patch on its surface by hierarchy.
+    /// The number of quarters that were chosen to find a patch on its surface by hierarchy.
     pub quarters: u64,
 }
 
@@ -27,17 +27,17 @@ enum Node {
     Leaf { bounds: [DVec3; 2], facets: Vec<u32> },
 }
 
-/// Facets of a leaf at most.
+/// The most facets in a leaf.
 const LEAF: usize = 2;
 
-/// A parallelogram.
+/// A facet: one parallelogram.
 struct Facet {
     corner: DVec3,
     u: DVec3,
     v: DVec3,
 }
 
-/// A scene of parallelograms that counts what is done in it.
+/// A scene of parallelograms that counts the work done in it.
 pub(crate) struct Counted {
     scene: Scene,
     facets: Vec<Facet>,
@@ -46,7 +46,7 @@ pub(crate) struct Counted {
 }
 
 impl Counted {
-    /// Of a closed scene.
+    /// The counted form of a closed scene.
     pub(crate) fn new(spec: &SceneSpec) -> Self {
         let scene = Scene::build(spec, IndexChoice::Tree).expect("scenes made by rule are valid");
         let facet = |shape: &Shape| {
@@ -63,7 +63,7 @@ impl Counted {
         Counted { scene, facets, cells, root }
     }
 
-    /// What `walks` discrete analog walks of a direction take.
+    /// The work of `walks` discrete analog walks of a direction.
     pub(crate) fn walk(&self, direction: &Direction, seed: u64, walks: u64) -> Work {
         let births = self.births(direction);
         let sequence = Sequence::new(seed);
@@ -72,7 +72,7 @@ impl Counted {
         work
     }
 
-    /// Cumulative probabilities of births.
+    /// The cumulative probabilities of births.
     fn births(&self, direction: &Direction) -> Vec<f64> {
         let powers: Vec<f64> = match direction {
             Direction::Gathering(birth) => birth_probabilities(&self.scene, birth),
@@ -142,7 +142,7 @@ impl Counted {
     }
 }
 
-/// Halvings of both sides until one cell is left.
+/// The number of halvings of both sides until one cell is left.
 fn descents([nu, nv]: [u32; 2]) -> u64 {
     u64::from(nu.max(nv).next_power_of_two().ilog2())
 }
@@ -151,7 +151,7 @@ fn uniform(rng: &mut WalkRng) -> f64 {
     ((rng.bits() >> 11) as f64 + 0.5) * (1.0 / (1_u64 << 53) as f64)
 }
 
-/// Where a ray enters a box; infinite where it misses.
+/// The distance at which a ray enters a box; infinite if it misses.
 fn entry([low, high]: [DVec3; 2], ray: &Ray) -> f64 {
     const SLACK: f64 = 1e-9;
     let inverse = ray.direction.recip();
@@ -165,7 +165,7 @@ impl Facet {
         [self.corner, self.corner + self.u, self.corner + self.v, self.corner + self.u + self.v]
     }
 
-    /// t where the ray meets it, edges included and a little more.
+    /// The t at which the ray meets the facet, edges and a little more included.
     fn meet(&self, ray: &Ray) -> Option<f64> {
         let normal = self.u.cross(self.v);
         let approach = normal.dot(ray.direction);
@@ -213,8 +213,8 @@ mod tests {
 
     use super::*;
 
-    /// Every ray of two thousand walks finds in the counted tree what the program's own finds (`debug_assert` in
-    /// `one_walk`).
+    /// Every ray of two thousand walks finds the same facet in the counted tree as in the program's own (`debug_assert`
+    /// in `one_walk`).
     #[test]
     fn the_counted_tree_finds_what_the_programs_tree_finds() {
         for spec in [scenes::cube_of_surfaces(4), scenes::room(4)] {

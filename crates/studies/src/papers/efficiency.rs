@@ -1,4 +1,4 @@
-//! S97's unfinished business: the efficiency of all estimators, the biased ones with their squared bias.
+//! What S97 §5 leaves open: the efficiency of all estimators, the biased ones with their squared bias.
 
 use exact::{ESTIMATORS, Exact, RadiositySystem};
 use radiosity::{
@@ -18,10 +18,10 @@ use crate::papers::walkers::{DIRECTIONS, experiment, mean_by_area, method, name,
 use crate::series::point;
 use crate::walking::Reader;
 
-/// S97 §5, "to study the efficiency of biased estimators".
+/// The chapter of S97 §5, "to study the efficiency of biased estimators".
 pub(crate) const CHAPTER: Chapter = Chapter {
     name: "efficiency",
-    title: "S97 §5, what was left to do: the efficiency of all estimators, biased ones too",
+    title: "S97 §5: the efficiency of all estimators, biased ones included",
     run,
 };
 
@@ -29,23 +29,23 @@ pub(crate) const CHAPTER: Chapter = Chapter {
 struct Way {
     name: String,
     method: Method,
-    /// The walks whose variance has a closed form.
+    /// The walks of the way, if their variance has a closed form.
     known: Option<Walks>,
 }
 
-/// What a way came to in a scene.
+/// The result of a way in a scene.
 struct Entrant {
     name: String,
     biased: bool,
-    /// Mean squared error × rays, by area [W²/m⁴].
+    /// The mean squared error × rays, by area [W²/m⁴].
     error: Measured,
-    /// The same by the closed form.
+    /// The mean squared error × rays by the closed form.
     theory: Option<f64>,
     /// The part of the squared bias in it.
     squared_bias: Measured,
 }
 
-/// A scene with what all ways came to in it, collision shooting first.
+/// A scene with the results of all ways in it, collision shooting first.
 struct Contest {
     scene: &'static str,
     results: Vec<Entrant>,
@@ -79,7 +79,7 @@ fn run(lab: &Lab) -> Findings {
     }
 }
 
-/// Every way: the eight walks, infinite walks cut off, chains.
+/// All ways: the eight walks, infinite walks that are cut off, and chains.
 fn ways(rays: u64, patches: u64) -> Vec<Way> {
     let walks = DIRECTIONS.iter().flat_map(|direction| ESTIMATORS.map(|estimator| (direction, estimator)));
     let mut ways: Vec<Way> = walks
@@ -89,7 +89,7 @@ fn ways(rays: u64, patches: u64) -> Vec<Way> {
             known: Some(method(direction.clone(), estimator)),
         })
         .collect();
-    // Collision shooting is what the others are compared with.
+    // The others are compared with collision shooting.
     ways.sort_by_key(|way| way.name != "shooting, collision");
     let ends = [
         ("weight < 0.1", InfiniteEnd::Cutoff { threshold: 0.1 }),
@@ -108,7 +108,7 @@ fn ways(rays: u64, patches: u64) -> Vec<Way> {
         ("Jacobi iterations, systematic births", iterations(RayBirths::Systematic)),
         ("Jacobi, links solved", Solve::Links),
     ];
-    // Links need 16 rays a patch.
+    // Links need 16 rays per patch.
     let chains = solves.into_iter().filter(|(_, solve)| *solve != Solve::Links || rays >= 16 * patches);
     ways.extend(chains.map(|(word, solve)| Way {
         name: word.into(),
@@ -144,7 +144,7 @@ fn result(
     let squares: Vec<f64> =
         errors.iter().map(|run| per_run * mean_by_area(exact, run.iter().map(|e| e * e))).collect();
     let error = Measured::of(&squares);
-    // The square of the mean of the runs holds a part of their variance.
+    // The square of the mean over runs contains a part of their variance.
     let of_mean = per_run * mean_by_area(exact, mean.iter().map(|e| e * e));
     let part = 1.0 / runs as f64;
     let squared_bias = (of_mean - part * error.value) / (1.0 - part);
@@ -160,7 +160,7 @@ fn result(
     }
 }
 
-/// Walks of a run of `rays` rays, and rays of a walk: analog ones by theory, others by a sample.
+/// The walks of a run of `rays` rays, and the rays of a walk: for analog walks by theory, for others by a sample.
 fn length(lab: &Lab, experiment: &Experiment, exact: &Exact, rays: u64) -> (u64, f64) {
     if !experiment.unit().is_walk() {
         return (1, rays as f64);
@@ -176,8 +176,8 @@ fn length(lab: &Lab, experiment: &Experiment, exact: &Exact, rays: u64) -> (u64,
     ((rays as f64 / rays_per_walk).round() as u64, rays_per_walk)
 }
 
-/// Rays of an analog walk in the mean. Shooting: Σφ/Φ_T. Gathering: from patch i L_i = 1 + Σ_j F_ijR_jL_j, so that R_iL_i
-/// is the radiosity of a scene whose emittances are its reflectances.
+/// The mean number of rays of an analog walk. For shooting it is Σφ/Φ_T. For gathering from patch i it is
+/// L_i = 1 + Σ_j F_ijR_jL_j, so that R_iL_i is the radiosity of a scene whose emittances are its reflectances.
 fn analog_length(exact: &Exact, direction: &Direction) -> f64 {
     if *direction == Direction::Shooting {
         return exact.solution().incoming.iter().sum::<f64>() / exact.total_power();
@@ -187,7 +187,7 @@ fn analog_length(exact: &Exact, direction: &Direction) -> f64 {
     mean_by_area(exact, lit.iter().zip(exact.reflectance()).map(|(b, r)| b / r))
 }
 
-/// What b misses the truth by in every run, and in their mean.
+/// The errors of b in every run, and those of their mean.
 fn errors(
     lab: &Lab,
     experiment: &Experiment,
@@ -204,7 +204,7 @@ fn errors(
     (errors, mean)
 }
 
-/// Efficiencies, held to theory where there is one.
+/// The claims on efficiencies, held to theory if there is one.
 fn rows_of(contest: &Contest) -> Vec<Claim> {
     let first = &contest.results[0];
     let row = |result: &Entrant| {
@@ -222,8 +222,7 @@ fn rows_of(contest: &Contest) -> Vec<Claim> {
     rows
 }
 
-/// The bias of walks that are cut off after four hits is what they would still have brought: a Neumann series less its
-/// first four terms.
+/// Claims that the bias of walks that are cut off after four hits is a Neumann series less its first four terms.
 fn lost_by_length(lab: &Lab, spec: &SceneSpec, runs: usize) -> Vec<Claim> {
     let exact = Exact::of_scene(spec).expect("a closed box");
     let (r, exchange) = (exact.reflectance(), exact.exchange());
@@ -250,7 +249,7 @@ fn lost_by_length(lab: &Lab, spec: &SceneSpec, runs: usize) -> Vec<Claim> {
     rows.collect()
 }
 
-/// Efficiencies, ways down and scenes across; the squared bias as a part of the squared error.
+/// The table of efficiencies, with ways down and scenes across; the squared bias is a part of the squared error.
 fn table(contests: &[Contest]) -> String {
     let mut lines = vec![
         format!("| efficiency | {} |", contests.iter().map(|c| c.scene).collect::<Vec<_>>().join(" | ")),
@@ -271,7 +270,7 @@ fn table(contests: &[Contest]) -> String {
     lines.join("\n")
 }
 
-/// Where each wins.
+/// The sentence that names the best way in each scene.
 fn winners(contests: &[Contest], rays: u64) -> String {
     let best = |contest: &Contest, among: &dyn Fn(&&Entrant) -> bool| {
         let best =
@@ -299,7 +298,7 @@ fn winners(contests: &[Contest], rays: u64) -> String {
     )
 }
 
-/// Error against rays in one scene: what is biased levels off.
+/// The chart of error against rays in one scene, where biased ways level off.
 fn figure(lab: &Lab, spec: &SceneSpec) -> Figure {
     let exact = Exact::of_scene(spec).expect("a closed box");
     let powers: &[u32] = lab.pick(&[10, 12, 14, 16], &[10, 12, 14, 16, 18, 20]);
@@ -335,7 +334,7 @@ fn figure(lab: &Lab, spec: &SceneSpec) -> Figure {
 mod tests {
     use super::*;
 
-    /// 1/(1 − R) where all reflectances are alike.
+    /// A walk has 1/(1 − R) rays if all reflectances are alike.
     #[test]
     fn walks_are_as_long_as_reflectances_allow() {
         let exact = Exact::of_scene(&scenes::furnace(2, 0.75)).unwrap();

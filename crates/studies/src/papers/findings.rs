@@ -1,37 +1,37 @@
-//! What an experiment came to.
+//! The findings of a chapter.
 
 use report::Chart;
 
 use crate::claim::Claim;
 
-/// What belongs to one chapter.
+/// The findings of one chapter.
 #[derive(Clone, Debug, Default)]
 pub struct Findings {
-    /// What was published, in a sentence or two.
+    /// The published result, in a sentence or two.
     pub published: String,
-    /// What was done here.
+    /// The experiment that was done here.
     pub experiment: String,
-    /// The numbers, a row of the page each.
+    /// The numbers, one row of the page each.
     pub rows: Vec<Claim>,
-    /// What is to be learnt from them, a paragraph each.
+    /// The conclusions from them, a paragraph each.
     pub remarks: Vec<String>,
-    /// The drawings.
+    /// The figures of the chapter.
     pub figures: Vec<Figure>,
 }
 
 /// A drawing or picture.
 #[derive(Clone, Debug)]
 pub struct Figure {
-    /// The name of its file.
+    /// The name of the figure's file.
     pub file: String,
-    /// What it shows.
+    /// The caption of the figure.
     pub caption: String,
-    /// What is in its file.
+    /// The content of the figure's file.
     pub content: Vec<u8>,
 }
 
 impl Figure {
-    /// A chart as SVG.
+    /// A figure of a chart, as SVG.
     pub fn chart(file: &str, caption: impl Into<String>, chart: &Chart) -> Self {
         Figure { file: file.into(), caption: caption.into(), content: chart.svg().into_bytes() }
     }

@@ -23,15 +23,15 @@ use crate::lab::Lab;
 /// One published table or figure.
 #[derive(Clone, Copy, Debug)]
 pub struct Chapter {
-    /// Names its files.
+    /// The name of the chapter's files.
     pub name: &'static str,
-    /// What it is called in its paper.
+    /// The name of the table or figure in its paper.
     pub title: &'static str,
-    /// Does the experiment.
+    /// The experiment of the chapter.
     pub run: fn(&Lab) -> Findings,
 }
 
-/// All of them, in the order of the page.
+/// All chapters in the order of the page.
 pub const CHAPTERS: [Chapter; 7] = [
     bs_table::CHAPTER,
     bs_comparison::CHAPTER,

@@ -10,24 +10,24 @@ use crate::page::Page;
 /// The probability that chance alone makes any row of a page differ.
 pub const FALSE_ALARM: f64 = 1e-3;
 
-/// Standard errors of rows are told by this many runs at least (but where theory gives them).
+/// The fewest runs behind a row's standard error (unless theory gives it).
 const FEWEST_RUNS: usize = 100;
 
 /// A chapter's name and title with its findings.
 pub type Entry<'a> = (&'a str, &'a str, &'a Findings);
 
-/// What judges all rows of a page together.
+/// The judge of all rows of a page together.
 pub fn judge<'a>(chapters: impl IntoIterator<Item = &'a Findings>) -> Judge {
     let rows = chapters.into_iter().flat_map(|findings| &findings.rows);
     Judge::of_all(FALSE_ALARM, rows.filter(|row| row.is_judged()).count(), FEWEST_RUNS)
 }
 
-/// The page; `how` says which command made it, when and where.
-pub fn write(how: &str, chapters: &[Entry<'_>], judge: Judge) -> String {
+/// Writes the page with a title; `how` says which command made it, when and where.
+pub fn write((title, how): (&str, &str), chapters: &[Entry<'_>], judge: Judge) -> String {
     let verdicts = || chapters.iter().flat_map(|(.., f)| &f.rows).map(|row| judge.verdict(row));
     let count = |verdict: Verdict| verdicts().filter(|&v| v == verdict).count();
     let mut page = Page::default();
-    page.heading(1, "The papers, reproduced");
+    page.heading(1, title);
     page.paragraph(how);
     page.paragraph(format!(
         "Of {} rows that are held to a claim {} agree and {} differ; {} more are shown without one. *Ours* is \
@@ -58,7 +58,7 @@ fn chapter(page: &mut Page, title: &str, findings: &Findings, judge: Judge) {
     findings.figures.iter().for_each(|figure| page.drawing(&figure.caption, &figure.file));
 }
 
-/// The heads of the columns of [`cells`].
+/// The headings of the columns of [`cells`].
 pub const HEADS: [&str; 6] = ["", "ours", "theirs", "theory", "z or ratio", ""];
 
 /// A row as the cells of a table: label, ours, theirs, theory, z or ratio, verdict.
@@ -94,7 +94,7 @@ fn word(verdict: Verdict) -> &'static str {
     }
 }
 
-/// Every row with its verdict.
+/// All rows with their verdicts, as JSON.
 pub fn table(chapters: &[Entry<'_>], judge: Judge) -> Value {
     let row = |row: &Claim| {
         json!({

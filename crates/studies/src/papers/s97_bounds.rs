@@ -1,4 +1,4 @@
-//! S97 table 4 and the bounds of §§2.2 and 3.3: what the bounds on errors are worth.
+//! S97 table 4 and the bounds of §§2.2 and 3.3: how close the bounds on errors are.
 
 use exact::{Bounds, ESTIMATORS, Exact};
 use radiosity::{Birth, Direction, EstimatorKind, Scene, SceneSpec};
@@ -14,17 +14,17 @@ use crate::papers::walkers::{DIRECTIONS, experiment, mean_by_area, method, name,
 use crate::series::point;
 use crate::walking::Reader;
 
-/// S97 table 4.
+/// The chapter of S97 table 4.
 pub(crate) const CHAPTER: Chapter = Chapter {
     name: "s97-bounds",
     title: "S97 table 4 and §§2.2, 3.3: bounds on errors, and how loose they are",
     run,
 };
 
-/// Walks of a run.
+/// The walks of a run.
 const WALKS: u64 = 1_000;
 
-/// The bound on E(MSE) over what was measured, estimator by estimator.
+/// The bound on E(MSE) over the measured value, estimator by estimator.
 struct Looseness {
     scene: &'static str,
     factors: Vec<f64>,
@@ -130,7 +130,7 @@ fn largest_variances(name: &str, spec: &SceneSpec, exact: &Exact, bounds: &Bound
     ]
 }
 
-/// How loose, estimator by estimator.
+/// The chart of how loose the bounds are, estimator by estimator.
 fn figure(loose: &[Looseness]) -> Figure {
     let series = loose.iter().map(|l| Series {
         name: l.scene.into(),

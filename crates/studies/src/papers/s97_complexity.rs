@@ -14,26 +14,26 @@ use crate::papers::findings::{Figure, Findings};
 use crate::papers::walkers::{DIRECTIONS, method, predicted, refined};
 use crate::series::point;
 
-/// S97 tables 1 and 2.
+/// The chapter of S97 tables 1 and 2.
 pub(crate) const CHAPTER: Chapter =
     Chapter { name: "s97-complexity", title: "S97 tables 1 and 2: growth of counted work", run };
 
 /// The variance that every patch is to have [W²/m⁴]; only its constancy matters.
 const VARIANCE: f64 = 1e-6;
 
-/// Walks whose work is counted.
+/// The number of walks whose work is counted.
 const SAMPLE: u64 = 2_000;
 
-/// How a scene grows.
+/// The way in which a scene grows.
 #[derive(Clone, Copy, PartialEq)]
 enum Scenario {
-    /// More surfaces of the same area: a corridor that gets longer, a surface for every patch.
+    /// The scene gets more surfaces of the same area: a longer corridor, with a surface for every patch.
     Surfaces,
-    /// The same six surfaces in finer patches.
+    /// The same six surfaces get finer patches.
     Patches,
 }
 
-/// What finding a hit takes, in S97's four cases.
+/// The way of finding a hit, in S97's four cases.
 #[derive(Clone, Copy, PartialEq)]
 enum Case {
     TreeAndGrid,
@@ -45,15 +45,15 @@ enum Case {
 const CASES: [Case; 4] =
     [Case::TreeAndGrid, Case::TreeAndHierarchy, Case::FlatAndGrid, Case::FlatAndHierarchy];
 
-/// A size of a scene with a direction of walks.
+/// One size of a scene, with a direction of walks.
 struct Size {
     surfaces: f64,
     patches: f64,
-    /// Walks by absorption that bring every variance below [`VARIANCE`].
+    /// The walks by absorption that bring every variance below [`VARIANCE`].
     walks: f64,
-    /// Work of [`SAMPLE`] walks.
+    /// The work of [`SAMPLE`] walks.
     work: Work,
-    /// Processor time of a walk with the program's tree and without [s].
+    /// The processor time of a walk with the program's tree and without it [s].
     seconds: [f64; 2],
 }
 
@@ -105,9 +105,9 @@ const REMARK: &str = "The orders hold in what can be counted. Times (shown, not 
 
 /// A scene of one size in both forms.
 struct Grown {
-    /// As work is counted.
+    /// The scene as its work is counted.
     surfaces: SceneSpec,
-    /// As variances are solved for: the same patches.
+    /// The scene as its variances are solved for, with the same patches.
     exact: Exact,
 }
 
@@ -145,7 +145,7 @@ fn time_of_walk(experiment: &Experiment, walks: u64) -> f64 {
 }
 
 impl Size {
-    /// Tests and steps of all walks that the variance asks for.
+    /// The tests and steps of all walks that the variance asks for.
     fn tests(&self, case: Case) -> f64 {
         let Work { rays, boxes, facets, quarters } = self.work;
         let (rays, boxes, facets) = (rays as f64, boxes as f64, facets as f64);
@@ -159,7 +159,7 @@ impl Size {
     }
 }
 
-/// Powers of n and of log n in S97 tables 1 and 2.
+/// The powers of n and of log n in S97 tables 1 and 2.
 fn order(scenario: Scenario, direction: &Direction, case: Case) -> (f64, bool) {
     let structured = matches!(case, Case::TreeAndGrid | Case::TreeAndHierarchy);
     let gathering = if *direction == Direction::Shooting { 0.0 } else { 1.0 };
@@ -170,11 +170,11 @@ fn order(scenario: Scenario, direction: &Direction, case: Case) -> (f64, bool) {
     }
 }
 
-/// The exponent of counted work against that of the tables.
+/// The claim on the exponent of counted work against that of the tables.
 fn growth(sizes: &[Size], scenario: Scenario, direction: &Direction, case: Case) -> Claim {
     let exponent = slope(sizes.iter().map(|size| [size.patches, size.tests(case)]));
     let (power, logarithm) = order(scenario, direction, case);
-    // What a factor log n adds to an exponent over these sizes.
+    // The amount that a factor log n adds to an exponent over these sizes.
     let by_log = slope(sizes.iter().map(|size| [size.patches, size.patches.ln()]));
     let most = power + if logarithm { by_log } else { 0.0 };
     let order = match (power, logarithm) {
@@ -187,10 +187,10 @@ fn growth(sizes: &[Size], scenario: Scenario, direction: &Direction, case: Case)
     Claim::of(label, counted(exponent), Bound::Between(power - SLACK, most + SLACK))
 }
 
-/// Small scenes are not yet where their order is: constant parts bend the lines by as much.
+/// The most deviation of exponents in small scenes, where constant parts still bend the lines.
 const SLACK: f64 = 0.1;
 
-/// The exponents of processor time, with the program's tree and flat.
+/// The claims on the exponents of processor time, with the program's tree and without.
 fn times(sizes: &[Size], scenario: Scenario, direction: &Direction) -> [Claim; 2] {
     [(0, Case::TreeAndGrid), (1, Case::FlatAndGrid)].map(|(which, case)| {
         let exponent = slope(sizes.iter().map(|size| [size.patches, size.walks * size.seconds[which]]));

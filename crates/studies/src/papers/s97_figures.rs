@@ -14,28 +14,28 @@ use crate::papers::walkers::{DIRECTIONS, experiment, method, name, predicted};
 use crate::series::point;
 use crate::walking::Reader;
 
-/// S97 figs 2, 3 and SInf fig 1.
+/// The chapter of S97 figs 2, 3 and SInf fig 1.
 pub(crate) const CHAPTER: Chapter = Chapter {
     name: "s97-figures",
     title: "S97 figs 2 and 3, SInf fig 1: variances in the 54-patch cube",
     run,
 };
 
-/// Runs and walks of a run, as published.
+/// The number of runs and the walks of a run, as published.
 const RUNS: usize = 100;
 const WALKS: u64 = 10_000;
 
-/// What one panel of a figure compares.
+/// The curves that one panel of a figure compares.
 struct Comparison {
     direction: Direction,
     estimator: EstimatorKind,
-    /// The variance of one walk with the true ξ (gathering: b_s).
+    /// The variance of one walk with the true ξ (for gathering: b_s).
     theory: Vec<f64>,
-    /// With ξ = 0 (b_s = 0), as the papers have it.
+    /// The variance with ξ = 0 (b_s = 0), as in the papers.
     simplified: Vec<f64>,
-    /// As published: 100 runs.
+    /// The measured variance of 100 runs, as published.
     measured: Vec<Measured>,
-    /// The squared errors of the patches of many runs, times the walks of a run.
+    /// The squared errors of the patches in many runs, times the walks of a run.
     squares: Vec<Vec<f64>>,
 }
 
@@ -70,7 +70,7 @@ fn run(lab: &Lab) -> Findings {
     }
 }
 
-/// Runs for the ratios.
+/// The number of runs for the ratios.
 fn many_runs(lab: &Lab) -> usize {
     lab.pick(RUNS, 2_000)
 }
@@ -144,7 +144,7 @@ fn rows_of(comparison: &Comparison) -> [Claim; 2] {
     ]
 }
 
-/// Where the paper has it.
+/// The panel of the paper that shows a direction and an estimator.
 fn panel_name(direction: &Direction, estimator: EstimatorKind) -> String {
     let shooting = *direction == Direction::Shooting;
     let letter = match (estimator.course(), estimator.event()) {
@@ -156,7 +156,7 @@ fn panel_name(direction: &Direction, estimator: EstimatorKind) -> String {
     format!("S97 fig {} {letter}", if shooting { 2 } else { 3 })
 }
 
-/// What figs 2 d and 3 d are there to show: which estimator is better where.
+/// The claims that figs 2 d and 3 d show: which estimator is better where.
 fn orders(comparisons: &[Comparison]) -> Vec<Claim> {
     use EstimatorKind::{Absorption, Collision, Survival};
     let order =
@@ -183,7 +183,7 @@ fn orders(comparisons: &[Comparison]) -> Vec<Claim> {
 }
 
 impl Comparison {
-    /// The mean over patches of some reflectances of what was measured in many runs, and of theory.
+    /// The mean over patches of some reflectances of the measured errors of many runs, and of theory.
     fn errors_among(&self, among: &dyn Fn(f64) -> bool) -> [Measured; 2] {
         let chosen: Vec<usize> = (0..54).filter(|&i| among(0.3 + 0.1 * (i / 9) as f64)).collect();
         let mean =
@@ -193,7 +193,7 @@ impl Comparison {
     }
 }
 
-/// The panels: theory with twice the scatter that 100 runs have, and what was measured.
+/// The panels: theory with twice the scatter of 100 runs, and the measurement.
 fn figures(comparisons: &[Comparison]) -> Vec<Figure> {
     let panels = comparisons.iter().map(|comparison| {
         let Comparison { direction, estimator, theory, simplified, measured, .. } = comparison;

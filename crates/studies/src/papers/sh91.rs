@@ -14,23 +14,23 @@ use crate::papers::walkers::{experiment, method};
 use crate::series::point;
 use crate::walking::Reader;
 
-/// Sh91 §4.
+/// The chapter of Sh91 §4.
 pub(crate) const CHAPTER: Chapter =
     Chapter { name: "sh91", title: "Sh91 §4: variance in the closed cube, and the image grid", run };
 
-/// What `experiment`s of a cube came to.
+/// The result of `experiment`s in a cube.
 struct Cell {
     zones: u64,
     per_zone: u64,
     runs: usize,
-    /// Variance times walks per zone.
+    /// The variance times the walks per zone.
     variance: Measured,
 }
 
 fn run(lab: &Lab) -> Findings {
     let edges: &[u32] = lab.pick(&[8, 16, 32], &[16, 32, 64, 128, 256, 512]);
     let per_zone: &[u64] = lab.pick(&[4, 16], &[4, 16, 64, 256]);
-    // Zones over all runs: their scatter hides 1.6 % (quick) or 1 % of the variance at twice its standard error.
+    // The zones over all runs: at twice its standard error, their scatter hides 1.6 % (quick) or 1 % of the variance.
     let pool = lab.pick(1 << 15, 60 * 1536);
     let cells: Vec<Cell> = edges
         .iter()
@@ -63,7 +63,7 @@ fn run(lab: &Lab) -> Findings {
     }
 }
 
-/// ξ·N: what a zone gets back of a unit of power that it sends out, on average, times their number.
+/// ξ·N: the power that a zone gets back of one unit that it sends out, on average, times the number of zones.
 fn returns_to_zones() -> f64 {
     let exact = Exact::of_scene(&scenes::furnace(8, 0.5)).expect("a closed box");
     exact.xi().iter().sum()
@@ -87,13 +87,14 @@ fn measure(lab: &Lab, n: u32, per_zone: u64, pool: usize) -> Cell {
         per_zone as f64 * squares.sum::<f64>() / zones as f64
     };
     let seed = 500 + per_zone;
-    // One large run is split among threads, many small ones are dealt out.
+    // One large run is split among threads; many small ones are dealt out.
     let found = match runs {
         1 => vec![mean_square(&lab.tally::<2>(&experiment, seed, walks))],
         _ => lab.runs(&experiment, seed, runs, walks, mean_square),
     };
     let value = found.iter().sum::<f64>() / runs as f64;
-    // A zone is hit 2·per_zone times on average, nearly as Poisson has it: a squared error scatters by √(2 + 1/hits).
+    // A zone is hit 2·per_zone times on average, nearly with a Poisson distribution: a squared error scatters by
+    // √(2 + 1/hits).
     let relative = ((2.0 + 0.5 / per_zone as f64) / (runs as f64 * zones as f64)).sqrt();
     Cell { zones, per_zone, runs, variance: Measured { value, standard_error: relative * value } }
 }
@@ -104,7 +105,7 @@ fn row(cell: &Cell, zone_returns: f64) -> Claim {
     Claim::of(label, cell.variance, Bound::Is(theory(cell.zones as f64, zone_returns)))
 }
 
-/// Within 2 %, as he has it.
+/// The claim of constancy within 2 %, as in the paper.
 fn constancy(cells: &[Cell]) -> Claim {
     let values = || cells.iter().map(|cell| cell.variance);
     let largest = values().max_by(|a, b| a.value.total_cmp(&b.value)).expect("some cells");
@@ -119,7 +120,7 @@ fn figure(cells: &[Cell]) -> Figure {
     ratios.sort_unstable();
     ratios.dedup();
     let of = |ratio: &u64| {
-        // Side by side, or they would hide each other.
+        // Marks are placed side by side, or they would hide each other.
         let shift = 1.0 + 0.04 * (ratio.ilog2() as f64 - 5.0);
         let mine = cells.iter().filter(|cell| cell.per_zone == *ratio);
         Series {
@@ -144,7 +145,7 @@ fn figure(cells: &[Cell]) -> Figure {
     Figure::chart("sh91-cube.svg", "Sh91 §4: the variance is constant", &chart)
 }
 
-/// Sh91 fig 1: rows of zones, columns of rays per zone; and how noisy each picture is.
+/// The pictures of Sh91 fig 1: rows of zones, columns of rays per zone; and the noise of each picture.
 fn rooms(lab: &Lab) -> (Vec<Claim>, Figure) {
     let (rows, columns) = ([4_u32, 8, 16], [4_u64, 16, 64, 256]);
     let mut noise = Vec::new();
@@ -186,7 +187,7 @@ fn rooms(lab: &Lab) -> (Vec<Claim>, Figure) {
     (rows_of_table, figure)
 }
 
-/// Half as wide and as high a tile is of each picture.
+/// A grid of pictures, each at half its width and height.
 fn tiled(pictures: &[Picture], columns: usize) -> Vec<u8> {
     let (width, height) = (pictures[0].width as usize / 2, pictures[0].height as usize / 2);
     let rows = pictures.len() / columns;

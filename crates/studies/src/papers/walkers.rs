@@ -13,7 +13,7 @@ pub(crate) fn method(direction: Direction, estimator: impl Into<Estimator>) -> W
     Walks { direction, ..Walks::shooting(estimator.into()) }
 }
 
-/// A method in a scene that was made for it.
+/// An experiment of a method that was chosen for the scene.
 pub(crate) fn experiment(spec: &SceneSpec, method: impl Into<Method>) -> Experiment {
     walking::experiment(spec, method).expect("the method was chosen for the scene")
 }
@@ -21,7 +21,7 @@ pub(crate) fn experiment(spec: &SceneSpec, method: impl Into<Method>) -> Experim
 /// Both directions of walks, births by area.
 pub(crate) const DIRECTIONS: [Direction; 2] = [Direction::Shooting, Direction::Gathering(Birth::Area)];
 
-/// What an estimator is called in a direction.
+/// The name of an estimator in a direction.
 pub(crate) fn name(direction: &Direction, estimator: EstimatorKind) -> String {
     let direction = if *direction == Direction::Shooting { "shooting" } else { "gathering" };
     format!("{direction}, {}", estimator.word())
@@ -39,7 +39,7 @@ pub(crate) fn predicted(exact: &Exact, scene: &Scene, method: &Walks) -> Vec<f64
     }
 }
 
-/// Every cell cut in k × k, each emitting as the cell did.
+/// The scene with every cell cut in k × k, each emitting as the cell did.
 pub(crate) fn refined(spec: &SceneSpec, k: u32) -> SceneSpec {
     let mut fine = spec.clone();
     for surface in &mut fine.surfaces {
@@ -59,7 +59,7 @@ pub(crate) fn refined(spec: &SceneSpec, k: u32) -> SceneSpec {
     fine
 }
 
-/// The means by area of what holds of the k × k cells of every patch of a scene that was refined.
+/// The means by area over the k × k cells of every patch of a refined scene.
 pub(crate) fn coarsened(values: &[f64], spec: &SceneSpec, k: u32) -> Vec<f64> {
     let mut means = Vec::new();
     let mut first = 0;

@@ -1,4 +1,4 @@
-//! Absorption at R near 1.
+//! Entry of the atlas: absorption at R near 1.
 
 use exact::Exact;
 use radiosity::{EstimatorKind, Method, SceneSpec};
@@ -15,7 +15,7 @@ use crate::walking::{Failure, experiment, receivers, squared_error};
 
 pub(crate) const ENTRY: Entry = Entry {
     name: "absorption-in-the-bright",
-    title: "R → 1: absorption shooting hears of a walk once, at its end",
+    title: "R → 1: absorption shooting scores once per walk, at its end",
     study,
 };
 
@@ -28,11 +28,11 @@ pub(crate) fn scene(reflectance: f64) -> SceneSpec {
 
 const KINDS: [EstimatorKind; 2] = [EstimatorKind::Absorption, EstimatorKind::Collision];
 
-/// The sweep over reflectances, from equal rays.
+/// The sweep over reflectances, with equal rays.
 struct Sweep {
     rays: f64,
     brightest: f64,
-    /// Mean squared relative errors of either kind of score.
+    /// The mean squared relative errors of either kind of score.
     curves: [Curve; 2],
     claims: Vec<Claim>,
 }

@@ -1,4 +1,4 @@
-//! Areas of very unequal size: what Sh91 assumes away.
+//! Entry of the atlas: areas of very unequal size, which Sh91 assumes away.
 
 use exact::Exact;
 use radiosity::{Birth, EstimatorKind, Method, SceneSpec};
@@ -16,14 +16,14 @@ use crate::walking::{Failure, coverage, experiment, squared_error};
 
 pub(crate) const ENTRY: Entry = Entry {
     name: "area-ratios",
-    title: "Area ratios down to 10⁻⁸: walks that are shot miss the small patch",
+    title: "Area ratios down to 10⁻⁸: shooting walks miss the small patch",
     study,
 };
 
-/// The floor's corner patch.
+/// The patch in the floor's corner.
 const TILE: usize = 0;
 
-/// Its part of the area of all decides how large it is; the ceiling emits.
+/// The cube whose floor patch has the part `part` of all area; the ceiling emits.
 fn scene(part: f64) -> SceneSpec {
     let mut spec = scenes::cube_with_tile((6.0 * part).sqrt(), 0.5);
     spec.surfaces[3].emittance = 1.0.into();
@@ -36,7 +36,7 @@ struct Sweep {
     parts: Vec<f64>,
     shot: Curve,
     gathered: Vec<(f64, Measured)>,
-    /// Coverage of the intervals of shooting.
+    /// The coverage of the intervals of shooting.
     covers: Vec<(f64, Measured)>,
     claims: Vec<Claim>,
 }

@@ -1,4 +1,4 @@
-//! Emitters that do not reflect, which gathering by survival does not see.
+//! Entry of the atlas: emitters that do not reflect, which gathering by survival does not see.
 
 use exact::Exact;
 use radiosity::{Birth, EstimatorKind, Method, SceneSpec, birth_probabilities};
@@ -20,7 +20,7 @@ pub(crate) const ENTRY: Entry = Entry {
     study,
 };
 
-/// The patch that is looked at: in the middle of the last face of the 54-patch cube.
+/// The patch that is examined: in the middle of the last face of the 54-patch cube.
 const PATCH: usize = 49;
 
 const KINDS: [EstimatorKind; 2] = [EstimatorKind::Survival, EstimatorKind::Collision];
@@ -38,7 +38,7 @@ fn birth() -> Birth {
 /// The sweep over reflectances of the emitter.
 struct Sweep {
     darkest: f64,
-    /// Variances of b for one walk over b², by either kind of score.
+    /// The variances of b for one walk over b², by either kind of score.
     curves: [Curve; 2],
     claims: Vec<Claim>,
 }
@@ -81,7 +81,7 @@ impl Sweep {
     }
 }
 
-/// What the program says of an emitter that reflects nothing, and of one that hardly reflects.
+/// The program's words about an emitter that reflects nothing, and about one that hardly reflects.
 fn told(claims: &mut Vec<Claim>) -> Result<Vec<String>, Failure> {
     let by_survival = |reflectance| {
         experiment(&scene(reflectance), Method::gathering(Birth::Area, EstimatorKind::Survival))

@@ -1,4 +1,4 @@
-//! Correlated sequences: the mistake made on purpose.
+//! Entry of the atlas: correlated sequences, a mistake made on purpose.
 
 use radiosity::Sequence;
 use rand_pcg::Pcg64;
@@ -16,11 +16,11 @@ use crate::walking::Failure;
 pub(crate) const ENTRY: Entry =
     Entry { name: "correlated-sequences", title: "Sequences of walks that are not independent", study };
 
-/// Sequences side by side.
+/// The number of sequences side by side.
 const SEQUENCES: u64 = 1024;
 
-/// The variance of the mean of as many uniform numbers, each from a sequence of its own, over what independent ones have;
-/// over many steps of all.
+/// The variance of the mean of `steps` uniform numbers, each from a sequence of its own, over that of independent
+/// numbers; the mean over many steps of all sequences.
 fn excess(steps: usize, mut draw: impl FnMut(usize) -> f64) -> Measured {
     let sequences = SEQUENCES as usize;
     let squares: Vec<f64> = (0..steps)
@@ -32,7 +32,7 @@ fn excess(steps: usize, mut draw: impl FnMut(usize) -> f64) -> Measured {
     Measured::of(&squares)
 }
 
-/// What is seen of PCG64 whose sequences are 2^`power` draws apart.
+/// The excess of PCG64 whose sequences are 2^`power` draws apart.
 fn placed(power: u32, steps: usize) -> Measured {
     let mut states: Vec<Pcg64> = Vec::new();
     let mut state = Pcg64::seed_from_u64(7);
@@ -43,7 +43,7 @@ fn placed(power: u32, steps: usize) -> Measured {
     excess(steps, |i| (states[i].next_u64() >> 11) as f64 / (1_u64 << 53) as f64)
 }
 
-/// What is seen of radwalk's walks.
+/// The excess of radwalk's own sequences.
 fn placed_by_golden_ratio(steps: usize) -> Measured {
     let sequence = Sequence::new(7);
     let mut walks: Vec<_> = sequence.walks_from(0).take(SEQUENCES as usize).collect();

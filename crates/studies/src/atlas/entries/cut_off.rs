@@ -1,4 +1,4 @@
-//! Infinite walks that are cut off.
+//! Entry of the atlas: infinite walks that are cut off.
 
 use exact::Exact;
 use radiosity::{Estimator, EstimatorKind, InfiniteEnd, Method, SceneSpec};
@@ -16,7 +16,7 @@ use crate::walking::{Failure, estimate, experiment, receivers, solve};
 
 pub(crate) const ENTRY: Entry = Entry {
     name: "cut-off",
-    title: "Infinite walks that are cut off lose light, whatever their intervals say",
+    title: "Infinite walks that are cut off: lost light that intervals do not include",
     study,
 };
 
@@ -30,7 +30,7 @@ fn method(infinite: InfiniteEnd) -> Method {
     Method::shooting(Estimator::Infinite(infinite))
 }
 
-/// The part of the reflected radiosity of all receivers that comes after `hits` hits: Neumann's series, cut.
+/// The part of the reflected radiosity of all receivers that comes after `hits` hits, by Neumann's series.
 fn lost(exact: &Exact, patches: &[usize], hits: u32) -> f64 {
     let exchange = exact.exchange();
     let mut radiosity = exact.emittance().to_vec();
@@ -45,7 +45,8 @@ fn lost(exact: &Exact, patches: &[usize], hits: u32) -> f64 {
     1.0 - patches.iter().map(|&i| kept[i]).sum::<f64>() / all
 }
 
-/// What runs miss of the receivers' light, and the least bound that any patch was given, as parts of it.
+/// The part of the receivers' light that runs miss, and the least bound that any patch was given as a part of its
+/// light.
 fn missing(
     lab: &Lab,
     runs: u64,
@@ -70,14 +71,15 @@ fn missing(
 
 /// The sweep over the hits before a walk is cut.
 struct Sweep {
-    /// Hits, runs, and walks of each.
+    /// The numbers of hits, the runs, and the walks of each.
     lengths: Vec<u32>,
     runs: u64,
     walks: u64,
-    /// Parts of the light that are lost where a walk is cut after some hits, and below the weight that it has then.
+    /// The parts of the light that are lost if a walk is cut after some hits, and if it is cut below the weight that it
+    /// then has.
     cut: Curve,
     short: Vec<(f64, Measured)>,
-    /// What is said to be lost at most.
+    /// The parts that the program's bounds allow to be lost.
     bounds: Vec<(f64, f64)>,
     claims: Vec<Claim>,
 }

@@ -1,4 +1,4 @@
-//! A lamp that hardly sends any walks to the scene, since it is far.
+//! Entry of the atlas: a lamp so far away that hardly any of its walks reach the scene.
 
 use exact::Exact;
 use radiosity::{EstimatorKind, Experiment, Method, SceneSpec};
@@ -15,12 +15,12 @@ use crate::told::run;
 use crate::walking::{Failure, experiment, squared_error};
 
 pub(crate) const ENTRY: Entry =
-    Entry { name: "far-lamp", title: "A far lamp: walks that are shot pass the scene by", study };
+    Entry { name: "far-lamp", title: "A far lamp: most shooting walks miss the scene", study };
 
-/// In the middle of the floor.
+/// The patch in the middle of the floor.
 const MIDDLE: usize = 4;
 
-/// A lamp at a distance, as much smaller as `scale` says, and walks from it.
+/// A lamp at a distance, with all lengths of the lamp times `scale`, and walks from it.
 fn lamp(distance: f64, scale: f64) -> Result<(Exact, Experiment), Failure> {
     let spec: SceneSpec = scenes::far_lamp(distance, scale);
     Ok((Exact::of_scene(&spec)?, experiment(&spec, Method::shooting(EstimatorKind::Collision))?))
@@ -66,7 +66,7 @@ impl Sweep {
     }
 }
 
-/// A lamp that is as large in the sky as one at 1000 m, at 10 m: how much less light it gives, and the error of its walks.
+/// A lamp at 10 m that is as large in the sky as one at 1000 m: the factor in its light, and the error of its walks.
 fn nearer(lab: &Lab, sweep: &Sweep, truth: &[f64]) -> Result<(f64, Measured), Failure> {
     let (near, experiment) = lamp(1000.0, 0.01)?;
     let near_truth = &near.solution().radiosity;

@@ -1,4 +1,4 @@
-//! One walk, and no hits.
+//! Entry of the atlas: one walk, and no hits.
 
 use exact::Exact;
 use radiosity::{EstimatorKind, Experiment, Method};
@@ -17,10 +17,10 @@ use crate::walking::{Failure, covered, estimate, experiment, receivers, solve};
 pub(crate) const ENTRY: Entry =
     Entry { name: "few-walks", title: "One walk, and patches without a hit", study };
 
-/// What is known after few walks.
+/// The sweep over numbers of walks.
 struct Sweep {
     walks: Vec<u64>,
-    /// Parts of the patches that the usual intervals and radwalk's cover, and that no walk has hit.
+    /// The parts of the patches that the usual intervals and radwalk's cover, and that no walk has hit.
     naive: Vec<(f64, Measured)>,
     ours: Vec<(f64, Measured)>,
     unhit: Vec<(f64, Measured)>,

@@ -1,4 +1,5 @@
-//! Coordinates that are hard on floating point: furnaces, whose answer is known whatever their shape (B = E/(1 − R)).
+//! Entry of the atlas: coordinates that are hard on floating point, in furnaces, whose answer is known whatever their
+//! shape (B = E/(1 − R)).
 
 use glam::DVec3;
 use radiosity::{Estimate, EstimatorKind, Method, SceneSpec, Sides, Solution};
@@ -13,7 +14,7 @@ use crate::series::{seen, theory};
 use crate::told::run;
 use crate::walking::{CONFIDENCE, Failure, estimate, experiment, walk};
 
-/// A box of 24 patches.
+/// The edges of a box of 24 patches [m].
 const BOX: DVec3 = DVec3::new(1.0, 0.8, 0.6);
 
 /// A cube in which B = 1, deformed to a box.
@@ -21,7 +22,7 @@ fn furnace(to: impl Fn(DVec3) -> DVec3) -> SceneSpec {
     scenes::moved(&scenes::furnace(2, 0.5), to)
 }
 
-/// The furnace with a sheet across its middle that reflects and emits on both sides, so wide a part of it.
+/// The furnace with a sheet across the part `part` of its middle, which reflects and emits on both sides.
 fn with_sheet(part: f64) -> SceneSpec {
     let mut spec = furnace(|corner| corner * BOX);
     let floor = SceneSpec { surfaces: vec![spec.surfaces[0].clone()] };
@@ -111,8 +112,8 @@ pub(crate) const WEDGES: Entry = Entry {
             axis: "angle [rad]",
             title: "A furnace in a wedge",
             predicted: "In a closed wedge of angle θ light goes to and fro between its sides, F = 1 − sin(θ/2) for \
-                        long ones, and near the edge over any distance, however short. B = 1 all the same. Rays that \
-                        start within slack/θ of the edge cannot tell its sides apart.",
+                        long ones, and near the edge over any distance, however short. B is still 1. Rays that start \
+                        within slack/θ of the edge cannot tell its sides apart.",
             instead: "Walls that are meant to lie on each other are one wall with `sides = 2`. On both sides of one \
                       that divides the furnace, and on its walls,",
             remedy: || with_sheet(1.0),
@@ -124,35 +125,35 @@ pub(crate) const WEDGES: Entry = Entry {
 /// A sweep over shapes of one furnace.
 struct Sweep {
     sweep: Vec<f64>,
-    /// Where nothing may go wrong.
+    /// The points of the sweep where nothing may go wrong.
     safe: fn(f64) -> bool,
     scene: fn(f64) -> SceneSpec,
     axis: &'static str,
     title: &'static str,
     predicted: &'static str,
-    /// What to do instead, up to what B is then.
+    /// The remedy in words, up to the B that it gives.
     instead: &'static str,
-    /// Which gives this furnace.
+    /// The furnace that the remedy gives.
     remedy: fn() -> SceneSpec,
 }
 
-/// What came of one shape.
+/// The outcome of one shape.
 enum Answer {
     /// The scene was refused.
     Refused(String),
-    /// The mean B of the patch that is furthest off in standard errors (of none where nothing arrives), of how many, and
-    /// the part of the walks that escaped.
+    /// The mean B of the patch that is furthest off in standard errors (`None` if nothing arrives), the number of
+    /// patches, the part of the walks that escaped, and the program's words.
     Walked { radiosity: Option<Measured>, among: usize, escaped: f64, told: Vec<String> },
 }
 
-/// What came of all shapes.
+/// The outcome of all shapes.
 #[derive(Default)]
 struct Answers {
     claims: Vec<Claim>,
     told: Vec<String>,
     radiosities: Vec<(f64, Measured)>,
     losses: Vec<(f64, f64)>,
-    /// Points of the sweep where nothing may go wrong, with the B that is seen there.
+    /// The points of the sweep where nothing may go wrong, with the B that was measured there.
     safe: Vec<(f64, Option<Measured>)>,
     refused: usize,
 }
@@ -186,7 +187,7 @@ impl Answers {
         }
     }
 
-    /// B that is furthest off where nothing may go wrong.
+    /// The B that is furthest off where nothing may go wrong.
     fn worst(&self) -> Option<Measured> {
         let known = self.safe.iter().filter_map(|(_, radiosity)| *radiosity);
         known.max_by(|a, b| a.z(1.0).abs().total_cmp(&b.z(1.0).abs()))
@@ -230,7 +231,7 @@ impl Sweep {
         })
     }
 
-    /// What holds of the furnace that the remedy gives, and its B.
+    /// The claims about the furnace that the remedy gives, and its B.
     fn remedied(&self, lab: &Lab, runs: u64, walks: u64) -> Result<([Claim; 2], Measured), Failure> {
         match answer(lab, &(self.remedy)(), runs, walks) {
             Answer::Refused(why) => Err(why.into()),
@@ -270,7 +271,7 @@ fn answer(lab: &Lab, spec: &SceneSpec, runs: u64, walks: u64) -> Answer {
         let estimates: Vec<Estimate> = (0..patches).map(|i| estimate(&solution, i)).collect();
         (estimates, tally.counts.escaped as f64 / walks as f64)
     });
-    // Rare scores are not normal; their intervals are the business of other entries.
+    // Rare scores are not normal; other entries are about their intervals.
     let often = |i: &usize| found.iter().all(|(estimates, _)| !estimates[*i].is_rare());
     let of_patch = |i: usize| {
         Measured::of(&found.iter().map(|(estimates, _)| estimates[i].radiosity).collect::<Vec<_>>())

@@ -1,4 +1,4 @@
-//! Scenes that are not closed, or not where they face.
+//! Entries of the atlas: scenes that are not closed, and walls that face the wrong way.
 
 use exact::Exact;
 use radiosity::{EstimatorKind, Experiment, Method, SceneSpec, Shape, Sides, Solution};
@@ -37,7 +37,7 @@ fn part(
     Ok(proportion_of_walks(&parts, walks))
 }
 
-/// Where no walk of any run ended so, the error is that of one walk in all.
+/// The mean part over runs; if no walk of any run ended so, the error is that of one walk in all.
 fn proportion_of_walks(parts: &[f64], walks: u64) -> Measured {
     let measured = Measured::of(parts);
     let least = 1.0 / (parts.len() as f64 * walks as f64);
@@ -59,7 +59,7 @@ fn gap_in_the_ceiling(gap: f64) -> SceneSpec {
 
 /// The sweep over widths of the gap.
 struct Gaps {
-    /// Runs, and walks of each.
+    /// The number of runs, and the walks of each.
     size: (u64, u64),
     curve: Curve,
     claims: Vec<Claim>,
@@ -94,7 +94,7 @@ impl Gaps {
     }
 }
 
-/// What the check `escape` says of a gap.
+/// The words of the check `escape` about a gap.
 fn said_of_a_gap(gap: f64, walks: u64) -> Result<Vec<String>, Failure> {
     let experiment = experiment(&gap_in_the_ceiling(gap), Method::shooting(EstimatorKind::Collision))?;
     let run = run(&experiment, 1, walks, None);
@@ -145,7 +145,7 @@ fn turned(walls: usize, sides: Sides) -> SceneSpec {
     spec
 }
 
-/// What the rest of the cube sees of them: black walls.
+/// The cube as the rest of it sees walls that are turned round: with black walls.
 fn blackened(walls: usize) -> SceneSpec {
     let mut spec = scenes::cube(3);
     spec.surfaces.iter_mut().rev().take(walls).for_each(|surface| surface.reflectance = 0.0.into());
@@ -157,7 +157,7 @@ const PATCH: usize = 13;
 
 /// The sweep over walls that are turned round.
 struct Turned {
-    /// Runs, and walks of each.
+    /// The number of runs, and the walks of each.
     size: (u64, u64),
     curve: Curve,
     claims: Vec<Claim>,
@@ -180,7 +180,7 @@ impl Turned {
         Ok(sweep)
     }
 
-    /// The part of the walks that one wall takes.
+    /// The part of the walks that end on one wall.
     fn of_one_wall(&self) -> Result<Measured, Failure> {
         let one = self.curve.marks().iter().find(|(walls, _)| *walls == 1.0);
         Ok(one.ok_or("the sweep has no point with one wall")?.1)
@@ -196,7 +196,7 @@ impl Turned {
     }
 }
 
-/// B of [`PATCH`] [W/m²], the mean over runs.
+/// The mean B of [`PATCH`] over runs [W/m²].
 fn radiosity(lab: &Lab, experiment: &Experiment, (runs, walks): (u64, u64)) -> Measured {
     Measured::of(&lab.each_seed(runs, |seed| {
         let solution = Solution::new(experiment, &walk::<2>(experiment, seed, walks), CONFIDENCE);
@@ -207,7 +207,7 @@ fn radiosity(lab: &Lab, experiment: &Experiment, (runs, walks): (u64, u64)) -> M
 fn backs(lab: &Lab) -> Result<Finding, Failure> {
     let sweep = Turned::drive(lab)?;
     let (size, mut claims) = (sweep.size, sweep.claims.clone());
-    // It is darker by what the backs do not return.
+    // The patch is darker by the light that backs do not return.
     let wrong = experiment(&turned(1, Sides::Front), Method::shooting(EstimatorKind::Collision))?;
     let found = radiosity(lab, &wrong, size);
     let expected = Exact::of_scene(&blackened(1))?.solution().radiosity[PATCH];

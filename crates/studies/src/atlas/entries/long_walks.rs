@@ -1,4 +1,4 @@
-//! R → 1: walks that take 1/(1 − R) rays, in one room and in two that hardly exchange.
+//! Entries of the atlas: R → 1, walks that take 1/(1 − R) rays, in one room and in two that hardly exchange light.
 
 use std::sync::Arc;
 
@@ -19,7 +19,7 @@ use crate::walking::{Failure, experiment, receivers, squared_error};
 
 pub(crate) const ONE_ROOM: Entry = Entry {
     name: "long-walks",
-    title: "R → 1: the scores of a long walk hang together",
+    title: "R → 1: the scores of a long walk depend on each other",
     study: |lab| {
         Room {
             scene: absorption::scene,

@@ -1,4 +1,5 @@
-//! Luck that is chosen: stopping at a lucky moment, the best of many seeds, the same walks twice.
+//! Entries of the atlas: selected luck, by stopping at a lucky moment, by the best of many seeds, and by walks that
+//! count twice.
 
 use exact::Exact;
 use protocol::checkpoint::{Book, Checkpoint, Part};
@@ -27,16 +28,16 @@ pub(crate) const SEED: Entry = Entry { name: "best-seed", title: "Choosing the b
 pub(crate) const TWICE: Entry =
     Entry { name: "overlapping-runs", title: "Merging runs that overlap", study: twice };
 
-/// A rare score: hits are a Poisson count whose mean grows with the walks, looked at as jobs are looked at.
+/// A rare score: hits are a Poisson count whose mean grows with the walks, with looks as in a job.
 struct RareScore {
     rng: Pcg64Dxsm,
     walks: u64,
     hits: u64,
-    /// Where the next hit is, in expected hits.
+    /// The place of the next hit, in expected hits.
     next: f64,
 }
 
-/// Expected hits of a walk.
+/// The expected hits of one walk.
 const RATE: f64 = 1e-3;
 
 impl RareScore {
@@ -54,7 +55,7 @@ impl RareScore {
         -self.uniform().ln()
     }
 
-    /// Half-width over estimate, and whether the interval holds the truth, after some walks.
+    /// The half-width over the estimate after some walks, and whether the interval holds the truth.
     fn look(&mut self, walks: u64) -> (f64, bool) {
         self.walks = walks;
         while self.next <= RATE * walks as f64 {
@@ -68,8 +69,8 @@ impl RareScore {
     }
 }
 
-/// Whether the interval covers where a run ends at the first look that meets the target, and where double sampling ends
-/// it. The first look is moved from run to run.
+/// Whether the interval covers if a run ends at the first look that meets the target, and if double sampling ends it.
+/// The first look is moved from run to run.
 fn stops(seed: u64, target: f64) -> (f64, f64) {
     let mut score = RareScore::new(seed);
     let phase = 2f64.powf(score.uniform());
@@ -97,7 +98,7 @@ const ARMITAGE: [(u64, f64); 7] =
 
 /// For every number of looks of [`ARMITAGE`], whether all intervals up to there hold the truth.
 fn wishes(seed: u64) -> Vec<f64> {
-    /// Expected hits between two looks.
+    /// The expected hits between two looks.
     const HITS: f64 = 400.0;
     let mut score = RareScore::new(seed);
     let mut holding = true;
@@ -132,10 +133,10 @@ fn moment(lab: &Lab) -> Result<Finding, Failure> {
     claims.push(Claim::at_least("a target of 0.6: coverage by double sampling", double, 0.95).instead());
     let last = marks[marks.len() - 1];
     Ok(Finding {
-        predicted: "Whoever looks again and again, and stops as soon as an interval says what they hope for (that B is \
-                    not what it is), finds it in the end: of 20 looks some 95 % interval misses with the probability \
-                    0.248 (Armitage, McPherson & Rowe 1969). Stopping at a relative error is milder: a count that \
-                    happens to be high meets it early."
+        predicted: "A user who looks again and again, and stops as soon as an interval excludes the true B, succeeds \
+                    in the end: of 20 looks some 95 % interval misses with the probability 0.248 (Armitage, McPherson \
+                    & Rowe 1969). Stopping at a relative error is milder: a count that happens to be high meets it \
+                    early."
             .into(),
         seen: format!(
             "Of runs that are looked at 20 times and stopped at the first interval that misses, {} hold the truth \
@@ -169,7 +170,7 @@ fn moment(lab: &Lab) -> Result<Finding, Failure> {
     })
 }
 
-/// The patch whose answer is wanted bright: in the middle of the last face of the 54-patch cube.
+/// The patch whose brightest answer is chosen: in the middle of the last face of the 54-patch cube.
 const PATCH: usize = 49;
 
 fn cube() -> Result<(Experiment, Vec<f64>), Failure> {
@@ -180,7 +181,7 @@ fn cube() -> Result<(Experiment, Vec<f64>), Failure> {
 
 /// The coverage of the brightest of some runs.
 struct Brightest {
-    /// Runs to choose from.
+    /// The number of runs to choose from.
     most: usize,
     marks: Vec<(f64, Measured)>,
     /// The coverage of all runs merged.
@@ -188,7 +189,8 @@ struct Brightest {
     claims: Vec<Claim>,
 }
 
-/// All intervals reach down to the truth or all but one; the brightest of n is below its upper tail.
+/// The coverage of the brightest of n runs: all lower ends must lie below the truth (0.975ⁿ), but not all upper ends
+/// (0.025ⁿ).
 fn coverage_of_brightest(n: usize) -> f64 {
     0.975f64.powi(n as i32) - 0.025f64.powi(n as i32)
 }
@@ -265,7 +267,7 @@ fn seed(lab: &Lab) -> Result<Finding, Failure> {
     })
 }
 
-/// What `radwalk merge` is given: walks `first` … of a job.
+/// The checkpoint that `radwalk merge` reads, with walks `first` … of a job.
 fn checkpoint(experiment: &Experiment, first: u64, walks: u64) -> Checkpoint {
     let part = Part { job_hash: [1; 32], seed: 1, first, deliveries: Delivery::lease(walks, 0, 0).into() };
     let book = Book {

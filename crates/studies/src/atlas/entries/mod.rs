@@ -1,4 +1,4 @@
-//! The entries, by what they are about.
+//! The entries of the atlas, by subject.
 
 mod absorption;
 mod area_ratios;
@@ -20,7 +20,7 @@ mod unequal_emitters;
 
 use super::entry::Entry;
 
-/// In the order of the page.
+/// All entries in the order of the page.
 pub const ALL: &[Entry] = &[
     long_walks::ONE_ROOM,
     long_walks::TWO_ROOMS,

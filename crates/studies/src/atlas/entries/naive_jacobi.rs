@@ -1,5 +1,5 @@
-//! Naive intervals of stochastic Jacobi iterations: the mistake made on purpose. The iterations are those of BS §4 on the
-//! exact form factors, without any tracing; they begin at the solution, which no real chain can.
+//! Entry of the atlas: naive intervals of stochastic Jacobi iterations, a mistake made on purpose. The iterations are
+//! those of BS §4 on the exact form factors, without any tracing; they begin at the solution, which no real chain can.
 
 use exact::Exact;
 use radiosity::Method;
@@ -25,25 +25,25 @@ pub(crate) const ENTRY: Entry = Entry {
 
 const REFLECTANCE: f64 = 0.95;
 
-/// Rays of an iteration.
+/// The rays of one iteration.
 const RAYS: usize = 400;
 
-/// Two-sided 95 %.
+/// The quantile of two-sided intervals of 95 %.
 const Z: f64 = 1.96;
 
 type Matrix = Vec<Vec<f64>>;
 
-/// The iterations P' = Φ + R·(what arrives of P), by their expectation and their noise (BS eqs. 20–22).
+/// The iterations P' = Φ + R·(the power of P that arrives), by their expectation and their noise (BS eqs. 20–22).
 struct Iteration {
-    /// T_lj = R_l F_jl.
+    /// The transport matrix T_lj = R_l F_jl.
     transport: Matrix,
-    /// Covariance of one iteration that begins at the solution: rays land on l with the probability φ_l/P_T.
+    /// The covariance of one iteration that begins at the solution: rays land on l with the probability φ_l/P_T.
     noise: Matrix,
-    /// P at the solution [W].
+    /// The powers P at the solution [W].
     power: Vec<f64>,
     emitted: Vec<f64>,
     reflectance: Vec<f64>,
-    /// For each patch, the patches that its rays reach with the probability up to there.
+    /// For each patch, the patches that its rays reach, with cumulative probabilities.
     reach: Matrix,
 }
 
@@ -80,12 +80,12 @@ impl Iteration {
         }
     }
 
-    /// Variances of the mean over some iterations, and the expected squares of what their spread says it is.
+    /// The variances of the mean over some iterations, and the expectations of the variances that their spread claims.
     fn predicted(&self, iterations: usize) -> (Vec<f64>, Vec<f64>) {
         let n = self.power.len();
         let identity: Matrix =
             (0..n).map(|i| (0..n).map(|j| f64::from(u8::from(i == j))).collect()).collect();
-        // After k iterations the error is Σ_m T^m ε: noise of m iterations ago, carried on.
+        // After k iterations the error is Σ_m T^m ε, where ε is the noise of the iteration m steps before.
         let (mut carried, mut sum) = (identity, vec![vec![0.0; n]; n]);
         let (mut of_mean, mut of_one) = (vec![0.0; n], vec![0.0; n]);
         for m in 0..iterations {
@@ -93,7 +93,7 @@ impl Iteration {
             let spread = quadratic(&sum, &self.noise);
             of_mean.iter_mut().zip(spread).for_each(|(total, v)| *total += v);
             let alone = quadratic(&carried, &self.noise);
-            // What is m iterations old is in all but m of them.
+            // Noise that is m iterations old is in all but m of them.
             let share = (iterations - m) as f64 / iterations as f64;
             of_one.iter_mut().zip(alone).for_each(|(total, v)| *total += share * v);
             carried = product(&carried, &self.transport);
@@ -104,7 +104,7 @@ impl Iteration {
         (of_mean, naive)
     }
 
-    /// The mean of some iterations, and its naive variance, patch by patch.
+    /// The mean of some iterations, and its naive variance, for each patch.
     fn chain(&self, seed: u64, iterations: usize) -> (Vec<f64>, Vec<f64>) {
         let mut rng = Pcg64Dxsm::seed_from_u64(seed);
         let mut uniform = || (rng.next_u64() >> 11) as f64 / (1_u64 << 53) as f64;
@@ -165,7 +165,7 @@ fn quadratic(m: &Matrix, c: &Matrix) -> Vec<f64> {
     mc.iter().zip(m).map(|(row, m)| row.iter().zip(m).map(|(x, y)| x * y).sum()).collect()
 }
 
-/// The part of naive intervals that holds the truth, where the variance is `ratio` times what they say.
+/// The part of naive intervals that holds the truth, if the true variance is `ratio` times theirs.
 fn coverage_of(ratio: f64) -> f64 {
     2.0 * stats::normal_cdf(Z / ratio.sqrt()) - 1.0
 }
@@ -176,9 +176,9 @@ const PATCH: usize = 20;
 /// The sweep over iterations of one chain.
 struct Sweep {
     iterations: Vec<usize>,
-    /// Coverage of the naive intervals.
+    /// The coverage of the naive intervals.
     coverage: Curve,
-    /// At the end of the sweep: the variance over what the spread says of it.
+    /// The true variance over the one that the spread claims, at the end of the sweep.
     excess: f64,
     claims: Vec<Claim>,
 }
@@ -210,7 +210,7 @@ impl Sweep {
         Sweep { iterations: all, coverage, excess, claims }
     }
 
-    /// The ends of the sweep.
+    /// The first and the last number of iterations.
     fn ends(&self) -> [usize; 2] {
         [self.iterations[0], self.iterations[self.iterations.len() - 1]]
     }

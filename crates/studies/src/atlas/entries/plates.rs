@@ -1,4 +1,4 @@
-//! Near-coincident plates.
+//! Entry of the atlas: plates that nearly coincide.
 
 use exact::Exact;
 use radiosity::{EstimatorKind, Method};
@@ -18,19 +18,19 @@ pub(crate) const ENTRY: Entry =
 
 const REFLECTANCE: f64 = 0.5;
 
-/// B₂ = R₂E₁/(1 − R₁R₂) between infinite plates, E₁ = 1 [W/m²].
+/// B₂ = R₂E₁/(1 − R₁R₂) between infinite plates, with E₁ = 1 [W/m²].
 const INFINITE: f64 = REFLECTANCE / (1.0 - REFLECTANCE * REFLECTANCE);
 
 /// The plate that does not emit.
 const DARK: usize = 1;
 
-/// The sweep over gaps.
+/// The sweep over gaps between the plates.
 struct Sweep {
     walks: u64,
     curve: Curve,
-    /// The least gap at which B is right.
+    /// The least gap at which B is right [m].
     least: f64,
-    /// What the program says where B is wrong.
+    /// The program's words where B is wrong.
     told: Vec<String>,
     claims: Vec<Claim>,
 }
@@ -52,7 +52,8 @@ impl Sweep {
 
     fn at(&mut self, lab: &Lab, gap: f64, runs: u64) -> Result<(), Failure> {
         let (spec, walks) = (scenes::plates(gap, REFLECTANCE), self.walks);
-        // Closed forms of facing squares lose digits below this, and differ from infinite plates by less than it.
+        // The closed forms of facing squares lose digits below this gap, and differ from infinite plates by less than
+        // it.
         let truth = if gap >= 1e-6 { Exact::of_scene(&spec)?.solution().radiosity[DARK] } else { INFINITE };
         let experiment = experiment(&spec, Method::shooting(EstimatorKind::Collision))?;
         let found = lab.each_seed(runs, |seed| estimate(&solve(&experiment, seed, walks), DARK).radiosity);

@@ -1,4 +1,4 @@
-//! Two rooms through a slit: rare events, and intervals that look converged and are not.
+//! Entry of the atlas: two rooms through a slit, with rare events and intervals that look converged and are not.
 
 use exact::Exact;
 use job::{Target, Unhit};
@@ -51,9 +51,9 @@ fn poisson_coverage(mean: f64) -> f64 {
 struct Rooms {
     experiment: Experiment,
     truth: Vec<f64>,
-    /// Receivers of the room without a lamp.
+    /// The receivers of the room without a lamp.
     dark: Vec<usize>,
-    /// Hits that each of them expects per walk.
+    /// The hits that each of them expects per walk.
     rates: Vec<f64>,
 }
 
@@ -77,9 +77,9 @@ impl Rooms {
 /// The sweep over expected hits of a patch.
 struct Sweep {
     hits: Vec<f64>,
-    /// Coverage of the usual intervals, as Poisson counts have it and as it is seen.
+    /// The coverage of the usual intervals: of Poisson counts in theory, and as measured.
     normal: Curve,
-    /// Coverage of radwalk's intervals.
+    /// The coverage of radwalk's intervals.
     ours: Vec<(f64, Measured)>,
     claims: Vec<Claim>,
 }
@@ -180,7 +180,7 @@ fn study(lab: &Lab) -> Result<Finding, Failure> {
     })
 }
 
-/// Whether some check speaks up in every run in which the usual interval misses; and what one run says.
+/// Whether some check fails in every run in which the usual interval misses; and the words of one run.
 fn silence(lab: &Lab, rooms: &Rooms, walks: f64, claims: &mut Vec<Claim>) -> (f64, Vec<String>) {
     let word = |run: &Run| run.fails("unhit") || run.fails("rare") || run.fails("vov");
     let heard = lab.each_seed(lab.pick(30, 200), |seed| {

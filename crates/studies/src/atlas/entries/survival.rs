@@ -1,4 +1,4 @@
-//! R → 0 under survival.
+//! Entry of the atlas: R → 0 under survival.
 
 use exact::Exact;
 use radiosity::{EstimatorKind, Method, SceneSpec};
@@ -16,25 +16,25 @@ use crate::walking::{Failure, estimate, experiment, solve, variance_over, walk};
 
 pub(crate) const ENTRY: Entry = Entry {
     name: "survival-in-the-dark",
-    title: "R → 0: survival shooting waits for walks that survive on dark patches",
+    title: "R → 0: survival shooting scores only walks that survive on dark patches",
     study,
 };
 
-/// The 54-patch cube; the face with patches 18 … 26 gets this reflectance.
+/// The 54-patch cube whose patches 18 … 26, one face, have this reflectance.
 fn scene(dark: f64) -> SceneSpec {
     let mut spec = scenes::cube(3);
     spec.surfaces[2].reflectance = dark.into();
     spec
 }
 
-/// In the middle of the dark face.
+/// The patch in the middle of the dark face.
 const PATCH: usize = 22;
 
 struct Point {
     dark: f64,
-    /// Variance of b over b² for one walk, as predicted: survival, collision.
+    /// The predicted variance of b over b² for one walk: survival, collision.
     predicted: [f64; 2],
-    /// What was seen over what was predicted.
+    /// The measured variance over the predicted one.
     ratio: [Measured; 2],
 }
 
@@ -111,7 +111,7 @@ fn point(dark: f64, walks: u64) -> Result<Point, Failure> {
     Ok(Point { dark, predicted: [survival.0, collision.0], ratio: [survival.1, collision.1] })
 }
 
-/// Irradiance of the dark patch where it reflects nothing [W/m²], as seen by collision walks and in truth.
+/// The irradiance of the dark patch if it reflects nothing [W/m²], by collision walks and by the exact solution.
 fn irradiance_of_black(walks: u64) -> Result<(Measured, f64), Failure> {
     let spec = scene(0.0);
     let exact = Exact::of_scene(&spec)?;

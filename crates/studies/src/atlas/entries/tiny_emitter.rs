@@ -1,4 +1,4 @@
-//! An emitter that walks hardly find, since it is small.
+//! Entry of the atlas: an emitter so small that walks hardly find it.
 
 use exact::Exact;
 use radiosity::{Birth, EstimatorKind, Method, SceneSpec, birth_probabilities};
@@ -15,12 +15,12 @@ use crate::told::run;
 use crate::walking::{Failure, experiment, squared_error};
 
 pub(crate) const ENTRY: Entry =
-    Entry { name: "tiny-emitter", title: "A tiny emitter: walks that gather hardly ever find it", study };
+    Entry { name: "tiny-emitter", title: "A tiny emitter: gathering walks hardly ever find it", study };
 
-/// The ceiling.
+/// The patch of the ceiling.
 const CEILING: usize = 3;
 
-/// A cube whose emitter has a part of the area: as much power from whatever area.
+/// A cube whose emitter has the part `part` of the area, with equal power for any area.
 fn scene(part: f64) -> SceneSpec {
     let mut spec = scenes::cube_with_tile((6.0 * part).sqrt(), 0.5);
     spec.surfaces[0].emittance = (1.0 / (6.0 * part)).into();

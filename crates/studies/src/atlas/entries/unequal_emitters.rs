@@ -1,4 +1,4 @@
-//! Emitters of unequal power, of which the dim one hardly sends any walks.
+//! Entry of the atlas: emitters of unequal power, of which the dim one sends hardly any walks.
 
 use exact::Exact;
 use radiosity::{Birth, EstimatorKind, Method};
@@ -14,11 +14,8 @@ use crate::series::{Curve, seen};
 use crate::told::run;
 use crate::walking::{Failure, experiment, squared_error};
 
-pub(crate) const ENTRY: Entry = Entry {
-    name: "unequal-emitters",
-    title: "Many emitters of unequal power: walks go where the power is",
-    study,
-};
+pub(crate) const ENTRY: Entry =
+    Entry { name: "unequal-emitters", title: "Emitters of unequal power: the dim one gets few walks", study };
 
 /// The ceiling of the dim room.
 const DIM: usize = 7;

@@ -1,0 +1,112 @@
+//! Temperatures and fluxes of groups.
+
+use std::path::Path;
+
+use exchange::BoundaryCondition;
+use import::matches;
+
+use crate::document::{Table, Value};
+use crate::error::Error;
+use crate::source::Source;
+
+/// What a file says of the groups of an enclosure.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Enclosure {
+    /// The temperature of the environment that what escapes meets [K]; default 0.
+    pub environment: f64,
+    /// What is given of each group.
+    pub given: Vec<BoundaryCondition>,
+    /// What replaces the emissivity of each group's surfaces, 1 − reflectance.
+    pub emissivities: Vec<Option<f64>>,
+}
+
+const FILE_KEYS: &[&str] = &["environment", "group"];
+const GROUP_KEYS: &[&str] = &["name", "temperature", "flux", "emissivity"];
+
+/// Reads what is given of groups with these names. Later entries win.
+///
+/// # Errors
+/// A file that cannot be read, says what is unknown or not allowed, or leaves a group out.
+pub fn load_enclosure(path: &Path, names: &[String]) -> Result<Enclosure, Error> {
+    let source = Source::read(path, "[[group]] tables, each with a name and a temperature or a flux")?;
+    let mut file = Table::root(&source, FILE_KEYS)?;
+    let environment = file.take("environment").map(|value| read_kelvin(&value)).transpose()?.unwrap_or(0.0);
+    let place = file.place("group");
+    let list = file.require("group", "a balance needs temperatures", "[[group]] with name = \"*\"")?;
+    let (mut given, mut emissivities) = (vec![None; names.len()], vec![None; names.len()]);
+    for (number, value) in list.tables("group")?.into_iter().enumerate() {
+        let mut table = value.table_called(format!("group {number}: "), GROUP_KEYS)?;
+        let pattern = table.require("name", "an entry is about a group", "name = \"walls\"")?;
+        let chosen = find(&pattern, names)?;
+        let emissivity = table.take("emissivity").map(|value| read_emissivity(&value)).transpose()?;
+        let condition = read_condition(table)?;
+        for group in chosen {
+            given[group] = Some(condition);
+            emissivities[group] = emissivity.or(emissivities[group]);
+        }
+    }
+    if let Some(missing) = given.iter().position(Option::is_none) {
+        return Err(Error::Refused {
+            place,
+            problem: format!("nothing is given of group {:?}", names[missing]),
+            why: "each group has a temperature, or a flux from which it follows",
+            remedy: "add a [[group]] for it; name = \"*\" stands for all".into(),
+        });
+    }
+    Ok(Enclosure { environment, given: given.into_iter().flatten().collect(), emissivities })
+}
+
+fn find(value: &Value<'_>, names: &[String]) -> Result<Vec<usize>, Error> {
+    let pattern = value.string()?;
+    let chosen: Vec<usize> = (0..names.len()).filter(|&group| matches(pattern, &names[group])).collect();
+    if !chosen.is_empty() {
+        return Ok(chosen);
+    }
+    let known = names.iter().take(12).map(|name| format!("{name:?}")).collect::<Vec<_>>().join(", ");
+    Err(value.refuse(
+        format!("no group is called {pattern:?}"),
+        "the names are those of --groups",
+        format!("write one of {known} (* stands for any text)"),
+    ))
+}
+
+fn read_condition(mut table: Table<'_>) -> Result<BoundaryCondition, Error> {
+    match (table.take("temperature"), table.take("flux")) {
+        (Some(temperature), None) => Ok(BoundaryCondition::Temperature(read_kelvin(&temperature)?)),
+        (None, Some(flux)) => Ok(BoundaryCondition::Flux(flux.number()?)),
+        (Some(_), Some(flux)) => Err(flux.refuse(
+            "the group has a temperature, too".into(),
+            "one follows from the other",
+            "remove one of them",
+        )),
+        (None, None) => Err(Error::MissingKey {
+            place: table.place("temperature"),
+            why: "what is not given cannot be solved for",
+            remedy: "temperature = 300.0, in K, or flux = 0.0, in W".into(),
+        }),
+    }
+}
+
+fn read_kelvin(value: &Value<'_>) -> Result<f64, Error> {
+    let kelvin = value.number()?;
+    if (0.0..=1e6).contains(&kelvin) {
+        return Ok(kelvin);
+    }
+    Err(value.refuse(
+        format!("{kelvin} K is outside [0, 10⁶]"),
+        "temperatures are absolute",
+        "write kelvin, such as 293.15",
+    ))
+}
+
+fn read_emissivity(value: &Value<'_>) -> Result<f64, Error> {
+    let emissivity = value.number()?;
+    if emissivity > 0.0 && emissivity <= 1.0 {
+        return Ok(emissivity);
+    }
+    Err(value.refuse(
+        format!("{emissivity} is outside (0, 1]"),
+        "it is the part of what arrives that is absorbed, and what is never absorbed never ends",
+        "choose 0 < emissivity ≤ 1",
+    ))
+}

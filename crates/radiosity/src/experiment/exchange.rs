@@ -1,0 +1,179 @@
+//! Exchange factors: walks are counted by the group of faces that they are born in and the group that takes them.
+//!
+//! F_ij is the part of what leaves group i uniformly that meets group j first. Gebhart's factor B_ij is the part of what group i
+//! emits that group j absorbs, by whatever reflections (B. Gebhart, Int. J. Heat Mass Transfer 3 (1961) 341–346). Of N_i
+//! walks that are born in group i, n_ij are taken by group j, and n_ij/N_i expects the factor. Every walk is taken by a group,
+//! by a back, or escapes: so the counts of a row add up to N_i.
+//!
+//! In the tally of such an experiment group i of G has G + 2 rows: what groups 0 … G − 1 take, what backs take, what escapes.
+
+use std::ops::Range;
+
+use serde::{Deserialize, Serialize};
+
+use super::unfit::Unfit;
+use crate::geometry::face::Face;
+use crate::random::rng::Sequence;
+use crate::scene::Scene;
+use crate::scene::births::Births;
+use crate::tally::{Counts, Scoreboard, Tally};
+use crate::walk::Space;
+use crate::walk::batch::walk_all;
+use crate::walk::fate::{Analog, FirstArrival};
+use crate::walk::score::Exchanged;
+
+/// Which exchange factors are counted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum FactorKind {
+    /// F_ij: walks end where they arrive first. They are born in a group uniformly.
+    FirstHit,
+    /// B_ij, Gebhart's factors: walks end where they are absorbed. They are born in a group as heat is emitted, in proportion to
+    /// area times absorptance 1 − R.
+    Absorbed,
+}
+
+impl FactorKind {
+    /// What a face is worth at births: its area, for B_ij times its absorptance [m²].
+    pub fn weight(self, face: &Face) -> f64 {
+        match self {
+            FactorKind::FirstHit => face.area,
+            FactorKind::Absorbed => face.area * (1.0 - face.reflectance[0]),
+        }
+    }
+}
+
+/// Walks of one group: `first` and those that follow, of the group's own walks.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Segment {
+    /// The group that they are born in.
+    pub group: u32,
+    /// The number of the first among the group's walks.
+    pub first: u64,
+    /// How many.
+    pub walks: u64,
+}
+
+/// Which exchange factors are counted, between which groups, by which walks.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct ExchangeSpec {
+    /// What is counted.
+    pub kind: FactorKind,
+    /// The group of each face.
+    pub group_of_face: Vec<u32>,
+    /// How many groups there are.
+    pub groups: u32,
+    /// The walks: number n of the experiment is number n of these segments, one after the other.
+    pub segments: Vec<Segment>,
+}
+
+impl ExchangeSpec {
+    /// Walks of all segments.
+    pub fn walks(&self) -> u64 {
+        self.segments.iter().map(|segment| segment.walks).sum()
+    }
+}
+
+/// Walk n of group i is walk i·2⁴⁰ + n of the sequence, whatever the other groups walk.
+const WALKS_OF_A_GROUP: u64 = 1 << 40;
+
+/// Groups whose walks have places of their own in the sequence, below those of other rays.
+const MOST_GROUPS: u32 = 1 << 22;
+
+/// What exchange needs beyond the scene.
+#[derive(Clone, Debug)]
+pub(super) struct Exchange {
+    spec: ExchangeSpec,
+    births: Vec<Births>,
+    /// The number of the walk behind each segment.
+    ends: Vec<u64>,
+}
+
+impl Exchange {
+    pub(super) fn new(scene: &Scene, spec: ExchangeSpec) -> Result<Self, Unfit> {
+        let ExchangeSpec { kind, group_of_face, groups, segments } = &spec;
+        let fits = *groups <= MOST_GROUPS
+            && group_of_face.len() == scene.faces().len()
+            && group_of_face.iter().all(|group| group < groups)
+            && segments.iter().all(|segment| {
+                let end = segment.first.checked_add(segment.walks);
+                segment.group < *groups && end.is_some_and(|end| end <= WALKS_OF_A_GROUP)
+            });
+        if scene.channels() > 1 {
+            return Err(Unfit::ExchangeInColour);
+        }
+        if !fits {
+            return Err(Unfit::NoSuchGroups);
+        }
+        let weights: Vec<f64> = scene.faces().iter().map(|face| kind.weight(&face)).collect();
+        let share = |face: usize| weights[face];
+        let births = Births::of_groups(scene.surfaces(), scene.faces(), (group_of_face, *groups), share);
+        let births = births.into_iter().collect::<Option<Vec<_>>>().ok_or(Unfit::NoSuchGroups)?;
+        let ends = segments.iter().scan(0, |end, segment| {
+            *end += segment.walks;
+            Some(*end)
+        });
+        Ok(Exchange { ends: ends.collect(), births, spec })
+    }
+
+    /// Rows of each group in a tally.
+    fn columns(&self) -> u32 {
+        self.spec.groups + 2
+    }
+
+    pub(super) fn rows(&self) -> usize {
+        self.spec.groups as usize * self.columns() as usize
+    }
+
+    /// Some walks of the experiment, as groups and walks of the sequence.
+    fn parts(&self, walks: Range<u64>) -> impl Iterator<Item = (u32, Range<u64>)> {
+        let first = self.ends.partition_point(|&end| end <= walks.start);
+        let segments = self.spec.segments.iter().zip(&self.ends).skip(first);
+        segments.map_while(move |(segment, &end)| {
+            let begin = end - segment.walks;
+            if begin >= walks.end {
+                return None;
+            }
+            let [from, to] = [walks.start.max(begin), walks.end.min(end)].map(|walk| walk - begin);
+            let of_group = u64::from(segment.group) * WALKS_OF_A_GROUP + segment.first;
+            Some((segment.group, of_group + from..of_group + to))
+        })
+    }
+
+    /// Some walks of a sequence onto a board with these rows.
+    pub(super) fn walk<const M: usize>(
+        &self,
+        scene: &Scene,
+        space: Space,
+        (sequence, walks): (&Sequence, Range<u64>),
+        board: &mut Scoreboard<u64, (), 1, M>,
+    ) {
+        for (group, walks) in self.parts(walks) {
+            let first_row = group * self.columns();
+            let births = &self.births[group as usize];
+            let mut score = Exchanged::new(board, &self.spec.group_of_face, first_row);
+            let counts: Counts = match self.spec.kind {
+                FactorKind::FirstHit => {
+                    let fate = FirstArrival::<1>::new();
+                    walk_all(scene, births, space, sequence, walks, fate, &mut score)
+                }
+                FactorKind::Absorbed => walk_all(scene, births, space, sequence, walks, Analog, &mut score),
+            };
+            let backs = first_row + self.spec.groups;
+            board.add_walks_of_one(backs, counts.absorbed_back);
+            board.add_walks_of_one(backs + 1, counts.escaped);
+            board.counts.add(&counts).expect("64 bits outlast any process");
+        }
+    }
+}
+
+/// n_ij of a tally of exchange factors between `groups` groups: for each group, what each of them took, what backs took, and what
+/// escaped.
+///
+/// # Panics
+/// Where the tally has other rows.
+pub fn exchange_counts(tally: &Tally, groups: u32) -> Vec<Vec<u64>> {
+    let (groups, columns) = (groups as usize, groups as usize + 2);
+    assert_eq!(tally.patches(), groups * columns, "the rows are those of exchange factors");
+    let count = |row| u64::try_from(tally.patch(row, 0)[0]).expect("there are fewer walks than 2⁶⁴");
+    (0..groups).map(|group| (group * columns..(group + 1) * columns).map(count).collect()).collect()
+}

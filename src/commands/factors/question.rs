@@ -1,0 +1,169 @@
+//! What `radwalk factors` is asked: between which groups, of what kind, how well, and with what temperatures.
+
+use std::path::PathBuf;
+
+use exchange::{Plan, Tolerance};
+use job::{Enclosure, Grouping, Groups, Job, MethodTable, load_enclosure};
+use radiosity::{Face, FactorKind, Scene};
+use report::{BACK, ESCAPE, GroupRow};
+
+use super::fault::FactorsFault;
+use crate::args::FactorsArgs;
+use crate::fault::Fault;
+
+/// The most groups: every pair of them is a row of the table.
+const MOST_GROUPS: usize = 2048;
+
+/// The most faces that are groups each where nothing is said of groups.
+const MOST_FACES: usize = 256;
+
+/// What is to be counted.
+pub(super) struct Question {
+    /// The job, whose scene emits everywhere, in one channel.
+    pub(super) job: Job,
+    pub(super) scene: Scene,
+    pub(super) groups: Groups,
+    pub(super) kind: FactorKind,
+    pub(super) tolerance: Option<Tolerance>,
+    /// The names of the pairs that the tolerance is asked of.
+    pub(super) pairs: Option<Vec<[String; 2]>>,
+    pub(super) enclosure: Option<Enclosure>,
+    /// The level of each interval.
+    pub(super) level: f64,
+}
+
+impl Question {
+    /// Reads what was typed, and the files that it names.
+    pub(super) fn read(args: &FactorsArgs) -> Result<Self, Fault> {
+        let mut job = job::load(&args.job.job, &args.job.overrides())?;
+        let kind = match args.reflections || args.temperatures.is_some() {
+            true => FactorKind::Absorbed,
+            false => FactorKind::FirstHit,
+        };
+        let channels = job.scene.spec().channels();
+        if channels > 1 && kind == FactorKind::Absorbed && args.channel.is_none() {
+            return Err(FactorsFault::NoChannel.into());
+        }
+        let channel = args.channel.map_or(0, |channel| channel as usize);
+        job.scene = job.scene.for_exchange(channel, |_| None);
+        // Factors are counted by single walks; of the method only the space that they go on in is used.
+        job.method = MethodTable { space: job.method.space, ..MethodTable::default() };
+        (job.budget.first_path, job.budget.wall_seconds) = (0, None);
+        let mut scene = job.build_scene()?;
+        let groups = groups_of(args, &job, &scene)?;
+        if Plan::pilot(groups.count(), job.budget.paths).is_none() {
+            return Err(FactorsFault::FewWalks { paths: job.budget.paths, groups: groups.count() }.into());
+        }
+        let enclosure = args.temperatures.as_deref();
+        let enclosure = enclosure.map(|path| load_enclosure(path, &groups.names)).transpose()?;
+        if let Some(enclosure) = enclosure.as_ref().filter(|it| it.emissivities.iter().any(Option::is_some)) {
+            let reflectances = reflectances(enclosure, &groups, &scene)?;
+            job.scene = job.scene.for_exchange(0, |surface| reflectances[surface]);
+            scene = job.build_scene()?;
+        }
+        let factors = groups.count() * (groups.count() + 2);
+        let level = match job.simultaneous {
+            true => (1.0 - (1.0 - job.confidence) / factors as f64).min(1.0_f64.next_down()),
+            false => job.confidence,
+        };
+        let chosen: Vec<Pair> =
+            args.pairs.iter().map(|typed| pair(typed, &groups)).collect::<Result<_, _>>()?;
+        let pairs = (!chosen.is_empty()).then(|| chosen.iter().map(|(_, names)| names.clone()).collect());
+        let numbers = (!chosen.is_empty()).then(|| chosen.iter().map(|(numbers, _)| *numbers).collect());
+        let tolerance = args.tolerance.map(|relative| Tolerance { relative, pairs: numbers, level });
+        Ok(Question { job, scene, groups, kind, tolerance, pairs, enclosure, level })
+    }
+
+    /// What each group is worth at births [m²].
+    pub(super) fn weights(&self) -> Vec<f64> {
+        self.sums(|face| self.kind.weight(face))
+    }
+
+    /// The groups as a table shows them, of which `walks` tells how many walks each had.
+    pub(super) fn rows(&self, walks: impl Fn(usize) -> u64) -> Vec<GroupRow<'_>> {
+        let (faces, areas) = (self.sums(|_| 1.0), self.sums(|face| face.area));
+        let absorbing = self.sums(|face| FactorKind::Absorbed.weight(face));
+        let names = self.groups.names.iter().enumerate();
+        names
+            .map(|(i, group)| GroupRow {
+                group,
+                faces: faces[i] as usize,
+                area: areas[i],
+                absorptance: absorbing[i] / areas[i],
+                walks: walks(i),
+            })
+            .collect()
+    }
+
+    fn sums(&self, of: impl Fn(&Face) -> f64) -> Vec<f64> {
+        let mut sums = vec![0.0; self.groups.count()];
+        for (face, &group) in self.scene.faces().iter().zip(&self.groups.of_face) {
+            sums[group as usize] += of(&face);
+        }
+        sums
+    }
+}
+
+fn groups_of(args: &FactorsArgs, job: &Job, scene: &Scene) -> Result<Groups, Fault> {
+    let grouping = match args.groups.as_deref() {
+        Some("by-patch") => Grouping::ByPatch,
+        Some("by-surface") => Grouping::BySurface,
+        Some("by-material") => Grouping::ByMaterial,
+        Some(file) => Grouping::File(PathBuf::from(file)),
+        None if scene.faces().len() <= MOST_FACES => Grouping::ByPatch,
+        None => Grouping::BySurface,
+    };
+    let faces = scene.faces().len();
+    if grouping == Grouping::ByPatch && faces > MOST_GROUPS {
+        return Err(FactorsFault::TooManyGroups { groups: faces, most: MOST_GROUPS }.into());
+    }
+    let groups = Groups::of(&grouping, &job.scene, scene)?;
+    if groups.count() > MOST_GROUPS {
+        return Err(FactorsFault::TooManyGroups { groups: groups.count(), most: MOST_GROUPS }.into());
+    }
+    match groups.names.iter().find(|name| [BACK, ESCAPE].contains(&name.as_str())) {
+        Some(name) => Err(FactorsFault::Reserved { name: name.clone() }.into()),
+        None => Ok(groups),
+    }
+}
+
+/// The reflectances of surfaces whose groups are given an emissivity.
+fn reflectances(enclosure: &Enclosure, groups: &Groups, scene: &Scene) -> Result<Vec<Option<f64>>, Fault> {
+    let mut group_of_surface: Vec<Option<u32>> = vec![None; scene.surfaces().len()];
+    for (face, &group) in scene.faces().iter().zip(&groups.of_face) {
+        let other = group_of_surface[face.surface as usize].replace(group);
+        if let Some(other) = other.filter(|&other| other != group) {
+            let given = [group, other].into_iter().find(|&g| enclosure.emissivities[g as usize].is_some());
+            if let Some(given) = given {
+                let group = groups.names[given as usize].clone();
+                let surface = scene.surface_name(face.surface).to_owned();
+                return Err(FactorsFault::EmissivityOfPart { group, surface }.into());
+            }
+        }
+    }
+    let emissivity = |group: Option<u32>| group.and_then(|group| enclosure.emissivities[group as usize]);
+    Ok(group_of_surface
+        .into_iter()
+        .map(|group| emissivity(group).map(|emissivity| 1.0 - emissivity))
+        .collect())
+}
+
+/// A pair of groups: numbers and names. The second may be backs or what escapes.
+type Pair = ((usize, usize), [String; 2]);
+
+fn pair(typed: &str, groups: &Groups) -> Result<Pair, FactorsFault> {
+    let from = |name: &str| groups.names.iter().position(|group| group == name);
+    let to = |name: &str| {
+        let others = [BACK, ESCAPE].iter().position(|other| *other == name);
+        from(name).or(others.map(|other| groups.count() + other))
+    };
+    // Names may hold colons, too.
+    let found = typed.match_indices(':').find_map(|(at, _)| {
+        let (first, second) = (&typed[..at], &typed[at + 1..]);
+        Some(((from(first)?, to(second)?), [first.to_owned(), second.to_owned()]))
+    });
+    found.ok_or_else(|| {
+        let known = groups.names.iter().take(12).map(|name| format!("{name:?}")).collect::<Vec<_>>();
+        FactorsFault::NoPair { typed: typed.into(), known: known.join(", ") }
+    })
+}
