@@ -1,6 +1,6 @@
 //! Of what sources this program was built.
 
-/// The commit.
+/// The commit that the program was built from.
 pub(crate) const GIT: &str = env!("RADWALK_GIT");
 
 /// Version and commit: workers join only coordinators of the same build.

@@ -2,7 +2,7 @@
 
 use std::time::SystemTime;
 
-/// Today, UTC.
+/// The date of today in UTC.
 pub(crate) fn today() -> time::Date {
     time::OffsetDateTime::from(SystemTime::now()).date()
 }

@@ -48,7 +48,7 @@ pub(crate) enum Fault {
         "cannot use the access file {path} ({source}); give the file that `radwalk coordinate` or `relay` wrote"
     )]
     AccessFile {
-        /// The file.
+        /// The path of the access file.
         path: PathBuf,
         /// What is wrong with it.
         source: std::io::Error,
@@ -58,7 +58,7 @@ pub(crate) enum Fault {
         "cannot write the access file {path} ({source}); choose a place that can be written with --access (for a relay, --out-access)"
     )]
     AccessFileWrite {
-        /// The file.
+        /// The path of the access file.
         path: PathBuf,
         /// What is wrong with it.
         source: std::io::Error,
@@ -68,7 +68,7 @@ pub(crate) enum Fault {
         "--access and --out-access name the same file, {path} (a relay reads one and writes the other); give its workers another"
     )]
     OneAccessFile {
-        /// The file.
+        /// The path of the access file.
         path: PathBuf,
     },
     /// The address cannot be listened at.
@@ -76,19 +76,19 @@ pub(crate) enum Fault {
         "cannot listen at {address} ({source}); write {option} HOST:PORT, with an address of this machine and a free port"
     )]
     Listen {
-        /// host:port.
+        /// The address as host:port.
         address: String,
         /// The option that says where.
         option: &'static str,
         /// What the system says.
         source: std::io::Error,
     },
-    /// Nothing tells other machines where this one is.
+    /// The address stands for all addresses of the machine, and its own name leads to none of them.
     #[error(
         "--listen {address} stands for every address of this machine (no other machine can connect to it), and this machine's own name leads to none of them; give the name or address by which others reach it, with --advertise HOST"
     )]
     NoName {
-        /// host:port.
+        /// The address as host:port.
         address: String,
     },
     /// The tallies of a job do not fit the memory.
@@ -111,14 +111,14 @@ pub(crate) enum Fault {
         "the coordinator, process {pid} of {host}, has not reported for {seconds} s (it was killed, or its disk is full); go on with `radwalk run --resume` or `coordinate --resume`"
     )]
     Silent {
-        /// Its machine.
+        /// The machine of the coordinator.
         host: String,
-        /// Its process.
+        /// The process number of the coordinator.
         pid: u32,
         /// Since its last report.
         seconds: u64,
     },
-    /// Two results differ.
+    /// The two results of `diff` differ.
     #[error("the results differ: {0}")]
     Differ(String),
     /// This worker could not work.
@@ -130,18 +130,18 @@ pub(crate) enum Fault {
     /// A file would be written over.
     #[error("{} is there already (nothing is replaced unless asked for); move it away", path.display())]
     Taken {
-        /// The file.
+        /// The path of the file.
         path: PathBuf,
     },
     /// A file cannot be written.
     #[error("cannot write {} ({source}); choose a place that can be written", path.display())]
     NotWritten {
-        /// The file.
+        /// The path of the file.
         path: PathBuf,
         /// What the system says.
         source: std::io::Error,
     },
-    /// Results could not be said.
+    /// Results could not be written to stdout.
     #[error(
         "stdout cannot be written ({source}), so the output there is incomplete; send it to a place that has room"
     )]
@@ -170,7 +170,7 @@ pub(crate) enum Fault {
         "{wrong} of {leases} leases that were traced again differ from what was delivered (by {workers}: faulty memory, or another program); do not trust this result, run the job again without them"
     )]
     Audit {
-        /// Leases that differ.
+        /// The number of leases that differ.
         wrong: usize,
         /// Leases that were traced.
         leases: usize,
@@ -183,9 +183,9 @@ pub(crate) enum Fault {
         rows.len(), rows.join("; "), page.display()
     )]
     NotReproduced {
-        /// The page.
+        /// The path of the page.
         page: PathBuf,
-        /// What they are.
+        /// The names of these rows.
         rows: Vec<String>,
     },
     /// There is no help on a word.
@@ -193,7 +193,7 @@ pub(crate) enum Fault {
         "there is no command and no word \"{word}\" (the words are those of docs/reference/glossary.md); choose a command, or {known}"
     )]
     NoWord {
-        /// What was typed.
+        /// The word that was typed.
         word: String,
         /// The words that have an entry.
         known: String,
@@ -201,20 +201,20 @@ pub(crate) enum Fault {
     /// The atlas has no such entry.
     #[error("the atlas has no entry \"{name}\" (--only takes names of entries); choose from {known}")]
     NoEntry {
-        /// What was typed.
+        /// The name that was typed.
         name: String,
-        /// All there are.
+        /// The names of all entries.
         known: String,
     },
     /// A table of earlier measurements cannot be read.
     #[error("cannot go on from {} ({source}); remove it, or start afresh with --force", path.display())]
     Table {
-        /// The table.
+        /// The path of the table.
         path: PathBuf,
         /// What is wrong with it.
         source: std::io::Error,
     },
-    /// Two jobs to compare in cannot be told apart.
+    /// Two jobs to compare in have the same name.
     #[error(
         "two jobs are called \"{0}\" (one's charts would replace the other's); give one of them another `name`"
     )]
@@ -228,9 +228,9 @@ pub(crate) enum Fault {
         entries.len(), entries.join(", "), page.display()
     )]
     Unfounded {
-        /// The entries.
+        /// The names of these entries.
         entries: Vec<&'static str>,
-        /// The page.
+        /// The path of the page.
         page: PathBuf,
     },
     /// An entry of the atlas cannot be studied.
@@ -238,9 +238,9 @@ pub(crate) enum Fault {
         "the entry \"{entry}\" of the atlas cannot be studied ({source}); this is a fault of the program"
     )]
     Study {
-        /// The entry.
+        /// The name of the entry.
         entry: &'static str,
-        /// Why not.
+        /// Why the entry cannot be studied.
         source: Box<dyn std::error::Error + Send + Sync>,
     },
     /// A sum of the tally overflowed.
@@ -254,13 +254,13 @@ pub(crate) enum Fault {
         out.display()
     )]
     Stuck {
-        /// The output folder.
+        /// The output folder of the run.
         out: PathBuf,
     },
     /// The system refused something that it should not.
     #[error("{doing} failed ({source}); this is a fault of the system, not of the job")]
     System {
-        /// What was done.
+        /// What the program was doing.
         doing: &'static str,
         /// What the system says.
         source: std::io::Error,

@@ -61,7 +61,7 @@ fn main() -> ExitCode {
     })
 }
 
-/// Says what went wrong, if anything did, and how the program ends. A command whose results could not be said has failed.
+/// Says what went wrong, if anything did, and how the program ends. A command whose results could not be written has failed.
 fn end(done: Result<Outcome, Fault>) -> ExitCode {
     let code = match &done {
         Ok(outcome) => outcome.exit_code(),

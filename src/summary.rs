@@ -1,4 +1,4 @@
-//! What a run has come to: written to its folder, and said in a few lines.
+//! The end of a run: its results written to the folder, and a few lines on screen.
 
 use job::{OutputFile, Word};
 use judge::target;
@@ -16,7 +16,7 @@ use voice::{Phase, emit, say};
 use crate::args::OutArgs;
 use crate::fault::Fault;
 
-/// Writes the results of some walks, and says what they are. Nothing is written where there are none.
+/// Writes the results of some walks and prints a summary. Without walks nothing is written.
 ///
 /// # Errors
 /// Where the books do not balance or a file cannot be written.
@@ -48,7 +48,7 @@ pub(crate) fn write(
     Ok(())
 }
 
-/// What is not there because the job does not name it, and what that is needed for.
+/// The files that were left out because the job does not name them, and their use.
 fn describe_left_out(output: &RunOutput, settings: &Settings, experiment: &Experiment) {
     let left_out = output.left_out(settings, experiment.scene().faces().patch_count());
     if left_out.is_empty() {
@@ -151,7 +151,7 @@ fn walks_needed(accuracy: &AccuracySummary, target: f64) -> f64 {
 /// How well the patches are known.
 fn describe_precision(summary: &Summary) {
     let precision = &summary.precision;
-    // Of light that was never there, nothing is known to any part of itself.
+    // Where there is no light, there is no relative error.
     if precision.error_quantiles["0.99"].is_finite() || precision.unhit.area < 1.0 - 1e-12 {
         say(&format!(
             "half-widths of the {}{} % intervals: half of the area within {}, 9 tenths within {}, {}",

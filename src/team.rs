@@ -18,7 +18,7 @@ use crate::signals;
 
 /// What the walks came to.
 pub(crate) struct Walked {
-    /// All of them.
+    /// The tally of all walks.
     pub tally: Arc<Tally>,
     /// Processor time of the walks [s].
     pub cpu_seconds: f64,

@@ -81,7 +81,7 @@ pub(crate) enum Command {
 }
 
 impl Command {
-    /// In what voice the command tells what it does.
+    /// The voice that the command's messages have.
     pub(crate) fn voice(&self) -> Voice {
         let of = |out: &OutArgs, long| Voice::new(out.json, out.quiet, long);
         match self {

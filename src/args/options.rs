@@ -10,12 +10,12 @@ use super::values::{count, output_file, rays, threads, tolerance, workers};
 /// A job and what to change in it.
 #[derive(Args)]
 pub(crate) struct JobArgs {
-    /// The job file
+    /// The path of the job file
     pub job: PathBuf,
     /// Total walks (budget.paths): 1000000, 1_000_000 or 1e6
     #[arg(long, value_name = "N", value_parser = count, allow_negative_numbers = true)]
     pub paths: Option<u64>,
-    /// The seed
+    /// The seed of all random numbers
     #[arg(long, value_name = "S", value_parser = count, allow_negative_numbers = true)]
     pub seed: Option<u64>,
     /// Set any key of the job, e.g. --set method.space=continuous
@@ -32,7 +32,7 @@ impl JobArgs {
     }
 }
 
-/// Where results go and what is said on the way.
+/// Where results go, and which messages are shown.
 #[derive(Args)]
 pub(crate) struct OutArgs {
     /// The output folder [default: out/<job name>; of reproduce: out/papers]
@@ -121,7 +121,7 @@ pub(crate) struct WorkArgs {
     /// The access file that the coordinator wrote; - reads it from standard input
     #[arg(long, value_name = "FILE")]
     pub access: PathBuf,
-    /// Threads
+    /// The number of threads that walk
     #[arg(long, value_name = "T", default_value_t = 1, value_parser = threads)]
     pub threads: u32,
     /// Say nothing but panics; the coordinator reports what goes wrong
@@ -182,7 +182,7 @@ pub(crate) struct MergeArgs {
     /// Output folders of runs of one scene and method
     #[arg(required = true, num_args = 1.., value_name = "OUT")]
     pub runs: Vec<PathBuf>,
-    /// The output folder
+    /// The folder for the merged result
     #[arg(long, value_name = "DIR", required = true)]
     pub out: PathBuf,
     #[command(flatten)]
@@ -268,6 +268,9 @@ pub(crate) struct FactorsArgs {
     /// Solve for the heat between the groups: a file of temperatures [K] or fluxes [W] of each; implies --reflections
     #[arg(long, value_name = "FILE")]
     pub temperatures: Option<PathBuf>,
+    /// Write the factors as matrices, too; may be a list
+    #[arg(long, value_name = "FILE", value_delimiter = ',', value_enum)]
+    pub export: Vec<MatrixFile>,
     /// Worker processes [default: one per core]
     #[arg(long, value_name = "N", value_parser = workers)]
     pub workers: Option<u32>,
@@ -277,6 +280,15 @@ pub(crate) struct FactorsArgs {
     /// Go on from the counts in the output folder
     #[arg(long, conflicts_with = "force")]
     pub resume: bool,
+}
+
+/// A format of matrices.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum MatrixFile {
+    /// factors.npz: arrays of factors, errors and names for NumPy
+    Npz,
+    /// factors.mtx: the factors that are not 0, in the format of Matrix Market
+    Mtx,
 }
 
 /// A channel of a scene in colour.

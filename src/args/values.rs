@@ -52,7 +52,10 @@ fn within(typed: &str, most: u32) -> Result<u32, String> {
 
 /// The rays of a comparison's longest runs.
 pub(super) fn rays(typed: &str) -> Result<u64, String> {
-    count(typed)?.checked_sub(1024).map(|more| more + 1024).ok_or("fewer than 1024 rays tell nothing".into())
+    count(typed)?
+        .checked_sub(1024)
+        .map(|more| more + 1024)
+        .ok_or("fewer than 1024 rays are too few to measure anything".into())
 }
 
 /// The words of `[output] files`.

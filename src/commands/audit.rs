@@ -7,7 +7,7 @@ use voice::{Phase, say};
 use crate::args::AuditArgs;
 use crate::fault::{Fault, Outcome};
 
-/// Audits a result.
+/// Audits the result in an output folder.
 pub(crate) fn audit(args: &AuditArgs) -> Result<Outcome, Fault> {
     if !(args.share > 0.0 && args.share <= 1.0) {
         return Err(Fault::Share(args.share));

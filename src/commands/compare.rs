@@ -82,7 +82,7 @@ pub(crate) fn compare(args: &CompareArgs) -> Result<Outcome, Fault> {
     Ok(Outcome::Done)
 }
 
-/// What was typed.
+/// The command line, as the page shows it.
 fn command(args: &CompareArgs) -> String {
     let jobs: Vec<String> = args.jobs.iter().map(|job| job.display().to_string()).collect();
     let rays = args.rays.map_or(String::new(), |rays| format!(" --rays {rays}"));

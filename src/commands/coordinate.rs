@@ -19,7 +19,7 @@ use radiosity::{Estimates, Experiment, Tally};
 use report::view_troubles;
 use results::{Identity, Keeper, Latest, RunOutput, Settings};
 use tracing::{info, warn};
-use voice::Phase;
+use voice::{Phase, say};
 
 use crate::args::{CoordinateArgs, ExportArgs, JobArgs, MonitorArgs, OutArgs, RunArgs};
 use crate::build::{BUILD, GIT};
@@ -41,7 +41,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<Outcome, Fault> {
     signals::keep_memory_private();
     let page = args.monitor.metrics.as_deref().map(open_page).transpose()?;
     let reports = Reports::new(prepared.description(), prepared.output.path(), None, page);
-    let showing = prepared.showing(&args.monitor)?;
+    let showing = prepared.showing(&args.monitor, &args.out)?;
     prepared.serve(listener, access, &args.out, (reports, showing), Some(&mut workers))
 }
 
@@ -62,7 +62,7 @@ pub(crate) fn coordinate(args: &CoordinateArgs) -> Result<Outcome, Fault> {
     signals::keep_memory_private();
     let page = args.monitor.metrics.as_deref().map(open_page).transpose()?;
     let reports = Reports::new(prepared.description(), prepared.output.path(), Some(&access_file), page);
-    let showing = prepared.showing(&args.monitor)?;
+    let showing = prepared.showing(&args.monitor, &args.out)?;
     let done = prepared.serve(listener, access.clone(), &args.out, (reports, showing), None);
     // The key is of no use any more. Where the file is gone, or another coordinator's by now, there is nothing to do.
     let _ = access.remove(&access_file);
@@ -86,7 +86,7 @@ pub(crate) fn processes(workers: Option<u32>) -> usize {
 pub(crate) struct Door {
     /// Listens at the loopback address.
     pub listener: TcpListener,
-    /// Lets them in.
+    /// The access file that lets them in.
     pub access: Access,
     /// None of them yet.
     pub workers: LocalWorkers,
@@ -185,11 +185,15 @@ impl Prepared {
     }
 
     /// The page that follows the run, where one is wanted.
-    fn showing(&self, monitor: &MonitorArgs) -> Result<Option<Showing>, Fault> {
+    fn showing(&self, monitor: &MonitorArgs, out: &OutArgs) -> Result<Option<Showing>, Fault> {
         let Some(address) = &monitor.watch else { return Ok(None) };
         let showing = Showing::open(address, GIT, &self.experiment, &self.settings)
             .map_err(|error| Fault::page("--watch", error))?;
-        info!(event = "watch", "the result so far is at {}", showing.url());
+        // A port or a key that was drawn is known from here alone.
+        match out.quiet {
+            true => say(&format!("the result so far is at {}", showing.url())),
+            false => info!(event = "watch", "the result so far is at {}", showing.url()),
+        }
         Ok(Some(showing))
     }
 
@@ -408,14 +412,14 @@ fn listen(
     Ok((listener, access))
 }
 
-/// Opens a page of metrics, and says where.
+/// Opens a page of metrics, and prints its address.
 fn open_page(address: &str) -> Result<Page, Fault> {
     let (page, bound) = monitor::open_metrics(address).map_err(|error| Fault::page("--metrics", error))?;
     info!(event = "metrics", "metrics are at http://{bound}/metrics");
     Ok(page)
 }
 
-/// out/<job name>.
+/// The default output folder: out/<job name>.
 pub(crate) fn default_folder(job: &Job) -> PathBuf {
     Path::new("out").join(&job.name)
 }

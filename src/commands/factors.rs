@@ -15,7 +15,7 @@ use voice::{Phase, say};
 use self::count::{COUNTS, Counted, count};
 pub(crate) use self::fault::FactorsFault;
 use self::question::Question;
-use crate::args::FactorsArgs;
+use crate::args::{FactorsArgs, MatrixFile};
 use crate::commands::coordinate::{default_folder, processes};
 use crate::fault::{Fault, Outcome};
 use crate::signals;
@@ -24,6 +24,8 @@ const TABLE: &str = "factors.csv";
 const GROUPS: &str = "groups.csv";
 const SUMMARY: &str = "factors.json";
 const THERMAL: &str = "thermal.csv";
+const NUMPY: &str = "factors.npz";
+const MATRIX: &str = "factors.mtx";
 
 /// Counts exchange factors and writes them.
 pub(crate) fn factors(args: &FactorsArgs) -> Result<Outcome, Fault> {
@@ -31,7 +33,7 @@ pub(crate) fn factors(args: &FactorsArgs) -> Result<Outcome, Fault> {
     let question = Question::read(args)?;
     question.job.scene.notes().iter().for_each(|note| info!("note: {note}"));
     let path = args.out.out.clone().unwrap_or_else(|| default_folder(&question.job));
-    let files = [TABLE, GROUPS, SUMMARY, THERMAL, COUNTS];
+    let files = [TABLE, GROUPS, SUMMARY, THERMAL, NUMPY, MATRIX, COUNTS];
     let folder = OutputFolder::claim(&path, &files, args.out.force || args.resume)?;
     if args.out.force {
         folder.remove(&files)?;
@@ -47,7 +49,7 @@ pub(crate) fn factors(args: &FactorsArgs) -> Result<Outcome, Fault> {
         return Ok(Outcome::Interrupted);
     }
     let answer = Answer::of(args, &question, counted)?;
-    answer.write(&folder)?;
+    answer.write(&folder, &args.export)?;
     if !args.out.quiet {
         answer.describe();
         say(&format!("written to {}", folder.path().display()));
@@ -84,10 +86,16 @@ impl<'a> Answer<'a> {
         Factors::new(&self.counted.counts, self.question.level)
     }
 
-    fn write(&self, folder: &OutputFolder) -> Result<(), Fault> {
+    fn write(&self, folder: &OutputFolder, exports: &[MatrixFile]) -> Result<(), Fault> {
         let names = &self.question.groups.names;
         let (factors, smoothed) = (self.factors(), self.smoothed.as_ref());
         folder.write(TABLE, |file| report::write_factors(file, names, &factors, smoothed))?;
+        if exports.contains(&MatrixFile::Npz) {
+            folder.write(NUMPY, |file| report::write_factors_npz(file, names, &factors, smoothed))?;
+        }
+        if exports.contains(&MatrixFile::Mtx) {
+            folder.write(MATRIX, |file| report::write_factors_mtx(file, names, &factors, smoothed))?;
+        }
         let rows = self.question.rows(|i| self.counted.counts.walks(i));
         folder.write(GROUPS, |file| report::write_groups(file, &rows))?;
         if let Some(thermal) = &self.thermal {

@@ -68,7 +68,7 @@ fn write_schemas(folder: &Path) -> Result<(), Fault> {
     Ok(())
 }
 
-/// Writes a file that is not there yet.
+/// Writes a file that does not exist yet.
 ///
 /// # Errors
 /// Where it is, or cannot be written.

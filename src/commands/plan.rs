@@ -21,7 +21,7 @@ use crate::memory;
 /// Workers that a plan is made for.
 const WORKERS: [u64; 5] = [1, 10, 100, 1_000, 10_000];
 
-/// A job's plan.
+/// The plan of a job, as `--json` prints it.
 struct Plan<'a> {
     units: Units,
     target: Option<&'a Target>,
@@ -41,7 +41,7 @@ struct Plan<'a> {
     demands: Vec<Demand>,
 }
 
-/// Plans a job and says so. Nothing is written.
+/// Plans a job and prints the plan. Nothing is written.
 pub(crate) fn plan(args: &PlanArgs) -> Result<Outcome, Fault> {
     let phase = Phase::begin("reading the scene");
     let job = job::load(&args.job.job, &args.job.overrides())?;
@@ -172,7 +172,7 @@ impl<'a> Plan<'a> {
     fn describe_end(&self) {
         if let Some(sensors) = &self.of_sensors {
             say(&format!(
-                "{sensors}: pilots cannot foretell this; the run goes on until it is met, or to its budget"
+                "{sensors}: a pilot cannot predict when; the run goes on until this is reached, or to its budget"
             ));
         }
         let Some(target) = self.target else {
@@ -188,7 +188,7 @@ impl<'a> Plan<'a> {
             scope(target.patches.as_deref())
         );
         let Some(ending) = self.pilot.ending else {
-            return say(&format!("{what}: this pilot cannot tell when; the budget is planned for"));
+            return say(&format!("{what}: this pilot cannot predict when; the plan is for the whole budget"));
         };
         let [least, most] = [ending.least, ending.most].map(|walks| quantity(self.paths(walks) as f64));
         let range = if least == most { least } else { format!("{least} … {most}") };
@@ -220,7 +220,7 @@ fn describe_bound(bound: &Bound, units: &Units) {
     ));
 }
 
-/// The most memory that this process has held; Linux tells.
+/// The most memory that this process has held, on Linux.
 fn peak_memory() -> Option<f64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;

@@ -127,7 +127,7 @@ fn origin(args: &ReproduceArgs, edition: &Edition, lab: &Lab, seconds: f64) -> S
     )
 }
 
-/// The class of this machine, as far as it tells.
+/// The class of this machine, as far as it is known.
 fn machine() -> String {
     let cores = std::thread::available_parallelism().map_or(1, NonZeroUsize::get);
     let known = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();

@@ -11,7 +11,7 @@ use voice::say;
 use crate::args::StatusArgs;
 use crate::fault::{Fault, Outcome};
 
-/// Workers that are told one by one.
+/// The most workers that are printed one by one.
 const TOLD: usize = 40;
 
 /// Prints the state of the job of an access file or an output folder.
@@ -75,7 +75,7 @@ fn describe(report: &Report) {
 }
 
 fn describe_target(goal: &Goal) {
-    let expected = goal.paths_expected.map_or("nothing tells when yet".into(), |paths| {
+    let expected = goal.paths_expected.map_or("no walk count can be predicted yet".into(), |paths| {
         format!("expected at {} paths", quantity(paths as f64))
     });
     say(&format!(
@@ -86,7 +86,7 @@ fn describe_target(goal: &Goal) {
     ));
 }
 
-/// The workers that are there, and how fast they walk.
+/// Prints the workers and their rates.
 fn describe_crew(standing: &Standing, crew: &[Hand]) {
     if standing.workers == 0 {
         say("no worker is there: nothing is walked");

@@ -25,9 +25,10 @@ const RETRY: Duration = Duration::from_millis(500);
 /// How long a coordinator is looked for, unless `--wait` says otherwise.
 const PATIENCE: Duration = Duration::from_secs(600);
 
-/// Works until the coordinator's job is done. A coordinator that was lost without a word may come back: it is looked for
-/// by the access file, which a restarted one writes anew. Launchers start everybody at once, so their workers look for a
-/// coordinator that is not there yet, too, as do those that were told how long; others hear at once what is wrong.
+/// Works until the coordinator's job is done. If the connection breaks without notice, the worker looks for a
+/// coordinator by the access file, which a restarted coordinator writes anew. Launchers start workers and coordinator
+/// at once, so workers under a launcher, and those with `--wait`, also look for a coordinator that has not started yet.
+/// Other workers report a missing coordinator at once.
 pub(crate) fn work(args: &WorkArgs) -> Result<Outcome, Fault> {
     signals::catch();
     signals::keep_memory_private();

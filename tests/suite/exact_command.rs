@@ -56,7 +56,7 @@ fn exact_states_its_accuracy() {
     let (b, errors) = (numbers(&table["radiosity"]), numbers(&table["radiosity_error"]));
     let relative = errors.iter().zip(&b).map(|(error, b)| error / b).fold(0.0, f64::max);
     assert!((relative / number("max_relative_error") - 1.0).abs() < 1e-12);
-    assert!(stdout.contains("err by at most"), "{stdout}");
+    assert!(stdout.contains("relative error of radiosities is at most"), "{stdout}");
     // The row of a face is found by its patch and side, as in the file.
     let worst = (0..7).find(|&i| errors[i] / b[i] == relative).unwrap();
     assert_eq!(summary["worst_patch"].to_string(), table["patch"][worst]);

@@ -100,6 +100,17 @@ fn a_corner_has_the_factors_of_the_catalogue() {
     }
     let smoothed = numbers(&rows["smoothed"]);
     assert!((smoothed[1] - smoothed[4]).abs() < 1e-12, "unit squares: {smoothed:?}");
+    // What is exported is the table.
+    let words = "corner.toml --groups by-surface --paths 1e6 --set confidence=0.9999 --out out2 --quiet --export npz,mtx";
+    let (code, _, stderr) = factors(&folder, words);
+    assert_eq!(code, 0, "{stderr}");
+    let matrix = fs::read_to_string(path(&folder, "out2").join("factors.mtx")).unwrap();
+    assert!(matrix.contains("\n2 4 4\n"), "{matrix}");
+    let entry = matrix.lines().find_map(|line| line.strip_prefix("2 1 ")).unwrap();
+    assert_eq!(entry.parse::<f64>().unwrap(), numbers(&rows["factor"])[4], "{matrix}");
+    let arrays = fs::read(path(&folder, "out2").join("factors.npz")).unwrap();
+    let bytes = numbers(&rows["factor"])[4].to_le_bytes();
+    assert!(arrays.starts_with(b"PK") && arrays.windows(8).any(|window| window == bytes));
     let groups = columns(&out.join("groups.csv"));
     assert_eq!(
         (&groups["group"][..], &groups["faces"][..]),

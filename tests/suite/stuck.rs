@@ -59,7 +59,7 @@ fn a_thread_that_is_stuck_holds_up_neither_checkpoints_nor_the_end() {
     });
     let before = time();
 
-    // The results after two seconds lie beyond the walks that the stuck thread had. The prefix gets there all the same.
+    // The results after two seconds lie beyond the walks that the stuck thread had. The prefix reaches them, too.
     thread::sleep(Duration::from_secs(2));
     let (_, reached) = kept().expect("a checkpoint");
     wait_for("a prefix beyond the stuck thread's walks", || kept().filter(|&(prefix, _)| prefix > reached));

@@ -107,3 +107,24 @@ fn elsewhere_the_page_has_a_key() {
     signal("INT", child.id());
     assert_eq!(finish(child).0, 130);
 }
+
+/// A port or a key that was drawn is known from nowhere else, so it is a result: `--quiet` does not silence it.
+#[test]
+fn a_quiet_run_tells_where_its_page_is() {
+    let folder = tempdir().unwrap();
+    let [out, said] = ["out", "said"].map(|name| path(&folder, name));
+    let child = radwalk()
+        .args(["run", "configs/cube54.toml", "--paths", "1e15", "--quiet", "--watch", "0.0.0.0:0", "--out"])
+        .arg(&out)
+        .stdout(std::fs::File::create(&said).unwrap())
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap();
+    let line = wait_for("the address of the page", || {
+        std::fs::read_to_string(&said).ok().filter(|text| text.ends_with('\n'))
+    });
+    let url = line.trim().strip_prefix("the result so far is at ").expect("one line, and no other");
+    assert_eq!(url.split_once("?key=").expect("a key").1.len(), 32);
+    signal("INT", child.id());
+    assert_eq!(finish(child).0, 130);
+}

@@ -1,4 +1,4 @@
-//! What a solution says about its own errors.
+//! The errors that a solution states for itself.
 
 use crate::answer::Exact;
 use crate::found::FormFactors;

@@ -143,7 +143,7 @@ impl Exact {
         &self.form_factors
     }
 
-    /// The form factors.
+    /// The exchange areas and form factors of all pairs of faces.
     pub fn exchange(&self) -> &ExchangeMatrix {
         self.system.exchange()
     }

@@ -1,4 +1,4 @@
-//! What can be said of the error before anything is solved (S97 §§2.2–2.5, 3.3–3.8, table 4).
+//! Bounds on the error that hold before anything is solved (S97 §§2.2–2.5, 3.3–3.8, table 4).
 
 use radiosity::{Course, EstimatorKind, Event, Scene};
 
@@ -7,13 +7,13 @@ use crate::answer::Exact;
 /// The few numbers of a scene that S97's bounds depend on.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Bounds {
-    /// R_max.
+    /// R_max: the largest reflectance.
     pub max_reflectance: f64,
-    /// A_min [m²].
+    /// A_min: the area of the smallest patch [m²].
     pub min_area: f64,
-    /// A_T [m²].
+    /// A_T: the area of all patches [m²].
     pub total_area: f64,
-    /// Φ_T [W].
+    /// Φ_T: the emitted power of all patches [W].
     pub total_power: f64,
     /// B̄ = max_s E_s/(1 − R_s) [W/m²]: no radiosity is higher, and b_i ≤ R_iB̄.
     pub max_radiosity: f64,

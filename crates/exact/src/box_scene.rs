@@ -19,7 +19,7 @@ pub enum NotABox {
          cut the walls into rectangles"
     )]
     Triangle {
-        /// The surface.
+        /// The number of the surface.
         surface: usize,
     },
     /// A surface reflects on both sides.
@@ -28,7 +28,7 @@ pub enum NotABox {
          make it one-sided"
     )]
     TwoSided {
-        /// The surface.
+        /// The number of the surface.
         surface: usize,
     },
     /// The edges of a surface are not along two of the axes.
@@ -37,7 +37,7 @@ pub enum NotABox {
          rectangles only); turn the scene so that its walls follow x, y and z"
     )]
     Slanted {
-        /// The surface.
+        /// The number of the surface.
         surface: usize,
     },
     /// A surface lies inside the box that bounds the scene.
@@ -46,13 +46,13 @@ pub enum NotABox {
          another, and the closed form of boxes knows no shadows); remove it"
     )]
     Inside {
-        /// The surface.
+        /// The number of the surface.
         surface: usize,
     },
     /// A wall looks out of the box.
     #[error("surface {surface} faces out of the box (its back would get the light); swap two of its corners")]
     FacesOut {
-        /// The surface.
+        /// The number of the surface.
         surface: usize,
     },
     /// Two surfaces of a wall overlap.
@@ -63,7 +63,7 @@ pub enum NotABox {
     Overlap {
         /// The one that comes first in the scene.
         first: usize,
-        /// The other.
+        /// The one that comes second.
         second: usize,
     },
     /// A wall has a hole.
@@ -74,7 +74,7 @@ pub enum NotABox {
     Hole {
         /// `x`, `y` or `z`.
         axis: char,
-        /// `low` or `high`.
+        /// The end of the axis: `low` or `high`.
         end: &'static str,
         /// The area that no surface covers [m²].
         missing: f64,

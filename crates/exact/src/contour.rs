@@ -105,7 +105,7 @@ fn integral(f: &impl Fn(f64) -> f64, [a, b]: [f64; 2], tolerance: f64, depth: u3
 }
 
 /// QUADPACK's estimate of the error of Kronrod's sum from its difference to Gauss's; `size` is ∫|f|, of which
-/// differences below rounding tell nothing.
+/// differences below rounding carry no information.
 fn error(difference: f64, size: f64) -> f64 {
     if difference <= 64.0 * f64::EPSILON * size {
         0.0

@@ -70,12 +70,12 @@ impl ExchangeMatrix {
         &self.areas
     }
 
-    /// A_iF_ij [m²].
+    /// A_iF_ij: the exchange area of two faces [m²].
     pub fn exchange_area(&self, i: usize, j: usize) -> f64 {
         self.exchange[(i, j)]
     }
 
-    /// F_ij.
+    /// F_ij: the part of the light of face i that arrives on face j.
     pub fn form_factor(&self, i: usize, j: usize) -> f64 {
         self.exchange[(i, j)] / self.areas[i]
     }

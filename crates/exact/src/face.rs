@@ -15,7 +15,7 @@ pub(crate) struct Face {
     pub side: Side,
     /// The whole of it.
     pub polygon: Polygon,
-    /// [m²]
+    /// The area of the face [m²].
     pub area: f64,
     /// What no layer in front covers: the whole of it where surfaces do not coincide.
     pub exposed: Vec<Piece>,
@@ -28,7 +28,7 @@ pub(crate) struct Piece {
     pub plane: Plane,
     pub center: DVec3,
     pub radius: f64,
-    /// [m²]
+    /// The area of the piece [m²].
     pub area: f64,
     /// The same as an axis-aligned rectangle, if it is one.
     pub rectangle: Option<Rectangle>,
@@ -36,7 +36,8 @@ pub(crate) struct Piece {
     pub nodes: [Vec<(DVec3, f64)>; 3],
 }
 
-/// Beyond so many diameters, so many nodes along either side: relative errors near 10⁻¹⁰.
+/// Rules by distance: beyond each number of diameters, the Gauss rule along either side whose relative error is near
+/// 10⁻¹⁰ there.
 pub(crate) const FAR: [(f64, Rule); 3] = [(8.0, GAUSS_3), (4.0, GAUSS_4), (2.0, GAUSS_5)];
 
 /// The faces of a scene around the origin, in the order of [`radiosity::Faces`], and the outlines of its surfaces.

@@ -104,7 +104,7 @@ impl Perpendicular {
     /// w c atan(w/c) − ¼ (c² − w²) ln(c² + w²) with c² = x² + ξ².
     ///
     /// The differences remove what depends on c or w alone. Left out here, it costs no digits: c² ln c² turns
-    /// −c² ln(c² + w²) into −c² ln(1 + w²/c²), and w² ln w² does likewise.
+    /// −c² ln(c² + w²) into −c² ln(1 + w²/c²), and w² ln w² turns w² ln(c² + w²) into w² ln(1 + c²/w²).
     fn closed_form(&self) -> f64 {
         let scale = self.x[1].max(self.xi[1]).max(reach(self.y));
         let corner = |x: f64, xi: f64, w: f64| {

@@ -7,7 +7,7 @@ use crate::box_scene::NotABox;
 /// How the form factors of a scene were found.
 #[derive(Clone, Debug, PartialEq)]
 pub enum FormFactors {
-    /// They were given.
+    /// The form factors were given by the caller.
     Given,
     /// In closed form: the scene is a closed box of axis-aligned rectangles.
     ClosedForm,

@@ -37,7 +37,7 @@ struct Row {
 struct Geometry {
     scene: FaceScene,
     occluders: Occluders,
-    /// See [`penumbra_error`].
+    /// The relative error that partly occluded exchanges aim at: see [`penumbra_error`].
     penumbra_error: f64,
 }
 

@@ -47,7 +47,7 @@ impl Layers {
         let planes: Vec<Plane> = outlines.iter().map(|outline| plane_of(outline)).collect();
         let areas: Vec<f64> = outlines.iter().map(|outline| area(outline)).collect();
         for (a, b) in (0..outlines.len()).flat_map(|a| (0..a).map(move |b| (a, b))) {
-            // The plane of the larger one tells more exactly what is in it.
+            // The plane of the larger one is known more exactly.
             let (large, small) = if areas[a] > areas[b] { (a, b) } else { (b, a) };
             let in_one_stack = stack_of[a].is_some() && stack_of[a] == stack_of[b];
             if in_one_stack || !layers.near(&outlines[small], &planes[large], &outlines[large]) {

@@ -89,7 +89,7 @@ impl Penumbra<'_> {
         estimated
     }
 
-    /// The integral over triangles, each cut so many times at least, to an error per area of about `density`.
+    /// The integral over triangles, each cut `least` times at least, to an error per area of about `density`.
     fn integral(
         &self,
         view: &View,
@@ -101,8 +101,8 @@ impl Penumbra<'_> {
         parts.fold(Estimated::default(), Estimated::plus)
     }
 
-    /// The integral over a triangle, cut in four until the error per area is below `density`, so many times at
-    /// least and at most.
+    /// The integral over a triangle, cut in four until the error per area is below `density`, at least `least` and at
+    /// most `most` times.
     fn refined(&self, view: &View, triangle: [DVec3; 3], density: f64, [least, most]: [u32; 2]) -> Estimated {
         if least == 0 {
             let whole = self.over(view, triangle);

@@ -92,7 +92,7 @@ pub(crate) fn fan(polygon: &[DVec3]) -> impl Iterator<Item = [DVec3; 3]> {
     polygon[1..].windows(2).map(|edge| [polygon[0], edge[0], edge[1]])
 }
 
-/// Area [m²].
+/// The area of a planar polygon [m²].
 pub(crate) fn area(polygon: &[DVec3]) -> f64 {
     0.5 * doubled_area_vector(polygon).length()
 }

@@ -5,9 +5,9 @@ use glam::DVec3;
 /// Which way along its axis a rectangle's front looks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Facing {
-    /// Towards larger coordinates.
+    /// The front faces larger coordinates.
     Up,
-    /// Towards smaller coordinates.
+    /// The front faces smaller coordinates.
     Down,
 }
 
@@ -25,7 +25,7 @@ pub struct Rectangle {
 }
 
 impl Rectangle {
-    /// Area [m²].
+    /// The area of the rectangle [m²].
     pub fn area(&self) -> f64 {
         let [p, q] = self.spanned();
         (self.hi[p] - self.lo[p]) * (self.hi[q] - self.lo[q])

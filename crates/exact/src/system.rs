@@ -27,7 +27,7 @@ pub struct Singular;
 pub struct RadiositySystem {
     exchange: Arc<ExchangeMatrix>,
     reflectance: Vec<f64>,
-    /// s_i = √(R_i/A_i).
+    /// s_i = √(R_i/A_i), which makes the system symmetric [1/m].
     scale: Vec<f64>,
     /// L with L Lᵀ = I − K.
     factor: Cholesky,
@@ -36,7 +36,7 @@ pub struct RadiositySystem {
 /// The solution of the radiosity system for one set of emittances, face by face.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Solution {
-    /// B_i: radiosity [W/m²].
+    /// B_i: the radiosity of each face [W/m²].
     pub radiosity: Vec<f64>,
     /// b_i = B_i − E_i: reflected radiosity [W/m²].
     pub reflected: Vec<f64>,

@@ -16,11 +16,11 @@ pub const ESTIMATORS: [EstimatorKind; 4] =
 struct Terms {
     /// b_i [W/m²]; β_i for the infinite walk, that of one bounce for direct light.
     b: f64,
-    /// R_i.
+    /// R_i: the reflectance of the face.
     r: f64,
-    /// ξ_i.
+    /// ξ_i: the incoming power on the face when it alone emits unit power.
     xi: f64,
-    /// Φ_T/A_i [W/m²].
+    /// Φ_T/A_i: the emitted power of the scene per area of the face [W/m²].
     power_density: f64,
 }
 

@@ -44,7 +44,7 @@ fn patches_are_numbered_and_placed_as_in_the_scene() {
     }
 }
 
-/// Corners that were meant to coincide differ by rounding; the walls join all the same.
+/// Walls still join where rounding moves corners that were meant to coincide.
 #[test]
 fn rounding_is_forgiven() {
     let mut numbers = Numbers(4);

@@ -103,7 +103,7 @@ struct Tile {
 /// grid.
 struct TiledBox {
     size: [u32; 3],
-    /// Grid steps [1/m].
+    /// Steps of the grid per metre [1/m].
     steps: u32,
     tiles: Vec<Tile>,
 }

@@ -45,7 +45,7 @@ fn coloured_box(numbers: &mut Numbers) -> Exact {
     Exact::of_scene(&spec).unwrap()
 }
 
-/// p_i = A_i/A_T.
+/// Probabilities of births by area: p_i = A_i/A_T.
 fn by_area(exact: &Exact) -> Vec<f64> {
     let total: f64 = exact.areas().iter().sum();
     exact.areas().iter().map(|a| a / total).collect()

@@ -27,7 +27,7 @@ struct Path {
     mortal: usize,
 }
 
-/// Draws walks.
+/// A source of walks by the exact form factors.
 struct Walks<'a> {
     exact: &'a Exact,
     /// Running sums of F_ij over j.

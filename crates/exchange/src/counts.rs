@@ -1,4 +1,4 @@
-//! Counted walks.
+//! Counts of walks between groups of faces.
 
 /// How many walks of each group were taken where.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -4,14 +4,14 @@ use stats::{Interval, Moments, proportion_interval};
 
 use crate::counts::Counts;
 
-/// One exchange factor.
+/// One exchange factor with its error.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Factor {
-    /// Its estimate n/N.
+    /// The estimate of the factor, n/N.
     pub factor: f64,
     /// Its standard error √(p(1 − p)/(N − 1)); `None` where no walk or every walk was taken, which tells of no spread.
     pub std_error: Option<f64>,
-    /// Its interval.
+    /// The confidence interval of the factor.
     pub interval: Interval,
 }
 
@@ -35,7 +35,7 @@ impl<'a> Factors<'a> {
         Factors { counts, level }
     }
 
-    /// The counts.
+    /// The counts that the factors are estimated from.
     pub fn counts(&self) -> &'a Counts {
         self.counts
     }

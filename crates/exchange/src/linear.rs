@@ -1,4 +1,4 @@
-//! Dense linear systems.
+//! Dense systems of linear equations.
 
 /// The inverse of a square matrix, by Gauss and Jordan with the largest pivot of each column; `None` where it is singular to
 /// working precision.

@@ -17,7 +17,7 @@ use crate::linear::{inverse, times};
 /// Smoothed factors, row by row, in the columns of [`Counts::row`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct Smoothed {
-    /// The factors.
+    /// The smoothed factors, row by row.
     pub factors: Vec<Vec<f64>>,
     /// Their standard errors, to first order; 0 where nothing was counted either way, which stays 0.
     pub errors: Vec<Vec<f64>>,

@@ -31,7 +31,7 @@ pub enum BoundaryCondition {
 /// An estimate with its interval; a number that was given has none.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Estimate {
-    /// The number.
+    /// The number that is estimated or given.
     pub value: f64,
     /// Its standard error, to first order; `None` of a number that was given.
     pub std_error: Option<f64>,
@@ -65,14 +65,14 @@ pub struct Thermal {
 pub enum ThermalFault {
     /// Walks of a group end on backs, which have no temperature.
     Backs {
-        /// The group.
+        /// The number of the group.
         group: usize,
     },
     /// Some temperatures follow from nothing: they exchange with groups of given flux only.
     Undetermined,
     /// The given fluxes would take a group below 0 K.
     BelowZero {
-        /// The group.
+        /// The number of the group.
         group: usize,
     },
 }
@@ -114,7 +114,7 @@ impl Balance<'_> {
         Ok(self.thermal(&free, &inverse, &emitted, &noise))
     }
 
-    /// B_ij.
+    /// B_ij: the estimated exchange factor from group i to group j.
     fn factor(&self, i: usize, j: usize) -> f64 {
         self.counts.row(i)[j] as f64 / self.counts.walks(i) as f64
     }

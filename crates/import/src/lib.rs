@@ -1,6 +1,6 @@
 //! Scenes from mesh files: OBJ with MTL, glTF 2.0 and GLB, STL, PLY, MGF.
 //!
-//! [`read`] makes a [`Mesh`] of any of them; [`Mesh::into_scene`] turns it into the surfaces of a
+//! [`read`] makes a [`Mesh`] of any of them, and [`from_arrays`] of arrays in memory; [`Mesh::into_scene`] turns it into the surfaces of a
 //! [`radiosity::SceneSpec`] as [`Options`] ask for. This crate opens no files: the caller passes content in, and
 //! [`Files`] reads what a file names. What the radiosity method cannot model (specular reflection, textures,
 //! transparency) is reduced to its diffuse part and listed in notes; a fault is one [`Error`] with file and line, or
@@ -8,6 +8,7 @@
 
 #![warn(unreachable_pub, unnameable_types)]
 
+mod arrays;
 mod bytes;
 mod clean;
 mod error;
@@ -30,6 +31,7 @@ use std::path::Path;
 
 use radiosity::Spectrum;
 
+pub use arrays::from_arrays;
 pub use error::{Error, Spot};
 pub use files::Files;
 pub use mesh::{DEFAULT_REFLECTANCE, MAX_TRIANGLES, Material, Mesh, Triangle};

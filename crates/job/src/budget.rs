@@ -15,7 +15,7 @@ pub const DEFAULT_CHECKPOINT_SECONDS: f64 = 60.0;
 /// The longest wall time [s], some 30 years: what clocks can add to the present.
 const MAX_WALL_SECONDS: f64 = 1e9;
 
-/// The table `[budget]`.
+/// The table `[budget]` of a job.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Budget {
     /// The number of the first walk (Jacobi: ray); default 0. Runs of other ranges of one job can be merged.
@@ -30,7 +30,7 @@ pub struct Budget {
     pub checkpoint_seconds: f64,
 }
 
-/// Reads the table.
+/// Reads the table `[budget]` of a job.
 pub(crate) fn read_budget(mut table: Table<'_>) -> Result<Budget, Error> {
     let paths = table.require(
         "paths",

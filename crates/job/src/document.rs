@@ -101,7 +101,7 @@ impl<'a> Table<'a> {
         }
     }
 
-    /// Whether any of these keys is there.
+    /// Whether the table has any of these keys.
     pub(crate) fn has_any(&self, keys: &[&str]) -> bool {
         keys.iter().any(|&key| self.entries.contains_key(key))
     }

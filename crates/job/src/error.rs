@@ -64,7 +64,7 @@ pub enum Error {
     Syntax {
         /// Where the parser stopped.
         place: Box<Place>,
-        /// What it met.
+        /// What the parser says of it.
         problem: String,
     },
     /// An override that is not of the form `key=value`, or whose key leads nowhere.
@@ -98,11 +98,11 @@ pub enum Error {
     /// A key that must be given.
     #[error("{place}: this key is missing ({why}); write {remedy}")]
     MissingKey {
-        /// The missing key.
+        /// The place of the missing key.
         place: Box<Place>,
         /// Why there is no default.
         why: &'static str,
-        /// What to write.
+        /// What to write in its place.
         remedy: String,
     },
     /// A value of the wrong type.
@@ -132,11 +132,11 @@ pub enum Error {
     Refused {
         /// The key at fault.
         place: Box<Place>,
-        /// What was found.
+        /// The value that was found.
         problem: String,
         /// Why it cannot be used.
         why: &'static str,
-        /// What to do.
+        /// What the user can do.
         remedy: String,
     },
     /// A surface of a material that the file does not define.
@@ -157,7 +157,7 @@ pub enum Error {
     Scene {
         /// The surface or material key at fault, or the file.
         place: Box<Place>,
-        /// Problem, reason, remedy.
+        /// The message: problem, reason, remedy.
         problem: String,
     },
 }
@@ -174,7 +174,7 @@ impl Error {
 /// Where something is written.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Place {
-    /// The file.
+    /// The file that holds it.
     pub file: PathBuf,
     /// The spot in it, or the override that took its place.
     pub spot: Spot,

@@ -25,7 +25,7 @@ impl Finishes {
         }
     }
 
-    /// The names.
+    /// The names of all materials.
     pub fn names(&self) -> &[String] {
         &self.names
     }

@@ -13,10 +13,10 @@ use crate::target::{Target, TotalTarget, Unhit, read_relative_error};
 /// The part of the patch area that must meet a target that names none.
 const DEFAULT_FRACTION: f64 = 0.99;
 
-/// Fewer walks than this say little about how little they say: the first look at a target.
+/// The walks at the first look at a target: the spread of fewer walks is too uncertain.
 const DEFAULT_MIN_PATHS: u64 = 1 << 10;
 
-/// Fewer scores on a patch than this say little about their own spread.
+/// The least number of scores on a patch whose spread is trusted.
 const DEFAULT_MIN_HITS: u64 = 10;
 
 /// The table `[target]` before the scene is read: which patches and sensors there are is known only then.

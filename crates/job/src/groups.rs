@@ -23,10 +23,10 @@ pub enum Grouping {
     File(PathBuf),
 }
 
-/// Groups of faces.
+/// Groups of the faces of a scene.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Groups {
-    /// Of each group.
+    /// The name of each group.
     pub names: Vec<String>,
     /// The group of each face.
     pub of_face: Vec<u32>,

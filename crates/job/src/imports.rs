@@ -1,4 +1,4 @@
-//! The table `[import]` of jobs, and meshes read as it says.
+//! The table `[import]` of jobs, and meshes read by its options.
 
 use std::fs;
 use std::io;

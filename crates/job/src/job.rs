@@ -1,8 +1,8 @@
-//! The job file.
+//! The job file, read and checked.
 
 use std::path::{Path, PathBuf};
 
-use import::{Format, Options};
+use import::{Format, Mesh, Options};
 use radiosity::{IndexChoice, Scene};
 use serde::{Deserialize, Serialize};
 
@@ -54,11 +54,11 @@ impl Word for Light {
 /// All that a job file and its scene say, checked.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Job {
-    /// The job file.
+    /// The path of the job file.
     pub path: PathBuf,
     /// Names the output folder; default: the file's name without extension.
     pub name: String,
-    /// What is solved.
+    /// The scene that is solved.
     pub scene: SceneFile,
     /// In [0, 2⁶³); default [`DEFAULT_SEED`].
     pub seed: u64,
@@ -106,11 +106,44 @@ impl Job {
 pub fn load(path: &Path, overrides: &[String]) -> Result<Job, Error> {
     let bare = is_bare_scene(path);
     let source = match bare {
-        true => Source::of_scene(path, &format!("[budget]\npaths = {DEFAULT_PATHS}\n")),
+        true => default_job(path),
         false => Source::read(path, "scene = \"…\" and a [budget]")?,
     };
-    let source = source.with_overrides(overrides)?;
-    let mut table = Table::root(&source, JOB_KEYS)?;
+    read(path, &source.with_overrides(overrides)?, |named, table, options| match named {
+        None if bare => load_scene_with(path, options),
+        named => read_scene(named, table, path, options),
+    })
+}
+
+/// Makes a job of a mesh in memory with the default of every key, but for the overrides, which are those of [`load`]. `name`
+/// stands for the job file and the scene in messages, and names the job.
+///
+/// # Errors
+/// As [`load`], and a job that names another scene.
+pub fn load_mesh(name: &Path, mesh: Mesh, overrides: &[String]) -> Result<Job, Error> {
+    let source = default_job(name).with_overrides(overrides)?;
+    read(name, &source, |named, _, options| match named {
+        None => SceneFile::of_mesh(name, mesh, options),
+        Some(value) => Err(value.refuse(
+            "the scene is given already".into(),
+            "a job solves one scene",
+            "leave the key out, or give the path of a scene in place of arrays",
+        )),
+    })
+}
+
+/// A job with the default of every key, for a scene that stands in place of it.
+fn default_job(scene: &Path) -> Source {
+    Source::of_scene(scene, &format!("[budget]\npaths = {DEFAULT_PATHS}\n"))
+}
+
+/// Reads a job; `read_scene` hears what the job names as its scene, and how meshes are read.
+fn read(
+    path: &Path,
+    source: &Source,
+    read_scene: impl FnOnce(Option<Value<'_>>, &Table<'_>, &Options) -> Result<SceneFile, Error>,
+) -> Result<Job, Error> {
+    let mut table = Table::root(source, JOB_KEYS)?;
     // Every table is opened, and its keys known, before the scene is read: that may take long.
     let mut import = table.table("import", IMPORT_KEYS)?;
     let repair = import.take("repair").map(|value| value.boolean()).transpose()?.unwrap_or(false);
@@ -129,10 +162,7 @@ pub fn load(path: &Path, overrides: &[String]) -> Result<Job, Error> {
     let confidence = table.take("confidence").map(|value| read_confidence(&value)).transpose()?;
     let simultaneous = table.take("simultaneous").map(|value| value.boolean()).transpose()?.unwrap_or(false);
     let light = table.take("light").map(|value| value.word()).transpose()?;
-    let mut scene = match table.take("scene") {
-        None if bare => load_scene_with(path, &options)?,
-        named => read_scene(named, &table, path, &options)?,
-    };
+    let mut scene = read_scene(table.take("scene"), &table, &options)?;
     if repair {
         scene.turn_flipped()?;
     }

@@ -1,6 +1,6 @@
 //! The keys of files, and of the tables whose keys are taken for one another.
 
-/// Of a job.
+/// The keys of a job file.
 pub(crate) const JOB_KEYS: &[&str] = &[
     "name",
     "scene",
@@ -17,18 +17,18 @@ pub(crate) const JOB_KEYS: &[&str] = &[
     "view",
 ];
 
-/// Of `[budget]`.
+/// The keys of `[budget]`.
 pub(crate) const BUDGET_KEYS: &[&str] =
     &["first_path", "paths", "stream_paths", "wall_seconds", "checkpoint_seconds"];
 
-/// Of `[target]`.
+/// The keys of `[target]`.
 pub(crate) const TARGET_KEYS: &[&str] =
     &["relative_error", "fraction", "min_paths", "min_hits", "unhit", "patches", "sensors", "total_error"];
 
-/// Of `[tracing]`.
+/// The keys of `[tracing]`.
 pub(crate) const TRACING_KEYS: &[&str] = &["index"];
 
-/// Of `[method]`.
+/// The keys of `[method]`.
 pub(crate) const METHOD_KEYS: &[&str] = &[
     "walk",
     "estimator",
@@ -43,7 +43,7 @@ pub(crate) const METHOD_KEYS: &[&str] = &[
     "final_gather",
 ];
 
-/// Of a scene.
+/// The keys of a scene file.
 pub(crate) const SCENE_KEYS: &[&str] = &["material", "surface", "mesh", "sensor", "sky"];
 
 /// Those of them that are lists of tables.

@@ -1,4 +1,4 @@
-//! Jobs and scenes told apart.
+//! Whether a file is a job or a scene.
 
 use std::path::Path;
 

@@ -1,6 +1,7 @@
 //! Files → a validated [`Job`]: what to solve, how, and how long.
 //!
-//! [`load`] reads a job file and the scene it names, or a scene with the defaults of jobs; [`load_scene`] a scene alone. Whatever a file says wrongly
+//! [`load`] reads a job file and the scene it names, or a scene with the defaults of jobs; [`load_mesh`] makes a job of a mesh in memory;
+//! [`load_scene`] reads a scene alone. Whatever a file says wrongly
 //! is one [`Error`], whose message names file, line and key, the problem, its reason and the remedy. Only the
 //! numbers that [`radiosity::Scene::build`] judges are left to [`SceneFile::build`], which finds their line.
 
@@ -38,7 +39,7 @@ pub use error::{Error, Place, Spot};
 pub use finishes::Finishes;
 pub use groups::{Grouping, Groups};
 pub use import::Options as ImportOptions;
-pub use job::{DEFAULT_CONFIDENCE, DEFAULT_PATHS, DEFAULT_SEED, Job, Light, load};
+pub use job::{DEFAULT_CONFIDENCE, DEFAULT_PATHS, DEFAULT_SEED, Job, Light, load, load_mesh};
 pub use kind::{FileKind, file_kind};
 pub use method::{Beside, MethodTable, WalkKind, job_hash};
 pub use output::{OutputFile, Stand, View};

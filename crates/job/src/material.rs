@@ -8,7 +8,7 @@ use crate::document::{Table, Value};
 use crate::error::Error;
 use crate::site::Lines;
 
-/// What `[material.NAME]` says.
+/// A material as `[material.NAME]` describes it.
 pub(crate) struct Material {
     pub(crate) number: u32,
     pub(crate) reflectance: Spectrum,

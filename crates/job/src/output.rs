@@ -109,7 +109,7 @@ pub struct View {
 /// Where a camera stands.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Stand {
-    /// The eye [m].
+    /// The place of the eye [m].
     pub eye: DVec3,
     /// The point in the middle of the picture [m].
     pub look_at: DVec3,
@@ -147,7 +147,7 @@ pub(crate) fn read_output(mut table: Table<'_>) -> Result<Option<Vec<OutputFile>
     Ok(Some(files))
 }
 
-/// Reads `[view]`.
+/// Reads the table `[view]` of a job.
 pub(crate) fn read_view(mut table: Table<'_>) -> Result<View, Error> {
     let size = table.take("size").map(read_size).transpose()?;
     let exposure = table.take("exposure").map(|value| read_exposure(&value)).transpose()?;

@@ -80,7 +80,7 @@ struct Outline {
     line: u32,
 }
 
-/// What `patches` says.
+/// The value of the key `patches`.
 #[derive(Clone, Copy)]
 enum Cells {
     Grid([u32; 2]),

@@ -1,9 +1,9 @@
-//! The scene file.
+//! The scene file, read and checked.
 
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
-use import::{Format, Imported, MaterialOverride, Options, Spots};
+use import::{Format, Imported, MaterialOverride, Mesh, Options, Spots};
 use radiosity::{IndexChoice, Scene, SceneError, SceneSpec, SensorSpec, Shape, Sides, Spectrum, SurfaceSpec};
 
 use crate::document::{Table, Value};
@@ -29,7 +29,7 @@ pub struct SceneFile {
     sites: Vec<SurfaceSite>,
     /// The meshes, whose surfaces follow.
     meshes: Vec<MeshSite>,
-    /// By number.
+    /// Name and lines of each material, by its number.
     materials: Vec<(String, Lines)>,
     finishes: Finishes,
     sensors: Vec<SensorSpec>,
@@ -48,7 +48,7 @@ struct MeshSite {
 }
 
 impl SceneFile {
-    /// The scene file.
+    /// The path of the scene file.
     pub fn path(&self) -> &Path {
         &self.path
     }
@@ -160,19 +160,7 @@ pub fn load_scene_with(path: &Path, options: &Options) -> Result<SceneFile, Erro
         return load_toml(path, options);
     }
     let Some(format) = Format::of(path) else { return Err(unknown_format(path)) };
-    let mut scene = SceneFile {
-        path: path.into(),
-        spec: SceneSpec { surfaces: Vec::new() },
-        sites: Vec::new(),
-        meshes: Vec::new(),
-        materials: Vec::new(),
-        finishes: Finishes::default(),
-        sensors: Vec::new(),
-        sky: None,
-        notes: Vec::new(),
-    };
-    scene.add(path, import_scene(path, format, options)?, None);
-    Ok(scene)
+    Ok(SceneFile::of_import(path, import_scene(path, format, options)?))
 }
 
 pub(crate) const MESH_KEYS: &[&str] = &["file", "material", "max_patch_area"];
@@ -347,6 +335,30 @@ impl<'a, 'o> Reader<'a, 'o> {
 }
 
 impl SceneFile {
+    /// The scene of a mesh in memory; `name` stands for its file.
+    pub(crate) fn of_mesh(name: &Path, mesh: Mesh, options: &Options) -> Result<Self, Error> {
+        // Arrays say as little of an axis as PLY does: their vertices are taken as they are.
+        let imported = mesh.into_scene(name, Format::Ply, options).map_err(Error::of_mesh)?;
+        Ok(SceneFile::of_import(name, imported))
+    }
+
+    /// The scene that is one mesh.
+    fn of_import(file: &Path, imported: Imported) -> Self {
+        let mut scene = SceneFile {
+            path: file.into(),
+            spec: SceneSpec { surfaces: Vec::new() },
+            sites: Vec::new(),
+            meshes: Vec::new(),
+            materials: Vec::new(),
+            finishes: Finishes::default(),
+            sensors: Vec::new(),
+            sky: None,
+            notes: Vec::new(),
+        };
+        scene.add(file, imported, None);
+        scene
+    }
+
     /// Adds a surface of the file itself.
     fn push(&mut self, surface: SurfaceSpec, site: SurfaceSite) {
         self.finishes.push(&self.materials[site.material as usize].0);

@@ -25,7 +25,7 @@ pub struct SensorTarget {
     pub unhit: Unhit,
 }
 
-/// Reads `[[sensor]]` tables.
+/// Reads the `[[sensor]]` tables of a scene.
 pub(crate) fn read_sensors(value: Value<'_>) -> Result<Vec<SensorSpec>, Error> {
     let mut names = BTreeSet::new();
     let mut sensors = Vec::new();

@@ -123,7 +123,7 @@ fn opened(line: &str) -> Option<&str> {
     name.starts_with(|c: char| c.is_ascii_alphabetic() || matches!(c, '"' | '\'')).then_some(&name[..end])
 }
 
-/// One `--set key=value`.
+/// One override of the form `--set key=value`.
 #[derive(Debug)]
 struct Override {
     typed: String,

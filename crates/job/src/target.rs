@@ -6,7 +6,7 @@ use crate::document::Value;
 use crate::error::Error;
 use crate::word::Word;
 
-/// The table `[target]`.
+/// The table `[target]` of a job.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Target {
     /// Half-width of the interval over the estimate, above 0.

@@ -4,7 +4,7 @@ use radiosity::{EstimatorKind, IndexChoice, RayBirths, Sampler, Space};
 
 /// A choice that files and outputs write as one word.
 pub trait Word: Copy + 'static {
-    /// Every choice.
+    /// All choices, in the order in which messages list them.
     const ALL: &'static [Self];
 
     /// The word of a choice, lower case.

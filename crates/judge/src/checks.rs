@@ -66,7 +66,7 @@ fn reciprocity(experiment: &Experiment, seed: u64) -> Option<Check> {
         )
     });
     let message = format!(
-        "what leaves {} patches and what arrives there differ by {:.2} of their variance in the mean{place}",
+        "the power that leaves {} patches and the power that arrives there differ by {:.2} of their variance in the mean{place}",
         found.faces, found.mean_squared_z
     );
     let remedy = "; chains assume that these agree: do not trust this result, use walks, and report this fault of the program";
@@ -150,7 +150,7 @@ fn method(note: Option<&str>) -> Check {
 fn fit(experiment: &Experiment) -> Check {
     let misfits = misfits(experiment);
     let message =
-        if misfits.is_empty() { "theory knows of no better method here".into() } else { misfits.join("; ") };
+        if misfits.is_empty() { "theory predicts no better method here".into() } else { misfits.join("; ") };
     check("fit", misfits.is_empty(), message)
 }
 

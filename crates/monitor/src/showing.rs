@@ -146,7 +146,7 @@ impl Shared {
     /// Answers the request of a browser.
     fn answer(&self, request: &Request) -> Answer {
         if !self.lets_in(request) {
-            let line = "This page has a key: open the address that radwalk told when the run began.\n";
+            let line = "This page has a key: open the address that radwalk printed when the run began.\n";
             return Answer::text("403 Forbidden", line);
         }
         if !matches!(request.path, "/" | "/news") {

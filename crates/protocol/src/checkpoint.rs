@@ -304,7 +304,7 @@ impl Book {
             return fault("its sums are not those that were delivered");
         }
         if !self.islands.iter().all(is_whole) {
-            return fault("what waits beyond a gap is not what was delivered");
+            return fault("its results beyond a gap are not those that were delivered");
         }
         Ok(())
     }

@@ -307,7 +307,7 @@ fn distinct(walks: Range<u64>) -> Tally {
 /// How a worker dies that has offered a result.
 #[derive(Clone, Copy, Debug)]
 enum Death {
-    /// Its connection closes.
+    /// The connection of the worker closes.
     Closed,
     /// Its connection closes when a part of the result has come.
     HalfSent,

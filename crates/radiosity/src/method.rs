@@ -1,4 +1,4 @@
-//! What kind of sample, and what it scores: the choices of a job, of which only those can be written that exist.
+//! The kind of sample and its scores: the choices of a job. Types allow only combinations that are correct.
 
 use serde::{Deserialize, Serialize};
 
@@ -32,7 +32,7 @@ pub enum Direction {
 /// What walks are scored by.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Score {
-    /// One estimator.
+    /// The scores of one estimator.
     Of(Estimator),
     /// Collision, with absorption and survival of the same walks beside it, to find the best mix of both (S97 §2.6, §3.7).
     /// Of grey scenes only.
@@ -64,7 +64,7 @@ pub struct Walks {
     pub direction: Direction,
     /// Where they go on from.
     pub space: Space,
-    /// What they score.
+    /// The scores of the walks.
     pub score: Score,
 }
 
@@ -128,25 +128,25 @@ pub struct Chains {
 pub enum Method {
     /// Walks, each a sample of its own.
     Walks(Walks),
-    /// Batches of walks.
+    /// Batches of walks, each a sample.
     Batches(Batches),
-    /// Chains of rays.
+    /// Chains of rays, each a sample.
     Chains(Chains),
 }
 
 /// The independent sample: what plans number, ledgers book and tallies count as one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Unit {
-    /// A walk.
+    /// A single walk, independent of all others.
     Walk,
-    /// A batch of so many walks, which depend on each other.
+    /// A batch of walks that depend on each other.
     Batch {
-        /// How many.
+        /// The walks of a batch.
         walks: u64,
     },
-    /// A chain of so many rays.
+    /// A chain of rays.
     Chain {
-        /// How many.
+        /// The rays of a chain.
         rays: u64,
     },
 }

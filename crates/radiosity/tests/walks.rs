@@ -13,7 +13,7 @@ use radiosity::{
 const BOTH_SPACES: [Space; 2] = [Space::Discrete, Space::Continuous];
 const BOTH_INDEXES: [IndexChoice; 2] = [IndexChoice::Flat, IndexChoice::Tree];
 
-/// Collision shooting.
+/// Shoots collision walks with seed 42.
 fn shoot(spec: &SceneSpec, index: IndexChoice, space: Space, walks: u64) -> (Experiment, Tally) {
     let experiment = experiment(spec, index, collision(space));
     let tally = walk::<2>(&experiment, 42, 0..walks);

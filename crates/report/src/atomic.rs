@@ -1,4 +1,4 @@
-//! Files that are there whole or not at all, whenever the power goes.
+//! Files that exist whole or not at all, even after a power cut.
 
 use std::fs;
 use std::io::{self, BufWriter, Seek, Write};

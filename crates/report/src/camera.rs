@@ -58,7 +58,7 @@ const PARALLEL: f64 = 1e-6;
 pub(crate) enum Size {
     /// Its longer side; the shape is that of the scene.
     Longest(u32),
-    /// Width and height.
+    /// Width and height in pixels.
     Exactly([u32; 2]),
 }
 
@@ -78,7 +78,7 @@ pub(crate) struct Sight {
 /// Where a scene is seen from, in the coordinates of its file.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Viewpoint {
-    /// The eye [m].
+    /// The place of the eye [m].
     pub eye: [f64; 3],
     /// The middle of the picture: that of the scene, unless a job says another point [m].
     pub look_at: [f64; 3],
@@ -95,7 +95,7 @@ impl Sight {
     }
 }
 
-/// A perspective camera.
+/// A camera with perspective, aimed at a scene.
 #[derive(Clone, Debug)]
 pub(crate) struct Camera {
     eye: DVec3,
@@ -184,7 +184,7 @@ impl Camera {
         Camera { pixel: self.pixel * f64::from(times), size, ..self.clone() }
     }
 
-    /// Where it stands.
+    /// Where the camera stands, in the coordinates of the file.
     pub(crate) fn viewpoint(&self, scene: &Scene) -> Viewpoint {
         let [eye, look_at] = self.said.unwrap_or_else(|| {
             let eye = self.eye + scene.origin();
@@ -325,7 +325,7 @@ pub fn view_troubles(scene: &Scene, view: &View) -> Vec<String> {
 struct Glance {
     /// Which point of the picture it goes through.
     point: usize,
-    /// Of length 1.
+    /// Its direction, of length 1.
     direction: DVec3,
     /// How far it has come [m].
     distance: f64,

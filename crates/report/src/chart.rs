@@ -31,11 +31,11 @@ const COLOURS: [RGBColor; 6] = [
 /// A chart with its data.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Chart {
-    /// What it shows.
+    /// The title above the chart.
     pub title: String,
-    /// The horizontal axis.
+    /// The horizontal axis of the chart.
     pub x: Axis,
-    /// The vertical axis.
+    /// The vertical axis of the chart.
     pub y: Axis,
     /// What is drawn, in the order of the legend.
     pub series: Vec<Series>,
@@ -44,7 +44,7 @@ pub struct Chart {
 /// An axis: what it measures, with its unit.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Axis {
-    /// Its label.
+    /// The label beside the axis, with the unit.
     pub label: String,
     /// Whether it is logarithmic; what is not positive has no place on it then.
     pub log: bool,
@@ -84,12 +84,12 @@ pub enum Style {
 }
 
 impl Axis {
-    /// With equal steps.
+    /// An axis with equal steps.
     pub fn linear(label: &str) -> Self {
         Axis { label: label.into(), log: false }
     }
 
-    /// With equal factors.
+    /// An axis with equal factors.
     pub fn log(label: &str) -> Self {
         Axis { label: label.into(), log: true }
     }
@@ -174,7 +174,7 @@ impl plotters::coord::ranged1d::ValueFormatter<f64> for Span {
 }
 
 impl Span {
-    /// Powers of 10, every so many; with 2 and 5 between them where there are few.
+    /// Powers of 10, evenly spaced, about `most` in number; with 2 and 5 times these between them where they are few.
     fn decades(&self, most: usize) -> Vec<f64> {
         let (first, last) = (self.low.floor() as i32, self.high.ceil() as i32);
         let step = (last - first + 1).max(1) as usize / most.max(1) + 1;

@@ -1,8 +1,8 @@
-//! Work that falls into parts, on all cores: what comes of it does not depend on how many there are.
+//! Work in parts, on all cores: the results do not depend on the number of cores.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// What comes of each part, in their order.
+/// The results of all parts, in their order.
 pub(crate) fn on_all_cores<T: Send>(parts: usize, part: impl Fn(usize) -> T + Sync) -> Vec<T> {
     let next = AtomicUsize::new(0);
     let work = || {

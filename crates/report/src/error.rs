@@ -13,7 +13,7 @@ pub enum Error {
         action: &'static str,
         /// The file or folder.
         path: PathBuf,
-        /// Why.
+        /// What the system says.
         source: io::Error,
     },
     /// The folder holds something already.
@@ -22,7 +22,7 @@ pub enum Error {
         path.display()
     )]
     OutputExists {
-        /// The folder.
+        /// The path of the folder.
         path: PathBuf,
     },
     /// The name of the folder is taken by a file.
@@ -31,7 +31,7 @@ pub enum Error {
         path.display()
     )]
     NotAFolder {
-        /// The path.
+        /// The path of the file.
         path: PathBuf,
     },
     /// The folder was removed, and another is in its place.
@@ -40,7 +40,7 @@ pub enum Error {
         path.display()
     )]
     Replaced {
-        /// The folder.
+        /// The path of the folder.
         path: PathBuf,
     },
     /// Another process writes there.
@@ -49,7 +49,7 @@ pub enum Error {
         path.display()
     )]
     InUse {
-        /// The folder.
+        /// The path of the folder.
         path: PathBuf,
     },
 }

@@ -14,11 +14,11 @@ use crate::summary::{Check, Units, hex};
 /// not finite its cell (a face that no walk is born on).
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ExactColumns {
-    /// B [W/m²].
+    /// B: the radiosity of each face [W/m²].
     pub radiosity: Vec<f64>,
     /// b = B − E [W/m²].
     pub reflected: Vec<f64>,
-    /// H [W/m²].
+    /// H: the irradiance of each face [W/m²].
     pub irradiance: Vec<f64>,
     /// ξ: received importance (S97 §2).
     pub xi: Vec<f64>,
@@ -111,9 +111,9 @@ pub struct ExactSummary {
     /// Digest of the scene.
     #[serde(serialize_with = "hex")]
     pub scene_hash: [u8; 32],
-    /// Patches.
+    /// The number of patches.
     pub patches: usize,
-    /// Faces, the unknowns.
+    /// The number of faces, the unknowns.
     pub faces: usize,
     /// Φ_T: total self-emitted power [W].
     pub total_power: f64,
@@ -140,7 +140,7 @@ pub struct ExactSummary {
     pub undetermined: usize,
     /// What the error may at most be, whatever the geometry (S97).
     pub bounds: ExactBounds,
-    /// What was verified.
+    /// The checks of the solution.
     pub checks: Vec<Check>,
 }
 

@@ -6,6 +6,8 @@ use std::io::{self, Write};
 use exchange::{Estimate, Factors, Smoothed, Thermal};
 use serde::Serialize;
 
+use crate::export::matrix_market;
+use crate::export::npz::{self, Array};
 use crate::summary::hex;
 
 /// What stands for walks that end on the backs of one-sided surfaces.
@@ -17,20 +19,20 @@ pub const ESCAPE: &str = "escape";
 /// How exchange factors were counted.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct FactorsSummary {
-    /// Of the program.
+    /// The version of the program.
     pub version: String,
     /// Digest of the surfaces.
     #[serde(serialize_with = "hex")]
     pub scene_hash: [u8; 32],
-    /// The seed.
+    /// The seed of the walks.
     pub seed: u64,
-    /// `first_hit` or `absorbed`.
+    /// The kind of factor: `first_hit` or `absorbed`.
     pub kind: &'static str,
     /// How many groups there are.
     pub groups: usize,
     /// Walks of all groups.
     pub walks: u64,
-    /// Rays of these.
+    /// The number of rays of these walks.
     pub rays: u64,
     /// Wall time of the walks [s].
     pub seconds: f64,
@@ -59,7 +61,7 @@ pub struct ToleranceSummary {
     pub reached: bool,
 }
 
-/// What smoothing did.
+/// The changes that smoothing made.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SmoothingSummary {
     /// Factors that it moved out of their intervals.
@@ -68,14 +70,14 @@ pub struct SmoothingSummary {
     pub largest_move: f64,
 }
 
-/// One group.
+/// One group as a row of its table.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct GroupRow<'a> {
-    /// Its name.
+    /// The name of the group.
     pub group: &'a str,
     /// How many faces it has.
     pub faces: usize,
-    /// Their area [m²].
+    /// The area of these faces [m²].
     pub area: f64,
     /// Their mean absorptance 1 − R, which is their emissivity.
     pub absorptance: f64,
@@ -114,6 +116,58 @@ pub fn write_factors(
         }
     }
     table.flush()
+}
+
+/// Writes the factors as arrays for NumPy: `factor`, `std_error` (not a number where it is unknown), `ci_low` and `ci_high` of G rows and
+/// G + 2 columns; `smoothed` and `smoothed_error` where there are any; the names of rows and of columns.
+///
+/// # Errors
+/// Those of `writer`, and more than 4 GiB.
+pub fn write_factors_npz(
+    writer: impl Write,
+    names: &[String],
+    factors: &Factors<'_>,
+    smoothed: Option<&Smoothed>,
+) -> io::Result<()> {
+    let matrix = |of: &dyn Fn(exchange::Factor) -> f64| -> Vec<Vec<f64>> {
+        let columns = || 0..names.len() + 2;
+        (0..names.len()).map(|i| columns().map(|j| of(factors.get(i, j))).collect()).collect()
+    };
+    let rows = names.iter().map(String::as_str);
+    let mut arrays = vec![
+        Array::words("from", rows.clone()),
+        Array::words("to", rows.chain([BACK, ESCAPE])),
+        Array::matrix("factor", &matrix(&|known| known.factor)),
+        Array::matrix("std_error", &matrix(&|known| known.std_error.unwrap_or(f64::NAN))),
+        Array::matrix("ci_low", &matrix(&|known| known.interval.low)),
+        Array::matrix("ci_high", &matrix(&|known| known.interval.high)),
+    ];
+    if let Some(smoothed) = smoothed {
+        arrays.push(Array::matrix("smoothed", &smoothed.factors));
+        arrays.push(Array::matrix("smoothed_error", &smoothed.errors));
+    }
+    npz::write(writer, &arrays)
+}
+
+/// Writes the factors that are not 0 as a sparse matrix of G rows and G + 2 columns; the smoothed ones, where there are any.
+///
+/// # Errors
+/// Those of `writer`.
+pub fn write_factors_mtx(
+    writer: impl Write,
+    names: &[String],
+    factors: &Factors<'_>,
+    smoothed: Option<&Smoothed>,
+) -> io::Result<()> {
+    let words = "Exchange factors of radwalk: rows and columns are the groups of groups.csv, in its order, then back, then escape";
+    match smoothed {
+        Some(smoothed) => matrix_market::write(writer, &format!("{words}; smoothed"), &smoothed.factors),
+        None => {
+            let columns = || 0..names.len() + 2;
+            let row = |i| columns().map(|j| factors.get(i, j).factor).collect();
+            matrix_market::write(writer, words, &(0..names.len()).map(row).collect::<Vec<_>>())
+        }
+    }
 }
 
 /// Writes factors that are known without noise, F and B of every row: those to all faces with these names, and what is left of 1,

@@ -41,12 +41,12 @@ pub(crate) struct Flow {
     unknown: usize,
 }
 
-/// A part.
+/// A part of the power, as the page lists it.
 #[derive(Clone, Debug, PartialEq)]
 struct Part {
     words: String,
     colour: &'static str,
-    /// [W].
+    /// The power of the part [W].
     power: f64,
     /// At least its standard error [W].
     error: f64,
@@ -124,17 +124,20 @@ impl Flow {
         self.parts.iter().map(row).collect()
     }
 
-    /// What the rows do not tell.
+    /// The facts that the rows do not show.
     pub(crate) fn notes(&self) -> Vec<String> {
         let sum: f64 = self.parts.iter().map(|part| part.power).sum();
         let mut notes = vec![format!(
-            "{:.6} {} are emitted. The shares are estimates, of {} in all; they add up to the whole but for chance.",
+            "{:.6} {} are emitted. The shares are estimates; their sum is {}, which differs from 100 % by chance.",
             self.emitted,
             self.unit,
             share(sum / self.emitted)
         )];
         if self.unknown > 0 {
-            notes.push(format!("Of {} faces no walk could tell; what they absorb is missing.", self.unknown));
+            notes.push(format!(
+                "{} faces have no estimate; the power that they absorb is missing.",
+                self.unknown
+            ));
         }
         notes
     }

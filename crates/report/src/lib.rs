@@ -35,10 +35,10 @@ pub use camera::{Viewpoint, view_troubles};
 pub use chart::{Axis, Chart, Point, Series, Style};
 pub use error::Error;
 pub use exact_csv::{ExactBounds, ExactColumns, ExactSummary, write_exact};
-pub use export::{write_glb, write_parquet, write_vtu};
+pub use export::{Cells, Column, columns, corners, read_table, write_glb, write_parquet, write_vtu};
 pub use factors::{
     BACK, ESCAPE, FactorsSummary, GroupRow, SmoothingSummary, ToleranceSummary, is_outside,
-    write_exact_factors, write_factors, write_groups, write_thermal,
+    write_exact_factors, write_factors, write_factors_mtx, write_factors_npz, write_groups, write_thermal,
 };
 pub use method::MethodWords;
 pub use model::{Bounce, Model};

@@ -6,13 +6,13 @@ use serde::Serialize;
 /// How walks and scores are made, in the words of job files.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct MethodWords {
-    /// `shooting`, `gathering`, `jacobi`.
+    /// The kind of walk: `shooting`, `gathering`, `jacobi`.
     pub walk: &'static str,
-    /// `collision`, `absorption`, …
+    /// The estimator: `collision`, `absorption`, …
     pub estimator: &'static str,
-    /// `discrete` or `continuous`.
+    /// The space of the walks: `discrete` or `continuous`.
     pub space: &'static str,
-    /// `random` or `sobol`.
+    /// The source of numbers: `random` or `sobol`.
     pub sampler: &'static str,
     /// What chains make of their rays.
     #[serde(skip)]

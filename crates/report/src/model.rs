@@ -16,9 +16,9 @@ pub struct Model {
     pub sides: &'static str,
     /// `flat` (every surface is met) or `tree`.
     pub index: &'static str,
-    /// `discrete` or `continuous`.
+    /// The space of the walks: `discrete` or `continuous`.
     pub space: &'static str,
-    /// `shooting`, …
+    /// The kind of walk: `shooting`, …
     pub walk: &'static str,
     /// Where chains of rays take the place of walks: `links`, or the kind of iterations.
     pub jacobi: Option<String>,
@@ -27,11 +27,11 @@ pub struct Model {
     pub final_gather: Vec<u32>,
     /// Power sums kept per patch.
     pub moments: usize,
-    /// Patches.
+    /// The number of patches.
     pub patches: usize,
-    /// Surfaces.
+    /// The number of surfaces.
     pub surfaces: usize,
-    /// Emitting patches.
+    /// The number of emitting patches.
     pub emitters: usize,
     /// Boxes that a node of the tree holds; `null` where there is none.
     pub tree_width: Option<usize>,
@@ -150,13 +150,13 @@ impl Model {
 /// Power that arrives after some reflections.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Bounce {
-    /// How many reflections.
+    /// The number of reflections before the arrival.
     pub reflections: usize,
     /// Whether more of them count too.
     pub or_more: bool,
     /// The part of all power that arrives.
     pub part: f64,
-    /// Its standard error.
+    /// The standard error of `part`.
     pub std_error: f64,
 }
 
@@ -171,7 +171,7 @@ impl fmt::Display for Bounce {
     }
 }
 
-/// What the program can do and this job has no use for: none of it costs anything.
+/// Features of the program that this job does not use; they cost nothing.
 fn unused(scene: &Scene, method: &Method) -> Vec<&'static str> {
     let surfaces = || scene.surfaces().iter();
     let patches = || scene.faces().iter();

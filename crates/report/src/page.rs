@@ -33,7 +33,7 @@ const PROFILE_POINTS: usize = 200;
 /// A walk count at which the error was looked at.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Milestone {
-    /// N.
+    /// N, the number of paths.
     pub paths: f64,
     /// The relative half-width that half of the area keeps within.
     pub median_relative_error: f64,

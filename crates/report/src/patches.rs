@@ -190,14 +190,14 @@ fn slopes(channels: usize, extras: Extras, known: Option<&[Slopes]>) -> Vec<Opti
     columns.into_iter().flat_map(|of| (0..channels).map(move |c| of(&known?[c]))).collect()
 }
 
-/// The flags of one face, joined by bars; `known` is what walks could tell of its channels.
+/// The flags of one face, joined by bars; `known` holds the estimates of its channels.
 pub fn flags(face: &Face, known: Option<&[Estimate]>) -> String {
     let mut flags = String::new();
     set_flags(&mut flags, face, known);
     flags
 }
 
-/// `emitter`: E > 0. `unsampled`: no walk could tell. `rare`: too few scores for the standard error to mean much.
+/// `emitter`: E > 0. `unsampled`: no walk gives an estimate. `rare`: too few scores for the standard error to mean much.
 /// `bias`: walks were cut off; `bias_bound` says how much too small b may be.
 fn set_flags(flags: &mut String, face: &Face, known: Option<&[Estimate]>) {
     flags.clear();

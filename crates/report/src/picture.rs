@@ -36,9 +36,9 @@ const EXPOSED_LIGHT: f64 = 0.7;
 /// A picture of a scene: grey, or in colour where the scene is.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Picture {
-    /// Pixels per row.
+    /// The number of pixels per row.
     pub width: u32,
-    /// Rows.
+    /// The number of rows.
     pub height: u32,
     /// 1: grey; 3: red, green, blue.
     pub channels: usize,
@@ -85,7 +85,7 @@ pub struct Photo {
 
 impl Photo {
     /// Renders what is estimated of a scene as [`Picture::render`] does, without steps between patches, from where a job
-    /// lets the camera stand. A face that no walk could tell of shows what it emits.
+    /// lets the camera stand. A face without an estimate shows its own emission.
     pub fn shoot(estimates: &Estimates, smooth: &Smooth, view: &View) -> Self {
         Photo::take(estimates.scene(), &shown(estimates), Some(smooth), view)
     }
@@ -98,7 +98,7 @@ impl Photo {
     }
 }
 
-/// B of every face [W/m²], the channels of a face side by side; what it emits where no walk could tell.
+/// B of every face [W/m²], the channels of a face side by side; E for a face without an estimate.
 fn shown(estimates: &Estimates) -> Vec<f64> {
     let channels = estimates.scene().channels();
     let shown = estimates.iter().flat_map(|(_, face, known)| {

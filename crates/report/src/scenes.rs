@@ -73,7 +73,7 @@ fn block(name: &str, [x, z]: [f64; 2], width: f64, height: f64, turn: f64) -> Ve
     faces
 }
 
-/// Collision shooting.
+/// An experiment with collision shooting.
 pub(crate) fn experiment(scene: &Scene) -> Experiment {
     Experiment::new(scene.clone(), Method::shooting(EstimatorKind::Collision)).unwrap()
 }

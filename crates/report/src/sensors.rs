@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use crate::patches::per_channel;
 
-/// What is told of the sensors of a run.
+/// The summary of the sensors of a run.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SensorsSummary {
     /// Independent samples that their intervals come from.
@@ -21,10 +21,10 @@ pub struct SensorsSummary {
     pub list: Vec<SensorSummary>,
 }
 
-/// What is told of one sensor.
+/// The summary of one sensor.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SensorSummary {
-    /// Its name.
+    /// The name of the sensor.
     pub name: String,
     /// How many patches it has.
     pub patches: usize,

@@ -36,7 +36,7 @@ pub struct Summary {
     pub method: MethodWords,
     /// Walks 0 … N − 1 are in the result; this is N. Jacobi: rays of all chains.
     pub paths: u64,
-    /// Rays traced.
+    /// The number of rays traced.
     pub rays: u64,
     /// Walks that left the scene.
     pub escaped: u64,
@@ -52,7 +52,7 @@ pub struct Summary {
     pub paths_per_second: f64,
     /// Rays per second of wall time.
     pub rays_per_second: f64,
-    /// Workers that joined.
+    /// The number of workers that joined.
     pub workers_seen: u64,
     /// Workers that were lost.
     pub workers_lost: u64,
@@ -79,12 +79,12 @@ pub struct Summary {
     /// The sensors; absent where there are none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub sensors: Option<SensorsSummary>,
-    /// What was modelled.
+    /// The model of the job.
     pub model: Model,
     /// What was left out, changed or assumed of meshes; absent where nothing was.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub import: Vec<String>,
-    /// What was verified.
+    /// The checks of the result.
     pub checks: Vec<Check>,
     /// How the picture was taken; absent where none was.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -96,7 +96,7 @@ pub struct Summary {
 /// The units of a result. They are labels: no number depends on them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct Units {
-    /// `radiant` or `luminous`.
+    /// The kind of light: `radiant` or `luminous`.
     pub light: &'static str,
     /// The unit of emitted power.
     pub power: &'static str,
@@ -107,7 +107,7 @@ pub struct Units {
 }
 
 impl Units {
-    /// Energy: watts.
+    /// The units of radiant energy, by the watt.
     pub const RADIANT: Units =
         Units { light: "radiant", power: "W", radiosity: "W/m²", irradiance: "W/m²" };
 
@@ -121,7 +121,7 @@ impl Units {
 pub struct Provenance {
     /// The walks, by seed and number.
     pub parts: Vec<PartSummary>,
-    /// Who walked them.
+    /// The workers that walked them.
     pub workers: Vec<WorkerSummary>,
     /// The processes that coordinated them.
     pub sessions: Vec<SessionSummary>,
@@ -130,11 +130,11 @@ pub struct Provenance {
 /// Some consecutive walks of one seed.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct PartSummary {
-    /// The seed.
+    /// The seed of the walks.
     pub seed: u64,
     /// The number of the first walk.
     pub first_path: u64,
-    /// How many.
+    /// The number of walks.
     pub paths: u64,
 }
 
@@ -143,7 +143,7 @@ pub struct PartSummary {
 pub struct WorkerSummary {
     /// As it called itself: host and process.
     pub name: String,
-    /// How many walks.
+    /// The number of its walks.
     pub paths: u64,
     /// In how many leases.
     pub leases: u64,
@@ -152,13 +152,13 @@ pub struct WorkerSummary {
 /// One process that coordinated a part of a run.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SessionSummary {
-    /// The machine.
+    /// The machine that it ran on.
     pub host: String,
     /// Version and commit of the program.
     pub build: String,
     /// When it began, in seconds since 1970-01-01 UTC.
     pub began: u64,
-    /// When it wrote its last checkpoint, likewise.
+    /// When it wrote its last checkpoint, in seconds since 1970-01-01 UTC.
     pub ended: u64,
 }
 
@@ -174,7 +174,7 @@ pub struct PrecisionSummary {
     /// The same as messages name it.
     #[serde(skip)]
     pub worst_place: Option<String>,
-    /// What parts of the area of the reflecting patches do not exceed, but for those told apart below.
+    /// What parts of the area of the reflecting patches do not exceed, without those counted separately below.
     pub error_quantiles: BTreeMap<&'static str, f64>,
     /// Reflecting patches that no walk has hit, and their part of the area.
     pub unhit: ApartSummary,
@@ -186,9 +186,9 @@ pub struct PrecisionSummary {
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(untagged)]
 pub enum Energy {
-    /// Analog walks.
+    /// Counts, where walks are analog.
     Walks {
-        /// Walks that began.
+        /// The number of walks that began.
         emitted: u64,
         /// Walks that a surface absorbed, on either side.
         absorbed: u64,
@@ -229,16 +229,16 @@ pub struct Target {
 /// A patch that keeps a target from being reached.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct WorstPatch {
-    /// Its number.
+    /// The number of the patch.
     pub patch: usize,
     /// The patch, or the side of it, as messages name it.
     #[serde(skip)]
     pub words: String,
-    /// Its surface.
+    /// The surface of the patch.
     pub surface: String,
     /// Half-width over estimate; `null` where no walk has hit it.
     pub relative_error: f64,
-    /// Scored events.
+    /// Scored events on the patch.
     pub hits: u64,
     /// About how many walks it takes, by what is known now.
     pub paths_needed: f64,
@@ -249,9 +249,9 @@ pub struct WorstPatch {
 pub struct Check {
     /// A word that names it.
     pub name: String,
-    /// Whether it passed.
+    /// Whether the result passed the check.
     pub ok: bool,
-    /// What was found.
+    /// What the check found.
     pub message: String,
 }
 
@@ -274,7 +274,7 @@ pub struct RunFacts {
     pub seconds: f64,
     /// Processor time of all workers, in seconds.
     pub cpu_seconds: f64,
-    /// Workers that joined.
+    /// The number of workers that joined.
     pub workers_seen: u64,
     /// Workers that were lost.
     pub workers_lost: u64,
@@ -290,13 +290,13 @@ pub struct RunFacts {
     pub total: Option<TotalSummary>,
     /// The sensors, if the scene has any.
     pub sensors: Option<SensorsSummary>,
-    /// What was modelled.
+    /// The model of the job.
     pub model: Model,
     /// What was left out, changed or assumed of meshes.
     pub import: Vec<String>,
     /// What the numbers measure.
     pub units: Units,
-    /// What was verified.
+    /// The checks of the result.
     pub checks: Vec<Check>,
     /// Level of every interval, or of all together.
     pub confidence: f64,
@@ -377,10 +377,10 @@ impl Energy {
     }
 }
 
-/// Patches that are told apart.
+/// Patches that are counted separately.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct ApartSummary {
-    /// How many.
+    /// The number of these patches.
     pub patches: u64,
     /// Their part of the area of all reflecting patches that do not emit.
     pub area: f64,

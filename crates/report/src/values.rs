@@ -22,9 +22,9 @@ const FROM_THE_TOP: u8 = 0;
 /// The radiosity behind the pixels of a picture.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Values {
-    /// Pixels per row.
+    /// The number of pixels per row.
     pub width: u32,
-    /// Rows.
+    /// The number of rows.
     pub height: u32,
     /// 1: grey; 3: red, green, blue.
     pub channels: usize,

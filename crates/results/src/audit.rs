@@ -53,9 +53,9 @@ pub struct Audit {
 /// Some leases, and the paths of their walks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Extent {
-    /// Leases.
+    /// The number of leases.
     pub leases: u64,
-    /// Paths.
+    /// The number of their paths.
     pub paths: u64,
 }
 

@@ -26,15 +26,15 @@ pub(crate) const PREVIOUS: &str = "tally.previous.bin";
 /// What a run's checkpoints have in common.
 #[derive(Clone)]
 pub struct Identity {
-    /// The scene.
+    /// The digest of the scene.
     pub scene_hash: [u8; 32],
     /// Scene, method and seed.
     pub job_hash: [u8; 32],
-    /// The seed.
+    /// The seed of the job.
     pub seed: u64,
-    /// The first walk.
+    /// The number of the first walk.
     pub first: u64,
-    /// Names the target.
+    /// The digest of the target and of the intervals' level, to which looks belong.
     pub goal: [u8; 32],
     /// The job as it travels.
     pub job: Vec<u8>,
@@ -83,14 +83,14 @@ pub(crate) fn session(build: &str) -> Session {
     Session { host, build: build.into(), began: now, ended: now }
 }
 
-/// Seconds since 1970. A clock before that says 0: times are told, never reckoned with.
+/// Seconds since 1970. A clock before that gives 0: times are reported, never computed with.
 pub fn unix_seconds() -> u64 {
     SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs())
 }
 
-/// What `--resume` found.
+/// The checkpoint that `--resume` goes on from.
 pub(crate) struct Found {
-    /// The checkpoint.
+    /// The checkpoint itself, verified.
     pub(crate) checkpoint: Checkpoint,
     /// Why the latest one was not used, where it was not.
     pub(crate) passed_over: Option<CheckpointError>,

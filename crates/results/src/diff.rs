@@ -17,10 +17,10 @@ use crate::error::Error;
 /// α: the probability that chance alone makes two honest runs differ is this at most.
 pub const FALSE_ALARM: f64 = 1e-3;
 
-/// Fewer scores than this say too little about their own spread for a z.
+/// The least number of scores whose spread is trusted for a z.
 pub const FEWEST_HITS: u64 = 30;
 
-/// Differences that are told one by one.
+/// The most differences that are printed one by one.
 pub const TOLD: usize = 10;
 
 /// The columns of radiosities and their errors, in grey and in colour.
@@ -36,13 +36,13 @@ const COLUMNS: [(&str, &str); 4] = [
 struct Row {
     /// Patch, surface, cell and side, as the table has them.
     place: Vec<String>,
-    /// The column.
+    /// The column of the radiosity.
     channel: &'static str,
-    /// Radiosity and standard error; `None` where no walk could tell, or too few did.
+    /// Radiosity and standard error; `None` if no walk gives an estimate, or too few walks do.
     value: Option<(f64, f64)>,
 }
 
-/// A result.
+/// A result as its table has it.
 struct Side {
     rows: Vec<Row>,
     /// `None` of a deterministic solution.
@@ -56,7 +56,7 @@ pub struct Comparison {
     pub same_tally: bool,
     /// Patches (times channels) that were compared.
     pub compared: usize,
-    /// Those that were not, since too few walks tell of them.
+    /// Those that were not compared, since too few walks reached them.
     pub skipped: usize,
     /// |z| that two honest runs exceed anywhere with the probability [`FALSE_ALARM`] at most.
     pub limit: f64,
@@ -73,7 +73,7 @@ pub struct Comparison {
 pub struct Difference {
     /// Patch and side, as the table has them.
     pub place: Vec<String>,
-    /// The column.
+    /// The column of the radiosity.
     pub channel: &'static str,
     /// The difference over its standard error.
     pub z: f64,

@@ -20,9 +20,9 @@ pub enum Error {
         path.display()
     )]
     Kept {
-        /// The folder.
+        /// The output folder of the job.
         path: PathBuf,
-        /// Why.
+        /// Why it cannot be used.
         reason: String,
         /// The build that wrote it.
         build: String,
@@ -52,7 +52,7 @@ pub enum Error {
     Merge {
         /// The run that does not go with those before it.
         path: PathBuf,
-        /// Why.
+        /// Why it cannot be merged.
         fault: MergeFault,
     },
     /// A table, summary or picture stands beside the tally of another run.
@@ -61,7 +61,7 @@ pub enum Error {
         run.display()
     )]
     OtherTable {
-        /// The folder.
+        /// The output folder of the run.
         run: PathBuf,
         /// What is in it.
         file: &'static str,
@@ -74,13 +74,13 @@ pub enum Error {
     /// Two results cannot be held against each other.
     #[error("{} cannot be compared with {} ({reason}); {remedy}", second.display(), first.display())]
     Incomparable {
-        /// A folder.
+        /// The folder of one result.
         first: PathBuf,
-        /// Another.
+        /// The folder of the other result.
         second: PathBuf,
-        /// Why not.
+        /// Why they cannot be compared.
         reason: String,
-        /// What to do.
+        /// What the user can do.
         remedy: &'static str,
     },
     /// A table cannot be read.
@@ -89,15 +89,15 @@ pub enum Error {
         path.display()
     )]
     NoTable {
-        /// The file.
+        /// The path of the table.
         path: PathBuf,
-        /// Why not.
+        /// Why it cannot be read.
         reason: String,
     },
     /// The system refused something that it should not.
     #[error("{doing} failed ({source}); this is a fault of the system, not of the job")]
     System {
-        /// What was done.
+        /// What the program was doing.
         doing: &'static str,
         /// What the system says.
         source: std::io::Error,

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use protocol::checkpoint::{self, Checkpoint, CheckpointError};
-use radiosity::Experiment;
+use radiosity::{Estimates, Experiment, Readings};
 
 use crate::checkpoints::CURRENT;
 use crate::error::Error;
@@ -12,7 +12,7 @@ use crate::settings::Settings;
 
 /// What stands in a `tally.bin`.
 pub struct Kept {
-    /// Tally and books.
+    /// The tally and its books.
     pub checkpoint: Checkpoint,
     /// The settings of its job.
     pub settings: Settings,
@@ -32,6 +32,18 @@ impl Kept {
             replica::unpack(&checkpoint.book.job).map_err(|reason| unusable(run, &checkpoint, reason))?;
         check_shape(&checkpoint.tally, &experiment).map_err(|fault| CheckpointError { path, fault })?;
         Ok(Kept { checkpoint, settings, experiment })
+    }
+
+    /// What the tally says of every face.
+    pub fn estimates(&self) -> Estimates<'_> {
+        let level = self.settings.level(self.experiment.scene());
+        Estimates::new(&self.experiment, &self.checkpoint.tally, level)
+    }
+
+    /// What the tally says of sensors, where there are any.
+    pub fn readings(&self) -> Option<Readings<'_>> {
+        let level = self.settings.sensor_level(&self.experiment);
+        Readings::new(&self.experiment, &self.checkpoint.tally, level)
     }
 }
 

@@ -5,7 +5,8 @@
 //! follow from the tally. Later, results are opened ([`Kept`]), [`merge`]d, held against each other ([`compare`]), and
 //! audited ([`audit`]: some of their walks are traced again).
 //!
-//! Nothing is printed here.
+//! [`walk_here`] walks a job on threads of this process, and comes to what the cluster comes to. [`solve`] is the deterministic
+//! solution. Nothing is printed here.
 
 #![warn(unreachable_pub, unnameable_types)]
 
@@ -13,20 +14,24 @@ mod audit;
 mod checkpoints;
 mod diff;
 mod error;
+mod exact_answer;
 mod kept;
 mod merge;
 mod outputs;
 mod replica;
 mod resume;
 mod settings;
+mod solo;
 
 pub use audit::{Audit, Extent, Wrong, audit};
 pub use checkpoints::{CURRENT, Identity, Keeper, Latest, unix_seconds};
 pub use diff::{Comparison, Difference, FALSE_ALARM, FEWEST_HITS, TOLD, compare};
 pub use error::Error;
+pub use exact_answer::{ExactAnswer, solve};
 pub use kept::Kept;
 pub use merge::merge;
 pub use outputs::{LivePage, RunOutput, units};
 pub use replica::Replica;
 pub use resume::{Resumed, resume};
 pub use settings::Settings;
+pub use solo::{Ending, Stage, walk_here};

@@ -50,12 +50,12 @@ impl RunOutput {
         Ok(RunOutput { folder, exports: exports.into(), git })
     }
 
-    /// The folder itself.
+    /// The output folder that is written to.
     pub fn folder(&self) -> &Arc<OutputFolder> {
         &self.folder
     }
 
-    /// Where it is.
+    /// The path of the output folder.
     pub fn path(&self) -> &Path {
         self.folder.path()
     }
@@ -170,7 +170,7 @@ fn usual(patches: usize) -> Vec<OutputFile> {
 enum Seen {
     /// Aimed at, and not drawn.
     Aimed(Smooth, Shot),
-    /// Drawn.
+    /// The picture is drawn.
     Drawn(Smooth, Box<Photo>),
 }
 
@@ -209,7 +209,7 @@ impl Seen {
 pub struct LivePage {
     /// Paths of the tally.
     pub paths: u64,
-    /// The whole page.
+    /// The whole page, as HTML.
     pub page: String,
     /// What changes from one page to the next.
     pub news: String,
@@ -235,6 +235,13 @@ impl LivePage {
         let page = page(settings, &summary, &estimates, readings.as_ref(), &checkpoint.book, &view);
         let live = Live { paths_total: settings.paths };
         Ok(LivePage { paths: summary.paths, page: page.render(Some(live))?, news: page.render_news(live)? })
+    }
+}
+
+impl Kept {
+    /// The summary but for the view, by a program that was built from a commit.
+    pub fn summary(&self, git: &str) -> Summary {
+        summarise(&self.settings, &self.estimates(), &self.checkpoint.book, git)
     }
 }
 
@@ -267,7 +274,7 @@ fn page<'a>(
     }
 }
 
-/// What a summary says of a run beside its numbers.
+/// The facts of a summary beside its numbers.
 fn facts(
     settings: &Settings,
     estimates: &Estimates,

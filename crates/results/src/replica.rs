@@ -98,6 +98,11 @@ impl Replica {
         &self.experiment
     }
 
+    /// The experiment itself, without the replica.
+    pub fn into_experiment(self) -> Experiment {
+        self.experiment
+    }
+
     /// Where its walks take their numbers from.
     pub fn sequence(&self) -> &Sequence {
         &self.sequence

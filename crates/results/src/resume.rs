@@ -11,7 +11,7 @@ use crate::error::Error;
 use crate::replica::{check_shape, unpack};
 use crate::settings::Settings;
 
-/// What was found.
+/// The state of an earlier run from its checkpoint.
 pub struct Resumed {
     /// The walks that are done, and their books.
     pub past: Past,

@@ -1,4 +1,4 @@
-//! What a result has to be told with, beside the walks and their scene: it travels with the job and stays in
+//! All that reporting a result needs beside the walks and their scene: it travels with the job and stays in
 //! `tally.bin`.
 
 use job::{Finishes, Job, Light, MethodTable, OutputFile, SensorTarget, Target, TotalTarget, View};
@@ -9,15 +9,15 @@ use serde::{Deserialize, Serialize};
 /// The settings of a job.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Settings {
-    /// Names the run.
+    /// The name of the job, which names the run.
     pub name: String,
     /// How it is solved.
     pub method: MethodTable,
-    /// The seed.
+    /// The seed of the job.
     pub seed: u64,
     /// Walks of the whole job (Jacobi: rays).
     pub paths: u64,
-    /// Walks per stream.
+    /// The number of walks in a stream.
     pub stream_paths: u64,
     /// The level of every interval, or of all together.
     pub confidence: f64,
@@ -94,7 +94,7 @@ impl Settings {
     }
 
     fn level_of_each(&self, unknown: usize) -> f64 {
-        // Levels so near to 1 are told apart by no number: the largest below 1 stands for them.
+        // No number distinguishes levels this near to 1: the largest number below 1 stands for them.
         (1.0 - (1.0 - self.confidence) / unknown.max(1) as f64).min(1.0_f64.next_down())
     }
 
@@ -104,7 +104,7 @@ impl Settings {
         Some(SensorGoal { target, level: self.sensor_level(experiment) })
     }
 
-    /// Names the target, so that looks at another one are told apart.
+    /// A digest of the target, which distinguishes looks at different targets.
     pub fn goal(&self) -> [u8; 32] {
         let goal = (&self.target, self.confidence, self.simultaneous);
         let goal = match &self.sensor_target {

@@ -12,7 +12,7 @@ use voice::say;
 
 use crate::fault::Fault;
 
-/// The most findings that are told one by one; all of them are in the folder.
+/// The most findings that are printed one by one; all of them are in the folder.
 const TOLD: usize = 200;
 
 /// The most surfaces of a finding that the screen names by number.

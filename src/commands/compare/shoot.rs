@@ -24,7 +24,7 @@ pub(crate) fn shoot(team: Team, trial: &Trial, runs: usize) -> Result<Shot, Faul
     let ends = (1..=runs as u64).map(|run| run * trial.walks()).collect();
     let (out, prefixes) = channel();
     let judge = move |prefix: &Tally, _: &[Look]| {
-        // Whoever receives waits for the end.
+        // The other end of the channel is read when the job has ended.
         let _ = out.send(prefix.clone());
         Look { walks: prefix.counts.walks, rays: prefix.counts.rays, ..Look::default() }
     };

@@ -1,4 +1,4 @@
-//! `compare.csv`: the rows that are there, kept in the file as they come.
+//! `compare.csv`: the rows measured so far, each added to the file when it is measured.
 
 use std::fs;
 
@@ -21,7 +21,7 @@ pub(crate) struct Table<'a> {
 }
 
 impl<'a> Table<'a> {
-    /// Empty, or with what can be used of the rows that are there.
+    /// An empty table, or one with the usable rows of the file.
     ///
     /// # Errors
     /// Where the file cannot be read.

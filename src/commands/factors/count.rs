@@ -38,7 +38,7 @@ pub(super) struct Cost {
     pub(super) cpu_seconds: f64,
 }
 
-/// The file [`COUNTS`].
+/// The contents of the file [`COUNTS`].
 #[derive(Serialize, Deserialize)]
 struct Kept {
     /// Digest of what was asked.

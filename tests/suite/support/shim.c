@@ -11,8 +11,8 @@
 #include <time.h>
 #include <unistd.h>
 
-/* SYNC_MS: each fsync takes so long. SYNC_FAILS: so many in ten fail. CLOCK: the time of day jumps by a day, to and fro.
- * FULL: nothing is written to files. STUCK_MS: a thread that gets SIGUSR1 is stuck for so long. */
+/* SYNC_MS: milliseconds that each fsync takes. SYNC_FAILS: fsyncs in ten that fail. CLOCK: the time of day jumps by a day,
+ * to and fro. FULL: nothing is written to files. STUCK_MS: milliseconds for which a thread that gets SIGUSR1 is stuck. */
 enum { SYNC_MS, SYNC_FAILS, CLOCK, FULL, STUCK_MS, WRONGS };
 static const char *const names[WRONGS] = {
     "SHIM_SYNC_MS", "SHIM_SYNC_FAILS", "SHIM_CLOCK", "SHIM_FULL", "SHIM_STUCK_MS",

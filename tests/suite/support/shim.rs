@@ -11,15 +11,15 @@ const STICK: &str = include_str!("stick.c");
 /// What can be wrong, by its place in the control file.
 #[derive(Clone, Copy, Debug)]
 pub enum Wrong {
-    /// Each fsync takes so many milliseconds.
+    /// The milliseconds that each fsync takes.
     SyncMs,
-    /// So many fsyncs in ten fail.
+    /// The number of fsyncs in ten that fail.
     SyncFails,
     /// The time of day jumps by a day, to and fro.
     Clock,
     /// Nothing is written to files.
     Full,
-    /// A thread that is made to stick is stuck for so many milliseconds.
+    /// The milliseconds for which a thread that gets SIGUSR1 is stuck.
     StuckMs,
 }
 
@@ -33,7 +33,7 @@ pub struct Shim {
 }
 
 impl Shim {
-    /// Builds it.
+    /// Builds the library and the program that makes a thread stick.
     pub fn new(folder: &Path) -> Self {
         let [library, stick, control] = ["shim.so", "stick", "shim.control"].map(|name| folder.join(name));
         let build = |name: &str, source: &str, arguments: &[&str], built: &Path| {

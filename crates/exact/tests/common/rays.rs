@@ -6,7 +6,7 @@ use radiosity::{Face, IndexChoice, Ray, Scene, SceneSpec, Side};
 
 use crate::common::Numbers;
 
-/// Draws rays.
+/// A source of random rays in a scene.
 pub struct Rays<'a> {
     pub scene: &'a Scene,
     pub numbers: Numbers,

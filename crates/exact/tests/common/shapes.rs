@@ -4,7 +4,7 @@
 use glam::{DQuat, DVec3};
 use radiosity::{SceneSpec, Shape, Sides, SurfaceSpec};
 
-/// A grey surface.
+/// A grey, one-sided surface.
 pub fn grey(shape: Shape, r: f64, e: f64) -> SurfaceSpec {
     SurfaceSpec {
         name: None,

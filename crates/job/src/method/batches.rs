@@ -13,7 +13,7 @@ pub(super) struct Places {
     pub(super) batch: Box<Place>,
 }
 
-/// Chains of a job that does not say how many rays each has, if they are not too long then; fewer make no interval.
+/// Chains of a job without `batch_paths`, unless they would be too long; fewer make no interval.
 const CHAINS: u64 = 8;
 
 /// Rays per patch and chain below which intervals are too narrow where light hides: in two rooms that exchange 1 %, R =
@@ -30,7 +30,7 @@ fn rays_per_patch(solve: Solve) -> u64 {
 /// Rays of a patch are counted in 32 bits.
 const MOST_CHAIN_RAYS: u64 = u32::MAX as u64;
 
-/// Up to so many patches are joined by so few links that chains may be as long as they like.
+/// Up to this number of patches there are so few pairs to link that chains may have any length.
 const FEW_PATCHES: u64 = 1 << 12;
 
 /// Among more patches every ray may be a link, which takes memory: more rays make more chains, not longer ones, unless
@@ -110,10 +110,11 @@ pub(super) fn read_sampler(
     }
 }
 
-/// Batches of a job of walks that does not say how many walks each has: between 16 and 31.
+/// Batches of a job of walks without `batch_paths`: between 16 and 31.
 const BATCHES: u64 = 16;
 
-/// Puts the number of walks of a batch: a power of 2 where the job names none, since so many points of a Sobol sequence are
+/// Puts the number of walks of a batch: a power of 2 if the job names none, since that number of points of a Sobol
+/// sequence is
 /// spread most evenly.
 pub(super) fn settle_batches(
     method: &mut MethodTable,

@@ -62,8 +62,8 @@ pub(super) fn read_solve(value: Value<'_>, walk: WalkKind) -> Result<Solve, Erro
     }
 }
 
-/// One in so many patches may be chosen for a final gather, so that each has several times the rays by which a batch tells
-/// of a patch.
+/// One in this many patches may be chosen for a final gather, so that each chosen patch gets several times the rays by
+/// which a batch estimates a patch.
 const FEW: u64 = 16;
 
 pub(super) fn read_final_gather(
@@ -83,13 +83,13 @@ pub(super) fn read_final_gather(
     }
     let place = value.place();
     let instead = "remove the key: no light is gathered";
-    let mut patches = read_patches(value, patch_count, "somebody has to gather", instead)?;
+    let mut patches = read_patches(value, patch_count, "a final gather needs at least one patch", instead)?;
     let most = (patch_count / FEW).max(1);
     if patches.len() as u64 > most {
         return Err(Error::Refused {
             place,
             problem: format!("{} of {patch_count} patches are chosen", patches.len()),
-            why: "rays from so many are too few each to beat what walks and chains find by themselves",
+            why: "the rays are shared among the chosen patches, and each would get too few to improve on walks and chains",
             remedy: format!("choose at most {most}, or remove the key"),
         });
     }

@@ -12,12 +12,12 @@ use crate::word::Word;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum WalkKind {
-    /// From the emitters.
+    /// Walks that start on the emitters.
     #[default]
     Shooting,
-    /// From the patches.
+    /// Walks that start on the patches.
     Gathering,
-    /// Stochastic Jacobi iteration.
+    /// Chains of stochastic Jacobi.
     Jacobi,
     /// Whichever of them takes the least counted work.
     Auto,
@@ -69,16 +69,16 @@ impl Word for Basis {
     }
 }
 
-/// The table `[method]`.
+/// The table `[method]` of a job.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct MethodTable {
-    /// Default: shooting.
+    /// The kind of walk; default: shooting.
     pub walk: WalkKind,
-    /// Default: collision.
+    /// The events that score; default: collision.
     pub estimator: EstimatorKind,
-    /// Default: discrete.
+    /// Where walks go on from; default: discrete.
     pub space: Space,
-    /// Default: random.
+    /// The source of numbers; default: random.
     pub sampler: Sampler,
     /// Of the infinite estimator only. Default: roulette below a weight of 0.001.
     pub infinite: InfiniteEnd,

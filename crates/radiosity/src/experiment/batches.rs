@@ -24,7 +24,7 @@ use crate::walk::estimator::Estimator;
 /// tried: fewer rays bring their own noise, more cost more than they gain.
 const GATHERING_PART: u64 = 4;
 
-/// The rays of the final gather of batch n are those of walk 2⁶³ + n: no job has so many walks.
+/// The rays of the final gather of batch n are those of walk 2⁶³ + n: no job has 2⁶³ walks.
 const GATHERING_RAYS: u64 = 1 << 63;
 
 /// The rays that test reciprocity are those of this walk, which no job has either.
@@ -60,7 +60,7 @@ impl Experiment {
         counts
     }
 
-    /// What one chain says of H.
+    /// The H that one chain gives.
     pub(super) fn chain(
         &self,
         sequence: &Sequence,
@@ -71,7 +71,7 @@ impl Experiment {
         jacobi::chain(&self.scene, sequence.walk(chain), plan.rays, plan.solve, go_on)
     }
 
-    /// What the walks of one batch say of H.
+    /// The H that the walks of one batch give.
     pub(super) fn batch_of_walks(
         &self,
         sequence: &Sequence,

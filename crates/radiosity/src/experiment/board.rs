@@ -10,7 +10,7 @@ use crate::walk::score::{RELATED, fixed_units};
 /// The board that an experiment scores on; M power sums per score.
 #[derive(Clone, Debug)]
 pub struct Board<const M: usize> {
-    /// Of faces.
+    /// The scores of faces.
     pub(super) scores: Scores<M>,
     /// Of sensors, where there are any.
     pub(super) sensing: Option<Sensing<M>>,
@@ -27,7 +27,7 @@ pub(super) enum Scores<const M: usize> {
     Fixed(Scoreboard<u128, u64, 1, M>),
     /// Gathering with three estimators at once.
     RelatedFixed(Scoreboard<u128, u64, RELATED, M>),
-    /// Three channels.
+    /// All walks in coloured scenes: three channels.
     Coloured(Scoreboard<u128, u64, 3, M>),
     /// Grey analog shooting with slopes.
     LinearHits(LinearBoard<u64, (), 1>),

@@ -49,14 +49,14 @@ pub struct Segment {
     pub group: u32,
     /// The number of the first among the group's walks.
     pub first: u64,
-    /// How many.
+    /// The number of these walks.
     pub walks: u64,
 }
 
 /// Which exchange factors are counted, between which groups, by which walks.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ExchangeSpec {
-    /// What is counted.
+    /// The kind of factor that is counted.
     pub kind: FactorKind,
     /// The group of each face.
     pub group_of_face: Vec<u32>,

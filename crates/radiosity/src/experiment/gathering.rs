@@ -11,7 +11,7 @@ use crate::walk::estimator::{Estimator, Event, Repeats};
 #[derive(Clone, Debug)]
 pub(super) struct Gathering {
     pub(super) births: Births,
-    /// p_i.
+    /// p_i: the probability that a walk is born on face i.
     pub(super) probability: Vec<f64>,
     pub(super) values: Values,
     /// The largest value of an event [W/m²], per channel.

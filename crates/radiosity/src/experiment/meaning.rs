@@ -17,7 +17,7 @@ use crate::walk::score::fixed_units;
 pub struct Meaning {
     /// One unit of score, in events (hits; for gathering, events of the largest value).
     pub unit: f64,
-    /// H per event: incoming power over area [W/m²]. `None` where the estimator cannot tell it (survival on a
+    /// H per event: incoming power over area [W/m²]. `None` if the estimator does not give it (survival on a
     /// face of reflectance 0).
     pub irradiance_per_event: Option<f64>,
     /// A bound on E[x²]/E[x], x in events.
@@ -27,12 +27,12 @@ pub struct Meaning {
 }
 
 impl Experiment {
-    /// What the sums of face i mean in one channel; `None` where no walk can tell of it (gathering, p_i = 0).
+    /// What the sums of face i mean in one channel; `None` if no walk gives an estimate (gathering, p_i = 0).
     pub fn meaning(&self, i: usize, channel: usize, tally: &Tally) -> Option<Meaning> {
         self.meaning_of((i, &self.scene.faces().get(i)), channel, tally)
     }
 
-    /// What [`Experiment::meaning`] says of a face that is at hand.
+    /// [`Experiment::meaning`] for a face that is at hand.
     pub(super) fn meaning_of(
         &self,
         (i, face): (usize, &Face),

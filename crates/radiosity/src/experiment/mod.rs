@@ -1,4 +1,4 @@
-//! A method at work in a scene: which walks to shoot, onto what board, and what a tally of them says.
+//! A method applied to a scene: the walks to shoot, the board that they score on, and the solution from their tally.
 
 mod batches;
 mod board;
@@ -38,7 +38,7 @@ use unfit::{check, check_sensors};
 pub struct Experiment {
     scene: Scene,
     method: Method,
-    /// Of gathering walks.
+    /// The births and values of gathering walks; `None` for other methods.
     gathering: Option<Gathering>,
     /// What batches and chains score H over [W/m²], per channel.
     largest_radiosity: [f64; 3],
@@ -82,7 +82,7 @@ impl Experiment {
     /// faces stays as it is.
     ///
     /// # Errors
-    /// A sensor that cannot be, or walks that do not tell of every face.
+    /// An impossible sensor, or walks that do not estimate every face.
     pub fn with_sensors(mut self, specs: &[SensorSpec]) -> Result<Self, Unfit> {
         self.sensors = Sensors::new(&self.scene, specs)?.map(Arc::new);
         if self.sensors.is_some() {
@@ -106,12 +106,12 @@ impl Experiment {
         self.sensors.as_deref()
     }
 
-    /// The scene.
+    /// The scene of the experiment.
     pub fn scene(&self) -> &Scene {
         &self.scene
     }
 
-    /// The method.
+    /// The method of the experiment.
     pub fn method(&self) -> &Method {
         &self.method
     }
@@ -155,7 +155,7 @@ impl Experiment {
         Tally::new(self.rows(), self.layout::<M>())
     }
 
-    /// An empty board.
+    /// An empty board for one thread to score on.
     pub fn board<const M: usize>(&self) -> Board<M> {
         let sensing = self
             .sensors()

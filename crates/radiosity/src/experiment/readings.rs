@@ -1,4 +1,4 @@
-//! What sensors tell, from a tally.
+//! The readings of sensors, from a tally.
 
 use stats::Moments;
 
@@ -32,7 +32,7 @@ impl Reading {
     }
 }
 
-/// What a tally says of the sensors of an experiment.
+/// The readings that a tally gives for the sensors of an experiment.
 #[derive(Clone, Debug)]
 pub struct Readings<'a> {
     experiment: &'a Experiment,
@@ -49,7 +49,7 @@ impl<'a> Readings<'a> {
         Some(Readings { experiment, sensors, tally, student: Student::new(samples, confidence) })
     }
 
-    /// The sensors.
+    /// The sensors that are read.
     pub fn sensors(&self) -> &'a Sensors {
         self.sensors
     }

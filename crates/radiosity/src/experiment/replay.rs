@@ -8,21 +8,21 @@ use crate::walk::estimator::{Estimator, with_estimator};
 use crate::walk::fate::{Analog, Coloured, Fate};
 use crate::walk::score::Scorer;
 
-/// A walk, told from its birth to its end.
+/// A walk, described from its birth to its end.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Replay {
     /// The patch it was born on.
     pub birth: u32,
     /// Its arrivals at active sides, in order.
     pub steps: Vec<Step>,
-    /// How it ended.
+    /// How the walk ended.
     pub end: WalkEnd,
 }
 
-/// An arrival.
+/// An arrival of the walk at an active side.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Step {
-    /// The patch.
+    /// The patch of the arrival.
     pub patch: u32,
     /// The weight of each channel, on arrival.
     pub weights: Vec<f64>,

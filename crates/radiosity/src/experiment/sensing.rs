@@ -36,7 +36,7 @@ pub struct SensorView {
     pub active: u32,
     /// Backs of one-sided surfaces.
     pub backs: u32,
-    /// Nothing.
+    /// Rays that met nothing.
     pub nothing: u32,
 }
 

@@ -9,7 +9,7 @@ use crate::geometry::face::Face;
 use crate::scene::Scene;
 use crate::tally::Tally;
 
-/// Fewer scores than this, and an estimate says little beyond its interval: flag `rare`.
+/// An estimate from fewer scores gets the flag `rare`: trust its interval, not its value.
 const RARE_SCORES: f64 = 10.0;
 
 /// What is known of one face.
@@ -17,19 +17,19 @@ const RARE_SCORES: f64 = 10.0;
 pub struct Estimate {
     /// B = E + b [W/m²].
     pub radiosity: f64,
-    /// Standard error of B for the whole run [W/m²]; `None` after a single walk, which cannot tell.
+    /// Standard error of B for the whole run [W/m²]; `None` after a single walk, which has no spread.
     pub std_error: Option<f64>,
     /// Confidence interval of B [W/m²].
     pub ci_low: f64,
     /// Its upper end [W/m²].
     pub ci_high: f64,
-    /// H = φ/A [W/m²]; `None` where the estimator cannot tell it.
+    /// H = φ/A [W/m²]; `None` if the estimator does not give it.
     pub irradiance: Option<f64>,
     /// Standard error of H [W/m²].
     pub irradiance_error: Option<f64>,
     /// Scored events; walks born here for gathering.
     pub hits: u128,
-    /// (Σx)²/Σx² of the walks' scores x: how many equal scores would tell as much.
+    /// (Σx)²/Σx² of the walks' scores x: the number of equal scores with the same information.
     pub effective_scores: f64,
     /// How much too small b may be because walks were cut off [W/m²]; 0 for unbiased methods.
     pub bias_bound: f64,
@@ -69,13 +69,13 @@ pub struct Precision {
 /// The parts of the area that [`Precision::quantiles`] are about.
 pub const QUANTILES: [f64; 3] = [0.5, 0.9, 0.99];
 
-/// Faces of a smaller part of the area are told apart: no picture shows them, and few walks find them.
+/// Faces of a smaller part of the area are counted separately: no picture shows them, and few walks find them.
 pub const TINY: f64 = 1e-6;
 
-/// Faces that are told apart.
+/// Faces that are counted separately.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Apart {
-    /// How many.
+    /// The number of these faces.
     pub faces: u64,
     /// Their part of the area of all reflecting faces that do not emit.
     pub area: f64,
@@ -125,7 +125,7 @@ impl<'a> Estimates<'a> {
         Estimates { experiment, tally, confidence, student }
     }
 
-    /// The scene.
+    /// The scene of the estimates.
     pub fn scene(&self) -> &'a Scene {
         self.experiment.scene()
     }
@@ -135,12 +135,12 @@ impl<'a> Estimates<'a> {
         self.experiment
     }
 
-    /// What was scored.
+    /// The tally that the estimates are made from.
     pub fn tally(&self) -> &'a Tally {
         self.tally
     }
 
-    /// What is known of face i; `None` where no walk could tell.
+    /// The estimate of face i; `None` if no walk gives an estimate.
     pub fn face(&self, i: usize) -> Option<Channels> {
         self.of(i, &self.scene().faces().get(i))
     }
@@ -151,12 +151,12 @@ impl<'a> Estimates<'a> {
         faces.map(|(i, face)| (i, face, self.of(i, &face)))
     }
 
-    /// Faces that some walk could tell of.
+    /// The faces for which some walk gives an estimate.
     pub fn known(&self) -> impl Iterator<Item = (usize, Face, Channels)> {
         self.iter().filter_map(|(i, face, channels)| Some((i, face, channels?)))
     }
 
-    /// Absorption and survival mixed on face i; `None` where no walk could tell, or the method does not ask for it.
+    /// Absorption and survival mixed on face i; `None` if no walk gives an estimate, or the method does not ask for it.
     pub fn mix(&self, i: usize) -> Option<Mix> {
         if self.experiment.method().is_mix() { Mix::new(self.experiment, self.tally, i) } else { None }
     }
@@ -262,14 +262,14 @@ fn quantiles(mut ranks: Vec<(f64, f64)>) -> [f64; 3] {
 /// The estimates of all faces at once.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Solution {
-    /// By number, the channels of a face side by side; `None` where no walk could tell.
+    /// By number, the channels of a face side by side; `None` if no walk gives an estimate.
     pub estimates: Vec<Option<Estimate>>,
-    /// 1 or 3.
+    /// Channels per face: 1 or 3.
     pub channels: usize,
 }
 
 impl Solution {
-    /// What a tally of at least one walk says.
+    /// The solution from a tally of at least one walk.
     pub fn new(experiment: &Experiment, tally: &Tally, confidence: f64) -> Self {
         let channels = experiment.scene().channels();
         let of_patch = |known: Option<Channels>| (0..channels).map(move |c| known.map(|known| known[c]));
@@ -277,7 +277,7 @@ impl Solution {
         Solution { estimates: estimates.iter().flat_map(|(_, _, known)| of_patch(known)).collect(), channels }
     }
 
-    /// The estimates of one face, channel by channel; `None` where no walk could tell.
+    /// The estimates of one face, channel by channel; `None` if no walk gives an estimate.
     pub fn face(&self, face: usize) -> Option<Vec<Estimate>> {
         self.estimates[face * self.channels..][..self.channels].iter().copied().collect()
     }
@@ -298,7 +298,7 @@ pub struct Mix {
 }
 
 impl Mix {
-    /// What a tally of related scores says of a face; `None` where no walk could tell.
+    /// The mix that a tally of related scores gives for a face; `None` if no walk gives an estimate.
     fn new(experiment: &Experiment, tally: &Tally, i: usize) -> Option<Self> {
         let face = experiment.scene().faces().get(i);
         let meaning = experiment.meaning_of((i, &face), 0, tally)?;
@@ -341,7 +341,7 @@ fn estimate(
     confidence: f64,
 ) -> Estimate {
     let Meaning { unit, irradiance_per_event, ratio_bound, bias_bound } = *meaning;
-    // A face that the estimator cannot tell the irradiance of has R = 0, so that b = 0 all the same.
+    // Where the estimator gives no irradiance the face has R = 0, so that b = 0 is still right.
     let reflected_per_event = face.reflectance[channel] * irradiance_per_event.unwrap_or(0.0);
     let interval = stats::mean_interval(moments, unit, confidence, ratio_bound);
     let mean = unit * moments.mean().unwrap_or(0.0);
@@ -360,7 +360,7 @@ fn estimate(
     }
 }
 
-/// What the mean of n independent chains says: it errs as Student's t of n − 1 degrees of freedom.
+/// The estimate from the mean of n independent chains: its error follows Student's t with n − 1 degrees of freedom.
 #[derive(Clone, Debug)]
 pub(super) struct Student {
     /// Half-width of the interval, in standard errors of the mean; `None` of a single chain.

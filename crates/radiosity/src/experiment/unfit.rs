@@ -14,7 +14,7 @@ pub enum Unfit {
         "patch {patch} emits and has reflectance 0, and gathering by survival scores only where walks survive (its light would be lost); choose another estimator"
     )]
     BlackEmitter {
-        /// The emitter.
+        /// The patch that emits.
         patch: usize,
     },
     /// The best mix of absorption and survival is a matter of one channel.
@@ -25,7 +25,7 @@ pub enum Unfit {
     /// No walk can be born, and nothing gathered, where there is no patch.
     #[error("patch {patch} is chosen, but the scene has {patches} patches; choose from 0 to {last}", last = patches - 1)]
     NoSuchPatch {
-        /// The patch.
+        /// The number of the chosen patch.
         patch: u32,
         /// Patches of the scene.
         patches: usize,
@@ -40,7 +40,7 @@ pub enum Unfit {
         "the groups of the exchange factors are not those of the scene (each face belongs to one, each has a face), or one walks more than 2⁴⁰ walks; change groups or walks"
     )]
     NoSuchGroups,
-    /// A sensor that cannot be.
+    /// A sensor that cannot measure anything.
     #[error(transparent)]
     Sensor(#[from] SensorError),
     /// A sensor sees all patches.
@@ -61,7 +61,7 @@ pub(super) fn check(scene: &Scene, method: &Method) -> Result<(), Unfit> {
     check_patches(method.final_gather(), scene)
 }
 
-/// Whether walks tell of all that sensors may see.
+/// Whether the walks estimate every face that sensors may see.
 pub(super) fn check_sensors(method: &Method) -> Result<(), Unfit> {
     match method {
         Method::Walks(Walks { direction: Direction::Gathering(Birth::Patches(_)), .. }) => {

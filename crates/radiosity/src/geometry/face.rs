@@ -23,11 +23,11 @@ pub struct Face {
     pub cell: [u32; 2],
     /// Its centroid, in the coordinates of the file [m].
     pub centroid: DVec3,
-    /// A [m²].
+    /// A: the area of one side [m²].
     pub area: f64,
-    /// R.
+    /// R: the reflectance, per channel.
     pub reflectance: Spectrum,
-    /// E [W/m²].
+    /// E: the emittance of one side [W/m²], per channel.
     pub emittance: Spectrum,
 }
 
@@ -62,7 +62,7 @@ struct Backs {
 #[derive(Clone, Debug)]
 pub struct Faces {
     surfaces: Vec<Common>,
-    /// By number.
+    /// Runs of backs, in the order of face numbers.
     backs: Vec<Backs>,
     /// Emittances of single patches, in ascending order.
     single: Vec<(u32, Spectrum)>,
@@ -232,7 +232,7 @@ impl<'a> IntoIterator for &'a Faces {
     }
 }
 
-/// Faces in order.
+/// An iterator over faces in the order of their numbers.
 #[derive(Clone, Debug)]
 pub struct FaceIter<'a> {
     faces: &'a Faces,

@@ -46,7 +46,7 @@ pub(crate) struct Frame<R> {
 }
 
 impl<R: Real> Frame<R> {
-    /// One for each.
+    /// Looks up the frame of each surface.
     #[inline(always)]
     pub(crate) fn each(frames: &Frames, surfaces: &[u32]) -> Self {
         let [c0, c1, c2, u0, u1, u2, v0, v1, v2, t0, t1, t2, n0, n1, n2, _] = R::rows(&frames.0, surfaces);

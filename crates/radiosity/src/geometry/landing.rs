@@ -6,7 +6,7 @@ use super::surface::Surface;
 use crate::simd::real::Real;
 use crate::simd::table::Table;
 
-/// Kinds of outline.
+/// The outline is a parallelogram of cells.
 const PARALLELOGRAM: f64 = 0.0;
 /// A triangle that is one cell.
 const TRIANGLE: f64 = 1.0;
@@ -85,7 +85,7 @@ impl Landing<f64> {
 }
 
 impl<R: Real> Landing<R> {
-    /// One for each.
+    /// Looks up the landing of each surface.
     #[inline(always)]
     pub(crate) fn each(landings: &Landings, surfaces: &[u32]) -> Self {
         let [nu, nv, iu, iv, first_face, survival, to_back, outline] = R::rows(&landings.table, surfaces);
@@ -106,7 +106,7 @@ impl<R: Real> Landing<R> {
         basis::steps(place, self.is_triangle())
     }
 
-    /// The numbers of the faces of cells, on the sides that `facing` tells.
+    /// The numbers of the faces of cells, on the sides that `facing` gives.
     #[inline(always)]
     pub(crate) fn face(&self, cell: [R; 2], facing: R) -> R {
         let zero = R::splat(0.0);
@@ -114,7 +114,7 @@ impl<R: Real> Landing<R> {
         cell[0] * self.cells[1] + cell[1] + self.first_face + side
     }
 
-    /// Whether the sides that `facing` tells are active.
+    /// Whether the sides that `facing` gives are active.
     #[inline(always)]
     pub(crate) fn is_active(&self, facing: R) -> R::Mask {
         // Above 0: the front, or a back that is active.

@@ -23,9 +23,9 @@ pub enum SensorShape {
         /// Cells along u and v; cell number = i_u·n_v + i_v.
         cells: [u32; 2],
     },
-    /// At a point.
+    /// A point that faces one direction.
     Point {
-        /// The point [m].
+        /// The place of the sensor [m].
         point: DVec3,
         /// The direction that it faces, of any length.
         normal: DVec3,
@@ -75,22 +75,22 @@ impl SensorShape {
     }
 }
 
-/// A sensor as it is written.
+/// A sensor as the scene file describes it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SensorSpec {
     /// The name that outputs show.
     pub name: String,
-    /// Where it measures.
+    /// Where the sensor measures.
     pub shape: SensorShape,
 }
 
-/// A sensor that cannot be.
+/// A sensor of impossible shape or place.
 #[derive(Clone, Debug, Error, PartialEq)]
 #[error("sensor {name:?}: {problem}")]
 pub struct SensorError {
-    /// Its name.
+    /// The name of the sensor.
     pub name: String,
-    /// What is wrong.
+    /// What is wrong with the sensor.
     pub problem: String,
 }
 

@@ -12,7 +12,7 @@ pub enum Shape {
     /// A parallelogram given by a corner and its two neighbours [m]; the front faces (u − c) × (v − c).
     /// `cells` = (n_u, n_v); patch = first + i_u·n_v + i_v.
     Parallelogram {
-        /// The corner c.
+        /// The corner c of the parallelogram [m].
         corner: DVec3,
         /// c + u, the next corner along u.
         corner_u: DVec3,
@@ -24,11 +24,11 @@ pub enum Shape {
     /// A triangle a, b, c [m], front by the right-hand rule, cut into `rows`² congruent triangles. Row r
     /// from a holds 2r + 1 of them, alternating, from the ab side; patch = first + r² + position.
     Triangle {
-        /// Vertex a.
+        /// Vertex a of the triangle [m].
         a: DVec3,
-        /// Vertex b.
+        /// Vertex b of the triangle [m].
         b: DVec3,
-        /// Vertex c.
+        /// Vertex c of the triangle [m].
         c: DVec3,
         /// The number of rows k.
         rows: u32,
@@ -45,7 +45,7 @@ pub enum Sides {
 }
 
 impl Sides {
-    /// 1 or 2.
+    /// The number of active sides: 1 or 2.
     pub fn count(self) -> f64 {
         match self {
             Sides::Front => 1.0,
@@ -59,7 +59,7 @@ impl Sides {
 pub enum Side {
     /// The side its normal points to.
     Front,
-    /// The other one.
+    /// The side away from the normal.
     Back,
 }
 
@@ -86,7 +86,7 @@ impl Spectrum {
         Spectrum(channels)
     }
 
-    /// Red, green, blue.
+    /// The numbers of the red, green and blue channel.
     pub fn channels(self) -> [f64; 3] {
         self.0
     }
@@ -101,7 +101,7 @@ impl Spectrum {
         self.max() > 0.0
     }
 
-    /// The largest channel.
+    /// The largest of the channels' numbers.
     pub fn max(self) -> f64 {
         self.0.into_iter().fold(0.0, f64::max)
     }
@@ -126,9 +126,9 @@ impl Index<usize> for Spectrum {
 pub struct SurfaceSpec {
     /// The name that outputs show; `None` shows the surface's number.
     pub name: Option<String>,
-    /// Outline and cells.
+    /// The outline of the surface and its cells.
     pub shape: Shape,
-    /// Active sides.
+    /// The sides that reflect and emit.
     pub sides: Sides,
     /// Reflectance R, every channel in [0, 1).
     pub reflectance: Spectrum,

@@ -163,7 +163,7 @@ impl Surface {
         self.first_face + cell + if side == Side::Back { self.to_back } else { 0 }
     }
 
-    /// R.
+    /// R: the reflectance, per channel.
     #[inline(always)]
     pub fn reflectance(&self) -> Spectrum {
         self.reflectance

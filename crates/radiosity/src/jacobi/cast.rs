@@ -40,7 +40,8 @@ struct Batch {
     scratch: Scratch,
 }
 
-/// A ray of a chain ends where it lands: nobody asks who survives, or where from.
+/// Draws for `arrive` that stand for none: a ray of a chain ends where it lands, so survival, point and direction are
+/// not used.
 static NO_DRAWS: [[u64; WIDTH]; 3] = [[0; WIDTH]; 3];
 
 impl Default for Batch {
@@ -59,7 +60,7 @@ impl Default for Batch {
 }
 
 impl<'a, N: Numbers> Caster<'a, N> {
-    /// Nothing shot yet.
+    /// A caster that has shot nothing yet.
     pub(crate) fn new(faces: &'a FaceTable, numbers: N) -> Self {
         let count = faces.list.len();
         Caster {
@@ -109,7 +110,7 @@ impl<'a, N: Numbers> Caster<'a, N> {
         Some(())
     }
 
-    /// Traces the batch and tells where its rays land.
+    /// Traces the batch and reports where its rays land.
     fn trace(&mut self, land: &mut impl FnMut(u32, u32)) {
         let (scene, batch) = (self.faces.scene, &mut *self.batch);
         let len = std::mem::take(&mut batch.len);

@@ -6,9 +6,9 @@ use crate::scene::Scene;
 /// The faces of a scene, made once.
 pub(crate) struct FaceTable<'a> {
     pub(crate) scene: &'a Scene,
-    /// By number.
+    /// The faces in the order of their numbers.
     pub(crate) list: Vec<Face>,
-    /// A [m²].
+    /// A: the areas of the faces [m²].
     pub(crate) areas: Vec<f64>,
 }
 

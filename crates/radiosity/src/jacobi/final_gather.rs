@@ -7,7 +7,7 @@
 //! Reflected light is gathered so. Light that comes straight from an emitter is a spike that few such rays would meet;
 //! it is sampled by *shadow rays* to points of emitters as well, and both are combined by the balance heuristic (E. Veach
 //! & L. J. Guibas, *Optimally combining sampling techniques for Monte Carlo rendering*, SIGGRAPH 1995). Its weights are
-//! densities in closed form, not chosen by what was found, so that no bias comes of them.
+//! densities in closed form, not chosen by what was found, so that they cause no bias.
 
 use glam::DVec3;
 
@@ -28,7 +28,7 @@ use crate::trace::ray::{Hits, Ray, Rays};
 use crate::trace::tree::Scratch;
 use crate::walk::depart::Departures;
 
-/// One in so many rays of a face is a shadow ray.
+/// One in this many rays of a face is a shadow ray.
 const SHADOW_SHARE: u64 = 4;
 
 /// Shadow rays bring at most this part of the largest emittance: each counts at most as one gathering ray that meets it.
@@ -52,7 +52,7 @@ pub(crate) struct Gathered {
 }
 
 /// Gathers H of the `chosen` faces by `rays` rays in all, given the `reflected` light of all faces, face-major and
-/// channel-minor [W/m²]. `None` once `go_on` says no, which is asked for every batch.
+/// channel-minor [W/m²]. `None` once `go_on`, which is asked for every batch, returns false.
 pub(crate) fn final_gather(
     faces: &FaceTable,
     chosen: &[u32],
@@ -158,7 +158,7 @@ impl Station<'_> {
 
 struct Gatherer<'a> {
     faces: &'a FaceTable<'a>,
-    /// Face-major, channel-minor.
+    /// The reflected radiosity of faces [W/m²], face-major, channel-minor.
     reflected: &'a [f64],
     go_on: &'a dyn Fn() -> bool,
     /// Rays of a face that gather, and shadow rays.

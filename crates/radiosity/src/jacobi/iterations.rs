@@ -33,9 +33,9 @@ pub enum Phase {
 /// What one iteration of a chain came to.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Iteration {
-    /// What it propagated.
+    /// The power that the iteration propagated.
     pub phase: Phase,
-    /// Its rays.
+    /// The number of rays of the iteration.
     pub rays: u64,
     /// H that its rays brought [W/m²], face-major, channel-minor. Of one regular iteration b = R·H.
     pub irradiance: Vec<f64>,
@@ -44,7 +44,7 @@ pub struct Iteration {
 /// Power of every face [W], channel by channel.
 type Power = Vec<Vec<f64>>;
 
-/// One chain of `rays` rays; `observe` sees φ of each face [W] after each iteration. `None` once `go_on` says no.
+/// One chain of `rays` rays; `observe` sees φ of each face [W] after each iteration. `None` once `go_on` returns false.
 pub(crate) fn chain(
     faces: &FaceTable,
     rng: WalkRng,
@@ -66,7 +66,7 @@ pub(crate) fn observed(scene: &Scene, rng: WalkRng, rays: u64, plan: Iterations)
     let mut observe = |phase, rays, incoming: &Power| {
         iterations.push(Iteration { phase, rays, irradiance: face_major(&faces.per_area(incoming)) });
     };
-    chain(&faces, rng, rays, plan, &mut observe, &|| true).expect("nobody says no");
+    chain(&faces, rng, rays, plan, &mut observe, &|| true).expect("the chain is never told to stop");
     iterations
 }
 
@@ -92,7 +92,7 @@ pub fn stochastic_iteration(
     let power = (0..channels).map(of_channel).collect();
     let plan = Iterations { births, sampler: Sampler::Random, ..Iterations::default() };
     let mut shooter = Shooter::new(&faces, RandomNumbers::new(rng), plan);
-    let incoming = shooter.regular(&power, rays, &|| true).expect("nobody says no");
+    let incoming = shooter.regular(&power, rays, &|| true).expect("the iteration is never told to stop");
     face_major(&faces.per_area(&incoming))
 }
 
@@ -160,7 +160,7 @@ impl<'a, N: Numbers> Shooter<'a, N> {
         }
     }
 
-    /// φ that all power brings by so many rays.
+    /// φ when `rays` rays carry all of `power`.
     fn regular(&mut self, power: &Power, rays: u64, go_on: &dyn Fn() -> bool) -> Option<Power> {
         let shares = self.shares(power);
         let per_ray = shares.iter().sum::<f64>() / rays.max(1) as f64;
@@ -220,7 +220,7 @@ impl<'a, N: Numbers> Shooter<'a, N> {
             .collect()
     }
 
-    /// Of a channel's power, what escapes and what ends on backs [W], as the rays of the whole chain tell.
+    /// Of a channel's power, what escapes and what ends on backs [W], estimated from the rays of the whole chain.
     fn lost(&self, power: &[f64]) -> [f64; 2] {
         let rays = self.caster.lost.iter().zip(&self.caster.shot).zip(power);
         rays.fold([0.0; 2], |sum, ((lost, &shot), power)| {

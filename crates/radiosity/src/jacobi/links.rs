@@ -29,7 +29,7 @@ impl LinkTable {
         LinkTable { row: 0, counts: vec![0; faces], touched: Vec::new(), links: Vec::new() }
     }
 
-    /// Counts a ray.
+    /// Counts a ray from one face to another.
     #[inline(always)]
     pub(crate) fn count(&mut self, from: u32, to: u32) {
         if from != self.row {

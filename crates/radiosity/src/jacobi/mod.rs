@@ -31,7 +31,7 @@ pub(crate) use outcome::Outcome;
 use plan::Solve;
 pub use reciprocity::Reciprocity;
 
-/// One chain of `rays` rays. `go_on` is asked now and then; `None` once it says no.
+/// One chain of `rays` rays. `go_on` is asked now and then; `None` once it returns false.
 pub(crate) fn chain(
     scene: &Scene,
     rng: WalkRng,

@@ -7,7 +7,7 @@ use crate::simd::isa::{Isa, on_isa};
 
 /// Numbers for the rays of a batch, face by face.
 pub(crate) trait Numbers {
-    /// The next rays leave this face, which has shot so many.
+    /// The next rays leave face `face`, which has already shot `shot` rays.
     fn leave(&mut self, face: u32, shot: u32);
 
     /// Draws the next ray of the face, which is number `i` of the batch.

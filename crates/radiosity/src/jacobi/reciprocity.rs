@@ -10,7 +10,7 @@ use super::links::{Link, LinkTable};
 use super::numbers::SobolNumbers;
 use crate::random::rng::WalkRng;
 
-/// Fewer effective rays either way tell too little of a face.
+/// The least number of effective rays in either direction for a face to be compared.
 const TELLING: f64 = 30.0;
 
 /// How what arrives at faces agrees with what leaves them.
@@ -35,7 +35,9 @@ pub(crate) fn reciprocity(faces: &FaceTable, rng: WalkRng, rays: u64) -> Recipro
     let shares: Vec<f64> = faces.areas.iter().map(|area| area / total + 1.0 / count).collect();
     let offset = caster.rng().pair()[0];
     let births = systematic(&shares, rays, offset);
-    caster.cast(&births, &|| true, |from, to| table.count(from, to)).expect("nobody says no");
+    caster
+        .cast(&births, &|| true, |from, to| table.count(from, to))
+        .expect("the rays are never told to stop");
     table.end_row();
     compare(table.links(), &caster.shot, &faces.areas)
 }
@@ -53,13 +55,13 @@ impl Flow {
         self.squares += rays * area * area;
     }
 
-    /// How many equal rays would tell as much.
+    /// The number of equal rays with the same information.
     fn effective(&self) -> f64 {
         if self.squares > 0.0 { self.sum * self.sum / self.squares } else { 0.0 }
     }
 }
 
-/// What the links of faces that shot these numbers of rays say.
+/// Compares both directions of the links, given the numbers of rays that faces shot.
 fn compare(links: &[Link], shot: &[u32], areas: &[f64]) -> Reciprocity {
     let mut flows = vec![[Flow::default(); 2]; areas.len()];
     let per_ray: Vec<f64> = areas.iter().zip(shot).map(|(area, &shot)| area / f64::from(shot)).collect();

@@ -12,7 +12,7 @@ use super::links::Links;
 const MOST_STEPS: usize = 1000;
 
 /// B of every face [W/m²], channel by channel, until the residual has fallen to this part of the source's, both in the
-/// norm of the inverse diagonal. `start` is a guess, or empty. `None` once `go_on` says no.
+/// norm of the inverse diagonal. `start` is a guess, or empty. `None` once `go_on` returns false.
 pub(crate) fn solve(
     links: &Links,
     start: &[Vec<f64>],
@@ -126,7 +126,7 @@ impl<'a, const C: usize> System<'a, C> {
         b
     }
 
-    /// y = (matrix)·x.
+    /// y = (matrix of the system)·x.
     fn apply(&self, x: &[[f64; C]], y: &mut [[f64; C]]) {
         y.copy_from_slice(&self.diagonal);
         each(y, x, |y, x, _| *y *= x);

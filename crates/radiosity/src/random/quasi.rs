@@ -88,7 +88,7 @@ impl Numbers for Quasi {
     }
 }
 
-/// The next point of every walk, in so many of the axes; the bits of a number fill the upper part of its word.
+/// The next point of every walk, in N axes; the bits of a number fill the upper part of its word.
 #[inline(always)]
 fn points<const N: usize>(numbers: &mut Quasi, points: &mut [[u32; WIDTH]; N]) {
     // Bit k of a walk's number is bit 31 − k here, where scrambling begins at the lowest bit. Bits of coordinates are
@@ -96,8 +96,10 @@ fn points<const N: usize>(numbers: &mut Quasi, points: &mut [[u32; WIDTH]; N]) {
     let mask = !u32::MAX.checked_shr(numbers.bits).unwrap_or(0);
     for first in (0..WIDTH).step_by(SIDE_BY_SIDE) {
         let (mut seed, mut index) = ([0_u32; SIDE_BY_SIDE], [0_u32; SIDE_BY_SIDE]);
-        let drawn: &[u32; SIDE_BY_SIDE] = numbers.drawn[first..][..SIDE_BY_SIDE].try_into().expect("so many");
-        let walks: &[u32; SIDE_BY_SIDE] = numbers.index[first..][..SIDE_BY_SIDE].try_into().expect("so many");
+        let drawn: &[u32; SIDE_BY_SIDE] =
+            numbers.drawn[first..][..SIDE_BY_SIDE].try_into().expect("SIDE_BY_SIDE numbers");
+        let walks: &[u32; SIDE_BY_SIDE] =
+            numbers.index[first..][..SIDE_BY_SIDE].try_into().expect("SIDE_BY_SIDE numbers");
         for i in 0..SIDE_BY_SIDE {
             seed[i] = mix(numbers.key[0] ^ mix(numbers.key[1] ^ drawn[i]));
         }
@@ -120,7 +122,7 @@ fn points<const N: usize>(numbers: &mut Quasi, points: &mut [[u32; WIDTH]; N]) {
         }
         for axis in 0..N {
             let row: &mut [u32; SIDE_BY_SIDE] =
-                (&mut points[axis][first..][..SIDE_BY_SIDE]).try_into().expect("so many");
+                (&mut points[axis][first..][..SIDE_BY_SIDE]).try_into().expect("SIDE_BY_SIDE numbers");
             for i in 0..SIDE_BY_SIDE {
                 let seed = mix(seed[i].wrapping_add(axis as u32 + 1));
                 row[i] = owen_scrambled(point[axis][i], seed);
@@ -183,7 +185,8 @@ mod tests {
 
     use super::*;
 
-    /// What walks 0 … `walks` − 1 of a batch draw at their birth and at so many arrivals: rows of the last.
+    /// The draws of walks 0 … `walks` − 1 of a batch at the last of `arrivals` arrivals, or at their birth if there are
+    /// none.
     fn drawn(isa: Isa, batch: u64, walks: u32, arrivals: u32) -> Vec<[u64; 3]> {
         let mut numbers = Quasi::new(&Sequence::new(4), batch, walks.into());
         let mut rows = Vec::new();

@@ -36,11 +36,11 @@ pub enum SceneError {
     /// A value of one surface is not allowed.
     #[error("{problem}")]
     Surface {
-        /// The surface number.
+        /// The number of the surface.
         surface: usize,
         /// The key at fault, as scene files write it.
         key: &'static str,
-        /// Problem, reason, remedy.
+        /// The message: problem, reason, remedy.
         problem: String,
     },
     /// The scene as a whole is not allowed.
@@ -54,7 +54,7 @@ pub enum IndexChoice {
     /// A tree where there are more than a handful of surfaces.
     #[default]
     Auto,
-    /// Meet every surface.
+    /// No tree: each ray meets every surface.
     Flat,
     /// A tree, however few there are.
     Tree,

@@ -10,7 +10,7 @@ pub(crate) const WIDTH: usize = 128;
 pub(crate) struct Lanes([u64; WIDTH / 64]);
 
 impl Lanes {
-    /// The first `len`.
+    /// The first `len` walks of the batch.
     #[inline(always)]
     pub(crate) fn first(len: usize) -> Self {
         Lanes(std::array::from_fn(|word| match len.saturating_sub(64 * word) {
@@ -31,7 +31,7 @@ impl Lanes {
         self.0[first / 64] |= bits << (first % 64);
     }
 
-    /// Adds one.
+    /// Adds one walk to the set.
     #[inline(always)]
     pub(crate) fn insert(&mut self, lane: usize) {
         self.add(lane, 1);
@@ -49,7 +49,7 @@ impl Lanes {
         self == Lanes::default()
     }
 
-    /// How many.
+    /// The number of walks in the set.
     #[inline(always)]
     pub(crate) fn count(self) -> u64 {
         self.0.iter().map(|word| u64::from(word.count_ones())).sum()
@@ -88,11 +88,11 @@ impl BitOr for Lanes {
 /// What became of the walks of a batch where their rays have led them.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Decisions {
-    /// Arrived at an active side. Of these:
+    /// The walks that arrived at an active side.
     pub(crate) arrived: Lanes,
-    /// go on,
+    /// The walks that arrived and go on.
     pub(crate) survived: Lanes,
-    /// or are absorbed. The rest is cut off.
+    /// The walks that arrived and are absorbed. All other arrivals are cut off.
     pub(crate) died: Lanes,
 }
 

@@ -18,7 +18,7 @@ pub(crate) struct Avx512(());
 /// The instruction sets that the kernel is compiled for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Isa {
-    /// Plain Rust.
+    /// Rust without vector instructions.
     Portable,
     #[cfg_attr(not(target_arch = "x86_64"), allow(dead_code, reason = "one architecture has it"))]
     Avx2(Avx2),
@@ -28,9 +28,9 @@ pub(crate) enum Isa {
 
 /// The vectors of an instruction set.
 pub(crate) trait Simd {
-    /// Several f64.
+    /// A vector of several f64.
     type Doubles: Real;
-    /// Sixteen f32.
+    /// A vector of sixteen f32.
     type Singles: Lanes;
 }
 

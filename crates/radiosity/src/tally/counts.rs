@@ -10,7 +10,7 @@ pub struct Overflow;
 /// Tallies of different scenes or moments were to be merged.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 pub enum MergeError {
-    /// The shapes differ.
+    /// The shapes of the tallies differ.
     #[error("tallies of different shape cannot be merged ({0} and {1} sums)")]
     Shape(usize, usize),
     /// A sum left its range.
@@ -21,9 +21,9 @@ pub enum MergeError {
 /// How walks ended, and what they cost.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Counts {
-    /// Walks that began.
+    /// The number of walks that began.
     pub walks: u64,
-    /// Rays traced.
+    /// The number of rays traced.
     pub rays: u64,
     /// Walks absorbed by an active side.
     pub absorbed: u64,
@@ -35,9 +35,9 @@ pub struct Counts {
     pub truncated: u64,
     /// Weight of each channel that ended on backs, in 2⁻⁴⁰ of a walk's.
     pub absorbed_back_weight: [u128; 3],
-    /// Weight that left the scene, likewise.
+    /// Weight of each channel that left the scene, in 2⁻⁴⁰ of a walk's.
     pub escaped_weight: [u128; 3],
-    /// Weight that was cut off, likewise.
+    /// Weight of each channel that was cut off, in 2⁻⁴⁰ of a walk's.
     pub truncated_weight: [u128; 3],
 }
 

@@ -57,9 +57,9 @@ word!(u128);
 pub trait Events: Copy + Default {
     /// Whether there is one.
     const COUNTED: bool;
-    /// One more.
+    /// Counts one more event.
     fn increment(&mut self);
-    /// How many.
+    /// The number of events counted.
     fn total(self) -> u128;
 }
 
@@ -131,7 +131,7 @@ const SHORT_PATH: usize = 64;
 impl<W: Word, E: Events, const S: usize, const M: usize> Scoreboard<W, E, S, M> {
     const LAYOUT: Layout = Layout { scores: S, moments: M, slopes: 0, events: E::COUNTED };
 
-    /// An empty board.
+    /// A board of `patches` patches without scores.
     pub fn new(patches: usize) -> Self {
         Scoreboard { counts: Counts::default(), cells: vec![Cell::empty(); patches], largest: 0 }
     }

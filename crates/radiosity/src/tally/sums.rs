@@ -19,7 +19,7 @@ pub struct Layout {
 }
 
 impl Layout {
-    /// Numbers per patch.
+    /// The number of columns per patch: sums, and the count of events.
     pub fn columns(self) -> usize {
         (self.scores + self.slopes) * self.moments + usize::from(self.events)
     }
@@ -72,7 +72,7 @@ impl Tally {
         self.sums.len() / self.layout.columns()
     }
 
-    /// All sums, patch-major.
+    /// All sums in the order of patches, the columns of a patch side by side.
     pub fn sums(&self) -> &[u128] {
         &self.sums
     }

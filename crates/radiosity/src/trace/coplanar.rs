@@ -26,9 +26,9 @@ const OVERLAP: f64 = 4.0;
 pub struct Overlap {
     /// The one that is nearer to the side that the stack's normal points to.
     pub upper: u32,
-    /// The other one.
+    /// The one that is farther from that side.
     pub lower: u32,
-    /// Of what they have in common [m²].
+    /// The area that they have in common [m²].
     pub area: f64,
 }
 

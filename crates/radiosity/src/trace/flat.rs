@@ -2,7 +2,7 @@
 //!
 //! A sketch of the facets in f32 says which one a ray meets first and how near any other may be, with bounds on all
 //! that f32 rounds away. Then the one facet is met in full, and that is the answer if its t is below the bound of
-//! the others. In the few cases that the sketch cannot tell apart, every facet is met in full. Of a wall of a closed room,
+//! the others. In the few cases that the sketch cannot decide, every facet is met in full. Of a wall of a closed room,
 //! which nothing is behind, the sketch is that of its plane: beyond the wall's edge a ray has met another wall before.
 
 use glam::DVec3;
@@ -19,7 +19,7 @@ use crate::trace::ray::{Hits, Rays};
 /// Scenes of more surfaces are traced flat only to check the tree: there every facet is met in full.
 const MOST_SKETCHES: usize = 4096;
 
-/// Meets every facet.
+/// The flat index: every ray meets every facet.
 #[derive(Clone, Debug)]
 pub(crate) struct Flat {
     /// What rays are traced with.
@@ -73,9 +73,9 @@ impl Flat {
 
 /// Which facets are walls of a closed room: all corners lie before their planes or on them, nothing else is on the same
 /// plane, and the areas of all such, as vectors along their normals, cancel. Where a lid is missing they do not, and rays that
-/// leave through it would be sketched in vain. Where this is wrong answers take longer and are the same.
+/// leave through it would be sketched in vain. Where this test is wrong, tracing takes longer and finds the same hits.
 fn walls(surfaces: &[Surface], corners: &[DVec3], facets: &Facets) -> Vec<bool> {
-    /// 1 − cos of the angle between planes that are told apart.
+    /// 1 − cos of the least angle between different planes.
     const APART: f64 = 1e-6;
     const OPEN: f64 = 1e-6;
     let before = |facet: &Facet, corner: &DVec3| facet.normal.dot(*corner) - facet.offset >= -facets.slack();
@@ -110,7 +110,7 @@ const SKETCHED: usize = 16;
 /// The bounds below add these up and double the sum.
 #[derive(Clone, Debug)]
 struct Sketch {
-    /// Of the surface.
+    /// The number of the surface.
     number: u32,
     /// The least surface in its plane, where surfaces coincide.
     plane: u32,
@@ -137,7 +137,7 @@ enum Part {
 
 /// The bound on the error of n·d.
 const APPROACH_MARGIN: f32 = 2.0 * 5.0 * 1.7320509 * EPSILON;
-/// Unit roundoff.
+/// The unit roundoff of f32.
 const EPSILON: f32 = f32::EPSILON / 2.0;
 
 impl Sketch {
@@ -181,7 +181,7 @@ impl Sketch {
     }
 }
 
-/// What the sketches say of some rays.
+/// The findings of the sketches for some rays.
 struct Guess {
     /// A lower bound of the least t, and whose it is; `Hits::NONE` where nothing can be met.
     t: [f32; SKETCHED],
@@ -196,7 +196,7 @@ fn distinct<R: Real>(flat: &Flat, facets: &Facets, rays: &Rays, hits: &mut Hits)
     closest_hits::<R, false>(flat, facets, None, rays, hits);
 }
 
-/// Where some do.
+/// Finds the closest hits where some surfaces coincide.
 #[inline(always)]
 fn layered<R: Real>(flat: &Flat, facets: &Facets, layers: &Layers, rays: &Rays, hits: &mut Hits) {
     closest_hits::<R, true>(flat, facets, Some(layers), rays, hits);
@@ -271,7 +271,7 @@ fn guess<R: Real, const LAYERED: bool>(sketches: &[Sketch], starts: &Starts) -> 
         surface: [Hits::NONE; SKETCHED],
         other: [f32::INFINITY; SKETCHED],
     };
-    // In any order: those at the same t are not told apart here.
+    // In any order: facets at the same t are not ordered here.
     for alike in sketches.chunk_by(|a, b| a.part == b.part) {
         let guess = &mut guess;
         match alike[0].part {
@@ -299,7 +299,7 @@ const PLANE: u8 = Part::Plane as u8;
 const TRIANGLE: u8 = Part::Triangle as u8;
 const PARALLELOGRAM: u8 = Part::Parallelogram as u8;
 
-/// [`mod@crate::trace::meet`] with all coordinates multiplied by |n·d|, which needs no division to tell what is outside.
+/// [`mod@crate::trace::meet`] with all coordinates multiplied by |n·d|, which needs no division to decide what is outside.
 #[inline(always)]
 fn look<R: Real, const PART: u8, const LAYERED: bool>(sketch: &Sketch, starts: &Starts, guess: &mut Guess) {
     let Starts { origin, direction, from, plane } = starts;
@@ -328,7 +328,7 @@ fn look<R: Real, const PART: u8, const LAYERED: bool>(sketch: &Sketch, starts: &
         let t = if may_meet { t } else { f32::INFINITY };
         let worse = if t > guess.t[lane] { t } else { guess.t[lane] };
         let other = if worse < guess.other[lane] { worse } else { guess.other[lane] };
-        // Which side is met of a facet that is seen edge-on, the sketch cannot say.
+        // The sketch cannot decide which side is met of a facet that is seen edge-on.
         let edge_on = (approach <= APPROACH_MARGIN) & (from[lane] != sketch.number);
         // Nor whether a layer of the plane that the ray leaves is in front.
         let layer = LAYERED & (plane[lane] == sketch.plane) & (from[lane] != sketch.number);
@@ -338,7 +338,7 @@ fn look<R: Real, const PART: u8, const LAYERED: bool>(sketch: &Sketch, starts: &
     }
 }
 
-/// Meets the facet that each of N rays is said to meet; bit i of the result: the answer for ray i is certain.
+/// Meets, for each of N rays, the facet that the sketch names; bit i of the result: the answer for ray i is certain.
 #[inline(always)]
 fn decide<R: Real>(
     (facets, layers): (&Facets, Option<&Layers>),

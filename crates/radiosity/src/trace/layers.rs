@@ -30,7 +30,7 @@ impl Layers {
         self.table.bytes()
     }
 
-    /// `None` where no surfaces coincide. `facing` tells of a surface whether its front is on the side of a stack's normal.
+    /// `None` where no surfaces coincide. `facing` says whether the front of a surface is on the side of a stack's normal.
     pub(crate) fn new(count: usize, stacks: &[Stack], facing: impl Fn(u32, &Stack) -> bool) -> Option<Self> {
         if stacks.is_empty() {
             return None;

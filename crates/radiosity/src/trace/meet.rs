@@ -95,7 +95,7 @@ impl Best<f64> {
     }
 }
 
-/// N rays.
+/// N rays side by side.
 pub(crate) struct RayLanes<R> {
     origin: [R; 3],
     direction: [R; 3],
@@ -133,13 +133,13 @@ pub(crate) struct FacetLanes<R> {
     u_offset: R,
     v_axis: [R; 3],
     v_offset: R,
-    /// 1 or 0.
+    /// 1 for a triangle, 0 for a parallelogram.
     triangle: R,
     two_sided: R,
 }
 
 impl<R: Real> FacetLanes<R> {
-    /// One for each.
+    /// Looks up the facet of each surface.
     #[inline(always)]
     fn each(facets: &Facets, surfaces: &[u32]) -> Self {
         let [n0, n1, n2, offset, u0, u1, u2, u_offset, v0, v1, v2, v_offset, triangle, two_sided, _, _] =

@@ -1,4 +1,4 @@
-//! Where rays have arrived: the faces that hold the hit points, who survives there, and the points from which
+//! Where rays have arrived: the faces that hold the hit points, which walks survive there, and the points from which
 //! survivors go on; many side by side.
 
 use crate::geometry::landing::{Landing, Landings};
@@ -17,11 +17,11 @@ use crate::walk::Space;
 pub(crate) struct Arrivals {
     /// Without meaning where no active side is met.
     pub(crate) face: [u32; WIDTH],
-    /// Met a surface,
+    /// The walks whose rays met a surface.
     pub(crate) met: Lanes,
-    /// and on an active side.
+    /// The walks that met an active side.
     pub(crate) active: Lanes,
-    /// Would survive there, as chance has it.
+    /// The walks that would survive there, by their draws.
     pub(crate) survives: Lanes,
     /// Local coordinates of the point that a survivor goes on from.
     pub(crate) uv: [[f64; WIDTH]; 2],

@@ -1,4 +1,4 @@
-//! The estimators: what a walk scores, where, and what that is worth. All that tells one estimator from another is here:
+//! The estimators: what a walk scores, where, and what that is worth. All differences between estimators are here:
 //! the [`Event`] that scores, and the [`Course`] of its walks. Predictions of variances (the crate `exact`) go by these two.
 //!
 //! A shooting walk carries Φ_T, a gathering walk looks for E. Each scores at one kind of [`Event`], whose probability after
@@ -29,7 +29,7 @@ pub enum EstimatorKind {
     Absorption,
     /// Every hit that it survives.
     Survival,
-    /// Every hit.
+    /// Every hit of a walk.
     #[default]
     Collision,
     /// Every hit of a walk that is never absorbed, by weight (SInf).
@@ -45,7 +45,7 @@ pub enum Estimator {
     Absorption,
     /// Every hit that a walk survives scores.
     Survival,
-    /// Every hit scores.
+    /// Every hit of a walk scores.
     Collision,
     /// Every hit scores, by weight, of a walk that is never absorbed (SInf) until this end.
     Infinite(InfiniteEnd),
@@ -56,11 +56,11 @@ pub enum Estimator {
 /// What happens to a walk where it has arrived.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Event {
-    /// It has arrived.
+    /// The walk has arrived.
     Arrival,
-    /// It survives.
+    /// The walk survives the hit.
     Survival,
-    /// It is absorbed.
+    /// The walk is absorbed.
     Absorption,
 }
 
@@ -78,16 +78,16 @@ pub enum Course {
 /// How often one walk may score on the same face.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Repeats {
-    /// Once at most.
+    /// Once at most per walk.
     Never,
-    /// At every visit, all worth the same.
+    /// At every visit, and each score has the same value.
     Equal,
     /// At every visit, each worth less by the reflectances between.
     Weakening,
 }
 
 impl EstimatorKind {
-    /// Every estimator.
+    /// All estimators, in the order in which messages list them.
     pub const ALL: &'static [Self] =
         &[Self::Absorption, Self::Survival, Self::Collision, Self::Infinite, Self::Direct];
 
@@ -167,7 +167,7 @@ impl Event {
 }
 
 impl Estimator {
-    /// The estimator without what it needs to know.
+    /// The kind of the estimator, without its parameters.
     pub fn kind(self) -> EstimatorKind {
         match self {
             Estimator::Absorption => EstimatorKind::Absorption,
@@ -188,7 +188,7 @@ impl Estimator {
 }
 
 impl From<EstimatorKind> for Estimator {
-    /// Infinite walks end as they do in a job that does not say how.
+    /// Infinite walks end as by default in a job.
     fn from(kind: EstimatorKind) -> Self {
         kind.ending(InfiniteEnd::default())
     }

@@ -49,9 +49,9 @@ impl Default for InfiniteEnd {
 /// What a walk does after a hit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Next {
-    /// Goes on.
+    /// The walk goes on.
     Survives,
-    /// Is absorbed.
+    /// The walk is absorbed.
     Dies,
     /// Is cut off with the weights it has left.
     Truncated,

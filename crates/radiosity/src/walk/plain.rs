@@ -10,7 +10,7 @@
 //! - survival: φ_i ≈ Φ_T/(N·R_i) × survivals on i (S97 proposition 2.9),
 //!
 //! and the reflected radiosity is b_i = (R_i/A_i)·φ_i, to which E_i is added: nothing is scored at the birth. All that
-//! `walk/batch.rs` and what it calls do is this walk, a hundred at a time; its tests hold it to this one, bit for bit.
+//! `walk/batch.rs` and what it calls do is this walk, a hundred at a time; its tests compare it with this one, bit for bit.
 
 use super::Space;
 use super::batch::WalkEnd;

@@ -14,7 +14,7 @@ use crate::simd::real::Real;
 use crate::tally::{Scoreboard, Word};
 use crate::trace::ray::Hits;
 
-/// Units of fixed-point scores in the largest single score, for boards of so many power sums.
+/// Units of fixed-point scores in the largest single score, for boards of `moments` power sums.
 pub(crate) const fn fixed_units(moments: usize) -> f64 {
     let bits = if moments <= 2 { 40 } else { 24 };
     (1_u64 << bits) as f64
@@ -76,11 +76,11 @@ pub(crate) trait Event {
     fn scoring(decided: &Decisions) -> Lanes;
 }
 
-/// Every hit scores.
+/// The event of the collision estimator: every hit scores.
 pub(crate) struct OnArrival;
-/// Every hit but the last scores.
+/// The event of the survival estimator: every hit but the last scores.
 pub(crate) struct OnSurvival;
-/// The absorption scores.
+/// The event of the absorption estimator: the absorption scores.
 pub(crate) struct OnAbsorption;
 
 impl Event for OnArrival {
@@ -110,7 +110,8 @@ struct Visits {
     later: Vec<Vec<u32>>,
 }
 
-/// Visits are searched for earlier ones up to so many.
+/// The number of visits of a walk in which an earlier visit to the same face is searched; further visits are scored at
+/// the walk's end.
 const SEARCHED: usize = 64;
 
 impl Visits {
@@ -339,7 +340,7 @@ impl<V: Event, const C: usize, const M: usize> Scorer<C> for Gather<'_, V, C, M>
 }
 
 /// The scores of [`ShootRelated`] and [`GatherRelated`], in this order: collision, absorption, survival, and the
-/// sum of the last two, whose square tells their covariance.
+/// sum of the last two, whose square gives their covariance.
 pub(crate) const RELATED: usize = 4;
 
 /// Collision, absorption and survival shooting of the same grey walks, in hits.

@@ -1,4 +1,4 @@
-//! Scenes for tests.
+//! Scenes for the tests of this folder.
 #![allow(dead_code, reason = "each test file uses its own part")]
 
 use std::ops::Range;
@@ -82,7 +82,7 @@ pub(crate) fn map_corners(scene: &SceneSpec, map: impl Fn(DVec3) -> DVec3) -> Sc
     SceneSpec { surfaces: surfaces.collect() }
 }
 
-/// An irregular rotation.
+/// A rotation along no axis of symmetry.
 pub(crate) fn rotation() -> DMat3 {
     DMat3::from_rotation_z(0.7) * DMat3::from_rotation_x(1.1) * DMat3::from_rotation_y(-0.4)
 }
@@ -147,7 +147,7 @@ pub(crate) fn bumpy_sphere(levels: u32, rows: u32) -> SceneSpec {
     SceneSpec { surfaces }
 }
 
-/// Collision shooting.
+/// The method of discrete or continuous collision shooting.
 pub(crate) fn collision(space: Space) -> Walks {
     Walks { space, ..Walks::shooting(EstimatorKind::Collision) }
 }

@@ -11,7 +11,7 @@ use serde_json::{Value, json};
 use super::table::corners;
 use crate::picture::Shot;
 
-/// Numbers of glTF.
+/// Constants that the glTF format defines.
 const FLOAT: u32 = 5126;
 const UNSIGNED_INT: u32 = 5125;
 const ARRAY_BUFFER: u32 = 34962;
@@ -35,7 +35,7 @@ struct Corners {
     colours: Vec<f32>,
     /// B [W/m²], the mean over the channels.
     light: Vec<f32>,
-    /// Corners of triangles.
+    /// Corners of triangles, as indices of places.
     indices: Vec<u32>,
     /// The box around all places.
     low: [f32; 3],

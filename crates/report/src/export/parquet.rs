@@ -70,7 +70,7 @@ fn write_column<W: Write + Send>(
     writer.close()
 }
 
-/// The values that are there, and for each row whether one is: 1 or 0.
+/// The values that exist, and for each row whether it has one: 1 or 0.
 fn present<T: Copy>(cells: &[Option<T>]) -> (Vec<T>, Vec<i16>) {
     (cells.iter().flatten().copied().collect(), cells.iter().map(|cell| cell.is_some().into()).collect())
 }

@@ -1,4 +1,4 @@
-//! The columns of `patches.csv` with their types, and the corners of its rows.
+//! The columns of `patches.csv` and its fellows with their types, and the corners of rows.
 //!
 //! They are read back from the table as it is written, so that what is exported cannot differ from it.
 
@@ -9,35 +9,46 @@ use radiosity::Estimates;
 
 use crate::patches::write_patches;
 
-/// A column of the table.
-pub(crate) struct Column {
-    /// Its header.
+/// A column of a table.
+pub struct Column {
+    /// The name in the header of the table.
     pub name: String,
     /// Its cells, in the order of rows.
     pub cells: Cells,
 }
 
 /// The cells of a column.
-pub(crate) enum Cells {
-    /// Whole numbers; a cell is missing where no walk could tell.
+pub enum Cells {
+    /// Whole numbers; a cell is missing if no walk gives an estimate.
     Whole(Vec<Option<i64>>),
-    /// Numbers as the table has them; a cell is missing where no walk could tell.
+    /// Numbers as the table has them; a cell is missing if no walk gives an estimate.
     Number(Vec<Option<f64>>),
-    /// Words.
+    /// Words, one for each row.
     Words(Vec<String>),
 }
 
 /// Columns of whole numbers.
 const WHOLE: &[&str] = &["patch", "u", "v", "hits"];
 
-/// Columns of words.
-const WORDS: &[&str] = &["surface", "side", "flags"];
+/// The columns that hold words.
+const WORDS: &[&str] = &["surface", "side", "flags", "sensor"];
 
 /// The columns of `patches.csv`.
-pub(crate) fn columns(estimates: &Estimates) -> io::Result<Vec<Column>> {
+///
+/// # Errors
+/// A number that its column cannot hold.
+pub fn columns(estimates: &Estimates) -> io::Result<Vec<Column>> {
     let mut csv = Vec::new();
     write_patches(&mut csv, estimates)?;
-    let mut reader = csv::Reader::from_reader(csv.as_slice());
+    read_table(&csv)
+}
+
+/// The columns of a table that [`write_patches`], [`crate::write_sensors`] or [`crate::write_exact`] wrote.
+///
+/// # Errors
+/// A cell that is none of its column.
+pub fn read_table(csv: &[u8]) -> io::Result<Vec<Column>> {
+    let mut reader = csv::Reader::from_reader(csv);
     let empty = |name: &str| match name {
         name if WHOLE.contains(&name) => Cells::Whole(Vec::new()),
         name if WORDS.contains(&name) => Cells::Words(Vec::new()),
@@ -70,7 +81,7 @@ fn parse<T: std::str::FromStr>(cell: &str) -> io::Result<Option<T>> {
 }
 
 /// The corners of the faces in the order of rows [m], as [`radiosity::Faces::corners`] has them.
-pub(crate) fn corners<'a>(estimates: &'a Estimates) -> impl Iterator<Item = Vec<DVec3>> + 'a {
+pub fn corners<'a>(estimates: &'a Estimates) -> impl Iterator<Item = Vec<DVec3>> + 'a {
     let faces = estimates.scene().faces();
     faces.by_patch().map(|face| faces.corners(face))
 }

@@ -1,7 +1,7 @@
 //! `patches.vtu`: an unstructured grid of the Visualization Toolkit in XML, a cell a row of `patches.csv`.
 //!
 //! Arrays are base64 of 64-bit little-endian numbers after their length in bytes, as the file format of VTK's XML readers
-//! has it. What no walk could tell is not a number. Words become numbers: `surface` its position among the names in the
+//! has it. A missing estimate is written as NaN. Words become numbers: `surface` its position among the names in the
 //! order of rows, `side` 0 (front) or 1 (back), `flags` the sum of 1 (emitter), 2 (rare), 4 (unsampled), 8 (bias).
 
 use std::collections::HashMap;
@@ -54,7 +54,7 @@ pub fn write_vtu(mut writer: impl Write, estimates: &Estimates) -> io::Result<()
             Cells::Number(cells) => {
                 floats(&mut writer, &name, "", cells.into_iter().map(|cell| cell.unwrap_or(f64::NAN)))?;
             }
-            // Hits of faces that no walk could tell of are none.
+            // Faces without an estimate have no hits.
             Cells::Whole(cells) => {
                 integers(&mut writer, &name, cells.into_iter().map(|cell| cell.unwrap_or(0)))?
             }

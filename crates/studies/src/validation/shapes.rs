@@ -6,7 +6,7 @@ use radiosity::{SceneSpec, Shape, Sides, SurfaceSpec};
 /// Endless, in units of the other sides.
 const ENDLESS: f64 = 1e5;
 
-/// A grey surface.
+/// A grey surface that emits 1 W/m².
 pub(super) fn grey(shape: Shape, reflectance: f64) -> SurfaceSpec {
     SurfaceSpec {
         name: None,
@@ -18,7 +18,7 @@ pub(super) fn grey(shape: Shape, reflectance: f64) -> SurfaceSpec {
     }
 }
 
-/// Black surfaces.
+/// A scene of black surfaces.
 pub(super) fn black(shapes: impl IntoIterator<Item = Shape>) -> SceneSpec {
     SceneSpec { surfaces: shapes.into_iter().map(|shape| grey(shape, 0.0)).collect() }
 }

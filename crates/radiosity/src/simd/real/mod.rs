@@ -17,14 +17,14 @@ pub(super) use avx2::Avx2;
 #[cfg(target_arch = "x86_64")]
 pub(super) use avx512::Avx512;
 
-/// N numbers.
+/// A vector of N real numbers.
 pub(crate) trait Real:
     Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self>
 {
     /// A truth value for each number.
     type Mask: Copy + BitAnd<Output = Self::Mask>;
 
-    /// How many.
+    /// The number of lanes.
     const N: usize;
 
     /// a·b + c, fused or not.
@@ -36,7 +36,7 @@ pub(crate) trait Real:
     fn splat(x: f64) -> Self;
     /// The first N of a slice that has them.
     fn load(from: &[f64]) -> Self;
-    /// Likewise, converted.
+    /// The first N of a slice of integers, converted.
     fn load_u32(from: &[u32]) -> Self;
     /// The upper and the lower 32 bits of the first N of a slice, converted.
     fn load_halves(from: &[u64]) -> [Self; 2];

@@ -5,7 +5,7 @@
 //! at a node, then those at a leaf, then those that look for something on their stack, without a branch that
 //! depends on the ray; the item that a ray comes to next is fetched into the cache while the others take their step.
 //!
-//! All of it is f32 and only culls. A facet that a ray might meet, as far as f32 can tell, becomes a candidate;
+//! All of it is f32 and only culls. A facet that a ray might meet, by the bounds of f32, becomes a candidate;
 //! the candidates that are left are met in f64 by [`meet_alone`], so the answer is the same as without a tree.
 
 use std::hint::select_unpredictable;
@@ -48,7 +48,7 @@ impl Tree {
     }
 }
 
-/// A call and what it works with.
+/// A call with its arguments.
 struct Batch<'a> {
     call: Call<'a>,
     scratch: &'a mut Scratch,

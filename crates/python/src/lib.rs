@@ -1,0 +1,49 @@
+//! The native half of the Python package `radwalk`: what crosses the border between the languages, and nothing else. The other half,
+//! `python/radwalk`, makes arrays, frames and words of it.
+//!
+//! Arrays cross as bytes, so that the extension needs no numpy to be built and works with any.
+
+#![warn(unreachable_pub, unnameable_types)]
+
+mod answer;
+mod mesh;
+mod run;
+mod table;
+
+use std::fmt::Display;
+
+use pyo3::create_exception;
+use pyo3::exceptions::PyException;
+use pyo3::prelude::*;
+
+create_exception!(
+    radwalk,
+    Error,
+    PyException,
+    "What radwalk refuses, or could not do. The message names the problem, its reason and the remedy, as the program does."
+);
+
+/// What went wrong, in the program's own words, as an exception.
+fn refuse(error: impl Display) -> PyErr {
+    Error::new_err(error.to_string())
+}
+
+#[pymodule]
+mod _radwalk {
+    use pyo3::prelude::*;
+
+    #[pymodule_export]
+    use crate::Error;
+    #[pymodule_export]
+    use crate::answer::Answer;
+    #[pymodule_export]
+    use crate::mesh::Mesh;
+    #[pymodule_export]
+    use crate::run::{exact, load, run};
+
+    #[pymodule_init]
+    fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
+        module.add("__version__", env!("CARGO_PKG_VERSION"))?;
+        module.add("__git__", env!("RADWALK_GIT"))
+    }
+}
