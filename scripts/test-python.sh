@@ -15,7 +15,8 @@ trap 'rm -rf "$scratch"' EXIT
 python3 -m venv "$scratch/tools"
 "$scratch/tools/bin/pip" install --quiet --disable-pip-version-check 'maturin>=1.8,<2'
 "$scratch/tools/bin/maturin" build --quiet --profile dev --locked --manifest-path crates/python/Cargo.toml --out "$scratch/wheel"
-cargo build --quiet --locked --bin radwalk
+# With the features of the whole workspace, so that what other builds have made serves here, too.
+cargo build --quiet --locked --workspace --bin radwalk
 RADWALK="$(cargo metadata --no-deps --format-version 1 --locked | sed 's/.*"target_directory":"\([^"]*\)".*/\1/')/debug/radwalk"
 export RADWALK
 

@@ -321,7 +321,7 @@ fn exit_code_of(error: &results::Error) -> u8 {
     use results::Error;
     match error {
         Error::Report(_) | Error::Checkpoint(_) | Error::Kept { .. } | Error::Merge { .. } => 2,
-        Error::Incomparable { .. } | Error::NoTable { .. } => 2,
+        Error::Incomparable { .. } | Error::NoTable { .. } | Error::Mixture { .. } => 2,
         Error::BeyondBudget { .. } | Error::OtherBatches { .. } => 2,
         Error::OtherTable { .. } | Error::Overflow | Error::System { .. } => 3,
     }

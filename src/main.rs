@@ -25,8 +25,8 @@ use voice::{Voice, emit, record, say, unsaid};
 
 use crate::args::{Cli, Command};
 use crate::commands::{
-    audit, check, compare, coordinate, diff, exact, factors, help, merge, new, plan, relay, replay, report,
-    reproduce, stability, status, work,
+    audit, check, combine, compare, coordinate, diff, exact, factors, help, merge, new, plan, relay, replay,
+    report, reproduce, stability, status, work,
 };
 use crate::fault::{Fault, Outcome};
 
@@ -48,6 +48,7 @@ fn main() -> ExitCode {
         Command::Status(args) => status::status(&args),
         Command::Diff(args) => diff::diff(&args),
         Command::Merge(args) => merge::merge(&args),
+        Command::Combine(args) => combine::combine(&args),
         Command::Audit(args) => audit::audit(&args),
         Command::Report(args) => report::report(&args),
         Command::Replay(args) => replay::replay(&args),

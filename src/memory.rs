@@ -18,7 +18,11 @@ const WORKER: u64 = 48;
 /// With the memory that it would take.
 pub(crate) fn check(job: &Job, workers: usize) -> Result<(), Fault> {
     let patches = job.scene.patch_count();
-    let needed = patches.saturating_mul(COORDINATOR + WORKER.saturating_mul(workers as u64));
+    // Sources that are told apart, and materials whose influence is measured, have sums of their own.
+    let tables = 1 + job.sources.len() + job.sensitivity.len();
+    let needed = patches
+        .saturating_mul(tables as u64)
+        .saturating_mul(COORDINATOR + WORKER.saturating_mul(workers as u64));
     match there() {
         Some(there) if needed > there => Err(Fault::NoRoom { patches, needed, there, workers }),
         _ => Ok(()),

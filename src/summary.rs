@@ -6,8 +6,8 @@ use protocol::checkpoint::Checkpoint;
 use radiosity::Experiment;
 use report::words::{counted, duration, percent, quantity};
 use report::{
-    AccuracySummary, PrecisionSummary, SensorSummary, SensorsSummary, Summary, Target, TotalSummary,
-    WorstPatch,
+    AccuracySummary, PrecisionSummary, SensitivitySummary, SensorSummary, SensorsSummary, SourceSummary,
+    Summary, Target, TotalSummary, WorstPatch,
 };
 use results::{Latest, RunOutput, Settings};
 use tracing::warn;
@@ -100,6 +100,33 @@ fn describe(summary: &Summary, settings: &Settings) {
     if let Some(sensors) = &summary.sensors {
         describe_sensors(sensors);
     }
+    summary.sources.iter().for_each(|source| describe_source(source, summary.units.power));
+    if let Some(most) = summary.sensitivities.first() {
+        describe_sensitivity(most, &summary.sensitivities[1..]);
+    }
+}
+
+/// How well the light of one source is known.
+fn describe_source(source: &SourceSummary, unit: &str) {
+    let SourceSummary { name, power, factor, relative_error, .. } = source;
+    let factor = factor.map_or(String::new(), |factor| format!(", {factor} times what the job says"));
+    let known = match relative_error.is_finite() {
+        true => format!("half of the area is known within {}", percent(*relative_error)),
+        false => "it gives no light that walks have found".into(),
+    };
+    say(&format!("source {name:?} emits {} {unit}{factor}: {known}", quantity(*power)));
+}
+
+/// Which material matters most.
+fn describe_sensitivity(most: &SensitivitySummary, others: &[SensitivitySummary]) {
+    let change = |of: &SensitivitySummary| {
+        let error = of.relative_change * of.std_error_bound / of.mean_derivative;
+        let error = if error.is_finite() { format!(" ± {}", percent(error)) } else { String::new() };
+        format!("{:?} by {}{error}", of.material, percent(of.relative_change))
+    };
+    let others: Vec<String> = others.iter().take(3).map(change).collect();
+    let others = if others.is_empty() { String::new() } else { format!(", {}", others.join(", ")) };
+    say(&format!("a reflectance that is 0.01 higher raises the mean radiosity: {}{others}", change(most)));
 }
 
 /// How well sensors are known.

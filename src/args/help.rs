@@ -126,6 +126,11 @@ pub(super) const MERGE: &str = "\
 Examples:
   radwalk merge out/seed1 out/seed2 --out out/both           runs of other seeds, or of other ranges of walks";
 
+/// Under the help of `radwalk combine`.
+pub(super) const COMBINE: &str = "\
+Examples:
+  radwalk combine out/room --set lamp=0.3 --set rest=1.2     the room with dimmed lamps, no ray traced, in out/room-mix";
+
 /// Under the help of `radwalk diff`.
 pub(super) const DIFF: &str = "\
 Examples:

@@ -48,6 +48,9 @@ pub(crate) enum Command {
     /// Combine runs of one scene and method into one result
     #[command(after_help = MERGE)]
     Merge(MergeArgs),
+    /// Tell what a run says of any mixture of its sources, without tracing a ray
+    #[command(after_help = COMBINE)]
+    Combine(CombineArgs),
     /// Trace a random sample of a result's walks again and compare exactly
     #[command(after_help = AUDIT)]
     Audit(AuditArgs),
@@ -102,6 +105,7 @@ impl Command {
             Command::Status(args) => Voice::new(args.json, false, false),
             Command::Diff(args) => Voice::new(args.json, false, false),
             Command::Merge(args) => Voice::new(false, args.quiet, false),
+            Command::Combine(args) => Voice::new(false, args.quiet, false),
             Command::Audit(args) => Voice::new(false, args.quiet, false),
             Command::Report(args) => Voice::new(false, args.quiet, false),
             Command::Replay(_) | Command::New(_) | Command::Check(_) | Command::Help(_) => {

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 use job::OutputFile;
 
-use super::values::{count, output_file, rays, threads, tolerance, workers};
+use super::values::{count, factor, output_file, rays, threads, tolerance, workers};
 
 /// A job and what to change in it.
 #[derive(Args)]
@@ -185,6 +185,27 @@ pub(crate) struct MergeArgs {
     /// The folder for the merged result
     #[arg(long, value_name = "DIR", required = true)]
     pub out: PathBuf,
+    #[command(flatten)]
+    pub export: ExportArgs,
+    /// Replace results that are in the output folder
+    #[arg(long)]
+    pub force: bool,
+    /// Say nothing but errors
+    #[arg(long)]
+    pub quiet: bool,
+}
+
+#[derive(Args)]
+pub(crate) struct CombineArgs {
+    /// The output folder of a run whose job has [[source]] tables
+    #[arg(value_name = "OUT")]
+    pub run: PathBuf,
+    /// Multiply what a source of the job emits; repeatable. Sources that are not named stay as they are in OUT
+    #[arg(long, value_name = "NAME=FACTOR", required = true, value_parser = factor)]
+    pub set: Vec<(String, f64)>,
+    /// The output folder [default: OUT-mix]
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
     #[command(flatten)]
     pub export: ExportArgs,
     /// Replace results that are in the output folder

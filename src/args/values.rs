@@ -25,6 +25,13 @@ pub(super) fn count(typed: &str) -> Result<u64, String> {
     }
 }
 
+/// A source and its factor.
+pub(super) fn factor(typed: &str) -> Result<(String, f64), String> {
+    let (name, factor) = typed.rsplit_once('=').ok_or("write NAME=FACTOR, such as lamp=0.3")?;
+    let factor = factor.trim().parse().map_err(|_| format!("{factor:?} is not a number; write lamp=0.3"))?;
+    Ok((name.trim().into(), factor))
+}
+
 /// A number of worker processes.
 pub(super) fn workers(typed: &str) -> Result<u32, String> {
     within(typed, 4096)
@@ -71,6 +78,14 @@ pub(super) fn output_file() -> impl TypedValueParser<Value = OutputFile> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_source_may_have_any_name() {
+        assert_eq!(factor("lamp=0.3"), Ok(("lamp".into(), 0.3)));
+        assert_eq!(factor("a = b = 1e2"), Ok(("a = b".into(), 100.0)));
+        assert!(factor("lamp").unwrap_err().contains("NAME=FACTOR"));
+        assert!(factor("lamp=bright").unwrap_err().contains("not a number"));
+    }
 
     #[test]
     fn counts_are_written_as_people_write_them() {

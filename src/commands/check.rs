@@ -25,15 +25,18 @@ pub(crate) fn check(args: &CheckArgs) -> Result<Outcome, Fault> {
     describe_import(&job.scene);
     let faults = match job::file_kind(&args.file)? {
         FileKind::Job => {
-            let experiment =
-                Experiment::new(job.build_scene()?, job.method.walks())?.with_sensors(job.scene.sensors())?;
+            let experiment = Experiment::new(job.build_scene()?, job.method.walks())?
+                .with_sensors(job.scene.sensors())?
+                .with_groups(&job.sources, &job.sensitivity)?;
             let faults = describe_scene(&experiment, &units(job.light));
             describe_job(&job, &experiment);
             faults
         }
         FileKind::Scene => {
             let walks = job::MethodTable::default().walks();
-            let experiment = Experiment::new(job.build_scene()?, walks)?.with_sensors(job.scene.sensors())?;
+            let experiment = Experiment::new(job.build_scene()?, walks)?
+                .with_sensors(job.scene.sensors())?
+                .with_groups(&job.sources, &job.sensitivity)?;
             describe_scene(&experiment, &units(job.light))
         }
     };

@@ -149,7 +149,13 @@ fn study(args: &CompareArgs, team: Team, arena: Arena<'_>, table: &mut Table<'_>
 /// Names all that a row depends on beside method and rays: the job, and the rays that its reference goes by.
 fn key(Trial { job, experiment }: &Trial, most: u64) -> String {
     let mut hasher = blake3::Hasher::new();
-    hasher.update(&job::job_hash(experiment.scene().hash(), &job.method, job.scene.sensors(), job.seed));
+    hasher.update(&job::job_hash(
+        experiment.scene().hash(),
+        &job.method,
+        job.scene.sensors(),
+        [&job.sources, &job.sensitivity],
+        job.seed,
+    ));
     hasher.update(&most.to_le_bytes());
     hasher.finalize().to_hex()[..16].to_string()
 }

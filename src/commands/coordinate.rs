@@ -130,8 +130,9 @@ impl Prepared {
         tell_notes(&job);
         memory::check(&job, workers)?;
         phase.now("building the scene");
-        let experiment =
-            Experiment::new(job.build_scene()?, job.method.walks())?.with_sensors(job.scene.sensors())?;
+        let experiment = Experiment::new(job.build_scene()?, job.method.walks())?
+            .with_sensors(job.scene.sensors())?
+            .with_groups(&job.sources, &job.sensitivity)?;
         phase.now("following light from the lamps");
         // What is wrong with the light comes before all that is made of it.
         doctor::warnings(experiment.scene()).iter().for_each(|warning| warn!("{warning}"));

@@ -2,6 +2,7 @@
 
 pub(crate) mod audit;
 pub(crate) mod check;
+pub(crate) mod combine;
 pub(crate) mod compare;
 pub(crate) mod coordinate;
 pub(crate) mod diff;

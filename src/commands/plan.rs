@@ -46,8 +46,9 @@ pub(crate) fn plan(args: &PlanArgs) -> Result<Outcome, Fault> {
     let phase = Phase::begin("reading the scene");
     let job = job::load(&args.job.job, &args.job.overrides())?;
     memory::check(&job, 1)?;
-    let experiment =
-        Experiment::new(job.build_scene()?, job.method.walks())?.with_sensors(job.scene.sensors())?;
+    let experiment = Experiment::new(job.build_scene()?, job.method.walks())?
+        .with_sensors(job.scene.sensors())?
+        .with_groups(&job.sources, &job.sensitivity)?;
     phase.now("shooting a pilot");
     let plan = Plan::new(&job, &experiment);
     drop(phase);

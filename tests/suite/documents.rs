@@ -45,8 +45,9 @@ fn blocks(page: &Path, language: &str) -> Vec<String> {
 fn workshop() -> tempfile::TempDir {
     let folder = tempdir().unwrap();
     fs::create_dir(path(&folder, "scenes")).unwrap();
-    fs::copy(Path::new(ROOT).join("configs/scenes/cornell.toml"), path(&folder, "scenes/cornell.toml"))
-        .unwrap();
+    for scene in ["scenes/cornell.toml", "scenes/lamps.toml"] {
+        fs::copy(Path::new(ROOT).join("configs").join(scene), path(&folder, scene)).unwrap();
+    }
     let mesh = "mtllib two.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nv 0 1 1\nv 1 0 1\nusemtl Wall\nf 1 2 3\nusemtl Lamp1\nf 4 5 6\n";
     fs::write(path(&folder, "two.obj"), mesh).unwrap();
     fs::write(path(&folder, "two.mtl"), "newmtl Lamp1\nKd 0 0 0\nnewmtl Wall\nKd 0.5 0.5 0.5\n").unwrap();
@@ -356,6 +357,14 @@ fn the_page_of_outputs_names_columns_fields_and_metrics() {
     let (code, _, stderr) =
         run(&["exact", two_sided, "--quiet", "--out", path(&folder, "exact").to_str().unwrap()]);
     assert_eq!(code, 0, "{stderr}");
+    let lamps = path(&folder, "lamps");
+    let told_apart = run_job("configs/lamps.toml", &lamps, &["--paths", "20000"]);
+    names(OUTPUTS, told_apart.as_object().unwrap().keys().cloned());
+    names(OUTPUTS, told_apart["sources"][0].as_object().unwrap().keys().cloned());
+    names(OUTPUTS, told_apart["sensitivities"][0].as_object().unwrap().keys().cloned());
+    for table in ["sources.csv", "sensitivities.csv"] {
+        names(OUTPUTS, header(&lamps.join(table)).into_iter().map(|head| without_channel(&head)));
+    }
     let tables = [mixed.join("patches.csv"), cut.join("patches.csv"), path(&folder, "exact/exact.csv")];
     let (smoothed, heat) = (path(&folder, "factors"), path(&folder, "heat.toml"));
     fs::write(&heat, "[[group]]\nname = \"*\"\ntemperature = 300.0\n").unwrap();
@@ -372,6 +381,12 @@ fn the_page_of_outputs_names_columns_fields_and_metrics() {
     names(OUTPUTS, summary.as_object().unwrap().keys().cloned());
     names(OUTPUTS, summary["model"].as_object().unwrap().keys().cloned());
     names(OUTPUTS, metrics(&folder));
+}
+
+/// The name of a column without the channel that it is of.
+fn without_channel(head: &str) -> String {
+    let channel = ["_r", "_g", "_b"].into_iter().find_map(|channel| head.strip_suffix(channel));
+    channel.unwrap_or(head).into()
 }
 
 /// The names of all metrics of a running job.

@@ -43,6 +43,7 @@ mod run;
 mod sensors;
 mod sign;
 mod sobol_run;
+mod sources;
 mod stability;
 mod stuck;
 #[cfg(target_os = "linux")]

@@ -77,7 +77,7 @@ pub enum Error {
     },
     /// An element of a list that is written as a table of its own.
     #[error(
-        "{place}: [{list}] in single brackets opens one table (a scene has a list of them); write [[{list}]] in double brackets each time"
+        "{place}: [{list}] in single brackets opens one table (there is a list of them); write [[{list}]] in double brackets each time"
     )]
     OneOfMany {
         /// Where it is opened.

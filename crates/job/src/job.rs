@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use import::{Format, Mesh, Options};
-use radiosity::{IndexChoice, Scene};
+use radiosity::{IndexChoice, PatchGroup, Scene};
 use serde::{Deserialize, Serialize};
 
 use crate::budget::{Budget, read_budget};
@@ -17,6 +17,7 @@ use crate::output::{OUTPUT_KEYS, OutputFile, VIEW_KEYS, View, read_output, read_
 use crate::scene::{SceneFile, is_toml, load_scene_with};
 use crate::sensors::SensorTarget;
 use crate::source::Source;
+use crate::sources::read_groups;
 use crate::target::{Target, TotalTarget};
 use crate::word::Word;
 
@@ -86,6 +87,10 @@ pub struct Job {
     pub files: Option<Vec<OutputFile>>,
     /// How the picture is taken.
     pub view: View,
+    /// Groups of emitters that are told apart.
+    pub sources: Vec<PatchGroup>,
+    /// Materials whose influence is measured, each as the group of its patches.
+    pub sensitivity: Vec<PatchGroup>,
 }
 
 impl Job {
@@ -159,7 +164,7 @@ fn read(
     let index = index.map(|value| value.word()).transpose()?.unwrap_or_default();
     let name = read_name(&mut table, path)?;
     let seed = table.take("seed").map(|value| read_seed(&value)).transpose()?.unwrap_or(DEFAULT_SEED);
-    let confidence = table.take("confidence").map(|value| read_confidence(&value)).transpose()?;
+    let confidence = table.take("confidence").as_ref().map_or(Ok(DEFAULT_CONFIDENCE), read_confidence)?;
     let simultaneous = table.take("simultaneous").map(|value| value.boolean()).transpose()?.unwrap_or(false);
     let light = table.take("light").map(|value| value.word()).transpose()?;
     let mut scene = read_scene(table.take("scene"), &table, &options)?;
@@ -173,7 +178,7 @@ fn read(
     let (method, note) = read_method(method, scene.patch_count(), &budget)?;
     let Asked { target, sensor_target, total_target } =
         target.about(scene.patch_count(), &method, scene.sensors())?;
-    let confidence = confidence.unwrap_or(DEFAULT_CONFIDENCE);
+    let [sources, sensitivity] = read_groups(&mut table, &scene)?;
     Ok(Job {
         path: path.into(),
         name,
@@ -191,6 +196,8 @@ fn read(
         light,
         files,
         view,
+        sources,
+        sensitivity,
     })
 }
 

@@ -15,7 +15,18 @@ pub(crate) const JOB_KEYS: &[&str] = &[
     "tracing",
     "output",
     "view",
+    "source",
+    "sensitivity",
 ];
+
+/// Those of them that are lists of tables.
+pub(crate) const JOB_LISTS: [&str; 1] = ["source"];
+
+/// Of `[[source]]`.
+pub(crate) const SOURCE_KEYS: &[&str] = &["name", "surfaces", "materials", "patches"];
+
+/// Of `[sensitivity]`.
+pub(crate) const SENSITIVITY_KEYS: &[&str] = &["materials"];
 
 /// The keys of `[budget]`.
 pub(crate) const BUDGET_KEYS: &[&str] =

@@ -30,6 +30,7 @@ mod shape;
 mod site;
 mod sky;
 mod source;
+mod sources;
 mod target;
 mod thermal;
 mod word;

@@ -10,7 +10,9 @@ use crate::budget::MAX_STREAM_PATHS;
 use crate::emit::EMIT_KEYS;
 use crate::imports::{IMPORT_KEYS, OVERRIDE_KEYS};
 use crate::job::Light;
-use crate::keys::{BUDGET_KEYS, JOB_KEYS, METHOD_KEYS, SCENE_KEYS, TARGET_KEYS, TRACING_KEYS};
+use crate::keys::{
+    BUDGET_KEYS, JOB_KEYS, METHOD_KEYS, SCENE_KEYS, SENSITIVITY_KEYS, SOURCE_KEYS, TARGET_KEYS, TRACING_KEYS,
+};
 use crate::material::MATERIAL_KEYS;
 use crate::method::{BIRTH_KEYS, Basis, EndWord, INFINITE_KEYS, SOLVE_KEYS, SolveWord, WalkKind};
 use crate::output::{FOV, MAX_PIXELS, OUTPUT_KEYS, OutputFile, VIEW_KEYS};
@@ -142,6 +144,48 @@ fn job_key(key: &str) -> Value {
             "What is written beside tally.bin, which is always there.",
         ),
         "view" => told(view(), "How the picture is taken. What is absent is chosen from the scene."),
+        "source" => told(
+            list_of(source_table(), 0),
+            "Groups of emitters that are told apart. Those that no group holds are the source \"rest\".",
+        ),
+        "sensitivity" => told(
+            table(SENSITIVITY_KEYS, &["materials"], sensitivity_key),
+            "How light depends on reflectances and emittances.",
+        ),
+        _ => json!({}),
+    }
+}
+
+/// A source holds something.
+fn source_table() -> Value {
+    let mut schema = table(SOURCE_KEYS, &["name"], source_key);
+    schema["anyOf"] =
+        json!([{"required": ["surfaces"]}, {"required": ["materials"]}, {"required": ["patches"]}]);
+    schema
+}
+
+fn source_key(key: &str) -> Value {
+    match key {
+        "name" => told(text(), "Names the source in outputs and for `radwalk combine`."),
+        "surfaces" => told(
+            json!({"type": "array", "items": {"anyOf": [text(), count(0)]}}),
+            "Surfaces by name, * standing for any text, or by number.",
+        ),
+        "materials" => told(
+            json!({"type": "array", "items": text()}),
+            "All surfaces of materials by name, * standing for any text.",
+        ),
+        "patches" => told(patches(), "Patches by number."),
+        _ => json!({}),
+    }
+}
+
+fn sensitivity_key(key: &str) -> Value {
+    match key {
+        "materials" => told(
+            json!({"anyOf": [{"const": "all"}, list_of(text(), 1)]}),
+            "The materials by name, * standing for any text, or \"all\".",
+        ),
         _ => json!({}),
     }
 }

@@ -10,7 +10,7 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 use crate::error::{Error, Place, Spot};
-use crate::keys::{JOB_KEYS, LISTS, SCENE_KEYS};
+use crate::keys::{JOB_KEYS, JOB_LISTS, LISTS, SCENE_KEYS};
 
 /// The text of a TOML file, followed by the overrides: one numbering of bytes for all of them, so that a span
 /// tells where a value was written.
@@ -242,8 +242,8 @@ impl Source {
             None => Box::new(Place { file: self.file.clone(), spot: Spot::File, key: String::new() }),
         };
         let line = error.span().and_then(|span| self.text.lines().nth(self.line(span.start) - 1));
-        let opened_once =
-            |line: &str| LISTS.into_iter().find(|list| line.trim().starts_with(&format!("[{list}]")));
+        let lists = || LISTS.into_iter().chain(JOB_LISTS);
+        let opened_once = |line: &str| lists().find(|list| line.trim().starts_with(&format!("[{list}]")));
         match line.and_then(opened_once) {
             Some(list) => Error::OneOfMany { place, list },
             None => Error::Syntax { place, problem: error.message().trim().replace('\n', ", ") },

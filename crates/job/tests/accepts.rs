@@ -247,10 +247,10 @@ fn jobs_and_scenes_are_told_apart() {
 fn the_hash_covers_scene_method_and_seed() {
     let scene = [7; 32];
     let shooting = MethodTable::default();
-    let base = job_hash(scene, &shooting, &[], 1);
-    assert_eq!(base, job_hash(scene, &shooting.clone(), &[], 1));
-    assert_ne!(base, job_hash([8; 32], &shooting, &[], 1));
-    assert_ne!(base, job_hash(scene, &shooting, &[], 2));
+    let base = job_hash(scene, &shooting, &[], [&[]; 2], 1);
+    assert_eq!(base, job_hash(scene, &shooting.clone(), &[], [&[]; 2], 1));
+    assert_ne!(base, job_hash([8; 32], &shooting, &[], [&[]; 2], 1));
+    assert_ne!(base, job_hash(scene, &shooting, &[], [&[]; 2], 2));
     let others = [
         MethodTable { walk: WalkKind::Gathering, ..shooting.clone() },
         MethodTable { estimator: EstimatorKind::Survival, ..shooting.clone() },
@@ -262,7 +262,7 @@ fn the_hash_covers_scene_method_and_seed() {
         MethodTable { final_gather: vec![4], ..shooting.clone() },
     ];
     for other in &others {
-        assert_ne!(base, job_hash(scene, other, &[], 1), "{other:?}");
+        assert_ne!(base, job_hash(scene, other, &[], [&[]; 2], 1), "{other:?}");
     }
 }
 
@@ -304,13 +304,13 @@ fn sensors_and_what_is_asked_of_them() {
     let bare = job::load_scene(&plain).unwrap();
     let [with, without] = [&job.scene, &bare].map(|scene| scene.build(IndexChoice::Auto).unwrap().hash());
     assert_eq!(with, without);
-    let hash = |sensors: &[SensorSpec]| job_hash(with, &job.method, sensors, 0);
+    let hash = |sensors: &[SensorSpec]| job_hash(with, &job.method, sensors, [&[]; 2], 0);
     assert_ne!(hash(&[]), hash(job.scene.sensors()));
 }
 
 #[test]
 fn the_hash_covers_only_what_the_method_uses() {
-    let hash = |method: MethodTable| job_hash([0; 32], &method, &[], 0);
+    let hash = |method: MethodTable| job_hash([0; 32], &method, &[], [&[]; 2], 0);
     let ends = [InfiniteEnd::Cutoff { threshold: 0.1 }, InfiniteEnd::Length { length: 3 }];
     let births = [Birth::Uniform, Birth::Patches(vec![1]), Birth::Patches(vec![2])];
     for infinite in ends {

@@ -74,7 +74,29 @@ fn every_file_is_tested_here() {
         .filter(|name| name.ends_with(".toml"))
         .collect();
     names.sort();
-    assert_eq!(names, ["cornell.toml", "cube54.toml", "cube6-r90.toml", "furnace.toml", "two-rooms.toml"]);
+    let known =
+        ["cornell.toml", "cube54.toml", "cube6-r90.toml", "furnace.toml", "lamps.toml", "two-rooms.toml"];
+    assert_eq!(names, known);
+}
+
+/// A box with two lamps inside, whose sides all live; its groups are those of its emitters.
+#[test]
+fn lamps() {
+    let (job, scene) = loaded("lamps");
+    let (counts, _) = shot(&job, &scene, 100_000);
+    assert_eq!((counts.escaped, counts.absorbed_back), (0, 0));
+    let members = |groups: &[radiosity::PatchGroup]| {
+        let of = |group: &radiosity::PatchGroup| (group.name.clone(), group.patches.clone());
+        groups.iter().map(of).collect::<Vec<_>>()
+    };
+    let sources = [("left".into(), vec![(16, 16)]), ("right".into(), vec![(17, 17)])];
+    assert_eq!(members(&job.sources), sources);
+    let materials = [
+        ("wood".into(), vec![(0, 7)]),
+        ("white".into(), vec![(8, 15), (18, 27)]),
+        ("lamp".into(), vec![(16, 17)]),
+    ];
+    assert_eq!(members(&job.sensitivity), materials);
 }
 
 /// Two boxes of 0.99 m × 1 m × 1 m and a passage of 2 cm × 0.1 m × 0.1 m: its sides in place of its ends.

@@ -43,7 +43,7 @@ fn chains_of_many_patches_are_kept_short() {
 
 #[test]
 fn the_length_of_chains_is_part_of_the_answer() {
-    let hash = |set: &[&str]| job_hash([0; 32], &cube54(set).method, &[], 1);
+    let hash = |set: &[&str]| job_hash([0; 32], &cube54(set).method, &[], [&[]; 2], 1);
     let short = hash(&["method.walk=jacobi", "budget.paths=80000", "method.batch_paths=2000"]);
     let more = hash(&["method.walk=jacobi", "budget.paths=90000", "method.batch_paths=2000"]);
     let long = hash(&["method.walk=jacobi", "budget.paths=80000", "method.batch_paths=4000"]);
@@ -106,7 +106,7 @@ fn chains_may_iterate_as_bs_has_it() {
     let special = job(&[special, "method.sampler=sobol"]).unwrap().method;
     let expected = Iterations { births: RayBirths::Multinomial, regular: 3, sampler: Sampler::Sobol };
     assert_eq!((special.jacobi, special.sampler), (Solve::Iterations(expected), Sampler::Sobol));
-    let hash = |set: &[&str]| job_hash([0; 32], &job(set).unwrap().method, &[], 1);
+    let hash = |set: &[&str]| job_hash([0; 32], &job(set).unwrap().method, &[], [&[]; 2], 1);
     let iterations = "method.jacobi.solve=iterations";
     let variants = [
         vec![],

@@ -41,9 +41,22 @@ pub fn checks_of_result(
     seed: u64,
 ) -> Vec<Check> {
     let paths_per_walk = estimates.experiment().unit().paths();
-    let mut checks = checks(estimates, note, precision, &book.looks);
+    let mut checks = match estimates.experiment().mixture() {
+        None => checks(estimates, note, precision, &book.looks),
+        Some(_) => checks_of_mixture(estimates, precision),
+    };
     checks.extend(reciprocity(estimates.experiment(), seed));
     checks.extend([gap(book, paths_per_walk), workers(book, paths_per_walk)]);
+    checks
+}
+
+/// The checks of a mixture of sources: how well its patches are known. What became of walks, and how errors fell, was checked
+/// of the run that walked them.
+fn checks_of_mixture(estimates: &Estimates, precision: &Precision) -> Vec<Check> {
+    let (scene, doubts) = (estimates.scene(), Doubts::new(estimates));
+    let mut checks = books(estimates.experiment(), estimates.tally()).to_vec();
+    checks.extend([buried(scene), bias(estimates.experiment(), &doubts)]);
+    checks.extend([unhit(scene, precision), rare(scene, &doubts), error(scene, &doubts)]);
     checks
 }
 

@@ -1,6 +1,6 @@
 //! The limits of what an experiment's walks can come to, for the cluster to refuse impossible results.
 
-use protocol::limits::{Limits, SensorLimits};
+use protocol::limits::{Limits, MaterialLimits, SensorLimits};
 use radiosity::{Estimator, Experiment, InfiniteEnd};
 
 use crate::MOMENTS;
@@ -21,7 +21,7 @@ pub fn limits(experiment: &Experiment) -> Limits {
         Some(paths) => of_batches(experiment, paths),
         None => of_walks(experiment),
     };
-    Limits { sensors: of_sensors(experiment), ..limits }
+    Limits { sensors: of_sensors(experiment), materials: of_materials(experiment, &limits), ..limits }
 }
 
 /// The limits of a sensor's sample. A sample scores H over the largest radiosity there can be: at most as if all light
@@ -43,6 +43,14 @@ fn of_sensors(experiment: &Experiment) -> Option<SensorLimits> {
     Some(SensorLimits { first_row: scene.faces().len(), sample })
 }
 
+/// Each score of a walk counts once for every reflection before it, and once for the face that it is on.
+fn of_materials(experiment: &Experiment, limits: &Limits) -> Option<MaterialLimits> {
+    let materials = experiment.groups().map_or(0, |groups| groups.materials().len());
+    let first_row = experiment.rows() - materials * experiment.scene().faces().len();
+    let walk_score = limits.walk_score.saturating_mul(limits.rays.into());
+    (materials > 0).then_some(MaterialLimits { first_row, walk_score })
+}
+
 fn of_walks(experiment: &Experiment) -> Limits {
     let rays = longest_walk(experiment);
     let ray_score = match (experiment.layout::<MOMENTS>().events, experiment.method().is_mix()) {
@@ -51,7 +59,14 @@ fn of_walks(experiment: &Experiment) -> Limits {
         (false, true) => 2,
         (false, false) => 1,
     };
-    Limits { ends: 1, rays, ray_score, walk_score: ray_score.saturating_mul(rays.into()), sensors: None }
+    Limits {
+        ends: 1,
+        rays,
+        ray_score,
+        walk_score: ray_score.saturating_mul(rays.into()),
+        sensors: None,
+        materials: None,
+    }
 }
 
 /// The limits of a batch. A batch scores H over the largest radiosity there can be, at most as if all light under way
@@ -70,7 +85,7 @@ fn of_batches(experiment: &Experiment, paths: u64) -> Limits {
     let rays = paths.saturating_mul(longest).saturating_mul(MARGIN as u64);
     // A float that is too large becomes the largest integer.
     let walk_score = (largest * MARGIN * 1024.0 * longest as f64) as u128;
-    Limits { ends: paths, rays, ray_score: u128::MAX, walk_score, sensors: None }
+    Limits { ends: paths, rays, ray_score: u128::MAX, walk_score, sensors: None, materials: None }
 }
 
 /// The most rays of a walk. It survives with the largest reflectance of the scene; infinite walks go on while their
@@ -97,19 +112,35 @@ fn longest_walk(experiment: &Experiment) -> u64 {
 mod tests {
     use super::*;
     use job::Job;
-    use radiosity::{SensorShape, SensorSpec, Sequence};
+    use radiosity::{PatchGroup, SensorShape, SensorSpec, Sequence};
 
-    /// Shoots a job's walks and returns the breach of the limits, if there is one.
+    /// What breaks a limit, if anything does: in a job with a sensor, and, if the method allows for it, in one with groups.
     fn breach(job: &Job) -> Option<&'static str> {
         let middle = SensorShape::Point { point: [0.5, 0.5, 0.4].into(), normal: [0.3, 0.1, -1.0].into() };
         let sensor = SensorSpec { name: "middle".into(), shape: middle };
         let experiment = Experiment::new(job.build_scene().unwrap(), job.method.walks()).unwrap();
-        let experiment = experiment.with_sensors(&[sensor]).unwrap();
+        let groups = |experiment: &Experiment| {
+            let patches = vec![(0, job.scene.patch_count() as u32 - 1)];
+            let all = [PatchGroup { name: "all".into(), patches }];
+            let first = experiment.scene().faces().iter().take(1);
+            let even = experiment
+                .scene()
+                .faces()
+                .iter()
+                .all(|face| first.clone().all(|f| f.reflectance == face.reflectance));
+            experiment.clone().with_groups(&all, if even { &all } else { &[] }).ok()
+        };
+        let of_groups = groups(&experiment).and_then(|experiment| breach_of(job, &experiment));
+        of_groups.or_else(|| breach_of(job, &experiment.with_sensors(&[sensor]).unwrap()))
+    }
+
+    /// The tally of some walks, and whether it keeps the limits.
+    fn breach_of(job: &Job, experiment: &Experiment) -> Option<&'static str> {
         let mut board = experiment.board::<MOMENTS>();
         let walks = job.budget.paths / experiment.unit().paths();
         experiment.walk(&Sequence::new(7), 0..walks, &mut board);
         let tally = board.take().unwrap();
-        let limits = limits(&experiment);
+        let limits = limits(experiment);
         let sums = tally.sums().iter().copied();
         limits
             .breach_of_counts(&tally.counts)

@@ -19,6 +19,17 @@ pub struct Limits {
     pub walk_score: u128,
     /// The limits of the sensors' rows, which follow those of patches; `None` if there are no sensors.
     pub sensors: Option<SensorLimits>,
+    /// What the rows of materials can come to, which are the last; `None` where there are none.
+    pub materials: Option<MaterialLimits>,
+}
+
+/// What materials can score at most: a walk as often as its rays have met one before.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct MaterialLimits {
+    /// The rows before theirs.
+    pub first_row: usize,
+    /// Units of a walk's score in one row, at most.
+    pub walk_score: u128,
 }
 
 /// The most that sensors can score.
@@ -35,8 +46,14 @@ const MOST_WEIGHT: u128 = 1 << 48;
 
 impl Limits {
     /// Limits of work of which nothing is known but that each walk ends once.
-    pub const NONE: Limits =
-        Limits { ends: 1, rays: u64::MAX, ray_score: u128::MAX, walk_score: u128::MAX, sensors: None };
+    pub const NONE: Limits = Limits {
+        ends: 1,
+        rays: u64::MAX,
+        ray_score: u128::MAX,
+        walk_score: u128::MAX,
+        sensors: None,
+        materials: None,
+    };
 
     /// Why a result's counts are impossible, if they are.
     pub fn breach_of_counts(&self, counts: &Counts) -> Option<&'static str> {
@@ -75,14 +92,24 @@ impl Limits {
         let slope_units = u128::from(layout.slope_units());
         // The scores of this patch, which its slopes are held to.
         let mut scored = vec![0_u128; layout.scores];
+        let (first_of_materials, marks) = match self.materials {
+            Some(MaterialLimits { first_row, walk_score }) => (first_row * layout.columns(), walk_score),
+            None => (usize::MAX, 0),
+        };
         let (mut column, mut before) = (0, 0_u128);
         for (number, sum) in sums.enumerate() {
             let of_sensor = number >= first_of_sensors;
             let (is_first, is_event) = (column % layout.moments == 0, column == events);
-            let largest = if of_sensor { sample } else { self.walk_score };
+            let of_material = number >= first_of_materials;
+            let largest = match () {
+                () if of_material => marks,
+                () if of_sensor => sample,
+                () => self.walk_score,
+            };
             let (least, limit) = match () {
                 () if of_sensor && (is_first || is_event) => (0, walks.saturating_mul(sample)),
                 () if is_event => (0, rays.max(walks)),
+                () if of_material && is_first => (0, walks.saturating_mul(marks)),
                 () if is_first && column < scores => (0, most),
                 () if column >= scores => {
                     // |d| ≤ x for a slope d of a score x, so that x + d ≤ 2x and d² ≤ x².
@@ -115,7 +142,8 @@ impl Limits {
 mod tests {
     use super::*;
 
-    const LIMITS: Limits = Limits { ends: 1, rays: 1000, ray_score: 1, walk_score: 1000, sensors: None };
+    const LIMITS: Limits =
+        Limits { ends: 1, rays: 1000, ray_score: 1, walk_score: 1000, sensors: None, materials: None };
     const PAIR: Layout = Layout { scores: 1, moments: 2, slopes: 0, events: false };
 
     fn counts() -> Counts {
@@ -162,6 +190,18 @@ mod tests {
         assert!(breach([0, 0, (100 << 10) + 1, 100 << 20]).is_some());
         assert!(breach([0, 0, 1 << 10, (1 << 20) + 1]).is_some());
         assert!(breach([0, 0, 10, 9]).is_some());
+    }
+
+    /// 100 walks mark a row with 500 at most each.
+    #[test]
+    fn materials_score_no_more_than_their_walks_can() {
+        let materials = Some(MaterialLimits { first_row: 1, walk_score: 500 });
+        let limits = Limits { materials, ..LIMITS };
+        let breach = |sums: [u128; 4]| limits.breach_of_sums(&counts(), PAIR, sums.into_iter());
+        assert_eq!(breach([300, 90_000, 50_000, 25_000_000]), None);
+        assert!(breach([0, 0, 50_001, 25_000_000]).is_some());
+        assert!(breach([0, 0, 50_000, 25_000_001]).is_some());
+        assert!(breach([301, 90_000, 0, 0]).is_some(), "patches are as they were");
     }
 
     #[test]

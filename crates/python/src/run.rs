@@ -76,6 +76,7 @@ fn walk(job: &Job, threads: usize, watch: &mut dyn FnMut(Stage) -> bool) -> PyRe
     let scene = job.build_scene().map_err(refuse)?;
     let experiment = Experiment::new(scene, job.method.walks())
         .and_then(|experiment| experiment.with_sensors(job.scene.sensors()))
+        .and_then(|experiment| experiment.with_groups(&job.sources, &job.sensitivity))
         .map_err(refuse)?;
     let warnings = [doctor::warnings(experiment.scene()), judge::sensors::warnings(&experiment)].concat();
     let walked = walk_here(job, experiment, threads, BUILD, watch).map_err(refuse)?;

@@ -196,10 +196,10 @@ impl Flow {
 }
 
 /// What no material absorbs, by the weights with which walks ended: Φ w/n, w the weight of all n walks in a channel. Where walks
-/// carry importance, they tell nothing of power.
+/// carry importance, they tell nothing of power; of a mixture of sources they tell of all sources together.
 fn losses(estimates: &Estimates, summary: &Summary) -> Vec<Part> {
     let (scene, counts) = (estimates.scene(), estimates.tally().counts);
-    if summary.method.walk == "gathering" {
+    if summary.method.walk == "gathering" || estimates.experiment().mixture().is_some() {
         return Vec::new();
     }
     let walks = counts.walks as f64;
@@ -268,6 +268,8 @@ mod tests {
             accuracy: None,
             total: None,
             sensors: None,
+            sources: Vec::new(),
+            sensitivities: Vec::new(),
             import: Vec::new(),
             units: Units::RADIANT,
             checks: Vec::new(),

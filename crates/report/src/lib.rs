@@ -23,8 +23,10 @@ mod patches;
 mod picture;
 #[cfg(test)]
 mod scenes;
+mod sensitivities;
 mod sensors;
 mod smooth;
+mod sources;
 mod summary;
 mod values;
 pub mod words;
@@ -45,8 +47,10 @@ pub use model::{Bounce, Model};
 pub use page::{Live, Milestone, Page};
 pub use patches::{face_words, flags, side_name, write_patches};
 pub use picture::{Photo, Picture, Shot};
+pub use sensitivities::{SensitivitySummary, sensitivity_summaries, write_sensitivities};
 pub use sensors::{SensorSummary, SensorsSummary, write_sensors};
 pub use smooth::Smooth;
+pub use sources::{SourceSummary, source_summaries, write_sources};
 pub use summary::{
     ApartSummary, Check, Energy, PartSummary, PrecisionSummary, Provenance, RunFacts, SessionSummary,
     Summary, Target, Units, WorkerSummary, WorstPatch,

@@ -19,7 +19,9 @@ use crate::chart::{Axis, Chart, Point, Series, Style};
 use crate::flow::Flow;
 use crate::patches::{per_channel, write_patches};
 use crate::picture::Shot;
+use crate::sensitivities::SensitivitySummary;
 use crate::smooth::Smooth;
+use crate::sources::SourceSummary;
 use crate::summary::{ApartSummary, Energy, Summary};
 use crate::words::percent;
 
@@ -157,6 +159,8 @@ impl Page<'_> {
             apart => self.apart(),
             charts => self.figures(),
             sensors => self.sensors(),
+            sources => self.sources(),
+            sensitivities => self.sensitivities(),
             passed => checks.iter().filter(|check| check.ok).count(),
             checks => checks,
             energy => energy,
@@ -274,6 +278,27 @@ impl Page<'_> {
             })
         });
         rows.collect()
+    }
+
+    /// A row for each source.
+    fn sources(&self) -> Vec<[String; 4]> {
+        let row = |source: &SourceSummary| {
+            let factor = source.factor.map_or(String::new(), |factor| factor.to_string());
+            [source.name.clone(), format!("{:.4}", source.power), factor, percent(source.relative_error)]
+        };
+        self.summary.sources.iter().map(row).collect()
+    }
+
+    /// A row for each material whose influence is known, the one that matters most first.
+    fn sensitivities(&self) -> Vec<[String; 3]> {
+        let row = |of: &SensitivitySummary| {
+            let known = |error: f64| format!("{} ± {}", percent(of.relative_change), percent(error));
+            let change = known(of.relative_change * of.std_error_bound / of.mean_derivative);
+            let change = if of.mean_derivative > 0.0 { change } else { "0".into() };
+            let derivative = format!("{:.4} ± {:.4}", of.mean_derivative, of.std_error_bound);
+            [of.material.clone(), derivative, change]
+        };
+        self.summary.sensitivities.iter().map(row).collect()
     }
 
     fn figures(&self) -> Vec<Figure> {

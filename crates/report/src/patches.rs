@@ -122,9 +122,19 @@ pub(crate) fn per_channel(name: &str, channels: usize) -> Vec<String> {
 type Columns<'a> = (u32, &'a str, [u32; 2], Vec<&'static str>, [f64; 3], f64);
 
 fn place<'a>(scene: &'a Scene, face: &Face) -> Columns<'a> {
-    let side = if scene.faces().two_sided() { vec![side_name(face.side)] } else { Vec::new() };
+    let side = side_columns(scene, face);
     let name = scene.surface_name(face.surface);
     (face.patch, name, face.cell, side, face.centroid.to_array(), face.area)
+}
+
+/// The head of the column that tells sides, where some surfaces are two-sided.
+pub(crate) fn side_heads(scene: &Scene) -> Option<&'static str> {
+    scene.faces().two_sided().then_some(SIDE)
+}
+
+/// The value of that column.
+pub(crate) fn side_columns(scene: &Scene, face: &Face) -> Vec<&'static str> {
+    side_heads(scene).map(|_| side_name(face.side)).into_iter().collect()
 }
 
 /// A face as messages name it: its patch, its side where patches have two, its surface where that has a name.

@@ -11,7 +11,9 @@ use crate::method::MethodWords;
 use crate::model::Model;
 use crate::patches::face_words;
 use crate::picture::Shot;
+use crate::sensitivities::SensitivitySummary;
 use crate::sensors::SensorsSummary;
+use crate::sources::SourceSummary;
 
 /// All of `summary.json`, in its order. Numbers that are not finite become null.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -79,6 +81,12 @@ pub struct Summary {
     /// The sensors; absent where there are none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub sensors: Option<SensorsSummary>,
+    /// The sources that are told apart; absent where none are.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub sources: Vec<SourceSummary>,
+    /// How much materials matter, the one that matters most first; absent where that is not asked for.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub sensitivities: Vec<SensitivitySummary>,
     /// The model of the job.
     pub model: Model,
     /// What was left out, changed or assumed of meshes; absent where nothing was.
@@ -290,6 +298,10 @@ pub struct RunFacts {
     pub total: Option<TotalSummary>,
     /// The sensors, if the scene has any.
     pub sensors: Option<SensorsSummary>,
+    /// The sources that are told apart.
+    pub sources: Vec<SourceSummary>,
+    /// How much materials matter, the one that matters most first.
+    pub sensitivities: Vec<SensitivitySummary>,
     /// The model of the job.
     pub model: Model,
     /// What was left out, changed or assumed of meshes.
@@ -342,6 +354,8 @@ impl Summary {
             energy,
             target: facts.target,
             sensors: facts.sensors,
+            sources: facts.sources,
+            sensitivities: facts.sensitivities,
             import: facts.import,
             checks: facts.checks,
             view: None,
@@ -438,6 +452,8 @@ mod tests {
             accuracy: None,
             total: None,
             sensors: None,
+            sources: Vec::new(),
+            sensitivities: Vec::new(),
             import: Vec::new(),
             units: Units::RADIANT,
             checks: vec![Check { name: "energy".into(), ok: true, message: "balanced".into() }],

@@ -5,6 +5,7 @@
 //! traced again would all be right with probability (1 − f)ⁿ.
 
 use std::collections::{BTreeMap, HashMap, HashSet};
+use std::io;
 use std::ops::Range;
 use std::path::Path;
 use std::sync::Mutex;
@@ -14,10 +15,10 @@ use protocol::checkpoint::{Checkpoint, Part};
 use protocol::deliveries::{Delivery, SEVERAL};
 use protocol::digest::{self, Digest, Digester};
 use protocol::roster::{BEHIND, Contributor};
-use radiosity::{Estimates, Experiment, Overflow, Readings, Sequence};
+use radiosity::{Estimates, Experiment, Influences, Overflow, Readings, Sequence};
 use serde_json::Value;
 
-use crate::checkpoints::SENSORS;
+use crate::checkpoints::{SENSITIVITIES, SENSORS, SOURCES};
 use crate::error::Error;
 use crate::kept::{Kept, unusable};
 use crate::replica::Replica;
@@ -78,9 +79,7 @@ pub fn audit(run: &Path, share: f64, seed: u64, now: &dyn Fn(&'static str)) -> R
     let kept = Kept::open(run)?;
     let Kept { checkpoint, settings, experiment } = &kept;
     check_files(run, &kept)?;
-    let job_hash = |part: &Part| {
-        job::job_hash(experiment.scene().hash(), &settings.method, &settings.sensors, part.seed)
-    };
+    let job_hash = |part: &Part| settings.job_hash(experiment.scene().hash(), part.seed);
     if !checkpoint.book.parts.iter().all(|part| part.job_hash == job_hash(part)) {
         return Err(unusable(run, checkpoint, "its walks are not those of the job".into()));
     }
@@ -111,20 +110,23 @@ fn check_files(run: &Path, Kept { checkpoint, settings, experiment }: &Kept) -> 
     let estimates = Estimates::new(experiment, &checkpoint.tally, level);
     let in_memory = |source| Error::System { doing: "writing a file to memory", source };
     let other = |file| Error::OtherTable { run: run.into(), file };
-    if let Ok(table) = std::fs::read(run.join("patches.csv")) {
+    let check = |name, write: &dyn Fn(&mut Vec<u8>) -> io::Result<()>| {
+        let Ok(table) = std::fs::read(run.join(name)) else { return Ok(()) };
         let mut expected = Vec::new();
-        report::write_patches(&mut expected, &estimates).map_err(in_memory)?;
-        if table != expected {
-            return Err(other("patches.csv"));
-        }
+        write(&mut expected).map_err(in_memory)?;
+        if table == expected { Ok(()) } else { Err(other(name)) }
+    };
+    check("patches.csv", &|table| report::write_patches(table, &estimates))?;
+    let tally = &checkpoint.tally;
+    if let Some(readings) = Readings::new(experiment, tally, settings.sensor_level(experiment)) {
+        check(SENSORS, &|table| report::write_sensors(table, &readings))?;
     }
-    let readings = Readings::new(experiment, &checkpoint.tally, settings.sensor_level(experiment));
-    if let (Some(readings), Ok(table)) = (readings, std::fs::read(run.join(SENSORS))) {
-        let mut expected = Vec::new();
-        report::write_sensors(&mut expected, &readings).map_err(in_memory)?;
-        if table != expected {
-            return Err(other(SENSORS));
-        }
+    if let Some(influences) = Influences::new(experiment, tally, settings.sensitivity_level(experiment)) {
+        check(SENSITIVITIES, &|table| report::write_sensitivities(table, &influences))?;
+    }
+    if !settings.sources.is_empty() {
+        let level = settings.source_level(experiment);
+        check(SOURCES, &|table| report::write_sources(table, experiment, tally, level))?;
     }
     if let Ok(summary) = std::fs::read(run.join("summary.json")) {
         let hash =

@@ -53,7 +53,7 @@ impl Identity {
             .map_err(|error| Error::System { doing: "packing the job", source: io::Error::other(error) })?;
         Ok(Identity {
             scene_hash: scene.hash(),
-            job_hash: job::job_hash(scene.hash(), &job.method, job.scene.sensors(), job.seed),
+            job_hash: settings.job_hash(scene.hash(), job.seed),
             seed: job.seed,
             first: job.budget.first_path / experiment.unit().paths(),
             goal: settings.goal(),
@@ -125,9 +125,11 @@ pub(crate) fn find(
 }
 
 /// What is made from a tally. It does not stand beside that of another run.
-pub(crate) const DERIVED: [&str; 9] = [
+pub(crate) const DERIVED: [&str; 11] = [
     "patches.csv",
     SENSORS,
+    SOURCES,
+    SENSITIVITIES,
     "summary.json",
     "radiosity.png",
     "report.html",
@@ -139,6 +141,12 @@ pub(crate) const DERIVED: [&str; 9] = [
 
 /// What sensors read; absent where there are none.
 pub(crate) const SENSORS: &str = "sensors.csv";
+
+/// What each source does; absent where none are told apart.
+pub(crate) const SOURCES: &str = "sources.csv";
+
+/// What materials do; absent where that is not asked for.
+pub(crate) const SENSITIVITIES: &str = "sensitivities.csv";
 
 /// What the latest tally of a folder is to a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

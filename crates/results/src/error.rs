@@ -55,6 +55,16 @@ pub enum Error {
         /// Why it cannot be merged.
         fault: MergeFault,
     },
+    /// A mixture of sources cannot be told of.
+    #[error("cannot combine the sources of {} ({problem}); {remedy}", run.display())]
+    Mixture {
+        /// The folder.
+        run: PathBuf,
+        /// Why not.
+        problem: String,
+        /// What to do.
+        remedy: String,
+    },
     /// A table, summary or picture stands beside the tally of another run.
     #[error(
         "{}/{file} is not made from the tally beside it (the run was not finished, the file was changed, or another version wrote it); go on with `radwalk run --resume`, or run the job again",

@@ -3,7 +3,7 @@
 //! A job travels to workers, and stays in `tally.bin`, as its [`Settings`] and its scene; a [`Replica`] walks it. While a
 //! run goes on, a [`Keeper`] writes checkpoints, from which another run can [`resume`]; at the end [`RunOutput`] writes the files of the output folder, all of which
 //! follow from the tally. Later, results are opened ([`Kept`]), [`merge`]d, held against each other ([`compare`]), and
-//! audited ([`audit`]: some of their walks are traced again).
+//! audited ([`audit`]: some of their walks are traced again), and mixtures of their sources are told of ([`combine`]).
 //!
 //! [`walk_here`] walks a job on threads of this process, and comes to what the cluster comes to. [`solve`] is the deterministic
 //! solution. Nothing is printed here.
@@ -12,6 +12,7 @@
 
 mod audit;
 mod checkpoints;
+mod combine;
 mod diff;
 mod error;
 mod exact_answer;
@@ -25,6 +26,7 @@ mod solo;
 
 pub use audit::{Audit, Extent, Wrong, audit};
 pub use checkpoints::{CURRENT, Identity, Keeper, Latest, unix_seconds};
+pub use combine::combine;
 pub use diff::{Comparison, Difference, FALSE_ALARM, FEWEST_HITS, TOLD, compare};
 pub use error::Error;
 pub use exact_answer::{ExactAnswer, solve};

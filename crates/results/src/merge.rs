@@ -30,9 +30,7 @@ fn add(merged: &mut Checkpoint, other: Checkpoint, settings: &Settings) -> Resul
     if merged.scene_hash != other.scene_hash {
         return Err(MergeFault::Scene);
     }
-    let is_ours = |part: &Part| {
-        part.job_hash == job::job_hash(merged.scene_hash, &settings.method, &settings.sensors, part.seed)
-    };
+    let is_ours = |part: &Part| part.job_hash == settings.job_hash(merged.scene_hash, part.seed);
     if !other.book.parts.iter().all(is_ours) {
         return Err(MergeFault::Method);
     }

@@ -10,13 +10,13 @@ use judge::checks::checks_of_result;
 use judge::{target, total};
 use protocol::checkpoint::{Book, Checkpoint, Look, Part, Session};
 use protocol::roster::Contributor;
-use radiosity::{Estimates, Experiment, Precision, Readings};
+use radiosity::{Estimates, Experiment, Influences, Precision, Readings};
 use report::{
     Draft, Live, Milestone, Model, OutputFolder, Page, PartSummary, Photo, Provenance, RunFacts,
     SessionSummary, Shot, Smooth, Summary, TotalSummary, Units, WorkerSummary,
 };
 
-use crate::checkpoints::{self, CURRENT, DERIVED, Latest, PREVIOUS, SENSORS};
+use crate::checkpoints::{self, CURRENT, DERIVED, Latest, PREVIOUS, SENSITIVITIES, SENSORS, SOURCES};
 use crate::error::Error;
 use crate::kept::Kept;
 use crate::settings::Settings;
@@ -134,6 +134,19 @@ impl RunOutput {
         if let Some(readings) = &readings {
             let draft = self.folder.draft(SENSORS, |writer| report::write_sensors(writer, readings))?;
             drafts.push((SENSORS, draft));
+        }
+        if !summary.sources.is_empty() {
+            let level = settings.source_level(experiment);
+            let draft = self.folder.draft(SOURCES, |writer| {
+                report::write_sources(writer, experiment, &checkpoint.tally, level)
+            })?;
+            drafts.push((SOURCES, draft));
+        }
+        if let Some(influences) = influences(settings, &estimates) {
+            let draft = self
+                .folder
+                .draft(SENSITIVITIES, |writer| report::write_sensitivities(writer, &influences))?;
+            drafts.push((SENSITIVITIES, draft));
         }
         for &file in &files {
             let draft = self.folder.draft(file.name(), |writer| match (file, &view) {
@@ -282,17 +295,23 @@ fn facts(
     book: &Book,
     git: &str,
 ) -> RunFacts {
-    let (experiment, tally, scene) = (estimates.experiment(), estimates.tally(), estimates.scene());
+    let (experiment, tally) = (estimates.experiment(), estimates.tally());
     let paths = tally.counts.walks.saturating_mul(experiment.unit().paths());
     // A batch is a stream of its own.
     let stream_paths = experiment.unit().batch().unwrap_or(settings.stream_paths);
     RunFacts {
         version: env!("CARGO_PKG_VERSION").into(),
         git: (!git.starts_with("sources-")).then(|| git.into()),
-        job_hash: job::job_hash(scene.hash(), &settings.method, &settings.sensors, settings.seed),
+        job_hash: settings.job_hash(experiment.scene().hash(), settings.seed),
         seed: settings.seed,
         method: experiment.method().clone(),
-        model: Model::new(scene, experiment.method(), tally.layout().moments, bounces(experiment)),
+        // Reflections are counted in the scene that is walked in.
+        model: Model::new(
+            estimates.scene(),
+            experiment.method(),
+            tally.layout().moments,
+            experiment.mixture().map_or_else(|| bounces(experiment), |_| None),
+        ),
         paths,
         seconds: book.effort.seconds,
         cpu_seconds: book.effort.cpu_seconds,
@@ -310,6 +329,10 @@ fn facts(
             let goal = settings.sensor_goal(experiment);
             target::judge_sensors(goal.as_ref(), &readings, experiment, tally)
         }),
+        sources: report::source_summaries(experiment, tally, settings.source_level(experiment)),
+        sensitivities: influences(settings, estimates)
+            .as_ref()
+            .map_or_else(Vec::new, report::sensitivity_summaries),
         import: settings.import.clone(),
         units: units(settings.light),
         checks: checks_of_result(estimates, settings.note.as_deref(), precision, book, settings.seed),
@@ -323,6 +346,12 @@ fn facts(
 fn readings<'a>(settings: &Settings, estimates: &Estimates<'a>) -> Option<Readings<'a>> {
     let experiment = estimates.experiment();
     Readings::new(experiment, estimates.tally(), settings.sensor_level(experiment))
+}
+
+/// What materials do, where that is asked for.
+fn influences<'a>(settings: &Settings, estimates: &Estimates<'a>) -> Option<Influences<'a>> {
+    let experiment = estimates.experiment();
+    Influences::new(experiment, estimates.tally(), settings.sensitivity_level(experiment))
 }
 
 /// The errors at the looks of a run.

@@ -19,8 +19,9 @@ struct Packed {
 }
 
 /// Bytes of settings that came after the first format 5 of `tally.bin`: notes of imports, units of light, sensors and what is
-/// asked of them, files, the three parts of the view, the two of the materials, exchange factors, and the total error.
-const LATER_SETTINGS: usize = 12;
+/// asked of them, files, the three parts of the view, the two of the materials, exchange factors, sources, materials whose
+/// influence is measured, the factors of a mixture, and the total error.
+const LATER_SETTINGS: usize = 15;
 
 /// The bytes of a job.
 ///
@@ -30,26 +31,45 @@ pub(crate) fn pack(scene: &Scene, spec: &SceneSpec, settings: &Settings) -> Resu
     encode_serde(&Packed { scene: spec.clone(), tree: scene.has_tree(), settings: settings.clone() })
 }
 
-/// Settings and scene with the method that was packed.
+/// The bytes of a job with other settings.
 ///
 /// # Errors
-/// In words, where the bytes are no job or the scene is invalid.
-pub(crate) fn unpack(bytes: &[u8]) -> Result<(Settings, Experiment), String> {
+/// In words, where the bytes are no job, or become too many.
+pub(crate) fn repack(bytes: &[u8], change: impl FnOnce(&mut Settings)) -> Result<Vec<u8>, String> {
+    let mut packed = decode(bytes)?;
+    change(&mut packed.settings);
+    encode_serde(&packed).map_err(|error| error.to_string())
+}
+
+fn decode(bytes: &[u8]) -> Result<Packed, String> {
     // Jobs that were kept before the last settings were there end before these, each of which is a byte of 0 where the job
     // says nothing of it.
     let packed = decode_serde(bytes);
     let longer = |more: usize| decode_serde(&[bytes, &vec![0; more]].concat()).ok();
     let packed = packed.or_else(|error| (1..=LATER_SETTINGS).find_map(longer).ok_or(error));
-    let Packed { scene, tree, settings } = packed.map_err(|error| error.to_string())?;
+    packed.map_err(|error| error.to_string())
+}
+
+/// Settings and scene with the method that was packed.
+///
+/// # Errors
+/// In words, where the bytes are no job or the scene is invalid.
+pub(crate) fn unpack(bytes: &[u8]) -> Result<(Settings, Experiment), String> {
+    let Packed { scene: spec, tree, settings } = decode(bytes)?;
     let index = if tree { IndexChoice::Tree } else { IndexChoice::Flat };
-    let scene = Scene::build(&scene, index).map_err(|error| error.to_string())?;
+    let scene = Scene::build(&spec, index).map_err(|error| error.to_string())?;
     let experiment = Experiment::new(scene, settings.method.walks())
         .and_then(|experiment| experiment.with_sensors(&settings.sensors))
+        .and_then(|experiment| experiment.with_groups(&settings.sources, &settings.sensitivity))
         .and_then(|experiment| match &settings.exchange {
             Some(exchange) => experiment.with_exchange(exchange.clone()),
             None => Ok(experiment),
         })
         .map_err(|error| error.to_string())?;
+    let experiment = match settings.mixture.is_empty() {
+        true => experiment,
+        false => experiment.with_mixture(&spec, &settings.mixture).map_err(|error| error.to_string())?,
+    };
     Ok((settings, experiment))
 }
 
@@ -89,7 +109,7 @@ impl Replica {
 
     /// A replica that walks as the settings say, but for the seed.
     pub fn new(experiment: Experiment, settings: &Settings, seed: u64) -> Self {
-        let job_hash = job::job_hash(experiment.scene().hash(), &settings.method, &settings.sensors, seed);
+        let job_hash = settings.job_hash(experiment.scene().hash(), seed);
         Replica { experiment, sequence: Sequence::new(seed), job_hash }
     }
 

@@ -3,7 +3,7 @@
 
 use job::{Finishes, Job, Light, MethodTable, OutputFile, SensorTarget, Target, TotalTarget, View};
 use judge::target::SensorGoal;
-use radiosity::{ExchangeSpec, Experiment, Scene, SensorSpec};
+use radiosity::{ExchangeSpec, Experiment, Groups, PatchGroup, Scene, SensorSpec};
 use serde::{Deserialize, Serialize};
 
 /// The settings of a job.
@@ -43,6 +43,12 @@ pub struct Settings {
     pub finishes: Finishes,
     /// Exchange factors that are counted in place of light.
     pub exchange: Option<ExchangeSpec>,
+    /// Groups of emitters that are told apart.
+    pub sources: Vec<PatchGroup>,
+    /// Materials whose influence is measured.
+    pub sensitivity: Vec<PatchGroup>,
+    /// A factor for the emittance of each source, where it is a mixture of them that is estimated.
+    pub mixture: Vec<f64>,
     /// What is asked of noise and discretisation together.
     pub total_target: Option<TotalTarget>,
 }
@@ -68,8 +74,16 @@ impl Settings {
             view: job.view,
             finishes: job.scene.finishes().clone(),
             exchange: None,
+            sources: job.sources.clone(),
+            sensitivity: job.sensitivity.clone(),
+            mixture: Vec::new(),
             total_target: job.total_target,
         }
+    }
+
+    /// The digest of the job with another seed, in a scene.
+    pub fn job_hash(&self, scene_hash: [u8; 32], seed: u64) -> [u8; 32] {
+        job::job_hash(scene_hash, &self.method, &self.sensors, [&self.sources, &self.sensitivity], seed)
     }
 
     /// The level of each single interval. Where all are to hold together, each of the m unknown radiosities may miss
@@ -91,6 +105,26 @@ impl Settings {
         }
         let cells = experiment.sensors().map_or(0, |sensors| sensors.cell_count());
         self.level_of_each(cells * experiment.scene().channels())
+    }
+
+    /// The level of each interval of the light of sources, which hold all together by themselves.
+    pub fn source_level(&self, experiment: &Experiment) -> f64 {
+        self.level_of_groups(experiment, |groups| groups.sources().len())
+    }
+
+    /// The level of each interval of a derivative, by reflectances and by emittances, which hold all together by themselves.
+    pub fn sensitivity_level(&self, experiment: &Experiment) -> f64 {
+        self.level_of_groups(experiment, |groups| 2 * groups.materials().len())
+    }
+
+    /// The level of each of `tables` numbers for every channel of every face.
+    fn level_of_groups(&self, experiment: &Experiment, tables: impl Fn(&Groups) -> usize) -> f64 {
+        if !self.simultaneous {
+            return self.confidence;
+        }
+        let scene = experiment.scene();
+        let tables = experiment.groups().map_or(0, tables);
+        self.level_of_each(tables * scene.faces().len() * scene.channels())
     }
 
     fn level_of_each(&self, unknown: usize) -> f64 {

@@ -1,6 +1,6 @@
 //! Confidence intervals of the mean score per walk.
 
-use crate::moments::Moments;
+use crate::moments::Sample;
 use crate::normal::normal_quantile;
 
 /// A closed interval of the mean score, in hits per walk.
@@ -24,7 +24,7 @@ const CAUTIOUS_WALKS: f64 = 20.0;
 
 /// The two-sided interval that holds the expected score per walk with probability `confidence` (0.95, say),
 /// from the moments of a patch in units of `unit` hits and a bound on E\[x²\]/E\[x\] known beforehand, in hits.
-/// The unit is 1 for scores that count hits; for others a hit is taken to be of the size Σx²/Σx.
+/// The unit is 1 for scores that count hits; for others, and for weighted ones, a hit is taken to be of the size Σx²/Σx.
 ///
 /// Collision scores are zero, or geometric once the patch is reached. If a walk returns to it with
 /// probability at most r, then E\[x²\]/E\[x\] ≤ `ratio_bound` = 2m − 1 with m = 1/(1 − r). A bound that is
@@ -56,23 +56,24 @@ const CAUTIOUS_WALKS: f64 = 20.0;
 ///
 /// # Panics
 /// If `confidence` is not between 0 and 1 or `ratio_bound` not finite and at least 1.
-pub fn mean_interval(moments: &Moments, unit: f64, confidence: f64, ratio_bound: f64) -> Interval {
+pub fn mean_interval(sample: impl Into<Sample>, unit: f64, confidence: f64, ratio_bound: f64) -> Interval {
     assert!(confidence > 0.0 && confidence < 1.0, "confidence {confidence} is not between 0 and 1");
     assert!((1.0..f64::INFINITY).contains(&ratio_bound), "no scores have E[x²]/E[x] ≤ {ratio_bound}");
+    let sample = sample.into();
     let tail = 0.5 * (1.0 - confidence);
-    let n = moments.n as f64;
-    if moments.sum == 0 {
+    let n = sample.n as f64;
+    if sample.sum == 0.0 {
         return Interval { low: 0.0, high: -ratio_bound * (tail.ln() / n).exp_m1() };
     }
     // The size of one hit: 1 for counts; for other scores, the size that the seen scores have where it matters.
-    let hit = if unit == 1.0 { 1.0 } else { unit * moments.sum_sq as f64 / moments.sum as f64 };
+    let hit = if unit == 1.0 && sample.counts { 1.0 } else { unit * sample.sum_sq / sample.sum };
     let per_hit = unit / hit;
     let ratio_bound = (ratio_bound / hit).max(1.0);
-    let hits = per_hit * moments.sum as f64;
-    let squares = per_hit * per_hit * moments.sum_sq as f64;
+    let hits = per_hit * sample.sum;
+    let squares = per_hit * per_hit * sample.sum_sq;
     let mean = hits / n;
     let most = ratio_bound.max(mean);
-    let Some(variance) = moments.variance() else {
+    let Some(variance) = sample.variance else {
         return Interval { low: hit * 2.0 * tail * mean, high: hit * most };
     };
 
@@ -113,6 +114,7 @@ fn third_cumulant(c: f64, mean: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::moments::Moments;
 
     fn close(a: f64, b: f64, relative: f64) -> bool {
         (a - b).abs() <= relative * b.abs()
@@ -159,6 +161,17 @@ mod tests {
         let interval = mean_interval(&moments, 1.0, 0.95, 9.5);
         let width = 1e12 * (interval.high - interval.low);
         assert!(close(width, 2.0 * 1.959964 * 2000f64.sqrt(), 2e-3), "{interval:?}");
+    }
+
+    /// Scores of 2 and of 1, weighted by 0.5 and by 1, are scores of 1.
+    #[test]
+    fn weighted_scores_have_the_interval_of_their_products() {
+        let weighted = Sample::weighted(1_000_000, [(0.5, 20_000, 40_000), (1.0, 10_000, 10_000)]);
+        let counted = Moments { n: 1_000_000, sum: 20_000, sum_sq: 20_000 };
+        assert!(close(weighted.standard_error().unwrap(), counted.standard_error().unwrap(), 1e-12));
+        let [weighted, counted] =
+            [weighted, (&counted).into()].map(|sample: Sample| mean_interval(sample, 1.0, 0.95, 3.0));
+        assert!(close(weighted.low, counted.low, 1e-12) && close(weighted.high, counted.high, 1e-12));
     }
 
     #[test]

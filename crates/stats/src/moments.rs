@@ -37,6 +37,53 @@ impl Moments {
     }
 }
 
+/// What an interval is made from: the moments of scores that count, or of scores that have weights.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sample {
+    /// Walks, those that scored nothing included.
+    pub n: u64,
+    /// Σx.
+    pub sum: f64,
+    /// Σx².
+    pub sum_sq: f64,
+    /// The unbiased variance of one walk's score; `None` of fewer than two walks.
+    pub variance: Option<f64>,
+    /// Whether x has no weights.
+    pub counts: bool,
+}
+
+impl Sample {
+    /// Of n walks in classes, each of which has a weight f, its Σx and its Σx². A walk belongs to one class, so that the sums
+    /// are Σ f·Σx and Σ f²·Σx².
+    pub fn weighted(n: u64, classes: impl IntoIterator<Item = (f64, u128, u128)>) -> Self {
+        let (mut sum, mut sum_sq) = (0.0, 0.0);
+        for (weight, scores, squares) in classes {
+            sum += weight * scores as f64;
+            sum_sq += weight * weight * squares as f64;
+        }
+        let walks = n as f64;
+        let spread = (sum_sq - sum * (sum / walks)).max(0.0);
+        Sample { n, sum, sum_sq, variance: (n >= 2).then(|| spread / (walks - 1.0)), counts: false }
+    }
+
+    /// The mean score per walk; `None` of no walks.
+    pub fn mean(&self) -> Option<f64> {
+        (self.n > 0).then(|| self.sum / self.n as f64)
+    }
+
+    /// The standard error of the mean score per walk; `None` where the variance is.
+    pub fn standard_error(&self) -> Option<f64> {
+        Some((self.variance? / self.n as f64).sqrt())
+    }
+}
+
+impl From<&Moments> for Sample {
+    fn from(moments: &Moments) -> Self {
+        let &Moments { n, sum, sum_sq } = moments;
+        Sample { n, sum: sum as f64, sum_sq: sum_sq as f64, variance: moments.variance(), counts: true }
+    }
+}
+
 /// The sums of the first four powers of whole scores, for tests of their variance.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct PowerSums {

@@ -1,16 +1,23 @@
 //! The digest that names an answer.
 
-use radiosity::{Birth, Course, InfiniteEnd, Iterations, SensorSpec, Sensors, Solve};
+use radiosity::{Birth, Course, InfiniteEnd, Iterations, PatchGroup, SensorSpec, Sensors, Solve};
 
 use super::table::{Beside, MethodTable, WalkKind};
 use crate::word::Word;
 
-/// Names an answer but for the number of walks: equal for equal scene, method, seed and sensors.
+/// Names an answer but for the number of walks: equal for equal scene, method, seed, sensors, sources and materials whose
+/// influence is measured (`groups`).
 ///
 /// `scene_hash` is [`radiosity::Scene::hash`]. What the method does not use (where gathering walks are born,
 /// while they are shot) does not enter, nor do budget, target, confidence, index and names. Sensors are no part of the scene,
-/// but tallies hold what they gather.
-pub fn job_hash(scene_hash: [u8; 32], method: &MethodTable, sensors: &[SensorSpec], seed: u64) -> [u8; 32] {
+/// but tallies hold what they gather; so it is with groups.
+pub fn job_hash(
+    scene_hash: [u8; 32],
+    method: &MethodTable,
+    sensors: &[SensorSpec],
+    groups: [&[PatchGroup]; 2],
+    seed: u64,
+) -> [u8; 32] {
     let mut hasher = blake3::Hasher::new();
     let mut field = |bytes: &[u8]| {
         hasher.update(&(bytes.len() as u64).to_le_bytes());
@@ -19,16 +26,27 @@ pub fn job_hash(scene_hash: [u8; 32], method: &MethodTable, sensors: &[SensorSpe
     field(b"radwalk job");
     field(&scene_hash);
     field(&seed.to_le_bytes());
+    hash_method(method, &mut field);
+    if !sensors.is_empty() {
+        field(b"sensors");
+        field(&Sensors::hash(sensors));
+    }
+    for (word, groups) in [&b"sources"[..], b"materials"].into_iter().zip(groups) {
+        if !groups.is_empty() {
+            field(word);
+            field(&PatchGroup::hash(groups));
+        }
+    }
+    *hasher.finalize().as_bytes()
+}
+
+fn hash_method(method: &MethodTable, field: &mut impl FnMut(&[u8])) {
     field(method.walk.word().as_bytes());
     field(method.estimator.word().as_bytes());
     field(method.space.word().as_bytes());
     field(method.sampler.word().as_bytes());
     if method.estimator.course() == Course::Weighted {
-        let (end, number) = match method.infinite {
-            InfiniteEnd::Roulette { threshold } => ("roulette", threshold),
-            InfiniteEnd::Cutoff { threshold } => ("cutoff", threshold),
-            InfiniteEnd::Length { length } => ("length", f64::from(length)),
-        };
+        let (end, number) = words_of_end(method.infinite);
         field(end.as_bytes());
         field(&number.to_bits().to_le_bytes());
     }
@@ -38,7 +56,7 @@ pub fn job_hash(scene_hash: [u8; 32], method: &MethodTable, sensors: &[SensorSpe
             Birth::Uniform => field(b"uniform"),
             Birth::Patches(patches) => {
                 field(b"patches");
-                field(&patches.iter().flat_map(|patch| patch.to_le_bytes()).collect::<Vec<_>>());
+                field(&numbers(patches));
             }
         }
     }
@@ -60,11 +78,18 @@ pub fn job_hash(scene_hash: [u8; 32], method: &MethodTable, sensors: &[SensorSpe
     }
     if !method.final_gather.is_empty() {
         field(b"final gather");
-        field(&method.final_gather.iter().flat_map(|patch| patch.to_le_bytes()).collect::<Vec<_>>());
+        field(&numbers(&method.final_gather));
     }
-    if !sensors.is_empty() {
-        field(b"sensors");
-        field(&Sensors::hash(sensors));
+}
+
+fn words_of_end(end: InfiniteEnd) -> (&'static str, f64) {
+    match end {
+        InfiniteEnd::Roulette { threshold } => ("roulette", threshold),
+        InfiniteEnd::Cutoff { threshold } => ("cutoff", threshold),
+        InfiniteEnd::Length { length } => ("length", f64::from(length)),
     }
-    *hasher.finalize().as_bytes()
+}
+
+fn numbers(patches: &[u32]) -> Vec<u8> {
+    patches.iter().flat_map(|patch| patch.to_le_bytes()).collect()
 }

@@ -17,7 +17,7 @@ pub const MOMENTS: usize = 2;
 pub const LAYOUT: Layout = Layout { scores: 1, moments: MOMENTS, slopes: 0, events: false };
 /// The limits of the walks of [`Board::shoot`].
 pub const LIMITS: Limits =
-    Limits { ends: 1, rays: 7, ray_score: 1 << 24, walk_score: 1 << 24, sensors: None };
+    Limits { ends: 1, rays: 7, ray_score: 1 << 24, walk_score: 1 << 24, sensors: None, materials: None };
 pub const BUILD: &str = "0.1.0 (toy)";
 pub const JOB: &[u8] = b"a toy job";
 pub const SCENE_HASH: [u8; 32] = [1; 32];

@@ -93,7 +93,7 @@ impl Experiment {
                 Sampler::Random => Source::Random(sequence, batch * walks + first..batch * walks + end),
                 Sampler::Sobol => Source::Sobol(&numbers, first..end),
             };
-            let counts = self.shoot(score, space, &source, &mut board);
+            let counts = self.shoot((score, space), &source, (&mut board, None));
             with_board!(&mut board, board => board.counts.add(&counts))
                 .expect("a batch is counted in 32 bits");
             match &mut tally {

@@ -5,6 +5,7 @@ use std::ops::Range;
 use crate::jacobi::final_gather::Gathered;
 use crate::jacobi::{ChainBoard, UNITS};
 use crate::tally::{Layout, LinearBoard, Overflow, Scoreboard, Tally};
+use crate::walk::apart::MarkBoard;
 use crate::walk::score::{RELATED, fixed_units};
 
 /// The board that an experiment scores on; M power sums per score.
@@ -14,6 +15,17 @@ pub struct Board<const M: usize> {
     pub(super) scores: Scores<M>,
     /// Of sensors, where there are any.
     pub(super) sensing: Option<Sensing<M>>,
+    /// Of groups, where there are any. Where there are, there are no sensors.
+    pub(super) apart: Option<Apart>,
+}
+
+/// What a board keeps for groups of patches.
+#[derive(Clone, Debug)]
+pub(super) struct Apart {
+    /// Of the scene.
+    pub(super) faces: usize,
+    /// What materials do, where that is asked for.
+    pub(super) marks: Option<MarkBoard>,
 }
 
 /// Where the faces of a scene score.
@@ -64,9 +76,10 @@ impl<const M: usize> Board<M> {
     /// # Errors
     /// Where a sum may have wrapped.
     pub fn take(&mut self) -> Result<Tally, Overflow> {
-        match &mut self.sensing {
-            None => self.scores.take(),
-            Some(sensing) => sensing.take(&mut self.scores),
+        match (&mut self.sensing, &mut self.apart) {
+            (None, None) => self.scores.take(),
+            (Some(sensing), _) => sensing.take(&mut self.scores),
+            (None, Some(apart)) => apart.take(&mut self.scores),
         }
     }
 
@@ -75,14 +88,43 @@ impl<const M: usize> Board<M> {
     /// # Errors
     /// Where a sum may have wrapped or leaves its range; then the tally is unusable.
     pub fn add_to(&mut self, tally: &mut Tally) -> Result<(), Overflow> {
-        match &mut self.sensing {
-            None => self.scores.add_to(tally),
-            Some(sensing) => tally.merge(&sensing.take(&mut self.scores)?).map_err(|_| Overflow),
+        if self.sensing.is_none() && self.apart.is_none() {
+            return self.scores.add_to(tally);
         }
+        tally.merge(&self.take()?).map_err(|_| Overflow)
+    }
+}
+
+impl Apart {
+    /// Hands over what faces have scored: all classes together, then each but the first, then what materials do.
+    fn take<const M: usize>(&mut self, scores: &mut Scores<M>) -> Result<Tally, Overflow> {
+        scores.total_first(self.faces);
+        let of_classes = scores.take()?;
+        let Some(marks) = &mut self.marks else { return Ok(of_classes) };
+        let (counts, layout) = (of_classes.counts, of_classes.layout());
+        let mut sums = of_classes.into_sums();
+        sums.extend(marks.take().ok_or(Overflow)?);
+        let rows = sums.len() / layout.columns();
+        Ok(Tally::from_parts(counts, rows, layout, sums).expect("the layout is the board's own"))
     }
 }
 
 impl<const M: usize> Scores<M> {
+    /// Adds what all classes have scored to the slots of the first, which stand for all of them then.
+    fn total_first(&mut self, faces: usize) {
+        match self {
+            Scores::Hits(board) => board.total_first(faces),
+            Scores::Fixed(board) => board.total_first(faces),
+            Scores::Coloured(board) => board.total_first(faces),
+            Scores::RelatedHits(_)
+            | Scores::RelatedFixed(_)
+            | Scores::LinearHits(_)
+            | Scores::LinearFixed(_)
+            | Scores::LinearColoured(_)
+            | Scores::Chains(_) => {}
+        }
+    }
+
     /// Hands over what faces have scored.
     pub(super) fn take(&mut self) -> Result<Tally, Overflow> {
         with_board!(self, board => board.take())

@@ -4,7 +4,10 @@ mod batches;
 mod board;
 pub(crate) mod exchange;
 mod gathering;
+mod groups;
+pub(crate) mod influence;
 mod meaning;
+mod mixture;
 pub(crate) mod readings;
 pub(crate) mod replay;
 mod run;
@@ -15,6 +18,7 @@ mod unfit;
 
 pub use board::Board;
 pub use gathering::birth_probabilities;
+pub use groups::{Groups, Material, PatchGroup};
 pub use meaning::Meaning;
 pub use sensing::SensorView;
 pub use unfit::Unfit;
@@ -27,10 +31,12 @@ use crate::method::{Direction, Method, Score, Unit};
 use crate::scene::Scene;
 use crate::scene::births::Births;
 use crate::tally::{Layout, LinearBoard, Scoreboard, Tally};
+use crate::walk::apart::MarkBoard;
 use crate::walk::estimator::Course;
-use board::{Scores, Sensing, with_board};
+use board::{Apart, Scores, Sensing, with_board};
 use exchange::{Exchange, ExchangeSpec};
 use gathering::Gathering;
+use groups::Mixture;
 use unfit::{check, check_sensors};
 
 /// A scene and a method that fits it.
@@ -46,6 +52,10 @@ pub struct Experiment {
     least_area: f64,
     /// Places where light is measured; `None` where there are none.
     sensors: Option<Arc<Sensors>>,
+    /// Groups of patches that are told apart; `None` where there are none.
+    groups: Option<Arc<Groups>>,
+    /// What is estimated in place of the light of the scene; `None`: that light.
+    mixture: Option<Arc<Mixture>>,
     /// Groups of faces that walks are counted by; `None` where faces score.
     exchange: Option<Arc<Exchange>>,
 }
@@ -74,6 +84,8 @@ impl Experiment {
             largest_radiosity,
             least_area,
             sensors: None,
+            groups: None,
+            mixture: None,
             exchange: None,
         })
     }
@@ -88,7 +100,29 @@ impl Experiment {
         if self.sensors.is_some() {
             check_sensors(&self.method)?;
         }
-        Ok(self)
+        self.check_groups()
+    }
+
+    /// The experiment with sources that are told apart, and materials whose influence is measured. What is found of faces stays
+    /// as it is.
+    ///
+    /// # Errors
+    /// Groups that cannot be told apart, or a method whose samples belong to several of them.
+    pub fn with_groups(mut self, sources: &[PatchGroup], materials: &[PatchGroup]) -> Result<Self, Unfit> {
+        self.groups = Groups::new(&self.scene, &self.method, (sources, materials))?.map(Arc::new);
+        self.check_groups()
+    }
+
+    fn check_groups(self) -> Result<Self, Unfit> {
+        match self.sensors.is_some() && self.groups.is_some() {
+            true => Err(Unfit::SourcesOfSensors),
+            false => Ok(self),
+        }
+    }
+
+    /// The groups of patches that are told apart, where there are any.
+    pub fn groups(&self) -> Option<&Groups> {
+        self.groups.as_deref()
     }
 
     /// The experiment whose walks count exchange factors, in place of those of its method: of this, only the space that walks go
@@ -141,13 +175,15 @@ impl Experiment {
         with_board!(&self.scores::<M>(0), board => board.layout())
     }
 
-    /// Rows of a tally: the faces, and where there are sensors one that counts their samples, and their cells. Of exchange
-    /// factors: those of [`ExchangeSpec`].
+    /// Rows of a tally: the faces; where there are sensors one that counts their samples, and their cells; where groups are
+    /// told apart those of every class but the first, and of materials. Of exchange factors: those of [`ExchangeSpec`].
     pub fn rows(&self) -> usize {
         if let Some(exchange) = &self.exchange {
             return exchange.rows();
         }
-        self.scene.faces().len() + self.sensors().map_or(0, |sensors| 1 + sensors.cell_count())
+        let of_sensors = self.sensors().map_or(0, |sensors| 1 + sensors.cell_count());
+        let of_groups = self.groups().map_or(0, |groups| groups.class_rows() + groups.material_rows());
+        self.scene.faces().len() + of_sensors + of_groups
     }
 
     /// An empty tally of M power sums.
@@ -161,7 +197,18 @@ impl Experiment {
             .sensors()
             .map(|sensors| Sensing::new(self.scene.faces().len(), sensors.cell_count(), self.layout::<M>()));
         let faces = self.exchange.as_ref().map_or(self.scene.faces().len(), |exchange| exchange.rows());
-        Board { scores: self.scores(faces), sensing }
+        // Exchange factors are counted in place of light.
+        let groups = self.groups().filter(|_| self.exchange.is_none());
+        let slots = faces + groups.map_or(0, Groups::class_rows);
+        Board { scores: self.scores(slots), sensing, apart: groups.map(|groups| self.apart::<M>(groups)) }
+    }
+
+    fn apart<const M: usize>(&self, groups: &Groups) -> Apart {
+        let (faces, layout) = (self.scene.faces().len(), self.layout::<M>());
+        let materials = groups.materials().len();
+        let marks =
+            (materials > 0).then(|| MarkBoard::new([faces, materials], M, layout.columns(), !layout.events));
+        Apart { faces, marks }
     }
 
     fn scores<const M: usize>(&self, faces: usize) -> Scores<M> {

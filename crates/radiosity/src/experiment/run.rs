@@ -12,8 +12,9 @@ use crate::random::rng::Sequence;
 use crate::scene::births::Births;
 use crate::tally::{Counts, Overflow};
 use crate::walk::Space;
+use crate::walk::apart::{ByClass, MarkBoard, Marks};
 use crate::walk::batch::{walk_all, walk_each};
-use crate::walk::estimator::with_estimator;
+use crate::walk::estimator::{EstimatorKind, Event, with_estimator};
 use crate::walk::fate::{Analog, Coloured, Fate, Infinite};
 use crate::walk::linear::{GatherLinear, ShootLinearHits, ShootLinearWeights};
 use crate::walk::score::{Gather, GatherRelated, OnArrival, Scorer, ShootHits, ShootRelated, ShootWeights};
@@ -67,7 +68,7 @@ impl Experiment {
         board: &mut Board<M>,
         go_on: &dyn Fn() -> bool,
     ) {
-        let Board { scores, sensing } = board;
+        let Board { scores, sensing, apart } = board;
         if let Some(exchange) = &self.exchange {
             let Scores::Hits(board) = scores else { wrong_board() };
             return exchange.walk(&self.scene, self.method.space(), (sequence, walks), board);
@@ -75,7 +76,10 @@ impl Experiment {
         let counts = match (&self.method, &mut *scores) {
             (Method::Walks(plan), scores) => {
                 return match self.sensors().zip(sensing.as_mut()) {
-                    None => self.single_walks(plan, sequence, walks, scores),
+                    None => {
+                        let marks = apart.as_mut().and_then(|apart| apart.marks.as_mut());
+                        self.single_walks(plan, sequence, walks, (scores, marks));
+                    }
                     Some((sensors, sensing)) => {
                         let onto = (scores, sensing);
                         self.sensed_walks((plan, sensors), sequence, walks, onto, go_on);
@@ -95,17 +99,17 @@ impl Experiment {
         with_board!(scores, board => board.counts.add(&counts)).expect("64 bits outlast any process");
     }
 
-    /// Walks that are samples each, onto the scores of faces.
+    /// Walks that are samples each, onto the scores of faces, and onto the marks of materials where these are asked for.
     pub(super) fn single_walks<const M: usize>(
         &self,
         plan: &Walks,
         sequence: &Sequence,
         walks: Range<u64>,
-        scores: &mut Scores<M>,
+        (scores, marks): (&mut Scores<M>, Option<&mut MarkBoard>),
     ) {
         let source = Source::Random(sequence, walks);
         let counts = match &self.gathering {
-            None => self.shoot(plan.score, plan.space, &source, scores),
+            None => self.shoot((plan.score, plan.space), &source, (scores, marks)),
             Some(gathering) => self.gather(plan, gathering, &source, scores),
         };
         with_board!(scores, board => board.counts.add(&counts)).expect("64 bits outlast any process");
@@ -114,52 +118,72 @@ impl Experiment {
     /// Walks from the emitters.
     pub(super) fn shoot<const M: usize>(
         &self,
-        score: Score,
-        space: Space,
+        (score, space): (Score, Space),
         source: &Source,
-        board: &mut Scores<M>,
+        (board, marks): (&mut Scores<M>, Option<&mut MarkBoard>),
     ) -> Counts {
-        let births = self.scene.emitters();
         match (board, score) {
             (Scores::Hits(board), Score::Of(estimator)) => {
-                with_estimator!(estimator, Analog, |Event, fate| {
-                    let mut score = ShootHits::<Event, M>::new(self.scene.parts.isa, board);
-                    self.walk_all(births, space, source, fate, &mut score)
+                with_estimator!(estimator, Analog, |Scored, fate| {
+                    let mut score = ShootHits::<Scored, M>::new(self.scene.parts.isa, board);
+                    self.shoot_all(space, source, fate, (&mut score, marks))
                 })
             }
             (Scores::RelatedHits(board), Score::Mix) => {
-                self.walk_all(births, space, source, Analog, &mut ShootRelated::new(board))
+                self.shoot_all(space, source, Analog, (&mut ShootRelated::new(board), marks))
             }
             (Scores::Fixed(board), Score::Of(estimator)) => {
                 let end = estimator.infinite_end().unwrap_or_else(|| wrong_board());
                 let mut score = ShootWeights::<OnArrival, 1, M>::new(board);
-                self.walk_all(births, space, source, Infinite::new(end), &mut score)
+                self.shoot_all(space, source, Infinite::new(end), (&mut score, marks))
             }
             (Scores::LinearHits(board), Score::Linear(estimator)) => {
                 with_estimator!(estimator, Analog, |Event, fate| {
                     let mut score = ShootLinearHits::<Event>::new(self.scene.parts.isa, board);
-                    self.walk_all(births, space, source, fate, &mut score)
+                    self.walk_all(self.scene.emitters(), space, source, fate, &mut score)
                 })
             }
             (Scores::LinearFixed(board), Score::Linear(estimator)) => {
                 let end = estimator.infinite_end().unwrap_or_else(|| wrong_board());
                 let mut score = ShootLinearWeights::<OnArrival, 1>::new(board);
-                self.walk_all(births, space, source, Infinite::new(end), &mut score)
+                self.walk_all(self.scene.emitters(), space, source, Infinite::new(end), &mut score)
             }
             (Scores::LinearColoured(board), Score::Linear(estimator)) => {
                 with_estimator!(estimator, Coloured::new(), |Event, fate| {
                     let mut score = ShootLinearWeights::<Event, 3>::new(board);
-                    self.walk_all(births, space, source, fate, &mut score)
+                    self.walk_all(self.scene.emitters(), space, source, fate, &mut score)
                 })
             }
             (Scores::Coloured(board), Score::Of(estimator)) => {
-                with_estimator!(estimator, Coloured::new(), |Event, fate| {
-                    let mut score = ShootWeights::<Event, 3, M>::new(board);
-                    self.walk_all(births, space, source, fate, &mut score)
+                with_estimator!(estimator, Coloured::new(), |Scored, fate| {
+                    let mut score = ShootWeights::<Scored, 3, M>::new(board);
+                    self.shoot_all(space, source, fate, (&mut score, marks))
                 })
             }
             _ => wrong_board(),
         }
+    }
+
+    /// Walks from the emitters; where groups are told apart, each scores for its own.
+    fn shoot_all<const C: usize>(
+        &self,
+        space: Space,
+        source: &Source,
+        fate: impl Fate<C>,
+        (score, marks): (&mut impl Scorer<C>, Option<&mut MarkBoard>),
+    ) -> Counts {
+        let births = self.scene.emitters();
+        let (Some(groups), Source::Random(sequence, walks)) = (&self.groups, source) else {
+            return self.walk_all(births, space, source, fate, score);
+        };
+        let walks = walks.clone();
+        let mut score = ByClass::new(score, &groups.first_slots);
+        let Some(marks) = marks else {
+            return walk_all(&self.scene, births, space, sequence, walks, fate, &mut score);
+        };
+        let event = self.method.estimator_kind().map_or(Event::Arrival, EstimatorKind::event);
+        let mut score = Marks::new(&mut score, marks, &groups.material_of_face, event);
+        walk_all(&self.scene, births, space, sequence, walks, fate, &mut score)
     }
 
     /// Walks from the patches.
@@ -173,14 +197,14 @@ impl Experiment {
         let (births, space) = (&gathering.births, plan.space);
         match (board, &gathering.values, plan.score) {
             (Scores::Fixed(board), Values::Grey(values), Score::Of(estimator)) => {
-                with_estimator!(estimator, Analog, |Event, fate| {
-                    let mut score = Gather::<Event, 1, M>::new(board, values);
+                with_estimator!(estimator, Analog, |Scored, fate| {
+                    let mut score = Gather::<Scored, 1, M>::new(board, values);
                     self.walk_all(births, space, source, fate, &mut score)
                 })
             }
             (Scores::Coloured(board), Values::Coloured(values), Score::Of(estimator)) => {
-                with_estimator!(estimator, Coloured::new(), |Event, fate| {
-                    let mut score = Gather::<Event, 3, M>::new(board, values);
+                with_estimator!(estimator, Coloured::new(), |Scored, fate| {
+                    let mut score = Gather::<Scored, 3, M>::new(board, values);
                     self.walk_all(births, space, source, fate, &mut score)
                 })
             }

@@ -2,8 +2,9 @@
 
 use std::ops::Deref;
 
-use stats::Moments;
+use stats::{Moments, Sample};
 
+use super::mixture::Shares;
 use crate::experiment::{Experiment, Meaning};
 use crate::geometry::face::Face;
 use crate::scene::Scene;
@@ -116,18 +117,43 @@ pub struct Estimates<'a> {
     confidence: f64,
     /// Where the tally is of chains.
     pub(super) student: Option<Student>,
+    /// Where it is not the light of the walked scene that is estimated.
+    shares: Option<Shares>,
 }
 
 impl<'a> Estimates<'a> {
     /// Of a tally of at least one walk; every interval has the level `confidence`.
     pub fn new(experiment: &'a Experiment, tally: &'a Tally, confidence: f64) -> Self {
         let student = (!experiment.unit().is_walk()).then(|| Student::new(tally.counts.walks, confidence));
-        Estimates { experiment, tally, confidence, student }
+        let of_mixture =
+            || Shares::new(experiment.groups()?, |class| experiment.factor_of(class.source)).into();
+        let shares = experiment.mixture().and_then(|_| of_mixture());
+        Estimates { experiment, tally, confidence, student, shares }
     }
 
-    /// The scene of the estimates.
+    /// The light of one source alone, by number; `None` where there is no such source.
+    pub fn of_source(
+        experiment: &'a Experiment,
+        tally: &'a Tally,
+        confidence: f64,
+        source: usize,
+    ) -> Option<Self> {
+        let groups = experiment.groups().filter(|groups| source < groups.sources().len())?;
+        let factor = |of: u32| if of as usize == source { experiment.factor_of(of) } else { 0.0 };
+        let shares = Shares::new(groups, |class| factor(class.source));
+        Some(Estimates { shares: Some(shares), ..Estimates::new(experiment, tally, confidence) })
+    }
+
+    /// The light of the emitters of one material alone, by number.
+    pub(super) fn of_material(&self, material: usize) -> Option<Self> {
+        let groups = self.experiment.groups()?;
+        let shares = Shares::new(groups, |class| f64::from(u8::from(class.material as usize == material)));
+        Some(Estimates { shares: Some(shares), ..self.clone() })
+    }
+
+    /// The scene, as it is estimated: where that is a mixture of its sources, with the emittances of the mixture.
     pub fn scene(&self) -> &'a Scene {
-        self.experiment.scene()
+        self.experiment.mixture.as_ref().map_or(self.experiment.scene(), |mixture| &mixture.scene)
     }
 
     /// The method in the scene.
@@ -142,13 +168,36 @@ impl<'a> Estimates<'a> {
 
     /// The estimate of face i; `None` if no walk gives an estimate.
     pub fn face(&self, i: usize) -> Option<Channels> {
-        self.of(i, &self.scene().faces().get(i))
+        self.told(i).1
+    }
+
+    /// Face i as it is estimated, and what is known of it.
+    pub fn told(&self, i: usize) -> (Face, Option<Channels>) {
+        let face = self.shown(i, self.scene().faces().get(i));
+        (face, self.of(i, &face))
+    }
+
+    /// Whether anything emits in a channel.
+    fn is_lit(&self, channel: usize) -> bool {
+        let emits = |(i, face): (usize, Face)| self.shown(i, face).emittance[channel] > 0.0;
+        match self.shares {
+            None => self.scene().total_power(channel) > 0.0,
+            Some(_) => self.scene().faces().iter().enumerate().any(emits),
+        }
+    }
+
+    /// The face, without what it emits where that is not estimated.
+    fn shown(&self, i: usize, face: Face) -> Face {
+        match self.shares.as_ref().zip(self.experiment.groups()) {
+            Some((shares, groups)) => shares.shown(groups, i, face),
+            None => face,
+        }
     }
 
     /// All faces by number, with what is known of them.
     pub fn iter(&self) -> impl Iterator<Item = (usize, Face, Option<Channels>)> {
         let faces = self.scene().faces().iter().enumerate();
-        faces.map(|(i, face)| (i, face, self.of(i, &face)))
+        faces.map(|(i, face)| (i, self.shown(i, face))).map(|(i, face)| (i, face, self.of(i, &face)))
     }
 
     /// The faces for which some walk gives an estimate.
@@ -164,10 +213,20 @@ impl<'a> Estimates<'a> {
     fn of(&self, i: usize, face: &Face) -> Option<Channels> {
         Channels::new(self.scene().channels(), |channel| {
             let meaning = self.experiment.meaning_of((i, face), channel, self.tally)?;
-            let (moments, events) = (moments(self.tally, i, channel), self.tally.events(i));
-            Some(match &self.student {
-                Some(student) => estimate_of_chains(face, channel, &moments, events, &meaning, student),
-                None => estimate(face, channel, &moments, events, &meaning, self.confidence),
+            let moments = || moments(self.tally, i, channel);
+            let confidence = self.confidence;
+            Some(match (&self.student, self.shares.as_ref().zip(self.experiment.groups())) {
+                (Some(student), _) => {
+                    estimate_of_chains(face, channel, &moments(), self.tally.events(i), &meaning, student)
+                }
+                (None, Some((shares, groups))) => {
+                    let sample = shares.sample(groups, self.tally, (i, channel));
+                    estimate(face, channel, sample, &shares.scaled(meaning), confidence)
+                }
+                (None, None) => {
+                    let sample = ((&moments()).into(), self.tally.events(i));
+                    estimate(face, channel, sample, &meaning, confidence)
+                }
             })
         })
     }
@@ -191,7 +250,8 @@ impl<'a> Estimates<'a> {
     pub fn precision(&self) -> Precision {
         let mut precision = Precision::default();
         let (mut weighted, mut area) = (0.0, 0.0);
-        let lit = |channel: usize| self.scene().total_power(channel) > 0.0;
+        let is_lit: Vec<bool> = (0..self.scene().channels()).map(|c| self.is_lit(c)).collect();
+        let lit = |channel: usize| is_lit[channel];
         let mut ranks = Vec::new();
         let total = self.reflecting_area();
         for (i, face, channels) in self.known().filter(|(_, face, _)| !face.emittance.is_lit()) {
@@ -335,17 +395,16 @@ impl Mix {
 fn estimate(
     face: &Face,
     channel: usize,
-    moments: &Moments,
-    hits: u128,
+    (sample, hits): (Sample, u128),
     meaning: &Meaning,
     confidence: f64,
 ) -> Estimate {
     let Meaning { unit, irradiance_per_event, ratio_bound, bias_bound } = *meaning;
     // Where the estimator gives no irradiance the face has R = 0, so that b = 0 is still right.
     let reflected_per_event = face.reflectance[channel] * irradiance_per_event.unwrap_or(0.0);
-    let interval = stats::mean_interval(moments, unit, confidence, ratio_bound);
-    let mean = unit * moments.mean().unwrap_or(0.0);
-    let error = moments.standard_error().map(|error| unit * error);
+    let interval = stats::mean_interval(sample, unit, confidence, ratio_bound);
+    let mean = unit * sample.mean().unwrap_or(0.0);
+    let error = sample.standard_error().map(|error| unit * error);
     let radiosity = |mean_score: f64| face.emittance[channel] + reflected_per_event * mean_score;
     Estimate {
         radiosity: radiosity(mean),
@@ -355,9 +414,14 @@ fn estimate(
         irradiance: irradiance_per_event.map(|per_event| per_event * mean),
         irradiance_error: irradiance_per_event.zip(error).map(|(per_event, error)| per_event * error),
         hits,
-        effective_scores: moments.sum as f64 / moments.sum_sq.max(1) as f64 * moments.sum as f64,
+        effective_scores: effective_scores(&sample),
         bias_bound,
     }
+}
+
+/// (Σx)²/Σx².
+fn effective_scores(sample: &Sample) -> f64 {
+    if sample.sum_sq > 0.0 { sample.sum / sample.sum_sq * sample.sum } else { 0.0 }
 }
 
 /// The estimate from the mean of n independent chains: its error follows Student's t with n − 1 degrees of freedom.

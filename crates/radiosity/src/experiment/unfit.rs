@@ -48,6 +48,72 @@ pub enum Unfit {
         "sensors gather the light of every patch that they see, and gathering walks that are born on chosen patches tell of no others; remove `birth`, or the sensors"
     )]
     SensorsOfFewPatches,
+    /// A gathering walk meets the light of several sources.
+    #[error(
+        "a gathering walk meets emitters of several sources and scores all of them at once, so that its score belongs to none of them; write walk = \"shooting\", whose walks are born on one emitter, or remove [[source]] and [sensitivity]"
+    )]
+    GatheredSources,
+    /// Gradients have no sums by source.
+    #[error(
+        "basis = \"linear\" estimates the gradients of the light of all sources together; remove `basis`, or remove [[source]] and [sensitivity]"
+    )]
+    LinearSources,
+    /// Absorption and survival beside collision have no sums by source.
+    #[error(
+        "`mix` compares estimators on the light of all sources together; remove `mix`, or remove [[source]] and [sensitivity]"
+    )]
+    MixedSources,
+    /// The walks of a batch, or the rays of a chain, carry the light of all sources.
+    #[error(
+        "batches and chains are one sample of the light of all sources together, and the covariances of their sources are not kept; write walk = \"shooting\" with sampler = \"random\" and without final_gather, or remove [[source]] and [sensitivity]"
+    )]
+    SourcesOfBatches,
+    /// Sensors gather what all sources have lit.
+    #[error(
+        "sensors gather the light of all sources together; remove [[sensor]], or remove [[source]] and [sensitivity]"
+    )]
+    SourcesOfSensors,
+    /// What is cut off depends on reflectances, too.
+    #[error(
+        "walks are cut off, and what is cut off depends on the reflectances as well (the derivatives would lack it); write end = \"roulette\", or remove [sensitivity]"
+    )]
+    CutOffInfluence,
+    /// An emitter in two sources.
+    #[error(
+        "patch {patch} emits, and sources {:?} and {:?} both hold it (a walk that is born there could not be told to be of one of them); take it out of one", names[0], names[1]
+    )]
+    SharedEmitter {
+        /// The emitter.
+        patch: u32,
+        /// The sources.
+        names: [String; 2],
+    },
+    /// A source without emitters.
+    #[error(
+        "source {name:?} holds no patch that emits (no walk would be born there); give its patches an emittance, or remove the source"
+    )]
+    DarkSource {
+        /// The source.
+        name: String,
+    },
+    /// A material of several reflectances, or without surfaces.
+    #[error(
+        "the surfaces of material {name:?} do not have one reflectance (radiosities have no derivative by it); choose other materials in [sensitivity]"
+    )]
+    UnevenMaterial {
+        /// The material.
+        name: String,
+    },
+    /// More sums than can be numbered.
+    #[error(
+        "{classes} kinds of emitters are told apart on {faces} faces, which are more than 2³² sums; use fewer sources and materials, or coarser patches"
+    )]
+    TooManySums {
+        /// Sources by materials of emitters.
+        classes: usize,
+        /// Faces of the scene.
+        faces: usize,
+    },
 }
 
 /// Whether a method's answer would be right, but for emitters that [`super::gathering`] refuses.

@@ -59,6 +59,8 @@ pub trait Events: Copy + Default {
     const COUNTED: bool;
     /// Counts one more event.
     fn increment(&mut self);
+    /// Those of another count, too.
+    fn join(&mut self, others: Self);
     /// The number of events counted.
     fn total(self) -> u128;
 }
@@ -66,6 +68,7 @@ pub trait Events: Copy + Default {
 impl Events for () {
     const COUNTED: bool = false;
     fn increment(&mut self) {}
+    fn join(&mut self, (): Self) {}
     fn total(self) -> u128 {
         0
     }
@@ -76,6 +79,9 @@ impl Events for u64 {
     #[inline(always)]
     fn increment(&mut self) {
         *self += 1;
+    }
+    fn join(&mut self, others: Self) {
+        *self += others;
     }
     fn total(self) -> u128 {
         self.into()
@@ -220,6 +226,20 @@ impl<W: Word, E: Events, const S: usize, const M: usize> Scoreboard<W, E, S, M> 
     #[inline(always)]
     pub fn count(&mut self, patch: u32) {
         self.cells[patch as usize].events.increment();
+    }
+
+    /// Adds what later cells hold to the first `patches`: cell i + k·`patches`, for every k, to cell i. Where a sum wraps,
+    /// the board is too full to be handed over, as it is where one score wraps a sum.
+    pub(crate) fn total_first(&mut self, patches: usize) {
+        let (first, others) = self.cells.split_at_mut(patches);
+        for class in others.chunks_exact(patches) {
+            for (total, cell) in first.iter_mut().zip(class) {
+                total.events.join(cell.events);
+                for (total, sums) in total.sums.iter_mut().zip(&cell.sums) {
+                    total.iter_mut().zip(sums).for_each(|(total, sum)| *total = total.plus(*sum));
+                }
+            }
+        }
     }
 
     /// Hands over all that was scored and empties the board.

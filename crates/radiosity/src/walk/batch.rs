@@ -6,7 +6,6 @@
 
 use std::ops::Range;
 
-use crate::geometry::basis::slopes_at;
 use crate::random::rng::{Generators, Numbers, Sequence, unit_32};
 use crate::scene::Scene;
 use crate::scene::births::{Births, Origin};
@@ -187,7 +186,7 @@ impl<N: Numbers, E: Scorer<C>, F: Fate<C>, const C: usize> Walker<'_, N, E, F, C
         let surface = &self.scene.surfaces()[number as usize];
         self.estimator.begin(lane, surface.face(cell, side));
         let uv = surface.point_in_cell(cell, [(point >> 32) as u32, point as u32].map(unit_32));
-        self.estimator.born_at(lane, || slopes_at(surface.place_in_cell(cell, uv), surface.is_triangle()));
+        self.estimator.born_at(lane, surface, cell, uv);
         self.departures.surface[lane] = number;
         self.departures.facing[lane] = side.sign();
         self.departures.uv.iter_mut().zip(uv).for_each(|(row, uv)| row[lane] = uv);

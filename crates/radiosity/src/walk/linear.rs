@@ -8,7 +8,8 @@ use std::marker::PhantomData;
 
 use super::places::Places;
 use super::score::{Event, Gathered, Scorer, dithered, fixed_units};
-use crate::geometry::basis::{SLOPE_BITS, SLOPE_UNITS};
+use crate::geometry::basis::{SLOPE_BITS, SLOPE_UNITS, slopes_at};
+use crate::geometry::surface::Surface;
 use crate::random::rng::WalkRng;
 use crate::scene::Scene;
 use crate::simd::batch::{Decisions, WIDTH};
@@ -294,8 +295,8 @@ impl<V: Event, const C: usize> Scorer<C> for GatherLinear<'_, V, C> {
     }
 
     #[inline(always)]
-    fn born_at(&mut self, lane: usize, place: impl FnOnce() -> [i32; 2]) {
-        self.births[lane] = place();
+    fn born_at(&mut self, lane: usize, surface: &Surface, cell: u32, uv: [f64; 2]) {
+        self.births[lane] = slopes_at(surface.place_in_cell(cell, uv), surface.is_triangle());
     }
 
     #[inline(always)]

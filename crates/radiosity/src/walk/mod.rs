@@ -1,6 +1,7 @@
 //! Walks: one as the papers write it ([`plain`]), and many side by side through the same verbs ([`batch`]): leave, trace,
 //! arrive, survive or die, score.
 
+pub(crate) mod apart;
 pub(crate) mod arrive;
 pub(crate) mod batch;
 pub(crate) mod depart;

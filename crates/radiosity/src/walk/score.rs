@@ -6,6 +6,7 @@
 
 use std::marker::PhantomData;
 
+use crate::geometry::surface::Surface;
 use crate::random::rng::WalkRng;
 use crate::scene::Scene;
 use crate::simd::batch::{Decisions, Lanes, WIDTH};
@@ -26,9 +27,9 @@ pub(crate) trait Scorer<const C: usize> {
     fn begin(&mut self, lane: usize, birth: u32);
     /// The walks have arrived on these faces with these weights, and this became of them.
     fn score(&mut self, faces: &[u32; WIDTH], decided: &Decisions, weights: &[[f64; C]; WIDTH]);
-    /// Walk `lane` was born where `place` tells, as the values of the basis functions there.
+    /// Walk `lane` was born in a cell of a surface, at these local coordinates.
     #[inline(always)]
-    fn born_at(&mut self, _lane: usize, _place: impl FnOnce() -> [i32; 2]) {}
+    fn born_at(&mut self, _lane: usize, _surface: &Surface, _cell: u32, _uv: [f64; 2]) {}
     /// The walks have met these points, of which those on active sides will be scored.
     #[inline(always)]
     fn locate(&mut self, _isa: Isa, _scene: &Scene, _len: usize, _hits: &Hits) {}

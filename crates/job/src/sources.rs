@@ -1,0 +1,200 @@
+//! Groups of patches that a job names: `[[source]]` and `[sensitivity]`.
+
+use std::collections::BTreeSet;
+
+use radiosity::{Groups, PatchGroup};
+
+use crate::document::{Table, Value};
+use crate::error::Error;
+use crate::keys::{JOB_LISTS, SENSITIVITY_KEYS, SOURCE_KEYS};
+use crate::method::read_patches;
+use crate::near;
+use crate::scene::SceneFile;
+
+/// What a job says of sources, and of materials whose influence is measured.
+pub(crate) fn read_groups(table: &mut Table<'_>, scene: &SceneFile) -> Result<[Vec<PatchGroup>; 2], Error> {
+    let sources = table.take("source").map(|value| read_sources(value, scene)).transpose()?;
+    let sensitivity = table.take("sensitivity").map(|value| read_sensitivity(value, scene)).transpose()?;
+    Ok([sources, sensitivity].map(Option::unwrap_or_default))
+}
+
+/// Reads `[[source]]` tables. That sources have emitters, and share none, is seen when the scene is built.
+fn read_sources(value: Value<'_>, scene: &SceneFile) -> Result<Vec<PatchGroup>, Error> {
+    let mut names = BTreeSet::new();
+    let mut sources = Vec::new();
+    for (number, value) in value.tables(JOB_LISTS[0])?.into_iter().enumerate() {
+        let mut table = value.table_called(format!("source {number}: "), SOURCE_KEYS)?;
+        let name = table.require(
+            "name",
+            "outputs and `radwalk combine` tell sources by their names",
+            "name = \"lamp\", or another",
+        )?;
+        let written = read_name(&name)?;
+        if !names.insert(written.clone()) {
+            return Err(name.refuse(
+                format!("a source before this one is called {written:?}, too"),
+                "outputs and `radwalk combine` tell sources by their names",
+                "give each a name of its own",
+            ));
+        }
+        table.rename(format!("source {number} ({written:?}): "));
+        sources.push(PatchGroup { name: written, patches: runs(&read_members(table, scene)?) });
+    }
+    Ok(sources)
+}
+
+fn read_name(value: &Value<'_>) -> Result<String, Error> {
+    let name = value.string()?;
+    if name.trim().is_empty() || name.contains(char::is_control) {
+        return Err(value.refuse(
+            format!("{name:?} cannot name a source"),
+            "it is shown in the rows of its light",
+            "write a visible name on one line",
+        ));
+    }
+    if name == Groups::REST {
+        return Err(value.refuse(
+            format!("{name:?} cannot name a source"),
+            "the emitters that no source holds are called so",
+            "write another name",
+        ));
+    }
+    Ok(name.into())
+}
+
+/// The patches of the surfaces, materials and patches that a source names, in ascending order.
+fn read_members(mut table: Table<'_>, scene: &SceneFile) -> Result<BTreeSet<u32>, Error> {
+    let place = table.place("surfaces");
+    let [surfaces, materials, patches] = ["surfaces", "materials", "patches"].map(|key| table.take(key));
+    if surfaces.is_none() && materials.is_none() && patches.is_none() {
+        return Err(Error::MissingKey {
+            place,
+            why: "a source is a group of emitters",
+            remedy: "surfaces = [\"…\"], materials = [\"…\"] or patches = [0, 1]".into(),
+        });
+    }
+    let first_patches = first_patches(scene);
+    let mut members = BTreeSet::new();
+    let mut add = |surface: usize| members.extend(first_patches[surface]..first_patches[surface + 1]);
+    for value in surfaces.map(Value::array).transpose()?.unwrap_or_default() {
+        surfaces_of(&value, scene)?.into_iter().for_each(&mut add);
+    }
+    for value in materials.map(Value::array).transpose()?.unwrap_or_default() {
+        let names = materials_of(&value, scene)?;
+        let of_surfaces = scene.finishes().of_surfaces().into_iter().enumerate();
+        of_surfaces.filter(|(_, material)| names.contains(material)).for_each(|(surface, _)| add(surface));
+    }
+    if let Some(patches) = patches {
+        let (why, instead) = ("a source holds some patch", "remove the key");
+        members.extend(read_patches(patches, scene.patch_count(), why, instead)?);
+    }
+    Ok(members)
+}
+
+/// The number of the first patch of every surface, and the number of all patches. A scene of more patches than have numbers
+/// is refused when it is built.
+fn first_patches(scene: &SceneFile) -> Vec<u32> {
+    let cells = scene.spec().surfaces.iter().map(|surface| surface.shape.cell_count());
+    let ends = cells.scan(0_u64, |end, cells| {
+        *end += cells;
+        Some(u32::try_from(*end).unwrap_or(u32::MAX))
+    });
+    std::iter::once(0).chain(ends).collect()
+}
+
+/// Surfaces by number, or by a name in which `*` stands for any text.
+fn surfaces_of(value: &Value<'_>, scene: &SceneFile) -> Result<Vec<usize>, Error> {
+    let surfaces = &scene.spec().surfaces;
+    if !value.is_string() {
+        let last = surfaces.len().saturating_sub(1) as u64;
+        return Ok(vec![value.integer(0..=last, "the scene's surfaces are numbered from 0")? as usize]);
+    }
+    let pattern = value.string()?;
+    let name_of = |surface: usize| surfaces[surface].name.as_deref();
+    let is_meant = |&surface: &usize| name_of(surface).is_some_and(|name| import::matches(pattern, name));
+    let meant: Vec<usize> = (0..surfaces.len()).filter(is_meant).collect();
+    if meant.is_empty() {
+        let hint = near::hint(pattern, (0..surfaces.len()).filter_map(name_of));
+        return Err(value.refuse(
+            format!("no surface is called {pattern:?}"),
+            "a source holds surfaces by their names or numbers",
+            format!("{hint}write the name of a surface, a part of it and *, or a number"),
+        ));
+    }
+    Ok(meant)
+}
+
+/// Materials by a name in which `*` stands for any text.
+fn materials_of(value: &Value<'_>, scene: &SceneFile) -> Result<Vec<u32>, Error> {
+    let pattern = value.string()?;
+    let names = scene.finishes().names();
+    let meant: Vec<u32> =
+        (0..).zip(names).filter(|(_, name)| import::matches(pattern, name)).map(|(i, _)| i).collect();
+    if meant.is_empty() {
+        let hint = near::hint(pattern, names.iter().map(|name| &name[..]));
+        return Err(value.refuse(
+            format!("no surface is of a material {pattern:?}"),
+            "materials are told by the names that surfaces have them by",
+            format!("{hint}choose from {}", names.join(", ")),
+        ));
+    }
+    Ok(meant)
+}
+
+/// Numbers that follow each other, as runs.
+fn runs(patches: &BTreeSet<u32>) -> Vec<(u32, u32)> {
+    let mut runs: Vec<(u32, u32)> = Vec::new();
+    for &patch in patches {
+        match runs.last_mut() {
+            Some((_, last)) if *last + 1 == patch => *last = patch,
+            _ => runs.push((patch, patch)),
+        }
+    }
+    runs
+}
+
+/// Reads `[sensitivity]`: the materials whose influence on every patch is measured, each as the group of its patches.
+fn read_sensitivity(value: Value<'_>, scene: &SceneFile) -> Result<Vec<PatchGroup>, Error> {
+    let mut table = value.table(SENSITIVITY_KEYS)?;
+    let materials = table.require(
+        "materials",
+        "it says what light is sensitive to",
+        "materials = \"all\", or a list of materials",
+    )?;
+    let place = materials.place();
+    let numbers: BTreeSet<u32> = match materials.is_string() {
+        true if materials.string()? == "all" => (0..scene.finishes().names().len() as u32).collect(),
+        true => {
+            return Err(materials.refuse(
+                "this is neither \"all\" nor a list".into(),
+                "it names materials",
+                "write materials = \"all\", or materials = [\"…\"]",
+            ));
+        }
+        false => {
+            let mut numbers = BTreeSet::new();
+            for value in materials.array()? {
+                numbers.extend(materials_of(&value, scene)?);
+            }
+            numbers
+        }
+    };
+    if numbers.is_empty() {
+        return Err(Error::Refused {
+            place,
+            problem: "it names no material".into(),
+            why: "light is sensitive to materials",
+            remedy: "name a material of the scene, or remove [sensitivity]".into(),
+        });
+    }
+    let first_patches = first_patches(scene);
+    let of_surfaces = scene.finishes().of_surfaces();
+    let group = |number: u32| {
+        let is_of = |&surface: &usize| of_surfaces[surface] == number;
+        let surfaces = (0..of_surfaces.len()).filter(is_of);
+        let patches =
+            surfaces.flat_map(|surface| first_patches[surface]..first_patches[surface + 1]).collect();
+        PatchGroup { name: scene.finishes().names()[number as usize].clone(), patches: runs(&patches) }
+    };
+    Ok(numbers.into_iter().map(group).collect())
+}

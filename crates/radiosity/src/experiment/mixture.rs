@@ -1,0 +1,122 @@
+//! Mixtures of sources: what the same walks say where each source is brighter or darker than in the scene.
+//!
+//! A walk of source s scores as if it carried a_s times its power, a_s being the factor of the source. A walk has one source,
+//! so that of N walks Σ a_s·Σx_s and Σ a_s²·Σx_s² are the moments of the weighted scores: the births of walks were drawn
+//! from all emitters, and the spread between sources is in them.
+
+use stats::Sample;
+
+use super::Experiment;
+use super::groups::{Class, Groups, Mixture};
+use super::meaning::Meaning;
+use crate::geometry::face::Face;
+use crate::geometry::spec::{SceneSpec, Spectrum, SurfaceSpec};
+use crate::scene::{IndexChoice, Scene, SceneError};
+use crate::tally::Tally;
+
+/// How much of what each class has scored counts.
+#[derive(Clone, Debug)]
+pub(super) struct Shares {
+    /// By class, in [0, 1]; one of them is 1, or all are 0.
+    parts: Vec<f64>,
+    /// What a part of 1 stands for.
+    scale: f64,
+}
+
+impl Shares {
+    /// `factor` of each class.
+    pub(super) fn new(groups: &Groups, factor: impl Fn(&Class) -> f64) -> Self {
+        let factors: Vec<f64> = groups.classes.iter().map(factor).collect();
+        let largest = factors.iter().copied().fold(0.0, f64::max);
+        let scale = if largest > 0.0 { largest } else { 1.0 };
+        Shares { parts: factors.iter().map(|factor| factor / scale).collect(), scale }
+    }
+
+    /// What a unit of score is worth.
+    pub(super) fn scaled(&self, meaning: Meaning) -> Meaning {
+        Meaning {
+            irradiance_per_event: meaning.irradiance_per_event.map(|per_event| per_event * self.scale),
+            bias_bound: meaning.bias_bound * self.scale,
+            ..meaning
+        }
+    }
+
+    /// The weighted scores of face i in one channel, and events. Where all that counts counts alike, sums are exact.
+    pub(super) fn sample(&self, groups: &Groups, tally: &Tally, place: (usize, usize)) -> (Sample, u128) {
+        let n = tally.counts.walks;
+        let counted = || groups.sums(tally, place).zip(&self.parts).filter(|(_, part)| **part > 0.0);
+        let add = |a: [u128; 3], b: [u128; 3]| std::array::from_fn(|column| a[column] + b[column]);
+        let [sum, sum_sq, events] = counted().fold([0; 3], |total, (sums, _)| add(total, sums));
+        if counted().all(|(_, part)| *part == 1.0) {
+            return ((&stats::Moments { n, sum, sum_sq }).into(), events);
+        }
+        (Sample::weighted(n, counted().map(|([sum, sum_sq, _], part)| (*part, sum, sum_sq))), events)
+    }
+
+    /// The face without what it emits, where its class does not count.
+    pub(super) fn shown(&self, groups: &Groups, i: usize, face: Face) -> Face {
+        match face.emittance.is_lit() && self.parts[groups.class_of(i)] == 0.0 {
+            true => Face { emittance: Spectrum::BLACK, ..face },
+            false => face,
+        }
+    }
+}
+
+impl Experiment {
+    /// The experiment whose estimates are those of a mixture: each source emits `factors` times what it does in `spec`, the
+    /// scene that is walked in. What is walked stays as it is.
+    ///
+    /// # Errors
+    /// Where the mixture emits nothing, or power without end.
+    ///
+    /// # Panics
+    /// Where there is not a factor for each source.
+    pub fn with_mixture(mut self, spec: &SceneSpec, factors: &[f64]) -> Result<Self, SceneError> {
+        let groups = self.groups().expect("sources are told apart");
+        assert_eq!(groups.sources().len(), factors.len(), "a factor for each source");
+        let spec = mixed(spec, self.scene(), groups, factors);
+        let index = if self.scene.has_tree() { IndexChoice::Tree } else { IndexChoice::Flat };
+        let scene = Scene::build(&spec, index)?;
+        self.mixture = Some(Mixture { factors: factors.into(), scene }.into());
+        Ok(self)
+    }
+
+    /// What is estimated in place of the light of the scene: a factor for each source. `None`: that light.
+    pub fn mixture(&self) -> Option<&[f64]> {
+        self.mixture.as_ref().map(|mixture| &mixture.factors[..])
+    }
+
+    /// The factor of a source, 1 where the light of the scene itself is estimated.
+    pub(super) fn factor_of(&self, source: u32) -> f64 {
+        self.mixture().map_or(1.0, |factors| factors[source as usize])
+    }
+}
+
+/// A scene with other emittances.
+fn mixed(spec: &SceneSpec, scene: &Scene, groups: &Groups, factors: &[f64]) -> SceneSpec {
+    let faces = scene.faces();
+    let factor = |patch: u32| {
+        let emits = faces.get(patch as usize).emittance.is_lit();
+        if emits { factors[groups.classes[groups.class_of(patch as usize)].source as usize] } else { 1.0 }
+    };
+    let scaled = |emittance: Spectrum, factor: f64| Spectrum::rgb(emittance.channels().map(|e| e * factor));
+    let mut first = 0;
+    let mut surface = |surface: &SurfaceSpec| {
+        let cells = surface.shape.cell_count() as u32;
+        let patches = first..first + cells;
+        first += cells;
+        let of_emitters = || patches.clone().filter(|&patch| faces.get(patch as usize).emittance.is_lit());
+        let Some(common) = of_emitters().next().map(factor) else { return surface.clone() };
+        if of_emitters().all(|patch| factor(patch) == common) {
+            let cell = |&(cell, emittance): &(u32, Spectrum)| (cell, scaled(emittance, common));
+            let cell_emittance = surface.cell_emittance.iter().map(cell).collect();
+            let emittance = scaled(surface.emittance, common);
+            return SurfaceSpec { emittance, cell_emittance, ..surface.clone() };
+        }
+        let cell =
+            |patch: u32| (patch - patches.start, scaled(faces.get(patch as usize).emittance, factor(patch)));
+        let cell_emittance = patches.clone().map(cell).collect();
+        SurfaceSpec { emittance: Spectrum::BLACK, cell_emittance, ..surface.clone() }
+    };
+    SceneSpec { surfaces: spec.surfaces.iter().map(&mut surface).collect() }
+}
