@@ -6,8 +6,8 @@ use protocol::checkpoint::Checkpoint;
 use radiosity::Experiment;
 use report::words::{counted, duration, percent, quantity};
 use report::{
-    PrecisionSummary, SensitivitySummary, SensorSummary, SensorsSummary, SourceSummary, Summary, Target,
-    WorstPatch,
+    AccuracySummary, PrecisionSummary, SensitivitySummary, SensorSummary, SensorsSummary, SourceSummary,
+    Summary, Target, TotalSummary, WorstPatch,
 };
 use results::{Latest, RunOutput, Settings};
 use tracing::warn;
@@ -85,6 +85,9 @@ fn describe(summary: &Summary, settings: &Settings) {
         quantity(summary.rays_per_second)
     ));
     describe_precision(summary);
+    if let Some(accuracy) = &summary.accuracy {
+        describe_accuracy(accuracy);
+    }
     for line in summary.model.lines() {
         say(&format!("model: {line}"));
     }
@@ -139,6 +142,37 @@ fn describe_sensors(sensors: &SensorsSummary) {
     if let Some(reached) = sensors.reached {
         say(&format!("target of sensors {}", if reached { "reached" } else { "not reached" }));
     }
+}
+
+/// How far the means of patches are from the light on them, and whether that is near enough.
+fn describe_accuracy(accuracy: &AccuracySummary) {
+    let AccuracySummary { noise, discretisation, total, asked, .. } = *accuracy;
+    say(&format!(
+        "relative errors of the means, over the area: noise {}, discretisation {}, total {}",
+        percent(noise),
+        percent(discretisation),
+        percent(total)
+    ));
+    let Some(TotalSummary { target, reached }) = asked else { return };
+    if reached {
+        say(&format!("target reached: a total error of {}", percent(target)));
+    } else if discretisation >= target {
+        say(&format!(
+            "target not reached: a total error of {} takes finer patches, not more walks",
+            percent(target)
+        ));
+    } else {
+        let paths = walks_needed(accuracy, target);
+        say(&format!(
+            "target not reached: a total error of {} takes about {paths:.2} times the walks",
+            percent(target)
+        ));
+    }
+}
+
+/// The walks that a total error takes, over those that were walked: noise falls with their root.
+fn walks_needed(accuracy: &AccuracySummary, target: f64) -> f64 {
+    accuracy.noise.powi(2) / (target.powi(2) - accuracy.discretisation.powi(2))
 }
 
 /// How well the patches are known.

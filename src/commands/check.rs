@@ -120,6 +120,9 @@ fn describe_job(job: &Job, experiment: &Experiment) {
     if let Some(target) = &job.sensor_target {
         say(&format!("target: {}", target::asked_of_sensors(target, job.scene.sensors())));
     }
+    if let Some(target) = &job.total_target {
+        say(&format!("target: relative error {} of noise and discretisation together", target.total_error));
+    }
     if let Some(files) = &job.files {
         let names = ["tally.bin"].into_iter().chain(files.iter().map(|file| file.name()));
         say(&format!("output: {}", names.collect::<Vec<_>>().join(", ")));

@@ -13,6 +13,7 @@ use cluster::server::{Wish, serve};
 use job::{Budget, Job};
 use judge::limits::limits;
 use judge::target::{Observer, judge, looks};
+use judge::total;
 use monitor::{Description, Gauge, Page, Reports, Showing};
 use radiosity::{Estimates, Experiment, Tally};
 use report::view_troubles;
@@ -172,6 +173,7 @@ impl Prepared {
         let target = self.settings.target.clone();
         let mut observer = Observer::new(self.experiment.clone(), level, target)
             .with_sensors(self.settings.sensor_goal(&self.experiment))
+            .with_total(self.settings.total_target)
             .going_on_from(&self.past.tally);
         let walks = self.job.budget.paths / self.experiment.unit().paths();
         let judge = Box::new(move |tally: &Tally, seen: &[Look]| observer.look(tally, seen));
@@ -301,10 +303,15 @@ impl Prepared {
         if goal.is_some_and(|goal| !goal.is_met(&self.experiment, tally)) {
             return true;
         }
-        let Some(target) = &self.settings.target else { return false };
+        let Settings { target, total_target, .. } = &self.settings;
+        if target.is_none() && total_target.is_none() {
+            return false;
+        }
         let (scene, walks) = (self.experiment.scene(), tally.counts.walks);
+        let paths = walks * self.experiment.unit().paths();
         let estimates = Estimates::new(&self.experiment, tally, self.settings.level(scene));
-        walks == 0 || !judge(target, &estimates, walks * self.experiment.unit().paths()).reached
+        let total_missed = total_target.is_some_and(|total| !total::is_met(&total, &estimates, paths));
+        walks == 0 || total_missed || target.as_ref().is_some_and(|t| !judge(t, &estimates, paths).reached)
     }
 }
 

@@ -74,7 +74,7 @@ impl<'a> Plan<'a> {
         let costs = Costs::new(experiment, &pilot, peak_memory());
         let sensors = job.sensor_target.as_ref();
         let of_sensors = sensors.map(|target| asked_of_sensors(target, job.scene.sensors()));
-        let ending = pilot.ending.filter(|_| of_sensors.is_none());
+        let ending = pilot.ending.filter(|_| of_sensors.is_none() && job.total_target.is_none());
         let walks = ending.map_or(budget, |ending| ending.walks().min(budget));
         let stream = if experiment.unit().is_walk() { job.budget.stream_paths } else { 1 };
         let demand = |workers| costs.demand(walks as f64, stream as f64, workers);

@@ -28,6 +28,7 @@ mod independent;
 mod jacobi;
 mod jacobi_iterations;
 mod jacobi_run;
+mod linear;
 mod normals;
 mod operators;
 mod output;

@@ -25,7 +25,7 @@ use cluster::upstream::relay;
 use cluster::worker::{Identity, Work, work};
 use radiosity::{Counts, Layout, Overflow, Tally};
 
-const LAYOUT: Layout = Layout { scores: 1, moments: 2, events: false };
+const LAYOUT: Layout = Layout { scores: 1, moments: 2, slopes: 0, events: false };
 const BUILD: &str = "load test";
 const HASH: [u8; 32] = [7; 32];
 

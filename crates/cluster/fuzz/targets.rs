@@ -45,7 +45,7 @@ pub fn decoder(bytes: &[u8]) {
     }
     let digester = Digester::new(&[7; 32]);
     if let Ok(parcel) = Parcel::new(Counts::default(), bytes.into(), 0, &digester) {
-        let layout = Layout { scores: 1, moments: 1, events: false };
+        let layout = Layout { scores: 1, moments: 1, slopes: 0, events: false };
         parcel.add_to(&mut Tally::new(parcel.sums(), layout)).expect("each sum is there once");
     }
 }
@@ -113,7 +113,7 @@ const PATCHES: [usize; 2] = [3, 2000];
 /// Reads bytes as messages of peers that know the key, to a coordinator or to a relay, in any order.
 pub fn coordinator(bytes: &[u8]) {
     let (&kind, rest) = bytes.split_first().unwrap_or((&0, &[]));
-    let layout = Layout { scores: 1, moments: 2, events: false };
+    let layout = Layout { scores: 1, moments: 2, slopes: 0, events: false };
     let patches = PATCHES[usize::from(kind) % 2];
     if kind & 64 == 0 {
         let past = Past::none(Tally::new(patches, layout));

@@ -6,9 +6,9 @@ use radiosity::{Birth, SensorSpec};
 
 use crate::document::{Table, Value};
 use crate::error::Error;
-use crate::method::{MethodTable, WalkKind, read_patches};
+use crate::method::{Beside, MethodTable, WalkKind, read_patches};
 use crate::sensors::{SensorTarget, read_sensor_errors};
-use crate::target::{Target, Unhit, read_relative_error};
+use crate::target::{Target, TotalTarget, Unhit, read_relative_error};
 
 /// The part of the patch area that must meet a target that names none.
 const DEFAULT_FRACTION: f64 = 0.99;
@@ -24,23 +24,33 @@ const DEFAULT_MIN_HITS: u64 = 10;
 pub(crate) struct Goals<'a> {
     patches: Option<Value<'a>>,
     sensors: Option<Value<'a>>,
+    total_error: Option<Value<'a>>,
     of_patches: Option<Target>,
     min_paths: u64,
     unhit: Unhit,
 }
 
+/// What is asked of the parts of a result; `None` where nothing is.
+pub(crate) struct Asked {
+    pub(crate) target: Option<Target>,
+    pub(crate) sensor_target: Option<SensorTarget>,
+    pub(crate) total_target: Option<TotalTarget>,
+}
+
 impl<'a> Goals<'a> {
     pub(crate) fn read(mut table: Table<'a>) -> Result<Self, Error> {
-        let [patches, sensors] = ["patches", "sensors"].map(|key| table.take(key));
-        let relative_error =
-            match sensors.is_some() && !table.has_any(&["fraction", "min_hits"]) && patches.is_none() {
-                true => table.take("relative_error"),
-                false => Some(table.require(
-                    "relative_error",
-                    "a target is an accuracy",
-                    "relative_error = 0.01, or remove [target]",
-                )?),
-            };
+        let [patches, sensors, total_error] =
+            ["patches", "sensors", "total_error"].map(|key| table.take(key));
+        let asks_more = sensors.is_some() || total_error.is_some();
+        let relative_error = match asks_more && !table.has_any(&["fraction", "min_hits"]) && patches.is_none()
+        {
+            true => table.take("relative_error"),
+            false => Some(table.require(
+                "relative_error",
+                "a target is an accuracy",
+                "relative_error = 0.01, or remove [target]",
+            )?),
+        };
         let fraction = table.take("fraction").map(|value| read_fraction(&value)).transpose()?;
         let mut count = |key: &str, default: u64, why: &'static str| {
             table.take(key).map_or(Ok(default), |value| value.integer(0..=i64::MAX as u64, why))
@@ -57,21 +67,24 @@ impl<'a> Goals<'a> {
             unhit,
             patches: None,
         });
-        Ok(Goals { patches, sensors, of_patches, min_paths, unhit })
+        Ok(Goals { patches, sensors, total_error, of_patches, min_paths, unhit })
     }
 
-    /// What is asked of patches and of sensors.
+    /// What is asked of patches, of sensors, and of noise and discretisation together.
     pub(crate) fn about(
         self,
         patch_count: u64,
         method: &MethodTable,
         sensors: &[SensorSpec],
-    ) -> Result<(Option<Target>, Option<SensorTarget>), Error> {
+    ) -> Result<Asked, Error> {
         let Goals { patches, min_paths, unhit, .. } = self;
         let patches = patches.map(|value| read_target_patches(value, patch_count, method)).transpose()?;
         let target = self.of_patches.map(|target| Target { patches, ..target });
         let errors = self.sensors.map(|value| read_sensor_errors(value, sensors)).transpose()?;
-        Ok((target, errors.map(|sensors| SensorTarget { sensors, min_paths, unhit })))
+        let of_sensors = errors.map(|sensors| SensorTarget { sensors, min_paths, unhit });
+        let total_error = self.total_error.map(|value| read_total_error(&value, method)).transpose()?;
+        let total = total_error.map(|total_error| TotalTarget { total_error, min_paths });
+        Ok(Asked { target, sensor_target: of_sensors, total_target: total })
     }
 }
 
@@ -93,6 +106,17 @@ fn read_target_patches(value: Value<'_>, patch_count: u64, method: &MethodTable)
             remedy: format!("add {patch} to method.birth.patches, or take it out here"),
         }),
     }
+}
+
+fn read_total_error(value: &Value<'_>, method: &MethodTable) -> Result<f64, Error> {
+    if method.beside != Beside::Slopes {
+        return Err(value.refuse(
+            "the job does not find out how light is spread over patches".into(),
+            "the total error is that of walks and of patches that are too coarse, and means do not tell the second",
+            "write basis = \"linear\" in [method], or relative_error here",
+        ));
+    }
+    read_relative_error(value)
 }
 
 fn read_fraction(value: &Value<'_>) -> Result<f64, Error> {

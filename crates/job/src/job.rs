@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use crate::budget::{Budget, read_budget};
 use crate::document::{Table, Value};
 use crate::error::Error;
-use crate::goals::Goals;
+use crate::goals::{Asked, Goals};
 use crate::imports::{IMPORT_KEYS, read_options};
 use crate::keys::{BUDGET_KEYS, JOB_KEYS, METHOD_KEYS, TARGET_KEYS, TRACING_KEYS};
 use crate::method::{MethodTable, read_method};
@@ -18,7 +18,7 @@ use crate::scene::{SceneFile, is_toml, load_scene_with};
 use crate::sensors::SensorTarget;
 use crate::source::Source;
 use crate::sources::read_groups;
-use crate::target::Target;
+use crate::target::{Target, TotalTarget};
 use crate::word::Word;
 
 /// The seed of a job that names none: runs repeat unless asked not to.
@@ -77,6 +77,8 @@ pub struct Job {
     pub target: Option<Target>,
     /// When its sensors are; `None`: nothing is asked of them. Where nothing is asked of either, the budget is spent whole.
     pub sensor_target: Option<SensorTarget>,
+    /// When noise and discretisation together are small enough; `None`: nothing is asked of them.
+    pub total_target: Option<TotalTarget>,
     /// How rays look for surfaces; the answer is the same with each.
     pub index: IndexChoice,
     /// What the numbers measure. Default: luminous for a scene in MGF, whose format gives lm/m², else radiant.
@@ -174,7 +176,8 @@ fn read(
         _ => Light::Radiant,
     });
     let (method, note) = read_method(method, scene.patch_count(), &budget)?;
-    let (target, sensor_target) = target.about(scene.patch_count(), &method, scene.sensors())?;
+    let Asked { target, sensor_target, total_target } =
+        target.about(scene.patch_count(), &method, scene.sensors())?;
     let [sources, sensitivity] = read_groups(&mut table, &scene)?;
     Ok(Job {
         path: path.into(),
@@ -188,6 +191,7 @@ fn read(
         budget,
         target,
         sensor_target,
+        total_target,
         index,
         light,
         files,

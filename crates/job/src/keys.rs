@@ -34,7 +34,7 @@ pub(crate) const BUDGET_KEYS: &[&str] =
 
 /// The keys of `[target]`.
 pub(crate) const TARGET_KEYS: &[&str] =
-    &["relative_error", "fraction", "min_paths", "min_hits", "unhit", "patches", "sensors"];
+    &["relative_error", "fraction", "min_paths", "min_hits", "unhit", "patches", "sensors", "total_error"];
 
 /// The keys of `[tracing]`.
 pub(crate) const TRACING_KEYS: &[&str] = &["index"];
@@ -48,6 +48,7 @@ pub(crate) const METHOD_KEYS: &[&str] = &[
     "infinite",
     "birth",
     "mix",
+    "basis",
     "batch_paths",
     "jacobi",
     "final_gather",

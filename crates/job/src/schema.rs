@@ -14,7 +14,7 @@ use crate::keys::{
     BUDGET_KEYS, JOB_KEYS, METHOD_KEYS, SCENE_KEYS, SENSITIVITY_KEYS, SOURCE_KEYS, TARGET_KEYS, TRACING_KEYS,
 };
 use crate::material::MATERIAL_KEYS;
-use crate::method::{BIRTH_KEYS, EndWord, INFINITE_KEYS, SOLVE_KEYS, SolveWord, WalkKind};
+use crate::method::{BIRTH_KEYS, Basis, EndWord, INFINITE_KEYS, SOLVE_KEYS, SolveWord, WalkKind};
 use crate::output::{FOV, MAX_PIXELS, OUTPUT_KEYS, OutputFile, VIEW_KEYS};
 use crate::scene::{MESH_KEYS, SURFACE_KEYS};
 use crate::sensors::SENSOR_KEYS;
@@ -56,7 +56,8 @@ fn table(keys: &[&str], required: &[&str], of: fn(&str) -> Value) -> Value {
 /// A target asks for something, and what is about patches goes with an error of theirs.
 fn target_table() -> Value {
     let mut schema = table(TARGET_KEYS, &[], target_key);
-    schema["anyOf"] = json!([{"required": ["relative_error"]}, {"required": ["sensors"]}]);
+    schema["anyOf"] =
+        json!([{"required": ["relative_error"]}, {"required": ["sensors"]}, {"required": ["total_error"]}]);
     schema["dependencies"] = json!({"fraction": ["relative_error"], "min_hits": ["relative_error"], "patches": ["relative_error"]});
     schema
 }
@@ -264,6 +265,10 @@ fn target_key(key: &str) -> Value {
             }]}),
             "Half of an interval's width over its estimate: of all sensors, or of some by name.",
         ),
+        "total_error" => told(
+            positive(),
+            "The relative error over the area, noise and discretisation together. For basis = \"linear\".",
+        ),
         _ => json!({}),
     }
 }
@@ -288,6 +293,10 @@ fn method_key(key: &str) -> Value {
         "mix" => told(
             boolean(),
             "Whether collision walks are scored by absorption and survival, too. Default: false.",
+        ),
+        "basis" => told(
+            word::<Basis>(),
+            "What is estimated of the light on a patch: its mean, or two gradients and its spread, too. Default: constant.",
         ),
         "batch_paths" => {
             told(integer(1, u32::MAX.into()), "Rays of a chain, or walks that share a Sobol sequence.")

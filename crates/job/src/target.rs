@@ -23,6 +23,15 @@ pub struct Target {
     pub patches: Option<Vec<u32>>,
 }
 
+/// What is asked of noise and discretisation together.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct TotalTarget {
+    /// The relative L2 error of the patches' means over the area, above 0.
+    pub total_error: f64,
+    /// Walks before which no look is taken; default 1024.
+    pub min_paths: u64,
+}
+
 /// What a target makes of patches that no walk has hit.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]

@@ -7,8 +7,8 @@ use std::path::PathBuf;
 use common::Folder;
 use glam::{DVec3, dvec3};
 use job::{
-    Budget, FileKind, Job, MethodTable, Sampler, SensorTarget, Target, Unhit, WalkKind, file_kind, job_hash,
-    load, load_scene,
+    Beside, Budget, FileKind, Job, MethodTable, Sampler, SensorTarget, Target, Unhit, WalkKind, file_kind,
+    job_hash, load, load_scene,
 };
 use radiosity::{
     Birth, EstimatorKind, IndexChoice, InfiniteEnd, SensorShape, SensorSpec, Shape, Sides, Space, Spectrum,
@@ -257,6 +257,8 @@ fn the_hash_covers_scene_method_and_seed() {
         MethodTable { space: Space::Continuous, ..shooting.clone() },
         MethodTable { sampler: Sampler::Sobol, ..shooting.clone() },
         MethodTable { final_gather: vec![3], ..shooting.clone() },
+        MethodTable { beside: Beside::Mix, ..shooting.clone() },
+        MethodTable { beside: Beside::Slopes, ..shooting.clone() },
         MethodTable { final_gather: vec![4], ..shooting.clone() },
     ];
     for other in &others {

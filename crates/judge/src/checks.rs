@@ -19,6 +19,7 @@ use report::{Check, face_words};
 
 use crate::coincident::Coincident;
 use crate::fit::misfits;
+use crate::resolution::resolution;
 use crate::target::FEWEST_SAMPLES;
 
 /// The relative standard error beyond which MCNP calls a tally questionable; the same number bounds the VOV.
@@ -138,6 +139,8 @@ pub fn checks(
     checks.extend([unhit(scene, precision), rare(scene, &doubts)]);
     checks.extend([error(scene, &doubts), vov(experiment, &doubts)]);
     checks.push(tail(experiment, tally));
+    let (fine_enough, message) = resolution(estimates);
+    checks.push(check("resolution", fine_enough, message));
     checks.extend(sensors(experiment, tally));
     let telling = experiment.unit().batch().map_or(0, |_| TELLING_BATCHES);
     let half: Vec<&Look> = looks

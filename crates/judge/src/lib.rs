@@ -17,8 +17,10 @@ pub mod drift;
 pub mod fit;
 pub mod limits;
 pub mod plan;
+mod resolution;
 pub mod sensors;
 pub mod target;
+pub mod total;
 
 /// The number of power sums per score: Σx and Σx², as intervals need.
 pub const MOMENTS: usize = 2;

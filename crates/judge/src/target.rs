@@ -3,13 +3,14 @@
 //! `stats::DoubleSampling` decides when to stop, so that intervals stay true. Looks happen at walk counts that the job
 //! fixes.
 
-use job::{SensorTarget, Target, Unhit};
+use job::{SensorTarget, Target, TotalTarget, Unhit};
 use protocol::checkpoint::Look;
 use radiosity::{Channels, Estimate, Estimates, Experiment, Face, Readings, SensorSpec, Tally};
 use report::{SensorSummary, SensorsSummary, WorstPatch};
 use stats::{DoubleSampling, foresight};
 
 use crate::drift::{Sample, drift};
+use crate::total;
 
 /// The number of walks at the first look. Fewer walks tell little, even about how little they tell.
 const FIRST_LOOK: u64 = 1 << 10;
@@ -220,6 +221,7 @@ pub struct Observer {
     level: f64,
     target: Option<Target>,
     sensors: Option<SensorGoal>,
+    total: Option<TotalTarget>,
     /// The sample of the previous look, or of the tally that the run was resumed from.
     before: Option<Sample>,
 }
@@ -227,12 +229,17 @@ pub struct Observer {
 impl Observer {
     /// An observer of a job whose intervals have this level each.
     pub fn new(experiment: Experiment, level: f64, target: Option<Target>) -> Self {
-        Observer { experiment, level, target, sensors: None, before: None }
+        Observer { experiment, level, target, sensors: None, total: None, before: None }
     }
 
     /// Adds the job's target on sensors.
     pub fn with_sensors(self, sensors: Option<SensorGoal>) -> Self {
         Observer { sensors, ..self }
+    }
+
+    /// Adds the job's target on noise and discretisation together.
+    pub fn with_total(self, total: Option<TotalTarget>) -> Self {
+        Observer { total, ..self }
     }
 
     /// Sets the tally that a resumed job goes on from: the first look compares the walks since then with it.
@@ -254,7 +261,15 @@ impl Observer {
         let of_sensors = self.sensors.as_ref().map(|goal| {
             [goal.is_met(&self.experiment, tally), goal.is_met_within(foresight, &self.experiment, tally)]
         });
-        let asked = of_patches.into_iter().chain(of_sensors).reduce(|a, b| [a[0] && b[0], a[1] && b[1]]);
+        let of_total = self.total.as_ref().map(|target| {
+            let early = walks * self.experiment.unit().paths() < target.min_paths;
+            if early { [false; 2] } else { total::meets(target, &estimates) }
+        });
+        let asked = of_patches
+            .into_iter()
+            .chain(of_sensors)
+            .chain(of_total)
+            .reduce(|a, b| [a[0] && b[0], a[1] && b[1]]);
         let (promising, reached) =
             asked.map_or((false, false), |[met, promising]| (promising, ends(walks, looks, met, promising)));
         let now = Sample::new(tally, self.experiment.scene().faces().len());

@@ -236,9 +236,8 @@ impl Checkpoint {
         let mut header = Vec::with_capacity(HEADER_BYTES);
         header.extend(MAGIC);
         header.extend(VERSION.to_le_bytes());
-        let Layout { scores, moments, events } = self.tally.layout();
-        header.extend([scores as u8, moments as u8]);
-        header.extend(u16::from(events).to_le_bytes());
+        let Layout { scores, moments, slopes, events } = self.tally.layout();
+        header.extend([scores as u8, moments as u8, u8::from(events), slopes as u8]);
         header.extend((self.tally.patches() as u64).to_le_bytes());
         header.extend((book_bytes as u64).to_le_bytes());
         header.extend(self.scene_hash);
@@ -426,9 +425,13 @@ impl<R: Read> Incoming<R> {
         if !(v4::VERSION..=VERSION).contains(&version) {
             return Err(CheckpointFault::Version(version));
         }
-        let [scores, moments] = self.take()?;
-        let events = u16::from_le_bytes(self.take()?);
-        let layout = Layout { scores: scores.into(), moments: moments.into(), events: events == 1 };
+        let [scores, moments, events, slopes] = self.take()?;
+        let layout = Layout {
+            scores: scores.into(),
+            moments: moments.into(),
+            slopes: slopes.into(),
+            events: events == 1,
+        };
         let patches = u64::from_le_bytes(self.take()?);
         let book_bytes = u64::from_le_bytes(self.take()?);
         let sums = patches.saturating_mul(layout.columns() as u64);

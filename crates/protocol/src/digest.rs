@@ -79,7 +79,7 @@ mod tests {
     use super::*;
     use radiosity::Layout;
 
-    const PAIR: Layout = Layout { scores: 1, moments: 2, events: false };
+    const PAIR: Layout = Layout { scores: 1, moments: 2, slopes: 0, events: false };
 
     fn tally(walks: u64, sums: [u128; 4]) -> Tally {
         let counts = Counts { walks, rays: 3 * walks, ..Counts::default() };

@@ -84,10 +84,14 @@ impl Limits {
         let (walks, rays) = (u128::from(counts.walks), u128::from(counts.rays));
         let most = rays.saturating_mul(self.ray_score).min(walks.saturating_mul(self.walk_score));
         let scores = layout.scores * layout.moments;
+        let events = layout.columns() - usize::from(layout.events);
         let (first_of_sensors, sample) = match self.sensors {
             Some(SensorLimits { first_row, sample }) => (first_row * layout.columns(), sample),
             None => (usize::MAX, 0),
         };
+        let slope_units = u128::from(layout.slope_units());
+        // The scores of this patch, which its slopes are held to.
+        let mut scored = vec![0_u128; layout.scores];
         let (first_of_materials, marks) = match self.materials {
             Some(MaterialLimits { first_row, walk_score }) => (first_row * layout.columns(), walk_score),
             None => (usize::MAX, 0),
@@ -95,7 +99,7 @@ impl Limits {
         let (mut column, mut before) = (0, 0_u128);
         for (number, sum) in sums.enumerate() {
             let of_sensor = number >= first_of_sensors;
-            let (is_first, is_event) = (column % layout.moments == 0, column == scores);
+            let (is_first, is_event) = (column % layout.moments == 0, column == events);
             let of_material = number >= first_of_materials;
             let largest = match () {
                 () if of_material => marks,
@@ -106,7 +110,14 @@ impl Limits {
                 () if of_sensor && (is_first || is_event) => (0, walks.saturating_mul(sample)),
                 () if is_event => (0, rays.max(walks)),
                 () if of_material && is_first => (0, walks.saturating_mul(marks)),
-                () if is_first => (0, most),
+                () if is_first && column < scores => (0, most),
+                () if column >= scores => {
+                    // |d| ≤ x for a slope d of a score x, so that x + d ≤ 2x and d² ≤ x².
+                    let channel = (column - scores) / layout.moments * layout.scores / layout.slopes;
+                    let score = scored[channel].saturating_mul(slope_units);
+                    let each = if is_first { 2 } else { largest.saturating_mul(slope_units) };
+                    (0, score.saturating_mul(each))
+                }
                 // Scores are whole numbers: the sum of their squares is no less than their sum, and no more than their
                 // sum times the largest score. The samples of sensors and their rays obey this, too.
                 () => (before, before.saturating_mul(largest)),
@@ -116,6 +127,9 @@ impl Limits {
             }
             if sum < least {
                 return Some("its sums of squares are less than its sums of scores");
+            }
+            if is_first && column < scores {
+                scored[column / layout.moments] = sum;
             }
             before = sum;
             column = (column + 1) % layout.columns();
@@ -130,7 +144,7 @@ mod tests {
 
     const LIMITS: Limits =
         Limits { ends: 1, rays: 1000, ray_score: 1, walk_score: 1000, sensors: None, materials: None };
-    const PAIR: Layout = Layout { scores: 1, moments: 2, events: false };
+    const PAIR: Layout = Layout { scores: 1, moments: 2, slopes: 0, events: false };
 
     fn counts() -> Counts {
         Counts {

@@ -85,7 +85,7 @@ mod tests {
     fn a_parcel_is_what_was_sent_off_or_none() {
         let digester = Digester::new(&[7; 32]);
         let counts = Counts { walks: 3, ..Counts::default() };
-        let layout = Layout { scores: 1, moments: 2, events: false };
+        let layout = Layout { scores: 1, moments: 2, slopes: 0, events: false };
         let tally = Tally::from_parts(counts, 2, layout, vec![1, 300, 1 << 70, 0]).unwrap();
         let (packed, digest) = (pack(tally.sums()), digester.digest(&tally));
         let parcel = Parcel::new(counts, packed.clone(), digest, &digester).unwrap();

@@ -214,7 +214,7 @@ mod tests {
 
     /// A ledger of which ten leases of ten walks are out.
     fn books() -> Ledger {
-        let layout = Layout { scores: 1, moments: 1, events: false };
+        let layout = Layout { scores: 1, moments: 1, slopes: 0, events: false };
         let mut books = Ledger::new(100, 10, vec![], Tally::new(1, layout).into(), Deliveries::default());
         (0..10).for_each(|lease| assert_eq!(books.lease(10).unwrap().0, lease));
         books

@@ -37,6 +37,8 @@ pub enum Score {
     /// Collision, with absorption and survival of the same walks beside it, to find the best mix of both (S97 §2.6, §3.7).
     /// Of grey scenes only.
     Mix,
+    /// One estimator, and how its scores are spread over their patches: the linear basis.
+    Linear(Estimator),
 }
 
 impl<E: Into<Estimator>> From<E> for Score {
@@ -49,7 +51,7 @@ impl Score {
     /// The estimator whose scores are the answer.
     pub fn estimator(self) -> Estimator {
         match self {
-            Score::Of(estimator) => estimator,
+            Score::Of(estimator) | Score::Linear(estimator) => estimator,
             Score::Mix => Estimator::Collision,
         }
     }
@@ -94,6 +96,8 @@ pub struct Batches {
 pub enum BatchScore {
     /// An estimator, of walks in a space.
     Of(Estimator, Space),
+    /// An estimator, of walks in a space, and how its scores are spread over their patches: the linear basis.
+    Linear(Estimator, Space),
     /// Collision in discrete space; then rays of their own gather the light of these patches from what the batch has
     /// found elsewhere (final gather).
     FinalGather(Vec<u32>),
@@ -102,7 +106,7 @@ pub enum BatchScore {
 impl BatchScore {
     pub(crate) fn of_walks(&self) -> (Estimator, Space) {
         match self {
-            BatchScore::Of(estimator, space) => (*estimator, *space),
+            BatchScore::Of(estimator, space) | BatchScore::Linear(estimator, space) => (*estimator, *space),
             BatchScore::FinalGather(_) => (Estimator::Collision, Space::Discrete),
         }
     }
@@ -256,6 +260,15 @@ impl Method {
     /// Whether walks are scored by absorption and survival, too.
     pub fn is_mix(&self) -> bool {
         matches!(self, Method::Walks(Walks { score: Score::Mix, .. }))
+    }
+
+    /// Whether scores have slopes: what is known of a patch is linear over it.
+    pub fn is_linear(&self) -> bool {
+        matches!(
+            self,
+            Method::Walks(Walks { score: Score::Linear(_), .. })
+                | Method::Batches(Batches { score: BatchScore::Linear(..), .. })
+        )
     }
 
     /// Patches whose light is gathered by rays of their own.

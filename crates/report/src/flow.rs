@@ -265,6 +265,8 @@ mod tests {
             streams: 1,
             streams_reissued: 0,
             target: None,
+            accuracy: None,
+            total: None,
             sensors: None,
             sources: Vec::new(),
             sensitivities: Vec::new(),

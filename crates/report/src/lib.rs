@@ -4,6 +4,7 @@
 
 #![warn(unreachable_pub, unnameable_types)]
 
+mod accuracy;
 mod atomic;
 mod bounds;
 mod camera;
@@ -30,6 +31,7 @@ mod summary;
 mod values;
 pub mod words;
 
+pub use accuracy::{AccuracySummary, TotalSummary};
 pub use atomic::{Draft, OutputFolder, replace_atomically, write_atomically, write_soon};
 pub use camera::{Viewpoint, view_troubles};
 pub use chart::{Axis, Chart, Point, Series, Style};

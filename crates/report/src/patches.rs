@@ -6,7 +6,7 @@
 use std::io::{self, Write};
 use std::ops::Deref;
 
-use radiosity::{Estimate, Estimates, Face, Mix, Scene, Side};
+use radiosity::{Estimate, Estimates, Face, Mix, Scene, Side, Slopes};
 
 /// Columns before those of the channels; between them, where some surfaces are two-sided, [`SIDE`].
 const PLACE: [&[&str]; 2] = [&["patch", "surface", "u", "v"], &["x", "y", "z", "area"]];
@@ -29,6 +29,10 @@ const LIGHT: &[&str] = &[
 /// Columns of a run that looked for the best mix of absorption and survival.
 const MIX: &[&str] = &["mix_alpha", "mix_radiosity", "mix_std_error", "collision_excess"];
 
+/// Columns of a run with a linear basis; each channel has them.
+const SLOPES: &[&str] =
+    &["gradient_u", "gradient_u_error", "gradient_v", "gradient_v_error", "spread", "spread_error"];
+
 /// A column of one channel: its name.
 const CHANNELS: [&str; 3] = ["r", "g", "b"];
 
@@ -38,9 +42,13 @@ const CHANNELS: [&str; 3] = ["r", "g", "b"];
 /// Those of `writer`.
 pub fn write_patches(writer: impl Write, estimates: &Estimates) -> io::Result<()> {
     let (scene, method) = (estimates.scene(), estimates.experiment().method());
-    let extras = Extras { bias: estimates.experiment().is_biased(), mix: method.is_mix() };
+    let bias = estimates.experiment().is_biased();
+    let extras = Extras { bias, mix: method.is_mix(), slopes: method.is_linear() };
     let faces = scene.faces();
-    let rows = faces.by_patch().map(|i| (faces.get(i), estimates.face(i), estimates.mix(i)));
+    let rows = faces.by_patch().map(|i| {
+        let more = More { mix: estimates.mix(i), slopes: estimates.slopes(i) };
+        (faces.get(i), estimates.face(i), more)
+    });
     write_rows(writer, scene, extras, rows)
 }
 
@@ -49,18 +57,26 @@ pub fn write_patches(writer: impl Write, estimates: &Estimates) -> io::Result<()
 struct Extras {
     bias: bool,
     mix: bool,
+    slopes: bool,
+}
+
+/// What most methods do not tell of a face.
+#[derive(Default)]
+struct More {
+    mix: Option<Mix>,
+    slopes: Option<Vec<Slopes>>,
 }
 
 fn write_rows<K: Deref<Target = [Estimate]>>(
     writer: impl Write,
     scene: &Scene,
     extras: Extras,
-    rows: impl Iterator<Item = (Face, Option<K>, Option<Mix>)>,
+    rows: impl Iterator<Item = (Face, Option<K>, More)>,
 ) -> io::Result<()> {
     let mut table = csv::Writer::from_writer(writer);
     table.write_record(header(scene, extras))?;
     let mut flags = String::new();
-    for (face, known, best_mix) in rows {
+    for (face, known, more) in rows {
         let known = known.as_deref();
         set_flags(&mut flags, &face, known);
         table.serialize((
@@ -69,7 +85,8 @@ fn write_rows<K: Deref<Target = [Estimate]>>(
             known.map(|channels| channels[0].hits),
             &flags,
             bias(scene.channels(), extras, known),
-            mix(extras, best_mix),
+            mix(extras, more.mix),
+            slopes(scene.channels(), extras, more.slopes.as_deref()),
         ))?;
     }
     table.flush()
@@ -87,6 +104,9 @@ fn header(scene: &Scene, extras: Extras) -> Vec<String> {
     }
     if extras.mix {
         names.extend(MIX.iter().copied().map(String::from));
+    }
+    if extras.slopes {
+        names.extend(SLOPES.iter().flat_map(|name| per_channel(name, channels)));
     }
     names
 }
@@ -164,6 +184,22 @@ fn mix(extras: Extras, best: Option<Mix>) -> Vec<Option<f64>> {
     }
 }
 
+/// The columns [`SLOPES`], the channels of each side by side; empty where nothing is known.
+fn slopes(channels: usize, extras: Extras, known: Option<&[Slopes]>) -> Vec<Option<f64>> {
+    if !extras.slopes {
+        return Vec::new();
+    }
+    let columns: [fn(&Slopes) -> Option<f64>; 6] = [
+        |s| Some(s.gradient[0]),
+        |s| Some(s.gradient_error?[0]),
+        |s| Some(s.gradient[1]),
+        |s| Some(s.gradient_error?[1]),
+        |s| Some(s.spread()),
+        Slopes::spread_error,
+    ];
+    columns.into_iter().flat_map(|of| (0..channels).map(move |c| of(&known?[c]))).collect()
+}
+
 /// The flags of one face, joined by bars; `known` holds the estimates of its channels.
 pub fn flags(face: &Face, known: Option<&[Estimate]>) -> String {
     let mut flags = String::new();
@@ -214,7 +250,7 @@ mod tests {
         let rows = estimates.iter().map(|(i, face, known)| {
             let mut estimate = known.unwrap()[0];
             changed(i, &mut estimate);
-            (face, Some(vec![estimate]), None)
+            (face, Some(vec![estimate]), More::default())
         });
         let mut bytes = Vec::new();
         write_rows(&mut bytes, estimates.scene(), Extras::default(), rows).unwrap();
@@ -308,6 +344,36 @@ mod tests {
         );
         let last = text.lines().last().unwrap().rsplit(',').next().unwrap().parse::<f64>().unwrap();
         assert!((1.0..2.0).contains(&last), "{last}");
+    }
+
+    /// The columns of a constant job are the first, with the same bytes.
+    #[test]
+    fn slopes_have_columns_at_the_end_where_they_were_asked_for() {
+        let mut spec = cube_spec();
+        for coloured in [false, true] {
+            if coloured {
+                spec.surfaces[0].reflectance = Spectrum::rgb([0.25, 0.5, 0.0]);
+            }
+            let collision = radiosity::Estimator::Collision;
+            let [constant, linear] = [radiosity::Score::Of(collision), radiosity::Score::Linear(collision)]
+                .map(|score| {
+                    let scene = Scene::build(&spec, IndexChoice::Auto).unwrap();
+                    let experiment = Experiment::new(scene, radiosity::Method::shooting(score)).unwrap();
+                    table(&experiment, &shot(&experiment))
+                });
+            let channels = if coloured { 3 } else { 1 };
+            for (number, (constant, linear)) in constant.lines().zip(linear.lines()).enumerate() {
+                let more = linear.strip_prefix(constant).unwrap();
+                assert_eq!(more.split(',').count(), 1 + 6 * channels);
+                if number == 0 {
+                    assert_eq!(more, slopes_header(channels));
+                }
+            }
+        }
+    }
+
+    fn slopes_header(channels: usize) -> String {
+        SLOPES.iter().flat_map(|name| per_channel(name, channels)).map(|name| format!(",{name}")).collect()
     }
 
     #[test]

@@ -4,11 +4,14 @@
 //! of a surface that bends by less than [`BEND`], of the same material, and not told apart by the data. Two faces are told
 //! apart where their radiosities differ by more than [`CERTAIN`] standard errors of the difference and by more than
 //! [`STEP`] of the larger: there is the edge of a shadow, and the picture keeps it.
+//!
+//! A face whose gradients are known brings its linear fit to each of its corners, as far as the fit stands out from its noise. A
+//! fit may fall below 0 at the edge of a shadow, a picture does not.
 
 use std::collections::HashMap;
 
 use glam::DVec3;
-use radiosity::{Estimates, Face, Scene};
+use radiosity::{Estimates, Face, Scene, Side};
 
 /// The cosine of the largest angle between the normals of faces that are one surface to the eye: 20°.
 const BEND: f64 = 0.94;
@@ -36,6 +39,8 @@ struct Shown {
     normal: DVec3,
     /// B and its standard error in each channel [W/m²].
     light: Vec<[f64; 2]>,
+    /// By corner and channel, what the linear fit adds to B there [W/m²]; empty where none is known.
+    tilt: Vec<Vec<f64>>,
 }
 
 /// A face that has a corner at a place.
@@ -62,12 +67,13 @@ impl Smooth {
                 let with = || {
                     touching
                         .iter()
-                        .map(|&(other, _)| &shown[other as usize])
-                        .filter(|other| own.goes_on(other))
+                        .map(|&(other, corner)| (&shown[other as usize], corner as usize))
+                        .filter(|(other, _)| own.goes_on(other))
                 };
-                let area: f64 = with().map(|other| other.face.area).sum();
+                let area: f64 = with().map(|(other, _)| other.face.area).sum();
                 for channel in 0..channels {
-                    let light: f64 = with().map(|other| other.face.area * other.light[channel][0]).sum();
+                    let light: f64 =
+                        with().map(|(other, at)| other.face.area * other.light_at(at, channel)).sum();
                     values[(4 * face as usize + corner as usize) * channels + channel] = light / area;
                 }
             }
@@ -109,7 +115,21 @@ impl Shown {
             Some(known) => [known[c].radiosity, known[c].std_error.unwrap_or(f64::INFINITY)],
             None => [face.emittance[c], f64::INFINITY],
         };
-        Shown { face, normal, light: (0..scene.channels()).map(light).collect() }
+        let slopes = estimates.slopes(number).unwrap_or_default();
+        let mut tilts: Vec<Vec<f64>> = slopes.iter().map(|s| s.at_corners(corners.len() == 3)).collect();
+        if face.side == Side::Back {
+            // Whose corners run the other way round.
+            tilts.iter_mut().for_each(|tilt| tilt.reverse());
+        }
+        let tilt = |corner: usize| tilts.iter().map(|tilt| tilt[corner]).collect();
+        let tilt = if tilts.is_empty() { Vec::new() } else { (0..corners.len()).map(tilt).collect() };
+        Shown { face, normal, light: (0..scene.channels()).map(light).collect(), tilt }
+    }
+
+    /// B at a corner [W/m²].
+    fn light_at(&self, corner: usize, channel: usize) -> f64 {
+        let mean = self.light[channel][0];
+        self.tilt.get(corner).map_or(mean, |tilt| (mean + tilt[channel]).max(0.0))
     }
 
     /// Whether another face is the same surface to the eye, in the same light.

@@ -3,9 +3,10 @@
 use std::collections::BTreeMap;
 use std::io::{self, Write};
 
-use radiosity::{Apart, Counts, Course, Direction, Method, Precision, Scene, Tally};
+use radiosity::{Accuracy, Apart, Counts, Course, Direction, Method, Precision, Scene, Tally};
 use serde::{Serialize, Serializer};
 
+use crate::accuracy::{AccuracySummary, TotalSummary};
 use crate::method::MethodWords;
 use crate::model::Model;
 use crate::patches::face_words;
@@ -68,6 +69,9 @@ pub struct Summary {
     /// How well the non-emitting patches are known.
     #[serde(flatten)]
     pub precision: PrecisionSummary,
+    /// Noise and discretisation; absent where the method does not tell them apart.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub accuracy: Option<AccuracySummary>,
     /// What the numbers measure, here and in the tables.
     pub units: Units,
     /// Where the power went.
@@ -288,6 +292,10 @@ pub struct RunFacts {
     pub streams_reissued: u64,
     /// The target, if the job has one.
     pub target: Option<Target>,
+    /// Noise and discretisation, if the method tells them apart.
+    pub accuracy: Option<Accuracy>,
+    /// What is asked of their total, if anything.
+    pub total: Option<TotalSummary>,
     /// The sensors, if the scene has any.
     pub sensors: Option<SensorsSummary>,
     /// The sources that are told apart.
@@ -341,6 +349,7 @@ impl Summary {
             confidence: facts.confidence,
             simultaneous: facts.simultaneous,
             precision: PrecisionSummary::new(scene, &precision),
+            accuracy: facts.accuracy.map(|accuracy| AccuracySummary::new(accuracy, facts.total)),
             units: facts.units,
             energy,
             target: facts.target,
@@ -440,6 +449,8 @@ mod tests {
             streams: 16,
             streams_reissued: 3,
             target: None,
+            accuracy: None,
+            total: None,
             sensors: None,
             sources: Vec::new(),
             sensitivities: Vec::new(),
@@ -461,7 +472,7 @@ mod tests {
             escaped: 15,
             ..Counts::default()
         };
-        let pair = Layout { scores: 1, moments: 2, events: false };
+        let pair = Layout { scores: 1, moments: 2, slopes: 0, events: false };
         Tally::from_parts(counts, scene.faces().len(), pair, vec![0; 2 * scene.faces().len()]).unwrap()
     }
 

@@ -356,7 +356,7 @@ mod tests {
 
     /// A result that these deliveries came to.
     fn of(deliveries: Deliveries, workers: &[Contributor]) -> Checkpoint {
-        let layout = radiosity::Layout { scores: 1, moments: 2, events: false };
+        let layout = radiosity::Layout { scores: 1, moments: 2, slopes: 0, events: false };
         let book = Book {
             parts: vec![Part { job_hash: [0; 32], seed: 1, first: 0, deliveries }],
             islands: vec![],

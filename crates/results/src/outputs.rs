@@ -7,13 +7,13 @@ use std::sync::Arc;
 use job::{Light, OutputFile, Word};
 use judge::bounces::bounces;
 use judge::checks::checks_of_result;
-use judge::target;
+use judge::{target, total};
 use protocol::checkpoint::{Book, Checkpoint, Look, Part, Session};
 use protocol::roster::Contributor;
 use radiosity::{Estimates, Experiment, Influences, Precision, Readings};
 use report::{
     Draft, Live, Milestone, Model, OutputFolder, Page, PartSummary, Photo, Provenance, RunFacts,
-    SessionSummary, Shot, Smooth, Summary, Units, WorkerSummary,
+    SessionSummary, Shot, Smooth, Summary, TotalSummary, Units, WorkerSummary,
 };
 
 use crate::checkpoints::{self, CURRENT, DERIVED, Latest, PREVIOUS, SENSITIVITIES, SENSORS, SOURCES};
@@ -320,6 +320,11 @@ fn facts(
         streams: paths.div_ceil(stream_paths),
         streams_reissued: book.effort.streams_reissued,
         target: settings.target.as_ref().map(|target| target::judge(target, estimates, paths)),
+        accuracy: estimates.accuracy(),
+        total: settings.total_target.map(|target| TotalSummary {
+            target: target.total_error,
+            reached: total::is_met(&target, estimates, paths),
+        }),
         sensors: readings(settings, estimates).map(|readings| {
             let goal = settings.sensor_goal(experiment);
             target::judge_sensors(goal.as_ref(), &readings, experiment, tally)

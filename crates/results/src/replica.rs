@@ -20,8 +20,8 @@ struct Packed {
 
 /// Bytes of settings that came after the first format 5 of `tally.bin`: notes of imports, units of light, sensors and what is
 /// asked of them, files, the three parts of the view, the two of the materials, exchange factors, sources, materials whose
-/// influence is measured, and the factors of a mixture.
-const LATER_SETTINGS: usize = 14;
+/// influence is measured, the factors of a mixture, and the total error.
+const LATER_SETTINGS: usize = 15;
 
 /// The bytes of a job.
 ///

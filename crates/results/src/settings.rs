@@ -1,7 +1,7 @@
 //! All that reporting a result needs beside the walks and their scene: it travels with the job and stays in
 //! `tally.bin`.
 
-use job::{Finishes, Job, Light, MethodTable, OutputFile, SensorTarget, Target, View};
+use job::{Finishes, Job, Light, MethodTable, OutputFile, SensorTarget, Target, TotalTarget, View};
 use judge::target::SensorGoal;
 use radiosity::{ExchangeSpec, Experiment, Groups, PatchGroup, Scene, SensorSpec};
 use serde::{Deserialize, Serialize};
@@ -49,6 +49,8 @@ pub struct Settings {
     pub sensitivity: Vec<PatchGroup>,
     /// A factor for the emittance of each source, where it is a mixture of them that is estimated.
     pub mixture: Vec<f64>,
+    /// What is asked of noise and discretisation together.
+    pub total_target: Option<TotalTarget>,
 }
 
 impl Settings {
@@ -75,6 +77,7 @@ impl Settings {
             sources: job.sources.clone(),
             sensitivity: job.sensitivity.clone(),
             mixture: Vec::new(),
+            total_target: job.total_target,
         }
     }
 
@@ -141,6 +144,10 @@ impl Settings {
         let goal = match &self.sensor_target {
             None => serde_json::to_vec(&goal),
             Some(of_sensors) => serde_json::to_vec(&(goal, of_sensors)),
+        };
+        let goal = match &self.total_target {
+            None => goal,
+            Some(total) => goal.and_then(|goal| serde_json::to_vec(&(goal, total))),
         };
         *blake3::hash(&goal.expect("numbers and words")).as_bytes()
     }

@@ -233,7 +233,7 @@ pub fn assert_done(run: &Run, paths: u64) {
 pub struct Bulky;
 
 pub const BULK: usize = 200_000;
-pub const SINGLE: Layout = Layout { scores: 1, moments: 1, events: false };
+pub const SINGLE: Layout = Layout { scores: 1, moments: 1, slopes: 0, events: false };
 
 pub fn bulky(walks: u64) -> Tally {
     let counts = Counts { walks, rays: walks, absorbed: walks, ..Counts::default() };

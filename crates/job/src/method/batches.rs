@@ -2,7 +2,7 @@
 
 use radiosity::{EstimatorKind, Iterations, RayBirths, Sampler, Solve, Space};
 
-use super::table::{MethodTable, WalkKind};
+use super::table::{Beside, MethodTable, WalkKind};
 use crate::budget::Budget;
 use crate::document::Value;
 use crate::error::{Error, Place};
@@ -47,15 +47,18 @@ pub(super) fn settle_jacobi(
 ) -> Result<Option<String>, Error> {
     let paths = budget.paths;
     let asked = method.walk;
-    let fits = method.space == Space::Discrete && method.estimator == EstimatorKind::Collision && !method.mix;
+    let fits = method.space == Space::Discrete
+        && method.estimator == EstimatorKind::Collision
+        && method.beside == Beside::Nothing;
     match asked {
         WalkKind::Shooting | WalkKind::Gathering => return Ok(None),
         WalkKind::Jacobi if !fits => {
             return Err(Error::Refused {
                 place: places.walk.clone(),
                 problem: "\"jacobi\" solves the system of the patches from single rays".into(),
-                why: "it has no other space than discrete, no estimators and no mix",
-                remedy: "remove `space`, `estimator` and `mix`, or choose walk = \"shooting\"".into(),
+                why: "it has no other space than discrete, no estimators, no mix and no linear basis",
+                remedy: "remove `space`, `estimator`, `mix` and `basis`, or choose walk = \"shooting\""
+                    .into(),
             });
         }
         WalkKind::Jacobi | WalkKind::Auto => {}
@@ -93,7 +96,7 @@ pub(super) fn read_sampler(
     match value.word()? {
         // Chains that fell back to walks.
         _ if method.walk != asked && walks => Ok(default),
-        Sampler::Sobol if walks && (asked != WalkKind::Shooting || method.mix) => Err(value.refuse(
+        Sampler::Sobol if walks && (asked != WalkKind::Shooting || method.beside == Beside::Mix) => Err(value.refuse(
             "\"sobol\" is for shooting walks without `mix`, and for chains".into(),
             "gathered scores are rounded at random, and gathering from every patch leaves each too few points to be even",
             "write \"random\"",

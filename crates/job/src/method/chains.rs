@@ -2,7 +2,7 @@
 
 use radiosity::{EstimatorKind, Iterations, Solve, Space};
 
-use super::table::{MethodTable, WalkKind};
+use super::table::{Beside, MethodTable, WalkKind};
 use super::walks::read_patches;
 use crate::document::Value;
 use crate::error::Error;
@@ -71,12 +71,14 @@ pub(super) fn read_final_gather(
     method: &MethodTable,
     patch_count: u64,
 ) -> Result<Vec<u32>, Error> {
-    let fits = method.space == Space::Discrete && method.estimator == EstimatorKind::Collision && !method.mix;
+    let fits = method.space == Space::Discrete
+        && method.estimator == EstimatorKind::Collision
+        && method.beside == Beside::Nothing;
     if method.walk == WalkKind::Gathering || !fits {
         return Err(value.refuse(
             "a final gather is for discrete collision walks that are shot, and for chains".into(),
             "it gathers what these have found of all other patches, and takes it for the patches' mean",
-            "remove it, or `walk`, `estimator`, `space` and `mix`",
+            "remove it, or `walk`, `estimator`, `space`, `mix` and `basis`",
         ));
     }
     let place = value.place();

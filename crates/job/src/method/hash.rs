@@ -2,7 +2,7 @@
 
 use radiosity::{Birth, Course, InfiniteEnd, Iterations, PatchGroup, SensorSpec, Sensors, Solve};
 
-use super::table::{MethodTable, WalkKind};
+use super::table::{Beside, MethodTable, WalkKind};
 use crate::word::Word;
 
 /// Names an answer but for the number of walks: equal for equal scene, method, seed, sensors, sources and materials whose
@@ -60,8 +60,10 @@ fn hash_method(method: &MethodTable, field: &mut impl FnMut(&[u8])) {
             }
         }
     }
-    if method.mix {
-        field(b"mix");
+    match method.beside {
+        Beside::Nothing => {}
+        Beside::Mix => field(b"mix"),
+        Beside::Slopes => field(b"linear"),
     }
     if method.is_in_batches() {
         // No number of walks is 0.

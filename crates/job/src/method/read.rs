@@ -4,10 +4,10 @@ use radiosity::{Sampler, Solve};
 
 use super::batches::{Places, read_batch, read_sampler, settle_batches, settle_jacobi};
 use super::chains::{read_final_gather, read_solve};
-use super::table::MethodTable;
+use super::table::{Basis, Beside, MethodTable};
 use super::walks::{read_birth, read_infinite};
 use crate::budget::Budget;
-use crate::document::Table;
+use crate::document::{Table, Value};
 use crate::error::Error;
 
 /// Reads `[method]`, for a scene of `patch_count` patches and a budget; says what was not done as asked.
@@ -32,7 +32,7 @@ pub(crate) fn read_method(
             .map(|value| read_birth(value, patch_count))
             .transpose()?
             .unwrap_or_default(),
-        mix: table.take("mix").map(|value| value.boolean()).transpose()?.unwrap_or_default(),
+        beside: read_beside(table.take("mix"), table.take("basis"))?,
         batch_paths: table.take("batch_paths").map(|value| read_batch(&value)).transpose()?,
         jacobi,
         final_gather: Vec::new(),
@@ -47,4 +47,20 @@ pub(crate) fn read_method(
         iterations.sampler = method.sampler;
     }
     Ok((method, note))
+}
+
+/// What is found out beside the means: one thing at most.
+fn read_beside(mix: Option<Value<'_>>, basis: Option<Value<'_>>) -> Result<Beside, Error> {
+    let mix = mix.map(|value| value.boolean()).transpose()?.unwrap_or_default();
+    let Some(basis) = basis else { return Ok(if mix { Beside::Mix } else { Beside::Nothing }) };
+    match (mix, basis.word()?) {
+        (true, Basis::Linear) => Err(basis.refuse(
+            "mix = true has no linear basis".into(),
+            "the best mix is one of the means of patches",
+            "remove one of the two",
+        )),
+        (true, Basis::Constant) => Ok(Beside::Mix),
+        (false, Basis::Linear) => Ok(Beside::Slopes),
+        (false, Basis::Constant) => Ok(Beside::Nothing),
+    }
 }

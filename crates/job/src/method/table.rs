@@ -36,6 +36,39 @@ impl Word for WalkKind {
     }
 }
 
+/// What walks find out beside the means of patches. Kept as a number, where earlier versions kept whether there is a mix.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Beside {
+    /// No more.
+    #[default]
+    Nothing,
+    /// How absorption and survival score the same walks, and the best mix of both: `mix = true`.
+    Mix,
+    /// How the light is spread over patches: `basis = "linear"`.
+    Slopes,
+}
+
+/// The functions that light is estimated by on a patch.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) enum Basis {
+    /// One number.
+    #[default]
+    Constant,
+    /// And two gradients.
+    Linear,
+}
+
+impl Word for Basis {
+    const ALL: &'static [Self] = &[Self::Constant, Self::Linear];
+
+    fn word(self) -> &'static str {
+        match self {
+            Basis::Constant => "constant",
+            Basis::Linear => "linear",
+        }
+    }
+}
+
 /// The table `[method]` of a job.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct MethodTable {
@@ -51,8 +84,8 @@ pub struct MethodTable {
     pub infinite: InfiniteEnd,
     /// Of gathering walks only. Default: by area.
     pub birth: Birth,
-    /// Whether collision walks are scored by absorption and survival too, to find the best mix of both.
-    pub mix: bool,
+    /// What walks find out beside the means of patches. Default: nothing.
+    pub beside: Beside,
     /// Rays of a chain, or walks that share a Sobol sequence: [`crate::load`] puts it where the job names none. Random
     /// walks have none.
     pub batch_paths: Option<u64>,
@@ -67,7 +100,11 @@ impl MethodTable {
     /// The walks, batches or chains that it takes, for the walk and sampler that are built.
     pub fn walks(&self) -> radiosity::Method {
         let (estimator, paths) = (self.estimator.ending(self.infinite), self.batch_paths.unwrap_or(0));
-        let score = if self.mix { Score::Mix } else { Score::Of(estimator) };
+        let score = match self.beside {
+            Beside::Nothing => Score::Of(estimator),
+            Beside::Mix => Score::Mix,
+            Beside::Slopes => Score::Linear(estimator),
+        };
         let direction = match &self.walk {
             WalkKind::Jacobi => {
                 let final_gather = self.final_gather.clone();
@@ -79,9 +116,10 @@ impl MethodTable {
         if !self.is_in_batches() {
             return Walks { direction, space: self.space, score }.into();
         }
-        let score = match self.final_gather.is_empty() {
-            true => BatchScore::Of(estimator, self.space),
-            false => BatchScore::FinalGather(self.final_gather.clone()),
+        let score = match (self.final_gather.is_empty(), self.beside) {
+            (true, Beside::Slopes) => BatchScore::Linear(estimator, self.space),
+            (true, Beside::Nothing | Beside::Mix) => BatchScore::Of(estimator, self.space),
+            (false, _) => BatchScore::FinalGather(self.final_gather.clone()),
         };
         Batches { walks: paths, sampler: self.sampler, score }.into()
     }

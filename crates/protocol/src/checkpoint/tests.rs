@@ -2,7 +2,7 @@ use super::*;
 use crate::codec::pack;
 use crate::deliveries::{Delivery, Growing};
 
-const PAIR: Layout = Layout { scores: 1, moments: 2, events: false };
+const PAIR: Layout = Layout { scores: 1, moments: 2, slopes: 0, events: false };
 const SCENE: [u8; 32] = [2; 32];
 
 fn tally(walks: u64, sums: &[u128]) -> Tally {

@@ -3,7 +3,7 @@ use crate::codec::pack;
 use crate::digest::Digester;
 use radiosity::{Counts, Layout};
 
-const PAIR: Layout = Layout { scores: 1, moments: 2, events: false };
+const PAIR: Layout = Layout { scores: 1, moments: 2, slopes: 0, events: false };
 
 /// A stand-in tally: patch sums are functions of the walk numbers, so that any mix-up shows.
 fn tally(range: &Range<u64>) -> Tally {

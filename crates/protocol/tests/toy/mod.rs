@@ -14,7 +14,7 @@ use radiosity::{Counts, Layout, Tally};
 
 pub const PATCHES: usize = 3;
 pub const MOMENTS: usize = 2;
-pub const LAYOUT: Layout = Layout { scores: 1, moments: MOMENTS, events: false };
+pub const LAYOUT: Layout = Layout { scores: 1, moments: MOMENTS, slopes: 0, events: false };
 /// The limits of the walks of [`Board::shoot`].
 pub const LIMITS: Limits =
     Limits { ends: 1, rays: 7, ray_score: 1 << 24, walk_score: 1 << 24, sensors: None, materials: None };

@@ -80,7 +80,7 @@ impl Experiment {
         go_on: &dyn Fn() -> bool,
     ) -> Option<Outcome> {
         let (walks, (estimator, space)) = (plan.walks, plan.score.of_walks());
-        let score = Score::Of(estimator);
+        let score = if self.method.is_linear() { Score::Linear(estimator) } else { Score::Of(estimator) };
         let numbers = Quasi::new(sequence, batch, walks);
         let mut board = self.scores_of_walks::<2>(score, self.scene.faces().len());
         let mut tally: Option<Tally> = None;
@@ -108,16 +108,31 @@ impl Experiment {
     fn outcome(&self, estimator: Estimator, tally: &Tally) -> Outcome {
         let (faces, channels) = (self.scene.faces(), self.scene.channels());
         let walks = tally.counts.walks;
-        let irradiance = |(i, face): (usize, &Face), channel: usize| {
+        let per_unit = |face: &Face, channel: usize| {
             let Meaning { unit, irradiance_per_event, .. } =
                 self.meaning_of_shooting(estimator, face, channel, tally);
-            tally.patch(i, channel)[0] as f64 / walks as f64 * unit * irradiance_per_event.unwrap_or(0.0)
+            (unit, irradiance_per_event.unwrap_or(0.0))
         };
+        let irradiance = |(i, face): (usize, &Face), channel: usize| {
+            let (unit, per_event) = per_unit(face, channel);
+            tally.patch(i, channel)[0] as f64 / walks as f64 * unit * per_event
+        };
+        let slopes = |(i, face): (usize, &Face), channel: usize| {
+            let (unit, per_event) = per_unit(face, channel);
+            let slope_unit = unit / tally.layout().slope_units() as f64;
+            [0, 1].map(|k| tally.slope(i, channel, k).0 as f64 / walks as f64 * slope_unit * per_event)
+        };
+        let with_slopes = if self.method.is_linear() { channels } else { 0 };
         let by_face = faces.iter().enumerate();
         let per_walk = |weights: [u128; 3]| weights.map(|weight| weight / u128::from(walks));
         Outcome {
             irradiance: by_face
                 .flat_map(|(i, face)| (0..channels).map(move |c| irradiance((i, &face), c)))
+                .collect(),
+            slopes: faces
+                .iter()
+                .enumerate()
+                .flat_map(|(i, face)| (0..with_slopes).map(move |c| slopes((i, &face), c)))
                 .collect(),
             landed: (0..faces.len()).map(|i| tally.events(i) as u64).collect(),
             counts: Counts {

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use crate::jacobi::final_gather::Gathered;
 use crate::jacobi::{ChainBoard, UNITS};
-use crate::tally::{Layout, Overflow, Scoreboard, Tally};
+use crate::tally::{Layout, LinearBoard, Overflow, Scoreboard, Tally};
 use crate::walk::apart::MarkBoard;
 use crate::walk::score::{RELATED, fixed_units};
 
@@ -41,6 +41,12 @@ pub(super) enum Scores<const M: usize> {
     RelatedFixed(Scoreboard<u128, u64, RELATED, M>),
     /// All walks in coloured scenes: three channels.
     Coloured(Scoreboard<u128, u64, 3, M>),
+    /// Grey analog shooting with slopes.
+    LinearHits(LinearBoard<u64, (), 1>),
+    /// Other grey walks with slopes.
+    LinearFixed(LinearBoard<u128, u64, 1>),
+    /// Three channels with slopes.
+    LinearColoured(LinearBoard<u128, u64, 3>),
     /// Whole chains of stochastic Jacobi.
     Chains(ChainBoard<M>),
 }
@@ -54,6 +60,9 @@ macro_rules! with_board {
             $crate::experiment::board::Scores::Fixed($board) => $body,
             $crate::experiment::board::Scores::RelatedFixed($board) => $body,
             $crate::experiment::board::Scores::Coloured($board) => $body,
+            $crate::experiment::board::Scores::LinearHits($board) => $body,
+            $crate::experiment::board::Scores::LinearFixed($board) => $body,
+            $crate::experiment::board::Scores::LinearColoured($board) => $body,
             $crate::experiment::board::Scores::Chains($board) => $body,
         }
     };
@@ -107,7 +116,12 @@ impl<const M: usize> Scores<M> {
             Scores::Hits(board) => board.total_first(faces),
             Scores::Fixed(board) => board.total_first(faces),
             Scores::Coloured(board) => board.total_first(faces),
-            Scores::RelatedHits(_) | Scores::RelatedFixed(_) | Scores::Chains(_) => {}
+            Scores::RelatedHits(_)
+            | Scores::RelatedFixed(_)
+            | Scores::LinearHits(_)
+            | Scores::LinearFixed(_)
+            | Scores::LinearColoured(_)
+            | Scores::Chains(_) => {}
         }
     }
 
@@ -178,7 +192,8 @@ impl<const M: usize> Sensing<M> {
 
     /// Scores what one sample of every cell has gathered: H over `largest`.
     pub(super) fn add(&mut self, largest: &[f64; 3], gathered: &[Gathered]) {
-        let Layout { scores, moments, events } = self.layout;
+        let Layout { moments, events, .. } = self.layout;
+        let last = self.layout.columns() - 1;
         let Some(sums) = &mut self.sums else { return };
         let mut rows = sums.chunks_exact_mut(self.layout.columns());
         let mut fits = true;
@@ -199,7 +214,7 @@ impl<const M: usize> Sensing<M> {
                 }
             }
             if events {
-                add(&mut row[scores * moments], Some(u128::from(*landed)));
+                add(&mut row[last], Some(u128::from(*landed)));
             }
         }
         if !fits {

@@ -64,7 +64,7 @@ impl Gathering {
         let b_bar = PER_CHANNEL.map(|c| most(scene, c, |s| s.emittance[c] / (1.0 - s.reflectance[c])));
         let events = match score {
             Score::Mix => &RELATED_EVENTS[..],
-            Score::Of(_) => &[estimator.kind().event()],
+            Score::Of(_) | Score::Linear(_) => &[estimator.kind().event()],
         };
         let largest_value = PER_CHANNEL.map(|c| {
             let of_event = |&event: &Event| most(scene, c, |face| value(face, event, c));

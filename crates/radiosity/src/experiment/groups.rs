@@ -179,6 +179,7 @@ fn check_method(method: &Method, materials: bool) -> Result<(), Unfit> {
             () => Ok(()),
         },
         Method::Walks(Walks { direction: Direction::Gathering(_), .. }) => Err(Unfit::GatheredSources),
+        Method::Walks(Walks { score: Score::Linear(_), .. }) => Err(Unfit::LinearSources),
         Method::Walks(_) => Err(Unfit::MixedSources),
         Method::Batches(_) | Method::Chains(_) => Err(Unfit::SourcesOfBatches),
     }

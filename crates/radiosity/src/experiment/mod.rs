@@ -12,6 +12,7 @@ pub(crate) mod readings;
 pub(crate) mod replay;
 mod run;
 mod sensing;
+pub(crate) mod slopes;
 pub(crate) mod solution;
 mod unfit;
 
@@ -29,7 +30,7 @@ use crate::jacobi;
 use crate::method::{Direction, Method, Score, Unit};
 use crate::scene::Scene;
 use crate::scene::births::Births;
-use crate::tally::{Layout, Scoreboard, Tally};
+use crate::tally::{Layout, LinearBoard, Scoreboard, Tally};
 use crate::walk::apart::MarkBoard;
 use crate::walk::estimator::Course;
 use board::{Apart, Scores, Sensing, with_board};
@@ -214,7 +215,8 @@ impl Experiment {
         match &self.method {
             Method::Walks(walks) => self.scores_of_walks(walks.score, faces),
             Method::Batches(_) | Method::Chains(_) => {
-                Scores::Chains(jacobi::ChainBoard::new(faces, self.scene.channels()))
+                let slopes = if self.method.is_linear() { 2 } else { 0 };
+                Scores::Chains(jacobi::ChainBoard::new(faces, self.scene.channels(), slopes))
             }
         }
     }
@@ -229,6 +231,13 @@ impl Experiment {
                 Course::Chance | Course::FirstHit if hits => Scores::Hits(Scoreboard::new(faces)),
                 Course::Chance | Course::FirstHit | Course::Weighted => Scores::Fixed(Scoreboard::new(faces)),
             },
+            (1, Score::Linear(estimator)) => match estimator.kind().course() {
+                Course::Chance | Course::FirstHit if hits => Scores::LinearHits(LinearBoard::new(faces)),
+                Course::Chance | Course::FirstHit | Course::Weighted => {
+                    Scores::LinearFixed(LinearBoard::new(faces))
+                }
+            },
+            (_, Score::Linear(_)) => Scores::LinearColoured(LinearBoard::new(faces)),
             _ => Scores::Coloured(Scoreboard::new(faces)),
         }
     }

@@ -16,6 +16,7 @@ use crate::walk::apart::{ByClass, MarkBoard, Marks};
 use crate::walk::batch::{walk_all, walk_each};
 use crate::walk::estimator::{EstimatorKind, Event, with_estimator};
 use crate::walk::fate::{Analog, Coloured, Fate, Infinite};
+use crate::walk::linear::{GatherLinear, ShootLinearHits, ShootLinearWeights};
 use crate::walk::score::{Gather, GatherRelated, OnArrival, Scorer, ShootHits, ShootRelated, ShootWeights};
 
 /// Where the numbers of walks come from, and which walks.
@@ -136,6 +137,23 @@ impl Experiment {
                 let mut score = ShootWeights::<OnArrival, 1, M>::new(board);
                 self.shoot_all(space, source, Infinite::new(end), (&mut score, marks))
             }
+            (Scores::LinearHits(board), Score::Linear(estimator)) => {
+                with_estimator!(estimator, Analog, |Event, fate| {
+                    let mut score = ShootLinearHits::<Event>::new(self.scene.parts.isa, board);
+                    self.walk_all(self.scene.emitters(), space, source, fate, &mut score)
+                })
+            }
+            (Scores::LinearFixed(board), Score::Linear(estimator)) => {
+                let end = estimator.infinite_end().unwrap_or_else(|| wrong_board());
+                let mut score = ShootLinearWeights::<OnArrival, 1>::new(board);
+                self.walk_all(self.scene.emitters(), space, source, Infinite::new(end), &mut score)
+            }
+            (Scores::LinearColoured(board), Score::Linear(estimator)) => {
+                with_estimator!(estimator, Coloured::new(), |Event, fate| {
+                    let mut score = ShootLinearWeights::<Event, 3>::new(board);
+                    self.walk_all(self.scene.emitters(), space, source, fate, &mut score)
+                })
+            }
             (Scores::Coloured(board), Score::Of(estimator)) => {
                 with_estimator!(estimator, Coloured::new(), |Scored, fate| {
                     let mut score = ShootWeights::<Scored, 3, M>::new(board);
@@ -187,6 +205,18 @@ impl Experiment {
             (Scores::Coloured(board), Values::Coloured(values), Score::Of(estimator)) => {
                 with_estimator!(estimator, Coloured::new(), |Scored, fate| {
                     let mut score = Gather::<Scored, 3, M>::new(board, values);
+                    self.walk_all(births, space, source, fate, &mut score)
+                })
+            }
+            (Scores::LinearFixed(board), Values::Grey(values), Score::Linear(estimator)) => {
+                with_estimator!(estimator, Analog, |Event, fate| {
+                    let mut score = GatherLinear::<Event, 1>::new(board, values);
+                    self.walk_all(births, space, source, fate, &mut score)
+                })
+            }
+            (Scores::LinearColoured(board), Values::Coloured(values), Score::Linear(estimator)) => {
+                with_estimator!(estimator, Coloured::new(), |Event, fate| {
+                    let mut score = GatherLinear::<Event, 3>::new(board, values);
                     self.walk_all(births, space, source, fate, &mut score)
                 })
             }

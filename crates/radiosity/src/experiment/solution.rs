@@ -116,7 +116,7 @@ pub struct Estimates<'a> {
     tally: &'a Tally,
     confidence: f64,
     /// Where the tally is of chains.
-    student: Option<Student>,
+    pub(super) student: Option<Student>,
     /// Where it is not the light of the walked scene that is estimated.
     shares: Option<Shares>,
 }
@@ -430,7 +430,7 @@ pub(super) struct Student {
     /// Half-width of the interval, in standard errors of the mean; `None` of a single chain.
     quantile: Option<f64>,
     /// √(ν/(ν − 2)): the standard deviation of t; `None` where that is infinite, of 3 chains or fewer.
-    deviation: Option<f64>,
+    pub(super) deviation: Option<f64>,
 }
 
 impl Student {

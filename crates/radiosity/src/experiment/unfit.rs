@@ -53,6 +53,11 @@ pub enum Unfit {
         "a gathering walk meets emitters of several sources and scores all of them at once, so that its score belongs to none of them; write walk = \"shooting\", whose walks are born on one emitter, or remove [[source]] and [sensitivity]"
     )]
     GatheredSources,
+    /// Gradients have no sums by source.
+    #[error(
+        "basis = \"linear\" estimates the gradients of the light of all sources together; remove `basis`, or remove [[source]] and [sensitivity]"
+    )]
+    LinearSources,
     /// Absorption and survival beside collision have no sums by source.
     #[error(
         "`mix` compares estimators on the light of all sources together; remove `mix`, or remove [[source]] and [sensitivity]"

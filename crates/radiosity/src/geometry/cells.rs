@@ -75,6 +75,21 @@ pub(crate) fn point_in_triangle_cell(cell: u32, k: u32, [r1, r2]: [f64; 2]) -> [
     }
 }
 
+/// Where a point with local coordinates (u, v) lies in a cell of a grid of n_u × n_v: 0 … 1 along its edges.
+pub(crate) fn place_in_grid_cell([u, v]: [f64; 2], cell: u32, [nu, nv]: [u32; 2]) -> [f64; 2] {
+    [u * f64::from(nu) - f64::from(cell / nv), v * f64::from(nv) - f64::from(cell % nv)]
+}
+
+/// Where a point with local coordinates (u, v) lies in a cell of a triangle in k rows: 0 … 1 along the edges of the cell from
+/// its first corner, which for an inverted one run against the triangle's.
+pub(crate) fn place_in_triangle_cell([u, v]: [f64; 2], cell: u32, k: u32) -> [f64; 2] {
+    let row = cell.isqrt();
+    let position = cell - row * row;
+    let (i, j) = (row - position / 2, position / 2);
+    let (s, t) = (u * f64::from(k) - f64::from(i), v * f64::from(k) - f64::from(j));
+    if position.is_multiple_of(2) { [s, t] } else { [-s, 1.0 - t] }
+}
+
 /// The centroid of a cell in local coordinates.
 pub(crate) fn cell_centroid(shape: &Shape, cell: u32) -> [f64; 2] {
     match *shape {
@@ -109,18 +124,14 @@ pub(crate) fn cell_corners(shape: &Shape, cell: u32) -> Vec<[f64; 2]> {
 
 /// The weights of the corners of a cell, as [`cell_corners`] has them, at local coordinates in it: bilinear in
 /// parallelograms, barycentric in triangles. Their sum is 1.
-pub(crate) fn corner_weights(shape: &Shape, cell: u32, [u, v]: [f64; 2]) -> Vec<f64> {
+pub(crate) fn corner_weights(shape: &Shape, cell: u32, uv: [f64; 2]) -> Vec<f64> {
     match *shape {
-        Shape::Parallelogram { cells: [nu, nv], .. } => {
-            let (s, t) = (u * f64::from(nu) - f64::from(cell / nv), v * f64::from(nv) - f64::from(cell % nv));
+        Shape::Parallelogram { cells, .. } => {
+            let [s, t] = place_in_grid_cell(uv, cell, cells);
             vec![(1.0 - s) * (1.0 - t), s * (1.0 - t), s * t, (1.0 - s) * t]
         }
         Shape::Triangle { rows, .. } => {
-            let row = cell.isqrt();
-            let position = cell - row * row;
-            let (i, j) = (row - position / 2, position / 2);
-            let (s, t) = (u * f64::from(rows) - f64::from(i), v * f64::from(rows) - f64::from(j));
-            let (s, t) = if position.is_multiple_of(2) { (s, t) } else { (-s, 1.0 - t) };
+            let [s, t] = place_in_triangle_cell(uv, cell, rows);
             vec![1.0 - s - t, s, t]
         }
     }

@@ -1,5 +1,6 @@
 //! Landings: what arrivals look up of surfaces, N side by side.
 
+use super::basis;
 use super::cells::{folded, grid_step, in_grid_step, inside};
 use super::surface::Surface;
 use crate::simd::real::Real;
@@ -95,6 +96,14 @@ impl<R: Real> Landing<R> {
     #[inline(always)]
     pub(crate) fn cell_at(&self, [u, v]: [R; 2]) -> [R; 2] {
         [grid_step(u, self.cells[0]), grid_step(v, self.cells[1])]
+    }
+
+    /// The steps of the basis functions that hold points of cells.
+    #[inline(always)]
+    pub(crate) fn steps(&self, [u, v]: [R; 2]) -> [R; 2] {
+        let cell = self.cell_at([u, v]);
+        let place = [u * self.cells[0] - cell[0], v * self.cells[1] - cell[1]];
+        basis::steps(place, self.is_triangle())
     }
 
     /// The numbers of the faces of cells, on the sides that `facing` gives.

@@ -1,5 +1,6 @@
 //! Surfaces: as a scene is written, and as walks see them. Faces are the unknowns of the radiosity system.
 
+pub(crate) mod basis;
 pub(crate) mod cells;
 pub(crate) mod face;
 pub(crate) mod frame;

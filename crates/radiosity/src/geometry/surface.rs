@@ -3,7 +3,10 @@
 
 use glam::DVec3;
 
-use crate::geometry::cells::{grid_step, in_grid_step, inside, point_in_triangle_cell, triangle_cell};
+use crate::geometry::cells::{
+    grid_step, in_grid_step, inside, place_in_grid_cell, place_in_triangle_cell, point_in_triangle_cell,
+    triangle_cell,
+};
 use crate::geometry::face::Face;
 use crate::geometry::frame::Frame;
 use crate::geometry::spec::{Shape, Side, Sides, Spectrum, SurfaceSpec};
@@ -212,6 +215,15 @@ impl Surface {
                 [in_grid_step(iu.into(), r1, inverse[0]), in_grid_step(iv.into(), r2, inverse[1])]
             }
             Cells::Rows { k } => point_in_triangle_cell(cell, k, [r1, r2]),
+        }
+    }
+
+    /// Where the point with local coordinates (u, v) lies in a cell: 0 … 1 along the edges of the cell from its first corner.
+    #[inline(always)]
+    pub(crate) fn place_in_cell(&self, cell: u32, uv: [f64; 2]) -> [f64; 2] {
+        match self.cells {
+            Cells::Grid { nu, nv, .. } => place_in_grid_cell(uv, cell, [nu, nv]),
+            Cells::Rows { k } => place_in_triangle_cell(uv, cell, k),
         }
     }
 

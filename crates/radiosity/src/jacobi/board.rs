@@ -19,9 +19,9 @@ pub struct ChainBoard<const M: usize> {
 }
 
 impl<const M: usize> ChainBoard<M> {
-    /// An empty board of one score per channel.
-    pub(crate) fn new(patches: usize, channels: usize) -> Self {
-        let layout = Layout { scores: channels, moments: M, events: true };
+    /// An empty board of one score per channel, which has this number of slopes.
+    pub(crate) fn new(patches: usize, channels: usize, slopes: usize) -> Self {
+        let layout = Layout { scores: channels, moments: M, slopes: slopes * channels, events: true };
         ChainBoard {
             counts: Counts::default(),
             layout,
@@ -37,11 +37,16 @@ impl<const M: usize> ChainBoard<M> {
 
     /// Scores one chain: H of each patch over `largest`, that of [`largest_radiosity`], and the rays that landed.
     pub(crate) fn add(&mut self, largest: &[f64; 3], outcome: &Outcome) {
-        let patches = outcome.irradiance.chunks_exact(self.layout.scores).zip(&outcome.landed);
-        let columns = patches.flat_map(|(irradiance, &landed)| {
-            let scores =
-                irradiance.iter().zip(largest).flat_map(|(h, largest)| powers::<M>(units(*h, *largest)));
-            scores.chain([Some(u128::from(landed))])
+        let channels = self.layout.scores;
+        let columns = outcome.landed.iter().enumerate().flat_map(|(i, &landed)| {
+            let irradiance = &outcome.irradiance[i * channels..][..channels];
+            let scores = irradiance.iter().zip(largest).map(|(h, largest)| units(*h, *largest));
+            let of_slopes = outcome.slopes.chunks_exact(channels).nth(i).unwrap_or_default();
+            let slopes = scores.clone().zip(of_slopes).zip(largest).flat_map(|((score, slopes), largest)| {
+                slopes.iter().flat_map(move |slope| slope_powers::<M>(score, slope / largest))
+            });
+            let columns = scores.flat_map(powers::<M>).chain(slopes);
+            columns.chain([Some(u128::from(landed))]).collect::<Vec<_>>()
         });
         self.sums = self.sums.take().and_then(|sums| {
             sums.into_iter().zip(columns).map(|(sum, column)| sum.checked_add(column?)).collect()
@@ -79,6 +84,13 @@ pub(crate) fn largest_radiosity(scene: &Scene) -> [f64; 3] {
 /// The nearest whole number of units. Rounding is below 10⁻¹² of the largest radiosity; below 0 is rounding, too.
 fn units(irradiance: f64, largest: f64) -> u128 {
     (irradiance / largest * UNITS + 0.5) as u128
+}
+
+/// x + d and d² of the nearest slope d to `slope`, in units, that does not exceed its score x.
+fn slope_powers<const M: usize>(x: u128, slope: f64) -> [Option<u128>; M] {
+    let d = ((slope * UNITS).round() as i128).clamp(-(x as i128), x as i128);
+    let mut powers = [x.checked_add_signed(d), d.unsigned_abs().checked_pow(2)].into_iter();
+    std::array::from_fn(|_| powers.next().flatten())
 }
 
 /// x, x² … x^M, where they fit.

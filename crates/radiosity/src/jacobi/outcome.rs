@@ -8,6 +8,8 @@ use crate::tally::Counts;
 pub(crate) struct Outcome {
     /// H [W/m²], face-major, channel-minor.
     pub(crate) irradiance: Vec<f64>,
+    /// The means of H·ψ₁ and H·ψ₂ over each face, in the same order; empty where they are not asked for.
+    pub(crate) slopes: Vec<[f64; 2]>,
     /// Rays that landed on each face.
     pub(crate) landed: Vec<u64>,
     /// One walk, the chain; rays by their ends; the part of the power that was lost.
@@ -26,6 +28,7 @@ impl Outcome {
         let lost = |way: usize| caster.lost.iter().map(|lost| u64::from(lost[way])).sum();
         let mut outcome = Outcome {
             irradiance: face_major(irradiance),
+            slopes: Vec::new(),
             landed: caster.landed.clone(),
             counts: Counts {
                 walks: 1,

@@ -8,9 +8,11 @@
 //! would overflow is an error, never a wrap.
 
 mod counts;
+mod linear;
 mod scoreboard;
 mod sums;
 
 pub use counts::{Counts, MergeError, Overflow};
+pub(crate) use linear::{LinearBoard, Mark};
 pub use scoreboard::{Events, Scoreboard, Word};
 pub use sums::{Layout, Tally};

@@ -7,6 +7,8 @@ use super::sums::{Layout, Tally};
 pub trait Word: Copy + Default + Into<u128> {
     /// Of a small number.
     fn from_units(units: f64) -> Self;
+    /// Of a signed number, in two's complement.
+    fn from_signed(number: i64) -> Self;
     /// The sum, modulo the width.
     fn plus(self, other: Self) -> Self;
     /// The difference, modulo the width.
@@ -23,6 +25,10 @@ macro_rules! word {
             #[inline(always)]
             fn from_units(units: f64) -> Self {
                 units as $word
+            }
+            #[inline(always)]
+            fn from_signed(number: i64) -> Self {
+                number as $word
             }
             #[inline(always)]
             fn plus(self, other: Self) -> Self {
@@ -123,13 +129,13 @@ pub struct Scoreboard<W, E, const S: usize, const M: usize> {
 }
 
 /// Bytes that a core keeps at hand.
-const NEAR_CACHE: usize = 32 * 1024;
+pub(super) const NEAR_CACHE: usize = 32 * 1024;
 
 /// Paths up to this long are searched for earlier visits one by one, longer ones are sorted.
 const SHORT_PATH: usize = 64;
 
 impl<W: Word, E: Events, const S: usize, const M: usize> Scoreboard<W, E, S, M> {
-    const LAYOUT: Layout = Layout { scores: S, moments: M, events: E::COUNTED };
+    const LAYOUT: Layout = Layout { scores: S, moments: M, slopes: 0, events: E::COUNTED };
 
     /// A board of `patches` patches without scores.
     pub fn new(patches: usize) -> Self {
@@ -274,7 +280,7 @@ mod tests {
     use super::*;
     use crate::MergeError;
 
-    const PAIR: Layout = Layout { scores: 1, moments: 2, events: false };
+    const PAIR: Layout = Layout { scores: 1, moments: 2, slopes: 0, events: false };
 
     #[test]
     fn the_whole_score_of_a_walk_is_raised_to_the_power() {

@@ -1,5 +1,7 @@
 //! A tally: the sums of any set of walks.
 
+use crate::geometry::basis::SLOPE_UNITS;
+
 use super::counts::{Counts, MergeError, Overflow};
 
 /// What a tally keeps of each patch, in this order.
@@ -9,6 +11,9 @@ pub struct Layout {
     pub scores: usize,
     /// Σx … Σx^k of each score x, k = `moments`.
     pub moments: usize,
+    /// Slopes of scores, two for each channel of a job with a linear basis, which follow the scores: of each Σ(x + d) and Σd²,
+    /// with d the slope of a walk's score x, in slope units.
+    pub slopes: usize,
     /// Whether events are counted beside the sums: where scores are not counts themselves.
     pub events: bool,
 }
@@ -16,7 +21,12 @@ pub struct Layout {
 impl Layout {
     /// The number of columns per patch: sums, and the count of events.
     pub fn columns(self) -> usize {
-        self.scores * self.moments + usize::from(self.events)
+        (self.scores + self.slopes) * self.moments + usize::from(self.events)
+    }
+
+    /// Slope units in a unit of score: a score in fixed point has units that are fine enough for its slopes.
+    pub fn slope_units(self) -> u64 {
+        if self.events { 1 } else { SLOPE_UNITS as u64 }
     }
 }
 
@@ -78,6 +88,13 @@ impl Tally {
         &self.columns(patch)[score * moments..][..moments]
     }
 
+    /// Σd and Σd² of a slope of one channel's score on one patch, in slope units.
+    pub fn slope(&self, patch: usize, channel: usize, k: usize) -> (i128, u128) {
+        let sums = self.patch(patch, self.layout.scores + 2 * channel + k);
+        let scored = self.patch(patch, channel)[0].wrapping_mul(self.layout.slope_units().into());
+        (sums[0].wrapping_sub(scored) as i128, sums[1])
+    }
+
     fn columns(&self, patch: usize) -> &[u128] {
         &self.sums[patch * self.layout.columns()..][..self.layout.columns()]
     }
@@ -114,8 +131,8 @@ impl Tally {
     /// A digest of everything the tally holds.
     pub fn hash(&self) -> [u8; 32] {
         let mut hasher = blake3::Hasher::new();
-        let Layout { scores, moments, events } = self.layout;
-        hasher.update(&[scores as u8, moments as u8, u8::from(events)]);
+        let Layout { scores, moments, slopes, events } = self.layout;
+        hasher.update(&[scores as u8, moments as u8, u8::from(events) | (slopes as u8) << 1]);
         for count in self.counts.to_array() {
             hasher.update(&count.to_le_bytes());
         }

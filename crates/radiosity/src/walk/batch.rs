@@ -159,6 +159,7 @@ impl<N: Numbers, E: Scorer<C>, F: Fate<C>, const C: usize> Walker<'_, N, E, F, C
             self.estimator.expect(&arrivals.face[..self.len]);
             let (decided, ended) = self.decide(&hits, &arrivals);
             self.go_on(&hits, &arrivals, &draws[2]);
+            self.estimator.locate(self.isa, self.scene, self.len, &hits);
             self.estimator.score(&arrivals.face, &decided, &self.weights);
             self.replace(ended, fate, newborns);
         }
@@ -185,6 +186,7 @@ impl<N: Numbers, E: Scorer<C>, F: Fate<C>, const C: usize> Walker<'_, N, E, F, C
         let surface = &self.scene.surfaces()[number as usize];
         self.estimator.begin(lane, surface.face(cell, side));
         let uv = surface.point_in_cell(cell, [(point >> 32) as u32, point as u32].map(unit_32));
+        self.estimator.born_at(lane, surface, cell, uv);
         self.departures.surface[lane] = number;
         self.departures.facing[lane] = side.sign();
         self.departures.uv.iter_mut().zip(uv).for_each(|(row, uv)| row[lane] = uv);
@@ -429,10 +431,12 @@ mod tests {
         for estimator in [Estimator::Collision, Estimator::Absorption, Estimator::Infinite(end)] {
             for space in [Space::Discrete, Space::Continuous] {
                 for direction in [Direction::Shooting, Direction::Gathering(Birth::Area)] {
-                    let method = Walks { direction, space, score: Score::Of(estimator) };
-                    let plain = tally(on(Isa::Portable), &method);
-                    for isa in Isa::available() {
-                        assert_eq!(tally(on(isa), &method), plain, "{isa:?}, {method:?}");
+                    for score in [Score::Of(estimator), Score::Linear(estimator)] {
+                        let method = Walks { direction: direction.clone(), space, score };
+                        let plain = tally(on(Isa::Portable), &method);
+                        for isa in Isa::available() {
+                            assert_eq!(tally(on(isa), &method), plain, "{isa:?}, {method:?}");
+                        }
                     }
                 }
             }

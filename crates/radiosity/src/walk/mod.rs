@@ -7,6 +7,8 @@ pub(crate) mod batch;
 pub(crate) mod depart;
 pub(crate) mod estimator;
 pub(crate) mod fate;
+pub(crate) mod linear;
+mod places;
 pub(crate) mod plain;
 pub(crate) mod score;
 

@@ -6,11 +6,14 @@
 
 use std::marker::PhantomData;
 
+use crate::geometry::surface::Surface;
 use crate::random::rng::WalkRng;
+use crate::scene::Scene;
 use crate::simd::batch::{Decisions, Lanes, WIDTH};
 use crate::simd::isa::{Isa, on_isa};
 use crate::simd::real::Real;
 use crate::tally::{Scoreboard, Word};
+use crate::trace::ray::Hits;
 
 /// Units of fixed-point scores in the largest single score, for boards of `moments` power sums.
 pub(crate) const fn fixed_units(moments: usize) -> f64 {
@@ -24,6 +27,12 @@ pub(crate) trait Scorer<const C: usize> {
     fn begin(&mut self, lane: usize, birth: u32);
     /// The walks have arrived on these faces with these weights, and this became of them.
     fn score(&mut self, faces: &[u32; WIDTH], decided: &Decisions, weights: &[[f64; C]; WIDTH]);
+    /// Walk `lane` was born in a cell of a surface, at these local coordinates.
+    #[inline(always)]
+    fn born_at(&mut self, _lane: usize, _surface: &Surface, _cell: u32, _uv: [f64; 2]) {}
+    /// The walks have met these points, of which those on active sides will be scored.
+    #[inline(always)]
+    fn locate(&mut self, _isa: Isa, _scene: &Scene, _len: usize, _hits: &Hits) {}
     /// Walk `lane` has ended.
     fn end(&mut self, lane: usize, rng: WalkRng);
     /// Walk `from` goes on as walk `to`.
@@ -259,18 +268,28 @@ impl<V: Event, const C: usize, const M: usize> Scorer<C> for ShootWeights<'_, V,
 }
 
 /// A score of a walk in whole units: rounded to a neighbouring one at random, without bias. An emitter may be
-/// 10⁻¹² of another, and its light must not vanish.
+/// 10⁻¹² of another, and its light must not vanish. Returns the other uniform number of the draw, too.
 #[inline(always)]
-fn dithered<const M: usize>(score: f64, rng: &mut WalkRng) -> u128 {
-    let [dither, _] = rng.pair();
-    u128::from_units(score * fixed_units(M) + dither)
+pub(super) fn dithered<const M: usize>(score: f64, rng: &mut WalkRng) -> (u128, f64) {
+    let [dither, other] = rng.pair();
+    (u128::from_units(score * fixed_units(M) + dither), other)
 }
 
 /// The face that a gathering walk was born on, and what the walk has gathered.
 #[derive(Clone, Copy, Debug)]
-struct Gathered<const S: usize> {
-    birth: u32,
-    scores: [f64; S],
+pub(super) struct Gathered<const S: usize> {
+    pub(super) birth: u32,
+    pub(super) scores: [f64; S],
+}
+
+impl<const S: usize> Gathered<S> {
+    /// Adds the value of an event in each channel, times the weight there.
+    #[inline(always)]
+    pub(super) fn gather(&mut self, weights: [f64; S], values: [f64; S]) {
+        for ((score, weight), value) in self.scores.iter_mut().zip(weights).zip(values) {
+            *score += weight * value;
+        }
+    }
 }
 
 impl<const S: usize> Default for Gathered<S> {
@@ -304,11 +323,7 @@ impl<V: Event, const C: usize, const M: usize> Scorer<C> for Gather<'_, V, C, M>
     #[inline(always)]
     fn score(&mut self, faces: &[u32; WIDTH], decided: &Decisions, weights: &[[f64; C]; WIDTH]) {
         V::scoring(decided).each(|lane| {
-            let values = self.values[faces[lane] as usize];
-            let scores = self.gathered[lane].scores.iter_mut();
-            for ((score, weight), value) in scores.zip(weights[lane]).zip(values) {
-                *score += weight * value;
-            }
+            self.gathered[lane].gather(weights[lane], self.values[faces[lane] as usize]);
         });
     }
 
@@ -316,7 +331,7 @@ impl<V: Event, const C: usize, const M: usize> Scorer<C> for Gather<'_, V, C, M>
     fn end(&mut self, lane: usize, mut rng: WalkRng) {
         let Gathered { birth, scores } = self.gathered[lane];
         if scores.iter().any(|&score| score > 0.0) {
-            self.board.add(birth, scores.map(|score| dithered::<M>(score, &mut rng)));
+            self.board.add(birth, scores.map(|score| dithered::<M>(score, &mut rng).0));
         }
     }
 
@@ -392,7 +407,7 @@ impl<const M: usize> Scorer<1> for GatherRelated<'_, M> {
     fn end(&mut self, lane: usize, mut rng: WalkRng) {
         let Gathered { birth, scores } = self.gathered[lane];
         if scores[0] > 0.0 {
-            let [collision, absorption, survival] = scores.map(|score| dithered::<M>(score, &mut rng));
+            let [collision, absorption, survival] = scores.map(|score| dithered::<M>(score, &mut rng).0);
             self.board.add(birth, [collision, absorption, survival, absorption + survival]);
         }
     }

@@ -1,0 +1,60 @@
+//! Whether patches are fine enough for the light on them.
+
+use radiosity::{Accuracy, Estimates};
+use report::face_words;
+use report::words::percent;
+
+/// Discretisation below this part of the light is not worth a word.
+const WORTH_A_WORD: f64 = 0.02;
+
+/// Patches that are named.
+const NAMED: usize = 5;
+
+/// An energy counts as seen where it exceeds this number of its standard errors.
+const SEEN: f64 = 2.0;
+
+/// Whether more walks help more than finer patches, and why.
+pub(crate) fn resolution(estimates: &Estimates) -> (bool, String) {
+    if !estimates.experiment().method().is_linear() {
+        return (
+            true,
+            "how light is spread over patches was not asked for; basis = \"linear\" tells it".into(),
+        );
+    }
+    let Some(Accuracy { noise, discretisation, .. }) = estimates.accuracy() else {
+        return (true, "too little light was found to tell how it is spread over patches".into());
+    };
+    let found = format!(
+        "the means of patches err by {} of the light for want of walks, and by {} for want of finer patches",
+        percent(noise),
+        percent(discretisation)
+    );
+    if discretisation <= noise.max(WORTH_A_WORD) {
+        return (true, found);
+    }
+    let remedy = format!(
+        "cut the patches finer, or take the gradients into account; most is lost on {}",
+        coarsest(estimates)
+    );
+    (false, format!("{found}: {remedy}"))
+}
+
+/// The faces that most is lost on, in words.
+fn coarsest(estimates: &Estimates) -> String {
+    let mut lost: Vec<(f64, usize)> = estimates
+        .known()
+        .filter_map(|(i, face, _)| {
+            let slopes = estimates.slopes(i)?;
+            let energy: f64 = slopes.iter().map(|s| s.energy).sum();
+            let error: f64 = slopes.iter().filter_map(|s| s.energy_error).sum();
+            (energy > SEEN * error).then_some((face.area * energy, i))
+        })
+        .collect();
+    lost.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+    let named = lost.iter().take(NAMED).map(|&(_, i)| face_words(estimates.scene(), i));
+    let named: Vec<String> = named.collect();
+    match named.len() {
+        0 => "no patch that stands out".into(),
+        _ => named.join("; "),
+    }
+}

@@ -1,0 +1,160 @@
+//! How light is spread over patches: linear fits of it, what is lost without them, and what of either is noise.
+
+use stats::Moments;
+
+use crate::experiment::Experiment;
+use crate::experiment::solution::{Estimates, Student};
+use crate::geometry::basis::Basis;
+use crate::geometry::face::Face;
+use crate::tally::Tally;
+
+/// What is known of how the light of one face is spread over it, in one channel.
+///
+/// With (u, v) from 0 to 1 along the edges of the cell, the best linear fit of the radiosity is
+///
+/// - B + `gradient[0]`·(u − ½) + `gradient[1]`·(v − ½) in a parallelogram,
+/// - B + `gradient[0]`·(u − ⅓) + `gradient[1]`·(v − (1 − u)/2) in a triangle.
+///
+/// In both, `gradient[0]` is what B grows by from the side (or corner) u = 0 to u = 1 along the middle line, and
+/// `gradient[1]` what it grows by from v = 0 to v = 1 across. Estimates of the two do not depend on each other's definition:
+/// the functions that they belong to are orthogonal.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Slopes {
+    /// [W/m²].
+    pub gradient: [f64; 2],
+    /// Their standard errors for the whole run [W/m²]; `None` where too few walks tell.
+    pub gradient_error: Option<[f64; 2]>,
+    /// The mean of the squared difference between the linear fit and its mean, freed of the noise of the estimates
+    /// [(W/m²)²]. Without bias, so that it may be negative.
+    pub energy: f64,
+    /// Its standard error.
+    pub energy_error: Option<f64>,
+    /// The variance of the estimated fit about the true one, its mean apart, over the face [(W/m²)²].
+    noise: f64,
+}
+
+impl Slopes {
+    /// `None` where no walk could tell.
+    pub(super) fn new(
+        experiment: &Experiment,
+        tally: &Tally,
+        (i, face): (usize, &Face),
+        channel: usize,
+        student: Option<&Student>,
+    ) -> Option<Self> {
+        let meaning = experiment.meaning_of((i, face), channel, tally)?;
+        let per_event = face.reflectance[channel] * meaning.irradiance_per_event.unwrap_or(0.0);
+        let per_unit = per_event * meaning.unit / tally.layout().slope_units() as f64;
+        let basis = Basis::of(experiment.scene().surfaces()[face.surface as usize].is_triangle());
+        let (none, known) = ([0.0; 2], Some([0.0; 2]));
+        let mut slopes =
+            Slopes { gradient: none, gradient_error: known, energy: 0.0, energy_error: None, noise: 0.0 };
+        let mut energy_variance = Some(0.0);
+        for k in 0..2 {
+            let (sum, sum_sq) = tally.slope(i, channel, k);
+            let moments = Moments { n: tally.counts.walks, sum: sum.unsigned_abs(), sum_sq };
+            let mean = per_unit * sum as f64 / moments.n as f64;
+            // Where nothing was scored, nothing is known of what a score would do.
+            let error = moments.standard_error().filter(|_| sum_sq > 0).map(|error| per_unit * error);
+            let square = basis.mean_squares[k];
+            let stretch = basis.growth[k] / square;
+            slopes.gradient[k] = mean * stretch;
+            let deviation = student.map_or(Some(1.0), |student| student.deviation);
+            slopes.gradient_error =
+                slopes.gradient_error.zip(error).zip(deviation).map(|((mut errors, error), deviation)| {
+                    errors[k] = deviation * error * stretch;
+                    errors
+                });
+            let variance = error.map_or(0.0, |error| error * error / square);
+            let energy = mean * mean / square - variance;
+            slopes.energy += energy;
+            slopes.noise += variance;
+            // Of c² − σ̂², c normal of variance σ²: 4c²σ² + 2σ⁴ in the mean of what c² says.
+            energy_variance = energy_variance
+                .zip(error)
+                .map(|(sum, _)| sum + (4.0 * energy.max(0.0) + 2.0 * variance) * variance);
+        }
+        slopes.energy_error = energy_variance.map(f64::sqrt);
+        Some(slopes)
+    }
+
+    /// The root mean square of the difference between the linear fit and its mean [W/m²]: what is lost where the mean stands
+    /// for all of the patch. 0 where noise explains all that is seen.
+    pub fn spread(&self) -> f64 {
+        self.energy.max(0.0).sqrt()
+    }
+
+    /// What the linear fit adds to the mean at the corners of the face, in their order [W/m²], as far as it is likely: the fit
+    /// is shrunk by the part of its square that is noise.
+    pub fn at_corners(&self, is_triangle: bool) -> Vec<f64> {
+        let seen = self.energy.max(0.0);
+        let likely = if seen > 0.0 { seen / (seen + self.noise) } else { 0.0 };
+        let Slopes { gradient: [u, v], .. } = *self;
+        let offsets: &[[f64; 2]] = match is_triangle {
+            true => &[[-1.0 / 3.0, -0.5], [2.0 / 3.0, 0.0], [-1.0 / 3.0, 0.5]],
+            false => &[[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]],
+        };
+        offsets.iter().map(|[s, t]| likely * (u * s + v * t)).collect()
+    }
+
+    /// By how much the spread may be larger: one standard error of its square [W/m²].
+    pub fn spread_error(&self) -> Option<f64> {
+        self.energy_error.map(|error| (self.energy.max(0.0) + error).sqrt() - self.spread())
+    }
+}
+
+/// The two errors of a solution that takes the mean of each patch for all of it, over the root mean square of the reflected
+/// light: relative L2 norms over the area of all faces that walks tell of, all channels together.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Accuracy {
+    /// What walks leave unknown of the means.
+    pub noise: f64,
+    /// What the means leave out of the light's spread over their patches, as far as a linear fit tells.
+    pub discretisation: f64,
+    /// Both together: the root of the sum of their squares.
+    pub total: f64,
+    /// The noise of the linear fits: that of the means and of the slopes.
+    pub linear_noise: f64,
+}
+
+impl Estimates<'_> {
+    /// How the light of face i is spread over it, channel by channel; `None` where no walk could tell, or the method does
+    /// not ask for it.
+    pub fn slopes(&self, i: usize) -> Option<Vec<Slopes>> {
+        if !self.experiment().method().is_linear() {
+            return None;
+        }
+        let face = self.scene().faces().get(i);
+        let of_channel = |channel| {
+            Slopes::new(self.experiment(), self.tally(), (i, &face), channel, self.student.as_ref())
+        };
+        (0..self.scene().channels()).map(of_channel).collect()
+    }
+
+    /// Noise and discretisation of the solution; `None` where the method asks for no slopes, or no reflected light stands out
+    /// from the noise.
+    pub fn accuracy(&self) -> Option<Accuracy> {
+        if !self.experiment().method().is_linear() {
+            return None;
+        }
+        let [mut noise, mut of_slopes, mut spread, mut light] = [0.0; 4];
+        for (i, face, known) in self.known() {
+            let slopes = self.slopes(i)?;
+            for (c, (estimate, slopes)) in known.iter().zip(slopes).enumerate() {
+                let reflected = estimate.radiosity - face.emittance[c];
+                let variance = estimate.std_error.unwrap_or(0.0).powi(2);
+                noise += face.area * variance;
+                of_slopes += face.area * slopes.noise;
+                spread += face.area * slopes.energy;
+                light += face.area * (reflected * reflected - variance);
+            }
+        }
+        let part = |energy: f64| (energy.max(0.0) / light).sqrt();
+        (light > 0.0).then(|| Accuracy {
+            noise: part(noise),
+            discretisation: part(spread),
+            total: part(noise + spread.max(0.0)),
+            linear_noise: part(noise + of_slopes),
+        })
+    }
+}

@@ -1,0 +1,239 @@
+//! Where the walks of a thread score with slopes: how a score is spread over its patch.
+
+use super::counts::{Counts, Overflow};
+use super::scoreboard::{Events, Word};
+use super::sums::{Layout, Tally};
+
+/// What a walk scores on a patch, in units, and the slopes of that: each unit times ψ₁ and ψ₂ where it was scored, in slope
+/// units. A slope is signed (two's complement), and never exceeds its score.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Mark<W, const C: usize> {
+    pub(crate) units: [W; C],
+    pub(crate) slopes: [[W; 2]; C],
+}
+
+impl<W: Word, const C: usize> Mark<W, C> {
+    /// Nothing.
+    pub(crate) fn none() -> Self {
+        Mark { units: [W::default(); C], slopes: [[W::default(); 2]; C] }
+    }
+
+    /// Both together.
+    #[inline(always)]
+    pub(crate) fn plus(self, other: Self) -> Self {
+        Mark {
+            units: std::array::from_fn(|c| self.units[c].plus(other.units[c])),
+            slopes: std::array::from_fn(|c| {
+                std::array::from_fn(|k| self.slopes[c][k].plus(other.slopes[c][k]))
+            }),
+        }
+    }
+}
+
+/// What one patch has collected.
+#[derive(Clone, Copy, Debug)]
+struct Cell<W, E, const C: usize> {
+    events: E,
+    /// Σx and Σx² of each channel's score x.
+    scores: [[W; 2]; C],
+    /// Σ(x + d), in slope units, and Σd² of each slope d of x: no sum is negative.
+    slopes: [[[W; 2]; 2]; C],
+}
+
+impl<W: Word, E: Events, const C: usize> Cell<W, E, C> {
+    fn empty() -> Self {
+        Cell { events: E::default(), scores: [[W::default(); 2]; C], slopes: [[[W::default(); 2]; 2]; C] }
+    }
+
+    /// Whether no sum can have wrapped: |d| ≤ x, in slope units. Of hits Σx² ≤ (Σx)²; of other scores Σx² ≤ Σx·(largest x).
+    fn fits(&self, slope_bits: u32, largest: u128) -> bool {
+        self.scores.iter().all(|&[sum, squares]| match E::COUNTED {
+            false => sum.is_small() && squares.into() >> (u64::BITS - 2 * slope_bits) == 0,
+            true => sum.into().checked_mul(largest.max(2)).is_some(),
+        })
+    }
+}
+
+/// Where a thread's walks score with slopes: per patch the power sums of C channels' whole-walk scores and of their slopes.
+#[derive(Clone, Debug)]
+pub(crate) struct LinearBoard<W, E, const C: usize> {
+    /// How the walks ended.
+    pub(crate) counts: Counts,
+    cells: Vec<Cell<W, E, C>>,
+    /// The largest score of a walk; watched where scores are not counts.
+    largest: u128,
+}
+
+/// Paths up to this long are searched for earlier visits one by one, longer ones are sorted.
+const SHORT_PATH: usize = 64;
+
+impl<W: Word, E: Events, const C: usize> LinearBoard<W, E, C> {
+    const LAYOUT: Layout = Layout { scores: C, moments: 2, slopes: 2 * C, events: E::COUNTED };
+
+    /// An empty board.
+    pub(crate) fn new(patches: usize) -> Self {
+        LinearBoard { counts: Counts::default(), cells: vec![Cell::empty(); patches], largest: 0 }
+    }
+
+    /// What [`LinearBoard::take`] hands over.
+    pub(crate) fn layout(&self) -> Layout {
+        Self::LAYOUT
+    }
+
+    /// Adds what a walk scores on its path: `mark(i)` on the i-th of `patches`, which may repeat.
+    #[inline(always)]
+    pub(crate) fn add_path(&mut self, patches: &[u32], mark: impl Fn(usize) -> Mark<W, C>) {
+        if patches.len() > SHORT_PATH {
+            return self.add_long_path(patches, mark);
+        }
+        for (i, &patch) in patches.iter().enumerate() {
+            let earlier = patches[..i].iter().enumerate().filter(|&(_, &earlier)| earlier == patch);
+            let before = earlier.fold(Mark::none(), |sum, (j, _)| sum.plus(mark(j)));
+            self.raise(patch, &before, &mark(i));
+        }
+    }
+
+    fn add_long_path(&mut self, patches: &[u32], mark: impl Fn(usize) -> Mark<W, C>) {
+        let mut order: Vec<usize> = (0..patches.len()).collect();
+        order.sort_unstable_by_key(|&i| patches[i]);
+        for visits in order.chunk_by(|&i, &j| patches[i] == patches[j]) {
+            let whole = visits.iter().fold(Mark::none(), |sum, &i| sum.plus(mark(i)));
+            self.raise(patches[visits[0]], &Mark::none(), &whole);
+        }
+    }
+
+    /// Raises what a walk scores on a patch: Σx² grows by (x + y)² − x² = y·(2x + y), Σd² likewise.
+    #[inline(always)]
+    pub(crate) fn raise(&mut self, patch: u32, before: &Mark<W, C>, mark: &Mark<W, C>) {
+        let cell = &mut self.cells[patch as usize];
+        let grown = |x: W, y: W| y.times(x.plus(x).plus(y));
+        let slope_units = W::from_units(Self::LAYOUT.slope_units() as f64);
+        for c in 0..C {
+            let (x, y) = (before.units[c], mark.units[c]);
+            if E::COUNTED {
+                self.largest = self.largest.max(x.plus(y).into());
+            }
+            let [sum, squares] = &mut cell.scores[c];
+            (*sum, *squares) = (sum.plus(y), squares.plus(grown(x, y)));
+            for k in 0..2 {
+                let (d, e) = (before.slopes[c][k], mark.slopes[c][k]);
+                let [sum, squares] = &mut cell.slopes[c][k];
+                *sum = sum.plus(y.times(slope_units)).plus(e);
+                *squares = squares.plus(grown(d, e));
+            }
+        }
+    }
+
+    /// Asks for the cells of patches ahead of time, where there are more than a cache holds.
+    #[inline(always)]
+    pub(crate) fn expect(&self, patches: &[u32]) {
+        if size_of_val(&self.cells[..]) > super::scoreboard::NEAR_CACHE {
+            for &patch in patches {
+                crate::simd::prefetch::prefetch(self.cells.as_ptr().wrapping_add(patch as usize), 1);
+            }
+        }
+    }
+
+    /// Counts an event on a patch.
+    #[inline(always)]
+    pub(crate) fn count(&mut self, patch: u32) {
+        self.cells[patch as usize].events.increment();
+    }
+
+    /// Hands over all that was scored and empties the board.
+    ///
+    /// # Errors
+    /// Where a sum may have wrapped.
+    pub(crate) fn take(&mut self) -> Result<Tally, Overflow> {
+        let mut tally = Tally::new(self.cells.len(), Self::LAYOUT);
+        self.add_to(&mut tally)?;
+        Ok(tally)
+    }
+
+    /// Adds all that was scored to a tally of this layout and empties the board.
+    ///
+    /// # Errors
+    /// Where a sum may have wrapped or leaves its range; then the tally is unusable.
+    pub(crate) fn add_to(&mut self, tally: &mut Tally) -> Result<(), Overflow> {
+        let columns = Self::LAYOUT.columns();
+        let slope_bits = Self::LAYOUT.slope_units().ilog2();
+        for (sums, cell) in tally.sums.chunks_exact_mut(columns).zip(&mut self.cells) {
+            if !cell.fits(slope_bits, self.largest) {
+                return Err(Overflow);
+            }
+            let parts = cell.scores.iter().chain(cell.slopes.as_flattened()).flatten();
+            for (sum, &part) in sums.iter_mut().zip(parts) {
+                *sum = sum.checked_add(part.into()).ok_or(Overflow)?;
+            }
+            if E::COUNTED {
+                sums[columns - 1] += cell.events.total();
+            }
+            *cell = Cell::empty();
+        }
+        self.largest = 0;
+        tally.counts.add(&std::mem::take(&mut self.counts))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn mark<W: Word>(units: f64, slopes: [i64; 2]) -> Mark<W, 1> {
+        Mark { units: [W::from_units(units)], slopes: [slopes.map(W::from_signed)] }
+    }
+
+    #[test]
+    fn slopes_of_a_whole_walk_are_squared() {
+        let mut board = LinearBoard::<u64, (), 1>::new(2);
+        let slopes = [[5, -7], [100, 3], [-11, 4095], [2, -4095]];
+        board.add_path(&[0, 1, 0, 0], |i| mark(1.0, slopes[i]));
+        board.add_path(&[0], |_| mark(1.0, [-1, 1]));
+        let tally = board.take().unwrap();
+        // Patch 0: scores 3 and 1; slopes −4, −7 and −1, 1.
+        assert_eq!(tally.patch(0, 0), [4, 10]);
+        assert_eq!(tally.slope(0, 0, 0), (-5, 17));
+        assert_eq!(tally.slope(0, 0, 1), (-6, 50));
+        assert_eq!(tally.slope(1, 0, 0), (100, 10_000));
+        assert_eq!(tally.events(0), 4);
+    }
+
+    #[test]
+    fn fixed_point_slopes_have_the_units_of_their_scores() {
+        let mut board = LinearBoard::<u128, u64, 1>::new(1);
+        let one = (1_u64 << 40) as f64;
+        board.add_path(&[0, 0], |i| mark(one, [[-(1 << 40), 1 << 39], [1 << 38, 1 << 39]][i]));
+        board.count(0);
+        let tally = board.take().unwrap();
+        assert_eq!(tally.patch(0, 0), [2 << 40, 4 << 80]);
+        assert_eq!(tally.slope(0, 0, 0), (-(3 << 38), 9 << 76));
+        assert_eq!(tally.slope(0, 0, 1), (1 << 40, 1 << 80));
+        assert_eq!(tally.events(0), 1);
+    }
+
+    #[test]
+    fn long_paths_score_as_short_ones_do() {
+        let path: Vec<u32> = (0..1000).map(|i| i * i % 7).collect();
+        let slope = |i: usize| [i as i64 % 9 - 4, 3 - i as i64 % 5];
+        let mut long = LinearBoard::<u64, (), 1>::new(7);
+        long.add_path(&path, |i| mark(1.0, slope(i)));
+        let tally = long.take().unwrap();
+        for patch in 0..7 {
+            let visits = || path.iter().enumerate().filter(|&(_, &visited)| visited == patch);
+            for k in 0..2 {
+                let whole: i64 = visits().map(|(i, _)| slope(i)[k]).sum();
+                assert_eq!(tally.slope(patch as usize, 0, k), (whole.into(), (whole * whole) as u128));
+            }
+        }
+    }
+
+    /// 2²⁰ visits of one walk have squares of slopes of up to 2⁶⁴.
+    #[test]
+    fn squares_that_may_have_wrapped_are_an_error() {
+        let mut board = LinearBoard::<u64, (), 1>::new(1);
+        board.raise(0, &Mark::none(), &mark((1 << 19) as f64, [0, 0]));
+        assert!(board.take().is_ok());
+        board.raise(0, &Mark::none(), &mark((1 << 20) as f64, [0, 0]));
+        assert_eq!(board.take(), Err(Overflow));
+    }
+}
