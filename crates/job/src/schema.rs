@@ -136,7 +136,10 @@ fn job_key(key: &str) -> Value {
         "budget" => told(table(BUDGET_KEYS, &["paths"], budget_key), "What the run may cost."),
         "target" => told(target_table(), "The accuracy at which the run ends. Default: the budget is spent."),
         "tracing" => told(table(TRACING_KEYS, &[], tracing_key), "How rays look for surfaces."),
-        "output" => told(table(OUTPUT_KEYS, &[], output_key), "What is written beside tally.bin, which is always there."),
+        "output" => told(
+            table(OUTPUT_KEYS, &[], output_key),
+            "What is written beside tally.bin, which is always there.",
+        ),
         "view" => told(view(), "How the picture is taken. What is absent is chosen from the scene."),
         _ => json!({}),
     }
@@ -383,7 +386,10 @@ fn surface_key(key: &str) -> Value {
         "name" => told(text(), "Shown in the rows of its patches. Default: its number."),
         "material" => told(text(), "The name of a material."),
         "quad" => told(corners(), "A parallelogram: corner c, c + u, c + v; the front faces u × v."),
-        "triangle" => told(corners(), "A triangle: a, b, c; the front by the right-hand rule. A surface has either a quad or a triangle."),
+        "triangle" => told(
+            corners(),
+            "A triangle: a, b, c; the front by the right-hand rule. A surface has either a quad or a triangle.",
+        ),
         "patches" => told(
             json!({"anyOf": [exactly(cells(), 2), integer(1, u16::MAX.into())]}),
             "Cells along u and v of a quad; k for the k² cells of a triangle. Default: one patch.",
