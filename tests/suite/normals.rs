@@ -45,7 +45,7 @@ fn a_room_turned_inside_out_is_found_said_first_and_mended() {
         "{stderr}"
     );
     assert!(
-        !stdout.contains("half-width") && stdout.contains("no patch that reflects was reached"),
+        !stdout.contains("half-width") && stdout.contains("no walk reached any patch that reflects"),
         "{stdout}"
     );
     assert!(
@@ -102,7 +102,7 @@ fn what_cannot_fit_is_refused_with_its_memory() {
     ] {
         let (code, _, stderr) = run(&[&args[..1], &[scene.to_str().unwrap()], &args[1..]].concat());
         assert_eq!(code, 2, "{args:?}: {stderr}");
-        assert!(stderr.contains("4225000000 patches take") && stderr.contains("GB"), "{args:?}: {stderr}");
+        assert!(stderr.contains("4225000000 patches need") && stderr.contains("GB"), "{args:?}: {stderr}");
     }
     assert!(!out.exists(), "nothing is made for a job that is refused");
 }

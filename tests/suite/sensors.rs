@@ -198,7 +198,10 @@ normal = [0, 0, -1]
         stdout.contains("target: relative half-width 0.05 on every patch of sensor \"desk\""),
         "{stdout}"
     );
-    assert!(stdout.contains("fault: sensor \"under the floor\": 100.000 % of what it faces"), "{stdout}");
+    assert!(
+        stdout.contains("fault: sensor \"under the floor\": 100.000 % of the surfaces that it faces"),
+        "{stdout}"
+    );
     assert!(stdout.contains("behind a wall or inside one"), "{stdout}");
     assert!(stdout.contains("fault: sensor \"outwards\": it faces away from the scene"), "{stdout}");
     assert!(!stdout.contains("fault: sensor \"desk\"") && !stdout.contains("no fault found"), "{stdout}");
