@@ -40,8 +40,8 @@ trap 'rm -rf "$scratch"' EXIT
 echo "dist: $folder/$name, $(stat -c %s "$folder/$name") bytes"
 
 engine="$(command -v podman || command -v docker || true)"
-if [ -z "$engine" ]; then
-    echo "dist: no container image: neither podman nor docker is there"
+if [ -z "$engine" ] || ! "$engine" info >/dev/null 2>&1; then
+    echo "dist: no container image: neither podman nor docker with its daemon is there"
     exit 0
 fi
 mkdir "$scratch/image"

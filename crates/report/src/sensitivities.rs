@@ -50,6 +50,9 @@ pub fn sensitivity_summaries(influences: &Influences) -> Vec<SensitivitySummary>
     summaries
 }
 
+/// A column that each channel has, and where its values are from.
+type Column = (&'static str, fn(&Derivative) -> Option<f64>);
+
 /// Writes the derivatives: of each material those by its reflectance, then, where all its emitters are alike, those by its
 /// emittance.
 ///
@@ -58,7 +61,7 @@ pub fn sensitivity_summaries(influences: &Influences) -> Vec<SensitivitySummary>
 pub fn write_sensitivities(writer: impl Write, influences: &Influences) -> io::Result<()> {
     let mut table = csv::Writer::from_writer(writer);
     let scene = influences.estimates().scene();
-    let columns: [(&str, fn(&Derivative) -> Option<f64>); 4] = [
+    let columns: [Column; 4] = [
         ("derivative", |d| Some(d.value)),
         ("std_error", |d| d.std_error),
         ("ci_low", |d| Some(d.ci_low)),

@@ -49,6 +49,7 @@ impl Question {
         // Factors are counted by single walks; of the method only the space that they go on in is used.
         job.method = MethodTable { space: job.method.space, ..MethodTable::default() };
         (job.budget.first_path, job.budget.wall_seconds) = (0, None);
+        (job.sources, job.sensitivity) = (Vec::new(), Vec::new());
         let mut scene = job.build_scene()?;
         let groups = groups_of(args, &job, &scene)?;
         if Plan::pilot(groups.count(), job.budget.paths).is_none() {
