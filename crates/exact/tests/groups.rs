@@ -294,9 +294,9 @@ fn derivatives(spec: &SceneSpec, runs: u64, walks: u64) -> [Verdict; 2] {
                     assert!(by_e.iter().all(Option::is_none));
                 }
                 let by_e = influences.of(2, Property::Emittance, face);
-                for (c, derivative) in by_e.iter().enumerate() {
-                    let truth = alone[c][face] / spec.surfaces[4].emittance[c];
-                    verdicts[1].add_derivative(&derivative.unwrap(), truth);
+                let truths = alone.iter().map(|of_channel| of_channel[face]);
+                for ((c, derivative), truth) in by_e.iter().enumerate().zip(truths) {
+                    verdicts[1].add_derivative(&derivative.unwrap(), truth / spec.surfaces[4].emittance[c]);
                 }
             }
         }
