@@ -316,7 +316,8 @@ impl Doubts {
         let total = estimates.reflecting_area();
         let scene = estimates.scene();
         let keeps = |area: f64| area >= TINY * total || scene.faces().len() <= LAID_OUT;
-        for (i, face, channels) in estimates.known().filter(|(_, face, _)| keeps(face.area)) {
+        let told = |face: &Face| !face.emittance.is_lit() && keeps(face.area);
+        for (i, face, channels) in estimates.known().filter(|(_, face, _)| told(face)) {
             let part = face.area / total;
             let found = |(c, e): &(usize, &Estimate)| face.reflectance[*c] > 0.0 && e.effective_scores > 0.0;
             let any = |holds: &dyn Fn(usize, &Estimate) -> bool| {
