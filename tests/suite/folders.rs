@@ -234,6 +234,7 @@ fn builds_without_git_are_told_apart() {
         let ceiling = folder.path();
         let output = Command::new(&build)
             .current_dir(&archive)
+            .env("CARGO_MANIFEST_DIR", &archive)
             .env("GIT_CEILING_DIRECTORIES", ceiling)
             .output()
             .unwrap();

@@ -101,7 +101,7 @@ fn other_seeds_merge_to_all_their_walks_and_others_are_refused() {
     run_job("configs/furnace.toml", &other, &["--paths", "1000"]);
     refused(&[&one, &other], "another scene");
     run_job(JOB, &other, &["--paths", "1000", "--set", "method.estimator=absorption", "--force"]);
-    refused(&[&one, &other], "score otherwise");
+    refused(&[&one, &other], "scored differently");
     let code = merge(&[&one, &two], &merged).0;
     assert_eq!(code, 2, "an output folder is not replaced without --force");
 }
