@@ -65,7 +65,7 @@ fn lit(mut spec: SceneSpec) -> SceneSpec {
     spec
 }
 
-/// The patches in so many groups, turn by turn.
+/// `count` groups, to which the patches are dealt in turn.
 fn parts(spec: &SceneSpec, count: u32) -> Vec<PatchGroup> {
     let patches: u64 = spec.surfaces.iter().map(|surface| surface.shape.cell_count()).sum();
     let of =

@@ -102,7 +102,7 @@ impl<W: Word, E: Events, const C: usize> LinearBoard<W, E, C> {
         }
     }
 
-    /// Raises what a walk scores on a patch: Σx² grows by (x + y)² − x² = y·(2x + y), Σd² likewise.
+    /// Raises what a walk scores on a patch: Σx² grows by (x + y)² − x² = y·(2x + y), and Σd² in the same way.
     #[inline(always)]
     pub(crate) fn raise(&mut self, patch: u32, before: &Mark<W, C>, mark: &Mark<W, C>) {
         let cell = &mut self.cells[patch as usize];

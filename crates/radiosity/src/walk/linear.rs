@@ -47,7 +47,7 @@ impl Earlier {
     }
 }
 
-/// So many visits are searched for earlier ones.
+/// The number of visits that are searched for earlier ones.
 const SEARCHED: usize = 64;
 
 impl Trail {
@@ -111,7 +111,7 @@ fn look_back<R: Real>(trail: &mut Trail, faces: &[u32; WIDTH]) {
     }
 }
 
-/// So many hits, and the slopes of them all.
+/// The mark of a number of hits, with the sum of their slopes.
 #[inline(always)]
 fn hits(number: u32, slopes: [i32; 2]) -> Mark<u64, 1> {
     Mark { units: [number.into()], slopes: [slopes.map(|slope| u64::from_signed(slope.into()))] }
