@@ -7,7 +7,7 @@
 use std::marker::PhantomData;
 
 use super::places::Places;
-use super::score::{Event, Gathered, Scorer, dithered, fixed_units};
+use super::score::{Event, Gathered, SEARCHED, Scorer, dithered, fixed_units};
 use crate::geometry::basis::{SLOPE_BITS, SLOPE_UNITS, slopes_at};
 use crate::geometry::surface::Surface;
 use crate::random::rng::WalkRng;
@@ -46,9 +46,6 @@ impl Earlier {
         Earlier { hits: [0; WIDTH], slopes: [[0; WIDTH]; 2] }
     }
 }
-
-/// The number of visits that are searched for earlier ones.
-const SEARCHED: usize = 64;
 
 impl Trail {
     fn new() -> Self {

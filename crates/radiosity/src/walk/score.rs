@@ -113,7 +113,7 @@ struct Visits {
 
 /// The number of visits of a walk in which an earlier visit to the same face is searched; further visits are scored at
 /// the walk's end.
-const SEARCHED: usize = 64;
+pub(super) const SEARCHED: usize = 64;
 
 impl Visits {
     fn new() -> Self {
