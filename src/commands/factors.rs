@@ -19,6 +19,7 @@ use crate::args::{FactorsArgs, MatrixFile};
 use crate::commands::coordinate::{default_folder, processes};
 use crate::fault::{Fault, Outcome};
 use crate::signals;
+use crate::team::{Hands, Remote};
 
 const TABLE: &str = "factors.csv";
 const GROUPS: &str = "groups.csv";
@@ -40,8 +41,12 @@ pub(crate) fn factors(args: &FactorsArgs) -> Result<Outcome, Fault> {
     }
     drop(phase);
     signals::catch();
-    let team = Team { workers: processes(args.workers), threads: args.threads };
-    let counted = count(&question, team, &folder, args.resume)?;
+    let hands = hands(args, &question, &folder)?;
+    let counted = count(&question, &hands, &folder, args.resume);
+    if let Hands::Remote(remote) = hands {
+        question.dismiss(remote)?;
+    }
+    let counted = counted?;
     if counted.interrupted {
         warn!("interrupted; the counts of the last look are kept, go on with --resume");
     }
@@ -55,6 +60,16 @@ pub(crate) fn factors(args: &FactorsArgs) -> Result<Outcome, Fault> {
         say(&format!("written to {}", folder.path().display()));
     }
     Ok(answer.outcome())
+}
+
+/// The processes that walk.
+fn hands(args: &FactorsArgs, question: &Question, folder: &OutputFolder) -> Result<Hands, Fault> {
+    let Some(address) = &args.listen else {
+        return Ok(Hands::Local(Team { workers: processes(args.workers), threads: args.threads }));
+    };
+    let file = args.access.clone().unwrap_or_else(|| folder.path().join("access.json"));
+    let address = (&**address, args.advertise.as_deref());
+    Ok(Hands::Remote(Remote::open(question.scene.hash(), address, file)?))
 }
 
 /// What the counts say.

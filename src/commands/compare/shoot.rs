@@ -12,7 +12,7 @@ use studies::compare::{Shot, Team};
 
 use crate::build::BUILD;
 use crate::fault::Fault;
-use crate::team::walk;
+use crate::team::{Hands, walk};
 
 /// Walks a trial, in a number of runs.
 ///
@@ -28,7 +28,8 @@ pub(crate) fn shoot(team: Team, trial: &Trial, runs: usize) -> Result<Shot, Faul
         let _ = out.send(prefix.clone());
         Look { walks: prefix.counts.walks, rays: prefix.counts.rays, ..Look::default() }
     };
-    let walked = walk(team, &identity, &job.budget, experiment, (ends, Box::new(judge)), &|_| ())?;
+    let walked =
+        walk(&Hands::Local(team), &identity, &job.budget, experiment, (ends, Box::new(judge)), &|_| ())?;
     let empty = experiment.tally::<MOMENTS>();
     let tallies = prefixes.iter().scan(empty, |before, now| {
         let run = since(before, &now);

@@ -10,14 +10,13 @@ use radiosity::{ExchangeSpec, Experiment, Segment, Tally, exchange_counts};
 use report::OutputFolder;
 use results::{Identity, Settings};
 use serde::{Deserialize, Serialize};
-use studies::compare::Team;
 use voice::Phase;
 
 use super::fault::FactorsFault;
 use super::question::Question;
 use crate::build::BUILD;
 use crate::fault::Fault;
-use crate::team::walk;
+use crate::team::{Hands, walk};
 
 /// What is kept after every look.
 pub(super) const COUNTS: &str = "factors.counts.json";
@@ -50,7 +49,7 @@ struct Kept {
 /// Walks until the budget is spent or the tolerance is met; every look is kept.
 pub(super) fn count(
     question: &Question,
-    team: Team,
+    hands: &Hands,
     folder: &OutputFolder,
     resume: bool,
 ) -> Result<Counted, Fault> {
@@ -70,7 +69,7 @@ pub(super) fn count(
             _ => Plan::next(&counts, budget, question.tolerance.as_ref()),
         };
         let Some(plan) = plan else { break };
-        match look(question, team, (&plan, &counts), &|part| phase.done(part)) {
+        match look(question, hands, (&plan, &counts), &|part| phase.done(part)) {
             Ok((rows, of_look)) => {
                 counts.add(&rows);
                 cost.rays += of_look.rays;
@@ -93,7 +92,7 @@ pub(super) fn count(
 /// The walks that a plan has beyond what is counted, as one job of the cluster; `watch` is told what part of the plan is done.
 fn look(
     question: &Question,
-    team: Team,
+    hands: &Hands,
     (plan, counts): (&Plan, &Counts),
     watch: &dyn Fn(f64),
 ) -> Result<(Vec<Vec<u64>>, Cost), Fault> {
@@ -121,7 +120,7 @@ fn look(
     let began = Instant::now();
     let whole = (counts.total() + walks) as f64;
     let watch = |walks| watch((counts.total() + walks) as f64 / whole);
-    let walked = walk(team, &identity, &job.budget, &experiment, (vec![walks], Box::new(judge)), &watch)?;
+    let walked = walk(hands, &identity, &job.budget, &experiment, (vec![walks], Box::new(judge)), &watch)?;
     let seconds = began.elapsed().as_secs_f64();
     let cost = Cost { rays: walked.tally.counts.rays, seconds, cpu_seconds: walked.cpu_seconds };
     Ok((exchange_counts(&walked.tally, number), cost))

@@ -4,12 +4,15 @@ use std::path::PathBuf;
 
 use exchange::{Plan, Tolerance};
 use job::{Enclosure, Grouping, Groups, Job, MethodTable, load_enclosure};
-use radiosity::{Face, FactorKind, Scene};
+use radiosity::{Experiment, Face, FactorKind, Scene};
 use report::{BACK, ESCAPE, GroupRow};
+use results::{Identity, Settings};
 
 use super::fault::FactorsFault;
 use crate::args::FactorsArgs;
+use crate::build::BUILD;
 use crate::fault::Fault;
+use crate::team::Remote;
 
 /// The most groups: every pair of them is a row of the table.
 const MOST_GROUPS: usize = 2048;
@@ -73,6 +76,13 @@ impl Question {
         let numbers = (!chosen.is_empty()).then(|| chosen.iter().map(|(numbers, _)| *numbers).collect());
         let tolerance = args.tolerance.map(|relative| Tolerance { relative, pairs: numbers, level });
         Ok(Question { job, scene, groups, kind, tolerance, pairs, enclosure, level })
+    }
+
+    /// Tells workers that are started elsewhere that there are no more walks.
+    pub(super) fn dismiss(&self, remote: Remote) -> Result<(), Fault> {
+        let experiment = Experiment::new(self.scene.clone(), self.job.method.walks())?;
+        let identity = Identity::new(&self.job, &Settings::of(&self.job), &experiment, BUILD)?;
+        remote.dismiss(&identity, &self.job.budget, &experiment)
     }
 
     /// What each group is worth at births [m²].
