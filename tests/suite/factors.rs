@@ -191,26 +191,28 @@ fn the_answer_is_a_function_of_the_job() {
 #[test]
 fn workers_elsewhere_leave_no_trace() {
     let folder = scenes(&[("corner.toml", CORNER)]);
-    let job = "corner.toml --reflections --tolerance 0.02 --paths 1e8 --quiet";
+    let job = "corner.toml --reflections --tolerance 0.01 --paths 1e8 --quiet";
     let (code, _, stderr) = factors(&folder, &format!("{job} --out out1 --workers 2"));
     assert_eq!(code, 0, "{stderr}");
     let (corner, out, access) =
         (path(&folder, "corner.toml"), path(&folder, "out2"), path(&folder, "access.json"));
     let start = |more: &[&str]| {
         let mut command = radwalk();
-        command.arg("factors").arg(&corner).args(["--reflections", "--tolerance", "0.02", "--paths", "1e8"]);
+        command.arg("factors").arg(&corner).args(["--reflections", "--tolerance", "0.01", "--paths", "1e8"]);
         command.args(["--quiet", "--listen", "127.0.0.1:0", "--out"]).arg(&out).arg("--access").arg(&access);
         command.args(more).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap()
     };
-    let work =
-        || radwalk().args(["work", "--quiet", "--wait", "60", "--access"]).arg(&access).spawn().unwrap();
+    let work = |access: &Path| {
+        radwalk().args(["work", "--quiet", "--wait", "60", "--access"]).arg(access).spawn().unwrap()
+    };
     let counted = || {
         let text = fs::read_to_string(out.join("factors.counts.json")).ok()?;
         let counts: Value = serde_json::from_str(&text).ok()?;
         Some(counts["cost"]["rays"].as_u64().unwrap())
     };
     let mut coordinator = start(&[]);
-    let (mut victim, others) = (work(), [work(), work()]);
+    wait_for("the access file", || access.exists().then_some(()));
+    let (mut victim, others) = (work(&access), [work(&access), work(&access)]);
     let rays = wait_for("the first look", counted);
     victim.kill().unwrap();
     victim.wait().unwrap();
@@ -218,11 +220,16 @@ fn workers_elsewhere_leave_no_trace() {
     coordinator.kill().unwrap();
     coordinator.wait().unwrap();
     assert!(!out.join("factors.csv").exists(), "the coordinator was killed too late");
-    let (coordinator, late) = (start(&["--resume"]), work());
+    let stale = fs::read(&access).unwrap();
+    let coordinator = start(&["--resume"]);
+    // This worker does not see that the coordinator removes its access file, and has to be told of the end.
+    let copy = path(&folder, "copy.json");
+    let fresh = wait_for("the other access file", || fs::read(&access).ok().filter(|file| *file != stale));
+    fs::write(&copy, fresh).unwrap();
+    let late = work(&copy);
     assert_eq!(finish(coordinator).0, 0);
-    for worker in others.into_iter().chain([late]) {
-        assert_eq!(finish(worker).0, 0, "a worker was not told of the end");
-    }
+    assert_eq!(finish(late).0, 0, "the worker was not told of the end");
+    others.into_iter().for_each(|worker| _ = finish(worker));
     assert!(!access.exists());
     for file in ["factors.csv", "groups.csv"] {
         let [here, elsewhere] = ["out1", "out2"].map(|out| fs::read(path(&folder, out).join(file)).unwrap());

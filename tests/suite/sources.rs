@@ -118,7 +118,8 @@ fn the_sky_is_a_source() {
     std::fs::write(path(&folder, "job.toml"), job).unwrap();
     let out = path(&folder, "out");
     let summary = shot(&path(&folder, "job.toml"), &out, &[]);
-    let names: Vec<&str> = (0..2).map(|source| summary["sources"][source]["name"].as_str().unwrap()).collect();
+    let names: Vec<&str> =
+        (0..2).map(|source| summary["sources"][source]["name"].as_str().unwrap()).collect();
     assert_eq!(names, ["sky", "rest"]);
     let table = columns(&out.join("sources.csv"));
     let perpendicular = 0.200_043_776_075_403_16;

@@ -92,7 +92,9 @@ fn reflecting_plane() -> Vec<Pair> {
     for (length, depth) in [(4.0, 4.0), (500.0, 500.0)] {
         let beside = [[1.0, -0.5 * length, 0.0], [0.0, 0.0, depth], [0.0, length, 0.0]];
         pairs.push(Pair::of_surfaces(
-            format!("5.6, {length} × {depth} of diffuse reflection seen from a wall, 1 m above its edge: E over M"),
+            format!(
+                "5.6, {length} × {depth} of diffuse reflection seen from a wall, 1 m above its edge: E over M"
+            ),
             shapes::element([beside]),
             2.0 * element_to_perpendicular_corner(0.5 * length, depth),
         ));
@@ -104,10 +106,9 @@ fn reflecting_plane() -> Vec<Pair> {
 fn obstruction() -> Vec<Pair> {
     let mut pairs = Vec::new();
     let surface = [-2.0, 2.0];
-    for (what, u, v) in [
-        ("1 × 1 in the middle", [-0.5, 0.5], [-0.5, 0.5]),
-        ("0.5 × 1.5, aside", [0.25, 0.75], [-0.75, 0.75]),
-    ] {
+    for (what, u, v) in
+        [("1 × 1 in the middle", [-0.5, 0.5], [-0.5, 0.5]), ("0.5 × 1.5, aside", [0.25, 0.75], [-0.75, 0.75])]
+    {
         pairs.push(Pair::of_surfaces(
             format!("5.7, 4 × 4 of diffuse reflection at 3 m behind a plate of {what}, half way: E over M"),
             shapes::element([facing_down(surface, surface, 3.0), facing_down(u, v, 1.5)]),

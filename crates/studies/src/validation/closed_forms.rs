@@ -125,8 +125,12 @@ mod tests {
         assert!((absorbed_by_enclosure(0.3, 1.0, 0.25) - 1.0).abs() < 1e-15);
         let units = [[0.0, 1.0], [0.0, 1.0]];
         assert!((parallel_rectangles(units, units) - opposed_rectangles(1.0, 1.0)).abs() < 1e-14);
-        assert!((crossed_strings([[0.0, 0.0], [1.0, 0.0]], [[0.0, 2.0], [1.0, 2.0]]) - strips(2.0)).abs() < 1e-15);
-        assert!((perpendicular_strips([0.0, 2.0], [0.0, 0.5]) - perpendicular_rectangles(2.0, 0.5)).abs() < 1e-15);
+        assert!(
+            (crossed_strings([[0.0, 0.0], [1.0, 0.0]], [[0.0, 2.0], [1.0, 2.0]]) - strips(2.0)).abs() < 1e-15
+        );
+        assert!(
+            (perpendicular_strips([0.0, 2.0], [0.0, 0.5]) - perpendicular_rectangles(2.0, 0.5)).abs() < 1e-15
+        );
         // Of the absorbed part the body keeps the rest: as much as reciprocity tells of B₂₁.
         let (e1, e2, f) = (0.7, 0.4, 0.25);
         let b12 = absorbed_by_enclosure(e1, e2, f);

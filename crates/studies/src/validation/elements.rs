@@ -71,7 +71,11 @@ fn elements() -> Vec<Pair> {
     for (a, b) in [(1.0, 1.0), (0.5, 4.0)] {
         let truth = closed_forms::element_to_parallel_corner(a, b);
         let above = shapes::element([[[0.0, 0.0, 1.0], [0.0, b, 0.0], [a, 0.0, 0.0]]]);
-        pairs.push(Pair::of_surfaces(format!("element to a parallel {a} × {b}, corner above it"), above, truth));
+        pairs.push(Pair::of_surfaces(
+            format!("element to a parallel {a} × {b}, corner above it"),
+            above,
+            truth,
+        ));
     }
     for (b, c) in [(1.0, 1.0), (3.0, 0.5)] {
         let truth = closed_forms::element_to_perpendicular_corner(b, c);

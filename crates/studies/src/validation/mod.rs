@@ -22,7 +22,11 @@ use crate::walking;
 /// All chapters, in the order of the page.
 pub const CHAPTERS: [Chapter; 6] = [
     Chapter { name: "catalogue", title: "Form factors of the catalogue", run: catalogue },
-    Chapter { name: "elements", title: "Factors of elements, strips and offset rectangles", run: elements::run },
+    Chapter {
+        name: "elements",
+        title: "Factors of elements, strips and offset rectangles",
+        run: elements::run,
+    },
     Chapter { name: "cie", title: "Test cases of CIE 171", run: cie::run },
     Chapter { name: "enclosures", title: "Cavities, enclosures and streets", run: enclosures },
     Chapter { name: "gebhart", title: "Heat between a cube and the cube around it", run: gebhart },

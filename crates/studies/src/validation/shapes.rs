@@ -98,7 +98,8 @@ pub(super) fn icosphere(cuts: u32, reflectance: f64) -> SceneSpec {
     let mut triangles = Vec::new();
     for (i, &a) in corners.iter().enumerate() {
         for (j, &b) in corners.iter().enumerate().skip(i + 1) {
-            for &c in corners.iter().skip(j + 1).filter(|&&c| is_edge(a, b) && is_edge(b, c) && is_edge(a, c)) {
+            for &c in corners.iter().skip(j + 1).filter(|&&c| is_edge(a, b) && is_edge(b, c) && is_edge(a, c))
+            {
                 let inwards = (b - a).cross(c - a).dot(a) < 0.0;
                 triangles.push(if inwards { [a, b, c] } else { [a, c, b] }.map(DVec3::normalize));
             }
