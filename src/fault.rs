@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use cluster::listen::ListenError;
+use cluster::ListenError;
 use monitor::NoPage;
 use thiserror::Error;
 
@@ -123,7 +123,7 @@ pub(crate) enum Fault {
     Differ(String),
     /// This worker could not work.
     #[error(transparent)]
-    Worker(#[from] cluster::worker::WorkerError),
+    Worker(#[from] cluster::WorkerError),
     /// The workers are gone.
     #[error("no worker is left ({0}); see the messages above, then run the job again")]
     NoWorkers(String),

@@ -4,8 +4,8 @@ use std::io::Write;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
-use cluster::access::Access;
-use cluster::lead::Notice;
+use cluster::Access;
+use protocol::Notice;
 
 use crate::commands::work::{ACCESS_BY_INPUT, name};
 

@@ -3,9 +3,9 @@
 use std::io::IsTerminal;
 use std::time::{Duration, Instant};
 
-use cluster::lead::Notice;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use monitor::Standing;
+use protocol::Notice;
 use report::words::{counted, duration, percent, quantity};
 use rustix::termios::tcgetwinsize;
 use serde_json::{Value, json};

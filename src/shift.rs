@@ -2,10 +2,9 @@
 
 use std::ops::Range;
 
-use cluster::limits::Limits;
-use cluster::worker::Work;
-use judge::MOMENTS;
-use judge::limits::limits;
+use cluster::Work;
+use judge::{MOMENTS, limits};
+use protocol::Limits;
 use radiosity::{Board, Overflow, Tally};
 use results::Replica;
 

@@ -2,7 +2,7 @@
 
 use job::{OutputFile, Word};
 use judge::target;
-use protocol::checkpoint::Checkpoint;
+use protocol::Checkpoint;
 use radiosity::Experiment;
 use report::words::{counted, duration, percent, quantity};
 use report::{

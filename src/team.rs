@@ -3,11 +3,10 @@
 use std::cell::RefCell;
 use std::sync::Arc;
 
-use cluster::checkpoint::Past;
-use cluster::coordinator::{Coordinator, Ending, Judge};
-use cluster::server::{Wish, serve};
+use cluster::{Wish, serve};
 use job::Budget;
 use judge::MOMENTS;
+use protocol::{Coordinator, Ending, Judge, Past};
 use radiosity::{Experiment, Tally};
 use results::Identity;
 use studies::compare::Team;

@@ -1,6 +1,6 @@
 //! `radwalk audit`: traces a random sample of a result's walks again, and says whether it is as it was delivered.
 
-use cluster::access::random_bytes;
+use cluster::random_bytes;
 use results::{Audit, Wrong};
 use voice::{Phase, say};
 

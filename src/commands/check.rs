@@ -3,10 +3,7 @@
 mod doctor;
 
 use job::{FileKind, Job, SceneFile};
-use judge::bounces::bounces;
-use judge::coincident::Coincident;
-use judge::fit::misfits;
-use judge::{MOMENTS, target};
+use judge::{Coincident, MOMENTS, bounces, misfits, target};
 use radiosity::{Experiment, Scene, SensorShape, Side};
 use report::words::counted;
 use report::{MethodWords, Model, Units, view_troubles};
@@ -83,7 +80,7 @@ fn describe_scene(experiment: &Experiment, units: &Units) -> Vec<String> {
         };
         say(&format!("sensor {:?}: {what}", spec.name));
     }
-    let faults = [::doctor::warnings(scene), judge::sensors::warnings(experiment)].concat();
+    let faults = [::doctor::warnings(scene), judge::sensor_warnings(experiment)].concat();
     faults.iter().for_each(|fault| say(&format!("fault: {fault}")));
     faults
 }

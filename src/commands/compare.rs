@@ -11,11 +11,8 @@ use radiosity::{Experiment, Scene};
 use report::OutputFolder;
 use report::words::percent;
 use serde_json::json;
-use studies::compare::contender::{self, Absent, Contender, Trial, contenders};
-use studies::compare::measure::{Judged, Point, point};
 use studies::compare::page::{self, Chapter, charts};
-use studies::compare::truth::Truth;
-use studies::compare::{Arena, Team};
+use studies::compare::{Absent, Arena, Contender, Judged, Point, Team, Trial, Truth, contenders, point};
 use tracing::warn;
 use voice::{Phase, emit, say};
 
@@ -133,7 +130,7 @@ fn study(args: &CompareArgs, team: Team, arena: Arena<'_>, table: &mut Table<'_>
     missing.retain(|absent: &Absent| points.iter().all(|point: &Point| point.method != absent.name));
     missing.sort_by_key(|absent| absent.name);
     missing.dedup_by(|a, b| a.name == b.name);
-    let order = contender::names();
+    let order = studies::compare::names();
     points.sort_by_key(|point| (order.iter().position(|name| *name == point.method), point.rays));
     Ok(Chapter {
         job: job.name.clone(),

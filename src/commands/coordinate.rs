@@ -4,17 +4,12 @@ use std::net::TcpListener;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use cluster::access::{Access, random_bytes};
-use cluster::checkpoint::{Checkpoint, Look, Past};
-use cluster::coordinator::{Coordinator, Ending, Judge, Plan};
-use cluster::lead::Notice;
-use cluster::listen;
-use cluster::server::{Wish, serve};
+use cluster::{Access, Wish, random_bytes, serve};
 use job::{Budget, Job};
-use judge::limits::limits;
 use judge::target::{Observer, judge, looks};
-use judge::total;
+use judge::{limits, target};
 use monitor::{Description, Gauge, Page, Reports, Showing};
+use protocol::{Checkpoint, Coordinator, Ending, Judge, Look, Notice, Past, Plan};
 use radiosity::{Estimates, Experiment, Tally};
 use report::view_troubles;
 use results::{Identity, Keeper, Latest, RunOutput, Settings};
@@ -136,7 +131,7 @@ impl Prepared {
         phase.now("following light from the lamps");
         // What is wrong with the light comes before all that is made of it.
         doctor::warnings(experiment.scene()).iter().for_each(|warning| warn!("{warning}"));
-        judge::sensors::warnings(&experiment).iter().for_each(|warning| warn!("{warning}"));
+        judge::sensor_warnings(&experiment).iter().for_each(|warning| warn!("{warning}"));
         let settings = Settings::of(&job);
         view_troubles(experiment.scene(), &settings.view).iter().for_each(|trouble| warn!("{trouble}"));
         let folder = out.out.clone().unwrap_or_else(|| default_folder(&job));
@@ -310,7 +305,7 @@ impl Prepared {
         let (scene, walks) = (self.experiment.scene(), tally.counts.walks);
         let paths = walks * self.experiment.unit().paths();
         let estimates = Estimates::new(&self.experiment, tally, self.settings.level(scene));
-        let total_missed = total_target.is_some_and(|total| !total::is_met(&total, &estimates, paths));
+        let total_missed = total_target.is_some_and(|total| !target::total_is_met(&total, &estimates, paths));
         walks == 0 || total_missed || target.as_ref().is_some_and(|t| !judge(t, &estimates, paths).reached)
     }
 }
@@ -407,7 +402,7 @@ fn listen(
     advertise: Option<&str>,
 ) -> Result<(TcpListener, Access), Fault> {
     let (listener, address) =
-        listen::bind(address, advertise).map_err(|error| Fault::listen(address, error))?;
+        cluster::bind(address, advertise).map_err(|error| Fault::listen(address, error))?;
     let access = Access::new(address, BUILD, identity.scene_hash)
         .map_err(|source| Fault::System { doing: "drawing a random key", source })?;
     Ok((listener, access))

@@ -1,9 +1,7 @@
 //! `radwalk plan`: what a job will take, before it is run.
 
 use job::{Job, Target};
-use judge::plan::bound::Bound;
-use judge::plan::pilot::Pilot;
-use judge::plan::resources::{Costs, Demand};
+use judge::plan::{Bound, Costs, Demand, Pilot};
 use judge::target::{asked_of_sensors, scope};
 use radiosity::{Estimates, Experiment, Memory};
 use report::Units;

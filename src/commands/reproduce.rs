@@ -8,9 +8,8 @@ use std::time::Instant;
 use report::OutputFolder;
 use report::words::duration;
 use serde_json::json;
-use studies::claim::{Judge, Verdict};
 use studies::papers::{self, Chapter, Findings, page};
-use studies::{Effort, Lab, validation};
+use studies::{Effort, Judge, Lab, Verdict, validation};
 use tracing::info;
 use voice::{Phase, emit, say};
 

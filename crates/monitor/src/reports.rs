@@ -5,7 +5,7 @@ use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use protocol::coordinator::Coordinator;
+use protocol::Coordinator;
 use results::unix_seconds;
 use tracing::debug;
 

@@ -11,8 +11,7 @@ use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-use protocol::checkpoint::Checkpoint;
-use protocol::coordinator::Coordinator;
+use protocol::{Checkpoint, Coordinator};
 use radiosity::Experiment;
 use results::{Identity, LivePage, Settings};
 use tracing::debug;

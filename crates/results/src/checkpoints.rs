@@ -9,8 +9,7 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 use job::Job;
-use protocol::checkpoint::{self, Book, Checkpoint, CheckpointError, CheckpointFault, Part, Past, Session};
-use protocol::coordinator::Coordinator;
+use protocol::{Book, Checkpoint, CheckpointError, CheckpointFault, Coordinator, Part, Past, Session};
 use radiosity::Experiment;
 use report::OutputFolder;
 
@@ -106,7 +105,7 @@ pub(crate) fn find(
 ) -> Result<Option<Found>, CheckpointError> {
     let read = |name: &str| {
         let path = folder.join(name);
-        let checkpoint = checkpoint::read(&path)?;
+        let checkpoint = Checkpoint::read(&path)?;
         fits(&checkpoint).map_err(|fault| CheckpointError { path, fault })?;
         Ok(checkpoint)
     };
@@ -171,7 +170,7 @@ pub(crate) fn write(folder: &OutputFolder, checkpoint: &Checkpoint, latest: Late
     let previous = (latest == Latest::Good).then(|| folder.file(PREVIOUS));
     let prove = |file: &File| {
         let length = file.metadata()?.len();
-        checkpoint::prove(BufReader::new(file), length).map_err(io::Error::other)
+        Checkpoint::prove(BufReader::new(file), length).map_err(io::Error::other)
     };
     report::replace_atomically(&path, previous.as_deref(), |file| checkpoint.write(file), prove)?;
     if latest == Latest::Foreign {

@@ -8,7 +8,7 @@ use std::fs;
 use std::path::Path;
 
 use csv::StringRecord;
-use protocol::checkpoint::{self, Checkpoint};
+use protocol::Checkpoint;
 use stats::{normal_quantile, student_quantile};
 
 use crate::checkpoints::CURRENT;
@@ -121,7 +121,7 @@ fn read(folder: &Path) -> Result<Side, Error> {
         return Ok(Side { rows: read_table(&exact)?, tally: None });
     }
     let rows = read_table(&table)?;
-    Ok(Side { rows, tally: Some(checkpoint::read(&folder.join(CURRENT))?) })
+    Ok(Side { rows, tally: Some(Checkpoint::read(&folder.join(CURRENT))?) })
 }
 
 fn read_table(path: &Path) -> Result<Vec<Row>, Error> {

@@ -2,8 +2,7 @@
 
 use std::path::PathBuf;
 
-use protocol::checkpoint::CheckpointError;
-use protocol::merge::MergeFault;
+use protocol::{CheckpointError, MergeFault};
 
 /// A result that cannot be written, read, or believed.
 #[derive(Debug, thiserror::Error)]

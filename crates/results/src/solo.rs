@@ -10,14 +10,9 @@ use std::time::{Duration, Instant};
 use job::{Budget, Job};
 use judge::MOMENTS;
 use judge::target::{Observer, looks};
-use protocol::checkpoint::{Look, Past};
 use protocol::codec::pack;
-use protocol::deliveries::{Deliveries, Delivery};
 use protocol::digest::Digester;
-use protocol::effort::Effort;
-use protocol::ledger::{LeaseId, Ledger};
-use protocol::parcel::Parcel;
-use protocol::roster::Roster;
+use protocol::{Deliveries, Delivery, Effort, LeaseId, Ledger, Look, Parcel, Past, Roster};
 use radiosity::{Board, Experiment, Overflow, Tally};
 use rustix::time::{ClockId, clock_gettime};
 

@@ -3,12 +3,11 @@
 
 use std::sync::mpsc::channel;
 
-use cluster::checkpoint::Look;
 use judge::MOMENTS;
+use protocol::Look;
 use radiosity::{Counts, Tally};
 use results::{Identity, Settings};
-use studies::compare::contender::Trial;
-use studies::compare::{Shot, Team};
+use studies::compare::{Shot, Team, Trial};
 
 use crate::build::BUILD;
 use crate::fault::Fault;

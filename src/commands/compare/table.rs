@@ -3,7 +3,7 @@
 use std::fs;
 
 use report::OutputFolder;
-use studies::compare::measure::Point;
+use studies::compare::Point;
 use tracing::warn;
 
 use crate::fault::Fault;

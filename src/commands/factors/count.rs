@@ -4,8 +4,8 @@ use std::io::Write;
 use std::path::PathBuf;
 use std::time::Instant;
 
-use cluster::checkpoint::Look;
 use exchange::{Counts, Plan};
+use protocol::Look;
 use radiosity::{ExchangeSpec, Experiment, Segment, Tally, exchange_counts};
 use report::OutputFolder;
 use results::{Identity, Settings};

@@ -133,7 +133,7 @@ pub struct Absent {
 }
 
 /// The settings of a method by its name, as jobs have them.
-pub fn method(name: &str) -> Option<&'static str> {
+pub(super) fn method(name: &str) -> Option<&'static str> {
     METHODS.iter().find(|(known, _)| *known == name).map(|&(_, method)| method)
 }
 

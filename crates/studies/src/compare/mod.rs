@@ -7,11 +7,15 @@ use std::path::Path;
 use job::Job;
 use radiosity::{Scene, Tally};
 
-pub mod contender;
-pub mod judge;
-pub mod measure;
+mod contender;
+mod judge;
+mod measure;
 pub mod page;
-pub mod truth;
+mod truth;
+
+pub use contender::{Absent, Contender, Kind, Trial, contenders, names};
+pub use measure::{Judged, Point, point};
+pub use truth::Truth;
 
 /// A job in which methods are compared.
 #[derive(Clone, Copy)]
