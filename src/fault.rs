@@ -6,8 +6,6 @@ use cluster::ListenError;
 use monitor::NoPage;
 use thiserror::Error;
 
-use crate::commands::factors::FactorsFault;
-
 /// How a command ended that did what it was asked to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Outcome {
@@ -37,9 +35,6 @@ pub(crate) enum Fault {
     /// Nothing is known of a job.
     #[error(transparent)]
     NoStatus(#[from] monitor::NoStatus),
-    /// Exchange factors cannot be counted, or say nothing of heat.
-    #[error(transparent)]
-    Factors(#[from] FactorsFault),
     /// The scene has no deterministic solution here.
     #[error(transparent)]
     Exact(#[from] exact::ExactError),
@@ -305,7 +300,7 @@ impl Fault {
             Fault::NoWord { .. } | Fault::NoEntry { .. } | Fault::Table { .. } | Fault::TwinJobs(_) => 2,
             Fault::NoName { .. } | Fault::NoRoom { .. } | Fault::NoStatus(_) => 2,
             Fault::Taken { .. } | Fault::NotWritten { .. } | Fault::Unsaid { .. } => 2,
-            Fault::LogLevel { .. } | Fault::Factors(_) => 2,
+            Fault::LogLevel { .. } => 2,
             Fault::Results(error) => exit_code_of(error),
             Fault::Silent { .. } | Fault::Differ(_) | Fault::Audit { .. } => 3,
             Fault::Listen { .. } | Fault::Worker(_) | Fault::NoWorkers(_) => 3,
@@ -323,6 +318,7 @@ fn exit_code_of(error: &results::Error) -> u8 {
         Error::Report(_) | Error::Checkpoint(_) | Error::Kept { .. } | Error::Merge { .. } => 2,
         Error::Incomparable { .. } | Error::NoTable { .. } | Error::Mixture { .. } => 2,
         Error::BeyondBudget { .. } | Error::OtherBatches { .. } => 2,
+        Error::Job(_) | Error::Unfit(_) | Error::Factors(_) => 2,
         Error::OtherTable { .. } | Error::Overflow | Error::System { .. } => 3,
     }
 }

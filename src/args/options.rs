@@ -291,7 +291,7 @@ pub(crate) struct FactorsArgs {
     pub temperatures: Option<PathBuf>,
     /// Write the factors as matrices, too; may be a list
     #[arg(long, value_name = "FILE", value_delimiter = ',', value_enum)]
-    pub export: Vec<MatrixFile>,
+    pub export: Vec<MatrixWord>,
     /// Worker processes [default: one per core]
     #[arg(long, value_name = "N", value_parser = workers)]
     pub workers: Option<u32>,
@@ -305,11 +305,20 @@ pub(crate) struct FactorsArgs {
 
 /// A format of matrices.
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub(crate) enum MatrixFile {
+pub(crate) enum MatrixWord {
     /// factors.npz: arrays of factors, errors and names for NumPy
     Npz,
     /// factors.mtx: the factors that are not 0, in the format of Matrix Market
     Mtx,
+}
+
+impl From<MatrixWord> for results::factors::MatrixFile {
+    fn from(word: MatrixWord) -> Self {
+        match word {
+            MatrixWord::Npz => Self::Npz,
+            MatrixWord::Mtx => Self::Mtx,
+        }
+    }
 }
 
 /// A channel of a scene in colour.

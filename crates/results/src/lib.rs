@@ -5,6 +5,8 @@
 //! follow from the tally. Later, results are opened ([`Kept`]), [`merge`]d, held against each other ([`compare`]), and
 //! audited ([`audit`]: some of their walks are traced again), and mixtures of their sources are told of ([`combine`]).
 //!
+//! [`factors`] is a namespace of its own: exchange factors, whose walks are counted and kept otherwise.
+//!
 //! [`walk_here`] walks a job on threads of this process, and comes to what the cluster comes to. [`solve`] is the deterministic
 //! solution. Nothing is printed here.
 
@@ -16,6 +18,7 @@ mod combine;
 mod diff;
 mod error;
 mod exact_answer;
+pub mod factors;
 mod kept;
 mod merge;
 mod outputs;
