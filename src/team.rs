@@ -41,7 +41,7 @@ pub(crate) fn walk(
 ) -> Result<Walked, Fault> {
     let plan = plan(identity, budget, experiment, looks, judge)?;
     let mut coordinator = Coordinator::new(plan, Past::none(experiment.tally::<MOMENTS>()));
-    let mut door = Door::open(identity, team.workers, team.threads)?;
+    let mut door = Door::open(identity, team)?;
     let notices = RefCell::new(Vec::new());
     let mut memory = None;
     let owner = |coordinator: &Coordinator| {

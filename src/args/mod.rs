@@ -104,8 +104,8 @@ impl Command {
             Command::Plan(args) => Voice::new(args.json, false, false),
             Command::Status(args) => Voice::new(args.json, false, false),
             Command::Diff(args) => Voice::new(args.json, false, false),
-            Command::Merge(args) => Voice::new(false, args.quiet, false),
-            Command::Combine(args) => Voice::new(false, args.quiet, false),
+            Command::Merge(args) => Voice::new(false, args.made.quiet, false),
+            Command::Combine(args) => Voice::new(false, args.made.quiet, false),
             Command::Audit(args) => Voice::new(false, args.quiet, false),
             Command::Report(args) => Voice::new(false, args.quiet, false),
             Command::Replay(_) | Command::New(_) | Command::Check(_) | Command::Help(_) => {

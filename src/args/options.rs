@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 use job::OutputFile;
+use studies::compare::Team;
 
 use super::values::{count, factor, output_file, rays, threads, tolerance, workers};
 
@@ -57,6 +58,58 @@ pub(crate) struct ExportArgs {
     pub export: Vec<OutputFile>,
 }
 
+/// How a result is written that is made of others.
+#[derive(Args)]
+pub(crate) struct MadeArgs {
+    #[command(flatten)]
+    pub export: ExportArgs,
+    /// Replace results that are in the output folder
+    #[arg(long)]
+    pub force: bool,
+    /// Say nothing but errors
+    #[arg(long)]
+    pub quiet: bool,
+}
+
+impl MadeArgs {
+    /// Those of a command that shows no progress.
+    pub(crate) fn out(&self) -> OutArgs {
+        OutArgs { out: None, force: self.force, quiet: self.quiet, json: false }
+    }
+}
+
+/// The processes of this machine that walk.
+#[derive(Args)]
+pub(crate) struct TeamArgs {
+    /// Worker processes [default: one per core]
+    #[arg(long, value_name = "N", value_parser = workers)]
+    pub workers: Option<u32>,
+    /// Threads of each worker
+    #[arg(long, value_name = "T", default_value_t = 1, value_parser = threads)]
+    pub threads: u32,
+}
+
+impl TeamArgs {
+    /// As many processes as were asked for, else one per core.
+    pub(crate) fn team(&self) -> Team {
+        let cores = || std::thread::available_parallelism().map_or(1, usize::from);
+        let workers = self.workers.map_or_else(cores, |workers| workers as usize);
+        Team { workers, threads: self.threads }
+    }
+}
+
+/// Where workers come in.
+#[derive(Args)]
+pub(crate) struct ListenArgs {
+    /// Where to listen for workers: the name by which they reach this machine, e.g. node1:7600 (port 0: any free one)
+    #[arg(long, value_name = "HOST:PORT", default_value = "127.0.0.1:0")]
+    pub listen: String,
+    /// The name or address by which others reach this machine, if that is not the one of --listen; with a port, if
+    /// a gateway in between has another
+    #[arg(long, value_name = "HOST")]
+    pub advertise: Option<String>,
+}
+
 /// The pages on which a job shows its state.
 #[derive(Args)]
 pub(crate) struct MonitorArgs {
@@ -78,12 +131,8 @@ pub(crate) struct RunArgs {
     pub out: OutArgs,
     #[command(flatten)]
     pub export: ExportArgs,
-    /// Worker processes [default: one per core]
-    #[arg(long, value_name = "N", value_parser = workers)]
-    pub workers: Option<u32>,
-    /// Threads of each worker
-    #[arg(long, value_name = "T", default_value_t = 1, value_parser = threads)]
-    pub threads: u32,
+    #[command(flatten)]
+    pub team: TeamArgs,
     /// Go on from the checkpoint in the output folder; with more --paths, also from its end
     #[arg(long, conflicts_with = "force")]
     pub resume: bool,
@@ -99,13 +148,8 @@ pub(crate) struct CoordinateArgs {
     pub out: OutArgs,
     #[command(flatten)]
     pub export: ExportArgs,
-    /// Where to listen for workers: the name by which they reach this machine, e.g. node1:7600 (port 0: any free one)
-    #[arg(long, value_name = "HOST:PORT", default_value = "127.0.0.1:0")]
-    pub listen: String,
-    /// The name or address by which others reach this machine, if that is not the one of --listen; with a port, if
-    /// a gateway in between has another
-    #[arg(long, value_name = "HOST")]
-    pub advertise: Option<String>,
+    #[command(flatten)]
+    pub at: ListenArgs,
     /// The access file to write for workers [default: <output folder>/access.json]
     #[arg(long, value_name = "FILE")]
     pub access: Option<PathBuf>,
@@ -141,13 +185,8 @@ pub(crate) struct RelayArgs {
     /// The access file to write for this relay's workers
     #[arg(long, value_name = "FILE")]
     pub out_access: PathBuf,
-    /// Where to listen for workers: the name by which they reach this machine, e.g. node1:7600 (port 0: any free one)
-    #[arg(long, value_name = "HOST:PORT", default_value = "127.0.0.1:0")]
-    pub listen: String,
-    /// The name or address by which others reach this machine, if that is not the one of --listen; with a port, if
-    /// a gateway in between has another
-    #[arg(long, value_name = "HOST")]
-    pub advertise: Option<String>,
+    #[command(flatten)]
+    pub at: ListenArgs,
     /// Say nothing but errors
     #[arg(long)]
     pub quiet: bool,
@@ -186,13 +225,7 @@ pub(crate) struct MergeArgs {
     #[arg(long, value_name = "DIR", required = true)]
     pub out: PathBuf,
     #[command(flatten)]
-    pub export: ExportArgs,
-    /// Replace results that are in the output folder
-    #[arg(long)]
-    pub force: bool,
-    /// Say nothing but errors
-    #[arg(long)]
-    pub quiet: bool,
+    pub made: MadeArgs,
 }
 
 #[derive(Args)]
@@ -207,13 +240,7 @@ pub(crate) struct CombineArgs {
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
     #[command(flatten)]
-    pub export: ExportArgs,
-    /// Replace results that are in the output folder
-    #[arg(long)]
-    pub force: bool,
-    /// Say nothing but errors
-    #[arg(long)]
-    pub quiet: bool,
+    pub made: MadeArgs,
 }
 
 #[derive(Args)]
@@ -292,12 +319,8 @@ pub(crate) struct FactorsArgs {
     /// Write the factors as matrices, too; may be a list
     #[arg(long, value_name = "FILE", value_delimiter = ',', value_enum)]
     pub export: Vec<MatrixWord>,
-    /// Worker processes [default: one per core]
-    #[arg(long, value_name = "N", value_parser = workers)]
-    pub workers: Option<u32>,
-    /// Threads of each worker
-    #[arg(long, value_name = "T", default_value_t = 1, value_parser = threads)]
-    pub threads: u32,
+    #[command(flatten)]
+    pub team: TeamArgs,
     /// Go on from the counts in the output folder
     #[arg(long, conflicts_with = "force")]
     pub resume: bool,
@@ -372,12 +395,8 @@ pub(crate) struct CompareArgs {
     /// Set any key of the jobs
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub set: Vec<String>,
-    /// Worker processes [default: one per core]
-    #[arg(long, value_name = "N", value_parser = workers)]
-    pub workers: Option<u32>,
-    /// Threads of each worker
-    #[arg(long, value_name = "T", default_value_t = 1, value_parser = threads)]
-    pub threads: u32,
+    #[command(flatten)]
+    pub team: TeamArgs,
     /// Keep the rows that are measured already
     #[arg(long, conflicts_with = "force")]
     pub resume: bool,

@@ -18,7 +18,6 @@ use self::shoot::shoot;
 use self::table::{TABLE, Table};
 use crate::args::CompareArgs;
 use crate::build::BUILD;
-use crate::commands::coordinate::processes;
 use crate::date::today;
 use crate::fault::{Fault, Outcome};
 use crate::signals;
@@ -39,7 +38,7 @@ pub(crate) fn compare(args: &CompareArgs) -> Result<Outcome, Fault> {
     let folder = OutputFolder::claim(&path, &[PAGE, TABLE], replace)?;
     let drawings = OutputFolder::claim(&path.join(CHARTS), &[], replace)?;
     let table = Table::new(&folder, args.resume)?;
-    let team = Team { workers: processes(args.workers), threads: args.threads };
+    let team = args.team.team();
     let mut bench = Bench { args, team, table, phase: None };
     let course = Course { rays: args.rays, runs: args.runs, build: BUILD };
     signals::catch();
@@ -77,8 +76,9 @@ fn command(args: &CompareArgs) -> String {
     let jobs: Vec<String> = args.jobs.iter().map(|job| job.display().to_string()).collect();
     let rays = args.rays.map_or(String::new(), |rays| format!(" --rays {rays}"));
     let set: String = args.set.iter().map(|set| format!(" --set {set}")).collect();
-    let workers = args.workers.map_or(String::new(), |workers| format!(" --workers {workers}"));
-    let threads = if args.threads == 1 { String::new() } else { format!(" --threads {}", args.threads) };
+    let workers = args.team.workers.map_or(String::new(), |workers| format!(" --workers {workers}"));
+    let threads =
+        if args.team.threads == 1 { String::new() } else { format!(" --threads {}", args.team.threads) };
     let out = args.out.out.as_ref().map_or(String::new(), |out| format!(" --out {}", out.display()));
     format!("radwalk compare {} --runs {}{rays}{set}{workers}{threads}{out}", jobs.join(" "), args.runs)
 }

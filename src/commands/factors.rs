@@ -10,7 +10,7 @@ use voice::{Phase, say};
 
 use crate::args::FactorsArgs;
 use crate::build::BUILD;
-use crate::commands::coordinate::{default_folder, processes};
+use crate::commands::coordinate::default_folder;
 use crate::fault::{Fault, Outcome};
 use crate::signals;
 use crate::team::walk;
@@ -37,7 +37,7 @@ pub(crate) fn factors(args: &FactorsArgs) -> Result<Outcome, Fault> {
     }
     drop(phase);
     signals::catch();
-    let team = Team { workers: processes(args.workers), threads: args.threads };
+    let team = args.team.team();
     let phase = Phase::begin("counting walks between groups");
     let mut walk = |round: Round<'_>| walk_round(team, &round);
     let counted = count(&question, BUILD, (&folder, args.resume), &mut walk, &|part| phase.done(part))?;

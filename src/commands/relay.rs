@@ -23,8 +23,7 @@ pub(crate) fn relay(args: &RelayArgs) -> Result<Outcome, Fault> {
     if is_one_file(&args.access, &args.out_access) {
         return Err(Fault::OneAccessFile { path: args.access.clone() });
     }
-    let (listener, address) = cluster::bind(&args.listen, args.advertise.as_deref())
-        .map_err(|error| Fault::listen(&args.listen, error))?;
+    let (listener, address) = cluster::bind(&args.at.listen, args.at.advertise.as_deref())?;
     let mut last = None;
     let done = keep_joining(args.wait, args.quiet, || join(args, &listener, &address, &mut last));
     // The key is of no use any more, and workers learn by this that it is over. There may never have been one, and by now it

@@ -18,6 +18,7 @@ mod coincident;
 mod drift;
 mod fit;
 mod limits;
+mod model;
 pub mod plan;
 mod resolution;
 mod sensors;
@@ -28,6 +29,7 @@ pub use checks::{checks, checks_of_result};
 pub use coincident::Coincident;
 pub use fit::misfits;
 pub use limits::limits;
+pub use model::{job_lines, scene_lines};
 pub use sensors::sensor_warnings;
 
 /// The number of power sums per score: Σx and Σx², as intervals need.

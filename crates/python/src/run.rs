@@ -12,7 +12,7 @@ use results::{Kept, Stage, walk_here};
 
 use crate::answer::Answer;
 use crate::mesh::Mesh;
-use crate::refuse;
+use crate::refusal::refuse;
 use crate::table::{PyColumn, to_python};
 
 /// Version and commit of the program.

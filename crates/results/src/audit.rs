@@ -59,7 +59,10 @@ pub struct Extent {
 }
 
 /// Leases that differ from what was delivered.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, thiserror::Error)]
+#[error(
+    "{differ} of {traced} leases that were traced again differ from what was delivered (by {workers}: faulty memory, or another program); do not trust this result, run the job again without them"
+)]
 pub struct Wrong {
     /// Entries of the ledger that differ.
     pub differ: usize,

@@ -15,13 +15,13 @@ use crate::checkpoints::CURRENT;
 use crate::error::Error;
 
 /// α: the probability that chance alone makes two honest runs differ is this at most.
-pub const FALSE_ALARM: f64 = 1e-3;
+pub(crate) const FALSE_ALARM: f64 = 1e-3;
 
 /// The least number of scores whose spread is trusted for a z.
-pub const FEWEST_HITS: u64 = 30;
+pub(crate) const FEWEST_HITS: u64 = 30;
 
 /// The most differences that are printed one by one.
-pub const TOLD: usize = 10;
+pub(crate) const TOLD: usize = 10;
 
 /// The columns of radiosities and their errors, in grey and in colour.
 const COLUMNS: [(&str, &str); 4] = [

@@ -102,7 +102,7 @@ impl RunOutput {
     }
 
     /// The usual files that a job leaves out.
-    pub fn left_out(&self, settings: &Settings, patches: usize) -> Vec<OutputFile> {
+    pub(crate) fn left_out(&self, settings: &Settings, patches: usize) -> Vec<OutputFile> {
         let written = self.files(settings, patches);
         usual(patches).into_iter().filter(|file| !written.contains(file)).collect()
     }

@@ -151,14 +151,11 @@ impl<'a> Hall<'a> {
         let empty = Arc::new(experiment.tally::<MOMENTS>());
         let first = budget.first_path / experiment.unit().paths();
         let ledger = Ledger::new(walks, stream_walks, looks, empty, Deliveries::default());
-        let level = settings.level(experiment.scene());
-        let observer = Observer::new(experiment.clone(), level, settings.target.clone())
-            .with_sensors(settings.sensor_goal(experiment));
         let mut roster = Roster::new(Vec::new());
         roster.number(&format!("process {}", std::process::id()));
         let books = Books {
             ledger: ledger.numbered_from(first),
-            observer,
+            observer: settings.observer(experiment),
             looks: Vec::new(),
             roster,
             threads: 0,
