@@ -88,8 +88,8 @@ impl Command {
     pub(crate) fn voice(&self) -> Voice {
         let of = |out: &OutArgs, long| Voice::new(out.json, out.quiet, long);
         match self {
-            Command::Run(args) => of(&args.out, true),
-            Command::Coordinate(args) => of(&args.out, true),
+            Command::Run(args) => of(&args.work.out, true),
+            Command::Coordinate(args) => of(&args.work.out, true),
             // The coordinator that started a quiet worker says what becomes of it.
             Command::Work(WorkArgs { quiet: true, .. }) => {
                 Voice { form: Form::Plain, level: LevelFilter::OFF }

@@ -110,9 +110,23 @@ pub(crate) struct ListenArgs {
     pub advertise: Option<String>,
 }
 
-/// The pages on which a job shows its state.
+/// A job that is coordinated, and what is written of it.
 #[derive(Args)]
-pub(crate) struct MonitorArgs {
+pub(crate) struct LeadArgs {
+    #[command(flatten)]
+    pub job: JobArgs,
+    #[command(flatten)]
+    pub out: OutArgs,
+    #[command(flatten)]
+    pub export: ExportArgs,
+}
+
+/// Where a coordinated job begins, and where it shows its state.
+#[derive(Args)]
+pub(crate) struct CourseArgs {
+    /// Go on from the checkpoint in the output folder; with more --paths, also from its end
+    #[arg(long, conflicts_with = "force")]
+    pub resume: bool,
     /// Metrics for Prometheus at http://HOST:PORT/metrics; a port alone: for this machine only. The page holds
     /// no secrets and asks for no key
     #[arg(long, value_name = "HOST:PORT")]
@@ -126,38 +140,24 @@ pub(crate) struct MonitorArgs {
 #[derive(Args)]
 pub(crate) struct RunArgs {
     #[command(flatten)]
-    pub job: JobArgs,
-    #[command(flatten)]
-    pub out: OutArgs,
-    #[command(flatten)]
-    pub export: ExportArgs,
+    pub work: LeadArgs,
     #[command(flatten)]
     pub team: TeamArgs,
-    /// Go on from the checkpoint in the output folder; with more --paths, also from its end
-    #[arg(long, conflicts_with = "force")]
-    pub resume: bool,
     #[command(flatten)]
-    pub monitor: MonitorArgs,
+    pub course: CourseArgs,
 }
 
 #[derive(Args)]
 pub(crate) struct CoordinateArgs {
     #[command(flatten)]
-    pub job: JobArgs,
-    #[command(flatten)]
-    pub out: OutArgs,
-    #[command(flatten)]
-    pub export: ExportArgs,
+    pub work: LeadArgs,
     #[command(flatten)]
     pub at: ListenArgs,
     /// The access file to write for workers [default: <output folder>/access.json]
     #[arg(long, value_name = "FILE")]
     pub access: Option<PathBuf>,
-    /// Go on from the checkpoint in the output folder; with more --paths, also from its end
-    #[arg(long, conflicts_with = "force")]
-    pub resume: bool,
     #[command(flatten)]
-    pub monitor: MonitorArgs,
+    pub course: CourseArgs,
 }
 
 #[derive(Args)]

@@ -16,7 +16,7 @@ use studies::compare::Team;
 use tracing::{info, warn};
 use voice::{Phase, say};
 
-use crate::args::{CoordinateArgs, ExportArgs, JobArgs, MonitorArgs, OutArgs, RunArgs};
+use crate::args::{CoordinateArgs, CourseArgs, LeadArgs, OutArgs, RunArgs};
 use crate::build::{BUILD, GIT};
 use crate::fault::{Fault, Outcome};
 use crate::local::LocalWorkers;
@@ -30,19 +30,19 @@ const FINAL_WAITS: [Duration; 4] =
 /// Runs a job on worker processes of this machine.
 pub(crate) fn run(args: &RunArgs) -> Result<Outcome, Fault> {
     let team = args.team.team();
-    let prepared = Prepared::new(&args.job, &args.out, &args.export, args.resume, team.workers)?;
+    let prepared = Prepared::new(&args.work, args.course.resume, team.workers)?;
     let Door { listener, access, mut workers } = Door::open(&prepared.identity, team)?;
     signals::catch();
     signals::keep_memory_private();
-    let page = args.monitor.metrics.as_deref().map(open_page).transpose()?;
+    let page = args.course.metrics.as_deref().map(open_page).transpose()?;
     let reports = Reports::new(prepared.description(), prepared.output.path(), None, page);
-    let showing = prepared.showing(&args.monitor, &args.out)?;
-    prepared.serve(listener, access, &args.out, (reports, showing), Some(&mut workers))
+    let showing = prepared.showing(&args.course, &args.work.out)?;
+    prepared.serve(listener, access, &args.work.out, (reports, showing), Some(&mut workers))
 }
 
 /// Coordinates workers that are started elsewhere.
 pub(crate) fn coordinate(args: &CoordinateArgs) -> Result<Outcome, Fault> {
-    let prepared = Prepared::new(&args.job, &args.out, &args.export, args.resume, 0)?;
+    let prepared = Prepared::new(&args.work, args.course.resume, 0)?;
     let access_file = args.access.clone().unwrap_or_else(|| prepared.output.path().join("access.json"));
     let (listener, access) = listen(&prepared.identity, &args.at.listen, args.at.advertise.as_deref())?;
     access
@@ -55,10 +55,10 @@ pub(crate) fn coordinate(args: &CoordinateArgs) -> Result<Outcome, Fault> {
     );
     signals::catch();
     signals::keep_memory_private();
-    let page = args.monitor.metrics.as_deref().map(open_page).transpose()?;
+    let page = args.course.metrics.as_deref().map(open_page).transpose()?;
     let reports = Reports::new(prepared.description(), prepared.output.path(), Some(&access_file), page);
-    let showing = prepared.showing(&args.monitor, &args.out)?;
-    let done = prepared.serve(listener, access.clone(), &args.out, (reports, showing), None);
+    let showing = prepared.showing(&args.course, &args.work.out)?;
+    let done = prepared.serve(listener, access.clone(), &args.work.out, (reports, showing), None);
     // The key is of no use any more. Where the file is gone, or another coordinator's by now, there is nothing to do.
     let _ = access.remove(&access_file);
     done
@@ -105,15 +105,10 @@ struct Prepared {
 
 impl Prepared {
     /// `workers` is how many will work on this machine.
-    fn new(
-        args: &JobArgs,
-        out: &OutArgs,
-        export: &ExportArgs,
-        resume: bool,
-        workers: usize,
-    ) -> Result<Self, Fault> {
+    fn new(args: &LeadArgs, resume: bool, workers: usize) -> Result<Self, Fault> {
+        let LeadArgs { job: asked, out, export } = args;
         let phase = Phase::begin("reading the scene");
-        let job = job::load(&args.job, &args.overrides())?;
+        let job = job::load(&asked.job, &asked.overrides())?;
         tell_notes(&job);
         memory::check(&job, workers)?;
         phase.now("building the scene");
@@ -168,8 +163,8 @@ impl Prepared {
     }
 
     /// The page that follows the run, where one is wanted.
-    fn showing(&self, monitor: &MonitorArgs, out: &OutArgs) -> Result<Option<Showing>, Fault> {
-        let Some(address) = &monitor.watch else { return Ok(None) };
+    fn showing(&self, course: &CourseArgs, out: &OutArgs) -> Result<Option<Showing>, Fault> {
+        let Some(address) = &course.watch else { return Ok(None) };
         let showing = Showing::open(address, GIT, &self.experiment, &self.settings)?;
         // A port or a key that was drawn is known from here alone.
         match out.quiet {
