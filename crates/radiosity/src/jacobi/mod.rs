@@ -46,7 +46,7 @@ pub(crate) fn chain(
         Solve::Links => linked::chain(&faces, rng, rays, hands),
         Solve::Iterations(plan) => {
             iterations::chain(&faces, rng, rays, plan, &mut |_, _, _| {}, &|| hands.go_on())
-        },
+        }
     }
 }
 

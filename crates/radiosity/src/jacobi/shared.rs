@@ -93,11 +93,11 @@ mod tests {
     use std::thread;
 
     use super::*;
+    use crate::SceneSpec;
     use crate::jacobi::linked::chain;
     use crate::jacobi::{FaceTable, Outcome};
     use crate::random::rng::Sequence;
     use crate::scene::{IndexChoice, Scene};
-    use crate::SceneSpec;
 
     /// Threads that take parts from the last to the first.
     struct Threads(usize);
