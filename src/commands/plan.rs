@@ -20,7 +20,7 @@ pub(crate) fn plan(args: &PlanArgs) -> Result<Outcome, Fault> {
         .with_groups(&job.sources, &job.sensitivity)?;
     phase.now("shooting a pilot");
     let level = Settings::of(&job).level(experiment.scene());
-    let forecast = Forecast::of(&job, &experiment, level, cpu_seconds, memory::peak());
+    let forecast = Forecast::of(&job, &experiment, level, args.workers, (cpu_seconds, memory::peak()));
     drop(phase);
     if args.json {
         say(&forecast.json().to_string());

@@ -16,6 +16,7 @@ mod channel;
 mod doorstep;
 mod gossip;
 pub mod launcher;
+mod lending;
 mod line;
 mod link;
 mod listen;

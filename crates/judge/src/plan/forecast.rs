@@ -7,11 +7,12 @@ use report::words::{duration, quantity};
 use serde_json::{Value, json};
 
 use super::bound::Bound;
+use super::cut::{Cut, cuts};
 use super::pilot::Pilot;
 use super::resources::{Costs, Demand};
 use crate::target::{asked_of_sensors, scope};
 
-/// Workers that a plan is made for.
+/// Workers that a forecast is made for, unless it is asked for a number of them.
 const WORKERS: [u64; 5] = [1, 10, 100, 1_000, 10_000];
 
 /// What a job will take, by a pilot and by theory.
@@ -30,18 +31,20 @@ pub struct Forecast<'a> {
     tally_bytes: usize,
     /// Walks that the run will take, its budget permitting.
     walks: u64,
+    /// The chains of the job, and those that suit the workers best.
+    cuts: Option<[Cut; 2]>,
     demands: Vec<Demand>,
 }
 
 impl<'a> Forecast<'a> {
-    /// Walks a pilot of a job whose intervals have `level` each. `clock` tells the processor time of this process [s];
+    /// Walks a pilot of a job whose intervals have `level` each, for the number of `workers` that is asked for. `clock` tells the processor time of this process [s];
     /// `peak_memory` is the most memory that it has held [bytes], where the system tells.
     pub fn of(
         job: &'a Job,
         experiment: &Experiment,
         level: f64,
-        clock: fn() -> f64,
-        peak_memory: Option<f64>,
+        workers: Option<u64>,
+        (clock, peak_memory): (fn() -> f64, Option<f64>),
     ) -> Self {
         let target = job.target.as_ref();
         let paths_per_walk = experiment.unit().paths();
@@ -67,7 +70,8 @@ impl<'a> Forecast<'a> {
             bound,
             costs,
             walks,
-            demands: WORKERS.map(demand).into(),
+            cuts: workers.and_then(|workers| cuts(experiment, job.budget.paths, workers)),
+            demands: workers.map_or(WORKERS.map(demand).into(), |workers| vec![demand(workers)]),
             pilot,
         }
     }
@@ -113,6 +117,7 @@ impl<'a> Forecast<'a> {
             },
             "worker_memory_bytes": self.costs.memory_bytes,
             "workers": self.demands,
+            "chains": self.cuts.map(|[now, best]| json!({ "now": now, "best": best })),
         })
     }
 
@@ -143,6 +148,7 @@ impl<'a> Forecast<'a> {
             format!("{:>9} {:>10} {all:>16} {rate:>12}", demand.workers, duration(demand.seconds))
         }));
         lines.push("times are for processors like this one, all alike, with one thread a worker".into());
+        lines.extend(self.cuts.map(of_cuts));
         lines
     }
 
@@ -183,6 +189,17 @@ impl<'a> Forecast<'a> {
         }
         lines
     }
+}
+
+/// The chains that err least at the same time.
+fn of_cuts([now, best]: [Cut; 2]) -> String {
+    if now.chains == best.chains {
+        return format!("{} chains suit {} workers", now.chains, now.workers);
+    }
+    format!(
+        "for {} workers batch_paths = {} ({} chains) errs least at a given time; the job has {} chains of {} rays",
+        now.workers, best.batch_paths, best.chains, now.chains, now.batch_paths
+    )
 }
 
 /// What the theory of S97 guarantees.
