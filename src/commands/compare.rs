@@ -103,8 +103,11 @@ impl studies::compare::Bench for Bench<'_> {
     type Error = Fault;
 
     fn begin(&mut self, what: &'static str) {
-        self.phase = None;
         self.phase = Some(Phase::begin(what));
+    }
+
+    fn end(&mut self) {
+        self.phase = None;
     }
 
     fn shoot(&mut self, trial: &Trial, runs: usize) -> Result<Shot, Fault> {
@@ -116,7 +119,6 @@ impl studies::compare::Bench for Bench<'_> {
     }
 
     fn keep(&mut self, point: &Point) -> Result<(), Fault> {
-        self.phase = None;
         self.table.add(point.clone())?;
         announce(self.args, point);
         Ok(())

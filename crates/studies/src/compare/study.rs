@@ -34,6 +34,9 @@ pub trait Bench {
     /// Is told what takes its time from now on.
     fn begin(&mut self, what: &'static str);
 
+    /// Is told that it is done.
+    fn end(&mut self);
+
     /// Walks a trial in a number of runs.
     ///
     /// # Errors
@@ -60,6 +63,7 @@ pub fn study<B: Bench>(arena: Arena<'_>, course: Course, bench: &mut B) -> Resul
     let most = course.rays.unwrap_or(LEAST_RAYS.max(RAYS_PER_PATCH * patches as u64));
     bench.begin("computing the reference solution");
     let truths = Truths::new(arena, most, |trial| bench.shoot(trial, 1))?;
+    bench.end();
     let (mut points, mut missing) = (Vec::new(), Vec::new());
     for size in (0..SIZES).rev() {
         let rays = most / STEP.pow(size);
@@ -73,6 +77,7 @@ pub fn study<B: Bench>(arena: Arena<'_>, course: Course, bench: &mut B) -> Resul
             }
             bench.begin(contender.name);
             let shot = bench.shoot(&contender.trial, course.runs)?;
+            bench.end();
             let fresh = point(course.build, key, rays, contender, &shot, truths.of(contender));
             bench.keep(&fresh)?;
             points.push(fresh);
