@@ -6,12 +6,10 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use cluster::access::Access;
-use cluster::checkpoint::{Look, Past};
-use cluster::coordinator::{Coordinator, Ending, Judge};
-use cluster::server::{Wish, serve};
+use cluster::{Access, Wish, serve};
 use job::Budget;
 use judge::MOMENTS;
+use protocol::{Coordinator, Ending, Judge, Look, Past};
 use radiosity::{Experiment, Tally};
 use results::Identity;
 use studies::compare::Team;
@@ -116,7 +114,7 @@ pub(crate) fn walk(
     let mut coordinator = Coordinator::new(plan, Past::none(experiment.tally::<MOMENTS>()));
     let (listener, access, mut workers) = match hands {
         Hands::Local(team) => {
-            let door = Door::open(identity, team.workers, team.threads)?;
+            let door = Door::open(identity, *team)?;
             (door.listener, door.access, Some(door.workers))
         }
         Hands::Remote(remote) => {

@@ -15,10 +15,9 @@ use std::sync::{Arc, Mutex};
 use std::thread;
 use std::time::Duration;
 
-use cluster::access::Access;
-use cluster::checkpoint::{self, Checkpoint};
-use cluster::worker::{Identity, Work, work};
-use radiosity::{Counts, Overflow, Tally};
+use cluster::{Access, Identity, Work, work};
+use protocol::Checkpoint;
+use radiosity::{Counts, Hands, Overflow, Tally};
 
 use crate::support::shim::{Shim, Wrong, busiest_threads};
 use crate::support::{answer, path, radwalk, signal, summary, wait_for};
@@ -162,8 +161,8 @@ impl Work for Liar {
     fn shoot(&self, walks: Range<u64>, board: &mut u64) {
         *board += walks.end - walks.start;
     }
-    fn shoot_while(&self, walks: Range<u64>, board: &mut u64, go_on: &dyn Fn() -> bool) {
-        while matches!(self.lie, Lie::Progress) && go_on() {
+    fn shoot_while(&self, walks: Range<u64>, board: &mut u64, hands: &dyn Hands) {
+        while matches!(self.lie, Lie::Progress) && hands.go_on() {
             thread::sleep(Duration::from_millis(10));
         }
         self.shoot(walks, board);
@@ -322,7 +321,7 @@ impl Cluster {
     fn lie(&mut self, lie: Lie) {
         // Another coordinator may have replaced the one that wrote this access file.
         let (Ok(access), Ok(Checkpoint { scene_hash, tally, book })) =
-            (Access::read(&self.relayed), checkpoint::read(&self.out.join("tally.bin")))
+            (Access::read(&self.relayed), Checkpoint::read(&self.out.join("tally.bin")))
         else {
             return;
         };

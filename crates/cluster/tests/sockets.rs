@@ -13,18 +13,15 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::thread;
 use std::time::Duration;
 
-use cluster::access::Access;
-use cluster::coordinator::{Coordinator, Ending, Plan};
-use cluster::limits::Limits;
-use cluster::message::{Hello, LeaseResult, ToCoordinator, ToWorker};
-use cluster::noise::{self, Foreign, HANDSHAKE_RECORD};
-use cluster::server::{Wish, serve};
-use cluster::worker::{Identity, Work, WorkerError, work};
+use cluster::noise::{self, HANDSHAKE_RECORD};
+use cluster::{Access, Identity, Wish, Work, WorkerError, serve, work};
 use net::{
     BULK, Bulky, Raw, SINGLE, Toy, access_of, assert_done, await_that, bulky, honest, identity, knock, never,
     run, toy_of, until_dropped,
 };
-use radiosity::{Overflow, Tally};
+use protocol::message::{Hello, LeaseResult, ToCoordinator, ToWorker};
+use protocol::{Coordinator, Ending, Foreign, Limits, Plan};
+use radiosity::{Hands, Overflow, Tally};
 use toy::{
     BUILD, Board, JOB_HASH, LAYOUT, PATCHES, READY, SCENE_HASH, coordinator, hash, judge, plan, result,
     straight,
@@ -460,8 +457,8 @@ impl Work for Sisyphus<'_> {
     fn shoot(&self, _: Range<u64>, (): &mut ()) {
         unreachable!()
     }
-    fn shoot_while(&self, _: Range<u64>, (): &mut (), go_on: &dyn Fn() -> bool) {
-        while go_on() {
+    fn shoot_while(&self, _: Range<u64>, (): &mut (), hands: &dyn Hands) {
+        while hands.go_on() {
             self.0.fetch_add(1, Ordering::Relaxed);
             thread::sleep(Duration::from_millis(1));
         }

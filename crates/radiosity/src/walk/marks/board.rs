@@ -107,10 +107,11 @@ impl<T: Amount, const C: usize> Cell<T, C> {
     /// The first score of a walk here.
     #[inline(always)]
     pub(super) fn begin(&mut self, amounts: &[[T; BLOCK]; C], shift: u32) {
-        for c in 0..C {
-            for m in 0..BLOCK {
-                self.sums[c][m] = self.sums[c][m].plus(amounts[c][m]);
-                self.squares[c][m] = self.squares[c][m].plus(amounts[c][m].square(shift));
+        let rows = self.sums.iter_mut().zip(&mut self.squares).zip(amounts);
+        for ((sums, squares), amounts) in rows {
+            for ((sum, square), amount) in sums.iter_mut().zip(squares).zip(amounts) {
+                *sum = sum.plus(*amount);
+                *square = square.plus(amount.square(shift));
             }
         }
     }
