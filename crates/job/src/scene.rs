@@ -1,9 +1,10 @@
 //! The scene file, read and checked.
 
 use std::borrow::Cow;
+use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
-use import::{Format, Imported, MaterialOverride, Mesh, Options, Spots};
+use import::{Format, Grouping, Imported, MaterialOverride, Mesh, Options, Spots};
 use radiosity::{IndexChoice, Scene, SceneError, SceneSpec, SensorSpec, Shape, Sides, Spectrum, SurfaceSpec};
 
 use crate::document::{Table, Value};
@@ -45,6 +46,8 @@ struct MeshSite {
     /// The number of its first surface.
     first: usize,
     spots: Spots,
+    /// Object and material of each surface, by their numbers in the mesh.
+    kinds: Vec<[u32; 2]>,
 }
 
 impl SceneFile {
@@ -75,7 +78,7 @@ impl SceneFile {
 
     /// The number of patches.
     pub fn patch_count(&self) -> u64 {
-        self.spec.surfaces.iter().map(|surface| surface.shape.cell_count()).sum()
+        self.spec.patch_count()
     }
 
     /// Checks the numbers and builds the scene.
@@ -107,6 +110,23 @@ impl SceneFile {
                 .push(format!("repair: {count} surfaces are turned round, the file is unchanged: {names}"));
         }
         Ok(())
+    }
+
+    /// Makes patches of neighbouring faces of one object and one material of a mesh.
+    pub(crate) fn group(&mut self, grouping: &Grouping) {
+        let mut kinds = vec![None; self.spec.surfaces.len()];
+        let mut numbers = HashMap::new();
+        for (mesh, site) in self.meshes.iter().enumerate() {
+            for (surface, kind) in (site.first..).zip(&site.kinds) {
+                let next = numbers.len() as u32;
+                kinds[surface] = Some(*numbers.entry((mesh, kind)).or_insert(next));
+            }
+        }
+        let spec = std::mem::replace(&mut self.spec, SceneSpec::new(Vec::new()));
+        let labels = import::groups(&spec, |surface| kinds[surface], grouping);
+        self.spec = spec.grouped(&labels);
+        let (patches, cells) = (self.spec.patch_count(), self.spec.cell_count());
+        self.notes.push(format!("import.group_size: {cells} faces are grouped in {patches} patches"));
     }
 
     /// What [`Scene::build`] says of the scene, with the place in its file.
@@ -205,7 +225,7 @@ impl<'a, 'o> Reader<'a, 'o> {
         let materials = read_materials(&mut table)?;
         let scene = SceneFile {
             path: path.into(),
-            spec: SceneSpec { surfaces: Vec::new() },
+            spec: SceneSpec::new(Vec::new()),
             sites: Vec::new(),
             meshes: Vec::new(),
             materials: materials
@@ -346,7 +366,7 @@ impl SceneFile {
     fn of_import(file: &Path, imported: Imported) -> Self {
         let mut scene = SceneFile {
             path: file.into(),
-            spec: SceneSpec { surfaces: Vec::new() },
+            spec: SceneSpec::new(Vec::new()),
             sites: Vec::new(),
             meshes: Vec::new(),
             materials: Vec::new(),
@@ -380,10 +400,11 @@ impl SceneFile {
 
     /// Adds the surfaces of a mesh, whose materials are its own unless all have one `finish`.
     fn add(&mut self, file: &Path, imported: Imported, finish: Option<&str>) {
-        let Imported { spec, spots, notes, materials, names } = imported;
+        let Imported { spec, spots, notes, materials, names, parts } = imported;
+        let kinds = parts.iter().zip(&materials).map(|(&part, &material)| [part, material]).collect();
         let name = |material: u32| finish.unwrap_or(&names[material as usize]);
         materials.into_iter().for_each(|material| self.finishes.push(name(material)));
-        self.meshes.push(MeshSite { file: file.into(), first: self.spec.surfaces.len(), spots });
+        self.meshes.push(MeshSite { file: file.into(), first: self.spec.surfaces.len(), spots, kinds });
         if self.spec.surfaces.is_empty() {
             self.spec = spec;
         } else {

@@ -15,6 +15,11 @@ pub(crate) enum FactorsFault {
         "there are {groups} groups, more than {most} (every pair of them is a row of factors.csv); choose coarser --groups: by-surface, by-material or a file"
     )]
     TooManyGroups { groups: usize, most: usize },
+    /// Patches are groups of cells, and factors have groups of their own.
+    #[error(
+        "import.group_size makes patches of several faces, and factors are those of --groups of single faces; remove import.group_size"
+    )]
+    GroupedPatches,
     /// A group is called as a column is.
     #[error(
         "a group is called \"{name}\", as are walks that end on backs or leave the scene; rename the surface or material, or choose other --groups"

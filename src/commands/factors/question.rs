@@ -106,6 +106,9 @@ impl Question {
 }
 
 fn groups_of(args: &FactorsArgs, job: &Job, scene: &Scene) -> Result<Groups, Fault> {
+    if scene.faces().are_grouped() {
+        return Err(FactorsFault::GroupedPatches.into());
+    }
     let grouping = match args.groups.as_deref() {
         Some("by-patch") => Grouping::ByPatch,
         Some("by-surface") => Grouping::BySurface,
