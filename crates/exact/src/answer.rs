@@ -104,7 +104,8 @@ impl Exact {
         };
         let faces = scene.faces();
         let exchange = Arc::new(if faces.are_grouped() {
-            let face_of: Vec<u32> = (0..faces.piece_count() as u32).map(|piece| faces.face_of(piece)).collect();
+            let face_of: Vec<u32> =
+                (0..faces.piece_count() as u32).map(|piece| faces.face_of(piece)).collect();
             exchange.grouped(&face_of, faces.len())
         } else {
             exchange

@@ -4,7 +4,10 @@ use std::fs;
 use std::io;
 use std::path::Path;
 
-use import::{Axis, Faults, Files, Format, GROUP_ANGLE, Grouping, Imported, MaterialOverride, Mesh, Options, SidesChoice};
+use import::{
+    Axis, Faults, Files, Format, GROUP_ANGLE, Grouping, Imported, MaterialOverride, Mesh, Options,
+    SidesChoice,
+};
 
 use crate::document::{Table, Value};
 use crate::error::Error;

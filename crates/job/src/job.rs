@@ -10,7 +10,7 @@ use crate::budget::{Budget, read_budget};
 use crate::document::{Table, Value};
 use crate::error::Error;
 use crate::goals::{Asked, Goals};
-use crate::imports::{read_grouping, IMPORT_KEYS, read_options};
+use crate::imports::{IMPORT_KEYS, read_grouping, read_options};
 use crate::keys::{BUDGET_KEYS, JOB_KEYS, METHOD_KEYS, TARGET_KEYS, TRACING_KEYS};
 use crate::method::{MethodTable, read_method};
 use crate::output::{OUTPUT_KEYS, OutputFile, VIEW_KEYS, View, read_output, read_view};

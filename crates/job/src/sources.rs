@@ -99,7 +99,8 @@ fn patches_of(cells: &BTreeSet<u32>, scene: &SceneFile, place: &Box<Place>) -> R
         return Ok(cells.clone());
     }
     let patches: BTreeSet<u32> = cells.iter().map(|&cell| patch_of_cell[cell as usize]).collect();
-    let missing = (0..).zip(patch_of_cell).find(|(cell, patch)| patches.contains(patch) && !cells.contains(cell));
+    let missing =
+        (0..).zip(patch_of_cell).find(|(cell, patch)| patches.contains(patch) && !cells.contains(cell));
     let Some((cell, patch)) = missing else { return Ok(patches) };
     let first_cells = first_cells(scene);
     let surface = first_cells.partition_point(|&first| first <= cell) - 1;

@@ -5,8 +5,8 @@ mod common;
 use common::{box_scene, cube54, experiment, quad, surface, walk};
 use glam::DVec3;
 use radiosity::{
-    BatchScore, Batches, Estimator, EstimatorKind, Experiment, Face, IndexChoice, InfiniteEnd, Sampler, Scene,
-    SceneError, SceneSpec, Score, Shape, Side, Sides, Space, Spectrum, SurfaceSpec, Unfit, Walks,
+    BatchScore, Batches, Estimator, EstimatorKind, Experiment, Face, IndexChoice, InfiniteEnd, Sampler,
+    Scene, SceneError, SceneSpec, Score, Shape, Side, Sides, Space, Spectrum, SurfaceSpec, Unfit, Walks,
 };
 
 const ROULETTE: Estimator = Estimator::Infinite(InfiniteEnd::Roulette { threshold: 0.01 });
@@ -53,7 +53,8 @@ fn coloured(mut spec: SceneSpec) -> SceneSpec {
 fn sums_of_a_group_are_those_of_its_members() {
     let estimators = [Estimator::Collision, Estimator::Absorption, Estimator::Survival, ROULETTE];
     for spec in [room(), coloured(room())] {
-        for (estimator, index) in estimators.into_iter().zip([IndexChoice::Flat, IndexChoice::Tree].repeat(2)) {
+        for (estimator, index) in estimators.into_iter().zip([IndexChoice::Flat, IndexChoice::Tree].repeat(2))
+        {
             let method = Walks { space: Space::Continuous, ..Walks::shooting(estimator) };
             let fine = experiment(&spec, index, method.clone());
             let grouped = experiment(&spec.clone().grouped(&labels()), index, method);
@@ -108,7 +109,12 @@ fn walks_go_on_from_uniform_points_of_a_group() {
     let corner = |x: f64, y: f64, z: f64| DVec3::new(x, y, z);
     let square = quad(DVec3::ZERO, DVec3::X, DVec3::Y, [1, 1]);
     let tall = quad(corner(0.0, 1.0, 0.0), DVec3::X, DVec3::Y * 2.0, [1, 2]);
-    let triangle = Shape::Triangle { a: corner(1.0, 0.0, 0.0), b: corner(3.0, 0.0, 0.0), c: corner(1.0, 1.0, 0.0), rows: 1 };
+    let triangle = Shape::Triangle {
+        a: corner(1.0, 0.0, 0.0),
+        b: corner(3.0, 0.0, 0.0),
+        c: corner(1.0, 1.0, 0.0),
+        rows: 1,
+    };
     let gap = 1e-4;
     let plate = quad(corner(-1.0, -1.0, gap), DVec3::Y * 6.0, DVec3::X * 6.0, [600, 600]);
     // Light comes from a small lamp between both, which only the square sees.
@@ -116,7 +122,8 @@ fn walks_go_on_from_uniform_points_of_a_group() {
     lamp.emittance = 1.0.into();
     let spec = SceneSpec::new(vec![white(square), white(tall), white(triangle), surface(plate, 0.0), lamp]);
     let labels: Vec<u32> = (0..4).map(|_| 0).chain(4..4 + 360_000 + 1).collect();
-    let experiment = experiment(&spec.grouped(&labels), IndexChoice::Flat, Walks::shooting(Estimator::Collision));
+    let experiment =
+        experiment(&spec.grouped(&labels), IndexChoice::Flat, Walks::shooting(Estimator::Collision));
     let tally = walk::<2>(&experiment, 3, 0..200_000);
     let faces = experiment.scene().faces();
     let (mut n, mut sums) = (0.0, [[0.0; 2]; 6]);
@@ -161,22 +168,29 @@ fn groups_that_no_patch_can_be_are_refused() {
     let with = |labels: &[u32]| spec.clone().grouped(labels);
     // The emitter and its neighbour.
     let emitter = build(with(&[0, 0, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11]));
-    let Err(SceneError::Surface { surface: 0, key: "patches", problem }) = emitter else { panic!("{emitter:?}") };
+    let Err(SceneError::Surface { surface: 0, key: "patches", problem }) = emitter else {
+        panic!("{emitter:?}")
+    };
     assert!(problem.contains("another emittance"), "{problem}");
     let walls = build(with(&[0, 1, 2, 3, 3, 5, 6, 7, 8, 9, 10, 11]));
     let Err(SceneError::Surface { surface: 2, problem, .. }) = walls else { panic!("{walls:?}") };
     assert!(problem.contains("another reflectance"), "{problem}");
     let short = build(SceneSpec { patch_of_cell: vec![0; 11], ..spec.clone() });
     assert!(matches!(&short, Err(SceneError::Whole(problem)) if problem.contains("11 cells")), "{short:?}");
-    let skipped = build(SceneSpec { patch_of_cell: vec![0, 2, 1, 3, 4, 5, 6, 7, 8, 9, 10, 11], ..spec.clone() });
-    assert!(matches!(&skipped, Err(SceneError::Whole(problem)) if problem.contains("in the order")), "{skipped:?}");
+    let skipped =
+        build(SceneSpec { patch_of_cell: vec![0, 2, 1, 3, 4, 5, 6, 7, 8, 9, 10, 11], ..spec.clone() });
+    assert!(
+        matches!(&skipped, Err(SceneError::Whole(problem)) if problem.contains("in the order")),
+        "{skipped:?}"
+    );
     assert!(with(&[7, 3, 2, 1, 0, 12, 6, 9, 8, 11, 10, 5]).patch_of_cell.is_empty(), "every cell is a patch");
 }
 
 #[test]
 fn methods_that_groups_have_no_meaning_for_are_refused() {
     let scene = Scene::build(&room().grouped(&labels()), IndexChoice::Flat).unwrap();
-    let linear = Walks { score: Score::Linear(Estimator::Collision), ..Walks::shooting(EstimatorKind::Collision) };
+    let linear =
+        Walks { score: Score::Linear(Estimator::Collision), ..Walks::shooting(EstimatorKind::Collision) };
     assert_eq!(Experiment::new(scene.clone(), linear).err(), Some(Unfit::LinearGroups));
     let gathered = |patch: u32| {
         let score = BatchScore::FinalGather(vec![patch]);

@@ -146,8 +146,7 @@ fn walks_begin_in_proportion_to_power() {
 /// Of surfaces that lie upon each other the first is met, in whatever order a tree has them.
 #[test]
 fn of_coincident_surfaces_the_lowest_number_is_met() {
-    let mut spec =
-        SceneSpec::new(vec![SurfaceSpec { emittance: 1.0.into(), ..square(DVec3::ZERO, 0.5) }]);
+    let mut spec = SceneSpec::new(vec![SurfaceSpec { emittance: 1.0.into(), ..square(DVec3::ZERO, 0.5) }]);
     let facing = surface(quad(DVec3::Z, DVec3::Y, DVec3::X, [1, 1]), 0.5);
     spec.surfaces.extend(vec![facing; 30]);
     for index in BOTH_INDEXES {

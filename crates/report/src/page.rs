@@ -389,9 +389,10 @@ impl Page<'_> {
         let mut rows = table.split_inclusive(|&byte| byte == b'\n');
         pack(|zlib| {
             rows.next().map_or(Ok(()), |header| zlib.write_all(header))?;
-            faces.by_patch().zip(rows).try_for_each(|(face, row)| {
-                faces.pieces(face).try_for_each(|_| zlib.write_all(row))
-            })
+            faces
+                .by_patch()
+                .zip(rows)
+                .try_for_each(|(face, row)| faces.pieces(face).try_for_each(|_| zlib.write_all(row)))
         })
     }
 
@@ -413,7 +414,8 @@ impl Page<'_> {
     fn smooth(&self) -> io::Result<String> {
         let faces = self.estimates.scene().faces();
         pack(|zlib| {
-            let mut values = faces.pieces_by_patch().flat_map(|(_, piece)| self.smooth.corners(piece as usize));
+            let mut values =
+                faces.pieces_by_patch().flat_map(|(_, piece)| self.smooth.corners(piece as usize));
             values.try_for_each(|&b| zlib.write_all(&(b as f32).to_le_bytes()))
         })
     }

@@ -190,7 +190,8 @@ impl<'a> Studio<'a> {
         let mut lit = vec![false; scene.surfaces().len()];
         for piece in 0..scene.faces().piece_count() as u32 {
             let surface = scene.faces().piece(piece).surface;
-            lit[surface as usize] |= of_piece(scene, radiosity, piece).iter().any(|&radiosity| radiosity > 0.0);
+            lit[surface as usize] |=
+                of_piece(scene, radiosity, piece).iter().any(|&radiosity| radiosity > 0.0);
         }
         Camera::of_view(scene, view, |surface| lit[surface as usize])
     }

@@ -52,7 +52,8 @@ impl Smooth {
     pub fn new(estimates: &Estimates) -> Self {
         let scene = estimates.scene();
         let (faces, channels) = (scene.faces(), scene.channels());
-        let shown: Vec<Shown> = (0..faces.piece_count() as u32).map(|piece| Shown::of(estimates, piece)).collect();
+        let shown: Vec<Shown> =
+            (0..faces.piece_count() as u32).map(|piece| Shown::of(estimates, piece)).collect();
         let mut places: HashMap<[i64; 3], Vec<Touch>> = HashMap::new();
         let grid = 1.0 / (SAME_PLACE * size(scene));
         for piece in 0..faces.piece_count() as u32 {
@@ -136,8 +137,8 @@ impl Shown {
 
     /// Whether another face is the same surface to the eye, in the same light.
     fn goes_on(&self, other: &Shown) -> bool {
-        let same_material =
-            self.piece.reflectance == other.piece.reflectance && self.piece.emittance == other.piece.emittance;
+        let same_material = self.piece.reflectance == other.piece.reflectance
+            && self.piece.emittance == other.piece.emittance;
         same_material && self.normal.dot(other.normal) >= BEND && !self.is_told_apart(other)
     }
 
@@ -208,8 +209,7 @@ mod tests {
         lamp.emittance = 1.0.into();
         let floor = quad("floor", [[0., 0., 0.], [4., 0., 0.], [0., 4., 0.]], [4, 4], 0.5);
         let table = quad("table", [[0., 0., 1e-3], [2., 0., 1e-3], [0., 4., 1e-3]], [1, 1], 0.1);
-        let scene =
-            Scene::build(&SceneSpec::new(vec![floor, table, lamp]), IndexChoice::Auto).unwrap();
+        let scene = Scene::build(&SceneSpec::new(vec![floor, table, lamp]), IndexChoice::Auto).unwrap();
         smooth(&scene, |estimates, smooth| {
             let light = |face: usize| estimates.face(face).unwrap()[0].radiosity;
             // Patches 4 … 7 are under the table, 8 … 11 beside it.

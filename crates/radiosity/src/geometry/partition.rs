@@ -27,7 +27,8 @@ impl Partition {
     /// What the partition takes of memory [bytes].
     pub(crate) fn bytes(&self) -> usize {
         let numbers = [&self.face_of_piece, &self.pieces, &self.first, &self.backs];
-        numbers.iter().map(|numbers| size_of_val(&numbers[..])).sum::<usize>() + size_of_val(&self.middles[..])
+        numbers.iter().map(|numbers| size_of_val(&numbers[..])).sum::<usize>()
+            + size_of_val(&self.middles[..])
     }
 
     /// The groups of the pieces of a valid scene.

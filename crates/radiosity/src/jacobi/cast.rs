@@ -146,7 +146,10 @@ impl Batch {
     fn leave(&mut self, scene: &Scene, len: usize, points: &Points) {
         let [across, along, polar, turn] = points;
         for i in 0..len {
-            let (cell, bits) = ((self.departures.surface[i], self.cell[i]), u64::from(across[i]) << 32 | u64::from(along[i]));
+            let (cell, bits) = (
+                (self.departures.surface[i], self.cell[i]),
+                u64::from(across[i]) << 32 | u64::from(along[i]),
+            );
             let (surface, place) = scene.scatter(cell, self.from[i], bits);
             self.departures.surface[i] = surface;
             [self.departures.uv[0][i], self.departures.uv[1][i]] = place;
