@@ -169,12 +169,7 @@ fn read(
     let simultaneous = table.take("simultaneous").map(|value| value.boolean()).transpose()?.unwrap_or(false);
     let light = table.take("light").map(|value| value.word()).transpose()?;
     let mut scene = read_scene(table.take("scene"), &table, &options)?;
-    if repair {
-        scene.turn_flipped()?;
-    }
-    if let Some(grouping) = &grouping {
-        scene.group(grouping);
-    }
+    scene.prepare(repair, grouping.as_ref())?;
     let light = light.unwrap_or_else(|| match Format::of(scene.path()) {
         Some(Format::Mgf) => Light::Luminous,
         _ => Light::Radiant,

@@ -1,10 +1,9 @@
 //! The scene file, read and checked.
 
 use std::borrow::Cow;
-use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
-use import::{Format, Grouping, Imported, MaterialOverride, Mesh, Options, Spots};
+use import::{Format, Imported, MaterialOverride, Mesh, Options, Spots};
 use radiosity::{IndexChoice, Scene, SceneError, SceneSpec, SensorSpec, Shape, Sides, Spectrum, SurfaceSpec};
 
 use crate::document::{Table, Value};
@@ -102,7 +101,7 @@ impl SceneFile {
     }
 
     /// Turns round what the doctor finds flipped, in memory: the file stays as it is.
-    pub(crate) fn turn_flipped(&mut self) -> Result<(), Error> {
+    fn turn_flipped(&mut self) -> Result<(), Error> {
         let turned = doctor::turn_flipped(&mut self.spec).map_err(|error| self.locate(error))?;
         if !turned.is_empty() {
             let (count, names) = (turned.len(), turned.join(", "));
@@ -110,23 +109,6 @@ impl SceneFile {
                 .push(format!("repair: {count} surfaces are turned round, the file is unchanged: {names}"));
         }
         Ok(())
-    }
-
-    /// Makes patches of neighbouring faces of one object and one material of a mesh.
-    pub(crate) fn group(&mut self, grouping: &Grouping) {
-        let mut kinds = vec![None; self.spec.surfaces.len()];
-        let mut numbers = HashMap::new();
-        for (mesh, site) in self.meshes.iter().enumerate() {
-            for (surface, kind) in (site.first..).zip(&site.kinds) {
-                let next = numbers.len() as u32;
-                kinds[surface] = Some(*numbers.entry((mesh, kind)).or_insert(next));
-            }
-        }
-        let spec = std::mem::replace(&mut self.spec, SceneSpec::new(Vec::new()));
-        let labels = import::groups(&spec, |surface| kinds[surface], grouping);
-        self.spec = spec.grouped(&labels);
-        let (patches, cells) = (self.spec.patch_count(), self.spec.cell_count());
-        self.notes.push(format!("import.group_size: {cells} faces are grouped in {patches} patches"));
     }
 
     /// What [`Scene::build`] says of the scene, with the place in its file.
@@ -527,5 +509,6 @@ fn read_sides(value: &Value<'_>) -> Result<Sides, Error> {
     }
 }
 
+mod grouping;
 #[cfg(test)]
 mod tests;
