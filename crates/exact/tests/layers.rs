@@ -198,7 +198,7 @@ impl TiledBox {
             cell.reverse();
             cells.reverse();
         }
-        let first = scene.faces().first_on(tile as u32, side)?;
+        let first = scene.faces().first_piece_on(tile as u32, side)?;
         Some((first + cell[0] * cells[1] + cell[1]) as usize)
     }
 
