@@ -93,7 +93,7 @@ fn read_members(mut table: Table<'_>, scene: &SceneFile) -> Result<BTreeSet<u32>
 }
 
 /// The patches of the cells that `place` names: whole ones.
-fn patches_of(cells: &BTreeSet<u32>, scene: &SceneFile, place: &Box<Place>) -> Result<BTreeSet<u32>, Error> {
+fn patches_of(cells: &BTreeSet<u32>, scene: &SceneFile, place: &Place) -> Result<BTreeSet<u32>, Error> {
     let patch_of_cell = &scene.spec().patch_of_cell;
     if patch_of_cell.is_empty() {
         return Ok(cells.clone());
@@ -106,7 +106,7 @@ fn patches_of(cells: &BTreeSet<u32>, scene: &SceneFile, place: &Box<Place>) -> R
     let surface = first_cells.partition_point(|&first| first <= cell) - 1;
     let name = scene.spec().surfaces[surface].name.clone().unwrap_or_else(|| surface.to_string());
     Err(Error::Refused {
-        place: place.clone(),
+        place: place.clone().into(),
         problem: format!("patch {patch} is a group of faces of which some are named, and {name} is not"),
         why: "light is told apart by whole patches",
         remedy: "name all faces of the object, or remove import.group_size".into(),
