@@ -22,7 +22,7 @@ fn cube(reflectance: Spectrum, emittance: Spectrum) -> SceneSpec {
         let shape = Shape::Parallelogram { corner, corner_u, corner_v, cells: [5, 1] };
         SurfaceSpec { name: None, shape, sides: Sides::Front, reflectance, emittance, cell_emittance: vec![] }
     };
-    SceneSpec { surfaces: (0..6).map(surface).collect() }
+    SceneSpec::new((0..6).map(surface).collect())
 }
 
 /// Patches dealt to materials in turn.
