@@ -128,7 +128,7 @@ impl Faces {
     pub fn get(&self, i: usize) -> Face {
         assert!(i < self.len, "face {i} of {}", self.len);
         let (patch, side) = self.place(i as u32);
-        let surface = self.surfaces.partition_point(|surface| surface.first <= patch) - 1;
+        let surface = self.surface_of(patch);
         let common = &self.surfaces[surface];
         let cell = patch - common.first;
         let (corner, e_u, e_v) = common.shape.edges();
@@ -169,14 +169,20 @@ impl Faces {
     /// # Panics
     /// Where there is no such face.
     pub fn corner_weights(&self, i: usize, uv: [f64; 2]) -> [f64; 4] {
-        let Face { patch, side, surface, .. } = self.get(i);
-        let Common { first, shape, .. } = &self.surfaces[surface as usize];
+        assert!(i < self.len, "face {i} of {}", self.len);
+        let (patch, side) = self.place(i as u32);
+        let Common { first, shape, .. } = &self.surfaces[self.surface_of(patch)];
         let mut weights = corner_weights(shape, patch - first, uv);
         if side == Side::Back {
-            weights.reverse();
+            let corners = if matches!(shape, Shape::Triangle { .. }) { 3 } else { 4 };
+            weights[..corners].reverse();
         }
-        weights.resize(4, 0.0);
-        weights.try_into().expect("four")
+        weights
+    }
+
+    /// The surface of a patch.
+    fn surface_of(&self, patch: u32) -> usize {
+        self.surfaces.partition_point(|surface| surface.first <= patch) - 1
     }
 
     /// The patch and side of a face.
@@ -202,7 +208,7 @@ impl Faces {
 
     /// The back of a patch; `None` where it has none.
     pub fn back_of(&self, patch: u32) -> Option<u32> {
-        let surface = self.surfaces.partition_point(|surface| surface.first <= patch) - 1;
+        let surface = self.surface_of(patch);
         let first = self.first_on(surface as u32, Side::Back)?;
         Some(first + (patch - self.surfaces[surface].first))
     }
