@@ -108,10 +108,9 @@ pub(crate) fn tell_notice(notice: &Notice) {
     }
 }
 
-/// Where the run will probably end: at its target or its budget.
+/// Where the run will probably end: at its targets or its budget.
 fn end(standing: &Standing) -> u64 {
-    let expected = standing.target.and_then(|goal| goal.paths_expected);
-    expected.map_or(standing.paths_total, |paths| paths.min(standing.paths_total))
+    standing.paths_expected.map_or(standing.paths_total, |paths| paths.min(standing.paths_total))
 }
 
 fn event(standing: &Standing) -> Value {
@@ -198,6 +197,7 @@ mod tests {
                 decisive_error: Some(0.054_321),
                 paths_expected: Some(1_000_000_000),
             }),
+            paths_expected: Some(1_000_000_000),
             seconds_left: Some(4680.0),
             checkpoint: Some(Saved { seconds_ago: 31.4, paths: 123_000_000 }),
             faults: Faults::default(),

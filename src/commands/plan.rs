@@ -68,13 +68,15 @@ impl<'a> Plan<'a> {
         let paths_per_walk = experiment.unit().paths();
         let budget = job.budget.paths / paths_per_walk;
         let first = job.budget.first_path / paths_per_walk;
-        let pilot = Pilot::shoot(experiment, job.seed, first, budget, target, level, cpu_seconds);
+        let goal = settings.sensor_goal(experiment);
+        let asked = (target, goal.as_ref());
+        let pilot = Pilot::shoot(experiment, job.seed, first, budget, asked, level, cpu_seconds);
         let estimates = Estimates::new(experiment, &pilot.tally, level);
         let bound = target.and_then(|target| Bound::new(experiment, target, &estimates, level));
         let costs = Costs::new(experiment, &pilot, peak_memory());
         let sensors = job.sensor_target.as_ref();
         let of_sensors = sensors.map(|target| asked_of_sensors(target, job.scene.sensors()));
-        let ending = pilot.ending.filter(|_| of_sensors.is_none() && job.total_target.is_none());
+        let ending = pilot.ending.filter(|_| job.total_target.is_none());
         let walks = ending.map_or(budget, |ending| ending.walks().min(budget));
         let stream = if experiment.unit().is_walk() { job.budget.stream_paths } else { 1 };
         let demand = |workers| costs.demand(walks as f64, stream as f64, workers);
@@ -105,6 +107,7 @@ impl<'a> Plan<'a> {
     fn json(&self) -> Value {
         let Plan { pilot, bound, .. } = self;
         json!({
+            "sensors": self.of_sensors,
             "target": self.target.map(|t| json!({"relative_error": t.relative_error, "fraction": t.fraction, "patches": t.patches})),
             "budget_paths": self.paths(self.budget),
             "pilot": {
@@ -171,23 +174,15 @@ impl<'a> Plan<'a> {
 
     /// Where the run ends, and why.
     fn describe_end(&self) {
-        if let Some(sensors) = &self.of_sensors {
-            say(&format!(
-                "{sensors}: a pilot cannot predict when; the run goes on until this is reached, or to its budget"
-            ));
+        let of_patches = self.target.map(|target| {
+            let area = scope(target.patches.as_deref());
+            format!("relative half-widths of {} on {} of {area}", target.relative_error, target.fraction)
+        });
+        let asked: Vec<String> = of_patches.into_iter().chain(self.of_sensors.clone()).collect();
+        if asked.is_empty() {
+            return say("no target: the whole budget will be spent");
         }
-        let Some(target) = self.target else {
-            if self.of_sensors.is_none() {
-                say("no target: the whole budget will be spent");
-            }
-            return;
-        };
-        let what = format!(
-            "relative half-widths of {} on {} of {}",
-            target.relative_error,
-            target.fraction,
-            scope(target.patches.as_deref())
-        );
+        let what = asked.join("; ");
         let Some(ending) = self.pilot.ending else {
             return say(&format!("{what}: this pilot cannot predict when; the plan is for the whole budget"));
         };

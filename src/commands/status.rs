@@ -57,6 +57,9 @@ fn describe(report: &Report) {
         report.host
     ));
     standing.target.iter().for_each(describe_target);
+    if let (None, Some(paths)) = (&standing.target, standing.paths_expected) {
+        say(&format!("target on sensors: {}", expected(paths)));
+    }
     let error = |error: Option<f64>| percent(error.unwrap_or(f64::INFINITY));
     say(&format!(
         "half of the area is known within {}, the worst face within {}",
@@ -75,15 +78,17 @@ fn describe(report: &Report) {
 }
 
 fn describe_target(goal: &Goal) {
-    let expected = goal.paths_expected.map_or("no walk count can be predicted yet".into(), |paths| {
-        format!("expected at {} paths", quantity(paths as f64))
-    });
+    let expected = goal.paths_expected.map_or("no walk count can be predicted yet".into(), expected);
     say(&format!(
         "target: {} of the area within {}, now within {}; {expected}",
         percent(goal.fraction),
         percent(goal.relative_error),
         percent(goal.decisive_error.unwrap_or(f64::INFINITY))
     ));
+}
+
+fn expected(paths: u64) -> String {
+    format!("expected at {} paths", quantity(paths as f64))
 }
 
 /// Prints the workers and their rates.

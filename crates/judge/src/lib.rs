@@ -17,6 +17,7 @@ pub mod drift;
 pub mod fit;
 pub mod limits;
 pub mod plan;
+pub mod prospect;
 mod resolution;
 pub mod sensors;
 pub mod target;
