@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use protocol::checkpoint::{self, Checkpoint, CheckpointError};
-use radiosity::{Estimates, Experiment, Readings};
+use radiosity::{Estimates, Experiment, Influences, Readings};
 
 use crate::checkpoints::CURRENT;
 use crate::error::Error;
@@ -11,6 +11,7 @@ use crate::replica::{self, check_shape};
 use crate::settings::Settings;
 
 /// What stands in a `tally.bin`.
+#[derive(Clone)]
 pub struct Kept {
     /// The tally and its books.
     pub checkpoint: Checkpoint,
@@ -38,6 +39,12 @@ impl Kept {
     pub fn estimates(&self) -> Estimates<'_> {
         let level = self.settings.level(self.experiment.scene());
         Estimates::new(&self.experiment, &self.checkpoint.tally, level)
+    }
+
+    /// What the tally says of materials, where that is asked for.
+    pub fn influences(&self) -> Option<Influences<'_>> {
+        let level = self.settings.sensitivity_level(&self.experiment);
+        Influences::new(&self.experiment, &self.checkpoint.tally, level)
     }
 
     /// What the tally says of sensors, where there are any.

@@ -26,7 +26,7 @@ mod solo;
 
 pub use audit::{Audit, Extent, Wrong, audit};
 pub use checkpoints::{CURRENT, Identity, Keeper, Latest, unix_seconds};
-pub use combine::combine;
+pub use combine::{combine, mix};
 pub use diff::{Comparison, Difference, FALSE_ALARM, FEWEST_HITS, TOLD, compare};
 pub use error::Error;
 pub use exact_answer::{ExactAnswer, solve};
