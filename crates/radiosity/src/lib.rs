@@ -47,7 +47,8 @@ pub use experiment::solution::{
     Apart, Channels, Estimate, Estimates, Mix, Precision, QUANTILES, Solution, TINY,
 };
 pub use experiment::{
-    Board, Experiment, Groups, Material, Meaning, PatchGroup, SensorView, Unfit, birth_probabilities,
+    Board, Experiment, Groups, Material, Meaning, PatchGroup, SensorView, SourceScores, Unfit,
+    birth_probabilities,
 };
 pub use geometry::face::{Face, FaceIter, Faces};
 pub use geometry::sensor::{SensorCell, SensorError, SensorShape, SensorSpec, Sensors};

@@ -64,16 +64,12 @@ impl Smooth {
         for touching in places.values() {
             for &(face, corner) in touching {
                 let own = &shown[face as usize];
-                let with = || {
-                    touching
-                        .iter()
-                        .map(|&(other, corner)| (&shown[other as usize], corner as usize))
-                        .filter(|(other, _)| own.goes_on(other))
-                };
-                let area: f64 = with().map(|(other, _)| other.face.area).sum();
+                let all = touching.iter().map(|&(other, corner)| (&shown[other as usize], corner as usize));
+                let with: Vec<(&Shown, usize)> = all.filter(|(other, _)| own.goes_on(other)).collect();
+                let area: f64 = with.iter().map(|(other, _)| other.face.area).sum();
                 for channel in 0..channels {
                     let light: f64 =
-                        with().map(|(other, at)| other.face.area * other.light_at(at, channel)).sum();
+                        with.iter().map(|(other, at)| other.face.area * other.light_at(*at, channel)).sum();
                     values[(4 * face as usize + corner as usize) * channels + channel] = light / area;
                 }
             }

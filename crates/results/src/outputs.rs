@@ -158,7 +158,9 @@ impl RunOutput {
                 (OutputFile::Exr, Some(Seen::Drawn(_, photo))) => {
                     photo.values.write_exr(writer, summary.units.radiosity)
                 }
-                (OutputFile::Glb, Some(view)) => report::write_glb(writer, &estimates, &view.shot()),
+                (OutputFile::Glb, Some(view)) => {
+                    report::write_glb(writer, &estimates, readings.as_ref(), &view.shot())
+                }
                 (OutputFile::Report, Some(view)) => {
                     page(settings, &summary, &estimates, readings.as_ref(), &checkpoint.book, view)
                         .write(writer)
@@ -247,7 +249,8 @@ impl LivePage {
         let readings = readings(settings, &estimates);
         let page = page(settings, &summary, &estimates, readings.as_ref(), &checkpoint.book, &view);
         let live = Live { paths_total: settings.paths };
-        Ok(LivePage { paths: summary.paths, page: page.render(Some(live))?, news: page.render_news(live)? })
+        let [page, news] = page.render_live(live)?;
+        Ok(LivePage { paths: summary.paths, page, news })
     }
 }
 
@@ -282,6 +285,7 @@ fn page<'a>(
         milestones: milestones(book, estimates.experiment()),
         command: command(settings, summary),
         shot: view.shot(),
+        level: settings.level(estimates.experiment().scene()),
         smooth: view.smooth(),
         materials: &settings.finishes,
     }
