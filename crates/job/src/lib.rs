@@ -42,7 +42,7 @@ pub use groups::{Grouping, Groups};
 pub use import::Options as ImportOptions;
 pub use job::{DEFAULT_CONFIDENCE, DEFAULT_PATHS, DEFAULT_SEED, Job, Light, load, load_mesh};
 pub use kind::{FileKind, file_kind};
-pub use method::{Beside, MethodTable, WalkKind, job_hash};
+pub use method::{Beside, MethodTable, WalkKind, fewest_chain_rays, job_hash};
 pub use output::{OutputFile, Stand, View};
 pub use radiosity::Sampler;
 pub use scene::{SceneFile, load_scene, load_scene_with};
