@@ -10,7 +10,7 @@
 
 use std::collections::HashMap;
 
-use protocol::checkpoint::{Book, Look};
+use protocol::{Book, Look};
 use radiosity::{
     Apart, Counts, Estimate, Estimates, Experiment, Face, Precision, Readings, Scene, Sequence, Side, TINY,
     Tally,

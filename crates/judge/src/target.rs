@@ -3,14 +3,24 @@
 //! `stats::DoubleSampling` decides when to stop, so that intervals stay true. Looks happen at walk counts that the job
 //! fixes.
 
-use job::{SensorTarget, Target, TotalTarget, Unhit};
-use protocol::checkpoint::Look;
-use radiosity::{Channels, Estimate, Estimates, Experiment, Face, Readings, SensorSpec, Tally};
-use report::{SensorSummary, SensorsSummary, WorstPatch};
+mod prospect;
+mod sensors;
+mod standing;
+mod total;
+
+use job::{Target, TotalTarget};
+use protocol::Look;
+use radiosity::{Estimates, Experiment, Tally};
+use report::WorstPatch;
 use stats::{DoubleSampling, foresight};
 
+pub use self::prospect::Prospect;
+pub(crate) use self::sensors::FEWEST_SAMPLES;
+pub use self::sensors::{SensorGoal, asked_of_sensors, judge_sensors};
+use self::standing::{Bar, Standing, parts_within, standings};
+pub use self::standing::{about, scope};
+pub use self::total::total_is_met;
 use crate::drift::{Sample, drift};
-use crate::total;
 
 /// The number of walks at the first look. Fewer walks tell little, even about how little they tell.
 const FIRST_LOOK: u64 = 1 << 10;
@@ -20,91 +30,6 @@ const FIRST_LOOK_AT_CHAINS: u64 = 8;
 
 /// The number of patches furthest from a target that are named.
 const NAMED: usize = 5;
-
-/// The accuracy of one face.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Standing {
-    pub(crate) area: f64,
-    /// The largest relative error of its channels; infinite if no walk has hit it.
-    pub(crate) error: f64,
-    /// The fewest effective scores of its channels; infinite if it is known without any.
-    pub(crate) scores: f64,
-    pub(crate) hits: u128,
-}
-
-impl Standing {
-    /// The accuracy of a face; `None` if it has no score and the target ignores such faces.
-    fn new(patch: &Face, channels: &Channels, unhit: Unhit) -> Option<Self> {
-        let unknown = || channels.iter().filter(|e| e.ci_high > e.ci_low);
-        let error = unknown().map(Estimate::relative_error).fold(0.0, f64::max);
-        let scores = unknown().map(|e| e.effective_scores).fold(f64::INFINITY, f64::min);
-        let left_out = unhit == Unhit::Ignore && scores == 0.0;
-        (!left_out).then(|| Standing { area: patch.area, error, scores, hits: channels[0].hits })
-    }
-}
-
-/// All faces that a target is about and that walks can tell of: the chosen ones, or all that do not emit.
-pub fn about<'a>(
-    estimates: &'a Estimates,
-    target: &'a Target,
-) -> Box<dyn Iterator<Item = (usize, Face, Channels)> + 'a> {
-    let faces = estimates.scene().faces();
-    match &target.patches {
-        Some(chosen) => {
-            Box::new(chosen.iter().flat_map(|&patch| faces.of_patch(patch)).filter_map(move |i| {
-                let i = i as usize;
-                Some((i, faces.get(i), estimates.face(i)?))
-            }))
-        }
-        None => Box::new(estimates.known().filter(|(_, patch, _)| !patch.emittance.is_lit())),
-    }
-}
-
-/// The area that a target is about, in words.
-pub fn scope(patches: Option<&[u32]>) -> String {
-    match patches {
-        None => "the patch area".into(),
-        Some([patch]) => format!("patch {patch}"),
-        Some(patches) => format!("the area of {} chosen patches", patches.len()),
-    }
-}
-
-pub(crate) fn standings<'a>(
-    estimates: &'a Estimates,
-    target: &'a Target,
-) -> impl Iterator<Item = (usize, Standing)> + 'a {
-    let unhit = target.unhit;
-    about(estimates, target)
-        .filter_map(move |(i, patch, channels)| Some((i, Standing::new(&patch, &channels, unhit)?)))
-}
-
-/// The requirements on one face: at most this relative error, from at least this many scores.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Bar {
-    pub(crate) error: f64,
-    pub(crate) scores: f64,
-}
-
-impl Bar {
-    fn is_met(&self, standing: &Standing) -> bool {
-        standing.error <= self.error && standing.scores >= self.scores
-    }
-}
-
-/// The parts of the area that meet each of several requirements.
-pub(crate) fn parts_within<const N: usize>(
-    standings: impl Iterator<Item = Standing>,
-    bars: [Bar; N],
-) -> [f64; N] {
-    let (mut within, mut all) = ([0.0; N], 0.0);
-    for standing in standings {
-        all += standing.area;
-        for (within, bar) in within.iter_mut().zip(bars) {
-            *within += if bar.is_met(&standing) { standing.area } else { 0.0 };
-        }
-    }
-    within.map(|within| if all > 0.0 { within / all } else { 1.0 })
-}
 
 /// Judges a tally of `paths` paths by a target.
 pub fn judge(target: &Target, estimates: &Estimates, paths: u64) -> report::Target {
@@ -153,70 +78,6 @@ pub fn judge(target: &Target, estimates: &Estimates, paths: u64) -> report::Targ
         worst: named.collect(),
     }
 }
-
-/// A target on sensors, and the level of each of their intervals.
-#[derive(Clone, Debug, PartialEq)]
-pub struct SensorGoal {
-    /// The target of the job.
-    pub target: SensorTarget,
-    /// The level of each interval, in (0, 1).
-    pub level: f64,
-}
-
-impl SensorGoal {
-    /// Whether every sensor of the target is within `part` of its error, with samples enough to tell.
-    fn is_met_within(&self, part: impl Fn(f64) -> f64, experiment: &Experiment, tally: &Tally) -> bool {
-        let Some(readings) = Readings::new(experiment, tally, self.level) else { return true };
-        let SensorTarget { sensors, min_paths, unhit } = &self.target;
-        let paths = tally.counts.walks.saturating_mul(experiment.unit().paths());
-        let ignore_dark = *unhit == Unhit::Ignore;
-        let known =
-            |&(sensor, error): &(u32, f64)| readings.worst_error(sensor as usize, ignore_dark) <= part(error);
-        paths >= *min_paths && readings.samples() >= FEWEST_SAMPLES && sensors.iter().all(known)
-    }
-
-    /// Whether a tally meets the target.
-    pub fn is_met(&self, experiment: &Experiment, tally: &Tally) -> bool {
-        self.is_met_within(|error| error, experiment, tally)
-    }
-}
-
-/// The result of a tally's sensors, and whether they meet their target.
-pub fn judge_sensors(
-    goal: Option<&SensorGoal>,
-    readings: &Readings,
-    experiment: &Experiment,
-    tally: &Tally,
-) -> SensorsSummary {
-    let sensors = readings.sensors();
-    let asked = |number: usize| {
-        let asked = goal?.target.sensors.iter().find(|(sensor, _)| *sensor as usize == number);
-        asked.map(|&(_, error)| error)
-    };
-    let list = sensors.specs().iter().enumerate().map(|(number, spec)| SensorSummary {
-        name: spec.name.clone(),
-        patches: sensors.cells_of(number).len(),
-        relative_error: readings.worst_error(number, false),
-        target: asked(number),
-    });
-    SensorsSummary {
-        samples: readings.samples(),
-        rays: readings.rays(),
-        reached: goal.map(|goal| goal.is_met(experiment, tally)),
-        list: list.collect(),
-    }
-}
-
-/// A target on sensors, in words.
-pub fn asked_of_sensors(target: &SensorTarget, sensors: &[SensorSpec]) -> String {
-    let asked = target.sensors.iter().map(|&(sensor, error)| {
-        format!("relative half-width {error} on every patch of sensor {:?}", sensors[sensor as usize].name)
-    });
-    asked.collect::<Vec<_>>().join(", ")
-}
-
-/// The fewest samples of sensors whose spread tells anything.
-pub const FEWEST_SAMPLES: u64 = 8;
 
 /// The observer of one job: it looks at the job's prefixes.
 pub struct Observer {
@@ -345,15 +206,5 @@ mod tests {
     fn twice_a_look_is_a_look() {
         let looks = ladder(FIRST_LOOK, 1 << 30, 2000);
         assert!(looks.iter().all(|n| 2 * n > 1 << 30 || looks.contains(&(2 * n))));
-    }
-
-    #[test]
-    fn a_target_goes_by_area_and_by_scores() {
-        let standing = |area, error, scores| Standing { area, error, scores, hits: scores as u128 };
-        let all = [standing(1.0, 0.1, 100.0), standing(2.0, 0.2, 50.0), standing(1.0, f64::INFINITY, 0.0)];
-        let bars = [(0.1, 0.0), (0.2, 0.0), (0.2, 60.0), (1e300, 0.0)];
-        let parts = parts_within(all.into_iter(), bars.map(|(error, scores)| Bar { error, scores }));
-        assert_eq!(parts, [0.25, 0.75, 0.25, 0.75], "what no walk has hit is never known");
-        assert_eq!(parts_within([].into_iter(), [Bar { error: 0.1, scores: 10.0 }]), [1.0]);
     }
 }

@@ -18,11 +18,12 @@ use crate::outlines::outlines;
 use crate::pack::{pack, write_point};
 use crate::patches::{per_channel, write_patches};
 use crate::picture::Shot;
+use crate::precision::ApartSummary;
 use crate::sensitivities::SensitivitySummary;
 use crate::sensors::write_sensors;
 use crate::smooth::Smooth;
 use crate::sources::SourceSummary;
-use crate::summary::{ApartSummary, Energy, Summary};
+use crate::summary::{Energy, Summary};
 use crate::words::percent;
 
 const TEMPLATE: &str = include_str!("../assets/report.html");

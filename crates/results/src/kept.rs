@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use protocol::checkpoint::{self, Checkpoint, CheckpointError};
+use protocol::{Checkpoint, CheckpointError};
 use radiosity::{Estimates, Experiment, Influences, Readings};
 
 use crate::checkpoints::CURRENT;
@@ -28,7 +28,7 @@ impl Kept {
     /// Where there is none, and where it cannot be used.
     pub fn open(run: &Path) -> Result<Self, Error> {
         let path = run.join(CURRENT);
-        let checkpoint = checkpoint::read(&path)?;
+        let checkpoint = Checkpoint::read(&path)?;
         let (settings, experiment) =
             replica::unpack(&checkpoint.book.job).map_err(|reason| unusable(run, &checkpoint, reason))?;
         check_shape(&checkpoint.tally, &experiment).map_err(|fault| CheckpointError { path, fault })?;

@@ -2,8 +2,8 @@
 //! `tally.bin`.
 
 use job::{Finishes, Job, Light, MethodTable, OutputFile, SensorTarget, Target, TotalTarget, View};
-use judge::target::SensorGoal;
-use radiosity::{ExchangeSpec, Experiment, Groups, PatchGroup, Scene, SensorSpec};
+use judge::target::{Observer, SensorGoal, judge, total_is_met};
+use radiosity::{Estimates, ExchangeSpec, Experiment, Groups, PatchGroup, Scene, SensorSpec, Tally};
 use serde::{Deserialize, Serialize};
 
 /// The settings of a job.
@@ -136,6 +136,30 @@ impl Settings {
     pub fn sensor_goal(&self, experiment: &Experiment) -> Option<SensorGoal> {
         let target = self.sensor_target.clone()?;
         Some(SensorGoal { target, level: self.sensor_level(experiment) })
+    }
+
+    /// The observer of an experiment, which looks at its prefixes and ends it at its targets.
+    pub fn observer(&self, experiment: &Experiment) -> Observer {
+        Observer::new(experiment.clone(), self.level(experiment.scene()), self.target.clone())
+            .with_sensors(self.sensor_goal(experiment))
+            .with_total(self.total_target)
+    }
+
+    /// Whether there is a target that these walks do not meet.
+    pub fn target_missed(&self, experiment: &Experiment, tally: &Tally) -> bool {
+        let goal = self.sensor_goal(experiment);
+        if goal.is_some_and(|goal| !goal.is_met(experiment, tally)) {
+            return true;
+        }
+        let Settings { target, total_target, .. } = self;
+        if target.is_none() && total_target.is_none() {
+            return false;
+        }
+        let walks = tally.counts.walks;
+        let paths = walks * experiment.unit().paths();
+        let estimates = Estimates::new(experiment, tally, self.level(experiment.scene()));
+        let total_missed = total_target.is_some_and(|total| !total_is_met(&total, &estimates, paths));
+        walks == 0 || total_missed || target.as_ref().is_some_and(|t| !judge(t, &estimates, paths).reached)
     }
 
     /// A digest of the target, which distinguishes looks at different targets.

@@ -1,12 +1,11 @@
 //! The pilot: the first walks of a job, and what they foretell of the rest.
 
 use job::Target;
-use protocol::checkpoint::Look;
+use protocol::Look;
 use radiosity::{Estimates, Experiment, Sequence, Tally};
 
 use crate::MOMENTS;
-use crate::prospect::Prospect;
-use crate::target::{Observer, SensorGoal, looks};
+use crate::target::{Observer, Prospect, SensorGoal, looks};
 
 /// A pilot of more than [`FREE_RAYS`] rays takes at most one of this many parts of the run that it foretells.
 const SHARE: u64 = 8;

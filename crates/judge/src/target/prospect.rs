@@ -4,7 +4,8 @@ use job::{SensorTarget, Target, Unhit};
 use radiosity::{Estimates, Readings};
 use stats::foresight;
 
-use crate::target::{Bar, FEWEST_SAMPLES, SensorGoal, Standing, parts_within, standings};
+use super::sensors::{FEWEST_SAMPLES, SensorGoal};
+use super::standing::{Bar, Standing, parts_within, standings};
 
 /// The errors that a pilot foretells for its run: they fall as 1/√walks (for chains, with Student's t besides).
 pub struct Prospect {
