@@ -375,7 +375,9 @@ fn override_key(key: &str) -> Value {
     match key {
         "reflectance" => told(reflectance(), "Replaces the file's reflectance."),
         "emittance" => told(light(), "Replaces the file's emittance, per area."),
-        "power" => told(light(), "Replaces the emittance by a power over the area of all matching faces."),
+        "power" => {
+            told(light(), "Replaces the emittance by a power over the active sides of all matching faces.")
+        }
         "sides" => told(sides(), "Replaces the file's sides."),
         _ => json!({}),
     }
