@@ -10,7 +10,7 @@ use crate::budget::{Budget, read_budget};
 use crate::document::{Table, Value};
 use crate::error::Error;
 use crate::goals::{Asked, Goals};
-use crate::imports::{IMPORT_KEYS, read_options};
+use crate::imports::{IMPORT_KEYS, read_grouping, read_options};
 use crate::keys::{BUDGET_KEYS, JOB_KEYS, METHOD_KEYS, TARGET_KEYS, TRACING_KEYS};
 use crate::method::{MethodTable, read_method};
 use crate::output::{OUTPUT_KEYS, OutputFile, VIEW_KEYS, View, read_output, read_view};
@@ -152,6 +152,7 @@ fn read(
     // Every table is opened, and its keys known, before the scene is read: that may take long.
     let mut import = table.table("import", IMPORT_KEYS)?;
     let repair = import.take("repair").map(|value| value.boolean()).transpose()?.unwrap_or(false);
+    let grouping = read_grouping(&mut import)?;
     let options = read_options(import)?;
     let method = table.table("method", METHOD_KEYS)?;
     let budget = table.table("budget", BUDGET_KEYS)?;
@@ -168,9 +169,7 @@ fn read(
     let simultaneous = table.take("simultaneous").map(|value| value.boolean()).transpose()?.unwrap_or(false);
     let light = table.take("light").map(|value| value.word()).transpose()?;
     let mut scene = read_scene(table.take("scene"), &table, &options)?;
-    if repair {
-        scene.turn_flipped()?;
-    }
+    scene.prepare(repair, grouping.as_ref())?;
     let light = light.unwrap_or_else(|| match Format::of(scene.path()) {
         Some(Format::Mgf) => Light::Luminous,
         _ => Light::Radiant,

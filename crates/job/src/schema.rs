@@ -349,6 +349,14 @@ fn import_key(key: &str) -> Value {
         "patch_size" => {
             told(positive(), "Faces are cut until no edge is longer [m]. Default: one patch a face.")
         }
+        "group_size" => told(
+            positive(),
+            "Neighbouring faces of one object that face one way become one patch, in boxes of this size [m]. Default: no groups.",
+        ),
+        "group_angle" => told(
+            json!({"type": "number", "minimum": 0, "maximum": 90}),
+            "How far faces of a group may turn away from its first one [degrees]. Default: 20.",
+        ),
         "faults" => told(
             word::<import::Faults>(),
             "Degenerate and doubled triangles: left out and told, or refused. Default: report.",

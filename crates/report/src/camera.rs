@@ -68,11 +68,11 @@ pub(crate) enum Size {
 /// What a camera sees along a ray.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Sight {
-    /// The nearest face that faces the camera.
-    pub face: u32,
-    /// The surface that the face is on.
+    /// The nearest piece of a face that faces the camera.
+    pub piece: u32,
+    /// The surface that the piece is on.
     surface: u32,
-    /// Where on the face's surface it is, in local coordinates.
+    /// Where on the piece's surface it is, in local coordinates.
     pub uv: [f64; 2],
     /// From the eye [m].
     distance: f64,
@@ -209,8 +209,8 @@ impl Camera {
         let mut sights = vec![None; points.len()];
         let (mut glances, mut rays): (Vec<Glance>, Vec<Ray>) = (Vec::new(), Vec::new());
         for first in (0..points.len()).step_by(AT_ONCE) {
-            let piece = first..points.len().min(first + AT_ONCE);
-            glances.extend(piece.filter_map(|point| self.glance(point, points[point])));
+            let some = first..points.len().min(first + AT_ONCE);
+            glances.extend(some.filter_map(|point| self.glance(point, points[point])));
             while !glances.is_empty() {
                 rays.clear();
                 rays.extend(glances.iter().map(|glance| glance.ray(self.eye)));
@@ -223,7 +223,7 @@ impl Camera {
                     let is_active = surface.is_active(hit.side);
                     if is_active {
                         sights[glance.point] = Some(Sight {
-                            face: surface.face(surface.cell_at(hit.uv), hit.side),
+                            piece: surface.piece(surface.cell_at(hit.uv), hit.side),
                             surface: hit.surface,
                             uv: hit.uv,
                             distance: glance.distance,
@@ -489,7 +489,7 @@ mod tests {
 
     fn patch_at(scene: &Scene, camera: &Camera, point: DVec3) -> Option<u32> {
         let [x, y] = camera.project(point - scene.origin()).expect("the eye looks at the scene");
-        camera.look(scene, &[[x, y]])[0].map(|sight| sight.face)
+        camera.look(scene, &[[x, y]])[0].map(|sight| scene.faces().face_of(sight.piece))
     }
 
     fn named(scene: &Scene, name: &str) -> usize {
@@ -551,7 +551,7 @@ mod tests {
         ] {
             let mut plate = quad("plate", corners, [2, 2], 0.5);
             plate.emittance = 1.0.into();
-            let scene = build(&SceneSpec { surfaces: vec![plate] });
+            let scene = build(&SceneSpec::new(vec![plate]));
             let camera = best(&scene);
             assert!(camera.up.z > 0.5 && camera.forward.z * forward > 0.5, "{camera:?}");
             assert_eq!(patch_at(&scene, &camera, scene.faces().get(3).centroid), Some(3));
@@ -618,7 +618,7 @@ mod tests {
         // Straight up, where the scene's own up tells nothing.
         let camera = Camera::of_view(&scene, &view(DVec3::new(0.5, 0.5, 0.1), lamp), |_| true);
         let middle = camera.look(&scene, &[camera.size.map(|side| f64::from(side) / 2.0)])[0].unwrap();
-        assert!(scene.faces().get(middle.face as usize).emittance.is_lit());
+        assert!(scene.faces().piece(middle.piece).emittance.is_lit());
     }
 
     #[test]
@@ -669,7 +669,7 @@ mod tests {
     fn the_pixels_of_a_plate_cover_its_area() {
         let mut plate = quad("plate", [[0., 0., 0.], [3., 0., 0.], [0., 2., 0.]], [1, 1], 0.5);
         plate.emittance = 1.0.into();
-        let scene = build(&SceneSpec { surfaces: vec![plate] });
+        let scene = build(&SceneSpec::new(vec![plate]));
         let bounds = Bounds::of(&scene);
         let camera = Frame::of(&scene, &bounds).camera(&bounds, 30.0, 35.0, false, Size::Longest(400));
         let mut area = 0.0;

@@ -39,7 +39,7 @@ impl<'a> Dials<'a> {
     }
 }
 
-/// Writes the scores of all sources as planes of little-endian 64-bit floats, a number for each row of the table: the number of
+/// Writes the scores of all sources as planes of little-endian 64-bit floats, a number for each row of the page's table: the number of
 /// the source that the row is an emitter of, or −1; then for each channel E [W/m²], H for each hit [W/m²] (NaN where the
 /// estimator does not give it), the bound on E[x²]/E[x], and of each source Σx and Σx².
 ///
@@ -47,7 +47,7 @@ impl<'a> Dials<'a> {
 /// Those of `writer`.
 pub(crate) fn write_scores(writer: &mut impl Write, estimates: &Estimates) -> io::Result<()> {
     let walked = estimates.experiment().scene().faces();
-    let rows: Vec<Vec<f64>> = walked.by_patch().map(|face| row(estimates, face)).collect();
+    let rows: Vec<Vec<f64>> = walked.pieces_by_patch().map(|(face, _)| row(estimates, face)).collect();
     for plane in 0..rows[0].len() {
         rows.iter().try_for_each(|row| writer.write_all(&row[plane].to_le_bytes()))?;
     }
