@@ -1,5 +1,8 @@
 //! What a long sample asks of its caller: whether it is still wanted, and threads to share its parts.
 
+/// Parts of the work for each thread: threads that are faster, or come first, do more of them.
+pub(crate) const PARTS_PER_HAND: usize = 4;
+
 /// The caller of a long sample. This crate starts no threads; a caller that has some lends them here.
 ///
 /// A function that tells whether to go on is a caller with one thread.

@@ -8,8 +8,7 @@ use std::sync::Mutex;
 
 use super::cast::Caster;
 use super::faces::FaceTable;
-use super::shared::PARTS_PER_HAND;
-use crate::hands::Hands;
+use crate::hands::{Hands, PARTS_PER_HAND};
 
 /// Sums over fewer ends of links are faster than threads are lent.
 const FEW_LINKS: usize = 1 << 16;

@@ -8,10 +8,7 @@ use std::sync::Mutex;
 use super::cast::Caster;
 use super::links::LinkTable;
 use super::numbers::SobolNumbers;
-use crate::hands::Hands;
-
-/// Parts of the work for each thread: threads that are faster, or come first, do more of them.
-pub(super) const PARTS_PER_HAND: usize = 4;
+use crate::hands::{Hands, PARTS_PER_HAND};
 
 /// The fewest rays of a part.
 const RAYS_OF_PART: u64 = 1 << 12;
