@@ -75,7 +75,8 @@ Examples:
   radwalk factors box.toml                                   form factors of every pair of patches: factors.csv
   radwalk factors box.toml --groups by-surface --reflections --smooth
   radwalk factors box.toml --groups by-surface --tolerance 0.01 --pairs floor:ceiling
-  radwalk factors box.toml --groups by-surface --temperatures heat.toml";
+  radwalk factors box.toml --groups by-surface --temperatures heat.toml
+  radwalk factors box.toml --listen node1:7600               for workers elsewhere: radwalk work --access out/box/access.json";
 
 /// Under the help of `radwalk audit`.
 pub(super) const AUDIT: &str = "\

@@ -321,6 +321,16 @@ pub(crate) struct FactorsArgs {
     pub export: Vec<MatrixWord>,
     #[command(flatten)]
     pub team: TeamArgs,
+    /// Listen for workers that are started elsewhere, as coordinate does, in place of starting some here
+    #[arg(long, value_name = "HOST:PORT", conflicts_with_all = ["workers", "threads"])]
+    pub listen: Option<String>,
+    /// The name or address by which others reach this machine, if that is not the one of --listen; with a port, if
+    /// a gateway in between has another
+    #[arg(long, value_name = "HOST", requires = "listen")]
+    pub advertise: Option<String>,
+    /// The access file to write for workers [default: <output folder>/access.json]
+    #[arg(long, value_name = "FILE", requires = "listen")]
+    pub access: Option<PathBuf>,
     /// Go on from the counts in the output folder
     #[arg(long, conflicts_with = "force")]
     pub resume: bool,

@@ -44,7 +44,8 @@ pub(crate) fn run(args: &RunArgs) -> Result<Outcome, Fault> {
 pub(crate) fn coordinate(args: &CoordinateArgs) -> Result<Outcome, Fault> {
     let prepared = Prepared::new(&args.work, args.course.resume, 0)?;
     let access_file = args.access.clone().unwrap_or_else(|| prepared.output.path().join("access.json"));
-    let (listener, access) = listen(&prepared.identity, &args.at.listen, args.at.advertise.as_deref())?;
+    let (listener, access) =
+        listen(prepared.identity.scene_hash, &args.at.listen, args.at.advertise.as_deref())?;
     access
         .write(&access_file)
         .map_err(|source| Fault::AccessFileWrite { path: access_file.clone(), source })?;
@@ -85,7 +86,7 @@ impl Door {
     /// # Errors
     /// Where the system refuses.
     pub(crate) fn open(identity: &Identity, team: Team) -> Result<Self, Fault> {
-        let (listener, access) = listen(identity, "127.0.0.1:0", None)?;
+        let (listener, access) = listen(identity.scene_hash, "127.0.0.1:0", None)?;
         let workers = LocalWorkers::new(&access, team.workers, team.threads);
         Ok(Door { listener, access, workers })
     }
@@ -343,14 +344,14 @@ pub(crate) fn plan(
     Ok(identity.plan(BUILD, budget, experiment, (looks, judge), lots))
 }
 
-/// Listens at an address; returns what lets workers in.
-fn listen(
-    identity: &Identity,
+/// Listens at an address; returns what lets workers of a scene in.
+pub(crate) fn listen(
+    scene_hash: [u8; 32],
     address: &str,
     advertise: Option<&str>,
 ) -> Result<(TcpListener, Access), Fault> {
     let (listener, address) = cluster::bind(address, advertise)?;
-    let access = Access::new(address, BUILD, identity.scene_hash)
+    let access = Access::new(address, BUILD, scene_hash)
         .map_err(|source| Fault::System { doing: "drawing a random key", source })?;
     Ok((listener, access))
 }

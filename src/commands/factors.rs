@@ -1,10 +1,10 @@
 //! `radwalk factors`: exchange factors between groups of faces, and the heat between them.
 
 use protocol::Look;
-use radiosity::Tally;
+use radiosity::{Experiment, Tally};
 use report::OutputFolder;
 use results::factors::{Answer, Asked, FILES, MatrixFile, Question, Round, Walked, count};
-use studies::compare::Team;
+use results::{Identity, Settings};
 use tracing::{info, warn};
 use voice::{Phase, say};
 
@@ -13,7 +13,7 @@ use crate::build::BUILD;
 use crate::commands::coordinate::default_folder;
 use crate::fault::{Fault, Outcome};
 use crate::signals;
-use crate::team::walk;
+use crate::team::{Hands, Remote, walk};
 
 /// Counts exchange factors and writes them.
 pub(crate) fn factors(args: &FactorsArgs) -> Result<Outcome, Fault> {
@@ -37,11 +37,15 @@ pub(crate) fn factors(args: &FactorsArgs) -> Result<Outcome, Fault> {
     }
     drop(phase);
     signals::catch();
-    let team = args.team.team();
+    let hands = hands(args, &question, &folder)?;
     let phase = Phase::begin("counting walks between groups");
-    let mut walk = |round: Round<'_>| walk_round(team, &round);
-    let counted = count(&question, BUILD, (&folder, args.resume), &mut walk, &|part| phase.done(part))?;
+    let mut walk = |round: Round<'_>| walk_round(&hands, &round);
+    let counted = count(&question, BUILD, (&folder, args.resume), &mut walk, &|part| phase.done(part));
     drop(phase);
+    if let Hands::Remote(remote) = hands {
+        dismiss(remote, &question)?;
+    }
+    let counted = counted?;
     if counted.interrupted {
         warn!("interrupted; the counts of the last look are kept, go on with --resume");
     }
@@ -65,14 +69,29 @@ pub(crate) fn factors(args: &FactorsArgs) -> Result<Outcome, Fault> {
     })
 }
 
+/// The processes that walk.
+fn hands(args: &FactorsArgs, question: &Question, folder: &OutputFolder) -> Result<Hands, Fault> {
+    let Some(address) = &args.listen else { return Ok(Hands::Local(args.team.team())) };
+    let file = args.access.clone().unwrap_or_else(|| folder.path().join("access.json"));
+    let address = (&**address, args.advertise.as_deref());
+    Ok(Hands::Remote(Remote::open(question.scene.hash(), address, file)?))
+}
+
+/// Tells workers that are started elsewhere that there are no more walks.
+fn dismiss(remote: Remote, question: &Question) -> Result<(), Fault> {
+    let experiment = Experiment::new(question.scene.clone(), question.job.method.walks())?;
+    let identity = Identity::new(&question.job, &Settings::of(&question.job), &experiment, BUILD)?;
+    remote.dismiss(&identity, &question.job.budget, &experiment)
+}
+
 /// Walks a look on worker processes; `None` where a signal ended it.
-fn walk_round(team: Team, round: &Round<'_>) -> Result<Option<Walked>, Fault> {
+fn walk_round(hands: &Hands, round: &Round<'_>) -> Result<Option<Walked>, Fault> {
     let Round { identity, experiment, budget, walks, watch } = round;
     let judge = |prefix: &Tally, _: &[Look]| {
         let counts = prefix.counts;
         Look { walks: counts.walks, rays: counts.rays, ..Look::default() }
     };
-    match walk(team, identity, budget, experiment, (vec![*walks], Box::new(judge)), watch) {
+    match walk(hands, identity, budget, experiment, (vec![*walks], Box::new(judge)), watch) {
         Ok(walked) => Ok(Some(Walked { tally: walked.tally, cpu_seconds: walked.cpu_seconds })),
         Err(Fault::Interrupted) => Ok(None),
         Err(fault) => Err(fault),

@@ -5,11 +5,12 @@
 use std::collections::HashMap;
 use std::fs;
 use std::path::Path;
+use std::process::Stdio;
 
 use serde_json::Value;
 use tempfile::{TempDir, tempdir};
 
-use crate::support::{columns, numbers, path, run, run_job};
+use crate::support::{columns, finish, numbers, path, radwalk, run, run_job, wait_for};
 
 /// Two unit squares at a right angle, in the open: F = 0.20004 between their fronts.
 const CORNER: &str = r#"
@@ -183,6 +184,57 @@ fn the_answer_is_a_function_of_the_job() {
     // Counts of another question are refused.
     let (code, _, stderr) = factors(&folder, &format!("{job} --out out3 --resume --seed 7"));
     assert!(code == 2 && stderr.contains("other surfaces, groups, seed"), "{stderr}");
+}
+
+/// Workers elsewhere stay from look to look. Some are killed, others come, and the coordinator is killed and goes on from its
+/// counts: the bytes are those of workers here.
+#[test]
+fn workers_elsewhere_leave_no_trace() {
+    let folder = scenes(&[("corner.toml", CORNER)]);
+    let job = "corner.toml --reflections --tolerance 0.01 --paths 1e8 --quiet";
+    let (code, _, stderr) = factors(&folder, &format!("{job} --out out1 --workers 2"));
+    assert_eq!(code, 0, "{stderr}");
+    let (corner, out, access) =
+        (path(&folder, "corner.toml"), path(&folder, "out2"), path(&folder, "access.json"));
+    let start = |more: &[&str]| {
+        let mut command = radwalk();
+        command.arg("factors").arg(&corner).args(["--reflections", "--tolerance", "0.01", "--paths", "1e8"]);
+        command.args(["--quiet", "--listen", "127.0.0.1:0", "--out"]).arg(&out).arg("--access").arg(&access);
+        command.args(more).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap()
+    };
+    let work = |access: &Path| {
+        radwalk().args(["work", "--quiet", "--wait", "60", "--access"]).arg(access).spawn().unwrap()
+    };
+    let counted = || {
+        let text = fs::read_to_string(out.join("factors.counts.json")).ok()?;
+        let counts: Value = serde_json::from_str(&text).ok()?;
+        Some(counts["cost"]["rays"].as_u64().unwrap())
+    };
+    let mut coordinator = start(&[]);
+    wait_for("the access file", || access.exists().then_some(()));
+    let (mut victim, others) = (work(&access), [work(&access), work(&access)]);
+    let rays = wait_for("the first look", counted);
+    victim.kill().unwrap();
+    victim.wait().unwrap();
+    wait_for("another look", || counted().filter(|&now| now > rays));
+    coordinator.kill().unwrap();
+    coordinator.wait().unwrap();
+    assert!(!out.join("factors.csv").exists(), "the coordinator was killed too late");
+    let stale = fs::read(&access).unwrap();
+    let coordinator = start(&["--resume"]);
+    // This worker does not see that the coordinator removes its access file, and has to be told of the end.
+    let copy = path(&folder, "copy.json");
+    let fresh = wait_for("the other access file", || fs::read(&access).ok().filter(|file| *file != stale));
+    fs::write(&copy, fresh).unwrap();
+    let late = work(&copy);
+    assert_eq!(finish(coordinator).0, 0);
+    assert_eq!(finish(late).0, 0, "the worker was not told of the end");
+    others.into_iter().for_each(|worker| _ = finish(worker));
+    assert!(!access.exists());
+    for file in ["factors.csv", "groups.csv"] {
+        let [here, elsewhere] = ["out1", "out2"].map(|out| fs::read(path(&folder, out).join(file)).unwrap());
+        assert!(here == elsewhere, "{file}");
+    }
 }
 
 #[test]

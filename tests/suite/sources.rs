@@ -103,6 +103,35 @@ fn workers_killed_at_random_leave_no_trace_in_sources() {
     storms_leave_no_trace(job.to_str().unwrap(), &["--paths", "3000000"]);
 }
 
+/// A sky is the source named `sky`: a lamp and a sky light a floor in the open, each alone as much as it does in a scene without
+/// the other.
+#[test]
+fn the_sky_is_a_source() {
+    let folder = tempdir().unwrap();
+    let scene = "[material.floor]\nreflectance = 0.5\n[material.lamp]\nreflectance = 0.0\nemittance = 300.0\n\
+        [[surface]]\nname = \"floor\"\nmaterial = \"floor\"\nquad = [[0,0,0], [1,0,0], [0,1,0]]\n\
+        [[surface]]\nname = \"lamp\"\nmaterial = \"lamp\"\nquad = [[0,0,0], [0,1,0], [0,0,1]]\n\
+        [sky]\nemittance = 100.0\n";
+    std::fs::write(path(&folder, "scene.toml"), scene).unwrap();
+    let job = "scene = \"scene.toml\"\nseed = 42\nconfidence = 0.9999\n[[source]]\nname = \"sky\"\nsurfaces = [\"sky\"]\n\
+        [budget]\npaths = 2_000_000\n";
+    std::fs::write(path(&folder, "job.toml"), job).unwrap();
+    let out = path(&folder, "out");
+    let summary = shot(&path(&folder, "job.toml"), &out, &[]);
+    let names: Vec<&str> =
+        (0..2).map(|source| summary["sources"][source]["name"].as_str().unwrap()).collect();
+    assert_eq!(names, ["sky", "rest"]);
+    let table = columns(&out.join("sources.csv"));
+    let perpendicular = 0.200_043_776_075_403_16;
+    for (name, truth) in [("sky", 50.0 * (1.0 - perpendicular)), ("rest", 150.0 * perpendicular)] {
+        let row = table["source"].iter().position(|source| source == name).unwrap();
+        assert_eq!(table["patch"][row], "0");
+        let [low, high] = ["ci_low", "ci_high"].map(|column| numbers(&table[column][row..=row])[0]);
+        assert!(low <= truth && truth <= high, "{name}: {low} {high}, {truth}");
+        assert!(high - low < 0.05 * truth, "{name}: {low} {high}, {truth}");
+    }
+}
+
 /// Rows of a patch add up to its row in `patches.csv`, and the column of sides is there.
 #[test]
 fn the_tables_have_a_row_for_each_source_and_face() {

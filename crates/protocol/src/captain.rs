@@ -1,6 +1,6 @@
 //! What coordinator and relay share as leaders of a crew: how events reach the crew, and what follows from them.
 
-use crate::crew::{Crew, Step, farewell};
+use crate::crew::{Crew, Step};
 use crate::lead::{Action, Lead, Now, PeerId};
 use crate::message::ToCoordinator;
 
@@ -39,7 +39,7 @@ fn after(captain: &mut impl Captain, step: Step, now: Now) -> Vec<Action> {
 impl<C: Captain> Lead for C {
     fn on_connect(&mut self, id: PeerId) -> Vec<Action> {
         if self.is_over() {
-            return farewell(id).into();
+            return self.its_crew().farewell(id);
         }
         self.crew().on_connect(id);
         vec![]

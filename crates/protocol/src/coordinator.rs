@@ -145,6 +145,13 @@ impl Coordinator {
         }
     }
 
+    /// The coordinator of a job that another job follows: at its end the workers are not told that they are done, and look for
+    /// the other job's coordinator.
+    pub fn followed_by_another(mut self) -> Self {
+        self.crew.expect_another_job();
+        self
+    }
+
     /// The books of the prefix: all that another coordinator needs to go on from here. A large tally is shared, not
     /// copied; the prefix then moves on only after the reader has dropped it.
     pub fn past(&self) -> Past {

@@ -90,6 +90,8 @@ pub(crate) struct Crew {
     hungry: BTreeSet<PeerId>,
     /// Whether walks are leased only to fill gaps below those that are in.
     fills_gaps: bool,
+    /// Whether another job follows this one.
+    goes_on: bool,
     /// The time of the last tick.
     ticked: Now,
     /// The time at which late leases were last looked for.
@@ -132,6 +134,7 @@ impl Crew {
             banned: HashSet::new(),
             hungry: BTreeSet::new(),
             fills_gaps: false,
+            goes_on: false,
             ticked: Duration::ZERO,
             sought: Duration::ZERO,
             awake: Duration::ZERO,
@@ -419,17 +422,24 @@ impl Crew {
         given_up.iter().flat_map(|&(id, reason)| self.forget(id, reason)).collect()
     }
 
-    /// Tells every peer that the job is done, and closes its connection.
+    /// Notes that another job follows this one.
+    pub(crate) fn expect_another_job(&mut self) {
+        self.goes_on = true;
+    }
+
+    /// Parts with every peer.
     pub(crate) fn dismiss(&mut self) -> Vec<Action> {
         let mut ids: Vec<PeerId> = self.peers.keys().copied().collect();
         ids.sort_unstable();
-        ids.into_iter().flat_map(farewell).collect()
+        ids.into_iter().flat_map(|id| self.farewell(id)).collect()
     }
-}
 
-/// The last two actions for a peer: the job is done, and its connection closes.
-pub(crate) fn farewell(id: PeerId) -> [Action; 2] {
-    [Action::Send(id, ToWorker::Done), Action::Close(id)]
+    /// The last actions for a peer. It is told that the job is done, and its connection closes. Where another job follows, its
+    /// connection closes without a word, so that the peer looks for its leader again and finds that job.
+    pub(crate) fn farewell(&self, id: PeerId) -> Vec<Action> {
+        let done = (!self.goes_on).then_some(Action::Send(id, ToWorker::Done));
+        done.into_iter().chain([Action::Close(id)]).collect()
+    }
 }
 
 fn refuse(id: PeerId, name: String, reason: String) -> Vec<Action> {

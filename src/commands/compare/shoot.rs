@@ -11,7 +11,7 @@ use studies::compare::{Shot, Team, Trial};
 
 use crate::build::BUILD;
 use crate::fault::Fault;
-use crate::team::walk;
+use crate::team::{Hands, walk};
 
 /// Walks a trial, in a number of runs.
 ///
@@ -27,7 +27,8 @@ pub(crate) fn shoot(team: Team, trial: &Trial, runs: usize) -> Result<Shot, Faul
         let _ = out.send(prefix.clone());
         Look { walks: prefix.counts.walks, rays: prefix.counts.rays, ..Look::default() }
     };
-    let walked = walk(team, &identity, &job.budget, experiment, (ends, Box::new(judge)), &|_| ())?;
+    let walked =
+        walk(&Hands::Local(team), &identity, &job.budget, experiment, (ends, Box::new(judge)), &|_| ())?;
     Ok(Shot {
         tallies: Shot::runs(experiment.tally::<MOMENTS>(), prefixes.iter()),
         seconds: walked.cpu_seconds / runs as f64,

@@ -5,7 +5,7 @@ use std::ops::Range;
 use crate::jacobi::final_gather::Gathered;
 use crate::jacobi::{ChainBoard, UNITS};
 use crate::tally::{Layout, LinearBoard, Overflow, Scoreboard, Tally};
-use crate::walk::apart::MarkBoard;
+use crate::walk::marks::MarkBoard;
 use crate::walk::score::{RELATED, fixed_units};
 
 /// The board that an experiment scores on; M power sums per score.

@@ -13,7 +13,7 @@ use crate::geometry::spec::Spectrum;
 use crate::method::{Direction, Method, Score, Walks};
 use crate::scene::Scene;
 use crate::tally::Tally;
-use crate::walk::apart::NO_MATERIAL;
+use crate::walk::marks::NO_MATERIAL;
 
 /// A group of patches, by name.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]

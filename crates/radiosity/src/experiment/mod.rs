@@ -32,8 +32,8 @@ use crate::method::{Direction, Method, Score, Unit};
 use crate::scene::Scene;
 use crate::scene::births::Births;
 use crate::tally::{Layout, LinearBoard, Scoreboard, Tally};
-use crate::walk::apart::MarkBoard;
 use crate::walk::estimator::Course;
+use crate::walk::marks::{MarkBoard, Marked};
 use board::{Apart, Scores, Sensing, with_board};
 use exchange::{Exchange, ExchangeSpec};
 use gathering::Gathering;
@@ -207,8 +207,12 @@ impl Experiment {
     fn apart<const M: usize>(&self, groups: &Groups) -> Apart {
         let (faces, layout) = (self.scene.faces().len(), self.layout::<M>());
         let materials = groups.materials().len();
-        let marks =
-            (materials > 0).then(|| MarkBoard::new([faces, materials], M, layout.columns(), !layout.events));
+        let (size, columns) = ([faces, materials], layout.columns());
+        let marks = (materials > 0).then(|| match (layout.events, layout.scores) {
+            (false, _) => MarkBoard::Hits(Marked::new(size, M, columns)),
+            (true, 1) => MarkBoard::Fixed(Marked::new(size, M, columns)),
+            (true, _) => MarkBoard::Coloured(Marked::new(size, M, columns)),
+        });
         Apart { faces, marks }
     }
 

@@ -13,17 +13,28 @@ use crate::random::rng::Sequence;
 use crate::scene::births::Births;
 use crate::tally::{Counts, Overflow};
 use crate::walk::Space;
-use crate::walk::apart::{ByClass, MarkBoard, Marks};
+use crate::walk::apart::ByClass;
 use crate::walk::batch::{walk_all, walk_each};
 use crate::walk::estimator::{EstimatorKind, Event, with_estimator};
 use crate::walk::fate::{Analog, Coloured, Fate, Infinite};
 use crate::walk::linear::{GatherLinear, ShootLinearHits, ShootLinearWeights};
+use crate::walk::marks::{Amount, MarkBoard, Marked, Marks};
 use crate::walk::score::{Gather, GatherRelated, OnArrival, Scorer, ShootHits, ShootRelated, ShootWeights};
 
 /// Where the numbers of walks come from, and which walks.
 pub(super) enum Source<'a> {
     Random(&'a Sequence, Range<u64>),
     Sobol(&'a Quasi, Range<u64>),
+}
+
+/// The marks of a kind, where there are marks.
+macro_rules! marks_of {
+    ($marks:expr, $kind:ident) => {
+        $marks.map(|marks| match marks {
+            MarkBoard::$kind(marks) => marks,
+            _ => wrong_board(),
+        })
+    };
 }
 
 /// Samples between two looks at whether a sum could wrap: those of that many never do.
@@ -128,16 +139,16 @@ impl Experiment {
             (Scores::Hits(board), Score::Of(estimator)) => {
                 with_estimator!(estimator, Analog, |Scored, fate| {
                     let mut score = ShootHits::<Scored, M>::new(self.scene.parts.isa, board);
-                    self.shoot_all(space, source, fate, (&mut score, marks))
+                    self.shoot_all(space, source, fate, (&mut score, marks_of!(marks, Hits)))
                 })
             }
             (Scores::RelatedHits(board), Score::Mix) => {
-                self.shoot_all(space, source, Analog, (&mut ShootRelated::new(board), marks))
+                self.walk_all(self.scene.emitters(), space, source, Analog, &mut ShootRelated::new(board))
             }
             (Scores::Fixed(board), Score::Of(estimator)) => {
                 let end = estimator.infinite_end().unwrap_or_else(|| wrong_board());
                 let mut score = ShootWeights::<OnArrival, 1, M>::new(board);
-                self.shoot_all(space, source, Infinite::new(end), (&mut score, marks))
+                self.shoot_all(space, source, Infinite::new(end), (&mut score, marks_of!(marks, Fixed)))
             }
             (Scores::LinearHits(board), Score::Linear(estimator)) => {
                 with_estimator!(estimator, Analog, |Event, fate| {
@@ -159,7 +170,7 @@ impl Experiment {
             (Scores::Coloured(board), Score::Of(estimator)) => {
                 with_estimator!(estimator, Coloured::new(), |Scored, fate| {
                     let mut score = ShootWeights::<Scored, 3, M>::new(board);
-                    self.shoot_all(space, source, fate, (&mut score, marks))
+                    self.shoot_all(space, source, fate, (&mut score, marks_of!(marks, Coloured)))
                 })
             }
             _ => wrong_board(),
@@ -167,12 +178,12 @@ impl Experiment {
     }
 
     /// Walks from the emitters; where groups are told apart, each scores for its own.
-    fn shoot_all<const C: usize>(
+    fn shoot_all<T: Amount, const C: usize>(
         &self,
         space: Space,
         source: &Source,
         fate: impl Fate<C>,
-        (score, marks): (&mut impl Scorer<C>, Option<&mut MarkBoard>),
+        (score, marks): (&mut impl Scorer<C>, Option<&mut Marked<T, C>>),
     ) -> Counts {
         let births = self.scene.emitters();
         let (Some(groups), Source::Random(sequence, walks)) = (&self.groups, source) else {
@@ -184,7 +195,8 @@ impl Experiment {
             return walk_all(&self.scene, births, space, sequence, walks, fate, &mut score);
         };
         let event = self.method.estimator_kind().map_or(Event::Arrival, EstimatorKind::event);
-        let mut score = Marks::new(&mut score, marks, &groups.material_of_face, event);
+        let isa = self.scene.parts.isa;
+        let mut score = Marks::new(isa, (&mut score, marks), &groups.material_of_face, event);
         walk_all(&self.scene, births, space, sequence, walks, fate, &mut score)
     }
 

@@ -8,6 +8,7 @@ pub(crate) mod depart;
 pub(crate) mod estimator;
 pub(crate) mod fate;
 pub(crate) mod linear;
+pub(crate) mod marks;
 mod places;
 pub(crate) mod plain;
 pub(crate) mod score;

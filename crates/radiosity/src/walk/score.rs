@@ -104,10 +104,10 @@ impl Event for OnAbsorption {
 }
 
 /// The first faces that each walk of a batch scored on; the later ones of a long walk are kept apart.
-struct Visits {
+pub(super) struct Visits {
     /// `faces[k][lane]`: face number k of a walk.
-    faces: Vec<[u32; WIDTH]>,
-    len: [u32; WIDTH],
+    pub(super) faces: Vec<[u32; WIDTH]>,
+    pub(super) len: [u32; WIDTH],
     later: Vec<Vec<u32>>,
 }
 
@@ -116,13 +116,13 @@ struct Visits {
 pub(super) const SEARCHED: usize = 64;
 
 impl Visits {
-    fn new() -> Self {
+    pub(super) fn new() -> Self {
         Visits { faces: Vec::new(), len: [0; WIDTH], later: vec![Vec::new(); WIDTH] }
     }
 
     /// How often each walk has been on its face.
     #[inline(always)]
-    fn earlier(&self, isa: Isa, faces: &[u32; WIDTH]) -> [u32; WIDTH] {
+    pub(super) fn earlier(&self, isa: Isa, faces: &[u32; WIDTH]) -> [u32; WIDTH] {
         let mut earlier = [0; WIDTH];
         let (visits, found) = (self, &mut earlier);
         on_isa!(isa, count_earlier(visits: &Visits, faces: &[u32; WIDTH], found: &mut [u32; WIDTH]));
@@ -145,7 +145,7 @@ impl Visits {
         true
     }
 
-    fn relocate(&mut self, from: usize, to: usize) {
+    pub(super) fn relocate(&mut self, from: usize, to: usize) {
         self.len[to] = self.len[from];
         self.faces.iter_mut().for_each(|row| row[to] = row[from]);
         self.later.swap(from, to);

@@ -39,7 +39,8 @@ pub struct Asked<'a> {
 pub struct Question {
     /// The job, whose scene emits everywhere, in one channel.
     pub job: Job,
-    pub(super) scene: Scene,
+    /// The scene of the job.
+    pub scene: Scene,
     pub(super) groups: Groups,
     pub(super) kind: FactorKind,
     pub(super) tolerance: Option<Tolerance>,

@@ -19,6 +19,55 @@ pub(super) fn perpendicular_rectangles(w: f64, h: f64) -> f64 {
     std::f64::consts::FRAC_1_PI / w * (angles + 0.25 * logarithm)
 }
 
+/// From the rectangle x₀ … x₁ by y₀ … y₁ to another of such ranges in the parallel plane at distance 1 (Howell C-13).
+pub(super) fn parallel_rectangles(from: [[f64; 2]; 2], to: [[f64; 2]; 2]) -> f64 {
+    // The indefinite fourfold integral at the differences of two corners.
+    let integral = |x: f64, y: f64| {
+        let (x1, y1) = (x.hypot(1.0), y.hypot(1.0));
+        let angles = y * x1 * (y / x1).atan() + x * y1 * (x / y1).atan();
+        std::f64::consts::FRAC_1_PI * 0.5 * (angles - 0.5 * (1.0 + x * x + y * y).ln())
+    };
+    let mut sum = 0.0;
+    for corners in 0..16_u32 {
+        let [i, j, k, l] = [0, 1, 2, 3].map(|bit| (corners >> bit & 1) as usize);
+        let sign = if corners.count_ones() % 2 == 0 { 1.0 } else { -1.0 };
+        sum += sign * integral(from[0][i] - to[0][k], from[1][j] - to[1][l]);
+    }
+    sum / ((from[0][1] - from[0][0]) * (from[1][1] - from[1][0]))
+}
+
+/// From the strip x₀ … x₁ of a floor to the strip z₀ … z₁ of a wall at a right angle to it, both of length 1: floor and wall meet
+/// at x = z = 0 (Howell C-14 and the algebra of factors).
+pub(super) fn perpendicular_strips([x0, x1]: [f64; 2], [z0, z1]: [f64; 2]) -> f64 {
+    // A·F from the edge up to x and z.
+    let exchanged = |x: f64, z: f64| if x * z > 0.0 { x * perpendicular_rectangles(x, z) } else { 0.0 };
+    (exchanged(x1, z1) - exchanged(x0, z1) - exchanged(x1, z0) + exchanged(x0, z0)) / (x1 - x0)
+}
+
+/// From an element below one corner of a parallel rectangle of sides a and b at distance 1 to that rectangle (Howell, class B).
+pub(super) fn element_to_parallel_corner(a: f64, b: f64) -> f64 {
+    let (a1, b1) = (a.hypot(1.0), b.hypot(1.0));
+    std::f64::consts::FRAC_1_PI * 0.5 * (a / a1 * (b / a1).atan() + b / b1 * (a / b1).atan())
+}
+
+/// From an element to a rectangle at a right angle to it, whose one side b begins beside the element at distance 1 and whose other
+/// side is c, away from the element's plane (Howell, class B).
+pub(super) fn element_to_perpendicular_corner(b: f64, c: f64) -> f64 {
+    let slant = c.hypot(1.0);
+    std::f64::consts::FRAC_1_PI * 0.5 * (b.atan() - (b / slant).atan() / slant)
+}
+
+/// From an element to a parallel disc of radius r at distance 1, whose axis is a away from the element (Howell, class B).
+pub(super) fn element_to_disc(r: f64, a: f64) -> f64 {
+    let sum = 1.0 + a * a + r * r;
+    0.5 * (1.0 - (1.0 + a * a - r * r) / (sum * sum - 4.0 * a * a * r * r).sqrt())
+}
+
+/// From a disc of radius R₁ to a coaxial annulus between radii R₂ and R₃ at distance 1.
+pub(super) fn disc_to_annulus(r1: f64, [r2, r3]: [f64; 2]) -> f64 {
+    coaxial_discs(r1, r3) - coaxial_discs(r1, r2)
+}
+
 /// From a disc of radius R₁ to a coaxial one of radius R₂ at distance 1 (Howell C-41).
 pub(super) fn coaxial_discs(r1: f64, r2: f64) -> f64 {
     let s = 1.0 + (1.0 + r2 * r2) / (r1 * r1);
@@ -28,6 +77,14 @@ pub(super) fn coaxial_discs(r1: f64, r2: f64) -> f64 {
 /// Endless parallel strips of width 1 at distance H (Howell C-1).
 pub(super) fn strips(h: f64) -> f64 {
     (1.0 + h * h).sqrt() - h
+}
+
+/// From one endless strip to another, by points on their edges: crossed strings (Hottel). Nothing is between them, and both ends
+/// of each see the other.
+pub(super) fn crossed_strings([a, b]: [[f64; 2]; 2], [c, d]: [[f64; 2]; 2]) -> f64 {
+    let far = |p: [f64; 2], q: [f64; 2]| (p[0] - q[0]).hypot(p[1] - q[1]);
+    let crossed = [far(a, c) + far(b, d), far(a, d) + far(b, c)];
+    (crossed[0] - crossed[1]).abs() / (2.0 * far(a, b))
 }
 
 /// Endless plates of one width along a common edge, at an angle [rad] (Howell C-3).
@@ -66,10 +123,61 @@ mod tests {
         assert!((prism(1.0, 1.0, 1.0) - wedge(std::f64::consts::FRAC_PI_3)).abs() < 1e-15);
         assert!((coaxial_discs(1.0, 1e6) - 1.0).abs() < 1e-9);
         assert!((absorbed_by_enclosure(0.3, 1.0, 0.25) - 1.0).abs() < 1e-15);
+        let units = [[0.0, 1.0], [0.0, 1.0]];
+        assert!((parallel_rectangles(units, units) - opposed_rectangles(1.0, 1.0)).abs() < 1e-14);
+        assert!(
+            (crossed_strings([[0.0, 0.0], [1.0, 0.0]], [[0.0, 2.0], [1.0, 2.0]]) - strips(2.0)).abs() < 1e-15
+        );
+        assert!(
+            (perpendicular_strips([0.0, 2.0], [0.0, 0.5]) - perpendicular_rectangles(2.0, 0.5)).abs() < 1e-15
+        );
         // Of the absorbed part the body keeps the rest: as much as reciprocity tells of B₂₁.
         let (e1, e2, f) = (0.7, 0.4, 0.25);
         let b12 = absorbed_by_enclosure(e1, e2, f);
         let b22 = (b12 - e2) / (1.0 - e2);
         assert!((e1 * f * b12 - e2 * (1.0 - b22)).abs() < 1e-15, "{b12} {b22}");
+    }
+
+    /// ∫ cos cos/(πr²) over a surface from an element at the origin that faces up, by the midpoints of n × n cells.
+    fn by_quadrature(cell: impl Fn(f64, f64) -> ([f64; 3], [f64; 3])) -> f64 {
+        let n = 1000;
+        let middle = |k: u32| (f64::from(k) + 0.5) / f64::from(n);
+        let mut sum = 0.0;
+        for (i, j) in (0..n).flat_map(|i| (0..n).map(move |j| (i, j))) {
+            // The point, and the normal times the area of the whole at unit density.
+            let (p, normal) = cell(middle(i), middle(j));
+            let r2: f64 = p.iter().map(|x| x * x).sum();
+            let towards: f64 = p.iter().zip(normal).map(|(x, n)| -x * n).sum();
+            sum += p[2] * towards / (std::f64::consts::PI * r2 * r2);
+        }
+        sum / f64::from(n * n)
+    }
+
+    /// Factors from elements are integrals over what they see; those from rectangles and discs are means of them.
+    #[test]
+    fn factors_from_elements_are_integrals() {
+        let parallel = by_quadrature(|u, v| ([0.8 * u, 1.7 * v, 1.0], [0.0, 0.0, -0.8 * 1.7]));
+        assert!((parallel - element_to_parallel_corner(0.8, 1.7)).abs() < 1e-6, "{parallel}");
+        let wall = by_quadrature(|u, v| ([1.0, 2.0 * u, 1.5 * v], [-2.0 * 1.5, 0.0, 0.0]));
+        assert!((wall - element_to_perpendicular_corner(2.0, 1.5)).abs() < 1e-6, "{wall}");
+        for away in [0.0, 0.4, 2.0] {
+            let disc = by_quadrature(|u, v| {
+                let (radius, (sin, cos)) = (0.7 * u, (std::f64::consts::TAU * v).sin_cos());
+                ([away + radius * cos, radius * sin, 1.0], [0.0, 0.0, -std::f64::consts::TAU * 0.7 * radius])
+            });
+            assert!((disc - element_to_disc(0.7, away)).abs() < 1e-6, "{away}: {disc}");
+        }
+        let (from, to) = ([[0.0, 1.0], [0.0, 2.0]], [[0.5, 2.0], [-1.0, 0.3]]);
+        let n = 200;
+        let middle = |[low, high]: [f64; 2], k: u32| low + (high - low) * (f64::from(k) + 0.5) / f64::from(n);
+        let corner = |a: f64, b: f64| a.signum() * b.signum() * element_to_parallel_corner(a.abs(), b.abs());
+        let mut mean = 0.0;
+        for (i, j) in (0..n).flat_map(|i| (0..n).map(move |j| (i, j))) {
+            let [x, y] = [middle(from[0], i), middle(from[1], j)];
+            let [[x0, x1], [y0, y1]] = [to[0].map(|edge| edge - x), to[1].map(|edge| edge - y)];
+            mean += corner(x1, y1) - corner(x0, y1) - corner(x1, y0) + corner(x0, y0);
+        }
+        mean /= f64::from(n * n);
+        assert!((mean - parallel_rectangles(from, to)).abs() < 1e-5, "{mean}");
     }
 }

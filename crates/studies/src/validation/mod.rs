@@ -2,7 +2,9 @@
 //!
 //! Standard errors are those that theory gives the walks, so that every row is judged by a normal deviate.
 
+mod cie;
 mod closed_forms;
+mod elements;
 mod shapes;
 
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_3, FRAC_PI_6};
@@ -18,8 +20,14 @@ use crate::papers::{Chapter, Findings};
 use crate::walking;
 
 /// All chapters, in the order of the page.
-pub const CHAPTERS: [Chapter; 4] = [
+pub const CHAPTERS: [Chapter; 6] = [
     Chapter { name: "catalogue", title: "Form factors of the catalogue", run: catalogue },
+    Chapter {
+        name: "elements",
+        title: "Factors of elements, strips and offset rectangles",
+        run: elements::run,
+    },
+    Chapter { name: "cie", title: "Test cases of CIE 171", run: cie::run },
     Chapter { name: "enclosures", title: "Cavities, enclosures and streets", run: enclosures },
     Chapter { name: "gebhart", title: "Heat between a cube and the cube around it", run: gebhart },
     Chapter { name: "closed", title: "Light in closed rooms", run: closed },
@@ -146,6 +154,19 @@ fn enclosures(lab: &Lab) -> Findings {
             truth,
         });
     }
+    for cuts in [1, 3] {
+        let mut sphere = shapes::icosphere(cuts, 0.0);
+        let (area, opening) = shapes::areas(&sphere);
+        sphere.surfaces.pop();
+        pairs.push(Pair {
+            label: format!("icosphere of {} triangles, one of them open: to itself", 20 << (2 * cuts)),
+            spec: sphere,
+            group: |_| 0,
+            from: 0,
+            to: 0,
+            truth: 1.0 - opening / (area - opening),
+        });
+    }
     for h in [0.5, 2.0] {
         pairs.push(Pair {
             label: format!("endless street between walls of height {h}: its floor to the sky"),
@@ -196,6 +217,7 @@ fn closed(lab: &Lab) -> Findings {
         ("cube, R = 0.9", furnace(shapes::enclosure([1.0; 3], 0.9))),
         ("box of 1 × 2 × 5, R = 0.7", furnace(shapes::enclosure([1.0, 2.0, 5.0], 0.7))),
         ("octahedron, R = 0.8", furnace(shapes::octahedron(0.8))),
+        ("icosphere of 320 triangles, R = 0.9", furnace(shapes::icosphere(2, 0.9))),
     ] {
         rows.push(radiosity_of_furnace(lab, name, &spec));
     }

@@ -40,6 +40,104 @@ pub(super) fn perpendicular(w: f64, h: f64) -> SceneSpec {
     black([quad([0.0; 3], [w, 0.0, 0.0], edge), quad([0.0; 3], edge, up)])
 }
 
+/// Rectangles of these ranges of x and y: the first at height 0, the second at height 1 above it.
+pub(super) fn parallel([x, y]: [[f64; 2]; 2], [s, t]: [[f64; 2]; 2]) -> SceneSpec {
+    let (u, v) = ([x[1] - x[0], 0.0, 0.0], [0.0, y[1] - y[0], 0.0]);
+    let (p, q) = ([s[1] - s[0], 0.0, 0.0], [0.0, t[1] - t[0], 0.0]);
+    black([quad([x[0], y[0], 0.0], u, v), quad([s[0], t[0], 1.0], q, p)])
+}
+
+/// A strip of a floor and a strip of a wall at x = 0, both of length 1.
+pub(super) fn perpendicular_strips([x0, x1]: [f64; 2], [z0, z1]: [f64; 2]) -> SceneSpec {
+    let edge = [0.0, 1.0, 0.0];
+    black([quad([x0, 0.0, 0.0], [x1 - x0, 0.0, 0.0], edge), quad([0.0, 0.0, z0], edge, [0.0, 0.0, z1 - z0])])
+}
+
+/// Endless strips between points of the plane x, z, whose fronts are on the left of the way from the first point to the second.
+pub(super) fn endless(strips: impl IntoIterator<Item = [[f64; 2]; 2]>) -> SceneSpec {
+    let strip = |[[x0, z0], [x1, z1]]: [[f64; 2]; 2]| {
+        quad([x0, 0.0, z0], [x1 - x0, 0.0, z1 - z0], [0.0, ENDLESS, 0.0])
+    };
+    black(strips.into_iter().map(strip))
+}
+
+/// The side of a patch that stands for an element, where what it sees is some metres away: its factors differ from those of the
+/// element by a millionth.
+const ELEMENT: f64 = 1e-3;
+
+/// An element at the origin that faces up, and rectangles by corner and two edges.
+pub(super) fn element<const N: usize>(rectangles: [[[f64; 3]; 3]; N]) -> SceneSpec {
+    let corner = [-0.5 * ELEMENT, -0.5 * ELEMENT, 0.0];
+    let own = quad(corner, [ELEMENT, 0.0, 0.0], [0.0, ELEMENT, 0.0]);
+    black([own].into_iter().chain(rectangles.map(|[corner, u, v]| quad(corner, u, v))))
+}
+
+/// An element at the origin that faces up, and a disc of radius r of [`SECTORS`] triangles above it, at distance 1 and `away`.
+pub(super) fn element_and_disc(r: f64, away: f64) -> SceneSpec {
+    let mut spec = element([]);
+    let corner = |k: u32| {
+        let (sin, cos) = (std::f64::consts::TAU * f64::from(k) / f64::from(SECTORS)).sin_cos();
+        DVec3::new(away + r * cos, r * sin, 1.0)
+    };
+    let a = DVec3::new(away, 0.0, 1.0);
+    let sector = |k| Shape::Triangle { a, b: corner(k + 1), c: corner(k), rows: 1 };
+    spec.surfaces.extend((0..SECTORS).map(|k| grey(sector(k), 0.0)));
+    spec
+}
+
+/// A closed icosphere seen from inside: an icosahedron whose triangles are cut in four and pushed out to radius 1, as often as
+/// `cuts` says.
+pub(super) fn icosphere(cuts: u32, reflectance: f64) -> SceneSpec {
+    let golden = 0.5 * (1.0 + 5.0_f64.sqrt());
+    let mut corners = Vec::new();
+    for (a, b) in [(1.0, golden), (1.0, -golden), (-1.0, golden), (-1.0, -golden)] {
+        corners.extend([DVec3::new(0.0, a, b), DVec3::new(a, b, 0.0), DVec3::new(b, 0.0, a)]);
+    }
+    // Corners of an edge are 2 apart, all others more.
+    let is_edge = |a: DVec3, b: DVec3| a.distance(b) < 2.1;
+    let mut triangles = Vec::new();
+    for (i, &a) in corners.iter().enumerate() {
+        for (j, &b) in corners.iter().enumerate().skip(i + 1) {
+            for &c in corners.iter().skip(j + 1).filter(|&&c| is_edge(a, b) && is_edge(b, c) && is_edge(a, c))
+            {
+                let inwards = (b - a).cross(c - a).dot(a) < 0.0;
+                triangles.push(if inwards { [a, b, c] } else { [a, c, b] }.map(DVec3::normalize));
+            }
+        }
+    }
+    for _ in 0..cuts {
+        let cut = |[a, b, c]: [DVec3; 3]| {
+            let [d, e, f] = [a + b, b + c, c + a].map(DVec3::normalize);
+            [[a, d, f], [d, b, e], [f, e, c], [d, e, f]]
+        };
+        triangles = triangles.into_iter().flat_map(cut).collect();
+    }
+    let surface = |[a, b, c]: [DVec3; 3]| grey(Shape::Triangle { a, b, c, rows: 1 }, reflectance);
+    SceneSpec::new(triangles.into_iter().map(surface).collect())
+}
+
+/// An opening from `low` to `high` in the roof of a room of 4 × 4 × 3, its floor, and its walls.
+pub(super) fn room_below_opening([low, high]: [f64; 2]) -> SceneSpec {
+    let side = high - low;
+    let opening = quad([low, low, 3.0], [0.0, side, 0.0], [side, 0.0, 0.0]);
+    let room = enclosure([4.0, 4.0, 3.0], 0.0);
+    let mut spec = black([opening, room.surfaces[4].shape]);
+    spec.surfaces.extend(room.surfaces.into_iter().take(4));
+    spec
+}
+
+/// The area of a scene of triangles, and that of its last [m²].
+pub(super) fn areas(spec: &SceneSpec) -> (f64, f64) {
+    let area = |surface: &SurfaceSpec| match surface.shape {
+        Shape::Triangle { a, b, c, .. } => 0.5 * (b - a).cross(c - a).length(),
+        Shape::Parallelogram { corner, corner_u, corner_v, .. } => {
+            (corner_u - corner).cross(corner_v - corner).length()
+        }
+    };
+    let last = spec.surfaces.last().map_or(0.0, area);
+    (spec.surfaces.iter().map(area).sum(), last)
+}
+
 /// Endless parallel strips of width 1 at distance h.
 pub(super) fn strips(h: f64) -> SceneSpec {
     let (u, v) = ([1.0, 0.0, 0.0], [0.0, ENDLESS, 0.0]);
@@ -88,6 +186,14 @@ pub(super) fn discs(r1: f64, r2: f64) -> SceneSpec {
         })
     };
     black(disc(0.0, r1, true).chain(disc(1.0, r2, false)))
+}
+
+/// A disc of radius r₁, and above it two discs in one plane, of which the smaller leaves of the larger an annulus: three groups
+/// of [`SECTORS`] triangles, the annulus the last.
+pub(super) fn disc_and_annulus(r1: f64, [r2, r3]: [f64; 2]) -> SceneSpec {
+    let mut spec = discs(r1, r2);
+    spec.surfaces.extend(discs(r1, r3).surfaces.split_off(SECTORS as usize));
+    spec
 }
 
 /// A box of 1 × 1 × depth without its lid, seen from inside.
