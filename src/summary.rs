@@ -6,7 +6,7 @@ use protocol::checkpoint::Checkpoint;
 use radiosity::Experiment;
 use report::words::{counted, duration, percent, quantity};
 use report::{
-    AccuracySummary, PrecisionSummary, SensitivitySummary, SensorSummary, SensorsSummary, SourceSummary,
+    AccuracySummary, PartitionSummary, PrecisionSummary, SensitivitySummary, SensorSummary, SensorsSummary, SourceSummary,
     Summary, Target, TotalSummary, WorstPatch,
 };
 use results::{Latest, RunOutput, Settings};
@@ -85,6 +85,9 @@ fn describe(summary: &Summary, settings: &Settings) {
         quantity(summary.rays_per_second)
     ));
     describe_precision(summary);
+    if let Some(partition) = &summary.partition {
+        describe_partition(partition);
+    }
     if let Some(accuracy) = &summary.accuracy {
         describe_accuracy(accuracy);
     }
@@ -142,6 +145,19 @@ fn describe_sensors(sensors: &SensorsSummary) {
     if let Some(reached) = sensors.reached {
         say(&format!("target of sensors {}", if reached { "reached" } else { "not reached" }));
     }
+}
+
+/// Which patches were chosen, and what was foretold of them.
+fn describe_partition(partition: &PartitionSummary) {
+    let PartitionSummary { surfaces, patches, basis, pilot_paths, for_paths, total, .. } = *partition;
+    say(&format!(
+        "patches: a pilot of {} paths cut {} in {}, with {basis} light on each; it foretold an error of {} for {} paths",
+        quantity(pilot_paths as f64),
+        counted(surfaces, "surface"),
+        counted(patches, "patch"),
+        percent(total),
+        quantity(for_paths as f64)
+    ));
 }
 
 /// How far the means of patches are from the light on them, and whether that is near enough.

@@ -24,6 +24,12 @@ pub(crate) fn check(args: &CheckArgs) -> Result<Outcome, Fault> {
     memory::check(&job, 1)?;
     describe_import(&job.scene);
     let faults = match job::file_kind(&args.file)? {
+        FileKind::Job if job.auto.is_some() => {
+            let walks = job::MethodTable::default().walks();
+            let faults = describe_scene(&Experiment::new(job.build_scene()?, walks)?, &units(job.light));
+            describe_open(&job);
+            faults
+        }
         FileKind::Job => {
             let experiment = Experiment::new(job.build_scene()?, job.method.walks())?
                 .with_sensors(job.scene.sensors())?
@@ -92,6 +98,16 @@ fn describe_scene(experiment: &Experiment, units: &Units) -> Vec<String> {
 fn power(scene: &Scene) -> String {
     let channels = (0..scene.channels()).map(|channel| format!("{:.6}", scene.total_power(channel)));
     channels.collect::<Vec<_>>().join(", ")
+}
+
+/// What a pilot chooses when the job is run.
+fn describe_open(job: &Job) {
+    let open = job.auto.as_ref().map_or(0, |auto| auto.surfaces.len());
+    say(&format!(
+        "job: {} paths; a pilot chooses the patches of {} when it is run, which count as one each here",
+        job.budget.paths,
+        counted(open as u64, "surface")
+    ));
 }
 
 fn describe_job(job: &Job, experiment: &Experiment) {

@@ -16,6 +16,7 @@ pub mod coincident;
 pub mod drift;
 pub mod fit;
 pub mod limits;
+pub mod partition;
 pub mod plan;
 mod resolution;
 pub mod sensors;

@@ -19,6 +19,7 @@ mod mark;
 mod method;
 mod model;
 mod page;
+mod partition;
 mod patches;
 mod picture;
 #[cfg(test)]
@@ -45,6 +46,7 @@ pub use factors::{
 pub use method::MethodWords;
 pub use model::{Bounce, Model};
 pub use page::{Live, Milestone, Page};
+pub use partition::PartitionSummary;
 pub use patches::{face_words, flags, side_name, write_patches};
 pub use picture::{Photo, Picture, Shot};
 pub use sensitivities::{SensitivitySummary, sensitivity_summaries, write_sensitivities};

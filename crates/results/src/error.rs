@@ -8,6 +8,12 @@ use protocol::merge::MergeFault;
 /// A result that cannot be written, read, or believed.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
+    /// A job cannot be used.
+    #[error(transparent)]
+    Job(#[from] job::Error),
+    /// A method would be wrong in its scene.
+    #[error(transparent)]
+    Unfit(#[from] radiosity::Unfit),
     /// A file of the output folder cannot be written.
     #[error(transparent)]
     Report(#[from] report::Error),

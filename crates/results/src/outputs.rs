@@ -1,10 +1,10 @@
 //! What a run leaves behind: its output folder.
 
-use std::io;
+use std::io::{self, Write as _};
 use std::path::Path;
 use std::sync::Arc;
 
-use job::{Light, OutputFile, Word};
+use job::{Forecast, Light, OutputFile, Word};
 use judge::bounces::bounces;
 use judge::checks::checks_of_result;
 use judge::{target, total};
@@ -12,11 +12,11 @@ use protocol::checkpoint::{Book, Checkpoint, Look, Part, Session};
 use protocol::roster::Contributor;
 use radiosity::{Estimates, Experiment, Influences, Precision, Readings};
 use report::{
-    Draft, Live, Milestone, Model, OutputFolder, Page, PartSummary, Photo, Provenance, RunFacts,
+    Draft, Live, Milestone, Model, OutputFolder, Page, PartSummary, PartitionSummary, Photo, Provenance, RunFacts,
     SessionSummary, Shot, Smooth, Summary, TotalSummary, Units, WorkerSummary,
 };
 
-use crate::checkpoints::{self, CURRENT, DERIVED, Latest, PREVIOUS, SENSITIVITIES, SENSORS, SOURCES};
+use crate::checkpoints::{self, CURRENT, DERIVED, Latest, PARTITION, PREVIOUS, SENSITIVITIES, SENSORS, SOURCES};
 use crate::error::Error;
 use crate::kept::Kept;
 use crate::settings::Settings;
@@ -147,6 +147,11 @@ impl RunOutput {
                 .folder
                 .draft(SENSITIVITIES, |writer| report::write_sensitivities(writer, &influences))?;
             drafts.push((SENSITIVITIES, draft));
+        }
+        if settings.forecast.is_some() {
+            let text = settings.partition_of(scene.faces().shapes()).to_toml();
+            let draft = self.folder.draft(PARTITION, |writer| writer.write_all(text.as_bytes()))?;
+            drafts.push((PARTITION, draft));
         }
         for &file in &files {
             let draft = self.folder.draft(file.name(), |writer| match (file, &view) {
@@ -325,6 +330,7 @@ fn facts(
             target: target.total_error,
             reached: total::is_met(&target, estimates, paths),
         }),
+        partition: settings.forecast.map(|forecast| partition_summary(&forecast, estimates)),
         sensors: readings(settings, estimates).map(|readings| {
             let goal = settings.sensor_goal(experiment);
             target::judge_sensors(goal.as_ref(), &readings, experiment, tally)
@@ -391,6 +397,21 @@ fn provenance(book: &Book, paths_per_walk: u64) -> Provenance {
         parts: book.parts.iter().map(part).collect(),
         workers: book.workers.iter().map(worker).collect(),
         sessions: book.sessions.iter().map(session).collect(),
+    }
+}
+
+/// Patches that a pilot has chosen.
+fn partition_summary(forecast: &Forecast, estimates: &Estimates) -> PartitionSummary {
+    PartitionSummary {
+        surfaces: forecast.surfaces,
+        patches: estimates.scene().faces().patch_count() as u64,
+        basis: if forecast.linear { "linear" } else { "constant" },
+        pilot_paths: forecast.paths,
+        pilot_rays: forecast.rays,
+        for_paths: forecast.for_paths,
+        noise: forecast.noise,
+        discretisation: forecast.discretisation,
+        total: forecast.total(),
     }
 }
 

@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use job::Partition;
 use judge::MOMENTS;
 use protocol::checkpoint::CheckpointFault;
 use protocol::codec::{CodecError, decode_serde, encode_serde};
@@ -20,8 +21,8 @@ struct Packed {
 
 /// Bytes of settings that came after the first format 5 of `tally.bin`: notes of imports, units of light, sensors and what is
 /// asked of them, files, the three parts of the view, the two of the materials, exchange factors, sources, materials whose
-/// influence is measured, the factors of a mixture, and the total error.
-const LATER_SETTINGS: usize = 15;
+/// influence is measured, the factors of a mixture, the total error, and what a pilot has foretold.
+const LATER_SETTINGS: usize = 16;
 
 /// The bytes of a job.
 ///
@@ -48,6 +49,16 @@ fn decode(bytes: &[u8]) -> Result<Packed, String> {
     let longer = |more: usize| decode_serde(&[bytes, &vec![0; more]].concat()).ok();
     let packed = packed.or_else(|error| (1..=LATER_SETTINGS).find_map(longer).ok_or(error));
     packed.map_err(|error| error.to_string())
+}
+
+/// The partition that a pilot has chosen for the job that was packed; `None` where there was no pilot.
+///
+/// # Errors
+/// In words, where the bytes are no job.
+pub(crate) fn partition(bytes: &[u8]) -> Result<Option<Partition>, String> {
+    let Packed { scene, settings, .. } = decode(bytes)?;
+    let shapes = scene.surfaces.iter().map(|surface| &surface.shape);
+    Ok(settings.forecast.map(|_| settings.partition_of(shapes)))
 }
 
 /// Settings and scene with the method that was packed.

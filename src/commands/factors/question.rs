@@ -9,6 +9,7 @@ use report::{BACK, ESCAPE, GroupRow};
 
 use super::fault::FactorsFault;
 use crate::args::FactorsArgs;
+use crate::choose::load_given;
 use crate::fault::Fault;
 
 /// The most groups: every pair of them is a row of the table.
@@ -35,7 +36,7 @@ pub(super) struct Question {
 impl Question {
     /// Reads what was typed, and the files that it names.
     pub(super) fn read(args: &FactorsArgs) -> Result<Self, Fault> {
-        let mut job = job::load(&args.job.job, &args.job.overrides())?;
+        let mut job = load_given(&args.job.job, &args.job.overrides(), "factors")?;
         let kind = match args.reflections || args.temperatures.is_some() {
             true => FactorKind::Absorbed,
             false => FactorKind::FirstHit,

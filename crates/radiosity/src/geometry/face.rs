@@ -105,6 +105,11 @@ impl Faces {
         faces
     }
 
+    /// The outlines of the surfaces and their cells, in the order of the surfaces.
+    pub fn shapes(&self) -> impl Iterator<Item = &Shape> {
+        self.surfaces.iter().map(|surface| &surface.shape)
+    }
+
     /// How many there are.
     #[expect(clippy::len_without_is_empty, reason = "no scene is without faces")]
     pub fn len(&self) -> usize {
