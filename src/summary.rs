@@ -6,8 +6,8 @@ use protocol::checkpoint::Checkpoint;
 use radiosity::Experiment;
 use report::words::{counted, duration, percent, quantity};
 use report::{
-    AccuracySummary, PartitionSummary, PrecisionSummary, SensitivitySummary, SensorSummary, SensorsSummary, SourceSummary,
-    Summary, Target, TotalSummary, WorstPatch,
+    AccuracySummary, PartitionSummary, PrecisionSummary, SensitivitySummary, SensorSummary, SensorsSummary,
+    SourceSummary, Summary, Target, TotalSummary, WorstPatch,
 };
 use results::{Latest, RunOutput, Settings};
 use tracing::warn;

@@ -54,7 +54,8 @@ fn a_surface_may_be_left_open_alone() {
     let wall = |corners: &str, patches: &str| {
         format!("[[surface]]\nmaterial = \"wall\"\nquad = {corners}\npatches = {patches}\n")
     };
-    let lamp = "[[surface]]\nmaterial = \"lamp\"\nquad = [[0.4, 0.4, 0.9], [0.4, 0.6, 0.9], [0.6, 0.4, 0.9]]\n";
+    let lamp =
+        "[[surface]]\nmaterial = \"lamp\"\nquad = [[0.4, 0.4, 0.9], [0.4, 0.6, 0.9], [0.6, 0.4, 0.9]]\n";
     let text = [
         "[material.wall]\nreflectance = 0.5\n[material.lamp]\nreflectance = 0\nemittance = 1\n",
         lamp,
@@ -82,7 +83,8 @@ fn refused(folder: &TempDir, args: &[&str]) -> String {
 #[test]
 fn what_cannot_be_cut_so_is_refused_in_words() {
     let folder = tempdir().unwrap();
-    let numbers = refused(&folder, &[&AUTO[..], &["--set", "target={relative_error=0.1,patches=[3]}"]].concat());
+    let numbers =
+        refused(&folder, &[&AUTO[..], &["--set", "target={relative_error=0.1,patches=[3]}"]].concat());
     assert!(numbers.contains("target.patches") && numbers.contains("no numbers yet"), "{numbers}");
     let file = path(&folder, "other.toml");
     let set = format!("scene.patches={}", text(&file));

@@ -82,7 +82,10 @@ impl<'a> Goals<'a> {
         let target = self.of_patches.map(|target| Target { patches, ..target });
         let errors = self.sensors.map(|value| read_sensor_errors(value, sensors)).transpose()?;
         let of_sensors = errors.map(|sensors| SensorTarget { sensors, min_paths, unhit });
-        let total_error = self.total_error.map(|value| read_total_error(&value, method, patch_count.is_none())).transpose()?;
+        let total_error = self
+            .total_error
+            .map(|value| read_total_error(&value, method, patch_count.is_none()))
+            .transpose()?;
         let total = total_error.map(|total_error| TotalTarget { total_error, min_paths });
         Ok(Asked { target, sensor_target: of_sensors, total_target: total })
     }

@@ -271,9 +271,7 @@ fn cut(
         }
         (None, Patches::Given(file, place)) => {
             let partition = Partition::read(&file, &place)?;
-            scene
-                .cut(&partition.cuts)
-                .map_err(|problem| misfit(problem, (Spot::File, &file, "surfaces")))?;
+            scene.cut(&partition.cuts).map_err(|problem| misfit(problem, (Spot::File, &file, "surfaces")))?;
             Ok(Some(partition))
         }
         (None, Patches::Auto) => {

@@ -48,8 +48,8 @@ pub use job::{
 };
 pub use kind::{FileKind, file_kind};
 pub use method::{Beside, MethodTable, WalkKind, job_hash};
-pub use partition::{Auto, Forecast, Partition};
 pub use output::{OutputFile, Stand, View};
+pub use partition::{Auto, Forecast, Partition};
 pub use radiosity::Sampler;
 pub use scene::{SceneFile, load_scene, load_scene_with};
 pub use schema::{job_schema, scene_schema};

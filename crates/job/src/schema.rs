@@ -15,8 +15,8 @@ use crate::keys::{
 };
 use crate::material::MATERIAL_KEYS;
 use crate::method::{BIRTH_KEYS, Basis, EndWord, INFINITE_KEYS, SOLVE_KEYS, SolveWord, WalkKind};
-use crate::partition::{AUTO, SCENE_TABLE_KEYS};
 use crate::output::{FOV, MAX_PIXELS, OUTPUT_KEYS, OutputFile, VIEW_KEYS};
+use crate::partition::{AUTO, SCENE_TABLE_KEYS};
 use crate::scene::{MESH_KEYS, SURFACE_KEYS};
 use crate::sensors::SENSOR_KEYS;
 use crate::sky::SKY_KEYS;

@@ -40,9 +40,7 @@ impl Source<'_> {
         .map_err(refuse)?;
         let Some(partition) = choose(&job, all_threads()).map_err(refuse)? else { return Ok(job) };
         match self {
-            Source::Mesh(mesh) => {
-                job::load_mesh_cut(&mesh.name, mesh.mesh.clone(), overrides, &partition)
-            }
+            Source::Mesh(mesh) => job::load_mesh_cut(&mesh.name, mesh.mesh.clone(), overrides, &partition),
             Source::File(path) => job::load_cut(path, overrides, &partition),
         }
         .map_err(refuse)

@@ -22,7 +22,7 @@ use rustix::time::{ClockId, clock_gettime};
 type Failure = Box<dyn Error>;
 
 /// Cells of a reference, about.
-const FINE: f64 = 40_000.0;
+const FINE: f64 = 60_000.0;
 
 /// Walks by which uniform grids are measured.
 const MEASURED: u64 = 1 << 21;
@@ -108,8 +108,9 @@ impl Room {
     fn errors(&self, cuts: &[Cut], experiment: &Experiment, tally: &Tally) -> Errors {
         let faces = experiment.scene().faces();
         let mut errors = Errors { whole: [0.0; 2], noise: [0.0; 2] };
-        let fits: Vec<Fit> =
-            (0..faces.len()).map(|face| experiment.fit(tally, face, 0).expect("walks that are shot")).collect();
+        let fits: Vec<Fit> = (0..faces.len())
+            .map(|face| experiment.fit(tally, face, 0).expect("walks that are shot"))
+            .collect();
         for (face, fit) in fits.iter().enumerate() {
             let area = faces.get(face).area;
             errors.noise[0] += area * fit.mean_variance;
@@ -161,9 +162,9 @@ impl Room {
     fn uniform(&self) -> Result<Vec<Grid>, Failure> {
         let mut grids: Vec<Grid> = Vec::new();
         let mut cells = self.spec.surfaces.len() as f64 / 2.0;
-        while cells < FINE / 8.0 {
+        while cells < FINE / 3.0 {
             let cuts = cut_all(&self.spec, cells);
-            cells *= 1.5;
+            cells *= 1.7;
             if grids.last().is_some_and(|grid| grid.cuts == cuts) {
                 continue;
             }

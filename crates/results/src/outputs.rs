@@ -12,11 +12,13 @@ use protocol::checkpoint::{Book, Checkpoint, Look, Part, Session};
 use protocol::roster::Contributor;
 use radiosity::{Estimates, Experiment, Influences, Precision, Readings};
 use report::{
-    Draft, Live, Milestone, Model, OutputFolder, Page, PartSummary, PartitionSummary, Photo, Provenance, RunFacts,
-    SessionSummary, Shot, Smooth, Summary, TotalSummary, Units, WorkerSummary,
+    Draft, Live, Milestone, Model, OutputFolder, Page, PartSummary, PartitionSummary, Photo, Provenance,
+    RunFacts, SessionSummary, Shot, Smooth, Summary, TotalSummary, Units, WorkerSummary,
 };
 
-use crate::checkpoints::{self, CURRENT, DERIVED, Latest, PARTITION, PREVIOUS, SENSITIVITIES, SENSORS, SOURCES};
+use crate::checkpoints::{
+    self, CURRENT, DERIVED, Latest, PARTITION, PREVIOUS, SENSITIVITIES, SENSORS, SOURCES,
+};
 use crate::error::Error;
 use crate::kept::Kept;
 use crate::settings::Settings;

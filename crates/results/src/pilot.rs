@@ -68,7 +68,8 @@ pub fn choose(job: &Job, threads: usize) -> Result<Option<Partition>, Error> {
         let choice = match &job.total_target {
             None => candidates.choose(budget as f64),
             Some(target) => {
-                let error = (AIM * target.total_error).powi(2) * energy.max(0.0);
+                let aim = AIM * target.total_error;
+                let error = aim * aim * energy.max(0.0);
                 candidates.choose_for(error, FIRST as f64, budget as f64)
             }
         };

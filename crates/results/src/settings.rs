@@ -1,7 +1,10 @@
 //! All that reporting a result needs beside the walks and their scene: it travels with the job and stays in
 //! `tally.bin`.
 
-use job::{Beside, Cut, Finishes, Forecast, Job, Light, MethodTable, OutputFile, Partition, SensorTarget, Target, TotalTarget, View};
+use job::{
+    Beside, Cut, Finishes, Forecast, Job, Light, MethodTable, OutputFile, Partition, SensorTarget, Target,
+    TotalTarget, View,
+};
 use judge::target::SensorGoal;
 use radiosity::{ExchangeSpec, Experiment, Groups, PatchGroup, Scene, SensorSpec, Shape};
 use serde::{Deserialize, Serialize};
@@ -146,7 +149,9 @@ impl Settings {
         Partition {
             cuts: shapes.map(Cut::of).collect(),
             forecast: self.forecast,
-            linear: self.method.beside == Beside::Slopes, space: self.method.space }
+            linear: self.method.beside == Beside::Slopes,
+            space: self.method.space,
+        }
     }
 
     /// A digest of the target, which distinguishes looks at different targets.

@@ -109,7 +109,8 @@ fn truth(path: &Path, n: u32, walks: u64) -> Vec<Vec<f64>> {
     let experiment = Experiment::new(job.build_scene().unwrap(), job.method.walks()).unwrap();
     let tally = tally(&experiment, 1 << 50, walks);
     let estimates = Estimates::new(&experiment, &tally, 0.95);
-    let b: Vec<f64> = (0..7 * n * n).map(|face| estimates.face(face as usize).unwrap()[0].radiosity).collect();
+    let b: Vec<f64> =
+        (0..7 * n * n).map(|face| estimates.face(face as usize).unwrap()[0].radiosity).collect();
     b.chunks((n * n) as usize).map(<[f64]>::to_vec).collect()
 }
 

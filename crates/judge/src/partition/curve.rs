@@ -14,12 +14,12 @@ const SLOWEST: f64 = 0.5;
 /// What a doubling is taken to gain, over the one before it, where no gain tells.
 const USUAL: f64 = 0.25;
 
-/// The first doublings along an axis of which nothing is known beforehand: the light of a symmetric scene may hide from the
-/// first.
-const UNTOLD: usize = 2;
+/// The part of a surface's energy that the first doubling along an axis gains where the pilot cannot tell, by constants and by
+/// linear fits: light that varies by some tenths of itself.
+const TYPICAL: [f64; 2] = [0.03, 0.005];
 
-/// A gain counts as seen, whatever was expected of it, where it exceeds that by this number of standard errors.
-const SURPRISE: f64 = 3.0;
+/// Light counts as varying along an axis once a doubling there gains this number of standard errors.
+const SEEN: f64 = 2.5;
 
 /// One grid of a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -44,7 +44,8 @@ pub(crate) fn curve(light: &SurfaceLight, basis: Basis) -> Vec<Step> {
         Cut::Grid(_) => 2,
         Cut::Rows(_) => 1,
     };
-    let mut histories = [History::new(basis), History::new(basis)];
+    let energy = light.caught(basis, [0, 0]).max(0.0);
+    let mut histories = [History::new(basis, energy), History::new(basis, energy)];
     let (mut levels, mut cuts, mut gains) = ([0, 0], vec![light.base], Vec::new());
     loop {
         let open = (0..axes).filter(|&axis| levels[axis] < light.top[axis] + BEYOND);
@@ -53,10 +54,10 @@ pub(crate) fn curve(light: &SurfaceLight, basis: Basis) -> Vec<Step> {
             let length = |axis: usize| light.edges[axis] / f64::from(1_u32 << levels[axis]);
             one.promise.total_cmp(&other.promise).then(length(*a).total_cmp(&length(*b)))
         });
-        let Some((axis, Gain { gain, .. })) = next else { break };
-        histories[axis].push(gain);
+        let Some((axis, next)) = next else { break };
+        gains.push(next.gain);
+        histories[axis].push(next);
         levels[axis] += 1;
-        gains.push(gain);
         cuts.push(light.base.doubled(levels));
     }
     let mut lost: f64 = histories[..axes].iter().map(History::rest).sum();
@@ -68,7 +69,7 @@ pub(crate) fn curve(light: &SurfaceLight, basis: Basis) -> Vec<Step> {
             if i > 0 {
                 lost += gains[gains.len() - i];
             }
-            Step { cut, lost }
+            Step { cut, lost: lost.max(0.0) }
         })
         .collect();
     steps.reverse();
@@ -78,6 +79,8 @@ pub(crate) fn curve(light: &SurfaceLight, basis: Basis) -> Vec<Step> {
 /// What a doubling gains.
 struct Gain {
     gain: f64,
+    /// Whether it stands out from the noise of its measurement.
+    seen: bool,
     /// What it and the next one along the axis gain in the mean, where that is more: by it axes are compared.
     promise: f64,
 }
@@ -90,21 +93,17 @@ fn gain(light: &SurfaceLight, basis: Basis, levels: [u32; 2], axis: usize, histo
     };
     let expected = history.expected();
     if levels[axis] >= light.top[axis] {
-        return Gain { gain: expected, promise: expected };
+        return Gain { gain: expected, seen: false, promise: expected };
     }
-    let (seen, variance) = measured(light, basis, levels, finer(1));
-    let gain = match history.gains.len() < UNTOLD {
-        true => shrunk(seen, variance),
-        false => history.weighed(seen, variance),
-    };
+    let (gain, seen) = history.weighed(measured(light, basis, levels, finer(1)), 1.0);
     let promise = match levels[axis] + 1 < light.top[axis] {
         true => {
-            let (both, variance) = measured(light, basis, levels, finer(2));
-            gain.max(0.5 * shrunk(both, variance))
+            let (both, _) = history.weighed(measured(light, basis, levels, finer(2)), 1.0 + history.decay());
+            gain.max(0.5 * both)
         }
         false => gain,
     };
-    Gain { gain, promise }
+    Gain { gain, seen, promise }
 }
 
 /// What a finer grid catches beyond a coarser one, and the variance of that. Of c², c a coefficient of variance ν: 4c²ν + 2ν².
@@ -115,30 +114,31 @@ fn measured(light: &SurfaceLight, basis: Basis, from: [u32; 2], to: [u32; 2]) ->
     (seen, (4.0 * seen.max(0.0) + 2.0 * more * noise) * noise)
 }
 
-/// An estimate less what of its square is likely noise.
-fn shrunk(seen: f64, variance: f64) -> f64 {
-    if seen > 0.0 { (seen - variance / seen).max(0.0) } else { 0.0 }
-}
-
 /// The gains of the doublings along one axis so far.
 struct History {
     gains: Vec<f64>,
-    /// The most that a doubling may be expected to gain by what the ones before it have gained.
-    envelope: f64,
+    /// Whether one of them was seen, so that the next ones are expected to be parts of it.
+    varies: bool,
+    /// What the next doubling gains where nothing is known of this axis.
+    typical: f64,
     fastest: f64,
 }
 
 impl History {
-    fn new(basis: Basis) -> Self {
+    fn new(basis: Basis, energy: f64) -> Self {
         let fastest = match basis {
             Basis::Constant => 0.25,
             Basis::Linear => 0.0625,
         };
-        History { gains: Vec::new(), envelope: 0.0, fastest }
+        History { gains: Vec::new(), varies: false, typical: TYPICAL[basis as usize] * energy, fastest }
     }
 
-    fn push(&mut self, gain: f64) {
-        self.envelope = gain.max(SLOWEST * self.envelope);
+    /// Takes note of a gain, and whether it was seen.
+    fn push(&mut self, Gain { gain, seen, .. }: Gain) {
+        let gain = gain.max(0.0);
+        self.varies |= seen;
+        // The light of a symmetric surface hides from the first doubling: halves have equal means.
+        self.typical = USUAL * if self.gains.is_empty() { self.typical } else { gain };
         self.gains.push(gain);
     }
 
@@ -151,20 +151,31 @@ impl History {
     }
 
     fn expected(&self) -> f64 {
-        self.gains.last().map_or(0.0, |last| self.decay() * last)
+        match (self.varies, self.gains.last()) {
+            (true, Some(last)) => self.decay() * last,
+            _ => self.typical,
+        }
     }
 
-    /// A measured gain, weighed against the expected one, whose error is about the envelope.
-    fn weighed(&self, seen: f64, variance: f64) -> f64 {
-        let (expected, doubt) = (self.expected(), (SLOWEST * self.envelope).powi(2));
-        let surprise = seen - expected;
-        if surprise > 0.0 && surprise * surprise > SURPRISE * SURPRISE * (variance + doubt) {
-            return shrunk(seen, variance);
-        }
-        match variance + doubt > 0.0 {
-            true => ((seen * doubt + expected * variance) / (variance + doubt)).max(0.0),
-            false => seen.max(0.0),
-        }
+    /// What a doubling gains by a measurement with a variance, and whether that was seen. Of several doublings at once the expected
+    /// gain is that of the next one, this many times.
+    ///
+    /// Where light varies along the axis, the measurement is weighed against what is expected, whose doubt is the last gain. Where it
+    /// has not been seen to vary, a gain counts as far as it stands out from its noise: halves of a surface without any differ, too.
+    fn weighed(&self, (seen, variance): (f64, f64), times: f64) -> (f64, bool) {
+        let noise = SEEN * SEEN * variance;
+        let stands_out = seen > 0.0 && seen * seen > noise;
+        let last = self.gains.last().copied().unwrap_or(0.0);
+        let (found, doubt) = match (self.varies, stands_out) {
+            (true, true) => (seen, times * last.max(seen)),
+            (true, false) => (seen, times * last),
+            (false, true) => (seen - noise / seen, times * self.typical.max(seen)),
+            (false, false) => (0.0, times * self.typical),
+        };
+        let (expected, doubt) = (times * self.expected(), doubt * doubt);
+        let sum = variance + doubt;
+        let gain = if sum > 0.0 { (found * doubt + expected * variance) / sum } else { found };
+        (gain, stands_out)
     }
 
     /// All that doublings beyond the last one gain together.

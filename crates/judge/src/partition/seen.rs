@@ -102,15 +102,17 @@ impl SurfaceLight {
         self.noise[0] += per_cell * of_means;
         self.noise[1] += per_cell * (of_means + of_slopes);
         let groups: Option<Vec<Vec<Fit>>> = tallies.groups.iter().map(fits).collect();
-        let moments: Vec<Vec<[f64; 3]>> = groups
-            .unwrap_or_default()
-            .iter()
-            .map(|fits| fits.iter().enumerate().map(|(cell, fit)| fine.moments(cell, fit)).collect())
-            .collect();
-        for i in 0..=self.top[0] {
-            for j in 0..=self.top[1] {
-                let coarse = Cells::new(self.base.doubled([i, j]));
-                let [constant, linear] = caught(fine, &coarse, &moments, area);
+        let integrals = |fits: Vec<Fit>| fine.integrals(&fits, area);
+        let mut of_v: Vec<Integrals> = groups.unwrap_or_default().into_iter().map(integrals).collect();
+        let mut cells = Cells::new(fine.cut);
+        for i in (0..=self.top[0]).rev() {
+            let along_u = Cells::new(self.base.doubled([i, self.top[1]]));
+            cells = cells.gather(along_u, &mut of_v);
+            let mut integrals = of_v.clone();
+            let mut cells = Cells::new(cells.cut);
+            for j in (0..=self.top[1]).rev() {
+                cells = cells.gather(Cells::new(self.base.doubled([i, j])), &mut integrals);
+                let [constant, linear] = cells.caught(&integrals, area);
                 let place = self.place([i, j]);
                 self.caught[0][place] += constant;
                 self.caught[1][place] += linear;
@@ -120,13 +122,19 @@ impl SurfaceLight {
 
     /// Light of which a pilot has seen this, for tests.
     #[cfg(test)]
-    pub(super) fn known(top: [u32; 2], caught: impl Fn(Basis, [u32; 2]) -> f64, noise: [f64; 2], walks: f64) -> Self {
+    pub(super) fn known(
+        top: [u32; 2],
+        caught: impl Fn(Basis, [u32; 2]) -> f64,
+        noise: [f64; 2],
+        walks: f64,
+    ) -> Self {
         let levels = || (0..=top[0]).flat_map(|i| (0..=top[1]).map(move |j| [i, j]));
         SurfaceLight {
             base: Cut::Grid([1, 1]),
             free: true,
             top,
-            caught: [Basis::Constant, Basis::Linear].map(|basis| levels().map(|at| caught(basis, at)).collect()),
+            caught: [Basis::Constant, Basis::Linear]
+                .map(|basis| levels().map(|at| caught(basis, at)).collect()),
             noise,
             walks,
             edges: [1.0, 1.0],
@@ -153,6 +161,10 @@ impl SurfaceLight {
         self.base.doubled(levels).cells() as f64
     }
 }
+
+/// Of every cell the integrals of b, b·u and b·v over it, as one group of walks estimates them: integrals over a coarser cell are the sums of
+/// those over its parts, and the fit on it follows from them.
+type Integrals = Vec<[f64; 3]>;
 
 /// The cells of a grid, in coordinates of 0 … 1 along the edges of the surface.
 struct Cells {
@@ -191,9 +203,7 @@ impl Cells {
     /// The cell that holds a point that lies on no edge.
     fn cell_at(&self, [u, v]: [f64; 2]) -> usize {
         match self.cut {
-            Cut::Grid([nu, nv]) => {
-                (u * f64::from(nu)) as usize * nv as usize + (v * f64::from(nv)) as usize
-            }
+            Cut::Grid([nu, nv]) => (u * f64::from(nu)) as usize * nv as usize + (v * f64::from(nv)) as usize,
             Cut::Rows(rows) => {
                 let (u, v) = (u * f64::from(rows), v * f64::from(rows));
                 let inverted = usize::from(u.fract() + v.fract() >= 1.0);
@@ -203,66 +213,81 @@ impl Cells {
         }
     }
 
-    /// The means over a cell of b, b·(u − u_c) and b·(v − v_c), (u_c, v_c) its centroid.
-    fn moments(&self, cell: usize, fit: &Fit) -> [f64; 3] {
-        let [g, h] = fit.gradient;
+    /// The integrals of fits to the light on all cells.
+    fn integrals(&self, fits: &[Fit], area: f64) -> Integrals {
+        let area = area / self.count() as f64;
+        let of = |(cell, fit): (usize, &Fit)| {
+            let (centre, [du, dv]) = (self.centre(cell).0, self.tilt(cell, fit.gradient));
+            [fit.mean, du + centre[0] * fit.mean, dv + centre[1] * fit.mean].map(|mean| area * mean)
+        };
+        fits.iter().enumerate().map(of).collect()
+    }
+
+    /// The means over a cell of b·(u − u_c) and b·(v − v_c), (u_c, v_c) its centroid.
+    fn tilt(&self, cell: usize, [g, h]: [f64; 2]) -> [f64; 2] {
         match self.cut {
-            Cut::Grid([nu, nv]) => [fit.mean, g / (12.0 * f64::from(nu)), h / (12.0 * f64::from(nv))],
+            Cut::Grid([nu, nv]) => [g / (12.0 * f64::from(nu)), h / (12.0 * f64::from(nv))],
             // The variance of a coordinate over a triangle is 1/18, the covariance of both −1/36.
             Cut::Rows(rows) => {
                 let scale = self.centre(cell).1 / f64::from(rows);
-                [fit.mean, scale * g / 18.0, scale * (h / 24.0 - g / 36.0)]
+                [scale * g / 18.0, scale * (h / 24.0 - g / 36.0)]
             }
         }
+    }
+
+    /// Adds up the integrals of the cells that each cell of a coarser grid is made of. Returns that grid.
+    fn gather(&self, coarse: Cells, groups: &mut [Integrals]) -> Cells {
+        if coarse.cut == self.cut {
+            return coarse;
+        }
+        let cells: Vec<usize> = (0..self.count()).map(|cell| coarse.cell_at(self.centre(cell).0)).collect();
+        for group in groups {
+            let mut sums = vec![[0.0; 3]; coarse.count()];
+            for (&cell, part) in cells.iter().zip(&*group) {
+                sums[cell].iter_mut().zip(part).for_each(|(sum, part)| *sum += part);
+            }
+            *group = sums;
+        }
+        coarse
+    }
+
+    /// The energies that constants and linear fits on these cells catch, from the integrals of each group of walks.
+    ///
+    /// The square of an estimate is too large by its variance; products of estimates of different groups are not, and their mean
+    /// over all pairs of groups is what is taken.
+    fn caught(&self, groups: &[Integrals], area: f64) -> [f64; 2] {
+        let area = area / self.count() as f64;
+        let n = groups.len() as f64;
+        let pairs = |product: f64, products: f64| (product - products) / (n * (n - 1.0) * area);
+        let [with_uu, with_uv, with_vv] = self.inverse_covariance();
+        let (mut constant, mut slopes) = (0.0, 0.0);
+        for cell in 0..self.count() {
+            let centre = self.centre(cell).0;
+            // Sums over groups of the integrals of b, b·(u − u_c), b·(v − v_c), and of their products.
+            let mut sums = [0.0; 7];
+            for group in groups {
+                let [b, u, v] = group[cell];
+                let [u, v] = [u - centre[0] * b, v - centre[1] * b];
+                let parts = [b, u, v, b * b, u * u, u * v, v * v];
+                sums.iter_mut().zip(parts).for_each(|(sum, part)| *sum += part);
+            }
+            let [b, u, v, bb, uu, uv, vv] = sums;
+            constant += pairs(b * b, bb);
+            slopes +=
+                with_uu * pairs(u * u, uu) + with_vv * pairs(v * v, vv) + 2.0 * with_uv * pairs(u * v, uv);
+        }
+        [constant, constant + slopes]
     }
 
     /// The inverse of the covariance matrix of the coordinates over a cell: of u with u, u with v, v with v.
     fn inverse_covariance(&self) -> [f64; 3] {
         match self.cut {
-            Cut::Grid([nu, nv]) => [12.0 * f64::from(nu).powi(2), 0.0, 12.0 * f64::from(nv).powi(2)],
-            Cut::Rows(rows) => [24.0, 12.0, 24.0].map(|factor| factor * f64::from(rows).powi(2)),
-        }
-    }
-}
-
-/// The energies that constants and linear fits on coarse cells catch, from the moments of fine cells of each group of walks.
-///
-/// The fit on a coarse cell follows from the moments of its parts, which add up. The square of an estimate is too large by its
-/// variance; products of estimates of different groups are not, and their mean over all pairs of groups is what is taken.
-fn caught(fine: &Cells, coarse: &Cells, groups: &[Vec<[f64; 3]>], area: f64) -> [f64; 2] {
-    let [of_part, of_cell] = [fine, coarse].map(|cells| area / cells.count() as f64);
-    // Per coarse cell: sums over groups of the three moments, and of their products b·b, u·u, u·v, v·v.
-    let mut sums = vec![[0.0; 7]; coarse.count()];
-    let parts: Vec<(usize, [f64; 2])> = (0..fine.count())
-        .map(|part| {
-            let at = fine.centre(part).0;
-            let cell = coarse.cell_at(at);
-            let centre = coarse.centre(cell).0;
-            (cell, [at[0] - centre[0], at[1] - centre[1]])
-        })
-        .collect();
-    for moments in groups {
-        let mut cells = vec![[0.0; 3]; coarse.count()];
-        for (&(cell, [du, dv]), &[b, u, v]) in parts.iter().zip(moments) {
-            for (sum, part) in cells[cell].iter_mut().zip([b, u + du * b, v + dv * b]) {
-                *sum += of_part * part;
+            Cut::Grid([nu, nv]) => {
+                [12.0 * f64::from(nu) * f64::from(nu), 0.0, 12.0 * f64::from(nv) * f64::from(nv)]
             }
-        }
-        for (sums, [b, u, v]) in sums.iter_mut().zip(cells) {
-            for (sum, part) in sums.iter_mut().zip([b, u, v, b * b, u * u, u * v, v * v]) {
-                *sum += part;
-            }
+            Cut::Rows(rows) => [24.0, 12.0, 24.0].map(|factor| factor * f64::from(rows) * f64::from(rows)),
         }
     }
-    let n = groups.len() as f64;
-    let pairs = |product: f64, products: f64| (product - products) / (n * (n - 1.0) * of_cell);
-    let [with_uu, with_uv, with_vv] = coarse.inverse_covariance();
-    let (mut constant, mut slopes) = (0.0, 0.0);
-    for [b, u, v, bb, uu, uv, vv] in sums {
-        constant += pairs(b * b, bb);
-        slopes += with_uu * pairs(u * u, uu) + with_vv * pairs(v * v, vv) + 2.0 * with_uv * pairs(u * v, uv);
-    }
-    [constant, constant + slopes]
 }
 
 /// The cells of a pilot's grid: those of the coarsest, doubled along the longer edge of a cell while its area is above `area`.
@@ -288,8 +313,8 @@ pub fn doublings(shape: &Shape, base: Cut, area: f64) -> [u32; 2] {
 mod tests {
     use super::*;
 
-    /// The moments of a function on fine cells, by the middles of many points of each.
-    fn moments(cells: &Cells, f: impl Fn([f64; 2]) -> f64) -> Vec<[f64; 3]> {
+    /// The integrals of a function over cells of a surface, by the middles of many points.
+    fn integrals(cells: &Cells, area: f64, f: impl Fn([f64; 2]) -> f64) -> Integrals {
         const N: usize = 1200;
         let (mut sums, mut points) = (vec![[0.0; 3]; cells.count()], vec![0.0; cells.count()]);
         let triangle = matches!(cells.cut, Cut::Rows(_));
@@ -299,13 +324,13 @@ mod tests {
                 continue;
             }
             let cell = cells.cell_at(at);
-            let centre = cells.centre(cell).0;
-            for (sum, factor) in sums[cell].iter_mut().zip([1.0, at[0] - centre[0], at[1] - centre[1]]) {
+            for (sum, factor) in sums[cell].iter_mut().zip([1.0, at[0], at[1]]) {
                 *sum += factor * f(at);
             }
             points[cell] += 1.0;
         }
-        sums.iter().zip(points).map(|(sum, n)| sum.map(|sum| sum / n)).collect()
+        let area = area / cells.count() as f64;
+        sums.iter().zip(points).map(|(sum, n)| sum.map(|sum| area * sum / n)).collect()
     }
 
     /// A linear function is caught whole by a linear fit on any grid, and its mean by a constant; what a constant on a cell leaves
@@ -318,10 +343,11 @@ mod tests {
             (Cut::Rows(1), Cut::Rows(8), Cut::Rows(2)),
         ] {
             let fine = Cells::new(fine);
-            let groups = vec![moments(&fine, f); 2];
             let area = 5.0;
-            let [whole_constant, whole] = caught(&fine, &Cells::new(base), &groups, area);
-            let [constant, linear] = caught(&fine, &Cells::new(coarse), &groups, area);
+            let mut groups = vec![integrals(&fine, area, f); 2];
+            let coarse = fine.gather(Cells::new(coarse), &mut groups);
+            let [constant, linear] = coarse.caught(&groups, area);
+            let [whole_constant, whole] = coarse.gather(Cells::new(base), &mut groups).caught(&groups, area);
             // Variances of u and v and their covariance, over the surface and over a cell of the coarse grid.
             let (mean, variance, within) = match base {
                 Cut::Grid(_) => (3.0, 10.0 / 12.0, 9.0 / 48.0 + 1.0 / 192.0),
@@ -346,9 +372,8 @@ mod tests {
             state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
             if state >> 63 == 0 { 1.0 } else { -1.0 }
         };
-        let groups: Vec<Vec<[f64; 3]>> =
-            (0..4).map(|_| (0..400).map(|_| [sign(), 0.0, 0.0]).collect()).collect();
-        let [constant, _] = caught(&cells, &cells, &groups, 400.0);
+        let groups: Vec<Integrals> = (0..4).map(|_| (0..400).map(|_| [sign(), 0.0, 0.0]).collect()).collect();
+        let [constant, _] = cells.caught(&groups, 400.0);
         assert!(constant.abs() < 4.5 * (800.0_f64 / 12.0).sqrt(), "{constant}");
     }
 

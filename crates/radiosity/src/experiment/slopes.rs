@@ -126,8 +126,7 @@ impl Experiment {
         let face = self.scene().faces().get(i);
         let meaning = self.meaning_of((i, &face), channel, tally)?;
         let slopes = Slopes::new(self, tally, (i, &face), channel, None)?;
-        let per_unit =
-            face.reflectance[channel] * meaning.irradiance_per_event.unwrap_or(0.0) * meaning.unit;
+        let per_unit = face.reflectance[channel] * meaning.irradiance_per_event.unwrap_or(0.0) * meaning.unit;
         let sums = tally.patch(i, channel);
         let moments = Moments { n: tally.counts.walks, sum: sums[0], sum_sq: sums[1] };
         let error = per_unit * moments.standard_error().unwrap_or(0.0);
