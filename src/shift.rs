@@ -1,12 +1,13 @@
 //! What a worker process does with its replica of a job: it walks leases against a clock.
 
 use std::ops::Range;
+use std::thread::{self, ThreadId};
 
 use cluster::limits::Limits;
 use cluster::worker::Work;
 use judge::MOMENTS;
 use judge::limits::limits;
-use radiosity::{Board, Overflow, Tally};
+use radiosity::{Board, Hands, Overflow, Tally};
 use results::Replica;
 
 use crate::clock::WalkClock;
@@ -52,9 +53,10 @@ impl Work for Shift {
         self.clock.time(|| experiment.walk(sequence, walks, board));
     }
 
-    fn shoot_while(&self, walks: Range<u64>, board: &mut Self::Board, go_on: &dyn Fn() -> bool) {
+    fn shoot_while(&self, walks: Range<u64>, board: &mut Self::Board, hands: &dyn Hands) {
         let (experiment, sequence) = (self.replica.experiment(), self.replica.sequence());
-        self.clock.time(|| experiment.walk_while(sequence, walks, board, go_on));
+        let timed = Timed { hands, clock: &self.clock, owner: thread::current().id() };
+        self.clock.time(|| experiment.walk_while(sequence, walks, board, &timed));
     }
 
     fn hand_over(&self, board: &mut Self::Board, tally: &mut Tally) -> Result<(), Overflow> {
@@ -62,6 +64,30 @@ impl Work for Shift {
             Some(wrong) => tally.merge(&wrong.spoil(board.take()?)).map_err(|_| Overflow),
             None => board.add_to(tally),
         })
+    }
+}
+
+/// Hands whose lent threads are timed, too. The owner's own time is taken already.
+struct Timed<'a> {
+    hands: &'a dyn Hands,
+    clock: &'a WalkClock,
+    owner: ThreadId,
+}
+
+impl Hands for Timed<'_> {
+    fn go_on(&self) -> bool {
+        self.hands.go_on()
+    }
+
+    fn count(&self) -> usize {
+        self.hands.count()
+    }
+
+    fn share(&self, parts: usize, part: &(dyn Fn(usize) + Sync)) {
+        self.hands.share(parts, &|number| match thread::current().id() {
+            id if id == self.owner => part(number),
+            _ => self.clock.time(|| part(number)),
+        });
     }
 }
 

@@ -327,6 +327,9 @@ pub(crate) enum ChannelWord {
 pub(crate) struct PlanArgs {
     #[command(flatten)]
     pub job: JobArgs,
+    /// Plan for this number of workers; of chains, also the batch_paths with the least error there
+    #[arg(long, value_name = "W", value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
+    pub workers: Option<u64>,
     /// The plan as JSON on stdout
     #[arg(long)]
     pub json: bool,

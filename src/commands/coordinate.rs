@@ -140,6 +140,9 @@ impl Prepared {
         // What is wrong with the light comes before all that is made of it.
         doctor::warnings(experiment.scene()).iter().for_each(|warning| warn!("{warning}"));
         judge::sensors::warnings(&experiment).iter().for_each(|warning| warn!("{warning}"));
+        judge::plan::cut::idle_workers(&experiment, job.budget.paths, workers as u64)
+            .iter()
+            .for_each(|idle| warn!("{idle}"));
         let settings = Settings::of(&job);
         view_troubles(experiment.scene(), &settings.view).iter().for_each(|trouble| warn!("{trouble}"));
         let folder = folder_of(&job);

@@ -2,6 +2,7 @@
 
 use job::{Job, Target};
 use judge::plan::bound::Bound;
+use judge::plan::cut::{Cut, cuts};
 use judge::plan::pilot::Pilot;
 use judge::plan::resources::{Costs, Demand};
 use judge::target::{asked_of_sensors, scope};
@@ -19,7 +20,7 @@ use crate::clock::cpu_seconds;
 use crate::fault::{Fault, Outcome};
 use crate::memory;
 
-/// Workers that a plan is made for.
+/// Workers that a plan is made for, unless it is asked for a number of them.
 const WORKERS: [u64; 5] = [1, 10, 100, 1_000, 10_000];
 
 /// The plan of a job, as `--json` prints it.
@@ -39,6 +40,8 @@ struct Plan<'a> {
     tally_bytes: usize,
     /// Walks that the run will take, its budget permitting.
     walks: u64,
+    /// The chains of the job, and those that suit the workers best.
+    cuts: Option<[Cut; 2]>,
     demands: Vec<Demand>,
 }
 
@@ -51,7 +54,7 @@ pub(crate) fn plan(args: &PlanArgs) -> Result<Outcome, Fault> {
         .with_sensors(job.scene.sensors())?
         .with_groups(&job.sources, &job.sensitivity)?;
     phase.now("shooting a pilot");
-    let plan = Plan::new(&job, &experiment);
+    let plan = Plan::new(&job, &experiment, args.workers);
     drop(phase);
     if args.json {
         say(&plan.json().to_string());
@@ -62,7 +65,7 @@ pub(crate) fn plan(args: &PlanArgs) -> Result<Outcome, Fault> {
 }
 
 impl<'a> Plan<'a> {
-    fn new(job: &'a Job, experiment: &Experiment) -> Self {
+    fn new(job: &'a Job, experiment: &Experiment, workers: Option<u64>) -> Self {
         let settings = Settings::of(job);
         let level = settings.level(experiment.scene());
         let target = job.target.as_ref();
@@ -90,7 +93,8 @@ impl<'a> Plan<'a> {
             bound,
             costs,
             walks,
-            demands: WORKERS.map(demand).into(),
+            cuts: workers.and_then(|workers| cuts(experiment, job.budget.paths, workers)),
+            demands: workers.map_or(WORKERS.map(demand).into(), |workers| vec![demand(workers)]),
             pilot,
         }
     }
@@ -135,6 +139,7 @@ impl<'a> Plan<'a> {
             },
             "worker_memory_bytes": self.costs.memory_bytes,
             "workers": self.demands,
+            "chains": self.cuts.map(|[now, best]| json!({ "now": now, "best": best })),
         })
     }
 
@@ -168,6 +173,9 @@ impl<'a> Plan<'a> {
             say(&format!("{:>9} {:>10} {all:>16} {rate:>12}", demand.workers, duration(demand.seconds)));
         }
         say("times are for processors like this one, all alike, with one thread a worker");
+        if let Some(cuts) = self.cuts {
+            describe_cuts(cuts);
+        }
     }
 
     /// Where the run ends, and why.
@@ -204,6 +212,17 @@ impl<'a> Plan<'a> {
             ));
         }
     }
+}
+
+/// The chains that err least at the same time.
+fn describe_cuts([now, best]: [Cut; 2]) {
+    if now.chains == best.chains {
+        return say(&format!("{} chains suit {} workers", now.chains, now.workers));
+    }
+    say(&format!(
+        "for {} workers batch_paths = {} ({} chains) errs least at a given time; the job has {} chains of {} rays",
+        now.workers, best.batch_paths, best.chains, now.chains, now.batch_paths
+    ));
 }
 
 /// What the theory of S97 guarantees.

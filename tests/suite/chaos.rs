@@ -18,7 +18,7 @@ use std::time::Duration;
 use cluster::access::Access;
 use cluster::checkpoint::{self, Checkpoint};
 use cluster::worker::{Identity, Work, work};
-use radiosity::{Counts, Overflow, Tally};
+use radiosity::{Counts, Hands, Overflow, Tally};
 
 use crate::support::shim::{Shim, Wrong, busiest_threads};
 use crate::support::{answer, path, radwalk, signal, summary, wait_for};
@@ -162,8 +162,8 @@ impl Work for Liar {
     fn shoot(&self, walks: Range<u64>, board: &mut u64) {
         *board += walks.end - walks.start;
     }
-    fn shoot_while(&self, walks: Range<u64>, board: &mut u64, go_on: &dyn Fn() -> bool) {
-        while matches!(self.lie, Lie::Progress) && go_on() {
+    fn shoot_while(&self, walks: Range<u64>, board: &mut u64, hands: &dyn Hands) {
+        while matches!(self.lie, Lie::Progress) && hands.go_on() {
             thread::sleep(Duration::from_millis(10));
         }
         self.shoot(walks, board);

@@ -107,3 +107,31 @@ fn a_budget_that_will_not_do_is_said() {
         "{stdout}"
     );
 }
+
+#[test]
+fn a_plan_for_workers_names_the_chains_that_suit_them() {
+    let args = ["plan", "configs/cube54.toml", "--paths", "1000000", "--set", "method.walk=jacobi"];
+    let plan = |workers: &str| -> Value {
+        let (code, stdout, stderr) = run(&[&args[..], &["--json", "--workers", workers]].concat());
+        assert_eq!(code, 0, "{stderr}");
+        serde_json::from_str(&stdout).unwrap()
+    };
+    let of = |workers: &str| plan(workers)["chains"]["best"].clone();
+    assert_eq!(of("64"), serde_json::json!({"workers": 64, "chains": 64, "batch_paths": 15_625}));
+    // A chain has 32 rays per patch at least, whatever the workers.
+    assert_eq!(of("100000")["chains"], 1_000_000 / (32 * 54));
+    let plan = plan("2");
+    assert_eq!(plan["chains"]["now"], plan["chains"]["best"]);
+    assert_eq!(plan["workers"].as_array().unwrap().len(), 1);
+}
+
+#[test]
+fn a_run_says_that_workers_have_no_chain_and_what_would_give_them_one() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("out");
+    let args =
+        ["run", "configs/cube54.toml", "--paths", "80000", "--set", "method.walk=jacobi", "--workers", "10"];
+    let (_, _, stderr) = run(&[&args[..], &["--out", out.to_str().unwrap()]].concat());
+    assert!(stderr.contains("2 of 10 workers will have nothing to do: the job has 8 chains"), "{stderr}");
+    assert!(stderr.contains("batch_paths = 8000 in [method] 10 workers would have one"), "{stderr}");
+}

@@ -352,3 +352,17 @@ fn exact_agrees_with_a_run() {
         assert!((error[i] / predicted - 1.0).abs() < 0.05, "patch {i}: error {} for {predicted}", error[i]);
     }
 }
+
+#[test]
+fn threads_that_share_chains_leave_no_trace_in_the_answer() {
+    let folder = tempdir().unwrap();
+    let chains = |name: &str, workers: &[&str]| {
+        let out = path(&folder, name);
+        let job = ["--paths", "2000000", "--set", "method.walk=jacobi", "--set", "method.batch_paths=250000"];
+        run_job("configs/cube54.toml", &out, &[&job, workers].concat());
+        answer(&out)
+    };
+    let alone = chains("alone", &["--workers", "1"]);
+    assert!(chains("one", &["--workers", "1", "--threads", "16"]) == alone, "more threads than chains");
+    assert!(chains("two", &["--workers", "2", "--threads", "3"]) == alone, "threads that join at the end");
+}

@@ -15,6 +15,7 @@ pub mod channel;
 mod doorstep;
 mod gossip;
 pub mod launcher;
+mod lending;
 mod line;
 mod link;
 pub mod listen;

@@ -8,11 +8,12 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use crossbeam::channel::{Receiver, Select, Sender, bounded, unbounded};
-use radiosity::{Overflow, Tally};
+use radiosity::{Hands, Overflow, Tally};
 
 use crate::access::Access;
 use crate::codec::{MAX_FRAME, SHORT_FRAME, pack};
 use crate::digest::Digester;
+use crate::lending::{Crew, Lending};
 use crate::limits::Limits;
 use crate::link::{Ear, Link, connect};
 use crate::message::{Hello, LeaseResult, PROTOCOL, SMALL_TALLY, ToCoordinator, ToWorker};
@@ -50,10 +51,11 @@ pub trait Work: Sync {
     fn board(&self) -> Self::Board;
     /// Shoots a range of walks onto the board.
     fn shoot(&self, walks: Range<u64>, board: &mut Self::Board);
-    /// Shoots walks that take long. It calls `go_on` many times a second, which marks progress. Once `go_on` returns
-    /// false the board may be left as it is, since it is not used any more.
-    fn shoot_while(&self, walks: Range<u64>, board: &mut Self::Board, go_on: &dyn Fn() -> bool) {
-        let _ = go_on;
+    /// Shoots walks that take long. It asks `hands` many times a second whether to go on, which marks progress, and may
+    /// share work with the threads that have no lease. Once it is not to go on, the board may be left as it is, since it is not
+    /// used any more.
+    fn shoot_while(&self, walks: Range<u64>, board: &mut Self::Board, hands: &dyn Hands) {
+        let _ = hands;
         self.shoot(walks, board);
     }
     /// Moves the board's scores onto a tally and empties the board.
@@ -192,13 +194,14 @@ fn shoot_leases<W: Work>(
 ) -> Result<(), WorkerError> {
     let (queue, leases) = unbounded();
     let (asked, wanted) = unbounded();
+    let lending = &Lending::new(threads);
     let done = thread::scope(|scope| {
         let mut shooters = Vec::new();
         for _ in 0..threads {
             let leases = leases.clone();
             let shoot = move || {
                 let _alarm = Alarm(link);
-                shoot_queue(work, &leases, link, cpu_seconds);
+                shoot_queue(work, &leases, (link, lending), cpu_seconds);
             };
             match thread::Builder::new().spawn_scoped(scope, shoot) {
                 Ok(shooter) => shooters.push(shooter),
@@ -273,13 +276,18 @@ impl Drop for Alarm<'_> {
 }
 
 /// The work of one thread: lease after lease, until there are no more or the link is over.
-fn shoot_queue<W: Work>(work: &W, leases: &Receiver<Lease>, link: &Link, cpu_seconds: &impl Fn() -> f64) {
+fn shoot_queue<W: Work>(
+    work: &W,
+    leases: &Receiver<Lease>,
+    (link, lending): (&Link, &Lending),
+    cpu_seconds: &impl Fn() -> f64,
+) {
     let (mut board, mut chunk) = (work.board(), FIRST_CHUNK);
     let digester = Digester::new(&work.hashes().0);
     let mut kept = Vec::new();
     for lease in leases {
-        let began = Instant::now();
-        let tally = match shoot_lease(work, lease.walks, &mut board, &mut chunk, link) {
+        let (began, at_lease) = (Instant::now(), lending.begin());
+        let tally = match shoot_lease(work, lease.walks, &mut board, &mut chunk, (link, lending)) {
             Ok(Some(tally)) => tally,
             Ok(None) => return,
             Err(reason) => {
@@ -287,6 +295,7 @@ fn shoot_queue<W: Work>(work: &W, leases: &Receiver<Lease>, link: &Link, cpu_sec
                 return;
             }
         };
+        drop(at_lease);
         let result = LeaseResult {
             lease: lease.id,
             seconds: began.elapsed().as_secs_f64(),
@@ -328,12 +337,13 @@ fn shoot_lease<W: Work>(
     walks: Range<u64>,
     board: &mut W::Board,
     chunk_walks: &mut u64,
-    link: &Link,
+    (link, lending): (&Link, &Lending),
 ) -> Result<Option<Tally>, String> {
     let go_on = || {
         link.progress.fetch_add(1, Ordering::Relaxed);
         !link.over.load(Ordering::Relaxed)
     };
+    let hands = Crew { lending, go_on };
     let mut total: Option<Tally> = None;
     let mut next = walks.start;
     while next < walks.end {
@@ -342,9 +352,9 @@ fn shoot_lease<W: Work>(
             let chunk = next..end.min(next + *chunk_walks);
             next = chunk.end;
             let start = Instant::now();
-            work.shoot_while(chunk, board, &go_on);
+            work.shoot_while(chunk, board, &hands);
             *chunk_walks = paced(*chunk_walks, start.elapsed());
-            if !go_on() {
+            if !hands.go_on() {
                 return Ok(None);
             }
         }

@@ -24,7 +24,7 @@ use net::{
     BULK, Bulky, Raw, SINGLE, Toy, access_of, assert_done, await_that, bulky, honest, identity, knock, never,
     run, toy_of, until_dropped,
 };
-use radiosity::{Overflow, Tally};
+use radiosity::{Hands, Overflow, Tally};
 use toy::{
     BUILD, Board, JOB_HASH, LAYOUT, PATCHES, READY, SCENE_HASH, coordinator, hash, judge, plan, result,
     straight,
@@ -460,8 +460,8 @@ impl Work for Sisyphus<'_> {
     fn shoot(&self, _: Range<u64>, (): &mut ()) {
         unreachable!()
     }
-    fn shoot_while(&self, _: Range<u64>, (): &mut (), go_on: &dyn Fn() -> bool) {
-        while go_on() {
+    fn shoot_while(&self, _: Range<u64>, (): &mut (), hands: &dyn Hands) {
+        while hands.go_on() {
             self.0.fetch_add(1, Ordering::Relaxed);
             thread::sleep(Duration::from_millis(1));
         }

@@ -47,7 +47,7 @@ pub use job::{
     DEFAULT_CONFIDENCE, DEFAULT_PATHS, DEFAULT_SEED, Job, Light, load, load_cut, load_mesh, load_mesh_cut,
 };
 pub use kind::{FileKind, file_kind};
-pub use method::{Beside, MethodTable, WalkKind, job_hash};
+pub use method::{Beside, MethodTable, WalkKind, fewest_chain_rays, job_hash};
 pub use output::{OutputFile, Stand, View};
 pub use partition::{Auto, Forecast, Partition};
 pub use radiosity::Sampler;

@@ -29,6 +29,7 @@
 
 mod experiment;
 mod geometry;
+mod hands;
 mod jacobi;
 mod method;
 mod random;
@@ -53,6 +54,7 @@ pub use geometry::face::{Face, FaceIter, Faces};
 pub use geometry::sensor::{SensorCell, SensorError, SensorShape, SensorSpec, Sensors};
 pub use geometry::spec::{SceneSpec, Shape, Side, Sides, Spectrum, SurfaceSpec};
 pub use geometry::surface::Surface;
+pub use hands::Hands;
 pub use jacobi::plan::{Iterations, RayBirths, Solve};
 pub use jacobi::{ChainBoard, Iteration, Phase, Reciprocity, stochastic_iteration};
 pub use method::{BatchScore, Batches, Birth, Chains, Direction, Method, Score, Unit, Walks};

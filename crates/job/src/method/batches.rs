@@ -27,6 +27,11 @@ fn rays_per_patch(solve: Solve) -> u64 {
     }
 }
 
+/// The fewest rays that a chain may have among `patches` patches.
+pub fn fewest_chain_rays(solve: Solve, patches: u64) -> u64 {
+    rays_per_patch(solve).saturating_mul(patches)
+}
+
 /// Rays of a patch are counted in 32 bits.
 const MOST_CHAIN_RAYS: u64 = u32::MAX as u64;
 
@@ -66,7 +71,7 @@ pub(super) fn settle_jacobi(
     // Chains whose patches are not cut yet are settled when they are.
     let Some(patch_count) = patch_count else { return Ok(None) };
     let rays_per_patch = rays_per_patch(method.jacobi);
-    let needed = rays_per_patch.saturating_mul(patch_count);
+    let needed = fewest_chain_rays(method.jacobi, patch_count);
     let longest = if patch_count <= FEW_PATCHES { MOST_CHAIN_RAYS } else { LONG_CHAIN.max(needed) };
     let chain_rays = method.batch_paths.unwrap_or((paths / CHAINS).min(longest));
     if !fits || chain_rays < needed {

@@ -7,6 +7,7 @@ mod read;
 mod table;
 mod walks;
 
+pub use self::batches::fewest_chain_rays;
 pub(crate) use self::chains::{SOLVE_KEYS, SolveWord};
 pub use self::hash::job_hash;
 pub(crate) use self::read::{Cutting, read_method};

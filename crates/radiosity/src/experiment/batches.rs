@@ -9,6 +9,7 @@ use super::meaning::Meaning;
 use super::run::Source;
 use super::sensing::SENSING_PART;
 use crate::geometry::face::Face;
+use crate::hands::Hands;
 use crate::jacobi::faces::FaceTable;
 use crate::jacobi::final_gather::{Gathered, final_gather};
 use crate::jacobi::plan::Solve;
@@ -66,9 +67,9 @@ impl Experiment {
         sequence: &Sequence,
         chain: u64,
         plan: &Chains,
-        go_on: &dyn Fn() -> bool,
+        hands: &dyn Hands,
     ) -> Option<Outcome> {
-        jacobi::chain(&self.scene, sequence.walk(chain), plan.rays, plan.solve, go_on)
+        jacobi::chain(&self.scene, sequence.walk(chain), plan.rays, plan.solve, hands)
     }
 
     /// The H that the walks of one batch give.

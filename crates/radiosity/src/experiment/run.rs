@@ -6,6 +6,7 @@ use super::Experiment;
 use super::board::{Board, Scores, with_board};
 use super::gathering::{Gathering, Values};
 use super::solution::Solution;
+use crate::hands::Hands;
 use crate::method::{Method, Score, Walks};
 use crate::random::quasi::{Place, Quasi};
 use crate::random::rng::Sequence;
@@ -56,8 +57,8 @@ impl Experiment {
         self.walk_while(sequence, walks, board, &|| true);
     }
 
-    /// Walks as [`Experiment::walk`] does, but gives up a batch or a chain, which may be long, once `go_on` says no; it is
-    /// asked many times a second. What the board holds is of no use then.
+    /// Walks as [`Experiment::walk`] does, but gives up a batch or a chain, which may be long, once `hands` no longer wants it.
+    /// What the board holds is of no use then. A chain of links is shared among the threads that `hands` lends.
     ///
     /// # Panics
     /// Where the board was made by an experiment that scores in another way.
@@ -66,8 +67,9 @@ impl Experiment {
         sequence: &Sequence,
         walks: Range<u64>,
         board: &mut Board<M>,
-        go_on: &dyn Fn() -> bool,
+        hands: &dyn Hands,
     ) {
+        let go_on = &|| hands.go_on();
         let Board { scores, sensing, apart } = board;
         if let Some(exchange) = &self.exchange {
             let Scores::Hits(board) = scores else { wrong_board() };
@@ -91,7 +93,7 @@ impl Experiment {
                 self.batches(sequence, walks, (scores, sensing), batch, go_on)
             }
             (Method::Chains(plan), Scores::Chains(scores)) => {
-                let chain = |chain| self.chain(sequence, chain, plan, go_on);
+                let chain = |chain| self.chain(sequence, chain, plan, hands);
                 self.batches(sequence, walks, (scores, sensing), chain, go_on)
             }
             _ => wrong_board(),

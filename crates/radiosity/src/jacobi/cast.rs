@@ -59,6 +59,13 @@ impl Default for Batch {
     }
 }
 
+impl<'a, N: Numbers + Clone> Caster<'a, N> {
+    /// A caster with the numbers of this one, whose faces have shot as many rays and landed none.
+    pub(super) fn apart(&self) -> Self {
+        Caster { shot: self.shot.clone(), ..Caster::new(self.faces, self.numbers.clone()) }
+    }
+}
+
 impl<'a, N: Numbers> Caster<'a, N> {
     /// A caster that has shot nothing yet.
     pub(crate) fn new(faces: &'a FaceTable, numbers: N) -> Self {
@@ -83,15 +90,16 @@ impl<'a, N: Numbers> Caster<'a, N> {
         self.numbers.rng()
     }
 
-    /// Shoots `rays[i]` more rays from each face i, face by face; `land(i, j)` for each that lands on a face j. `None`
-    /// once `go_on` says no, which is asked for every batch.
+    /// Shoots `rays[k]` more rays from each face `first` + k, face by face; `land(i, j)` for each of face i that lands on a
+    /// face j. `None` once `go_on` says no, which is asked for every batch.
     pub(crate) fn cast(
         &mut self,
+        first: usize,
         rays: &[u32],
         go_on: &dyn Fn() -> bool,
         mut land: impl FnMut(u32, u32),
     ) -> Option<()> {
-        for (i, &more) in rays.iter().enumerate().filter(|(_, more)| **more > 0) {
+        for (i, &more) in (first..).zip(rays).filter(|(_, more)| **more > 0) {
             let (number, face) = (i as u32, &self.faces.list[i]);
             self.numbers.leave(number, self.shot[i]);
             self.shot[i] += more;
@@ -108,6 +116,14 @@ impl<'a, N: Numbers> Caster<'a, N> {
         }
         self.trace(&mut land);
         Some(())
+    }
+
+    /// Takes over where the rays of another caster went.
+    pub(super) fn take_over(&mut self, other: &Self) {
+        self.landed.iter_mut().zip(&other.landed).for_each(|(sum, landed)| *sum += landed);
+        for (sum, lost) in self.lost.iter_mut().zip(&other.lost) {
+            *sum = [sum[0] + lost[0], sum[1] + lost[1]];
+        }
     }
 
     /// Traces the batch and reports where its rays land.

@@ -9,7 +9,9 @@ use super::faces::FaceTable;
 use super::links::{LinkTable, Links};
 use super::numbers::{Numbers, SobolNumbers};
 use super::outcome::Outcome;
+use super::shared::cast;
 use super::solve::solve;
+use crate::hands::Hands;
 use crate::random::rng::WalkRng;
 
 /// Parts of a chain's rays that are out when each stage ends, in eighths. The first stage knows nothing; the second
@@ -25,9 +27,9 @@ const FLOOR: f64 = 0.1;
 /// Iterations of an early stage stop at this residual.
 const ROUGH: f64 = 1e-3;
 
-/// One chain of `rays` rays, each face's along its own Sobol sequence. `go_on` is asked now and then; `None` once it
-/// says no.
-pub(crate) fn chain(faces: &FaceTable, rng: WalkRng, rays: u64, go_on: &dyn Fn() -> bool) -> Option<Outcome> {
+/// One chain of `rays` rays, each face's along its own Sobol sequence. `None` once `hands`, which share the rays and the
+/// solution, no longer want it.
+pub(crate) fn chain(faces: &FaceTable, rng: WalkRng, rays: u64, hands: &dyn Hands) -> Option<Outcome> {
     let mut caster = Caster::new(faces, SobolNumbers::new(rng));
     let mut table = LinkTable::new(faces.areas.len());
     let mut radiosity: Vec<Vec<f64>> = Vec::new();
@@ -36,12 +38,11 @@ pub(crate) fn chain(faces: &FaceTable, rng: WalkRng, rays: u64, go_on: &dyn Fn()
         let out = part(rays, eighths);
         let offset = caster.rng().pair()[0];
         let more = aimed(&faces.areas, &radiosity, &caster, out, offset);
-        caster.cast(&more, go_on, |from, to| table.count(from, to))?;
-        table.end_row();
+        cast(&mut caster, &more, &mut table, hands)?;
         let links = Links::new(&table, &caster, faces);
         let residual = if out == rays { ROUGH / (rays as f64).sqrt() } else { ROUGH };
-        radiosity = solve(&links, &radiosity, residual, go_on)?;
-        outcome = (out == rays).then(|| solved(&links, &caster, &radiosity));
+        radiosity = solve(&links, &radiosity, residual, hands)?;
+        outcome = (out == rays).then(|| solved(&links, &caster, &radiosity, hands));
     }
     outcome
 }
@@ -61,8 +62,13 @@ fn aimed<N: Numbers>(
 }
 
 /// What a chain has found, given B of every face in every channel.
-fn solved<N: Numbers>(links: &Links, caster: &Caster<N>, radiosity: &[Vec<f64>]) -> Outcome {
-    let irradiance = radiosity.iter().enumerate().map(|(channel, b)| links.irradiance(channel, b));
+fn solved<N: Numbers>(
+    links: &Links,
+    caster: &Caster<N>,
+    radiosity: &[Vec<f64>],
+    hands: &dyn Hands,
+) -> Outcome {
+    let irradiance = radiosity.iter().enumerate().map(|(channel, b)| links.irradiance(channel, b, hands));
     let lost = radiosity.iter().map(|b| links.lost_power(b));
     Outcome::new(links.faces, caster, &irradiance.collect::<Vec<_>>(), &lost.collect::<Vec<_>>())
 }

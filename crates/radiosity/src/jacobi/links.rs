@@ -4,8 +4,15 @@
 //! counts expect A_i·F_ij = A_j·F_ji times their density n/A of rays: K_ij = (c_ij + c_ji)/(n_i/A_i + n_j/A_j) is an
 //! unbiased estimate of the exchange area A_i·F_ij, symmetric as that is.
 
+use std::sync::Mutex;
+
 use super::cast::Caster;
 use super::faces::FaceTable;
+use super::shared::PARTS_PER_HAND;
+use crate::hands::Hands;
+
+/// Sums over fewer ends of links are faster than threads are lent.
+const FEW_LINKS: usize = 1 << 16;
 
 /// Rays from one face that met another.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -36,16 +43,42 @@ impl LinkTable {
             self.end_row();
             self.row = from;
         }
+        self.add(to, 1);
+    }
+
+    /// Counts rays from the face of the open row.
+    #[inline(always)]
+    fn add(&mut self, to: u32, rays: u32) {
         let count = &mut self.counts[to as usize];
         if *count == 0 {
             self.touched.push(to);
         }
-        *count += 1;
+        *count += rays;
     }
 
     /// The links of all rows that are closed.
     pub(crate) fn links(&self) -> &[Link] {
         &self.links
+    }
+
+    /// Takes over the rows of a table whose rays come after those of this one. Both are closed.
+    pub(crate) fn extend(&mut self, later: &LinkTable) {
+        self.links.extend_from_slice(&later.links);
+    }
+
+    /// Takes over the rows of a table that goes on where this one ends, perhaps in the middle of a row: that row becomes
+    /// one, in the order that one table would have given it. Both are closed.
+    pub(crate) fn join(&mut self, later: &LinkTable) {
+        let Some(&Link { from, .. }) = later.links.first() else { return };
+        let begun = self.links.iter().rposition(|link| link.from != from).map_or(0, |last| last + 1);
+        let cut = later.links.partition_point(|link| link.from == from);
+        let (rest, whole) = later.links.split_at(cut);
+        self.row = from;
+        for link in self.links.split_off(begun).iter().chain(rest) {
+            self.add(link.to, link.rays);
+        }
+        self.end_row();
+        self.links.extend_from_slice(whole);
     }
 
     /// Closes the open row.
@@ -108,8 +141,29 @@ impl<'a> Links<'a> {
     }
 
     /// Adds `sign`·Σ_j K_ij x_j to every y_i, C channels at a time: the way through the links costs more than the sums.
-    pub(crate) fn add_incoming<const C: usize>(&self, sign: f64, x: &[[f64; C]], y: &mut [[f64; C]]) {
-        for (y, ends) in y.iter_mut().zip(self.first.windows(2)) {
+    /// Each sum is made by one thread, in the order of the links.
+    pub(crate) fn add_incoming<const C: usize>(
+        &self,
+        sign: f64,
+        x: &[[f64; C]],
+        y: &mut [[f64; C]],
+        hands: &dyn Hands,
+    ) {
+        let parts = if self.other.len() < FEW_LINKS { 1 } else { hands.count() };
+        if parts == 1 {
+            return self.add_to_rows(sign, x, y, 0);
+        }
+        let rows = y.len().div_ceil(PARTS_PER_HAND * parts);
+        let parts: Vec<_> = y.chunks_mut(rows).map(Mutex::new).collect();
+        hands.share(parts.len(), &|part| {
+            let mut y = parts[part].lock().expect("no thread panics with it");
+            self.add_to_rows(sign, x, &mut y, part * rows);
+        });
+    }
+
+    /// Adds `sign`·Σ_j K_ij x_j to y, whose numbers are those of the faces from `row` on.
+    fn add_to_rows<const C: usize>(&self, sign: f64, x: &[[f64; C]], y: &mut [[f64; C]], row: usize) {
+        for (y, ends) in y.iter_mut().zip(self.first[row..].windows(2)) {
             let links = ends[0]..ends[1];
             let mut sum = *y;
             for (&other, k) in self.other[links.clone()].iter().zip(&self.exchange[links]) {
@@ -125,9 +179,9 @@ impl<'a> Links<'a> {
     /// H of every face [W/m²] in one channel, given B there. Where a face reflects and does not emit, H = b/R, which
     /// conserves energy. An emitter's E would drown what comes in, and b of a black face says nothing: there H is what
     /// comes along its links, over all of them.
-    pub(crate) fn irradiance(&self, channel: usize, radiosity: &[f64]) -> Vec<f64> {
+    pub(crate) fn irradiance(&self, channel: usize, radiosity: &[f64], hands: &dyn Hands) -> Vec<f64> {
         let mut incoming = vec![[0.0]; radiosity.len()];
-        self.add_incoming(1.0, radiosity.as_chunks().0, &mut incoming);
+        self.add_incoming(1.0, radiosity.as_chunks().0, &mut incoming, hands);
         let faces = self.faces.list.iter().zip(radiosity).zip(incoming.iter().zip(&self.total));
         faces
             .map(|((face, b), ([incoming], total))| {

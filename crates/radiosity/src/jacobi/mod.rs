@@ -18,8 +18,10 @@ pub(crate) mod numbers;
 mod outcome;
 pub(crate) mod plan;
 mod reciprocity;
+mod shared;
 mod solve;
 
+use crate::hands::Hands;
 use crate::random::rng::WalkRng;
 use crate::scene::Scene;
 pub use board::ChainBoard;
@@ -31,18 +33,20 @@ pub(crate) use outcome::Outcome;
 use plan::Solve;
 pub use reciprocity::Reciprocity;
 
-/// One chain of `rays` rays. `go_on` is asked now and then; `None` once it returns false.
+/// One chain of `rays` rays. `None` once `hands`, which are asked now and then, no longer want it.
 pub(crate) fn chain(
     scene: &Scene,
     rng: WalkRng,
     rays: u64,
     solve: Solve,
-    go_on: &dyn Fn() -> bool,
+    hands: &dyn Hands,
 ) -> Option<Outcome> {
     let faces = FaceTable::new(scene);
     match solve {
-        Solve::Links => linked::chain(&faces, rng, rays, go_on),
-        Solve::Iterations(plan) => iterations::chain(&faces, rng, rays, plan, &mut |_, _, _| {}, go_on),
+        Solve::Links => linked::chain(&faces, rng, rays, hands),
+        Solve::Iterations(plan) => {
+            iterations::chain(&faces, rng, rays, plan, &mut |_, _, _| {}, &|| hands.go_on())
+        }
     }
 }
 

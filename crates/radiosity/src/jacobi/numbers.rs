@@ -21,6 +21,7 @@ pub(crate) trait Numbers {
 }
 
 /// The n-th ray of a face is the n-th point of the face's own scrambled Sobol sequence, whenever it is shot.
+#[derive(Clone)]
 pub(crate) struct SobolNumbers {
     /// Tells this chain's scramblings from those of others.
     key: u64,

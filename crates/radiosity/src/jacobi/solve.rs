@@ -7,21 +7,22 @@
 //! (M. R. Hestenes & E. Stiefel, J. Res. Nat. Bur. Standards 49 (1952)), and 0 ≤ B ≤ max E/(1 − R).
 
 use super::links::Links;
+use crate::hands::Hands;
 
 /// More steps than any system has taken; what is left of the residual then is below the noise of the links.
 const MOST_STEPS: usize = 1000;
 
 /// B of every face [W/m²], channel by channel, until the residual has fallen to this part of the source's, both in the
-/// norm of the inverse diagonal. `start` is a guess, or empty. `None` once `go_on` returns false.
+/// norm of the inverse diagonal. `start` is a guess, or empty. `None` once `hands` no longer want it.
 pub(crate) fn solve(
     links: &Links,
     start: &[Vec<f64>],
     residual: f64,
-    go_on: &dyn Fn() -> bool,
+    hands: &dyn Hands,
 ) -> Option<Vec<Vec<f64>>> {
     match links.faces.scene.channels() {
-        1 => System::<1>::new(links).solve(start, residual, go_on),
-        _ => System::<3>::new(links).solve(start, residual, go_on),
+        1 => System::<1>::new(links, hands).solve(start, residual),
+        _ => System::<3>::new(links, hands).solve(start, residual),
     }
 }
 
@@ -31,6 +32,7 @@ type Field<const C: usize> = Vec<[f64; C]>;
 /// The matrices and the right-hand sides of C channels, which share their links.
 struct System<'a, const C: usize> {
     links: &'a Links<'a>,
+    hands: &'a dyn Hands,
     /// [m²]; 1 where the face is black, whose B = E is known.
     diagonal: Field<C>,
     /// A_i E_i/R_i [W]; 0 where black.
@@ -40,7 +42,7 @@ struct System<'a, const C: usize> {
 }
 
 impl<'a, const C: usize> System<'a, C> {
-    fn new(links: &'a Links<'a>) -> Self {
+    fn new(links: &'a Links<'a>, hands: &'a dyn Hands) -> Self {
         let faces = links.faces;
         let rows = || faces.areas.iter().zip(links.total()).zip(&faces.list);
         let diagonal = rows().map(|((area, total), face)| {
@@ -57,6 +59,7 @@ impl<'a, const C: usize> System<'a, C> {
         });
         System {
             links,
+            hands,
             diagonal: diagonal.collect(),
             emission: emission.collect(),
             emittance: faces.list.iter().map(|face| std::array::from_fn(|c| face.emittance[c])).collect(),
@@ -69,7 +72,7 @@ impl<'a, const C: usize> System<'a, C> {
     }
 
     /// Conjugate gradients, all channels at the same pace; those that are done stay as they are.
-    fn solve(&self, start: &[Vec<f64>], residual: f64, go_on: &dyn Fn() -> bool) -> Option<Vec<Vec<f64>>> {
+    fn solve(&self, start: &[Vec<f64>], residual: f64) -> Option<Vec<Vec<f64>>> {
         let mut b = self.begin(start);
         let mut image = vec![[0.0; C]; b.len()];
         self.apply(&b, &mut image);
@@ -84,7 +87,7 @@ impl<'a, const C: usize> System<'a, C> {
             if !goes_on.contains(&true) {
                 break;
             }
-            if !go_on() {
+            if !self.hands.go_on() {
                 return None;
             }
             self.apply(&direction, &mut image);
@@ -111,7 +114,7 @@ impl<'a, const C: usize> System<'a, C> {
             }
         }
         let mut source = self.emission.clone();
-        self.links.add_incoming(1.0, &known, &mut source);
+        self.links.add_incoming(1.0, &known, &mut source, self.hands);
         self.fix_black(&mut source);
         source
     }
@@ -130,7 +133,7 @@ impl<'a, const C: usize> System<'a, C> {
     fn apply(&self, x: &[[f64; C]], y: &mut [[f64; C]]) {
         y.copy_from_slice(&self.diagonal);
         each(y, x, |y, x, _| *y *= x);
-        self.links.add_incoming(-1.0, x, y);
+        self.links.add_incoming(-1.0, x, y, self.hands);
     }
 
     /// Black faces take no part: nothing is left to find there.
