@@ -210,25 +210,12 @@ fn read(
     let light = table.take("light").map(|value| value.word()).transpose()?;
     let (named, patches) = read_scene_key(table.take("scene"), path)?;
     let mut scene = read_scene(named, &table, &options)?;
-    if repair {
-        scene.turn_flipped()?;
-    }
-    // What is turned round has its u and v changed.
-    let partition = cut(&mut scene, patches, partition)?;
+    let partition = repair_and_cut(&mut scene, repair, patches, partition)?;
     let light = light.unwrap_or_else(|| match Format::of(scene.path()) {
         Some(Format::Mgf) => Light::Luminous,
         _ => Light::Radiant,
     });
-    let open = Auto {
-        surfaces: scene.auto().to_vec(),
-        constant: !method.says("basis", Basis::Linear.word()),
-        linear: can_be_linear(&table, &method),
-    };
-    let cutting = Cutting {
-        patches: scene.known_patch_count(),
-        linear: partition.as_ref().is_some_and(|partition| partition.linear) && open.linear,
-        space: partition.as_ref().map_or(Space::default(), |partition| partition.space),
-    };
+    let (open, cutting) = left_open(&scene, partition.as_ref(), (&table, &method));
     let (method, note) = read_method(method, &cutting, &budget)?;
     let Asked { target, sensor_target, total_target } =
         target.about(cutting.patches, &method, scene.sensors())?;
@@ -252,17 +239,23 @@ fn read(
         view,
         sources,
         sensitivity,
-        auto: Some(open).filter(|open| !open.surfaces.is_empty()),
+        auto: open,
         forecast: partition.and_then(|partition| partition.forecast),
     })
 }
 
-/// Cuts a scene by the partition at hand, or as the job says. Returns the partition that it is cut by, if any.
-fn cut(
+/// Turns round what is flipped, if that is asked for, and cuts a scene by the partition at hand, or as the job says. Returns the
+/// partition that it is cut by, if any.
+fn repair_and_cut(
     scene: &mut SceneFile,
+    repair: bool,
     patches: Patches,
     partition: Option<&Partition>,
 ) -> Result<Option<Partition>, Error> {
+    // What is turned round has its u and v changed: it is cut after that.
+    if repair {
+        scene.turn_flipped()?;
+    }
     let file = scene.path().to_owned();
     match (partition, patches) {
         (Some(partition), _) => {
@@ -280,6 +273,25 @@ fn cut(
         }
         (None, Patches::AsWritten) => Ok(None),
     }
+}
+
+/// What a job leaves to the program, and what its method takes from the partition.
+fn left_open(
+    scene: &SceneFile,
+    partition: Option<&Partition>,
+    (table, method): (&Table<'_>, &Table<'_>),
+) -> (Option<Auto>, Cutting) {
+    let open = Auto {
+        surfaces: scene.auto().to_vec(),
+        constant: !method.says("basis", Basis::Linear.word()),
+        linear: can_be_linear(table, method),
+    };
+    let cutting = Cutting {
+        patches: scene.known_patch_count(),
+        linear: partition.is_some_and(|partition| partition.linear) && open.linear,
+        space: partition.map_or(Space::default(), |partition| partition.space),
+    };
+    (Some(open).filter(|open| !open.surfaces.is_empty()), cutting)
 }
 
 /// Whether the method of a job has a linear basis, and the job does not refuse it.

@@ -112,6 +112,16 @@ impl RunOutput {
         usual(patches).into_iter().filter(|file| !written.contains(file)).collect()
     }
 
+    /// How surfaces are cut, where a pilot has chosen it.
+    fn partition(&self, settings: &Settings, experiment: &Experiment) -> Result<Drafts, Error> {
+        if settings.forecast.is_none() {
+            return Ok(Drafts::new());
+        }
+        let text = settings.partition_of(experiment.scene().faces().shapes()).to_toml();
+        let draft = self.folder.draft(PARTITION, |writer| writer.write_all(text.as_bytes()))?;
+        Ok(vec![(PARTITION, draft)])
+    }
+
     /// What follows from the tally of a checkpoint, written but not in its place.
     fn drafts(
         &self,
@@ -150,11 +160,7 @@ impl RunOutput {
                 .draft(SENSITIVITIES, |writer| report::write_sensitivities(writer, &influences))?;
             drafts.push((SENSITIVITIES, draft));
         }
-        if settings.forecast.is_some() {
-            let text = settings.partition_of(scene.faces().shapes()).to_toml();
-            let draft = self.folder.draft(PARTITION, |writer| writer.write_all(text.as_bytes()))?;
-            drafts.push((PARTITION, draft));
-        }
+        drafts.extend(self.partition(settings, experiment)?);
         for &file in &files {
             let draft = self.folder.draft(file.name(), |writer| match (file, &view) {
                 (OutputFile::Csv, _) => report::write_patches(writer, &estimates),
@@ -343,7 +349,13 @@ fn facts(
             .map_or_else(Vec::new, report::sensitivity_summaries),
         import: settings.import.clone(),
         units: units(settings.light),
-        checks: checks_of_result(estimates, settings.note.as_deref(), precision, book, settings.seed),
+        checks: checks_of_result(
+            estimates,
+            settings.note.as_deref(),
+            precision,
+            book,
+            (settings.seed, settings.forecast.as_ref()),
+        ),
         confidence: settings.confidence,
         simultaneous: settings.simultaneous,
         provenance: provenance(book, experiment.unit().paths()),

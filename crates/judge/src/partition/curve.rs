@@ -19,7 +19,7 @@ const USUAL: f64 = 0.25;
 const TYPICAL: [f64; 2] = [0.03, 0.005];
 
 /// Light counts as varying along an axis once a doubling there gains this number of standard errors.
-const SEEN: f64 = 2.5;
+const SEEN: f64 = 2.0;
 
 /// One grid of a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
