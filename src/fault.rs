@@ -2,11 +2,9 @@
 
 use std::path::PathBuf;
 
-use cluster::listen::ListenError;
+use cluster::ListenError;
 use monitor::NoPage;
 use thiserror::Error;
-
-use crate::commands::factors::FactorsFault;
 
 /// How a command ended that did what it was asked to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -34,12 +32,18 @@ pub(crate) enum Fault {
     /// A result cannot be written, read, or believed.
     #[error(transparent)]
     Results(#[from] results::Error),
+    /// A coordinator or a relay cannot listen at an address.
+    #[error(transparent)]
+    Listen(#[from] ListenError),
+    /// A page of a running job cannot be opened.
+    #[error(transparent)]
+    NoPage(#[from] NoPage),
+    /// An audit found walks that were delivered wrongly.
+    #[error(transparent)]
+    Audit(#[from] results::Wrong),
     /// Nothing is known of a job.
     #[error(transparent)]
     NoStatus(#[from] monitor::NoStatus),
-    /// Exchange factors cannot be counted, or say nothing of heat.
-    #[error(transparent)]
-    Factors(#[from] FactorsFault),
     /// The scene has no deterministic solution here.
     #[error(transparent)]
     Exact(#[from] exact::ExactError),
@@ -47,116 +51,53 @@ pub(crate) enum Fault {
     #[error(
         "cannot use the access file {path} ({source}); give the file that `radwalk coordinate` or `relay` wrote"
     )]
-    AccessFile {
-        /// The path of the access file.
-        path: PathBuf,
-        /// What is wrong with it.
-        source: std::io::Error,
-    },
+    AccessFile { path: PathBuf, source: std::io::Error },
     /// An access file cannot be written.
     #[error(
         "cannot write the access file {path} ({source}); choose a place that can be written with --access (for a relay, --out-access)"
     )]
-    AccessFileWrite {
-        /// The path of the access file.
-        path: PathBuf,
-        /// What is wrong with it.
-        source: std::io::Error,
-    },
+    AccessFileWrite { path: PathBuf, source: std::io::Error },
     /// A relay would write over the access file that it reads.
     #[error(
         "--access and --out-access name the same file, {path} (a relay reads one and writes the other); give its workers another"
     )]
-    OneAccessFile {
-        /// The path of the access file.
-        path: PathBuf,
-    },
-    /// The address cannot be listened at.
-    #[error(
-        "cannot listen at {address} ({source}); write {option} HOST:PORT, with an address of this machine and a free port"
-    )]
-    Listen {
-        /// The address as host:port.
-        address: String,
-        /// The option that says where.
-        option: &'static str,
-        /// What the system says.
-        source: std::io::Error,
-    },
-    /// The address stands for all addresses of the machine, and its own name leads to none of them.
-    #[error(
-        "--listen {address} stands for every address of this machine (no other machine can connect to it), and this machine's own name leads to none of them; give the name or address by which others reach it, with --advertise HOST"
-    )]
-    NoName {
-        /// The address as host:port.
-        address: String,
-    },
+    OneAccessFile { path: PathBuf },
     /// The tallies of a job do not fit the memory.
     #[error(
         "the tallies of {patches} patches need at least {}, and this machine has {} (for the coordinator and {}); use coarser patches or fewer workers here",
         report::words::bytes(*needed), report::words::bytes(*there), report::words::counted(*workers as u64, "worker")
     )]
-    NoRoom {
-        /// Patches of the scene.
-        patches: u64,
-        /// Bytes that they take.
-        needed: u64,
-        /// Bytes that there are.
-        there: u64,
-        /// Workers on this machine.
-        workers: usize,
-    },
-    /// A coordinator does not report any more.
+    NoRoom { patches: u64, needed: u64, there: u64, workers: usize },
+    /// A coordinator has not reported for some seconds.
     #[error(
         "the coordinator, process {pid} of {host}, has not reported for {seconds} s (it was killed, or its disk is full); go on with `radwalk run --resume` or `coordinate --resume`"
     )]
-    Silent {
-        /// The machine of the coordinator.
-        host: String,
-        /// The process number of the coordinator.
-        pid: u32,
-        /// Since its last report.
-        seconds: u64,
-    },
+    Silent { host: String, pid: u32, seconds: u64 },
     /// The two results of `diff` differ.
     #[error("the results differ: {0}")]
     Differ(String),
     /// This worker could not work.
     #[error(transparent)]
-    Worker(#[from] cluster::worker::WorkerError),
+    Worker(#[from] cluster::WorkerError),
     /// The workers are gone.
     #[error("no worker is left ({0}); see the messages above, then run the job again")]
     NoWorkers(String),
     /// A file would be written over.
     #[error("{} is there already (nothing is replaced unless asked for); move it away", path.display())]
-    Taken {
-        /// The path of the file.
-        path: PathBuf,
-    },
+    Taken { path: PathBuf },
     /// A file cannot be written.
     #[error("cannot write {} ({source}); choose a place that can be written", path.display())]
-    NotWritten {
-        /// The path of the file.
-        path: PathBuf,
-        /// What the system says.
-        source: std::io::Error,
-    },
+    NotWritten { path: PathBuf, source: std::io::Error },
     /// Results could not be written to stdout.
     #[error(
         "stdout cannot be written ({source}), so the output there is incomplete; send it to a place that has room"
     )]
-    Unsaid {
-        /// What the system says.
-        source: std::io::Error,
-    },
+    Unsaid { source: std::io::Error },
     /// The environment asks for a level of messages that there is not.
     #[error(
         "RADWALK_LOG={word}: there is no such level of messages; choose error, warn, info, debug, trace or off"
     )]
-    LogLevel {
-        /// What it asks for.
-        word: String,
-    },
+    LogLevel { word: String },
     /// Neither chains nor batches are walks.
     #[error(
         "a job of chains or Sobol batches has no walks to replay (the walks of one depend on each other); give --set method.walk=shooting --set method.sampler=random, or another job"
@@ -178,55 +119,23 @@ pub(crate) enum Fault {
     /// A part of the walks is no part.
     #[error("--share {0} is outside (0, 1] (it is the part of the walks to trace again); give 0.001, say")]
     Share(f64),
-    /// An audit found walks that were delivered wrongly.
-    #[error(
-        "{wrong} of {leases} leases that were traced again differ from what was delivered (by {workers}: faulty memory, or another program); do not trust this result, run the job again without them"
-    )]
-    Audit {
-        /// The number of leases that differ.
-        wrong: usize,
-        /// Leases that were traced.
-        leases: usize,
-        /// Who delivered those that differ.
-        workers: String,
-    },
     /// Some rows of the papers' tables came out otherwise.
     #[error(
         "{} rows differ from theory by more than chance explains ({}); see {}, then find out which is wrong",
         rows.len(), rows.join("; "), page.display()
     )]
-    NotReproduced {
-        /// The path of the page.
-        page: PathBuf,
-        /// The names of these rows.
-        rows: Vec<String>,
-    },
+    NotReproduced { page: PathBuf, rows: Vec<String> },
     /// There is no help on a word.
     #[error(
         "there is no command and no word \"{word}\" (the words are those of docs/reference/glossary.md); choose a command, or {known}"
     )]
-    NoWord {
-        /// The word that was typed.
-        word: String,
-        /// The words that have an entry.
-        known: String,
-    },
+    NoWord { word: String, known: String },
     /// The atlas has no such entry.
     #[error("the atlas has no entry \"{name}\" (--only takes names of entries); choose from {known}")]
-    NoEntry {
-        /// The name that was typed.
-        name: String,
-        /// The names of all entries.
-        known: String,
-    },
+    NoEntry { name: String, known: String },
     /// A table of earlier measurements cannot be read.
     #[error("cannot go on from {} ({source}); remove it, or start afresh with --force", path.display())]
-    Table {
-        /// The path of the table.
-        path: PathBuf,
-        /// What is wrong with it.
-        source: std::io::Error,
-    },
+    Table { path: PathBuf, source: std::io::Error },
     /// Two jobs to compare in have the same name.
     #[error(
         "two jobs are called \"{0}\" (one's charts would replace the other's); give one of them another `name`"
@@ -240,22 +149,12 @@ pub(crate) enum Fault {
         "claims of {} entries of the atlas do not hold ({}); see {}, then find out whether theory or program is wrong",
         entries.len(), entries.join(", "), page.display()
     )]
-    Unfounded {
-        /// The names of these entries.
-        entries: Vec<&'static str>,
-        /// The path of the page.
-        page: PathBuf,
-    },
+    Unfounded { entries: Vec<&'static str>, page: PathBuf },
     /// An entry of the atlas cannot be studied.
     #[error(
         "the entry \"{entry}\" of the atlas cannot be studied ({source}); this is a fault of the program"
     )]
-    Study {
-        /// The name of the entry.
-        entry: &'static str,
-        /// Why the entry cannot be studied.
-        source: Box<dyn std::error::Error + Send + Sync>,
-    },
+    Study { entry: &'static str, source: Box<dyn std::error::Error + Send + Sync> },
     /// A sum of the tally overflowed.
     #[error(
         "a sum of the tally overflowed (scores are too many or too large to be kept exactly); use fewer paths"
@@ -266,18 +165,10 @@ pub(crate) enum Fault {
         "no worker makes progress though walks are left (a fault of the program); the result so far is in {}: run the job again with --resume",
         out.display()
     )]
-    Stuck {
-        /// The output folder of the run.
-        out: PathBuf,
-    },
+    Stuck { out: PathBuf },
     /// The system refused something that it should not.
     #[error("{doing} failed ({source}); this is a fault of the system, not of the job")]
-    System {
-        /// What the program was doing.
-        doing: &'static str,
-        /// What the system says.
-        source: std::io::Error,
-    },
+    System { doing: &'static str, source: std::io::Error },
 }
 
 impl Outcome {
@@ -292,23 +183,6 @@ impl Outcome {
 }
 
 impl Fault {
-    /// A coordinator or a relay cannot listen at an address.
-    pub(crate) fn listen(address: &str, error: ListenError) -> Self {
-        let address = address.into();
-        match error {
-            ListenError::Refused(source) => Fault::Listen { address, option: "--listen", source },
-            ListenError::NoName => Fault::NoName { address },
-        }
-    }
-
-    /// A page of a running job cannot be opened; `option` asked for it.
-    pub(crate) fn page(option: &'static str, error: NoPage) -> Self {
-        match error {
-            NoPage::Listen { address, source } => Fault::Listen { address, option, source },
-            NoPage::System { doing, source } => Fault::System { doing, source },
-        }
-    }
-
     /// 2 for bad input, 3 for a failed cluster.
     pub(crate) fn exit_code(&self) -> u8 {
         match self {
@@ -316,12 +190,12 @@ impl Fault {
             Fault::AccessFile { .. } | Fault::AccessFileWrite { .. } | Fault::OneAccessFile { .. } => 2,
             Fault::Share(_) | Fault::NoWalks | Fault::OpenPatches { .. } => 2,
             Fault::NoWord { .. } | Fault::NoEntry { .. } | Fault::Table { .. } | Fault::TwinJobs(_) => 2,
-            Fault::NoName { .. } | Fault::NoRoom { .. } | Fault::NoStatus(_) => 2,
+            Fault::Listen(ListenError::NoName { .. }) | Fault::NoRoom { .. } | Fault::NoStatus(_) => 2,
             Fault::Taken { .. } | Fault::NotWritten { .. } | Fault::Unsaid { .. } => 2,
-            Fault::LogLevel { .. } | Fault::Factors(_) => 2,
+            Fault::LogLevel { .. } => 2,
             Fault::Results(error) => exit_code_of(error),
-            Fault::Silent { .. } | Fault::Differ(_) | Fault::Audit { .. } => 3,
-            Fault::Listen { .. } | Fault::Worker(_) | Fault::NoWorkers(_) => 3,
+            Fault::Silent { .. } | Fault::Differ(_) | Fault::Audit(_) => 3,
+            Fault::Listen(_) | Fault::NoPage(_) | Fault::Worker(_) | Fault::NoWorkers(_) => 3,
             Fault::NotReproduced { .. } | Fault::Overflow | Fault::System { .. } | Fault::Stuck { .. } => 3,
             Fault::Study { .. } | Fault::Unfounded { .. } => 3,
             Fault::Interrupted => Outcome::Interrupted.exit_code(),
@@ -336,7 +210,7 @@ fn exit_code_of(error: &results::Error) -> u8 {
         Error::Report(_) | Error::Checkpoint(_) | Error::Kept { .. } | Error::Merge { .. } => 2,
         Error::Incomparable { .. } | Error::NoTable { .. } | Error::Mixture { .. } => 2,
         Error::BeyondBudget { .. } | Error::OtherBatches { .. } => 2,
-        Error::Job(_) | Error::Unfit(_) => 2,
+        Error::Job(_) | Error::Unfit(_) | Error::Factors(_) => 2,
         Error::OtherTable { .. } | Error::Overflow | Error::System { .. } => 3,
     }
 }

@@ -4,10 +4,11 @@ use std::io::Write;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
-use cluster::access::Access;
-use cluster::lead::Notice;
+use cluster::Access;
+use protocol::Notice;
 
 use crate::commands::work::{ACCESS_BY_INPUT, name};
+use crate::memory;
 
 /// Deaths of each worker in a row, without any progress of the job, after which no more workers are started …
 const FUTILE_DEATHS: usize = 3;
@@ -137,7 +138,7 @@ impl LocalWorkers {
 
     /// The most memory that one of them has taken [bytes], where the system tells.
     pub(crate) fn peak_memory(&self) -> Option<u64> {
-        self.children.iter().filter_map(|child| peak_memory(child.id())).max()
+        self.children.iter().filter_map(|child| memory::peak_of(&child.id().to_string())).max()
     }
 
     /// A worker that the coordinator has given up is of no use any more, though its process may live on.
@@ -149,14 +150,6 @@ impl LocalWorkers {
             let _ = child.kill();
         }
     }
-}
-
-/// Of a process, as Linux tells it [bytes].
-fn peak_memory(pid: u32) -> Option<u64> {
-    let status = std::fs::read_to_string(format!("/proc/{pid}/status")).ok()?;
-    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
-    let kilobytes: u64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
-    Some(1024 * kilobytes)
 }
 
 impl Drop for LocalWorkers {

@@ -1,4 +1,4 @@
-//! Whether a job fits this machine's memory, before any of it is taken.
+//! The memory of this machine: whether a job fits it, before any of it is taken, and what processes have held.
 
 use std::fs;
 
@@ -31,11 +31,26 @@ pub(crate) fn check(job: &Job, workers: usize) -> Result<(), Fault> {
 
 /// The memory of this machine, or what its container may take, where the system tells [bytes].
 fn there() -> Option<u64> {
-    let machine = fs::read_to_string("/proc/meminfo").ok().and_then(|text| {
-        let line = text.lines().find_map(|line| line.strip_prefix("MemTotal:"))?;
-        line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok().map(|kilobytes| 1024 * kilobytes)
-    });
+    let machine = fs::read_to_string("/proc/meminfo").ok();
+    let machine = machine.and_then(|text| kilobytes(&text, "MemTotal:")).map(|kilobytes| 1024 * kilobytes);
     let container = fs::read_to_string("/sys/fs/cgroup/memory.max").ok();
     let container = container.and_then(|text| text.trim().parse::<u64>().ok());
     machine.into_iter().chain(container).min()
+}
+
+/// The most memory that this process has held [bytes], on Linux.
+pub(crate) fn peak() -> Option<f64> {
+    peak_of("self").map(|bytes| bytes as f64)
+}
+
+/// The most memory that a process has held [bytes], as Linux tells it; `process` is its number, or `self`.
+pub(crate) fn peak_of(process: &str) -> Option<u64> {
+    let status = fs::read_to_string(format!("/proc/{process}/status")).ok()?;
+    kilobytes(&status, "VmHWM:").map(|kilobytes| 1024 * kilobytes)
+}
+
+/// The number behind a word, in the form of files of `/proc`.
+fn kilobytes(text: &str, word: &str) -> Option<u64> {
+    let line = text.lines().find_map(|line| line.strip_prefix(word))?;
+    line.trim().strip_suffix("kB")?.trim().parse().ok()
 }

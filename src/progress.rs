@@ -3,10 +3,9 @@
 use std::io::IsTerminal;
 use std::time::{Duration, Instant};
 
-use cluster::lead::Notice;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use monitor::Standing;
-use report::words::{counted, duration, percent, quantity};
+use protocol::Notice;
 use rustix::termios::tcgetwinsize;
 use serde_json::{Value, json};
 use tracing::{info, warn};
@@ -74,15 +73,15 @@ impl Display {
             Style::Quiet => {}
             Style::Json => emit(&event(standing)),
             Style::Bar(bar) => {
-                bar.set_length(end(standing));
+                bar.set_length(standing.end());
                 bar.set_position(standing.paths);
-                bar.set_message(fitted(&parts(standing), columns().saturating_sub(BAR_COLUMNS)));
+                bar.set_message(standing.line(columns().saturating_sub(BAR_COLUMNS)));
             }
             Style::Plain => info!(
                 "{} of {} paths · {}",
                 standing.paths,
                 standing.paths_total,
-                fitted(&parts(standing), PLAIN_COLUMNS)
+                standing.line(PLAIN_COLUMNS)
             ),
         }
     }
@@ -108,12 +107,6 @@ pub(crate) fn tell_notice(notice: &Notice) {
     }
 }
 
-/// Where the run will probably end: at its target or its budget.
-fn end(standing: &Standing) -> u64 {
-    let expected = standing.target.and_then(|goal| goal.paths_expected);
-    expected.map_or(standing.paths_total, |paths| paths.min(standing.paths_total))
-}
-
 fn event(standing: &Standing) -> Value {
     let mut event = json!({"event": "progress"});
     let standing = serde_json::to_value(standing).expect("numbers and names");
@@ -121,41 +114,6 @@ fn event(standing: &Standing) -> Value {
         event.extend(standing);
     }
     event
-}
-
-/// What a line says, the most important first.
-fn parts(standing: &Standing) -> Vec<String> {
-    let error = match (standing.target, standing.median_relative_error) {
-        (Some(goal), _) => Some(format!(
-            "error {} (target {})",
-            percent(goal.decisive_error.unwrap_or(f64::INFINITY)),
-            short_percent(goal.relative_error)
-        )),
-        (None, Some(median)) => Some(format!("half within {}", percent(median))),
-        (None, None) => None,
-    };
-    let works = standing.workers > 0;
-    let left = standing.seconds_left.filter(|_| works).map(|seconds| format!("{} left", duration(seconds)));
-    let workers = if works { counted(standing.workers as u64, "worker") } else { "no worker".into() };
-    let rate = works.then(|| format!("{} rays/s", quantity(standing.rays_per_second)));
-    let saved = standing.checkpoint.map(|saved| format!("saved {} ago", duration(saved.seconds_ago.floor())));
-    let worst = standing.max_relative_error.map(|worst| format!("worst {}", percent(worst)));
-    let paths = works.then(|| format!("{} paths/s", quantity(standing.paths_per_second)));
-    [error, left, Some(workers), rate, saved, worst, paths].into_iter().flatten().collect()
-}
-
-/// As many of the parts as fit.
-fn fitted(parts: &[String], columns: usize) -> String {
-    let mut line = String::new();
-    for part in parts {
-        let joint = if line.is_empty() { "" } else { " · " };
-        if [&line[..], joint, part].iter().map(|text| text.chars().count()).sum::<usize>() > columns {
-            break;
-        }
-        line += joint;
-        line += part;
-    }
-    line
 }
 
 /// Of the terminal that stderr is.
@@ -169,63 +127,4 @@ fn bar() -> ProgressBar {
     let style = ProgressStyle::with_template("{bar:12} {percent:>3} % {wide_msg}");
     bar.set_style(style.expect("the template is fixed and valid"));
     bar
-}
-
-/// A relative error that was asked for, in percent, as people write it.
-fn short_percent(x: f64) -> String {
-    format!("{} %", (1e8 * x).round() / 1e6)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use monitor::{Faults, Goal, Saved};
-
-    fn standing() -> Standing {
-        Standing {
-            seconds: 4000.0,
-            paths: 123_456_789,
-            paths_total: 10_000_000_000,
-            paths_per_second: 1_234_567.0,
-            rays_per_second: 12_345_678.0,
-            workers: 12,
-            median_relative_error: Some(0.01234),
-            rms_relative_error: Some(0.02),
-            max_relative_error: Some(0.23456),
-            target: Some(Goal {
-                relative_error: 0.0125,
-                fraction: 0.99,
-                decisive_error: Some(0.054_321),
-                paths_expected: Some(1_000_000_000),
-            }),
-            seconds_left: Some(4680.0),
-            checkpoint: Some(Saved { seconds_ago: 31.4, paths: 123_000_000 }),
-            faults: Faults::default(),
-        }
-    }
-
-    /// What the terminal would cut is left out, the least important first.
-    #[test]
-    fn lines_fit_their_columns() {
-        let at = |columns: usize| fitted(&parts(&standing()), columns - BAR_COLUMNS);
-        assert_eq!(at(80), "error 5.432 % (target 1.25 %) · 1 h 18 min left · 12 workers");
-        assert_eq!(
-            at(140),
-            "error 5.432 % (target 1.25 %) · 1 h 18 min left · 12 workers · 12.3 M rays/s · saved 31.0 s ago · worst 23.456 %"
-        );
-        (20..200).for_each(|columns| assert!(at(columns).chars().count() <= columns - BAR_COLUMNS));
-    }
-
-    #[test]
-    fn nothing_is_foretold_without_workers() {
-        let line = fitted(&parts(&Standing { workers: 0, ..standing() }), PLAIN_COLUMNS);
-        assert!(line.contains("no worker") && !line.contains("left") && !line.contains("/s"), "{line}");
-    }
-
-    /// The percentage of a bar is that of the way to the target.
-    #[test]
-    fn bars_end_at_the_target() {
-        assert_eq!(end(&standing()), 1_000_000_000);
-        assert_eq!(end(&Standing { target: None, ..standing() }), 10_000_000_000);
-    }
 }

@@ -3,10 +3,9 @@
 use std::ops::Range;
 use std::thread::{self, ThreadId};
 
-use cluster::limits::Limits;
-use cluster::worker::Work;
-use judge::MOMENTS;
-use judge::limits::limits;
+use cluster::Work;
+use judge::{MOMENTS, limits};
+use protocol::Limits;
 use radiosity::{Board, Hands, Overflow, Tally};
 use results::Replica;
 

@@ -3,11 +3,10 @@
 use std::cell::RefCell;
 use std::sync::Arc;
 
-use cluster::checkpoint::Past;
-use cluster::coordinator::{Coordinator, Ending, Judge};
-use cluster::server::{Wish, serve};
+use cluster::{Wish, serve};
 use job::Budget;
 use judge::MOMENTS;
+use protocol::{Coordinator, Ending, Judge, Past};
 use radiosity::{Experiment, Tally};
 use results::Identity;
 use studies::compare::Team;
@@ -42,7 +41,7 @@ pub(crate) fn walk(
 ) -> Result<Walked, Fault> {
     let plan = plan(identity, budget, experiment, looks, judge)?;
     let mut coordinator = Coordinator::new(plan, Past::none(experiment.tally::<MOMENTS>()));
-    let mut door = Door::open(identity, team.workers, team.threads)?;
+    let mut door = Door::open(identity, team)?;
     let notices = RefCell::new(Vec::new());
     let mut memory = None;
     let owner = |coordinator: &Coordinator| {

@@ -88,8 +88,8 @@ impl Command {
     pub(crate) fn voice(&self) -> Voice {
         let of = |out: &OutArgs, long| Voice::new(out.json, out.quiet, long);
         match self {
-            Command::Run(args) => of(&args.out, true),
-            Command::Coordinate(args) => of(&args.out, true),
+            Command::Run(args) => of(&args.work.out, true),
+            Command::Coordinate(args) => of(&args.work.out, true),
             // The coordinator that started a quiet worker says what becomes of it.
             Command::Work(WorkArgs { quiet: true, .. }) => {
                 Voice { form: Form::Plain, level: LevelFilter::OFF }
@@ -104,8 +104,8 @@ impl Command {
             Command::Plan(args) => Voice::new(args.json, false, false),
             Command::Status(args) => Voice::new(args.json, false, false),
             Command::Diff(args) => Voice::new(args.json, false, false),
-            Command::Merge(args) => Voice::new(false, args.quiet, false),
-            Command::Combine(args) => Voice::new(false, args.quiet, false),
+            Command::Merge(args) => Voice::new(false, args.made.quiet, false),
+            Command::Combine(args) => Voice::new(false, args.made.quiet, false),
             Command::Audit(args) => Voice::new(false, args.quiet, false),
             Command::Report(args) => Voice::new(false, args.quiet, false),
             Command::Replay(_) | Command::New(_) | Command::Check(_) | Command::Help(_) => {

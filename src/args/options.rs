@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 use job::OutputFile;
+use studies::compare::Team;
 
 use super::values::{count, factor, output_file, rays, threads, tolerance, workers};
 
@@ -57,9 +58,75 @@ pub(crate) struct ExportArgs {
     pub export: Vec<OutputFile>,
 }
 
-/// The pages on which a job shows its state.
+/// How a result is written that is made of others.
 #[derive(Args)]
-pub(crate) struct MonitorArgs {
+pub(crate) struct MadeArgs {
+    #[command(flatten)]
+    pub export: ExportArgs,
+    /// Replace results that are in the output folder
+    #[arg(long)]
+    pub force: bool,
+    /// Say nothing but errors
+    #[arg(long)]
+    pub quiet: bool,
+}
+
+impl MadeArgs {
+    /// Those of a command that shows no progress.
+    pub(crate) fn out(&self) -> OutArgs {
+        OutArgs { out: None, force: self.force, quiet: self.quiet, json: false }
+    }
+}
+
+/// The processes of this machine that walk.
+#[derive(Args)]
+pub(crate) struct TeamArgs {
+    /// Worker processes [default: one per core]
+    #[arg(long, value_name = "N", value_parser = workers)]
+    pub workers: Option<u32>,
+    /// Threads of each worker
+    #[arg(long, value_name = "T", default_value_t = 1, value_parser = threads)]
+    pub threads: u32,
+}
+
+impl TeamArgs {
+    /// As many processes as were asked for, else one per core.
+    pub(crate) fn team(&self) -> Team {
+        let cores = || std::thread::available_parallelism().map_or(1, usize::from);
+        let workers = self.workers.map_or_else(cores, |workers| workers as usize);
+        Team { workers, threads: self.threads }
+    }
+}
+
+/// Where workers come in.
+#[derive(Args)]
+pub(crate) struct ListenArgs {
+    /// Where to listen for workers: the name by which they reach this machine, e.g. node1:7600 (port 0: any free one)
+    #[arg(long, value_name = "HOST:PORT", default_value = "127.0.0.1:0")]
+    pub listen: String,
+    /// The name or address by which others reach this machine, if that is not the one of --listen; with a port, if
+    /// a gateway in between has another
+    #[arg(long, value_name = "HOST")]
+    pub advertise: Option<String>,
+}
+
+/// A job that is coordinated, and what is written of it.
+#[derive(Args)]
+pub(crate) struct LeadArgs {
+    #[command(flatten)]
+    pub job: JobArgs,
+    #[command(flatten)]
+    pub out: OutArgs,
+    #[command(flatten)]
+    pub export: ExportArgs,
+}
+
+/// Where a coordinated job begins, and where it shows its state.
+#[derive(Args)]
+pub(crate) struct CourseArgs {
+    /// Go on from the checkpoint in the output folder; with more --paths, also from its end
+    #[arg(long, conflicts_with = "force")]
+    pub resume: bool,
     /// Metrics for Prometheus at http://HOST:PORT/metrics; a port alone: for this machine only. The page holds
     /// no secrets and asks for no key
     #[arg(long, value_name = "HOST:PORT")]
@@ -73,47 +140,24 @@ pub(crate) struct MonitorArgs {
 #[derive(Args)]
 pub(crate) struct RunArgs {
     #[command(flatten)]
-    pub job: JobArgs,
+    pub work: LeadArgs,
     #[command(flatten)]
-    pub out: OutArgs,
+    pub team: TeamArgs,
     #[command(flatten)]
-    pub export: ExportArgs,
-    /// Worker processes [default: one per core]
-    #[arg(long, value_name = "N", value_parser = workers)]
-    pub workers: Option<u32>,
-    /// Threads of each worker
-    #[arg(long, value_name = "T", default_value_t = 1, value_parser = threads)]
-    pub threads: u32,
-    /// Go on from the checkpoint in the output folder; with more --paths, also from its end
-    #[arg(long, conflicts_with = "force")]
-    pub resume: bool,
-    #[command(flatten)]
-    pub monitor: MonitorArgs,
+    pub course: CourseArgs,
 }
 
 #[derive(Args)]
 pub(crate) struct CoordinateArgs {
     #[command(flatten)]
-    pub job: JobArgs,
+    pub work: LeadArgs,
     #[command(flatten)]
-    pub out: OutArgs,
-    #[command(flatten)]
-    pub export: ExportArgs,
-    /// Where to listen for workers: the name by which they reach this machine, e.g. node1:7600 (port 0: any free one)
-    #[arg(long, value_name = "HOST:PORT", default_value = "127.0.0.1:0")]
-    pub listen: String,
-    /// The name or address by which others reach this machine, if that is not the one of --listen; with a port, if
-    /// a gateway in between has another
-    #[arg(long, value_name = "HOST")]
-    pub advertise: Option<String>,
+    pub at: ListenArgs,
     /// The access file to write for workers [default: <output folder>/access.json]
     #[arg(long, value_name = "FILE")]
     pub access: Option<PathBuf>,
-    /// Go on from the checkpoint in the output folder; with more --paths, also from its end
-    #[arg(long, conflicts_with = "force")]
-    pub resume: bool,
     #[command(flatten)]
-    pub monitor: MonitorArgs,
+    pub course: CourseArgs,
 }
 
 #[derive(Args)]
@@ -141,13 +185,8 @@ pub(crate) struct RelayArgs {
     /// The access file to write for this relay's workers
     #[arg(long, value_name = "FILE")]
     pub out_access: PathBuf,
-    /// Where to listen for workers: the name by which they reach this machine, e.g. node1:7600 (port 0: any free one)
-    #[arg(long, value_name = "HOST:PORT", default_value = "127.0.0.1:0")]
-    pub listen: String,
-    /// The name or address by which others reach this machine, if that is not the one of --listen; with a port, if
-    /// a gateway in between has another
-    #[arg(long, value_name = "HOST")]
-    pub advertise: Option<String>,
+    #[command(flatten)]
+    pub at: ListenArgs,
     /// Say nothing but errors
     #[arg(long)]
     pub quiet: bool,
@@ -186,13 +225,7 @@ pub(crate) struct MergeArgs {
     #[arg(long, value_name = "DIR", required = true)]
     pub out: PathBuf,
     #[command(flatten)]
-    pub export: ExportArgs,
-    /// Replace results that are in the output folder
-    #[arg(long)]
-    pub force: bool,
-    /// Say nothing but errors
-    #[arg(long)]
-    pub quiet: bool,
+    pub made: MadeArgs,
 }
 
 #[derive(Args)]
@@ -207,13 +240,7 @@ pub(crate) struct CombineArgs {
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
     #[command(flatten)]
-    pub export: ExportArgs,
-    /// Replace results that are in the output folder
-    #[arg(long)]
-    pub force: bool,
-    /// Say nothing but errors
-    #[arg(long)]
-    pub quiet: bool,
+    pub made: MadeArgs,
 }
 
 #[derive(Args)]
@@ -291,13 +318,9 @@ pub(crate) struct FactorsArgs {
     pub temperatures: Option<PathBuf>,
     /// Write the factors as matrices, too; may be a list
     #[arg(long, value_name = "FILE", value_delimiter = ',', value_enum)]
-    pub export: Vec<MatrixFile>,
-    /// Worker processes [default: one per core]
-    #[arg(long, value_name = "N", value_parser = workers)]
-    pub workers: Option<u32>,
-    /// Threads of each worker
-    #[arg(long, value_name = "T", default_value_t = 1, value_parser = threads)]
-    pub threads: u32,
+    pub export: Vec<MatrixWord>,
+    #[command(flatten)]
+    pub team: TeamArgs,
     /// Go on from the counts in the output folder
     #[arg(long, conflicts_with = "force")]
     pub resume: bool,
@@ -305,11 +328,20 @@ pub(crate) struct FactorsArgs {
 
 /// A format of matrices.
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub(crate) enum MatrixFile {
+pub(crate) enum MatrixWord {
     /// factors.npz: arrays of factors, errors and names for NumPy
     Npz,
     /// factors.mtx: the factors that are not 0, in the format of Matrix Market
     Mtx,
+}
+
+impl From<MatrixWord> for results::factors::MatrixFile {
+    fn from(word: MatrixWord) -> Self {
+        match word {
+            MatrixWord::Npz => Self::Npz,
+            MatrixWord::Mtx => Self::Mtx,
+        }
+    }
 }
 
 /// A channel of a scene in colour.
@@ -366,12 +398,8 @@ pub(crate) struct CompareArgs {
     /// Set any key of the jobs
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub set: Vec<String>,
-    /// Worker processes [default: one per core]
-    #[arg(long, value_name = "N", value_parser = workers)]
-    pub workers: Option<u32>,
-    /// Threads of each worker
-    #[arg(long, value_name = "T", default_value_t = 1, value_parser = threads)]
-    pub threads: u32,
+    #[command(flatten)]
+    pub team: TeamArgs,
     /// Keep the rows that are measured already
     #[arg(long, conflicts_with = "force")]
     pub resume: bool,

@@ -1,7 +1,7 @@
 //! `radwalk audit`: traces a random sample of a result's walks again, and says whether it is as it was delivered.
 
-use cluster::access::random_bytes;
-use results::{Audit, Wrong};
+use cluster::random_bytes;
+use results::Audit;
 use voice::{Phase, say};
 
 use crate::args::AuditArgs;
@@ -23,8 +23,8 @@ pub(crate) fn audit(args: &AuditArgs) -> Result<Outcome, Fault> {
             traced.paths, all.paths, traced.leases, all.leases
         ));
     }
-    if let Some(Wrong { differ, traced, workers }) = wrong {
-        return Err(Fault::Audit { wrong: differ, leases: traced, workers });
+    if let Some(wrong) = wrong {
+        return Err(wrong.into());
     }
     if !args.quiet {
         say("every one is exactly as it was delivered");

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use results::{Kept, Latest, RunOutput};
 use voice::Phase;
 
-use crate::args::{CombineArgs, OutArgs};
+use crate::args::CombineArgs;
 use crate::fault::{Fault, Outcome};
 use crate::summary::write;
 
@@ -15,9 +15,8 @@ pub(crate) fn combine(args: &CombineArgs) -> Result<Outcome, Fault> {
     let Kept { checkpoint, settings, experiment } = results::combine(&args.run, &args.set)?;
     drop(phase);
     let folder = args.out.clone().unwrap_or_else(|| beside(&args.run));
-    let output = RunOutput::new(&folder, args.force, &args.export.export, crate::build::GIT)?;
-    let out = OutArgs { out: None, force: args.force, quiet: args.quiet, json: false };
-    write(&output, &settings, &experiment, &checkpoint, Latest::Foreign, &out)?;
+    let output = RunOutput::new(&folder, args.made.force, &args.made.export.export, crate::build::GIT)?;
+    write(&output, &settings, &experiment, &checkpoint, Latest::Foreign, &args.made.out())?;
     Ok(Outcome::Done)
 }
 

@@ -4,24 +4,19 @@ use std::net::TcpListener;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use cluster::access::{Access, random_bytes};
-use cluster::checkpoint::{Checkpoint, Look, Past};
-use cluster::coordinator::{Coordinator, Ending, Judge, Plan};
-use cluster::lead::Notice;
-use cluster::listen;
-use cluster::server::{Wish, serve};
+use cluster::{Access, Wish, random_bytes, serve};
 use job::{Budget, Job};
-use judge::limits::limits;
-use judge::target::{Observer, judge, looks};
-use judge::total;
+use judge::target::looks;
 use monitor::{Description, Gauge, Page, Reports, Showing};
-use radiosity::{Estimates, Experiment, Tally};
+use protocol::{Checkpoint, Coordinator, Ending, Judge, Look, Notice, Past, Plan};
+use radiosity::{Experiment, Tally};
 use report::view_troubles;
 use results::{Identity, Keeper, Latest, RunOutput, Settings};
+use studies::compare::Team;
 use tracing::{info, warn};
 use voice::{Phase, say};
 
-use crate::args::{CoordinateArgs, ExportArgs, JobArgs, MonitorArgs, OutArgs, RunArgs};
+use crate::args::{CoordinateArgs, CourseArgs, LeadArgs, OutArgs, RunArgs};
 use crate::build::{BUILD, GIT};
 use crate::choose;
 use crate::fault::{Fault, Outcome};
@@ -35,22 +30,22 @@ const FINAL_WAITS: [Duration; 4] =
 
 /// Runs a job on worker processes of this machine.
 pub(crate) fn run(args: &RunArgs) -> Result<Outcome, Fault> {
-    let workers = processes(args.workers);
-    let prepared = Prepared::new(&args.job, &args.out, &args.export, args.resume, workers)?;
-    let Door { listener, access, mut workers } = Door::open(&prepared.identity, workers, args.threads)?;
+    let team = args.team.team();
+    let prepared = Prepared::new(&args.work, args.course.resume, team.workers)?;
+    let Door { listener, access, mut workers } = Door::open(&prepared.identity, team)?;
     signals::catch();
     signals::keep_memory_private();
-    let page = args.monitor.metrics.as_deref().map(open_page).transpose()?;
+    let page = args.course.metrics.as_deref().map(open_page).transpose()?;
     let reports = Reports::new(prepared.description(), prepared.output.path(), None, page);
-    let showing = prepared.showing(&args.monitor, &args.out)?;
-    prepared.serve(listener, access, &args.out, (reports, showing), Some(&mut workers))
+    let showing = prepared.showing(&args.course, &args.work.out)?;
+    prepared.serve(listener, access, &args.work.out, (reports, showing), Some(&mut workers))
 }
 
 /// Coordinates workers that are started elsewhere.
 pub(crate) fn coordinate(args: &CoordinateArgs) -> Result<Outcome, Fault> {
-    let prepared = Prepared::new(&args.job, &args.out, &args.export, args.resume, 0)?;
+    let prepared = Prepared::new(&args.work, args.course.resume, 0)?;
     let access_file = args.access.clone().unwrap_or_else(|| prepared.output.path().join("access.json"));
-    let (listener, access) = listen(&prepared.identity, &args.listen, args.advertise.as_deref())?;
+    let (listener, access) = listen(&prepared.identity, &args.at.listen, args.at.advertise.as_deref())?;
     access
         .write(&access_file)
         .map_err(|source| Fault::AccessFileWrite { path: access_file.clone(), source })?;
@@ -61,10 +56,10 @@ pub(crate) fn coordinate(args: &CoordinateArgs) -> Result<Outcome, Fault> {
     );
     signals::catch();
     signals::keep_memory_private();
-    let page = args.monitor.metrics.as_deref().map(open_page).transpose()?;
+    let page = args.course.metrics.as_deref().map(open_page).transpose()?;
     let reports = Reports::new(prepared.description(), prepared.output.path(), Some(&access_file), page);
-    let showing = prepared.showing(&args.monitor, &args.out)?;
-    let done = prepared.serve(listener, access.clone(), &args.out, (reports, showing), None);
+    let showing = prepared.showing(&args.course, &args.work.out)?;
+    let done = prepared.serve(listener, access.clone(), &args.work.out, (reports, showing), None);
     // The key is of no use any more. Where the file is gone, or another coordinator's by now, there is nothing to do.
     let _ = access.remove(&access_file);
     done
@@ -73,14 +68,6 @@ pub(crate) fn coordinate(args: &CoordinateArgs) -> Result<Outcome, Fault> {
 /// Says what was left out, changed or assumed of meshes.
 fn tell_notes(job: &Job) {
     job.scene.notes().iter().for_each(|note| info!("note: {note}"));
-}
-
-/// As many worker processes as were asked for, else one per core.
-pub(crate) fn processes(workers: Option<u32>) -> usize {
-    workers.map_or_else(
-        || std::thread::available_parallelism().map_or(1, usize::from),
-        |workers| workers as usize,
-    )
 }
 
 /// Where worker processes of this machine come in.
@@ -94,13 +81,13 @@ pub(crate) struct Door {
 }
 
 impl Door {
-    /// For a number of workers of a job.
+    /// For a team that works on a job.
     ///
     /// # Errors
     /// Where the system refuses.
-    pub(crate) fn open(identity: &Identity, workers: usize, threads: u32) -> Result<Self, Fault> {
+    pub(crate) fn open(identity: &Identity, team: Team) -> Result<Self, Fault> {
         let (listener, access) = listen(identity, "127.0.0.1:0", None)?;
-        let workers = LocalWorkers::new(&access, workers, threads);
+        let workers = LocalWorkers::new(&access, team.workers, team.threads);
         Ok(Door { listener, access, workers })
     }
 }
@@ -119,17 +106,12 @@ struct Prepared {
 
 impl Prepared {
     /// `workers` is how many will work on this machine.
-    fn new(
-        args: &JobArgs,
-        out: &OutArgs,
-        export: &ExportArgs,
-        resume: bool,
-        workers: usize,
-    ) -> Result<Self, Fault> {
+    fn new(args: &LeadArgs, resume: bool, workers: usize) -> Result<Self, Fault> {
+        let LeadArgs { job: asked, out, export } = args;
         let phase = Phase::begin("reading the scene");
         let folder_of = |job: &Job| out.out.clone().unwrap_or_else(|| default_folder(job));
         let kept = |job: &Job| resume.then(|| results::kept_partition(&folder_of(job))).flatten();
-        let job = choose::load(args, &phase, kept)?;
+        let job = choose::load(asked, &phase, kept)?;
         tell_notes(&job);
         memory::check(&job, workers)?;
         phase.now("building the scene");
@@ -139,8 +121,8 @@ impl Prepared {
         phase.now("following light from the lamps");
         // What is wrong with the light comes before all that is made of it.
         doctor::warnings(experiment.scene()).iter().for_each(|warning| warn!("{warning}"));
-        judge::sensors::warnings(&experiment).iter().for_each(|warning| warn!("{warning}"));
-        judge::plan::cut::idle_workers(&experiment, job.budget.paths, workers as u64)
+        judge::sensor_warnings(&experiment).iter().for_each(|warning| warn!("{warning}"));
+        judge::plan::idle_workers(&experiment, job.budget.paths, workers as u64)
             .iter()
             .for_each(|idle| warn!("{idle}"));
         let settings = Settings::of(&job);
@@ -175,12 +157,7 @@ impl Prepared {
     }
 
     fn plan(&self) -> Result<Plan, Fault> {
-        let level = self.settings.level(self.experiment.scene());
-        let target = self.settings.target.clone();
-        let mut observer = Observer::new(self.experiment.clone(), level, target)
-            .with_sensors(self.settings.sensor_goal(&self.experiment))
-            .with_total(self.settings.total_target)
-            .going_on_from(&self.past.tally);
+        let mut observer = self.settings.observer(&self.experiment).going_on_from(&self.past.tally);
         let walks = self.job.budget.paths / self.experiment.unit().paths();
         let judge = Box::new(move |tally: &Tally, seen: &[Look]| observer.look(tally, seen));
         plan(&self.identity, &self.job.budget, &self.experiment, looks(&self.experiment, walks), judge)
@@ -192,10 +169,9 @@ impl Prepared {
     }
 
     /// The page that follows the run, where one is wanted.
-    fn showing(&self, monitor: &MonitorArgs, out: &OutArgs) -> Result<Option<Showing>, Fault> {
-        let Some(address) = &monitor.watch else { return Ok(None) };
-        let showing = Showing::open(address, GIT, &self.experiment, &self.settings)
-            .map_err(|error| Fault::page("--watch", error))?;
+    fn showing(&self, course: &CourseArgs, out: &OutArgs) -> Result<Option<Showing>, Fault> {
+        let Some(address) = &course.watch else { return Ok(None) };
+        let showing = Showing::open(address, GIT, &self.experiment, &self.settings)?;
         // A port or a key that was drawn is known from here alone.
         match out.quiet {
             true => say(&format!("the result so far is at {}", showing.url())),
@@ -298,26 +274,10 @@ impl Prepared {
             // The clock ran out before anything was known.
             Ending::WallClock if checkpoint.tally.counts.walks == 0 => Ok(Outcome::TargetMissed),
             Ending::BudgetSpent | Ending::WallClock => {
-                Ok(if self.target_missed(checkpoint) { Outcome::TargetMissed } else { Outcome::Done })
+                let missed = self.settings.target_missed(&self.experiment, &checkpoint.tally);
+                Ok(if missed { Outcome::TargetMissed } else { Outcome::Done })
             }
         }
-    }
-
-    /// Whether there is a target that these walks do not meet.
-    fn target_missed(&self, Checkpoint { tally, .. }: &Checkpoint) -> bool {
-        let goal = self.settings.sensor_goal(&self.experiment);
-        if goal.is_some_and(|goal| !goal.is_met(&self.experiment, tally)) {
-            return true;
-        }
-        let Settings { target, total_target, .. } = &self.settings;
-        if target.is_none() && total_target.is_none() {
-            return false;
-        }
-        let (scene, walks) = (self.experiment.scene(), tally.counts.walks);
-        let paths = walks * self.experiment.unit().paths();
-        let estimates = Estimates::new(&self.experiment, tally, self.settings.level(scene));
-        let total_missed = total_target.is_some_and(|total| !total::is_met(&total, &estimates, paths));
-        walks == 0 || total_missed || target.as_ref().is_some_and(|t| !judge(t, &estimates, paths).reached)
     }
 }
 
@@ -381,29 +341,9 @@ pub(crate) fn plan(
     looks: Vec<u64>,
     judge: Judge,
 ) -> Result<Plan, Fault> {
-    // A batch is leased as a walk is, whole and alone.
-    let (stream_paths, leases_per_thread) = match experiment.unit().batch() {
-        Some(_) => (1, 1),
-        None => (budget.stream_paths, 2),
-    };
     let lots = random_bytes().map_err(|source| Fault::System { doing: "drawing lots", source })?;
-    Ok(Plan {
-        job: identity.job.clone().into(),
-        scene_hash: identity.scene_hash,
-        job_hash: identity.job_hash,
-        build: BUILD.into(),
-        first: identity.first,
-        paths: looks.last().copied().unwrap_or(0),
-        stream_paths,
-        leases_per_thread,
-        patches: experiment.rows(),
-        layout: experiment.layout::<{ judge::MOMENTS }>(),
-        limits: limits(experiment),
-        wall: budget.wall_seconds.map(Duration::from_secs_f64),
-        lots: u64::from_le_bytes(lots[..8].try_into().expect("eight bytes")),
-        looks,
-        judge,
-    })
+    let lots = u64::from_le_bytes(lots[..8].try_into().expect("eight bytes"));
+    Ok(identity.plan(BUILD, budget, experiment, (looks, judge), lots))
 }
 
 /// Listens at an address; returns what lets workers in.
@@ -412,8 +352,7 @@ fn listen(
     address: &str,
     advertise: Option<&str>,
 ) -> Result<(TcpListener, Access), Fault> {
-    let (listener, address) =
-        listen::bind(address, advertise).map_err(|error| Fault::listen(address, error))?;
+    let (listener, address) = cluster::bind(address, advertise)?;
     let access = Access::new(address, BUILD, identity.scene_hash)
         .map_err(|source| Fault::System { doing: "drawing a random key", source })?;
     Ok((listener, access))
@@ -421,7 +360,7 @@ fn listen(
 
 /// Opens a page of metrics, and prints its address.
 fn open_page(address: &str) -> Result<Page, Fault> {
-    let (page, bound) = monitor::open_metrics(address).map_err(|error| Fault::page("--metrics", error))?;
+    let (page, bound) = monitor::open_metrics(address)?;
     info!(event = "metrics", "metrics are at http://{bound}/metrics");
     Ok(page)
 }

@@ -3,7 +3,7 @@
 use results::{Kept, Latest, RunOutput};
 use voice::Phase;
 
-use crate::args::{MergeArgs, OutArgs};
+use crate::args::MergeArgs;
 use crate::fault::{Fault, Outcome};
 use crate::summary::write;
 
@@ -13,8 +13,7 @@ pub(crate) fn merge(args: &MergeArgs) -> Result<Outcome, Fault> {
     let (first, others) = args.runs.split_first().expect("at least one is required");
     let Kept { checkpoint, settings, experiment } = results::merge(first, others)?;
     drop(phase);
-    let output = RunOutput::new(&args.out, args.force, &args.export.export, crate::build::GIT)?;
-    let out = OutArgs { out: None, force: args.force, quiet: args.quiet, json: false };
-    write(&output, &settings, &experiment, &checkpoint, Latest::Foreign, &out)?;
+    let output = RunOutput::new(&args.out, args.made.force, &args.made.export.export, crate::build::GIT)?;
+    write(&output, &settings, &experiment, &checkpoint, Latest::Foreign, &args.made.out())?;
     Ok(Outcome::Done)
 }

@@ -3,10 +3,7 @@
 use std::net::TcpListener;
 use std::path::Path;
 
-use cluster::access::Access;
-use cluster::listen;
-use cluster::upstream;
-use cluster::worker::Identity;
+use cluster::{Access, Identity};
 use tracing::info;
 
 use crate::args::RelayArgs;
@@ -26,8 +23,7 @@ pub(crate) fn relay(args: &RelayArgs) -> Result<Outcome, Fault> {
     if is_one_file(&args.access, &args.out_access) {
         return Err(Fault::OneAccessFile { path: args.access.clone() });
     }
-    let (listener, address) = listen::bind(&args.listen, args.advertise.as_deref())
-        .map_err(|error| Fault::listen(&args.listen, error))?;
+    let (listener, address) = cluster::bind(&args.at.listen, args.at.advertise.as_deref())?;
     let mut last = None;
     let done = keep_joining(args.wait, args.quiet, || join(args, &listener, &address, &mut last));
     // The key is of no use any more, and workers learn by this that it is over. There may never have been one, and by now it
@@ -73,11 +69,11 @@ fn join(
         *last = Some(own.clone());
         Ok((listener.try_clone()?, own))
     };
-    let note = |notice: cluster::lead::Notice| {
+    let note = |notice: protocol::Notice| {
         tell_notice(&notice);
     };
     let build = |job: &[u8]| Shift::decode(job, WalkClock::default());
-    let done = upstream::relay(&access, &identity, build, open, note);
+    let done = cluster::relay(&access, &identity, build, open, note);
     match unwritten {
         Some(source) => Err(Fault::AccessFileWrite { path: args.out_access.clone(), source }),
         None => Ok(done?),

@@ -8,9 +8,8 @@ use std::time::Instant;
 use report::OutputFolder;
 use report::words::duration;
 use serde_json::json;
-use studies::claim::{Judge, Verdict};
 use studies::papers::{self, Chapter, Findings, page};
-use studies::{Effort, Lab, validation};
+use studies::{Effort, Lab, Verdict, validation};
 use tracing::info;
 use voice::{Phase, emit, say};
 
@@ -61,7 +60,8 @@ pub(crate) fn reproduce(args: &ReproduceArgs) -> Result<Outcome, Fault> {
     for (chapter, findings) in &done {
         findings.figures.iter().try_for_each(|f| folder.write(&f.file, |file| file.write_all(&f.content)))?;
         if !args.out.quiet {
-            describe(chapter, findings, judge);
+            say(&format!("\n{}", chapter.title));
+            page::lines(findings, judge).iter().for_each(|line| say(line));
         }
     }
     let entries: Vec<page::Entry<'_>> =
@@ -97,20 +97,6 @@ fn run(args: &ReproduceArgs, chapter: &Chapter, lab: &Lab) -> Findings {
         emit(&json!({"event": "chapter done", "name": chapter.name, "seconds": seconds}));
     }
     findings
-}
-
-/// The rows of a chapter as a table for a terminal.
-fn describe(chapter: &Chapter, findings: &Findings, judge: Judge) {
-    say(&format!("\n{}", chapter.title));
-    let heads = page::HEADS.map(String::from);
-    let rows: Vec<[String; 6]> =
-        std::iter::once(heads).chain(findings.rows.iter().map(|row| page::cells(row, judge))).collect();
-    let width = |column: usize| rows.iter().map(|row| row[column].chars().count()).max().unwrap_or(0);
-    let widths: [usize; 6] = std::array::from_fn(width);
-    for row in &rows {
-        let cells = row.iter().zip(widths).map(|(cell, width)| format!("{cell:width$}"));
-        say(format!("  {}", cells.collect::<Vec<_>>().join("  ")).trim_end());
-    }
 }
 
 /// Which command made the page, when and where.

@@ -4,9 +4,7 @@ use std::io::{ErrorKind, Read};
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use cluster::access::Access;
-use cluster::launcher;
-use cluster::worker::{self, Identity, WorkerError};
+use cluster::{Access, Identity, WorkerError, launcher};
 use tracing::warn;
 
 use crate::args::WorkArgs;
@@ -95,7 +93,7 @@ fn join(args: &WorkArgs) -> Result<(), Fault> {
         leave: signals::stop_asked,
     };
     let clock = WalkClock::default();
-    Ok(worker::work(&access, &identity, |job| Shift::decode(job, clock.clone()), || clock.seconds())?)
+    Ok(cluster::work(&access, &identity, |job| Shift::decode(job, clock.clone()), || clock.seconds())?)
 }
 
 /// What stands for an access file that comes by standard input.

@@ -15,9 +15,8 @@ use std::sync::{Arc, Mutex};
 use std::thread;
 use std::time::Duration;
 
-use cluster::access::Access;
-use cluster::checkpoint::{self, Checkpoint};
-use cluster::worker::{Identity, Work, work};
+use cluster::{Access, Identity, Work, work};
+use protocol::Checkpoint;
 use radiosity::{Counts, Hands, Overflow, Tally};
 
 use crate::support::shim::{Shim, Wrong, busiest_threads};
@@ -322,7 +321,7 @@ impl Cluster {
     fn lie(&mut self, lie: Lie) {
         // Another coordinator may have replaced the one that wrote this access file.
         let (Ok(access), Ok(Checkpoint { scene_hash, tally, book })) =
-            (Access::read(&self.relayed), checkpoint::read(&self.out.join("tally.bin")))
+            (Access::read(&self.relayed), Checkpoint::read(&self.out.join("tally.bin")))
         else {
             return;
         };

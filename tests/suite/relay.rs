@@ -7,7 +7,7 @@ use std::thread;
 use std::time::Duration;
 
 use crate::support::{answer, finish, path, radwalk, run, run_job, signal, summary, wait_for};
-use cluster::checkpoint;
+use protocol::Checkpoint;
 use tempfile::{TempDir, tempdir};
 
 const JOB: &str = "configs/cube54.toml";
@@ -104,7 +104,7 @@ fn lie(access: &Path) -> Child {
 
 /// Whether a lease in the latest checkpoint is by a worker whose name has this ending.
 fn has_brought(out: &Path, name: &str) -> bool {
-    let Ok(checkpoint) = checkpoint::read(&out.join("tally.bin")) else { return false };
+    let Ok(checkpoint) = Checkpoint::read(&out.join("tally.bin")) else { return false };
     checkpoint.book.workers.iter().any(|worker| worker.name.ends_with(name) && worker.leases > 0)
 }
 

@@ -6,7 +6,7 @@ use std::process::Stdio;
 use std::thread;
 use std::time::Duration;
 
-use cluster::checkpoint::{self, Checkpoint};
+use protocol::Checkpoint;
 use tempfile::tempdir;
 
 use crate::support::shim::{Shim, Wrong, busiest_threads};
@@ -37,7 +37,7 @@ fn a_thread_that_is_stuck_holds_up_neither_checkpoints_nor_the_end() {
     let mut worker = shim.stand_before(&mut command).spawn().unwrap();
     // (walks of the prefix, the end of all that is in)
     let kept = || {
-        let Checkpoint { tally, book, .. } = checkpoint::read(&out.join("tally.bin")).ok()?;
+        let Checkpoint { tally, book, .. } = Checkpoint::read(&out.join("tally.bin")).ok()?;
         let prefix = tally.counts.walks;
         let islands = book.islands.iter().map(|island| island.first + island.counts[0] as u64).max();
         Some((prefix, islands.unwrap_or(0).max(prefix)))

@@ -16,13 +16,8 @@ use std::path::Path;
 use std::thread;
 use std::time::{Duration, Instant};
 
-use cluster::access::Access;
-use cluster::checkpoint::{Look, Past};
-use cluster::coordinator::{Coordinator, Ending, Plan};
-use cluster::limits::Limits;
-use cluster::server::{Wish, serve};
-use cluster::upstream::relay;
-use cluster::worker::{Identity, Work, work};
+use cluster::{Access, Identity, Wish, Work, relay, serve, work};
+use protocol::{Coordinator, Ending, Limits, Look, Past, Plan};
 use radiosity::{Counts, Layout, Overflow, Tally};
 
 const LAYOUT: Layout = Layout { scores: 1, moments: 2, slopes: 0, events: false };

@@ -4,19 +4,12 @@
 
 use std::time::Duration;
 
-use cluster::access::Access;
-use cluster::channel::Inbound;
-use cluster::checkpoint::{Look, Past};
-use cluster::codec::{self, LONG_FRAME, SHORT_FRAME};
-use cluster::coordinator::{Coordinator, Plan};
-use cluster::crew::Terms;
-use cluster::digest::Digester;
-use cluster::lead::{Action, Lead};
-use cluster::limits::Limits;
-use cluster::message::{LeaseResult, ToCoordinator, ToWorker};
 use cluster::noise::{self, Greeting, HANDSHAKE_RECORD};
-use cluster::parcel::Parcel;
-use cluster::relay::Relay;
+use cluster::{Access, Inbound};
+use protocol::codec::{LONG_FRAME, SHORT_FRAME};
+use protocol::digest::Digester;
+use protocol::message::{LeaseResult, ToCoordinator, ToWorker};
+use protocol::{Action, Coordinator, Lead, Limits, Look, Parcel, Past, Plan, Relay, Terms, codec};
 use radiosity::{Counts, Layout, Tally};
 
 /// Reads bytes as messages, frames and packed sums.
@@ -182,7 +175,7 @@ fn play<L: Lead>(mut rest: &[u8], lead: &mut L, mut then: impl FnMut(&mut L, Dur
                 lead.on_message(peer, message, now)
             }
             5 => {
-                let sums = vec![0; cluster::message::PIECE - usize::from(length == 255)];
+                let sums = vec![0; protocol::message::PIECE - usize::from(length == 255)];
                 lead.on_message(peer, ToCoordinator::Piece { lease: length.into(), sums }, now)
             }
             _ => {
@@ -207,8 +200,8 @@ fn play<L: Lead>(mut rest: &[u8], lead: &mut L, mut then: impl FnMut(&mut L, Dur
 }
 
 fn hello(relays: bool) -> ToCoordinator {
-    let (protocol, threads) = (cluster::message::PROTOCOL, 2);
-    ToCoordinator::Hello(cluster::message::Hello {
+    let (protocol, threads) = (protocol::message::PROTOCOL, 2);
+    ToCoordinator::Hello(protocol::message::Hello {
         protocol,
         build: "fuzz".into(),
         name: "fuzz".into(),

@@ -5,8 +5,8 @@ use std::io::{self, Write};
 use std::sync::Arc;
 
 use bincode::Decode;
+use protocol::codec::{CodecError, first_message};
 
-use crate::codec::{CodecError, first_message};
 use crate::noise::{Opener, RECORD_CONTENT, Sealer};
 
 /// A buffer whose bytes are taken from the front.
@@ -141,9 +141,9 @@ impl Outbound {
 mod tests {
     use super::*;
     use crate::access::Access;
-    use crate::codec::frame;
-    use crate::message::ToWorker;
     use crate::noise::{Greeting, answer};
+    use protocol::codec::frame;
+    use protocol::message::ToWorker;
 
     /// A stream that takes a few bytes and then would block.
     struct Narrow(Vec<u8>, usize);

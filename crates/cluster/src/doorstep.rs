@@ -7,14 +7,13 @@ use std::io::{self, Read, Write};
 use std::time::Duration;
 
 use mio::net::TcpStream;
+use protocol::codec::{CodecError, SHORT_FRAME};
+use protocol::message::ToCoordinator;
+use protocol::{Foreign, Now, PeerId};
 
 use crate::access::Access;
 use crate::channel::{Inbound, Outbound};
-use crate::codec::{CodecError, SHORT_FRAME};
-use crate::foreign::Foreign;
-use crate::lead::{Now, PeerId};
 use crate::line::Line;
-use crate::message::ToCoordinator;
 use crate::noise::{self, HANDSHAKE_RECORD, NO_ENTRY};
 
 /// The most strangers at once; the one that came first is dropped when another comes.

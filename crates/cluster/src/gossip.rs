@@ -1,8 +1,7 @@
 //! Notices about strangers, at a bounded rate, so that no stranger can fill a terminal or a log.
 
+use protocol::{Notice, Now};
 use std::time::Duration;
-
-use crate::lead::{Notice, Now};
 
 /// The number of notices that may be passed on at once, and the number per second after that.
 const BURST: f64 = 20.0;

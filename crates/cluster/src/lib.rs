@@ -5,27 +5,31 @@
 //! these walks, merge tallies", and nothing in it can change the answer: which worker shot which walks, when, and how
 //! often a lease was lost leaves no trace in it.
 //!
-//! The messages and the state machines of coordinator and relay are in the crate `protocol`, whose modules are
-//! re-exported here. This crate holds the shells around them: sockets, threads, and the encrypted channel.
+//! The messages and the state machines of coordinator and relay are in the crate `protocol`. This crate holds the shells
+//! around them: sockets, threads, and the encrypted channel. Two modules are namespaces: `noise`, the channel's
+//! cryptography, and `launcher`, what the environment of a job on a cluster says.
 
 #![warn(unreachable_pub, unnameable_types)]
 
-pub mod access;
-pub mod channel;
+mod access;
+mod channel;
 mod doorstep;
 mod gossip;
 pub mod launcher;
 mod lending;
 mod line;
 mod link;
-pub mod listen;
+mod listen;
 pub mod noise;
-pub mod server;
-pub mod upstream;
-pub mod worker;
+mod server;
+mod upstream;
+mod worker;
 mod worker_error;
 
-pub use protocol::{
-    checkpoint, codec, coordinator, crew, deliveries, digest, foreign, lead, ledger, limits, merge, message,
-    pace, parcel, provenance, rejected, relay, roster, watch,
-};
+pub use access::{Access, random_bytes};
+pub use channel::{Inbound, Outbound};
+pub use listen::{ListenError, bind};
+pub use server::{Wish, serve};
+pub use upstream::{Door, relay};
+pub use worker::{Identity, Work, work};
+pub use worker_error::WorkerError;

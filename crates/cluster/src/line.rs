@@ -6,11 +6,11 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use mio::net::TcpStream;
+use protocol::Now;
+use protocol::codec::CodecError;
+use protocol::message::ToCoordinator;
 
 use crate::channel::{Inbound, Outbound};
-use crate::codec::CodecError;
-use crate::lead::Now;
-use crate::message::ToCoordinator;
 
 /// The time after which a peer that reads nothing is cut off.
 const WRITE_PATIENCE: Duration = Duration::from_secs(30);

@@ -10,11 +10,11 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use crossbeam::channel::{Receiver, RecvTimeoutError, Sender, bounded};
+use protocol::codec::{CodecError, frame};
+use protocol::message::{LeaseResult, PIECE, ToCoordinator, ToWorker};
 
 use crate::access::Access;
 use crate::channel::Inbound;
-use crate::codec::{CodecError, frame};
-use crate::message::{LeaseResult, PIECE, ToCoordinator, ToWorker};
 use crate::noise::{Greeting, Sealer, Session};
 use crate::worker_error::WorkerError;
 

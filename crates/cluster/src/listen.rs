@@ -3,19 +3,29 @@
 use std::io;
 use std::net::{TcpListener, ToSocketAddrs};
 
+use thiserror::Error;
+
 /// The reason why a process cannot listen at an address.
-#[derive(Debug)]
+#[derive(Debug, Error)]
 pub enum ListenError {
     /// The system refuses the address.
-    Refused(io::Error),
+    #[error(
+        "cannot listen at {address} ({source}); write --listen HOST:PORT, with an address of this machine and a free port"
+    )]
+    Refused {
+        /// The address as host:port.
+        address: String,
+        /// What the system says.
+        source: io::Error,
+    },
     /// The address stands for all addresses of the machine, and the machine's own name leads to none of them.
-    NoName,
-}
-
-impl From<io::Error> for ListenError {
-    fn from(error: io::Error) -> Self {
-        ListenError::Refused(error)
-    }
+    #[error(
+        "--listen {address} stands for every address of this machine (no other machine can connect to it), and this machine's own name leads to none of them; give the name or address by which others reach it, with --advertise HOST"
+    )]
+    NoName {
+        /// The address as host:port.
+        address: String,
+    },
 }
 
 /// Listens at an address. Returns the listener and the address by which others reach it: `advertise`, or the address as
@@ -25,14 +35,21 @@ impl From<io::Error> for ListenError {
 /// # Errors
 /// Where the system refuses, and where nothing tells other machines where this one is.
 pub fn bind(address: &str, advertise: Option<&str>) -> Result<(TcpListener, String), ListenError> {
-    let listener = TcpListener::bind(address)?;
-    let bound = listener.local_addr()?;
+    let open = || {
+        let listener = TcpListener::bind(address)?;
+        let bound = listener.local_addr()?;
+        Ok((listener, bound))
+    };
+    let refused = |source| ListenError::Refused { address: address.into(), source };
+    let (listener, bound) = open().map_err(refused)?;
     let port = bound.port();
     let host = match advertise {
         Some(gate) if port_of(gate).is_some() => return Ok((listener, gate.into())),
         Some(host) if host.contains(':') && !host.starts_with('[') => format!("[{host}]"),
         Some(host) => host.into(),
-        None if bound.ip().is_unspecified() => own_name().ok_or(ListenError::NoName)?,
+        None if bound.ip().is_unspecified() => {
+            own_name().ok_or_else(|| ListenError::NoName { address: address.into() })?
+        }
         // A port of 0 was replaced by a free one; a host name stays as it was typed.
         None => address.rsplit_once(':').map_or(address, |(host, _)| host).into(),
     };

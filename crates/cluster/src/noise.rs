@@ -16,7 +16,7 @@ use std::sync::Arc;
 use snow::{Builder, HandshakeState, StatelessTransportState};
 
 use crate::access::Access;
-pub use crate::foreign::Foreign;
+use protocol::Foreign;
 
 /// The Noise pattern: Curve25519, ChaCha20 with Poly1305, and BLAKE2s are all fast without special instructions.
 const PATTERN: &str = "Noise_NNpsk0_25519_ChaChaPoly_BLAKE2s";

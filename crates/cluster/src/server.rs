@@ -10,15 +10,14 @@ use std::time::{Duration, Instant};
 
 use mio::net::TcpStream;
 use mio::{Events, Interest, Poll, Token};
+use protocol::codec::{CodecError, SHORT_FRAME, frame};
+use protocol::message::ToWorker;
+use protocol::{Action, Coordinator, Ending, Lead, Notice, Now, PeerId};
 
 use crate::access::Access;
-use crate::codec::{CodecError, SHORT_FRAME, frame};
-use crate::coordinator::{Coordinator, Ending};
 use crate::doorstep::{Doorstep, PATIENCE, Served};
 use crate::gossip::Gossip;
-use crate::lead::{Action, Lead, Notice, Now, PeerId};
 use crate::line::{Heard, LINGER, Line, TURN_BYTES};
-use crate::message::ToWorker;
 
 /// The time between two ticks of the state machine.
 const TICK: Duration = Duration::from_millis(50);

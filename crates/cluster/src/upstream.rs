@@ -6,16 +6,13 @@ use std::sync::atomic::Ordering;
 use std::thread;
 
 use crossbeam::channel::{Receiver, Sender, unbounded};
+use protocol::codec::SHORT_FRAME;
+use protocol::message::{SMALL_TALLY, ToCoordinator, ToWorker};
+use protocol::{Limits, Notice, Relay, RelayEnd, Terms};
 use radiosity::Tally;
 
 use crate::access::{Access, random_bytes};
-use crate::codec::SHORT_FRAME;
-use crate::crew::Terms;
-use crate::lead::Notice;
-use crate::limits::Limits;
 use crate::link::{Ear, Link};
-use crate::message::{SMALL_TALLY, ToCoordinator, ToWorker};
-use crate::relay::{End, Relay};
 use crate::server::Shell;
 use crate::worker::{Hangup, Identity, Welcome, Work, build_from, join};
 use crate::worker_error::WorkerError;
@@ -67,10 +64,10 @@ pub fn relay<W: Work>(
             drop(outbox);
             shell.finish(&mut relay).map_err(unserved)?;
             match (ended, link.failure()) {
-                (End::Told, None) => Ok(()),
-                (End::Told, Some(reason)) => Err(WorkerError::Failed(reason)),
-                (End::Overflow, _) => Err(link.give_up("a sum of the tally overflowed".into())),
-                (End::Excess, _) => Err(WorkerError::Protocol),
+                (RelayEnd::Told, None) => Ok(()),
+                (RelayEnd::Told, Some(reason)) => Err(WorkerError::Failed(reason)),
+                (RelayEnd::Overflow, _) => Err(link.give_up("a sum of the tally overflowed".into())),
+                (RelayEnd::Excess, _) => Err(WorkerError::Protocol),
             }
         })
     })
@@ -83,12 +80,12 @@ fn lead<T: FnMut(Notice)>(
     link: &Link,
     leave: fn() -> bool,
     (inbox, outbox): (&Receiver<Result<ToWorker, WorkerError>>, &Sender<Mail>),
-) -> Result<End, WorkerError> {
+) -> Result<RelayEnd, WorkerError> {
     loop {
         shell.turn(relay).map_err(|error| unserved(link, &error))?;
         if leave() {
             link.leave();
-            shell.act(relay.finish(End::Told));
+            shell.act(relay.finish(RelayEnd::Told));
         }
         while relay.end().is_none()
             && let Ok(heard) = inbox.try_recv()
@@ -97,7 +94,7 @@ fn lead<T: FnMut(Notice)>(
                 ToWorker::Lease { id, first_walk, walks } => {
                     relay.on_lease(id, first_walk, walks, shell.now())
                 }
-                ToWorker::Done => relay.finish(End::Told),
+                ToWorker::Done => relay.finish(RelayEnd::Told),
                 ToWorker::Refused { reason } => return Err(WorkerError::Refused(reason)),
                 _ => return Err(WorkerError::Protocol),
             };

@@ -8,18 +8,17 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use crossbeam::channel::{Receiver, Select, Sender, bounded, unbounded};
+use protocol::codec::{MAX_FRAME, SHORT_FRAME, pack};
+use protocol::digest::Digester;
+use protocol::message::{Hello, LeaseResult, PROTOCOL, SMALL_TALLY, ToCoordinator, ToWorker};
+use protocol::pace::MOST_KEPT;
+use protocol::{Limits, Provenance};
 use radiosity::{Hands, Overflow, Tally};
 
 use crate::access::Access;
-use crate::codec::{MAX_FRAME, SHORT_FRAME, pack};
-use crate::digest::Digester;
 use crate::lending::{Crew, Lending};
-use crate::limits::Limits;
 use crate::link::{Ear, Link, connect};
-use crate::message::{Hello, LeaseResult, PROTOCOL, SMALL_TALLY, ToCoordinator, ToWorker};
-use crate::pace::MOST_KEPT;
-use crate::provenance::Provenance;
-pub use crate::worker_error::WorkerError;
+use crate::worker_error::WorkerError;
 
 /// The first number of walks between two marks of progress.
 const FIRST_CHUNK: u64 = 512;

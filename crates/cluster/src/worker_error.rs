@@ -1,9 +1,8 @@
 //! The errors of a worker.
 
+use protocol::Foreign;
+use protocol::codec::CodecError;
 use thiserror::Error;
-
-use crate::codec::CodecError;
-use crate::foreign::Foreign;
 
 /// The reason why a worker left before the job was done.
 #[derive(Debug, Error)]

@@ -12,16 +12,13 @@ use std::sync::{Arc, Mutex};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use cluster::access::Access;
-use cluster::channel::Inbound;
-use cluster::coordinator::{Coordinator, Ending, Plan};
-use cluster::limits::Limits;
-use cluster::message::{LeaseResult, PIECE, ToCoordinator, ToWorker};
 use cluster::noise::{Greeting, HANDSHAKE_RECORD};
-use cluster::worker::work;
+use cluster::{Access, Inbound, work};
 use net::{
     BULK, Bulky, Raw, SINGLE, assert_done, bulky, honest, identity, knock, never, run, toy_of, until_dropped,
 };
+use protocol::message::{LeaseResult, PIECE, ToCoordinator, ToWorker};
+use protocol::{Coordinator, Ending, Limits, Plan};
 use toy::{BUILD, READY, SCENE_HASH, hash, plan, result_of};
 
 /// What an attacker in between does to a record.

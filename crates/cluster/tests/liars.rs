@@ -9,14 +9,10 @@ mod toy;
 use std::ops::Range;
 use std::thread;
 
-use cluster::access::Access;
-use cluster::coordinator::Plan;
-use cluster::deliveries::{Delivery, MOST_PARTS};
-use cluster::limits::Limits;
-use cluster::message::{Hello, LeaseResult, PIECE, ToCoordinator, ToWorker};
-use cluster::provenance::Provenance;
-use cluster::worker::work;
+use cluster::{Access, work};
 use net::{BULK, Bulky, Raw, Run, SINGLE, assert_done, bulky, honest, identity, never, run};
+use protocol::message::{Hello, LeaseResult, PIECE, ToCoordinator, ToWorker};
+use protocol::{Deliveries, Delivery, Limits, Plan, Provenance};
 use toy::{JOB_HASH, READY, SCENE_HASH, hello, plan, result, result_of, sealed};
 
 const PATHS: u64 = 20_000;
@@ -112,9 +108,9 @@ fn changed(name: &str, change: impl FnOnce(LeaseResult) -> LeaseResult + Send) {
 }
 
 fn with_sum(mut result: LeaseResult, sum: u128) -> LeaseResult {
-    let mut sums: Vec<u128> = cluster::codec::unpack(&result.sums).map(Result::unwrap).collect();
+    let mut sums: Vec<u128> = protocol::codec::unpack(&result.sums).map(Result::unwrap).collect();
     sums[2] = sum;
-    result.sums = cluster::codec::pack(&sums);
+    result.sums = protocol::codec::pack(&sums);
     sealed(result)
 }
 
@@ -138,11 +134,11 @@ fn results_that_cannot_be_are_refused_and_their_senders_banned() {
     changed("a sum of 2^128 - 1", |result| with_sum(result, u128::MAX));
     changed("another digest", |result| LeaseResult { digest: result.digest ^ 1, ..result });
     changed("too few patches", |mut result| {
-        result.sums = cluster::codec::pack(&[1, 1]);
+        result.sums = protocol::codec::pack(&[1, 1]);
         result
     });
     changed("too many patches", |mut result| {
-        result.sums.extend(cluster::codec::pack(&[1, 1]));
+        result.sums.extend(protocol::codec::pack(&[1, 1]));
         result
     });
 }
@@ -171,7 +167,7 @@ fn relays_that_tell_what_cannot_be_of_their_workers_are_banned() {
     told("of one lease as many", |told| told.parts[0].leases = u64::MAX);
     told("of too many parts", |told| {
         let rest = Delivery { walks: 0, digest: 0, ..told.parts[0] };
-        told.parts.extend([rest; MOST_PARTS]);
+        told.parts.extend([rest; Deliveries::MOST_PARTS]);
     });
     told("of names in colour", |told| told.names[0] = "\u{1b}[31mred".into());
     told("of a worker behind too many", |told| told.names[0] = ["w"; 9].join(" > "));

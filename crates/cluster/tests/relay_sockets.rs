@@ -9,16 +9,13 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, channel};
 use std::thread::{self, Scope, ScopedJoinHandle};
 
-use cluster::access::Access;
-use cluster::coordinator::{Coordinator, Ending, Plan};
-use cluster::digest::Digester;
-use cluster::limits::Limits;
-use cluster::message::{ToCoordinator, ToWorker};
-use cluster::upstream::relay;
-use cluster::worker::{Identity, Work, WorkerError, work};
+use cluster::{Access, Identity, Work, WorkerError, relay, work};
 use net::{
     BULK, Bulky, Raw, SINGLE, Toy, access_of, assert_done, await_that, bulky, honest, identity, never, run,
 };
+use protocol::digest::Digester;
+use protocol::message::{ToCoordinator, ToWorker};
+use protocol::{Coordinator, Ending, Limits, Plan};
 use toy::{READY, SCENE_HASH, plan, straight, welcome};
 
 type Ended<'s> = ScopedJoinHandle<'s, Result<(), WorkerError>>;

@@ -13,17 +13,14 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::thread;
 use std::time::Duration;
 
-use cluster::access::Access;
-use cluster::coordinator::{Coordinator, Ending, Plan};
-use cluster::limits::Limits;
-use cluster::message::{Hello, LeaseResult, ToCoordinator, ToWorker};
-use cluster::noise::{self, Foreign, HANDSHAKE_RECORD};
-use cluster::server::{Wish, serve};
-use cluster::worker::{Identity, Work, WorkerError, work};
+use cluster::noise::{self, HANDSHAKE_RECORD};
+use cluster::{Access, Identity, Wish, Work, WorkerError, serve, work};
 use net::{
     BULK, Bulky, Raw, SINGLE, Toy, access_of, assert_done, await_that, bulky, honest, identity, knock, never,
     run, toy_of, until_dropped,
 };
+use protocol::message::{Hello, LeaseResult, ToCoordinator, ToWorker};
+use protocol::{Coordinator, Ending, Foreign, Limits, Plan};
 use radiosity::{Hands, Overflow, Tally};
 use toy::{
     BUILD, Board, JOB_HASH, LAYOUT, PATCHES, READY, SCENE_HASH, coordinator, hash, judge, plan, result,

@@ -17,6 +17,20 @@ pub struct Finding {
     pub message: String,
 }
 
+impl Finding {
+    /// The finding as a sentence, with at most `most` surfaces by number; `unit` is that of the scene's power.
+    pub fn sentence(&self, unit: &str, most: usize) -> String {
+        let Finding { kind, surfaces, power, message } = self;
+        let mut numbers: Vec<String> = surfaces.iter().take(most).map(u32::to_string).collect();
+        if let Some(more) = surfaces.len().checked_sub(most).filter(|more| *more > 0) {
+            numbers.push(format!("and {more} more"));
+        }
+        let surfaces =
+            if numbers.is_empty() { String::new() } else { format!(" [surface {}]", numbers.join(", ")) };
+        format!("{}: {message}{surfaces} (about {power:.3e} {unit}); {}", kind.word(), kind.remedy())
+    }
+}
+
 /// The kinds of findings.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Kind {

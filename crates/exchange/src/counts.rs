@@ -12,6 +12,14 @@ impl Counts {
         Counts { rows: vec![vec![0; groups + 2]; groups] }
     }
 
+    /// Counts that are these rows.
+    #[cfg(test)]
+    pub(crate) fn of(rows: &[Vec<u64>]) -> Self {
+        let mut counts = Counts::none(rows.len());
+        counts.add(rows);
+        counts
+    }
+
     /// Adds further walks: for each group, what each group took, what backs took, and what escaped.
     ///
     /// # Panics

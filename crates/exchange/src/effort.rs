@@ -133,12 +133,6 @@ fn within(mut walks: Vec<u64>, have: &[u64], budget: u64) -> Vec<u64> {
 mod tests {
     use super::*;
 
-    fn counts(rows: &[Vec<u64>]) -> Counts {
-        let mut counts = Counts::none(rows.len());
-        counts.add(rows);
-        counts
-    }
-
     #[test]
     fn pilots_keep_an_eighth_of_the_budget() {
         assert_eq!(Plan::pilot(3, 2), None);
@@ -150,7 +144,7 @@ mod tests {
     /// A row that is certain gets nothing, the others all there is: powers of two that the budget holds.
     #[test]
     fn the_budget_goes_where_the_variance_is() {
-        let known = counts(&[vec![0, 64, 0, 0, 0], vec![32, 0, 32, 0, 0], vec![8, 8, 16, 16, 16]]);
+        let known = Counts::of(&[vec![0, 64, 0, 0, 0], vec![32, 0, 32, 0, 0], vec![8, 8, 16, 16, 16]]);
         let plan = Plan::next(&known, 10_000, None).unwrap();
         let walks = plan.walks();
         assert!(walks.iter().all(|walks| walks.is_power_of_two()), "{walks:?}");
@@ -163,7 +157,7 @@ mod tests {
     /// A pair of p = 1/4 at 1 %: z²·(1 − p)/p/T² = 115,000 walks, a row of 2 cells: 38,400.
     #[test]
     fn tolerances_say_how_many_walks_are_needed() {
-        let known = counts(&[vec![0, 1024, 3072, 0], vec![4096, 0, 0, 0]]);
+        let known = Counts::of(&[vec![0, 1024, 3072, 0], vec![4096, 0, 0, 0]]);
         let tolerance = |pairs| Tolerance { relative: 0.01, pairs, level: 0.95 };
         let next = |pairs| Plan::next(&known, 1 << 40, Some(&tolerance(pairs)));
         assert_eq!(next(Some(vec![(0, 1)])).unwrap().walks(), [1 << 17, 4096]);

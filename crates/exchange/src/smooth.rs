@@ -138,16 +138,10 @@ impl Cells {
 mod tests {
     use super::*;
 
-    fn counts(rows: &[Vec<u64>]) -> Counts {
-        let mut counts = Counts::none(rows.len());
-        counts.add(rows);
-        counts
-    }
-
     #[test]
     fn smoothed_factors_are_reciprocal_and_add_up() {
         let known =
-            counts(&[vec![0, 270, 545, 0, 209], vec![90, 98, 57, 0, 11], vec![580, 170, 0, 100, 1198]]);
+            Counts::of(&[vec![0, 270, 545, 0, 209], vec![90, 98, 57, 0, 11], vec![580, 170, 0, 100, 1198]]);
         let areas = [2.0, 1.5, 4.0];
         let Smoothed { factors, errors } = smooth(&known, &areas).unwrap();
         for i in 0..3 {
@@ -170,14 +164,14 @@ mod tests {
     #[test]
     fn rows_may_say_the_same_twice() {
         let Smoothed { factors, .. } =
-            smooth(&counts(&[vec![0, 8, 0, 0], vec![16, 0, 0, 0]]), &[3.0, 3.0]).unwrap();
+            smooth(&Counts::of(&[vec![0, 8, 0, 0], vec![16, 0, 0, 0]]), &[3.0, 3.0]).unwrap();
         assert!((factors[0][1] - 1.0).abs() < 1e-12 && (factors[1][0] - 1.0).abs() < 1e-12, "{factors:?}");
     }
 
     /// A pair that few walks found may be pushed below 0 by the rest of its row, and is held at 0 then.
     #[test]
     fn no_factor_is_negative() {
-        let known = counts(&[vec![0, 1, 63, 0, 0], vec![1, 0, 7, 0, 56], vec![64, 0, 0, 0, 0]]);
+        let known = Counts::of(&[vec![0, 1, 63, 0, 0], vec![1, 0, 7, 0, 56], vec![64, 0, 0, 0, 0]]);
         let Smoothed { factors, .. } = smooth(&known, &[1.0, 1.0, 1.0]).unwrap();
         assert!(factors.iter().flatten().all(|factor| *factor >= 0.0), "{factors:?}");
         assert!(factors.iter().all(|row| (row.iter().sum::<f64>() - 1.0).abs() < 1e-9), "{factors:?}");

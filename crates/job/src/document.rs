@@ -210,6 +210,21 @@ impl<'a> Value<'a> {
         }
     }
 
+    /// A name that people can see, on one line. `what` is named, a name is shown in `shown`, and `remedy` is written where it
+    /// cannot be.
+    pub(crate) fn name(
+        &self,
+        what: &str,
+        shown: &'static str,
+        remedy: &'static str,
+    ) -> Result<String, Error> {
+        let name = self.string()?;
+        match name.trim().is_empty() || name.contains(char::is_control) {
+            true => Err(self.refuse(format!("{name:?} cannot name a {what}"), shown, remedy)),
+            false => Ok(name.into()),
+        }
+    }
+
     /// One of the words for a choice.
     pub(crate) fn word<W: Word>(&self) -> Result<W, Error> {
         let found = self.string()?;

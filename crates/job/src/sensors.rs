@@ -51,15 +51,11 @@ pub(crate) fn read_sensors(value: Value<'_>) -> Result<Vec<SensorSpec>, Error> {
 }
 
 fn read_name(value: &Value<'_>) -> Result<String, Error> {
-    let name = value.string()?;
-    if name.trim().is_empty() || name.contains(char::is_control) {
-        return Err(value.refuse(
-            format!("{name:?} cannot name a sensor"),
-            "it is shown in the rows of its patches",
-            "write a visible name on one line, or remove the key to show the sensor's number",
-        ));
-    }
-    Ok(name.into())
+    value.name(
+        "sensor",
+        "it is shown in the rows of its patches",
+        "write a visible name on one line, or remove the key to show the sensor's number",
+    )
 }
 
 fn read_shape(mut table: Table<'_>) -> Result<SensorShape, Error> {

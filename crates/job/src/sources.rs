@@ -44,14 +44,8 @@ fn read_sources(value: Value<'_>, scene: &SceneFile) -> Result<Vec<PatchGroup>, 
 }
 
 fn read_name(value: &Value<'_>) -> Result<String, Error> {
-    let name = value.string()?;
-    if name.trim().is_empty() || name.contains(char::is_control) {
-        return Err(value.refuse(
-            format!("{name:?} cannot name a source"),
-            "it is shown in the rows of its light",
-            "write a visible name on one line",
-        ));
-    }
+    let name =
+        value.name("source", "it is shown in the rows of its light", "write a visible name on one line")?;
     if name == Groups::REST {
         return Err(value.refuse(
             format!("{name:?} cannot name a source"),
@@ -59,7 +53,7 @@ fn read_name(value: &Value<'_>) -> Result<String, Error> {
             "write another name",
         ));
     }
-    Ok(name.into())
+    Ok(name)
 }
 
 /// The patches of the surfaces, materials and patches that a source names, in ascending order.

@@ -11,7 +11,7 @@
 use std::collections::HashMap;
 
 use job::Forecast;
-use protocol::checkpoint::{Book, Look};
+use protocol::{Book, Look};
 use radiosity::{
     Apart, Counts, Estimate, Estimates, Experiment, Face, Precision, Readings, Scene, Sequence, Side, TINY,
     Tally,

@@ -10,11 +10,11 @@ const TELLING_PATCHES: usize = 1 << 16;
 const FEWEST_SCORES: f64 = 30.0;
 
 /// The moments of every patch, or of every k-th patch if there are more than [`TELLING_PATCHES`].
-pub struct Sample(Vec<Moments>);
+pub(crate) struct Sample(Vec<Moments>);
 
 impl Sample {
     /// The sample of a tally whose first `patches` rows are patches.
-    pub fn new(tally: &Tally, patches: usize) -> Self {
+    pub(crate) fn new(tally: &Tally, patches: usize) -> Self {
         let every = patches.div_ceil(TELLING_PATCHES).max(1);
         let scores = 0..tally.layout().scores;
         let each = (0..patches).step_by(every).flat_map(|i| scores.clone().map(move |s| (i, s)));
@@ -29,7 +29,7 @@ impl Sample {
 /// The mean of z² over patches and scores. z = the difference between the means of the walks of `before` and of the
 /// walks since then, up to `now`, over its standard error. The result is about 1 if walks are independent, whatever
 /// they score; it is not a number if no patch has enough scores.
-pub fn drift(before: &Sample, now: &Sample) -> f64 {
+pub(crate) fn drift(before: &Sample, now: &Sample) -> f64 {
     let z = before.0.iter().zip(&now.0).filter_map(|(before, now)| z(*before, *now));
     stats::mean_squared_z(z).map_or(f64::NAN, |drift| drift.value)
 }

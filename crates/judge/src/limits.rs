@@ -1,6 +1,6 @@
 //! The limits of what an experiment's walks can come to, for the cluster to refuse impossible results.
 
-use protocol::limits::{Limits, MaterialLimits, SensorLimits};
+use protocol::{Limits, MaterialLimits, SensorLimits};
 use radiosity::{Estimator, Experiment, InfiniteEnd};
 
 use crate::MOMENTS;

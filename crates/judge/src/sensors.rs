@@ -11,7 +11,7 @@ const TOO_MANY: f64 = 0.5;
 
 /// The warnings about an experiment's sensors: those behind walls or inside them, and those that face away from the
 /// scene.
-pub fn warnings(experiment: &Experiment) -> Vec<String> {
+pub fn sensor_warnings(experiment: &Experiment) -> Vec<String> {
     let specs = experiment.sensors().map_or(&[][..], |sensors| sensors.specs());
     let warning = |(number, name): (usize, &str)| {
         let SensorView { active, backs, nothing } = experiment.sensor_view(number, RAYS);
@@ -51,7 +51,7 @@ mod tests {
             point("in a wall", [0.0, 0.5, 0.5], [-1.0, 0.0, 0.0]),
             point("below", [0.5, 0.5, -1.0], [0.0, 0.0, 1.0]),
         ];
-        let found = warnings(&experiment.with_sensors(&sensors).unwrap());
+        let found = sensor_warnings(&experiment.with_sensors(&sensors).unwrap());
         assert_eq!(found.len(), 2, "{found:?}");
         assert!(found[0].starts_with("sensor \"in a wall\": it faces away"), "{found:?}");
         assert!(

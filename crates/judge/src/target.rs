@@ -3,14 +3,24 @@
 //! `stats::DoubleSampling` decides when to stop, so that intervals stay true. Looks happen at walk counts that the job
 //! fixes.
 
-use job::{SensorTarget, Target, TotalTarget, Unhit};
-use protocol::checkpoint::Look;
-use radiosity::{Channels, Estimate, Estimates, Experiment, Face, Readings, SensorSpec, Tally};
-use report::{SensorSummary, SensorsSummary, WorstPatch};
+mod prospect;
+mod sensors;
+mod standing;
+mod total;
+
+use job::{Target, TotalTarget};
+use protocol::Look;
+use radiosity::{Estimates, Experiment, Tally};
+use report::WorstPatch;
 use stats::{DoubleSampling, foresight};
 
+pub use self::prospect::Prospect;
+pub(crate) use self::sensors::FEWEST_SAMPLES;
+pub use self::sensors::{SensorGoal, asked_of_sensors, judge_sensors};
+use self::standing::{Bar, Standing, parts_within, standings};
+pub use self::standing::{about, scope};
+pub use self::total::total_is_met;
 use crate::drift::{Sample, drift};
-use crate::total;
 
 /// The number of walks at the first look. Fewer walks tell little, even about how little they tell.
 const FIRST_LOOK: u64 = 1 << 10;
@@ -20,88 +30,6 @@ const FIRST_LOOK_AT_CHAINS: u64 = 8;
 
 /// The number of patches furthest from a target that are named.
 const NAMED: usize = 5;
-
-/// The accuracy of one face.
-#[derive(Clone, Copy, Debug)]
-struct Standing {
-    area: f64,
-    /// The largest relative error of its channels; infinite if no walk has hit it.
-    error: f64,
-    /// The fewest effective scores of its channels; infinite if it is known without any.
-    scores: f64,
-    hits: u128,
-}
-
-impl Standing {
-    /// The accuracy of a face; `None` if it has no score and the target ignores such faces.
-    fn new(patch: &Face, channels: &Channels, unhit: Unhit) -> Option<Self> {
-        let unknown = || channels.iter().filter(|e| e.ci_high > e.ci_low);
-        let error = unknown().map(Estimate::relative_error).fold(0.0, f64::max);
-        let scores = unknown().map(|e| e.effective_scores).fold(f64::INFINITY, f64::min);
-        let left_out = unhit == Unhit::Ignore && scores == 0.0;
-        (!left_out).then(|| Standing { area: patch.area, error, scores, hits: channels[0].hits })
-    }
-}
-
-/// All faces that a target is about and that walks can tell of: the chosen ones, or all that do not emit.
-pub fn about<'a>(
-    estimates: &'a Estimates,
-    target: &'a Target,
-) -> Box<dyn Iterator<Item = (usize, Face, Channels)> + 'a> {
-    let faces = estimates.scene().faces();
-    match &target.patches {
-        Some(chosen) => {
-            Box::new(chosen.iter().flat_map(|&patch| faces.of_patch(patch)).filter_map(move |i| {
-                let i = i as usize;
-                Some((i, faces.get(i), estimates.face(i)?))
-            }))
-        }
-        None => Box::new(estimates.known().filter(|(_, patch, _)| !patch.emittance.is_lit())),
-    }
-}
-
-/// The area that a target is about, in words.
-pub fn scope(patches: Option<&[u32]>) -> String {
-    match patches {
-        None => "the patch area".into(),
-        Some([patch]) => format!("patch {patch}"),
-        Some(patches) => format!("the area of {} chosen patches", patches.len()),
-    }
-}
-
-fn standings<'a>(
-    estimates: &'a Estimates,
-    target: &'a Target,
-) -> impl Iterator<Item = (usize, Standing)> + 'a {
-    let unhit = target.unhit;
-    about(estimates, target)
-        .filter_map(move |(i, patch, channels)| Some((i, Standing::new(&patch, &channels, unhit)?)))
-}
-
-/// The requirements on one face: at most this relative error, from at least this many scores.
-#[derive(Clone, Copy, Debug)]
-struct Bar {
-    error: f64,
-    scores: f64,
-}
-
-impl Bar {
-    fn is_met(&self, standing: &Standing) -> bool {
-        standing.error <= self.error && standing.scores >= self.scores
-    }
-}
-
-/// The parts of the area that meet each of several requirements.
-fn parts_within<const N: usize>(standings: impl Iterator<Item = Standing>, bars: [Bar; N]) -> [f64; N] {
-    let (mut within, mut all) = ([0.0; N], 0.0);
-    for standing in standings {
-        all += standing.area;
-        for (within, bar) in within.iter_mut().zip(bars) {
-            *within += if bar.is_met(&standing) { standing.area } else { 0.0 };
-        }
-    }
-    within.map(|within| if all > 0.0 { within / all } else { 1.0 })
-}
 
 /// Judges a tally of `paths` paths by a target.
 pub fn judge(target: &Target, estimates: &Estimates, paths: u64) -> report::Target {
@@ -150,70 +78,6 @@ pub fn judge(target: &Target, estimates: &Estimates, paths: u64) -> report::Targ
         worst: named.collect(),
     }
 }
-
-/// A target on sensors, and the level of each of their intervals.
-#[derive(Clone, Debug, PartialEq)]
-pub struct SensorGoal {
-    /// The target of the job.
-    pub target: SensorTarget,
-    /// The level of each interval, in (0, 1).
-    pub level: f64,
-}
-
-impl SensorGoal {
-    /// Whether every sensor of the target is within `part` of its error, with samples enough to tell.
-    fn is_met_within(&self, part: impl Fn(f64) -> f64, experiment: &Experiment, tally: &Tally) -> bool {
-        let Some(readings) = Readings::new(experiment, tally, self.level) else { return true };
-        let SensorTarget { sensors, min_paths, unhit } = &self.target;
-        let paths = tally.counts.walks.saturating_mul(experiment.unit().paths());
-        let ignore_dark = *unhit == Unhit::Ignore;
-        let known =
-            |&(sensor, error): &(u32, f64)| readings.worst_error(sensor as usize, ignore_dark) <= part(error);
-        paths >= *min_paths && readings.samples() >= FEWEST_SAMPLES && sensors.iter().all(known)
-    }
-
-    /// Whether a tally meets the target.
-    pub fn is_met(&self, experiment: &Experiment, tally: &Tally) -> bool {
-        self.is_met_within(|error| error, experiment, tally)
-    }
-}
-
-/// The result of a tally's sensors, and whether they meet their target.
-pub fn judge_sensors(
-    goal: Option<&SensorGoal>,
-    readings: &Readings,
-    experiment: &Experiment,
-    tally: &Tally,
-) -> SensorsSummary {
-    let sensors = readings.sensors();
-    let asked = |number: usize| {
-        let asked = goal?.target.sensors.iter().find(|(sensor, _)| *sensor as usize == number);
-        asked.map(|&(_, error)| error)
-    };
-    let list = sensors.specs().iter().enumerate().map(|(number, spec)| SensorSummary {
-        name: spec.name.clone(),
-        patches: sensors.cells_of(number).len(),
-        relative_error: readings.worst_error(number, false),
-        target: asked(number),
-    });
-    SensorsSummary {
-        samples: readings.samples(),
-        rays: readings.rays(),
-        reached: goal.map(|goal| goal.is_met(experiment, tally)),
-        list: list.collect(),
-    }
-}
-
-/// A target on sensors, in words.
-pub fn asked_of_sensors(target: &SensorTarget, sensors: &[SensorSpec]) -> String {
-    let asked = target.sensors.iter().map(|&(sensor, error)| {
-        format!("relative half-width {error} on every patch of sensor {:?}", sensors[sensor as usize].name)
-    });
-    asked.collect::<Vec<_>>().join(", ")
-}
-
-/// The fewest samples of sensors whose spread tells anything.
-pub const FEWEST_SAMPLES: u64 = 8;
 
 /// The observer of one job: it looks at the job's prefixes.
 pub struct Observer {
@@ -307,132 +171,6 @@ fn ends(walks: u64, looks: &[Look], met: bool, promising: bool) -> bool {
     rule.look(walks, promising, met)
 }
 
-/// The errors that a pilot foretells for its run: they fall as 1/√walks (for chains, with Student's t besides).
-pub struct Prospect {
-    standings: Vec<Standing>,
-    spread: Spread,
-    walks: u64,
-    /// The level of the intervals, in (0, 1).
-    level: f64,
-    target: Target,
-    chains: bool,
-    paths_per_walk: u64,
-}
-
-/// The spread of the logarithms of errors over patches: a part of it is the pilot's own noise, which fades.
-#[derive(Clone, Copy, Debug)]
-struct Spread {
-    mean: f64,
-    /// The variance without the pilot's noise.
-    variance: f64,
-}
-
-impl Prospect {
-    /// The prospect of a job, by the tally of its first walks.
-    pub fn new(target: &Target, estimates: &Estimates, level: f64) -> Self {
-        let (experiment, walks) = (estimates.experiment(), estimates.tally().counts.walks);
-        let mut prospect = Prospect {
-            standings: standings(estimates, target).map(|(_, standing)| standing).collect(),
-            spread: Spread { mean: 0.0, variance: 0.0 },
-            walks,
-            level,
-            target: target.clone(),
-            chains: !experiment.unit().is_walk(),
-            paths_per_walk: experiment.unit().paths(),
-        };
-        let known = prospect.standings.iter().filter(|s| s.error.is_finite() && s.error > 0.0);
-        let logs: Vec<[f64; 2]> = known.map(|s| [s.error.ln(), prospect.noise_of(s)]).collect();
-        let count = logs.len().max(1) as f64;
-        let mean = logs.iter().map(|[log, _]| log).sum::<f64>() / count;
-        let excess = logs.iter().map(|[log, noise]| (log - mean).powi(2) - noise * noise);
-        prospect.spread = Spread { mean, variance: (excess.sum::<f64>() / count).max(0.0) };
-        prospect
-    }
-
-    /// Keeps every k-th face, so that at most `most` are left: a running job is examined often.
-    #[must_use]
-    pub fn thinned(mut self, most: usize) -> Self {
-        let step = self.standings.len().div_ceil(most).max(1);
-        self.standings = self.standings.into_iter().step_by(step).collect();
-        self
-    }
-
-    /// Whether the run meets its target after `walks` walks, if errors are larger by the part `noise` than the pilot
-    /// says.
-    pub fn is_met(&self, walks: u64, noise: f64) -> bool {
-        self.meets(walks, noise, self.target.relative_error, self.target.min_hits as f64)
-    }
-
-    /// Whether a look after `walks` walks shows that twice as many will do.
-    pub fn is_promising(&self, walks: u64, noise: f64) -> bool {
-        walks.saturating_mul(self.paths_per_walk) >= self.target.min_paths
-            && self.meets(
-                walks,
-                noise,
-                foresight(self.target.relative_error),
-                0.5 * self.target.min_hits as f64,
-            )
-    }
-
-    fn meets(&self, walks: u64, noise: f64, error: f64, scores: f64) -> bool {
-        let later = self.standings.iter().map(|standing| self.later(standing, walks, noise));
-        let [part] = parts_within(later, [Bar { error, scores }]);
-        part >= self.target.fraction
-    }
-
-    /// The accuracy of a face after `walks` walks. The largest of many errors is partly large by chance, and this part
-    /// fades: the observed spread is √(true variance + noise²), and the noise falls as the walks grow.
-    fn later(&self, standing: &Standing, walks: u64, noise: f64) -> Standing {
-        let growth = walks as f64 / self.walks as f64;
-        let Spread { mean, variance } = self.spread;
-        let own = self.noise_of(standing).powi(2);
-        let faded = if own > 0.0 { ((variance + own / growth) / (variance + own)).sqrt() } else { 1.0 };
-        let student =
-            if self.chains { student(self.level, walks) / student(self.level, self.walks) } else { 1.0 };
-        let error = (mean + (standing.error.ln() - mean) * faded).exp();
-        Standing {
-            error: error * student * (1.0 + noise) / growth.sqrt(),
-            scores: standing.scores * growth,
-            ..*standing
-        }
-    }
-
-    /// The standard error of a face's error, as a part of it: about 1/(2√h) with h scores, and 1/√(2(n − 1)) for n
-    /// chains.
-    fn noise_of(&self, standing: &Standing) -> f64 {
-        match self.chains {
-            true => (0.5 / (self.walks.max(2) - 1) as f64).sqrt(),
-            false => 0.5 / standing.scores.sqrt(),
-        }
-    }
-
-    /// The noise of the error that decides.
-    pub fn noise(&self) -> f64 {
-        self.decisive().map_or(0.0, |standing| self.noise_of(standing))
-    }
-
-    /// The error that decides; 0 if there are no faces.
-    pub fn error(&self) -> f64 {
-        self.decisive().map_or(0.0, |standing| standing.error)
-    }
-
-    /// The face whose error decides: the largest error outside the part of the area that may miss the target.
-    fn decisive(&self) -> Option<&Standing> {
-        let mut worst_first: Vec<&Standing> = self.standings.iter().collect();
-        worst_first.sort_by(|a, b| b.error.total_cmp(&a.error));
-        let spared = (1.0 - self.target.fraction) * worst_first.iter().map(|s| s.area).sum::<f64>();
-        let mut passed = 0.0;
-        worst_first.into_iter().find(|standing| {
-            passed += standing.area;
-            passed > spared * (1.0 + 1e-9)
-        })
-    }
-}
-
-fn student(level: f64, chains: u64) -> f64 {
-    stats::student_quantile(0.5 + 0.5 * level, chains.max(2) - 1)
-}
-
 /// The walk (or chain) counts at which a run of `walks` walks is looked at. Fewer walks than patches tell nothing of
 /// most patches, and a look at many patches takes time; a chain tells of every patch, and takes longer than a look.
 pub fn looks(experiment: &Experiment, walks: u64) -> Vec<u64> {
@@ -454,35 +192,6 @@ fn ladder(first: u64, walks: u64, least: usize) -> Vec<u64> {
 mod tests {
     use super::*;
 
-    /// The deciding error of the thinned faces is that of all faces, but for the part of the area that one thinned face
-    /// stands for.
-    #[test]
-    fn a_glance_sees_what_decides() {
-        let target = Target {
-            relative_error: 0.01,
-            fraction: 0.9,
-            min_paths: 0,
-            min_hits: 10,
-            unhit: Unhit::Infinite,
-            patches: None,
-        };
-        let standing = |i: u32| Standing { area: 1.0, error: f64::from(i), scores: 100.0, hits: 100 };
-        let whole = || Prospect {
-            standings: (0..10_000).map(|i| standing(i * 7 % 10_000)).collect(),
-            spread: Spread { mean: 0.0, variance: 1.0 },
-            walks: 1000,
-            level: 0.95,
-            target: target.clone(),
-            chains: false,
-            paths_per_walk: 1,
-        };
-        assert_eq!(whole().error(), 8999.0);
-        assert_eq!(whole().thinned(10_000).error(), 8999.0);
-        let glance = whole().thinned(1000);
-        assert_eq!(glance.standings.len(), 1000);
-        assert!((glance.error() - 8999.0).abs() <= 10.0, "{}", glance.error());
-    }
-
     #[test]
     fn looks_ascend_to_the_budget() {
         assert_eq!(ladder(FIRST_LOOK, 5000, 54), [1024, 1536, 2048, 3072, 4096, 5000]);
@@ -497,15 +206,5 @@ mod tests {
     fn twice_a_look_is_a_look() {
         let looks = ladder(FIRST_LOOK, 1 << 30, 2000);
         assert!(looks.iter().all(|n| 2 * n > 1 << 30 || looks.contains(&(2 * n))));
-    }
-
-    #[test]
-    fn a_target_goes_by_area_and_by_scores() {
-        let standing = |area, error, scores| Standing { area, error, scores, hits: scores as u128 };
-        let all = [standing(1.0, 0.1, 100.0), standing(2.0, 0.2, 50.0), standing(1.0, f64::INFINITY, 0.0)];
-        let bars = [(0.1, 0.0), (0.2, 0.0), (0.2, 60.0), (1e300, 0.0)];
-        let parts = parts_within(all.into_iter(), bars.map(|(error, scores)| Bar { error, scores }));
-        assert_eq!(parts, [0.25, 0.75, 0.25, 0.75], "what no walk has hit is never known");
-        assert_eq!(parts_within([].into_iter(), [Bar { error: 0.1, scores: 10.0 }]), [1.0]);
     }
 }

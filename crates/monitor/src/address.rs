@@ -9,15 +9,19 @@ use thiserror::Error;
 #[derive(Debug, Error)]
 pub enum NoPage {
     /// The system refuses to listen at the address.
-    #[error("cannot listen at {address} ({source})")]
+    #[error(
+        "cannot listen at {address} ({source}); write {option} HOST:PORT, with an address of this machine and a free port"
+    )]
     Listen {
         /// The address as host:port.
         address: String,
+        /// The option that says where.
+        option: &'static str,
         /// The error of the operating system.
         source: io::Error,
     },
     /// The system refused something that it should not.
-    #[error("{doing} failed ({source})")]
+    #[error("{doing} failed ({source}); this is a fault of the system, not of the job")]
     System {
         /// The step that the system refused.
         doing: &'static str,
@@ -26,15 +30,15 @@ pub enum NoPage {
     },
 }
 
-/// Listens at an address; a port alone means the loopback address.
-pub(crate) fn listen(address: &str) -> Result<(TcpListener, SocketAddr), NoPage> {
+/// Listens at an address that an option gives; a port alone means the loopback address.
+pub(crate) fn listen(address: &str, option: &'static str) -> Result<(TcpListener, SocketAddr), NoPage> {
     let address = at_loopback(address);
     let open = || {
         let listener = TcpListener::bind(&address)?;
         let bound = listener.local_addr()?;
         Ok((listener, bound))
     };
-    open().map_err(|source| NoPage::Listen { address: address.clone(), source })
+    open().map_err(|source| NoPage::Listen { address: address.clone(), option, source })
 }
 
 /// The address itself, or a port at the loopback address.

@@ -3,10 +3,9 @@
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 
-use judge::plan::pilot::foretell;
+use judge::plan::foretell;
 use judge::target::Prospect;
-use protocol::coordinator::Coordinator;
-use protocol::lead::Notice;
+use protocol::{Coordinator, Notice};
 use radiosity::{Estimates, Experiment, Precision};
 use results::Settings;
 

@@ -16,6 +16,7 @@ mod scrape;
 mod showing;
 mod standing;
 mod status;
+mod told;
 
 pub use address::NoPage;
 pub use gauge::Gauge;
@@ -24,3 +25,4 @@ pub use scrape::Page;
 pub use showing::Showing;
 pub use standing::{Faults, Goal, Saved, Standing};
 pub use status::{Description, Found, Hand, NoStatus, Report, find, watched};
+pub use told::ended;

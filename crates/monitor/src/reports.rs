@@ -5,7 +5,7 @@ use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use protocol::coordinator::Coordinator;
+use protocol::Coordinator;
 use results::unix_seconds;
 use tracing::debug;
 
@@ -26,7 +26,7 @@ const NAMED: usize = 1000;
 /// # Errors
 /// If the system refuses to listen at the address, or to start a thread.
 pub fn open_metrics(address: &str) -> Result<(Page, SocketAddr), NoPage> {
-    let (listener, bound) = listen(address)?;
+    let (listener, bound) = listen(address, "--metrics")?;
     let page = Page::default();
     let told = page.clone();
     publish(listener, "metrics", move |request| told.answer(request))

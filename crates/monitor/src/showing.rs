@@ -11,8 +11,7 @@ use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-use protocol::checkpoint::Checkpoint;
-use protocol::coordinator::Coordinator;
+use protocol::{Checkpoint, Coordinator};
 use radiosity::Experiment;
 use results::{Identity, LivePage, Settings};
 use tracing::debug;
@@ -83,7 +82,7 @@ impl Showing {
         experiment: &Experiment,
         settings: &Settings,
     ) -> Result<Self, NoPage> {
-        let (listener, bound) = listen(address)?;
+        let (listener, bound) = listen(address, "--watch")?;
         let key = (!bound.ip().is_loopback()).then(draw_key).transpose();
         let key = key.map_err(|source| NoPage::System { doing: "drawing a random key", source })?;
         let state = State { pages: None, due: Instant::now(), asked: None };

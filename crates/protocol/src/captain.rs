@@ -5,7 +5,7 @@ use crate::lead::{Action, Lead, Now, PeerId};
 use crate::message::ToCoordinator;
 
 /// A leader of a crew: the coordinator or a relay. Each is a [`Lead`].
-pub trait Captain {
+pub(crate) trait Captain {
     /// The leader's crew, to be changed.
     fn crew(&mut self) -> &mut Crew;
     /// The leader's crew, to be read.

@@ -214,6 +214,34 @@ pub enum CheckpointFault {
 }
 
 impl Checkpoint {
+    /// Reads a tally file of any job.
+    ///
+    /// # Errors
+    /// Where the file cannot be read, is no tally of a known format, is damaged or contradicts itself.
+    pub fn read(path: &Path) -> Result<Self, CheckpointError> {
+        let read = || {
+            let file = fs::File::open(path)?;
+            let length = file.metadata()?.len();
+            parse(BufReader::with_capacity(READ_BYTES, file), length)
+        };
+        read().map_err(|fault| CheckpointError { path: path.to_path_buf(), fault })
+    }
+
+    /// Reads a tally of `length` bytes without keeping its sums, to see whether [`Checkpoint::read`] would take it.
+    ///
+    /// # Errors
+    /// As [`Checkpoint::read`].
+    pub fn prove(tally: impl Read, length: u64) -> Result<(), CheckpointFault> {
+        let mut incoming = Incoming::new(tally, length);
+        let header = incoming.header()?;
+        let (mut failure, digester) = (Ok(()), Digester::new(&header.scene_hash));
+        let sums = (0..header.sums).map_while(|_| incoming.sum().map_err(|fault| failure = Err(fault)).ok());
+        let digest = digester.digest_sums(&header.counts, sums);
+        failure?;
+        let book = incoming.book(&header)?;
+        book.balances(&header.scene_hash, &header.counts, digest, header.sums)
+    }
+
     /// Writes the checkpoint.
     ///
     /// # Errors
@@ -331,34 +359,6 @@ impl<W: Write> HashingWriter<'_, W> {
         self.hasher.update(bytes);
         self.inner.write_all(bytes)
     }
-}
-
-/// Reads a tally file of any job.
-///
-/// # Errors
-/// Where the file cannot be read, is no tally of a known format, is damaged or contradicts itself.
-pub fn read(path: &Path) -> Result<Checkpoint, CheckpointError> {
-    let read = || {
-        let file = fs::File::open(path)?;
-        let length = file.metadata()?.len();
-        parse(BufReader::with_capacity(READ_BYTES, file), length)
-    };
-    read().map_err(|fault| CheckpointError { path: path.to_path_buf(), fault })
-}
-
-/// Reads a tally of `length` bytes without keeping its sums, to see whether [`read`] would take it.
-///
-/// # Errors
-/// As [`read`].
-pub fn prove(tally: impl Read, length: u64) -> Result<(), CheckpointFault> {
-    let mut incoming = Incoming::new(tally, length);
-    let header = incoming.header()?;
-    let (mut failure, digester) = (Ok(()), Digester::new(&header.scene_hash));
-    let sums = (0..header.sums).map_while(|_| incoming.sum().map_err(|fault| failure = Err(fault)).ok());
-    let digest = digester.digest_sums(&header.counts, sums);
-    failure?;
-    let book = incoming.book(&header)?;
-    book.balances(&header.scene_hash, &header.counts, digest, header.sums)
 }
 
 fn parse(tally: impl Read, length: u64) -> Result<Checkpoint, CheckpointFault> {

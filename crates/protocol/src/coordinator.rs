@@ -1,5 +1,5 @@
 //! The coordinator as a pure state machine: events in, actions out, time as a number. The sockets are a thin shell
-//! around it (`cluster::server`), so that every fault can be tested without one. Its workers are its crew
+//! around it (the crate `cluster`), so that every fault can be tested without one. Its workers are its crew
 //! ([`crate::crew`]); the coordinator decides what their results amount to and when the job is over.
 
 use std::sync::Arc;

@@ -14,13 +14,13 @@ use radiosity::MergeError;
 use self::peer::{Peer, Stage};
 use crate::codec::SHORT_FRAME;
 use crate::digest::Digester;
-pub use crate::effort::Effort;
+use crate::effort::Effort;
 use crate::lead::{Action, Notice, Now, PeerId};
-use crate::ledger::{LeaseId, Ledger};
-use crate::message::{PIECE, ToCoordinator, ToWorker};
+use crate::ledger::Ledger;
+use crate::message::{LeaseId, PIECE, ToCoordinator, ToWorker};
 use crate::provenance;
 use crate::roster::{Contributor, Roster};
-pub use crate::terms::Terms;
+use crate::terms::Terms;
 use crate::transfers::Transfers;
 
 /// A worker that sends nothing for this long is lost. Workers send a heartbeat every second.
@@ -58,7 +58,7 @@ pub struct Present {
 }
 
 /// The outcome of an event for the crew.
-pub enum Step {
+pub(crate) enum Step {
     /// There is no new work to give out and no new result to merge.
     Still(Vec<Action>),
     /// Results or walks came in or back, or a worker is free: the leader goes on from there.
@@ -68,7 +68,7 @@ pub enum Step {
 }
 
 /// The workers of a leader, their leases and the ledger.
-pub struct Crew {
+pub(crate) struct Crew {
     terms: Terms,
     /// The ledger of all walks.
     pub ledger: Ledger,
@@ -111,7 +111,7 @@ pub struct Crew {
 impl Crew {
     /// A crew without workers for the walks of a ledger. `in_hand` returns the walks that all workers share now; leases
     /// shrink as it does.
-    pub fn new(
+    pub(crate) fn new(
         terms: Terms,
         ledger: Ledger,
         in_hand: fn(&Ledger) -> u64,
@@ -144,17 +144,17 @@ impl Crew {
     }
 
     /// What workers must know and be to join.
-    pub fn terms(&self) -> &Terms {
+    pub(crate) fn terms(&self) -> &Terms {
         &self.terms
     }
 
     /// All workers that delivered, by the numbers that deliveries use.
-    pub fn workers(&self) -> &[Contributor] {
+    pub(crate) fn workers(&self) -> &[Contributor] {
         self.roster.workers()
     }
 
     /// The ledger and all workers that delivered.
-    pub fn into_books(self) -> (Ledger, Vec<Contributor>) {
+    pub(crate) fn into_books(self) -> (Ledger, Vec<Contributor>) {
         (self.ledger, self.roster.into_workers())
     }
 
@@ -162,18 +162,18 @@ impl Crew {
     ///
     /// # Errors
     /// Where a sum overflows; the job cannot go on.
-    pub fn advance(&mut self) -> Result<bool, MergeError> {
+    pub(crate) fn advance(&mut self) -> Result<bool, MergeError> {
         let Crew { ledger, roster, .. } = self;
         ledger.advance(|delivery| roster.credit(delivery))
     }
 
     /// The number of peers that shoot walks now, or lead workers that do.
-    pub fn workers_now(&self) -> usize {
+    pub(crate) fn workers_now(&self) -> usize {
         self.workers_now
     }
 
     /// The peers that shoot walks now, or lead workers that do, sorted by name.
-    pub fn present(&self) -> Vec<Present> {
+    pub(crate) fn present(&self) -> Vec<Present> {
         let working = self.peers.values().filter(|peer| peer.is_working());
         let mut present: Vec<Present> = working
             .map(|peer| Present {
@@ -188,27 +188,27 @@ impl Crew {
     }
 
     /// The number of threads that shoot walks now.
-    pub fn threads(&self) -> usize {
+    pub(crate) fn threads(&self) -> usize {
         self.threads
     }
 
     /// Whether no peer is connected that was let in.
-    pub fn is_empty(&self) -> bool {
+    pub(crate) fn is_empty(&self) -> bool {
         self.peers.values().all(|peer| matches!(peer.stage, Stage::Admitted))
     }
 
     /// A counter that grows whenever any peer makes progress.
-    pub fn progress(&self) -> u64 {
+    pub(crate) fn progress(&self) -> u64 {
         self.progress
     }
 
     /// The time on the waking clock.
-    pub fn awake(&self) -> Duration {
+    pub(crate) fn awake(&self) -> Duration {
         self.awake
     }
 
     /// What the workers are doing, for a message that nothing comes in.
-    pub fn standstill(&self) -> String {
+    pub(crate) fn standstill(&self) -> String {
         let leases = self.peers.values().map(|peer| peer.leases.len()).sum::<usize>();
         match (self.workers_now, self.ledger.walks_in() == self.ledger.total()) {
             (_, true) => "all are in, and the last checkpoint is still being written".into(),
@@ -226,17 +226,17 @@ impl Crew {
     }
 
     /// The time of the last tick.
-    pub fn ticked(&self) -> Now {
+    pub(crate) fn ticked(&self) -> Now {
         self.ticked
     }
 
     /// The walks per second of all workers, learnt from their results.
-    pub fn rate(&self) -> f64 {
+    pub(crate) fn rate(&self) -> f64 {
         self.peers.values().map(|peer| peer.rate * peer.threads as f64).sum()
     }
 
     /// What the run has taken so far.
-    pub fn effort(&self) -> Effort {
+    pub(crate) fn effort(&self) -> Effort {
         let began = self.first_lease.unwrap_or(self.last_result);
         Effort {
             seconds: self.spent.seconds + self.last_result.saturating_sub(began).as_secs_f64(),
@@ -249,20 +249,20 @@ impl Crew {
 
     /// The largest frame that a peer may send [bytes]: a piece of a tally of this job, the message around it, and a
     /// relay's provenance.
-    pub fn frame_cap(&self, id: PeerId) -> usize {
+    pub(crate) fn frame_cap(&self, id: PeerId) -> usize {
         let relays = self.peers.get(&id).is_some_and(|peer| peer.relays);
         let provenance = if relays { provenance::MOST_BYTES } else { 0 };
         SHORT_FRAME + self.terms.most_bytes().min(PIECE) + provenance
     }
 
     /// Takes up a connection whose other end has proved that it knows the key.
-    pub fn on_connect(&mut self, id: PeerId) {
+    pub(crate) fn on_connect(&mut self, id: PeerId) {
         let peer = Peer::new(id, self.awake, BEATS);
         self.peers.insert(id, peer);
     }
 
     /// Handles a message of a peer.
-    pub fn on_message(&mut self, id: PeerId, message: ToCoordinator, now: Now) -> Step {
+    pub(crate) fn on_message(&mut self, id: PeerId, message: ToCoordinator, now: Now) -> Step {
         let Some(peer) = self.peers.get_mut(&id) else { return Step::Still(vec![]) };
         let quiet = (self.awake - peer.heard).as_secs_f64();
         peer.beats = BEATS.min(peer.beats + quiet * BEATS_PER_SECOND);
@@ -306,7 +306,7 @@ impl Crew {
 
     /// Notes that a peer has read more of a long message. A peer may send nothing until it has the whole message, so
     /// this counts as a sign of life and of progress.
-    pub fn on_stir(&mut self, id: PeerId) {
+    pub(crate) fn on_stir(&mut self, id: PeerId) {
         if let Some(peer) = self.peers.get_mut(&id) {
             peer.heard = self.awake;
             self.gets_on(id);
@@ -322,7 +322,7 @@ impl Crew {
     }
 
     /// Takes a connection that has ended out of the books.
-    pub fn on_lost(&mut self, id: PeerId, reason: &str) -> Step {
+    pub(crate) fn on_lost(&mut self, id: PeerId, reason: &str) -> Step {
         if self.peers.contains_key(&id) { self.drop_peer(id, reason) } else { Step::Still(vec![]) }
     }
 
@@ -395,7 +395,7 @@ impl Crew {
 
     /// Advances the clocks and gives up peers that are silent, stalled or too slow to send a result. All of them are
     /// removed before any lease is given out again, so that none of them gets one.
-    pub fn tick(&mut self, now: Now) -> Vec<Action> {
+    pub(crate) fn tick(&mut self, now: Now) -> Vec<Action> {
         self.awake += now.saturating_sub(self.ticked).min(BLINK);
         self.ticked = now;
         let mut given_up: Vec<(PeerId, &str)> = self
@@ -420,7 +420,7 @@ impl Crew {
     }
 
     /// Tells every peer that the job is done, and closes its connection.
-    pub fn dismiss(&mut self) -> Vec<Action> {
+    pub(crate) fn dismiss(&mut self) -> Vec<Action> {
         let mut ids: Vec<PeerId> = self.peers.keys().copied().collect();
         ids.sort_unstable();
         ids.into_iter().flat_map(farewell).collect()
@@ -428,7 +428,7 @@ impl Crew {
 }
 
 /// The last two actions for a peer: the job is done, and its connection closes.
-pub fn farewell(id: PeerId) -> [Action; 2] {
+pub(crate) fn farewell(id: PeerId) -> [Action; 2] {
     [Action::Send(id, ToWorker::Done), Action::Close(id)]
 }
 

@@ -8,15 +8,6 @@ use bincode::{Decode, Encode};
 
 use crate::digest::{self, Digest};
 
-/// The most entries that are kept of one range of walks.
-pub const MOST: usize = 1 << 15;
-
-/// The most entries of one lease that a relay passes on.
-pub const MOST_PARTS: usize = 1 << 8;
-
-/// The worker of an entry that holds leases of several workers.
-pub const SEVERAL: u32 = u32::MAX;
-
 /// A range of consecutive walks as they came in: one lease, or several that were folded.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode)]
 pub struct Delivery {
@@ -24,7 +15,7 @@ pub struct Delivery {
     pub walks: u64,
     /// The number of leases in the entry.
     pub leases: u64,
-    /// The worker that brought them, by its place in the list of workers, or [`SEVERAL`].
+    /// The worker that brought them, by its place in the list of workers, or [`Delivery::SEVERAL`].
     pub worker: u32,
     /// The digest of the entry's tally.
     pub digest: Digest,
@@ -33,6 +24,9 @@ pub struct Delivery {
 }
 
 impl Delivery {
+    /// The worker of an entry that holds leases of several workers.
+    pub const SEVERAL: u32 = u32::MAX;
+
     /// The entry of a single lease.
     pub fn lease(walks: u64, worker: u32, digest: Digest) -> Self {
         Delivery { walks, leases: 1, worker, digest, spared: true }
@@ -45,7 +39,7 @@ impl Delivery {
         self.digest = digest::add(self.digest, later.digest);
         self.spared = false;
         if self.worker != later.worker {
-            self.worker = SEVERAL;
+            self.worker = Delivery::SEVERAL;
         }
     }
 }
@@ -65,6 +59,12 @@ impl From<Delivery> for Deliveries {
 }
 
 impl Deliveries {
+    /// The most entries that are kept of one range of walks.
+    pub(crate) const MOST: usize = 1 << 15;
+
+    /// The most entries of one lease that a relay passes on.
+    pub const MOST_PARTS: usize = 1 << 8;
+
     /// All entries, in the order of their walks.
     pub fn entries(&self) -> &[Delivery] {
         &self.entries
@@ -82,18 +82,18 @@ impl Deliveries {
 
     /// Whether every entry holds a walk and a lease, and names one of `workers` workers.
     pub fn is_sound(&self, workers: usize) -> bool {
-        let known = |worker: u32| worker == SEVERAL || (worker as usize) < workers;
+        let known = |worker: u32| worker == Delivery::SEVERAL || (worker as usize) < workers;
         self.entries.iter().all(|entry| entry.walks > 0 && entry.leases > 0 && known(entry.worker))
     }
 
     /// Whether one of the given workers may have brought some of these walks.
     pub fn may_be_of(&self, is_meant: impl Fn(u32) -> bool) -> bool {
-        self.entries.iter().any(|entry| entry.worker == SEVERAL || is_meant(entry.worker))
+        self.entries.iter().any(|entry| entry.worker == Delivery::SEVERAL || is_meant(entry.worker))
     }
 
     /// Replaces the number of each worker.
     pub fn rename(&mut self, place: impl Fn(u32) -> u32) {
-        let named = self.entries.iter_mut().filter(|entry| entry.worker != SEVERAL);
+        let named = self.entries.iter_mut().filter(|entry| entry.worker != Delivery::SEVERAL);
         named.for_each(|entry| entry.worker = place(entry.worker));
     }
 }
@@ -129,7 +129,7 @@ impl Growing {
         delivery.spared &= (0..self.deliveries.rounds).all(|round| self.spares(self.end, round));
         self.end += delivery.walks;
         self.place(delivery);
-        self.fold_to(MOST);
+        self.fold_to(Deliveries::MOST);
     }
 
     /// Folds entries until at most `most` are left.
@@ -217,11 +217,11 @@ mod tests {
         let mut growing = grown(0..0, 1);
         for n in 0..1_000_000 {
             growing.push(lease(n));
-            assert!(growing.deliveries().entries().len() <= MOST);
+            assert!(growing.deliveries().entries().len() <= Deliveries::MOST);
         }
         assert_eq!(totals(growing.deliveries()), exact(0..1_000_000));
         let alone = growing.deliveries().entries().iter().filter(|entry| entry.spared).count();
-        assert!(alone > MOST / 8, "{alone} leases to draw a sample from");
+        assert!(alone > Deliveries::MOST / 8, "{alone} leases to draw a sample from");
         assert!(growing.deliveries().is_sound(5) && !growing.deliveries().is_sound(4));
     }
 
@@ -249,7 +249,7 @@ mod tests {
             let mut growing = grown(0..cut, 1);
             growing.append(grown(cut..end, 2).deliveries());
             assert_eq!(totals(growing.deliveries()), exact(0..end));
-            assert!(growing.deliveries().entries().len() <= MOST);
+            assert!(growing.deliveries().entries().len() <= Deliveries::MOST);
         }
     }
 
@@ -259,6 +259,6 @@ mod tests {
         entry.fold(Delivery { worker: 0, ..lease(1) });
         assert_eq!((entry.worker, entry.leases), (0, 2));
         entry.fold(lease(2));
-        assert_eq!((entry.worker, entry.leases, entry.walks), (SEVERAL, 3, 6));
+        assert_eq!((entry.worker, entry.leases, entry.walks), (Delivery::SEVERAL, 3, 6));
     }
 }

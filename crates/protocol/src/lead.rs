@@ -1,5 +1,5 @@
 //! The interface between a leader of workers (the coordinator or a relay) and its sockets: messages go in, actions come
-//! out, and time is a number. The module `cluster::server` holds the sockets.
+//! out, and time is a number. The crate `cluster` holds the sockets.
 
 use std::fmt;
 use std::time::Duration;

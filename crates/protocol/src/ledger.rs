@@ -15,9 +15,9 @@ use radiosity::{MergeError, Tally};
 
 pub use self::island::Island;
 use self::island::{Sums, Waiting};
-use crate::deliveries::{Deliveries, Delivery, Growing, MOST_PARTS};
+use crate::deliveries::{Deliveries, Delivery, Growing};
 use crate::digest::Digester;
-pub use crate::message::LeaseId;
+use crate::message::LeaseId;
 use crate::message::SMALL_TALLY;
 use crate::parcel::Parcel;
 use crate::rejected::Rejected;
@@ -160,7 +160,7 @@ impl Ledger {
         true
     }
 
-    /// Takes off the prefix, which ends at a look, with its deliveries in at most [`MOST_PARTS`] entries. The next
+    /// Takes off the prefix, which ends at a look, with its deliveries in at most [`Deliveries::MOST_PARTS`] entries. The next
     /// prefix begins there.
     pub fn take_off(&mut self) -> (Arc<Tally>, Deliveries) {
         let empty = Tally::new(self.prefix.patches(), self.prefix.layout());
@@ -171,7 +171,7 @@ impl Ledger {
         self.numbers.retain(|&from, _| from >= of_use);
         let begun = Growing::new(Deliveries::default(), self.begin, self.lots);
         let mut deliveries = std::mem::replace(&mut self.deliveries, begun);
-        deliveries.fold_to(MOST_PARTS);
+        deliveries.fold_to(Deliveries::MOST_PARTS);
         (std::mem::replace(&mut self.prefix, empty.into()), deliveries.into_deliveries())
     }
 

@@ -1,35 +1,56 @@
 //! The protocol between coordinator, relays and workers, as pure functions of the messages that arrive: messages and
 //! their bytes, exact books of walks, and the state machines that lead workers.
 //!
-//! From the ground up: the [`digest`] of a tally, the [`deliveries`] and the [`roster`] of the workers that delivered,
-//! the [`provenance`] that a relay sends of its workers, the [`message`] and its bytes ([`codec`]), the [`ledger`] of
-//! walks, the [`crew`] of workers with their leases, and at the top [`coordinator`] and [`relay`]: events and a time go
-//! in, actions come out ([`lead`]). A [`checkpoint`] holds all of this state in a file.
+//! From the ground up: the [`digest`] of a tally, the [`Deliveries`] and the [`Roster`] of the workers that delivered,
+//! the [`Provenance`] that a relay sends of its workers, the [`message`] and its bytes ([`codec`]), the [`Ledger`] of
+//! walks, the crew of workers with their leases, and at the top [`Coordinator`] and [`Relay`]: events and a time go
+//! in, actions come out ([`Lead`]). A [`Checkpoint`] holds all of this state in a file.
+//!
+//! Four modules are namespaces: `message` is the protocol itself, and what `codec`, `digest` and `pace` hold are verbs and
+//! numbers that read well with these names before them.
 //!
 //! There are no sockets, threads or clocks here, and clippy holds that (`clippy.toml`). The crate `cluster` is the shell.
 
 #![warn(unreachable_pub, unnameable_types)]
 
-pub mod captain;
-pub mod checkpoint;
+mod captain;
+mod checkpoint;
 pub mod codec;
-pub mod coordinator;
-pub mod crew;
-pub mod deliveries;
+mod coordinator;
+mod crew;
+mod deliveries;
 pub mod digest;
-pub mod effort;
-pub mod foreign;
-pub mod lead;
-pub mod ledger;
-pub mod limits;
-pub mod merge;
+mod effort;
+mod foreign;
+mod lead;
+mod ledger;
+mod limits;
+mod merge;
 pub mod message;
 pub mod pace;
-pub mod parcel;
-pub mod provenance;
-pub mod rejected;
-pub mod relay;
-pub mod roster;
-pub mod terms;
+mod parcel;
+mod provenance;
+mod rejected;
+mod relay;
+mod roster;
+mod terms;
 mod transfers;
-pub mod watch;
+mod watch;
+
+pub use checkpoint::{Book, Checkpoint, CheckpointError, CheckpointFault, Look, Part, Past, Session};
+pub use coordinator::{Coordinator, Ending, Judge, Plan, Progress};
+pub use crew::{Present, SILENCE, STALL};
+pub use deliveries::{Deliveries, Delivery, Growing};
+pub use effort::Effort;
+pub use foreign::Foreign;
+pub use lead::{Action, Lead, Notice, Now, PeerId};
+pub use ledger::{Island, Ledger};
+pub use limits::{Limits, MaterialLimits, SensorLimits};
+pub use merge::MergeFault;
+pub use message::LeaseId;
+pub use parcel::Parcel;
+pub use provenance::Provenance;
+pub use rejected::Rejected;
+pub use relay::{Relay, RelayEnd};
+pub use roster::{Contributor, Roster};
+pub use terms::Terms;

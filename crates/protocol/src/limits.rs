@@ -74,6 +74,15 @@ impl Limits {
         }
     }
 
+    /// The number of the first sum of sensors and of materials, and the most units of one of their samples.
+    fn rows_apart(&self, layout: Layout) -> [(usize, u128); 2] {
+        let sensors = self.sensors.map(|SensorLimits { first_row, sample }| (first_row, sample));
+        let materials =
+            self.materials.map(|MaterialLimits { first_row, walk_score }| (first_row, walk_score));
+        [sensors, materials]
+            .map(|rows| rows.map_or((usize::MAX, 0), |(first, most)| (first * layout.columns(), most)))
+    }
+
     /// Why a result's sums, patch-major, are impossible, if they are.
     pub fn breach_of_sums(
         &self,
@@ -85,17 +94,10 @@ impl Limits {
         let most = rays.saturating_mul(self.ray_score).min(walks.saturating_mul(self.walk_score));
         let scores = layout.scores * layout.moments;
         let events = layout.columns() - usize::from(layout.events);
-        let (first_of_sensors, sample) = match self.sensors {
-            Some(SensorLimits { first_row, sample }) => (first_row * layout.columns(), sample),
-            None => (usize::MAX, 0),
-        };
+        let [(first_of_sensors, sample), (first_of_materials, marks)] = self.rows_apart(layout);
         let slope_units = u128::from(layout.slope_units());
         // The scores of this patch, which its slopes are held to.
         let mut scored = vec![0_u128; layout.scores];
-        let (first_of_materials, marks) = match self.materials {
-            Some(MaterialLimits { first_row, walk_score }) => (first_row * layout.columns(), walk_score),
-            None => (usize::MAX, 0),
-        };
         let (mut column, mut before) = (0, 0_u128);
         for (number, sum) in sums.enumerate() {
             let of_sensor = number >= first_of_sensors;

@@ -8,12 +8,12 @@ use std::collections::HashMap;
 
 use bincode::{Decode, Encode};
 
-use crate::deliveries::{Deliveries, Delivery, MOST_PARTS, SEVERAL};
+use crate::deliveries::{Deliveries, Delivery};
 use crate::digest::{self, Digest};
-use crate::roster::{BEHIND, Contributor, Roster};
+use crate::roster::{Contributor, Roster};
 
 /// The most characters of a peer's name that are kept.
-pub const NAME_CHARS: usize = 80;
+pub(crate) const NAME_CHARS: usize = 80;
 
 /// The most processes, one behind the other, that a name on its way up tells of. Those further down are left out.
 const MOST_LEVELS: usize = 8;
@@ -27,20 +27,20 @@ const PART_BYTES: usize = 3 * 9 + 5 + 1;
 const NAME_LENGTH_BYTES: usize = 3;
 
 /// The most bytes of a provenance in a message.
-pub const MOST_BYTES: usize =
-    2 * NAME_LENGTH_BYTES + MOST_PARTS * (PART_BYTES + NAME_LENGTH_BYTES) + MOST_NAME_BYTES;
+pub(crate) const MOST_BYTES: usize =
+    2 * NAME_LENGTH_BYTES + Deliveries::MOST_PARTS * (PART_BYTES + NAME_LENGTH_BYTES) + MOST_NAME_BYTES;
 
 /// The parts of a relay's lease, in the order of walks; a worker's lease has none.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Encode, Decode)]
 pub struct Provenance {
     /// The names of the workers of the parts, as the relay calls them.
     pub names: Vec<String>,
-    /// The parts of the lease. Their workers are places among `names`, or [`SEVERAL`] if the relay names none.
+    /// The parts of the lease. Their workers are places among `names`, or [`Delivery::SEVERAL`] if the relay names none.
     pub parts: Vec<Delivery>,
 }
 
 impl Provenance {
-    /// The provenance of a lease that `workers` brought in at most [`MOST_PARTS`] parts.
+    /// The provenance of a lease that `workers` brought in at most [`Deliveries::MOST_PARTS`] parts.
     pub fn new(deliveries: &Deliveries, workers: &[Contributor]) -> Self {
         let entries = deliveries.entries();
         // An audit traces single leases first, so their workers are named first.
@@ -48,7 +48,7 @@ impl Provenance {
             entries.iter().partition(|entry| entry.spared);
         let (mut names, mut places) = (Vec::new(), HashMap::new());
         let mut room = MOST_NAME_BYTES;
-        for entry in single.into_iter().chain(folded).filter(|entry| entry.worker != SEVERAL) {
+        for entry in single.into_iter().chain(folded).filter(|entry| entry.worker != Delivery::SEVERAL) {
             let name = upper_levels(&workers[entry.worker as usize].name);
             if name.len() <= room && !places.contains_key(name) {
                 room -= name.len();
@@ -58,7 +58,7 @@ impl Provenance {
         }
         let named = |worker: u32| {
             let name = workers.get(worker as usize).map(|worker| upper_levels(&worker.name));
-            name.and_then(|name| places.get(name).copied()).unwrap_or(SEVERAL)
+            name.and_then(|name| places.get(name).copied()).unwrap_or(Delivery::SEVERAL)
         };
         let parts = entries.iter().map(|&entry| Delivery { worker: named(entry.worker), ..entry }).collect();
         Provenance { names, parts }
@@ -66,7 +66,7 @@ impl Provenance {
 
     /// Why these cannot be the parts of a result, if they cannot.
     pub fn breach(&self, walks: u64, digest: Digest) -> Option<&'static str> {
-        let known = |worker: u32| worker == SEVERAL || (worker as usize) < self.names.len();
+        let known = |worker: u32| worker == Delivery::SEVERAL || (worker as usize) < self.names.len();
         let is_sound = |part: &Delivery| {
             let leases = if part.spared { 1..=1 } else { 1..=part.walks };
             leases.contains(&part.leases)
@@ -76,7 +76,7 @@ impl Provenance {
         };
         let all = || self.parts.iter();
         match () {
-            () if self.parts.len() > MOST_PARTS => Some("it is in too many parts"),
+            () if self.parts.len() > Deliveries::MOST_PARTS => Some("it is in too many parts"),
             () if self.names.len() > self.parts.len() => Some("it names more workers than it has parts"),
             () if self.names.iter().map(String::len).sum::<usize>() > MOST_NAME_BYTES => {
                 Some("the names of its workers are too long")
@@ -106,7 +106,7 @@ impl Provenance {
 
 /// A peer's name as it is kept and shown: short, and without characters that have a meaning on terminals or between
 /// relays.
-pub fn plain_name(name: &str) -> String {
+pub(crate) fn plain_name(name: &str) -> String {
     name.chars().filter(|&c| is_plain(c)).take(NAME_CHARS).collect()
 }
 
@@ -116,12 +116,12 @@ fn is_plain(c: char) -> bool {
 
 /// A name cut to its first [`MOST_LEVELS`] levels.
 fn upper_levels(name: &str) -> &str {
-    name.match_indices(BEHIND).nth(MOST_LEVELS - 1).map_or(name, |(end, _)| &name[..end])
+    name.match_indices(Contributor::BEHIND).nth(MOST_LEVELS - 1).map_or(name, |(end, _)| &name[..end])
 }
 
 /// Whether a name has the form that relays give to workers.
 fn is_name(name: &str) -> bool {
-    let mut levels = name.split(BEHIND);
+    let mut levels = name.split(Contributor::BEHIND);
     let is_level = |level: &str| level.chars().all(is_plain) && level.chars().count() <= NAME_CHARS;
     levels.by_ref().take(MOST_LEVELS).all(is_level) && levels.next().is_none()
 }
@@ -161,7 +161,7 @@ mod tests {
         let (b, other) = ("relay a > b:1", "relay a > unused");
         assert_eq!(named, [(b.into(), 10, 5), (other.into(), 20, 6), (b.into(), 30, 7)]);
         // A part without a worker's name is entered as the relay's own.
-        let several = Delivery { worker: SEVERAL, ..Delivery::lease(3, 0, 1) };
+        let several = Delivery { worker: Delivery::SEVERAL, ..Delivery::lease(3, 0, 1) };
         let of_many = Provenance::new(&deliveries([several]), &[]);
         assert_eq!((of_many.breach(3, 1), of_many.names.len()), (None, 0));
         let entered = of_many.entered("relay a", &mut roster);
@@ -187,37 +187,41 @@ mod tests {
         assert!(refused(&|changed| changed.parts[0] = folded(11)).contains("a part of it"));
         assert!(refused(&|changed| changed.parts[0].walks = 0).contains("a part of it"));
         assert!(
-            refused(&|changed| changed.parts = vec![folded(1); MOST_PARTS + 1]).contains("too many parts")
+            refused(&|changed| changed.parts = vec![folded(1); Deliveries::MOST_PARTS + 1])
+                .contains("too many parts")
         );
         let long = "x".repeat(NAME_CHARS + 1);
-        for name in ["a\nb", "a>b", &long[..], &["a"; MOST_LEVELS + 1].join(BEHIND)] {
+        for name in ["a\nb", "a>b", &long[..], &["a"; MOST_LEVELS + 1].join(Contributor::BEHIND)] {
             assert!(
                 refused(&|changed| changed.names[0] = name.into()).contains("name of one of its workers"),
                 "{name}"
             );
         }
-        for name in ["", "a b", &["a"; MOST_LEVELS].join(BEHIND), &long[1..]] {
+        for name in ["", "a b", &["a"; MOST_LEVELS].join(Contributor::BEHIND), &long[1..]] {
             assert!(is_name(name) && is_name(&plain_name(name)), "{name}");
         }
-        let many = Provenance { names: vec![[&long[1..]; 4].join(BEHIND); 60], parts: vec![folded(1); 60] };
+        let many = Provenance {
+            names: vec![[&long[1..]; 4].join(Contributor::BEHIND); 60],
+            parts: vec![folded(1); 60],
+        };
         assert!(many.breach(600, 300).unwrap().contains("too long"));
     }
 
     /// However many workers a relay has and whatever their names, its provenance is valid and fits into a frame.
     #[test]
     fn what_a_relay_tells_is_bounded() {
-        let deep = |n: usize| vec![format!("{n:080}"); 12].join(BEHIND);
+        let deep = |n: usize| vec![format!("{n:080}"); 12].join(Contributor::BEHIND);
         let names: Vec<String> = (0..1000).map(deep).collect();
         let workers = workers(&names.iter().map(String::as_str).collect::<Vec<_>>());
         let far = |n: u32| Delivery::lease(1 << 50, n, (1 << 61) - 2 - u64::from(n));
         let mut growing = Growing::new(Deliveries::default(), 0, 1);
         (0..1000).for_each(|n| growing.push(far(n)));
-        growing.fold_to(MOST_PARTS);
+        growing.fold_to(Deliveries::MOST_PARTS);
         let (deliveries, all) = (growing.deliveries(), Provenance::new(growing.deliveries(), &workers));
-        assert!(all.parts.len() <= MOST_PARTS && !all.names.is_empty());
+        assert!(all.parts.len() <= Deliveries::MOST_PARTS && !all.names.is_empty());
         assert_eq!(all.breach(1000 << 50, deliveries.digest()), None);
         let named = |spared: bool| {
-            let named = all.parts.iter().filter(|part| part.worker != SEVERAL);
+            let named = all.parts.iter().filter(|part| part.worker != Delivery::SEVERAL);
             named.filter(|part| part.spared == spared).count()
         };
         assert_eq!((named(true), named(false)), (all.names.len(), 0), "single leases first");

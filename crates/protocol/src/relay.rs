@@ -16,8 +16,8 @@ use crate::crew::Crew;
 use crate::deliveries::Deliveries;
 use crate::effort::Effort;
 use crate::lead::{Action, Now};
-use crate::ledger::{LeaseId, Ledger};
-use crate::message::{LeaseResult, ToCoordinator};
+use crate::ledger::Ledger;
+use crate::message::{LeaseId, LeaseResult, ToCoordinator};
 use crate::pace::RELAY_ROUNDS;
 use crate::provenance::Provenance;
 use crate::terms::Terms;
@@ -39,12 +39,12 @@ pub struct Relay {
     outbox: Vec<ToCoordinator>,
     /// The number of its workers' threads that the relay last reported to its leader.
     told: usize,
-    over: Option<End>,
+    over: Option<RelayEnd>,
 }
 
 /// The reason why a relay ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum End {
+pub enum RelayEnd {
     /// The leader or the relay's owner told it to end.
     Told,
     /// A sum overflowed, so that no result is of any use.
@@ -63,7 +63,7 @@ impl Relay {
     }
 
     /// The reason why the relay ended, once it has.
-    pub fn end(&self) -> Option<End> {
+    pub fn end(&self) -> Option<RelayEnd> {
         self.over
     }
 
@@ -88,14 +88,14 @@ impl Relay {
             return vec![];
         }
         if !self.crew.ledger.extend(first, walks) {
-            return self.finish(End::Excess);
+            return self.finish(RelayEnd::Excess);
         }
         self.held.push_back(Held { lease, walks, since: now });
         self.crew.go_on(now)
     }
 
     /// Ends the relay and tells all its workers that the job is done.
-    pub fn finish(&mut self, end: End) -> Vec<Action> {
+    pub fn finish(&mut self, end: RelayEnd) -> Vec<Action> {
         if self.over.is_some() {
             return vec![];
         }
@@ -170,13 +170,13 @@ impl Captain for Relay {
                 Ok(true) if self.crew.ledger.at_look() => self.send_on(now),
                 Ok(true) => {}
                 Ok(false) => return self.crew.go_on(now),
-                Err(_) => return self.finish(End::Overflow),
+                Err(_) => return self.finish(RelayEnd::Overflow),
             }
         }
     }
 
     fn overflow(&mut self) -> Vec<Action> {
-        self.finish(End::Overflow)
+        self.finish(RelayEnd::Overflow)
     }
 
     /// Notices silence and stalls, and reports the number of threads to the relay's leader.

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use bincode::{Decode, Encode};
 
-use crate::deliveries::{Delivery, SEVERAL};
+use crate::deliveries::Delivery;
 
 /// The most names that are kept. Workers that come later are counted together as [`OTHERS`].
 const MOST_NAMES: usize = 1 << 16;
@@ -15,9 +15,6 @@ const OTHERS: &str = "others";
 /// The most bytes that names behind relays take in all; each name counts as at least [`LEAST_BYTES_BEHIND`].
 const MOST_BYTES_BEHIND: usize = 4 << 20;
 const LEAST_BYTES_BEHIND: usize = 128;
-
-/// The separator between a relay's name and that of a worker behind it.
-pub const BEHIND: &str = " > ";
 
 /// A worker, and what it brought to the result.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Encode, Decode)]
@@ -33,9 +30,12 @@ pub struct Contributor {
 }
 
 impl Contributor {
+    /// The separator between a relay's name and that of a worker behind it.
+    pub const BEHIND: &str = " > ";
+
     /// The name of the peer that answers for the worker: its own, or that of its relay.
     pub fn peer(&self) -> &str {
-        self.name.split(BEHIND).next().expect("a string has a first part")
+        self.name.split(Contributor::BEHIND).next().expect("a string has a first part")
     }
 }
 
@@ -87,7 +87,7 @@ impl Roster {
     /// The number of a worker behind a relay. Once names behind relays fill their room, it is the relay's number, so
     /// that no relay leaves others without names.
     pub fn number_behind(&mut self, relay: &str, name: &str) -> u32 {
-        let whole = format!("{relay}{BEHIND}{name}");
+        let whole = [relay, name].join(Contributor::BEHIND);
         let bytes = bytes_behind(&whole);
         if self.numbers.contains_key(&whole) {
             self.number(&whole)
@@ -108,7 +108,7 @@ impl Roster {
     /// Credits a worker with a delivery that became a part of the result.
     pub fn credit(&mut self, delivery: &Delivery) {
         let number = match delivery.worker {
-            SEVERAL => self.number(OTHERS),
+            Delivery::SEVERAL => self.number(OTHERS),
             number => number,
         };
         let worker = &mut self.workers[number as usize];

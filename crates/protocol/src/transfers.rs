@@ -10,7 +10,8 @@ use std::ops::Range;
 use std::time::Duration;
 
 use crate::lead::PeerId;
-use crate::ledger::{LeaseId, Ledger};
+use crate::ledger::Ledger;
+use crate::message::LeaseId;
 
 /// The most large results that may be under way at once.
 const UNDER_WAY: usize = 16;

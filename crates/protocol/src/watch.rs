@@ -3,15 +3,15 @@
 use std::time::Duration;
 
 /// The time without results after which the owner is told, and told again.
-pub const QUIET: Duration = Duration::from_secs(60);
+pub(crate) const QUIET: Duration = Duration::from_secs(60);
 
 /// The time without progress of any worker after which none is expected. Workers that hold leases are given up after
 /// less than half of it.
-pub const STILL: Duration = Duration::from_secs(150);
+pub(crate) const STILL: Duration = Duration::from_secs(150);
 
 /// What the watchdog found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Watched {
+pub(crate) enum Watched {
     /// Results come in, or the owner was told of late that none do.
     Well,
     /// No result has come in for a long time.
@@ -22,7 +22,7 @@ pub enum Watched {
 
 /// What the watchdog last saw, by the waking clock.
 #[derive(Debug, Default)]
-pub struct Watch {
+pub(crate) struct Watch {
     walks: (u64, Duration),
     progress: (u64, Duration),
     told: Duration,
@@ -30,7 +30,7 @@ pub struct Watch {
 
 impl Watch {
     /// Looks at the number of walks that are in, and at a counter that grows with any worker's progress.
-    pub fn look(&mut self, awake: Duration, walks: u64, progress: u64) -> Watched {
+    pub(crate) fn look(&mut self, awake: Duration, walks: u64, progress: u64) -> Watched {
         if walks != self.walks.0 {
             self.walks = (walks, awake);
             self.told = awake;
@@ -46,7 +46,7 @@ impl Watch {
     }
 
     /// The time since the last result came in.
-    pub fn quiet(&self, awake: Duration) -> Duration {
+    pub(crate) fn quiet(&self, awake: Duration) -> Duration {
         awake - self.walks.1
     }
 }

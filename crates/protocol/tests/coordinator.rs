@@ -7,14 +7,11 @@ use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::ops::Range;
 use std::time::Duration;
 
-use protocol::checkpoint::Past;
 use protocol::codec::{pack, unpack};
-use protocol::coordinator::{Coordinator, Ending, Plan};
-use protocol::crew::{SILENCE, STALL};
-use protocol::deliveries::Delivery;
-use protocol::lead::{Action, Lead, Notice, PeerId};
 use protocol::message::{Hello, LeaseResult, PROTOCOL, ToCoordinator, ToWorker};
-use protocol::provenance::Provenance;
+use protocol::{
+    Action, Coordinator, Delivery, Ending, Lead, Notice, Past, PeerId, Plan, Provenance, SILENCE, STALL,
+};
 use radiosity::Tally;
 use toy::{Dice, JOB, JOB_HASH, PATCHES, READY, SCENE_HASH, hash, judge, plan, result, straight};
 

@@ -7,10 +7,8 @@ use std::collections::{BTreeMap, VecDeque};
 use std::ops::Range;
 use std::time::Duration;
 
-use protocol::coordinator::{Coordinator, Ending, Plan};
-use protocol::crew::SILENCE;
-use protocol::lead::{Action, Lead, Notice, PeerId};
 use protocol::message::{LeaseResult, PIECE, ToCoordinator, ToWorker};
+use protocol::{Action, Coordinator, Ending, Lead, Notice, PeerId, Plan, SILENCE};
 use radiosity::{Counts, Tally};
 use toy::{LAYOUT, READY, coordinator, hello, plan, result, result_of, straight};
 

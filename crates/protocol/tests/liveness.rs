@@ -10,13 +10,10 @@ use std::collections::{BTreeMap, VecDeque};
 use std::ops::Range;
 use std::time::Duration;
 
-use protocol::checkpoint::Past;
-use protocol::coordinator::{Coordinator, Ending, Plan};
-use protocol::crew::Terms;
-use protocol::lead::{Action, Lead, Notice, PeerId};
-use protocol::limits::Limits;
 use protocol::message::{Hello, LeaseResult, PIECE, SMALL_TALLY, ToCoordinator, ToWorker};
-use protocol::relay::{End, Relay};
+use protocol::{
+    Action, Coordinator, Ending, Lead, Limits, Notice, Past, PeerId, Plan, Relay, RelayEnd, Terms,
+};
 use radiosity::{Counts, Tally};
 use toy::{BUILD, Dice, JOB, JOB_HASH, LAYOUT, READY, SCENE_HASH, coordinator, hello, plan, result_of};
 
@@ -358,7 +355,7 @@ impl World {
                     node.sender.kept.remove(&lease);
                     vec![]
                 }
-                ToWorker::Done => node.relay.finish(End::Told),
+                ToWorker::Done => node.relay.finish(RelayEnd::Told),
                 _ => vec![],
             };
             self.act(at + 1, actions);

@@ -10,9 +10,8 @@ use std::ops::Range;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
-use protocol::coordinator::Coordinator;
-use protocol::lead::{Action, Lead, PeerId};
 use protocol::message::{ToCoordinator, ToWorker};
+use protocol::{Action, Coordinator, Lead, PeerId};
 use toy::{READY, coordinator, hello, plan, result};
 
 /// An allocator that counts the bytes in use.

@@ -7,14 +7,9 @@ use std::collections::{BTreeMap, HashSet, VecDeque};
 use std::ops::Range;
 use std::time::Duration;
 
-use protocol::checkpoint::Past;
-use protocol::coordinator::{Coordinator, Ending, Plan};
-use protocol::crew::Terms;
-use protocol::deliveries::MOST_PARTS;
 use protocol::digest::Digester;
-use protocol::lead::{Action, Lead, PeerId};
 use protocol::message::{Hello, LeaseResult, ToCoordinator, ToWorker};
-use protocol::relay::{End, Relay};
+use protocol::{Action, Coordinator, Deliveries, Ending, Lead, Past, PeerId, Plan, Relay, RelayEnd, Terms};
 use toy::{
     BUILD, JOB, JOB_HASH, LAYOUT, LIMITS, PATCHES, READY, SCENE_HASH, coordinator, hash, hello, plan,
     straight,
@@ -135,7 +130,7 @@ impl World {
     /// Lets a relay vanish, and its workers with it.
     fn vanish(&mut self, at: usize) {
         if let Some(node) = self.relays[at].take() {
-            assert!(self.coordinator.ending().is_none() || node.relay.end() == Some(End::Told));
+            assert!(self.coordinator.ending().is_none() || node.relay.end() == Some(RelayEnd::Told));
         }
         self.workers.retain(|&(leader, _), _| leader != at + 1);
     }
@@ -201,7 +196,7 @@ impl World {
             Some(ToWorker::Lease { id, first_walk, walks }) => {
                 node.relay.on_lease(id, first_walk, walks, now)
             }
-            Some(ToWorker::Done) => node.relay.finish(End::Told),
+            Some(ToWorker::Done) => node.relay.finish(RelayEnd::Told),
             _ => vec![],
         };
         self.act(at + 1, actions);
@@ -470,7 +465,11 @@ fn a_relay_of_many_workers_tells_of_some_leases_and_of_all_walks() {
     let leases: u64 = past.deliveries.entries().iter().map(|entry| entry.leases).sum();
     assert_eq!(leases, world.walked.len() as u64, "none was walked twice");
     let folded = past.deliveries.entries().iter().map(|entry| entry.leases).max().unwrap();
-    assert!((MOST_PARTS / 4..=MOST_PARTS).contains(&world.most_parts), "{}", world.most_parts);
+    assert!(
+        (Deliveries::MOST_PARTS / 4..=Deliveries::MOST_PARTS).contains(&world.most_parts),
+        "{}",
+        world.most_parts
+    );
     assert!(folded > 1, "more leases came at once than are told of");
     let named = past.workers.iter().filter(|worker| worker.name.starts_with("relay > ")).count();
     assert!(named > 100, "{named}");

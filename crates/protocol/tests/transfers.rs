@@ -7,11 +7,8 @@ use std::collections::{BTreeMap, VecDeque};
 use std::ops::Range;
 use std::time::Duration;
 
-use protocol::coordinator::{Coordinator, Ending, Plan};
-use protocol::crew::STALL;
-use protocol::lead::{Action, Lead, PeerId};
-use protocol::limits::Limits;
 use protocol::message::{LeaseResult, PIECE, SMALL_TALLY, ToCoordinator, ToWorker};
+use protocol::{Action, Coordinator, Ending, Lead, Limits, PeerId, Plan, STALL};
 use radiosity::{Counts, Layout, Tally};
 use toy::{LAYOUT, READY, coordinator, hash, plan, result_of};
 

@@ -7,7 +7,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 use results::{Ending, Kept, Latest, RunOutput};
 
-use crate::refuse;
+use crate::refusal::refuse;
 use crate::table::{PyColumn, to_python};
 
 /// The commit of the program, for summaries.

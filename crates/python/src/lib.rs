@@ -7,37 +7,22 @@
 
 mod answer;
 mod mesh;
+mod refusal;
 mod run;
 mod table;
 
-use std::fmt::Display;
-
-use pyo3::create_exception;
-use pyo3::exceptions::PyException;
 use pyo3::prelude::*;
-
-create_exception!(
-    radwalk,
-    Error,
-    PyException,
-    "What radwalk refuses, or could not do. The message names the problem, its reason and the remedy, as the program does."
-);
-
-/// What went wrong, in the program's own words, as an exception.
-fn refuse(error: impl Display) -> PyErr {
-    Error::new_err(error.to_string())
-}
 
 #[pymodule]
 mod _radwalk {
     use pyo3::prelude::*;
 
     #[pymodule_export]
-    use crate::Error;
-    #[pymodule_export]
     use crate::answer::Answer;
     #[pymodule_export]
     use crate::mesh::Mesh;
+    #[pymodule_export]
+    use crate::refusal::Error;
     #[pymodule_export]
     use crate::run::{exact, load, run};
 

@@ -7,7 +7,7 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use radiosity::{Sides, Spectrum};
 
-use crate::refuse;
+use crate::refusal::refuse;
 
 /// Triangles in memory, which a job can be made of.
 #[pyclass(frozen, module = "radwalk._radwalk")]

@@ -12,7 +12,7 @@ use results::{Kept, Stage, all_threads, choose, walk_here};
 
 use crate::answer::Answer;
 use crate::mesh::Mesh;
-use crate::refuse;
+use crate::refusal::refuse;
 use crate::table::{PyColumn, to_python};
 
 /// Version and commit of the program.
@@ -85,7 +85,7 @@ fn walk(job: &Job, threads: usize, watch: &mut dyn FnMut(Stage) -> bool) -> PyRe
         .and_then(|experiment| experiment.with_sensors(job.scene.sensors()))
         .and_then(|experiment| experiment.with_groups(&job.sources, &job.sensitivity))
         .map_err(refuse)?;
-    let warnings = [doctor::warnings(experiment.scene()), judge::sensors::warnings(&experiment)].concat();
+    let warnings = [doctor::warnings(experiment.scene()), judge::sensor_warnings(&experiment)].concat();
     let walked = walk_here(job, experiment, threads, BUILD, watch).map_err(refuse)?;
     let Some((kept, ending)) = walked else { return Ok(None) };
     if kept.checkpoint.tally.counts.walks == 0 {

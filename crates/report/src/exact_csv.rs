@@ -163,6 +163,28 @@ fn name_of_side<S: Serializer>(side: &Option<Side>, serializer: S) -> Result<S::
 }
 
 impl ExactSummary {
+    /// The summary, a fact or two a line.
+    pub fn lines(&self) -> Vec<String> {
+        let mut lines = vec![
+            format!("{} patches solved to a residual of {:.1e}", self.patches, self.residual),
+            format!("form factors found {}", self.form_factors),
+            format!(
+                "their rows sum to {:.6} … {:.6} (1: no light is lost), with an error of at most {:.1e}",
+                self.row_sum_min, self.row_sum_max, self.row_error
+            ),
+        ];
+        if let (Some(error), Some(face)) = (self.max_relative_error, self.worst_face()) {
+            lines.push(format!("so the relative error of radiosities is at most {error:.1e} ({face})"));
+        }
+        if self.undetermined > 0 {
+            lines.push(format!(
+                "{} faces are too dark: their errors exceed their radiosities",
+                self.undetermined
+            ));
+        }
+        lines
+    }
+
     /// The face whose error is the greatest, in words: `patch 3` or, where patches have two sides, `patch 3, back`.
     pub fn worst_face(&self) -> Option<String> {
         let patch = self.worst_patch?;

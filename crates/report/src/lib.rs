@@ -22,6 +22,8 @@ mod page;
 mod partition;
 mod patches;
 mod picture;
+mod precision;
+mod replay;
 #[cfg(test)]
 mod scenes;
 mod sensitivities;
@@ -49,12 +51,14 @@ pub use page::{Live, Milestone, Page};
 pub use partition::PartitionSummary;
 pub use patches::{face_words, flags, side_name, write_patches};
 pub use picture::{Photo, Picture, Shot};
+pub use precision::{ApartSummary, PrecisionSummary};
+pub use replay::walk_lines;
 pub use sensitivities::{SensitivitySummary, sensitivity_summaries, write_sensitivities};
 pub use sensors::{SensorSummary, SensorsSummary, write_sensors};
 pub use smooth::Smooth;
 pub use sources::{SourceSummary, source_summaries, write_sources};
 pub use summary::{
-    ApartSummary, Check, Energy, PartSummary, PrecisionSummary, Provenance, RunFacts, SessionSummary,
-    Summary, Target, Units, WorkerSummary, WorstPatch,
+    Check, Energy, PartSummary, Provenance, RunFacts, SessionSummary, Summary, Target, Units, WorkerSummary,
+    WorstPatch,
 };
 pub use values::Values;

@@ -19,10 +19,11 @@ use crate::chart::{Axis, Chart, Point, Series, Style};
 use crate::flow::Flow;
 use crate::patches::{per_channel, write_patches};
 use crate::picture::Shot;
+use crate::precision::ApartSummary;
 use crate::sensitivities::SensitivitySummary;
 use crate::smooth::Smooth;
 use crate::sources::SourceSummary;
-use crate::summary::{ApartSummary, Energy, Summary};
+use crate::summary::{Energy, Summary};
 use crate::words::percent;
 
 const TEMPLATE: &str = include_str!("../assets/report.html");

@@ -11,10 +11,8 @@ use std::path::Path;
 use std::sync::Mutex;
 
 use judge::MOMENTS;
-use protocol::checkpoint::{Checkpoint, Part};
-use protocol::deliveries::{Delivery, SEVERAL};
 use protocol::digest::{self, Digest, Digester};
-use protocol::roster::{BEHIND, Contributor};
+use protocol::{Checkpoint, Contributor, Delivery, Part};
 use radiosity::{Estimates, Experiment, Influences, Overflow, Readings, Sequence};
 use serde_json::Value;
 
@@ -61,7 +59,10 @@ pub struct Extent {
 }
 
 /// Leases that differ from what was delivered.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, thiserror::Error)]
+#[error(
+    "{differ} of {traced} leases that were traced again differ from what was delivered (by {workers}: faulty memory, or another program); do not trust this result, run the job again without them"
+)]
 pub struct Wrong {
     /// Entries of the ledger that differ.
     pub differ: usize,
@@ -243,7 +244,7 @@ fn blame(wrong: &[Lease], checkpoint: &Checkpoint, what: &str) -> String {
         of_worker.entry(lease.worker).or_default().push(lease);
     }
     let name = |worker: u32| match worker {
-        SEVERAL => "one or more of several workers",
+        Delivery::SEVERAL => "one or more of several workers",
         _ => &checkpoint.book.workers[worker as usize].name,
     };
     let words = of_worker.iter().map(|(&worker, leases)| {
@@ -258,7 +259,10 @@ fn blame(wrong: &[Lease], checkpoint: &Checkpoint, what: &str) -> String {
         )
     });
     let mut words = words.collect::<Vec<_>>().join("; ");
-    if of_worker.keys().any(|&worker| worker != SEVERAL && name(worker).contains(BEHIND)) {
+    if of_worker
+        .keys()
+        .any(|&worker| worker != Delivery::SEVERAL && name(worker).contains(Contributor::BEHIND))
+    {
         words += " (a name after > is the word of the relay before it)";
     }
     words
@@ -266,8 +270,7 @@ fn blame(wrong: &[Lease], checkpoint: &Checkpoint, what: &str) -> String {
 
 #[cfg(test)]
 mod tests {
-    use protocol::checkpoint::Book;
-    use protocol::deliveries::{Deliveries, Growing};
+    use protocol::{Book, Deliveries, Growing};
 
     use super::*;
 
@@ -363,7 +366,7 @@ mod tests {
             workers: workers.into(),
             looks: vec![],
             goal: [0; 32],
-            effort: protocol::crew::Effort::default(),
+            effort: protocol::Effort::default(),
             sessions: vec![],
             job: vec![],
         };

@@ -8,9 +8,11 @@ use std::sync::mpsc::{Receiver, SyncSender, TryRecvError, sync_channel};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
-use job::Job;
-use protocol::checkpoint::{self, Book, Checkpoint, CheckpointError, CheckpointFault, Part, Past, Session};
-use protocol::coordinator::Coordinator;
+use job::{Budget, Job};
+use judge::{MOMENTS, limits};
+use protocol::{
+    Book, Checkpoint, CheckpointError, CheckpointFault, Coordinator, Judge, Part, Past, Plan, Session,
+};
 use radiosity::Experiment;
 use report::OutputFolder;
 
@@ -62,6 +64,40 @@ impl Identity {
         })
     }
 
+    /// The plan of the job's walks up to the last of some looks, at which `judge` is asked. Workers of the same `build` may
+    /// join; `lots`, a random number that they do not know, decides which leases an audit can draw.
+    pub fn plan(
+        &self,
+        build: &str,
+        budget: &Budget,
+        experiment: &Experiment,
+        (looks, judge): (Vec<u64>, Judge),
+        lots: u64,
+    ) -> Plan {
+        // A batch is leased as a walk is, whole and alone.
+        let (stream_paths, leases_per_thread) = match experiment.unit().batch() {
+            Some(_) => (1, 1),
+            None => (budget.stream_paths, 2),
+        };
+        Plan {
+            job: self.job.clone().into(),
+            scene_hash: self.scene_hash,
+            job_hash: self.job_hash,
+            build: build.into(),
+            first: self.first,
+            paths: looks.last().copied().unwrap_or(0),
+            stream_paths,
+            leases_per_thread,
+            patches: experiment.rows(),
+            layout: experiment.layout::<MOMENTS>(),
+            limits: limits(experiment),
+            wall: budget.wall_seconds.map(Duration::from_secs_f64),
+            lots,
+            looks,
+            judge,
+        }
+    }
+
     /// A checkpoint of these books.
     pub fn checkpoint(&self, past: Past) -> Checkpoint {
         let Past { tally, deliveries, islands, workers, looks, effort } = past;
@@ -106,7 +142,7 @@ pub(crate) fn find(
 ) -> Result<Option<Found>, CheckpointError> {
     let read = |name: &str| {
         let path = folder.join(name);
-        let checkpoint = checkpoint::read(&path)?;
+        let checkpoint = Checkpoint::read(&path)?;
         fits(&checkpoint).map_err(|fault| CheckpointError { path, fault })?;
         Ok(checkpoint)
     };
@@ -175,7 +211,7 @@ pub(crate) fn write(folder: &OutputFolder, checkpoint: &Checkpoint, latest: Late
     let previous = (latest == Latest::Good).then(|| folder.file(PREVIOUS));
     let prove = |file: &File| {
         let length = file.metadata()?.len();
-        checkpoint::prove(BufReader::new(file), length).map_err(io::Error::other)
+        Checkpoint::prove(BufReader::new(file), length).map_err(io::Error::other)
     };
     report::replace_atomically(&path, previous.as_deref(), |file| checkpoint.write(file), prove)?;
     if latest == Latest::Foreign {

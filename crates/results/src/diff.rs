@@ -8,20 +8,20 @@ use std::fs;
 use std::path::Path;
 
 use csv::StringRecord;
-use protocol::checkpoint::{self, Checkpoint};
+use protocol::Checkpoint;
 use stats::{normal_quantile, student_quantile};
 
 use crate::checkpoints::CURRENT;
 use crate::error::Error;
 
 /// α: the probability that chance alone makes two honest runs differ is this at most.
-pub const FALSE_ALARM: f64 = 1e-3;
+pub(crate) const FALSE_ALARM: f64 = 1e-3;
 
 /// The least number of scores whose spread is trusted for a z.
-pub const FEWEST_HITS: u64 = 30;
+pub(crate) const FEWEST_HITS: u64 = 30;
 
 /// The most differences that are printed one by one.
-pub const TOLD: usize = 10;
+pub(crate) const TOLD: usize = 10;
 
 /// The columns of radiosities and their errors, in grey and in colour.
 const COLUMNS: [(&str, &str); 4] = [
@@ -121,7 +121,7 @@ fn read(folder: &Path) -> Result<Side, Error> {
         return Ok(Side { rows: read_table(&exact)?, tally: None });
     }
     let rows = read_table(&table)?;
-    Ok(Side { rows, tally: Some(checkpoint::read(&folder.join(CURRENT))?) })
+    Ok(Side { rows, tally: Some(Checkpoint::read(&folder.join(CURRENT))?) })
 }
 
 fn read_table(path: &Path) -> Result<Vec<Row>, Error> {

@@ -2,18 +2,22 @@
 
 use std::path::PathBuf;
 
-use protocol::checkpoint::CheckpointError;
-use protocol::merge::MergeFault;
+use protocol::{CheckpointError, MergeFault};
+
+use crate::factors::FactorsFault;
 
 /// A result that cannot be written, read, or believed.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
-    /// A job cannot be used.
+    /// The job or its scene is not usable.
     #[error(transparent)]
     Job(#[from] job::Error),
-    /// A method would be wrong in its scene.
-    #[error(transparent)]
+    /// The method would be wrong in this scene.
+    #[error("{0}")]
     Unfit(#[from] radiosity::Unfit),
+    /// Exchange factors cannot be counted, or say nothing of heat.
+    #[error(transparent)]
+    Factors(#[from] FactorsFault),
     /// A file of the output folder cannot be written.
     #[error(transparent)]
     Report(#[from] report::Error),

@@ -10,11 +10,24 @@ use crate::outputs::units;
 /// The solution of one channel.
 pub struct ExactAnswer {
     /// The solution of the radiosity system.
-    pub exact: Exact,
+    exact: Exact,
     /// The columns of `exact.csv`, as numbers.
     pub columns: ExactColumns,
     /// The fields of `exact.json`, as values.
     pub summary: ExactSummary,
+}
+
+impl ExactAnswer {
+    /// F_ij and B_ij from face i to every face: what meets it first, and what it absorbs of what face i alone emits.
+    pub fn factors_of(&self, i: usize) -> Vec<[f64; 2]> {
+        let exact = &self.exact;
+        let mut emittance = vec![0.0; exact.face_count()];
+        emittance[i] = 1.0 / exact.areas()[i];
+        let incoming = exact.system().solve(&emittance).incoming;
+        let absorbed =
+            incoming.iter().zip(exact.reflectance()).map(|(phi, reflectance)| (1.0 - reflectance) * phi);
+        absorbed.enumerate().map(|(j, absorbed)| [exact.exchange().form_factor(i, j), absorbed]).collect()
+    }
 }
 
 /// Solves the scene of a job, channel by channel. `now` hears what is being done, and `watch` which part of the form factors is

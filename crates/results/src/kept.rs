@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use job::Partition;
-use protocol::checkpoint::{self, Checkpoint, CheckpointError};
+use protocol::{Checkpoint, CheckpointError};
 use radiosity::{Estimates, Experiment, Readings};
 
 use crate::checkpoints::{CURRENT, PREVIOUS};
@@ -28,7 +28,7 @@ impl Kept {
     /// Where there is none, and where it cannot be used.
     pub fn open(run: &Path) -> Result<Self, Error> {
         let path = run.join(CURRENT);
-        let checkpoint = checkpoint::read(&path)?;
+        let checkpoint = Checkpoint::read(&path)?;
         let (settings, experiment) =
             replica::unpack(&checkpoint.book.job).map_err(|reason| unusable(run, &checkpoint, reason))?;
         check_shape(&checkpoint.tally, &experiment).map_err(|fault| CheckpointError { path, fault })?;
@@ -51,7 +51,7 @@ impl Kept {
 /// The partition that a pilot has chosen for the run in a folder. `None` where there is no usable tally, or
 /// there was no pilot.
 pub fn kept_partition(run: &Path) -> Option<Partition> {
-    let read = |name: &str| checkpoint::read(&run.join(name)).ok();
+    let read = |name: &str| Checkpoint::read(&run.join(name)).ok();
     let kept = read(CURRENT).or_else(|| read(PREVIOUS))?;
     replica::partition(&kept.book.job).ok().flatten()
 }

@@ -5,6 +5,8 @@
 //! follow from the tally. Later, results are opened ([`Kept`]), [`merge`]d, held against each other ([`compare`]), and
 //! audited ([`audit`]: some of their walks are traced again), and mixtures of their sources are told of ([`combine`]).
 //!
+//! [`factors`] is a namespace of its own: exchange factors, whose walks are counted and kept otherwise.
+//!
 //! [`walk_here`] walks a job on threads of this process, and comes to what the cluster comes to. [`solve`] is the deterministic
 //! solution. Nothing is printed here.
 
@@ -16,6 +18,8 @@ mod combine;
 mod diff;
 mod error;
 mod exact_answer;
+pub mod factors;
+mod findings;
 mod kept;
 mod merge;
 mod outputs;
@@ -24,13 +28,15 @@ mod replica;
 mod resume;
 mod settings;
 mod solo;
+mod told;
 
 pub use audit::{Audit, Extent, Wrong, audit};
 pub use checkpoints::{CURRENT, Identity, Keeper, Latest, unix_seconds};
 pub use combine::combine;
-pub use diff::{Comparison, Difference, FALSE_ALARM, FEWEST_HITS, TOLD, compare};
+pub use diff::{Comparison, Difference, compare};
 pub use error::Error;
 pub use exact_answer::{ExactAnswer, solve};
+pub use findings::{FINDINGS, write_findings};
 pub use kept::{Kept, kept_partition};
 pub use merge::merge;
 pub use outputs::{LivePage, RunOutput, units};
@@ -39,3 +45,4 @@ pub use replica::Replica;
 pub use resume::{Resumed, resume};
 pub use settings::Settings;
 pub use solo::{Ending, Stage, walk_here};
+pub use told::summary_lines;

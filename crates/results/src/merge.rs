@@ -2,8 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use protocol::checkpoint::{self, Checkpoint, Part};
-use protocol::merge::MergeFault;
+use protocol::{Checkpoint, MergeFault, Part};
 
 use crate::checkpoints::CURRENT;
 use crate::error::Error;
@@ -18,7 +17,7 @@ pub fn merge(first: &Path, others: &[PathBuf]) -> Result<Kept, Error> {
     let mut merged = Kept::open(first)?;
     let Kept { checkpoint, settings, experiment } = &mut merged;
     for run in others {
-        let other = checkpoint::read(&run.join(CURRENT))?;
+        let other = Checkpoint::read(&run.join(CURRENT))?;
         add(checkpoint, other, settings).map_err(|fault| Error::Merge { path: run.clone(), fault })?;
     }
     settings.paths = checkpoint.tally.counts.walks.saturating_mul(experiment.unit().paths());

@@ -5,11 +5,8 @@ use std::path::Path;
 use std::sync::Arc;
 
 use job::{Forecast, Light, OutputFile, Word};
-use judge::bounces::bounces;
-use judge::checks::checks_of_result;
-use judge::{target, total};
-use protocol::checkpoint::{Book, Checkpoint, Look, Part, Session};
-use protocol::roster::Contributor;
+use judge::{bounces, checks_of_result, target};
+use protocol::{Book, Checkpoint, Contributor, Look, Part, Session};
 use radiosity::{Estimates, Experiment, Influences, Precision, Readings};
 use report::{
     Draft, Live, Milestone, Model, OutputFolder, Page, PartSummary, PartitionSummary, Photo, Provenance,
@@ -107,7 +104,7 @@ impl RunOutput {
     }
 
     /// The usual files that a job leaves out.
-    pub fn left_out(&self, settings: &Settings, patches: usize) -> Vec<OutputFile> {
+    pub(crate) fn left_out(&self, settings: &Settings, patches: usize) -> Vec<OutputFile> {
         let written = self.files(settings, patches);
         usual(patches).into_iter().filter(|file| !written.contains(file)).collect()
     }
@@ -336,7 +333,7 @@ fn facts(
         accuracy: estimates.accuracy(),
         total: settings.total_target.map(|target| TotalSummary {
             target: target.total_error,
-            reached: total::is_met(&target, estimates, paths),
+            reached: target::total_is_met(&target, estimates, paths),
         }),
         partition: settings.forecast.map(|forecast| partition_summary(&forecast, estimates)),
         sensors: readings(settings, estimates).map(|readings| {

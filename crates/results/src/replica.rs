@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use job::Partition;
 use judge::MOMENTS;
-use protocol::checkpoint::CheckpointFault;
+use protocol::CheckpointFault;
 use protocol::codec::{CodecError, decode_serde, encode_serde};
 use radiosity::{Board, Experiment, IndexChoice, Overflow, Scene, SceneSpec, Sequence, Tally};
 use serde::{Deserialize, Serialize};

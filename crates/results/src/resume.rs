@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use job::MethodTable;
-use protocol::checkpoint::{self, Book, Checkpoint, CheckpointError, CheckpointFault, Past};
+use protocol::{Book, Checkpoint, CheckpointError, CheckpointFault, Past};
 use radiosity::Experiment;
 
 use crate::checkpoints::{Found, Identity, Latest, find, session};
@@ -53,7 +53,7 @@ pub fn resume(
 /// Why a checkpoint is of no use: the length of batches may have changed with the budget alone.
 fn explain(error: CheckpointError, settings: &Settings, experiment: &Experiment) -> Error {
     let theirs = || {
-        let kept = checkpoint::read(&error.path).ok()?.book.job;
+        let kept = Checkpoint::read(&error.path).ok()?.book.job;
         let (theirs, _) = unpack(&kept).ok()?;
         let rays = theirs.method.batch_paths?;
         let method = MethodTable { batch_paths: settings.method.batch_paths, ..theirs.method };

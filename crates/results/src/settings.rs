@@ -5,8 +5,8 @@ use job::{
     Beside, Cut, Finishes, Forecast, Job, Light, MethodTable, OutputFile, Partition, SensorTarget, Target,
     TotalTarget, View,
 };
-use judge::target::SensorGoal;
-use radiosity::{ExchangeSpec, Experiment, Groups, PatchGroup, Scene, SensorSpec, Shape};
+use judge::target::{Observer, SensorGoal, judge, total_is_met};
+use radiosity::{Estimates, ExchangeSpec, Experiment, Groups, PatchGroup, Scene, SensorSpec, Shape, Tally};
 use serde::{Deserialize, Serialize};
 
 /// The settings of a job.
@@ -152,6 +152,30 @@ impl Settings {
             linear: self.method.beside == Beside::Slopes,
             space: self.method.space,
         }
+    }
+
+    /// The observer of an experiment, which looks at its prefixes and ends it at its targets.
+    pub fn observer(&self, experiment: &Experiment) -> Observer {
+        Observer::new(experiment.clone(), self.level(experiment.scene()), self.target.clone())
+            .with_sensors(self.sensor_goal(experiment))
+            .with_total(self.total_target)
+    }
+
+    /// Whether there is a target that these walks do not meet.
+    pub fn target_missed(&self, experiment: &Experiment, tally: &Tally) -> bool {
+        let goal = self.sensor_goal(experiment);
+        if goal.is_some_and(|goal| !goal.is_met(experiment, tally)) {
+            return true;
+        }
+        let Settings { target, total_target, .. } = self;
+        if target.is_none() && total_target.is_none() {
+            return false;
+        }
+        let walks = tally.counts.walks;
+        let paths = walks * experiment.unit().paths();
+        let estimates = Estimates::new(experiment, tally, self.level(experiment.scene()));
+        let total_missed = total_target.is_some_and(|total| !total_is_met(&total, &estimates, paths));
+        walks == 0 || total_missed || target.as_ref().is_some_and(|t| !judge(t, &estimates, paths).reached)
     }
 
     /// A digest of the target, which distinguishes looks at different targets.

@@ -10,14 +10,9 @@ use std::time::{Duration, Instant};
 use job::{Budget, Job};
 use judge::MOMENTS;
 use judge::target::{Observer, looks};
-use protocol::checkpoint::{Look, Past};
 use protocol::codec::pack;
-use protocol::deliveries::{Deliveries, Delivery};
 use protocol::digest::Digester;
-use protocol::effort::Effort;
-use protocol::ledger::{LeaseId, Ledger};
-use protocol::parcel::Parcel;
-use protocol::roster::Roster;
+use protocol::{Deliveries, Delivery, Effort, LeaseId, Ledger, Look, Parcel, Past, Roster};
 use radiosity::{Board, Experiment, Overflow, Tally};
 use rustix::time::{ClockId, clock_gettime};
 
@@ -156,14 +151,11 @@ impl<'a> Hall<'a> {
         let empty = Arc::new(experiment.tally::<MOMENTS>());
         let first = budget.first_path / experiment.unit().paths();
         let ledger = Ledger::new(walks, stream_walks, looks, empty, Deliveries::default());
-        let level = settings.level(experiment.scene());
-        let observer = Observer::new(experiment.clone(), level, settings.target.clone())
-            .with_sensors(settings.sensor_goal(experiment));
         let mut roster = Roster::new(Vec::new());
         roster.number(&format!("process {}", std::process::id()));
         let books = Books {
             ledger: ledger.numbered_from(first),
-            observer,
+            observer: settings.observer(experiment),
             looks: Vec::new(),
             roster,
             threads: 0,

@@ -1,6 +1,8 @@
 //! Studies of the methods: [`papers`] measures the published tables and figures again, [`atlas`] drives methods to where
 //! they fail, [`compare`] ranks them by speed and accuracy, [`validation`] holds walks to closed forms.
 //!
+//! Four modules are namespaces, one for each study. All use one laboratory ([`Lab`]), and their statements are [`Claim`]s.
+//!
 //! This crate prints nothing and writes no files. Seeds are fixed, so that an answer depends on the size of a study
 //! alone, not on threads or machines. Times are the exception, and are never judged.
 //!
@@ -14,7 +16,7 @@
 
 mod arithmetic;
 pub mod atlas;
-pub mod claim;
+mod claim;
 mod clock;
 pub mod compare;
 mod lab;
@@ -26,5 +28,6 @@ mod told;
 pub mod validation;
 mod walking;
 
+pub use claim::{Bound, Claim, Judge, Limit, Test, Verdict};
 pub use lab::{Effort, Lab};
 pub use walking::Failure;

@@ -1,7 +1,7 @@
 //! Runs in this process, judged as `radwalk run` judges.
 
 use job::Target;
-use judge::checks::checks;
+use judge::checks;
 use judge::target::{Observer, looks};
 use radiosity::{Estimates, Experiment, Solution, Tally};
 use report::Check;

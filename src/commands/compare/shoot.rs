@@ -3,12 +3,11 @@
 
 use std::sync::mpsc::channel;
 
-use cluster::checkpoint::Look;
 use judge::MOMENTS;
-use radiosity::{Counts, Tally};
+use protocol::Look;
+use radiosity::Tally;
 use results::{Identity, Settings};
-use studies::compare::contender::Trial;
-use studies::compare::{Shot, Team};
+use studies::compare::{Shot, Team, Trial};
 
 use crate::build::BUILD;
 use crate::fault::Fault;
@@ -29,25 +28,10 @@ pub(crate) fn shoot(team: Team, trial: &Trial, runs: usize) -> Result<Shot, Faul
         Look { walks: prefix.counts.walks, rays: prefix.counts.rays, ..Look::default() }
     };
     let walked = walk(team, &identity, &job.budget, experiment, (ends, Box::new(judge)), &|_| ())?;
-    let empty = experiment.tally::<MOMENTS>();
-    let tallies = prefixes.iter().scan(empty, |before, now| {
-        let run = since(before, &now);
-        *before = now;
-        Some(run)
-    });
     Ok(Shot {
-        tallies: tallies.collect(),
+        tallies: Shot::runs(experiment.tally::<MOMENTS>(), prefixes.iter()),
         seconds: walked.cpu_seconds / runs as f64,
         memory: walked.memory,
         traffic: walked.received / runs as u64,
     })
-}
-
-/// The walks of `now` that are not those of `before`.
-fn since(before: &Tally, now: &Tally) -> Tally {
-    let (earlier, later) = (before.counts.to_array(), now.counts.to_array());
-    let counts = Counts::from_array(std::array::from_fn(|i| later[i] - earlier[i]));
-    let sums = now.sums().iter().zip(before.sums()).map(|(now, before)| now - before).collect();
-    let counts = counts.expect("fewer walks than before are counted where those were");
-    Tally::from_parts(counts, now.patches(), now.layout(), sums).expect("as many sums as before")
 }

@@ -3,9 +3,10 @@
 use std::fs;
 
 use report::OutputFolder;
-use studies::compare::measure::Point;
+use studies::compare::{Point, Rows};
 use tracing::warn;
 
+use crate::build::BUILD;
 use crate::fault::Fault;
 
 /// The name of the table.
@@ -17,7 +18,7 @@ const PREVIOUS: &str = "compare.previous.csv";
 /// The rows of an output folder.
 pub(crate) struct Table<'a> {
     folder: &'a OutputFolder,
-    points: Vec<Point>,
+    rows: Rows,
 }
 
 impl<'a> Table<'a> {
@@ -26,11 +27,11 @@ impl<'a> Table<'a> {
     /// # Errors
     /// Where the file cannot be read.
     pub(crate) fn new(folder: &'a OutputFolder, resume: bool) -> Result<Self, Fault> {
-        let mut table = Table { folder, points: Vec::new() };
+        let mut table = Table { folder, rows: Rows::default() };
         let path = folder.file(TABLE);
         if resume && path.exists() {
             let bytes = fs::read(&path).map_err(|source| Fault::Table { path: path.clone(), source })?;
-            let (points, lost) = read(&bytes);
+            let (rows, lost) = Rows::read(&bytes, BUILD);
             if lost > 0 {
                 let previous = folder.file(PREVIOUS);
                 fs::copy(&path, &previous).map_err(|source| Fault::Table { path: path.clone(), source })?;
@@ -41,20 +42,19 @@ impl<'a> Table<'a> {
                     previous.display()
                 );
             }
-            table.points = points;
+            table.rows = rows;
         }
         Ok(table)
     }
 
     /// How many rows there are.
     pub(crate) fn len(&self) -> usize {
-        self.points.len()
+        self.rows.count()
     }
 
     /// A row that was measured before.
     pub(crate) fn find(&self, key: &str, method: &str, rays: u64, runs: usize) -> Option<&Point> {
-        let is_it = |p: &&Point| (&p.key[..], &p.method[..], p.rays, p.runs) == (key, method, rays, runs);
-        self.points.iter().find(is_it)
+        self.rows.find(key, method, rays, runs)
     }
 
     /// Adds a row, on disk too.
@@ -62,26 +62,7 @@ impl<'a> Table<'a> {
     /// # Errors
     /// Where it cannot be written.
     pub(crate) fn add(&mut self, point: Point) -> Result<(), Fault> {
-        self.points.push(point);
-        Ok(self.folder.write(TABLE, |file| {
-            let mut writer = csv::Writer::from_writer(file);
-            self.points.iter().try_for_each(|point| writer.serialize(point))?;
-            writer.flush()
-        })?)
+        self.rows.add(point);
+        Ok(self.folder.write(TABLE, |file| self.rows.write(file))?)
     }
-}
-
-/// The rows of this build, and how many others there are.
-fn read(bytes: &[u8]) -> (Vec<Point>, usize) {
-    // A line without an end may lack digits of its last number.
-    let whole = bytes.iter().rposition(|&byte| byte == b'\n').map_or(0, |end| end + 1);
-    let mut lost = usize::from(whole < bytes.len());
-    let mut points = Vec::new();
-    for row in csv::Reader::from_reader(&bytes[..whole]).deserialize::<Point>() {
-        match row {
-            Ok(point) if point.build == crate::build::BUILD => points.push(point),
-            _ => lost += 1,
-        }
-    }
-    (points, lost)
 }

@@ -7,15 +7,11 @@ use std::ops::Range;
 use std::thread;
 use std::time::{Duration, Instant};
 
-use cluster::access::Access;
-use cluster::channel::Inbound;
-use cluster::codec::frame;
-use cluster::coordinator::{Coordinator, Ending, Plan};
-use cluster::lead::Notice;
-use cluster::message::{ToCoordinator, ToWorker};
 use cluster::noise::{self, Greeting, HANDSHAKE_RECORD, Sealer};
-use cluster::server::{Wish, serve};
-use cluster::worker::{Identity, Work, work};
+use cluster::{Access, Identity, Inbound, Wish, Work, serve, work};
+use protocol::codec::frame;
+use protocol::message::{ToCoordinator, ToWorker};
+use protocol::{Coordinator, Ending, Notice, Plan};
 use radiosity::{Counts, Layout, Overflow, Tally};
 
 use crate::toy::{

@@ -1,6 +1,13 @@
 //! The plan of a job, before it is run: bounds of theory, a pilot, and the cost of the pilot's walks.
 
-pub mod bound;
-pub mod cut;
-pub mod pilot;
-pub mod resources;
+mod bound;
+mod cut;
+mod forecast;
+mod pilot;
+mod resources;
+
+pub use bound::Bound;
+pub use cut::{Cut, cuts, idle_workers};
+pub use forecast::Forecast;
+pub use pilot::{Ending, Pilot, foretell};
+pub use resources::{Costs, Demand};

@@ -1,7 +1,7 @@
 //! The pilot: the first walks of a job, and what they foretell of the rest.
 
 use job::Target;
-use protocol::checkpoint::Look;
+use protocol::Look;
 use radiosity::{Estimates, Experiment, Sequence, Tally};
 
 use crate::MOMENTS;

@@ -5,7 +5,7 @@ use protocol::pace::{lease_seconds, taking_seconds};
 use radiosity::{Experiment, Tally};
 use serde::Serialize;
 
-use crate::plan::pilot::Pilot;
+use super::pilot::Pilot;
 
 /// The time that a run takes beside tracing: processes, handshakes, tables, picture [s].
 const OVERHEAD: f64 = 0.2;

@@ -63,7 +63,7 @@ fn bytes() -> Vec<u8> {
 
 fn parse(bytes: &[u8]) -> Result<Checkpoint, CheckpointFault> {
     let parsed = super::parse(bytes, bytes.len() as u64);
-    let proved = prove(bytes, bytes.len() as u64);
+    let proved = Checkpoint::prove(bytes, bytes.len() as u64);
     assert_eq!(format!("{:?}", parsed.as_ref().err()), format!("{:?}", proved.err()));
     parsed
 }
@@ -77,7 +77,7 @@ fn what_was_written_is_read() {
     let dir = tempfile::tempdir().unwrap();
     let path = dir.path().join("tally.bin");
     fs::write(&path, bytes()).unwrap();
-    assert_eq!(read(&path).unwrap(), checkpoint());
+    assert_eq!(Checkpoint::read(&path).unwrap(), checkpoint());
 }
 
 #[test]
@@ -231,7 +231,7 @@ fn foreign_tallies_are_refused_by_name() {
     assert!(matches!(fault(&SCENE, &[9; 32], 7), CheckpointFault::ForeignJob));
     assert!(matches!(fault(&SCENE, &[1; 32], 0), CheckpointFault::ForeignJob));
     assert!(matches!(fault(&[9; 32], &[1; 32], 7), CheckpointFault::ForeignScene));
-    let missing = read(Path::new("/nowhere/none.bin")).unwrap_err();
+    let missing = Checkpoint::read(Path::new("/nowhere/none.bin")).unwrap_err();
     assert!(missing.to_string().contains("none.bin"), "{missing}");
     assert!(matches!(missing.fault, CheckpointFault::Io(_)));
 }

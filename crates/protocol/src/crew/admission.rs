@@ -3,8 +3,7 @@
 use super::peer::Stage;
 use super::{Crew, Step, printable, refuse};
 use crate::lead::{Action, Notice, PeerId};
-use crate::ledger::LeaseId;
-use crate::message::{Hello, PROTOCOL, ToWorker};
+use crate::message::{Hello, LeaseId, PROTOCOL, ToWorker};
 use crate::provenance::{NAME_CHARS, plain_name};
 use crate::terms::Terms;
 

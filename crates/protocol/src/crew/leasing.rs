@@ -6,8 +6,7 @@ use std::time::Duration;
 use super::Crew;
 use super::peer::{Peer, Since};
 use crate::lead::{Action, Now, PeerId};
-use crate::ledger::LeaseId;
-use crate::message::ToWorker;
+use crate::message::{LeaseId, ToWorker};
 use crate::pace::{LATE, LEASE_GROWTH, lease_seconds, taking_seconds};
 
 /// A lease in a gap below what is in may be this many times as late as one at the end, where workers have nothing else
@@ -53,14 +52,14 @@ impl Crew {
     }
 
     /// Asks for kept results and gives out leases.
-    pub fn go_on(&mut self, now: Now) -> Vec<Action> {
+    pub(crate) fn go_on(&mut self, now: Now) -> Vec<Action> {
         let mut actions = self.ask();
         actions.extend(self.hand_out(now));
         actions
     }
 
     /// Leases no walks from now on but those that fill a gap below others.
-    pub fn fill_gaps(&mut self) {
+    pub(crate) fn fill_gaps(&mut self) {
         self.fills_gaps = true;
         self.ledger.hurry();
     }
@@ -71,7 +70,7 @@ impl Crew {
     }
 
     /// Whether a gap below what is walked may still be filled.
-    pub fn gap_may_close(&self) -> bool {
+    pub(crate) fn gap_may_close(&self) -> bool {
         let walked = self.walked();
         self.ledger.gap_is_out(walked) || (self.ledger.gap_is_lost(walked) && self.workers_now > 0)
     }
@@ -119,13 +118,13 @@ impl Crew {
     }
 
     /// The time that a lease should take [s].
-    pub fn lease_seconds(&self, now: Now) -> f64 {
+    pub(crate) fn lease_seconds(&self, now: Now) -> f64 {
         let age = self.spent.seconds + now.as_secs_f64();
         lease_seconds(self.terms.sums(), self.slots, age)
     }
 
     /// The longest time that any lease now out should take [s].
-    pub fn longest_lease_seconds(&self, now: Now) -> f64 {
+    pub(crate) fn longest_lease_seconds(&self, now: Now) -> f64 {
         self.peers.values().map(|peer| peer.lease_seconds).fold(self.lease_seconds(now), f64::max)
     }
 

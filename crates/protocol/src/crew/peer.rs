@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::time::Duration;
 
 use crate::lead::{Now, PeerId};
-use crate::ledger::LeaseId;
+use crate::message::LeaseId;
 
 /// The state of a connection.
 #[derive(Debug)]

@@ -8,8 +8,7 @@ use super::peer::Peer;
 use super::{Crew, SILENCE, Step};
 use crate::deliveries::Delivery;
 use crate::lead::{Action, Now, PeerId};
-use crate::ledger::LeaseId;
-use crate::message::{LeaseResult, SMALL_TALLY, ToWorker};
+use crate::message::{LeaseId, LeaseResult, SMALL_TALLY, ToWorker};
 use crate::pace::MOST_KEPT;
 use crate::parcel::Parcel;
 use crate::provenance::Provenance;
@@ -149,7 +148,7 @@ impl Crew {
 
     /// Does what is due as time passes, whatever else happens: gives out copies of late leases, asks for kept results,
     /// and makes room where all workers wait for each other.
-    pub fn keep_going(&mut self, now: Now) -> Vec<Action> {
+    pub(crate) fn keep_going(&mut self, now: Now) -> Vec<Action> {
         let mut actions = self.lease_late(now);
         actions.extend(self.ask());
         actions.extend(self.make_room(now));

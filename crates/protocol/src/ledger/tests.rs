@@ -232,7 +232,7 @@ fn soak(leases: u64) -> Ledger {
         while books.advance(|_| {}).unwrap() {}
     }
     assert_eq!(books.deliveries().walks(), u128::from(leases));
-    assert!(books.deliveries().entries().len() <= crate::deliveries::MOST);
+    assert!(books.deliveries().entries().len() <= Deliveries::MOST);
     books
 }
 

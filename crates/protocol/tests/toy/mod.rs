@@ -3,13 +3,10 @@
 
 use std::ops::Range;
 
-use protocol::checkpoint::{Look, Past};
 use protocol::codec::{pack, unpack};
-use protocol::coordinator::{Coordinator, Plan};
 use protocol::digest::Digester;
-use protocol::limits::Limits;
 use protocol::message::{Hello, LeaseResult, PROTOCOL, ToCoordinator, ToWorker};
-use protocol::provenance::Provenance;
+use protocol::{Coordinator, Limits, Look, Past, Plan, Provenance};
 use radiosity::{Counts, Layout, Tally};
 
 pub const PATCHES: usize = 3;
@@ -110,7 +107,7 @@ pub fn plan(paths: u64, stream_paths: u64) -> Plan {
 }
 
 /// A judge that only says whether the target is met.
-pub fn judge(mut met: impl FnMut(&Tally) -> bool + 'static) -> protocol::coordinator::Judge {
+pub fn judge(mut met: impl FnMut(&Tally) -> bool + 'static) -> protocol::Judge {
     Box::new(move |tally, _| Look { walks: tally.counts.walks, reached: met(tally), ..Look::default() })
 }
 

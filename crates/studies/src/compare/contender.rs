@@ -100,7 +100,7 @@ pub enum Kind {
 }
 
 /// A method that can be run.
-pub struct Contender {
+pub(super) struct Contender {
     /// The name of the method in tables.
     pub name: &'static str,
     /// The method in the scene, for runs of some rays.
@@ -109,7 +109,7 @@ pub struct Contender {
 
 impl Contender {
     /// The way in which its error falls.
-    pub fn kind(&self) -> Kind {
+    pub(super) fn kind(&self) -> Kind {
         let experiment = &self.trial.experiment;
         match experiment.unit().batch() {
             Some(_) => Kind::Chains,
@@ -119,7 +119,7 @@ impl Contender {
     }
 
     /// Whether its answer is that of the integral equation, not that of the patches' radiosity system.
-    pub fn is_continuous(&self) -> bool {
+    pub(super) fn is_continuous(&self) -> bool {
         self.trial.experiment.method().space() == Space::Continuous
     }
 }
@@ -133,17 +133,17 @@ pub struct Absent {
 }
 
 /// The settings of a method by its name, as jobs have them.
-pub fn method(name: &str) -> Option<&'static str> {
+pub(super) fn method(name: &str) -> Option<&'static str> {
     METHODS.iter().find(|(known, _)| *known == name).map(|&(_, method)| method)
 }
 
 /// The names of all methods, in the order of tables.
-pub fn names() -> Vec<&'static str> {
+pub(super) fn names() -> Vec<&'static str> {
     METHODS.iter().map(|&(name, _)| name).collect()
 }
 
 /// The methods for runs of `rays` rays in the scene of a job.
-pub fn contenders(arena: &Arena<'_>, rays: u64) -> (Vec<Contender>, Vec<Absent>) {
+pub(super) fn contenders(arena: &Arena<'_>, rays: u64) -> (Vec<Contender>, Vec<Absent>) {
     let (mut able, mut absent) = (Vec::new(), Vec::new());
     for &(name, method) in METHODS {
         match Trial::of_rays(arena, method, rays) {

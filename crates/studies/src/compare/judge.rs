@@ -4,10 +4,10 @@ use super::contender::Kind;
 use super::measure::Point;
 
 /// The rms relative errors for which methods are ranked.
-pub const LEVELS: [f64; 5] = [0.3, 0.1, 0.03, 0.01, 0.003];
+pub(super) const LEVELS: [f64; 5] = [0.3, 0.1, 0.03, 0.01, 0.003];
 
 /// The points of one method, sorted by rays.
-pub struct Curve<'a> {
+pub(super) struct Curve<'a> {
     /// The name of the method.
     pub method: &'a str,
     /// The points, of which there is at least one.
@@ -15,7 +15,7 @@ pub struct Curve<'a> {
 }
 
 /// The curves of some points, in the order of each curve's first point.
-pub fn curves(points: &[Point]) -> Vec<Curve<'_>> {
+pub(super) fn curves(points: &[Point]) -> Vec<Curve<'_>> {
     let mut curves: Vec<Curve<'_>> = Vec::new();
     for point in points {
         match curves.iter_mut().find(|curve| curve.method == point.method) {
@@ -29,17 +29,17 @@ pub fn curves(points: &[Point]) -> Vec<Curve<'_>> {
 
 impl Curve<'_> {
     /// The point with the most rays.
-    pub fn last(&self) -> &Point {
+    pub(super) fn last(&self) -> &Point {
         self.points.last().expect("a curve has points")
     }
 
     /// The processor time that an rms relative error takes [s]; `None` if a bias keeps the method from it.
-    pub fn time_to(&self, rms: f64) -> Option<f64> {
+    pub(super) fn time_to(&self, rms: f64) -> Option<f64> {
         self.cost_to(rms, |point| point.seconds)
     }
 
     /// The number of paths of a job that an rms relative error takes.
-    pub fn paths_to(&self, rms: f64) -> Option<u64> {
+    pub(super) fn paths_to(&self, rms: f64) -> Option<u64> {
         Some(self.cost_to(rms, |point| point.paths as f64)?.round().max(1.0) as u64)
     }
 
@@ -75,7 +75,7 @@ impl Curve<'_> {
 }
 
 /// Whether no other point is both faster and more accurate.
-pub fn is_pareto(point: &Point, points: &[Point]) -> bool {
+pub(super) fn is_pareto(point: &Point, points: &[Point]) -> bool {
     let beats = |other: &&Point| {
         other.seconds <= point.seconds && other.squared_error <= point.squared_error && **other != *point
     };
@@ -83,14 +83,14 @@ pub fn is_pareto(point: &Point, points: &[Point]) -> bool {
 }
 
 /// The points that no other beats, the fastest first.
-pub fn front(points: &[Point]) -> Vec<&Point> {
+pub(super) fn front(points: &[Point]) -> Vec<&Point> {
     let mut front: Vec<&Point> = points.iter().filter(|point| is_pareto(point, points)).collect();
     front.sort_by(|a, b| a.seconds.total_cmp(&b.seconds));
     front
 }
 
 /// The ranking of methods for one error.
-pub struct Advice<'a> {
+pub(super) struct Advice<'a> {
     /// The rms relative error that is asked for.
     pub rms: f64,
     /// The methods by the time that they take [s], the best first.
@@ -100,7 +100,7 @@ pub struct Advice<'a> {
 }
 
 /// Ranks the curves for every error of [`LEVELS`].
-pub fn advice<'a>(curves: &'a [Curve<'a>]) -> Vec<Advice<'a>> {
+pub(super) fn advice<'a>(curves: &'a [Curve<'a>]) -> Vec<Advice<'a>> {
     LEVELS.into_iter().map(|rms| advise(curves, rms)).collect()
 }
 

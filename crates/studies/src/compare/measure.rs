@@ -4,8 +4,8 @@ use radiosity::{Estimates, Scene, Tally};
 use serde::{Deserialize, Serialize};
 use stats::Measured;
 
-use super::Shot;
 use super::contender::{Contender, Kind, Trial};
+use super::shot::Shot;
 use super::truth::Truth;
 
 /// The part of the mean radiosity below which patches are left out of relative errors.
@@ -66,14 +66,14 @@ impl Point {
 
 /// The estimates that are judged: those of reflecting patches that do not emit and are not dark, with weights by area
 /// that sum to 1.
-pub struct Judged {
+pub(super) struct Judged {
     estimates: Vec<usize>,
     weights: Vec<f64>,
 }
 
 impl Judged {
     /// The judged estimates of a scene.
-    pub fn new(scene: &Scene, truth: &Truth) -> Self {
+    pub(super) fn new(scene: &Scene, truth: &Truth) -> Self {
         let channels = scene.channels();
         let mean = |c: usize| {
             let patches = || scene.faces().iter().enumerate();
@@ -97,14 +97,14 @@ impl Judged {
     }
 
     /// The mean squared relative error of the truth itself.
-    pub fn own_error(&self, truth: &Truth) -> f64 {
+    pub(super) fn own_error(&self, truth: &Truth) -> f64 {
         let square = |&i: &usize| truth.variance[i] / truth.radiosity[i].powi(2);
         self.estimates.iter().map(square).zip(&self.weights).map(|(square, weight)| square * weight).sum()
     }
 }
 
 /// The point of a contender's runs, as `build` measured it.
-pub fn point(
+pub(super) fn point(
     build: &str,
     key: String,
     rays: u64,

@@ -5,13 +5,23 @@
 use std::path::Path;
 
 use job::Job;
-use radiosity::{Scene, Tally};
+use radiosity::Scene;
 
-pub mod contender;
-pub mod judge;
-pub mod measure;
+mod contender;
+mod judge;
+mod measure;
 pub mod page;
-pub mod truth;
+mod shot;
+mod study;
+mod table;
+mod truth;
+mod truths;
+
+pub use contender::{Absent, Kind, Trial};
+pub use measure::Point;
+pub use shot::Shot;
+pub use study::{Bench, Course, study};
+pub use table::Rows;
 
 /// A job in which methods are compared.
 #[derive(Clone, Copy)]
@@ -33,16 +43,4 @@ pub struct Team {
     pub workers: usize,
     /// The threads of each worker process.
     pub threads: u32,
-}
-
-/// The result of some runs of a trial.
-pub struct Shot {
-    /// The tally of each run.
-    pub tallies: Vec<Tally>,
-    /// The processor time of one run's walks [s].
-    pub seconds: f64,
-    /// The most memory that a worker process took [bytes], if the system tells.
-    pub memory: Option<u64>,
-    /// The bytes that workers sent for one run.
-    pub traffic: u64,
 }

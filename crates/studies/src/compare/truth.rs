@@ -4,8 +4,9 @@ use exact::Exact;
 use job::Job;
 use radiosity::{Estimates, Scene, Space};
 
+use super::Arena;
 use super::contender::Trial;
-use super::{Arena, Shot};
+use super::shot::Shot;
 
 /// The most patches of a scene that is no box for which computing form factors is worth the time.
 const FEW_PATCHES: usize = 400;
@@ -21,7 +22,7 @@ const DISCRETE: [&str; 2] = [r#"{ walk = "jacobi" }"#, r#"{ estimator = "collisi
 const CONTINUOUS: [&str; 1] = [r#"{ estimator = "collision", space = "continuous" }"#];
 
 /// B of every patch and channel, and the way in which it is known.
-pub struct Truth {
+pub(super) struct Truth {
     /// B [W/m²], the channels of a patch side by side.
     pub radiosity: Vec<f64>,
     /// The squared standard error of each [W²/m⁴]; 0 if it is exact.
@@ -36,7 +37,7 @@ impl Truth {
     ///
     /// # Errors
     /// As `shoot`.
-    pub fn discrete<E>(
+    pub(super) fn discrete<E>(
         arena: &Arena<'_>,
         rays: u64,
         shoot: impl FnOnce(&Trial) -> Result<Shot, E>,
@@ -51,7 +52,7 @@ impl Truth {
     ///
     /// # Errors
     /// As `shoot`.
-    pub fn continuous<E>(
+    pub(super) fn continuous<E>(
         arena: &Arena<'_>,
         rays: u64,
         shoot: impl FnOnce(&Trial) -> Result<Shot, E>,

@@ -59,10 +59,23 @@ fn chapter(page: &mut Page, title: &str, findings: &Findings, judge: Judge) {
 }
 
 /// The headings of the columns of [`cells`].
-pub const HEADS: [&str; 6] = ["", "ours", "theirs", "theory", "z or ratio", ""];
+const HEADS: [&str; 6] = ["", "ours", "theirs", "theory", "z or ratio", ""];
+
+/// The rows of a chapter as the lines of a table for a terminal.
+pub fn lines(findings: &Findings, judge: Judge) -> Vec<String> {
+    let rows = findings.rows.iter().map(|row| cells(row, judge));
+    let rows: Vec<[String; 6]> = std::iter::once(HEADS.map(String::from)).chain(rows).collect();
+    let width = |column: usize| rows.iter().map(|row| row[column].chars().count()).max().unwrap_or(0);
+    let widths: [usize; 6] = std::array::from_fn(width);
+    let line = |row: &[String; 6]| {
+        let cells = row.iter().zip(widths).map(|(cell, width)| format!("{cell:width$}"));
+        format!("  {}", cells.collect::<Vec<_>>().join("  ")).trim_end().to_owned()
+    };
+    rows.iter().map(line).collect()
+}
 
 /// A row as the cells of a table: label, ours, theirs, theory, z or ratio, verdict.
-pub fn cells(row: &Claim, judge: Judge) -> [String; 6] {
+fn cells(row: &Claim, judge: Judge) -> [String; 6] {
     let theory = match row.bound() {
         Bound::Is(x) => number(x),
         Bound::About(x) => format!("≈ {}", number(x)),

@@ -2,10 +2,7 @@
 //! count twice.
 
 use exact::Exact;
-use protocol::checkpoint::{Book, Checkpoint, Part};
-use protocol::crew::Effort;
-use protocol::deliveries::Delivery;
-use protocol::roster::Contributor;
+use protocol::{Book, Checkpoint, Contributor, Delivery, Effort, Part};
 use radiosity::{Estimate, EstimatorKind, Experiment, Method, Solution};
 use rand_pcg::Pcg64Dxsm;
 use rand_pcg::rand_core::{Rng, SeedableRng};

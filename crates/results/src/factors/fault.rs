@@ -1,10 +1,12 @@
 //! Why exchange factors cannot be counted, or say nothing of heat.
 
+use std::path::PathBuf;
+
 use thiserror::Error;
 
 /// Why `radwalk factors` could not do what it was asked to.
 #[derive(Debug, Error)]
-pub(crate) enum FactorsFault {
+pub enum FactorsFault {
     /// Reflections are those of one channel.
     #[error(
         "the scene is in colour, and factors with reflections are those of one reflectance a surface; choose --channel r, g or b, or leave out --reflections"
@@ -14,32 +16,58 @@ pub(crate) enum FactorsFault {
     #[error(
         "there are {groups} groups, more than {most} (every pair of them is a row of factors.csv); choose coarser --groups: by-surface, by-material or a file"
     )]
-    TooManyGroups { groups: usize, most: usize },
+    TooManyGroups {
+        /// How many there are.
+        groups: usize,
+        /// How many there may be.
+        most: usize,
+    },
     /// A group is called as a column is.
     #[error(
         "a group is called \"{name}\", as are walks that end on backs or leave the scene; rename the surface or material, or choose other --groups"
     )]
-    Reserved { name: String },
+    Reserved {
+        /// The name of the group.
+        name: String,
+    },
     /// A pair names what is no group.
     #[error(
         "--pairs {typed}: this is no pair of groups; write FROM:TO with two of {known}, TO also \"escape\" or \"back\""
     )]
-    NoPair { typed: String, known: String },
+    NoPair {
+        /// What was typed.
+        typed: String,
+        /// Some of the groups.
+        known: String,
+    },
     /// The budget is too small.
     #[error(
         "a budget of {paths} walks has none for each of the {groups} groups; give --paths {groups} or more, better 1000 times as many"
     )]
-    FewWalks { paths: u64, groups: usize },
+    FewWalks {
+        /// The walks of the budget.
+        paths: u64,
+        /// How many groups there are.
+        groups: usize,
+    },
     /// An emissivity is asked of a part of a surface.
     #[error(
         "group \"{group}\" holds a part of surface {surface} only, and a surface has one emissivity; leave out `emissivity` there, or choose --groups by-surface"
     )]
-    EmissivityOfPart { group: String, surface: String },
+    EmissivityOfPart {
+        /// The name of the group.
+        group: String,
+        /// The name of the surface.
+        surface: String,
+    },
     /// Walks end on backs.
     #[error(
         "walks from group \"{group}\" end on backs of one-sided surfaces, which have no temperature; give these surfaces sides = 2, or close the scene"
     )]
-    Backs { group: String },
+    Backs {
+        /// The name of the group.
+        group: String,
+    },
     /// Nothing determines a temperature.
     #[error(
         "the temperatures of some groups follow from nothing: they exchange heat with groups of given flux only; give one of them a temperature"
@@ -49,13 +77,24 @@ pub(crate) enum FactorsFault {
     #[error(
         "the given fluxes would take group \"{group}\" below 0 K: it would have to give off more than it gets; give it another flux, or a temperature"
     )]
-    BelowZero { group: String },
+    BelowZero {
+        /// The name of the group.
+        group: String,
+    },
     /// The counts are those of another question.
     #[error(
         "the counts in {} are those of other surfaces, groups, seed or kind of factors; use another --out, or --force in place of --resume", path.display()
     )]
-    OtherCounts { path: std::path::PathBuf },
+    OtherCounts {
+        /// The file.
+        path: PathBuf,
+    },
     /// The counts cannot be read.
     #[error("the counts in {} cannot be read ({reason}); use --force in place of --resume", path.display())]
-    UnreadableCounts { path: std::path::PathBuf, reason: String },
+    UnreadableCounts {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        reason: String,
+    },
 }

@@ -2,32 +2,52 @@
 
 use std::io::Write;
 use std::path::PathBuf;
+use std::sync::Arc;
 use std::time::Instant;
 
-use cluster::checkpoint::Look;
 use exchange::{Counts, Plan};
+use job::Budget;
 use radiosity::{ExchangeSpec, Experiment, Segment, Tally, exchange_counts};
 use report::OutputFolder;
-use results::{Identity, Settings};
 use serde::{Deserialize, Serialize};
-use studies::compare::Team;
-use voice::Phase;
 
 use super::fault::FactorsFault;
 use super::question::Question;
-use crate::build::BUILD;
-use crate::fault::Fault;
-use crate::team::walk;
+use crate::checkpoints::Identity;
+use crate::error::Error;
+use crate::settings::Settings;
 
 /// What is kept after every look.
 pub(super) const COUNTS: &str = "factors.counts.json";
 
+/// The walks of one look, for the processes of the caller.
+pub struct Round<'a> {
+    /// The job of these walks, as it travels.
+    pub identity: Identity,
+    /// The experiment whose walks they are.
+    pub experiment: Experiment,
+    /// The budget of the whole job.
+    pub budget: &'a Budget,
+    /// The number of walks.
+    pub walks: u64,
+    /// Is told how many walks are in.
+    pub watch: &'a dyn Fn(u64),
+}
+
+/// What the walks of a look came to.
+pub struct Walked {
+    /// The tally of all of them.
+    pub tally: Arc<Tally>,
+    /// Their processor time [s].
+    pub cpu_seconds: f64,
+}
+
 /// What was counted, and what it cost.
-pub(super) struct Counted {
+pub struct Counted {
     pub(super) counts: Counts,
     pub(super) cost: Cost,
     /// Whether a signal ended it.
-    pub(super) interrupted: bool,
+    pub interrupted: bool,
 }
 
 /// What walks have cost.
@@ -47,84 +67,95 @@ struct Kept {
     cost: Cost,
 }
 
-/// Walks until the budget is spent or the tolerance is met; every look is kept.
-pub(super) fn count(
+impl Counted {
+    /// Whether there is no walk to tell of.
+    pub fn is_empty(&self) -> bool {
+        self.counts.total() == 0
+    }
+}
+
+/// Walks until the budget is spent or the tolerance is met; every look is kept in the folder, from which `resume` goes on.
+/// `walk` walks a look, and returns nothing where a signal ended it; `watch` is told what part of the walks is done.
+///
+/// # Errors
+/// Those of `walk`, and where counts cannot be read or written.
+pub fn count<E: From<Error>>(
     question: &Question,
-    team: Team,
-    folder: &OutputFolder,
-    resume: bool,
-) -> Result<Counted, Fault> {
+    build: &str,
+    (folder, resume): (&OutputFolder, bool),
+    walk: &mut dyn FnMut(Round<'_>) -> Result<Option<Walked>, E>,
+    watch: &dyn Fn(f64),
+) -> Result<Counted, E> {
     let groups = question.groups.count();
     let budget = question.job.budget.paths;
     let (mut counts, mut cost) = (Counts::none(groups), Cost::default());
     let path = folder.file(COUNTS);
     if resume && path.exists() {
-        let kept = read(path, question)?;
+        let kept = read(path, question).map_err(Error::from)?;
         counts.add(&kept.rows);
         cost = kept.cost;
     }
-    let phase = Phase::begin("counting walks between groups");
     loop {
         let plan = match counts.total() {
             0 => Plan::pilot(groups, budget),
             _ => Plan::next(&counts, budget, question.tolerance.as_ref()),
         };
         let Some(plan) = plan else { break };
-        match look(question, team, (&plan, &counts), &|part| phase.done(part)) {
-            Ok((rows, of_look)) => {
-                counts.add(&rows);
-                cost.rays += of_look.rays;
-                cost.seconds += of_look.seconds;
-                cost.cpu_seconds += of_look.cpu_seconds;
-            }
-            Err(Fault::Interrupted) => return Ok(Counted { counts, cost, interrupted: true }),
-            Err(fault) => return Err(fault),
-        }
-        let rows = (0..groups).map(|i| counts.row(i).to_vec()).collect();
-        let kept = Kept { question: digest(question), rows, cost };
-        folder.write(COUNTS, |file| {
-            serde_json::to_writer(&mut *file, &kept)?;
-            file.write_all(b"\n")
-        })?;
+        let spec = beyond(question, &plan, &counts);
+        let (before, walks) = (counts.total(), spec.walks());
+        let watch = |done| watch((before + done) as f64 / (before + walks) as f64);
+        let began = Instant::now();
+        let Some(walked) = walk(round(question, spec, build, &watch)?)? else {
+            return Ok(Counted { counts, cost, interrupted: true });
+        };
+        counts.add(&exchange_counts(&walked.tally, groups as u32));
+        cost.rays += walked.tally.counts.rays;
+        cost.seconds += began.elapsed().as_secs_f64();
+        cost.cpu_seconds += walked.cpu_seconds;
+        keep(question, &counts, cost, folder)?;
     }
     Ok(Counted { counts, cost, interrupted: false })
 }
 
-/// The walks that a plan has beyond what is counted, as one job of the cluster; `watch` is told what part of the plan is done.
-fn look(
-    question: &Question,
-    team: Team,
-    (plan, counts): (&Plan, &Counts),
-    watch: &dyn Fn(f64),
-) -> Result<(Vec<Vec<u64>>, Cost), Fault> {
-    let Question { job, scene, groups, kind, .. } = question;
+/// The walks that a plan has beyond what is counted.
+fn beyond(question: &Question, plan: &Plan, counts: &Counts) -> ExchangeSpec {
+    let Question { groups, kind, .. } = question;
     let segment = |(group, &walks): (usize, &u64)| {
         let first = counts.walks(group);
         Segment { group: group as u32, first, walks: walks - first }
     };
     let segments = plan.walks().iter().enumerate().map(segment).filter(|segment| segment.walks > 0);
-    let number = groups.count() as u32;
-    let spec = ExchangeSpec {
+    ExchangeSpec {
         kind: *kind,
         group_of_face: groups.of_face.clone(),
-        groups: number,
+        groups: groups.count() as u32,
         segments: segments.collect(),
-    };
+    }
+}
+
+/// Walks as one job of the cluster.
+fn round<'a>(
+    question: &'a Question,
+    spec: ExchangeSpec,
+    build: &str,
+    watch: &'a dyn Fn(u64),
+) -> Result<Round<'a>, Error> {
+    let Question { job, scene, .. } = question;
     let walks = spec.walks();
     let experiment = Experiment::new(scene.clone(), job.method.walks())?.with_exchange(spec.clone())?;
     let settings = Settings { exchange: Some(spec), ..Settings::of(job) };
-    let identity = Identity::new(job, &settings, &experiment, BUILD)?;
-    let judge = |prefix: &Tally, _: &[Look]| {
-        let counts = prefix.counts;
-        Look { walks: counts.walks, rays: counts.rays, ..Look::default() }
-    };
-    let began = Instant::now();
-    let whole = (counts.total() + walks) as f64;
-    let watch = |walks| watch((counts.total() + walks) as f64 / whole);
-    let walked = walk(team, &identity, &job.budget, &experiment, (vec![walks], Box::new(judge)), &watch)?;
-    let seconds = began.elapsed().as_secs_f64();
-    let cost = Cost { rays: walked.tally.counts.rays, seconds, cpu_seconds: walked.cpu_seconds };
-    Ok((exchange_counts(&walked.tally, number), cost))
+    let identity = Identity::new(job, &settings, &experiment, build)?;
+    Ok(Round { identity, experiment, budget: &job.budget, walks, watch })
+}
+
+/// Writes what was counted.
+fn keep(question: &Question, counts: &Counts, cost: Cost, folder: &OutputFolder) -> Result<(), Error> {
+    let rows = (0..counts.groups()).map(|i| counts.row(i).to_vec()).collect();
+    let kept = Kept { question: digest(question), rows, cost };
+    Ok(folder.write(COUNTS, |file| {
+        serde_json::to_writer(&mut *file, &kept)?;
+        file.write_all(b"\n")
+    })?)
 }
 
 /// What was kept of the same question.

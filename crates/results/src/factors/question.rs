@@ -1,6 +1,6 @@
 //! What `radwalk factors` is asked: between which groups, of what kind, how well, and with what temperatures.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use exchange::{Plan, Tolerance};
 use job::{Enclosure, Grouping, Groups, Job, MethodTable, load_enclosure};
@@ -8,9 +8,7 @@ use radiosity::{Face, FactorKind, Scene};
 use report::{BACK, ESCAPE, GroupRow};
 
 use super::fault::FactorsFault;
-use crate::args::FactorsArgs;
-use crate::choose::load_given;
-use crate::fault::Fault;
+use crate::error::Error;
 
 /// The most groups: every pair of them is a row of the table.
 const MOST_GROUPS: usize = 2048;
@@ -18,10 +16,29 @@ const MOST_GROUPS: usize = 2048;
 /// The most faces that are groups each where nothing is said of groups.
 const MOST_FACES: usize = 256;
 
+/// What a user asks for, beside the job.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Asked<'a> {
+    /// The kind of groups, or a file of them; `None`: by patch while that is few.
+    pub groups: Option<&'a str>,
+    /// Whether walks go on until they are absorbed.
+    pub reflections: bool,
+    /// Of a scene in colour: the channel whose reflectances hold.
+    pub channel: Option<usize>,
+    /// The relative half-width at which the count ends.
+    pub tolerance: Option<f64>,
+    /// The pairs that it is asked of, as FROM:TO.
+    pub pairs: &'a [String],
+    /// Whether factors are adjusted to each other.
+    pub smooth: bool,
+    /// A file of temperatures and fluxes.
+    pub temperatures: Option<&'a Path>,
+}
+
 /// What is to be counted.
-pub(super) struct Question {
+pub struct Question {
     /// The job, whose scene emits everywhere, in one channel.
-    pub(super) job: Job,
+    pub job: Job,
     pub(super) scene: Scene,
     pub(super) groups: Groups,
     pub(super) kind: FactorKind,
@@ -31,33 +48,34 @@ pub(super) struct Question {
     pub(super) enclosure: Option<Enclosure>,
     /// The level of each interval.
     pub(super) level: f64,
+    pub(super) smooth: bool,
 }
 
 impl Question {
-    /// Reads what was typed, and the files that it names.
-    pub(super) fn read(args: &FactorsArgs) -> Result<Self, Fault> {
-        let mut job = load_given(&args.job.job, &args.job.overrides(), "factors")?;
-        let kind = match args.reflections || args.temperatures.is_some() {
+    /// The question about a job's scene; reads the files that it names.
+    ///
+    /// # Errors
+    /// Where the scene or a file is refused, and where the question has no answer.
+    pub fn of(mut job: Job, asked: &Asked<'_>) -> Result<Self, Error> {
+        let kind = match asked.reflections || asked.temperatures.is_some() {
             true => FactorKind::Absorbed,
             false => FactorKind::FirstHit,
         };
         let channels = job.scene.spec().channels();
-        if channels > 1 && kind == FactorKind::Absorbed && args.channel.is_none() {
+        if channels > 1 && kind == FactorKind::Absorbed && asked.channel.is_none() {
             return Err(FactorsFault::NoChannel.into());
         }
-        let channel = args.channel.map_or(0, |channel| channel as usize);
-        job.scene = job.scene.for_exchange(channel, |_| None);
+        job.scene = job.scene.for_exchange(asked.channel.unwrap_or(0), |_| None);
         // Factors are counted by single walks; of the method only the space that they go on in is used.
         job.method = MethodTable { space: job.method.space, ..MethodTable::default() };
         (job.budget.first_path, job.budget.wall_seconds) = (0, None);
         (job.sources, job.sensitivity) = (Vec::new(), Vec::new());
         let mut scene = job.build_scene()?;
-        let groups = groups_of(args, &job, &scene)?;
+        let groups = groups_of(asked.groups, &job, &scene)?;
         if Plan::pilot(groups.count(), job.budget.paths).is_none() {
             return Err(FactorsFault::FewWalks { paths: job.budget.paths, groups: groups.count() }.into());
         }
-        let enclosure = args.temperatures.as_deref();
-        let enclosure = enclosure.map(|path| load_enclosure(path, &groups.names)).transpose()?;
+        let enclosure = asked.temperatures.map(|path| load_enclosure(path, &groups.names)).transpose()?;
         if let Some(enclosure) = enclosure.as_ref().filter(|it| it.emissivities.iter().any(Option::is_some)) {
             let reflectances = reflectances(enclosure, &groups, &scene)?;
             job.scene = job.scene.for_exchange(0, |surface| reflectances[surface]);
@@ -69,11 +87,11 @@ impl Question {
             false => job.confidence,
         };
         let chosen: Vec<Pair> =
-            args.pairs.iter().map(|typed| pair(typed, &groups)).collect::<Result<_, _>>()?;
+            asked.pairs.iter().map(|typed| pair(typed, &groups)).collect::<Result<_, _>>()?;
         let pairs = (!chosen.is_empty()).then(|| chosen.iter().map(|(_, names)| names.clone()).collect());
         let numbers = (!chosen.is_empty()).then(|| chosen.iter().map(|(numbers, _)| *numbers).collect());
-        let tolerance = args.tolerance.map(|relative| Tolerance { relative, pairs: numbers, level });
-        Ok(Question { job, scene, groups, kind, tolerance, pairs, enclosure, level })
+        let tolerance = asked.tolerance.map(|relative| Tolerance { relative, pairs: numbers, level });
+        Ok(Question { job, scene, groups, kind, tolerance, pairs, enclosure, level, smooth: asked.smooth })
     }
 
     /// What each group is worth at births [m²].
@@ -106,8 +124,8 @@ impl Question {
     }
 }
 
-fn groups_of(args: &FactorsArgs, job: &Job, scene: &Scene) -> Result<Groups, Fault> {
-    let grouping = match args.groups.as_deref() {
+fn groups_of(asked: Option<&str>, job: &Job, scene: &Scene) -> Result<Groups, Error> {
+    let grouping = match asked {
         Some("by-patch") => Grouping::ByPatch,
         Some("by-surface") => Grouping::BySurface,
         Some("by-material") => Grouping::ByMaterial,
@@ -130,7 +148,11 @@ fn groups_of(args: &FactorsArgs, job: &Job, scene: &Scene) -> Result<Groups, Fau
 }
 
 /// The reflectances of surfaces whose groups are given an emissivity.
-fn reflectances(enclosure: &Enclosure, groups: &Groups, scene: &Scene) -> Result<Vec<Option<f64>>, Fault> {
+fn reflectances(
+    enclosure: &Enclosure,
+    groups: &Groups,
+    scene: &Scene,
+) -> Result<Vec<Option<f64>>, FactorsFault> {
     let mut group_of_surface: Vec<Option<u32>> = vec![None; scene.surfaces().len()];
     for (face, &group) in scene.faces().iter().zip(&groups.of_face) {
         let other = group_of_surface[face.surface as usize].replace(group);
@@ -139,7 +161,7 @@ fn reflectances(enclosure: &Enclosure, groups: &Groups, scene: &Scene) -> Result
             if let Some(given) = given {
                 let group = groups.names[given as usize].clone();
                 let surface = scene.surface_name(face.surface).to_owned();
-                return Err(FactorsFault::EmissivityOfPart { group, surface }.into());
+                return Err(FactorsFault::EmissivityOfPart { group, surface });
             }
         }
     }

@@ -6,13 +6,13 @@ use stats::foresight;
 
 /// Whether noise and discretisation keep within a total, and whether twice these walks will: they make the noise less, and the
 /// patches no finer.
-pub(crate) fn meets(target: &TotalTarget, estimates: &Estimates) -> [bool; 2] {
+pub(super) fn meets(target: &TotalTarget, estimates: &Estimates) -> [bool; 2] {
     let Some(Accuracy { noise, discretisation, .. }) = estimates.accuracy() else { return [false; 2] };
     let left = (target.total_error * target.total_error - discretisation * discretisation).max(0.0).sqrt();
     [left, foresight(left)].map(|left| left > 0.0 && noise <= left)
 }
 
 /// Whether a tally meets a total error, after `paths` paths.
-pub fn is_met(target: &TotalTarget, estimates: &Estimates, paths: u64) -> bool {
+pub fn total_is_met(target: &TotalTarget, estimates: &Estimates, paths: u64) -> bool {
     paths >= target.min_paths && meets(target, estimates)[0]
 }

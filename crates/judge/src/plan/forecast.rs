@@ -1,0 +1,219 @@
+//! The forecast of a job: what `radwalk plan` prints.
+
+use job::{Job, Target};
+use radiosity::{Estimates, Experiment, Memory};
+use report::Units;
+use report::words::{duration, quantity};
+use serde_json::{Value, json};
+
+use super::bound::Bound;
+use super::cut::{Cut, cuts};
+use super::pilot::Pilot;
+use super::resources::{Costs, Demand};
+use crate::target::{asked_of_sensors, scope};
+
+/// Workers that a forecast is made for, unless it is asked for a number of them.
+const WORKERS: [u64; 5] = [1, 10, 100, 1_000, 10_000];
+
+/// What a job will take, by a pilot and by theory.
+pub struct Forecast<'a> {
+    target: Option<&'a Target>,
+    /// What is asked of sensors, in words.
+    of_sensors: Option<String>,
+    /// Of the whole job.
+    budget: u64,
+    /// The paths that a walk counts as.
+    paths_per_walk: u64,
+    pilot: Pilot,
+    bound: Option<Bound>,
+    costs: Costs,
+    memory: Memory,
+    tally_bytes: usize,
+    /// Walks that the run will take, its budget permitting.
+    walks: u64,
+    /// The chains of the job, and those that suit the workers best.
+    cuts: Option<[Cut; 2]>,
+    demands: Vec<Demand>,
+}
+
+impl<'a> Forecast<'a> {
+    /// Walks a pilot of a job whose intervals have `level` each, for the number of `workers` that is asked for. `clock` tells the processor time of this process [s];
+    /// `peak_memory` is the most memory that it has held [bytes], where the system tells.
+    pub fn of(
+        job: &'a Job,
+        experiment: &Experiment,
+        level: f64,
+        workers: Option<u64>,
+        (clock, peak_memory): (fn() -> f64, Option<f64>),
+    ) -> Self {
+        let target = job.target.as_ref();
+        let paths_per_walk = experiment.unit().paths();
+        let budget = job.budget.paths / paths_per_walk;
+        let first = job.budget.first_path / paths_per_walk;
+        let pilot = Pilot::shoot(experiment, job.seed, first, budget, target, level, clock);
+        let estimates = Estimates::new(experiment, &pilot.tally, level);
+        let bound = target.and_then(|target| Bound::new(experiment, target, &estimates, level));
+        let costs = Costs::new(experiment, &pilot, peak_memory);
+        let sensors = job.sensor_target.as_ref();
+        let of_sensors = sensors.map(|target| asked_of_sensors(target, job.scene.sensors()));
+        let ending = pilot.ending.filter(|_| of_sensors.is_none() && job.total_target.is_none());
+        let walks = ending.map_or(budget, |ending| ending.walks().min(budget));
+        let stream = if experiment.unit().is_walk() { job.budget.stream_paths } else { 1 };
+        let demand = |workers| costs.demand(walks as f64, stream as f64, workers);
+        Forecast {
+            memory: experiment.scene().memory(),
+            tally_bytes: size_of_val(pilot.tally.sums()),
+            target,
+            of_sensors,
+            budget,
+            paths_per_walk,
+            bound,
+            costs,
+            walks,
+            cuts: workers.and_then(|workers| cuts(experiment, job.budget.paths, workers)),
+            demands: workers.map_or(WORKERS.map(demand).into(), |workers| vec![demand(workers)]),
+            pilot,
+        }
+    }
+
+    fn paths(&self, walks: u64) -> u64 {
+        walks.saturating_mul(self.paths_per_walk)
+    }
+
+    fn rays(&self) -> f64 {
+        self.walks as f64 * self.pilot.rays_per_walk()
+    }
+
+    /// The forecast as `--json` prints it.
+    pub fn json(&self) -> Value {
+        let Forecast { pilot, bound, .. } = self;
+        json!({
+            "target": self.target.map(|t| json!({"relative_error": t.relative_error, "fraction": t.fraction, "patches": t.patches})),
+            "budget_paths": self.paths(self.budget),
+            "pilot": {
+                "paths": self.paths(pilot.tally.counts.walks),
+                "rays": pilot.tally.counts.rays,
+                "cpu_seconds": pilot.seconds,
+            },
+            "bound": bound.map(|b| json!({
+                "darkest_radiosity": b.darkest,
+                "variance_threshold": b.threshold,
+                "variance_of_a_walk": b.variance,
+                "paths": b.walks,
+                "ends_at_paths": b.ends,
+                "rays": b.rays,
+            })),
+            "ending": pilot.ending.map(|e| json!({
+                "least_paths": self.paths(e.least),
+                "most_paths": self.paths(e.most),
+                "within_budget": e.most <= self.budget,
+            })),
+            "paths": self.paths(self.walks),
+            "rays": self.rays(),
+            "memory_bytes": {
+                "surfaces": self.memory.surfaces,
+                "index": self.memory.index,
+                "tally": self.tally_bytes,
+            },
+            "worker_memory_bytes": self.costs.memory_bytes,
+            "workers": self.demands,
+            "chains": self.cuts.map(|[now, best]| json!({ "now": now, "best": best })),
+        })
+    }
+
+    /// The forecast in words; `units` are those of the scene's light.
+    pub fn lines(&self, units: &Units) -> Vec<String> {
+        let counts = &self.pilot.tally.counts;
+        let mut lines = vec![format!(
+            "pilot: {} paths, {} rays, {} of processor time",
+            quantity(self.paths(counts.walks) as f64),
+            quantity(counts.rays as f64),
+            duration(self.pilot.seconds)
+        )];
+        lines.extend(self.end());
+        lines.extend(self.bound.iter().map(|bound| of_bound(bound, units)));
+        let (paths, rays) = (quantity(self.paths(self.walks) as f64), quantity(self.rays()));
+        lines.push(format!("so: {paths} paths, about {rays} rays"));
+        let [surfaces, index, tally] = [self.memory.surfaces, self.memory.index, self.tally_bytes]
+            .map(|bytes| format!("{}B", quantity(bytes as f64)));
+        lines.push(format!(
+            "memory: {surfaces} for surfaces, {index} for the index of rays, {tally} for a tally"
+        ));
+        let worker = |bytes| format!("a worker of one thread holds {}B at its peak", quantity(bytes));
+        lines.extend(self.costs.memory_bytes.map(worker));
+        lines.push("  workers       time   results in all   per second".into());
+        lines.extend(self.demands.iter().map(|demand| {
+            let [all, rate] =
+                [demand.traffic_bytes, demand.bytes_per_second].map(|b| format!("{}B", quantity(b)));
+            format!("{:>9} {:>10} {all:>16} {rate:>12}", demand.workers, duration(demand.seconds))
+        }));
+        lines.push("times are for processors like this one, all alike, with one thread a worker".into());
+        lines.extend(self.cuts.map(of_cuts));
+        lines
+    }
+
+    /// Where the run ends, and why.
+    fn end(&self) -> Vec<String> {
+        let of_sensors = self.of_sensors.as_ref().map(|sensors| {
+            format!(
+                "{sensors}: a pilot cannot predict when; the run goes on until this is reached, or to its budget"
+            )
+        });
+        let mut lines: Vec<String> = of_sensors.into_iter().collect();
+        let Some(target) = self.target else {
+            if lines.is_empty() {
+                lines.push("no target: the whole budget will be spent".into());
+            }
+            return lines;
+        };
+        let what = format!(
+            "relative half-widths of {} on {} of {}",
+            target.relative_error,
+            target.fraction,
+            scope(target.patches.as_deref())
+        );
+        let Some(ending) = self.pilot.ending else {
+            lines.push(format!("{what}: this pilot cannot predict when; the plan is for the whole budget"));
+            return lines;
+        };
+        let [least, most] = [ending.least, ending.most].map(|walks| quantity(self.paths(walks) as f64));
+        let range = if least == most { least } else { format!("{least} … {most}") };
+        lines.push(format!("{what}: reached at {range} paths"));
+        if ending.most > self.budget {
+            lines.push(format!(
+                "the budget of {} paths {} the run before (target not reached); give --paths {} or more",
+                quantity(self.paths(self.budget) as f64),
+                if ending.least > self.budget { "ends" } else { "may end" },
+                self.paths(ending.most)
+            ));
+        }
+        lines
+    }
+}
+
+/// The chains that err least at the same time.
+fn of_cuts([now, best]: [Cut; 2]) -> String {
+    if now.chains == best.chains {
+        return format!("{} chains suit {} workers", now.chains, now.workers);
+    }
+    format!(
+        "for {} workers batch_paths = {} ({} chains) errs least at a given time; the job has {} chains of {} rays",
+        now.workers, best.batch_paths, best.chains, now.chains, now.batch_paths
+    )
+}
+
+/// What the theory of S97 guarantees.
+fn of_bound(bound: &Bound, units: &Units) -> String {
+    let rays = bound.rays.map_or(String::new(), |rays| format!(", {} rays", quantity(rays)));
+    format!(
+        "bound (S97 §§2.3, 3.3): no variance of a walk exceeds {:.3e} ({})²; for {:.3e} (the darkest patch: {:.4} {}) \
+         {} paths{rays} always do, the run ends at {} at the latest",
+        bound.variance,
+        units.radiosity,
+        bound.threshold,
+        bound.darkest,
+        units.radiosity,
+        quantity(bound.walks),
+        quantity(bound.ends as f64)
+    )
+}

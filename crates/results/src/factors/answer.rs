@@ -1,0 +1,199 @@
+//! What counted walks say: factors with intervals, smoothed ones, and heat; as tables, and in words.
+
+use exchange::{Balance, Factors, Smoothed, Thermal, ThermalFault, smooth};
+use radiosity::FactorKind;
+use report::words::{counted, percent};
+use report::{FactorsSummary, OutputFolder, SmoothingSummary, ToleranceSummary, is_outside};
+
+use super::count::{COUNTS, Counted};
+use super::fault::FactorsFault;
+use super::question::Question;
+use crate::error::Error;
+
+const TABLE: &str = "factors.csv";
+const GROUPS: &str = "groups.csv";
+const SUMMARY: &str = "factors.json";
+const THERMAL: &str = "thermal.csv";
+const NUMPY: &str = "factors.npz";
+const MATRIX: &str = "factors.mtx";
+
+/// All files that may be written.
+pub const FILES: [&str; 7] = [TABLE, GROUPS, SUMMARY, THERMAL, NUMPY, MATRIX, COUNTS];
+
+/// A format of matrices.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MatrixFile {
+    /// Arrays of factors, errors and names for NumPy.
+    Npz,
+    /// The factors that are not 0, in the format of Matrix Market.
+    Mtx,
+}
+
+/// What the counts say.
+pub struct Answer<'a> {
+    question: &'a Question,
+    counted: Counted,
+    smoothed: Option<Smoothed>,
+    thermal: Option<Thermal>,
+    reached: Option<bool>,
+}
+
+impl<'a> Answer<'a> {
+    /// The answer to a question by what was counted.
+    ///
+    /// # Errors
+    /// Where the counts say nothing of heat.
+    pub fn of(question: &'a Question, counted: Counted) -> Result<Self, FactorsFault> {
+        let (counts, weights) = (&counted.counts, question.weights());
+        let smoothed = question.smooth.then(|| smooth(counts, &weights)).flatten();
+        let thermal = question.enclosure.as_ref().map(|enclosure| {
+            let (given, environment) = (&enclosure.given[..], enclosure.environment);
+            Balance { counts, emitting_areas: &weights, given, environment, level: question.level }.solve()
+        });
+        let thermal = thermal.transpose().map_err(|fault| named(fault, &question.groups.names))?;
+        let reached = question.tolerance.as_ref().map(|tolerance| tolerance.is_met(counts));
+        Ok(Answer { question, smoothed, thermal, reached, counted })
+    }
+
+    fn factors(&self) -> Factors<'_> {
+        Factors::new(&self.counted.counts, self.question.level)
+    }
+
+    /// Writes all tables and the summary.
+    ///
+    /// # Errors
+    /// Where a file cannot be written.
+    pub fn write(&self, folder: &OutputFolder, exports: &[MatrixFile]) -> Result<(), Error> {
+        let names = &self.question.groups.names;
+        let (factors, smoothed) = (self.factors(), self.smoothed.as_ref());
+        folder.write(TABLE, |file| report::write_factors(file, names, &factors, smoothed))?;
+        if exports.contains(&MatrixFile::Npz) {
+            folder.write(NUMPY, |file| report::write_factors_npz(file, names, &factors, smoothed))?;
+        }
+        if exports.contains(&MatrixFile::Mtx) {
+            folder.write(MATRIX, |file| report::write_factors_mtx(file, names, &factors, smoothed))?;
+        }
+        let rows = self.question.rows(|i| self.counted.counts.walks(i));
+        folder.write(GROUPS, |file| report::write_groups(file, &rows))?;
+        if let Some(thermal) = &self.thermal {
+            folder.write(THERMAL, |file| report::write_thermal(file, names, thermal))?;
+        }
+        let summary = self.summary();
+        Ok(folder.write(SUMMARY, |file| summary.write(file))?)
+    }
+
+    fn summary(&self) -> FactorsSummary {
+        let Question { job, scene, groups, kind, tolerance, pairs, .. } = self.question;
+        let Counted { counts, cost, .. } = &self.counted;
+        let tolerance = tolerance.as_ref().zip(self.reached);
+        FactorsSummary {
+            version: env!("CARGO_PKG_VERSION").into(),
+            scene_hash: scene.hash(),
+            seed: job.seed,
+            kind: match kind {
+                FactorKind::FirstHit => "first_hit",
+                FactorKind::Absorbed => "absorbed",
+            },
+            groups: groups.count(),
+            walks: counts.total(),
+            rays: cost.rays,
+            seconds: cost.seconds,
+            cpu_seconds: cost.cpu_seconds,
+            confidence: job.confidence,
+            simultaneous: job.simultaneous,
+            back: self.back(),
+            tolerance: tolerance.map(|(tolerance, reached)| ToleranceSummary {
+                relative_error: tolerance.relative,
+                pairs: pairs.clone(),
+                reached,
+            }),
+            smoothing: self.smoothed.as_ref().map(|smoothed| self.smoothing(smoothed)),
+        }
+    }
+
+    /// The part of the walks that ended on backs.
+    fn back(&self) -> f64 {
+        let counts = &self.counted.counts;
+        let groups = counts.groups();
+        (0..groups).map(|i| counts.row(i)[groups]).sum::<u64>() as f64 / counts.total() as f64
+    }
+
+    fn smoothing(&self, smoothed: &Smoothed) -> SmoothingSummary {
+        let factors = self.factors();
+        let groups = self.counted.counts.groups();
+        let cells = || (0..groups).flat_map(|i| (0..groups + 2).map(move |j| (i, j)));
+        let moved = |(i, j): (usize, usize)| {
+            let known = factors.get(i, j);
+            known.std_error.map_or(0.0, |error| (smoothed.factors[i][j] - known.factor).abs() / error)
+        };
+        SmoothingSummary {
+            outside: cells().filter(|&(i, j)| is_outside(&factors, smoothed, i, j)).count(),
+            largest_move: cells().map(moved).fold(0.0, f64::max),
+        }
+    }
+
+    /// Whether a signal ended the count.
+    pub fn interrupted(&self) -> bool {
+        self.counted.interrupted
+    }
+
+    /// Whether smoothed factors were asked for and not found.
+    pub fn lacks_smoothing(&self) -> bool {
+        self.question.smooth && self.smoothed.is_none()
+    }
+
+    /// Whether the tolerance is reached, where there is one.
+    pub fn reached(&self) -> Option<bool> {
+        self.reached
+    }
+
+    /// A few lines for people.
+    pub fn lines(&self) -> Vec<String> {
+        let (counts, factors) = (&self.counted.counts, self.factors());
+        let (groups, cost) = (counts.groups(), &self.counted.cost);
+        let what = match self.question.kind {
+            FactorKind::FirstHit => "form factors",
+            FactorKind::Absorbed => "factors of absorption after reflections (Gebhart's)",
+        };
+        let (between, walks) = (counted(groups as u64, "group"), counted(counts.total(), "walk"));
+        let mut lines = vec![format!("{what} between {between}: {walks} in {:.1} s", cost.seconds)];
+        let worst = (0..groups).map(|i| factors.row_error(i)).enumerate().max_by(|a, b| a.1.total_cmp(&b.1));
+        if let Some((i, error)) = worst {
+            let name = &self.question.groups.names[i];
+            lines.push(format!(
+                "known within {} of themselves, in the mean square of the worst row ({name})",
+                percent(error)
+            ));
+        }
+        if let Some(smoothing) = self.smoothed.as_ref().map(|smoothed| self.smoothing(smoothed)) {
+            let SmoothingSummary { outside, largest_move } = smoothing;
+            lines.push(format!(
+                "smoothing moves them by up to {largest_move:.1} standard errors, {outside} of {} out of their intervals (column outside)",
+                groups * (groups + 2)
+            ));
+        }
+        lines
+    }
+
+    /// What people should know before they use the factors.
+    pub fn warnings(&self) -> Vec<String> {
+        let backs = (self.back() > 0.0).then(|| {
+            format!(
+                "{} of the walks end on backs of one-sided surfaces (rows to `back`)",
+                percent(self.back())
+            )
+        });
+        let missed = (self.reached == Some(false))
+            .then(|| "the budget ended before the tolerance was reached; give more --paths".to_string());
+        [backs, missed].into_iter().flatten().collect()
+    }
+}
+
+/// What is wrong with an enclosure, by the names of its groups.
+fn named(fault: ThermalFault, names: &[String]) -> FactorsFault {
+    match fault {
+        ThermalFault::Backs { group } => FactorsFault::Backs { group: names[group].clone() },
+        ThermalFault::Undetermined => FactorsFault::Undetermined,
+        ThermalFault::BelowZero { group } => FactorsFault::BelowZero { group: names[group].clone() },
+    }
+}

@@ -1,0 +1,14 @@
+//! Exchange factors between groups of faces, and the heat between them: what `radwalk factors` counts, keeps and writes.
+//!
+//! A [`Question`] is made of a job and of what is [`Asked`]; [`count`] walks, look by look, by processes of the caller; an
+//! [`Answer`] is made of the question and what was [`Counted`].
+
+mod answer;
+mod count;
+mod fault;
+mod question;
+
+pub use answer::{Answer, FILES, MatrixFile};
+pub use count::{Counted, Round, Walked, count};
+pub use fault::FactorsFault;
+pub use question::{Asked, Question};

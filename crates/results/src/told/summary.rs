@@ -1,0 +1,216 @@
+//! The summary of a run, for people.
+
+use job::{OutputFile, Word};
+use judge::target;
+use report::words::{counted, duration, percent, quantity};
+use report::{
+    AccuracySummary, PartitionSummary, PrecisionSummary, SensitivitySummary, SensorSummary, SensorsSummary,
+    SourceSummary, Summary, Target, TotalSummary, WorstPatch,
+};
+
+use crate::outputs::RunOutput;
+use crate::settings::Settings;
+
+/// The summary of a run of a job with these settings, a fact or two a line.
+pub fn summary_lines(summary: &Summary, settings: &Settings) -> Vec<String> {
+    let mut lines = vec![of_walks(summary, settings)];
+    lines.extend(of_precision(summary));
+    lines.extend(summary.partition.iter().map(of_partition));
+    lines.extend(summary.accuracy.iter().flat_map(of_accuracy));
+    lines.extend(summary.model.lines().iter().map(|line| format!("model: {line}")));
+    let failed = summary.checks.iter().filter(|check| !check.ok);
+    lines.extend(failed.map(|check| format!("note: {}", check.message)));
+    lines.extend(summary.target.iter().flat_map(|target| of_target(target, summary)));
+    lines.extend(summary.sensors.iter().flat_map(of_sensors));
+    lines.extend(summary.sources.iter().map(|source| of_source(source, summary.units.power)));
+    if let Some((most, others)) = summary.sensitivities.split_first() {
+        lines.push(of_sensitivities(most, others));
+    }
+    lines
+}
+
+impl RunOutput {
+    /// The usual files that a job leaves out, and what needs them; `None` where it leaves out none.
+    pub fn left_out_line(&self, settings: &Settings, patches: usize) -> Option<String> {
+        let left_out = self.left_out(settings, patches);
+        if left_out.is_empty() {
+            return None;
+        }
+        let list = |of: fn(OutputFile) -> &'static str, between: &str| {
+            left_out.iter().map(|&file| of(file)).collect::<Vec<_>>().join(between)
+        };
+        let needs = match (left_out.contains(&OutputFile::Csv), left_out.contains(&OutputFile::Summary)) {
+            (true, true) => "; diff needs patches.csv, and status summary.json",
+            (true, false) => "; diff needs patches.csv",
+            (false, true) => "; status needs summary.json",
+            (false, false) => "",
+        };
+        Some(format!(
+            "left out: {}; radwalk report {} --export {} makes them. Resume, merge and audit need tally.bin alone{needs}",
+            list(OutputFile::name, ", "),
+            self.path().display(),
+            list(OutputFile::word, ",")
+        ))
+    }
+}
+
+/// How much was walked, and how fast.
+fn of_walks(summary: &Summary, settings: &Settings) -> String {
+    let whole =
+        if summary.paths < settings.paths { format!(" of {}", settings.paths) } else { String::new() };
+    format!(
+        "{}{whole} paths, {} rays in {} by {}: {} paths/s, {} rays/s",
+        summary.paths,
+        summary.rays,
+        duration(summary.seconds),
+        counted(summary.workers_seen, "worker"),
+        quantity(summary.paths_per_second),
+        quantity(summary.rays_per_second)
+    )
+}
+
+/// Which patches were chosen, and what was foretold of them.
+fn of_partition(partition: &PartitionSummary) -> String {
+    let PartitionSummary { surfaces, patches, basis, pilot_paths, for_paths, total, .. } = *partition;
+    format!(
+        "patches: a pilot of {} paths cut {} and made {}, with {basis} light on each; it foretold an error of {} for {} paths",
+        quantity(pilot_paths as f64),
+        counted(surfaces, "surface"),
+        counted(patches, "patch"),
+        percent(total),
+        quantity(for_paths as f64)
+    )
+}
+
+/// How well the patches are known.
+fn of_precision(summary: &Summary) -> Vec<String> {
+    let precision = &summary.precision;
+    // Where there is no light, there is no relative error.
+    let known = precision.error_quantiles["0.99"].is_finite() || precision.unhit.area < 1.0 - 1e-12;
+    let mut lines = vec![match known {
+        true => format!(
+            "half-widths of the {}{} % intervals: half of the area within {}, 9 tenths within {}, {}",
+            if summary.simultaneous { "simultaneous " } else { "" },
+            100.0 * summary.confidence,
+            percent(precision.error_quantiles["0.5"]),
+            percent(precision.error_quantiles["0.9"]),
+            worst(precision)
+        ),
+        false => "no walk reached any patch that reflects: only upper bounds of its light are known".into(),
+    }];
+    for (apart, why) in [
+        (precision.unhit, "that no walk has reached"),
+        (precision.tiny, "each below a millionth of the area"),
+    ] {
+        if apart.patches > 0 {
+            let area = percent(apart.area);
+            lines.push(format!("listed apart: {} patches {why}, {area} of the area in all", apart.patches));
+        }
+    }
+    lines
+}
+
+/// The worst patch. While some patch is unknown, the worst is that one, and says nothing of the others.
+fn worst(precision: &PrecisionSummary) -> String {
+    match &precision.worst_place {
+        Some(place) if precision.max_relative_error.is_finite() => {
+            format!("worst {} ({place})", percent(precision.max_relative_error))
+        }
+        _ => format!("99 hundredths within {}", percent(precision.error_quantiles["0.99"])),
+    }
+}
+
+/// How far the means of patches are from the light on them, and whether that is near enough.
+fn of_accuracy(accuracy: &AccuracySummary) -> Vec<String> {
+    let AccuracySummary { noise, discretisation, total, asked, .. } = *accuracy;
+    let errors = format!(
+        "relative errors of the means, over the area: noise {}, discretisation {}, total {}",
+        percent(noise),
+        percent(discretisation),
+        percent(total)
+    );
+    let verdict = asked.map(|TotalSummary { target, reached }| {
+        let total = percent(target);
+        if reached {
+            format!("target reached: a total error of {total}")
+        } else if discretisation >= target {
+            format!("target not reached: a total error of {total} takes finer patches, not more walks")
+        } else {
+            let paths = walks_needed(accuracy, target);
+            format!("target not reached: a total error of {total} takes about {paths:.2} times the walks")
+        }
+    });
+    [Some(errors), verdict].into_iter().flatten().collect()
+}
+
+/// The walks that a total error takes, over those that were walked: noise falls with their root.
+fn walks_needed(accuracy: &AccuracySummary, target: f64) -> f64 {
+    accuracy.noise.powi(2) / (target.powi(2) - accuracy.discretisation.powi(2))
+}
+
+/// Whether the target is reached, and what it still takes.
+fn of_target(target: &Target, summary: &Summary) -> Vec<String> {
+    let verdict = if target.reached { "reached" } else { "not reached" };
+    let mut lines = vec![format!(
+        "target {verdict}: {:.2} % of {} is within {}",
+        100.0 * target.achieved,
+        target::scope(target.patches.as_deref()),
+        percent(target.relative_error)
+    )];
+    lines.extend(target.paths_needed.map(|paths| {
+        let seconds = (paths - summary.paths as f64) / summary.paths_per_second;
+        format!("it takes about {} paths: {} more", quantity(paths), duration(seconds.max(0.0)))
+    }));
+    lines.extend(target.worst.iter().filter(|_| !target.reached).map(of_worst));
+    lines
+}
+
+/// One of the patches that keep a target from being reached.
+fn of_worst(worst: &WorstPatch) -> String {
+    let WorstPatch { words, relative_error, hits, paths_needed, .. } = worst;
+    let needed = if paths_needed.is_finite() {
+        format!("about {} paths", quantity(*paths_needed))
+    } else {
+        "an unknown number of paths".into()
+    };
+    format!("  {words}: {} after {hits} hits, takes {needed}", percent(*relative_error))
+}
+
+/// How well sensors are known.
+fn of_sensors(sensors: &SensorsSummary) -> Vec<String> {
+    let of_sensor = |SensorSummary { name, patches, relative_error, target }: &SensorSummary| {
+        let known = match relative_error.is_finite() {
+            true => format!("known within {}", percent(*relative_error)),
+            false => "not known yet in every patch".into(),
+        };
+        let asked = target.map_or(String::new(), |asked| format!(", {} is asked for", percent(asked)));
+        format!("sensor {name:?} ({}): {known}{asked}", counted(*patches as u64, "patch"))
+    };
+    let verdict = sensors
+        .reached
+        .map(|reached| format!("target of sensors {}", if reached { "reached" } else { "not reached" }));
+    sensors.list.iter().map(of_sensor).chain(verdict).collect()
+}
+
+/// How well the light of one source is known.
+fn of_source(source: &SourceSummary, unit: &str) -> String {
+    let SourceSummary { name, power, factor, relative_error, .. } = source;
+    let factor = factor.map_or(String::new(), |factor| format!(", {factor} times what the job says"));
+    let known = match relative_error.is_finite() {
+        true => format!("half of the area is known within {}", percent(*relative_error)),
+        false => "it gives no light that walks have found".into(),
+    };
+    format!("source {name:?} emits {} {unit}{factor}: {known}", quantity(*power))
+}
+
+/// Which material matters most.
+fn of_sensitivities(most: &SensitivitySummary, others: &[SensitivitySummary]) -> String {
+    let change = |of: &SensitivitySummary| {
+        let error = of.relative_change * of.std_error_bound / of.mean_derivative;
+        let error = if error.is_finite() { format!(" ± {}", percent(error)) } else { String::new() };
+        format!("{:?} by {}{error}", of.material, percent(of.relative_change))
+    };
+    let others: Vec<String> = others.iter().take(3).map(change).collect();
+    let others = if others.is_empty() { String::new() } else { format!(", {}", others.join(", ")) };
+    format!("a reflectance that is 0.01 higher raises the mean radiosity: {}{others}", change(most))
+}
