@@ -69,8 +69,8 @@ fn a_surface_may_be_left_open_alone() {
     assert_eq!(told["partition"]["surfaces"], 1);
     let partition = fs::read_to_string(out.join("partition.toml")).unwrap();
     assert!(partition.contains("[1, 1], [") && partition.contains("[3, 5]"), "{partition}");
-    let (code, stdout, stderr) = run(&["check", scene.to_str().unwrap()]);
-    assert!(code == 0 && stdout.contains("no fault found"), "{stdout}{stderr}");
+    let (code, stdout, stderr) = run(&["check", CORNELL, AUTO[0], AUTO[1]]);
+    assert!(code == 0 && stdout.contains("a pilot cuts 50 surfaces"), "{stdout}{stderr}");
 }
 
 fn refused(folder: &TempDir, args: &[&str]) -> String {

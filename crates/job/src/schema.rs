@@ -456,7 +456,7 @@ fn surface_key(key: &str) -> Value {
             "A triangle: a, b, c; the front by the right-hand rule. A surface has either a quad or a triangle.",
         ),
         "patches" => told(
-            json!({"anyOf": [exactly(cells(), 2), integer(1, u16::MAX.into()), {"const": AUTO}]}),
+            json!({"anyOf": [exactly(cells(), 2), integer(1, u16::MAX.into()), {"enum": [AUTO]}]}),
             "Cells along u and v of a quad; k for the k² cells of a triangle; \"auto\" for cells that a pilot chooses. Default: one patch.",
         ),
         "sides" => {
