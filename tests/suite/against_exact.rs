@@ -54,7 +54,7 @@ fn cube6(reflectance: f64) -> SceneSpec {
         emittance: (1.0 - reflectance).into(),
         ..surface(shape, reflectance)
     });
-    SceneSpec { surfaces: surfaces.collect() }
+    SceneSpec::new(surfaces.collect())
 }
 
 /// 200 seeds of 10⁵ walks: the squared error over the squared standard error is 1 in the mean. Pooled over

@@ -52,7 +52,7 @@ fn cube(twin: Twin, sides: Sides) -> SceneSpec {
         Twin::Near => Some(wall(shifted(shape, -1e-4 * normal(shape)))),
     });
     surfaces.extend(twins.collect::<Vec<_>>());
-    SceneSpec { surfaces }
+    SceneSpec::new(surfaces)
 }
 
 /// The power Φ on all faces in the plane of each of some walls [W], and its variance.
@@ -147,7 +147,7 @@ fn cluttered(seed: u64) -> [SceneSpec; 2] {
     let mut plain = box_scene(size, [1, 1]);
     plain.surfaces[0].cell_emittance.clear();
     plain.surfaces[1].emittance = 1.0.into();
-    let mut cluttered = SceneSpec { surfaces: vec![] };
+    let mut cluttered = SceneSpec::new(vec![]);
     for (number, wall) in plain.surfaces.iter().enumerate() {
         let count = if number == 1 { 0 } else { (4.0 * unit(&mut rng)) as usize };
         let before = (unit(&mut rng) * (count + 1) as f64) as usize;
@@ -222,7 +222,7 @@ fn stacks_hold_what_overlaps_in_one_plane_and_nothing_else() {
             emittance: 1.0.into(),
             ..surface(shape, R)
         });
-        let spec = SceneSpec { surfaces: surfaces.collect() };
+        let spec = SceneSpec::new(surfaces.collect());
         let found = [IndexChoice::Flat, IndexChoice::Tree].map(|index| {
             let scene = Scene::build(&spec, index).unwrap();
             scene.stacks().iter().map(|stack| stack.surfaces.clone()).collect::<Vec<_>>()

@@ -49,7 +49,9 @@ fn workshop() -> tempfile::TempDir {
         fs::copy(Path::new(ROOT).join("configs").join(scene), path(&folder, scene)).unwrap();
     }
     let mesh = "mtllib two.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nv 0 1 1\nv 1 0 1\nusemtl Wall\nf 1 2 3\nusemtl Lamp1\nf 4 5 6\n";
-    fs::write(path(&folder, "two.obj"), mesh).unwrap();
+    for name in ["two.obj", "kitchen.obj"] {
+        fs::write(path(&folder, name), mesh).unwrap();
+    }
     fs::write(path(&folder, "two.mtl"), "newmtl Lamp1\nKd 0 0 0\nnewmtl Wall\nKd 0.5 0.5 0.5\n").unwrap();
     folder
 }
@@ -73,7 +75,7 @@ fn every_toml_block_runs() {
         "--force",
     ];
     let (mut jobs, mut scenes, mut sensors, mut imports) = (0, 0, 0, 0);
-    let (mut groups, mut skies) = (0, 0);
+    let (mut groups, mut skies, mut meshes) = (0, 0, 0);
     for page in pages() {
         for block in blocks(&page, "toml") {
             let file = path(&folder, "block.toml");
@@ -86,6 +88,11 @@ fn every_toml_block_runs() {
                 assert!(!stdout.contains("coincident") && !stdout.contains("buried"), "{stdout}");
                 let summary = run_job(file.to_str().unwrap(), &out, &["--paths", "100000", "--force"]);
                 assert!(lit_part(&summary) > 0.99, "{page:?}: {summary}");
+            } else if block.contains("[[mesh]]") {
+                meshes += 1;
+                fs::write(&file, &block).unwrap();
+                let summary = run_job(file.to_str().unwrap(), &out, &["--paths", "100000", "--force"]);
+                assert_eq!(summary["sensors"]["list"][0]["name"], "desk", "{summary}");
             } else if block.contains("[[sensor]]") {
                 sensors += 1;
                 let scene = blocks(Path::new("docs/guide/first-scene.md"), "toml").swap_remove(0);
@@ -144,7 +151,7 @@ fn every_toml_block_runs() {
     }
     let counts = (jobs >= 3, scenes, sensors, imports);
     assert_eq!(counts, (true, 1, 1, 1), "{jobs} jobs");
-    assert_eq!((groups, skies), (2, 1));
+    assert_eq!((groups, skies, meshes), (2, 1, 1));
 }
 
 #[test]

@@ -174,7 +174,7 @@ fn a_furnished_room_is_as_a_second_tracer_finds_it() {
 /// A box of 64 × 6 tiles, each written twice, back to back.
 #[test]
 fn a_box_of_doubled_tiles_is_as_a_second_tracer_finds_it() {
-    let mut spec = SceneSpec { surfaces: vec![] };
+    let mut spec = SceneSpec::new(vec![]);
     let mut lifts = Vec::new();
     for wall in crate::common::box_walls(DVec3::new(2.0, 1.0, 1.5), [1, 1]) {
         let (corner, u, v) = wall.edges();
@@ -197,7 +197,7 @@ fn a_box_of_doubled_tiles_is_as_a_second_tracer_finds_it() {
 #[test]
 fn a_soup_of_triangles_is_as_a_second_tracer_finds_it() {
     let mut random = Random(5);
-    let mut spec = SceneSpec { surfaces: vec![] };
+    let mut spec = SceneSpec::new(vec![]);
     let mut lifts = Vec::new();
     for wall in crate::common::box_walls(DVec3::ONE, [1, 1]) {
         spec.surfaces.push(surface(wall, 0.8));

@@ -150,7 +150,7 @@ fn gradients_of_triangles_are_those_of_finer_patches() {
         let [a, b, c] = [[0.2, 0.1, 0.1], [0.9, 1.2, 0.2], [0.1, 1.9, 0.5]].map(DVec3::from);
         surfaces.push(surface(Shape::Triangle { a, b, c, rows }, 0.7));
         surfaces.push(surface(quad(DVec3::splat(0.45), DVec3::X * 0.3, DVec3::Y * 0.4, [1, 1]), 0.3));
-        SceneSpec { surfaces }
+        SceneSpec::new(surfaces)
     };
     for rows in [1, 3] {
         let solve = |rows: u32, seed: u64, walks: u64| {

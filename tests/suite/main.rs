@@ -23,6 +23,7 @@ mod final_gather;
 mod folders;
 mod follow;
 mod general_scenes;
+mod groups;
 mod import;
 mod independent;
 mod jacobi;

@@ -18,7 +18,7 @@ fn room() -> SceneSpec {
     surfaces.push(SurfaceSpec { emittance: 5.0.into(), ..surface(lamp, 0.0) });
     // The lamp hangs in the plane of the ceiling, and before it.
     surfaces.rotate_right(1);
-    SceneSpec { surfaces }
+    SceneSpec::new(surfaces)
 }
 
 /// A panel of a piece of furniture.

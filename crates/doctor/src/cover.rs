@@ -72,7 +72,6 @@ fn comes_light(scene: &Scene, pilot: &Pilot, overlap: &Overlap, up: DVec3) -> bo
 
 /// The power Φ that an area of a surface emits, all channels [W].
 fn emitted(scene: &Scene, surface: u32, area: f64) -> f64 {
-    let first = scene.surfaces()[surface as usize].face(0, Side::Front);
-    let face = scene.faces().get(first as usize);
-    (0..scene.channels()).map(|channel| face.emittance[channel] * area).sum()
+    let first = scene.faces().piece(scene.surfaces()[surface as usize].piece(0, Side::Front));
+    (0..scene.channels()).map(|channel| first.emittance[channel] * area).sum()
 }

@@ -127,11 +127,10 @@ impl Pilot {
     /// Follows a number of walks in a range, the more the more emitters there are.
     pub(crate) fn follow_some(scene: &Scene, walks: RangeInclusive<u64>) -> Self {
         let channels = scene.channels();
-        let emitters: Vec<(usize, f64)> = scene
-            .faces()
-            .iter()
-            .enumerate()
-            .map(|(number, face)| (number, (0..channels).map(|channel| face.power(channel)).sum()))
+        let faces = scene.faces();
+        let emitters: Vec<(u32, f64)> = (0..faces.piece_count() as u32)
+            .map(|piece| (piece, faces.piece(piece)))
+            .map(|(number, piece)| (number, (0..channels).map(|channel| piece.power(channel)).sum()))
             .filter(|&(_, power)| power > 0.0)
             .collect();
         let surfaces = scene.surfaces().len();
@@ -160,10 +159,10 @@ impl Pilot {
         pilot
     }
 
-    fn walk(&mut self, scene: &Scene, birth: usize, power: f64, draws: &mut Draws) {
-        let Face { surface: number, side, patch, .. } = scene.faces().get(birth);
+    fn walk(&mut self, scene: &Scene, birth: u32, power: f64, draws: &mut Draws) {
+        let Face { surface: number, side, .. } = scene.faces().piece(birth);
         let surface = &scene.surfaces()[number as usize];
-        let cell = patch - surface.face(0, Side::Front);
+        let cell = birth - surface.piece(0, side);
         let origin = surface.point(surface.point_in_cell(cell, [draws.uniform(), draws.uniform()]));
         let mut ray = Ray { origin, direction: surface.direction(side, draws.bits()), from: number };
         let first = self.trace(scene, &ray, power);

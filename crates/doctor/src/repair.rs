@@ -27,7 +27,9 @@ pub struct Repair {
 /// # Errors
 /// What [`Scene::build`] refuses.
 pub fn repair(spec: &SceneSpec) -> Result<Repair, SceneError> {
-    let mut repair = Repair { spec: spec.clone(), turned: Vec::new(), removed: Vec::new() };
+    // Surfaces that are taken out leave groups of cells without their numbers; a repaired scene is written without them.
+    let spec = SceneSpec::new(spec.surfaces.clone());
+    let mut repair = Repair { spec, turned: Vec::new(), removed: Vec::new() };
     repair.remove_doubles();
     repair.turned = turn_flipped(&mut repair.spec)?;
     Ok(repair)

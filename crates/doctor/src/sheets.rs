@@ -147,7 +147,7 @@ mod tests {
                 cell_emittance: Vec::new(),
             }
         };
-        SceneSpec { surfaces: faces.into_iter().enumerate().map(surface).collect() }
+        SceneSpec::new(faces.into_iter().enumerate().map(surface).collect())
     }
 
     #[test]

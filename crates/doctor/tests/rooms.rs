@@ -59,7 +59,7 @@ fn room() -> SceneSpec {
         cuboid(["", "l-top", "l-s", "l-n", "l-w", "l-e"], [1.5, 1.25, 2.4], [0.5, 0.5, 0.05], true);
     body[0] = lamp([1.5, 1.25, 2.4]);
     surfaces.extend(body);
-    SceneSpec { surfaces }
+    SceneSpec::new(surfaces)
 }
 
 /// The room with another lamp, a bare sheet.

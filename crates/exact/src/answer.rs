@@ -102,10 +102,17 @@ impl Exact {
                 (FormFactors::General { because }, general::exchange(spec, scene.stacks(), watch))
             }
         };
-        let exchange = Arc::new(exchange);
+        let faces = scene.faces();
+        let exchange = Arc::new(if faces.are_grouped() {
+            let face_of: Vec<u32> =
+                (0..faces.piece_count() as u32).map(|piece| faces.face_of(piece)).collect();
+            exchange.grouped(&face_of, faces.len())
+        } else {
+            exchange
+        });
         let solve = |channel: usize| {
-            let reflectance = scene.faces().iter().map(|face| face.reflectance[channel]).collect();
-            let emittance = scene.faces().iter().map(|face| face.emittance[channel]).collect();
+            let reflectance = faces.iter().map(|face| face.reflectance[channel]).collect();
+            let emittance = faces.iter().map(|face| face.emittance[channel]).collect();
             let exact = Self::new(Arc::clone(&exchange), reflectance, emittance)?;
             Ok(Exact { form_factors: form_factors.clone(), ..exact })
         };
@@ -242,7 +249,7 @@ fn check_size(spec: &SceneSpec) -> Result<(), ExactError> {
 /// Work and memory grow with the square of the faces. A partly hidden pair costs about 50 µs, each surface that
 /// might stand between 60 ns.
 fn check_general_size(scene: &Scene, because: &NotABox) -> Result<(), ExactError> {
-    let faces = scene.faces().len() as u64;
+    let faces = scene.faces().piece_count() as u64;
     if faces <= MAX_GENERAL_FACES {
         return Ok(());
     }

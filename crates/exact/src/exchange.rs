@@ -16,7 +16,7 @@ pub struct ExchangeMatrix {
     uncertain: Vec<Uncertain>,
 }
 
-/// A pair i ≠ j whose exchange area has an estimated error [m²].
+/// A pair whose exchange area has an estimated error [m²].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Uncertain {
     pub i: usize,
@@ -47,6 +47,27 @@ impl ExchangeMatrix {
         let matrix = Self::new(areas, |i, j| exchange_area(&patches[i], &patches[j]));
         let defect = matrix.closure_defect();
         matrix.with_errors(defect, vec![])
+    }
+
+    /// The exchange areas of faces that are groups of these: face i is part of face `face_of[i]` of `faces`.
+    pub(crate) fn grouped(&self, face_of: &[u32], faces: usize) -> Self {
+        let mut areas = vec![0.0; faces];
+        let mut exchange = Matrix::zeros(faces, faces);
+        for (i, &group) in face_of.iter().enumerate() {
+            areas[group as usize] += self.areas[i];
+            for (j, area) in self.exchange.column(i).iter().enumerate() {
+                exchange[(face_of[j] as usize, group as usize)] += area;
+            }
+        }
+        // Both sums of a pair have the same terms in another order.
+        for (j, i) in (0..faces).flat_map(|j| (j + 1..faces).map(move |i| (j, i))) {
+            exchange[(j, i)] = exchange[(i, j)];
+        }
+        let group = |face: usize| face_of[face] as usize;
+        let uncertain =
+            self.uncertain.iter().map(|pair| Uncertain { i: group(pair.i), j: group(pair.j), ..*pair });
+        let uncertain = uncertain.collect();
+        ExchangeMatrix { areas, exchange, relative_error: self.relative_error, uncertain }
     }
 
     /// The same with these errors.

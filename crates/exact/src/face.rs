@@ -40,7 +40,7 @@ pub(crate) struct Piece {
 /// 10⁻¹⁰ there.
 pub(crate) const FAR: [(f64, Rule); 3] = [(8.0, GAUSS_3), (4.0, GAUSS_4), (2.0, GAUSS_5)];
 
-/// The faces of a scene around the origin, in the order of [`radiosity::Faces`], and the outlines of its surfaces.
+/// The faces of a scene around the origin, in the order of the pieces of [`radiosity::Faces`], and the outlines of its surfaces.
 pub(crate) struct FaceScene {
     pub faces: Vec<Face>,
     pub outlines: Vec<Polygon>,

@@ -40,7 +40,7 @@ fn cube(twins: Twins, sides: Sides) -> SceneSpec {
         surfaces.push(grey(quad((corner + out).into(), u.into(), v.into(), [1, 1]), 0.8, 0.0));
     }
     surfaces.iter_mut().for_each(|surface| surface.sides = sides);
-    SceneSpec { surfaces }
+    SceneSpec::new(surfaces)
 }
 
 const CEILING: usize = 5;
@@ -166,7 +166,7 @@ impl TiledBox {
         };
         let mut surfaces: Vec<SurfaceSpec> = self.tiles.iter().map(surface).collect();
         surfaces[CEILING].emittance = 1.0.into();
-        SceneSpec { surfaces }
+        SceneSpec::new(surfaces)
     }
 
     /// The tiles at a place of a wall, seen from inside the box: fronts of one-sided ones outermost on either side, the
@@ -198,7 +198,7 @@ impl TiledBox {
             cell.reverse();
             cells.reverse();
         }
-        let first = scene.faces().first_on(tile as u32, side)?;
+        let first = scene.faces().first_piece_on(tile as u32, side)?;
         Some((first + cell[0] * cells[1] + cell[1]) as usize)
     }
 

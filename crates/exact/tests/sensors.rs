@@ -64,7 +64,7 @@ fn beside_a_corner(height: f64, width: f64, distance: f64) -> f64 {
 #[test]
 fn sensors_read_a_lamp_as_closed_forms_have_it() {
     let lamp = black(DVec3::ZERO, DVec3::X, DVec3::Y).emitting(1.0);
-    let spec = SceneSpec { surfaces: vec![lamp] };
+    let spec = SceneSpec::new(vec![lamp]);
     let above = |x, y| DVec3::new(x, y, 1.0);
     let sensors = [
         // Opposed, facing down; perpendicular, facing the lamp, on its edge.
@@ -191,7 +191,7 @@ fn plain_box() -> SceneSpec {
     };
     let mut surfaces: Vec<SurfaceSpec> = walls.into_iter().enumerate().map(surface).collect();
     surfaces[1].cell_emittance.push((2, 1.0.into()));
-    SceneSpec { surfaces }
+    SceneSpec::new(surfaces)
 }
 
 /// A work plane in the middle of the box, facing up, and H of its cells.

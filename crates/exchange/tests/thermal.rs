@@ -38,7 +38,7 @@ fn boxes([inner, outer]: [f64; 2]) -> Grouped {
     let mut surfaces: Vec<_> =
         room([1.0; 3], 1).into_iter().map(|shape| grey(turned(shape), 1.0 - inner, 1.0)).collect();
     surfaces.extend(room([2.0; 3], 1).into_iter().map(|shape| grey(shape, 1.0 - outer, 1.0)));
-    Grouped::new(&SceneSpec { surfaces }, |_, surface| surface / 6)
+    Grouped::new(&SceneSpec::new(surfaces), |_, surface| surface / 6)
 }
 
 fn solve(grouped: &Grouped, given: &[BoundaryCondition], run: u64, walks: u64) -> Thermal {

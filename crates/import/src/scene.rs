@@ -24,6 +24,8 @@ pub struct Imported {
     pub materials: Vec<u32>,
     /// The names of the materials.
     pub names: Vec<String>,
+    /// The object, group or node of each surface, by its number.
+    pub parts: Vec<u32>,
 }
 
 /// The spots of surfaces in a file.
@@ -79,17 +81,19 @@ impl Mesh {
         finish.note_dropped(&self, &mut notes);
         let faces = if options.join { self.join() } else { self.single() };
         let mut imported = Imported {
-            spec: SceneSpec { surfaces: Vec::with_capacity(faces.len()) },
+            spec: SceneSpec::new(Vec::with_capacity(faces.len())),
             spots: Spots { lines: Vec::with_capacity(faces.len()) },
             notes,
             materials: Vec::with_capacity(faces.len()),
             names: self.materials.iter().map(|material| material.name.clone()).collect(),
+            parts: Vec::with_capacity(faces.len()),
         };
         for face in &faces {
             let shape = face.cut(options).map_err(at)?;
             imported.spec.surfaces.push(self.surface(face, shape, &finish));
             imported.spots.lines.push(self.triangles[face.triangle].line);
             imported.materials.push(self.triangles[face.triangle].material);
+            imported.parts.push(self.triangles[face.triangle].part);
         }
         Ok(imported)
     }

@@ -4,7 +4,10 @@ use std::fs;
 use std::io;
 use std::path::Path;
 
-use import::{Axis, Faults, Files, Format, Imported, MaterialOverride, Mesh, Options, SidesChoice};
+use import::{
+    Axis, Faults, Files, Format, GROUP_ANGLE, Grouping, Imported, MaterialOverride, Mesh, Options,
+    SidesChoice,
+};
 
 use crate::document::{Table, Value};
 use crate::error::Error;
@@ -17,6 +20,8 @@ pub(crate) const IMPORT_KEYS: &[&str] = &[
     "unit",
     "sides",
     "patch_size",
+    "group_size",
+    "group_angle",
     "faults",
     "repair",
     "join",
@@ -68,6 +73,32 @@ pub(crate) fn read_options(mut table: Table<'_>) -> Result<Options, Error> {
             .unwrap_or(default.curve_error),
         materials: table.take("material").map(read_overrides).transpose()?.unwrap_or_default(),
     })
+}
+
+/// Reads how faces are grouped; `None` where they are not.
+pub(crate) fn read_grouping(table: &mut Table<'_>) -> Result<Option<Grouping>, Error> {
+    let (size, angle) = (table.take("group_size"), table.take("group_angle"));
+    let Some(size) = size else {
+        let useless = |angle: Value<'_>| {
+            let remedy = "write group_size, too, or remove the key";
+            Err(angle.refuse("there is no group_size".into(), "without it no faces are grouped", remedy))
+        };
+        return angle.map_or(Ok(None), useless);
+    };
+    let angle = angle.map(|value| read_group_angle(&value)).transpose()?;
+    Ok(Some(Grouping { size: positive(&size, "it is a length")?, angle: angle.unwrap_or(GROUP_ANGLE) }))
+}
+
+fn read_group_angle(value: &Value<'_>) -> Result<f64, Error> {
+    let angle = value.number()?;
+    if (0.0..=90.0).contains(&angle) {
+        return Ok(angle);
+    }
+    Err(value.refuse(
+        format!("{angle} is outside [0, 90]"),
+        "it is the angle in degrees by which faces of a group may turn away from its first one",
+        "choose an angle such as 20",
+    ))
 }
 
 pub(crate) fn positive(value: &Value<'_>, why: &'static str) -> Result<f64, Error> {

@@ -8,9 +8,9 @@ use serde::{Deserialize, Serialize};
 
 use crate::budget::{Budget, read_budget};
 use crate::document::{Table, Value};
-use crate::error::{Error, Spot};
+use crate::error::{Error, Place, Spot};
 use crate::goals::{Asked, Goals};
-use crate::imports::{IMPORT_KEYS, read_options};
+use crate::imports::{IMPORT_KEYS, read_grouping, read_options};
 use crate::keys::{BUDGET_KEYS, JOB_KEYS, METHOD_KEYS, TARGET_KEYS, TRACING_KEYS};
 use crate::method::{Basis, Cutting, MethodTable, WalkKind, read_method};
 use crate::output::{OUTPUT_KEYS, OutputFile, VIEW_KEYS, View, read_output, read_view};
@@ -193,6 +193,7 @@ fn read(
     // Every table is opened, and its keys known, before the scene is read: that may take long.
     let mut import = table.table("import", IMPORT_KEYS)?;
     let repair = import.take("repair").map(|value| value.boolean()).transpose()?.unwrap_or(false);
+    let grouping = read_grouping(&mut import)?;
     let options = read_options(import)?;
     let method = table.table("method", METHOD_KEYS)?;
     let budget = table.table("budget", BUDGET_KEYS)?;
@@ -210,7 +211,8 @@ fn read(
     let light = table.take("light").map(|value| value.word()).transpose()?;
     let (named, patches) = read_scene_key(table.take("scene"), path)?;
     let mut scene = read_scene(named, &table, &options)?;
-    let partition = repair_and_cut(&mut scene, repair, patches, partition)?;
+    scene.prepare(repair, grouping.as_ref())?;
+    let partition = cut(&mut scene, patches, partition)?;
     let light = light.unwrap_or_else(|| match Format::of(scene.path()) {
         Some(Format::Mgf) => Light::Luminous,
         _ => Light::Radiant,
@@ -244,19 +246,23 @@ fn read(
     })
 }
 
-/// Turns round what is flipped, if that is asked for, and cuts a scene by the partition at hand, or as the job says. Returns the
-/// partition that it is cut by, if any.
-fn repair_and_cut(
+/// Cuts a scene by the partition at hand, or as the job says, after its repair: what is turned round has its u and v changed. Returns
+/// the partition that it is cut by, if any.
+fn cut(
     scene: &mut SceneFile,
-    repair: bool,
     patches: Patches,
     partition: Option<&Partition>,
 ) -> Result<Option<Partition>, Error> {
-    // What is turned round has its u and v changed: it is cut after that.
-    if repair {
-        scene.turn_flipped()?;
-    }
     let file = scene.path().to_owned();
+    let is_cut = partition.is_some() || !matches!(patches, Patches::AsWritten) || !scene.auto().is_empty();
+    if is_cut && !scene.spec().patch_of_cell.is_empty() {
+        return Err(Error::Refused {
+            place: Place { file, spot: Spot::File, key: "patches".into() }.into(),
+            problem: "faces of the scene are groups, and its cells are to be chosen".into(),
+            why: "a group is one patch, whatever its cells",
+            remedy: "remove group_size from [import], or patches".into(),
+        });
+    }
     match (partition, patches) {
         (Some(partition), _) => {
             scene.cut(&partition.cuts).map_err(|problem| misfit(problem, (Spot::File, &file, "patches")))?;

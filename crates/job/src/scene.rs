@@ -49,6 +49,8 @@ struct MeshSite {
     /// The number of its first surface.
     first: usize,
     spots: Spots,
+    /// Object and material of each surface, by their numbers in the mesh.
+    kinds: Vec<[u32; 2]>,
 }
 
 impl SceneFile {
@@ -123,7 +125,7 @@ impl SceneFile {
 
     /// The number of patches.
     pub fn patch_count(&self) -> u64 {
-        self.spec.surfaces.iter().map(|surface| surface.shape.cell_count()).sum()
+        self.spec.patch_count()
     }
 
     /// The number of patches; `None` where the program has yet to cut them.
@@ -162,7 +164,7 @@ impl SceneFile {
     }
 
     /// Turns round what the doctor finds flipped, in memory: the file stays as it is.
-    pub(crate) fn turn_flipped(&mut self) -> Result<(), Error> {
+    fn turn_flipped(&mut self) -> Result<(), Error> {
         let turned = doctor::turn_flipped(&mut self.spec).map_err(|error| self.locate(error))?;
         if !turned.is_empty() {
             let (count, names) = (turned.len(), turned.join(", "));
@@ -268,7 +270,7 @@ impl<'a, 'o> Reader<'a, 'o> {
         let materials = read_materials(&mut table)?;
         let scene = SceneFile {
             path: path.into(),
-            spec: SceneSpec { surfaces: Vec::new() },
+            spec: SceneSpec::new(Vec::new()),
             sites: Vec::new(),
             meshes: Vec::new(),
             materials: materials
@@ -413,7 +415,7 @@ impl SceneFile {
     fn of_import(file: &Path, imported: Imported) -> Self {
         let mut scene = SceneFile {
             path: file.into(),
-            spec: SceneSpec { surfaces: Vec::new() },
+            spec: SceneSpec::new(Vec::new()),
             sites: Vec::new(),
             meshes: Vec::new(),
             materials: Vec::new(),
@@ -448,10 +450,11 @@ impl SceneFile {
 
     /// Adds the surfaces of a mesh, whose materials are its own unless all have one `finish`.
     fn add(&mut self, file: &Path, imported: Imported, finish: Option<&str>) {
-        let Imported { spec, spots, notes, materials, names } = imported;
+        let Imported { spec, spots, notes, materials, names, parts } = imported;
+        let kinds = parts.iter().zip(&materials).map(|(&part, &material)| [part, material]).collect();
         let name = |material: u32| finish.unwrap_or(&names[material as usize]);
         materials.into_iter().for_each(|material| self.finishes.push(name(material)));
-        self.meshes.push(MeshSite { file: file.into(), first: self.spec.surfaces.len(), spots });
+        self.meshes.push(MeshSite { file: file.into(), first: self.spec.surfaces.len(), spots, kinds });
         if self.spec.surfaces.is_empty() {
             self.spec = spec;
         } else {
@@ -585,5 +588,6 @@ fn read_sides(value: &Value<'_>) -> Result<Sides, Error> {
     }
 }
 
+mod grouping;
 #[cfg(test)]
 mod tests;

@@ -361,6 +361,14 @@ fn import_key(key: &str) -> Value {
         "patch_size" => {
             told(positive(), "Faces are cut until no edge is longer [m]. Default: one patch a face.")
         }
+        "group_size" => told(
+            positive(),
+            "Neighbouring faces of one object that face one way become one patch, in boxes of this size [m]. Default: no groups.",
+        ),
+        "group_angle" => told(
+            json!({"type": "number", "minimum": 0, "maximum": 90}),
+            "How far faces of a group may turn away from its first one [degrees]. Default: 20.",
+        ),
         "faults" => told(
             word::<import::Faults>(),
             "Degenerate and doubled triangles: left out and told, or refused. Default: report.",
@@ -387,7 +395,9 @@ fn override_key(key: &str) -> Value {
     match key {
         "reflectance" => told(reflectance(), "Replaces the file's reflectance."),
         "emittance" => told(light(), "Replaces the file's emittance, per area."),
-        "power" => told(light(), "Replaces the emittance by a power over the area of all matching faces."),
+        "power" => {
+            told(light(), "Replaces the emittance by a power over the active sides of all matching faces.")
+        }
         "sides" => told(sides(), "Replaces the file's sides."),
         _ => json!({}),
     }

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use radiosity::{Groups, PatchGroup};
 
 use crate::document::{Table, Value};
-use crate::error::Error;
+use crate::error::{Error, Place};
 use crate::keys::{JOB_LISTS, SENSITIVITY_KEYS, SOURCE_KEYS};
 use crate::method::read_patches;
 use crate::near;
@@ -67,9 +67,9 @@ fn read_members(mut table: Table<'_>, scene: &SceneFile) -> Result<BTreeSet<u32>
             remedy: "surfaces = [\"…\"], materials = [\"…\"] or patches = [0, 1]".into(),
         });
     }
-    let first_patches = first_patches(scene);
-    let mut members = BTreeSet::new();
-    let mut add = |surface: usize| members.extend(first_patches[surface]..first_patches[surface + 1]);
+    let first_cells = first_cells(scene);
+    let mut cells = BTreeSet::new();
+    let mut add = |surface: usize| cells.extend(first_cells[surface]..first_cells[surface + 1]);
     for value in surfaces.map(Value::array).transpose()?.unwrap_or_default() {
         surfaces_of(&value, scene)?.into_iter().for_each(&mut add);
     }
@@ -78,6 +78,7 @@ fn read_members(mut table: Table<'_>, scene: &SceneFile) -> Result<BTreeSet<u32>
         let of_surfaces = scene.finishes().of_surfaces().into_iter().enumerate();
         of_surfaces.filter(|(_, material)| names.contains(material)).for_each(|(surface, _)| add(surface));
     }
+    let mut members = patches_of(&cells, scene, &place)?;
     if let Some(patches) = patches {
         let (why, instead) = ("a source holds some patch", "remove the key");
         members.extend(read_patches(patches, scene.known_patch_count(), why, instead)?);
@@ -85,9 +86,30 @@ fn read_members(mut table: Table<'_>, scene: &SceneFile) -> Result<BTreeSet<u32>
     Ok(members)
 }
 
-/// The number of the first patch of every surface, and the number of all patches. A scene of more patches than have numbers
+/// The patches of the cells that `place` names: whole ones.
+fn patches_of(cells: &BTreeSet<u32>, scene: &SceneFile, place: &Place) -> Result<BTreeSet<u32>, Error> {
+    let patch_of_cell = &scene.spec().patch_of_cell;
+    if patch_of_cell.is_empty() {
+        return Ok(cells.clone());
+    }
+    let patches: BTreeSet<u32> = cells.iter().map(|&cell| patch_of_cell[cell as usize]).collect();
+    let missing =
+        (0..).zip(patch_of_cell).find(|(cell, patch)| patches.contains(patch) && !cells.contains(cell));
+    let Some((cell, patch)) = missing else { return Ok(patches) };
+    let first_cells = first_cells(scene);
+    let surface = first_cells.partition_point(|&first| first <= cell) - 1;
+    let name = scene.spec().surfaces[surface].name.clone().unwrap_or_else(|| surface.to_string());
+    Err(Error::Refused {
+        place: place.clone().into(),
+        problem: format!("patch {patch} is a group of faces of which some are named, and {name} is not"),
+        why: "light is told apart by whole patches",
+        remedy: "name all faces of the object, or remove import.group_size".into(),
+    })
+}
+
+/// The number of the first cell of every surface, and the number of all cells. A scene of more patches than have numbers
 /// is refused when it is built.
-fn first_patches(scene: &SceneFile) -> Vec<u32> {
+fn first_cells(scene: &SceneFile) -> Vec<u32> {
     let cells = scene.spec().surfaces.iter().map(|surface| surface.shape.cell_count());
     let ends = cells.scan(0_u64, |end, cells| {
         *end += cells;
@@ -175,20 +197,20 @@ fn read_sensitivity(value: Value<'_>, scene: &SceneFile) -> Result<Vec<PatchGrou
     };
     if numbers.is_empty() {
         return Err(Error::Refused {
-            place,
+            place: place.clone(),
             problem: "it names no material".into(),
             why: "light is sensitive to materials",
             remedy: "name a material of the scene, or remove [sensitivity]".into(),
         });
     }
-    let first_patches = first_patches(scene);
+    let first_cells = first_cells(scene);
     let of_surfaces = scene.finishes().of_surfaces();
     let group = |number: u32| {
         let is_of = |&surface: &usize| of_surfaces[surface] == number;
         let surfaces = (0..of_surfaces.len()).filter(is_of);
-        let patches =
-            surfaces.flat_map(|surface| first_patches[surface]..first_patches[surface + 1]).collect();
-        PatchGroup { name: scene.finishes().names()[number as usize].clone(), patches: runs(&patches) }
+        let cells = surfaces.flat_map(|surface| first_cells[surface]..first_cells[surface + 1]).collect();
+        let patches = patches_of(&cells, scene, &place)?;
+        Ok(PatchGroup { name: scene.finishes().names()[number as usize].clone(), patches: runs(&patches) })
     };
-    Ok(numbers.into_iter().map(group).collect())
+    numbers.into_iter().map(group).collect()
 }

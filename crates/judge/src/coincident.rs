@@ -49,9 +49,9 @@ impl<'a> Coincident<'a> {
     pub fn buried_power(&self) -> f64 {
         let faces = self.scene.faces();
         let power = |&(surface, side): &(u32, Side)| {
-            let first = faces.first_on(surface, side).map_or(0, |first| first as usize);
-            let cells = self.scene.surfaces()[surface as usize].cell_count() as usize;
-            (first..first + cells).map(|i| faces.get(i).power(0)).sum::<f64>()
+            let first = faces.first_piece_on(surface, side).unwrap_or(0);
+            let cells = self.scene.surfaces()[surface as usize].cell_count();
+            (first..first + cells).map(|piece| faces.piece(piece).power(0)).sum::<f64>()
         };
         let total = self.scene.total_power(0);
         if total > 0.0 { self.buried.iter().map(power).sum::<f64>() / total } else { 0.0 }

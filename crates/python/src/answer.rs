@@ -25,7 +25,7 @@ pub(crate) struct Answer {
 }
 
 /// Corners, and how many of them each row has.
-type Corners<'py> = (Bound<'py, PyBytes>, Bound<'py, PyBytes>);
+type Corners<'py> = (Bound<'py, PyBytes>, Bound<'py, PyBytes>, Bound<'py, PyBytes>);
 
 #[pymethods]
 impl Answer {
@@ -59,14 +59,16 @@ impl Answer {
         to_python(py, report::read_table(&table).map_err(refuse)?).map(Some)
     }
 
-    /// The corners of the rows [m] (f64, three a corner), and how many of them each row has (i64).
+    /// The corners of the outlines that rows are drawn by [m] (f64, three a corner), how many of them each outline has (i64), and
+    /// the row of each outline (i64).
     fn corners<'py>(&self, py: Python<'py>) -> Corners<'py> {
-        let (mut points, mut counts) = (Vec::new(), Vec::new());
-        for corners in report::corners(&self.kept.estimates()) {
+        let (mut points, mut counts, mut rows) = (Vec::new(), Vec::new(), Vec::new());
+        for (row, corners) in report::corners(&self.kept.estimates()) {
+            rows.extend((row as i64).to_le_bytes());
             counts.extend((corners.len() as i64).to_le_bytes());
             points.extend(corners.iter().flat_map(|corner| corner.to_array()).flat_map(f64::to_le_bytes));
         }
-        (PyBytes::new(py, &points), PyBytes::new(py, &counts))
+        (PyBytes::new(py, &points), PyBytes::new(py, &counts), PyBytes::new(py, &rows))
     }
 
     /// The summary as JSON.

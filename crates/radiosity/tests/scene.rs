@@ -9,7 +9,7 @@ use glam::DVec3;
 use radiosity::{IndexChoice, Scene, SceneSpec, Shape, Side, Sides, SurfaceSpec};
 
 fn build(surfaces: Vec<SurfaceSpec>) -> Scene {
-    Scene::build(&SceneSpec { surfaces }, IndexChoice::Auto).unwrap()
+    Scene::build(&SceneSpec::new(surfaces), IndexChoice::Auto).unwrap()
 }
 
 /// Replicas of a scene are compared by digest: whatever a walk can see must change it, and a name must not.

@@ -136,7 +136,7 @@ fn a_sensor_on_a_sheet_reads_the_side_that_it_faces() {
     let sheet = quad(DVec3::new(0.0, 0.0, 0.5), DVec3::X, DVec3::Y, [1, 1]);
     let lamp = quad(DVec3::new(0.0, 0.0, 1.0), DVec3::Y, DVec3::X, [1, 1]);
     let floor = quad(DVec3::ZERO, DVec3::X, DVec3::Y, [1, 1]);
-    let mut spec = SceneSpec { surfaces: vec![surface(floor, 0.0), surface(sheet, 0.5), surface(lamp, 0.0)] };
+    let mut spec = SceneSpec::new(vec![surface(floor, 0.0), surface(sheet, 0.5), surface(lamp, 0.0)]);
     spec.surfaces[1].sides = Sides::Both;
     spec.surfaces[2].emittance = 1.0.into();
     let middle = DVec3::splat(0.5);

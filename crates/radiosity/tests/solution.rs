@@ -22,7 +22,7 @@ const SUMS: [[u128; 2]; 7] = [[200, 300], [100, 100], [400, 600], [0, 0], [10, 1
 /// has two sides.
 fn six_walls() -> (Experiment, Tally) {
     let walls = box_walls(DVec3::new(1.0, 2.0, 3.0), [1, 1]).into_iter().zip([0.5, 0.0, 0.25, 0.5, 0.5, 0.5]);
-    let mut spec = SceneSpec { surfaces: walls.map(|(shape, r)| surface(shape, r)).collect() };
+    let mut spec = SceneSpec::new(walls.map(|(shape, r)| surface(shape, r)).collect());
     spec.surfaces[0].emittance = 3.0.into();
     spec.surfaces[3].sides = Sides::Both;
     let experiment = experiment(&spec, IndexChoice::Auto, collision(Space::Discrete));

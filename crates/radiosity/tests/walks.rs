@@ -37,7 +37,7 @@ fn square(corner: DVec3, reflectance: f64) -> SurfaceSpec {
 fn parted_cube(reflectance: f64) -> SceneSpec {
     let plate = surface(quad(DVec3::Z * 0.5, DVec3::X, DVec3::Y, [2, 2]), reflectance);
     let walls = box_walls(DVec3::ONE, [2, 2]).into_iter().map(|wall| surface(wall, reflectance));
-    SceneSpec { surfaces: walls.chain([SurfaceSpec { sides: Sides::Both, ..plate }]).collect() }
+    SceneSpec::new(walls.chain([SurfaceSpec { sides: Sides::Both, ..plate }]).collect())
 }
 
 /// Where the cells lie is nothing to a continuous walk: cutting walls that do not emit moves no ray. A discrete
@@ -111,7 +111,7 @@ fn the_back_of_a_plate_absorbs_without_a_score() {
     const WALKS: u64 = 100_000;
     const PART: f64 = 0.199825;
     let emitter = SurfaceSpec { emittance: 1.0.into(), ..square(DVec3::ZERO, 0.9) };
-    let spec = SceneSpec { surfaces: vec![emitter, square(DVec3::Z, 0.9)] };
+    let spec = SceneSpec::new(vec![emitter, square(DVec3::Z, 0.9)]);
     for index in BOTH_INDEXES {
         let (_, tally) = shoot(&spec, index, Space::Discrete, WALKS);
         let counts = tally.counts;
@@ -129,10 +129,10 @@ fn the_back_of_a_plate_absorbs_without_a_score() {
 #[test]
 fn walks_begin_in_proportion_to_power() {
     const WALKS: u64 = 100_000;
-    let mut spec = SceneSpec { surfaces: vec![] };
+    let mut spec = SceneSpec::new(vec![]);
     for (x, size, emittance) in [(0.0, 1.0, 3.0), (50.0, 2.0, 0.25)] {
         let walls = box_walls(DVec3::splat(size), [1, 1]).into_iter().map(|wall| surface(wall, 0.0));
-        let mut closed = map_corners(&SceneSpec { surfaces: walls.collect() }, |p| p + DVec3::X * x);
+        let mut closed = map_corners(&SceneSpec::new(walls.collect()), |p| p + DVec3::X * x);
         closed.surfaces[0].emittance = emittance.into();
         spec.surfaces.append(&mut closed.surfaces);
     }
@@ -146,8 +146,7 @@ fn walks_begin_in_proportion_to_power() {
 /// Of surfaces that lie upon each other the first is met, in whatever order a tree has them.
 #[test]
 fn of_coincident_surfaces_the_lowest_number_is_met() {
-    let mut spec =
-        SceneSpec { surfaces: vec![SurfaceSpec { emittance: 1.0.into(), ..square(DVec3::ZERO, 0.5) }] };
+    let mut spec = SceneSpec::new(vec![SurfaceSpec { emittance: 1.0.into(), ..square(DVec3::ZERO, 0.5) }]);
     let facing = surface(quad(DVec3::Z, DVec3::Y, DVec3::X, [1, 1]), 0.5);
     spec.surfaces.extend(vec![facing; 30]);
     for index in BOTH_INDEXES {
@@ -165,7 +164,7 @@ fn edges_in_the_middle(index: IndexChoice) -> Scene {
     let left = quad(DVec3::new(-1.0, -1.0, 0.0), DVec3::X, DVec3::Y * 2.0, [1, 1]);
     let right = quad(DVec3::new(0.0, -1.0, 1.0), DVec3::X, DVec3::Y * 2.0, [1, 1]);
     let floor = quad(DVec3::new(-1.0, -1.0, -1.0), DVec3::X * 2.0, DVec3::Y * 2.0, [1, 1]);
-    let mut spec = SceneSpec { surfaces: [left, right, floor].map(|shape| surface(shape, 0.5)).to_vec() };
+    let mut spec = SceneSpec::new([left, right, floor].map(|shape| surface(shape, 0.5)).to_vec());
     spec.surfaces[2].emittance = 1.0.into();
     let scene = Scene::build(&spec, index).unwrap();
     assert_eq!(scene.origin(), DVec3::ZERO);
@@ -228,7 +227,7 @@ fn a_ray_never_meets_the_surface_it_leaves() {
 #[test]
 fn a_triangle_is_met_a_slack_beyond_its_third_edge_and_no_farther() {
     let shape = Shape::Triangle { a: DVec3::ZERO, b: DVec3::X, c: DVec3::Y, rows: 1 };
-    let spec = SceneSpec { surfaces: vec![SurfaceSpec { emittance: 1.0.into(), ..surface(shape, 0.5) }] };
+    let spec = SceneSpec::new(vec![SurfaceSpec { emittance: 1.0.into(), ..surface(shape, 0.5) }]);
     for scene in BOTH_INDEXES.map(|index| Scene::build(&spec, index).unwrap()) {
         let edge = DVec3::new(0.6, 0.4, 1.0) - scene.origin();
         for (slacks, met) in [(-1e12, true), (-1.5, true), (0.5, true), (1.5, false), (1e12, false)] {

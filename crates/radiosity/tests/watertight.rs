@@ -61,7 +61,7 @@ fn doubled(spec: &SceneSpec) -> SceneSpec {
         ..surface.clone()
     };
     surfaces.extend(spec.surfaces.iter().map(dark));
-    SceneSpec { surfaces }
+    SceneSpec::new(surfaces)
 }
 
 #[test]

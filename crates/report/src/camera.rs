@@ -65,9 +65,9 @@ pub(crate) enum Size {
 /// What a camera sees along a ray.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Sight {
-    /// The nearest face that faces the camera.
-    pub face: u32,
-    /// Where on the face's surface it is, in local coordinates.
+    /// The nearest piece of a face that faces the camera.
+    pub piece: u32,
+    /// Where on the piece's surface it is, in local coordinates.
     pub uv: [f64; 2],
     /// From the eye [m].
     distance: f64,
@@ -215,8 +215,8 @@ impl Camera {
                 let distance = glance.distance + hit.t;
                 if surface.is_active(hit.side) {
                     let cosine = surface.normal().dot(glance.direction).abs();
-                    let face = surface.face(surface.cell_at(hit.uv), hit.side);
-                    sights[glance.point] = Some(Sight { face, uv: hit.uv, distance, cosine });
+                    let piece = surface.piece(surface.cell_at(hit.uv), hit.side);
+                    sights[glance.point] = Some(Sight { piece, uv: hit.uv, distance, cosine });
                 } else {
                     further.push(Glance { distance, from: hit.surface, ..glance });
                 }
@@ -260,7 +260,7 @@ impl Camera {
         let middles: Vec<[f64; 2]> = middles.collect();
         let sights = middles.iter().zip(self.look(scene, &middles));
         let seen = sights.filter_map(|(&[x, y], sight)| Some((self.direction(x, y).length(), sight?)));
-        let lit = seen.filter(|(_, sight)| lit(scene.faces().get(sight.face as usize).surface));
+        let lit = seen.filter(|(_, sight)| lit(scene.faces().piece(sight.piece).surface));
         lit.map(|(d, sight)| self.footprint(&sight, d) * sight.cosine.sqrt().sqrt()).sum()
     }
 
@@ -477,7 +477,7 @@ mod tests {
 
     fn patch_at(scene: &Scene, camera: &Camera, point: DVec3) -> Option<u32> {
         let [x, y] = camera.project(point - scene.origin()).expect("the eye looks at the scene");
-        camera.look(scene, &[[x, y]])[0].map(|sight| sight.face)
+        camera.look(scene, &[[x, y]])[0].map(|sight| scene.faces().face_of(sight.piece))
     }
 
     fn named(scene: &Scene, name: &str) -> usize {
@@ -539,7 +539,7 @@ mod tests {
         ] {
             let mut plate = quad("plate", corners, [2, 2], 0.5);
             plate.emittance = 1.0.into();
-            let scene = build(&SceneSpec { surfaces: vec![plate] });
+            let scene = build(&SceneSpec::new(vec![plate]));
             let camera = best(&scene);
             assert!(camera.up.z > 0.5 && camera.forward.z * forward > 0.5, "{camera:?}");
             assert_eq!(patch_at(&scene, &camera, scene.faces().get(3).centroid), Some(3));
@@ -606,7 +606,7 @@ mod tests {
         // Straight up, where the scene's own up tells nothing.
         let camera = Camera::of_view(&scene, &view(DVec3::new(0.5, 0.5, 0.1), lamp), |_| true);
         let middle = camera.look(&scene, &[camera.size.map(|side| f64::from(side) / 2.0)])[0].unwrap();
-        assert!(scene.faces().get(middle.face as usize).emittance.is_lit());
+        assert!(scene.faces().piece(middle.piece).emittance.is_lit());
     }
 
     #[test]
@@ -657,7 +657,7 @@ mod tests {
     fn the_pixels_of_a_plate_cover_its_area() {
         let mut plate = quad("plate", [[0., 0., 0.], [3., 0., 0.], [0., 2., 0.]], [1, 1], 0.5);
         plate.emittance = 1.0.into();
-        let scene = build(&SceneSpec { surfaces: vec![plate] });
+        let scene = build(&SceneSpec::new(vec![plate]));
         let bounds = Bounds::of(&scene);
         let camera = Frame::of(&scene, &bounds).camera(&bounds, 30.0, 35.0, false, Size::Longest(400));
         let mut area = 0.0;

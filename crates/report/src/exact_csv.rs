@@ -221,7 +221,7 @@ mod tests {
             emittance: 1.0.into(),
             cell_emittance: vec![],
         };
-        let spec = SceneSpec { surfaces: (0..triangles).map(|i| triangle(f64::from(i))).collect() };
+        let spec = SceneSpec::new((0..triangles).map(|i| triangle(f64::from(i))).collect());
         Scene::build(&spec, IndexChoice::Flat).unwrap().faces().clone()
     }
 

@@ -83,7 +83,7 @@ impl Picture {
 
 fn shade(scene: &Scene, sight: Option<Sight>, is_marked: &impl Fn(u32) -> bool) -> [u8; 3] {
     sight.map_or(BACKGROUND, |sight| {
-        let colour = if is_marked(scene.faces().get(sight.face as usize).surface) { RED } else { GREY };
+        let colour = if is_marked(scene.faces().piece(sight.piece).surface) { RED } else { GREY };
         let light = GRAZING + (1.0 - GRAZING) * sight.cosine();
         colour.map(|channel| (channel * light).round() as u8)
     })

@@ -181,7 +181,7 @@ fn unused(scene: &Scene, method: &Method) -> Vec<&'static str> {
         (surfaces().all(|surface| surface.sides() == Sides::Front), "second sides"),
         (surfaces().all(|surface| surface.sides() == Sides::Both), "backs that absorb"),
         (!triangles, "triangles"),
-        (scene.faces().len() == scene.surfaces().len(), "grids of patches"),
+        (scene.faces().piece_count() == scene.surfaces().len(), "grids of patches"),
         (!scene.has_tree(), "a tree"),
         (patches().all(|patch| patch.reflectance.is_lit()), "black surfaces"),
         (

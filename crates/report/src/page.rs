@@ -379,16 +379,30 @@ impl Page<'_> {
         Ok(serde_json::to_string(&facts)?.replace('<', "\\u003c"))
     }
 
+    /// The table; of a scene whose patches are groups, the row of a group once for each of its cells, which are drawn one by one.
     fn table(&self) -> io::Result<String> {
-        pack(|zlib| write_patches(zlib, self.estimates))
+        let faces = self.estimates.scene().faces();
+        if !faces.are_grouped() {
+            return pack(|zlib| write_patches(zlib, self.estimates));
+        }
+        let mut table = Vec::new();
+        write_patches(&mut table, self.estimates)?;
+        let mut rows = table.split_inclusive(|&byte| byte == b'\n');
+        pack(|zlib| {
+            rows.next().map_or(Ok(()), |header| zlib.write_all(header))?;
+            faces
+                .by_patch()
+                .zip(rows)
+                .try_for_each(|(face, row)| faces.pieces(face).try_for_each(|_| zlib.write_all(row)))
+        })
     }
 
-    /// Four corners a row of the table, three numbers a corner [m], little-endian. A triangle's third is there twice.
+    /// Four corners a row of this table, three numbers a corner [m], little-endian. A triangle's third is there twice.
     fn corners(&self) -> io::Result<String> {
         let faces = self.estimates.scene().faces();
         pack(|zlib| {
-            for face in faces.by_patch() {
-                let corners = faces.corners(face);
+            for (_, piece) in faces.pieces_by_patch() {
+                let corners = faces.piece_corners(piece);
                 for corner in (0..4).map(|i| corners[i.min(corners.len() - 1)]) {
                     corner.to_array().iter().try_for_each(|&x| zlib.write_all(&(x as f32).to_le_bytes()))?;
                 }
@@ -401,7 +415,8 @@ impl Page<'_> {
     fn smooth(&self) -> io::Result<String> {
         let faces = self.estimates.scene().faces();
         pack(|zlib| {
-            let mut values = faces.by_patch().flat_map(|face| self.smooth.corners(face));
+            let mut values =
+                faces.pieces_by_patch().flat_map(|(_, piece)| self.smooth.corners(piece as usize));
             values.try_for_each(|&b| zlib.write_all(&(b as f32).to_le_bytes()))
         })
     }

@@ -148,26 +148,26 @@ struct Studio<'a> {
 /// What is seen at a point of the picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Spot {
-    /// The face, or [`Spot::NOTHING`].
-    face: u32,
-    /// Where on the face's surface.
+    /// The piece of a face, or [`Spot::NOTHING`].
+    piece: u32,
+    /// Where on the piece's surface.
     uv: [f64; 2],
 }
 
 impl Spot {
-    /// In place of a face.
+    /// In place of a piece.
     const NOTHING: u32 = u32::MAX;
 
     fn of(sight: Option<Sight>) -> Self {
-        sight.map_or(Spot { face: Spot::NOTHING, uv: [0.0; 2] }, |sight| Spot {
-            face: sight.face,
+        sight.map_or(Spot { piece: Spot::NOTHING, uv: [0.0; 2] }, |sight| Spot {
+            piece: sight.piece,
             uv: sight.uv,
         })
     }
 
     /// What it is on.
-    fn face(&self) -> Option<usize> {
-        (self.face != Spot::NOTHING).then_some(self.face as usize)
+    fn piece(&self) -> Option<u32> {
+        (self.piece != Spot::NOTHING).then_some(self.piece)
     }
 }
 
@@ -188,8 +188,10 @@ impl<'a> Studio<'a> {
     fn camera(scene: &Scene, radiosity: &[f64], view: &View) -> Camera {
         // By surface: while few walks were shot, which patches are lit is noise.
         let mut lit = vec![false; scene.surfaces().len()];
-        for (patch, radiosity) in scene.faces().iter().zip(radiosity.chunks_exact(scene.channels())) {
-            lit[patch.surface as usize] |= radiosity.iter().any(|&radiosity| radiosity > 0.0);
+        for piece in 0..scene.faces().piece_count() as u32 {
+            let surface = scene.faces().piece(piece).surface;
+            lit[surface as usize] |=
+                of_piece(scene, radiosity, piece).iter().any(|&radiosity| radiosity > 0.0);
         }
         Camera::of_view(scene, view, |surface| lit[surface as usize])
     }
@@ -300,10 +302,10 @@ impl<'a> Studio<'a> {
 
     /// B in three channels at what is seen [W/m²]; `None` beyond the scene.
     fn radiosity(&self, spot: Spot) -> Option<[f64; 3]> {
-        let face = spot.face()?;
+        let piece = spot.piece()?;
         Some(match self.smooth {
-            Some(smooth) => smooth.at(face as u32, self.scene.faces().corner_weights(face, spot.uv)),
-            None => of_face(self.scene, self.radiosity, face),
+            Some(smooth) => smooth.at(piece, self.scene.faces().corner_weights(piece, spot.uv)),
+            None => of_piece(self.scene, self.radiosity, piece),
         })
     }
 
@@ -333,23 +335,23 @@ fn value(seen: &[Option<[f64; 3]>]) -> [f32; 4] {
 }
 
 /// B of a patch in three channels [W/m²].
-fn of_face(scene: &Scene, radiosity: &[f64], patch: usize) -> [f64; 3] {
-    let channels = scene.channels();
-    std::array::from_fn(|c| radiosity[patch * channels + c.min(channels - 1)])
+fn of_piece(scene: &Scene, radiosity: &[f64], piece: u32) -> [f64; 3] {
+    let (channels, face) = (scene.channels(), scene.faces().face_of(piece) as usize);
+    std::array::from_fn(|c| radiosity[face * channels + c.min(channels - 1)])
 }
 
 /// The exposure for what is seen, by its brightest channel, white being the colour of all emitted light together.
 /// Where nothing but lamps shows any light, it is theirs.
 fn exposure(scene: &Scene, radiosity: &[f64], seen: &[Spot]) -> [f64; 3] {
     let balance = white_balance(scene);
-    let patches = || seen.iter().filter_map(Spot::face);
-    let reflecting = patches().filter(|&patch| !scene.faces().get(patch).emittance.is_lit());
-    let brightest = |patch| {
-        let balanced = of_face(scene, radiosity, patch).into_iter().zip(balance).map(|(b, gain)| b * gain);
+    let pieces = || seen.iter().filter_map(Spot::piece);
+    let reflecting = pieces().filter(|&piece| !scene.faces().piece(piece).emittance.is_lit());
+    let brightest = |piece| {
+        let balanced = of_piece(scene, radiosity, piece).into_iter().zip(balance).map(|(b, gain)| b * gain);
         balanced.fold(0.0, f64::max)
     };
     let reference =
-        bright(reflecting.map(brightest).collect()).or_else(|| bright(patches().map(brightest).collect()));
+        bright(reflecting.map(brightest).collect()).or_else(|| bright(pieces().map(brightest).collect()));
     balance.map(|gain| reference.map_or(1.0, |reference| gain * EXPOSED_LIGHT / reference))
 }
 
@@ -440,7 +442,7 @@ mod tests {
         let mut dim = quad("dim", [[0., 0., 0.], [1., 0., 0.], [0., 1., 0.]], [1, 1], 0.0);
         let mut bright = quad("bright", [[1., 0., 0.], [2., 0., 0.], [1., 1., 0.]], [1, 1], 0.0);
         (dim.emittance, bright.emittance) = (1e-9.into(), 2e-9.into());
-        let spec = SceneSpec { surfaces: vec![dim, bright] };
+        let spec = SceneSpec::new(vec![dim, bright]);
         let scene = Scene::build(&spec, IndexChoice::Auto).unwrap();
         let picture = Picture::render(&scene, &[1e-9, 2e-9]);
         let shade_of = |light: f64| (encode(light) * 255.0).round() as u8;

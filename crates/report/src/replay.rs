@@ -35,5 +35,8 @@ fn place(scene: &Scene, number: u32) -> String {
     let ([u, v], name) = (face.cell, scene.surface_name(face.surface));
     let side = if scene.faces().two_sided() { side_name(face.side) } else { "" };
     let of = if side.is_empty() { "" } else { " of " };
-    format!("{side}{of}patch {}, cell {u}, {v} of surface {name}", face.patch)
+    match scene.faces().pieces(number as usize).count() {
+        1 => format!("{side}{of}patch {}, cell {u}, {v} of surface {name}", face.patch),
+        cells => format!("{side}{of}patch {}, a group of {cells} faces from {name} on", face.patch),
+    }
 }

@@ -36,7 +36,7 @@ pub(crate) fn cube_spec() -> SceneSpec {
     let mut surfaces: Vec<_> =
         corners.into_iter().map(|(name, corners)| quad(name, corners, [3, 3], 0.5)).collect();
     surfaces[1].cell_emittance = vec![(4, 1.0.into())];
-    SceneSpec { surfaces }
+    SceneSpec::new(surfaces)
 }
 
 /// A box like Cornell's: y is up, open towards −z, a dark wall at x = 0, a light one at x = 1, two blocks, a
@@ -55,7 +55,7 @@ pub(crate) fn cornell() -> SceneSpec {
     ];
     surfaces.extend(block("short", [0.67, 0.28], 0.3, 0.3, 0.29));
     surfaces.extend(block("tall", [0.33, 0.66], 0.3, 0.6, -0.30));
-    SceneSpec { surfaces }
+    SceneSpec::new(surfaces)
 }
 
 /// The five visible faces of a block that stands on the floor, turned about the vertical.

@@ -1,6 +1,7 @@
 //! Radiosity at the corners of faces, for pictures without steps between patches.
 //!
-//! A corner of a face takes the mean, weighted by area, of the faces that meet there and go on from it: on the same side
+//! A face is drawn piece by piece, a piece being one side of a cell: most faces are one piece, groups are several. A corner of
+//! a piece takes the mean, weighted by area, of the pieces that meet there and go on from it: on the same side
 //! of a surface that bends by less than [`BEND`], of the same material, and not told apart by the data. Two faces are told
 //! apart where their radiosities differ by more than [`CERTAIN`] standard errors of the difference and by more than
 //! [`STEP`] of the larger: there is the edge of a shadow, and the picture keeps it.
@@ -25,17 +26,17 @@ const STEP: f64 = 0.35;
 /// Corners nearer to each other than this part of the scene's size are one.
 const SAME_PLACE: f64 = 1e-7;
 
-/// B [W/m²] at the corners of every face.
+/// B [W/m²] at the corners of every piece of a face.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Smooth {
     channels: usize,
-    /// By face, corner (as [`radiosity::Faces::corners`] has them; a triangle's last one twice) and channel.
+    /// By piece of a face, corner (as [`radiosity::Faces::piece_corners`] has them; a triangle's last one twice) and channel.
     values: Vec<f64>,
 }
 
-/// A face as its neighbours see it.
+/// A piece of a face as its neighbours see it.
 struct Shown {
-    face: Face,
+    piece: Face,
     normal: DVec3,
     /// B and its standard error in each channel [W/m²].
     light: Vec<[f64; 2]>,
@@ -43,87 +44,89 @@ struct Shown {
     tilt: Vec<Vec<f64>>,
 }
 
-/// A face that has a corner at a place.
+/// A piece that has a corner at a place.
 type Touch = (u32, u32);
 
 impl Smooth {
-    /// The corners of all faces.
+    /// The corners of all pieces.
     pub fn new(estimates: &Estimates) -> Self {
         let scene = estimates.scene();
         let (faces, channels) = (scene.faces(), scene.channels());
-        let shown: Vec<Shown> = (0..faces.len()).map(|face| Shown::of(estimates, face)).collect();
+        let shown: Vec<Shown> =
+            (0..faces.piece_count() as u32).map(|piece| Shown::of(estimates, piece)).collect();
         let mut places: HashMap<[i64; 3], Vec<Touch>> = HashMap::new();
         let grid = 1.0 / (SAME_PLACE * size(scene));
-        for face in 0..faces.len() {
-            for (corner, place) in (0..).zip(faces.corners(face)) {
+        for piece in 0..faces.piece_count() as u32 {
+            for (corner, place) in (0..).zip(faces.piece_corners(piece)) {
                 let key = ((place - scene.origin()) * grid).round().to_array().map(|x| x as i64);
-                places.entry(key).or_default().push((face as u32, corner));
+                places.entry(key).or_default().push((piece, corner));
             }
         }
-        let mut values = vec![0.0; 4 * channels * faces.len()];
+        let mut values = vec![0.0; 4 * channels * faces.piece_count()];
         for touching in places.values() {
-            for &(face, corner) in touching {
-                let own = &shown[face as usize];
+            for &(piece, corner) in touching {
+                let own = &shown[piece as usize];
                 let with = || {
                     touching
                         .iter()
                         .map(|&(other, corner)| (&shown[other as usize], corner as usize))
                         .filter(|(other, _)| own.goes_on(other))
                 };
-                let area: f64 = with().map(|(other, _)| other.face.area).sum();
+                let area: f64 = with().map(|(other, _)| other.piece.area).sum();
                 for channel in 0..channels {
                     let light: f64 =
-                        with().map(|(other, at)| other.face.area * other.light_at(at, channel)).sum();
-                    values[(4 * face as usize + corner as usize) * channels + channel] = light / area;
+                        with().map(|(other, at)| other.piece.area * other.light_at(at, channel)).sum();
+                    values[(4 * piece as usize + corner as usize) * channels + channel] = light / area;
                 }
             }
         }
         let mut smooth = Smooth { channels, values };
-        (0..faces.len())
-            .filter(|&face| faces.corners(face).len() == 3)
-            .for_each(|face| smooth.repeat_third(face));
+        (0..faces.piece_count())
+            .filter(|&piece| faces.piece_corners(piece as u32).len() == 3)
+            .for_each(|piece| smooth.repeat_third(piece));
         smooth
     }
 
-    fn repeat_third(&mut self, face: usize) {
-        let third = (4 * face + 2) * self.channels;
+    fn repeat_third(&mut self, piece: usize) {
+        let third = (4 * piece + 2) * self.channels;
         self.values.copy_within(third..third + self.channels, third + self.channels);
     }
 
-    /// B at a place in a face, in three channels. `weights` are those of its corners.
-    pub fn at(&self, face: u32, weights: [f64; 4]) -> [f64; 3] {
+    /// B at a place in a piece, in three channels. `weights` are those of its corners.
+    pub fn at(&self, piece: u32, weights: [f64; 4]) -> [f64; 3] {
         std::array::from_fn(|c| {
             let channel = c.min(self.channels - 1);
-            let value = |corner: usize| self.values[(4 * face as usize + corner) * self.channels + channel];
+            let value = |corner: usize| self.values[(4 * piece as usize + corner) * self.channels + channel];
             (0..4).map(|corner| weights[corner] * value(corner)).sum()
         })
     }
 
-    /// B at the four corners of a face, the channels of a corner side by side.
-    pub fn corners(&self, face: usize) -> &[f64] {
-        &self.values[4 * self.channels * face..][..4 * self.channels]
+    /// B at the four corners of a piece, the channels of a corner side by side.
+    pub fn corners(&self, piece: usize) -> &[f64] {
+        &self.values[4 * self.channels * piece..][..4 * self.channels]
     }
 }
 
 impl Shown {
-    fn of(estimates: &Estimates, number: usize) -> Self {
-        let (scene, known) = (estimates.scene(), estimates.face(number));
-        let face = scene.faces().get(number);
-        let corners = scene.faces().corners(number);
+    fn of(estimates: &Estimates, number: u32) -> Self {
+        let scene = estimates.scene();
+        let face = scene.faces().face_of(number) as usize;
+        let (piece, known) = (scene.faces().piece(number), estimates.face(face));
+        let corners = scene.faces().piece_corners(number);
         let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]).normalize();
         let light = |c: usize| match known.as_deref() {
             Some(known) => [known[c].radiosity, known[c].std_error.unwrap_or(f64::INFINITY)],
-            None => [face.emittance[c], f64::INFINITY],
+            None => [piece.emittance[c], f64::INFINITY],
         };
-        let slopes = estimates.slopes(number).unwrap_or_default();
+        let slopes = estimates.slopes(face).unwrap_or_default();
         let mut tilts: Vec<Vec<f64>> = slopes.iter().map(|s| s.at_corners(corners.len() == 3)).collect();
-        if face.side == Side::Back {
+        if piece.side == Side::Back {
             // Whose corners run the other way round.
             tilts.iter_mut().for_each(|tilt| tilt.reverse());
         }
         let tilt = |corner: usize| tilts.iter().map(|tilt| tilt[corner]).collect();
         let tilt = if tilts.is_empty() { Vec::new() } else { (0..corners.len()).map(tilt).collect() };
-        Shown { face, normal, light: (0..scene.channels()).map(light).collect(), tilt }
+        Shown { piece, normal, light: (0..scene.channels()).map(light).collect(), tilt }
     }
 
     /// B at a corner [W/m²].
@@ -134,8 +137,8 @@ impl Shown {
 
     /// Whether another face is the same surface to the eye, in the same light.
     fn goes_on(&self, other: &Shown) -> bool {
-        let same_material =
-            self.face.reflectance == other.face.reflectance && self.face.emittance == other.face.emittance;
+        let same_material = self.piece.reflectance == other.piece.reflectance
+            && self.piece.emittance == other.piece.emittance;
         same_material && self.normal.dot(other.normal) >= BEND && !self.is_told_apart(other)
     }
 
@@ -206,8 +209,7 @@ mod tests {
         lamp.emittance = 1.0.into();
         let floor = quad("floor", [[0., 0., 0.], [4., 0., 0.], [0., 4., 0.]], [4, 4], 0.5);
         let table = quad("table", [[0., 0., 1e-3], [2., 0., 1e-3], [0., 4., 1e-3]], [1, 1], 0.1);
-        let scene =
-            Scene::build(&SceneSpec { surfaces: vec![floor, table, lamp] }, IndexChoice::Auto).unwrap();
+        let scene = Scene::build(&SceneSpec::new(vec![floor, table, lamp]), IndexChoice::Auto).unwrap();
         smooth(&scene, |estimates, smooth| {
             let light = |face: usize| estimates.face(face).unwrap()[0].radiosity;
             // Patches 4 … 7 are under the table, 8 … 11 beside it.
@@ -227,7 +229,7 @@ mod tests {
         plate.shape = Shape::Triangle { a: DVec3::ZERO, b: DVec3::X, c: DVec3::Y, rows: 2 };
         let mut lamp = quad("lamp", [[0., 0., 1.], [0., 1., 1.], [1., 0., 1.]], [1, 1], 0.0);
         lamp.emittance = 1.0.into();
-        let scene = Scene::build(&SceneSpec { surfaces: vec![plate, lamp] }, IndexChoice::Auto).unwrap();
+        let scene = Scene::build(&SceneSpec::new(vec![plate, lamp]), IndexChoice::Auto).unwrap();
         smooth(&scene, |estimates, smooth| {
             let light = |face: usize| estimates.face(face).unwrap()[0].radiosity;
             for face in 0..4 {

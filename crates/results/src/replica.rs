@@ -17,19 +17,26 @@ struct Packed {
     scene: SceneSpec,
     tree: bool,
     settings: Settings,
+    /// [`SceneSpec::patch_of_cell`].
+    patch_of_cell: Vec<u32>,
 }
 
 /// Bytes of settings that came after the first format 5 of `tally.bin`: notes of imports, units of light, sensors and what is
 /// asked of them, files, the three parts of the view, the two of the materials, exchange factors, sources, materials whose
-/// influence is measured, the factors of a mixture, the total error, and what a pilot has foretold.
-const LATER_SETTINGS: usize = 16;
+/// influence is measured, the factors of a mixture, the total error, what a pilot has foretold, and groups of cells.
+const LATER_SETTINGS: usize = 17;
 
 /// The bytes of a job.
 ///
 /// # Errors
 /// Where the scene is too large for one message.
 pub(crate) fn pack(scene: &Scene, spec: &SceneSpec, settings: &Settings) -> Result<Vec<u8>, CodecError> {
-    encode_serde(&Packed { scene: spec.clone(), tree: scene.has_tree(), settings: settings.clone() })
+    encode_serde(&Packed {
+        scene: spec.clone(),
+        tree: scene.has_tree(),
+        settings: settings.clone(),
+        patch_of_cell: spec.patch_of_cell.clone(),
+    })
 }
 
 /// The bytes of a job with other settings.
@@ -48,7 +55,9 @@ fn decode(bytes: &[u8]) -> Result<Packed, String> {
     let packed = decode_serde(bytes);
     let longer = |more: usize| decode_serde(&[bytes, &vec![0; more]].concat()).ok();
     let packed = packed.or_else(|error| (1..=LATER_SETTINGS).find_map(longer).ok_or(error));
-    packed.map_err(|error| error.to_string())
+    let mut packed: Packed = packed.map_err(|error| error.to_string())?;
+    packed.scene.patch_of_cell.clone_from(&packed.patch_of_cell);
+    Ok(packed)
 }
 
 /// The partition that a pilot has chosen for the job that was packed; `None` where there was no pilot.
@@ -66,7 +75,7 @@ pub(crate) fn partition(bytes: &[u8]) -> Result<Option<Partition>, String> {
 /// # Errors
 /// In words, where the bytes are no job or the scene is invalid.
 pub(crate) fn unpack(bytes: &[u8]) -> Result<(Settings, Experiment), String> {
-    let Packed { scene: spec, tree, settings } = decode(bytes)?;
+    let Packed { scene: spec, tree, settings, .. } = decode(bytes)?;
     let index = if tree { IndexChoice::Tree } else { IndexChoice::Flat };
     let scene = Scene::build(&spec, index).map_err(|error| error.to_string())?;
     let experiment = Experiment::new(scene, settings.method.walks())

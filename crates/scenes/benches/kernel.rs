@@ -75,7 +75,7 @@ fn rays(scene: &Scene, count: usize) -> Vec<Ray> {
         let patch = scattered(rng.bits(), scene.faces().len() as u32);
         let number = scene.faces().get(patch as usize).surface;
         let surface = &scene.surfaces()[number as usize];
-        let uv = surface.point_in_cell(patch - surface.face(0, Side::Front), rng.pair());
+        let uv = surface.point_in_cell(patch - surface.piece(0, Side::Front), rng.pair());
         Ray { origin: surface.point(uv), direction: surface.direction(Side::Front, rng.bits()), from: number }
     };
     (0..count).map(|_| ray()).collect()

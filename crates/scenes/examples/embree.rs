@@ -260,7 +260,7 @@ fn walk(
     mut tell: impl FnMut(&Ray, Option<f64>) -> Result<(), Failure>,
 ) -> Result<(), Failure> {
     let Face { surface: mut number, mut side, patch, .. } = scene.faces().get(emitters.choose(rng));
-    let mut cell = patch - scene.surfaces()[number as usize].face(0, Side::Front);
+    let mut cell = patch - scene.surfaces()[number as usize].piece(0, Side::Front);
     loop {
         let surface = &scene.surfaces()[number as usize];
         let origin = surface.point(surface.point_in_cell(cell, rng.pair()));

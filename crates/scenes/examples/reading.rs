@@ -172,7 +172,7 @@ fn write_all(surfaces: &[SurfaceSpec], folder: &Path) -> io::Result<Vec<PathBuf>
         ("room.ply", to_ply(&mesh, false)),
         ("ascii.ply", to_ply(&mesh, true)),
         ("room.mgf", to_mgf(&mesh).into_bytes()),
-        ("room.toml", to_toml(&SceneSpec { surfaces: surfaces.to_vec() }).into_bytes()),
+        ("room.toml", to_toml(&SceneSpec::new(surfaces.to_vec())).into_bytes()),
     ];
     let write = |(name, content): (&str, Vec<u8>)| {
         let path = folder.join(name);

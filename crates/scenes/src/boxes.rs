@@ -23,7 +23,7 @@ pub fn cube(n: u32) -> SceneSpec {
         .map(|((corner, u, v), reflectance)| Material::new(reflectance).surface(quad(corner, u, v, [n, n])))
         .collect();
     surfaces[0].cell_emittance = vec![(n / 2 * n + n / 2, 1.0.into())];
-    SceneSpec { surfaces }
+    SceneSpec::new(surfaces)
 }
 
 /// The cube of [`cube`] where every patch has reflectance R and emits 1 − R W/m²: B = 1 everywhere. n = 1 is the cube
@@ -76,7 +76,7 @@ pub fn cube_of_surfaces(n: u32) -> SceneSpec {
 /// # Panics
 /// If there is a triangle.
 pub fn in_cells(spec: &SceneSpec) -> SceneSpec {
-    SceneSpec { surfaces: spec.surfaces.iter().flat_map(cells_as_surfaces).collect() }
+    SceneSpec::new(spec.surfaces.iter().flat_map(cells_as_surfaces).collect())
 }
 
 /// Every cell of a parallelogram as a surface of its own, its corners rounded alike on both sides of an edge.
@@ -134,7 +134,7 @@ pub fn cornell() -> SceneSpec {
     let tall = [DVec3::new(0.423, 0.0, 0.247), DVec3::new(0.049, 0.0, 0.159), DVec3::new(-0.158, 0.0, 0.049)];
     surfaces.extend(block(short[0] + air, short[1], DVec3::Y * 0.165, short[2]).map(|f| WHITE.surface(f)));
     surfaces.extend(block(tall[0] + air, tall[1], DVec3::Y * 0.330, tall[2]).map(|f| WHITE.surface(f)));
-    SceneSpec { surfaces }
+    SceneSpec::new(surfaces)
 }
 
 /// A closed room of 4 × 2.5 × 3 m with a table and shelves of two-sided panels, which touch nothing: 16 rectangles of
@@ -165,7 +165,7 @@ pub fn room(n: u32) -> SceneSpec {
     // The shelves and their back.
     surfaces.extend([0.4, 0.9, 1.4, 1.9].map(|y| panel([3.3, y, 0.8], DVec3::X * 0.4, DVec3::Z * 1.4)));
     surfaces.push(panel([3.75, 0.2, 0.8], DVec3::Y * 2.0, DVec3::Z * 1.4));
-    SceneSpec { surfaces }
+    SceneSpec::new(surfaces)
 }
 
 pub(crate) fn quad(corner: DVec3, u: DVec3, v: DVec3, cells: [u32; 2]) -> Shape {

@@ -34,7 +34,7 @@ pub fn interior(triangles: usize) -> SceneSpec {
     let detail = detail_for(triangles, rooms);
     let mut surfaces = shell(rooms).into_surfaces();
     surfaces.extend(furnish(rooms, detail).into_surfaces());
-    SceneSpec { surfaces }
+    SceneSpec::new(surfaces)
 }
 
 /// The detail that comes nearest to a number of triangles, by bisection.

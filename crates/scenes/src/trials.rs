@@ -29,7 +29,7 @@ pub fn wedge(angle: f64, reflectance: f64) -> SceneSpec {
         Shape::Triangle { a: DVec3::ZERO, b: slope, c: X, rows: 1 },
         Shape::Triangle { a: Y, b: X + Y, c: slope + Y, rows: 1 },
     ];
-    SceneSpec { surfaces: shapes.map(|shape| material.surface(shape)).into() }
+    SceneSpec::new(shapes.map(|shape| material.surface(shape)).into())
 }
 
 /// A closed unit cube of reflectance R. Patch 0, a square of this side in a corner of the floor, and patches 1 and 2
@@ -39,7 +39,7 @@ pub fn cube_with_tile(side: f64, reflectance: f64) -> SceneSpec {
     let (u, v) = (X * side, Y * side);
     let floor = [quad(DVec3::ZERO, u, v, [1, 1]), quad(v, u, Y - v, [1, 1]), quad(u, X - u, Y, [1, 1])];
     let rest = walls().into_iter().skip(1);
-    SceneSpec { surfaces: floor.into_iter().chain(rest).map(|shape| material.surface(shape)).collect() }
+    SceneSpec::new(floor.into_iter().chain(rest).map(|shape| material.surface(shape)).collect())
 }
 
 /// Two unit squares that face each other, of reflectance R, the first in z = 1; it emits 1 W/m².
@@ -49,7 +49,7 @@ pub fn plates(gap: f64, reflectance: f64) -> SceneSpec {
         material.emitting(1.0).surface(quad(Z, X, Y, [1, 1])),
         material.surface(quad(Z * (1.0 + gap), Y, X, [1, 1])),
     ];
-    SceneSpec { surfaces }
+    SceneSpec::new(surfaces)
 }
 
 /// A black lamp, a square of side 0.1 m · `scale`, at the height `distance` · `scale` [m] above the middle of a unit
@@ -60,7 +60,7 @@ pub fn far_lamp(distance: f64, scale: f64) -> SceneSpec {
     let corner = DVec3::new(0.5 * (1.0 - side), 0.5 * (1.0 - side), distance * scale);
     let floor = Material::new(0.5).surface(quad(DVec3::ZERO, X, Y, [3, 3]));
     let lamp = Material::new(0.0).emitting(1.0).surface(quad(corner, Y * side, X * side, [1, 1]));
-    SceneSpec { surfaces: vec![floor, lamp] }
+    SceneSpec::new(vec![floor, lamp])
 }
 
 /// Two closed unit cubes apart, R = 0.5, of six patches each. The floor of the first emits 1 W/m², that of the second
@@ -69,12 +69,12 @@ pub fn unequal_rooms(dim: f64) -> SceneSpec {
     let mut surfaces: Vec<SurfaceSpec> = Vec::new();
     for (from, emittance) in [(0.0, 1.0), (2.0, dim)] {
         let room = walls().map(|shape| Material::new(0.5).surface(shape));
-        let room = SceneSpec { surfaces: room.into() };
+        let room = SceneSpec::new(room.into());
         let mut room = moved(&room, |corner| corner + X * from).surfaces;
         room[0].emittance = emittance.into();
         surfaces.append(&mut room);
     }
-    SceneSpec { surfaces }
+    SceneSpec::new(surfaces)
 }
 
 /// Two unit cubes whose common wall, 2 cm thick, has a square hole of this side in its middle; reflectance R
@@ -110,7 +110,7 @@ pub fn two_rooms(hole: f64, reflectance: f64) -> SceneSpec {
     shapes.push(quad(corner + u, through, v, [1, 1]));
     let mut surfaces: Vec<SurfaceSpec> = shapes.into_iter().map(|shape| material.surface(shape)).collect();
     surfaces[0].cell_emittance = vec![(0, 1.0.into())];
-    SceneSpec { surfaces }
+    SceneSpec::new(surfaces)
 }
 
 /// The given scene with every corner moved.
@@ -122,5 +122,5 @@ pub fn moved(scene: &SceneSpec, to: impl Fn(DVec3) -> DVec3) -> SceneSpec {
         Shape::Triangle { a, b, c, rows } => Shape::Triangle { a: to(a), b: to(b), c: to(c), rows },
     };
     let surfaces = scene.surfaces.iter().map(|s| SurfaceSpec { shape: shape(&s.shape), ..s.clone() });
-    SceneSpec { surfaces: surfaces.collect() }
+    SceneSpec::new(surfaces.collect())
 }

@@ -82,7 +82,7 @@ pub fn surface(rectangle: &Rectangle, turn: u32, cells: [u32; 2], r: f64, e: f64
 /// A box of six surfaces with one grid and one material.
 pub fn plain_box(lo: DVec3, hi: DVec3, cells: [u32; 2], r: f64, e: f64) -> SceneSpec {
     let surfaces = WALLS.map(|(axis, facing)| surface(&wall(axis, facing, lo, hi), 0, cells, r, e));
-    SceneSpec { surfaces: surfaces.into() }
+    SceneSpec::new(surfaces.into())
 }
 
 /// A box of random place, proportions up to 1 : 10, split walls, grids and orientations.
@@ -105,7 +105,7 @@ pub fn random_box(numbers: &mut Numbers, r: f64, e: f64) -> SceneSpec {
             surfaces.push(surface(&tile, numbers.below(4), cells, r, e));
         }
     }
-    SceneSpec { surfaces }
+    SceneSpec::new(surfaces)
 }
 
 /// The 54-patch cube of S97 figs 2 and 3: faces 3×3 of reflectance 0.3 … 0.8, the emitter of emittance 1 in

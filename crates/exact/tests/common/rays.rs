@@ -18,14 +18,14 @@ impl Rays<'_> {
         let faces = self.scene.faces();
         let Face { patch, side, surface: number, .. } = faces.get(face);
         let surface = &self.scene.surfaces()[number as usize];
-        let cell = patch - faces.first_on(number, Side::Front).expect("fronts are active");
+        let cell = patch - faces.first_piece_on(number, Side::Front).expect("fronts are active");
         // Uniforms strictly inside (0, 1).
         let [u, v] = [(); 2].map(|()| self.numbers.uniform().max(1e-12));
         let origin = surface.point(surface.point_in_cell(cell, [u, v]));
         let ray = Ray { origin, direction: surface.direction(side, self.numbers.bits()), from: number };
         let hit = self.scene.closest_hit(&ray)?;
         let met = &self.scene.surfaces()[hit.surface as usize];
-        met.is_active(hit.side).then(|| met.face(met.cell_at(hit.uv), hit.side) as usize)
+        met.is_active(hit.side).then(|| met.piece(met.cell_at(hit.uv), hit.side) as usize)
     }
 }
 

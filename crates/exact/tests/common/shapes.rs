@@ -29,7 +29,7 @@ pub fn quad(corner: [f64; 3], u: [f64; 3], v: [f64; 3], cells: [u32; 2]) -> Shap
 
 /// One reflectance and one emittance on every surface.
 pub fn painted(shapes: impl IntoIterator<Item = Shape>, r: f64, e: f64) -> SceneSpec {
-    SceneSpec { surfaces: shapes.into_iter().map(|shape| grey(shape, r, e)).collect() }
+    SceneSpec::new(shapes.into_iter().map(|shape| grey(shape, r, e)).collect())
 }
 
 /// A closed tetrahedron seen from inside.

@@ -158,13 +158,13 @@ class Result:
 
     def _geometry(self):
         if self._corners is None:
-            points, counts = self._answer.corners()
+            points, counts, rows = self._answer.corners()
             points = np.frombuffer(points, dtype="<f8").reshape(-1, 3)
             counts = np.frombuffer(counts, dtype="<i8")
             starts = np.cumsum(counts) - counts
             faces = starts[:, None] + np.arange(4)
             faces[counts == 3, 3] = -1
-            self._corners = points, faces
+            self._corners = points, faces, np.frombuffer(rows, dtype="<i8")
         return self._corners
 
     @property
@@ -174,15 +174,23 @@ class Result:
 
     @property
     def faces(self):
-        """Indices of the :attr:`vertices` of each row, shape (n, 4), counter-clockwise; the last is -1 where a row is a triangle."""
+        """Indices of the :attr:`vertices` of each row, shape (n, 4), counter-clockwise; the last is -1 where a row is a triangle.
+
+        Where patches are groups of cells, there is a face for each cell, and :attr:`rows` tells the row of each.
+        """
         return self._geometry()[1]
+
+    @property
+    def rows(self):
+        """The row of each of the :attr:`faces`: 0 … n - 1 where every cell is a patch."""
+        return self._geometry()[2]
 
     def to_pandas(self):
         """A pandas DataFrame with the rows and columns of ``patches.csv``. Needs pandas."""
         return self.table.to_pandas()
 
     def to_pyvista(self):
-        """A pyvista PolyData whose cells are the rows; every column of numbers is cell data. Needs pyvista."""
+        """A pyvista PolyData whose cells are the :attr:`faces` of the rows; every column of numbers is cell data. Needs pyvista."""
         import pyvista
 
         faces = self.faces
@@ -195,7 +203,7 @@ class Result:
                 continue
             values = self.table.quantity(name)
             if values.dtype != object:
-                mesh.cell_data[name] = np.array(values)
+                mesh.cell_data[name] = np.array(values)[self.rows]
         return mesh
 
     def save(self, folder, *, force=False, export=()):

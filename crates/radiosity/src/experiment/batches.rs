@@ -109,17 +109,17 @@ impl Experiment {
     fn outcome(&self, estimator: Estimator, tally: &Tally) -> Outcome {
         let (faces, channels) = (self.scene.faces(), self.scene.channels());
         let walks = tally.counts.walks;
-        let per_unit = |face: &Face, channel: usize| {
+        let per_unit = |face: (usize, &Face), channel: usize| {
             let Meaning { unit, irradiance_per_event, .. } =
                 self.meaning_of_shooting(estimator, face, channel, tally);
             (unit, irradiance_per_event.unwrap_or(0.0))
         };
         let irradiance = |(i, face): (usize, &Face), channel: usize| {
-            let (unit, per_event) = per_unit(face, channel);
+            let (unit, per_event) = per_unit((i, face), channel);
             tally.patch(i, channel)[0] as f64 / walks as f64 * unit * per_event
         };
         let slopes = |(i, face): (usize, &Face), channel: usize| {
-            let (unit, per_event) = per_unit(face, channel);
+            let (unit, per_event) = per_unit((i, face), channel);
             let slope_unit = unit / tally.layout().slope_units() as f64;
             [0, 1].map(|k| tally.slope(i, channel, k).0 as f64 / walks as f64 * slope_unit * per_event)
         };

@@ -102,8 +102,7 @@ impl<'a> Influences<'a> {
         let row = faces + self.groups.class_rows() + number * faces + i;
         let sums = tally.patch(row, c);
         let moments = Moments { n: tally.counts.walks, sum: sums[0], sum_sq: sums[1] };
-        let most = experiment.scene().max_reflectance().max();
-        let visits = 1.0 / (1.0 - face.reflectance.max() * most);
+        let visits = 1.0 / (1.0 - face.reflectance.max() * experiment.between_visits(i).max());
         let weight = experiment.scene().emitters().largest_weights()[c].max(1.0);
         let bound = 2.0 * self.longest * visits * weight;
         let sample = stats::Sample { counts: false, ..(&moments).into() };

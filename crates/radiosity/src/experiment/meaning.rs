@@ -3,6 +3,7 @@
 use super::Experiment;
 use super::gathering::Gathering;
 use crate::geometry::face::Face;
+use crate::geometry::spec::Spectrum;
 use crate::jacobi;
 use crate::jacobi::final_gather::LIGHT_BY_SHADOW_RAYS;
 use crate::jacobi::plan::Solve;
@@ -45,11 +46,11 @@ impl Experiment {
                 self.meaning_of_gathering(gathering, estimator, (i, face), channel, tally.layout().moments)
             }
             (Method::Walks(walks), None) => {
-                Some(self.meaning_of_shooting(walks.score.estimator(), face, channel, tally))
+                Some(self.meaning_of_shooting(walks.score.estimator(), (i, face), channel, tally))
             }
             (Method::Batches(batches), _) => {
                 let (estimator, _) = batches.score.of_walks();
-                let walks = self.meaning_of_shooting(estimator, face, channel, tally);
+                let walks = self.meaning_of_shooting(estimator, (i, face), channel, tally);
                 let batch = self.meaning_of_batches(face, channel, false);
                 Some(Meaning {
                     irradiance_per_event: walks.irradiance_per_event.and(batch.irradiance_per_event),
@@ -86,21 +87,23 @@ impl Experiment {
     /// b_i = (R_i/A_i)φ_i, φ_i = Φ_T/p_i × the mean score, p_i the probability of the event after an
     /// arrival (S97 propositions 2.1, 2.9, 2.14).
     ///
-    /// A planar face cannot hit itself, so between two visits a walk survives on it and on another face: it
+    /// A face on one plane cannot hit itself, so between two visits a walk survives on it and on another face: it
     /// returns with probability at most σ_i·σ_max. Visits after the first are then at most geometric, m =
     /// 1/(1 − σ_i·σ_max) of them in the mean, and E[x²]/E[x] ≤ 2m − 1 of the largest weight w there can be. A
-    /// weight that is multiplied by R_i·R_max between visits scores at most m·w in all.
+    /// weight that is multiplied by R_i·R_max between visits scores at most m·w in all. A group of cells on several surfaces may
+    /// hit itself, and a walk that survives on it returns with any probability: 1 stands in place of σ_max and R_max.
     pub(super) fn meaning_of_shooting(
         &self,
         estimator: Estimator,
-        face: &Face,
+        (i, face): (usize, &Face),
         channel: usize,
         tally: &Tally,
     ) -> Meaning {
         let per_hit = self.scene.total_power(channel) / face.area;
-        let (survival, most) = (face.reflectance.max(), self.scene.max_reflectance());
-        let visits = 1.0 / (1.0 - survival * most.max());
-        let weakened = 1.0 / (1.0 - face.reflectance[channel] * most[channel]);
+        let survival = face.reflectance.max();
+        let between = self.between_visits(i);
+        let visits = 1.0 / (1.0 - survival * between.max());
+        let weakened = 1.0 / (1.0 - face.reflectance[channel] * between[channel]);
         let weight = self.scene.emitters().largest_weights()[channel];
         let probability = estimator.kind().probability(survival);
         let scale = (probability > 0.0).then(|| 1.0 / probability);
@@ -120,6 +123,13 @@ impl Experiment {
             ratio_bound: (weight * ratio_bound).max(1.0),
             bias_bound: face.reflectance[channel] * per_hit * cut_off * weakened,
         }
+    }
+
+    /// The largest part of the light that left face i that may come back to it: what the next face reflects, or all of it where
+    /// the next face may be face i.
+    pub(super) fn between_visits(&self, i: usize) -> Spectrum {
+        let returns = self.scene.faces().may_see_itself(i);
+        if returns { Spectrum::from(1.0) } else { self.scene.max_reflectance() }
     }
 
     /// b_i = R_i × the mean score / p_i, p_i the probability of a birth on face i (S97 propositions 3.1, 3.5, 3.6).

@@ -95,28 +95,27 @@ impl Experiment {
 /// A scene with other emittances.
 fn mixed(spec: &SceneSpec, scene: &Scene, groups: &Groups, factors: &[f64]) -> SceneSpec {
     let faces = scene.faces();
-    let factor = |patch: u32| {
-        let emits = faces.get(patch as usize).emittance.is_lit();
-        if emits { factors[groups.classes[groups.class_of(patch as usize)].source as usize] } else { 1.0 }
+    let emittance = |cell: u32| faces.piece(cell).emittance;
+    let factor = |cell: u32| match emittance(cell).is_lit() {
+        true => factors[groups.classes[groups.class_of(faces.face_of(cell) as usize)].source as usize],
+        false => 1.0,
     };
     let scaled = |emittance: Spectrum, factor: f64| Spectrum::rgb(emittance.channels().map(|e| e * factor));
     let mut first = 0;
     let mut surface = |surface: &SurfaceSpec| {
-        let cells = surface.shape.cell_count() as u32;
-        let patches = first..first + cells;
-        first += cells;
-        let of_emitters = || patches.clone().filter(|&patch| faces.get(patch as usize).emittance.is_lit());
+        let cells = first..first + surface.shape.cell_count() as u32;
+        first = cells.end;
+        let of_emitters = || cells.clone().filter(|&cell| emittance(cell).is_lit());
         let Some(common) = of_emitters().next().map(factor) else { return surface.clone() };
-        if of_emitters().all(|patch| factor(patch) == common) {
+        if of_emitters().all(|cell| factor(cell) == common) {
             let cell = |&(cell, emittance): &(u32, Spectrum)| (cell, scaled(emittance, common));
             let cell_emittance = surface.cell_emittance.iter().map(cell).collect();
             let emittance = scaled(surface.emittance, common);
             return SurfaceSpec { emittance, cell_emittance, ..surface.clone() };
         }
-        let cell =
-            |patch: u32| (patch - patches.start, scaled(faces.get(patch as usize).emittance, factor(patch)));
-        let cell_emittance = patches.clone().map(cell).collect();
+        let cell = |cell: u32| (cell - cells.start, scaled(emittance(cell), factor(cell)));
+        let cell_emittance = cells.clone().map(cell).collect();
         SurfaceSpec { emittance: Spectrum::BLACK, cell_emittance, ..surface.clone() }
     };
-    SceneSpec { surfaces: spec.surfaces.iter().map(&mut surface).collect() }
+    SceneSpec { surfaces: spec.surfaces.iter().map(&mut surface).collect(), ..spec.clone() }
 }

@@ -30,6 +30,19 @@ pub enum Unfit {
         /// Patches of the scene.
         patches: usize,
     },
+    /// Slopes are taken over one cell.
+    #[error(
+        "basis = \"linear\" fits a plane to the light of each cell, and patches of this scene are groups of cells (there is no plane through a group); remove `basis`, or the groups (import.group_size)"
+    )]
+    LinearGroups,
+    /// Rays of a final gather leave one plane.
+    #[error(
+        "patch {patch} of the final gather is a group of cells (its rays leave one cell); choose other patches, or remove the groups (import.group_size)"
+    )]
+    GatheredGroup {
+        /// The chosen patch.
+        patch: u32,
+    },
     /// Exchange factors belong to one channel.
     #[error(
         "exchange factors are those of one reflectance for each surface, and the scene has three channels; choose one of them"
@@ -124,7 +137,14 @@ pub(super) fn check(scene: &Scene, method: &Method) -> Result<(), Unfit> {
     if let Method::Walks(Walks { direction: Direction::Gathering(Birth::Patches(chosen)), .. }) = method {
         check_patches(chosen, scene)?;
     }
-    check_patches(method.final_gather(), scene)
+    let faces = scene.faces();
+    if method.is_linear() && faces.are_grouped() {
+        return Err(Unfit::LinearGroups);
+    }
+    check_patches(method.final_gather(), scene)?;
+    let is_group = |patch: &&u32| faces.pieces(**patch as usize).nth(1).is_some();
+    let group = method.final_gather().iter().find(is_group);
+    group.map_or(Ok(()), |&patch| Err(Unfit::GatheredGroup { patch }))
 }
 
 /// Whether the walks estimate every face that sensors may see.

@@ -1,5 +1,7 @@
 //! How surfaces are cut into cells: from a point to its cell, and back.
 
+use glam::DVec3;
+
 use super::spec::Shape;
 use crate::simd::real::Real;
 
@@ -100,9 +102,8 @@ pub(crate) fn cell_centroid(shape: &Shape, cell: u32) -> [f64; 2] {
     }
 }
 
-/// The corners of a cell in local coordinates, counter-clockwise as seen from the front: four of a parallelogram's cell,
-/// three of a triangle's.
-pub(crate) fn cell_corners(shape: &Shape, cell: u32) -> Vec<[f64; 2]> {
+/// The corners of a cell in local coordinates, in the order of [`Shape::cell_corners`].
+fn cell_corners(shape: &Shape, cell: u32) -> Vec<[f64; 2]> {
     match *shape {
         Shape::Parallelogram { cells: [nu, nv], .. } => {
             let (i, j) = (cell / nv, cell % nv);
@@ -119,6 +120,15 @@ pub(crate) fn cell_corners(shape: &Shape, cell: u32) -> Vec<[f64; 2]> {
                 if upright { [(i, j), (i + 1, j), (i, j + 1)] } else { [(i, j + 1), (i - 1, j + 1), (i, j)] };
             corners.map(point).into()
         }
+    }
+}
+
+impl Shape {
+    /// The corners of a cell [m], counter-clockwise as seen from the front: four of a parallelogram's cell, three of a triangle's.
+    pub fn cell_corners(&self, cell: u32) -> Vec<DVec3> {
+        let (corner, e_u, e_v) = self.edges();
+        let point = |[u, v]: [f64; 2]| corner + e_u * u + e_v * v;
+        cell_corners(self, cell).into_iter().map(point).collect()
     }
 }
 
@@ -139,8 +149,6 @@ pub(crate) fn corner_weights(shape: &Shape, cell: u32, uv: [f64; 2]) -> Vec<f64>
 
 #[cfg(test)]
 mod tests {
-    use glam::DVec3;
-
     use super::*;
 
     /// A point is the mean of the corners by their weights, and the middle weighs all alike.

@@ -20,7 +20,7 @@ pub(crate) struct Landing<R> {
     cells: [R; 2],
     /// The inverses of these numbers.
     inverse: [R; 2],
-    first_face: R,
+    first_piece: R,
     /// The survival thresholds, as bits.
     survival: R,
     /// The step from a front to its back; 0 where backs are not active.
@@ -67,7 +67,7 @@ impl Landing<f64> {
         Landing {
             cells,
             inverse: cells.map(|n| 1.0 / n),
-            first_face: surface.first_face().into(),
+            first_piece: surface.first_piece().into(),
             survival: f64::from_bits(surface.survival_threshold()),
             to_back: surface.to_back().into(),
             outline: match (surface.is_triangle(), cells[0] > 1.0) {
@@ -79,8 +79,8 @@ impl Landing<f64> {
     }
 
     fn numbers(&self) -> [f64; 8] {
-        let Landing { cells: [nu, nv], inverse: [iu, iv], first_face, survival, to_back, outline } = *self;
-        [nu, nv, iu, iv, first_face, survival, to_back, outline]
+        let Landing { cells: [nu, nv], inverse: [iu, iv], first_piece, survival, to_back, outline } = *self;
+        [nu, nv, iu, iv, first_piece, survival, to_back, outline]
     }
 }
 
@@ -88,8 +88,8 @@ impl<R: Real> Landing<R> {
     /// Looks up the landing of each surface.
     #[inline(always)]
     pub(crate) fn each(landings: &Landings, surfaces: &[u32]) -> Self {
-        let [nu, nv, iu, iv, first_face, survival, to_back, outline] = R::rows(&landings.table, surfaces);
-        Landing { cells: [nu, nv], inverse: [iu, iv], first_face, survival, to_back, outline }
+        let [nu, nv, iu, iv, first_piece, survival, to_back, outline] = R::rows(&landings.table, surfaces);
+        Landing { cells: [nu, nv], inverse: [iu, iv], first_piece, survival, to_back, outline }
     }
 
     /// The cells that hold points, as numbers along u and v.
@@ -106,12 +106,12 @@ impl<R: Real> Landing<R> {
         basis::steps(place, self.is_triangle())
     }
 
-    /// The numbers of the faces of cells, on the sides that `facing` gives.
+    /// The numbers of the pieces that are sides of cells, those that `facing` gives.
     #[inline(always)]
-    pub(crate) fn face(&self, cell: [R; 2], facing: R) -> R {
+    pub(crate) fn piece(&self, cell: [R; 2], facing: R) -> R {
         let zero = R::splat(0.0);
         let side = R::select(facing.lt(zero), self.to_back, zero);
-        cell[0] * self.cells[1] + cell[1] + self.first_face + side
+        cell[0] * self.cells[1] + cell[1] + self.first_piece + side
     }
 
     /// Whether the sides that `facing` gives are active.

@@ -5,6 +5,8 @@ pub(crate) mod cells;
 pub(crate) mod face;
 pub(crate) mod frame;
 pub(crate) mod landing;
+pub(crate) mod partition;
+pub(crate) mod piece;
 pub(crate) mod sensor;
 pub(crate) mod spec;
 pub(crate) mod surface;

@@ -1,6 +1,7 @@
 //! What a scene is written as: surfaces, materials, cells. A [`SceneSpec`] travels to the workers and is
 //! hashed; [`crate::Scene::build`] checks it and makes the immutable scene that walks run in.
 
+use std::collections::HashMap;
 use std::ops::Index;
 
 use glam::DVec3;
@@ -162,9 +163,45 @@ impl SurfaceSpec {
 pub struct SceneSpec {
     /// Surface number = index here.
     pub surfaces: Vec<SurfaceSpec>,
+    /// The patch of every cell, in the order of surfaces and their cells, where patches are groups of cells: patches are numbered
+    /// in the order of their first cells. Empty where every cell is a patch. A job carries these numbers behind all else, so that
+    /// jobs from before there were groups stay readable.
+    #[serde(skip)]
+    pub patch_of_cell: Vec<u32>,
 }
 
 impl SceneSpec {
+    /// A scene in which every cell is a patch.
+    pub fn new(surfaces: Vec<SurfaceSpec>) -> Self {
+        SceneSpec { surfaces, patch_of_cell: Vec::new() }
+    }
+
+    /// The scene whose patches are the groups of cells that have equal labels. There is a label for each cell, in the order of
+    /// surfaces and their cells.
+    pub fn grouped(self, labels: &[u32]) -> Self {
+        let mut numbers = HashMap::new();
+        let patch_of_cell: Vec<u32> = labels
+            .iter()
+            .map(|&label| {
+                let next = numbers.len() as u32;
+                *numbers.entry(label).or_insert(next)
+            })
+            .collect();
+        let groups = numbers.len() < labels.len();
+        SceneSpec { patch_of_cell: if groups { patch_of_cell } else { Vec::new() }, ..self }
+    }
+
+    /// The number of cells.
+    pub fn cell_count(&self) -> u64 {
+        self.surfaces.iter().fold(0, |sum, surface| sum.saturating_add(surface.shape.cell_count()))
+    }
+
+    /// The number of patches.
+    pub fn patch_count(&self) -> u64 {
+        let of_groups = self.patch_of_cell.iter().max().map(|last| u64::from(*last) + 1);
+        of_groups.unwrap_or_else(|| self.cell_count())
+    }
+
     /// A furnace: a closed cube of 1 m in 6·n² patches, each of reflectance R and of emittance 1 − R W/m². Light is the same
     /// everywhere, B = E/(1 − R) = 1 W/m² exactly.
     pub fn furnace(n: u32, reflectance: f64) -> Self {
@@ -176,7 +213,7 @@ impl SceneSpec {
             };
             SurfaceSpec::new(shape, reflectance).emitting(1.0 - reflectance)
         });
-        SceneSpec { surfaces: sides.collect() }
+        SceneSpec::new(sides.collect())
     }
 
     /// 1 where every reflectance and emittance is grey, else 3.

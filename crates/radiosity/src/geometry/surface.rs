@@ -34,7 +34,7 @@ enum Cells {
 pub struct Surface {
     /// σ as a threshold for 64 random bits.
     survival: u64,
-    first_face: u32,
+    first_piece: u32,
     /// The number of the back of a cell less that of its front; 0 where backs are not active.
     to_back: u32,
     cells: Cells,
@@ -52,7 +52,7 @@ pub struct Surface {
 impl Surface {
     /// Prepares a surface that [`crate::Scene::build`] has found valid, given the numbers of its first front and, where
     /// it has two sides, of its first back; `origin` becomes (0, 0, 0).
-    pub(crate) fn new(spec: &SurfaceSpec, first_face: u32, first_back: Option<u32>, origin: DVec3) -> Self {
+    pub(crate) fn new(spec: &SurfaceSpec, first_piece: u32, first_back: Option<u32>, origin: DVec3) -> Self {
         let (corner, edge_u, edge_v) = spec.shape.edges();
         let normal = edge_u.cross(edge_v).normalize();
         let tangent = edge_u.normalize();
@@ -71,8 +71,8 @@ impl Surface {
             reflectance: spec.reflectance,
             survival: fixed_64(spec.reflectance.max()),
             tint: tint(spec.reflectance),
-            first_face,
-            to_back: first_back.map_or(0, |back| back - first_face),
+            first_piece,
+            to_back: first_back.map_or(0, |back| back - first_piece),
             cells,
             sides: spec.sides,
         }
@@ -142,8 +142,8 @@ impl Surface {
     }
 
     /// The number of its first front; the others follow in cell order.
-    pub(crate) fn first_face(&self) -> u32 {
-        self.first_face
+    pub(crate) fn first_piece(&self) -> u32 {
+        self.first_piece
     }
 
     /// The number of the back of a cell less that of its front; 0 where backs are not active.
@@ -151,16 +151,20 @@ impl Surface {
         self.to_back
     }
 
-    /// The cell that a face of this surface is a side of.
+    /// The cell of this surface that a face of one piece is a side of.
     #[inline(always)]
     pub(crate) fn cell_of(&self, face: &Face) -> u32 {
-        face.patch - self.first_face
+        let [i, j] = face.cell;
+        match self.cells {
+            Cells::Grid { nv, .. } => i * nv + j,
+            Cells::Rows { .. } => i * i + j,
+        }
     }
 
-    /// The number of the face of a cell on an active side.
+    /// The number of the piece that is an active side of a cell.
     #[inline(always)]
-    pub fn face(&self, cell: u32, side: Side) -> u32 {
-        self.first_face + cell + if side == Side::Back { self.to_back } else { 0 }
+    pub fn piece(&self, cell: u32, side: Side) -> u32 {
+        self.first_piece + cell + if side == Side::Back { self.to_back } else { 0 }
     }
 
     /// R: the reflectance, per channel.

@@ -3,7 +3,7 @@
 use super::faces::FaceTable;
 use super::numbers::Numbers;
 use crate::geometry::face::Face;
-use crate::random::rng::{WalkRng, unit_32};
+use crate::random::rng::WalkRng;
 use crate::random::sobol::Points;
 use crate::scene::Scene;
 use crate::simd::batch::WIDTH;
@@ -31,7 +31,7 @@ struct Batch {
     len: usize,
     /// The faces they leave.
     from: [u32; WIDTH],
-    /// The cells of surfaces that these are.
+    /// The cells of surfaces that these are; the first ones of groups.
     cell: [u32; WIDTH],
     departures: Departures,
     rays: Rays,
@@ -162,8 +162,12 @@ impl Batch {
     fn leave(&mut self, scene: &Scene, len: usize, points: &Points) {
         let [across, along, polar, turn] = points;
         for i in 0..len {
-            let surface = &scene.surfaces()[self.departures.surface[i] as usize];
-            let place = surface.point_in_cell(self.cell[i], [across[i], along[i]].map(unit_32));
+            let (cell, bits) = (
+                (self.departures.surface[i], self.cell[i]),
+                u64::from(across[i]) << 32 | u64::from(along[i]),
+            );
+            let (surface, place) = scene.scatter(cell, self.from[i], bits);
+            self.departures.surface[i] = surface;
             [self.departures.uv[0][i], self.departures.uv[1][i]] = place;
             self.departures.direction[i] = u64::from(polar[i]) << 32 | u64::from(turn[i]);
         }

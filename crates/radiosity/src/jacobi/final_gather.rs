@@ -165,7 +165,7 @@ struct Gatherer<'a> {
     rays: [u64; 2],
     /// The part of shadow rays that go to each face; empty where nothing emits.
     share: Vec<f64>,
-    /// The faces that have a part, and the parts.
+    /// The pieces of faces that have a part, and the parts.
     lamps: Vec<u32>,
     parts: Vec<f64>,
     batch: Box<Batch>,
@@ -184,7 +184,7 @@ impl<'a> Gatherer<'a> {
     fn new(faces: &'a FaceTable, reflected: &'a [f64], per_face: u64, go_on: &'a dyn Fn() -> bool) -> Self {
         let share = emitted_shares(faces);
         let shadow = if share.is_empty() { 0 } else { per_face / SHADOW_SHARE };
-        let (lamps, parts) = (0..).zip(&share).filter(|&(_, &share)| share > 0.0).unzip();
+        let (lamps, parts) = pieces_with_parts(faces, &share);
         let rays = [per_face - shadow, shadow];
         Gatherer { faces, reflected, go_on, rays, share, lamps, parts, batch: Box::default() }
     }
@@ -250,7 +250,8 @@ impl<'a> Gatherer<'a> {
         let quotas = systematic(&self.parts, shadow, offset);
         for (i, quota) in quotas.into_iter().enumerate().filter(|&(_, quota)| quota > 0) {
             let lamp = self.lamps[i];
-            let emitter = self.faces.list[lamp as usize];
+            let emitter = scene.faces().piece(lamp);
+            let face = scene.faces().face_of(lamp);
             numbers.leave(lamp, 0);
             for first in (0..quota).step_by(WIDTH) {
                 let len = (quota - first).min(WIDTH as u32) as usize;
@@ -267,7 +268,7 @@ impl<'a> Gatherer<'a> {
                         continue;
                     }
                     // E·k over the sum of both densities, where the one of gathering rays is k.
-                    let weight = self.balance(lamp, kernel) / count as f64;
+                    let weight = self.balance(face, kernel) / count as f64;
                     irradiance.iter_mut().enumerate().for_each(|(c, h)| *h += emitter.emittance[c] * weight);
                 }
                 if !(self.go_on)() {
@@ -334,7 +335,7 @@ impl Batch {
             return None;
         }
         let cell = surface.cell_at(self.hits.uv.map(|row| row[i]));
-        Some(surface.face(cell, if facing > 0.0 { Side::Front } else { Side::Back }))
+        Some(scene.face_at(number, cell, if facing > 0.0 { Side::Front } else { Side::Back }))
     }
 
     /// k = cos θ cos θ′/(πr²) between the ends of ray i [1/m²]; 0 where it leaves below the station, infinite where both
@@ -362,6 +363,20 @@ fn emitted_shares(faces: &FaceTable) -> Vec<f64> {
         lit.iter().map(part).sum::<f64>() / lit.len() as f64
     };
     faces.list.iter().zip(&faces.areas).map(share).collect()
+}
+
+/// The pieces of the faces with a part of shadow rays, each with its part of that: by area.
+fn pieces_with_parts(faces: &FaceTable, share: &[f64]) -> (Vec<u32>, Vec<f64>) {
+    let of_scene = faces.scene.faces();
+    let pieces = |(face, share): (usize, &f64)| {
+        let (share, alone) = (*share, of_scene.pieces(face).nth(1).is_none());
+        let part = move |piece: u32| match alone {
+            true => share,
+            false => share * (of_scene.piece(piece).area / faces.areas[face]),
+        };
+        of_scene.pieces(face).map(move |piece| (piece, part(piece)))
+    };
+    share.iter().enumerate().filter(|(_, share)| **share > 0.0).flat_map(pieces).unzip()
 }
 
 fn surface<'a>(scene: &'a Scene, face: &Face) -> &'a Surface {

@@ -281,7 +281,7 @@ mod tests {
                 cell_emittance: vec![],
             }
         };
-        Scene::build(&SceneSpec { surfaces: (0..6).map(wall).collect() }, IndexChoice::Auto).unwrap()
+        Scene::build(&SceneSpec::new((0..6).map(wall).collect()), IndexChoice::Auto).unwrap()
     }
 
     /// Progressive refinement (Sh91): zones shoot their unshot power one after the other, in random order, by rays that

@@ -34,6 +34,11 @@ impl AliasTable {
         AliasTable { columns }
     }
 
+    /// Of each column, in order: the threshold below which it keeps 64 bits, and the index that it gives all others to.
+    pub(crate) fn into_columns(self) -> Vec<(u64, u32)> {
+        self.columns
+    }
+
     /// The index that 64 random bits choose.
     #[inline(always)]
     pub(crate) fn choose(&self, bits: u64) -> usize {

@@ -39,20 +39,23 @@ impl Births {
         size_of_val(&self.cradles[..]) + size_of_val(&self.weights[..]) + self.choice.bytes()
     }
 
-    /// Births with a probability in proportion to `share` of each face. `None` where no share is above 0.
+    /// Births with a probability in proportion to `share` of each face, and on a face that is a group in proportion to area.
+    /// `None` where no share is above 0.
     pub(crate) fn new(surfaces: &[Surface], faces: &Faces, share: impl Fn(usize) -> f64) -> Option<Self> {
-        Births::in_cradles(surfaces, faces, &share, |a, b| share(a) == share(b))
+        let share = |piece: usize| share_of_piece(faces, piece, &share);
+        Births::in_cradles(surfaces, faces, share, |a, b| share(a) == share(b))
     }
 
-    /// The same, given which neighbours are alike in all that matters at a birth.
+    /// Births with a probability in proportion to `share` of each piece, given which neighbours are alike in all that matters at a
+    /// birth.
     fn in_cradles(
         surfaces: &[Surface],
         faces: &Faces,
         share: impl Fn(usize) -> f64,
         alike: impl Fn(usize, usize) -> bool,
     ) -> Option<Self> {
-        let chosen = cradles(surfaces, faces, alike).filter(|&(face, _)| share(face) > 0.0);
-        Births::choosing(chosen.map(|(face, cradle)| (cradle, share(face) * f64::from(cradle.cells))))
+        let chosen = cradles(surfaces, faces, alike).filter(|&(piece, _)| share(piece) > 0.0);
+        Births::choosing(chosen.map(|(piece, cradle)| (cradle, share(piece) * f64::from(cradle.cells))))
     }
 
     /// The births of each of `count` groups of faces: within a group with a probability in proportion to `share`. `None` for a
@@ -63,11 +66,12 @@ impl Births {
         (group_of_face, count): (&[u32], u32),
         share: impl Fn(usize) -> f64,
     ) -> Vec<Option<Self>> {
-        let group = |face: usize| group_of_face[face];
+        let group = |piece: usize| group_of_face[faces.face_of(piece as u32) as usize];
+        let share = |piece: usize| share_of_piece(faces, piece, &share);
         let alike = |a, b| (group(a), share(a)) == (group(b), share(b));
         let mut groups = vec![Vec::new(); count as usize];
-        for (face, cradle) in cradles(surfaces, faces, alike).filter(|&(face, _)| share(face) > 0.0) {
-            groups[group(face) as usize].push((cradle, share(face) * f64::from(cradle.cells)));
+        for (piece, cradle) in cradles(surfaces, faces, alike).filter(|&(piece, _)| share(piece) > 0.0) {
+            groups[group(piece) as usize].push((cradle, share(piece) * f64::from(cradle.cells)));
         }
         groups.into_iter().map(|chosen| Births::choosing(chosen.into_iter())).collect()
     }
@@ -93,16 +97,18 @@ impl Births {
         total: [f64; 3],
     ) -> Option<Self> {
         if channels == 1 {
-            return Births::new(surfaces, faces, |i| faces.get(i).power(0));
+            let power = |piece: usize| faces.piece(piece as u32).power(0);
+            return Births::in_cradles(surfaces, faces, power, |a, b| power(a) == power(b));
         }
         let share = |face: &Face, c: usize| if total[c] > 0.0 { face.power(c) / total[c] } else { 0.0 };
         let emitting = total.iter().filter(|&&power| power > 0.0).count() as f64;
         let probability = |face: &Face| (0..3).map(|c| share(face, c)).sum::<f64>() / emitting;
-        let alike = |a: usize, b: usize| faces.get(a).emittance == faces.get(b).emittance;
-        let mut births = Births::in_cradles(surfaces, faces, |i| probability(&faces.get(i)), alike)?;
+        let piece = |piece: usize| faces.piece(piece as u32);
+        let alike = |a: usize, b: usize| piece(a).emittance == piece(b).emittance;
+        let mut births = Births::in_cradles(surfaces, faces, |i| probability(&piece(i)), alike)?;
         let weights = births.cradles.iter().map(|cradle| {
             let surface = &surfaces[cradle.surface as usize];
-            let face = faces.get(surface.face(cradle.first_cell, cradle.side) as usize);
+            let face = faces.piece(surface.piece(cradle.first_cell, cradle.side));
             std::array::from_fn(|c| share(&face, c) / probability(&face))
         });
         births.weights = weights.collect();
@@ -132,7 +138,16 @@ impl Births {
     }
 }
 
-/// The cells of all surfaces, each run of them that are alike at a birth with its first face.
+/// What a piece has of the share of its face: the part of the face that it is, by area.
+fn share_of_piece(faces: &Faces, piece: usize, share: impl Fn(usize) -> f64) -> f64 {
+    let face = faces.face_of(piece as u32) as usize;
+    match faces.are_grouped() {
+        false => share(face),
+        true => share(face) * (faces.piece(piece as u32).area / faces.get(face).area),
+    }
+}
+
+/// The cells of all surfaces, each run of them that are alike at a birth with its first piece.
 fn cradles(
     surfaces: &[Surface],
     faces: &Faces,
@@ -142,17 +157,17 @@ fn cradles(
         .zip(surfaces.iter().map(Surface::cell_count))
         .flat_map(|(surface, cells)| [Side::Front, Side::Back].map(|side| (surface, side, cells as usize)));
     let runs = sides.filter_map(|(surface, side, cells)| {
-        let first = faces.first_on(surface, side)? as usize;
+        let first = faces.first_piece_on(surface, side)? as usize;
         Some((surface, side, first, first + cells))
     });
     runs.flat_map(move |(surface, side, first, end)| {
         let mut cradles = Vec::new();
         let mut next = first;
         while next < end {
-            let face = next;
-            next += (face..end).take_while(|&other| alike(face, other)).count();
-            let (first_cell, cells) = ((face - first) as u32, (next - face) as u32);
-            cradles.push((face, Cradle { surface, side, first_cell, cells }));
+            let piece = next;
+            next += (piece..end).take_while(|&other| alike(piece, other)).count();
+            let (first_cell, cells) = ((piece - first) as u32, (next - piece) as u32);
+            cradles.push((piece, Cradle { surface, side, first_cell, cells }));
         }
         cradles
     })

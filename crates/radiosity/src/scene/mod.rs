@@ -1,6 +1,8 @@
 //! The scene that walks run in: valid and immutable once built.
 
 pub(crate) mod births;
+mod groups;
+pub(crate) mod scatter;
 mod view;
 
 use std::sync::Arc;
@@ -14,7 +16,7 @@ use crate::geometry::landing::Landings;
 use crate::geometry::spec::Side;
 use crate::geometry::spec::{SceneSpec, Shape, Spectrum};
 use crate::geometry::surface::Surface;
-use crate::random::rng::WalkRng;
+use crate::random::rng::{WalkRng, unit_32};
 use crate::simd::isa::Isa;
 use crate::trace::Index;
 use crate::trace::coplanar::stacks;
@@ -23,6 +25,7 @@ use crate::trace::flat::Flat;
 use crate::trace::stack::Stack;
 use crate::trace::tree::{BinaryTree, Tree};
 use births::{Births, Origin};
+use scatter::Scatter;
 
 /// The most patches a scene may have: patch numbers are 32 bits wide.
 const MAX_PATCHES: u64 = 1 << 31;
@@ -75,6 +78,8 @@ pub(crate) struct Parts {
     channels: usize,
     power: [f64; 3],
     emitters: Births,
+    /// Points of patches that are groups of cells; `None` where every cell is a patch.
+    pub(crate) scatter: Option<Scatter>,
     max_reflectance: Spectrum,
     origin: DVec3,
     pub(crate) isa: Isa,
@@ -109,6 +114,7 @@ impl Scene {
     /// The same for walks on an instruction set that this machine has.
     pub(crate) fn build_for(spec: &SceneSpec, index: IndexChoice, isa: Isa) -> Result<Self, SceneError> {
         check(spec)?;
+        groups::check_groups(spec)?;
         let corners = || spec.surfaces.iter().flat_map(|surface| surface.shape.corners());
         let min = corners().fold(DVec3::INFINITY, DVec3::min);
         let max = corners().fold(DVec3::NEG_INFINITY, DVec3::max);
@@ -119,7 +125,7 @@ impl Scene {
         let mut surfaces: Vec<Surface> = (0..)
             .zip(&spec.surfaces)
             .map(|(number, surface)| {
-                let [front, back] = [Side::Front, Side::Back].map(|side| faces.first_on(number, side));
+                let [front, back] = [Side::Front, Side::Back].map(|side| faces.first_piece_on(number, side));
                 Surface::new(surface, front.expect("every surface has a front"), back, origin)
             })
             .collect();
@@ -147,6 +153,7 @@ impl Scene {
             isa,
             frames: Frames::new(surfaces.iter().map(Surface::frame)),
             landings: Landings::new(&surfaces),
+            scatter: faces.are_grouped().then(|| Scatter::new(&faces, &surfaces)),
             surfaces,
             faces,
             channels,
@@ -221,6 +228,7 @@ impl Scene {
             size_of_val(&parts.surfaces[..]),
             parts.faces.bytes(),
             parts.emitters.bytes(),
+            parts.scatter.as_ref().map_or(0, Scatter::bytes),
             parts.frames.bytes(),
             parts.landings.bytes(),
             parts.facets.bytes(),
@@ -239,6 +247,20 @@ impl Scene {
         let ([choice, place], point) = ([rng.bits(), rng.bits()], rng.pair());
         let (Origin { surface, cell, side }, _) = self.emitters().choose::<1>([choice, place]);
         (surface, side, self.surfaces()[surface as usize].point_in_cell(cell, point))
+    }
+
+    /// The face that is, or that holds, an active side of a cell of a surface.
+    #[inline(always)]
+    pub fn face_at(&self, surface: u32, cell: u32, side: Side) -> u32 {
+        self.parts.faces.face_of(self.parts.surfaces[surface as usize].piece(cell, side))
+    }
+
+    /// Surface and local coordinates of the uniform point of a face that 64 random bits choose, given a cell of the face.
+    pub(crate) fn scatter(&self, (surface, cell): (u32, u32), face: u32, bits: u64) -> (u32, [f64; 2]) {
+        let among = self.parts.scatter.as_ref().and_then(|scatter| scatter.choose(face, bits));
+        let ([surface, cell], point) =
+            among.unwrap_or_else(|| ([surface, cell], [(bits >> 32) as u32, bits as u32].map(unit_32)));
+        (surface, self.surfaces()[surface as usize].point_in_cell(cell, point))
     }
 
     /// Where shooting walks are born: emitters, with probability Φ_s/Φ_T.
@@ -272,7 +294,9 @@ fn check(spec: &SceneSpec) -> Result<(), SceneError> {
 
 /// Where walks are born, and Φ_T of each channel [W]: some light must be emitted, and not without end.
 fn emission(surfaces: &[Surface], faces: &Faces, channels: usize) -> Result<(Births, [f64; 3]), SceneError> {
-    let power = std::array::from_fn(|c| faces.iter().map(|face| face.power(c)).sum());
+    // Piece by piece, so that groups change no bit of it.
+    let pieces = || (0..faces.piece_count() as u32).map(|piece| faces.piece(piece));
+    let power = std::array::from_fn(|c| pieces().map(|piece| piece.power(c)).sum());
     let Some(emitters) = Births::of_emitters(surfaces, faces, channels, power) else {
         return Err(SceneError::Whole(
             "the scene has no emitter (no walk could start); give a material an `emittance` above 0, or a surface an `emit`".into(),
@@ -392,6 +416,13 @@ fn hash(spec: &SceneSpec, layered: bool) -> [u8; 32] {
     // Results from before there were layers are of another scene.
     if layered {
         hasher.update(b"layers");
+    }
+    // Those of scenes without groups stay what they were.
+    if !spec.patch_of_cell.is_empty() {
+        hasher.update(b"groups");
+        spec.patch_of_cell.iter().for_each(|patch| {
+            hasher.update(&patch.to_le_bytes());
+        });
     }
     *hasher.finalize().as_bytes()
 }

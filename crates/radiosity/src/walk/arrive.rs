@@ -64,6 +64,10 @@ impl Arrivals {
         if scene.parts.landings.has_rows() {
             self.locate_in_rows(scene.surfaces(), space, len, hits, point);
         }
+        if let Some(partition) = scene.faces().partition() {
+            // So far these are the numbers of pieces.
+            self.face[..len].iter_mut().for_each(|face| *face = partition.face_of(*face));
+        }
     }
 
     /// Once more where triangles are cut in cells.
@@ -82,7 +86,7 @@ impl Arrivals {
             }
             let cell = surface.cell_at(hits.uv.each_ref().map(|row| row[lane]));
             let side = if hits.facing[lane] > 0.0 { Side::Front } else { Side::Back };
-            self.face[lane] = surface.face(cell, side);
+            self.face[lane] = surface.piece(cell, side);
             if space == Space::Discrete {
                 let r = [(point[lane] >> 32) as u32, point[lane] as u32].map(unit_32);
                 let uv = surface.point_in_cell(cell, r);
@@ -139,7 +143,7 @@ fn arrive<R: Real>(
     let landing = Landing::<R>::each(landings, &hits.surface[first..]);
     let cell = landing.cell_at(hits.uv.each_ref().map(|row| R::load(&row[first..])));
     let facing = R::load(&hits.facing[first..]);
-    landing.face(cell, facing).store_u32(&mut arrivals.face[first..]);
+    landing.piece(cell, facing).store_u32(&mut arrivals.face[first..]);
     let met = R::load_u32(&hits.surface[first..]).ne(R::splat(f64::from(Hits::NONE)));
     arrivals.met.add(first, R::bits(met));
     arrivals.active.add(first, R::bits(met & landing.is_active(facing)));

@@ -158,7 +158,7 @@ impl<N: Numbers, E: Scorer<C>, F: Fate<C>, const C: usize> Walker<'_, N, E, F, C
             arrivals.locate(self.isa, self.scene, self.space, self.len, &hits, &draws);
             self.estimator.expect(&arrivals.face[..self.len]);
             let (decided, ended) = self.decide(&hits, &arrivals);
-            self.go_on(&hits, &arrivals, &draws[2]);
+            self.go_on(&hits, &arrivals, decided.survived, &draws);
             self.estimator.locate(self.isa, self.scene, self.len, &hits);
             self.estimator.score(&arrivals.face, &decided, &self.weights);
             self.replace(ended, fate, newborns);
@@ -184,7 +184,7 @@ impl<N: Numbers, E: Scorer<C>, F: Fate<C>, const C: usize> Walker<'_, N, E, F, C
             self.fates[lane].set_out(weights);
         }
         let surface = &self.scene.surfaces()[number as usize];
-        self.estimator.begin(lane, surface.face(cell, side));
+        self.estimator.begin(lane, self.scene.face_at(number, cell, side));
         let uv = surface.point_in_cell(cell, [(point >> 32) as u32, point as u32].map(unit_32));
         self.estimator.born_at(lane, surface, cell, uv);
         self.departures.surface[lane] = number;
@@ -231,11 +231,17 @@ impl<N: Numbers, E: Scorer<C>, F: Fate<C>, const C: usize> Walker<'_, N, E, F, C
 
     /// All leave from where they have arrived; those that have ended are replaced.
     #[inline(always)]
-    fn go_on(&mut self, hits: &Hits, arrivals: &Arrivals, directions: &[u64; WIDTH]) {
+    fn go_on(&mut self, hits: &Hits, arrivals: &Arrivals, survived: Lanes, draws: &[[u64; WIDTH]; 3]) {
+        let [_, points, directions] = draws;
         self.departures.surface = hits.surface;
         self.departures.facing = hits.facing;
         self.departures.uv = arrivals.uv;
         self.departures.direction = *directions;
+        if self.space == Space::Discrete
+            && let Some(scatter) = &self.scene.parts.scatter
+        {
+            scatter.spread(self.scene.surfaces(), survived, &arrivals.face, points, &mut self.departures);
+        }
     }
 
     /// Walks set out in the places of those that have ended. Where none is left, the last ones move there.
@@ -321,7 +327,7 @@ mod tests {
             emittance: (i as f64).into(),
             cell_emittance: vec![],
         };
-        SceneSpec { surfaces: shapes.into_iter().enumerate().map(surface).collect() }
+        SceneSpec::new(shapes.into_iter().enumerate().map(surface).collect())
     }
 
     /// The room with coincident surfaces: a floor written twice, a rug on it, a plate that is written three times, a
@@ -350,6 +356,22 @@ mod tests {
         spec
     }
 
+    /// The room with groups: cells of one surface in threes, and all cells of the triangles with two sides.
+    fn grouped_room() -> SceneSpec {
+        let mut spec = room();
+        let triangle = Shape::Triangle { a: DVec3::X, b: DVec3::X + DVec3::Y, c: DVec3::ONE, rows: 2 };
+        let like = spec.surfaces[4].clone();
+        spec.surfaces.push(SurfaceSpec { shape: triangle, ..like });
+        let labels: Vec<u32> = (0..4 * 6 + 9 + 1 + 4)
+            .map(|cell| match cell {
+                0..24 => cell % 2 + 2 * (cell / 6),
+                33 => cell,
+                _ => 100,
+            })
+            .collect();
+        spec.grouped(&labels)
+    }
+
     /// A closed cube in which walks are long.
     fn bright_cube() -> SceneSpec {
         let (o, e, axes) = (DVec3::ZERO, DVec3::ONE, DVec3::AXES);
@@ -373,7 +395,7 @@ mod tests {
                 cell_emittance: vec![],
             }
         };
-        SceneSpec { surfaces: (0..6).map(surface).collect() }
+        SceneSpec::new((0..6).map(surface).collect())
     }
 
     fn tally(scene: Scene, method: &Walks) -> Tally {
@@ -390,6 +412,8 @@ mod tests {
             (room(), IndexChoice::Tree),
             (layered_room(), IndexChoice::Flat),
             (layered_room(), IndexChoice::Tree),
+            (grouped_room(), IndexChoice::Flat),
+            (grouped_room(), IndexChoice::Tree),
             (bright_cube(), IndexChoice::Flat),
         ] {
             for space in [Space::Discrete, Space::Continuous] {
@@ -426,16 +450,20 @@ mod tests {
 
     #[test]
     fn every_instruction_set_gives_the_same_bits() {
-        let on = |isa| Scene::build_for(&room(), IndexChoice::Flat, isa).unwrap();
         let end = InfiniteEnd::Roulette { threshold: 0.01 };
-        for estimator in [Estimator::Collision, Estimator::Absorption, Estimator::Infinite(end)] {
-            for space in [Space::Discrete, Space::Continuous] {
-                for direction in [Direction::Shooting, Direction::Gathering(Birth::Area)] {
-                    for score in [Score::Of(estimator), Score::Linear(estimator)] {
-                        let method = Walks { direction: direction.clone(), space, score };
-                        let plain = tally(on(Isa::Portable), &method);
-                        for isa in Isa::available() {
-                            assert_eq!(tally(on(isa), &method), plain, "{isa:?}, {method:?}");
+        let scores: [fn(Estimator) -> Score; 2] = [Score::Of, Score::Linear];
+        // Groups have no slopes.
+        for (spec, scores) in [(room(), &scores[..]), (grouped_room(), &scores[..1])] {
+            let on = |isa| Scene::build_for(&spec, IndexChoice::Flat, isa).unwrap();
+            for estimator in [Estimator::Collision, Estimator::Absorption, Estimator::Infinite(end)] {
+                for space in [Space::Discrete, Space::Continuous] {
+                    for direction in [Direction::Shooting, Direction::Gathering(Birth::Area)] {
+                        for score in scores.iter().map(|score| score(estimator)) {
+                            let method = Walks { direction: direction.clone(), space, score };
+                            let plain = tally(on(Isa::Portable), &method);
+                            for isa in Isa::available() {
+                                assert_eq!(tally(on(isa), &method), plain, "{isa:?}, {method:?}");
+                            }
                         }
                     }
                 }

@@ -33,16 +33,17 @@ pub fn walk(scene: &Scene, space: Space, mut rng: WalkRng, mut arrived: impl FnM
         }
         // Arrive, and survive with probability R. Every arrival draws three numbers, used or not.
         let cell = surface.cell_at(hit.uv);
-        let (survives, fresh) = (surface.survives(rng.bits()), rng.pair());
-        arrived(surface.face(cell, hit.side), survives);
+        let (survives, fresh) = (surface.survives(rng.bits()), rng.bits());
+        let face = scene.face_at(hit.surface, cell, hit.side);
+        arrived(face, survives);
         if !survives {
             return WalkEnd::Absorbed;
         }
         // Scatter: from a fresh point of the patch, or from the hit point (BS §2).
-        point = match space {
-            Space::Discrete => surface.point_in_cell(cell, fresh),
-            Space::Continuous => surface.inside(hit.uv),
+        (from, point) = match space {
+            Space::Discrete => scene.scatter((hit.surface, cell), face, fresh),
+            Space::Continuous => (hit.surface, surface.inside(hit.uv)),
         };
-        (from, side) = (hit.surface, hit.side);
+        side = hit.side;
     }
 }

@@ -57,7 +57,7 @@ pub(crate) fn box_scene(size: DVec3, cells: [u32; 2]) -> SceneSpec {
         .map(|(shape, reflectance)| surface(shape, reflectance))
         .collect();
     surfaces[0].cell_emittance = vec![(0, 1.0.into())];
-    SceneSpec { surfaces }
+    SceneSpec::new(surfaces)
 }
 
 /// The 54-patch cube of S97 fig. 2: its emitter is the patch in the middle of the first face.
@@ -79,7 +79,7 @@ pub(crate) fn map_corners(scene: &SceneSpec, map: impl Fn(DVec3) -> DVec3) -> Sc
         Shape::Triangle { a, b, c, rows } => Shape::Triangle { a: map(a), b: map(b), c: map(c), rows },
     };
     let surfaces = scene.surfaces.iter().map(|s| SurfaceSpec { shape: shape(&s.shape), ..s.clone() });
-    SceneSpec { surfaces: surfaces.collect() }
+    SceneSpec::new(surfaces.collect())
 }
 
 /// A rotation along no axis of symmetry.
@@ -144,7 +144,7 @@ pub(crate) fn bumpy_sphere(levels: u32, rows: u32) -> SceneSpec {
         .map(|&[a, b, c]| surface(Shape::Triangle { a: bump(a), b: bump(c), c: bump(b), rows }, 0.8))
         .collect();
     surfaces[0].emittance = 1.0.into();
-    SceneSpec { surfaces }
+    SceneSpec::new(surfaces)
 }
 
 /// The method of discrete or continuous collision shooting.

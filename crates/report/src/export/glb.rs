@@ -8,7 +8,6 @@ use std::io::{self, Write};
 use radiosity::Estimates;
 use serde_json::{Value, json};
 
-use super::table::corners;
 use crate::picture::Shot;
 
 /// Constants that the glTF format defines.
@@ -47,7 +46,8 @@ impl Corners {
         let faces = estimates.scene().faces();
         let channels = estimates.scene().channels();
         let mut all = Corners { low: [f32::INFINITY; 3], high: [f32::NEG_INFINITY; 3], ..Corners::default() };
-        for (face, corners) in faces.by_patch().zip(corners(estimates)) {
+        for (face, piece) in faces.pieces_by_patch() {
+            let corners = faces.piece_corners(piece);
             let known = estimates.face(face);
             let emittance = faces.get(face).emittance;
             let radiosity = |c: usize| known.as_deref().map_or(emittance[c], |known| known[c].radiosity);

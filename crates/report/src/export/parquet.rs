@@ -75,10 +75,12 @@ fn present<T: Copy>(cells: &[Option<T>]) -> (Vec<T>, Vec<i16>) {
     (cells.iter().flatten().copied().collect(), cells.iter().map(|cell| cell.is_some().into()).collect())
 }
 
-/// The corners of the faces, a column a coordinate.
+/// The corners of the faces, a column a coordinate. Those of groups, which are outlines of several cells, are left out.
 fn corner_columns(estimates: &Estimates) -> Vec<Column> {
     let mut columns: Vec<Vec<Option<f64>>> = vec![Vec::new(); 12];
-    for corners in corners(estimates) {
+    let outlines: Vec<_> = corners(estimates).collect();
+    for outlines in outlines.chunk_by(|a, b| a.0 == b.0) {
+        let corners = if let [(_, corners)] = outlines { &corners[..] } else { &[] };
         for (at, column) in columns.iter_mut().enumerate() {
             column.push(corners.get(at / 3).map(|corner| corner[at % 3]));
         }

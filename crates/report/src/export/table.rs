@@ -80,8 +80,21 @@ fn parse<T: std::str::FromStr>(cell: &str) -> io::Result<Option<T>> {
     if cell.is_empty() { Ok(None) } else { cell.parse().map(Some).map_err(bad) }
 }
 
-/// The corners of the faces in the order of rows [m], as [`radiosity::Faces::corners`] has them.
-pub fn corners<'a>(estimates: &'a Estimates) -> impl Iterator<Item = Vec<DVec3>> + 'a {
+impl Cells {
+    /// These rows, in this order.
+    pub(super) fn of_rows(&self, rows: &[usize]) -> Cells {
+        match self {
+            Cells::Whole(cells) => Cells::Whole(rows.iter().map(|&row| cells[row]).collect()),
+            Cells::Number(cells) => Cells::Number(rows.iter().map(|&row| cells[row]).collect()),
+            Cells::Words(cells) => Cells::Words(rows.iter().map(|&row| cells[row].clone()).collect()),
+        }
+    }
+}
+
+/// The outlines that the rows are drawn by, in the order of rows: (row, corners [m] as [`radiosity::Faces::piece_corners`] has
+/// them). A row has one, and that of a group one for each of its cells.
+pub fn corners<'a>(estimates: &'a Estimates) -> impl Iterator<Item = (usize, Vec<DVec3>)> + 'a {
     let faces = estimates.scene().faces();
-    faces.by_patch().map(|face| faces.corners(face))
+    let rows = faces.by_patch().enumerate();
+    rows.flat_map(move |(row, face)| faces.pieces(face).map(move |piece| (row, faces.piece_corners(piece))))
 }

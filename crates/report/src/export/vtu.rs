@@ -1,4 +1,5 @@
-//! `patches.vtu`: an unstructured grid of the Visualization Toolkit in XML, a cell a row of `patches.csv`.
+//! `patches.vtu`: an unstructured grid of the Visualization Toolkit in XML, a cell a row of `patches.csv`; where a patch
+//! is a group of cells, a cell of the grid for each of these, with the numbers of the row.
 //!
 //! Arrays are base64 of 64-bit little-endian numbers after their length in bytes, as the file format of VTK's XML readers
 //! has it. A missing estimate is written as NaN. Words become numbers: `surface` its position among the names in the
@@ -26,7 +27,9 @@ const FLAGS: [&str; 4] = ["emitter", "rare", "unsampled", "bias"];
 /// Those of `writer`.
 pub fn write_vtu(mut writer: impl Write, estimates: &Estimates) -> io::Result<()> {
     let (mut points, mut connectivity, mut offsets, mut types) = (vec![], vec![], vec![], vec![]);
-    for corners in corners(estimates) {
+    let mut rows = Vec::new();
+    for (row, corners) in corners(estimates) {
+        rows.push(row);
         for corner in &corners {
             connectivity.push((points.len() / 3) as i64);
             points.extend(corner.to_array());
@@ -50,7 +53,7 @@ pub fn write_vtu(mut writer: impl Write, estimates: &Estimates) -> io::Result<()
     integers(&mut writer, "types", types)?;
     writeln!(writer, "</Cells>\n<CellData Scalars=\"radiosity\">")?;
     for Column { name, cells } in columns(estimates)? {
-        match cells {
+        match cells.of_rows(&rows) {
             Cells::Number(cells) => {
                 floats(&mut writer, &name, "", cells.into_iter().map(|cell| cell.unwrap_or(f64::NAN)))?;
             }

@@ -22,6 +22,11 @@ pub enum FactorsFault {
         /// How many there may be.
         most: usize,
     },
+    /// Patches are groups of cells, and factors have groups of their own.
+    #[error(
+        "import.group_size makes patches of several faces, and factors are those of --groups of single faces; remove import.group_size"
+    )]
+    GroupedPatches,
     /// A group is called as a column is.
     #[error(
         "a group is called \"{name}\", as are walks that end on backs or leave the scene; rename the surface or material, or choose other --groups"

@@ -125,6 +125,9 @@ impl Question {
 }
 
 fn groups_of(asked: Option<&str>, job: &Job, scene: &Scene) -> Result<Groups, Error> {
+    if scene.faces().are_grouped() {
+        return Err(FactorsFault::GroupedPatches.into());
+    }
     let grouping = match asked {
         Some("by-patch") => Grouping::ByPatch,
         Some("by-surface") => Grouping::BySurface,

@@ -94,7 +94,7 @@ impl Counted {
             let number = self.scene.faces().get(patch as usize).surface;
             let surface = &self.scene.surfaces()[number as usize];
             let uv = [uniform(&mut rng), uniform(&mut rng)];
-            let uv = surface.inside(surface.point_in_cell(patch - surface.face(0, Side::Front), uv));
+            let uv = surface.inside(surface.point_in_cell(patch - surface.piece(0, Side::Front), uv));
             let direction = surface.direction(Side::Front, rng.bits());
             let ray = Ray { origin: surface.point(uv), direction, from: number };
             let Some(hit) = self.scene.closest_hit(&ray) else { return };
@@ -106,7 +106,7 @@ impl Counted {
             if !surface.survives(rng.bits()) {
                 return;
             }
-            patch = surface.face(surface.cell_at(hit.uv), hit.side);
+            patch = surface.piece(surface.cell_at(hit.uv), hit.side);
         }
     }
 

@@ -20,7 +20,7 @@ pub(super) fn grey(shape: Shape, reflectance: f64) -> SurfaceSpec {
 
 /// A scene of black surfaces.
 pub(super) fn black(shapes: impl IntoIterator<Item = Shape>) -> SceneSpec {
-    SceneSpec { surfaces: shapes.into_iter().map(|shape| grey(shape, 0.0)).collect() }
+    SceneSpec::new(shapes.into_iter().map(|shape| grey(shape, 0.0)).collect())
 }
 
 fn quad(corner: [f64; 3], u: [f64; 3], v: [f64; 3]) -> Shape {
@@ -109,9 +109,7 @@ pub(super) fn enclosure([x, y, z]: [f64; 3], reflectance: f64) -> SceneSpec {
     let (ex, ey, ez) = ([x, 0.0, 0.0], [0.0, y, 0.0], [0.0, 0.0, z]);
     let o = [0.0; 3];
     let sides = [(o, ey, ez), (ex, ez, ey), (o, ez, ex), (ey, ex, ez), (o, ex, ey), (ez, ey, ex)];
-    SceneSpec {
-        surfaces: sides.into_iter().map(|(corner, u, v)| grey(quad(corner, u, v), reflectance)).collect(),
-    }
+    SceneSpec::new(sides.into_iter().map(|(corner, u, v)| grey(quad(corner, u, v), reflectance)).collect())
 }
 
 /// A cube of side 1 in the middle of one of side 2: the sides of the inner one first, whose fronts face outwards.
@@ -136,5 +134,5 @@ pub(super) fn octahedron(reflectance: f64) -> SceneSpec {
         let [b, c] = if (b - a).cross(c - a).dot(a) > 0.0 { [c, b] } else { [b, c] };
         surfaces.push(grey(Shape::Triangle { a, b, c, rows: 2 }, reflectance));
     }
-    SceneSpec { surfaces }
+    SceneSpec::new(surfaces)
 }

@@ -58,7 +58,7 @@ fn mapped(surfaces: &[SurfaceSpec], map: impl Fn(DVec3) -> DVec3) -> SceneSpec {
         Shape::Triangle { a, b, c, rows } => Shape::Triangle { a: map(a), b: map(b), c: map(c), rows },
     };
     let surfaces = surfaces.iter().map(|s| SurfaceSpec { shape: shape(&s.shape), ..s.clone() }).collect();
-    SceneSpec { surfaces }
+    SceneSpec::new(surfaces)
 }
 
 /// Rays that leave surfaces, rays from outside, rays along axes, and rays aimed at corners and edges.

@@ -25,7 +25,7 @@ fn furnace(to: impl Fn(DVec3) -> DVec3) -> SceneSpec {
 /// The furnace with a sheet across the part `part` of its middle, which reflects and emits on both sides.
 fn with_sheet(part: f64) -> SceneSpec {
     let mut spec = furnace(|corner| corner * BOX);
-    let floor = SceneSpec { surfaces: vec![spec.surfaces[0].clone()] };
+    let floor = SceneSpec::new(vec![spec.surfaces[0].clone()]);
     let (middle, flat) = (0.5 * BOX, DVec3::new(part, part, 0.0));
     let mut sheet = scenes::moved(&floor, |corner| middle + (corner - middle) * flat);
     sheet.surfaces[0].sides = Sides::Both;

@@ -1,0 +1,205 @@
+//! Pieces: the active sides of cells. They are made when they are asked for, so that a scene of a million cells on six
+//! surfaces keeps six records.
+//!
+//! The piece with the number of a cell is its front. The backs of two-sided cells follow the fronts, in cell order.
+
+use glam::DVec3;
+
+use crate::geometry::cells::{cell_centroid, corner_weights};
+use crate::geometry::spec::Side;
+use crate::geometry::spec::{SceneSpec, Shape, Sides, Spectrum};
+
+/// One side of a patch. Nothing passes through a surface: light that arrives on one side leaves from it. Of a group of cells,
+/// surface and cell are those of its first cell.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Face {
+    /// The number of the patch.
+    pub patch: u32,
+    /// Which side of the patch it is.
+    pub side: Side,
+    /// The surface that the patch is a cell of.
+    pub surface: u32,
+    /// The cell's label on that surface (parallelogram: i_u, i_v; triangle: row, position).
+    pub cell: [u32; 2],
+    /// Its centroid, in the coordinates of the file [m].
+    pub centroid: DVec3,
+    /// A: the area of one side [m²].
+    pub area: f64,
+    /// R: the reflectance, per channel.
+    pub reflectance: Spectrum,
+    /// E: the emittance of one side [W/m²], per channel.
+    pub emittance: Spectrum,
+}
+
+impl Face {
+    /// Φ: self-emitted power in one channel [W].
+    pub fn power(&self, channel: usize) -> f64 {
+        self.area * self.emittance[channel]
+    }
+}
+
+/// What the cells of a surface have in common.
+#[derive(Clone, Debug)]
+struct Common {
+    /// The number of the first front, which is that of the first patch.
+    first: u32,
+    shape: Shape,
+    /// Of a cell [m²].
+    area: f64,
+    reflectance: Spectrum,
+    emittance: Spectrum,
+}
+
+/// The backs of the cells of a two-sided surface.
+#[derive(Clone, Copy, Debug)]
+struct Backs {
+    /// The number of the first one.
+    first: u32,
+    surface: u32,
+}
+
+/// The pieces of a scene, by number.
+#[derive(Clone, Debug)]
+pub(crate) struct Pieces {
+    surfaces: Vec<Common>,
+    /// Runs of backs, in the order of their numbers.
+    backs: Vec<Backs>,
+    /// Emittances of single cells, in ascending order.
+    single: Vec<(u32, Spectrum)>,
+    cells: usize,
+    len: usize,
+}
+
+impl Pieces {
+    /// What the pieces take of memory [bytes].
+    pub(super) fn bytes(&self) -> usize {
+        size_of_val(&self.surfaces[..]) + size_of_val(&self.backs[..]) + size_of_val(&self.single[..])
+    }
+
+    /// The pieces of a valid scene.
+    pub(crate) fn new(spec: &SceneSpec) -> Self {
+        let mut pieces = Pieces { surfaces: vec![], backs: vec![], single: vec![], cells: 0, len: 0 };
+        for surface in &spec.surfaces {
+            let cells = surface.shape.cell_count();
+            let first = pieces.cells as u32;
+            pieces.surfaces.push(Common {
+                first,
+                shape: surface.shape,
+                area: surface.shape.area() / cells as f64,
+                reflectance: surface.reflectance,
+                emittance: surface.emittance,
+            });
+            let single = surface.cell_emittance.iter().map(|&(cell, emittance)| (first + cell, emittance));
+            pieces.single.extend(single);
+            pieces.cells += cells as usize;
+        }
+        pieces.len = pieces.cells;
+        for (number, surface) in (0..).zip(&spec.surfaces).filter(|(_, s)| s.sides == Sides::Both) {
+            pieces.backs.push(Backs { first: pieces.len as u32, surface: number });
+            pieces.len += surface.shape.cell_count() as usize;
+        }
+        // Of several for one cell the last one counts.
+        pieces.single.reverse();
+        pieces.single.sort_by_key(|&(cell, _)| cell);
+        pieces.single.dedup_by_key(|&mut (cell, _)| cell);
+        pieces
+    }
+
+    /// How many there are.
+    pub(crate) fn len(&self) -> usize {
+        self.len
+    }
+
+    /// The number of cells.
+    pub(crate) fn cell_count(&self) -> usize {
+        self.cells
+    }
+
+    /// Piece number `i`, as the face that it is where every cell is a patch.
+    ///
+    /// # Panics
+    /// Where there is none.
+    pub(crate) fn get(&self, i: u32) -> Face {
+        assert!((i as usize) < self.len, "piece {i} of {}", self.len);
+        let (number, side) = self.cell_of(i);
+        let surface = self.surface_of(number);
+        let common = &self.surfaces[surface];
+        let cell = number - common.first;
+        let (corner, e_u, e_v) = common.shape.edges();
+        let [u, v] = cell_centroid(&common.shape, cell);
+        let single = self.single.binary_search_by_key(&number, |&(cell, _)| cell);
+        Face {
+            patch: number,
+            side,
+            surface: surface as u32,
+            cell: common.shape.cell_label(cell),
+            centroid: corner + e_u * u + e_v * v,
+            area: common.area,
+            reflectance: common.reflectance,
+            emittance: single.map_or(common.emittance, |i| self.single[i].1),
+        }
+    }
+
+    /// The corners of a piece in the coordinates of the file [m], counter-clockwise as seen from its own side: four of a
+    /// parallelogram's cell, three of a triangle's.
+    pub(super) fn corners(&self, i: u32) -> Vec<DVec3> {
+        let (shape, cell, side) = self.shape_of(i);
+        let mut corners = shape.cell_corners(cell);
+        if side == Side::Back {
+            corners.reverse();
+        }
+        corners
+    }
+
+    /// The weights of the corners of a piece, in the order of [`Pieces::corners`], at local coordinates of its surface that
+    /// lie in it: bilinear, or barycentric in triangles, whose fourth is 0.
+    pub(super) fn corner_weights(&self, i: u32, uv: [f64; 2]) -> [f64; 4] {
+        let (shape, cell, side) = self.shape_of(i);
+        let mut weights = corner_weights(shape, cell, uv);
+        if side == Side::Back {
+            weights.reverse();
+        }
+        weights.resize(4, 0.0);
+        weights.try_into().expect("four")
+    }
+
+    /// The surface of a piece, the cell on it, and the side.
+    fn shape_of(&self, i: u32) -> (&Shape, u32, Side) {
+        let (cell, side) = self.cell_of(i);
+        let Common { first, shape, .. } = &self.surfaces[self.surface_of(cell)];
+        (shape, cell - first, side)
+    }
+
+    /// The surface that a cell lies on.
+    fn surface_of(&self, cell: u32) -> usize {
+        self.surfaces.partition_point(|surface| surface.first <= cell) - 1
+    }
+
+    /// The cell of a piece, counted through all surfaces, and the side of it.
+    pub(crate) fn cell_of(&self, piece: u32) -> (u32, Side) {
+        let before = self.backs.partition_point(|backs| backs.first <= piece);
+        match before.checked_sub(1).map(|i| self.backs[i]) {
+            None => (piece, Side::Front),
+            Some(backs) => (self.surfaces[backs.surface as usize].first + (piece - backs.first), Side::Back),
+        }
+    }
+
+    /// The number of the first piece on one side of a surface; the others follow in cell order. `None` where the side is
+    /// not active.
+    pub(super) fn first_on(&self, surface: u32, side: Side) -> Option<u32> {
+        match side {
+            Side::Front => Some(self.surfaces[surface as usize].first),
+            Side::Back => {
+                let found = self.backs.binary_search_by_key(&surface, |backs| backs.surface);
+                found.ok().map(|i| self.backs[i].first)
+            }
+        }
+    }
+
+    /// The back of a cell; `None` where it has none.
+    pub(super) fn back_of(&self, cell: u32) -> Option<u32> {
+        let surface = self.surface_of(cell);
+        let first = self.first_on(surface as u32, Side::Back)?;
+        Some(first + (cell - self.surfaces[surface].first))
+    }
+}
