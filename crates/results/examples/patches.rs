@@ -119,7 +119,7 @@ impl Room {
         self.each_cell(&mut |area, (surface, side, [u, v]), index| {
             let [nu, nv] = grid(cuts[surface]);
             let [x, y] = [u * f64::from(nu), v * f64::from(nv)];
-            let first = faces.first_on(surface as u32, side).expect("an active side");
+            let first = faces.first_piece_on(surface as u32, side).expect("an active side");
             let fit = &fits[(first + x as u32 * nv + y as u32) as usize];
             let slope = fit.gradient[0] * (x.fract() - 0.5) + fit.gradient[1] * (y.fract() - 0.5);
             for (whole, value) in errors.whole.iter_mut().zip([fit.mean, fit.mean + slope]) {
@@ -298,7 +298,7 @@ fn fits(experiment: &Experiment, tally: &Tally) -> Vec<Fit> {
     let mut fits = Vec::new();
     for (number, surface) in scene.surfaces().iter().enumerate() {
         for side in [Side::Front, Side::Back] {
-            let Some(first) = scene.faces().first_on(number as u32, side) else { continue };
+            let Some(first) = scene.faces().first_piece_on(number as u32, side) else { continue };
             let of = |face: u32| experiment.fit(tally, face as usize, 0).expect("walks that are shot");
             fits.extend((first..first + surface.cell_count()).map(of));
         }

@@ -74,7 +74,7 @@ impl SurfaceLight {
             edges: [e_u.length(), e_v.length()],
         };
         for side in [Side::Front, Side::Back] {
-            let Some(first) = scene.faces().first_on(surface as u32, side) else { continue };
+            let Some(first) = scene.faces().first_piece_on(surface as u32, side) else { continue };
             for channel in 0..scene.channels() {
                 let fits = |tally: &Tally| -> Option<Vec<Fit>> {
                     (first..first + fine.count() as u32)

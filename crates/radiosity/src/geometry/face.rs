@@ -9,7 +9,7 @@ use glam::DVec3;
 use super::partition::Partition;
 pub use super::piece::Face;
 use super::piece::Pieces;
-use super::spec::{SceneSpec, Side};
+use super::spec::{SceneSpec, Shape, Side};
 
 /// The faces of a scene, by number.
 #[derive(Clone, Debug)]
@@ -35,7 +35,7 @@ impl Faces {
 
     /// The outlines of the surfaces and their cells, in the order of the surfaces.
     pub fn shapes(&self) -> impl Iterator<Item = &Shape> {
-        self.surfaces.iter().map(|surface| &surface.shape)
+        self.pieces.shapes()
     }
 
     /// How many there are.
