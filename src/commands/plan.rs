@@ -6,6 +6,7 @@ use results::{Settings, units};
 use voice::{Phase, say};
 
 use crate::args::PlanArgs;
+use crate::choose::load_anew;
 use crate::clock::cpu_seconds;
 use crate::fault::{Fault, Outcome};
 use crate::memory;
@@ -13,7 +14,7 @@ use crate::memory;
 /// Plans a job and prints the plan. Nothing is written.
 pub(crate) fn plan(args: &PlanArgs) -> Result<Outcome, Fault> {
     let phase = Phase::begin("reading the scene");
-    let job = job::load(&args.job.job, &args.job.overrides())?;
+    let job = load_anew(&args.job, &phase)?;
     memory::check(&job, 1)?;
     let experiment = Experiment::new(job.build_scene()?, job.method.walks())?
         .with_sensors(job.scene.sensors())?

@@ -43,7 +43,7 @@ pub use experiment::exchange::{ExchangeSpec, FactorKind, Segment, exchange_count
 pub use experiment::influence::{Derivative, Influences, Property};
 pub use experiment::readings::{Reading, Readings};
 pub use experiment::replay::{Replay, Step};
-pub use experiment::slopes::{Accuracy, Slopes};
+pub use experiment::slopes::{Accuracy, Fit, Slopes};
 pub use experiment::solution::{
     Apart, Channels, Estimate, Estimates, Mix, Precision, QUANTILES, Solution, TINY,
 };

@@ -22,6 +22,7 @@ mod model;
 mod outlines;
 mod pack;
 mod page;
+mod partition;
 mod patches;
 mod picture;
 mod precision;
@@ -50,6 +51,7 @@ pub use factors::{
 pub use method::MethodWords;
 pub use model::{Bounce, Model};
 pub use page::{Live, Milestone, Page};
+pub use partition::PartitionSummary;
 pub use patches::{face_words, flags, side_name, write_patches};
 pub use picture::{Photo, Picture, Shot};
 pub use precision::{ApartSummary, PrecisionSummary};

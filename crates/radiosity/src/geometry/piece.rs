@@ -71,6 +71,11 @@ pub(crate) struct Pieces {
 }
 
 impl Pieces {
+    /// The outlines of the surfaces and their cells, in the order of the surfaces.
+    pub(crate) fn shapes(&self) -> impl Iterator<Item = &Shape> {
+        self.surfaces.iter().map(|surface| &surface.shape)
+    }
+
     /// What the pieces take of memory [bytes].
     pub(super) fn bytes(&self) -> usize {
         size_of_val(&self.surfaces[..]) + size_of_val(&self.backs[..]) + size_of_val(&self.single[..])
