@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# A release: one static binary, its checksum, and a container image where podman or docker is there.
+# A release: one static binary, its checksum, and a container image where podman, docker or buildah is there.
 #
 #     scripts/dist.sh [FOLDER]      default: dist
 #
@@ -39,13 +39,24 @@ trap 'rm -rf "$scratch"' EXIT
 (cd "$folder" && sha256sum "$name" > "$name.sha256")
 echo "dist: $folder/$name, $(stat -c %s "$folder/$name") bytes"
 
-engine="$(command -v podman || command -v docker || true)"
-if [ -z "$engine" ] || ! "$engine" info >/dev/null 2>&1; then
-    echo "dist: no container image: neither podman nor docker with its daemon is there"
-    exit 0
-fi
 mkdir "$scratch/image"
 install -m 755 "$folder/$name" "$scratch/image/radwalk"
-"$engine" build --tag "radwalk:$version" --file scripts/Containerfile "$scratch/image"
-"$engine" save "radwalk:$version" | gzip > "$folder/radwalk-$version-image.tar.gz"
-echo "dist: $folder/radwalk-$version-image.tar.gz, image radwalk:$version"
+image="$folder/radwalk-$version-image.tar"
+engine="$(command -v podman || command -v docker || true)"
+if [ -n "$engine" ] && "$engine" info >/dev/null 2>&1; then
+    "$engine" build --tag "radwalk:$version" --file scripts/Containerfile "$scratch/image"
+    "$engine" run --rm "radwalk:$version" --version
+    "$engine" save "radwalk:$version" > "$image"
+elif command -v buildah >/dev/null; then
+    # buildah needs no daemon.
+    export BUILDAH_ISOLATION=chroot STORAGE_DRIVER=vfs
+    store() { buildah --root "$scratch/store" --runroot "$scratch/state" "$@"; }
+    store build --tag "radwalk:$version" --file scripts/Containerfile "$scratch/image"
+    store run "$(store from "radwalk:$version")" -- /radwalk --version
+    store push "radwalk:$version" "docker-archive:$image:radwalk:$version"
+else
+    echo "dist: no container image: neither podman, nor docker with its daemon, nor buildah is there"
+    exit 0
+fi
+gzip --force "$image"
+echo "dist: $image.gz, image radwalk:$version"

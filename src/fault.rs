@@ -103,6 +103,19 @@ pub(crate) enum Fault {
         "a job of chains or Sobol batches has no walks to replay (the walks of one depend on each other); give --set method.walk=shooting --set method.sampler=random, or another job"
     )]
     NoWalks,
+    /// A command needs patches that the job leaves to the program.
+    #[error(
+        "{}: the patches of the job are not cut yet (a pilot cuts them when it is run, and {command} is about given patches); run it first, and write patches = \"out/{name}/partition.toml\" in [scene]",
+        path.display()
+    )]
+    OpenPatches {
+        /// The job file.
+        path: PathBuf,
+        /// The name of the job.
+        name: String,
+        /// The command.
+        command: &'static str,
+    },
     /// A part of the walks is no part.
     #[error("--share {0} is outside (0, 1] (it is the part of the walks to trace again); give 0.001, say")]
     Share(f64),
@@ -175,7 +188,7 @@ impl Fault {
         match self {
             Fault::Job(_) | Fault::Unfit(_) | Fault::Report(_) | Fault::Exact(_) => 2,
             Fault::AccessFile { .. } | Fault::AccessFileWrite { .. } | Fault::OneAccessFile { .. } => 2,
-            Fault::Share(_) | Fault::NoWalks => 2,
+            Fault::Share(_) | Fault::NoWalks | Fault::OpenPatches { .. } => 2,
             Fault::NoWord { .. } | Fault::NoEntry { .. } | Fault::Table { .. } | Fault::TwinJobs(_) => 2,
             Fault::Listen(ListenError::NoName { .. }) | Fault::NoRoom { .. } | Fault::NoStatus(_) => 2,
             Fault::Taken { .. } | Fault::NotWritten { .. } | Fault::Unsaid { .. } => 2,

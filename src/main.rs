@@ -4,6 +4,7 @@
 
 mod args;
 mod build;
+mod choose;
 mod clock;
 mod commands;
 mod date;

@@ -5,6 +5,7 @@ mod doctor;
 use job::{FileKind, SceneFile};
 use radiosity::Experiment;
 use report::Units;
+use report::words::counted;
 use results::units;
 use voice::{Phase, say};
 
@@ -18,8 +19,18 @@ pub(crate) fn check(args: &CheckArgs) -> Result<Outcome, Fault> {
     let job = job::load(&args.file, &args.set)?;
     memory::check(&job, 1)?;
     describe_import(&job.scene);
-    let faults = match job::file_kind(&args.file)? {
-        FileKind::Job => {
+    let faults = match (job::file_kind(&args.file)?, &job.auto) {
+        (FileKind::Job, Some(auto)) => {
+            let walks = job::MethodTable::default().walks();
+            let faults = describe_scene(&Experiment::new(job.build_scene()?, walks)?, &units(job.light));
+            say(&format!(
+                "job: {} paths; a pilot cuts {} when it is run, which count as one patch each here",
+                job.budget.paths,
+                counted(auto.surfaces.len() as u64, "surface")
+            ));
+            faults
+        }
+        (FileKind::Job, None) => {
             let experiment = Experiment::new(job.build_scene()?, job.method.walks())?
                 .with_sensors(job.scene.sensors())?
                 .with_groups(&job.sources, &job.sensitivity)?;
@@ -27,7 +38,7 @@ pub(crate) fn check(args: &CheckArgs) -> Result<Outcome, Fault> {
             judge::job_lines(&job, &experiment).iter().for_each(|line| say(line));
             faults
         }
-        FileKind::Scene => {
+        (FileKind::Scene, _) => {
             let walks = job::MethodTable::default().walks();
             let experiment = Experiment::new(job.build_scene()?, walks)?
                 .with_sensors(job.scene.sensors())?

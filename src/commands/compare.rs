@@ -18,6 +18,7 @@ use self::shoot::shoot;
 use self::table::{TABLE, Table};
 use crate::args::CompareArgs;
 use crate::build::BUILD;
+use crate::choose::load_given;
 use crate::date::today;
 use crate::fault::{Fault, Outcome};
 use crate::signals;
@@ -85,7 +86,7 @@ fn command(args: &CompareArgs) -> String {
 
 /// Reads a job, and makes sure that light has a way into its scene.
 fn load(args: &CompareArgs, path: &Path) -> Result<(Job, Scene), Fault> {
-    let job = job::load(path, &args.set)?;
+    let job = load_given(path, &args.set, "compare")?;
     let scene = job.build_scene()?;
     Experiment::new(scene.clone(), job::MethodTable::default().walks())?;
     Ok((job, scene))

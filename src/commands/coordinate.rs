@@ -18,6 +18,7 @@ use voice::{Phase, say};
 
 use crate::args::{CoordinateArgs, CourseArgs, LeadArgs, OutArgs, RunArgs};
 use crate::build::{BUILD, GIT};
+use crate::choose;
 use crate::fault::{Fault, Outcome};
 use crate::local::LocalWorkers;
 use crate::progress::{Display, tell_notice};
@@ -109,7 +110,9 @@ impl Prepared {
     fn new(args: &LeadArgs, resume: bool, workers: usize) -> Result<Self, Fault> {
         let LeadArgs { job: asked, out, export } = args;
         let phase = Phase::begin("reading the scene");
-        let job = job::load(&asked.job, &asked.overrides())?;
+        let folder_of = |job: &Job| out.out.clone().unwrap_or_else(|| default_folder(job));
+        let kept = |job: &Job| resume.then(|| results::kept_partition(&folder_of(job))).flatten();
+        let job = choose::load(asked, &phase, kept)?;
         tell_notes(&job);
         memory::check(&job, workers)?;
         phase.now("building the scene");
@@ -125,7 +128,7 @@ impl Prepared {
             .for_each(|idle| warn!("{idle}"));
         let settings = Settings::of(&job);
         view_troubles(experiment.scene(), &settings.view).iter().for_each(|trouble| warn!("{trouble}"));
-        let folder = out.out.clone().unwrap_or_else(|| default_folder(&job));
+        let folder = folder_of(&job);
         let output = RunOutput::new(&folder, out.force || resume, &export.export, GIT)?;
         let identity = Identity::new(&job, &settings, &experiment, BUILD)?;
         let past = Past::none(experiment.tally::<{ judge::MOMENTS }>());

@@ -7,13 +7,14 @@ use tracing::warn;
 use voice::{Phase, say};
 
 use crate::args::ExactArgs;
+use crate::choose::load_anew;
 use crate::commands::coordinate::default_folder;
 use crate::fault::{Fault, Outcome};
 
 /// Solves a job's scene and writes `exact.csv` and `exact.json`; in colour, a pair for each channel.
 pub(crate) fn exact(args: &ExactArgs) -> Result<Outcome, Fault> {
     let phase = Phase::begin("reading the scene");
-    let job = job::load(&args.job.job, &args.job.overrides())?;
+    let job = load_anew(&args.job, &phase)?;
     // The job's own error messages know the line of the file that is at fault.
     let scene = job.build_scene()?;
     let path = args.out.out.clone().unwrap_or_else(|| default_folder(&job));

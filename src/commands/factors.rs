@@ -10,6 +10,7 @@ use voice::{Phase, say};
 
 use crate::args::FactorsArgs;
 use crate::build::BUILD;
+use crate::choose::load_given;
 use crate::commands::coordinate::default_folder;
 use crate::fault::{Fault, Outcome};
 use crate::signals;
@@ -18,7 +19,7 @@ use crate::team::{Hands, Remote, walk};
 /// Counts exchange factors and writes them.
 pub(crate) fn factors(args: &FactorsArgs) -> Result<Outcome, Fault> {
     let phase = Phase::begin("reading the scene");
-    let job = job::load(&args.job.job, &args.job.overrides())?;
+    let job = load_given(&args.job.job, &args.job.overrides(), "factors")?;
     let asked = Asked {
         groups: args.groups.as_deref(),
         reflections: args.reflections,

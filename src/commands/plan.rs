@@ -6,6 +6,7 @@ use results::{Settings, units};
 use voice::{Phase, say};
 
 use crate::args::PlanArgs;
+use crate::choose::load_anew;
 use crate::clock::cpu_seconds;
 use crate::fault::{Fault, Outcome};
 use crate::memory;
@@ -13,14 +14,16 @@ use crate::memory;
 /// Plans a job and prints the plan. Nothing is written.
 pub(crate) fn plan(args: &PlanArgs) -> Result<Outcome, Fault> {
     let phase = Phase::begin("reading the scene");
-    let job = job::load(&args.job.job, &args.job.overrides())?;
+    let job = load_anew(&args.job, &phase)?;
     memory::check(&job, 1)?;
     let experiment = Experiment::new(job.build_scene()?, job.method.walks())?
         .with_sensors(job.scene.sensors())?
         .with_groups(&job.sources, &job.sensitivity)?;
     phase.now("shooting a pilot");
-    let level = Settings::of(&job).level(experiment.scene());
-    let forecast = Forecast::of(&job, &experiment, level, args.workers, (cpu_seconds, memory::peak()));
+    let settings = Settings::of(&job);
+    let (level, goal) = (settings.level(experiment.scene()), settings.sensor_goal(&experiment));
+    let asked = (level, goal.as_ref());
+    let forecast = Forecast::of(&job, &experiment, asked, args.workers, (cpu_seconds, memory::peak()));
     drop(phase);
     if args.json {
         say(&forecast.json().to_string());

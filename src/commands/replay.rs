@@ -1,14 +1,17 @@
 //! `radwalk replay`: one walk of a job, in words.
 
 use radiosity::{Experiment, Sequence};
-use voice::say;
+use voice::{Phase, say};
 
 use crate::args::ReplayArgs;
+use crate::choose::load_anew;
 use crate::fault::{Fault, Outcome};
 
 /// Tells a walk of a job.
 pub(crate) fn replay(args: &ReplayArgs) -> Result<Outcome, Fault> {
-    let job = job::load(&args.job.job, &args.job.overrides())?;
+    let phase = Phase::begin("reading the scene");
+    let job = load_anew(&args.job, &phase)?;
+    drop(phase);
     let experiment = Experiment::new(job.build_scene()?, job.method.walks())?;
     if !experiment.unit().is_walk() {
         return Err(Fault::NoWalks);

@@ -33,6 +33,7 @@ mod linear;
 mod normals;
 mod operators;
 mod output;
+mod partition;
 mod plan;
 mod refusals;
 mod relay;

@@ -127,3 +127,66 @@ fn a_scene_that_was_exported_is_read_again() {
     assert_eq!(code, 0, "{stderr}");
     assert!(stdout.contains("108"), "54 patches are 108 triangles: {stdout}");
 }
+
+/// A scene with a quad and a point for sensors: their readings and their corners are in the page and in `scene.glb`.
+#[test]
+fn sensors_are_drawn_with_their_readings() {
+    let dir = tempdir().unwrap();
+    let configs = Path::new(env!("CARGO_MANIFEST_DIR")).join("configs");
+    let scene = std::fs::read_to_string(configs.join("scenes/cube54.toml")).unwrap();
+    let sensors = "
+[[sensor]]
+name    = \"desk\"
+quad    = [[0.2, 0.3, 0.5], [0.8, 0.3, 0.5], [0.2, 0.7, 0.5]]
+patches = [3, 2]
+
+[[sensor]]
+name   = \"eye\"
+point  = [0.5, 0.1, 0.6]
+normal = [0, 1, 0]
+";
+    let job = dir.path().join("scene.toml");
+    std::fs::write(&job, scene + sensors).unwrap();
+    let out = dir.path().join("out");
+    run_with_exports(text(&job), &out);
+    let page = std::fs::read_to_string(out.join("report.html")).unwrap();
+    let table = std::fs::read(out.join("sensors.csv")).unwrap();
+    assert_eq!(inflate(element(&page, "sensor-table")), table);
+    let corners: Vec<f32> = inflate(element(&page, "sensor-corners"))
+        .chunks_exact(4)
+        .map(|bytes| f32::from_le_bytes(bytes.try_into().unwrap()))
+        .collect();
+    assert_eq!(corners.len(), 7 * 12);
+    let table = columns(&out.join("sensors.csv"));
+    for (row, corners) in corners.chunks_exact(12).enumerate() {
+        for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
+            let middle = corners.chunks_exact(3).map(|corner| corner[axis]).sum::<f32>() / 4.0;
+            assert!(
+                (middle - table[name][row].parse::<f32>().unwrap()).abs() < 1e-6,
+                "row {row}: {corners:?}"
+            );
+        }
+    }
+    // The square of the point faces as the point does: its corners have its y.
+    assert!(corners[72..].chunks_exact(3).all(|corner| (corner[1] - 0.1).abs() < 1e-7), "{corners:?}");
+
+    let glb = std::fs::read(out.join("scene.glb")).unwrap();
+    let length = u32::from_le_bytes(glb[12..16].try_into().unwrap()) as usize;
+    let document: Value = serde_json::from_slice(&glb[20..20 + length]).unwrap();
+    let nodes: Vec<&Value> = document["nodes"].as_array().unwrap().iter().skip(1).collect();
+    assert_eq!(nodes.iter().map(|node| node["name"].as_str().unwrap()).collect::<Vec<_>>(), ["desk", "eye"]);
+    let readings: Vec<f64> = nodes
+        .iter()
+        .flat_map(|node| node["extras"]["irradiance"].as_array().unwrap())
+        .map(|h| h.as_f64().unwrap())
+        .collect();
+    let expected: Vec<f64> = table["irradiance"].iter().map(|cell| cell.parse().unwrap()).collect();
+    // The reader of JSON rounds the last place as it likes.
+    let is_read = |(read, written): (&f64, &f64)| (read - written).abs() <= 1e-15 * written.abs();
+    assert_eq!(readings.len(), expected.len());
+    assert!(readings.iter().zip(&expected).all(is_read), "{readings:?}, not {expected:?}");
+    let mesh = &document["meshes"][nodes[0]["mesh"].as_u64().unwrap() as usize];
+    assert_eq!(mesh["primitives"][0]["mode"], 1, "lines, which importers do not take for surfaces");
+    assert_eq!(document["buffers"][0]["byteLength"].as_u64().unwrap() as usize, glb.len() - 28 - length);
+    assert_eq!(document["scenes"][0]["nodes"], serde_json::json!([0, 1, 2]));
+}

@@ -209,3 +209,24 @@ normal = [0, 0, -1]
     let (code, _, stderr) = run(&few);
     assert!(code == 2 && stderr.contains("born on chosen patches"), "{code} {stderr}");
 }
+
+/// What a plan foretells of a target on sensors is where runs end: of four seeds no end lies beyond the plan's range by more than one
+/// look, which is a factor of 1.5. The pilots' errors have standard errors of 2 on either side of them; the seeds are fixed.
+#[test]
+fn plans_foretell_targets_on_sensors() {
+    let folder = tempdir().unwrap();
+    let job = cube_with(&folder, SENSORS);
+    for seed in ["1", "2", "3", "4"] {
+        let set = ["--set", "target.sensors=0.004", "--seed", seed, "--paths", "40000000"];
+        let (code, stdout, stderr) = run(&[&["plan", job.to_str().unwrap(), "--json"][..], &set].concat());
+        assert_eq!(code, 0, "{stderr}");
+        let plan: Value = serde_json::from_str(&stdout).unwrap();
+        assert!(plan["sensors"].as_str().unwrap().contains("\"desk\""), "{plan}");
+        let [least, most] = ["least_paths", "most_paths"].map(|end| plan["ending"][end].as_u64().unwrap());
+        let pilot = plan["pilot"]["paths"].as_u64().unwrap();
+        let summary = sensed(&job, &path(&folder, seed), &set);
+        let paths = summary["paths"].as_u64().unwrap();
+        assert!(pilot < paths, "the pilot is the run: {pilot} of {paths}");
+        assert!(2 * least <= 3 * paths && 2 * paths <= 3 * most, "{paths}, not {least} … {most}");
+    }
+}

@@ -106,6 +106,16 @@ impl<'a> Table<'a> {
         keys.iter().any(|&key| self.entries.contains_key(key))
     }
 
+    /// Whether a key has this string for its value.
+    pub(crate) fn says(&self, key: &str, word: &str) -> bool {
+        matches!(self.entries.get(key).map(Spanned::get_ref), Some(DeValue::String(found)) if found == word)
+    }
+
+    /// Whether a key is `true`.
+    pub(crate) fn is_true(&self, key: &str) -> bool {
+        matches!(self.entries.get(key).map(Spanned::get_ref), Some(DeValue::Boolean(true)))
+    }
+
     /// The place of a key, or of the table where the key is absent.
     pub(crate) fn place_of(&self, key: &str) -> Box<Place> {
         match self.entries.get(key) {

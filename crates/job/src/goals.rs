@@ -73,7 +73,7 @@ impl<'a> Goals<'a> {
     /// What is asked of patches, of sensors, and of noise and discretisation together.
     pub(crate) fn about(
         self,
-        patch_count: u64,
+        patch_count: Option<u64>,
         method: &MethodTable,
         sensors: &[SensorSpec],
     ) -> Result<Asked, Error> {
@@ -82,14 +82,21 @@ impl<'a> Goals<'a> {
         let target = self.of_patches.map(|target| Target { patches, ..target });
         let errors = self.sensors.map(|value| read_sensor_errors(value, sensors)).transpose()?;
         let of_sensors = errors.map(|sensors| SensorTarget { sensors, min_paths, unhit });
-        let total_error = self.total_error.map(|value| read_total_error(&value, method)).transpose()?;
+        let total_error = self
+            .total_error
+            .map(|value| read_total_error(&value, method, patch_count.is_none()))
+            .transpose()?;
         let total = total_error.map(|total_error| TotalTarget { total_error, min_paths });
         Ok(Asked { target, sensor_target: of_sensors, total_target: total })
     }
 }
 
 /// The patches that a target is about. Their number is known only when the scene is read.
-fn read_target_patches(value: Value<'_>, patch_count: u64, method: &MethodTable) -> Result<Vec<u32>, Error> {
+fn read_target_patches(
+    value: Value<'_>,
+    patch_count: Option<u64>,
+    method: &MethodTable,
+) -> Result<Vec<u32>, Error> {
     let place = value.place();
     let patches =
         read_patches(value, patch_count, "a target is about some patch", "remove the key: all count")?;
@@ -108,8 +115,9 @@ fn read_target_patches(value: Value<'_>, patch_count: u64, method: &MethodTable)
     }
 }
 
-fn read_total_error(value: &Value<'_>, method: &MethodTable) -> Result<f64, Error> {
-    if method.beside != Beside::Slopes {
+/// `open`: whether the basis is yet to be chosen.
+fn read_total_error(value: &Value<'_>, method: &MethodTable, open: bool) -> Result<f64, Error> {
+    if !open && method.beside != Beside::Slopes {
         return Err(value.refuse(
             "the job does not find out how light is spread over patches".into(),
             "the total error is that of walks and of patches that are too coarse, and means do not tell the second",

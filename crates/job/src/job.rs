@@ -3,17 +3,18 @@
 use std::path::{Path, PathBuf};
 
 use import::{Format, Mesh, Options};
-use radiosity::{IndexChoice, PatchGroup, Scene};
+use radiosity::{IndexChoice, PatchGroup, Scene, Space};
 use serde::{Deserialize, Serialize};
 
 use crate::budget::{Budget, read_budget};
 use crate::document::{Table, Value};
-use crate::error::Error;
+use crate::error::{Error, Place, Spot};
 use crate::goals::{Asked, Goals};
 use crate::imports::{IMPORT_KEYS, read_grouping, read_options};
 use crate::keys::{BUDGET_KEYS, JOB_KEYS, METHOD_KEYS, TARGET_KEYS, TRACING_KEYS};
-use crate::method::{MethodTable, read_method};
+use crate::method::{Basis, Cutting, MethodTable, WalkKind, read_method};
 use crate::output::{OUTPUT_KEYS, OutputFile, VIEW_KEYS, View, read_output, read_view};
+use crate::partition::{Auto, Forecast, Partition, Patches, misfit, read_scene_key};
 use crate::scene::{SceneFile, is_toml, load_scene_with};
 use crate::sensors::SensorTarget;
 use crate::source::Source;
@@ -91,6 +92,10 @@ pub struct Job {
     pub sources: Vec<PatchGroup>,
     /// Materials whose influence is measured, each as the group of its patches.
     pub sensitivity: Vec<PatchGroup>,
+    /// What is left to the program before the job can be run; `None`: nothing.
+    pub auto: Option<Auto>,
+    /// What a pilot has foretold of the patches, where it has chosen them.
+    pub forecast: Option<Forecast>,
 }
 
 impl Job {
@@ -109,12 +114,24 @@ impl Job {
 /// # Errors
 /// A file that cannot be read, is not TOML, or says what is unknown, missing, not allowed or not built yet.
 pub fn load(path: &Path, overrides: &[String]) -> Result<Job, Error> {
+    load_for(path, overrides, None)
+}
+
+/// [`load`] of a job whose patches are chosen: the partition takes the place of all that the files say of it.
+///
+/// # Errors
+/// As [`load`], and a partition of another scene.
+pub fn load_cut(path: &Path, overrides: &[String], partition: &Partition) -> Result<Job, Error> {
+    load_for(path, overrides, Some(partition))
+}
+
+fn load_for(path: &Path, overrides: &[String], partition: Option<&Partition>) -> Result<Job, Error> {
     let bare = is_bare_scene(path);
     let source = match bare {
         true => default_job(path),
         false => Source::read(path, "scene = \"…\" and a [budget]")?,
     };
-    read(path, &source.with_overrides(overrides)?, |named, table, options| match named {
+    read(path, &source.with_overrides(overrides)?, partition, |named, table, options| match named {
         None if bare => load_scene_with(path, options),
         named => read_scene(named, table, path, options),
     })
@@ -126,8 +143,30 @@ pub fn load(path: &Path, overrides: &[String]) -> Result<Job, Error> {
 /// # Errors
 /// As [`load`], and a job that names another scene.
 pub fn load_mesh(name: &Path, mesh: Mesh, overrides: &[String]) -> Result<Job, Error> {
+    load_mesh_for(name, mesh, overrides, None)
+}
+
+/// [`load_mesh`] of a job whose patches are chosen.
+///
+/// # Errors
+/// As [`load_mesh`], and a partition of another scene.
+pub fn load_mesh_cut(
+    name: &Path,
+    mesh: Mesh,
+    overrides: &[String],
+    partition: &Partition,
+) -> Result<Job, Error> {
+    load_mesh_for(name, mesh, overrides, Some(partition))
+}
+
+fn load_mesh_for(
+    name: &Path,
+    mesh: Mesh,
+    overrides: &[String],
+    partition: Option<&Partition>,
+) -> Result<Job, Error> {
     let source = default_job(name).with_overrides(overrides)?;
-    read(name, &source, |named, _, options| match named {
+    read(name, &source, partition, |named, _, options| match named {
         None => SceneFile::of_mesh(name, mesh, options),
         Some(value) => Err(value.refuse(
             "the scene is given already".into(),
@@ -142,10 +181,12 @@ fn default_job(scene: &Path) -> Source {
     Source::of_scene(scene, &format!("[budget]\npaths = {DEFAULT_PATHS}\n"))
 }
 
-/// Reads a job; `read_scene` hears what the job names as its scene, and how meshes are read.
+/// Reads a job, cut as a `partition` says if there is one; `read_scene` hears what the job names as its scene, and how meshes are
+/// read.
 fn read(
     path: &Path,
     source: &Source,
+    partition: Option<&Partition>,
     read_scene: impl FnOnce(Option<Value<'_>>, &Table<'_>, &Options) -> Result<SceneFile, Error>,
 ) -> Result<Job, Error> {
     let mut table = Table::root(source, JOB_KEYS)?;
@@ -168,15 +209,18 @@ fn read(
     let confidence = table.take("confidence").as_ref().map_or(Ok(DEFAULT_CONFIDENCE), read_confidence)?;
     let simultaneous = table.take("simultaneous").map(|value| value.boolean()).transpose()?.unwrap_or(false);
     let light = table.take("light").map(|value| value.word()).transpose()?;
-    let mut scene = read_scene(table.take("scene"), &table, &options)?;
+    let (named, patches) = read_scene_key(table.take("scene"), path)?;
+    let mut scene = read_scene(named, &table, &options)?;
     scene.prepare(repair, grouping.as_ref())?;
+    let partition = cut(&mut scene, patches, partition)?;
     let light = light.unwrap_or_else(|| match Format::of(scene.path()) {
         Some(Format::Mgf) => Light::Luminous,
         _ => Light::Radiant,
     });
-    let (method, note) = read_method(method, scene.patch_count(), &budget)?;
+    let (open, cutting) = left_open(&scene, partition.as_ref(), (&table, &method));
+    let (method, note) = read_method(method, &cutting, &budget)?;
     let Asked { target, sensor_target, total_target } =
-        target.about(scene.patch_count(), &method, scene.sensors())?;
+        target.about(cutting.patches, &method, scene.sensors())?;
     let [sources, sensitivity] = read_groups(&mut table, &scene)?;
     Ok(Job {
         path: path.into(),
@@ -197,7 +241,72 @@ fn read(
         view,
         sources,
         sensitivity,
+        auto: open,
+        forecast: partition.and_then(|partition| partition.forecast),
     })
+}
+
+/// Cuts a scene by the partition at hand, or as the job says, after its repair: what is turned round has its u and v changed. Returns
+/// the partition that it is cut by, if any.
+fn cut(
+    scene: &mut SceneFile,
+    patches: Patches,
+    partition: Option<&Partition>,
+) -> Result<Option<Partition>, Error> {
+    let file = scene.path().to_owned();
+    let is_cut = partition.is_some() || !matches!(patches, Patches::AsWritten) || !scene.auto().is_empty();
+    if is_cut && !scene.spec().patch_of_cell.is_empty() {
+        return Err(Error::Refused {
+            place: Place { file, spot: Spot::File, key: "patches".into() }.into(),
+            problem: "faces of the scene are groups, and its cells are to be chosen".into(),
+            why: "a group is one patch, whatever its cells",
+            remedy: "remove group_size from [import], or patches".into(),
+        });
+    }
+    match (partition, patches) {
+        (Some(partition), _) => {
+            scene.cut(&partition.cuts).map_err(|problem| misfit(problem, (Spot::File, &file, "patches")))?;
+            Ok(Some(partition.clone()))
+        }
+        (None, Patches::Given(file, place)) => {
+            let partition = Partition::read(&file, &place)?;
+            scene.cut(&partition.cuts).map_err(|problem| misfit(problem, (Spot::File, &file, "surfaces")))?;
+            Ok(Some(partition))
+        }
+        (None, Patches::Auto) => {
+            scene.leave_cells();
+            Ok(None)
+        }
+        (None, Patches::AsWritten) => Ok(None),
+    }
+}
+
+/// What a job leaves to the program, and what its method takes from the partition.
+fn left_open(
+    scene: &SceneFile,
+    partition: Option<&Partition>,
+    (table, method): (&Table<'_>, &Table<'_>),
+) -> (Option<Auto>, Cutting) {
+    let open = Auto {
+        surfaces: scene.auto().to_vec(),
+        constant: !method.says("basis", Basis::Linear.word()),
+        linear: can_be_linear(table, method),
+    };
+    let cutting = Cutting {
+        patches: scene.known_patch_count(),
+        linear: partition.is_some_and(|partition| partition.linear) && open.linear,
+        space: partition.map_or(Space::default(), |partition| partition.space),
+    };
+    (Some(open).filter(|open| !open.surfaces.is_empty()), cutting)
+}
+
+/// Whether the method of a job has a linear basis, and the job does not refuse it.
+fn can_be_linear(table: &Table<'_>, method: &Table<'_>) -> bool {
+    !table.has_any(&["source", "sensitivity"])
+        && !method.has_any(&["final_gather"])
+        && !method.is_true("mix")
+        && !method.says("basis", Basis::Constant.word())
+        && !method.says("walk", WalkKind::Jacobi.word())
 }
 
 fn read_name(table: &mut Table<'_>, path: &Path) -> Result<String, Error> {

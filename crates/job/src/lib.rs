@@ -8,6 +8,7 @@
 #![warn(unreachable_pub, unnameable_types)]
 
 mod budget;
+mod cut;
 mod document;
 mod emit;
 mod error;
@@ -22,6 +23,7 @@ mod material;
 mod method;
 mod near;
 mod output;
+mod partition;
 mod plain;
 mod scene;
 mod schema;
@@ -36,14 +38,18 @@ mod thermal;
 mod word;
 
 pub use budget::{Budget, DEFAULT_CHECKPOINT_SECONDS, DEFAULT_STREAM_PATHS};
+pub use cut::Cut;
 pub use error::{Error, Place, Spot};
 pub use finishes::Finishes;
 pub use groups::{Grouping, Groups};
 pub use import::Options as ImportOptions;
-pub use job::{DEFAULT_CONFIDENCE, DEFAULT_PATHS, DEFAULT_SEED, Job, Light, load, load_mesh};
+pub use job::{
+    DEFAULT_CONFIDENCE, DEFAULT_PATHS, DEFAULT_SEED, Job, Light, load, load_cut, load_mesh, load_mesh_cut,
+};
 pub use kind::{FileKind, file_kind};
 pub use method::{Beside, MethodTable, WalkKind, fewest_chain_rays, job_hash};
 pub use output::{OutputFile, Stand, View};
+pub use partition::{Auto, Forecast, Partition};
 pub use radiosity::Sampler;
 pub use scene::{SceneFile, load_scene, load_scene_with};
 pub use schema::{job_schema, scene_schema};

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use import::{Format, Imported, MaterialOverride, Mesh, Options, Spots};
 use radiosity::{IndexChoice, Scene, SceneError, SceneSpec, SensorSpec, Shape, Sides, Spectrum, SurfaceSpec};
 
+use crate::cut::Cut;
 use crate::document::{Table, Value};
 use crate::emit::read_emit;
 use crate::error::{Error, MESH_FORMATS, Place, Spot};
@@ -13,6 +14,7 @@ use crate::finishes::Finishes;
 use crate::imports::{import_scene, positive, read_mesh};
 use crate::keys::{LISTS, SCENE_KEYS};
 use crate::material::{Material, Materials, find_material, read_materials};
+use crate::partition::{AUTO, misfit};
 use crate::plain::{PlainSurface, plain_surfaces};
 use crate::sensors::read_sensors;
 use crate::shape::{read_corners, read_grid, read_rows};
@@ -32,6 +34,8 @@ pub struct SceneFile {
     /// Name and lines of each material, by its number.
     materials: Vec<(String, Lines)>,
     finishes: Finishes,
+    /// The surfaces whose cells are left to the program, in ascending order.
+    auto: Vec<usize>,
     sensors: Vec<SensorSpec>,
     /// The number of the first surface of the sky, behind all others; `None` without one.
     sky: Option<usize>,
@@ -75,9 +79,58 @@ impl SceneFile {
         &self.notes
     }
 
+    /// The surfaces whose cells are left to the program.
+    pub(crate) fn auto(&self) -> &[usize] {
+        &self.auto
+    }
+
+    /// Leaves the cells of all surfaces to the program but those of the sky. A surface whose cells emit by themselves keeps them
+    /// as the coarsest.
+    pub(crate) fn leave_cells(&mut self) {
+        let surfaces = self.sky.unwrap_or(self.spec.surfaces.len());
+        self.auto = (0..surfaces).collect();
+        for surface in &mut self.spec.surfaces[..surfaces] {
+            match &mut surface.shape {
+                _ if !surface.cell_emittance.is_empty() => {}
+                Shape::Parallelogram { cells, .. } => *cells = [1, 1],
+                Shape::Triangle { rows, .. } => *rows = 1,
+            }
+        }
+        let spec = &self.spec.surfaces;
+        let is_cut = |&surface: &usize| match spec[surface].shape {
+            Shape::Triangle { .. } => spec[surface].cell_emittance.is_empty(),
+            Shape::Parallelogram { .. } => true,
+        };
+        self.auto.retain(is_cut);
+    }
+
+    /// Cuts every surface so. Nothing is left to the program then.
+    ///
+    /// # Errors
+    /// In words, where the surfaces have no such cells.
+    pub(crate) fn cut(&mut self, cuts: &[Cut]) -> Result<(), String> {
+        let surfaces = self.spec.surfaces.len();
+        if cuts.len() != surfaces {
+            return Err(format!("there are {} surfaces, and the scene has {surfaces}", cuts.len()));
+        }
+        for (number, (surface, cut)) in self.spec.surfaces.iter_mut().zip(cuts).enumerate() {
+            if !cut.apply(surface) {
+                let name = label(number, surface.name.as_deref());
+                return Err(format!("{name} has other corners, or cells that emit and would be torn"));
+            }
+        }
+        self.auto.clear();
+        Ok(())
+    }
+
     /// The number of patches.
     pub fn patch_count(&self) -> u64 {
         self.spec.patch_count()
+    }
+
+    /// The number of patches; `None` where the program has yet to cut them.
+    pub(crate) fn known_patch_count(&self) -> Option<u64> {
+        self.auto.is_empty().then(|| self.patch_count())
     }
 
     /// Checks the numbers and builds the scene.
@@ -86,6 +139,16 @@ impl SceneFile {
     /// [`Error::Scene`]: what [`Scene::build`] refuses, with the line of the surface's or material's key.
     pub fn build(&self, index: IndexChoice) -> Result<Scene, Error> {
         Scene::build(&self.spec, index).map_err(|error| self.locate(error))
+    }
+
+    /// [`SceneFile::build`] of the scene with other cells.
+    ///
+    /// # Errors
+    /// As [`SceneFile::build`]; cells that its surfaces cannot have.
+    pub fn build_cut(&self, cuts: &[Cut], index: IndexChoice) -> Result<Scene, Error> {
+        let mut scene = self.clone();
+        scene.cut(cuts).map_err(|problem| misfit(problem, (Spot::File, &self.path, "patches")))?;
+        scene.build(index)
     }
 
     /// The same surfaces in one channel, all of which emit 1 W/m², without sensors: exchange factors are about surfaces, not
@@ -215,6 +278,7 @@ impl<'a, 'o> Reader<'a, 'o> {
                 .map(|(name, material)| (name.clone(), material.lines.clone()))
                 .collect(),
             finishes: Finishes::default(),
+            auto: Vec::new(),
             sensors: table.take("sensor").map_or(Ok(Vec::new()), read_sensors)?,
             sky: None,
             notes: Vec::new(),
@@ -270,7 +334,10 @@ impl<'a, 'o> Reader<'a, 'o> {
     fn surfaces(&mut self, value: Value<'_>) -> Result<(), Error> {
         for value in value.tables(LISTS[0])? {
             let number = self.scene.spec.surfaces.len();
-            let (surface, site) = read_surface(value, number, &self.materials)?;
+            let (surface, site, auto) = read_surface(value, number, &self.materials)?;
+            if auto {
+                self.scene.auto.push(number);
+            }
             self.scene.push(surface, site);
         }
         Ok(())
@@ -353,6 +420,7 @@ impl SceneFile {
             meshes: Vec::new(),
             materials: Vec::new(),
             finishes: Finishes::default(),
+            auto: Vec::new(),
             sensors: Vec::new(),
             sky: None,
             notes: Vec::new(),
@@ -427,16 +495,24 @@ fn read_surface(
     value: Value<'_>,
     number: usize,
     materials: &Materials,
-) -> Result<(SurfaceSpec, SurfaceSite), Error> {
+) -> Result<(SurfaceSpec, SurfaceSite, bool), Error> {
     let header = value.line() as u32;
     let mut table = value.table_called(format!("{}: ", label(number, None)), SURFACE_KEYS)?;
     let name = table.take("name").map(|value| read_surface_name(&value)).transpose()?;
     table.rename(format!("{}: ", label(number, name.as_deref())));
     let keys = SITE_KEYS.map(|key| table.line(key).unwrap_or(0) as u32);
     let material = read_material_name(&mut table, materials)?;
-    let shape = read_shape(&mut table)?;
+    let (shape, auto) = read_shape(&mut table)?;
     let sides = table.take("sides").map(|value| read_sides(&value)).transpose()?.unwrap_or(Sides::Front);
-    let cell_emittance = table.take("emit").map(|value| read_emit(value, &shape)).transpose()?;
+    let emit = table.take("emit");
+    if let (true, Some(emit)) = (auto, &emit) {
+        return Err(emit.refuse(
+            "cells of this surface emit, and it has none yet".into(),
+            "patches = \"auto\" cuts it when the job is run",
+            "give the part that emits a surface of its own, or write the cells",
+        ));
+    }
+    let cell_emittance = emit.map(|value| read_emit(value, &shape)).transpose()?;
     let surface = SurfaceSpec {
         name,
         shape,
@@ -445,7 +521,7 @@ fn read_surface(
         emittance: material.emittance,
         cell_emittance: cell_emittance.unwrap_or_default(),
     };
-    Ok((surface, SurfaceSite { material: material.number, header, keys }))
+    Ok((surface, SurfaceSite { material: material.number, header, keys }, auto))
 }
 
 fn read_surface_name(value: &Value<'_>) -> Result<String, Error> {
@@ -471,8 +547,11 @@ fn read_material_name<'m>(table: &mut Table<'_>, materials: &'m Materials) -> Re
     find_material(&value, materials)
 }
 
-fn read_shape(table: &mut Table<'_>) -> Result<Shape, Error> {
+/// The shape of a surface, and whether its cells are left to the program.
+fn read_shape(table: &mut Table<'_>) -> Result<(Shape, bool), Error> {
     let (quad, triangle, patches) = (table.take("quad"), table.take("triangle"), table.take("patches"));
+    let auto = patches.as_ref().is_some_and(|value| value.string().is_ok_and(|word| word == AUTO));
+    let patches = patches.filter(|_| !auto);
     let shape = match (quad, triangle) {
         (Some(quad), None) => {
             let [corner, corner_u, corner_v] = read_corners(quad)?;
@@ -499,7 +578,7 @@ fn read_shape(table: &mut Table<'_>) -> Result<Shape, Error> {
             });
         }
     };
-    Ok(shape)
+    Ok((shape, auto))
 }
 
 fn read_sides(value: &Value<'_>) -> Result<Sides, Error> {

@@ -16,6 +16,7 @@ use crate::keys::{
 use crate::material::MATERIAL_KEYS;
 use crate::method::{BIRTH_KEYS, Basis, EndWord, INFINITE_KEYS, SOLVE_KEYS, SolveWord, WalkKind};
 use crate::output::{FOV, MAX_PIXELS, OUTPUT_KEYS, OutputFile, VIEW_KEYS};
+use crate::partition::{AUTO, SCENE_TABLE_KEYS};
 use crate::scene::{MESH_KEYS, SURFACE_KEYS};
 use crate::sensors::SENSOR_KEYS;
 use crate::sky::SKY_KEYS;
@@ -117,12 +118,23 @@ fn text() -> Value {
     json!({"type": "string", "minLength": 1})
 }
 
+fn scene_table_key(key: &str) -> Value {
+    match key {
+        "file" => told(text(), "The scene file, relative to this file."),
+        "patches" => told(
+            text(),
+            "\"auto\": a pilot chooses the cells of every surface. Or the partition.toml of another run, relative to this file. Default: as the scene says.",
+        ),
+        _ => json!({}),
+    }
+}
+
 fn job_key(key: &str) -> Value {
     match key {
         "name" => told(text(), "Names the output folder. Default: the file's name."),
         "scene" => told(
-            text(),
-            "The scene file, relative to this file: .toml, .obj, .gltf, .glb, .stl, .ply or .mgf.",
+            json!({"anyOf": [text(), table(SCENE_TABLE_KEYS, &["file"], scene_table_key)]}),
+            "The scene file, relative to this file: .toml, .obj, .gltf, .glb, .stl, .ply or .mgf. Or a table of the file and how it is cut.",
         ),
         "seed" => told(integer(0, i64::MAX as u64), "The seed of all random numbers. Default: 0."),
         "confidence" => told(
@@ -454,8 +466,8 @@ fn surface_key(key: &str) -> Value {
             "A triangle: a, b, c; the front by the right-hand rule. A surface has either a quad or a triangle.",
         ),
         "patches" => told(
-            json!({"anyOf": [exactly(cells(), 2), integer(1, u16::MAX.into())]}),
-            "Cells along u and v of a quad; k for the k² cells of a triangle. Default: one patch.",
+            json!({"anyOf": [exactly(cells(), 2), integer(1, u16::MAX.into()), {"enum": [AUTO]}]}),
+            "Cells along u and v of a quad; k for the k² cells of a triangle; \"auto\" for cells that a pilot chooses. Default: one patch.",
         ),
         "sides" => {
             told(json!({"enum": [1, 2]}), "1: the front reflects and emits; 2: both sides. Default: 1.")

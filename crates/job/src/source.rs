@@ -251,6 +251,18 @@ impl Source {
     }
 }
 
+/// A scene that is named by its file alone becomes a table with that file, so that there is room for other keys.
+fn make_room_beside_file(table: &mut DeTable<'_>) {
+    let Some(scene) = table.get_mut("scene") else { return };
+    if matches!(scene.get_ref(), DeValue::String(_)) {
+        let span = scene.span();
+        let file = std::mem::replace(scene, Spanned::new(span.clone(), DeValue::Table(DeTable::new())));
+        if let DeValue::Table(keys) = scene.get_mut() {
+            keys.insert(Spanned::new(span, "file".into()), file);
+        }
+    }
+}
+
 fn read_text(file: &Path) -> Result<String, Error> {
     if file.is_dir() {
         return Err(Error::Folder { file: file.into() });
@@ -293,6 +305,9 @@ impl Override {
 
     /// Puts the value where its key says, in tables that need not exist yet.
     fn apply<'a>(&'a self, mut table: &mut DeTable<'a>) -> Result<(), Error> {
+        if self.key.starts_with("scene.") {
+            make_room_beside_file(table);
+        }
         let mut parts = self.key.split('.').peekable();
         while let Some(part) = parts.next() {
             let key = Spanned::new(self.span.clone(), part.into());

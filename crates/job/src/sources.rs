@@ -81,7 +81,7 @@ fn read_members(mut table: Table<'_>, scene: &SceneFile) -> Result<BTreeSet<u32>
     let mut members = patches_of(&cells, scene, &place)?;
     if let Some(patches) = patches {
         let (why, instead) = ("a source holds some patch", "remove the key");
-        members.extend(read_patches(patches, scene.patch_count(), why, instead)?);
+        members.extend(read_patches(patches, scene.known_patch_count(), why, instead)?);
     }
     Ok(members)
 }

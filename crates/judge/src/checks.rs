@@ -10,6 +10,7 @@
 
 use std::collections::HashMap;
 
+use job::Forecast;
 use protocol::{Book, Look};
 use radiosity::{
     Apart, Counts, Estimate, Estimates, Experiment, Face, Precision, Readings, Scene, Sequence, Side, TINY,
@@ -19,7 +20,7 @@ use report::{Check, face_words};
 
 use crate::coincident::Coincident;
 use crate::fit::misfits;
-use crate::resolution::resolution;
+use crate::resolution::{resolution, resolution_of_fits};
 use crate::target::FEWEST_SAMPLES;
 
 /// The relative standard error beyond which MCNP calls a tally questionable; the same number bounds the VOV.
@@ -32,19 +33,26 @@ const STEADY: f64 = 1.5;
 /// The fewest batches at which a look counts: the spread of fewer is too rough to tell how errors fall.
 const TELLING_BATCHES: u64 = 32;
 
-/// All checks of a result: those of its statistics, and those of its book.
+/// All checks of a result: those of its statistics, and those of its book. `chosen`: what was foretold of its patches, where a pilot
+/// chose them.
 pub fn checks_of_result(
     estimates: &Estimates,
     note: Option<&str>,
     precision: &Precision,
     book: &Book,
-    seed: u64,
+    (seed, chosen): (u64, Option<&Forecast>),
 ) -> Vec<Check> {
     let paths_per_walk = estimates.experiment().unit().paths();
     let mut checks = match estimates.experiment().mixture() {
         None => checks(estimates, note, precision, &book.looks),
         Some(_) => checks_of_mixture(estimates, precision),
     };
+    if let Some(chosen) = chosen.filter(|chosen| chosen.linear)
+        && let Some(of_means) = checks.iter_mut().find(|check| check.name == "resolution")
+    {
+        let (fine_enough, message) = resolution_of_fits(estimates, chosen);
+        *of_means = check("resolution", fine_enough, message);
+    }
     checks.extend(reciprocity(estimates.experiment(), seed));
     checks.extend([gap(book, paths_per_walk), workers(book, paths_per_walk)]);
     checks

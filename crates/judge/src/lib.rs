@@ -19,6 +19,7 @@ mod drift;
 mod fit;
 mod limits;
 mod model;
+pub mod partition;
 pub mod plan;
 mod resolution;
 mod sensors;

@@ -1,5 +1,6 @@
 //! Whether patches are fine enough for the light on them.
 
+use job::Forecast;
 use radiosity::{Accuracy, Estimates};
 use report::face_words;
 use report::words::percent;
@@ -37,6 +38,26 @@ pub(crate) fn resolution(estimates: &Estimates) -> (bool, String) {
         coarsest(estimates)
     );
     (false, format!("{found}: {remedy}"))
+}
+
+/// Patches that a pilot chose for linear fits balance both errors, at the edges of shadows with twice the noise's energy: discretisation
+/// beyond this part of the noise is that of other walks than the patches were chosen for.
+const BALANCED: f64 = 2.0;
+
+/// Whether linear fits on chosen patches lose less than walks leave unknown, as far as the pilot has foretold it.
+pub(crate) fn resolution_of_fits(estimates: &Estimates, chosen: &Forecast) -> (bool, String) {
+    let Some(Accuracy { linear_noise, .. }) = estimates.accuracy() else {
+        return (true, "too little light was found to tell how it is spread over patches".into());
+    };
+    let found = format!(
+        "linear fits err by {} of the light for want of walks, and by {}, as foretold, for want of finer patches",
+        percent(linear_noise),
+        percent(chosen.discretisation)
+    );
+    match chosen.discretisation <= (BALANCED * linear_noise).max(WORTH_A_WORD) {
+        true => (true, found),
+        false => (false, format!("{found}: choose patches anew for this number of paths")),
+    }
 }
 
 /// The faces that most is lost on, in words.

@@ -36,6 +36,8 @@ pub struct Gauge<'a> {
     first: Option<(Instant, u64)>,
     precision: Option<Precision>,
     goal: Option<Goal>,
+    /// The paths at which the run will probably end.
+    expected: Option<u64>,
     next_precision: Instant,
     saved: Option<(Instant, u64)>,
     faults: Faults,
@@ -55,6 +57,7 @@ impl<'a> Gauge<'a> {
             first: None,
             precision: None,
             goal: None,
+            expected: None,
             next_precision: now,
             saved: None,
             faults: Faults::default(),
@@ -105,16 +108,20 @@ impl<'a> Gauge<'a> {
         }
         let estimates = Estimates::new(self.experiment, coordinator.prefix(), self.level);
         self.precision = Some(estimates.precision());
-        self.goal = self.settings.target.as_ref().map(|target| {
-            let prospect = Prospect::new(target, &estimates, self.level).thinned(MOST_FACES);
-            let ending = foretell(self.experiment, &prospect, coordinator.looks());
-            Goal {
-                relative_error: target.relative_error,
-                fraction: target.fraction,
-                decisive_error: finite(prospect.error()),
-                paths_expected: ending
-                    .map(|ending| ending.walks().saturating_mul(self.experiment.unit().paths())),
-            }
+        let target = self.settings.target.as_ref();
+        let sensors = self.settings.sensor_goal(self.experiment);
+        let prospects = Prospect::all(target, sensors.as_ref(), &estimates, (self.level, MOST_FACES));
+        let ending = if prospects.is_empty() || self.settings.total_target.is_some() {
+            None
+        } else {
+            foretell(self.experiment, &prospects, coordinator.looks())
+        };
+        self.expected = ending.map(|ending| ending.walks().saturating_mul(self.experiment.unit().paths()));
+        self.goal = target.zip(prospects.first()).map(|(target, prospect)| Goal {
+            relative_error: target.relative_error,
+            fraction: target.fraction,
+            decisive_error: finite(prospect.error()),
+            paths_expected: self.expected,
         });
         self.next_precision = Instant::now() + now.elapsed() * ERROR_SHARE;
     }
@@ -129,7 +136,7 @@ impl<'a> Gauge<'a> {
         let counts = coordinator.prefix().counts;
         let rays_per_path = counts.rays as f64 / (counts.walks * per_walk).max(1) as f64;
         let seconds = self.began.elapsed().as_secs_f64();
-        let end = self.goal.and_then(|goal| goal.paths_expected).unwrap_or(u64::MAX).min(self.settings.paths);
+        let end = self.expected.unwrap_or(u64::MAX).min(self.settings.paths);
         let left = seconds_left(progress.workers, paths, end, paths_per_second);
         let wall = self.wall.map(|wall| (wall - seconds).max(0.0));
         let error = |of: fn(&Precision) -> f64| self.precision.as_ref().map(of).and_then(finite);
@@ -144,6 +151,7 @@ impl<'a> Gauge<'a> {
             rms_relative_error: error(|precision| precision.rms_relative_error),
             max_relative_error: error(|precision| precision.max_relative_error),
             target: self.goal,
+            paths_expected: self.expected,
             seconds_left: match (left, wall) {
                 (Some(left), Some(wall)) => Some(left.min(wall)),
                 (left, wall) => left.or(wall),

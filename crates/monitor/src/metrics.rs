@@ -71,7 +71,7 @@ fn errors(standing: &Standing) -> Vec<Metric> {
 
 /// The metrics of its end and of its last checkpoint.
 fn ends(standing: &Standing) -> Vec<Metric> {
-    let expected = standing.target.and_then(|goal| goal.paths_expected).map(|paths| paths as f64);
+    let expected = standing.paths_expected.map(|paths| paths as f64);
     let saved = standing.checkpoint;
     let age = saved.map(|saved| saved.seconds_ago);
     let paths = saved.map(|saved| saved.paths as f64);

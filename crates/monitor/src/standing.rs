@@ -25,6 +25,8 @@ pub struct Standing {
     pub max_relative_error: Option<f64>,
     /// The target of the job.
     pub target: Option<Goal>,
+    /// The paths at which the targets of the job, those on sensors included, will probably be reached.
+    pub paths_expected: Option<u64>,
     /// The time to the target, the end of the budget or the wall clock, whichever comes first [s]; `None` if it is not
     /// known.
     pub seconds_left: Option<f64>,

@@ -12,10 +12,9 @@ use crate::status::{Hand, Report};
 const TOLD: usize = 40;
 
 impl Standing {
-    /// Where the run will probably end: at its target or its budget.
+    /// Where the run will probably end: at its targets or its budget.
     pub fn end(&self) -> u64 {
-        let expected = self.target.and_then(|goal| goal.paths_expected);
-        expected.map_or(self.paths_total, |paths| paths.min(self.paths_total))
+        self.paths_expected.map_or(self.paths_total, |paths| paths.min(self.paths_total))
     }
 
     /// The state in a line of at most `columns` characters; what matters least is left out.
@@ -31,6 +30,8 @@ impl Report {
         let error = |error: Option<f64>| percent(error.unwrap_or(f64::INFINITY));
         let mut lines = vec![self.progress()];
         lines.extend(standing.target.iter().map(of_target));
+        let of_sensors = standing.paths_expected.filter(|_| standing.target.is_none());
+        lines.extend(of_sensors.map(|paths| format!("target on sensors: {}", expected(paths))));
         lines.push(format!(
             "half of the area is known within {}, the worst face within {}",
             error(standing.median_relative_error),
@@ -61,15 +62,17 @@ impl Report {
 }
 
 fn of_target(goal: &Goal) -> String {
-    let expected = goal.paths_expected.map_or("no walk count can be predicted yet".into(), |paths| {
-        format!("expected at {} paths", quantity(paths as f64))
-    });
+    let expected = goal.paths_expected.map_or("no walk count can be predicted yet".into(), expected);
     format!(
         "target: {} of the area within {}, now within {}; {expected}",
         percent(goal.fraction),
         percent(goal.relative_error),
         percent(goal.decisive_error.unwrap_or(f64::INFINITY))
     )
+}
+
+fn expected(paths: u64) -> String {
+    format!("expected at {} paths", quantity(paths as f64))
 }
 
 /// The workers and their rates.
@@ -191,6 +194,7 @@ mod tests {
                 decisive_error: Some(0.054_321),
                 paths_expected: Some(1_000_000_000),
             }),
+            paths_expected: Some(1_000_000_000),
             seconds_left: Some(4680.0),
             checkpoint: Some(Saved { seconds_ago: 31.4, paths: 123_000_000 }),
             faults: Faults::default(),
@@ -219,6 +223,6 @@ mod tests {
     #[test]
     fn bars_end_at_the_target() {
         assert_eq!(standing().end(), 1_000_000_000);
-        assert_eq!(Standing { target: None, ..standing() }.end(), 10_000_000_000);
+        assert_eq!(Standing { paths_expected: None, ..standing() }.end(), 10_000_000_000);
     }
 }

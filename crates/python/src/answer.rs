@@ -1,6 +1,6 @@
 //! What a run has come to.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use job::{OutputFile, Word};
 use pyo3::prelude::*;
@@ -57,6 +57,47 @@ impl Answer {
         let mut table = Vec::new();
         report::write_sensors(&mut table, &readings).map_err(refuse)?;
         to_python(py, report::read_table(&table).map_err(refuse)?).map(Some)
+    }
+
+    /// The columns of `sources.csv`, where sources are told apart.
+    fn sources<'py>(&self, py: Python<'py>) -> PyResult<Option<Vec<PyColumn<'py>>>> {
+        let Kept { checkpoint, settings, experiment } = &self.kept;
+        if self.factors().is_empty() {
+            return Ok(None);
+        }
+        let read = || {
+            let mut table = Vec::new();
+            let level = settings.source_level(experiment);
+            report::write_sources(&mut table, experiment, &checkpoint.tally, level)?;
+            report::read_table(&table)
+        };
+        to_python(py, py.detach(read).map_err(refuse)?).map(Some)
+    }
+
+    /// The columns of `sensitivities.csv`, where materials are asked for.
+    fn sensitivities<'py>(&self, py: Python<'py>) -> PyResult<Option<Vec<PyColumn<'py>>>> {
+        let Some(influences) = self.kept.influences() else { return Ok(None) };
+        let read = || {
+            let mut table = Vec::new();
+            report::write_sensitivities(&mut table, &influences)?;
+            report::read_table(&table)
+        };
+        to_python(py, py.detach(read).map_err(refuse)?).map(Some)
+    }
+
+    /// The sources by name, with what the emittance of each is multiplied by.
+    fn factors(&self) -> Vec<(String, f64)> {
+        let experiment = &self.kept.experiment;
+        let names = experiment.groups().map_or(&[][..], |groups| groups.sources());
+        let factor = |number: usize| experiment.mixture().map_or(1.0, |factors| factors[number]);
+        names.iter().enumerate().map(|(number, name)| (name.clone(), factor(number))).collect()
+    }
+
+    /// The result with other factors of its sources.
+    fn combine(&self, py: Python<'_>, set: Vec<(String, f64)>) -> PyResult<Answer> {
+        let name = Path::new(&self.kept.settings.name);
+        let kept = py.detach(|| results::mix(self.kept.clone(), name, &set)).map_err(refuse)?;
+        Ok(Answer { kept, ending: self.ending, warnings: self.warnings.clone() })
     }
 
     /// The corners of the outlines that rows are drawn by [m] (f64, three a corner), how many of them each outline has (i64), and

@@ -8,7 +8,7 @@ use crossbeam::channel::{RecvTimeoutError, bounded};
 use job::Job;
 use pyo3::prelude::*;
 use radiosity::Experiment;
-use results::{Kept, Stage, walk_here};
+use results::{Kept, Stage, all_threads, choose, walk_here};
 
 use crate::answer::Answer;
 use crate::mesh::Mesh;
@@ -31,10 +31,17 @@ pub(crate) enum Source<'py> {
 }
 
 impl Source<'_> {
+    /// The job, with the patches that a pilot chooses where it leaves them open.
     fn job(&self, overrides: &[String]) -> PyResult<Job> {
-        match self {
+        let job = match self {
             Source::Mesh(mesh) => job::load_mesh(&mesh.name, mesh.mesh.clone(), overrides),
             Source::File(path) => job::load(path, overrides),
+        }
+        .map_err(refuse)?;
+        let Some(partition) = choose(&job, all_threads()).map_err(refuse)? else { return Ok(job) };
+        match self {
+            Source::Mesh(mesh) => job::load_mesh_cut(&mesh.name, mesh.mesh.clone(), overrides, &partition),
+            Source::File(path) => job::load_cut(path, overrides, &partition),
         }
         .map_err(refuse)
     }

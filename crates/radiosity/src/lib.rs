@@ -43,12 +43,13 @@ pub use experiment::exchange::{ExchangeSpec, FactorKind, Segment, exchange_count
 pub use experiment::influence::{Derivative, Influences, Property};
 pub use experiment::readings::{Reading, Readings};
 pub use experiment::replay::{Replay, Step};
-pub use experiment::slopes::{Accuracy, Slopes};
+pub use experiment::slopes::{Accuracy, Fit, Slopes};
 pub use experiment::solution::{
     Apart, Channels, Estimate, Estimates, Mix, Precision, QUANTILES, Solution, TINY,
 };
 pub use experiment::{
-    Board, Experiment, Groups, Material, Meaning, PatchGroup, SensorView, Unfit, birth_probabilities,
+    Board, Experiment, Groups, Material, Meaning, PatchGroup, SensorView, SourceScores, Unfit,
+    birth_probabilities,
 };
 pub use geometry::face::{Face, FaceIter, Faces};
 pub use geometry::sensor::{SensorCell, SensorError, SensorShape, SensorSpec, Sensors};

@@ -13,7 +13,8 @@ use crate::error::Error;
 const TEMPORARY: (&str, &str) = (".radwalk-", ".tmp");
 
 /// Every file that radwalk writes into an output folder; these may stand beside each other.
-const OWN_FILES: [&str; 13] = [
+const OWN_FILES: [&str; 14] = [
+    "partition.toml",
     "patches.csv",
     "exact.csv",
     "summary.json",

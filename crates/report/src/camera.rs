@@ -41,6 +41,9 @@ const CLEARLY_MORE: f64 = 1.03;
 /// Rays along the longer side of a trial picture.
 const TRIAL_SIZE: u32 = 40;
 
+/// Rays that are under way together: what is noted of them stays in the cache.
+const AT_ONCE: usize = 1024;
+
 /// The longer side of a picture whose size nothing says [pixels].
 const SIZE: u32 = 800;
 
@@ -67,6 +70,8 @@ pub(crate) enum Size {
 pub(crate) struct Sight {
     /// The nearest piece of a face that faces the camera.
     pub piece: u32,
+    /// The surface that the piece is on.
+    surface: u32,
     /// Where on the piece's surface it is, in local coordinates.
     pub uv: [f64; 2],
     /// From the eye [m].
@@ -202,26 +207,33 @@ impl Camera {
     /// What is seen at points of the picture: x, y in pixels, from the upper left corner.
     pub(crate) fn look(&self, scene: &Scene, points: &[[f64; 2]]) -> Vec<Option<Sight>> {
         let mut sights = vec![None; points.len()];
-        let mut glances: Vec<Glance> =
-            (0..).zip(points).filter_map(|(point, &place)| self.glance(point, place)).collect();
-        // Those that meet a back go on behind it.
-        while !glances.is_empty() {
-            let rays: Vec<Ray> = glances.iter().map(|glance| glance.ray(self.eye)).collect();
-            let hits = scene.closest_hits(&rays);
-            let mut further = Vec::new();
-            for (glance, hit) in glances.into_iter().zip(hits) {
-                let Some(hit) = hit else { continue };
-                let surface = &scene.surfaces()[hit.surface as usize];
-                let distance = glance.distance + hit.t;
-                if surface.is_active(hit.side) {
-                    let cosine = surface.normal().dot(glance.direction).abs();
-                    let piece = surface.piece(surface.cell_at(hit.uv), hit.side);
-                    sights[glance.point] = Some(Sight { piece, uv: hit.uv, distance, cosine });
-                } else {
-                    further.push(Glance { distance, from: hit.surface, ..glance });
-                }
+        let (mut glances, mut rays): (Vec<Glance>, Vec<Ray>) = (Vec::new(), Vec::new());
+        for first in (0..points.len()).step_by(AT_ONCE) {
+            let some = first..points.len().min(first + AT_ONCE);
+            glances.extend(some.filter_map(|point| self.glance(point, points[point])));
+            while !glances.is_empty() {
+                rays.clear();
+                rays.extend(glances.iter().map(|glance| glance.ray(self.eye)));
+                let mut hits = scene.closest_hits(&rays).into_iter();
+                glances.retain_mut(|glance| {
+                    let Some(hit) = hits.next().flatten() else { return false };
+                    let surface = &scene.surfaces()[hit.surface as usize];
+                    glance.distance += hit.t;
+                    glance.from = hit.surface;
+                    let is_active = surface.is_active(hit.side);
+                    if is_active {
+                        sights[glance.point] = Some(Sight {
+                            piece: surface.piece(surface.cell_at(hit.uv), hit.side),
+                            surface: hit.surface,
+                            uv: hit.uv,
+                            distance: glance.distance,
+                            cosine: surface.normal().dot(glance.direction).abs(),
+                        });
+                    }
+                    // A look that meets a back goes on behind it.
+                    !is_active
+                });
             }
-            glances = further;
         }
         sights
     }
@@ -260,7 +272,7 @@ impl Camera {
         let middles: Vec<[f64; 2]> = middles.collect();
         let sights = middles.iter().zip(self.look(scene, &middles));
         let seen = sights.filter_map(|(&[x, y], sight)| Some((self.direction(x, y).length(), sight?)));
-        let lit = seen.filter(|(_, sight)| lit(scene.faces().piece(sight.piece).surface));
+        let lit = seen.filter(|(_, sight)| lit(sight.surface));
         lit.map(|(d, sight)| self.footprint(&sight, d) * sight.cosine.sqrt().sqrt()).sum()
     }
 

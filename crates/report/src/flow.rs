@@ -267,6 +267,7 @@ mod tests {
             target: None,
             accuracy: None,
             total: None,
+            partition: None,
             sensors: None,
             sources: Vec::new(),
             sensitivities: Vec::new(),

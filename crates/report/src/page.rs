@@ -5,22 +5,22 @@
 
 use std::io::{self, Read, Write};
 
-use base64::Engine;
-use base64::engine::general_purpose::STANDARD;
-use flate2::Compression;
 use flate2::read::GzDecoder;
-use flate2::write::ZlibEncoder;
 use job::Finishes;
 use minijinja::{AutoEscape, Environment, context};
 use radiosity::{Estimates, Reading, Readings};
 use serde::Serialize;
 
 use crate::chart::{Axis, Chart, Point, Series, Style};
+use crate::dials::{Dials, write_scores};
 use crate::flow::Flow;
+use crate::outlines::outlines;
+use crate::pack::{pack, write_point};
 use crate::patches::{per_channel, write_patches};
 use crate::picture::Shot;
 use crate::precision::ApartSummary;
 use crate::sensitivities::SensitivitySummary;
+use crate::sensors::write_sensors;
 use crate::smooth::Smooth;
 use crate::sources::SourceSummary;
 use crate::summary::{Energy, Summary};
@@ -61,6 +61,8 @@ pub struct Page<'a> {
     pub command: String,
     /// How the scene is seen at first.
     pub shot: Shot,
+    /// The level of each interval of a patch.
+    pub level: f64,
     /// Radiosity at the corners of faces.
     pub smooth: &'a Smooth,
     /// What surfaces are made of.
@@ -79,6 +81,8 @@ pub struct Live {
 struct Facts<'a> {
     summary: &'a Summary,
     view: Shot,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    dials: Option<Dials<'a>>,
     #[serde(skip_serializing_if = "Option::is_none")]
     live: Option<Live>,
 }
@@ -122,33 +126,44 @@ impl Page<'_> {
     /// # Errors
     /// Those of `writer`.
     pub fn write(&self, mut writer: impl Write) -> io::Result<()> {
-        writer.write_all(self.render(None)?.as_bytes())
+        writer.write_all(self.render()?.as_bytes())
     }
 
-    /// The page; that of a run that goes on asks for news by itself.
+    fn render(&self) -> io::Result<String> {
+        fill(&[self.fixed()?, self.parts(None)?])
+    }
+
+    /// The page of a run that goes on, which asks for news by itself, and the news: the page without what does not change from
+    /// one page of a run to the next.
     ///
     /// # Errors
     /// Where the parts cannot be packed.
-    pub fn render(&self, live: Option<Live>) -> io::Result<String> {
-        let fixed = context! { style => STYLE, corners => self.corners()?, script => script()? };
-        self.rendered(live, fixed)
+    pub fn render_live(&self, live: Live) -> io::Result<[String; 2]> {
+        let parts = self.parts(Some(live))?;
+        Ok([fill(&[self.fixed()?, parts.clone()])?, fill(&[context! { news => true }, parts])?])
     }
 
-    /// What changes from one page of a run to the next: the page without style, script and the corners of the faces.
-    ///
-    /// # Errors
-    /// As [`Page::render`].
-    pub fn render_news(&self, live: Live) -> io::Result<String> {
-        self.rendered(Some(live), context! { news => true })
+    /// Style, script, and the corners of faces and sensors.
+    fn fixed(&self) -> io::Result<minijinja::Value> {
+        let sensor_corners = self.readings.map(sensor_corners).transpose()?;
+        Ok(context! {
+            style => STYLE,
+            script => script()?,
+            corners => self.corners()?,
+            sensor_corners => sensor_corners,
+        })
     }
 
-    fn rendered(&self, live: Option<Live>, fixed: minijinja::Value) -> io::Result<String> {
+    /// All else.
+    fn parts(&self, live: Option<Live>) -> io::Result<minijinja::Value> {
         let summary = self.summary;
         let (energy, energy_unit) = shares(summary);
         let mut checks = summary.checks.clone();
         checks.sort_by_key(|check| check.ok);
         let flow = Flow::of(self.estimates, summary, self.materials);
-        let parts = context! {
+        let sensor_table =
+            self.readings.map(|readings| pack(|zlib| write_sensors(zlib, readings))).transpose()?;
+        Ok(context! {
             name => self.name,
             summary => summary,
             live => live,
@@ -177,9 +192,9 @@ impl Page<'_> {
             facts => self.facts(live)?,
             table => self.table()?,
             smooth => self.smooth()?,
-        };
-        let page = environment().render_named_str("report.html", TEMPLATE, context! { ..fixed, ..parts });
-        page.map_err(io::Error::other)
+            scores => self.scores()?,
+            sensor_table => sensor_table,
+        })
     }
 
     /// How bright white is, and where the picture is taken from.
@@ -374,7 +389,8 @@ impl Page<'_> {
     }
 
     fn facts(&self, live: Option<Live>) -> io::Result<String> {
-        let facts = Facts { summary: self.summary, view: self.shot, live };
+        let dials = Dials::of(self.estimates, self.level);
+        let facts = Facts { summary: self.summary, view: self.shot, dials, live };
         // Nothing in it ends the element that holds it.
         Ok(serde_json::to_string(&facts)?.replace('<', "\\u003c"))
     }
@@ -403,12 +419,17 @@ impl Page<'_> {
         pack(|zlib| {
             for (_, piece) in faces.pieces_by_patch() {
                 let corners = faces.piece_corners(piece);
-                for corner in (0..4).map(|i| corners[i.min(corners.len() - 1)]) {
-                    corner.to_array().iter().try_for_each(|&x| zlib.write_all(&(x as f32).to_le_bytes()))?;
-                }
+                (0..4).try_for_each(|i| write_point(zlib, corners[i.min(corners.len() - 1)]))?;
             }
             Ok(())
         })
+    }
+
+    /// What mixtures of sources are made from, where sources are told apart.
+    fn scores(&self) -> io::Result<Option<String>> {
+        let groups = self.estimates.experiment().groups();
+        let apart = groups.is_some_and(|groups| !groups.sources().is_empty());
+        apart.then(|| pack(|zlib| write_scores(zlib, self.estimates))).transpose()
     }
 
     /// B at these corners [W/m²], the channels of a corner side by side.
@@ -422,6 +443,11 @@ impl Page<'_> {
     }
 }
 
+/// The corners of the cells of all sensors, as those of faces.
+fn sensor_corners(readings: &Readings) -> io::Result<String> {
+    pack(|zlib| outlines(readings).into_iter().flatten().try_for_each(|corner| write_point(zlib, corner)))
+}
+
 /// An estimate with its interval.
 fn with_interval(reading: &Reading) -> String {
     let [low, high] = [reading.ci_low, reading.ci_high].map(|h| format!("{h:.4}"));
@@ -431,18 +457,13 @@ fn with_interval(reading: &Reading) -> String {
     }
 }
 
-/// Templates whose text is escaped as HTML.
-fn environment() -> Environment<'static> {
+/// The template with these values. Text is escaped as HTML.
+fn fill(values: &[minijinja::Value; 2]) -> io::Result<String> {
     let mut environment = Environment::new();
     environment.set_auto_escape_callback(|_| AutoEscape::Html);
-    environment
-}
-
-/// What is written, as base64 of a zlib stream.
-fn pack(write: impl FnOnce(&mut ZlibEncoder<Vec<u8>>) -> io::Result<()>) -> io::Result<String> {
-    let mut zlib = ZlibEncoder::new(Vec::new(), Compression::fast());
-    write(&mut zlib)?;
-    Ok(STANDARD.encode(zlib.finish()?))
+    let [first, second] = values.clone();
+    let page = environment.render_named_str("report.html", TEMPLATE, context! { ..first, ..second });
+    page.map_err(io::Error::other)
 }
 
 fn script() -> io::Result<String> {

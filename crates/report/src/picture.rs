@@ -18,6 +18,9 @@ const FINE: u32 = 3;
 /// Rows of pixels that are looked at together.
 const BAND: usize = 16;
 
+/// Pixels with edges that are looked at together.
+const FINE_AT_ONCE: usize = 256;
+
 /// Where no picture is drawn its exposure is measured on a picture this much coarser.
 const COARSE: u32 = 4;
 
@@ -139,8 +142,8 @@ struct Studio<'a> {
     /// Where patches are not flat: radiosity at their corners.
     smooth: Option<&'a Smooth>,
     camera: Camera,
-    /// What is seen at the corners of the pixels, row by row: (width + 1) × (height + 1).
-    corners: Vec<Spot>,
+    /// What is seen at the corners of the pixels, (width + 1) × (height + 1) of them, in bands of [`BAND`] rows.
+    corners: Vec<Vec<Spot>>,
     /// Light over radiosity, channel by channel.
     exposure: [f64; 3],
 }
@@ -179,10 +182,14 @@ struct Corner {
 }
 
 /// A pixel: its light, and the mean radiosity behind it with the part of it that shows the scene.
+#[derive(Default)]
 struct Pixel {
     light: Light,
     value: [f32; 4],
 }
+
+/// Some rows of pixels: the bytes of the picture and the values behind them.
+type Rows = (Vec<u8>, Vec<[f32; 4]>);
 
 impl<'a> Studio<'a> {
     fn camera(scene: &Scene, radiosity: &[f64], view: &View) -> Camera {
@@ -204,13 +211,15 @@ impl<'a> Studio<'a> {
         view: &View,
     ) -> Self {
         let [width, height] = camera.size.map(|side| side as usize);
-        let bands = on_all_cores((height + 1).div_ceil(BAND), |band| {
+        let corners = on_all_cores((height + 1).div_ceil(BAND), |band| {
             let rows = band * BAND..((band + 1) * BAND).min(height + 1);
-            let grid = rows.flat_map(|y| (0..=width).map(move |x| [x as f64, y as f64]));
-            let sights = camera.look(scene, &grid.collect::<Vec<_>>());
-            sights.into_iter().map(Spot::of).collect::<Vec<_>>()
+            let mut spots = Vec::with_capacity(rows.len() * (width + 1));
+            for y in rows {
+                let row: Vec<[f64; 2]> = (0..=width).map(|x| [x as f64, y as f64]).collect();
+                spots.extend(camera.look(scene, &row).into_iter().map(Spot::of));
+            }
+            spots
         });
-        let corners = bands.concat();
         let exposure = match view.exposure {
             Some(exposure) => white_balance(scene).map(|gain| gain * exposure),
             None => exposure(scene, radiosity, &corners),
@@ -233,33 +242,46 @@ impl<'a> Studio<'a> {
             let first = (band * BAND) as u32;
             self.band(first..(first + BAND as u32).min(height))
         });
+        let (pixels, values): (Vec<_>, Vec<_>) = bands.into_iter().unzip();
         let channels = self.scene.channels();
-        let (mut pixels, mut values) = (Vec::new(), Vec::new());
-        for Pixel { light, value } in bands.into_iter().flatten() {
-            pixels.extend(light.iter().take(channels).map(|&light| (encode(light) * 255.0).round() as u8));
-            values.push(value);
-        }
-        (Picture { width, height, channels, pixels }, Values { width, height, channels, values })
+        let picture = Picture { width, height, channels, pixels: pixels.concat() };
+        (picture, Values { width, height, channels, values: values.concat() })
     }
 
     /// Some rows of pixels.
-    fn band(&self, rows: Range<u32>) -> Vec<Pixel> {
-        let stride = self.camera.size[0] as usize + 1;
-        let spots = &self.corners[rows.start as usize * stride..(rows.end as usize + 1) * stride];
-        let corners: Vec<Corner> = spots.iter().map(|&spot| self.corner(spot)).collect();
-        let grid: Vec<[u32; 2]> =
-            rows.clone().flat_map(|y| (0..self.camera.size[0]).map(move |x| [x, y])).collect();
-        let even = |&[x, y]: &[u32; 2]| {
-            let first = (y - rows.start) as usize * stride + x as usize;
-            self.even_pixel([first, first + 1, first + stride, first + stride + 1].map(|i| &corners[i]))
-        };
-        let mut pixels: Vec<Option<Pixel>> = grid.iter().map(even).collect();
-        let (edges, places): (Vec<usize>, Vec<[u32; 2]>) =
-            (0..).zip(&grid).filter(|&(i, _)| pixels[i].is_none()).unzip();
-        for (edge, pixel) in edges.into_iter().zip(self.fine_pixels(&places)) {
-            pixels[edge] = Some(pixel);
+    fn band(&self, rows: Range<u32>) -> Rows {
+        let width = self.camera.size[0] as usize;
+        let mut pixels: Vec<Pixel> = Vec::with_capacity(rows.len() * width);
+        let mut edges: Vec<(usize, [u32; 2])> = Vec::new();
+        let mut above = self.corners_of_row(rows.start);
+        for y in rows {
+            let below = self.corners_of_row(y + 1);
+            for x in 0..width {
+                let even = self.even_pixel([&above[x], &above[x + 1], &below[x], &below[x + 1]]);
+                if even.is_none() {
+                    edges.push((pixels.len(), [x as u32, y]));
+                }
+                pixels.push(even.unwrap_or_default());
+            }
+            above = below;
         }
-        pixels.into_iter().flatten().collect()
+        for some in edges.chunks(FINE_AT_ONCE) {
+            let places: Vec<[u32; 2]> = some.iter().map(|&(_, place)| place).collect();
+            for (&(edge, _), pixel) in some.iter().zip(self.fine_pixels(&places)) {
+                pixels[edge] = pixel;
+            }
+        }
+        let channels = self.scene.channels();
+        let byte = |&light: &f64| (encode(light) * 255.0).round() as u8;
+        let bytes = pixels.iter().flat_map(|pixel| pixel.light[..channels].iter().map(byte)).collect();
+        (bytes, pixels.iter().map(|pixel| pixel.value).collect())
+    }
+
+    /// The corners of pixels on the upper side of a row of them.
+    fn corners_of_row(&self, y: u32) -> Vec<Corner> {
+        let (band, row) = (y as usize / BAND, y as usize % BAND);
+        let stride = self.camera.size[0] as usize + 1;
+        self.corners[band][row * stride..][..stride].iter().map(|&spot| self.corner(spot)).collect()
     }
 
     fn corner(&self, spot: Spot) -> Corner {
@@ -342,9 +364,9 @@ fn of_piece(scene: &Scene, radiosity: &[f64], piece: u32) -> [f64; 3] {
 
 /// The exposure for what is seen, by its brightest channel, white being the colour of all emitted light together.
 /// Where nothing but lamps shows any light, it is theirs.
-fn exposure(scene: &Scene, radiosity: &[f64], seen: &[Spot]) -> [f64; 3] {
+fn exposure(scene: &Scene, radiosity: &[f64], seen: &[Vec<Spot>]) -> [f64; 3] {
     let balance = white_balance(scene);
-    let pieces = || seen.iter().filter_map(Spot::piece);
+    let pieces = || seen.iter().flatten().filter_map(Spot::piece);
     let reflecting = pieces().filter(|&piece| !scene.faces().piece(piece).emittance.is_lit());
     let brightest = |piece| {
         let balanced = of_piece(scene, radiosity, piece).into_iter().zip(balance).map(|(b, gain)| b * gain);

@@ -66,16 +66,12 @@ impl Smooth {
         for touching in places.values() {
             for &(piece, corner) in touching {
                 let own = &shown[piece as usize];
-                let with = || {
-                    touching
-                        .iter()
-                        .map(|&(other, corner)| (&shown[other as usize], corner as usize))
-                        .filter(|(other, _)| own.goes_on(other))
-                };
-                let area: f64 = with().map(|(other, _)| other.piece.area).sum();
+                let all = touching.iter().map(|&(other, corner)| (&shown[other as usize], corner as usize));
+                let with: Vec<(&Shown, usize)> = all.filter(|(other, _)| own.goes_on(other)).collect();
+                let area: f64 = with.iter().map(|(other, _)| other.piece.area).sum();
                 for channel in 0..channels {
                     let light: f64 =
-                        with().map(|(other, at)| other.piece.area * other.light_at(at, channel)).sum();
+                        with.iter().map(|(other, at)| other.piece.area * other.light_at(*at, channel)).sum();
                     values[(4 * piece as usize + corner as usize) * channels + channel] = light / area;
                 }
             }

@@ -8,6 +8,7 @@ use serde::{Serialize, Serializer};
 use crate::accuracy::{AccuracySummary, TotalSummary};
 use crate::method::MethodWords;
 use crate::model::Model;
+use crate::partition::PartitionSummary;
 use crate::picture::Shot;
 use crate::precision::PrecisionSummary;
 use crate::sensitivities::SensitivitySummary;
@@ -71,6 +72,9 @@ pub struct Summary {
     /// Noise and discretisation; absent where the method does not tell them apart.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub accuracy: Option<AccuracySummary>,
+    /// How the patches were chosen; absent where the job says them.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub partition: Option<PartitionSummary>,
     /// What the numbers measure, here and in the tables.
     pub units: Units,
     /// Where the power went.
@@ -275,6 +279,8 @@ pub struct RunFacts {
     pub accuracy: Option<Accuracy>,
     /// What is asked of their total, if anything.
     pub total: Option<TotalSummary>,
+    /// How the patches were chosen, if a pilot chose them.
+    pub partition: Option<PartitionSummary>,
     /// The sensors, if the scene has any.
     pub sensors: Option<SensorsSummary>,
     /// The sources that are told apart.
@@ -329,6 +335,7 @@ impl Summary {
             simultaneous: facts.simultaneous,
             precision: PrecisionSummary::new(scene, &precision),
             accuracy: facts.accuracy.map(|accuracy| AccuracySummary::new(accuracy, facts.total)),
+            partition: facts.partition,
             units: facts.units,
             energy,
             target: facts.target,
@@ -401,6 +408,7 @@ mod tests {
             target: None,
             accuracy: None,
             total: None,
+            partition: None,
             sensors: None,
             sources: Vec::new(),
             sensitivities: Vec::new(),

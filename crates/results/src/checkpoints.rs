@@ -161,8 +161,9 @@ pub(crate) fn find(
 }
 
 /// What is made from a tally. It does not stand beside that of another run.
-pub(crate) const DERIVED: [&str; 11] = [
+pub(crate) const DERIVED: [&str; 12] = [
     "patches.csv",
+    PARTITION,
     SENSORS,
     SOURCES,
     SENSITIVITIES,
@@ -174,6 +175,9 @@ pub(crate) const DERIVED: [&str; 11] = [
     "scene.glb",
     "patches.parquet",
 ];
+
+/// How surfaces are cut; absent where no pilot has chosen it.
+pub(crate) const PARTITION: &str = "partition.toml";
 
 /// What sensors read; absent where there are none.
 pub(crate) const SENSORS: &str = "sensors.csv";

@@ -15,7 +15,15 @@ use crate::replica::{repack, unpack};
 /// Where the result cannot be read or tells no sources apart, a name is unknown or given twice, a factor cannot be, and where
 /// nothing would emit.
 pub fn combine(run: &Path, set: &[(String, f64)]) -> Result<Kept, Error> {
-    let Kept { mut checkpoint, settings, experiment } = Kept::open(run)?;
+    mix(Kept::open(run)?, run, set)
+}
+
+/// [`combine`] for a result that is at hand; messages call it `run`.
+///
+/// # Errors
+/// As [`combine`], but for reading.
+pub fn mix(kept: Kept, run: &Path, set: &[(String, f64)]) -> Result<Kept, Error> {
+    let Kept { mut checkpoint, settings, experiment } = kept;
     let refused = |problem: String, remedy: String| Error::Mixture { run: run.into(), problem, remedy };
     let names = experiment.groups().map_or(&[][..], Groups::sources);
     if names.is_empty() {

@@ -2,15 +2,17 @@
 
 use std::path::Path;
 
+use job::Partition;
 use protocol::{Checkpoint, CheckpointError};
-use radiosity::{Estimates, Experiment, Readings};
+use radiosity::{Estimates, Experiment, Influences, Readings};
 
-use crate::checkpoints::CURRENT;
+use crate::checkpoints::{CURRENT, PREVIOUS};
 use crate::error::Error;
 use crate::replica::{self, check_shape};
 use crate::settings::Settings;
 
 /// What stands in a `tally.bin`.
+#[derive(Clone)]
 pub struct Kept {
     /// The tally and its books.
     pub checkpoint: Checkpoint,
@@ -40,11 +42,25 @@ impl Kept {
         Estimates::new(&self.experiment, &self.checkpoint.tally, level)
     }
 
+    /// What the tally says of materials, where that is asked for.
+    pub fn influences(&self) -> Option<Influences<'_>> {
+        let level = self.settings.sensitivity_level(&self.experiment);
+        Influences::new(&self.experiment, &self.checkpoint.tally, level)
+    }
+
     /// What the tally says of sensors, where there are any.
     pub fn readings(&self) -> Option<Readings<'_>> {
         let level = self.settings.sensor_level(&self.experiment);
         Readings::new(&self.experiment, &self.checkpoint.tally, level)
     }
+}
+
+/// The partition that a pilot has chosen for the run in a folder. `None` where there is no usable tally, or
+/// there was no pilot.
+pub fn kept_partition(run: &Path) -> Option<Partition> {
+    let read = |name: &str| Checkpoint::read(&run.join(name)).ok();
+    let kept = read(CURRENT).or_else(|| read(PREVIOUS))?;
+    replica::partition(&kept.book.job).ok().flatten()
 }
 
 /// The job that a tally keeps cannot be used, for a reason.

@@ -1,19 +1,21 @@
 //! What a run leaves behind: its output folder.
 
-use std::io;
+use std::io::{self, Write as _};
 use std::path::Path;
 use std::sync::Arc;
 
-use job::{Light, OutputFile, Word};
+use job::{Forecast, Light, OutputFile, Word};
 use judge::{bounces, checks_of_result, target};
 use protocol::{Book, Checkpoint, Contributor, Look, Part, Session};
 use radiosity::{Estimates, Experiment, Influences, Precision, Readings};
 use report::{
-    Draft, Live, Milestone, Model, OutputFolder, Page, PartSummary, Photo, Provenance, RunFacts,
-    SessionSummary, Shot, Smooth, Summary, TotalSummary, Units, WorkerSummary,
+    Draft, Live, Milestone, Model, OutputFolder, Page, PartSummary, PartitionSummary, Photo, Provenance,
+    RunFacts, SessionSummary, Shot, Smooth, Summary, TotalSummary, Units, WorkerSummary,
 };
 
-use crate::checkpoints::{self, CURRENT, DERIVED, Latest, PREVIOUS, SENSITIVITIES, SENSORS, SOURCES};
+use crate::checkpoints::{
+    self, CURRENT, DERIVED, Latest, PARTITION, PREVIOUS, SENSITIVITIES, SENSORS, SOURCES,
+};
 use crate::error::Error;
 use crate::kept::Kept;
 use crate::settings::Settings;
@@ -107,6 +109,16 @@ impl RunOutput {
         usual(patches).into_iter().filter(|file| !written.contains(file)).collect()
     }
 
+    /// How surfaces are cut, where a pilot has chosen it.
+    fn partition(&self, settings: &Settings, experiment: &Experiment) -> Result<Drafts, Error> {
+        if settings.forecast.is_none() {
+            return Ok(Drafts::new());
+        }
+        let text = settings.partition_of(experiment.scene().faces().shapes()).to_toml();
+        let draft = self.folder.draft(PARTITION, |writer| writer.write_all(text.as_bytes()))?;
+        Ok(vec![(PARTITION, draft)])
+    }
+
     /// What follows from the tally of a checkpoint, written but not in its place.
     fn drafts(
         &self,
@@ -145,6 +157,7 @@ impl RunOutput {
                 .draft(SENSITIVITIES, |writer| report::write_sensitivities(writer, &influences))?;
             drafts.push((SENSITIVITIES, draft));
         }
+        drafts.extend(self.partition(settings, experiment)?);
         for &file in &files {
             let draft = self.folder.draft(file.name(), |writer| match (file, &view) {
                 (OutputFile::Csv, _) => report::write_patches(writer, &estimates),
@@ -155,7 +168,9 @@ impl RunOutput {
                 (OutputFile::Exr, Some(Seen::Drawn(_, photo))) => {
                     photo.values.write_exr(writer, summary.units.radiosity)
                 }
-                (OutputFile::Glb, Some(view)) => report::write_glb(writer, &estimates, &view.shot()),
+                (OutputFile::Glb, Some(view)) => {
+                    report::write_glb(writer, &estimates, readings.as_ref(), &view.shot())
+                }
                 (OutputFile::Report, Some(view)) => {
                     page(settings, &summary, &estimates, readings.as_ref(), &checkpoint.book, view)
                         .write(writer)
@@ -244,7 +259,8 @@ impl LivePage {
         let readings = readings(settings, &estimates);
         let page = page(settings, &summary, &estimates, readings.as_ref(), &checkpoint.book, &view);
         let live = Live { paths_total: settings.paths };
-        Ok(LivePage { paths: summary.paths, page: page.render(Some(live))?, news: page.render_news(live)? })
+        let [page, news] = page.render_live(live)?;
+        Ok(LivePage { paths: summary.paths, page, news })
     }
 }
 
@@ -279,6 +295,7 @@ fn page<'a>(
         milestones: milestones(book, estimates.experiment()),
         command: command(settings, summary),
         shot: view.shot(),
+        level: settings.level(estimates.experiment().scene()),
         smooth: view.smooth(),
         materials: &settings.finishes,
     }
@@ -322,6 +339,7 @@ fn facts(
             target: target.total_error,
             reached: target::total_is_met(&target, estimates, paths),
         }),
+        partition: settings.forecast.map(|forecast| partition_summary(&forecast, estimates)),
         sensors: readings(settings, estimates).map(|readings| {
             let goal = settings.sensor_goal(experiment);
             target::judge_sensors(goal.as_ref(), &readings, experiment, tally)
@@ -332,7 +350,13 @@ fn facts(
             .map_or_else(Vec::new, report::sensitivity_summaries),
         import: settings.import.clone(),
         units: units(settings.light),
-        checks: checks_of_result(estimates, settings.note.as_deref(), precision, book, settings.seed),
+        checks: checks_of_result(
+            estimates,
+            settings.note.as_deref(),
+            precision,
+            book,
+            (settings.seed, settings.forecast.as_ref()),
+        ),
         confidence: settings.confidence,
         simultaneous: settings.simultaneous,
         provenance: provenance(book, experiment.unit().paths()),
@@ -388,6 +412,21 @@ fn provenance(book: &Book, paths_per_walk: u64) -> Provenance {
         parts: book.parts.iter().map(part).collect(),
         workers: book.workers.iter().map(worker).collect(),
         sessions: book.sessions.iter().map(session).collect(),
+    }
+}
+
+/// Patches that a pilot has chosen.
+fn partition_summary(forecast: &Forecast, estimates: &Estimates) -> PartitionSummary {
+    PartitionSummary {
+        surfaces: forecast.surfaces,
+        patches: estimates.scene().faces().patch_count() as u64,
+        basis: if forecast.linear { "linear" } else { "constant" },
+        pilot_paths: forecast.paths,
+        pilot_rays: forecast.rays,
+        for_paths: forecast.for_paths,
+        noise: forecast.noise,
+        discretisation: forecast.discretisation,
+        total: forecast.total(),
     }
 }
 

@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use job::Partition;
 use judge::MOMENTS;
 use protocol::CheckpointFault;
 use protocol::codec::{CodecError, decode_serde, encode_serde};
@@ -22,8 +23,8 @@ struct Packed {
 
 /// Bytes of settings that came after the first format 5 of `tally.bin`: notes of imports, units of light, sensors and what is
 /// asked of them, files, the three parts of the view, the two of the materials, exchange factors, sources, materials whose
-/// influence is measured, the factors of a mixture, the total error, and groups of cells.
-const LATER_SETTINGS: usize = 16;
+/// influence is measured, the factors of a mixture, the total error, what a pilot has foretold, and groups of cells.
+const LATER_SETTINGS: usize = 17;
 
 /// The bytes of a job.
 ///
@@ -57,6 +58,16 @@ fn decode(bytes: &[u8]) -> Result<Packed, String> {
     let mut packed: Packed = packed.map_err(|error| error.to_string())?;
     packed.scene.patch_of_cell.clone_from(&packed.patch_of_cell);
     Ok(packed)
+}
+
+/// The partition that a pilot has chosen for the job that was packed; `None` where there was no pilot.
+///
+/// # Errors
+/// In words, where the bytes are no job.
+pub(crate) fn partition(bytes: &[u8]) -> Result<Option<Partition>, String> {
+    let Packed { scene, settings, .. } = decode(bytes)?;
+    let shapes = scene.surfaces.iter().map(|surface| &surface.shape);
+    Ok(settings.forecast.map(|_| settings.partition_of(shapes)))
 }
 
 /// Settings and scene with the method that was packed.

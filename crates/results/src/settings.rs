@@ -1,9 +1,12 @@
 //! All that reporting a result needs beside the walks and their scene: it travels with the job and stays in
 //! `tally.bin`.
 
-use job::{Finishes, Job, Light, MethodTable, OutputFile, SensorTarget, Target, TotalTarget, View};
+use job::{
+    Beside, Cut, Finishes, Forecast, Job, Light, MethodTable, OutputFile, Partition, SensorTarget, Target,
+    TotalTarget, View,
+};
 use judge::target::{Observer, SensorGoal, judge, total_is_met};
-use radiosity::{Estimates, ExchangeSpec, Experiment, Groups, PatchGroup, Scene, SensorSpec, Tally};
+use radiosity::{Estimates, ExchangeSpec, Experiment, Groups, PatchGroup, Scene, SensorSpec, Shape, Tally};
 use serde::{Deserialize, Serialize};
 
 /// The settings of a job.
@@ -51,6 +54,8 @@ pub struct Settings {
     pub mixture: Vec<f64>,
     /// What is asked of noise and discretisation together.
     pub total_target: Option<TotalTarget>,
+    /// What a pilot has foretold of the patches, where it has chosen them.
+    pub forecast: Option<Forecast>,
 }
 
 impl Settings {
@@ -78,6 +83,7 @@ impl Settings {
             sensitivity: job.sensitivity.clone(),
             mixture: Vec::new(),
             total_target: job.total_target,
+            forecast: job.forecast,
         }
     }
 
@@ -136,6 +142,16 @@ impl Settings {
     pub fn sensor_goal(&self, experiment: &Experiment) -> Option<SensorGoal> {
         let target = self.sensor_target.clone()?;
         Some(SensorGoal { target, level: self.sensor_level(experiment) })
+    }
+
+    /// The partition of surfaces that are cut so, and what the job's method makes of them.
+    pub(crate) fn partition_of<'a>(&self, shapes: impl Iterator<Item = &'a Shape>) -> Partition {
+        Partition {
+            cuts: shapes.map(Cut::of).collect(),
+            forecast: self.forecast,
+            linear: self.method.beside == Beside::Slopes,
+            space: self.method.space,
+        }
     }
 
     /// The observer of an experiment, which looks at its prefixes and ends it at its targets.

@@ -47,7 +47,7 @@ const LONG_CHAIN: u64 = 1 << 24;
 pub(super) fn settle_jacobi(
     method: &mut MethodTable,
     places: &Places,
-    patch_count: u64,
+    patch_count: Option<u64>,
     budget: &Budget,
 ) -> Result<Option<String>, Error> {
     let paths = budget.paths;
@@ -68,6 +68,8 @@ pub(super) fn settle_jacobi(
         }
         WalkKind::Jacobi | WalkKind::Auto => {}
     }
+    // Chains whose patches are not cut yet are settled when they are.
+    let Some(patch_count) = patch_count else { return Ok(None) };
     let rays_per_patch = rays_per_patch(method.jacobi);
     let needed = fewest_chain_rays(method.jacobi, patch_count);
     let longest = if patch_count <= FEW_PATCHES { MOST_CHAIN_RAYS } else { LONG_CHAIN.max(needed) };

@@ -69,7 +69,7 @@ const FEW: u64 = 16;
 pub(super) fn read_final_gather(
     value: Value<'_>,
     method: &MethodTable,
-    patch_count: u64,
+    patch_count: Option<u64>,
 ) -> Result<Vec<u32>, Error> {
     let fits = method.space == Space::Discrete
         && method.estimator == EstimatorKind::Collision
@@ -84,6 +84,7 @@ pub(super) fn read_final_gather(
     let place = value.place();
     let instead = "remove the key: no light is gathered";
     let mut patches = read_patches(value, patch_count, "a final gather needs at least one patch", instead)?;
+    let patch_count = patch_count.unwrap_or(0);
     let most = (patch_count / FEW).max(1);
     if patches.len() as u64 > most {
         return Err(Error::Refused {

@@ -1,21 +1,33 @@
 //! The table `[method]` as a whole.
 
-use radiosity::{Sampler, Solve};
+use radiosity::{Sampler, Solve, Space};
 
 use super::batches::{Places, read_batch, read_sampler, settle_batches, settle_jacobi};
 use super::chains::{read_final_gather, read_solve};
-use super::table::{Basis, Beside, MethodTable};
+use super::table::{Basis, Beside, MethodTable, WalkKind};
 use super::walks::{read_birth, read_infinite};
 use crate::budget::Budget;
 use crate::document::{Table, Value};
 use crate::error::Error;
 
-/// Reads `[method]`, for a scene of `patch_count` patches and a budget; says what was not done as asked.
+/// The patches that a method is for.
+pub(crate) struct Cutting {
+    /// How many there are; `None` where the program has yet to cut them.
+    pub(crate) patches: Option<u64>,
+    /// Whether a job that names no basis takes the linear one, where its method has it.
+    pub(crate) linear: bool,
+    /// Where walks go on from if the job does not say so, where its method has the choice.
+    pub(crate) space: Space,
+}
+
+/// Reads `[method]`, for a scene that is cut so and a budget; says what was not done as asked.
 pub(crate) fn read_method(
     mut table: Table<'_>,
-    patch_count: u64,
+    cutting: &Cutting,
     budget: &Budget,
 ) -> Result<(MethodTable, Option<String>), Error> {
+    let patch_count = cutting.patches;
+    let names = ["space", "basis"].map(|key| table.has_any(&[key]));
     let walk = table.word("walk")?;
     let sampler = table.take("sampler");
     let jacobi = table.take("jacobi").map(|value| read_solve(value, walk)).transpose()?.unwrap_or_default();
@@ -37,6 +49,13 @@ pub(crate) fn read_method(
         jacobi,
         final_gather: Vec::new(),
     };
+    let is_free = walk != WalkKind::Jacobi && final_gather.is_none();
+    if is_free && !names[0] {
+        method.space = cutting.space;
+    }
+    if is_free && !names[1] && cutting.linear && method.beside == Beside::Nothing {
+        method.beside = Beside::Slopes;
+    }
     if let Some(value) = final_gather {
         method.final_gather = read_final_gather(value, &method, patch_count)?;
     }

@@ -74,7 +74,7 @@ fn read_length(value: &Value<'_>) -> Result<u32, Error> {
 
 pub(crate) const BIRTH_KEYS: &[&str] = &["patches"];
 
-pub(super) fn read_birth(value: Value<'_>, patch_count: u64) -> Result<Birth, Error> {
+pub(super) fn read_birth(value: Value<'_>, patch_count: Option<u64>) -> Result<Birth, Error> {
     if value.is_string() {
         return match value.string()? {
             "area" => Ok(Birth::Area),
@@ -93,14 +93,22 @@ pub(super) fn read_birth(value: Value<'_>, patch_count: u64) -> Result<Birth, Er
         .map(Birth::Patches)
 }
 
-/// A list of patches by number; `why` it cannot be empty, and what to write `instead`.
+/// A list of patches by number, `patch_count` of which there are if they are known yet; `why` it cannot be empty, and what to
+/// write `instead`.
 pub(crate) fn read_patches(
     listed: Value<'_>,
-    patch_count: u64,
+    patch_count: Option<u64>,
     why: &'static str,
     instead: &str,
 ) -> Result<Vec<u32>, Error> {
     let place = listed.place();
+    let Some(patch_count) = patch_count else {
+        return Err(listed.refuse(
+            "patches have no numbers yet".into(),
+            "patches = \"auto\" cuts them when the job is run",
+            "cut the surfaces yourself, or take the partition of a run: [scene] patches = \"out/…/partition.toml\"",
+        ));
+    };
     let (mut patches, mut seen) = (Vec::new(), HashSet::new());
     for value in listed.array()? {
         let last = patch_count.saturating_sub(1).min(u64::from(u32::MAX));

@@ -10,7 +10,7 @@ use super::bound::Bound;
 use super::cut::{Cut, cuts};
 use super::pilot::Pilot;
 use super::resources::{Costs, Demand};
-use crate::target::{asked_of_sensors, scope};
+use crate::target::{SensorGoal, asked_of_sensors, scope};
 
 /// Workers that a forecast is made for, unless it is asked for a number of them.
 const WORKERS: [u64; 5] = [1, 10, 100, 1_000, 10_000];
@@ -37,12 +37,12 @@ pub struct Forecast<'a> {
 }
 
 impl<'a> Forecast<'a> {
-    /// Walks a pilot of a job whose intervals have `level` each, for the number of `workers` that is asked for. `clock` tells the processor time of this process [s];
-    /// `peak_memory` is the most memory that it has held [bytes], where the system tells.
+    /// Walks a pilot of a job whose intervals have `level` each and whose sensors have a `goal`, for the number of `workers`
+    /// that is asked for. `clock` tells the processor time of this process [s]; `peak_memory` is the most memory that it has held [bytes], where the system tells.
     pub fn of(
         job: &'a Job,
         experiment: &Experiment,
-        level: f64,
+        (level, goal): (f64, Option<&SensorGoal>),
         workers: Option<u64>,
         (clock, peak_memory): (fn() -> f64, Option<f64>),
     ) -> Self {
@@ -50,13 +50,13 @@ impl<'a> Forecast<'a> {
         let paths_per_walk = experiment.unit().paths();
         let budget = job.budget.paths / paths_per_walk;
         let first = job.budget.first_path / paths_per_walk;
-        let pilot = Pilot::shoot(experiment, job.seed, first, budget, target, level, clock);
+        let pilot = Pilot::shoot(experiment, job.seed, first, budget, (target, goal), level, clock);
         let estimates = Estimates::new(experiment, &pilot.tally, level);
         let bound = target.and_then(|target| Bound::new(experiment, target, &estimates, level));
         let costs = Costs::new(experiment, &pilot, peak_memory);
         let sensors = job.sensor_target.as_ref();
         let of_sensors = sensors.map(|target| asked_of_sensors(target, job.scene.sensors()));
-        let ending = pilot.ending.filter(|_| of_sensors.is_none() && job.total_target.is_none());
+        let ending = pilot.ending.filter(|_| job.total_target.is_none());
         let walks = ending.map_or(budget, |ending| ending.walks().min(budget));
         let stream = if experiment.unit().is_walk() { job.budget.stream_paths } else { 1 };
         let demand = |workers| costs.demand(walks as f64, stream as f64, workers);
@@ -88,6 +88,7 @@ impl<'a> Forecast<'a> {
     pub fn json(&self) -> Value {
         let Forecast { pilot, bound, .. } = self;
         json!({
+            "sensors": self.of_sensors,
             "target": self.target.map(|t| json!({"relative_error": t.relative_error, "fraction": t.fraction, "patches": t.patches})),
             "budget_paths": self.paths(self.budget),
             "pilot": {
@@ -154,31 +155,21 @@ impl<'a> Forecast<'a> {
 
     /// Where the run ends, and why.
     fn end(&self) -> Vec<String> {
-        let of_sensors = self.of_sensors.as_ref().map(|sensors| {
-            format!(
-                "{sensors}: a pilot cannot predict when; the run goes on until this is reached, or to its budget"
-            )
+        let of_patches = self.target.map(|target| {
+            let area = scope(target.patches.as_deref());
+            format!("relative half-widths of {} on {} of {area}", target.relative_error, target.fraction)
         });
-        let mut lines: Vec<String> = of_sensors.into_iter().collect();
-        let Some(target) = self.target else {
-            if lines.is_empty() {
-                lines.push("no target: the whole budget will be spent".into());
-            }
-            return lines;
-        };
-        let what = format!(
-            "relative half-widths of {} on {} of {}",
-            target.relative_error,
-            target.fraction,
-            scope(target.patches.as_deref())
-        );
+        let asked: Vec<String> = of_patches.into_iter().chain(self.of_sensors.clone()).collect();
+        if asked.is_empty() {
+            return vec!["no target: the whole budget will be spent".into()];
+        }
+        let what = asked.join("; ");
         let Some(ending) = self.pilot.ending else {
-            lines.push(format!("{what}: this pilot cannot predict when; the plan is for the whole budget"));
-            return lines;
+            return vec![format!("{what}: this pilot cannot predict when; the plan is for the whole budget")];
         };
         let [least, most] = [ending.least, ending.most].map(|walks| quantity(self.paths(walks) as f64));
         let range = if least == most { least } else { format!("{least} … {most}") };
-        lines.push(format!("{what}: reached at {range} paths"));
+        let mut lines = vec![format!("{what}: reached at {range} paths")];
         if ending.most > self.budget {
             lines.push(format!(
                 "the budget of {} paths {} the run before (target not reached); give --paths {} or more",

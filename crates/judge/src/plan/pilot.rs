@@ -5,7 +5,7 @@ use protocol::Look;
 use radiosity::{Estimates, Experiment, Sequence, Tally};
 
 use crate::MOMENTS;
-use crate::target::{Observer, Prospect, looks};
+use crate::target::{Observer, Prospect, SensorGoal, looks};
 
 /// A pilot of more than [`FREE_RAYS`] rays takes at most one of this many parts of the run that it foretells.
 const SHARE: u64 = 8;
@@ -55,14 +55,15 @@ impl Pilot {
         seed: u64,
         first: u64,
         walks: u64,
-        target: Option<&Target>,
+        (target, sensors): (Option<&Target>, Option<&SensorGoal>),
         level: f64,
         clock: fn() -> f64,
     ) -> Self {
         let began = clock();
         let sequence = Sequence::new(seed);
         let (mut board, mut tally) = (experiment.board::<MOMENTS>(), experiment.tally::<MOMENTS>());
-        let mut observer = Observer::new(experiment.clone(), level, target.cloned());
+        let mut observer =
+            Observer::new(experiment.clone(), level, target.cloned()).with_sensors(sensors.cloned());
         let mut seen: Vec<Look> = Vec::new();
         let mut ending = None;
         for look in affordable(experiment, walks) {
@@ -73,10 +74,13 @@ impl Pilot {
                 board.add_to(&mut tally).expect("a pilot is short");
                 next = end;
             }
-            let Some(target) = target else { continue };
+            if target.is_none() && sensors.is_none() {
+                continue;
+            }
             seen.push(observer.look(&tally, &seen));
-            let prospect = Prospect::new(target, &Estimates::new(experiment, &tally, level), level);
-            ending = foretell(experiment, &prospect, &seen);
+            let estimates = Estimates::new(experiment, &tally, level);
+            let prospects = Prospect::all(target, sensors, &estimates, (level, usize::MAX));
+            ending = foretell(experiment, &prospects, &seen);
             let dear = tally.counts.rays > FREE_RAYS;
             let enough = |e: &Ending| e.least == e.most || dear && SHARE * look >= e.least;
             if ending.as_ref().is_some_and(enough) || seen.last().is_some_and(|look| look.promising) {
@@ -104,20 +108,24 @@ fn affordable(experiment: &Experiment, walks: u64) -> Vec<u64> {
     std::iter::once(first).chain(ladder.into_iter().filter(|&look| look > first && look <= most)).collect()
 }
 
-/// The end of the run, by the looks that were taken and those that the last of them foretells.
-pub fn foretell(experiment: &Experiment, prospect: &Prospect, seen: &[Look]) -> Option<Ending> {
+/// The end of the run, by the looks that were taken and those that the last of them foretells: all prospects must meet their
+/// targets there.
+pub fn foretell(experiment: &Experiment, prospects: &[Prospect], seen: &[Look]) -> Option<Ending> {
     let last = seen.last().map_or(0, |look| look.walks);
     let ladder = looks(experiment, u64::MAX);
-    let end = |noise: f64| {
+    // Errors are off by some of their own standard errors.
+    let end = |margin: f64| {
+        let all = |holds: fn(&Prospect, u64, f64) -> bool, walks: u64| {
+            prospects.iter().all(|prospect| holds(prospect, walks, (margin * prospect.noise()).max(-0.9)))
+        };
         let promising = seen.iter().find(|look| look.promising).map(|look| look.walks);
         let promising = promising.or_else(|| {
-            ladder.iter().copied().find(|&walks| walks > last && prospect.is_promising(walks, noise))
+            ladder.iter().copied().find(|&walks| walks > last && all(Prospect::is_promising, walks))
         })?;
         ladder
             .iter()
             .copied()
-            .find(|&walks| walks >= promising.saturating_mul(2) && prospect.is_met(walks, noise))
+            .find(|&walks| walks >= promising.saturating_mul(2) && all(Prospect::is_met, walks))
     };
-    let noise = MARGIN * prospect.noise();
-    Some(Ending { least: end(-noise.min(0.9))?, most: end(noise)? })
+    Some(Ending { least: end(-MARGIN)?, most: end(MARGIN)? })
 }

@@ -1,20 +1,27 @@
-//! What a pilot, or the walks so far, foretell of a target.
+//! Prospects: what the first walks of a job foretell of its errors later.
 
-use job::Target;
-use radiosity::Estimates;
+use job::{SensorTarget, Target, Unhit};
+use radiosity::{Estimates, Readings};
 use stats::foresight;
 
+use super::sensors::{FEWEST_SAMPLES, SensorGoal};
 use super::standing::{Bar, Standing, parts_within, standings};
 
 /// The errors that a pilot foretells for its run: they fall as 1/√walks (for chains, with Student's t besides).
 pub struct Prospect {
     standings: Vec<Standing>,
     spread: Spread,
-    walks: u64,
+    /// Independent samples of the pilot: walks, chains, or samples of sensors.
+    samples: u64,
+    /// Walks of a sample.
+    walks_per_sample: u64,
+    /// The fewest samples whose spread tells anything.
+    fewest: u64,
     /// The level of the intervals, in (0, 1).
     level: f64,
     target: Target,
-    chains: bool,
+    /// Whether intervals are those of Student.
+    student: bool,
     paths_per_walk: u64,
 }
 
@@ -27,30 +34,80 @@ struct Spread {
 }
 
 impl Prospect {
-    /// The prospect of a job, by the tally of its first walks.
-    pub fn new(target: &Target, estimates: &Estimates, level: f64) -> Self {
+    /// What a job asks of patches and of each sensor, by the tally of its first walks; `most` faces at most are kept.
+    pub fn all(
+        target: Option<&Target>,
+        sensors: Option<&SensorGoal>,
+        estimates: &Estimates,
+        (level, most): (f64, usize),
+    ) -> Vec<Self> {
+        let of_faces = target.map(|target| Prospect::new(target, estimates, level).thinned(most));
+        let of_sensors = sensors.map(|goal| Prospect::of_sensors(goal, estimates)).unwrap_or_default();
+        of_faces.into_iter().chain(of_sensors).collect()
+    }
+
+    /// The prospect of the patches of a job.
+    fn new(target: &Target, estimates: &Estimates, level: f64) -> Self {
         let (experiment, walks) = (estimates.experiment(), estimates.tally().counts.walks);
-        let mut prospect = Prospect {
+        let prospect = Prospect {
             standings: standings(estimates, target).map(|(_, standing)| standing).collect(),
             spread: Spread { mean: 0.0, variance: 0.0 },
-            walks,
+            samples: walks,
+            walks_per_sample: 1,
+            fewest: 1,
             level,
             target: target.clone(),
-            chains: !experiment.unit().is_walk(),
+            student: !experiment.unit().is_walk(),
             paths_per_walk: experiment.unit().paths(),
         };
-        let known = prospect.standings.iter().filter(|s| s.error.is_finite() && s.error > 0.0);
-        let logs: Vec<[f64; 2]> = known.map(|s| [s.error.ln(), prospect.noise_of(s)]).collect();
+        prospect.with_spread()
+    }
+
+    /// The prospects of the sensors that a target is about. All cells of a sensor must meet it.
+    fn of_sensors(goal: &SensorGoal, estimates: &Estimates) -> Vec<Self> {
+        let (experiment, tally) = (estimates.experiment(), estimates.tally());
+        let Some(readings) = Readings::new(experiment, tally, goal.level) else { return Vec::new() };
+        let SensorTarget { sensors, min_paths, unhit } = &goal.target;
+        let unit = experiment.unit();
+        let prospect = |&(sensor, relative_error): &(u32, f64)| {
+            let errors = readings.errors(sensor as usize, *unhit == Unhit::Ignore);
+            let standing = |error| Standing { area: 1.0, error, scores: f64::INFINITY, hits: 0 };
+            let prospect = Prospect {
+                standings: errors.map(standing).collect(),
+                spread: Spread { mean: 0.0, variance: 0.0 },
+                samples: readings.samples(),
+                walks_per_sample: if unit.is_walk() { readings.sensors().sample_walks() } else { 1 },
+                fewest: FEWEST_SAMPLES,
+                level: goal.level,
+                target: Target {
+                    relative_error,
+                    fraction: 1.0,
+                    min_paths: *min_paths,
+                    min_hits: 0,
+                    unhit: *unhit,
+                    patches: None,
+                },
+                student: true,
+                paths_per_walk: unit.paths(),
+            };
+            prospect.with_spread()
+        };
+        sensors.iter().map(prospect).collect()
+    }
+
+    fn with_spread(mut self) -> Self {
+        let known = self.standings.iter().filter(|s| s.error.is_finite() && s.error > 0.0);
+        let logs: Vec<[f64; 2]> = known.map(|s| [s.error.ln(), self.noise_of(s)]).collect();
         let count = logs.len().max(1) as f64;
         let mean = logs.iter().map(|[log, _]| log).sum::<f64>() / count;
         let excess = logs.iter().map(|[log, noise]| (log - mean).powi(2) - noise * noise);
-        prospect.spread = Spread { mean, variance: (excess.sum::<f64>() / count).max(0.0) };
-        prospect
+        self.spread = Spread { mean, variance: (excess.sum::<f64>() / count).max(0.0) };
+        self
     }
 
     /// Keeps every k-th face, so that at most `most` are left: a running job is examined often.
     #[must_use]
-    pub fn thinned(mut self, most: usize) -> Self {
+    fn thinned(mut self, most: usize) -> Self {
         let step = self.standings.len().div_ceil(most).max(1);
         self.standings = self.standings.into_iter().step_by(step).collect();
         self
@@ -74,20 +131,26 @@ impl Prospect {
     }
 
     fn meets(&self, walks: u64, noise: f64, error: f64, scores: f64) -> bool {
-        let later = self.standings.iter().map(|standing| self.later(standing, walks, noise));
+        let samples = walks / self.walks_per_sample;
+        if samples < self.fewest {
+            return false;
+        }
+        let later = self.standings.iter().map(|standing| self.later(standing, samples, noise));
         let [part] = parts_within(later, [Bar { error, scores }]);
         part >= self.target.fraction
     }
 
-    /// The accuracy of a face after `walks` walks. The largest of many errors is partly large by chance, and this part
-    /// fades: the observed spread is √(true variance + noise²), and the noise falls as the walks grow.
-    fn later(&self, standing: &Standing, walks: u64, noise: f64) -> Standing {
-        let growth = walks as f64 / self.walks as f64;
+    /// The accuracy of a face after some samples. The largest of many errors is partly large by chance, and this part
+    /// fades: the observed spread is √(true variance + noise²), and the noise falls as the samples grow.
+    fn later(&self, standing: &Standing, samples: u64, noise: f64) -> Standing {
+        let growth = samples as f64 / self.samples as f64;
         let Spread { mean, variance } = self.spread;
         let own = self.noise_of(standing).powi(2);
         let faded = if own > 0.0 { ((variance + own / growth) / (variance + own)).sqrt() } else { 1.0 };
-        let student =
-            if self.chains { student(self.level, walks) / student(self.level, self.walks) } else { 1.0 };
+        let student = match self.student {
+            true => student(self.level, samples) / student(self.level, self.samples),
+            false => 1.0,
+        };
         let error = (mean + (standing.error.ln() - mean) * faded).exp();
         Standing {
             error: error * student * (1.0 + noise) / growth.sqrt(),
@@ -99,8 +162,8 @@ impl Prospect {
     /// The standard error of a face's error, as a part of it: about 1/(2√h) with h scores, and 1/√(2(n − 1)) for n
     /// chains.
     fn noise_of(&self, standing: &Standing) -> f64 {
-        match self.chains {
-            true => (0.5 / (self.walks.max(2) - 1) as f64).sqrt(),
+        match self.student {
+            true => (0.5 / (self.samples.max(2) - 1) as f64).sqrt(),
             false => 0.5 / standing.scores.sqrt(),
         }
     }
@@ -134,8 +197,6 @@ fn student(level: f64, chains: u64) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use job::Unhit;
-
     use super::*;
 
     /// The deciding error of the thinned faces is that of all faces, but for the part of the area that one thinned face
@@ -154,10 +215,12 @@ mod tests {
         let whole = || Prospect {
             standings: (0..10_000).map(|i| standing(i * 7 % 10_000)).collect(),
             spread: Spread { mean: 0.0, variance: 1.0 },
-            walks: 1000,
+            samples: 1000,
+            walks_per_sample: 1,
+            fewest: 1,
             level: 0.95,
             target: target.clone(),
-            chains: false,
+            student: false,
             paths_per_walk: 1,
         };
         assert_eq!(whole().error(), 8999.0);

@@ -23,6 +23,27 @@ class Table(Mapping):
             array.flags.writeable = False
             self._columns[name] = array
 
+    @classmethod
+    def _of(cls, columns):
+        """A table of arrays."""
+        table = cls(())
+        for name, array in columns.items():
+            array.flags.writeable = False
+            table._columns[name] = array
+        return table
+
+    def _by(self, *names):
+        """The rows as a dict of dicts: a table for each value of the named columns, in the order of the rows."""
+        if not names:
+            return self
+        first, *others = names
+        column = self._columns[first]
+        parts = {}
+        for value in dict.fromkeys(column):
+            kept = {name: array[column == value] for name, array in self._columns.items() if name != first}
+            parts[value] = Table._of(kept)._by(*others)
+        return parts
+
     def __getitem__(self, name):
         return self._columns[name]
 
@@ -76,6 +97,8 @@ class Result:
         self._corners = None
         self._summary = None
         self._sensors = None
+        self._sources = None
+        self._sensitivities = None
 
     @property
     def name(self):
@@ -101,6 +124,36 @@ class Result:
             columns = self._answer.sensors()
             self._sensors = None if columns is None else Table(columns)
         return self._sensors
+
+    @property
+    def sources(self):
+        """The light of each source alone, by name: a dict of :class:`Table` whose rows are those of the result, or None where the job
+        names no sources. ``result.sources["lamp"].quantity("radiosity")`` has shape (n,), in colour (n, 3)."""
+        if self._sources is None:
+            columns = self._answer.sources()
+            self._sources = None if columns is None else Table(columns)._by("source")
+        return self._sources
+
+    @property
+    def factors(self):
+        """What the emittance of each source is multiplied by: a dict, empty where the job names no sources."""
+        return dict(self._answer.factors())
+
+    def combine(self, factors=None, /, **named):
+        """The :class:`Result` where sources emit other multiples of what the job gives to them, as ``radwalk combine`` makes it: no ray is
+        traced, and intervals hold for the mixture. ``result.combine(lamp=0.3)``, or ``result.combine({"lamp 1": 0.3})``; sources that
+        are not named keep their factor."""
+        return Result(self._answer.combine([(str(name), float(x)) for name, x in {**(factors or {}), **named}.items()]))
+
+    @property
+    def sensitivities(self):
+        """Derivatives of the radiosity by material and by what is changed of it (``"reflectance"``, ``"emittance"``): a dict of dicts of
+        :class:`Table` whose rows are those of the result, or None where the job asks for none.
+        ``result.sensitivities["wall"]["reflectance"].quantity("derivative")`` has shape (n,), in colour (n, 3)."""
+        if self._sensitivities is None:
+            columns = self._answer.sensitivities()
+            self._sensitivities = None if columns is None else Table(columns)._by("material", "property")
+        return self._sensitivities
 
     @property
     def summary(self):

@@ -20,6 +20,7 @@ pub use board::Board;
 pub use gathering::birth_probabilities;
 pub use groups::{Groups, Material, PatchGroup};
 pub use meaning::Meaning;
+pub use mixture::SourceScores;
 pub use sensing::SensorView;
 pub use unfit::Unfit;
 

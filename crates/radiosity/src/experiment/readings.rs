@@ -6,6 +6,7 @@ use super::Experiment;
 use super::board::units;
 use super::solution::{Student, Told};
 use crate::geometry::sensor::Sensors;
+use crate::scene::Scene;
 use crate::tally::Tally;
 
 /// What is known of the irradiance of one cell of a sensor, in one channel.
@@ -54,6 +55,11 @@ impl<'a> Readings<'a> {
         self.sensors
     }
 
+    /// The scene that they stand in.
+    pub fn scene(&self) -> &'a Scene {
+        self.experiment.scene()
+    }
+
     /// 1 where the scene is grey, else 3.
     pub fn channels(&self) -> usize {
         self.experiment.scene().channels()
@@ -77,13 +83,19 @@ impl<'a> Readings<'a> {
     /// The largest relative error of a sensor's cells, in channels that have light; cells that nothing was found for are left
     /// out where `ignore_dark`. 0 where nothing is left.
     pub fn worst_error(&self, sensor: usize, ignore_dark: bool) -> f64 {
+        self.errors(sensor, ignore_dark).fold(0.0, f64::max)
+    }
+
+    /// The relative errors of a sensor's cells, in channels that have light; cells that nothing was found for are left out
+    /// where `ignore_dark`.
+    pub fn errors(&self, sensor: usize, ignore_dark: bool) -> impl Iterator<Item = f64> {
         let scene = self.experiment.scene();
-        let lit = |&c: &usize| scene.total_power(c) > 0.0;
-        let readings = self.sensors.cells_of(sensor).flat_map(|cell| {
+        let lit = move |&c: &usize| scene.total_power(c) > 0.0;
+        let readings = self.sensors.cells_of(sensor).flat_map(move |cell| {
             (0..scene.channels()).filter(lit).map(move |channel| self.reading(cell, channel))
         });
-        let counts = |reading: &Reading| !ignore_dark || reading.irradiance.is_some_and(|h| h > 0.0);
-        readings.filter(counts).map(|reading| reading.relative_error()).fold(0.0, f64::max)
+        let counts = move |reading: &Reading| !ignore_dark || reading.irradiance.is_some_and(|h| h > 0.0);
+        readings.filter(counts).map(|reading| reading.relative_error())
     }
 
     fn reading(&self, cell: usize, channel: usize) -> Reading {

@@ -103,6 +103,42 @@ impl Slopes {
     }
 }
 
+/// What the sums of a tally say of the light on one face in one channel: a linear fit, and how far chance moves it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Fit {
+    /// The mean of b, the reflected radiosity, over the face [W/m²].
+    pub mean: f64,
+    /// As that of [`Slopes`] [W/m²].
+    pub gradient: [f64; 2],
+    /// The variance of the mean [(W/m²)²].
+    pub mean_variance: f64,
+    /// The variance of the fit about the true one, its mean apart, over the face [(W/m²)²].
+    pub slope_variance: f64,
+}
+
+impl Experiment {
+    /// The linear fit to the light of face i in one channel. `None` where no walk could tell, and where the method asks for no
+    /// slopes.
+    pub fn fit(&self, tally: &Tally, i: usize, channel: usize) -> Option<Fit> {
+        if !self.method().is_linear() {
+            return None;
+        }
+        let face = self.scene().faces().get(i);
+        let meaning = self.meaning_of((i, &face), channel, tally)?;
+        let slopes = Slopes::new(self, tally, (i, &face), channel, None)?;
+        let per_unit = face.reflectance[channel] * meaning.irradiance_per_event.unwrap_or(0.0) * meaning.unit;
+        let sums = tally.patch(i, channel);
+        let moments = Moments { n: tally.counts.walks, sum: sums[0], sum_sq: sums[1] };
+        let error = per_unit * moments.standard_error().unwrap_or(0.0);
+        Some(Fit {
+            mean: per_unit * moments.mean()?,
+            gradient: slopes.gradient,
+            mean_variance: error * error,
+            slope_variance: slopes.noise,
+        })
+    }
+}
+
 /// The two errors of a solution that takes the mean of each patch for all of it, over the root mean square of the reflected
 /// light: relative L2 norms over the area of all faces that walks tell of, all channels together.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -133,16 +133,16 @@ impl Shape {
 }
 
 /// The weights of the corners of a cell, as [`cell_corners`] has them, at local coordinates in it: bilinear in
-/// parallelograms, barycentric in triangles. Their sum is 1.
-pub(crate) fn corner_weights(shape: &Shape, cell: u32, uv: [f64; 2]) -> Vec<f64> {
+/// parallelograms, barycentric in triangles, whose fourth is 0. Their sum is 1.
+pub(crate) fn corner_weights(shape: &Shape, cell: u32, uv: [f64; 2]) -> [f64; 4] {
     match *shape {
         Shape::Parallelogram { cells, .. } => {
             let [s, t] = place_in_grid_cell(uv, cell, cells);
-            vec![(1.0 - s) * (1.0 - t), s * (1.0 - t), s * t, (1.0 - s) * t]
+            [(1.0 - s) * (1.0 - t), s * (1.0 - t), s * t, (1.0 - s) * t]
         }
         Shape::Triangle { rows, .. } => {
             let [s, t] = place_in_triangle_cell(uv, cell, rows);
-            vec![1.0 - s - t, s, t]
+            [1.0 - s - t, s, t, 0.0]
         }
     }
 }
@@ -164,10 +164,10 @@ mod tests {
         for shape in [parallelogram, triangle] {
             for cell in 0..shape.cell_count() as u32 {
                 let (corners, middle) = (cell_corners(&shape, cell), cell_centroid(&shape, cell));
-                let weights = corner_weights(&shape, cell, middle);
+                let weights = &corner_weights(&shape, cell, middle)[..corners.len()];
                 for axis in 0..2 {
                     let point: f64 =
-                        corners.iter().zip(&weights).map(|(corner, weight)| corner[axis] * weight).sum();
+                        corners.iter().zip(weights).map(|(corner, weight)| corner[axis] * weight).sum();
                     assert!((point - middle[axis]).abs() < 1e-12, "{shape:?} {cell}");
                 }
                 let alike = 1.0 / corners.len() as f64;

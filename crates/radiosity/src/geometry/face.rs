@@ -9,7 +9,7 @@ use glam::DVec3;
 use super::partition::Partition;
 pub use super::piece::Face;
 use super::piece::Pieces;
-use super::spec::{SceneSpec, Side};
+use super::spec::{SceneSpec, Shape, Side};
 
 /// The faces of a scene, by number.
 #[derive(Clone, Debug)]
@@ -31,6 +31,11 @@ impl Faces {
         let groups = !spec.patch_of_cell.is_empty();
         let partition = groups.then(|| Partition::new(&pieces, &spec.patch_of_cell));
         Faces { pieces, partition }
+    }
+
+    /// The outlines of the surfaces and their cells, in the order of the surfaces.
+    pub fn shapes(&self) -> impl Iterator<Item = &Shape> {
+        self.pieces.shapes()
     }
 
     /// How many there are.

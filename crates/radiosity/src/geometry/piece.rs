@@ -71,6 +71,11 @@ pub(crate) struct Pieces {
 }
 
 impl Pieces {
+    /// The outlines of the surfaces and their cells, in the order of the surfaces.
+    pub(crate) fn shapes(&self) -> impl Iterator<Item = &Shape> {
+        self.surfaces.iter().map(|surface| &surface.shape)
+    }
+
     /// What the pieces take of memory [bytes].
     pub(super) fn bytes(&self) -> usize {
         size_of_val(&self.surfaces[..]) + size_of_val(&self.backs[..]) + size_of_val(&self.single[..])
@@ -157,10 +162,10 @@ impl Pieces {
         let (shape, cell, side) = self.shape_of(i);
         let mut weights = corner_weights(shape, cell, uv);
         if side == Side::Back {
-            weights.reverse();
+            let corners = if matches!(shape, Shape::Triangle { .. }) { 3 } else { 4 };
+            weights[..corners].reverse();
         }
-        weights.resize(4, 0.0);
-        weights.try_into().expect("four")
+        weights
     }
 
     /// The surface of a piece, the cell on it, and the side.

@@ -193,6 +193,17 @@ impl Sensors {
         }
     }
 
+    /// The corners of a cell in the coordinates of the file [m], counter-clockwise as seen from its front; `None` of a point.
+    pub fn corners(&self, number: usize) -> Option<[DVec3; 4]> {
+        let SensorCell { sensor, cell, .. } = self.cell(number);
+        let SensorShape::Quad { corner, corner_u, corner_v, cells } = self.specs[sensor].shape else {
+            return None;
+        };
+        let steps = [(corner_u - corner) / f64::from(cells[0]), (corner_v - corner) / f64::from(cells[1])];
+        let first = corner + steps[0] * f64::from(cell[0]) + steps[1] * f64::from(cell[1]);
+        Some([first, first + steps[0], first + steps[0] + steps[1], first + steps[1]])
+    }
+
     /// What departures look frames up in, by the number of the sensor.
     pub(crate) fn frames(&self) -> &Frames {
         &self.table
@@ -286,6 +297,11 @@ mod tests {
         assert_eq!((last.sensor, last.cell), (0, [1, 2]));
         assert!((last.middle - DVec3::new(0.75, 5.0 / 6.0, 0.5)).length() < 1e-15);
         assert!((last.area - 1.0 / 6.0).abs() < 1e-15);
+        let corners = sensors.corners(5).unwrap();
+        assert!((corners.iter().sum::<DVec3>() / 4.0 - last.middle).length() < 1e-15);
+        assert!((corners[0] - DVec3::new(0.5, 2.0 / 3.0, 0.5)).length() < 1e-15);
+        assert!((corners[1] - corners[0]).cross(corners[3] - corners[0]).z > 0.0);
+        assert!(sensors.corners(6).is_none());
         assert_eq!(sensors.cell(6).middle, DVec3::splat(0.25));
         let [u, v] = sensors.place(&last, [u32::MAX / 2; 2]);
         assert!((u - 0.75).abs() < 1e-9 && (v - 5.0 / 6.0).abs() < 1e-9);

@@ -2,29 +2,126 @@
 //!
 //! `COLOR_0` is light, 0 … 1, by the exposure of the picture; the material is unlit (`KHR_materials_unlit`), so that viewers
 //! show it as it is. `_RADIOSITY` is B [W/m²] in 32-bit floats, the mean over the channels where there are three.
+//!
+//! A sensor is a node of its own with the outlines of its cells as lines, which importers do not take for surfaces. Its `extras` hold
+//! the rows of `sensors.csv`.
 
 use std::io::{self, Write};
 
-use radiosity::Estimates;
+use radiosity::{Estimates, Reading, Readings};
 use serde_json::{Value, json};
 
+use crate::outlines::outlines;
 use crate::picture::Shot;
 
 /// Constants that the glTF format defines.
 const FLOAT: u32 = 5126;
 const UNSIGNED_INT: u32 = 5125;
+const LINES: u32 = 1;
 const ARRAY_BUFFER: u32 = 34962;
 const ELEMENT_ARRAY_BUFFER: u32 = 34963;
 
-/// Writes the faces; the shot tells how bright they are shown, and what is up.
+/// The colour of sensors.
+const SENSOR_COLOUR: [f64; 4] = [0.0, 0.62, 0.45, 1.0];
+
+/// Writes the faces and the sensors; the shot tells how bright faces are shown, and what is up.
 ///
 /// # Errors
 /// Those of `writer`; a scene whose buffers take more than 4 GiB, which the format cannot hold.
-pub fn write_glb(mut writer: impl Write, estimates: &Estimates, shot: &Shot) -> io::Result<()> {
+pub fn write_glb(
+    mut writer: impl Write,
+    estimates: &Estimates,
+    readings: Option<&Readings>,
+    shot: &Shot,
+) -> io::Result<()> {
     let corners = Corners::of(estimates, shot);
-    let (views, buffer) = corners.buffer();
-    let scene = corners.scene(views, buffer.len(), shot);
+    let (views, mut buffer) = corners.buffer();
+    let mut scene = corners.scene(views, shot);
+    if let Some(readings) = readings {
+        add_sensors(&mut scene, &mut buffer, readings);
+    }
+    scene["buffers"] = json!([{"byteLength": buffer.len()}]);
     container(&mut writer, &scene, buffer)
+}
+
+/// Adds a node for each sensor: the outlines of its cells, and what they read.
+fn add_sensors(scene: &mut Value, buffer: &mut Vec<u8>, readings: &Readings) {
+    let outlines = outlines(readings);
+    let rotation = scene["nodes"][0]["rotation"].clone();
+    add(
+        scene,
+        "materials",
+        json!({
+            "name": "sensor",
+            "extensions": {"KHR_materials_unlit": {}},
+            "pbrMetallicRoughness": {"baseColorFactor": SENSOR_COLOUR, "metallicFactor": 0.0}
+        }),
+    );
+    for (number, spec) in readings.sensors().specs().iter().enumerate() {
+        let cells = readings.sensors().cells_of(number);
+        let ends = outlines[cells.clone()]
+            .iter()
+            .flat_map(|corners| (0..4).flat_map(move |i| [corners[i], corners[(i + 1) % 4]]));
+        let places: Vec<[f32; 3]> = ends.map(|end| end.to_array().map(|x| x as f32)).collect();
+        let extreme = |pick: fn(f32, f32) -> f32| -> [f32; 3] {
+            std::array::from_fn(|axis| places.iter().map(|place| place[axis]).reduce(pick).unwrap_or(0.0))
+        };
+        let bytes: Vec<u8> = places.iter().flatten().flat_map(|x| x.to_le_bytes()).collect();
+        let view = add(
+            scene,
+            "bufferViews",
+            json!({
+                "buffer": 0, "byteOffset": buffer.len(), "byteLength": bytes.len(), "target": ARRAY_BUFFER
+            }),
+        );
+        buffer.extend(bytes);
+        let accessor = add(
+            scene,
+            "accessors",
+            json!({
+                "bufferView": view, "componentType": FLOAT, "count": places.len(), "type": "VEC3",
+                "min": extreme(f32::min), "max": extreme(f32::max)
+            }),
+        );
+        let mesh = add(
+            scene,
+            "meshes",
+            json!({
+                "name": spec.name,
+                "primitives": [{"attributes": {"POSITION": accessor}, "material": 1, "mode": LINES}]
+            }),
+        );
+        let node = add(
+            scene,
+            "nodes",
+            json!({
+                "name": spec.name, "mesh": mesh, "rotation": rotation, "extras": extras(readings, cells)
+            }),
+        );
+        scene["scenes"][0]["nodes"].as_array_mut().expect("a list").push(node.into());
+    }
+}
+
+/// Adds an element to a list of the document; returns its number.
+fn add(scene: &mut Value, list: &str, element: Value) -> usize {
+    let list = scene[list].as_array_mut().expect("a list");
+    list.push(element);
+    list.len() - 1
+}
+
+/// What the cells of a sensor read, in the order of `sensors.csv`; a cell of a coloured scene has three numbers.
+fn extras(readings: &Readings, cells: std::ops::Range<usize>) -> Value {
+    let of = |value: fn(&Reading) -> Option<f64>| -> Vec<Value> {
+        let cell = |cell: usize| {
+            let known: Vec<Option<f64>> = readings.cell(cell).iter().map(value).collect();
+            if let [only] = known[..] { json!(only) } else { json!(known) }
+        };
+        cells.clone().map(cell).collect()
+    };
+    json!({
+        "irradiance": of(|r| r.irradiance), "std_error": of(|r| r.std_error),
+        "ci_low": of(|r| Some(r.ci_low)), "ci_high": of(|r| Some(r.ci_high))
+    })
 }
 
 /// What the corners of the faces are drawn by, in the order of the table.
@@ -87,7 +184,7 @@ impl Corners {
     }
 
     /// The document that says what the numbers are.
-    fn scene(&self, views: Vec<Value>, bytes: usize, shot: &Shot) -> Value {
+    fn scene(&self, views: Vec<Value>, shot: &Shot) -> Value {
         let (count, low, high) = (self.light.len(), self.low, self.high);
         json!({
             "asset": {"version": "2.0", "generator": concat!("radwalk ", env!("CARGO_PKG_VERSION"))},
@@ -111,8 +208,7 @@ impl Corners {
                 {"bufferView": 2, "componentType": FLOAT, "count": count, "type": "SCALAR"},
                 {"bufferView": 3, "componentType": UNSIGNED_INT, "count": self.indices.len(), "type": "SCALAR"}
             ],
-            "bufferViews": views,
-            "buffers": [{"byteLength": bytes}]
+            "bufferViews": views
         })
     }
 }

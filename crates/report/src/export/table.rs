@@ -31,7 +31,7 @@ pub enum Cells {
 const WHOLE: &[&str] = &["patch", "u", "v", "hits"];
 
 /// The columns that hold words.
-const WORDS: &[&str] = &["surface", "side", "flags", "sensor"];
+const WORDS: &[&str] = &["surface", "side", "flags", "sensor", "source", "material", "property"];
 
 /// The columns of `patches.csv`.
 ///
@@ -43,7 +43,7 @@ pub fn columns(estimates: &Estimates) -> io::Result<Vec<Column>> {
     read_table(&csv)
 }
 
-/// The columns of a table that [`write_patches`], [`crate::write_sensors`] or [`crate::write_exact`] wrote.
+/// The columns of a table that this crate wrote.
 ///
 /// # Errors
 /// A cell that is none of its column.

@@ -1,5 +1,8 @@
 // What the page was made from: the summary, the table and the corners of the faces, all inside the page itself.
 
+import { Sources } from './mixture.js';
+import { Smoother } from './smooth.js';
+
 /** Text of an element that holds data. */
 const text = (page, id) => page.getElementById(id).textContent;
 
@@ -29,12 +32,22 @@ function cells(line) {
   return found;
 }
 
-/** Everything a page shows. News of a run come without corners: those of its first page stay. */
+/** A number of a mixture as a cell; one that is not known is empty. */
+const written = (value) => (Number.isNaN(value) ? '' : String(value));
+
+/** Everything a page shows. News of a run come without corners: those of the result that its first page showed stay. */
 export async function load(page, known = null) {
   const facts = JSON.parse(text(page, 'facts'));
   const [table, smooth] = await Promise.all(['table', 'smooth'].map((id) => inflate(page, id)));
-  const corners = known ?? new Float32Array(await inflate(page, 'corners'));
-  return new Result(facts, new TextDecoder().decode(table), corners, new Float32Array(smooth));
+  const corners = known?.corners ?? new Float32Array(await inflate(page, 'corners'));
+  const result = new Result(facts, new TextDecoder().decode(table), corners, new Float32Array(smooth));
+  if (facts.dials) result.sources = new Sources(facts.dials, new Float64Array(await inflate(page, 'scores')), result.size);
+  if (page.getElementById('sensor-table')) {
+    const read = new TextDecoder().decode(await inflate(page, 'sensor-table'));
+    const places = known?.sensors?.corners ?? new Float32Array(await inflate(page, 'sensor-corners'));
+    result.sensors = { columns: columns(read), corners: places, size: places.length / 12 };
+  }
+  return result;
 }
 
 /** A result: a row a face, and the corners of the faces, with the radiosity there, in the order of rows. */
@@ -49,10 +62,37 @@ export class Result {
     this.channels = 'radiosity' in this.columns ? [''] : ['_r', '_g', '_b'];
     this.numbers = new Map();
     this.area = this.number('area');
+    this.sources = null;
+    this.sensors = null;
+    this.mixed = null;
+  }
+
+  /** Takes the light of a mixture of the sources in place of the table's; `null` goes back to the table. */
+  mix(factors) {
+    this.halfWidths = null;
+    this.mixed = null;
+    this.mixedSmooth = null;
+    if (factors === null) return;
+    const reflectances = this.channels.map((c) => this.number('reflectance' + c));
+    this.mixed = this.sources.mix(factors, this.channels, reflectances);
+  }
+
+  /** B at the four corners of every face, the channels of a corner side by side. */
+  get even() {
+    if (this.mixed === null) return this.smooth;
+    this.smoother ??= new Smoother(this);
+    this.mixedSmooth ??= this.smoother.values();
+    return this.mixedSmooth;
+  }
+
+  /** A cell of the table as it is written; of a mixture, its number. */
+  cell(name, row) {
+    return this.mixed?.has(name) ? written(this.mixed.get(name)[row]) : this.columns[name][row];
   }
 
   /** A column as numbers; empty cells are NaN. */
   number(name) {
+    if (this.mixed?.has(name)) return this.mixed.get(name);
     if (!this.numbers.has(name)) {
       const column = this.columns[name];
       this.numbers.set(name, Float64Array.from(column, (cell) => (cell === '' ? NaN : Number(cell))));
@@ -82,13 +122,14 @@ export class Result {
 
   /** Whether a face is a triangle: its fourth corner repeats the third. */
   isTriangle(face) {
-    const at = 12 * face;
-    return [0, 1, 2].every((axis) => this.corners[at + 6 + axis] === this.corners[at + 9 + axis]);
+    const [third, fourth] = [this.corner(face, 2), this.corner(face, 3)];
+    return [0, 1, 2].every((axis) => third[axis] === fourth[axis]);
   }
 
-  /** A corner as [x, y, z] in metres. */
+  /** A corner as [x, y, z] in metres; what is numbered after the last face are the cells of sensors. */
   corner(face, which) {
-    const at = 12 * face + 3 * which;
-    return this.corners.subarray(at, at + 3);
+    const of = face < this.size ? [this.corners, face] : [this.sensors.corners, face - this.size];
+    const at = 12 * of[1] + 3 * which;
+    return of[0].subarray(at, at + 3);
   }
 }

@@ -2,6 +2,8 @@
 
 import { gradient, UNKNOWN } from './colours.js';
 import { load } from './data.js';
+import { Dials } from './dials.js';
+import { element, make } from './elements.js';
 import { quantities, shade } from './shades.js';
 import { View } from './view.js';
 
@@ -13,21 +15,11 @@ const LISTED = 20;
 const GRID_UP_TO = 400;
 
 /** Parts of the page that a run changes. */
-const PARTS = ['head', 'known', 'sensors', 'checks', 'energy', 'model', 'origin'];
+const PARTS = ['head', 'known', 'sensors', 'sources', 'sensitivities', 'checks', 'energy', 'model', 'origin'];
 /** Between two questions for news, and where the page is not in sight [ms]. */
 const PAUSES = { visible: 2000, hidden: 15000 };
 /** Questions without an answer after which the run is over. */
 const PATIENCE = 3;
-
-const element = (id) => document.getElementById(id);
-
-/** A new element with text and attributes. */
-function make(tag, text = '', attributes = {}) {
-  const made = document.createElement(tag);
-  made.textContent = text;
-  for (const [name, value] of Object.entries(attributes)) made.setAttribute(name, value);
-  return made;
-}
 
 class Page {
   constructor(result, view) {
@@ -41,6 +33,8 @@ class Page {
     element('channel-row').hidden = channels.length === 1;
     element('grid').checked = result.size <= GRID_UP_TO;
     view.showGrid(element('grid').checked);
+    element('marks-row').hidden = result.sensors === null;
+    this.dials = result.sources === null ? null : new Dials(result, () => this.remix());
     this.listWorst();
     this.listen();
     this.recolour();
@@ -50,6 +44,7 @@ class Page {
     for (const id of ['quantity', 'channel', 'logarithmic', 'even']) element(id).addEventListener('change', () => this.recolour());
     element('exposure').addEventListener('input', () => this.recolour());
     element('grid').addEventListener('change', () => this.view.showGrid(element('grid').checked));
+    element('marks').addEventListener('change', () => this.view.showSensors(element('marks').checked));
     for (const id of ['axis', 'part', 'flip']) element(id).addEventListener('input', () => this.cut());
     element('home').addEventListener('click', () => this.view.home());
     element('find').addEventListener('submit', (event) => {
@@ -103,10 +98,18 @@ class Page {
     ways[event.key]();
   }
 
-  /** The next face, or the one before. */
+  /** The next face or cell of a sensor, or the one before. */
   step(by) {
-    const { size } = this.result;
+    const size = this.result.size + (this.result.sensors?.size ?? 0);
     this.pin(((this.pinned ?? (by > 0 ? -1 : 0)) + by + size) % size, false);
+  }
+
+  /** Shows the light of the sources as they are set now. */
+  remix() {
+    this.result.mix(this.dials.factors());
+    this.listWorst();
+    this.recolour();
+    this.tell(this.pinned);
   }
 
   recolour() {
@@ -136,7 +139,7 @@ class Page {
       legend.append(bar, row);
     }
     const swatches = [...(entries ?? [])];
-    if (unknown) swatches.push({ colour: UNKNOWN, words: 'no number: no walk could tell' });
+    if (unknown) swatches.push({ colour: UNKNOWN, words: 'no number: no walk gives an estimate' });
     for (const { colour, words: meaning } of swatches) {
       const line = make('p', '', { class: 'swatch' });
       line.append(make('span', '', { style: `background: rgb(${colour})` }), meaning);
@@ -160,13 +163,17 @@ class Page {
 
   /** Writes the numbers of a face, as patches.csv has them. */
   tell(face) {
-    const { columns, channels } = this.result;
+    const { columns, channels, mixed, size } = this.result;
     const shown = element('numbers');
     if (face === null) {
       shown.replaceChildren(make('p', 'Point at a patch, or tap it, to read its numbers.'));
       return;
     }
-    const cell = (name) => columns[name][face];
+    if (face >= size) {
+      this.tellSensor(face - size);
+      return;
+    }
+    const cell = (name) => this.result.cell(name, face);
     const all = (name) => channels.map((channel) => cell(name + channel) || 'unknown').join('\n');
     const { radiosity: light, irradiance: flux } = this.result.facts.summary.units;
     const percent = (this.result.facts.summary.confidence * 100).toPrecision(4) * 1;
@@ -182,12 +189,25 @@ class Page {
       [`Emittance [${light}]`, all('emittance')],
       ['Area [m²]', cell('area')],
       ['Centroid [m]', ['x', 'y', 'z'].map(cell).join(', ')],
-      ['Hits', cell('hits')],
-      ['Flags', cell('flags').replaceAll('|', ', ') || 'none'],
+      // Hits and flags are those of all sources together.
+      ...(mixed ? [] : [['Hits', cell('hits')], ['Flags', cell('flags').replaceAll('|', ', ') || 'none']]),
     ];
-    const list = make('dl');
-    for (const [name, value] of rows) list.append(make('dt', name), make('dd', value));
-    shown.replaceChildren(list);
+    shown.replaceChildren(list(rows));
+  }
+
+  /** Writes what a cell of a sensor reads, as sensors.csv has it. */
+  tellSensor(number) {
+    const { channels, sensors: { columns } } = this.result;
+    const cell = (name) => columns[name][number];
+    const { summary: { units, confidence } } = this.result.facts;
+    const rows = [
+      ['Sensor', `${cell('sensor')} [${cell('u')}, ${cell('v')}]`],
+      [`Irradiance [${units.irradiance}]`, channels.map((c) => cell(`irradiance${c}`) || 'unknown').join('\n')],
+      [`${(confidence * 100).toPrecision(4) * 1} % interval`, channels.map((c) => `${cell(`ci_low${c}`)} … ${cell(`ci_high${c}`)}`).join('\n')],
+      ['Standard error', channels.map((c) => cell(`std_error${c}`) || 'unknown').join('\n')],
+      ['Middle [m]', ['x', 'y', 'z'].map(cell).join(', ')],
+    ];
+    element('numbers').replaceChildren(list(rows));
   }
 
   listWorst() {
@@ -225,6 +245,7 @@ class Page {
       // What is being read by keyboard stays until it is left.
       if (!part.contains(document.activeElement)) part.replaceChildren(...page.getElementById(id).childNodes);
     }
+    if (this.dials !== null) result.mix(this.dials.factors());
     if (!element('known').contains(document.activeElement)) this.listWorst();
     this.recolour();
     this.tell(this.pinned);
@@ -236,6 +257,13 @@ class Page {
     link.click();
     URL.revokeObjectURL(link.href);
   }
+}
+
+/** Names and values, side by side. */
+function list(rows) {
+  const made = make('dl');
+  for (const [name, value] of rows) made.append(make('dt', name), make('dd', value));
+  return made;
 }
 
 /** Follows a run until it cannot be reached. */
@@ -250,7 +278,7 @@ async function follow(page) {
       missed = 0;
       if (answer.status === 304) continue;
       const news = new DOMParser().parseFromString(await answer.text(), 'text/html');
-      page.renew(news, await load(news, page.result.corners));
+      page.renew(news, await load(news, page.result));
       tag = answer.headers.get('etag');
       live.textContent = `${news.getElementById('live').textContent} As of ${new Date().toLocaleTimeString()}.`;
     } catch {

@@ -3,7 +3,7 @@
 import { areaQuantile, encode, scale, UNKNOWN } from './colours.js';
 
 const FLAGS = [
-  ['unsampled', 'no walk could tell: numbers are missing', UNKNOWN],
+  ['unsampled', 'no walk gives an estimate: numbers are missing', UNKNOWN],
   ['bias', 'walks were cut off: the value may be too small', [213, 94, 0]],
   ['rare', 'fewer than 10 scores: trust the interval, not the value', [86, 180, 233]],
   ['emitter', 'emits light', [240, 228, 66]],
@@ -38,7 +38,8 @@ function picture(result, stops, even) {
   const exposure = channels.map((c) => result.facts.view.exposure[c] * 2 ** stops);
   const white = result.channels.map((_, c) => brief(1 / exposure[c]));
   const words = `White is ${white.join(', ')} ${result.facts.summary.units.radiosity} and above${white.length > 1 ? ' (red, green, blue)' : ''}.`;
-  const light = even ? (i, c) => result.smooth[count * i + channels[c]] : flat(result, channels);
+  const smooth = even ? result.even : null;
+  const light = even ? (i, c) => smooth[count * i + channels[c]] : flat(result, channels);
   const bytes = new Uint8Array(3 * result.size * (even ? 4 : 1));
   for (let i = 0; i < bytes.length / 3; i += 1) {
     for (let c = 0; c < 3; c += 1) bytes[3 * i + c] = encode(light(i, c) * exposure[c]);
@@ -46,7 +47,7 @@ function picture(result, stops, even) {
   return { bytes, legend: { words } };
 }
 
-/** The radiosity of a face in a channel; what it emits, where no walk could tell. */
+/** The radiosity of a face in a channel; what the face emits, where no walk gives an estimate. */
 function flat(result, channels) {
   const radiosity = channels.map((c) => result.number('radiosity' + result.channels[c]));
   const emitted = channels.map((c) => result.number('emittance' + result.channels[c]));

@@ -1,7 +1,7 @@
 // The scene in three dimensions: turned by pointer or keys, cut by a plane, asked for the face under a point.
 
 import {
-  BufferAttribute, BufferGeometry, ColorManagement, LinearSRGBColorSpace, LineBasicMaterial, LineLoop, LineSegments, Mesh,
+  BufferAttribute, BufferGeometry, ColorManagement, DoubleSide, LinearSRGBColorSpace, LineBasicMaterial, LineLoop, LineSegments, Mesh,
   MeshBasicMaterial, PerspectiveCamera, Plane, Scene, Vector2, Vector3, WebGLRenderer,
 } from 'three';
 import { OrbitControls } from 'three/examples/jsm/controls/OrbitControls.js';
@@ -9,6 +9,8 @@ import { OrbitControls } from 'three/examples/jsm/controls/OrbitControls.js';
 // Colours are computed as they are to be shown.
 ColorManagement.enabled = false;
 
+/** The colour of sensors. */
+const SENSOR = 0x00c896;
 /** Seconds that a flight takes. */
 const FLIGHT = 0.6;
 
@@ -25,6 +27,7 @@ export class View {
     this.section = new Plane(new Vector3(1, 0, 0), Infinity);
     this.buildFaces();
     this.buildGrid();
+    this.buildSensors();
     this.mark = new LineLoop(new BufferGeometry(), new LineBasicMaterial({ color: 0xff3300, depthTest: false }));
     this.mark.renderOrder = 2;
     this.mark.visible = false;
@@ -72,9 +75,17 @@ export class View {
   }
 
   buildGrid() {
+    this.gridMaterial = new LineBasicMaterial({ color: 0x888888, transparent: true, opacity: 0.35, clippingPlanes: [] });
+    this.grid = new LineSegments(this.outlines(0, this.result.size), this.gridMaterial);
+    this.grid.visible = false;
+    this.scene.add(this.grid);
+  }
+
+  /** The edges of faces from one to before another. */
+  outlines(from, to) {
     const { result } = this;
     const lines = [];
-    for (let face = 0; face < result.size; face += 1) {
+    for (let face = from; face < to; face += 1) {
       const count = result.isTriangle(face) ? 3 : 4;
       for (let which = 0; which < count; which += 1) {
         lines.push(...result.corner(face, which), ...result.corner(face, (which + 1) % count));
@@ -82,10 +93,33 @@ export class View {
     }
     const geometry = new BufferGeometry();
     geometry.setAttribute('position', new BufferAttribute(new Float32Array(lines), 3));
-    this.gridMaterial = new LineBasicMaterial({ color: 0x888888, transparent: true, opacity: 0.35, clippingPlanes: [] });
-    this.grid = new LineSegments(geometry, this.gridMaterial);
-    this.grid.visible = false;
-    this.scene.add(this.grid);
+    return geometry;
+  }
+
+  /** The cells of sensors, which one sees through, with their outlines. They are numbered after the faces. */
+  buildSensors() {
+    const { result } = this;
+    this.sensors = null;
+    if (result.sensors === null) return;
+    const end = result.size + result.sensors.size;
+    const places = [];
+    this.sensorOf = [];
+    for (let cell = result.size; cell < end; cell += 1) {
+      for (const which of [0, 1, 2, 0, 2, 3]) places.push(...result.corner(cell, which));
+      this.sensorOf.push(cell, cell);
+    }
+    const geometry = new BufferGeometry();
+    geometry.setAttribute('position', new BufferAttribute(new Float32Array(places), 3));
+    const glass = new MeshBasicMaterial({ color: SENSOR, transparent: true, opacity: 0.25, side: DoubleSide, depthWrite: false });
+    this.sensors = new Mesh(geometry, glass);
+    this.sensors.add(new LineSegments(this.outlines(result.size, end), new LineBasicMaterial({ color: SENSOR })));
+    this.scene.add(this.sensors);
+  }
+
+  /** Shows or hides the sensors. */
+  showSensors(shown) {
+    this.sensors.visible = shown;
+    this.draw();
   }
 
   /** Three bytes a face, or three for each of its four corners. */
@@ -186,13 +220,16 @@ export class View {
     this.draw();
   }
 
-  /** The face seen at a point of the page, or null. */
+  /** The face seen at a point of the page, or the cell of a sensor that is in front of it, or null. */
   faceAt(x, y) {
     const frame = this.canvas.getBoundingClientRect();
     const point = new Vector2(((x - frame.left) / frame.width) * 2 - 1, 1 - ((y - frame.top) / frame.height) * 2);
     const origin = this.camera.position;
     const way = new Vector3(point.x, point.y, 0.5).unproject(this.camera).sub(origin).normalize();
-    return nearest(this.geometry.attributes.position.array, this.faceOf, origin, way, this.material.clippingPlanes[0]);
+    const met = nearest(this.geometry.attributes.position.array, this.faceOf, origin, way, this.material.clippingPlanes[0]);
+    if (!this.sensors?.visible) return met.found;
+    const sensor = nearest(this.sensors.geometry.attributes.position.array, this.sensorOf, origin, way, null, true);
+    return sensor.best <= met.best ? sensor.found : met.found;
   }
 
   resize() {
@@ -219,8 +256,8 @@ export class View {
   }
 }
 
-/** The nearest front that a ray meets on the side of the section that is shown (Möller and Trumbore 1997). */
-function nearest(places, faceOf, origin, way, section) {
+/** The nearest front (or side, where both count) that a ray meets on the side of the section that is shown (Möller and Trumbore 1997). */
+function nearest(places, faceOf, origin, way, section, bothSides = false) {
   let [best, found] = [Infinity, null];
   for (let triangle = 0; triangle < faceOf.length; triangle += 1) {
     const at = 9 * triangle;
@@ -228,9 +265,11 @@ function nearest(places, faceOf, origin, way, section) {
     const [ux, uy, uz] = [places[at + 3] - ax, places[at + 4] - ay, places[at + 5] - az];
     const [vx, vy, vz] = [places[at + 6] - ax, places[at + 7] - ay, places[at + 8] - az];
     const [px, py, pz] = [way.y * vz - way.z * vy, way.z * vx - way.x * vz, way.x * vy - way.y * vx];
-    const det = ux * px + uy * py + uz * pz;
+    const facing = ux * px + uy * py + uz * pz;
+    const sign = bothSides && facing < 0 ? -1 : 1;
+    const det = sign * facing;
     if (det <= 0) continue; // seen from the back, or edge-on
-    const [tx, ty, tz] = [origin.x - ax, origin.y - ay, origin.z - az];
+    const [tx, ty, tz] = [sign * (origin.x - ax), sign * (origin.y - ay), sign * (origin.z - az)];
     const u = tx * px + ty * py + tz * pz;
     if (u < 0 || u > det) continue;
     const [qx, qy, qz] = [ty * uz - tz * uy, tz * ux - tx * uz, tx * uy - ty * ux];
@@ -241,5 +280,5 @@ function nearest(places, faceOf, origin, way, section) {
     if (section && section.distanceToPoint(new Vector3().copy(origin).addScaledVector(way, distance)) < 0) continue;
     [best, found] = [distance, faceOf[triangle]];
   }
-  return found;
+  return { best, found };
 }

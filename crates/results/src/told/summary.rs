@@ -4,8 +4,8 @@ use job::{OutputFile, Word};
 use judge::target;
 use report::words::{counted, duration, percent, quantity};
 use report::{
-    AccuracySummary, PrecisionSummary, SensitivitySummary, SensorSummary, SensorsSummary, SourceSummary,
-    Summary, Target, TotalSummary, WorstPatch,
+    AccuracySummary, PartitionSummary, PrecisionSummary, SensitivitySummary, SensorSummary, SensorsSummary,
+    SourceSummary, Summary, Target, TotalSummary, WorstPatch,
 };
 
 use crate::outputs::RunOutput;
@@ -15,6 +15,7 @@ use crate::settings::Settings;
 pub fn summary_lines(summary: &Summary, settings: &Settings) -> Vec<String> {
     let mut lines = vec![of_walks(summary, settings)];
     lines.extend(of_precision(summary));
+    lines.extend(summary.partition.iter().map(of_partition));
     lines.extend(summary.accuracy.iter().flat_map(of_accuracy));
     lines.extend(summary.model.lines().iter().map(|line| format!("model: {line}")));
     let failed = summary.checks.iter().filter(|check| !check.ok);
@@ -65,6 +66,19 @@ fn of_walks(summary: &Summary, settings: &Settings) -> String {
         counted(summary.workers_seen, "worker"),
         quantity(summary.paths_per_second),
         quantity(summary.rays_per_second)
+    )
+}
+
+/// Which patches were chosen, and what was foretold of them.
+fn of_partition(partition: &PartitionSummary) -> String {
+    let PartitionSummary { surfaces, patches, basis, pilot_paths, for_paths, total, .. } = *partition;
+    format!(
+        "patches: a pilot of {} paths cut {} and made {}, with {basis} light on each; it foretold an error of {} for {} paths",
+        quantity(pilot_paths as f64),
+        counted(surfaces, "surface"),
+        counted(patches, "patch"),
+        percent(total),
+        quantity(for_paths as f64)
     )
 }
 

@@ -1,0 +1,165 @@
+//! How the surfaces of a scene are cut, where the program chooses that or a file says it: `patches` in the table `[scene]` of a job.
+
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+
+use radiosity::Space;
+use serde::{Deserialize, Serialize};
+
+use crate::cut::Cut;
+use crate::document::{Table, Value};
+use crate::error::{Error, Place, Spot};
+use crate::method::Basis;
+use crate::shape::{read_grid, read_rows};
+use crate::source::Source;
+use crate::word::Word;
+
+/// The word by which a job or a surface leaves its cells to the program.
+pub(crate) const AUTO: &str = "auto";
+
+/// The keys of a partition's file.
+const PARTITION_KEYS: &[&str] = &["basis", "space", "surfaces"];
+
+/// The keys of the table `[scene]`.
+pub(crate) const SCENE_TABLE_KEYS: &[&str] = &["file", "patches"];
+
+/// How every surface of a scene is cut, and how the light on the patches is best estimated.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Partition {
+    /// The cut of each surface, in their order.
+    pub cuts: Vec<Cut>,
+    /// Whether jobs that name no basis take the linear one, where their method has it.
+    pub linear: bool,
+    /// Where the walks of jobs that do not say so go on from, where their method has the choice.
+    pub space: Space,
+    /// What the pilot that chose it foretells; `None` where a file says it.
+    pub forecast: Option<Forecast>,
+}
+
+/// What a pilot foretells of the job with the patches that it has chosen.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Forecast {
+    /// Surfaces whose cells were chosen.
+    pub surfaces: u64,
+    /// Walks of the pilot.
+    pub paths: u64,
+    /// Rays of the pilot.
+    pub rays: u64,
+    /// Whether the errors are those of linear fits, not of means.
+    pub linear: bool,
+    /// Walks of the job that the errors are foretold for.
+    pub for_paths: u64,
+    /// The relative error over the area, for want of walks …
+    pub noise: f64,
+    /// … and for want of finer patches.
+    pub discretisation: f64,
+}
+
+impl Forecast {
+    /// Noise and discretisation together.
+    pub fn total(&self) -> f64 {
+        (self.noise * self.noise + self.discretisation * self.discretisation).sqrt()
+    }
+}
+
+/// What a job leaves to the program.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Auto {
+    /// The numbers of the surfaces whose cut is left open. They stand in the scene with the coarsest that they may have.
+    pub surfaces: Vec<usize>,
+    /// Whether the light on a patch may be estimated by its mean alone …
+    pub constant: bool,
+    /// … and whether by a linear function.
+    pub linear: bool,
+}
+
+/// What a job says of its patches beside the scene file.
+pub(crate) enum Patches {
+    /// Nothing.
+    AsWritten,
+    /// The program cuts every surface.
+    Auto,
+    /// A file says it.
+    Given(PathBuf, Box<Place>),
+}
+
+/// Reads the key `scene`: a file, or a table of a file and `patches`.
+pub(crate) fn read_scene_key<'a>(
+    value: Option<Value<'a>>,
+    job: &Path,
+) -> Result<(Option<Value<'a>>, Patches), Error> {
+    let Some(value) = value else { return Ok((None, Patches::AsWritten)) };
+    if !value.is_table() {
+        return Ok((Some(value), Patches::AsWritten));
+    }
+    let mut table = value.table(SCENE_TABLE_KEYS)?;
+    let patches = match table.take("patches") {
+        None => Patches::AsWritten,
+        Some(value) => match value.string()? {
+            AUTO => Patches::Auto,
+            file => Patches::Given(job.parent().unwrap_or(Path::new("")).join(file), value.place()),
+        },
+    };
+    Ok((table.take("file"), patches))
+}
+
+impl Partition {
+    /// Reads the file of a partition; `named` is the key of the job that names it.
+    pub(crate) fn read(file: &Path, named: &Place) -> Result<Self, Error> {
+        let source = Source::read(file, "surfaces = [[nu, nv], rows, …]").map_err(|error| match error {
+            Error::Missing { file } => Error::Refused {
+                place: Box::new(named.clone()),
+                problem: format!("there is no file {}", file.display()),
+                why: "the patches are read from it",
+                remedy: "correct the path, relative to the job file, or write \"auto\"".into(),
+            },
+            error => error,
+        })?;
+        let mut table = Table::root(&source, PARTITION_KEYS)?;
+        let linear = table.word::<Basis>("basis")? == Basis::Linear;
+        let space = table.word("space")?;
+        let surfaces = table.require(
+            "surfaces",
+            "a partition says how each surface is cut",
+            "surfaces = [[4, 4], 2], for a quad and a triangle",
+        )?;
+        let read_cut = |value: Value<'_>| match value.is_array() {
+            true => read_grid(value).map(Cut::Grid),
+            false => read_rows(&value).map(Cut::Rows),
+        };
+        let cuts = surfaces.array()?.into_iter().map(read_cut).collect::<Result<_, _>>()?;
+        Ok(Partition { cuts, linear, space, forecast: None })
+    }
+
+    /// The text of a file that holds it.
+    pub fn to_toml(&self) -> String {
+        let basis = if self.linear { Basis::Linear } else { Basis::Constant };
+        let mut text = String::from(
+            "# How each surface is cut, in the scene's order: [nu, nv] of a quad, the rows of a triangle.\n\
+             # A job takes it by patches = \"partition.toml\" in its table [scene].\n\n",
+        );
+        let _ = writeln!(text, "basis = {:?}\nspace = {:?}\nsurfaces = [", basis.word(), self.space.word());
+        for line in self.cuts.chunks(10) {
+            let cuts: Vec<String> = line
+                .iter()
+                .map(|cut| match cut {
+                    Cut::Grid([nu, nv]) => format!("[{nu}, {nv}]"),
+                    Cut::Rows(rows) => rows.to_string(),
+                })
+                .collect();
+            let _ = writeln!(text, "  {},", cuts.join(", "));
+        }
+        text.push_str("]\n");
+        text
+    }
+}
+
+/// Why a scene cannot be cut so, at the key or in the file that says it.
+pub(crate) fn misfit(problem: String, (spot, file, key): (Spot, &Path, &str)) -> Error {
+    Error::Refused {
+        place: Box::new(Place { file: file.into(), spot, key: key.into() }),
+        problem,
+        why: "a partition says how each surface of one scene is cut, in their order",
+        remedy: "take the partition of this scene, or write patches = \"auto\"".into(),
+    }
+}

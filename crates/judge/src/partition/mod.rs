@@ -1,0 +1,87 @@
+//! The choice of patches: which grid every surface gets, and whether light is fitted by constants or by linear functions, from
+//! what a pilot has seen.
+//!
+//! The error of a result has two parts. *Noise* grows with the number of unknowns: n cells of a surface err by n times what one
+//! cell does, for as many walks. *Discretisation* falls with it. For every surface the rule takes the grid of the least sum of
+//! both.
+
+mod curve;
+mod seen;
+
+use job::Cut;
+
+use self::curve::{Step, curve};
+pub use self::seen::{Basis, PilotTallies, SurfaceLight, doublings};
+
+/// Grids for some surfaces, a basis for all, and the errors that are foretold.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Choice {
+    /// The grid of each surface.
+    pub cuts: Vec<Cut>,
+    /// What is fitted to the light on every patch.
+    pub basis: Basis,
+    /// The walks that it is for.
+    pub walks: f64,
+    /// The foretold noise [W²/m²] …
+    pub noise: f64,
+    /// … and what the fits leave out [W²/m²].
+    pub lost: f64,
+}
+
+impl Choice {
+    /// The energy of the whole error [W²/m²].
+    pub fn error(&self) -> f64 {
+        self.noise + self.lost
+    }
+}
+
+/// The grids that some surfaces may get, under each basis that may be chosen.
+pub struct Candidates {
+    /// Per basis: of every surface the energy of the error of one cell after one walk, and its grids.
+    by_basis: Vec<(Basis, Vec<(f64, Vec<Step>)>)>,
+}
+
+impl Candidates {
+    /// The candidates of a pilot.
+    pub fn new(surfaces: &[SurfaceLight], bases: &[Basis]) -> Self {
+        let of = |basis: Basis| {
+            let candidates = |light: &SurfaceLight| (light.noise[basis as usize], curve(light, basis));
+            (basis, surfaces.iter().map(candidates).collect())
+        };
+        Candidates { by_basis: bases.iter().map(|&basis| of(basis)).collect() }
+    }
+
+    /// The choice of the least error after a number of walks; of two that err alike the one with constants, which come first.
+    pub fn choose(&self, walks: f64) -> Choice {
+        let choices = self.by_basis.iter().map(|(basis, surfaces)| {
+            let mut choice = Choice { cuts: Vec::new(), basis: *basis, walks, noise: 0.0, lost: 0.0 };
+            for (noise, steps) in surfaces {
+                let error = |step: &Step| noise * step.cut.cells() as f64 / walks + step.lost;
+                let best = steps.iter().min_by(|a, b| error(a).total_cmp(&error(b)));
+                let best = best.expect("a surface has a coarsest grid");
+                choice.cuts.push(best.cut);
+                choice.noise += error(best) - best.lost;
+                choice.lost += best.lost;
+            }
+            choice
+        });
+        let best = choices.min_by(|a, b| a.error().total_cmp(&b.error()));
+        best.expect("some basis may be chosen")
+    }
+
+    /// The choice for the fewest walks, of `least` and its doubles up to `most`, whose error is foretold to be below an energy;
+    /// that for `most` where there is none.
+    pub fn choose_for(&self, error: f64, least: f64, most: f64) -> Choice {
+        let mut walks = least.min(most);
+        loop {
+            let choice = self.choose(walks);
+            if choice.error() <= error || walks >= most {
+                return choice;
+            }
+            walks = (2.0 * walks).min(most);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

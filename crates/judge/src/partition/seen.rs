@@ -1,0 +1,387 @@
+//! What a pilot has seen of the light on a surface: how much of it each grid catches.
+
+use job::Cut;
+use radiosity::{Experiment, Fit, Shape, Side, Tally};
+
+/// What is fitted to the light on every patch.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Basis {
+    /// Its mean.
+    Constant,
+    /// A linear function of the place.
+    Linear,
+}
+
+impl Basis {
+    /// Numbers that are estimated of every patch.
+    pub(crate) fn unknowns(self) -> f64 {
+        match self {
+            Basis::Constant => 1.0,
+            Basis::Linear => 3.0,
+        }
+    }
+}
+
+/// The tallies of a pilot: independent groups of as many walks each, and all of them together.
+pub struct PilotTallies {
+    /// The tallies of the groups.
+    pub groups: Vec<Tally>,
+    /// Their sum.
+    pub all: Tally,
+}
+
+/// The light on one surface, all channels and sides together. An *energy* is the integral over the surface of the square of
+/// a fit [W²/m²].
+#[derive(Clone, Debug)]
+pub struct SurfaceLight {
+    /// The coarsest grid that may be chosen.
+    pub(crate) base: Cut,
+    /// Whether another may be chosen.
+    pub(crate) free: bool,
+    /// How often the pilot's grid doubles the cells of `base` along u and v (a triangle's: along u).
+    pub(crate) top: [u32; 2],
+    /// The energies that constants catch on every grid, and those that linear fits do, by [`SurfaceLight::place`].
+    caught: [Vec<f64>; 2],
+    /// The expected energy of the error of one cell after one walk, of means and of linear fits.
+    pub(crate) noise: [f64; 2],
+    /// Walks of the pilot.
+    pub(crate) walks: f64,
+    /// Length of the edges of the surface along u and v [m].
+    pub(crate) edges: [f64; 2],
+}
+
+impl SurfaceLight {
+    /// What the pilot saw of a surface whose cells it has doubled `top` times along u and v; `None`: its cells are not to be
+    /// chosen.
+    pub fn new(
+        experiment: &Experiment,
+        tallies: &PilotTallies,
+        (surface, shape): (usize, &Shape),
+        (base, top): (Cut, Option<[u32; 2]>),
+    ) -> Self {
+        let scene = experiment.scene();
+        let (free, top) = (top.is_some(), top.unwrap_or([0; 2]));
+        let (_, e_u, e_v) = shape.edges();
+        let fine = Cells::new(base.doubled(top));
+        let [levels_u, levels_v] = top.map(|top| top as usize + 1);
+        let mut light = SurfaceLight {
+            base,
+            free,
+            top,
+            caught: [vec![0.0; levels_u * levels_v], vec![0.0; levels_u * levels_v]],
+            noise: [0.0; 2],
+            walks: tallies.all.counts.walks as f64,
+            edges: [e_u.length(), e_v.length()],
+        };
+        for side in [Side::Front, Side::Back] {
+            let Some(first) = scene.faces().first_piece_on(surface as u32, side) else { continue };
+            for channel in 0..scene.channels() {
+                let fits = |tally: &Tally| -> Option<Vec<Fit>> {
+                    (first..first + fine.count() as u32)
+                        .map(|face| experiment.fit(tally, face as usize, channel))
+                        .collect()
+                };
+                light.add(&fine, shape.area(), tallies, fits);
+            }
+        }
+        light
+    }
+
+    /// Adds the light of one side in one channel.
+    fn add(
+        &mut self,
+        fine: &Cells,
+        area: f64,
+        tallies: &PilotTallies,
+        fits: impl Fn(&Tally) -> Option<Vec<Fit>>,
+    ) {
+        let Some(all) = fits(&tallies.all) else { return };
+        let per_cell = self.walks * area / (fine.count() as f64 * fine.count() as f64);
+        let of_means: f64 = all.iter().map(|fit| fit.mean_variance).sum();
+        let of_slopes: f64 = all.iter().map(|fit| fit.slope_variance).sum();
+        self.noise[0] += per_cell * of_means;
+        self.noise[1] += per_cell * (of_means + of_slopes);
+        let groups: Option<Vec<Vec<Fit>>> = tallies.groups.iter().map(fits).collect();
+        let integrals = |fits: Vec<Fit>| fine.integrals(&fits, area);
+        let mut of_v: Vec<Integrals> = groups.unwrap_or_default().into_iter().map(integrals).collect();
+        let mut cells = Cells::new(fine.cut);
+        for i in (0..=self.top[0]).rev() {
+            let along_u = Cells::new(self.base.doubled([i, self.top[1]]));
+            cells = cells.gather(along_u, &mut of_v);
+            let mut integrals = of_v.clone();
+            let mut cells = Cells::new(cells.cut);
+            for j in (0..=self.top[1]).rev() {
+                cells = cells.gather(Cells::new(self.base.doubled([i, j])), &mut integrals);
+                let [constant, linear] = cells.caught(&integrals, area);
+                let place = self.place([i, j]);
+                self.caught[0][place] += constant;
+                self.caught[1][place] += linear;
+            }
+        }
+    }
+
+    /// Light of which a pilot has seen this, for tests.
+    #[cfg(test)]
+    pub(super) fn known(
+        top: [u32; 2],
+        caught: impl Fn(Basis, [u32; 2]) -> f64,
+        noise: [f64; 2],
+        walks: f64,
+    ) -> Self {
+        let levels = || (0..=top[0]).flat_map(|i| (0..=top[1]).map(move |j| [i, j]));
+        SurfaceLight {
+            base: Cut::Grid([1, 1]),
+            free: true,
+            top,
+            caught: [Basis::Constant, Basis::Linear]
+                .map(|basis| levels().map(|at| caught(basis, at)).collect()),
+            noise,
+            walks,
+            edges: [1.0, 1.0],
+        }
+    }
+
+    fn place(&self, levels: [u32; 2]) -> usize {
+        let [i, j] = [0, 1].map(|k| levels[k].min(self.top[k]) as usize);
+        i * (self.top[1] as usize + 1) + j
+    }
+
+    /// The energy that fits catch on a grid, or on the pilot's where that is coarser. Without bias.
+    pub(crate) fn caught(&self, basis: Basis, levels: [u32; 2]) -> f64 {
+        self.caught[basis as usize][self.place(levels)]
+    }
+
+    /// All energy that the pilot has seen.
+    pub fn energy(&self) -> f64 {
+        self.caught(Basis::Linear, self.top)
+    }
+
+    /// The number of cells of a grid.
+    pub(crate) fn cells(&self, levels: [u32; 2]) -> f64 {
+        self.base.doubled(levels).cells() as f64
+    }
+}
+
+/// Of every cell the integrals of b, b·u and b·v over it, as one group of walks estimates them: integrals over a coarser cell are the sums of
+/// those over its parts, and the fit on it follows from them.
+type Integrals = Vec<[f64; 3]>;
+
+/// The cells of a grid, in coordinates of 0 … 1 along the edges of the surface.
+struct Cells {
+    cut: Cut,
+}
+
+impl Cells {
+    fn new(cut: Cut) -> Self {
+        Cells { cut }
+    }
+
+    fn count(&self) -> usize {
+        self.cut.cells() as usize
+    }
+
+    /// The centroid of a cell, and 1 or, for a triangle's cell that stands on its head, −1.
+    fn centre(&self, cell: usize) -> ([f64; 2], f64) {
+        match self.cut {
+            Cut::Grid([nu, nv]) => {
+                let [iu, iv] = [cell / nv as usize, cell % nv as usize];
+                ([(iu as f64 + 0.5) / f64::from(nu), (iv as f64 + 0.5) / f64::from(nv)], 1.0)
+            }
+            Cut::Rows(rows) => {
+                let row = cell.isqrt();
+                let position = cell - row * row;
+                let [i, j] = [row - position / 2, position / 2].map(|step| step as f64);
+                let (k, third) = (f64::from(rows), 1.0 / 3.0);
+                match position.is_multiple_of(2) {
+                    true => ([(i + third) / k, (j + third) / k], 1.0),
+                    false => ([(i - third) / k, (j + 1.0 - third) / k], -1.0),
+                }
+            }
+        }
+    }
+
+    /// The cell that holds a point that lies on no edge.
+    fn cell_at(&self, [u, v]: [f64; 2]) -> usize {
+        match self.cut {
+            Cut::Grid([nu, nv]) => (u * f64::from(nu)) as usize * nv as usize + (v * f64::from(nv)) as usize,
+            Cut::Rows(rows) => {
+                let (u, v) = (u * f64::from(rows), v * f64::from(rows));
+                let inverted = usize::from(u.fract() + v.fract() >= 1.0);
+                let row = u as usize + v as usize + inverted;
+                row * row + 2 * v as usize + inverted
+            }
+        }
+    }
+
+    /// The integrals of fits to the light on all cells.
+    fn integrals(&self, fits: &[Fit], area: f64) -> Integrals {
+        let area = area / self.count() as f64;
+        let of = |(cell, fit): (usize, &Fit)| {
+            let (centre, [du, dv]) = (self.centre(cell).0, self.tilt(cell, fit.gradient));
+            [fit.mean, du + centre[0] * fit.mean, dv + centre[1] * fit.mean].map(|mean| area * mean)
+        };
+        fits.iter().enumerate().map(of).collect()
+    }
+
+    /// The means over a cell of b·(u − u_c) and b·(v − v_c), (u_c, v_c) its centroid.
+    fn tilt(&self, cell: usize, [g, h]: [f64; 2]) -> [f64; 2] {
+        match self.cut {
+            Cut::Grid([nu, nv]) => [g / (12.0 * f64::from(nu)), h / (12.0 * f64::from(nv))],
+            // The variance of a coordinate over a triangle is 1/18, the covariance of both −1/36.
+            Cut::Rows(rows) => {
+                let scale = self.centre(cell).1 / f64::from(rows);
+                [scale * g / 18.0, scale * (h / 24.0 - g / 36.0)]
+            }
+        }
+    }
+
+    /// Adds up the integrals of the cells that each cell of a coarser grid is made of. Returns that grid.
+    fn gather(&self, coarse: Cells, groups: &mut [Integrals]) -> Cells {
+        if coarse.cut == self.cut {
+            return coarse;
+        }
+        let cells: Vec<usize> = (0..self.count()).map(|cell| coarse.cell_at(self.centre(cell).0)).collect();
+        for group in groups {
+            let mut sums = vec![[0.0; 3]; coarse.count()];
+            for (&cell, part) in cells.iter().zip(&*group) {
+                sums[cell].iter_mut().zip(part).for_each(|(sum, part)| *sum += part);
+            }
+            *group = sums;
+        }
+        coarse
+    }
+
+    /// The energies that constants and linear fits on these cells catch, from the integrals of each group of walks.
+    ///
+    /// The square of an estimate is too large by its variance; products of estimates of different groups are not, and their mean
+    /// over all pairs of groups is what is taken.
+    fn caught(&self, groups: &[Integrals], area: f64) -> [f64; 2] {
+        let area = area / self.count() as f64;
+        let n = groups.len() as f64;
+        let pairs = |product: f64, products: f64| (product - products) / (n * (n - 1.0) * area);
+        let [with_uu, with_uv, with_vv] = self.inverse_covariance();
+        let (mut constant, mut slopes) = (0.0, 0.0);
+        for cell in 0..self.count() {
+            let centre = self.centre(cell).0;
+            // Sums over groups of the integrals of b, b·(u − u_c), b·(v − v_c), and of their products.
+            let mut sums = [0.0; 7];
+            for group in groups {
+                let [b, u, v] = group[cell];
+                let [u, v] = [u - centre[0] * b, v - centre[1] * b];
+                let parts = [b, u, v, b * b, u * u, u * v, v * v];
+                sums.iter_mut().zip(parts).for_each(|(sum, part)| *sum += part);
+            }
+            let [b, u, v, bb, uu, uv, vv] = sums;
+            constant += pairs(b * b, bb);
+            slopes +=
+                with_uu * pairs(u * u, uu) + with_vv * pairs(v * v, vv) + 2.0 * with_uv * pairs(u * v, uv);
+        }
+        [constant, constant + slopes]
+    }
+
+    /// The inverse of the covariance matrix of the coordinates over a cell: of u with u, u with v, v with v.
+    fn inverse_covariance(&self) -> [f64; 3] {
+        match self.cut {
+            Cut::Grid([nu, nv]) => {
+                [12.0 * f64::from(nu) * f64::from(nu), 0.0, 12.0 * f64::from(nv) * f64::from(nv)]
+            }
+            Cut::Rows(rows) => [24.0, 12.0, 24.0].map(|factor| factor * f64::from(rows) * f64::from(rows)),
+        }
+    }
+}
+
+/// The cells of a pilot's grid: those of the coarsest, doubled along the longer edge of a cell while its area is above `area`.
+pub fn doublings(shape: &Shape, base: Cut, area: f64) -> [u32; 2] {
+    let (_, e_u, e_v) = shape.edges();
+    let mut levels = [0, 0];
+    loop {
+        let cut = base.doubled(levels);
+        if shape.area() / cut.cells() as f64 <= area || cut.cells() >= 1 << 30 {
+            return levels;
+        }
+        match cut {
+            Cut::Grid([nu, nv]) => {
+                let along_v = e_v.length() * f64::from(nu) > e_u.length() * f64::from(nv);
+                levels[usize::from(along_v)] += 1;
+            }
+            Cut::Rows(_) => levels[0] += 1,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The integrals of a function over cells of a surface, by the middles of many points.
+    fn integrals(cells: &Cells, area: f64, f: impl Fn([f64; 2]) -> f64) -> Integrals {
+        const N: usize = 1200;
+        let (mut sums, mut points) = (vec![[0.0; 3]; cells.count()], vec![0.0; cells.count()]);
+        let triangle = matches!(cells.cut, Cut::Rows(_));
+        for (i, j) in (0..N).flat_map(|i| (0..N).map(move |j| (i, j))) {
+            let at = [i, j].map(|step| (step as f64 + 0.5) / N as f64);
+            if triangle && i + j + 1 >= N {
+                continue;
+            }
+            let cell = cells.cell_at(at);
+            for (sum, factor) in sums[cell].iter_mut().zip([1.0, at[0], at[1]]) {
+                *sum += factor * f(at);
+            }
+            points[cell] += 1.0;
+        }
+        let area = area / cells.count() as f64;
+        sums.iter().zip(points).map(|(sum, n)| sum.map(|sum| area * sum / n)).collect()
+    }
+
+    /// A linear function is caught whole by a linear fit on any grid, and its mean by a constant; what a constant on a cell leaves
+    /// out is the variance within the cell. Points lie on a grid, so that all is within a few parts in a thousand.
+    #[test]
+    fn linear_fits_catch_linear_light_and_constants_its_means() {
+        let f = |[u, v]: [f64; 2]| 2.0 + 3.0 * u - v;
+        for (base, fine, coarse) in [
+            (Cut::Grid([1, 1]), Cut::Grid([8, 4]), Cut::Grid([2, 4])),
+            (Cut::Rows(1), Cut::Rows(8), Cut::Rows(2)),
+        ] {
+            let fine = Cells::new(fine);
+            let area = 5.0;
+            let mut groups = vec![integrals(&fine, area, f); 2];
+            let coarse = fine.gather(Cells::new(coarse), &mut groups);
+            let [constant, linear] = coarse.caught(&groups, area);
+            let [whole_constant, whole] = coarse.gather(Cells::new(base), &mut groups).caught(&groups, area);
+            // Variances of u and v and their covariance, over the surface and over a cell of the coarse grid.
+            let (mean, variance, within) = match base {
+                Cut::Grid(_) => (3.0, 10.0 / 12.0, 9.0 / 48.0 + 1.0 / 192.0),
+                Cut::Rows(_) => (8.0 / 3.0, 10.0 / 18.0 + 6.0 / 36.0, (10.0 / 18.0 + 6.0 / 36.0) / 4.0),
+            };
+            let near = |found: f64, expected: f64| (found / area - expected).abs() < 0.005 * expected;
+            assert!(near(whole_constant, mean * mean), "{base:?}: {whole_constant}");
+            assert!(near(whole, mean * mean + variance), "{base:?}: {whole}");
+            assert!(near(linear, mean * mean + variance), "{base:?}: {linear}");
+            assert!(near(linear - constant, within), "{base:?}: {linear}, {constant}");
+        }
+    }
+
+    /// Each group of walks adds noise of its own. Squares of their mean would be too large by a quarter of the noise's; products
+    /// of different groups are not: 400 cells of noise ±1 around 0 catch nothing, within 4.5 standard errors √(2·400)/√(4·3)
+    /// (false-alarm rate 10⁻⁵).
+    #[test]
+    fn noise_catches_no_energy() {
+        let cells = Cells::new(Cut::Grid([20, 20]));
+        let mut state = 1_u64;
+        let mut sign = || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            if state >> 63 == 0 { 1.0 } else { -1.0 }
+        };
+        let groups: Vec<Integrals> = (0..4).map(|_| (0..400).map(|_| [sign(), 0.0, 0.0]).collect()).collect();
+        let [constant, _] = cells.caught(&groups, 400.0);
+        assert!(constant.abs() < 4.5 * (800.0_f64 / 12.0).sqrt(), "{constant}");
+    }
+
+    #[test]
+    fn every_cell_holds_its_centre() {
+        for cut in [Cut::Grid([3, 5]), Cut::Rows(1), Cut::Rows(7)] {
+            let cells = Cells::new(cut);
+            assert!((0..cells.count()).all(|cell| cells.cell_at(cells.centre(cell).0) == cell), "{cut:?}");
+        }
+    }
+}

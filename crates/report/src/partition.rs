@@ -1,0 +1,26 @@
+//! Patches that a pilot has chosen, as `summary.json` shows them.
+
+use serde::Serialize;
+
+/// What was chosen, and what was foretold of it.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct PartitionSummary {
+    /// Surfaces whose cells were chosen.
+    pub surfaces: u64,
+    /// Patches of the whole scene.
+    pub patches: u64,
+    /// `constant` or `linear`: what the light on a patch is told by, for the least error.
+    pub basis: &'static str,
+    /// Walks of the pilot, which are no part of the result.
+    pub pilot_paths: u64,
+    /// Rays of the pilot.
+    pub pilot_rays: u64,
+    /// Walks that the errors are foretold for.
+    pub for_paths: u64,
+    /// The foretold relative error over the area for want of walks …
+    pub noise: f64,
+    /// … for want of finer patches …
+    pub discretisation: f64,
+    /// … and both together.
+    pub total: f64,
+}

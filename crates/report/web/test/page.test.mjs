@@ -1,0 +1,67 @@
+// What the page makes of its data is what the program says: mixtures of sources, and light between patches.
+//
+//     PAGES=FOLDER node --test crates/report/web/test        as scripts/test-page.sh does it
+//
+// FOLDER holds `run`, the result of configs/lamps.toml, `mix`, what `radwalk combine` makes of it with FACTORS, and `dark`, where one
+// source alone emits; each with its report.html.
+
+import assert from 'node:assert/strict';
+import { readFileSync } from 'node:fs';
+import { join } from 'node:path';
+import test from 'node:test';
+
+import { load } from '../src/data.js';
+
+const FOLDER = process.env.PAGES;
+const COLUMNS = ['emittance', 'radiosity', 'std_error', 'ci_low', 'ci_high', 'irradiance', 'irradiance_error'];
+const FACTORS = { mix: [0.3, 1.7, 1], dark: [0, 1.5, 0] };
+
+/** The data of a page, found as a browser finds it. */
+function open(name) {
+  const html = readFileSync(join(FOLDER, name, 'report.html'), 'utf8');
+  const element = (id) => html.match(new RegExp(`<script [^>]*id="${id}">([^<]*)</script>`));
+  return load({ getElementById: (id) => { const found = element(id); return found && { textContent: found[1] }; } });
+}
+
+/** Holds columns of a result against those of another, each relative to its largest number. */
+function assertSame(result, other, names) {
+  for (const name of names) {
+    for (const channel of result.channels) {
+      const [told, truth] = [result.number(name + channel), other.number(name + channel)];
+      assert.equal(told.length, truth.length);
+      const most = truth.reduce((largest, value) => Math.max(largest, Math.abs(value)), 0);
+      told.forEach((value, i) => {
+        const same = Number.isNaN(truth[i]) ? Number.isNaN(value) : Math.abs(value - truth[i]) <= 1e-9 * most;
+        assert.ok(same, `${name}${channel} of row ${i}: ${value}, not ${truth[i]}`);
+      });
+    }
+  }
+}
+
+for (const [name, factors] of Object.entries(FACTORS)) {
+  test(`sliders at ${factors} show what combine writes`, async () => {
+    const [run, mixed] = [await open('run'), await open(name)];
+    assert.equal(run.sources.names.length, factors.length);
+    run.mix(factors);
+    assertSame(run, mixed, COLUMNS);
+    assert.deepEqual(mixed.sources.factors, factors);
+    // And back, from the page of the mixture.
+    mixed.mix([1, 1, 1]);
+    run.mix(null);
+    assertSame(mixed, run, COLUMNS);
+  });
+
+  test(`corners at ${factors} are those of the program`, async () => {
+    const [run, mixed] = [await open('run'), await open(name)];
+    run.mix(factors);
+    const most = mixed.smooth.reduce((largest, value) => Math.max(largest, value), 0);
+    assert.equal(run.even.length, mixed.smooth.length);
+    run.even.forEach((value, i) => assert.ok(Math.abs(value - mixed.smooth[i]) <= 1e-5 * most, `corner ${i}: ${value}, not ${mixed.smooth[i]}`));
+  });
+}
+
+test('sources that are all switched off leave the dark', async () => {
+  const run = await open('run');
+  run.mix([0, 0, 0]);
+  for (const name of COLUMNS) for (const channel of run.channels) assert.ok(run.number(name + channel).every((value) => value === 0), name);
+});

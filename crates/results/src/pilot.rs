@@ -1,0 +1,207 @@
+//! The choice of a job's patches: a pilot walks the scene on a fine grid, with walks of its own, and a rule reads off what to cut.
+
+use std::num::NonZeroUsize;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Mutex, PoisonError};
+use std::thread;
+
+use job::{Cut, Forecast, Job, Partition, WalkKind};
+use judge::MOMENTS;
+use judge::partition::{Basis, Candidates, Choice, PilotTallies, SurfaceLight, doublings};
+use radiosity::{Birth, Direction, Experiment, Overflow, Score, Sequence, Space, Tally, Walks};
+
+use crate::error::Error;
+
+/// The pilot takes one of this many parts of the walks that it foretells …
+const SHARE: u64 = 8;
+
+/// … but no fewer walks than this …
+const LEAST: u64 = 1 << 14;
+
+/// … and no more: the pilot runs in one process, however many workers the job has.
+const MOST: u64 = 1 << 24;
+
+/// Independent groups of the pilot's walks: products of what they find have no bias.
+const GROUPS: u64 = 16;
+
+/// From one group's first walk to the next one's, in the pilot's sequence.
+const GROUP_STRIDE: u64 = 1 << 40;
+
+/// Walks of the pilot for each of its cells.
+const WALKS_PER_CELL: u64 = 16;
+
+/// The fewest cells of a pilot, and the most, all surfaces together.
+const CELLS: [u64; 2] = [1 << 8, 1 << 16];
+
+/// The walks of the first look of a job with a total error.
+const FIRST: u64 = 1 << 14;
+
+/// The part of a total error that the choice aims at: what is foretold is not exact.
+const AIM: f64 = 0.9;
+
+/// Chooses the patches that a job leaves open, on some threads of this process. The choice is a function of the job, whatever the
+/// threads. `None` for a job that leaves nothing open.
+///
+/// # Errors
+/// Where the scene or the method is refused, or a sum overflows.
+pub fn choose(job: &Job, threads: usize) -> Result<Option<Partition>, Error> {
+    let Some(auto) = &job.auto else { return Ok(None) };
+    let mut pilot = Pilot::new(job, &auto.surfaces)?;
+    let bases: Vec<Basis> = match job.total_target {
+        // The error that a job may ask for is that of the means.
+        Some(_) => vec![Basis::Constant],
+        None => [(auto.constant, Basis::Constant), (auto.linear, Basis::Linear)]
+            .into_iter()
+            .filter_map(|(may, basis)| may.then_some(basis))
+            .collect(),
+    };
+    let bases = if bases.is_empty() { vec![Basis::Constant] } else { bases };
+    let budget = job.budget.paths;
+    let mut walks = match job.total_target {
+        Some(_) => LEAST.min(pilot_for(budget)),
+        None => pilot_for(budget),
+    };
+    loop {
+        pilot.walk(walks, threads)?;
+        let (lights, energy) = pilot.see();
+        let candidates = Candidates::new(&lights, &bases);
+        let choice = match &job.total_target {
+            None => candidates.choose(budget as f64),
+            Some(target) => {
+                let aim = AIM * target.total_error;
+                let error = aim * aim * energy.max(0.0);
+                candidates.choose_for(error, FIRST as f64, budget as f64)
+            }
+        };
+        let wanted = pilot_for(choice.walks as u64);
+        if wanted <= walks {
+            return Ok(Some(pilot.tell(&choice, energy, job)));
+        }
+        walks = wanted.min(4 * walks);
+    }
+}
+
+/// The walks of a pilot of a run.
+fn pilot_for(walks: u64) -> u64 {
+    (walks / SHARE).clamp(LEAST.min(walks), MOST)
+}
+
+/// A pilot under way.
+struct Pilot<'a> {
+    job: &'a Job,
+    experiment: Experiment,
+    sequence: Sequence,
+    /// Of every surface: its coarsest cut, and how often the pilot's doubles its cells where it is open.
+    cuts: Vec<(Cut, Option<[u32; 2]>)>,
+    /// The tallies of the groups.
+    groups: Vec<Tally>,
+}
+
+impl<'a> Pilot<'a> {
+    fn new(job: &'a Job, open: &[usize]) -> Result<Self, Error> {
+        let surfaces = &job.scene.spec().surfaces;
+        let area: f64 = open.iter().map(|&surface| surfaces[surface].shape.area()).sum();
+        let cells = (pilot_for(job.budget.paths) / WALKS_PER_CELL).clamp(CELLS[0], CELLS[1]);
+        let mut cuts: Vec<(Cut, Option<[u32; 2]>)> =
+            surfaces.iter().map(|surface| (Cut::of(&surface.shape), None)).collect();
+        for &surface in open {
+            let (base, top) = &mut cuts[surface];
+            *top = Some(doublings(&surfaces[surface].shape, *base, area / cells as f64));
+        }
+        let fine: Vec<Cut> =
+            cuts.iter().map(|&(base, top)| top.map_or(base, |top| base.doubled(top))).collect();
+        let scene = job.scene.build_cut(&fine, job.index)?;
+        let direction = match job.method.walk {
+            WalkKind::Gathering => Direction::Gathering(Birth::Area),
+            WalkKind::Shooting | WalkKind::Jacobi | WalkKind::Auto => Direction::Shooting,
+        };
+        let score = Score::Linear(job.method.estimator.ending(job.method.infinite));
+        let experiment = Experiment::new(scene, Walks { direction, space: Space::Continuous, score })?;
+        let groups = (0..GROUPS).map(|_| experiment.tally::<MOMENTS>()).collect();
+        let sequence = Sequence::new(seed(job.seed));
+        Ok(Pilot { job, experiment, sequence, cuts, groups })
+    }
+
+    /// Goes on to a number of walks.
+    fn walk(&mut self, walks: u64, threads: usize) -> Result<(), Error> {
+        let Pilot { experiment, sequence, groups, .. } = self;
+        let each = walks.div_ceil(GROUPS);
+        let count = groups.len();
+        let groups: Vec<Mutex<&mut Tally>> = groups.iter_mut().map(Mutex::new).collect();
+        let next = AtomicUsize::new(0);
+        let shoot = || -> Result<(), Overflow> {
+            let mut board = experiment.board::<MOMENTS>();
+            loop {
+                let group = next.fetch_add(1, Ordering::Relaxed);
+                let Some(tally) = groups.get(group) else { return Ok(()) };
+                let mut tally = tally.lock().unwrap_or_else(PoisonError::into_inner);
+                let first = group as u64 * GROUP_STRIDE;
+                let range = first + tally.counts.walks..first + each.max(tally.counts.walks);
+                experiment.walk(sequence, range, &mut board);
+                board.add_to(&mut tally)?;
+            }
+        };
+        thread::scope(|scope| {
+            let spawned: Vec<_> = (1..threads.clamp(1, count)).map(|_| scope.spawn(shoot)).collect();
+            let here = shoot();
+            let others = spawned.into_iter().map(|thread| thread.join().expect("walks do not panic"));
+            others.fold(here, Result::and)
+        })
+        .map_err(|Overflow| Error::Overflow)
+    }
+
+    /// What was seen of every surface, and the energy of all the light.
+    fn see(&self) -> (Vec<SurfaceLight>, f64) {
+        let mut all = self.experiment.tally::<MOMENTS>();
+        for group in &self.groups {
+            all.merge(group).expect("tallies of one experiment, far from their limits");
+        }
+        let tallies = PilotTallies { groups: self.groups.clone(), all };
+        let shapes = self.job.scene.spec().surfaces.iter().map(|surface| &surface.shape).enumerate();
+        let lights: Vec<SurfaceLight> = shapes
+            .zip(&self.cuts)
+            .map(|(surface, &cuts)| SurfaceLight::new(&self.experiment, &tallies, surface, cuts))
+            .collect();
+        let energy = lights.iter().map(SurfaceLight::energy).sum();
+        (lights, energy)
+    }
+
+    /// The partition that was chosen.
+    fn tell(&self, choice: &Choice, energy: f64, job: &Job) -> Partition {
+        let counts = self.groups.iter().map(|group| &group.counts);
+        let [paths, rays] = counts.fold([0, 0], |[walks, rays], counts| {
+            [walks + counts.walks, rays + u64::try_from(counts.rays).unwrap_or(u64::MAX)]
+        });
+        let part = |of: f64| if energy > 0.0 { (of / energy).sqrt() } else { 0.0 };
+        let linear = choice.basis == Basis::Linear;
+        let forecast = Forecast {
+            surfaces: self.cuts.iter().filter(|(_, top)| top.is_some()).count() as u64,
+            paths,
+            rays,
+            linear,
+            for_paths: choice.walks as u64,
+            noise: part(choice.noise),
+            discretisation: part(choice.lost),
+        };
+        Partition {
+            cuts: choice.cuts.clone(),
+            linear: linear || job.total_target.is_some(),
+            space: Space::Continuous,
+            forecast: Some(forecast),
+        }
+    }
+}
+
+/// The seed of a job's pilot, whose walks are independent of the job's: what is chosen by them does not bend what the job finds.
+fn seed(of_job: u64) -> u64 {
+    let mut hasher = blake3::Hasher::new();
+    hasher.update(b"radwalk pilot");
+    hasher.update(&of_job.to_le_bytes());
+    let digest = *hasher.finalize().as_bytes();
+    u64::from_le_bytes(digest[..8].try_into().expect("eight bytes"))
+}
+
+/// The threads that this machine has room for.
+pub fn all_threads() -> usize {
+    thread::available_parallelism().map_or(1, NonZeroUsize::get)
+}

@@ -1,0 +1,108 @@
+//! `patches = "auto"` in the program: runs, resumes, partitions that are given on, and refusals.
+
+use std::fs;
+
+use crate::support::{answer, path, run, run_job, summary};
+use tempfile::{TempDir, tempdir};
+
+const CORNELL: &str = "configs/cornell.toml";
+const AUTO: [&str; 4] = ["--set", "scene.patches=auto", "--set", "budget.checkpoint_seconds=0.02"];
+
+fn text(path: &std::path::Path) -> String {
+    path.to_str().unwrap().to_owned()
+}
+
+/// Workers have no part in it, a resumed run keeps its patches whatever its budget, and the partition makes the same run again.
+#[test]
+fn a_chosen_partition_is_kept_and_given_on() {
+    let folder = tempdir().unwrap();
+    let [one, five, again] = ["one", "five", "again"].map(|name| path(&folder, name));
+    let told = run_job(CORNELL, &one, &[&AUTO[..], &["--paths", "100000", "--workers", "1"]].concat());
+    run_job(CORNELL, &five, &[&AUTO[..], &["--paths", "100000", "--workers", "5"]].concat());
+    assert!(answer(&one) == answer(&five));
+    let partition = &told["partition"];
+    assert_eq!(partition["basis"], "linear", "{partition}");
+    assert_eq!((&told["space"], &partition["for_paths"]), (&"continuous".into(), &100_000.into()));
+    let patches = partition["patches"].as_u64().unwrap();
+    let rows = fs::read_to_string(one.join("patches.csv")).unwrap().lines().count() as u64;
+    assert!(rows == patches + 1 && (30..2692).contains(&patches), "{patches}");
+    let number = |of: &serde_json::Value, key: &str| of[key].as_f64().unwrap();
+    let noise = number(&told["accuracy"], "linear_noise");
+    // What was foretold of the noise holds.
+    assert!((number(partition, "noise") / noise - 1.0).abs() < 0.1, "{told}");
+
+    // With more paths a pilot would choose finer patches; a resumed run has its own.
+    let more = ["--paths", "200000", "--resume"];
+    run_job(CORNELL, &five, &[&AUTO[..], &more].concat());
+    let given = format!("scene.patches={}", text(&one.join("partition.toml")));
+    let given = ["--set", &given, "--paths", "200000"];
+    let straight = run_job(CORNELL, &again, &given);
+    assert!(answer(&five) == answer(&again));
+    assert_eq!(straight["partition"], serde_json::Value::Null);
+    assert_eq!(summary(&five)["partition"]["for_paths"], 100_000);
+    assert!(!again.join("partition.toml").exists());
+    // What belongs to the other run goes.
+    run_job(CORNELL, &five, &[&given[..], &["--force"]].concat());
+    assert!(!five.join("partition.toml").exists() && answer(&five) == answer(&again));
+}
+
+/// One surface of a scene may be left open, the others keep their cells.
+#[test]
+fn a_surface_may_be_left_open_alone() {
+    let folder = tempdir().unwrap();
+    let scene = path(&folder, "room.toml");
+    let wall = |corners: &str, patches: &str| {
+        format!("[[surface]]\nmaterial = \"wall\"\nquad = {corners}\npatches = {patches}\n")
+    };
+    let lamp =
+        "[[surface]]\nmaterial = \"lamp\"\nquad = [[0.4, 0.4, 0.9], [0.4, 0.6, 0.9], [0.6, 0.4, 0.9]]\n";
+    let text = [
+        "[material.wall]\nreflectance = 0.5\n[material.lamp]\nreflectance = 0\nemittance = 1\n",
+        lamp,
+        &wall("[[0, 0, 0], [1, 0, 0], [0, 1, 0]]", "\"auto\""),
+        &wall("[[0, 0, 1], [0, 1, 1], [1, 0, 1]]", "[3, 5]"),
+    ]
+    .concat();
+    fs::write(&scene, text).unwrap();
+    let out = path(&folder, "out");
+    let told = run_job(scene.to_str().unwrap(), &out, &["--paths", "100000"]);
+    assert_eq!(told["partition"]["surfaces"], 1);
+    let partition = fs::read_to_string(out.join("partition.toml")).unwrap();
+    assert!(partition.contains("[1, 1], [") && partition.contains("[3, 5]"), "{partition}");
+    let (code, stdout, stderr) = run(&["check", CORNELL, AUTO[0], AUTO[1]]);
+    assert!(code == 0 && stdout.contains("a pilot cuts 50 surfaces"), "{stdout}{stderr}");
+}
+
+fn refused(folder: &TempDir, args: &[&str]) -> String {
+    let out = path(folder, "refused");
+    let (code, _, stderr) = run(&[&["run", CORNELL, "--out", out.to_str().unwrap()], args].concat());
+    assert_eq!(code, 2, "{args:?}: {stderr}");
+    stderr
+}
+
+#[test]
+fn what_cannot_be_cut_so_is_refused_in_words() {
+    let folder = tempdir().unwrap();
+    let numbers =
+        refused(&folder, &[&AUTO[..], &["--set", "target={relative_error=0.1,patches=[3]}"]].concat());
+    assert!(numbers.contains("target.patches") && numbers.contains("no numbers yet"), "{numbers}");
+    let file = path(&folder, "other.toml");
+    let set = format!("scene.patches={}", text(&file));
+    let given = ["--set", &set[..]];
+    let missing = refused(&folder, &given);
+    assert!(missing.contains("no file") && missing.contains("\"auto\""), "{missing}");
+    for (partition, words) in [
+        ("surfaces = [[1, 1]]", "there are 1 surfaces, and the scene has"),
+        ("surfaces = [[0, 1]]", "out of range"),
+        ("basis = \"linear\"", "missing"),
+        ("surfaces = []\ncells = 3", "unknown key"),
+    ] {
+        fs::write(&file, partition).unwrap();
+        let message = refused(&folder, &given);
+        assert!(message.contains(words) && message.contains("other.toml"), "{partition}: {message}");
+    }
+    for command in ["compare", "factors"] {
+        let (code, _, stderr) = run(&[command, CORNELL, AUTO[0], AUTO[1]]);
+        assert!(code == 2 && stderr.contains("not cut yet"), "{command}: {stderr}");
+    }
+}
