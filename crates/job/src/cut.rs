@@ -45,7 +45,7 @@ impl Cut {
         match (&mut surface.shape, self) {
             (Shape::Parallelogram { cells, .. }, Cut::Grid(new)) => {
                 let [u, v] = [0, 1].map(|k| (new[k] / cells[k], new[k].is_multiple_of(cells[k])));
-                if !emit.is_empty() && !(u.1 && v.1) {
+                if !(emit.is_empty() || u.1 && v.1) {
                     return false;
                 }
                 let split = |&(cell, emittance): &(u32, _)| {
