@@ -169,9 +169,8 @@ impl<'a> Pilot<'a> {
     /// The partition that was chosen.
     fn tell(&self, choice: &Choice, energy: f64, job: &Job) -> Partition {
         let counts = self.groups.iter().map(|group| &group.counts);
-        let [paths, rays] = counts.fold([0, 0], |[walks, rays], counts| {
-            [walks + counts.walks, rays + u64::try_from(counts.rays).unwrap_or(u64::MAX)]
-        });
+        let [paths, rays] =
+            counts.fold([0, 0], |[walks, rays], counts| [walks + counts.walks, rays + counts.rays]);
         let part = |of: f64| if energy > 0.0 { (of / energy).sqrt() } else { 0.0 };
         let linear = choice.basis == Basis::Linear;
         let forecast = Forecast {

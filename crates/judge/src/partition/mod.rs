@@ -35,10 +35,13 @@ impl Choice {
     }
 }
 
+/// Of a surface: the energy of the error of one cell after one walk, and the grids that it may get.
+type Ladder = (f64, Vec<Step>);
+
 /// The grids that some surfaces may get, under each basis that may be chosen.
 pub struct Candidates {
-    /// Per basis: of every surface the energy of the error of one cell after one walk, and its grids.
-    by_basis: Vec<(Basis, Vec<(f64, Vec<Step>)>)>,
+    /// What every surface may get, by basis.
+    by_basis: Vec<(Basis, Vec<Ladder>)>,
 }
 
 impl Candidates {
