@@ -117,7 +117,7 @@ impl<T: Amount, const C: usize> Cell<T, C> {
     }
 }
 
-/// A score of so many units in each channel, times the bytes of a word.
+/// The units of a score in each channel, times the bytes of a word.
 #[inline(always)]
 pub(super) fn amounts<T: Amount, const C: usize>(units: &[T; C], counts: u64) -> [[T; BLOCK]; C] {
     let counts = counts.to_le_bytes();
