@@ -134,19 +134,8 @@ fn sensors_are_drawn_with_their_readings() {
     let dir = tempdir().unwrap();
     let configs = Path::new(env!("CARGO_MANIFEST_DIR")).join("configs");
     let scene = std::fs::read_to_string(configs.join("scenes/cube54.toml")).unwrap();
-    let sensors = "
-[[sensor]]
-name    = \"desk\"
-quad    = [[0.2, 0.3, 0.5], [0.8, 0.3, 0.5], [0.2, 0.7, 0.5]]
-patches = [3, 2]
-
-[[sensor]]
-name   = \"eye\"
-point  = [0.5, 0.1, 0.6]
-normal = [0, 1, 0]
-";
     let job = dir.path().join("scene.toml");
-    std::fs::write(&job, scene + sensors).unwrap();
+    std::fs::write(&job, scene + crate::sensors::SENSORS).unwrap();
     let out = dir.path().join("out");
     run_with_exports(text(&job), &out);
     let page = std::fs::read_to_string(out.join("report.html")).unwrap();

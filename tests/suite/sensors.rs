@@ -6,7 +6,8 @@ use crate::support::{answer, columns, numbers, path, run, run_job, storms_leave_
 use serde_json::Value;
 use tempfile::{TempDir, tempdir};
 
-const SENSORS: &str = "
+/// A quad of six cells and a point.
+pub(crate) const SENSORS: &str = "
 [[sensor]]
 name    = \"desk\"
 quad    = [[0.2, 0.3, 0.5], [0.8, 0.3, 0.5], [0.2, 0.7, 0.5]]

@@ -1,8 +1,8 @@
 //! How the rays of a job are cut into chains for a number of workers.
 //!
-//! A ray does the more the longer its chain is: a chain's squared error falls with its length n as 1/n or faster, and the
-//! mean of K chains has a K-th of that. At a given time long chains therefore win as long as every worker has one, and
-//! the chains of all workers end together.
+//! The model: a chain's squared error falls with its length n as 1/n or faster, and the mean of K chains has a K-th of that.
+//! At a given time long chains then win as long as every worker has one, and the chains of all workers end together. Runs of
+//! many workers have not been held against it.
 
 use job::fewest_chain_rays;
 use radiosity::{Experiment, Method};
