@@ -30,7 +30,7 @@ pub struct Factors<'a> {
 }
 
 impl<'a> Factors<'a> {
-    /// Those of some counts, with intervals that hold each with the probability `level`.
+    /// The factors that some counts give, with intervals that hold each with the probability `level`.
     pub fn new(counts: &'a Counts, level: f64) -> Self {
         Factors { counts, level }
     }

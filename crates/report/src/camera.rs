@@ -183,7 +183,7 @@ impl Camera {
         frame.camera(&bounds, azimuth, elevation, cut, size)
     }
 
-    /// As it is, with pixels that many times larger.
+    /// This camera with pixels that are `times` times larger.
     pub(crate) fn coarser(&self, times: u32) -> Self {
         let size = self.size.map(|side| side.div_ceil(times));
         Camera { pixel: self.pixel * f64::from(times), size, ..self.clone() }

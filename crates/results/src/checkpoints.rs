@@ -45,7 +45,7 @@ pub struct Identity {
 }
 
 impl Identity {
-    /// Those of a job whose checkpoints this `build` writes.
+    /// The identity of a job whose checkpoints this `build` writes.
     ///
     /// # Errors
     /// Where the scene is too large to be sent.

@@ -43,7 +43,7 @@ pub struct Readings<'a> {
 }
 
 impl<'a> Readings<'a> {
-    /// Of a tally of the experiment; every interval has the level `confidence`. `None` where there are no sensors.
+    /// The readings in a tally of the experiment; every interval has the level `confidence`. `None` where there are no sensors.
     pub fn new(experiment: &'a Experiment, tally: &'a Tally, confidence: f64) -> Option<Self> {
         let sensors = experiment.sensors()?;
         let samples = samples(experiment, tally);

@@ -122,7 +122,7 @@ pub struct Estimates<'a> {
 }
 
 impl<'a> Estimates<'a> {
-    /// Of a tally of at least one walk; every interval has the level `confidence`.
+    /// The solution of a tally of at least one walk; every interval has the level `confidence`.
     pub fn new(experiment: &'a Experiment, tally: &'a Tally, confidence: f64) -> Self {
         let student = (!experiment.unit().is_walk()).then(|| Student::new(tally.counts.walks, confidence));
         let of_mixture =
@@ -419,7 +419,7 @@ fn estimate(
     }
 }
 
-/// (Σx)²/Σx².
+/// The number of equal scores with the same information: (Σx)²/Σx².
 fn effective_scores(sample: &Sample) -> f64 {
     if sample.sum_sq > 0.0 { sample.sum / sample.sum_sq * sample.sum } else { 0.0 }
 }

@@ -44,7 +44,7 @@ struct Common {
     /// The number of the first front, which is that of the first patch.
     first: u32,
     shape: Shape,
-    /// Of a cell [m²].
+    /// The area of a cell [m²].
     area: f64,
     reflectance: Spectrum,
     emittance: Spectrum,

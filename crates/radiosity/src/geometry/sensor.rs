@@ -157,7 +157,7 @@ impl Sensors {
         }))
     }
 
-    /// As they are written.
+    /// The sensors as the scene file writes them.
     pub fn specs(&self) -> &[SensorSpec] {
         &self.specs
     }

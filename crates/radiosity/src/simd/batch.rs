@@ -37,7 +37,7 @@ impl Lanes {
         self.add(lane, 1);
     }
 
-    /// Those that are not among the others.
+    /// The walks of this set that are not among the others.
     #[inline(always)]
     pub(crate) fn without(self, others: Self) -> Self {
         Lanes(std::array::from_fn(|word| self.0[word] & !others.0[word]))

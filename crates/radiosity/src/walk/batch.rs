@@ -133,7 +133,7 @@ struct Walker<'a, N, E, F, const C: usize> {
     generators: N,
     departures: Departures,
     fates: [F; WIDTH],
-    /// That walks arrive with.
+    /// The weights that walks arrive with.
     weights: [[f64; C]; WIDTH],
 }
 

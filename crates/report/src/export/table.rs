@@ -81,7 +81,7 @@ fn parse<T: std::str::FromStr>(cell: &str) -> io::Result<Option<T>> {
 }
 
 impl Cells {
-    /// These rows, in this order.
+    /// Makes a column of the given rows, in their order.
     pub(super) fn of_rows(&self, rows: &[usize]) -> Cells {
         match self {
             Cells::Whole(cells) => Cells::Whole(rows.iter().map(|&row| cells[row]).collect()),
