@@ -9,9 +9,11 @@ moment is drawn. Needs `pip install rich pyte`.
 
 import os
 import pty
+import re
 import select
 import signal
 import struct
+import subprocess
 import sys
 import tempfile
 import termios
@@ -21,42 +23,45 @@ from pathlib import Path
 
 import pyte
 from rich.console import Console
+from rich.style import Style
 from rich.text import Text
 
 ROOT = Path(__file__).resolve().parent.parent
-COLUMNS, ROWS = 112, 24
+COLUMNS, ROWS = 118, 30
 SESSION = [
     "radwalk new room",
     "radwalk run room.toml",
-    "radwalk run room.toml --resume --paths 4e8 --set target.relative_error=0.05",
+    "radwalk run room.toml --resume --paths 4e8 --set target.relative_error=0.01",
 ]
-SECONDS_OF_LAST = 6.0
+SECONDS_OF_LAST = 5.0
 
 
 def run(command: str, radwalk: Path, folder: str, stream: pyte.ByteStream, seconds: float | None) -> None:
-    """Runs a command and feeds the screen with what it writes; interrupts it after some seconds."""
-    child, terminal = pty.fork()
-    if child == 0:
-        os.chdir(folder)
-        os.execv(radwalk, command.split())
-    ioctl(terminal, termios.TIOCSWINSZ, struct.pack("HHHH", ROWS, COLUMNS, 0, 0))
+    """Runs a command and feeds the screen with what it writes; interrupts it after some seconds, and feeds no more."""
+    terminal, other_end = pty.openpty()
+    ioctl(other_end, termios.TIOCSWINSZ, struct.pack("HHHH", ROWS, COLUMNS, 0, 0))
+    words = [str(radwalk), *command.split()[1:]]
+    child = subprocess.Popen(words, cwd=folder, stdin=other_end, stdout=other_end, stderr=other_end, start_new_session=True)
+    os.close(other_end)
     end = time.monotonic() + (seconds or 600.0)
-    while time.monotonic() < end:
-        if not select.select([terminal], [], [], 0.05)[0]:
-            continue
-        try:
-            written = os.read(terminal, 65536)
-        except OSError:  # the command has ended
-            break
-        stream.feed(written)
-    else:
-        os.kill(child, signal.SIGINT)
-        while select.select([terminal], [], [], 10.0)[0]:
+    interrupted = False
+    while True:
+        if not interrupted and time.monotonic() >= end:
+            child.send_signal(signal.SIGINT)
+            interrupted = True
+        if select.select([terminal], [], [], 0.05)[0]:
             try:
-                os.read(terminal, 65536)
-            except OSError:
+                written = os.read(terminal, 65536)
+            except OSError:  # the command has ended
                 break
-    os.waitpid(child, 0)
+            if not interrupted:
+                stream.feed(written)
+    os.close(terminal)
+    if child.wait() not in (0, 1, 130):
+        sys.exit(f"{command}: exit code {child.returncode}")
+
+
+COLOURS = {"brown": "yellow", "brightblack": "bright_black"}
 
 
 def line(screen: pyte.Screen, row: int) -> Text:
@@ -64,8 +69,8 @@ def line(screen: pyte.Screen, row: int) -> Text:
     text = Text()
     for column in range(COLUMNS):
         cell = screen.buffer[row][column]
-        colour = "" if cell.fg == "default" else {"brown": "yellow"}.get(cell.fg, cell.fg)
-        text.append(cell.data, style=f"{'bold ' if cell.bold else ''}{'#' + colour if len(colour) == 6 and colour.isalnum() and any(c.isdigit() for c in colour) else colour}".strip())
+        colour = COLOURS.get(cell.fg, cell.fg)
+        text.append(cell.data, style=Style(bold=cell.bold, color=None if colour == "default" else colour))
     text.rstrip()
     return text
 
@@ -85,7 +90,9 @@ def main() -> None:
     for row in rows:
         console.print(row, no_wrap=True, overflow="crop")
     drawn = console.export_svg(title="radwalk")
-    (ROOT / "docs/terminal.svg").write_text(drawn)
+    # The fonts of the template are on a server; the viewer's own serve.
+    drawn = re.sub(r"@font-face \{.*?\}\s*", "", drawn, flags=re.DOTALL)
+    (ROOT / "docs/terminal.svg").write_text(re.sub(r"[ \t]+\n", "\n", drawn))
 
 
 if __name__ == "__main__":

@@ -318,14 +318,15 @@ fn heat_flows_from_hot_to_cold() {
 fn the_oven_heats_its_load() {
     let folder = tempdir().unwrap();
     let out = path(&folder, "out");
-    let words = ["factors", "configs/oven.toml", "--groups", "by-surface", "--quiet", "--set", "confidence=0.9999"];
+    let words =
+        ["factors", "configs/oven.toml", "--groups", "by-surface", "--quiet", "--set", "confidence=0.9999"];
     let rest = ["--temperatures", "configs/heat/oven.toml", "--out", out.to_str().unwrap()];
     let (code, _, stderr) = run(&[&words[..], &rest].concat());
     assert_eq!(code, 0, "{stderr}");
     let table = columns(&out.join("thermal.csv"));
     assert_eq!(table["group"], ["load", "heater", "walls"]);
-    let [low, high, warm_low, warm_high] = ["flux_low", "flux_high", "temperature_low", "temperature_high"]
-        .map(|name| numbers(&table[name]));
+    let [low, high, warm_low, warm_high] =
+        ["flux_low", "flux_high", "temperature_low", "temperature_high"].map(|name| numbers(&table[name]));
     let heat = 17_629.0;
     assert!(low[1] < heat && heat < high[1] && high[1] - low[1] < 0.01 * heat, "{low:?} {high:?}");
     assert!(low[0] < -heat && -heat < high[0], "{low:?} {high:?}");

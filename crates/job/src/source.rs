@@ -85,7 +85,7 @@ pub(crate) struct Surfaces {
 }
 
 impl Surfaces {
-    /// Its text, and the line that this begins on.
+    /// The text of the surfaces, and the line that it begins on.
     pub(crate) fn text<'a>(&self, source: &'a Source) -> (&'a str, u32) {
         (&source.text[self.range.clone()], self.line)
     }

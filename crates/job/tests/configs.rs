@@ -74,8 +74,15 @@ fn every_file_is_tested_here() {
         .filter(|name| name.ends_with(".toml"))
         .collect();
     names.sort();
-    let known =
-        ["cornell.toml", "cube54.toml", "cube6-r90.toml", "furnace.toml", "lamps.toml", "oven.toml", "two-rooms.toml"];
+    let known = [
+        "cornell.toml",
+        "cube54.toml",
+        "cube6-r90.toml",
+        "furnace.toml",
+        "lamps.toml",
+        "oven.toml",
+        "two-rooms.toml",
+    ];
     assert_eq!(names, known);
 }
 

@@ -24,7 +24,7 @@ pub enum Property {
 pub struct Derivative {
     /// The estimate of the derivative.
     pub value: f64,
-    /// Its standard error for the whole run; `None` after a single walk, which cannot tell.
+    /// The standard error of the derivative for the whole run; `None` after a single walk, which cannot tell.
     pub std_error: Option<f64>,
     /// The lower end of the confidence interval.
     pub ci_low: f64,
@@ -46,8 +46,8 @@ pub struct Influences<'a> {
 const LONGER: f64 = 1e-6;
 
 impl<'a> Influences<'a> {
-    /// The influence of materials in a tally of the experiment; every interval has the level `confidence`. `None` where no influence was asked for, and
-    /// where it is a mixture that is estimated: walks have marks of all sources together.
+    /// The influence of materials in a tally of the experiment; every interval has the level `confidence`. `None` where no
+    /// influence was asked for, and for the estimate of a mixture: walks have marks of all sources together.
     pub fn new(experiment: &'a Experiment, tally: &'a Tally, confidence: f64) -> Option<Self> {
         let groups = experiment.groups().filter(|groups| !groups.materials().is_empty())?;
         if experiment.mixture().is_some() {

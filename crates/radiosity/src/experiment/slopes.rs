@@ -22,7 +22,7 @@ use crate::tally::Tally;
 pub struct Slopes {
     /// The growth of B along the two coordinates of the face [W/m²].
     pub gradient: [f64; 2],
-    /// Their standard errors for the whole run [W/m²]; `None` where too few walks tell.
+    /// The standard errors of the gradients for the whole run [W/m²]; `None` where too few walks tell.
     pub gradient_error: Option<[f64; 2]>,
     /// The mean of the squared difference between the linear fit and its mean, freed of the noise of the estimates
     /// [(W/m²)²]. Without bias, so that it may be negative.
@@ -147,7 +147,7 @@ pub struct Accuracy {
     pub noise: f64,
     /// What the means leave out of the light's spread over their patches, as far as a linear fit tells.
     pub discretisation: f64,
-    /// Both together: the root of the sum of their squares.
+    /// Noise and discretisation together: the root of the sum of their squares.
     pub total: f64,
     /// The noise of the linear fits: that of the means and of the slopes.
     pub linear_noise: f64,

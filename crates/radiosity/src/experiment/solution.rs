@@ -22,7 +22,7 @@ pub struct Estimate {
     pub std_error: Option<f64>,
     /// Confidence interval of B [W/m²].
     pub ci_low: f64,
-    /// Its upper end [W/m²].
+    /// The upper end of the interval [W/m²].
     pub ci_high: f64,
     /// H = φ/A [W/m²]; `None` if the estimator does not give it.
     pub irradiance: Option<f64>,
@@ -78,7 +78,7 @@ pub const TINY: f64 = 1e-6;
 pub struct Apart {
     /// The number of these faces.
     pub faces: u64,
-    /// Their part of the area of all reflecting faces that do not emit.
+    /// The part that they are of the area of all reflecting faces that do not emit.
     pub area: f64,
 }
 

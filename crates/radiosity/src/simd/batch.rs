@@ -55,7 +55,7 @@ impl Lanes {
         self.0.iter().map(|word| u64::from(word.count_ones())).sum()
     }
 
-    /// Their numbers, in ascending order.
+    /// The numbers of the walks in the set, in ascending order.
     #[inline(always)]
     pub(crate) fn each(self, mut visit: impl FnMut(usize)) {
         for (word, mut bits) in self.0.into_iter().enumerate() {

@@ -25,11 +25,11 @@ use crate::walk::score::Scorer;
 pub enum WalkEnd {
     /// An active side took it.
     Absorbed,
-    /// It met the back of a one-sided surface.
+    /// The walk met the back of a one-sided surface.
     AbsorbedBack,
-    /// It left the scene.
+    /// The walk left the scene.
     Escaped,
-    /// It was cut off (infinite walks only).
+    /// The walk was cut off (infinite walks only).
     Truncated,
 }
 

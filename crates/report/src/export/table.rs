@@ -13,7 +13,7 @@ use crate::patches::write_patches;
 pub struct Column {
     /// The name in the header of the table.
     pub name: String,
-    /// Its cells, in the order of rows.
+    /// The cells of the column, in the order of rows.
     pub cells: Cells,
 }
 
