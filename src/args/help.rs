@@ -130,8 +130,8 @@ Examples:
 /// Under the help of `radwalk combine`.
 pub(super) const COMBINE: &str = "\
 Examples:
-  radwalk run configs/lamps.toml                             a room with two lamps and a window: out/lamps/
-  radwalk combine out/lamps --set left=0.3 --set rest=1.2    its lamp dimmed, its window brighter: out/lamps-mix/";
+  radwalk run configs/lamps.toml                             a room with two lamps: out/lamps/
+  radwalk combine out/lamps --set left=0.3 --set rest=1.2    one lamp dimmed: out/lamps-mix/";
 
 /// Under the help of `radwalk diff`.
 pub(super) const DIFF: &str = "\

@@ -514,6 +514,22 @@ fn every_file_that_a_page_names_is_there() {
     assert!(named > 60, "{named} files are named");
 }
 
+/// In the pages of theory "`name` in `file`" stands for a function of the file.
+#[test]
+fn every_function_that_theory_names_is_there() {
+    let mut named = 0;
+    for page in pages().into_iter().filter(|page| page.starts_with("docs/theory")) {
+        let text = read(&page);
+        let words: Vec<&str> = text.split('`').collect();
+        for three in words.windows(3).filter(|three| three[1] == " in " && three[2].ends_with(".rs")) {
+            named += 1;
+            let [name, file] = [three[0], three[2]];
+            assert!(read(file).contains(&format!("fn {name}(")), "{page:?}: {file} has no function {name}");
+        }
+    }
+    assert!(named >= 15, "{named} functions are named");
+}
+
 /// Every command in the guide is one that the program accepts: quick ones are run, of the others the words are parsed.
 #[test]
 fn every_command_of_the_pages_is_understood() {
