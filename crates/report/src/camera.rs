@@ -85,7 +85,7 @@ pub(crate) struct Camera {
 }
 
 impl Camera {
-    /// As it is, with pixels that many times larger.
+    /// This camera with pixels that are `times` times larger.
     pub(crate) fn coarser(&self, times: u32) -> Self {
         let size = self.size.map(|side| side.div_ceil(times));
         Camera { pixel: self.pixel * f64::from(times), size, ..self.clone() }
@@ -189,7 +189,7 @@ impl Camera {
 struct Glance {
     /// Which point of the picture it goes through.
     point: usize,
-    /// Its direction, of length 1.
+    /// The direction of the ray, of length 1.
     direction: DVec3,
     /// How far it has come [m].
     distance: f64,

@@ -10,7 +10,7 @@ pub trait Events: Copy + Default {
     const COUNTED: bool;
     /// Counts one more event.
     fn increment(&mut self);
-    /// Those of another count, too.
+    /// Adds the events of another count.
     fn join(&mut self, others: Self);
     /// The number of events counted.
     fn total(self) -> u128;

@@ -2,9 +2,9 @@
 
 /// A whole number of units, 32, 64 or 128 bits wide.
 pub trait Word: Copy + Default + Into<u128> {
-    /// Of a small number.
+    /// The word of a small number.
     fn from_units(units: f64) -> Self;
-    /// Of a signed number, in two's complement.
+    /// The word of a signed number, in two's complement.
     fn from_signed(number: i64) -> Self;
     /// The sum, modulo the width.
     fn plus(self, other: Self) -> Self;

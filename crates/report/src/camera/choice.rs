@@ -45,7 +45,7 @@ const PARALLEL: f64 = 1e-6;
 /// How large a picture is [pixels].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Size {
-    /// Its longer side; the shape is that of the scene.
+    /// The longer side of the picture; the shape is that of the scene.
     Longest(u32),
     /// Width and height in pixels.
     Exactly([u32; 2]),

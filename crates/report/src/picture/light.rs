@@ -5,10 +5,10 @@ use radiosity::Scene;
 /// What is seen beyond the scene, as light: a dark grey, so that black surfaces stand out from it.
 pub(super) const BACKGROUND: f64 = 0.02;
 
-/// This part of what is seen of the non-emitting patches …
+/// The part of what is seen of the non-emitting patches that is at most as bright as [`EXPOSED_LIGHT`].
 const EXPOSED_SHARE: f64 = 0.95;
 
-/// … is at most as bright as this, as light; 1 is white.
+/// The brightness that the exposure gives to this part at most, as light; 1 is white.
 pub(super) const EXPOSED_LIGHT: f64 = 0.7;
 
 /// Red, green, blue; 0 … 1. Equal where the scene is grey.
