@@ -105,8 +105,8 @@ impl<P: Spot> Kernel for Search<'_, P> {
         let Search { visits, faces, earlier } = self;
         let longest = visits.len.iter().fold(0, |longest, &len| longest.max(len));
         for (k, visit) in (0..longest).zip(&visits.first) {
-            for lane in 0..WIDTH {
-                let same = u32::from((visit.faces[lane] == faces[lane]) & (k < visits.len[lane]));
+            for (lane, face) in faces.iter().enumerate() {
+                let same = u32::from((visit.faces[lane] == *face) & (k < visits.len[lane]));
                 earlier.visits[lane] += same;
                 P::add_if(same, &mut earlier.spots, &visit.spots, lane);
             }
