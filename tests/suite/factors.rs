@@ -372,6 +372,26 @@ fn heat_flows_from_hot_to_cold() {
     assert!(table["temperature_error"][0].is_empty() && !table["temperature_error"][2].is_empty());
 }
 
+/// The shipped oven: two grey plates joined by insulated walls, whose closed form the guide gives.
+#[test]
+fn the_oven_heats_its_load() {
+    let folder = tempdir().unwrap();
+    let out = path(&folder, "out");
+    let words =
+        ["factors", "configs/oven.toml", "--groups", "by-surface", "--quiet", "--set", "confidence=0.9999"];
+    let rest = ["--temperatures", "configs/heat/oven.toml", "--out", out.to_str().unwrap()];
+    let (code, _, stderr) = run(&[&words[..], &rest].concat());
+    assert_eq!(code, 0, "{stderr}");
+    let table = columns(&out.join("thermal.csv"));
+    assert_eq!(table["group"], ["load", "heater", "walls"]);
+    let [low, high, warm_low, warm_high] =
+        ["flux_low", "flux_high", "temperature_low", "temperature_high"].map(|name| numbers(&table[name]));
+    let heat = 17_629.0;
+    assert!(low[1] < heat && heat < high[1] && high[1] - low[1] < 0.01 * heat, "{low:?} {high:?}");
+    assert!(low[0] < -heat && -heat < high[0], "{low:?} {high:?}");
+    assert!(warm_low[2] < 775.9 && 775.9 < warm_high[2], "{warm_low:?} {warm_high:?}");
+}
+
 #[test]
 fn what_cannot_be_counted_is_refused() {
     let coloured = CORNER.replace("reflectance = 0.8", "reflectance = [0.8, 0.2, 0.1]");

@@ -9,7 +9,7 @@ use crate::counts::Counts;
 pub struct Factor {
     /// The estimate of the factor, n/N to 52 bits. A row adds up to exactly 1.
     pub factor: f64,
-    /// Its standard error √(p(1 − p)/(N − 1)); `None` where no walk or every walk was taken, which tells of no spread.
+    /// The standard error of the factor, √(p(1 − p)/(N − 1)); `None` where no walk or every walk was taken, which tells of no spread.
     pub std_error: Option<f64>,
     /// The confidence interval of the factor.
     pub interval: Interval,
@@ -49,7 +49,7 @@ fn row_of(counts: &[u64]) -> Vec<f64> {
 }
 
 impl<'a> Factors<'a> {
-    /// Those of some counts, with intervals that hold each with the probability `level`.
+    /// The factors that some counts give, with intervals that hold each with the probability `level`.
     pub fn new(counts: &'a Counts, level: f64) -> Self {
         let rows = (0..counts.groups()).map(|i| row_of(counts.row(i))).collect();
         Factors { counts, level, rows }

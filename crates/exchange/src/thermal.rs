@@ -23,9 +23,9 @@ pub const SIGMA: f64 = 5.670374419e-8;
 /// What is given of a group.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum BoundaryCondition {
-    /// Its temperature [K], at least 0.
+    /// The temperature of the group [K], at least 0.
     Temperature(f64),
-    /// Its net flux [W]: what it emits less what it absorbs; 0 of an insulated group.
+    /// The net flux of the group [W]: what it emits less what it absorbs; 0 of an insulated group.
     Flux(f64),
 }
 
@@ -34,7 +34,7 @@ pub enum BoundaryCondition {
 pub struct Estimate {
     /// The number that is estimated or given.
     pub value: f64,
-    /// Its standard error, to first order; `None` of a number that was given.
+    /// The standard error of the number, to first order; `None` of a number that was given.
     pub std_error: Option<f64>,
     /// The lower end of its interval.
     pub low: f64,

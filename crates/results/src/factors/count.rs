@@ -33,7 +33,7 @@ pub struct Round<'a> {
 pub struct Walked {
     /// The tally of all of them.
     pub tally: Arc<Tally>,
-    /// Their processor time [s].
+    /// The processor time of the walks [s].
     pub cpu_seconds: f64,
 }
 

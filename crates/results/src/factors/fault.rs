@@ -40,7 +40,7 @@ pub enum FactorsFault {
         "--pairs {typed}: this is no pair of groups; write FROM:TO with two of {known}, TO also \"escape\" or \"back\""
     )]
     NoPair {
-        /// What was typed.
+        /// The pair as the user typed it.
         typed: String,
         /// Some of the groups.
         known: String,
@@ -91,7 +91,7 @@ pub enum FactorsFault {
         "the counts in {} are those of other surfaces, groups, seed or kind of factors; use another --out, or --force in place of --resume", path.display()
     )]
     OtherCounts {
-        /// The file.
+        /// The file of the counts.
         path: PathBuf,
     },
     /// The counts are those of several seeds.
@@ -119,7 +119,7 @@ pub enum FactorsFault {
     /// The counts cannot be read.
     #[error("the counts in {} cannot be read ({reason}); use --force in place of --resume", path.display())]
     UnreadableCounts {
-        /// The file.
+        /// The file of the counts.
         path: PathBuf,
         /// What is wrong with it.
         reason: String,
