@@ -21,6 +21,7 @@ pub use board::Board;
 pub use gathering::birth_probabilities;
 pub use groups::{Groups, Material, PatchGroup};
 pub use meaning::Meaning;
+pub use run::Compiled;
 pub use sensing::SensorView;
 pub use sources::SourceScores;
 pub use unfit::Unfit;
