@@ -125,7 +125,8 @@ Examples:
 /// Under the help of `radwalk merge`.
 pub(super) const MERGE: &str = "\
 Examples:
-  radwalk merge out/seed1 out/seed2 --out out/both           runs of other seeds, or of other ranges of walks";
+  radwalk merge out/seed1 out/seed2 --out out/both           runs of other seeds, or of other ranges of walks
+  radwalk merge out/factors1 out/factors2 --out out/factors  exchange factors of two seeds";
 
 /// Under the help of `radwalk combine`.
 pub(super) const COMBINE: &str = "\

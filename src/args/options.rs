@@ -218,7 +218,7 @@ pub(crate) struct DiffArgs {
 
 #[derive(Args)]
 pub(crate) struct MergeArgs {
-    /// Output folders of runs of one scene and method
+    /// Output folders of runs of one scene and method, or of `factors` between the same groups
     #[arg(required = true, num_args = 1.., value_name = "OUT")]
     pub runs: Vec<PathBuf>,
     /// The folder for the merged result

@@ -11,6 +11,7 @@
 //! show. With M the matrix of the unknown T⁴, they err by −M⁻¹r, and every flux by its own r_i and by the part of these that its group
 //! sees.
 
+use serde::{Deserialize, Serialize};
 use stats::normal_quantile;
 
 use crate::counts::Counts;
@@ -20,7 +21,7 @@ use crate::linear::{inverse, times};
 pub const SIGMA: f64 = 5.670374419e-8;
 
 /// What is given of a group.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum BoundaryCondition {
     /// The temperature of the group [K], at least 0.
     Temperature(f64),

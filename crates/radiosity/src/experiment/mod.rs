@@ -21,6 +21,7 @@ pub use gathering::birth_probabilities;
 pub use groups::{Groups, Material, PatchGroup};
 pub use meaning::Meaning;
 pub use mixture::SourceScores;
+pub use run::Compiled;
 pub use sensing::SensorView;
 pub use unfit::Unfit;
 

@@ -94,6 +94,28 @@ pub enum FactorsFault {
         /// The file of the counts.
         path: PathBuf,
     },
+    /// The counts are those of several seeds.
+    #[error(
+        "the counts in {} are merged from several seeds, and no seed goes on from there; go on in one of the folders that were merged, and merge again",
+        path.display()
+    )]
+    MergedCounts {
+        /// The file.
+        path: PathBuf,
+    },
+    /// Merged factors have no files to choose.
+    #[error(
+        "--export is for radiosities: merged factors are written as matrices where the first folder has these; leave it out"
+    )]
+    Exports,
+    /// The counts cannot be merged.
+    #[error("the counts in {} cannot be merged: {reason}", path.display())]
+    Unmergeable {
+        /// The file.
+        path: PathBuf,
+        /// Why not, and what would help.
+        reason: String,
+    },
     /// The counts cannot be read.
     #[error("the counts in {} cannot be read ({reason}); use --force in place of --resume", path.display())]
     UnreadableCounts {
