@@ -44,6 +44,33 @@ fn the_basis_follows_the_light() {
     assert_eq!((choice.basis, choice.cuts), (Basis::Constant, vec![Cut::Grid([1, 1])]));
 }
 
+/// Chance alone makes cells differ. Where nothing else does, surfaces stay whole, however fine the grids that were looked at: what a
+/// pilot of 10⁵ walks catches beyond the mean is the noise of its estimates, ±√2·ν for each new coefficient.
+#[test]
+fn chance_is_not_taken_for_light() {
+    let noise = [1.0, 3.0];
+    let mut state = 7_u64;
+    let mut sign = || {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        if state >> 63 == 0 { 1.0 } else { -1.0 }
+    };
+    let mut lights = Vec::new();
+    for _ in 0..20 {
+        let signs: Vec<f64> = (0..72).map(|_| sign()).collect();
+        let caught = |basis: Basis, [i, j]: [u32; 2]| {
+            let unknowns = if basis == Basis::Constant { 1.0 } else { 3.0 };
+            let new = unknowns * f64::from((1 << (i + j)) - 1);
+            let sign = signs[(36 * usize::from(basis == Basis::Linear)) + (6 * i + j) as usize];
+            1.0 + 1e-5 * sign * (2.0 * new).sqrt()
+        };
+        lights.push(SurfaceLight::known([5, 5], caught, noise, 1e5));
+    }
+    let candidates = Candidates::new(&lights, &[Basis::Constant, Basis::Linear]);
+    let choice = candidates.choose(1e6);
+    assert!(candidates.are_even() && choice.basis == Basis::Constant);
+    assert!(choice.cuts.iter().all(|&cut| cut == Cut::Grid([1, 1])), "{:?}", choice.cuts);
+}
+
 /// The light of a symmetric scene hides from the first doubling along each axis: halves have equal means.
 #[test]
 fn symmetric_light_is_found_behind_the_first_doubling() {
