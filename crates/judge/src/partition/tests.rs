@@ -15,20 +15,20 @@ fn smooth(walks: f64) -> SurfaceLight {
     SurfaceLight::known([5, 5], |basis, levels| 1.0 - lost(basis, levels), [1.0, 3.0], walks)
 }
 
-/// Cells are doubled along the axis along which light varies, and as often as pays: the error is within a tenth of the best that
-/// any grid of powers of two has.
+/// Cells are doubled along the axis along which light varies, and as often as pays. With constants that is as often as is best. With
+/// linear fits it may be once more: beyond what a pilot resolves there may be a shadow's edge.
 #[test]
 fn grids_follow_the_light() {
     for walks in [1e5, 1e6, 1e7, 1e8] {
         let light = smooth(walks / 8.0);
-        for basis in [Basis::Constant, Basis::Linear] {
+        for (basis, more) in [(Basis::Constant, 0), (Basis::Linear, 1)] {
             let choice = Candidates::new(std::slice::from_ref(&light), &[basis]).choose(walks);
             let Cut::Grid([nu, nv]) = choice.cuts[0] else { panic!("a quad") };
             assert_eq!(nv, 1, "{walks} {basis:?}");
             let error =
                 |i: u32| light.noise[basis as usize] * f64::from(1 << i) / walks + lost(basis, [i, 0]);
-            let best = (0..16).map(error).fold(f64::INFINITY, f64::min);
-            assert!(error(nu.ilog2()) < 1.1 * best, "{walks} {basis:?}: {nu}");
+            let best = (0..16).min_by(|&a, &b| error(a).total_cmp(&error(b))).expect("some");
+            assert!((best..=best + more).contains(&nu.ilog2()), "{walks} {basis:?}: {nu}, best 2^{best}");
         }
     }
 }
