@@ -1,4 +1,4 @@
-//! Of what sources this program was built.
+//! The sources that this program was built of.
 
 /// The commit that the program was built from.
 pub(crate) const GIT: &str = env!("RADWALK_GIT");

@@ -109,11 +109,11 @@ pub(crate) enum Fault {
         path.display()
     )]
     OpenPatches {
-        /// The job file.
+        /// The path of the job file.
         path: PathBuf,
         /// The name of the job.
         name: String,
-        /// The command.
+        /// The name of the command.
         command: &'static str,
     },
     /// A part of the walks is no part.

@@ -10,19 +10,20 @@ use protocol::Notice;
 use crate::commands::work::{ACCESS_BY_INPUT, name};
 use crate::memory;
 
-/// Deaths of each worker in a row, without any progress of the job, after which no more workers are started …
+/// Deaths of each worker in a row, without any progress of the job and over [`FUTILE_TIME`] at least, after which no more
+/// workers are started.
 const FUTILE_DEATHS: usize = 3;
 
-/// … where they took no less time than this: what has killed them will kill the next.
+/// The least time since the first of these deaths: what has killed workers for so long will kill the next.
 const FUTILE_TIME: Duration = Duration::from_secs(10);
 
 /// The wait before a missing worker is started, once each of the workers has died in a row.
 const RESTART_WAIT: Duration = Duration::from_millis(500);
 
-/// Where the C library's allocator is told what to do …
+/// The variable by which the C library's allocator is told what to do.
 const ALLOCATOR: &str = "GLIBC_TUNABLES";
 
-/// … and that large pieces of memory are asked for in huge pages, where the system has them: trees and boards are visited
+/// Asks the allocator to take large pieces of memory in huge pages, where the system has them: trees and boards are visited
 /// all over, and finding their pages takes 4 to 14 % of the time of large ones.
 const HUGE_PAGES: &str = "glibc.malloc.hugetlb=1";
 

@@ -116,7 +116,7 @@ fn event(standing: &Standing) -> Value {
     event
 }
 
-/// Of the terminal that stderr is.
+/// The number of columns of the terminal that stderr is.
 fn columns() -> usize {
     let columns = tcgetwinsize(std::io::stderr()).map_or(0, |size| size.ws_col as usize);
     if columns == 0 { COLUMNS } else { columns }

@@ -75,7 +75,7 @@ Examples:
   radwalk factors box.toml                                   form factors of every pair of patches: factors.csv
   radwalk factors box.toml --groups by-surface --reflections --smooth
   radwalk factors box.toml --groups by-surface --tolerance 0.01 --pairs floor:ceiling
-  radwalk factors box.toml --groups by-surface --temperatures heat.toml
+  radwalk factors configs/oven.toml --groups by-surface --temperatures configs/heat/oven.toml
   radwalk factors box.toml --listen node1:7600               for workers elsewhere: radwalk work --access out/box/access.json";
 
 /// Under the help of `radwalk audit`.
@@ -125,12 +125,14 @@ Examples:
 /// Under the help of `radwalk merge`.
 pub(super) const MERGE: &str = "\
 Examples:
-  radwalk merge out/seed1 out/seed2 --out out/both           runs of other seeds, or of other ranges of walks";
+  radwalk merge out/seed1 out/seed2 --out out/both           runs of other seeds, or of other ranges of walks
+  radwalk merge out/factors1 out/factors2 --out out/factors  exchange factors of two seeds";
 
 /// Under the help of `radwalk combine`.
 pub(super) const COMBINE: &str = "\
 Examples:
-  radwalk combine out/room --set lamp=0.3 --set rest=1.2     the room with dimmed lamps, no ray traced, in out/room-mix";
+  radwalk run configs/lamps.toml                             a room with two lamps: out/lamps/
+  radwalk combine out/lamps --set left=0.3 --set rest=1.2    one lamp dimmed: out/lamps-mix/";
 
 /// Under the help of `radwalk diff`.
 pub(super) const DIFF: &str = "\

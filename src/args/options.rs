@@ -72,7 +72,7 @@ pub(crate) struct MadeArgs {
 }
 
 impl MadeArgs {
-    /// Those of a command that shows no progress.
+    /// The options of a command that shows no progress.
     pub(crate) fn out(&self) -> OutArgs {
         OutArgs { out: None, force: self.force, quiet: self.quiet, json: false }
     }
@@ -90,7 +90,7 @@ pub(crate) struct TeamArgs {
 }
 
 impl TeamArgs {
-    /// As many processes as were asked for, else one per core.
+    /// The team of the processes that were asked for, else of one per core.
     pub(crate) fn team(&self) -> Team {
         let cores = || std::thread::available_parallelism().map_or(1, usize::from);
         let workers = self.workers.map_or_else(cores, |workers| workers as usize);
@@ -218,7 +218,7 @@ pub(crate) struct DiffArgs {
 
 #[derive(Args)]
 pub(crate) struct MergeArgs {
-    /// Output folders of runs of one scene and method
+    /// Output folders of runs of one scene and method, or of `factors` between the same groups
     #[arg(required = true, num_args = 1.., value_name = "OUT")]
     pub runs: Vec<PathBuf>,
     /// The folder for the merged result
@@ -300,7 +300,7 @@ pub(crate) struct FactorsArgs {
     /// Count where walks are absorbed after reflections (Gebhart's factors), not what they hit first
     #[arg(long)]
     pub reflections: bool,
-    /// Of a scene in colour: the channel whose reflectances hold
+    /// The channel whose reflectances hold, in a scene in colour
     #[arg(long, value_enum)]
     pub channel: Option<ChannelWord>,
     /// End where the half-width of intervals is this part of their factors; of each row in the mean square, unless --pairs

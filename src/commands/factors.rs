@@ -54,20 +54,22 @@ pub(crate) fn factors(args: &FactorsArgs) -> Result<Outcome, Fault> {
         return Ok(Outcome::Interrupted);
     }
     let answer = Answer::of(&question, counted).map_err(results::Error::from)?;
-    if answer.lacks_smoothing() {
-        warn!("no factors were found that are reciprocal and add up; the raw ones stand alone");
-    }
     answer.write(&folder, &args.export.iter().map(|&word| word.into()).collect::<Vec<MatrixFile>>())?;
     if !args.out.quiet {
-        answer.warnings().iter().for_each(|warning| warn!("{warning}"));
-        answer.lines().iter().for_each(|line| say(line));
-        say(&format!("written to {}", folder.path().display()));
+        tell(&answer, &folder);
     }
     Ok(match (answer.interrupted(), answer.reached()) {
         (true, _) => Outcome::Interrupted,
         (false, Some(false)) => Outcome::TargetMissed,
         (false, _) => Outcome::Done,
     })
+}
+
+/// Says what was found, and where it is.
+pub(crate) fn tell(answer: &Answer, folder: &OutputFolder) {
+    answer.warnings().iter().for_each(|warning| warn!("{warning}"));
+    answer.lines().iter().for_each(|line| say(line));
+    say(&format!("written to {}", folder.path().display()));
 }
 
 /// The processes that walk.

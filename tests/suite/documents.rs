@@ -464,8 +464,11 @@ fn anchor(heading: &str) -> String {
 
 #[test]
 fn no_link_leads_nowhere() {
-    let mut generated = vec![PathBuf::from("ARCHITECTURE.md"), "CHANGELOG.md".into()];
-    for name in ["atlas", "compare", "coverage", "gain", "papers/papers", "reading", "scale", "speed"] {
+    let mut generated: Vec<PathBuf> =
+        ["ARCHITECTURE.md", "CHANGELOG.md", "CONTRIBUTING.md"].map(PathBuf::from).into();
+    for name in
+        ["atlas", "compare", "coverage", "gain", "papers/papers", "reading", "scale", "speed", "validation"]
+    {
         generated.push(format!("docs/results/{name}.md").into());
     }
     let mut links = 0;
@@ -489,6 +492,42 @@ fn no_link_leads_nowhere() {
         }
     }
     assert!(links > 60, "{links}");
+}
+
+/// A page names files between backquotes from the root of the project on. Those of other folders are not looked for.
+#[test]
+fn every_file_that_a_page_names_is_there() {
+    let mut named = 0;
+    for page in pages().into_iter().chain(["ARCHITECTURE.md".into(), "CONTRIBUTING.md".into()]) {
+        let text = read(&page);
+        let words = text.split('`').skip(1).step_by(2);
+        let is_path = |word: &&str| {
+            let inside =
+                ["crates/", "tests/", "scripts/", "configs/"].iter().any(|root| word.starts_with(root));
+            inside && word.chars().all(|c| c.is_ascii_alphanumeric() || "/._-".contains(c))
+        };
+        for file in words.filter(is_path) {
+            named += 1;
+            assert!(Path::new(ROOT).join(file).exists(), "{page:?} names {file}, which is not there");
+        }
+    }
+    assert!(named > 60, "{named} files are named");
+}
+
+/// In the pages of theory "`name` in `file`" stands for a function of the file.
+#[test]
+fn every_function_that_theory_names_is_there() {
+    let mut named = 0;
+    for page in pages().into_iter().filter(|page| page.starts_with("docs/theory")) {
+        let text = read(&page);
+        let words: Vec<&str> = text.split('`').collect();
+        for three in words.windows(3).filter(|three| three[1] == " in " && three[2].ends_with(".rs")) {
+            named += 1;
+            let [name, file] = [three[0], three[2]];
+            assert!(read(file).contains(&format!("fn {name}(")), "{page:?}: {file} has no function {name}");
+        }
+    }
+    assert!(named >= 15, "{named} functions are named");
 }
 
 /// Every command in the guide is one that the program accepts: quick ones are run, of the others the words are parsed.

@@ -188,6 +188,65 @@ fn the_answer_is_a_function_of_the_job() {
     assert!(code == 2 && stderr.contains("other surfaces, groups, seed"), "{stderr}");
 }
 
+/// Counts of two seeds are one: the sums of both, in whatever order, with rows that add up to exactly 1 though no power of two of walks
+/// is behind them. What is told is what the first was asked: an enclosure, smoothed factors, matrices.
+#[test]
+fn counts_of_several_seeds_are_merged() {
+    let heat = "environment = 280.0\n[[group]]\nname = \"*\"\ntemperature = 300.0\n";
+    let folder = scenes(&[("corner.toml", CORNER), ("heat.toml", heat)]);
+    let job = "corner.toml --groups by-surface --temperatures heat.toml --smooth --quiet --export npz,mtx";
+    for (out, seed, paths) in [("out1", 1, 20_000), ("out2", 2, 40_000), ("out3", 3, 90_000)] {
+        let (code, _, stderr) = factors(&folder, &format!("{job} --seed {seed} --paths {paths} --out {out}"));
+        assert_eq!(code, 0, "{stderr}");
+    }
+    let at = |out: &str| path(&folder, out).to_str().unwrap().to_owned();
+    let merge = |runs: &[&str], out: &str| {
+        let runs: Vec<String> = runs.iter().map(|run| at(run)).collect();
+        let words = ["merge"].into_iter().chain(runs.iter().map(String::as_str));
+        run(&words.chain(["--out", &at(out)]).collect::<Vec<_>>())
+    };
+    let (code, stdout, stderr) = merge(&["out1", "out2", "out3"], "out-a");
+    assert!(code == 0 && stdout.contains("factors of absorption"), "{stdout}{stderr}");
+    for (runs, out) in [(&["out1", "out2"][..], "out-b"), (&["out-b", "out3"], "out-c")] {
+        assert_eq!(merge(runs, out).0, 0);
+    }
+    let read = |out: &str, file: &str| fs::read(path(&folder, out).join(file)).unwrap();
+    for file in ["factors.csv", "groups.csv", "thermal.csv", "factors.mtx", "factors.npz"] {
+        assert!(read("out-a", file) == read("out-c", file), "{file}");
+    }
+    let told = summary(&path(&folder, "out-a"));
+    assert_eq!(told["seeds"], serde_json::json!([1, 2, 3]));
+    let walks = |out: &str| numbers(&columns(&path(&folder, out).join("groups.csv"))["walks"]);
+    let (merged, parts) = (walks("out-a"), ["out1", "out2", "out3"].map(walks));
+    assert!(merged.iter().any(|walks| !(*walks as u64).is_power_of_two()), "{merged:?}");
+    let tables = ["out1", "out2", "out3"].map(|out| table(&path(&folder, out)));
+    let rows = columns(&path(&folder, "out-a").join("factors.csv"));
+    for (group, row) in numbers(&rows["factor"]).chunks(4).enumerate() {
+        assert_eq!(row.iter().sum::<f64>(), 1.0);
+        for (column, factor) in row.iter().enumerate() {
+            let pair = key(&rows["from"][4 * group + column], &rows["to"][4 * group + column]);
+            let hits: f64 = (0..3).map(|part| tables[part][&pair][0] * parts[part][group]).sum();
+            assert!((factor - hits / merged[group]).abs() < 1e-15, "{pair:?}");
+        }
+    }
+    // What does not go together is refused, and nothing is written.
+    let (code, _, stderr) = factors(&folder, "corner.toml --paths 20000 --seed 4 --quiet --out out4");
+    assert_eq!(code, 0, "{stderr}");
+    fs::create_dir(path(&folder, "out5")).unwrap();
+    for (runs, words) in [
+        (["out1", "out1"], "seed 1 are in two of the folders"),
+        (["out-a", "out2"], "seed 2 are in two of the folders"),
+        (["out1", "out4"], "another scene, other groups or another kind"),
+        (["out1", "out5"], "give output folders of `radwalk factors`"),
+    ] {
+        let (code, _, stderr) = merge(&runs, "out-d");
+        assert!(code == 2 && stderr.contains(words), "{stderr}");
+    }
+    assert!(!path(&folder, "out-d").join("factors.csv").exists());
+    let (code, _, stderr) = factors(&folder, &format!("{job} --seed 1 --paths 1e6 --out out-a --resume"));
+    assert!(code == 2 && stderr.contains("merged from several seeds"), "{stderr}");
+}
+
 /// Workers elsewhere stay from look to look. Some are killed, others come, and the coordinator is killed and goes on from its
 /// counts: the bytes are those of workers here.
 #[test]
@@ -311,6 +370,26 @@ fn heat_flows_from_hot_to_cold() {
     let middle = numbers(&table["temperature"]);
     assert!((340.0..380.0).contains(&middle[2]) && table["flux_error"][2].is_empty(), "{table:?}");
     assert!(table["temperature_error"][0].is_empty() && !table["temperature_error"][2].is_empty());
+}
+
+/// The shipped oven: two grey plates joined by insulated walls, whose closed form the guide gives.
+#[test]
+fn the_oven_heats_its_load() {
+    let folder = tempdir().unwrap();
+    let out = path(&folder, "out");
+    let words =
+        ["factors", "configs/oven.toml", "--groups", "by-surface", "--quiet", "--set", "confidence=0.9999"];
+    let rest = ["--temperatures", "configs/heat/oven.toml", "--out", out.to_str().unwrap()];
+    let (code, _, stderr) = run(&[&words[..], &rest].concat());
+    assert_eq!(code, 0, "{stderr}");
+    let table = columns(&out.join("thermal.csv"));
+    assert_eq!(table["group"], ["load", "heater", "walls"]);
+    let [low, high, warm_low, warm_high] =
+        ["flux_low", "flux_high", "temperature_low", "temperature_high"].map(|name| numbers(&table[name]));
+    let heat = 17_629.0;
+    assert!(low[1] < heat && heat < high[1] && high[1] - low[1] < 0.01 * heat, "{low:?} {high:?}");
+    assert!(low[0] < -heat && -heat < high[0], "{low:?} {high:?}");
+    assert!(warm_low[2] < 775.9 && 775.9 < warm_high[2], "{warm_low:?} {warm_high:?}");
 }
 
 #[test]

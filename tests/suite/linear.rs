@@ -31,7 +31,7 @@ fn cut(n: u32) -> SceneSpec {
     spec
 }
 
-/// Of each patch: means of b, b·ψ₁, b·ψ₂, and of H·ψ₁², H·ψ₂².
+/// The moments of a patch: means of b, b·ψ₁, b·ψ₂, and of H·ψ₁², H·ψ₂².
 type Moments = [f64; 5];
 
 /// The moments over the patches of `cut(1)`, of what arrives on the cells of `cut(n)` by the means of those: H of the exact

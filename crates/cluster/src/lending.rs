@@ -15,9 +15,9 @@ pub(crate) struct Lending {
 /// Threads that are at work.
 #[derive(Default)]
 struct Busy {
-    /// Those with a lease.
+    /// Threads with a lease.
     leases: usize,
-    /// Those that are lent to them.
+    /// Threads that are lent to others with a lease.
     lent: usize,
 }
 
@@ -55,7 +55,7 @@ impl Drop for AtLease<'_> {
     }
 }
 
-/// Threads are lent.
+/// A loan of threads, which ends when it is dropped.
 struct Lent<'a>(&'a Lending, usize);
 
 impl Drop for Lent<'_> {

@@ -68,7 +68,7 @@ pub struct Exact {
     squared: OnceLock<Squared>,
 }
 
-/// The same scene with every reflectance replaced by its square: ψ, β (SInf §3).
+/// The solution of the scene whose reflectances are squared: ψ, β (SInf §3).
 #[derive(Clone, Debug)]
 pub(crate) struct Squared {
     pub system: RadiositySystem,

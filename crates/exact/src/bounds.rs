@@ -70,7 +70,7 @@ impl Bounds {
         factor * self.total_power * self.max_radiosity / (self.min_area * (1.0 - r))
     }
 
-    /// The same for one gathering walk, born on every face of interest with a probability of at least `least_birth`
+    /// The bound on the variance of one gathering walk that is born on every face of interest with a probability of at least `least_birth`
     /// (as S97 §§3.3, 3.6); infinite for survival if a source does not reflect.
     pub fn gathering_variance_of(&self, estimator: EstimatorKind, least_birth: f64) -> f64 {
         let (r, b) = (self.max_reflectance, self.max_radiosity);
@@ -97,12 +97,12 @@ impl Bounds {
         self.gathering_variance_of(EstimatorKind::Absorption, self.min_area / self.total_area)
     }
 
-    /// As many shooting walks by absorption bring every variance down to `variance` [W²/m⁴] (S97 §2.3).
+    /// The number of shooting walks by absorption that brings every variance down to `variance` [W²/m⁴] (S97 §2.3).
     pub fn shooting_walks(&self, variance: f64) -> f64 {
         self.shooting_variance() / variance
     }
 
-    /// As many gathering walks by absorption, p_i = A_i/A_T, bring every variance down to `variance` [W²/m⁴].
+    /// The number of gathering walks by absorption, p_i = A_i/A_T, that brings every variance down to `variance` [W²/m⁴].
     pub fn gathering_walks(&self, variance: f64) -> f64 {
         self.gathering_variance() / variance
     }
@@ -121,7 +121,7 @@ impl Bounds {
         scale * factor
     }
 
-    /// The same for one gathering walk with p_i = A_i/A_T; infinite for survival if a source does not reflect.
+    /// The bound on the mean square error of one gathering walk with p_i = A_i/A_T; infinite for survival if a source does not reflect.
     pub fn gathering_error(&self, estimator: EstimatorKind) -> f64 {
         let (r, b) = (self.max_reflectance, self.max_radiosity);
         let over_sources = |c: fn(f64) -> f64| -> f64 {
@@ -136,7 +136,7 @@ impl Bounds {
         r * r * factor / self.min_area
     }
 
-    /// As many rays at most `walks` shooting walks trace in expectation: N/(1 − R_max).
+    /// The number of rays that `walks` shooting walks trace in expectation, at most: N/(1 − R_max).
     pub fn shooting_rays(&self, walks: f64) -> f64 {
         walks / (1.0 - self.max_reflectance)
     }

@@ -70,7 +70,7 @@ impl ExchangeMatrix {
         ExchangeMatrix { areas, exchange, relative_error: self.relative_error, uncertain }
     }
 
-    /// The same with these errors.
+    /// The matrix with these errors in place of its own.
     pub(crate) fn with_errors(self, relative_error: f64, uncertain: Vec<Uncertain>) -> Self {
         ExchangeMatrix { relative_error, uncertain, ..self }
     }

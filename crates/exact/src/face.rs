@@ -30,7 +30,7 @@ pub(crate) struct Piece {
     pub radius: f64,
     /// The area of the piece [m²].
     pub area: f64,
-    /// The same as an axis-aligned rectangle, if it is one.
+    /// The face as an axis-aligned rectangle, if it is one.
     pub rectangle: Option<Rectangle>,
     /// Nodes and weights [m²] to integrate over it, for the rules of [`FAR`].
     pub nodes: [Vec<(DVec3, f64)>; 3],

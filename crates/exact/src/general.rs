@@ -194,7 +194,7 @@ mod tests {
         over: [usize; 2],
         /// The greatest ratio of what a row is off, Σ_j |δF_ij|, to what is stated.
         row: f64,
-        /// The same of the radiosities.
+        /// The greatest ratio of what a radiosity is off to what is stated.
         radiosity: f64,
     }
 

@@ -27,7 +27,7 @@ impl Plane {
         self.normal.dot(point) - self.offset
     }
 
-    /// The same plane seen from behind.
+    /// The plane seen from behind.
     pub(crate) fn flipped(&self) -> Self {
         Plane { normal: -self.normal, offset: -self.offset }
     }

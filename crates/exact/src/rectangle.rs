@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-/// Which way along its axis a rectangle's front looks.
+/// The direction along its axis in which a rectangle's front looks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Facing {
     /// The front faces larger coordinates.
@@ -36,7 +36,7 @@ impl Rectangle {
         [[1, 2], [0, 2], [0, 1]][self.axis]
     }
 
-    /// Its extent along one axis [m].
+    /// The rectangle's extent along one axis [m].
     pub(crate) fn interval(&self, axis: usize) -> [f64; 2] {
         [self.lo[axis], self.hi[axis]]
     }

@@ -68,7 +68,7 @@ impl RadiositySystem {
         Ok(RadiositySystem { exchange, reflectance, scale, factor })
     }
 
-    /// The same form factors with another reflectance in [0, 1) per face.
+    /// The system of the same form factors with another reflectance in [0, 1) per face.
     ///
     /// # Errors
     /// [`Singular`] if the matrix is not positive definite to working precision.

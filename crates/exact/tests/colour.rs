@@ -70,7 +70,7 @@ fn channels() -> [Exact; 3] {
 /// A hit of a walk.
 struct Hit {
     patch: usize,
-    /// Of every channel, on arrival; of the mortal walk, and of the one that is never absorbed.
+    /// The weight of every channel on arrival: `weight` of the mortal walk, `endless` of the one that is never absorbed.
     weight: [f64; 3],
     endless: [f64; 3],
     /// Whether the mortal walk arrives, and whether it goes on.

@@ -21,7 +21,7 @@ enum Twins {
     None,
     SameWay,
     BackToBack,
-    /// This far outside [m].
+    /// The twins lie this far outside [m].
     Outside(f64),
 }
 

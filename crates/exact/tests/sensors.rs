@@ -52,7 +52,7 @@ fn under_a_corner(a: f64, b: f64) -> f64 {
     (term(a, b) + term(b, a)) / (2.0 * PI)
 }
 
-/// The same where the point's normal is along side a, and the rectangle begins in the point's plane (Howell B-4).
+/// The configuration factor where the point's normal is along side a, and the rectangle begins in the point's plane (Howell B-4).
 fn beside_a_corner(height: f64, width: f64, distance: f64) -> f64 {
     let c = (height * height + distance * distance).sqrt();
     ((width / distance).atan() - distance / c * (width / c).atan()) / (2.0 * PI)

@@ -129,7 +129,7 @@ fn first_met(origin: [f64; 3], direction: [f64; 3], from: usize) -> (usize, [f64
     (nearest.1, at(nearest.0))
 }
 
-/// The same scene for the crate.
+/// The scene of the other program, as the crate takes it.
 fn scene() -> SceneSpec {
     let mut spec = painted(room(SIZE, 2), 0.5, 1.0);
     let mut wall =

@@ -32,12 +32,12 @@ pub struct Tolerance {
 impl Tolerance {
     /// Whether the factors are known so well.
     pub fn is_met(&self, counts: &Counts) -> bool {
-        (0..counts.groups()).all(|i| self.excess(i, counts) <= 1.0)
+        let factors = Factors::new(counts, self.level);
+        (0..counts.groups()).all(|i| self.excess(i, &factors) <= 1.0)
     }
 
     /// By what factor the errors of group i are above what is asked of them; infinite where nothing is known.
-    fn excess(&self, i: usize, counts: &Counts) -> f64 {
-        let factors = Factors::new(counts, self.level);
+    fn excess(&self, i: usize, factors: &Factors<'_>) -> f64 {
         let error = match &self.pairs {
             None => factors.row_error(i),
             Some(pairs) => {
@@ -69,8 +69,9 @@ impl Plan {
         let walks = match tolerance {
             None => spread(counts, &have, budget),
             Some(tolerance) => {
-                let needed = have.iter().enumerate().map(|(i, &have)| needed(i, have, counts, tolerance));
-                within(needed.collect(), &have, budget)
+                let factors = Factors::new(counts, tolerance.level);
+                let needed = |(i, &have): (usize, &u64)| needed(have, tolerance.excess(i, &factors));
+                within(have.iter().enumerate().map(needed).collect(), &have, budget)
             }
         };
         (walks != have).then_some(Plan { walks })
@@ -107,9 +108,8 @@ fn spread(counts: &Counts, have: &[u64], budget: u64) -> Vec<u64> {
     }
 }
 
-/// The walks that group i needs: errors fall as the square root of their number.
-fn needed(i: usize, have: u64, counts: &Counts, tolerance: &Tolerance) -> u64 {
-    let excess = tolerance.excess(i, counts);
+/// The walks that a group needs which has some, and errors in excess: they fall as the square root of the number of walks.
+fn needed(have: u64, excess: f64) -> u64 {
     if excess <= 1.0 {
         return have;
     }

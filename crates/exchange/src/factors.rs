@@ -7,9 +7,9 @@ use crate::counts::Counts;
 /// One exchange factor with its error.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Factor {
-    /// The estimate of the factor, n/N.
+    /// The estimate of the factor, n/N to 52 bits. A row adds up to exactly 1.
     pub factor: f64,
-    /// Its standard error √(p(1 − p)/(N − 1)); `None` where no walk or every walk was taken, which tells of no spread.
+    /// The standard error of the factor, √(p(1 − p)/(N − 1)); `None` where no walk or every walk was taken, which tells of no spread.
     pub std_error: Option<f64>,
     /// The confidence interval of the factor.
     pub interval: Interval,
@@ -23,16 +23,36 @@ impl Factor {
 }
 
 /// All exchange factors, with intervals of one level.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct Factors<'a> {
     counts: &'a Counts,
     level: f64,
+    /// The factors, row by row, in the columns of [`Counts::row`].
+    rows: Vec<Vec<f64>>,
+}
+
+/// The bits of a factor behind the point.
+const FACTOR_BITS: i32 = 52;
+
+/// The factors n/N of a row, as multiples of 2⁻⁵² that add up to exactly 1: the sums of the first columns are rounded. Nothing
+/// is rounded where N is a power of two. A row without walks has factors of 0.
+fn row_of(counts: &[u64]) -> Vec<f64> {
+    let walks = u128::from(counts.iter().sum::<u64>().max(1));
+    let rounded = |sum: u64| (((u128::from(sum) << (FACTOR_BITS + 1)) / walks + 1) / 2) as f64;
+    let ends = counts.iter().scan(0, |sum, count| {
+        let begin = *sum;
+        *sum += count;
+        Some((begin, *sum))
+    });
+    let quantum = 2.0_f64.powi(-FACTOR_BITS);
+    ends.map(|(begin, end)| (rounded(end) - rounded(begin)) * quantum).collect()
 }
 
 impl<'a> Factors<'a> {
-    /// Those of some counts, with intervals that hold each with the probability `level`.
+    /// The factors that some counts give, with intervals that hold each with the probability `level`.
     pub fn new(counts: &'a Counts, level: f64) -> Self {
-        Factors { counts, level }
+        let rows = (0..counts.groups()).map(|i| row_of(counts.row(i))).collect();
+        Factors { counts, level, rows }
     }
 
     /// The counts that the factors are estimated from.
@@ -46,7 +66,7 @@ impl<'a> Factors<'a> {
         let moments = Moments { n: walks, sum: hits.into(), sum_sq: hits.into() };
         let told = hits > 0 && hits < walks;
         Factor {
-            factor: if walks > 0 { hits as f64 / walks as f64 } else { 0.0 },
+            factor: self.rows[i][j],
             std_error: moments.standard_error().filter(|_| told),
             interval: proportion_interval(hits, walks, self.level),
         }
@@ -67,5 +87,27 @@ impl<'a> Factors<'a> {
     pub fn pair_error(&self, i: usize, j: usize) -> f64 {
         let known = self.get(i, j);
         if known.factor > 0.0 { known.half_width() / known.factor } else { f64::INFINITY }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Sevenths are no binary fractions, and add up to 1 all the same; those of powers of two are what they were.
+    #[test]
+    fn rows_add_up_to_one() {
+        let rows = [vec![1, 2, 0, 3, 1], vec![1 << 51, 1, 7, (1 << 51) - 8, 0], vec![0, 0, 0, 0, 0]];
+        for (row, sum) in rows.iter().zip([1.0, 1.0, 0.0]) {
+            let factors = row_of(row);
+            assert_eq!(factors.iter().sum::<f64>(), sum);
+            let walks = row.iter().sum::<u64>().max(1) as f64;
+            for (factor, &hits) in factors.iter().zip(row) {
+                assert!((factor - hits as f64 / walks).abs() <= f64::EPSILON);
+                assert_eq!(*factor == 0.0, hits == 0);
+            }
+        }
+        assert_eq!(row_of(&rows[1])[1], 2.0_f64.powi(-52));
+        assert_eq!(row_of(&[3, 5, 0]), [0.375, 0.625, 0.0]);
     }
 }

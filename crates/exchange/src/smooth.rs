@@ -19,7 +19,7 @@ use crate::linear::{inverse, times};
 pub struct Smoothed {
     /// The smoothed factors, row by row.
     pub factors: Vec<Vec<f64>>,
-    /// Their standard errors, to first order; 0 where nothing was counted either way, which stays 0.
+    /// The standard errors of the smoothed factors, to first order; 0 where nothing was counted either way, which stays 0.
     pub errors: Vec<Vec<f64>>,
 }
 

@@ -11,6 +11,7 @@
 //! show. With M the matrix of the unknown T⁴, they err by −M⁻¹r, and every flux by its own r_i and by the part of these that its group
 //! sees.
 
+use serde::{Deserialize, Serialize};
 use stats::normal_quantile;
 
 use crate::counts::Counts;
@@ -20,11 +21,11 @@ use crate::linear::{inverse, times};
 pub const SIGMA: f64 = 5.670374419e-8;
 
 /// What is given of a group.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum BoundaryCondition {
-    /// Its temperature [K], at least 0.
+    /// The temperature of the group [K], at least 0.
     Temperature(f64),
-    /// Its net flux [W]: what it emits less what it absorbs; 0 of an insulated group.
+    /// The net flux of the group [W]: what it emits less what it absorbs; 0 of an insulated group.
     Flux(f64),
 }
 
@@ -33,7 +34,7 @@ pub enum BoundaryCondition {
 pub struct Estimate {
     /// The number that is estimated or given.
     pub value: f64,
-    /// Its standard error, to first order; `None` of a number that was given.
+    /// The standard error of the number, to first order; `None` of a number that was given.
     pub std_error: Option<f64>,
     /// The lower end of its interval.
     pub low: f64,

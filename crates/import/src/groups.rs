@@ -25,7 +25,7 @@ pub const GROUP_ANGLE: f64 = 20.0;
 /// Corners nearer to each other than this part of the scene's size are one.
 const SAME_PLACE: f64 = 1e-9;
 
-/// No group yet.
+/// The group number of a cell that no group has taken yet.
 const NONE: u32 = u32::MAX;
 
 /// A cell that may be grouped.

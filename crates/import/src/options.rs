@@ -84,7 +84,7 @@ pub enum SidesChoice {
 /// The treatment of degenerate and doubled faces.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Faults {
-    /// They are left out, and a note says so.
+    /// Faulty faces are left out, and a note says so.
     Report,
     /// The file is refused, with all of them in one message.
     Refuse,

@@ -19,7 +19,7 @@ pub enum Grouping {
     BySurface,
     /// Surfaces of one material are a group, with both of their sides.
     ByMaterial,
-    /// As a file says.
+    /// A file lists the groups.
     File(PathBuf),
 }
 

@@ -19,13 +19,13 @@ pub(crate) const JOB_KEYS: &[&str] = &[
     "sensitivity",
 ];
 
-/// Those of them that are lists of tables.
+/// The keys at the top of a job that are lists of tables.
 pub(crate) const JOB_LISTS: [&str; 1] = ["source"];
 
-/// Of `[[source]]`.
+/// The keys of a `[[source]]`.
 pub(crate) const SOURCE_KEYS: &[&str] = &["name", "surfaces", "materials", "patches"];
 
-/// Of `[sensitivity]`.
+/// The keys of `[sensitivity]`.
 pub(crate) const SENSITIVITY_KEYS: &[&str] = &["materials"];
 
 /// The keys of `[budget]`.
@@ -57,5 +57,5 @@ pub(crate) const METHOD_KEYS: &[&str] = &[
 /// The keys of a scene file.
 pub(crate) const SCENE_KEYS: &[&str] = &["material", "surface", "mesh", "sensor", "sky"];
 
-/// Those of them that are lists of tables.
+/// The keys at the top of a scene that are lists of tables.
 pub(crate) const LISTS: [&str; 3] = ["surface", "mesh", "sensor"];

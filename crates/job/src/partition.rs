@@ -49,9 +49,9 @@ pub struct Forecast {
     pub linear: bool,
     /// Walks of the job that the errors are foretold for.
     pub for_paths: u64,
-    /// The relative error over the area, for want of walks …
+    /// The relative error over the area that is due to the number of walks.
     pub noise: f64,
-    /// … and for want of finer patches.
+    /// The relative error over the area that is due to the size of the patches.
     pub discretisation: f64,
 }
 
@@ -67,15 +67,15 @@ impl Forecast {
 pub struct Auto {
     /// The numbers of the surfaces whose cut is left open. They stand in the scene with the coarsest that they may have.
     pub surfaces: Vec<usize>,
-    /// Whether the light on a patch may be estimated by its mean alone …
+    /// Whether the light on a patch may be estimated by its mean alone.
     pub constant: bool,
-    /// … and whether by a linear function.
+    /// Whether the light on a patch may be estimated by a linear function.
     pub linear: bool,
 }
 
 /// What a job says of its patches beside the scene file.
 pub(crate) enum Patches {
-    /// Nothing.
+    /// The job leaves the cells of the scene file as they are.
     AsWritten,
     /// The program cuts every surface.
     Auto,

@@ -85,12 +85,12 @@ pub(crate) struct Surfaces {
 }
 
 impl Surfaces {
-    /// Its text, and the line that this begins on.
+    /// The text of the surfaces, and the line that it begins on.
     pub(crate) fn text<'a>(&self, source: &'a Source) -> (&'a str, u32) {
         (&source.text[self.range.clone()], self.line)
     }
 
-    /// As a document; `None` where it is not TOML by itself.
+    /// The text as a TOML document; `None` where it is not TOML by itself.
     pub(crate) fn document<'a>(&'a self, source: &'a Source) -> Option<(Part<'a>, DeTable<'a>)> {
         let table = DeTable::parse(self.text(source).0).ok()?.into_inner();
         Some((Part { source, pieces: &self.piece }, table))

@@ -36,10 +36,10 @@ pub struct TotalTarget {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Unhit {
-    /// Their error is infinite.
+    /// The error of patches without a hit is infinite.
     #[default]
     Infinite,
-    /// They are left out.
+    /// Patches without a hit are left out.
     Ignore,
 }
 

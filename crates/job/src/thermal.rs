@@ -4,13 +4,14 @@ use std::path::Path;
 
 use exchange::BoundaryCondition;
 use import::matches;
+use serde::{Deserialize, Serialize};
 
 use crate::document::{Table, Value};
 use crate::error::Error;
 use crate::source::Source;
 
 /// What a file says of the groups of an enclosure.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Enclosure {
     /// The temperature of the environment that what escapes meets [K]; default 0.
     pub environment: f64,

@@ -74,8 +74,15 @@ fn every_file_is_tested_here() {
         .filter(|name| name.ends_with(".toml"))
         .collect();
     names.sort();
-    let known =
-        ["cornell.toml", "cube54.toml", "cube6-r90.toml", "furnace.toml", "lamps.toml", "two-rooms.toml"];
+    let known = [
+        "cornell.toml",
+        "cube54.toml",
+        "cube6-r90.toml",
+        "furnace.toml",
+        "lamps.toml",
+        "oven.toml",
+        "two-rooms.toml",
+    ];
     assert_eq!(names, known);
 }
 
@@ -97,6 +104,16 @@ fn lamps() {
         ("lamp".into(), vec![(16, 17)]),
     ];
     assert_eq!(members(&job.sensitivity), materials);
+}
+
+/// A unit cube with two grey plates; its heater emits as a body of 900 K does.
+#[test]
+fn oven() {
+    let (job, scene) = loaded("oven");
+    assert_closed(&job, &scene, 6.0, 1.0);
+    let heater = &job.scene.spec().surfaces[1];
+    let emitted = (1.0 - heater.reflectance.channels()[0]) * 5.670_374_419e-8 * 900.0_f64.powi(4);
+    assert!((heater.emittance.channels()[0] / emitted - 1.0).abs() < 1e-3, "{emitted} W/m²");
 }
 
 /// Two boxes of 0.99 m × 1 m × 1 m and a passage of 2 cm × 0.1 m × 0.1 m: its sides in place of its ends.

@@ -153,7 +153,7 @@ fn parts(standing: &Standing) -> Vec<String> {
     [error, left, Some(workers), rate, saved, worst, paths].into_iter().flatten().collect()
 }
 
-/// As many of the parts as fit.
+/// Joins as many of the parts as fit in a line of `columns` characters.
 fn fitted(parts: &[String], columns: usize) -> String {
     let mut line = String::new();
     for part in parts {

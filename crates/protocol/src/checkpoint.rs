@@ -197,7 +197,7 @@ pub enum CheckpointFault {
     /// The content is not what was written.
     #[error("its checksum is wrong (bytes were changed after it was written); start the run anew")]
     Checksum,
-    /// Its parts contradict each other.
+    /// The parts of the checkpoint contradict each other.
     #[error("{0} (memory failed when it was written, or it was forged); start the run anew")]
     Contradiction(&'static str),
     /// The file keeps something that is now kept in another way.

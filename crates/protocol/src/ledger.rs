@@ -398,7 +398,7 @@ impl Ledger {
         self.lost.keys().next().is_some_and(|&start| start < before)
     }
 
-    /// As [`Ledger::lease`], but only of walks that were lost before a given one: a stopping job shoots only what saves
+    /// Leases walks as [`Ledger::lease`] does, but only walks that were lost before a given one: a stopping job shoots only what saves
     /// other results.
     pub fn lease_gap(&mut self, walks: u64, before: u64) -> Option<(LeaseId, Range<u64>)> {
         if self.gap_is_lost(before) { self.lease(walks) } else { None }

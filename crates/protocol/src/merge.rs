@@ -63,7 +63,7 @@ impl Checkpoint {
     }
 }
 
-/// The same walks in the fewest parts, sorted by seed, job and first walk.
+/// Joins walks in the fewest parts, sorted by seed, job and first walk.
 fn united(mut parts: Vec<Part>) -> Result<Vec<Part>, MergeFault> {
     parts.sort_by_key(|part| (part.seed, part.job_hash, part.first));
     let mut united: Vec<Part> = Vec::with_capacity(parts.len());

@@ -306,7 +306,7 @@ fn distinct(walks: Range<u64>) -> Tally {
 enum Death {
     /// The connection of the worker closes.
     Closed,
-    /// Its connection closes when a part of the result has come.
+    /// The worker's connection closes when a part of the result has come.
     HalfSent,
     /// Nothing is heard from it.
     Silent,

@@ -48,7 +48,7 @@ pub use experiment::solution::{
     Apart, Channels, Estimate, Estimates, Mix, Precision, QUANTILES, Solution, TINY,
 };
 pub use experiment::{
-    Board, Experiment, Groups, Material, Meaning, PatchGroup, SensorView, SourceScores, Unfit,
+    Board, Compiled, Experiment, Groups, Material, Meaning, PatchGroup, SensorView, SourceScores, Unfit,
     birth_probabilities,
 };
 pub use geometry::face::{Face, FaceIter, Faces};

@@ -1,4 +1,4 @@
-//! The same bits everywhere: on any machine, with or without a tree, however the walks are split.
+//! Tallies have the same bits on any machine, with or without a tree, however the walks are split.
 
 mod common;
 

@@ -143,7 +143,7 @@ fn walks_begin_in_proportion_to_power() {
     assert!(z.abs() < 4.0, "{first} walks began in the first box, {z:.1} σ off");
 }
 
-/// Of surfaces that lie upon each other the first is met, in whatever order a tree has them.
+/// A ray meets the first of surfaces that lie upon each other, in whatever order a tree has them.
 #[test]
 fn of_coincident_surfaces_the_lowest_number_is_met() {
     let mut spec = SceneSpec::new(vec![SurfaceSpec { emittance: 1.0.into(), ..square(DVec3::ZERO, 0.5) }]);
@@ -222,7 +222,7 @@ fn a_ray_never_meets_the_surface_it_leaves() {
     }
 }
 
-/// Of a triangle, half a parallelogram, only the half is there, and a slack (2⁻⁴⁶ of its extent, 1 m) beyond the
+/// Rays meet only the half of a parallelogram that a triangle is, and a slack (2⁻⁴⁶ of its extent, 1 m) beyond the
 /// third edge.
 #[test]
 fn a_triangle_is_met_a_slack_beyond_its_third_edge_and_no_farther() {

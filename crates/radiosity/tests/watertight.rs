@@ -51,7 +51,7 @@ fn a_rotated_box_offset_by_1e5_edges_is_watertight() {
     assert_watertight("offset 1e5", &map_corners(&cube54(), |p| rotation() * p + offset));
 }
 
-/// The same with every surface written once more, back to back.
+/// The scene with every surface written once more, back to back.
 fn doubled(spec: &SceneSpec) -> SceneSpec {
     let mut surfaces = spec.surfaces.clone();
     let dark = |surface: &SurfaceSpec| SurfaceSpec {

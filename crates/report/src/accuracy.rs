@@ -10,7 +10,7 @@ pub struct AccuracySummary {
     pub noise: f64,
     /// What these means leave out of the light's spread over the patches.
     pub discretisation: f64,
-    /// Both together.
+    /// The root of the sum of both squares.
     pub total: f64,
     /// The noise of the linear fits.
     pub linear_noise: f64,
@@ -22,7 +22,7 @@ pub struct AccuracySummary {
 /// A total error that is asked for.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct TotalSummary {
-    /// The relative error.
+    /// The relative error that is asked for.
     pub target: f64,
     /// Whether noise and discretisation together keep within it.
     pub reached: bool,

@@ -42,7 +42,7 @@ pub fn write_atomically(
     replace_atomically(path, None, write, |_| Ok(()))
 }
 
-/// As [`write_atomically`], but a loss of power may take it back: for what is soon written again.
+/// Writes a file as [`write_atomically`] does, but a loss of power may take it back: for what is soon written again.
 ///
 /// # Errors
 /// What the operating system says; an earlier file is then untouched.
@@ -53,7 +53,7 @@ pub fn write_soon(path: &Path, bytes: &[u8]) -> io::Result<()> {
     Ok(())
 }
 
-/// As [`write_atomically`]; an earlier file of that name becomes the `previous` one. At any moment both are there whole. What
+/// Writes a file as [`write_atomically`] does; an earlier file of that name becomes the `previous` one. At any moment both are there whole. What
 /// was written is given to `prove` from its beginning, before it takes the place of anything.
 ///
 /// # Errors

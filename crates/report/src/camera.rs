@@ -59,7 +59,7 @@ const PARALLEL: f64 = 1e-6;
 /// How large a picture is [pixels].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Size {
-    /// Its longer side; the shape is that of the scene.
+    /// The longer side of the picture; the shape is that of the scene.
     Longest(u32),
     /// Width and height in pixels.
     Exactly([u32; 2]),
@@ -183,7 +183,7 @@ impl Camera {
         frame.camera(&bounds, azimuth, elevation, cut, size)
     }
 
-    /// As it is, with pixels that many times larger.
+    /// This camera with pixels that are `times` times larger.
     pub(crate) fn coarser(&self, times: u32) -> Self {
         let size = self.size.map(|side| side.div_ceil(times));
         Camera { pixel: self.pixel * f64::from(times), size, ..self.clone() }
@@ -337,7 +337,7 @@ pub fn view_troubles(scene: &Scene, view: &View) -> Vec<String> {
 struct Glance {
     /// Which point of the picture it goes through.
     point: usize,
-    /// Its direction, of length 1.
+    /// The direction of the ray, of length 1.
     direction: DVec3,
     /// How far it has come [m].
     distance: f64,

@@ -53,7 +53,7 @@ pub struct Axis {
 /// Points of one kind.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Series {
-    /// Its name in the legend.
+    /// The name of the series in the legend.
     pub name: String,
     /// How it is drawn.
     pub style: Style,

@@ -150,11 +150,11 @@ pub struct ExactSummary {
 pub struct ExactBounds {
     /// The greatest variance of B that shooting by absorption may have [W²/m⁴].
     pub shooting_variance: f64,
-    /// The same for gathering with births by area.
+    /// The greatest variance of B that gathering by absorption with births by area may have [W²/m⁴].
     pub gathering_variance: f64,
     /// The greatest expected area-weighted mean square error of shooting [W²/m⁴].
     pub shooting_mse: [f64; 4],
-    /// The same for gathering with births by area.
+    /// The greatest expected area-weighted mean square error of gathering with births by area [W²/m⁴].
     pub gathering_mse: [f64; 4],
 }
 

@@ -24,8 +24,10 @@ pub struct FactorsSummary {
     /// Digest of the surfaces.
     #[serde(serialize_with = "hex")]
     pub scene_hash: [u8; 32],
-    /// The seed of the walks.
+    /// The seed of the walks; of merged ones the first.
     pub seed: u64,
+    /// The seeds of all walks: several where counts were merged.
+    pub seeds: Vec<u64>,
     /// The kind of factor: `first_hit` or `absorbed`.
     pub kind: &'static str,
     /// How many groups there are.

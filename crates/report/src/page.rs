@@ -154,7 +154,7 @@ impl Page<'_> {
         })
     }
 
-    /// All else.
+    /// The values of the template that come from the summary and the tables.
     fn parts(&self, live: Option<Live>) -> io::Result<minijinja::Value> {
         let summary = self.summary;
         let (energy, energy_unit) = shares(summary);

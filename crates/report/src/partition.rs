@@ -17,10 +17,10 @@ pub struct PartitionSummary {
     pub pilot_rays: u64,
     /// Walks that the errors are foretold for.
     pub for_paths: u64,
-    /// The foretold relative error over the area for want of walks …
+    /// The foretold relative error over the area that is due to the number of walks.
     pub noise: f64,
-    /// … for want of finer patches …
+    /// The foretold relative error over the area that is due to the size of the patches.
     pub discretisation: f64,
-    /// … and both together.
+    /// The root of the sum of both squares.
     pub total: f64,
 }

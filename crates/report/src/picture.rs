@@ -30,10 +30,10 @@ const SAME_SHADE: f64 = 1.5 / 255.0;
 /// What is seen beyond the scene, as light: a dark grey, so that black surfaces stand out from it.
 const BACKGROUND: f64 = 0.02;
 
-/// This part of what is seen of the non-emitting patches …
+/// The part of what is seen of the non-emitting patches that is at most as bright as [`EXPOSED_LIGHT`].
 const EXPOSED_SHARE: f64 = 0.95;
 
-/// … is at most as bright as this, as light; 1 is white.
+/// The brightness that the exposure gives to this part at most, as light; 1 is white.
 const EXPOSED_LIGHT: f64 = 0.7;
 
 /// A picture of a scene: grey, or in colour where the scene is.

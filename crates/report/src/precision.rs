@@ -16,7 +16,7 @@ pub struct PrecisionSummary {
     pub max_relative_error: f64,
     /// The patch that has it.
     pub worst_patch: Option<u32>,
-    /// The same as messages name it.
+    /// The worst patch as messages name it.
     #[serde(skip)]
     pub worst_place: Option<String>,
     /// What parts of the area of the reflecting patches do not exceed, without those counted separately below.

@@ -10,7 +10,7 @@ use crate::patches::{per_channel, side_columns, side_heads};
 /// How much one material matters.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SensitivitySummary {
-    /// Its name.
+    /// The name of the material.
     pub material: String,
     /// ∂B/∂R in the mean over the area and the channels [W/m²].
     pub mean_derivative: f64,

@@ -10,7 +10,7 @@ use crate::patches::{per_channel, side_columns, side_heads};
 /// What is told of one source.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SourceSummary {
-    /// Its name.
+    /// The name of the source.
     pub name: String,
     /// Faces that are emitters of it.
     pub emitters: usize,

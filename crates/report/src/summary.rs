@@ -152,7 +152,7 @@ pub struct PartSummary {
 /// What one worker delivered.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct WorkerSummary {
-    /// As it called itself: host and process.
+    /// The worker's name for itself: host and process.
     pub name: String,
     /// The number of its walks.
     pub paths: u64,

@@ -237,7 +237,7 @@ fn wrong(sample: &[Lease], settings: &Settings, experiment: &Experiment) -> Resu
     })
 }
 
-/// Who delivered them, in words.
+/// The workers that delivered wrong leases, in words.
 fn blame(wrong: &[Lease], checkpoint: &Checkpoint, what: &str) -> String {
     let mut of_worker: BTreeMap<u32, Vec<&Lease>> = BTreeMap::new();
     for lease in wrong {

@@ -45,7 +45,7 @@ pub struct Identity {
 }
 
 impl Identity {
-    /// Those of a job whose checkpoints this `build` writes.
+    /// The identity of a job whose checkpoints this `build` writes.
     ///
     /// # Errors
     /// Where the scene is too large to be sent.
@@ -193,9 +193,9 @@ pub(crate) const SENSITIVITIES: &str = "sensitivities.csv";
 pub enum Latest {
     /// The run goes on from it: it becomes the previous one.
     Good,
-    /// It is damaged, and the previous one is not.
+    /// The checkpoint is damaged, and the previous one is not.
     Damaged,
-    /// It is another run's, as is all that is made from it, or there is none.
+    /// The checkpoint is another run's, as is all that is made from it, or there is none.
     Foreign,
 }
 

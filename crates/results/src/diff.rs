@@ -56,13 +56,13 @@ pub struct Comparison {
     pub same_tally: bool,
     /// Patches (times channels) that were compared.
     pub compared: usize,
-    /// Those that were not compared, since too few walks reached them.
+    /// Patches (times channels) that were not compared, since too few walks reached them.
     pub skipped: usize,
     /// |z| that two honest runs exceed anywhere with the probability [`FALSE_ALARM`] at most.
     pub limit: f64,
     /// The mean of z² over what was compared: 1 is expected.
     pub mean_squared: f64,
-    /// Those beyond the limit.
+    /// Patches (times channels) whose |z| is beyond the limit.
     pub beyond: usize,
     /// The largest |z|, those first, [`TOLD`] at most.
     pub largest: Vec<Difference>,

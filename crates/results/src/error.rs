@@ -68,11 +68,11 @@ pub enum Error {
     /// A mixture of sources cannot be told of.
     #[error("cannot combine the sources of {} ({problem}); {remedy}", run.display())]
     Mixture {
-        /// The folder.
+        /// The folder of the run.
         run: PathBuf,
-        /// Why not.
+        /// The reason why the sources cannot be mixed.
         problem: String,
-        /// What to do.
+        /// What the user can do.
         remedy: String,
     },
     /// A table, summary or picture stands beside the tally of another run.

@@ -12,13 +12,13 @@ use radiosity::{Birth, Direction, Experiment, Overflow, Score, Sequence, Space, 
 
 use crate::error::Error;
 
-/// The pilot takes one of this many parts of the walks that it foretells …
+/// The pilot takes one of this many parts of the walks that it foretells, between [`LEAST`] and [`MOST`].
 const SHARE: u64 = 8;
 
-/// … but no fewer walks than this …
+/// The least number of walks of a pilot.
 const LEAST: u64 = 1 << 14;
 
-/// … and no more: the pilot runs in one process, however many workers the job has.
+/// The largest number of walks of a pilot: the pilot runs in one process, however many workers the job has.
 const MOST: u64 = 1 << 24;
 
 /// The pilot looks at the light first after one of this many parts of its walks: where the light is even, that is enough.
@@ -96,7 +96,7 @@ struct Pilot<'a> {
     job: &'a Job,
     experiment: Experiment,
     sequence: Sequence,
-    /// Of every surface: its coarsest cut, and how often the pilot's doubles its cells where it is open.
+    /// For every surface its coarsest cut, and how often the pilot's doubles its cells where it is open.
     cuts: Vec<(Cut, Option<[u32; 2]>)>,
     /// The tallies of the groups.
     groups: Vec<Tally>,

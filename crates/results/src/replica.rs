@@ -17,7 +17,7 @@ struct Packed {
     scene: SceneSpec,
     tree: bool,
     settings: Settings,
-    /// [`SceneSpec::patch_of_cell`].
+    /// The patch of every cell, as in [`SceneSpec::patch_of_cell`].
     patch_of_cell: Vec<u32>,
 }
 

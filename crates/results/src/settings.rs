@@ -59,7 +59,7 @@ pub struct Settings {
 }
 
 impl Settings {
-    /// Those of a job.
+    /// The settings of a job.
     pub fn of(job: &Job) -> Self {
         Settings {
             name: job.name.clone(),

@@ -1,6 +1,7 @@
 //! Measures the gain of chains of stochastic Jacobi over collision walks at equal processor time:
 //! `cargo run --release -p scenes --example gain -- docs/results` writes gain.csv and a chart of each scene into the
-//! folder named; scenes may be named after it. One core; half an hour for all.
+//! folder named; scenes may be named after it. One core; half an hour for all. With `draw` in place of scenes it draws the table that is
+//! there.
 
 mod common;
 
@@ -9,8 +10,8 @@ use std::path::Path;
 
 use common::{Failure, collision_shooting, processor_seconds};
 use exact::Exact;
-use plotters::prelude::*;
 use radiosity::{Board, Experiment, Face, IndexChoice, Method, Scene, SceneSpec, Sequence, Solution};
+use report::{Axis, Chart, Series, Style};
 use scenes::{cornell, corridor, cube, interior, two_rooms};
 
 /// The number of chains in a run that has intervals.
@@ -63,8 +64,11 @@ struct Point {
 
 fn main() -> Result<(), Failure> {
     let mut arguments = std::env::args().skip(1);
-    let folder = arguments.next().ok_or("usage: gain FOLDER [SCENE…]")?;
+    let folder = arguments.next().ok_or("usage: gain FOLDER [SCENE…] | FOLDER draw")?;
     let (folder, wanted) = (Path::new(&folder), arguments.collect::<Vec<_>>());
+    if wanted == ["draw"] {
+        return draw(folder);
+    }
     let studies = studies()
         .into_iter()
         .filter(|study| wanted.is_empty() || wanted.iter().any(|name| name == study.name));
@@ -74,10 +78,9 @@ fn main() -> Result<(), Failure> {
     for study in studies {
         let points = measure(&study)?;
         write_rows(&mut csv, study.name, &points);
-        draw(&folder.join(format!("gain-{}.svg", study.name)), study.name, &points)?;
         std::fs::write(folder.join("gain.csv"), &csv)?;
     }
-    Ok(())
+    draw(folder)
 }
 
 fn studies() -> Vec<Study> {
@@ -215,7 +218,7 @@ fn write_rows(csv: &mut String, scene: &str, points: &[Point]) {
             [gain(walks, point, |point| point.relative), gain(walks, point, |point| point.absolute)];
         writeln!(
             csv,
-            "{scene},{},{},{:.4},{:.4e},{:.3},{:.3},{:.3},{:.3}",
+            "{scene},{},{},{:.3e},{:.4e},{:.3},{:.3},{:.3},{:.3}",
             point.way.name(),
             point.rays,
             point.seconds,
@@ -229,40 +232,48 @@ fn write_rows(csv: &mut String, scene: &str, points: &[Point]) {
     }
 }
 
-/// Draws the chart of error against time.
-fn draw(path: &Path, scene: &str, points: &[Point]) -> Result<(), Failure> {
-    let at = |point: &Point| (point.seconds, point.relative[0].sqrt());
-    let range = |values: &dyn Fn(&Point) -> f64| {
-        let ends = points
+/// The chart of error against time of a scene in the rows of a table.
+fn chart(scene: &str, rows: &[Row]) -> Chart {
+    let curve = |way: Way| {
+        let mut points: Vec<_> = rows
             .iter()
-            .map(values)
-            .fold([f64::INFINITY, 0.0], |[low, high]: [f64; 2], x| [low.min(x), high.max(x)]);
-        (0.7 * ends[0]..1.4 * ends[1]).log_scale()
+            .filter(|row| row.scene == scene && row.method == way.name())
+            .map(|row| report::Point { x: row.seconds, y: row.error, error: 0.0 })
+            .collect();
+        points.sort_by(|a, b| a.x.total_cmp(&b.x));
+        Series { name: way.name().into(), style: Style::Joined, points }
     };
-    let area = SVGBackend::new(path, (640, 420)).into_drawing_area();
-    area.fill(&WHITE)?;
-    let mut chart = ChartBuilder::on(&area)
-        .caption(format!("{scene}: error against time, one core"), ("sans-serif", 18))
-        .margin(16)
-        .x_label_area_size(44)
-        .y_label_area_size(64)
-        .build_cartesian_2d(range(&|point| at(point).0), range(&|point| at(point).1))?;
-    chart
-        .configure_mesh()
-        .x_desc("processor time of a run [s]")
-        .y_desc("rms relative error")
-        .x_label_formatter(&|x| format!("{x}"))
-        .y_label_formatter(&|y| format!("{y:.0e}"))
-        .light_line_style(TRANSPARENT)
-        .draw()?;
-    for (way, colour) in Way::ALL.into_iter().zip([BLACK, BLUE, RED]) {
-        let line: Vec<(f64, f64)> = points.iter().filter(|point| point.way == way).map(at).collect();
-        chart
-            .draw_series(LineSeries::new(line, colour.stroke_width(2)).point_size(3))?
-            .label(way.name())
-            .legend(move |(x, y)| PathElement::new([(x, y), (x + 18, y)], colour.stroke_width(2)));
+    Chart {
+        title: format!("{scene}: error against time, one core"),
+        x: Axis::log("processor time of a run [s]"),
+        y: Axis::log("rms relative error"),
+        series: Way::ALL.map(curve).into(),
     }
-    chart.configure_series_labels().background_style(WHITE).border_style(BLACK).draw()?;
-    area.present()?;
+}
+
+/// The part of a row of gain.csv that is drawn.
+struct Row {
+    scene: String,
+    method: String,
+    seconds: f64,
+    error: f64,
+}
+
+/// Draws every scene of the table in the folder.
+fn draw(folder: &Path) -> Result<(), Failure> {
+    let table = std::fs::read_to_string(folder.join("gain.csv"))?;
+    let row = |line: &str| -> Result<Row, Failure> {
+        let cells: Vec<&str> = line.split(',').collect();
+        let [scene, method, _, seconds, error, ..] = cells[..] else {
+            return Err("a row is too short".into());
+        };
+        let (seconds, error) = (seconds.parse()?, error.parse()?);
+        Ok(Row { scene: scene.into(), method: method.into(), seconds, error })
+    };
+    let rows = table.lines().skip(1).map(row).collect::<Result<Vec<_>, _>>()?;
+    for group in rows.chunk_by(|a, b| a.scene == b.scene) {
+        let scene = &group[0].scene;
+        std::fs::write(folder.join(format!("gain-{scene}.svg")), chart(scene, group).svg())?;
+    }
     Ok(())
 }

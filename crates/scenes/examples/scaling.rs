@@ -1,5 +1,6 @@
 //! Time per ray against patches and against surfaces: `cargo run --release -p scenes --example scaling -- docs/results`
-//! writes scaling.csv and scaling.svg into the folder named. One core, whole walks; some minutes.
+//! writes scaling.csv and scaling.svg into the folder named. One core, whole walks; some minutes. With `draw` behind the folder it draws
+//! the table that is there.
 
 mod common;
 
@@ -7,8 +8,8 @@ use std::fmt::Write;
 use std::path::Path;
 
 use common::{Failure, Walks, collision_shooting, median};
-use plotters::prelude::*;
 use radiosity::{IndexChoice, Scene, SceneSpec};
+use report::{Axis, Chart, Point, Style};
 use scenes::{cube, cube_of_surfaces, interior};
 
 /// The number of timings of each scene; their median counts.
@@ -19,24 +20,36 @@ const RAYS: u64 = 1_000_000;
 
 /// The time per ray, as one number of a family of scenes grows.
 struct Series {
-    name: &'static str,
+    name: String,
     /// The points: (that number, time per ray [ns]).
     points: Vec<(f64, f64)>,
 }
 
 fn main() -> Result<(), Failure> {
-    let folder = std::env::args().nth(1).ok_or("usage: scaling FOLDER")?;
+    let mut arguments = std::env::args().skip(1);
+    let folder = arguments.next().ok_or("usage: scaling FOLDER [draw]")?;
     let folder = Path::new(&folder);
-    let series = [
+    let table = folder.join("scaling.csv");
+    let series = match arguments.next().as_deref() {
+        Some("draw") => read(&std::fs::read_to_string(table)?)?,
+        _ => {
+            let series = measured()?;
+            std::fs::write(table, csv(&series))?;
+            series
+        }
+    };
+    std::fs::write(folder.join("scaling.svg"), chart(&series).svg())?;
+    Ok(())
+}
+
+fn measured() -> Result<Vec<Series>, Failure> {
+    Ok(vec![
         measure("6 surfaces, patches", &[3, 8, 32, 128, 256, 512], cube)?,
         measure("cube, surfaces of one patch", &[1, 2, 4, 16, 64, 256, 408], cube_of_surfaces)?,
         measure("interior, surfaces of one patch", &[50_000, 200_000, 500_000, 1_000_000], |n| {
             interior(n as usize)
         })?,
-    ];
-    std::fs::write(folder.join("scaling.csv"), csv(&series))?;
-    draw(&folder.join("scaling.svg"), &series)?;
-    Ok(())
+    ])
 }
 
 /// Times walks in a family of scenes, against the number of patches of each.
@@ -50,7 +63,7 @@ fn measure(name: &'static str, sizes: &[u32], family: impl Fn(u32) -> SceneSpec)
         points.push((patches as f64, 1e9 / median(&rates)));
         println!("{name}: {patches} patches, {:.1} ns per ray", 1e9 / median(&rates));
     }
-    Ok(Series { name, points })
+    Ok(Series { name: name.into(), points })
 }
 
 fn csv(series: &[Series]) -> String {
@@ -63,36 +76,31 @@ fn csv(series: &[Series]) -> String {
     text
 }
 
-fn draw(path: &Path, series: &[Series]) -> Result<(), Failure> {
-    let area = SVGBackend::new(path, (800, 500)).into_drawing_area();
-    area.fill(&WHITE)?;
-    let most = series.iter().flat_map(|one| &one.points).fold(0.0, |most: f64, point| most.max(point.1));
-    let mut chart = ChartBuilder::on(&area)
-        .caption("Time per ray, whole walks, one core", ("sans-serif", 20))
-        .margin(16)
-        .x_label_area_size(44)
-        .y_label_area_size(60)
-        .build_cartesian_2d((5.0..3e6).log_scale(), (5.0..3.0 * most).log_scale())?;
-    chart
-        .configure_mesh()
-        .x_desc("patches (6 surfaces) or surfaces")
-        .y_desc("ns per ray")
-        .x_label_formatter(&|x| format!("{x:.0}"))
-        .y_label_formatter(&|y| format!("{y:.0}"))
-        .light_line_style(TRANSPARENT)
-        .draw()?;
-    for (one, colour) in series.iter().zip([BLUE, RED, GREEN]) {
-        chart
-            .draw_series(LineSeries::new(one.points.clone(), colour.stroke_width(2)).point_size(3))?
-            .label(one.name)
-            .legend(move |(x, y)| PathElement::new([(x, y), (x + 18, y)], colour.stroke_width(2)));
+/// The series of a table that [`csv`] has written.
+fn read(table: &str) -> Result<Vec<Series>, Failure> {
+    let mut series: Vec<Series> = Vec::new();
+    for line in table.lines().skip(1) {
+        let (name, numbers) = line.trim_start_matches('"').split_once("\",").ok_or("a row without a name")?;
+        let (patches, time) = numbers.split_once(',').ok_or("a row without a time")?;
+        if series.last().is_none_or(|last| last.name != name) {
+            series.push(Series { name: name.into(), points: Vec::new() });
+        }
+        series.last_mut().expect("one was pushed").points.push((patches.parse()?, time.parse()?));
     }
-    chart
-        .configure_series_labels()
-        .position(SeriesLabelPosition::UpperLeft)
-        .background_style(WHITE)
-        .border_style(BLACK)
-        .draw()?;
-    area.present()?;
-    Ok(())
+    Ok(series)
+}
+
+/// The chart of times, a curve for each family of scenes.
+fn chart(series: &[Series]) -> Chart {
+    let curve = |one: &Series| report::Series {
+        name: one.name.clone(),
+        style: Style::Joined,
+        points: one.points.iter().map(|&(x, y)| Point { x, y, error: 0.0 }).collect(),
+    };
+    Chart {
+        title: "Time per ray, whole walks, one core".into(),
+        x: Axis::log("patches (6 surfaces) or surfaces"),
+        y: Axis::log("ns per ray"),
+        series: series.iter().map(curve).collect(),
+    }
 }

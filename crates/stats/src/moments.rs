@@ -42,9 +42,9 @@ impl Moments {
 pub struct Sample {
     /// Walks, those that scored nothing included.
     pub n: u64,
-    /// Σx.
+    /// The sum of scores, Σx.
     pub sum: f64,
-    /// Σx².
+    /// The sum of squared scores, Σx².
     pub sum_sq: f64,
     /// The unbiased variance of one walk's score; `None` of fewer than two walks.
     pub variance: Option<f64>,
@@ -53,7 +53,7 @@ pub struct Sample {
 }
 
 impl Sample {
-    /// Of n walks in classes, each of which has a weight f, its Σx and its Σx². A walk belongs to one class, so that the sums
+    /// The moments of n walks in classes, each of which has a weight f, its Σx and its Σx². A walk belongs to one class, so that the sums
     /// are Σ f·Σx and Σ f²·Σx².
     pub fn weighted(n: u64, classes: impl IntoIterator<Item = (f64, u128, u128)>) -> Self {
         let (mut sum, mut sum_sq) = (0.0, 0.0);

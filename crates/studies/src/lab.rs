@@ -3,7 +3,7 @@
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use radiosity::{Experiment, Sequence, Tally};
+use radiosity::{Board, Compiled, Experiment, Sequence, Tally};
 
 /// The size of a study.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -72,7 +72,10 @@ impl Lab {
     }
 
     /// The tally, with M power sums, of walks 0 … `walks` − 1 of the sequence of `seed`.
-    pub fn tally<const M: usize>(&self, experiment: &Experiment, seed: u64, walks: u64) -> Tally {
+    pub fn tally<const M: usize>(&self, experiment: &Experiment, seed: u64, walks: u64) -> Tally
+    where
+        Board<M>: Compiled,
+    {
         let sequence = Sequence::new(seed);
         let piece = if experiment.unit().is_walk() { PIECE } else { 1 };
         let whole = Mutex::new(experiment.tally::<M>());

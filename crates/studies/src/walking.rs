@@ -1,6 +1,8 @@
 //! Walks that are shot in this process, and what their tallies say.
 
-use radiosity::{Estimate, Experiment, IndexChoice, Method, Scene, SceneSpec, Sequence, Solution, Tally};
+use radiosity::{
+    Board, Compiled, Estimate, Experiment, IndexChoice, Method, Scene, SceneSpec, Sequence, Solution, Tally,
+};
 use stats::Measured;
 
 use crate::arithmetic::{proportion, ratio};
@@ -24,14 +26,20 @@ pub(crate) fn experiment(spec: &SceneSpec, method: impl Into<Method>) -> Result<
 }
 
 /// The tally of walks 0 … `walks` − 1, with M power sums.
-pub(crate) fn walk<const M: usize>(experiment: &Experiment, seed: u64, walks: u64) -> Tally {
+pub(crate) fn walk<const M: usize>(experiment: &Experiment, seed: u64, walks: u64) -> Tally
+where
+    Board<M>: Compiled,
+{
     let mut tally = experiment.tally::<M>();
     advance::<M>(experiment, seed, walks, &mut tally);
     tally
 }
 
 /// Walks on, from the walks of `tally` up to `walks` in all.
-pub(crate) fn advance<const M: usize>(experiment: &Experiment, seed: u64, walks: u64, tally: &mut Tally) {
+pub(crate) fn advance<const M: usize>(experiment: &Experiment, seed: u64, walks: u64, tally: &mut Tally)
+where
+    Board<M>: Compiled,
+{
     let (sequence, mut board) = (Sequence::new(seed), experiment.board::<M>());
     while tally.counts.walks < walks {
         let first = tally.counts.walks;

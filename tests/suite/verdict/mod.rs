@@ -65,12 +65,12 @@ pub struct Verdict {
     pub coverage: Mean,
 }
 
-/// Of all these patches.
+/// Judges the estimates of all patches of the truth.
 pub fn judge(experiment: &Experiment, truth: &Truth, seeds: u64) -> Verdict {
     judge_those(experiment, truth, seeds, |_| true)
 }
 
-/// Of those of them that are `wanted`, by number.
+/// Judges the estimates of the patches that are `wanted`, by number.
 pub fn judge_those(
     experiment: &Experiment,
     truth: &Truth,

@@ -107,7 +107,7 @@ pub fn room([x, y, z]: [f64; 3], n: u32) -> Vec<Shape> {
         .into()
 }
 
-/// The same scene turned about an axis that is none of the coordinates', and moved.
+/// The scene turned about an axis that is none of the coordinates', and moved.
 pub fn turned(spec: &SceneSpec) -> SceneSpec {
     let rotation = DQuat::from_axis_angle(DVec3::new(1.0, 2.0, -0.5).normalize(), 0.7);
     let place = |point: DVec3| rotation * point + DVec3::new(3.0, -1.0, 7.0);

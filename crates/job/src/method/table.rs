@@ -39,7 +39,7 @@ impl Word for WalkKind {
 /// What walks find out beside the means of patches. Kept as a number, where earlier versions kept whether there is a mix.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Beside {
-    /// No more.
+    /// Walks find the means of patches alone.
     #[default]
     Nothing,
     /// How absorption and survival score the same walks, and the best mix of both: `mix = true`.
@@ -51,10 +51,10 @@ pub enum Beside {
 /// The functions that light is estimated by on a patch.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) enum Basis {
-    /// One number.
+    /// One number a patch, the mean of its light.
     #[default]
     Constant,
-    /// And two gradients.
+    /// The mean of a patch and two gradients.
     Linear,
 }
 

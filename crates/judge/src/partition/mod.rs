@@ -27,9 +27,9 @@ pub struct Choice {
     pub basis: Basis,
     /// The walks that it is for.
     pub walks: f64,
-    /// The foretold noise [W²/m²] …
+    /// The foretold noise [W²/m²].
     pub noise: f64,
-    /// … and what the fits leave out [W²/m²].
+    /// The foretold energy that the fits leave out [W²/m²].
     pub lost: f64,
 }
 
@@ -40,7 +40,7 @@ impl Choice {
     }
 }
 
-/// Of a surface: the energy of the error of one cell after one walk, and the grids that it may get.
+/// What is known of a surface: the energy of the error of one cell after one walk, and the grids that it may get.
 type Ladder = (f64, Vec<Step>);
 
 /// The grids that some surfaces may get, under each basis that may be chosen.

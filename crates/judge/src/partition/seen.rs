@@ -6,7 +6,7 @@ use radiosity::{Experiment, Fit, Shape, Side, Tally};
 /// What is fitted to the light on every patch.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Basis {
-    /// Its mean.
+    /// The mean of the light on a patch.
     Constant,
     /// A linear function of the place.
     Linear,
@@ -26,7 +26,7 @@ impl Basis {
 pub struct PilotTallies {
     /// The tallies of the groups.
     pub groups: Vec<Tally>,
-    /// Their sum.
+    /// The sum of all groups.
     pub all: Tally,
 }
 
@@ -162,7 +162,7 @@ impl SurfaceLight {
     }
 }
 
-/// Of every cell the integrals of b, b·u and b·v over it, as one group of walks estimates them: integrals over a coarser cell are the sums of
+/// The integrals of b, b·u and b·v over every cell, as one group of walks estimates them: integrals over a coarser cell are the sums of
 /// those over its parts, and the fit on it follows from them.
 type Integrals = Vec<[f64; 3]>;
 

@@ -20,7 +20,7 @@ pub struct Forecast<'a> {
     target: Option<&'a Target>,
     /// What is asked of sensors, in words.
     of_sensors: Option<String>,
-    /// Of the whole job.
+    /// The budget of the whole job.
     budget: u64,
     /// The paths that a walk counts as.
     paths_per_walk: u64,

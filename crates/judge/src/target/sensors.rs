@@ -1,4 +1,4 @@
-//! Targets on sensors.
+//! Whether the readings of sensors meet the target that a job sets them.
 
 use job::{SensorTarget, Unhit};
 use radiosity::{Experiment, Readings, SensorSpec, Tally};

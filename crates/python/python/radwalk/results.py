@@ -141,7 +141,7 @@ class Result:
 
     def combine(self, factors=None, /, **named):
         """The :class:`Result` where sources emit other multiples of what the job gives to them, as ``radwalk combine`` makes it: no ray is
-        traced, and intervals hold for the mixture. ``result.combine(lamp=0.3)``, or ``result.combine({"lamp 1": 0.3})``; sources that
+        traced, and intervals hold for the mixture. ``result.combine(left=0.3)``, or ``result.combine({"lamp 1": 0.3})``; sources that
         are not named keep their factor."""
         return Result(self._answer.combine([(str(name), float(x)) for name, x in {**(factors or {}), **named}.items()]))
 

@@ -146,7 +146,7 @@ impl Experiment {
         }
     }
 
-    /// The same outcome but for the patches of the final gather.
+    /// Replaces the patches of the final gather in an outcome by what their own rays gather.
     fn gathered(
         &self,
         mut outcome: Outcome,

@@ -13,16 +13,16 @@ use crate::walk::score::{RELATED, fixed_units};
 pub struct Board<const M: usize> {
     /// The scores of faces.
     pub(super) scores: Scores<M>,
-    /// Of sensors, where there are any.
+    /// The scores of sensors, where there are any.
     pub(super) sensing: Option<Sensing<M>>,
-    /// Of groups, where there are any. Where there are, there are no sensors.
+    /// The scores of groups, where there are any; a board has groups or sensors, not both.
     pub(super) apart: Option<Apart>,
 }
 
 /// What a board keeps for groups of patches.
 #[derive(Clone, Debug)]
 pub(super) struct Apart {
-    /// Of the scene.
+    /// The number of faces of the scene.
     pub(super) faces: usize,
     /// What materials do, where that is asked for.
     pub(super) marks: Option<MarkBoard>,
@@ -33,7 +33,7 @@ pub(super) struct Apart {
 pub(super) enum Scores<const M: usize> {
     /// Grey analog shooting: whole hits.
     Hits(Scoreboard<u64, (), 1, M>),
-    /// The same with three estimators at once.
+    /// Grey analog shooting with three estimators at once: whole hits.
     RelatedHits(Scoreboard<u64, (), RELATED, M>),
     /// Other grey walks: fixed point.
     Fixed(Scoreboard<u128, u64, 1, M>),

@@ -27,7 +27,7 @@ pub(super) struct Gathering {
 pub(super) enum Values {
     Grey(Vec<[f64; 1]>),
     Coloured(Vec<[f64; 3]>),
-    /// Of an arrival, a death and a survival.
+    /// The values of an arrival, a death and a survival.
     Related(Vec<[f64; 3]>),
 }
 

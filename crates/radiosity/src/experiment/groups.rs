@@ -18,7 +18,7 @@ use crate::walk::marks::NO_MATERIAL;
 /// A group of patches, by name.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct PatchGroup {
-    /// The name.
+    /// The name of the group.
     pub name: String,
     /// Runs of patches: the first and the last number of each.
     pub patches: Vec<(u32, u32)>,
@@ -27,7 +27,7 @@ pub struct PatchGroup {
 /// A material whose influence is asked for.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Material {
-    /// Its name.
+    /// The name of the material.
     pub name: String,
     /// R of all its faces.
     pub reflectance: Spectrum,
@@ -42,10 +42,10 @@ pub(super) struct Class {
     pub(super) material: u32,
 }
 
-/// The sources of a scene by other measures.
+/// The sources of a scene, each multiplied by a factor.
 #[derive(Clone, Debug)]
 pub(super) struct Mixture {
-    /// Of the emittance of each source.
+    /// The factor by which the emittance of each source is multiplied.
     pub(super) factors: Vec<f64>,
     /// The scene with these emittances.
     pub(super) scene: Scene,

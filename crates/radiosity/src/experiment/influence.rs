@@ -13,22 +13,22 @@ use crate::walk::fate::InfiniteEnd;
 /// A property of a material.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Property {
-    /// R.
+    /// The reflectance R.
     Reflectance,
-    /// E.
+    /// The emittance E.
     Emittance,
 }
 
 /// ∂B/∂R [W/m²] or ∂B/∂E of one face, in one channel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Derivative {
-    /// The estimate.
+    /// The estimate of the derivative.
     pub value: f64,
-    /// Its standard error for the whole run; `None` after a single walk, which cannot tell.
+    /// The standard error of the derivative for the whole run; `None` after a single walk, which cannot tell.
     pub std_error: Option<f64>,
-    /// Confidence interval.
+    /// The lower end of the confidence interval.
     pub ci_low: f64,
-    /// Its upper end.
+    /// The upper end of the confidence interval.
     pub ci_high: f64,
 }
 
@@ -46,8 +46,8 @@ pub struct Influences<'a> {
 const LONGER: f64 = 1e-6;
 
 impl<'a> Influences<'a> {
-    /// Of a tally of the experiment; every interval has the level `confidence`. `None` where no influence was asked for, and
-    /// where it is a mixture that is estimated: walks have marks of all sources together.
+    /// The influence of materials in a tally of the experiment; every interval has the level `confidence`. `None` where no
+    /// influence was asked for, and for the estimate of a mixture: walks have marks of all sources together.
     pub fn new(experiment: &'a Experiment, tally: &'a Tally, confidence: f64) -> Option<Self> {
         let groups = experiment.groups().filter(|groups| !groups.materials().is_empty())?;
         if experiment.mixture().is_some() {

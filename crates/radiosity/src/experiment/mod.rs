@@ -21,6 +21,7 @@ pub use gathering::birth_probabilities;
 pub use groups::{Groups, Material, PatchGroup};
 pub use meaning::Meaning;
 pub use mixture::SourceScores;
+pub use run::Compiled;
 pub use sensing::SensorView;
 pub use unfit::Unfit;
 
@@ -49,7 +50,7 @@ pub struct Experiment {
     gathering: Option<Gathering>,
     /// What batches and chains score H over [W/m²], per channel.
     largest_radiosity: [f64; 3],
-    /// Of a face [m²].
+    /// The area of the smallest face [m²].
     least_area: f64,
     /// Places where light is measured; `None` where there are none.
     sensors: Option<Arc<Sensors>>,

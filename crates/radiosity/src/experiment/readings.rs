@@ -14,11 +14,11 @@ use crate::tally::Tally;
 pub struct Reading {
     /// H, the mean over the cell [W/m²]; `None` where no sample is whole.
     pub irradiance: Option<f64>,
-    /// Its standard error for the whole run [W/m²]; `None` where there are fewer than four samples, or all samples agree.
+    /// The standard error of H for the whole run [W/m²]; `None` where there are fewer than four samples, or all samples agree.
     pub std_error: Option<f64>,
-    /// Confidence interval of H [W/m²].
+    /// The lower end of the confidence interval of H [W/m²].
     pub ci_low: f64,
-    /// Its upper end [W/m²].
+    /// The upper end of the interval [W/m²].
     pub ci_high: f64,
 }
 
@@ -43,7 +43,7 @@ pub struct Readings<'a> {
 }
 
 impl<'a> Readings<'a> {
-    /// Of a tally of the experiment; every interval has the level `confidence`. `None` where there are no sensors.
+    /// The readings in a tally of the experiment; every interval has the level `confidence`. `None` where there are no sensors.
     pub fn new(experiment: &'a Experiment, tally: &'a Tally, confidence: f64) -> Option<Self> {
         let sensors = experiment.sensors()?;
         let samples = samples(experiment, tally);

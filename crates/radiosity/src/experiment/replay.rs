@@ -13,7 +13,7 @@ use crate::walk::score::Scorer;
 pub struct Replay {
     /// The patch it was born on.
     pub birth: u32,
-    /// Its arrivals at active sides, in order.
+    /// The arrivals of the walk at active sides, in order.
     pub steps: Vec<Step>,
     /// How the walk ended.
     pub end: WalkEnd,

@@ -40,6 +40,34 @@ macro_rules! marks_of {
 /// Samples between two looks at whether a sum could wrap: those of that many never do.
 const PART: u64 = 1 << 18;
 
+/// A board that walks can be scored on. It is implemented for the numbers of power sums that are in use: the kernel is compiled
+/// with this crate, once for each, and not again in every crate that walks.
+pub trait Compiled {
+    /// Does what [`Experiment::walk_while`] does.
+    fn sample(&mut self, experiment: &Experiment, sequence: &Sequence, walks: Range<u64>, hands: &dyn Hands);
+}
+
+macro_rules! compile_for {
+    ($($moments:literal),*) => {$(
+        impl Compiled for Board<$moments> {
+            // Inlined, the kernel would be compiled where it is called.
+            #[inline(never)]
+            fn sample(
+                &mut self,
+                experiment: &Experiment,
+                sequence: &Sequence,
+                walks: Range<u64>,
+                hands: &dyn Hands,
+            ) {
+                experiment.sample(sequence, walks, self, hands);
+            }
+        }
+    )*};
+}
+
+// Two give standard errors; four, their own errors.
+compile_for!(2, 4);
+
 impl Experiment {
     /// What the first `samples` walks (or batches, or chains) of a seed's sequence tell, on this thread, with intervals of
     /// 95 %.
@@ -64,7 +92,10 @@ impl Experiment {
     ///
     /// # Panics
     /// Where the board was made by an experiment that scores in another way.
-    pub fn walk<const M: usize>(&self, sequence: &Sequence, walks: Range<u64>, board: &mut Board<M>) {
+    pub fn walk<const M: usize>(&self, sequence: &Sequence, walks: Range<u64>, board: &mut Board<M>)
+    where
+        Board<M>: Compiled,
+    {
         self.walk_while(sequence, walks, board, &|| true);
     }
 
@@ -74,6 +105,19 @@ impl Experiment {
     /// # Panics
     /// Where the board was made by an experiment that scores in another way.
     pub fn walk_while<const M: usize>(
+        &self,
+        sequence: &Sequence,
+        walks: Range<u64>,
+        board: &mut Board<M>,
+        hands: &dyn Hands,
+    ) where
+        Board<M>: Compiled,
+    {
+        board.sample(self, sequence, walks, hands);
+    }
+
+    /// [`Experiment::walk_while`], compiled for one M after the other.
+    fn sample<const M: usize>(
         &self,
         sequence: &Sequence,
         walks: Range<u64>,

@@ -20,14 +20,14 @@ use crate::tally::Tally;
 /// the functions that they belong to are orthogonal.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Slopes {
-    /// [W/m²].
+    /// The growth of B along the two coordinates of the face [W/m²].
     pub gradient: [f64; 2],
-    /// Their standard errors for the whole run [W/m²]; `None` where too few walks tell.
+    /// The standard errors of the gradients for the whole run [W/m²]; `None` where too few walks tell.
     pub gradient_error: Option<[f64; 2]>,
     /// The mean of the squared difference between the linear fit and its mean, freed of the noise of the estimates
     /// [(W/m²)²]. Without bias, so that it may be negative.
     pub energy: f64,
-    /// Its standard error.
+    /// The standard error of `energy`.
     pub energy_error: Option<f64>,
     /// The variance of the estimated fit about the true one, its mean apart, over the face [(W/m²)²].
     noise: f64,
@@ -108,7 +108,7 @@ impl Slopes {
 pub struct Fit {
     /// The mean of b, the reflected radiosity, over the face [W/m²].
     pub mean: f64,
-    /// As that of [`Slopes`] [W/m²].
+    /// The gradient, defined as in [`Slopes`] [W/m²].
     pub gradient: [f64; 2],
     /// The variance of the mean [(W/m²)²].
     pub mean_variance: f64,
@@ -147,7 +147,7 @@ pub struct Accuracy {
     pub noise: f64,
     /// What the means leave out of the light's spread over their patches, as far as a linear fit tells.
     pub discretisation: f64,
-    /// Both together: the root of the sum of their squares.
+    /// Noise and discretisation together: the root of the sum of their squares.
     pub total: f64,
     /// The noise of the linear fits: that of the means and of the slopes.
     pub linear_noise: f64,

@@ -22,7 +22,7 @@ pub struct Estimate {
     pub std_error: Option<f64>,
     /// Confidence interval of B [W/m²].
     pub ci_low: f64,
-    /// Its upper end [W/m²].
+    /// The upper end of the interval [W/m²].
     pub ci_high: f64,
     /// H = φ/A [W/m²]; `None` if the estimator does not give it.
     pub irradiance: Option<f64>,
@@ -78,7 +78,7 @@ pub const TINY: f64 = 1e-6;
 pub struct Apart {
     /// The number of these faces.
     pub faces: u64,
-    /// Their part of the area of all reflecting faces that do not emit.
+    /// The part that they are of the area of all reflecting faces that do not emit.
     pub area: f64,
 }
 
@@ -122,7 +122,7 @@ pub struct Estimates<'a> {
 }
 
 impl<'a> Estimates<'a> {
-    /// Of a tally of at least one walk; every interval has the level `confidence`.
+    /// The solution of a tally of at least one walk; every interval has the level `confidence`.
     pub fn new(experiment: &'a Experiment, tally: &'a Tally, confidence: f64) -> Self {
         let student = (!experiment.unit().is_walk()).then(|| Student::new(tally.counts.walks, confidence));
         let of_mixture =
@@ -419,7 +419,7 @@ fn estimate(
     }
 }
 
-/// (Σx)²/Σx².
+/// The number of equal scores with the same information: (Σx)²/Σx².
 fn effective_scores(sample: &Sample) -> f64 {
     if sample.sum_sq > 0.0 { sample.sum / sample.sum_sq * sample.sum } else { 0.0 }
 }

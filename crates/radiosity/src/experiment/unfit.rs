@@ -40,7 +40,7 @@ pub enum Unfit {
         "patch {patch} of the final gather is a group of cells (its rays leave one cell); choose other patches, or remove the groups (import.group_size)"
     )]
     GatheredGroup {
-        /// The chosen patch.
+        /// The number of the chosen patch.
         patch: u32,
     },
     /// Exchange factors belong to one channel.
@@ -96,9 +96,9 @@ pub enum Unfit {
         "patch {patch} emits, and sources {:?} and {:?} both hold it (a walk that is born there could not be told to be of one of them); take it out of one", names[0], names[1]
     )]
     SharedEmitter {
-        /// The emitter.
+        /// The number of the emitting patch.
         patch: u32,
-        /// The sources.
+        /// The names of both sources.
         names: [String; 2],
     },
     /// A source without emitters.
@@ -106,7 +106,7 @@ pub enum Unfit {
         "source {name:?} holds no patch that emits (no walk would be born there); give its patches an emittance, or remove the source"
     )]
     DarkSource {
-        /// The source.
+        /// The name of the source.
         name: String,
     },
     /// A material of several reflectances, or without surfaces.
@@ -114,7 +114,7 @@ pub enum Unfit {
         "the surfaces of material {name:?} do not have one reflectance (radiosities have no derivative by it); choose other materials in [sensitivity]"
     )]
     UnevenMaterial {
-        /// The material.
+        /// The name of the material.
         name: String,
     },
     /// More sums than can be numbered.

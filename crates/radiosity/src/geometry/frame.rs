@@ -18,7 +18,7 @@ impl Frames {
         self.0.bytes()
     }
 
-    /// Those of surfaces in their order.
+    /// The frames of surfaces, in the order of the surfaces.
     pub(crate) fn new(frames: impl Iterator<Item = Frame<f64>>) -> Self {
         let numbers = |Frame { corner, edges: [edge_u, edge_v], tangent, normal }| {
             let components = [corner, edge_u, edge_v, tangent, normal];

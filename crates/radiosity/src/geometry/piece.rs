@@ -21,7 +21,7 @@ pub struct Face {
     pub surface: u32,
     /// The cell's label on that surface (parallelogram: i_u, i_v; triangle: row, position).
     pub cell: [u32; 2],
-    /// Its centroid, in the coordinates of the file [m].
+    /// The centroid of the cell, in the coordinates of the file [m].
     pub centroid: DVec3,
     /// A: the area of one side [m²].
     pub area: f64,
@@ -44,7 +44,7 @@ struct Common {
     /// The number of the first front, which is that of the first patch.
     first: u32,
     shape: Shape,
-    /// Of a cell [m²].
+    /// The area of a cell [m²].
     area: f64,
     reflectance: Spectrum,
     emittance: Spectrum,

@@ -106,11 +106,11 @@ const LIFT: f64 = 4.0;
 pub struct SensorCell {
     /// The number of the sensor.
     pub sensor: usize,
-    /// Its index along u and v; 0, 0 of a point.
+    /// The index of the cell along u and v; 0, 0 of a point.
     pub cell: [u32; 2],
-    /// Its middle, in the coordinates of the file [m].
+    /// The middle of the cell, in the coordinates of the file [m].
     pub middle: DVec3,
-    /// Its area [m²]; 0 of a point.
+    /// The area of the cell [m²]; 0 of a point.
     pub area: f64,
 }
 
@@ -157,7 +157,7 @@ impl Sensors {
         }))
     }
 
-    /// As they are written.
+    /// The sensors as the scene file writes them.
     pub fn specs(&self) -> &[SensorSpec] {
         &self.specs
     }

@@ -220,7 +220,7 @@ impl<'a, N: Numbers> Shooter<'a, N> {
             .collect()
     }
 
-    /// Of a channel's power, what escapes and what ends on backs [W], estimated from the rays of the whole chain.
+    /// The parts of a channel's power that escape and that end on backs [W], estimated from the rays of the whole chain.
     fn lost(&self, power: &[f64]) -> [f64; 2] {
         let rays = self.caster.lost.iter().zip(&self.caster.shot).zip(power);
         rays.fold([0.0; 2], |sum, ((lost, &shot), power)| {

@@ -18,7 +18,7 @@ use crate::random::rng::WalkRng;
 /// knows where B differs, roughly; the last brings the whole to the density that is best.
 const STAGES: [u64; 3] = [1, 3, 8];
 
-/// Of all rays, this part is spread over all faces alike, so that also the smallest is known.
+/// The part of all rays that is spread over all faces alike, so that the smallest face is known, too.
 const ALIKE: f64 = 0.125;
 
 /// Density of rays where B is at the median, over the mean density that differences of B ask for.

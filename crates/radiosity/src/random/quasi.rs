@@ -81,7 +81,7 @@ impl Numbers for Quasi {
         on_isa!(isa, arrival(numbers: &mut Quasi, draws: &mut [[u64; WIDTH]; 3]));
     }
 
-    /// The same for the whole batch: shooting walks, which leave nothing to chance at their end, do not look at it.
+    /// One generator serves the whole batch: shooting walks leave nothing to chance at their end and do not draw from it.
     #[inline(always)]
     fn chance(&self, _: usize) -> WalkRng {
         self.rng.clone()

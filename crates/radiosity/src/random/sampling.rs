@@ -34,7 +34,7 @@ impl AliasTable {
         AliasTable { columns }
     }
 
-    /// Of each column, in order: the threshold below which it keeps 64 bits, and the index that it gives all others to.
+    /// For each column, in order, the threshold below which it keeps 64 bits, and the index that it gives all others to.
     pub(crate) fn into_columns(self) -> Vec<(u64, u32)> {
         self.columns
     }
@@ -61,7 +61,7 @@ pub(crate) fn cosine_direction(bits: u64) -> [f64; 3] {
     cosine_directions::<f64>(&[bits])
 }
 
-/// The same N times.
+/// N cosine-distributed directions about +z, each from 64 random bits.
 #[inline(always)]
 pub(crate) fn cosine_directions<R: Real>(bits: &[u64]) -> [R; 3] {
     let [polar, turn] = R::load_halves(bits);

@@ -25,7 +25,7 @@ const MATRICES: [[u32; 32]; AXES] = [
     matrix(1, &[1, 1, 3, 3]),
 ];
 
-/// The same by bits of the index.
+/// The columns of all matrices, by bits of the index.
 const COLUMNS: [[u32; AXES]; 32] = {
     let mut columns = [[0; AXES]; 32];
     let mut k = 0;

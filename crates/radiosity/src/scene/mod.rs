@@ -111,7 +111,7 @@ impl Scene {
         Scene::build_for(spec, index, Isa::best())
     }
 
-    /// The same for walks on an instruction set that this machine has.
+    /// Builds a scene for walks on an instruction set that this machine has.
     pub(crate) fn build_for(spec: &SceneSpec, index: IndexChoice, isa: Isa) -> Result<Self, SceneError> {
         check(spec)?;
         groups::check_groups(spec)?;

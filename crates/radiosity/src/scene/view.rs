@@ -15,7 +15,7 @@ impl Scene {
         self.parts.index.closest_hit(&self.parts.facets, ray)
     }
 
-    /// The same for many rays, whose directions have length 1 within 10⁻⁹: far less work than one by one.
+    /// The nearest hits of many rays, whose directions have length 1 within 10⁻⁹: far less work than one by one.
     pub fn closest_hits(&self, rays: &[Ray]) -> Vec<Option<Hit>> {
         let (mut batch, mut hits) = (Box::<Rays>::default(), Box::<Hits>::default());
         let mut scratch = Box::<Scratch>::default();

@@ -37,7 +37,7 @@ impl Lanes {
         self.add(lane, 1);
     }
 
-    /// Those that are not among the others.
+    /// The walks of this set that are not among the others.
     #[inline(always)]
     pub(crate) fn without(self, others: Self) -> Self {
         Lanes(std::array::from_fn(|word| self.0[word] & !others.0[word]))
@@ -55,7 +55,7 @@ impl Lanes {
         self.0.iter().map(|word| u64::from(word.count_ones())).sum()
     }
 
-    /// Their numbers, in ascending order.
+    /// The numbers of the walks in the set, in ascending order.
     #[inline(always)]
     pub(crate) fn each(self, mut visit: impl FnMut(usize)) {
         for (word, mut bits) in self.0.into_iter().enumerate() {

@@ -48,7 +48,7 @@ impl Simd for Portable {
 }
 
 impl Isa {
-    /// Those that this machine has, the best last.
+    /// The instruction sets that this machine has, the best last.
     pub(crate) fn available() -> Vec<Isa> {
         let avx2 = Avx2::detect();
         let avx512 = avx2.and_then(Avx512::detect);

@@ -9,7 +9,7 @@ const FEW: usize = 16;
 #[derive(Clone, Debug)]
 pub(crate) struct Table<const K: usize> {
     rows: Vec<[f64; K]>,
-    /// Of a table with few rows.
+    /// The columns of a table with few rows.
     columns: Option<Box<[[f64; FEW]; K]>>,
 }
 

@@ -13,12 +13,12 @@ pub(crate) struct Mark<W, const C: usize> {
 }
 
 impl<W: Word, const C: usize> Mark<W, C> {
-    /// Nothing.
+    /// The mark of a walk that scored nothing.
     pub(crate) fn none() -> Self {
         Mark { units: [W::default(); C], slopes: [[W::default(); 2]; C] }
     }
 
-    /// Both together.
+    /// The sum of two marks, part by part.
     #[inline(always)]
     pub(crate) fn plus(self, other: Self) -> Self {
         Mark {
@@ -70,7 +70,7 @@ const SHORT_PATH: usize = 64;
 impl<W: Word, E: Events, const C: usize> LinearBoard<W, E, C> {
     const LAYOUT: Layout = Layout { scores: C, moments: 2, slopes: 2 * C, events: E::COUNTED };
 
-    /// An empty board.
+    /// A board without scores, for `patches` patches.
     pub(crate) fn new(patches: usize) -> Self {
         LinearBoard { counts: Counts::default(), cells: vec![Cell::empty(); patches], largest: 0 }
     }

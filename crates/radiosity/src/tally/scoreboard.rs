@@ -5,9 +5,9 @@ use super::sums::{Layout, Tally};
 
 /// A whole number of units, 64 or 128 bits wide.
 pub trait Word: Copy + Default + Into<u128> {
-    /// Of a small number.
+    /// The word of a small number.
     fn from_units(units: f64) -> Self;
-    /// Of a signed number, in two's complement.
+    /// The word of a signed number, in two's complement.
     fn from_signed(number: i64) -> Self;
     /// The sum, modulo the width.
     fn plus(self, other: Self) -> Self;
@@ -59,7 +59,7 @@ pub trait Events: Copy + Default {
     const COUNTED: bool;
     /// Counts one more event.
     fn increment(&mut self);
-    /// Those of another count, too.
+    /// Adds the events of another count.
     fn join(&mut self, others: Self);
     /// The number of events counted.
     fn total(self) -> u128;

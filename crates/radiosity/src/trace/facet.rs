@@ -75,7 +75,7 @@ const FACET_NUMBERS: usize = 16;
 /// The facets of a scene in surface order.
 #[derive(Clone, Debug)]
 pub(crate) struct Facets {
-    /// Of each facet: normal and offset; axis and offset of u, and of v; 1 for a triangle, else 0; 1 for two sides,
+    /// A row for each facet: normal and offset; axis and offset of u, and of v; 1 for a triangle, else 0; 1 for two sides,
     /// else 0.
     table: Table<FACET_NUMBERS>,
     slack: f64,

@@ -121,9 +121,9 @@ struct Sketch {
     v_axis: [f32; 3],
     v_offset: f32,
     part: Part,
-    /// Of the height over the plane, and the slack of facets.
+    /// A bound on the rounding error of the height over the plane, with the slack of facets.
     height_margin: f32,
-    /// Of u·|n·d| and v·|n·d|, and their sum.
+    /// A bound on the rounding error of u·|n·d|, of v·|n·d| and of their sum.
     uv_margin: f32,
 }
 

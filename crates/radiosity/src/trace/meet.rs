@@ -103,7 +103,7 @@ pub(crate) struct RayLanes<R> {
 }
 
 impl<R: Real> RayLanes<R> {
-    /// Those of a batch from the `first` on.
+    /// Loads the rays of a batch from the `first` on.
     #[inline(always)]
     pub(crate) fn at(rays: &Rays, first: usize) -> Self {
         let (mut origin, mut direction) = ([R::splat(0.0); 3], [R::splat(0.0); 3]);
@@ -114,7 +114,7 @@ impl<R: Real> RayLanes<R> {
         RayLanes { origin, direction, from: R::load_u32(&rays.from[first..]) }
     }
 
-    /// The same ray in all lanes.
+    /// One ray in all lanes.
     #[inline(always)]
     fn of(ray: &Ray) -> Self {
         RayLanes {
@@ -156,7 +156,7 @@ impl<R: Real> FacetLanes<R> {
         }
     }
 
-    /// The same for all.
+    /// One facet in all lanes.
     #[inline(always)]
     pub(crate) fn of(facet: &Facet) -> Self {
         FacetLanes {
@@ -185,7 +185,7 @@ pub(crate) struct Best<R> {
     u: R,
     v: R,
     approach: R,
-    /// Of no meaning where facets are met in ascending order.
+    /// The rank of the facet hit; it has no meaning where facets are met in ascending order.
     rank: R,
 }
 

@@ -48,7 +48,7 @@ impl Index {
         }
     }
 
-    /// The same for one ray of any length.
+    /// The nearest hit of one ray, whose direction may have any length.
     pub(crate) fn closest_hit(&self, facets: &Facets, ray: &Ray) -> Option<Hit> {
         match self {
             Index::Flat(_) => {

@@ -11,9 +11,9 @@ use crate::simd::batch::{Decisions, WIDTH};
 /// from the first slot of the class.
 pub(crate) struct ByClass<'a, const C: usize> {
     inner: &'a mut dyn Scorer<C>,
-    /// By the face of birth.
+    /// The first slot of a walk's class, by the face of its birth.
     first_slots: &'a [u32],
-    /// Of the classes of the walks in the batch.
+    /// The first slots of the classes of the walks in the batch.
     offsets: [u32; WIDTH],
 }
 

@@ -25,11 +25,11 @@ use crate::walk::score::Scorer;
 pub enum WalkEnd {
     /// An active side took it.
     Absorbed,
-    /// It met the back of a one-sided surface.
+    /// The walk met the back of a one-sided surface.
     AbsorbedBack,
-    /// It left the scene.
+    /// The walk left the scene.
     Escaped,
-    /// It was cut off (infinite walks only).
+    /// The walk was cut off (infinite walks only).
     Truncated,
 }
 
@@ -133,7 +133,7 @@ struct Walker<'a, N, E, F, const C: usize> {
     generators: N,
     departures: Departures,
     fates: [F; WIDTH],
-    /// That walks arrive with.
+    /// The weights that walks arrive with.
     weights: [[f64; C]; WIDTH],
 }
 

@@ -67,11 +67,11 @@ pub enum Event {
 /// How a walk goes on where it has arrived.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Course {
-    /// It survives by chance.
+    /// The walk survives by chance.
     Chance,
-    /// It always survives, and loses weight.
+    /// The walk always survives, and loses weight.
     Weighted,
-    /// It ends with its first arrival.
+    /// The walk ends with its first arrival.
     FirstHit,
 }
 
@@ -91,7 +91,7 @@ impl EstimatorKind {
     pub const ALL: &'static [Self] =
         &[Self::Absorption, Self::Survival, Self::Collision, Self::Infinite, Self::Direct];
 
-    /// Its name in job files and outputs.
+    /// The name of the estimator in job files and outputs.
     pub fn word(self) -> &'static str {
         match self {
             EstimatorKind::Absorption => "absorption",

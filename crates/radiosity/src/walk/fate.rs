@@ -61,7 +61,7 @@ pub(crate) enum Next {
 pub(crate) trait Fate<const C: usize>: Copy {
     /// Whether chance alone decides and nothing is remembered.
     const CHANCE: bool = false;
-    /// It sets out with these weights.
+    /// The walk sets out with these weights.
     fn set_out(&mut self, weights: [f64; C]);
     /// The weights that it arrives with.
     fn weights(&self) -> [f64; C];

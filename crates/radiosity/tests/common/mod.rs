@@ -5,8 +5,8 @@ use std::ops::Range;
 
 use glam::{DMat3, DVec3};
 use radiosity::{
-    EstimatorKind, Experiment, IndexChoice, Method, Scene, SceneSpec, Sequence, Shape, Sides, Space,
-    Spectrum, SurfaceSpec, Tally, Walks,
+    Board, Compiled, EstimatorKind, Experiment, IndexChoice, Method, Scene, SceneSpec, Sequence, Shape,
+    Sides, Space, Spectrum, SurfaceSpec, Tally, Walks,
 };
 
 pub(crate) fn surface(shape: Shape, reflectance: f64) -> SurfaceSpec {
@@ -158,7 +158,10 @@ pub(crate) fn experiment(spec: &SceneSpec, index: IndexChoice, method: impl Into
 }
 
 /// The tally of some walks, with M power sums.
-pub(crate) fn walk<const M: usize>(experiment: &Experiment, seed: u64, walks: Range<u64>) -> Tally {
+pub(crate) fn walk<const M: usize>(experiment: &Experiment, seed: u64, walks: Range<u64>) -> Tally
+where
+    Board<M>: Compiled,
+{
     let sequence = Sequence::new(seed);
     let mut board = experiment.board::<M>();
     let mut tally = experiment.tally::<M>();

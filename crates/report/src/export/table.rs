@@ -13,7 +13,7 @@ use crate::patches::write_patches;
 pub struct Column {
     /// The name in the header of the table.
     pub name: String,
-    /// Its cells, in the order of rows.
+    /// The cells of the column, in the order of rows.
     pub cells: Cells,
 }
 
@@ -81,7 +81,7 @@ fn parse<T: std::str::FromStr>(cell: &str) -> io::Result<Option<T>> {
 }
 
 impl Cells {
-    /// These rows, in this order.
+    /// Makes a column of the given rows, in their order.
     pub(super) fn of_rows(&self, rows: &[usize]) -> Cells {
         match self {
             Cells::Whole(cells) => Cells::Whole(rows.iter().map(|&row| cells[row]).collect()),

@@ -1,13 +1,17 @@
 //! What counted walks say: factors with intervals, smoothed ones, and heat; as tables, and in words.
 
+use std::path::Path;
+
 use exchange::{Balance, Factors, Smoothed, Thermal, ThermalFault, smooth};
 use radiosity::FactorKind;
 use report::words::{counted, percent};
 use report::{FactorsSummary, OutputFolder, SmoothingSummary, ToleranceSummary, is_outside};
 
-use super::count::{COUNTS, Counted};
+use super::count::Counted;
 use super::fault::FactorsFault;
+use super::kept::COUNTS;
 use super::question::Question;
+use super::subject::Subject;
 use crate::error::Error;
 
 const TABLE: &str = "factors.csv";
@@ -20,6 +24,12 @@ const MATRIX: &str = "factors.mtx";
 /// All files that may be written.
 pub const FILES: [&str; 7] = [TABLE, GROUPS, SUMMARY, THERMAL, NUMPY, MATRIX, COUNTS];
 
+/// The matrices that a folder holds.
+pub fn matrices_in(folder: &Path) -> Vec<MatrixFile> {
+    let files = [(NUMPY, MatrixFile::Npz), (MATRIX, MatrixFile::Mtx)];
+    files.into_iter().filter(|(name, _)| folder.join(name).is_file()).map(|(_, file)| file).collect()
+}
+
 /// A format of matrices.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum MatrixFile {
@@ -30,33 +40,51 @@ pub enum MatrixFile {
 }
 
 /// What the counts say.
-pub struct Answer<'a> {
-    question: &'a Question,
+pub struct Answer {
+    subject: Subject,
+    /// The names of the groups.
+    names: Vec<String>,
     counted: Counted,
     smoothed: Option<Smoothed>,
     thermal: Option<Thermal>,
-    reached: Option<bool>,
+    tolerance: Option<ToleranceSummary>,
 }
 
-impl<'a> Answer<'a> {
+impl Answer {
     /// The answer to a question by what was counted.
     ///
     /// # Errors
     /// Where the counts say nothing of heat.
-    pub fn of(question: &'a Question, counted: Counted) -> Result<Self, FactorsFault> {
-        let (counts, weights) = (&counted.counts, question.weights());
-        let smoothed = question.smooth.then(|| smooth(counts, &weights)).flatten();
-        let thermal = question.enclosure.as_ref().map(|enclosure| {
-            let (given, environment) = (&enclosure.given[..], enclosure.environment);
-            Balance { counts, emitting_areas: &weights, given, environment, level: question.level }.solve()
+    pub fn of(question: &Question, counted: Counted) -> Result<Self, FactorsFault> {
+        let tolerance = question.tolerance.as_ref().map(|tolerance| ToleranceSummary {
+            relative_error: tolerance.relative,
+            pairs: question.pairs.clone(),
+            reached: tolerance.is_met(&counted.counts),
         });
-        let thermal = thermal.transpose().map_err(|fault| named(fault, &question.groups.names))?;
-        let reached = question.tolerance.as_ref().map(|tolerance| tolerance.is_met(counts));
-        Ok(Answer { question, smoothed, thermal, reached, counted })
+        Answer::new(question.subject(), counted, tolerance)
+    }
+
+    /// What was counted of a subject says, of which some accuracy was asked.
+    ///
+    /// # Errors
+    /// Where the counts say nothing of heat.
+    pub(super) fn new(
+        subject: Subject,
+        counted: Counted,
+        tolerance: Option<ToleranceSummary>,
+    ) -> Result<Self, FactorsFault> {
+        let (counts, weights, names) = (&counted.counts, subject.weights(), subject.names());
+        let smoothed = subject.smooth.then(|| smooth(counts, &weights)).flatten();
+        let thermal = subject.enclosure.as_ref().map(|enclosure| {
+            let (given, environment) = (&enclosure.given[..], enclosure.environment);
+            Balance { counts, emitting_areas: &weights, given, environment, level: subject.level }.solve()
+        });
+        let thermal = thermal.transpose().map_err(|fault| named(fault, &names))?;
+        Ok(Answer { subject, names, smoothed, thermal, tolerance, counted })
     }
 
     fn factors(&self) -> Factors<'_> {
-        Factors::new(&self.counted.counts, self.question.level)
+        Factors::new(&self.counted.counts, self.subject.level)
     }
 
     /// Writes all tables and the summary.
@@ -64,7 +92,7 @@ impl<'a> Answer<'a> {
     /// # Errors
     /// Where a file cannot be written.
     pub fn write(&self, folder: &OutputFolder, exports: &[MatrixFile]) -> Result<(), Error> {
-        let names = &self.question.groups.names;
+        let names = &self.names;
         let (factors, smoothed) = (self.factors(), self.smoothed.as_ref());
         folder.write(TABLE, |file| report::write_factors(file, names, &factors, smoothed))?;
         if exports.contains(&MatrixFile::Npz) {
@@ -73,7 +101,7 @@ impl<'a> Answer<'a> {
         if exports.contains(&MatrixFile::Mtx) {
             folder.write(MATRIX, |file| report::write_factors_mtx(file, names, &factors, smoothed))?;
         }
-        let rows = self.question.rows(|i| self.counted.counts.walks(i));
+        let rows = self.subject.rows(|i| self.counted.counts.walks(i));
         folder.write(GROUPS, |file| report::write_groups(file, &rows))?;
         if let Some(thermal) = &self.thermal {
             folder.write(THERMAL, |file| report::write_thermal(file, names, thermal))?;
@@ -83,30 +111,25 @@ impl<'a> Answer<'a> {
     }
 
     fn summary(&self) -> FactorsSummary {
-        let Question { job, scene, groups, kind, tolerance, pairs, .. } = self.question;
-        let Counted { counts, cost, .. } = &self.counted;
-        let tolerance = tolerance.as_ref().zip(self.reached);
+        let Answer { subject, counted: Counted { seeds, counts, cost, .. }, .. } = self;
         FactorsSummary {
             version: env!("CARGO_PKG_VERSION").into(),
-            scene_hash: scene.hash(),
-            seed: job.seed,
-            kind: match kind {
+            scene_hash: subject.scene_hash,
+            seed: seeds[0],
+            seeds: seeds.clone(),
+            kind: match subject.kind {
                 FactorKind::FirstHit => "first_hit",
                 FactorKind::Absorbed => "absorbed",
             },
-            groups: groups.count(),
+            groups: counts.groups(),
             walks: counts.total(),
             rays: cost.rays,
             seconds: cost.seconds,
             cpu_seconds: cost.cpu_seconds,
-            confidence: job.confidence,
-            simultaneous: job.simultaneous,
+            confidence: subject.confidence,
+            simultaneous: subject.simultaneous,
             back: self.back(),
-            tolerance: tolerance.map(|(tolerance, reached)| ToleranceSummary {
-                relative_error: tolerance.relative,
-                pairs: pairs.clone(),
-                reached,
-            }),
+            tolerance: self.tolerance.clone(),
             smoothing: self.smoothed.as_ref().map(|smoothed| self.smoothing(smoothed)),
         }
     }
@@ -137,21 +160,16 @@ impl<'a> Answer<'a> {
         self.counted.interrupted
     }
 
-    /// Whether smoothed factors were asked for and not found.
-    pub fn lacks_smoothing(&self) -> bool {
-        self.question.smooth && self.smoothed.is_none()
-    }
-
     /// Whether the tolerance is reached, where there is one.
     pub fn reached(&self) -> Option<bool> {
-        self.reached
+        self.tolerance.as_ref().map(|tolerance| tolerance.reached)
     }
 
     /// A few lines for people.
     pub fn lines(&self) -> Vec<String> {
         let (counts, factors) = (&self.counted.counts, self.factors());
         let (groups, cost) = (counts.groups(), &self.counted.cost);
-        let what = match self.question.kind {
+        let what = match self.subject.kind {
             FactorKind::FirstHit => "form factors",
             FactorKind::Absorbed => "factors of absorption after reflections (Gebhart's)",
         };
@@ -159,7 +177,7 @@ impl<'a> Answer<'a> {
         let mut lines = vec![format!("{what} between {between}: {walks} in {:.1} s", cost.seconds)];
         let worst = (0..groups).map(|i| factors.row_error(i)).enumerate().max_by(|a, b| a.1.total_cmp(&b.1));
         if let Some((i, error)) = worst {
-            let name = &self.question.groups.names[i];
+            let name = &self.names[i];
             lines.push(format!(
                 "known within {} of themselves, in the mean square of the worst row ({name})",
                 percent(error)
@@ -183,9 +201,12 @@ impl<'a> Answer<'a> {
                 percent(self.back())
             )
         });
-        let missed = (self.reached == Some(false))
+        let missed = (self.reached() == Some(false))
             .then(|| "the budget ended before the tolerance was reached; give more --paths".to_string());
-        [backs, missed].into_iter().flatten().collect()
+        let rough = (self.subject.smooth && self.smoothed.is_none()).then(|| {
+            "no factors were found that are reciprocal and add up; the raw ones stand alone".to_string()
+        });
+        [rough, backs, missed].into_iter().flatten().collect()
     }
 }
 

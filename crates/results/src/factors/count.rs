@@ -1,7 +1,5 @@
 //! The walks of exchange factors, from look to look, and what is kept of them.
 
-use std::io::Write;
-use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -11,14 +9,11 @@ use radiosity::{ExchangeSpec, Experiment, Segment, Tally, exchange_counts};
 use report::OutputFolder;
 use serde::{Deserialize, Serialize};
 
-use super::fault::FactorsFault;
+use super::kept::{COUNTS, Kept};
 use super::question::Question;
 use crate::checkpoints::Identity;
 use crate::error::Error;
 use crate::settings::Settings;
-
-/// What is kept after every look.
-pub(super) const COUNTS: &str = "factors.counts.json";
 
 /// The walks of one look, for the processes of the caller.
 pub struct Round<'a> {
@@ -38,12 +33,14 @@ pub struct Round<'a> {
 pub struct Walked {
     /// The tally of all of them.
     pub tally: Arc<Tally>,
-    /// Their processor time [s].
+    /// The processor time of the walks [s].
     pub cpu_seconds: f64,
 }
 
 /// What was counted, and what it cost.
 pub struct Counted {
+    /// The seeds of the walks.
+    pub(super) seeds: Vec<u64>,
     pub(super) counts: Counts,
     pub(super) cost: Cost,
     /// Whether a signal ended it.
@@ -58,13 +55,13 @@ pub(super) struct Cost {
     pub(super) cpu_seconds: f64,
 }
 
-/// The contents of the file [`COUNTS`].
-#[derive(Serialize, Deserialize)]
-struct Kept {
-    /// Digest of what was asked.
-    question: String,
-    rows: Vec<Vec<u64>>,
-    cost: Cost,
+impl Cost {
+    /// Adds what other walks have cost.
+    pub(super) fn add(&mut self, other: Cost) {
+        self.rays += other.rays;
+        self.seconds += other.seconds;
+        self.cpu_seconds += other.cpu_seconds;
+    }
 }
 
 impl Counted {
@@ -88,10 +85,11 @@ pub fn count<E: From<Error>>(
 ) -> Result<Counted, E> {
     let groups = question.groups.count();
     let budget = question.job.budget.paths;
+    let seeds = vec![question.job.seed];
     let (mut counts, mut cost) = (Counts::none(groups), Cost::default());
     let path = folder.file(COUNTS);
     if resume && path.exists() {
-        let kept = read(path, question).map_err(Error::from)?;
+        let kept = Kept::of_question(&path, question).map_err(Error::from)?;
         counts.add(&kept.rows);
         cost = kept.cost;
     }
@@ -106,15 +104,17 @@ pub fn count<E: From<Error>>(
         let watch = |done| watch((before + done) as f64 / (before + walks) as f64);
         let began = Instant::now();
         let Some(walked) = walk(round(question, spec, build, &watch)?)? else {
-            return Ok(Counted { counts, cost, interrupted: true });
+            return Ok(Counted { seeds, counts, cost, interrupted: true });
         };
         counts.add(&exchange_counts(&walked.tally, groups as u32));
-        cost.rays += walked.tally.counts.rays;
-        cost.seconds += began.elapsed().as_secs_f64();
-        cost.cpu_seconds += walked.cpu_seconds;
-        keep(question, &counts, cost, folder)?;
+        cost.add(Cost {
+            rays: walked.tally.counts.rays,
+            seconds: began.elapsed().as_secs_f64(),
+            cpu_seconds: walked.cpu_seconds,
+        });
+        Kept::new(question, &counts, cost).write(folder)?;
     }
-    Ok(Counted { counts, cost, interrupted: false })
+    Ok(Counted { seeds, counts, cost, interrupted: false })
 }
 
 /// The walks that a plan has beyond what is counted.
@@ -146,40 +146,4 @@ fn round<'a>(
     let settings = Settings { exchange: Some(spec), ..Settings::of(job) };
     let identity = Identity::new(job, &settings, &experiment, build)?;
     Ok(Round { identity, experiment, budget: &job.budget, walks, watch })
-}
-
-/// Writes what was counted.
-fn keep(question: &Question, counts: &Counts, cost: Cost, folder: &OutputFolder) -> Result<(), Error> {
-    let rows = (0..counts.groups()).map(|i| counts.row(i).to_vec()).collect();
-    let kept = Kept { question: digest(question), rows, cost };
-    Ok(folder.write(COUNTS, |file| {
-        serde_json::to_writer(&mut *file, &kept)?;
-        file.write_all(b"\n")
-    })?)
-}
-
-/// What was kept of the same question.
-fn read(path: PathBuf, question: &Question) -> Result<Kept, FactorsFault> {
-    let text = std::fs::read(&path);
-    let unreadable = |reason: String| FactorsFault::UnreadableCounts { path: path.clone(), reason };
-    let kept: Kept = serde_json::from_slice(&text.map_err(|error| unreadable(error.to_string()))?)
-        .map_err(|error| unreadable(error.to_string()))?;
-    let columns = question.groups.count() + 2;
-    let fits = kept.rows.len() + 2 == columns
-        && kept.rows.iter().all(|row| {
-            let walks = row.iter().fold(0_u64, |sum, count| sum.saturating_add(*count));
-            row.len() == columns && walks.is_power_of_two()
-        });
-    match kept.question == digest(question) {
-        true if fits => Ok(kept),
-        true => Err(unreadable("its rows are not those of the groups".into())),
-        false => Err(FactorsFault::OtherCounts { path }),
-    }
-}
-
-/// Digest of all that the counts of given walks depend on.
-fn digest(question: &Question) -> String {
-    let Question { job, scene, groups, kind, .. } = question;
-    let all = serde_json::to_vec(&(scene.hash(), job.seed, kind, job.method.space, &groups.of_face));
-    blake3::hash(&all.expect("numbers and words")).to_hex().to_string()
 }

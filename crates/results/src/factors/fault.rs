@@ -40,7 +40,7 @@ pub enum FactorsFault {
         "--pairs {typed}: this is no pair of groups; write FROM:TO with two of {known}, TO also \"escape\" or \"back\""
     )]
     NoPair {
-        /// What was typed.
+        /// The pair as the user typed it.
         typed: String,
         /// Some of the groups.
         known: String,
@@ -91,13 +91,35 @@ pub enum FactorsFault {
         "the counts in {} are those of other surfaces, groups, seed or kind of factors; use another --out, or --force in place of --resume", path.display()
     )]
     OtherCounts {
+        /// The file of the counts.
+        path: PathBuf,
+    },
+    /// The counts are those of several seeds.
+    #[error(
+        "the counts in {} are merged from several seeds, and no seed goes on from there; go on in one of the folders that were merged, and merge again",
+        path.display()
+    )]
+    MergedCounts {
         /// The file.
         path: PathBuf,
+    },
+    /// Merged factors have no files to choose.
+    #[error(
+        "--export is for radiosities: merged factors are written as matrices where the first folder has these; leave it out"
+    )]
+    Exports,
+    /// The counts cannot be merged.
+    #[error("the counts in {} cannot be merged: {reason}", path.display())]
+    Unmergeable {
+        /// The file.
+        path: PathBuf,
+        /// Why not, and what would help.
+        reason: String,
     },
     /// The counts cannot be read.
     #[error("the counts in {} cannot be read ({reason}); use --force in place of --resume", path.display())]
     UnreadableCounts {
-        /// The file.
+        /// The file of the counts.
         path: PathBuf,
         /// What is wrong with it.
         reason: String,

@@ -6,9 +6,12 @@
 mod answer;
 mod count;
 mod fault;
+mod kept;
 mod question;
+mod subject;
 
-pub use answer::{Answer, FILES, MatrixFile};
+pub use answer::{Answer, FILES, MatrixFile, matrices_in};
 pub use count::{Counted, Round, Walked, count};
 pub use fault::FactorsFault;
+pub use kept::{Kept, is_counted, merge};
 pub use question::{Asked, Question};

@@ -4,10 +4,11 @@ use std::path::{Path, PathBuf};
 
 use exchange::{Plan, Tolerance};
 use job::{Enclosure, Grouping, Groups, Job, MethodTable, load_enclosure};
-use radiosity::{Face, FactorKind, Scene};
-use report::{BACK, ESCAPE, GroupRow};
+use radiosity::{FactorKind, Scene};
+use report::{BACK, ESCAPE};
 
 use super::fault::FactorsFault;
+use super::subject::{GroupOfFaces, Subject};
 use crate::error::Error;
 
 /// The most groups: every pair of them is a row of the table.
@@ -95,33 +96,27 @@ impl Question {
         Ok(Question { job, scene, groups, kind, tolerance, pairs, enclosure, level, smooth: asked.smooth })
     }
 
-    /// What each group is worth at births [m²].
-    pub(super) fn weights(&self) -> Vec<f64> {
-        self.sums(|face| self.kind.weight(face))
-    }
-
-    /// The groups as a table shows them, of which `walks` tells how many walks each had.
-    pub(super) fn rows(&self, walks: impl Fn(usize) -> u64) -> Vec<GroupRow<'_>> {
-        let (faces, areas) = (self.sums(|_| 1.0), self.sums(|face| face.area));
-        let absorbing = self.sums(|face| FactorKind::Absorbed.weight(face));
-        let names = self.groups.names.iter().enumerate();
-        names
-            .map(|(i, group)| GroupRow {
-                group,
-                faces: faces[i] as usize,
-                area: areas[i],
-                absorptance: absorbing[i] / areas[i],
-                walks: walks(i),
-            })
-            .collect()
-    }
-
-    fn sums(&self, of: impl Fn(&Face) -> f64) -> Vec<f64> {
-        let mut sums = vec![0.0; self.groups.count()];
-        for (face, &group) in self.scene.faces().iter().zip(&self.groups.of_face) {
-            sums[group as usize] += of(&face);
+    /// What answers need of it.
+    pub(super) fn subject(&self) -> Subject {
+        let Question { job, scene, groups, kind, enclosure, level, smooth, .. } = self;
+        let named = |name: &String| GroupOfFaces { name: name.clone(), ..GroupOfFaces::default() };
+        let mut sums: Vec<GroupOfFaces> = groups.names.iter().map(named).collect();
+        for (face, &group) in scene.faces().iter().zip(&groups.of_face) {
+            let sum = &mut sums[group as usize];
+            sum.faces += 1;
+            sum.area += FactorKind::FirstHit.weight(&face);
+            sum.absorbing += FactorKind::Absorbed.weight(&face);
         }
-        sums
+        Subject {
+            scene_hash: scene.hash(),
+            kind: *kind,
+            groups: sums,
+            confidence: job.confidence,
+            simultaneous: job.simultaneous,
+            level: *level,
+            smooth: *smooth,
+            enclosure: enclosure.clone(),
+        }
     }
 }
 

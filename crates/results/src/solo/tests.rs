@@ -69,7 +69,7 @@ fn the_wall_clock_leaves_a_prefix() {
     assert!(kept.checkpoint.tally.counts.walks > 0);
 }
 
-/// Who watches can give the walks up, and hears how many are in.
+/// The watcher of a run can give the walks up, and hears how many are in.
 #[test]
 fn walks_are_given_up_when_the_watcher_says_no() {
     let mut stages = Vec::new();

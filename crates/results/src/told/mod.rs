@@ -1,4 +1,4 @@
-//! Results in words.
+//! Puts summaries and comparisons in words, line by line.
 
 mod comparison;
 mod summary;

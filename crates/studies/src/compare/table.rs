@@ -37,7 +37,7 @@ impl Rows {
         self.points.iter().find(is_it)
     }
 
-    /// Adds a row.
+    /// Adds the row of a measurement.
     pub fn add(&mut self, point: Point) {
         self.points.push(point);
     }

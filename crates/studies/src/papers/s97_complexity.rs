@@ -29,7 +29,7 @@ const SAMPLE: u64 = 2_000;
 enum Scenario {
     /// The scene gets more surfaces of the same area: a longer corridor, with a surface for every patch.
     Surfaces,
-    /// The same six surfaces get finer patches.
+    /// The six surfaces of a room get finer patches.
     Patches,
 }
 

@@ -18,7 +18,7 @@ pub(crate) fn experiment(spec: &SceneSpec, method: impl Into<Method>) -> Experim
     walking::experiment(spec, method).expect("the method was chosen for the scene")
 }
 
-/// Both directions of walks, births by area.
+/// The two directions of walks, with births by area.
 pub(crate) const DIRECTIONS: [Direction; 2] = [Direction::Shooting, Direction::Gathering(Birth::Area)];
 
 /// The name of an estimator in a direction.

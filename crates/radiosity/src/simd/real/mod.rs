@@ -41,7 +41,7 @@ pub(crate) trait Real:
     /// The upper and the lower 32 bits of the first N of a slice, converted.
     fn load_halves(from: &[u64]) -> [Self; 2];
     fn store(self, to: &mut [f64]);
-    /// Of whole numbers below 2³¹; −1 becomes `u32::MAX`.
+    /// Writes whole numbers below 2³¹; −1 becomes `u32::MAX`.
     fn store_u32(self, to: &mut [u32]);
     /// Rows of a table side by side: column k of row `index[i]` for each i. A number beyond the table is that of
     /// some row.

@@ -74,11 +74,11 @@ pub(crate) trait Lanes: Copy {
     /// The least of the keys of the lanes of a mask, `u32::MAX` where there is none. The key of a lane that is
     /// not negative is its bits, the last four of them replaced by the lane's number.
     fn least_key_in(self, mask: Self::Mask) -> u32;
-    /// The same of all lanes.
+    /// The least of the keys of all lanes.
     fn least_key(self) -> u32;
     /// Writes the lanes whose bits are set to the front of `to`, in order; what follows them is arbitrary.
     fn compress(self, bits: u32, to: &mut Row);
-    /// The same of one group.
+    /// Writes the lanes of one group whose bits are set to the front of `to`, in order.
     fn compress_group(group: &Quad, bits: u32, to: &mut Quad);
 }
 

@@ -22,7 +22,7 @@ pub(super) struct Forms {
     pub(super) origin: [[f32; WIDTH]; 3],
     pub(super) direction: [[f32; WIDTH]; 3],
     pub(super) inverse: [[f32; WIDTH]; 3],
-    /// Of the planes by which the ray enters a box and leaves it: t = plane · inverse − this, as early or as
+    /// Offsets of the planes by which the ray enters a box and leaves it: t = plane · inverse − offset, as early or as
     /// late as rounding could make it.
     pub(super) enter: [[f32; WIDTH]; 3],
     pub(super) leave: [[f32; WIDTH]; 3],

@@ -127,11 +127,11 @@ pub(super) fn amounts<T: Amount, const C: usize>(units: &[T; C], counts: u64) ->
 /// The boards of marks that there are.
 #[derive(Clone, Debug)]
 pub(crate) enum MarkBoard {
-    /// Of hits.
+    /// Marks of walks that score whole hits.
     Hits(Marked<u32, 1>),
-    /// Of weights in fixed point.
+    /// Marks of walks that score weights in fixed point.
     Fixed(Marked<u64, 1>),
-    /// Of weights in three channels.
+    /// Marks of walks that carry weights in three channels.
     Coloured(Marked<u64, 3>),
 }
 

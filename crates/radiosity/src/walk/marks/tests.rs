@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use super::*;
 use crate::random::rng::Sequence;
 use crate::walk::{Space, plain};
-use crate::{EstimatorKind, Experiment, IndexChoice, Method, PatchGroup};
+use crate::{Board, Compiled, EstimatorKind, Experiment, IndexChoice, Method, PatchGroup};
 use crate::{Scene, SceneSpec, Shape, Sides, Spectrum, SurfaceSpec};
 use glam::DVec3;
 
@@ -32,7 +32,10 @@ fn materials(count: u32) -> Vec<PatchGroup> {
 }
 
 /// The rows of marks of some walks.
-fn marks<const M: usize>(spec: &SceneSpec, kind: EstimatorKind, count: u32, walks: u64) -> Vec<Vec<u128>> {
+fn marks<const M: usize>(spec: &SceneSpec, kind: EstimatorKind, count: u32, walks: u64) -> Vec<Vec<u128>>
+where
+    Board<M>: Compiled,
+{
     let scene = Scene::build(spec, IndexChoice::Flat).unwrap();
     let experiment = Experiment::new(scene, Method::shooting(kind)).unwrap();
     let experiment = experiment.with_groups(&[], &materials(count)).unwrap();
