@@ -49,7 +49,7 @@ impl Levels {
     }
 
     /// All levels, the finest first: parts come before what they are parts of.
-    fn from_the_finest(&self) -> impl Iterator<Item = [usize; 2]> + use<> {
+    fn finest_first(&self) -> impl Iterator<Item = [usize; 2]> + use<> {
         let [top_u, top_v] = self.top;
         (0..=top_u).rev().flat_map(move |i| (0..=top_v).rev().map(move |j| [i, j]))
     }
@@ -92,7 +92,7 @@ impl Oracle {
 fn trees(sheet: &Levels, cutting: Cutting, leaf: &dyn Fn(&Energies) -> Ceiling) -> Ceiling {
     let mut best: Vec<Vec<Ceiling>> = vec![Vec::new(); sheet.cells.len()];
     let mut least: Option<Ceiling> = None;
-    for [i, j] in sheet.from_the_finest() {
+    for [i, j] in sheet.finest_first() {
         let [nu, nv] = [1_usize << i, 1 << j];
         let mut cells: Vec<Ceiling> = sheet.cells[sheet.at([i, j])].iter().map(leaf).collect();
         let mut cut = |[du, dv]: [usize; 2]| {
