@@ -62,12 +62,6 @@ pub(crate) enum Fault {
         "--access and --out-access name the same file, {path} (a relay reads one and writes the other); give its workers another"
     )]
     OneAccessFile { path: PathBuf },
-    /// The tallies of a job do not fit the memory.
-    #[error(
-        "the tallies of {patches} patches need at least {}, and this machine has {} (for the coordinator and {}); use coarser patches or fewer workers here",
-        report::words::bytes(*needed), report::words::bytes(*there), report::words::counted(*workers as u64, "worker")
-    )]
-    NoRoom { patches: u64, needed: u64, there: u64, workers: usize },
     /// A coordinator has not reported for some seconds.
     #[error(
         "the coordinator, process {pid} of {host}, has not reported for {seconds} s (it was killed, or its disk is full); go on with `radwalk run --resume` or `coordinate --resume`"
@@ -190,7 +184,7 @@ impl Fault {
             Fault::AccessFile { .. } | Fault::AccessFileWrite { .. } | Fault::OneAccessFile { .. } => 2,
             Fault::Share(_) | Fault::NoWalks | Fault::OpenPatches { .. } => 2,
             Fault::NoWord { .. } | Fault::NoEntry { .. } | Fault::Table { .. } | Fault::TwinJobs(_) => 2,
-            Fault::Listen(ListenError::NoName { .. }) | Fault::NoRoom { .. } | Fault::NoStatus(_) => 2,
+            Fault::Listen(ListenError::NoName { .. }) | Fault::NoStatus(_) => 2,
             Fault::Taken { .. } | Fault::NotWritten { .. } | Fault::Unsaid { .. } => 2,
             Fault::LogLevel { .. } => 2,
             Fault::Results(error) => exit_code_of(error),
@@ -210,7 +204,7 @@ fn exit_code_of(error: &results::Error) -> u8 {
         Error::Report(_) | Error::Checkpoint(_) | Error::Kept { .. } | Error::Merge { .. } => 2,
         Error::Incomparable { .. } | Error::NoTable { .. } | Error::Mixture { .. } => 2,
         Error::BeyondBudget { .. } | Error::OtherBatches { .. } => 2,
-        Error::Job(_) | Error::Unfit(_) | Error::Factors(_) => 2,
+        Error::Job(_) | Error::Unfit(_) | Error::Factors(_) | Error::NoRoom { .. } => 2,
         Error::OtherTable { .. } | Error::Overflow | Error::System { .. } => 3,
     }
 }

@@ -8,7 +8,6 @@ use cluster::Access;
 use protocol::Notice;
 
 use crate::commands::work::{ACCESS_BY_INPUT, name};
-use crate::memory;
 
 /// Deaths of each worker in a row, without any progress of the job and over [`FUTILE_TIME`] at least, after which no more
 /// workers are started.
@@ -139,7 +138,7 @@ impl LocalWorkers {
 
     /// The most memory that one of them has taken [bytes], where the system tells.
     pub(crate) fn peak_memory(&self) -> Option<u64> {
-        self.children.iter().filter_map(|child| memory::peak_of(&child.id().to_string())).max()
+        self.children.iter().filter_map(|child| results::peak_memory_of(&child.id().to_string())).max()
     }
 
     /// A worker that the coordinator has given up is of no use any more, though its process may live on.

@@ -10,7 +10,6 @@ mod commands;
 mod date;
 mod fault;
 mod local;
-mod memory;
 mod progress;
 mod shift;
 mod signals;

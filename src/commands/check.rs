@@ -11,13 +11,12 @@ use voice::{Phase, say};
 
 use crate::args::CheckArgs;
 use crate::fault::{Fault, Outcome};
-use crate::memory;
 
 /// Checks a file and describes it.
 pub(crate) fn check(args: &CheckArgs) -> Result<Outcome, Fault> {
     let phase = Phase::begin("checking the scene");
     let job = job::load(&args.file, &args.set)?;
-    memory::check(&job, 1)?;
+    results::check_memory(&job, 1)?;
     describe_import(&job.scene);
     let faults = match (job::file_kind(&args.file)?, &job.auto) {
         (FileKind::Job, Some(auto)) => {

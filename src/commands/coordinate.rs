@@ -7,8 +7,8 @@ use std::time::Duration;
 use cluster::{Access, Wish, random_bytes, serve};
 use job::{Budget, Job};
 use judge::target::looks;
-use monitor::{Description, Gauge, Page, Reports, Showing};
-use protocol::{Checkpoint, Coordinator, Ending, Judge, Look, Notice, Past, Plan};
+use monitor::{Description, Gauge, Page, Reports, Showing, Watch};
+use protocol::{Checkpoint, Coordinator, Ending, Judge, Look, Past, Plan};
 use radiosity::{Experiment, Tally};
 use report::view_troubles;
 use results::{Identity, Keeper, Latest, RunOutput, Settings};
@@ -22,7 +22,7 @@ use crate::choose;
 use crate::fault::{Fault, Outcome};
 use crate::local::LocalWorkers;
 use crate::progress::{Display, tell_notice};
-use crate::{memory, signals, summary};
+use crate::{signals, summary};
 
 /// Between tries to write the results of a run.
 const FINAL_WAITS: [Duration; 4] =
@@ -114,7 +114,7 @@ impl Prepared {
         let kept = |job: &Job| resume.then(|| results::kept_partition(&folder_of(job))).flatten();
         let job = choose::load(asked, &phase, kept)?;
         tell_notes(&job);
-        memory::check(&job, workers)?;
+        results::check_memory(&job, workers)?;
         phase.now("building the scene");
         let experiment = Experiment::new(job.build_scene()?, job.method.walks())?
             .with_sensors(job.scene.sensors())?
@@ -194,11 +194,16 @@ impl Prepared {
         let nothing = Past::none(Tally::new(0, self.past.tally.layout()));
         let past = std::mem::replace(&mut self.past, nothing);
         let mut coordinator = Coordinator::new(plan, past);
-        let mut watch = self.watch(&coordinator, reports, showing, out)?;
+        let mut watch = self.watch(&coordinator, reports, showing)?;
+        let mut display = Display::new(out);
         let notices = std::cell::RefCell::new(Vec::new());
         let owner = |coordinator: &Coordinator| {
             let notices: Vec<_> = notices.borrow_mut().drain(..).collect();
-            if !watch.look(coordinator, &notices) || signals::stop_asked() {
+            notices.iter().for_each(tell_notice);
+            let looked = watch.look(coordinator, &notices, display.is_due());
+            looked.standing.iter().for_each(|standing| display.show(standing));
+            looked.trouble.iter().for_each(|trouble| warn!("{trouble}"));
+            if !looked.goes_on || signals::stop_asked() {
                 return Wish::Stop;
             }
             match &mut workers {
@@ -212,6 +217,7 @@ impl Prepared {
         let ending =
             serve(listener, &access, &mut coordinator, owner, |notice| notices.borrow_mut().push(notice))
                 .map_err(|source| Fault::System { doing: "serving the workers", source })?;
+        display.finish();
         let (identity, latest) = watch.finish();
         let checkpoint = identity.checkpoint(coordinator.into_past());
         // After an overflow the sums are no longer those of any walks.
@@ -227,20 +233,13 @@ impl Prepared {
         coordinator: &Coordinator,
         reports: Reports,
         showing: Option<Showing>,
-        out: &OutArgs,
     ) -> Result<Watch<'_>, Fault> {
         let interval = Duration::from_secs_f64(self.job.budget.checkpoint_seconds);
         let walks = coordinator.progress().walks;
         let folder = self.output.folder().clone();
-        Ok(Watch {
-            keeper: Keeper::new(folder, interval, self.identity.clone(), walks, self.latest)?,
-            display: Display::new(out),
-            gauge: Gauge::new(&self.experiment, &self.settings, self.job.budget.wall_seconds),
-            reports,
-            showing,
-            identity: &self.identity,
-            broken: false,
-        })
+        let keeper = Keeper::new(folder, interval, self.identity.clone(), walks, self.latest)?;
+        let gauge = Gauge::new(&self.experiment, &self.settings, self.job.budget.wall_seconds);
+        Ok(Watch::new(gauge, (reports, showing), (&self.identity, keeper)))
     }
 
     /// Writes the results. A disk may be full for a moment only, and it would be a pity of the walks: it is tried for a while.
@@ -279,55 +278,6 @@ impl Prepared {
                 Ok(if missed { Outcome::TargetMissed } else { Outcome::Done })
             }
         }
-    }
-}
-
-/// What is done while a job is walked: it is measured, shown, reported, and kept.
-struct Watch<'a> {
-    gauge: Gauge<'a>,
-    display: Display,
-    reports: Reports,
-    showing: Option<Showing>,
-    identity: &'a Identity,
-    keeper: Keeper,
-    /// Whether memory has failed.
-    broken: bool,
-}
-
-impl Watch<'_> {
-    /// Takes note of where the job stands and of what has happened. Returns whether the run may go on.
-    fn look(&mut self, coordinator: &Coordinator, notices: &[Notice]) -> bool {
-        for notice in notices {
-            self.gauge.heed(notice);
-            tell_notice(notice);
-        }
-        self.gauge.follow(coordinator, self.keeper.saved());
-        if self.reports.are_due() || self.display.is_due() {
-            self.gauge.estimate(coordinator);
-            let standing = self.gauge.standing(coordinator);
-            if self.display.is_due() {
-                self.display.show(&standing);
-            }
-            self.reports.write(&standing, coordinator);
-        }
-        if let Some(showing) = &mut self.showing {
-            showing.tend(coordinator, self.identity);
-        }
-        if let Err(fault) = self.keeper.tend(coordinator) {
-            // Memory that has failed once is not to be trusted with the rest.
-            self.broken |= matches!(fault, results::Error::Checkpoint(_));
-            let rest = if self.broken { "the run ends" } else { "the run goes on, the one before is kept" };
-            self.gauge.checkpoint_failed();
-            warn!("no checkpoint: {fault}; {rest}");
-        }
-        !self.broken
-    }
-
-    /// Ends it. Returns what the last checkpoint is made from, and what the latest one on disk is.
-    fn finish(self) -> (Identity, Latest) {
-        self.display.finish();
-        drop(self.reports);
-        self.keeper.finish()
     }
 }
 

@@ -9,13 +9,12 @@ use crate::args::PlanArgs;
 use crate::choose::load_anew;
 use crate::clock::cpu_seconds;
 use crate::fault::{Fault, Outcome};
-use crate::memory;
 
 /// Plans a job and prints the plan. Nothing is written.
 pub(crate) fn plan(args: &PlanArgs) -> Result<Outcome, Fault> {
     let phase = Phase::begin("reading the scene");
     let job = load_anew(&args.job, &phase)?;
-    memory::check(&job, 1)?;
+    results::check_memory(&job, 1)?;
     let experiment = Experiment::new(job.build_scene()?, job.method.walks())?
         .with_sensors(job.scene.sensors())?
         .with_groups(&job.sources, &job.sensitivity)?;
@@ -23,7 +22,8 @@ pub(crate) fn plan(args: &PlanArgs) -> Result<Outcome, Fault> {
     let settings = Settings::of(&job);
     let (level, goal) = (settings.level(experiment.scene()), settings.sensor_goal(&experiment));
     let asked = (level, goal.as_ref());
-    let forecast = Forecast::of(&job, &experiment, asked, args.workers, (cpu_seconds, memory::peak()));
+    let forecast =
+        Forecast::of(&job, &experiment, asked, args.workers, (cpu_seconds, results::peak_memory()));
     drop(phase);
     if args.json {
         say(&forecast.json().to_string());

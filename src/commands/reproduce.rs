@@ -1,49 +1,20 @@
 //! `radwalk reproduce`: the papers' tables and figures, measured again.
 
 use std::io::Write;
-use std::num::NonZeroUsize;
 use std::path::PathBuf;
 use std::time::Instant;
 
 use report::OutputFolder;
-use report::words::duration;
 use serde_json::json;
-use studies::papers::{self, Chapter, Findings, page};
-use studies::{Effort, Lab, Verdict, validation};
+use studies::edition::{PAPERS, VALIDATION};
+use studies::papers::{Chapter, Findings, page};
+use studies::{Effort, Lab, Verdict};
 use tracing::info;
 use voice::{Phase, emit, say};
 
 use crate::args::ReproduceArgs;
 use crate::date::today;
 use crate::fault::{Fault, Outcome};
-
-/// A page and what is on it.
-struct Edition {
-    title: &'static str,
-    /// Names its files: a page for people, a table for programs.
-    files: [&'static str; 2],
-    /// The output folder unless another is chosen.
-    folder: &'static str,
-    chapters: &'static [Chapter],
-    /// The option that asks for it.
-    option: &'static str,
-}
-
-const PAPERS: Edition = Edition {
-    title: "The papers, reproduced",
-    files: ["papers.md", "papers.json"],
-    folder: "out/papers",
-    chapters: &papers::CHAPTERS,
-    option: "",
-};
-
-const VALIDATION: Edition = Edition {
-    title: "The scorecard: closed forms",
-    files: ["validation.md", "validation.json"],
-    folder: "out/validation",
-    chapters: &validation::CHAPTERS,
-    option: " --validation",
-};
 
 /// Runs every chapter; writes the page, its figures and the rows as JSON. Rows that differ are a fault.
 pub(crate) fn reproduce(args: &ReproduceArgs) -> Result<Outcome, Fault> {
@@ -66,7 +37,7 @@ pub(crate) fn reproduce(args: &ReproduceArgs) -> Result<Outcome, Fault> {
     }
     let entries: Vec<page::Entry<'_>> =
         done.iter().map(|(c, findings)| (c.name, c.title, findings)).collect();
-    let origin = origin(args, edition, &lab, began.elapsed().as_secs_f64());
+    let origin = edition.origin(&lab, env!("CARGO_PKG_VERSION"), today(), began.elapsed());
     let table = page::table(&entries, judge);
     folder.write(programs, |file| Ok(serde_json::to_writer_pretty(file, &table)?))?;
     let text = page::write((edition.title, &origin), &entries, judge);
@@ -97,27 +68,4 @@ fn run(args: &ReproduceArgs, chapter: &Chapter, lab: &Lab) -> Findings {
         emit(&json!({"event": "chapter done", "name": chapter.name, "seconds": seconds}));
     }
     findings
-}
-
-/// Which command made the page, when and where.
-fn origin(args: &ReproduceArgs, edition: &Edition, lab: &Lab, seconds: f64) -> String {
-    let quick = if args.quick { " --quick" } else { "" };
-    format!(
-        "Made by `radwalk reproduce{}{quick}`, version {}, on {}, in {} on {} threads of: {}.",
-        edition.option,
-        env!("CARGO_PKG_VERSION"),
-        today(),
-        duration(seconds),
-        lab.threads,
-        machine()
-    )
-}
-
-/// The class of this machine, as far as it is known.
-fn machine() -> String {
-    let cores = std::thread::available_parallelism().map_or(1, NonZeroUsize::get);
-    let known = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
-    let model = known.lines().find_map(|line| line.strip_prefix("model name")?.split_once(':'));
-    let model = model.map_or(std::env::consts::ARCH, |(_, model)| model.trim());
-    format!("{model}, {cores} cores, {}", std::env::consts::OS)
 }

@@ -5,7 +5,7 @@
 //! side belongs inwards. Covers ([`cover`]) are the surfaces that the scene itself takes as layers of one plane. Contacts
 //! ([`contact`]) are distances between surfaces: edges that miss their neighbour by a gap. [`repair`] turns flipped
 //! surfaces round, with those that are connected to them ([`sheets`]), and takes doubled ones out. [`warnings`] tells in a
-//! sentence or two, before a run, how much of the light is lost.
+//! sentence or two, before a run, how much of the light is lost; [`lines`] tells the findings.
 
 #![warn(unreachable_pub, unnameable_types)]
 
@@ -26,7 +26,7 @@ use radiosity::{IndexChoice, Scene, SceneError, SceneSpec};
 
 pub use finding::{Finding, Kind};
 pub use repair::{Repair, repair, turn_flipped};
-pub use told::warnings;
+pub use told::{lines, warnings};
 
 use crate::contact::Contacts;
 use crate::cover::Covers;

@@ -1,7 +1,8 @@
-//! Warnings about power that vanishes, in words: on backs, or at once.
+//! What the doctor finds, in words; and warnings about power that vanishes: on backs, or at once.
 
 use radiosity::Scene;
 
+use crate::finding::Finding;
 use crate::losses::{Losses, losses};
 
 /// The most faces of a scene that is examined before a run.
@@ -15,6 +16,27 @@ const WORTH_A_WORD: f64 = 0.01;
 
 /// The most surfaces that are named.
 const NAMED: usize = 5;
+
+/// The most findings that are told one by one.
+const TOLD: usize = 200;
+
+/// The most surfaces of a finding that are told by number.
+const NUMBERED: usize = 12;
+
+/// Findings in words, a line each, and how many there are; `unit` is that of the scene's power.
+pub fn lines(findings: &[Finding], unit: &str) -> Vec<String> {
+    let mut lines: Vec<String> =
+        findings.iter().take(TOLD).map(|finding| finding.sentence(unit, NUMBERED)).collect();
+    if let Some(more) = findings.len().checked_sub(TOLD).filter(|more| *more > 0) {
+        lines.push(format!("and {more} more that cost less"));
+    }
+    lines.push(match findings.len() {
+        0 => "the doctor finds nothing wrong".into(),
+        1 => "the doctor finds one thing wrong".into(),
+        count => format!("the doctor finds {count} things wrong"),
+    });
+    lines
+}
 
 /// The warnings about a scene whose light is lost, a sentence each; none if the scene is sound.
 pub fn warnings(scene: &Scene) -> Vec<String> {

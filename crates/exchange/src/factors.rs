@@ -38,7 +38,7 @@ const FACTOR_BITS: i32 = 52;
 /// is rounded where N is a power of two. A row without walks has factors of 0.
 fn row_of(counts: &[u64]) -> Vec<f64> {
     let walks = u128::from(counts.iter().sum::<u64>().max(1));
-    let rounded = |sum: u64| (((u128::from(sum) << (FACTOR_BITS + 1)) / walks + 1) / 2) as f64;
+    let rounded = |sum: u64| ((u128::from(sum) << (FACTOR_BITS + 1)) / walks).div_ceil(2) as f64;
     let ends = counts.iter().scan(0, |sum, count| {
         let begin = *sum;
         *sum += count;

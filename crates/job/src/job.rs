@@ -213,10 +213,7 @@ fn read(
     let mut scene = read_scene(named, &table, &options)?;
     scene.prepare(repair, grouping.as_ref())?;
     let partition = cut(&mut scene, patches, partition)?;
-    let light = light.unwrap_or_else(|| match Format::of(scene.path()) {
-        Some(Format::Mgf) => Light::Luminous,
-        _ => Light::Radiant,
-    });
+    let light = light.unwrap_or_else(|| usual_light(&scene));
     let (open, cutting) = left_open(&scene, partition.as_ref(), (&table, &method));
     let (method, note) = read_method(method, &cutting, &budget)?;
     let Asked { target, sensor_target, total_target } =
@@ -244,6 +241,14 @@ fn read(
         auto: open,
         forecast: partition.and_then(|partition| partition.forecast),
     })
+}
+
+/// What the numbers of a scene measure, where its job does not say it.
+fn usual_light(scene: &SceneFile) -> Light {
+    match Format::of(scene.path()) {
+        Some(Format::Mgf) => Light::Luminous,
+        _ => Light::Radiant,
+    }
 }
 
 /// Cuts a scene by the partition at hand, or as the job says, after its repair: what is turned round has its u and v changed. Returns

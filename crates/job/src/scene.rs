@@ -1,26 +1,23 @@
-//! The scene file, read and checked.
+//! The scene file, read and checked: what it says, and where.
 
-use std::borrow::Cow;
+mod grouping;
+mod read;
+mod surface;
+
 use std::path::{Path, PathBuf};
 
-use import::{Format, Imported, MaterialOverride, Mesh, Options, Spots};
-use radiosity::{IndexChoice, Scene, SceneError, SceneSpec, SensorSpec, Shape, Sides, Spectrum, SurfaceSpec};
+use import::{Format, Imported, Mesh, Options, Spots};
+use radiosity::{IndexChoice, Scene, SceneError, SceneSpec, SensorSpec, Shape, Spectrum, SurfaceSpec};
 
 use crate::cut::Cut;
-use crate::document::{Table, Value};
-use crate::emit::read_emit;
-use crate::error::{Error, MESH_FORMATS, Place, Spot};
+use crate::error::{Error, Place, Spot};
 use crate::finishes::Finishes;
-use crate::imports::{import_scene, positive, read_mesh};
-use crate::keys::{LISTS, SCENE_KEYS};
-use crate::material::{Material, Materials, find_material, read_materials};
-use crate::partition::{AUTO, misfit};
-use crate::plain::{PlainSurface, plain_surfaces};
-use crate::sensors::read_sensors;
-use crate::shape::{read_corners, read_grid, read_rows};
-use crate::site::{Lines, SITE_KEYS, SurfaceSite};
-use crate::sky::{SKY, read_sky, sky_box};
-use crate::source::{Source, Split};
+use crate::partition::misfit;
+use crate::site::{Lines, SurfaceSite};
+use crate::sky::{SKY, sky_box};
+pub(crate) use read::{MESH_KEYS, is_toml};
+pub use read::{load_scene, load_scene_with};
+pub(crate) use surface::SURFACE_KEYS;
 
 /// A scene as written, and where.
 #[derive(Clone, Debug, PartialEq)]
@@ -208,201 +205,6 @@ impl SceneFile {
     }
 }
 
-/// Reads a scene file, meshes with the defaults of `[import]`.
-///
-/// # Errors
-/// A file that cannot be read, is of a format without reader, or says what is unknown, missing or not allowed.
-pub fn load_scene(path: &Path) -> Result<SceneFile, Error> {
-    load_scene_with(path, &Options::default())
-}
-
-/// Reads a scene file: TOML with its meshes, or a mesh.
-///
-/// # Errors
-/// As [`load_scene`].
-pub fn load_scene_with(path: &Path, options: &Options) -> Result<SceneFile, Error> {
-    if is_toml(path) {
-        return load_toml(path, options);
-    }
-    let Some(format) = Format::of(path) else { return Err(unknown_format(path)) };
-    Ok(SceneFile::of_import(path, import_scene(path, format, options)?))
-}
-
-pub(crate) const MESH_KEYS: &[&str] = &["file", "material", "max_patch_area"];
-
-fn load_toml(path: &Path, options: &Options) -> Result<SceneFile, Error> {
-    let source = Source::read(path, "[material.NAME] tables and [[surface]] tables")?;
-    match read_parts(&source, options)? {
-        Some(scene) => Ok(scene),
-        None => read_whole(&source, options),
-    }
-}
-
-/// Reads a scene part by part; `None` where a part is not TOML by itself.
-fn read_parts(source: &Source, options: &Options) -> Result<Option<SceneFile>, Error> {
-    let split = source.split();
-    let rest = split.rest(source).filter(|(_, rest)| !rest.contains_key("surface"));
-    let Some((part, rest)) = rest else { return Ok(None) };
-    Reader::new(Table::part(part, rest, SCENE_KEYS)?, source.file(), options)?.read_parts(source, &split)
-}
-
-/// Reads a scene as one document, which tells what is wrong with it.
-fn read_whole(source: &Source, options: &Options) -> Result<SceneFile, Error> {
-    let mut table = Table::root(source, SCENE_KEYS)?;
-    let surfaces = table.take("surface");
-    let mut reader = Reader::new(table, source.file(), options)?;
-    surfaces.map_or(Ok(()), |surfaces| reader.surfaces(surfaces))?;
-    reader.finish()
-}
-
-/// A TOML scene on its way.
-struct Reader<'a, 'o> {
-    scene: SceneFile,
-    materials: Materials,
-    meshes: Option<Value<'a>>,
-    sky: Option<Spectrum>,
-    options: &'o Options,
-}
-
-impl<'a, 'o> Reader<'a, 'o> {
-    /// Reads all but surfaces.
-    fn new(mut table: Table<'a>, path: &Path, options: &'o Options) -> Result<Self, Error> {
-        let materials = read_materials(&mut table)?;
-        let scene = SceneFile {
-            path: path.into(),
-            spec: SceneSpec::new(Vec::new()),
-            sites: Vec::new(),
-            meshes: Vec::new(),
-            materials: materials
-                .iter()
-                .map(|(name, material)| (name.clone(), material.lines.clone()))
-                .collect(),
-            finishes: Finishes::default(),
-            auto: Vec::new(),
-            sensors: table.take("sensor").map_or(Ok(Vec::new()), read_sensors)?,
-            sky: None,
-            notes: Vec::new(),
-        };
-        let sky = table.take("sky").map(read_sky).transpose()?;
-        Ok(Reader { scene, materials, meshes: table.take("mesh"), sky, options })
-    }
-
-    /// Reads the surfaces part by part; `None` where a part is not TOML by itself.
-    fn read_parts(mut self, source: &Source, split: &Split) -> Result<Option<SceneFile>, Error> {
-        for surfaces in split.surfaces() {
-            let (text, line) = surfaces.text(source);
-            if self.plain_surfaces(text, line).is_some() {
-                continue;
-            }
-            let Some((part, table)) = surfaces.document(source) else { return Ok(None) };
-            let mut table = Table::part(part, table, SCENE_KEYS)?;
-            if let Some(surfaces) = table.take("surface") {
-                self.surfaces(surfaces)?;
-            }
-        }
-        self.finish().map(Some)
-    }
-
-    /// Reads surfaces without a document; `None` where any of them needs one.
-    fn plain_surfaces(&mut self, text: &str, line: u32) -> Option<()> {
-        let surfaces = plain_surfaces(text, line)?;
-        let materials: Vec<&Material> =
-            surfaces.iter().map(|surface| self.materials.get(&*surface.material)).collect::<Option<_>>()?;
-        let mut names = surfaces.iter().filter_map(|surface| surface.name.as_deref());
-        names.all(can_name_a_surface).then_some(())?;
-        for (surface, material) in surfaces.into_iter().zip(materials) {
-            let PlainSurface { name, shape, sides, header, outline, cells, .. } = surface;
-            let [quad, triangle] = match shape {
-                Shape::Parallelogram { .. } => [outline, 0],
-                Shape::Triangle { .. } => [0, outline],
-            };
-            let keys = [quad, triangle, cells.unwrap_or(0), 0];
-            let site = SurfaceSite { material: material.number, header, keys };
-            let surface = SurfaceSpec {
-                name: name.map(Cow::into_owned),
-                shape,
-                sides,
-                reflectance: material.reflectance,
-                emittance: material.emittance,
-                cell_emittance: Vec::new(),
-            };
-            self.scene.push(surface, site);
-        }
-        Some(())
-    }
-
-    fn surfaces(&mut self, value: Value<'_>) -> Result<(), Error> {
-        for value in value.tables(LISTS[0])? {
-            let number = self.scene.spec.surfaces.len();
-            let (surface, site, auto) = read_surface(value, number, &self.materials)?;
-            if auto {
-                self.scene.auto.push(number);
-            }
-            self.scene.push(surface, site);
-        }
-        Ok(())
-    }
-
-    /// Adds the meshes behind all surfaces, and the sky behind these.
-    fn finish(mut self) -> Result<SceneFile, Error> {
-        let meshes =
-            self.meshes.take().map(|meshes| meshes.tables(LISTS[1])).transpose()?.unwrap_or_default();
-        for (number, value) in meshes.into_iter().enumerate() {
-            let (file, imported, finish) = self.mesh(value, number)?;
-            self.scene.add(&file, imported, finish.as_deref());
-        }
-        if let Some(emittance) = self.sky {
-            self.scene.add_sky(emittance);
-        }
-        Ok(self.scene)
-    }
-
-    /// The file of a mesh, its surfaces, and the material that all of them have, where the scene gives them one.
-    fn mesh(&self, value: Value<'_>, number: usize) -> Result<(PathBuf, Imported, Option<String>), Error> {
-        let mut table = value.table_called(format!("mesh {number}: "), MESH_KEYS)?;
-        let file = table.require(
-            "file",
-            "a mesh is read from one",
-            "file = \"chair.obj\", relative to the scene",
-        )?;
-        let path = self.scene.path.parent().unwrap_or(Path::new("")).join(file.string()?);
-        let format = Format::of(&path).ok_or_else(|| {
-            let remedy = format!("name a file that ends in {MESH_FORMATS}");
-            file.refuse(
-                format!("{:?} is of no known format", path.display()),
-                "its name tells how to read it",
-                remedy,
-            )
-        })?;
-        let area = table.take("max_patch_area");
-        let max_patch_area = area.map(|value| positive(&value, "it is an area in m²")).transpose()?;
-        let mut options = Options { max_patch_area, ..self.options.clone() };
-        let mesh = read_mesh(&path, format, &options).map_err(|error| match error {
-            Error::Missing { file: missing } if missing == path => file.refuse(
-                format!("there is no file {}", missing.display()),
-                "meshes are looked for relative to the scene",
-                "correct the path",
-            ),
-            error => error,
-        })?;
-        options.materials.retain(|entry| mesh.has_material(&entry.pattern));
-        let mut finish = None;
-        if let Some(value) = table.take("material") {
-            let material = find_material(&value, &self.materials)?;
-            finish = Some(value.string()?.to_owned());
-            options.materials.push(MaterialOverride {
-                pattern: "*".into(),
-                reflectance: Some(material.reflectance),
-                emittance: Some(material.emittance),
-                power: None,
-                sides: None,
-            });
-        }
-        let imported = mesh.into_scene(&path, format, &options).map_err(Error::of_mesh)?;
-        Ok((path, imported, finish))
-    }
-}
-
 impl SceneFile {
     /// The scene of a mesh in memory; `name` stands for its file.
     pub(crate) fn of_mesh(name: &Path, mesh: Mesh, options: &Options) -> Result<Self, Error> {
@@ -413,7 +215,14 @@ impl SceneFile {
 
     /// The scene that is one mesh.
     fn of_import(file: &Path, imported: Imported) -> Self {
-        let mut scene = SceneFile {
+        let mut scene = SceneFile::empty(file);
+        scene.add(file, imported, None);
+        scene
+    }
+
+    /// A scene without surfaces.
+    fn empty(file: &Path) -> Self {
+        SceneFile {
             path: file.into(),
             spec: SceneSpec::new(Vec::new()),
             sites: Vec::new(),
@@ -424,9 +233,7 @@ impl SceneFile {
             sensors: Vec::new(),
             sky: None,
             notes: Vec::new(),
-        };
-        scene.add(file, imported, None);
-        scene
+        }
     }
 
     /// Adds a surface of the file itself.
@@ -465,24 +272,6 @@ impl SceneFile {
     }
 }
 
-pub(crate) fn is_toml(path: &Path) -> bool {
-    path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("toml"))
-}
-
-fn unknown_format(path: &Path) -> Error {
-    match path.extension() {
-        None if path.is_dir() => Error::Folder { file: path.into() },
-        None => Error::SceneFormat { file: path.into(), format: "scenes without extension".into() },
-        Some(extension) => {
-            let format = format!(".{}", extension.to_string_lossy().to_lowercase());
-            Error::SceneFormat { file: path.into(), format }
-        }
-    }
-}
-
-pub(crate) const SURFACE_KEYS: &[&str] =
-    &["name", "material", "quad", "triangle", "patches", "sides", "emit"];
-
 /// What messages call a surface.
 fn label(number: usize, name: Option<&str>) -> String {
     match name {
@@ -490,104 +279,3 @@ fn label(number: usize, name: Option<&str>) -> String {
         None => format!("surface {number}"),
     }
 }
-
-fn read_surface(
-    value: Value<'_>,
-    number: usize,
-    materials: &Materials,
-) -> Result<(SurfaceSpec, SurfaceSite, bool), Error> {
-    let header = value.line() as u32;
-    let mut table = value.table_called(format!("{}: ", label(number, None)), SURFACE_KEYS)?;
-    let name = table.take("name").map(|value| read_surface_name(&value)).transpose()?;
-    table.rename(format!("{}: ", label(number, name.as_deref())));
-    let keys = SITE_KEYS.map(|key| table.line(key).unwrap_or(0) as u32);
-    let material = read_material_name(&mut table, materials)?;
-    let (shape, auto) = read_shape(&mut table)?;
-    let sides = table.take("sides").map(|value| read_sides(&value)).transpose()?.unwrap_or(Sides::Front);
-    let emit = table.take("emit");
-    if let (true, Some(emit)) = (auto, &emit) {
-        return Err(emit.refuse(
-            "cells of this surface emit, and it has none yet".into(),
-            "patches = \"auto\" cuts it when the job is run",
-            "give the part that emits a surface of its own, or write the cells",
-        ));
-    }
-    let cell_emittance = emit.map(|value| read_emit(value, &shape)).transpose()?;
-    let surface = SurfaceSpec {
-        name,
-        shape,
-        sides,
-        reflectance: material.reflectance,
-        emittance: material.emittance,
-        cell_emittance: cell_emittance.unwrap_or_default(),
-    };
-    Ok((surface, SurfaceSite { material: material.number, header, keys }, auto))
-}
-
-fn read_surface_name(value: &Value<'_>) -> Result<String, Error> {
-    let name = value.string()?;
-    if !can_name_a_surface(name) {
-        return Err(value.refuse(
-            format!("{name:?} cannot name a surface"),
-            "it is shown in the rows of its patches",
-            "write a visible name on one line, or remove the key to show the surface's number",
-        ));
-    }
-    Ok(name.into())
-}
-
-/// Whether a name is visible, on one line.
-fn can_name_a_surface(name: &str) -> bool {
-    !name.trim().is_empty() && !name.contains(char::is_control)
-}
-
-fn read_material_name<'m>(table: &mut Table<'_>, materials: &'m Materials) -> Result<&'m Material, Error> {
-    let value =
-        table.require("material", "a surface takes its reflectance from it", "material = \"NAME\"")?;
-    find_material(&value, materials)
-}
-
-/// The shape of a surface, and whether its cells are left to the program.
-fn read_shape(table: &mut Table<'_>) -> Result<(Shape, bool), Error> {
-    let (quad, triangle, patches) = (table.take("quad"), table.take("triangle"), table.take("patches"));
-    let auto = patches.as_ref().is_some_and(|value| value.string().is_ok_and(|word| word == AUTO));
-    let patches = patches.filter(|_| !auto);
-    let shape = match (quad, triangle) {
-        (Some(quad), None) => {
-            let [corner, corner_u, corner_v] = read_corners(quad)?;
-            let cells = patches.map(read_grid).transpose()?.unwrap_or([1, 1]);
-            Shape::Parallelogram { corner, corner_u, corner_v, cells }
-        }
-        (None, Some(triangle)) => {
-            let [a, b, c] = read_corners(triangle)?;
-            let rows = patches.as_ref().map(read_rows).transpose()?.unwrap_or(1);
-            Shape::Triangle { a, b, c, rows }
-        }
-        (Some(_), Some(triangle)) => {
-            return Err(triangle.refuse(
-                "the surface has a quad too".into(),
-                "a surface is one or the other",
-                "write two [[surface]] tables",
-            ));
-        }
-        (None, None) => {
-            return Err(Error::MissingKey {
-                place: table.place("quad"),
-                why: "a surface needs an outline",
-                remedy: "quad = [[x, y, z], [x, y, z], [x, y, z]] or triangle = [[…], […], […]]".into(),
-            });
-        }
-    };
-    Ok((shape, auto))
-}
-
-fn read_sides(value: &Value<'_>) -> Result<Sides, Error> {
-    match value.integer(1..=2, "a surface has two sides, and the front is always active")? {
-        1 => Ok(Sides::Front),
-        _ => Ok(Sides::Both),
-    }
-}
-
-mod grouping;
-#[cfg(test)]
-mod tests;

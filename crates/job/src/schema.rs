@@ -3,55 +3,28 @@
 //! They are made of the lists of keys and words that the readers use, so that neither knows a key that the other does not.
 //! What depends on several keys, such as which of them exclude each other, is left to the readers.
 
+mod parts;
+mod scene;
+
 use radiosity::{EstimatorKind, IndexChoice, RayBirths, Sampler, Space};
 use serde_json::{Value, json};
 
+use self::parts::*;
 use crate::budget::MAX_STREAM_PATHS;
-use crate::emit::EMIT_KEYS;
 use crate::imports::{IMPORT_KEYS, OVERRIDE_KEYS};
 use crate::job::Light;
 use crate::keys::{
-    BUDGET_KEYS, JOB_KEYS, METHOD_KEYS, SCENE_KEYS, SENSITIVITY_KEYS, SOURCE_KEYS, TARGET_KEYS, TRACING_KEYS,
+    BUDGET_KEYS, JOB_KEYS, METHOD_KEYS, SENSITIVITY_KEYS, SOURCE_KEYS, TARGET_KEYS, TRACING_KEYS,
 };
-use crate::material::MATERIAL_KEYS;
 use crate::method::{BIRTH_KEYS, Basis, EndWord, INFINITE_KEYS, SOLVE_KEYS, SolveWord, WalkKind};
 use crate::output::{FOV, MAX_PIXELS, OUTPUT_KEYS, OutputFile, VIEW_KEYS};
-use crate::partition::{AUTO, SCENE_TABLE_KEYS};
-use crate::scene::{MESH_KEYS, SURFACE_KEYS};
-use crate::sensors::SENSOR_KEYS;
-use crate::sky::SKY_KEYS;
+use crate::partition::SCENE_TABLE_KEYS;
 use crate::target::Unhit;
-use crate::word::Word;
-
-/// The dialect that the schemas are written in.
-const DIALECT: &str = "http://json-schema.org/draft-07/schema#";
+pub use scene::scene_schema;
 
 /// The schema of job files.
 pub fn job_schema() -> Value {
-    let mut schema = table(JOB_KEYS, &["scene", "budget"], job_key);
-    schema["$schema"] = json!(DIALECT);
-    schema["title"] = json!("A radwalk job");
-    schema
-}
-
-/// The schema of scene files.
-pub fn scene_schema() -> Value {
-    let mut schema = table(SCENE_KEYS, &[], scene_key);
-    schema["$schema"] = json!(DIALECT);
-    schema["title"] = json!("A radwalk scene");
-    schema
-}
-
-/// A table of known keys. A key that `of` has no schema for may hold anything.
-fn table(keys: &[&str], required: &[&str], of: fn(&str) -> Value) -> Value {
-    let properties: serde_json::Map<String, Value> =
-        keys.iter().map(|&key| (key.to_owned(), of(key))).collect();
-    json!({
-        "type": "object",
-        "properties": properties,
-        "required": required,
-        "additionalProperties": false,
-    })
+    titled("A radwalk job", table(JOB_KEYS, &["scene", "budget"], job_key))
 }
 
 /// A target asks for something, and what is about patches goes with an error of theirs.
@@ -61,61 +34,6 @@ fn target_table() -> Value {
         json!([{"required": ["relative_error"]}, {"required": ["sensors"]}, {"required": ["total_error"]}]);
     schema["dependencies"] = json!({"fraction": ["relative_error"], "min_hits": ["relative_error"], "patches": ["relative_error"]});
     schema
-}
-
-/// A schema with the sentence that editors show beside the key.
-fn told(mut schema: Value, description: &str) -> Value {
-    schema["description"] = json!(description);
-    schema
-}
-
-fn word<W: Word>() -> Value {
-    json!({"enum": W::ALL.iter().map(|choice| choice.word()).collect::<Vec<_>>()})
-}
-
-fn integer(least: u64, most: u64) -> Value {
-    json!({"type": "integer", "minimum": least, "maximum": most})
-}
-
-fn count(least: u64) -> Value {
-    json!({"type": "integer", "minimum": least})
-}
-
-fn positive() -> Value {
-    json!({"type": "number", "exclusiveMinimum": 0})
-}
-
-fn list_of(items: Value, least: usize) -> Value {
-    json!({"type": "array", "items": items, "minItems": least})
-}
-
-fn exactly(items: Value, n: usize) -> Value {
-    json!({"type": "array", "items": items, "minItems": n, "maxItems": n})
-}
-
-fn patches() -> Value {
-    json!({"type": "array", "items": count(0), "minItems": 1, "uniqueItems": true})
-}
-
-/// A number, or three.
-fn spectrum(channel: Value) -> Value {
-    json!({"anyOf": [channel.clone(), exactly(channel, 3)]})
-}
-
-fn reflectance() -> Value {
-    spectrum(json!({"type": "number", "minimum": 0, "exclusiveMaximum": 1}))
-}
-
-fn light() -> Value {
-    spectrum(json!({"type": "number", "minimum": 0}))
-}
-
-fn boolean() -> Value {
-    json!({"type": "boolean"})
-}
-
-fn text() -> Value {
-    json!({"type": "string", "minLength": 1})
 }
 
 fn scene_table_key(key: &str) -> Value {
@@ -399,114 +317,6 @@ fn override_key(key: &str) -> Value {
             told(light(), "Replaces the emittance by a power over the active sides of all matching faces.")
         }
         "sides" => told(sides(), "Replaces the file's sides."),
-        _ => json!({}),
-    }
-}
-
-fn scene_key(key: &str) -> Value {
-    match key {
-        "material" => told(
-            json!({"type": "object", "additionalProperties": table(MATERIAL_KEYS, &[], material_key)}),
-            "Materials by name.",
-        ),
-        "surface" => told(
-            list_of(table(SURFACE_KEYS, &["material"], surface_key), 0),
-            "Flat surfaces, in the order of their patches.",
-        ),
-        "mesh" => told(
-            list_of(table(MESH_KEYS, &["file"], mesh_key), 0),
-            "Meshes, whose surfaces follow all others.",
-        ),
-        "sensor" => told(
-            list_of(table(SENSOR_KEYS, &[], sensor_key), 0),
-            "Places where light is measured that block none.",
-        ),
-        "sky" => told(
-            table(SKY_KEYS, &["emittance"], sky_key),
-            "A uniform environment that lights the scene: six black surfaces around everything, behind all others.",
-        ),
-        _ => json!({}),
-    }
-}
-
-fn sky_key(key: &str) -> Value {
-    match key {
-        "emittance" => told(
-            light(),
-            "What a horizontal plane receives from all of the sky [W/m²]; a number, or [red, green, blue].",
-        ),
-        _ => json!({}),
-    }
-}
-
-fn material_key(key: &str) -> Value {
-    match key {
-        "reflectance" => told(reflectance(), "In [0, 1); a number, or [red, green, blue]. Default: 0."),
-        "emittance" => told(light(), "Emitted power per area; a number, or [red, green, blue]. Default: 0."),
-        _ => json!({}),
-    }
-}
-
-fn corners() -> Value {
-    exactly(point(), 3)
-}
-
-fn point() -> Value {
-    exactly(json!({"type": "number"}), 3)
-}
-
-fn surface_key(key: &str) -> Value {
-    let cells = || integer(1, u32::MAX.into());
-    match key {
-        "name" => told(text(), "Shown in the rows of its patches. Default: its number."),
-        "material" => told(text(), "The name of a material."),
-        "quad" => told(corners(), "A parallelogram: corner c, c + u, c + v; the front faces u × v."),
-        "triangle" => told(
-            corners(),
-            "A triangle: a, b, c; the front by the right-hand rule. A surface has either a quad or a triangle.",
-        ),
-        "patches" => told(
-            json!({"anyOf": [exactly(cells(), 2), integer(1, u16::MAX.into()), {"enum": [AUTO]}]}),
-            "Cells along u and v of a quad; k for the k² cells of a triangle; \"auto\" for cells that a pilot chooses. Default: one patch.",
-        ),
-        "sides" => {
-            told(json!({"enum": [1, 2]}), "1: the front reflects and emits; 2: both sides. Default: 1.")
-        }
-        "emit" => told(
-            list_of(table(EMIT_KEYS, EMIT_KEYS, emit_key), 0),
-            "Emittances of single cells, in place of the material's.",
-        ),
-        _ => json!({}),
-    }
-}
-
-fn sensor_key(key: &str) -> Value {
-    let vector = || exactly(json!({"type": "number"}), 3);
-    match key {
-        "name" => told(text(), "Shown in the rows of its patches. Default: its number."),
-        "quad" => told(corners(), "A parallelogram: corner c, c + u, c + v; it faces u × v."),
-        "patches" => {
-            told(exactly(integer(1, u32::MAX.into()), 2), "Cells of the quad along u and v. Default: one.")
-        }
-        "point" => told(vector(), "A point, in place of a quad [m]."),
-        "normal" => told(vector(), "The direction that the point faces, of any length."),
-        _ => json!({}),
-    }
-}
-
-fn emit_key(key: &str) -> Value {
-    match key {
-        "cell" => exactly(count(0), 2),
-        "emittance" => light(),
-        _ => json!({}),
-    }
-}
-
-fn mesh_key(key: &str) -> Value {
-    match key {
-        "file" => told(text(), "The mesh, relative to this file."),
-        "material" => told(text(), "The material of all its faces. Default: the file's own."),
-        "max_patch_area" => told(positive(), "Triangles are cut until no patch is larger [m²]."),
         _ => json!({}),
     }
 }

@@ -1,7 +1,8 @@
 //! Monitoring of a running job.
 //!
 //! A [`Gauge`] measures the state of the job ([`Standing`]); [`Reports`] writes it every two seconds to status files
-//! and to a page of metrics; [`Showing`] serves the report of the result so far; [`find`] reads a status file in
+//! and to a page of metrics; [`Showing`] serves the report of the result so far; a [`Watch`] does all this in the coordinator's
+//! loop, and keeps checkpoints. [`find`] reads a status file in
 //! another process, without a connection or a key.
 //!
 //! This crate prints nothing.
@@ -17,6 +18,7 @@ mod showing;
 mod standing;
 mod status;
 mod told;
+mod watch;
 
 pub use address::NoPage;
 pub use gauge::Gauge;
@@ -26,3 +28,4 @@ pub use showing::Showing;
 pub use standing::{Faults, Goal, Saved, Standing};
 pub use status::{Description, Found, Hand, NoStatus, Report, find, watched};
 pub use told::ended;
+pub use watch::{Looked, Watch};

@@ -3,6 +3,8 @@
 //! Words, tables and charts are written here and need no script. The scene is shown by `assets/viewer.js.gz`, which
 //! `web/build.mjs` bundles from `web/src` and three.js; the page opens without a network.
 
+mod charts;
+
 use std::io::{self, Read, Write};
 
 use flate2::read::GzDecoder;
@@ -11,7 +13,8 @@ use minijinja::{AutoEscape, Environment, context};
 use radiosity::{Estimates, Reading, Readings};
 use serde::Serialize;
 
-use crate::chart::{Axis, Chart, Point, Series, Style};
+use self::charts::{convergence, profile};
+use crate::chart::Chart;
 use crate::dials::{Dials, write_scores};
 use crate::flow::Flow;
 use crate::outlines::outlines;
@@ -25,24 +28,11 @@ use crate::smooth::Smooth;
 use crate::sources::SourceSummary;
 use crate::summary::{Energy, Summary};
 use crate::words::percent;
+pub use charts::Milestone;
 
 const TEMPLATE: &str = include_str!("../assets/report.html");
 const STYLE: &str = include_str!("../assets/page.css");
 const SCRIPT: &[u8] = include_bytes!("../assets/viewer.js.gz");
-
-/// Points of the curve of errors over the area.
-const PROFILE_POINTS: usize = 200;
-
-/// A walk count at which the error was looked at.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Milestone {
-    /// N, the number of paths.
-    pub paths: f64,
-    /// The relative half-width that half of the area keeps within.
-    pub median_relative_error: f64,
-    /// The largest relative half-width.
-    pub max_relative_error: f64,
-}
 
 /// What the page shows.
 #[derive(Clone, Debug)]
@@ -319,73 +309,11 @@ impl Page<'_> {
 
     fn figures(&self) -> Vec<Figure> {
         let figure = |chart: Chart| Figure { svg: chart.svg(), title: chart.title };
-        [self.convergence(), self.profile()].into_iter().flatten().map(figure).collect()
-    }
-
-    /// The errors at the looks, and the law 1/√N from the last one.
-    fn convergence(&self) -> Option<Chart> {
-        let known = |error: fn(&Milestone) -> f64| -> Vec<Point> {
-            let points =
-                self.milestones.iter().map(|at| Point { x: at.paths, y: 100.0 * error(at), error: 0.0 });
-            points.filter(|point| point.y.is_finite() && point.y > 0.0).collect()
-        };
-        let half = known(|at| at.median_relative_error);
-        let (first, last) = (*half.first()?, *half.last()?);
-        if half.len() < 2 {
-            return None;
-        }
-        let law = [first.x, last.x].map(|x| Point { x, y: last.y * (last.x / x).sqrt(), error: 0.0 });
-        let mut series = vec![
-            Series { name: "half of the area keeps within".into(), style: Style::Joined, points: half },
-            Series {
-                name: "the worst patch".into(),
-                style: Style::Joined,
-                points: known(|at| at.max_relative_error),
-            },
-            Series {
-                name: "1/√paths through the last look".into(), style: Style::Line, points: law.into()
-            },
-        ];
-        if let Some(target) = &self.summary.target {
-            let points = [first.x, last.x].map(|x| Point { x, y: 100.0 * target.relative_error, error: 0.0 });
-            series.push(Series { name: "target".into(), style: Style::Line, points: points.into() });
-        }
-        series.retain(|series| !series.points.is_empty());
-        Some(Chart {
-            title: "Error over the run".into(),
-            x: Axis::log("paths"),
-            y: Axis::log("half-width over estimate [%]"),
-            series,
-        })
-    }
-
-    /// The error over the parts of the area that keep within it.
-    fn profile(&self) -> Option<Chart> {
-        let mut errors: Vec<(f64, f64)> = Vec::new();
-        for (_, face, known) in self.estimates.iter() {
-            let Some(known) = known.filter(|_| !face.emittance.is_lit()) else { continue };
-            let error = known.iter().map(|estimate| estimate.relative_error()).fold(0.0, f64::max);
-            if error.is_finite() && error > 0.0 {
-                errors.push((error, face.area));
-            }
-        }
-        errors.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
-        let total: f64 = errors.iter().map(|&(_, area)| area).sum();
-        let mut below = 0.0;
-        let mut points: Vec<Point> = Vec::new();
-        for (error, area) in errors {
-            below += area;
-            let x = 100.0 * below / total;
-            if points.last().is_none_or(|last| x - last.x >= 100.0 / PROFILE_POINTS as f64) {
-                points.push(Point { x, y: 100.0 * error, error: 0.0 });
-            }
-        }
-        (points.len() > 1).then(|| Chart {
-            title: "Error over the area".into(),
-            x: Axis::linear("part of the area that is known at least as well [%]"),
-            y: Axis::log("half-width over estimate [%]"),
-            series: vec![Series { name: "patches that do not emit".into(), style: Style::Line, points }],
-        })
+        [convergence(&self.milestones, self.summary.target.as_ref()), profile(self.estimates)]
+            .into_iter()
+            .flatten()
+            .map(figure)
+            .collect()
     }
 
     fn facts(&self, live: Option<Live>) -> io::Result<String> {

@@ -91,6 +91,21 @@ pub enum Error {
         "a sum of the tally overflowed (scores are too many or too large to be kept exactly); use fewer paths"
     )]
     Overflow,
+    /// The tallies of a job do not fit the memory.
+    #[error(
+        "the tallies of {patches} patches need at least {}, and this machine has {} (for the coordinator and {}); use coarser patches or fewer workers here",
+        report::words::bytes(*needed), report::words::bytes(*there), report::words::counted(*workers as u64, "worker")
+    )]
+    NoRoom {
+        /// The patches of the job.
+        patches: u64,
+        /// The memory that they need at least [bytes].
+        needed: u64,
+        /// The memory that there is [bytes].
+        there: u64,
+        /// The workers on this machine.
+        workers: usize,
+    },
     /// Two results cannot be held against each other.
     #[error("{} cannot be compared with {} ({reason}); {remedy}", second.display(), first.display())]
     Incomparable {

@@ -119,6 +119,35 @@ impl RunOutput {
         Ok(vec![(PARTITION, draft)])
     }
 
+    /// The tables of sensors, sources and sensitivities, where a job asks for them.
+    fn beside(
+        &self,
+        settings: &Settings,
+        (estimates, readings): (&Estimates<'_>, Option<&Readings<'_>>),
+        summary: &Summary,
+    ) -> Result<Drafts, Error> {
+        let (experiment, tally) = (estimates.experiment(), estimates.tally());
+        let mut drafts = Drafts::new();
+        if let Some(readings) = readings {
+            let draft = self.folder.draft(SENSORS, |writer| report::write_sensors(writer, readings))?;
+            drafts.push((SENSORS, draft));
+        }
+        if !summary.sources.is_empty() {
+            let level = settings.source_level(experiment);
+            let draft = self
+                .folder
+                .draft(SOURCES, |writer| report::write_sources(writer, experiment, tally, level))?;
+            drafts.push((SOURCES, draft));
+        }
+        if let Some(influences) = influences(settings, estimates) {
+            let draft = self
+                .folder
+                .draft(SENSITIVITIES, |writer| report::write_sensitivities(writer, &influences))?;
+            drafts.push((SENSITIVITIES, draft));
+        }
+        Ok(drafts)
+    }
+
     /// What follows from the tally of a checkpoint, written but not in its place.
     fn drafts(
         &self,
@@ -139,24 +168,7 @@ impl RunOutput {
         summary.view = view.as_ref().map(Seen::shot);
         self.folder.keep_hold()?;
         now("writing the results");
-        let mut drafts = Vec::new();
-        if let Some(readings) = &readings {
-            let draft = self.folder.draft(SENSORS, |writer| report::write_sensors(writer, readings))?;
-            drafts.push((SENSORS, draft));
-        }
-        if !summary.sources.is_empty() {
-            let level = settings.source_level(experiment);
-            let draft = self.folder.draft(SOURCES, |writer| {
-                report::write_sources(writer, experiment, &checkpoint.tally, level)
-            })?;
-            drafts.push((SOURCES, draft));
-        }
-        if let Some(influences) = influences(settings, &estimates) {
-            let draft = self
-                .folder
-                .draft(SENSITIVITIES, |writer| report::write_sensitivities(writer, &influences))?;
-            drafts.push((SENSITIVITIES, draft));
-        }
+        let mut drafts = self.beside(settings, (&estimates, readings.as_ref()), &summary)?;
         drafts.extend(self.partition(settings, experiment)?);
         for &file in &files {
             let draft = self.folder.draft(file.name(), |writer| match (file, &view) {

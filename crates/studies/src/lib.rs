@@ -1,7 +1,7 @@
 //! Studies of the methods: [`papers`] measures the published tables and figures again, [`atlas`] drives methods to where
 //! they fail, [`compare`] ranks them by speed and accuracy, [`validation`] holds walks to closed forms.
 //!
-//! Four modules are namespaces, one for each study. All use one laboratory ([`Lab`]), and their statements are [`Claim`]s.
+//! Four modules are namespaces, one for each study; [`edition`] has the pages that are made of chapters. All use one laboratory ([`Lab`]), and their statements are [`Claim`]s.
 //!
 //! This crate prints nothing and writes no files. Seeds are fixed, so that an answer depends on the size of a study
 //! alone, not on threads or machines. Times are the exception, and are never judged.
@@ -19,6 +19,7 @@ pub mod atlas;
 mod claim;
 mod clock;
 pub mod compare;
+pub mod edition;
 mod lab;
 mod numbers;
 mod page;

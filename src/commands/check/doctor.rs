@@ -9,12 +9,6 @@ use voice::say;
 
 use crate::fault::Fault;
 
-/// The most findings that are printed one by one; all of them are in the folder.
-const TOLD: usize = 200;
-
-/// The most surfaces of a finding that the screen names by number.
-const NUMBERED: usize = 12;
-
 /// Says what is wrong with the geometry of a job's scene, most power first, and writes it to a folder with pictures of the
 /// worst. Nothing is written where nothing is wrong.
 ///
@@ -22,16 +16,7 @@ const NUMBERED: usize = 12;
 /// A scene that cannot be built, and a folder that cannot be written.
 pub(crate) fn report(job: &Job, out: Option<&Path>) -> Result<(), Fault> {
     let findings = doctor::examine(job.scene.spec()).map_err(|error| job.scene.locate(error))?;
-    let unit = units(job.light).power;
-    findings.iter().take(TOLD).for_each(|finding| say(&finding.sentence(unit, NUMBERED)));
-    if let Some(more) = findings.len().checked_sub(TOLD).filter(|more| *more > 0) {
-        say(&format!("and {more} more that cost less"));
-    }
-    say(&match findings.len() {
-        0 => "the doctor finds nothing wrong".into(),
-        1 => "the doctor finds one thing wrong".into(),
-        count => format!("the doctor finds {count} things wrong"),
-    });
+    doctor::lines(&findings, units(job.light).power).iter().for_each(|line| say(line));
     if findings.is_empty() {
         return Ok(());
     }

@@ -14,15 +14,16 @@ mod run;
 mod sensing;
 pub(crate) mod slopes;
 pub(crate) mod solution;
+mod sources;
 mod unfit;
 
 pub use board::Board;
 pub use gathering::birth_probabilities;
 pub use groups::{Groups, Material, PatchGroup};
 pub use meaning::Meaning;
-pub use mixture::SourceScores;
 pub use run::Compiled;
 pub use sensing::SensorView;
+pub use sources::SourceScores;
 pub use unfit::Unfit;
 
 use std::sync::Arc;

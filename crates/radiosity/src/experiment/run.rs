@@ -17,7 +17,6 @@ use crate::walk::apart::ByClass;
 use crate::walk::batch::{walk_all, walk_each};
 use crate::walk::estimator::{EstimatorKind, Event, with_estimator};
 use crate::walk::fate::{Analog, Coloured, Fate, Infinite};
-use crate::walk::linear::{GatherLinear, ShootLinearHits, ShootLinearWeights};
 use crate::walk::marks::{Amount, MarkBoard, Marked, Marks};
 use crate::walk::score::{Gather, GatherRelated, OnArrival, Scorer, ShootHits, ShootRelated, ShootWeights};
 
@@ -182,7 +181,7 @@ impl Experiment {
         match (board, score) {
             (Scores::Hits(board), Score::Of(estimator)) => {
                 with_estimator!(estimator, Analog, |Scored, fate| {
-                    let mut score = ShootHits::<Scored, M>::new(self.scene.parts.isa, board);
+                    let mut score = ShootHits::<Scored, _>::new(self.scene.parts.isa, board);
                     self.shoot_all(space, source, fate, (&mut score, marks_of!(marks, Hits)))
                 })
             }
@@ -191,29 +190,29 @@ impl Experiment {
             }
             (Scores::Fixed(board), Score::Of(estimator)) => {
                 let end = estimator.infinite_end().unwrap_or_else(|| wrong_board());
-                let mut score = ShootWeights::<OnArrival, 1, M>::new(board);
+                let mut score = ShootWeights::<OnArrival, _, 1>::new(board);
                 self.shoot_all(space, source, Infinite::new(end), (&mut score, marks_of!(marks, Fixed)))
             }
             (Scores::LinearHits(board), Score::Linear(estimator)) => {
                 with_estimator!(estimator, Analog, |Event, fate| {
-                    let mut score = ShootLinearHits::<Event>::new(self.scene.parts.isa, board);
+                    let mut score = ShootHits::<Event, _>::new(self.scene.parts.isa, board);
                     self.walk_all(self.scene.emitters(), space, source, fate, &mut score)
                 })
             }
             (Scores::LinearFixed(board), Score::Linear(estimator)) => {
                 let end = estimator.infinite_end().unwrap_or_else(|| wrong_board());
-                let mut score = ShootLinearWeights::<OnArrival, 1>::new(board);
+                let mut score = ShootWeights::<OnArrival, _, 1>::new(board);
                 self.walk_all(self.scene.emitters(), space, source, Infinite::new(end), &mut score)
             }
             (Scores::LinearColoured(board), Score::Linear(estimator)) => {
                 with_estimator!(estimator, Coloured::new(), |Event, fate| {
-                    let mut score = ShootLinearWeights::<Event, 3>::new(board);
+                    let mut score = ShootWeights::<Event, _, 3>::new(board);
                     self.walk_all(self.scene.emitters(), space, source, fate, &mut score)
                 })
             }
             (Scores::Coloured(board), Score::Of(estimator)) => {
                 with_estimator!(estimator, Coloured::new(), |Scored, fate| {
-                    let mut score = ShootWeights::<Scored, 3, M>::new(board);
+                    let mut score = ShootWeights::<Scored, _, 3>::new(board);
                     self.shoot_all(space, source, fate, (&mut score, marks_of!(marks, Coloured)))
                 })
             }
@@ -256,25 +255,25 @@ impl Experiment {
         match (board, &gathering.values, plan.score) {
             (Scores::Fixed(board), Values::Grey(values), Score::Of(estimator)) => {
                 with_estimator!(estimator, Analog, |Scored, fate| {
-                    let mut score = Gather::<Scored, 1, M>::new(board, values);
+                    let mut score = Gather::<Scored, _, 1>::new(board, values);
                     self.walk_all(births, space, source, fate, &mut score)
                 })
             }
             (Scores::Coloured(board), Values::Coloured(values), Score::Of(estimator)) => {
                 with_estimator!(estimator, Coloured::new(), |Scored, fate| {
-                    let mut score = Gather::<Scored, 3, M>::new(board, values);
+                    let mut score = Gather::<Scored, _, 3>::new(board, values);
                     self.walk_all(births, space, source, fate, &mut score)
                 })
             }
             (Scores::LinearFixed(board), Values::Grey(values), Score::Linear(estimator)) => {
                 with_estimator!(estimator, Analog, |Event, fate| {
-                    let mut score = GatherLinear::<Event, 1>::new(board, values);
+                    let mut score = Gather::<Event, _, 1>::new(board, values);
                     self.walk_all(births, space, source, fate, &mut score)
                 })
             }
             (Scores::LinearColoured(board), Values::Coloured(values), Score::Linear(estimator)) => {
                 with_estimator!(estimator, Coloured::new(), |Event, fate| {
-                    let mut score = GatherLinear::<Event, 3>::new(board, values);
+                    let mut score = Gather::<Event, _, 3>::new(board, values);
                     self.walk_all(births, space, source, fate, &mut score)
                 })
             }

@@ -1,8 +1,9 @@
 //! Where the walks of a thread score with slopes: how a score is spread over its patch.
 
 use super::counts::{Counts, Overflow};
-use super::scoreboard::{Events, Word};
+use super::scoreboard::Events;
 use super::sums::{Layout, Tally};
+use super::word::Word;
 
 /// What a walk scores on a patch, in units, and the slopes of that: each unit times ψ₁ and ψ₂ where it was scored, in slope
 /// units. A slope is signed (two's complement), and never exceeds its score.

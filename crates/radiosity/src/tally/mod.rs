@@ -11,8 +11,10 @@ mod counts;
 mod linear;
 mod scoreboard;
 mod sums;
+mod word;
 
 pub use counts::{Counts, MergeError, Overflow};
 pub(crate) use linear::{LinearBoard, Mark};
-pub use scoreboard::{Events, Scoreboard, Word};
+pub use scoreboard::{Events, Scoreboard};
 pub use sums::{Layout, Tally};
+pub use word::Word;

@@ -16,7 +16,8 @@ pub(crate) use board::{Amount, MarkBoard, Marked};
 
 use self::board::{BLOCK, FEW_BLOCKS, amounts};
 use super::estimator::Event;
-use super::score::{SEARCHED, Scorer, Visits};
+use super::score::Scorer;
+use super::visits::{SEARCHED, Visit, Visits};
 use crate::random::rng::WalkRng;
 use crate::simd::batch::{Decisions, Lanes, WIDTH};
 use crate::simd::isa::{Isa, Kernel, Simd};
@@ -42,7 +43,7 @@ pub(crate) struct Marks<'a, T, const C: usize> {
     material_of_face: &'a [u32],
     event: Event,
     isa: Isa,
-    visits: Visits,
+    visits: Visits<()>,
     /// By block: how often each walk has arrived on each material, byte by byte.
     arrivals: Vec<[u64; WIDTH]>,
     /// What `arrivals` was after each visit, block by block.
@@ -82,7 +83,7 @@ impl<'a, T: Amount, const C: usize> Marks<'a, T, C> {
     /// What the first `visits` visits of a walk have scored on a face for the materials of a block.
     fn scored(&self, lane: usize, face: u32, visits: usize, block: usize) -> [[T; BLOCK]; C] {
         let mut scored = [[T::default(); BLOCK]; C];
-        for visit in (0..visits).filter(|&visit| self.visits.faces[visit][lane] == face) {
+        for visit in (0..visits).filter(|&visit| self.visits.first[visit].faces[lane] == face) {
             let counts = self.history[visit * self.board.blocks + block][lane];
             let more = amounts(&self.units(visit, lane), counts);
             for (sum, more) in scored.as_flattened_mut().iter_mut().zip(more.as_flattened()) {
@@ -100,15 +101,15 @@ impl<'a, T: Amount, const C: usize> Marks<'a, T, C> {
             return self.late[lane].push(Late { face, units, scores });
         }
         let blocks = self.board.blocks;
-        if visit == self.visits.faces.len() {
+        if visit == self.visits.first.len() {
             self.remember_more();
         }
-        self.visits.faces[visit][lane] = face;
+        self.visits.first[visit].faces[lane] = face;
         self.visits.len[lane] = visit as u32 + 1;
         if T::WEIGHTED {
             self.units[visit][lane] = units;
         }
-        let unit = units.into_iter().map(Into::into).max().unwrap_or(1);
+        let unit = units.into_iter().map(Into::<u64>::into).max().unwrap_or(1);
         let begins = scores && earlier == 0 && self.board.make_room((visit as u64 + 1) * unit);
         let material = self.material_of_face[face as usize] as usize;
         let own = 1_u64 << (material % BLOCK * 8);
@@ -143,7 +144,7 @@ impl<'a, T: Amount, const C: usize> Marks<'a, T, C> {
                 continue;
             }
             for (c, m) in (0..C).flat_map(|c| (0..BLOCK).map(move |m| (c, m))) {
-                let [before, more] = [&before, &more].map(|x| u128::from(x[c][m].into()));
+                let [before, more]: [u128; 2] = [&before, &more].map(|x| x[c][m].into());
                 if more > 0 {
                     self.board.raise_row((face as usize, block * BLOCK + m, c), before, more);
                 }
@@ -153,7 +154,7 @@ impl<'a, T: Amount, const C: usize> Marks<'a, T, C> {
 
     #[cold]
     fn remember_more(&mut self) {
-        self.visits.faces.push([0; WIDTH]);
+        self.visits.first.push(Visit::NONE);
         self.history.extend(vec![[0; WIDTH]; self.board.blocks]);
         if T::WEIGHTED {
             self.units.push([[T::default(); C]; WIDTH]);
@@ -178,7 +179,7 @@ impl<'a, T: Amount, const C: usize> Marks<'a, T, C> {
             }
             let Some(row) = faces.binary_search(&face).ok().filter(|_| scores) else { continue };
             for (total, &count) in totals[row * materials..].iter_mut().zip(&counts) {
-                let more = units.map(|units| u128::from(units.into()) * u128::from(count));
+                let more = units.map(|units| Into::<u128>::into(units) * u128::from(count));
                 total.iter_mut().zip(more).for_each(|(total, more)| *total += more);
             }
         }
@@ -190,7 +191,7 @@ impl<'a, T: Amount, const C: usize> Marks<'a, T, C> {
                 };
                 let of_block = totals.iter().enumerate().skip(block * BLOCK).take(BLOCK);
                 for ((m, total), c) in of_block.flat_map(|it| (0..C).map(move |c| (it, c))) {
-                    let before = u128::from(before[c][m % BLOCK].into());
+                    let before = before[c][m % BLOCK].into();
                     self.board.raise_row((face as usize, m, c), before, total[c]);
                 }
             }
@@ -235,7 +236,7 @@ impl<T: Amount, const C: usize> Scorer<C> for Marks<'_, T, C> {
         // A walk is absorbed once.
         let earlier = match self.event {
             Event::Absorption => [0; WIDTH],
-            Event::Arrival | Event::Survival => self.visits.earlier(self.isa, faces),
+            Event::Arrival | Event::Survival => self.visits.earlier(self.isa, faces).visits,
         };
         let isa = self.isa;
         isa.run(Step { marks: self, faces, decided, weights, earlier });

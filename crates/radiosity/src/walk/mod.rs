@@ -7,11 +7,12 @@ pub(crate) mod batch;
 pub(crate) mod depart;
 pub(crate) mod estimator;
 pub(crate) mod fate;
-pub(crate) mod linear;
+mod linear;
 pub(crate) mod marks;
-mod places;
 pub(crate) mod plain;
 pub(crate) mod score;
+mod spots;
+mod visits;
 
 use serde::{Deserialize, Serialize};
 

@@ -6,12 +6,13 @@
 
 use std::marker::PhantomData;
 
+use super::spots::Spot;
+use super::visits::{Path, SEARCHED, Visits, empty_paths};
 use crate::geometry::surface::Surface;
 use crate::random::rng::WalkRng;
 use crate::scene::Scene;
 use crate::simd::batch::{Decisions, Lanes, WIDTH};
-use crate::simd::isa::{Isa, on_isa};
-use crate::simd::real::Real;
+use crate::simd::isa::Isa;
 use crate::tally::{Scoreboard, Word};
 use crate::trace::ray::Hits;
 
@@ -39,36 +40,6 @@ pub(crate) trait Scorer<const C: usize> {
     fn relocate(&mut self, from: usize, to: usize);
     /// The walks will soon score on these faces.
     fn expect(&self, _faces: &[u32]) {}
-}
-
-/// The faces that a walk scored on, and what: units U each.
-#[derive(Clone, Debug)]
-pub(crate) struct Path<U> {
-    faces: Vec<u32>,
-    units: Vec<U>,
-}
-
-impl<U> Default for Path<U> {
-    fn default() -> Self {
-        Path { faces: Vec::new(), units: Vec::new() }
-    }
-}
-
-impl<U> Path<U> {
-    #[inline(always)]
-    fn push(&mut self, face: u32, units: U) {
-        self.faces.push(face);
-        self.units.push(units);
-    }
-
-    fn clear(&mut self) {
-        self.faces.clear();
-        self.units.clear();
-    }
-}
-
-fn empty_paths<U: Clone>() -> Vec<Path<U>> {
-    vec![Path::default(); WIDTH]
 }
 
 /// Which event of a walk scores.
@@ -103,102 +74,112 @@ impl Event for OnAbsorption {
     }
 }
 
-/// The first faces that each walk of a batch scored on; the later ones of a long walk are kept apart.
-pub(super) struct Visits {
-    /// `faces[k][lane]`: face number k of a walk.
-    pub(super) faces: Vec<[u32; WIDTH]>,
-    pub(super) len: [u32; WIDTH],
-    later: Vec<Vec<u32>>,
+/// A board on which whole hits are scored, one for each event.
+pub(crate) trait HitSlate {
+    /// What is kept of where a walk scores.
+    type Spot: Spot;
+    /// A walk scores on a face, where it has scored `before`: how often, and with what sum of spots.
+    fn add_hit(&mut self, face: u32, before: (u64, Self::Spot), spot: Self::Spot);
+    /// The walks will soon score on these faces.
+    fn expect_faces(&self, faces: &[u32]);
 }
 
-/// The number of visits of a walk in which an earlier visit to the same face is searched; further visits are scored at
-/// the walk's end.
-pub(super) const SEARCHED: usize = 64;
+/// A board on which weights are scored in C channels, in fixed point.
+pub(crate) trait Slate<const C: usize> {
+    /// What is kept of where a walk scores.
+    type Spot: Spot;
+    /// Power sums of a score.
+    const MOMENTS: usize;
+    /// Counts an event on a face, or a birth.
+    fn count_event(&mut self, face: u32);
+    /// Adds what a walk scores on its path: `visit(i)` on the i-th of `faces`, which may repeat.
+    fn add_visits(&mut self, faces: &[u32], visit: impl Fn(usize) -> ([u64; C], Self::Spot));
+    /// Adds what a walk has gathered for the face where it was born, rounded at random.
+    fn add_gathered(&mut self, birth: u32, scores: [f64; C], spot: Self::Spot, rng: WalkRng);
+    /// The walks will soon score on these faces.
+    fn expect_faces(&self, faces: &[u32]);
+}
 
-impl Visits {
-    pub(super) fn new() -> Self {
-        Visits { faces: Vec::new(), len: [0; WIDTH], later: vec![Vec::new(); WIDTH] }
-    }
+impl<const M: usize> HitSlate for Scoreboard<u64, (), 1, M> {
+    type Spot = ();
 
-    /// How often each walk has been on its face.
     #[inline(always)]
-    pub(super) fn earlier(&self, isa: Isa, faces: &[u32; WIDTH]) -> [u32; WIDTH] {
-        let mut earlier = [0; WIDTH];
-        let (visits, found) = (self, &mut earlier);
-        on_isa!(isa, count_earlier(visits: &Visits, faces: &[u32; WIDTH], found: &mut [u32; WIDTH]));
-        earlier
+    fn add_hit(&mut self, face: u32, (earlier, ()): (u64, ()), (): ()) {
+        self.add_one(face, earlier);
     }
 
-    /// Remembers a visit; false where too many are remembered already.
     #[inline(always)]
-    fn push(&mut self, lane: usize, face: u32) -> bool {
-        let len = self.len[lane] as usize;
-        if len == self.faces.len() {
-            if len == SEARCHED {
-                self.later[lane].push(face);
-                return false;
-            }
-            self.faces.push([0; WIDTH]);
-        }
-        self.faces[len][lane] = face;
-        self.len[lane] += 1;
-        true
-    }
-
-    pub(super) fn relocate(&mut self, from: usize, to: usize) {
-        self.len[to] = self.len[from];
-        self.faces.iter_mut().for_each(|row| row[to] = row[from]);
-        self.later.swap(from, to);
+    fn expect_faces(&self, faces: &[u32]) {
+        self.expect(faces);
     }
 }
 
-#[inline(always)]
-fn count_earlier<R: Real>(visits: &Visits, faces: &[u32; WIDTH], earlier: &mut [u32; WIDTH]) {
-    let longest = visits.len.iter().fold(0, |longest, &len| longest.max(len));
-    for (k, row) in (0..longest).zip(&visits.faces) {
-        for lane in 0..WIDTH {
-            earlier[lane] += u32::from((row[lane] == faces[lane]) & (k < visits.len[lane]));
-        }
+impl<const C: usize, const M: usize> Slate<C> for Scoreboard<u128, u64, C, M> {
+    type Spot = ();
+    const MOMENTS: usize = M;
+
+    #[inline(always)]
+    fn count_event(&mut self, face: u32) {
+        self.count(face);
+    }
+
+    #[inline(always)]
+    fn add_visits(&mut self, faces: &[u32], visit: impl Fn(usize) -> ([u64; C], ())) {
+        self.add_path(faces, |i| visit(i).0.map(u128::from));
+    }
+
+    #[inline(always)]
+    fn add_gathered(&mut self, birth: u32, scores: [f64; C], (): (), mut rng: WalkRng) {
+        self.add(birth, scores.map(|score| dithered::<M>(score, &mut rng).0));
+    }
+
+    #[inline(always)]
+    fn expect_faces(&self, faces: &[u32]) {
+        self.expect(faces);
     }
 }
 
 /// Grey analog shooting: one unit for each event, on the face where it happens.
-pub(crate) struct ShootHits<'a, V, const M: usize> {
-    board: &'a mut Scoreboard<u64, (), 1, M>,
-    visits: Visits,
+pub(crate) struct ShootHits<'a, V, B: HitSlate> {
+    board: &'a mut B,
+    visits: Visits<B::Spot>,
+    /// Where the walks are now.
+    spots: <B::Spot as Spot>::Row,
     isa: Isa,
     event: PhantomData<V>,
 }
 
-impl<'a, V, const M: usize> ShootHits<'a, V, M> {
-    pub(crate) fn new(isa: Isa, board: &'a mut Scoreboard<u64, (), 1, M>) -> Self {
-        ShootHits { board, visits: Visits::new(), isa, event: PhantomData }
+impl<'a, V, B: HitSlate> ShootHits<'a, V, B> {
+    pub(crate) fn new(isa: Isa, board: &'a mut B) -> Self {
+        ShootHits { board, visits: Visits::new(), spots: B::Spot::NONE, isa, event: PhantomData }
     }
 
     /// Scores the visits that were kept apart.
     #[cold]
     fn score_later(&mut self, lane: usize) {
-        let mut later = std::mem::take(&mut self.visits.later[lane]);
-        later.sort_unstable();
-        for visits in later.chunk_by(|a, b| a == b) {
-            let first = self.visits.faces.iter().filter(|row| row[lane] == visits[0]).count() as u64;
-            (0..visits.len() as u64).for_each(|i| self.board.add_one(visits[0], first + i));
-        }
+        self.visits.take_later(lane, |face, before, spot| self.board.add_hit(face, before, spot));
     }
 }
 
-impl<V: Event, const M: usize> Scorer<1> for ShootHits<'_, V, M> {
+impl<V: Event, B: HitSlate> Scorer<1> for ShootHits<'_, V, B> {
     #[inline(always)]
     fn begin(&mut self, lane: usize, _: u32) {
         self.visits.len[lane] = 0;
     }
 
     #[inline(always)]
+    fn locate(&mut self, isa: Isa, scene: &Scene, len: usize, hits: &Hits) {
+        B::Spot::locate(&mut self.spots, isa, scene, len, hits);
+    }
+
+    #[inline(always)]
     fn score(&mut self, faces: &[u32; WIDTH], decided: &Decisions, _: &[[f64; 1]; WIDTH]) {
         let earlier = self.visits.earlier(self.isa, faces);
         V::scoring(decided).each(|lane| {
-            if self.visits.push(lane, faces[lane]) {
-                self.board.add_one(faces[lane], earlier[lane].into());
+            let spot = B::Spot::of(&self.spots, lane);
+            if self.visits.push(lane, faces[lane], spot) {
+                let before = (earlier.visits[lane].into(), B::Spot::of(&earlier.spots, lane));
+                self.board.add_hit(faces[lane], before, spot);
             }
         });
     }
@@ -216,35 +197,42 @@ impl<V: Event, const M: usize> Scorer<1> for ShootHits<'_, V, M> {
 
     #[inline(always)]
     fn expect(&self, faces: &[u32]) {
-        self.board.expect(faces);
+        self.board.expect_faces(faces);
     }
 }
 
 /// Weighted shooting: the weights at each event, on the face it happens on (SInf eq. 1 for arrivals). Rounding
 /// to 2⁻⁴⁰ is below 10⁻⁹ of the smallest weight that a threshold of 0.001 leaves.
-pub(crate) struct ShootWeights<'a, V, const C: usize, const M: usize> {
-    board: &'a mut Scoreboard<u128, u64, C, M>,
-    paths: Vec<Path<[u64; C]>>,
+pub(crate) struct ShootWeights<'a, V, B: Slate<C>, const C: usize> {
+    board: &'a mut B,
+    paths: Vec<Path<([u64; C], B::Spot)>>,
+    /// Where the walks are now.
+    spots: <B::Spot as Spot>::Row,
     event: PhantomData<V>,
 }
 
-impl<'a, V, const C: usize, const M: usize> ShootWeights<'a, V, C, M> {
-    pub(crate) fn new(board: &'a mut Scoreboard<u128, u64, C, M>) -> Self {
-        ShootWeights { board, paths: empty_paths(), event: PhantomData }
+impl<'a, V, B: Slate<C>, const C: usize> ShootWeights<'a, V, B, C> {
+    pub(crate) fn new(board: &'a mut B) -> Self {
+        ShootWeights { board, paths: empty_paths(), spots: B::Spot::NONE, event: PhantomData }
     }
 }
 
-impl<V: Event, const C: usize, const M: usize> Scorer<C> for ShootWeights<'_, V, C, M> {
+impl<V: Event, B: Slate<C>, const C: usize> Scorer<C> for ShootWeights<'_, V, B, C> {
     #[inline(always)]
     fn begin(&mut self, lane: usize, _: u32) {
         self.paths[lane].clear();
     }
 
     #[inline(always)]
+    fn locate(&mut self, isa: Isa, scene: &Scene, len: usize, hits: &Hits) {
+        B::Spot::locate(&mut self.spots, isa, scene, len, hits);
+    }
+
+    #[inline(always)]
     fn score(&mut self, faces: &[u32; WIDTH], decided: &Decisions, weights: &[[f64; C]; WIDTH]) {
         V::scoring(decided).each(|lane| {
-            let units = weights[lane].map(|weight| (weight * fixed_units(M) + 0.5) as u64);
-            self.paths[lane].push(faces[lane], units);
+            let units = weights[lane].map(|weight| (weight * fixed_units(B::MOMENTS) + 0.5) as u64);
+            self.paths[lane].push(faces[lane], (units, B::Spot::of(&self.spots, lane)));
         });
     }
 
@@ -252,9 +240,9 @@ impl<V: Event, const C: usize, const M: usize> Scorer<C> for ShootWeights<'_, V,
     fn end(&mut self, lane: usize, _: WalkRng) {
         let path = &self.paths[lane];
         for &face in &path.faces {
-            self.board.count(face);
+            self.board.count_event(face);
         }
-        self.board.add_path(&path.faces, |i| path.units[i].map(u128::from));
+        self.board.add_visits(&path.faces, |i| path.units[i]);
     }
 
     fn relocate(&mut self, from: usize, to: usize) {
@@ -263,7 +251,7 @@ impl<V: Event, const C: usize, const M: usize> Scorer<C> for ShootWeights<'_, V,
 
     #[inline(always)]
     fn expect(&self, faces: &[u32]) {
-        self.board.expect(faces);
+        self.board.expect_faces(faces);
     }
 }
 
@@ -277,15 +265,15 @@ pub(super) fn dithered<const M: usize>(score: f64, rng: &mut WalkRng) -> (u128, 
 
 /// The face that a gathering walk was born on, and what the walk has gathered.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Gathered<const S: usize> {
-    pub(super) birth: u32,
-    pub(super) scores: [f64; S],
+struct Gathered<const S: usize> {
+    birth: u32,
+    scores: [f64; S],
 }
 
 impl<const S: usize> Gathered<S> {
     /// Adds the value of an event in each channel, times the weight there.
     #[inline(always)]
-    pub(super) fn gather(&mut self, weights: [f64; S], values: [f64; S]) {
+    fn gather(&mut self, weights: [f64; S], values: [f64; S]) {
         for ((score, weight), value) in self.scores.iter_mut().zip(weights).zip(values) {
             *score += weight * value;
         }
@@ -299,25 +287,33 @@ impl<const S: usize> Default for Gathered<S> {
 }
 
 /// Gathering: the value of each event's face times the weight there, on the face of birth.
-pub(crate) struct Gather<'a, V, const C: usize, const M: usize> {
-    board: &'a mut Scoreboard<u128, u64, C, M>,
+pub(crate) struct Gather<'a, V, B: Slate<C>, const C: usize> {
+    board: &'a mut B,
     /// What an event on each face is worth, over the largest of these values in its channel.
     values: &'a [[f64; C]],
     gathered: [Gathered<C>; WIDTH],
+    /// Where the walks were born.
+    births: <B::Spot as Spot>::Row,
     event: PhantomData<V>,
 }
 
-impl<'a, V, const C: usize, const M: usize> Gather<'a, V, C, M> {
-    pub(crate) fn new(board: &'a mut Scoreboard<u128, u64, C, M>, values: &'a [[f64; C]]) -> Self {
-        Gather { board, values, gathered: [Gathered::default(); WIDTH], event: PhantomData }
+impl<'a, V, B: Slate<C>, const C: usize> Gather<'a, V, B, C> {
+    pub(crate) fn new(board: &'a mut B, values: &'a [[f64; C]]) -> Self {
+        let gathered = [Gathered::default(); WIDTH];
+        Gather { board, values, gathered, births: B::Spot::NONE, event: PhantomData }
     }
 }
 
-impl<V: Event, const C: usize, const M: usize> Scorer<C> for Gather<'_, V, C, M> {
+impl<V: Event, B: Slate<C>, const C: usize> Scorer<C> for Gather<'_, V, B, C> {
     #[inline(always)]
     fn begin(&mut self, lane: usize, birth: u32) {
         self.gathered[lane] = Gathered { birth, scores: [0.0; C] };
-        self.board.count(birth);
+        self.board.count_event(birth);
+    }
+
+    #[inline(always)]
+    fn born_at(&mut self, lane: usize, surface: &Surface, cell: u32, uv: [f64; 2]) {
+        B::Spot::of_birth(surface, cell, uv).put(&mut self.births, lane);
     }
 
     #[inline(always)]
@@ -328,15 +324,16 @@ impl<V: Event, const C: usize, const M: usize> Scorer<C> for Gather<'_, V, C, M>
     }
 
     #[inline(always)]
-    fn end(&mut self, lane: usize, mut rng: WalkRng) {
+    fn end(&mut self, lane: usize, rng: WalkRng) {
         let Gathered { birth, scores } = self.gathered[lane];
         if scores.iter().any(|&score| score > 0.0) {
-            self.board.add(birth, scores.map(|score| dithered::<M>(score, &mut rng).0));
+            self.board.add_gathered(birth, scores, B::Spot::of(&self.births, lane), rng);
         }
     }
 
     fn relocate(&mut self, from: usize, to: usize) {
         self.gathered[to] = self.gathered[from];
+        B::Spot::of(&self.births, from).put(&mut self.births, to);
     }
 }
 

@@ -51,6 +51,11 @@ impl Pair {
         Pair { label, spec, group: |surface| surface, from: 0, to: 1, truth }
     }
 
+    /// From a cavity to itself.
+    fn to_itself(cavity: String, spec: SceneSpec, truth: f64) -> Self {
+        Pair { label: format!("{cavity}: to itself"), spec, group: |_| 0, from: 0, to: 0, truth }
+    }
+
     /// The factor by walks of its first group.
     fn measure(&self, lab: &Lab, kind: FactorKind, seed: u64) -> Claim {
         let walks = lab.pick(1 << 15, 1 << 22);
@@ -125,24 +130,11 @@ fn catalogue(lab: &Lab) -> Findings {
 fn enclosures(lab: &Lab) -> Findings {
     let mut pairs = Vec::new();
     for depth in [0.5, 1.0, 3.0] {
-        pairs.push(Pair {
-            label: format!("open box of 1 × 1 × {depth}: to itself"),
-            spec: shapes::open_box(depth),
-            group: |_| 0,
-            from: 0,
-            to: 0,
-            truth: 1.0 - 1.0 / (1.0 + 4.0 * depth),
-        });
+        let cavity = format!("open box of 1 × 1 × {depth}");
+        pairs.push(Pair::to_itself(cavity, shapes::open_box(depth), 1.0 - 1.0 / (1.0 + 4.0 * depth)));
     }
     let pit = 4.0 * 0.5 * (0.25_f64 + 0.25).sqrt();
-    pairs.push(Pair {
-        label: "pit of four triangles, depth 0.5: to itself".into(),
-        spec: shapes::pit(0.5),
-        group: |_| 0,
-        from: 0,
-        to: 0,
-        truth: 1.0 - 1.0 / pit,
-    });
+    pairs.push(Pair::to_itself("pit of four triangles, depth 0.5".into(), shapes::pit(0.5), 1.0 - 1.0 / pit));
     for (from, to, truth) in [(1, 0, 0.25), (1, 1, 0.75)] {
         let to_what = if to == 0 { "the cube in it" } else { "itself" };
         pairs.push(Pair {
@@ -158,14 +150,8 @@ fn enclosures(lab: &Lab) -> Findings {
         let mut sphere = shapes::icosphere(cuts, 0.0);
         let (area, opening) = shapes::areas(&sphere);
         sphere.surfaces.pop();
-        pairs.push(Pair {
-            label: format!("icosphere of {} triangles, one of them open: to itself", 20 << (2 * cuts)),
-            spec: sphere,
-            group: |_| 0,
-            from: 0,
-            to: 0,
-            truth: 1.0 - opening / (area - opening),
-        });
+        let cavity = format!("icosphere of {} triangles, one of them open", 20 << (2 * cuts));
+        pairs.push(Pair::to_itself(cavity, sphere, 1.0 - opening / (area - opening)));
     }
     for h in [0.5, 2.0] {
         pairs.push(Pair {

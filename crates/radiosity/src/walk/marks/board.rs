@@ -1,6 +1,7 @@
 //! Where marks are summed up: cells of eight materials, face by face, and rows of a tally for what cells have no room for.
 
 use crate::simd::prefetch::prefetch;
+use crate::tally::Word;
 use crate::walk::score::fixed_units;
 
 /// The materials of a block: one for each byte of a word.
@@ -10,45 +11,35 @@ pub(super) const BLOCK: usize = 8;
 pub(super) const FEW_BLOCKS: usize = 3;
 
 /// A whole number in which marks are summed up: u32 for hits, u64 for weights in fixed point.
-pub(crate) trait Amount: Copy + Default + Into<u64> {
+pub(crate) trait Amount: Word + From<u8> + Into<u64> {
     /// The largest sum that a cell may hold.
     const MOST: u64;
     /// Whether scores have weights.
     const WEIGHTED: bool;
+    /// The amount over 2^shift, which is rounded up.
+    fn coarse(self, shift: u32) -> Self;
+
     /// A weight, `scale` being 1.
-    fn of_weight(weight: f64, scale: f64) -> Self;
-    /// A small number times this one.
-    fn times(self, count: u8) -> Self;
-    /// The sum, modulo the width.
-    fn plus(self, other: Self) -> Self;
-    /// The difference, modulo the width.
-    fn minus(self, other: Self) -> Self;
+    #[inline(always)]
+    fn of_weight(weight: f64, scale: f64) -> Self {
+        if Self::WEIGHTED { Self::from_units(weight * scale + 0.5) } else { Self::from(1) }
+    }
+
     /// The square of the amount over 2^shift, which is rounded up, so that no variance comes out too small.
-    fn square(self, shift: u32) -> Self;
+    #[inline(always)]
+    fn square(self, shift: u32) -> Self {
+        let coarse = self.coarse(shift);
+        coarse.times(coarse)
+    }
 }
 
 impl Amount for u32 {
     const MOST: u64 = u32::MAX as u64;
     const WEIGHTED: bool = false;
+    /// Hits are squared as they are.
     #[inline(always)]
-    fn of_weight(_: f64, _: f64) -> Self {
-        1
-    }
-    #[inline(always)]
-    fn times(self, count: u8) -> Self {
-        self.wrapping_mul(count.into())
-    }
-    #[inline(always)]
-    fn plus(self, other: Self) -> Self {
-        self.wrapping_add(other)
-    }
-    #[inline(always)]
-    fn minus(self, other: Self) -> Self {
-        self.wrapping_sub(other)
-    }
-    #[inline(always)]
-    fn square(self, _: u32) -> Self {
-        self.wrapping_mul(self)
+    fn coarse(self, _: u32) -> Self {
+        self
     }
 }
 
@@ -56,25 +47,8 @@ impl Amount for u64 {
     const MOST: u64 = u64::MAX >> 1;
     const WEIGHTED: bool = true;
     #[inline(always)]
-    fn of_weight(weight: f64, scale: f64) -> Self {
-        (weight * scale + 0.5) as u64
-    }
-    #[inline(always)]
-    fn times(self, count: u8) -> Self {
-        self.wrapping_mul(count.into())
-    }
-    #[inline(always)]
-    fn plus(self, other: Self) -> Self {
-        self.wrapping_add(other)
-    }
-    #[inline(always)]
-    fn minus(self, other: Self) -> Self {
-        self.wrapping_sub(other)
-    }
-    #[inline(always)]
-    fn square(self, shift: u32) -> Self {
-        let rounded = (self >> shift) + u64::from(self & ((1 << shift) - 1) != 0);
-        rounded.wrapping_mul(rounded)
+    fn coarse(self, shift: u32) -> Self {
+        (self >> shift) + u64::from(self & ((1 << shift) - 1) != 0)
     }
 }
 
@@ -121,7 +95,7 @@ impl<T: Amount, const C: usize> Cell<T, C> {
 #[inline(always)]
 pub(super) fn amounts<T: Amount, const C: usize>(units: &[T; C], counts: u64) -> [[T; BLOCK]; C] {
     let counts = counts.to_le_bytes();
-    std::array::from_fn(|c| std::array::from_fn(|m| units[c].times(counts[m])))
+    std::array::from_fn(|c| std::array::from_fn(|m| units[c].times(counts[m].into())))
 }
 
 /// The boards of marks that there are.
@@ -241,7 +215,7 @@ impl<T: Amount, const C: usize> Marked<T, C> {
             for (c, m) in (0..C).flat_map(|c| (0..BLOCK).map(move |m| (c, m))) {
                 let sum: u64 = sums[c][m].into();
                 if sum > 0 {
-                    self.add_to_row((face, first + m, c), sum.into(), squares[c][m].into().into());
+                    self.add_to_row((face, first + m, c), sum.into(), squares[c][m].into());
                 }
             }
         }

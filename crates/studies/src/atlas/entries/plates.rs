@@ -100,19 +100,20 @@ fn study(lab: &Lab) -> Result<Finding, Failure> {
     claims.push(Claim::sure("without the double every patch is hit", !once.fails("unhit")).instead());
     Ok(Finding {
         predicted: format!(
-            "As the gap h closes, F → 1 − O(h ln 1/h) and B₂ → R₂E₁/(1 − R₁R₂) = {}. A start within the slack (2⁻⁴⁶ of the \
-             largest coordinate, 1.4·10⁻¹⁴ m here) of a plane counts as on it, and meets it at once if it goes against \
-             its front: plates that face each other exchange all light even where rounding makes them one plane. \
+            "As the gap h closes, F → 1 − O(h ln 1/h) and B₂ → R₂E₁/(1 − R₁R₂) = {}. Planes within the slack (2⁻⁴⁶ of the \
+             largest coordinate, 1.4·10⁻¹⁴ m here) are one plane, whose surfaces are layers in a fixed order with the \
+             fronts outermost: plates that face each other then turn their backs to each other, and exchange nothing. \
              Of two that lie on each other and face the same way the first takes all.",
             number(INFINITE)
         ),
         seen: format!(
-            "B₂ agrees down to a gap of {} m. A plate that is there twice is hit once: its double is in the dark.",
+            "B₂ agrees down to a gap of {} m; where the plates are one plane, B₂ is 0. A plate that is there twice is hit \
+             once: its double is in the dark.",
             number(least)
         ),
         told,
-        instead: "Remove what is there twice: the patches that are flagged `unhit` in patches.csv are the ones. Plates \
-                  that face each other need no care."
+        instead: "Remove what is there twice: `radwalk check` names the pairs. Leave a gap of more than the slack between \
+                  plates that face each other."
             .into(),
         claims,
         chart: sweep.chart(),

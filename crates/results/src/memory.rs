@@ -4,7 +4,7 @@ use std::fs;
 
 use job::Job;
 
-use crate::fault::Fault;
+use crate::error::Error;
 
 /// What a coordinator holds of each face at least [bytes]: a grey tally of two sums.
 const COORDINATOR: u64 = 32;
@@ -12,11 +12,11 @@ const COORDINATOR: u64 = 32;
 /// What a worker holds of each face at least [bytes]: its board and, while it hands over, a tally.
 const WORKER: u64 = 48;
 
-/// Refuses what cannot fit: the tallies of a coordinator and of workers on this machine.
+/// Refuses a job that cannot fit: the tallies of its coordinator and of a number of workers on this machine.
 ///
 /// # Errors
-/// With the memory that it would take.
-pub(crate) fn check(job: &Job, workers: usize) -> Result<(), Fault> {
+/// [`Error::NoRoom`], with the memory that it would take.
+pub fn check_memory(job: &Job, workers: usize) -> Result<(), Error> {
     let patches = job.scene.patch_count();
     // Sources that are told apart, and materials whose influence is measured, have sums of their own.
     let tables = 1 + job.sources.len() + job.sensitivity.len();
@@ -24,7 +24,7 @@ pub(crate) fn check(job: &Job, workers: usize) -> Result<(), Fault> {
         .saturating_mul(tables as u64)
         .saturating_mul(COORDINATOR + WORKER.saturating_mul(workers as u64));
     match there() {
-        Some(there) if needed > there => Err(Fault::NoRoom { patches, needed, there, workers }),
+        Some(there) if needed > there => Err(Error::NoRoom { patches, needed, there, workers }),
         _ => Ok(()),
     }
 }
@@ -39,12 +39,12 @@ fn there() -> Option<u64> {
 }
 
 /// The most memory that this process has held [bytes], on Linux.
-pub(crate) fn peak() -> Option<f64> {
-    peak_of("self").map(|bytes| bytes as f64)
+pub fn peak_memory() -> Option<f64> {
+    peak_memory_of("self").map(|bytes| bytes as f64)
 }
 
 /// The most memory that a process has held [bytes], as Linux tells it; `process` is its number, or `self`.
-pub(crate) fn peak_of(process: &str) -> Option<u64> {
+pub fn peak_memory_of(process: &str) -> Option<u64> {
     let status = fs::read_to_string(format!("/proc/{process}/status")).ok()?;
     kilobytes(&status, "VmHWM:").map(|kilobytes| 1024 * kilobytes)
 }

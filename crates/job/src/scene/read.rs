@@ -1,0 +1,224 @@
+//! Scene files on their way to a [`SceneFile`]: TOML with its meshes, part by part where the parts allow it, or a mesh alone.
+
+#[cfg(test)]
+mod tests;
+
+use std::borrow::Cow;
+use std::path::{Path, PathBuf};
+
+use import::{Format, Imported, MaterialOverride, Options};
+use radiosity::{Shape, Spectrum, SurfaceSpec};
+
+use super::SceneFile;
+use super::surface::{can_name_a_surface, read_surface};
+use crate::document::{Table, Value};
+use crate::error::{Error, MESH_FORMATS};
+use crate::imports::{import_scene, positive, read_mesh};
+use crate::keys::{LISTS, SCENE_KEYS};
+use crate::material::{Material, Materials, find_material, read_materials};
+use crate::plain::{PlainSurface, plain_surfaces};
+use crate::sensors::read_sensors;
+use crate::site::SurfaceSite;
+use crate::sky::read_sky;
+use crate::source::{Source, Split};
+
+/// Reads a scene file, meshes with the defaults of `[import]`.
+///
+/// # Errors
+/// A file that cannot be read, is of a format without reader, or says what is unknown, missing or not allowed.
+pub fn load_scene(path: &Path) -> Result<SceneFile, Error> {
+    load_scene_with(path, &Options::default())
+}
+
+/// Reads a scene file: TOML with its meshes, or a mesh.
+///
+/// # Errors
+/// As [`load_scene`].
+pub fn load_scene_with(path: &Path, options: &Options) -> Result<SceneFile, Error> {
+    if is_toml(path) {
+        return load_toml(path, options);
+    }
+    let Some(format) = Format::of(path) else { return Err(unknown_format(path)) };
+    Ok(SceneFile::of_import(path, import_scene(path, format, options)?))
+}
+
+pub(crate) const MESH_KEYS: &[&str] = &["file", "material", "max_patch_area"];
+
+fn load_toml(path: &Path, options: &Options) -> Result<SceneFile, Error> {
+    let source = Source::read(path, "[material.NAME] tables and [[surface]] tables")?;
+    match read_parts(&source, options)? {
+        Some(scene) => Ok(scene),
+        None => read_whole(&source, options),
+    }
+}
+
+/// Reads a scene part by part; `None` where a part is not TOML by itself.
+fn read_parts(source: &Source, options: &Options) -> Result<Option<SceneFile>, Error> {
+    let split = source.split();
+    let rest = split.rest(source).filter(|(_, rest)| !rest.contains_key("surface"));
+    let Some((part, rest)) = rest else { return Ok(None) };
+    Reader::new(Table::part(part, rest, SCENE_KEYS)?, source.file(), options)?.read_parts(source, &split)
+}
+
+/// Reads a scene as one document, which tells what is wrong with it.
+fn read_whole(source: &Source, options: &Options) -> Result<SceneFile, Error> {
+    let mut table = Table::root(source, SCENE_KEYS)?;
+    let surfaces = table.take("surface");
+    let mut reader = Reader::new(table, source.file(), options)?;
+    surfaces.map_or(Ok(()), |surfaces| reader.surfaces(surfaces))?;
+    reader.finish()
+}
+
+/// A TOML scene on its way.
+struct Reader<'a, 'o> {
+    scene: SceneFile,
+    materials: Materials,
+    meshes: Option<Value<'a>>,
+    sky: Option<Spectrum>,
+    options: &'o Options,
+}
+
+impl<'a, 'o> Reader<'a, 'o> {
+    /// Reads all but surfaces.
+    fn new(mut table: Table<'a>, path: &Path, options: &'o Options) -> Result<Self, Error> {
+        let materials = read_materials(&mut table)?;
+        let lines = |(name, material): (&String, &Material)| (name.clone(), material.lines.clone());
+        let scene = SceneFile {
+            materials: materials.iter().map(lines).collect(),
+            sensors: table.take("sensor").map_or(Ok(Vec::new()), read_sensors)?,
+            ..SceneFile::empty(path)
+        };
+        let sky = table.take("sky").map(read_sky).transpose()?;
+        Ok(Reader { scene, materials, meshes: table.take("mesh"), sky, options })
+    }
+
+    /// Reads the surfaces part by part; `None` where a part is not TOML by itself.
+    fn read_parts(mut self, source: &Source, split: &Split) -> Result<Option<SceneFile>, Error> {
+        for surfaces in split.surfaces() {
+            let (text, line) = surfaces.text(source);
+            if self.plain_surfaces(text, line).is_some() {
+                continue;
+            }
+            let Some((part, table)) = surfaces.document(source) else { return Ok(None) };
+            let mut table = Table::part(part, table, SCENE_KEYS)?;
+            if let Some(surfaces) = table.take("surface") {
+                self.surfaces(surfaces)?;
+            }
+        }
+        self.finish().map(Some)
+    }
+
+    /// Reads surfaces without a document; `None` where any of them needs one.
+    fn plain_surfaces(&mut self, text: &str, line: u32) -> Option<()> {
+        let surfaces = plain_surfaces(text, line)?;
+        let materials: Vec<&Material> =
+            surfaces.iter().map(|surface| self.materials.get(&*surface.material)).collect::<Option<_>>()?;
+        let mut names = surfaces.iter().filter_map(|surface| surface.name.as_deref());
+        names.all(can_name_a_surface).then_some(())?;
+        for (surface, material) in surfaces.into_iter().zip(materials) {
+            let PlainSurface { name, shape, sides, header, outline, cells, .. } = surface;
+            let [quad, triangle] = match shape {
+                Shape::Parallelogram { .. } => [outline, 0],
+                Shape::Triangle { .. } => [0, outline],
+            };
+            let keys = [quad, triangle, cells.unwrap_or(0), 0];
+            let site = SurfaceSite { material: material.number, header, keys };
+            let surface = SurfaceSpec {
+                name: name.map(Cow::into_owned),
+                shape,
+                sides,
+                reflectance: material.reflectance,
+                emittance: material.emittance,
+                cell_emittance: Vec::new(),
+            };
+            self.scene.push(surface, site);
+        }
+        Some(())
+    }
+
+    fn surfaces(&mut self, value: Value<'_>) -> Result<(), Error> {
+        for value in value.tables(LISTS[0])? {
+            let number = self.scene.spec.surfaces.len();
+            let (surface, site, auto) = read_surface(value, number, &self.materials)?;
+            if auto {
+                self.scene.auto.push(number);
+            }
+            self.scene.push(surface, site);
+        }
+        Ok(())
+    }
+
+    /// Adds the meshes behind all surfaces, and the sky behind these.
+    fn finish(mut self) -> Result<SceneFile, Error> {
+        let meshes =
+            self.meshes.take().map(|meshes| meshes.tables(LISTS[1])).transpose()?.unwrap_or_default();
+        for (number, value) in meshes.into_iter().enumerate() {
+            let (file, imported, finish) = self.mesh(value, number)?;
+            self.scene.add(&file, imported, finish.as_deref());
+        }
+        if let Some(emittance) = self.sky {
+            self.scene.add_sky(emittance);
+        }
+        Ok(self.scene)
+    }
+
+    /// The file of a mesh, its surfaces, and the material that all of them have, where the scene gives them one.
+    fn mesh(&self, value: Value<'_>, number: usize) -> Result<(PathBuf, Imported, Option<String>), Error> {
+        let mut table = value.table_called(format!("mesh {number}: "), MESH_KEYS)?;
+        let file = table.require(
+            "file",
+            "a mesh is read from one",
+            "file = \"chair.obj\", relative to the scene",
+        )?;
+        let path = self.scene.path.parent().unwrap_or(Path::new("")).join(file.string()?);
+        let format = Format::of(&path).ok_or_else(|| {
+            let remedy = format!("name a file that ends in {MESH_FORMATS}");
+            file.refuse(
+                format!("{:?} is of no known format", path.display()),
+                "its name tells how to read it",
+                remedy,
+            )
+        })?;
+        let area = table.take("max_patch_area");
+        let max_patch_area = area.map(|value| positive(&value, "it is an area in m²")).transpose()?;
+        let mut options = Options { max_patch_area, ..self.options.clone() };
+        let mesh = read_mesh(&path, format, &options).map_err(|error| match error {
+            Error::Missing { file: missing } if missing == path => file.refuse(
+                format!("there is no file {}", missing.display()),
+                "meshes are looked for relative to the scene",
+                "correct the path",
+            ),
+            error => error,
+        })?;
+        options.materials.retain(|entry| mesh.has_material(&entry.pattern));
+        let mut finish = None;
+        if let Some(value) = table.take("material") {
+            let material = find_material(&value, &self.materials)?;
+            finish = Some(value.string()?.to_owned());
+            options.materials.push(MaterialOverride {
+                pattern: "*".into(),
+                reflectance: Some(material.reflectance),
+                emittance: Some(material.emittance),
+                power: None,
+                sides: None,
+            });
+        }
+        let imported = mesh.into_scene(&path, format, &options).map_err(Error::of_mesh)?;
+        Ok((path, imported, finish))
+    }
+}
+
+pub(crate) fn is_toml(path: &Path) -> bool {
+    path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("toml"))
+}
+
+fn unknown_format(path: &Path) -> Error {
+    match path.extension() {
+        None if path.is_dir() => Error::Folder { file: path.into() },
+        None => Error::SceneFormat { file: path.into(), format: "scenes without extension".into() },
+        Some(extension) => {
+            let format = format!(".{}", extension.to_string_lossy().to_lowercase());
+            Error::SceneFormat { file: path.into(), format }
+        }
+    }
+}

@@ -1,0 +1,125 @@
+//! What is kept of the places where walks score: nothing, or the values of the linear basis there; many side by side.
+
+use crate::geometry::basis::{of_step, slopes_at};
+use crate::geometry::landing::{Landing, Landings};
+use crate::geometry::surface::Surface;
+use crate::scene::Scene;
+use crate::simd::batch::{Lanes, WIDTH};
+use crate::simd::isa::{Isa, on_isa};
+use crate::simd::real::Real;
+use crate::trace::ray::Hits;
+
+/// What is kept of the place where a walk scores, and of several places together: `()`, or the sums of ψ₁ and ψ₂ there [slope
+/// units].
+pub(crate) trait Spot: Copy + Default {
+    /// The spots of a batch of walks.
+    type Row: Copy;
+    /// A row of no spots.
+    const NONE: Self::Row;
+    /// The spot of a walk.
+    fn of(row: &Self::Row, lane: usize) -> Self;
+    /// Puts the spot of a walk in its row.
+    fn put(self, row: &mut Self::Row, lane: usize);
+    /// Both together.
+    fn plus(self, other: Self) -> Self;
+    /// Adds to the sums of a walk its spot in a row, where `same` is 1, and nothing where it is 0.
+    fn add_if(same: u32, sums: &mut Self::Row, row: &Self::Row, lane: usize);
+    /// The spot of a birth in a cell of a surface, at these local coordinates.
+    fn of_birth(surface: &Surface, cell: u32, uv: [f64; 2]) -> Self;
+    /// The spots of the first `len` hits. They mean nothing where no surface is met.
+    fn locate(row: &mut Self::Row, isa: Isa, scene: &Scene, len: usize, hits: &Hits);
+}
+
+impl Spot for () {
+    type Row = ();
+    const NONE: () = ();
+    #[inline(always)]
+    fn of((): &(), _: usize) {}
+    #[inline(always)]
+    fn put(self, (): &mut (), _: usize) {}
+    #[inline(always)]
+    fn plus(self, (): ()) {}
+    #[inline(always)]
+    fn add_if(_: u32, (): &mut (), (): &(), _: usize) {}
+    #[inline(always)]
+    fn of_birth(_: &Surface, _: u32, _: [f64; 2]) {}
+    #[inline(always)]
+    fn locate((): &mut (), _: Isa, _: &Scene, _: usize, _: &Hits) {}
+}
+
+/// ψ₁ and ψ₂ of a batch of walks.
+type Slopes = [[i32; WIDTH]; 2];
+
+impl Spot for [i64; 2] {
+    type Row = Slopes;
+    const NONE: Slopes = [[0; WIDTH]; 2];
+
+    #[inline(always)]
+    fn of(row: &Slopes, lane: usize) -> Self {
+        [row[0][lane].into(), row[1][lane].into()]
+    }
+
+    #[inline(always)]
+    fn put(self, row: &mut Slopes, lane: usize) {
+        (row[0][lane], row[1][lane]) = (self[0] as i32, self[1] as i32);
+    }
+
+    #[inline(always)]
+    fn plus(self, other: Self) -> Self {
+        [self[0] + other[0], self[1] + other[1]]
+    }
+
+    #[inline(always)]
+    fn add_if(same: u32, sums: &mut Slopes, row: &Slopes, lane: usize) {
+        let mask = same.wrapping_neg() as i32;
+        let [first, second] = sums;
+        first[lane] += row[0][lane] & mask;
+        second[lane] += row[1][lane] & mask;
+    }
+
+    #[inline(always)]
+    fn of_birth(surface: &Surface, cell: u32, uv: [f64; 2]) -> Self {
+        slopes_at(surface.place_in_cell(cell, uv), surface.is_triangle()).map(Into::into)
+    }
+
+    #[inline(always)]
+    fn locate(row: &mut Slopes, isa: Isa, scene: &Scene, len: usize, hits: &Hits) {
+        locate_all(row, isa, scene, len, hits);
+    }
+}
+
+fn locate_all(row: &mut Slopes, isa: Isa, scene: &Scene, len: usize, hits: &Hits) {
+    let (places, landings) = (&mut *row, &scene.parts.landings);
+    on_isa!(isa, locate(places: &mut Slopes, landings: &Landings, len: usize, hits: &Hits));
+    if landings.has_rows() {
+        locate_in_rows(row, scene, len, hits);
+    }
+}
+
+/// Locates hits once more where triangles are cut in cells.
+fn locate_in_rows(row: &mut Slopes, scene: &Scene, len: usize, hits: &Hits) {
+    Lanes::first(len).each(|lane| {
+        let surface = match hits.surface[lane] {
+            Hits::NONE => return,
+            number => &scene.surfaces()[number as usize],
+        };
+        if surface.is_triangle() {
+            let uv = hits.uv.each_ref().map(|row| row[lane]);
+            <[i64; 2]>::of_birth(surface, surface.cell_at(uv), uv).put(row, lane);
+        }
+    });
+}
+
+#[inline(always)]
+fn locate<R: Real>(places: &mut Slopes, landings: &Landings, len: usize, hits: &Hits) {
+    let mut steps = [[0; WIDTH]; 2];
+    for first in (0..len.min(WIDTH)).step_by(R::N) {
+        let landing = Landing::<R>::each(landings, &hits.surface[first..]);
+        let found = landing.steps(hits.uv.each_ref().map(|row| R::load(&row[first..])));
+        found[0].store_u32(&mut steps[0][first..]);
+        found[1].store_u32(&mut steps[1][first..]);
+    }
+    for (slopes, steps) in places.iter_mut().zip(&steps) {
+        slopes.iter_mut().zip(steps).for_each(|(slope, &step)| *slope = of_step(step));
+    }
+}

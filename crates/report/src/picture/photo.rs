@@ -1,0 +1,69 @@
+//! What is estimated of a scene, as a picture.
+
+use job::View;
+use radiosity::{Estimates, Scene};
+
+use super::studio::Studio;
+use super::{Picture, Shot};
+use crate::smooth::Smooth;
+use crate::values::Values;
+
+/// Where no picture is drawn its exposure is measured on a picture this much coarser.
+const COARSE: u32 = 4;
+
+/// A picture, what it was made from, and how it was taken.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Photo {
+    /// What an eye sees.
+    pub picture: Picture,
+    /// The radiosity behind it.
+    pub values: Values,
+    /// How it was taken.
+    pub shot: Shot,
+}
+
+impl Photo {
+    /// Renders what is estimated of a scene as [`Picture::render`] does, without steps between patches, from where a job
+    /// lets the camera stand. A face without an estimate shows its own emission.
+    pub fn shoot(estimates: &Estimates, smooth: &Smooth, view: &View) -> Self {
+        Photo::take(estimates.scene(), &shown(estimates), Some(smooth), view)
+    }
+
+    pub(super) fn take(scene: &Scene, radiosity: &[f64], smooth: Option<&Smooth>, view: &View) -> Self {
+        let camera = Studio::camera(scene, radiosity, view);
+        let studio = Studio::expose(scene, radiosity, smooth, camera, view);
+        let (picture, values) = studio.develop();
+        Photo { picture, values, shot: studio.shot() }
+    }
+}
+
+/// B of every face [W/m²], the channels of a face side by side; E for a face without an estimate.
+fn shown(estimates: &Estimates) -> Vec<f64> {
+    let channels = estimates.scene().channels();
+    let shown = estimates.iter().flat_map(|(_, face, known)| {
+        let shown = move |c| known.map_or(face.emittance[c], |known| known[c].radiosity);
+        (0..channels).map(shown)
+    });
+    shown.collect()
+}
+
+impl Picture {
+    /// Renders a scene from the side that shows most of it. `radiosity` is B of every patch [W/m²], the channels of
+    /// a patch side by side.
+    ///
+    /// The exposure is such that nearly all that is seen of non-emitting patches stays below white; lamps clip
+    /// to white. The same arguments give the same picture.
+    pub fn render(scene: &Scene, radiosity: &[f64]) -> Self {
+        Photo::take(scene, radiosity, None, &View::default()).picture
+    }
+}
+
+impl Shot {
+    /// How a picture would be taken that is not drawn: the exposure is measured on every [`COARSE`]th pixel of every such row.
+    pub fn aim(estimates: &Estimates, view: &View) -> Self {
+        let (scene, radiosity) = (estimates.scene(), shown(estimates));
+        let camera = Studio::camera(scene, &radiosity, view);
+        let coarse = Studio::expose(scene, &radiosity, None, camera.coarser(COARSE), view);
+        Shot { size: camera.size, ..coarse.shot() }
+    }
+}

@@ -1,0 +1,229 @@
+//! A picture on its way: what is seen at the corners of pixels, and between them where they differ.
+
+use std::ops::Range;
+
+use job::View;
+use radiosity::Scene;
+
+use super::light::{BACKGROUND, Light, encode, exposure, mean, of_piece, value, white_balance};
+use super::{Picture, Shot};
+use crate::camera::{Camera, Sight};
+use crate::cores::on_all_cores;
+use crate::smooth::Smooth;
+use crate::values::Values;
+
+/// Samples along each side of a pixel that an edge goes through.
+const FINE: u32 = 3;
+
+/// Rows of pixels that are looked at together.
+const BAND: usize = 16;
+
+/// Pixels with edges that are looked at together.
+const FINE_AT_ONCE: usize = 256;
+
+/// Shades (0 … 1, encoded) that differ by less than this make no edge.
+const SAME_SHADE: f64 = 1.5 / 255.0;
+
+/// A scene in front of a camera, with its light measured.
+pub(super) struct Studio<'a> {
+    scene: &'a Scene,
+    radiosity: &'a [f64],
+    /// Where patches are not flat: radiosity at their corners.
+    smooth: Option<&'a Smooth>,
+    camera: Camera,
+    /// What is seen at the corners of the pixels, (width + 1) × (height + 1) of them, in bands of [`BAND`] rows.
+    corners: Vec<Vec<Spot>>,
+    /// Light over radiosity, channel by channel.
+    exposure: [f64; 3],
+}
+
+/// What is seen at a point of the picture.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Spot {
+    /// The piece of a face, or [`Spot::NOTHING`].
+    piece: u32,
+    /// Where on the piece's surface.
+    uv: [f64; 2],
+}
+
+impl Spot {
+    /// In place of a piece.
+    const NOTHING: u32 = u32::MAX;
+
+    fn of(sight: Option<Sight>) -> Self {
+        sight.map_or(Spot { piece: Spot::NOTHING, uv: [0.0; 2] }, |sight| Spot {
+            piece: sight.piece,
+            uv: sight.uv,
+        })
+    }
+
+    /// What it is on.
+    fn piece(&self) -> Option<u32> {
+        (self.piece != Spot::NOTHING).then_some(self.piece)
+    }
+}
+
+/// What is seen at a corner of pixels: its radiosity [W/m²], light and shade (encoded light) by channels.
+struct Corner {
+    seen: Option<[f64; 3]>,
+    light: Light,
+    shade: [f64; 3],
+}
+
+/// A pixel: its light, and the mean radiosity behind it with the part of it that shows the scene.
+#[derive(Default)]
+struct Pixel {
+    light: Light,
+    value: [f32; 4],
+}
+
+/// Some rows of pixels: the bytes of the picture and the values behind them.
+type Rows = (Vec<u8>, Vec<[f32; 4]>);
+
+impl<'a> Studio<'a> {
+    pub(super) fn camera(scene: &Scene, radiosity: &[f64], view: &View) -> Camera {
+        // By surface: while few walks were shot, which patches are lit is noise.
+        let mut lit = vec![false; scene.surfaces().len()];
+        for piece in 0..scene.faces().piece_count() as u32 {
+            let surface = scene.faces().piece(piece).surface;
+            lit[surface as usize] |=
+                of_piece(scene, radiosity, piece).iter().any(|&radiosity| radiosity > 0.0);
+        }
+        Camera::of_view(scene, view, |surface| lit[surface as usize])
+    }
+
+    pub(super) fn expose(
+        scene: &'a Scene,
+        radiosity: &'a [f64],
+        smooth: Option<&'a Smooth>,
+        camera: Camera,
+        view: &View,
+    ) -> Self {
+        let [width, height] = camera.size.map(|side| side as usize);
+        let corners = on_all_cores((height + 1).div_ceil(BAND), |band| {
+            let rows = band * BAND..((band + 1) * BAND).min(height + 1);
+            let mut spots = Vec::with_capacity(rows.len() * (width + 1));
+            for y in rows {
+                let row: Vec<[f64; 2]> = (0..=width).map(|x| [x as f64, y as f64]).collect();
+                spots.extend(camera.look(scene, &row).into_iter().map(Spot::of));
+            }
+            spots
+        });
+        let exposure = match view.exposure {
+            Some(exposure) => white_balance(scene).map(|gain| gain * exposure),
+            None => exposure(scene, radiosity, corners.iter().flatten().filter_map(Spot::piece)),
+        };
+        Studio { scene, radiosity, smooth, camera, corners, exposure }
+    }
+
+    pub(super) fn shot(&self) -> Shot {
+        Shot {
+            viewpoint: self.camera.viewpoint(self.scene),
+            size: self.camera.size,
+            exposure: self.exposure,
+            white: self.exposure.map(|exposure| 1.0 / exposure),
+        }
+    }
+
+    pub(super) fn develop(&self) -> (Picture, Values) {
+        let [width, height] = self.camera.size;
+        let bands = on_all_cores((height as usize).div_ceil(BAND), |band| {
+            let first = (band * BAND) as u32;
+            self.band(first..(first + BAND as u32).min(height))
+        });
+        let (pixels, values): (Vec<_>, Vec<_>) = bands.into_iter().unzip();
+        let channels = self.scene.channels();
+        let picture = Picture { width, height, channels, pixels: pixels.concat() };
+        (picture, Values { width, height, channels, values: values.concat() })
+    }
+
+    /// Some rows of pixels.
+    fn band(&self, rows: Range<u32>) -> Rows {
+        let width = self.camera.size[0] as usize;
+        let mut pixels: Vec<Pixel> = Vec::with_capacity(rows.len() * width);
+        let mut edges: Vec<(usize, [u32; 2])> = Vec::new();
+        let mut above = self.corners_of_row(rows.start);
+        for y in rows {
+            let below = self.corners_of_row(y + 1);
+            for x in 0..width {
+                let even = self.even_pixel([&above[x], &above[x + 1], &below[x], &below[x + 1]]);
+                if even.is_none() {
+                    edges.push((pixels.len(), [x as u32, y]));
+                }
+                pixels.push(even.unwrap_or_default());
+            }
+            above = below;
+        }
+        for some in edges.chunks(FINE_AT_ONCE) {
+            let places: Vec<[u32; 2]> = some.iter().map(|&(_, place)| place).collect();
+            for (&(edge, _), pixel) in some.iter().zip(self.fine_pixels(&places)) {
+                pixels[edge] = pixel;
+            }
+        }
+        let channels = self.scene.channels();
+        let byte = |&light: &f64| (encode(light) * 255.0).round() as u8;
+        let bytes = pixels.iter().flat_map(|pixel| pixel.light[..channels].iter().map(byte)).collect();
+        (bytes, pixels.iter().map(|pixel| pixel.value).collect())
+    }
+
+    /// The corners of pixels on the upper side of a row of them.
+    fn corners_of_row(&self, y: u32) -> Vec<Corner> {
+        let (band, row) = (y as usize / BAND, y as usize % BAND);
+        let stride = self.camera.size[0] as usize + 1;
+        self.corners[band][row * stride..][..stride].iter().map(|&spot| self.corner(spot)).collect()
+    }
+
+    fn corner(&self, spot: Spot) -> Corner {
+        let seen = self.radiosity(spot);
+        let light = self.light(seen);
+        let channels = self.scene.channels();
+        let shade = std::array::from_fn(|c| if c < channels { encode(light[c]) } else { 0.0 });
+        Corner { seen, light, shade }
+    }
+
+    /// One pixel whose corners look alike: it needs no further look. `None` where they do not.
+    fn even_pixel(&self, corners: [&Corner; 4]) -> Option<Pixel> {
+        let alike = |c: usize| {
+            let shades = corners.map(|corner| corner.shade[c]);
+            let darkest = shades.iter().copied().fold(1.0, f64::min);
+            let brightest = shades.iter().copied().fold(0.0, f64::max);
+            darkest == brightest || brightest - darkest < SAME_SHADE
+        };
+        (0..self.scene.channels()).all(alike).then(|| Pixel {
+            light: mean(&corners.map(|corner| corner.light)),
+            value: value(&corners.map(|corner| corner.seen)),
+        })
+    }
+
+    /// Pixels that edges go through, by several looks each.
+    fn fine_pixels(&self, pixels: &[[u32; 2]]) -> Vec<Pixel> {
+        let offset = |k: u32| (f64::from(k) + 0.5) / f64::from(FINE);
+        let within = |&[x, y]: &[u32; 2]| {
+            (0..FINE * FINE).map(move |k| [f64::from(x) + offset(k % FINE), f64::from(y) + offset(k / FINE)])
+        };
+        let samples: Vec<[f64; 2]> = pixels.iter().flat_map(within).collect();
+        let sights = self.camera.look(self.scene, &samples).into_iter();
+        let seen: Vec<Option<[f64; 3]>> = sights.map(|sight| self.radiosity(Spot::of(sight))).collect();
+        let pixel = |seen: &[Option<[f64; 3]>]| {
+            let lights: Vec<Light> = seen.iter().map(|&seen| self.light(seen)).collect();
+            Pixel { light: mean(&lights), value: value(seen) }
+        };
+        seen.chunks_exact((FINE * FINE) as usize).map(pixel).collect()
+    }
+
+    /// B in three channels at what is seen [W/m²]; `None` beyond the scene.
+    fn radiosity(&self, spot: Spot) -> Option<[f64; 3]> {
+        let piece = spot.piece()?;
+        Some(match self.smooth {
+            Some(smooth) => smooth.at(piece, self.scene.faces().corner_weights(piece, spot.uv)),
+            None => of_piece(self.scene, self.radiosity, piece),
+        })
+    }
+
+    /// Light from what is seen.
+    fn light(&self, radiosity: Option<[f64; 3]>) -> Light {
+        radiosity.map_or([BACKGROUND; 3], |radiosity| {
+            std::array::from_fn(|c| (radiosity[c] * self.exposure[c]).min(1.0))
+        })
+    }
+}

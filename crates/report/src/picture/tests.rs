@@ -1,0 +1,117 @@
+use job::View;
+use radiosity::{IndexChoice, Scene, SceneSpec};
+
+use super::light::{BACKGROUND, EXPOSED_LIGHT, bright, encode};
+use super::*;
+use crate::scenes::{cornell, cube, quad, radiosities};
+
+/// The shade at a place of a picture, both coordinates in 0 … 1 from the upper left.
+fn shade(picture: &Picture, x: f64, y: f64) -> u8 {
+    let column = (x * f64::from(picture.width)) as usize;
+    let row = (y * f64::from(picture.height)) as usize;
+    picture.pixels[row * picture.width as usize + column]
+}
+
+fn cornell_picture(index: IndexChoice) -> Picture {
+    let scene = Scene::build(&cornell(), index).unwrap();
+    Picture::render(&scene, &radiosities(&scene))
+}
+
+#[test]
+fn the_cornell_box_looks_like_itself() {
+    let picture = cornell_picture(IndexChoice::Auto);
+    assert_eq!((picture.width, picture.height), (800, 800));
+    assert_eq!(shade(&picture, 0.5, 0.15), 255, "the lamp is white");
+    let background = (encode(BACKGROUND) * 255.0).round() as u8;
+    for (x, y) in [(0.01, 0.01), (0.99, 0.01), (0.01, 0.99), (0.99, 0.99)] {
+        assert_eq!(shade(&picture, x, y), background);
+    }
+    // From −z, x grows to the left.
+    let (light, dark) = (shade(&picture, 0.1, 0.4), shade(&picture, 0.9, 0.4));
+    assert!(light > dark + 60 && light < 255 && dark > 0, "{light} {dark}");
+    // The short block stands on the left, its top lit and its front in shadow.
+    let (top, front) = (shade(&picture, 0.34, 0.66), shade(&picture, 0.27, 0.8));
+    assert!(top > front + 100, "{top} {front}");
+}
+
+#[test]
+fn index_and_repetition_change_no_pixel() {
+    let picture = cornell_picture(IndexChoice::Flat);
+    assert_eq!(picture, cornell_picture(IndexChoice::Flat));
+    assert_eq!(picture, cornell_picture(IndexChoice::Tree));
+}
+
+#[test]
+fn a_patch_is_flat_and_its_edge_is_smooth() {
+    let scene = cube();
+    let mut radiosity = vec![1.0; scene.faces().len()];
+    for (patch, radiosity) in scene.faces().iter().zip(&mut radiosity) {
+        if scene.surface_name(patch.surface) == "left" {
+            *radiosity = 0.25;
+        }
+    }
+    let picture = Picture::render(&scene, &radiosity);
+    let shade_of = |light: f64| (encode(light) * 255.0).round() as u8;
+    let (full, quarter) = (shade_of(EXPOSED_LIGHT), shade_of(0.25 * EXPOSED_LIGHT));
+    let count = |holds: &dyn Fn(u8) -> bool| picture.pixels.iter().filter(|&&p| holds(p)).count();
+    assert!(count(&|p| p == full) > 300_000);
+    assert!(count(&|p| p == quarter) > 60_000);
+    // The slanting edges between left wall, floor and ceiling.
+    assert!(count(&|p| p > quarter && p < full) > 300);
+}
+
+#[test]
+fn a_scene_of_lamps_alone_is_exposed_for_them() {
+    let mut dim = quad("dim", [[0., 0., 0.], [1., 0., 0.], [0., 1., 0.]], [1, 1], 0.0);
+    let mut bright = quad("bright", [[1., 0., 0.], [2., 0., 0.], [1., 1., 0.]], [1, 1], 0.0);
+    (dim.emittance, bright.emittance) = (1e-9.into(), 2e-9.into());
+    let spec = SceneSpec::new(vec![dim, bright]);
+    let scene = Scene::build(&spec, IndexChoice::Auto).unwrap();
+    let picture = Picture::render(&scene, &[1e-9, 2e-9]);
+    let shade_of = |light: f64| (encode(light) * 255.0).round() as u8;
+    for light in [EXPOSED_LIGHT, 0.5 * EXPOSED_LIGHT] {
+        assert!(picture.pixels.contains(&shade_of(light)));
+    }
+}
+
+#[test]
+fn values_are_radiosities_and_an_exposure_is_what_a_job_says() {
+    let scene = cube();
+    let radiosity = vec![3.0; scene.faces().len()];
+    let view = View { size: Some([120, 90]), exposure: Some(0.1), ..View::default() };
+    let photo = Photo::take(&scene, &radiosity, None, &view);
+    assert_eq!((photo.shot.size, photo.shot.exposure), ([120, 90], [0.1; 3]));
+    assert!((photo.shot.white[0] - 10.0).abs() < 1e-12);
+    let shade_of = |light: f64| (encode(light) * 255.0).round() as u8;
+    let mut whole = 0;
+    for (pixel, [b, _, _, part]) in photo.picture.pixels.iter().zip(&photo.values.values) {
+        assert!((b - 3.0 * part).abs() < 1e-5, "{b} over {part} of a pixel");
+        if *part == 1.0 {
+            whole += 1;
+            assert_eq!(*pixel, shade_of(0.3));
+        }
+    }
+    assert!(whole > 120 * 90 / 2 && whole < 120 * 90, "{whole}");
+}
+
+#[test]
+fn exposure_ignores_the_brightest_few() {
+    let mut values = vec![1.0; 99];
+    values.extend([1e6, 0.0]);
+    assert_eq!(bright(values), Some(1.0));
+    assert_eq!(bright(vec![3.0]), Some(3.0));
+    assert_eq!(bright(vec![0.0, 0.0]), None);
+}
+
+#[test]
+fn the_png_holds_the_pixels() {
+    let pixels = (0..6).map(|shade| shade * 50).collect();
+    let picture = Picture { width: 3, height: 2, channels: 1, pixels };
+    let mut bytes = Vec::new();
+    picture.write_png(&mut bytes).unwrap();
+    let mut reader = png::Decoder::new(io::Cursor::new(bytes)).read_info().unwrap();
+    let mut read = vec![0; 6];
+    let info = reader.next_frame(&mut read).unwrap();
+    assert_eq!((info.width, info.height, info.color_type), (3, 2, png::ColorType::Grayscale));
+    assert_eq!(read, picture.pixels);
+}
