@@ -7,9 +7,8 @@ use radiosity::FactorKind;
 use report::words::{counted, percent};
 use report::{FactorsSummary, OutputFolder, SmoothingSummary, ToleranceSummary, is_outside};
 
-use super::count::Counted;
+use super::counted::{COUNTS, Counted};
 use super::fault::FactorsFault;
-use super::kept::COUNTS;
 use super::question::Question;
 use super::subject::Subject;
 use crate::error::Error;

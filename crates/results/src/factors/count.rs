@@ -7,9 +7,9 @@ use exchange::{Counts, Plan};
 use job::Budget;
 use radiosity::{ExchangeSpec, Experiment, Segment, Tally, exchange_counts};
 use report::OutputFolder;
-use serde::{Deserialize, Serialize};
 
-use super::kept::{COUNTS, Kept};
+use super::counted::{COUNTS, Cost, Counted};
+use super::kept::Kept;
 use super::question::Question;
 use crate::checkpoints::Identity;
 use crate::error::Error;
@@ -35,40 +35,6 @@ pub struct Walked {
     pub tally: Arc<Tally>,
     /// The processor time of the walks [s].
     pub cpu_seconds: f64,
-}
-
-/// What was counted, and what it cost.
-pub struct Counted {
-    /// The seeds of the walks.
-    pub(super) seeds: Vec<u64>,
-    pub(super) counts: Counts,
-    pub(super) cost: Cost,
-    /// Whether a signal ended it.
-    pub interrupted: bool,
-}
-
-/// What walks have cost.
-#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
-pub(super) struct Cost {
-    pub(super) rays: u64,
-    pub(super) seconds: f64,
-    pub(super) cpu_seconds: f64,
-}
-
-impl Cost {
-    /// Adds what other walks have cost.
-    pub(super) fn add(&mut self, other: Cost) {
-        self.rays += other.rays;
-        self.seconds += other.seconds;
-        self.cpu_seconds += other.cpu_seconds;
-    }
-}
-
-impl Counted {
-    /// Whether there is no walk to tell of.
-    pub fn is_empty(&self) -> bool {
-        self.counts.total() == 0
-    }
 }
 
 /// Walks until the budget is spent or the tolerance is met; every look is kept in the folder, from which `resume` goes on.

@@ -8,14 +8,11 @@ use report::OutputFolder;
 use serde::{Deserialize, Serialize};
 
 use super::answer::Answer;
-use super::count::{Cost, Counted};
+use super::counted::{COUNTS, Cost, Counted};
 use super::fault::FactorsFault;
 use super::question::Question;
 use super::subject::Subject;
 use crate::error::Error;
-
-/// What is kept after every look.
-pub(super) const COUNTS: &str = "factors.counts.json";
 
 /// The contents of the file [`COUNTS`].
 #[derive(Clone, Serialize, Deserialize)]

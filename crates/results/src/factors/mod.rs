@@ -5,13 +5,15 @@
 
 mod answer;
 mod count;
+mod counted;
 mod fault;
 mod kept;
 mod question;
 mod subject;
 
 pub use answer::{Answer, FILES, MatrixFile, matrices_in};
-pub use count::{Counted, Round, Walked, count};
+pub use count::{Round, Walked, count};
+pub use counted::Counted;
 pub use fault::FactorsFault;
 pub use kept::{Kept, is_counted, merge};
 pub use question::{Asked, Question};
