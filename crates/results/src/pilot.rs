@@ -21,6 +21,9 @@ const LEAST: u64 = 1 << 14;
 /// The largest number of walks of a pilot: the pilot runs in one process, however many workers the job has.
 const MOST: u64 = 1 << 24;
 
+/// The pilot looks at the light first after one of this many parts of its walks: where the light is even, that is enough.
+const FIRST_PART: u64 = 4;
+
 /// Independent groups of the pilot's walks: products of what they find have no bias.
 const GROUPS: u64 = 16;
 
@@ -59,7 +62,7 @@ pub fn choose(job: &Job, threads: usize) -> Result<Option<Partition>, Error> {
     let budget = job.budget.paths;
     let mut walks = match job.total_target {
         Some(_) => LEAST.min(pilot_for(budget)),
-        None => pilot_for(budget),
+        None => (pilot_for(budget) / FIRST_PART).max(LEAST.min(budget)),
     };
     loop {
         pilot.walk(walks, threads)?;
@@ -74,7 +77,9 @@ pub fn choose(job: &Job, threads: usize) -> Result<Option<Partition>, Error> {
             }
         };
         let wanted = pilot_for(choice.walks as u64);
-        if wanted <= walks {
+        // Where the light is even, the first look is enough.
+        let enough = wanted <= walks || job.total_target.is_none() && candidates.are_even();
+        if enough {
             return Ok(Some(pilot.tell(&choice, energy, job)));
         }
         walks = wanted.min(4 * walks);

@@ -52,14 +52,20 @@ fn threads_have_no_part_in_the_choice() {
     assert_eq!(partition.cuts[6], Cut::Grid([1, 1]));
 }
 
-/// Even light needs no cells, and no gradients. A pilot does not know that: one doubling in fifty looks as if it paid.
+/// Even light needs no cells, and no gradients. A pilot does not know that; its first look, a quarter of it, is enough to tell in all
+/// but one of 20 at most: of eight, three or more need the whole pilot with a probability below 1 %.
 #[test]
 fn even_light_is_told_by_few_numbers() {
     let folder = tempdir().unwrap();
-    let job = load(&write(&folder, &scenes::furnace(3, 0.5), ""), 1, 1_000_000);
-    let partition = chosen(&job, 2);
-    let patches: u64 = partition.cuts.iter().map(|cut| cut.cells()).sum();
-    assert!(patches <= 12 && !partition.linear, "{partition:?}");
+    let path = write(&folder, &scenes::furnace(3, 0.5), "");
+    let mut whole_pilots = 0;
+    for seed in 0..8 {
+        let partition = chosen(&load(&path, seed, 1_000_000), 2);
+        let patches: u64 = partition.cuts.iter().map(|cut| cut.cells()).sum();
+        assert!(patches == 6 && !partition.linear, "{seed}: {partition:?}");
+        whole_pilots += u32::from(partition.forecast.unwrap().paths > 40_000);
+    }
+    assert!(whole_pilots < 3, "{whole_pilots}");
 }
 
 /// A total error is that of means, and takes no more walks than it needs.

@@ -6,12 +6,17 @@
 //! both.
 
 mod curve;
+mod laws;
 mod seen;
 
 use job::Cut;
 
-use self::curve::{Step, curve};
+use self::curve::{Curve, Step, curve};
 pub use self::seen::{Basis, PilotTallies, SurfaceLight, doublings};
+
+/// The light counts as even where the likelihood that it varies along an axis, over that of light that does not, is below this in the
+/// mean over all axes of all surfaces. Even light passes it once in 20 pilots at most, since the mean of such ratios is 1 there.
+const UNEVEN: f64 = 20.0;
 
 /// Grids for some surfaces, a basis for all, and the errors that are foretold.
 #[derive(Clone, Debug, PartialEq)]
@@ -42,16 +47,26 @@ type Ladder = (f64, Vec<Step>);
 pub struct Candidates {
     /// What every surface may get, by basis.
     by_basis: Vec<(Basis, Vec<Ladder>)>,
+    /// Whether nothing tells that the light varies: then every surface stays whole.
+    even: bool,
 }
 
 impl Candidates {
     /// The candidates of a pilot.
     pub fn new(surfaces: &[SurfaceLight], bases: &[Basis]) -> Self {
-        let of = |basis: Basis| {
-            let candidates = |light: &SurfaceLight| (light.noise[basis as usize], curve(light, basis));
-            (basis, surfaces.iter().map(candidates).collect())
+        let curves = |basis: Basis| surfaces.iter().map(move |light| curve(light, basis));
+        let odds: Vec<f64> = curves(Basis::Constant).flat_map(|curve| curve.odds).collect();
+        let even = odds.iter().sum::<f64>() <= UNEVEN * odds.len() as f64;
+        let of = |&basis: &Basis| {
+            let noise = surfaces.iter().map(|light| light.noise[basis as usize]);
+            (basis, noise.zip(curves(basis).map(|Curve { steps, .. }| steps)).collect())
         };
-        Candidates { by_basis: bases.iter().map(|&basis| of(basis)).collect() }
+        Candidates { by_basis: bases.iter().map(of).collect(), even }
+    }
+
+    /// Whether nothing tells that the light varies.
+    pub fn are_even(&self) -> bool {
+        self.even
     }
 
     /// The choice of the least error after a number of walks; of two that err alike the one with constants, which come first.
@@ -60,7 +75,11 @@ impl Candidates {
             let mut choice = Choice { cuts: Vec::new(), basis: *basis, walks, noise: 0.0, lost: 0.0 };
             for (noise, steps) in surfaces {
                 let error = |step: &Step| noise * step.cut.cells() as f64 / walks + step.lost;
-                let best = steps.iter().min_by(|a, b| error(a).total_cmp(&error(b)));
+                let whole = Step { lost: if steps.len() > 1 { 0.0 } else { steps[0].lost }, ..steps[0] };
+                let best = match self.even {
+                    true => Some(&whole),
+                    false => steps.iter().min_by(|a, b| error(a).total_cmp(&error(b))),
+                };
                 let best = best.expect("a surface has a coarsest grid");
                 choice.cuts.push(best.cut);
                 choice.noise += error(best) - best.lost;

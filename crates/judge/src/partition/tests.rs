@@ -15,20 +15,20 @@ fn smooth(walks: f64) -> SurfaceLight {
     SurfaceLight::known([5, 5], |basis, levels| 1.0 - lost(basis, levels), [1.0, 3.0], walks)
 }
 
-/// Cells are doubled along the axis along which light varies, and as often as pays: the error is within a tenth of the best that
-/// any grid of powers of two has.
+/// Cells are doubled along the axis along which light varies, and as often as pays. With constants that is as often as is best. With
+/// linear fits it may be once more: beyond what a pilot resolves there may be a shadow's edge.
 #[test]
 fn grids_follow_the_light() {
     for walks in [1e5, 1e6, 1e7, 1e8] {
         let light = smooth(walks / 8.0);
-        for basis in [Basis::Constant, Basis::Linear] {
+        for (basis, more) in [(Basis::Constant, 0), (Basis::Linear, 1)] {
             let choice = Candidates::new(std::slice::from_ref(&light), &[basis]).choose(walks);
             let Cut::Grid([nu, nv]) = choice.cuts[0] else { panic!("a quad") };
             assert_eq!(nv, 1, "{walks} {basis:?}");
             let error =
                 |i: u32| light.noise[basis as usize] * f64::from(1 << i) / walks + lost(basis, [i, 0]);
-            let best = (0..16).map(error).fold(f64::INFINITY, f64::min);
-            assert!(error(nu.ilog2()) < 1.1 * best, "{walks} {basis:?}: {nu}");
+            let best = (0..16).min_by(|&a, &b| error(a).total_cmp(&error(b))).expect("some");
+            assert!((best..=best + more).contains(&nu.ilog2()), "{walks} {basis:?}: {nu}, best 2^{best}");
         }
     }
 }
@@ -42,6 +42,33 @@ fn the_basis_follows_the_light() {
     let even = SurfaceLight::known([5, 5], |_, _| 1.0, [1.0, 3.0], 1e5);
     let choice = choose(even);
     assert_eq!((choice.basis, choice.cuts), (Basis::Constant, vec![Cut::Grid([1, 1])]));
+}
+
+/// Chance alone makes cells differ. Where nothing else does, surfaces stay whole, however fine the grids that were looked at: what a
+/// pilot of 10⁵ walks catches beyond the mean is the noise of its estimates, ±√2·ν for each new coefficient.
+#[test]
+fn chance_is_not_taken_for_light() {
+    let noise = [1.0, 3.0];
+    let mut state = 7_u64;
+    let mut sign = || {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        if state >> 63 == 0 { 1.0 } else { -1.0 }
+    };
+    let mut lights = Vec::new();
+    for _ in 0..20 {
+        let signs: Vec<f64> = (0..72).map(|_| sign()).collect();
+        let caught = |basis: Basis, [i, j]: [u32; 2]| {
+            let unknowns = if basis == Basis::Constant { 1.0 } else { 3.0 };
+            let new = unknowns * f64::from((1 << (i + j)) - 1);
+            let sign = signs[(36 * usize::from(basis == Basis::Linear)) + (6 * i + j) as usize];
+            1.0 + 1e-5 * sign * (2.0 * new).sqrt()
+        };
+        lights.push(SurfaceLight::known([5, 5], caught, noise, 1e5));
+    }
+    let candidates = Candidates::new(&lights, &[Basis::Constant, Basis::Linear]);
+    let choice = candidates.choose(1e6);
+    assert!(candidates.are_even() && choice.basis == Basis::Constant);
+    assert!(choice.cuts.iter().all(|&cut| cut == Cut::Grid([1, 1])), "{:?}", choice.cuts);
 }
 
 /// The light of a symmetric scene hides from the first doubling along each axis: halves have equal means.

@@ -20,7 +20,7 @@ pub(crate) trait Spot: Copy + Default {
     fn of(row: &Self::Row, lane: usize) -> Self;
     /// Puts the spot of a walk in its row.
     fn put(self, row: &mut Self::Row, lane: usize);
-    /// Both together.
+    /// The sum of two spots, part by part.
     fn plus(self, other: Self) -> Self;
     /// Adds to the sums of a walk its spot in a row, where `same` is 1, and nothing where it is 0.
     fn add_if(same: u32, sums: &mut Self::Row, row: &Self::Row, lane: usize);

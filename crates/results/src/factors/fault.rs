@@ -100,7 +100,7 @@ pub enum FactorsFault {
         path.display()
     )]
     MergedCounts {
-        /// The file.
+        /// The path of the file.
         path: PathBuf,
     },
     /// Merged factors have no files to choose.
@@ -111,7 +111,7 @@ pub enum FactorsFault {
     /// The counts cannot be merged.
     #[error("the counts in {} cannot be merged: {reason}", path.display())]
     Unmergeable {
-        /// The file.
+        /// The path of the file.
         path: PathBuf,
         /// Why not, and what would help.
         reason: String,

@@ -28,7 +28,7 @@ pub(super) struct GroupOfFaces {
     pub(super) name: String,
     /// How many faces it has.
     pub(super) faces: usize,
-    /// Their area [m²].
+    /// The area of the faces [m²].
     pub(super) area: f64,
     /// Their area, each times its absorptance [m²].
     pub(super) absorbing: f64,

@@ -1,0 +1,40 @@
+//! What chosen patches save: walks and processor time to the same total error, against the best uniform grid of constants.
+//!
+//! `cargo run --release -p results --example patches -- docs/results [millions of walks of a reference] [scene]` writes
+//! `patches.md`, a chart of each scene and a picture into the folder.
+//!
+//! An error is noise, from the sample variances of a run, and discretisation, from a much finer solution. Uniform grids have
+//! square cells of one size; the best of them is found by search.
+
+mod oracle;
+mod page;
+mod pictures;
+mod rooms;
+mod runs;
+mod study;
+mod told;
+mod truth;
+
+use std::path::Path;
+
+use crate::rooms::rooms;
+use crate::runs::Failure;
+use crate::study::Study;
+
+fn main() -> Result<(), Failure> {
+    let mut args = std::env::args().skip(1);
+    let folder = args.next().ok_or("usage: patches FOLDER [MILLIONS [SCENE]]")?;
+    let folder = Path::new(&folder);
+    let millions: u64 = args.next().map_or(Ok(100), |text| text.parse())?;
+    let only = args.next();
+    let mut studies = Vec::new();
+    for room in rooms() {
+        if only.as_ref().is_none_or(|only| only == room.name) {
+            let study = Study::new(&room, millions * 1_000_000)?;
+            pictures::draw(&room, &study, folder)?;
+            studies.push(study);
+            page::write(&studies, millions, folder)?;
+        }
+    }
+    Ok(())
+}
