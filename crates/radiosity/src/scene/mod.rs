@@ -256,10 +256,29 @@ impl Scene {
     }
 
     /// Surface and local coordinates of the uniform point of a face that 64 random bits choose, given a cell of the face.
-    pub(crate) fn scatter(&self, (surface, cell): (u32, u32), face: u32, bits: u64) -> (u32, [f64; 2]) {
-        let among = self.parts.scatter.as_ref().and_then(|scatter| scatter.choose(face, bits));
-        let ([surface, cell], point) =
-            among.unwrap_or_else(|| ([surface, cell], [(bits >> 32) as u32, bits as u32].map(unit_32)));
+    #[inline(always)]
+    pub(crate) fn scatter(&self, cell: (u32, u32), face: u32, bits: u64) -> (u32, [f64; 2]) {
+        match &self.parts.scatter {
+            None => self.point_in_cell(cell, bits),
+            Some(scatter) => self.point_in_group(scatter, cell, face, bits),
+        }
+    }
+
+    /// [`Scene::scatter`] where faces are groups of cells. It stands apart, so that scenes without groups do not pay for it.
+    #[inline(never)]
+    fn point_in_group(&self, scatter: &Scatter, cell: (u32, u32), face: u32, bits: u64) -> (u32, [f64; 2]) {
+        match scatter.choose(face, bits) {
+            None => self.point_in_cell(cell, bits),
+            Some(([surface, cell], point)) => {
+                (surface, self.surfaces()[surface as usize].point_in_cell(cell, point))
+            }
+        }
+    }
+
+    /// The uniform point of a cell of a surface.
+    #[inline(always)]
+    fn point_in_cell(&self, (surface, cell): (u32, u32), bits: u64) -> (u32, [f64; 2]) {
+        let point = [(bits >> 32) as u32, bits as u32].map(unit_32);
         (surface, self.surfaces()[surface as usize].point_in_cell(cell, point))
     }
 
