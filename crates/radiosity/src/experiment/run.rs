@@ -64,8 +64,8 @@ macro_rules! compile_for {
     )*};
 }
 
-// Two give standard errors; four, their own errors.
-compile_for!(2, 4);
+// Two give standard errors.
+compile_for!(2);
 
 impl Experiment {
     /// What the first `samples` walks (or batches, or chains) of a seed's sequence tell, on this thread, with intervals of
