@@ -13,10 +13,10 @@ use radiosity::{Birth, Direction, Experiment, Overflow, Score, Sequence, Space, 
 use crate::error::Error;
 
 /// The pilot takes one of this many parts of the walks that it foretells, between [`LEAST`] and [`MOST`].
-const SHARE: u64 = 8;
+const SHARE: u64 = 5;
 
 /// The least number of walks of a pilot.
-const LEAST: u64 = 1 << 14;
+const LEAST: u64 = 1 << 15;
 
 /// The largest number of walks of a pilot: the pilot runs in one process, however many workers the job has.
 const MOST: u64 = 1 << 24;
