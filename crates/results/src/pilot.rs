@@ -16,13 +16,13 @@ use crate::error::Error;
 const SHARE: u64 = 5;
 
 /// The least number of walks of a pilot.
-const LEAST: u64 = 1 << 15;
+const LEAST: u64 = 1 << 14;
 
 /// The largest number of walks of a pilot: the pilot runs in one process, however many workers the job has.
 const MOST: u64 = 1 << 24;
 
 /// The pilot looks at the light first after one of this many parts of its walks: where the light is even, that is enough.
-const FIRST_PART: u64 = 4;
+const FIRST_PART: u64 = 8;
 
 /// Independent groups of the pilot's walks: products of what they find have no bias.
 const GROUPS: u64 = 16;
@@ -82,7 +82,11 @@ pub fn choose(job: &Job, threads: usize) -> Result<Option<Partition>, Error> {
         if enough {
             return Ok(Some(pilot.tell(&choice, energy, job)));
         }
-        walks = wanted.min(4 * walks);
+        walks = match job.total_target {
+            None => wanted,
+            // What is wanted follows from what is seen, the better the more walks there are.
+            Some(_) => wanted.min(4 * walks),
+        };
     }
 }
 

@@ -114,7 +114,7 @@ fn images(light: impl Fn([f64; 2]) -> f64, noise: f64) -> Images {
                 |i: usize, size: usize| 3_f64.sqrt() * ((2 * (i % size) + 1) as f64 / size as f64 - 1.0);
             let value = light([at(i), at(j)]) / (N * N) as f64;
             let parts = [value, value * phi(i, size[0]), value * phi(j, size[1])];
-            let cell = &mut moments[(i / size[0] << b) + j / size[1]];
+            let cell = &mut moments[((i / size[0]) << b) + j / size[1]];
             cell.iter_mut().zip(parts).for_each(|(sum, part)| *sum += part);
         }
         let cells = f64::from(1 << (a + b));
@@ -186,7 +186,7 @@ fn chance_cuts_few_rectangles() {
         for (cell, moments) in fine.iter().enumerate() {
             let [i, j] = [cell / 64, cell % 64];
             let place = |i: usize, size: usize| ((i % size) as f64 + 0.5) - 0.5 * size as f64;
-            let sum = &mut sums[(i / size[0] << b) + j / size[1]];
+            let sum = &mut sums[((i / size[0]) << b) + j / size[1]];
             sum[0] += moments[0];
             sum[1] += moments[1] + moments[0] * place(i, size[0]);
             sum[2] += moments[2] + moments[0] * place(j, size[1]);

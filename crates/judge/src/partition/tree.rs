@@ -11,7 +11,7 @@ use radiosity::{Leaf, Leaves};
 
 use super::images::{Images, halved, levels};
 
-/// A proven cut gains this many times the noise of its unknowns in the pilot. Where nothing varies, one cut in 30 would.
+/// A proven cut gains this many times the noise of its unknowns in the pilot. Where nothing varies, one cut in 70 would.
 const PROOF: f64 = 2.5;
 
 /// The part of a gain along an axis that the gain of a half of the part is along this axis: half of an eighth.
