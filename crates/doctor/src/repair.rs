@@ -135,7 +135,7 @@ mod tests {
         let shape = Shape::Triangle { a: DVec3::ZERO, b: DVec3::X, c: DVec3::Y, rows: 3 };
         let mut surface = SurfaceSpec {
             name: None,
-            shape,
+            shape: shape.clone(),
             sides: Sides::Front,
             reflectance: 0.5.into(),
             emittance: Spectrum::BLACK,
