@@ -22,19 +22,11 @@ enum Twin {
     Near,
 }
 
-fn shifted(shape: Shape, by: DVec3) -> Shape {
-    match shape {
-        Shape::Parallelogram { corner, corner_u, corner_v, cells } => Shape::Parallelogram {
-            corner: corner + by,
-            corner_u: corner_u + by,
-            corner_v: corner_v + by,
-            cells,
-        },
-        Shape::Triangle { a, b, c, rows } => Shape::Triangle { a: a + by, b: b + by, c: c + by, rows },
-    }
+fn shifted(shape: &Shape, by: DVec3) -> Shape {
+    shape.moved(|corner| corner + by)
 }
 
-fn normal(shape: Shape) -> DVec3 {
+fn normal(shape: &Shape) -> DVec3 {
     let (_, u, v) = shape.edges();
     u.cross(v).normalize()
 }
@@ -43,12 +35,12 @@ fn normal(shape: Shape) -> DVec3 {
 fn cube(twin: Twin, sides: Sides) -> SceneSpec {
     let wall = |shape| SurfaceSpec { sides, ..surface(shape, R) };
     let walls = crate::common::box_walls(DVec3::ONE, [1, 1]);
-    let mut surfaces: Vec<SurfaceSpec> = walls.iter().map(|&shape| wall(shape)).collect();
+    let mut surfaces: Vec<SurfaceSpec> = walls.iter().cloned().map(wall).collect();
     surfaces[1].emittance = 1.0.into();
-    let twins = walls.iter().enumerate().filter(|&(i, _)| i != 1).filter_map(|(_, &shape)| match twin {
+    let twins = walls.iter().enumerate().filter(|&(i, _)| i != 1).filter_map(|(_, shape)| match twin {
         Twin::None => None,
-        Twin::SameWay => Some(wall(shape)),
-        Twin::BackToBack => Some(wall(flipped(shape))),
+        Twin::SameWay => Some(wall(shape.clone())),
+        Twin::BackToBack => Some(wall(flipped(shape.clone()))),
         Twin::Near => Some(wall(shifted(shape, -1e-4 * normal(shape)))),
     });
     surfaces.extend(twins.collect::<Vec<_>>());
@@ -62,7 +54,7 @@ fn power_on(walls: &[Shape], experiment: &Experiment, solution: &Solution) -> Ve
         let estimate = estimate.expect("every method tells of all faces");
         // A face of reflectance above 0 has both.
         let (h, error) = (estimate.irradiance.unwrap(), estimate.irradiance_error.unwrap_or(0.0));
-        let height = |wall: &Shape| normal(*wall).dot(face.centroid - wall.edges().0).abs();
+        let height = |wall: &Shape| normal(wall).dot(face.centroid - wall.edges().0).abs();
         let nearest = |a: &usize, b: &usize| height(&walls[*a]).total_cmp(&height(&walls[*b]));
         let wall = (0..walls.len()).min_by(nearest).unwrap();
         power[wall][0] += face.area * h;
@@ -184,7 +176,7 @@ fn twin(wall: &SurfaceSpec, rng: &mut WalkRng) -> SurfaceSpec {
     };
     let shape = if unit(rng) < 0.5 { flipped(shape) } else { shape };
     let sides = if unit(rng) < 0.5 { Sides::Both } else { Sides::Front };
-    SurfaceSpec { shape, sides, ..surface(wall.shape, wall.reflectance[0]) }
+    SurfaceSpec { shape, sides, ..surface(wall.shape.clone(), wall.reflectance[0]) }
 }
 
 /// 40 cluttered boxes against the same boxes without clutter: the power that arrives on each wall's plane, in 240
@@ -196,7 +188,7 @@ fn clutter_in_the_planes_of_walls_changes_nothing() {
     let mut stacked = 0;
     for seed in 0..40 {
         let [plain, cluttered] = cluttered(seed);
-        let walls: Vec<Shape> = plain.surfaces.iter().map(|wall| wall.shape).collect();
+        let walls: Vec<Shape> = plain.surfaces.iter().map(|wall| wall.shape.clone()).collect();
         let [truth, found] = [(&plain, 100 + seed), (&cluttered, 200 + seed)].map(|(spec, seed)| {
             let index = if seed % 4 < 2 { IndexChoice::Flat } else { IndexChoice::Tree };
             let experiment = experiment(spec, index, collision(Space::Continuous));
@@ -217,7 +209,7 @@ fn clutter_in_the_planes_of_walls_changes_nothing() {
 #[test]
 fn stacks_hold_what_overlaps_in_one_plane_and_nothing_else() {
     let stacks = |shapes: &[(Shape, Sides)]| {
-        let surfaces = shapes.iter().map(|&(shape, sides)| SurfaceSpec {
+        let surfaces = shapes.iter().cloned().map(|(shape, sides)| SurfaceSpec {
             sides,
             emittance: 1.0.into(),
             ..surface(shape, R)
@@ -235,7 +227,7 @@ fn stacks_hold_what_overlaps_in_one_plane_and_nothing_else() {
     let (front, both) = (Sides::Front, Sides::Both);
     // Tiles share edges and corners, a wall stands on their edge, a plate is 0.1 µm above: nothing overlaps.
     let wall = quad(DVec3::ZERO, x, z, [1, 1]);
-    let plate = shifted(tile(0.0, 0.0), 1e-7 * z);
+    let plate = shifted(&tile(0.0, 0.0), 1e-7 * z);
     let apart = [
         (tile(0.0, 0.0), front),
         (tile(1.0, 0.0), front),
@@ -246,14 +238,14 @@ fn stacks_hold_what_overlaps_in_one_plane_and_nothing_else() {
     assert!(stacks(&apart).is_empty());
     // The order is: fronts outermost, the least number first; two-sided surfaces between; those that face down at the
     // bottom, the least number last. The normal is that of surface 0.
-    let half = tile(0.5, 0.5);
-    let down = flipped(half);
+    let half = || tile(0.5, 0.5);
+    let down = || flipped(half());
     let layers = [
-        (down, front),
-        (half, both),
+        (down(), front),
+        (half(), both),
         (tile(0.0, 0.0), front),
-        (half, front),
-        (down, front),
+        (half(), front),
+        (down(), front),
         (tile(0.0, 0.0), both),
     ];
     assert_eq!(stacks(&layers), [[0, 4, 1, 5, 3, 2]]);
@@ -262,8 +254,8 @@ fn stacks_hold_what_overlaps_in_one_plane_and_nothing_else() {
         (tile(0.0, 0.0), front),
         (tile(0.7, 0.0), front),
         (tile(1.4, 0.0), both),
-        (shifted(tile(0.0, 0.0), z), front),
-        (shifted(half, z), front),
+        (shifted(&tile(0.0, 0.0), z), front),
+        (shifted(&half(), z), front),
     ];
     assert_eq!(stacks(&chain), [vec![0, 1, 2], vec![3, 4]]);
 }
@@ -274,7 +266,7 @@ fn twins_are_found_in_any_pose() {
     for scale in [1e-3, 1.0, 1e4] {
         let mut spec = cube(Twin::BackToBack, Sides::Front);
         // These are halves of a wall, cut along a line that rounding moves.
-        let wall = spec.surfaces[0].shape;
+        let wall = spec.surfaces[0].shape.clone();
         let (corner, u, v) = wall.edges();
         spec.surfaces.push(surface(quad(corner, u / 3.0, v, [1, 1]), R));
         spec.surfaces.push(surface(quad(corner + u / 3.0, u - u / 3.0, v, [1, 1]), R));

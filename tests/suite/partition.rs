@@ -68,7 +68,7 @@ fn a_surface_may_be_left_open_alone() {
     let told = run_job(scene.to_str().unwrap(), &out, &["--paths", "100000"]);
     assert_eq!(told["partition"]["surfaces"], 1);
     let partition = fs::read_to_string(out.join("partition.toml")).unwrap();
-    assert!(partition.contains("[1, 1], [") && partition.contains("[3, 5]"), "{partition}");
+    assert!(partition.contains("\n  [1, 1],") && partition.contains("[3, 5],"), "{partition}");
     let (code, stdout, stderr) = run(&["check", CORNELL, AUTO[0], AUTO[1]]);
     assert!(code == 0 && stdout.contains("a pilot cuts 50 surfaces"), "{stdout}{stderr}");
 }
@@ -94,6 +94,9 @@ fn what_cannot_be_cut_so_is_refused_in_words() {
     for (partition, words) in [
         ("surfaces = [[1, 1]]", "there are 1 surfaces, and the scene has"),
         ("surfaces = [[0, 1]]", "out of range"),
+        ("surfaces = [\"uv.\"]", "the cuts end before 2 of their parts"),
+        ("surfaces = [\"ux..\"]", "character 2 is 'x', not u, v or a point"),
+        ("surfaces = [\"u...\"]", "the cuts end at character 3"),
         ("basis = \"linear\"", "missing"),
         ("surfaces = []\ncells = 3", "unknown key"),
     ] {

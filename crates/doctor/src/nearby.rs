@@ -90,7 +90,8 @@ impl Nearby {
 pub(crate) fn triangles(shape: &Shape) -> Vec<[DVec3; 3]> {
     match *shape {
         Shape::Triangle { a, b, c, .. } => vec![[a, b, c]],
-        Shape::Parallelogram { corner, corner_u, corner_v, .. } => {
+        Shape::Parallelogram { corner, corner_u, corner_v, .. }
+        | Shape::Divided { corner, corner_u, corner_v, .. } => {
             let far = corner_u + (corner_v - corner);
             vec![[corner, corner_u, far], [corner, far, corner_v]]
         }

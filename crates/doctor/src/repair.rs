@@ -103,16 +103,23 @@ impl Repair {
 
 /// Exchanges front and back; cells keep their places.
 fn turn(surface: &mut SurfaceSpec) {
-    let before = surface.shape;
-    surface.shape = match before {
+    let before = surface.shape.clone();
+    surface.shape = match before.clone() {
         Shape::Parallelogram { corner, corner_u, corner_v, cells: [nu, nv] } => {
             Shape::Parallelogram { corner, corner_u: corner_v, corner_v: corner_u, cells: [nv, nu] }
         }
         Shape::Triangle { a, b, c, rows } => Shape::Triangle { a, b: c, c: b, rows },
+        Shape::Divided { corner, corner_u, corner_v, leaves } => {
+            Shape::Divided { corner, corner_u: corner_v, corner_v: corner_u, leaves: leaves.transposed() }
+        }
     };
     for (cell, _) in &mut surface.cell_emittance {
         let [i, j] = before.cell_label(*cell);
-        let label = if matches!(before, Shape::Triangle { .. }) { [i, 2 * i - j] } else { [j, i] };
+        let label = match before {
+            Shape::Triangle { .. } => [i, 2 * i - j],
+            Shape::Parallelogram { .. } => [j, i],
+            Shape::Divided { .. } => [i, j],
+        };
         *cell = surface.shape.cell_index(label).expect("the mirrored cell");
     }
 }
@@ -128,7 +135,7 @@ mod tests {
         let shape = Shape::Triangle { a: DVec3::ZERO, b: DVec3::X, c: DVec3::Y, rows: 3 };
         let mut surface = SurfaceSpec {
             name: None,
-            shape,
+            shape: shape.clone(),
             sides: Sides::Front,
             reflectance: 0.5.into(),
             emittance: Spectrum::BLACK,

@@ -135,9 +135,9 @@ impl Frame {
 
     /// The place of a surface on the wall that it belongs to.
     fn tile(&self, number: usize, surface: &SurfaceSpec) -> Result<Rectangle, NotABox> {
-        let Shape::Parallelogram { .. } = surface.shape else {
+        if let Shape::Triangle { .. } = surface.shape {
             return Err(NotABox::Triangle { surface: number });
-        };
+        }
         if surface.sides == Sides::Both {
             return Err(NotABox::TwoSided { surface: number });
         }
@@ -244,11 +244,14 @@ fn cells(shape: &Shape, tile: &Rectangle) -> Vec<Rectangle> {
 }
 
 fn cell_of(shape: &Shape, tile: &Rectangle, along: [usize; 2], cell: u32) -> Rectangle {
-    let Shape::Parallelogram { cells, .. } = *shape else { unreachable!("tiles are parallelograms") };
+    let (cells, label) = match *shape {
+        Shape::Parallelogram { cells, .. } => (cells, shape.cell_label(cell)),
+        Shape::Divided { ref leaves, .. } => (leaves.get(cell).grid(), leaves.get(cell).at),
+        Shape::Triangle { .. } => unreachable!("tiles are parallelograms"),
+    };
     let (_, e_u, e_v) = shape.edges();
     let mut rectangle = *tile;
-    for ((axis, edge), (index, count)) in
-        along.into_iter().zip([e_u, e_v]).zip(shape.cell_label(cell).into_iter().zip(cells))
+    for ((axis, edge), (index, count)) in along.into_iter().zip([e_u, e_v]).zip(label.into_iter().zip(cells))
     {
         // Cells run from the corner, which is at the high end where the edge points down.
         let index = if edge[axis] > 0.0 { index } else { count - 1 - index };

@@ -122,10 +122,14 @@ fn cell_outline(shape: &Shape, cell: u32, origin: DVec3) -> Polygon {
     let (corner, e_u, e_v) = shape.edges();
     let [first, second] = shape.cell_label(cell);
     let at = |[u, v]: [f64; 2]| (corner - origin) + e_u * u + e_v * v;
+    let on_grid = |[n_u, n_v]: [u32; 2], [i_u, i_v]: [u32; 2]| {
+        let corner =
+            |[i, j]: [u32; 2]| at([f64::from(i_u + i) / f64::from(n_u), f64::from(i_v + j) / f64::from(n_v)]);
+        [[0, 0], [1, 0], [1, 1], [0, 1]].map(corner).to_vec()
+    };
     match *shape {
-        Shape::Parallelogram { cells: [n_u, n_v], .. } => [[0, 0], [1, 0], [1, 1], [0, 1]]
-            .map(|[i, j]| at([f64::from(first + i) / f64::from(n_u), f64::from(second + j) / f64::from(n_v)]))
-            .to_vec(),
+        Shape::Parallelogram { cells, .. } => on_grid(cells, [first, second]),
+        Shape::Divided { ref leaves, .. } => on_grid(leaves.get(cell).grid(), leaves.get(cell).at),
         Shape::Triangle { rows, .. } => {
             let j = second / 2;
             let i = first - j;

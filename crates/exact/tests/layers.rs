@@ -28,9 +28,9 @@ enum Twins {
 /// A cube of R = 0.8, its ceiling of E = 1 W/m²; every other wall has a twin.
 fn cube(twins: Twins, sides: Sides) -> SceneSpec {
     let walls = room([1.0; 3], 1);
-    let mut surfaces: Vec<SurfaceSpec> = walls.iter().map(|&wall| grey(wall, 0.8, 0.0)).collect();
+    let mut surfaces: Vec<SurfaceSpec> = walls.iter().cloned().map(|wall| grey(wall, 0.8, 0.0)).collect();
     surfaces[CEILING].emittance = 1.0.into();
-    for &wall in walls[..CEILING].iter().filter(|_| twins != Twins::None) {
+    for wall in walls[..CEILING].iter().filter(|_| twins != Twins::None) {
         let (corner, u, v) = wall.edges();
         let out = match twins {
             Twins::Outside(gap) => -gap * u.cross(v).normalize(),

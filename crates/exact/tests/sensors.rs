@@ -111,11 +111,9 @@ fn sensors_on_all_walls_of_a_room_read_its_mean() {
         surface.emittance = Spectrum::BLACK;
     }
     spec.surfaces[2].cell_emittance.push((1, 10.0.into()));
-    let on = |surface: &SurfaceSpec| match surface.shape {
-        Shape::Parallelogram { corner, corner_u, corner_v, .. } => {
-            quad(corner, corner_u - corner, corner_v - corner, [1, 1])
-        }
-        Shape::Triangle { .. } => unreachable!("the cube has none"),
+    let on = |surface: &SurfaceSpec| {
+        let (corner, u, v) = surface.shape.edges();
+        quad(corner, u, v, [1, 1])
     };
     let sensors: Vec<SensorSpec> = spec.surfaces.iter().map(on).collect();
     let truth = 10.0 * 0.25 / (6.0 * (1.0 - 0.6));

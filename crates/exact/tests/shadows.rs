@@ -77,7 +77,7 @@ fn halves_of_a_screen_hide_alike() {
     let ceiling = quad([0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [1, 1]);
     let half = |x: f64| quad([x, -1.0, 0.5], [1.5, 0.0, 0.0], [0.0, 3.0, 0.0], [1, 1]);
     let exchange = |screens: &[radiosity::Shape]| {
-        let shapes = [floor, ceiling].into_iter().chain(screens.iter().cloned());
+        let shapes = [&floor, &ceiling].into_iter().cloned().chain(screens.iter().cloned());
         let exact = Exact::of_scene(&turned(&painted(shapes, 0.5, 1.0))).unwrap();
         (exact.exchange().exchange_area(0, 1), exact.exchange().row_errors()[0])
     };

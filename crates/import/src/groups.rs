@@ -74,7 +74,7 @@ pub fn groups(spec: &SceneSpec, kind: impl Fn(usize) -> Option<u32>, grouping: &
 fn cells(spec: &SceneSpec, kind: impl Fn(usize) -> Option<u32>) -> Vec<Option<Cell>> {
     let of_surface = |(number, surface): (usize, &radiosity::SurfaceSpec)| {
         let kind = kind(number).filter(|_| surface.cell_emittance.is_empty());
-        let shape = surface.shape;
+        let shape = surface.shape.clone();
         let (_, u, v) = shape.edges();
         let normal = u.cross(v).normalize_or_zero();
         (0..shape.cell_count() as u32).map(move |cell| {

@@ -1,16 +1,16 @@
 //! How surfaces are cut into patches, where a job leaves that to the program or to a file.
 
-use radiosity::{Shape, SurfaceSpec};
-use serde::{Deserialize, Serialize};
+use radiosity::{Leaves, Shape, SurfaceSpec};
 
-/// The cells of one surface: `[nu, nv]` of a quad, or the rows of a triangle.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(untagged)]
+/// The cells of one surface: `[nu, nv]` of a quad, the rows of a triangle, or the cuts of a quad into rectangles.
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Cut {
     /// Cells along u and v.
     Grid([u32; 2]),
     /// Rows k, for k² cells.
     Rows(u32),
+    /// Rectangles.
+    Leaves(Leaves),
 }
 
 impl Cut {
@@ -19,22 +19,16 @@ impl Cut {
         match *shape {
             Shape::Parallelogram { cells, .. } => Cut::Grid(cells),
             Shape::Triangle { rows, .. } => Cut::Rows(rows),
+            Shape::Divided { ref leaves, .. } => Cut::Leaves(leaves.clone()),
         }
     }
 
     /// The number of cells.
-    pub fn cells(self) -> u64 {
-        match self {
+    pub fn cells(&self) -> u64 {
+        match *self {
             Cut::Grid([nu, nv]) => u64::from(nu) * u64::from(nv),
             Cut::Rows(rows) => u64::from(rows) * u64::from(rows),
-        }
-    }
-
-    /// Every cell cut in two along u and v this many times; a triangle's rows are doubled by the first of the numbers.
-    pub fn doubled(self, [a, b]: [u32; 2]) -> Self {
-        match self {
-            Cut::Grid([nu, nv]) => Cut::Grid([nu << a, nv << b]),
-            Cut::Rows(rows) => Cut::Rows(rows << a),
+            Cut::Leaves(ref leaves) => leaves.len() as u64,
         }
     }
 
@@ -43,6 +37,12 @@ impl Cut {
     pub fn apply(self, surface: &mut SurfaceSpec) -> bool {
         let emit = &surface.cell_emittance;
         match (&mut surface.shape, self) {
+            (&mut Shape::Parallelogram { corner, corner_u, corner_v, .. }, Cut::Leaves(leaves))
+                if emit.is_empty() =>
+            {
+                surface.shape = Shape::Divided { corner, corner_u, corner_v, leaves };
+                true
+            }
             (Shape::Parallelogram { cells, .. }, Cut::Grid(new)) => {
                 let [u, v] = [0, 1].map(|k| (new[k] / cells[k], new[k].is_multiple_of(cells[k])));
                 if !(emit.is_empty() || u.1 && v.1) {
@@ -84,7 +84,11 @@ mod tests {
         let cells: Vec<u32> = surface.cell_emittance.iter().map(|&(cell, _)| cell).collect();
         assert_eq!(cells, [2, 3, 6, 7]);
         assert_eq!(Cut::of(&surface.shape), Cut::Grid([2, 4]));
+        let leaves = || Cut::Leaves("uv...".parse().unwrap());
+        assert!(!leaves().apply(&mut surface));
         surface.cell_emittance.clear();
         assert!(Cut::Grid([3, 1]).apply(&mut surface));
+        assert!(leaves().apply(&mut surface));
+        assert_eq!((Cut::of(&surface.shape), surface.shape.cell_count()), (leaves(), 3));
     }
 }

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
-use radiosity::Space;
+use radiosity::{Leaves, LeavesError, Space};
 use serde::{Deserialize, Serialize};
 
 use crate::cut::Cut;
@@ -125,6 +125,7 @@ impl Partition {
         )?;
         let read_cut = |value: Value<'_>| match value.is_array() {
             true => read_grid(value).map(Cut::Grid),
+            false if value.is_string() => read_leaves(&value).map(Cut::Leaves),
             false => read_rows(&value).map(Cut::Rows),
         };
         let cuts = surfaces.array()?.into_iter().map(read_cut).collect::<Result<_, _>>()?;
@@ -135,16 +136,19 @@ impl Partition {
     pub fn to_toml(&self) -> String {
         let basis = if self.linear { Basis::Linear } else { Basis::Constant };
         let mut text = String::from(
-            "# How each surface is cut, in the scene's order: [nu, nv] of a quad, the rows of a triangle.\n\
+            "# How each surface is cut, in the scene's order: [nu, nv] of a quad, the rows of a triangle, or the cuts of a quad:\n\
+             # u or v halves a part along that axis, and the first half follows, then the second; a point leaves it whole.\n\
              # A job takes it by patches = \"partition.toml\" in its table [scene].\n\n",
         );
         let _ = writeln!(text, "basis = {:?}\nspace = {:?}\nsurfaces = [", basis.word(), self.space.word());
-        for line in self.cuts.chunks(10) {
+        let is_tree = |cut: &Cut| matches!(cut, Cut::Leaves(_));
+        for line in self.cuts.chunk_by(|a, b| !is_tree(a) && !is_tree(b)).flat_map(|alike| alike.chunks(10)) {
             let cuts: Vec<String> = line
                 .iter()
                 .map(|cut| match cut {
                     Cut::Grid([nu, nv]) => format!("[{nu}, {nv}]"),
                     Cut::Rows(rows) => rows.to_string(),
+                    Cut::Leaves(leaves) => format!("{:?}", leaves.text()),
                 })
                 .collect();
             let _ = writeln!(text, "  {},", cuts.join(", "));
@@ -152,6 +156,17 @@ impl Partition {
         text.push_str("]\n");
         text
     }
+}
+
+/// The cuts of a quad into rectangles.
+fn read_leaves(value: &Value<'_>) -> Result<Leaves, Error> {
+    value.string()?.parse().map_err(|error: LeavesError| {
+        value.refuse(
+            error.to_string(),
+            "u or v halves a part, and both halves follow, each cut again or left whole by a point",
+            "take the text as a run has written it, such as \"uv...\" for three rectangles",
+        )
+    })
 }
 
 /// Why a scene cannot be cut so, at the key or in the file that says it.

@@ -7,7 +7,9 @@ mod surface;
 use std::path::{Path, PathBuf};
 
 use import::{Format, Imported, Mesh, Options, Spots};
-use radiosity::{IndexChoice, Scene, SceneError, SceneSpec, SensorSpec, Shape, Spectrum, SurfaceSpec};
+use radiosity::{
+    IndexChoice, Leaves, Scene, SceneError, SceneSpec, SensorSpec, Shape, Spectrum, SurfaceSpec,
+};
 
 use crate::cut::Cut;
 use crate::error::{Error, Place, Spot};
@@ -86,17 +88,18 @@ impl SceneFile {
     pub(crate) fn leave_cells(&mut self) {
         let surfaces = self.sky.unwrap_or(self.spec.surfaces.len());
         self.auto = (0..surfaces).collect();
-        for surface in &mut self.spec.surfaces[..surfaces] {
+        let whole = |surface: &&mut SurfaceSpec| surface.cell_emittance.is_empty();
+        for surface in self.spec.surfaces[..surfaces].iter_mut().filter(whole) {
             match &mut surface.shape {
-                _ if !surface.cell_emittance.is_empty() => {}
                 Shape::Parallelogram { cells, .. } => *cells = [1, 1],
                 Shape::Triangle { rows, .. } => *rows = 1,
+                Shape::Divided { leaves, .. } => *leaves = Leaves::whole(),
             }
         }
         let spec = &self.spec.surfaces;
         let is_cut = |&surface: &usize| match spec[surface].shape {
             Shape::Triangle { .. } => spec[surface].cell_emittance.is_empty(),
-            Shape::Parallelogram { .. } => true,
+            Shape::Parallelogram { .. } | Shape::Divided { .. } => true,
         };
         self.auto.retain(is_cut);
     }
@@ -111,7 +114,7 @@ impl SceneFile {
             return Err(format!("there are {} surfaces, and the scene has {surfaces}", cuts.len()));
         }
         for (number, (surface, cut)) in self.spec.surfaces.iter_mut().zip(cuts).enumerate() {
-            if !cut.apply(surface) {
+            if !cut.clone().apply(surface) {
                 let name = label(number, surface.name.as_deref());
                 return Err(format!("{name} has other corners, or cells that emit and would be torn"));
             }

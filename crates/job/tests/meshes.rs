@@ -183,8 +183,8 @@ fn formats_without_materials_have_the_same_triangles() {
     let toml = loaded(&folder, "room.toml", &[]);
     for file in ["room.stl", "room.ply"] {
         let job = loaded(&folder, file, &["import.sides=1", "import.material.default.emittance=2"]);
-        let expected = toml.scene.spec().surfaces.iter().map(|surface| surface.shape);
-        assert!(job.scene.spec().surfaces.iter().map(|surface| surface.shape).eq(expected), "{file}");
+        let expected = toml.scene.spec().surfaces.iter().map(|surface| surface.shape.clone());
+        assert!(job.scene.spec().surfaces.iter().map(|surface| surface.shape.clone()).eq(expected), "{file}");
         let finish = &job.scene.spec().surfaces[0];
         assert_eq!((finish.reflectance, finish.emittance), (0.5.into(), 2.0.into()), "{file}");
     }

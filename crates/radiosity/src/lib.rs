@@ -52,6 +52,7 @@ pub use experiment::{
     birth_probabilities,
 };
 pub use geometry::face::{Face, FaceIter, Faces};
+pub use geometry::leaves::{Leaf, Leaves, LeavesError};
 pub use geometry::sensor::{SensorCell, SensorError, SensorShape, SensorSpec, Sensors};
 pub use geometry::spec::{SceneSpec, Shape, Side, Sides, Spectrum, SurfaceSpec};
 pub use geometry::surface::Surface;

@@ -55,7 +55,7 @@ fn a_rotated_box_offset_by_1e5_edges_is_watertight() {
 fn doubled(spec: &SceneSpec) -> SceneSpec {
     let mut surfaces = spec.surfaces.clone();
     let dark = |surface: &SurfaceSpec| SurfaceSpec {
-        shape: flipped(surface.shape),
+        shape: flipped(surface.shape.clone()),
         emittance: Spectrum::BLACK,
         cell_emittance: vec![],
         ..surface.clone()

@@ -7,13 +7,13 @@ use std::thread;
 
 use job::{Cut, Forecast, Job, Partition, WalkKind};
 use judge::MOMENTS;
-use judge::partition::{Basis, Candidates, Choice, PilotTallies, SurfaceLight, doublings};
+use judge::partition::{Basis, Candidates, Choice, Grid, PilotTallies, SurfaceLight, doublings};
 use radiosity::{Birth, Direction, Experiment, Overflow, Score, Sequence, Space, Tally, Walks};
 
 use crate::error::Error;
 
 /// The pilot takes one of this many parts of the walks that it foretells, between [`LEAST`] and [`MOST`].
-const SHARE: u64 = 8;
+const SHARE: u64 = 5;
 
 /// The least number of walks of a pilot.
 const LEAST: u64 = 1 << 14;
@@ -22,7 +22,7 @@ const LEAST: u64 = 1 << 14;
 const MOST: u64 = 1 << 24;
 
 /// The pilot looks at the light first after one of this many parts of its walks: where the light is even, that is enough.
-const FIRST_PART: u64 = 4;
+const FIRST_PART: u64 = 8;
 
 /// Independent groups of the pilot's walks: products of what they find have no bias.
 const GROUPS: u64 = 16;
@@ -82,7 +82,11 @@ pub fn choose(job: &Job, threads: usize) -> Result<Option<Partition>, Error> {
         if enough {
             return Ok(Some(pilot.tell(&choice, energy, job)));
         }
-        walks = wanted.min(4 * walks);
+        walks = match job.total_target {
+            None => wanted,
+            // What is wanted follows from what is seen, the better the more walks there are.
+            Some(_) => wanted.min(4 * walks),
+        };
     }
 }
 
@@ -96,8 +100,8 @@ struct Pilot<'a> {
     job: &'a Job,
     experiment: Experiment,
     sequence: Sequence,
-    /// For every surface its coarsest cut, and how often the pilot's doubles its cells where it is open.
-    cuts: Vec<(Cut, Option<[u32; 2]>)>,
+    /// For every surface its coarsest grid, and how often the pilot's doubles its cells where it is open.
+    grids: Vec<(Grid, Option<[u32; 2]>)>,
     /// The tallies of the groups.
     groups: Vec<Tally>,
 }
@@ -107,14 +111,14 @@ impl<'a> Pilot<'a> {
         let surfaces = &job.scene.spec().surfaces;
         let area: f64 = open.iter().map(|&surface| surfaces[surface].shape.area()).sum();
         let cells = (pilot_for(job.budget.paths) / WALKS_PER_CELL).clamp(CELLS[0], CELLS[1]);
-        let mut cuts: Vec<(Cut, Option<[u32; 2]>)> =
-            surfaces.iter().map(|surface| (Cut::of(&surface.shape), None)).collect();
+        let mut grids: Vec<(Grid, Option<[u32; 2]>)> =
+            surfaces.iter().map(|surface| (Grid::of(&surface.shape), None)).collect();
         for &surface in open {
-            let (base, top) = &mut cuts[surface];
+            let (base, top) = &mut grids[surface];
             *top = Some(doublings(&surfaces[surface].shape, *base, area / cells as f64));
         }
         let fine: Vec<Cut> =
-            cuts.iter().map(|&(base, top)| top.map_or(base, |top| base.doubled(top))).collect();
+            grids.iter().map(|&(base, top)| top.map_or(base, |top| base.doubled(top)).cut()).collect();
         let scene = job.scene.build_cut(&fine, job.index)?;
         let direction = match job.method.walk {
             WalkKind::Gathering => Direction::Gathering(Birth::Area),
@@ -124,7 +128,7 @@ impl<'a> Pilot<'a> {
         let experiment = Experiment::new(scene, Walks { direction, space: Space::Continuous, score })?;
         let groups = (0..GROUPS).map(|_| experiment.tally::<MOMENTS>()).collect();
         let sequence = Sequence::new(seed(job.seed));
-        Ok(Pilot { job, experiment, sequence, cuts, groups })
+        Ok(Pilot { job, experiment, sequence, grids, groups })
     }
 
     /// Goes on to a number of walks.
@@ -164,8 +168,8 @@ impl<'a> Pilot<'a> {
         let tallies = PilotTallies { groups: self.groups.clone(), all };
         let shapes = self.job.scene.spec().surfaces.iter().map(|surface| &surface.shape).enumerate();
         let lights: Vec<SurfaceLight> = shapes
-            .zip(&self.cuts)
-            .map(|(surface, &cuts)| SurfaceLight::new(&self.experiment, &tallies, surface, cuts))
+            .zip(&self.grids)
+            .map(|(surface, &grid)| SurfaceLight::new(&self.experiment, &tallies, surface, grid))
             .collect();
         let energy = lights.iter().map(SurfaceLight::energy).sum();
         (lights, energy)
@@ -179,7 +183,7 @@ impl<'a> Pilot<'a> {
         let part = |of: f64| if energy > 0.0 { (of / energy).sqrt() } else { 0.0 };
         let linear = choice.basis == Basis::Linear;
         let forecast = Forecast {
-            surfaces: self.cuts.iter().filter(|(_, top)| top.is_some()).count() as u64,
+            surfaces: self.grids.iter().filter(|(_, top)| top.is_some()).count() as u64,
             paths,
             rays,
             linear,

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use job::{Cut, Job, Partition};
 use judge::MOMENTS;
-use radiosity::{Estimates, Experiment, SceneSpec, Sequence, Shape, SurfaceSpec, Tally};
+use radiosity::{Estimates, Experiment, Leaf, SceneSpec, Sequence, Shape, SurfaceSpec, Tally};
 use results::choose;
 use tempfile::{TempDir, tempdir};
 
@@ -145,8 +145,15 @@ fn coverage(seeds: u64, paths: u64, known: u64) -> (f64, f64, u64) {
         let estimates = Estimates::new(&experiment, &tally, 0.95);
         let (mut face, mut covered, mut trials) = (0, 0, 0);
         for (cut, fine) in partition.cuts.iter().zip(&truth) {
-            let Cut::Grid(grid) = *cut else { panic!("quads") };
-            for cell in 0..grid[0] * grid[1] {
+            let cells: Vec<([u32; 2], u32)> = match cut {
+                &Cut::Grid(grid) => (0..grid[0] * grid[1]).map(|cell| (grid, cell)).collect(),
+                Cut::Leaves(leaves) => {
+                    let cell = |leaf: Leaf| (leaf.grid(), leaf.at[0] * leaf.grid()[1] + leaf.at[1]);
+                    leaves.iter().map(cell).collect()
+                }
+                Cut::Rows(_) => panic!("quads"),
+            };
+            for (grid, cell) in cells {
                 let known = estimates.face(face).unwrap()[0];
                 face += 1;
                 if known.ci_high > known.ci_low {

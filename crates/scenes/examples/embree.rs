@@ -215,7 +215,8 @@ fn write_floats<const N: usize>(file: &mut impl Write, values: [f64; N]) -> std:
 fn triangles(spec: &SceneSpec, origin: DVec3) -> Vec<[DVec3; 3]> {
     let cut = |shape: &Shape| match *shape {
         Shape::Triangle { a, b, c, .. } => vec![[a, b, c]],
-        Shape::Parallelogram { corner, corner_u, corner_v, .. } => {
+        Shape::Parallelogram { corner, corner_u, corner_v, .. }
+        | Shape::Divided { corner, corner_u, corner_v, .. } => {
             let opposite = corner_u + corner_v - corner;
             vec![[corner, corner_u, opposite], [corner, opposite, corner_v]]
         }

@@ -43,6 +43,7 @@ fn write_surface(text: &mut String, surface: &SurfaceSpec, material: usize) -> s
         Shape::Triangle { a, b, c, rows } => {
             writeln!(text, "triangle = {}\npatches = {rows}", points([a, b, c]))?;
         }
+        Shape::Divided { .. } => unreachable!("scenes made by rule have grids"),
     }
     if surface.sides == Sides::Both {
         writeln!(text, "sides = 2")?;

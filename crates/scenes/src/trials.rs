@@ -115,12 +115,6 @@ pub fn two_rooms(hole: f64, reflectance: f64) -> SceneSpec {
 
 /// The given scene with every corner moved.
 pub fn moved(scene: &SceneSpec, to: impl Fn(DVec3) -> DVec3) -> SceneSpec {
-    let shape = |shape: &Shape| match *shape {
-        Shape::Parallelogram { corner, corner_u, corner_v, cells } => {
-            Shape::Parallelogram { corner: to(corner), corner_u: to(corner_u), corner_v: to(corner_v), cells }
-        }
-        Shape::Triangle { a, b, c, rows } => Shape::Triangle { a: to(a), b: to(b), c: to(c), rows },
-    };
-    let surfaces = scene.surfaces.iter().map(|s| SurfaceSpec { shape: shape(&s.shape), ..s.clone() });
+    let surfaces = scene.surfaces.iter().map(|s| SurfaceSpec { shape: s.shape.moved(&to), ..s.clone() });
     SceneSpec::new(surfaces.collect())
 }

@@ -113,17 +113,7 @@ pub fn turned(spec: &SceneSpec) -> SceneSpec {
     let place = |point: DVec3| rotation * point + DVec3::new(3.0, -1.0, 7.0);
     let mut spec = spec.clone();
     for surface in &mut spec.surfaces {
-        surface.shape = match surface.shape {
-            Shape::Parallelogram { corner, corner_u, corner_v, cells } => Shape::Parallelogram {
-                corner: place(corner),
-                corner_u: place(corner_u),
-                corner_v: place(corner_v),
-                cells,
-            },
-            Shape::Triangle { a, b, c, rows } => {
-                Shape::Triangle { a: place(a), b: place(b), c: place(c), rows }
-            }
-        };
+        surface.shape = surface.shape.moved(place);
     }
     spec
 }

@@ -118,7 +118,7 @@ impl<'a, 'o> Reader<'a, 'o> {
         for (surface, material) in surfaces.into_iter().zip(materials) {
             let PlainSurface { name, shape, sides, header, outline, cells, .. } = surface;
             let [quad, triangle] = match shape {
-                Shape::Parallelogram { .. } => [outline, 0],
+                Shape::Parallelogram { .. } | Shape::Divided { .. } => [outline, 0],
                 Shape::Triangle { .. } => [0, outline],
             };
             let keys = [quad, triangle, cells.unwrap_or(0), 0];

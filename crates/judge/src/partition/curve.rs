@@ -1,7 +1,6 @@
 //! How much a surface's grid loses of the light, for ever finer grids.
 
-use job::Cut;
-
+use super::grid::Grid;
 use super::laws::{Laws, Measured};
 use super::seen::{Basis, SurfaceLight};
 
@@ -11,7 +10,7 @@ const BEYOND: u32 = 3;
 /// One grid of a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Step {
-    pub(crate) cut: Cut,
+    pub(crate) cut: Grid,
     /// The energy of what a fit on this grid leaves out of the light, as far as can be told [W²/m²].
     pub(crate) lost: f64,
 }
@@ -39,8 +38,8 @@ pub(crate) fn curve(light: &SurfaceLight, basis: Basis) -> Curve {
         return Curve { steps: vec![Step { cut: light.base, lost }], odds: Vec::new() };
     }
     let axes = match light.base {
-        Cut::Grid(_) => 2,
-        Cut::Rows(_) => 1,
+        Grid::Quad(_) => 2,
+        Grid::Triangle(_) => 1,
     };
     let mut laws: Vec<Laws> =
         light.top[..axes].iter().map(|top| Laws::new(basis, mean, top + BEYOND)).collect();
@@ -66,7 +65,7 @@ pub(crate) fn curve(light: &SurfaceLight, basis: Basis) -> Curve {
 }
 
 /// What each grid loses: the sum of the gains after it.
-fn steps(cuts: &[Cut], gains: &[f64]) -> Vec<Step> {
+fn steps(cuts: &[Grid], gains: &[f64]) -> Vec<Step> {
     let mut lost = 0.0;
     let mut steps = vec![Step { cut: cuts[gains.len()], lost }];
     for (&cut, gain) in cuts.iter().zip(gains).rev() {

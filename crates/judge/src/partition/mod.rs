@@ -1,27 +1,32 @@
-//! The choice of patches: which grid every surface gets, and whether light is fitted by constants or by linear functions, from
+//! The choice of patches: how every surface is cut, and whether light is fitted by constants or by linear functions, from
 //! what a pilot has seen.
 //!
 //! The error of a result has two parts. *Noise* grows with the number of unknowns: n cells of a surface err by n times what one
 //! cell does, for as many walks. *Discretisation* falls with it. For every surface the rule takes the grid of the least sum of
-//! both.
+//! both. With linear fits, a surface may get rectangles of different sizes in place of a grid, where these are better.
 
 mod curve;
+mod grid;
+mod images;
 mod laws;
 mod seen;
+mod tree;
 
 use job::Cut;
 
 use self::curve::{Curve, Step, curve};
+pub use self::grid::Grid;
 pub use self::seen::{Basis, PilotTallies, SurfaceLight, doublings};
+use self::tree::rectangles;
 
 /// The light counts as even where the likelihood that it varies along an axis, over that of light that does not, is below this in the
 /// mean over all axes of all surfaces. Even light passes it once in 20 pilots at most, since the mean of such ratios is 1 there.
 const UNEVEN: f64 = 20.0;
 
-/// Grids for some surfaces, a basis for all, and the errors that are foretold.
+/// Cuts of some surfaces, a basis for all, and the errors that are foretold.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Choice {
-    /// The grid of each surface.
+    /// The cut of each surface.
     pub cuts: Vec<Cut>,
     /// What is fitted to the light on every patch.
     pub basis: Basis,
@@ -40,26 +45,70 @@ impl Choice {
     }
 }
 
-/// What is known of a surface: the energy of the error of one cell after one walk, and the grids that it may get.
-type Ladder = (f64, Vec<Step>);
+/// What is known of a surface: what the pilot saw of it, and the grids that it may get.
+struct Ladder<'a> {
+    light: &'a SurfaceLight,
+    steps: Vec<Step>,
+}
 
-/// The grids that some surfaces may get, under each basis that may be chosen.
-pub struct Candidates {
+/// A cut of a surface with the foretold noise and the energy that its fits leave out [W²/m²].
+struct Foretold {
+    cut: Cut,
+    noise: f64,
+    lost: f64,
+}
+
+impl Ladder<'_> {
+    /// What is foretold of a grid.
+    fn of_grid(&self, step: &Step, basis: Basis, walks: f64) -> Foretold {
+        let noise = self.light.noise[basis as usize] * step.cut.cells() as f64 / walks;
+        Foretold { cut: step.cut.cut(), noise, lost: step.lost }
+    }
+
+    /// The surface as a whole, where nothing tells that its light varies.
+    fn whole(&self, basis: Basis, walks: f64) -> Foretold {
+        let lost = if self.steps.len() > 1 { 0.0 } else { self.steps[0].lost };
+        self.of_grid(&Step { lost, ..self.steps[0] }, basis, walks)
+    }
+
+    /// The cut of the least error: a grid, or rectangles, which have to be better than the grid.
+    fn best(&self, basis: Basis, walks: f64) -> Foretold {
+        let grids = self.steps.iter().map(|step| (step, self.of_grid(step, basis, walks)));
+        let best = grids.min_by(|(_, a), (_, b)| (a.noise + a.lost).total_cmp(&(b.noise + b.lost)));
+        let (_, grid) = best.expect("a surface has a coarsest grid");
+        match self.of_rectangles(basis, walks) {
+            Some(tree) if tree.noise + tree.lost < grid.noise + grid.lost => tree,
+            _ => grid,
+        }
+    }
+
+    /// What is foretold of the best rectangles: all that the laws of grids say there is beyond what they catch.
+    fn of_rectangles(&self, basis: Basis, walks: f64) -> Option<Foretold> {
+        let images = self.light.images.as_ref().filter(|_| basis == Basis::Linear && self.steps.len() > 1)?;
+        let tree = rectangles(images, self.light.walks, walks);
+        let whole = self.light.caught(basis, [0, 0]) + self.steps[0].lost;
+        let lost = (whole - tree.caught).max(tree.left);
+        Some(Foretold { cut: Cut::Leaves(tree.leaves), noise: tree.noise / walks, lost })
+    }
+}
+
+/// The cuts that some surfaces may get, under each basis that may be chosen.
+pub struct Candidates<'a> {
     /// What every surface may get, by basis.
-    by_basis: Vec<(Basis, Vec<Ladder>)>,
+    by_basis: Vec<(Basis, Vec<Ladder<'a>>)>,
     /// Whether nothing tells that the light varies: then every surface stays whole.
     even: bool,
 }
 
-impl Candidates {
+impl<'a> Candidates<'a> {
     /// The candidates of a pilot.
-    pub fn new(surfaces: &[SurfaceLight], bases: &[Basis]) -> Self {
+    pub fn new(surfaces: &'a [SurfaceLight], bases: &[Basis]) -> Self {
         let curves = |basis: Basis| surfaces.iter().map(move |light| curve(light, basis));
         let odds: Vec<f64> = curves(Basis::Constant).flat_map(|curve| curve.odds).collect();
         let even = odds.iter().sum::<f64>() <= UNEVEN * odds.len() as f64;
         let of = |&basis: &Basis| {
-            let noise = surfaces.iter().map(|light| light.noise[basis as usize]);
-            (basis, noise.zip(curves(basis).map(|Curve { steps, .. }| steps)).collect())
+            let ladder = |(light, Curve { steps, .. }): (&'a SurfaceLight, Curve)| Ladder { light, steps };
+            (basis, surfaces.iter().zip(curves(basis)).map(ladder).collect())
         };
         Candidates { by_basis: bases.iter().map(of).collect(), even }
     }
@@ -73,17 +122,14 @@ impl Candidates {
     pub fn choose(&self, walks: f64) -> Choice {
         let choices = self.by_basis.iter().map(|(basis, surfaces)| {
             let mut choice = Choice { cuts: Vec::new(), basis: *basis, walks, noise: 0.0, lost: 0.0 };
-            for (noise, steps) in surfaces {
-                let error = |step: &Step| noise * step.cut.cells() as f64 / walks + step.lost;
-                let whole = Step { lost: if steps.len() > 1 { 0.0 } else { steps[0].lost }, ..steps[0] };
-                let best = match self.even {
-                    true => Some(&whole),
-                    false => steps.iter().min_by(|a, b| error(a).total_cmp(&error(b))),
+            for ladder in surfaces {
+                let Foretold { cut, noise, lost } = match self.even {
+                    true => ladder.whole(*basis, walks),
+                    false => ladder.best(*basis, walks),
                 };
-                let best = best.expect("a surface has a coarsest grid");
-                choice.cuts.push(best.cut);
-                choice.noise += error(best) - best.lost;
-                choice.lost += best.lost;
+                choice.cuts.push(cut);
+                choice.noise += noise;
+                choice.lost += lost;
             }
             choice
         });

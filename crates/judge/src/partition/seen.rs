@@ -1,7 +1,9 @@
 //! What a pilot has seen of the light on a surface: how much of it each grid catches.
 
-use job::Cut;
 use radiosity::{Experiment, Fit, Shape, Side, Tally};
+
+use super::grid::Grid;
+use super::images::Images;
 
 /// What is fitted to the light on every patch.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -35,7 +37,7 @@ pub struct PilotTallies {
 #[derive(Clone, Debug)]
 pub struct SurfaceLight {
     /// The coarsest grid that may be chosen.
-    pub(crate) base: Cut,
+    pub(crate) base: Grid,
     /// Whether another may be chosen.
     pub(crate) free: bool,
     /// How often the pilot's grid doubles the cells of `base` along u and v (a triangle's: along u).
@@ -44,6 +46,8 @@ pub struct SurfaceLight {
     caught: [Vec<f64>; 2],
     /// The expected energy of the error of one cell after one walk, of means and of linear fits.
     pub(crate) noise: [f64; 2],
+    /// What linear fits catch cell by cell, where the surface may be cut into rectangles.
+    pub(crate) images: Option<Images>,
     /// Walks of the pilot.
     pub(crate) walks: f64,
     /// Length of the edges of the surface along u and v [m].
@@ -57,7 +61,7 @@ impl SurfaceLight {
         experiment: &Experiment,
         tallies: &PilotTallies,
         (surface, shape): (usize, &Shape),
-        (base, top): (Cut, Option<[u32; 2]>),
+        (base, top): (Grid, Option<[u32; 2]>),
     ) -> Self {
         let scene = experiment.scene();
         let (free, top) = (top.is_some(), top.unwrap_or([0; 2]));
@@ -70,6 +74,7 @@ impl SurfaceLight {
             top,
             caught: [vec![0.0; levels_u * levels_v], vec![0.0; levels_u * levels_v]],
             noise: [0.0; 2],
+            images: (free && base == Grid::Quad([1, 1])).then(|| Images::new(top)),
             walks: tallies.all.counts.walks as f64,
             edges: [e_u.length(), e_v.length()],
         };
@@ -84,6 +89,7 @@ impl SurfaceLight {
                 light.add(&fine, shape.area(), tallies, fits);
             }
         }
+        light.images.iter_mut().for_each(Images::spread_noise);
         light
     }
 
@@ -101,6 +107,10 @@ impl SurfaceLight {
         let of_slopes: f64 = all.iter().map(|fit| fit.slope_variance).sum();
         self.noise[0] += per_cell * of_means;
         self.noise[1] += per_cell * (of_means + of_slopes);
+        if let Some(images) = &mut self.images {
+            let per_unknown = self.walks * area / fine.count() as f64 / Basis::Linear.unknowns();
+            images.add_noise(all.iter().map(|fit| per_unknown * (fit.mean_variance + fit.slope_variance)));
+        }
         let groups: Option<Vec<Vec<Fit>>> = tallies.groups.iter().map(fits).collect();
         let integrals = |fits: Vec<Fit>| fine.integrals(&fits, area);
         let mut of_v: Vec<Integrals> = groups.unwrap_or_default().into_iter().map(integrals).collect();
@@ -112,10 +122,18 @@ impl SurfaceLight {
             let mut cells = Cells::new(cells.cut);
             for j in (0..=self.top[1]).rev() {
                 cells = cells.gather(Cells::new(self.base.doubled([i, j])), &mut integrals);
-                let [constant, linear] = cells.caught(&integrals, area);
+                let caught = cells.caught(&integrals, area);
                 let place = self.place([i, j]);
-                self.caught[0][place] += constant;
-                self.caught[1][place] += linear;
+                for (basis, sum) in [0, 1]
+                    .map(|basis| caught.iter().map(|cell| cell[basis]).sum::<f64>())
+                    .into_iter()
+                    .enumerate()
+                {
+                    self.caught[basis][place] += sum;
+                }
+                if let Some(images) = &mut self.images {
+                    images.add_caught([i, j], caught.iter().map(|[_, linear]| *linear));
+                }
             }
         }
     }
@@ -130,12 +148,13 @@ impl SurfaceLight {
     ) -> Self {
         let levels = || (0..=top[0]).flat_map(|i| (0..=top[1]).map(move |j| [i, j]));
         SurfaceLight {
-            base: Cut::Grid([1, 1]),
+            base: Grid::Quad([1, 1]),
             free: true,
             top,
             caught: [Basis::Constant, Basis::Linear]
                 .map(|basis| levels().map(|at| caught(basis, at)).collect()),
             noise,
+            images: None,
             walks,
             edges: [1.0, 1.0],
         }
@@ -168,11 +187,11 @@ type Integrals = Vec<[f64; 3]>;
 
 /// The cells of a grid, in coordinates of 0 … 1 along the edges of the surface.
 struct Cells {
-    cut: Cut,
+    cut: Grid,
 }
 
 impl Cells {
-    fn new(cut: Cut) -> Self {
+    fn new(cut: Grid) -> Self {
         Cells { cut }
     }
 
@@ -183,11 +202,11 @@ impl Cells {
     /// The centroid of a cell, and 1 or, for a triangle's cell that stands on its head, −1.
     fn centre(&self, cell: usize) -> ([f64; 2], f64) {
         match self.cut {
-            Cut::Grid([nu, nv]) => {
+            Grid::Quad([nu, nv]) => {
                 let [iu, iv] = [cell / nv as usize, cell % nv as usize];
                 ([(iu as f64 + 0.5) / f64::from(nu), (iv as f64 + 0.5) / f64::from(nv)], 1.0)
             }
-            Cut::Rows(rows) => {
+            Grid::Triangle(rows) => {
                 let row = cell.isqrt();
                 let position = cell - row * row;
                 let [i, j] = [row - position / 2, position / 2].map(|step| step as f64);
@@ -203,8 +222,8 @@ impl Cells {
     /// The cell that holds a point that lies on no edge.
     fn cell_at(&self, [u, v]: [f64; 2]) -> usize {
         match self.cut {
-            Cut::Grid([nu, nv]) => (u * f64::from(nu)) as usize * nv as usize + (v * f64::from(nv)) as usize,
-            Cut::Rows(rows) => {
+            Grid::Quad([nu, nv]) => (u * f64::from(nu)) as usize * nv as usize + (v * f64::from(nv)) as usize,
+            Grid::Triangle(rows) => {
                 let (u, v) = (u * f64::from(rows), v * f64::from(rows));
                 let inverted = usize::from(u.fract() + v.fract() >= 1.0);
                 let row = u as usize + v as usize + inverted;
@@ -226,9 +245,9 @@ impl Cells {
     /// The means over a cell of b·(u − u_c) and b·(v − v_c), (u_c, v_c) its centroid.
     fn tilt(&self, cell: usize, [g, h]: [f64; 2]) -> [f64; 2] {
         match self.cut {
-            Cut::Grid([nu, nv]) => [g / (12.0 * f64::from(nu)), h / (12.0 * f64::from(nv))],
+            Grid::Quad([nu, nv]) => [g / (12.0 * f64::from(nu)), h / (12.0 * f64::from(nv))],
             // The variance of a coordinate over a triangle is 1/18, the covariance of both −1/36.
-            Cut::Rows(rows) => {
+            Grid::Triangle(rows) => {
                 let scale = self.centre(cell).1 / f64::from(rows);
                 [scale * g / 18.0, scale * (h / 24.0 - g / 36.0)]
             }
@@ -251,17 +270,16 @@ impl Cells {
         coarse
     }
 
-    /// The energies that constants and linear fits on these cells catch, from the integrals of each group of walks.
+    /// The energies that constants and linear fits catch on each of these cells, from the integrals of each group of walks.
     ///
     /// The square of an estimate is too large by its variance; products of estimates of different groups are not, and their mean
     /// over all pairs of groups is what is taken.
-    fn caught(&self, groups: &[Integrals], area: f64) -> [f64; 2] {
+    fn caught(&self, groups: &[Integrals], area: f64) -> Vec<[f64; 2]> {
         let area = area / self.count() as f64;
         let n = groups.len() as f64;
         let pairs = |product: f64, products: f64| (product - products) / (n * (n - 1.0) * area);
         let [with_uu, with_uv, with_vv] = self.inverse_covariance();
-        let (mut constant, mut slopes) = (0.0, 0.0);
-        for cell in 0..self.count() {
+        let of_cell = |cell: usize| {
             let centre = self.centre(cell).0;
             // Sums over groups of the integrals of b, b·(u − u_c), b·(v − v_c), and of their products.
             let mut sums = [0.0; 7];
@@ -272,26 +290,29 @@ impl Cells {
                 sums.iter_mut().zip(parts).for_each(|(sum, part)| *sum += part);
             }
             let [b, u, v, bb, uu, uv, vv] = sums;
-            constant += pairs(b * b, bb);
-            slopes +=
+            let constant = pairs(b * b, bb);
+            let slopes =
                 with_uu * pairs(u * u, uu) + with_vv * pairs(v * v, vv) + 2.0 * with_uv * pairs(u * v, uv);
-        }
-        [constant, constant + slopes]
+            [constant, constant + slopes]
+        };
+        (0..self.count()).map(of_cell).collect()
     }
 
     /// The inverse of the covariance matrix of the coordinates over a cell: of u with u, u with v, v with v.
     fn inverse_covariance(&self) -> [f64; 3] {
         match self.cut {
-            Cut::Grid([nu, nv]) => {
+            Grid::Quad([nu, nv]) => {
                 [12.0 * f64::from(nu) * f64::from(nu), 0.0, 12.0 * f64::from(nv) * f64::from(nv)]
             }
-            Cut::Rows(rows) => [24.0, 12.0, 24.0].map(|factor| factor * f64::from(rows) * f64::from(rows)),
+            Grid::Triangle(rows) => {
+                [24.0, 12.0, 24.0].map(|factor| factor * f64::from(rows) * f64::from(rows))
+            }
         }
     }
 }
 
 /// The cells of a pilot's grid: those of the coarsest, doubled along the longer edge of a cell while its area is above `area`.
-pub fn doublings(shape: &Shape, base: Cut, area: f64) -> [u32; 2] {
+pub fn doublings(shape: &Shape, base: Grid, area: f64) -> [u32; 2] {
     let (_, e_u, e_v) = shape.edges();
     let mut levels = [0, 0];
     loop {
@@ -300,11 +321,11 @@ pub fn doublings(shape: &Shape, base: Cut, area: f64) -> [u32; 2] {
             return levels;
         }
         match cut {
-            Cut::Grid([nu, nv]) => {
+            Grid::Quad([nu, nv]) => {
                 let along_v = e_v.length() * f64::from(nu) > e_u.length() * f64::from(nv);
                 levels[usize::from(along_v)] += 1;
             }
-            Cut::Rows(_) => levels[0] += 1,
+            Grid::Triangle(_) => levels[0] += 1,
         }
     }
 }
@@ -313,11 +334,17 @@ pub fn doublings(shape: &Shape, base: Cut, area: f64) -> [u32; 2] {
 mod tests {
     use super::*;
 
+    /// The energies that constants and linear fits catch on all cells together.
+    fn caught(cells: &Cells, groups: &[Integrals], area: f64) -> [f64; 2] {
+        let each = cells.caught(groups, area);
+        [0, 1].map(|basis| each.iter().map(|cell| cell[basis]).sum())
+    }
+
     /// The integrals of a function over cells of a surface, by the middles of many points.
     fn integrals(cells: &Cells, area: f64, f: impl Fn([f64; 2]) -> f64) -> Integrals {
         const N: usize = 1200;
         let (mut sums, mut points) = (vec![[0.0; 3]; cells.count()], vec![0.0; cells.count()]);
-        let triangle = matches!(cells.cut, Cut::Rows(_));
+        let triangle = matches!(cells.cut, Grid::Triangle(_));
         for (i, j) in (0..N).flat_map(|i| (0..N).map(move |j| (i, j))) {
             let at = [i, j].map(|step| (step as f64 + 0.5) / N as f64);
             if triangle && i + j + 1 >= N {
@@ -339,19 +366,22 @@ mod tests {
     fn linear_fits_catch_linear_light_and_constants_its_means() {
         let f = |[u, v]: [f64; 2]| 2.0 + 3.0 * u - v;
         for (base, fine, coarse) in [
-            (Cut::Grid([1, 1]), Cut::Grid([8, 4]), Cut::Grid([2, 4])),
-            (Cut::Rows(1), Cut::Rows(8), Cut::Rows(2)),
+            (Grid::Quad([1, 1]), Grid::Quad([8, 4]), Grid::Quad([2, 4])),
+            (Grid::Triangle(1), Grid::Triangle(8), Grid::Triangle(2)),
         ] {
             let fine = Cells::new(fine);
             let area = 5.0;
             let mut groups = vec![integrals(&fine, area, f); 2];
             let coarse = fine.gather(Cells::new(coarse), &mut groups);
-            let [constant, linear] = coarse.caught(&groups, area);
-            let [whole_constant, whole] = coarse.gather(Cells::new(base), &mut groups).caught(&groups, area);
+            let [constant, linear] = caught(&coarse, &groups, area);
+            let [whole_constant, whole] = {
+                let whole = coarse.gather(Cells::new(base), &mut groups);
+                caught(&whole, &groups, area)
+            };
             // Variances of u and v and their covariance, over the surface and over a cell of the coarse grid.
             let (mean, variance, within) = match base {
-                Cut::Grid(_) => (3.0, 10.0 / 12.0, 9.0 / 48.0 + 1.0 / 192.0),
-                Cut::Rows(_) => (8.0 / 3.0, 10.0 / 18.0 + 6.0 / 36.0, (10.0 / 18.0 + 6.0 / 36.0) / 4.0),
+                Grid::Quad(_) => (3.0, 10.0 / 12.0, 9.0 / 48.0 + 1.0 / 192.0),
+                Grid::Triangle(_) => (8.0 / 3.0, 10.0 / 18.0 + 6.0 / 36.0, (10.0 / 18.0 + 6.0 / 36.0) / 4.0),
             };
             let near = |found: f64, expected: f64| (found / area - expected).abs() < 0.005 * expected;
             assert!(near(whole_constant, mean * mean), "{base:?}: {whole_constant}");
@@ -366,20 +396,20 @@ mod tests {
     /// (false-alarm rate 10⁻⁵).
     #[test]
     fn noise_catches_no_energy() {
-        let cells = Cells::new(Cut::Grid([20, 20]));
+        let cells = Cells::new(Grid::Quad([20, 20]));
         let mut state = 1_u64;
         let mut sign = || {
             state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
             if state >> 63 == 0 { 1.0 } else { -1.0 }
         };
         let groups: Vec<Integrals> = (0..4).map(|_| (0..400).map(|_| [sign(), 0.0, 0.0]).collect()).collect();
-        let [constant, _] = cells.caught(&groups, 400.0);
+        let [constant, _] = caught(&cells, &groups, 400.0);
         assert!(constant.abs() < 4.5 * (800.0_f64 / 12.0).sqrt(), "{constant}");
     }
 
     #[test]
     fn every_cell_holds_its_centre() {
-        for cut in [Cut::Grid([3, 5]), Cut::Rows(1), Cut::Rows(7)] {
+        for cut in [Grid::Quad([3, 5]), Grid::Triangle(1), Grid::Triangle(7)] {
             let cells = Cells::new(cut);
             assert!((0..cells.count()).all(|cell| cells.cell_at(cells.centre(cell).0) == cell), "{cut:?}");
         }

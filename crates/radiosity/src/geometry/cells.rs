@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 
+use super::leaves::Leaf;
 use super::spec::Shape;
 use crate::simd::real::Real;
 
@@ -92,6 +93,20 @@ pub(crate) fn place_in_triangle_cell([u, v]: [f64; 2], cell: u32, k: u32) -> [f6
     if position.is_multiple_of(2) { [s, t] } else { [-s, 1.0 - t] }
 }
 
+/// Where a point with local coordinates (u, v) lies in a leaf: 0 … 1 along its edges.
+#[inline(always)]
+pub(crate) fn place_in_leaf([u, v]: [f64; 2], leaf: Leaf) -> [f64; 2] {
+    let [nu, nv] = leaf.grid().map(f64::from);
+    [u * nu - f64::from(leaf.at[0]), v * nv - f64::from(leaf.at[1])]
+}
+
+/// The inverse: local coordinates of a place in a leaf, uniform for uniform places.
+#[inline(always)]
+pub(crate) fn point_in_leaf(leaf: Leaf, [r, s]: [f64; 2]) -> [f64; 2] {
+    let [iu, iv] = leaf.grid().map(|n| 1.0 / f64::from(n));
+    [in_grid_step(leaf.at[0].into(), r, iu), in_grid_step(leaf.at[1].into(), s, iv)]
+}
+
 /// The centroid of a cell in local coordinates.
 pub(crate) fn cell_centroid(shape: &Shape, cell: u32) -> [f64; 2] {
     match *shape {
@@ -99,6 +114,7 @@ pub(crate) fn cell_centroid(shape: &Shape, cell: u32) -> [f64; 2] {
             [(f64::from(cell / nv) + 0.5) / f64::from(nu), (f64::from(cell % nv) + 0.5) / f64::from(nv)]
         }
         Shape::Triangle { rows, .. } => point_in_triangle_cell(cell, rows, [1.0 / 3.0, 1.0 / 3.0]),
+        Shape::Divided { ref leaves, .. } => point_in_leaf(leaves.get(cell), [0.5, 0.5]),
     }
 }
 
@@ -120,6 +136,10 @@ fn cell_corners(shape: &Shape, cell: u32) -> Vec<[f64; 2]> {
                 if upright { [(i, j), (i + 1, j), (i, j + 1)] } else { [(i, j + 1), (i - 1, j + 1), (i, j)] };
             corners.map(point).into()
         }
+        Shape::Divided { ref leaves, .. } => {
+            let leaf = leaves.get(cell);
+            [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]].map(|place| point_in_leaf(leaf, place)).into()
+        }
     }
 }
 
@@ -135,11 +155,10 @@ impl Shape {
 /// The weights of the corners of a cell, as [`cell_corners`] has them, at local coordinates in it: bilinear in
 /// parallelograms, barycentric in triangles, whose fourth is 0. Their sum is 1.
 pub(crate) fn corner_weights(shape: &Shape, cell: u32, uv: [f64; 2]) -> [f64; 4] {
+    let bilinear = |[s, t]: [f64; 2]| [(1.0 - s) * (1.0 - t), s * (1.0 - t), s * t, (1.0 - s) * t];
     match *shape {
-        Shape::Parallelogram { cells, .. } => {
-            let [s, t] = place_in_grid_cell(uv, cell, cells);
-            [(1.0 - s) * (1.0 - t), s * (1.0 - t), s * t, (1.0 - s) * t]
-        }
+        Shape::Parallelogram { cells, .. } => bilinear(place_in_grid_cell(uv, cell, cells)),
+        Shape::Divided { ref leaves, .. } => bilinear(place_in_leaf(uv, leaves.get(cell))),
         Shape::Triangle { rows, .. } => {
             let [s, t] = place_in_triangle_cell(uv, cell, rows);
             [1.0 - s - t, s, t, 0.0]
@@ -161,7 +180,13 @@ mod tests {
             cells: [3, 2],
         };
         let triangle = Shape::Triangle { a: DVec3::ZERO, b: DVec3::X, c: DVec3::Y, rows: 4 };
-        for shape in [parallelogram, triangle] {
+        let divided = Shape::Divided {
+            corner: DVec3::ZERO,
+            corner_u: DVec3::X,
+            corner_v: DVec3::Y,
+            leaves: "uv.v..u..".parse().unwrap(),
+        };
+        for shape in [parallelogram, triangle, divided] {
             for cell in 0..shape.cell_count() as u32 {
                 let (corners, middle) = (cell_corners(&shape, cell), cell_centroid(&shape, cell));
                 let weights = &corner_weights(&shape, cell, middle)[..corners.len()];

@@ -2,6 +2,7 @@
 
 use super::basis;
 use super::cells::{folded, grid_step, in_grid_step, inside};
+use super::places::Places;
 use super::surface::Surface;
 use crate::simd::real::Real;
 use crate::simd::table::Table;
@@ -20,6 +21,7 @@ pub(crate) struct Landing<R> {
     cells: [R; 2],
     /// The inverses of these numbers.
     inverse: [R; 2],
+    /// The number of the first front; in scenes with leaves that of the first cell of the front.
     first_piece: R,
     /// The survival thresholds, as bits.
     survival: R,
@@ -43,8 +45,14 @@ impl Landings {
         self.table.bytes()
     }
 
-    pub(crate) fn new(surfaces: &[Surface]) -> Self {
-        let landings: Vec<Landing<f64>> = surfaces.iter().map(Landing::of).collect();
+    /// The landings of surfaces; `places` has the numbers of cells in scenes with leaves.
+    pub(crate) fn new(surfaces: &[Surface], places: Option<&Places>) -> Self {
+        let numbers = |(i, surface): (usize, &Surface)| match places {
+            None => [surface.first_piece(), surface.to_back()],
+            Some(places) => places.first_cells(i),
+        };
+        let landing = |surface: (usize, &Surface)| Landing::of(surface.1, numbers(surface));
+        let landings: Vec<Landing<f64>> = surfaces.iter().enumerate().map(landing).collect();
         let rows = landings.iter().any(|landing| landing.outline == TRIANGLE_IN_ROWS);
         Landings { table: Table::new(landings.iter().map(Landing::numbers).collect()), rows }
     }
@@ -62,14 +70,14 @@ impl Landings {
 }
 
 impl Landing<f64> {
-    fn of(surface: &Surface) -> Self {
+    fn of(surface: &Surface, [first_piece, to_back]: [u32; 2]) -> Self {
         let cells = surface.cells_along().map(f64::from);
         Landing {
             cells,
             inverse: cells.map(|n| 1.0 / n),
-            first_piece: surface.first_piece().into(),
+            first_piece: first_piece.into(),
             survival: f64::from_bits(surface.survival_threshold()),
-            to_back: surface.to_back().into(),
+            to_back: to_back.into(),
             outline: match (surface.is_triangle(), cells[0] > 1.0) {
                 (false, _) => PARALLELOGRAM,
                 (true, false) => TRIANGLE,
@@ -106,7 +114,7 @@ impl<R: Real> Landing<R> {
         basis::steps(place, self.is_triangle())
     }
 
-    /// The numbers of the pieces that are sides of cells, those that `facing` gives.
+    /// The numbers of the pieces that are sides of cells, those that `facing` gives; in scenes with leaves those of the cells.
     #[inline(always)]
     pub(crate) fn piece(&self, cell: [R; 2], facing: R) -> R {
         let zero = R::splat(0.0);

@@ -44,7 +44,7 @@ struct Common {
     /// The number of the first front, which is that of the first patch.
     first: u32,
     shape: Shape,
-    /// The area of a cell [m²].
+    /// The area of the surface [m²].
     area: f64,
     reflectance: Spectrum,
     emittance: Spectrum,
@@ -89,8 +89,8 @@ impl Pieces {
             let first = pieces.cells as u32;
             pieces.surfaces.push(Common {
                 first,
-                shape: surface.shape,
-                area: surface.shape.area() / cells as f64,
+                shape: surface.shape.clone(),
+                area: surface.shape.area(),
                 reflectance: surface.reflectance,
                 emittance: surface.emittance,
             });
@@ -139,7 +139,7 @@ impl Pieces {
             surface: surface as u32,
             cell: common.shape.cell_label(cell),
             centroid: corner + e_u * u + e_v * v,
-            area: common.area,
+            area: common.shape.area_of_cell(common.area, cell),
             reflectance: common.reflectance,
             emittance: single.map_or(common.emittance, |i| self.single[i].1),
         }

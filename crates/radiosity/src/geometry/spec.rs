@@ -7,8 +7,10 @@ use std::ops::Index;
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
+use super::leaves::Leaves;
+
 /// The outline of a planar surface and how it is cut into patches.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Shape {
     /// A parallelogram given by a corner and its two neighbours [m]; the front faces (u − c) × (v − c).
     /// `cells` = (n_u, n_v); patch = first + i_u·n_v + i_v.
@@ -33,6 +35,17 @@ pub enum Shape {
         c: DVec3,
         /// The number of rows k.
         rows: u32,
+    },
+    /// A parallelogram as above, cut into rectangles of different sizes in its own coordinates; patch = first + number of the leaf.
+    Divided {
+        /// The corner c of the parallelogram [m].
+        corner: DVec3,
+        /// c + u, the next corner along u.
+        corner_u: DVec3,
+        /// c + v, the next corner along v.
+        corner_v: DVec3,
+        /// The rectangles.
+        leaves: Leaves,
     },
 }
 
@@ -251,15 +264,17 @@ impl Shape {
         match *self {
             Shape::Parallelogram { cells: [nu, nv], .. } => u64::from(nu) * u64::from(nv),
             Shape::Triangle { rows, .. } => u64::from(rows) * u64::from(rows),
+            Shape::Divided { ref leaves, .. } => leaves.len() as u64,
         }
     }
 
-    /// The index of the cell that is written as `[i, j]` (parallelogram: i_u, i_v; triangle: row, position).
+    /// The index of the cell that is written as `[i, j]` (parallelogram: i_u, i_v; triangle: row, position; leaves: number, 0).
     /// `None` outside the surface.
     pub fn cell_index(&self, [i, j]: [u32; 2]) -> Option<u32> {
         match *self {
             Shape::Parallelogram { cells: [nu, nv], .. } => (i < nu && j < nv).then(|| i * nv + j),
             Shape::Triangle { rows, .. } => (i < rows && j <= 2 * i).then(|| i * i + j),
+            Shape::Divided { ref leaves, .. } => ((i as usize) < leaves.len() && j == 0).then_some(i),
         }
     }
 
@@ -271,13 +286,15 @@ impl Shape {
                 let row = cell.isqrt();
                 [row, cell - row * row]
             }
+            Shape::Divided { .. } => [cell, 0],
         }
     }
 
     /// The corner that local coordinates start from, and the two edges from it [m].
     pub fn edges(&self) -> (DVec3, DVec3, DVec3) {
         match *self {
-            Shape::Parallelogram { corner, corner_u, corner_v, .. } => {
+            Shape::Parallelogram { corner, corner_u, corner_v, .. }
+            | Shape::Divided { corner, corner_u, corner_v, .. } => {
                 (corner, corner_u - corner, corner_v - corner)
             }
             Shape::Triangle { a, b, c, .. } => (a, b - a, c - a),
@@ -287,7 +304,8 @@ impl Shape {
     /// Every corner of the outline [m].
     pub fn corners(&self) -> Vec<DVec3> {
         match *self {
-            Shape::Parallelogram { corner, corner_u, corner_v, .. } => {
+            Shape::Parallelogram { corner, corner_u, corner_v, .. }
+            | Shape::Divided { corner, corner_u, corner_v, .. } => {
                 vec![corner, corner_u, corner_u + (corner_v - corner), corner_v]
             }
             Shape::Triangle { a, b, c, .. } => vec![a, b, c],
@@ -299,8 +317,32 @@ impl Shape {
         let (_, e_u, e_v) = self.edges();
         let cross = e_u.cross(e_v).length();
         match self {
-            Shape::Parallelogram { .. } => cross,
+            Shape::Parallelogram { .. } | Shape::Divided { .. } => cross,
             Shape::Triangle { .. } => 0.5 * cross,
         }
+    }
+
+    /// The area of a cell of a surface of this outline, of this `area` [m²].
+    pub(crate) fn area_of_cell(&self, area: f64, cell: u32) -> f64 {
+        match self {
+            Shape::Divided { leaves, .. } => {
+                let [nu, nv] = leaves.get(cell).grid();
+                area / f64::from(nu * nv)
+            }
+            _ => area / self.cell_count() as f64,
+        }
+    }
+
+    /// The shape with every corner moved; its cells stay.
+    pub fn moved(&self, to: impl Fn(DVec3) -> DVec3) -> Self {
+        let mut shape = self.clone();
+        match &mut shape {
+            Shape::Parallelogram { corner: a, corner_u: b, corner_v: c, .. }
+            | Shape::Triangle { a, b, c, .. }
+            | Shape::Divided { corner: a, corner_u: b, corner_v: c, .. } => {
+                [a, b, c].into_iter().for_each(|corner| *corner = to(*corner));
+            }
+        }
+        shape
     }
 }

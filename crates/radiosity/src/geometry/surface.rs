@@ -1,19 +1,22 @@
 //! A surface ready for walks: a frame to shoot from, cells to find a hit's patch in at bounded cost (S97
 //! case 1: tracing runs against the surfaces, never against the patches).
 
+use std::sync::Arc;
+
 use glam::DVec3;
 
 use crate::geometry::cells::{
-    grid_step, in_grid_step, inside, place_in_grid_cell, place_in_triangle_cell, point_in_triangle_cell,
-    triangle_cell,
+    grid_step, in_grid_step, inside, place_in_grid_cell, place_in_leaf, place_in_triangle_cell,
+    point_in_leaf, point_in_triangle_cell, triangle_cell,
 };
 use crate::geometry::face::Face;
 use crate::geometry::frame::Frame;
+use crate::geometry::leaf_table::LeafTable;
 use crate::geometry::spec::{Shape, Side, Sides, Spectrum, SurfaceSpec};
 use crate::random::sampling::{cosine_direction, fixed_64};
 
 /// How a surface is cut into cells.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 enum Cells {
     /// With 1/n_u and 1/n_v.
     Grid {
@@ -24,6 +27,7 @@ enum Cells {
     Rows {
         k: u32,
     },
+    Leaves(Arc<LeafTable>),
 }
 
 /// A planar surface in the scene's local coordinates (origin in the middle of the scene).
@@ -61,6 +65,7 @@ impl Surface {
                 Cells::Grid { nu, nv, inverse: [nu, nv].map(|n| 1.0 / f64::from(n)) }
             }
             Shape::Triangle { rows, .. } => Cells::Rows { k: rows },
+            Shape::Divided { ref leaves, .. } => Cells::Leaves(Arc::new(LeafTable::new(leaves))),
         };
         Surface {
             corner: corner - origin,
@@ -104,9 +109,10 @@ impl Surface {
         Frame::new(self.corner, self.edges(), self.tangent, self.normal)
     }
 
-    /// Cells along u and v; of a triangle, rows.
+    /// Cells along u and v; of a triangle, rows; of leaves, those of the grid that holds them.
     pub(crate) fn cells_along(&self) -> [u32; 2] {
         match self.cells {
+            Cells::Leaves(ref table) => table.grid(),
             Cells::Grid { nu, nv, .. } => [nu, nv],
             Cells::Rows { k } => [k, k],
         }
@@ -123,12 +129,21 @@ impl Surface {
         match self.cells {
             Cells::Grid { nu, nv, .. } => nu * nv,
             Cells::Rows { k } => k * k,
+            Cells::Leaves(ref table) => table.len(),
         }
     }
 
     /// Whether it is a triangle; else it is a parallelogram.
     pub fn is_triangle(&self) -> bool {
         matches!(self.cells, Cells::Rows { .. })
+    }
+
+    /// The leaves that it is cut into, where it is cut so.
+    pub(crate) fn leaves(&self) -> Option<&LeafTable> {
+        match &self.cells {
+            Cells::Leaves(table) => Some(table),
+            _ => None,
+        }
     }
 
     /// Unit normal of the front.
@@ -158,6 +173,7 @@ impl Surface {
         match self.cells {
             Cells::Grid { nv, .. } => i * nv + j,
             Cells::Rows { .. } => i * i + j,
+            Cells::Leaves(_) => i,
         }
     }
 
@@ -205,6 +221,7 @@ impl Surface {
                 iu * nv + iv
             }
             Cells::Rows { k } => triangle_cell([u, v], k),
+            Cells::Leaves(ref table) => table.leaf_at([u, v]),
         }
     }
 
@@ -219,6 +236,7 @@ impl Surface {
                 [in_grid_step(iu.into(), r1, inverse[0]), in_grid_step(iv.into(), r2, inverse[1])]
             }
             Cells::Rows { k } => point_in_triangle_cell(cell, k, [r1, r2]),
+            Cells::Leaves(ref table) => point_in_leaf(table.get(cell), [r1, r2]),
         }
     }
 
@@ -228,6 +246,7 @@ impl Surface {
         match self.cells {
             Cells::Grid { nu, nv, .. } => place_in_grid_cell(uv, cell, [nu, nv]),
             Cells::Rows { k } => place_in_triangle_cell(uv, cell, k),
+            Cells::Leaves(ref table) => place_in_leaf(uv, table.get(cell)),
         }
     }
 

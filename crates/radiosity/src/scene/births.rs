@@ -104,7 +104,8 @@ impl Births {
         let emitting = total.iter().filter(|&&power| power > 0.0).count() as f64;
         let probability = |face: &Face| (0..3).map(|c| share(face, c)).sum::<f64>() / emitting;
         let piece = |piece: usize| faces.piece(piece as u32);
-        let alike = |a: usize, b: usize| piece(a).emittance == piece(b).emittance;
+        let light = |i: usize| (piece(i).emittance, piece(i).area);
+        let alike = |a: usize, b: usize| light(a) == light(b);
         let mut births = Births::in_cradles(surfaces, faces, |i| probability(&piece(i)), alike)?;
         let weights = births.cradles.iter().map(|cradle| {
             let surface = &surfaces[cradle.surface as usize];

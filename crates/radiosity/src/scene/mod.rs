@@ -13,6 +13,8 @@ use thiserror::Error;
 use crate::geometry::face::Faces;
 use crate::geometry::frame::Frames;
 use crate::geometry::landing::Landings;
+use crate::geometry::leaf_table::LeafTable;
+use crate::geometry::places::Places;
 use crate::geometry::spec::Side;
 use crate::geometry::spec::{SceneSpec, Shape, Spectrum};
 use crate::geometry::surface::Surface;
@@ -29,6 +31,9 @@ use scatter::Scatter;
 
 /// The most patches a scene may have: patch numbers are 32 bits wide.
 const MAX_PATCHES: u64 = 1 << 31;
+
+/// The most cells of the grids that hold the leaves of all surfaces: a table has the leaf of each.
+const MAX_GRID_CELLS: u64 = 1 << 26;
 
 /// Up to this many surfaces, meeting every facet is faster than a tree (with AVX-512 up to twice as many).
 const FLAT_SURFACES: usize = 96;
@@ -85,6 +90,8 @@ pub(crate) struct Parts {
     pub(crate) isa: Isa,
     pub(crate) frames: Frames,
     pub(crate) landings: Landings,
+    /// Where arrivals find their leaves; `None` where no surface is cut into leaves.
+    pub(crate) places: Option<Places>,
     stacks: Vec<Stack>,
     pub(crate) facets: Facets,
     pub(crate) index: Index,
@@ -146,13 +153,15 @@ impl Scene {
             Some(binary) => Index::Tree(Tree::new(binary, &facets)),
             None => Index::Flat(Flat::new(isa, &surfaces, &facets)),
         };
+        let places = Places::new(&surfaces, &faces);
         let hash = hash(spec, !stacks.is_empty());
         let most = |c: usize| spec.surfaces.iter().fold(0.0, |max: f64, s| max.max(s.reflectance[c]));
         let parts = Parts {
             names: names(spec),
             isa,
             frames: Frames::new(surfaces.iter().map(Surface::frame)),
-            landings: Landings::new(&surfaces),
+            landings: Landings::new(&surfaces, places.as_ref()),
+            places,
             scatter: faces.are_grouped().then(|| Scatter::new(&faces, &surfaces)),
             surfaces,
             faces,
@@ -224,13 +233,16 @@ impl Scene {
         let parts = &*self.parts;
         let names: usize = parts.names.iter().map(|name| size_of::<String>() + name.capacity()).sum();
         let stacks: usize = parts.stacks.iter().map(|stack| size_of_val(&stack.surfaces[..])).sum();
+        let leaves = parts.surfaces.iter().filter_map(Surface::leaves).map(LeafTable::bytes).sum();
         let tables = [
+            leaves,
             size_of_val(&parts.surfaces[..]),
             parts.faces.bytes(),
             parts.emitters.bytes(),
             parts.scatter.as_ref().map_or(0, Scatter::bytes),
             parts.frames.bytes(),
             parts.landings.bytes(),
+            parts.places.as_ref().map_or(0, Places::bytes),
             parts.facets.bytes(),
         ];
         Memory { surfaces: names + stacks + tables.iter().sum::<usize>(), index: parts.index.bytes() }
@@ -308,6 +320,16 @@ fn check(spec: &SceneSpec) -> Result<(), SceneError> {
             "the scene has {face_count} patches (two-sided ones count twice), more than {MAX_PATCHES} (their numbers are 32 bits wide); use coarser `patches`"
         )));
     }
+    let grid_cells = spec.surfaces.iter().map(|surface| match &surface.shape {
+        Shape::Divided { leaves, .. } => leaves.grid().map(u64::from).iter().product::<u64>(),
+        _ => 0,
+    });
+    let grid_cells: u64 = grid_cells.sum();
+    if grid_cells > MAX_GRID_CELLS {
+        return Err(SceneError::Whole(format!(
+            "the rectangles that surfaces are cut into lie on grids of {grid_cells} cells, more than {MAX_GRID_CELLS} (walks look them up in a table); cut them less often"
+        )));
+    }
     Ok(())
 }
 
@@ -342,7 +364,7 @@ type Fault = (&'static str, String);
 
 fn check_surface(surface: &crate::SurfaceSpec) -> Result<(), Fault> {
     let outline = match surface.shape {
-        Shape::Parallelogram { .. } => "quad",
+        Shape::Parallelogram { .. } | Shape::Divided { .. } => "quad",
         Shape::Triangle { .. } => "triangle",
     };
     let corners = surface.shape.corners();
@@ -418,6 +440,7 @@ fn hash(spec: &SceneSpec, layered: bool) -> [u8; 32] {
         let (kind, cells) = match surface.shape {
             Shape::Parallelogram { cells, .. } => (0.0, cells),
             Shape::Triangle { rows, .. } => (1.0, [rows, 0]),
+            Shape::Divided { ref leaves, .. } => (2.0, leaves.grid()),
         };
         numbers(&[kind, f64::from(cells[0]), f64::from(cells[1])]);
         for corner in surface.shape.corners() {
@@ -430,6 +453,11 @@ fn hash(spec: &SceneSpec, layered: bool) -> [u8; 32] {
         for &(cell, emittance) in &surface.cell_emittance {
             numbers(&[f64::from(cell)]);
             numbers(&emittance.channels());
+        }
+    }
+    for surface in &spec.surfaces {
+        if let Shape::Divided { leaves, .. } = &surface.shape {
+            hasher.update(leaves.text().as_bytes());
         }
     }
     // Results from before there were layers are of another scene.

@@ -61,8 +61,13 @@ impl Arrivals {
                 on_isa!(isa, continuous(arrivals: &mut Arrivals, landings: &Landings, len: usize, hits: &Hits, survival: &[u64; WIDTH]));
             }
         }
-        if scene.parts.landings.has_rows() {
-            self.locate_in_rows(scene.surfaces(), space, len, hits, point);
+        let places = scene.parts.places.as_ref();
+        if let Some(places) = places {
+            // So far these are the numbers of cells.
+            places.look_up(&mut self.face[..len]);
+        }
+        if scene.parts.landings.has_rows() || (places.is_some() && space == Space::Discrete) {
+            self.locate_again(scene.surfaces(), space, len, hits, point);
         }
         if let Some(partition) = scene.faces().partition() {
             // So far these are the numbers of pieces.
@@ -70,8 +75,8 @@ impl Arrivals {
         }
     }
 
-    /// Once more where triangles are cut in cells.
-    fn locate_in_rows(
+    /// Once more where surfaces are triangles cut in cells, or cut into leaves.
+    fn locate_again(
         &mut self,
         surfaces: &[Surface],
         space: Space,
@@ -81,7 +86,7 @@ impl Arrivals {
     ) {
         (self.met & Lanes::first(len)).each(|lane| {
             let surface = &surfaces[hits.surface[lane] as usize];
-            if !surface.is_triangle() {
+            if !surface.is_triangle() && surface.leaves().is_none() {
                 return;
             }
             let cell = surface.cell_at(hits.uv.each_ref().map(|row| row[lane]));

@@ -159,7 +159,7 @@ impl<N: Numbers, E: Scorer<C>, F: Fate<C>, const C: usize> Walker<'_, N, E, F, C
             self.estimator.expect(&arrivals.face[..self.len]);
             let (decided, ended) = self.decide(&hits, &arrivals);
             self.go_on(&hits, &arrivals, decided.survived, &draws);
-            self.estimator.locate(self.isa, self.scene, self.len, &hits);
+            self.estimator.locate(self.isa, self.scene, self.len, &hits, &arrivals.face);
             self.estimator.score(&arrivals.face, &decided, &self.weights);
             self.replace(ended, fate, newborns);
         }
@@ -347,10 +347,10 @@ mod tests {
             let like = spec.surfaces[0].clone();
             spec.surfaces.push(SurfaceSpec { shape, sides, emittance: 0.3.into(), ..like });
         };
-        let [floor, plate] = [0, 3].map(|i| room().surfaces[i].shape);
+        let [floor, plate] = [0, 3].map(|i| room().surfaces[i].shape.clone());
         add(floor, Sides::Front);
         add(rug, Sides::Both);
-        add(plate, Sides::Front);
+        add(plate.clone(), Sides::Front);
         add(plate, Sides::Both);
         add(patch, Sides::Both);
         spec
@@ -370,6 +370,18 @@ mod tests {
             })
             .collect();
         spec.grouped(&labels)
+    }
+
+    /// The room with leaves on two walls and on the plate of two sides.
+    fn divided_room() -> SceneSpec {
+        let mut spec = room();
+        for (surface, cuts) in [(0, "uvu..v..v.u.v.u.."), (2, "."), (3, "vu.v..u..")] {
+            let shape = &mut spec.surfaces[surface].shape;
+            let (corner, u, v) = shape.edges();
+            let leaves = cuts.parse().unwrap();
+            *shape = Shape::Divided { corner, corner_u: corner + u, corner_v: corner + v, leaves };
+        }
+        spec
     }
 
     /// A closed cube in which walks are long.
@@ -414,6 +426,8 @@ mod tests {
             (layered_room(), IndexChoice::Tree),
             (grouped_room(), IndexChoice::Flat),
             (grouped_room(), IndexChoice::Tree),
+            (divided_room(), IndexChoice::Flat),
+            (divided_room(), IndexChoice::Tree),
             (bright_cube(), IndexChoice::Flat),
         ] {
             for space in [Space::Discrete, Space::Continuous] {
@@ -453,7 +467,9 @@ mod tests {
         let end = InfiniteEnd::Roulette { threshold: 0.01 };
         let scores: [fn(Estimator) -> Score; 2] = [Score::Of, Score::Linear];
         // Groups have no slopes.
-        for (spec, scores) in [(room(), &scores[..]), (grouped_room(), &scores[..1])] {
+        for (spec, scores) in
+            [(room(), &scores[..]), (grouped_room(), &scores[..1]), (divided_room(), &scores[..])]
+        {
             let on = |isa| Scene::build_for(&spec, IndexChoice::Flat, isa).unwrap();
             for estimator in [Estimator::Collision, Estimator::Absorption, Estimator::Infinite(end)] {
                 for space in [Space::Discrete, Space::Continuous] {

@@ -31,9 +31,9 @@ pub(crate) trait Scorer<const C: usize> {
     /// Walk `lane` was born in a cell of a surface, at these local coordinates.
     #[inline(always)]
     fn born_at(&mut self, _lane: usize, _surface: &Surface, _cell: u32, _uv: [f64; 2]) {}
-    /// The walks have met these points, of which those on active sides will be scored.
+    /// The walks have met these points on these faces, of which those on active sides will be scored.
     #[inline(always)]
-    fn locate(&mut self, _isa: Isa, _scene: &Scene, _len: usize, _hits: &Hits) {}
+    fn locate(&mut self, _isa: Isa, _scene: &Scene, _len: usize, _hits: &Hits, _faces: &[u32; WIDTH]) {}
     /// Walk `lane` has ended.
     fn end(&mut self, lane: usize, rng: WalkRng);
     /// Walk `from` goes on as walk `to`.
@@ -196,8 +196,8 @@ impl<V: Event, B: HitSlate> Scorer<1> for ShootHits<'_, V, B> {
     }
 
     #[inline(always)]
-    fn locate(&mut self, isa: Isa, scene: &Scene, len: usize, hits: &Hits) {
-        B::Spot::locate(&mut self.spots, isa, scene, len, hits);
+    fn locate(&mut self, isa: Isa, scene: &Scene, len: usize, hits: &Hits, faces: &[u32; WIDTH]) {
+        B::Spot::locate(&mut self.spots, isa, scene, len, hits, faces);
     }
 
     #[inline(always)]
@@ -270,8 +270,8 @@ impl<V: Event, B: Slate<C>, const C: usize> Scorer<C> for ShootWeights<'_, V, B,
     }
 
     #[inline(always)]
-    fn locate(&mut self, isa: Isa, scene: &Scene, len: usize, hits: &Hits) {
-        B::Spot::locate(&mut self.spots, isa, scene, len, hits);
+    fn locate(&mut self, isa: Isa, scene: &Scene, len: usize, hits: &Hits, faces: &[u32; WIDTH]) {
+        B::Spot::locate(&mut self.spots, isa, scene, len, hits, faces);
     }
 
     #[inline(always)]

@@ -2,6 +2,7 @@
 
 use crate::geometry::basis::{of_step, slopes_at};
 use crate::geometry::landing::{Landing, Landings};
+use crate::geometry::places::Places;
 use crate::geometry::surface::Surface;
 use crate::scene::Scene;
 use crate::simd::batch::{Lanes, WIDTH};
@@ -26,8 +27,8 @@ pub(crate) trait Spot: Copy + Default {
     fn add_if(same: u32, sums: &mut Self::Row, row: &Self::Row, lane: usize);
     /// The spot of a birth in a cell of a surface, at these local coordinates.
     fn of_birth(surface: &Surface, cell: u32, uv: [f64; 2]) -> Self;
-    /// The spots of the first `len` hits. They mean nothing where no surface is met.
-    fn locate(row: &mut Self::Row, isa: Isa, scene: &Scene, len: usize, hits: &Hits);
+    /// The spots of the first `len` hits, on these faces. They mean nothing where no surface is met.
+    fn locate(row: &mut Self::Row, isa: Isa, scene: &Scene, len: usize, hits: &Hits, faces: &[u32; WIDTH]);
 }
 
 impl Spot for () {
@@ -44,7 +45,7 @@ impl Spot for () {
     #[inline(always)]
     fn of_birth(_: &Surface, _: u32, _: [f64; 2]) {}
     #[inline(always)]
-    fn locate((): &mut (), _: Isa, _: &Scene, _: usize, _: &Hits) {}
+    fn locate((): &mut (), _: Isa, _: &Scene, _: usize, _: &Hits, _: &[u32; WIDTH]) {}
 }
 
 /// ψ₁ and ψ₂ of a batch of walks.
@@ -83,21 +84,30 @@ impl Spot for [i64; 2] {
     }
 
     #[inline(always)]
-    fn locate(row: &mut Slopes, isa: Isa, scene: &Scene, len: usize, hits: &Hits) {
-        locate_all(row, isa, scene, len, hits);
+    fn locate(row: &mut Slopes, isa: Isa, scene: &Scene, len: usize, hits: &Hits, faces: &[u32; WIDTH]) {
+        locate_all(row, isa, scene, len, hits, faces);
     }
 }
 
-fn locate_all(row: &mut Slopes, isa: Isa, scene: &Scene, len: usize, hits: &Hits) {
-    let (places, landings) = (&mut *row, &scene.parts.landings);
-    on_isa!(isa, locate(places: &mut Slopes, landings: &Landings, len: usize, hits: &Hits));
-    if landings.has_rows() {
-        locate_in_rows(row, scene, len, hits);
+fn locate_all(row: &mut Slopes, isa: Isa, scene: &Scene, len: usize, hits: &Hits, faces: &[u32; WIDTH]) {
+    let (slopes, landings) = (&mut *row, &scene.parts.landings);
+    let again = match &scene.parts.places {
+        None => {
+            on_isa!(isa, locate(slopes: &mut Slopes, landings: &Landings, len: usize, hits: &Hits));
+            landings.has_rows()
+        }
+        Some(places) => {
+            on_isa!(isa, locate_in_pieces(slopes: &mut Slopes, places: &Places, len: usize, hits: &Hits, faces: &[u32; WIDTH]));
+            places.has_triangles()
+        }
+    };
+    if again {
+        locate_in_triangles(row, scene, len, hits);
     }
 }
 
-/// Locates hits once more where triangles are cut in cells.
-fn locate_in_rows(row: &mut Slopes, scene: &Scene, len: usize, hits: &Hits) {
+/// Locates hits once more where surfaces are triangles.
+fn locate_in_triangles(row: &mut Slopes, scene: &Scene, len: usize, hits: &Hits) {
     Lanes::first(len).each(|lane| {
         let surface = match hits.surface[lane] {
             Hits::NONE => return,
@@ -111,7 +121,7 @@ fn locate_in_rows(row: &mut Slopes, scene: &Scene, len: usize, hits: &Hits) {
 }
 
 #[inline(always)]
-fn locate<R: Real>(places: &mut Slopes, landings: &Landings, len: usize, hits: &Hits) {
+fn locate<R: Real>(slopes: &mut Slopes, landings: &Landings, len: usize, hits: &Hits) {
     let mut steps = [[0; WIDTH]; 2];
     for first in (0..len.min(WIDTH)).step_by(R::N) {
         let landing = Landing::<R>::each(landings, &hits.surface[first..]);
@@ -119,7 +129,31 @@ fn locate<R: Real>(places: &mut Slopes, landings: &Landings, len: usize, hits: &
         found[0].store_u32(&mut steps[0][first..]);
         found[1].store_u32(&mut steps[1][first..]);
     }
-    for (slopes, steps) in places.iter_mut().zip(&steps) {
+    put_steps(slopes, &steps);
+}
+
+/// The slopes of hits on pieces, which may be leaves.
+#[inline(always)]
+fn locate_in_pieces<R: Real>(
+    slopes: &mut Slopes,
+    places: &Places,
+    len: usize,
+    hits: &Hits,
+    faces: &[u32; WIDTH],
+) {
+    let mut steps = [[0; WIDTH]; 2];
+    for first in (0..len.min(WIDTH)).step_by(R::N) {
+        let uv = hits.uv.each_ref().map(|row| R::load(&row[first..]));
+        let found = places.steps(&faces[first..], uv);
+        found[0].store_u32(&mut steps[0][first..]);
+        found[1].store_u32(&mut steps[1][first..]);
+    }
+    put_steps(slopes, &steps);
+}
+
+#[inline(always)]
+fn put_steps(slopes: &mut Slopes, steps: &[[u32; WIDTH]; 2]) {
+    for (slopes, steps) in slopes.iter_mut().zip(steps) {
         slopes.iter_mut().zip(steps).for_each(|(slope, &step)| *slope = of_step(step));
     }
 }

@@ -33,6 +33,9 @@ pub(crate) fn flipped(shape: Shape) -> Shape {
             Shape::Parallelogram { corner, corner_u: corner_v, corner_v: corner_u, cells: [nv, nu] }
         }
         Shape::Triangle { a, b, c, rows } => Shape::Triangle { a, b: c, c: b, rows },
+        Shape::Divided { corner, corner_u, corner_v, leaves } => {
+            Shape::Divided { corner, corner_u: corner_v, corner_v: corner_u, leaves: leaves.transposed() }
+        }
     }
 }
 
@@ -70,16 +73,7 @@ pub(crate) fn cube54() -> SceneSpec {
 
 /// Moves every corner of a scene.
 pub(crate) fn map_corners(scene: &SceneSpec, map: impl Fn(DVec3) -> DVec3) -> SceneSpec {
-    let shape = |shape: &Shape| match *shape {
-        Shape::Parallelogram { corner, corner_u, corner_v, cells } => Shape::Parallelogram {
-            corner: map(corner),
-            corner_u: map(corner_u),
-            corner_v: map(corner_v),
-            cells,
-        },
-        Shape::Triangle { a, b, c, rows } => Shape::Triangle { a: map(a), b: map(b), c: map(c), rows },
-    };
-    let surfaces = scene.surfaces.iter().map(|s| SurfaceSpec { shape: shape(&s.shape), ..s.clone() });
+    let surfaces = scene.surfaces.iter().map(|s| SurfaceSpec { shape: s.shape.moved(&map), ..s.clone() });
     SceneSpec::new(surfaces.collect())
 }
 

@@ -16,7 +16,7 @@ pub type Failure = Box<dyn Error>;
 /// Walks of the method that jobs have by default, on a grid.
 pub fn experiment(spec: &SceneSpec, cuts: &[Cut], linear: bool) -> Result<Experiment, Failure> {
     let mut spec = spec.clone();
-    let fits = spec.surfaces.iter_mut().zip(cuts).all(|(surface, cut)| cut.apply(surface));
+    let fits = spec.surfaces.iter_mut().zip(cuts).all(|(surface, cut)| cut.clone().apply(surface));
     assert!(fits, "rooms are of quads that emit as a whole");
     let estimator: Estimator = EstimatorKind::Collision.into();
     let score = if linear { Score::Linear(estimator) } else { Score::Of(estimator) };

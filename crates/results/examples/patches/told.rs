@@ -4,7 +4,7 @@ use job::Cut;
 use radiosity::{Estimates, SceneSpec};
 
 use crate::runs::{Failure, experiment, noise, walk};
-use crate::truth::{Truth, grid};
+use crate::truth::Truth;
 
 /// What a run tells is true enough within this factor.
 const FACTOR: f64 = 1.5;
@@ -36,7 +36,7 @@ impl Told {
         let near = |told: f64, truth: f64| truth > 0.0 && told <= FACTOR * truth && truth <= FACTOR * told;
         let [mut area, mut of_spread, mut of_error, mut lost, mut light] = [0.0; 5];
         for sheet in &truth.sheets {
-            let cells = sheet.energies(grid(cuts[sheet.surface]));
+            let cells = sheet.cut(&cuts[sheet.surface]);
             let first = faces.first_piece_on(sheet.surface as u32, sheet.side).expect("an active side");
             for (cell, face) in cells.iter().zip(first as usize..) {
                 let (Some(known), Some(slopes)) = (estimates.face(face), estimates.slopes(face)) else {

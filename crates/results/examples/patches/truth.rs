@@ -2,9 +2,12 @@
 //!
 //! Products of what both say have no bias: the noise of one is independent of that of the other.
 
+use std::cell::RefCell;
+use std::collections::HashMap;
+
 use job::Cut;
-use judge::partition::doublings;
-use radiosity::{Fit, SceneSpec, Shape, Side};
+use judge::partition::{Grid, doublings};
+use radiosity::{Fit, Leaf, SceneSpec, Shape, Side};
 
 use crate::runs::{Failure, experiment, fits, walk};
 
@@ -36,6 +39,8 @@ pub struct Sheet {
     fits: [Vec<Fit>; 2],
     /// By cell, the energy of the error of a mean and of a slope after one walk, were it the only cell of this light.
     noise: Vec<[f64; 2]>,
+    /// The energies of the cells of grids that were asked for, by their levels.
+    levels: RefCell<HashMap<[u32; 2], Vec<Energies>>>,
 }
 
 /// Energies over one cell of a grid [W²/m²].
@@ -67,9 +72,9 @@ impl Truth {
     /// Walks both references, side by side, on about this many cells.
     pub fn new(spec: &SceneSpec, cells: f64, walks: u64) -> Result<Self, Failure> {
         let area: f64 = spec.surfaces.iter().map(|surface| surface.shape.area()).sum();
-        let top = |shape: &Shape| doublings(shape, Cut::Grid([1, 1]), area / cells);
+        let top = |shape: &Shape| doublings(shape, Grid::Quad([1, 1]), area / cells);
         let tops: Vec<[u32; 2]> = spec.surfaces.iter().map(|surface| top(&surface.shape)).collect();
-        let cuts: Vec<Cut> = tops.iter().map(|&top| Cut::Grid([1, 1]).doubled(top)).collect();
+        let cuts: Vec<Cut> = tops.iter().map(|&top| Grid::Quad([1, 1]).doubled(top).cut()).collect();
         let experiment = experiment(spec, &cuts, true)?;
         let mut both = std::thread::scope(|scope| {
             let reference = |seed: u64| {
@@ -90,7 +95,8 @@ impl Truth {
                 let fits = both.each_mut().map(|fits: &mut Vec<Fit>| fits.split_off(fits.len() - count));
                 let area = spec.surfaces[surface].shape.area();
                 let noise = noise(&fits, area / count as f64, walks as f64);
-                sheets.push(Sheet { surface, side, area, top, cells, fits, noise });
+                let levels = RefCell::default();
+                sheets.push(Sheet { surface, side, area, top, cells, fits, noise, levels });
             }
         }
         sheets.reverse();
@@ -102,11 +108,11 @@ impl Truth {
         self.sheets.iter().flat_map(|sheet| sheet.energies([1, 1])).map(|cell| cell.whole).sum()
     }
 
-    /// What fits of each degree leave out on a grid.
+    /// What fits of each degree leave out on patches that are cut so.
     pub fn lost(&self, cuts: &[Cut]) -> [f64; 3] {
         let mut lost = [0.0; 3];
         for sheet in &self.sheets {
-            for cell in sheet.energies(grid(cuts[sheet.surface])) {
+            for cell in sheet.cut(&cuts[sheet.surface]) {
                 lost.iter_mut().enumerate().for_each(|(degree, lost)| *lost += cell.lost(degree));
             }
         }
@@ -125,6 +131,22 @@ fn noise(fits: &[Vec<Fit>; 2], area: f64, walks: f64) -> Vec<[f64; 2]> {
 }
 
 impl Sheet {
+    /// The energies of each patch, in the order of their numbers.
+    pub fn cut(&self, cut: &Cut) -> Vec<Energies> {
+        match cut {
+            Cut::Grid(grid) => self.energies(*grid),
+            Cut::Leaves(leaves) => leaves.iter().map(|leaf| self.leaf(leaf)).collect(),
+            Cut::Rows(_) => unreachable!("rooms are of quads"),
+        }
+    }
+
+    /// The energies of one rectangle; of one smaller than the points of the reference are apart, none.
+    fn leaf(&self, leaf: Leaf) -> Energies {
+        let mut levels = self.levels.borrow_mut();
+        let grid = levels.entry(leaf.levels).or_insert_with(|| self.energies(leaf.grid()));
+        grid[(leaf.at[0] * leaf.grid()[1] + leaf.at[1]) as usize]
+    }
+
     /// The energies of each cell of a grid.
     pub fn energies(&self, grid: [u32; 2]) -> Vec<Energies> {
         let mut sums = vec![Sums::default(); (grid[0] * grid[1]) as usize];
@@ -216,13 +238,5 @@ impl Sums {
         }
         let noise = self.noise.map(|noise| noise / area);
         Energies { whole: self.whole, caught, noise, area }
-    }
-}
-
-/// The cells of a quad's cut.
-pub fn grid(cut: Cut) -> [u32; 2] {
-    match cut {
-        Cut::Grid(cells) => cells,
-        Cut::Rows(_) => unreachable!("rooms are of quads"),
     }
 }

@@ -57,6 +57,7 @@ impl Counted {
         let cells = spec.surfaces.iter().map(|surface| match surface.shape {
             Shape::Parallelogram { cells, .. } => cells,
             Shape::Triangle { rows, .. } => [rows, rows],
+            Shape::Divided { .. } => unreachable!("scenes made by rule have grids"),
         });
         let cells = cells.collect();
         let root = Node::new(&facets, (0..facets.len() as u32).collect());

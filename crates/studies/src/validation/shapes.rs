@@ -121,19 +121,14 @@ pub(super) fn room_below_opening([low, high]: [f64; 2]) -> SceneSpec {
     let side = high - low;
     let opening = quad([low, low, 3.0], [0.0, side, 0.0], [side, 0.0, 0.0]);
     let room = enclosure([4.0, 4.0, 3.0], 0.0);
-    let mut spec = black([opening, room.surfaces[4].shape]);
+    let mut spec = black([opening, room.surfaces[4].shape.clone()]);
     spec.surfaces.extend(room.surfaces.into_iter().take(4));
     spec
 }
 
 /// The area of a scene of triangles, and that of its last [m²].
 pub(super) fn areas(spec: &SceneSpec) -> (f64, f64) {
-    let area = |surface: &SurfaceSpec| match surface.shape {
-        Shape::Triangle { a, b, c, .. } => 0.5 * (b - a).cross(c - a).length(),
-        Shape::Parallelogram { corner, corner_u, corner_v, .. } => {
-            (corner_u - corner).cross(corner_v - corner).length()
-        }
-    };
+    let area = |surface: &SurfaceSpec| surface.shape.area();
     let last = spec.surfaces.last().map_or(0.0, area);
     (spec.surfaces.iter().map(area).sum(), last)
 }

@@ -48,16 +48,7 @@ fn crowd(count: usize, seed: u64) -> Vec<SurfaceSpec> {
 }
 
 fn mapped(surfaces: &[SurfaceSpec], map: impl Fn(DVec3) -> DVec3) -> SceneSpec {
-    let shape = |shape: &Shape| match *shape {
-        Shape::Parallelogram { corner, corner_u, corner_v, cells } => Shape::Parallelogram {
-            corner: map(corner),
-            corner_u: map(corner_u),
-            corner_v: map(corner_v),
-            cells,
-        },
-        Shape::Triangle { a, b, c, rows } => Shape::Triangle { a: map(a), b: map(b), c: map(c), rows },
-    };
-    let surfaces = surfaces.iter().map(|s| SurfaceSpec { shape: shape(&s.shape), ..s.clone() }).collect();
+    let surfaces = surfaces.iter().map(|s| SurfaceSpec { shape: s.shape.moved(&map), ..s.clone() }).collect();
     SceneSpec::new(surfaces)
 }
 
