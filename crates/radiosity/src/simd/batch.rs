@@ -57,6 +57,24 @@ impl Lanes {
 
     /// The numbers of the walks in the set, in ascending order.
     #[inline(always)]
+    pub(crate) fn iter(self) -> impl Iterator<Item = usize> {
+        let (mut bits, mut word) = (self.0, 0);
+        std::iter::from_fn(move || {
+            while bits[word] == 0 {
+                word += 1;
+                if word == bits.len() {
+                    word -= 1;
+                    return None;
+                }
+            }
+            let lane = 64 * word + bits[word].trailing_zeros() as usize;
+            bits[word] &= bits[word] - 1;
+            Some(lane)
+        })
+    }
+
+    /// The numbers of the walks in the set, in ascending order.
+    #[inline(always)]
     pub(crate) fn each(self, mut visit: impl FnMut(usize)) {
         for (word, mut bits) in self.0.into_iter().enumerate() {
             while bits != 0 {

@@ -3,7 +3,7 @@
 use super::counts::{Counts, Overflow};
 use super::scoreboard::Events;
 use super::sums::{Layout, Tally};
-use super::word::{Sum, Word, raise_sums};
+use super::word::{Word, raise_sums};
 
 /// What a walk scores on a patch, in units, and the slopes of that: each unit times ψ₁ and ψ₂ where it was scored, in slope
 /// units. A slope is signed (two's complement), and never exceeds its score.
@@ -31,18 +31,9 @@ impl<W: Word, const C: usize> Mark<W, C> {
     }
 }
 
-impl<const C: usize> Sum for Mark<u64, C> {
-    const NONE: Self = Mark { units: [0; C], slopes: [[0; 2]; C] };
-
-    #[inline(always)]
-    fn plus(self, other: Self) -> Self {
-        self.plus(other)
-    }
-}
-
 impl<const C: usize> Mark<u64, C> {
     /// The mark in 128 bits.
-    fn wide(&self) -> Mark<u128, C> {
+    fn wide(self) -> Mark<u128, C> {
         let signed = |slope: u64| u128::from_signed(slope as i64);
         Mark { units: self.units.map(u128::from), slopes: self.slopes.map(|slopes| slopes.map(signed)) }
     }
@@ -190,13 +181,13 @@ impl<const C: usize> LinearBoard<u128, u64, C> {
     }
 
     /// Adds what a walk scores on a patch by visits, after some that were added already.
-    pub(crate) fn add_more<'m>(
+    pub(crate) fn add_more(
         &mut self,
         patch: u32,
-        before: impl Iterator<Item = &'m Mark<u64, C>>,
-        now: impl Iterator<Item = &'m Mark<u64, C>>,
+        before: impl Iterator<Item = Mark<u64, C>>,
+        now: impl Iterator<Item = Mark<u64, C>>,
     ) {
-        let plus = |sum: Mark<u128, C>, mark: &Mark<u64, C>| sum.plus(mark.wide());
+        let plus = |sum: Mark<u128, C>, mark: Mark<u64, C>| sum.plus(mark.wide());
         self.raise(patch, &before.fold(Mark::none(), plus), &now.fold(Mark::none(), plus));
     }
 }
@@ -237,7 +228,7 @@ mod tests {
             board.add_event(0, &marks[0], &marks[1]);
         };
         let at_once = |board: &mut LinearBoard<u128, u64, 1>| {
-            board.add_more(0, [].iter(), marks.iter());
+            board.add_more(0, std::iter::empty(), marks.into_iter());
             (0..2).for_each(|_| board.count(0));
         };
         for add in [&visits as &dyn Fn(&mut _), &at_once] {

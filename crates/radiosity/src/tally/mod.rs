@@ -17,5 +17,4 @@ pub use counts::{Counts, MergeError, Overflow};
 pub(crate) use linear::{LinearBoard, Mark};
 pub use scoreboard::{Events, Scoreboard};
 pub use sums::{Layout, Tally};
-pub(crate) use word::Sum;
 pub use word::Word;

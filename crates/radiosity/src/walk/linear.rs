@@ -65,11 +65,11 @@ impl<const C: usize> Slate<C> for LinearBoard<u128, u64, C> {
         self.add_event(face, before, now);
     }
 
-    fn add_visits<'m>(
+    fn add_visits(
         &mut self,
         face: u32,
-        before: impl Iterator<Item = &'m Mark<u64, C>>,
-        now: impl Iterator<Item = &'m Mark<u64, C>>,
+        before: impl Iterator<Item = Mark<u64, C>>,
+        now: impl Iterator<Item = Mark<u64, C>>,
     ) {
         self.add_more(face, before, now);
     }
@@ -84,7 +84,7 @@ impl<const C: usize> Slate<C> for LinearBoard<u128, u64, C> {
             *channels.next().expect("one for each channel") = (other * SLOPE_UNITS as f64) as i64;
             units as u64
         });
-        self.add_more(birth, [].into_iter(), [fixed(units, place, rounding)].iter());
+        self.add_more(birth, std::iter::empty(), std::iter::once(fixed(units, place, rounding)));
     }
 
     #[inline(always)]

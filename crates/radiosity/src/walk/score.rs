@@ -7,13 +7,13 @@
 use std::marker::PhantomData;
 
 use super::spots::Spot;
-use super::visits::{Path, SEARCHED, Visits, empty_paths};
+use super::visits::{Kept, Path, SEARCHED, Visits, empty_paths};
 use crate::geometry::surface::Surface;
 use crate::random::rng::WalkRng;
 use crate::scene::Scene;
 use crate::simd::batch::{Decisions, Lanes, WIDTH};
-use crate::simd::isa::Isa;
-use crate::tally::{Scoreboard, Sum, Word};
+use crate::simd::isa::{Isa, Kernel, Simd};
+use crate::tally::{Scoreboard, Word};
 use crate::trace::ray::Hits;
 
 /// Units of fixed-point scores in the largest single score, for boards of `moments` power sums.
@@ -89,7 +89,7 @@ pub(crate) trait Slate<const C: usize> {
     /// What is kept of where a walk scores.
     type Spot: Spot;
     /// What a visit scores; or the sum of up to [`SEARCHED`] visits of one walk to a face.
-    type Mark: Sum;
+    type Mark: Kept;
     /// Power sums of a score.
     const MOMENTS: usize;
     /// What a visit scores that is worth these units.
@@ -99,13 +99,12 @@ pub(crate) trait Slate<const C: usize> {
     /// Counts an event of a walk on a face, where it has scored `before`, and adds what it scores now.
     fn add_visit(&mut self, face: u32, before: &Self::Mark, now: &Self::Mark);
     /// Adds what a walk scores on a face by visits, any number, after some that were added already. The events are counted.
-    fn add_visits<'m>(
+    fn add_visits(
         &mut self,
         face: u32,
-        before: impl Iterator<Item = &'m Self::Mark>,
-        now: impl Iterator<Item = &'m Self::Mark>,
-    ) where
-        Self::Mark: 'm;
+        before: impl Iterator<Item = Self::Mark>,
+        now: impl Iterator<Item = Self::Mark>,
+    );
     /// Adds what a walk has gathered for the face where it was born, rounded at random.
     fn add_gathered(&mut self, birth: u32, scores: [f64; C], spot: Self::Spot, rng: WalkRng);
     /// The walks will soon score on these faces.
@@ -146,13 +145,13 @@ impl<const C: usize, const M: usize> Slate<C> for Scoreboard<u128, u64, C, M> {
         self.add_event(face, before, now);
     }
 
-    fn add_visits<'m>(
+    fn add_visits(
         &mut self,
         face: u32,
-        before: impl Iterator<Item = &'m [u64; C]>,
-        now: impl Iterator<Item = &'m [u64; C]>,
+        before: impl Iterator<Item = [u64; C]>,
+        now: impl Iterator<Item = [u64; C]>,
     ) {
-        let plus = |sum: [u128; C], units: &[u64; C]| std::array::from_fn(|c| sum[c] + u128::from(units[c]));
+        let plus = |sum: [u128; C], units: [u64; C]| std::array::from_fn(|c| sum[c] + u128::from(units[c]));
         self.add_more(face, before.fold([0; C], plus), now.fold([0; C], plus));
     }
 
@@ -172,20 +171,28 @@ pub(crate) struct ShootHits<'a, V, B: HitSlate> {
     board: &'a mut B,
     visits: Visits<B::Spot>,
     /// Where the walks are now.
-    spots: <B::Spot as Spot>::Row,
+    spots: <B::Spot as Kept>::Row,
     isa: Isa,
     event: PhantomData<V>,
 }
 
 impl<'a, V, B: HitSlate> ShootHits<'a, V, B> {
     pub(crate) fn new(isa: Isa, board: &'a mut B) -> Self {
-        ShootHits { board, visits: Visits::new(), spots: B::Spot::NONE, isa, event: PhantomData }
+        ShootHits { board, visits: Visits::new(), spots: B::Spot::NO_ROW, isa, event: PhantomData }
     }
 
     /// Scores the visits that were kept apart.
     #[cold]
     fn score_later(&mut self, lane: usize) {
-        self.visits.take_later(lane, |face, before, spot| self.board.add_hit(face, before, spot));
+        let later = self.visits.take_later(lane);
+        for visits in later.chunk_by(|(a, _), (b, _)| a == b) {
+            let plus = |(number, sum): (u64, B::Spot), spot: B::Spot| (number + 1, sum.plus(spot));
+            let mut before = self.visits.on(lane, visits[0].0).fold((0, B::Spot::NONE), plus);
+            for &(face, spot) in visits {
+                self.board.add_hit(face, before, spot);
+                before = plus(before, spot);
+            }
+        }
     }
 }
 
@@ -233,31 +240,26 @@ impl<V: Event, B: HitSlate> Scorer<1> for ShootHits<'_, V, B> {
 /// to 2⁻⁴⁰ is below 10⁻⁹ of the smallest weight that a threshold of 0.001 leaves.
 pub(crate) struct ShootWeights<'a, V, B: Slate<C>, const C: usize> {
     board: &'a mut B,
-    visits: Visits<()>,
-    paths: Vec<Path<B::Mark>>,
+    visits: Visits<B::Mark>,
     /// Where the walks are now.
-    spots: <B::Spot as Spot>::Row,
+    spots: <B::Spot as Kept>::Row,
     isa: Isa,
     event: PhantomData<V>,
 }
 
 impl<'a, V, B: Slate<C>, const C: usize> ShootWeights<'a, V, B, C> {
     pub(crate) fn new(isa: Isa, board: &'a mut B) -> Self {
-        let (visits, paths) = (Visits::new(), empty_paths());
-        ShootWeights { board, visits, paths, spots: B::Spot::NONE, isa, event: PhantomData }
+        ShootWeights { board, visits: Visits::new(), spots: B::Spot::NO_ROW, isa, event: PhantomData }
     }
 
-    /// Scores the visits of a long walk that were not searched.
+    /// Scores the visits that were kept apart.
     #[cold]
     fn score_later(&mut self, lane: usize) {
-        let Path { faces, units } = &self.paths[lane];
-        let mut later: Vec<usize> = (SEARCHED..faces.len()).collect();
-        later.sort_unstable_by_key(|&i| faces[i]);
-        for visits in later.chunk_by(|&i, &j| faces[i] == faces[j]) {
-            let face = faces[visits[0]];
+        let later = self.visits.take_later(lane);
+        for visits in later.chunk_by(|(a, _), (b, _)| a == b) {
+            let face = visits[0].0;
             visits.iter().for_each(|_| self.board.count_event(face));
-            let before = (0..SEARCHED).filter(|&i| faces[i] == face);
-            self.board.add_visits(face, before.map(|i| &units[i]), visits.iter().map(|&i| &units[i]));
+            self.board.add_visits(face, self.visits.on(lane, face), visits.iter().map(|&(_, mark)| mark));
         }
     }
 }
@@ -266,7 +268,6 @@ impl<V: Event, B: Slate<C>, const C: usize> Scorer<C> for ShootWeights<'_, V, B,
     #[inline(always)]
     fn begin(&mut self, lane: usize, _: u32) {
         self.visits.len[lane] = 0;
-        self.paths[lane].clear();
     }
 
     #[inline(always)]
@@ -277,33 +278,51 @@ impl<V: Event, B: Slate<C>, const C: usize> Scorer<C> for ShootWeights<'_, V, B,
     #[inline(always)]
     fn score(&mut self, faces: &[u32; WIDTH], decided: &Decisions, weights: &[[f64; C]; WIDTH]) {
         let earlier = self.visits.earlier(self.isa, faces);
-        V::scoring(decided).each(|lane| {
-            let units = weights[lane].map(|weight| (weight * fixed_units(B::MOMENTS) + 0.5) as u64);
-            let mark = B::mark(units, B::Spot::of(&self.spots, lane));
-            let (face, path) = (faces[lane], &mut self.paths[lane]);
-            if self.visits.note(lane, face, ()) {
-                let before = if earlier.visits[lane] == 0 { B::Mark::NONE } else { path.on(face) };
-                self.board.add_visit(face, &before, &mark);
+        let mut units = [[0; C]; WIDTH];
+        self.isa.run(InUnits { weights, all: fixed_units(B::MOMENTS), units: &mut units });
+        for lane in V::scoring(decided).iter() {
+            let mark = B::mark(units[lane], B::Spot::of(&self.spots, lane));
+            let before = match earlier.visits[lane] {
+                0 => B::Mark::NONE,
+                _ => self.visits.on(lane, faces[lane]).fold(B::Mark::NONE, B::Mark::plus),
+            };
+            if self.visits.push(lane, faces[lane], mark) {
+                self.board.add_visit(faces[lane], &before, &mark);
             }
-            path.push(face, mark);
-        });
+        }
     }
 
     #[inline(always)]
     fn end(&mut self, lane: usize, _: WalkRng) {
-        if self.paths[lane].faces.len() > SEARCHED {
+        if self.visits.len[lane] == SEARCHED as u32 {
             self.score_later(lane);
         }
     }
 
     fn relocate(&mut self, from: usize, to: usize) {
         self.visits.relocate(from, to);
-        self.paths.swap(from, to);
     }
 
     #[inline(always)]
     fn expect(&self, faces: &[u32]) {
         self.board.expect_faces(faces);
+    }
+}
+
+/// Weights in units, rounded.
+struct InUnits<'a, const C: usize> {
+    weights: &'a [[f64; C]; WIDTH],
+    /// The units of a weight of 1.
+    all: f64,
+    units: &'a mut [[u64; C]; WIDTH],
+}
+
+impl<const C: usize> Kernel for InUnits<'_, C> {
+    #[inline(always)]
+    fn run<S: Simd>(self) {
+        for (units, weight) in self.units.as_flattened_mut().iter_mut().zip(self.weights.as_flattened()) {
+            *units = (weight * self.all + 0.5) as u64;
+        }
     }
 }
 
@@ -345,14 +364,14 @@ pub(crate) struct Gather<'a, V, B: Slate<C>, const C: usize> {
     values: &'a [[f64; C]],
     gathered: [Gathered<C>; WIDTH],
     /// Where the walks were born.
-    births: <B::Spot as Spot>::Row,
+    births: <B::Spot as Kept>::Row,
     event: PhantomData<V>,
 }
 
 impl<'a, V, B: Slate<C>, const C: usize> Gather<'a, V, B, C> {
     pub(crate) fn new(board: &'a mut B, values: &'a [[f64; C]]) -> Self {
         let gathered = [Gathered::default(); WIDTH];
-        Gather { board, values, gathered, births: B::Spot::NONE, event: PhantomData }
+        Gather { board, values, gathered, births: B::Spot::NO_ROW, event: PhantomData }
     }
 }
 

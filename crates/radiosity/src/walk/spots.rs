@@ -1,5 +1,6 @@
 //! What is kept of the places where walks score: nothing, or the values of the linear basis there; many side by side.
 
+use super::visits::Kept;
 use crate::geometry::basis::{of_step, slopes_at};
 use crate::geometry::landing::{Landing, Landings};
 use crate::geometry::places::Places;
@@ -12,28 +13,19 @@ use crate::trace::ray::Hits;
 
 /// What is kept of the place where a walk scores, and of several places together: `()`, or the sums of ψ₁ and ψ₂ there [slope
 /// units].
-pub(crate) trait Spot: Copy + Default {
-    /// The spots of a batch of walks.
-    type Row: Copy;
-    /// A row of no spots.
-    const NONE: Self::Row;
-    /// The spot of a walk.
-    fn of(row: &Self::Row, lane: usize) -> Self;
-    /// Puts the spot of a walk in its row.
-    fn put(self, row: &mut Self::Row, lane: usize);
-    /// The sum of two spots, part by part.
-    fn plus(self, other: Self) -> Self;
-    /// Adds to the sums of a walk its spot in a row, where `same` is 1, and nothing where it is 0.
-    fn add_if(same: u32, sums: &mut Self::Row, row: &Self::Row, lane: usize);
+pub(crate) trait Spot: Kept<Sums = <Self as Kept>::Row> {
     /// The spot of a birth in a cell of a surface, at these local coordinates.
     fn of_birth(surface: &Surface, cell: u32, uv: [f64; 2]) -> Self;
     /// The spots of the first `len` hits, on these faces. They mean nothing where no surface is met.
     fn locate(row: &mut Self::Row, isa: Isa, scene: &Scene, len: usize, hits: &Hits, faces: &[u32; WIDTH]);
 }
 
-impl Spot for () {
-    type Row = ();
+impl Kept for () {
     const NONE: () = ();
+    type Row = ();
+    const NO_ROW: () = ();
+    type Sums = ();
+    const NO_SUMS: () = ();
     #[inline(always)]
     fn of((): &(), _: usize) {}
     #[inline(always)]
@@ -42,6 +34,9 @@ impl Spot for () {
     fn plus(self, (): ()) {}
     #[inline(always)]
     fn add_if(_: u32, (): &mut (), (): &(), _: usize) {}
+}
+
+impl Spot for () {
     #[inline(always)]
     fn of_birth(_: &Surface, _: u32, _: [f64; 2]) {}
     #[inline(always)]
@@ -51,9 +46,12 @@ impl Spot for () {
 /// ψ₁ and ψ₂ of a batch of walks.
 type Slopes = [[i32; WIDTH]; 2];
 
-impl Spot for [i64; 2] {
+impl Kept for [i64; 2] {
+    const NONE: Self = [0; 2];
     type Row = Slopes;
-    const NONE: Slopes = [[0; WIDTH]; 2];
+    const NO_ROW: Slopes = [[0; WIDTH]; 2];
+    type Sums = Slopes;
+    const NO_SUMS: Slopes = Self::NO_ROW;
 
     #[inline(always)]
     fn of(row: &Slopes, lane: usize) -> Self {
@@ -77,7 +75,9 @@ impl Spot for [i64; 2] {
         first[lane] += row[0][lane] & mask;
         second[lane] += row[1][lane] & mask;
     }
+}
 
+impl Spot for [i64; 2] {
     #[inline(always)]
     fn of_birth(surface: &Surface, cell: u32, uv: [f64; 2]) -> Self {
         slopes_at(surface.place_in_cell(cell, uv), surface.is_triangle()).map(Into::into)

@@ -1,28 +1,79 @@
 //! Where the walks of a batch have scored before, and what.
 
-use super::spots::Spot;
 use crate::simd::batch::WIDTH;
 use crate::simd::isa::{Isa, Kernel, Simd};
-use crate::tally::Sum;
+use crate::tally::Mark;
 
 /// The number of visits of a walk in which an earlier visit to the same face is searched; further visits are scored at
 /// the walk's end.
 pub(super) const SEARCHED: usize = 64;
 
+/// What is kept of a visit, and of several visits of one walk to a face together.
+pub(crate) trait Kept: Copy {
+    /// What is kept of no visits.
+    const NONE: Self;
+    /// What is kept of a visit of each walk of a batch.
+    type Row: Copy;
+    /// A row of no visits.
+    const NO_ROW: Self::Row;
+    /// What is found of earlier visits, while they are searched, for each walk of a batch: all, or nothing.
+    type Sums;
+    /// The sums of no visits.
+    const NO_SUMS: Self::Sums;
+    /// What is kept of a walk.
+    fn of(row: &Self::Row, lane: usize) -> Self;
+    /// Puts what is kept of a walk in its row.
+    fn put(self, row: &mut Self::Row, lane: usize);
+    /// The sum of two, part by part.
+    fn plus(self, other: Self) -> Self;
+    /// Adds to the sums of a walk what is kept of it in a row, where `same` is 1, and nothing where it is 0.
+    fn add_if(same: u32, sums: &mut Self::Sums, row: &Self::Row, lane: usize);
+}
+
+/// What walks have scored is added up where a walk comes back to a face, which few do; that takes no sums beside the search.
+macro_rules! score {
+    ($score:ty, $none:expr, $plus:expr) => {
+        impl<const C: usize> Kept for $score {
+            const NONE: Self = $none;
+            type Row = [Self; WIDTH];
+            const NO_ROW: Self::Row = [Self::NONE; WIDTH];
+            type Sums = ();
+            const NO_SUMS: () = ();
+            #[inline(always)]
+            fn of(row: &Self::Row, lane: usize) -> Self {
+                row[lane]
+            }
+            #[inline(always)]
+            fn put(self, row: &mut Self::Row, lane: usize) {
+                row[lane] = self;
+            }
+            #[inline(always)]
+            fn plus(self, other: Self) -> Self {
+                $plus(self, other)
+            }
+            #[inline(always)]
+            fn add_if(_: u32, (): &mut (), _: &Self::Row, _: usize) {}
+        }
+    };
+}
+
+score!([u64; C], [0; C], |a: Self, b: Self| std::array::from_fn(|c| a[c] + b[c]));
+score!(Mark<u64, C>, Mark { units: [0; C], slopes: [[0; 2]; C] }, |a: Self, b: Self| Mark::plus(a, b));
+
 /// Visits of every walk of a batch, each the walk's k-th.
 #[derive(Clone, Copy)]
-pub(super) struct Visit<P: Spot> {
+pub(super) struct Visit<P: Kept> {
     pub(super) faces: [u32; WIDTH],
     pub(super) spots: P::Row,
 }
 
-impl<P: Spot> Visit<P> {
+impl<P: Kept> Visit<P> {
     /// In place of visits.
-    pub(super) const NONE: Self = Visit { faces: [0; WIDTH], spots: P::NONE };
+    pub(super) const NONE: Self = Visit { faces: [0; WIDTH], spots: P::NO_ROW };
 }
 
 /// The first visits of each walk of a batch that scored; the later ones of a long walk are kept apart.
-pub(super) struct Visits<P: Spot> {
+pub(super) struct Visits<P: Kept> {
     /// `first[k].faces[lane]`: face number k of a walk.
     pub(super) first: Vec<Visit<P>>,
     pub(super) len: [u32; WIDTH],
@@ -30,12 +81,12 @@ pub(super) struct Visits<P: Spot> {
 }
 
 /// How often each walk of a batch has been on its face, and the sums of its spots there.
-pub(super) struct Earlier<P: Spot> {
+pub(super) struct Earlier<P: Kept> {
     pub(super) visits: [u32; WIDTH],
-    pub(super) spots: P::Row,
+    pub(super) spots: P::Sums,
 }
 
-impl<P: Spot> Visits<P> {
+impl<P: Kept> Visits<P> {
     pub(super) fn new() -> Self {
         Visits { first: Vec::new(), len: [0; WIDTH], later: (0..WIDTH).map(|_| Vec::new()).collect() }
     }
@@ -43,7 +94,7 @@ impl<P: Spot> Visits<P> {
     /// What each walk has scored on its face before.
     #[inline(always)]
     pub(super) fn earlier(&self, isa: Isa, faces: &[u32; WIDTH]) -> Earlier<P> {
-        let mut earlier = Earlier { visits: [0; WIDTH], spots: P::NONE };
+        let mut earlier = Earlier { visits: [0; WIDTH], spots: P::NO_SUMS };
         isa.run(Search { visits: self, faces, earlier: &mut earlier });
         earlier
     }
@@ -51,19 +102,10 @@ impl<P: Spot> Visits<P> {
     /// Remembers a visit; false where too many are remembered already, and it is kept apart.
     #[inline(always)]
     pub(super) fn push(&mut self, lane: usize, face: u32, spot: P) -> bool {
-        let searched = self.note(lane, face, spot);
-        if !searched {
-            self.later[lane].push((face, spot));
-        }
-        searched
-    }
-
-    /// Remembers a visit; false where too many are remembered already.
-    #[inline(always)]
-    pub(super) fn note(&mut self, lane: usize, face: u32, spot: P) -> bool {
         let len = self.len[lane] as usize;
         if len == self.first.len() {
             if len == SEARCHED {
+                self.later[lane].push((face, spot));
                 return false;
             }
             self.first.push(Visit::NONE);
@@ -75,21 +117,17 @@ impl<P: Spot> Visits<P> {
         true
     }
 
-    /// Hands over the visits of a walk that were kept apart, with the number of earlier visits to the same face and the sum of
-    /// their spots.
-    pub(super) fn take_later(&mut self, lane: usize, mut score: impl FnMut(u32, (u64, P), P)) {
+    /// What is kept of a walk's visits to a face, but for those that were kept apart.
+    pub(super) fn on(&self, lane: usize, face: u32) -> impl Iterator<Item = P> {
+        let first = self.first[..self.len[lane] as usize].iter();
+        first.filter(move |visit| visit.faces[lane] == face).map(move |visit| P::of(&visit.spots, lane))
+    }
+
+    /// Takes the visits of a walk that were kept apart, sorted by face.
+    pub(super) fn take_later(&mut self, lane: usize) -> Vec<(u32, P)> {
         let mut later = std::mem::take(&mut self.later[lane]);
         later.sort_unstable_by_key(|&(face, _)| face);
-        for visits in later.chunk_by(|(a, _), (b, _)| a == b) {
-            let face = visits[0].0;
-            let plus = |(number, sum): (u64, P), spot: P| (number + 1, sum.plus(spot));
-            let first = self.first.iter().filter(|visit| visit.faces[lane] == face);
-            let mut before = first.map(|visit| P::of(&visit.spots, lane)).fold((0, P::default()), plus);
-            for &(_, spot) in visits {
-                score(face, before, spot);
-                before = plus(before, spot);
-            }
-        }
+        later
     }
 
     pub(super) fn relocate(&mut self, from: usize, to: usize) {
@@ -103,13 +141,13 @@ impl<P: Spot> Visits<P> {
 }
 
 /// Looks for the faces of a batch among earlier visits.
-struct Search<'a, P: Spot> {
+struct Search<'a, P: Kept> {
     visits: &'a Visits<P>,
     faces: &'a [u32; WIDTH],
     earlier: &'a mut Earlier<P>,
 }
 
-impl<P: Spot> Kernel for Search<'_, P> {
+impl<P: Kept> Kernel for Search<'_, P> {
     #[inline(always)]
     fn run<S: Simd>(self) {
         let Search { visits, faces, earlier } = self;
@@ -147,14 +185,6 @@ impl<U> Path<U> {
     pub(super) fn clear(&mut self) {
         self.faces.clear();
         self.units.clear();
-    }
-}
-
-impl<U: Sum> Path<U> {
-    /// What it has scored on a face.
-    pub(super) fn on(&self, face: u32) -> U {
-        let visits = self.faces.iter().zip(&self.units).filter(|&(&visited, _)| visited == face);
-        visits.fold(U::NONE, |sum, (_, &units)| sum.plus(units))
     }
 }
 
