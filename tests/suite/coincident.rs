@@ -102,7 +102,7 @@ fn a_face_and_its_twin_together_have_the_light_of_the_plain_cube() {
     let exact = Exact::of_scene(&plain).unwrap();
     let discrete = &exact.solution().irradiance;
     let reference = experiment(&plain, IndexChoice::Auto, collision(Space::Continuous));
-    let tally = walk::<2>(&reference, 1, 0..1_000_000);
+    let tally = walk(&reference, 1, 0..1_000_000);
     let continuous = power_on(&walls, &reference, &Solution::new(&reference, &tally, 0.95));
     for twin in [Twin::None, Twin::SameWay, Twin::BackToBack, Twin::Near] {
         for sides in [Sides::Front, Sides::Both] {
@@ -111,7 +111,7 @@ fn a_face_and_its_twin_together_have_the_light_of_the_plain_cube() {
                 let index =
                     if method.space() == Space::Discrete { IndexChoice::Flat } else { IndexChoice::Tree };
                 let experiment = experiment(&spec, index, method.clone());
-                let solution = Solution::new(&experiment, &walk::<2>(&experiment, 7, 0..walks), 0.95);
+                let solution = Solution::new(&experiment, &walk(&experiment, 7, 0..walks), 0.95);
                 let limit = if experiment.unit().is_walk() { 4.5 } else { 8.0 };
                 for (wall, [power, variance]) in
                     power_on(&walls, &experiment, &solution).into_iter().enumerate()
@@ -192,7 +192,7 @@ fn clutter_in_the_planes_of_walls_changes_nothing() {
         let [truth, found] = [(&plain, 100 + seed), (&cluttered, 200 + seed)].map(|(spec, seed)| {
             let index = if seed % 4 < 2 { IndexChoice::Flat } else { IndexChoice::Tree };
             let experiment = experiment(spec, index, collision(Space::Continuous));
-            let tally = walk::<2>(&experiment, seed, 0..WALKS);
+            let tally = walk(&experiment, seed, 0..WALKS);
             assert_eq!((tally.counts.escaped, tally.counts.absorbed_back), (0, 0), "scene {seed}");
             stacked += experiment.scene().stacks().len();
             let solution = Solution::new(&experiment, &tally, 0.95);

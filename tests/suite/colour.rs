@@ -66,7 +66,7 @@ fn every_channel_is_as_if_it_had_walked_alone() {
         let mut z = Vec::new();
         let mut coverage = Coverage::default();
         for seed in 1..=40 {
-            let solution = Solution::new(&experiment, &walk::<2>(&experiment, seed, 0..40_000), 0.95);
+            let solution = Solution::new(&experiment, &walk(&experiment, seed, 0..40_000), 0.95);
             for (i, patch) in experiment.scene().faces().iter().enumerate() {
                 for (c, estimate) in solution.face(i).unwrap().into_iter().enumerate() {
                     let truth = truth[i][c];
@@ -102,7 +102,7 @@ fn equal_channels_are_one() {
     let tallies = [cube54(), triple].map(|spec| {
         let experiment = experiment(&spec, IndexChoice::Auto, Walks::shooting(Estimator::Collision));
         assert_eq!(experiment.scene().channels(), 1);
-        walk::<2>(&experiment, 5, 0..10_000)
+        walk(&experiment, 5, 0..10_000)
     });
     assert_eq!(tallies[0], tallies[1]);
 }
@@ -116,7 +116,7 @@ fn grey_walls_in_coloured_light_cost_no_variance() {
     let method = Walks::shooting(Estimator::Collision);
     let coloured = experiment(&spec, IndexChoice::Auto, method.clone());
     let grey = experiment(&cube54(), IndexChoice::Auto, method);
-    let [coloured, grey] = [coloured, grey].map(|e| Solution::new(&e, &walk::<2>(&e, 5, 0..10_000), 0.95));
+    let [coloured, grey] = [coloured, grey].map(|e| Solution::new(&e, &walk(&e, 5, 0..10_000), 0.95));
     for (i, grey) in grey.estimates.iter().flatten().enumerate() {
         for (estimate, scale) in coloured.face(i).unwrap().into_iter().zip([1.0, 2.0, 0.5]) {
             assert!((estimate.radiosity - scale * grey.radiosity).abs() < 1e-9 * estimate.radiosity);
@@ -133,7 +133,7 @@ fn an_unlit_channel_is_dark() {
     spec.surfaces[0].cell_emittance = vec![(4, Spectrum::rgb([1.0, 0.0, 0.5]))];
     for method in methods() {
         let experiment = experiment(&spec, IndexChoice::Auto, method);
-        let tally = walk::<2>(&experiment, 5, 0..1000);
+        let tally = walk(&experiment, 5, 0..1000);
         let estimates = Estimates::new(&experiment, &tally, 0.95);
         for i in 0..54 {
             let dark = estimates.face(i).unwrap()[1];
@@ -153,7 +153,7 @@ fn direct_light_is_the_first_bounce() {
         let method = Walks { direction, ..Walks::shooting(EstimatorKind::Direct) };
         let experiment = experiment(&spec, IndexChoice::Auto, method);
         let exact = Exact::of_scene(&spec.channel(0)).unwrap();
-        let tally = walk::<2>(&experiment, 9, 0..2_000_000);
+        let tally = walk(&experiment, 9, 0..2_000_000);
         assert_eq!(tally.counts.rays, tally.counts.walks);
         let solution = Solution::new(&experiment, &tally, 0.95);
         let patches = experiment.scene().faces();
@@ -185,7 +185,7 @@ fn the_best_mix_is_that_of_theory() {
     for (direction, best) in [Direction::Shooting, direction].into_iter().zip(best) {
         let method = Walks { direction, ..Walks::shooting(Score::Mix) };
         let experiment = experiment(&spec, IndexChoice::Auto, method.clone());
-        let parts: Vec<Tally> = (0..16).map(|part| walk::<2>(&experiment, part, 0..250_000)).collect();
+        let parts: Vec<Tally> = (0..16).map(|part| walk(&experiment, part, 0..250_000)).collect();
         let excess = predicted_excess(&exact, &experiment, &best);
         for i in 0..54 {
             let mixes = || parts.iter().map(|part| Estimates::new(&experiment, part, 0.95).mix(i).unwrap());
@@ -249,7 +249,7 @@ fn cut_off_walks_are_biased_within_the_bound_of_their_channel() {
             let method =
                 Walks { direction: direction.clone(), ..Walks::shooting(Estimator::Infinite(infinite)) };
             let experiment = experiment(&spec, IndexChoice::Auto, method);
-            let solution = Solution::new(&experiment, &walk::<2>(&experiment, 3, 0..2_000_000), 0.95);
+            let solution = Solution::new(&experiment, &walk(&experiment, 3, 0..2_000_000), 0.95);
             for (i, truth) in truth.iter().enumerate() {
                 for (estimate, truth) in solution.face(i).unwrap().into_iter().zip(truth) {
                     let noise = 5.0 * estimate.std_error.unwrap();

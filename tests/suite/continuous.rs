@@ -1,10 +1,10 @@
 //! Tests of walks that go on from the point they hit: their limit, and the theory of their variance.
 
-use crate::common::{box_scene, collision, experiment, walk};
+use crate::common::{box_scene, collision, experiment, variance, walk, walk_in_blocks};
 use exact::Exact;
 use glam::DVec3;
 use radiosity::{Birth, Estimator, IndexChoice, SceneSpec, Solution, Space, Tally, Walks};
-use stats::PowerSums;
+use stats::{Measured, Moments};
 
 /// A box of unlike walls, one of which emits all over, so that patches change nothing but the resolution.
 fn lit_box(cells: u32) -> SceneSpec {
@@ -27,7 +27,7 @@ fn wall_means(spec: &SceneSpec) -> Vec<f64> {
 #[test]
 fn discrete_answers_converge_to_continuous_ones() {
     let experiment = experiment(&lit_box(1), IndexChoice::Auto, collision(Space::Continuous));
-    let solution = Solution::new(&experiment, &walk::<2>(&experiment, 21, 0..20_000_000), 0.95);
+    let solution = Solution::new(&experiment, &walk(&experiment, 21, 0..20_000_000), 0.95);
     let walls: Vec<_> = solution.estimates.iter().map(|estimate| estimate.unwrap()).collect();
     let noise = |i: usize| 4.5 * walls[i].std_error.unwrap();
     let means = [1, 2, 4, 8].map(|cells| wall_means(&lit_box(cells)));
@@ -49,22 +49,32 @@ fn discrete_answers_converge_to_continuous_ones() {
     }
 }
 
-/// A tally of continuous absorption gathering onto one patch.
-fn gathered(spec: &SceneSpec, seed: u64) -> (Tally, f64) {
+/// Blocks of continuous absorption gathering onto one patch, and the b of one unit of score [W/m²].
+fn gathered(spec: &SceneSpec, seed: u64) -> (Vec<Tally>, f64) {
     let birth = Birth::Patches(vec![TARGET as u32]);
     let method = Walks { space: Space::Continuous, ..Walks::gathering(birth, Estimator::Absorption) };
     let experiment = experiment(spec, IndexChoice::Auto, method);
-    let tally = walk::<4>(&experiment, seed, 0..8_000_000);
-    let meaning = experiment.meaning(TARGET, 0, &tally).unwrap();
+    let blocks = walk_in_blocks(&experiment, seed, WALKS, 400);
+    let meaning = experiment.meaning(TARGET, 0, &blocks[0]).unwrap();
     let reflectance = experiment.scene().faces().get(TARGET).reflectance[0];
-    (tally, reflectance * meaning.irradiance_per_event.unwrap() * meaning.unit)
+    (blocks, reflectance * meaning.irradiance_per_event.unwrap() * meaning.unit)
 }
 
 const TARGET: usize = 13;
+const WALKS: u64 = 8_000_000;
+
+/// The mean score of a walk on the target, with its error.
+fn mean(blocks: &[Tally]) -> Measured {
+    let mut whole = blocks[0].clone();
+    blocks[1..].iter().for_each(|block| whole.merge(block).unwrap());
+    let sums = whole.patch(TARGET, 0);
+    let moments = Moments { n: WALKS, sum: sums[0], sum_sq: sums[1] };
+    Measured { value: moments.mean().unwrap(), standard_error: moments.standard_error().unwrap() }
+}
 
 /// S97 eq. 11: the variance of absorption gathering does not know of patches. Walks that go on from the hit point
 /// have R_i Σ_s E_s/(1 − R_s) b_is − b_i², b_is being what source s alone would give, here from walks of their own. The
-/// z-score, by the fourth moment of the sample and the errors of the b_is, is within 4.5: false-alarm rate 7·10⁻⁶,
+/// z-score, by the scatter of blocks of walks and the errors of the b_is, is within 4.5: false-alarm rate 7·10⁻⁶,
 /// once and for all with these seeds. By a wrong weight of the sources (E_s instead of E_s/(1 − R_s)) it would be 100
 /// and more.
 #[test]
@@ -79,24 +89,20 @@ fn the_variance_of_absorption_gathering_holds_at_a_point() {
         spec
     };
     let both = with(&sources);
-    let (tally, unit) = gathered(&both, 31);
-    let n = tally.counts.walks;
-    let sums = PowerSums { n, sums: tally.patch(TARGET, 0).try_into().unwrap() };
-    let variance = sums.variance().unwrap();
+    let (blocks, unit) = gathered(&both, 31);
+    let variance = variance(&blocks, TARGET);
     let measured = variance.value * unit * unit;
     let measured_error = variance.standard_error * unit * unit;
-    let b = sums.sums[0] as f64 / n as f64 * unit;
+    let b = mean(&blocks).value * unit;
 
     let reflectance = both.surfaces[TARGET / 4].reflectance[0];
     let (mut expected, mut expected_error_sq) = (-b * b, 0.0);
     for (k, source) in sources.iter().enumerate() {
-        let (tally, unit) = gathered(&with(&[*source]), 32 + k as u64);
-        let [sum, sum_sq, ..] = *tally.patch(TARGET, 0) else { unreachable!() };
-        let mean = sum as f64 / n as f64;
-        let error = ((sum_sq as f64 / n as f64 - mean * mean) / n as f64).sqrt() * unit;
+        let (blocks, unit) = gathered(&with(&[*source]), 32 + k as u64);
+        let mean = mean(&blocks);
         let worth = reflectance * source.1 / (1.0 - both.surfaces[source.0].reflectance[0]);
-        expected += worth * mean * unit;
-        expected_error_sq += (worth * error).powi(2);
+        expected += worth * mean.value * unit;
+        expected_error_sq += (worth * mean.standard_error * unit).powi(2);
     }
     let z = (measured - expected) / (measured_error.powi(2) + expected_error_sq).sqrt();
     println!("measured {measured}, expected {expected}, z = {z}");

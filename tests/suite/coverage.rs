@@ -44,7 +44,7 @@ impl Case {
         let method = Walks { direction, ..Walks::shooting(estimator) };
         let experiment = experiment(&spec, IndexChoice::Auto, method);
         let truth = Exact::of_scene(&spec).unwrap().solution().radiosity.clone();
-        let pilot = walk::<2>(&experiment, 0, 0..2_000_000);
+        let pilot = walk(&experiment, 0, 0..2_000_000);
         let solution = Solution::new(&experiment, &pilot, CONFIDENCE);
         let patches = experiment.scene().faces().iter().enumerate();
         let receivers: Vec<usize> =
@@ -228,8 +228,7 @@ fn simultaneous_intervals_hold_all_together() {
     for walks in [200, 2_000, 20_000] {
         let mut together = Coverage::default();
         for seed in 1..=1000 {
-            let solution =
-                Solution::new(&case.experiment, &walk::<2>(&case.experiment, seed, 0..walks), level);
+            let solution = Solution::new(&case.experiment, &walk(&case.experiment, seed, 0..walks), level);
             let misses = |&patch: &usize| {
                 let estimate = solution.estimates[patch].unwrap();
                 case.truth[patch] < estimate.ci_low || case.truth[patch] > estimate.ci_high

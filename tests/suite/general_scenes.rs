@@ -75,7 +75,7 @@ fn walks_in_open_and_occluded_scenes_agree_with_the_exact_solution() {
                 (0..exact.face_count()).filter(|&i| exact.emittance()[i] == 0.0).collect();
             let (mut z, mut sums) = (Vec::new(), vec![0.0; exact.face_count()]);
             for seed in 1..=SEEDS {
-                let tally = walk::<2>(&experiment, seed, 0..WALKS);
+                let tally = walk(&experiment, seed, 0..WALKS);
                 let solution = Solution::new(&experiment, &tally, 0.95);
                 for &i in &receivers {
                     let off = solution.estimates[i].unwrap().radiosity - exact.solution().radiosity[i];
@@ -106,7 +106,7 @@ fn as_many_walks_escape_as_the_rows_lack() {
     const WALKS: u64 = 1_000_000;
     let exact = Exact::of_scene(&open()).unwrap();
     let experiment = experiment(&open(), IndexChoice::Auto, Walks::shooting(Estimator::Collision));
-    let tally = walk::<2>(&experiment, 5, 0..WALKS);
+    let tally = walk(&experiment, 5, 0..WALKS);
     let sums = exact.exchange().row_sums();
     let lost = |i: usize| exact.areas()[i] * exact.solution().radiosity[i] * (1.0 - sums[i]);
     let share = (0..exact.face_count()).map(lost).sum::<f64>() / exact.total_power();

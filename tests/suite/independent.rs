@@ -141,7 +141,7 @@ fn assert_alike(name: &str, spec: &SceneSpec, lifts: &[f64], walks: u64) {
     let tracer = Tracer::new(spec, lifts);
     let found = traced(&tracer, walks, 11);
     let experiment = experiment(spec, IndexChoice::Auto, collision(Space::Continuous));
-    let tally = walk::<2>(&experiment, 12, 0..walks);
+    let tally = walk(&experiment, 12, 0..walks);
     let power = experiment.scene().total_power(0);
     let estimates = Estimates::new(&experiment, &tally, 0.95);
     let mut faces: Vec<(u128, f64)> = estimates

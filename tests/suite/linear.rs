@@ -92,7 +92,7 @@ fn gradients_are_unbiased_and_their_errors_true() {
         let (mut z, mut energies) = (Vec::new(), vec![[0.0; 2]; truth.len()]);
         const SEEDS: u64 = 250;
         for seed in 1..=SEEDS {
-            let tally = walk::<2>(&experiment, seed, 0..40_000);
+            let tally = walk(&experiment, seed, 0..40_000);
             let estimates = Estimates::new(&experiment, &tally, 0.95);
             for (i, truth) in truth.iter().enumerate() {
                 let slopes = estimates.slopes(i).unwrap()[0];
@@ -124,7 +124,7 @@ fn variances_of_slopes_are_those_of_the_closed_form() {
     let truth = truth(Space::Discrete);
     let experiment =
         experiment(&cut(1), IndexChoice::Auto, linear(Space::Discrete, EstimatorKind::Absorption));
-    let tally: Tally = walk::<2>(&experiment, 3, 0..WALKS);
+    let tally: Tally = walk(&experiment, 3, 0..WALKS);
     let scene = experiment.scene();
     for (i, face) in scene.faces().iter().enumerate() {
         for k in 0..2 {
@@ -156,7 +156,7 @@ fn gradients_of_triangles_are_those_of_finer_patches() {
         let solve = |rows: u32, seed: u64, walks: u64| {
             let method = linear(Space::Continuous, EstimatorKind::Collision);
             let experiment = experiment(&room(rows), IndexChoice::Auto, method);
-            let tally = walk::<2>(&experiment, seed, 0..walks);
+            let tally = walk(&experiment, seed, 0..walks);
             (experiment, tally)
         };
         let (coarse, fine) = (solve(rows, 1, 2_000_000), solve(rows * FINER, 2, 4_000_000));

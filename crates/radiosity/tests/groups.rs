@@ -58,7 +58,7 @@ fn sums_of_a_group_are_those_of_its_members() {
             let method = Walks { space: Space::Continuous, ..Walks::shooting(estimator) };
             let fine = experiment(&spec, index, method.clone());
             let grouped = experiment(&spec.clone().grouped(&labels()), index, method);
-            let [alone, together] = [&fine, &grouped].map(|experiment| walk::<2>(experiment, 5, 0..20_000));
+            let [alone, together] = [&fine, &grouped].map(|experiment| walk(experiment, 5, 0..20_000));
             assert_eq!(alone.counts, together.counts);
             let faces = grouped.scene().faces();
             assert_eq!((faces.len(), faces.piece_count(), faces.patch_count()), (46, 74, 43));
@@ -124,7 +124,7 @@ fn walks_go_on_from_uniform_points_of_a_group() {
     let labels: Vec<u32> = (0..4).map(|_| 0).chain(4..4 + 360_000 + 1).collect();
     let experiment =
         experiment(&spec.grouped(&labels), IndexChoice::Flat, Walks::shooting(Estimator::Collision));
-    let tally = walk::<2>(&experiment, 3, 0..200_000);
+    let tally = walk(&experiment, 3, 0..200_000);
     let faces = experiment.scene().faces();
     let (mut n, mut sums) = (0.0, [[0.0; 2]; 6]);
     // Areas and first and second moments of the square, the tall rectangle and the triangle.

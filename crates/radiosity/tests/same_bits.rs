@@ -10,7 +10,7 @@ fn tally(spec: &SceneSpec, index: IndexChoice, space: Space, cuts: &[u64]) -> Ta
     let experiment = experiment(spec, index, collision(space));
     let mut total = experiment.tally::<2>();
     for range in cuts.windows(2) {
-        total.merge(&walk::<2>(&experiment, 42, range[0]..range[1])).unwrap();
+        total.merge(&walk(&experiment, 42, range[0]..range[1])).unwrap();
     }
     total
 }

@@ -98,7 +98,7 @@ fn intervals_become_standard_errors_in_any_unit() {
         for estimator in KINDS {
             let method = Walks { direction: direction.clone(), ..Walks::shooting(estimator) };
             let experiment = experiment(&box_scene(DVec3::ONE, [1, 1]), IndexChoice::Auto, method);
-            let solution = Solution::new(&experiment, &walk::<2>(&experiment, 4, 0..100_000), 0.95);
+            let solution = Solution::new(&experiment, &walk(&experiment, 4, 0..100_000), 0.95);
             for estimate in solution.estimates.iter().flatten().filter(|e| e.effective_scores > 1000.0) {
                 let half_widths = 0.5 * (estimate.ci_high - estimate.ci_low) / estimate.std_error.unwrap();
                 assert!((half_widths / 1.96 - 1.0).abs() < 0.02, "{direction:?} {estimator:?}: {estimate:?}");
@@ -126,7 +126,7 @@ fn the_bound_on_squared_scores_is_reached_and_not_passed() {
     for estimator in KINDS {
         let method = Walks::shooting(estimator);
         let experiment = experiment(&two_plates(), IndexChoice::Auto, method);
-        let tally = walk::<2>(&experiment, 6, 0..100_000);
+        let tally = walk(&experiment, 6, 0..100_000);
         let meaning = experiment.meaning(0, 0, &tally).unwrap();
         let [sum, sum_sq] = tally.patch(0, 0) else { unreachable!() };
         let ratio = meaning.unit * *sum_sq as f64 / *sum as f64;
@@ -142,7 +142,7 @@ fn the_bound_on_squared_scores_is_reached_and_not_passed() {
 fn what_is_cut_off_is_less_than_its_bound_and_not_by_much() {
     let method = Walks::shooting(Estimator::Infinite(InfiniteEnd::Length { length: 1 }));
     let experiment = experiment(&two_plates(), IndexChoice::Auto, method);
-    let solution = Solution::new(&experiment, &walk::<2>(&experiment, 8, 0..100_000), 0.95);
+    let solution = Solution::new(&experiment, &walk(&experiment, 8, 0..100_000), 0.95);
     let estimate = solution.estimates[0].unwrap();
     let missing = 0.5 / (1.0 - 0.45) - estimate.radiosity;
     assert!(experiment.is_biased());
@@ -160,7 +160,7 @@ fn lamps_of_one_colour_bound_scores_by_one_at_least() {
         for estimator in KINDS {
             let method = Walks::shooting(estimator);
             let experiment = experiment(&spec, IndexChoice::Auto, method);
-            let tally = walk::<2>(&experiment, 1, 0..100);
+            let tally = walk(&experiment, 1, 0..100);
             for channel in 0..3 {
                 let bound = experiment.meaning(20, channel, &tally).unwrap().ratio_bound;
                 assert!(bound >= 1.0, "{estimator:?}, red {red}: {bound}");

@@ -16,7 +16,7 @@ const BOTH_INDEXES: [IndexChoice; 2] = [IndexChoice::Flat, IndexChoice::Tree];
 /// Shoots collision walks with seed 42.
 fn shoot(spec: &SceneSpec, index: IndexChoice, space: Space, walks: u64) -> (Experiment, Tally) {
     let experiment = experiment(spec, index, collision(space));
-    let tally = walk::<2>(&experiment, 42, 0..walks);
+    let tally = walk(&experiment, 42, 0..walks);
     (experiment, tally)
 }
 

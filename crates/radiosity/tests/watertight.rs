@@ -19,7 +19,7 @@ fn assert_watertight(name: &str, spec: &SceneSpec) {
         let experiment = experiment(spec, IndexChoice::Auto, collision(space));
         let (mut next, mut rays) = (0, 0);
         while rays < rays_wanted() / 2 {
-            let counts = walk::<2>(&experiment, 2026, next..next + 100_000).counts;
+            let counts = walk(&experiment, 2026, next..next + 100_000).counts;
             next += 100_000;
             rays += counts.rays;
             assert_eq!((counts.escaped, counts.absorbed_back), (0, 0), "{name}, {space:?}, walks to {next}");

@@ -18,7 +18,7 @@ mod student;
 pub use interval::{Interval, mean_interval};
 pub use judge::{ChiSquare, Coverage, chi_square_uniform, mean_squared_z};
 pub use measured::Measured;
-pub use moments::{Moments, PowerSums, Sample};
+pub use moments::{Moments, Sample, variance_of_blocks};
 pub use normal::{normal_cdf, normal_quantile};
 pub use proportion::proportion_interval;
 pub use stopping::{DoubleSampling, foresight};

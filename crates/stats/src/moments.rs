@@ -84,57 +84,11 @@ impl From<&Moments> for Sample {
     }
 }
 
-/// The sums of the first four powers of whole scores, for tests of their variance.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct PowerSums {
-    /// The number n of walks.
-    pub n: u64,
-    /// The sums Σx, Σx², Σx³, Σx⁴.
-    pub sums: [u128; 4],
-}
-
-impl PowerSums {
-    /// The sums of the first two powers.
-    pub fn moments(&self) -> Moments {
-        Moments { n: self.n, sum: self.sums[0], sum_sq: self.sums[1] }
-    }
-
-    /// The unbiased variance s² of one walk's score with its standard error
-    /// √((m₄ − s⁴(n − 3)/(n − 1))/n), m₄ being the fourth central moment of the scores themselves (Mood,
-    /// Graybill & Boes, *Introduction to the Theory of Statistics*, 1974, VI.2.3 theorem 4, with the sample's
-    /// moments for the population's). `None` where the variance is. Σx⁴ must be below 2¹²⁷.
-    pub fn variance(&self) -> Option<Measured> {
-        let variance = self.moments().variance()?;
-        let n = self.n as f64;
-        let of_variance = (self.fourth_central_moment() - variance * variance * (n - 3.0) / (n - 1.0)) / n;
-        Some(Measured { value: variance, standard_error: of_variance.max(0.0).sqrt() })
-    }
-
-    /// The fourth central moment Σ(x − x̄)⁴/n of at least one walk.
-    ///
-    /// The sums are first moved to the whole number a nearest the mean. That is exact: arithmetic modulo 2¹²⁸
-    /// gives every Σ(x − a)ᵏ that fits. What is left to subtract in floating point is |δ| ≤ ½ away, and as
-    /// |y − δ| ≥ |y|/2 for whole y, no more than 4 bits can cancel.
-    fn fourth_central_moment(&self) -> f64 {
-        let n = u128::from(self.n);
-        let a = (self.sums[0] + n / 2) / n;
-
-        // Σ(x − a)ᵏ = Σ_j C(k, j) (−a)ᵏ⁻ʲ Σxʲ
-        let b = a.wrapping_neg();
-        let [s1, s2, s3, s4] = self.sums;
-        let combine = |terms: &[(u128, u128, u32)]| {
-            let term = |sum: u128, &(binomial, s, power): &(u128, u128, u32)| {
-                sum.wrapping_add(binomial.wrapping_mul(s).wrapping_mul(b.wrapping_pow(power)))
-            };
-            terms.iter().fold(0, term) as i128 as f64 / self.n as f64
-        };
-        let delta = combine(&[(1, s1, 0), (1, n, 1)]);
-        let m2 = combine(&[(1, s2, 0), (2, s1, 1), (1, n, 2)]);
-        let m3 = combine(&[(1, s3, 0), (3, s2, 1), (3, s1, 2), (1, n, 3)]);
-        let m4 = combine(&[(1, s4, 0), (4, s3, 1), (6, s2, 2), (4, s1, 3), (1, n, 4)]);
-
-        m4 - 4.0 * delta * m3 + 6.0 * delta.powi(2) * m2 - 3.0 * delta.powi(4)
-    }
+/// The unbiased variance of one walk's score from blocks of independent walks, as many in each, with the standard error that the
+/// scatter of the blocks' own variances gives. `None` where a block has no variance; the standard error of one block is NaN.
+pub fn variance_of_blocks(blocks: impl IntoIterator<Item = Moments>) -> Option<Measured> {
+    let variances: Option<Vec<f64>> = blocks.into_iter().map(|block| block.variance()).collect();
+    Some(Measured::of(&variances?))
 }
 
 /// An unsigned integer of 256 bits.
@@ -176,17 +130,6 @@ impl U256 {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    fn power_sums(scores: impl IntoIterator<Item = (u128, u64)>) -> PowerSums {
-        let mut power_sums = PowerSums::default();
-        for (score, times) in scores {
-            power_sums.n += times;
-            for (k, sum) in (1..).zip(&mut power_sums.sums) {
-                *sum += u128::from(times) * score.pow(k);
-            }
-        }
-        power_sums
-    }
 
     fn close(a: f64, b: f64) -> bool {
         (a - b).abs() <= 4.0 * f64::EPSILON * b.abs()
@@ -257,26 +200,13 @@ mod tests {
     }
 
     #[test]
-    fn variance_of_the_variance_of_a_handful() {
-        // 0, 0, 0, 4: mean 1, s² = 4, m₄ = (3 + 81)/4 = 21, (21 − 16/3)/4 = 47/12
-        let measured = power_sums([(0, 3), (4, 1)]).variance().unwrap();
-        assert!(close(measured.value, 4.0));
-        assert!(close(measured.standard_error, (47.0 / 12.0f64).sqrt()));
-        assert_eq!(power_sums([(5, 1)]).variance(), None);
-    }
-
-    /// Forty million walks far from zero, against the same scores moved next to zero.
-    #[test]
-    fn fourth_moment_survives_a_distant_mean() {
-        let scores = [(0, 10_000_001), (1, 15_000_000), (3, 14_999_000), (40, 1_000)];
-        let near = power_sums(scores).variance().unwrap();
-        for distance in [200, 1_000_000] {
-            let far = power_sums(scores.map(|(x, times)| (x + distance, times))).variance().unwrap();
-            assert!(close(far.value, near.value), "at {distance}");
-            assert!(close(far.standard_error, near.standard_error), "at {distance}");
-        }
-        let rare = power_sums([(0, 40_000_000 - 7), (1, 7)]).variance().unwrap();
-        assert!((rare.value / 1.75e-7 - 1.0).abs() < 1e-6);
-        assert!((rare.standard_error / (1.75e-7 / 4e7f64).sqrt() - 1.0).abs() < 1e-6);
+    fn the_variance_of_blocks_is_their_mean_with_the_error_of_their_scatter() {
+        // Blocks of four walks: 0, 0, 0, 4 has variance 4, 0, 0, 0, 2 has 1, and 0, 0, 1, 1 has 1/3.
+        let blocks = [(4, 16), (2, 4), (2, 2)].map(|(sum, sum_sq)| Moments { n: 4, sum, sum_sq });
+        let measured = variance_of_blocks(blocks).unwrap();
+        assert!(close(measured.value, 16.0 / 9.0));
+        // Σ(s² − 16/9)² = (20/9)² + (7/9)² + (13/9)².
+        assert!(close(measured.standard_error, (618.0 / 81.0 / 6.0f64).sqrt()));
+        assert_eq!(variance_of_blocks([Moments { n: 1, sum: 5, sum_sq: 25 }]), None);
     }
 }

@@ -25,7 +25,7 @@ pub(crate) fn run(experiment: &Experiment, seed: u64, walks: u64, target: Option
     let mut observer = Observer::new(experiment.clone(), CONFIDENCE, target);
     let (mut tally, mut seen, mut reached) = (experiment.tally::<2>(), Vec::new(), false);
     for mark in looks(experiment, walks) {
-        advance::<2>(experiment, seed, mark, &mut tally);
+        advance(experiment, seed, mark, &mut tally);
         let look = observer.look(&tally, &seen);
         reached = look.reached;
         seen.push(look);

@@ -1,9 +1,7 @@
 //! Walks that are shot in this process, and what their tallies say.
 
-use radiosity::{
-    Board, Compiled, Estimate, Experiment, IndexChoice, Method, Scene, SceneSpec, Sequence, Solution, Tally,
-};
-use stats::Measured;
+use radiosity::{Estimate, Experiment, IndexChoice, Method, Scene, SceneSpec, Sequence, Solution, Tally};
+use stats::{Measured, Moments, variance_of_blocks};
 
 use crate::arithmetic::{proportion, ratio};
 use crate::lab::Lab;
@@ -25,22 +23,16 @@ pub(crate) fn experiment(spec: &SceneSpec, method: impl Into<Method>) -> Result<
     Ok(Experiment::new(Scene::build(spec, IndexChoice::Auto)?, method)?)
 }
 
-/// The tally of walks 0 … `walks` − 1, with M power sums.
-pub(crate) fn walk<const M: usize>(experiment: &Experiment, seed: u64, walks: u64) -> Tally
-where
-    Board<M>: Compiled,
-{
-    let mut tally = experiment.tally::<M>();
-    advance::<M>(experiment, seed, walks, &mut tally);
+/// The tally of walks 0 … `walks` − 1.
+pub(crate) fn walk(experiment: &Experiment, seed: u64, walks: u64) -> Tally {
+    let mut tally = experiment.tally::<2>();
+    advance(experiment, seed, walks, &mut tally);
     tally
 }
 
 /// Walks on, from the walks of `tally` up to `walks` in all.
-pub(crate) fn advance<const M: usize>(experiment: &Experiment, seed: u64, walks: u64, tally: &mut Tally)
-where
-    Board<M>: Compiled,
-{
-    let (sequence, mut board) = (Sequence::new(seed), experiment.board::<M>());
+pub(crate) fn advance(experiment: &Experiment, seed: u64, walks: u64, tally: &mut Tally) {
+    let (sequence, mut board) = (Sequence::new(seed), experiment.board::<2>());
     while tally.counts.walks < walks {
         let first = tally.counts.walks;
         experiment.walk(&sequence, first..walks.min(first + AT_A_TIME), &mut board);
@@ -50,7 +42,7 @@ where
 
 /// The solution of walks 0 … `walks` − 1.
 pub(crate) fn solve(experiment: &Experiment, seed: u64, walks: u64) -> Solution {
-    Solution::new(experiment, &walk::<2>(experiment, seed, walks), CONFIDENCE)
+    Solution::new(experiment, &walk(experiment, seed, walks), CONFIDENCE)
 }
 
 /// The estimate of a patch's first channel.
@@ -142,13 +134,28 @@ pub(crate) fn covered(solution: &Solution, patches: &[usize], truth: &[f64]) -> 
     patches.iter().filter(holds).count() as f64 / patches.len() as f64
 }
 
-/// The variance of B for one walk on a patch over `expected`, judged by the sample's own fourth moment.
-pub(crate) fn variance_over(experiment: &Experiment, tally: &Tally, patch: usize, expected: f64) -> Measured {
-    let meaning = experiment.meaning(patch, 0, tally).expect("walks tell of this patch");
+/// The blocks of walks whose scatter tells the error of a variance.
+const BLOCKS: u64 = 400;
+
+/// The variance of B for one of `walks` walks on a patch over `expected`, judged by the scatter of blocks of walks.
+pub(crate) fn variance_over(
+    experiment: &Experiment,
+    (seed, walks): (u64, u64),
+    patch: usize,
+    expected: f64,
+) -> Measured {
+    let (sequence, mut board) = (Sequence::new(seed), experiment.board::<2>());
+    let size = walks / BLOCKS;
+    let blocks = (0..BLOCKS).map(|block| {
+        experiment.walk(&sequence, block * size..(block + 1) * size, &mut board);
+        let tally = board.take().expect("the sums of a study are small");
+        let sums = tally.patch(patch, 0);
+        Moments { n: size, sum: sums[0], sum_sq: sums[1] }
+    });
+    let variance = variance_of_blocks(blocks).expect("there are many walks");
+
+    let meaning = experiment.meaning(patch, 0, &experiment.tally::<2>()).expect("walks tell of this patch");
     let per_event = meaning.irradiance_per_event.expect("the estimator can tell");
     let unit = experiment.scene().faces().get(patch).reflectance[0] * per_event * meaning.unit;
-    let sums = tally.patch(patch, 0).try_into().expect("four power sums");
-    let variance = stats::PowerSums { n: tally.counts.walks, sums }.variance();
-    let variance = variance.expect("there are many walks");
     ratio(variance, expected / (unit * unit))
 }

@@ -64,8 +64,8 @@ macro_rules! compile_for {
     )*};
 }
 
-// Two give standard errors; four, their own errors.
-compile_for!(2, 4);
+// Two give standard errors.
+compile_for!(2);
 
 impl Experiment {
     /// What the first `samples` walks (or batches, or chains) of a seed's sequence tell, on this thread, with intervals of
@@ -190,7 +190,7 @@ impl Experiment {
             }
             (Scores::Fixed(board), Score::Of(estimator)) => {
                 let end = estimator.infinite_end().unwrap_or_else(|| wrong_board());
-                let mut score = ShootWeights::<OnArrival, _, 1>::new(board);
+                let mut score = ShootWeights::<OnArrival, _, 1>::new(self.scene.parts.isa, board);
                 self.shoot_all(space, source, Infinite::new(end), (&mut score, marks_of!(marks, Fixed)))
             }
             (Scores::LinearHits(board), Score::Linear(estimator)) => {
@@ -201,18 +201,18 @@ impl Experiment {
             }
             (Scores::LinearFixed(board), Score::Linear(estimator)) => {
                 let end = estimator.infinite_end().unwrap_or_else(|| wrong_board());
-                let mut score = ShootWeights::<OnArrival, _, 1>::new(board);
+                let mut score = ShootWeights::<OnArrival, _, 1>::new(self.scene.parts.isa, board);
                 self.walk_all(self.scene.emitters(), space, source, Infinite::new(end), &mut score)
             }
             (Scores::LinearColoured(board), Score::Linear(estimator)) => {
                 with_estimator!(estimator, Coloured::new(), |Event, fate| {
-                    let mut score = ShootWeights::<Event, _, 3>::new(board);
+                    let mut score = ShootWeights::<Event, _, 3>::new(self.scene.parts.isa, board);
                     self.walk_all(self.scene.emitters(), space, source, fate, &mut score)
                 })
             }
             (Scores::Coloured(board), Score::Of(estimator)) => {
                 with_estimator!(estimator, Coloured::new(), |Scored, fate| {
-                    let mut score = ShootWeights::<Scored, _, 3>::new(board);
+                    let mut score = ShootWeights::<Scored, _, 3>::new(self.scene.parts.isa, board);
                     self.shoot_all(space, source, fate, (&mut score, marks_of!(marks, Coloured)))
                 })
             }

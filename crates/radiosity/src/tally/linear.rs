@@ -3,7 +3,7 @@
 use super::counts::{Counts, Overflow};
 use super::scoreboard::Events;
 use super::sums::{Layout, Tally};
-use super::word::Word;
+use super::word::{Sum, Word, raise_sums};
 
 /// What a walk scores on a patch, in units, and the slopes of that: each unit times ψ₁ and ψ₂ where it was scored, in slope
 /// units. A slope is signed (two's complement), and never exceeds its score.
@@ -28,6 +28,23 @@ impl<W: Word, const C: usize> Mark<W, C> {
                 std::array::from_fn(|k| self.slopes[c][k].plus(other.slopes[c][k]))
             }),
         }
+    }
+}
+
+impl<const C: usize> Sum for Mark<u64, C> {
+    const NONE: Self = Mark { units: [0; C], slopes: [[0; 2]; C] };
+
+    #[inline(always)]
+    fn plus(self, other: Self) -> Self {
+        self.plus(other)
+    }
+}
+
+impl<const C: usize> Mark<u64, C> {
+    /// The mark in 128 bits.
+    fn wide(&self) -> Mark<u128, C> {
+        let signed = |slope: u64| u128::from_signed(slope as i64);
+        Mark { units: self.units.map(u128::from), slopes: self.slopes.map(|slopes| slopes.map(signed)) }
     }
 }
 
@@ -65,9 +82,6 @@ pub(crate) struct LinearBoard<W, E, const C: usize> {
     largest: u128,
 }
 
-/// Paths up to this long are searched for earlier visits one by one, longer ones are sorted.
-const SHORT_PATH: usize = 64;
-
 impl<W: Word, E: Events, const C: usize> LinearBoard<W, E, C> {
     const LAYOUT: Layout = Layout { scores: C, moments: 2, slopes: 2 * C, events: E::COUNTED };
 
@@ -79,28 +93,6 @@ impl<W: Word, E: Events, const C: usize> LinearBoard<W, E, C> {
     /// What [`LinearBoard::take`] hands over.
     pub(crate) fn layout(&self) -> Layout {
         Self::LAYOUT
-    }
-
-    /// Adds what a walk scores on its path: `mark(i)` on the i-th of `patches`, which may repeat.
-    #[inline(always)]
-    pub(crate) fn add_path(&mut self, patches: &[u32], mark: impl Fn(usize) -> Mark<W, C>) {
-        if patches.len() > SHORT_PATH {
-            return self.add_long_path(patches, mark);
-        }
-        for (i, &patch) in patches.iter().enumerate() {
-            let earlier = patches[..i].iter().enumerate().filter(|&(_, &earlier)| earlier == patch);
-            let before = earlier.fold(Mark::none(), |sum, (j, _)| sum.plus(mark(j)));
-            self.raise(patch, &before, &mark(i));
-        }
-    }
-
-    fn add_long_path(&mut self, patches: &[u32], mark: impl Fn(usize) -> Mark<W, C>) {
-        let mut order: Vec<usize> = (0..patches.len()).collect();
-        order.sort_unstable_by_key(|&i| patches[i]);
-        for visits in order.chunk_by(|&i, &j| patches[i] == patches[j]) {
-            let whole = visits.iter().fold(Mark::none(), |sum, &i| sum.plus(mark(i)));
-            self.raise(patches[visits[0]], &Mark::none(), &whole);
-        }
     }
 
     /// Raises what a walk scores on a patch: Σx² grows by (x + y)² − x² = y·(2x + y), and Σd² in the same way.
@@ -176,6 +168,39 @@ impl<W: Word, E: Events, const C: usize> LinearBoard<W, E, C> {
     }
 }
 
+impl<const C: usize> LinearBoard<u128, u64, C> {
+    /// Counts an event of a walk on a patch, where it has scored `before`, below 2⁶², and adds what it scores now.
+    #[inline(always)]
+    pub(crate) fn add_event(&mut self, patch: u32, before: &Mark<u64, C>, now: &Mark<u64, C>) {
+        let cell = &mut self.cells[patch as usize];
+        cell.events += 1;
+        let mut largest = 0;
+        for c in 0..C {
+            let (x, y) = (before.units[c], now.units[c]);
+            largest = largest.max(x + y);
+            raise_sums(&mut cell.scores[c], x, y);
+            for k in 0..2 {
+                let (d, e) = (before.slopes[c][k] as i64, now.slopes[c][k] as i64);
+                let [sum, squares] = &mut cell.slopes[c][k];
+                *sum = sum.wrapping_add(u128::from(y.wrapping_add_signed(e)));
+                *squares = squares.wrapping_add_signed(i128::from(e) * i128::from(2 * d + e));
+            }
+        }
+        self.largest = self.largest.max(largest.into());
+    }
+
+    /// Adds what a walk scores on a patch by visits, after some that were added already.
+    pub(crate) fn add_more<'m>(
+        &mut self,
+        patch: u32,
+        before: impl Iterator<Item = &'m Mark<u64, C>>,
+        now: impl Iterator<Item = &'m Mark<u64, C>>,
+    ) {
+        let plus = |sum: Mark<u128, C>, mark: &Mark<u64, C>| sum.plus(mark.wide());
+        self.raise(patch, &before.fold(Mark::none(), plus), &now.fold(Mark::none(), plus));
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -187,9 +212,13 @@ mod tests {
     #[test]
     fn slopes_of_a_whole_walk_are_squared() {
         let mut board = LinearBoard::<u64, (), 1>::new(2);
-        let slopes = [[5, -7], [100, 3], [-11, 4095], [2, -4095]];
-        board.add_path(&[0, 1, 0, 0], |i| mark(1.0, slopes[i]));
-        board.add_path(&[0], |_| mark(1.0, [-1, 1]));
+        let mut before = Mark::none();
+        for slopes in [[5, -7], [-11, 4095], [2, -4095]] {
+            board.raise(0, &before, &mark(1.0, slopes));
+            before = before.plus(mark(1.0, slopes));
+        }
+        board.raise(1, &Mark::none(), &mark(1.0, [100, 3]));
+        board.raise(0, &Mark::none(), &mark(1.0, [-1, 1]));
         let tally = board.take().unwrap();
         // Patch 0: scores 3 and 1; slopes −4, −7 and −1, 1.
         assert_eq!(tally.patch(0, 0), [4, 10]);
@@ -201,30 +230,24 @@ mod tests {
 
     #[test]
     fn fixed_point_slopes_have_the_units_of_their_scores() {
-        let mut board = LinearBoard::<u128, u64, 1>::new(1);
         let one = (1_u64 << 40) as f64;
-        board.add_path(&[0, 0], |i| mark(one, [[-(1 << 40), 1 << 39], [1 << 38, 1 << 39]][i]));
-        board.count(0);
-        let tally = board.take().unwrap();
-        assert_eq!(tally.patch(0, 0), [2 << 40, 4 << 80]);
-        assert_eq!(tally.slope(0, 0, 0), (-(3 << 38), 9 << 76));
-        assert_eq!(tally.slope(0, 0, 1), (1 << 40, 1 << 80));
-        assert_eq!(tally.events(0), 1);
-    }
-
-    #[test]
-    fn long_paths_score_as_short_ones_do() {
-        let path: Vec<u32> = (0..1000).map(|i| i * i % 7).collect();
-        let slope = |i: usize| [i as i64 % 9 - 4, 3 - i as i64 % 5];
-        let mut long = LinearBoard::<u64, (), 1>::new(7);
-        long.add_path(&path, |i| mark(1.0, slope(i)));
-        let tally = long.take().unwrap();
-        for patch in 0..7 {
-            let visits = || path.iter().enumerate().filter(|&(_, &visited)| visited == patch);
-            for k in 0..2 {
-                let whole: i64 = visits().map(|(i, _)| slope(i)[k]).sum();
-                assert_eq!(tally.slope(patch as usize, 0, k), (whole.into(), (whole * whole) as u128));
-            }
+        let marks = [[-(1 << 40), 1 << 39], [1 << 38, 1 << 39]].map(|slopes| mark::<u64>(one, slopes));
+        let visits = |board: &mut LinearBoard<u128, u64, 1>| {
+            board.add_event(0, &Mark::none(), &marks[0]);
+            board.add_event(0, &marks[0], &marks[1]);
+        };
+        let at_once = |board: &mut LinearBoard<u128, u64, 1>| {
+            board.add_more(0, [].iter(), marks.iter());
+            (0..2).for_each(|_| board.count(0));
+        };
+        for add in [&visits as &dyn Fn(&mut _), &at_once] {
+            let mut board = LinearBoard::new(1);
+            add(&mut board);
+            let tally = board.take().unwrap();
+            assert_eq!(tally.patch(0, 0), [2 << 40, 4 << 80]);
+            assert_eq!(tally.slope(0, 0, 0), (-(3 << 38), 9 << 76));
+            assert_eq!(tally.slope(0, 0, 1), (1 << 40, 1 << 80));
+            assert_eq!(tally.events(0), 2);
         }
     }
 

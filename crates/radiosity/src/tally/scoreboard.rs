@@ -2,7 +2,7 @@
 
 use super::counts::{Counts, Overflow};
 use super::sums::{Layout, Tally};
-use super::word::Word;
+use super::word::{Word, raise_sums};
 
 /// A count of events beside the scores, or none where scores are counts themselves.
 pub trait Events: Copy + Default {
@@ -223,6 +223,27 @@ impl<W: Word, E: Events, const S: usize, const M: usize> Scoreboard<W, E, S, M> 
         }
         self.largest = 0;
         tally.counts.add(&std::mem::take(&mut self.counts))
+    }
+}
+
+impl<const S: usize, const M: usize> Scoreboard<u128, u64, S, M> {
+    /// Counts an event of a walk on a patch, where it has scored `before`, below 2⁶², and adds what it scores now.
+    #[inline(always)]
+    pub(crate) fn add_event(&mut self, patch: u32, before: &[u64; S], now: &[u64; S]) {
+        const { assert!(M == 2) };
+        let cell = &mut self.cells[patch as usize];
+        cell.events += 1;
+        let mut largest = 0;
+        for ((sums, &x), &y) in cell.sums.iter_mut().zip(before).zip(now) {
+            largest = largest.max(x + y);
+            raise_sums(sums, x, y);
+        }
+        self.largest = self.largest.max(largest.into());
+    }
+
+    /// Adds what a walk scores on a patch, where it has scored `before`.
+    pub(crate) fn add_more(&mut self, patch: u32, before: [u128; S], now: [u128; S]) {
+        self.raise(patch, before, now);
     }
 }
 

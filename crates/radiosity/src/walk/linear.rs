@@ -35,19 +35,25 @@ impl HitSlate for LinearBoard<u64, (), 1> {
 /// A fixed-point score with its slopes at a place: `score·ψ_k`, plus `rounding` of a unit and rounded down. |ψ| is below 1 by
 /// a unit, so that no slope exceeds its score where `rounding` is below 1.
 #[inline(always)]
-fn fixed<const C: usize>(scores: [u64; C], place: [i64; 2], rounding: [i64; C]) -> Mark<u128, C> {
+fn fixed<const C: usize>(scores: [u64; C], place: [i64; 2], rounding: [i64; C]) -> Mark<u64, C> {
     Mark {
-        units: scores.map(u128::from),
+        units: scores,
         slopes: std::array::from_fn(|c| {
             let whole = |psi: i64| i128::from(scores[c]) * i128::from(psi) + i128::from(rounding[c]);
-            place.map(|psi| u128::from_signed((whole(psi) >> SLOPE_BITS) as i64))
+            place.map(|psi| (whole(psi) >> SLOPE_BITS) as u64)
         }),
     }
 }
 
 impl<const C: usize> Slate<C> for LinearBoard<u128, u64, C> {
     type Spot = [i64; 2];
+    type Mark = Mark<u64, C>;
     const MOMENTS: usize = MOMENTS;
+
+    #[inline(always)]
+    fn mark(units: [u64; C], place: [i64; 2]) -> Mark<u64, C> {
+        fixed(units, place, [SLOPE_UNITS / 2; C])
+    }
 
     #[inline(always)]
     fn count_event(&mut self, face: u32) {
@@ -55,12 +61,17 @@ impl<const C: usize> Slate<C> for LinearBoard<u128, u64, C> {
     }
 
     #[inline(always)]
-    fn add_visits(&mut self, faces: &[u32], visit: impl Fn(usize) -> ([u64; C], [i64; 2])) {
-        let nearest = [SLOPE_UNITS / 2; C];
-        self.add_path(faces, |i| {
-            let (units, place) = visit(i);
-            fixed(units, place, nearest)
-        });
+    fn add_visit(&mut self, face: u32, before: &Mark<u64, C>, now: &Mark<u64, C>) {
+        self.add_event(face, before, now);
+    }
+
+    fn add_visits<'m>(
+        &mut self,
+        face: u32,
+        before: impl Iterator<Item = &'m Mark<u64, C>>,
+        now: impl Iterator<Item = &'m Mark<u64, C>>,
+    ) {
+        self.add_more(face, before, now);
     }
 
     /// Scores are rounded as without slopes, and slopes by the other half of the same draws.
@@ -73,7 +84,7 @@ impl<const C: usize> Slate<C> for LinearBoard<u128, u64, C> {
             *channels.next().expect("one for each channel") = (other * SLOPE_UNITS as f64) as i64;
             units as u64
         });
-        self.add_path(&[birth], |_| fixed(units, place, rounding));
+        self.add_more(birth, [].into_iter(), [fixed(units, place, rounding)].iter());
     }
 
     #[inline(always)]

@@ -13,7 +13,7 @@ use crate::random::rng::WalkRng;
 use crate::scene::Scene;
 use crate::simd::batch::{Decisions, Lanes, WIDTH};
 use crate::simd::isa::Isa;
-use crate::tally::{Scoreboard, Word};
+use crate::tally::{Scoreboard, Sum, Word};
 use crate::trace::ray::Hits;
 
 /// Units of fixed-point scores in the largest single score, for boards of `moments` power sums.
@@ -88,12 +88,24 @@ pub(crate) trait HitSlate {
 pub(crate) trait Slate<const C: usize> {
     /// What is kept of where a walk scores.
     type Spot: Spot;
+    /// What a visit scores; or the sum of up to [`SEARCHED`] visits of one walk to a face.
+    type Mark: Sum;
     /// Power sums of a score.
     const MOMENTS: usize;
+    /// What a visit scores that is worth these units.
+    fn mark(units: [u64; C], spot: Self::Spot) -> Self::Mark;
     /// Counts an event on a face, or a birth.
     fn count_event(&mut self, face: u32);
-    /// Adds what a walk scores on its path: `visit(i)` on the i-th of `faces`, which may repeat.
-    fn add_visits(&mut self, faces: &[u32], visit: impl Fn(usize) -> ([u64; C], Self::Spot));
+    /// Counts an event of a walk on a face, where it has scored `before`, and adds what it scores now.
+    fn add_visit(&mut self, face: u32, before: &Self::Mark, now: &Self::Mark);
+    /// Adds what a walk scores on a face by visits, any number, after some that were added already. The events are counted.
+    fn add_visits<'m>(
+        &mut self,
+        face: u32,
+        before: impl Iterator<Item = &'m Self::Mark>,
+        now: impl Iterator<Item = &'m Self::Mark>,
+    ) where
+        Self::Mark: 'm;
     /// Adds what a walk has gathered for the face where it was born, rounded at random.
     fn add_gathered(&mut self, birth: u32, scores: [f64; C], spot: Self::Spot, rng: WalkRng);
     /// The walks will soon score on these faces.
@@ -116,7 +128,13 @@ impl<const M: usize> HitSlate for Scoreboard<u64, (), 1, M> {
 
 impl<const C: usize, const M: usize> Slate<C> for Scoreboard<u128, u64, C, M> {
     type Spot = ();
+    type Mark = [u64; C];
     const MOMENTS: usize = M;
+
+    #[inline(always)]
+    fn mark(units: [u64; C], (): ()) -> [u64; C] {
+        units
+    }
 
     #[inline(always)]
     fn count_event(&mut self, face: u32) {
@@ -124,8 +142,18 @@ impl<const C: usize, const M: usize> Slate<C> for Scoreboard<u128, u64, C, M> {
     }
 
     #[inline(always)]
-    fn add_visits(&mut self, faces: &[u32], visit: impl Fn(usize) -> ([u64; C], ())) {
-        self.add_path(faces, |i| visit(i).0.map(u128::from));
+    fn add_visit(&mut self, face: u32, before: &[u64; C], now: &[u64; C]) {
+        self.add_event(face, before, now);
+    }
+
+    fn add_visits<'m>(
+        &mut self,
+        face: u32,
+        before: impl Iterator<Item = &'m [u64; C]>,
+        now: impl Iterator<Item = &'m [u64; C]>,
+    ) {
+        let plus = |sum: [u128; C], units: &[u64; C]| std::array::from_fn(|c| sum[c] + u128::from(units[c]));
+        self.add_more(face, before.fold([0; C], plus), now.fold([0; C], plus));
     }
 
     #[inline(always)]
@@ -205,21 +233,39 @@ impl<V: Event, B: HitSlate> Scorer<1> for ShootHits<'_, V, B> {
 /// to 2⁻⁴⁰ is below 10⁻⁹ of the smallest weight that a threshold of 0.001 leaves.
 pub(crate) struct ShootWeights<'a, V, B: Slate<C>, const C: usize> {
     board: &'a mut B,
-    paths: Vec<Path<([u64; C], B::Spot)>>,
+    visits: Visits<()>,
+    paths: Vec<Path<B::Mark>>,
     /// Where the walks are now.
     spots: <B::Spot as Spot>::Row,
+    isa: Isa,
     event: PhantomData<V>,
 }
 
 impl<'a, V, B: Slate<C>, const C: usize> ShootWeights<'a, V, B, C> {
-    pub(crate) fn new(board: &'a mut B) -> Self {
-        ShootWeights { board, paths: empty_paths(), spots: B::Spot::NONE, event: PhantomData }
+    pub(crate) fn new(isa: Isa, board: &'a mut B) -> Self {
+        let (visits, paths) = (Visits::new(), empty_paths());
+        ShootWeights { board, visits, paths, spots: B::Spot::NONE, isa, event: PhantomData }
+    }
+
+    /// Scores the visits of a long walk that were not searched.
+    #[cold]
+    fn score_later(&mut self, lane: usize) {
+        let Path { faces, units } = &self.paths[lane];
+        let mut later: Vec<usize> = (SEARCHED..faces.len()).collect();
+        later.sort_unstable_by_key(|&i| faces[i]);
+        for visits in later.chunk_by(|&i, &j| faces[i] == faces[j]) {
+            let face = faces[visits[0]];
+            visits.iter().for_each(|_| self.board.count_event(face));
+            let before = (0..SEARCHED).filter(|&i| faces[i] == face);
+            self.board.add_visits(face, before.map(|i| &units[i]), visits.iter().map(|&i| &units[i]));
+        }
     }
 }
 
 impl<V: Event, B: Slate<C>, const C: usize> Scorer<C> for ShootWeights<'_, V, B, C> {
     #[inline(always)]
     fn begin(&mut self, lane: usize, _: u32) {
+        self.visits.len[lane] = 0;
         self.paths[lane].clear();
     }
 
@@ -230,22 +276,28 @@ impl<V: Event, B: Slate<C>, const C: usize> Scorer<C> for ShootWeights<'_, V, B,
 
     #[inline(always)]
     fn score(&mut self, faces: &[u32; WIDTH], decided: &Decisions, weights: &[[f64; C]; WIDTH]) {
+        let earlier = self.visits.earlier(self.isa, faces);
         V::scoring(decided).each(|lane| {
             let units = weights[lane].map(|weight| (weight * fixed_units(B::MOMENTS) + 0.5) as u64);
-            self.paths[lane].push(faces[lane], (units, B::Spot::of(&self.spots, lane)));
+            let mark = B::mark(units, B::Spot::of(&self.spots, lane));
+            let (face, path) = (faces[lane], &mut self.paths[lane]);
+            if self.visits.note(lane, face, ()) {
+                let before = if earlier.visits[lane] == 0 { B::Mark::NONE } else { path.on(face) };
+                self.board.add_visit(face, &before, &mark);
+            }
+            path.push(face, mark);
         });
     }
 
     #[inline(always)]
     fn end(&mut self, lane: usize, _: WalkRng) {
-        let path = &self.paths[lane];
-        for &face in &path.faces {
-            self.board.count_event(face);
+        if self.paths[lane].faces.len() > SEARCHED {
+            self.score_later(lane);
         }
-        self.board.add_visits(&path.faces, |i| path.units[i]);
     }
 
     fn relocate(&mut self, from: usize, to: usize) {
+        self.visits.relocate(from, to);
         self.paths.swap(from, to);
     }
 

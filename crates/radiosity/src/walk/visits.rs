@@ -3,6 +3,7 @@
 use super::spots::Spot;
 use crate::simd::batch::WIDTH;
 use crate::simd::isa::{Isa, Kernel, Simd};
+use crate::tally::Sum;
 
 /// The number of visits of a walk in which an earlier visit to the same face is searched; further visits are scored at
 /// the walk's end.
@@ -47,13 +48,22 @@ impl<P: Spot> Visits<P> {
         earlier
     }
 
-    /// Remembers a visit; false where too many are remembered already.
+    /// Remembers a visit; false where too many are remembered already, and it is kept apart.
     #[inline(always)]
     pub(super) fn push(&mut self, lane: usize, face: u32, spot: P) -> bool {
+        let searched = self.note(lane, face, spot);
+        if !searched {
+            self.later[lane].push((face, spot));
+        }
+        searched
+    }
+
+    /// Remembers a visit; false where too many are remembered already.
+    #[inline(always)]
+    pub(super) fn note(&mut self, lane: usize, face: u32, spot: P) -> bool {
         let len = self.len[lane] as usize;
         if len == self.first.len() {
             if len == SEARCHED {
-                self.later[lane].push((face, spot));
                 return false;
             }
             self.first.push(Visit::NONE);
@@ -137,6 +147,14 @@ impl<U> Path<U> {
     pub(super) fn clear(&mut self) {
         self.faces.clear();
         self.units.clear();
+    }
+}
+
+impl<U: Sum> Path<U> {
+    /// What it has scored on a face.
+    pub(super) fn on(&self, face: u32) -> U {
+        let visits = self.faces.iter().zip(&self.units).filter(|&(&visited, _)| visited == face);
+        visits.fold(U::NONE, |sum, (_, &units)| sum.plus(units))
     }
 }
 

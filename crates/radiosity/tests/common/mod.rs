@@ -5,9 +5,10 @@ use std::ops::Range;
 
 use glam::{DMat3, DVec3};
 use radiosity::{
-    Board, Compiled, EstimatorKind, Experiment, IndexChoice, Method, Scene, SceneSpec, Sequence, Shape,
-    Sides, Space, Spectrum, SurfaceSpec, Tally, Walks,
+    EstimatorKind, Experiment, IndexChoice, Method, Scene, SceneSpec, Sequence, Shape, Sides, Space,
+    Spectrum, SurfaceSpec, Tally, Walks,
 };
+use stats::{Measured, Moments};
 
 pub(crate) fn surface(shape: Shape, reflectance: f64) -> SurfaceSpec {
     SurfaceSpec {
@@ -151,14 +152,26 @@ pub(crate) fn experiment(spec: &SceneSpec, index: IndexChoice, method: impl Into
     Experiment::new(Scene::build(spec, index).unwrap(), method).unwrap()
 }
 
-/// The tally of some walks, with M power sums.
-pub(crate) fn walk<const M: usize>(experiment: &Experiment, seed: u64, walks: Range<u64>) -> Tally
-where
-    Board<M>: Compiled,
-{
+/// The tallies of `blocks` blocks that share the first `walks` walks of a seed's sequence, for [`variance`].
+pub(crate) fn walk_in_blocks(experiment: &Experiment, seed: u64, walks: u64, blocks: u64) -> Vec<Tally> {
+    let size = walks / blocks;
+    (0..blocks).map(|block| walk(experiment, seed, block * size..(block + 1) * size)).collect()
+}
+
+/// The variance of one walk's score on a patch, with the error that the scatter of blocks tells.
+pub(crate) fn variance(blocks: &[Tally], patch: usize) -> Measured {
+    let of_patch = |tally: &Tally| {
+        let sums = tally.patch(patch, 0);
+        Moments { n: tally.counts.walks, sum: sums[0], sum_sq: sums[1] }
+    };
+    stats::variance_of_blocks(blocks.iter().map(of_patch)).unwrap()
+}
+
+/// The tally of some walks.
+pub(crate) fn walk(experiment: &Experiment, seed: u64, walks: Range<u64>) -> Tally {
     let sequence = Sequence::new(seed);
-    let mut board = experiment.board::<M>();
-    let mut tally = experiment.tally::<M>();
+    let mut board = experiment.board::<2>();
+    let mut tally = experiment.tally::<2>();
     let mut next = walks.start;
     while next < walks.end {
         let end = walks.end.min(next + (1 << 20));

@@ -1,6 +1,5 @@
 //! The methods that are compared, as overrides of the job, so that a job's own refusals apply here.
 
-use ::judge::MOMENTS;
 use job::Job;
 use radiosity::{Experiment, Space};
 use serde::{Deserialize, Serialize};
@@ -159,6 +158,6 @@ fn rays_per_walk(experiment: &Experiment) -> f64 {
     const SAMPLE: u64 = 20_000;
     // Batches are shot whole.
     let units = SAMPLE.div_ceil(experiment.unit().paths());
-    let rays = walk::<MOMENTS>(experiment, 3, units).counts.rays;
+    let rays = walk(experiment, 3, units).counts.rays;
     rays as f64 / (units * experiment.unit().paths()) as f64
 }

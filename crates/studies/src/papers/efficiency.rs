@@ -168,7 +168,7 @@ fn length(lab: &Lab, experiment: &Experiment, exact: &Exact, rays: u64) -> (u64,
     let method = experiment.method();
     let rays_per_walk = match (method.estimator_kind(), method.direction()) {
         (Some(EstimatorKind::Infinite), _) | (_, None) => {
-            let counts = lab.tally::<2>(experiment, 800, 100_000).counts;
+            let counts = lab.tally(experiment, 800, 100_000).counts;
             counts.rays as f64 / counts.walks as f64
         }
         (_, Some(direction)) => analog_length(exact, direction),

@@ -89,7 +89,7 @@ fn measure(lab: &Lab, n: u32, per_zone: u64, pool: usize) -> Cell {
     let seed = 500 + per_zone;
     // One large run is split among threads; many small ones are dealt out.
     let found = match runs {
-        1 => vec![mean_square(&lab.tally::<2>(&experiment, seed, walks))],
+        1 => vec![mean_square(&lab.tally(&experiment, seed, walks))],
         _ => lab.runs(&experiment, seed, runs, walks, mean_square),
     };
     let value = found.iter().sum::<f64>() / runs as f64;
@@ -154,11 +154,11 @@ fn rooms(lab: &Lab) -> (Vec<Claim>, Figure) {
         let spec = scenes::room(cells);
         let experiment = experiment(&spec, method(Direction::Shooting, EstimatorKind::Collision));
         let zones = experiment.scene().faces().len() as u64;
-        let sample = lab.tally::<2>(&experiment, 598, 20_000).counts;
+        let sample = lab.tally(&experiment, 598, 20_000).counts;
         for per_zone in columns {
             let rays = per_zone * zones;
             let walks = (rays as f64 * sample.walks as f64 / sample.rays as f64).round() as u64;
-            let tally = lab.tally::<2>(&experiment, 599, walks);
+            let tally = lab.tally(&experiment, 599, walks);
             let estimates = Estimates::new(&experiment, &tally, 0.95);
             let patches: Vec<_> = estimates.known().map(|(_, patch, b)| (patch, b[0])).collect();
             let area: f64 = patches.iter().map(|(patch, _)| patch.area).sum();

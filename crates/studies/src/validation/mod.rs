@@ -67,7 +67,7 @@ impl Pair {
         let segments = vec![Segment { group: self.from, first: 0, walks }];
         let spec = ExchangeSpec { kind, group_of_face, groups, segments };
         let experiment = experiment.with_exchange(spec).expect("the groups are those of the scene");
-        let counts = exchange_counts(&lab.tally::<2>(&experiment, seed, walks), groups);
+        let counts = exchange_counts(&lab.tally(&experiment, seed, walks), groups);
         let value = counts[self.from as usize][self.to as usize] as f64 / walks as f64;
         let standard_error = (self.truth * (1.0 - self.truth) / walks as f64).sqrt();
         Claim::equal(&self.label, Measured { value, standard_error }, self.truth)
@@ -232,7 +232,7 @@ fn furnace(mut spec: SceneSpec) -> SceneSpec {
 
 fn radiosity_of_furnace(lab: &Lab, name: &str, spec: &SceneSpec) -> Claim {
     let experiment = shooting(spec);
-    let tally = lab.tally::<2>(&experiment, 21, lab.pick(1 << 16, 1 << 23));
+    let tally = lab.tally(&experiment, 21, lab.pick(1 << 16, 1 << 23));
     let solution = radiosity::Solution::new(&experiment, &tally, 0.95);
     let known = walking::estimate(&solution, 0);
     let standard_error = known.std_error.expect("walks have met every patch");
@@ -244,7 +244,7 @@ fn mean_of_room(lab: &Lab, seed: u64, reflectance: f64) -> Claim {
     let mut spec = shapes::enclosure([4.0, 4.0, 3.0], reflectance);
     spec.surfaces[1..].iter_mut().for_each(|surface| surface.emittance = 0.0.into());
     let walks = lab.pick(1 << 16, 1 << 23);
-    let counts = lab.tally::<2>(&shooting(&spec), seed, walks).counts;
+    let counts = lab.tally(&shooting(&spec), seed, walks).counts;
     let value = counts.rays as f64 / walks as f64;
     let standard_error = reflectance.sqrt() / (1.0 - reflectance) / (walks as f64).sqrt();
     let label = format!("room, ρ = {reflectance}: mean illuminance over Φ/S");

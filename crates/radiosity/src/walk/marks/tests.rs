@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use super::*;
 use crate::random::rng::Sequence;
 use crate::walk::{Space, plain};
-use crate::{Board, Compiled, EstimatorKind, Experiment, IndexChoice, Method, PatchGroup};
+use crate::{EstimatorKind, Experiment, IndexChoice, Method, PatchGroup};
 use crate::{Scene, SceneSpec, Shape, Sides, Spectrum, SurfaceSpec};
 use glam::DVec3;
 
@@ -32,14 +32,11 @@ fn materials(count: u32) -> Vec<PatchGroup> {
 }
 
 /// The rows of marks of some walks.
-fn marks<const M: usize>(spec: &SceneSpec, kind: EstimatorKind, count: u32, walks: u64) -> Vec<Vec<u128>>
-where
-    Board<M>: Compiled,
-{
+fn marks(spec: &SceneSpec, kind: EstimatorKind, count: u32, walks: u64) -> Vec<Vec<u128>> {
     let scene = Scene::build(spec, IndexChoice::Flat).unwrap();
     let experiment = Experiment::new(scene, Method::shooting(kind)).unwrap();
     let experiment = experiment.with_groups(&[], &materials(count)).unwrap();
-    let mut board = experiment.board::<M>();
+    let mut board = experiment.board::<2>();
     experiment.walk(&Sequence::new(3), 0..walks, &mut board);
     let tally = board.take().unwrap();
     let first = experiment.rows() - (count * FACES) as usize;
@@ -84,26 +81,24 @@ fn marks_are_those_of_plain_walks() {
         for kind in [EstimatorKind::Collision, EstimatorKind::Survival, EstimatorKind::Absorption] {
             for count in [1, 3, 11, 29] {
                 let plain = plain_marks(&spec, kind, count, walks);
-                let found = marks::<2>(&spec, kind, count, walks as u64);
+                let found = marks(&spec, kind, count, walks as u64);
                 assert_eq!(found, plain, "{kind:?}, {reflectance}, {count} materials");
             }
         }
     }
 }
 
-/// Where all channels are alike, weights are 1, and marks those of hits: in units of 2⁻⁴⁰, or of 2⁻²⁴.
+/// Where all channels are alike, weights are 1, and marks those of hits: in units of 2⁻⁴⁰.
 #[test]
 fn weights_of_one_are_hits() {
     for (reflectance, walks) in [(0.6, 3_000), (0.995, 100)] {
-        let hits = marks::<2>(&cube(reflectance.into(), 1.0.into()), EstimatorKind::Collision, 3, walks);
+        let hits = marks(&cube(reflectance.into(), 1.0.into()), EstimatorKind::Collision, 3, walks);
         // One channel differs where it scores nothing, so that the scene has colours.
         let coloured = cube(Spectrum::rgb([reflectance; 3]), Spectrum::rgb([1.0, 1.0, 0.0]));
-        let fine = marks::<2>(&coloured, EstimatorKind::Collision, 3, walks);
-        let coarse = marks::<4>(&coloured, EstimatorKind::Collision, 3, walks);
-        for ((hits, fine), coarse) in hits.iter().zip(&fine).zip(&coarse) {
+        let fine = marks(&coloured, EstimatorKind::Collision, 3, walks);
+        for (hits, fine) in hits.iter().zip(&fine) {
             let [sum, squares] = [hits[0], hits[1]];
             assert_eq!(fine[..6], [sum << 40, squares << 80, sum << 40, squares << 80, 0, 0]);
-            assert_eq!(coarse[..4], [sum << 24, squares << 48, 0, 0]);
         }
     }
 }

@@ -12,7 +12,7 @@ use crate::lab::Lab;
 use crate::numbers::{measured, number};
 use crate::series::Curve;
 use crate::told::run;
-use crate::walking::{Failure, experiment, squared_error, variance_over, walk};
+use crate::walking::{Failure, experiment, squared_error, variance_over};
 
 pub(crate) const ENTRY: Entry = Entry {
     name: "black-emitters",
@@ -55,7 +55,7 @@ impl Sweep {
                 let born = birth_probabilities(experiment.scene(), &birth());
                 let variance =
                     exact.gathering_variances(kind, &born)[PATCH].ok_or("walks are born on the patch")?;
-                let over = variance_over(&experiment, &walk::<4>(&experiment, 5, walks), PATCH, variance);
+                let over = variance_over(&experiment, (5, walks), PATCH, variance);
                 let what = format!("R = {reflectance}: variance of {} over theory", kind.word());
                 claims.push(Claim::equal(what, over, 1.0));
                 let scale = variance / exact.solution().reflected[PATCH].powi(2);

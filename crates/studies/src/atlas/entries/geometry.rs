@@ -266,7 +266,7 @@ fn answer(lab: &Lab, spec: &SceneSpec, runs: u64, walks: u64) -> Answer {
     };
     let patches = experiment.scene().faces().len();
     let found = lab.each_seed(runs, |seed| {
-        let tally = walk::<2>(&experiment, seed, walks);
+        let tally = walk(&experiment, seed, walks);
         let solution = Solution::new(&experiment, &tally, CONFIDENCE);
         let estimates: Vec<Estimate> = (0..patches).map(|i| estimate(&solution, i)).collect();
         (estimates, tally.counts.escaped as f64 / walks as f64)

@@ -32,8 +32,7 @@ fn part(
 ) -> Result<Measured, Failure> {
     let (runs, walks) = size;
     let experiment = experiment(spec, Method::shooting(EstimatorKind::Collision))?;
-    let parts =
-        lab.each_seed(runs, |seed| of(&walk::<2>(&experiment, seed, walks).counts) as f64 / walks as f64);
+    let parts = lab.each_seed(runs, |seed| of(&walk(&experiment, seed, walks).counts) as f64 / walks as f64);
     Ok(proportion_of_walks(&parts, walks))
 }
 
@@ -199,7 +198,7 @@ impl Turned {
 /// The mean B of [`PATCH`] over runs [W/m²].
 fn radiosity(lab: &Lab, experiment: &Experiment, (runs, walks): (u64, u64)) -> Measured {
     Measured::of(&lab.each_seed(runs, |seed| {
-        let solution = Solution::new(experiment, &walk::<2>(experiment, seed, walks), CONFIDENCE);
+        let solution = Solution::new(experiment, &walk(experiment, seed, walks), CONFIDENCE);
         estimate(&solution, PATCH).radiosity
     }))
 }

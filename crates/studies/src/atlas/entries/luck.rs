@@ -203,7 +203,7 @@ impl Brightest {
         };
         let found = lab.each_seed(groups, |group| {
             let seeds = (0..most as u64).map(|i| group * 1000 + i);
-            let tallies: Vec<_> = seeds.map(|seed| walk::<2>(&experiment, seed, walks)).collect();
+            let tallies: Vec<_> = seeds.map(|seed| walk(&experiment, seed, walks)).collect();
             let of = |tally| estimate(&Solution::new(&experiment, tally, CONFIDENCE), PATCH);
             let estimates: Vec<Estimate> = tallies.iter().map(of).collect();
             let best = |n: &usize| {
@@ -277,7 +277,7 @@ fn checkpoint(experiment: &Experiment, first: u64, walks: u64) -> Checkpoint {
         sessions: vec![],
         job: vec![],
     };
-    Checkpoint { scene_hash: experiment.scene().hash(), tally: walk::<2>(experiment, 1, walks).into(), book }
+    Checkpoint { scene_hash: experiment.scene().hash(), tally: walk(experiment, 1, walks).into(), book }
 }
 
 fn twice(lab: &Lab) -> Result<Finding, Failure> {
@@ -289,7 +289,7 @@ fn twice(lab: &Lab) -> Result<Finding, Failure> {
     let (mut marks, mut claims) = (Vec::new(), Vec::new());
     for &times in &sweep {
         let found = lab.each_seed(runs, |seed| {
-            let once = walk::<2>(&experiment, seed, walks);
+            let once = walk(&experiment, seed, walks);
             let mut tally = experiment.tally::<2>();
             (0..times).for_each(|_| tally.merge(&once).expect("one experiment"));
             covered(&Solution::new(&experiment, &tally, CONFIDENCE), &patches, &truth)

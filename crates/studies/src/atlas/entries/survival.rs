@@ -12,7 +12,7 @@ use crate::lab::Lab;
 use crate::numbers::{measured, number};
 use crate::series::{seen, theory};
 use crate::told::run;
-use crate::walking::{Failure, estimate, experiment, solve, variance_over, walk};
+use crate::walking::{Failure, estimate, experiment, solve, variance_over};
 
 pub(crate) const ENTRY: Entry = Entry {
     name: "survival-in-the-dark",
@@ -103,7 +103,7 @@ fn point(dark: f64, walks: u64) -> Result<Point, Failure> {
     let of = |kind: EstimatorKind| -> Result<(f64, Measured), Failure> {
         let variance = exact.shooting_variances(kind)[PATCH];
         let experiment = experiment(&spec, Method::shooting(kind))?;
-        let ratio = variance_over(&experiment, &walk::<4>(&experiment, 3, walks), PATCH, variance);
+        let ratio = variance_over(&experiment, (3, walks), PATCH, variance);
         Ok((variance / exact.solution().reflected[PATCH].powi(2), ratio))
     };
     let survival = of(EstimatorKind::Survival)?;
