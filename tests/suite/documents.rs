@@ -25,7 +25,7 @@ fn read(page: impl AsRef<Path>) -> String {
 /// The pages that people wrote, README first.
 fn pages() -> Vec<PathBuf> {
     let mut pages = vec![PathBuf::from("README.md"), "docs/README.md".into()];
-    for shelf in ["docs/guide", "docs/reference", "docs/theory"] {
+    for shelf in ["docs/guide", "docs/reference", "docs/theory", "docs/developer"] {
         let mut files: Vec<PathBuf> =
             fs::read_dir(Path::new(ROOT).join(shelf)).unwrap().map(|entry| entry.unwrap().path()).collect();
         files.sort();

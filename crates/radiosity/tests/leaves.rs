@@ -301,7 +301,7 @@ fn too_many_cells_are_refused() {
     let mut spec = cut(room(), &[(1, &deep)]);
     assert!(Scene::build(&spec, IndexChoice::Auto).is_ok());
     let wall = spec.surfaces[1].clone();
-    spec.surfaces.extend(std::iter::repeat_n(wall, 64));
+    spec.surfaces.extend(std::iter::repeat_n(wall, 16));
     let error = Scene::build(&spec, IndexChoice::Auto).unwrap_err();
     assert!(matches!(&error, SceneError::Whole(problem) if problem.contains("grids of")), "{error}");
 }

@@ -103,14 +103,21 @@ pub struct Candidates<'a> {
 impl<'a> Candidates<'a> {
     /// The candidates of a pilot.
     pub fn new(surfaces: &'a [SurfaceLight], bases: &[Basis]) -> Self {
-        let curves = |basis: Basis| surfaces.iter().map(move |light| curve(light, basis));
-        let odds: Vec<f64> = curves(Basis::Constant).flat_map(|curve| curve.odds).collect();
+        let curves = |basis: Basis| surfaces.iter().map(|light| curve(light, basis)).collect::<Vec<Curve>>();
+        let constant = curves(Basis::Constant);
+        let odds: Vec<f64> = constant.iter().flat_map(|curve| &curve.odds).copied().collect();
         let even = odds.iter().sum::<f64>() <= UNEVEN * odds.len() as f64;
-        let of = |&basis: &Basis| {
-            let ladder = |(light, Curve { steps, .. }): (&'a SurfaceLight, Curve)| Ladder { light, steps };
-            (basis, surfaces.iter().zip(curves(basis)).map(ladder).collect())
-        };
-        Candidates { by_basis: bases.iter().map(of).collect(), even }
+        let ladder = |(light, curve): (&'a SurfaceLight, Curve)| Ladder { light, steps: curve.steps };
+        let of =
+            |basis: Basis, curves: Vec<Curve>| (basis, surfaces.iter().zip(curves).map(ladder).collect());
+        let mut by_basis = Vec::new();
+        if bases.contains(&Basis::Constant) {
+            by_basis.push(of(Basis::Constant, constant));
+        }
+        if bases.contains(&Basis::Linear) {
+            by_basis.push(of(Basis::Linear, curves(Basis::Linear)));
+        }
+        Candidates { by_basis, even }
     }
 
     /// Whether nothing tells that the light varies.

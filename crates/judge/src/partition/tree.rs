@@ -18,10 +18,10 @@ const PROOF: f64 = 2.5;
 const FALL: f64 = 1.0 / 16.0;
 
 /// The part of a gain along the other axis that a half of the part has.
-const SHARE: f64 = 0.5;
+const SHARE: f64 = 0.6;
 
 /// The standard deviation of a gain about what is expected, as a part of that.
-const MISFIT: f64 = 0.7;
+const MISFIT: f64 = 1.2;
 
 /// All gains along an axis over the next one, if each is an eighth of the one before.
 const TAIL: f64 = 8.0 / 7.0;

@@ -33,7 +33,7 @@ use scatter::Scatter;
 const MAX_PATCHES: u64 = 1 << 31;
 
 /// The most cells of the grids that hold the leaves of all surfaces: a table has the leaf of each.
-const MAX_GRID_CELLS: u64 = 1 << 26;
+const MAX_GRID_CELLS: u64 = 1 << 24;
 
 /// Up to this many surfaces, meeting every facet is faster than a tree (with AVX-512 up to twice as many).
 const FLAT_SURFACES: usize = 96;
