@@ -297,7 +297,8 @@ fn faces(Apart { faces, area }: Apart) -> String {
 }
 
 fn unhit(scene: &Scene, Precision { unhit, .. }: &Precision) -> Check {
-    let (what, them) = if unhit.faces == 1 { ("reflects and has", "it") } else { ("reflect and have", "them") };
+    let (what, them) =
+        if unhit.faces == 1 { ("reflects and has", "it") } else { ("reflect and have", "them") };
     let message = format!(
         "{} {what} no score: only bounds are known. Either light cannot reach {them}, or it takes more walks",
         faces(*unhit)
