@@ -297,13 +297,17 @@ fn faces(Apart { faces, area }: Apart) -> String {
 }
 
 fn unhit(scene: &Scene, Precision { unhit, .. }: &Precision) -> Check {
+    check("unhit", !matters(scene, *unhit), without_score(*unhit))
+}
+
+/// What the check of faces without scores says.
+fn without_score(unhit: Apart) -> String {
     let (what, them) =
         if unhit.faces == 1 { ("reflects and has", "it") } else { ("reflect and have", "them") };
-    let message = format!(
+    format!(
         "{} {what} no score: only bounds are known. Either light cannot reach {them}, or it takes more walks",
-        faces(*unhit)
-    );
-    check("unhit", !matters(scene, *unhit), message)
+        faces(unhit)
+    )
 }
 
 /// The estimates that are open to doubt, by reason. Emitters, and faces that are listed apart ([`Precision`]), are left
@@ -467,4 +471,21 @@ fn drift(scene: &Scene, half: &[&Look]) -> Check {
             last.drift
         ),
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn one_patch_without_scores_is_told_of_in_the_singular() {
+        let told = |faces| without_score(Apart { faces, area: 0.5 });
+        assert!(
+            told(1).starts_with("1 patch (50.00 % of the area) reflects and has no score"),
+            "{}",
+            told(1)
+        );
+        assert!(told(0).starts_with("0 patches (50.00 % of the area) reflect and have no score"));
+        assert!(told(2).contains("cannot reach them"), "{}", told(2));
+    }
 }
