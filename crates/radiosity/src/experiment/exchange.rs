@@ -19,8 +19,8 @@ use crate::scene::births::Births;
 use crate::tally::{Counts, Scoreboard, Tally};
 use crate::walk::Space;
 use crate::walk::batch::walk_all;
+use crate::walk::exchanged::Exchanged;
 use crate::walk::fate::{Analog, FirstArrival};
-use crate::walk::score::Exchanged;
 
 /// Which exchange factors are counted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]

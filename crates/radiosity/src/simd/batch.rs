@@ -55,7 +55,7 @@ impl Lanes {
         self.0.iter().map(|word| u64::from(word.count_ones())).sum()
     }
 
-    /// The numbers of the walks in the set, in ascending order.
+    /// The numbers of the walks in the set, in ascending order, for a loop: its body is compiled in place, however long it is.
     #[inline(always)]
     pub(crate) fn iter(self) -> impl Iterator<Item = usize> {
         let (mut bits, mut word) = (self.0, 0);
@@ -125,6 +125,7 @@ mod tests {
             let mut numbers = Vec::new();
             set.each(|lane| numbers.push(lane));
             assert_eq!(numbers, (0..len).collect::<Vec<_>>());
+            assert!(set.iter().eq(numbers));
             assert_eq!((set.count(), set.is_empty()), (len as u64, len == 0));
         }
         let mut set = Lanes::default();

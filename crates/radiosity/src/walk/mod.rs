@@ -6,6 +6,7 @@ pub(crate) mod arrive;
 pub(crate) mod batch;
 pub(crate) mod depart;
 pub(crate) mod estimator;
+pub(crate) mod exchanged;
 pub(crate) mod fate;
 mod linear;
 pub(crate) mod marks;
