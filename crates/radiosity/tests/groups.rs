@@ -2,29 +2,19 @@
 
 mod common;
 
-use common::{box_scene, cube54, experiment, quad, surface, walk};
+use common::{box_scene, experiment, quad, room_with_plates, surface, walk};
 use glam::DVec3;
 use radiosity::{
     BatchScore, Batches, Estimator, EstimatorKind, Experiment, Face, IndexChoice, InfiniteEnd, Sampler,
-    Scene, SceneError, SceneSpec, Score, Shape, Side, Sides, Space, Spectrum, SurfaceSpec, Unfit, Walks,
+    Scene, SceneError, SceneSpec, Score, Shape, Side, Space, Spectrum, Unfit, Walks,
 };
 
 const ROULETTE: Estimator = Estimator::Infinite(InfiniteEnd::Roulette { threshold: 0.01 });
 
 /// A cube of 54 cells in which two plates of two sides hang, a parallelogram and a triangle in rows.
 fn room() -> SceneSpec {
-    let mut spec = cube54();
-    let plate = quad(DVec3::new(0.3, 0.2, 0.5), DVec3::X * 0.5, DVec3::new(0.0, 0.4, 0.1), [2, 3]);
-    let triangle = Shape::Triangle {
-        a: DVec3::new(0.2, 0.2, 0.2),
-        b: DVec3::new(0.8, 0.3, 0.2),
-        c: DVec3::new(0.4, 0.9, 0.3),
-        rows: 2,
-    };
-    for shape in [plate, triangle] {
-        let like = surface(shape, 0.6);
-        spec.surfaces.push(SurfaceSpec { sides: Sides::Both, emittance: 0.2.into(), ..like });
-    }
+    let mut spec = room_with_plates([2, 3]);
+    spec.surfaces[6..].iter_mut().for_each(|plate| plate.emittance = 0.2.into());
     spec
 }
 

@@ -2,29 +2,17 @@
 
 mod common;
 
-use common::{cube54, quad, surface};
-use glam::DVec3;
+use common::{quad, room_with_plates};
 use radiosity::{
     BatchScore, Batches, Birth, Chains, Direction, Estimator, Experiment, Faces, IndexChoice, Iterations,
-    Leaves, Method, Sampler, Scene, SceneError, SceneSpec, Score, Sequence, Shape, Side, Sides, Solution,
-    Solve, Space, Spectrum, SurfaceSpec, Tally, Walks,
+    Leaves, Method, Sampler, Scene, SceneError, SceneSpec, Score, Sequence, Shape, Side, Solution, Solve,
+    Space, Spectrum, Tally, Walks,
 };
 use stats::Measured;
 
 /// A cube of 54 cells in which a plate of two sides and a triangle in rows hang.
 fn room() -> SceneSpec {
-    let mut spec = cube54();
-    let plate = quad(DVec3::new(0.3, 0.2, 0.5), DVec3::X * 0.5, DVec3::new(0.0, 0.4, 0.1), [1, 1]);
-    let triangle = Shape::Triangle {
-        a: DVec3::new(0.2, 0.2, 0.2),
-        b: DVec3::new(0.8, 0.3, 0.2),
-        c: DVec3::new(0.4, 0.9, 0.3),
-        rows: 2,
-    };
-    for shape in [plate, triangle] {
-        spec.surfaces.push(SurfaceSpec { sides: Sides::Both, ..surface(shape, 0.6) });
-    }
-    spec
+    room_with_plates([1, 1])
 }
 
 fn coloured(mut spec: SceneSpec) -> SceneSpec {

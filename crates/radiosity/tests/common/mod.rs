@@ -71,6 +71,22 @@ pub(crate) fn cube54() -> SceneSpec {
     scene
 }
 
+/// A cube of 54 cells in which a plate of these cells and a triangle in rows hang, both with two sides.
+pub(crate) fn room_with_plates(cells: [u32; 2]) -> SceneSpec {
+    let mut spec = cube54();
+    let plate = quad(DVec3::new(0.3, 0.2, 0.5), DVec3::X * 0.5, DVec3::new(0.0, 0.4, 0.1), cells);
+    let triangle = Shape::Triangle {
+        a: DVec3::new(0.2, 0.2, 0.2),
+        b: DVec3::new(0.8, 0.3, 0.2),
+        c: DVec3::new(0.4, 0.9, 0.3),
+        rows: 2,
+    };
+    for shape in [plate, triangle] {
+        spec.surfaces.push(SurfaceSpec { sides: Sides::Both, ..surface(shape, 0.6) });
+    }
+    spec
+}
+
 /// Moves every corner of a scene.
 pub(crate) fn map_corners(scene: &SceneSpec, map: impl Fn(DVec3) -> DVec3) -> SceneSpec {
     let surfaces = scene.surfaces.iter().map(|s| SurfaceSpec { shape: s.shape.moved(&map), ..s.clone() });
