@@ -21,18 +21,20 @@ pub(super) fn mean<'a>(lights: impl ExactSizeIterator<Item = &'a Light>) -> Ligh
     for light in lights {
         (0..3).for_each(|c| sum[c] += light[c]);
     }
-    sum.map(|sum| sum / count)
+    (0..3).for_each(|c| sum[c] /= count);
+    sum
 }
 
 /// The mean radiosity of samples that show the scene, over all samples, and the part of them that do.
 pub(super) fn value<'a>(seen: impl ExactSizeIterator<Item = &'a Option<[f64; 3]>>) -> [f32; 4] {
     let count = seen.len() as f64;
-    let mut sum = [0.0; 4];
+    let (mut sum, mut shown) = ([0.0; 3], 0.0);
     for radiosity in seen.flatten() {
         (0..3).for_each(|c| sum[c] += radiosity[c]);
-        sum[3] += 1.0;
+        shown += 1.0;
     }
-    sum.map(|sum| (sum / count) as f32)
+    let [red, green, blue] = sum;
+    [(red / count) as f32, (green / count) as f32, (blue / count) as f32, (shown / count) as f32]
 }
 
 /// B of a patch in three channels [W/m²].
