@@ -3,7 +3,7 @@
 use std::ops::RangeInclusive;
 
 use glam::DVec3;
-use radiosity::{Face, Hit, Ray, Scene, Side};
+use radiosity::{Face, Hit, Lookout, Ray, Scene, Side};
 
 /// The number of walks from each emitting patch, within the two limits below.
 const WALKS_EACH: u64 = 256;
@@ -14,6 +14,9 @@ const MOST_WALKS: u64 = 60_000;
 
 /// The part of its power at which a walk ends.
 const FAINT: f64 = 0.02;
+
+/// Walks that are under way together.
+const TOGETHER: usize = 512;
 
 /// The number of reflections after which a walk ends.
 const LONGEST: u32 = 16;
@@ -147,44 +150,45 @@ impl Pilot {
         let walks = (WALKS_EACH * emitters.len() as u64).clamp(*walks.start(), *walks.end());
         let step = pilot.power / walks as f64;
         let (mut passed, mut emitter) = (0.0, 0);
-        for walk in 0..walks {
-            // Births are at equal steps of power: every emitter gets its share.
-            let at = (walk as f64 + 0.5) * step;
-            while emitter + 1 < emitters.len() && passed + emitters[emitter].1 < at {
-                passed += emitters[emitter].1;
-                emitter += 1;
-            }
-            pilot.walk(scene, emitters[emitter].0, step, &mut Draws::new(walk));
+        let births: Vec<u32> = (0..walks)
+            .map(|walk| {
+                // Births are at equal steps of power: every emitter gets its share.
+                let at = (walk as f64 + 0.5) * step;
+                while emitter + 1 < emitters.len() && passed + emitters[emitter].1 < at {
+                    passed += emitters[emitter].1;
+                    emitter += 1;
+                }
+                emitters[emitter].0
+            })
+            .collect();
+        let mut lookout = Lookout::new(scene);
+        for (births, first) in births.chunks(TOGETHER).zip((0..).step_by(TOGETHER)) {
+            let walks = births.iter().zip(first..).map(|(&birth, walk)| Walk::born(scene, birth, step, walk));
+            pilot.walk(scene, &mut lookout, walks.collect());
         }
         pilot
     }
 
-    fn walk(&mut self, scene: &Scene, birth: u32, power: f64, draws: &mut Draws) {
-        let Face { surface: number, side, .. } = scene.faces().piece(birth);
-        let surface = &scene.surfaces()[number as usize];
-        let cell = birth - surface.piece(0, side);
-        let origin = surface.point(surface.point_in_cell(cell, [draws.uniform(), draws.uniform()]));
-        let mut ray = Ray { origin, direction: surface.direction(side, draws.bits()), from: number };
-        let first = self.trace(scene, &ray, power);
-        self.note_emission(scene, number, side == Side::Back, first, power);
-        let (mut next, mut left) = (first, power);
-        for _ in 0..LONGEST {
-            let Some(hit) = next else { return };
-            let met = &scene.surfaces()[hit.surface as usize];
-            left *= met.reflectance().max();
-            if !met.is_active(hit.side) || left < FAINT * power {
-                return;
-            }
-            let origin = met.point(met.inside(hit.uv));
-            ray = Ray { origin, direction: met.direction(hit.side, draws.bits()), from: hit.surface };
-            next = self.trace(scene, &ray, left);
+    /// Follows some walks to their ends.
+    fn walk(&mut self, scene: &Scene, lookout: &mut Lookout, mut walks: Vec<Walk>) {
+        for hits in 0..=LONGEST {
+            let rays: Vec<Ray> = walks.iter().map(|walk| walk.ray).collect();
+            let mut met = lookout.closest_hits(&rays).into_iter();
+            walks.retain_mut(|walk| {
+                let hit = met.next().flatten();
+                self.note(scene, walk, &hit);
+                if hits == 0 {
+                    self.note_emission(scene, walk, hit);
+                }
+                hit.is_some_and(|hit| walk.goes_on(scene, &hit))
+            });
         }
     }
 
-    /// Follows one ray and takes down where its power is lost.
-    fn trace(&mut self, scene: &Scene, ray: &Ray, power: f64) -> Option<Hit> {
-        let hit = scene.closest_hit(ray);
-        match &hit {
+    /// Takes down where the power of a walk has come, or is lost.
+    fn note(&mut self, scene: &Scene, walk: &Walk, hit: &Option<Hit>) {
+        let Walk { ray, left: power, .. } = walk;
+        match hit {
             None => {
                 self.escaped += power;
                 if self.ways_out.len() < MOST_WAYS_OUT {
@@ -200,10 +204,10 @@ impl Pilot {
                 self.lit_places.offer(LitPlace { point, surface: hit.surface, side: hit.side });
             }
         }
-        hit
     }
 
-    fn note_emission(&mut self, scene: &Scene, surface: u32, back: bool, hit: Option<Hit>, power: f64) {
+    fn note_emission(&mut self, scene: &Scene, walk: &Walk, hit: Option<Hit>) {
+        let (surface, back, power) = (walk.ray.from, walk.born_on == Side::Back, walk.power);
         self.lit[surface as usize][usize::from(back)] = true;
         let emission = &mut self.emission[surface as usize][usize::from(back)];
         emission.power += power;
@@ -271,6 +275,42 @@ impl Pilot {
     /// Power that arrives at the back of a surface [W].
     pub(crate) fn back(&self, surface: u32) -> f64 {
         self.backs[surface as usize]
+    }
+}
+
+/// A walk on its way.
+struct Walk {
+    ray: Ray,
+    born_on: Side,
+    /// What it set out with, and what is left of that [W].
+    power: f64,
+    left: f64,
+    draws: Draws,
+}
+
+impl Walk {
+    /// A walk that sets out from a piece.
+    fn born(scene: &Scene, birth: u32, power: f64, number: u64) -> Self {
+        let mut draws = Draws::new(number);
+        let Face { surface: from, side, .. } = scene.faces().piece(birth);
+        let surface = &scene.surfaces()[from as usize];
+        let cell = birth - surface.piece(0, side);
+        let origin = surface.point(surface.point_in_cell(cell, [draws.uniform(), draws.uniform()]));
+        let ray = Ray { origin, direction: surface.direction(side, draws.bits()), from };
+        Walk { ray, born_on: side, power, left: power, draws }
+    }
+
+    /// Leaves from where it has arrived; false where it ends.
+    fn goes_on(&mut self, scene: &Scene, hit: &Hit) -> bool {
+        let met = &scene.surfaces()[hit.surface as usize];
+        self.left *= met.reflectance().max();
+        if !met.is_active(hit.side) || self.left < FAINT * self.power {
+            return false;
+        }
+        let origin = met.point(met.inside(hit.uv));
+        let direction = met.direction(hit.side, self.draws.bits());
+        self.ray = Ray { origin, direction, from: hit.surface };
+        true
     }
 }
 

@@ -81,27 +81,19 @@ impl SurfaceLight {
         for side in [Side::Front, Side::Back] {
             let Some(first) = scene.faces().first_piece_on(surface as u32, side) else { continue };
             for channel in 0..scene.channels() {
-                let fits = |tally: &Tally| -> Option<Vec<Fit>> {
-                    (first..first + fine.count() as u32)
-                        .map(|face| experiment.fit(tally, face as usize, channel))
-                        .collect()
-                };
-                light.add(&fine, shape.area(), tallies, fits);
+                let faces = || (first..first + fine.count() as u32).map(|face| face as usize);
+                let all = faces().map(|face| experiment.fit(&tallies.all, face, channel));
+                let Some(all) = all.collect::<Option<Vec<Fit>>>() else { continue };
+                let groups = faces().map(|face| experiment.fits_of_parts(&tallies.groups, face, channel));
+                light.add(&fine, shape.area(), &all, &groups.collect::<Option<Vec<_>>>().unwrap_or_default());
             }
         }
         light.images.iter_mut().for_each(Images::spread_noise);
         light
     }
 
-    /// Adds the light of one side in one channel.
-    fn add(
-        &mut self,
-        fine: &Cells,
-        area: f64,
-        tallies: &PilotTallies,
-        fits: impl Fn(&Tally) -> Option<Vec<Fit>>,
-    ) {
-        let Some(all) = fits(&tallies.all) else { return };
+    /// Adds the light of one side in one channel: by cell, the fit to it, and the means and gradients that groups of walks say.
+    fn add(&mut self, fine: &Cells, area: f64, all: &[Fit], groups: &[Vec<[f64; 3]>]) {
         let per_cell = self.walks * area / (fine.count() as f64 * fine.count() as f64);
         let of_means: f64 = all.iter().map(|fit| fit.mean_variance).sum();
         let of_slopes: f64 = all.iter().map(|fit| fit.slope_variance).sum();
@@ -111,9 +103,7 @@ impl SurfaceLight {
             let per_unknown = self.walks * area / fine.count() as f64 / Basis::Linear.unknowns();
             images.add_noise(all.iter().map(|fit| per_unknown * (fit.mean_variance + fit.slope_variance)));
         }
-        let groups: Option<Vec<Vec<Fit>>> = tallies.groups.iter().map(fits).collect();
-        let integrals = |fits: Vec<Fit>| fine.integrals(&fits, area);
-        let mut of_v: Vec<Integrals> = groups.unwrap_or_default().into_iter().map(integrals).collect();
+        let mut of_v = fine.integrals(groups, area);
         let mut cells = Cells::new(fine.cut);
         for i in (0..=self.top[0]).rev() {
             let along_u = Cells::new(self.base.doubled([i, self.top[1]]));
@@ -232,23 +222,27 @@ impl Cells {
         }
     }
 
-    /// The integrals of fits to the light on all cells.
-    fn integrals(&self, fits: &[Fit], area: f64) -> Integrals {
+    /// By group, the integrals over all cells of linear functions, given for every cell by each group's mean and gradient.
+    fn integrals(&self, fits: &[Vec<[f64; 3]>], area: f64) -> Vec<Integrals> {
         let area = area / self.count() as f64;
-        let of = |(cell, fit): (usize, &Fit)| {
-            let (centre, [du, dv]) = (self.centre(cell).0, self.tilt(cell, fit.gradient));
-            [fit.mean, du + centre[0] * fit.mean, dv + centre[1] * fit.mean].map(|mean| area * mean)
-        };
-        fits.iter().enumerate().map(of).collect()
+        let mut integrals = vec![Vec::with_capacity(fits.len()); fits.first().map_or(0, Vec::len)];
+        for (cell, groups) in fits.iter().enumerate() {
+            let (centre, sign) = self.centre(cell);
+            for (integrals, &[mean, g, h]) in integrals.iter_mut().zip(groups) {
+                let [du, dv] = self.tilt(sign, [g, h]);
+                integrals.push([area * mean, area * (du + centre[0] * mean), area * (dv + centre[1] * mean)]);
+            }
+        }
+        integrals
     }
 
-    /// The means over a cell of b·(u − u_c) and b·(v − v_c), (u_c, v_c) its centroid.
-    fn tilt(&self, cell: usize, [g, h]: [f64; 2]) -> [f64; 2] {
+    /// The means over a cell of b·(u − u_c) and b·(v − v_c), (u_c, v_c) its centroid. `sign` is that of [`Cells::centre`].
+    fn tilt(&self, sign: f64, [g, h]: [f64; 2]) -> [f64; 2] {
         match self.cut {
             Grid::Quad([nu, nv]) => [g / (12.0 * f64::from(nu)), h / (12.0 * f64::from(nv))],
             // The variance of a coordinate over a triangle is 1/18, the covariance of both −1/36.
             Grid::Triangle(rows) => {
-                let scale = self.centre(cell).1 / f64::from(rows);
+                let scale = sign / f64::from(rows);
                 [scale * g / 18.0, scale * (h / 24.0 - g / 36.0)]
             }
         }

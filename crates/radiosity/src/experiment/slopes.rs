@@ -3,6 +3,7 @@
 use stats::Moments;
 
 use crate::experiment::Experiment;
+use crate::experiment::meaning::Meaning;
 use crate::experiment::solution::{Estimates, Student};
 use crate::geometry::basis::Basis;
 use crate::geometry::face::Face;
@@ -43,8 +44,7 @@ impl Slopes {
         student: Option<&Student>,
     ) -> Option<Self> {
         let meaning = experiment.meaning_of((i, face), channel, tally)?;
-        let per_event = face.reflectance[channel] * meaning.irradiance_per_event.unwrap_or(0.0);
-        let per_unit = per_event * meaning.unit / tally.layout().slope_units() as f64;
+        let per_unit = Worth::of(&meaning, face, channel, tally).of_slope;
         let basis = Basis::of(experiment.scene().surfaces()[face.surface as usize].is_triangle());
         let (none, known) = ([0.0; 2], Some([0.0; 2]));
         let mut slopes =
@@ -116,6 +116,21 @@ pub struct Fit {
     pub slope_variance: f64,
 }
 
+/// What one unit of a sum on a face is worth, in one channel, after one walk [W/m²].
+struct Worth {
+    of_mean: f64,
+    /// Of the integral of a function of the basis.
+    of_slope: f64,
+}
+
+impl Worth {
+    fn of(meaning: &Meaning, face: &Face, channel: usize, tally: &Tally) -> Self {
+        let per_event = face.reflectance[channel] * meaning.irradiance_per_event.unwrap_or(0.0);
+        let of_mean = per_event * meaning.unit;
+        Worth { of_mean, of_slope: of_mean / tally.layout().slope_units() as f64 }
+    }
+}
+
 impl Experiment {
     /// The linear fit to the light of face i in one channel. `None` where no walk could tell, and where the method asks for no
     /// slopes.
@@ -126,7 +141,7 @@ impl Experiment {
         let face = self.scene().faces().get(i);
         let meaning = self.meaning_of((i, &face), channel, tally)?;
         let slopes = Slopes::new(self, tally, (i, &face), channel, None)?;
-        let per_unit = face.reflectance[channel] * meaning.irradiance_per_event.unwrap_or(0.0) * meaning.unit;
+        let per_unit = Worth::of(&meaning, &face, channel, tally).of_mean;
         let sums = tally.patch(i, channel);
         let moments = Moments { n: tally.counts.walks, sum: sums[0], sum_sq: sums[1] };
         let error = per_unit * moments.standard_error().unwrap_or(0.0);
@@ -136,6 +151,28 @@ impl Experiment {
             mean_variance: error * error,
             slope_variance: slopes.noise,
         })
+    }
+
+    /// The mean and the gradient of the [`Fit`] that each of some tallies says by itself [W/m²]: far less work than one by one. `None`
+    /// where some could not tell.
+    pub fn fits_of_parts(&self, parts: &[Tally], i: usize, channel: usize) -> Option<Vec<[f64; 3]>> {
+        if !self.method().is_linear() {
+            return None;
+        }
+        let face = self.scene().faces().get(i);
+        let basis = Basis::of(self.scene().surfaces()[face.surface as usize].is_triangle());
+        let first = parts.first()?;
+        let worth = Worth::of(&self.meaning_of((i, &face), channel, first)?, &face, channel, first);
+        let fit = |part: &Tally| {
+            let walks = part.counts.walks as f64;
+            let slope = |k: usize| {
+                let mean = worth.of_slope * part.slope(i, channel, k).0 as f64 / walks;
+                mean * (basis.growth[k] / basis.mean_squares[k])
+            };
+            let mean = worth.of_mean * (part.patch(i, channel)[0] as f64 / walks);
+            (walks > 0.0).then(|| [mean, slope(0), slope(1)])
+        };
+        parts.iter().map(fit).collect()
     }
 }
 
