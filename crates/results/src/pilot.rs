@@ -5,12 +5,13 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::thread;
 
-use job::{Cut, Forecast, Job, Partition, WalkKind};
+use job::{Auto, Cut, Forecast, Job, Partition, WalkKind};
 use judge::MOMENTS;
-use judge::partition::{Basis, Candidates, Choice, Grid, PilotTallies, SurfaceLight, doublings};
-use radiosity::{Birth, Direction, Experiment, Overflow, Score, Sequence, Space, Tally, Walks};
+use judge::partition::{Basis, Candidates, Choice, Grid, MeshLight, PilotTallies, SurfaceLight, doublings};
+use radiosity::{Birth, Direction, Estimator, Experiment, Overflow, Score, Sequence, Space, Tally, Walks};
 
 use crate::error::Error;
+use crate::meshes::{Cells, Meshes};
 
 /// The pilot takes one of this many parts of the walks that it foretells, between [`LEAST`] and [`MOST`].
 const SHARE: u64 = 5;
@@ -49,7 +50,11 @@ const AIM: f64 = 0.9;
 /// Where the scene or the method is refused, or a sum overflows.
 pub fn choose(job: &Job, threads: usize) -> Result<Option<Partition>, Error> {
     let Some(auto) = &job.auto else { return Ok(None) };
-    let mut pilot = Pilot::new(job, &auto.surfaces)?;
+    if let Some(meshes) = many_faces(job, auto) {
+        return choose_groups(job, auto, &meshes, threads).map(Some);
+    }
+    let grids = grids(job, &auto.surfaces);
+    let mut pilot = Pilot::new(job, &grids, Score::Linear, None)?;
     let bases: Vec<Basis> = match job.total_target {
         // The error that a job may ask for is that of the means.
         Some(_) => vec![Basis::Constant],
@@ -80,7 +85,7 @@ pub fn choose(job: &Job, threads: usize) -> Result<Option<Partition>, Error> {
         // Where the light is even, the first look is enough.
         let enough = wanted <= walks || job.total_target.is_none() && candidates.are_even();
         if enough {
-            return Ok(Some(pilot.tell(&choice, energy, job)));
+            return Ok(Some(pilot.tell(&choice, energy, auto.surfaces.len())));
         }
         walks = match job.total_target {
             None => wanted,
@@ -88,6 +93,64 @@ pub fn choose(job: &Job, threads: usize) -> Result<Option<Partition>, Error> {
             Some(_) => wanted.min(4 * walks),
         };
     }
+}
+
+/// The meshes of a job, where their faces are to be grouped. A total error is asked of patches whose spread is known, and that of groups
+/// is not.
+fn many_faces(job: &Job, auto: &Auto) -> Option<Meshes> {
+    let paths = job.budget.paths;
+    let cells = pilot_for(paths).clamp(CELLS[0], CELLS[1]);
+    Meshes::new(job.scene.spec(), auto, paths, cells).filter(|_| job.total_target.is_none())
+}
+
+/// Chooses patches where faces of meshes are grouped: constants, on other surfaces in grids.
+fn choose_groups(job: &Job, auto: &Auto, meshes: &Meshes, threads: usize) -> Result<Partition, Error> {
+    let others: Vec<usize> = auto.surfaces.iter().copied().filter(|&surface| !meshes.has(surface)).collect();
+    let grids = grids(job, &others);
+    let cells = meshes.pilot(&cuts_of(&grids));
+    let mut pilot = Pilot::new(job, &grids, Score::Of, Some(&cells))?;
+    pilot.walk(pilot_for(job.budget.paths), threads)?;
+    let walks = job.budget.paths as f64;
+    let tallies = pilot.tallies();
+    let lights = pilot.lights(&tallies, |surface| !meshes.has(surface));
+    let mut choice = Candidates::new(&lights, &[Basis::Constant]).choose(walks);
+    let on_meshes =
+        MeshLight::new(&pilot.experiment, &tallies, (&meshes.clusters, &meshes.finest), &cells.patch_of_part);
+    let grouped = on_meshes.choose(walks);
+    choice.noise += grouped.noise;
+    choice.lost += grouped.lost;
+    let energy = on_meshes.energy() + lights.iter().map(SurfaceLight::energy).sum::<f64>();
+    let mut chosen = std::mem::take(&mut choice.cuts).into_iter();
+    let cuts: Vec<Cut> = (0..grids.len())
+        .map(|surface| match meshes.has(surface) {
+            true => grids[surface].0.cut(),
+            false => chosen.next().expect("a cut for each of the other surfaces"),
+        })
+        .collect();
+    let cells = meshes.cells(&grouped.part_of_place, &cuts);
+    choice.cuts = cells.cuts;
+    let partition = pilot.tell(&choice, energy, auto.surfaces.len());
+    Ok(Partition { groups: cells.patch_of_cell, ..partition })
+}
+
+/// For every surface its coarsest grid, and how often the pilot's doubles its cells where it is `open`.
+type Grids = Vec<(Grid, Option<[u32; 2]>)>;
+
+fn grids(job: &Job, open: &[usize]) -> Grids {
+    let surfaces = &job.scene.spec().surfaces;
+    let area: f64 = open.iter().map(|&surface| surfaces[surface].shape.area()).sum();
+    let cells = (pilot_for(job.budget.paths) / WALKS_PER_CELL).clamp(CELLS[0], CELLS[1]);
+    let mut grids: Grids = surfaces.iter().map(|surface| (Grid::of(&surface.shape), None)).collect();
+    for &surface in open {
+        let (base, top) = &mut grids[surface];
+        *top = Some(doublings(&surfaces[surface].shape, *base, area / cells as f64));
+    }
+    grids
+}
+
+/// The cuts of the pilot's grids.
+fn cuts_of(grids: &Grids) -> Vec<Cut> {
+    grids.iter().map(|&(base, top)| top.map_or(base, |top| base.doubled(top)).cut()).collect()
 }
 
 /// The walks of a pilot of a run.
@@ -100,31 +163,28 @@ struct Pilot<'a> {
     job: &'a Job,
     experiment: Experiment,
     sequence: Sequence,
-    /// For every surface its coarsest grid, and how often the pilot's doubles its cells where it is open.
-    grids: Vec<(Grid, Option<[u32; 2]>)>,
+    grids: &'a Grids,
     /// The tallies of the groups.
     groups: Vec<Tally>,
 }
 
 impl<'a> Pilot<'a> {
-    fn new(job: &'a Job, open: &[usize]) -> Result<Self, Error> {
-        let surfaces = &job.scene.spec().surfaces;
-        let area: f64 = open.iter().map(|&surface| surfaces[surface].shape.area()).sum();
-        let cells = (pilot_for(job.budget.paths) / WALKS_PER_CELL).clamp(CELLS[0], CELLS[1]);
-        let mut grids: Vec<(Grid, Option<[u32; 2]>)> =
-            surfaces.iter().map(|surface| (Grid::of(&surface.shape), None)).collect();
-        for &surface in open {
-            let (base, top) = &mut grids[surface];
-            *top = Some(doublings(&surfaces[surface].shape, *base, area / cells as f64));
-        }
-        let fine: Vec<Cut> =
-            grids.iter().map(|&(base, top)| top.map_or(base, |top| base.doubled(top)).cut()).collect();
-        let scene = job.scene.build_cut(&fine, job.index)?;
+    /// A pilot that keeps some kind of scores, on the cells of grids or on others.
+    fn new(
+        job: &'a Job,
+        grids: &'a Grids,
+        score: impl Fn(Estimator) -> Score,
+        cells: Option<&Cells>,
+    ) -> Result<Self, Error> {
+        let scene = match cells {
+            None => job.scene.build_cut((&cuts_of(grids), &[]), job.index)?,
+            Some(cells) => job.scene.build_cut((&cells.cuts, &cells.patch_of_cell), job.index)?,
+        };
         let direction = match job.method.walk {
             WalkKind::Gathering => Direction::Gathering(Birth::Area),
             WalkKind::Shooting | WalkKind::Jacobi | WalkKind::Auto => Direction::Shooting,
         };
-        let score = Score::Linear(job.method.estimator.ending(job.method.infinite));
+        let score = score(job.method.estimator.ending(job.method.infinite));
         let experiment = Experiment::new(scene, Walks { direction, space: Space::Continuous, score })?;
         let groups = (0..GROUPS).map(|_| experiment.tally::<MOMENTS>()).collect();
         let sequence = Sequence::new(seed(job.seed));
@@ -161,29 +221,39 @@ impl<'a> Pilot<'a> {
 
     /// What was seen of every surface, and the energy of all the light.
     fn see(&self) -> (Vec<SurfaceLight>, f64) {
-        let mut all = self.experiment.tally::<MOMENTS>();
-        for group in &self.groups {
-            all.merge(group).expect("tallies of one experiment, far from their limits");
-        }
-        let tallies = PilotTallies { groups: self.groups.clone(), all };
-        let shapes = self.job.scene.spec().surfaces.iter().map(|surface| &surface.shape).enumerate();
-        let lights: Vec<SurfaceLight> = shapes
-            .zip(&self.grids)
-            .map(|(surface, &grid)| SurfaceLight::new(&self.experiment, &tallies, surface, grid))
-            .collect();
+        let lights = self.lights(&self.tallies(), |_| true);
         let energy = lights.iter().map(SurfaceLight::energy).sum();
         (lights, energy)
     }
 
+    /// The tallies of the groups, and their sum.
+    fn tallies(&self) -> PilotTallies {
+        let mut all = self.experiment.tally::<MOMENTS>();
+        for group in &self.groups {
+            all.merge(group).expect("tallies of one experiment, far from their limits");
+        }
+        PilotTallies { groups: self.groups.clone(), all }
+    }
+
+    /// What was seen of some surfaces.
+    fn lights(&self, tallies: &PilotTallies, of: impl Fn(usize) -> bool) -> Vec<SurfaceLight> {
+        let shapes = self.job.scene.spec().surfaces.iter().map(|surface| &surface.shape).enumerate();
+        shapes
+            .zip(self.grids)
+            .filter(|((surface, _), _)| of(*surface))
+            .map(|(surface, &grid)| SurfaceLight::new(&self.experiment, tallies, surface, grid))
+            .collect()
+    }
+
     /// The partition that was chosen.
-    fn tell(&self, choice: &Choice, energy: f64, job: &Job) -> Partition {
+    fn tell(&self, choice: &Choice, energy: f64, surfaces: usize) -> Partition {
         let counts = self.groups.iter().map(|group| &group.counts);
         let [paths, rays] =
             counts.fold([0, 0], |[walks, rays], counts| [walks + counts.walks, rays + counts.rays]);
         let part = |of: f64| if energy > 0.0 { (of / energy).sqrt() } else { 0.0 };
         let linear = choice.basis == Basis::Linear;
         let forecast = Forecast {
-            surfaces: self.grids.iter().filter(|(_, top)| top.is_some()).count() as u64,
+            surfaces: surfaces as u64,
             paths,
             rays,
             linear,
@@ -193,7 +263,8 @@ impl<'a> Pilot<'a> {
         };
         Partition {
             cuts: choice.cuts.clone(),
-            linear: linear || job.total_target.is_some(),
+            groups: Vec::new(),
+            linear: linear || self.job.total_target.is_some(),
             space: Space::Continuous,
             forecast: Some(forecast),
         }
