@@ -11,7 +11,7 @@ use judge::partition::{Basis, Candidates, Choice, Grid, MeshLight, PilotTallies,
 use radiosity::{Birth, Direction, Estimator, Experiment, Overflow, Score, Sequence, Space, Tally, Walks};
 
 use crate::error::Error;
-use crate::meshes::{Cells, Meshes};
+use crate::meshes::Meshes;
 
 /// The pilot takes one of this many parts of the walks that it foretells, between [`LEAST`] and [`MOST`].
 const SHARE: u64 = 5;
@@ -24,6 +24,9 @@ const MOST: u64 = 1 << 24;
 
 /// The pilot looks at the light first after one of this many parts of its walks: where the light is even, that is enough.
 const FIRST_PART: u64 = 8;
+
+/// A first look that is not this many times smaller than the pilot saves nothing.
+const FEW: u64 = 4;
 
 /// Independent groups of the pilot's walks: products of what they find have no bias.
 const GROUPS: u64 = 16;
@@ -50,96 +53,112 @@ const AIM: f64 = 0.9;
 /// Where the scene or the method is refused, or a sum overflows.
 pub fn choose(job: &Job, threads: usize) -> Result<Option<Partition>, Error> {
     let Some(auto) = &job.auto else { return Ok(None) };
-    if let Some(meshes) = many_faces(job, auto) {
-        return choose_groups(job, auto, &meshes, threads).map(Some);
+    match &job.total_target {
+        None => match many_faces(job, auto) {
+            Some(meshes) => in_groups(job, auto, &meshes, threads).map(Some),
+            None => for_budget(job, auto, threads).map(Some),
+        },
+        Some(target) => for_error(job, auto, AIM * target.total_error, threads).map(Some),
     }
-    let grids = grids(job, &auto.surfaces);
-    let mut pilot = Pilot::new(job, &grids, Score::Linear, None)?;
-    let bases: Vec<Basis> = match job.total_target {
-        // The error that a job may ask for is that of the means.
-        Some(_) => vec![Basis::Constant],
-        None => [(auto.constant, Basis::Constant), (auto.linear, Basis::Linear)]
-            .into_iter()
-            .filter_map(|(may, basis)| may.then_some(basis))
-            .collect(),
-    };
-    let bases = if bases.is_empty() { vec![Basis::Constant] } else { bases };
+}
+
+/// The choice for the walks of a job.
+fn for_budget(job: &Job, auto: &Auto, threads: usize) -> Result<Partition, Error> {
+    let may = [(auto.constant, Basis::Constant), (auto.linear, Basis::Linear)];
+    let mut bases: Vec<Basis> = may.into_iter().filter_map(|(may, basis)| may.then_some(basis)).collect();
+    if bases.is_empty() {
+        bases.push(Basis::Constant);
+    }
     let budget = job.budget.paths;
-    let mut walks = match job.total_target {
-        Some(_) => LEAST.min(pilot_for(budget)),
-        None => (pilot_for(budget) / FIRST_PART).max(LEAST.min(budget)),
+    let wanted = pilot_for(budget);
+    let first = (wanted / FIRST_PART).max(LEAST.min(budget));
+    let look = |walks: u64| -> Result<Pilot, Error> {
+        let mut pilot = Pilot::linear(job, &auto.surfaces, walks)?;
+        pilot.walk(walks, threads)?;
+        Ok(pilot)
     };
+    let mut before = [0, 0];
+    if first * FEW <= wanted {
+        // Where the light is even this is enough, on cells that are as coarse as its walks are few.
+        let pilot = look(first)?;
+        let (lights, energy) = pilot.see();
+        let candidates = Candidates::new(&lights, &bases);
+        before = pilot.counted(before);
+        if candidates.are_even() {
+            return Ok(pilot.tell(&candidates.choose(budget as f64), energy, before));
+        }
+    }
+    let pilot = look(wanted)?;
+    let (lights, energy) = pilot.see();
+    let choice = Candidates::new(&lights, &bases).choose(budget as f64);
+    Ok(pilot.tell(&choice, energy, pilot.counted(before)))
+}
+
+/// The choice for a total error, which is that of the means: the pilot grows with the walks that it finds to be needed.
+fn for_error(job: &Job, auto: &Auto, aim: f64, threads: usize) -> Result<Partition, Error> {
+    let budget = job.budget.paths;
+    let mut pilot = Pilot::linear(job, &auto.surfaces, pilot_for(budget))?;
+    let mut walks = LEAST.min(pilot_for(budget));
     loop {
         pilot.walk(walks, threads)?;
         let (lights, energy) = pilot.see();
-        let candidates = Candidates::new(&lights, &bases);
-        let choice = match &job.total_target {
-            None => candidates.choose(budget as f64),
-            Some(target) => {
-                let aim = AIM * target.total_error;
-                let error = aim * aim * energy.max(0.0);
-                candidates.choose_for(error, FIRST as f64, budget as f64)
-            }
-        };
+        let error = aim * aim * energy.max(0.0);
+        let choice =
+            Candidates::new(&lights, &[Basis::Constant]).choose_for(error, FIRST as f64, budget as f64);
         let wanted = pilot_for(choice.walks as u64);
-        // Where the light is even, the first look is enough.
-        let enough = wanted <= walks || job.total_target.is_none() && candidates.are_even();
-        if enough {
-            return Ok(Some(pilot.tell(&choice, energy, auto.surfaces.len())));
+        if wanted <= walks {
+            return Ok(pilot.tell(&choice, energy, pilot.counted([0, 0])));
         }
-        walks = match job.total_target {
-            None => wanted,
-            // What is wanted follows from what is seen, the better the more walks there are.
-            Some(_) => wanted.min(4 * walks),
-        };
+        // What is wanted follows from what is seen, the better the more walks there are.
+        walks = wanted.min(4 * walks);
     }
 }
 
-/// The meshes of a job, where their faces are to be grouped. A total error is asked of patches whose spread is known, and that of groups
-/// is not.
+/// The meshes of a job whose faces are to be grouped, where there are such.
 fn many_faces(job: &Job, auto: &Auto) -> Option<Meshes> {
     let paths = job.budget.paths;
-    let cells = pilot_for(paths).clamp(CELLS[0], CELLS[1]);
-    Meshes::new(job.scene.spec(), auto, paths, cells).filter(|_| job.total_target.is_none())
+    Meshes::new(job.scene.spec(), auto, paths, pilot_for(paths).clamp(CELLS[0], CELLS[1]))
 }
 
-/// Chooses patches where faces of meshes are grouped: constants, on other surfaces in grids.
-fn choose_groups(job: &Job, auto: &Auto, meshes: &Meshes, threads: usize) -> Result<Partition, Error> {
+/// The choice where faces of meshes are grouped: constants, on other surfaces in grids.
+fn in_groups(job: &Job, auto: &Auto, meshes: &Meshes, threads: usize) -> Result<Partition, Error> {
+    let budget = job.budget.paths;
     let others: Vec<usize> = auto.surfaces.iter().copied().filter(|&surface| !meshes.has(surface)).collect();
-    let grids = grids(job, &others);
+    let grids = grids(job, &others, pilot_for(budget));
     let cells = meshes.pilot(&cuts_of(&grids));
-    let mut pilot = Pilot::new(job, &grids, Score::Of, Some(&cells))?;
-    pilot.walk(pilot_for(job.budget.paths), threads)?;
-    let walks = job.budget.paths as f64;
+    let mut pilot = Pilot::new(job, grids, (&cells.cuts, &cells.patch_of_cell), Score::Of)?;
+    pilot.walk(pilot_for(budget), threads)?;
     let tallies = pilot.tallies();
     let lights = pilot.lights(&tallies, |surface| !meshes.has(surface));
-    let mut choice = Candidates::new(&lights, &[Basis::Constant]).choose(walks);
-    let on_meshes =
-        MeshLight::new(&pilot.experiment, &tallies, (&meshes.clusters, &meshes.finest), &cells.patch_of_part);
-    let grouped = on_meshes.choose(walks);
+    let mut choice = Candidates::new(&lights, &[Basis::Constant]).choose(budget as f64);
+    let trees = (&meshes.clusters, &meshes.finest[..]);
+    let on_meshes = MeshLight::new(&pilot.experiment, &tallies, trees, &cells.patch_of_part);
+    let grouped = on_meshes.choose(budget as f64);
     choice.noise += grouped.noise;
     choice.lost += grouped.lost;
     let energy = on_meshes.energy() + lights.iter().map(SurfaceLight::energy).sum::<f64>();
-    let mut chosen = std::mem::take(&mut choice.cuts).into_iter();
-    let cuts: Vec<Cut> = (0..grids.len())
-        .map(|surface| match meshes.has(surface) {
-            true => grids[surface].0.cut(),
-            false => chosen.next().expect("a cut for each of the other surfaces"),
-        })
-        .collect();
+    let mut of_others = std::mem::take(&mut choice.cuts).into_iter();
+    let cut = |(surface, &(base, _)): (usize, &(Grid, Option<[u32; 2]>))| match meshes.has(surface) {
+        true => base.cut(),
+        false => of_others.next().expect("a cut for each of the other surfaces"),
+    };
+    let cuts: Vec<Cut> = pilot.grids.iter().enumerate().map(cut).collect();
     let cells = meshes.cells(&grouped.part_of_place, &cuts);
     choice.cuts = cells.cuts;
-    let partition = pilot.tell(&choice, energy, auto.surfaces.len());
-    Ok(Partition { groups: cells.patch_of_cell, ..partition })
+    let mut partition = pilot.tell(&choice, energy, pilot.counted([0, 0]));
+    partition.groups = cells.patch_of_cell;
+    partition.forecast.iter_mut().for_each(|forecast| forecast.surfaces = auto.surfaces.len() as u64);
+    Ok(partition)
 }
 
-/// For every surface its coarsest grid, and how often the pilot's doubles its cells where it is `open`.
+/// For every surface its coarsest grid, and how often the pilot's doubles its cells where it is open.
 type Grids = Vec<(Grid, Option<[u32; 2]>)>;
 
-fn grids(job: &Job, open: &[usize]) -> Grids {
+/// The grids of a pilot of some walks: on open surfaces as many cells as these allow.
+fn grids(job: &Job, open: &[usize], walks: u64) -> Grids {
     let surfaces = &job.scene.spec().surfaces;
     let area: f64 = open.iter().map(|&surface| surfaces[surface].shape.area()).sum();
-    let cells = (pilot_for(job.budget.paths) / WALKS_PER_CELL).clamp(CELLS[0], CELLS[1]);
+    let cells = (walks / WALKS_PER_CELL).clamp(CELLS[0], CELLS[1]);
     let mut grids: Grids = surfaces.iter().map(|surface| (Grid::of(&surface.shape), None)).collect();
     for &surface in open {
         let (base, top) = &mut grids[surface];
@@ -163,23 +182,27 @@ struct Pilot<'a> {
     job: &'a Job,
     experiment: Experiment,
     sequence: Sequence,
-    grids: &'a Grids,
+    grids: Grids,
     /// The tallies of the groups.
     groups: Vec<Tally>,
 }
 
 impl<'a> Pilot<'a> {
-    /// A pilot that keeps some kind of scores, on the cells of grids or on others.
+    /// A pilot of some walks that fits linear functions, on as many cells as these allow.
+    fn linear(job: &'a Job, open: &[usize], walks: u64) -> Result<Self, Error> {
+        let grids = grids(job, open, walks);
+        let cuts = cuts_of(&grids);
+        Pilot::new(job, grids, (&cuts, &[]), Score::Linear)
+    }
+
+    /// A pilot that keeps some kind of scores, on given cells and the groups of them.
     fn new(
         job: &'a Job,
-        grids: &'a Grids,
+        grids: Grids,
+        cells: (&[Cut], &[u32]),
         score: impl Fn(Estimator) -> Score,
-        cells: Option<&Cells>,
     ) -> Result<Self, Error> {
-        let scene = match cells {
-            None => job.scene.build_cut((&cuts_of(grids), &[]), job.index)?,
-            Some(cells) => job.scene.build_cut((&cells.cuts, &cells.patch_of_cell), job.index)?,
-        };
+        let scene = job.scene.build_cut(cells, job.index)?;
         let direction = match job.method.walk {
             WalkKind::Gathering => Direction::Gathering(Birth::Area),
             WalkKind::Shooting | WalkKind::Jacobi | WalkKind::Auto => Direction::Shooting,
@@ -238,22 +261,22 @@ impl<'a> Pilot<'a> {
     /// What was seen of some surfaces.
     fn lights(&self, tallies: &PilotTallies, of: impl Fn(usize) -> bool) -> Vec<SurfaceLight> {
         let shapes = self.job.scene.spec().surfaces.iter().map(|surface| &surface.shape).enumerate();
-        shapes
-            .zip(self.grids)
-            .filter(|((surface, _), _)| of(*surface))
-            .map(|(surface, &grid)| SurfaceLight::new(&self.experiment, tallies, surface, grid))
-            .collect()
+        let wanted = shapes.zip(&self.grids).filter(|((surface, _), _)| of(*surface));
+        wanted.map(|(surface, &grid)| SurfaceLight::new(&self.experiment, tallies, surface, grid)).collect()
     }
 
-    /// The partition that was chosen.
-    fn tell(&self, choice: &Choice, energy: f64, surfaces: usize) -> Partition {
+    /// The walks and rays of some pilots and this one.
+    fn counted(&self, before: [u64; 2]) -> [u64; 2] {
         let counts = self.groups.iter().map(|group| &group.counts);
-        let [paths, rays] =
-            counts.fold([0, 0], |[walks, rays], counts| [walks + counts.walks, rays + counts.rays]);
+        counts.fold(before, |[walks, rays], counts| [walks + counts.walks, rays + counts.rays])
+    }
+
+    /// The partition that was chosen after some walks and rays.
+    fn tell(&self, choice: &Choice, energy: f64, [paths, rays]: [u64; 2]) -> Partition {
         let part = |of: f64| if energy > 0.0 { (of / energy).sqrt() } else { 0.0 };
         let linear = choice.basis == Basis::Linear;
         let forecast = Forecast {
-            surfaces: surfaces as u64,
+            surfaces: self.grids.iter().filter(|(_, top)| top.is_some()).count() as u64,
             paths,
             rays,
             linear,
