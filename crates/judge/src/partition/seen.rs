@@ -81,7 +81,8 @@ impl SurfaceLight {
         for side in [Side::Front, Side::Back] {
             let Some(first) = scene.faces().first_piece_on(surface as u32, side) else { continue };
             for channel in 0..scene.channels() {
-                let faces = || (first..first + fine.count() as u32).map(|face| face as usize);
+                let pieces = first..first + fine.count() as u32;
+                let faces = || pieces.clone().map(|piece| scene.faces().face_of(piece) as usize);
                 let all = faces().map(|face| experiment.fit(&tallies.all, face, channel));
                 let Some(all) = all.collect::<Option<Vec<Fit>>>() else { continue };
                 let groups = faces().map(|face| experiment.fits_of_parts(&tallies.groups, face, channel));
@@ -176,12 +177,12 @@ impl SurfaceLight {
 type Integrals = Vec<[f64; 3]>;
 
 /// The cells of a grid, in coordinates of 0 … 1 along the edges of the surface.
-struct Cells {
+pub(super) struct Cells {
     cut: Grid,
 }
 
 impl Cells {
-    fn new(cut: Grid) -> Self {
+    pub(super) fn new(cut: Grid) -> Self {
         Cells { cut }
     }
 
@@ -190,7 +191,7 @@ impl Cells {
     }
 
     /// The centroid of a cell, and 1 or, for a triangle's cell that stands on its head, −1.
-    fn centre(&self, cell: usize) -> ([f64; 2], f64) {
+    pub(super) fn centre(&self, cell: usize) -> ([f64; 2], f64) {
         match self.cut {
             Grid::Quad([nu, nv]) => {
                 let [iu, iv] = [cell / nv as usize, cell % nv as usize];
@@ -210,7 +211,7 @@ impl Cells {
     }
 
     /// The cell that holds a point that lies on no edge.
-    fn cell_at(&self, [u, v]: [f64; 2]) -> usize {
+    pub(super) fn cell_at(&self, [u, v]: [f64; 2]) -> usize {
         match self.cut {
             Grid::Quad([nu, nv]) => (u * f64::from(nu)) as usize * nv as usize + (v * f64::from(nv)) as usize,
             Grid::Triangle(rows) => {

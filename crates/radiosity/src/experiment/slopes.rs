@@ -132,33 +132,25 @@ impl Worth {
 }
 
 impl Experiment {
-    /// The linear fit to the light of face i in one channel. `None` where no walk could tell, and where the method asks for no
-    /// slopes.
+    /// The linear fit to the light of face i in one channel; the mean alone where the method asks for no slopes. `None` where no walk
+    /// could tell.
     pub fn fit(&self, tally: &Tally, i: usize, channel: usize) -> Option<Fit> {
-        if !self.method().is_linear() {
-            return None;
-        }
         let face = self.scene().faces().get(i);
         let meaning = self.meaning_of((i, &face), channel, tally)?;
-        let slopes = Slopes::new(self, tally, (i, &face), channel, None)?;
+        let (gradient, slope_variance) = match self.method().is_linear() {
+            true => Slopes::new(self, tally, (i, &face), channel, None).map(|of| (of.gradient, of.noise))?,
+            false => ([0.0; 2], 0.0),
+        };
         let per_unit = Worth::of(&meaning, &face, channel, tally).of_mean;
         let sums = tally.patch(i, channel);
         let moments = Moments { n: tally.counts.walks, sum: sums[0], sum_sq: sums[1] };
         let error = per_unit * moments.standard_error().unwrap_or(0.0);
-        Some(Fit {
-            mean: per_unit * moments.mean()?,
-            gradient: slopes.gradient,
-            mean_variance: error * error,
-            slope_variance: slopes.noise,
-        })
+        Some(Fit { mean: per_unit * moments.mean()?, gradient, mean_variance: error * error, slope_variance })
     }
 
     /// The mean and the gradient of the [`Fit`] that each of some tallies says by itself [W/m²]: far less work than one by one. `None`
     /// where some could not tell.
     pub fn fits_of_parts(&self, parts: &[Tally], i: usize, channel: usize) -> Option<Vec<[f64; 3]>> {
-        if !self.method().is_linear() {
-            return None;
-        }
         let face = self.scene().faces().get(i);
         let basis = Basis::of(self.scene().surfaces()[face.surface as usize].is_triangle());
         let first = parts.first()?;
@@ -166,6 +158,9 @@ impl Experiment {
         let fit = |part: &Tally| {
             let walks = part.counts.walks as f64;
             let slope = |k: usize| {
+                if !self.method().is_linear() {
+                    return 0.0;
+                }
                 let mean = worth.of_slope * part.slope(i, channel, k).0 as f64 / walks;
                 mean * (basis.growth[k] / basis.mean_squares[k])
             };
