@@ -62,6 +62,7 @@ pub use jacobi::{ChainBoard, Iteration, Phase, Reciprocity, stochastic_iteration
 pub use method::{BatchScore, Batches, Birth, Chains, Direction, Method, Score, Unit, Walks};
 pub use random::Sampler;
 pub use random::rng::{Sequence, WalkRng};
+pub use scene::view::Lookout;
 pub use scene::{IndexChoice, Memory, Scene, SceneError};
 pub use tally::{Counts, Events, Layout, MergeError, Overflow, Scoreboard, Tally, Word};
 pub use trace::coplanar::Overlap;

@@ -14,7 +14,7 @@ mod tests;
 mod troubles;
 
 use glam::DVec3;
-use radiosity::{Ray, Scene};
+use radiosity::{Lookout, Ray, Scene};
 use serde::Serialize;
 
 use crate::bounds::Bounds;
@@ -109,6 +109,7 @@ impl Camera {
     /// What is seen at points of the picture: x, y in pixels, from the upper left corner.
     pub(crate) fn look(&self, scene: &Scene, points: &[[f64; 2]]) -> Vec<Option<Sight>> {
         let mut sights = vec![None; points.len()];
+        let mut lookout = Lookout::new(scene);
         let (mut glances, mut rays): (Vec<Glance>, Vec<Ray>) = (Vec::new(), Vec::new());
         for first in (0..points.len()).step_by(AT_ONCE) {
             let some = first..points.len().min(first + AT_ONCE);
@@ -116,7 +117,7 @@ impl Camera {
             while !glances.is_empty() {
                 rays.clear();
                 rays.extend(glances.iter().map(|glance| glance.ray(self.eye)));
-                let mut hits = scene.closest_hits(&rays).into_iter();
+                let mut hits = lookout.closest_hits(&rays).into_iter();
                 glances.retain_mut(|glance| {
                     let Some(hit) = hits.next().flatten() else { return false };
                     let surface = &scene.surfaces()[hit.surface as usize];

@@ -90,11 +90,11 @@ impl Smooth {
 
     /// B at a place in a piece, in three channels. `weights` are those of its corners.
     pub fn at(&self, piece: u32, weights: [f64; 4]) -> [f64; 3] {
-        std::array::from_fn(|c| {
-            let channel = c.min(self.channels - 1);
-            let value = |corner: usize| self.values[(4 * piece as usize + corner) * self.channels + channel];
-            (0..4).map(|corner| weights[corner] * value(corner)).sum()
-        })
+        let mut light = [0.0; 3];
+        for (corner, values) in self.corners(piece as usize).chunks_exact(self.channels).enumerate() {
+            (0..self.channels).for_each(|c| light[c] += weights[corner] * values[c]);
+        }
+        if self.channels == 1 { [light[0]; 3] } else { light }
     }
 
     /// B at the four corners of a piece, the channels of a corner side by side.

@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::thread;
 
-use job::{Cut, Forecast, Job, Partition, WalkKind};
+use job::{Auto, Cut, Forecast, Job, Partition, WalkKind};
 use judge::MOMENTS;
 use judge::partition::{Basis, Candidates, Choice, Grid, PilotTallies, SurfaceLight, doublings};
 use radiosity::{Birth, Direction, Experiment, Overflow, Score, Sequence, Space, Tally, Walks};
@@ -23,6 +23,9 @@ const MOST: u64 = 1 << 24;
 
 /// The pilot looks at the light first after one of this many parts of its walks: where the light is even, that is enough.
 const FIRST_PART: u64 = 8;
+
+/// A first look that is not this many times smaller than the pilot saves nothing.
+const FEW: u64 = 4;
 
 /// Independent groups of the pilot's walks: products of what they find have no bias.
 const GROUPS: u64 = 16;
@@ -49,44 +52,61 @@ const AIM: f64 = 0.9;
 /// Where the scene or the method is refused, or a sum overflows.
 pub fn choose(job: &Job, threads: usize) -> Result<Option<Partition>, Error> {
     let Some(auto) = &job.auto else { return Ok(None) };
-    let mut pilot = Pilot::new(job, &auto.surfaces)?;
-    let bases: Vec<Basis> = match job.total_target {
-        // The error that a job may ask for is that of the means.
-        Some(_) => vec![Basis::Constant],
-        None => [(auto.constant, Basis::Constant), (auto.linear, Basis::Linear)]
-            .into_iter()
-            .filter_map(|(may, basis)| may.then_some(basis))
-            .collect(),
-    };
-    let bases = if bases.is_empty() { vec![Basis::Constant] } else { bases };
+    match &job.total_target {
+        None => for_budget(job, auto, threads).map(Some),
+        Some(target) => for_error(job, auto, AIM * target.total_error, threads).map(Some),
+    }
+}
+
+/// The choice for the walks of a job.
+fn for_budget(job: &Job, auto: &Auto, threads: usize) -> Result<Partition, Error> {
+    let may = [(auto.constant, Basis::Constant), (auto.linear, Basis::Linear)];
+    let mut bases: Vec<Basis> = may.into_iter().filter_map(|(may, basis)| may.then_some(basis)).collect();
+    if bases.is_empty() {
+        bases.push(Basis::Constant);
+    }
     let budget = job.budget.paths;
-    let mut walks = match job.total_target {
-        Some(_) => LEAST.min(pilot_for(budget)),
-        None => (pilot_for(budget) / FIRST_PART).max(LEAST.min(budget)),
+    let wanted = pilot_for(budget);
+    let first = (wanted / FIRST_PART).max(LEAST.min(budget));
+    let look = |walks: u64| -> Result<Pilot, Error> {
+        let mut pilot = Pilot::new(job, &auto.surfaces, walks)?;
+        pilot.walk(walks, threads)?;
+        Ok(pilot)
     };
+    let mut before = [0, 0];
+    if first * FEW <= wanted {
+        // Where the light is even this is enough, on cells that are as coarse as its walks are few.
+        let pilot = look(first)?;
+        let (lights, energy) = pilot.see();
+        let candidates = Candidates::new(&lights, &bases);
+        before = pilot.counted(before);
+        if candidates.are_even() {
+            return Ok(pilot.tell(&candidates.choose(budget as f64), energy, before));
+        }
+    }
+    let pilot = look(wanted)?;
+    let (lights, energy) = pilot.see();
+    let choice = Candidates::new(&lights, &bases).choose(budget as f64);
+    Ok(pilot.tell(&choice, energy, pilot.counted(before)))
+}
+
+/// The choice for a total error, which is that of the means: the pilot grows with the walks that it finds to be needed.
+fn for_error(job: &Job, auto: &Auto, aim: f64, threads: usize) -> Result<Partition, Error> {
+    let budget = job.budget.paths;
+    let mut pilot = Pilot::new(job, &auto.surfaces, pilot_for(budget))?;
+    let mut walks = LEAST.min(pilot_for(budget));
     loop {
         pilot.walk(walks, threads)?;
         let (lights, energy) = pilot.see();
-        let candidates = Candidates::new(&lights, &bases);
-        let choice = match &job.total_target {
-            None => candidates.choose(budget as f64),
-            Some(target) => {
-                let aim = AIM * target.total_error;
-                let error = aim * aim * energy.max(0.0);
-                candidates.choose_for(error, FIRST as f64, budget as f64)
-            }
-        };
+        let error = aim * aim * energy.max(0.0);
+        let choice =
+            Candidates::new(&lights, &[Basis::Constant]).choose_for(error, FIRST as f64, budget as f64);
         let wanted = pilot_for(choice.walks as u64);
-        // Where the light is even, the first look is enough.
-        let enough = wanted <= walks || job.total_target.is_none() && candidates.are_even();
-        if enough {
-            return Ok(Some(pilot.tell(&choice, energy, job)));
+        if wanted <= walks {
+            return Ok(pilot.tell(&choice, energy, pilot.counted([0, 0])));
         }
-        walks = match job.total_target {
-            None => wanted,
-            // What is wanted follows from what is seen, the better the more walks there are.
-            Some(_) => wanted.min(4 * walks),
-        };
+        // What is wanted follows from what is seen, the better the more walks there are.
+        walks = wanted.min(4 * walks);
     }
 }
 
@@ -107,10 +127,11 @@ struct Pilot<'a> {
 }
 
 impl<'a> Pilot<'a> {
-    fn new(job: &'a Job, open: &[usize]) -> Result<Self, Error> {
+    /// A pilot of some walks, on as many cells as these allow.
+    fn new(job: &'a Job, open: &[usize], walks: u64) -> Result<Self, Error> {
         let surfaces = &job.scene.spec().surfaces;
         let area: f64 = open.iter().map(|&surface| surfaces[surface].shape.area()).sum();
-        let cells = (pilot_for(job.budget.paths) / WALKS_PER_CELL).clamp(CELLS[0], CELLS[1]);
+        let cells = (walks / WALKS_PER_CELL).clamp(CELLS[0], CELLS[1]);
         let mut grids: Vec<(Grid, Option<[u32; 2]>)> =
             surfaces.iter().map(|surface| (Grid::of(&surface.shape), None)).collect();
         for &surface in open {
@@ -175,11 +196,14 @@ impl<'a> Pilot<'a> {
         (lights, energy)
     }
 
-    /// The partition that was chosen.
-    fn tell(&self, choice: &Choice, energy: f64, job: &Job) -> Partition {
+    /// The walks and rays of some pilots and this one.
+    fn counted(&self, before: [u64; 2]) -> [u64; 2] {
         let counts = self.groups.iter().map(|group| &group.counts);
-        let [paths, rays] =
-            counts.fold([0, 0], |[walks, rays], counts| [walks + counts.walks, rays + counts.rays]);
+        counts.fold(before, |[walks, rays], counts| [walks + counts.walks, rays + counts.rays])
+    }
+
+    /// The partition that was chosen after some walks and rays.
+    fn tell(&self, choice: &Choice, energy: f64, [paths, rays]: [u64; 2]) -> Partition {
         let part = |of: f64| if energy > 0.0 { (of / energy).sqrt() } else { 0.0 };
         let linear = choice.basis == Basis::Linear;
         let forecast = Forecast {
@@ -193,7 +217,7 @@ impl<'a> Pilot<'a> {
         };
         Partition {
             cuts: choice.cuts.clone(),
-            linear: linear || job.total_target.is_some(),
+            linear: linear || self.job.total_target.is_some(),
             space: Space::Continuous,
             forecast: Some(forecast),
         }

@@ -3,7 +3,7 @@
 pub(crate) mod births;
 mod groups;
 pub(crate) mod scatter;
-mod view;
+pub(crate) mod view;
 
 use std::sync::Arc;
 

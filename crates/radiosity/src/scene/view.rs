@@ -15,16 +15,35 @@ impl Scene {
         self.parts.index.closest_hit(&self.parts.facets, ray)
     }
 
-    /// The nearest hits of many rays, whose directions have length 1 within 10⁻⁹: far less work than one by one.
+    /// [`Lookout::closest_hits`], once.
     pub fn closest_hits(&self, rays: &[Ray]) -> Vec<Option<Hit>> {
-        let (mut batch, mut hits) = (Box::<Rays>::default(), Box::<Hits>::default());
-        let mut scratch = Box::<Scratch>::default();
+        Lookout::new(self).closest_hits(rays)
+    }
+}
+
+/// What looks at a scene need beside it, kept from look to look.
+pub struct Lookout<'a> {
+    scene: &'a Scene,
+    rays: Box<Rays>,
+    hits: Box<Hits>,
+    scratch: Box<Scratch>,
+}
+
+impl<'a> Lookout<'a> {
+    /// A place to look at a scene from.
+    pub fn new(scene: &'a Scene) -> Self {
+        Lookout { scene, rays: Box::default(), hits: Box::default(), scratch: Box::default() }
+    }
+
+    /// The nearest hits of many rays, whose directions have length 1 within 10⁻⁹: far less work than one by one.
+    pub fn closest_hits(&mut self, rays: &[Ray]) -> Vec<Option<Hit>> {
+        let parts = &self.scene.parts;
         let mut found = Vec::with_capacity(rays.len());
         for part in rays.chunks(WIDTH) {
-            batch.len = 0;
-            part.iter().for_each(|ray| batch.push(ray));
-            self.parts.index.closest_hits(&self.parts.facets, &batch, &mut scratch, &mut hits);
-            found.extend((0..part.len()).map(|i| hits.get(i)));
+            self.rays.len = 0;
+            part.iter().for_each(|ray| self.rays.push(ray));
+            parts.index.closest_hits(&parts.facets, &self.rays, &mut self.scratch, &mut self.hits);
+            found.extend((0..part.len()).map(|i| self.hits.get(i)));
         }
         found
     }

@@ -102,7 +102,7 @@ impl Hits {
         (self.surface[i] != Self::NONE).then(|| Hit {
             t: self.t[i],
             surface: self.surface[i],
-            uv: self.uv.each_ref().map(|row| row[i]),
+            uv: [self.uv[0][i], self.uv[1][i]],
             side: if self.facing[i] > 0.0 { Side::Front } else { Side::Back },
         })
     }

@@ -5,7 +5,7 @@ use std::ops::Range;
 use job::View;
 use radiosity::Scene;
 
-use super::light::{BACKGROUND, Light, encode, exposure, mean, of_piece, value, white_balance};
+use super::light::{BACKGROUND, Light, Shades, exposure, mean, of_piece, value, white_balance};
 use super::{Picture, Shot};
 use crate::camera::{Camera, Sight};
 use crate::cores::on_all_cores;
@@ -35,6 +35,7 @@ pub(super) struct Studio<'a> {
     corners: Vec<Vec<Spot>>,
     /// Light over radiosity, channel by channel.
     exposure: [f64; 3],
+    shades: Shades,
 }
 
 /// What is seen at a point of the picture.
@@ -113,7 +114,7 @@ impl<'a> Studio<'a> {
             Some(exposure) => white_balance(scene).map(|gain| gain * exposure),
             None => exposure(scene, radiosity, corners.iter().flatten().filter_map(Spot::piece)),
         };
-        Studio { scene, radiosity, smooth, camera, corners, exposure }
+        Studio { scene, radiosity, smooth, camera, corners, exposure, shades: Shades::new() }
     }
 
     pub(super) fn shot(&self) -> Shot {
@@ -161,7 +162,7 @@ impl<'a> Studio<'a> {
             }
         }
         let channels = self.scene.channels();
-        let byte = |&light: &f64| (encode(light) * 255.0).round() as u8;
+        let byte = |&light: &f64| (self.shades.of(light) * 255.0).round() as u8;
         let bytes = pixels.iter().flat_map(|pixel| pixel.light[..channels].iter().map(byte)).collect();
         (bytes, pixels.iter().map(|pixel| pixel.value).collect())
     }
@@ -176,22 +177,23 @@ impl<'a> Studio<'a> {
     fn corner(&self, spot: Spot) -> Corner {
         let seen = self.radiosity(spot);
         let light = self.light(seen);
-        let channels = self.scene.channels();
-        let shade = std::array::from_fn(|c| if c < channels { encode(light[c]) } else { 0.0 });
+        let mut shade = [0.0; 3];
+        (0..self.scene.channels()).for_each(|c| shade[c] = self.shades.of(light[c]));
         Corner { seen, light, shade }
     }
 
     /// One pixel whose corners look alike: it needs no further look. `None` where they do not.
     fn even_pixel(&self, corners: [&Corner; 4]) -> Option<Pixel> {
         let alike = |c: usize| {
-            let shades = corners.map(|corner| corner.shade[c]);
-            let darkest = shades.iter().copied().fold(1.0, f64::min);
-            let brightest = shades.iter().copied().fold(0.0, f64::max);
+            let (mut darkest, mut brightest) = (1.0_f64, 0.0_f64);
+            for corner in corners {
+                (darkest, brightest) = (darkest.min(corner.shade[c]), brightest.max(corner.shade[c]));
+            }
             darkest == brightest || brightest - darkest < SAME_SHADE
         };
         (0..self.scene.channels()).all(alike).then(|| Pixel {
-            light: mean(&corners.map(|corner| corner.light)),
-            value: value(&corners.map(|corner| corner.seen)),
+            light: mean(corners.iter().map(|corner| &corner.light)),
+            value: value(corners.iter().map(|corner| &corner.seen)),
         })
     }
 
@@ -206,7 +208,7 @@ impl<'a> Studio<'a> {
         let seen: Vec<Option<[f64; 3]>> = sights.map(|sight| self.radiosity(Spot::of(sight))).collect();
         let pixel = |seen: &[Option<[f64; 3]>]| {
             let lights: Vec<Light> = seen.iter().map(|&seen| self.light(seen)).collect();
-            Pixel { light: mean(&lights), value: value(seen) }
+            Pixel { light: mean(lights.iter()), value: value(seen.iter()) }
         };
         seen.chunks_exact((FINE * FINE) as usize).map(pixel).collect()
     }

@@ -1,7 +1,7 @@
 use job::View;
 use radiosity::{IndexChoice, Scene, SceneSpec};
 
-use super::light::{BACKGROUND, EXPOSED_LIGHT, bright, encode};
+use super::light::{BACKGROUND, EXPOSED_LIGHT, Shades, bright, encode};
 use super::*;
 use crate::scenes::{cornell, cube, quad, radiosities};
 
@@ -96,11 +96,20 @@ fn values_are_radiosities_and_an_exposure_is_what_a_job_says() {
 
 #[test]
 fn exposure_ignores_the_brightest_few() {
-    let mut values = vec![1.0; 99];
-    values.extend([1e6, 0.0]);
-    assert_eq!(bright(values), Some(1.0));
-    assert_eq!(bright(vec![3.0]), Some(3.0));
-    assert_eq!(bright(vec![0.0, 0.0]), None);
+    assert_eq!(bright(vec![(1e6, 1), (1.0, 99), (0.0, 1)]), Some(1.0));
+    assert_eq!(bright(vec![(1.0, 18), (2.0, 1), (3.0, 1)]), Some(3.0));
+    assert_eq!(bright(vec![(1.0, 19), (2.0, 1), (3.0, 1)]), Some(2.0));
+    assert_eq!(bright(vec![(3.0, 1)]), Some(3.0));
+    assert_eq!(bright(vec![(0.0, 2)]), None);
+}
+
+#[test]
+fn shades_are_those_of_srgb() {
+    let shades = Shades::new();
+    let lights = (0..=100_000).map(|step| f64::from(step) / 100_000.0);
+    let off = lights.map(|light| (shades.of(light) - encode(light)).abs()).fold(0.0, f64::max);
+    assert!(off < 2e-5, "{off}");
+    assert_eq!([-1.0, 0.0, 1.0, 2.0].map(|light| shades.of(light)), [0.0, 0.0, 1.0, 1.0].map(encode));
 }
 
 #[test]
