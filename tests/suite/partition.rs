@@ -46,6 +46,47 @@ fn a_chosen_partition_is_kept_and_given_on() {
     assert!(!five.join("partition.toml").exists() && answer(&five) == answer(&again));
 }
 
+/// A sheet of 800 faces that lies before a wall, and a lamp: an OBJ file with its materials. Faces of the sheet are grouped. Workers have
+/// no part in it, a resumed run keeps its groups, and two runs on the same groups add up in any order.
+#[test]
+fn chosen_groups_are_kept_given_on_and_merged() {
+    let folder = tempdir().unwrap();
+    let mesh = path(&folder, "sheet.obj");
+    let corner = |i: u32, j: u32| format!("v {} {} 1\n", f64::from(i) / 20.0, f64::from(j) / 20.0);
+    let corners: String = (0..21).flat_map(|i| (0..21).map(move |j| corner(i, j))).collect();
+    let square = |i: u32, j: u32| {
+        let a = 21 * i + j + 1;
+        format!("f {a} {} {}\nf {a} {} {}\n", a + 22, a + 21, a + 1, a + 22)
+    };
+    let faces: String = (0..20).flat_map(|i| (0..20).map(move |j| square(i, j))).collect();
+    let lamp = "v 0 0 0\nv 0.5 0 0\nv 0.5 0.5 0\nv 0 0.5 0\no lamp\nusemtl lamp\nf 442 443 444 445\n";
+    fs::write(&mesh, format!("mtllib m.mtl\n{corners}o sheet\nusemtl white\n{faces}{lamp}")).unwrap();
+    fs::write(path(&folder, "m.mtl"), "newmtl white\nKd 0.5 0.5 0.5\nnewmtl lamp\nKe 1 1 1\n").unwrap();
+    let mesh = mesh.to_str().unwrap();
+    let args = [&AUTO[..], &["--set", "import.up=z"]].concat();
+    let [one, five, again] = ["one", "five", "again"].map(|name| path(&folder, name));
+    let told = run_job(mesh, &one, &[&args[..], &["--paths", "40000", "--workers", "1"]].concat());
+    run_job(mesh, &five, &[&args[..], &["--paths", "40000", "--workers", "5"]].concat());
+    assert!(answer(&one) == answer(&five));
+    let partition = &told["partition"];
+    assert_eq!((&partition["grouped"], &partition["basis"]), (&true.into(), &"constant".into()));
+    assert!((4..600).contains(&partition["patches"].as_u64().unwrap()), "{partition}");
+    run_job(mesh, &five, &[&args[..], &["--paths", "80000", "--resume"]].concat());
+    let given = format!("scene.patches={}", text(&one.join("partition.toml")));
+    let given = ["--set", &given, "--set", "import.up=z"];
+    run_job(mesh, &again, &[&given[..], &["--paths", "80000"]].concat());
+    assert!(answer(&five) == answer(&again));
+    let other = path(&folder, "other");
+    run_job(mesh, &other, &[&given[..], &["--paths", "80000", "--seed", "9"]].concat());
+    let merged = ["ab", "ba"].map(|name| path(&folder, name));
+    for (out, [a, b]) in merged.iter().zip([[&again, &other], [&other, &again]]) {
+        let args = [text(a), text(b), "--out".into(), text(out)];
+        let (code, _, stderr) = run(&[&["merge"], &args.each_ref().map(String::as_str)[..]].concat());
+        assert_eq!(code, 0, "{stderr}");
+    }
+    assert!(answer(&merged[0]) == answer(&merged[1]));
+}
+
 /// One surface of a scene may be left open, the others keep their cells.
 #[test]
 fn a_surface_may_be_left_open_alone() {
@@ -99,6 +140,8 @@ fn what_cannot_be_cut_so_is_refused_in_words() {
         ("surfaces = [\"u...\"]", "the cuts end at character 3"),
         ("basis = \"linear\"", "missing"),
         ("surfaces = []\ncells = 3", "unknown key"),
+        ("surfaces = [1]\ngroups = [\"+1 0\"]", "more cells in groups than surfaces have"),
+        ("surfaces = [2]\ngroups = [\"+2 2*2\"]", "\"2*2\" tells no patch of cells"),
     ] {
         fs::write(&file, partition).unwrap();
         let message = refused(&folder, &given);

@@ -270,12 +270,16 @@ fn cut(
     }
     match (partition, patches) {
         (Some(partition), _) => {
-            scene.cut(&partition.cuts).map_err(|problem| misfit(problem, (Spot::File, &file, "patches")))?;
+            scene
+                .cut(&partition.cuts, &partition.groups)
+                .map_err(|problem| misfit(problem, (Spot::File, &file, "patches")))?;
             Ok(Some(partition.clone()))
         }
         (None, Patches::Given(file, place)) => {
             let partition = Partition::read(&file, &place)?;
-            scene.cut(&partition.cuts).map_err(|problem| misfit(problem, (Spot::File, &file, "surfaces")))?;
+            scene
+                .cut(&partition.cuts, &partition.groups)
+                .map_err(|problem| misfit(problem, (Spot::File, &file, "surfaces")))?;
             Ok(Some(partition))
         }
         (None, Patches::Auto) => {
@@ -294,15 +298,33 @@ fn left_open(
 ) -> (Option<Auto>, Cutting) {
     let open = Auto {
         surfaces: scene.auto().to_vec(),
+        kinds: if can_be_grouped(table, method) { open_kinds(scene) } else { Vec::new() },
         constant: !method.says("basis", Basis::Linear.word()),
         linear: can_be_linear(table, method),
     };
     let cutting = Cutting {
         patches: scene.known_patch_count(),
-        linear: partition.is_some_and(|partition| partition.linear) && open.linear,
+        linear: partition.is_some_and(|partition| partition.linear && partition.groups.is_empty())
+            && open.linear,
         space: partition.map_or(Space::default(), |partition| partition.space),
     };
     (Some(open).filter(|open| !open.surfaces.is_empty()), cutting)
+}
+
+/// The kinds of the surfaces that are left to the program.
+fn open_kinds(scene: &SceneFile) -> Vec<Option<u32>> {
+    let mut kinds = scene.kinds();
+    let mut open = vec![false; kinds.len()];
+    scene.auto().iter().for_each(|&surface| open[surface] = true);
+    kinds.iter_mut().zip(open).filter(|(_, open)| !open).for_each(|(kind, _)| *kind = None);
+    kinds
+}
+
+/// Whether a job has patches that are groups of faces: what is asked of them is asked of means, and not of single faces.
+fn can_be_grouped(table: &Table<'_>, method: &Table<'_>) -> bool {
+    !table.has_any(&["source", "sensitivity"])
+        && !method.has_any(&["final_gather"])
+        && !method.says("basis", Basis::Linear.word())
 }
 
 /// Whether the method of a job has a linear basis, and the job does not refuse it.

@@ -14,6 +14,7 @@ mod emit;
 mod error;
 mod finishes;
 mod goals;
+mod grouped;
 mod groups;
 mod imports;
 mod job;

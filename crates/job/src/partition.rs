@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 use crate::cut::Cut;
 use crate::document::{Table, Value};
 use crate::error::{Error, Place, Spot};
+use crate::grouped;
 use crate::method::Basis;
 use crate::shape::{read_grid, read_rows};
 use crate::source::Source;
@@ -18,7 +19,7 @@ use crate::word::Word;
 pub(crate) const AUTO: &str = "auto";
 
 /// The keys of a partition's file.
-const PARTITION_KEYS: &[&str] = &["basis", "space", "surfaces"];
+const PARTITION_KEYS: &[&str] = &["basis", "space", "surfaces", "groups"];
 
 /// The keys of the table `[scene]`.
 pub(crate) const SCENE_TABLE_KEYS: &[&str] = &["file", "patches"];
@@ -28,6 +29,9 @@ pub(crate) const SCENE_TABLE_KEYS: &[&str] = &["file", "patches"];
 pub struct Partition {
     /// The cut of each surface, in their order.
     pub cuts: Vec<Cut>,
+    /// The patch of each cell, in the order of surfaces and their cells; patches are numbered in the order of their first cells. Empty
+    /// where every cell is a patch.
+    pub groups: Vec<u32>,
     /// Whether jobs that name no basis take the linear one, where their method has it.
     pub linear: bool,
     /// Where the walks of jobs that do not say so go on from, where their method has the choice.
@@ -67,6 +71,9 @@ impl Forecast {
 pub struct Auto {
     /// The numbers of the surfaces whose cut is left open. They stand in the scene with the coarsest that they may have.
     pub surfaces: Vec<usize>,
+    /// Of each surface of the scene the kind, a number, if it is left open and its cells may be grouped with those of others of its kind.
+    /// Empty where nothing may be grouped.
+    pub kinds: Vec<Option<u32>>,
     /// Whether the light on a patch may be estimated by its mean alone.
     pub constant: bool,
     /// Whether the light on a patch may be estimated by a linear function.
@@ -128,8 +135,10 @@ impl Partition {
             false if value.is_string() => read_leaves(&value).map(Cut::Leaves),
             false => read_rows(&value).map(Cut::Rows),
         };
-        let cuts = surfaces.array()?.into_iter().map(read_cut).collect::<Result<_, _>>()?;
-        Ok(Partition { cuts, linear, space, forecast: None })
+        let cuts: Vec<Cut> = surfaces.array()?.into_iter().map(read_cut).collect::<Result<_, _>>()?;
+        let cells = cuts.iter().fold(0_u64, |sum, cut| sum.saturating_add(cut.cells()));
+        let groups = table.take("groups").map(|value| grouped::read(value, cells)).transpose()?;
+        Ok(Partition { cuts, groups: groups.unwrap_or_default(), linear, space, forecast: None })
     }
 
     /// The text of a file that holds it.
@@ -154,6 +163,9 @@ impl Partition {
             let _ = writeln!(text, "  {},", cuts.join(", "));
         }
         text.push_str("]\n");
+        if !self.groups.is_empty() {
+            text.push_str(&grouped::written(&self.groups));
+        }
         text
     }
 }

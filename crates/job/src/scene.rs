@@ -4,6 +4,7 @@ mod grouping;
 mod read;
 mod surface;
 
+use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
 use import::{Format, Imported, Mesh, Options, Spots};
@@ -78,6 +79,23 @@ impl SceneFile {
         &self.notes
     }
 
+    /// The kind of each surface that may be grouped with others, a number: surfaces of one object and one material of a mesh are of one kind.
+    /// `None` for other surfaces, and for those whose cells emit by themselves.
+    pub fn kinds(&self) -> Vec<Option<u32>> {
+        let mut kinds = vec![None; self.spec.surfaces.len()];
+        let mut numbers = HashMap::new();
+        for (mesh, site) in self.meshes.iter().enumerate() {
+            for (surface, kind) in (site.first..).zip(&site.kinds) {
+                let spec = &self.spec.surfaces[surface];
+                let light = [spec.reflectance, spec.emittance].map(|of| of.channels().map(f64::to_bits));
+                let next = numbers.len() as u32;
+                let number = *numbers.entry((mesh, kind, spec.sides as u8, light)).or_insert(next);
+                kinds[surface] = spec.cell_emittance.is_empty().then_some(number);
+            }
+        }
+        kinds
+    }
+
     /// The surfaces whose cells are left to the program.
     pub(crate) fn auto(&self) -> &[usize] {
         &self.auto
@@ -104,11 +122,11 @@ impl SceneFile {
         self.auto.retain(is_cut);
     }
 
-    /// Cuts every surface so. Nothing is left to the program then.
+    /// Cuts every surface so, and groups the cells that have equal labels, unless there are no labels. Nothing is left to the program then.
     ///
     /// # Errors
     /// In words, where the surfaces have no such cells.
-    pub(crate) fn cut(&mut self, cuts: &[Cut]) -> Result<(), String> {
+    pub(crate) fn cut(&mut self, cuts: &[Cut], groups: &[u32]) -> Result<(), String> {
         let surfaces = self.spec.surfaces.len();
         if cuts.len() != surfaces {
             return Err(format!("there are {} surfaces, and the scene has {surfaces}", cuts.len()));
@@ -118,6 +136,17 @@ impl SceneFile {
                 let name = label(number, surface.name.as_deref());
                 return Err(format!("{name} has other corners, or cells that emit and would be torn"));
             }
+        }
+        let cells = self.spec.cell_count();
+        if !groups.is_empty() {
+            if groups.len() as u64 != cells {
+                return Err(format!(
+                    "groups are given for {} cells, and the scene has {cells}",
+                    groups.len()
+                ));
+            }
+            let spec = std::mem::replace(&mut self.spec, SceneSpec::new(Vec::new()));
+            self.spec = spec.grouped(groups);
         }
         self.auto.clear();
         Ok(())
@@ -141,13 +170,13 @@ impl SceneFile {
         Scene::build(&self.spec, index).map_err(|error| self.locate(error))
     }
 
-    /// [`SceneFile::build`] of the scene with other cells.
+    /// [`SceneFile::build`] of the scene with other cells, grouped by equal labels where there are any.
     ///
     /// # Errors
     /// As [`SceneFile::build`]; cells that its surfaces cannot have.
-    pub fn build_cut(&self, cuts: &[Cut], index: IndexChoice) -> Result<Scene, Error> {
+    pub fn build_cut(&self, (cuts, groups): (&[Cut], &[u32]), index: IndexChoice) -> Result<Scene, Error> {
         let mut scene = self.clone();
-        scene.cut(cuts).map_err(|problem| misfit(problem, (Spot::File, &self.path, "patches")))?;
+        scene.cut(cuts, groups).map_err(|problem| misfit(problem, (Spot::File, &self.path, "patches")))?;
         scene.build(index)
     }
 

@@ -7,6 +7,8 @@ use serde::Serialize;
 pub struct PartitionSummary {
     /// Surfaces whose cells were chosen.
     pub surfaces: u64,
+    /// Whether patches are groups of neighbouring cells of meshes.
+    pub grouped: bool,
     /// Patches of the whole scene.
     pub patches: u64,
     /// `constant` or `linear`: what the light on a patch is told by, for the least error.

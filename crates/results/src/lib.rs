@@ -23,6 +23,7 @@ mod findings;
 mod kept;
 mod memory;
 mod merge;
+mod meshes;
 mod outputs;
 mod pilot;
 mod replica;

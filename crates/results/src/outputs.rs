@@ -114,7 +114,8 @@ impl RunOutput {
         if settings.forecast.is_none() {
             return Ok(Drafts::new());
         }
-        let text = settings.partition_of(experiment.scene().faces().shapes()).to_toml();
+        let faces = experiment.scene().faces();
+        let text = settings.partition_of(faces.shapes(), faces.patch_of_cell()).to_toml();
         let draft = self.folder.draft(PARTITION, |writer| writer.write_all(text.as_bytes()))?;
         Ok(vec![(PARTITION, draft)])
     }
@@ -431,6 +432,7 @@ fn provenance(book: &Book, paths_per_walk: u64) -> Provenance {
 fn partition_summary(forecast: &Forecast, estimates: &Estimates) -> PartitionSummary {
     PartitionSummary {
         surfaces: forecast.surfaces,
+        grouped: estimates.scene().faces().are_grouped(),
         patches: estimates.scene().faces().patch_count() as u64,
         basis: if forecast.linear { "linear" } else { "constant" },
         pilot_paths: forecast.paths,

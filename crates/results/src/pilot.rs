@@ -7,10 +7,11 @@ use std::thread;
 
 use job::{Auto, Cut, Forecast, Job, Partition, WalkKind};
 use judge::MOMENTS;
-use judge::partition::{Basis, Candidates, Choice, Grid, PilotTallies, SurfaceLight, doublings};
-use radiosity::{Birth, Direction, Experiment, Overflow, Score, Sequence, Space, Tally, Walks};
+use judge::partition::{Basis, Candidates, Choice, Grid, MeshLight, PilotTallies, SurfaceLight, doublings};
+use radiosity::{Birth, Direction, Estimator, Experiment, Overflow, Score, Sequence, Space, Tally, Walks};
 
 use crate::error::Error;
+use crate::meshes::Meshes;
 
 /// The pilot takes one of this many parts of the walks that it foretells, between [`LEAST`] and [`MOST`].
 const SHARE: u64 = 5;
@@ -53,7 +54,10 @@ const AIM: f64 = 0.9;
 pub fn choose(job: &Job, threads: usize) -> Result<Option<Partition>, Error> {
     let Some(auto) = &job.auto else { return Ok(None) };
     match &job.total_target {
-        None => for_budget(job, auto, threads).map(Some),
+        None => match many_faces(job, auto) {
+            Some(meshes) => in_groups(job, auto, &meshes, threads).map(Some),
+            None => for_budget(job, auto, threads).map(Some),
+        },
         Some(target) => for_error(job, auto, AIM * target.total_error, threads).map(Some),
     }
 }
@@ -69,7 +73,7 @@ fn for_budget(job: &Job, auto: &Auto, threads: usize) -> Result<Partition, Error
     let wanted = pilot_for(budget);
     let first = (wanted / FIRST_PART).max(LEAST.min(budget));
     let look = |walks: u64| -> Result<Pilot, Error> {
-        let mut pilot = Pilot::new(job, &auto.surfaces, walks)?;
+        let mut pilot = Pilot::linear(job, &auto.surfaces, walks)?;
         pilot.walk(walks, threads)?;
         Ok(pilot)
     };
@@ -93,7 +97,7 @@ fn for_budget(job: &Job, auto: &Auto, threads: usize) -> Result<Partition, Error
 /// The choice for a total error, which is that of the means: the pilot grows with the walks that it finds to be needed.
 fn for_error(job: &Job, auto: &Auto, aim: f64, threads: usize) -> Result<Partition, Error> {
     let budget = job.budget.paths;
-    let mut pilot = Pilot::new(job, &auto.surfaces, pilot_for(budget))?;
+    let mut pilot = Pilot::linear(job, &auto.surfaces, pilot_for(budget))?;
     let mut walks = LEAST.min(pilot_for(budget));
     loop {
         pilot.walk(walks, threads)?;
@@ -110,6 +114,64 @@ fn for_error(job: &Job, auto: &Auto, aim: f64, threads: usize) -> Result<Partiti
     }
 }
 
+/// The meshes of a job whose faces are to be grouped, where there are such.
+fn many_faces(job: &Job, auto: &Auto) -> Option<Meshes> {
+    let paths = job.budget.paths;
+    Meshes::new(job.scene.spec(), auto, paths, pilot_for(paths).clamp(CELLS[0], CELLS[1]))
+}
+
+/// The choice where faces of meshes are grouped: constants, on other surfaces in grids.
+fn in_groups(job: &Job, auto: &Auto, meshes: &Meshes, threads: usize) -> Result<Partition, Error> {
+    let budget = job.budget.paths;
+    let others: Vec<usize> = auto.surfaces.iter().copied().filter(|&surface| !meshes.has(surface)).collect();
+    let grids = grids(job, &others, pilot_for(budget));
+    let cells = meshes.pilot(&cuts_of(&grids));
+    let mut pilot = Pilot::new(job, grids, (&cells.cuts, &cells.patch_of_cell), Score::Of)?;
+    pilot.walk(pilot_for(budget), threads)?;
+    let tallies = pilot.tallies();
+    let lights = pilot.lights(&tallies, |surface| !meshes.has(surface));
+    let mut choice = Candidates::new(&lights, &[Basis::Constant]).choose(budget as f64);
+    let trees = (&meshes.clusters, &meshes.finest[..]);
+    let on_meshes = MeshLight::new(&pilot.experiment, &tallies, trees, &cells.patch_of_part);
+    let grouped = on_meshes.choose(budget as f64);
+    choice.noise += grouped.noise;
+    choice.lost += grouped.lost;
+    let energy = on_meshes.energy() + lights.iter().map(SurfaceLight::energy).sum::<f64>();
+    let mut of_others = std::mem::take(&mut choice.cuts).into_iter();
+    let cut = |(surface, &(base, _)): (usize, &(Grid, Option<[u32; 2]>))| match meshes.has(surface) {
+        true => base.cut(),
+        false => of_others.next().expect("a cut for each of the other surfaces"),
+    };
+    let cuts: Vec<Cut> = pilot.grids.iter().enumerate().map(cut).collect();
+    let cells = meshes.cells(&grouped.part_of_place, &cuts);
+    choice.cuts = cells.cuts;
+    let mut partition = pilot.tell(&choice, energy, pilot.counted([0, 0]));
+    partition.groups = cells.patch_of_cell;
+    partition.forecast.iter_mut().for_each(|forecast| forecast.surfaces = auto.surfaces.len() as u64);
+    Ok(partition)
+}
+
+/// For every surface its coarsest grid, and how often the pilot's doubles its cells where it is open.
+type Grids = Vec<(Grid, Option<[u32; 2]>)>;
+
+/// The grids of a pilot of some walks: on open surfaces as many cells as these allow.
+fn grids(job: &Job, open: &[usize], walks: u64) -> Grids {
+    let surfaces = &job.scene.spec().surfaces;
+    let area: f64 = open.iter().map(|&surface| surfaces[surface].shape.area()).sum();
+    let cells = (walks / WALKS_PER_CELL).clamp(CELLS[0], CELLS[1]);
+    let mut grids: Grids = surfaces.iter().map(|surface| (Grid::of(&surface.shape), None)).collect();
+    for &surface in open {
+        let (base, top) = &mut grids[surface];
+        *top = Some(doublings(&surfaces[surface].shape, *base, area / cells as f64));
+    }
+    grids
+}
+
+/// The cuts of the pilot's grids.
+fn cuts_of(grids: &Grids) -> Vec<Cut> {
+    grids.iter().map(|&(base, top)| top.map_or(base, |top| base.doubled(top)).cut()).collect()
+}
+
 /// The walks of a pilot of a run.
 fn pilot_for(walks: u64) -> u64 {
     (walks / SHARE).clamp(LEAST.min(walks), MOST)
@@ -120,32 +182,32 @@ struct Pilot<'a> {
     job: &'a Job,
     experiment: Experiment,
     sequence: Sequence,
-    /// For every surface its coarsest grid, and how often the pilot's doubles its cells where it is open.
-    grids: Vec<(Grid, Option<[u32; 2]>)>,
+    grids: Grids,
     /// The tallies of the groups.
     groups: Vec<Tally>,
 }
 
 impl<'a> Pilot<'a> {
-    /// A pilot of some walks, on as many cells as these allow.
-    fn new(job: &'a Job, open: &[usize], walks: u64) -> Result<Self, Error> {
-        let surfaces = &job.scene.spec().surfaces;
-        let area: f64 = open.iter().map(|&surface| surfaces[surface].shape.area()).sum();
-        let cells = (walks / WALKS_PER_CELL).clamp(CELLS[0], CELLS[1]);
-        let mut grids: Vec<(Grid, Option<[u32; 2]>)> =
-            surfaces.iter().map(|surface| (Grid::of(&surface.shape), None)).collect();
-        for &surface in open {
-            let (base, top) = &mut grids[surface];
-            *top = Some(doublings(&surfaces[surface].shape, *base, area / cells as f64));
-        }
-        let fine: Vec<Cut> =
-            grids.iter().map(|&(base, top)| top.map_or(base, |top| base.doubled(top)).cut()).collect();
-        let scene = job.scene.build_cut(&fine, job.index)?;
+    /// A pilot of some walks that fits linear functions, on as many cells as these allow.
+    fn linear(job: &'a Job, open: &[usize], walks: u64) -> Result<Self, Error> {
+        let grids = grids(job, open, walks);
+        let cuts = cuts_of(&grids);
+        Pilot::new(job, grids, (&cuts, &[]), Score::Linear)
+    }
+
+    /// A pilot that keeps some kind of scores, on given cells and the groups of them.
+    fn new(
+        job: &'a Job,
+        grids: Grids,
+        cells: (&[Cut], &[u32]),
+        score: impl Fn(Estimator) -> Score,
+    ) -> Result<Self, Error> {
+        let scene = job.scene.build_cut(cells, job.index)?;
         let direction = match job.method.walk {
             WalkKind::Gathering => Direction::Gathering(Birth::Area),
             WalkKind::Shooting | WalkKind::Jacobi | WalkKind::Auto => Direction::Shooting,
         };
-        let score = Score::Linear(job.method.estimator.ending(job.method.infinite));
+        let score = score(job.method.estimator.ending(job.method.infinite));
         let experiment = Experiment::new(scene, Walks { direction, space: Space::Continuous, score })?;
         let groups = (0..GROUPS).map(|_| experiment.tally::<MOMENTS>()).collect();
         let sequence = Sequence::new(seed(job.seed));
@@ -182,18 +244,25 @@ impl<'a> Pilot<'a> {
 
     /// What was seen of every surface, and the energy of all the light.
     fn see(&self) -> (Vec<SurfaceLight>, f64) {
+        let lights = self.lights(&self.tallies(), |_| true);
+        let energy = lights.iter().map(SurfaceLight::energy).sum();
+        (lights, energy)
+    }
+
+    /// The tallies of the groups, and their sum.
+    fn tallies(&self) -> PilotTallies {
         let mut all = self.experiment.tally::<MOMENTS>();
         for group in &self.groups {
             all.merge(group).expect("tallies of one experiment, far from their limits");
         }
-        let tallies = PilotTallies { groups: self.groups.clone(), all };
+        PilotTallies { groups: self.groups.clone(), all }
+    }
+
+    /// What was seen of some surfaces.
+    fn lights(&self, tallies: &PilotTallies, of: impl Fn(usize) -> bool) -> Vec<SurfaceLight> {
         let shapes = self.job.scene.spec().surfaces.iter().map(|surface| &surface.shape).enumerate();
-        let lights: Vec<SurfaceLight> = shapes
-            .zip(&self.grids)
-            .map(|(surface, &grid)| SurfaceLight::new(&self.experiment, &tallies, surface, grid))
-            .collect();
-        let energy = lights.iter().map(SurfaceLight::energy).sum();
-        (lights, energy)
+        let wanted = shapes.zip(&self.grids).filter(|((surface, _), _)| of(*surface));
+        wanted.map(|(surface, &grid)| SurfaceLight::new(&self.experiment, tallies, surface, grid)).collect()
     }
 
     /// The walks and rays of some pilots and this one.
@@ -217,6 +286,7 @@ impl<'a> Pilot<'a> {
         };
         Partition {
             cuts: choice.cuts.clone(),
+            groups: Vec::new(),
             linear: linear || self.job.total_target.is_some(),
             space: Space::Continuous,
             forecast: Some(forecast),

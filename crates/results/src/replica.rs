@@ -67,7 +67,7 @@ fn decode(bytes: &[u8]) -> Result<Packed, String> {
 pub(crate) fn partition(bytes: &[u8]) -> Result<Option<Partition>, String> {
     let Packed { scene, settings, .. } = decode(bytes)?;
     let shapes = scene.surfaces.iter().map(|surface| &surface.shape);
-    Ok(settings.forecast.map(|_| settings.partition_of(shapes)))
+    Ok(settings.forecast.map(|_| settings.partition_of(shapes, scene.patch_of_cell.clone())))
 }
 
 /// Settings and scene with the method that was packed.

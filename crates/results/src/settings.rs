@@ -145,9 +145,14 @@ impl Settings {
     }
 
     /// The partition of surfaces that are cut so, and what the job's method makes of them.
-    pub(crate) fn partition_of<'a>(&self, shapes: impl Iterator<Item = &'a Shape>) -> Partition {
+    pub(crate) fn partition_of<'a>(
+        &self,
+        shapes: impl Iterator<Item = &'a Shape>,
+        patch_of_cell: Vec<u32>,
+    ) -> Partition {
         Partition {
             cuts: shapes.map(Cut::of).collect(),
+            groups: patch_of_cell,
             forecast: self.forecast,
             linear: self.method.beside == Beside::Slopes,
             space: self.method.space,

@@ -110,7 +110,13 @@ fn tally(experiment: &Experiment, seed: u64, walks: u64) -> Tally {
 /// B of every cell of every surface, cut in n × n.
 fn truth(path: &Path, n: u32, walks: u64) -> Vec<Vec<f64>> {
     let cuts = vec![Cut::Grid([n, n]); 7];
-    let partition = Partition { cuts, linear: false, space: radiosity::Space::Continuous, forecast: None };
+    let partition = Partition {
+        cuts,
+        groups: Vec::new(),
+        linear: false,
+        space: radiosity::Space::Continuous,
+        forecast: None,
+    };
     let job = job::load_cut(path, &["budget.paths=1".into()], &partition).unwrap();
     let experiment = Experiment::new(job.build_scene().unwrap(), job.method.walks()).unwrap();
     let tally = tally(&experiment, 1 << 50, walks);

@@ -8,6 +8,7 @@ use radiosity::{SceneSpec, Sequence, WalkRng};
 use crate::furniture::{self, Detail, GAP, between};
 use crate::material::Material;
 use crate::mesh::Mesh;
+use crate::obj::to_obj;
 
 /// The inside measures of a room: x, y, z [m].
 const ROOM: DVec3 = DVec3::new(6.0, 5.0, 2.75);
@@ -29,12 +30,22 @@ const DOOR_Y: [f64; 2] = [2.0, 3.0];
 /// No ray can escape or meet the back of a one-sided surface: walls are cut so that they meet in shared
 /// corners, every body is closed, and no two bodies touch.
 pub fn interior(triangles: usize) -> SceneSpec {
+    SceneSpec::new(interior_mesh(triangles).into_surfaces())
+}
+
+/// [`interior`] as an OBJ file with z up, which names `interior.mtl`, and the content of that file. Every piece of furniture is an
+/// object. Materials whose names end with `-both` have two sides, all others one.
+pub fn interior_obj(triangles: usize) -> [String; 2] {
+    to_obj(&interior_mesh(triangles), "interior.mtl")
+}
+
+fn interior_mesh(triangles: usize) -> Mesh {
     let side = ((triangles as f64).sqrt() / 240.0).round().max(1.0) as u32;
     let rooms = [side + 1, side];
     let detail = detail_for(triangles, rooms);
-    let mut surfaces = shell(rooms).into_surfaces();
-    surfaces.extend(furnish(rooms, detail).into_surfaces());
-    SceneSpec::new(surfaces)
+    let mut mesh = shell(rooms).named("walls");
+    mesh.add(furnish(rooms, detail), DVec3::ZERO, 0.0);
+    mesh
 }
 
 /// The detail that comes nearest to a number of triangles, by bisection.
@@ -135,21 +146,25 @@ fn furnish(rooms: [u32; 2], detail: Detail) -> Mesh {
 fn furnish_room(detail: Detail, rng: &mut WalkRng) -> Mesh {
     let mut mesh = Mesh::default();
     dining_place(&mut mesh, detail, rng);
-    mesh.add(furniture::bookcase(rng), DVec3::new(0.3, ROOM.y, 0.0), 0.0);
-    mesh.add(furniture::wire_rack(detail, rng), DVec3::new(1.2, 3.75, 0.0), 0.0);
-    mesh.add(furniture::curtain(detail), DVec3::new(0.3, 0.16, 0.0), 0.0);
-    mesh.add(furniture::blind(), DVec3::new(2.4, 0.06, 0.9), 0.0);
+    mesh.add(furniture::bookcase(rng).named("bookcase"), DVec3::new(0.3, ROOM.y, 0.0), 0.0);
+    mesh.add(furniture::wire_rack(detail, rng).named("wire rack"), DVec3::new(1.2, 3.75, 0.0), 0.0);
+    mesh.add(furniture::curtain(detail).named("curtain"), DVec3::new(0.3, 0.16, 0.0), 0.0);
+    mesh.add(furniture::blind().named("blind"), DVec3::new(2.4, 0.06, 0.9), 0.0);
     // After a turn by −90°, what lay along x lies along −y and looks towards +x.
-    mesh.add(furniture::sideboard(detail, rng), DVec3::new(GAP, 1.9, 0.0), -0.5 * PI);
-    mesh.add(furniture::sofa(detail), DVec3::new(GAP, 2.9, 0.0), 0.0);
+    mesh.add(furniture::sideboard(detail, rng).named("sideboard"), DVec3::new(GAP, 1.9, 0.0), -0.5 * PI);
+    mesh.add(furniture::sofa(detail).named("sofa"), DVec3::new(GAP, 2.9, 0.0), 0.0);
     let jitter = |rng: &mut WalkRng| DVec3::new(between(rng, -0.05, 0.05), between(rng, -0.05, 0.05), 0.0);
-    mesh.add(furniture::plant(detail, rng), DVec3::new(5.4, 1.3, GAP) + jitter(rng), 0.0);
-    mesh.add(furniture::standing_lamp(detail), DVec3::new(5.6, 3.5, 0.0) + jitter(rng), 0.0);
-    mesh.add(furniture::toys(detail, rng), DVec3::new(4.2, 3.3, 0.0) + jitter(rng), 0.0);
-    mesh.add(furniture::cable(detail), DVec3::new(5.9, 0.2, 0.0), 0.0);
-    mesh.add(furniture::picture(), DVec3::new(ROOM.x, 4.2, 1.4), -0.5 * PI);
+    mesh.add(furniture::plant(detail, rng).named("plant"), DVec3::new(5.4, 1.3, GAP) + jitter(rng), 0.0);
+    mesh.add(
+        furniture::standing_lamp(detail).named("standing lamp"),
+        DVec3::new(5.6, 3.5, 0.0) + jitter(rng),
+        0.0,
+    );
+    mesh.add(furniture::toys(detail, rng).named("toys"), DVec3::new(4.2, 3.3, 0.0) + jitter(rng), 0.0);
+    mesh.add(furniture::cable(detail).named("cable"), DVec3::new(5.9, 0.2, 0.0), 0.0);
+    mesh.add(furniture::picture().named("picture"), DVec3::new(ROOM.x, 4.2, 1.4), -0.5 * PI);
     for x in [0.8, 3.9] {
-        mesh.add(furniture::ceiling_lamp(), DVec3::new(x, 1.0, ROOM.z), 0.0);
+        mesh.add(furniture::ceiling_lamp().named("ceiling lamp"), DVec3::new(x, 1.0, ROOM.z), 0.0);
     }
     mesh
 }
@@ -157,16 +172,16 @@ fn furnish_room(detail: Detail, rng: &mut WalkRng) -> Mesh {
 /// A table, laid, with chairs round it and a lamp above.
 fn dining_place(mesh: &mut Mesh, detail: Detail, rng: &mut WalkRng) {
     let centre = DVec3::new(2.8, 2.4, 0.0);
-    mesh.add(furniture::table(detail), centre, 0.0);
+    mesh.add(furniture::table(detail).named("table"), centre, 0.0);
     let top = centre + DVec3::Z * 0.76;
     for (x, y, turn) in [(-0.5, -1.0, 0.5), (0.5, -1.0, 0.5), (-0.5, 1.0, -0.5), (0.5, 1.0, -0.5)] {
         let to = centre + DVec3::new(x, 0.75 * y + between(rng, -0.04, 0.04), 0.0);
-        mesh.add(furniture::chair(detail), to, PI * turn + between(rng, -0.15, 0.15));
-        mesh.add(furniture::cover(detail), top + DVec3::new(x, 0.3 * y, 0.0), 0.0);
+        mesh.add(furniture::chair(detail).named("chair"), to, PI * turn + between(rng, -0.15, 0.15));
+        mesh.add(furniture::cover(detail).named("cover"), top + DVec3::new(x, 0.3 * y, 0.0), 0.0);
     }
-    mesh.add(furniture::teapot(detail), top, between(rng, 0.0, 2.0 * PI));
-    mesh.add(furniture::fruit_bowl(detail), top + DVec3::X * 0.7, 0.0);
-    mesh.add(furniture::vase(detail, rng), top - DVec3::X * 0.7, 0.0);
-    mesh.add(furniture::pendant(detail), centre + DVec3::Z * ROOM.z, 0.0);
-    mesh.add(furniture::mobile(detail, rng), centre + DVec3::Z * ROOM.z, 0.0);
+    mesh.add(furniture::teapot(detail).named("teapot"), top, between(rng, 0.0, 2.0 * PI));
+    mesh.add(furniture::fruit_bowl(detail).named("fruit bowl"), top + DVec3::X * 0.7, 0.0);
+    mesh.add(furniture::vase(detail, rng).named("vase"), top - DVec3::X * 0.7, 0.0);
+    mesh.add(furniture::pendant(detail).named("pendant"), centre + DVec3::Z * ROOM.z, 0.0);
+    mesh.add(furniture::mobile(detail, rng).named("mobile"), centre + DVec3::Z * ROOM.z, 0.0);
 }

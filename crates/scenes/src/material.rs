@@ -26,6 +26,18 @@ impl Material {
         Material { emittance, ..self }
     }
 
+    /// Reflectance and emittance [W/m²].
+    pub(crate) fn light(self) -> [f64; 2] {
+        [self.reflectance, self.emittance]
+    }
+
+    /// A name that says all of it; `-both` ends those of materials that reflect with both sides.
+    pub(crate) fn name(self) -> String {
+        let Material { reflectance, emittance, sides } = self;
+        let both = if sides == Sides::Both { "-both" } else { "" };
+        format!("reflecting-{reflectance}-emitting-{emittance}{both}")
+    }
+
     /// A surface of this material.
     pub(crate) fn surface(self, shape: Shape) -> SurfaceSpec {
         SurfaceSpec {

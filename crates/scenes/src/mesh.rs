@@ -14,6 +14,8 @@ const STEP: f64 = 1.0 / (1 << 18) as f64;
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Mesh {
     triangles: Vec<([DVec3; 3], Material)>,
+    /// Names of objects, each with the number of its first triangle.
+    objects: Vec<(usize, String)>,
 }
 
 impl Mesh {
@@ -32,10 +34,17 @@ impl Mesh {
 
     /// Adds a mesh, turned about the z axis by `turn` [rad], then moved by `to`.
     pub(crate) fn add(&mut self, mesh: Mesh, to: DVec3, turn: f64) {
+        let first = self.triangles.len();
+        self.objects.extend(mesh.objects.into_iter().map(|(triangle, name)| (first + triangle, name)));
         let rotation = DMat3::from_rotation_z(turn);
         let place = |corner: DVec3| rotation * corner + to;
         self.triangles
             .extend(mesh.triangles.into_iter().map(|(corners, material)| (corners.map(place), material)));
+    }
+
+    /// Makes all of the mesh one object.
+    pub(crate) fn named(self, name: impl Into<String>) -> Self {
+        Mesh { objects: vec![(0, name.into())], ..self }
     }
 
     /// Joins rings of the same number of points, counter-clockwise about the way from the first ring to the last, by a
@@ -132,15 +141,24 @@ impl Mesh {
         self.triangles.len()
     }
 
-    /// One surface of one patch for each triangle.
-    pub(crate) fn into_surfaces(self) -> Vec<SurfaceSpec> {
+    /// The names of objects, each with the number of its first triangle, in ascending order.
+    pub(crate) fn objects(&self) -> &[(usize, String)] {
+        &self.objects
+    }
+
+    /// The triangles with rounded corners.
+    pub(crate) fn rounded(&self) -> impl Iterator<Item = ([DVec3; 3], Material)> {
         // Adding 0 turns −0 into 0.
         let snap = |corner: DVec3| (corner / STEP).round() * STEP + DVec3::ZERO;
-        let surface = |(corners, material): ([DVec3; 3], Material)| {
-            let [a, b, c] = corners.map(snap);
+        self.triangles.iter().map(move |&(corners, material)| (corners.map(snap), material))
+    }
+
+    /// One surface of one patch for each triangle.
+    pub(crate) fn into_surfaces(self) -> Vec<SurfaceSpec> {
+        let surface = |([a, b, c], material): ([DVec3; 3], Material)| {
             material.surface(Shape::Triangle { a, b, c, rows: 1 })
         };
-        self.triangles.into_iter().map(surface).collect()
+        self.rounded().map(surface).collect()
     }
 }
 

@@ -1,7 +1,5 @@
 //! What is done to a scene once all of it is read: flipped surfaces are turned, faces are grouped.
 
-use std::collections::HashMap;
-
 use import::Grouping;
 use radiosity::SceneSpec;
 
@@ -20,14 +18,7 @@ impl SceneFile {
 
     /// Makes patches of neighbouring faces of one object and one material of a mesh.
     fn group(&mut self, grouping: &Grouping) {
-        let mut kinds = vec![None; self.spec.surfaces.len()];
-        let mut numbers = HashMap::new();
-        for (mesh, site) in self.meshes.iter().enumerate() {
-            for (surface, kind) in (site.first..).zip(&site.kinds) {
-                let next = numbers.len() as u32;
-                kinds[surface] = Some(*numbers.entry((mesh, kind)).or_insert(next));
-            }
-        }
+        let kinds = self.kinds();
         let spec = std::mem::replace(&mut self.spec, SceneSpec::new(Vec::new()));
         let labels = import::groups(&spec, |surface| kinds[surface], grouping);
         self.spec = spec.grouped(&labels);

@@ -5,17 +5,25 @@
 //! cell does, for as many walks. *Discretisation* falls with it. For every surface the rule takes the grid of the least sum of
 //! both. With linear fits, a surface may get rectangles of different sizes in place of a grid, where these are better.
 
+mod clusters;
 mod curve;
+mod gains;
 mod grid;
 mod images;
 mod laws;
+mod merged;
+mod mesh;
+mod part;
 mod seen;
 mod tree;
 
 use job::Cut;
 
+pub use self::clusters::{Cluster, Clusters};
 use self::curve::{Curve, Step, curve};
 pub use self::grid::Grid;
+pub use self::merged::merged;
+pub use self::mesh::{Grouped, MeshLight};
 pub use self::seen::{Basis, PilotTallies, SurfaceLight, doublings};
 use self::tree::rectangles;
 

@@ -83,7 +83,7 @@ impl SurfaceLight {
             for channel in 0..scene.channels() {
                 let fits = |tally: &Tally| -> Option<Vec<Fit>> {
                     (first..first + fine.count() as u32)
-                        .map(|face| experiment.fit(tally, face as usize, channel))
+                        .map(|piece| experiment.fit(tally, scene.faces().face_of(piece) as usize, channel))
                         .collect()
                 };
                 light.add(&fine, shape.area(), tallies, fits);
@@ -186,12 +186,12 @@ impl SurfaceLight {
 type Integrals = Vec<[f64; 3]>;
 
 /// The cells of a grid, in coordinates of 0 … 1 along the edges of the surface.
-struct Cells {
+pub(super) struct Cells {
     cut: Grid,
 }
 
 impl Cells {
-    fn new(cut: Grid) -> Self {
+    pub(super) fn new(cut: Grid) -> Self {
         Cells { cut }
     }
 
@@ -200,7 +200,7 @@ impl Cells {
     }
 
     /// The centroid of a cell, and 1 or, for a triangle's cell that stands on its head, −1.
-    fn centre(&self, cell: usize) -> ([f64; 2], f64) {
+    pub(super) fn centre(&self, cell: usize) -> ([f64; 2], f64) {
         match self.cut {
             Grid::Quad([nu, nv]) => {
                 let [iu, iv] = [cell / nv as usize, cell % nv as usize];
@@ -220,7 +220,7 @@ impl Cells {
     }
 
     /// The cell that holds a point that lies on no edge.
-    fn cell_at(&self, [u, v]: [f64; 2]) -> usize {
+    pub(super) fn cell_at(&self, [u, v]: [f64; 2]) -> usize {
         match self.cut {
             Grid::Quad([nu, nv]) => (u * f64::from(nu)) as usize * nv as usize + (v * f64::from(nv)) as usize,
             Grid::Triangle(rows) => {

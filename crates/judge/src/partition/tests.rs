@@ -1,6 +1,7 @@
 //! The rule of choice, on light that is known.
 
-use radiosity::Leaf;
+use glam::DVec3;
+use radiosity::{Leaf, SceneSpec, Shape, SurfaceSpec};
 
 use super::images::Images;
 use super::*;
@@ -203,4 +204,83 @@ fn chance_cuts_few_rectangles() {
     images.spread_noise();
     let tree = rectangles(&images, walks, 8.0 * walks);
     assert!(tree.leaves.len() < 200, "{}", tree.leaves.len());
+}
+
+/// Two walls of 1 × 64 squares of 1 m² that face each other, and a third one of another kind.
+fn walls() -> SceneSpec {
+    let wall = |corner: DVec3, u: DVec3, v: DVec3| {
+        SurfaceSpec::new(Shape::parallelogram(corner, u, v, [1, 64]), 0.5)
+    };
+    let along = DVec3::X * 64.0;
+    SceneSpec::new(vec![
+        wall(DVec3::ZERO, DVec3::Y, along),
+        wall(DVec3::Z, along, DVec3::Y),
+        wall(DVec3::NEG_Y, DVec3::Y, along),
+    ])
+}
+
+/// Every part is what its halves are together, an object is cut first between what faces one way and what the other, and kinds have trees
+/// of their own.
+#[test]
+fn trees_hold_cells_that_lie_and_face_alike() {
+    let mut spec = walls();
+    spec.surfaces[1].shape = Shape::parallelogram(DVec3::Z, DVec3::X * 64.0, DVec3::Y, [64, 1]);
+    let clusters = Clusters::new(&spec, &[Some(0), Some(0), Some(1)]);
+    assert_eq!((clusters.roots.len(), clusters.cells.len()), (2, 192));
+    assert_eq!(clusters.parts.len(), 2 * 192 - 2);
+    for part in &clusters.parts {
+        let cells = part.cells[1] - part.cells[0];
+        assert!((part.area - f64::from(cells)).abs() < 1e-9 * part.area);
+        match part.halves {
+            None => assert_eq!(cells, 1),
+            Some([a, b]) => {
+                let [a, b] = [a, b].map(|half| clusters.parts[half as usize].cells);
+                assert_eq!([a[0], a[1], b[1]], [part.cells[0], b[0], part.cells[1]]);
+            }
+        }
+    }
+    let [first, _] = clusters.parts[clusters.roots[0] as usize].halves.expect("128 cells");
+    assert!((clusters.parts[first as usize].middle[1].length() - 1.0).abs() < 1e-12);
+    assert_eq!(clusters.parts[first as usize].area, 64.0);
+}
+
+/// Groups follow the light: with a bright spot of 4 m and a slow change elsewhere, whose gains are known to a pilot of a fifth of the walks,
+/// the energy of the error is at most 2.5 times that of the best groups of the same tree: the rule would rather cut too much.
+#[test]
+fn groups_follow_the_light() {
+    let spec = walls();
+    let clusters = Clusters::new(&spec, &[Some(0), None, Some(1)]);
+    let b: Vec<f64> = (0..192)
+        .map(|cell| f64::from(cell % 64))
+        .map(|x| if (20.0..24.0).contains(&x) { 5.0 } else { 1.0 + 0.002 * x })
+        .collect();
+    let finest: Vec<bool> = clusters.parts.iter().map(|part| part.halves.is_none()).collect();
+    for walks in [1e3, 1e4, 1e5, 1e6] {
+        let noise = 10.0;
+        let chosen = MeshLight::known(&clusters, &finest, (&b, noise), walks / 5.0).choose(walks);
+        let energies = |part: &Cluster| {
+            let [from, to] = part.cells.map(|cell| cell as usize);
+            let of = |power: i32| {
+                clusters.cells[from..to].iter().map(|&cell| b[cell as usize].powi(power)).sum::<f64>()
+            };
+            (of(2) - of(1) * of(1) / part.area, noise * of(1) / part.area / walks)
+        };
+        let mut best = vec![0.0_f64; clusters.parts.len()];
+        for (number, part) in clusters.parts.iter().enumerate().rev() {
+            let (lost, noise) = energies(part);
+            let halves = part
+                .halves
+                .map_or(f64::INFINITY, |halves| halves.iter().map(|&half| best[half as usize]).sum());
+            best[number] = halves.min(lost + noise);
+        }
+        let best: f64 = clusters.roots.iter().map(|&root| best[root as usize]).sum();
+        let mut parts = chosen.part_of_place.clone();
+        parts.dedup();
+        let error: f64 = parts
+            .iter()
+            .map(|&part| energies(&clusters.parts[part as usize]))
+            .map(|(lost, noise)| lost + noise)
+            .sum();
+        assert!(error < 2.5 * best, "{walks}: {error}, best {best}");
+    }
 }

@@ -117,25 +117,20 @@ pub struct Fit {
 }
 
 impl Experiment {
-    /// The linear fit to the light of face i in one channel. `None` where no walk could tell, and where the method asks for no
-    /// slopes.
+    /// The linear fit to the light of face i in one channel; the mean alone where the method asks for no slopes. `None` where no walk
+    /// could tell.
     pub fn fit(&self, tally: &Tally, i: usize, channel: usize) -> Option<Fit> {
-        if !self.method().is_linear() {
-            return None;
-        }
         let face = self.scene().faces().get(i);
         let meaning = self.meaning_of((i, &face), channel, tally)?;
-        let slopes = Slopes::new(self, tally, (i, &face), channel, None)?;
+        let (gradient, slope_variance) = match self.method().is_linear() {
+            true => Slopes::new(self, tally, (i, &face), channel, None).map(|of| (of.gradient, of.noise))?,
+            false => ([0.0; 2], 0.0),
+        };
         let per_unit = face.reflectance[channel] * meaning.irradiance_per_event.unwrap_or(0.0) * meaning.unit;
         let sums = tally.patch(i, channel);
         let moments = Moments { n: tally.counts.walks, sum: sums[0], sum_sq: sums[1] };
         let error = per_unit * moments.standard_error().unwrap_or(0.0);
-        Some(Fit {
-            mean: per_unit * moments.mean()?,
-            gradient: slopes.gradient,
-            mean_variance: error * error,
-            slope_variance: slopes.noise,
-        })
+        Some(Fit { mean: per_unit * moments.mean()?, gradient, mean_variance: error * error, slope_variance })
     }
 }
 

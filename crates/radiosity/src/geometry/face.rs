@@ -59,6 +59,13 @@ impl Faces {
         self.partition.is_some()
     }
 
+    /// The patch of every cell, in the order of surfaces and their cells; empty where every cell is a patch.
+    pub fn patch_of_cell(&self) -> Vec<u32> {
+        let cells = self.partition.iter().flat_map(|_| 0..self.pieces.cell_count() as u32);
+        // The number of a cell is that of its front, and that of a front's face is its patch.
+        cells.map(|cell| self.face_of(cell)).collect()
+    }
+
     /// The groups, where patches are groups of cells.
     #[inline(always)]
     pub(crate) fn partition(&self) -> Option<&Partition> {

@@ -71,9 +71,11 @@ fn of_walks(summary: &Summary, settings: &Settings) -> String {
 
 /// Which patches were chosen, and what was foretold of them.
 fn of_partition(partition: &PartitionSummary) -> String {
-    let PartitionSummary { surfaces, patches, basis, pilot_paths, for_paths, total, .. } = *partition;
+    let PartitionSummary { surfaces, grouped, patches, basis, pilot_paths, for_paths, total, .. } =
+        *partition;
+    let cut = if grouped { "cut and grouped" } else { "cut" };
     format!(
-        "patches: a pilot of {} paths cut {} and made {}, with {basis} light on each; it foretold an error of {} for {} paths",
+        "patches: a pilot of {} paths {cut} {} and made {}, with {basis} light on each; it foretold an error of {} for {} paths",
         quantity(pilot_paths as f64),
         counted(surfaces, "surface"),
         counted(patches, "patch"),

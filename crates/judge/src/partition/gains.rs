@@ -1,0 +1,227 @@
+//! What halving each part of a mesh is expected to gain, from what a pilot has measured of all parts.
+//!
+//! Gains are expected in proportion to the energy of a part: by a *rate* for each class of parts, which the pilot's sums over all parts of
+//! the class give, times a *factor* of the part, one of [`FACTORS`]. A part has the factor of the part around it or another one
+//! ([`STAY`]). So the factors of a tree are a hidden Markov chain that branches, of which every part is measured once; what each
+//! factor's weight is, given all measurements, follows by one way from the finest parts up and one from the whole down.
+//!
+//! Parts that the pilot did not see halved have the factor that the part around it makes likely, and rates that fall.
+
+use super::clusters::{Cluster, Clusters};
+use super::part::Seen;
+
+/// What the gain of a part may be of the rate's.
+const FACTORS: [f64; 8] = [0.0, 1.0 / 64.0, 1.0 / 16.0, 0.25, 1.0, 4.0, 16.0, 64.0];
+
+/// How likely each factor is of a part of which nothing is known. A cut that does not pay costs the noise of one unknown; a missing cut may
+/// cost much more, where light is bright. So the mean of the factors is [`CAUTION`], and not 1.
+const LIKELY: Weights = [0.048, 0.09, 0.138, 0.212, 0.28, 0.17, 0.052, 0.01];
+
+/// The mean of the factors.
+pub(crate) const CAUTION: f64 = 2.5;
+
+/// The probability that a part has the factor of the part around it; with the others of cases its factor is drawn anew.
+const STAY: f64 = 0.7;
+
+/// What the rate falls by where distances are halved, in classes of which the pilot tells nothing: between 1/2 (the edge of a shadow)
+/// and 1/4 (smooth light).
+const FALL: f64 = 0.4;
+
+/// The rate at the largest distances, before anything is measured.
+const FIRST_RATE: f64 = 0.25;
+
+/// The standard deviation of a gain about the rate's with the factor, as a part of it.
+const MISFIT: f64 = 0.7;
+
+/// Classes by how much the normals of the halves differ.
+const TURNS: [f64; 3] = [0.02, 0.2, 1.0];
+
+/// Classes by distance: octaves, from 2⁻²⁰ m up.
+const OCTAVES: usize = 40;
+
+type Weights = [f64; FACTORS.len()];
+
+/// What is expected of each part.
+pub(crate) struct Gains {
+    /// What halving it gains; of a single cell, what all cuts of it would [W²/m²].
+    pub(crate) expected: Vec<f64>,
+}
+
+impl Gains {
+    /// The gains of all parts, from those that a pilot of some walks has seen halved.
+    pub(crate) fn new(clusters: &Clusters, (seen, is_seen): (&[Seen], &[bool]), pilot: f64) -> Self {
+        let classes: Vec<Class> = clusters.parts.iter().map(|part| Class::of(clusters, part)).collect();
+        let rates = Rates::new(&classes, (seen, is_seen), pilot);
+        let base: Vec<f64> =
+            classes.iter().zip(seen).map(|(class, seen)| rates.of(class) * seen.energy.max(0.0)).collect();
+        let likelihoods = |part: usize| -> Weights {
+            let measured = Measured { gain: seen[part].gain, noise: seen[part].noise / pilot };
+            FACTORS.map(|factor| measured.likelihood(factor * base[part]))
+        };
+        // By part, the likelihood of all that is measured of it and its parts, by factor.
+        let mut upwards = vec![[1.0; FACTORS.len()]; seen.len()];
+        for part in (0..seen.len()).rev().filter(|&part| is_seen[part]) {
+            let mut weights = likelihoods(part);
+            for half in clusters.parts[part].halves.into_iter().flatten() {
+                if is_seen[half as usize] {
+                    times(&mut weights, &upward(&upwards[half as usize]));
+                }
+            }
+            upwards[part] = scaled(weights);
+        }
+        let mut expected = vec![0.0; seen.len()];
+        // By part, the weights of its factors, given all that is measured outside of it.
+        let mut around = vec![LIKELY; seen.len()];
+        for part in 0..seen.len() {
+            let mut weights = around[part];
+            times(&mut weights, &upwards[part]);
+            let weights = scaled(weights);
+            let measured = Measured { gain: seen[part].gain, noise: seen[part].noise / pilot };
+            let gain = |factor: f64| {
+                let gain = factor * base[part];
+                if is_seen[part] { measured.with(gain) } else { gain }
+            };
+            let sum: f64 = weights.iter().sum();
+            let mean: f64 = weights.iter().zip(FACTORS).map(|(weight, factor)| weight * gain(factor)).sum();
+            let tail = if clusters.parts[part].halves.is_none() { 1.0 / (1.0 - FALL) } else { 1.0 };
+            expected[part] = (tail * mean / sum).max(0.0);
+            for half in clusters.parts[part].halves.into_iter().flatten() {
+                let mut weights = weights;
+                if is_seen[half as usize] {
+                    divided(&mut weights, &upward(&upwards[half as usize]));
+                }
+                around[half as usize] = scaled(downward(&weights));
+            }
+        }
+        Gains { expected }
+    }
+}
+
+/// What parts are alike in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Class {
+    octave: usize,
+    turn: usize,
+}
+
+impl Class {
+    fn of(clusters: &Clusters, part: &Cluster) -> Self {
+        let (square, turn) = match part.halves {
+            // Halves of a single cell would be about so far apart.
+            None => (0.25 * part.area, 0.0),
+            Some([a, b]) => {
+                let [a, b] = [a, b].map(|half| &clusters.parts[half as usize]);
+                ((a.middle[0] - b.middle[0]).length_squared(), (a.middle[1] - b.middle[1]).length_squared())
+            }
+        };
+        // The exponent of the square, from −40 up, is twice that of the distance.
+        let exponent = (square.to_bits() >> 52) as i64 - 1023;
+        let octave = ((exponent + 40) / 2).clamp(0, OCTAVES as i64 - 1) as usize;
+        Class { octave, turn: TURNS.iter().filter(|&&limit| turn > limit).count() }
+    }
+}
+
+/// What parts of each class gain in proportion to their energy.
+struct Rates {
+    by_class: Vec<[f64; OCTAVES]>,
+}
+
+impl Rates {
+    fn new(classes: &[Class], (seen, is_seen): (&[Seen], &[bool]), pilot: f64) -> Self {
+        // By class, sums of gains, of their variances, and of energies.
+        let mut sums = vec![[[0.0; 3]; OCTAVES]; TURNS.len() + 1];
+        for (part, class) in classes.iter().enumerate().filter(|(part, _)| is_seen[*part]) {
+            let Seen { gain, energy, noise, .. } = seen[part];
+            let noise = noise / pilot;
+            let variance = (4.0 * gain.max(0.0) + 2.0 * noise) * noise;
+            let sum = &mut sums[class.turn][class.octave];
+            [gain, variance, energy].iter().zip(sum).for_each(|(x, sum)| *sum += x);
+        }
+        let by_class = sums.iter().map(Self::of_octaves).collect();
+        Rates { by_class }
+    }
+
+    /// The rates from the largest distance down: what is measured, and what the rate at twice the distance makes likely, weighed by their
+    /// variances.
+    fn of_octaves(sums: &[[f64; 3]; OCTAVES]) -> [f64; OCTAVES] {
+        let mut rates = [0.0; OCTAVES];
+        let mut likely = FIRST_RATE;
+        for octave in (0..OCTAVES).rev() {
+            let [gain, variance, energy] = sums[octave];
+            rates[octave] = likely;
+            if energy > 0.0 {
+                let (rate, variance) = (gain / energy, variance / (energy * energy));
+                let misfit = (2.0 * likely) * (2.0 * likely);
+                rates[octave] = ((rate * misfit + likely * variance) / (misfit + variance)).max(0.1 * likely);
+                likely = FALL * rates[octave];
+            } else if likely < FIRST_RATE {
+                likely *= FALL;
+            }
+        }
+        rates
+    }
+
+    fn of(&self, class: &Class) -> f64 {
+        self.by_class[class.turn][class.octave]
+    }
+}
+
+/// A gain as it was measured.
+struct Measured {
+    gain: f64,
+    /// The energy of the noise of one unknown in the pilot.
+    noise: f64,
+}
+
+impl Measured {
+    /// The variance of the measurement where so much is gained.
+    fn variance(&self, gain: f64) -> f64 {
+        (4.0 * gain + 2.0 * self.noise) * self.noise
+    }
+
+    /// The likelihood of the measurement where so much is gained, give or take a part of it, but for a factor: Student's with 15 degrees of
+    /// freedom, as the pilot has 16 groups.
+    fn likelihood(&self, gain: f64) -> f64 {
+        let variance = self.variance(gain) + (MISFIT * gain) * (MISFIT * gain);
+        if variance <= 0.0 {
+            return 1.0;
+        }
+        let off = self.gain - gain;
+        let square = 1.0 + off * off / (15.0 * variance);
+        let fourth = (square * square) * (square * square);
+        1.0 / (fourth * fourth * variance.sqrt())
+    }
+
+    /// The gain by the measurement and by what is expected.
+    fn with(&self, expected: f64) -> f64 {
+        let (variance, misfit) = (self.variance(expected), MISFIT * expected * MISFIT * expected);
+        let sum = variance + misfit;
+        if sum > 0.0 { (self.gain * misfit + expected * variance) / sum } else { expected }
+    }
+}
+
+/// The likelihood of what is measured of a half, by the factors of the whole.
+fn upward(half: &Weights) -> Weights {
+    let mean: f64 = half.iter().zip(LIKELY).map(|(weight, likely)| weight * likely).sum();
+    half.map(|weight| STAY * weight + (1.0 - STAY) * mean)
+}
+
+/// The weights of the factors of a half, from those of the whole.
+fn downward(whole: &Weights) -> Weights {
+    let sum: f64 = whole.iter().sum();
+    std::array::from_fn(|k| STAY * whole[k] + (1.0 - STAY) * LIKELY[k] * sum)
+}
+
+fn times(weights: &mut Weights, by: &Weights) {
+    weights.iter_mut().zip(by).for_each(|(weight, by)| *weight *= by);
+}
+
+fn divided(weights: &mut Weights, by: &Weights) {
+    weights.iter_mut().zip(by).for_each(|(weight, by)| *weight /= by);
+}
+
+/// Weights over the largest of them.
+fn scaled(weights: Weights) -> Weights {
+    let largest = weights.iter().fold(f64::MIN_POSITIVE, |largest, &weight| largest.max(weight));
+    weights.map(|weight| weight / largest)
+}

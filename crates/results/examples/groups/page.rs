@@ -1,0 +1,94 @@
+//! The page of the study.
+
+use std::fmt::Write;
+use std::fs;
+use std::path::Path;
+
+use crate::runs::{Failure, Found};
+use crate::{PATHS, UNIFORM};
+
+/// Writes `groups.md`.
+pub fn write(folder: &Path, millions: u64, (uniform, chosen): (&[Found], &[Found])) -> Result<(), Failure> {
+    let mut text = format!(
+        "# What groups of faces save\n\n\
+         `cargo run --release -p results --example groups -- docs/results {millions}` writes this page, radwalk {}.\n\n\
+         The scene is `scenes::interior` of {} triangles as an OBJ file: two furnished rooms, an object for each piece of furniture. Errors are relative L2\n\
+         errors of the reflected light, noise and discretisation together, against two references of {millions} million walks each. *All light*: on cells of at most\n\
+         50 cm². *Faces*: of the means of faces above 10 cm², for which one patch a face has noise alone. Times are processor times of one core:\n\
+         walks, and for chosen patches pilot and choice, without reading the file and writing the results.\n",
+        env!("CARGO_PKG_VERSION"),
+        uniform[0].patches,
+    );
+    for (k, title) in [(0, "All light"), (1, "Means of faces above 10 cm²")] {
+        errors(&mut text, title, k, (uniform, chosen))?;
+    }
+    foretold(&mut text, chosen)?;
+    fs::write(folder.join("groups.md"), text)?;
+    Ok(())
+}
+
+fn errors(
+    text: &mut String,
+    title: &str,
+    k: usize,
+    (uniform, chosen): (&[Found], &[Found]),
+) -> std::fmt::Result {
+    write!(text, "\n## {title}\n\n| walks |")?;
+    for (found, area) in uniform.iter().zip(UNIFORM) {
+        match area.is_finite() {
+            true => write!(text, " cells below {area} m²: {} |", found.patches)?,
+            false => write!(text, " one patch a face: {} |", found.patches)?,
+        }
+    }
+    text.push_str(" chosen: error, patches | its time, of it choosing | walks of one patch a face to that error, their time |\n|---|---|---|---|---|---|---|---|\n");
+    for (paths, chosen) in PATHS.iter().zip(chosen) {
+        write!(text, "| {paths} |")?;
+        uniform.iter().try_for_each(|found| write!(text, " {} |", percent(found.after(*paths, k))))?;
+        let error = chosen.errors.total[k];
+        let noise = (uniform[0].after(1, k) - uniform[0].errors.lost[k].max(0.0)).max(0.0);
+        let room = error - uniform[0].errors.lost[k].max(0.0);
+        let needed = match room > 0.0 {
+            true => {
+                let walks = noise / room;
+                let seconds = walks * uniform[0].walking / uniform[0].walks as f64;
+                format!("{walks:.0}, {seconds:.2} s")
+            }
+            false => "never".into(),
+        };
+        let time = chosen.walking + chosen.choosing;
+        writeln!(
+            text,
+            " **{}**, {} | {time:.2} s, {:.2} s | {needed} |",
+            percent(error),
+            chosen.patches,
+            chosen.choosing
+        )?;
+    }
+    Ok(())
+}
+
+fn foretold(text: &mut String, chosen: &[Found]) -> std::fmt::Result {
+    text.push_str(
+        "\n## What is foretold\n\n| walks | noise: foretold, measured | discretisation: foretold, measured | total: foretold over measured |\n|---|---|---|---|\n",
+    );
+    for (paths, found) in PATHS.iter().zip(chosen) {
+        let [noise, lost] = found.foretold;
+        let total = (noise * noise + lost * lost).sqrt();
+        let own = [found.errors.total[0] - found.errors.lost[0], found.errors.lost[0]];
+        writeln!(
+            text,
+            "| {paths} | {}, {} | {}, {} | {:.2} |",
+            percent(noise * noise),
+            percent(own[0]),
+            percent(lost * lost),
+            percent(own[1]),
+            total / found.errors.total[0].sqrt(),
+        )?;
+    }
+    Ok(())
+}
+
+/// A squared error as the percentage of its root.
+fn percent(square: f64) -> String {
+    format!("{:.2} %", 100.0 * square.max(0.0).sqrt())
+}
