@@ -118,6 +118,21 @@ fn intervals_are_true_in_any_scene() {
     judge(&chains(&coloured, 1 << 12), &truth, 100).agrees(0.06);
 }
 
+/// A lamp hangs 5 cm under a ceiling: most of what its upper side emits is near light, which links bring. Under it a face lies in
+/// contact with the floor.
+#[test]
+fn intervals_are_true_beside_an_emitter() {
+    let mut spec = box_scene(DVec3::new(2.0, 1.0, 1.0), [3, 2]);
+    spec.surfaces.iter_mut().for_each(|wall| wall.cell_emittance.clear());
+    let lamp = surface(quad(DVec3::new(0.9, 0.4, 0.95), 0.2 * DVec3::X, 0.2 * DVec3::Y, [1, 1]), 0.5);
+    spec.surfaces.push(SurfaceSpec { sides: Sides::Both, emittance: 1.0.into(), ..lamp });
+    spec.surfaces.push(surface(quad(DVec3::new(0.5, 0.3, 0.0), 0.6 * DVec3::X, 0.4 * DVec3::Y, [2, 1]), 0.8));
+    let truth = exactly(&spec);
+    for chain_rays in [1 << 12, 1 << 15] {
+        judge(&chains(&spec, chain_rays), &truth, 100).agrees(0.06);
+    }
+}
+
 /// In a closed scene with uniform E and R, B = E/(1 − R) whatever the rays do, since no difference goes along a link.
 #[test]
 fn a_furnace_is_exact_with_any_rays() {
@@ -171,7 +186,8 @@ fn chains_are_a_function_of_their_number() {
     assert_eq!(whole, tally(&[[5, 8], [0, 3], [3, 5]]));
     assert_ne!(whole, tally(&[[1, 9]]));
     assert_eq!((whole.counts.walks, whole.counts.rays), (8, 16_000));
-    assert_eq!((0..54).map(|patch| whole.events(patch)).sum::<u128>(), 16_000, "no ray escapes a cube");
+    let landed: u128 = (0..54).map(|patch| whole.events(patch)).sum();
+    assert_eq!(landed, 8 * 32 * 54, "no ray escapes a cube, and the others are shadow rays");
 }
 
 /// One chain cannot tell its error: the only bound is that no radiosity exceeds max E/(1 − max R).

@@ -1,6 +1,7 @@
 //! Rays that faces shoot, a batch at a time.
 
 use super::faces::FaceTable;
+use super::lamps::kernel;
 use super::numbers::Numbers;
 use crate::geometry::face::Face;
 use crate::random::rng::WalkRng;
@@ -38,6 +39,25 @@ struct Batch {
     hits: Hits,
     arrivals: Arrivals,
     scratch: Scratch,
+}
+
+/// The two ends of a ray that has landed.
+pub(crate) struct Meeting<'a> {
+    scene: &'a Scene,
+    batch: &'a Batch,
+    ray: usize,
+}
+
+impl Meeting<'_> {
+    /// k = cos θ cos θ′/(πr²) between the ends [1/m²]; infinite where they are one point.
+    pub(super) fn kernel(&self) -> f64 {
+        let Batch { departures, rays, hits, .. } = self.batch;
+        let normal = |surface: u32| self.scene.surfaces()[surface as usize].normal();
+        let direction = rays.get(self.ray).direction;
+        let leaves = normal(departures.surface[self.ray]).dot(direction) * departures.facing[self.ray];
+        let arrives = -normal(hits.surface[self.ray]).dot(direction) * hits.facing[self.ray];
+        kernel(leaves, arrives, hits.t[self.ray])
+    }
 }
 
 /// Draws for `arrive` that stand for none: a ray of a chain ends where it lands, so survival, point and direction are
@@ -90,14 +110,14 @@ impl<'a, N: Numbers> Caster<'a, N> {
         self.numbers.rng()
     }
 
-    /// Shoots `rays[k]` more rays from each face `first` + k, face by face; `land(i, j)` for each of face i that lands on a
-    /// face j. `None` once `go_on` says no, which is asked for every batch.
+    /// Shoots `rays[k]` more rays from each face `first` + k, face by face; `land(i, j, meeting)` for each of face i that lands
+    /// on a face j. `None` once `go_on` says no, which is asked for every batch.
     pub(crate) fn cast(
         &mut self,
         first: usize,
         rays: &[u32],
         go_on: &dyn Fn() -> bool,
-        mut land: impl FnMut(u32, u32),
+        mut land: impl FnMut(u32, u32, &Meeting),
     ) -> Option<()> {
         for (i, &more) in (first..).zip(rays).filter(|(_, more)| **more > 0) {
             let (number, face) = (i as u32, &self.faces.list[i]);
@@ -127,7 +147,7 @@ impl<'a, N: Numbers> Caster<'a, N> {
     }
 
     /// Traces the batch and reports where its rays land.
-    fn trace(&mut self, land: &mut impl FnMut(u32, u32)) {
+    fn trace(&mut self, land: &mut impl FnMut(u32, u32, &Meeting)) {
         let (scene, batch) = (self.faces.scene, &mut *self.batch);
         let len = std::mem::take(&mut batch.len);
         batch.leave(scene, len, self.numbers.points(scene.parts.isa));
@@ -137,7 +157,7 @@ impl<'a, N: Numbers> Caster<'a, N> {
             if batch.arrivals.active.has(i) {
                 let to = batch.arrivals.face[i];
                 self.landed[to as usize] += 1;
-                land(from, to);
+                land(from, to, &Meeting { scene, batch, ray: i });
             } else {
                 let back = batch.arrivals.met.has(i);
                 self.lost[from as usize][usize::from(back)] += 1;

@@ -19,6 +19,7 @@ use crate::geometry::spec::Sides;
 use crate::geometry::surface::Surface;
 use crate::jacobi::cast::systematic;
 use crate::jacobi::faces::FaceTable;
+use crate::jacobi::lamps::{emitted_shares, kernel, pieces_with_parts};
 use crate::jacobi::numbers::{Numbers, SobolNumbers};
 use crate::random::rng::{WalkRng, unit_32};
 use crate::random::sobol::Points;
@@ -192,10 +193,10 @@ impl<'a> Gatherer<'a> {
     /// H of a station, whose rays are those of this number, in every channel, and the rays that met something.
     fn irradiance(&mut self, number: u32, station: &Station, rng: &mut WalkRng) -> Option<(Vec<f64>, u64)> {
         let mut irradiance = vec![0.0; self.faces.scene.channels()];
-        let landed = self.gather(number, station, numbers(rng), &mut irradiance)?;
+        let landed = self.gather(number, station, SobolNumbers::apart(rng), &mut irradiance)?;
         if self.rays[1] > 0 {
             let offset = rng.pair()[0];
-            self.light(station, numbers(rng), offset, &mut irradiance)?;
+            self.light(station, SobolNumbers::apart(rng), offset, &mut irradiance)?;
         }
         Some((irradiance, landed))
     }
@@ -345,38 +346,8 @@ impl Batch {
         let leaves = from.normal().dot(direction) * from.facing();
         let met = &scene.surfaces()[self.hits.surface[i] as usize];
         let arrives = -met.normal().dot(direction) * self.hits.facing[i];
-        let distance = self.hits.t[i];
-        let kernel = leaves * arrives / (std::f64::consts::PI * distance * distance);
-        if leaves > 0.0 && arrives > 0.0 && !kernel.is_nan() { kernel } else { 0.0 }
+        kernel(leaves, arrives, self.hits.t[i])
     }
-}
-
-/// The part of shadow rays that each face should get: its part of Φ_T, the mean of the channels that have light.
-fn emitted_shares(faces: &FaceTable) -> Vec<f64> {
-    let scene = faces.scene;
-    let lit: Vec<usize> = (0..scene.channels()).filter(|&c| scene.total_power(c) > 0.0).collect();
-    if lit.is_empty() {
-        return Vec::new();
-    }
-    let share = |(face, area): (&Face, &f64)| {
-        let part = |&c: &usize| face.emittance[c] * area / scene.total_power(c);
-        lit.iter().map(part).sum::<f64>() / lit.len() as f64
-    };
-    faces.list.iter().zip(&faces.areas).map(share).collect()
-}
-
-/// The pieces of the faces with a part of shadow rays, each with its part of that: by area.
-fn pieces_with_parts(faces: &FaceTable, share: &[f64]) -> (Vec<u32>, Vec<f64>) {
-    let of_scene = faces.scene.faces();
-    let pieces = |(face, share): (usize, &f64)| {
-        let (share, alone) = (*share, of_scene.pieces(face).nth(1).is_none());
-        let part = move |piece: u32| match alone {
-            true => share,
-            false => share * (of_scene.piece(piece).area / faces.areas[face]),
-        };
-        of_scene.pieces(face).map(move |piece| (piece, part(piece)))
-    };
-    share.iter().enumerate().filter(|(_, share)| **share > 0.0).flat_map(pieces).unzip()
 }
 
 fn surface<'a>(scene: &'a Scene, face: &Face) -> &'a Surface {
@@ -387,11 +358,4 @@ fn surface<'a>(scene: &'a Scene, face: &Face) -> &'a Surface {
 fn place(scene: &Scene, face: &Face, numbers: [u32; 2]) -> [f64; 2] {
     let surface = surface(scene, face);
     surface.point_in_cell(surface.cell_of(face), numbers.map(unit_32))
-}
-
-/// A scrambling of its own.
-fn numbers(rng: &mut WalkRng) -> SobolNumbers {
-    let numbers = SobolNumbers::new(rng.clone());
-    rng.bits();
-    numbers
 }

@@ -184,7 +184,7 @@ impl<'a, N: Numbers> Shooter<'a, N> {
         let carried: Power =
             power.iter().map(|power| power.iter().zip(shares).map(carried).collect()).collect();
         let mut incoming: Power = vec![vec![0.0; shares.len()]; power.len()];
-        self.caster.cast(0, &births, go_on, |from, to| {
+        self.caster.cast(0, &births, go_on, |from, to, _| {
             for (incoming, carried) in incoming.iter_mut().zip(&carried) {
                 incoming[to as usize] += carried[from as usize];
             }

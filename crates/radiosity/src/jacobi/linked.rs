@@ -5,8 +5,10 @@
 //! Rays go out in three stages, each aimed by what the stages before have found.
 
 use super::cast::{Caster, systematic};
+use super::direct::Direct;
 use super::faces::FaceTable;
-use super::links::{LinkTable, Links};
+use super::links::Links;
+use super::near::Landed;
 use super::numbers::{Numbers, SobolNumbers};
 use super::outcome::Outcome;
 use super::shared::cast;
@@ -31,18 +33,31 @@ const ROUGH: f64 = 1e-3;
 /// solution, no longer want it.
 pub(crate) fn chain(faces: &FaceTable, rng: WalkRng, rays: u64, hands: &dyn Hands) -> Option<Outcome> {
     let mut caster = Caster::new(faces, SobolNumbers::new(rng));
-    let mut table = LinkTable::new(faces.areas.len());
+    let mut direct = Direct::where_it_pays(faces, rays, &density(&faces.areas, &[]), hands)?;
+    if let Some(direct) = &mut direct {
+        direct.cast(caster.rng(), hands)?;
+    }
+    let rays = rays - direct.as_ref().map_or(0, Direct::rays);
+    let mut landed = Landed::new(faces.areas.len(), direct.as_ref().map(Direct::bounds));
     let mut radiosity: Vec<Vec<f64>> = Vec::new();
     let mut outcome = None;
     for eighths in STAGES {
         let out = part(rays, eighths);
         let offset = caster.rng().pair()[0];
-        let more = aimed(&faces.areas, &radiosity, &caster, out, offset);
-        cast(&mut caster, &more, &mut table, hands)?;
-        let links = Links::new(&table, &caster, faces);
+        let along = direct.as_ref().map(|direct| direct.along_links(&landed, &caster, &radiosity));
+        let more = aimed(&faces.areas, along.as_ref().unwrap_or(&radiosity), &caster, out, offset);
+        cast(&mut caster, &more, &mut landed, hands)?;
+        let links = Links::new(&landed.links, &caster, faces);
         let residual = if out == rays { ROUGH / (rays as f64).sqrt() } else { ROUGH };
-        radiosity = solve(&links, &radiosity, residual, hands)?;
-        outcome = (out == rays).then(|| solved(&links, &caster, &radiosity, hands));
+        let straight = direct.as_ref().map(|direct| direct.irradiance(&landed, &caster));
+        radiosity = solve(&links, straight.as_deref(), &radiosity, residual, hands)?;
+        outcome = (out == rays).then(|| match (&straight, &direct) {
+            (Some(straight), Some(direct)) => {
+                let outcome = solved_beside(&links, &caster, straight, &radiosity, hands);
+                outcome.with_shadow_rays(direct.rays())
+            }
+            _ => solved(&links, &caster, &radiosity, hands),
+        });
     }
     outcome
 }
@@ -71,6 +86,36 @@ fn solved<N: Numbers>(
     let irradiance = radiosity.iter().enumerate().map(|(channel, b)| links.irradiance(channel, b, hands));
     let lost = radiosity.iter().map(|b| links.lost_power(b));
     Outcome::new(links.faces, caster, &irradiance.collect::<Vec<_>>(), &lost.collect::<Vec<_>>())
+}
+
+/// What a chain has found, given H_d and b of every face in every channel.
+fn solved_beside<N: Numbers>(
+    links: &Links,
+    caster: &Caster<N>,
+    direct: &[Vec<f64>],
+    reflected: &[Vec<f64>],
+    hands: &dyn Hands,
+) -> Outcome {
+    let FaceTable { scene, list, areas } = links.faces;
+    let channels = || direct.iter().zip(reflected).enumerate();
+    let irradiance =
+        channels().map(|(channel, (direct, b))| links.irradiance_beside(channel, direct, b, hands));
+    let lost = channels().map(|(channel, (direct, b))| {
+        let arrives: f64 = direct.iter().zip(areas).map(|(h, area)| h * area).sum();
+        let emittance: Vec<f64> = list.iter().map(|face| face.emittance[channel]).collect();
+        let of_emitted = shared_out(scene.total_power(channel) - arrives, links.lost_power(&emittance));
+        let of_reflected = links.lost_power(b);
+        [0, 1].map(|way| of_emitted[way] + of_reflected[way])
+    });
+    Outcome::new(links.faces, caster, &irradiance.collect::<Vec<_>>(), &lost.collect::<Vec<_>>())
+}
+
+/// The power that does not arrive, in proportion to what the rays of emitters say of the two ways in which it is lost.
+fn shared_out(lost: f64, ways: [f64; 2]) -> [f64; 2] {
+    match (lost.max(0.0), ways[0] + ways[1]) {
+        (lost, sum) if sum > 0.0 => ways.map(|way| lost * way / sum),
+        (lost, _) => [lost, 0.0],
+    }
 }
 
 /// `eighths` of `rays`, rounded down.

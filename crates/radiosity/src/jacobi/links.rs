@@ -4,10 +4,12 @@
 //! counts expect A_i·F_ij = A_j·F_ji times their density n/A of rays: K_ij = (c_ij + c_ji)/(n_i/A_i + n_j/A_j) is an
 //! unbiased estimate of the exchange area A_i·F_ij, symmetric as that is.
 
+use std::ops::AddAssign;
 use std::sync::Mutex;
 
 use super::cast::Caster;
 use super::faces::FaceTable;
+use crate::geometry::face::Face;
 use crate::hands::{Hands, PARTS_PER_HAND};
 
 /// Sums over fewer ends of links are faster than threads are lent.
@@ -15,59 +17,60 @@ const FEW_LINKS: usize = 1 << 16;
 
 /// Rays from one face that met another.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Link {
+pub(crate) struct Link<W = u32> {
     pub(crate) from: u32,
     pub(crate) to: u32,
-    pub(crate) rays: u32,
+    pub(crate) rays: W,
 }
 
-/// Counts links. The rays of a face come one after the other, so that one row of counts is open at a time.
-pub(crate) struct LinkTable {
+/// Counts links, in whole rays or in parts of them. The rays of a face come one after the other, so that one row of counts is
+/// open at a time.
+pub(crate) struct LinkTable<W = u32> {
     row: u32,
-    counts: Vec<u32>,
+    counts: Vec<W>,
     touched: Vec<u32>,
-    links: Vec<Link>,
+    links: Vec<Link<W>>,
 }
 
-impl LinkTable {
+impl<W: Copy + Default + PartialEq + AddAssign> LinkTable<W> {
     /// No link yet, between `faces` faces.
     pub(crate) fn new(faces: usize) -> Self {
-        LinkTable { row: 0, counts: vec![0; faces], touched: Vec::new(), links: Vec::new() }
+        LinkTable { row: 0, counts: vec![W::default(); faces], touched: Vec::new(), links: Vec::new() }
     }
 
-    /// Counts a ray from one face to another.
+    /// Counts rays from one face to another.
     #[inline(always)]
-    pub(crate) fn count(&mut self, from: u32, to: u32) {
+    pub(crate) fn count(&mut self, from: u32, to: u32, rays: W) {
         if from != self.row {
             self.end_row();
             self.row = from;
         }
-        self.add(to, 1);
+        self.add(to, rays);
     }
 
     /// Counts rays from the face of the open row.
     #[inline(always)]
-    fn add(&mut self, to: u32, rays: u32) {
+    fn add(&mut self, to: u32, rays: W) {
         let count = &mut self.counts[to as usize];
-        if *count == 0 {
+        if *count == W::default() {
             self.touched.push(to);
         }
         *count += rays;
     }
 
     /// The links of all rows that are closed.
-    pub(crate) fn links(&self) -> &[Link] {
+    pub(crate) fn links(&self) -> &[Link<W>] {
         &self.links
     }
 
     /// Takes over the rows of a table whose rays come after those of this one. Both are closed.
-    pub(crate) fn extend(&mut self, later: &LinkTable) {
+    pub(crate) fn extend(&mut self, later: &LinkTable<W>) {
         self.links.extend_from_slice(&later.links);
     }
 
     /// Takes over the rows of a table that goes on where this one ends, perhaps in the middle of a row: that row becomes
     /// one, in the order that one table would have given it. Both are closed.
-    pub(crate) fn join(&mut self, later: &LinkTable) {
+    pub(crate) fn join(&mut self, later: &LinkTable<W>) {
         let Some(&Link { from, .. }) = later.links.first() else { return };
         let begun = self.links.iter().rposition(|link| link.from != from).map_or(0, |last| last + 1);
         let cut = later.links.partition_point(|link| link.from == from);
@@ -179,21 +182,38 @@ impl<'a> Links<'a> {
     /// conserves energy. An emitter's E would drown what comes in, and b of a black face says nothing: there H is what
     /// comes along its links, over all of them.
     pub(crate) fn irradiance(&self, channel: usize, radiosity: &[f64], hands: &dyn Hands) -> Vec<f64> {
+        let faces = self.faces.list.iter().zip(radiosity).zip(self.incoming(radiosity, hands));
+        let of_face = |((face, b), incoming): ((&Face, &f64), f64)| {
+            let reflectance = face.reflectance[channel];
+            if reflectance > 0.0 && face.emittance[channel] == 0.0 { b / reflectance } else { incoming }
+        };
+        faces.map(of_face).collect()
+    }
+
+    /// The same from b and from H_d, which comes straight from emitters: H = b/R where a face reflects.
+    pub(crate) fn irradiance_beside(
+        &self,
+        channel: usize,
+        direct: &[f64],
+        reflected: &[f64],
+        hands: &dyn Hands,
+    ) -> Vec<f64> {
+        let faces =
+            self.faces.list.iter().zip(reflected).zip(direct.iter().zip(self.incoming(reflected, hands)));
+        let of_face = |((face, b), (direct, incoming)): ((&Face, &f64), (&f64, f64))| {
+            let reflectance = face.reflectance[channel];
+            if reflectance > 0.0 { b / reflectance } else { direct + incoming }
+        };
+        faces.map(of_face).collect()
+    }
+
+    /// What comes along the links of each face, over all of them [W/m²].
+    fn incoming(&self, radiosity: &[f64], hands: &dyn Hands) -> Vec<f64> {
         let mut incoming = vec![[0.0]; radiosity.len()];
         self.add_incoming(1.0, radiosity.as_chunks().0, &mut incoming, hands);
-        let faces = self.faces.list.iter().zip(radiosity).zip(incoming.iter().zip(&self.total));
-        faces
-            .map(|((face, b), ([incoming], total))| {
-                let reflectance = face.reflectance[channel];
-                if reflectance > 0.0 && face.emittance[channel] == 0.0 {
-                    b / reflectance
-                } else if *total > 0.0 {
-                    incoming / total
-                } else {
-                    0.0
-                }
-            })
-            .collect()
+        let over_total =
+            |([incoming], total): (&[f64; 1], &f64)| if *total > 0.0 { incoming / total } else { 0.0 };
+        incoming.iter().zip(&self.total).map(over_total).collect()
     }
 
     /// Power that escapes and that ends on backs [W], given B.

@@ -9,15 +9,19 @@
 
 mod board;
 pub(crate) mod cast;
+mod direct;
 pub(crate) mod faces;
 pub(crate) mod final_gather;
 mod iterations;
+mod lamps;
 mod linked;
 mod links;
+mod near;
 pub(crate) mod numbers;
 mod outcome;
 pub(crate) mod plan;
 mod reciprocity;
+mod shadow;
 mod shared;
 mod solve;
 

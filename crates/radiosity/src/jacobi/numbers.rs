@@ -43,6 +43,13 @@ impl SobolNumbers {
             seeds: [[0; WIDTH]; DIMENSIONS],
         }
     }
+
+    /// Numbers with a scrambling of their own.
+    pub(super) fn apart(rng: &mut WalkRng) -> Self {
+        let numbers = SobolNumbers::new(rng.clone());
+        rng.bits();
+        numbers
+    }
 }
 
 impl Numbers for SobolNumbers {

@@ -46,6 +46,13 @@ impl Outcome {
         }
         outcome
     }
+
+    /// The same after `rays` shadow rays, too: each ends at an emitter, or at what hides it.
+    pub(super) fn with_shadow_rays(mut self, rays: u64) -> Self {
+        self.counts.rays += rays;
+        self.counts.absorbed += rays;
+        self
+    }
 }
 
 /// A part of a channel's power in the units of [`Counts::WEIGHT_UNITS`].

@@ -36,7 +36,7 @@ pub(crate) fn reciprocity(faces: &FaceTable, rng: WalkRng, rays: u64) -> Recipro
     let offset = caster.rng().pair()[0];
     let births = systematic(&shares, rays, offset);
     caster
-        .cast(0, &births, &|| true, |from, to| table.count(from, to))
+        .cast(0, &births, &|| true, |from, to, _| table.count(from, to, 1))
         .expect("the rays are never told to stop");
     table.end_row();
     compare(table.links(), &caster.shot, &faces.areas)

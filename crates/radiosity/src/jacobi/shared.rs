@@ -6,7 +6,7 @@
 use std::sync::Mutex;
 
 use super::cast::Caster;
-use super::links::LinkTable;
+use super::near::Landed;
 use super::numbers::SobolNumbers;
 use crate::hands::{Hands, PARTS_PER_HAND};
 
@@ -23,37 +23,39 @@ struct Part {
     rays: Vec<u32>,
 }
 
-/// Shoots `rays[i]` more rays from each face i, and counts their links. `None` once `hands` no longer want it.
+/// Shoots `rays[i]` more rays from each face i, and counts where they land. `None` once `hands` no longer want it.
 pub(super) fn cast(
     caster: &mut Caster<SobolNumbers>,
     rays: &[u32],
-    table: &mut LinkTable,
+    landed: &mut Landed,
     hands: &dyn Hands,
 ) -> Option<()> {
     let go_on = || hands.go_on();
     let parts = parts(rays, hands.count());
     if parts.len() < 2 {
-        caster.cast(0, rays, &go_on, |from, to| table.count(from, to))?;
-        table.end_row();
+        caster.cast(0, rays, &go_on, |from, to, meeting| landed.count(from, to, meeting))?;
+        landed.end_row();
         return Some(());
     }
-    let found: Vec<Mutex<Option<LinkTable>>> = parts.iter().map(|_| Mutex::new(None)).collect();
+    let found: Vec<Mutex<Option<Landed>>> = parts.iter().map(|_| Mutex::new(None)).collect();
     let (apart, sums) = (caster.apart(), Mutex::new(&mut *caster));
+    let empty = landed.apart(rays.len());
     hands.share(parts.len(), &|number| {
         let Part { first_face, skipped, rays } = &parts[number];
-        let (mut caster, mut table) = (apart.apart(), LinkTable::new(apart.shot.len()));
+        let (mut caster, mut part) = (apart.apart(), empty.apart(apart.shot.len()));
         caster.shot[*first_face] += skipped;
-        if caster.cast(*first_face, rays, &go_on, |from, to| table.count(from, to)).is_some() {
-            table.end_row();
+        let cast = caster.cast(*first_face, rays, &go_on, |from, to, meeting| part.count(from, to, meeting));
+        if cast.is_some() {
+            part.end_row();
             sums.lock().expect("no thread panics with it").take_over(&caster);
-            *found[number].lock().expect("no thread panics with it") = Some(table);
+            *found[number].lock().expect("no thread panics with it") = Some(part);
         }
     });
-    let mut joined = LinkTable::new(rays.len());
+    let mut joined = landed.apart(rays.len());
     for part in found {
         joined.join(&part.into_inner().expect("no thread panics with it")?);
     }
-    table.extend(&joined);
+    landed.extend(&joined);
     caster.shot.iter_mut().zip(rays).for_each(|(shot, more)| *shot += more);
     Some(())
 }
@@ -92,6 +94,7 @@ mod tests {
     use super::*;
     use crate::SceneSpec;
     use crate::jacobi::linked::chain;
+    use crate::jacobi::links::LinkTable;
     use crate::jacobi::{FaceTable, Outcome};
     use crate::random::rng::Sequence;
     use crate::scene::{IndexChoice, Scene};
@@ -126,18 +129,28 @@ mod tests {
         Scene::build(&spec, IndexChoice::Auto).unwrap()
     }
 
+    /// A room of 216 patches with a small lamp, whose light shadow rays bring.
+    fn room_with_a_lamp() -> Scene {
+        let mut spec = SceneSpec::furnace(6, 0.5);
+        spec.surfaces.iter_mut().for_each(|surface| surface.emittance = 0.0.into());
+        spec.surfaces[0].cell_emittance.push((0, 1.0.into()));
+        Scene::build(&spec, IndexChoice::Auto).unwrap()
+    }
+
     fn bits(outcome: Outcome) -> (Vec<u64>, Vec<u64>) {
         (outcome.irradiance.iter().map(|h| h.to_bits()).collect(), outcome.landed)
     }
 
     #[test]
     fn a_chain_is_the_same_to_the_last_bit_by_any_number_of_threads() {
-        let scene = room();
-        let faces = FaceTable::new(&scene);
-        let of = |hands: &dyn Hands| bits(chain(&faces, Sequence::new(7).walk(3), 300_000, hands).unwrap());
-        let alone = of(&|| true);
-        for threads in [2, 3, 7] {
-            assert_eq!(of(&Threads(threads)), alone, "{threads} threads");
+        for scene in [room(), room_with_a_lamp()] {
+            let faces = FaceTable::new(&scene);
+            let of =
+                |hands: &dyn Hands| bits(chain(&faces, Sequence::new(7).walk(3), 300_000, hands).unwrap());
+            let alone = of(&|| true);
+            for threads in [2, 3, 7] {
+                assert_eq!(of(&Threads(threads)), alone, "{threads} threads");
+            }
         }
     }
 
@@ -175,8 +188,8 @@ mod tests {
     #[test]
     fn a_row_that_is_cut_is_joined() {
         let counted = |rays: &[(u32, u32)]| {
-            let mut table = LinkTable::new(3);
-            rays.iter().for_each(|&(from, to)| table.count(from, to));
+            let mut table = LinkTable::<u32>::new(3);
+            rays.iter().for_each(|&(from, to)| table.count(from, to, 1));
             table.end_row();
             table
         };

@@ -13,16 +13,18 @@ use crate::hands::Hands;
 const MOST_STEPS: usize = 1000;
 
 /// B of every face [W/m²], channel by channel, until the residual has fallen to this part of the source's, both in the
-/// norm of the inverse diagonal. `start` is a guess, or empty. `None` once `hands` no longer want it.
+/// norm of the inverse diagonal. Where H_d is given, which comes straight from emitters, it is b = B − E that is found: the
+/// same system with A_i·H_d in place of A_i E_i/R_i. `start` is a guess, or empty. `None` once `hands` no longer want it.
 pub(crate) fn solve(
     links: &Links,
+    direct: Option<&[Vec<f64>]>,
     start: &[Vec<f64>],
     residual: f64,
     hands: &dyn Hands,
 ) -> Option<Vec<Vec<f64>>> {
     match links.faces.scene.channels() {
-        1 => System::<1>::new(links, hands).solve(start, residual),
-        _ => System::<3>::new(links, hands).solve(start, residual),
+        1 => System::<1>::new(links, direct, hands).solve(start, residual),
+        _ => System::<3>::new(links, direct, hands).solve(start, residual),
     }
 }
 
@@ -35,14 +37,15 @@ struct System<'a, const C: usize> {
     hands: &'a dyn Hands,
     /// [m²]; 1 where the face is black, whose B = E is known.
     diagonal: Field<C>,
-    /// A_i E_i/R_i [W]; 0 where black.
+    /// A_i E_i/R_i or A_i·H_d [W]; 0 where black.
     emission: Field<C>,
-    emittance: Field<C>,
+    /// What is known of the unknown where a face is black [W/m²].
+    known: Field<C>,
     reflects: Vec<[bool; C]>,
 }
 
 impl<'a, const C: usize> System<'a, C> {
-    fn new(links: &'a Links<'a>, hands: &'a dyn Hands) -> Self {
+    fn new(links: &'a Links<'a>, direct: Option<&[Vec<f64>]>, hands: &'a dyn Hands) -> Self {
         let faces = links.faces;
         let rows = || faces.areas.iter().zip(links.total()).zip(&faces.list);
         let diagonal = rows().map(|((area, total), face)| {
@@ -51,18 +54,23 @@ impl<'a, const C: usize> System<'a, C> {
                 r => area * (1.0 - r) / r + total,
             })
         });
-        let emission = rows().map(|((area, _), face)| {
-            std::array::from_fn(|c| match face.reflectance[c] {
-                0.0 => 0.0,
-                r => area * face.emittance[c] / r,
+        let emission = rows().enumerate().map(|(i, ((area, _), face))| {
+            std::array::from_fn(|c| match (face.reflectance[c], direct) {
+                (0.0, _) => 0.0,
+                (_, Some(direct)) => area * direct[c][i],
+                (r, None) => area * face.emittance[c] / r,
             })
+        });
+        let known = faces.list.iter().map(|face| match direct {
+            Some(_) => [0.0; C],
+            None => std::array::from_fn(|c| face.emittance[c]),
         });
         System {
             links,
             hands,
             diagonal: diagonal.collect(),
             emission: emission.collect(),
-            emittance: faces.list.iter().map(|face| std::array::from_fn(|c| face.emittance[c])).collect(),
+            known: known.collect(),
             reflects: faces
                 .list
                 .iter()
@@ -107,7 +115,7 @@ impl<'a, const C: usize> System<'a, C> {
     /// The right-hand side of the faces that reflect: their own emission and what comes from black emitters, whose B = E is
     /// known.
     fn source(&self) -> Field<C> {
-        let mut known = self.emittance.clone();
+        let mut known = self.known.clone();
         for (b, reflects) in known.iter_mut().zip(&self.reflects) {
             for c in 0..C {
                 b[c] = if reflects[c] { 0.0 } else { b[c] };
@@ -121,7 +129,7 @@ impl<'a, const C: usize> System<'a, C> {
 
     /// The guess, where there is one and the face reflects.
     fn begin(&self, start: &[Vec<f64>]) -> Field<C> {
-        let mut b = self.emittance.clone();
+        let mut b = self.known.clone();
         for (c, start) in start.iter().enumerate() {
             let reflecting = b.iter_mut().zip(start).zip(&self.reflects).filter(|(_, reflects)| reflects[c]);
             reflecting.for_each(|((b, start), _)| b[c] = *start);

@@ -1,0 +1,225 @@
+//! Light straight from emitters, H_d, apart from the light that has been reflected.
+//!
+//! Direct light varies most from face to face, and the counts of rays between a small emitter and many faces are as noisy as
+//! counts are. Shadow rays bring it with the noise of the kernel alone; links then carry b = B − E, which is smooth. Near
+//! emitters, where the kernel varies most, links bring it (`near.rs`).
+
+use std::sync::Mutex;
+
+use super::cast::{Caster, systematic};
+use super::faces::FaceTable;
+use super::lamps::{Lamp, Lamps, emitted_shares};
+use super::near::{Bounds, Landed};
+use super::numbers::SobolNumbers;
+use super::shadow::ShadowCaster;
+use crate::hands::{Hands, PARTS_PER_HAND};
+use crate::random::rng::{Sequence, WalkRng};
+
+/// At most one in this many rays of a chain is a shadow ray.
+const SHADOW_SHARE: u64 = 4;
+
+/// The rays per face that links keep for themselves: with fewer, intervals of chains are too narrow.
+const RAYS_OF_LINKS: u64 = 32;
+
+/// The largest part of the area that may emit. Where all of it does, links are exact: B hardly differs along them.
+const MOST_EMITTING: f64 = 0.125;
+
+/// The shadow rays of a pilot from each of its faces.
+const PILOT_RAYS: u32 = 8;
+
+/// A pilot shoots at most one ray for this many of the chain.
+const PILOT_PART: u64 = 32;
+
+/// The seed of pilots: chains with the same number of rays decide alike.
+const PILOT_SEED: u64 = 0;
+
+/// Direct light of one chain.
+pub(super) struct Direct<'a> {
+    faces: &'a FaceTable<'a>,
+    lamps: Lamps,
+    /// The shadow rays of each face.
+    rays: Vec<u32>,
+    bounds: Bounds,
+    /// H by shadow rays [W/m²], face-major and channel-minor.
+    far: Vec<f64>,
+}
+
+impl<'a> Direct<'a> {
+    /// Shadow rays for a chain of `rays` rays in all, of which each face shoots the part `blind`, where they pay. What pays is a
+    /// function of the scene and of `rays`. `None` in place of an answer once `hands` no longer want it.
+    pub(super) fn where_it_pays(
+        faces: &'a FaceTable<'a>,
+        rays: u64,
+        blind: &[f64],
+        hands: &dyn Hands,
+    ) -> Option<Option<Self>> {
+        let emitting = faces.list.iter().filter(|face| face.emittance.is_lit()).map(|face| face.area);
+        let emitting = emitting.sum::<f64>();
+        if emitting == 0.0 || emitting > MOST_EMITTING * faces.areas.iter().sum::<f64>() {
+            return Some(None);
+        }
+        let spare = rays.saturating_sub(RAYS_OF_LINKS * faces.list.len() as u64);
+        let shadow = (rays / SHADOW_SHARE).min(spare);
+        let of_links: Vec<f64> = blind.iter().map(|part| part * (rays - shadow) as f64).collect();
+        let shadows = systematic(blind, shadow, 0.5);
+        let bounds = Bounds::new(faces, &of_links, &shadows, &emitted_shares(faces));
+        let direct = Direct { faces, lamps: Lamps::new(faces), rays: shadows, bounds, far: Vec::new() };
+        let pays = direct.beats_links(rays, hands)?;
+        Some(pays.then_some(direct))
+    }
+
+    /// The shadow rays of all faces.
+    pub(super) fn rays(&self) -> u64 {
+        self.rays.iter().map(|&rays| u64::from(rays)).sum()
+    }
+
+    /// How light is divided between shadow rays and links.
+    pub(super) fn bounds(&self) -> &Bounds {
+        &self.bounds
+    }
+
+    /// Whether shadow rays bring direct light with a smaller squared error than half of the rays would as counts, by a pilot
+    /// from some of the faces. In units of Φ_T, a count of m of `n` rays errs by A_i·h²/m = h/n, since m = A_i·h·n.
+    fn beats_links(&self, rays: u64, hands: &dyn Hands) -> Option<bool> {
+        let shares: Vec<f64> = self.rays.iter().map(|&rays| f64::from(rays)).collect();
+        let sample = rays / (PILOT_PART * u64::from(PILOT_RAYS)) + 1;
+        let chosen = systematic(&shares, sample.min(self.rays.len() as u64), 0.5);
+        let pilot: Vec<u32> = chosen.iter().map(|&times| times.min(1) * PILOT_RAYS).collect();
+        let mut sums = vec![[0.0; 2]; pilot.len()];
+        let numbers = SobolNumbers::new(Sequence::new(PILOT_SEED).walk(0));
+        let mut caster = ShadowCaster::new(self.faces, &self.lamps, numbers);
+        caster.cast(0, &pilot, &|| hands.go_on(), |face, lamp, kernel| {
+            let brought = self.brought(face, lamp, kernel);
+            let [sum, squares] = &mut sums[face as usize];
+            (*sum, *squares) = (*sum + brought, *squares + brought * brought);
+        })?;
+        let n = f64::from(PILOT_RAYS);
+        let per_share = sample as f64 / self.rays() as f64;
+        let (mut by_shadows, mut by_counts) = (0.0, 0.0);
+        for (face, [sum, squares]) in sums.into_iter().enumerate().filter(|&(face, _)| pilot[face] > 0) {
+            let stands_for = 1.0 / (per_share * shares[face]).min(1.0);
+            let variance = (squares - sum * sum / n) / (n - 1.0);
+            by_shadows += stands_for * self.faces.areas[face] * variance / shares[face];
+            by_counts += stands_for * (sum / n) / (0.5 * rays as f64);
+        }
+        Some(by_shadows < by_counts)
+    }
+
+    /// What a shadow ray brings of light with Φ_T = 1 [1/m²].
+    fn brought(&self, face: u32, lamp: &Lamp, kernel: f64) -> f64 {
+        self.bounds.far(face, lamp.face, kernel) * lamp.piece.area / lamp.part
+    }
+
+    /// Shoots the shadow rays of all faces. `None` once `hands`, which share them, no longer want it.
+    pub(super) fn cast(&mut self, rng: &mut WalkRng, hands: &dyn Hands) -> Option<()> {
+        let numbers = SobolNumbers::apart(rng);
+        let parts = if hands.count() > 1 { PARTS_PER_HAND * hands.count() } else { 1 };
+        let of_part = self.rays.len().div_ceil(parts);
+        let found: Vec<Mutex<Option<Vec<f64>>>> =
+            self.rays.chunks(of_part).map(|_| Mutex::new(None)).collect();
+        hands.share(found.len(), &|part| {
+            let first = part * of_part;
+            let rays = &self.rays[first..(first + of_part).min(self.rays.len())];
+            let far = self.far(first, rays, numbers.clone(), hands);
+            *found[part].lock().expect("no thread panics with it") = far;
+        });
+        let parts = found.into_iter().map(|part| part.into_inner().expect("no thread panics with it"));
+        self.far = parts.collect::<Option<Vec<_>>>()?.concat();
+        Some(())
+    }
+
+    /// H by shadow rays of the faces from `first` on, which shoot `rays`.
+    fn far(&self, first: usize, rays: &[u32], numbers: SobolNumbers, hands: &dyn Hands) -> Option<Vec<f64>> {
+        let channels = self.faces.scene.channels();
+        let mut far = vec![0.0; channels * rays.len()];
+        let mut caster = ShadowCaster::new(self.faces, &self.lamps, numbers);
+        caster.cast(first, rays, &|| hands.go_on(), |face, lamp, kernel| {
+            let place = face as usize - first;
+            let brought = self.brought(face, lamp, kernel) / f64::from(rays[place]);
+            let sums = &mut far[channels * place..][..channels];
+            sums.iter_mut().enumerate().for_each(|(c, h)| *h += lamp.piece.emittance[c] * brought);
+        })?;
+        Some(far)
+    }
+
+    /// H_d of every face in every channel [W/m²].
+    pub(super) fn irradiance<N>(&self, landed: &Landed, caster: &Caster<N>) -> Vec<Vec<f64>> {
+        let channels = self.faces.scene.channels();
+        let of_channel = |c: usize| self.far.iter().skip(c).step_by(channels).copied().collect();
+        let mut irradiance: Vec<Vec<f64>> = (0..channels).map(of_channel).collect();
+        landed.near_light(caster, &self.faces.areas, |i, j, exchange| {
+            let emittance = self.faces.list[j].emittance;
+            let per_area = exchange / self.faces.areas[i];
+            irradiance.iter_mut().enumerate().for_each(|(c, h)| h[i] += emittance[c] * per_area);
+        });
+        let closed = caster.lost.iter().all(|&lost| lost == [0; 2]);
+        for (c, irradiance) in irradiance.iter_mut().enumerate() {
+            balance(irradiance, &self.faces.areas, self.faces.scene.total_power(c), closed);
+        }
+        irradiance
+    }
+
+    /// The radiosity that goes along links [W/m²]: b, and of E the part that is near light.
+    pub(super) fn along_links<N>(
+        &self,
+        landed: &Landed,
+        caster: &Caster<N>,
+        reflected: &[Vec<f64>],
+    ) -> Vec<Vec<f64>> {
+        let mut part = vec![0.0; self.faces.areas.len()];
+        landed.near_light(caster, &self.faces.areas, |_, j, exchange| {
+            part[j] += exchange / self.faces.areas[j];
+        });
+        let faces = || self.faces.list.iter().zip(&part);
+        let sum = |(c, b): (usize, &Vec<f64>)| {
+            let each = faces().zip(b).map(|((face, part), b)| b + face.emittance[c] * part.min(1.0));
+            each.collect()
+        };
+        reflected.iter().enumerate().map(sum).collect()
+    }
+}
+
+/// Scales direct light so that all the power arrives that is emitted, where no ray was lost.
+fn balance(irradiance: &mut [f64], areas: &[f64], power: f64, closed: bool) {
+    let arrives: f64 = irradiance.iter().zip(areas).map(|(h, area)| h * area).sum();
+    if closed && arrives > 0.0 {
+        irradiance.iter_mut().for_each(|h| *h *= power / arrives);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::SceneSpec;
+    use crate::scene::{IndexChoice, Scene};
+
+    fn pays(spec: &SceneSpec, rays: u64) -> bool {
+        let scene = Scene::build(spec, IndexChoice::Auto).unwrap();
+        let faces = FaceTable::new(&scene);
+        let blind = vec![1.0 / faces.areas.len() as f64; faces.areas.len()];
+        Direct::where_it_pays(&faces, rays, &blind, &|| true).unwrap().is_some()
+    }
+
+    #[test]
+    fn shadow_rays_go_where_little_of_the_area_emits() {
+        let mut spec = SceneSpec::furnace(3, 0.5);
+        assert!(!pays(&spec, 10_000), "all emits");
+        spec.surfaces.iter_mut().for_each(|surface| surface.emittance = 0.0.into());
+        spec.surfaces[0].cell_emittance.push((4, 1.0.into()));
+        assert!(pays(&spec, 10_000) && pays(&spec, 40 * 54));
+        assert!(!pays(&spec, 32 * 54), "links need all rays");
+    }
+
+    #[test]
+    fn what_arrives_in_a_closed_scene_is_what_is_emitted() {
+        let areas = [1.0, 2.0];
+        let balanced = |mut h: [f64; 2], closed| {
+            balance(&mut h, &areas, 10.0, closed);
+            h
+        };
+        assert_eq!(balanced([1.0, 2.0], true), [2.0, 4.0]);
+        assert_eq!(balanced([1.0, 2.0], false), [1.0, 2.0], "the rest is lost");
+        assert_eq!(balanced([4.0, 8.0], false), [4.0, 8.0], "a bound on one side would be a bias");
+        assert_eq!(balanced([0.0; 2], true), [0.0; 2]);
+    }
+}

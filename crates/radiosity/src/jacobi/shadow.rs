@@ -1,0 +1,128 @@
+//! Shadow rays: from uniform points of faces to points of emitters, chosen in proportion to their power.
+
+use super::faces::FaceTable;
+use super::lamps::{Lamp, Lamps, kernel};
+use super::numbers::{Numbers, SobolNumbers};
+use crate::random::rng::unit_32;
+use crate::random::sobol::Points;
+use crate::simd::batch::WIDTH;
+use crate::trace::ray::{Hits, Ray, Rays};
+use crate::trace::tree::Scratch;
+
+/// Shoots shadow rays. The n-th ray of a face is made of the n-th point of the face's own Sobol sequence: two numbers for the
+/// place on the face, two for the lamp and the place on it.
+pub(super) struct ShadowCaster<'a> {
+    faces: &'a FaceTable<'a>,
+    lamps: &'a Lamps,
+    numbers: SobolNumbers,
+    batch: Box<Batch>,
+}
+
+/// Rays that are traced together.
+struct Batch {
+    /// Points that are drawn, and the faces whose points they are.
+    drawn: usize,
+    face: [u32; WIDTH],
+    /// Of each ray that is traced: the face that it leaves, the lamp, and k of its ends [1/m²].
+    from: [u32; WIDTH],
+    lamp: [u32; WIDTH],
+    kernel: [f64; WIDTH],
+    rays: Rays,
+    hits: Hits,
+    scratch: Scratch,
+}
+
+impl Default for Batch {
+    fn default() -> Self {
+        Batch {
+            drawn: 0,
+            face: [0; WIDTH],
+            from: [0; WIDTH],
+            lamp: [0; WIDTH],
+            kernel: [0.0; WIDTH],
+            rays: Rays::default(),
+            hits: Hits::default(),
+            scratch: Scratch::default(),
+        }
+    }
+}
+
+impl<'a> ShadowCaster<'a> {
+    pub(super) fn new(faces: &'a FaceTable, lamps: &'a Lamps, numbers: SobolNumbers) -> Self {
+        ShadowCaster { faces, lamps, numbers, batch: Box::default() }
+    }
+
+    /// Shoots the first `rays[n]` rays of each face `first` + n; `see(i, lamp, k)` for each of face i that reaches its lamp, k of
+    /// its ends. `None` once `go_on` says no, which is asked for every batch.
+    pub(super) fn cast(
+        &mut self,
+        first: usize,
+        rays: &[u32],
+        go_on: &dyn Fn() -> bool,
+        mut see: impl FnMut(u32, &Lamp, f64),
+    ) -> Option<()> {
+        for (face, &rays) in (first as u32..).zip(rays).filter(|(_, rays)| **rays > 0) {
+            self.numbers.leave(face, 0);
+            for _ in 0..rays {
+                let batch = &mut *self.batch;
+                self.numbers.draw(batch.drawn);
+                batch.face[batch.drawn] = face;
+                batch.drawn += 1;
+                if batch.drawn == WIDTH {
+                    self.trace(&mut see);
+                    if !go_on() {
+                        return None;
+                    }
+                }
+            }
+        }
+        self.trace(&mut see);
+        Some(())
+    }
+
+    /// Traces the rays of the points that are drawn, and reports those that reach their lamps.
+    fn trace(&mut self, see: &mut impl FnMut(u32, &Lamp, f64)) {
+        let (scene, batch) = (self.faces.scene, &mut *self.batch);
+        batch.aim(self.faces, self.lamps, self.numbers.points(scene.parts.isa));
+        scene.parts.index.closest_hits(&scene.parts.facets, &batch.rays, &mut batch.scratch, &mut batch.hits);
+        for ray in 0..batch.rays.len {
+            let lamp = &self.lamps.list[batch.lamp[ray] as usize];
+            if (batch.hits.surface[ray], batch.hits.facing[ray])
+                == (lamp.piece.surface, lamp.piece.side.sign())
+            {
+                see(batch.from[ray], lamp, batch.kernel[ray]);
+            }
+        }
+    }
+}
+
+impl Batch {
+    /// Turns all points that are drawn into rays, but for those whose ends lie behind each other, which no light joins.
+    fn aim(&mut self, faces: &FaceTable, lamps: &Lamps, points: &Points) {
+        let (scene, [across, along, choice, depth]) = (faces.scene, points);
+        self.rays.len = 0;
+        for i in 0..std::mem::take(&mut self.drawn) {
+            let number = self.face[i];
+            let face = &faces.list[number as usize];
+            let cell = (face.surface, scene.surfaces()[face.surface as usize].cell_of(face));
+            let bits = u64::from(across[i]) << 32 | u64::from(along[i]);
+            let (from, place) = scene.scatter(cell, number, bits);
+            let (lamp, rest) = lamps.choose(choice[i]);
+            let piece = &lamps.list[lamp].piece;
+            let [near, far] = [from, piece.surface].map(|surface| &scene.surfaces()[surface as usize]);
+            let origin = near.point(place);
+            let end = far.point(far.point_in_cell(far.cell_of(piece), [rest, unit_32(depth[i])]));
+            let way = end - origin;
+            let distance = way.length();
+            let direction = way / distance;
+            let leaves = near.normal().dot(direction) * face.side.sign();
+            let arrives = -far.normal().dot(direction) * piece.side.sign();
+            let kernel = kernel(leaves, arrives, distance);
+            if kernel > 0.0 {
+                let ray = self.rays.len;
+                (self.from[ray], self.lamp[ray], self.kernel[ray]) = (number, lamp as u32, kernel);
+                self.rays.push(&Ray { origin, direction, from });
+            }
+        }
+    }
+}
