@@ -118,7 +118,7 @@ impl Faces {
 
     /// Whether rays from face `i` may meet it, since it lies on several surfaces.
     pub fn may_see_itself(&self, i: usize) -> bool {
-        self.partition.as_ref().is_some_and(|partition| partition.may_see_itself(&self.pieces, i as u32))
+        self.partition.as_ref().is_some_and(|partition| partition.may_see_itself(i as u32))
     }
 
     /// The corners of a piece in the coordinates of the file [m], counter-clockwise as seen from its own side: four of a

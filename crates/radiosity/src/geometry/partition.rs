@@ -21,6 +21,8 @@ pub(crate) struct Partition {
     backs: Vec<u32>,
     /// The area of each patch [m²], and its centroid [m].
     middles: Vec<(f64, DVec3)>,
+    /// Whether the pieces of each face lie on several surfaces.
+    on_several: Vec<bool>,
 }
 
 impl Partition {
@@ -29,6 +31,7 @@ impl Partition {
         let numbers = [&self.face_of_piece, &self.pieces, &self.first, &self.backs];
         numbers.iter().map(|numbers| size_of_val(&numbers[..])).sum::<usize>()
             + size_of_val(&self.middles[..])
+            + size_of_val(&self.on_several[..])
     }
 
     /// The groups of the pieces of a valid scene.
@@ -53,7 +56,14 @@ impl Partition {
         let mut first = vec![0; patches + backs.len() + 1];
         face_of_piece.iter().for_each(|&face| first[face as usize + 1] += 1);
         (1..first.len()).for_each(|face| first[face] += first[face - 1]);
-        let mut partition = Partition { face_of_piece, pieces, first, backs, middles: Vec::new() };
+        let (middles, on_several) = (Vec::new(), Vec::new());
+        let mut partition = Partition { face_of_piece, pieces, first, backs, middles, on_several };
+        let surface = |piece: u32| cells.surface_of(cells.cell_of(piece).0);
+        let is_on_several = |face: u32| {
+            let pieces = partition.pieces(face);
+            pieces.iter().any(|&piece| surface(piece) != surface(pieces[0]))
+        };
+        partition.on_several = (0..partition.len() as u32).map(is_on_several).collect();
         partition.middles = (0..patches as u32).map(|patch| middle(cells, partition.pieces(patch))).collect();
         partition
     }
@@ -98,11 +108,9 @@ impl Partition {
         Face { patch, area, centroid, ..first }
     }
 
-    /// The pieces of a face as one that would be seen from others of them: whether they lie on several surfaces.
-    pub(super) fn may_see_itself(&self, cells: &Pieces, face: u32) -> bool {
-        let pieces = self.pieces(face);
-        let surface = |piece: u32| cells.get(piece).surface;
-        pieces.iter().any(|&piece| surface(piece) != surface(pieces[0]))
+    /// Whether rays from a face may meet it: whether its pieces lie on several surfaces.
+    pub(super) fn may_see_itself(&self, face: u32) -> bool {
+        self.on_several[face as usize]
     }
 }
 

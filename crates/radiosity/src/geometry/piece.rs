@@ -176,7 +176,7 @@ impl Pieces {
     }
 
     /// The surface that a cell lies on.
-    fn surface_of(&self, cell: u32) -> usize {
+    pub(super) fn surface_of(&self, cell: u32) -> usize {
         self.surfaces.partition_point(|surface| surface.first <= cell) - 1
     }
 
