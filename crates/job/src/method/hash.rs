@@ -76,6 +76,10 @@ fn hash_method(method: &MethodTable, field: &mut impl FnMut(&[u8])) {
         field(births.word().as_bytes());
         field(&regular.to_le_bytes());
     }
+    if (method.walk, method.jacobi) == (WalkKind::Jacobi, Solve::Links) {
+        // Chains of links alone, as they were, have other bytes.
+        field(b"shadow rays");
+    }
     if !method.final_gather.is_empty() {
         field(b"final gather");
         field(&numbers(&method.final_gather));
