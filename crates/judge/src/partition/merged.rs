@@ -1,4 +1,4 @@
-//! Cells of a surface that are of one patch, merged where a coarser grid tells the same.
+//! Cells of a surface that are of one patch, merged into cells of a coarser grid where no group tells them apart.
 
 use super::grid::Grid;
 use super::seen::Cells;
