@@ -190,7 +190,7 @@ impl<'a> Links<'a> {
         faces.map(of_face).collect()
     }
 
-    /// The same from b and from H_d, which comes straight from emitters: H = b/R where a face reflects.
+    /// H of every face from b and from H_d, which comes straight from emitters: b/R where a face reflects.
     pub(crate) fn irradiance_beside(
         &self,
         channel: usize,

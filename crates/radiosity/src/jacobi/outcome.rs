@@ -47,7 +47,7 @@ impl Outcome {
         outcome
     }
 
-    /// The same after `rays` shadow rays, too: each ends at an emitter, or at what hides it.
+    /// This outcome with `rays` shadow rays counted beside those of links: each ends at an emitter, or at what hides it.
     pub(super) fn with_shadow_rays(mut self, rays: u64) -> Self {
         self.counts.rays += rays;
         self.counts.absorbed += rays;
