@@ -1,14 +1,17 @@
 //! Groups of faces that a pilot chooses: the choice is a function of the job, files give it on, and intervals stay true under it.
 
+mod common;
+
 use std::f64::consts::PI;
 use std::fmt::Write as _;
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use common::tally;
 use job::{Job, Partition};
-use judge::MOMENTS;
-use radiosity::{Estimates, Experiment, Sequence, Tally};
+use radiosity::{Estimates, Experiment};
 use results::choose;
+use stats::Coverage;
 use tempfile::{TempDir, tempdir};
 
 /// A closed room of 1 m with a lamp on its floor and a ball of 768 faces above it, as an OBJ file.
@@ -125,23 +128,13 @@ fn what_is_asked_of_faces_keeps_them_apart() {
     assert!(!grouped("[[source]]\nname = \"lamp\"\nsurfaces = [\"lamp*\"]\n", 20_000));
 }
 
-fn tally(experiment: &Experiment, seed: u64, walks: u64) -> Tally {
-    let (sequence, mut board) = (Sequence::new(seed), experiment.board::<MOMENTS>());
-    let mut tally = experiment.tally::<MOMENTS>();
-    for first in (0..walks).step_by(1 << 20) {
-        experiment.walk(&sequence, first..walks.min(first + (1 << 20)), &mut board);
-        board.add_to(&mut tally).unwrap();
-    }
-    tally
-}
-
 /// The part of 95 % intervals that cover, on groups that each seed's own pilot has chosen: the mean over seeds, its standard error by
 /// their spread, and the number of intervals. The truth is a run of other walks on the same groups, 100 times as long: its own noise
 /// takes 0.1 % of the intervals' coverage at the most.
 fn coverage(seeds: u64, paths: u64) -> (f64, f64, u64) {
     let folder = tempdir().unwrap();
     let path = write(&folder, "");
-    let (mut sum, mut squares, mut intervals) = (0.0, 0.0, 0);
+    let mut parts = Vec::new();
     for seed in 0..seeds {
         let partition = chosen(&load(&path, seed, paths), 2);
         let job = job::load_cut(&path, &keys(seed, paths), &partition).unwrap();
@@ -157,12 +150,9 @@ fn coverage(seeds: u64, paths: u64) -> (f64, f64, u64) {
                 trials += 1;
             }
         }
-        let part = covered as f64 / trials as f64;
-        (sum, squares, intervals) = (sum + part, squares + part * part, intervals + trials);
+        parts.push(Coverage { covered, trials });
     }
-    let n = seeds as f64;
-    let mean = sum / n;
-    (mean, ((squares / n - mean * mean) / (n - 1.0)).sqrt(), intervals)
+    common::over_seeds(&parts)
 }
 
 /// Within 4 standard errors of 95 % (false-alarm rate 6·10⁻⁵), which are below 1 %.

@@ -1,12 +1,15 @@
 //! Patches that a pilot chooses: the choice is a function of the job, and intervals stay true under it.
 
+mod common;
+
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use common::tally;
 use job::{Cut, Job, Partition};
-use judge::MOMENTS;
-use radiosity::{Estimates, Experiment, Leaf, SceneSpec, Sequence, Shape, SurfaceSpec, Tally};
+use radiosity::{Estimates, Experiment, Leaf, SceneSpec, Shape, SurfaceSpec};
 use results::choose;
+use stats::Coverage;
 use tempfile::{TempDir, tempdir};
 
 /// A closed box that a lamp under its ceiling lights: 7 surfaces.
@@ -97,16 +100,6 @@ fn methods_without_a_linear_basis_get_constants() {
     }
 }
 
-fn tally(experiment: &Experiment, seed: u64, walks: u64) -> Tally {
-    let (sequence, mut board) = (Sequence::new(seed), experiment.board::<MOMENTS>());
-    let mut tally = experiment.tally::<MOMENTS>();
-    for first in (0..walks).step_by(1 << 20) {
-        experiment.walk(&sequence, first..walks.min(first + (1 << 20)), &mut board);
-        board.add_to(&mut tally).unwrap();
-    }
-    tally
-}
-
 /// B of every cell of every surface, cut in n × n.
 fn truth(path: &Path, n: u32, walks: u64) -> Vec<Vec<f64>> {
     let cuts = vec![Cut::Grid([n, n]); 7];
@@ -141,7 +134,7 @@ fn coverage(seeds: u64, paths: u64, known: u64) -> (f64, f64, u64) {
     let folder = tempdir().unwrap();
     let path = write(&folder, &room(), "");
     let truth = truth(&path, N, known);
-    let (mut sum, mut squares, mut intervals) = (0.0, 0.0, 0);
+    let mut parts = Vec::new();
     for seed in 0..seeds {
         let partition = chosen(&load(&path, seed, paths), 2);
         let overrides = [format!("seed={seed}"), format!("budget.paths={paths}")];
@@ -169,12 +162,9 @@ fn coverage(seeds: u64, paths: u64, known: u64) -> (f64, f64, u64) {
                 }
             }
         }
-        let part = covered as f64 / trials as f64;
-        (sum, squares, intervals) = (sum + part, squares + part * part, intervals + trials);
+        parts.push(Coverage { covered, trials });
     }
-    let n = seeds as f64;
-    let mean = sum / n;
-    (mean, ((squares / n - mean * mean) / (n - 1.0)).sqrt(), intervals)
+    common::over_seeds(&parts)
 }
 
 /// Within 4 standard errors of 95 % (false-alarm rate 6·10⁻⁵), which are below 1 %.
