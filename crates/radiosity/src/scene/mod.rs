@@ -2,6 +2,7 @@
 
 pub(crate) mod births;
 mod groups;
+pub(crate) mod retracing;
 pub(crate) mod scatter;
 pub(crate) mod view;
 
