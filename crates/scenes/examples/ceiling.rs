@@ -61,7 +61,9 @@ fn measure(scene: &Scene) -> Result<(), Failure> {
     for way in &mut ways {
         println!("{}", way.row(plain));
     }
-    println!("rays of one octant, of n as walks trace them: at a node together, part of the lanes that they fill");
+    println!(
+        "rays of one octant, of n as walks trace them: at a node together, part of the lanes that they fill"
+    );
     let octants: Vec<usize> = rays.iter().map(octant).collect();
     let steps = ways[0].retracing.steps(Foresight::Nothing);
     for window in WINDOWS {

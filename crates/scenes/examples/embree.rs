@@ -8,6 +8,7 @@ use std::io::{BufRead, BufReader, BufWriter, Write};
 use std::path::Path;
 use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
 
+use common::meshes::grey_scene;
 use common::rays::{Emitters, walk};
 use common::{Failure, Walks, collision_shooting, median};
 use glam::DVec3;
@@ -25,8 +26,8 @@ const MODES: [&str; 6] = ["robust 1", "robust 8", "robust 16", "fast 1", "fast 8
 
 fn main() -> Result<(), Failure> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
-    let [compare, rounds] = &arguments[..] else {
-        return Err("usage: embree COMPARE ROUNDS".into());
+    let [compare, rounds, meshes @ ..] = &arguments[..] else {
+        return Err("usage: embree COMPARE ROUNDS [MESH…]".into());
     };
     let rounds = rounds.parse()?;
     println!(
@@ -46,10 +47,16 @@ fn main() -> Result<(), Failure> {
     );
     println!("{:>98} | {:>11} | {:>11}", "", "off, lost", "off, lost");
     let compare = Path::new(compare);
-    compare_scene("cube54", &cube(3), compare, rounds)?;
-    compare_scene("cornell", &cornell(), compare, rounds)?;
-    compare_scene("interior 57 k", &interior(57_000), compare, rounds)?;
-    compare_scene("interior 1 M", &interior(1_000_000), compare, rounds)?;
+    if meshes.is_empty() {
+        compare_scene("cube54", &cube(3), compare, rounds)?;
+        compare_scene("cornell", &cornell(), compare, rounds)?;
+        compare_scene("interior 57 k", &interior(57_000), compare, rounds)?;
+        compare_scene("interior 1 M", &interior(1_000_000), compare, rounds)?;
+    }
+    for mesh in meshes.iter().map(Path::new) {
+        let name = mesh.file_stem().unwrap_or_default().to_string_lossy();
+        compare_scene(&name, &grey_scene(mesh)?, compare, rounds)?;
+    }
     println!("walks: whole walks of radwalk (sampling, tracing, survival, tally); Embree traces only.");
     println!(
         "trees: the quality that Embree builds its trees with (medium: its default; high: with spatial splits)."
