@@ -16,11 +16,11 @@ use crate::geometry::face::Face;
 use crate::random::rng::Sequence;
 use crate::scene::Scene;
 use crate::scene::births::Births;
-use crate::tally::{Counts, Scoreboard, Tally};
+use crate::tally::{Scoreboard, Tally};
 use crate::walk::Space;
 use crate::walk::batch::walk_all;
 use crate::walk::exchanged::Exchanged;
-use crate::walk::fate::{Analog, FirstArrival};
+use crate::walk::fate::Analog;
 
 /// Which exchange factors are counted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -151,13 +151,8 @@ impl Exchange {
             let first_row = group * self.columns();
             let births = &self.births[group as usize];
             let mut score = Exchanged::new(board, &self.spec.group_of_face, first_row);
-            let counts: Counts = match self.spec.kind {
-                FactorKind::FirstHit => {
-                    let fate = FirstArrival::<1>::new();
-                    walk_all(scene, births, space, sequence, walks, fate, &mut score)
-                }
-                FactorKind::Absorbed => walk_all(scene, births, space, sequence, walks, Analog, &mut score),
-            };
+            let fate = Analog { ends_at_once: self.spec.kind == FactorKind::FirstHit };
+            let counts = walk_all(scene, births, space, sequence, walks, fate, &mut score);
             let backs = first_row + self.spec.groups;
             board.add_walks_of_one(backs, counts.absorbed_back);
             board.add_walks_of_one(backs + 1, counts.escaped);

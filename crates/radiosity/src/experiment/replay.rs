@@ -4,8 +4,8 @@ use crate::experiment::Experiment;
 use crate::random::rng::{Sequence, WalkRng};
 use crate::simd::batch::{Decisions, WIDTH};
 use crate::walk::batch::{WalkEnd, walk_all};
-use crate::walk::estimator::{Estimator, with_estimator};
-use crate::walk::fate::{Analog, Coloured, Fate};
+use crate::walk::estimator::{Estimator, with_fate};
+use crate::walk::fate::Fate;
 use crate::walk::score::Scorer;
 
 /// A walk, described from its birth to its end.
@@ -60,9 +60,8 @@ impl Experiment {
     pub fn replay(&self, sequence: &Sequence, n: u64) -> Replay {
         let estimator = self.method().estimator().unwrap_or(Estimator::Collision);
         match self.scene().channels() {
-            1 => with_estimator!(estimator, Analog, |_Event, fate| self.record::<1>(sequence, n, fate)),
-            _ => with_estimator!(estimator, Coloured::new(), |_Event, fate| self
-                .record::<3>(sequence, n, fate)),
+            1 => with_fate!(Analog, estimator, |fate| self.record::<1>(sequence, n, fate)),
+            _ => with_fate!(Coloured, estimator, |fate| self.record::<3>(sequence, n, fate)),
         }
     }
 

@@ -15,10 +15,10 @@ use crate::tally::{Counts, Overflow};
 use crate::walk::Space;
 use crate::walk::apart::ByClass;
 use crate::walk::batch::{walk_all, walk_each};
-use crate::walk::estimator::{EstimatorKind, Event, with_estimator};
-use crate::walk::fate::{Analog, Coloured, Fate, Infinite};
+use crate::walk::estimator::{EstimatorKind, Event, with_fate};
+use crate::walk::fate::{Analog, Fate, Infinite};
 use crate::walk::marks::{Amount, MarkBoard, Marked, Marks};
-use crate::walk::score::{Gather, GatherRelated, OnArrival, Scorer, ShootHits, ShootRelated};
+use crate::walk::score::{Gather, GatherRelated, Scorer, ShootHits, ShootRelated};
 use crate::walk::weighted::ShootWeights;
 
 /// Where the numbers of walks come from, and which walks.
@@ -164,10 +164,12 @@ impl Experiment {
         walks: Range<u64>,
         (scores, marks): (&mut Scores<M>, Option<&mut MarkBoard>),
     ) {
-        let source = Source::Random(sequence, walks);
         let counts = match &self.gathering {
-            None => self.shoot((plan.score, plan.space), &source, (scores, marks)),
-            Some(gathering) => self.gather(plan, gathering, &source, scores),
+            None => {
+                let source = Source::Random(sequence, walks);
+                self.shoot((plan.score, plan.space), &source, (scores, marks))
+            }
+            Some(gathering) => self.gather(plan, gathering, (sequence, walks), scores),
         };
         with_board!(scores, board => board.counts.add(&counts)).expect("64 bits outlast any process");
     }
@@ -181,39 +183,38 @@ impl Experiment {
     ) -> Counts {
         match (board, score) {
             (Scores::Hits(board), Score::Of(estimator)) => {
-                with_estimator!(estimator, Analog, |Scored, fate| {
-                    let mut score = ShootHits::<Scored, _>::new(self.scene.parts.isa, board);
-                    self.shoot_all(space, source, fate, (&mut score, marks_of!(marks, Hits)))
-                })
+                let mut score = ShootHits::new(self.scene.parts.isa, board, estimator.event());
+                let fate = Analog::of(estimator.kind());
+                self.shoot_all(space, source, fate, (&mut score, marks_of!(marks, Hits)))
             }
             (Scores::RelatedHits(board), Score::Mix) => {
-                self.walk_all(self.scene.emitters(), space, source, Analog, &mut ShootRelated::new(board))
+                let mut score = ShootRelated::new(board);
+                self.walk_all(self.scene.emitters(), space, source, Analog::default(), &mut score)
             }
             (Scores::Fixed(board), Score::Of(estimator)) => {
                 let end = estimator.infinite_end().unwrap_or_else(|| wrong_board());
-                let mut score = ShootWeights::<OnArrival, _, 1>::new(self.scene.parts.isa, board);
+                let mut score = ShootWeights::<_, 1>::new(self.scene.parts.isa, board, estimator.event());
                 self.shoot_all(space, source, Infinite::new(end), (&mut score, marks_of!(marks, Fixed)))
             }
             (Scores::LinearHits(board), Score::Linear(estimator)) => {
-                with_estimator!(estimator, Analog, |Event, fate| {
-                    let mut score = ShootHits::<Event, _>::new(self.scene.parts.isa, board);
-                    self.walk_all(self.scene.emitters(), space, source, fate, &mut score)
-                })
+                let mut score = ShootHits::new(self.scene.parts.isa, board, estimator.event());
+                let fate = Analog::of(estimator.kind());
+                self.walk_all(self.scene.emitters(), space, source, fate, &mut score)
             }
             (Scores::LinearFixed(board), Score::Linear(estimator)) => {
                 let end = estimator.infinite_end().unwrap_or_else(|| wrong_board());
-                let mut score = ShootWeights::<OnArrival, _, 1>::new(self.scene.parts.isa, board);
+                let mut score = ShootWeights::<_, 1>::new(self.scene.parts.isa, board, estimator.event());
                 self.walk_all(self.scene.emitters(), space, source, Infinite::new(end), &mut score)
             }
             (Scores::LinearColoured(board), Score::Linear(estimator)) => {
-                with_estimator!(estimator, Coloured::new(), |Event, fate| {
-                    let mut score = ShootWeights::<Event, _, 3>::new(self.scene.parts.isa, board);
+                with_fate!(Coloured, estimator, |fate| {
+                    let mut score = ShootWeights::<_, 3>::new(self.scene.parts.isa, board, estimator.event());
                     self.walk_all(self.scene.emitters(), space, source, fate, &mut score)
                 })
             }
             (Scores::Coloured(board), Score::Of(estimator)) => {
-                with_estimator!(estimator, Coloured::new(), |Scored, fate| {
-                    let mut score = ShootWeights::<Scored, _, 3>::new(self.scene.parts.isa, board);
+                with_fate!(Coloured, estimator, |fate| {
+                    let mut score = ShootWeights::<_, 3>::new(self.scene.parts.isa, board, estimator.event());
                     self.shoot_all(space, source, fate, (&mut score, marks_of!(marks, Coloured)))
                 })
             }
@@ -249,37 +250,38 @@ impl Experiment {
         &self,
         plan: &Walks,
         gathering: &Gathering,
-        source: &Source,
+        (sequence, walks): (&Sequence, Range<u64>),
         board: &mut Scores<M>,
     ) -> Counts {
-        let (births, space) = (&gathering.births, plan.space);
+        let (scene, births, space) = (&self.scene, &gathering.births, plan.space);
         match (board, &gathering.values, plan.score) {
             (Scores::Fixed(board), Values::Grey(values), Score::Of(estimator)) => {
-                with_estimator!(estimator, Analog, |Scored, fate| {
-                    let mut score = Gather::<Scored, _, 1>::new(board, values);
-                    self.walk_all(births, space, source, fate, &mut score)
+                with_fate!(Analog, estimator, |fate| {
+                    let mut score = Gather::<_, 1>::new(board, values, estimator.event());
+                    walk_all(scene, births, space, sequence, walks, fate, &mut score)
                 })
             }
             (Scores::Coloured(board), Values::Coloured(values), Score::Of(estimator)) => {
-                with_estimator!(estimator, Coloured::new(), |Scored, fate| {
-                    let mut score = Gather::<Scored, _, 3>::new(board, values);
-                    self.walk_all(births, space, source, fate, &mut score)
+                with_fate!(Coloured, estimator, |fate| {
+                    let mut score = Gather::<_, 3>::new(board, values, estimator.event());
+                    walk_all(scene, births, space, sequence, walks, fate, &mut score)
                 })
             }
             (Scores::LinearFixed(board), Values::Grey(values), Score::Linear(estimator)) => {
-                with_estimator!(estimator, Analog, |Event, fate| {
-                    let mut score = Gather::<Event, _, 1>::new(board, values);
-                    self.walk_all(births, space, source, fate, &mut score)
+                with_fate!(Analog, estimator, |fate| {
+                    let mut score = Gather::<_, 1>::new(board, values, estimator.event());
+                    walk_all(scene, births, space, sequence, walks, fate, &mut score)
                 })
             }
             (Scores::LinearColoured(board), Values::Coloured(values), Score::Linear(estimator)) => {
-                with_estimator!(estimator, Coloured::new(), |Event, fate| {
-                    let mut score = Gather::<Event, _, 3>::new(board, values);
-                    self.walk_all(births, space, source, fate, &mut score)
+                with_fate!(Coloured, estimator, |fate| {
+                    let mut score = Gather::<_, 3>::new(board, values, estimator.event());
+                    walk_all(scene, births, space, sequence, walks, fate, &mut score)
                 })
             }
             (Scores::RelatedFixed(board), Values::Related(values), Score::Mix) => {
-                self.walk_all(births, space, source, Analog, &mut GatherRelated::new(board, values))
+                let mut score = GatherRelated::new(board, values);
+                walk_all(scene, births, space, sequence, walks, Analog::default(), &mut score)
             }
             _ => wrong_board(),
         }

@@ -69,10 +69,11 @@ pub(crate) fn walk_each<N: Numbers + Clone, const C: usize>(
         len: 0,
         generators,
         departures: Departures::default(),
+        fate,
         fates: [fate; WIDTH],
         weights: [[1.0; C]; WIDTH],
     });
-    walker.run(fate, &mut newborns);
+    walker.run(&mut newborns);
     walker.counts
 }
 
@@ -132,17 +133,19 @@ struct Walker<'a, N, E, F, const C: usize> {
     len: usize,
     generators: N,
     departures: Departures,
+    /// Of walks that are about to set out.
+    fate: F,
     fates: [F; WIDTH],
     /// The weights that walks arrive with.
     weights: [[f64; C]; WIDTH],
 }
 
 impl<N: Numbers, E: Scorer<C>, F: Fate<C>, const C: usize> Walker<'_, N, E, F, C> {
-    fn run(&mut self, fate: F, newborns: &mut Newborns<N, impl Iterator<Item = N::Place>>) {
+    fn run(&mut self, newborns: &mut Newborns<N, impl Iterator<Item = N::Place>>) {
         let (mut rays, mut hits) = (Box::<Rays>::default(), Box::<Hits>::default());
         let mut scratch = Box::<Scratch>::default();
         let (mut arrivals, mut draws) = (Arrivals::default(), [[0; WIDTH]; 3]);
-        while self.len < WIDTH && self.begin(self.len, fate, newborns) {
+        while self.len < WIDTH && self.begin(self.len, newborns) {
             self.len += 1;
         }
         while self.len > 0 {
@@ -164,26 +167,21 @@ impl<N: Numbers, E: Scorer<C>, F: Fate<C>, const C: usize> Walker<'_, N, E, F, C
             self.go_on(&hits, &arrivals, decided.survived, &draws);
             self.estimator.locate(self.isa, self.scene, self.len, &hits, &arrivals.face);
             self.estimator.score(&arrivals.face, &decided, &self.weights);
-            self.replace(ended, fate, newborns);
+            self.replace(ended, newborns);
         }
     }
 
     /// A walk sets out. No score and no survival test at its origin: the estimate is of b, and E is added
     /// (source-term suppression). False where all have set out.
     #[inline(always)]
-    fn begin(
-        &mut self,
-        lane: usize,
-        fate: F,
-        newborns: &mut Newborns<N, impl Iterator<Item = N::Place>>,
-    ) -> bool {
+    fn begin(&mut self, lane: usize, newborns: &mut Newborns<N, impl Iterator<Item = N::Place>>) -> bool {
         let Some(newborn) = newborns.pop() else { return false };
         self.counts.walks += 1;
         let (Origin { surface: number, cell, side }, weights) = newborns.birth(newborn);
         let [_, _, point, direction] = newborns.draws.each_ref().map(|row| row[newborn]);
         self.generators.set(lane, &newborns.generators.get(newborn));
         if !F::CHANCE {
-            self.fates[lane] = fate;
+            self.fates[lane] = self.fate;
             self.fates[lane].set_out(weights);
         }
         let surface = &self.scene.surfaces()[number as usize];
@@ -208,7 +206,7 @@ impl<N: Numbers, E: Scorer<C>, F: Fate<C>, const C: usize> Walker<'_, N, E, F, C
             tints: &self.scene.parts.tints,
             met: &hits.surface,
             arrived,
-            survives: arrivals.survives,
+            survives: if self.fate.ends_at_once() { Lanes::default() } else { arrivals.survives },
         };
         let decided = match F::CHANCE {
             true => crossroads.by_chance(),
@@ -244,11 +242,11 @@ impl<N: Numbers, E: Scorer<C>, F: Fate<C>, const C: usize> Walker<'_, N, E, F, C
 
     /// Walks set out in the places of those that have ended. Where none is left, the last ones move there.
     #[inline(always)]
-    fn replace(&mut self, ended: Lanes, fate: F, newborns: &mut Newborns<N, impl Iterator<Item = N::Place>>) {
+    fn replace(&mut self, ended: Lanes, newborns: &mut Newborns<N, impl Iterator<Item = N::Place>>) {
         let mut vacant = Lanes::default();
         ended.each(|lane| {
             self.estimator.end(lane, self.generators.chance(lane));
-            if !self.begin(lane, fate, newborns) {
+            if !self.begin(lane, newborns) {
                 vacant.insert(lane);
             }
         });

@@ -20,6 +20,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::fate::InfiniteEnd;
+use crate::simd::batch::{Decisions, Lanes};
 
 /// Which events of a walk score (S97 §2, §3).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -156,6 +157,16 @@ impl EstimatorKind {
 }
 
 impl Event {
+    /// The walks of a batch that score.
+    #[inline(always)]
+    pub(crate) fn scoring(self, decided: &Decisions) -> Lanes {
+        match self {
+            Event::Arrival => decided.arrived,
+            Event::Survival => decided.survived,
+            Event::Absorption => decided.died,
+        }
+    }
+
     /// The probability of the event after an arrival, on a surface that walks survive with probability σ.
     pub fn probability(self, survival: f64) -> f64 {
         match self {
@@ -167,6 +178,11 @@ impl Event {
 }
 
 impl Estimator {
+    /// The event that scores.
+    pub(crate) fn event(self) -> Event {
+        self.kind().event()
+    }
+
     /// The kind of the estimator, without its parameters.
     pub fn kind(self) -> EstimatorKind {
         match self {
@@ -194,38 +210,20 @@ impl From<EstimatorKind> for Estimator {
     }
 }
 
-/// Runs `$body` with the type of the event that an estimator scores and the fate that its walks meet. `$chance` is the
-/// fate of walks that chance alone absorbs.
-macro_rules! with_estimator {
-    ($estimator:expr, $chance:expr, |$Event:ident, $fate:ident| $body:expr) => {
+/// Runs `$body` with the fate that walks of an estimator meet: `Analog` or `Coloured` where chance alone absorbs them.
+macro_rules! with_fate {
+    ($Chance:ident, $estimator:expr, |$fate:ident| $body:expr) => {
         match $estimator {
-            $crate::walk::estimator::Estimator::Absorption => {
-                type $Event = $crate::walk::score::OnAbsorption;
-                let $fate = $chance;
-                $body
-            }
-            $crate::walk::estimator::Estimator::Survival => {
-                type $Event = $crate::walk::score::OnSurvival;
-                let $fate = $chance;
-                $body
-            }
-            $crate::walk::estimator::Estimator::Collision => {
-                type $Event = $crate::walk::score::OnArrival;
-                let $fate = $chance;
-                $body
-            }
             $crate::walk::estimator::Estimator::Infinite(end) => {
-                type $Event = $crate::walk::score::OnArrival;
                 let $fate = $crate::walk::fate::Infinite::new(end);
                 $body
             }
-            $crate::walk::estimator::Estimator::Direct => {
-                type $Event = $crate::walk::score::OnArrival;
-                let $fate = $crate::walk::fate::FirstArrival::new();
+            estimator => {
+                let $fate = $crate::walk::fate::$Chance::of(estimator.kind());
                 $body
             }
         }
     };
 }
 
-pub(crate) use with_estimator;
+pub(crate) use with_fate;

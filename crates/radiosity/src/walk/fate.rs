@@ -9,6 +9,7 @@ use std::hint::select_unpredictable;
 
 use serde::{Deserialize, Serialize};
 
+use super::estimator::EstimatorKind;
 use crate::geometry::surface::Surface;
 use crate::geometry::tints::{TINT, Tints};
 use crate::simd::batch::{Decisions, Lanes, WIDTH, WORD};
@@ -67,6 +68,11 @@ pub(crate) enum Next {
 pub(crate) trait Fate<const C: usize>: Copy {
     /// Whether chance alone decides and nothing is remembered.
     const CHANCE: bool = false;
+    /// Whether the first arrival is the last, whatever chance has to say (direct light).
+    #[inline(always)]
+    fn ends_at_once(&self) -> bool {
+        false
+    }
     /// The walk sets out with these weights.
     fn set_out(&mut self, weights: [f64; C]);
     /// The weights that it arrives with.
@@ -123,11 +129,26 @@ fn analog(survives: bool) -> Next {
 }
 
 /// Grey: absorbed with probability 1 − R at each hit; the weight stays 1.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Analog;
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Analog {
+    /// The first arrival is the last.
+    pub(crate) ends_at_once: bool,
+}
+
+impl Analog {
+    /// Of walks of an estimator without weights.
+    pub(crate) fn of(estimator: EstimatorKind) -> Self {
+        Analog { ends_at_once: !estimator.goes_on() }
+    }
+}
 
 impl Fate<1> for Analog {
     const CHANCE: bool = true;
+
+    #[inline(always)]
+    fn ends_at_once(&self) -> bool {
+        self.ends_at_once
+    }
 
     #[inline(always)]
     fn set_out(&mut self, _: [f64; 1]) {}
@@ -148,15 +169,23 @@ impl Fate<1> for Analog {
 pub(crate) struct Coloured {
     /// Those of the channels, and 1.
     weights: [f64; TINT],
+    /// The first arrival is the last.
+    ends_at_once: bool,
 }
 
 impl Coloured {
-    pub(crate) fn new() -> Self {
-        Coloured { weights: [1.0; TINT] }
+    /// Of walks of an estimator without weights in one channel.
+    pub(crate) fn of(estimator: EstimatorKind) -> Self {
+        Coloured { weights: [1.0; TINT], ends_at_once: !estimator.goes_on() }
     }
 }
 
 impl Fate<3> for Coloured {
+    #[inline(always)]
+    fn ends_at_once(&self) -> bool {
+        self.ends_at_once
+    }
+
     #[inline(always)]
     fn set_out(&mut self, [red, green, blue]: [f64; 3]) {
         self.weights = [red, green, blue, 1.0];
@@ -218,35 +247,6 @@ impl Kernel for Tinting<'_> {
 fn weaken<const C: usize>(weights: &mut [f64; C], factors: [f64; 3]) {
     for (weight, factor) in weights.iter_mut().zip(factors) {
         *weight *= factor;
-    }
-}
-
-/// Direct light: the first arrival is the last.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct FirstArrival<const C: usize> {
-    weights: [f64; C],
-}
-
-impl<const C: usize> FirstArrival<C> {
-    pub(crate) fn new() -> Self {
-        FirstArrival { weights: [1.0; C] }
-    }
-}
-
-impl<const C: usize> Fate<C> for FirstArrival<C> {
-    #[inline(always)]
-    fn set_out(&mut self, weights: [f64; C]) {
-        self.weights = weights;
-    }
-
-    #[inline(always)]
-    fn weights(&self) -> [f64; C] {
-        self.weights
-    }
-
-    #[inline(always)]
-    fn decide(&mut self, _: &Surface, _: bool) -> Next {
-        Next::Dies
     }
 }
 

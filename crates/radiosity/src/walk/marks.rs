@@ -19,7 +19,7 @@ use super::estimator::Event;
 use super::score::Scorer;
 use super::visits::{SEARCHED, Visit, Visits};
 use crate::random::rng::WalkRng;
-use crate::simd::batch::{Decisions, Lanes, WIDTH};
+use crate::simd::batch::{Decisions, WIDTH};
 use crate::simd::isa::{Isa, Kernel, Simd};
 
 /// The number that a face has whose material's influence is not measured.
@@ -64,14 +64,6 @@ impl<'a, T: Amount, const C: usize> Marks<'a, T, C> {
         let (visits, history, units) = (Visits::new(), Vec::new(), Vec::new());
         let late = (0..WIDTH).map(|_| Vec::new()).collect();
         Marks { inner, board, material_of_face, event, isa, visits, arrivals, history, units, late }
-    }
-
-    fn scoring(&self, decided: &Decisions) -> Lanes {
-        match self.event {
-            Event::Arrival => decided.arrived,
-            Event::Survival => decided.survived,
-            Event::Absorption => decided.died,
-        }
     }
 
     /// What a visit has scored.
@@ -212,7 +204,7 @@ impl<T: Amount, const C: usize> Kernel for Step<'_, '_, T, C> {
     #[inline(always)]
     fn run<S: Simd>(self) {
         let Step { marks, faces, decided, weights, earlier } = self;
-        let (scoring, scale) = (marks.scoring(decided), marks.board.scale);
+        let (scoring, scale) = (marks.event.scoring(decided), marks.board.scale);
         decided.arrived.each(
             #[inline(always)]
             |lane| {

@@ -4,14 +4,13 @@
 //! emittances it meets; in each of C channels. Scores are whole numbers of units: hits for grey analog shooting,
 //! else 2⁻⁴⁰ of the largest single score (2⁻²⁴ where fourth powers are summed, which would not fit otherwise).
 
-use std::marker::PhantomData;
-
+use super::estimator::Event;
 use super::spots::Spot;
 use super::visits::{Kept, Path, SEARCHED, Visits, empty_paths};
 use crate::geometry::surface::Surface;
 use crate::random::rng::WalkRng;
 use crate::scene::Scene;
-use crate::simd::batch::{Decisions, Lanes, WIDTH};
+use crate::simd::batch::{Decisions, WIDTH};
 use crate::simd::isa::{Isa, Simd};
 use crate::tally::{Scoreboard, Word, rounded};
 use crate::trace::ray::Hits;
@@ -40,38 +39,6 @@ pub(crate) trait Scorer<const C: usize> {
     fn relocate(&mut self, from: usize, to: usize);
     /// The walks will soon score on these faces.
     fn expect(&self, _faces: &[u32]) {}
-}
-
-/// Which event of a walk scores.
-pub(crate) trait Event {
-    /// The walks that score.
-    fn scoring(decided: &Decisions) -> Lanes;
-}
-
-/// The event of the collision estimator: every hit scores.
-pub(crate) struct OnArrival;
-/// The event of the survival estimator: every hit but the last scores.
-pub(crate) struct OnSurvival;
-/// The event of the absorption estimator: the absorption scores.
-pub(crate) struct OnAbsorption;
-
-impl Event for OnArrival {
-    #[inline(always)]
-    fn scoring(decided: &Decisions) -> Lanes {
-        decided.arrived
-    }
-}
-impl Event for OnSurvival {
-    #[inline(always)]
-    fn scoring(decided: &Decisions) -> Lanes {
-        decided.survived
-    }
-}
-impl Event for OnAbsorption {
-    #[inline(always)]
-    fn scoring(decided: &Decisions) -> Lanes {
-        decided.died
-    }
 }
 
 /// A board on which whole hits are scored, one for each event.
@@ -184,18 +151,18 @@ impl<const C: usize, const M: usize> Slate<C> for Scoreboard<u128, u64, C, M> {
 }
 
 /// Grey analog shooting: one unit for each event, on the face where it happens.
-pub(crate) struct ShootHits<'a, V, B: HitSlate> {
+pub(crate) struct ShootHits<'a, B: HitSlate> {
     board: &'a mut B,
     visits: Visits<B::Spot>,
     /// Where the walks are now.
     spots: <B::Spot as Kept>::Row,
     isa: Isa,
-    event: PhantomData<V>,
+    event: Event,
 }
 
-impl<'a, V, B: HitSlate> ShootHits<'a, V, B> {
-    pub(crate) fn new(isa: Isa, board: &'a mut B) -> Self {
-        ShootHits { board, visits: Visits::new(), spots: B::Spot::NO_ROW, isa, event: PhantomData }
+impl<'a, B: HitSlate> ShootHits<'a, B> {
+    pub(crate) fn new(isa: Isa, board: &'a mut B, event: Event) -> Self {
+        ShootHits { board, visits: Visits::new(), spots: B::Spot::NO_ROW, isa, event }
     }
 
     /// Scores the visits that were kept apart.
@@ -213,7 +180,7 @@ impl<'a, V, B: HitSlate> ShootHits<'a, V, B> {
     }
 }
 
-impl<V: Event, B: HitSlate> Scorer<1> for ShootHits<'_, V, B> {
+impl<B: HitSlate> Scorer<1> for ShootHits<'_, B> {
     #[inline(always)]
     fn begin(&mut self, lane: usize, _: u32) {
         self.visits.len[lane] = 0;
@@ -227,7 +194,7 @@ impl<V: Event, B: HitSlate> Scorer<1> for ShootHits<'_, V, B> {
     #[inline(always)]
     fn score(&mut self, faces: &[u32; WIDTH], decided: &Decisions, _: &[[f64; 1]; WIDTH]) {
         let earlier = self.visits.earlier(self.isa, faces);
-        V::scoring(decided).each(|lane| {
+        self.event.scoring(decided).each(|lane| {
             let spot = B::Spot::of(&self.spots, lane);
             if self.visits.push(lane, faces[lane], spot) {
                 let before = (earlier.visits[lane].into(), B::Spot::of(&earlier.spots, lane));
@@ -296,24 +263,24 @@ impl<const S: usize> Default for Gathered<S> {
 }
 
 /// Gathering: the value of each event's face times the weight there, on the face of birth.
-pub(crate) struct Gather<'a, V, B: Slate<C>, const C: usize> {
+pub(crate) struct Gather<'a, B: Slate<C>, const C: usize> {
     board: &'a mut B,
     /// What an event on each face is worth, over the largest of these values in its channel.
     values: &'a [[f64; C]],
     gathered: [Gathered<C>; WIDTH],
     /// Where the walks were born.
     births: <B::Spot as Kept>::Row,
-    event: PhantomData<V>,
+    event: Event,
 }
 
-impl<'a, V, B: Slate<C>, const C: usize> Gather<'a, V, B, C> {
-    pub(crate) fn new(board: &'a mut B, values: &'a [[f64; C]]) -> Self {
+impl<'a, B: Slate<C>, const C: usize> Gather<'a, B, C> {
+    pub(crate) fn new(board: &'a mut B, values: &'a [[f64; C]], event: Event) -> Self {
         let gathered = [Gathered::default(); WIDTH];
-        Gather { board, values, gathered, births: B::Spot::NO_ROW, event: PhantomData }
+        Gather { board, values, gathered, births: B::Spot::NO_ROW, event }
     }
 }
 
-impl<V: Event, B: Slate<C>, const C: usize> Scorer<C> for Gather<'_, V, B, C> {
+impl<B: Slate<C>, const C: usize> Scorer<C> for Gather<'_, B, C> {
     #[inline(always)]
     fn begin(&mut self, lane: usize, birth: u32) {
         self.gathered[lane] = Gathered { birth, scores: [0.0; C] };
@@ -327,7 +294,7 @@ impl<V: Event, B: Slate<C>, const C: usize> Scorer<C> for Gather<'_, V, B, C> {
 
     #[inline(always)]
     fn score(&mut self, faces: &[u32; WIDTH], decided: &Decisions, weights: &[[f64; C]; WIDTH]) {
-        V::scoring(decided).each(|lane| {
+        self.event.scoring(decided).each(|lane| {
             self.gathered[lane].gather(weights[lane], self.values[faces[lane] as usize]);
         });
     }

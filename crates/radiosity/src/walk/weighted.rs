@@ -1,8 +1,7 @@
 //! Scores of weighted walks: the weights of C channels at each event, in fixed point.
 
-use std::marker::PhantomData;
-
-use super::score::{Event, Scorer, Slate, dithered, fixed_units};
+use super::estimator::Event;
+use super::score::{Scorer, Slate, dithered, fixed_units};
 use super::spots::Spot;
 use super::visits::{Earlier, Kept, SEARCHED, Visits};
 use crate::random::rng::WalkRng;
@@ -70,20 +69,20 @@ impl Slate<3> for ColouredBoard {
 
 /// Weighted shooting: the weights at each event, on the face it happens on (SInf eq. 1 for arrivals). Rounding
 /// to 2⁻⁴⁰ is below 10⁻⁹ of the smallest weight that a threshold of 0.001 leaves.
-pub(crate) struct ShootWeights<'a, V, B: Slate<C>, const C: usize> {
+pub(crate) struct ShootWeights<'a, B: Slate<C>, const C: usize> {
     board: &'a mut B,
     visits: Visits<B::Mark>,
     /// Where the walks are now, and what visits there are worth.
     spots: <B::Spot as Kept>::Row,
     units: B::Units,
     isa: Isa,
-    event: PhantomData<V>,
+    event: Event,
 }
 
-impl<'a, V, B: Slate<C>, const C: usize> ShootWeights<'a, V, B, C> {
-    pub(crate) fn new(isa: Isa, board: &'a mut B) -> Self {
+impl<'a, B: Slate<C>, const C: usize> ShootWeights<'a, B, C> {
+    pub(crate) fn new(isa: Isa, board: &'a mut B, event: Event) -> Self {
         let (visits, spots, units) = (Visits::new(), B::Spot::NO_ROW, B::NO_UNITS);
-        ShootWeights { board, visits, spots, units, isa, event: PhantomData }
+        ShootWeights { board, visits, spots, units, isa, event }
     }
 
     /// Scores the visits that were kept apart.
@@ -98,7 +97,7 @@ impl<'a, V, B: Slate<C>, const C: usize> ShootWeights<'a, V, B, C> {
     }
 }
 
-impl<V: Event, B: Slate<C>, const C: usize> Scorer<C> for ShootWeights<'_, V, B, C> {
+impl<B: Slate<C>, const C: usize> Scorer<C> for ShootWeights<'_, B, C> {
     #[inline(always)]
     fn begin(&mut self, lane: usize, _: u32) {
         self.visits.len[lane] = 0;
@@ -112,7 +111,7 @@ impl<V: Event, B: Slate<C>, const C: usize> Scorer<C> for ShootWeights<'_, V, B,
     #[inline(always)]
     fn score(&mut self, faces: &[u32; WIDTH], decided: &Decisions, weights: &[[f64; C]; WIDTH]) {
         let earlier = self.visits.earlier(self.isa, faces);
-        let scoring = V::scoring(decided);
+        let scoring = self.event.scoring(decided);
         self.isa.run(ScoreVisits { shoot: self, scoring, faces, weights, earlier: &earlier });
     }
 
@@ -134,15 +133,15 @@ impl<V: Event, B: Slate<C>, const C: usize> Scorer<C> for ShootWeights<'_, V, B,
 }
 
 /// Scores what walks of a batch are worth on their faces.
-struct ScoreVisits<'s, 'a, V, B: Slate<C>, const C: usize> {
-    shoot: &'s mut ShootWeights<'a, V, B, C>,
+struct ScoreVisits<'s, 'a, B: Slate<C>, const C: usize> {
+    shoot: &'s mut ShootWeights<'a, B, C>,
     scoring: Lanes,
     faces: &'s [u32; WIDTH],
     weights: &'s [[f64; C]; WIDTH],
     earlier: &'s Earlier<B::Mark>,
 }
 
-impl<V, B: Slate<C>, const C: usize> Kernel for ScoreVisits<'_, '_, V, B, C> {
+impl<B: Slate<C>, const C: usize> Kernel for ScoreVisits<'_, '_, B, C> {
     #[inline(always)]
     fn run<S: Simd>(self) {
         let ShootWeights { board, visits, spots, units, .. } = self.shoot;
