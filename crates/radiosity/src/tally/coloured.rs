@@ -39,8 +39,8 @@ impl<const N: usize> Visits<N> {
     }
 }
 
-/// The square of a number below 2⁶³, in halves: of (h·2³² + l)² = h²·2⁶⁴ + 2hl·2³² + l². Vectors multiply no longer numbers
-/// than of 32 bits.
+/// The square of a number below 2⁶³, in halves: of (h·2³² + l)² = h²·2⁶⁴ + 2hl·2³² + l². Vectors multiply numbers of up to
+/// 32 bits.
 #[inline(always)]
 fn square(y: u64) -> [u64; 2] {
     const HALF: u64 = 0xFFFF_FFFF;
@@ -57,7 +57,7 @@ pub(crate) struct ColouredBoard {
     /// How the walks ended.
     pub(crate) counts: Counts,
     cells: Vec<Wide>,
-    /// The largest score of a walk.
+    /// The largest score of a walk, or more.
     largest: u128,
 }
 
@@ -83,6 +83,7 @@ impl ColouredBoard {
         all: f64,
     ) {
         let Visits { units, low, high } = visits;
+        // First as numbers of f64, of which the last will be one event.
         for (row, &[red, green, blue]) in units.iter_mut().zip(weights) {
             *row = [red, green, blue, 1.0 / all].map(f64::to_bits);
         }
