@@ -73,8 +73,8 @@ pub(crate) struct Cells {
 }
 
 impl Meshes {
-    /// Whether a job of some paths has so many faces of meshes that they are to be grouped. Where they are fewer, fits to each face gain more
-    /// than groups do, the more paths there are.
+    /// Whether the faces of meshes are to be grouped in a job of some paths. Where they are few, fits to each face gain more than groups do, the
+    /// more paths there are.
     pub(crate) fn are_many(auto: &Auto, paths: u64) -> bool {
         let faces = auto.kinds.iter().flatten().count() as f64;
         faces * faces > 4.0 * paths as f64

@@ -279,7 +279,7 @@ impl<'a> Pilot<'a> {
         (lights, energy)
     }
 
-    /// By cell of a scene without groups, the scores that so many times the walks are expected to find there: as many of one size as tell
+    /// By cell of a scene without groups, the scores that a number of times the walks are expected to find there: as many of one size as tell
     /// what these do, on both sides, in the brightest channel. One score alone is chance.
     fn scores(&self, times: f64) -> Vec<f64> {
         let all = self.tallies().all;

@@ -30,9 +30,7 @@ use crate::trace::Index;
 use crate::trace::facet::Facets;
 use crate::trace::stack::Stack;
 use births::{Births, Origin};
-use check::check;
 use scatter::Scatter;
-use traced::{Traced, lie_in};
 
 /// What is wrong with a scene. `surface` counts from 0.
 #[derive(Clone, Debug, Error, PartialEq)]
@@ -120,7 +118,7 @@ impl Scene {
     /// Builds a scene for walks on an instruction set that this machine has.
     pub(crate) fn build_for(spec: &SceneSpec, index: IndexChoice, isa: Isa) -> Result<Self, SceneError> {
         let [min, max] = extent(spec);
-        Scene::assemble(spec, isa, |surfaces| Traced::new(surfaces, slack(min, max), (index, isa)))
+        Scene::assemble(spec, isa, |surfaces| traced::Traced::new(surfaces, slack(min, max), (index, isa)))
     }
 
     /// A scene of the same surfaces in other cells, or with other groups: what rays find surfaces by is shared. It is the scene that
@@ -137,8 +135,8 @@ impl Scene {
         assert!(outlines().eq(own), "a scene is cut anew in the same surfaces");
         Scene::assemble(spec, self.parts.isa, |surfaces| {
             let Parts { frames, stacks, facets, index, .. } = &*self.parts;
-            lie_in(surfaces, stacks);
-            Traced {
+            traced::lie_in(surfaces, stacks);
+            traced::Traced {
                 frames: frames.clone(),
                 stacks: stacks.clone(),
                 facets: facets.clone(),
@@ -151,9 +149,9 @@ impl Scene {
     fn assemble(
         spec: &SceneSpec,
         isa: Isa,
-        trace: impl FnOnce(&mut [Surface]) -> Traced,
+        trace: impl FnOnce(&mut [Surface]) -> traced::Traced,
     ) -> Result<Self, SceneError> {
-        check(spec)?;
+        check::check(spec)?;
         groups::check_groups(spec)?;
         let [min, max] = extent(spec);
         let origin = 0.5 * (min + max);
@@ -168,7 +166,7 @@ impl Scene {
             .collect();
         let channels = spec.channels();
         let (emitters, power) = emission(&surfaces, &faces, channels)?;
-        let Traced { frames, stacks, facets, index } = trace(&mut surfaces);
+        let traced::Traced { frames, stacks, facets, index } = trace(&mut surfaces);
         let places = Places::new(&surfaces, &faces);
         let hash = hash(spec, !stacks.is_empty());
         let most = |c: usize| spec.surfaces.iter().fold(0.0, |max: f64, s| max.max(s.reflectance[c]));
