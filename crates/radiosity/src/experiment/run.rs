@@ -184,7 +184,7 @@ impl Experiment {
         match (board, score) {
             (Scores::Hits(board), Score::Of(estimator)) => {
                 let mut score = ShootHits::new(self.scene.parts.isa, board, estimator.event());
-                let fate = Analog::of(estimator.kind());
+                let fate = Analog::of(estimator.kind().goes_on());
                 self.shoot_all(space, source, fate, (&mut score, marks_of!(marks, Hits)))
             }
             (Scores::RelatedHits(board), Score::Mix) => {
@@ -198,7 +198,7 @@ impl Experiment {
             }
             (Scores::LinearHits(board), Score::Linear(estimator)) => {
                 let mut score = ShootHits::new(self.scene.parts.isa, board, estimator.event());
-                let fate = Analog::of(estimator.kind());
+                let fate = Analog::of(estimator.kind().goes_on());
                 self.walk_all(self.scene.emitters(), space, source, fate, &mut score)
             }
             (Scores::LinearFixed(board), Score::Linear(estimator)) => {

@@ -219,7 +219,7 @@ macro_rules! with_fate {
                 $body
             }
             estimator => {
-                let $fate = $crate::walk::fate::$Chance::of(estimator.kind());
+                let $fate = $crate::walk::fate::$Chance::of(estimator.kind().goes_on());
                 $body
             }
         }

@@ -9,7 +9,6 @@ use std::hint::select_unpredictable;
 
 use serde::{Deserialize, Serialize};
 
-use super::estimator::EstimatorKind;
 use crate::geometry::surface::Surface;
 use crate::geometry::tints::{TINT, Tints};
 use crate::simd::batch::{Decisions, Lanes, WIDTH, WORD};
@@ -136,9 +135,9 @@ pub(crate) struct Analog {
 }
 
 impl Analog {
-    /// Of walks of an estimator without weights.
-    pub(crate) fn of(estimator: EstimatorKind) -> Self {
-        Analog { ends_at_once: !estimator.goes_on() }
+    /// Of walks without weights, which may go on after their first arrival or not.
+    pub(crate) fn of(goes_on: bool) -> Self {
+        Analog { ends_at_once: !goes_on }
     }
 }
 
@@ -174,9 +173,9 @@ pub(crate) struct Coloured {
 }
 
 impl Coloured {
-    /// Of walks of an estimator without weights in one channel.
-    pub(crate) fn of(estimator: EstimatorKind) -> Self {
-        Coloured { weights: [1.0; TINT], ends_at_once: !estimator.goes_on() }
+    /// Of walks without weights in one channel, which may go on after their first arrival or not.
+    pub(crate) fn of(goes_on: bool) -> Self {
+        Coloured { weights: [1.0; TINT], ends_at_once: !goes_on }
     }
 }
 
