@@ -3,8 +3,9 @@
 use stats::Moments;
 
 use crate::experiment::Experiment;
+use crate::experiment::chains::Student;
 use crate::experiment::meaning::Meaning;
-use crate::experiment::solution::{Estimates, Student};
+use crate::experiment::solution::Estimates;
 use crate::geometry::basis::Basis;
 use crate::geometry::face::Face;
 use crate::tally::Tally;
