@@ -1,8 +1,10 @@
 #!/usr/bin/env bash
 # Whole walks of radwalk on one core against Embree 3 that traces the same rays, on one core and without walking:
-# a table of rates and ratios for four scenes. Needs Debian or Ubuntu; root or sudo for the first call, which installs
-# Embree's headers and a C++ compiler. Usage: scripts/embree.sh [ROUNDS], five if not said.
+# a table of rates and ratios for four scenes, or for mesh files, in grey. Needs Debian or Ubuntu; root or sudo for the first
+# call, which installs Embree's headers and a C++ compiler. Usage: scripts/embree.sh [ROUNDS [MESH…]], five rounds if not said.
 set -euo pipefail
+meshes=()
+for mesh in "${@:2}"; do meshes+=("$(realpath "$mesh")"); done
 cd "$(dirname "$0")/.."
 
 as_root() { if [ "$(id -u)" = 0 ]; then "$@"; else sudo "$@"; fi; }
@@ -16,4 +18,4 @@ export GLIBC_TUNABLES=glibc.malloc.hugetlb=1
 build="$(mktemp -d)"
 trap 'rm -rf "$build"' EXIT
 g++ -std=c++17 -O3 -march=native -Wall -Wextra -o "$build/compare" scripts/embree/compare.cpp -lembree3
-cargo run --quiet --release --locked -p scenes --example embree -- "$build/compare" "${1:-5}"
+cargo run --quiet --release --locked -p scenes --example embree -- "$build/compare" "${1:-5}" "${meshes[@]}"

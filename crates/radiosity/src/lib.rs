@@ -62,12 +62,14 @@ pub use jacobi::{ChainBoard, Iteration, Phase, Reciprocity, stochastic_iteration
 pub use method::{BatchScore, Batches, Birth, Chains, Direction, Method, Score, Unit, Walks};
 pub use random::Sampler;
 pub use random::rng::{Sequence, WalkRng};
+pub use scene::retracing::{Foresight, Retracing};
 pub use scene::view::Lookout;
 pub use scene::{IndexChoice, Memory, Scene, SceneError};
 pub use tally::{Counts, Events, Layout, MergeError, Overflow, Scoreboard, Tally, Word};
 pub use trace::coplanar::Overlap;
 pub use trace::ray::{Hit, Ray};
 pub use trace::stack::Stack;
+pub use trace::tree::{StepKind, TreeStep};
 pub use walk::Space;
 pub use walk::batch::WalkEnd;
 pub use walk::estimator::{Course, Estimator, EstimatorKind, Event};

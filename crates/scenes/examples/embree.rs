@@ -8,9 +8,11 @@ use std::io::{BufRead, BufReader, BufWriter, Write};
 use std::path::Path;
 use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
 
+use common::meshes::grey_scene;
+use common::rays::{Emitters, walk};
 use common::{Failure, Walks, collision_shooting, median};
 use glam::DVec3;
-use radiosity::{Face, IndexChoice, Ray, Scene, SceneSpec, Sequence, Shape, Side, WalkRng};
+use radiosity::{IndexChoice, Scene, SceneSpec, Sequence, Shape};
 use scenes::{cornell, cube, interior};
 
 /// The number of rays to trace in each scene.
@@ -24,8 +26,8 @@ const MODES: [&str; 6] = ["robust 1", "robust 8", "robust 16", "fast 1", "fast 8
 
 fn main() -> Result<(), Failure> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
-    let [compare, rounds] = &arguments[..] else {
-        return Err("usage: embree COMPARE ROUNDS".into());
+    let [compare, rounds, meshes @ ..] = &arguments[..] else {
+        return Err("usage: embree COMPARE ROUNDS [MESH…]".into());
     };
     let rounds = rounds.parse()?;
     println!(
@@ -45,10 +47,16 @@ fn main() -> Result<(), Failure> {
     );
     println!("{:>98} | {:>11} | {:>11}", "", "off, lost", "off, lost");
     let compare = Path::new(compare);
-    compare_scene("cube54", &cube(3), compare, rounds)?;
-    compare_scene("cornell", &cornell(), compare, rounds)?;
-    compare_scene("interior 57 k", &interior(57_000), compare, rounds)?;
-    compare_scene("interior 1 M", &interior(1_000_000), compare, rounds)?;
+    if meshes.is_empty() {
+        compare_scene("cube54", &cube(3), compare, rounds)?;
+        compare_scene("cornell", &cornell(), compare, rounds)?;
+        compare_scene("interior 57 k", &interior(57_000), compare, rounds)?;
+        compare_scene("interior 1 M", &interior(1_000_000), compare, rounds)?;
+    }
+    for mesh in meshes.iter().map(Path::new) {
+        let name = mesh.file_stem().unwrap_or_default().to_string_lossy();
+        compare_scene(&name, &grey_scene(mesh)?, compare, rounds)?;
+    }
     println!("walks: whole walks of radwalk (sampling, tracing, survival, tally); Embree traces only.");
     println!(
         "trees: the quality that Embree builds its trees with (medium: its default; high: with spatial splits)."
@@ -223,56 +231,4 @@ fn triangles(spec: &SceneSpec, origin: DVec3) -> Vec<[DVec3; 3]> {
     };
     let all = spec.surfaces.iter().flat_map(|surface| cut(&surface.shape));
     all.map(|corners| corners.map(|corner| corner - origin)).collect()
-}
-
-/// The emitting patches, and the power of each added to all before it.
-struct Emitters {
-    patches: Vec<usize>,
-    cumulative: Vec<f64>,
-}
-
-impl Emitters {
-    fn new(scene: &Scene) -> Self {
-        let patches = scene.faces();
-        let emitting: Vec<usize> = (0..patches.len()).filter(|&i| patches.get(i).power(0) > 0.0).collect();
-        let mut total = 0.0;
-        let cumulative = emitting
-            .iter()
-            .map(|&i| {
-                total += patches.get(i).power(0);
-                total
-            })
-            .collect();
-        Emitters { patches: emitting, cumulative }
-    }
-
-    /// Chooses an emitter, with probability Φ_s/Φ_T.
-    fn choose(&self, rng: &mut WalkRng) -> usize {
-        let power = rng.pair()[0] * self.cumulative[self.cumulative.len() - 1];
-        self.patches[self.cumulative.partition_point(|&sum| sum <= power).min(self.patches.len() - 1)]
-    }
-}
-
-/// A discrete collision walk by the public parts of the kernel; calls back with each ray and the t of its hit.
-fn walk(
-    scene: &Scene,
-    emitters: &Emitters,
-    rng: &mut WalkRng,
-    mut tell: impl FnMut(&Ray, Option<f64>) -> Result<(), Failure>,
-) -> Result<(), Failure> {
-    let Face { surface: mut number, mut side, patch, .. } = scene.faces().get(emitters.choose(rng));
-    let mut cell = patch - scene.surfaces()[number as usize].piece(0, Side::Front);
-    loop {
-        let surface = &scene.surfaces()[number as usize];
-        let origin = surface.point(surface.point_in_cell(cell, rng.pair()));
-        let ray = Ray { origin, direction: surface.direction(side, rng.bits()), from: number };
-        let hit = scene.closest_hit(&ray);
-        tell(&ray, hit.map(|hit| hit.t))?;
-        let Some(hit) = hit else { return Ok(()) };
-        let surface = &scene.surfaces()[hit.surface as usize];
-        if !surface.is_active(hit.side) || !surface.survives(rng.bits()) {
-            return Ok(());
-        }
-        (number, cell, side) = (hit.surface, surface.cell_at(hit.uv), hit.side);
-    }
 }

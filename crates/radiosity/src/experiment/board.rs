@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use crate::jacobi::final_gather::Gathered;
 use crate::jacobi::{ChainBoard, UNITS};
-use crate::tally::{Layout, LinearBoard, Overflow, Scoreboard, Tally};
+use crate::tally::{ColouredBoard, Layout, LinearBoard, Overflow, Scoreboard, Tally};
 use crate::walk::marks::MarkBoard;
 use crate::walk::score::{RELATED, fixed_units};
 
@@ -40,7 +40,7 @@ pub(super) enum Scores<const M: usize> {
     /// Gathering with three estimators at once.
     RelatedFixed(Scoreboard<u128, u64, RELATED, M>),
     /// All walks in coloured scenes: three channels.
-    Coloured(Scoreboard<u128, u64, 3, M>),
+    Coloured(ColouredBoard),
     /// Grey analog shooting with slopes.
     LinearHits(LinearBoard<u64, (), 1>),
     /// Other grey walks with slopes.

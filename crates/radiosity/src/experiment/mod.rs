@@ -34,7 +34,7 @@ use crate::jacobi;
 use crate::method::{Direction, Method, Score, Unit};
 use crate::scene::Scene;
 use crate::scene::births::Births;
-use crate::tally::{Layout, LinearBoard, Scoreboard, Tally};
+use crate::tally::{ColouredBoard, Layout, LinearBoard, Scoreboard, Tally};
 use crate::walk::estimator::Course;
 use crate::walk::marks::{MarkBoard, Marked};
 use board::{Apart, Scores, Sensing, with_board};
@@ -246,7 +246,7 @@ impl Experiment {
                 }
             },
             (_, Score::Linear(_)) => Scores::LinearColoured(LinearBoard::new(faces)),
-            _ => Scores::Coloured(Scoreboard::new(faces)),
+            _ => Scores::Coloured(ColouredBoard::new(faces)),
         }
     }
 }

@@ -18,7 +18,8 @@ use crate::walk::batch::{walk_all, walk_each};
 use crate::walk::estimator::{EstimatorKind, Event, with_fate};
 use crate::walk::fate::{Analog, Fate, Infinite};
 use crate::walk::marks::{Amount, MarkBoard, Marked, Marks};
-use crate::walk::score::{Gather, GatherRelated, Scorer, ShootHits, ShootRelated, ShootWeights};
+use crate::walk::score::{Gather, GatherRelated, Scorer, ShootHits, ShootRelated};
+use crate::walk::weighted::ShootWeights;
 
 /// Where the numbers of walks come from, and which walks.
 pub(super) enum Source<'a> {

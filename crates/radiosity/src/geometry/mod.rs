@@ -13,3 +13,4 @@ pub(crate) mod places;
 pub(crate) mod sensor;
 pub(crate) mod spec;
 pub(crate) mod surface;
+pub(crate) mod tints;

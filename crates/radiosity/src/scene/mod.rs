@@ -2,6 +2,7 @@
 
 pub(crate) mod births;
 mod groups;
+pub(crate) mod retracing;
 pub(crate) mod scatter;
 pub(crate) mod view;
 
@@ -18,6 +19,7 @@ use crate::geometry::places::Places;
 use crate::geometry::spec::Side;
 use crate::geometry::spec::{SceneSpec, Shape, Spectrum};
 use crate::geometry::surface::Surface;
+use crate::geometry::tints::Tints;
 use crate::random::rng::{WalkRng, unit_32};
 use crate::simd::isa::Isa;
 use crate::trace::Index;
@@ -90,6 +92,7 @@ pub(crate) struct Parts {
     pub(crate) isa: Isa,
     pub(crate) frames: Frames,
     pub(crate) landings: Landings,
+    pub(crate) tints: Tints,
     /// Where arrivals find their leaves; `None` where no surface is cut into leaves.
     pub(crate) places: Option<Places>,
     stacks: Vec<Stack>,
@@ -161,6 +164,7 @@ impl Scene {
             isa,
             frames: Frames::new(surfaces.iter().map(Surface::frame)),
             landings: Landings::new(&surfaces, places.as_ref()),
+            tints: Tints::new(&surfaces, channels),
             places,
             scatter: faces.are_grouped().then(|| Scatter::new(&faces, &surfaces)),
             surfaces,
@@ -242,6 +246,7 @@ impl Scene {
             parts.scatter.as_ref().map_or(0, Scatter::bytes),
             parts.frames.bytes(),
             parts.landings.bytes(),
+            parts.tints.bytes(),
             parts.places.as_ref().map_or(0, Places::bytes),
             parts.facets.bytes(),
         ];

@@ -6,6 +6,7 @@
 
 use super::real::{self, Real};
 use super::sixteen::{self, Lanes};
+use super::wide::{Quad, Wide};
 
 /// The processor has AVX2, FMA, BMI and what comes with them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -32,6 +33,11 @@ pub(crate) trait Simd {
     type Doubles: Real;
     /// A vector of sixteen f32.
     type Singles: Lanes;
+    /// Adds to sums of 128 bits, modulo 2¹²⁸.
+    #[inline(always)]
+    fn add_wide(sums: &mut Wide, low: [&Quad; 2], high: [&Quad; 2]) {
+        sums.add(low, high);
+    }
 }
 
 /// What is to be done with whatever vectors there are.
@@ -88,6 +94,11 @@ mod x86 {
     impl Simd for OnAvx512 {
         type Doubles = real::Avx512;
         type Singles = sixteen::Avx512;
+
+        #[inline(always)]
+        fn add_wide(sums: &mut Wide, low: [&Quad; 2], high: [&Quad; 2]) {
+            sums.add_on_avx512(low, high);
+        }
     }
 
     impl Avx2 {

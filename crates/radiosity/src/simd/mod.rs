@@ -6,5 +6,6 @@ pub(crate) mod prefetch;
 pub(crate) mod real;
 pub(crate) mod sixteen;
 pub(crate) mod table;
+pub(crate) mod wide;
 #[cfg(target_arch = "x86_64")]
 mod x86;

@@ -7,14 +7,17 @@
 //! Merged sums are 128 bits wide: 10¹⁵ walks of 10⁴ units each leave room to spare in Σx⁴; a merge that
 //! would overflow is an error, never a wrap.
 
+mod coloured;
 mod counts;
 mod linear;
 mod scoreboard;
 mod sums;
 mod word;
 
+pub(crate) use coloured::{ColouredBoard, Visits as ColouredVisits};
 pub use counts::{Counts, MergeError, Overflow};
 pub(crate) use linear::{LinearBoard, Mark};
 pub use scoreboard::{Events, Scoreboard};
 pub use sums::{Layout, Tally};
 pub use word::Word;
+pub(crate) use word::rounded;

@@ -23,6 +23,17 @@ pub(super) fn raise_sums(sums: &mut [u128], x: u64, y: u64) {
     sums[1] = sums[1].wrapping_add(u128::from(y) * u128::from(2 * x + y));
 }
 
+/// The whole number next to x, of x in [0, 2⁵¹); halves go up. Without the conversion of numbers, which vectors of some
+/// instruction sets have not got: next to 2⁵² numbers are whole, and rounding to nearest is undone where it went up.
+#[inline(always)]
+pub(crate) fn rounded(x: f64) -> u64 {
+    const WHOLE: f64 = (1_u64 << 52) as f64;
+    let raised = x + 0.5;
+    let nearest = raised + WHOLE;
+    let above = u64::from(nearest - WHOLE > raised);
+    nearest.to_bits().wrapping_sub(above) & ((1 << 52) - 1)
+}
+
 macro_rules! word {
     ($word:ty) => {
         impl Word for $word {
@@ -57,3 +68,17 @@ macro_rules! word {
 word!(u32);
 word!(u64);
 word!(u128);
+
+#[cfg(test)]
+mod tests {
+    use super::rounded;
+
+    #[test]
+    fn numbers_are_rounded_as_conversions_round_them() {
+        let ends = [0.0, 0.4, 0.49999999999999994, 0.5, 0.7, 1.0, 1.5, 2.5, 3.3e12, 3.3e12 + 0.5, 2.2e15];
+        let between = (0..1000).map(|i| f64::from(i).powi(4) * 1.37);
+        for x in ends.into_iter().chain(between) {
+            assert_eq!(rounded(x), (x + 0.5) as u64, "{x}");
+        }
+    }
+}

@@ -17,7 +17,7 @@ use crate::trace::tree::Scratch;
 use crate::walk::Space;
 use crate::walk::arrive::Arrivals;
 use crate::walk::depart::Departures;
-use crate::walk::fate::{Fate, Next};
+use crate::walk::fate::{Crossroads, Fate};
 use crate::walk::score::Scorer;
 
 /// Every way a walk can end.
@@ -156,6 +156,9 @@ impl<N: Numbers, E: Scorer<C>, F: Fate<C>, const C: usize> Walker<'_, N, E, F, C
             let met = &hits.surface[..self.len];
             parts.landings.expect(met);
             parts.frames.expect(met);
+            if C > 1 {
+                parts.tints.expect(met);
+            }
             // Draws of each arrival: survival, point (discrete walks), direction.
             self.generators.arrivals(self.isa, &mut draws);
             arrivals.locate(self.isa, self.scene, self.space, self.len, &hits, &draws);
@@ -197,23 +200,18 @@ impl<N: Numbers, E: Scorer<C>, F: Fate<C>, const C: usize> Walker<'_, N, E, F, C
     fn decide(&mut self, hits: &Hits, arrivals: &Arrivals) -> (Decisions, Lanes) {
         let all = Lanes::first(self.len);
         let arrived = arrivals.active & all;
-        let survives = if self.fate.ends_at_once() { Lanes::default() } else { arrivals.survives };
-        let mut decided = Decisions { arrived, ..Decisions::default() };
-        if F::CHANCE {
-            decided.survived = arrived & survives;
-            decided.died = arrived.without(decided.survived);
-        } else {
-            let surfaces = self.scene.surfaces();
-            arrived.each(|lane| {
-                let fate = &mut self.fates[lane];
-                self.weights[lane] = fate.weights();
-                match fate.decide(&surfaces[hits.surface[lane] as usize], survives.has(lane)) {
-                    Next::Survives => decided.survived.insert(lane),
-                    Next::Dies => decided.died.insert(lane),
-                    Next::Truncated => {}
-                }
-            });
-        }
+        let crossroads = Crossroads {
+            isa: self.isa,
+            surfaces: self.scene.surfaces(),
+            tints: &self.scene.parts.tints,
+            met: &hits.surface,
+            arrived,
+            survives: if self.fate.ends_at_once() { Lanes::default() } else { arrivals.survives },
+        };
+        let decided = match F::CHANCE {
+            true => crossroads.by_chance(),
+            false => F::decide_all(&mut self.fates, &crossroads, &mut self.weights),
+        };
         self.counts.absorbed += decided.died.count();
         let met = arrivals.met & all;
         let truncated = decided.arrived.without(decided.survived | decided.died);

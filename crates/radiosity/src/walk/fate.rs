@@ -5,10 +5,16 @@
 //! had walked alone, and no weight ever grows, so that no score can exceed what it set out with. A grey walk
 //! has σ = R and carries no weight at all.
 
+use std::hint::select_unpredictable;
+
 use serde::{Deserialize, Serialize};
 
 use super::estimator::EstimatorKind;
 use crate::geometry::surface::Surface;
+use crate::geometry::tints::{TINT, Tints};
+use crate::simd::batch::{Decisions, Lanes, WIDTH, WORD};
+use crate::simd::isa::{Isa, Kernel, Simd};
+use crate::trace::ray::Hits;
 
 /// How walks of the infinite estimator end.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -73,6 +79,48 @@ pub(crate) trait Fate<const C: usize>: Copy {
     fn weights(&self) -> [f64; C];
     /// Decides at a hit; `survives` as chance has it, with probability σ.
     fn decide(&mut self, surface: &Surface, survives: bool) -> Next;
+    /// Decides for a batch of walks, and notes the weights that they arrive with.
+    #[inline(always)]
+    fn decide_all(
+        fates: &mut [Self; WIDTH],
+        crossroads: &Crossroads,
+        weights: &mut [[f64; C]; WIDTH],
+    ) -> Decisions {
+        let Crossroads { surfaces, met, arrived, survives, .. } = *crossroads;
+        let mut decided = Decisions { arrived, ..Decisions::default() };
+        arrived.each(|lane| {
+            let fate = &mut fates[lane];
+            weights[lane] = fate.weights();
+            match fate.decide(&surfaces[met[lane] as usize], survives.has(lane)) {
+                Next::Survives => decided.survived.insert(lane),
+                Next::Dies => decided.died.insert(lane),
+                Next::Truncated => {}
+            }
+        });
+        decided
+    }
+}
+
+/// Where the walks of a batch have arrived.
+pub(crate) struct Crossroads<'a> {
+    pub(crate) isa: Isa,
+    pub(crate) surfaces: &'a [Surface],
+    pub(crate) tints: &'a Tints,
+    /// The surfaces that they have met.
+    pub(crate) met: &'a [u32; WIDTH],
+    /// The walks that have arrived at an active side.
+    pub(crate) arrived: Lanes,
+    /// The walks that chance lets survive.
+    pub(crate) survives: Lanes,
+}
+
+impl Crossroads<'_> {
+    /// What chance alone decides.
+    #[inline(always)]
+    pub(crate) fn by_chance(&self) -> Decisions {
+        let survived = self.arrived & self.survives;
+        Decisions { arrived: self.arrived, survived, died: self.arrived.without(survived) }
+    }
 }
 
 #[inline(always)]
@@ -119,7 +167,8 @@ impl Fate<1> for Analog {
 /// In colour: absorbed with probability 1 − σ at each hit.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Coloured {
-    weights: [f64; 3],
+    /// Those of the channels, and 1.
+    weights: [f64; TINT],
     /// The first arrival is the last.
     ends_at_once: bool,
 }
@@ -127,7 +176,7 @@ pub(crate) struct Coloured {
 impl Coloured {
     /// Of walks of an estimator without weights in one channel.
     pub(crate) fn of(estimator: EstimatorKind) -> Self {
-        Coloured { weights: [1.0; 3], ends_at_once: !estimator.goes_on() }
+        Coloured { weights: [1.0; TINT], ends_at_once: !estimator.goes_on() }
     }
 }
 
@@ -138,13 +187,14 @@ impl Fate<3> for Coloured {
     }
 
     #[inline(always)]
-    fn set_out(&mut self, weights: [f64; 3]) {
-        self.weights = weights;
+    fn set_out(&mut self, [red, green, blue]: [f64; 3]) {
+        self.weights = [red, green, blue, 1.0];
     }
 
     #[inline(always)]
     fn weights(&self) -> [f64; 3] {
-        self.weights
+        let [red, green, blue, _] = self.weights;
+        [red, green, blue]
     }
 
     #[inline(always)]
@@ -154,6 +204,42 @@ impl Fate<3> for Coloured {
             weaken(&mut self.weights, surface.tint());
         }
         next
+    }
+
+    #[inline(always)]
+    fn decide_all(
+        fates: &mut [Self; WIDTH],
+        crossroads: &Crossroads,
+        weights: &mut [[f64; 3]; WIDTH],
+    ) -> Decisions {
+        let decided = crossroads.by_chance();
+        crossroads.isa.run(Tinting { fates, crossroads, survived: decided.survived, weights });
+        decided
+    }
+}
+
+/// Notes the weights of coloured walks, and multiplies those of survivors by the tints of their surfaces.
+struct Tinting<'a> {
+    fates: &'a mut [Coloured; WIDTH],
+    crossroads: &'a Crossroads<'a>,
+    survived: Lanes,
+    weights: &'a mut [[f64; 3]; WIDTH],
+}
+
+impl Kernel for Tinting<'_> {
+    #[inline(always)]
+    fn run<S: Simd>(self) {
+        let Crossroads { tints, met, .. } = *self.crossroads;
+        for first in (0..WIDTH).step_by(WORD) {
+            let survived = self.survived.word(first);
+            for i in 0..WORD {
+                let (fate, met) = (&mut self.fates[first + i], met[first + i]);
+                self.weights[first + i] = fate.weights();
+                // Whether a walk survives cannot be predicted: the others are multiplied by 1.
+                let tint = *tints.of(select_unpredictable(survived >> i & 1 == 1, met, Hits::NONE));
+                fate.weights = std::array::from_fn(|c| fate.weights[c] * tint[c]);
+            }
+        }
     }
 }
 

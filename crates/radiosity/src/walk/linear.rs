@@ -4,9 +4,11 @@
 //! scores y at x adds y·ψ_k(x) to slope k: the mean of that is the mean of b·ψ_k over the patch, as the mean of y is that of
 //! b. A gathering walk that is born at x and gathers y tells the same of the patch of its birth.
 
-use super::score::{HitSlate, Slate, dithered};
+use super::score::{HitSlate, Slate, dithered, set_units};
 use crate::geometry::basis::{SLOPE_BITS, SLOPE_UNITS};
 use crate::random::rng::WalkRng;
+use crate::simd::batch::WIDTH;
+use crate::simd::isa::Simd;
 use crate::tally::{LinearBoard, Mark, Word};
 
 /// Power sums of scores with slopes: more would be signed.
@@ -48,11 +50,18 @@ fn fixed<const C: usize>(scores: [u64; C], place: [i64; 2], rounding: [i64; C]) 
 impl<const C: usize> Slate<C> for LinearBoard<u128, u64, C> {
     type Spot = [i64; 2];
     type Mark = Mark<u64, C>;
-    const MOMENTS: usize = MOMENTS;
+
+    type Units = [[u64; C]; WIDTH];
+    const NO_UNITS: Self::Units = [[0; C]; WIDTH];
 
     #[inline(always)]
-    fn mark(units: [u64; C], place: [i64; 2]) -> Mark<u64, C> {
-        fixed(units, place, [SLOPE_UNITS / 2; C])
+    fn set_units(&mut self, units: &mut Self::Units, weights: &[[f64; C]; WIDTH]) {
+        set_units::<C, MOMENTS>(units, weights);
+    }
+
+    #[inline(always)]
+    fn mark(units: &Self::Units, lane: usize, place: [i64; 2]) -> Mark<u64, C> {
+        fixed(units[lane], place, [SLOPE_UNITS / 2; C])
     }
 
     #[inline(always)]
@@ -63,6 +72,11 @@ impl<const C: usize> Slate<C> for LinearBoard<u128, u64, C> {
     #[inline(always)]
     fn add_visit(&mut self, face: u32, before: &Mark<u64, C>, now: &Mark<u64, C>) {
         self.add_event(face, before, now);
+    }
+
+    #[inline(always)]
+    fn add_first<S: Simd>(&mut self, face: u32, now: &Mark<u64, C>, _: &Self::Units, _: usize) {
+        self.add_event(face, &Mark::none(), now);
     }
 
     fn add_visits(

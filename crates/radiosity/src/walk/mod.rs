@@ -14,6 +14,7 @@ pub(crate) mod plain;
 pub(crate) mod score;
 mod spots;
 mod visits;
+pub(crate) mod weighted;
 
 use serde::{Deserialize, Serialize};
 

@@ -11,8 +11,8 @@ use crate::geometry::surface::Surface;
 use crate::random::rng::WalkRng;
 use crate::scene::Scene;
 use crate::simd::batch::{Decisions, WIDTH};
-use crate::simd::isa::{Isa, Kernel, Simd};
-use crate::tally::{Scoreboard, Word};
+use crate::simd::isa::{Isa, Simd};
+use crate::tally::{Scoreboard, Word, rounded};
 use crate::trace::ray::Hits;
 
 /// Units of fixed-point scores in the largest single score, for boards of `moments` power sums.
@@ -57,14 +57,19 @@ pub(crate) trait Slate<const C: usize> {
     type Spot: Spot;
     /// What a visit scores; or the sum of up to [`SEARCHED`] visits of one walk to a face.
     type Mark: Kept;
-    /// Power sums of a score.
-    const MOMENTS: usize;
-    /// What a visit scores that is worth these units.
-    fn mark(units: [u64; C], spot: Self::Spot) -> Self::Mark;
+    /// What visits of the walks of a batch are worth, computed side by side.
+    type Units;
+    const NO_UNITS: Self::Units;
+    /// Computes that from their weights.
+    fn set_units(&mut self, units: &mut Self::Units, weights: &[[f64; C]; WIDTH]);
+    /// What a visit scores.
+    fn mark(units: &Self::Units, lane: usize, spot: Self::Spot) -> Self::Mark;
     /// Counts an event on a face, or a birth.
     fn count_event(&mut self, face: u32);
     /// Counts an event of a walk on a face, where it has scored `before`, and adds what it scores now.
     fn add_visit(&mut self, face: u32, before: &Self::Mark, now: &Self::Mark);
+    /// Counts an event of a walk on a face, where it has not scored before, and adds what it scores now: a visit of the batch.
+    fn add_first<S: Simd>(&mut self, face: u32, now: &Self::Mark, units: &Self::Units, lane: usize);
     /// Adds what a walk scores on a face by visits, any number, after some that were added already. The events are counted.
     fn add_visits(
         &mut self,
@@ -95,11 +100,18 @@ impl<const M: usize> HitSlate for Scoreboard<u64, (), 1, M> {
 impl<const C: usize, const M: usize> Slate<C> for Scoreboard<u128, u64, C, M> {
     type Spot = ();
     type Mark = [u64; C];
-    const MOMENTS: usize = M;
+
+    type Units = [[u64; C]; WIDTH];
+    const NO_UNITS: Self::Units = [[0; C]; WIDTH];
 
     #[inline(always)]
-    fn mark(units: [u64; C], (): ()) -> [u64; C] {
-        units
+    fn set_units(&mut self, units: &mut Self::Units, weights: &[[f64; C]; WIDTH]) {
+        set_units::<C, M>(units, weights);
+    }
+
+    #[inline(always)]
+    fn mark(units: &Self::Units, lane: usize, (): ()) -> [u64; C] {
+        units[lane]
     }
 
     #[inline(always)]
@@ -110,6 +122,11 @@ impl<const C: usize, const M: usize> Slate<C> for Scoreboard<u128, u64, C, M> {
     #[inline(always)]
     fn add_visit(&mut self, face: u32, before: &[u64; C], now: &[u64; C]) {
         self.add_event(face, before, now);
+    }
+
+    #[inline(always)]
+    fn add_first<S: Simd>(&mut self, face: u32, now: &[u64; C], _: &Self::Units, _: usize) {
+        self.add_event(face, &[0; C], now);
     }
 
     fn add_visits(
@@ -203,93 +220,14 @@ impl<B: HitSlate> Scorer<1> for ShootHits<'_, B> {
     }
 }
 
-/// Weighted shooting: the weights at each event, on the face it happens on (SInf eq. 1 for arrivals). Rounding
-/// to 2⁻⁴⁰ is below 10⁻⁹ of the smallest weight that a threshold of 0.001 leaves.
-pub(crate) struct ShootWeights<'a, B: Slate<C>, const C: usize> {
-    board: &'a mut B,
-    visits: Visits<B::Mark>,
-    /// Where the walks are now.
-    spots: <B::Spot as Kept>::Row,
-    isa: Isa,
-    event: Event,
-}
-
-impl<'a, B: Slate<C>, const C: usize> ShootWeights<'a, B, C> {
-    pub(crate) fn new(isa: Isa, board: &'a mut B, event: Event) -> Self {
-        ShootWeights { board, visits: Visits::new(), spots: B::Spot::NO_ROW, isa, event }
-    }
-
-    /// Scores the visits that were kept apart.
-    #[cold]
-    fn score_later(&mut self, lane: usize) {
-        let later = self.visits.take_later(lane);
-        for visits in later.chunk_by(|(a, _), (b, _)| a == b) {
-            let face = visits[0].0;
-            visits.iter().for_each(|_| self.board.count_event(face));
-            self.board.add_visits(face, self.visits.on(lane, face), visits.iter().map(|&(_, mark)| mark));
-        }
-    }
-}
-
-impl<B: Slate<C>, const C: usize> Scorer<C> for ShootWeights<'_, B, C> {
-    #[inline(always)]
-    fn begin(&mut self, lane: usize, _: u32) {
-        self.visits.len[lane] = 0;
-    }
-
-    #[inline(always)]
-    fn locate(&mut self, isa: Isa, scene: &Scene, len: usize, hits: &Hits, faces: &[u32; WIDTH]) {
-        B::Spot::locate(&mut self.spots, isa, scene, len, hits, faces);
-    }
-
-    #[inline(always)]
-    fn score(&mut self, faces: &[u32; WIDTH], decided: &Decisions, weights: &[[f64; C]; WIDTH]) {
-        let earlier = self.visits.earlier(self.isa, faces);
-        let mut units = [[0; C]; WIDTH];
-        self.isa.run(InUnits { weights, all: fixed_units(B::MOMENTS), units: &mut units });
-        for lane in self.event.scoring(decided).iter() {
-            let mark = B::mark(units[lane], B::Spot::of(&self.spots, lane));
-            let before = match earlier.visits[lane] {
-                0 => B::Mark::NONE,
-                _ => self.visits.on(lane, faces[lane]).fold(B::Mark::NONE, B::Mark::plus),
-            };
-            if self.visits.push(lane, faces[lane], mark) {
-                self.board.add_visit(faces[lane], &before, &mark);
-            }
-        }
-    }
-
-    #[inline(always)]
-    fn end(&mut self, lane: usize, _: WalkRng) {
-        if self.visits.len[lane] == SEARCHED as u32 {
-            self.score_later(lane);
-        }
-    }
-
-    fn relocate(&mut self, from: usize, to: usize) {
-        self.visits.relocate(from, to);
-    }
-
-    #[inline(always)]
-    fn expect(&self, faces: &[u32]) {
-        self.board.expect_faces(faces);
-    }
-}
-
-/// Weights in units, rounded.
-struct InUnits<'a, const C: usize> {
-    weights: &'a [[f64; C]; WIDTH],
-    /// The units of a weight of 1.
-    all: f64,
-    units: &'a mut [[u64; C]; WIDTH],
-}
-
-impl<const C: usize> Kernel for InUnits<'_, C> {
-    #[inline(always)]
-    fn run<S: Simd>(self) {
-        for (units, weight) in self.units.as_flattened_mut().iter_mut().zip(self.weights.as_flattened()) {
-            *units = (weight * self.all + 0.5) as u64;
-        }
+/// Weights in units of boards of M power sums, rounded.
+#[inline(always)]
+pub(super) fn set_units<const C: usize, const M: usize>(
+    units: &mut [[u64; C]; WIDTH],
+    weights: &[[f64; C]; WIDTH],
+) {
+    for (units, weight) in units.as_flattened_mut().iter_mut().zip(weights.as_flattened()) {
+        *units = rounded(weight * fixed_units(M));
     }
 }
 

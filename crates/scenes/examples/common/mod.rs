@@ -1,5 +1,8 @@
-//! Timing of whole walks.
+//! What examples have in common: timing of whole walks, rays, scenes from files.
 #![allow(dead_code, reason = "each example uses its own part")]
+
+pub mod meshes;
+pub mod rays;
 
 use std::error::Error;
 

@@ -33,7 +33,7 @@ pub(super) struct Line(pub(super) Row);
 /// Something to do next, in the upper two bits: visit the node or the leaf that begins with the line in the lower
 /// bits, take something from the stack, or nothing more.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Item(pub(super) u32);
+pub(crate) struct Item(pub(super) u32);
 
 impl Item {
     pub(super) const NODE: usize = 0;
@@ -42,6 +42,8 @@ impl Item {
     pub(super) const DONE: usize = 3;
     /// How many kinds there are.
     pub(super) const KINDS: usize = 4;
+    /// A visit of the root.
+    pub(super) const ROOT: Self = Item::new(Item::NODE, 0);
 
     pub(super) const fn new(kind: usize, line: usize) -> Self {
         assert!(line < 1 << 30, "a tree of less than 64 GiB");

@@ -6,12 +6,15 @@
 mod binary;
 mod build;
 mod layout;
+mod oracle;
 mod scratch;
 mod wavefront;
 
 pub(crate) use crate::simd::sixteen::LANES as WIDTH;
 pub(crate) use binary::BinaryTree;
 pub(crate) use layout::Tree;
+pub(crate) use oracle::Known;
+pub use oracle::{StepKind, TreeStep};
 pub(crate) use scratch::Scratch;
 
 #[cfg(test)]

@@ -84,6 +84,7 @@ fn assert_agrees(name: &str, spec: &SceneSpec) {
     let (surfaces, facets) = (scene.surfaces().to_vec(), scene.parts.facets.clone());
     let Index::Tree(mut tree) = scene.parts.index.clone() else { panic!("a tree was asked for") };
     let (mut scratch, mut hits) = (Box::default(), Hits::default());
+    let leaves = tree.leaves(facets.len());
     let flat = |isa| Flat::new(isa, &surfaces, &facets);
     let every = Index::Flat(flat(Isa::Portable));
     let brute = |ray: &Ray| every.closest_hit(&facets, ray);
@@ -96,6 +97,12 @@ fn assert_agrees(name: &str, spec: &SceneSpec) {
             tree.closest_hits(&facets, &batch, &mut scratch, &mut hits);
             for i in 0..batch.len {
                 assert_eq!(hits.get(i), brute(&batch.get(i)), "{name}, {isa:?}: {:?}", batch.get(i));
+            }
+            for leaves in [None, Some(&leaves[..])] {
+                let (known, mut again) = (tree.known(&batch, &hits, leaves), Hits::default());
+                tree.closest_hits_knowing(&known, &facets, &batch, &mut scratch, &mut again);
+                let all = |hits: &Hits| (0..batch.len).map(|i| hits.get(i)).collect::<Vec<_>>();
+                assert_eq!(all(&again), all(&hits), "{name}, {isa:?}, with foresight");
             }
         }
         // Meeting every facet side by side is for walks: rays that leave surfaces.

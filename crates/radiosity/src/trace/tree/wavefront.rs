@@ -11,6 +11,7 @@
 use std::hint::select_unpredictable;
 
 use super::layout::{CHILDREN, Item, LEAF_LINES, Leaf, NODE_LINES, Tree, node_at};
+use super::oracle::{Oracle, Unknown};
 use super::scratch::{
     ACTIVE, CANDIDATES, Flight, Gate, Queues, ROUNDING, Scratch, Step, quad, quad_mut, row, row_mut,
 };
@@ -44,18 +45,30 @@ impl Tree {
     /// The least (t, rank) among the facets that each ray meets. Directions must be between 1/4 and
     /// 1 + 10⁻⁹ long.
     pub(crate) fn closest_hits(&self, facets: &Facets, rays: &Rays, scratch: &mut Scratch, hits: &mut Hits) {
-        self.isa.run(Batch { call: Call { tree: self, facets, rays }, scratch, hits });
+        self.trace(&Unknown, facets, rays, scratch, hits);
+    }
+
+    /// [`Tree::closest_hits`] with what an oracle knows.
+    pub(super) fn trace<O: Oracle>(
+        &self,
+        oracle: &O,
+        facets: &Facets,
+        rays: &Rays,
+        scratch: &mut Scratch,
+        hits: &mut Hits,
+    ) {
+        self.isa.run(Batch { call: Call { tree: self, facets, rays, oracle }, scratch, hits });
     }
 }
 
 /// A call with its arguments.
-struct Batch<'a> {
-    call: Call<'a>,
+struct Batch<'a, O> {
+    call: Call<'a, O>,
     scratch: &'a mut Scratch,
     hits: &'a mut Hits,
 }
 
-impl Kernel for Batch<'_> {
+impl<O: Oracle> Kernel for Batch<'_, O> {
     #[inline(always)]
     fn run<S: Simd>(self) {
         self.call.run::<S::Singles>(self.scratch, self.hits);
@@ -77,13 +90,14 @@ impl Tree {
     }
 }
 
-struct Call<'a> {
+struct Call<'a, O> {
     tree: &'a Tree,
     facets: &'a Facets,
     rays: &'a Rays,
+    oracle: &'a O,
 }
 
-impl Call<'_> {
+impl<O: Oracle> Call<'_, O> {
     /// The whole batch: `ACTIVE` rays at once, the next one as soon as one is done.
     #[inline(always)]
     fn run<L: Lanes>(&self, scratch: &mut Scratch, hits: &mut Hits) {
@@ -97,6 +111,7 @@ impl Call<'_> {
         while scratch.queues.lens != [0; Item::KINDS] {
             for i in 0..std::mem::take(&mut scratch.queues.lens[Item::NODE]) {
                 let step = scratch.queues.steps[Item::NODE][i % ACTIVE];
+                self.oracle.see(step);
                 let item = self.visit_node::<L>(step, scratch);
                 self.queue(Step { item, ..step }, &mut scratch.queues);
             }
@@ -142,12 +157,12 @@ impl Call<'_> {
         let ([x, y, z], [dx, dy, dz]) = (at(&forms.origin), at(&forms.direction));
         scratch.flights[slot] = Flight {
             start: [x, y, z, forms.uncertainty[ray]],
-            way: [dx, dy, dz, f32::INFINITY],
+            way: [dx, dy, dz, self.oracle.bound(ray)],
             from: [f32::from_bits(self.rays.from[ray]); GROUP],
         };
         scratch.stacks.clear(slot);
         scratch.candidates[slot].len = 0;
-        let step = Step { slot: slot as u16, ray: ray as u16, item: Item::new(Item::NODE, 0) };
+        let step = Step { slot: slot as u16, ray: ray as u16, item: self.oracle.first(ray) };
         scratch.queues.push(step);
     }
 
@@ -164,6 +179,7 @@ impl Call<'_> {
     /// Takes a ray's next item from its stack.
     #[inline(always)]
     fn pop<L: Lanes>(&self, step: Step, scratch: &mut Scratch) {
+        self.oracle.see(Step { item: Item::new(Item::POP, 0), ..step });
         let slot = step.slot as usize % ACTIVE;
         let item = scratch.stacks.pop::<L>(slot, scratch.flights[slot].best());
         self.queue(Step { item, ..step }, &mut scratch.queues);
@@ -206,6 +222,7 @@ impl Call<'_> {
                 .map(|k: usize| scratch.queues.steps[Item::LEAF][(first + k.min(count - 1)) % ACTIVE]);
             self.visit_four::<L>(&steps, count, scratch);
             for step in &steps[..count] {
+                self.oracle.see(*step);
                 self.pop::<L>(*step, scratch);
             }
         }

@@ -1,0 +1,169 @@
+//! Scores of weighted walks: the weights of C channels at each event, in fixed point.
+
+use super::estimator::Event;
+use super::score::{Scorer, Slate, dithered, fixed_units};
+use super::spots::Spot;
+use super::visits::{Earlier, Kept, SEARCHED, Visits};
+use crate::random::rng::WalkRng;
+use crate::scene::Scene;
+use crate::simd::batch::{Decisions, Lanes, WIDTH, WORD};
+use crate::simd::isa::{Isa, Kernel, Simd};
+use crate::tally::{ColouredBoard, ColouredVisits};
+use crate::trace::ray::Hits;
+
+/// Power sums of a score in three channels.
+const MOMENTS: usize = 2;
+
+impl Slate<3> for ColouredBoard {
+    type Spot = ();
+    type Mark = [u64; 3];
+
+    type Units = ColouredVisits<WIDTH>;
+    const NO_UNITS: Self::Units = ColouredVisits::NONE;
+
+    #[inline(always)]
+    fn set_units(&mut self, units: &mut Self::Units, weights: &[[f64; 3]; WIDTH]) {
+        self.set_visits(units, weights, fixed_units(MOMENTS));
+    }
+
+    #[inline(always)]
+    fn mark(units: &Self::Units, lane: usize, (): ()) -> [u64; 3] {
+        units.units(lane)
+    }
+
+    #[inline(always)]
+    fn count_event(&mut self, face: u32) {
+        self.count(face);
+    }
+
+    #[inline(never)]
+    fn add_visit(&mut self, face: u32, before: &[u64; 3], now: &[u64; 3]) {
+        self.add_event(face, *before, *now);
+    }
+
+    #[inline(always)]
+    fn add_first<S: Simd>(&mut self, face: u32, _: &[u64; 3], units: &Self::Units, lane: usize) {
+        ColouredBoard::add_first::<S, WIDTH>(self, face, units, lane);
+    }
+
+    fn add_visits(
+        &mut self,
+        face: u32,
+        before: impl Iterator<Item = [u64; 3]>,
+        now: impl Iterator<Item = [u64; 3]>,
+    ) {
+        let plus = |sum: [u128; 3], units: [u64; 3]| std::array::from_fn(|c| sum[c] + u128::from(units[c]));
+        self.add_more(face, before.fold([0; 3], plus), now.fold([0; 3], plus));
+    }
+
+    #[inline(always)]
+    fn add_gathered(&mut self, birth: u32, scores: [f64; 3], (): (), mut rng: WalkRng) {
+        self.add_more(birth, [0; 3], scores.map(|score| dithered::<MOMENTS>(score, &mut rng).0));
+    }
+
+    #[inline(always)]
+    fn expect_faces(&self, faces: &[u32]) {
+        self.expect(faces);
+    }
+}
+
+/// Weighted shooting: the weights at each event, on the face it happens on (SInf eq. 1 for arrivals). Rounding
+/// to 2⁻⁴⁰ is below 10⁻⁹ of the smallest weight that a threshold of 0.001 leaves.
+pub(crate) struct ShootWeights<'a, B: Slate<C>, const C: usize> {
+    board: &'a mut B,
+    visits: Visits<B::Mark>,
+    /// Where the walks are now, and what visits there are worth.
+    spots: <B::Spot as Kept>::Row,
+    units: B::Units,
+    isa: Isa,
+    event: Event,
+}
+
+impl<'a, B: Slate<C>, const C: usize> ShootWeights<'a, B, C> {
+    pub(crate) fn new(isa: Isa, board: &'a mut B, event: Event) -> Self {
+        let (visits, spots, units) = (Visits::new(), B::Spot::NO_ROW, B::NO_UNITS);
+        ShootWeights { board, visits, spots, units, isa, event }
+    }
+
+    /// Scores the visits that were kept apart.
+    #[cold]
+    fn score_later(&mut self, lane: usize) {
+        let later = self.visits.take_later(lane);
+        for visits in later.chunk_by(|(a, _), (b, _)| a == b) {
+            let face = visits[0].0;
+            visits.iter().for_each(|_| self.board.count_event(face));
+            self.board.add_visits(face, self.visits.on(lane, face), visits.iter().map(|&(_, mark)| mark));
+        }
+    }
+}
+
+impl<B: Slate<C>, const C: usize> Scorer<C> for ShootWeights<'_, B, C> {
+    #[inline(always)]
+    fn begin(&mut self, lane: usize, _: u32) {
+        self.visits.len[lane] = 0;
+    }
+
+    #[inline(always)]
+    fn locate(&mut self, isa: Isa, scene: &Scene, len: usize, hits: &Hits, faces: &[u32; WIDTH]) {
+        B::Spot::locate(&mut self.spots, isa, scene, len, hits, faces);
+    }
+
+    #[inline(always)]
+    fn score(&mut self, faces: &[u32; WIDTH], decided: &Decisions, weights: &[[f64; C]; WIDTH]) {
+        let earlier = self.visits.earlier(self.isa, faces);
+        let scoring = self.event.scoring(decided);
+        self.isa.run(ScoreVisits { shoot: self, scoring, faces, weights, earlier: &earlier });
+    }
+
+    #[inline(always)]
+    fn end(&mut self, lane: usize, _: WalkRng) {
+        if self.visits.len[lane] == SEARCHED as u32 {
+            self.score_later(lane);
+        }
+    }
+
+    fn relocate(&mut self, from: usize, to: usize) {
+        self.visits.relocate(from, to);
+    }
+
+    #[inline(always)]
+    fn expect(&self, faces: &[u32]) {
+        self.board.expect_faces(faces);
+    }
+}
+
+/// Scores what walks of a batch are worth on their faces.
+struct ScoreVisits<'s, 'a, B: Slate<C>, const C: usize> {
+    shoot: &'s mut ShootWeights<'a, B, C>,
+    scoring: Lanes,
+    faces: &'s [u32; WIDTH],
+    weights: &'s [[f64; C]; WIDTH],
+    earlier: &'s Earlier<B::Mark>,
+}
+
+impl<B: Slate<C>, const C: usize> Kernel for ScoreVisits<'_, '_, B, C> {
+    #[inline(always)]
+    fn run<S: Simd>(self) {
+        let ShootWeights { board, visits, spots, units, .. } = self.shoot;
+        board.set_units(units, self.weights);
+        for first in (0..WIDTH).step_by(WORD) {
+            let mut scoring = self.scoring.word(first);
+            while scoring != 0 {
+                let lane = first + scoring.trailing_zeros() as usize % WORD;
+                scoring &= scoring - 1;
+                let face = self.faces[lane];
+                let mark = B::mark(units, lane, B::Spot::of(spots, lane));
+                if self.earlier.visits[lane] == 0 {
+                    if visits.push(lane, face, mark) {
+                        board.add_first::<S>(face, &mark, units, lane);
+                    }
+                    continue;
+                }
+                let before = visits.on(lane, face).fold(B::Mark::NONE, B::Mark::plus);
+                if visits.push(lane, face, mark) {
+                    board.add_visit(face, &before, &mark);
+                }
+            }
+        }
+    }
+}
