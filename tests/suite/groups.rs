@@ -108,6 +108,39 @@ fn groups_have_one_answer() {
     assert!(code == 2 && error.contains("scene"), "{error}");
 }
 
+/// Linear fits on groups tell the spread of the light and both errors, in the same bytes for any workers and merged in either order.
+#[test]
+fn linear_fits_on_groups_have_one_answer() {
+    let (folder, job) = written();
+    let job = job.to_str().unwrap();
+    let set = ["--set", "method.basis=linear"];
+    let outs = ["one", "two", "three"].map(|name| path(&folder, name));
+    for (workers, out) in ["1", "2", "3"].into_iter().zip(&outs) {
+        let summary = run_job(job, out, &[&["--workers", workers], &set[..]].concat());
+        let accuracy = |key: &str| summary["accuracy"][key].as_f64().unwrap();
+        // A quarter of a wall has less light in its corner than beside the middle of the wall: several per cent.
+        assert!((0.02..0.5).contains(&accuracy("discretisation")), "{summary}");
+        assert!(accuracy("total") > accuracy("discretisation") && accuracy("noise") > 0.0);
+        assert!(summary["checks"].to_string().contains("resolution"), "{summary}");
+    }
+    assert!(outs[1..].iter().all(|out| answer(out) == answer(&outs[0])));
+    let table = columns(&outs[0].join("patches.csv"));
+    let [gradient, spread] = ["gradient_u", "spread"].map(|name| numbers(&table[name]));
+    assert!(gradient.len() == 24 && spread.iter().any(|&spread| spread > 0.0));
+    let (code, said, error) = run(&["audit", outs[0].to_str().unwrap()]);
+    assert_eq!(code, 0, "{said}{error}");
+    let second = path(&folder, "second");
+    run_job(job, &second, &[&["--seed", "4"], &set[..]].concat());
+    let merged = ["there", "back"].map(|name| path(&folder, name));
+    for (merged, parts) in merged.iter().zip([[&outs[0], &second], [&second, &outs[0]]]) {
+        let [first, second, merged] = [parts[0], parts[1], merged].map(|path| path.to_str().unwrap());
+        let (code, said, error) = run(&["merge", first, second, "--out", merged]);
+        assert_eq!(code, 0, "{said}{error}");
+    }
+    let [there, back] = merged.map(|folder| fs::read(folder.join("patches.csv")).unwrap());
+    assert!(there == back);
+}
+
 /// Pictures and exports draw every face with the numbers of its patch.
 #[test]
 fn every_face_is_drawn() {
@@ -137,7 +170,6 @@ fn what_groups_cannot_do_is_refused_in_words() {
         error
     };
     for (set, words) in [
-        ("method.basis=linear", "patches of this scene are groups of cells"),
         ("method.final_gather=[0]", "is a group of cells"),
         ("import.group_size=0", "0 is not above 0"),
         ("import.group_angle=100", "100 is outside [0, 90]"),

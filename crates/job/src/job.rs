@@ -304,8 +304,7 @@ fn left_open(
     };
     let cutting = Cutting {
         patches: scene.known_patch_count(),
-        linear: partition.is_some_and(|partition| partition.linear && partition.groups.is_empty())
-            && open.linear,
+        linear: partition.is_some_and(|partition| partition.linear) && open.linear,
         space: partition.map_or(Space::default(), |partition| partition.space),
     };
     (Some(open).filter(|open| !open.surfaces.is_empty()), cutting)
@@ -322,9 +321,7 @@ fn open_kinds(scene: &SceneFile) -> Vec<Option<u32>> {
 
 /// Whether a job has patches that are groups of faces: what is asked of them is asked of means, and not of single faces.
 fn can_be_grouped(table: &Table<'_>, method: &Table<'_>) -> bool {
-    !table.has_any(&["source", "sensitivity"])
-        && !method.has_any(&["final_gather"])
-        && !method.says("basis", Basis::Linear.word())
+    !table.has_any(&["source", "sensitivity"]) && !method.has_any(&["final_gather"])
 }
 
 /// Whether the method of a job has a linear basis, and the job does not refuse it.

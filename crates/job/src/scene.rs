@@ -180,6 +180,16 @@ impl SceneFile {
         scene.build(index)
     }
 
+    /// A scene of these surfaces, cut anew with cells and groups as [`SceneFile::build_cut`] takes them.
+    ///
+    /// # Errors
+    /// As [`SceneFile::build_cut`].
+    pub fn recut(&self, scene: &Scene, (cuts, groups): (&[Cut], &[u32])) -> Result<Scene, Error> {
+        let mut file = self.clone();
+        file.cut(cuts, groups).map_err(|problem| misfit(problem, (Spot::File, &self.path, "patches")))?;
+        scene.recut(&file.spec).map_err(|error| file.locate(error))
+    }
+
     /// The same surfaces in one channel, all of which emit 1 W/m², without sensors: exchange factors are about surfaces, not
     /// about their light. `reflectance` replaces that of a surface.
     pub fn for_exchange(&self, channel: usize, reflectance: impl Fn(usize) -> Option<f64>) -> Self {

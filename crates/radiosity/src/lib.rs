@@ -51,8 +51,10 @@ pub use experiment::{
     Board, Compiled, Experiment, Groups, Material, Meaning, PatchGroup, SensorView, SourceScores, Unfit,
     birth_probabilities,
 };
+pub use geometry::axes::{Covariance, outer_square, principal_axes};
 pub use geometry::face::{Face, FaceIter, Faces};
 pub use geometry::leaves::{Leaf, Leaves, LeavesError};
+pub use geometry::planes::Body;
 pub use geometry::sensor::{SensorCell, SensorError, SensorShape, SensorSpec, Sensors};
 pub use geometry::spec::{SceneSpec, Shape, Side, Sides, Spectrum, SurfaceSpec};
 pub use geometry::surface::Surface;

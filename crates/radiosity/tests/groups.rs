@@ -5,8 +5,8 @@ mod common;
 use common::{box_scene, experiment, quad, room_with_plates, surface, walk};
 use glam::DVec3;
 use radiosity::{
-    BatchScore, Batches, Estimator, EstimatorKind, Experiment, Face, IndexChoice, InfiniteEnd, Sampler,
-    Scene, SceneError, SceneSpec, Score, Shape, Side, Space, Spectrum, Unfit, Walks,
+    BatchScore, Batches, Estimator, Experiment, Face, IndexChoice, InfiniteEnd, Sampler, Scene, SceneError,
+    SceneSpec, Shape, Side, Space, Spectrum, Unfit, Walks,
 };
 
 const ROULETTE: Estimator = Estimator::Infinite(InfiniteEnd::Roulette { threshold: 0.01 });
@@ -58,6 +58,30 @@ fn sums_of_a_group_are_those_of_its_members() {
                     let sum: u128 = members.sum();
                     assert_eq!(together.patch(face, channel)[0], sum, "{estimator:?}, face {face}");
                 }
+            }
+        }
+    }
+}
+
+/// A scene that is cut anew from another one of the same surfaces is the scene that is built of them, to the last unit of every score.
+#[test]
+fn a_scene_that_is_cut_anew_is_built_so() {
+    let mut layered = room();
+    layered.surfaces.push(layered.surfaces[6].clone());
+    for (spec, labels) in [(room(), labels()), (layered, Vec::new())] {
+        let other = if labels.is_empty() { spec.clone() } else { spec.clone().grouped(&labels) };
+        for index in [IndexChoice::Flat, IndexChoice::Tree] {
+            let built = Scene::build(&other, index).unwrap();
+            let mut coarse = spec.clone();
+            let Shape::Parallelogram { cells, .. } = &mut coarse.surfaces[1].shape else { unreachable!() };
+            *cells = [1, 1];
+            let cut = Scene::build(&coarse, index).unwrap().recut(&other).unwrap();
+            assert_eq!(cut.hash(), built.hash());
+            for space in [Space::Continuous, Space::Discrete] {
+                let method = Walks { space, ..Walks::shooting(ROULETTE) };
+                let [one, two] = [&built, &cut]
+                    .map(|scene| walk(&Experiment::new(scene.clone(), method.clone()).unwrap(), 3, 0..5_000));
+                assert_eq!(one, two, "{space:?}, {index:?}");
             }
         }
     }
@@ -179,9 +203,6 @@ fn groups_that_no_patch_can_be_are_refused() {
 #[test]
 fn methods_that_groups_have_no_meaning_for_are_refused() {
     let scene = Scene::build(&room().grouped(&labels()), IndexChoice::Flat).unwrap();
-    let linear =
-        Walks { score: Score::Linear(Estimator::Collision), ..Walks::shooting(EstimatorKind::Collision) };
-    assert_eq!(Experiment::new(scene.clone(), linear).err(), Some(Unfit::LinearGroups));
     let gathered = |patch: u32| {
         let score = BatchScore::FinalGather(vec![patch]);
         let batches = Batches { walks: 1024, sampler: Sampler::Sobol, score };

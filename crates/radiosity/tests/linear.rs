@@ -36,6 +36,19 @@ fn coloured(mut spec: SceneSpec) -> SceneSpec {
     spec
 }
 
+/// The room with groups: two walls whole and bent into one, halves of a third, both plates of triangles as one patch of two sides.
+fn grouped(spec: SceneSpec) -> SceneSpec {
+    let label = |cell: u32| match cell {
+        18..36 => 18,
+        36..45 => 36 + (cell - 36) / 5,
+        60.. => 60,
+        _ => cell,
+    };
+    let mut spec = spec;
+    spec.surfaces[3].reflectance = spec.surfaces[2].reflectance;
+    spec.grouped(&(0..70).map(label).collect::<Vec<u32>>())
+}
+
 fn experiment(spec: &SceneSpec, method: impl Into<Method>) -> Experiment {
     Experiment::new(Scene::build(spec, IndexChoice::Auto).unwrap(), method).unwrap()
 }
@@ -83,7 +96,7 @@ fn methods() -> Vec<[Method; 2]> {
 /// What a patch's mean is made of does not depend on whether slopes are asked for.
 #[test]
 fn means_are_those_of_a_constant_job() {
-    for spec in [room(), coloured(room())] {
+    for spec in [room(), coloured(room()), grouped(coloured(room()))] {
         for [constant, linear] in methods() {
             let [constant, linear] = [constant, linear].map(|method| experiment(&spec, method));
             let samples = 6_000 / constant.unit().paths();
@@ -144,11 +157,11 @@ fn slopes_are_those_of_the_hits() {
 }
 
 /// All methods estimate one answer: of each two the mean of z² over gradients is 1 within five of its standard errors, √(2/n)
-/// of n numbers that hardly depend on each other, and twice that for dependent ones. Where nothing is wrong, one of the 16
+/// of n numbers that hardly depend on each other, and twice that for dependent ones. Where nothing is wrong, one of the 24
 /// comparisons exceeds that once in 10,000.
 #[test]
 fn methods_agree_on_gradients() {
-    for spec in [room(), coloured(room())] {
+    for spec in [room(), coloured(room()), grouped(room())] {
         for space in [Space::Discrete, Space::Continuous] {
             // Walks number 10⁷ and on, for others than those of the reference.
             let solve = |method: Method, first: u64, samples: u64| {

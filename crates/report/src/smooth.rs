@@ -115,7 +115,8 @@ impl Shown {
             None => [piece.emittance[c], f64::INFINITY],
         };
         let slopes = estimates.slopes(face).unwrap_or_default();
-        let mut tilts: Vec<Vec<f64>> = slopes.iter().map(|s| s.at_corners(corners.len() == 3)).collect();
+        let places = if slopes.is_empty() { Vec::new() } else { scene.corners_on_fit(number) };
+        let mut tilts: Vec<Vec<f64>> = slopes.iter().map(|s| s.at(&places)).collect();
         if piece.side == Side::Back {
             // Whose corners run the other way round.
             tilts.iter_mut().for_each(|tilt| tilt.reverse());

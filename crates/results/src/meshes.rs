@@ -1,11 +1,28 @@
-//! The cells of meshes for a pilot, and the groups that are chosen of them.
+//! The cells of meshes for a pilot, which are small where a first look has found much light, and the groups that are chosen of them.
 
 use job::{Auto, Cut};
-use judge::partition::{Cluster, Clusters, Grid, doublings, merged};
-use radiosity::SceneSpec;
+use judge::partition::{Cluster, Clusters, Grid, around, doublings, merged};
+use radiosity::{SceneSpec, SurfaceSpec};
 
-/// Parts that the pilot sees are of cells of this part of their area.
-const CELLS_OF_PART: f64 = 2.0;
+/// Scores that the pilot is expected to find on one of its patches, at the most.
+const SCORES: f64 = 16.0;
+
+/// The pilot's patches are of cells that get this part of its scores.
+const CELLS_OF_PATCH: f64 = 2.0;
+
+/// No patch of the pilot is larger than this part of the area.
+const PATCHES: f64 = 512.0;
+
+/// The most cells of a surface.
+const MOST_CELLS: f64 = (1 << 12) as f64;
+
+/// What a first look has found.
+pub(crate) struct Look {
+    /// The grid of every surface.
+    pub(crate) grids: Vec<Grid>,
+    /// By cell of all surfaces, the scores that the pilot is expected to find there.
+    pub(crate) scores: Vec<f64>,
+}
 
 /// Meshes whose faces are to be grouped, cut finely.
 pub(crate) struct Meshes {
@@ -19,6 +36,33 @@ pub(crate) struct Meshes {
     pub(crate) finest: Vec<bool>,
 }
 
+/// Cuts a surface, whose cells on a coarse grid are expected to have these scores, so finely that no cell has more than a part of those of
+/// a patch of the pilot.
+fn cut_finely(surface: &mut SurfaceSpec, coarse: Grid, scores: &[f64]) -> Grid {
+    let most = scores.iter().fold(0.0_f64, |most, &scores| most.max(scores));
+    let area = surface.shape.area();
+    let cells = (coarse.cells() as f64 * most * CELLS_OF_PATCH / SCORES).clamp(1.0, MOST_CELLS);
+    let grid = coarse.doubled(doublings(&surface.shape, coarse, area / cells));
+    assert!(grid.cut().apply(surface), "no cell emits by itself, and grids of a shape are cuts of it");
+    grid
+}
+
+/// Which parts are patches of the pilot, or parts of such: those that are not above an area, and in which no more than [`SCORES`] are
+/// expected.
+fn finest(clusters: &Clusters, scores: &[f64], area: f64) -> Vec<bool> {
+    let mut up_to = vec![0.0];
+    let mut sum = 0.0;
+    for &cell in &clusters.cells {
+        sum += scores[cell as usize];
+        up_to.push(sum);
+    }
+    let is_fine = |part: &Cluster| {
+        let [from, to] = part.cells.map(|place| up_to[place as usize]);
+        part.halves.is_none() || (part.area <= area && to - from <= SCORES)
+    };
+    clusters.parts.iter().map(is_fine).collect()
+}
+
 /// How all surfaces of a scene are cut, and which cells are one patch.
 pub(crate) struct Cells {
     pub(crate) cuts: Vec<Cut>,
@@ -29,30 +73,34 @@ pub(crate) struct Cells {
 }
 
 impl Meshes {
-    /// The meshes of a job of some paths; `None` where their faces are few enough for patches of their own: fits to each face then
-    /// gain more than groups do, the more paths there are.
-    pub(crate) fn new(spec: &SceneSpec, auto: &Auto, paths: u64, cells: u64) -> Option<Self> {
+    /// Whether the faces of meshes are to be grouped in a job of some paths. Where they are few, fits to each face gain more than groups do, the
+    /// more paths there are.
+    pub(crate) fn are_many(auto: &Auto, paths: u64) -> bool {
         let faces = auto.kinds.iter().flatten().count() as f64;
-        if faces * faces <= 4.0 * paths as f64 {
-            return None;
-        }
-        let area: f64 = auto.surfaces.iter().map(|&surface| spec.surfaces[surface].shape.area()).sum();
-        let of_part = area / cells as f64;
-        let mut fine = spec.clone();
+        faces * faces > 4.0 * paths as f64
+    }
+
+    /// The meshes of a job, of which a first look has found this.
+    pub(crate) fn new(spec: &SceneSpec, auto: &Auto, look: &Look) -> Self {
         let grids = |spec: &SceneSpec| spec.surfaces.iter().map(|surface| Grid::of(&surface.shape)).collect();
-        let base = grids(spec);
-        for (surface, _) in fine.surfaces.iter_mut().zip(&auto.kinds).filter(|(_, kind)| kind.is_some()) {
-            let base = Grid::of(&surface.shape);
-            let grid = base.doubled(doublings(&surface.shape, base, of_part / CELLS_OF_PART));
-            assert!(
-                grid.cut().apply(surface),
-                "no cell emits by itself, and grids of a shape are cuts of it"
-            );
+        let mut fine = spec.clone();
+        // By cell, the scores that the pilot is expected to find there.
+        let (mut scores, mut first) = (Vec::new(), 0);
+        for ((surface, kind), &coarse) in fine.surfaces.iter_mut().zip(&auto.kinds).zip(&look.grids) {
+            let seen = &look.scores[first..][..coarse.cells() as usize];
+            first += seen.len();
+            let grid =
+                if kind.is_some() { cut_finely(surface, coarse, seen) } else { Grid::of(&surface.shape) };
+            let share = coarse.cells() as f64 / grid.cells() as f64;
+            match grid.cells() >= coarse.cells() {
+                true => scores.extend((0..grid.cells()).map(|cell| share * seen[around(coarse, grid, cell)])),
+                false => scores.extend((0..grid.cells()).map(|_| 0.0)),
+            }
         }
         let clusters = Clusters::new(&fine, &auto.kinds);
-        let is_fine = |part: &Cluster| part.area <= of_part || part.halves.is_none();
-        let finest = clusters.parts.iter().map(is_fine).collect();
-        Some(Meshes { kinds: auto.kinds.clone(), base, grids: grids(&fine), clusters, finest })
+        let area: f64 = auto.surfaces.iter().map(|&surface| spec.surfaces[surface].shape.area()).sum();
+        let finest = finest(&clusters, &scores, area / PATCHES);
+        Meshes { kinds: auto.kinds.clone(), base: grids(spec), grids: grids(&fine), clusters, finest }
     }
 
     /// Whether a surface is of a mesh whose faces are grouped.

@@ -8,10 +8,12 @@ use std::thread;
 use job::{Auto, Cut, Forecast, Job, Partition, WalkKind};
 use judge::MOMENTS;
 use judge::partition::{Basis, Candidates, Choice, Grid, MeshLight, PilotTallies, SurfaceLight, doublings};
-use radiosity::{Birth, Direction, Estimator, Experiment, Overflow, Score, Sequence, Space, Tally, Walks};
+use radiosity::{
+    Birth, Direction, Estimator, Experiment, Overflow, Scene, Score, Sequence, Space, Tally, Walks,
+};
 
 use crate::error::Error;
-use crate::meshes::Meshes;
+use crate::meshes::{Look, Meshes};
 
 /// The pilot takes one of this many parts of the walks that it foretells, between [`LEAST`] and [`MOST`].
 const SHARE: u64 = 5;
@@ -37,6 +39,9 @@ const GROUP_STRIDE: u64 = 1 << 40;
 /// Walks of the pilot for each of its cells.
 const WALKS_PER_CELL: u64 = 16;
 
+/// Cells of the first look at meshes, where their faces are large.
+const LOOK_CELLS: f64 = 2048.0;
+
 /// The fewest cells of a pilot, and the most, all surfaces together.
 const CELLS: [u64; 2] = [1 << 8, 1 << 16];
 
@@ -54,21 +59,15 @@ const AIM: f64 = 0.9;
 pub fn choose(job: &Job, threads: usize) -> Result<Option<Partition>, Error> {
     let Some(auto) = &job.auto else { return Ok(None) };
     match &job.total_target {
-        None => match many_faces(job, auto) {
-            Some(meshes) => in_groups(job, auto, &meshes, threads).map(Some),
-            None => for_budget(job, auto, threads).map(Some),
-        },
+        None if Meshes::are_many(auto, job.budget.paths) => in_groups(job, auto, threads).map(Some),
+        None => for_budget(job, auto, threads).map(Some),
         Some(target) => for_error(job, auto, AIM * target.total_error, threads).map(Some),
     }
 }
 
 /// The choice for the walks of a job.
 fn for_budget(job: &Job, auto: &Auto, threads: usize) -> Result<Partition, Error> {
-    let may = [(auto.constant, Basis::Constant), (auto.linear, Basis::Linear)];
-    let mut bases: Vec<Basis> = may.into_iter().filter_map(|(may, basis)| may.then_some(basis)).collect();
-    if bases.is_empty() {
-        bases.push(Basis::Constant);
-    }
+    let bases = open_bases(auto);
     let budget = job.budget.paths;
     let wanted = pilot_for(budget);
     let first = (wanted / FIRST_PART).max(LEAST.min(budget));
@@ -114,29 +113,33 @@ fn for_error(job: &Job, auto: &Auto, aim: f64, threads: usize) -> Result<Partiti
     }
 }
 
-/// The meshes of a job whose faces are to be grouped, where there are such.
-fn many_faces(job: &Job, auto: &Auto) -> Option<Meshes> {
-    let paths = job.budget.paths;
-    Meshes::new(job.scene.spec(), auto, paths, pilot_for(paths).clamp(CELLS[0], CELLS[1]))
-}
-
-/// The choice where faces of meshes are grouped: constants, on other surfaces in grids.
-fn in_groups(job: &Job, auto: &Auto, meshes: &Meshes, threads: usize) -> Result<Partition, Error> {
+/// The choice where faces of meshes are grouped: of the bases that the job leaves open the better one, for all surfaces.
+fn in_groups(job: &Job, auto: &Auto, threads: usize) -> Result<Partition, Error> {
     let budget = job.budget.paths;
+    let (look, before) = first_look(job, auto, pilot_for(budget), threads)?;
+    let meshes = Meshes::new(job.scene.spec(), auto, &look);
     let others: Vec<usize> = auto.surfaces.iter().copied().filter(|&surface| !meshes.has(surface)).collect();
     let grids = grids(job, &others, pilot_for(budget));
     let cells = meshes.pilot(&cuts_of(&grids));
-    let mut pilot = Pilot::new(job, grids, (&cells.cuts, &cells.patch_of_cell), Score::Of)?;
+    let score = if auto.linear { Score::Linear } else { Score::Of };
+    let scene = job.scene.recut(before.experiment.scene(), (&cells.cuts, &cells.patch_of_cell))?;
+    let before = before.counted([0, 0]);
+    let mut pilot = Pilot::new(job, grids, scene, score)?;
     pilot.walk(pilot_for(budget), threads)?;
     let tallies = pilot.tallies();
     let lights = pilot.lights(&tallies, |surface| !meshes.has(surface));
-    let mut choice = Candidates::new(&lights, &[Basis::Constant]).choose(budget as f64);
     let trees = (&meshes.clusters, &meshes.finest[..]);
     let on_meshes = MeshLight::new(&pilot.experiment, &tallies, trees, &cells.patch_of_part);
-    let grouped = on_meshes.choose(budget as f64);
-    choice.noise += grouped.noise;
-    choice.lost += grouped.lost;
     let energy = on_meshes.energy() + lights.iter().map(SurfaceLight::energy).sum::<f64>();
+    let choices = open_bases(auto).into_iter().map(|basis| {
+        let mut choice = Candidates::new(&lights, &[basis]).choose(budget as f64);
+        let grouped = on_meshes.choose(basis, budget as f64);
+        choice.noise += grouped.noise;
+        choice.lost += grouped.lost;
+        (choice, grouped)
+    });
+    let best = choices.min_by(|(a, _), (b, _)| a.error().total_cmp(&b.error()));
+    let (mut choice, grouped) = best.expect("some basis may be chosen");
     let mut of_others = std::mem::take(&mut choice.cuts).into_iter();
     let cut = |(surface, &(base, _)): (usize, &(Grid, Option<[u32; 2]>))| match meshes.has(surface) {
         true => base.cut(),
@@ -145,10 +148,38 @@ fn in_groups(job: &Job, auto: &Auto, meshes: &Meshes, threads: usize) -> Result<
     let cuts: Vec<Cut> = pilot.grids.iter().enumerate().map(cut).collect();
     let cells = meshes.cells(&grouped.part_of_place, &cuts);
     choice.cuts = cells.cuts;
-    let mut partition = pilot.tell(&choice, energy, pilot.counted([0, 0]));
+    let mut partition = pilot.tell(&choice, energy, pilot.counted(before));
     partition.groups = cells.patch_of_cell;
     partition.forecast.iter_mut().for_each(|forecast| forecast.surfaces = auto.surfaces.len() as u64);
     Ok(partition)
+}
+
+/// What a small part of the walks of a pilot tells of the light on meshes, and the pilot that walked them: on cells that are no smaller than
+/// need be, one patch each.
+fn first_look<'a>(job: &'a Job, auto: &Auto, walks: u64, threads: usize) -> Result<(Look, Pilot<'a>), Error> {
+    let surfaces = &job.scene.spec().surfaces;
+    let area: f64 = auto.surfaces.iter().map(|&surface| surfaces[surface].shape.area()).sum();
+    let mut grids: Vec<Grid> = surfaces.iter().map(|surface| Grid::of(&surface.shape)).collect();
+    for ((grid, surface), _) in
+        grids.iter_mut().zip(surfaces).zip(&auto.kinds).filter(|(_, kind)| kind.is_some())
+    {
+        *grid = grid.doubled(doublings(&surface.shape, *grid, area / LOOK_CELLS));
+    }
+    let cuts: Vec<Cut> = grids.iter().map(|grid| grid.cut()).collect();
+    let scene = job.scene.build_cut((&cuts, &[]), job.index)?;
+    let mut pilot = Pilot::new(job, grids.iter().map(|&grid| (grid, None)).collect(), scene, Score::Of)?;
+    // Other walks than those of the pilot, which is thereby independent of the cells that are chosen for it.
+    pilot.sequence = Sequence::new(seed(seed(job.seed)));
+    let looked = (walks / FIRST_PART).max(1);
+    pilot.walk(looked, threads)?;
+    let scores = pilot.scores(walks as f64 / looked as f64);
+    Ok((Look { grids, scores }, pilot))
+}
+
+/// The bases that a job leaves open; the constant one where its method has no other.
+fn open_bases(auto: &Auto) -> Vec<Basis> {
+    let may = [(auto.constant || !auto.linear, Basis::Constant), (auto.linear, Basis::Linear)];
+    may.into_iter().filter_map(|(may, basis)| may.then_some(basis)).collect()
 }
 
 /// For every surface its coarsest grid, and how often the pilot's doubles its cells where it is open.
@@ -191,18 +222,17 @@ impl<'a> Pilot<'a> {
     /// A pilot of some walks that fits linear functions, on as many cells as these allow.
     fn linear(job: &'a Job, open: &[usize], walks: u64) -> Result<Self, Error> {
         let grids = grids(job, open, walks);
-        let cuts = cuts_of(&grids);
-        Pilot::new(job, grids, (&cuts, &[]), Score::Linear)
+        let scene = job.scene.build_cut((&cuts_of(&grids), &[]), job.index)?;
+        Pilot::new(job, grids, scene, Score::Linear)
     }
 
-    /// A pilot that keeps some kind of scores, on given cells and the groups of them.
+    /// A pilot that keeps some kind of scores in a scene that is cut for it.
     fn new(
         job: &'a Job,
         grids: Grids,
-        cells: (&[Cut], &[u32]),
+        scene: Scene,
         score: impl Fn(Estimator) -> Score,
     ) -> Result<Self, Error> {
-        let scene = job.scene.build_cut(cells, job.index)?;
         let direction = match job.method.walk {
             WalkKind::Gathering => Direction::Gathering(Birth::Area),
             WalkKind::Shooting | WalkKind::Jacobi | WalkKind::Auto => Direction::Shooting,
@@ -249,13 +279,29 @@ impl<'a> Pilot<'a> {
         (lights, energy)
     }
 
+    /// By cell of a scene without groups, the scores that a number of times the walks are expected to find there: as many of one size as tell
+    /// what these do, on both sides, in the brightest channel. One score alone is chance.
+    fn scores(&self, times: f64) -> Vec<f64> {
+        let all = self.tallies().all;
+        let faces = self.experiment.scene().faces();
+        let of_face = |face: u32| {
+            let channels = 0..self.experiment.scene().channels();
+            let fits = channels.filter_map(|channel| self.experiment.fit(&all, face as usize, channel));
+            let told =
+                fits.filter(|fit| fit.mean_variance > 0.0).map(|fit| fit.mean * fit.mean / fit.mean_variance);
+            (told.fold(0.0, f64::max) - 1.0).max(0.0)
+        };
+        let of_patch = |patch: u32| times * faces.of_patch(patch).map(of_face).sum::<f64>();
+        (0..faces.patch_count() as u32).map(of_patch).collect()
+    }
+
     /// The tallies of the groups, and their sum.
-    fn tallies(&self) -> PilotTallies {
+    fn tallies(&self) -> PilotTallies<'_> {
         let mut all = self.experiment.tally::<MOMENTS>();
         for group in &self.groups {
             all.merge(group).expect("tallies of one experiment, far from their limits");
         }
-        PilotTallies { groups: self.groups.clone(), all }
+        PilotTallies { groups: &self.groups, all }
     }
 
     /// What was seen of some surfaces.

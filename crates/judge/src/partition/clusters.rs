@@ -59,13 +59,13 @@ impl Clusters {
         let first = self.cells.len();
         let root = self.parts.len();
         self.parts.push(cluster(cells, first));
-        let mut open = vec![root];
+        let (mut open, mut scratch) = (vec![root], Vec::new());
         while let Some(part) = open.pop() {
             let [from, to] = self.parts[part].cells.map(|cell| cell as usize - first);
             if to - from == 1 {
                 continue;
             }
-            let middle = from + halve(&mut cells[from..to], reach);
+            let middle = from + halve(&mut cells[from..to], self.parts[part].middle, reach, &mut scratch);
             let next = self.parts.len();
             self.parts.push(cluster(&cells[from..middle], first + from));
             self.parts.push(cluster(&cells[middle..to], first + middle));
@@ -131,9 +131,11 @@ fn mean(cells: &[Cell]) -> (f64, [f64; 6]) {
     (area, sums.map(|sum| sum / area))
 }
 
-/// Puts the cells of one half before those of the other, each in their order, and returns where the second begins.
-fn halve(cells: &mut [Cell], reach: f64) -> usize {
-    let (_, mean) = mean(cells);
+/// Puts the cells of one half before those of the other, each in their order, and returns where the second begins. `middle` is that of
+/// the part.
+fn halve(cells: &mut [Cell], middle: [DVec3; 2], reach: f64, scratch: &mut Vec<Cell>) -> usize {
+    let [at, normal] = middle;
+    let mean = [at.x, at.y, at.z, normal.x, normal.y, normal.z];
     let mut variances = [0.0; 6];
     for cell in &*cells {
         for ((variance, x), mean) in variances.iter_mut().zip(cell.at).zip(mean) {
@@ -142,13 +144,17 @@ fn halve(cells: &mut [Cell], reach: f64) -> usize {
     }
     variances[..3].iter_mut().for_each(|variance| *variance /= reach * reach);
     let widest = (0..6).fold(0, |widest, k| if variances[k] > variances[widest] { k } else { widest });
-    let (below, above): (Vec<Cell>, Vec<Cell>) =
-        cells.iter().partition(|cell| cell.at[widest] < mean[widest]);
-    let middle = below.len();
-    if middle == 0 || above.is_empty() {
-        return cells.len() / 2;
+    scratch.clear();
+    let mut below = 0;
+    for i in 0..cells.len() {
+        let cell = cells[i];
+        if cell.at[widest] < mean[widest] {
+            cells[below] = cell;
+            below += 1;
+        } else {
+            scratch.push(cell);
+        }
     }
-    cells[..middle].copy_from_slice(&below);
-    cells[middle..].copy_from_slice(&above);
-    middle
+    cells[below..].copy_from_slice(scratch);
+    if below == 0 || below == cells.len() { cells.len() / 2 } else { below }
 }

@@ -9,6 +9,7 @@
 
 use super::clusters::{Cluster, Clusters};
 use super::part::Seen;
+use super::seen::Basis;
 
 /// What the gain of a part may be of the rate's.
 const FACTORS: [f64; 8] = [0.0, 1.0 / 64.0, 1.0 / 16.0, 0.25, 1.0, 4.0, 16.0, 64.0];
@@ -23,12 +24,12 @@ pub(crate) const CAUTION: f64 = 2.5;
 /// The probability that a part has the factor of the part around it; with the others of cases its factor is drawn anew.
 const STAY: f64 = 0.7;
 
-/// What the rate falls by where distances are halved, in classes of which the pilot tells nothing: between 1/2 (the edge of a shadow)
-/// and 1/4 (smooth light).
-const FALL: f64 = 0.4;
+/// What the rates of means and of linear fits fall by where distances are halved, in classes of which the pilot tells nothing: between 1/2
+/// (the edge of a shadow) and 1/4 or 1/16 (smooth light).
+const FALL: [f64; 2] = [0.4, 0.25];
 
-/// The rate at the largest distances, before anything is measured.
-const FIRST_RATE: f64 = 0.25;
+/// The rates at the largest distances, before anything is measured.
+const FIRST_RATE: [f64; 2] = [0.25, 0.15];
 
 /// The standard deviation of a gain about the rate's with the factor, as a part of it.
 const MISFIT: f64 = 0.7;
@@ -48,14 +49,19 @@ pub(crate) struct Gains {
 }
 
 impl Gains {
-    /// The gains of all parts, from those that a pilot of some walks has seen halved.
-    pub(crate) fn new(clusters: &Clusters, (seen, is_seen): (&[Seen], &[bool]), pilot: f64) -> Self {
+    /// The gains of all parts under a basis, from those that a pilot of some walks has seen halved.
+    pub(crate) fn new(
+        clusters: &Clusters,
+        (seen, is_seen): (&[Seen], &[bool]),
+        (basis, pilot): (Basis, f64),
+    ) -> Self {
         let classes: Vec<Class> = clusters.parts.iter().map(|part| Class::of(clusters, part)).collect();
-        let rates = Rates::new(&classes, (seen, is_seen), pilot);
+        let rates = Rates::new(&classes, (seen, is_seen), (basis, pilot));
+        let measured = |part: usize| Measured::of(&seen[part], basis, pilot);
         let base: Vec<f64> =
             classes.iter().zip(seen).map(|(class, seen)| rates.of(class) * seen.energy.max(0.0)).collect();
         let likelihoods = |part: usize| -> Weights {
-            let measured = Measured { gain: seen[part].gain, noise: seen[part].noise / pilot };
+            let measured = measured(part);
             FACTORS.map(|factor| measured.likelihood(factor * base[part]))
         };
         // By part, the likelihood of all that is measured of it and its parts, by factor.
@@ -76,14 +82,15 @@ impl Gains {
             let mut weights = around[part];
             times(&mut weights, &upwards[part]);
             let weights = scaled(weights);
-            let measured = Measured { gain: seen[part].gain, noise: seen[part].noise / pilot };
+            let measured = measured(part);
             let gain = |factor: f64| {
                 let gain = factor * base[part];
                 if is_seen[part] { measured.with(gain) } else { gain }
             };
             let sum: f64 = weights.iter().sum();
             let mean: f64 = weights.iter().zip(FACTORS).map(|(weight, factor)| weight * gain(factor)).sum();
-            let tail = if clusters.parts[part].halves.is_none() { 1.0 / (1.0 - FALL) } else { 1.0 };
+            let is_cell = clusters.parts[part].halves.is_none();
+            let tail = if is_cell { 1.0 / (1.0 - FALL[basis as usize]) } else { 1.0 };
             expected[part] = (tail * mean / sum).max(0.0);
             for half in clusters.parts[part].halves.into_iter().flatten() {
                 let mut weights = weights;
@@ -127,25 +134,25 @@ struct Rates {
 }
 
 impl Rates {
-    fn new(classes: &[Class], (seen, is_seen): (&[Seen], &[bool]), pilot: f64) -> Self {
+    fn new(classes: &[Class], (seen, is_seen): (&[Seen], &[bool]), (basis, pilot): (Basis, f64)) -> Self {
         // By class, sums of gains, of their variances, and of energies.
         let mut sums = vec![[[0.0; 3]; OCTAVES]; TURNS.len() + 1];
         for (part, class) in classes.iter().enumerate().filter(|(part, _)| is_seen[*part]) {
-            let Seen { gain, energy, noise, .. } = seen[part];
-            let noise = noise / pilot;
-            let variance = (4.0 * gain.max(0.0) + 2.0 * noise) * noise;
+            let measured = Measured::of(&seen[part], basis, pilot);
+            let variance = measured.variance(measured.gain.max(0.0));
             let sum = &mut sums[class.turn][class.octave];
-            [gain, variance, energy].iter().zip(sum).for_each(|(x, sum)| *sum += x);
+            [measured.gain, variance, seen[part].energy].iter().zip(sum).for_each(|(x, sum)| *sum += x);
         }
-        let by_class = sums.iter().map(Self::of_octaves).collect();
+        let by_class = sums.iter().map(|sums| Self::of_octaves(sums, basis)).collect();
         Rates { by_class }
     }
 
     /// The rates from the largest distance down: what is measured, and what the rate at twice the distance makes likely, weighed by their
     /// variances.
-    fn of_octaves(sums: &[[f64; 3]; OCTAVES]) -> [f64; OCTAVES] {
+    fn of_octaves(sums: &[[f64; 3]; OCTAVES], basis: Basis) -> [f64; OCTAVES] {
+        let (first, fall) = (FIRST_RATE[basis as usize], FALL[basis as usize]);
         let mut rates = [0.0; OCTAVES];
-        let mut likely = FIRST_RATE;
+        let mut likely = first;
         for octave in (0..OCTAVES).rev() {
             let [gain, variance, energy] = sums[octave];
             rates[octave] = likely;
@@ -153,9 +160,9 @@ impl Rates {
                 let (rate, variance) = (gain / energy, variance / (energy * energy));
                 let misfit = (2.0 * likely) * (2.0 * likely);
                 rates[octave] = ((rate * misfit + likely * variance) / (misfit + variance)).max(0.1 * likely);
-                likely = FALL * rates[octave];
-            } else if likely < FIRST_RATE {
-                likely *= FALL;
+                likely = fall * rates[octave];
+            } else if likely < first {
+                likely *= fall;
             }
         }
         rates
@@ -171,12 +178,19 @@ struct Measured {
     gain: f64,
     /// The energy of the noise of one unknown in the pilot.
     noise: f64,
+    /// New unknowns.
+    unknowns: f64,
 }
 
 impl Measured {
+    /// What a pilot of some walks has seen halving a part gain.
+    fn of(seen: &Seen, basis: Basis, pilot: f64) -> Self {
+        Measured { gain: seen.gain[basis as usize], noise: seen.noise / pilot, unknowns: basis.unknowns() }
+    }
+
     /// The variance of the measurement where so much is gained.
     fn variance(&self, gain: f64) -> f64 {
-        (4.0 * gain + 2.0 * self.noise) * self.noise
+        (4.0 * gain + 2.0 * self.unknowns * self.noise) * self.noise
     }
 
     /// The likelihood of the measurement where so much is gained, give or take a part of it, but for a factor: Student's with 15 degrees of

@@ -23,6 +23,11 @@ pub fn merged(base: Grid, grid: Grid, labels: Vec<u32>) -> (Grid, Vec<u32>) {
     }
 }
 
+/// The cell of a coarse grid that is around a cell of a grid that halves its cells again and again.
+pub fn around(coarse: Grid, fine: Grid, cell: u64) -> usize {
+    Cells::new(coarse).cell_at(Cells::new(fine).centre(cell as usize).0)
+}
+
 /// The labels of the cells of a coarser grid; `None` where parts of a cell differ.
 fn gathered(grid: Grid, coarse: Grid, labels: &[u32]) -> Option<Vec<u32>> {
     let (fine, wide) = (Cells::new(grid), Cells::new(coarse));

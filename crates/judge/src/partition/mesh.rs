@@ -1,11 +1,13 @@
 //! What a pilot has seen of the light on meshes, part by part of the trees of their cells, and which parts become patches.
 
-use radiosity::{Experiment, Fit, Tally};
+use glam::DVec3;
+use radiosity::Experiment;
 
 use super::clusters::Clusters;
 use super::gains::{CAUTION, Gains};
+use super::moments::{Frames, Moments, Pool};
 use super::part::Seen;
-use super::seen::PilotTallies;
+use super::seen::{Basis, PilotTallies};
 
 /// A part that this many walks have hit is believed as much as the part around it.
 const FEW: f64 = 8.0;
@@ -41,10 +43,13 @@ impl<'a> MeshLight<'a> {
     /// What the pilot saw. Its patches on meshes are the parts of `finest`, each of which has its patch in `patch_of_part`.
     pub fn new(
         experiment: &Experiment,
-        tallies: &PilotTallies,
+        tallies: &PilotTallies<'_>,
         (clusters, finest): (&'a Clusters, &'a [bool]),
         patch_of_part: &[Option<u32>],
     ) -> Self {
+        let scene = experiment.scene();
+        let is_linear = experiment.method().is_linear();
+        let frames = is_linear.then(|| Frames::new(scene, (clusters, finest), patch_of_part));
         let mut light = MeshLight {
             clusters,
             finest,
@@ -52,23 +57,22 @@ impl<'a> MeshLight<'a> {
             energy: 0.0,
             walks: tallies.all.counts.walks as f64,
         };
-        let faces = experiment.scene().faces();
         for is_back in [false, true] {
-            let face = |part: usize| match is_back {
-                false => patch_of_part[part],
-                true => faces.back_of(patch_of_part[part]?),
+            if is_back && !scene.faces().two_sided() {
+                continue;
+            }
+            let face = |part: usize| {
+                let patch = patch_of_part[part]?;
+                if is_back { scene.faces().back_of(patch) } else { Some(patch) }
             };
-            for channel in 0..experiment.scene().channels() {
-                let fit = |part: usize| {
-                    let face = face(part)? as usize;
-                    Some((face, experiment.fit(&tallies.all, face, channel)?))
-                };
-                light.add((tallies, channel), fit);
+            for channel in 0..scene.channels() {
+                light.add((experiment, tallies, channel), frames.as_ref(), face);
             }
         }
+        light.compare_halves();
+        let basis = if is_linear { Basis::Linear } else { Basis::Constant };
         let finest = light.seen.iter().zip(light.finest).filter(|(_, finest)| **finest);
-        light.energy = finest.map(|(seen, _)| seen.energy).sum();
-        light.seen.iter_mut().for_each(|seen| (seen.raw, seen.foretold) = (seen.energy, seen.noise));
+        light.energy = finest.map(|(seen, _)| seen.caught[basis as usize]).sum();
         light.smooth();
         light
     }
@@ -88,56 +92,73 @@ impl<'a> MeshLight<'a> {
             let mean = cells.iter().map(|&cell| b[cell as usize]).sum::<f64>() / cells.len() as f64;
             let energy = part.area * mean * mean;
             let noise = noise * mean;
-            seen[number] = Seen { energy, noise, hits: 1e3, raw: energy, foretold: noise, gain: 0.0 };
-            if let Some([a, b]) = part.halves {
-                seen[number].gain = seen[a as usize].energy + seen[b as usize].energy - energy;
-            }
+            seen[number] =
+                Seen { energy, noise, hits: 1e3, caught: [energy; 2], foretold: noise, gain: [0.0; 2] };
         }
         let energy = clusters.cells.iter().map(|&cell| b[cell as usize] * b[cell as usize]).sum();
-        MeshLight { clusters, finest, seen, energy, walks }
+        let mut light = MeshLight { clusters, finest, seen, energy, walks };
+        light.compare_halves();
+        light
     }
 
-    /// Adds the light of one side in one channel.
+    /// Adds the light of one side in one channel; `face` is that side of a part which is a patch of the pilot.
     fn add(
         &mut self,
-        (tallies, channel): (&PilotTallies, usize),
-        fit: impl Fn(usize) -> Option<(usize, Fit)>,
+        (experiment, tallies, channel): (&Experiment, &PilotTallies<'_>, usize),
+        frames: Option<&Frames>,
+        face: impl Fn(usize) -> Option<u32>,
     ) {
-        let groups = tallies.groups.len();
-        let n = groups as f64;
-        // By part, the integrals of the light as each group of walks estimates them, and the variance of that of all, times the area.
-        let mut integrals = vec![0.0; groups * self.seen.len()];
-        let mut variances = vec![0.0; self.seen.len()];
-        let mut means = vec![0.0; self.seen.len()];
+        let n = tallies.groups.len();
+        let mut pool = Pool::new(self.seen.len(), n);
+        // By part, the integral of the light, and the variance of its estimate.
+        let mut sums = vec![[0.0; 2]; self.seen.len()];
         for (number, part) in self.clusters.parts.iter().enumerate().rev() {
-            let at = number * groups;
             if self.finest[number] {
-                let Some((face, all)) = fit(number) else { continue };
-                let sum = |tally: &Tally| tally.patch(face, channel)[0] as f64;
-                let per_event = part.area * all.mean / sum(&tallies.all).max(1.0) * n;
-                for (group, tally) in tallies.groups.iter().enumerate() {
-                    integrals[at + group] = per_event * sum(tally);
+                let Some(face) = face(number).map(|face| face as usize) else { continue };
+                let moments = pool.add(number);
+                if let Some(all) = experiment.fit(&tallies.all, face, channel) {
+                    sums[number] = [part.area * all.mean, part.area * part.area * all.mean_variance];
+                    let patch = experiment.scene().faces().get(face).patch;
+                    let arms = frames.map_or([DVec3::ZERO; 2], |_| experiment.scene().body_of(patch).arms);
+                    let fits = experiment.fits_of_parts(tallies.groups, face, channel).unwrap_or_default();
+                    for (moments, [mean, u, v]) in moments.iter_mut().zip(fits) {
+                        let DVec3 { x, y, z } = part.area * (u * arms[0] + v * arms[1]);
+                        *moments = [part.area * mean, x, y, z];
+                    }
                 }
-                (means[number], variances[number]) =
-                    (part.area * all.mean, part.area * part.area * all.mean_variance);
-            } else if let Some([a, b]) = self.seen_halves(number) {
-                for group in 0..groups {
-                    integrals[at + group] = integrals[a * groups + group] + integrals[b * groups + group];
-                }
-                (means[number], variances[number]) = (means[a] + means[b], variances[a] + variances[b]);
-                let [area_a, area_b] = [a, b].map(|half| self.clusters.parts[half].area);
-                let step = |group: usize| {
-                    integrals[a * groups + group] / area_a - integrals[b * groups + group] / area_b
-                };
-                self.seen[number].gain += area_a * area_b / part.area * pairs((0..groups).map(step), n);
+            } else if let Some(halves) = self.seen_halves(number) {
+                let parts = halves.map(|half| &self.clusters.parts[half]);
+                pool.join(number, halves, parts.map(|half| half.middle[0] - part.middle[0]));
+                sums[number] = [0, 1].map(|k| sums[halves[0]][k] + sums[halves[1]][k]);
             } else {
                 continue;
             }
+            if pool.of(number).is_empty() {
+                continue;
+            }
             let seen = &mut self.seen[number];
-            seen.energy += pairs((0..groups).map(|group| integrals[at + group]), n) / part.area;
-            seen.noise += self.walks * variances[number] / part.area;
-            if variances[number] > 0.0 {
-                seen.hits += means[number] * means[number] / variances[number];
+            let energies = energies(pool.of(number), |moments| match frames {
+                None => [moments[0] / part.area.sqrt(), 0.0, 0.0],
+                Some(frames) => frames.coefficients(number, part.area, moments),
+            });
+            seen.energy += energies[0];
+            seen.caught[0] += energies[0];
+            seen.caught[1] += energies.iter().sum::<f64>();
+            let [integral, variance] = sums[number];
+            seen.noise += self.walks * variance / part.area;
+            seen.foretold = seen.noise;
+            if variance > 0.0 {
+                seen.hits += integral * integral / variance;
+            }
+        }
+    }
+
+    /// Takes down what halving each part gains, where the pilot sees it.
+    fn compare_halves(&mut self) {
+        for number in 0..self.seen.len() {
+            if let Some([a, b]) = self.seen_halves(number) {
+                let caught = [a, b, number].map(|part| self.seen[part].caught);
+                self.seen[number].gain = [0, 1].map(|k| caught[0][k] + caught[1][k] - caught[2][k]);
             }
         }
     }
@@ -178,10 +199,10 @@ impl<'a> MeshLight<'a> {
         }
     }
 
-    /// The parts that make the least error after a number of walks.
-    pub fn choose(&self, walks: f64) -> Grouped {
+    /// The parts that make the least error under a basis after a number of walks.
+    pub fn choose(&self, basis: Basis, walks: f64) -> Grouped {
         let is_seen: Vec<bool> = self.seen_parts();
-        let gains = Gains::new(self.clusters, (&self.seen, &is_seen), self.walks);
+        let gains = Gains::new(self.clusters, (&self.seen, &is_seen), (basis, self.walks));
         let count = self.seen.len();
         // By part: the least error of it and its parts; what its mean leaves out, and how much of that the pilot has not seen.
         let (mut least, mut lost, mut unseen) = (vec![0.0; count], vec![0.0; count], vec![0.0; count]);
@@ -197,11 +218,13 @@ impl<'a> MeshLight<'a> {
                 unseen[number] += unseen[a] + unseen[b];
                 parts = least[a] + least[b];
             }
-            let own = lost[number] + self.seen[number].noise / walks;
+            let own = lost[number] + basis.unknowns() * self.seen[number].noise / walks;
             whole[number] = own <= parts;
             least[number] = own.min(parts);
         }
         let mut grouped = Grouped { part_of_place: vec![0; self.clusters.cells.len()], ..Grouped::default() };
+        // Below the pilot's patches means gain as rates say in the mean; linear fits gain more there, at the edges of shadows.
+        let caution = if basis == Basis::Constant { CAUTION } else { 1.0 };
         let mut caught = 0.0;
         // Each with whether it is beyond what the pilot saw.
         let mut open: Vec<(u32, bool)> = self.clusters.roots.iter().map(|&root| (root, false)).collect();
@@ -210,15 +233,15 @@ impl<'a> MeshLight<'a> {
             let is_finest = self.finest[number as usize];
             match part.halves {
                 Some(halves) if !whole[number as usize] => {
-                    caught += if is_finest && !is_beyond { seen.raw } else { 0.0 };
+                    caught += if is_finest && !is_beyond { seen.caught[basis as usize] } else { 0.0 };
                     open.extend(halves.map(|half| (half, is_beyond || is_finest)));
                 }
                 _ => {
                     let [from, to] = part.cells.map(|cell| cell as usize);
                     grouped.part_of_place[from..to].fill(number);
-                    grouped.noise += seen.foretold / walks;
-                    caught += if is_beyond { 0.0 } else { seen.raw };
-                    grouped.lost += unseen[number as usize] / CAUTION;
+                    grouped.noise += basis.unknowns() * seen.foretold / walks;
+                    caught += if is_beyond { 0.0 } else { seen.caught[basis as usize] };
+                    grouped.lost += unseen[number as usize] / caution;
                 }
             }
         }
@@ -245,12 +268,15 @@ impl<'a> MeshLight<'a> {
     }
 }
 
-/// The mean product of two groups of walks' estimates of a number, over all pairs: its square without bias.
-fn pairs(each: impl Iterator<Item = f64>, n: f64) -> f64 {
-    let (mut sum, mut squares) = (0.0, 0.0);
-    for x in each {
-        sum += x;
-        squares += x * x;
+/// The energies of coefficients without bias: of each the mean product of two groups of walks' estimates, over all pairs.
+fn energies(groups: &[Moments], coefficients: impl Fn(&Moments) -> [f64; 3]) -> [f64; 3] {
+    let n = groups.len() as f64;
+    let (mut sums, mut squares) = ([0.0; 3], [0.0; 3]);
+    for moments in groups {
+        for (k, x) in coefficients(moments).into_iter().enumerate() {
+            sums[k] += x;
+            squares[k] += x * x;
+        }
     }
-    (sum * sum - squares) / (n * (n - 1.0))
+    [0, 1, 2].map(|k| (sums[k] * sums[k] - squares[k]) / (n * (n - 1.0)))
 }

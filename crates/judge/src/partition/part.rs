@@ -5,12 +5,12 @@
 pub(crate) struct Seen {
     /// The square of the mean light over the part, times its area, without bias [W²/m²].
     pub(crate) energy: f64,
-    /// What halving it gains, without bias [W²/m²]; 0 where the pilot does not see its halves.
-    pub(crate) gain: f64,
+    /// What halving it gains, without bias, of means and of linear fits [W²/m²]; 0 where the pilot does not see its halves.
+    pub(crate) gain: [f64; 2],
     /// The energy of the error of its mean after one walk [W²/m²].
     pub(crate) noise: f64,
-    /// Energy as measured, without what the part around it tells [W²/m²].
-    pub(crate) raw: f64,
+    /// The energy that its mean and its linear fit catch as measured, without what the part around it tells [W²/m²].
+    pub(crate) caught: [f64; 2],
     /// The noise of this part or, where few walks have hit it, of one around it [W²/m²].
     pub(crate) foretold: f64,
     /// About how many walks have hit it.

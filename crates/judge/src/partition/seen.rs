@@ -25,9 +25,9 @@ impl Basis {
 }
 
 /// The tallies of a pilot: independent groups of as many walks each, and all of them together.
-pub struct PilotTallies {
+pub struct PilotTallies<'a> {
     /// The tallies of the groups.
-    pub groups: Vec<Tally>,
+    pub groups: &'a [Tally],
     /// The sum of all groups.
     pub all: Tally,
 }
@@ -59,7 +59,7 @@ impl SurfaceLight {
     /// chosen.
     pub fn new(
         experiment: &Experiment,
-        tallies: &PilotTallies,
+        tallies: &PilotTallies<'_>,
         (surface, shape): (usize, &Shape),
         (base, top): (Grid, Option<[u32; 2]>),
     ) -> Self {
@@ -85,7 +85,7 @@ impl SurfaceLight {
                 let faces = || pieces.clone().map(|piece| scene.faces().face_of(piece) as usize);
                 let all = faces().map(|face| experiment.fit(&tallies.all, face, channel));
                 let Some(all) = all.collect::<Option<Vec<Fit>>>() else { continue };
-                let groups = faces().map(|face| experiment.fits_of_parts(&tallies.groups, face, channel));
+                let groups = faces().map(|face| experiment.fits_of_parts(tallies.groups, face, channel));
                 light.add(&fine, shape.area(), &all, &groups.collect::<Option<Vec<_>>>().unwrap_or_default());
             }
         }

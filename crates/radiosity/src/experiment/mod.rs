@@ -79,6 +79,10 @@ impl Experiment {
             },
             Method::Batches(_) | Method::Chains(_) => None,
         };
+        if method.is_linear() {
+            // Now, and not while walks are under way.
+            scene.planes();
+        }
         let largest_radiosity = jacobi::largest_radiosity(&scene);
         let least_area = scene.faces().iter().map(|face| face.area).fold(f64::INFINITY, f64::min);
         Ok(Experiment {

@@ -6,8 +6,8 @@ use crate::experiment::Experiment;
 use crate::experiment::chains::Student;
 use crate::experiment::meaning::Meaning;
 use crate::experiment::solution::Estimates;
-use crate::geometry::basis::Basis;
 use crate::geometry::face::Face;
+use crate::scene::Scene;
 use crate::tally::Tally;
 
 /// What is known of how the light of one face is spread over it, in one channel.
@@ -18,7 +18,9 @@ use crate::tally::Tally;
 /// - B + `gradient[0]`·(u − ⅓) + `gradient[1]`·(v − (1 − u)/2) in a triangle.
 ///
 /// In both, `gradient[0]` is what B grows by from the side (or corner) u = 0 to u = 1 along the middle line, and
-/// `gradient[1]` what it grows by from v = 0 to v = 1 across. Estimates of the two do not depend on each other's definition:
+/// `gradient[1]` what it grows by from v = 0 to v = 1 across. On a group of cells they are what the fit grows by from one end of the
+/// group to the other, along the two principal axes on which it extends most; the fit is B + `gradient[k]`·(x − o)·e_k/L_k of both,
+/// x being the place, o the centroid, and L_k the length of the group along the axis e_k. The largest coordinate of e_k is positive. Estimates of the two do not depend on each other's definition:
 /// the functions that they belong to are orthogonal.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Slopes {
@@ -46,7 +48,7 @@ impl Slopes {
     ) -> Option<Self> {
         let meaning = experiment.meaning_of((i, face), channel, tally)?;
         let per_unit = Worth::of(&meaning, face, channel, tally).of_slope;
-        let basis = Basis::of(experiment.scene().surfaces()[face.surface as usize].is_triangle());
+        let basis = experiment.scene().basis_of(face);
         let (none, known) = ([0.0; 2], Some([0.0; 2]));
         let mut slopes =
             Slopes { gradient: none, gradient_error: known, energy: 0.0, energy_error: None, noise: 0.0 };
@@ -85,22 +87,39 @@ impl Slopes {
         self.energy.max(0.0).sqrt()
     }
 
-    /// What the linear fit adds to the mean at the corners of the face, in their order [W/m²], as far as it is likely: the fit
-    /// is shrunk by the part of its square that is noise.
-    pub fn at_corners(&self, is_triangle: bool) -> Vec<f64> {
+    /// What the linear fit adds to the mean at places where gradients count with these factors ([`Scene::corners_on_fit`]) [W/m²],
+    /// as far as it is likely: the fit is shrunk by the part of its square that is noise.
+    pub fn at(&self, places: &[[f64; 2]]) -> Vec<f64> {
         let seen = self.energy.max(0.0);
         let likely = if seen > 0.0 { seen / (seen + self.noise) } else { 0.0 };
         let Slopes { gradient: [u, v], .. } = *self;
-        let offsets: &[[f64; 2]] = match is_triangle {
-            true => &[[-1.0 / 3.0, -0.5], [2.0 / 3.0, 0.0], [-1.0 / 3.0, 0.5]],
-            false => &[[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]],
-        };
-        offsets.iter().map(|[s, t]| likely * (u * s + v * t)).collect()
+        places.iter().map(|[s, t]| likely * (u * s + v * t)).collect()
     }
 
     /// By how much the spread may be larger: one standard error of its square [W/m²].
     pub fn spread_error(&self) -> Option<f64> {
         self.energy_error.map(|error| (self.energy.max(0.0) + error).sqrt() - self.spread())
+    }
+}
+
+impl Scene {
+    /// At the corners of a piece, in the order of its front's, by what factors the two gradients of [`Slopes`] of its face count in the
+    /// linear fit there.
+    pub fn corners_on_fit(&self, piece: u32) -> Vec<[f64; 2]> {
+        let face = self.faces().piece(piece);
+        let Some(planes) = self.planes() else {
+            return match self.surfaces()[face.surface as usize].is_triangle() {
+                true => vec![[-1.0 / 3.0, -0.5], [2.0 / 3.0, 0.0], [-1.0 / 3.0, 0.5]],
+                false => vec![[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]],
+            };
+        };
+        let growth = planes.basis(face.patch).growth;
+        let place = |uv: [f64; 2]| {
+            let psi = planes.at(piece, uv);
+            // A function that is left out does not grow.
+            [0, 1].map(|k| if growth[k] > 0.0 { psi[k] / growth[k] } else { 0.0 })
+        };
+        self.faces().corners_on_surface(piece).into_iter().map(place).collect()
     }
 }
 
@@ -153,15 +172,13 @@ impl Experiment {
     /// where some could not tell.
     pub fn fits_of_parts(&self, parts: &[Tally], i: usize, channel: usize) -> Option<Vec<[f64; 3]>> {
         let face = self.scene().faces().get(i);
-        let basis = Basis::of(self.scene().surfaces()[face.surface as usize].is_triangle());
+        let basis = self.method().is_linear().then(|| self.scene().basis_of(&face));
         let first = parts.first()?;
         let worth = Worth::of(&self.meaning_of((i, &face), channel, first)?, &face, channel, first);
         let fit = |part: &Tally| {
             let walks = part.counts.walks as f64;
             let slope = |k: usize| {
-                if !self.method().is_linear() {
-                    return 0.0;
-                }
+                let Some(basis) = basis else { return 0.0 };
                 let mean = worth.of_slope * part.slope(i, channel, k).0 as f64 / walks;
                 mean * (basis.growth[k] / basis.mean_squares[k])
             };

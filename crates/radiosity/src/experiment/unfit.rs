@@ -30,11 +30,6 @@ pub enum Unfit {
         /// Patches of the scene.
         patches: usize,
     },
-    /// Slopes are taken over one cell.
-    #[error(
-        "basis = \"linear\" fits a plane to the light of each cell, and patches of this scene are groups of cells (there is no plane through a group); remove `basis`, or the groups (import.group_size)"
-    )]
-    LinearGroups,
     /// Rays of a final gather leave one plane.
     #[error(
         "patch {patch} of the final gather is a group of cells (its rays leave one cell); choose other patches, or remove the groups (import.group_size)"
@@ -138,9 +133,6 @@ pub(super) fn check(scene: &Scene, method: &Method) -> Result<(), Unfit> {
         check_patches(chosen, scene)?;
     }
     let faces = scene.faces();
-    if method.is_linear() && faces.are_grouped() {
-        return Err(Unfit::LinearGroups);
-    }
     check_patches(method.final_gather(), scene)?;
     let is_group = |patch: &&u32| faces.pieces(**patch as usize).nth(1).is_some();
     let group = method.final_gather().iter().find(is_group);

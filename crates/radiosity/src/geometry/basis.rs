@@ -39,14 +39,25 @@ impl Basis {
     }
 }
 
+/// (ψ + 1)/2 of both functions at a point of a cell.
+#[inline(always)]
+pub(crate) fn halves<R: Real>([u, v]: [R; 2], triangle: R::Mask) -> [R; 2] {
+    let (one, half) = (R::splat(1.0), R::splat(0.5));
+    let [first, second] = [(u + u + u + one) * R::splat(0.25), v + u * half];
+    [R::select(triangle, first, u), R::select(triangle, second, v)]
+}
+
+/// The numbers of the steps that hold (ψ + 1)/2 of both functions: 0 … 4095.
+#[inline(always)]
+pub(crate) fn steps_of<R: Real>([first, second]: [R; 2]) -> [R; 2] {
+    let all = R::splat(SLOPE_UNITS as f64);
+    [grid_step(first, all), grid_step(second, all)]
+}
+
 /// The numbers of the steps of ψ₁ and ψ₂ that hold a point of a cell: 0 … 4095.
 #[inline(always)]
-pub(crate) fn steps<R: Real>([u, v]: [R; 2], triangle: R::Mask) -> [R; 2] {
-    let (one, half) = (R::splat(1.0), R::splat(0.5));
-    // (ψ + 1)/2 of each function.
-    let [first, second] = [(u + u + u + one) * R::splat(0.25), v + u * half];
-    let all = R::splat(SLOPE_UNITS as f64);
-    [grid_step(R::select(triangle, first, u), all), grid_step(R::select(triangle, second, v), all)]
+pub(crate) fn steps<R: Real>(place: [R; 2], triangle: R::Mask) -> [R; 2] {
+    steps_of(halves(place, triangle))
 }
 
 /// ψ of a step, in units.

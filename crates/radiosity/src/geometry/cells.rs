@@ -119,7 +119,7 @@ pub(crate) fn cell_centroid(shape: &Shape, cell: u32) -> [f64; 2] {
 }
 
 /// The corners of a cell in local coordinates, in the order of [`Shape::cell_corners`].
-fn cell_corners(shape: &Shape, cell: u32) -> Vec<[f64; 2]> {
+pub(crate) fn cell_corners(shape: &Shape, cell: u32) -> Vec<[f64; 2]> {
     match *shape {
         Shape::Parallelogram { cells: [nu, nv], .. } => {
             let (i, j) = (cell / nv, cell % nv);

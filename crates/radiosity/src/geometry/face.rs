@@ -88,6 +88,16 @@ impl Faces {
         self.pieces.len()
     }
 
+    /// The pieces of surfaces that emit somewhere, in ascending order.
+    pub(crate) fn pieces_of_emitters(&self) -> impl Iterator<Item = u32> {
+        self.pieces.of_emitters()
+    }
+
+    /// Whether a surface or some of its cells emit.
+    pub(crate) fn may_emit(&self, surface: u32) -> bool {
+        self.pieces.may_emit(surface as usize)
+    }
+
     /// A piece as a face of its own: with its own cell, centroid and area, and the patch that it belongs to.
     ///
     /// # Panics
@@ -128,6 +138,11 @@ impl Faces {
     /// Where there is no such piece.
     pub fn piece_corners(&self, piece: u32) -> Vec<DVec3> {
         self.pieces.corners(piece)
+    }
+
+    /// The corners of a piece in the local coordinates of its surface, in the order of its front's.
+    pub(crate) fn corners_on_surface(&self, piece: u32) -> Vec<[f64; 2]> {
+        self.pieces.corners_on_surface(piece)
     }
 
     /// The weights of the corners of a piece, in the order of [`Faces::piece_corners`], at local coordinates of its surface that

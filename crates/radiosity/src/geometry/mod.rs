@@ -1,5 +1,6 @@
 //! Surfaces: as a scene is written, and as walks see them. Faces are the unknowns of the radiosity system.
 
+pub(crate) mod axes;
 pub(crate) mod basis;
 pub(crate) mod cells;
 pub(crate) mod face;
@@ -10,6 +11,7 @@ pub(crate) mod leaves;
 pub(crate) mod partition;
 pub(crate) mod piece;
 pub(crate) mod places;
+pub(crate) mod planes;
 pub(crate) mod sensor;
 pub(crate) mod spec;
 pub(crate) mod surface;

@@ -58,7 +58,8 @@ impl Partition {
         (1..first.len()).for_each(|face| first[face] += first[face - 1]);
         let (middles, on_several) = (Vec::new(), Vec::new());
         let mut partition = Partition { face_of_piece, pieces, first, backs, middles, on_several };
-        let surface = |piece: u32| cells.surface_of(cells.cell_of(piece).0);
+        let surfaces = cells.surfaces_of_cells();
+        let surface = |piece: u32| surfaces[cells.cell_of(piece).0 as usize];
         let is_on_several = |face: u32| {
             let pieces = partition.pieces(face);
             pieces.iter().any(|&piece| surface(piece) != surface(pieces[0]))
@@ -116,10 +117,10 @@ impl Partition {
 
 /// The area of pieces, and their centroid. Those of a single piece are its own, to the last bit.
 fn middle(cells: &Pieces, pieces: &[u32]) -> (f64, DVec3) {
-    let each = || pieces.iter().map(|&piece| cells.get(piece));
-    let area: f64 = each().map(|piece| piece.area).sum();
-    match pieces {
-        [piece] => (area, cells.get(*piece).centroid),
-        _ => (area, each().map(|piece| piece.centroid * (piece.area / area)).sum()),
+    let members: Vec<Face> = pieces.iter().map(|&piece| cells.get(piece)).collect();
+    let area: f64 = members.iter().map(|piece| piece.area).sum();
+    match &members[..] {
+        [piece] => (area, piece.centroid),
+        _ => (area, members.iter().map(|piece| piece.centroid * (piece.area / area)).sum()),
     }
 }

@@ -5,7 +5,7 @@
 
 use glam::DVec3;
 
-use crate::geometry::cells::{cell_centroid, corner_weights};
+use crate::geometry::cells::{cell_centroid, cell_corners, corner_weights};
 use crate::geometry::spec::Side;
 use crate::geometry::spec::{SceneSpec, Shape, Sides, Spectrum};
 
@@ -120,6 +120,30 @@ impl Pieces {
         self.cells
     }
 
+    /// The pieces of surfaces that emit somewhere, in ascending order.
+    pub(super) fn of_emitters(&self) -> impl Iterator<Item = u32> {
+        let fronts = (0..self.surfaces.len()).map(|surface| (surface, self.surfaces[surface].first));
+        let backs = self.backs.iter().map(|backs| (backs.surface as usize, backs.first));
+        let runs = fronts.chain(backs).filter(|&(surface, _)| self.may_emit(surface));
+        runs.flat_map(|(surface, first)| first..first + self.surfaces[surface].shape.cell_count() as u32)
+    }
+
+    /// Whether a surface or some of its cells emit.
+    pub(super) fn may_emit(&self, surface: usize) -> bool {
+        let Common { first, shape, emittance, .. } = &self.surfaces[surface];
+        let single = self.single.partition_point(|(cell, _)| cell < first);
+        let next = self.single.get(single).map(|&(cell, _)| u64::from(cell - first));
+        emittance.is_lit() || next.is_some_and(|offset| offset < shape.cell_count())
+    }
+
+    /// By cell, the number of its surface.
+    pub(super) fn surfaces_of_cells(&self) -> Vec<u32> {
+        let of_surface = |(number, common): (u32, &Common)| {
+            std::iter::repeat_n(number, common.shape.cell_count() as usize)
+        };
+        (0..).zip(&self.surfaces).flat_map(of_surface).collect()
+    }
+
     /// Piece number `i`, as the face that it is where every cell is a patch.
     ///
     /// # Panics
@@ -154,6 +178,12 @@ impl Pieces {
             corners.reverse();
         }
         corners
+    }
+
+    /// The corners of a piece in the local coordinates of its surface, in the order of its front's.
+    pub(super) fn corners_on_surface(&self, i: u32) -> Vec<[f64; 2]> {
+        let (shape, cell, _) = self.shape_of(i);
+        cell_corners(shape, cell)
     }
 
     /// The weights of the corners of a piece, in the order of [`Pieces::corners`], at local coordinates of its surface that

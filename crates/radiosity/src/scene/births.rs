@@ -43,18 +43,16 @@ impl Births {
     /// `None` where no share is above 0.
     pub(crate) fn new(surfaces: &[Surface], faces: &Faces, share: impl Fn(usize) -> f64) -> Option<Self> {
         let share = |piece: usize| share_of_piece(faces, piece, &share);
-        Births::in_cradles(surfaces, faces, share, |a, b| share(a) == share(b))
+        let cradles = cradles(surfaces, faces, |_| true, |a, b| share(a) == share(b));
+        Births::in_cradles(cradles, share)
     }
 
-    /// Births with a probability in proportion to `share` of each piece, given which neighbours are alike in all that matters at a
-    /// birth.
+    /// Births with a probability in proportion to `share` of each piece, in runs of pieces that are alike in all that matters at a birth.
     fn in_cradles(
-        surfaces: &[Surface],
-        faces: &Faces,
+        cradles: impl Iterator<Item = (usize, Cradle)>,
         share: impl Fn(usize) -> f64,
-        alike: impl Fn(usize, usize) -> bool,
     ) -> Option<Self> {
-        let chosen = cradles(surfaces, faces, alike).filter(|&(piece, _)| share(piece) > 0.0);
+        let chosen = cradles.filter(|&(piece, _)| share(piece) > 0.0);
         Births::choosing(chosen.map(|(piece, cradle)| (cradle, share(piece) * f64::from(cradle.cells))))
     }
 
@@ -70,7 +68,9 @@ impl Births {
         let share = |piece: usize| share_of_piece(faces, piece, &share);
         let alike = |a, b| (group(a), share(a)) == (group(b), share(b));
         let mut groups = vec![Vec::new(); count as usize];
-        for (piece, cradle) in cradles(surfaces, faces, alike).filter(|&(piece, _)| share(piece) > 0.0) {
+        for (piece, cradle) in
+            cradles(surfaces, faces, |_| true, alike).filter(|&(piece, _)| share(piece) > 0.0)
+        {
             groups[group(piece) as usize].push((cradle, share(piece) * f64::from(cradle.cells)));
         }
         groups.into_iter().map(|chosen| Births::choosing(chosen.into_iter())).collect()
@@ -96,9 +96,11 @@ impl Births {
         channels: usize,
         total: [f64; 3],
     ) -> Option<Self> {
+        let may_emit = |surface: u32| faces.may_emit(surface);
         if channels == 1 {
             let power = |piece: usize| faces.piece(piece as u32).power(0);
-            return Births::in_cradles(surfaces, faces, power, |a, b| power(a) == power(b));
+            let cradles = cradles(surfaces, faces, may_emit, |a, b| power(a) == power(b));
+            return Births::in_cradles(cradles, power);
         }
         let share = |face: &Face, c: usize| if total[c] > 0.0 { face.power(c) / total[c] } else { 0.0 };
         let emitting = total.iter().filter(|&&power| power > 0.0).count() as f64;
@@ -106,7 +108,8 @@ impl Births {
         let piece = |piece: usize| faces.piece(piece as u32);
         let light = |i: usize| (piece(i).emittance, piece(i).area);
         let alike = |a: usize, b: usize| light(a) == light(b);
-        let mut births = Births::in_cradles(surfaces, faces, |i| probability(&piece(i)), alike)?;
+        let cradles = cradles(surfaces, faces, may_emit, alike);
+        let mut births = Births::in_cradles(cradles, |i| probability(&piece(i)))?;
         let weights = births.cradles.iter().map(|cradle| {
             let surface = &surfaces[cradle.surface as usize];
             let face = faces.piece(surface.piece(cradle.first_cell, cradle.side));
@@ -148,14 +151,16 @@ fn share_of_piece(faces: &Faces, piece: usize, share: impl Fn(usize) -> f64) -> 
     }
 }
 
-/// The cells of all surfaces, each run of them that are alike at a birth with its first piece.
+/// The cells of some surfaces, each run of them that are alike at a birth with its first piece.
 fn cradles(
     surfaces: &[Surface],
     faces: &Faces,
+    of: impl Fn(u32) -> bool,
     alike: impl Fn(usize, usize) -> bool,
 ) -> impl Iterator<Item = (usize, Cradle)> {
     let sides = (0..)
         .zip(surfaces.iter().map(Surface::cell_count))
+        .filter(move |&(surface, _)| of(surface))
         .flat_map(|(surface, cells)| [Side::Front, Side::Back].map(|side| (surface, side, cells as usize)));
     let runs = sides.filter_map(|(surface, side, cells)| {
         let first = faces.first_piece_on(surface, side)? as usize;

@@ -1,21 +1,25 @@
 //! The scene that walks run in: valid and immutable once built.
 
 pub(crate) mod births;
+mod check;
 mod groups;
 pub(crate) mod retracing;
 pub(crate) mod scatter;
+mod traced;
 pub(crate) mod view;
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use glam::DVec3;
 use thiserror::Error;
 
-use crate::geometry::face::Faces;
+use crate::geometry::basis::Basis;
+use crate::geometry::face::{Face, Faces};
 use crate::geometry::frame::Frames;
 use crate::geometry::landing::Landings;
 use crate::geometry::leaf_table::LeafTable;
 use crate::geometry::places::Places;
+use crate::geometry::planes::{Body, Planes};
 use crate::geometry::spec::Side;
 use crate::geometry::spec::{SceneSpec, Shape, Spectrum};
 use crate::geometry::surface::Surface;
@@ -23,22 +27,10 @@ use crate::geometry::tints::Tints;
 use crate::random::rng::{WalkRng, unit_32};
 use crate::simd::isa::Isa;
 use crate::trace::Index;
-use crate::trace::coplanar::stacks;
 use crate::trace::facet::Facets;
-use crate::trace::flat::Flat;
 use crate::trace::stack::Stack;
-use crate::trace::tree::{BinaryTree, Tree};
 use births::{Births, Origin};
 use scatter::Scatter;
-
-/// The most patches a scene may have: patch numbers are 32 bits wide.
-const MAX_PATCHES: u64 = 1 << 31;
-
-/// The most cells of the grids that hold the leaves of all surfaces: a table has the leaf of each.
-const MAX_GRID_CELLS: u64 = 1 << 24;
-
-/// Up to this many surfaces, meeting every facet is faster than a tree (with AVX-512 up to twice as many).
-const FLAT_SURFACES: usize = 96;
 
 /// What is wrong with a scene. `surface` counts from 0.
 #[derive(Clone, Debug, Error, PartialEq)]
@@ -85,19 +77,21 @@ pub(crate) struct Parts {
     channels: usize,
     power: [f64; 3],
     emitters: Births,
-    /// Points of patches that are groups of cells; `None` where every cell is a patch.
-    pub(crate) scatter: Option<Scatter>,
+    /// Points of patches that are groups of cells, made when a walk first asks for them; `None` where every cell is a patch.
+    scatter: OnceLock<Option<Scatter>>,
     max_reflectance: Spectrum,
     origin: DVec3,
     pub(crate) isa: Isa,
-    pub(crate) frames: Frames,
+    pub(crate) frames: Arc<Frames>,
     pub(crate) landings: Landings,
     pub(crate) tints: Tints,
     /// Where arrivals find their leaves; `None` where no surface is cut into leaves.
     pub(crate) places: Option<Places>,
-    stacks: Vec<Stack>,
-    pub(crate) facets: Facets,
-    pub(crate) index: Index,
+    /// The linear bases of groups, made when a method first asks for them; `None` where every cell is a patch.
+    planes: OnceLock<Option<Planes>>,
+    stacks: Arc<[Stack]>,
+    pub(crate) facets: Arc<Facets>,
+    pub(crate) index: Arc<Index>,
     hash: [u8; 32],
 }
 
@@ -123,13 +117,44 @@ impl Scene {
 
     /// Builds a scene for walks on an instruction set that this machine has.
     pub(crate) fn build_for(spec: &SceneSpec, index: IndexChoice, isa: Isa) -> Result<Self, SceneError> {
-        check(spec)?;
+        let [min, max] = extent(spec);
+        Scene::assemble(spec, isa, |surfaces| traced::Traced::new(surfaces, slack(min, max), (index, isa)))
+    }
+
+    /// A scene of the same surfaces in other cells, or with other groups: what rays find surfaces by is shared. It is the scene that
+    /// [`Scene::build`] makes.
+    ///
+    /// # Errors
+    /// As [`Scene::build`].
+    ///
+    /// # Panics
+    /// Where the surfaces are others.
+    pub fn recut(&self, spec: &SceneSpec) -> Result<Self, SceneError> {
+        let outlines = || self.faces().shapes().map(Shape::edges);
+        let own = spec.surfaces.iter().map(|surface| surface.shape.edges());
+        assert!(outlines().eq(own), "a scene is cut anew in the same surfaces");
+        Scene::assemble(spec, self.parts.isa, |surfaces| {
+            let Parts { frames, stacks, facets, index, .. } = &*self.parts;
+            traced::lie_in(surfaces, stacks);
+            traced::Traced {
+                frames: frames.clone(),
+                stacks: stacks.clone(),
+                facets: facets.clone(),
+                index: index.clone(),
+            }
+        })
+    }
+
+    /// Checks a scene and puts it together; `trace` makes what rays need of its surfaces.
+    fn assemble(
+        spec: &SceneSpec,
+        isa: Isa,
+        trace: impl FnOnce(&mut [Surface]) -> traced::Traced,
+    ) -> Result<Self, SceneError> {
+        check::check(spec)?;
         groups::check_groups(spec)?;
-        let corners = || spec.surfaces.iter().flat_map(|surface| surface.shape.corners());
-        let min = corners().fold(DVec3::INFINITY, DVec3::min);
-        let max = corners().fold(DVec3::NEG_INFINITY, DVec3::max);
+        let [min, max] = extent(spec);
         let origin = 0.5 * (min + max);
-        let slack = slack(min, max);
 
         let faces = Faces::new(spec);
         let mut surfaces: Vec<Surface> = (0..)
@@ -141,32 +166,19 @@ impl Scene {
             .collect();
         let channels = spec.channels();
         let (emitters, power) = emission(&surfaces, &faces, channels)?;
-        let tree = match index {
-            IndexChoice::Auto => surfaces.len() > FLAT_SURFACES,
-            IndexChoice::Flat => false,
-            IndexChoice::Tree => true,
-        };
-        let binary = tree.then(|| BinaryTree::new(&surfaces, slack));
-        let stacks = stacks(&surfaces, slack, binary.as_ref());
-        for stack in &stacks {
-            stack.surfaces.iter().for_each(|&surface| surfaces[surface as usize].lie_in(stack.normal));
-        }
-        let facets = Facets::new(&surfaces, &stacks, slack);
-        let index = match &binary {
-            Some(binary) => Index::Tree(Tree::new(binary, &facets)),
-            None => Index::Flat(Flat::new(isa, &surfaces, &facets)),
-        };
+        let traced::Traced { frames, stacks, facets, index } = trace(&mut surfaces);
         let places = Places::new(&surfaces, &faces);
         let hash = hash(spec, !stacks.is_empty());
         let most = |c: usize| spec.surfaces.iter().fold(0.0, |max: f64, s| max.max(s.reflectance[c]));
         let parts = Parts {
             names: names(spec),
             isa,
-            frames: Frames::new(surfaces.iter().map(Surface::frame)),
+            frames,
             landings: Landings::new(&surfaces, places.as_ref()),
             tints: Tints::new(&surfaces, channels),
             places,
-            scatter: faces.are_grouped().then(|| Scatter::new(&faces, &surfaces)),
+            planes: OnceLock::new(),
+            scatter: OnceLock::new(),
             surfaces,
             faces,
             channels,
@@ -224,7 +236,7 @@ impl Scene {
 
     /// Whether rays are traced through a tree of boxes.
     pub fn has_tree(&self) -> bool {
-        matches!(self.parts.index, Index::Tree(_))
+        matches!(*self.parts.index, Index::Tree(_))
     }
 
     /// How many boxes a node of that tree holds.
@@ -243,11 +255,12 @@ impl Scene {
             size_of_val(&parts.surfaces[..]),
             parts.faces.bytes(),
             parts.emitters.bytes(),
-            parts.scatter.as_ref().map_or(0, Scatter::bytes),
+            parts.scatter.get().and_then(Option::as_ref).map_or(0, Scatter::bytes),
             parts.frames.bytes(),
             parts.landings.bytes(),
             parts.tints.bytes(),
             parts.places.as_ref().map_or(0, Places::bytes),
+            parts.planes.get().and_then(Option::as_ref).map_or(0, Planes::bytes),
             parts.facets.bytes(),
         ];
         Memory { surfaces: names + stacks + tables.iter().sum::<usize>(), index: parts.index.bytes() }
@@ -272,10 +285,17 @@ impl Scene {
         self.parts.faces.face_of(self.parts.surfaces[surface as usize].piece(cell, side))
     }
 
+    /// Points of patches that are groups of cells; `None` where every cell is a patch.
+    #[inline(always)]
+    pub(crate) fn points_of_groups(&self) -> Option<&Scatter> {
+        let make = || self.faces().are_grouped().then(|| Scatter::new(self.faces(), self.surfaces()));
+        self.parts.scatter.get_or_init(make).as_ref()
+    }
+
     /// Surface and local coordinates of the uniform point of a face that 64 random bits choose, given a cell of the face.
     #[inline(always)]
     pub(crate) fn scatter(&self, cell: (u32, u32), face: u32, bits: u64) -> (u32, [f64; 2]) {
-        match &self.parts.scatter {
+        match self.points_of_groups() {
             None => self.point_in_cell(cell, bits),
             Some(scatter) => self.point_in_group(scatter, cell, face, bits),
         }
@@ -299,50 +319,41 @@ impl Scene {
         (surface, self.surfaces()[surface as usize].point_in_cell(cell, point))
     }
 
+    /// The linear bases of a scene whose patches are groups; `None` where every cell is a patch.
+    #[inline(always)]
+    pub(crate) fn planes(&self) -> Option<&Planes> {
+        let make = || Planes::new(self.surfaces(), self.faces());
+        self.parts.planes.get_or_init(make).as_ref()
+    }
+
+    /// The linear basis of a face.
+    pub(crate) fn basis_of(&self, face: &Face) -> Basis {
+        match self.planes() {
+            None => Basis::of(self.surfaces()[face.surface as usize].is_triangle()),
+            Some(planes) => planes.basis(face.patch),
+        }
+    }
+
+    /// How the area of a patch is spread.
+    pub fn body_of(&self, patch: u32) -> Body {
+        match self.planes() {
+            // The number of a patch is that of its front, a piece.
+            None => Body::of_cell(&self.faces().piece_corners(patch)),
+            Some(planes) => planes.body(patch),
+        }
+    }
+
     /// Where shooting walks are born: emitters, with probability Φ_s/Φ_T.
     pub(crate) fn emitters(&self) -> &Births {
         &self.parts.emitters
     }
 }
 
-/// Whether every surface is valid, and there are neither none nor too many.
-fn check(spec: &SceneSpec) -> Result<(), SceneError> {
-    if spec.surfaces.is_empty() {
-        return Err(SceneError::Whole(
-            "the scene has no surface (nothing could be hit); add a [[surface]] or a [[mesh]]".into(),
-        ));
-    }
-    for (number, surface) in spec.surfaces.iter().enumerate() {
-        check_surface(surface).map_err(|(key, problem)| SceneError::Surface {
-            surface: number,
-            key,
-            problem,
-        })?;
-    }
-    let face_count: f64 = spec.surfaces.iter().map(|s| s.shape.cell_count() as f64 * s.sides.count()).sum();
-    if face_count > MAX_PATCHES as f64 {
-        return Err(SceneError::Whole(format!(
-            "the scene has {face_count} patches (two-sided ones count twice), more than {MAX_PATCHES} (their numbers are 32 bits wide); use coarser `patches`"
-        )));
-    }
-    let grid_cells = spec.surfaces.iter().map(|surface| match &surface.shape {
-        Shape::Divided { leaves, .. } => leaves.grid().map(u64::from).iter().product::<u64>(),
-        _ => 0,
-    });
-    let grid_cells: u64 = grid_cells.sum();
-    if grid_cells > MAX_GRID_CELLS {
-        return Err(SceneError::Whole(format!(
-            "the rectangles that surfaces are cut into lie on grids of {grid_cells} cells, more than {MAX_GRID_CELLS} (walks look them up in a table); cut them less often"
-        )));
-    }
-    Ok(())
-}
-
 /// Where walks are born, and Φ_T of each channel [W]: some light must be emitted, and not without end.
 fn emission(surfaces: &[Surface], faces: &Faces, channels: usize) -> Result<(Births, [f64; 3]), SceneError> {
     // Piece by piece, so that groups change no bit of it.
-    let pieces = || (0..faces.piece_count() as u32).map(|piece| faces.piece(piece));
-    let power = std::array::from_fn(|c| pieces().map(|piece| piece.power(c)).sum());
+    let lit: Vec<Face> = faces.pieces_of_emitters().map(|piece| faces.piece(piece)).collect();
+    let power = std::array::from_fn(|c| lit.iter().map(|piece| piece.power(c)).sum());
     let Some(emitters) = Births::of_emitters(surfaces, faces, channels, power) else {
         return Err(SceneError::Whole(
             "the scene has no emitter (no walk could start); give a material an `emittance` above 0, or a surface an `emit`".into(),
@@ -357,74 +368,18 @@ fn emission(surfaces: &[Surface], faces: &Faces, channels: usize) -> Result<(Bir
     Ok((emitters, power))
 }
 
+/// The corners of the box around a scene [m].
+fn extent(spec: &SceneSpec) -> [DVec3; 2] {
+    let corners = || spec.surfaces.iter().flat_map(|surface| surface.shape.corners());
+    [corners().fold(DVec3::INFINITY, DVec3::min), corners().fold(DVec3::NEG_INFINITY, DVec3::max)]
+}
+
 /// By how much a facet is larger than its surface, on every edge [m]: 2⁻⁴⁶ of the largest coordinate or
 /// extent, 128 times the rounding of such a coordinate. Vertices that were meant to coincide differ by a few
 /// such roundings; nothing may fall through between them.
 fn slack(min: DVec3, max: DVec3) -> f64 {
     let largest = min.abs().max(max.abs()).max(max - min).max_element();
     largest / (1_u64 << 46) as f64
-}
-
-type Fault = (&'static str, String);
-
-fn check_surface(surface: &crate::SurfaceSpec) -> Result<(), Fault> {
-    let outline = match surface.shape {
-        Shape::Parallelogram { .. } | Shape::Divided { .. } => "quad",
-        Shape::Triangle { .. } => "triangle",
-    };
-    let corners = surface.shape.corners();
-    if !corners.iter().all(|corner| corner.is_finite()) {
-        return Err((outline, "a corner is not a finite number; write finite coordinates in metres".into()));
-    }
-    let (_, e_u, e_v) = surface.shape.edges();
-    let (area, extent) = (e_u.cross(e_v).length(), e_u.length() * e_v.length());
-    let largest = corners.iter().fold(0.0_f64, |max, corner| max.max(corner.abs().max_element()));
-    // Below this the direction of the normal is rounding noise.
-    let noise = 8.0 * f64::EPSILON * largest * e_u.length().max(e_v.length());
-    if !(area.is_finite() && extent.is_finite() && area > noise && area > 1e-12 * extent) {
-        return Err((
-            outline,
-            format!(
-                "the surface has no area ({area:e} m²; its corners coincide or lie on a line); remove it or move a corner"
-            ),
-        ));
-    }
-    if surface.shape.cell_count() == 0 {
-        return Err((
-            "patches",
-            "a surface must have at least one patch; write 1 or more along each side".into(),
-        ));
-    }
-    if surface.shape.cell_count() > MAX_PATCHES {
-        return Err(("patches", format!("more than {MAX_PATCHES} patches on one surface; use fewer")));
-    }
-    check_reflectance(surface.reflectance).map_err(|problem| ("reflectance", problem))?;
-    check_emittance(surface.emittance).map_err(|problem| ("emittance", problem))?;
-    for &(cell, emittance) in &surface.cell_emittance {
-        if u64::from(cell) >= surface.shape.cell_count() {
-            return Err(("emit", format!("cell {cell} does not exist on this surface")));
-        }
-        check_emittance(emittance).map_err(|problem| ("emit", problem))?;
-    }
-    Ok(())
-}
-
-fn check_reflectance(reflectance: Spectrum) -> Result<(), String> {
-    let outside = reflectance.channels().into_iter().find(|channel| !(0.0..1.0).contains(channel));
-    outside.map_or(Ok(()), |outside| {
-        Err(format!(
-            "{outside} is outside [0, 1) (walks would never end, or power be negative); choose 0 ≤ reflectance < 1"
-        ))
-    })
-}
-
-fn check_emittance(emittance: Spectrum) -> Result<(), String> {
-    let outside = emittance.channels().into_iter().find(|channel| !(channel.is_finite() && *channel >= 0.0));
-    outside.map_or(Ok(()), |outside| {
-        Err(format!(
-            "{outside} is not a finite number ≥ 0 (surfaces cannot emit negative power); give W/m² ≥ 0"
-        ))
-    })
 }
 
 fn names(spec: &SceneSpec) -> Vec<String> {

@@ -39,7 +39,7 @@ impl<'a> Retracing<'a> {
     /// Takes on rays, whose directions have length 1 within 10⁻⁹; `None` where the scene has no tree.
     pub fn new(scene: &'a Scene, rays: &[Ray]) -> Option<Self> {
         let parts = &*scene.parts;
-        let Index::Tree(tree) = &parts.index else { return None };
+        let Index::Tree(tree) = &*parts.index else { return None };
         let (mut scratch, mut hits) = (Box::<Scratch>::default(), Box::<Hits>::default());
         let leaves = tree.leaves(parts.facets.len());
         let batch = |part: &[Ray]| {

@@ -17,6 +17,8 @@ use crate::walk::Space;
 pub(crate) struct Arrivals {
     /// Without meaning where no active side is met.
     pub(crate) face: [u32; WIDTH],
+    /// In scenes with groups, the pieces that these were met on.
+    piece: [u32; WIDTH],
     /// The walks whose rays met a surface.
     pub(crate) met: Lanes,
     /// The walks that met an active side.
@@ -31,6 +33,7 @@ impl Default for Arrivals {
     fn default() -> Self {
         Arrivals {
             face: [0; WIDTH],
+            piece: [0; WIDTH],
             met: Lanes::default(),
             active: Lanes::default(),
             survives: Lanes::default(),
@@ -71,8 +74,17 @@ impl Arrivals {
         }
         if let Some(partition) = scene.faces().partition() {
             // So far these are the numbers of pieces.
-            self.face[..len].iter_mut().for_each(|face| *face = partition.face_of(*face));
+            for (face, piece) in self.face[..len].iter_mut().zip(&mut self.piece) {
+                *piece = *face;
+                *face = partition.face_of(*piece);
+            }
         }
+    }
+
+    /// The pieces of the arrivals; without meaning where no active side is met.
+    #[inline(always)]
+    pub(crate) fn pieces(&self, scene: &Scene) -> &[u32; WIDTH] {
+        if scene.faces().are_grouped() { &self.piece } else { &self.face }
     }
 
     /// Once more where surfaces are triangles cut in cells, or cut into leaves.

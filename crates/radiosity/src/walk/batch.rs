@@ -165,7 +165,8 @@ impl<N: Numbers, E: Scorer<C>, F: Fate<C>, const C: usize> Walker<'_, N, E, F, C
             self.estimator.expect(&arrivals.face[..self.len]);
             let (decided, ended) = self.decide(&hits, &arrivals);
             self.go_on(&hits, &arrivals, decided.survived, &draws);
-            self.estimator.locate(self.isa, self.scene, self.len, &hits, &arrivals.face);
+            let pieces = arrivals.pieces(self.scene);
+            self.estimator.locate(self.isa, self.scene, self.len, &hits, pieces);
             self.estimator.score(&arrivals.face, &decided, &self.weights);
             self.replace(ended, newborns);
         }
@@ -187,7 +188,7 @@ impl<N: Numbers, E: Scorer<C>, F: Fate<C>, const C: usize> Walker<'_, N, E, F, C
         let surface = &self.scene.surfaces()[number as usize];
         self.estimator.begin(lane, self.scene.face_at(number, cell, side));
         let uv = surface.point_in_cell(cell, [(point >> 32) as u32, point as u32].map(unit_32));
-        self.estimator.born_at(lane, surface, cell, uv);
+        self.estimator.born_at(lane, self.scene, [number, cell], uv);
         self.departures.surface[lane] = number;
         self.departures.facing[lane] = side.sign();
         self.departures.uv.iter_mut().zip(uv).for_each(|(row, uv)| row[lane] = uv);
@@ -234,7 +235,7 @@ impl<N: Numbers, E: Scorer<C>, F: Fate<C>, const C: usize> Walker<'_, N, E, F, C
         self.departures.uv = arrivals.uv;
         self.departures.direction = *directions;
         if self.space == Space::Discrete
-            && let Some(scatter) = &self.scene.parts.scatter
+            && let Some(scatter) = self.scene.points_of_groups()
         {
             scatter.spread(self.scene.surfaces(), survived, &arrivals.face, points, &mut self.departures);
         }
@@ -462,10 +463,7 @@ mod tests {
     fn every_instruction_set_gives_the_same_bits() {
         let end = InfiniteEnd::Roulette { threshold: 0.01 };
         let scores: [fn(Estimator) -> Score; 2] = [Score::Of, Score::Linear];
-        // Groups have no slopes.
-        for (spec, scores) in
-            [(room(), &scores[..]), (grouped_room(), &scores[..1]), (divided_room(), &scores[..])]
-        {
+        for spec in [room(), grouped_room(), divided_room()] {
             let on = |isa| Scene::build_for(&spec, IndexChoice::Flat, isa).unwrap();
             for estimator in [Estimator::Collision, Estimator::Absorption, Estimator::Infinite(end)] {
                 for space in [Space::Discrete, Space::Continuous] {

@@ -7,7 +7,6 @@
 use super::estimator::Event;
 use super::spots::Spot;
 use super::visits::{Kept, Path, SEARCHED, Visits, empty_paths};
-use crate::geometry::surface::Surface;
 use crate::random::rng::WalkRng;
 use crate::scene::Scene;
 use crate::simd::batch::{Decisions, WIDTH};
@@ -27,12 +26,12 @@ pub(crate) trait Scorer<const C: usize> {
     fn begin(&mut self, lane: usize, birth: u32);
     /// The walks have arrived on these faces with these weights, and this became of them.
     fn score(&mut self, faces: &[u32; WIDTH], decided: &Decisions, weights: &[[f64; C]; WIDTH]);
-    /// Walk `lane` was born in a cell of a surface, at these local coordinates.
+    /// Walk `lane` was born on a surface, in a cell of it, at these local coordinates.
     #[inline(always)]
-    fn born_at(&mut self, _lane: usize, _surface: &Surface, _cell: u32, _uv: [f64; 2]) {}
-    /// The walks have met these points on these faces, of which those on active sides will be scored.
+    fn born_at(&mut self, _lane: usize, _scene: &Scene, _place: [u32; 2], _uv: [f64; 2]) {}
+    /// The walks have met these points on these pieces, of which those on active sides will be scored.
     #[inline(always)]
-    fn locate(&mut self, _isa: Isa, _scene: &Scene, _len: usize, _hits: &Hits, _faces: &[u32; WIDTH]) {}
+    fn locate(&mut self, _isa: Isa, _scene: &Scene, _len: usize, _hits: &Hits, _pieces: &[u32; WIDTH]) {}
     /// Walk `lane` has ended.
     fn end(&mut self, lane: usize, rng: WalkRng);
     /// Walk `from` goes on as walk `to`.
@@ -187,8 +186,8 @@ impl<B: HitSlate> Scorer<1> for ShootHits<'_, B> {
     }
 
     #[inline(always)]
-    fn locate(&mut self, isa: Isa, scene: &Scene, len: usize, hits: &Hits, faces: &[u32; WIDTH]) {
-        B::Spot::locate(&mut self.spots, isa, scene, len, hits, faces);
+    fn locate(&mut self, isa: Isa, scene: &Scene, len: usize, hits: &Hits, pieces: &[u32; WIDTH]) {
+        B::Spot::locate(&mut self.spots, isa, scene, len, hits, pieces);
     }
 
     #[inline(always)]
@@ -288,8 +287,8 @@ impl<B: Slate<C>, const C: usize> Scorer<C> for Gather<'_, B, C> {
     }
 
     #[inline(always)]
-    fn born_at(&mut self, lane: usize, surface: &Surface, cell: u32, uv: [f64; 2]) {
-        B::Spot::of_birth(surface, cell, uv).put(&mut self.births, lane);
+    fn born_at(&mut self, lane: usize, scene: &Scene, place: [u32; 2], uv: [f64; 2]) {
+        B::Spot::of_birth(scene, place, uv).put(&mut self.births, lane);
     }
 
     #[inline(always)]

@@ -4,7 +4,8 @@ use super::visits::Kept;
 use crate::geometry::basis::{of_step, slopes_at};
 use crate::geometry::landing::{Landing, Landings};
 use crate::geometry::places::Places;
-use crate::geometry::surface::Surface;
+use crate::geometry::planes::Planes;
+use crate::geometry::spec::Side;
 use crate::scene::Scene;
 use crate::simd::batch::{Lanes, WIDTH};
 use crate::simd::isa::{Isa, on_isa};
@@ -14,10 +15,10 @@ use crate::trace::ray::Hits;
 /// What is kept of the place where a walk scores, and of several places together: `()`, or the sums of ψ₁ and ψ₂ there [slope
 /// units].
 pub(crate) trait Spot: Kept<Sums = <Self as Kept>::Row> {
-    /// The spot of a birth in a cell of a surface, at these local coordinates.
-    fn of_birth(surface: &Surface, cell: u32, uv: [f64; 2]) -> Self;
-    /// The spots of the first `len` hits, on these faces. They mean nothing where no surface is met.
-    fn locate(row: &mut Self::Row, isa: Isa, scene: &Scene, len: usize, hits: &Hits, faces: &[u32; WIDTH]);
+    /// The spot of a birth on a surface, in a cell of it, at these local coordinates.
+    fn of_birth(scene: &Scene, place: [u32; 2], uv: [f64; 2]) -> Self;
+    /// The spots of the first `len` hits, on these pieces. They mean nothing where no surface is met.
+    fn locate(row: &mut Self::Row, isa: Isa, scene: &Scene, len: usize, hits: &Hits, pieces: &[u32; WIDTH]);
 }
 
 impl Kept for () {
@@ -38,7 +39,7 @@ impl Kept for () {
 
 impl Spot for () {
     #[inline(always)]
-    fn of_birth(_: &Surface, _: u32, _: [f64; 2]) {}
+    fn of_birth(_: &Scene, _: [u32; 2], _: [f64; 2]) {}
     #[inline(always)]
     fn locate((): &mut (), _: Isa, _: &Scene, _: usize, _: &Hits, _: &[u32; WIDTH]) {}
 }
@@ -79,25 +80,35 @@ impl Kept for [i64; 2] {
 
 impl Spot for [i64; 2] {
     #[inline(always)]
-    fn of_birth(surface: &Surface, cell: u32, uv: [f64; 2]) -> Self {
-        slopes_at(surface.place_in_cell(cell, uv), surface.is_triangle()).map(Into::into)
+    fn of_birth(scene: &Scene, [number, cell]: [u32; 2], uv: [f64; 2]) -> Self {
+        let surface = &scene.surfaces()[number as usize];
+        let slopes = match scene.planes() {
+            None => slopes_at(surface.place_in_cell(cell, uv), surface.is_triangle()),
+            // Both sides have one basis.
+            Some(planes) => planes.slopes_at(surface.piece(cell, Side::Front), uv),
+        };
+        slopes.map(Into::into)
     }
 
     #[inline(always)]
-    fn locate(row: &mut Slopes, isa: Isa, scene: &Scene, len: usize, hits: &Hits, faces: &[u32; WIDTH]) {
-        locate_all(row, isa, scene, len, hits, faces);
+    fn locate(row: &mut Slopes, isa: Isa, scene: &Scene, len: usize, hits: &Hits, pieces: &[u32; WIDTH]) {
+        locate_all(row, isa, scene, len, hits, pieces);
     }
 }
 
-fn locate_all(row: &mut Slopes, isa: Isa, scene: &Scene, len: usize, hits: &Hits, faces: &[u32; WIDTH]) {
+fn locate_all(row: &mut Slopes, isa: Isa, scene: &Scene, len: usize, hits: &Hits, pieces: &[u32; WIDTH]) {
     let (slopes, landings) = (&mut *row, &scene.parts.landings);
-    let again = match &scene.parts.places {
-        None => {
+    let again = match (scene.planes(), &scene.parts.places) {
+        (Some(planes), _) => {
+            on_isa!(isa, locate_in_groups(slopes: &mut Slopes, planes: &Planes, len: usize, hits: &Hits, pieces: &[u32; WIDTH]));
+            false
+        }
+        (None, None) => {
             on_isa!(isa, locate(slopes: &mut Slopes, landings: &Landings, len: usize, hits: &Hits));
             landings.has_rows()
         }
-        Some(places) => {
-            on_isa!(isa, locate_in_pieces(slopes: &mut Slopes, places: &Places, len: usize, hits: &Hits, faces: &[u32; WIDTH]));
+        (None, Some(places)) => {
+            on_isa!(isa, locate_in_pieces(slopes: &mut Slopes, places: &Places, len: usize, hits: &Hits, pieces: &[u32; WIDTH]));
             places.has_triangles()
         }
     };
@@ -109,13 +120,14 @@ fn locate_all(row: &mut Slopes, isa: Isa, scene: &Scene, len: usize, hits: &Hits
 /// Locates hits once more where surfaces are triangles.
 fn locate_in_triangles(row: &mut Slopes, scene: &Scene, len: usize, hits: &Hits) {
     Lanes::first(len).each(|lane| {
-        let surface = match hits.surface[lane] {
-            Hits::NONE => return,
-            number => &scene.surfaces()[number as usize],
-        };
+        let number = hits.surface[lane];
+        if number == Hits::NONE {
+            return;
+        }
+        let surface = &scene.surfaces()[number as usize];
         if surface.is_triangle() {
             let uv = hits.uv.each_ref().map(|row| row[lane]);
-            <[i64; 2]>::of_birth(surface, surface.cell_at(uv), uv).put(row, lane);
+            <[i64; 2]>::of_birth(scene, [number, surface.cell_at(uv)], uv).put(row, lane);
         }
     });
 }
@@ -139,12 +151,31 @@ fn locate_in_pieces<R: Real>(
     places: &Places,
     len: usize,
     hits: &Hits,
-    faces: &[u32; WIDTH],
+    pieces: &[u32; WIDTH],
 ) {
     let mut steps = [[0; WIDTH]; 2];
     for first in (0..len.min(WIDTH)).step_by(R::N) {
         let uv = hits.uv.each_ref().map(|row| R::load(&row[first..]));
-        let found = places.steps(&faces[first..], uv);
+        let found = places.steps(&pieces[first..], uv);
+        found[0].store_u32(&mut steps[0][first..]);
+        found[1].store_u32(&mut steps[1][first..]);
+    }
+    put_steps(slopes, &steps);
+}
+
+/// The slopes of hits on pieces of groups.
+#[inline(always)]
+fn locate_in_groups<R: Real>(
+    slopes: &mut Slopes,
+    planes: &Planes,
+    len: usize,
+    hits: &Hits,
+    pieces: &[u32; WIDTH],
+) {
+    let mut steps = [[0; WIDTH]; 2];
+    for first in (0..len.min(WIDTH)).step_by(R::N) {
+        let uv = hits.uv.each_ref().map(|row| R::load(&row[first..]));
+        let found = planes.steps(&pieces[first..], uv);
         found[0].store_u32(&mut steps[0][first..]);
         found[1].store_u32(&mut steps[1][first..]);
     }

@@ -104,8 +104,8 @@ impl<B: Slate<C>, const C: usize> Scorer<C> for ShootWeights<'_, B, C> {
     }
 
     #[inline(always)]
-    fn locate(&mut self, isa: Isa, scene: &Scene, len: usize, hits: &Hits, faces: &[u32; WIDTH]) {
-        B::Spot::locate(&mut self.spots, isa, scene, len, hits, faces);
+    fn locate(&mut self, isa: Isa, scene: &Scene, len: usize, hits: &Hits, pieces: &[u32; WIDTH]) {
+        B::Spot::locate(&mut self.spots, isa, scene, len, hits, pieces);
     }
 
     #[inline(always)]

@@ -3,12 +3,12 @@
 use std::path::Path;
 use std::thread;
 
-use radiosity::{Estimates, Experiment, Side, Tally};
+use radiosity::{Estimates, Experiment, Scene, Side, Tally};
 
 use crate::runs::{Failure, experiment, uniform, walk};
 
 /// The largest cells of a reference [m²].
-const FINE: f64 = 5e-3;
+const FINE: f64 = 5e-4;
 
 /// Faces above this area are told apart [m²].
 const LARGE: f64 = 1e-3;
@@ -71,21 +71,28 @@ impl Reference {
     /// The reflected light that a run has found, on the cells of the reference.
     pub fn light(&self, experiment: &Experiment, tally: &Tally) -> Vec<f64> {
         let (scene, estimates) = (experiment.scene(), Estimates::new(experiment, tally, 0.95));
-        let mut of_face = vec![0.0; scene.faces().len()];
+        // The mean and the gradient of every face.
+        let mut of_face = vec![[0.0; 3]; scene.faces().len()];
         for (face, known, channels) in estimates.known() {
-            of_face[face] = channels[0].radiosity - known.emittance[0];
+            let [u, v] = estimates.slopes(face).map_or([0.0; 2], |slopes| slopes[0].gradient);
+            of_face[face] = [channels[0].radiosity - known.emittance[0], u, v];
         }
+        let is_linear = experiment.method().is_linear();
         let mut b = Vec::new();
         for sheet in &self.sheets {
             let own = scene.surfaces()[sheet.surface as usize].cell_count().isqrt();
-            let first =
-                scene.faces().first_piece_on(sheet.surface, sheet.side).expect("a side of the reference");
+            let [front, first] = [Side::Front, sheet.side].map(|side| {
+                scene.faces().first_piece_on(sheet.surface, side).expect("a side of the reference")
+            });
             // Both grids halve the rows of the face again and again, so that the finer one has parts of the cells of both.
             let finest = own.max(sheet.rows);
             let mut sums = vec![[0.0; 2]; (sheet.rows * sheet.rows) as usize];
             for at in (0..finest * finest).map(|part| centre(part, finest)) {
                 let [sum, parts] = &mut sums[cell_at(at, sheet.rows) as usize];
-                *sum += of_face[scene.faces().face_of(first + cell_at(at, own)) as usize];
+                let cell = cell_at(at, own);
+                let [mean, u, v] = of_face[scene.faces().face_of(first + cell) as usize];
+                let [s, t] = if is_linear { on_fit(scene, front + cell, at) } else { [0.0; 2] };
+                *sum += mean + u * s + v * t;
                 *parts += 1.0;
             }
             b.extend(sums.into_iter().map(|[sum, parts]| sum / parts));
@@ -117,6 +124,13 @@ impl Reference {
         }
         products
     }
+}
+
+/// By what factors the gradients of its face count in the linear fit at a point of a piece.
+fn on_fit(scene: &Scene, piece: u32, at: [f64; 2]) -> [f64; 2] {
+    let weights = scene.faces().corner_weights(piece, at);
+    let corners = scene.corners_on_fit(piece);
+    [0, 1].map(|k| corners.iter().zip(weights).map(|(corner, weight)| weight * corner[k]).sum())
 }
 
 /// The centroid of a cell of a triangle of some rows.

@@ -2,7 +2,7 @@
 //!
 //! `cargo run --release -p results --example groups -- docs/results [millions of walks of a reference]` writes `groups.md` into the folder.
 //!
-//! Errors are measured on cells of at most 50 cm² against two references of independent walks, whose noise drops out of products.
+//! Errors are measured on cells of at most 5 cm² against two references of independent walks, whose noise drops out of products.
 
 mod light;
 mod page;

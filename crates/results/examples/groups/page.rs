@@ -14,7 +14,7 @@ pub fn write(folder: &Path, millions: u64, (uniform, chosen): (&[Found], &[Found
          `cargo run --release -p results --example groups -- docs/results {millions}` writes this page, radwalk {}.\n\n\
          The scene is `scenes::interior` of {} triangles as an OBJ file: two furnished rooms, an object for each piece of furniture. Errors are relative L2\n\
          errors of the reflected light, noise and discretisation together, against two references of {millions} million walks each. *All light*: on cells of at most\n\
-         50 cm². *Faces*: of the means of faces above 10 cm², for which one patch a face has noise alone. Times are processor times of one core:\n\
+         5 cm². *Faces*: of the means of faces above 10 cm², for which one patch a face has noise alone. Times are processor times of one core:\n\
          walks, and for chosen patches pilot and choice, without reading the file and writing the results.\n",
         env!("CARGO_PKG_VERSION"),
         uniform[0].patches,
@@ -58,9 +58,10 @@ fn errors(
         let time = chosen.walking + chosen.choosing;
         writeln!(
             text,
-            " **{}**, {} | {time:.2} s, {:.2} s | {needed} |",
+            " **{}**, {} {} | {time:.2} s, {:.2} s | {needed} |",
             percent(error),
             chosen.patches,
+            if chosen.is_linear { "linear" } else { "constant" },
             chosen.choosing
         )?;
     }

@@ -28,6 +28,8 @@ pub struct Found {
     pub choosing: f64,
     /// The foretold noise and discretisation, relative to the light.
     pub foretold: [f64; 2],
+    /// Whether light is told by linear fits.
+    pub is_linear: bool,
 }
 
 impl Found {
@@ -88,7 +90,8 @@ fn found(job: &Path, partition: &Partition, walks: u64, reference: &Reference) -
     let [one, other] = tallies.map(|tally| reference.light(&experiment, &tally));
     let patches = experiment.scene().faces().patch_count();
     let errors = reference.errors([&one, &other]);
-    Ok(Found { patches, errors, walks, walking, choosing: 0.0, foretold: [0.0; 2] })
+    let is_linear = experiment.method().is_linear();
+    Ok(Found { patches, errors, walks, walking, choosing: 0.0, foretold: [0.0; 2], is_linear })
 }
 
 /// Processor time of this thread [s].

@@ -82,7 +82,7 @@ fn assert_agrees(name: &str, spec: &SceneSpec) {
     let scene = Scene::build(spec, IndexChoice::Tree).unwrap();
     let rays = rays(&scene, 3_000);
     let (surfaces, facets) = (scene.surfaces().to_vec(), scene.parts.facets.clone());
-    let Index::Tree(mut tree) = scene.parts.index.clone() else { panic!("a tree was asked for") };
+    let Index::Tree(mut tree) = (*scene.parts.index).clone() else { panic!("a tree was asked for") };
     let (mut scratch, mut hits) = (Box::default(), Hits::default());
     let leaves = tree.leaves(facets.len());
     let flat = |isa| Flat::new(isa, &surfaces, &facets);

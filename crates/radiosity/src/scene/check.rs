@@ -1,0 +1,105 @@
+//! Whether the surfaces of a scene can be walked in.
+
+use super::SceneError;
+use crate::geometry::spec::{SceneSpec, Shape, Spectrum, SurfaceSpec};
+
+/// The most patches a scene may have: patch numbers are 32 bits wide.
+const MAX_PATCHES: u64 = 1 << 31;
+
+/// The most cells of the grids that hold the leaves of all surfaces: a table has the leaf of each.
+const MAX_GRID_CELLS: u64 = 1 << 24;
+
+/// Whether every surface is valid, and there are neither none nor too many.
+pub(super) fn check(spec: &SceneSpec) -> Result<(), SceneError> {
+    if spec.surfaces.is_empty() {
+        return Err(SceneError::Whole(
+            "the scene has no surface (nothing could be hit); add a [[surface]] or a [[mesh]]".into(),
+        ));
+    }
+    for (number, surface) in spec.surfaces.iter().enumerate() {
+        check_surface(surface).map_err(|(key, problem)| SceneError::Surface {
+            surface: number,
+            key,
+            problem,
+        })?;
+    }
+    let face_count: f64 = spec.surfaces.iter().map(|s| s.shape.cell_count() as f64 * s.sides.count()).sum();
+    if face_count > MAX_PATCHES as f64 {
+        return Err(SceneError::Whole(format!(
+            "the scene has {face_count} patches (two-sided ones count twice), more than {MAX_PATCHES} (their numbers are 32 bits wide); use coarser `patches`"
+        )));
+    }
+    let grid_cells = spec.surfaces.iter().map(|surface| match &surface.shape {
+        Shape::Divided { leaves, .. } => leaves.grid().map(u64::from).iter().product::<u64>(),
+        _ => 0,
+    });
+    let grid_cells: u64 = grid_cells.sum();
+    if grid_cells > MAX_GRID_CELLS {
+        return Err(SceneError::Whole(format!(
+            "the rectangles that surfaces are cut into lie on grids of {grid_cells} cells, more than {MAX_GRID_CELLS} (walks look them up in a table); cut them less often"
+        )));
+    }
+    Ok(())
+}
+
+type Fault = (&'static str, String);
+
+fn check_surface(surface: &SurfaceSpec) -> Result<(), Fault> {
+    let outline = match surface.shape {
+        Shape::Parallelogram { .. } | Shape::Divided { .. } => "quad",
+        Shape::Triangle { .. } => "triangle",
+    };
+    let corners = surface.shape.corners();
+    if !corners.iter().all(|corner| corner.is_finite()) {
+        return Err((outline, "a corner is not a finite number; write finite coordinates in metres".into()));
+    }
+    let (_, e_u, e_v) = surface.shape.edges();
+    let (area, extent) = (e_u.cross(e_v).length(), e_u.length() * e_v.length());
+    let largest = corners.iter().fold(0.0_f64, |max, corner| max.max(corner.abs().max_element()));
+    // Below this the direction of the normal is rounding noise.
+    let noise = 8.0 * f64::EPSILON * largest * e_u.length().max(e_v.length());
+    if !(area.is_finite() && extent.is_finite() && area > noise && area > 1e-12 * extent) {
+        return Err((
+            outline,
+            format!(
+                "the surface has no area ({area:e} m²; its corners coincide or lie on a line); remove it or move a corner"
+            ),
+        ));
+    }
+    if surface.shape.cell_count() == 0 {
+        return Err((
+            "patches",
+            "a surface must have at least one patch; write 1 or more along each side".into(),
+        ));
+    }
+    if surface.shape.cell_count() > MAX_PATCHES {
+        return Err(("patches", format!("more than {MAX_PATCHES} patches on one surface; use fewer")));
+    }
+    check_reflectance(surface.reflectance).map_err(|problem| ("reflectance", problem))?;
+    check_emittance(surface.emittance).map_err(|problem| ("emittance", problem))?;
+    for &(cell, emittance) in &surface.cell_emittance {
+        if u64::from(cell) >= surface.shape.cell_count() {
+            return Err(("emit", format!("cell {cell} does not exist on this surface")));
+        }
+        check_emittance(emittance).map_err(|problem| ("emit", problem))?;
+    }
+    Ok(())
+}
+
+fn check_reflectance(reflectance: Spectrum) -> Result<(), String> {
+    let outside = reflectance.channels().into_iter().find(|channel| !(0.0..1.0).contains(channel));
+    outside.map_or(Ok(()), |outside| {
+        Err(format!(
+            "{outside} is outside [0, 1) (walks would never end, or power be negative); choose 0 ≤ reflectance < 1"
+        ))
+    })
+}
+
+fn check_emittance(emittance: Spectrum) -> Result<(), String> {
+    let outside = emittance.channels().into_iter().find(|channel| !(channel.is_finite() && *channel >= 0.0));
+    outside.map_or(Ok(()), |outside| {
+        Err(format!(
+            "{outside} is not a finite number ≥ 0 (surfaces cannot emit negative power); give W/m² ≥ 0"
+        ))
+    })
+}
