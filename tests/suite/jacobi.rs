@@ -48,6 +48,17 @@ fn intervals_are_true_where_light_hides() {
     judge(&chains(&rooms, 1 << 14), &truth, 60).agrees(0.3);
 }
 
+/// The dark end of a long box, where a link to the bright end is rare: the mean of eight chains and their spread are too low together.
+/// Student's intervals as such cover 92 % there, six standard errors of the coverage below what they say. False alarm: 6·10⁻⁵.
+#[test]
+fn intervals_are_true_where_a_dark_end_hangs_on_few_links() {
+    let long_box = scenes::corridor(8);
+    let truth = exactly(&long_box);
+    let coverage = judge(&chains(&long_box, 43 * truth.len() as u64), &truth, 100).coverage;
+    assert!(coverage.error < 0.006, "the test is blunt: {coverage:?}");
+    assert!(coverage.is(CONFIDENCE, 4.0), "{coverage:?}");
+}
+
 /// Tests BS §4's own iterations, with both kinds of births and of numbers.
 #[test]
 fn intervals_of_iterations_are_true() {

@@ -2,6 +2,7 @@
 
 mod batches;
 mod board;
+mod chains;
 pub(crate) mod exchange;
 mod gathering;
 mod groups;

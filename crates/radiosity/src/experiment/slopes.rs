@@ -3,8 +3,9 @@
 use stats::Moments;
 
 use crate::experiment::Experiment;
+use crate::experiment::chains::Student;
 use crate::experiment::meaning::Meaning;
-use crate::experiment::solution::{Estimates, Student};
+use crate::experiment::solution::Estimates;
 use crate::geometry::face::Face;
 use crate::scene::Scene;
 use crate::tally::Tally;

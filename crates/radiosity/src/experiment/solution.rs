@@ -4,6 +4,7 @@ use std::ops::Deref;
 
 use stats::{Moments, Sample};
 
+use super::chains::{Links, Student, estimate_of_chains};
 use super::mixture::Shares;
 use crate::experiment::{Experiment, Meaning};
 use crate::geometry::face::Face;
@@ -117,6 +118,8 @@ pub struct Estimates<'a> {
     confidence: f64,
     /// Where the tally is of chains.
     pub(super) student: Option<Student>,
+    /// Where the tally is of chains of links.
+    links: Option<Links>,
     /// Where it is not the light of the walked scene that is estimated.
     shares: Option<Shares>,
 }
@@ -125,10 +128,11 @@ impl<'a> Estimates<'a> {
     /// The solution of a tally of at least one walk; every interval has the level `confidence`.
     pub fn new(experiment: &'a Experiment, tally: &'a Tally, confidence: f64) -> Self {
         let student = (!experiment.unit().is_walk()).then(|| Student::new(tally.counts.walks, confidence));
+        let links = Links::new(experiment, tally);
         let of_mixture =
             || Shares::new(experiment.groups()?, |class| experiment.factor_of(class.source)).into();
         let shares = experiment.mixture().and_then(|_| of_mixture());
-        Estimates { experiment, tally, confidence, student, shares }
+        Estimates { experiment, tally, confidence, student, links, shares }
     }
 
     /// The light of one source alone, by number; `None` where there is no such source.
@@ -217,7 +221,9 @@ impl<'a> Estimates<'a> {
             let confidence = self.confidence;
             Some(match (&self.student, self.shares.as_ref().zip(self.experiment.groups())) {
                 (Some(student), _) => {
-                    estimate_of_chains(face, channel, &moments(), self.tally.events(i), &meaning, student)
+                    let one_link = self.links.as_ref().map_or(0.0, |links| links.one((i, face), channel));
+                    let sample = (&moments(), self.tally.events(i));
+                    estimate_of_chains(face, channel, sample, &meaning, (student, one_link))
                 }
                 (None, Some((shares, groups))) => {
                     let sample = shares.sample(groups, self.tally, (i, channel));
@@ -422,72 +428,6 @@ fn estimate(
 /// The number of equal scores with the same information: (Σx)²/Σx².
 fn effective_scores(sample: &Sample) -> f64 {
     if sample.sum_sq > 0.0 { sample.sum / sample.sum_sq * sample.sum } else { 0.0 }
-}
-
-/// The estimate from the mean of n independent chains: its error follows Student's t with n − 1 degrees of freedom.
-#[derive(Clone, Debug)]
-pub(super) struct Student {
-    /// Half-width of the interval, in standard errors of the mean; `None` of a single chain.
-    quantile: Option<f64>,
-    /// √(ν/(ν − 2)): the standard deviation of t; `None` where that is infinite, of 3 chains or fewer.
-    pub(super) deviation: Option<f64>,
-}
-
-impl Student {
-    pub(super) fn new(chains: u64, confidence: f64) -> Self {
-        let freedom = chains.saturating_sub(1);
-        let quantile = (freedom > 0).then(|| stats::student_quantile(0.5 + 0.5 * confidence, freedom));
-        let deviation = (freedom > 2).then(|| (freedom as f64 / (freedom - 2) as f64).sqrt());
-        Student { quantile, deviation }
-    }
-
-    /// What scores of `per_unit` each tell of a mean that is at most `most`. The standard error is that of the whole
-    /// distribution, √(ν/(ν − 2)) times s/√n: it would be too small by as much, had the sample's own been taken for the
-    /// truth. What a single chain says, or chains that all say the same, is bounded by `most` alone.
-    pub(super) fn told(&self, moments: &Moments, per_unit: f64, most: f64) -> Told {
-        let mean = per_unit * moments.mean().unwrap_or(0.0);
-        let sample_error =
-            moments.standard_error().map(|error| per_unit * error).filter(|&error| error > 0.0);
-        let (low, high) = match sample_error.zip(self.quantile) {
-            Some((error, quantile)) => ((mean - quantile * error).max(0.0), mean + quantile * error),
-            None => (0.0, most.max(mean)),
-        };
-        let error = sample_error.zip(self.deviation).map(|(error, deviation)| deviation * error);
-        Told { mean, error, low, high }
-    }
-}
-
-/// A mean, its standard error, and its interval.
-pub(super) struct Told {
-    pub(super) mean: f64,
-    pub(super) error: Option<f64>,
-    pub(super) low: f64,
-    pub(super) high: f64,
-}
-
-/// The mean of the chains and its Student interval.
-fn estimate_of_chains(
-    face: &Face,
-    channel: usize,
-    moments: &Moments,
-    landed: u128,
-    meaning: &Meaning,
-    student: &Student,
-) -> Estimate {
-    let per_event = meaning.irradiance_per_event.unwrap_or(0.0);
-    let (emitted, reflectance) = (face.emittance[channel], face.reflectance[channel]);
-    let Told { mean, error, low, high } = student.told(moments, meaning.unit * per_event, per_event);
-    Estimate {
-        radiosity: emitted + reflectance * mean,
-        std_error: error.map(|error| reflectance * error),
-        ci_low: emitted + reflectance * low,
-        ci_high: emitted + reflectance * high,
-        irradiance: meaning.irradiance_per_event.map(|_| mean),
-        irradiance_error: meaning.irradiance_per_event.and(error),
-        hits: landed,
-        effective_scores: landed as f64,
-        bias_bound: meaning.bias_bound,
-    }
 }
 
 /// The exact power sums of one score on one face.

@@ -11,7 +11,7 @@ const EXPOSED_SHARE: f64 = 0.95;
 /// The brightness that the exposure gives to this part at most, as light; 1 is white.
 pub(super) const EXPOSED_LIGHT: f64 = 0.7;
 
-/// Red, green, blue; 0 … 1. Equal where the scene is grey.
+/// Red, green, blue; 0 … 1. Of a grey scene the first counts.
 pub(super) type Light = [f64; 3];
 
 /// The mean of some lights, channel by channel.

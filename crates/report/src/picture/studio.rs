@@ -162,7 +162,7 @@ impl<'a> Studio<'a> {
             }
         }
         let channels = self.scene.channels();
-        let byte = |&light: &f64| (self.shades.of(light) * 255.0).round() as u8;
+        let byte = |&light: &f64| (self.shades.of(light) * 255.0 + 0.5) as u8;
         let bytes = pixels.iter().flat_map(|pixel| pixel.light[..channels].iter().map(byte)).collect();
         (bytes, pixels.iter().map(|pixel| pixel.value).collect())
     }
@@ -222,10 +222,13 @@ impl<'a> Studio<'a> {
         })
     }
 
-    /// Light from what is seen.
+    /// Light from what is seen, in the channels of the scene.
     fn light(&self, radiosity: Option<[f64; 3]>) -> Light {
-        radiosity.map_or([BACKGROUND; 3], |radiosity| {
-            std::array::from_fn(|c| (radiosity[c] * self.exposure[c]).min(1.0))
-        })
+        let Some(radiosity) = radiosity else { return [BACKGROUND; 3] };
+        let mut light = [0.0; 3];
+        for c in 0..self.scene.channels() {
+            light[c] = (radiosity[c] * self.exposure[c]).min(1.0);
+        }
+        light
     }
 }

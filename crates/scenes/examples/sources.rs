@@ -1,4 +1,4 @@
-//! What it costs to tell sources apart and to measure what materials do: `cargo run --release -p scenes --example groups`
+//! What it costs to tell sources apart and to measure what materials do: `cargo run --release -p scenes --example sources`
 //! prints rates of walks, each against walks without groups that are timed in turn, as tables for `docs/guide/sources.md`.
 
 use std::error::Error;
