@@ -4,7 +4,6 @@ use std::collections::HashSet;
 
 use stats::Moments;
 
-use super::solution::Estimate;
 use crate::experiment::{Experiment, Meaning};
 use crate::geometry::face::Face;
 use crate::jacobi::plan::Solve;
@@ -55,31 +54,6 @@ pub(super) struct Told {
     pub(super) error: Option<f64>,
     pub(super) low: f64,
     pub(super) high: f64,
-}
-
-/// The mean of the chains and its Student interval.
-pub(super) fn estimate_of_chains(
-    face: &Face,
-    channel: usize,
-    (moments, landed): (&Moments, u128),
-    meaning: &Meaning,
-    (student, one_link): (&Student, f64),
-) -> Estimate {
-    let per_event = meaning.irradiance_per_event.unwrap_or(0.0);
-    let (emitted, reflectance) = (face.emittance[channel], face.reflectance[channel]);
-    let Told { mean, error, low, high } =
-        student.told(moments, meaning.unit * per_event, per_event, one_link);
-    Estimate {
-        radiosity: emitted + reflectance * mean,
-        std_error: error.map(|error| reflectance * error),
-        ci_low: emitted + reflectance * low,
-        ci_high: emitted + reflectance * high,
-        irradiance: meaning.irradiance_per_event.map(|_| mean),
-        irradiance_error: meaning.irradiance_per_event.and(error),
-        hits: landed,
-        effective_scores: landed as f64,
-        bias_bound: meaning.bias_bound,
-    }
 }
 
 /// What one link brings. A patch in the dark that is lit by m links in all chains is brighter by 1/m for each link more to where it

@@ -4,7 +4,7 @@ use std::ops::Deref;
 
 use stats::{Moments, Sample};
 
-use super::chains::{Links, Student, estimate_of_chains};
+use super::chains::{Links, Student, Told};
 use super::mixture::Shares;
 use crate::experiment::{Experiment, Meaning};
 use crate::geometry::face::Face;
@@ -428,6 +428,31 @@ fn estimate(
 /// The number of equal scores with the same information: (Σx)²/Σx².
 fn effective_scores(sample: &Sample) -> f64 {
     if sample.sum_sq > 0.0 { sample.sum / sample.sum_sq * sample.sum } else { 0.0 }
+}
+
+/// The mean of the chains and its Student interval.
+fn estimate_of_chains(
+    face: &Face,
+    channel: usize,
+    (moments, landed): (&Moments, u128),
+    meaning: &Meaning,
+    (student, one_link): (&Student, f64),
+) -> Estimate {
+    let per_event = meaning.irradiance_per_event.unwrap_or(0.0);
+    let (emitted, reflectance) = (face.emittance[channel], face.reflectance[channel]);
+    let Told { mean, error, low, high } =
+        student.told(moments, meaning.unit * per_event, per_event, one_link);
+    Estimate {
+        radiosity: emitted + reflectance * mean,
+        std_error: error.map(|error| reflectance * error),
+        ci_low: emitted + reflectance * low,
+        ci_high: emitted + reflectance * high,
+        irradiance: meaning.irradiance_per_event.map(|_| mean),
+        irradiance_error: meaning.irradiance_per_event.and(error),
+        hits: landed,
+        effective_scores: landed as f64,
+        bias_bound: meaning.bias_bound,
+    }
 }
 
 /// The exact power sums of one score on one face.
