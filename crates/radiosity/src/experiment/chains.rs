@@ -10,6 +10,11 @@ use crate::jacobi::plan::Solve;
 use crate::method::{Chains, Method};
 use crate::tally::Tally;
 
+/// How much shorter the lower half of an interval is, and how much longer the upper one, by contributions: both are measured
+/// (docs/theory/intervals.md).
+const LEAN_BELOW: f64 = 2.0;
+const LEAN_ABOVE: f64 = 4.0;
+
 /// The estimate from the mean of n independent chains: its error follows Student's t with n − 1 degrees of freedom.
 #[derive(Clone, Debug)]
 pub(super) struct Student {
@@ -38,7 +43,8 @@ impl Student {
         let (low, high) = match sample_error.zip(self.quantile) {
             Some((error, quantile)) => {
                 let (half_width, few) = (quantile * error, if mean > 0.0 { one / mean } else { 0.0 });
-                let (below, above) = (half_width / (1.0 + 2.0 * few), half_width * (1.0 + 4.0 * few));
+                let below = half_width / (1.0 + LEAN_BELOW * few);
+                let above = half_width * (1.0 + LEAN_ABOVE * few);
                 ((mean - below).max(0.0), mean + above)
             }
             None => (0.0, most.max(mean)),
