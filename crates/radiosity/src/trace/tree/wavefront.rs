@@ -99,7 +99,7 @@ impl Gate {
         L::load(plane).mul_sub(L::splat(self.inverse[axis]), L::splat(self.enter[axis]))
     }
 
-    /// Where it leaves them.
+    /// Where the ray leaves sixteen slabs of an axis.
     #[inline(always)]
     fn leaves<L: Lanes>(&self, node: &Node, axis: usize) -> L {
         let plane = &node[2 * axis + usize::from(!self.downwards[axis])].0;
