@@ -10,9 +10,10 @@ use crate::jacobi::plan::Solve;
 use crate::method::{Chains, Method};
 use crate::tally::Tally;
 
-/// How much shorter the lower half of an interval is, and how much longer the upper one, by contributions: both are measured
-/// (docs/theory/intervals.md).
-const LEAN_BELOW: f64 = 2.0;
+/// How much shorter the lower half of an interval is, by the relative standard error, as Garwood's limits of a Poisson number are.
+const LEAN_BELOW: f64 = 0.5;
+
+/// How much longer the upper half of an interval is, by contributions: measured (docs/theory/intervals.md).
 const LEAN_ABOVE: f64 = 4.0;
 
 /// The estimate from the mean of n independent chains: its error follows Student's t with n − 1 degrees of freedom.
@@ -42,8 +43,10 @@ impl Student {
             moments.standard_error().map(|error| per_unit * error).filter(|&error| error > 0.0);
         let (low, high) = match sample_error.zip(self.quantile) {
             Some((error, quantile)) => {
-                let (half_width, few) = (quantile * error, if mean > 0.0 { one / mean } else { 0.0 });
-                let below = half_width / (1.0 + LEAN_BELOW * few);
+                let half_width = quantile * error;
+                let (few, relative) =
+                    if one > 0.0 && mean > 0.0 { (one / mean, error / mean) } else { (0.0, 0.0) };
+                let below = half_width * (1.0 - LEAN_BELOW * relative.min(1.0));
                 let above = half_width * (1.0 + LEAN_ABOVE * few);
                 ((mean - below).max(0.0), mean + above)
             }
