@@ -138,7 +138,7 @@ impl Geometry {
             Between::Everything => Estimated::default(),
             Between::Nothing => Estimated::certain(contour::exchange_area(p.0, q.0)),
             Between::Some(between) => {
-                let penumbra = Penumbra { occluders: &self.occluders, between: &between };
+                let penumbra = Penumbra::new(&self.occluders, &between);
                 penumbra.exchange_area((p.0, p.1), (q.0, q.1), goal)
             }
         }

@@ -4,7 +4,7 @@
 use glam::DVec3;
 use radiosity::{Side, Stack};
 
-use crate::polygon::{Plane, Polygon, area, doubled_area_vector, in_front, without};
+use crate::polygon::{Plane, Polygon, Polygons, area, doubled_area_vector, in_front};
 
 /// The layers of a scene.
 #[derive(Clone, Debug)]
@@ -102,8 +102,12 @@ impl Layers {
 
     /// What of a polygon no surface of these covers.
     fn uncovered(&self, polygon: Polygon, covering: &[u32]) -> Vec<Polygon> {
-        let prisms = covering.iter().map(|&surface| &self.surfaces[surface as usize].prism);
-        prisms.fold(vec![polygon], |rest, prism| without(rest, prism, self.tolerance))
+        let mut rest = Polygons::default();
+        rest.begin(&polygon);
+        for &surface in covering {
+            rest.take_away(&self.surfaces[surface as usize].prism, self.tolerance);
+        }
+        rest.iter().map(<[DVec3]>::to_vec).collect()
     }
 
     /// The polygon that two polygons in one plane share; empty if they share none.

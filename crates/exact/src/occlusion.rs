@@ -2,7 +2,7 @@
 
 use glam::{DVec2, DVec3};
 
-use crate::polygon::{Plane, Polygon, bounding_sphere, in_front, without};
+use crate::polygon::{Plane, Polygon, Polygons, bounding_sphere, in_front};
 
 /// Corners of a surface at most.
 const MOST_CORNERS: usize = 4;
@@ -106,17 +106,21 @@ impl Occluders {
         parts
     }
 
-    /// The parts of a polygon that a point sees past some occluders.
-    pub(crate) fn visible(&self, point: DVec3, polygon: &[DVec3], occluders: &[usize]) -> Vec<Polygon> {
-        let mut visible = vec![polygon.to_vec()];
+    /// Puts the parts of a polygon that a point sees past some occluders into `visible`.
+    pub(crate) fn see(&self, point: DVec3, polygon: &[DVec3], occluders: &[usize], visible: &mut Polygons) {
+        visible.begin(polygon);
         for &number in occluders {
-            let Some(shadow) = self.occluders[number].shadow(point, self.tolerance) else { continue };
-            visible = without(visible, shadow.planes(), self.tolerance);
+            let occluder = &self.occluders[number];
+            let Some(towards) = occluder.towards(point, self.tolerance) else { continue };
+            if visible.iter().all(|part| towards.is_all_in_front(part, self.tolerance)) {
+                // All of it is on this side of the occluder.
+                continue;
+            }
+            visible.take_away(occluder.shadow(point, towards).planes(), self.tolerance);
             if visible.is_empty() {
                 break;
             }
         }
-        visible
     }
 }
 
@@ -163,21 +167,23 @@ impl Occluder {
         !separates(&self.flat, &section, tolerance) && !separates(&section, &self.flat, tolerance)
     }
 
-    /// The shadow of a light at `point`; `None` in the plane itself.
-    fn shadow(&self, point: DVec3, tolerance: f64) -> Option<Shadow> {
+    /// The plane, with `point` in front; `None` where the point is in the plane itself.
+    fn towards(&self, point: DVec3, tolerance: f64) -> Option<Plane> {
         let height = self.plane.height(point);
-        if height.abs() <= tolerance {
-            return None;
-        }
+        (height.abs() > tolerance).then(|| if height > 0.0 { self.plane } else { self.plane.flipped() })
+    }
+
+    /// The shadow of a light at `point`, which is in front of the plane `towards`.
+    fn shadow(&self, point: DVec3, towards: Plane) -> Shadow {
         // Counterclockwise seen from the light, the shadow is on the left of every edge.
-        let towards = if height > 0.0 { self.plane } else { self.plane.flipped() };
+        let sign = towards.normal.dot(self.plane.normal).signum();
         let mut planes = [towards; MOST_CORNERS + 1];
         for (k, &from) in self.outline.iter().enumerate() {
             let to = self.outline[(k + 1) % self.outline.len()];
-            let inwards = (to - from).cross(from - point) * height.signum();
+            let inwards = (to - from).cross(from - point) * sign;
             planes[k + 1] = Plane::through(point, -inwards);
         }
-        Some(Shadow { planes, count: self.outline.len() + 1 })
+        Shadow { planes, count: self.outline.len() + 1 }
     }
 }
 

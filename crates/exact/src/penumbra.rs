@@ -4,11 +4,13 @@
 //! closed (Lambert's, of j less the shadows of the occluders) and continuous, with kinks where shadows begin
 //! to touch; triangles and parallelograms of i are cut in four where a rule of degree 5 and one of degree 2 or 3 disagree.
 
+use std::cell::RefCell;
+
 use glam::DVec3;
 
 use crate::cubature::GAUSS_3;
 use crate::occlusion::Occluders;
-use crate::polygon::{Plane, area, bounding_sphere, fan, point_form_factor};
+use crate::polygon::{Plane, Polygons, area, bounding_sphere, fan, point_form_factor};
 
 /// Cuts of a triangle at most; the least then is 4⁻⁸ of the largest.
 const DEPTH: u32 = 8;
@@ -19,9 +21,11 @@ const ROUNDS: u32 = 6;
 
 /// Two polygons in front of each other, with what stands between them.
 pub(crate) struct Penumbra<'a> {
-    pub occluders: &'a Occluders,
+    occluders: &'a Occluders,
     /// Numbers of the occluders that count.
-    pub between: &'a [usize],
+    between: &'a [usize],
+    /// What a point sees, kept from point to point.
+    seen: RefCell<Polygons>,
 }
 
 /// An integral and an estimate of its error [m²].
@@ -55,7 +59,11 @@ struct View<'a> {
     target: &'a [DVec3],
 }
 
-impl Penumbra<'_> {
+impl<'a> Penumbra<'a> {
+    pub(crate) fn new(occluders: &'a Occluders, between: &'a [usize]) -> Self {
+        Penumbra { occluders, between, seen: RefCell::default() }
+    }
+
     /// A_iF_ij [m²] of polygons `p` and `q` with the planes they lie in, to about `tolerance` [m²].
     ///
     /// Integrated over `p` and, independently, over `q`, more finely until both agree: where all points of one
@@ -153,8 +161,9 @@ impl Penumbra<'_> {
 
     /// The form factor from a point to what it sees of the target.
     fn seen(&self, view: &View, point: DVec3) -> f64 {
-        let parts = self.occluders.visible(point, view.target, self.between);
-        parts.iter().map(|part| point_form_factor(point, view.normal, part)).sum()
+        let mut seen = self.seen.borrow_mut();
+        self.occluders.see(point, view.target, self.between, &mut seen);
+        seen.iter().map(|part| point_form_factor(point, view.normal, part)).sum()
     }
 }
 

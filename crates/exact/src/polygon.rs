@@ -32,6 +32,11 @@ impl Plane {
         Plane { normal: -self.normal, offset: -self.offset }
     }
 
+    /// Whether no point is further behind than `tolerance` [m].
+    pub(crate) fn is_all_in_front(&self, points: &[DVec3], tolerance: f64) -> bool {
+        points.iter().all(|&point| self.height(point) >= -tolerance)
+    }
+
     /// The lowest and the highest of some points.
     pub(crate) fn range(&self, points: &[DVec3]) -> [f64; 2] {
         points.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], &point| {
@@ -65,26 +70,138 @@ pub(crate) fn in_front(polygon: &[DVec3], plane: &Plane, tolerance: f64) -> Poly
     kept
 }
 
-/// What some polygons keep, in convex parts, if all that is behind every one of some planes is taken away.
-pub(crate) fn without(polygons: Vec<Polygon>, planes: &[Plane], tolerance: f64) -> Vec<Polygon> {
-    let whole = |polygon: &Polygon| planes.iter().any(|plane| plane.range(polygon)[0] >= -tolerance);
-    if polygons.iter().all(whole) {
-        return polygons;
+/// Convex polygons, the corners of all of them in one list; what is needed to cut them is kept from cut to cut.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Polygons {
+    list: List,
+    /// What is left of `list` while it is cut.
+    kept: List,
+    /// A polygon while planes cut it one after the other: what is behind all planes so far, and behind the next one.
+    rest: [Polygon; 2],
+    /// Its corners' heights above a plane [m].
+    heights: Vec<f64>,
+}
+
+/// Corners of polygons side by side, and where each polygon ends.
+#[derive(Clone, Debug, Default)]
+struct List {
+    corners: Polygon,
+    ends: Vec<usize>,
+}
+
+impl List {
+    fn clear(&mut self) {
+        self.corners.clear();
+        self.ends.clear();
     }
-    let (mut kept, cut): (Vec<Polygon>, Vec<Polygon>) = polygons.into_iter().partition(whole);
-    for mut part in cut {
-        for plane in planes {
-            let outside = in_front(&part, plane, tolerance);
-            if !outside.is_empty() {
-                kept.push(outside);
+
+    fn push(&mut self, polygon: &[DVec3]) {
+        self.corners.extend_from_slice(polygon);
+        self.end();
+    }
+
+    /// Makes a polygon of the corners since the last one.
+    fn end(&mut self) {
+        self.ends.push(self.corners.len());
+    }
+
+    fn iter(&self) -> impl Iterator<Item = &[DVec3]> {
+        let begins = std::iter::once(&0).chain(&self.ends);
+        begins.zip(&self.ends).map(|(&begin, &end)| &self.corners[begin..end])
+    }
+}
+
+impl Polygons {
+    /// One polygon, in place of those before.
+    pub(crate) fn begin(&mut self, polygon: &[DVec3]) {
+        self.list.clear();
+        self.list.push(polygon);
+    }
+
+    /// All of them.
+    pub(crate) fn iter(&self) -> impl Iterator<Item = &[DVec3]> {
+        self.list.iter()
+    }
+
+    pub(crate) fn is_empty(&self) -> bool {
+        self.list.ends.is_empty()
+    }
+
+    /// Takes away all that is behind every one of some planes. The rest stays, in convex parts.
+    pub(crate) fn take_away(&mut self, planes: &[Plane], tolerance: f64) {
+        let whole = |polygon: &[DVec3]| planes.iter().any(|plane| plane.is_all_in_front(polygon, tolerance));
+        let Polygons { list, kept, rest: [rest, next], heights } = self;
+        let Some(first) = list.iter().position(|polygon| !whole(polygon)) else { return };
+        kept.clear();
+        for (number, polygon) in list.iter().enumerate() {
+            if number < first || number > first && whole(polygon) {
+                kept.push(polygon);
+                continue;
             }
-            part = in_front(&part, &plane.flipped(), tolerance);
-            if part.is_empty() {
-                break;
+            rest.clear();
+            rest.extend_from_slice(polygon);
+            for plane in planes {
+                split(rest, plane, tolerance, (kept, next), heights);
+                std::mem::swap(rest, next);
+                if rest.is_empty() {
+                    break;
+                }
+            }
+        }
+        std::mem::swap(list, kept);
+    }
+}
+
+/// Adds the part of a polygon in front of a plane to a list, and puts the part behind it in place of `behind`: [`in_front`] of both
+/// sides of the plane, together.
+fn split(
+    polygon: &[DVec3],
+    plane: &Plane,
+    tolerance: f64,
+    (front, behind): (&mut List, &mut Polygon),
+    heights: &mut Vec<f64>,
+) {
+    behind.clear();
+    heights.clear();
+    heights.extend(polygon.iter().map(|&corner| plane.height(corner)));
+    let [low, high] = range(heights);
+    if low >= -tolerance || high <= tolerance {
+        // What is within the tolerance of the plane is of no side.
+        if high > tolerance {
+            front.push(polygon);
+        }
+        if low < -tolerance {
+            behind.extend_from_slice(polygon);
+        }
+        return;
+    }
+    let next = |k: usize| if k + 1 < polygon.len() { k + 1 } else { 0 };
+    for (k, (&from, &start)) in polygon.iter().zip(&*heights).enumerate() {
+        let (to, end) = (polygon[next(k)], heights[next(k)]);
+        if start >= 0.0 {
+            front.corners.push(from);
+        }
+        if start <= 0.0 {
+            behind.push(from);
+        }
+        let crosses = [(start >= 0.0) != (end >= 0.0), (start <= 0.0) != (end <= 0.0)];
+        if crosses != [false; 2] {
+            let crossing = from + (to - from) * (start / (start - end));
+            if crosses[0] {
+                front.corners.push(crossing);
+            }
+            if crosses[1] {
+                behind.push(crossing);
             }
         }
     }
-    kept
+    front.end();
+}
+
+/// The lowest and the highest of some heights.
+fn range(heights: &[f64]) -> [f64; 2] {
+    let extremes = |[low, high]: [f64; 2], &height: &f64| [low.min(height), high.max(height)];
+    heights.iter().fold([f64::INFINITY, f64::NEG_INFINITY], extremes)
 }
 
 /// The triangles of a convex polygon around its first corner.

@@ -30,7 +30,7 @@ pub(crate) struct Sight {
     /// The nearest piece of a face that faces the camera.
     pub piece: u32,
     /// The surface that the piece is on.
-    surface: u32,
+    pub surface: u32,
     /// Where on the piece's surface it is, in local coordinates.
     pub uv: [f64; 2],
     /// From the eye [m].
@@ -109,6 +109,12 @@ impl Camera {
     /// What is seen at points of the picture: x, y in pixels, from the upper left corner.
     pub(crate) fn look(&self, scene: &Scene, points: &[[f64; 2]]) -> Vec<Option<Sight>> {
         let mut sights = vec![None; points.len()];
+        self.each_sight(scene, points, |point, sight| sights[point] = Some(sight));
+        sights
+    }
+
+    /// [`Camera::look`], handed on in any order, each with the number of its point; points that show nothing are left out.
+    pub(crate) fn each_sight(&self, scene: &Scene, points: &[[f64; 2]], mut see: impl FnMut(usize, Sight)) {
         let mut lookout = Lookout::new(scene);
         let (mut glances, mut rays): (Vec<Glance>, Vec<Ray>) = (Vec::new(), Vec::new());
         for first in (0..points.len()).step_by(AT_ONCE) {
@@ -117,28 +123,30 @@ impl Camera {
             while !glances.is_empty() {
                 rays.clear();
                 rays.extend(glances.iter().map(|glance| glance.ray(self.eye)));
-                let mut hits = lookout.closest_hits(&rays).into_iter();
-                glances.retain_mut(|glance| {
-                    let Some(hit) = hits.next().flatten() else { return false };
+                let mut behind = 0;
+                lookout.each_closest_hit(&rays, |number, hit| {
+                    let (Some(hit), mut glance) = (hit, glances[number]) else { return };
                     let surface = &scene.surfaces()[hit.surface as usize];
                     glance.distance += hit.t;
                     glance.from = hit.surface;
-                    let is_active = surface.is_active(hit.side);
-                    if is_active {
-                        sights[glance.point] = Some(Sight {
+                    if surface.is_active(hit.side) {
+                        let sight = Sight {
                             piece: surface.piece(surface.cell_at(hit.uv), hit.side),
                             surface: hit.surface,
                             uv: hit.uv,
                             distance: glance.distance,
                             cosine: surface.normal().dot(glance.direction).abs(),
-                        });
+                        };
+                        see(glance.point, sight);
+                    } else {
+                        // A look that meets a back goes on behind it.
+                        glances[behind] = glance;
+                        behind += 1;
                     }
-                    // A look that meets a back goes on behind it.
-                    !is_active
                 });
+                glances.truncate(behind);
             }
         }
-        sights
     }
 
     /// The way from the eye to a point of the picture; `None` where it misses the box of a cut.
@@ -187,6 +195,7 @@ impl Camera {
 }
 
 /// A look that is under way.
+#[derive(Clone, Copy)]
 struct Glance {
     /// Which point of the picture it goes through.
     point: usize,

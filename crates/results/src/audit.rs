@@ -140,7 +140,7 @@ fn check_files(run: &Path, Kept { checkpoint, settings, experiment }: &Kept) -> 
     if let Ok(picture) = std::fs::read(run.join("radiosity.png")) {
         let mut expected = Vec::new();
         let smooth = report::Smooth::new(&estimates);
-        let drawn = report::Photo::shoot(&estimates, &smooth, &settings.view).picture;
+        let drawn = report::Photo::shoot(&estimates, &smooth, &settings.view, false).picture;
         drawn.write_png(&mut expected).map_err(in_memory)?;
         if picture != expected {
             return Err(other("radiosity.png"));

@@ -178,9 +178,11 @@ impl RunOutput {
                 (OutputFile::Vtu, _) => report::write_vtu(writer, &estimates),
                 (OutputFile::Parquet, _) => report::write_parquet(writer, &estimates),
                 (OutputFile::Picture, Some(Seen::Drawn(_, photo))) => photo.picture.write_png(writer),
-                (OutputFile::Exr, Some(Seen::Drawn(_, photo))) => {
-                    photo.values.write_exr(writer, summary.units.radiosity)
-                }
+                (OutputFile::Exr, Some(Seen::Drawn(_, photo))) => photo
+                    .values
+                    .as_ref()
+                    .expect("the file asked for them")
+                    .write_exr(writer, summary.units.radiosity),
                 (OutputFile::Glb, Some(view)) => {
                     report::write_glb(writer, &estimates, readings.as_ref(), &view.shot())
                 }
@@ -218,7 +220,7 @@ impl Seen {
         let needs = |some: &[OutputFile]| some.iter().any(|file| files.contains(file));
         if needs(&[OutputFile::Picture, OutputFile::Exr]) {
             let smooth = Smooth::new(estimates);
-            let photo = Photo::shoot(estimates, &smooth, &settings.view);
+            let photo = Photo::shoot(estimates, &smooth, &settings.view, needs(&[OutputFile::Exr]));
             return Some(Seen::Drawn(smooth, photo.into()));
         }
         needs(&[OutputFile::Report, OutputFile::Glb]).then(|| Seen::aimed(estimates, settings))

@@ -17,6 +17,12 @@ pub(crate) fn grid_step<R: Real>(x: R, n: R) -> R {
     R::select(step.lt(n), step, n - R::splat(1.0)).max(R::splat(0.0))
 }
 
+/// [`grid_step`] of one number: conversions of numbers round to 0 and stay in range.
+#[inline(always)]
+pub(crate) fn grid_step_of(x: f64, n: u32) -> u32 {
+    ((x * f64::from(n)) as u32).min(n - 1)
+}
+
 /// A uniform point of the step, from a uniform in (0, 1) and the inverse of the number of steps.
 #[inline(always)]
 pub(crate) fn in_grid_step<R: Real>(step: R, r: R, inverse: R) -> R {

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use glam::DVec3;
 
 use crate::geometry::cells::{
-    grid_step, in_grid_step, inside, place_in_grid_cell, place_in_leaf, place_in_triangle_cell,
+    grid_step_of, in_grid_step, inside, place_in_grid_cell, place_in_leaf, place_in_triangle_cell,
     point_in_leaf, point_in_triangle_cell, triangle_cell,
 };
 use crate::geometry::face::Face;
@@ -216,10 +216,7 @@ impl Surface {
     #[inline(always)]
     pub fn cell_at(&self, [u, v]: [f64; 2]) -> u32 {
         match self.cells {
-            Cells::Grid { nu, nv, .. } => {
-                let [iu, iv] = [(u, nu), (v, nv)].map(|(x, n)| grid_step(x, f64::from(n)) as u32);
-                iu * nv + iv
-            }
+            Cells::Grid { nu, nv, .. } => grid_step_of(u, nu) * nv + grid_step_of(v, nv),
             Cells::Rows { k } => triangle_cell([u, v], k),
             Cells::Leaves(ref table) => table.leaf_at([u, v]),
         }
@@ -285,7 +282,7 @@ fn tint(reflectance: Spectrum) -> [f64; 3] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::cells::EDGE;
+    use crate::geometry::cells::{EDGE, grid_step};
     use crate::random::rng::unit_32;
 
     fn triangle(rows: u32) -> Surface {
@@ -366,8 +363,10 @@ mod tests {
                 assert!(u > 0.0 && v > 0.0 && u + v < 1.0);
             }
         }
-        assert_eq!(grid_step(1.0, 3.0), 2.0);
-        assert_eq!(grid_step(-1e-16, 3.0), 0.0);
+        for x in [1.0, 1.0 + 1e-15, -1e-16, 0.0, 1.0 / 3.0, 2.0 / 3.0, 0.999] {
+            assert_eq!(f64::from(grid_step_of(x, 3)), grid_step(x, 3.0));
+        }
+        assert_eq!([grid_step_of(1.0, 3), grid_step_of(-1e-16, 3)], [2, 0]);
     }
 
     #[test]

@@ -37,15 +37,20 @@ impl<'a> Lookout<'a> {
 
     /// The nearest hits of many rays, whose directions have length 1 within 10⁻⁹: far less work than one by one.
     pub fn closest_hits(&mut self, rays: &[Ray]) -> Vec<Option<Hit>> {
-        let parts = &self.scene.parts;
         let mut found = Vec::with_capacity(rays.len());
-        for part in rays.chunks(WIDTH) {
+        self.each_closest_hit(rays, |_, hit| found.push(hit));
+        found
+    }
+
+    /// [`Lookout::closest_hits`], handed on one by one, in order, each with the number of its ray.
+    pub fn each_closest_hit(&mut self, rays: &[Ray], mut see: impl FnMut(usize, Option<Hit>)) {
+        let parts = &self.scene.parts;
+        for (part, first) in rays.chunks(WIDTH).zip((0..).step_by(WIDTH)) {
             self.rays.len = 0;
             part.iter().for_each(|ray| self.rays.push(ray));
             parts.index.closest_hits(&parts.facets, &self.rays, &mut self.scratch, &mut self.hits);
-            found.extend((0..part.len()).map(|i| self.hits.get(i)));
+            (0..part.len()).for_each(|i| see(first + i, self.hits.get(i)));
         }
-        found
     }
 }
 

@@ -16,8 +16,8 @@ const COARSE: u32 = 4;
 pub struct Photo {
     /// What an eye sees.
     pub picture: Picture,
-    /// The radiosity behind it.
-    pub values: Values,
+    /// The radiosity behind it, where it is asked for.
+    pub values: Option<Values>,
     /// How it was taken.
     pub shot: Shot,
 }
@@ -25,13 +25,19 @@ pub struct Photo {
 impl Photo {
     /// Renders what is estimated of a scene as [`Picture::render`] does, without steps between patches, from where a job
     /// lets the camera stand. A face without an estimate shows its own emission.
-    pub fn shoot(estimates: &Estimates, smooth: &Smooth, view: &View) -> Self {
-        Photo::take(estimates.scene(), &shown(estimates), Some(smooth), view)
+    pub fn shoot(estimates: &Estimates, smooth: &Smooth, view: &View, with_values: bool) -> Self {
+        Photo::take(estimates.scene(), &shown(estimates), Some(smooth), view, with_values)
     }
 
-    pub(super) fn take(scene: &Scene, radiosity: &[f64], smooth: Option<&Smooth>, view: &View) -> Self {
+    pub(super) fn take(
+        scene: &Scene,
+        radiosity: &[f64],
+        smooth: Option<&Smooth>,
+        view: &View,
+        with_values: bool,
+    ) -> Self {
         let camera = Studio::camera(scene, radiosity, view);
-        let studio = Studio::expose(scene, radiosity, smooth, camera, view);
+        let studio = Studio::expose(scene, radiosity, smooth, camera, view).keeping_values(with_values);
         let (picture, values) = studio.develop();
         Photo { picture, values, shot: studio.shot() }
     }
@@ -54,7 +60,7 @@ impl Picture {
     /// The exposure is such that nearly all that is seen of non-emitting patches stays below white; lamps clip
     /// to white. The same arguments give the same picture.
     pub fn render(scene: &Scene, radiosity: &[f64]) -> Self {
-        Photo::take(scene, radiosity, None, &View::default()).picture
+        Photo::take(scene, radiosity, None, &View::default(), false).picture
     }
 }
 

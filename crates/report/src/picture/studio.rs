@@ -21,8 +21,11 @@ const BAND: usize = 16;
 /// Pixels with edges that are looked at together.
 const FINE_AT_ONCE: usize = 256;
 
-/// Shades (0 … 1, encoded) that differ by less than this make no edge.
+/// Shades (0 … 1, encoded) of different surfaces that differ by less than this make no edge.
 const SAME_SHADE: f64 = 1.5 / 255.0;
+
+/// The same of one surface. A step of this height within a pixel puts the mean of its corners off by half of it at most.
+const SAME_SHADE_OF_ONE: f64 = 12.0 / 255.0;
 
 /// A scene in front of a camera, with its light measured.
 pub(super) struct Studio<'a> {
@@ -36,49 +39,62 @@ pub(super) struct Studio<'a> {
     /// Light over radiosity, channel by channel.
     exposure: [f64; 3],
     shades: Shades,
+    /// Whether the values behind the pixels are wanted.
+    with_values: bool,
 }
 
 /// What is seen at a point of the picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Spot {
-    /// The piece of a face, or [`Spot::NOTHING`].
+    /// The piece of a face, or [`Spot::NONE`].
     piece: u32,
-    /// Where on the piece's surface.
-    uv: [f64; 2],
+    /// The surface that the piece is on.
+    surface: u32,
+    /// Where on the surface.
+    uv: [f32; 2],
 }
 
 impl Spot {
-    /// In place of a piece.
-    const NOTHING: u32 = u32::MAX;
+    /// In place of a piece and its surface.
+    const NONE: u32 = u32::MAX;
 
-    fn of(sight: Option<Sight>) -> Self {
-        sight.map_or(Spot { piece: Spot::NOTHING, uv: [0.0; 2] }, |sight| Spot {
-            piece: sight.piece,
-            uv: sight.uv,
-        })
+    /// Beyond the scene.
+    const NOTHING: Spot = Spot { piece: Spot::NONE, surface: Spot::NONE, uv: [0.0; 2] };
+
+    fn of(sight: &Sight) -> Self {
+        let [u, v] = sight.uv;
+        Spot { piece: sight.piece, surface: sight.surface, uv: [u as f32, v as f32] }
     }
 
     /// What it is on.
     fn piece(&self) -> Option<u32> {
-        (self.piece != Spot::NOTHING).then_some(self.piece)
+        (self.piece != Spot::NONE).then_some(self.piece)
+    }
+
+    /// What a camera sees at some points of the picture.
+    fn seen_by(camera: &Camera, scene: &Scene, points: &[[f64; 2]]) -> Vec<Self> {
+        let mut spots = vec![Spot::NOTHING; points.len()];
+        camera.each_sight(scene, points, |point, sight| spots[point] = Spot::of(&sight));
+        spots
     }
 }
 
 /// What is seen at a corner of pixels: its radiosity [W/m²], light and shade (encoded light) by channels.
 struct Corner {
+    surface: u32,
     seen: Option<[f64; 3]>,
     light: Light,
     shade: [f64; 3],
 }
 
-/// A pixel: its light, and the mean radiosity behind it with the part of it that shows the scene.
+/// A pixel: its light, and, where a file asks for it, the mean radiosity behind it with the part of it that shows the scene.
 #[derive(Default)]
 struct Pixel {
     light: Light,
     value: [f32; 4],
 }
 
-/// Some rows of pixels: the bytes of the picture and the values behind them.
+/// Some rows of pixels: the bytes of the picture and, where a file asks for them, the values behind them.
 type Rows = (Vec<u8>, Vec<[f32; 4]>);
 
 impl<'a> Studio<'a> {
@@ -103,18 +119,28 @@ impl<'a> Studio<'a> {
         let [width, height] = camera.size.map(|side| side as usize);
         let corners = on_all_cores((height + 1).div_ceil(BAND), |band| {
             let rows = band * BAND..((band + 1) * BAND).min(height + 1);
-            let mut spots = Vec::with_capacity(rows.len() * (width + 1));
-            for y in rows {
-                let row: Vec<[f64; 2]> = (0..=width).map(|x| [x as f64, y as f64]).collect();
-                spots.extend(camera.look(scene, &row).into_iter().map(Spot::of));
-            }
-            spots
+            let points = rows.flat_map(|y| (0..=width).map(move |x| [x as f64, y as f64]));
+            Spot::seen_by(&camera, scene, &points.collect::<Vec<_>>())
         });
         let exposure = match view.exposure {
             Some(exposure) => white_balance(scene).map(|gain| gain * exposure),
             None => exposure(scene, radiosity, corners.iter().flatten().filter_map(Spot::piece)),
         };
-        Studio { scene, radiosity, smooth, camera, corners, exposure, shades: Shades::new() }
+        Studio {
+            scene,
+            radiosity,
+            smooth,
+            camera,
+            corners,
+            exposure,
+            shades: Shades::new(),
+            with_values: false,
+        }
+    }
+
+    /// The same, which keeps the values behind the pixels.
+    pub(super) fn keeping_values(self, with_values: bool) -> Self {
+        Studio { with_values, ..self }
     }
 
     pub(super) fn shot(&self) -> Shot {
@@ -126,7 +152,7 @@ impl<'a> Studio<'a> {
         }
     }
 
-    pub(super) fn develop(&self) -> (Picture, Values) {
+    pub(super) fn develop(&self) -> (Picture, Option<Values>) {
         let [width, height] = self.camera.size;
         let bands = on_all_cores((height as usize).div_ceil(BAND), |band| {
             let first = (band * BAND) as u32;
@@ -135,7 +161,8 @@ impl<'a> Studio<'a> {
         let (pixels, values): (Vec<_>, Vec<_>) = bands.into_iter().unzip();
         let channels = self.scene.channels();
         let picture = Picture { width, height, channels, pixels: pixels.concat() };
-        (picture, Values { width, height, channels, values: values.concat() })
+        let values = self.with_values.then(|| Values { width, height, channels, values: values.concat() });
+        (picture, values)
     }
 
     /// Some rows of pixels.
@@ -164,7 +191,8 @@ impl<'a> Studio<'a> {
         let channels = self.scene.channels();
         let byte = |&light: &f64| (self.shades.of(light) * 255.0 + 0.5) as u8;
         let bytes = pixels.iter().flat_map(|pixel| pixel.light[..channels].iter().map(byte)).collect();
-        (bytes, pixels.iter().map(|pixel| pixel.value).collect())
+        let kept = if self.with_values { &pixels[..] } else { &[] };
+        (bytes, kept.iter().map(|pixel| pixel.value).collect())
     }
 
     /// The corners of pixels on the upper side of a row of them.
@@ -179,21 +207,23 @@ impl<'a> Studio<'a> {
         let light = self.light(seen);
         let mut shade = [0.0; 3];
         (0..self.scene.channels()).for_each(|c| shade[c] = self.shades.of(light[c]));
-        Corner { seen, light, shade }
+        Corner { surface: spot.surface, seen, light, shade }
     }
 
     /// One pixel whose corners look alike: it needs no further look. `None` where they do not.
     fn even_pixel(&self, corners: [&Corner; 4]) -> Option<Pixel> {
+        let of_one = corners.iter().all(|corner| corner.surface == corners[0].surface);
+        let same = if of_one { SAME_SHADE_OF_ONE } else { SAME_SHADE };
         let alike = |c: usize| {
             let (mut darkest, mut brightest) = (1.0_f64, 0.0_f64);
             for corner in corners {
                 (darkest, brightest) = (darkest.min(corner.shade[c]), brightest.max(corner.shade[c]));
             }
-            darkest == brightest || brightest - darkest < SAME_SHADE
+            darkest == brightest || brightest - darkest < same
         };
         (0..self.scene.channels()).all(alike).then(|| Pixel {
             light: mean(corners.iter().map(|corner| &corner.light)),
-            value: value(corners.iter().map(|corner| &corner.seen)),
+            value: self.value(corners.iter().map(|corner| &corner.seen)),
         })
     }
 
@@ -204,20 +234,26 @@ impl<'a> Studio<'a> {
             (0..FINE * FINE).map(move |k| [f64::from(x) + offset(k % FINE), f64::from(y) + offset(k / FINE)])
         };
         let samples: Vec<[f64; 2]> = pixels.iter().flat_map(within).collect();
-        let sights = self.camera.look(self.scene, &samples).into_iter();
-        let seen: Vec<Option<[f64; 3]>> = sights.map(|sight| self.radiosity(Spot::of(sight))).collect();
+        let spots = Spot::seen_by(&self.camera, self.scene, &samples).into_iter();
+        let seen: Vec<Option<[f64; 3]>> = spots.map(|spot| self.radiosity(spot)).collect();
         let pixel = |seen: &[Option<[f64; 3]>]| {
             let lights: Vec<Light> = seen.iter().map(|&seen| self.light(seen)).collect();
-            Pixel { light: mean(lights.iter()), value: value(seen.iter()) }
+            Pixel { light: mean(lights.iter()), value: self.value(seen.iter()) }
         };
         seen.chunks_exact((FINE * FINE) as usize).map(pixel).collect()
+    }
+
+    /// What a pixel keeps of the radiosities in it.
+    fn value<'b>(&self, seen: impl ExactSizeIterator<Item = &'b Option<[f64; 3]>>) -> [f32; 4] {
+        if self.with_values { value(seen) } else { Default::default() }
     }
 
     /// B in three channels at what is seen [W/m²]; `None` beyond the scene.
     fn radiosity(&self, spot: Spot) -> Option<[f64; 3]> {
         let piece = spot.piece()?;
         Some(match self.smooth {
-            Some(smooth) => smooth.at(piece, self.scene.faces().corner_weights(piece, spot.uv)),
+            Some(smooth) => smooth
+                .at(piece, self.scene.faces().corner_weights(piece, [spot.uv[0].into(), spot.uv[1].into()])),
             None => of_piece(self.scene, self.radiosity, piece),
         })
     }
