@@ -43,13 +43,38 @@ impl Avx2 {
 
     #[inline(always)]
     fn keys(self) -> [__m256i; 2] {
+        [self.half_of_keys(0), self.half_of_keys(1)]
+    }
+
+    /// Not a closure: one of several intrinsics is not always inlined, and then not compiled for the instruction set.
+    #[inline(always)]
+    fn half_of_keys(self, half: usize) -> __m256i {
         // SAFETY: the instruction set is there (see `registers`), and rows and groups are as long as what is read or written.
-        [0, 1].map(|half| unsafe {
+        unsafe {
             let number = _mm256_loadu_si256(NUMBERS.as_ptr().add(8 * half).cast());
             let value = _mm256_castps_si256(self.0[half]);
             _mm256_or_si256(_mm256_andnot_si256(_mm256_set1_epi32(LANE_BITS as i32), value), number)
-        })
+        }
     }
+}
+
+/// The least lane of a mask in each of two groups; infinite where there is none.
+#[inline(always)]
+fn least_of_two_groups(x: __m256, mask: __m256) -> __m256 {
+    registers!({
+        let x = _mm256_blendv_ps(_mm256_set1_ps(f32::INFINITY), x, mask);
+        let x = _mm256_min_ps(x, _mm256_permute_ps::<0b01_00_11_10>(x));
+        _mm256_min_ps(x, _mm256_permute_ps::<0b10_11_00_01>(x))
+    })
+}
+
+/// The lanes whose bits are set, of the lowest eight, in order.
+#[inline(always)]
+fn to_front(x: __m256, bits: u32) -> __m256 {
+    registers!({
+        let order = COMPRESS[(bits & 255) as usize];
+        _mm256_permutevar8x32_ps(x, _mm256_cvtepu8_epi32(_mm_cvtsi64_si128(order as i64)))
+    })
 }
 
 impl Lanes for Avx2 {
@@ -176,21 +201,17 @@ impl Lanes for Avx2 {
     }
     #[inline(always)]
     fn least_of_groups(self, mask: [__m256; 2]) -> Self {
-        self.zip(Avx2(mask), |x, mask| {
-            registers!({
-                let x = _mm256_blendv_ps(_mm256_set1_ps(f32::INFINITY), x, mask);
-                let x = _mm256_min_ps(x, _mm256_permute_ps::<0b01_00_11_10>(x));
-                _mm256_min_ps(x, _mm256_permute_ps::<0b10_11_00_01>(x))
-            })
-        })
+        self.zip(Avx2(mask), least_of_two_groups)
     }
     #[inline(always)]
     fn least_key_in(self, mask: [__m256; 2]) -> u32 {
-        let [a, b] = self.keys();
-        least_u32([(a, mask[0]), (b, mask[1])].map(|(key, mask)| {
-            registers!({
-                _mm256_or_si256(key, _mm256_xor_si256(_mm256_castps_si256(mask), _mm256_set1_epi32(-1)))
-            })
+        let ([a, b], [in_a, in_b]) = (self.keys(), mask);
+        least_u32(registers!({
+            let all = _mm256_set1_epi32(-1);
+            [
+                _mm256_or_si256(a, _mm256_xor_si256(_mm256_castps_si256(in_a), all)),
+                _mm256_or_si256(b, _mm256_xor_si256(_mm256_castps_si256(in_b), all)),
+            ]
         }))
     }
     #[inline(always)]
@@ -199,17 +220,11 @@ impl Lanes for Avx2 {
     }
     #[inline(always)]
     fn compress(self, bits: u32, to: &mut Row) {
-        let front = |x: __m256, bits: u32| {
-            registers!({
-                let order = COMPRESS[(bits & 255) as usize];
-                _mm256_permutevar8x32_ps(x, _mm256_cvtepu8_epi32(_mm_cvtsi64_si128(order as i64)))
-            })
-        };
         // SAFETY: the instruction set is there (see `registers`), and rows and groups are as long as what is read or written.
         unsafe {
-            _mm256_storeu_ps(to.as_mut_ptr(), front(self.0[0], bits));
+            _mm256_storeu_ps(to.as_mut_ptr(), to_front(self.0[0], bits));
             let next = to.as_mut_ptr().add((bits & 255).count_ones() as usize);
-            _mm256_storeu_ps(next, front(self.0[1], bits >> 8));
+            _mm256_storeu_ps(next, to_front(self.0[1], bits >> 8));
         }
     }
     #[inline(always)]

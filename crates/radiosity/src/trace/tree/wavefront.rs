@@ -10,7 +10,7 @@
 
 use std::hint::select_unpredictable;
 
-use super::layout::{CHILDREN, Item, LEAF_LINES, Leaf, NODE_LINES, Tree, node_at};
+use super::layout::{CHILDREN, Item, LEAF_LINES, Leaf, NODE_LINES, Node, Tree, node_at};
 use super::oracle::{Oracle, Unknown};
 use super::scratch::{
     ACTIVE, CANDIDATES, Flight, Gate, Queues, ROUNDING, Scratch, Step, quad, quad_mut, row, row_mut,
@@ -87,6 +87,23 @@ impl Tree {
         let mut hits = Hits::default();
         self.closest_hits(facets, &rays, &mut Scratch::default(), &mut hits);
         hits.get(0).map(|hit| Hit { t: hit.t * scale, ..hit })
+    }
+}
+
+impl Gate {
+    /// Where the ray enters sixteen slabs of an axis. A closure would not always be inlined, and then not be compiled for the
+    /// instruction set.
+    #[inline(always)]
+    fn enters<L: Lanes>(&self, node: &Node, axis: usize) -> L {
+        let plane = &node[2 * axis + usize::from(self.downwards[axis])].0;
+        L::load(plane).mul_sub(L::splat(self.inverse[axis]), L::splat(self.enter[axis]))
+    }
+
+    /// Where the ray leaves sixteen slabs of an axis.
+    #[inline(always)]
+    fn leaves<L: Lanes>(&self, node: &Node, axis: usize) -> L {
+        let plane = &node[2 * axis + usize::from(!self.downwards[axis])].0;
+        L::load(plane).mul_sub(L::splat(self.inverse[axis]), L::splat(self.leave[axis]))
     }
 }
 
@@ -191,16 +208,10 @@ impl<O: Oracle> Call<'_, O> {
         let slot = step.slot as usize % ACTIVE;
         let gate = &scratch.gates[slot];
         let node = node_at(&self.tree.lines, step.item.line());
-        let inverse = gate.inverse.map(L::splat);
-        let [near, far] = [0, 1].map(|side| {
-            [0, 1, 2].map(|axis| {
-                let plane = &node[2 * axis + (usize::from(gate.downwards[axis]) ^ side)].0;
-                let bias = if side == 0 { &gate.enter } else { &gate.leave };
-                L::load(plane).mul_sub(inverse[axis], L::splat(bias[axis]))
-            })
-        });
-        let enter = near[0].max(near[1]).max(near[2]).max(L::splat(0.0));
-        let leave = far[0].min(far[1]).min(far[2].min(L::splat(scratch.flights[slot].best())));
+        let [x, y, z]: [L; 3] = [gate.enters(node, 0), gate.enters(node, 1), gate.enters(node, 2)];
+        let enter = x.max(y).max(z).max(L::splat(0.0));
+        let [x, y, z]: [L; 3] = [gate.leaves(node, 0), gate.leaves(node, 1), gate.leaves(node, 2)];
+        let leave = x.min(y).min(z.min(L::splat(scratch.flights[slot].best())));
         let mask = enter.le(leave);
         let bits = L::bits(mask);
         let nearest = lane_of(enter.least_key_in(mask));
