@@ -3,13 +3,32 @@
 use std::path::Path;
 
 use job::{Forecast, Job, Partition};
+use radiosity::Scene;
 use report::words::{counted, percent};
-use results::{all_threads, choose};
+use results::{Chosen, all_threads, choose};
 use tracing::info;
 use voice::Phase;
 
 use crate::args::JobArgs;
 use crate::fault::Fault;
+
+/// A job that was read, with all of its patches.
+pub(crate) struct Read {
+    pub(crate) job: Job,
+    /// What a pilot chose for it.
+    chosen: Option<Chosen>,
+}
+
+impl Read {
+    /// Builds the scene of the job, with what a pilot has built of it.
+    ///
+    /// # Errors
+    /// Where the scene is refused.
+    pub(crate) fn build_scene(&self) -> Result<Scene, Fault> {
+        let Read { job, chosen } = self;
+        Ok(chosen.as_ref().map_or_else(|| job.build_scene(), |chosen| chosen.build_scene(job))?)
+    }
+}
 
 /// Reads a job. A pilot chooses the patches that it leaves open, unless `kept` finds those of an earlier run of the job.
 ///
@@ -19,25 +38,28 @@ pub(crate) fn load(
     args: &JobArgs,
     phase: &Phase,
     kept: impl FnOnce(&Job) -> Option<Partition>,
-) -> Result<Job, Fault> {
+) -> Result<Read, Fault> {
     let job = job::load(&args.job, &args.overrides())?;
     if job.auto.is_none() {
-        return Ok(job);
+        return Ok(Read { job, chosen: None });
     }
-    let chosen = match kept(&job) {
-        Some(partition) => Some(partition),
+    let kept = kept(&job);
+    let chosen = match &kept {
+        Some(_) => None,
         None => {
             phase.now("walking a pilot that chooses the patches");
             choose(&job, all_threads())?
         }
     };
-    let Some(partition) = chosen else { return Ok(job) };
+    let Some(partition) = kept.as_ref().or(chosen.as_ref().map(|chosen| &chosen.partition)) else {
+        return Ok(Read { job, chosen });
+    };
     phase.now("reading the scene");
-    let job = job::load_cut(&args.job, &args.overrides(), &partition)?;
+    let job = job::load_cut(&args.job, &args.overrides(), partition)?;
     if let Some(forecast) = &job.forecast {
         tell(&job, forecast);
     }
-    Ok(job)
+    Ok(Read { job, chosen })
 }
 
 /// Says what was chosen.
@@ -58,7 +80,7 @@ fn tell(job: &Job, forecast: &Forecast) {
 ///
 /// # Errors
 /// Where the job is refused.
-pub(crate) fn load_anew(args: &JobArgs, phase: &Phase) -> Result<Job, Fault> {
+pub(crate) fn load_anew(args: &JobArgs, phase: &Phase) -> Result<Read, Fault> {
     load(args, phase, |_| None)
 }
 

@@ -112,11 +112,13 @@ impl Prepared {
         let phase = Phase::begin("reading the scene");
         let folder_of = |job: &Job| out.out.clone().unwrap_or_else(|| default_folder(job));
         let kept = |job: &Job| resume.then(|| results::kept_partition(&folder_of(job))).flatten();
-        let job = choose::load(asked, &phase, kept)?;
-        tell_notes(&job);
-        results::check_memory(&job, workers)?;
+        let read = choose::load(asked, &phase, kept)?;
+        tell_notes(&read.job);
+        results::check_memory(&read.job, workers)?;
         phase.now("building the scene");
-        let experiment = Experiment::new(job.build_scene()?, job.method.walks())?
+        let scene = read.build_scene()?;
+        let job = read.job;
+        let experiment = Experiment::new(scene, job.method.walks())?
             .with_sensors(job.scene.sensors())?
             .with_groups(&job.sources, &job.sensitivity)?;
         phase.now("following light from the lamps");

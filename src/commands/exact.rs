@@ -14,9 +14,10 @@ use crate::fault::{Fault, Outcome};
 /// Solves a job's scene and writes `exact.csv` and `exact.json`; in colour, a pair for each channel.
 pub(crate) fn exact(args: &ExactArgs) -> Result<Outcome, Fault> {
     let phase = Phase::begin("reading the scene");
-    let job = load_anew(&args.job, &phase)?;
+    let read = load_anew(&args.job, &phase)?;
     // The job's own error messages know the line of the file that is at fault.
-    let scene = job.build_scene()?;
+    let scene = read.build_scene()?;
+    let job = read.job;
     let path = args.out.out.clone().unwrap_or_else(|| default_folder(&job));
     let files: &[[&str; 3]] = if scene.channels() == 1 { &GREY_FILES } else { &CHANNEL_FILES };
     let folder = OutputFolder::claim(&path, files.as_flattened(), args.out.force)?;

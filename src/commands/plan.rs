@@ -13,9 +13,11 @@ use crate::fault::{Fault, Outcome};
 /// Plans a job and prints the plan. Nothing is written.
 pub(crate) fn plan(args: &PlanArgs) -> Result<Outcome, Fault> {
     let phase = Phase::begin("reading the scene");
-    let job = load_anew(&args.job, &phase)?;
-    results::check_memory(&job, 1)?;
-    let experiment = Experiment::new(job.build_scene()?, job.method.walks())?
+    let read = load_anew(&args.job, &phase)?;
+    results::check_memory(&read.job, 1)?;
+    let scene = read.build_scene()?;
+    let job = read.job;
+    let experiment = Experiment::new(scene, job.method.walks())?
         .with_sensors(job.scene.sensors())?
         .with_groups(&job.sources, &job.sensitivity)?;
     phase.now("shooting a pilot");

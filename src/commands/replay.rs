@@ -10,9 +10,10 @@ use crate::fault::{Fault, Outcome};
 /// Tells a walk of a job.
 pub(crate) fn replay(args: &ReplayArgs) -> Result<Outcome, Fault> {
     let phase = Phase::begin("reading the scene");
-    let job = load_anew(&args.job, &phase)?;
+    let read = load_anew(&args.job, &phase)?;
     drop(phase);
-    let experiment = Experiment::new(job.build_scene()?, job.method.walks())?;
+    let (scene, job) = (read.build_scene()?, read.job);
+    let experiment = Experiment::new(scene, job.method.walks())?;
     if !experiment.unit().is_walk() {
         return Err(Fault::NoWalks);
     }

@@ -106,6 +106,18 @@ impl Job {
     pub fn build_scene(&self) -> Result<Scene, Error> {
         self.scene.build(self.index)
     }
+
+    /// [`Job::build_scene`], with what rays find surfaces by taken from a scene of the same surfaces, however they are cut there. Where the scene
+    /// has other surfaces, all is built.
+    ///
+    /// # Errors
+    /// As [`SceneFile::build`].
+    pub fn build_scene_like(&self, other: &Scene) -> Result<Scene, Error> {
+        match other.has_surfaces_of(self.scene.spec()) {
+            true => other.recut(self.scene.spec()).map_err(|error| self.scene.locate(error)),
+            false => self.build_scene(),
+        }
+    }
 }
 
 /// Reads a job file and its scene, or a scene with the default of every key of jobs. Each override is a `key=value`, its key dotted, its value TOML or, failing

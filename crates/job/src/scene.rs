@@ -127,27 +127,8 @@ impl SceneFile {
     /// # Errors
     /// In words, where the surfaces have no such cells.
     pub(crate) fn cut(&mut self, cuts: &[Cut], groups: &[u32]) -> Result<(), String> {
-        let surfaces = self.spec.surfaces.len();
-        if cuts.len() != surfaces {
-            return Err(format!("there are {} surfaces, and the scene has {surfaces}", cuts.len()));
-        }
-        for (number, (surface, cut)) in self.spec.surfaces.iter_mut().zip(cuts).enumerate() {
-            if !cut.clone().apply(surface) {
-                let name = label(number, surface.name.as_deref());
-                return Err(format!("{name} has other corners, or cells that emit and would be torn"));
-            }
-        }
-        let cells = self.spec.cell_count();
-        if !groups.is_empty() {
-            if groups.len() as u64 != cells {
-                return Err(format!(
-                    "groups are given for {} cells, and the scene has {cells}",
-                    groups.len()
-                ));
-            }
-            let spec = std::mem::replace(&mut self.spec, SceneSpec::new(Vec::new()));
-            self.spec = spec.grouped(groups);
-        }
+        let spec = std::mem::replace(&mut self.spec, SceneSpec::new(Vec::new()));
+        self.spec = cut_spec(spec, cuts, groups)?;
         self.auto.clear();
         Ok(())
     }
@@ -174,20 +155,21 @@ impl SceneFile {
     ///
     /// # Errors
     /// As [`SceneFile::build`]; cells that its surfaces cannot have.
-    pub fn build_cut(&self, (cuts, groups): (&[Cut], &[u32]), index: IndexChoice) -> Result<Scene, Error> {
-        let mut scene = self.clone();
-        scene.cut(cuts, groups).map_err(|problem| misfit(problem, (Spot::File, &self.path, "patches")))?;
-        scene.build(index)
+    pub fn build_cut(&self, cells: (&[Cut], &[u32]), index: IndexChoice) -> Result<Scene, Error> {
+        Scene::build(&self.spec_cut(cells)?, index).map_err(|error| self.locate(error))
     }
 
     /// A scene of these surfaces, cut anew with cells and groups as [`SceneFile::build_cut`] takes them.
     ///
     /// # Errors
     /// As [`SceneFile::build_cut`].
-    pub fn recut(&self, scene: &Scene, (cuts, groups): (&[Cut], &[u32])) -> Result<Scene, Error> {
-        let mut file = self.clone();
-        file.cut(cuts, groups).map_err(|problem| misfit(problem, (Spot::File, &self.path, "patches")))?;
-        scene.recut(&file.spec).map_err(|error| file.locate(error))
+    pub fn recut(&self, scene: &Scene, cells: (&[Cut], &[u32])) -> Result<Scene, Error> {
+        scene.recut(&self.spec_cut(cells)?).map_err(|error| self.locate(error))
+    }
+
+    fn spec_cut(&self, (cuts, groups): (&[Cut], &[u32])) -> Result<SceneSpec, Error> {
+        cut_spec(self.spec.clone(), cuts, groups)
+            .map_err(|problem| misfit(problem, (Spot::File, &self.path, "patches")))
     }
 
     /// The same surfaces in one channel, all of which emit 1 W/m², without sensors: exchange factors are about surfaces, not
@@ -244,6 +226,26 @@ impl SceneFile {
             key => (site.of(key), format!("{label}: {key}")),
         };
         Place { file: self.path.clone(), spot: Spot::Line(line), key }
+    }
+}
+
+/// Surfaces that are cut so, and their cells grouped by equal labels, unless there are no labels.
+fn cut_spec(mut spec: SceneSpec, cuts: &[Cut], groups: &[u32]) -> Result<SceneSpec, String> {
+    let surfaces = spec.surfaces.len();
+    if cuts.len() != surfaces {
+        return Err(format!("there are {} surfaces, and the scene has {surfaces}", cuts.len()));
+    }
+    for (number, (surface, cut)) in spec.surfaces.iter_mut().zip(cuts).enumerate() {
+        if !cut.clone().apply(surface) {
+            let name = label(number, surface.name.as_deref());
+            return Err(format!("{name} has other corners, or cells that emit and would be torn"));
+        }
+    }
+    let cells = spec.cell_count();
+    match groups.len() {
+        0 => Ok(spec),
+        given if given as u64 == cells => Ok(spec.grouped(groups)),
+        given => Err(format!("groups are given for {given} cells, and the scene has {cells}")),
     }
 }
 

@@ -38,10 +38,11 @@ impl Source<'_> {
             Source::File(path) => job::load(path, overrides),
         }
         .map_err(refuse)?;
-        let Some(partition) = choose(&job, all_threads()).map_err(refuse)? else { return Ok(job) };
+        let Some(chosen) = choose(&job, all_threads()).map_err(refuse)? else { return Ok(job) };
+        let partition = &chosen.partition;
         match self {
-            Source::Mesh(mesh) => job::load_mesh_cut(&mesh.name, mesh.mesh.clone(), overrides, &partition),
-            Source::File(path) => job::load_cut(path, overrides, &partition),
+            Source::Mesh(mesh) => job::load_mesh_cut(&mesh.name, mesh.mesh.clone(), overrides, partition),
+            Source::File(path) => job::load_cut(path, overrides, partition),
         }
         .map_err(refuse)
     }

@@ -43,7 +43,7 @@ pub use kept::{Kept, kept_partition};
 pub use memory::{check_memory, peak_memory, peak_memory_of};
 pub use merge::merge;
 pub use outputs::{LivePage, RunOutput, units};
-pub use pilot::{all_threads, choose};
+pub use pilot::{Chosen, all_threads, choose};
 pub use replica::Replica;
 pub use resume::{Resumed, resume};
 pub use settings::Settings;

@@ -31,9 +31,6 @@ pub(crate) struct Meshes {
     base: Vec<Grid>,
     /// The grid of each surface that the trees are of: of meshes a fine one.
     grids: Vec<Grid>,
-    pub(crate) clusters: Clusters,
-    /// Which parts are patches of the pilot.
-    pub(crate) finest: Vec<bool>,
 }
 
 /// Cuts a surface, whose cells on a coarse grid are expected to have these scores, so finely that no cell has more than a part of those of
@@ -45,22 +42,6 @@ fn cut_finely(surface: &mut SurfaceSpec, coarse: Grid, scores: &[f64]) -> Grid {
     let grid = coarse.doubled(doublings(&surface.shape, coarse, area / cells));
     assert!(grid.cut().apply(surface), "no cell emits by itself, and grids of a shape are cuts of it");
     grid
-}
-
-/// Which parts are patches of the pilot, or parts of such: those that are not above an area, and in which no more than [`SCORES`] are
-/// expected.
-fn finest(clusters: &Clusters, scores: &[f64], area: f64) -> Vec<bool> {
-    let mut up_to = vec![0.0];
-    let mut sum = 0.0;
-    for &cell in &clusters.cells {
-        sum += scores[cell as usize];
-        up_to.push(sum);
-    }
-    let is_fine = |part: &Cluster| {
-        let [from, to] = part.cells.map(|place| up_to[place as usize]);
-        part.halves.is_none() || (part.area <= area && to - from <= SCORES)
-    };
-    clusters.parts.iter().map(is_fine).collect()
 }
 
 /// How all surfaces of a scene are cut, and which cells are one patch.
@@ -80,8 +61,9 @@ impl Meshes {
         faces * faces > 4.0 * paths as f64
     }
 
-    /// The meshes of a job, of which a first look has found this.
-    pub(crate) fn new(spec: &SceneSpec, auto: &Auto, look: &Look) -> Self {
+    /// The meshes of a job, of which a first look has found this, and the trees of their cells. The parts that are not halved are patches of the pilot:
+    /// in each no more than [`SCORES`] are expected.
+    pub(crate) fn new(spec: &SceneSpec, auto: &Auto, look: &Look) -> (Self, Clusters) {
         let grids = |spec: &SceneSpec| spec.surfaces.iter().map(|surface| Grid::of(&surface.shape)).collect();
         let mut fine = spec.clone();
         // By cell, the scores that the pilot is expected to find there.
@@ -97,10 +79,10 @@ impl Meshes {
                 false => scores.extend((0..grid.cells()).map(|_| 0.0)),
             }
         }
-        let clusters = Clusters::new(&fine, &auto.kinds);
         let area: f64 = auto.surfaces.iter().map(|&surface| spec.surfaces[surface].shape.area()).sum();
-        let finest = finest(&clusters, &scores, area / PATCHES);
-        Meshes { kinds: auto.kinds.clone(), base: grids(spec), grids: grids(&fine), clusters, finest }
+        let is_fine = |part: &Cluster| part.area <= area / PATCHES && part.scores <= SCORES;
+        let clusters = Clusters::new(&fine, &auto.kinds, &scores, is_fine);
+        (Meshes { kinds: auto.kinds.clone(), base: grids(spec), grids: grids(&fine) }, clusters)
     }
 
     /// Whether a surface is of a mesh whose faces are grouped.
@@ -108,28 +90,16 @@ impl Meshes {
         self.kinds[surface].is_some()
     }
 
-    /// The cells of the pilot's scene, where other surfaces than those of meshes have these cuts.
-    pub(crate) fn pilot(&self, cuts: &[Cut]) -> Cells {
-        let mut part_of_place = vec![0; self.clusters.cells.len()];
-        let mut open = self.clusters.roots.clone();
-        while let Some(number) = open.pop() {
-            let part = &self.clusters.parts[number as usize];
-            match part.halves {
-                Some(halves) if !self.finest[number as usize] => open.extend(halves),
-                _ => part_of_place[part.cells[0] as usize..part.cells[1] as usize].fill(number),
-            }
-        }
-        self.cells(&part_of_place, cuts)
+    /// The number of cells that the trees are of, and of the other surfaces.
+    pub(crate) fn cell_count(&self) -> usize {
+        self.grids.iter().map(|grid| grid.cells() as usize).sum()
     }
 
-    /// The cells of parts that are patches, where other surfaces than those of meshes have these cuts.
-    pub(crate) fn cells(&self, part_of_place: &[u32], cuts: &[Cut]) -> Cells {
-        let mut part_of_cell = vec![0; self.grids.iter().map(|grid| grid.cells() as usize).sum()];
-        for (&cell, &part) in self.clusters.cells.iter().zip(part_of_place) {
-            part_of_cell[cell as usize] = part;
-        }
-        let mut cells = Cells { cuts: Vec::new(), patch_of_cell: Vec::new(), patch_of_part: Vec::new() };
-        cells.patch_of_part.resize(self.clusters.parts.len(), None);
+    /// The cells of parts that are patches, given by the part of each cell, where other surfaces than those of meshes have these cuts.
+    pub(crate) fn cells(&self, part_of_cell: &[u32], cuts: &[Cut]) -> Cells {
+        let parts = part_of_cell.iter().max().map_or(0, |last| *last as usize + 1);
+        let patch_of_part = vec![None; parts];
+        let mut cells = Cells { cuts: Vec::new(), patch_of_cell: Vec::new(), patch_of_part };
         let (mut first, mut patches) = (0, 0);
         for (surface, cut) in cuts.iter().enumerate() {
             let count = self.grids[surface].cells() as usize;

@@ -1,6 +1,7 @@
 //! The choice of a job's patches: a pilot walks the scene on a fine grid, with walks of its own, and a rule reads off what to cut.
 
 use std::num::NonZeroUsize;
+use std::ops::Range;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::thread;
@@ -36,6 +37,9 @@ const GROUPS: u64 = 16;
 /// From one group's first walk to the next one's, in the pilot's sequence.
 const GROUP_STRIDE: u64 = 1 << 40;
 
+/// Walks that a thread takes at once.
+const PART: u64 = 1 << 18;
+
 /// Walks of the pilot for each of its cells.
 const WALKS_PER_CELL: u64 = 16;
 
@@ -51,12 +55,31 @@ const FIRST: u64 = 1 << 14;
 /// The part of a total error that the choice aims at: what is foretold is not exact.
 const AIM: f64 = 0.9;
 
+/// What was chosen for a job.
+#[derive(Debug)]
+pub struct Chosen {
+    /// The patches.
+    pub partition: Partition,
+    /// The scene of the pilot.
+    scene: Scene,
+}
+
+impl Chosen {
+    /// Builds the scene of the job that has been read again with the partition: rays find its surfaces by what the pilot's found them by.
+    ///
+    /// # Errors
+    /// As [`Job::build_scene`].
+    pub fn build_scene(&self, job: &Job) -> Result<Scene, job::Error> {
+        job.build_scene_like(&self.scene)
+    }
+}
+
 /// Chooses the patches that a job leaves open, on some threads of this process. The choice is a function of the job, whatever the
 /// threads. `None` for a job that leaves nothing open.
 ///
 /// # Errors
 /// Where the scene or the method is refused, or a sum overflows.
-pub fn choose(job: &Job, threads: usize) -> Result<Option<Partition>, Error> {
+pub fn choose(job: &Job, threads: usize) -> Result<Option<Chosen>, Error> {
     let Some(auto) = &job.auto else { return Ok(None) };
     match &job.total_target {
         None if Meshes::are_many(auto, job.budget.paths) => in_groups(job, auto, threads).map(Some),
@@ -66,7 +89,7 @@ pub fn choose(job: &Job, threads: usize) -> Result<Option<Partition>, Error> {
 }
 
 /// The choice for the walks of a job.
-fn for_budget(job: &Job, auto: &Auto, threads: usize) -> Result<Partition, Error> {
+fn for_budget(job: &Job, auto: &Auto, threads: usize) -> Result<Chosen, Error> {
     let bases = open_bases(auto);
     let budget = job.budget.paths;
     let wanted = pilot_for(budget);
@@ -94,7 +117,7 @@ fn for_budget(job: &Job, auto: &Auto, threads: usize) -> Result<Partition, Error
 }
 
 /// The choice for a total error, which is that of the means: the pilot grows with the walks that it finds to be needed.
-fn for_error(job: &Job, auto: &Auto, aim: f64, threads: usize) -> Result<Partition, Error> {
+fn for_error(job: &Job, auto: &Auto, aim: f64, threads: usize) -> Result<Chosen, Error> {
     let budget = job.budget.paths;
     let mut pilot = Pilot::linear(job, &auto.surfaces, pilot_for(budget))?;
     let mut walks = LEAST.min(pilot_for(budget));
@@ -114,26 +137,30 @@ fn for_error(job: &Job, auto: &Auto, aim: f64, threads: usize) -> Result<Partiti
 }
 
 /// The choice where faces of meshes are grouped: of the bases that the job leaves open the better one, for all surfaces.
-fn in_groups(job: &Job, auto: &Auto, threads: usize) -> Result<Partition, Error> {
+fn in_groups(job: &Job, auto: &Auto, threads: usize) -> Result<Chosen, Error> {
     let budget = job.budget.paths;
-    let (look, before) = first_look(job, auto, pilot_for(budget), threads)?;
-    let meshes = Meshes::new(job.scene.spec(), auto, &look);
+    let looked = (pilot_for(budget) / FIRST_PART).max(1);
+    let walks = (pilot_for(budget) - looked).max(1);
+    let (look, before) = first_look(job, auto, (looked, walks), threads)?;
+    let (meshes, clusters) = Meshes::new(job.scene.spec(), auto, &look);
     let others: Vec<usize> = auto.surfaces.iter().copied().filter(|&surface| !meshes.has(surface)).collect();
-    let grids = grids(job, &others, pilot_for(budget));
-    let cells = meshes.pilot(&cuts_of(&grids));
+    let grids = grids(job, &others, walks);
+    let finest =
+        (0..).zip(&clusters.parts).filter(|(_, part)| part.halves.is_none()).map(|(number, _)| number);
+    let part_of_cell = clusters.part_of_cell(finest, meshes.cell_count());
+    let cells = meshes.cells(&part_of_cell, &cuts_of(&grids));
     let score = if auto.linear { Score::Linear } else { Score::Of };
     let scene = job.scene.recut(before.experiment.scene(), (&cells.cuts, &cells.patch_of_cell))?;
     let before = before.counted([0, 0]);
-    let mut pilot = Pilot::new(job, grids, scene, score)?;
-    pilot.walk(pilot_for(budget), threads)?;
+    let mut pilot = Pilot::new(job, grids, scene, score, GROUPS)?;
+    pilot.walk(walks, threads)?;
     let tallies = pilot.tallies();
     let lights = pilot.lights(&tallies, |surface| !meshes.has(surface));
-    let trees = (&meshes.clusters, &meshes.finest[..]);
-    let on_meshes = MeshLight::new(&pilot.experiment, &tallies, trees, &cells.patch_of_part);
+    let mut on_meshes = MeshLight::new(&pilot.experiment, &tallies, clusters, &cells.patch_of_part);
     let energy = on_meshes.energy() + lights.iter().map(SurfaceLight::energy).sum::<f64>();
     let choices = open_bases(auto).into_iter().map(|basis| {
         let mut choice = Candidates::new(&lights, &[basis]).choose(budget as f64);
-        let grouped = on_meshes.choose(basis, budget as f64);
+        let grouped = on_meshes.choose(basis, budget as f64, meshes.cell_count());
         choice.noise += grouped.noise;
         choice.lost += grouped.lost;
         (choice, grouped)
@@ -146,17 +173,23 @@ fn in_groups(job: &Job, auto: &Auto, threads: usize) -> Result<Partition, Error>
         false => of_others.next().expect("a cut for each of the other surfaces"),
     };
     let cuts: Vec<Cut> = pilot.grids.iter().enumerate().map(cut).collect();
-    let cells = meshes.cells(&grouped.part_of_place, &cuts);
+    let cells = meshes.cells(&grouped.part_of_cell, &cuts);
     choice.cuts = cells.cuts;
-    let mut partition = pilot.tell(&choice, energy, pilot.counted(before));
-    partition.groups = cells.patch_of_cell;
-    partition.forecast.iter_mut().for_each(|forecast| forecast.surfaces = auto.surfaces.len() as u64);
-    Ok(partition)
+    let mut chosen = pilot.tell(&choice, energy, pilot.counted(before));
+    chosen.partition.groups = cells.patch_of_cell;
+    let forecast = chosen.partition.forecast.iter_mut();
+    forecast.for_each(|forecast| forecast.surfaces = auto.surfaces.len() as u64);
+    Ok(chosen)
 }
 
-/// What a small part of the walks of a pilot tells of the light on meshes, and the pilot that walked them: on cells that are no smaller than
+/// What a look of few walks tells of the light on meshes, for a pilot of more walks, and the pilot that looked: on cells that are no smaller than
 /// need be, one patch each.
-fn first_look<'a>(job: &'a Job, auto: &Auto, walks: u64, threads: usize) -> Result<(Look, Pilot<'a>), Error> {
+fn first_look<'a>(
+    job: &'a Job,
+    auto: &Auto,
+    (looked, walks): (u64, u64),
+    threads: usize,
+) -> Result<(Look, Pilot<'a>), Error> {
     let surfaces = &job.scene.spec().surfaces;
     let area: f64 = auto.surfaces.iter().map(|&surface| surfaces[surface].shape.area()).sum();
     let mut grids: Vec<Grid> = surfaces.iter().map(|surface| Grid::of(&surface.shape)).collect();
@@ -167,10 +200,9 @@ fn first_look<'a>(job: &'a Job, auto: &Auto, walks: u64, threads: usize) -> Resu
     }
     let cuts: Vec<Cut> = grids.iter().map(|grid| grid.cut()).collect();
     let scene = job.scene.build_cut((&cuts, &[]), job.index)?;
-    let mut pilot = Pilot::new(job, grids.iter().map(|&grid| (grid, None)).collect(), scene, Score::Of)?;
+    let mut pilot = Pilot::new(job, grids.iter().map(|&grid| (grid, None)).collect(), scene, Score::Of, 1)?;
     // Other walks than those of the pilot, which is thereby independent of the cells that are chosen for it.
     pilot.sequence = Sequence::new(seed(seed(job.seed)));
-    let looked = (walks / FIRST_PART).max(1);
     pilot.walk(looked, threads)?;
     let scores = pilot.scores(walks as f64 / looked as f64);
     Ok((Look { grids, scores }, pilot))
@@ -223,7 +255,7 @@ impl<'a> Pilot<'a> {
     fn linear(job: &'a Job, open: &[usize], walks: u64) -> Result<Self, Error> {
         let grids = grids(job, open, walks);
         let scene = job.scene.build_cut((&cuts_of(&grids), &[]), job.index)?;
-        Pilot::new(job, grids, scene, Score::Linear)
+        Pilot::new(job, grids, scene, Score::Linear, GROUPS)
     }
 
     /// A pilot that keeps some kind of scores in a scene that is cut for it.
@@ -232,6 +264,7 @@ impl<'a> Pilot<'a> {
         grids: Grids,
         scene: Scene,
         score: impl Fn(Estimator) -> Score,
+        groups: u64,
     ) -> Result<Self, Error> {
         let direction = match job.method.walk {
             WalkKind::Gathering => Direction::Gathering(Birth::Area),
@@ -239,7 +272,7 @@ impl<'a> Pilot<'a> {
         };
         let score = score(job.method.estimator.ending(job.method.infinite));
         let experiment = Experiment::new(scene, Walks { direction, space: Space::Continuous, score })?;
-        let groups = (0..GROUPS).map(|_| experiment.tally::<MOMENTS>()).collect();
+        let groups = (0..groups).map(|_| experiment.tally::<MOMENTS>()).collect();
         let sequence = Sequence::new(seed(job.seed));
         Ok(Pilot { job, experiment, sequence, grids, groups })
     }
@@ -247,24 +280,29 @@ impl<'a> Pilot<'a> {
     /// Goes on to a number of walks.
     fn walk(&mut self, walks: u64, threads: usize) -> Result<(), Error> {
         let Pilot { experiment, sequence, groups, .. } = self;
-        let each = walks.div_ceil(GROUPS);
-        let count = groups.len();
+        let each = walks.div_ceil(groups.len() as u64);
+        let parts: Vec<(usize, Range<u64>)> = groups
+            .iter()
+            .enumerate()
+            .flat_map(|(group, tally)| {
+                let first = group as u64 * GROUP_STRIDE;
+                let part = move |from: u64| (group, first + from..first + each.min(from + PART));
+                (tally.counts.walks..each).step_by(PART as usize).map(part)
+            })
+            .collect();
         let groups: Vec<Mutex<&mut Tally>> = groups.iter_mut().map(Mutex::new).collect();
         let next = AtomicUsize::new(0);
         let shoot = || -> Result<(), Overflow> {
             let mut board = experiment.board::<MOMENTS>();
-            loop {
-                let group = next.fetch_add(1, Ordering::Relaxed);
-                let Some(tally) = groups.get(group) else { return Ok(()) };
-                let mut tally = tally.lock().unwrap_or_else(PoisonError::into_inner);
-                let first = group as u64 * GROUP_STRIDE;
-                let range = first + tally.counts.walks..first + each.max(tally.counts.walks);
-                experiment.walk(sequence, range, &mut board);
-                board.add_to(&mut tally)?;
+            while let Some((group, range)) = parts.get(next.fetch_add(1, Ordering::Relaxed)) {
+                experiment.walk(sequence, range.clone(), &mut board);
+                board.add_to(&mut groups[*group].lock().unwrap_or_else(PoisonError::into_inner))?;
             }
+            Ok(())
         };
         thread::scope(|scope| {
-            let spawned: Vec<_> = (1..threads.clamp(1, count)).map(|_| scope.spawn(shoot)).collect();
+            let spawned: Vec<_> =
+                (1..threads.clamp(1, parts.len().max(1))).map(|_| scope.spawn(shoot)).collect();
             let here = shoot();
             let others = spawned.into_iter().map(|thread| thread.join().expect("walks do not panic"));
             others.fold(here, Result::and)
@@ -318,7 +356,7 @@ impl<'a> Pilot<'a> {
     }
 
     /// The partition that was chosen after some walks and rays.
-    fn tell(&self, choice: &Choice, energy: f64, [paths, rays]: [u64; 2]) -> Partition {
+    fn tell(&self, choice: &Choice, energy: f64, [paths, rays]: [u64; 2]) -> Chosen {
         let part = |of: f64| if energy > 0.0 { (of / energy).sqrt() } else { 0.0 };
         let linear = choice.basis == Basis::Linear;
         let forecast = Forecast {
@@ -330,13 +368,14 @@ impl<'a> Pilot<'a> {
             noise: part(choice.noise),
             discretisation: part(choice.lost),
         };
-        Partition {
+        let partition = Partition {
             cuts: choice.cuts.clone(),
             groups: Vec::new(),
             linear: linear || self.job.total_target.is_some(),
             space: Space::Continuous,
             forecast: Some(forecast),
-        }
+        };
+        Chosen { partition, scene: self.experiment.scene().clone() }
     }
 }
 

@@ -73,7 +73,7 @@ fn load(path: &Path, seed: u64, paths: u64) -> Job {
 }
 
 fn chosen(job: &Job, threads: usize) -> Partition {
-    choose(job, threads).unwrap().expect("patches are left open")
+    choose(job, threads).unwrap().expect("patches are left open").partition
 }
 
 /// Threads have no part in the choice; a file gives it to another job; faces of the ball are grouped, and walls, which are two faces each,

@@ -37,7 +37,7 @@ fn load(path: &Path, seed: u64, paths: u64) -> Job {
 }
 
 fn chosen(job: &Job, threads: usize) -> Partition {
-    choose(job, threads).unwrap().expect("patches are left open")
+    choose(job, threads).unwrap().expect("patches are left open").partition
 }
 
 #[test]

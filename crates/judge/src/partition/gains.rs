@@ -44,64 +44,99 @@ type Weights = [f64; FACTORS.len()];
 
 /// What is expected of each part.
 pub(crate) struct Gains {
-    /// What halving it gains; of a single cell, what all cuts of it would [W²/m²].
+    /// What halving it gains; of a part that has no halves, what all its cuts would [W²/m²].
     pub(crate) expected: Vec<f64>,
+    rates: Rates,
+    /// By part that the pilot did not see halved, the mean of the factors that it may have.
+    factors: Vec<f64>,
+    /// All gains that follow over the first, of a part that has no halves.
+    tail: f64,
+    /// The number of parts that the pilot has seen.
+    measured: usize,
 }
 
 impl Gains {
-    /// The gains of all parts under a basis, from those that a pilot of some walks has seen halved.
-    pub(crate) fn new(
-        clusters: &Clusters,
-        (seen, is_seen): (&[Seen], &[bool]),
-        (basis, pilot): (Basis, f64),
-    ) -> Self {
-        let classes: Vec<Class> = clusters.parts.iter().map(|part| Class::of(clusters, part)).collect();
-        let rates = Rates::new(&classes, (seen, is_seen), (basis, pilot));
-        let measured = |part: usize| Measured::of(&seen[part], basis, pilot);
-        let base: Vec<f64> =
-            classes.iter().zip(seen).map(|(class, seen)| rates.of(class) * seen.energy.max(0.0)).collect();
-        let likelihoods = |part: usize| -> Weights {
-            let measured = measured(part);
-            FACTORS.map(|factor| measured.likelihood(factor * base[part]))
-        };
-        // By part, the likelihood of all that is measured of it and its parts, by factor.
-        let mut upwards = vec![[1.0; FACTORS.len()]; seen.len()];
-        for part in (0..seen.len()).rev().filter(|&part| is_seen[part]) {
-            let mut weights = likelihoods(part);
-            for half in clusters.parts[part].halves.into_iter().flatten() {
-                if is_seen[half as usize] {
-                    times(&mut weights, &upward(&upwards[half as usize]));
-                }
-            }
-            upwards[part] = scaled(weights);
-        }
-        let mut expected = vec![0.0; seen.len()];
+    /// The gains under a basis of the parts that a pilot of some walks has seen halved.
+    pub(crate) fn new(clusters: &Clusters, seen: &[Seen], (basis, pilot): (Basis, f64)) -> Self {
+        let measured = seen.len();
+        let rates = Rates::new(clusters, seen, (basis, pilot));
+        let tail = 1.0 / (1.0 - FALL[basis as usize]);
+        let (expected, factors) = (vec![0.0; measured], vec![CAUTION; measured]);
+        let mut gains = Gains { expected, rates, factors, tail, measured };
+        let parts = || clusters.parts[..measured].iter().zip(seen);
+        let is_halved: Vec<bool> = parts().map(|(part, _)| gains.has_measured(part)).collect();
+        let base = |(part, seen): (&Cluster, &Seen)| gains.rates.of(clusters, part) * seen.energy.max(0.0);
+        let bases: Vec<f64> = parts().map(base).collect();
+        let of = |part: usize| Measured::of(&seen[part], basis, pilot);
+        let likelihoods = upwards(clusters, &is_halved, |part| {
+            let measured = of(part);
+            FACTORS.map(|factor| measured.likelihood(factor * bases[part]))
+        });
         // By part, the weights of its factors, given all that is measured outside of it.
-        let mut around = vec![LIKELY; seen.len()];
-        for part in 0..seen.len() {
+        let mut around = vec![Weights::default(); measured];
+        clusters.roots.iter().for_each(|&root| around[root as usize] = LIKELY);
+        for part in (0..measured).filter(|&part| is_halved[part]) {
             let mut weights = around[part];
-            times(&mut weights, &upwards[part]);
-            let weights = scaled(weights);
-            let measured = measured(part);
-            let gain = |factor: f64| {
-                let gain = factor * base[part];
-                if is_seen[part] { measured.with(gain) } else { gain }
-            };
-            let sum: f64 = weights.iter().sum();
-            let mean: f64 = weights.iter().zip(FACTORS).map(|(weight, factor)| weight * gain(factor)).sum();
-            let is_cell = clusters.parts[part].halves.is_none();
-            let tail = if is_cell { 1.0 / (1.0 - FALL[basis as usize]) } else { 1.0 };
-            expected[part] = (tail * mean / sum).max(0.0);
-            for half in clusters.parts[part].halves.into_iter().flatten() {
+            times(&mut weights, &likelihoods[part]);
+            let (weights, measured) = (scaled(weights), of(part));
+            gains.expected[part] = mean(&weights, |factor| measured.with(factor * bases[part])).max(0.0);
+            for half in clusters.parts[part].halves.into_iter().flatten().map(|half| half as usize) {
                 let mut weights = weights;
-                if is_seen[half as usize] {
-                    divided(&mut weights, &upward(&upwards[half as usize]));
+                if is_halved[half] {
+                    divided(&mut weights, &upward(&likelihoods[half]));
+                    around[half] = scaled(downward(&weights));
+                } else {
+                    gains.factors[half] = mean(&downward(&weights), |factor| factor);
                 }
-                around[half as usize] = scaled(downward(&weights));
             }
         }
-        Gains { expected }
+        gains
     }
+
+    /// Whether the pilot has seen the halves of a part.
+    pub(crate) fn has_measured(&self, part: &Cluster) -> bool {
+        part.halves.is_some_and(|[half, _]| (half as usize) < self.measured)
+    }
+
+    /// The most that cutting a part may gain whose halves are not known.
+    pub(crate) fn promise(&self, number: usize, part: &Cluster, seen: &Seen) -> f64 {
+        self.tail * self.factors[number] * self.rates.largest(part) * seen.energy.max(0.0)
+    }
+
+    /// Tells what is expected of a part of some energy that the pilot did not see halved, and which factors its halves have: that of the
+    /// part, or one that is drawn anew.
+    pub(crate) fn tell(&mut self, clusters: &Clusters, number: usize, energy: f64) {
+        let part = &clusters.parts[number];
+        let tail = if part.halves.is_none() { self.tail } else { 1.0 };
+        self.expected[number] = tail * self.factors[number] * self.rates.of(clusters, part) * energy.max(0.0);
+        self.expected.resize(clusters.parts.len(), 0.0);
+        self.factors.resize(clusters.parts.len(), CAUTION);
+        for half in part.halves.into_iter().flatten() {
+            self.factors[half as usize] = STAY * self.factors[number] + (1.0 - STAY) * CAUTION;
+        }
+    }
+}
+
+/// By part that the pilot saw halved, the likelihood of all that is measured of it and its parts, by factor. `of_part` is that of the part
+/// alone.
+fn upwards(clusters: &Clusters, is_seen: &[bool], of_part: impl Fn(usize) -> Weights) -> Vec<Weights> {
+    let mut likelihoods = vec![Weights::default(); is_seen.len()];
+    for part in (0..is_seen.len()).rev().filter(|&part| is_seen[part]) {
+        let mut weights = of_part(part);
+        for half in clusters.parts[part].halves.into_iter().flatten().map(|half| half as usize) {
+            if is_seen[half] {
+                times(&mut weights, &upward(&likelihoods[half]));
+            }
+        }
+        likelihoods[part] = scaled(weights);
+    }
+    likelihoods
+}
+
+/// The mean over weighted factors of what each makes likely.
+fn mean(weights: &Weights, of: impl Fn(f64) -> f64) -> f64 {
+    let sum: f64 = weights.iter().sum();
+    weights.iter().zip(FACTORS).map(|(weight, factor)| weight * of(factor)).sum::<f64>() / sum
 }
 
 /// What parts are alike in.
@@ -114,18 +149,22 @@ struct Class {
 impl Class {
     fn of(clusters: &Clusters, part: &Cluster) -> Self {
         let (square, turn) = match part.halves {
-            // Halves of a single cell would be about so far apart.
+            // Halves would be about so far apart.
             None => (0.25 * part.area, 0.0),
             Some([a, b]) => {
                 let [a, b] = [a, b].map(|half| &clusters.parts[half as usize]);
                 ((a.middle[0] - b.middle[0]).length_squared(), (a.middle[1] - b.middle[1]).length_squared())
             }
         };
-        // The exponent of the square, from −40 up, is twice that of the distance.
-        let exponent = (square.to_bits() >> 52) as i64 - 1023;
-        let octave = ((exponent + 40) / 2).clamp(0, OCTAVES as i64 - 1) as usize;
-        Class { octave, turn: TURNS.iter().filter(|&&limit| turn > limit).count() }
+        Class { octave: octave(square), turn: TURNS.iter().filter(|&&limit| turn > limit).count() }
     }
+}
+
+/// The octave of a distance, given by its square.
+fn octave(square: f64) -> usize {
+    // The exponent of the square, from −40 up, is twice that of the distance.
+    let exponent = (square.to_bits() >> 52) as i64 - 1023;
+    ((exponent + 40) / 2).clamp(0, OCTAVES as i64 - 1) as usize
 }
 
 /// What parts of each class gain in proportion to their energy.
@@ -134,14 +173,19 @@ struct Rates {
 }
 
 impl Rates {
-    fn new(classes: &[Class], (seen, is_seen): (&[Seen], &[bool]), (basis, pilot): (Basis, f64)) -> Self {
+    fn new(clusters: &Clusters, seen: &[Seen], (basis, pilot): (Basis, f64)) -> Self {
         // By class, sums of gains, of their variances, and of energies.
         let mut sums = vec![[[0.0; 3]; OCTAVES]; TURNS.len() + 1];
-        for (part, class) in classes.iter().enumerate().filter(|(part, _)| is_seen[*part]) {
-            let measured = Measured::of(&seen[part], basis, pilot);
+        let count = seen.len();
+        for (part, seen) in clusters.parts.iter().zip(seen) {
+            if part.halves.is_none_or(|[half, _]| half as usize >= count) {
+                continue;
+            }
+            let class = Class::of(clusters, part);
+            let measured = Measured::of(seen, basis, pilot);
             let variance = measured.variance(measured.gain.max(0.0));
             let sum = &mut sums[class.turn][class.octave];
-            [measured.gain, variance, seen[part].energy].iter().zip(sum).for_each(|(x, sum)| *sum += x);
+            [measured.gain, variance, seen.energy].iter().zip(sum).for_each(|(x, sum)| *sum += x);
         }
         let by_class = sums.iter().map(|sums| Self::of_octaves(sums, basis)).collect();
         Rates { by_class }
@@ -168,8 +212,15 @@ impl Rates {
         rates
     }
 
-    fn of(&self, class: &Class) -> f64 {
+    fn of(&self, clusters: &Clusters, part: &Cluster) -> f64 {
+        let class = Class::of(clusters, part);
         self.by_class[class.turn][class.octave]
+    }
+
+    /// The largest rate that a part may have whose halves are not known.
+    fn largest(&self, part: &Cluster) -> f64 {
+        let octave = octave(0.25 * part.area);
+        self.by_class.iter().fold(0.0, |most, rates| most.max(rates[octave]))
     }
 }
 

@@ -16,12 +16,16 @@ const FEW: f64 = 8.0;
 /// more often than others.
 const MANY: f64 = 50.0;
 
+/// A part that the pilot did not see halved has halves where they may gain this part of their cost.
+const WORTH: f64 = 0.25;
+
 /// The light on meshes.
-pub struct MeshLight<'a> {
-    clusters: &'a Clusters,
-    /// The parts that the pilot's patches are: below them it sees nothing.
-    finest: &'a [bool],
+pub struct MeshLight {
+    clusters: Clusters,
+    /// What the pilot saw of the parts that are no parts of its patches, and what follows of the others.
     seen: Vec<Seen>,
+    /// The number of the former, which come first.
+    measured: usize,
     /// All energy, without bias [W²/m²].
     energy: f64,
     /// Walks of the pilot.
@@ -31,32 +35,28 @@ pub struct MeshLight<'a> {
 /// Which parts of meshes become patches.
 #[derive(Clone, Debug, Default)]
 pub struct Grouped {
-    /// By place in the order of the trees, the number of the part that its cell is in.
-    pub part_of_place: Vec<u32>,
+    /// By cell, the number of the part that it is in.
+    pub part_of_cell: Vec<u32>,
     /// The foretold noise [W²/m²].
     pub noise: f64,
-    /// The foretold energy that the means leave out [W²/m²].
+    /// The foretold energy that the fits leave out [W²/m²].
     pub lost: f64,
 }
 
-impl<'a> MeshLight<'a> {
-    /// What the pilot saw. Its patches on meshes are the parts of `finest`, each of which has its patch in `patch_of_part`.
+impl MeshLight {
+    /// What the pilot saw. Its patches on meshes are the parts that are not halved, each of which has its patch in `patch_of_part`.
     pub fn new(
         experiment: &Experiment,
         tallies: &PilotTallies<'_>,
-        (clusters, finest): (&'a Clusters, &'a [bool]),
+        clusters: Clusters,
         patch_of_part: &[Option<u32>],
     ) -> Self {
         let scene = experiment.scene();
         let is_linear = experiment.method().is_linear();
-        let frames = is_linear.then(|| Frames::new(scene, (clusters, finest), patch_of_part));
-        let mut light = MeshLight {
-            clusters,
-            finest,
-            seen: vec![Seen::default(); clusters.parts.len()],
-            energy: 0.0,
-            walks: tallies.all.counts.walks as f64,
-        };
+        let frames = is_linear.then(|| Frames::new(scene, &clusters, patch_of_part));
+        let measured = clusters.parts.len();
+        let (seen, walks) = (vec![Seen::default(); measured], tallies.all.counts.walks as f64);
+        let mut light = MeshLight { clusters, seen, measured, energy: 0.0, walks };
         for is_back in [false, true] {
             if is_back && !scene.faces().two_sided() {
                 continue;
@@ -71,7 +71,7 @@ impl<'a> MeshLight<'a> {
         }
         light.compare_halves();
         let basis = if is_linear { Basis::Linear } else { Basis::Constant };
-        let finest = light.seen.iter().zip(light.finest).filter(|(_, finest)| **finest);
+        let finest = light.seen.iter().zip(&light.clusters.parts).filter(|(_, part)| part.halves.is_none());
         light.energy = finest.map(|(seen, _)| seen.caught[basis as usize]).sum();
         light.smooth();
         light
@@ -79,24 +79,20 @@ impl<'a> MeshLight<'a> {
 
     /// Light of which a pilot of some walks has seen this down to single cells, for tests: b of each cell, and ν of an unknown where b is 1.
     #[cfg(test)]
-    pub(super) fn known(
-        clusters: &'a Clusters,
-        finest: &'a [bool],
-        (b, noise): (&[f64], f64),
-        walks: f64,
-    ) -> Self {
+    pub(super) fn known(clusters: Clusters, (b, noise): (&[f64], f64), walks: f64) -> Self {
         let mut seen = vec![Seen::default(); clusters.parts.len()];
         for (number, part) in clusters.parts.iter().enumerate().rev() {
-            let [from, to] = part.cells.map(|cell| cell as usize);
-            let cells = &clusters.cells[from..to];
-            let mean = cells.iter().map(|&cell| b[cell as usize]).sum::<f64>() / cells.len() as f64;
+            let cells = || clusters.cells_of(part);
+            let mean = cells().map(|cell| b[cell as usize]).sum::<f64>() / cells().count() as f64;
             let energy = part.area * mean * mean;
             let noise = noise * mean;
             seen[number] =
                 Seen { energy, noise, hits: 1e3, caught: [energy; 2], foretold: noise, gain: [0.0; 2] };
         }
-        let energy = clusters.cells.iter().map(|&cell| b[cell as usize] * b[cell as usize]).sum();
-        let mut light = MeshLight { clusters, finest, seen, energy, walks };
+        let cells = clusters.roots.iter().flat_map(|&root| clusters.cells_of(&clusters.parts[root as usize]));
+        let energy = cells.map(|cell| b[cell as usize] * b[cell as usize]).sum();
+        let measured = seen.len();
+        let mut light = MeshLight { clusters, seen, measured, energy, walks };
         light.compare_halves();
         light
     }
@@ -113,7 +109,8 @@ impl<'a> MeshLight<'a> {
         // By part, the integral of the light, and the variance of its estimate.
         let mut sums = vec![[0.0; 2]; self.seen.len()];
         for (number, part) in self.clusters.parts.iter().enumerate().rev() {
-            if self.finest[number] {
+            let halves = part.halves.map(|halves| halves.map(|half| half as usize));
+            if halves.is_none() {
                 let Some(face) = face(number).map(|face| face as usize) else { continue };
                 let moments = pool.add(number);
                 if let Some(all) = experiment.fit(&tallies.all, face, channel) {
@@ -126,12 +123,10 @@ impl<'a> MeshLight<'a> {
                         *moments = [part.area * mean, x, y, z];
                     }
                 }
-            } else if let Some(halves) = self.seen_halves(number) {
+            } else if let Some(halves) = halves {
                 let parts = halves.map(|half| &self.clusters.parts[half]);
                 pool.join(number, halves, parts.map(|half| half.middle[0] - part.middle[0]));
                 sums[number] = [0, 1].map(|k| sums[halves[0]][k] + sums[halves[1]][k]);
-            } else {
-                continue;
             }
             if pool.of(number).is_empty() {
                 continue;
@@ -153,20 +148,14 @@ impl<'a> MeshLight<'a> {
         }
     }
 
-    /// Takes down what halving each part gains, where the pilot sees it.
+    /// Takes down what halving each part gains.
     fn compare_halves(&mut self) {
-        for number in 0..self.seen.len() {
-            if let Some([a, b]) = self.seen_halves(number) {
-                let caught = [a, b, number].map(|part| self.seen[part].caught);
+        for (number, part) in self.clusters.parts.iter().enumerate() {
+            if let Some([a, b]) = part.halves {
+                let caught = [a as usize, b as usize, number].map(|part| self.seen[part].caught);
                 self.seen[number].gain = [0, 1].map(|k| caught[0][k] + caught[1][k] - caught[2][k]);
             }
         }
-    }
-
-    /// The halves of a part, where the pilot sees them.
-    fn seen_halves(&self, part: usize) -> Option<[usize; 2]> {
-        let halves = self.clusters.parts[part].halves.filter(|_| !self.finest[part])?;
-        Some(halves.map(|half| half as usize))
     }
 
     /// Gives every part that few walks have hit noise and energy by the part around it.
@@ -174,22 +163,11 @@ impl<'a> MeshLight<'a> {
     /// A part of a share s of the area is expected to have s times the hits k of the part around it. Light is taken to be r =
     /// (k_part + 1)/(s·k + 1) times that of the part around: noise is in proportion to light, energy to its square.
     fn smooth(&mut self) {
-        let mut is_beyond = vec![false; self.seen.len()];
         for number in 0..self.seen.len() {
             let (part, around) = (&self.clusters.parts[number], self.seen[number]);
             for half in part.halves.into_iter().flatten().map(|half| half as usize) {
-                is_beyond[half] = is_beyond[number] || self.finest[number];
                 let share = self.clusters.parts[half].area / part.area;
                 let seen = &mut self.seen[half];
-                if is_beyond[half] {
-                    *seen = Seen {
-                        energy: share * around.energy,
-                        noise: around.noise,
-                        foretold: around.foretold,
-                        ..Seen::default()
-                    };
-                    continue;
-                }
                 seen.foretold = if seen.hits >= MANY { seen.noise } else { around.foretold };
                 let ratio = (seen.hits + 1.0) / (share * around.hits + 1.0);
                 let mixed = |own: f64, told: f64| (seen.hits * own.max(0.0) + FEW * told) / (seen.hits + FEW);
@@ -199,73 +177,94 @@ impl<'a> MeshLight<'a> {
         }
     }
 
-    /// The parts that make the least error under a basis after a number of walks.
-    pub fn choose(&self, basis: Basis, walks: f64) -> Grouped {
-        let is_seen: Vec<bool> = self.seen_parts();
-        let gains = Gains::new(self.clusters, (&self.seen, &is_seen), (basis, self.walks));
-        let count = self.seen.len();
-        // By part: the least error of it and its parts; what its mean leaves out, and how much of that the pilot has not seen.
-        let (mut least, mut lost, mut unseen) = (vec![0.0; count], vec![0.0; count], vec![0.0; count]);
-        let mut whole = vec![true; count];
-        for number in (0..count).rev() {
-            lost[number] = gains.expected[number];
-            unseen[number] = if is_seen[number] { 0.0 } else { lost[number] };
-            let mut parts = f64::INFINITY;
-            if let Some([a, b]) =
-                self.clusters.parts[number].halves.map(|halves| halves.map(|half| half as usize))
-            {
-                lost[number] += lost[a] + lost[b];
-                unseen[number] += unseen[a] + unseen[b];
-                parts = least[a] + least[b];
-            }
-            let own = lost[number] + basis.unknowns() * self.seen[number].noise / walks;
-            whole[number] = own <= parts;
-            least[number] = own.min(parts);
-        }
-        let mut grouped = Grouped { part_of_place: vec![0; self.clusters.cells.len()], ..Grouped::default() };
+    /// The parts that make the least error under a basis after a number of walks, of a scene of some cells.
+    pub fn choose(&mut self, basis: Basis, walks: f64, cells: usize) -> Grouped {
+        let mut gains = Gains::new(&self.clusters, &self.seen[..self.measured], (basis, self.walks));
+        self.go_beyond(&mut gains, basis, walks);
+        let whole = self.whole(&gains, basis, walks);
+        let mut grouped = Grouped::default();
         // Below the pilot's patches means gain as rates say in the mean; linear fits gain more there, at the edges of shadows.
         let caution = if basis == Basis::Constant { CAUTION } else { 1.0 };
-        let mut caught = 0.0;
-        // Each with whether it is beyond what the pilot saw.
-        let mut open: Vec<(u32, bool)> = self.clusters.roots.iter().map(|&root| (root, false)).collect();
-        while let Some((number, is_beyond)) = open.pop() {
-            let (part, seen) = (&self.clusters.parts[number as usize], &self.seen[number as usize]);
-            let is_finest = self.finest[number as usize];
-            match part.halves {
-                Some(halves) if !whole[number as usize] => {
-                    caught += if is_finest && !is_beyond { seen.caught[basis as usize] } else { 0.0 };
-                    open.extend(halves.map(|half| (half, is_beyond || is_finest)));
-                }
+        let (mut caught, mut chosen) = (0.0, Vec::new());
+        let mut open = self.clusters.roots.clone();
+        while let Some(number) = open.pop() {
+            let part = number as usize;
+            let is_beyond = part >= self.measured;
+            let (halves, seen) = (self.clusters.parts[part].halves, &self.seen[part]);
+            // Below the pilot's patches no part is known to catch more than they do.
+            let is_finest = !is_beyond && halves.is_none_or(|[half, _]| half as usize >= self.measured);
+            caught += if is_finest { seen.caught[basis as usize] } else { 0.0 };
+            match halves {
+                Some(halves) if !whole.of_part[part] => open.extend(halves),
                 _ => {
-                    let [from, to] = part.cells.map(|cell| cell as usize);
-                    grouped.part_of_place[from..to].fill(number);
+                    chosen.push(number);
                     grouped.noise += basis.unknowns() * seen.foretold / walks;
-                    caught += if is_beyond { 0.0 } else { seen.caught[basis as usize] };
-                    grouped.lost += unseen[number as usize] / caution;
+                    caught += if is_beyond || is_finest { 0.0 } else { seen.caught[basis as usize] };
+                    grouped.lost += whole.unseen[part] / caution;
                 }
             }
         }
         grouped.lost += (self.energy - caught).max(0.0);
+        grouped.part_of_cell = self.clusters.part_of_cell(chosen, cells);
         grouped
+    }
+
+    /// Halves the pilot's patches, and their parts in turn, as far as it may pay, and tells what is expected of them: parts are lit as the
+    /// patch that they are of.
+    fn go_beyond(&mut self, gains: &mut Gains, basis: Basis, walks: f64) {
+        let mut number = 0;
+        while number < self.clusters.parts.len() {
+            let (part, around) = (self.clusters.parts[number], self.seen[number]);
+            let cost = basis.unknowns() * around.noise / walks;
+            let is_measured = gains.has_measured(&part);
+            if !is_measured && part.halves.is_none() && gains.promise(number, &part, &around) > WORTH * cost {
+                for half in self.clusters.halve(number).into_iter().flatten() {
+                    let share = self.clusters.parts[half].area / part.area;
+                    let energy = share * around.energy;
+                    let Seen { noise, foretold, .. } = around;
+                    self.seen.push(Seen { energy, noise, foretold, ..Seen::default() });
+                }
+            }
+            if !is_measured {
+                gains.tell(&self.clusters, number, around.energy);
+            }
+            number += 1;
+        }
+    }
+
+    /// Finds the best parts from the finest up: a part is whole where that and its noise are no more than the least error of its halves.
+    fn whole(&self, gains: &Gains, basis: Basis, walks: f64) -> Wholes {
+        let count = self.seen.len();
+        let mut wholes = Wholes { of_part: vec![true; count], unseen: vec![0.0; count] };
+        // By part: the least error of it and its parts, and what its fit leaves out.
+        let (mut least, mut lost) = (vec![0.0; count], vec![0.0; count]);
+        for (number, part) in self.clusters.parts.iter().enumerate().rev() {
+            lost[number] = gains.expected[number];
+            wholes.unseen[number] = if gains.has_measured(part) { 0.0 } else { lost[number] };
+            let mut parts = f64::INFINITY;
+            if let Some([a, b]) = part.halves.map(|halves| halves.map(|half| half as usize)) {
+                lost[number] += lost[a] + lost[b];
+                wholes.unseen[number] += wholes.unseen[a] + wholes.unseen[b];
+                parts = least[a] + least[b];
+            }
+            let own = lost[number] + basis.unknowns() * self.seen[number].noise / walks;
+            wholes.of_part[number] = own <= parts;
+            least[number] = own.min(parts);
+        }
+        wholes
     }
 
     /// All energy that the pilot has seen.
     pub fn energy(&self) -> f64 {
         self.energy
     }
+}
 
-    /// Which parts the pilot saw halved.
-    fn seen_parts(&self) -> Vec<bool> {
-        let mut is_seen = vec![false; self.seen.len()];
-        let mut open = self.clusters.roots.clone();
-        while let Some(part) = open.pop() {
-            if let Some(halves) = self.seen_halves(part as usize) {
-                is_seen[part as usize] = true;
-                open.extend(halves.map(|half| half as u32));
-            }
-        }
-        is_seen
-    }
+/// Which parts are better whole than halved.
+struct Wholes {
+    of_part: Vec<bool>,
+    /// By part, the energy that its fit leaves out, as far as the pilot has not seen it [W²/m²].
+    unseen: Vec<f64>,
 }
 
 /// The energies of coefficients without bias: of each the mean product of two groups of walks' estimates, over all pairs.

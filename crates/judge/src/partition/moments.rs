@@ -15,25 +15,21 @@ const NARROW: f64 = 1e-12;
 
 /// How parts of meshes lie.
 pub(super) struct Frames {
-    /// By part that the pilot sees, e_k/√(λ_k·A): e_k the two principal axes on which it extends most, λ_k the variances along them, and A
+    /// By part, e_k/√(λ_k·A): e_k the two principal axes on which it extends most, λ_k the variances along them, and A
     /// its area. With the first moments they make the coefficients of functions that are orthonormal over the part.
     across: Vec<[[f64; 3]; 2]>,
 }
 
 impl Frames {
     /// The frames of the parts that are patches of the pilot, and of all that are made of such.
-    pub(super) fn new(
-        scene: &Scene,
-        (clusters, finest): (&Clusters, &[bool]),
-        patch_of_part: &[Option<u32>],
-    ) -> Self {
+    pub(super) fn new(scene: &Scene, clusters: &Clusters, patch_of_part: &[Option<u32>]) -> Self {
         let mut across = vec![[[0.0; 3]; 2]; clusters.parts.len()];
         let mut covariances: Vec<Covariance> = vec![[[0.0; 3]; 3]; clusters.parts.len()];
         for (number, part) in clusters.parts.iter().enumerate().rev() {
             covariances[number] = match (patch_of_part[number], part.halves) {
-                (Some(patch), _) if finest[number] => scene.body_of(patch).covariance,
-                (_, Some(halves)) if !finest[number] => together(clusters, part, halves, &covariances),
-                _ => continue,
+                (_, Some(halves)) => together(clusters, part, halves, &covariances),
+                (Some(patch), None) => scene.body_of(patch).covariance,
+                (None, None) => continue,
             };
             across[number] = across_of(&covariances[number], part.area);
         }

@@ -226,12 +226,14 @@ fn walls() -> SceneSpec {
 fn trees_hold_cells_that_lie_and_face_alike() {
     let mut spec = walls();
     spec.surfaces[1].shape = Shape::parallelogram(DVec3::Z, DVec3::X * 64.0, DVec3::Y, [64, 1]);
-    let clusters = Clusters::new(&spec, &[Some(0), Some(0), Some(1)]);
-    assert_eq!((clusters.roots.len(), clusters.cells.len()), (2, 192));
+    let clusters = Clusters::new(&spec, &[Some(0), Some(0), Some(1)], &[1.0; 192], |_| false);
+    let cells: u32 =
+        clusters.roots.iter().map(|&root| clusters.parts[root as usize].cells).map(|[a, b]| b - a).sum();
+    assert_eq!((clusters.roots.len(), cells), (2, 192));
     assert_eq!(clusters.parts.len(), 2 * 192 - 2);
     for part in &clusters.parts {
         let cells = part.cells[1] - part.cells[0];
-        assert!((part.area - f64::from(cells)).abs() < 1e-9 * part.area);
+        assert!((part.area - f64::from(cells)).abs() < 1e-9 * part.area && part.scores == f64::from(cells));
         match part.halves {
             None => assert_eq!(cells, 1),
             Some([a, b]) => {
@@ -251,13 +253,12 @@ fn linear_light_is_caught_by_the_fit_to_any_part() {
     const SLOPE: [f64; 2] = [0.3, -0.2];
     let floor = Shape::parallelogram(DVec3::ZERO, DVec3::X * 8.0, DVec3::Y * 8.0, [8, 8]);
     let spec = SceneSpec::new(vec![SurfaceSpec::new(floor, 0.5).emitting(1.0)]);
-    let clusters = Clusters::new(&spec, &[Some(0)]);
-    let finest: Vec<bool> = clusters.parts.iter().map(|part| part.halves.is_none()).collect();
-    let cell = |part: &Cluster| clusters.cells[part.cells[0] as usize];
+    let clusters = Clusters::new(&spec, &[Some(0)], &[0.0; 64], |_| false);
+    let cell = |part: &Cluster| clusters.cells_of(part).next().expect("a cell");
     let patches: Vec<Option<u32>> =
         clusters.parts.iter().map(|part| part.halves.is_none().then(|| cell(part))).collect();
     let scene = Scene::build(&spec, IndexChoice::Flat).unwrap();
-    let frames = Frames::new(&scene, (&clusters, &finest), &patches);
+    let frames = Frames::new(&scene, &clusters, &patches);
     let mut pool = Pool::new(clusters.parts.len(), 1);
     let mut energies = vec![0.0; clusters.parts.len()];
     for (number, part) in clusters.parts.iter().enumerate().rev() {
@@ -294,21 +295,18 @@ fn linear_light_is_caught_by_the_fit_to_any_part() {
 #[test]
 fn groups_follow_the_light() {
     let spec = walls();
-    let clusters = Clusters::new(&spec, &[Some(0), None, Some(1)]);
+    let clusters = Clusters::new(&spec, &[Some(0), None, Some(1)], &[0.0; 192], |_| false);
     let b: Vec<f64> = (0..192)
         .map(|cell| f64::from(cell % 64))
         .map(|x| if (20.0..24.0).contains(&x) { 5.0 } else { 1.0 + 0.002 * x })
         .collect();
-    let finest: Vec<bool> = clusters.parts.iter().map(|part| part.halves.is_none()).collect();
     for walks in [1e3, 1e4, 1e5, 1e6] {
         let noise = 10.0;
         let chosen =
-            MeshLight::known(&clusters, &finest, (&b, noise), walks / 5.0).choose(Basis::Constant, walks);
+            MeshLight::known(clusters.clone(), (&b, noise), walks / 5.0).choose(Basis::Constant, walks, 192);
         let energies = |part: &Cluster| {
-            let [from, to] = part.cells.map(|cell| cell as usize);
-            let of = |power: i32| {
-                clusters.cells[from..to].iter().map(|&cell| b[cell as usize].powi(power)).sum::<f64>()
-            };
+            let of =
+                |power: i32| clusters.cells_of(part).map(|cell| b[cell as usize].powi(power)).sum::<f64>();
             (of(2) - of(1) * of(1) / part.area, noise * of(1) / part.area / walks)
         };
         let mut best = vec![0.0_f64; clusters.parts.len()];
@@ -320,7 +318,9 @@ fn groups_follow_the_light() {
             best[number] = halves.min(lost + noise);
         }
         let best: f64 = clusters.roots.iter().map(|&root| best[root as usize]).sum();
-        let mut parts = chosen.part_of_place.clone();
+        let of_cell = |cell: u32| chosen.part_of_cell[cell as usize];
+        let roots = clusters.roots.iter().map(|&root| &clusters.parts[root as usize]);
+        let mut parts: Vec<u32> = roots.flat_map(|root| clusters.cells_of(root)).map(of_cell).collect();
         parts.dedup();
         let error: f64 = parts
             .iter()
@@ -328,5 +328,29 @@ fn groups_follow_the_light() {
             .map(|(lost, noise)| lost + noise)
             .sum();
         assert!(error < 1.8 * 1.8 * best, "{walks}: {error}, best {best}");
+    }
+}
+
+/// Trees grow below what a pilot saw where many walks make finer parts pay, and not where they are few.
+#[test]
+fn trees_grow_where_cuts_pay() {
+    let spec = walls();
+    let clusters = Clusters::new(&spec, &[Some(0), None, Some(1)], &[0.0; 192], |part| {
+        part.cells[1] - part.cells[0] <= 8
+    });
+    let seen = clusters.parts.len() as u32;
+    let b: Vec<f64> = (0..192).map(|cell| 1.0 + 0.05 * f64::from(cell % 64)).collect();
+    let chosen = |walks: f64| {
+        let mut light = MeshLight::known(clusters.clone(), (&b, 10.0), 1e4);
+        let mut parts = light.choose(Basis::Constant, walks, 192).part_of_cell;
+        parts.retain(|&part| part > 0);
+        parts
+    };
+    assert!(chosen(10.0).iter().all(|&part| part < seen));
+    let fine = chosen(1e8);
+    assert!(fine.iter().filter(|&&part| part >= seen).count() > 100, "{fine:?}");
+    for &part in &fine {
+        let cells = fine.iter().filter(|&&other| other == part).count();
+        assert!(cells <= 8, "{cells} cells of {part}");
     }
 }

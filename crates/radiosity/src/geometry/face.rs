@@ -9,7 +9,7 @@ use glam::DVec3;
 use super::partition::Partition;
 pub use super::piece::Face;
 use super::piece::Pieces;
-use super::spec::{SceneSpec, Shape, Side};
+use super::spec::{Shape, Side};
 
 /// The faces of a scene, by number.
 #[derive(Clone, Debug)]
@@ -25,11 +25,10 @@ impl Faces {
         self.pieces.bytes() + self.partition.as_ref().map_or(0, Partition::bytes)
     }
 
-    /// The faces of a valid scene.
-    pub(crate) fn new(spec: &SceneSpec) -> Self {
-        let pieces = Pieces::new(spec);
-        let groups = !spec.patch_of_cell.is_empty();
-        let partition = groups.then(|| Partition::new(&pieces, &spec.patch_of_cell));
+    /// The faces of a valid scene that has these pieces.
+    pub(crate) fn new(pieces: Pieces, patch_of_cell: &[u32]) -> Self {
+        let groups = !patch_of_cell.is_empty();
+        let partition = groups.then(|| Partition::new(&pieces, patch_of_cell));
         Faces { pieces, partition }
     }
 

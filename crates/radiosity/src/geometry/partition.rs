@@ -7,7 +7,6 @@
 use glam::DVec3;
 
 use super::piece::{Face, Pieces};
-use super::spec::Side;
 
 /// The groups of a scene.
 #[derive(Clone, Debug)]
@@ -36,36 +35,38 @@ impl Partition {
 
     /// The groups of the pieces of a valid scene.
     pub(super) fn new(cells: &Pieces, patch_of_cell: &[u32]) -> Self {
-        let piece_count = cells.len();
         let patches = patch_of_cell.iter().max().map_or(0, |last| *last as usize + 1);
-        let patch_of = |piece: u32| patch_of_cell[cells.cell_of(piece).0 as usize];
-        let of_backs = (patch_of_cell.len() as u32..piece_count as u32).map(patch_of);
-        let mut backs: Vec<u32> = of_backs.collect();
-        backs.sort_unstable();
-        backs.dedup();
-        let face = |piece: u32| match cells.cell_of(piece).1 {
-            Side::Front => patch_of(piece),
-            Side::Back => {
-                let place = backs.binary_search(&patch_of(piece)).expect("the back of a patch with backs");
-                (patches + place) as u32
-            }
-        };
-        let face_of_piece: Vec<u32> = (0..piece_count as u32).map(face).collect();
-        let mut pieces: Vec<u32> = (0..piece_count as u32).collect();
-        pieces.sort_by_key(|&piece| face_of_piece[piece as usize]);
-        let mut first = vec![0; patches + backs.len() + 1];
-        face_of_piece.iter().for_each(|&face| first[face as usize + 1] += 1);
-        (1..first.len()).for_each(|face| first[face] += first[face - 1]);
+        let mut has_back = vec![false; patches];
+        let cells_of_backs: Vec<u32> =
+            (patch_of_cell.len() as u32..cells.len() as u32).map(|piece| cells.cell_of(piece).0).collect();
+        cells_of_backs.iter().for_each(|&cell| has_back[patch_of_cell[cell as usize] as usize] = true);
+        let backs: Vec<u32> = (0..patches as u32).filter(|&patch| has_back[patch as usize]).collect();
+        let mut back_of = vec![0; patches];
+        (patches as u32..).zip(&backs).for_each(|(face, &patch)| back_of[patch as usize] = face);
+        let of_backs = cells_of_backs.iter().map(|&cell| back_of[patch_of_cell[cell as usize] as usize]);
+        let face_of_piece: Vec<u32> = patch_of_cell.iter().copied().chain(of_backs).collect();
+        let (pieces, first) = by_face(&face_of_piece, patches + backs.len());
         let (middles, on_several) = (Vec::new(), Vec::new());
         let mut partition = Partition { face_of_piece, pieces, first, backs, middles, on_several };
         let surfaces = cells.surfaces_of_cells();
-        let surface = |piece: u32| surfaces[cells.cell_of(piece).0 as usize];
+        let surface = |piece: u32| match (piece as usize).checked_sub(patch_of_cell.len()) {
+            None => surfaces[piece as usize],
+            Some(back) => surfaces[cells_of_backs[back] as usize],
+        };
         let is_on_several = |face: u32| {
             let pieces = partition.pieces(face);
             pieces.iter().any(|&piece| surface(piece) != surface(pieces[0]))
         };
         partition.on_several = (0..partition.len() as u32).map(is_on_several).collect();
-        partition.middles = (0..patches as u32).map(|patch| middle(cells, partition.pieces(patch))).collect();
+        let mut members = Vec::new();
+        let middle = |patch: u32| {
+            // The number of a cell is that of its front.
+            let own = partition.pieces(patch).iter();
+            members.clear();
+            members.extend(own.map(|&cell| cells.middle(cell, surfaces[cell as usize] as usize)));
+            middle(&members)
+        };
+        partition.middles = (0..patches as u32).map(middle).collect();
         partition
     }
 
@@ -115,12 +116,25 @@ impl Partition {
     }
 }
 
-/// The area of pieces, and their centroid. Those of a single piece are its own, to the last bit.
-fn middle(cells: &Pieces, pieces: &[u32]) -> (f64, DVec3) {
-    let members: Vec<Face> = pieces.iter().map(|&piece| cells.get(piece)).collect();
-    let area: f64 = members.iter().map(|piece| piece.area).sum();
-    match &members[..] {
-        [piece] => (area, piece.centroid),
-        _ => (area, members.iter().map(|piece| piece.centroid * (piece.area / area)).sum()),
+/// The pieces of all faces, face by face and in ascending order, and where those of each face begin; their number last.
+fn by_face(face_of_piece: &[u32], faces: usize) -> (Vec<u32>, Vec<u32>) {
+    let mut first = vec![0; faces + 1];
+    face_of_piece.iter().for_each(|&face| first[face as usize + 1] += 1);
+    (1..first.len()).for_each(|face| first[face] += first[face - 1]);
+    let (mut next, mut pieces) = (first.clone(), vec![0; face_of_piece.len()]);
+    for (piece, &face) in (0..).zip(face_of_piece) {
+        let place = &mut next[face as usize];
+        pieces[*place as usize] = piece;
+        *place += 1;
+    }
+    (pieces, first)
+}
+
+/// The area of cells, and their centroid. Those of a single cell are its own, to the last bit.
+fn middle(members: &[(f64, DVec3)]) -> (f64, DVec3) {
+    let area: f64 = members.iter().map(|(area, _)| area).sum();
+    match members {
+        [(_, centroid)] => (area, *centroid),
+        _ => (area, members.iter().map(|(own, centroid)| centroid * (own / area)).sum()),
     }
 }

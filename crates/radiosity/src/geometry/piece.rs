@@ -62,6 +62,8 @@ struct Backs {
 #[derive(Clone, Debug)]
 pub(crate) struct Pieces {
     surfaces: Vec<Common>,
+    /// The numbers of the first fronts of the surfaces, next to each other: searches read nothing else.
+    firsts: Vec<u32>,
     /// Runs of backs, in the order of their numbers.
     backs: Vec<Backs>,
     /// Emittances of single cells, in ascending order.
@@ -78,12 +80,16 @@ impl Pieces {
 
     /// What the pieces take of memory [bytes].
     pub(super) fn bytes(&self) -> usize {
-        size_of_val(&self.surfaces[..]) + size_of_val(&self.backs[..]) + size_of_val(&self.single[..])
+        size_of_val(&self.surfaces[..])
+            + size_of_val(&self.firsts[..])
+            + size_of_val(&self.backs[..])
+            + size_of_val(&self.single[..])
     }
 
     /// The pieces of a valid scene.
     pub(crate) fn new(spec: &SceneSpec) -> Self {
-        let mut pieces = Pieces { surfaces: vec![], backs: vec![], single: vec![], cells: 0, len: 0 };
+        let (surfaces, firsts) = (Vec::with_capacity(spec.surfaces.len()), Vec::new());
+        let mut pieces = Pieces { surfaces, firsts, backs: vec![], single: vec![], cells: 0, len: 0 };
         for surface in &spec.surfaces {
             let cells = surface.shape.cell_count();
             let first = pieces.cells as u32;
@@ -98,6 +104,7 @@ impl Pieces {
             pieces.single.extend(single);
             pieces.cells += cells as usize;
         }
+        pieces.firsts = pieces.surfaces.iter().map(|surface| surface.first).collect();
         pieces.len = pieces.cells;
         for (number, surface) in (0..).zip(&spec.surfaces).filter(|(_, s)| s.sides == Sides::Both) {
             pieces.backs.push(Backs { first: pieces.len as u32, surface: number });
@@ -137,7 +144,7 @@ impl Pieces {
     }
 
     /// By cell, the number of its surface.
-    pub(super) fn surfaces_of_cells(&self) -> Vec<u32> {
+    pub(crate) fn surfaces_of_cells(&self) -> Vec<u32> {
         let of_surface = |(number, common): (u32, &Common)| {
             std::iter::repeat_n(number, common.shape.cell_count() as usize)
         };
@@ -153,20 +160,31 @@ impl Pieces {
         let (number, side) = self.cell_of(i);
         let surface = self.surface_of(number);
         let common = &self.surfaces[surface];
-        let cell = number - common.first;
-        let (corner, e_u, e_v) = common.shape.edges();
-        let [u, v] = cell_centroid(&common.shape, cell);
-        let single = self.single.binary_search_by_key(&number, |&(cell, _)| cell);
+        let (area, centroid) = self.middle(number, surface);
         Face {
             patch: number,
             side,
             surface: surface as u32,
-            cell: common.shape.cell_label(cell),
-            centroid: corner + e_u * u + e_v * v,
-            area: common.shape.area_of_cell(common.area, cell),
+            cell: common.shape.cell_label(number - common.first),
+            centroid,
+            area,
             reflectance: common.reflectance,
-            emittance: single.map_or(common.emittance, |i| self.single[i].1),
+            emittance: self.emittance(number, surface),
         }
+    }
+
+    /// The area of a cell of a surface [m²], and its centroid [m].
+    pub(super) fn middle(&self, cell: u32, surface: usize) -> (f64, DVec3) {
+        let Common { first, shape, area, .. } = &self.surfaces[surface];
+        let (corner, e_u, e_v) = shape.edges();
+        let [u, v] = cell_centroid(shape, cell - first);
+        (shape.area_of_cell(*area, cell - first), corner + e_u * u + e_v * v)
+    }
+
+    /// The emittance of a cell of a surface.
+    pub(crate) fn emittance(&self, cell: u32, surface: usize) -> Spectrum {
+        let single = self.single.binary_search_by_key(&cell, |&(cell, _)| cell);
+        single.map_or(self.surfaces[surface].emittance, |i| self.single[i].1)
     }
 
     /// The corners of a piece in the coordinates of the file [m], counter-clockwise as seen from its own side: four of a
@@ -207,7 +225,7 @@ impl Pieces {
 
     /// The surface that a cell lies on.
     pub(super) fn surface_of(&self, cell: u32) -> usize {
-        self.surfaces.partition_point(|surface| surface.first <= cell) - 1
+        self.firsts.partition_point(|first| *first <= cell) - 1
     }
 
     /// The cell of a piece, counted through all surfaces, and the side of it.

@@ -192,15 +192,17 @@ impl SceneSpec {
     /// The scene whose patches are the groups of cells that have equal labels. There is a label for each cell, in the order of
     /// surfaces and their cells.
     pub fn grouped(self, labels: &[u32]) -> Self {
-        let mut numbers = HashMap::new();
-        let patch_of_cell: Vec<u32> = labels
-            .iter()
-            .map(|&label| {
-                let next = numbers.len() as u32;
-                *numbers.entry(label).or_insert(next)
-            })
-            .collect();
-        let groups = numbers.len() < labels.len();
+        let mut patches = 0;
+        let mut is_next = |label: u32| {
+            patches += u32::from(label == patches);
+            label < patches
+        };
+        // Labels that are numbers of patches already are looked up nowhere.
+        let patch_of_cell = match labels.iter().all(|&label| is_next(label)) {
+            true => labels.to_vec(),
+            false => numbered(labels),
+        };
+        let groups = patch_of_cell.iter().max().is_some_and(|&last| (last as usize) + 1 < labels.len());
         SceneSpec { patch_of_cell: if groups { patch_of_cell } else { Vec::new() }, ..self }
     }
 
@@ -251,6 +253,16 @@ impl SceneSpec {
         }
         grey
     }
+}
+
+/// The numbers of labels, in the order in which they first occur.
+fn numbered(labels: &[u32]) -> Vec<u32> {
+    let mut numbers = HashMap::new();
+    let number = |&label: &u32| {
+        let next = numbers.len() as u32;
+        *numbers.entry(label).or_insert(next)
+    };
+    labels.iter().map(number).collect()
 }
 
 impl Shape {

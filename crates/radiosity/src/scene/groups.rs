@@ -1,12 +1,12 @@
 //! Whether the groups of cells that a scene is written with can be patches.
 
 use super::SceneError;
-use crate::geometry::piece::{Face, Pieces};
-use crate::geometry::spec::SceneSpec;
+use crate::geometry::piece::Pieces;
+use crate::geometry::spec::{SceneSpec, Spectrum};
 
 /// Checks that every cell has a patch, that patches are numbered in the order of their first cells, and that the cells of a patch
 /// are alike in all but place and area: a patch has one emittance, one reflectance, and one number of sides.
-pub(super) fn check_groups(spec: &SceneSpec) -> Result<(), SceneError> {
+pub(super) fn check_groups(spec: &SceneSpec, pieces: &Pieces) -> Result<(), SceneError> {
     let patch_of_cell = &spec.patch_of_cell;
     if patch_of_cell.is_empty() {
         return Ok(());
@@ -18,10 +18,9 @@ pub(super) fn check_groups(spec: &SceneSpec) -> Result<(), SceneError> {
             spec.cell_count()
         )));
     }
-    let pieces = Pieces::new(spec);
-    let mut firsts: Vec<Face> = Vec::new();
-    for (cell, &patch) in (0..).zip(patch_of_cell) {
-        let own = pieces.get(cell);
+    let mut firsts: Vec<Look> = Vec::new();
+    for ((cell, &patch), surface) in (0..).zip(patch_of_cell).zip(pieces.surfaces_of_cells()) {
+        let own = Look { surface: surface as usize, emittance: pieces.emittance(cell, surface as usize) };
         if patch as usize == firsts.len() {
             firsts.push(own);
         }
@@ -33,7 +32,7 @@ pub(super) fn check_groups(spec: &SceneSpec) -> Result<(), SceneError> {
         };
         if let Some(what) = difference(spec, first, &own) {
             return Err(SceneError::Surface {
-                surface: own.surface as usize,
+                surface: own.surface,
                 key: "patches",
                 problem: format!(
                     "it belongs to a patch that begins on surface {}, which has another {what} (a patch has one); take it out of the group",
@@ -45,13 +44,20 @@ pub(super) fn check_groups(spec: &SceneSpec) -> Result<(), SceneError> {
     Ok(())
 }
 
+/// What a cell looks like: its surface, and what it emits.
+#[derive(Clone, Copy)]
+struct Look {
+    surface: usize,
+    emittance: Spectrum,
+}
+
 /// What two cells of one patch differ in; `None` where they are alike.
-fn difference(spec: &SceneSpec, a: &Face, b: &Face) -> Option<&'static str> {
-    let sides = |face: &Face| spec.surfaces[face.surface as usize].sides;
+fn difference(spec: &SceneSpec, a: &Look, b: &Look) -> Option<&'static str> {
+    let [of_a, of_b] = [a, b].map(|look| &spec.surfaces[look.surface]);
     let differences = [
-        (a.reflectance != b.reflectance, "reflectance"),
+        (of_a.reflectance != of_b.reflectance, "reflectance"),
         (a.emittance != b.emittance, "emittance"),
-        (sides(a) != sides(b), "number of sides"),
+        (of_a.sides != of_b.sides, "number of sides"),
     ];
     differences.into_iter().find(|(differs, _)| *differs).map(|(_, what)| what)
 }

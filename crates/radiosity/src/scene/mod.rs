@@ -18,6 +18,7 @@ use crate::geometry::face::{Face, Faces};
 use crate::geometry::frame::Frames;
 use crate::geometry::landing::Landings;
 use crate::geometry::leaf_table::LeafTable;
+use crate::geometry::piece::Pieces;
 use crate::geometry::places::Places;
 use crate::geometry::planes::{Body, Planes};
 use crate::geometry::spec::Side;
@@ -130,9 +131,7 @@ impl Scene {
     /// # Panics
     /// Where the surfaces are others.
     pub fn recut(&self, spec: &SceneSpec) -> Result<Self, SceneError> {
-        let outlines = || self.faces().shapes().map(Shape::edges);
-        let own = spec.surfaces.iter().map(|surface| surface.shape.edges());
-        assert!(outlines().eq(own), "a scene is cut anew in the same surfaces");
+        assert!(self.has_surfaces_of(spec), "a scene is cut anew in the same surfaces");
         Scene::assemble(spec, self.parts.isa, |surfaces| {
             let Parts { frames, stacks, facets, index, .. } = &*self.parts;
             traced::lie_in(surfaces, stacks);
@@ -145,6 +144,12 @@ impl Scene {
         })
     }
 
+    /// Whether rays find the same surfaces in the scene that this would make: of the same corners and sides, in the same order.
+    pub fn has_surfaces_of(&self, spec: &SceneSpec) -> bool {
+        let own = self.faces().shapes().map(Shape::edges).zip(self.surfaces().iter().map(Surface::sides));
+        own.eq(spec.surfaces.iter().map(|surface| (surface.shape.edges(), surface.sides)))
+    }
+
     /// Checks a scene and puts it together; `trace` makes what rays need of its surfaces.
     fn assemble(
         spec: &SceneSpec,
@@ -152,11 +157,12 @@ impl Scene {
         trace: impl FnOnce(&mut [Surface]) -> traced::Traced,
     ) -> Result<Self, SceneError> {
         check::check(spec)?;
-        groups::check_groups(spec)?;
+        let pieces = Pieces::new(spec);
+        groups::check_groups(spec, &pieces)?;
         let [min, max] = extent(spec);
         let origin = 0.5 * (min + max);
 
-        let faces = Faces::new(spec);
+        let faces = Faces::new(pieces, &spec.patch_of_cell);
         let mut surfaces: Vec<Surface> = (0..)
             .zip(&spec.surfaces)
             .map(|(number, surface)| {
@@ -389,11 +395,18 @@ fn names(spec: &SceneSpec) -> Vec<String> {
     spec.surfaces.iter().enumerate().map(name).collect()
 }
 
+/// Bytes that are hashed at once.
+const HASHED: usize = 1 << 16;
+
 fn hash(spec: &SceneSpec, layered: bool) -> [u8; 32] {
     let mut hasher = blake3::Hasher::new();
+    // Many bytes at once are hashed side by side.
+    let mut bytes = Vec::with_capacity(HASHED + (1 << 10));
     let mut numbers = |values: &[f64]| {
-        for value in values {
-            hasher.update(&value.to_bits().to_le_bytes());
+        bytes.extend(values.iter().flat_map(|value| value.to_bits().to_le_bytes()));
+        if bytes.len() >= HASHED {
+            hasher.update(&bytes);
+            bytes.clear();
         }
     };
     for surface in &spec.surfaces {
@@ -415,6 +428,7 @@ fn hash(spec: &SceneSpec, layered: bool) -> [u8; 32] {
             numbers(&emittance.channels());
         }
     }
+    hasher.update(&bytes);
     for surface in &spec.surfaces {
         if let Shape::Divided { leaves, .. } = &surface.shape {
             hasher.update(leaves.text().as_bytes());
@@ -427,9 +441,8 @@ fn hash(spec: &SceneSpec, layered: bool) -> [u8; 32] {
     // Those of scenes without groups stay what they were.
     if !spec.patch_of_cell.is_empty() {
         hasher.update(b"groups");
-        spec.patch_of_cell.iter().for_each(|patch| {
-            hasher.update(&patch.to_le_bytes());
-        });
+        let bytes: Vec<u8> = spec.patch_of_cell.iter().flat_map(|patch| patch.to_le_bytes()).collect();
+        hasher.update(&bytes);
     }
     *hasher.finalize().as_bytes()
 }

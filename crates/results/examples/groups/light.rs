@@ -3,6 +3,7 @@
 use std::path::Path;
 use std::thread;
 
+use job::Job;
 use radiosity::{Estimates, Experiment, Scene, Side, Tally};
 
 use crate::runs::{Failure, experiment, uniform, walk};
@@ -45,7 +46,7 @@ pub struct Errors {
 impl Reference {
     /// The references of a job.
     pub fn new(job: &Path, walks: u64) -> Result<Self, Failure> {
-        let fine = experiment(job, &uniform(job, FINE)?)?;
+        let (fine, _) = experiment(job, &uniform(job, FINE)?, Job::build_scene)?;
         let (mut sheets, mut first) = (Vec::new(), 0);
         for (number, surface) in (0..).zip(fine.scene().surfaces()) {
             for side in [Side::Front, Side::Back] {

@@ -12,7 +12,8 @@ use std::fs;
 use std::path::Path;
 
 use crate::light::Reference;
-use crate::runs::{Failure, chosen, given};
+use crate::page::Studied;
+use crate::runs::{Failure, Found, chosen, given};
 
 /// Walks of the jobs that are compared.
 pub const PATHS: [u64; 4] = [30_000, 100_000, 300_000, 1_000_000];
@@ -36,7 +37,10 @@ fn main() -> Result<(), Failure> {
     let reference = Reference::new(&job, millions * 1_000_000)?;
     let uniform = UNIFORM.map(|area| given(&job, area, &reference));
     let uniform: Vec<_> = uniform.into_iter().collect::<Result<_, _>>()?;
-    let chosen: Vec<_> =
-        PATHS.iter().map(|&paths| chosen(&job, paths, &reference)).collect::<Result<_, _>>()?;
-    page::write(Path::new(&folder), millions, (&uniform, &chosen))
+    let under = |more: &[&str]| -> Result<Vec<Found>, Failure> {
+        PATHS.iter().map(|&paths| chosen(&job, paths, more, &reference)).collect()
+    };
+    let [open, constant, linear] =
+        [under(&[])?, under(&["method.basis=constant"])?, under(&["method.basis=linear"])?];
+    page::write(Path::new(&folder), millions, &Studied { uniform, open, of_basis: [constant, linear] })
 }

@@ -7,21 +7,34 @@ use std::path::Path;
 use crate::runs::{Failure, Found};
 use crate::{PATHS, UNIFORM};
 
+/// All that was found.
+pub struct Studied {
+    /// On cells of each of [`UNIFORM`].
+    pub uniform: Vec<Found>,
+    /// On chosen patches for each of [`PATHS`], under the basis that is chosen.
+    pub open: Vec<Found>,
+    /// Under constants and under linear fits.
+    pub of_basis: [Vec<Found>; 2],
+}
+
 /// Writes `groups.md`.
-pub fn write(folder: &Path, millions: u64, (uniform, chosen): (&[Found], &[Found])) -> Result<(), Failure> {
+pub fn write(folder: &Path, millions: u64, studied: &Studied) -> Result<(), Failure> {
+    let Studied { uniform, open: chosen, .. } = studied;
     let mut text = format!(
         "# What groups of faces save\n\n\
          `cargo run --release -p results --example groups -- docs/results {millions}` writes this page, radwalk {}.\n\n\
          The scene is `scenes::interior` of {} triangles as an OBJ file: two furnished rooms, an object for each piece of furniture. Errors are relative L2\n\
          errors of the reflected light, noise and discretisation together, against two references of {millions} million walks each. *All light*: on cells of at most\n\
          5 cm². *Faces*: of the means of faces above 10 cm², for which one patch a face has noise alone. Times are processor times of one core:\n\
-         walks, and for chosen patches pilot and choice, without reading the file and writing the results.\n",
+         building the scene and walks, and for chosen patches pilot and choice, without reading the file and writing the results. A chosen job's scene takes from\n\
+         the pilot's what rays find surfaces by.\n",
         env!("CARGO_PKG_VERSION"),
         uniform[0].patches,
     );
     for (k, title) in [(0, "All light"), (1, "Means of faces above 10 cm²")] {
         errors(&mut text, title, k, (uniform, chosen))?;
     }
+    bases(&mut text, studied)?;
     foretold(&mut text, chosen)?;
     fs::write(folder.join("groups.md"), text)?;
     Ok(())
@@ -50,12 +63,12 @@ fn errors(
         let needed = match room > 0.0 {
             true => {
                 let walks = noise / room;
-                let seconds = walks * uniform[0].walking / uniform[0].walks as f64;
+                let seconds = uniform[0].building + walks * uniform[0].walking / uniform[0].walks as f64;
                 format!("{walks:.0}, {seconds:.2} s")
             }
             false => "never".into(),
         };
-        let time = chosen.walking + chosen.choosing;
+        let time = chosen.time();
         writeln!(
             text,
             " **{}**, {} {} | {time:.2} s, {:.2} s | {needed} |",
@@ -64,6 +77,23 @@ fn errors(
             if chosen.is_linear { "linear" } else { "constant" },
             chosen.choosing
         )?;
+    }
+    Ok(())
+}
+
+/// What constants and linear fits come to, each on the patches that are chosen for them.
+fn bases(text: &mut String, studied: &Studied) -> std::fmt::Result {
+    text.push_str(
+        "\n## The basis\n\n| walks | constants: patches | all light | faces | linear fits: patches | all light | faces | chosen |\n|---|---|---|---|---|---|---|---|\n",
+    );
+    let [constant, linear] = &studied.of_basis;
+    for (((paths, constant), linear), chosen) in PATHS.iter().zip(constant).zip(linear).zip(&studied.open) {
+        write!(text, "| {paths} |")?;
+        for found in [constant, linear] {
+            let [all, faces] = found.errors.total.map(percent);
+            write!(text, " {} | {all} | {faces} |", found.patches)?;
+        }
+        writeln!(text, " {} |", if chosen.is_linear { "linear" } else { "constant" })?;
     }
     Ok(())
 }

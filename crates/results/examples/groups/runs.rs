@@ -3,10 +3,10 @@
 use std::error::Error;
 use std::path::Path;
 
-use job::{Cut, Partition};
+use job::{Cut, Job, Partition};
 use judge::MOMENTS;
 use judge::partition::{Grid, doublings};
-use radiosity::{Experiment, Sequence, Space, SurfaceSpec, Tally};
+use radiosity::{Experiment, Scene, Sequence, Space, SurfaceSpec, Tally};
 use rustix::time::{ClockId, clock_gettime};
 
 use crate::light::{Errors, Reference};
@@ -26,6 +26,8 @@ pub struct Found {
     pub walking: f64,
     /// Processor time of the pilot and the choice [s].
     pub choosing: f64,
+    /// Processor time of building the scene [s].
+    pub building: f64,
     /// The foretold noise and discretisation, relative to the light.
     pub foretold: [f64; 2],
     /// Whether light is told by linear fits.
@@ -33,6 +35,11 @@ pub struct Found {
 }
 
 impl Found {
+    /// Processor time of one run and all before it [s].
+    pub fn time(&self) -> f64 {
+        self.choosing + self.building + self.walking
+    }
+
     /// The squared error after a number of walks, over the energy of the light.
     pub fn after(&self, walks: u64, k: usize) -> f64 {
         let lost = self.errors.lost[k].max(0.0);
@@ -51,9 +58,17 @@ pub fn uniform(job: &Path, area: f64) -> Result<Partition, Failure> {
     Ok(Partition { cuts, groups: Vec::new(), linear: false, space: Space::Continuous, forecast: None })
 }
 
-pub fn experiment(job: &Path, partition: &Partition) -> Result<Experiment, Failure> {
+/// The walks of a job on given patches, in the scene that `build` makes, and the processor time of building it [s].
+pub fn experiment(
+    job: &Path,
+    partition: &Partition,
+    build: impl Fn(&Job) -> Result<Scene, job::Error>,
+) -> Result<(Experiment, f64), Failure> {
     let job = job::load_cut(job, &["budget.paths=1".into()], partition)?;
-    Ok(Experiment::new(job.build_scene()?, job.method.walks())?)
+    let start = seconds();
+    let scene = build(&job)?;
+    let building = seconds() - start;
+    Ok((Experiment::new(scene, job.method.walks())?, building))
 }
 
 pub fn walk(experiment: &Experiment, seed: u64, walks: u64) -> Tally {
@@ -68,22 +83,29 @@ pub fn walk(experiment: &Experiment, seed: u64, walks: u64) -> Tally {
 
 /// What is found on cells below an area.
 pub fn given(job: &Path, area: f64, reference: &Reference) -> Result<Found, Failure> {
-    found(job, &uniform(job, area)?, MEASURED, reference)
+    let experiment = experiment(job, &uniform(job, area)?, Job::build_scene)?;
+    found(experiment, MEASURED, reference)
 }
 
-/// What is found on the patches that a pilot chooses.
-pub fn chosen(job: &Path, paths: u64, reference: &Reference) -> Result<Found, Failure> {
-    let open = job::load(job, &[format!("budget.paths={paths}")])?;
+/// What is found on the patches that a pilot chooses; `more` are keys of the job.
+pub fn chosen(job: &Path, paths: u64, more: &[&str], reference: &Reference) -> Result<Found, Failure> {
+    let keys: Vec<String> =
+        [format!("budget.paths={paths}")].into_iter().chain(more.iter().map(|key| key.to_string())).collect();
+    let open = job::load(job, &keys)?;
     let start = seconds();
-    let partition = results::choose(&open, 1)?.ok_or("nothing is open")?;
+    let chosen = results::choose(&open, 1)?.ok_or("nothing is open")?;
     let choosing = seconds() - start;
-    let forecast = partition.forecast.ok_or("no forecast")?;
+    let forecast = chosen.partition.forecast.ok_or("no forecast")?;
     let foretold = [forecast.noise, forecast.discretisation];
-    Ok(Found { choosing, foretold, ..found(job, &partition, paths, reference)? })
+    let experiment = experiment(job, &chosen.partition, |job| chosen.build_scene(job))?;
+    Ok(Found { choosing, foretold, ..found(experiment, paths, reference)? })
 }
 
-fn found(job: &Path, partition: &Partition, walks: u64, reference: &Reference) -> Result<Found, Failure> {
-    let experiment = experiment(job, partition)?;
+fn found(
+    (experiment, building): (Experiment, f64),
+    walks: u64,
+    reference: &Reference,
+) -> Result<Found, Failure> {
     let start = seconds();
     let tallies = [1, 2].map(|seed| walk(&experiment, seed, walks));
     let walking = 0.5 * (seconds() - start);
@@ -91,7 +113,7 @@ fn found(job: &Path, partition: &Partition, walks: u64, reference: &Reference) -
     let patches = experiment.scene().faces().patch_count();
     let errors = reference.errors([&one, &other]);
     let is_linear = experiment.method().is_linear();
-    Ok(Found { patches, errors, walks, walking, choosing: 0.0, foretold: [0.0; 2], is_linear })
+    Ok(Found { patches, errors, walks, walking, choosing: 0.0, building, foretold: [0.0; 2], is_linear })
 }
 
 /// Processor time of this thread [s].

@@ -1,7 +1,8 @@
 //! What chosen patches save: walks and processor time to the same total error, against the best uniform grid of constants.
 //!
 //! `cargo run --release -p results --example patches -- docs/results [millions of walks of a reference] [scene]` writes
-//! `patches.md`, a chart of each scene and a picture into the folder.
+//! `patches.md`, a chart of each scene and a picture into the folder. With `spread` in place of a scene it writes `spread.md` alone: how truly
+//! runs tell the spread of light over patches, and how truly they could.
 //!
 //! An error is noise, from the sample variances of a run, and discretisation, from a much finer solution. Uniform grids have
 //! square cells of one size; the best of them is found by search.
@@ -11,6 +12,7 @@ mod page;
 mod pictures;
 mod rooms;
 mod runs;
+mod spread;
 mod study;
 mod told;
 mod truth;
@@ -23,10 +25,13 @@ use crate::study::Study;
 
 fn main() -> Result<(), Failure> {
     let mut args = std::env::args().skip(1);
-    let folder = args.next().ok_or("usage: patches FOLDER [MILLIONS [SCENE]]")?;
+    let folder = args.next().ok_or("usage: patches FOLDER [MILLIONS [SCENE | spread]]")?;
     let folder = Path::new(&folder);
     let millions: u64 = args.next().map_or(Ok(100), |text| text.parse())?;
     let only = args.next();
+    if only.as_deref() == Some("spread") {
+        return spread::write(folder, millions);
+    }
     let mut studies = Vec::new();
     for room in rooms() {
         if only.as_ref().is_none_or(|only| only == room.name) {

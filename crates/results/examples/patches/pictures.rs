@@ -48,7 +48,7 @@ fn shoot(
     let tally = walk(&experiment, 0, walks);
     let estimates = Estimates::new(&experiment, &tally, 0.95);
     let view = View { size: Some(SIZE), exposure, ..View::default() };
-    let photo = Photo::shoot(&estimates, &Smooth::new(&estimates), &view);
+    let photo = Photo::shoot(&estimates, &Smooth::new(&estimates), &view, false);
     Ok((photo.picture, photo.shot.exposure[0]))
 }
 

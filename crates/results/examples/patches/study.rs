@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use job::{Cut, Forecast, Partition};
+use job::{Cut, Forecast, Job, Partition};
 use radiosity::SceneSpec;
 use results::choose;
 
@@ -219,18 +219,23 @@ pub struct Chosen {
     pub rates: [f64; 2],
 }
 
+/// A job that leaves the patches of a scene open.
+pub fn open_job(spec: &SceneSpec, paths: u64, seed: u64) -> Result<Job, Failure> {
+    let folder = tempfile::tempdir()?;
+    fs::write(folder.path().join("scene.toml"), scenes::to_toml(spec))?;
+    let text = format!("[scene]\nfile = \"scene.toml\"\npatches = \"auto\"\n[budget]\npaths = {paths}\n");
+    let path = folder.path().join("job.toml");
+    fs::write(&path, text)?;
+    Ok(job::load(&path, &[format!("seed={seed}")])?)
+}
+
 impl Chosen {
     fn new(spec: &SceneSpec, truth: &Truth, paths: u64) -> Result<Self, Failure> {
-        let folder = tempfile::tempdir()?;
-        fs::write(folder.path().join("scene.toml"), scenes::to_toml(spec))?;
-        let text = format!("[scene]\nfile = \"scene.toml\"\npatches = \"auto\"\n[budget]\npaths = {paths}\n");
-        let path = folder.path().join("job.toml");
-        fs::write(&path, text)?;
         let mut all: Vec<(Vec<Cut>, Forecast, f64, Grid)> = Vec::new();
         for seed in 0..SEEDS {
-            let job = job::load(&path, &[format!("seed={seed}")])?;
+            let job = open_job(spec, paths, seed)?;
             let began = seconds();
-            let Partition { cuts, forecast, .. } = choose(&job, 1)?.ok_or("nothing is open")?;
+            let Partition { cuts, forecast, .. } = choose(&job, 1)?.ok_or("nothing is open")?.partition;
             let pilot = seconds() - began;
             let grid = measure(spec, truth, &cuts)?;
             all.push((cuts, forecast.ok_or("a pilot foretells")?, pilot, grid));

@@ -7,10 +7,10 @@ use crate::runs::{Failure, experiment, noise, walk};
 use crate::truth::Truth;
 
 /// What a run tells is true enough within this factor.
-const FACTOR: f64 = 1.5;
+pub const FACTOR: f64 = 1.5;
 
 /// Walks that tell the true noise of a patch.
-const LONG: u64 = 1 << 23;
+pub const LONG: u64 = 1 << 23;
 
 /// The part of the area whose spread, and whose error, is told within [`FACTOR`]; and what the whole run tells of its total error, over
 /// the truth.
@@ -19,6 +19,11 @@ pub struct Told {
     pub spread: f64,
     pub error: f64,
     pub total: f64,
+}
+
+/// Whether something is told truly enough.
+pub fn near(told: f64, truth: f64) -> bool {
+    truth > 0.0 && told <= FACTOR * truth && truth <= FACTOR * told
 }
 
 impl Told {
@@ -33,7 +38,6 @@ impl Told {
         let (tally, long) = (walk(&experiment, seed, walks), walk(&experiment, 1 << 41, LONG));
         let estimates = Estimates::new(&experiment, &tally, 0.95);
         let faces = experiment.scene().faces();
-        let near = |told: f64, truth: f64| truth > 0.0 && told <= FACTOR * truth && truth <= FACTOR * told;
         let [mut area, mut of_spread, mut of_error, mut lost, mut light] = [0.0; 5];
         for sheet in &truth.sheets {
             let cells = sheet.cut(&cuts[sheet.surface]);
