@@ -3,7 +3,7 @@
 //! minutes.
 
 use crate::common::{box_scene, collision, quad, surface};
-use crate::verdict::{CONFIDENCE, Mean, Truth, exactly, judge, long_run, run, solve};
+use crate::verdict::{CONFIDENCE, Mean, Truth, exactly, judge, judge_those, long_run, run, solve};
 use glam::DVec3;
 use radiosity::{
     BatchScore, Batches, Chains, Counts, Estimator, EstimatorKind, Experiment, IndexChoice, Iterations,
@@ -57,6 +57,28 @@ fn intervals_are_true_where_a_dark_end_hangs_on_few_links() {
     let coverage = judge(&chains(&long_box, 43 * truth.len() as u64), &truth, 100).coverage;
     assert!(coverage.error < 0.006, "the test is blunt: {coverage:?}");
     assert!(coverage.is(CONFIDENCE, 4.0), "{coverage:?}");
+}
+
+/// Plates of a square centimetre in a room, which meet less than one link each in all eight chains: what the few links that there are
+/// bring, is no sign that the truth is near. Intervals may be wide there, and have to cover. False alarm: 3·10⁻⁵.
+#[test]
+fn intervals_cover_patches_that_hardly_any_link_meets() {
+    let mut room = box_scene(DVec3::new(2.0, 1.0, 1.0), [3, 2]);
+    let walls = 6 * 6;
+    for i in 0..24 {
+        let corner =
+            DVec3::new(0.2 + 0.3 * f64::from(i % 6), 0.2 + 0.2 * f64::from(i / 6), 0.3 + 0.02 * f64::from(i));
+        let plate = surface(quad(corner, 0.01 * DVec3::X, 0.01 * DVec3::Y, [1, 1]), 0.5);
+        room.surfaces.push(SurfaceSpec { sides: Sides::Both, ..plate });
+    }
+    let truth = exactly(&room);
+    let experiment = chains(&room, 43 * truth.len() as u64);
+    let faces = experiment.scene().faces();
+    let is_plate = |face: u32| faces.get(face as usize).area < 1e-3;
+    assert_eq!((0..faces.len() as u32).filter(|&face| is_plate(face)).count(), truth.len() - walls);
+    let coverage = judge_those(&experiment, &truth, 100, is_plate).coverage;
+    assert!(coverage.error < 0.006, "the test is blunt: {coverage:?}");
+    assert!(coverage.value + 4.0 * coverage.error > CONFIDENCE, "{coverage:?}");
 }
 
 /// Tests BS §4's own iterations, with both kinds of births and of numbers.
@@ -274,6 +296,21 @@ fn long_few_rays_in_two_rooms() {
             println!("{rays_per_patch} rays per patch: iterations, {births:?}");
             let plan = Iterations { births, ..Iterations::default() };
             judge(&iterations(&rooms, rays_per_patch * truth.len() as u64, plan), &truth, 200);
+        }
+    }
+}
+
+/// Measures intervals of eight chains that have few rays (docs/theory/intervals.md).
+#[test]
+#[ignore = "minutes; run with --release"]
+fn long_few_links() {
+    let rooms = |reflectance| ("two rooms", scenes::two_rooms(0.1, reflectance));
+    let boxes = [("long box", scenes::corridor(8)), ("box", scenes::corridor(4)), ("cube", scenes::cube(8))];
+    for (name, spec) in boxes.into_iter().chain([rooms(0.5), rooms(0.95)]) {
+        let truth = exactly(&spec);
+        for rays_per_patch in [43, 64, 256] {
+            println!("{name}, {rays_per_patch} rays per patch");
+            judge(&chains(&spec, rays_per_patch * truth.len() as u64), &truth, 200);
         }
     }
 }
