@@ -14,7 +14,7 @@ use crate::tally::Tally;
 const LEAN_BELOW: f64 = 0.5;
 
 /// How much longer the upper half of an interval is, by contributions: measured (docs/theory/intervals.md).
-const LEAN_ABOVE: f64 = 4.0;
+const LEAN_ABOVE: f64 = 2.0;
 
 /// The estimate from the mean of n independent chains: its error follows Student's t with n − 1 degrees of freedom.
 #[derive(Clone, Debug)]
@@ -36,7 +36,7 @@ impl Student {
     /// What scores of `per_unit` each tell of a mean that is at most `most`. The standard error is that of the whole
     /// distribution, √(ν/(ν − 2)) times s/√n: it would be too small by as much, had the sample's own been taken for the
     /// truth. What a single chain says, or chains that all say the same, is bounded by `most` alone. `one` is what a single
-    /// contribution may bring: the fewer of these the mean is worth, the more the interval leans upwards.
+    /// contribution may bring, 0 where contributions are many: the fewer of these the mean is worth, the more the interval leans upwards.
     pub(super) fn told(&self, moments: &Moments, per_unit: f64, most: f64, one: f64) -> Told {
         let mean = per_unit * moments.mean().unwrap_or(0.0);
         let sample_error =
