@@ -39,10 +39,7 @@ impl Plane {
 
     /// The lowest and the highest of some points.
     pub(crate) fn range(&self, points: &[DVec3]) -> [f64; 2] {
-        points.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], &point| {
-            let height = self.height(point);
-            [low.min(height), high.max(height)]
-        })
+        range(points.iter().map(|&point| self.height(point)))
     }
 }
 
@@ -164,7 +161,7 @@ fn split(
     behind.clear();
     heights.clear();
     heights.extend(polygon.iter().map(|&corner| plane.height(corner)));
-    let [low, high] = range(heights);
+    let [low, high] = range(heights.iter().copied());
     if low >= -tolerance || high <= tolerance {
         // What is within the tolerance of the plane is of no side.
         if high > tolerance {
@@ -199,9 +196,9 @@ fn split(
 }
 
 /// The lowest and the highest of some heights.
-fn range(heights: &[f64]) -> [f64; 2] {
-    let extremes = |[low, high]: [f64; 2], &height: &f64| [low.min(height), high.max(height)];
-    heights.iter().fold([f64::INFINITY, f64::NEG_INFINITY], extremes)
+fn range(heights: impl Iterator<Item = f64>) -> [f64; 2] {
+    heights
+        .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], height| [low.min(height), high.max(height)])
 }
 
 /// The triangles of a convex polygon around its first corner.
