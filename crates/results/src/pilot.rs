@@ -10,7 +10,7 @@ use job::{Auto, Cut, Forecast, Job, Partition, WalkKind};
 use judge::MOMENTS;
 use judge::partition::{Basis, Candidates, Choice, Grid, MeshLight, PilotTallies, SurfaceLight, doublings};
 use radiosity::{
-    Birth, Direction, Estimator, Experiment, Overflow, Scene, Score, Sequence, Space, Tally, Walks,
+    Birth, Direction, Estimator, Experiment, MergeError, Scene, Score, Sequence, Space, Tally, Walks,
 };
 
 use crate::error::Error;
@@ -246,8 +246,10 @@ struct Pilot<'a> {
     experiment: Experiment,
     sequence: Sequence,
     grids: Grids,
-    /// The tallies of the groups.
+    /// The sums of the groups, without squares.
     groups: Vec<Tally>,
+    /// All groups together.
+    all: Tally,
 }
 
 impl<'a> Pilot<'a> {
@@ -272,14 +274,16 @@ impl<'a> Pilot<'a> {
         };
         let score = score(job.method.estimator.ending(job.method.infinite));
         let experiment = Experiment::new(scene, Walks { direction, space: Space::Continuous, score })?;
-        let groups = (0..groups).map(|_| experiment.tally::<MOMENTS>()).collect();
+        let all = experiment.tally::<MOMENTS>();
+        let group = Tally::new(all.patches(), all.layout().without_squares());
+        let groups = vec![group; groups as usize];
         let sequence = Sequence::new(seed(job.seed));
-        Ok(Pilot { job, experiment, sequence, grids, groups })
+        Ok(Pilot { job, experiment, sequence, grids, groups, all })
     }
 
     /// Goes on to a number of walks.
     fn walk(&mut self, walks: u64, threads: usize) -> Result<(), Error> {
-        let Pilot { experiment, sequence, groups, .. } = self;
+        let Pilot { experiment, sequence, groups, all, .. } = self;
         let each = walks.div_ceil(groups.len() as u64);
         let parts: Vec<(usize, Range<u64>)> = groups
             .iter()
@@ -291,12 +295,16 @@ impl<'a> Pilot<'a> {
             })
             .collect();
         let groups: Vec<Mutex<&mut Tally>> = groups.iter_mut().map(Mutex::new).collect();
+        let all = Mutex::new(all);
         let next = AtomicUsize::new(0);
-        let shoot = || -> Result<(), Overflow> {
-            let mut board = experiment.board::<MOMENTS>();
+        let shoot = || -> Result<(), MergeError> {
+            let (mut board, mut tally) = (experiment.board::<MOMENTS>(), experiment.tally::<MOMENTS>());
             while let Some((group, range)) = parts.get(next.fetch_add(1, Ordering::Relaxed)) {
                 experiment.walk(sequence, range.clone(), &mut board);
-                board.add_to(&mut groups[*group].lock().unwrap_or_else(PoisonError::into_inner))?;
+                board.add_to(&mut tally)?;
+                groups[*group].lock().unwrap_or_else(PoisonError::into_inner).add_without_squares(&tally)?;
+                all.lock().unwrap_or_else(PoisonError::into_inner).merge(&tally)?;
+                tally.clear();
             }
             Ok(())
         };
@@ -307,7 +315,7 @@ impl<'a> Pilot<'a> {
             let others = spawned.into_iter().map(|thread| thread.join().expect("walks do not panic"));
             others.fold(here, Result::and)
         })
-        .map_err(|Overflow| Error::Overflow)
+        .map_err(|_| Error::Overflow)
     }
 
     /// What was seen of every surface, and the energy of all the light.
@@ -320,11 +328,11 @@ impl<'a> Pilot<'a> {
     /// By cell of a scene without groups, the scores that a number of times the walks are expected to find there: as many of one size as tell
     /// what these do, on both sides, in the brightest channel. One score alone is chance.
     fn scores(&self, times: f64) -> Vec<f64> {
-        let all = self.tallies().all;
+        let all = &self.all;
         let faces = self.experiment.scene().faces();
         let of_face = |face: u32| {
             let channels = 0..self.experiment.scene().channels();
-            let fits = channels.filter_map(|channel| self.experiment.fit(&all, face as usize, channel));
+            let fits = channels.filter_map(|channel| self.experiment.fit(all, face as usize, channel));
             let told =
                 fits.filter(|fit| fit.mean_variance > 0.0).map(|fit| fit.mean * fit.mean / fit.mean_variance);
             (told.fold(0.0, f64::max) - 1.0).max(0.0)
@@ -335,11 +343,7 @@ impl<'a> Pilot<'a> {
 
     /// The tallies of the groups, and their sum.
     fn tallies(&self) -> PilotTallies<'_> {
-        let mut all = self.experiment.tally::<MOMENTS>();
-        for group in &self.groups {
-            all.merge(group).expect("tallies of one experiment, far from their limits");
-        }
-        PilotTallies { groups: &self.groups, all }
+        PilotTallies { groups: &self.groups, all: &self.all }
     }
 
     /// What was seen of some surfaces.
@@ -351,8 +355,8 @@ impl<'a> Pilot<'a> {
 
     /// The walks and rays of some pilots and this one.
     fn counted(&self, before: [u64; 2]) -> [u64; 2] {
-        let counts = self.groups.iter().map(|group| &group.counts);
-        counts.fold(before, |[walks, rays], counts| [walks + counts.walks, rays + counts.rays])
+        let counts = &self.all.counts;
+        [before[0] + counts.walks, before[1] + counts.rays]
     }
 
     /// The partition that was chosen after some walks and rays.

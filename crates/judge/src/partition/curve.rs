@@ -1,11 +1,17 @@
 //! How much a surface's grid loses of the light, for ever finer grids.
 
 use super::grid::Grid;
-use super::laws::{Laws, Measured};
+use super::laws::{Code, Laws, Measured};
 use super::seen::{Basis, SurfaceLight};
 
 /// Beyond the pilot's grid the gain is extrapolated over this many further doublings along each axis.
 const BEYOND: u32 = 3;
+
+/// The laws for some surfaces.
+pub(crate) fn code(surfaces: &[SurfaceLight], basis: Basis) -> Code {
+    let levels = surfaces.iter().flat_map(|light| light.top).max().unwrap_or(0) + BEYOND;
+    Code::new(basis, levels)
+}
 
 /// One grid of a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -29,7 +35,7 @@ pub(crate) struct Curve {
 /// one. It is measured without bias, with an error; and expected by the laws that measurements along the axis make likely.
 /// Both are weighed by their errors: coarse doublings are known by measurement, fine ones, whose gains drown in the pilot's
 /// noise, by extrapolation. What a grid loses is the sum of all gains that follow.
-pub(crate) fn curve(light: &SurfaceLight, basis: Basis) -> Curve {
+pub(crate) fn curve(light: &SurfaceLight, (basis, code): (Basis, &Code)) -> Curve {
     let mean = light.caught(basis, [0, 0]);
     let noise = light.noise[basis as usize] / basis.unknowns() / light.walks;
     let dark = mean <= 0.0 || noise <= 0.0;
@@ -41,8 +47,7 @@ pub(crate) fn curve(light: &SurfaceLight, basis: Basis) -> Curve {
         Grid::Quad(_) => 2,
         Grid::Triangle(_) => 1,
     };
-    let mut laws: Vec<Laws> =
-        light.top[..axes].iter().map(|top| Laws::new(basis, mean, top + BEYOND)).collect();
+    let mut laws: Vec<Laws> = (0..axes).map(|_| Laws::new(code, mean)).collect();
     let (mut levels, mut cuts, mut taken) = ([0, 0], vec![light.base], Vec::new());
     loop {
         let open = (0..axes).filter(|&axis| levels[axis] < light.top[axis] + BEYOND);

@@ -69,40 +69,56 @@ impl Measured {
     }
 }
 
-/// The laws of one axis of one surface, with their weights.
-#[derive(Clone)]
-pub(super) struct Laws {
-    /// Of each law the gains, level by level [W²/m²].
-    gains: Vec<Vec<f64>>,
+/// What laws say before anything is measured, of all surfaces alike.
+pub(super) struct Code {
+    /// Law by law, what the doublings of all levels gain, in proportion to the energy of the mean light.
+    gains: Vec<f64>,
+    levels: usize,
     weights: Vec<f64>,
-    /// The weight of the law by which nothing varies.
-    none: f64,
 }
 
-impl Laws {
-    /// The laws before anything is measured, for doublings up to a level, of a surface whose mean light has an energy.
-    pub(super) fn new(basis: Basis, energy: f64, levels: u32) -> Self {
+impl Code {
+    /// The laws for doublings up to a level.
+    pub(super) fn new(basis: Basis, levels: u32) -> Self {
         let (mut gains, mut weights) = (Vec::new(), Vec::new());
         for &ratio in ratios(basis) {
             for size in 0..SIZES {
-                let all = MOST * energy / f64::from(1_u32 << size);
+                let all = MOST / f64::from(1_u32 << size);
                 for (peak, first, weight) in SHAPES {
                     let gain = |level: u32| {
                         let to_peak =
                             if level < peak { power(RISE, peak - level) } else { power(ratio, level - peak) };
                         all * (1.0 - ratio) * to_peak * if level == 0 { first } else { 1.0 }
                     };
-                    gains.push((0..levels).map(gain).collect());
+                    gains.extend((0..levels).map(gain));
                     weights.push(weight / f64::from(SIZES * ratios(basis).len() as u32));
                 }
             }
         }
-        Laws { gains, weights, none: NONE }
+        Code { gains, levels: levels as usize, weights }
+    }
+}
+
+/// The laws of one axis of one surface, with their weights.
+pub(super) struct Laws<'a> {
+    code: &'a Code,
+    /// The energy of the mean light [W²/m²].
+    energy: f64,
+    weights: Vec<f64>,
+    /// The weight of the law by which nothing varies.
+    none: f64,
+}
+
+impl<'a> Laws<'a> {
+    /// The laws before anything is measured, of a surface whose mean light has an energy.
+    pub(super) fn new(code: &'a Code, energy: f64) -> Self {
+        Laws { code, energy, weights: code.weights.clone(), none: NONE }
     }
 
     /// What some doublings from a level on gain together, by each law.
     fn gains(&self, level: usize, doublings: usize) -> impl Iterator<Item = f64> {
-        self.gains.iter().map(move |gains| gains[level..level + doublings].iter().sum())
+        let laws = self.code.gains.chunks_exact(self.code.levels);
+        laws.map(move |gains| self.energy * gains[level..level + doublings].iter().sum::<f64>())
     }
 
     /// What the doubling of a level is expected to gain.
@@ -131,10 +147,9 @@ impl Laws {
 
     /// Takes note of a measurement of the doubling of a level.
     pub(super) fn learn(&mut self, level: usize, measured: &Measured) {
-        let gains = self.gains.iter().map(|gains| gains[level]);
-        for (weight, gain) in self.weights.iter_mut().zip(gains) {
-            *weight *= measured.likelihood(gain, MISFIT);
-        }
+        let likelihoods: Vec<f64> =
+            self.gains(level, 1).map(|gain| measured.likelihood(gain, MISFIT)).collect();
+        self.weights.iter_mut().zip(likelihoods).for_each(|(weight, likelihood)| *weight *= likelihood);
         self.none *= measured.likelihood(0.0, MISFIT);
         let largest = self.weights.iter().fold(self.none, |largest, &weight| largest.max(weight));
         self.none /= largest;

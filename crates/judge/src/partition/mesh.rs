@@ -113,12 +113,12 @@ impl MeshLight {
             if halves.is_none() {
                 let Some(face) = face(number).map(|face| face as usize) else { continue };
                 let moments = pool.add(number);
-                if let Some(all) = experiment.fit(&tallies.all, face, channel) {
+                if let Some(all) = experiment.fit(tallies.all, face, channel) {
                     sums[number] = [part.area * all.mean, part.area * part.area * all.mean_variance];
                     let patch = experiment.scene().faces().get(face).patch;
                     let arms = frames.map_or([DVec3::ZERO; 2], |_| experiment.scene().body_of(patch).arms);
-                    let fits = experiment.fits_of_parts(tallies.groups, face, channel).unwrap_or_default();
-                    for (moments, [mean, u, v]) in moments.iter_mut().zip(fits) {
+                    let fits = experiment.fits_of_parts((tallies.all, tallies.groups), face, channel);
+                    for (moments, [mean, u, v]) in moments.iter_mut().zip(fits.into_iter().flatten()) {
                         let DVec3 { x, y, z } = part.area * (u * arms[0] + v * arms[1]);
                         *moments = [part.area * mean, x, y, z];
                     }

@@ -21,7 +21,7 @@ mod tree;
 use job::Cut;
 
 pub use self::clusters::{Cluster, Clusters};
-use self::curve::{Curve, Step, curve};
+use self::curve::{Curve, Step, code, curve};
 pub use self::grid::Grid;
 pub use self::merged::{around, merged};
 pub use self::mesh::{Grouped, MeshLight};
@@ -112,7 +112,10 @@ pub struct Candidates<'a> {
 impl<'a> Candidates<'a> {
     /// The candidates of a pilot.
     pub fn new(surfaces: &'a [SurfaceLight], bases: &[Basis]) -> Self {
-        let curves = |basis: Basis| surfaces.iter().map(|light| curve(light, basis)).collect::<Vec<Curve>>();
+        let curves = |basis: Basis| {
+            let code = code(surfaces, basis);
+            surfaces.iter().map(|light| curve(light, (basis, &code))).collect::<Vec<Curve>>()
+        };
         let constant = curves(Basis::Constant);
         let odds: Vec<f64> = constant.iter().flat_map(|curve| &curve.odds).copied().collect();
         let even = odds.iter().sum::<f64>() <= UNEVEN * odds.len() as f64;

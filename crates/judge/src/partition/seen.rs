@@ -26,10 +26,10 @@ impl Basis {
 
 /// The tallies of a pilot: independent groups of as many walks each, and all of them together.
 pub struct PilotTallies<'a> {
-    /// The tallies of the groups.
+    /// The sums of the groups; they need no squares.
     pub groups: &'a [Tally],
-    /// The sum of all groups.
-    pub all: Tally,
+    /// The sum of all groups, with squares.
+    pub all: &'a Tally,
 }
 
 /// The light on one surface, all channels and sides together. An *energy* is the integral over the surface of the square of
@@ -83,18 +83,24 @@ impl SurfaceLight {
             for channel in 0..scene.channels() {
                 let pieces = first..first + fine.count() as u32;
                 let faces = || pieces.clone().map(|piece| scene.faces().face_of(piece) as usize);
-                let all = faces().map(|face| experiment.fit(&tallies.all, face, channel));
+                let all = faces().map(|face| experiment.fit(tallies.all, face, channel));
                 let Some(all) = all.collect::<Option<Vec<Fit>>>() else { continue };
-                let groups = faces().map(|face| experiment.fits_of_parts(tallies.groups, face, channel));
-                light.add(&fine, shape.area(), &all, &groups.collect::<Option<Vec<_>>>().unwrap_or_default());
+                let mut integrals = Integrals::none(tallies.groups.len(), all.len());
+                for (cell, face) in faces().enumerate() {
+                    let fits = experiment.fits_of_parts((tallies.all, tallies.groups), face, channel);
+                    if let Some(fits) = fits {
+                        fine.integrate(cell, shape.area(), fits, &mut integrals);
+                    }
+                }
+                light.add(&fine, shape.area(), &all, integrals);
             }
         }
         light.images.iter_mut().for_each(Images::spread_noise);
         light
     }
 
-    /// Adds the light of one side in one channel: by cell, the fit to it, and the means and gradients that groups of walks say.
-    fn add(&mut self, fine: &Cells, area: f64, all: &[Fit], groups: &[Vec<[f64; 3]>]) {
+    /// Adds the light of one side in one channel: by cell, the fit to it, and the integrals that groups of walks say.
+    fn add(&mut self, fine: &Cells, area: f64, all: &[Fit], mut of_v: Integrals) {
         let per_cell = self.walks * area / (fine.count() as f64 * fine.count() as f64);
         let of_means: f64 = all.iter().map(|fit| fit.mean_variance).sum();
         let of_slopes: f64 = all.iter().map(|fit| fit.slope_variance).sum();
@@ -104,16 +110,18 @@ impl SurfaceLight {
             let per_unknown = self.walks * area / fine.count() as f64 / Basis::Linear.unknowns();
             images.add_noise(all.iter().map(|fit| per_unknown * (fit.mean_variance + fit.slope_variance)));
         }
-        let mut of_v = fine.integrals(groups, area);
-        let mut cells = Cells::new(fine.cut);
+        let cells = |levels: [u32; 2]| Cells::new(self.base.doubled(levels));
         for i in (0..=self.top[0]).rev() {
-            let along_u = Cells::new(self.base.doubled([i, self.top[1]]));
-            cells = cells.gather(along_u, &mut of_v);
-            let mut integrals = of_v.clone();
-            let mut cells = Cells::new(cells.cut);
+            if i < self.top[0] {
+                of_v = cells([i + 1, self.top[1]]).gather(&cells([i, self.top[1]]), &of_v);
+            }
+            let mut of_both = None;
             for j in (0..=self.top[1]).rev() {
-                cells = cells.gather(Cells::new(self.base.doubled([i, j])), &mut integrals);
-                let caught = cells.caught(&integrals, area);
+                if j < self.top[1] {
+                    let finer = of_both.as_ref().unwrap_or(&of_v);
+                    of_both = Some(cells([i, j + 1]).gather(&cells([i, j]), finer));
+                }
+                let caught = cells([i, j]).caught(of_both.as_ref().unwrap_or(&of_v), area);
                 let place = self.place([i, j]);
                 for (basis, sum) in [0, 1]
                     .map(|basis| caught.iter().map(|cell| cell[basis]).sum::<f64>())
@@ -174,7 +182,27 @@ impl SurfaceLight {
 
 /// The integrals of b, b·u and b·v over every cell, as one group of walks estimates them: integrals over a coarser cell are the sums of
 /// those over its parts, and the fit on it follows from them.
-type Integrals = Vec<[f64; 3]>;
+#[derive(Clone, Debug)]
+struct Integrals {
+    /// The number of groups.
+    groups: usize,
+    /// Of every cell b of all groups, then b·u and b·v of all groups.
+    of_cells: Vec<f64>,
+}
+
+impl Integrals {
+    fn none(groups: usize, cells: usize) -> Self {
+        Integrals { groups, of_cells: vec![0.0; 3 * groups * cells] }
+    }
+
+    fn cells(&self) -> impl Iterator<Item = &[f64]> {
+        self.of_cells.chunks_exact(3 * self.groups)
+    }
+
+    fn cell_mut(&mut self, cell: usize) -> &mut [f64] {
+        &mut self.of_cells[3 * self.groups * cell..][..3 * self.groups]
+    }
+}
 
 /// The cells of a grid, in coordinates of 0 … 1 along the edges of the surface.
 pub(super) struct Cells {
@@ -223,18 +251,25 @@ impl Cells {
         }
     }
 
-    /// By group, the integrals over all cells of linear functions, given for every cell by each group's mean and gradient.
-    fn integrals(&self, fits: &[Vec<[f64; 3]>], area: f64) -> Vec<Integrals> {
+    /// Writes down the integrals over a cell of linear functions, one for each group, given by means and gradients.
+    fn integrate(
+        &self,
+        cell: usize,
+        area: f64,
+        fits: impl Iterator<Item = [f64; 3]>,
+        integrals: &mut Integrals,
+    ) {
         let area = area / self.count() as f64;
-        let mut integrals = vec![Vec::with_capacity(fits.len()); fits.first().map_or(0, Vec::len)];
-        for (cell, groups) in fits.iter().enumerate() {
-            let (centre, sign) = self.centre(cell);
-            for (integrals, &[mean, g, h]) in integrals.iter_mut().zip(groups) {
-                let [du, dv] = self.tilt(sign, [g, h]);
-                integrals.push([area * mean, area * (du + centre[0] * mean), area * (dv + centre[1] * mean)]);
-            }
+        let groups = integrals.groups;
+        let (centre, sign) = self.centre(cell);
+        let (of_b, of_places) = integrals.cell_mut(cell).split_at_mut(groups);
+        let (of_u, of_v) = of_places.split_at_mut(groups);
+        for (group, [mean, g, h]) in fits.enumerate() {
+            let [du, dv] = self.tilt(sign, [g, h]);
+            of_b[group] = area * mean;
+            of_u[group] = area * (du + centre[0] * mean);
+            of_v[group] = area * (dv + centre[1] * mean);
         }
-        integrals
     }
 
     /// The means over a cell of b·(u − u_c) and b·(v − v_c), (u_c, v_c) its centroid. `sign` is that of [`Cells::centre`].
@@ -249,38 +284,34 @@ impl Cells {
         }
     }
 
-    /// Adds up the integrals of the cells that each cell of a coarser grid is made of. Returns that grid.
-    fn gather(&self, coarse: Cells, groups: &mut [Integrals]) -> Cells {
-        if coarse.cut == self.cut {
-            return coarse;
+    /// Adds up the integrals of the cells that each cell of a coarser grid is made of.
+    fn gather(&self, coarse: &Cells, integrals: &Integrals) -> Integrals {
+        let mut sums = Integrals::none(integrals.groups, coarse.count());
+        for (cell, parts) in integrals.cells().enumerate() {
+            let around = sums.cell_mut(coarse.cell_at(self.centre(cell).0));
+            around.iter_mut().zip(parts).for_each(|(sum, part)| *sum += part);
         }
-        let cells: Vec<usize> = (0..self.count()).map(|cell| coarse.cell_at(self.centre(cell).0)).collect();
-        for group in groups {
-            let mut sums = vec![[0.0; 3]; coarse.count()];
-            for (&cell, part) in cells.iter().zip(&*group) {
-                sums[cell].iter_mut().zip(part).for_each(|(sum, part)| *sum += part);
-            }
-            *group = sums;
-        }
-        coarse
+        sums
     }
 
     /// The energies that constants and linear fits catch on each of these cells, from the integrals of each group of walks.
     ///
     /// The square of an estimate is too large by its variance; products of estimates of different groups are not, and their mean
     /// over all pairs of groups is what is taken.
-    fn caught(&self, groups: &[Integrals], area: f64) -> Vec<[f64; 2]> {
+    fn caught(&self, integrals: &Integrals, area: f64) -> Vec<[f64; 2]> {
         let area = area / self.count() as f64;
-        let n = groups.len() as f64;
+        let groups = integrals.groups;
+        let n = groups as f64;
         let pairs = |product: f64, products: f64| (product - products) / (n * (n - 1.0) * area);
         let [with_uu, with_uv, with_vv] = self.inverse_covariance();
-        let of_cell = |cell: usize| {
+        let of_cell = |(cell, of_cell): (usize, &[f64])| {
             let centre = self.centre(cell).0;
+            let (b, [u, v]) = (&of_cell[..groups], [1, 2].map(|k| &of_cell[k * groups..][..groups]));
             // Sums over groups of the integrals of b, b·(u − u_c), b·(v − v_c), and of their products.
             let mut sums = [0.0; 7];
-            for group in groups {
-                let [b, u, v] = group[cell];
-                let [u, v] = [u - centre[0] * b, v - centre[1] * b];
+            for group in 0..groups {
+                let b = b[group];
+                let [u, v] = [u[group] - centre[0] * b, v[group] - centre[1] * b];
                 let parts = [b, u, v, b * b, u * u, u * v, v * v];
                 sums.iter_mut().zip(parts).for_each(|(sum, part)| *sum += part);
             }
@@ -290,7 +321,7 @@ impl Cells {
                 with_uu * pairs(u * u, uu) + with_vv * pairs(v * v, vv) + 2.0 * with_uv * pairs(u * v, uv);
             [constant, constant + slopes]
         };
-        (0..self.count()).map(of_cell).collect()
+        integrals.cells().enumerate().map(of_cell).collect()
     }
 
     /// The inverse of the covariance matrix of the coordinates over a cell: of u with u, u with v, v with v.
@@ -330,13 +361,25 @@ mod tests {
     use super::*;
 
     /// The energies that constants and linear fits catch on all cells together.
-    fn caught(cells: &Cells, groups: &[Integrals], area: f64) -> [f64; 2] {
+    fn caught(cells: &Cells, groups: &Integrals, area: f64) -> [f64; 2] {
         let each = cells.caught(groups, area);
         [0, 1].map(|basis| each.iter().map(|cell| cell[basis]).sum())
     }
 
+    /// Integrals that each group of walks says.
+    fn of_groups(groups: &[Vec<[f64; 3]>]) -> Integrals {
+        let mut integrals = Integrals::none(groups.len(), groups[0].len());
+        for (group, cells) in groups.iter().enumerate() {
+            for (cell, parts) in cells.iter().enumerate() {
+                let of_cell = integrals.cell_mut(cell);
+                parts.iter().enumerate().for_each(|(k, &part)| of_cell[k * groups.len() + group] = part);
+            }
+        }
+        integrals
+    }
+
     /// The integrals of a function over cells of a surface, by the middles of many points.
-    fn integrals(cells: &Cells, area: f64, f: impl Fn([f64; 2]) -> f64) -> Integrals {
+    fn integrals(cells: &Cells, area: f64, f: impl Fn([f64; 2]) -> f64) -> Vec<[f64; 3]> {
         const N: usize = 1200;
         let (mut sums, mut points) = (vec![[0.0; 3]; cells.count()], vec![0.0; cells.count()]);
         let triangle = matches!(cells.cut, Grid::Triangle(_));
@@ -366,13 +409,11 @@ mod tests {
         ] {
             let fine = Cells::new(fine);
             let area = 5.0;
-            let mut groups = vec![integrals(&fine, area, f); 2];
-            let coarse = fine.gather(Cells::new(coarse), &mut groups);
+            let coarse = Cells::new(coarse);
+            let groups = fine.gather(&coarse, &of_groups(&vec![integrals(&fine, area, f); 2]));
             let [constant, linear] = caught(&coarse, &groups, area);
-            let [whole_constant, whole] = {
-                let whole = coarse.gather(Cells::new(base), &mut groups);
-                caught(&whole, &groups, area)
-            };
+            let whole = Cells::new(base);
+            let [whole_constant, whole] = caught(&whole, &coarse.gather(&whole, &groups), area);
             // Variances of u and v and their covariance, over the surface and over a cell of the coarse grid.
             let (mean, variance, within) = match base {
                 Grid::Quad(_) => (3.0, 10.0 / 12.0, 9.0 / 48.0 + 1.0 / 192.0),
@@ -397,8 +438,9 @@ mod tests {
             state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
             if state >> 63 == 0 { 1.0 } else { -1.0 }
         };
-        let groups: Vec<Integrals> = (0..4).map(|_| (0..400).map(|_| [sign(), 0.0, 0.0]).collect()).collect();
-        let [constant, _] = caught(&cells, &groups, 400.0);
+        let groups: Vec<Vec<[f64; 3]>> =
+            (0..4).map(|_| (0..400).map(|_| [sign(), 0.0, 0.0]).collect()).collect();
+        let [constant, _] = caught(&cells, &of_groups(&groups), 400.0);
         assert!(constant.abs() < 4.5 * (800.0_f64 / 12.0).sqrt(), "{constant}");
     }
 

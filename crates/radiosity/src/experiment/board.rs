@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use super::Compiled;
 use crate::jacobi::final_gather::Gathered;
 use crate::jacobi::{ChainBoard, UNITS};
 use crate::tally::{ColouredBoard, Layout, LinearBoard, Overflow, Scoreboard, Tally};
@@ -75,7 +76,26 @@ impl<const M: usize> Board<M> {
     ///
     /// # Errors
     /// Where a sum may have wrapped.
-    pub fn take(&mut self) -> Result<Tally, Overflow> {
+    pub fn take(&mut self) -> Result<Tally, Overflow>
+    where
+        Self: Compiled,
+    {
+        self.hand_over()
+    }
+
+    /// Adds all that was scored to a tally of the same experiment and empties the board.
+    ///
+    /// # Errors
+    /// Where a sum may have wrapped or leaves its range; then the tally is unusable.
+    pub fn add_to(&mut self, tally: &mut Tally) -> Result<(), Overflow>
+    where
+        Self: Compiled,
+    {
+        self.hand_to(tally)
+    }
+
+    /// [`Board::take`], compiled for one M after the other.
+    pub(super) fn taken(&mut self) -> Result<Tally, Overflow> {
         match (&mut self.sensing, &mut self.apart) {
             (None, None) => self.scores.take(),
             (Some(sensing), _) => sensing.take(&mut self.scores),
@@ -83,15 +103,12 @@ impl<const M: usize> Board<M> {
         }
     }
 
-    /// Adds all that was scored to a tally of the same experiment and empties the board.
-    ///
-    /// # Errors
-    /// Where a sum may have wrapped or leaves its range; then the tally is unusable.
-    pub fn add_to(&mut self, tally: &mut Tally) -> Result<(), Overflow> {
+    /// [`Board::add_to`], compiled for one M after the other.
+    pub(super) fn added_to(&mut self, tally: &mut Tally) -> Result<(), Overflow> {
         if self.sensing.is_none() && self.apart.is_none() {
             return self.scores.add_to(tally);
         }
-        tally.merge(&self.take()?).map_err(|_| Overflow)
+        tally.merge(&self.taken()?).map_err(|_| Overflow)
     }
 }
 

@@ -19,6 +19,11 @@ pub struct Layout {
 }
 
 impl Layout {
+    /// Of the same scores, sums without squares.
+    pub fn without_squares(self) -> Self {
+        Layout { moments: 1, ..self }
+    }
+
     /// The number of columns per patch: sums, and the count of events.
     pub fn columns(self) -> usize {
         (self.scores + self.slopes) * self.moments + usize::from(self.events)
@@ -83,6 +88,7 @@ impl Tally {
     }
 
     /// Σx, Σx², … of one score on one patch, in units.
+    #[inline]
     pub fn patch(&self, patch: usize, score: usize) -> &[u128] {
         let Layout { moments, .. } = self.layout;
         &self.columns(patch)[score * moments..][..moments]
@@ -90,9 +96,15 @@ impl Tally {
 
     /// Σd and Σd² of a slope of one channel's score on one patch, in slope units.
     pub fn slope(&self, patch: usize, channel: usize, k: usize) -> (i128, u128) {
-        let sums = self.patch(patch, self.layout.scores + 2 * channel + k);
+        (self.slope_sum(patch, channel, k), self.patch(patch, self.layout.scores + 2 * channel + k)[1])
+    }
+
+    /// Σd of a slope of one channel's score on one patch, in slope units.
+    #[inline]
+    pub fn slope_sum(&self, patch: usize, channel: usize, k: usize) -> i128 {
+        let sum = self.patch(patch, self.layout.scores + 2 * channel + k)[0];
         let scored = self.patch(patch, channel)[0].wrapping_mul(self.layout.slope_units().into());
-        (sums[0].wrapping_sub(scored) as i128, sums[1])
+        sum.wrapping_sub(scored) as i128
     }
 
     fn columns(&self, patch: usize) -> &[u128] {
@@ -114,6 +126,27 @@ impl Tally {
             return Err(MergeError::Shape(self.sums.len(), other.sums.len()));
         }
         Ok(self.add_sums(&other.counts, other.sums.iter().copied())?)
+    }
+
+    /// Adds the walks of a tally that keeps squares too to one without.
+    ///
+    /// # Errors
+    /// Where shapes differ or a sum overflows; then `self` is unusable.
+    pub fn add_without_squares(&mut self, other: &Tally) -> Result<(), MergeError> {
+        if self.layout != other.layout.without_squares() || self.patches() != other.patches() {
+            return Err(MergeError::Shape(self.sums.len(), other.sums.len()));
+        }
+        let Layout { moments, .. } = other.layout;
+        // Every `moments`-th column from the first on; the last of them counts events.
+        let columns = other.sums.chunks_exact(other.layout.columns());
+        Ok(self
+            .add_sums(&other.counts, columns.flat_map(|columns| columns.iter().step_by(moments).copied()))?)
+    }
+
+    /// Empties it.
+    pub fn clear(&mut self) {
+        self.counts = Counts::default();
+        self.sums.fill(0);
     }
 
     /// Adds the walks of a tally of the same shape, by its parts.
