@@ -175,3 +175,32 @@ impl Tally {
         *hasher.finalize().as_bytes()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// One score of two powers, two slopes and a count of events.
+    const LAYOUT: Layout = Layout { scores: 1, moments: 2, slopes: 2, events: true };
+
+    #[test]
+    fn sums_without_squares_are_those_of_the_tally() {
+        let sums: Vec<u128> = vec![3, 5, 7, 11, 2, 13, 4, 30, 50, 70, 110, 20, 130, 40];
+        let tally = Tally::from_parts(Counts { walks: 6, ..Counts::default() }, 2, LAYOUT, sums).unwrap();
+        let mut plain = Tally::new(2, LAYOUT.without_squares());
+        (0..2).for_each(|_| plain.add_without_squares(&tally).unwrap());
+        assert_eq!(plain.counts.walks, 12);
+        for patch in 0..2 {
+            assert_eq!(plain.patch(patch, 0), [2 * tally.patch(patch, 0)[0]]);
+            assert_eq!(plain.events(patch), 2 * tally.events(patch));
+            for k in 0..2 {
+                assert_eq!(plain.slope_sum(patch, 0, k), 2 * tally.slope(patch, 0, k).0);
+            }
+        }
+        assert!(plain.add_without_squares(&plain.clone()).is_ok(), "it has no squares to leave out");
+        assert!(plain.merge(&tally).is_err());
+        assert!(tally.clone().add_without_squares(&tally).is_err());
+        plain.clear();
+        assert_eq!(plain, Tally::new(2, LAYOUT.without_squares()));
+    }
+}
