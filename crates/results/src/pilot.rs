@@ -28,6 +28,9 @@ const MOST: u64 = 1 << 24;
 /// The pilot looks at the light first after one of this many parts of its walks: where the light is even, that is enough.
 const FIRST_PART: u64 = 8;
 
+/// A first look has one in this many of the cells that its walks allow: even light is told by coarse ones.
+const FIRST_CELLS: u64 = 8;
+
 /// A first look that is not this many times smaller than the pilot saves nothing.
 const FEW: u64 = 4;
 
@@ -94,15 +97,15 @@ fn for_budget(job: &Job, auto: &Auto, threads: usize) -> Result<Chosen, Error> {
     let budget = job.budget.paths;
     let wanted = pilot_for(budget);
     let first = (wanted / FIRST_PART).max(LEAST.min(budget));
-    let look = |walks: u64| -> Result<Pilot, Error> {
-        let mut pilot = Pilot::linear(job, &auto.surfaces, walks)?;
+    let look = |walks: u64, fewer: u64| -> Result<Pilot, Error> {
+        let mut pilot = Pilot::linear(job, &auto.surfaces, walks / fewer)?;
         pilot.walk(walks, threads)?;
         Ok(pilot)
     };
     let mut before = [0, 0];
     if first * FEW <= wanted {
-        // Where the light is even this is enough, on cells that are as coarse as its walks are few.
-        let pilot = look(first)?;
+        // Where the light is even this is enough.
+        let pilot = look(first, FIRST_CELLS)?;
         let (lights, energy) = pilot.see();
         let candidates = Candidates::new(&lights, &bases);
         before = pilot.counted(before);
@@ -110,7 +113,7 @@ fn for_budget(job: &Job, auto: &Auto, threads: usize) -> Result<Chosen, Error> {
             return Ok(pilot.tell(&candidates.choose(budget as f64), energy, before));
         }
     }
-    let pilot = look(wanted)?;
+    let pilot = look(wanted, 1)?;
     let (lights, energy) = pilot.see();
     let choice = Candidates::new(&lights, &bases).choose(budget as f64);
     Ok(pilot.tell(&choice, energy, pilot.counted(before)))
@@ -253,7 +256,7 @@ struct Pilot<'a> {
 }
 
 impl<'a> Pilot<'a> {
-    /// A pilot of some walks that fits linear functions, on as many cells as these allow.
+    /// A pilot that fits linear functions, on as many cells as some walks allow.
     fn linear(job: &'a Job, open: &[usize], walks: u64) -> Result<Self, Error> {
         let grids = grids(job, open, walks);
         let scene = job.scene.build_cut((&cuts_of(&grids), &[]), job.index)?;
