@@ -1,6 +1,6 @@
 //! Measures the gain of chains of stochastic Jacobi over collision walks at equal processor time:
 //! `cargo run --release -p scenes --example gain -- docs/results` writes gain.csv and a chart of each scene into the
-//! folder named; scenes may be named after it. One core; half an hour for all. With `draw` in place of scenes it draws the table that is
+//! folder named; scenes may be named after it. One core; three minutes for all. With `draw` in place of scenes it draws the table that is
 //! there.
 
 mod common;

@@ -53,13 +53,14 @@ impl<'a> Direct<'a> {
         blind: &[f64],
         hands: &dyn Hands,
     ) -> Option<Option<Self>> {
-        let emitting = faces.list.iter().filter(|face| face.emittance.is_lit()).map(|face| face.area);
-        let emitting = emitting.sum::<f64>();
-        if emitting == 0.0 || emitting > MOST_EMITTING * faces.areas.iter().sum::<f64>() {
-            return Some(None);
-        }
         let spare = rays.saturating_sub(RAYS_OF_LINKS * faces.list.len() as u64);
         let shadow = (rays / SHADOW_SHARE).min(spare);
+        let emitting = faces.list.iter().filter(|face| face.emittance.is_lit()).map(|face| face.area);
+        let emitting = emitting.sum::<f64>();
+        let is_small = emitting > 0.0 && emitting <= MOST_EMITTING * faces.areas.iter().sum::<f64>();
+        if shadow == 0 || !is_small {
+            return Some(None);
+        }
         let of_links: Vec<f64> = blind.iter().map(|part| part * (rays - shadow) as f64).collect();
         let shadows = systematic(blind, shadow, 0.5);
         let bounds = Bounds::new(faces, &of_links, &shadows, &emitted_shares(faces));

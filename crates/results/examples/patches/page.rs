@@ -47,7 +47,8 @@ fn head(millions: u64, studies: &[Study]) -> String {
          The error is the relative L2 error of the reflected light over the area, noise and discretisation together. Noise is that of a run's\n\
          sample variances; discretisation is measured against two independent references of {millions} million walks each, linear fits on fine cells ({}).\n\
          *Saved* is how many times the walks of the job the best uniform grid of constants needs for the same error; that grid is found by search\n\
-         with the truth known. Chosen patches are means over {SEEDS} seeds. *–*: no uniform grid that was measured comes to that error.\n",
+         with the truth known. Chosen patches are means over {SEEDS} seeds. *–*: no uniform grid that was measured comes to that error. Processor times\n\
+         are the least of three.\n",
         env!("CARGO_PKG_VERSION"),
         cells.join(", "),
     )

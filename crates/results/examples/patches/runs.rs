@@ -75,6 +75,21 @@ pub fn cut_all(spec: &SceneSpec, cells: f64) -> Vec<Cut> {
     spec.surfaces.iter().map(cut).collect()
 }
 
+/// Does the same three times. Returns the least processor time [s], and what was made.
+pub fn fastest<T>(make: impl Fn() -> T) -> (f64, T) {
+    let timed = || {
+        let began = seconds();
+        let made = make();
+        (seconds() - began, made)
+    };
+    let (mut least, mut made) = timed();
+    for _ in 1..3 {
+        let (time, again) = timed();
+        (least, made) = (least.min(time), again);
+    }
+    (least, made)
+}
+
 /// Processor time of this thread [s].
 pub fn seconds() -> f64 {
     let time = clock_gettime(ClockId::ThreadCPUTime);

@@ -8,7 +8,7 @@ use results::choose;
 
 use crate::oracle::{Ceiling, Cutting, Oracle};
 use crate::rooms::Room;
-use crate::runs::{Failure, cut_all, experiment, noise, seconds, walk};
+use crate::runs::{Failure, cut_all, experiment, fastest, noise, seconds, walk};
 use crate::told::Told;
 use crate::truth::Truth;
 
@@ -179,19 +179,15 @@ fn uniform(spec: &SceneSpec, truth: &Truth, most: f64) -> Result<Vec<Grid>, Fail
 
 fn measure(spec: &SceneSpec, truth: &Truth, cuts: &[Cut]) -> Result<Grid, Failure> {
     let linear = experiment(spec, cuts, true)?;
-    let began = seconds();
-    let tally = walk(&linear, 7, MEASURED);
-    let of_linear = (seconds() - began) / MEASURED as f64;
+    let (of_linear, tally) = fastest(|| walk(&linear, 7, MEASURED));
     let constant = experiment(spec, cuts, false)?;
-    let began = seconds();
-    walk(&constant, 7, MEASURED / 2);
-    let of_constant = (seconds() - began) / (MEASURED / 2) as f64;
+    let (of_constant, _) = fastest(|| walk(&constant, 7, MEASURED));
     Ok(Grid {
         cuts: cuts.to_vec(),
         patches: linear.scene().faces().len(),
         noise: noise(&linear, &tally),
         lost: truth.lost(cuts),
-        seconds: [of_constant, of_linear],
+        seconds: [of_constant, of_linear].map(|seconds| seconds / MEASURED as f64),
     })
 }
 
@@ -234,9 +230,8 @@ impl Chosen {
         let mut all: Vec<(Vec<Cut>, Forecast, f64, Grid)> = Vec::new();
         for seed in 0..SEEDS {
             let job = open_job(spec, paths, seed)?;
-            let began = seconds();
-            let Partition { cuts, forecast, .. } = choose(&job, 1)?.ok_or("nothing is open")?.partition;
-            let pilot = seconds() - began;
+            let (pilot, chosen) = fastest(|| choose(&job, 1));
+            let Partition { cuts, forecast, .. } = chosen?.ok_or("nothing is open")?.partition;
             let grid = measure(spec, truth, &cuts)?;
             all.push((cuts, forecast.ok_or("a pilot foretells")?, pilot, grid));
         }
