@@ -79,7 +79,7 @@ fn methods() -> Vec<(Method, u64)> {
     }
     for solve in [Solve::Links, Solve::Iterations(Iterations::default())] {
         for final_gather in [vec![], vec![0, 1, 3]] {
-            methods.push((Chains { rays: 2_000, solve, final_gather }.into(), 16));
+            methods.push((Chains { rays: 2_000, linear: false, solve, final_gather }.into(), 16));
         }
     }
     for sampler in [Sampler::Random, Sampler::Sobol] {

@@ -16,7 +16,7 @@ fn walks(walks: u64, sampler: Sampler, chosen: &[u32]) -> Method {
 }
 
 fn chains(rays: u64, solve: Solve, chosen: &[u32]) -> Method {
-    Chains { rays, solve, final_gather: chosen.to_vec() }.into()
+    Chains { rays, linear: false, solve, final_gather: chosen.to_vec() }.into()
 }
 
 fn experiment(spec: &SceneSpec, method: Method) -> Experiment {

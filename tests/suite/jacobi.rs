@@ -23,7 +23,7 @@ fn chains(spec: &SceneSpec, chain_rays: u64) -> Experiment {
 /// An experiment of chains by iterations.
 fn iterations(spec: &SceneSpec, chain_rays: u64, plan: Iterations) -> Experiment {
     let solve = Solve::Iterations(plan);
-    experiment(spec, Chains { rays: chain_rays, solve, final_gather: Vec::new() })
+    experiment(spec, Chains { rays: chain_rays, linear: false, solve, final_gather: Vec::new() })
 }
 
 /// An experiment of batches with `walks` shooting walks each.

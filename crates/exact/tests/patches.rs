@@ -118,7 +118,7 @@ fn every_method_solves_the_system_of_the_groups() {
         sampler: Sampler::Sobol,
         score: BatchScore::Of(Estimator::Collision, Space::Discrete),
     };
-    let links = Chains { rays: 20_000, solve: Solve::Links, final_gather: vec![] };
+    let links = Chains { rays: 20_000, linear: false, solve: Solve::Links, final_gather: vec![] };
     let births = RayBirths::Systematic;
     let iterations = Chains {
         solve: Solve::Iterations(Iterations { regular: 1, births, sampler: Sampler::Random }),

@@ -236,8 +236,11 @@ fn intervals_of_batches_and_chains_are_true() {
     for (name, method) in [
         ("sobol", Method::batches(1 << 10, Sampler::Sobol)),
         ("final gather", gathered.into()),
-        ("links", Chains { rays: 1 << 12, solve: Solve::Links, final_gather: vec![] }.into()),
-        ("iterations", Chains { rays: 1 << 12, solve: iterations, final_gather: vec![] }.into()),
+        ("links", Chains { rays: 1 << 12, linear: false, solve: Solve::Links, final_gather: vec![] }.into()),
+        (
+            "iterations",
+            Chains { rays: 1 << 12, linear: false, solve: iterations, final_gather: vec![] }.into(),
+        ),
     ] {
         intervals_are_true(name, &sensed(&spec, method, std::slice::from_ref(&plane)), &truth);
     }
@@ -273,7 +276,10 @@ fn intervals_are_true_in_any_scene() {
         faces.iter().flat_map(|&face| channels.iter().map(move |exact| irradiance(exact, face))).collect();
     for (name, method) in [
         ("coloured walks", collision()),
-        ("coloured chains", Chains { rays: 1 << 12, solve: Solve::Links, final_gather: vec![] }.into()),
+        (
+            "coloured chains",
+            Chains { rays: 1 << 12, linear: false, solve: Solve::Links, final_gather: vec![] }.into(),
+        ),
     ] {
         intervals_are_true(name, &sensed(&spec, method, &sensors), &truth);
     }

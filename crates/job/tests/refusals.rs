@@ -118,7 +118,10 @@ const OVERRIDES: &[(&str, &[&str])] = &[
     ("method={walk=\"jacobi\",space=\"continuous\"}", &["method.walk", "discrete", "\"shooting\""]),
     ("method={walk=\"jacobi\",estimator=\"absorption\"}", &["method.walk", "no estimators", "remove"]),
     ("method={walk=\"jacobi\",mix=true}", &["method.walk", "no mix", "remove"]),
-    ("method={walk=\"jacobi\",basis=\"linear\"}", &["method.walk", "no linear basis", "`basis`", "shooting"]),
+    (
+        "method={walk=\"jacobi\",basis=\"linear\",jacobi={solve=\"iterations\"}}",
+        &["method.walk", "a linear basis with links alone", "`basis`", "shooting"],
+    ),
     ("method={mix=true,basis=\"linear\"}", &["method.basis", "no linear basis", "remove one"]),
     ("method={basis=\"quadratic\"}", &["method.basis", "constant", "linear"]),
     ("method={final_gather=[3],basis=\"linear\"}", &["method.final_gather", "`basis`"]),

@@ -119,6 +119,8 @@ pub struct Chains {
     pub rays: u64,
     /// What a chain makes of them.
     pub solve: Solve,
+    /// Whether it tells how the light is spread over patches: the linear basis. Of links only.
+    pub linear: bool,
     /// Patches whose light is gathered by rays of their own from what a chain has found elsewhere.
     pub final_gather: Vec<u32>,
 }
@@ -213,7 +215,7 @@ impl Method {
 
     /// Chains that solve the system of their links.
     pub fn chains(rays: u64) -> Self {
-        Method::Chains(Chains { rays, solve: Solve::default(), final_gather: Vec::new() })
+        Method::Chains(Chains { rays, solve: Solve::default(), linear: false, final_gather: Vec::new() })
     }
 
     /// What is one sample.
@@ -268,6 +270,7 @@ impl Method {
             self,
             Method::Walks(Walks { score: Score::Linear(_), .. })
                 | Method::Batches(Batches { score: BatchScore::Linear(..), .. })
+                | Method::Chains(Chains { linear: true, .. })
         )
     }
 

@@ -64,13 +64,13 @@ fn methods() -> Vec<Method> {
 
 /// Chains and batches, and how many of them are tried.
 fn chains() -> Vec<(Method, u64)> {
-    let links = |final_gather| Chains { rays: 2_000, solve: Solve::Links, final_gather };
+    let links = |final_gather| Chains { rays: 2_000, linear: false, solve: Solve::Links, final_gather };
     let iterations = Solve::Iterations(Iterations::default());
     let score = BatchScore::Of(Estimator::Collision, Space::Discrete);
     vec![
         (links(vec![]).into(), 8),
         (links(vec![1, 3]).into(), 8),
-        (Chains { rays: 2_000, solve: iterations, final_gather: vec![] }.into(), 8),
+        (Chains { rays: 2_000, linear: false, solve: iterations, final_gather: vec![] }.into(), 8),
         (Batches { walks: 1_024, sampler: Sampler::Sobol, score }.into(), 8),
     ]
 }
@@ -288,7 +288,7 @@ fn chains_find_what_walks_find_on_leaves() {
             space: Space::Discrete,
             score: Score::Of(Estimator::Collision),
         };
-        let chains = Chains { rays: 1 << 13, solve: Solve::Links, final_gather: vec![20, 30] };
+        let chains = Chains { rays: 1 << 13, linear: false, solve: Solve::Links, final_gather: vec![20, 30] };
         let (chained, walked) = (experiment(&spec, chains), experiment(&spec, walks));
         let found: Vec<f64> = (1..=8).map(|seed| squared_scores_of_chains(&chained, &walked, seed)).collect();
         let mean = Measured::of(&found);

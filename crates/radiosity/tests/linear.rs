@@ -5,9 +5,9 @@ mod common;
 use common::{box_scene, cube54, quad, surface};
 use glam::DVec3;
 use radiosity::{
-    BatchScore, Batches, Birth, Direction, Estimates, Estimator, EstimatorKind, Experiment, IndexChoice,
-    InfiniteEnd, Method, Sampler, Scene, SceneSpec, Score, Sequence, Shape, Sides, Space, Spectrum, Tally,
-    Walks,
+    BatchScore, Batches, Birth, Chains, Direction, Estimates, Estimator, EstimatorKind, Experiment,
+    IndexChoice, InfiniteEnd, Method, Sampler, Scene, SceneSpec, Score, Sequence, Shape, Sides, Solve, Space,
+    Spectrum, Tally, Walks,
 };
 
 /// A room with all that scenes may have: cells, a two-sided plate, a triangle in rows and one of a single cell.
@@ -63,6 +63,11 @@ fn walks(direction: Direction, space: Space, score: Score) -> Method {
     Walks { direction, space, score }.into()
 }
 
+/// Chains of links of some rays.
+fn chains(rays: u64, linear: bool) -> Method {
+    Chains { rays, linear, solve: Solve::Links, final_gather: vec![] }.into()
+}
+
 const ROULETTE: Estimator = Estimator::Infinite(InfiniteEnd::Roulette { threshold: 0.01 });
 
 /// Every method that has slopes, beside the one that has none.
@@ -90,6 +95,9 @@ fn methods() -> Vec<[Method; 2]> {
             );
         }
     }
+    methods.push([false, true].map(|linear| chains(600, linear)));
+    // Rays enough for shadow rays.
+    methods.push([false, true].map(|linear| chains(1_200, linear)));
     methods
 }
 
@@ -157,7 +165,7 @@ fn slopes_are_those_of_the_hits() {
 }
 
 /// All methods estimate one answer: of each two the mean of z² over gradients is 1 within five of its standard errors, √(2/n)
-/// of n numbers that hardly depend on each other, and twice that for dependent ones. Where nothing is wrong, one of the 24
+/// of n numbers that hardly depend on each other, and twice that for dependent ones. Where nothing is wrong, one of the 27
 /// comparisons exceeds that once in 10,000.
 #[test]
 fn methods_agree_on_gradients() {
@@ -181,12 +189,16 @@ fn methods_agree_on_gradients() {
                 sampler: Sampler::Random,
                 score: BatchScore::Linear(Estimator::Collision, space),
             };
-            for (method, samples) in [
+            let mut others = vec![
                 (shooting(Estimator::Absorption), 400_000),
                 (shooting(ROULETTE), 200_000),
                 (walks(gathering, space, Score::Linear(EstimatorKind::Collision.into())), 1_500_000),
                 (batches.into(), 60),
-            ] {
+            ];
+            if space == Space::Discrete {
+                others.push((chains(20_000, true), 60));
+            }
+            for (method, samples) in others {
                 let words = format!("{method:?}");
                 let other = solve(method, 10_000_000, samples);
                 let z = reference.iter().zip(&other).flat_map(|((a, a_error), (b, b_error))| {

@@ -37,10 +37,15 @@ fn methods() -> Vec<(Method, u64)> {
         (walks(Direction::Shooting, Space::Continuous, EstimatorKind::Absorption.into()).into(), 5000),
         (Method::gathering(Birth::Area, EstimatorKind::Collision), 5000),
         (Method::batches(500, Sampler::Sobol), 8),
-        (Chains { rays: 2000, solve: Solve::Links, final_gather: vec![3] }.into(), 8),
+        (Chains { rays: 2000, linear: false, solve: Solve::Links, final_gather: vec![3] }.into(), 8),
         (
-            Chains { rays: 2000, solve: Solve::Iterations(Iterations::default()), final_gather: vec![] }
-                .into(),
+            Chains {
+                rays: 2000,
+                linear: false,
+                solve: Solve::Iterations(Iterations::default()),
+                final_gather: vec![],
+            }
+            .into(),
             8,
         ),
     ]

@@ -79,7 +79,7 @@ fn measure(study: &Study) -> Result<(), Failure> {
         let links = |rays: u64| Method::chains(rays / CHAINS);
         let gathered_links = |rays: u64| {
             let (rays, solve) = (rays / CHAINS, Solve::Links);
-            Method::from(Chains { rays, solve, final_gather: vec![patch] })
+            Method::from(Chains { rays, linear: false, solve, final_gather: vec![patch] })
         };
         let births = Method::gathering(Birth::Patches(vec![patch]), Estimator::Collision);
         let batch = |sampler| {

@@ -44,7 +44,7 @@ fn compare(name: &str, scene: &Scene, kind: &str, power: u32, runs: u64) -> Resu
     let paths = 1_u64 << power;
     let chains = |sampler| {
         let solve = Solve::Iterations(Iterations { sampler, ..Iterations::default() });
-        Method::from(Chains { rays: paths, solve, final_gather: Vec::new() })
+        Method::from(Chains { rays: paths, linear: false, solve, final_gather: Vec::new() })
     };
     let space = if kind == "continuous" { Space::Continuous } else { Space::Discrete };
     let (random, sobol, units) = match kind {

@@ -52,16 +52,17 @@ pub(super) fn settle_jacobi(
 ) -> Result<Option<String>, Error> {
     let paths = budget.paths;
     let asked = method.walk;
+    let may_be_linear = asked == WalkKind::Jacobi && method.jacobi == Solve::Links;
     let fits = method.space == Space::Discrete
         && method.estimator == EstimatorKind::Collision
-        && method.beside == Beside::Nothing;
+        && (method.beside == Beside::Nothing || method.beside == Beside::Slopes && may_be_linear);
     match asked {
         WalkKind::Shooting | WalkKind::Gathering => return Ok(None),
         WalkKind::Jacobi if !fits => {
             return Err(Error::Refused {
                 place: places.walk.clone(),
                 problem: "\"jacobi\" solves the system of the patches from single rays".into(),
-                why: "it has no other space than discrete, no estimators, no mix and no linear basis",
+                why: "it has no other space than discrete, no estimators and no mix, and a linear basis with links alone",
                 remedy: "remove `space`, `estimator`, `mix` and `basis`, or choose walk = \"shooting\""
                     .into(),
             });

@@ -108,7 +108,8 @@ impl MethodTable {
         let direction = match &self.walk {
             WalkKind::Jacobi => {
                 let final_gather = self.final_gather.clone();
-                return Chains { rays: paths, solve: self.jacobi, final_gather }.into();
+                let linear = self.beside == Beside::Slopes;
+                return Chains { rays: paths, solve: self.jacobi, linear, final_gather }.into();
             }
             WalkKind::Gathering => Direction::Gathering(self.birth.clone()),
             WalkKind::Shooting | WalkKind::Auto => Direction::Shooting,

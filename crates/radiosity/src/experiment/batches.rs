@@ -69,7 +69,7 @@ impl Experiment {
         plan: &Chains,
         hands: &dyn Hands,
     ) -> Option<Outcome> {
-        jacobi::chain(&self.scene, sequence.walk(chain), plan.rays, plan.solve, hands)
+        jacobi::chain(&self.scene, sequence.walk(chain), plan.rays, (plan.solve, plan.linear), hands)
     }
 
     /// The H that the walks of one batch give.

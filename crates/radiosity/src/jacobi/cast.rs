@@ -41,7 +41,10 @@ struct Batch {
     scratch: Scratch,
 }
 
-/// The two ends of a ray that has landed.
+/// A surface, and local coordinates on it.
+pub(super) type Place = (u32, [f64; 2]);
+
+/// A ray that is traced.
 pub(crate) struct Meeting<'a> {
     scene: &'a Scene,
     batch: &'a Batch,
@@ -49,6 +52,13 @@ pub(crate) struct Meeting<'a> {
 }
 
 impl Meeting<'_> {
+    /// Where it leaves, and where it meets a surface.
+    pub(super) fn ends(&self) -> [Place; 2] {
+        let Batch { departures, hits, .. } = self.batch;
+        let at = |uv: &[[f64; WIDTH]; 2]| [uv[0][self.ray], uv[1][self.ray]];
+        [(departures.surface[self.ray], at(&departures.uv)), (hits.surface[self.ray], at(&hits.uv))]
+    }
+
     /// k = cos θ cos θ′/(πr²) between the ends [1/m²]; infinite where they are one point.
     pub(super) fn kernel(&self) -> f64 {
         let Batch { departures, rays, hits, .. } = self.batch;
@@ -82,7 +92,12 @@ impl Default for Batch {
 impl<'a, N: Numbers + Clone> Caster<'a, N> {
     /// A caster with the numbers of this one, whose faces have shot as many rays and landed none.
     pub(super) fn apart(&self) -> Self {
-        Caster { shot: self.shot.clone(), ..Caster::new(self.faces, self.numbers.clone()) }
+        Caster { shot: self.shot.clone(), ..self.afresh() }
+    }
+
+    /// A caster with the numbers of this one that has shot nothing yet.
+    pub(super) fn afresh(&self) -> Self {
+        Caster::new(self.faces, self.numbers.clone())
     }
 }
 
@@ -117,7 +132,19 @@ impl<'a, N: Numbers> Caster<'a, N> {
         first: usize,
         rays: &[u32],
         go_on: &dyn Fn() -> bool,
+        land: impl FnMut(u32, u32, &Meeting),
+    ) -> Option<()> {
+        self.cast_all(first, rays, go_on, land, |_, _| {})
+    }
+
+    /// [`Caster::cast`], with `lose(i, meeting)` for each ray of face i that lands on no face.
+    pub(super) fn cast_all(
+        &mut self,
+        first: usize,
+        rays: &[u32],
+        go_on: &dyn Fn() -> bool,
         mut land: impl FnMut(u32, u32, &Meeting),
+        mut lose: impl FnMut(u32, &Meeting),
     ) -> Option<()> {
         for (i, &more) in (first..).zip(rays).filter(|(_, more)| **more > 0) {
             let (number, face) = (i as u32, &self.faces.list[i]);
@@ -127,14 +154,14 @@ impl<'a, N: Numbers> Caster<'a, N> {
                 self.numbers.draw(self.batch.len);
                 self.batch.push(self.faces.scene, number, face);
                 if self.batch.len == WIDTH {
-                    self.trace(&mut land);
+                    self.trace(&mut land, &mut lose);
                     if !go_on() {
                         return None;
                     }
                 }
             }
         }
-        self.trace(&mut land);
+        self.trace(&mut land, &mut lose);
         Some(())
     }
 
@@ -147,7 +174,7 @@ impl<'a, N: Numbers> Caster<'a, N> {
     }
 
     /// Traces the batch and reports where its rays land.
-    fn trace(&mut self, land: &mut impl FnMut(u32, u32, &Meeting)) {
+    fn trace(&mut self, land: &mut impl FnMut(u32, u32, &Meeting), lose: &mut impl FnMut(u32, &Meeting)) {
         let (scene, batch) = (self.faces.scene, &mut *self.batch);
         let len = std::mem::take(&mut batch.len);
         batch.leave(scene, len, self.numbers.points(scene.parts.isa));
@@ -161,6 +188,7 @@ impl<'a, N: Numbers> Caster<'a, N> {
             } else {
                 let back = batch.arrivals.met.has(i);
                 self.lost[from as usize][usize::from(back)] += 1;
+                lose(from, &Meeting { scene, batch, ray: i });
             }
         }
     }

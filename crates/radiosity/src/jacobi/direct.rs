@@ -8,10 +8,11 @@ use std::sync::Mutex;
 
 use super::cast::{Caster, systematic};
 use super::faces::FaceTable;
-use super::lamps::{Lamp, Lamps, emitted_shares};
+use super::lamps::{Lamps, emitted_shares};
 use super::near::{Bounds, Landed};
 use super::numbers::SobolNumbers;
-use super::shadow::ShadowCaster;
+use super::shadow::{ShadowCaster, Sight};
+use super::spread::psi;
 use crate::hands::{Hands, PARTS_PER_HAND};
 use crate::random::rng::{Sequence, WalkRng};
 
@@ -42,6 +43,8 @@ pub(super) struct Direct<'a> {
     bounds: Bounds,
     /// H by shadow rays [W/m²], face-major and channel-minor.
     far: Vec<f64>,
+    /// The means of H·ψ₁ and H·ψ₂ in the same order; 0 where they are not asked for.
+    slopes: Vec<[f64; 2]>,
 }
 
 impl<'a> Direct<'a> {
@@ -64,7 +67,14 @@ impl<'a> Direct<'a> {
         let of_links: Vec<f64> = blind.iter().map(|part| part * (rays - shadow) as f64).collect();
         let shadows = systematic(blind, shadow, 0.5);
         let bounds = Bounds::new(faces, &of_links, &shadows, &emitted_shares(faces));
-        let direct = Direct { faces, lamps: Lamps::new(faces), rays: shadows, bounds, far: Vec::new() };
+        let direct = Direct {
+            faces,
+            lamps: Lamps::new(faces),
+            rays: shadows,
+            bounds,
+            far: Vec::new(),
+            slopes: Vec::new(),
+        };
         let pays = direct.beats_links(rays, hands)?;
         Some(pays.then_some(direct))
     }
@@ -89,9 +99,9 @@ impl<'a> Direct<'a> {
         let mut sums = vec![[0.0; 2]; pilot.len()];
         let numbers = SobolNumbers::new(Sequence::new(PILOT_SEED).walk(0));
         let mut caster = ShadowCaster::new(self.faces, &self.lamps, numbers);
-        caster.cast(0, &pilot, &|| hands.go_on(), |face, lamp, kernel| {
-            let brought = self.brought(face, lamp, kernel);
-            let [sum, squares] = &mut sums[face as usize];
+        caster.cast(0, &pilot, &|| hands.go_on(), |sight| {
+            let brought = self.brought(sight);
+            let [sum, squares] = &mut sums[sight.face as usize];
             (*sum, *squares) = (*sum + brought, *squares + brought * brought);
         })?;
         let n = f64::from(PILOT_RAYS);
@@ -107,38 +117,57 @@ impl<'a> Direct<'a> {
     }
 
     /// What a shadow ray brings of light with Φ_T = 1 [1/m²].
-    fn brought(&self, face: u32, lamp: &Lamp, kernel: f64) -> f64 {
+    fn brought(&self, &Sight { face, lamp, kernel, .. }: &Sight) -> f64 {
         self.bounds.far(face, lamp.face, kernel) * lamp.piece.area / lamp.part
     }
 
-    /// Shoots the shadow rays of all faces. `None` once `hands`, which share them, no longer want it.
-    pub(super) fn cast(&mut self, rng: &mut WalkRng, hands: &dyn Hands) -> Option<()> {
+    /// The means of H·ψ₁ and H·ψ₂ by shadow rays [W/m²], face-major and channel-minor.
+    pub(super) fn slopes(&self) -> &[[f64; 2]] {
+        &self.slopes
+    }
+
+    /// Shoots the shadow rays of all faces, and looks at how their light is spread where slopes are asked for. `None` once `hands`, which
+    /// share them, no longer want it.
+    pub(super) fn cast(&mut self, rng: &mut WalkRng, with_slopes: bool, hands: &dyn Hands) -> Option<()> {
         let numbers = SobolNumbers::apart(rng);
         let parts = if hands.count() > 1 { PARTS_PER_HAND * hands.count() } else { 1 };
         let of_part = self.rays.len().div_ceil(parts);
-        let found: Vec<Mutex<Option<Vec<f64>>>> =
+        let found: Vec<Mutex<Option<[Vec<f64>; 3]>>> =
             self.rays.chunks(of_part).map(|_| Mutex::new(None)).collect();
         hands.share(found.len(), &|part| {
             let first = part * of_part;
             let rays = &self.rays[first..(first + of_part).min(self.rays.len())];
-            let far = self.far(first, rays, numbers.clone(), hands);
+            let far = self.far(first, rays, (numbers.clone(), with_slopes), hands);
             *found[part].lock().expect("no thread panics with it") = far;
         });
         let parts = found.into_iter().map(|part| part.into_inner().expect("no thread panics with it"));
-        self.far = parts.collect::<Option<Vec<_>>>()?.concat();
+        for [far, first, second] in parts.collect::<Option<Vec<_>>>()? {
+            self.far.extend(far);
+            self.slopes.extend(first.into_iter().zip(second).map(|(first, second)| [first, second]));
+        }
         Some(())
     }
 
-    /// H by shadow rays of the faces from `first` on, which shoot `rays`.
-    fn far(&self, first: usize, rays: &[u32], numbers: SobolNumbers, hands: &dyn Hands) -> Option<Vec<f64>> {
+    /// H by shadow rays of the faces from `first` on, which shoot `rays`, and the means of H·ψ₁ and H·ψ₂.
+    fn far(
+        &self,
+        first: usize,
+        rays: &[u32],
+        (numbers, with_slopes): (SobolNumbers, bool),
+        hands: &dyn Hands,
+    ) -> Option<[Vec<f64>; 3]> {
         let channels = self.faces.scene.channels();
-        let mut far = vec![0.0; channels * rays.len()];
+        let mut far = [0; 3].map(|_| vec![0.0; channels * rays.len()]);
         let mut caster = ShadowCaster::new(self.faces, &self.lamps, numbers);
-        caster.cast(first, rays, &|| hands.go_on(), |face, lamp, kernel| {
-            let place = face as usize - first;
-            let brought = self.brought(face, lamp, kernel) / f64::from(rays[place]);
-            let sums = &mut far[channels * place..][..channels];
-            sums.iter_mut().enumerate().for_each(|(c, h)| *h += lamp.piece.emittance[c] * brought);
+        caster.cast(first, rays, &|| hands.go_on(), |sight| {
+            let place = sight.face as usize - first;
+            let brought = self.brought(sight) / f64::from(rays[place]);
+            let [u, v] = if with_slopes { psi(self.faces.scene, sight.place) } else { [0.0; 2] };
+            for (far, factor) in far.iter_mut().zip([1.0, u, v]) {
+                let sums = &mut far[channels * place..][..channels];
+                let light = |c: usize| sight.lamp.piece.emittance[c] * brought;
+                sums.iter_mut().enumerate().for_each(|(c, h)| *h += light(c) * factor);
+            }
         })?;
         Some(far)
     }

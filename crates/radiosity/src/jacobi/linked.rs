@@ -4,15 +4,17 @@
 //!
 //! Rays go out in three stages, each aimed by what the stages before have found.
 
+use super::board::largest_radiosity;
 use super::cast::{Caster, systematic};
 use super::direct::Direct;
-use super::faces::FaceTable;
+use super::faces::{FaceTable, face_major};
 use super::links::Links;
 use super::near::Landed;
 use super::numbers::{Numbers, SobolNumbers};
 use super::outcome::Outcome;
 use super::shared::cast;
 use super::solve::solve;
+use super::spread::{Solved, slopes};
 use crate::hands::Hands;
 use crate::random::rng::WalkRng;
 
@@ -31,11 +33,17 @@ const ROUGH: f64 = 1e-3;
 
 /// One chain of `rays` rays, each face's along its own Sobol sequence. `None` once `hands`, which share the rays and the
 /// solution, no longer want it.
-pub(crate) fn chain(faces: &FaceTable, rng: WalkRng, rays: u64, hands: &dyn Hands) -> Option<Outcome> {
+pub(crate) fn chain(
+    faces: &FaceTable,
+    rng: WalkRng,
+    rays: u64,
+    with_slopes: bool,
+    hands: &dyn Hands,
+) -> Option<Outcome> {
     let mut caster = Caster::new(faces, SobolNumbers::new(rng));
     let mut direct = Direct::where_it_pays(faces, rays, &density(&faces.areas, &[]), hands)?;
     if let Some(direct) = &mut direct {
-        direct.cast(caster.rng(), hands)?;
+        direct.cast(caster.rng(), with_slopes, hands)?;
     }
     let rays = rays - direct.as_ref().map_or(0, Direct::rays);
     let mut landed = Landed::new(faces.areas.len(), direct.as_ref().map(Direct::bounds));
@@ -51,15 +59,36 @@ pub(crate) fn chain(faces: &FaceTable, rng: WalkRng, rays: u64, hands: &dyn Hand
         let residual = if out == rays { ROUGH / (rays as f64).sqrt() } else { ROUGH };
         let straight = direct.as_ref().map(|direct| direct.irradiance(&landed, &caster));
         radiosity = solve(&links, straight.as_deref(), &radiosity, residual, hands)?;
-        outcome = (out == rays).then(|| match (&straight, &direct) {
+        if out < rays {
+            continue;
+        }
+        let mut solved = match (&straight, &direct) {
             (Some(straight), Some(direct)) => {
                 let outcome = solved_beside(&links, &caster, straight, &radiosity, hands);
                 outcome.with_shadow_rays(direct.rays())
             }
             _ => solved(&links, &caster, &radiosity, hands),
-        });
+        };
+        if with_slopes {
+            solved.slopes = spread_of((&links, &caster), &radiosity, direct.as_ref(), hands)?;
+        }
+        outcome = Some(solved);
     }
     outcome
+}
+
+/// How the light is spread over faces, given the radiosity that goes along the links.
+fn spread_of(
+    (links, caster): (&Links, &Caster<SobolNumbers>),
+    radiosity: &[Vec<f64>],
+    direct: Option<&Direct>,
+    hands: &dyn Hands,
+) -> Option<Vec<[f64; 2]>> {
+    let incoming: Vec<Vec<f64>> = radiosity.iter().map(|b| links.incoming(b, hands)).collect();
+    let (along, incoming) = (face_major(radiosity), face_major(&incoming));
+    let largest = largest_radiosity(links.faces.scene);
+    let solved = Solved { along: &along, incoming: &incoming, largest, direct };
+    slopes(links.faces, caster, &solved, hands)
 }
 
 /// How many more rays each face shoots so that `out` are out in all, near the best density.

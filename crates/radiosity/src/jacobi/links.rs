@@ -208,7 +208,7 @@ impl<'a> Links<'a> {
     }
 
     /// What comes along the links of each face, over all of them [W/m²].
-    fn incoming(&self, radiosity: &[f64], hands: &dyn Hands) -> Vec<f64> {
+    pub(super) fn incoming(&self, radiosity: &[f64], hands: &dyn Hands) -> Vec<f64> {
         let mut incoming = vec![[0.0]; radiosity.len()];
         self.add_incoming(1.0, radiosity.as_chunks().0, &mut incoming, hands);
         let over_total =

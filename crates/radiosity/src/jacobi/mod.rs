@@ -24,6 +24,7 @@ mod reciprocity;
 mod shadow;
 mod shared;
 mod solve;
+mod spread;
 
 use crate::hands::Hands;
 use crate::random::rng::WalkRng;
@@ -42,12 +43,12 @@ pub(crate) fn chain(
     scene: &Scene,
     rng: WalkRng,
     rays: u64,
-    solve: Solve,
+    (solve, with_slopes): (Solve, bool),
     hands: &dyn Hands,
 ) -> Option<Outcome> {
     let faces = FaceTable::new(scene);
     match solve {
-        Solve::Links => linked::chain(&faces, rng, rays, hands),
+        Solve::Links => linked::chain(&faces, rng, rays, with_slopes, hands),
         Solve::Iterations(plan) => {
             iterations::chain(&faces, rng, rays, plan, &mut |_, _, _| {}, &|| hands.go_on())
         }

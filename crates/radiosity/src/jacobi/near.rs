@@ -60,6 +60,16 @@ impl Bounds {
         (WHOLE / (1.0 + under * under) + 0.5) as u64
     }
 
+    /// The parts of a ray between two faces along which near light arrives where it comes from, and where it goes to.
+    pub(super) fn near_parts(&self, from: u32, to: u32, kernel: impl Fn() -> f64) -> [f64; 2] {
+        if !self.emits(from) && !self.emits(to) {
+            return [0.0; 2];
+        }
+        let kernel = kernel();
+        [[from, to], [to, from]]
+            .map(|[i, j]| if self.emits(j) { self.part(i, j, kernel) as f64 / WHOLE } else { 0.0 })
+    }
+
     fn emits(&self, face: u32) -> bool {
         self.emitted[face as usize] > 0.0
     }

@@ -1,5 +1,6 @@
 //! Shadow rays: from uniform points of faces to points of emitters, chosen in proportion to their power.
 
+use super::cast::Place;
 use super::faces::FaceTable;
 use super::lamps::{Lamp, Lamps, kernel};
 use super::numbers::{Numbers, SobolNumbers};
@@ -18,15 +19,27 @@ pub(super) struct ShadowCaster<'a> {
     batch: Box<Batch>,
 }
 
+/// A shadow ray that reaches its lamp.
+pub(super) struct Sight<'a> {
+    /// The face that it leaves.
+    pub(super) face: u32,
+    /// Where it leaves.
+    pub(super) place: Place,
+    pub(super) lamp: &'a Lamp,
+    /// k of its ends [1/m²].
+    pub(super) kernel: f64,
+}
+
 /// Rays that are traced together.
 struct Batch {
     /// Points that are drawn, and the faces whose points they are.
     drawn: usize,
     face: [u32; WIDTH],
-    /// Of each ray that is traced: the face that it leaves, the lamp, and k of its ends [1/m²].
+    /// Of each ray that is traced: the face that it leaves, the lamp, k of its ends [1/m²], and where it leaves.
     from: [u32; WIDTH],
     lamp: [u32; WIDTH],
     kernel: [f64; WIDTH],
+    place: [Place; WIDTH],
     rays: Rays,
     hits: Hits,
     scratch: Scratch,
@@ -40,6 +53,7 @@ impl Default for Batch {
             from: [0; WIDTH],
             lamp: [0; WIDTH],
             kernel: [0.0; WIDTH],
+            place: [(0, [0.0; 2]); WIDTH],
             rays: Rays::default(),
             hits: Hits::default(),
             scratch: Scratch::default(),
@@ -52,14 +66,13 @@ impl<'a> ShadowCaster<'a> {
         ShadowCaster { faces, lamps, numbers, batch: Box::default() }
     }
 
-    /// Shoots the first `rays[n]` rays of each face `first` + n; `see(i, lamp, k)` for each of face i that reaches its lamp, k of
-    /// its ends. `None` once `go_on` says no, which is asked for every batch.
+    /// Shoots the first `rays[n]` rays of each face `first` + n; `see` is called for each that reaches its lamp. `None` once `go_on` says no, which is asked for every batch.
     pub(super) fn cast(
         &mut self,
         first: usize,
         rays: &[u32],
         go_on: &dyn Fn() -> bool,
-        mut see: impl FnMut(u32, &Lamp, f64),
+        mut see: impl FnMut(&Sight),
     ) -> Option<()> {
         for (face, &rays) in (first as u32..).zip(rays).filter(|(_, rays)| **rays > 0) {
             self.numbers.leave(face, 0);
@@ -81,7 +94,7 @@ impl<'a> ShadowCaster<'a> {
     }
 
     /// Traces the rays of the points that are drawn, and reports those that reach their lamps.
-    fn trace(&mut self, see: &mut impl FnMut(u32, &Lamp, f64)) {
+    fn trace(&mut self, see: &mut impl FnMut(&Sight)) {
         let (scene, batch) = (self.faces.scene, &mut *self.batch);
         batch.aim(self.faces, self.lamps, self.numbers.points(scene.parts.isa));
         scene.parts.index.closest_hits(&scene.parts.facets, &batch.rays, &mut batch.scratch, &mut batch.hits);
@@ -90,7 +103,8 @@ impl<'a> ShadowCaster<'a> {
             if (batch.hits.surface[ray], batch.hits.facing[ray])
                 == (lamp.piece.surface, lamp.piece.side.sign())
             {
-                see(batch.from[ray], lamp, batch.kernel[ray]);
+                let (face, place, kernel) = (batch.from[ray], batch.place[ray], batch.kernel[ray]);
+                see(&Sight { face, place, lamp, kernel });
             }
         }
     }
@@ -120,7 +134,8 @@ impl Batch {
             let kernel = kernel(leaves, arrives, distance);
             if kernel > 0.0 {
                 let ray = self.rays.len;
-                (self.from[ray], self.lamp[ray], self.kernel[ray]) = (number, lamp as u32, kernel);
+                (self.from[ray], self.lamp[ray]) = (number, lamp as u32);
+                (self.kernel[ray], self.place[ray]) = (kernel, (from, place));
                 self.rays.push(&Ray { origin, direction, from });
             }
         }

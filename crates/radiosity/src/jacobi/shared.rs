@@ -4,8 +4,9 @@
 //! and their order do not depend on the number of threads.
 
 use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, Ordering};
 
-use super::cast::Caster;
+use super::cast::{Caster, Meeting};
 use super::near::Landed;
 use super::numbers::SobolNumbers;
 use crate::hands::{Hands, PARTS_PER_HAND};
@@ -58,6 +59,28 @@ pub(super) fn cast(
     landed.extend(&joined);
     caster.shot.iter_mut().zip(rays).for_each(|(shot, more)| *shot += more);
     Some(())
+}
+
+/// Shoots all rays of a caster once more; `land(i, j, meeting)` for each of face i that lands on a face j, `lose(i, meeting)` for each that
+/// lands on none. `None` once `hands` no longer want it.
+pub(super) fn shoot_again(
+    caster: &Caster<SobolNumbers>,
+    hands: &dyn Hands,
+    land: &(dyn Fn(u32, u32, &Meeting) + Sync),
+    lose: &(dyn Fn(u32, &Meeting) + Sync),
+) -> Option<()> {
+    let parts = parts(&caster.shot, hands.count());
+    let wanted = AtomicBool::new(true);
+    let afresh = Mutex::new(caster.afresh());
+    hands.share(parts.len(), &|number| {
+        let Part { first_face, skipped, rays } = &parts[number];
+        let mut caster = afresh.lock().expect("no thread panics with it").afresh();
+        caster.shot[*first_face] = *skipped;
+        if caster.cast_all(*first_face, rays, &|| hands.go_on(), land, lose).is_none() {
+            wanted.store(false, Ordering::Relaxed);
+        }
+    });
+    wanted.into_inner().then_some(())
 }
 
 /// Cuts rays into parts of about the same number for `hands` threads: one part where there is one thread, or where rays are few.
@@ -138,15 +161,17 @@ mod tests {
     }
 
     fn bits(outcome: Outcome) -> (Vec<u64>, Vec<u64>) {
-        (outcome.irradiance.iter().map(|h| h.to_bits()).collect(), outcome.landed)
+        let numbers = outcome.irradiance.iter().chain(outcome.slopes.as_flattened());
+        (numbers.map(|h| h.to_bits()).collect(), outcome.landed)
     }
 
     #[test]
     fn a_chain_is_the_same_to_the_last_bit_by_any_number_of_threads() {
         for scene in [room(), room_with_a_lamp()] {
             let faces = FaceTable::new(&scene);
-            let of =
-                |hands: &dyn Hands| bits(chain(&faces, Sequence::new(7).walk(3), 300_000, hands).unwrap());
+            let of = |hands: &dyn Hands| {
+                bits(chain(&faces, Sequence::new(7).walk(3), 300_000, true, hands).unwrap())
+            };
             let alone = of(&|| true);
             for threads in [2, 3, 7] {
                 assert_eq!(of(&Threads(threads)), alone, "{threads} threads");
@@ -166,7 +191,9 @@ mod tests {
             }
         }
         let scene = room();
-        assert!(chain(&FaceTable::new(&scene), Sequence::new(7).walk(3), 300_000, &Unwanted).is_none());
+        assert!(
+            chain(&FaceTable::new(&scene), Sequence::new(7).walk(3), 300_000, false, &Unwanted).is_none()
+        );
     }
 
     #[test]

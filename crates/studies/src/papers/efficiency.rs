@@ -112,7 +112,7 @@ fn ways(rays: u64, patches: u64) -> Vec<Way> {
     let chains = solves.into_iter().filter(|(_, solve)| *solve != Solve::Links || rays >= 16 * patches);
     ways.extend(chains.map(|(word, solve)| Way {
         name: word.into(),
-        method: Chains { rays, solve, final_gather: Vec::new() }.into(),
+        method: Chains { rays, linear: false, solve, final_gather: Vec::new() }.into(),
         known: None,
     }));
     ways
