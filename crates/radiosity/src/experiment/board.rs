@@ -2,7 +2,6 @@
 
 use std::ops::Range;
 
-use super::Compiled;
 use crate::jacobi::final_gather::Gathered;
 use crate::jacobi::{ChainBoard, UNITS};
 use crate::tally::{ColouredBoard, Layout, LinearBoard, Overflow, Scoreboard, Tally};
@@ -18,6 +17,40 @@ pub struct Board<const M: usize> {
     pub(super) sensing: Option<Sensing<M>>,
     /// The scores of groups, where there are any; a board has groups or sensors, not both.
     pub(super) apart: Option<Apart>,
+}
+
+/// A board that can be emptied: as walking, this is compiled with this crate, once for each number of power sums that is in use.
+pub trait Emptied {
+    /// Does what [`Board::take`] does.
+    ///
+    /// # Errors
+    /// As there.
+    fn hand_over(&mut self) -> Result<Tally, Overflow>;
+
+    /// Does what [`Board::add_to`] does.
+    ///
+    /// # Errors
+    /// As there.
+    fn hand_to(&mut self, tally: &mut Tally) -> Result<(), Overflow>;
+}
+
+impl Emptied for Board<2> {
+    #[inline(never)]
+    fn hand_over(&mut self) -> Result<Tally, Overflow> {
+        match (&mut self.sensing, &mut self.apart) {
+            (None, None) => self.scores.take(),
+            (Some(sensing), _) => sensing.take(&mut self.scores),
+            (None, Some(apart)) => apart.take(&mut self.scores),
+        }
+    }
+
+    #[inline(never)]
+    fn hand_to(&mut self, tally: &mut Tally) -> Result<(), Overflow> {
+        if self.sensing.is_none() && self.apart.is_none() {
+            return self.scores.add_to(tally);
+        }
+        tally.merge(&self.hand_over()?).map_err(|_| Overflow)
+    }
 }
 
 /// What a board keeps for groups of patches.
@@ -78,7 +111,7 @@ impl<const M: usize> Board<M> {
     /// Where a sum may have wrapped.
     pub fn take(&mut self) -> Result<Tally, Overflow>
     where
-        Self: Compiled,
+        Self: Emptied,
     {
         self.hand_over()
     }
@@ -89,26 +122,9 @@ impl<const M: usize> Board<M> {
     /// Where a sum may have wrapped or leaves its range; then the tally is unusable.
     pub fn add_to(&mut self, tally: &mut Tally) -> Result<(), Overflow>
     where
-        Self: Compiled,
+        Self: Emptied,
     {
         self.hand_to(tally)
-    }
-
-    /// [`Board::take`], compiled for one M after the other.
-    pub(super) fn taken(&mut self) -> Result<Tally, Overflow> {
-        match (&mut self.sensing, &mut self.apart) {
-            (None, None) => self.scores.take(),
-            (Some(sensing), _) => sensing.take(&mut self.scores),
-            (None, Some(apart)) => apart.take(&mut self.scores),
-        }
-    }
-
-    /// [`Board::add_to`], compiled for one M after the other.
-    pub(super) fn added_to(&mut self, tally: &mut Tally) -> Result<(), Overflow> {
-        if self.sensing.is_none() && self.apart.is_none() {
-            return self.scores.add_to(tally);
-        }
-        tally.merge(&self.taken()?).map_err(|_| Overflow)
     }
 }
 

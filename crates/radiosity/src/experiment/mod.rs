@@ -18,7 +18,7 @@ pub(crate) mod solution;
 mod sources;
 mod unfit;
 
-pub use board::Board;
+pub use board::{Board, Emptied};
 pub use gathering::birth_probabilities;
 pub use groups::{Groups, Material, PatchGroup};
 pub use meaning::Meaning;

@@ -11,7 +11,7 @@ use crate::method::{Method, Score, Walks};
 use crate::random::quasi::{Place, Quasi};
 use crate::random::rng::Sequence;
 use crate::scene::births::Births;
-use crate::tally::{Counts, Overflow, Tally};
+use crate::tally::{Counts, Overflow};
 use crate::walk::Space;
 use crate::walk::apart::ByClass;
 use crate::walk::batch::{walk_all, walk_each};
@@ -45,18 +45,6 @@ const PART: u64 = 1 << 18;
 pub trait Compiled {
     /// Does what [`Experiment::walk_while`] does.
     fn sample(&mut self, experiment: &Experiment, sequence: &Sequence, walks: Range<u64>, hands: &dyn Hands);
-
-    /// Does what [`Board::take`] does.
-    ///
-    /// # Errors
-    /// As there.
-    fn hand_over(&mut self) -> Result<Tally, Overflow>;
-
-    /// Does what [`Board::add_to`] does.
-    ///
-    /// # Errors
-    /// As there.
-    fn hand_to(&mut self, tally: &mut Tally) -> Result<(), Overflow>;
 }
 
 macro_rules! compile_for {
@@ -72,16 +60,6 @@ macro_rules! compile_for {
                 hands: &dyn Hands,
             ) {
                 experiment.sample(sequence, walks, self, hands);
-            }
-
-            #[inline(never)]
-            fn hand_over(&mut self) -> Result<Tally, Overflow> {
-                self.taken()
-            }
-
-            #[inline(never)]
-            fn hand_to(&mut self, tally: &mut Tally) -> Result<(), Overflow> {
-                self.added_to(tally)
             }
         }
     )*};

@@ -3,6 +3,7 @@
 use super::faces::FaceTable;
 use super::lamps::kernel;
 use super::numbers::Numbers;
+use super::place::Place;
 use crate::geometry::face::Face;
 use crate::random::rng::WalkRng;
 use crate::random::sobol::Points;
@@ -40,9 +41,6 @@ struct Batch {
     arrivals: Arrivals,
     scratch: Scratch,
 }
-
-/// A surface, and local coordinates on it.
-pub(super) type Place = (u32, [f64; 2]);
 
 /// A ray that is traced.
 pub(crate) struct Meeting<'a> {

@@ -11,8 +11,8 @@ use super::faces::FaceTable;
 use super::lamps::{Lamps, emitted_shares};
 use super::near::{Bounds, Landed};
 use super::numbers::SobolNumbers;
+use super::place::psi;
 use super::shadow::{ShadowCaster, Sight};
-use super::spread::psi;
 use crate::hands::{Hands, PARTS_PER_HAND};
 use crate::random::rng::{Sequence, WalkRng};
 

@@ -19,6 +19,7 @@ mod links;
 mod near;
 pub(crate) mod numbers;
 mod outcome;
+mod place;
 pub(crate) mod plan;
 mod reciprocity;
 mod shadow;

@@ -1,9 +1,9 @@
 //! Shadow rays: from uniform points of faces to points of emitters, chosen in proportion to their power.
 
-use super::cast::Place;
 use super::faces::FaceTable;
 use super::lamps::{Lamp, Lamps, kernel};
 use super::numbers::{Numbers, SobolNumbers};
+use super::place::Place;
 use crate::random::rng::unit_32;
 use crate::random::sobol::Points;
 use crate::simd::batch::WIDTH;

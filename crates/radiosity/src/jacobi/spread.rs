@@ -7,15 +7,13 @@
 
 use std::sync::atomic::{AtomicI64, Ordering};
 
-use super::cast::{Caster, Meeting, Place};
+use super::cast::{Caster, Meeting};
 use super::direct::Direct;
 use super::faces::FaceTable;
 use super::numbers::SobolNumbers;
+use super::place::{Place, psi};
 use super::shared::shoot_again;
-use crate::geometry::basis::SLOPE_UNITS;
 use crate::hands::Hands;
-use crate::scene::Scene;
-use crate::walk::spots::Spot;
 
 /// Units in the largest radiosity: whole numbers of them add up to the same in any order.
 const UNITS: f64 = (1_u64 << 40) as f64;
@@ -52,12 +50,6 @@ pub(super) fn slopes(
         }
     }
     Some(slopes)
-}
-
-/// ψ₁ and ψ₂ at a place.
-pub(super) fn psi(scene: &Scene, (number, uv): Place) -> [f64; 2] {
-    let cell = scene.surfaces()[number as usize].cell_at(uv);
-    <[i64; 2]>::of_birth(scene, [number, cell], uv).map(|units| units as f64 / SLOPE_UNITS as f64)
 }
 
 /// Sums under way.
