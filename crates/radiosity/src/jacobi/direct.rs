@@ -43,7 +43,7 @@ pub(super) struct Direct<'a> {
     bounds: Bounds,
     /// H by shadow rays [W/m²], face-major and channel-minor.
     far: Vec<f64>,
-    /// The means of H·ψ₁ and H·ψ₂ in the same order; 0 where they are not asked for.
+    /// The means of H·ψ₁ and H·ψ₂ in the same order; empty where they are not asked for.
     slopes: Vec<[f64; 2]>,
 }
 
@@ -148,7 +148,8 @@ impl<'a> Direct<'a> {
         Some(())
     }
 
-    /// H by shadow rays of the faces from `first` on, which shoot `rays`, and the means of H·ψ₁ and H·ψ₂.
+    /// H by shadow rays of the faces from `first` on, which shoot `rays`, and the means of H·ψ₁ and H·ψ₂, which are empty where they are
+    /// not asked for.
     fn far(
         &self,
         first: usize,
@@ -157,13 +158,14 @@ impl<'a> Direct<'a> {
         hands: &dyn Hands,
     ) -> Option<[Vec<f64>; 3]> {
         let channels = self.faces.scene.channels();
-        let mut far = [0; 3].map(|_| vec![0.0; channels * rays.len()]);
+        let asked = if with_slopes { 3 } else { 1 };
+        let mut far = [0, 1, 2].map(|k| vec![0.0; if k < asked { channels * rays.len() } else { 0 }]);
         let mut caster = ShadowCaster::new(self.faces, &self.lamps, numbers);
         caster.cast(first, rays, &|| hands.go_on(), |sight| {
             let place = sight.face as usize - first;
             let brought = self.brought(sight) / f64::from(rays[place]);
             let [u, v] = if with_slopes { psi(self.faces.scene, sight.place) } else { [0.0; 2] };
-            for (far, factor) in far.iter_mut().zip([1.0, u, v]) {
+            for (far, factor) in far.iter_mut().zip([1.0, u, v]).take(asked) {
                 let sums = &mut far[channels * place..][..channels];
                 let light = |c: usize| sight.lamp.piece.emittance[c] * brought;
                 sums.iter_mut().enumerate().for_each(|(c, h)| *h += light(c) * factor);
