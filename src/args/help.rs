@@ -20,7 +20,7 @@ Exit codes:
 
 Environment:
   RADWALK_LOG     the least level that is told on stderr: error, warn, info, debug, trace or off [default: info; with
-                  --quiet: warn]
+                  --quiet: error]
   GLIBC_TUNABLES  as of the C library; where it is not set, workers of `radwalk run` ask for huge pages
 
 Jobs, scenes, output files and checks: docs/reference/.";

@@ -43,7 +43,7 @@ pub(crate) struct OutArgs {
     #[arg(long)]
     pub force: bool,
     /// Say nothing but errors
-    #[arg(long)]
+    #[arg(long, short)]
     pub quiet: bool,
     /// Report progress as JSON lines on stderr
     #[arg(long)]
@@ -67,7 +67,7 @@ pub(crate) struct MadeArgs {
     #[arg(long)]
     pub force: bool,
     /// Say nothing but errors
-    #[arg(long)]
+    #[arg(long, short)]
     pub quiet: bool,
 }
 
@@ -169,7 +169,7 @@ pub(crate) struct WorkArgs {
     #[arg(long, value_name = "T", default_value_t = 1, value_parser = threads)]
     pub threads: u32,
     /// Say nothing but panics; the coordinator reports what goes wrong
-    #[arg(long)]
+    #[arg(long, short)]
     pub quiet: bool,
     /// How long to look for a coordinator that is not there yet, or went away without a word [default: 600; started by
     /// hand, 0 for one that is not there yet]
@@ -188,7 +188,7 @@ pub(crate) struct RelayArgs {
     #[command(flatten)]
     pub at: ListenArgs,
     /// Say nothing but errors
-    #[arg(long)]
+    #[arg(long, short)]
     pub quiet: bool,
     /// How long to look for a coordinator, as workers do
     #[arg(long, value_name = "SECONDS")]
@@ -254,7 +254,7 @@ pub(crate) struct AuditArgs {
     #[arg(long, value_name = "S", value_parser = count, allow_negative_numbers = true)]
     pub seed: Option<u64>,
     /// Say nothing but errors
-    #[arg(long)]
+    #[arg(long, short)]
     pub quiet: bool,
 }
 
@@ -265,7 +265,7 @@ pub(crate) struct ReportArgs {
     #[command(flatten)]
     pub export: ExportArgs,
     /// Say nothing but errors
-    #[arg(long)]
+    #[arg(long, short)]
     pub quiet: bool,
 }
 

@@ -6,23 +6,11 @@ use job::{OutputFile, Word};
 /// A whole number as people write it: 1000000, 1_000_000 or 1e6. TOML holds none beyond 63 bits.
 pub(super) fn count(typed: &str) -> Result<u64, String> {
     let largest = i64::MAX as u64;
-    let too_large = || format!("it is above {largest}, the largest number of a job file");
-    let no_number = || Err("it is not a whole number; write 1000000, 1_000_000 or 1e6".into());
-    if typed.starts_with('_') {
-        return no_number();
-    }
+    let no_number = "it is not a whole number; write 1000000, 1_000_000 or 1e6";
     let digits = typed.replace('_', "");
-    if !digits.is_empty() && digits.bytes().all(|byte| byte.is_ascii_digit()) {
-        return digits.parse().ok().filter(|&n| n <= largest).ok_or_else(too_large);
-    }
-    match digits.parse::<f64>() {
-        Ok(number) if number.is_finite() && number >= largest as f64 => Err(too_large()),
-        // Above, floats do not hold every integer.
-        Ok(number) if number.fract() == 0.0 && (0.0..=9_007_199_254_740_992.0).contains(&number) => {
-            Ok(number as u64)
-        }
-        _ => no_number(),
-    }
+    let number = job::whole_number(&digits).filter(|_| !typed.starts_with('_')).ok_or(no_number)?;
+    let number = u64::try_from(number).ok().filter(|&number| number <= largest);
+    number.ok_or_else(|| format!("it is above {largest}, the largest number of a job file"))
 }
 
 /// A source and its factor.
@@ -94,6 +82,9 @@ mod tests {
             ("1_000_000", 1_000_000),
             ("1e6", 1_000_000),
             ("2.5E3", 2500),
+            ("1e18", 1_000_000_000_000_000_000),
+            ("123456789.0123456789e10", 1_234_567_890_123_456_789),
+            ("100e-2", 1),
             ("9223372036854775807", i64::MAX as u64),
         ] {
             assert_eq!(count(typed), Ok(number), "{typed}");

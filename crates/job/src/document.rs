@@ -247,7 +247,8 @@ impl<'a> Value<'a> {
                 (integer.to_string(), u64::from_str_radix(integer.as_str(), integer.radix()).ok())
             }
             DeValue::Float(float) if is_exponential(float) => {
-                (float.to_string(), parse_float(float).and_then(whole))
+                let written = whole_number(float.as_str());
+                (float.to_string(), written.and_then(|number| u64::try_from(number).ok()))
             }
             _ => return Err(self.wrong_type("an integer, such as 1, 1_000_000 or 1e6")),
         };
@@ -349,9 +350,24 @@ fn is_exponential(float: &DeFloat<'_>) -> bool {
     float.as_str().contains(['e', 'E']) && parse_float(float).is_some_and(|number| number.fract() == 0.0)
 }
 
-/// The integer that a float such as 1e6 is; floats up to 2⁵³ hold integers exactly.
-fn whole(float: f64) -> Option<u64> {
-    (float.fract() == 0.0 && (0.0..=9_007_199_254_740_992.0).contains(&float)).then_some(float as u64)
+/// The whole number that decimal digits such as `1000000`, `1e6` or `2.5E3` write, without rounding; `None` where they write none.
+/// One beyond 128 bits is the largest there.
+pub fn whole_number(written: &str) -> Option<u128> {
+    let written = written.strip_prefix('+').unwrap_or(written);
+    let (mantissa, exponent) = written.split_once(['e', 'E']).unwrap_or((written, "0"));
+    let (before, behind) = mantissa.split_once('.').unwrap_or((mantissa, ""));
+    let digits = [before, behind].concat();
+    if before.is_empty() || !digits.bytes().all(|digit| digit.is_ascii_digit()) {
+        return None;
+    }
+    let exponent = exponent.parse::<i64>().ok()?.checked_sub(behind.len() as i64)?;
+    let short = digits.trim_end_matches('0');
+    if short.is_empty() {
+        return Some(0);
+    }
+    let zeros = u32::try_from(exponent.checked_add((digits.len() - short.len()) as i64)?).ok()?;
+    let number = short.parse::<u128>().ok().zip(10_u128.checked_pow(zeros));
+    Some(number.and_then(|(number, power)| number.checked_mul(power)).unwrap_or(u128::MAX))
 }
 
 fn parse_whole(integer: &DeInteger<'_>) -> Option<f64> {

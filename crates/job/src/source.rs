@@ -127,7 +127,8 @@ fn opened(line: &str) -> Option<&str> {
 #[derive(Debug)]
 struct Override {
     typed: String,
-    key: String,
+    /// The parts of the dotted key.
+    key: Vec<String>,
     value: String,
     /// A document of the key `v` alone, shifted to its place behind all that comes before.
     shifted: String,
@@ -278,6 +279,46 @@ fn read_text(file: &Path) -> Result<String, Error> {
     })
 }
 
+/// The key and the value of an override: they part at the first `=` that is in no quotes.
+fn split_override(typed: &str) -> Result<(&str, &str), &'static str> {
+    let (mut quote, mut escaped) = (None, false);
+    for (at, letter) in typed.char_indices() {
+        match quote {
+            None if letter == '=' => return Ok((typed[..at].trim(), typed[at + 1..].trim())),
+            None if matches!(letter, '"' | '\'') => quote = Some(letter),
+            Some('"') if letter == '\\' && !escaped => {
+                escaped = true;
+                continue;
+            }
+            Some(open) if letter == open && !escaped => quote = None,
+            _ => {}
+        }
+        escaped = false;
+    }
+    Err(if quote.is_some() { "a quote in the key is not closed" } else { "there is no `=`" })
+}
+
+/// The parts of a dotted key, those in quotes as TOML has them. A part without quotes may hold any other letter.
+fn key_parts(key: &str) -> Result<Vec<String>, String> {
+    if !key.contains(['"', '\'']) {
+        let parts: Vec<String> = key.split('.').map(str::to_owned).collect();
+        let empty = parts.iter().any(String::is_empty);
+        return if empty { Err("a part of the key is empty".into()) } else { Ok(parts) };
+    }
+    let line = format!("{key} = 0");
+    let document = DeTable::parse(&line)
+        .map_err(|error| format!("the key is not TOML's: {}", error.message().trim().replace('\n', ", ")))?;
+    let (mut parts, mut rest) = (Vec::new(), document.into_inner());
+    while let Some((part, value)) = rest.into_iter().next() {
+        parts.push(part.into_inner().into_owned());
+        rest = match value.into_inner() {
+            DeValue::Table(inner) => inner,
+            _ => break,
+        };
+    }
+    Ok(parts)
+}
+
 impl Override {
     fn new(typed: &str, start: usize) -> Result<Self, Error> {
         let fault =
@@ -285,30 +326,21 @@ impl Override {
         if typed.contains('\n') {
             return Err(fault("there is more than one line"));
         }
-        let (key, value) = typed.split_once('=').ok_or_else(|| fault("there is no `=`"))?;
-        let (key, value) = (key.trim(), value.trim());
-        if key.split('.').any(str::is_empty) {
-            return Err(fault("a part of the key is empty"));
-        }
+        let (key, value) = split_override(typed).map_err(fault)?;
+        let key = key_parts(key).map_err(|problem| fault(&problem))?;
         if value.is_empty() {
             return Err(fault("there is no value"));
         }
         let shifted = format!("{:start$}v = {value}", "");
-        Ok(Override {
-            typed: typed.into(),
-            key: key.into(),
-            value: value.into(),
-            span: start..shifted.len(),
-            shifted,
-        })
+        Ok(Override { typed: typed.into(), key, value: value.into(), span: start..shifted.len(), shifted })
     }
 
     /// Puts the value where its key says, in tables that need not exist yet.
     fn apply<'a>(&'a self, mut table: &mut DeTable<'a>) -> Result<(), Error> {
-        if self.key.starts_with("scene.") {
+        if self.key.len() > 1 && self.key[0] == "scene" {
             make_room_beside_file(table);
         }
-        let mut parts = self.key.split('.').peekable();
+        let mut parts = self.key.iter().map(String::as_str).peekable();
         while let Some(part) = parts.next() {
             let key = Spanned::new(self.span.clone(), part.into());
             if parts.peek().is_none() {

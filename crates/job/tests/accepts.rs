@@ -366,6 +366,7 @@ fn integers_may_have_exponents() {
     let path = written("exponents", JOB);
     assert_eq!(load_with(&path, &["budget.paths=1e6"]).budget.paths, 1_000_000);
     assert_eq!(load_with(&path, &["budget.paths=2.5E3"]).budget.paths, 2500);
+    assert_eq!(load_with(&path, &["budget.paths=1e18"]).budget.paths, 1_000_000_000_000_000_000);
 }
 
 /// No line of it opens a table that only scenes have.

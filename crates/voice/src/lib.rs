@@ -60,7 +60,7 @@ impl Voice {
             () if long && !io::stderr().is_terminal() => Form::Stamped,
             () => Form::Plain,
         };
-        Voice { form, level: if quiet { LevelFilter::WARN } else { LevelFilter::INFO } }
+        Voice { form, level: if quiet { LevelFilter::ERROR } else { LevelFilter::INFO } }
     }
 
     /// Writes the messages of this process with this voice from now on.
