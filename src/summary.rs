@@ -9,13 +9,14 @@ use voice::{Phase, emit, say};
 use crate::args::OutArgs;
 use crate::fault::Fault;
 
-/// Writes the results of some walks and prints a summary. Without walks nothing is written.
+/// Writes the results of some walks and prints a summary. Without walks nothing is written. `joined` is how many workers have
+/// joined in this session, if there is one.
 ///
 /// # Errors
 /// Where the books do not balance or a file cannot be written.
 pub(crate) fn write(
     output: &RunOutput,
-    settings: &Settings,
+    (settings, joined): (&Settings, Option<u64>),
     experiment: &Experiment,
     checkpoint: &Checkpoint,
     latest: Latest,
@@ -34,7 +35,7 @@ pub(crate) fn write(
     if out.json {
         emit(&serde_json::json!({"event": "done", "out": output.path(), "paths": summary.paths}));
     } else if !out.quiet {
-        summary_lines(&summary, settings).iter().for_each(|line| say(line));
+        summary_lines(&summary, settings, joined).iter().for_each(|line| say(line));
         say(&format!("written to {}", output.path().display()));
         let patches = experiment.scene().faces().patch_count();
         output.left_out_line(settings, patches).iter().for_each(|line| say(line));

@@ -16,7 +16,7 @@ pub(crate) fn combine(args: &CombineArgs) -> Result<Outcome, Fault> {
     drop(phase);
     let folder = args.out.clone().unwrap_or_else(|| beside(&args.run));
     let output = RunOutput::new(&folder, args.made.force, &args.made.export.export, crate::build::GIT)?;
-    write(&output, &settings, &experiment, &checkpoint, Latest::Foreign, &args.made.out())?;
+    write(&output, (&settings, None), &experiment, &checkpoint, Latest::Foreign, &args.made.out())?;
     Ok(Outcome::Done)
 }
 

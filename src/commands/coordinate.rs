@@ -101,6 +101,8 @@ struct Prepared {
     output: RunOutput,
     identity: Identity,
     past: Past,
+    /// The workers of earlier sessions.
+    workers_before: u64,
     /// What the latest tally of the output folder is to this run.
     latest: Latest,
 }
@@ -134,8 +136,16 @@ impl Prepared {
         let output = RunOutput::new(&folder, out.force || resume, &export.export, GIT)?;
         let identity = Identity::new(&job, &settings, &experiment, BUILD)?;
         let past = Past::none(experiment.tally::<{ judge::MOMENTS }>());
-        let mut prepared =
-            Prepared { job, settings, experiment, output, identity, past, latest: Latest::Foreign };
+        let mut prepared = Prepared {
+            job,
+            settings,
+            experiment,
+            output,
+            identity,
+            past,
+            workers_before: 0,
+            latest: Latest::Foreign,
+        };
         if resume {
             phase.now("reading the checkpoint");
             prepared.resume()?;
@@ -156,6 +166,7 @@ impl Prepared {
         }
         info!("resumed after {} paths", resumed.paths);
         (self.past, self.latest) = (resumed.past, resumed.latest);
+        self.workers_before = self.past.effort.workers_seen;
         Ok(())
     }
 
@@ -249,7 +260,10 @@ impl Prepared {
         let mut waits = FINAL_WAITS.into_iter();
         loop {
             let Self { output, settings, experiment, .. } = self;
-            let fault = match summary::write(output, settings, experiment, checkpoint, latest, out) {
+            let joined = checkpoint.book.effort.workers_seen.saturating_sub(self.workers_before);
+            let written =
+                summary::write(output, (settings, Some(joined)), experiment, checkpoint, latest, out);
+            let fault = match written {
                 Err(fault @ Fault::Results(results::Error::Report(report::Error::Io { .. }))) => fault,
                 done => return done,
             };

@@ -20,7 +20,7 @@ pub(crate) fn merge(args: &MergeArgs) -> Result<Outcome, Fault> {
     let Kept { checkpoint, settings, experiment } = results::merge(first, others)?;
     drop(phase);
     let output = RunOutput::new(&args.out, args.made.force, &args.made.export.export, crate::build::GIT)?;
-    write(&output, &settings, &experiment, &checkpoint, Latest::Foreign, &args.made.out())?;
+    write(&output, (&settings, None), &experiment, &checkpoint, Latest::Foreign, &args.made.out())?;
     Ok(Outcome::Done)
 }
 

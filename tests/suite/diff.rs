@@ -77,3 +77,82 @@ fn wrong_results_are_named() {
     assert!(code == 2 && stderr.contains("one has 54 radiosities, the other 6"), "{stderr}");
     assert_eq!(diff(&a, &path(&folder, "none"), &[]).0, 2);
 }
+
+/// Jobs that differ are said to, before any number; and the exact solution may be given as its table.
+#[test]
+fn differences_of_jobs_come_first() {
+    let folder = tempdir().unwrap();
+    let [a, b, exact] = ["a", "b", "exact"].map(|name| path(&folder, name));
+    run_job(JOB, &a, &["--paths", "200000", "--seed", "1"]);
+    run_job(JOB, &b, &["--paths", "200000", "--seed", "1", "--set", "method.space=continuous"]);
+    assert_eq!(run(&["exact", JOB, "--quiet", "--out", exact.to_str().unwrap()]).0, 0);
+    let (_, stdout, _) = diff(&a, &b, &[]);
+    let first = stdout.lines().next().unwrap();
+    assert!(first.starts_with("the jobs differ in space: discrete against continuous"), "{stdout}");
+    assert!(stdout.contains("the jobs differ in seed: 1; walks of one seed"), "{stdout}");
+    // Nine patches a wall: the error of discretisation is beyond chance at 200 times the walks.
+    let many = path(&folder, "many");
+    run_job(JOB, &many, &["--paths", "8000000", "--seed", "2", "--set", "method.space=continuous"]);
+    let table = exact.join("exact.csv");
+    let (code, stdout, stderr) = diff(&many, &table, &[]);
+    assert_eq!(code, 3, "{stdout}");
+    assert!(stdout.starts_with("the jobs differ in space: continuous against discrete"), "{stdout}");
+    assert!(stderr.contains("jobs that differ in space have other answers"), "{stderr}");
+    let (code, stdout, _) = diff(&a, &table, &["--json"]);
+    let found: Value = serde_json::from_str(&stdout).unwrap();
+    assert_eq!((code, &found["agree"], &found["jobs"][0]["subject"]), (0, &true.into(), &"method".into()));
+    // Other scenes, and other patches.
+    let [dim, other] = ["dim", "other"].map(|name| path(&folder, name));
+    let scene = std::fs::read_to_string("configs/scenes/cube54.toml").unwrap();
+    std::fs::write(folder.path().join("dim.toml"), scene.replace("reflectance = 0.3", "reflectance = 0.25"))
+        .unwrap();
+    let dimmed = folder.path().join("dim.toml");
+    run_job(
+        dimmed.to_str().unwrap(),
+        &dim,
+        &["--paths", "200000", "--seed", "3", "--set", "method.walk=shooting"],
+    );
+    let (_, stdout, _) = diff(&a, &dim, &[]);
+    assert!(stdout.starts_with("the jobs differ in scene: hash "), "{stdout}");
+    run_job("configs/cube6-r90.toml", &other, &["--paths", "3000"]);
+    let (code, _, stderr) = diff(&a, &other, &[]);
+    assert!(code == 2 && stderr.contains("scene: hash "), "{stderr}");
+}
+
+/// Mixtures of the same walks differ by their factors and by no chance; those of other walks have the differences of chance, too.
+#[test]
+fn mixtures_are_compared_as_mixtures() {
+    let folder = tempdir().unwrap();
+    let [out, other, dimmed, again] = ["out", "other", "dimmed", "again"].map(|name| path(&folder, name));
+    let lamps = "configs/lamps.toml";
+    run_job(lamps, &out, &["--paths", "100000"]);
+    run_job(lamps, &other, &["--paths", "100000", "--seed", "9"]);
+    let combine = |from: &Path, to: &Path, left: &str| {
+        let (from, to) = (from.to_str().unwrap(), to.to_str().unwrap());
+        let done = run(&["combine", from, "--set", left, "--out", to, "--quiet", "--force"]);
+        assert_eq!(done.0, 0, "{done:?}");
+    };
+    combine(&out, &dimmed, "left=0.25");
+    combine(&out, &again, "left=1");
+    let (code, stdout, stderr) = diff(&out, &dimmed, &[]);
+    assert_eq!(code, 3, "{stdout}");
+    assert!(stdout.starts_with("the jobs differ in sources: as written against left × 0.25"), "{stdout}");
+    assert!(
+        stdout.contains("differs by no chance") && !stdout.contains("the tallies are the same"),
+        "{stdout}"
+    );
+    assert!(!stdout.contains("standard errors") && stderr.contains("differ in sources"), "{stdout}{stderr}");
+    let (code, stdout, _) = diff(&out, &again, &[]);
+    assert!(code == 0 && stdout.contains("the same, to the last bit"), "{stdout}");
+    // The same mixture of other walks agrees (a false alarm once in 1,000).
+    combine(&other, &again, "left=0.25");
+    let (code, stdout, _) = diff(&dimmed, &again, &[]);
+    assert!(code == 0 && stdout.starts_with("the jobs differ in seed: 42 against 9"), "{stdout}");
+    // A table that is not made from the tally beside it.
+    let table = std::fs::read_to_string(again.join("patches.csv")).unwrap();
+    std::fs::write(other.join("patches.csv"), table).unwrap();
+    let copy = path(&folder, "copy");
+    run_job(lamps, &copy, &["--paths", "100000", "--seed", "9"]);
+    let (code, stdout, _) = diff(&copy, &other, &[]);
+    assert!(code == 3 && stdout.contains("not made from the tally beside it"), "{stdout}");
+}

@@ -32,7 +32,7 @@ fn a_room_turned_inside_out_is_found_said_first_and_mended() {
     let (code, stdout, _) = run(&["check", scene]);
     assert_eq!(code, 0);
     assert!(
-        stdout.contains("fault: 100.0 % of the light vanishes at once") && !stdout.contains("no fault"),
+        stdout.contains("fault: 100.0 % of the power vanishes at once") && !stdout.contains("no fault"),
         "{stdout}"
     );
     assert!(stdout.contains("By power: z0 (100.0 %)") && stdout.contains("sides = 2"), "{stdout}");
@@ -41,7 +41,7 @@ fn a_room_turned_inside_out_is_found_said_first_and_mended() {
     assert_eq!(code, 0, "{stderr}");
     let first = stderr.lines().next().unwrap();
     assert!(
-        first.contains("100.0 % of the light vanishes at once") && first.contains("--repair"),
+        first.contains("100.0 % of the power vanishes at once") && first.contains("--repair"),
         "{stderr}"
     );
     assert!(
@@ -79,7 +79,7 @@ fn a_flipped_wall_is_named_before_the_run() {
     let args = ["run", file.to_str().unwrap(), "--quiet", "--paths", "10000", "--out", out.to_str().unwrap()];
     let (code, _, stderr) = run(&args);
     assert_eq!(code, 0, "{stderr}");
-    assert!(stderr.contains("of the light ends on the backs of one-sided surfaces"), "{stderr}");
+    assert!(stderr.contains("of the power ends on the backs of one-sided surfaces"), "{stderr}");
     assert_eq!(stderr.matches(" %)").count(), 1, "one surface is named: {stderr}");
     let (_, stdout, _) = run(&["check", "configs/cornell.toml"]);
     assert!(stdout.contains("no fault found"), "{stdout}");

@@ -179,3 +179,65 @@ fn sensors_are_drawn_with_their_readings() {
     assert_eq!(document["buffers"][0]["byteLength"].as_u64().unwrap() as usize, glb.len() - 28 - length);
     assert_eq!(document["scenes"][0]["nodes"], serde_json::json!([0, 1, 2]));
 }
+
+/// The check `escape`, the page and the doctor tell the same power, all channels together. The run's figures are the same to the last
+/// digit; the doctor's is an estimate of other walks, and within 4 standard errors, with those of the run (a false alarm once in
+/// 16,000, once and for all for this seed).
+#[test]
+fn power_that_leaves_is_one_figure_everywhere() {
+    let folder = tempdir().unwrap();
+    let out = folder.path().join("out");
+    let scene = ROOM_OF_ONE_COLOUR;
+    let (file, job) = (folder.path().join("room.toml"), folder.path().join("job.toml"));
+    std::fs::write(&file, scene).unwrap();
+    std::fs::write(&job, "scene = \"room.toml\"\n").unwrap();
+    let set = ["--set", "method.space=continuous", "--paths", "200000"];
+    let (code, _, stderr) = run(&[&["run", text(&job), "--quiet", "--out", text(&out)], &set[..]].concat());
+    assert_eq!(code, 0, "{stderr}");
+    let checks = summary(&out)["checks"].clone();
+    let escape = checks.as_array().unwrap().iter().find(|check| check["name"] == "escape").unwrap();
+    let message = escape["message"].as_str().unwrap();
+    let (share, words) = message.split_once(" % of the power").unwrap();
+    assert_eq!(words, ", all channels together, left the scene");
+    let page = std::fs::read_to_string(out.join("report.html")).unwrap();
+    assert!(page.contains(&format!("left the scene {share} %")), "{message}");
+    let (code, stdout, stderr) =
+        run(&["check", text(&file), "--fix-report", "--out", text(&folder.path().join("d"))]);
+    let told = stdout
+        .lines()
+        .find(|line| line.contains("leaves the scene"))
+        .unwrap_or_else(|| panic!("{code}: {stdout}{stderr}"));
+    let number = |words: &str| words.trim().parse::<f64>().unwrap();
+    let foretold = number(
+        told.split_once("open: ").unwrap().1.split_once(" % of the power, all channels together,").unwrap().0,
+    );
+    let error = number(told.split_once("(± ").unwrap().1.split_once(',').unwrap().0);
+    let share = number(share);
+    // Of 200,000 walks whose weights are at most 3.
+    let of_run = 100.0 * (3.0 * share / 100.0 / 2e5_f64).sqrt();
+    assert!(error < 1.0 && (foretold - share).abs() < 4.0 * error.hypot(of_run), "{told}, {share}");
+}
+
+/// A deep room, open at one end, with walls that are nearly white in red and dark in blue.
+const ROOM_OF_ONE_COLOUR: &str = r#"
+[material.wall]
+reflectance = [0.95, 0.6, 0.2]
+[material.lamp]
+reflectance = 0.0
+emittance = [3.0, 2.0, 1.0]
+[[surface]]
+material = "wall"
+quad = [[0,0,0], [6,0,0], [0,2,0]]
+[[surface]]
+material = "wall"
+quad = [[0,0,2], [0,2,0], [6,0,0]]
+[[surface]]
+material = "wall"
+quad = [[0,0,0], [0,0,2], [6,0,0]]
+[[surface]]
+material = "wall"
+quad = [[0,2,0], [6,0,0], [0,0,2]]
+[[surface]]
+material = "lamp"
+quad = [[0,0,0], [0,2,0], [0,0,2]]
+"#;

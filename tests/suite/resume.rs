@@ -74,7 +74,10 @@ fn the_check_of_drift_says_the_same_kind_of_thing_after_a_resume() {
     };
     run_job(JOB, &out, &["--paths", "300000"]);
     let straight = drift();
-    assert!(straight.1.starts_with("mean squared difference between halves of the run"), "{straight:?}");
+    assert!(
+        straight.1.starts_with("probability that the last walks and those before them differ"),
+        "{straight:?}"
+    );
     // There is a look at 2^19 walks, of which 224,288 are new.
     run_job(JOB, &out, &["--paths", "600000", "--resume"]);
     assert_eq!(drift(), straight);
@@ -87,7 +90,12 @@ fn a_finished_run_is_extended_without_tracing_again() {
     // The walks are no whole number of streams: the last stream is begun anew in its middle.
     let first = run_job(JOB, &out, &["--paths", "100001"]);
     let old: Vec<_> = first["provenance"]["workers"].as_array().unwrap().to_vec();
-    resume(&out, &["--paths", "300000", "--quiet"]);
+    let (code, told, _) =
+        run(&["run", JOB, "--resume", "--workers", "1", "--out", out.to_str().unwrap(), "--paths", "300000"]);
+    assert!(
+        code == 0 && told.contains("by 1 worker in this session (") && told.contains(" in 2 sessions):"),
+        "{told}"
+    );
     run_job(JOB, &straight, &["--paths", "300000"]);
     assert!(answer(&out) == answer(&straight));
     let extended = summary(&out);

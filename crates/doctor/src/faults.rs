@@ -97,6 +97,12 @@ pub(crate) fn opening(scene: &Scene, pilot: &Pilot, contacts: &Contacts) -> Opti
         true => String::new(),
         false => format!(", most of it past the edges of {}", names.join(", ")),
     };
-    let message = format!("{:.3} % of the light leaves the scene{past}", 100.0 * pilot.escaped_part());
+    let channels = if scene.channels() > 1 { ", all channels together," } else { "" };
+    let message = format!(
+        "{:.2} % of the power{channels} leaves the scene{past} (± {:.2}, one standard error: {} walks of a pilot)",
+        100.0 * pilot.escaped_part(),
+        100.0 * pilot.escaped_error(),
+        pilot.walks()
+    );
     Some(Finding { kind: Kind::Open, surfaces, power: pilot.escaped(), message })
 }

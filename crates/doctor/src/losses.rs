@@ -16,6 +16,8 @@ pub(crate) struct Losses {
     pub(crate) at_once: f64,
     /// The part of it that ends on the backs of one-sided surfaces, sooner or later.
     pub(crate) on_backs: f64,
+    /// The number of walks that were followed.
+    pub(crate) walks: f64,
     /// The surfaces whose light is lost at once, and how much [W], the most first.
     pub(crate) lamps: Vec<(u32, f64)>,
     /// The surfaces whose backs take power, and how much [W], the most first.
@@ -39,6 +41,18 @@ impl Losses {
         let lamps = ranked(&|surface| pilot.lost_at_once(surface));
         let backs = ranked(&|surface| pilot.back(surface));
         let part = |ranked: &[(u32, f64)]| ranked.iter().map(|(_, power)| power).sum::<f64>() / pilot.power;
-        Losses { at_once: part(&lamps), on_backs: part(&backs), power: pilot.power, lamps, backs }
+        Losses {
+            at_once: part(&lamps),
+            on_backs: part(&backs),
+            walks: pilot.walks(),
+            power: pilot.power,
+            lamps,
+            backs,
+        }
+    }
+
+    /// The standard error of the part on backs, at most: that of walks which lose all of their power or none.
+    pub(crate) fn backs_error(&self) -> f64 {
+        (self.on_backs * (1.0 - self.on_backs).max(0.0) / self.walks).sqrt()
     }
 }

@@ -12,14 +12,17 @@ const WALKS_EACH: u64 = 256;
 const LEAST_WALKS: u64 = 20_000;
 const MOST_WALKS: u64 = 60_000;
 
-/// The part of its power at which a walk ends.
+/// The part of its power from which on a walk survives a reflection with the probability of the largest reflectance.
 const FAINT: f64 = 0.02;
 
 /// Walks that are under way together.
 const TOGETHER: usize = 512;
 
-/// The number of reflections after which a walk ends.
-const LONGEST: u32 = 16;
+/// The number of reflections after which a walk survives by chance, too: powers stay unbiased, and walks end.
+const SURE_REFLECTIONS: u32 = 16;
+
+/// The largest probability to survive, so that walks end where hardly anything is absorbed.
+const MOST_SURVIVE: f64 = 0.98;
 
 /// The most rays out of the scene that are kept to tell where they lead.
 const MOST_WAYS_OUT: usize = 256;
@@ -105,8 +108,10 @@ impl<T> Sample<T> {
 pub(crate) struct Pilot {
     /// The power Φ_T of all emitters [W].
     pub(crate) power: f64,
-    /// The power that left the scene [W].
-    escaped: f64,
+    /// The power that left the scene [W], and the sum of the squares of what each walk took along [W²].
+    escaped: [f64; 2],
+    /// The number of walks.
+    walks: f64,
     /// The power that arrived at the back of each surface [W].
     backs: Vec<f64>,
     /// Whether light left or arrived at the sides of each surface: front, back.
@@ -139,7 +144,8 @@ impl Pilot {
         let surfaces = scene.surfaces().len();
         let mut pilot = Pilot {
             power: emitters.iter().map(|(_, power)| power).sum(),
-            escaped: 0.0,
+            escaped: [0.0; 2],
+            walks: 0.0,
             backs: vec![0.0; surfaces],
             lit: vec![[false; 2]; surfaces],
             lit_places: Sample::default(),
@@ -148,7 +154,8 @@ impl Pilot {
             close: 0.01 * extent(scene),
         };
         let walks = (WALKS_EACH * emitters.len() as u64).clamp(*walks.start(), *walks.end());
-        let step = pilot.power / walks as f64;
+        pilot.walks = walks as f64;
+        let step = pilot.power / pilot.walks;
         let (mut passed, mut emitter) = (0.0, 0);
         let births: Vec<u32> = (0..walks)
             .map(|walk| {
@@ -171,7 +178,10 @@ impl Pilot {
 
     /// Follows some walks to their ends.
     fn walk(&mut self, scene: &Scene, lookout: &mut Lookout, mut walks: Vec<Walk>) {
-        for hits in 0..=LONGEST {
+        for hits in 0.. {
+            if walks.is_empty() {
+                return;
+            }
             let rays: Vec<Ray> = walks.iter().map(|walk| walk.ray).collect();
             let mut met = lookout.closest_hits(&rays).into_iter();
             walks.retain_mut(|walk| {
@@ -180,17 +190,19 @@ impl Pilot {
                 if hits == 0 {
                     self.note_emission(scene, walk, hit);
                 }
-                hit.is_some_and(|hit| walk.goes_on(scene, &hit))
+                hit.is_some_and(|hit| walk.goes_on(scene, &hit, hits >= SURE_REFLECTIONS))
             });
         }
     }
 
     /// Takes down where the power of a walk has come, or is lost.
     fn note(&mut self, scene: &Scene, walk: &Walk, hit: &Option<Hit>) {
-        let Walk { ray, left: power, .. } = walk;
+        let Walk { ray, left, .. } = walk;
+        let power: f64 = left.iter().sum();
         match hit {
             None => {
-                self.escaped += power;
+                self.escaped[0] += power;
+                self.escaped[1] += power * power;
                 if self.ways_out.len() < MOST_WAYS_OUT {
                     self.ways_out.push(*ray);
                 }
@@ -264,12 +276,25 @@ impl Pilot {
 
     /// The part of all power that leaves the scene.
     pub(crate) fn escaped_part(&self) -> f64 {
-        self.escaped / self.power
+        self.escaped() / self.power
+    }
+
+    /// The standard error of [`Pilot::escaped_part`], at most: births at equal steps of power only lessen it. It is that of
+    /// one walk more, which takes all of its power along, so that it is not 0 where no walk has escaped.
+    pub(crate) fn escaped_error(&self) -> f64 {
+        let squares = self.escaped[1] * (self.walks / self.power).powi(2);
+        let variance = (squares + 1.0) / self.walks - self.escaped_part().powi(2);
+        (variance / self.walks).sqrt()
+    }
+
+    /// The number of walks that were followed.
+    pub(crate) fn walks(&self) -> f64 {
+        self.walks
     }
 
     /// Power that leaves the scene [W].
     pub(crate) fn escaped(&self) -> f64 {
-        self.escaped
+        self.escaped[0]
     }
 
     /// Power that arrives at the back of a surface [W].
@@ -282,9 +307,9 @@ impl Pilot {
 struct Walk {
     ray: Ray,
     born_on: Side,
-    /// What it set out with, and what is left of that [W].
+    /// What it set out with, and what is left of that in each channel [W].
     power: f64,
-    left: f64,
+    left: [f64; 3],
     draws: Draws,
 }
 
@@ -292,20 +317,30 @@ impl Walk {
     /// A walk that sets out from a piece.
     fn born(scene: &Scene, birth: u32, power: f64, number: u64) -> Self {
         let mut draws = Draws::new(number);
-        let Face { surface: from, side, .. } = scene.faces().piece(birth);
+        let born = scene.faces().piece(birth);
+        let Face { surface: from, side, .. } = born;
+        let channels = scene.channels();
+        let all: f64 = (0..channels).map(|channel| born.power(channel)).sum();
+        let left = [0, 1, 2].map(|c| if c < channels { power * born.power(c) / all } else { 0.0 });
         let surface = &scene.surfaces()[from as usize];
         let cell = birth - surface.piece(0, side);
         let origin = surface.point(surface.point_in_cell(cell, [draws.uniform(), draws.uniform()]));
         let ray = Ray { origin, direction: surface.direction(side, draws.bits()), from };
-        Walk { ray, born_on: side, power, left: power, draws }
+        Walk { ray, born_on: side, power, left, draws }
     }
 
-    /// Leaves from where it has arrived; false where it ends.
-    fn goes_on(&mut self, scene: &Scene, hit: &Hit) -> bool {
+    /// Leaves from where it has arrived; false where it ends. A walk that is faint, or `old`, survives by chance, and carries
+    /// what others that ended would have carried.
+    fn goes_on(&mut self, scene: &Scene, hit: &Hit, old: bool) -> bool {
         let met = &scene.surfaces()[hit.surface as usize];
-        self.left *= met.reflectance().max();
-        if !met.is_active(hit.side) || self.left < FAINT * self.power {
+        let reflectance = met.reflectance();
+        let faint = self.left.iter().sum::<f64>() < FAINT * self.power;
+        let survives = if old || faint { reflectance.max().min(MOST_SURVIVE) } else { 1.0 };
+        if !met.is_active(hit.side) || reflectance.max() == 0.0 || self.draws.uniform() >= survives {
             return false;
+        }
+        for (c, left) in self.left.iter_mut().enumerate().take(scene.channels()) {
+            *left *= reflectance[c] / survives;
         }
         let origin = met.point(met.inside(hit.uv));
         let direction = met.direction(hit.side, self.draws.bits());

@@ -47,7 +47,7 @@ pub fn warnings(scene: &Scene) -> Vec<String> {
     let mut warnings = Vec::new();
     if losses.at_once >= VANISHES {
         warnings.push(format!(
-            "{} of the light vanishes at once: it leaves its lamps and meets no side that reflects. By power: {}. Their fronts \
+            "{} of the power vanishes at once: it leaves its lamps and meets no side that reflects. By power: {}. Their fronts \
              face away from the room, or they are far from it; turn them round (`radwalk check SCENE --fix-report` says which \
              surfaces are flipped, `--repair` writes a copy without), or write sides = 2, so that both sides are active",
             part(losses.at_once),
@@ -56,10 +56,13 @@ pub fn warnings(scene: &Scene) -> Vec<String> {
     }
     if losses.on_backs >= WORTH_A_WORD {
         warnings.push(format!(
-            "{} of the light ends on the backs of one-sided surfaces, and is lost. By power: {}. Turn them round \
+            "{} of the power ends on the backs of one-sided surfaces, and is lost (± {}, one standard error at most: {} walks of a \
+             pilot). By power: {}. Turn them round \
              (`radwalk check SCENE --fix-report` says which are flipped, `--repair` writes a copy without), or write sides = 2, \
              so that both sides are active",
             part(losses.on_backs),
+            part(losses.backs_error()),
+            losses.walks,
             named(scene, &losses.backs, &losses)
         ));
     }

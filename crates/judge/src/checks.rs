@@ -2,7 +2,7 @@
 //!
 //! | MCNP asks of a tally | here |
 //! |---|---|
-//! | mean: no trend | `drift`: the walks since the look before agree with those up to it, over all patches |
+//! | mean: no trend | `drift`: the walks since the look before agree with those up to it, on every patch |
 //! | relative error below 0.1; decreasing; as 1/√N | `error`, `decay` (over the looks of the last half) |
 //! | VOV below 0.1; decreasing; as 1/N | `vov`, from the first two moments and the geometric law of visits |
 //! | FOM constant; without trend | `efficiency`: 1/(R²·rays); rays are counted, time would differ from machine to machine |
@@ -13,12 +13,13 @@ use std::collections::HashMap;
 use job::Forecast;
 use protocol::{Book, Look};
 use radiosity::{
-    Apart, Counts, Estimate, Estimates, Experiment, Face, Precision, Readings, Scene, Sequence, Side, TINY,
-    Tally,
+    Apart, Estimate, Estimates, Experiment, Face, Precision, Readings, Scene, Sequence, Side, TINY, Tally,
 };
+use report::words::share;
 use report::{Check, face_words};
 
 use crate::coincident::Coincident;
+use crate::drift::FALSE_ALARM;
 use crate::fit::misfits;
 use crate::resolution::{resolution, resolution_of_fits};
 use crate::target::FEWEST_SAMPLES;
@@ -151,12 +152,13 @@ pub fn checks(
     checks.push(check("resolution", fine_enough, message));
     checks.extend(sensors(experiment, tally));
     let telling = experiment.unit().batch().map_or(0, |_| TELLING_BATCHES);
-    let half: Vec<&Look> = looks
-        .iter()
-        .filter(|look| look.walks >= telling.max(tally.counts.walks.div_ceil(2)))
-        .filter(|look| look.median_relative_error > 0.0 && look.median_relative_error.is_finite())
-        .collect();
-    checks.extend([decay(&half), efficiency(&half), drift(scene, &half)]);
+    let half: Vec<&Look> =
+        looks.iter().filter(|look| look.walks >= telling.max(tally.counts.walks.div_ceil(2))).collect();
+    let drift = drift(&half);
+    // Errors fall where there are any.
+    let has_error = |look: &&Look| look.median_relative_error > 0.0 && look.median_relative_error.is_finite();
+    let half: Vec<&Look> = half.into_iter().filter(has_error).collect();
+    checks.extend([decay(&half), efficiency(&half), drift]);
     checks
 }
 
@@ -193,14 +195,17 @@ fn buried(scene: &Scene) -> Check {
 const LEAK: f64 = 0.01;
 const SPENT: f64 = 0.99;
 
-/// Checks the power that left the scene. Power counts, not rays: the last rays of infinite walks and of chains may
+/// Checks the power that left the scene, all channels together, as the page shows it. Power counts, not rays: the last rays of infinite walks and of chains may
 /// carry little.
 fn escape(experiment: &Experiment, tally: &Tally) -> Check {
     let counts = tally.counts;
-    let channels = 0..experiment.scene().channels();
-    let weight = |c: usize| counts.escaped_weight[c] as f64 / Counts::WEIGHT_UNITS;
     let what = if experiment.gathers() { "importance" } else { "power" };
-    let part = channels.map(weight).fold(0.0, f64::max) / counts.walks.max(1) as f64;
+    let what = if experiment.scene().channels() > 1 {
+        format!("{what}, all channels together,")
+    } else {
+        what.into()
+    };
+    let part = experiment.lost(&counts).escaped.value;
     let percent = 100.0 * part;
     match part {
         0.0 => check("escape", true, "nothing left the scene".into()),
@@ -220,10 +225,11 @@ fn escape(experiment: &Experiment, tally: &Tally) -> Check {
             "escape",
             false,
             format!(
-                "{percent:.3} % of the {what} left the scene, and only the rest is left to estimate from; give the scene a lamp that is smaller and nearer, or turn one round that faces away from it (`radwalk check` names them)"
+                "{} of the {what} left the scene, and only the rest is left to estimate from; give the scene a lamp that is smaller and nearer, or turn one round that faces away from it (`radwalk check` names them)",
+                share(part)
             ),
         ),
-        _ => check("escape", true, format!("{percent:.1} % of the {what} left the scene")),
+        _ => check("escape", true, format!("{} of the {what} left the scene", share(part))),
     }
 }
 
@@ -272,7 +278,9 @@ fn books(experiment: &Experiment, tally: &Tally) -> [Check; 2] {
             match counts.absorbed_back {
                 0 => format!("0 {what} ended on the back of a one-sided surface"),
                 some => format!(
-                    "{some} {what} ended on the back of a one-sided surface; `radwalk check --fix-report` names the surfaces, `--repair` turns flipped ones round, and with sides = 2 both sides are active"
+                    "{some} {what} ended on the back of a one-sided surface, with {} of the {}; `radwalk check --fix-report` names the surfaces, `--repair` turns flipped ones round, and with sides = 2 both sides are active",
+                    share(experiment.lost(&counts).on_backs.value),
+                    if experiment.gathers() { "importance" } else { "power" }
                 ),
             },
         ),
@@ -455,19 +463,17 @@ fn efficiency(half: &[&Look]) -> Check {
     )
 }
 
-/// Checks that the halves of the run agree. χ² of n differences, divided by n, has the standard deviation √(2/n).
-/// Differences of patches depend on each other; 5 standard deviations of at most 100 leave room for that.
-fn drift(scene: &Scene, half: &[&Look]) -> Check {
+/// Checks that the walks since the look before the last agree with those up to it.
+fn drift(half: &[&Look]) -> Check {
     // Right after a resume there may be too few walks to compare.
     let Some(last) = half.iter().rfind(|look| look.drift.is_finite()) else {
-        return check("drift", true, "too few looks to compare halves of the run".into());
+        return check("drift", true, "too few looks to compare parts of the run".into());
     };
-    let independent = scene.faces().len().min(100) as f64;
     check(
         "drift",
-        last.drift < 1.0 + 5.0 * (2.0 / independent).sqrt(),
+        last.drift >= FALSE_ALARM,
         format!(
-            "mean squared difference between halves of the run, over its variance: {:.3} (1 is perfect)",
+            "probability that the last walks and those before them differ as much by chance, which fails below {FALSE_ALARM}, at most: {:.2e}",
             last.drift
         ),
     )

@@ -82,9 +82,9 @@ pub struct Look {
     pub median_relative_error: f64,
     /// The largest relative error of a patch.
     pub max_relative_error: f64,
-    /// The mean squared difference between the estimates of the walks since the previous look (or since the run was
-    /// resumed, if that was later) and those of the walks before, over its variance: about 1 if walks are independent.
-    /// It is not a number if there is no previous look.
+    /// The probability, at most, that chance makes the walks since the previous look (or since the run was resumed, if that
+    /// was later) and those before differ as much as they do. It is not a number if there is no previous look. Looks of
+    /// earlier versions hold a mean squared difference in its place, about 1.
     pub drift: f64,
     /// Whether twice as many walks will reach the target.
     pub promising: bool,

@@ -48,8 +48,8 @@ pub use experiment::solution::{
     Apart, Channels, Estimate, Estimates, Mix, Precision, QUANTILES, Solution, TINY,
 };
 pub use experiment::{
-    Board, Compiled, Emptied, Experiment, Groups, Material, Meaning, PatchGroup, SensorView, SourceScores,
-    Unfit, birth_probabilities,
+    Board, Compiled, Emptied, Experiment, Groups, Lost, Material, Meaning, PatchGroup, SensorView,
+    SourceScores, Unfit, birth_probabilities,
 };
 pub use geometry::axes::{Covariance, outer_square, principal_axes};
 pub use geometry::face::{Face, FaceIter, Faces};

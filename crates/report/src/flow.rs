@@ -6,10 +6,12 @@
 use std::fmt::Write as _;
 
 use job::Finishes;
-use radiosity::{Counts, Estimates};
+use radiosity::Estimates;
 use serde::Serialize;
+use stats::Measured;
 
 use crate::summary::Summary;
+use crate::words::share;
 
 /// Materials that are shown by name: those that absorb most.
 const NAMED: usize = 8;
@@ -36,6 +38,8 @@ pub(crate) struct Flow {
     /// Φ, all channels together [W].
     emitted: f64,
     unit: &'static str,
+    /// Whether there are several channels.
+    coloured: bool,
     parts: Vec<Part>,
     /// Patches of which nothing is known.
     unknown: usize,
@@ -107,9 +111,10 @@ impl Flow {
                 error: rest.iter().map(|part| part.error).sum(),
             });
         }
-        absorbed.extend(losses(estimates, summary));
+        absorbed.extend(losses(estimates, emitted));
         absorbed.retain(|part| part.power > 0.0);
-        Some(Flow { emitted, unit: summary.units.power, parts: absorbed, unknown })
+        let coloured = scene.channels() > 1;
+        Some(Flow { emitted, unit: summary.units.power, coloured, parts: absorbed, unknown })
     }
 
     /// The rows of the table.
@@ -128,9 +133,10 @@ impl Flow {
     pub(crate) fn notes(&self) -> Vec<String> {
         let sum: f64 = self.parts.iter().map(|part| part.power).sum();
         let mut notes = vec![format!(
-            "{:.6} {} are emitted. The shares are estimates; their sum is {}, which differs from 100 % by chance.",
+            "{:.6} {} are emitted{}. The shares are estimates; their sum is {}, which differs from 100 % by chance.",
             self.emitted,
             self.unit,
+            if self.coloured { ", all channels together" } else { "" },
             share(sum / self.emitted)
         )];
         if self.unknown > 0 {
@@ -195,42 +201,26 @@ impl Flow {
     }
 }
 
-/// What no material absorbs, by the weights with which walks ended: Φ w/n, w the weight of all n walks in a channel. Where walks
-/// carry importance, they tell nothing of power; of a mixture of sources they tell of all sources together.
-fn losses(estimates: &Estimates, summary: &Summary) -> Vec<Part> {
-    let (scene, counts) = (estimates.scene(), estimates.tally().counts);
-    if summary.method.walk == "gathering" || estimates.experiment().mixture().is_some() {
+/// What no material absorbs. Where walks carry importance, they tell nothing of power; of a mixture of sources they tell of all
+/// sources together.
+fn losses(estimates: &Estimates, emitted: f64) -> Vec<Part> {
+    let experiment = estimates.experiment();
+    if experiment.gathers() || experiment.mixture().is_some() {
         return Vec::new();
     }
-    let walks = counts.walks as f64;
-    // One walk's weight w has a mean p and is at most 1, in colour 3: its variance is at most p (1 − p), in colour 3 p.
-    let variance = |p: f64| match (summary.method.walk, scene.channels()) {
-        ("jacobi", _) => f64::INFINITY,
-        (_, 1) => p * (1.0 - p).max(0.0),
-        _ => 3.0 * p,
-    };
-    let part = |(words, colour, weights): (&str, &'static str, [u128; 3])| {
-        let channel = |c: usize| {
-            let (power, p) = (scene.total_power(c), weights[c] as f64 / (walks * Counts::WEIGHT_UNITS));
-            [power * p, if p > 0.0 { power * (variance(p) / walks).sqrt() } else { 0.0 }]
-        };
-        let channels: Vec<[f64; 2]> = (0..scene.channels()).map(channel).collect();
-        let [power, error] = [0, 1].map(|which| channels.iter().map(|channel| channel[which]).sum());
-        Part { words: words.into(), colour, power, error }
+    let lost = experiment.lost(&estimates.tally().counts);
+    let part = |(words, colour, part): (&str, &'static str, Measured)| Part {
+        words: words.into(),
+        colour,
+        power: emitted * part.value,
+        error: emitted * part.standard_error,
     };
     let kinds = [
-        ("left the scene", ESCAPED, counts.escaped_weight),
-        ("ended on backs of one-sided surfaces", BACKS, counts.absorbed_back_weight),
-        ("cut off", CUT, counts.truncated_weight),
+        ("left the scene", ESCAPED, lost.escaped),
+        ("ended on backs of one-sided surfaces", BACKS, lost.on_backs),
+        ("cut off", CUT, lost.cut_off),
     ];
     kinds.into_iter().map(part).collect()
-}
-
-fn share(part: f64) -> String {
-    match 100.0 * part {
-        percent if percent < 0.1 => format!("{percent:.4} %"),
-        percent => format!("{percent:.2} %"),
-    }
 }
 
 /// Text as XML has it.

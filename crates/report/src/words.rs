@@ -41,6 +41,14 @@ pub fn percent(x: f64) -> String {
     if x.is_finite() { format!("{:.3} %", 100.0 * x) } else { "unknown".into() }
 }
 
+/// A part of a whole in percent, with digits that tell a small one.
+pub fn share(part: f64) -> String {
+    match 100.0 * part {
+        percent if percent < 0.1 && percent > 0.0 => format!("{percent:.4} %"),
+        percent => format!("{percent:.2} %"),
+    }
+}
+
 /// Seconds as people read them.
 pub fn duration(seconds: f64) -> String {
     match seconds {

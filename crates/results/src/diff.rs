@@ -4,8 +4,10 @@
 //! runs stays below a limit that each exceeds with the probability 1 − (1 − α)^(1/m) (Šidák 1967; patches that depend on each
 //! other exceed it less often), so that α bounds the rate of false alarms of the whole comparison.
 
+mod jobs;
+
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use csv::StringRecord;
 use protocol::Checkpoint;
@@ -13,6 +15,9 @@ use stats::{normal_quantile, student_quantile};
 
 use crate::checkpoints::CURRENT;
 use crate::error::Error;
+use crate::kept::unusable;
+pub use jobs::JobDifference;
+use jobs::{JobFacts, differences};
 
 /// α: the probability that chance alone makes two honest runs differ is this at most.
 pub(crate) const FALSE_ALARM: f64 = 1e-3;
@@ -24,12 +29,15 @@ pub(crate) const FEWEST_HITS: u64 = 30;
 pub(crate) const TOLD: usize = 10;
 
 /// The columns of radiosities and their errors, in grey and in colour.
-const COLUMNS: [(&str, &str); 4] = [
-    ("radiosity", "std_error"),
-    ("radiosity_r", "std_error_r"),
-    ("radiosity_g", "std_error_g"),
-    ("radiosity_b", "std_error_b"),
+const COLUMNS: [[&str; 2]; 4] = [
+    ["radiosity", "std_error"],
+    ["radiosity_r", "std_error_r"],
+    ["radiosity_g", "std_error_g"],
+    ["radiosity_b", "std_error_b"],
 ];
+
+/// The tables of a deterministic solution, in grey and in colour, each beside its summary.
+const EXACT: [&str; 4] = ["exact", "exact_r", "exact_g", "exact_b"];
 
 /// One radiosity of a result.
 #[derive(Clone, Debug, PartialEq)]
@@ -47,18 +55,21 @@ struct Side {
     rows: Vec<Row>,
     /// `None` of a deterministic solution.
     tally: Option<Checkpoint>,
+    job: JobFacts,
 }
 
 /// A comparison of two results.
 #[derive(Clone, Debug)]
 pub struct Comparison {
-    /// Whether the tallies are the same, to the last bit.
+    /// The ways in which the jobs differ, those first that change the answer.
+    pub jobs: Vec<JobDifference>,
+    /// Whether the tallies are the same, to the last bit. Then no number may differ, but for the factors of mixtures.
     pub same_tally: bool,
     /// Patches (times channels) that were compared.
     pub compared: usize,
     /// Patches (times channels) that were not compared, since too few walks reached them.
     pub skipped: usize,
-    /// |z| that two honest runs exceed anywhere with the probability [`FALSE_ALARM`] at most.
+    /// |z| that two honest runs exceed anywhere with the probability [`FALSE_ALARM`] at most; 0 where the tallies are the same.
     pub limit: f64,
     /// The mean of z² over what was compared: 1 is expected.
     pub mean_squared: f64,
@@ -87,13 +98,17 @@ pub struct Difference {
 /// Where one cannot be read, and where the two cannot be held against each other.
 pub fn compare(first: &Path, second: &Path) -> Result<Comparison, Error> {
     let sides = [read(first)?, read(second)?];
+    let jobs = differences([&sides[0].job, &sides[1].job]);
     let incomparable = |reason: String, remedy| Error::Incomparable {
         first: first.into(),
         second: second.into(),
         reason,
         remedy,
     };
-    check_places(&sides).map_err(|reason| incomparable(reason, "compare results of one scene"))?;
+    check_places(&sides).map_err(|reason| {
+        let why: Vec<String> = jobs.iter().filter(|job| job.other_answer).map(JobDifference::line).collect();
+        incomparable([vec![reason], why].concat().join("; "), "compare results of one scene")
+    })?;
     let same_tally = match &sides {
         [Side { tally: Some(a), .. }, Side { tally: Some(b), .. }] => {
             let same = a.tally.hash() == b.tally.hash();
@@ -106,7 +121,7 @@ pub fn compare(first: &Path, second: &Path) -> Result<Comparison, Error> {
         }
         _ => false,
     };
-    let comparison = Comparison { same_tally, ..compare_rows(&sides) };
+    let comparison = Comparison { jobs, ..compare_rows(&sides, same_tally) };
     if comparison.compared == 0 {
         let reason = format!("no patch has {FEWEST_HITS} scores in both");
         return Err(incomparable(reason, "run them with more --paths"));
@@ -114,27 +129,63 @@ pub fn compare(first: &Path, second: &Path) -> Result<Comparison, Error> {
     Ok(comparison)
 }
 
-/// Reads what a run left, or a deterministic solution.
-fn read(folder: &Path) -> Result<Side, Error> {
-    let (table, exact) = (folder.join("patches.csv"), folder.join("exact.csv"));
-    if !table.exists() && exact.exists() {
-        return Ok(Side { rows: read_table(&exact)?, tally: None });
+/// Reads what a run left, or a deterministic solution: an output folder, or a table in one.
+fn read(path: &Path) -> Result<Side, Error> {
+    let folder = if path.is_file() { path.parent().unwrap_or(path) } else { path };
+    let is_named = |name: &str| path.is_file() && path.file_stem().is_some_and(|stem| stem == name);
+    let table = folder.join("patches.csv");
+    if EXACT.into_iter().any(is_named) || (!table.exists() && !path.is_file()) {
+        let named: Vec<&str> = EXACT.into_iter().filter(|name| is_named(name) && *name == EXACT[0]).collect();
+        let tables = |names: &[&str]| -> Vec<PathBuf> {
+            let paths = names.iter().map(|name| folder.join(name).with_extension("csv"));
+            paths.filter(|path| path.exists()).collect()
+        };
+        let tables = if named.is_empty() { tables(&EXACT) } else { tables(&named) };
+        if let Some(first) = tables.first() {
+            return read_exact(&tables, &first.with_extension("json"));
+        }
     }
-    let rows = read_table(&table)?;
-    Ok(Side { rows, tally: Some(Checkpoint::read(&folder.join(CURRENT))?) })
+    let rows = read_table(&table, None)?;
+    let tally = Checkpoint::read(&folder.join(CURRENT))?;
+    let job = JobFacts::of_run(&tally).map_err(|reason| unusable(folder, &tally, reason))?;
+    Ok(Side { rows, job, tally: Some(tally) })
 }
 
-fn read_table(path: &Path) -> Result<Vec<Row>, Error> {
+/// Reads the tables of a deterministic solution, one for each channel.
+fn read_exact(tables: &[PathBuf], summary: &Path) -> Result<Side, Error> {
+    let channel = |table: &PathBuf| {
+        let name = table.file_stem().and_then(|stem| EXACT.into_iter().position(|name| stem == name));
+        COLUMNS[name.unwrap_or(0)][0]
+    };
+    let channels: Result<Vec<Vec<Row>>, Error> =
+        tables.iter().map(|table| read_table(table, Some(channel(table)))).collect();
+    let mut channels: Vec<_> = channels?.into_iter().map(Vec::into_iter).collect();
+    let mut rows = Vec::new();
+    // Tables of runs have the channels of a patch side by side.
+    while channels.iter().all(|channel| channel.len() > 0) {
+        rows.extend(channels.iter_mut().filter_map(Iterator::next));
+    }
+    Ok(Side { rows, tally: None, job: JobFacts::of_exact(summary) })
+}
+
+/// Reads a table; `of` is the channel of one that has a single channel's numbers, and not what a run leaves.
+fn read_table(path: &Path, of: Option<&'static str>) -> Result<Vec<Row>, Error> {
     let fault = |reason: String| Error::NoTable { path: path.into(), reason };
     let bytes = fs::read(path).map_err(|error| fault(error.to_string()))?;
     let mut reader = csv::Reader::from_reader(&bytes[..]);
     let header = reader.headers().map_err(|error| fault(error.to_string()))?.clone();
     let column = |name: &str| header.iter().position(|column| column == name);
     let places: Vec<usize> = ["patch", "side"].into_iter().filter_map(column).collect();
-    let channels: Vec<_> = COLUMNS
-        .into_iter()
-        .filter_map(|(value, error)| Some((value, column(value)?, column(error))))
-        .collect();
+    let channels: Vec<_> = match of {
+        None => COLUMNS
+            .into_iter()
+            .filter_map(|[value, error]| Some((value, column(value)?, column(error))))
+            .collect(),
+        // How far the solution itself may be off stands for a standard error.
+        Some(channel) => {
+            column("radiosity").map(|value| (channel, value, column("radiosity_error"))).into_iter().collect()
+        }
+    };
     if channels.is_empty() {
         return Err(fault("it has no column of radiosities".into()));
     }
@@ -199,7 +250,7 @@ fn freedom(side: &Side) -> Option<u64> {
     (ends > tally.counts.walks).then(|| tally.counts.walks.max(2) - 1)
 }
 
-fn compare_rows([first, second]: &[Side; 2]) -> Comparison {
+fn compare_rows([first, second]: &[Side; 2], same_tally: bool) -> Comparison {
     let of_row = |(i, (a, b)): (usize, (&Row, &Row))| Some((z([a.value?, b.value?]), i));
     let mut ranks: Vec<(f64, usize)> =
         first.rows.iter().zip(&second.rows).enumerate().filter_map(of_row).collect();
@@ -210,14 +261,19 @@ fn compare_rows([first, second]: &[Side; 2]) -> Comparison {
     let p = 1.0 + 0.5 * f64::exp_m1(-each);
     // Of the smaller sample, whose intervals are the wider.
     let freedom = [first, second].into_iter().filter_map(freedom).min();
-    let limit = freedom.map_or_else(|| normal_quantile(p), |freedom| student_quantile(p, freedom));
+    let limit = match freedom {
+        _ if same_tally => 0.0,
+        None => normal_quantile(p),
+        Some(freedom) => student_quantile(p, freedom),
+    };
     let difference = |&(z, i): &(f64, usize)| {
         let Row { place, channel, value } = &first.rows[i];
         let values = [(*value)?, second.rows[i].value?];
         Some(Difference { place: place.clone(), channel, z, values })
     };
     Comparison {
-        same_tally: false,
+        jobs: Vec::new(),
+        same_tally,
         compared,
         skipped: first.rows.len() - compared,
         limit,
@@ -248,7 +304,8 @@ mod tests {
             channel: "radiosity",
             value,
         };
-        Side { rows: values.iter().enumerate().map(row).collect(), tally: None }
+        let job = JobFacts::of_exact(Path::new(""));
+        Side { rows: values.iter().enumerate().map(row).collect(), tally: None, job }
     }
 
     #[test]
@@ -257,7 +314,7 @@ mod tests {
             side(&[Some((1.0, 0.3)), Some((2.0, 0.0)), None, Some((5.0, 0.0))]),
             side(&[Some((2.0, 0.4)), Some((2.0, 0.0)), Some((1.0, 0.1)), Some((6.0, 0.0))]),
         ];
-        let comparison = compare_rows(&sides);
+        let comparison = compare_rows(&sides, false);
         assert_eq!((comparison.compared, comparison.skipped), (3, 1));
         let largest: Vec<(f64, &str)> =
             comparison.largest.iter().map(|difference| (difference.z, &difference.place[0][..])).collect();

@@ -35,7 +35,7 @@ mod told;
 pub use audit::{Audit, Extent, Wrong, audit};
 pub use checkpoints::{CURRENT, Identity, Keeper, Latest, unix_seconds};
 pub use combine::{combine, mix};
-pub use diff::{Comparison, Difference, compare};
+pub use diff::{Comparison, Difference, JobDifference, compare};
 pub use error::Error;
 pub use exact_answer::{ExactAnswer, solve};
 pub use findings::{FINDINGS, write_findings};

@@ -70,6 +70,14 @@ pub(crate) fn partition(bytes: &[u8]) -> Result<Option<Partition>, String> {
     Ok(settings.forecast.map(|_| settings.partition_of(shapes, scene.patch_of_cell.clone())))
 }
 
+/// The settings of the job that was packed.
+///
+/// # Errors
+/// In words, where the bytes are no job.
+pub(crate) fn settings(bytes: &[u8]) -> Result<Settings, String> {
+    Ok(decode(bytes)?.settings)
+}
+
 /// Settings and scene with the method that was packed.
 ///
 /// # Errors

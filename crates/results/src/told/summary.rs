@@ -11,9 +11,10 @@ use report::{
 use crate::outputs::RunOutput;
 use crate::settings::Settings;
 
-/// The summary of a run of a job with these settings, a fact or two a line.
-pub fn summary_lines(summary: &Summary, settings: &Settings) -> Vec<String> {
-    let mut lines = vec![of_walks(summary, settings)];
+/// The summary of a run of a job with these settings, a fact or two a line; `joined` is how many workers have joined in this
+/// session, if there is one.
+pub fn summary_lines(summary: &Summary, settings: &Settings, joined: Option<u64>) -> Vec<String> {
+    let mut lines = vec![of_walks(summary, settings, joined)];
     lines.extend(of_precision(summary));
     lines.extend(summary.partition.iter().map(of_partition));
     lines.extend(summary.accuracy.iter().flat_map(of_accuracy));
@@ -55,7 +56,7 @@ impl RunOutput {
 }
 
 /// How much was walked, and how fast.
-fn of_walks(summary: &Summary, settings: &Settings) -> String {
+fn of_walks(summary: &Summary, settings: &Settings, joined: Option<u64>) -> String {
     let whole =
         if summary.paths < settings.paths { format!(" of {}", settings.paths) } else { String::new() };
     format!(
@@ -63,10 +64,22 @@ fn of_walks(summary: &Summary, settings: &Settings) -> String {
         summary.paths,
         summary.rays,
         duration(summary.seconds),
-        counted(summary.workers_seen, "worker"),
+        workers(summary.workers_seen, summary.provenance.sessions.len() as u64, joined),
         quantity(summary.paths_per_second),
         quantity(summary.rays_per_second)
     )
+}
+
+/// The workers of a run: a worker that comes back in another session has joined again, and is counted again.
+fn workers(seen: u64, sessions: u64, joined: Option<u64>) -> String {
+    let seen = counted(seen, "worker");
+    match joined {
+        _ if sessions < 2 => seen,
+        None => format!("{seen} in {sessions} sessions"),
+        Some(joined) => {
+            format!("{} in this session ({seen} in {sessions} sessions)", counted(joined, "worker"))
+        }
+    }
 }
 
 /// Which patches were chosen, and what was foretold of them.
