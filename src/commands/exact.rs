@@ -1,7 +1,7 @@
 //! `radwalk exact`: the radiosity system itself, without any randomness.
 
 use job::{Grouping, Groups};
-use report::OutputFolder;
+use report::{OutputFolder, Verdict};
 use results::ExactAnswer;
 use tracing::warn;
 use voice::{Phase, say};
@@ -35,7 +35,11 @@ pub(crate) fn exact(args: &ExactArgs) -> Result<Outcome, Fault> {
         }
         if !args.out.quiet {
             summary.lines().iter().for_each(|line| say(line));
-            summary.checks.iter().filter(|check| !check.ok).for_each(|check| warn!("{}", check.message));
+            summary
+                .checks
+                .iter()
+                .filter(|check| check.verdict == Verdict::Failed)
+                .for_each(|check| warn!("{}", check.message));
         }
     }
     drop(phase);

@@ -57,7 +57,8 @@ fn workshop() -> tempfile::TempDir {
 }
 
 fn lit_part(summary: &Value) -> f64 {
-    1.0 - summary["unhit"]["area"].as_f64().unwrap()
+    let [judged, sealed] = ["area", "sealed_area"].map(|key| summary["headline"][key].as_f64().unwrap());
+    judged / (judged + sealed) - summary["unhit"]["area"].as_f64().unwrap()
 }
 
 #[test]

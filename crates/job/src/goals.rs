@@ -2,7 +2,7 @@
 
 use std::collections::HashSet;
 
-use radiosity::{Birth, SensorSpec};
+use radiosity::{Birth, Quantity, SensorSpec};
 
 use crate::document::{Table, Value};
 use crate::error::Error;
@@ -42,15 +42,15 @@ impl<'a> Goals<'a> {
         let [patches, sensors, total_error] =
             ["patches", "sensors", "total_error"].map(|key| table.take(key));
         let asks_more = sensors.is_some() || total_error.is_some();
-        let relative_error = match asks_more && !table.has_any(&["fraction", "min_hits"]) && patches.is_none()
-        {
-            true => table.take("relative_error"),
-            false => Some(table.require(
-                "relative_error",
-                "a target is an accuracy",
-                "relative_error = 0.01, or remove [target]",
-            )?),
-        };
+        let relative_error =
+            match asks_more && !table.has_any(&["fraction", "min_hits", "quantity"]) && patches.is_none() {
+                true => table.take("relative_error"),
+                false => Some(table.require(
+                    "relative_error",
+                    "a target is an accuracy",
+                    "relative_error = 0.01, or remove [target]",
+                )?),
+            };
         let fraction = table.take("fraction").map(|value| read_fraction(&value)).transpose()?;
         let mut count = |key: &str, default: u64, why: &'static str| {
             table.take(key).map_or(Ok(default), |value| value.integer(0..=i64::MAX as u64, why))
@@ -59,6 +59,7 @@ impl<'a> Goals<'a> {
         let min_hits = count("min_hits", DEFAULT_MIN_HITS, "it is a number of scores")?;
         let relative_error = relative_error.map(|value| read_relative_error(&value)).transpose()?;
         let unhit = table.word("unhit")?;
+        let quantity = table.word::<Quantity>("quantity")?;
         let of_patches = relative_error.map(|relative_error| Target {
             relative_error,
             fraction: fraction.unwrap_or(DEFAULT_FRACTION),
@@ -66,6 +67,7 @@ impl<'a> Goals<'a> {
             min_hits,
             unhit,
             patches: None,
+            quantity,
         });
         Ok(Goals { patches, sensors, total_error, of_patches, min_paths, unhit })
     }

@@ -33,8 +33,17 @@ pub(crate) const BUDGET_KEYS: &[&str] =
     &["first_path", "paths", "stream_paths", "wall_seconds", "checkpoint_seconds"];
 
 /// The keys of `[target]`.
-pub(crate) const TARGET_KEYS: &[&str] =
-    &["relative_error", "fraction", "min_paths", "min_hits", "unhit", "patches", "sensors", "total_error"];
+pub(crate) const TARGET_KEYS: &[&str] = &[
+    "relative_error",
+    "fraction",
+    "min_paths",
+    "min_hits",
+    "unhit",
+    "patches",
+    "quantity",
+    "sensors",
+    "total_error",
+];
 
 /// The keys of `[tracing]`.
 pub(crate) const TRACING_KEYS: &[&str] = &["index"];

@@ -6,7 +6,7 @@
 mod parts;
 mod scene;
 
-use radiosity::{EstimatorKind, IndexChoice, RayBirths, Sampler, Space};
+use radiosity::{EstimatorKind, IndexChoice, Quantity, RayBirths, Sampler, Space};
 use serde_json::{Value, json};
 
 use self::parts::*;
@@ -32,7 +32,7 @@ fn target_table() -> Value {
     let mut schema = table(TARGET_KEYS, &[], target_key);
     schema["anyOf"] =
         json!([{"required": ["relative_error"]}, {"required": ["sensors"]}, {"required": ["total_error"]}]);
-    schema["dependencies"] = json!({"fraction": ["relative_error"], "min_hits": ["relative_error"], "patches": ["relative_error"]});
+    schema["dependencies"] = json!({"fraction": ["relative_error"], "min_hits": ["relative_error"], "patches": ["relative_error"], "quantity": ["relative_error"]});
     schema
 }
 
@@ -185,8 +185,12 @@ fn target_key(key: &str) -> Value {
         ),
         "min_paths" => told(count(0), "Walks before which no look is taken. Default: 1024."),
         "min_hits" => told(count(0), "Scores without which a patch does not meet it. Default: 10."),
+        "quantity" => told(
+            word::<Quantity>(),
+            "What must be known so well. Irradiance: of all patches. Radiosity: of those that reflect. Net: what leaves less what is absorbed. Default: irradiance.",
+        ),
         "unhit" => told(word::<Unhit>(), "What a patch counts for that no walk has hit. Default: infinite."),
-        "patches" => told(patches(), "The patches that it is about. Default: all that do not emit."),
+        "patches" => told(patches(), "The patches that it is about. Default: all."),
         "sensors" => told(
             json!({"anyOf": [positive(), {
                 "type": "object",

@@ -1,5 +1,6 @@
 //! What is asked of patches.
 
+use radiosity::Quantity;
 use serde::{Deserialize, Serialize};
 
 use crate::document::Value;
@@ -19,8 +20,11 @@ pub struct Target {
     pub min_hits: u64,
     /// What a reflecting patch counts for that no walk has hit.
     pub unhit: Unhit,
-    /// The patches that it is about, by number, whether they emit or not; `None`: all that do not.
+    /// The patches that it is about, by number; `None`: all.
     pub patches: Option<Vec<u32>>,
+    /// The quantity whose half-widths must meet it. Jobs keep it behind their settings.
+    #[serde(skip)]
+    pub quantity: Quantity,
 }
 
 /// What is asked of noise and discretisation together.

@@ -1,6 +1,6 @@
 //! Choices that files and outputs write as one word.
 
-use radiosity::{EstimatorKind, IndexChoice, RayBirths, Sampler, Space};
+use radiosity::{EstimatorKind, IndexChoice, Quantity, RayBirths, Sampler, Space};
 
 /// A choice that files and outputs write as one word.
 pub trait Word: Copy + 'static {
@@ -16,6 +16,14 @@ impl Word for EstimatorKind {
 
     fn word(self) -> &'static str {
         EstimatorKind::word(self)
+    }
+}
+
+impl Word for Quantity {
+    const ALL: &'static [Self] = &[Self::Irradiance, Self::Radiosity, Self::Net];
+
+    fn word(self) -> &'static str {
+        Quantity::word(self)
     }
 }
 

@@ -11,7 +11,8 @@ use job::{
     job_hash, load, load_scene,
 };
 use radiosity::{
-    Birth, EstimatorKind, IndexChoice, InfiniteEnd, SensorShape, SensorSpec, Shape, Sides, Space, Spectrum,
+    Birth, EstimatorKind, IndexChoice, InfiniteEnd, Quantity, SensorShape, SensorSpec, Shape, Sides, Space,
+    Spectrum,
 };
 
 const SCENE: &str = r#"
@@ -87,6 +88,7 @@ fn target(relative_error: f64) -> Target {
         min_hits: 10,
         unhit: Unhit::Infinite,
         patches: None,
+        quantity: Quantity::Irradiance,
     }
 }
 
@@ -103,6 +105,7 @@ fn ranges_checkpoints_and_rules_of_the_stop() {
             "target.min_hits=0",
             "target.unhit=ignore",
             "target.patches=[24, 3]",
+            "target.quantity=net",
         ],
     );
     assert_eq!((job.budget.first_path, job.budget.checkpoint_seconds, job.simultaneous), (5, 0.5, true));
@@ -111,6 +114,7 @@ fn ranges_checkpoints_and_rules_of_the_stop() {
         min_hits: 0,
         unhit: Unhit::Ignore,
         patches: Some(vec![24, 3]),
+        quantity: Quantity::Net,
         ..target(0.01)
     };
     assert_eq!(job.target, Some(expected));

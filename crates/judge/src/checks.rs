@@ -13,10 +13,11 @@ use std::collections::HashMap;
 use job::Forecast;
 use protocol::{Book, Look};
 use radiosity::{
-    Apart, Estimate, Estimates, Experiment, Face, Precision, Readings, Scene, Sequence, Side, TINY, Tally,
+    Apart, Estimate, Estimates, Experiment, Face, Precision, Quantity, Readings, Scene, Sequence, Side, TINY,
+    Tally,
 };
 use report::words::share;
-use report::{Check, face_words};
+use report::{Check, Verdict, face_words};
 
 use crate::coincident::Coincident;
 use crate::drift::FALSE_ALARM;
@@ -51,8 +52,8 @@ pub fn checks_of_result(
     if let Some(chosen) = chosen.filter(|chosen| chosen.linear)
         && let Some(of_means) = checks.iter_mut().find(|check| check.name == "resolution")
     {
-        let (fine_enough, message) = resolution_of_fits(estimates, chosen);
-        *of_means = check("resolution", fine_enough, message);
+        let (verdict, message) = resolution_of_fits(estimates, chosen);
+        *of_means = check("resolution", verdict, message);
     }
     checks.extend(reciprocity(estimates.experiment(), seed));
     checks.extend([gap(book, paths_per_walk), workers(book, paths_per_walk)]);
@@ -62,7 +63,7 @@ pub fn checks_of_result(
 /// The checks of a mixture of sources: how well its patches are known. What became of walks, and how errors fell, was checked
 /// of the run that walked them.
 fn checks_of_mixture(estimates: &Estimates, precision: &Precision) -> Vec<Check> {
-    let (scene, doubts) = (estimates.scene(), Doubts::new(estimates));
+    let (scene, doubts) = (estimates.scene(), Doubts::new(estimates, precision.headline.quantity));
     let mut checks = books(estimates.experiment(), estimates.tally()).to_vec();
     checks.extend([buried(scene), bias(estimates.experiment(), &doubts)]);
     checks.extend([unhit(scene, precision), rare(scene, &doubts), error(scene, &doubts)]);
@@ -141,15 +142,15 @@ pub fn checks(
 ) -> Vec<Check> {
     let (experiment, tally) = (estimates.experiment(), estimates.tally());
     let scene = experiment.scene();
-    let doubts = Doubts::new(estimates);
+    let doubts = Doubts::new(estimates, precision.headline.quantity);
     let mut checks = vec![method(note), fit(experiment)];
     checks.extend(books(experiment, tally));
     checks.extend([buried(scene), escape(experiment, tally), bias(experiment, &doubts)]);
     checks.extend([unhit(scene, precision), rare(scene, &doubts)]);
     checks.extend([error(scene, &doubts), vov(experiment, &doubts)]);
     checks.push(tail(experiment, tally));
-    let (fine_enough, message) = resolution(estimates);
-    checks.push(check("resolution", fine_enough, message));
+    let (verdict, message) = resolution(estimates);
+    checks.push(check("resolution", verdict, message));
     checks.extend(sensors(experiment, tally));
     let telling = experiment.unit().batch().map_or(0, |_| TELLING_BATCHES);
     let half: Vec<&Look> =
@@ -162,8 +163,8 @@ pub fn checks(
     checks
 }
 
-fn check(name: &str, ok: bool, message: String) -> Check {
-    Check { name: name.into(), ok, message }
+fn check(name: &str, verdict: impl Into<Verdict>, message: String) -> Check {
+    Check { name: name.into(), verdict: verdict.into(), message }
 }
 
 fn method(note: Option<&str>) -> Check {
@@ -304,22 +305,29 @@ fn faces(Apart { faces, area }: Apart) -> String {
     format!("{faces} {noun} ({:.2} % of the area)", 100.0 * area)
 }
 
-fn unhit(scene: &Scene, Precision { unhit, .. }: &Precision) -> Check {
-    check("unhit", !matters(scene, *unhit), without_score(*unhit))
+fn unhit(scene: &Scene, Precision { unhit, headline, .. }: &Precision) -> Check {
+    let all: f64 = scene.faces().iter().map(|face| face.area).sum();
+    let sealed = match headline.sealed_area {
+        0.0 => String::new(),
+        area => format!("; {:.2} % of the area is sealed, where no path of light leads", 100.0 * area / all),
+    };
+    check("unhit", !matters(scene, *unhit), without_score(*unhit) + &sealed)
 }
 
 /// What the check of faces without scores says.
 fn without_score(unhit: Apart) -> String {
-    let (what, them) =
-        if unhit.faces == 1 { ("reflects and has", "it") } else { ("reflect and have", "them") };
+    if unhit.faces == 0 {
+        return "every patch that light can come to has a score".into();
+    }
+    let has = if unhit.faces == 1 { "has" } else { "have" };
     format!(
-        "{} {what} no score: only bounds are known. Either light cannot reach {them}, or it takes more walks",
+        "{} {has} no score, and light may come there: only bounds are known; it takes more walks",
         faces(unhit)
     )
 }
 
-/// The estimates that are open to doubt, by reason. Emitters, and faces that are listed apart ([`Precision`]), are left
-/// out.
+/// The estimates of the judged quantity that are open to doubt, by reason. Tiny faces of large scenes are left out, and so are faces without
+/// scores.
 #[derive(Default)]
 struct Doubts {
     /// The faces with some scores, but fewer than 10.
@@ -333,20 +341,21 @@ struct Doubts {
 }
 
 impl Doubts {
-    fn new(estimates: &Estimates) -> Self {
+    fn new(estimates: &Estimates, quantity: Quantity) -> Self {
         let mut doubts = Doubts::default();
-        let total = estimates.reflecting_area();
         let scene = estimates.scene();
+        let total: f64 = scene.faces().iter().map(|face| face.area).sum();
         let keeps = |area: f64| area >= TINY * total || scene.faces().len() <= LAID_OUT;
-        let told = |face: &Face| !face.emittance.is_lit() && keeps(face.area);
-        for (i, face, channels) in estimates.known().filter(|(_, face, _)| told(face)) {
+        for (i, face, channels) in estimates.known().filter(|(_, face, _)| keeps(face.area)) {
             let part = face.area / total;
-            let found = |(c, e): &(usize, &Estimate)| face.reflectance[*c] > 0.0 && e.effective_scores > 0.0;
+            let found =
+                |(c, e): &(usize, &Estimate)| e.effective_scores > 0.0 && quantity.of(&face, *c, e).is_some();
             let any = |holds: &dyn Fn(usize, &Estimate) -> bool| {
                 channels.iter().enumerate().filter(found).any(|(c, estimate)| holds(c, estimate))
             };
-            let is_rough = |c: usize, e: &Estimate| {
-                e.std_error.is_none_or(|error| error > QUESTIONABLE * (e.radiosity - face.emittance[c]))
+            let is_rough = |_: usize, e: &Estimate| {
+                let known = e.irradiance.zip(e.irradiance_error);
+                known.is_none_or(|(irradiance, error)| error > QUESTIONABLE * irradiance)
             };
             let is_volatile =
                 |c: usize, _: &Estimate| variance_of_variance(estimates.tally(), i, c) > QUESTIONABLE;
@@ -359,7 +368,7 @@ impl Doubts {
                     doubt.add(part);
                 }
             }
-            let bias = channels.iter().enumerate().filter(found).map(|(_, e)| e.bias_bound / e.radiosity);
+            let bias = channels.iter().filter(|e| e.radiosity > 0.0).map(|e| e.bias_bound / e.radiosity);
             doubts.bias = bias.fold(doubts.bias, f64::max);
         }
         doubts
@@ -372,7 +381,7 @@ fn rare(scene: &Scene, Doubts { rare, .. }: &Doubts) -> Check {
 }
 
 fn error(scene: &Scene, Doubts { rough, .. }: &Doubts) -> Check {
-    let message = format!("{}: a standard error above 10 % of the estimate", faces(*rough));
+    let message = format!("{}: a standard error of the irradiance above 10 % of the estimate", faces(*rough));
     check("error", !matters(scene, *rough), message)
 }
 
@@ -381,7 +390,7 @@ fn error(scene: &Scene, Doubts { rough, .. }: &Doubts) -> Check {
 fn vov(experiment: &Experiment, Doubts { volatile, .. }: &Doubts) -> Check {
     if !experiment.unit().is_walk() {
         let message = "the intervals of batches are Student's: they allow for the variance of the variance";
-        return check("vov", true, message.into());
+        return check("vov", Verdict::NotExamined, message.into());
     }
     let message = format!("{}: a variance of the variance above 0.1", faces(*volatile));
     check("vov", !matters(experiment.scene(), *volatile), message)
@@ -433,6 +442,9 @@ fn sensors(experiment: &Experiment, tally: &Tally) -> Option<Check> {
     Some(check("sensors", ok, if ok { message } else { message + &remedy }))
 }
 
+/// What is said of errors over a run that was looked at once.
+const TOO_FEW_LOOKS: &str = "too few looks to tell how errors fell over the last half of the run";
+
 /// The largest of some values, divided by the least.
 fn spread(values: impl Iterator<Item = f64> + Clone) -> f64 {
     values.clone().fold(0.0, f64::max) / values.fold(f64::INFINITY, f64::min)
@@ -441,7 +453,10 @@ fn spread(values: impl Iterator<Item = f64> + Clone) -> f64 {
 fn decay(half: &[&Look]) -> Check {
     let scaled = half.iter().map(|look| look.median_relative_error * (look.walks as f64).sqrt());
     let falls = half.is_sorted_by(|a, b| a.median_relative_error >= b.median_relative_error);
-    let spread = if half.len() < 2 { 1.0 } else { spread(scaled) };
+    if half.len() < 2 {
+        return check("decay", Verdict::NotExamined, TOO_FEW_LOOKS.into());
+    }
+    let spread = spread(scaled);
     check(
         "decay",
         falls && spread < STEADY,
@@ -455,7 +470,10 @@ fn decay(half: &[&Look]) -> Check {
 
 fn efficiency(half: &[&Look]) -> Check {
     let merits = half.iter().map(|look| 1.0 / (look.median_relative_error.powi(2) * look.rays as f64));
-    let spread = if half.len() < 2 { 1.0 } else { spread(merits) };
+    if half.len() < 2 {
+        return check("efficiency", Verdict::NotExamined, TOO_FEW_LOOKS.into());
+    }
+    let spread = spread(merits);
     check(
         "efficiency",
         spread < STEADY * STEADY,
@@ -467,7 +485,7 @@ fn efficiency(half: &[&Look]) -> Check {
 fn drift(half: &[&Look]) -> Check {
     // Right after a resume there may be too few walks to compare.
     let Some(last) = half.iter().rfind(|look| look.drift.is_finite()) else {
-        return check("drift", true, "too few looks to compare parts of the run".into());
+        return check("drift", Verdict::NotExamined, "too few looks to compare parts of the run".into());
     };
     check(
         "drift",
@@ -486,12 +504,8 @@ mod tests {
     #[test]
     fn one_patch_without_scores_is_told_of_in_the_singular() {
         let told = |faces| without_score(Apart { faces, area: 0.5 });
-        assert!(
-            told(1).starts_with("1 patch (50.00 % of the area) reflects and has no score"),
-            "{}",
-            told(1)
-        );
-        assert!(told(0).starts_with("0 patches (50.00 % of the area) reflect and have no score"));
-        assert!(told(2).contains("cannot reach them"), "{}", told(2));
+        assert!(told(1).starts_with("1 patch (50.00 % of the area) has no score"), "{}", told(1));
+        assert!(told(0).starts_with("every patch"), "{}", told(0));
+        assert!(told(2).contains("2 patches (50.00 % of the area) have no score"), "{}", told(2));
     }
 }

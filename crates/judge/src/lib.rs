@@ -15,6 +15,7 @@
 mod bounces;
 mod checks;
 mod coincident;
+mod discretised;
 mod drift;
 mod fit;
 mod limits;
@@ -28,6 +29,7 @@ pub mod target;
 pub use bounces::bounces;
 pub use checks::{checks, checks_of_result};
 pub use coincident::Coincident;
+pub use discretised::{Control, is_discretised};
 pub use fit::misfits;
 pub use limits::limits;
 pub use model::{job_lines, scene_lines};

@@ -3,13 +3,13 @@
 use job::Job;
 use radiosity::{Experiment, Scene, SensorShape, Side};
 use report::words::counted;
-use report::{MethodWords, Model, Units, view_troubles};
+use report::{MethodWords, Model, Units, target_scope, view_troubles};
 
 use crate::MOMENTS;
 use crate::bounces::bounces;
 use crate::coincident::Coincident;
 use crate::fit::misfits;
-use crate::target::{asked_of_sensors, scope};
+use crate::target::asked_of_sensors;
 
 /// The scene of an experiment, with what coincides in it, and its sensors.
 pub fn scene_lines(experiment: &Experiment, units: &Units) -> Vec<String> {
@@ -81,8 +81,12 @@ fn what(job: &Job, experiment: &Experiment) -> String {
 
 fn targets(job: &Job) -> Vec<String> {
     let of_patches = job.target.as_ref().map(|target| {
-        let of = scope(target.patches.as_deref());
-        format!("relative half-width {} on {} of {of}", target.relative_error, target.fraction)
+        let of = target_scope(target.patches.as_deref(), target.quantity);
+        let quantity = target.quantity.words();
+        format!(
+            "relative half-width {} of the {quantity} on {} of {of}",
+            target.relative_error, target.fraction
+        )
     });
     let of_sensors = job.sensor_target.as_ref().map(|target| asked_of_sensors(target, job.scene.sensors()));
     let of_total = job

@@ -2,8 +2,8 @@
 
 use job::Forecast;
 use radiosity::{Accuracy, Estimates};
-use report::face_words;
 use report::words::percent;
+use report::{Verdict, face_words};
 
 /// Discretisation below this part of the light is not worth a word.
 const WORTH_A_WORD: f64 = 0.02;
@@ -14,16 +14,19 @@ const NAMED: usize = 5;
 /// An energy counts as seen where it exceeds this number of its standard errors.
 const SEEN: f64 = 2.0;
 
-/// Whether more walks help more than finer patches, and why.
-pub(crate) fn resolution(estimates: &Estimates) -> (bool, String) {
+/// Whether patches are fine enough that more walks help more than finer patches, and why.
+pub(crate) fn resolution(estimates: &Estimates) -> (Verdict, String) {
     if !estimates.experiment().method().is_linear() {
         return (
-            true,
+            Verdict::NotExamined,
             "how light is spread over patches was not asked for; basis = \"linear\" tells it".into(),
         );
     }
     let Some(Accuracy { noise, discretisation, .. }) = estimates.accuracy() else {
-        return (true, "too little light was found to tell how it is spread over patches".into());
+        return (
+            Verdict::NotExamined,
+            "too little light was found to tell how it is spread over patches".into(),
+        );
     };
     let found = format!(
         "the means of patches err by {} of the light for want of walks, and by {} for want of finer patches",
@@ -31,13 +34,13 @@ pub(crate) fn resolution(estimates: &Estimates) -> (bool, String) {
         percent(discretisation)
     );
     if discretisation <= noise.max(WORTH_A_WORD) {
-        return (true, found);
+        return (Verdict::Passed, found);
     }
     let remedy = format!(
         "cut the patches finer, or take the gradients into account; most is lost on {}",
         coarsest(estimates)
     );
-    (false, format!("{found}: {remedy}"))
+    (Verdict::Failed, format!("{found}: {remedy}"))
 }
 
 /// Patches that a pilot chose for linear fits balance both errors, at the edges of shadows with twice the noise's energy: discretisation
@@ -45,9 +48,12 @@ pub(crate) fn resolution(estimates: &Estimates) -> (bool, String) {
 const BALANCED: f64 = 2.0;
 
 /// Whether linear fits on chosen patches lose less than walks leave unknown, as far as the pilot has foretold it.
-pub(crate) fn resolution_of_fits(estimates: &Estimates, chosen: &Forecast) -> (bool, String) {
+pub(crate) fn resolution_of_fits(estimates: &Estimates, chosen: &Forecast) -> (Verdict, String) {
     let Some(Accuracy { linear_noise, .. }) = estimates.accuracy() else {
-        return (true, "too little light was found to tell how it is spread over patches".into());
+        return (
+            Verdict::NotExamined,
+            "too little light was found to tell how it is spread over patches".into(),
+        );
     };
     let found = format!(
         "linear fits err by {} of the light for want of walks, and by {}, as foretold, for want of finer patches",
@@ -55,8 +61,8 @@ pub(crate) fn resolution_of_fits(estimates: &Estimates, chosen: &Forecast) -> (b
         percent(chosen.discretisation)
     );
     match chosen.discretisation <= (BALANCED * linear_noise).max(WORTH_A_WORD) {
-        true => (true, found),
-        false => (false, format!("{found}: choose patches anew for this number of paths")),
+        true => (Verdict::Passed, found),
+        false => (Verdict::Failed, format!("{found}: choose patches anew for this number of paths")),
     }
 }
 

@@ -10,15 +10,15 @@ mod total;
 
 use job::{Target, TotalTarget};
 use protocol::Look;
-use radiosity::{Estimates, Experiment, Tally};
+use radiosity::{Estimates, Experiment, Quantity, Tally};
 use report::WorstPatch;
 use stats::{DoubleSampling, foresight};
 
 pub use self::prospect::Prospect;
 pub(crate) use self::sensors::FEWEST_SAMPLES;
 pub use self::sensors::{SensorGoal, asked_of_sensors, judge_sensors};
+pub use self::standing::about;
 use self::standing::{Bar, Standing, parts_within, standings};
-pub use self::standing::{about, scope};
 pub use self::total::total_is_met;
 use crate::drift::{Sample, drift};
 
@@ -34,14 +34,15 @@ const NAMED: usize = 5;
 /// Judges a tally of `paths` paths by a target.
 pub fn judge(target: &Target, estimates: &Estimates, paths: u64) -> report::Target {
     let scene = estimates.scene();
-    let Target { relative_error, fraction, unhit, .. } = *target;
+    let Target { relative_error, fraction, quantity, .. } = *target;
     let bar = Bar { error: relative_error, scores: target.min_hits as f64 };
     let [achieved] = parts_within(standings(estimates, target).map(|(_, standing)| standing), [bar]);
-    let reached = achieved >= fraction && paths >= target.min_paths;
     let mut ranks: Vec<(f64, u32)> = standings(estimates, target).map(|(i, s)| (s.error, i as u32)).collect();
+    let judged = !ranks.is_empty();
+    let reached = judged && achieved >= fraction && paths >= target.min_paths;
     ranks.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
     let worst_first = || {
-        let standing = |i| Standing::new(&scene.faces().get(i), &estimates.face(i)?, unhit);
+        let standing = |i| Standing::new(&scene.faces().get(i), &estimates.face(i)?, target);
         ranks.iter().filter_map(move |&(_, i)| Some((i as usize, standing(i as usize)?)))
     };
     let needed = |standing: &Standing| {
@@ -73,7 +74,8 @@ pub fn judge(target: &Target, estimates: &Estimates, paths: u64) -> report::Targ
         relative_error,
         fraction,
         patches: target.patches.clone(),
-        achieved,
+        quantity,
+        achieved: if judged { achieved } else { f64::NAN },
         paths_needed,
         worst: named.collect(),
     }
@@ -117,7 +119,8 @@ impl Observer {
     pub fn look(&mut self, tally: &Tally, looks: &[Look]) -> Look {
         let walks = tally.counts.walks;
         let estimates = Estimates::new(&self.experiment, tally, self.level);
-        let precision = estimates.precision();
+        let quantity = self.target.as_ref().map_or_else(Quantity::default, |target| target.quantity);
+        let precision = estimates.precision(quantity);
         let of_patches = self.target.as_ref().map(|target| {
             let early = walks * self.experiment.unit().paths() < target.min_paths;
             if early { [false; 2] } else { meets(target, &estimates) }
@@ -142,7 +145,7 @@ impl Observer {
         Look {
             walks,
             rays: tally.counts.rays,
-            median_relative_error: precision.quantiles[0],
+            median_relative_error: precision.headline.quantiles[0],
             max_relative_error: precision.max_relative_error,
             drift,
             promising,

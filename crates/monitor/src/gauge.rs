@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use judge::plan::foretell;
 use judge::target::Prospect;
 use protocol::{Coordinator, Notice};
-use radiosity::{Estimates, Experiment, Precision};
+use radiosity::{Estimates, Experiment, Precision, Quantity};
 use results::Settings;
 
 use crate::standing::{Faults, Goal, Saved, Standing};
@@ -107,8 +107,9 @@ impl<'a> Gauge<'a> {
             return;
         }
         let estimates = Estimates::new(self.experiment, coordinator.prefix(), self.level);
-        self.precision = Some(estimates.precision());
         let target = self.settings.target.as_ref();
+        let quantity = target.map_or_else(Quantity::default, |target| target.quantity);
+        self.precision = Some(estimates.precision(quantity));
         let sensors = self.settings.sensor_goal(self.experiment);
         let prospects = Prospect::all(target, sensors.as_ref(), &estimates, (self.level, MOST_FACES));
         let ending = if prospects.is_empty() || self.settings.total_target.is_some() {
@@ -147,7 +148,7 @@ impl<'a> Gauge<'a> {
             paths_per_second,
             rays_per_second: paths_per_second * rays_per_path,
             workers: progress.workers,
-            median_relative_error: error(|precision| precision.quantiles[0]),
+            median_relative_error: error(|precision| precision.headline.quantiles[0]),
             rms_relative_error: error(|precision| precision.rms_relative_error),
             max_relative_error: error(|precision| precision.max_relative_error),
             target: self.goal,

@@ -66,7 +66,7 @@ def test_the_numbers_are_those_of_the_program(tmp_path, binary, job, keys):
         assert_same(result.table, tmp_path / "out" / "patches.csv")
     assert result.ending == ("target reached" if "target" in keys else "budget spent")
     loaded = radwalk.load(tmp_path / "out")
-    for key in ("tally_hash", "job_hash", "paths", "rays", "error_quantiles", "target"):
+    for key in ("tally_hash", "job_hash", "paths", "rays", "headline", "target"):
         assert result.summary[key] == loaded.summary[key], key
     # Whether walks wait beyond a gap when a target ends a run is a matter of when they came in.
     checks = [[check for check in one.summary["checks"] if check["name"] != "gap"] for one in (result, loaded)]

@@ -41,12 +41,11 @@ mod walk;
 
 pub use experiment::exchange::{ExchangeSpec, FactorKind, Segment, exchange_counts};
 pub use experiment::influence::{Derivative, Influences, Property};
+pub use experiment::precision::{Apart, FLOOR, Headline, Judged, Precision, QUANTILES, Quantity, TINY};
 pub use experiment::readings::{Reading, Readings};
 pub use experiment::replay::{Replay, Step};
 pub use experiment::slopes::{Accuracy, Fit, Slopes};
-pub use experiment::solution::{
-    Apart, Channels, Estimate, Estimates, Mix, Precision, QUANTILES, Solution, TINY,
-};
+pub use experiment::solution::{Channels, Estimate, Estimates, Mix, Solution};
 pub use experiment::{
     Board, Compiled, Emptied, Experiment, Groups, Lost, Material, Meaning, PatchGroup, SensorView,
     SourceScores, Unfit, birth_probabilities,
@@ -65,6 +64,7 @@ pub use method::{BatchScore, Batches, Birth, Chains, Direction, Method, Score, U
 pub use random::Sampler;
 pub use random::rng::{Sequence, WalkRng};
 pub use scene::retracing::{Foresight, Retracing};
+pub use scene::sealed::Sealed;
 pub use scene::view::Lookout;
 pub use scene::{IndexChoice, Memory, Scene, SceneError};
 pub use tally::{Counts, Events, Layout, MergeError, Overflow, Scoreboard, Tally, Word};

@@ -5,8 +5,8 @@ mod common;
 use common::{box_scene, box_walls, collision, experiment, surface, walk};
 use glam::DVec3;
 use radiosity::{
-    Apart, Birth, Counts, Direction, Estimates, Estimator, EstimatorKind, Experiment, IndexChoice,
-    InfiniteEnd, Precision, SceneSpec, Sides, Solution, Space, Spectrum, Tally, Walks,
+    Birth, Counts, Direction, Estimates, Estimator, EstimatorKind, Experiment, IndexChoice, InfiniteEnd,
+    Precision, Quantity, SceneSpec, Sides, Solution, Space, Spectrum, Tally, Walks,
 };
 use stats::{Moments, mean_interval};
 
@@ -47,14 +47,25 @@ fn estimates_are_the_moments_in_watts() {
         let [sum, sum_sq] = SUMS[i];
         let moments = Moments { n: WALKS, sum, sum_sq };
         let (per_hit, error) = (6.0 / area, moments.standard_error().unwrap());
-        assert_close(estimate.irradiance.unwrap(), per_hit * sum as f64 / 1000.0);
-        assert_close(estimate.irradiance_error.unwrap(), per_hit * error);
-        assert_close(estimate.radiosity, e + r * per_hit * sum as f64 / 1000.0);
-        assert_close(estimate.std_error.unwrap(), r * per_hit * error);
+        // Nothing is known of what no walk has hit, but for bounds.
+        let known = sum > 0;
+        assert_eq!(estimate.irradiance.is_some(), known);
+        assert_eq!(estimate.irradiance_error.is_some(), known);
+        assert_eq!((estimate.std_error.is_some(), estimate.known_radiosity().is_some()), (known, known));
+        assert_eq!(estimate.is_unsampled(), !known);
+        if known {
+            assert_close(estimate.irradiance.unwrap(), per_hit * sum as f64 / 1000.0);
+            assert_close(estimate.irradiance_error.unwrap(), per_hit * error);
+            assert_close(estimate.radiosity, e + r * per_hit * sum as f64 / 1000.0);
+            assert_close(estimate.std_error.unwrap(), r * per_hit * error);
+        }
         // A walk that leaves a wall returns with probability R·R_max at most.
         let interval = mean_interval(&moments, 1.0, 0.9, 2.0 / (1.0 - r * 0.5) - 1.0);
         assert_close(estimate.ci_low, e + r * per_hit * interval.low);
         assert_close(estimate.ci_high, e + r * per_hit * interval.high);
+        let of_h = estimate.irradiance_interval.unwrap();
+        assert_close(of_h[0], per_hit * interval.low);
+        assert_close(of_h[1], per_hit * interval.high);
         assert_eq!(estimate.hits, sum);
     }
     let rare = solution.estimates.iter().map(|estimate| estimate.unwrap().is_rare());
@@ -65,29 +76,64 @@ fn estimates_are_the_moments_in_watts() {
     );
 }
 
-/// The emitter does not count, the black wall is known exactly, the wall that was never hit not at all.
+/// Every face that light can come to counts, the emitter and the black wall included: the unhit one by its bound over the floor.
+/// The back of the fourth wall is outside of the box.
 #[test]
-fn precision_is_weighted_by_area_over_what_does_not_emit() {
+fn precision_is_weighted_by_the_area_that_light_can_reach() {
     let (experiment, tally) = six_walls();
     let estimates = Estimates::new(&experiment, &tally, 0.9);
-    let error = |i: usize| {
-        let estimate = estimates.face(i).unwrap()[0];
-        0.5 * (estimate.ci_high - estimate.ci_low) / estimate.radiosity
+    let area = [2.0, 2.0, 3.0, 3.0, 6.0, 6.0];
+    let h = |i: usize| estimates.face(i).unwrap()[0].irradiance.unwrap_or(0.0);
+    let half_width = |i: usize| {
+        let [low, high] = estimates.face(i).unwrap()[0].irradiance_interval.unwrap();
+        0.5 * (high - low)
     };
-    let (second, third) = (error(4), error(5));
-    assert!(error(2) < second && second < third);
-    for (bound, area) in [(0.0, 2.0), (error(2), 5.0), (second, 11.0), (third, 17.0), (1e9, 17.0)] {
-        assert_close(estimates.fraction_within(bound), area / 23.0);
-    }
-    let squares = 3.0 * error(2).powi(2) + 6.0 * second.powi(2) + 6.0 * third.powi(2);
-    let Precision { rms_relative_error, max_relative_error, worst_face, quantiles, unhit, tiny } =
-        estimates.precision();
+    let floor = 0.01 * (0..6).map(|i| area[i] * h(i)).sum::<f64>() / 22.0;
+    let error = |i: usize| half_width(i) / h(i).max(floor);
+    let Precision { rms_relative_error, max_relative_error, worst_face, headline, unhit } =
+        estimates.precision(Quantity::Irradiance);
+    // Of the dark walls that reflect, only the unhit one is worse than the sixth.
+    let squares = 3.0 * error(2).powi(2) + 6.0 * error(4).powi(2) + 6.0 * error(5).powi(2);
     assert_close(rms_relative_error, (squares / 15.0).sqrt());
     assert_eq!((max_relative_error, worst_face), (f64::INFINITY, Some(3)));
-    // Of the walls that reflect 3 m² are known to error(2), 6 each to the others; both sides of the fourth, 3 m² each,
-    // were not hit.
-    assert_eq!(quantiles, [second, third, third]);
-    assert_eq!((unhit, tiny), (Apart { faces: 2, area: 6.0 / 21.0 }, Apart::default()));
+    assert_eq!((unhit.faces, headline.worst_face), (1, Some(3)));
+    assert_close(unhit.area, 3.0 / 25.0);
+    assert_close(headline.area, 22.0);
+    assert_close(headline.sealed_area, 3.0);
+    assert_close(headline.floor[0], floor);
+    assert!(error(2) < error(0) && error(0) < error(1) && error(1) < error(4) && error(4) < error(5));
+    assert!(error(5) < error(3));
+    // 2 + 3 + 2 + 6 m² are more than half of the area, all but the unhit 3 m² less than nine tenths.
+    assert_eq!(
+        headline.quantiles.map(|q| (q * 1e9).round()),
+        [error(4), error(3), error(3)].map(|q| (q * 1e9).round())
+    );
+    assert_close(headline.worst, error(3));
+}
+
+/// Of radiosities those of black faces are known and not judged; net fluxes have the absorbed part of the irradiance's half-width.
+#[test]
+fn each_quantity_judges_its_own_half_widths() {
+    let (experiment, tally) = six_walls();
+    let estimates = Estimates::new(&experiment, &tally, 0.9);
+    let judged = |quantity: Quantity, i: usize| {
+        quantity.of(&experiment.scene().faces().get(i), 0, &estimates.face(i).unwrap()[0])
+    };
+    assert_eq!(judged(Quantity::Radiosity, 1), None);
+    for i in [0, 2, 4, 5] {
+        let [h, b, net] = [Quantity::Irradiance, Quantity::Radiosity, Quantity::Net]
+            .map(|quantity| judged(quantity, i).unwrap());
+        let face = experiment.scene().faces().get(i);
+        let (r, e) = (face.reflectance[0], face.emittance[0]);
+        assert_close(b.half_width, r * h.half_width);
+        assert_close(net.half_width, (1.0 - r) * h.half_width);
+        assert_close(net.value.unwrap(), e - (1.0 - r) * h.value.unwrap());
+        if e == 0.0 {
+            assert_close(b.relative(0.0), h.relative(0.0));
+        }
+    }
+    assert_eq!(judged(Quantity::Irradiance, 3).unwrap().relative(0.0), f64::INFINITY);
+    assert_eq!(judged(Quantity::Net, 3).unwrap().value, None);
 }
 
 /// Where many scores were seen an interval is the standard error to either side, 1.96 of them, in whatever units

@@ -41,6 +41,7 @@ pub use accuracy::{AccuracySummary, TotalSummary};
 pub use atomic::{Draft, OutputFolder, replace_atomically, write_atomically, write_soon};
 pub use camera::{Viewpoint, view_troubles};
 pub use chart::{Axis, Chart, Point, Series, Style};
+pub use cores::on_all_cores;
 pub use error::Error;
 pub use exact_csv::{ExactBounds, ExactColumns, ExactSummary, write_exact};
 pub use export::{Cells, Column, columns, corners, read_table, write_glb, write_parquet, write_vtu};
@@ -54,14 +55,14 @@ pub use page::{Live, Milestone, Page};
 pub use partition::PartitionSummary;
 pub use patches::{face_words, flags, side_name, write_patches};
 pub use picture::{Photo, Picture, Shot};
-pub use precision::{ApartSummary, PrecisionSummary};
+pub use precision::{ApartSummary, DiscretisedSummary, HeadlineSummary, PrecisionSummary};
 pub use replay::walk_lines;
 pub use sensitivities::{SensitivitySummary, sensitivity_summaries, write_sensitivities};
 pub use sensors::{SensorSummary, SensorsSummary, write_sensors};
 pub use smooth::Smooth;
 pub use sources::{SourceSummary, source_summaries, write_sources};
 pub use summary::{
-    Check, Energy, PartSummary, Provenance, RunFacts, SessionSummary, Summary, Target, Units, WorkerSummary,
-    WorstPatch,
+    Check, Energy, PartSummary, Provenance, RunFacts, SessionSummary, Summary, Target, Units, Verdict,
+    WorkerSummary, WorstPatch, target_scope,
 };
 pub use values::Values;

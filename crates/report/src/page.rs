@@ -21,12 +21,12 @@ use crate::outlines::outlines;
 use crate::pack::{pack, write_point};
 use crate::patches::{per_channel, write_patches};
 use crate::picture::Shot;
-use crate::precision::ApartSummary;
+use crate::precision::HeadlineSummary;
 use crate::sensitivities::SensitivitySummary;
 use crate::sensors::write_sensors;
 use crate::smooth::Smooth;
 use crate::sources::SourceSummary;
-use crate::summary::{Energy, Summary};
+use crate::summary::{Energy, Summary, Verdict};
 use crate::words::percent;
 pub use charts::Milestone;
 
@@ -75,13 +75,6 @@ struct Facts<'a> {
     dials: Option<Dials<'a>>,
     #[serde(skip_serializing_if = "Option::is_none")]
     live: Option<Live>,
-}
-
-/// A part of the area and the error that it keeps within.
-#[derive(Serialize)]
-struct Quantile {
-    part: String,
-    error: String,
 }
 
 /// A sensor, with what its patches read at most and at least.
@@ -149,7 +142,8 @@ impl Page<'_> {
         let summary = self.summary;
         let (energy, energy_unit) = shares(summary);
         let mut checks = summary.checks.clone();
-        checks.sort_by_key(|check| check.ok);
+        checks.sort_by_key(|check| check.verdict);
+        let of = |verdict: Verdict| checks.iter().filter(move |check| check.verdict == verdict).count();
         let flow = Flow::of(self.estimates, summary, self.materials);
         let sensor_table =
             self.readings.map(|readings| pack(|zlib| write_sensors(zlib, readings))).transpose()?;
@@ -159,15 +153,15 @@ impl Page<'_> {
             live => live,
             answer => self.answer(),
             verdict => self.verdict(),
+            headline => self.headline(),
+            floor => self.floor(),
             confidence => (100.0 * summary.confidence).to_string(),
-            quantiles => self.quantiles(),
-            worst => percent(summary.precision.max_relative_error),
-            apart => self.apart(),
             charts => self.figures(),
             sensors => self.sensors(),
             sources => self.sources(),
             sensitivities => self.sensitivities(),
-            passed => checks.iter().filter(|check| check.ok).count(),
+            passed => of(Verdict::Passed),
+            not_examined => of(Verdict::NotExamined),
             checks => checks,
             energy => energy,
             energy_unit => energy_unit,
@@ -206,23 +200,19 @@ impl Page<'_> {
 
     /// The answer in one sentence.
     fn answer(&self) -> String {
-        let Summary { precision, paths, model, confidence, .. } = self.summary;
-        let [half, nine_tenths] = ["0.5", "0.9"].map(|part| precision.error_quantiles[part]);
-        let known = if half.is_finite() {
-            let more = if nine_tenths.is_finite() {
-                format!("nine tenths within ±{}", percent(nine_tenths))
-            } else {
-                "nine tenths are not reached yet".into()
-            };
-            format!("half of the area is known within ±{}, {more}", percent(half))
-        } else {
-            "less than half of the area is reached yet".into()
-        };
-        format!(
-            "{paths} paths estimate the radiosity of {} patches: {known} ({} % intervals).",
-            model.patches,
-            100.0 * confidence
-        )
+        let Summary { paths, model, .. } = self.summary;
+        format!("{paths} paths, {} patches. {}.", model.patches, self.headline())
+    }
+
+    fn headline(&self) -> String {
+        sentence(&self.summary.headline())
+    }
+
+    /// What half-widths are divided by at least, in words.
+    fn floor(&self) -> String {
+        let HeadlineSummary { floor, .. } = &self.summary.precision.headline;
+        let floor: Vec<String> = floor.iter().map(|floor| format!("{floor:.3e}")).collect();
+        format!("{} {}", floor.join(", "), self.summary.units.irradiance)
     }
 
     /// Whether the target, if there is one, is reached.
@@ -230,33 +220,10 @@ impl Page<'_> {
         let target = self.summary.target.as_ref()?;
         let reached = if target.reached { "reached" } else { "not reached" };
         Some(format!(
-            "The target is {reached}: {:.2} % of the area is within {}; {:.2} % was asked for.",
-            100.0 * target.achieved,
-            percent(target.relative_error),
+            "The target is {reached}: {}; {:.2} % was asked for.",
+            target.achieved_words(),
             100.0 * target.fraction
         ))
-    }
-
-    fn quantiles(&self) -> Vec<Quantile> {
-        let named = [("0.5", "half"), ("0.9", "nine tenths"), ("0.99", "99 hundredths")];
-        let row = |(part, words): (&str, &str)| Quantile {
-            part: words.into(),
-            error: percent(self.summary.precision.error_quantiles[part]),
-        };
-        named.map(row).into()
-    }
-
-    /// What the quantiles leave out.
-    fn apart(&self) -> Vec<String> {
-        let precision = &self.summary.precision;
-        let told = [
-            (&precision.unhit, "have been reached by no walk: only a bound of their light is known"),
-            (&precision.tiny, "are each below a millionth of the area"),
-        ];
-        let line = |(apart, why): (&ApartSummary, &str)| {
-            format!("{} patches, {} of the area, {why}.", apart.patches, percent(apart.area))
-        };
-        told.into_iter().filter(|(apart, _)| apart.patches > 0).map(line).collect()
     }
 
     /// A row for each sensor, and each channel of it.
@@ -383,6 +350,12 @@ fn with_interval(reading: &Reading) -> String {
         Some(irradiance) => format!("{irradiance:.4} ({low} … {high})"),
         None => format!("between {low} and {high}"),
     }
+}
+
+/// A line of words as a sentence.
+fn sentence(line: &str) -> String {
+    let mut letters = line.chars();
+    letters.next().map_or(String::new(), |first| first.to_uppercase().chain(letters).collect())
 }
 
 /// The template with these values. Text is escaped as HTML.

@@ -24,6 +24,8 @@ const LIGHT: &[&str] = &[
     "ci_high",
     "irradiance",
     "irradiance_error",
+    "irradiance_low",
+    "irradiance_high",
 ];
 
 /// Columns of a run that looked for the best mix of absorption and survival.
@@ -154,19 +156,23 @@ pub fn side_name(side: Side) -> &'static str {
     }
 }
 
+/// The columns [`LIGHT`] that are estimated; an unknown number is missing.
+pub(crate) const ESTIMATED: [fn(&Estimate) -> Option<f64>; 8] = [
+    Estimate::known_radiosity,
+    |e| e.std_error,
+    |e| Some(e.ci_low),
+    |e| Some(e.ci_high),
+    |e| e.irradiance,
+    |e| e.irradiance_error,
+    |e| e.irradiance_interval.map(|[low, _]| low),
+    |e| e.irradiance_interval.map(|[_, high]| high),
+];
+
 /// The columns [`LIGHT`], the channels of each side by side; empty where nothing is known.
 fn light(face: &Face, channels: usize, known: Option<&[Estimate]>) -> Vec<Option<f64>> {
     let given = [face.reflectance, face.emittance];
     let given = given.into_iter().flat_map(|spectrum| (0..channels).map(move |c| Some(spectrum[c])));
-    let columns: [fn(&Estimate) -> Option<f64>; 6] = [
-        |e| Some(e.radiosity),
-        |e| e.std_error,
-        |e| Some(e.ci_low),
-        |e| Some(e.ci_high),
-        |e| e.irradiance,
-        |e| e.irradiance_error,
-    ];
-    let estimated = columns.into_iter().flat_map(|of| (0..channels).map(move |c| of(&known?[c])));
+    let estimated = ESTIMATED.iter().into_iter().flat_map(|of| (0..channels).map(move |c| of(&known?[c])));
     given.chain(estimated).collect()
 }
 
@@ -207,15 +213,15 @@ pub fn flags(face: &Face, known: Option<&[Estimate]>) -> String {
     flags
 }
 
-/// `emitter`: E > 0. `unsampled`: no walk gives an estimate. `rare`: too few scores for the standard error to mean much.
+/// `emitter`: E > 0. `unsampled`: no walk has told anything of some channel. `rare`: too few scores for the standard error to mean much.
 /// `bias`: walks were cut off; `bias_bound` says how much too small b may be.
 fn set_flags(flags: &mut String, face: &Face, known: Option<&[Estimate]>) {
     flags.clear();
     let any = |holds: fn(&Estimate) -> bool| known.into_iter().flatten().any(holds);
     for (word, holds) in [
         ("emitter", face.emittance.is_lit()),
-        ("unsampled", known.is_none()),
-        ("rare", any(Estimate::is_rare)),
+        ("unsampled", known.is_none() || any(Estimate::is_unsampled)),
+        ("rare", any(|e| e.effective_scores > 0.0 && e.is_rare())),
         ("bias", any(|estimate| estimate.bias_bound > 0.0)),
     ] {
         if holds {
@@ -234,7 +240,7 @@ mod tests {
     use crate::scenes::{cube, cube_spec, experiment, shot};
 
     const HEADER: &str = "patch,surface,u,v,x,y,z,area,reflectance,emittance,radiosity,std_error,\
-                          ci_low,ci_high,irradiance,irradiance_error,hits,flags";
+                          ci_low,ci_high,irradiance,irradiance_error,irradiance_low,irradiance_high,hits,flags";
 
     fn table(experiment: &Experiment, tally: &Tally) -> String {
         let mut bytes = Vec::new();
@@ -266,6 +272,7 @@ mod tests {
             ci_high: 1e300,
             irradiance: Some(1.0 / 3.0),
             irradiance_error: None,
+            irradiance_interval: Some([0.25, 1e10]),
             hits: u128::MAX,
             effective_scores: 1e30,
             bias_bound: 0.0,
@@ -277,7 +284,7 @@ mod tests {
         assert_eq!(
             lines[2],
             "1,\"floor, \"\"new\"\"\",0,1,0.16666666666666666,0.5,0.0,0.1111111111111111,0.5,0.0,\
-             0.1,1e-20,0.0,1e300,0.3333333333333333,,340282366920938463463374607431768211455,"
+             0.1,1e-20,0.0,1e300,0.3333333333333333,,0.25,10000000000.0,340282366920938463463374607431768211455,"
         );
     }
 
@@ -311,8 +318,8 @@ mod tests {
             "reflectance_r,reflectance_g,reflectance_b,emittance_r,emittance_g,emittance_b"
         );
         assert_eq!(
-            header[29..].join(","),
-            "irradiance_error_r,irradiance_error_g,irradiance_error_b,hits,flags"
+            header[32..].join(","),
+            "irradiance_low_r,irradiance_low_g,irradiance_low_b,irradiance_high_r,irradiance_high_g,irradiance_high_b,hits,flags"
         );
         let mut reader = csv::Reader::from_reader(text.as_bytes());
         for (number, record) in reader.records().enumerate() {

@@ -12,7 +12,7 @@
 use std::collections::HashMap;
 
 use glam::DVec3;
-use radiosity::{Estimates, Face, Scene, Side};
+use radiosity::{Estimate, Estimates, Face, Scene, Side};
 
 /// The cosine of the largest angle between the normals of faces that are one surface to the eye: 20°.
 const BEND: f64 = 0.94;
@@ -103,6 +103,12 @@ impl Smooth {
     }
 }
 
+/// The standard error of B; where nothing was scored, a quarter of the interval's width [W/m²].
+fn error(estimate: &Estimate) -> f64 {
+    let bound = estimate.is_unsampled().then_some(0.25 * (estimate.ci_high - estimate.ci_low));
+    estimate.std_error.or(bound).unwrap_or(f64::INFINITY)
+}
+
 impl Shown {
     fn of(estimates: &Estimates, number: u32) -> Self {
         let scene = estimates.scene();
@@ -111,7 +117,7 @@ impl Shown {
         let corners = scene.faces().piece_corners(number);
         let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]).normalize();
         let light = |c: usize| match known.as_deref() {
-            Some(known) => [known[c].radiosity, known[c].std_error.unwrap_or(f64::INFINITY)],
+            Some(known) => [known[c].radiosity, error(&known[c])],
             None => [piece.emittance[c], f64::INFINITY],
         };
         let slopes = estimates.slopes(face).unwrap_or_default();

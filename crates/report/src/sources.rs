@@ -2,7 +2,7 @@
 
 use std::io::{self, Write};
 
-use radiosity::{Estimate, Estimates, Experiment, Tally};
+use radiosity::{Estimate, Estimates, Experiment, Quantity, Tally};
 use serde::Serialize;
 
 use crate::patches::{per_channel, side_columns, side_heads};
@@ -36,7 +36,7 @@ pub fn source_summaries(experiment: &Experiment, tally: &Tally, confidence: f64)
             emitters: lit().count(),
             power: lit().map(|face| power(&face)).sum(),
             factor: experiment.mixture().map(|factors| factors[number]),
-            relative_error: estimates.precision().quantiles[0],
+            relative_error: estimates.precision(Quantity::Irradiance).headline.quantiles[0],
         })
     };
     names.iter().enumerate().filter_map(summary).collect()
@@ -44,14 +44,16 @@ pub fn source_summaries(experiment: &Experiment, tally: &Tally, confidence: f64)
 
 /// Columns that each channel has, and where their values are from.
 type Column = (&'static str, fn(f64, &Estimate) -> Option<f64>);
-const LIGHT: [Column; 7] = [
+const LIGHT: [Column; 9] = [
     ("emittance", |emittance, _| Some(emittance)),
-    ("radiosity", |_, e| Some(e.radiosity)),
+    ("radiosity", |_, e| e.known_radiosity()),
     ("std_error", |_, e| e.std_error),
     ("ci_low", |_, e| Some(e.ci_low)),
     ("ci_high", |_, e| Some(e.ci_high)),
     ("irradiance", |_, e| e.irradiance),
     ("irradiance_error", |_, e| e.irradiance_error),
+    ("irradiance_low", |_, e| e.irradiance_interval.map(|[low, _]| low)),
+    ("irradiance_high", |_, e| e.irradiance_interval.map(|[_, high]| high)),
 ];
 
 /// Writes what each source does to each patch; every interval has the level `confidence`.

@@ -2,7 +2,8 @@
 
 use std::io::{self, Write};
 
-use radiosity::{Accuracy, Counts, Course, Direction, Method, Precision, Scene, Tally};
+use radiosity::{Accuracy, Counts, Course, Direction, Method, Precision, Quantity, Scene, Tally};
+use serde::ser::SerializeStruct;
 use serde::{Serialize, Serializer};
 
 use crate::accuracy::{AccuracySummary, TotalSummary};
@@ -10,10 +11,11 @@ use crate::method::MethodWords;
 use crate::model::Model;
 use crate::partition::PartitionSummary;
 use crate::picture::Shot;
-use crate::precision::PrecisionSummary;
+use crate::precision::{DiscretisedSummary, PrecisionSummary, quantity_word};
 use crate::sensitivities::SensitivitySummary;
 use crate::sensors::SensorsSummary;
 use crate::sources::SourceSummary;
+use crate::words::percent;
 
 /// All of `summary.json`, in its order. Numbers that are not finite become null.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -69,6 +71,10 @@ pub struct Summary {
     /// How well the non-emitting patches are known.
     #[serde(flatten)]
     pub precision: PrecisionSummary,
+    /// How far the discretised system's answer is from the integral equation's, `null` where that was not examined; absent where
+    /// the answer is the integral equation's.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub discretised: Option<Option<DiscretisedSummary>>,
     /// Noise and discretisation; absent where the method does not tell them apart.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub accuracy: Option<AccuracySummary>,
@@ -206,15 +212,44 @@ pub struct Target {
     pub relative_error: f64,
     /// The fraction of patch area that must meet it.
     pub fraction: f64,
-    /// The patches that it is about; absent where that is all that do not emit.
+    /// The patches that it is about; absent where that is all.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub patches: Option<Vec<u32>>,
-    /// The fraction that does.
+    /// The quantity whose half-widths must meet it.
+    #[serde(serialize_with = "quantity_word")]
+    pub quantity: Quantity,
+    /// The fraction that does; `null` where there is nothing to judge.
     pub achieved: f64,
     /// About how many walks it takes, by what is known now; `null` where nothing is.
     pub paths_needed: Option<f64>,
     /// The patches furthest from it.
     pub worst: Vec<WorstPatch>,
+}
+
+/// The area that a target is about, in words.
+pub fn target_scope(patches: Option<&[u32]>, quantity: Quantity) -> String {
+    match patches {
+        None if quantity == Quantity::Radiosity => "the patch area that reflects".into(),
+        None => "the patch area".into(),
+        Some([patch]) => format!("patch {patch}"),
+        Some(patches) => format!("the area of {} chosen patches", patches.len()),
+    }
+}
+
+impl Target {
+    /// The part of the area that meets the target, in words.
+    pub fn achieved_words(&self) -> String {
+        let of = target_scope(self.patches.as_deref(), self.quantity);
+        let what = self.quantity.words();
+        match self.achieved.is_nan() {
+            true => format!("nothing to judge: no walk can tell of the {what} of {of}"),
+            false => format!(
+                "{:.2} % of {of} is within {} of the {what}",
+                100.0 * self.achieved,
+                percent(self.relative_error)
+            ),
+        }
+    }
 }
 
 /// A patch that keeps a target from being reached.
@@ -236,14 +271,58 @@ pub struct WorstPatch {
 }
 
 /// The outcome of a check.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Check {
     /// A word that names it.
     pub name: String,
-    /// Whether the result passed the check.
-    pub ok: bool,
+    /// Whether the result passed the check, or was not examined.
+    pub verdict: Verdict,
     /// What the check found.
     pub message: String,
+}
+
+/// What a check says of a result.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Verdict {
+    /// The check ran and found a fault.
+    Failed,
+    /// The check had nothing to go by.
+    NotExamined,
+    /// The check ran and found no fault.
+    Passed,
+}
+
+impl Verdict {
+    /// The verdict in words.
+    pub fn words(self) -> &'static str {
+        match self {
+            Verdict::Failed => "failed",
+            Verdict::NotExamined => "not examined",
+            Verdict::Passed => "passed",
+        }
+    }
+}
+
+impl From<bool> for Verdict {
+    fn from(passed: bool) -> Self {
+        if passed { Verdict::Passed } else { Verdict::Failed }
+    }
+}
+
+impl Serialize for Check {
+    /// `ok` is `null` where nothing was examined.
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let Check { name, verdict, message } = self;
+        let mut fields = serializer.serialize_struct("Check", 4)?;
+        fields.serialize_field("name", name)?;
+        fields.serialize_field(
+            "ok",
+            &(*verdict != Verdict::NotExamined).then_some(*verdict == Verdict::Passed),
+        )?;
+        fields.serialize_field("verdict", verdict.words())?;
+        fields.serialize_field("message", message)?;
+        fields.end()
+    }
 }
 
 /// What the program knows of a run beyond its result.
@@ -275,6 +354,9 @@ pub struct RunFacts {
     pub streams_reissued: u64,
     /// The target, if the job has one.
     pub target: Option<Target>,
+    /// How far the discretised system's answer is from the integral equation's, if that was examined, and if the answer is of that
+    /// system.
+    pub discretised: Option<Option<DiscretisedSummary>>,
     /// Noise and discretisation, if the method tells them apart.
     pub accuracy: Option<Accuracy>,
     /// What is asked of their total, if anything.
@@ -334,6 +416,7 @@ impl Summary {
             confidence: facts.confidence,
             simultaneous: facts.simultaneous,
             precision: PrecisionSummary::new(scene, &precision),
+            discretised: facts.discretised,
             accuracy: facts.accuracy.map(|accuracy| AccuracySummary::new(accuracy, facts.total)),
             partition: facts.partition,
             units: facts.units,
@@ -347,6 +430,11 @@ impl Summary {
             view: None,
             provenance: facts.provenance,
         }
+    }
+
+    /// How well the patches are known, in one line.
+    pub fn headline(&self) -> String {
+        self.precision.headline.line((self.confidence, self.simultaneous), self.discretised)
     }
 
     /// Writes the summary as indented JSON.
@@ -406,6 +494,7 @@ mod tests {
             streams: 16,
             streams_reissued: 3,
             target: None,
+            discretised: None,
             accuracy: None,
             total: None,
             partition: None,
@@ -414,7 +503,11 @@ mod tests {
             sensitivities: Vec::new(),
             import: Vec::new(),
             units: Units::RADIANT,
-            checks: vec![Check { name: "energy".into(), ok: true, message: "balanced".into() }],
+            checks: vec![Check {
+                name: "energy".into(),
+                verdict: Verdict::Passed,
+                message: "balanced".into(),
+            }],
             confidence: 0.95,
             simultaneous: false,
             provenance: Provenance::default(),
@@ -451,7 +544,7 @@ mod tests {
         const FIELDS: &str = "version git job_hash scene_hash tally_hash seed walk estimator space sampler \
             paths rays escaped absorbed_back truncated seconds cpu_seconds paths_per_second rays_per_second \
             workers_seen workers_lost streams streams_reissued confidence simultaneous rms_relative_error \
-            max_relative_error worst_patch error_quantiles unhit tiny units energy target model checks provenance";
+            max_relative_error worst_patch headline error_quantiles unhit units energy target model checks provenance";
         let scene = cube();
         let text = text(&Summary::new(&scene, &tally(&scene), Precision::default(), facts()));
         let top_level = text.lines().filter_map(|line| line.strip_prefix("  \"")?.split_once('"'));

@@ -49,6 +49,17 @@ pub fn share(part: f64) -> String {
     }
 }
 
+/// A relative error in percent, with three digits.
+pub fn brief_percent(x: f64) -> String {
+    let decimals = match 100.0 * x {
+        percent if percent >= 99.95 => 0,
+        percent if percent >= 9.995 => 1,
+        percent if percent >= 0.9995 => 2,
+        _ => 3,
+    };
+    if x.is_finite() { format!("{:.decimals$} %", 100.0 * x) } else { "unknown".into() }
+}
+
 /// Seconds as people read them.
 pub fn duration(seconds: f64) -> String {
     match seconds {

@@ -96,7 +96,7 @@ fn rows_check(accuracy: &Accuracy) -> Check {
         "a row of form factors sums to more than 1 by more than its error (surfaces that cross may be \
          the reason); do not trust this solution"
     };
-    Check { name: "rows".into(), ok: accuracy.rows_possible, message: message.into() }
+    Check { name: "rows".into(), verdict: accuracy.rows_possible.into(), message: message.into() }
 }
 
 /// The columns of `exact.csv`; `birth` is p_i of every face. In colour the variances are those of `walk`, which

@@ -5,12 +5,13 @@ use std::path::Path;
 use std::sync::Arc;
 
 use job::{Forecast, Light, OutputFile, Word};
-use judge::{bounces, checks_of_result, target};
+use judge::{Control, bounces, checks_of_result, is_discretised, target};
 use protocol::{Book, Checkpoint, Contributor, Look, Part, Session};
-use radiosity::{Estimates, Experiment, Influences, Precision, Readings};
+use radiosity::{Estimates, Experiment, Influences, Precision, Quantity, Readings};
 use report::{
-    Draft, Live, Milestone, Model, OutputFolder, Page, PartSummary, PartitionSummary, Photo, Provenance,
-    RunFacts, SessionSummary, Shot, Smooth, Summary, TotalSummary, Units, WorkerSummary,
+    DiscretisedSummary, Draft, Live, Milestone, Model, OutputFolder, Page, PartSummary, PartitionSummary,
+    Photo, Provenance, RunFacts, SessionSummary, Shot, Smooth, Summary, TotalSummary, Units, WorkerSummary,
+    on_all_cores,
 };
 
 use crate::checkpoints::{
@@ -162,7 +163,7 @@ impl RunOutput {
         let estimates = Estimates::new(experiment, &checkpoint.tally, settings.level(scene));
         let files = self.files(settings, scene.faces().patch_count());
         now("checking the result");
-        let mut summary = summarise(settings, &estimates, &checkpoint.book, self.git);
+        let mut summary = summarise(settings, &estimates, &checkpoint.book, self.git, true);
         now("drawing the picture");
         let readings = readings(settings, &estimates);
         let view = Seen::of(&estimates, settings, &files);
@@ -268,7 +269,7 @@ impl LivePage {
     ) -> io::Result<Self> {
         let level = settings.level(experiment.scene());
         let estimates = Estimates::new(experiment, &checkpoint.tally, level);
-        let mut summary = summarise(settings, &estimates, &checkpoint.book, git);
+        let mut summary = summarise(settings, &estimates, &checkpoint.book, git, false);
         let view = Seen::aimed(&estimates, settings);
         summary.view = Some(view.shot());
         let readings = readings(settings, &estimates);
@@ -282,15 +283,27 @@ impl LivePage {
 impl Kept {
     /// The summary but for the view, by a program that was built from a commit.
     pub fn summary(&self, git: &str) -> Summary {
-        summarise(&self.settings, &self.estimates(), &self.checkpoint.book, git)
+        summarise(&self.settings, &self.estimates(), &self.checkpoint.book, git, true)
     }
 }
 
-/// The summary of a tally, but for the view.
-fn summarise(settings: &Settings, estimates: &Estimates, book: &Book, git: &str) -> Summary {
-    let precision = estimates.precision();
-    let facts = facts(settings, estimates, &precision, book, git);
+/// The summary of a tally, but for the view. `examine`: whether the discretised system is examined, which takes walks.
+fn summarise(settings: &Settings, estimates: &Estimates, book: &Book, git: &str, examine: bool) -> Summary {
+    let quantity = settings.target.as_ref().map_or_else(Quantity::default, |target| target.quantity);
+    let precision = estimates.precision(quantity);
+    let facts = RunFacts {
+        discretised: is_discretised(estimates.experiment().method())
+            .then(|| if examine { distance(settings, estimates) } else { None }),
+        ..facts(settings, estimates, &precision, book, git)
+    };
     Summary::new(estimates.scene(), estimates.tally(), precision, facts)
+}
+
+/// How far the discretised system's answer is from the integral equation's; `None` where too little was walked to tell.
+fn distance(settings: &Settings, estimates: &Estimates) -> Option<DiscretisedSummary> {
+    let control = Control::new(estimates, settings.seed)?;
+    let groups = on_all_cores(Control::GROUPS, |group| control.group(group));
+    control.distance(estimates, &groups, settings.confidence)
 }
 
 /// The page that shows a tally.
@@ -349,6 +362,7 @@ fn facts(
         streams: paths.div_ceil(stream_paths),
         streams_reissued: book.effort.streams_reissued,
         target: settings.target.as_ref().map(|target| target::judge(target, estimates, paths)),
+        discretised: None,
         accuracy: estimates.accuracy(),
         total: settings.total_target.map(|target| TotalSummary {
             target: target.total_error,

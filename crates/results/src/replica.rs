@@ -6,7 +6,7 @@ use job::Partition;
 use judge::MOMENTS;
 use protocol::CheckpointFault;
 use protocol::codec::{CodecError, decode_serde, encode_serde};
-use radiosity::{Board, Experiment, IndexChoice, Overflow, Scene, SceneSpec, Sequence, Tally};
+use radiosity::{Board, Experiment, IndexChoice, Overflow, Quantity, Scene, SceneSpec, Sequence, Tally};
 use serde::{Deserialize, Serialize};
 
 use crate::settings::Settings;
@@ -19,12 +19,15 @@ struct Packed {
     settings: Settings,
     /// The patch of every cell, as in [`SceneSpec::patch_of_cell`].
     patch_of_cell: Vec<u32>,
+    /// The quantity of [`Settings::target`].
+    quantity: Quantity,
 }
 
 /// Bytes of settings that came after the first format 5 of `tally.bin`: notes of imports, units of light, sensors and what is
 /// asked of them, files, the three parts of the view, the two of the materials, exchange factors, sources, materials whose
-/// influence is measured, the factors of a mixture, the total error, what a pilot has foretold, and groups of cells.
-const LATER_SETTINGS: usize = 17;
+/// influence is measured, the factors of a mixture, the total error, what a pilot has foretold, groups of cells, and the
+/// quantity that a target is about.
+const LATER_SETTINGS: usize = 18;
 
 /// The bytes of a job.
 ///
@@ -36,6 +39,7 @@ pub(crate) fn pack(scene: &Scene, spec: &SceneSpec, settings: &Settings) -> Resu
         tree: scene.has_tree(),
         settings: settings.clone(),
         patch_of_cell: spec.patch_of_cell.clone(),
+        quantity: quantity_of(settings),
     })
 }
 
@@ -46,7 +50,13 @@ pub(crate) fn pack(scene: &Scene, spec: &SceneSpec, settings: &Settings) -> Resu
 pub(crate) fn repack(bytes: &[u8], change: impl FnOnce(&mut Settings)) -> Result<Vec<u8>, String> {
     let mut packed = decode(bytes)?;
     change(&mut packed.settings);
+    packed.quantity = quantity_of(&packed.settings);
     encode_serde(&packed).map_err(|error| error.to_string())
+}
+
+/// The quantity that the job's target is about.
+fn quantity_of(settings: &Settings) -> Quantity {
+    settings.target.as_ref().map_or_else(Quantity::default, |target| target.quantity)
 }
 
 fn decode(bytes: &[u8]) -> Result<Packed, String> {
@@ -57,6 +67,9 @@ fn decode(bytes: &[u8]) -> Result<Packed, String> {
     let packed = packed.or_else(|error| (1..=LATER_SETTINGS).find_map(longer).ok_or(error));
     let mut packed: Packed = packed.map_err(|error| error.to_string())?;
     packed.scene.patch_of_cell.clone_from(&packed.patch_of_cell);
+    if let Some(target) = &mut packed.settings.target {
+        target.quantity = packed.quantity;
+    }
     Ok(packed)
 }
 

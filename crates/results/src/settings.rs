@@ -92,15 +92,13 @@ impl Settings {
         job::job_hash(scene_hash, &self.method, &self.sensors, [&self.sources, &self.sensitivity], seed)
     }
 
-    /// The level of each single interval. Where all are to hold together, each of the m unknown radiosities may miss
+    /// The level of each single interval. Where all are to hold together, each of the m unknown irradiances may miss
     /// with m-th part of the probability (Bonferroni's inequality, true whatever their dependence).
     pub fn level(&self, scene: &Scene) -> f64 {
         if !self.simultaneous {
             return self.confidence;
         }
-        let channels = 0..scene.channels();
-        let unknown = |c: usize| scene.faces().iter().filter(move |patch| patch.reflectance[c] > 0.0).count();
-        self.level_of_each(channels.map(unknown).sum())
+        self.level_of_each(scene.channels() * scene.faces().len())
     }
 
     /// The level of each interval of sensors, which hold all together by themselves: those of patches do not depend on where

@@ -3,8 +3,8 @@
 use job::Target;
 use judge::checks;
 use judge::target::{Observer, looks};
-use radiosity::{Estimates, Experiment, Solution, Tally};
-use report::Check;
+use radiosity::{Estimates, Experiment, Quantity, Solution, Tally};
+use report::{Check, Verdict};
 
 use crate::walking::{CONFIDENCE, advance};
 
@@ -34,7 +34,7 @@ pub(crate) fn run(experiment: &Experiment, seed: u64, walks: u64, target: Option
         }
     }
     let estimates = Estimates::new(experiment, &tally, CONFIDENCE);
-    let checks = checks(&estimates, None, &estimates.precision(), &seen);
+    let checks = checks(&estimates, None, &estimates.precision(Quantity::Irradiance), &seen);
     let solution = Solution::new(experiment, &tally, CONFIDENCE);
     Run { tally, solution, checks, reached }
 }
@@ -42,13 +42,13 @@ pub(crate) fn run(experiment: &Experiment, seed: u64, walks: u64, target: Option
 impl Run {
     /// The checks that did not pass, in the words of summaries.
     pub(crate) fn told(&self) -> Vec<String> {
-        let failed = self.checks.iter().filter(|check| !check.ok);
+        let failed = self.checks.iter().filter(|check| check.verdict == Verdict::Failed);
         failed.map(|check| format!("check `{}`: {}", check.name, check.message)).collect()
     }
 
     /// Whether a check failed.
     pub(crate) fn fails(&self, name: &str) -> bool {
-        self.checks.iter().any(|check| check.name == name && !check.ok)
+        self.checks.iter().any(|check| check.name == name && check.verdict == Verdict::Failed)
     }
 
     /// The flags of a patch in `patches.csv`.

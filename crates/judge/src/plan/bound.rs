@@ -2,7 +2,7 @@
 
 use exact::Bounds;
 use job::Target;
-use radiosity::{Birth, Direction, Estimates, Experiment, birth_probabilities};
+use radiosity::{Birth, Direction, Estimates, Experiment, Quantity, birth_probabilities};
 use stats::{foresight, normal_quantile};
 
 use crate::target::{about, looks};
@@ -10,7 +10,7 @@ use crate::target::{about, looks};
 /// The number of walks with which every variance is below a threshold, whatever the scene does with its light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bound {
-    /// B of the darkest patch that the target is about, as the pilot estimates it [W/m²].
+    /// b of the darkest patch that the target is about, as the pilot estimates it [W/m²].
     pub darkest: f64,
     /// The variance of B that the target asks for [W²/m⁴].
     pub threshold: f64,
@@ -25,11 +25,19 @@ pub struct Bound {
 }
 
 impl Bound {
-    /// The bound for walks in a grey scene. `None` in colour, for chains, with a final gather, and if the pilot has not
-    /// seen the darkest patch.
+    /// The bound for walks in a grey scene. `None` in colour, for chains, with a final gather, for net fluxes and the irradiance of black
+    /// faces, on which S97 bounds nothing, and if the pilot has not seen the darkest patch.
     pub fn new(experiment: &Experiment, target: &Target, estimates: &Estimates, level: f64) -> Option<Self> {
         let scene = experiment.scene();
         if scene.channels() > 1 || !experiment.method().final_gather().is_empty() {
+            return None;
+        }
+        let is_bounded = match target.quantity {
+            Quantity::Irradiance => about(estimates, target).all(|(_, face, _)| face.reflectance.is_lit()),
+            Quantity::Radiosity => true,
+            Quantity::Net => false,
+        };
+        if !is_bounded {
             return None;
         }
         let bounds = Bounds::of_scene(scene, 0);
@@ -71,11 +79,12 @@ fn least_birth(experiment: &Experiment, birth: &Birth) -> f64 {
     births.into_iter().filter(|&p| p > 0.0).fold(1.0, f64::min)
 }
 
-/// B of the darkest patch that the target needs, as the pilot estimates it: the darkest part of the area may miss the
-/// target.
+/// b, the reflected part of B, of the darkest patch that the target needs, as the pilot estimates it: the darkest part of the area
+/// may miss the target. Where B = b the relative errors of B and H are one; where B is more, that of B is less.
 fn darkest(estimates: &Estimates, target: &Target) -> Option<f64> {
     let dark = about(estimates, target).filter(|(_, patch, _)| patch.reflectance.is_lit());
-    let mut patches: Vec<(f64, f64)> = dark.map(|(_, patch, b)| (b[0].radiosity, patch.area)).collect();
+    let mut patches: Vec<(f64, f64)> =
+        dark.map(|(_, patch, b)| (b[0].radiosity - patch.emittance[0], patch.area)).collect();
     patches.sort_by(|a, b| a.0.total_cmp(&b.0));
     let mut spared =
         (1.0 - target.fraction) * patches.iter().map(|(_, area)| area).sum::<f64>() * (1.0 + 1e-9);

@@ -2,15 +2,15 @@
 
 use job::{Job, Target};
 use radiosity::{Estimates, Experiment, Memory};
-use report::Units;
 use report::words::{duration, quantity};
+use report::{Units, target_scope};
 use serde_json::{Value, json};
 
 use super::bound::Bound;
 use super::cut::{Cut, cuts};
 use super::pilot::Pilot;
 use super::resources::{Costs, Demand};
-use crate::target::{SensorGoal, asked_of_sensors, scope};
+use crate::target::{SensorGoal, asked_of_sensors};
 
 /// Workers that a forecast is made for, unless it is asked for a number of them.
 const WORKERS: [u64; 5] = [1, 10, 100, 1_000, 10_000];
@@ -89,7 +89,7 @@ impl<'a> Forecast<'a> {
         let Forecast { pilot, bound, .. } = self;
         json!({
             "sensors": self.of_sensors,
-            "target": self.target.map(|t| json!({"relative_error": t.relative_error, "fraction": t.fraction, "patches": t.patches})),
+            "target": self.target.map(|t| json!({"relative_error": t.relative_error, "fraction": t.fraction, "patches": t.patches, "quantity": t.quantity.word()})),
             "budget_paths": self.paths(self.budget),
             "pilot": {
                 "paths": self.paths(pilot.tally.counts.walks),
@@ -156,8 +156,12 @@ impl<'a> Forecast<'a> {
     /// Where the run ends, and why.
     fn end(&self) -> Vec<String> {
         let of_patches = self.target.map(|target| {
-            let area = scope(target.patches.as_deref());
-            format!("relative half-widths of {} on {} of {area}", target.relative_error, target.fraction)
+            let area = target_scope(target.patches.as_deref(), target.quantity);
+            let quantity = target.quantity.words();
+            format!(
+                "relative half-widths of {} of the {quantity} on {} of {area}",
+                target.relative_error, target.fraction
+            )
         });
         let asked: Vec<String> = of_patches.into_iter().chain(self.of_sensors.clone()).collect();
         if asked.is_empty() {

@@ -1,7 +1,7 @@
 //! Prospects: what the first walks of a job foretell of its errors later.
 
 use job::{SensorTarget, Target, Unhit};
-use radiosity::{Estimates, Readings};
+use radiosity::{Estimates, Quantity, Readings};
 use stats::foresight;
 
 use super::sensors::{FEWEST_SAMPLES, SensorGoal};
@@ -86,6 +86,7 @@ impl Prospect {
                     min_hits: 0,
                     unhit: *unhit,
                     patches: None,
+                    quantity: Quantity::Irradiance,
                 },
                 student: true,
                 paths_per_walk: unit.paths(),
@@ -173,9 +174,9 @@ impl Prospect {
         self.decisive().map_or(0.0, |standing| self.noise_of(standing))
     }
 
-    /// The error that decides; 0 if there are no faces.
+    /// The error that decides; infinite if there is nothing to judge.
     pub fn error(&self) -> f64 {
-        self.decisive().map_or(0.0, |standing| standing.error)
+        self.decisive().map_or(f64::INFINITY, |standing| standing.error)
     }
 
     /// The face whose error decides: the largest error outside the part of the area that may miss the target.
@@ -210,6 +211,7 @@ mod tests {
             min_hits: 10,
             unhit: Unhit::Infinite,
             patches: None,
+            quantity: Quantity::Irradiance,
         };
         let standing = |i: u32| Standing { area: 1.0, error: f64::from(i), scores: 100.0, hits: 100 };
         let whole = || Prospect {

@@ -24,7 +24,7 @@ impl SensorGoal {
         experiment: &Experiment,
         tally: &Tally,
     ) -> bool {
-        let Some(readings) = Readings::new(experiment, tally, self.level) else { return true };
+        let Some(readings) = Readings::new(experiment, tally, self.level) else { return false };
         let SensorTarget { sensors, min_paths, unhit } = &self.target;
         let paths = tally.counts.walks.saturating_mul(experiment.unit().paths());
         let ignore_dark = *unhit == Unhit::Ignore;

@@ -9,23 +9,26 @@ pub(super) struct Standing {
     pub(super) area: f64,
     /// The largest relative error of its channels; infinite if no walk has hit it.
     pub(super) error: f64,
-    /// The fewest effective scores of its channels; infinite if it is known without any.
+    /// The fewest effective scores of its channels.
     pub(super) scores: f64,
     pub(super) hits: u128,
 }
 
 impl Standing {
-    /// The accuracy of a face; `None` if it has no score and the target ignores such faces.
-    pub(super) fn new(patch: &Face, channels: &Channels, unhit: Unhit) -> Option<Self> {
-        let unknown = || channels.iter().filter(|e| e.ci_high > e.ci_low);
-        let error = unknown().map(Estimate::relative_error).fold(0.0, f64::max);
-        let scores = unknown().map(|e| e.effective_scores).fold(f64::INFINITY, f64::min);
+    /// The accuracy of a face; `None` where its quantity is known without any walk or the estimator does not give it, and where it
+    /// has no score and the target ignores such faces.
+    pub(super) fn new(face: &Face, channels: &Channels, target: &Target) -> Option<Self> {
+        let Target { quantity, unhit, .. } = *target;
+        let judged =
+            |(c, e): (usize, &Estimate)| Some((quantity.of(face, c, e)?.relative(0.0), e.effective_scores));
+        let judged = channels.iter().enumerate().filter_map(judged);
+        let (error, scores) = judged.reduce(|a, b| (a.0.max(b.0), a.1.min(b.1)))?;
         let left_out = unhit == Unhit::Ignore && scores == 0.0;
-        (!left_out).then(|| Standing { area: patch.area, error, scores, hits: channels[0].hits })
+        (!left_out).then(|| Standing { area: face.area, error, scores, hits: channels[0].hits })
     }
 }
 
-/// All faces that a target is about and that walks can tell of: the chosen ones, or all that do not emit.
+/// All faces that a target is about and that walks can tell of: the chosen ones, or all.
 pub fn about<'a>(
     estimates: &'a Estimates,
     target: &'a Target,
@@ -38,16 +41,7 @@ pub fn about<'a>(
                 Some((i, faces.get(i), estimates.face(i)?))
             }))
         }
-        None => Box::new(estimates.known().filter(|(_, patch, _)| !patch.emittance.is_lit())),
-    }
-}
-
-/// The area that a target is about, in words.
-pub fn scope(patches: Option<&[u32]>) -> String {
-    match patches {
-        None => "the patch area".into(),
-        Some([patch]) => format!("patch {patch}"),
-        Some(patches) => format!("the area of {} chosen patches", patches.len()),
+        None => Box::new(estimates.known()),
     }
 }
 
@@ -55,9 +49,8 @@ pub(super) fn standings<'a>(
     estimates: &'a Estimates,
     target: &'a Target,
 ) -> impl Iterator<Item = (usize, Standing)> + 'a {
-    let unhit = target.unhit;
     about(estimates, target)
-        .filter_map(move |(i, patch, channels)| Some((i, Standing::new(&patch, &channels, unhit)?)))
+        .filter_map(move |(i, face, channels)| Some((i, Standing::new(&face, &channels, target)?)))
 }
 
 /// The requirements on one face: at most this relative error, from at least this many scores.
@@ -73,7 +66,7 @@ impl Bar {
     }
 }
 
-/// The parts of the area that meet each of several requirements.
+/// The parts of the area that meet each of several requirements; 0 where there is nothing to judge.
 pub(super) fn parts_within<const N: usize>(
     standings: impl Iterator<Item = Standing>,
     bars: [Bar; N],
@@ -85,7 +78,7 @@ pub(super) fn parts_within<const N: usize>(
             *within += if bar.is_met(&standing) { standing.area } else { 0.0 };
         }
     }
-    within.map(|within| if all > 0.0 { within / all } else { 1.0 })
+    within.map(|within| if all > 0.0 { within / all } else { 0.0 })
 }
 
 #[cfg(test)]
@@ -99,6 +92,7 @@ mod tests {
         let bars = [(0.1, 0.0), (0.2, 0.0), (0.2, 60.0), (1e300, 0.0)];
         let parts = parts_within(all.into_iter(), bars.map(|(error, scores)| Bar { error, scores }));
         assert_eq!(parts, [0.25, 0.75, 0.25, 0.75], "what no walk has hit is never known");
-        assert_eq!(parts_within([].into_iter(), [Bar { error: 0.1, scores: 10.0 }]), [1.0]);
+        let nothing = parts_within([].into_iter(), [Bar { error: 0.1, scores: 0.0 }]);
+        assert_eq!(nothing, [0.0], "where nothing is judged no target is met");
     }
 }

@@ -268,8 +268,8 @@ class Result:
 
     def __repr__(self):
         summary = self.summary
-        error = summary["error_quantiles"]["0.5"]
-        known = "" if error is None else f", half of the area within {100 * error:.2g} %"
+        error = summary["headline"]["median"]
+        known = "" if error is None else f", median relative half-width {100 * error:.2g} %"
         return f"<radwalk.Result of {self.name!r}: {len(self.area):,} rows from {summary['paths']:,} paths{known}>"
 
 

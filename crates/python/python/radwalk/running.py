@@ -63,7 +63,7 @@ def run(job_or_scene, *, threads=None, progress=None, **keys):
         warnings.warn(warning, Doubt, stacklevel=2)
     result = Result(answer)
     for check in result.summary["checks"]:
-        if not check["ok"]:
+        if check["ok"] is False:
             warnings.warn(f"{check['name']}: {check['message']}", Doubt, stacklevel=2)
     return result
 

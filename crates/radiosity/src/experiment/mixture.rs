@@ -19,7 +19,7 @@ use crate::tally::Tally;
 pub(super) struct Shares {
     /// By class, in [0, 1]; one of them is 1, or all are 0.
     parts: Vec<f64>,
-    /// What a part of 1 stands for.
+    /// What a part of 1 stands for; 0 where all parts are 0.
     scale: f64,
 }
 
@@ -27,9 +27,9 @@ impl Shares {
     /// `factor` of each class.
     pub(super) fn new(groups: &Groups, factor: impl Fn(&Class) -> f64) -> Self {
         let factors: Vec<f64> = groups.classes.iter().map(factor).collect();
-        let largest = factors.iter().copied().fold(0.0, f64::max);
-        let scale = if largest > 0.0 { largest } else { 1.0 };
-        Shares { parts: factors.iter().map(|factor| factor / scale).collect(), scale }
+        let scale = factors.iter().copied().fold(0.0, f64::max);
+        let part = |factor: &f64| if scale > 0.0 { factor / scale } else { 0.0 };
+        Shares { parts: factors.iter().map(part).collect(), scale }
     }
 
     /// What a unit of score is worth.

@@ -10,6 +10,7 @@ pub(crate) mod influence;
 mod lost;
 mod meaning;
 mod mixture;
+pub(crate) mod precision;
 pub(crate) mod readings;
 pub(crate) mod replay;
 mod run;

@@ -81,9 +81,9 @@ impl<'a> Readings<'a> {
     }
 
     /// The largest relative error of a sensor's cells, in channels that have light; cells that nothing was found for are left
-    /// out where `ignore_dark`. 0 where nothing is left.
+    /// out where `ignore_dark`. Infinite where nothing is left.
     pub fn worst_error(&self, sensor: usize, ignore_dark: bool) -> f64 {
-        self.errors(sensor, ignore_dark).fold(0.0, f64::max)
+        self.errors(sensor, ignore_dark).reduce(f64::max).unwrap_or(f64::INFINITY)
     }
 
     /// The relative errors of a sensor's cells, in channels that have light; cells that nothing was found for are left out

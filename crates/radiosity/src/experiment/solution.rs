@@ -17,18 +17,21 @@ const RARE_SCORES: f64 = 10.0;
 /// What is known of one face.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Estimate {
-    /// B = E + b [W/m²].
+    /// B = E + b [W/m²]; E alone where nothing was scored ([`Estimate::known_radiosity`]).
     pub radiosity: f64,
-    /// Standard error of B for the whole run [W/m²]; `None` after a single walk, which has no spread.
+    /// Standard error of B for the whole run [W/m²]; `None` after a single walk, which has no spread, and where nothing was
+    /// scored.
     pub std_error: Option<f64>,
     /// Confidence interval of B [W/m²].
     pub ci_low: f64,
     /// The upper end of the interval [W/m²].
     pub ci_high: f64,
-    /// H = φ/A [W/m²]; `None` if the estimator does not give it.
+    /// H = φ/A [W/m²]; `None` where nothing was scored, or the estimator does not give it.
     pub irradiance: Option<f64>,
     /// Standard error of H [W/m²].
     pub irradiance_error: Option<f64>,
+    /// Confidence interval of H [W/m²]; `None` if the estimator does not give it.
+    pub irradiance_interval: Option<[f64; 2]>,
     /// Scored events; walks born here for gathering.
     pub hits: u128,
     /// (Σx)²/Σx² of the walks' scores x: the number of equal scores with the same information.
@@ -38,49 +41,28 @@ pub struct Estimate {
 }
 
 impl Estimate {
-    /// Half-width of the interval over the estimate; infinite where nothing was scored.
+    /// Half-width of the interval of B over the estimate; infinite where nothing was scored.
     pub fn relative_error(&self) -> f64 {
         let half_width = 0.5 * (self.ci_high - self.ci_low);
-        if half_width == 0.0 { 0.0 } else { half_width / self.radiosity }
+        if half_width == 0.0 { 0.0 } else { half_width / self.known_radiosity().unwrap_or(0.0) }
     }
 
     /// Whether too few scores were seen for the standard error to mean much.
     pub fn is_rare(&self) -> bool {
         self.effective_scores < RARE_SCORES
     }
-}
 
-/// How well a solution is known, over its non-emitting faces.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Precision {
-    /// Area-weighted root mean square of the relative errors of the faces that were hit.
-    pub rms_relative_error: f64,
-    /// The largest relative error; infinite while a reflecting face was never hit.
-    pub max_relative_error: f64,
-    /// The face that has it.
-    pub worst_face: Option<u32>,
-    /// What half, 9 tenths and 99 hundredths of the area of the reflecting faces do not exceed, but for those that are
-    /// told apart; infinite where nothing is left.
-    pub quantiles: [f64; 3],
-    /// Reflecting faces that no walk has hit.
-    pub unhit: Apart,
-    /// Reflecting faces that walks have hit, each below [`TINY`] of the area of all.
-    pub tiny: Apart,
-}
+    /// Whether no walk has told anything of the light that comes in, and light may come in.
+    pub fn is_unsampled(&self) -> bool {
+        self.effective_scores == 0.0 && self.irradiance_interval.is_none_or(|[low, high]| high > low)
+    }
 
-/// The parts of the area that [`Precision::quantiles`] are about.
-pub const QUANTILES: [f64; 3] = [0.5, 0.9, 0.99];
-
-/// Faces of a smaller part of the area are counted separately: no picture shows them, and few walks find them.
-pub const TINY: f64 = 1e-6;
-
-/// Faces that are counted separately.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Apart {
-    /// The number of these faces.
-    pub faces: u64,
-    /// The part that they are of the area of all reflecting faces that do not emit.
-    pub area: f64,
+    /// B, as far as it is known: exactly where nothing is reflected, at least E where the face emits; `None` where nothing was
+    /// scored on a face that only reflects.
+    pub fn known_radiosity(&self) -> Option<f64> {
+        let unknown = self.is_unsampled() && self.ci_high > self.ci_low && self.radiosity == 0.0;
+        (!unknown).then_some(self.radiosity)
+    }
 }
 
 /// What is known of the channels of one face: one or three estimates.
@@ -122,6 +104,8 @@ pub struct Estimates<'a> {
     links: Option<Links>,
     /// Where it is not the light of the walked scene that is estimated.
     shares: Option<Shares>,
+    /// Whether anything emits in each channel; where nothing does, no light comes to any face.
+    lit: [bool; 3],
 }
 
 impl<'a> Estimates<'a> {
@@ -132,7 +116,19 @@ impl<'a> Estimates<'a> {
         let of_mixture =
             || Shares::new(experiment.groups()?, |class| experiment.factor_of(class.source)).into();
         let shares = experiment.mixture().and_then(|_| of_mixture());
-        Estimates { experiment, tally, confidence, student, links, shares }
+        let lit = [0, 1, 2].map(|channel| experiment.scene().total_power(channel) > 0.0);
+        Estimates { experiment, tally, confidence, student, links, shares: None, lit }.of_shares(shares)
+    }
+
+    /// The light of these shares, where there are any.
+    fn of_shares(self, shares: Option<Shares>) -> Self {
+        let Some(shares) = shares else { return self };
+        let mut estimates = Estimates { shares: Some(shares), ..self };
+        let faces = || estimates.scene().faces().iter().enumerate();
+        let emits =
+            |channel: usize| faces().any(|(i, face)| estimates.shown(i, face).emittance[channel] > 0.0);
+        estimates.lit = [0, 1, 2].map(emits);
+        estimates
     }
 
     /// The light of one source alone, by number; `None` where there is no such source.
@@ -145,14 +141,14 @@ impl<'a> Estimates<'a> {
         let groups = experiment.groups().filter(|groups| source < groups.sources().len())?;
         let factor = |of: u32| if of as usize == source { experiment.factor_of(of) } else { 0.0 };
         let shares = Shares::new(groups, |class| factor(class.source));
-        Some(Estimates { shares: Some(shares), ..Estimates::new(experiment, tally, confidence) })
+        Some(Estimates::new(experiment, tally, confidence).of_shares(Some(shares)))
     }
 
     /// The light of the emitters of one material alone, by number.
     pub(super) fn of_material(&self, material: usize) -> Option<Self> {
         let groups = self.experiment.groups()?;
         let shares = Shares::new(groups, |class| f64::from(u8::from(class.material as usize == material)));
-        Some(Estimates { shares: Some(shares), ..self.clone() })
+        Some(self.clone().of_shares(Some(shares)))
     }
 
     /// The scene, as it is estimated: where that is a mixture of its sources, with the emittances of the mixture.
@@ -182,12 +178,8 @@ impl<'a> Estimates<'a> {
     }
 
     /// Whether anything emits in a channel.
-    fn is_lit(&self, channel: usize) -> bool {
-        let emits = |(i, face): (usize, Face)| self.shown(i, face).emittance[channel] > 0.0;
-        match self.shares {
-            None => self.scene().total_power(channel) > 0.0,
-            Some(_) => self.scene().faces().iter().enumerate().any(emits),
-        }
+    pub(super) fn is_lit(&self, channel: usize) -> bool {
+        self.lit[channel]
     }
 
     /// The face, without what it emits where that is not estimated.
@@ -216,7 +208,10 @@ impl<'a> Estimates<'a> {
 
     fn of(&self, i: usize, face: &Face) -> Option<Channels> {
         Channels::new(self.scene().channels(), |channel| {
-            let meaning = self.experiment.meaning_of((i, face), channel, self.tally)?;
+            let mut meaning = self.experiment.meaning_of((i, face), channel, self.tally)?;
+            if !self.lit[channel] {
+                meaning.irradiance_per_event = meaning.irradiance_per_event.map(|_| 0.0);
+            }
             let moments = || moments(self.tally, i, channel);
             let confidence = self.confidence;
             Some(match (&self.student, self.shares.as_ref().zip(self.experiment.groups())) {
@@ -236,93 +231,6 @@ impl<'a> Estimates<'a> {
             })
         })
     }
-
-    /// The fraction of the area of the sampled non-emitting faces whose relative error is at most
-    /// `relative_error` in every channel. A face that was never hit has an infinite one; a face of reflectance 0
-    /// is known exactly.
-    pub fn fraction_within(&self, relative_error: f64) -> f64 {
-        let (mut within, mut area) = (0.0, 0.0);
-        for (_, face, channels) in self.known().filter(|(_, face, _)| !face.emittance.is_lit()) {
-            area += face.area;
-            if channels.iter().all(|estimate| estimate.relative_error() <= relative_error) {
-                within += face.area;
-            }
-        }
-        if area > 0.0 { within / area } else { 1.0 }
-    }
-
-    /// How well the non-emitting faces are known, all channels alike. Where the reflectance is 0, or nothing
-    /// emits, the radiosity is known exactly.
-    pub fn precision(&self) -> Precision {
-        let mut precision = Precision::default();
-        let (mut weighted, mut area) = (0.0, 0.0);
-        let is_lit: Vec<bool> = (0..self.scene().channels()).map(|c| self.is_lit(c)).collect();
-        let lit = |channel: usize| is_lit[channel];
-        let mut ranks = Vec::new();
-        let total = self.reflecting_area();
-        for (i, face, channels) in self.known().filter(|(_, face, _)| !face.emittance.is_lit()) {
-            let unknown = |&(c, _): &(usize, &Estimate)| face.reflectance[c] > 0.0 && lit(c);
-            let Some(error) =
-                channels.iter().enumerate().filter(unknown).map(|(_, e)| e.relative_error()).reduce(f64::max)
-            else {
-                continue;
-            };
-            for (_, estimate) in channels.iter().enumerate().filter(unknown) {
-                if estimate.effective_scores > 0.0 {
-                    weighted += face.area * estimate.relative_error().powi(2);
-                    area += face.area;
-                }
-            }
-            if precision.worst_face.is_none() || error > precision.max_relative_error {
-                precision.max_relative_error = error;
-                precision.worst_face = Some(i as u32);
-            }
-            let unhit = channels.iter().enumerate().filter(unknown).any(|(_, e)| e.effective_scores == 0.0);
-            if unhit {
-                precision.unhit.add(face.area / total);
-            } else if face.area < TINY * total {
-                precision.tiny.add(face.area / total);
-            } else {
-                ranks.push((error, face.area));
-            }
-        }
-        precision.quantiles = quantiles(ranks);
-        precision.rms_relative_error = match area {
-            // Nothing is known of what no walk has hit.
-            0.0 if precision.unhit.faces > 0 => f64::INFINITY,
-            0.0 => 0.0,
-            area => (weighted / area).sqrt(),
-        };
-        precision
-    }
-
-    /// The area of all faces that reflect in some channel and do not emit [m²].
-    pub fn reflecting_area(&self) -> f64 {
-        let faces = self.scene().faces().iter();
-        faces.filter(|face| face.reflectance.is_lit() && !face.emittance.is_lit()).map(|face| face.area).sum()
-    }
-}
-
-impl Apart {
-    /// Counts a face of this part of the area.
-    pub fn add(&mut self, area: f64) {
-        self.faces += 1;
-        self.area += area;
-    }
-}
-
-/// What [`QUANTILES`] of the area do not exceed, of (error, area).
-fn quantiles(mut ranks: Vec<(f64, f64)>) -> [f64; 3] {
-    ranks.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
-    let total: f64 = ranks.iter().map(|(_, area)| area).sum();
-    QUANTILES.map(|part| {
-        let mut below = 0.0;
-        let reached = ranks.iter().find(|(_, area)| {
-            below += area;
-            below >= part * total * (1.0 - 1e-12)
-        });
-        reached.map_or(f64::INFINITY, |&(error, _)| error)
-    })
 }
 
 /// The estimates of all faces at once.
@@ -410,15 +318,23 @@ fn estimate(
     let reflected_per_event = face.reflectance[channel] * irradiance_per_event.unwrap_or(0.0);
     let interval = stats::mean_interval(sample, unit, confidence, ratio_bound);
     let mean = unit * sample.mean().unwrap_or(0.0);
-    let error = sample.standard_error().map(|error| unit * error);
+    // A channel without light is known to have none; of one with light, no score says nothing but a bound.
+    let scored = sample.sum > 0.0 || irradiance_per_event == Some(0.0);
+    let error = sample.standard_error().filter(|_| scored).map(|error| unit * error);
     let radiosity = |mean_score: f64| face.emittance[channel] + reflected_per_event * mean_score;
     Estimate {
         radiosity: radiosity(mean),
-        std_error: error.map(|error| reflected_per_event * error),
+        // What reflects nothing has no error, however few walks there were.
+        std_error: match reflected_per_event {
+            0.0 => Some(0.0),
+            per_event => error.map(|error| per_event * error),
+        },
         ci_low: radiosity(interval.low),
         ci_high: radiosity(interval.high),
-        irradiance: irradiance_per_event.map(|per_event| per_event * mean),
+        irradiance: irradiance_per_event.filter(|_| scored).map(|per_event| per_event * mean),
         irradiance_error: irradiance_per_event.zip(error).map(|(per_event, error)| per_event * error),
+        irradiance_interval: irradiance_per_event
+            .map(|per_event| [interval.low, interval.high].map(|mean_score| per_event * mean_score)),
         hits,
         effective_scores: effective_scores(&sample),
         bias_bound,
@@ -442,15 +358,22 @@ fn estimate_of_chains(
     let (emitted, reflectance) = (face.emittance[channel], face.reflectance[channel]);
     let Told { mean, error, low, high } =
         student.told(moments, meaning.unit * per_event, per_event, one_link);
+    let irradiance = meaning.irradiance_per_event;
+    // Rays may land and bring no light.
+    let scored = moments.sum > 0;
+    // A channel without light is known to have none.
+    let dark = irradiance == Some(0.0);
+    let error = if dark { Some(0.0) } else { error };
     Estimate {
         radiosity: emitted + reflectance * mean,
-        std_error: error.map(|error| reflectance * error),
+        std_error: if reflectance == 0.0 { Some(0.0) } else { error.map(|error| reflectance * error) },
         ci_low: emitted + reflectance * low,
         ci_high: emitted + reflectance * high,
-        irradiance: meaning.irradiance_per_event.map(|_| mean),
-        irradiance_error: meaning.irradiance_per_event.and(error),
+        irradiance: irradiance.filter(|_| scored || dark).map(|_| mean),
+        irradiance_error: irradiance.and(error),
+        irradiance_interval: irradiance.map(|_| [low, high]),
         hits: landed,
-        effective_scores: landed as f64,
+        effective_scores: if scored { landed as f64 } else { 0.0 },
         bias_bound: meaning.bias_bound,
     }
 }

@@ -5,6 +5,7 @@ mod check;
 mod groups;
 pub(crate) mod retracing;
 pub(crate) mod scatter;
+pub(crate) mod sealed;
 mod traced;
 pub(crate) mod view;
 
@@ -32,6 +33,7 @@ use crate::trace::facet::Facets;
 use crate::trace::stack::Stack;
 use births::{Births, Origin};
 use scatter::Scatter;
+use sealed::Sealed;
 
 /// What is wrong with a scene. `surface` counts from 0.
 #[derive(Clone, Debug, Error, PartialEq)]
@@ -90,6 +92,8 @@ pub(crate) struct Parts {
     pub(crate) places: Option<Places>,
     /// The linear bases of groups, made when a method first asks for them; `None` where every cell is a patch.
     planes: OnceLock<Option<Planes>>,
+    /// Faces that light cannot reach, found when precision is first judged with faces unhit.
+    sealed: OnceLock<Sealed>,
     stacks: Arc<[Stack]>,
     pub(crate) facets: Arc<Facets>,
     pub(crate) index: Arc<Index>,
@@ -184,6 +188,7 @@ impl Scene {
             tints: Tints::new(&surfaces, channels),
             places,
             planes: OnceLock::new(),
+            sealed: OnceLock::new(),
             scatter: OnceLock::new(),
             surfaces,
             faces,
@@ -330,6 +335,11 @@ impl Scene {
     pub(crate) fn planes(&self) -> Option<&Planes> {
         let make = || Planes::new(self.surfaces(), self.faces());
         self.parts.planes.get_or_init(make).as_ref()
+    }
+
+    /// The faces that no path of light joins to an emitter.
+    pub fn sealed(&self) -> &Sealed {
+        self.parts.sealed.get_or_init(|| Sealed::new(self))
     }
 
     /// The linear basis of a face.

@@ -69,7 +69,8 @@ export class Sources {
   /** The light of one channel, whose planes begin at number `first`. */
   mixOne(factors, first, reflectance) {
     const { walks: n, unit } = this.dials;
-    const names = ['emittance', 'radiosity', 'std_error', 'ci_low', 'ci_high', 'irradiance', 'irradiance_error'];
+    const light = ['irradiance', 'irradiance_error', 'irradiance_low', 'irradiance_high'];
+    const names = ['emittance', 'radiosity', 'std_error', 'ci_low', 'ci_high', ...light];
     const told = Object.fromEntries(names.map((name) => [name, new Float64Array(this.size)]));
     const scale = Math.max(...factors) || 1;
     const parts = factors.map((factor) => factor / scale);
@@ -91,12 +92,16 @@ export class Sources {
       const [low, high] = dark ? [0, 0] : meanInterval({ n, sum, squares, variance, counts }, unit, this.dials, bound[i]);
       const [mean, error] = [(unit * sum) / n, unit * Math.sqrt(variance / n)];
       told.emittance[i] = emitted;
-      told.radiosity[i] = emitted + reflected * mean;
-      told.std_error[i] = reflected * error;
+      // No score says nothing but a bound; what reflects nothing, and darkness, are known without scores.
+      const unknown = sum === 0 && !dark;
+      told.radiosity[i] = unknown && reflected > 0 && emitted === 0 ? NaN : emitted + reflected * mean;
+      told.std_error[i] = unknown && reflected > 0 ? NaN : reflected * error;
       told.ci_low[i] = emitted + reflected * low;
       told.ci_high[i] = emitted + reflected * high;
-      told.irradiance[i] = hit * mean;
-      told.irradiance_error[i] = hit * error;
+      told.irradiance[i] = unknown ? NaN : hit * mean;
+      told.irradiance_error[i] = unknown ? NaN : hit * error;
+      told.irradiance_low[i] = hit * low;
+      told.irradiance_high[i] = hit * high;
     }
     return told;
   }

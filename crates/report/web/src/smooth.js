@@ -22,7 +22,10 @@ export class Smoother {
   values() {
     const { result } = this;
     const of = (name) => result.channels.map((c) => result.number(name + c));
-    const [light, error, emittance] = ['radiosity', 'std_error', 'emittance'].map(of);
+    const [told, errors, low, high, emittance] = ['radiosity', 'std_error', 'ci_low', 'ci_high', 'emittance'].map(of);
+    const known = (columns, otherwise) => columns.map((column, c) => column.map((value, i) => (Number.isNaN(value) ? otherwise(c, i) : value)));
+    const light = known(told, (c, i) => emittance[c][i]);
+    const error = known(errors, (c, i) => (high[c][i] - low[c][i]) / 4);
     const count = result.channels.length;
     const values = new Float32Array(4 * count * result.size);
     for (const touching of this.places.values()) {

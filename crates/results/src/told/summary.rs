@@ -1,11 +1,10 @@
 //! The summary of a run, for people.
 
 use job::{OutputFile, Word};
-use judge::target;
 use report::words::{counted, duration, percent, quantity};
 use report::{
-    AccuracySummary, PartitionSummary, PrecisionSummary, SensitivitySummary, SensorSummary, SensorsSummary,
-    SourceSummary, Summary, Target, TotalSummary, WorstPatch,
+    AccuracySummary, PartitionSummary, SensitivitySummary, SensorSummary, SensorsSummary, SourceSummary,
+    Summary, Target, TotalSummary, Verdict, WorstPatch,
 };
 
 use crate::outputs::RunOutput;
@@ -15,12 +14,16 @@ use crate::settings::Settings;
 /// session, if there is one.
 pub fn summary_lines(summary: &Summary, settings: &Settings, joined: Option<u64>) -> Vec<String> {
     let mut lines = vec![of_walks(summary, settings, joined)];
-    lines.extend(of_precision(summary));
+    lines.push(summary.headline());
     lines.extend(summary.partition.iter().map(of_partition));
     lines.extend(summary.accuracy.iter().flat_map(of_accuracy));
     lines.extend(summary.model.lines().iter().map(|line| format!("model: {line}")));
-    let failed = summary.checks.iter().filter(|check| !check.ok);
-    lines.extend(failed.map(|check| format!("note: {}", check.message)));
+    let found = |verdict: Verdict| summary.checks.iter().filter(move |check| check.verdict == verdict);
+    lines.extend(found(Verdict::Failed).map(|check| format!("note: {}", check.message)));
+    let names: Vec<&str> = found(Verdict::NotExamined).map(|check| &check.name[..]).collect();
+    if !names.is_empty() {
+        lines.push(format!("checks not examined: {}", names.join(", ")));
+    }
     lines.extend(summary.target.iter().flat_map(|target| of_target(target, summary)));
     lines.extend(summary.sensors.iter().flat_map(of_sensors));
     lines.extend(summary.sources.iter().map(|source| of_source(source, summary.units.power)));
@@ -97,44 +100,6 @@ fn of_partition(partition: &PartitionSummary) -> String {
     )
 }
 
-/// How well the patches are known.
-fn of_precision(summary: &Summary) -> Vec<String> {
-    let precision = &summary.precision;
-    // Where there is no light, there is no relative error.
-    let known = precision.error_quantiles["0.99"].is_finite() || precision.unhit.area < 1.0 - 1e-12;
-    let mut lines = vec![match known {
-        true => format!(
-            "half-widths of the {}{} % intervals: half of the area within {}, 9 tenths within {}, {}",
-            if summary.simultaneous { "simultaneous " } else { "" },
-            100.0 * summary.confidence,
-            percent(precision.error_quantiles["0.5"]),
-            percent(precision.error_quantiles["0.9"]),
-            worst(precision)
-        ),
-        false => "no walk reached any patch that reflects: only upper bounds of its light are known".into(),
-    }];
-    for (apart, why) in [
-        (precision.unhit, "that no walk has reached"),
-        (precision.tiny, "each below a millionth of the area"),
-    ] {
-        if apart.patches > 0 {
-            let area = percent(apart.area);
-            lines.push(format!("listed apart: {} patches {why}, {area} of the area in all", apart.patches));
-        }
-    }
-    lines
-}
-
-/// The worst patch. While some patch is unknown, the worst is that one, and says nothing of the others.
-fn worst(precision: &PrecisionSummary) -> String {
-    match &precision.worst_place {
-        Some(place) if precision.max_relative_error.is_finite() => {
-            format!("worst {} ({place})", percent(precision.max_relative_error))
-        }
-        _ => format!("99 hundredths within {}", percent(precision.error_quantiles["0.99"])),
-    }
-}
-
 /// How far the means of patches are from the light on them, and whether that is near enough.
 fn of_accuracy(accuracy: &AccuracySummary) -> Vec<String> {
     let AccuracySummary { noise, discretisation, total, asked, .. } = *accuracy;
@@ -166,12 +131,7 @@ fn walks_needed(accuracy: &AccuracySummary, target: f64) -> f64 {
 /// Whether the target is reached, and what it still takes.
 fn of_target(target: &Target, summary: &Summary) -> Vec<String> {
     let verdict = if target.reached { "reached" } else { "not reached" };
-    let mut lines = vec![format!(
-        "target {verdict}: {:.2} % of {} is within {}",
-        100.0 * target.achieved,
-        target::scope(target.patches.as_deref()),
-        percent(target.relative_error)
-    )];
+    let mut lines = vec![format!("target {verdict}: {}", target.achieved_words())];
     lines.extend(target.paths_needed.map(|paths| {
         let seconds = (paths - summary.paths as f64) / summary.paths_per_second;
         format!("it takes about {} paths: {} more", quantity(paths), duration(seconds.max(0.0)))

@@ -99,7 +99,7 @@ fn said_of_a_gap(gap: f64, walks: u64) -> Result<Vec<String>, Failure> {
     let run = run(&experiment, 1, walks, None);
     let about = run.checks.iter().filter(|check| check.name == "escape");
     let line = |check: &Check| {
-        let verdict = if check.ok { "passes" } else { "fails" };
+        let verdict = check.verdict.words();
         format!("a gap of {gap} m, check `escape`, {verdict}: {}", check.message)
     };
     Ok(about.map(line).collect())

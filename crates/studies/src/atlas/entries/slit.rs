@@ -2,7 +2,7 @@
 
 use exact::Exact;
 use job::{Target, Unhit};
-use radiosity::{Estimate, EstimatorKind, Experiment, Method, Solution};
+use radiosity::{Estimate, EstimatorKind, Experiment, Method, Quantity, Solution};
 use report::{Axis, Chart};
 use stats::Measured;
 
@@ -135,6 +135,7 @@ fn stopped(lab: &Lab, rooms: &Rooms) -> [Measured; 3] {
         min_hits: 10,
         unhit: Unhit::Infinite,
         patches: None,
+        quantity: Quantity::Irradiance,
     };
     let most = (3000.0 / rooms.mean_rate()) as u64;
     let stopped = lab.each_seed(lab.pick(16, 60), |seed| {
