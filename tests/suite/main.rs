@@ -19,6 +19,7 @@ mod documents;
 mod estimators;
 mod exact_command;
 mod factors;
+mod figures;
 mod final_gather;
 mod folders;
 mod follow;

@@ -33,7 +33,7 @@ impl Report {
         let of_sensors = standing.paths_expected.filter(|_| standing.target.is_none());
         lines.extend(of_sensors.map(|paths| format!("target on sensors: {}", expected(paths))));
         lines.push(format!(
-            "half of the area is known within {}, the worst face within {}",
+            "median relative half-width by area {}, of the worst face {}",
             error(standing.median_relative_error),
             error(standing.max_relative_error)
         ));

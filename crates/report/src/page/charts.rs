@@ -32,7 +32,7 @@ pub(super) fn convergence(milestones: &[Milestone], target: Option<&Target>) -> 
     }
     let law = [first.x, last.x].map(|x| Point { x, y: last.y * (last.x / x).sqrt(), error: 0.0 });
     let mut series = vec![
-        Series { name: "half of the area keeps within".into(), style: Style::Joined, points: half },
+        Series { name: "median by area".into(), style: Style::Joined, points: half },
         Series {
             name: "the worst patch".into(),
             style: Style::Joined,

@@ -25,7 +25,9 @@ pub fn summary_lines(summary: &Summary, settings: &Settings, joined: Option<u64>
         lines.push(format!("checks not examined: {}", names.join(", ")));
     }
     lines.extend(summary.target.iter().flat_map(|target| of_target(target, summary)));
-    lines.extend(summary.sensors.iter().flat_map(of_sensors));
+    lines.extend(
+        summary.sensors.iter().flat_map(|sensors| of_sensors(sensors, summary.discretised.is_some())),
+    );
     lines.extend(summary.sources.iter().map(|source| of_source(source, summary.units.power)));
     if let Some((most, others)) = summary.sensitivities.split_first() {
         lines.push(of_sensitivities(most, others));
@@ -152,18 +154,20 @@ fn of_worst(worst: &WorstPatch) -> String {
 }
 
 /// How well sensors are known.
-fn of_sensors(sensors: &SensorsSummary) -> Vec<String> {
+fn of_sensors(sensors: &SensorsSummary, discretised: bool) -> Vec<String> {
+    // Their rays gather the radiosities of the patches.
+    let system = if discretised { ", of the discretised system" } else { "" };
     let of_sensor = |SensorSummary { name, patches, relative_error, target }: &SensorSummary| {
         let known = match relative_error.is_finite() {
-            true => format!("known within {}", percent(*relative_error)),
+            true => format!("known within {}{system}", percent(*relative_error)),
             false => "not known yet in every patch".into(),
         };
         let asked = target.map_or(String::new(), |asked| format!(", {} is asked for", percent(asked)));
         format!("sensor {name:?} ({}): {known}{asked}", counted(*patches as u64, "patch"))
     };
-    let verdict = sensors
-        .reached
-        .map(|reached| format!("target of sensors {}", if reached { "reached" } else { "not reached" }));
+    let verdict = sensors.reached.map(|reached| {
+        format!("target of sensors{system} {}", if reached { "reached" } else { "not reached" })
+    });
     sensors.list.iter().map(of_sensor).chain(verdict).collect()
 }
 

@@ -1,0 +1,279 @@
+//! What the program tells of a result is no better than the result: targets, headlines, distances, over scenes that make them hard.
+
+use std::fs;
+
+use exact::Exact;
+use glam::DVec3;
+use job::{Target, Unhit};
+use judge::target::{Observer, judge, looks};
+use radiosity::{
+    Estimates, EstimatorKind, Experiment, IndexChoice, Method, Quantity, Scene, SceneSpec, Sequence, Sides,
+    SurfaceSpec, Tally,
+};
+use serde_json::Value;
+use tempfile::tempdir;
+
+use crate::common::{box_walls, quad, surface};
+use crate::support::{path, run, summary};
+
+/// A run of a job, which must end with a code.
+fn ends(job: &str, args: &[&str], expected: i32) -> (Value, String) {
+    let folder = tempdir().unwrap();
+    let out = path(&folder, "out");
+    let (code, told, stderr) = run(&[&["run", job, "--out", out.to_str().unwrap()], args].concat());
+    assert_eq!(code, expected, "{told}{stderr}");
+    (summary(&out), told)
+}
+
+/// Where all surfaces emit, a target of 0.01 % is not reached by 4,096 walks, and errors are those of irradiance.
+#[test]
+fn rooms_of_emitters_are_judged_by_irradiance() {
+    for job in ["configs/furnace.toml", "configs/cube6-r90.toml"] {
+        let (summary, told) = ends(job, &["--paths", "20000", "--set", "target.relative_error=0.0001"], 1);
+        assert_eq!(summary["paths"], 20000);
+        assert!(told.contains("target not reached") && told.contains("irradiance"), "{told}");
+        for figure in ["rms_relative_error", "max_relative_error"] {
+            assert!(summary[figure].as_f64().unwrap() > 1e-3, "{summary}");
+        }
+        let (planned, told, _) = run(&["plan", job, "--set", "target.relative_error=0.0001"]);
+        assert!(planned == 0 && told.contains("ends the run before (target not reached)"), "{told}");
+    }
+}
+
+/// Two black walls of 16 patches each, a meter apart, beside a lamp.
+const BLACK: &str = r#"
+[material.black]
+reflectance = 0.0
+[material.lamp]
+reflectance = 0.0
+emittance = 10.0
+[[surface]]
+material = "black"
+quad = [[0,0,0], [1,0,0], [0,1,0]]
+patches = [4, 4]
+[[surface]]
+material = "black"
+quad = [[0,0,0], [0,1,0], [0,0,1]]
+patches = [4, 4]
+[[surface]]
+material = "lamp"
+quad = [[0,0,1], [0,1,1], [1,0,1]]
+"#;
+
+/// A target of 5 % on black walls holds their irradiance to 5 %; their radiosity is nothing to judge.
+#[test]
+fn black_walls_are_judged_by_irradiance_and_have_no_radiosity_to_judge() {
+    let folder = tempdir().unwrap();
+    fs::write(path(&folder, "scene.toml"), BLACK).unwrap();
+    let job = path(&folder, "job.toml");
+    let text = "scene = \"scene.toml\"\n[budget]\npaths = 1000000\n[method]\nwalk = \"shooting\"\nestimator = \"collision\"\n\
+                space = \"continuous\"\n[target]\nrelative_error = 0.05\nfraction = 1.0\nunhit = \"ignore\"\n";
+    fs::write(&job, text).unwrap();
+    let out = path(&folder, "out");
+    let of = |more: &[&str]| {
+        run(&[&["run", job.to_str().unwrap(), "--force", "--out", out.to_str().unwrap()], more].concat())
+    };
+    let (code, told, stderr) = of(&[]);
+    assert_eq!(code, 0, "{told}{stderr}");
+    let table = crate::support::columns(&out.join("patches.csv"));
+    let of_walls =
+        |name: &str| -> Vec<f64> { table[name][..32].iter().map(|cell| cell.parse().unwrap()).collect() };
+    let [h, error, low, high, b, b_error] =
+        ["irradiance", "irradiance_error", "irradiance_low", "irradiance_high", "radiosity", "std_error"]
+            .map(of_walls);
+    for i in 0..32 {
+        assert!(
+            error[i] / h[i] < 0.05 && (high[i] - low[i]) / 2.0 / h[i] <= 0.05,
+            "patch {i}: {} ± {}",
+            h[i],
+            error[i]
+        );
+        assert_eq!((b[i], b_error[i]), (0.0, 0.0));
+    }
+    let (code, told, _) = of(&["--set", "target.quantity=radiosity", "--paths", "4000"]);
+    assert!(code == 1 && told.contains("target not reached: nothing to judge"), "{told}");
+    assert_eq!(summary(&out)["target"]["achieved"], Value::Null);
+    let (code, _, _) = of(&["--set", "target.quantity=net", "--paths", "4000"]);
+    assert_eq!(code, 1);
+}
+
+/// The well-known box as five large walls, open to the front, with a lamp below its ceiling.
+fn five_walls() -> SceneSpec {
+    let walls = box_walls(DVec3::ONE, [1, 1]).into_iter().enumerate().filter(|(wall, _)| *wall != 2);
+    let mut surfaces: Vec<SurfaceSpec> = walls.map(|(_, wall)| surface(wall, 0.75)).collect();
+    let lamp = quad(DVec3::new(0.4, 0.4, 0.98), DVec3::Y * 0.2, DVec3::X * 0.2, [1, 1]);
+    surfaces.push(SurfaceSpec { emittance: 10.0.into(), ..surface(lamp, 0.0) });
+    SceneSpec::new(surfaces)
+}
+
+/// Discrete walks between whole walls solve another problem, and the headline says how far it is from the truth; in an evenly lit
+/// furnace the two are one. The lower end of its interval is above 0 by chance in 1 of 40 seeds; this one was not chosen.
+#[test]
+fn the_discretised_system_is_told_with_its_distance_from_the_truth() {
+    let folder = tempdir().unwrap();
+    let of = |name: &str, spec: &SceneSpec, space: &str| {
+        let scene = path(&folder, &format!("{name}.toml"));
+        fs::write(&scene, scenes::to_toml(spec)).unwrap();
+        let space = format!("method.space={space}");
+        ends(
+            scene.to_str().unwrap(),
+            &["--paths", "400000", "--seed", "1", "--set", "method.walk=shooting", "--set", &space],
+            0,
+        )
+    };
+    let (walls, told) = of("walls", &five_walls(), "discrete");
+    assert!(told.contains("by area, of the discretised system: median"), "{told}");
+    let low = walls["discretised"]["low"].as_f64().unwrap();
+    assert!(low > 0.25, "{}", walls["discretised"]);
+    let (even, told) = of("furnace", &scenes::furnace(2, 0.5), "discrete");
+    assert!(
+        even["discretised"]["low"] == 0.0 && even["discretised"]["high"].as_f64().unwrap() < 0.05,
+        "{told}"
+    );
+    let (continuous, told) = of("walls", &five_walls(), "continuous");
+    assert!(continuous.get("discretised").is_none() && !told.contains("discretised"), "{told}");
+}
+
+/// Two rooms of which the second has a thousandth of the light: what 3,000 walks are told to know is not less than what they err by.
+#[test]
+fn unhit_rooms_are_in_the_headline() {
+    let spec = scenes::two_rooms(0.05, 0.5);
+    let scene = Scene::build(&spec, IndexChoice::Auto).unwrap();
+    let experiment = Experiment::new(scene, Method::shooting(EstimatorKind::Collision)).unwrap();
+    let truth = Exact::of_scene(&spec).unwrap().solution().irradiance.clone();
+    for seed in 0..4 {
+        let tally = walked(&experiment, seed, 3000);
+        let estimates = Estimates::new(&experiment, &tally, 0.95);
+        let headline = estimates.precision(Quantity::Irradiance).headline;
+        assert_eq!(headline.sealed_area, 0.0, "the hole is found");
+        let mut errors: Vec<(f64, f64)> = estimates
+            .known()
+            .map(|(i, face, known)| {
+                let off = (known[0].irradiance.unwrap_or(0.0) - truth[i]).abs();
+                (off / truth[i].max(headline.floor[0]), face.area)
+            })
+            .collect();
+        errors.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let all: f64 = errors.iter().map(|(_, area)| area).sum();
+        for (part, told) in [(0.5, headline.quantiles[0]), (0.9, headline.quantiles[1])] {
+            let mut below = 0.0;
+            let real = errors.iter().find(|(_, area)| {
+                below += area;
+                below >= part * all
+            });
+            assert!(
+                told >= real.unwrap().0,
+                "seed {seed}, {part} of the area: told {told}, real {}",
+                real.unwrap().0
+            );
+        }
+    }
+}
+
+fn walked(experiment: &Experiment, seed: u64, walks: u64) -> Tally {
+    let (mut board, mut tally) = (experiment.board::<2>(), experiment.tally::<2>());
+    experiment.walk(&Sequence::new(seed), 0..walks, &mut board);
+    board.add_to(&mut tally).unwrap();
+    tally
+}
+
+/// A scene in a box of random size, by its number: all emits, all is black but one lamp, one patch is lit, all light leaves at once,
+/// reflectances of 0.999, or half of it is a sealed box.
+fn hard_scene(number: u64) -> SceneSpec {
+    let mut rng = Sequence::new(41).walk(number);
+    let mut uniform = || rng.pair()[0];
+    let size = DVec3::new(0.5 + uniform(), 0.5 + uniform(), 0.5 + uniform());
+    let mut surfaces: Vec<SurfaceSpec> =
+        box_walls(size, [2, 2]).into_iter().map(|wall| surface(wall, 0.8 * uniform())).collect();
+    let lamp = (uniform() * 6.0) as usize;
+    match number % 6 {
+        0 => surfaces.iter_mut().for_each(|wall| wall.emittance = (0.1 + uniform()).into()),
+        1 => {
+            surfaces.iter_mut().for_each(|wall| wall.reflectance = 0.0.into());
+            surfaces[lamp].emittance = 1.0.into();
+        }
+        2 => surfaces[lamp].cell_emittance = vec![(0, 1.0.into())],
+        3 => {
+            let above = quad(DVec3::new(0.0, 0.0, 2.0 * size.z), DVec3::X, DVec3::Y, [1, 1]);
+            surfaces.push(SurfaceSpec { emittance: 1.0.into(), ..surface(above, 0.5) });
+        }
+        4 => {
+            surfaces.iter_mut().for_each(|wall| wall.reflectance = 0.999.into());
+            surfaces[lamp].cell_emittance = vec![(3, 1.0.into())];
+        }
+        _ => {
+            surfaces[lamp].emittance = 1.0.into();
+            surfaces[(lamp + 1) % 6].sides = Sides::Both;
+            surfaces[(lamp + 2) % 6].sides = Sides::Both;
+        }
+    }
+    SceneSpec::new(surfaces)
+}
+
+/// Where a target is called reached, what the truth misses it by is what intervals of 95 % may miss, and no more: over all runs 5 % of the
+/// judged area in the mean, with a standard error of some 1.5 % as faces of one run err together; 10 % are allowed, a false alarm in
+/// some 2,000 suites. No single run may miss on half of its area beyond what the target leaves out.
+#[test]
+fn no_target_is_reached_that_the_truth_misses() {
+    let (mut runs, mut missed, mut reached_of) = (0, 0.0, [0; 6]);
+    for number in 0..72 {
+        let spec = hard_scene(number);
+        let quantity = [Quantity::Irradiance, Quantity::Radiosity, Quantity::Net][(number / 6 % 3) as usize];
+        let unhit = if number / 18 % 2 == 0 { Unhit::Infinite } else { Unhit::Ignore };
+        let target = Target {
+            relative_error: 0.15,
+            fraction: 0.9,
+            min_paths: 1024,
+            min_hits: 10,
+            unhit,
+            patches: None,
+            quantity,
+        };
+        let scene = Scene::build(&spec, IndexChoice::Auto).unwrap();
+        let experiment = Experiment::new(scene, Method::shooting(EstimatorKind::Collision)).unwrap();
+        let mut observer = Observer::new(experiment.clone(), 0.95, Some(target.clone()));
+        let most = if number % 6 == 4 { 16_384 } else { 131_072 };
+        let mut seen = Vec::new();
+        let mut tally = experiment.tally::<2>();
+        for walks in looks(&experiment, most) {
+            tally = walked(&experiment, number, walks);
+            seen.push(observer.look(&tally, &seen));
+            if seen.last().unwrap().reached {
+                break;
+            }
+        }
+        let estimates = Estimates::new(&experiment, &tally, 0.95);
+        let judged = judge(&target, &estimates, tally.counts.walks);
+        if number % 6 == 3 || (number % 6 == 1 && quantity == Quantity::Radiosity) {
+            assert!(
+                !judged.reached && !seen.last().unwrap().reached,
+                "scene {number}: there is nothing to judge"
+            );
+        }
+        if !judged.reached {
+            continue;
+        }
+        let solution = Exact::of_scene(&spec).unwrap().solution().clone();
+        let (mut off, mut all) = (0.0, 0.0);
+        for (i, face, known) in estimates.known() {
+            let Some(told) = quantity.of(&face, 0, &known[0]) else { continue };
+            if unhit == Unhit::Ignore && told.value.is_none() {
+                continue;
+            }
+            let truth = match quantity {
+                Quantity::Irradiance => solution.irradiance[i],
+                Quantity::Radiosity => solution.radiosity[i],
+                Quantity::Net => face.emittance[0] - (1.0 - face.reflectance[0]) * solution.irradiance[i],
+            };
+            all += face.area;
+            let value = told.value.unwrap_or(0.0);
+            off += if (value - truth).abs() > 0.15 * value.abs() { face.area } else { 0.0 };
+        }
+        runs += 1;
+        reached_of[(number % 6) as usize] += 1;
+        missed += (off / all - 0.1).max(0.0);
+        assert!(off / all < 0.6, "scene {number}, {quantity:?}: reached, and {off} of {all} m² miss it");
+    }
+    assert!(runs >= 24, "{reached_of:?}");
+    assert!(missed / f64::from(runs) < 0.1, "{missed} of {runs} runs: {reached_of:?}");
+}
