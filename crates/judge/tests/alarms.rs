@@ -4,8 +4,9 @@ use judge::target::{Observer, looks};
 use judge::{MOMENTS, checks};
 use protocol::Look;
 use radiosity::{
-    Estimates, EstimatorKind, Experiment, IndexChoice, Method, Scene, SceneSpec, Sequence, Tally,
+    Estimates, EstimatorKind, Experiment, IndexChoice, Method, Quantity, Scene, SceneSpec, Sequence, Tally,
 };
+use report::Verdict;
 
 /// Walks in all, of which the last 464 are compared with the 1,536 before them.
 const WALKS: u64 = 2000;
@@ -32,8 +33,8 @@ fn run(first: &Experiment, last: &Experiment, seed: u64, walks: u64) -> (Tally, 
 /// The checks that failed.
 fn alarms(experiment: &Experiment, tally: &Tally, looks: &[Look]) -> Vec<String> {
     let estimates = Estimates::new(experiment, tally, 0.95);
-    let checks = checks(&estimates, None, &estimates.precision(), looks);
-    checks.into_iter().filter(|check| !check.ok).map(|check| check.name).collect()
+    let checks = checks(&estimates, None, &estimates.precision(Quantity::Irradiance), looks);
+    checks.into_iter().filter(|check| check.verdict == Verdict::Failed).map(|check| check.name).collect()
 }
 
 /// 1,500 runs: a sealed box of R = 0.9 whose patches are hit together, two rooms and a corridor whose patches are hardly hit. Each

@@ -255,6 +255,7 @@ mod tests {
             streams: 1,
             streams_reissued: 0,
             target: None,
+            discretised: None,
             accuracy: None,
             total: None,
             partition: None,
